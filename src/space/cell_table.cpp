@@ -20,6 +20,7 @@ void CellTable::removeIfEmpty(const Vec3i& cube) {
 void CellTable::clear() {
   sectors_.clear();
   touched_.clear();
+  fresh_.clear();
   is_followed_ = false;
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "space/cell_sector.h"
 #include "space/sector_table.h"
@@ -52,10 +53,15 @@ class CellTable {
   template <class TakesSector, class Visit>
   bool visit(const TakesSector& takes, const Visit& visit) const;
 
+  struct Taken {
+    bool begins_anew;  ///< These are the first of all that there are.
+    bool is_part;      ///< There are more.
+  };
   /// Calls visit(cube, cells) for each cube that was touched since the last call, or has gone; at
-  /// the first one, and with `all`, for all that there are. @return whether these are all.
+  /// the first one, and with `all`, for all that there are. About so many cubes at most: the rest
+  /// with the next calls.
   template <class Visit>
-  bool takeTouched(bool all, const Visit& visit);
+  Taken takeTouched(bool all, size_t most, const Visit& visit);
 
   bool isEmpty() const { return sectors_.size() == 0; }
   size_t bytes() const { return sectors_.bytes() + touched_.size() * kSetNodeBytes; }
@@ -64,8 +70,9 @@ class CellTable {
 
  private:
   SectorTable<CellSector> sectors_;
-  bool is_followed_ = false;  ///< Changes were taken, and all since then are known:
-  CubeSet touched_;           ///< these.
+  bool is_followed_ = false;      ///< Changes were taken, and all since then are known:
+  CubeSet touched_;               ///< these,
+  std::vector<PackedKey> fresh_;  ///< and all of these sectors.
 };
 
 template <class TakesSector, class Visit>
@@ -85,21 +92,32 @@ bool CellTable::visit(const TakesSector& takes, const Visit& visit) const {
 }
 
 template <class Visit>
-bool CellTable::takeTouched(bool all, const Visit& visit) {
+CellTable::Taken CellTable::takeTouched(bool all, size_t most, const Visit& visit) {
   const bool begins_anew = all || !is_followed_;
   if (begins_anew) {
-    this->visit([](const Vec3i&) { return true; }, visit);
-  } else {
-    for (const auto& of_sector : touched_) {
-      const std::shared_ptr<const CellSector> sector = sectors_.find(of_sector.first);
-      visitCubes(of_sector, [&](const Vec3i& cube, int number) {
-        visit(cube, sector == nullptr ? CubeCells() : sector->at(number));
-      });
-    }
+    fresh_ = sectors_.keys();
+    touched_.clear();
+    is_followed_ = true;
   }
-  touched_.clear();
-  is_followed_ = true;
-  return begins_anew;
+  size_t taken = 0;
+  const auto take = [&](const Vec3i& cube, const CubeCells& cells) {
+    visit(cube, cells);
+    ++taken;
+  };
+  for (; !fresh_.empty() && taken < most; fresh_.pop_back()) {
+    const Vec3i key = unpackKey(fresh_.back());
+    const std::shared_ptr<const CellSector> sector = sectors_.find(fresh_.back());
+    if (sector == nullptr) continue;
+    sector->visit([&](int i, const CubeCells& cells) { take(cubeOfSector(key, i), cells); });
+  }
+  for (; !touched_.empty() && taken < most; touched_.erase(touched_.begin())) {
+    const auto& of_sector = *touched_.begin();
+    const std::shared_ptr<const CellSector> sector = sectors_.find(of_sector.first);
+    visitCubes(of_sector, [&](const Vec3i& cube, int number) {
+      take(cube, sector == nullptr ? CubeCells() : sector->at(number));
+    });
+  }
+  return {begins_anew, !fresh_.empty() || !touched_.empty()};
 }
 
 }  // namespace dtsdf

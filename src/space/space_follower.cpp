@@ -1,7 +1,6 @@
 #include "space/space_follower.h"
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <memory>
 #include <vector>
@@ -38,8 +37,14 @@ CellState SpaceSnapshot::stateOf(const Vec3i& cell) const {
   return isIn(cube.free, indexInCube(cell)) ? CellState::kFree : CellState::kUnknown;
 }
 
-std::vector<SpaceCube> SpaceSnapshot::cubes() const {
-  return cubes(std::numeric_limits<int32_t>::min(), std::numeric_limits<int32_t>::max());
+std::vector<SpaceCube> SpaceSnapshot::cubesOf(const Vec3i& sector, const Paged<CellSector>& paged) {
+  std::vector<SpaceCube> cubes;
+  if (const auto cells = paged.get()) {
+    cells->visit([&](int number, const CubeCells& cube) {
+      cubes.push_back(spaceCubeOf(cubeOfSector(sector, number), cube));
+    });
+  }
+  return cubes;
 }
 
 std::vector<SpaceCube> SpaceSnapshot::cubes(int32_t first_z, int32_t last_z) const {
@@ -48,12 +53,10 @@ std::vector<SpaceCube> SpaceSnapshot::cubes(int32_t first_z, int32_t last_z) con
   for (const auto& [key, paged] : cells_) {
     const Vec3i sector = unpackKey(key);
     if (sector.z < first_z >> kSectorSideLog2 || sector.z > last_z >> kSectorSideLog2) continue;
-    const auto cells = paged.get();
-    if (cells == nullptr) continue;
-    cells->visit([&, sector = sector](int number, const CubeCells& of_cube) {
-      const Vec3i cube = cubeOfSector(sector, number);
-      if (cube.z >= low && cube.z <= high) found.push_back(spaceCubeOf(cube, of_cube));
-    });
+    for (const SpaceCube& cube : cubesOf(sector, paged)) {
+      const int32_t z = SpaceCube::cubeOf(cube.first).z;
+      if (z >= low && z <= high) found.push_back(cube);
+    }
   }
   return found;
 }

@@ -20,8 +20,11 @@ class SpaceSnapshot : public KnownSpace {
   /// Whether nothing is known anywhere.
   bool isEmpty() const { return cells_.empty(); }
 
-  /// All cubes of which something is known, in no order.
-  std::vector<SpaceCube> cubes() const;
+  /// Calls `visit` with cubes of which something is known, some at a time, in no order.
+  template <class Visit>
+  void visitCubes(const Visit& visit) const {
+    for (const auto& [key, sector] : cells_) visit(cubesOf(unpackKey(key), sector));
+  }
 
   double cellSize_m() const override { return units_.cell_size_m; }
   CellState stateOf(const Vec3i& cell) const override;
@@ -31,6 +34,8 @@ class SpaceSnapshot : public KnownSpace {
 
  private:
   friend class SpaceFollower;
+
+  static std::vector<SpaceCube> cubesOf(const Vec3i& sector, const Paged<CellSector>& paged);
 
   DistanceUnits units_{0.0, 0};
   Sectors<CellSector> cells_;

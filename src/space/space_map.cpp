@@ -25,6 +25,9 @@ constexpr float kMostAside = 2.0f;
 /// Cubes that are changed, or whose distances are worked out, before memory is made for others.
 constexpr size_t kMostAtOnce = size_t{1} << 16;
 
+/// Cubes that are handed out at once: some megabytes.
+constexpr size_t kMostChanges = size_t{1} << 15;
+
 Vec3d toDouble(int32_t factor, const Vec3i& a) {
   const auto times = static_cast<double>(factor);
   return {times * a.x, times * a.y, times * a.z};
@@ -304,9 +307,12 @@ std::vector<SpaceCube> SpaceMap::cubes(int32_t first_z, int32_t last_z) const {
 SpaceChanges SpaceMap::takeChanges(bool all) {
   bringUpToDate();
   SpaceChanges changes;
-  changes.begins_anew = table_.takeTouched(all, [&](const Vec3i& key, const CubeCells& cube) {
-    changes.cubes.push_back(asSpaceCube(key, cube));
-  });
+  const CellTable::Taken taken =
+      table_.takeTouched(all, kMostChanges, [&](const Vec3i& key, const CubeCells& cube) {
+        changes.cubes.push_back(asSpaceCube(key, cube));
+      });
+  changes.begins_anew = taken.begins_anew;
+  changes.is_part = taken.is_part;
   return changes;
 }
 

@@ -216,12 +216,14 @@ bool SurfaceCells::isOther(const BlockKey& block, const std::vector<Vec3i>& now)
 
 /// A block has other cells from now on.
 void SurfaceCells::replace(const BlockKey& block, std::vector<Vec3i> now, CellTable& cells) {
-  auto& lists = sectors_.open(sectorOf(block)).cells_of_block;
-  std::vector<Vec3i>& before = lists[packKey(block)];
+  SurfaceSector& sector = sectors_.open(sectorOf(block));
+  std::vector<Vec3i>& before = sector.cells_of_block[packKey(block)];
   visitLacking(now, before, [&](const Vec3i& cell) { put(cell, cells); });
   visitLacking(before, now, [&](const Vec3i& cell) { take(cell, cells); });
+  sector.listed += now.size();
+  sector.listed -= before.size();
   if (now.empty()) {
-    lists.erase(packKey(block));
+    sector.cells_of_block.erase(packKey(block));
   } else {
     before = std::move(now);
   }
@@ -250,21 +252,15 @@ void SurfaceCells::take(const Vec3i& cell, CellTable& cells) {
   if (--counts.cells == 0) all_counts.erase(place);
 }
 
-size_t SurfaceSector::listed() const {
-  size_t listed = 0;
-  for (const auto& [block, cells] : cells_of_block) listed += cells.size();
-  return listed;
-}
-
 size_t SurfaceSector::bytes() const {
   constexpr size_t kNode = sizeof(PackedKey) + 3 * sizeof(void*), kHeap = 2 * sizeof(void*);
-  return sizeof(*this) + counts.size() * (kNode + sizeof(Counts)) + listed() * sizeof(Vec3i) +
+  return sizeof(*this) + counts.size() * (kNode + sizeof(Counts)) + listed * sizeof(Vec3i) +
          cells_of_block.size() * (kNode + kHeap + sizeof(std::vector<Vec3i>));
 }
 
 size_t SurfaceSector::recordBytes() const {
   return 2 * sizeof(size_t) + cells_of_block.size() * (sizeof(PackedKey) + sizeof(size_t)) +
-         listed() * sizeof(Vec3i) + counts.size() * (sizeof(PackedKey) + sizeof(Counts));
+         listed * sizeof(Vec3i) + counts.size() * (sizeof(PackedKey) + sizeof(Counts));
 }
 
 void SurfaceSector::writeTo(char* record) const {
@@ -293,6 +289,7 @@ SurfaceSector SurfaceSector::readFrom(const char* record) {
     get(record, 1, &size);
     std::vector<Vec3i> cells(size);
     get(record, size, cells.data());
+    sector.listed += size;
     sector.cells_of_block.emplace(block, std::move(cells));
   }
   for (size_t i = 0; i < sizes[1]; ++i) {

@@ -27,9 +27,9 @@ struct SurfaceSector {
 
   std::unordered_map<PackedKey, std::vector<Vec3i>> cells_of_block;
   std::unordered_map<PackedKey, Counts> counts;  ///< By cube; none without surfaces.
+  size_t listed = 0;                             ///< Cells in all lists.
 
   bool isEmpty() const { return cells_of_block.empty() && counts.empty(); }
-  size_t listed() const;  ///< Cells in all lists.
   size_t bytes() const;
   size_t recordBytes() const;
   void writeTo(char* record) const;

@@ -81,7 +81,12 @@ void SpaceOutput::meetListeners() {
   const StampedSpace now = newest();
   if (now.space->isEmpty()) return;
   const bool is_grid_new = has_grid_listeners_ && !had_grid_listeners;
-  if (is_grid_new) grid_.apply({true, now.space->cubes()}, now.space->cellSize_m(), now.stamp);
+  if (is_grid_new) {
+    grid_.apply({true, {}}, now.space->cellSize_m(), now.stamp);
+    now.space->visitCubes([&](std::vector<SpaceCube> cubes) {
+      grid_.apply({false, std::move(cubes)}, now.space->cellSize_m(), now.stamp);
+    });
+  }
   if (is_grid_new || (has_slice_listeners_ && !had_slice_listeners)) {
     is_outdated_ = is_another_ = true;
   }

@@ -8,6 +8,7 @@
 
 #include "dtsdf_mapping/region.h"
 #include "io/save_mapper.h"
+#include "map/region_view.h"
 #include "space/space_follower.h"
 #include "space/space_map.h"
 #include "support/depth_frames.h"
@@ -194,6 +195,45 @@ TEST_F(PagedSpace, IsLoadedBeyondTheBudget) {
       makePages(pagedParams(plainParams(), 3, folder_.path()), size_t{512} << 10));
   follower.apply(loaded->space()->takeChanges(), loaded->space()->cellSize_m());
   ASSERT_NO_FATAL_FAILURE(expectSameAnswers(*whole.known(), *follower.snapshot()));
+}
+
+/// A large map is handed out in parts, whatever changes meanwhile, and saved as it was.
+TEST_F(PagedSpace, IsToldInParts) {
+  MapContents contents = makeMapper(plainParams())->contents();
+  for (int32_t i = 0; i < 70000; ++i) {
+    contents.free_cubes.push_back({{i % 50, i / 50 % 50, i / 2500}, {uint64_t(i) + 1}});
+  }
+  SpaceMap whole(plainParams(), 1), near(pagedParams(plainParams(), 8, folder_.path()), 1);
+  whole.restore(contents);
+  near.restore(contents);
+  EXPECT_LE(near.bytes(), size_t{3} << 20);
+  SpaceFollower follower(1.5, 1);
+  int parts = 0;
+  for (bool is_part = true; is_part; ++parts) {
+    const SpaceChanges changes = near.takeChanges();
+    EXPECT_EQ(changes.begins_anew, parts == 0);
+    EXPECT_LE(changes.cubes.size(), size_t{34000});
+    is_part = changes.is_part;
+    follower.apply(changes, near.cellSize_m());
+    for (SpaceMap* const map : {&whole, &near}) {
+      map->clearRegion(makeRegionView(SphereRegion{{10.0 * parts, 20.0, 5.0}, 4.0}, 0.05));
+      map->addFree({{{parts, -1, -1}, {{~uint64_t{0}}}}});
+    }
+  }
+  EXPECT_GE(parts, 3);
+  follower.apply(near.takeChanges(), near.cellSize_m());
+  MapContents a, b;
+  whole.copyTo(a);
+  near.copyTo(b);
+  ASSERT_EQ(a.free_cubes.size(), b.free_cubes.size());
+  const auto known = follower.snapshot();
+  EXPECT_EQ(known->cubes(-1000, 1000).size(), a.free_cubes.size());
+  for (size_t i = 0; i < a.free_cubes.size(); ++i) {
+    ASSERT_EQ(packKey(a.free_cubes[i].key), packKey(b.free_cubes[i].key));
+    ASSERT_EQ(a.free_cubes[i].cells, b.free_cubes[i].cells);
+    const Vec3i cell = firstCellOfCube(a.free_cubes[i].key);
+    ASSERT_EQ(known->stateOf(cell), whole.stateOf(cell));
+  }
 }
 
 TEST_F(PagedSpace, IsClearedAndDroppedOnDiskToo) {

@@ -210,7 +210,7 @@ TEST_F(PagedSpace, IsToldInParts) {
   SpaceFollower follower(1.5, 1);
   int parts = 0;
   for (bool is_part = true; is_part; ++parts) {
-    const SpaceChanges changes = near.takeChanges();
+    const SpaceChanges changes = near.takeChanges(false);
     EXPECT_EQ(changes.begins_anew, parts == 0);
     EXPECT_LE(changes.cubes.size(), size_t{34000});
     is_part = changes.is_part;
@@ -221,7 +221,7 @@ TEST_F(PagedSpace, IsToldInParts) {
     }
   }
   EXPECT_GE(parts, 3);
-  follower.apply(near.takeChanges(), near.cellSize_m());
+  follower.apply(near.takeChanges(false), near.cellSize_m());
   MapContents a, b;
   whole.copyTo(a);
   near.copyTo(b);

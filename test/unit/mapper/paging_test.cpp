@@ -499,7 +499,8 @@ TEST_F(Paging, DropsWhatIsFarFromAFullDisk) {
 
 /// On a disk of 20 MB/s frames wait, which is counted, and the map is the same.
 TEST_F(Paging, WaitsForASlowDisk) {
-  const Way way;
+  Way way;
+  way.space = true;
   Tour whole(way, paramsOf(way)), near(way, paged(paramsOf(way), 3, folder_.path()));
   whole.go();
   disk_bytes_per_s = 20e6;

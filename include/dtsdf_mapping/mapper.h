@@ -46,14 +46,16 @@ struct IntegrationResult {
 struct PageStats {
   size_t blocks = 0;       ///< That lie there now.
   size_t bytes = 0;        ///< Of the disk, that they take.
+  size_t space_bytes = 0;  ///< Of the disk, that cells and distances of space() take.
   size_t index_bytes = 0;  ///< Of memory, beside map_bytes, that it takes to know of them.
   uint64_t written = 0;    ///< Blocks that were written.
   uint64_t read = 0;       ///< Blocks that were read back.
   uint64_t waits = 0;      ///< Calls that had to wait for the disk.
   double wait_ms = 0.0;    ///< For how long, all together.
   uint64_t failures = 0;   ///< Reads and writes that failed, or found the folder full.
-  uint64_t lost = 0;       ///< Blocks that were there and came back damaged.
-  std::string problem;     ///< What the last failure was; empty: there was none.
+  /// Blocks, and sectors of 32 x 32 x 32 cells, that were there and came back damaged.
+  uint64_t lost = 0;
+  std::string problem;  ///< What the last failure was; empty: there was none.
 };
 
 /// How large a map is.

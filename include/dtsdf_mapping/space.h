@@ -70,6 +70,7 @@ struct SpaceCube {
 struct SpaceChanges {
   bool begins_anew = false;      ///< Forget everything known before first.
   std::vector<SpaceCube> cubes;  ///< Then these are as they are here; all zeros: unknown again.
+  bool is_part = false;          ///< There is more, which the next call gives.
 };
 
 /// What is known of space, for whoever asks. Cells are cubes of space/cell_voxels voxels. Surfaces
@@ -113,7 +114,7 @@ class Space : public KnownSpace {
   virtual std::vector<SpaceCell> cells() const = 0;
 
   /// What may have changed since the last call, for one who follows it; in no order. At the first
-  /// call, and with `all`, that is everything.
+  /// call, and with `all`, that is everything. Much comes in parts: see SpaceChanges::is_part.
   virtual SpaceChanges takeChanges(bool all = false) = 0;
 
   /// Takes what has changed since the last call over into the distances: what lies within reach of

@@ -120,7 +120,9 @@ GroundPassage::GroundPassage(Space& space, const GroundHeights& heights, const P
   box_ = {first.x, first.y, last.x - first.x + 1, last.y - first.y + 1};
   constexpr double kSeenShare = 0.5;  // as docs/results/space.md was measured
   GroundGrid grid({heights.min_m, heights.max_m, kSeenShare});
-  grid.apply(space.takeChanges(true), cell_size_m_);
+  SpaceChanges changes = space.takeChanges(true);
+  grid.apply(changes, cell_size_m_);
+  while (changes.is_part) grid.apply(changes = space.takeChanges(), cell_size_m_);
   values_ = grid.values(box_);
 }
 

@@ -93,7 +93,10 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   helper_.wait();
   std::vector<int32_t> in_view = blocksInView(view);
   settle();  // what the frame before left, whose last work may have run until now
-  if (pager_ && !std::exchange(moved_ahead_, false)) moveAhead();
+  if (pager_ && !std::exchange(moved_ahead_, false)) {
+    moveAhead();
+    in_view = blocksInView(view);
+  }
   backend_->lookUpBlocks();
   seeFree(view);
   const TouchedCounts touched = backend_->touched();

@@ -292,17 +292,19 @@ const Engine& Engine::settled() const {
 
 MapStats Engine::stats() const {
   settled();
+  PageStats pages = pager_ == nullptr ? PageStats() : pager_->stats();
+  if (space_ != nullptr) space_->addTo(pages);
   return {table_.blocksInUse(),
           table_.arraysInUse(),
           table_.bytesInUse(),
           counters_.refused,
           table_.coloursInUse() * BlockTable::kColourBytes,
           counters_.dropped,
-          space_ == nullptr ? 0 : space_->freeBytes(),
+          space_ == nullptr ? 0 : std::min(space_->freeBytes(), budgetOf(params_).free_bytes),
           space_ == nullptr ? 0 : space_->refusedCubes(),
           budgetOf(params_).map_bytes,
           table_.bytesPeak(),
-          pager_ == nullptr ? PageStats() : pager_->stats()};
+          pages};
 }
 
 std::vector<MemoryPart> Engine::memoryParts() const {

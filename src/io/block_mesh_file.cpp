@@ -61,26 +61,26 @@ class HashedFile {
 
 }  // namespace
 
-uint64_t saveBlockMeshes(const std::vector<const BlockMesh*>& meshes, const std::string& path) {
+uint64_t saveBlockMeshes(const BlockMeshVisit& visit, const std::string& path) {
   Header header = {};
   std::copy_n(kMeshMagic, sizeof(header.magic), header.magic);
   header.version = kMeshVersion;
-  header.counts.blocks = meshes.size();
-  for (const BlockMesh* mesh : meshes) {
-    header.counts.vertices += mesh->vertices.size();
-    header.counts.triangles += mesh->triangles.size() / 3;
-  }
+  visit([&](const BlockMesh& mesh) {
+    ++header.counts.blocks;
+    header.counts.vertices += mesh.vertices.size();
+    header.counts.triangles += mesh.triangles.size() / 3;
+  });
   HashedFile file(path);
   file.write(&header, 1);
-  for (const BlockMesh* mesh : meshes) {
-    const BlockHeader block{mesh->key, static_cast<uint32_t>(mesh->vertices.size()),
-                            static_cast<uint32_t>(mesh->triangles.size()),
-                            static_cast<uint32_t>(mesh->colours.size())};
+  visit([&](const BlockMesh& mesh) {
+    const BlockHeader block{mesh.key, static_cast<uint32_t>(mesh.vertices.size()),
+                            static_cast<uint32_t>(mesh.triangles.size()),
+                            static_cast<uint32_t>(mesh.colours.size())};
     file.write(&block, 1);
-    file.write(mesh->vertices.data(), mesh->vertices.size());
-    file.write(mesh->triangles.data(), mesh->triangles.size());
-    file.write(mesh->colours.data(), mesh->colours.size());
-  }
+    file.write(mesh.vertices.data(), mesh.vertices.size());
+    file.write(mesh.triangles.data(), mesh.triangles.size());
+    file.write(mesh.colours.data(), mesh.colours.size());
+  });
   return file.finish();
 }
 

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -20,9 +21,12 @@ struct BlockMeshCounts {
   uint64_t blocks = 0, vertices = 0, triangles = 0;
 };
 
-/// Writes meshes whose blocks rise by packed key; the file is whole or not there.
+/// Calls `take` with meshes whose blocks rise by packed key.
+using BlockMeshVisit = std::function<void(const std::function<void(const BlockMesh&)>& take)>;
+
+/// Writes meshes one by one, which are visited twice; the file is whole or not there.
 /// @return its checksum. @throws std::runtime_error as AtomicFile
-uint64_t saveBlockMeshes(const std::vector<const BlockMesh*>& meshes, const std::string& path);
+uint64_t saveBlockMeshes(const BlockMeshVisit& visit, const std::string& path);
 
 /// Hands out the meshes of a file one by one.
 class BlockMeshReader {

@@ -77,8 +77,9 @@ MapSize sizeTaken(const MapContents& contents, const MapperParams& params) {
 bool isWithinBudget(const MapSize& size, const MapperParams& params) {
   const MemoryBudget budget = budgetOf(params);
   const size_t free_bytes = size.free_cubes * kFreeCubeBudgetBytes;
-  const size_t map_bytes = budget.map_bytes + pageBytesOf(params.map);
-  return size.bytes() - free_bytes <= map_bytes && free_bytes <= budget.free_bytes;
+  const size_t on_disk = pageBytesOf(params.map);
+  return size.bytes() - free_bytes <= budget.map_bytes + on_disk &&
+         free_bytes <= budget.free_bytes + on_disk;
 }
 
 ParamTree treeOf(MapperParams params) {

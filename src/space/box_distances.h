@@ -57,16 +57,24 @@ class BoxDistances {
   }
 
   void findRows(const SurfaceTable& surfaces) {
-    const Vec3i low = cubeOfCell(first_);
-    const Vec3i high = cubeOfCell(first_ + Vec3i{window_ - 1, window_ - 1, window_ - 1});
+    const Vec3i low = sectorOfCell(first_);
+    const Vec3i high = sectorOfCell(first_ + Vec3i{window_ - 1, window_ - 1, window_ - 1});
     for (int32_t z = low.z; z <= high.z; ++z) {
       for (int32_t y = low.y; y <= high.y; ++y) {
-        for (int32_t x = low.x; x <= high.x; ++x) {
-          const auto cube = surfaces.find(packKey({x, y, z}));
-          if (cube != surfaces.end()) addSurfaces({x, y, z}, cube->second);
-        }
+        for (int32_t x = low.x; x <= high.x; ++x) addSector(surfaces, {x, y, z});
       }
     }
+  }
+
+  void addSector(const SurfaceTable& surfaces, const Vec3i& sector) {
+    const std::shared_ptr<const CellSector> cells = surfaces.find(packKey(sector));
+    if (cells == nullptr) return;
+    cells->visit([&](int number, const CubeCells& cube) {
+      const Vec3i key = cubeOfSector(sector, number);
+      const Vec3i at = firstCellOfCube(key) - first_;
+      const auto reaches = [this](int32_t from) { return from > -kCubeSide && from < window_; };
+      if (reaches(at.x) && reaches(at.y) && reaches(at.z)) addSurfaces(key, cube.surface);
+    });
   }
 
   void addSurfaces(const Vec3i& cube, const CellMask& surface) {

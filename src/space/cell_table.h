@@ -3,87 +3,121 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
+#include <map>
+#include <memory>
+#include <utility>
 #include <vector>
 
-#include "kernels/space/cells.h"
-#include "map/slot_index.h"
+#include "space/cell_sector.h"
+#include "space/sector_table.h"
 
 namespace dtsdf {
 
-/// A cube of cells: where an image saw through, and where surfaces are.
-struct CellCube {
-  Vec3i key;
-  CellMask free;
-  CellMask surface;
-  uint64_t touched = 0;  ///< The last turn of whoever follows changes in which it was asked for.
-};
+/// Cubes, by their sectors, in order: a bit for each.
+using CubeSet = std::map<PackedKey, uint64_t>;
 
-/// Cubes that may have changed, for one who follows them.
-struct TouchedCubes {
-  bool begins_anew = false;  ///< All that was there before may have gone.
-  std::vector<const CellCube*> live;
-  std::vector<Vec3i> gone;  ///< Keys; some of them may have come back.
-};
+inline void insert(CubeSet& cubes, const Vec3i& cube) {
+  cubes[packKey(sectorOfCube(cube))] |= uint64_t{1} << cubeInSector(cube);
+}
+
+/// Calls visit(cube, number) for each of a sector.
+template <class Visit>
+void visitCubes(const CubeSet::value_type& of_sector, const Visit& visit) {
+  const Vec3i sector = unpackKey(of_sector.first);
+  for (uint64_t left = of_sector.second; left != 0; left &= left - 1) {
+    const int number = __builtin_ctzll(left);
+    visit(cubeOfSector(sector, number), number);
+  }
+}
 
 class CellTable {
  public:
-  /// The cube, or null.
-  const CellCube* find(const Vec3i& key) const;
-  CellCube* find(const Vec3i& key);
+  explicit CellTable(SharedPagedValues pages = nullptr) : sectors_(std::move(pages)) {}
 
-  /// The cube, made if it is not there. It counts as touched.
-  CellCube& at(const Vec3i& key);
+  /// What is known of a cube.
+  CubeCells find(const Vec3i& cube) const;
+
+  /// The cube, made if it is not there, until another one is asked for. It counts as touched.
+  CubeCells& at(const Vec3i& cube);
 
   /// Removes a cube of which nothing is known any more.
-  void removeIfEmpty(const Vec3i& key);
+  void removeIfEmpty(const Vec3i& cube);
 
-  void clear() { *this = CellTable(); }
+  /// What was changed may go to the disk: to be called at the end.
+  void close() { sectors_.close(); }
 
-  /// Calls visit(key) for each cube, in any order; it may remove that one.
+  void clear();
+
+  /// Calls visit(cube, cells) for each cube of the sectors that `takes`, in no order; it may change
+  /// that one. @return whether all could be read, but for those that are lost for good.
+  template <class TakesSector, class Visit>
+  bool visit(const TakesSector& takes, const Visit& visit) const;
+
+  struct Taken {
+    bool begins_anew;  ///< These are the first of all that there are.
+    bool is_part;      ///< There are more.
+  };
+  /// Calls visit(cube, cells) for each cube that was touched since the last call, or has gone; at
+  /// the first one, and with `all`, for all that there are. About so many cubes at most: the rest
+  /// with the next calls.
   template <class Visit>
-  void visitKeys(const Visit& visit) const {
-    for (size_t slot = 0; slot < keys_.size(); ++slot) {
-      if (keys_[slot] != kNoCube) visit(unpackKey(keys_[slot]));
-    }
-  }
+  Taken takeTouched(bool all, size_t most, const Visit& visit);
 
-  /// All cubes, in the order of packed keys.
-  std::vector<const CellCube*> sorted() const;
+  bool isEmpty() const { return sectors_.size() == 0; }
+  size_t bytes() const { return sectors_.bytes() + touched_.size() * kSetNodeBytes; }
 
-  /// Calls `visit` with each cube, in no order.
-  template <class Visit>
-  void forEach(const Visit& visit) const {
-    for (size_t slot = 0; slot < keys_.size(); ++slot) {
-      if (keys_[slot] != kNoCube) visit(cubes_[slot]);
-    }
-  }
-
-  /// Cubes that were touched since the last call; at the first one, and with `all`, all of them.
-  /// Those that are live are valid until the table is changed.
-  TouchedCubes takeTouched(bool all);
-
-  size_t size() const { return slots_.size(); }
-  size_t bytes() const {
-    return slots_.memoryBytes() + cubes_.size() * sizeof(CellCube) +
-           (keys_.capacity() + free_slots_.capacity()) * sizeof(PackedKey) +
-           touched_.capacity() * sizeof(int32_t);
-  }
+  static constexpr size_t kSetNodeBytes = sizeof(CubeSet::value_type) + 3 * sizeof(void*);
 
  private:
-  static constexpr PackedKey kNoCube = ~PackedKey{0};
-
-  void noteTouched(int32_t slot);
-
-  SlotIndex slots_;
-  std::deque<CellCube> cubes_;   ///< By slot; grows without moving what is there.
-  std::vector<PackedKey> keys_;  ///< The same, close together for who looks at all of them.
-  std::vector<int32_t> free_slots_;
-
-  bool is_followed_ = false;      ///< Changes were taken, and all since then are known.
-  uint64_t turn_ = 1;             ///< Goes on with each time that changes are taken.
-  std::vector<int32_t> touched_;  ///< Slots asked for in this turn, while somebody follows,
-  std::vector<Vec3i> gone_;       ///< and cubes removed.
+  SectorTable<CellSector> sectors_;
+  bool is_followed_ = false;      ///< Changes were taken, and all since then are known:
+  CubeSet touched_;               ///< these,
+  std::vector<PackedKey> fresh_;  ///< and all of these sectors.
 };
+
+template <class TakesSector, class Visit>
+bool CellTable::visit(const TakesSector& takes, const Visit& visit) const {
+  bool is_whole = true;
+  for (const PackedKey key : sectors_.keys()) {
+    const Vec3i sector = unpackKey(key);
+    if (!takes(sector)) continue;
+    const std::shared_ptr<const CellSector> cells = sectors_.find(key);
+    if (cells == nullptr) is_whole = is_whole && sectors_.isLost(key);
+    if (cells == nullptr) continue;
+    const CellSector copy = *cells;  // which stays while cubes change
+    copy.visit(
+        [&](int number, const CubeCells& cube) { visit(cubeOfSector(sector, number), cube); });
+  }
+  return is_whole;
+}
+
+template <class Visit>
+CellTable::Taken CellTable::takeTouched(bool all, size_t most, const Visit& visit) {
+  const bool begins_anew = all || !is_followed_;
+  if (begins_anew) {
+    fresh_ = sectors_.keys();
+    touched_.clear();
+    is_followed_ = true;
+  }
+  size_t taken = 0;
+  const auto take = [&](const Vec3i& cube, const CubeCells& cells) {
+    visit(cube, cells);
+    ++taken;
+  };
+  for (; !fresh_.empty() && taken < most; fresh_.pop_back()) {
+    const Vec3i key = unpackKey(fresh_.back());
+    const std::shared_ptr<const CellSector> sector = sectors_.find(fresh_.back());
+    if (sector == nullptr) continue;
+    sector->visit([&](int i, const CubeCells& cells) { take(cubeOfSector(key, i), cells); });
+  }
+  for (; !touched_.empty() && taken < most; touched_.erase(touched_.begin())) {
+    const auto& of_sector = *touched_.begin();
+    const std::shared_ptr<const CellSector> sector = sectors_.find(of_sector.first);
+    visitCubes(of_sector, [&](const Vec3i& cube, int number) {
+      take(cube, sector == nullptr ? CubeCells() : sector->at(number));
+    });
+  }
+  return {begins_anew, !fresh_.empty() || !touched_.empty()};
+}
 
 }  // namespace dtsdf

@@ -1,5 +1,7 @@
 #include "space/distance_field.h"
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "space/sector_update.h"
@@ -12,6 +14,9 @@ namespace {
 /// vector register.
 constexpr int kMostReachOf16Bits = 127;
 
+/// 16 MiB of them, beside what stays in memory.
+constexpr size_t kMostSectorsAtOnce = 256;
+
 }  // namespace
 
 /// A sector as it was, and what changed within reach of it; then as it is.
@@ -23,15 +28,19 @@ struct DistanceField::SectorChange {
 
 int squaredAt(const DistanceSectors& sectors, const Vec3i& cell) {
   const auto place = sectors.find(packKey(sectorOfCell(cell)));
-  return place == sectors.end() ? -1 : place->second->squaredAt(cell);
+  if (place == sectors.end()) return -1;
+  const std::shared_ptr<const DistanceSector> sector = place->second.get();
+  return sector == nullptr ? 0 : sector->squaredAt(cell);
 }
 
 /// What is another surface than the sectors know of. They know of it from then on.
 std::vector<SurfaceChange> DistanceField::takeOver(const std::vector<SurfaceCube>& changed) {
   std::vector<SurfaceChange> changes;
   for (const SurfaceCube& now : changed) {
-    const auto known = surfaces_.find(packKey(now.cube));
-    const CellMask before = known == surfaces_.end() ? CellMask{} : known->second;
+    const PackedKey sector = packKey(sectorOfCube(now.cube));
+    const int number = cubeInSector(now.cube);
+    const std::shared_ptr<const CellSector> known = surfaces_.find(sector);
+    const CellMask before = known == nullptr ? CellMask{} : known->at(number).surface;
     SurfaceChange change{now.cube, {}, {}};
     for (int i = 0; i < kWordsPerCube; ++i) {
       change.added.word[i] = now.surface.word[i] & ~before.word[i];
@@ -40,11 +49,12 @@ std::vector<SurfaceChange> DistanceField::takeOver(const std::vector<SurfaceCube
     if (isEmpty(change.added) && isEmpty(change.removed)) continue;
     changes.push_back(change);
     if (isEmpty(now.surface)) {
-      surfaces_.erase(known);
+      surfaces_.open(sector).erase(number);
     } else {
-      surfaces_[packKey(now.cube)] = now.surface;
+      surfaces_.open(sector).make(number).surface = now.surface;
     }
   }
+  surfaces_.close();
   return changes;
 }
 
@@ -64,9 +74,7 @@ std::vector<DistanceField::SectorChange> DistanceField::sectorsNear(
   std::vector<SectorChange> sectors;
   sectors.reserve(near.size());
   for (auto& [key, changes_near] : near) {
-    const auto known = sectors_.find(key);
-    sectors.push_back(
-        {key, std::move(changes_near), known == sectors_.end() ? nullptr : known->second});
+    sectors.push_back({key, std::move(changes_near), nullptr});
   }
   return sectors;
 }
@@ -86,16 +94,29 @@ void DistanceField::updateSectors(std::vector<SectorChange>& sectors) const {
 void DistanceField::update(const std::vector<SurfaceCube>& changed) {
   const std::vector<SurfaceChange> changes = takeOver(changed);
   std::vector<SectorChange> sectors = sectorsNear(changes);
+  for (size_t first = 0; first < sectors.size(); first += kMostSectorsAtOnce) {
+    const auto begin = sectors.begin() + static_cast<std::ptrdiff_t>(first);
+    const size_t count = std::min(kMostSectorsAtOnce, sectors.size() - first);
+    updateSome({std::make_move_iterator(begin),
+                std::make_move_iterator(begin + static_cast<std::ptrdiff_t>(count))});
+  }
+}
+
+void DistanceField::updateSome(std::vector<SectorChange> sectors) {
+  for (SectorChange& change : sectors) {
+    const auto known = sectors_.find(change.key);
+    if (known != sectors_.end()) change.sector = known->second.get();
+  }
   if (reach_ <= kMostReachOf16Bits) {
     updateSectors<int16_t>(sectors);
   } else {
     updateSectors<int32_t>(sectors);
   }
   for (SectorChange& change : sectors) {
-    if (change.sector->squared.empty()) {
+    if (change.sector->isEmpty()) {
       sectors_.erase(change.key);
     } else {
-      sectors_[change.key] = std::move(change.sector);
+      sectors_[change.key] = Paged<DistanceSector>(std::move(change.sector), pages_);
     }
   }
 }
@@ -108,8 +129,9 @@ void DistanceField::clear() {
 size_t DistanceField::bytes() const {
   constexpr size_t kSector =
       static_cast<size_t>(kCubesPerSector) * kCellsPerCube * sizeof(uint16_t);
-  return sectors_.size() * (kSector + sizeof(PackedKey) + sizeof(DistanceSector)) +
-         surfaces_.size() * (sizeof(PackedKey) + sizeof(CellMask));
+  constexpr size_t kNode = sizeof(DistanceSectors::value_type) + sizeof(void*);
+  return sectors_.size() * (kNode + (pages_ ? 0 : kSector + sizeof(DistanceSector))) +
+         surfaces_.bytes();
 }
 
 }  // namespace dtsdf

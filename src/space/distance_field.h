@@ -11,11 +11,11 @@
 
 namespace dtsdf {
 
-/// Sectors by packed key; all others are far from surfaces. Sectors are never changed, but
-/// replaced, so that a copy of the table stays as it is, for any thread.
-using DistanceSectors = std::unordered_map<PackedKey, std::shared_ptr<const DistanceSector>>;
+/// All others are far from surfaces.
+using DistanceSectors = Sectors<DistanceSector>;
 
-/// @return the squared distance, in cells, to the nearest cell with a surface; -1: none in reach.
+/// @return the squared distance, in cells, to the nearest cell with a surface; -1: none in reach; 0
+/// where the disk lost it, so that nobody runs into something.
 int squaredAt(const DistanceSectors& sectors, const Vec3i& cell);
 
 /// The surfaces that are in a cube now.
@@ -27,7 +27,9 @@ struct SurfaceCube {
 class DistanceField {
  public:
   /// Distances are known up to `reach` cells, 255 at most: their squares are kept in 16 bits.
-  DistanceField(int reach, int threads) : reach_(reach), threads_(threads) {}
+  /// @param pages Null: all stays in memory.
+  DistanceField(int reach, int threads, const SharedPagedValues& pages = nullptr)
+      : reach_(reach), threads_(threads), pages_(pages), surfaces_(pages) {}
 
   /// Takes over the cubes in which surfaces may be other ones than before.
   void update(const std::vector<SurfaceCube>& changed);
@@ -45,9 +47,11 @@ class DistanceField {
   std::vector<SectorChange> sectorsNear(const std::vector<SurfaceChange>& changes) const;
   template <class Value>
   void updateSectors(std::vector<SectorChange>& sectors) const;
+  void updateSome(std::vector<SectorChange> sectors);
 
   int reach_;
   int threads_;
+  SharedPagedValues pages_;
   DistanceSectors sectors_;
   SurfaceTable surfaces_;  ///< That the sectors know of.
 };

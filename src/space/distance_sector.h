@@ -4,37 +4,16 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <unordered_map>
+#include <cstring>
 #include <vector>
 
-#include "kernels/space/cells.h"
+#include "space/cell_sector.h"
+#include "space/sector_table.h"
 
 namespace dtsdf {
 
-/// A sector is large beside a reach of usual length, so that little of the window around one is
-/// looked at in vain.
-constexpr int kSectorSideLog2 = 5;
-constexpr int kSectorSide = 1 << kSectorSideLog2;  ///< In cells.
-constexpr int kCubesAlong = kSectorSide / kCubeSide;
-constexpr int kCubesPerSector = kCubesAlong * kCubesAlong * kCubesAlong;
-
 /// No surface is within reach.
 constexpr uint16_t kSquaredFar = 0xffff;
-
-inline Vec3i sectorOfCell(const Vec3i& cell) { return shiftDown(cell, kSectorSideLog2); }
-
-/// Its number in its sector.
-inline int cubeInSector(const Vec3i& cube) {
-  constexpr int32_t kMask = kCubesAlong - 1;
-  return (cube.x & kMask) + kCubesAlong * ((cube.y & kMask) + kCubesAlong * (cube.z & kMask));
-}
-
-/// The cube of a number.
-inline Vec3i cubeOfSector(const Vec3i& sector, int number) {
-  return {sector.x * kCubesAlong + number % kCubesAlong,
-          sector.y * kCubesAlong + number / kCubesAlong % kCubesAlong,
-          sector.z * kCubesAlong + number / (kCubesAlong * kCubesAlong)};
-}
 
 struct DistanceSector {
   std::vector<uint16_t> squared;  ///< Cube by cube, as cells of cubes; empty: all are far.
@@ -46,10 +25,26 @@ struct DistanceSector {
     const uint16_t value = squared[cube * kCellsPerCube + static_cast<size_t>(indexInCube(cell))];
     return value == kSquaredFar ? -1 : value;
   }
+
+  bool isEmpty() const { return squared.empty(); }
+  size_t bytes() const { return sizeof(*this) + squared.capacity() * sizeof(uint16_t); }
+  size_t recordBytes() const { return sizeof(most) + squared.size() * sizeof(uint16_t); }
+  void writeTo(char* record) const {
+    std::memcpy(record, most.data(), sizeof(most));
+    std::memcpy(record + sizeof(most), squared.data(), squared.size() * sizeof(uint16_t));
+  }
+  static DistanceSector readFrom(const char* record) {
+    DistanceSector sector;
+    std::memcpy(sector.most.data(), record, sizeof(most));
+    sector.squared.resize(static_cast<size_t>(kCubesPerSector) * kCellsPerCube);
+    std::memcpy(sector.squared.data(), record + sizeof(most),
+                sector.squared.size() * sizeof(uint16_t));
+    return sector;
+  }
 };
 
-/// Cells with surfaces, by the key of their cube; cubes without any are not there.
-using SurfaceTable = std::unordered_map<PackedKey, CellMask>;
+/// Cells with surfaces; cubes without any are not there.
+using SurfaceTable = SectorTable<CellSector>;
 
 /// Surfaces that came and went in a cube.
 struct SurfaceChange {

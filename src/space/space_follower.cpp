@@ -1,7 +1,9 @@
 #include "space/space_follower.h"
 
 #include <algorithm>
-#include <limits>
+#include <map>
+#include <memory>
+#include <vector>
 
 #include "space/cell_units.h"
 
@@ -14,45 +16,46 @@ CellMask maskOf(const SpaceCube::Mask& words) {
   return mask;
 }
 
-bool isAllEmpty(const std::array<CellMask, kCubesPerSector>& masks) {
-  return std::all_of(masks.begin(), masks.end(), [](const CellMask& m) { return isEmpty(m); });
+SpaceCube spaceCubeOf(const Vec3i& key, const CubeCells& cells) {
+  SpaceCube cube{firstCellOfCube(key), {}, {}};
+  std::copy_n(cells.free.word, kWordsPerCube, cube.free.begin());
+  std::copy_n(cells.surface.word, kWordsPerCube, cube.surface.begin());
+  return cube;
 }
+
+/// Whose distances are worked out before memory is made for others.
+constexpr size_t kMostCubesAtOnce = size_t{1} << 16;
 
 }  // namespace
 
 CellState SpaceSnapshot::stateOf(const Vec3i& cell) const {
-  const auto sector = cells_.find(packKey(sectorOfCell(cell)));
-  if (sector == cells_.end()) return CellState::kUnknown;
-  const auto cube = static_cast<size_t>(cubeInSector(cubeOfCell(cell)));
-  if (isIn(sector->second->surface[cube], indexInCube(cell))) return CellState::kSurface;
-  return isIn(sector->second->free[cube], indexInCube(cell)) ? CellState::kFree
-                                                             : CellState::kUnknown;
+  const auto place = cells_.find(packKey(sectorOfCell(cell)));
+  const auto sector = place == cells_.end() ? nullptr : place->second.get();
+  if (sector == nullptr) return CellState::kUnknown;
+  const CubeCells cube = sector->at(cubeInSector(cubeOfCell(cell)));
+  if (isIn(cube.surface, indexInCube(cell))) return CellState::kSurface;
+  return isIn(cube.free, indexInCube(cell)) ? CellState::kFree : CellState::kUnknown;
 }
 
-SpaceCube SpaceSnapshot::cubeOf(const Vec3i& sector, int number, const Cells& cells) {
-  const auto i = static_cast<size_t>(number);
-  SpaceCube cube{firstCellOfCube(cubeOfSector(sector, number)), {}, {}};
-  std::copy_n(cells.free[i].word, kWordsPerCube, cube.free.begin());
-  std::copy_n(cells.surface[i].word, kWordsPerCube, cube.surface.begin());
-  return cube;
-}
-
-std::vector<SpaceCube> SpaceSnapshot::cubes() const {
-  return cubes(std::numeric_limits<int32_t>::min(), std::numeric_limits<int32_t>::max());
+std::vector<SpaceCube> SpaceSnapshot::cubesOf(const Vec3i& sector, const Paged<CellSector>& paged) {
+  std::vector<SpaceCube> cubes;
+  if (const auto cells = paged.get()) {
+    cells->visit([&](int number, const CubeCells& cube) {
+      cubes.push_back(spaceCubeOf(cubeOfSector(sector, number), cube));
+    });
+  }
+  return cubes;
 }
 
 std::vector<SpaceCube> SpaceSnapshot::cubes(int32_t first_z, int32_t last_z) const {
   const int32_t low = first_z >> kCubeSideLog2, high = last_z >> kCubeSideLog2;
   std::vector<SpaceCube> found;
-  for (const auto& [key, cells] : cells_) {
+  for (const auto& [key, paged] : cells_) {
     const Vec3i sector = unpackKey(key);
     if (sector.z < first_z >> kSectorSideLog2 || sector.z > last_z >> kSectorSideLog2) continue;
-    for (int i = 0; i < kCubesPerSector; ++i) {
-      const auto number = static_cast<size_t>(i);
-      const int32_t z = cubeOfSector(sector, i).z;
-      if (z < low || z > high) continue;
-      if (dtsdf::isEmpty(cells->free[number]) && dtsdf::isEmpty(cells->surface[number])) continue;
-      found.push_back(cubeOf(sector, i, *cells));
+    for (const SpaceCube& cube : cubesOf(sector, paged)) {
+      const int32_t z = SpaceCube::cubeOf(cube.first).z;
+      if (z >= low && z <= high) found.push_back(cube);
     }
   }
   return found;
@@ -63,24 +66,31 @@ SpaceDistance SpaceSnapshot::distanceAt(const Eigen::Vector3d& p_W) const {
   if (!around) return unknownDistance(units_);
   int squared[8];
   const Vec3i first = sectorOfCell(around->cell(0)), last = sectorOfCell(around->cell(7));
-  if (packKey(first) == packKey(last)) {
-    const auto sector = distances_.find(packKey(first));
-    for (int i = 0; i < 8; ++i) {
-      squared[i] = sector == distances_.end() ? -1 : sector->second->squaredAt(around->cell(i));
-    }
-  } else {
-    for (int i = 0; i < 8; ++i) squared[i] = squaredDistance(around->cell(i));
+  const auto place = distances_.find(packKey(first));
+  const auto sector = place == distances_.end() ? nullptr : place->second.get();
+  const bool is_in_one = packKey(first) == packKey(last) && sector != nullptr;
+  for (int i = 0; i < 8; ++i) {
+    const Vec3i cell = around->cell(i);
+    squared[i] = is_in_one ? sector->squaredAt(cell) : squaredDistance(cell);
   }
   return interpolate(*around, squared, stateOf(cellAt(p_W)) != CellState::kUnknown, units_);
 }
 
 void SpaceFollower::apply(const SpaceChanges& changes, double cell_size_m) {
   if (changes.begins_anew) startOver(cell_size_m);
-  applyCells(changes.cubes);
-  std::vector<SurfaceCube> surfaces;
-  surfaces.reserve(changes.cubes.size());
+  CubesOfSectors by_sector;
   for (const SpaceCube& cube : changes.cubes) {
-    surfaces.push_back({SpaceCube::cubeOf(cube.first), maskOf(cube.surface)});
+    by_sector[packKey(sectorOfCell(cube.first))].push_back(&cube);
+  }
+  std::vector<SurfaceCube> surfaces;
+  for (const auto& of_sector : by_sector) {
+    applyCells(of_sector);
+    for (const SpaceCube* const cube : of_sector.second) {
+      surfaces.push_back({SpaceCube::cubeOf(cube->first), maskOf(cube->surface)});
+    }
+    if (surfaces.size() < kMostCubesAtOnce) continue;
+    field_.update(surfaces);
+    surfaces.clear();
   }
   field_.update(surfaces);
   now_.distances_ = field_.sectors();
@@ -89,35 +99,38 @@ void SpaceFollower::apply(const SpaceChanges& changes, double cell_size_m) {
 void SpaceFollower::startOver(double cell_size_m) {
   now_ = SpaceSnapshot();
   now_.units_ = {cell_size_m, reachInCells(max_distance_m_, cell_size_m)};
-  field_ = DistanceField(now_.units_.reach, threads_);
+  field_ = DistanceField(now_.units_.reach, threads_, pages_);
 }
 
-/// Each sector that changes is copied once, whatever changes in it.
-void SpaceFollower::applyCells(const std::vector<SpaceCube>& cubes) {
-  std::unordered_map<PackedKey, std::shared_ptr<SpaceSnapshot::Cells>> changed;
-  for (const SpaceCube& cube : cubes) {
-    const PackedKey key = packKey(sectorOfCell(cube.first));
-    std::shared_ptr<SpaceSnapshot::Cells>& cells = changed[key];
-    if (cells == nullptr) {
-      const auto known = now_.cells_.find(key);
-      cells = known == now_.cells_.end() ? std::make_shared<SpaceSnapshot::Cells>()
-                                         : std::make_shared<SpaceSnapshot::Cells>(*known->second);
-    }
-    const auto number = static_cast<size_t>(cubeInSector(cubeOfCell(cube.first)));
-    cells->free[number] = maskOf(cube.free);
-    cells->surface[number] = maskOf(cube.surface);
-  }
-  for (auto& [key, cells] : changed) {
-    if (isAllEmpty(cells->free) && isAllEmpty(cells->surface)) {
-      now_.cells_.erase(key);
+/// A sector that changes is copied once, whatever changes in it.
+void SpaceFollower::applyCells(const CubesOfSectors::value_type& of_sector) {
+  const auto known = now_.cells_.find(of_sector.first);
+  const auto before = known == now_.cells_.end() ? nullptr : known->second.get();
+  const auto cells =
+      before == nullptr ? std::make_shared<CellSector>() : std::make_shared<CellSector>(*before);
+  for (const SpaceCube* const cube : of_sector.second) {
+    const int number = cubeInSector(SpaceCube::cubeOf(cube->first));
+    const CubeCells now{maskOf(cube->free), maskOf(cube->surface)};
+    if (isEmpty(now)) {
+      cells->erase(number);
     } else {
-      now_.cells_[key] = std::move(cells);
+      cells->make(number) = now;
     }
+  }
+  if (cells->isEmpty()) {
+    now_.cells_.erase(of_sector.first);
+  } else {
+    now_.cells_[of_sector.first] = Paged<CellSector>(cells, pages_);
   }
 }
 
 size_t SpaceFollower::bytes() const {
-  return now_.cells_.size() * (sizeof(SpaceSnapshot::Cells) + sizeof(PackedKey)) + field_.bytes();
+  size_t bytes = field_.bytes() + (pages_ == nullptr ? 0 : pages_->bytes());
+  for (const auto& [key, cells] : now_.cells_) {
+    bytes += sizeof(key) + sizeof(cells);
+    if (pages_ == nullptr) bytes += cells.get()->bytes();
+  }
+  return bytes;
 }
 
 }  // namespace dtsdf

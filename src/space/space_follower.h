@@ -2,10 +2,10 @@
 /// ask costs the map nothing then, and neither waits for the other.
 #pragma once
 
-#include <array>
 #include <cstddef>
+#include <map>
 #include <memory>
-#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/space.h"
@@ -20,8 +20,11 @@ class SpaceSnapshot : public KnownSpace {
   /// Whether nothing is known anywhere.
   bool isEmpty() const { return cells_.empty(); }
 
-  /// All cubes of which something is known, in no order.
-  std::vector<SpaceCube> cubes() const;
+  /// Calls `visit` with cubes of which something is known, some at a time, in no order.
+  template <class Visit>
+  void visitCubes(const Visit& visit) const {
+    for (const auto& [key, sector] : cells_) visit(cubesOf(unpackKey(key), sector));
+  }
 
   double cellSize_m() const override { return units_.cell_size_m; }
   CellState stateOf(const Vec3i& cell) const override;
@@ -32,17 +35,10 @@ class SpaceSnapshot : public KnownSpace {
  private:
   friend class SpaceFollower;
 
-  /// What is known of the cells of a sector.
-  struct Cells {
-    std::array<CellMask, kCubesPerSector> free{}, surface{};
-  };
-  /// Replaced, never changed, as the sectors of distances are.
-  using CellSectors = std::unordered_map<PackedKey, std::shared_ptr<const Cells>>;
-
-  static SpaceCube cubeOf(const Vec3i& sector, int number, const Cells& cells);
+  static std::vector<SpaceCube> cubesOf(const Vec3i& sector, const Paged<CellSector>& paged);
 
   DistanceUnits units_{0.0, 0};
-  CellSectors cells_;
+  Sectors<CellSector> cells_;
   DistanceSectors distances_;
 };
 
@@ -51,8 +47,12 @@ class SpaceFollower {
  public:
   /// @param max_distance_m See SpaceParams.
   /// @param threads That distances are worked out by.
-  SpaceFollower(double max_distance_m, int threads)
-      : max_distance_m_(max_distance_m), threads_(threads), field_(0, threads) {}
+  /// @param pages Null: all stays in memory.
+  SpaceFollower(double max_distance_m, int threads, SharedPagedValues pages = nullptr)
+      : max_distance_m_(max_distance_m),
+        threads_(threads),
+        pages_(std::move(pages)),
+        field_(0, threads) {}
 
   /// Takes changes over, and works out the distances that they change. Cells may be of another size
   /// where all begins again.
@@ -64,13 +64,20 @@ class SpaceFollower {
   }
 
   size_t bytes() const;
+  /// All 0 without pages.
+  PagedValues::Stats pageStats() const {
+    return pages_ == nullptr ? PagedValues::Stats() : pages_->stats();
+  }
 
  private:
+  using CubesOfSectors = std::map<PackedKey, std::vector<const SpaceCube*>>;
+
   void startOver(double cell_size_m);
-  void applyCells(const std::vector<SpaceCube>& cubes);
+  void applyCells(const CubesOfSectors::value_type& of_sector);
 
   const double max_distance_m_;
   const int threads_;
+  const SharedPagedValues pages_;
   DistanceField field_;
   SpaceSnapshot now_;
 };

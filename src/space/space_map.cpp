@@ -1,9 +1,8 @@
 #include "space/space_map.h"
 
 #include <algorithm>
-#include <cmath>
+#include <stdexcept>
 
-#include "kernels/space/see_free.h"
 #include "map/memory_budget.h"
 #include "space/cell_units.h"
 #include "space/distance_interpolation.h"
@@ -18,33 +17,39 @@ int log2Of(int cell_voxels) {
   return log2;
 }
 
-/// Times the range: an image of 120 degrees along its diagonal has its corners there.
-constexpr float kMostAside = 2.0f;
+/// Cubes that are changed, or whose distances are worked out, before memory is made for others.
+constexpr size_t kMostAtOnce = size_t{1} << 16;
+
+/// Cubes that are handed out at once: some megabytes.
+constexpr size_t kMostChanges = size_t{1} << 15;
 
 Vec3d toDouble(int32_t factor, const Vec3i& a) {
   const auto times = static_cast<double>(factor);
   return {times * a.x, times * a.y, times * a.z};
 }
 
-CellState stateIn(const CellCube& cube, int cell) {
+CellState stateIn(const CubeCells& cube, int cell) {
   if (isIn(cube.surface, cell)) return CellState::kSurface;
   return isIn(cube.free, cell) ? CellState::kFree : CellState::kUnknown;
 }
 
-static_assert(sizeof(CellCube) + sizeof(PackedKey) + 4 * 2 * sizeof(PackedKey) <=
-                  kFreeCubeBudgetBytes,
+static_assert(2 * sizeof(CubeCells) <= kFreeCubeBudgetBytes,
               "what a cube counts is no less than what it takes");
 
 static_assert(kCubeSideLog2 == SpaceCube::kSideLog2, "one layout of cells");
 
-SpaceCube asSpaceCube(const CellCube& cube) {
-  SpaceCube known{firstCellOfCube(cube.key), {}, {}};
+SpaceCube asSpaceCube(const Vec3i& key, const CubeCells& cube) {
+  SpaceCube known{firstCellOfCube(key), {}, {}};
   for (size_t z = 0; z < kWordsPerCube; ++z) {
     known.free[z] = cube.free.word[z] & ~cube.surface.word[z];
     known.surface[z] = cube.surface.word[z];
   }
   return known;
 }
+
+bool isAnySector(const Vec3i&) { return true; }
+
+bool isKeyBefore(const Vec3i& a, const Vec3i& b) { return packKey(a) < packKey(b); }
 
 bool contains(const CellMask& all, const CellMask& some) {
   return std::equal(all.word, all.word + kWordsPerCube, some.word,
@@ -56,6 +61,16 @@ bool overlap(const CellMask& a, const CellMask& b) {
                      [](uint64_t x, uint64_t y) { return (x & y) == 0; });
 }
 
+/// The middle of a cube or a sector of so many voxels, in voxels.
+Vec3d middleOfBox(const Vec3i& key, int32_t side) {
+  const Vec3d corner = toDouble(side, key);
+  const double half = 0.5 * side;
+  return {corner.x + half, corner.y + half, corner.z + half};
+}
+
+/// From there to its corners.
+double reachOf(int32_t side) { return 1.7321 * 0.5 * side; }  // the root of 3
+
 }  // namespace
 
 CellGrid cellGridOf(const MapperParams& params) { return {log2Of(params.space.cell_voxels)}; }
@@ -65,93 +80,54 @@ int reachInCells(const MapperParams& params) {
                       static_cast<double>(params.map.voxel_size_m) * params.space.cell_voxels);
 }
 
+SharedPagedValues makePages(const MapperParams& params, size_t most_bytes) {
+  const MapParams& map = params.map;
+  if (map.page_folder.empty()) return nullptr;
+  return std::make_shared<PagedValues>(map.page_folder, pageBytesOf(map), most_bytes);
+}
+
 SpaceMap::SpaceMap(const MapperParams& params, int threads)
     : grid_(cellGridOf(params)),
       voxel_size_m_(params.map.voxel_size_m),
       max_range_m_(params.space.max_range_m),
-      free_budget_(budgetOf(params).free_bytes),
-      surfaces_(grid_, threads),
-      distances_(reachInCells(params), threads) {}
-
-std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
-  const BlockExtent bounds = inBoth(boundsOfView(frame), extent_);
-  const auto side = static_cast<float>(cubeSideInVoxels(grid_));
-  const float radius = 0.8661f * side;  // half the root of 3
-  const float range = max_range_m_ / frame.voxel_size_m;
-  const float* const R = frame.T_L_C.R;
-  const Vec3f ahead{R[2], R[5], R[8]};
-  std::vector<Vec3i> keys;
-  for (int32_t z = bounds.first.z; z <= bounds.last.z; ++z) {
-    for (int32_t y = bounds.first.y; y <= bounds.last.y; ++y) {
-      for (int32_t x = bounds.first.x; x <= bounds.last.x; ++x) {
-        const Vec3i cube{x, y, z};
-        const Vec3f middle =
-            lookAt(frame, grid_, cube).first_L + 0.5f * side * Vec3f{1.0f, 1.0f, 1.0f};
-        if (dot(ahead, middle - frame.T_L_C.t) - radius > range) continue;
-        if (mayBeInView(frame, middle, radius)) keys.push_back(cube);
-      }
-    }
-  }
-  return keys;
-}
-
-/// Bounds of the pyramid that the image looks into, cut off where an image looks so far aside that
-/// it would go on for ever.
-BlockExtent SpaceMap::boundsOfView(const FrameView& frame) const {
-  const float range = max_range_m_ / frame.voxel_size_m;
-  const Vec3f& eye = frame.T_L_C.t;
-  Vec3f low = eye, high = eye;
-  for (int corner = 0; corner < 4; ++corner) {
-    const float u = corner % 2 == 0 ? -0.5f : static_cast<float>(frame.width) - 0.5f;
-    const float v = corner / 2 == 0 ? -0.5f : static_cast<float>(frame.height) - 0.5f;
-    const Vec3f p = transform(frame.T_L_C, backProject(frame.intrinsics, u, v, range));
-    low = {minimum(low.x, p.x), minimum(low.y, p.y), minimum(low.z, p.z)};
-    high = {maximum(high.x, p.x), maximum(high.y, p.y), maximum(high.z, p.z)};
-  }
-  const float aside = kMostAside * range;
-  const auto cubeOf = [&](float x, float y, float z) {
-    const Vec3i voxel = frame.origin_voxel + Vec3i{floorToInt(x), floorToInt(y), floorToInt(z)};
-    const Vec3i cube = shiftDown(voxel, grid_.side_log2 + kCubeSideLog2);
-    const auto within = [](int32_t at) {
-      return std::clamp(at, -kMaxBlockCoordinate, kMaxBlockCoordinate);
-    };
-    return Vec3i{within(cube.x), within(cube.y), within(cube.z)};
-  };
-  return {cubeOf(maximum(low.x, eye.x - aside), maximum(low.y, eye.y - aside),
-                 maximum(low.z, eye.z - aside)),
-          cubeOf(minimum(high.x, eye.x + aside), minimum(high.y, eye.y + aside),
-                 minimum(high.z, eye.z + aside))};
-}
+      free_budget_(budgetOf(params).free_bytes + pageBytesOf(params.map)),
+      pages_(makePages(params, budgetOf(params).free_bytes)),
+      table_(pages_),
+      surfaces_(grid_, threads, pages_),
+      distances_(reachInCells(params), threads, pages_) {}
 
 void SpaceMap::addFree(const std::vector<FreeCube>& cubes) {
+  const bool is_disk_full = pages_ != nullptr && pages_->isFull();
   for (const FreeCube& seen : cubes) {
-    const CellCube* const known = table_.find(seen.key);
-    if (known != nullptr && contains(known->free, seen.free)) continue;
-    if (known == nullptr || isEmpty(known->free)) {
-      if (freeBytes() + kFreeCubeBudgetBytes > free_budget_) {
+    const CellMask known = table_.find(seen.key).free;
+    if (contains(known, seen.free)) continue;
+    if (isEmpty(known)) {
+      if (is_disk_full || freeBytes() + kFreeCubeBudgetBytes > free_budget_) {
         ++refused_cubes_;
         continue;
       }
       ++free_cubes_;
     }
-    CellCube& cube = table_.at(seen.key);
+    CubeCells& cube = table_.at(seen.key);
     for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] |= seen.free.word[i];
   }
+  table_.close();
 }
 
-/// Takes cells out of what is free; the cube goes if nothing is known of it then.
-void SpaceMap::forgetFree(const Vec3i& key, const CellMask& cells) {
-  const CellMask& known = table_.find(key)->free;
-  if (!overlap(known, cells)) return;
-  CellCube& cube = table_.at(key);
+/// Takes cells out of what is free of a cube; it goes if nothing is known of it then.
+void SpaceMap::forgetFree(const Vec3i& key, const CubeCells& known, const CellMask& cells) {
+  if (!overlap(known.free, cells)) return;
+  CubeCells& cube = table_.at(key);
   for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] &= ~cells.word[i];
-  if (!isEmpty(cube.free)) return;
-  --free_cubes_;
-  table_.removeIfEmpty(key);
+  if (isEmpty(cube.free)) {
+    --free_cubes_;
+    table_.removeIfEmpty(key);
+  }
+  table_.close();
 }
 
 void SpaceMap::addSurfaces(const std::vector<BlockMesh>& blocks) {
-  for (const Vec3i& cube : surfaces_.apply(blocks, table_)) changed_.insert(packKey(cube));
+  for (const Vec3i& cube : surfaces_.apply(blocks, table_)) insert(changed_, cube);
 }
 
 Vec3d SpaceMap::middleOf(const Vec3i& cell) const {
@@ -160,29 +136,39 @@ Vec3d SpaceMap::middleOf(const Vec3i& cell) const {
 }
 
 void SpaceMap::clearRegion(const RegionView& region) {
-  const double side = cellSide(grid_), half = 0.5 * side * kCubeSide;
-  const double reach = 1.7321 * half;  // from a cube's middle to its corners: the root of 3
-  table_.visitKeys([&](const Vec3i& key) {
-    const Vec3d corner = toDouble(cubeSideInVoxels(grid_), key);
-    if (!isInside(region, Vec3d{corner.x + half, corner.y + half, corner.z + half}, reach)) return;
+  const int32_t cube_side = cubeSideInVoxels(grid_), sector_side = cube_side * kCubesAlong;
+  const auto may_reach = [&](const Vec3i& key, int32_t side) {
+    return isInside(region, middleOfBox(key, side), reachOf(side));
+  };
+  const auto takes = [&](const Vec3i& sector) { return may_reach(sector, sector_side); };
+  table_.visit(takes, [&](const Vec3i& key, const CubeCells& cells) {
+    if (!may_reach(key, cube_side)) return;
     CellMask inside = {};
     for (int i = 0; i < kCellsPerCube; ++i) {
       if (isInside(region, middleOf(firstCellOfCube(key) + voxelOffset(i)))) add(inside, i);
     }
-    forgetFree(key, inside);
+    forgetFree(key, cells, inside);
   });
 }
 
 void SpaceMap::dropBeyond(const KeptBall& kept) {
-  const int32_t side = cubeSideInVoxels(grid_);
-  const double half = 0.5 * side, reach = kept.radius + 1.7321 * half;  // the root of 3
+  const int32_t cube_side = cubeSideInVoxels(grid_), sector_side = cube_side * kCubesAlong;
+  const auto squared = [&](const Vec3i& key, int32_t side) {
+    const Vec3d middle = middleOfBox(key, side);
+    const double dx = middle.x - kept.center.x, dy = middle.y - kept.center.y,
+                 dz = middle.z - kept.center.z;
+    return dx * dx + dy * dy + dz * dz;
+  };
+  const double reach = kept.radius + reachOf(cube_side);
+  // No middle of a cube is farther from that of its sector than the sector's corners are.
+  const double within = std::max(0.0, reach - reachOf(sector_side));
   constexpr uint64_t kAll = ~uint64_t{0};
   constexpr CellMask kAllCells = {{kAll, kAll, kAll, kAll, kAll, kAll, kAll, kAll}};
-  table_.visitKeys([&](const Vec3i& key) {
-    const Vec3d corner = toDouble(side, key);
-    const double dx = corner.x + half - kept.center.x, dy = corner.y + half - kept.center.y,
-                 dz = corner.z + half - kept.center.z;
-    if (dx * dx + dy * dy + dz * dz > reach * reach) forgetFree(key, kAllCells);
+  const auto takes = [&](const Vec3i& sector) {
+    return squared(sector, sector_side) >= within * within;
+  };
+  table_.visit(takes, [&](const Vec3i& key, const CubeCells& cells) {
+    if (squared(key, cube_side) > reach * reach) forgetFree(key, cells, kAllCells);
   });
 }
 
@@ -193,23 +179,32 @@ void SpaceMap::clear() {
   changed_.clear();
   free_cubes_ = 0;
   refused_cubes_ = 0;
+  if (pages_ == nullptr) return;
+  pages_->resetCounts();
+  waits_before_ = pages_->stats().waits;
 }
 
 void SpaceMap::copyTo(MapContents& contents) const {
   contents.cell_voxels = cellSide(grid_);
   contents.free_cubes.reserve(free_cubes_);
-  for (const CellCube* const cube : table_.sorted()) {
-    if (isEmpty(cube->free)) continue;
-    MapFreeCube copy{cube->key, {}};
-    std::copy_n(cube->free.word, kWordsPerCube, copy.cells.begin());
+  const bool is_whole = table_.visit(isAnySector, [&](const Vec3i& key, const CubeCells& cube) {
+    if (isEmpty(cube.free)) return;
+    MapFreeCube copy{key, {}};
+    std::copy_n(cube.free.word, kWordsPerCube, copy.cells.begin());
     contents.free_cubes.push_back(copy);
-  }
+  });
+  if (!is_whole) throw std::runtime_error("the map cannot be copied: " + pages_->stats().problem);
+  std::sort(contents.free_cubes.begin(), contents.free_cubes.end(),
+            [](const MapFreeCube& a, const MapFreeCube& b) { return isKeyBefore(a.key, b.key); });
 }
 
 void SpaceMap::restore(const MapContents& contents) {
+  size_t entered = 0;
   for (const MapFreeCube& cube : contents.free_cubes) {
     std::copy_n(cube.cells.begin(), kWordsPerCube, table_.at(cube.key).free.word);
+    if (++entered % kMostAtOnce == 0) table_.close();
   }
+  table_.close();
   free_cubes_ = contents.free_cubes.size();
 }
 
@@ -221,19 +216,21 @@ CellState SpaceMap::stateOf(const Vec3i& cell) const {
 }
 
 CellState SpaceMap::knownStateOf(const Vec3i& cell) const {
-  const CellCube* const cube = table_.find(cubeOfCell(cell));
-  if (cube == nullptr) return CellState::kUnknown;
-  return stateIn(*cube, indexInCube(cell));
+  return stateIn(table_.find(cubeOfCell(cell)), indexInCube(cell));
 }
 
 std::vector<SpaceCell> SpaceMap::cells() const {
   bringUpToDate();
+  std::vector<Vec3i> keys;
+  table_.visit(isAnySector, [&](const Vec3i& key, const CubeCells&) { keys.push_back(key); });
+  std::sort(keys.begin(), keys.end(), isKeyBefore);
   std::vector<SpaceCell> all;
-  for (const CellCube* const cube : table_.sorted()) {
+  for (const Vec3i& key : keys) {
+    const CubeCells cube = table_.find(key);
     for (int i = 0; i < kCellsPerCube; ++i) {
-      const CellState state = stateIn(*cube, i);
+      const CellState state = stateIn(cube, i);
       if (state == CellState::kUnknown) continue;
-      all.push_back({firstCellOfCube(cube->key) + voxelOffset(i), state});
+      all.push_back({firstCellOfCube(key) + voxelOffset(i), state});
     }
   }
   return all;
@@ -242,31 +239,37 @@ std::vector<SpaceCell> SpaceMap::cells() const {
 std::vector<SpaceCube> SpaceMap::cubes(int32_t first_z, int32_t last_z) const {
   bringUpToDate();
   const int32_t low = first_z >> kCubeSideLog2, high = last_z >> kCubeSideLog2;
+  const auto takes = [&](const Vec3i& sector) {
+    return sector.z >= first_z >> kSectorSideLog2 && sector.z <= last_z >> kSectorSideLog2;
+  };
   std::vector<SpaceCube> found;
-  table_.forEach([&](const CellCube& cube) {
-    if (cube.key.z >= low && cube.key.z <= high) found.push_back(asSpaceCube(cube));
+  table_.visit(takes, [&](const Vec3i& key, const CubeCells& cube) {
+    if (key.z >= low && key.z <= high) found.push_back(asSpaceCube(key, cube));
   });
   return found;
 }
 
 SpaceChanges SpaceMap::takeChanges(bool all) {
   bringUpToDate();
-  const TouchedCubes touched = table_.takeTouched(all);
   SpaceChanges changes;
-  changes.begins_anew = touched.begins_anew;
-  for (const CellCube* cube : touched.live) changes.cubes.push_back(asSpaceCube(*cube));
-  for (const Vec3i& key : touched.gone) {
-    if (table_.find(key) == nullptr) changes.cubes.push_back({firstCellOfCube(key), {}, {}});
-  }
+  const CellTable::Taken taken =
+      table_.takeTouched(all, kMostChanges, [&](const Vec3i& key, const CubeCells& cube) {
+        changes.cubes.push_back(asSpaceCube(key, cube));
+      });
+  changes.begins_anew = taken.begins_anew;
+  changes.is_part = taken.is_part;
   return changes;
 }
 
 void SpaceMap::updateDistances() {
   std::vector<SurfaceCube> changed;
-  changed.reserve(changed_.size());
-  for (const PackedKey key : changed_) {
-    const CellCube* const cube = table_.find(unpackKey(key));
-    changed.push_back({unpackKey(key), cube == nullptr ? CellMask{} : cube->surface});
+  for (const auto& of_sector : changed_) {
+    visitCubes(of_sector, [&](const Vec3i& cube, int) {
+      changed.push_back({cube, table_.find(cube).surface});
+    });
+    if (changed.size() < kMostAtOnce) continue;
+    distances_.update(changed);
+    changed.clear();
   }
   distances_.update(changed);
   changed_.clear();
@@ -285,8 +288,20 @@ SpaceDistance SpaceMap::distanceAt(const Eigen::Vector3d& p_W) const {
 size_t SpaceMap::freeBytes() const { return free_cubes_ * kFreeCubeBudgetBytes; }
 
 size_t SpaceMap::bytes() const {
-  constexpr size_t kChanged = sizeof(PackedKey) + 2 * sizeof(void*);
-  return table_.bytes() + surfaces_.bytes() + distances_.bytes() + changed_.size() * kChanged;
+  return table_.bytes() + surfaces_.bytes() + distances_.bytes() +
+         changed_.size() * CellTable::kSetNodeBytes + (pages_ == nullptr ? 0 : pages_->bytes());
+}
+
+void SpaceMap::addTo(PageStats& pages) const {
+  if (pages_ == nullptr) return;
+  const PagedValues::Stats stats = pages_->stats();
+  pages.space_bytes = stats.bytes;
+  pages.index_bytes += stats.index_bytes;
+  pages.failures += stats.failures;
+  pages.lost += stats.lost;
+  pages.waits += stats.waits.count - waits_before_.count;
+  pages.wait_ms += stats.waits.ms - waits_before_.ms;
+  if (!stats.problem.empty()) pages.problem = stats.problem;
 }
 
 }  // namespace dtsdf

@@ -2,15 +2,16 @@
 #pragma once
 
 #include <functional>
-#include <unordered_set>
 #include <vector>
 
 #include "dtsdf_mapping/map_contents.h"
+#include "dtsdf_mapping/mapper.h"
 #include "dtsdf_mapping/params/mapper_params.h"
 #include "dtsdf_mapping/space.h"
 #include "kernels/core/camera.h"
 #include "kernels/core/region.h"
 #include "map/block_table.h"
+#include "page/paged_values.h"
 #include "space/cell_table.h"
 #include "space/distance_field.h"
 #include "space/surface_cells.h"
@@ -22,8 +23,13 @@ CellGrid cellGridOf(const MapperParams& params);
 /// @return cells that distances reach.
 int reachInCells(const MapperParams& params);
 
+/// Where cells and distances lie beyond so much memory; null without map/page_folder.
+/// @throws std::runtime_error where it cannot be written.
+SharedPagedValues makePages(const MapperParams& params, size_t most_bytes);
+
 class SpaceMap : public Space {
  public:
+  /// @throws std::runtime_error where map/page_folder cannot be written.
   SpaceMap(const MapperParams& params, int threads);
 
   /// From now on only these cubes are known: it is a part of a larger map. Outlasts clear().
@@ -53,6 +59,7 @@ class SpaceMap : public Space {
   void clear();
 
   /// Adds what is free to contents. Surfaces are found again in the mesh.
+  /// @throws std::runtime_error where the disk does not give it now.
   void copyTo(MapContents& contents) const;
   /// @pre Nothing is known, the cells are as large as those of the contents, and the budget is not
   /// below what is free there.
@@ -60,6 +67,8 @@ class SpaceMap : public Space {
 
   size_t freeBytes() const;                                 ///< That count towards the budget.
   uint64_t refusedCubes() const { return refused_cubes_; }  ///< Since the start, or clear().
+  /// Adds what became of cells on disk.
+  void addTo(PageStats& pages) const;
 
   double cellSize_m() const override;
   CellState stateOf(const Vec3i& cell) const override;
@@ -79,13 +88,14 @@ class SpaceMap : public Space {
   }
   CellState knownStateOf(const Vec3i& cell) const;
   BlockExtent boundsOfView(const FrameView& frame) const;
-  void forgetFree(const Vec3i& key, const CellMask& cells);
+  void forgetFree(const Vec3i& key, const CubeCells& known, const CellMask& cells);
   Vec3d middleOf(const Vec3i& cell) const;
 
   const CellGrid grid_;
   const double voxel_size_m_;
   const float max_range_m_;
   const size_t free_budget_;
+  const SharedPagedValues pages_;  ///< Null without map/page_folder.
   std::function<void()> bring_up_to_date_;
   BlockExtent extent_;     ///< Of cubes.
   size_t free_cubes_ = 0;  ///< Of which something is free.
@@ -93,7 +103,8 @@ class SpaceMap : public Space {
   CellTable table_;
   SurfaceCells surfaces_;
   DistanceField distances_;
-  std::unordered_set<PackedKey> changed_;  ///< Cubes with surfaces that distances do not know yet.
+  CubeSet changed_;         ///< Those with surfaces that distances do not know yet.
+  DiskWaits waits_before_;  ///< The last clear().
 };
 
 }  // namespace dtsdf

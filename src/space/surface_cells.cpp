@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
+#include <utility>
 
 #include "kernels/core/vec.h"
 #include "threads/parallel_for.h"
@@ -140,11 +142,28 @@ void visitLacking(const std::vector<Vec3i>& list, const std::vector<Vec3i>& othe
   }
 }
 
+/// A block begins with a cell, since neither is larger than the other's multiples.
+Vec3i firstCellOfBlock(const BlockKey& block, const CellGrid& grid) {
+  return shiftDown(firstVoxelOfBlock(block), grid.side_log2);
+}
+
+/// Bytes, one after the other.
+template <class T>
+void put(const T* from, size_t count, char*& to) {
+  if (count > 0) std::memcpy(to, from, count * sizeof(T));
+  to += count * sizeof(T);
+}
+
+template <class T>
+void get(const char*& from, size_t count, T* to) {
+  if (count > 0) std::memcpy(to, from, count * sizeof(T));
+  from += count * sizeof(T);
+}
+
 }  // namespace
 
 std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, const CellGrid& grid) {
-  // A block begins with a cell, since neither is larger than the other's multiples.
-  const Vec3i first = shiftDown(firstVoxelOfBlock(mesh.key), grid.side_log2);
+  const Vec3i first = firstCellOfBlock(mesh.key, grid);
   const float per_voxel = 1.0f / static_cast<float>(cellSide(grid));
   std::vector<Corner> corners;
   corners.reserve(mesh.vertices.size());
@@ -171,43 +190,48 @@ std::vector<Vec3i> SurfaceCells::apply(const std::vector<BlockMesh>& blocks, Cel
   std::vector<Found> found(blocks.size());
   parallelFor<NoScratch>(blocks.size(), threads_, [&](size_t i, NoScratch&) {
     found[i].cells = cellsOfMesh(blocks[i], grid_);
-    found[i].is_other = found[i].cells != cellsOf(packKey(blocks[i].key));
+    found[i].is_other = isOther(blocks[i].key, found[i].cells);
   });
   changed_.clear();
   for (size_t i = 0; i < blocks.size(); ++i) {
-    if (found[i].is_other) replace(packKey(blocks[i].key), std::move(found[i].cells), cells);
+    if (found[i].is_other) replace(blocks[i].key, std::move(found[i].cells), cells);
   }
+  sectors_.close();
   sortEachOnce(changed_);
   for (const Vec3i& cube : changed_) cells.removeIfEmpty(cube);
+  cells.close();
   return std::move(changed_);
 }
 
-const std::vector<Vec3i>& SurfaceCells::cellsOf(PackedKey block) const {
-  static const std::vector<Vec3i> kNone;
-  const auto place = cells_of_block_.find(block);
-  return place == cells_of_block_.end() ? kNone : place->second;
+PackedKey SurfaceCells::sectorOf(const BlockKey& block) const {
+  return packKey(sectorOfCell(firstCellOfBlock(block, grid_)));
+}
+
+bool SurfaceCells::isOther(const BlockKey& block, const std::vector<Vec3i>& now) const {
+  const std::shared_ptr<const SurfaceSector> sector = sectors_.find(sectorOf(block));
+  if (sector == nullptr) return !now.empty();
+  const auto before = sector->cells_of_block.find(packKey(block));
+  return before == sector->cells_of_block.end() ? !now.empty() : before->second != now;
 }
 
 /// A block has other cells from now on.
-void SurfaceCells::replace(PackedKey block, std::vector<Vec3i> now, CellTable& cells) {
-  const auto place = cells_of_block_.find(block);
-  const std::vector<Vec3i>& before = cellsOf(block);
+void SurfaceCells::replace(const BlockKey& block, std::vector<Vec3i> now, CellTable& cells) {
+  SurfaceSector& sector = sectors_.open(sectorOf(block));
+  std::vector<Vec3i>& before = sector.cells_of_block[packKey(block)];
   visitLacking(now, before, [&](const Vec3i& cell) { put(cell, cells); });
   visitLacking(before, now, [&](const Vec3i& cell) { take(cell, cells); });
-  listed_ += now.size();
-  listed_ -= before.size();
-  if (place == cells_of_block_.end()) {
-    if (!now.empty()) cells_of_block_.emplace(block, std::move(now));
-  } else if (now.empty()) {
-    cells_of_block_.erase(place);
+  sector.listed += now.size();
+  sector.listed -= before.size();
+  if (now.empty()) {
+    sector.cells_of_block.erase(packKey(block));
   } else {
-    place->second = std::move(now);
+    before = std::move(now);
   }
 }
 
 void SurfaceCells::put(const Vec3i& cell, CellTable& cells) {
   const Vec3i cube = cubeOfCell(cell);
-  Counts& counts = counts_[packKey(cube)];
+  SurfaceSector::Counts& counts = sectors_.open(packKey(sectorOfCell(cell))).counts[packKey(cube)];
   const int index = indexInCube(cell);
   if (counts.blocks[index]++ > 0) return;
   ++counts.cells;
@@ -218,24 +242,62 @@ void SurfaceCells::put(const Vec3i& cell, CellTable& cells) {
 void SurfaceCells::take(const Vec3i& cell, CellTable& cells) {
   const Vec3i cube = cubeOfCell(cell);
   const int index = indexInCube(cell);
-  const auto place = counts_.find(packKey(cube));
-  Counts& counts = place->second;
+  auto& all_counts = sectors_.open(packKey(sectorOfCell(cell))).counts;
+  const auto place = all_counts.find(packKey(cube));
+  if (place == all_counts.end() || place->second.blocks[index] == 0) return;  // the disk lost it
+  SurfaceSector::Counts& counts = place->second;
   if (--counts.blocks[index] > 0) return;
   remove(cells.at(cube).surface, index);
   changed_.push_back(cube);
-  if (--counts.cells == 0) counts_.erase(place);
+  if (--counts.cells == 0) all_counts.erase(place);
 }
 
-void SurfaceCells::clear() {
-  cells_of_block_.clear();
-  counts_.clear();
-  listed_ = 0;
+size_t SurfaceSector::bytes() const {
+  constexpr size_t kNode = sizeof(PackedKey) + 3 * sizeof(void*), kHeap = 2 * sizeof(void*);
+  return sizeof(*this) + counts.size() * (kNode + sizeof(Counts)) + listed * sizeof(Vec3i) +
+         cells_of_block.size() * (kNode + kHeap + sizeof(std::vector<Vec3i>));
 }
 
-size_t SurfaceCells::bytes() const {
-  constexpr size_t kBlock = sizeof(PackedKey) + sizeof(std::vector<Vec3i>);
-  return counts_.size() * (sizeof(PackedKey) + sizeof(Counts)) + cells_of_block_.size() * kBlock +
-         listed_ * sizeof(Vec3i);
+size_t SurfaceSector::recordBytes() const {
+  return 2 * sizeof(size_t) + cells_of_block.size() * (sizeof(PackedKey) + sizeof(size_t)) +
+         listed * sizeof(Vec3i) + counts.size() * (sizeof(PackedKey) + sizeof(Counts));
+}
+
+void SurfaceSector::writeTo(char* record) const {
+  const size_t sizes[] = {cells_of_block.size(), counts.size()};
+  put(sizes, 2, record);
+  for (const auto& [block, cells] : cells_of_block) {
+    const size_t size = cells.size();
+    put(&block, 1, record);
+    put(&size, 1, record);
+    put(cells.data(), size, record);
+  }
+  for (const auto& [cube, count] : counts) {
+    put(&cube, 1, record);
+    put(&count, 1, record);
+  }
+}
+
+SurfaceSector SurfaceSector::readFrom(const char* record) {
+  SurfaceSector sector;
+  size_t sizes[2];
+  get(record, 2, sizes);
+  for (size_t i = 0; i < sizes[0]; ++i) {
+    PackedKey block;
+    size_t size;
+    get(record, 1, &block);
+    get(record, 1, &size);
+    std::vector<Vec3i> cells(size);
+    get(record, size, cells.data());
+    sector.listed += size;
+    sector.cells_of_block.emplace(block, std::move(cells));
+  }
+  for (size_t i = 0; i < sizes[1]; ++i) {
+    PackedKey cube;
+    get(record, 1, &cube);
+    get(record, 1, &sector.counts[cube]);
+  }
+  return sector;
 }
 
 }  // namespace dtsdf

@@ -17,34 +17,48 @@ namespace dtsdf {
 /// face between two cells is in the upper one.
 std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, const CellGrid& grid);
 
-class SurfaceCells {
- public:
-  SurfaceCells(const CellGrid& grid, int threads) : grid_(grid), threads_(threads) {}
-
-  /// Takes over what a mesh update has changed. @return the cubes whose surfaces changed, by key.
-  std::vector<Vec3i> apply(const std::vector<BlockMesh>& blocks, CellTable& cells);
-
-  void clear();
-  size_t bytes() const;
-
- private:
+/// The cells that blocks of a sector have triangles in, and how many blocks have some in its cells.
+struct SurfaceSector {
   /// Of a cube.
   struct Counts {
     std::array<uint8_t, kCellsPerCube> blocks{};  ///< By cell: how many have a triangle in it.
     int cells = 0;                                ///< With any.
   };
 
-  const std::vector<Vec3i>& cellsOf(PackedKey block) const;
-  void replace(PackedKey block, std::vector<Vec3i> now, CellTable& cells);
+  std::unordered_map<PackedKey, std::vector<Vec3i>> cells_of_block;
+  std::unordered_map<PackedKey, Counts> counts;  ///< By cube; none without surfaces.
+  size_t listed = 0;                             ///< Cells in all lists.
+
+  bool isEmpty() const { return cells_of_block.empty() && counts.empty(); }
+  size_t bytes() const;
+  size_t recordBytes() const;
+  void writeTo(char* record) const;
+  static SurfaceSector readFrom(const char* record);
+};
+
+class SurfaceCells {
+ public:
+  /// @param pages Null: all stays in memory.
+  SurfaceCells(const CellGrid& grid, int threads, SharedPagedValues pages = nullptr)
+      : grid_(grid), threads_(threads), sectors_(std::move(pages)) {}
+
+  /// Takes over what a mesh update has changed. @return the cubes whose surfaces changed, by key.
+  std::vector<Vec3i> apply(const std::vector<BlockMesh>& blocks, CellTable& cells);
+
+  void clear() { sectors_.clear(); }
+  size_t bytes() const { return sectors_.bytes(); }
+
+ private:
+  PackedKey sectorOf(const BlockKey& block) const;
+  bool isOther(const BlockKey& block, const std::vector<Vec3i>& now) const;
+  void replace(const BlockKey& block, std::vector<Vec3i> now, CellTable& cells);
   void take(const Vec3i& cell, CellTable& cells);
   void put(const Vec3i& cell, CellTable& cells);
 
   const CellGrid grid_;
   const int threads_;
-  std::unordered_map<PackedKey, std::vector<Vec3i>> cells_of_block_;
-  std::unordered_map<PackedKey, Counts> counts_;  ///< By cube; none without surfaces.
-  size_t listed_ = 0;                             ///< Cells in all lists.
-  std::vector<Vec3i> changed_;                    ///< Cubes, while an update is taken over.
+  SectorTable<SurfaceSector> sectors_;  ///< By the first cells of blocks, and by cells.
+  std::vector<Vec3i> changed_;          ///< Cubes, while an update is taken over.
 };
 
 }  // namespace dtsdf

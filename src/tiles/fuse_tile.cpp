@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 
@@ -15,6 +16,7 @@
 #include "io/block_mesh_file.h"
 #include "io/map_chunks.h"
 #include "mapper/probed_mapper.h"
+#include "page/paged_meshes.h"
 #include "params/printable.h"
 #include "program/progress_bar.h"
 #include "program/stopwatch.h"
@@ -175,17 +177,29 @@ class TileFusion {
   size_t done_ = 0;
 };
 
-void saveMeshes(ProbedMapper& mapper, const BlockExtent& own, const std::string& path,
-                TileRecord& record) {
-  const MeshUpdate update = mapper.updateMesh();
-  std::vector<const BlockMesh*> meshes;
-  for (const BlockMesh& mesh : update.blocks) {
-    if (mesh.triangles.empty() || !own.contains(mesh.key)) continue;
-    meshes.push_back(&mesh);
-    record.mesh_bounds.add(mesh.key);
-    record.triangles += mesh.triangles.size() / 3;
+/// One by one: with map/page_folder they lie on disk as the map does.
+void saveMeshes(ProbedMapper& mapper, const MapParams& params, const BlockExtent& own,
+                const std::string& path, TileRecord& record) {
+  PagedMeshes meshes(params);
+  for (bool is_part = true; is_part;) {
+    mapper.beginMeshUpdate();
+    MeshUpdate update = mapper.finishMeshUpdate();
+    is_part = update.is_part;
+    for (BlockMesh& mesh : update.blocks) {
+      if (own.contains(mesh.key)) meshes.put(std::make_shared<BlockMesh>(std::move(mesh)));
+    }
   }
-  record.mesh_checksum = saveBlockMeshes(meshes, path);
+  const std::vector<PackedKey> keys = meshes.keys();
+  for (const PackedKey key : keys) record.mesh_bounds.add(unpackKey(key));
+  record.triangles = meshes.triangleCount();
+  const auto visit = [&](const std::function<void(const BlockMesh&)>& take) {
+    for (const PackedKey key : keys) {
+      const SharedBlockMesh mesh = meshes.find(key);
+      if (mesh == nullptr) throw std::runtime_error(meshes.stats().problem);
+      take(*mesh);
+    }
+  };
+  record.mesh_checksum = saveBlockMeshes(visit, path);
   record.mesh_file_bytes = std::filesystem::file_size(path);
 }
 
@@ -221,7 +235,8 @@ TileRecord makeTile(const FuseRequest& request, const LoadedPlan& loaded) {
   record.images = tile.imageCount();
   record.backend = fusion.mapper().backendName();
   record.map_bytes = fusion.mapper().stats().map_bytes;
-  saveMeshes(fusion.mapper(), tile.own, tilePath(request.folder, request.tile, ".mesh"), record);
+  saveMeshes(fusion.mapper(), settings.params.mapper.map, tile.own,
+             tilePath(request.folder, request.tile, ".mesh"), record);
   saveMap(fusion.mapper(), loaded, tile.own, tilePath(request.folder, request.tile, ".dtsdf"),
           record);
   record.peak_bytes = peakBytes();

@@ -133,6 +133,23 @@ TEST_F(FollowedSessionTest, SpaceHasTheStampOfTheMesh) {
   EXPECT_TRUE(space_.take()->changes.begins_anew) << "before the session has another turn";
 }
 
+/// As of a large map that was loaded: the rest comes once the output has taken what there is.
+TEST_F(FollowedSessionTest, MuchOfSpaceIsHandedOverInParts) {
+  mapper_of_space_->known_space.parts_left = FakeSpace::kParts;
+  pushFrame();
+  for (int part = 1; part <= FakeSpace::kParts; ++part) {
+    for (int i = 0; i < 3; ++i) workFollowed();
+    EXPECT_EQ(mapper_of_space_->known_space.parts_left, FakeSpace::kParts - part);
+    const auto delivery = space_.take();
+    ASSERT_TRUE(delivery);
+    EXPECT_EQ(delivery->changes.begins_anew, part == 1);
+    EXPECT_EQ(delivery->changes.cubes.size(), static_cast<size_t>(FakeSpace::kCubesOfPart));
+    EXPECT_EQ(delivery->stamp, part == FakeSpace::kParts ? ros::Time(1.0) : ros::Time());
+  }
+  workFollowed();
+  EXPECT_FALSE(space_.take());
+}
+
 TEST_F(MapSessionTest, ClearingARegionOutdatesTheMesh) {
   pushFrame();
   work();

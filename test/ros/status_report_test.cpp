@@ -159,7 +159,8 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "the disk of map/page_folder: no space"));
   input.map.stats.refused_blocks = 0;
   input.map.stats.pages.lost = 4;
-  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "4 blocks could not be read back"));
+  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)),
+                   "4 blocks or sectors of cells could not be read back"));
   input.map.stats.pages = PageStats();
   input.output.paged_meshes.lost = 8;
   input.output.paged_meshes.problem = "check the disk";

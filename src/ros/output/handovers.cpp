@@ -140,6 +140,12 @@ void SpaceHandover::add(const SpaceChanges& changes, double cell_size_m, const r
   on_change_();
 }
 
+bool SpaceHandover::isFull() const {
+  constexpr size_t kMostWaiting = size_t{1} << 15;  // cubes: some megabytes
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return cubes_.size() >= kMostWaiting;
+}
+
 void SpaceHandover::clear() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);

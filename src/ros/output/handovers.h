@@ -79,6 +79,9 @@ class SpaceHandover {
 
   void add(const SpaceChanges& changes, double cell_size_m, const ros::Time& stamp);
 
+  /// Whether so much waits that more is better handed over later.
+  bool isFull() const;
+
   /// The map has become another one, or empty: drops what waits, and has the output forget all.
   void clear();
 
@@ -87,7 +90,7 @@ class SpaceHandover {
 
  private:
   std::function<void()> on_change_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   bool has_changes_ = false, begins_anew_ = false;
   std::unordered_map<PackedKey, SpaceCube> cubes_;
   double cell_size_m_ = 0.0;

@@ -14,6 +14,7 @@
 #include "dtsdf_mapping/alignment.h"
 #include "dtsdf_mapping/mapper.h"
 #include "page/paged_meshes.h"
+#include "page/paged_values.h"
 #include "ros/output/listener_topic.h"
 
 namespace dtsdf {
@@ -53,6 +54,7 @@ struct OutputReport {
   size_t max_mesh_bytes = 0;        ///< at most, with map/page_folder; 0: no limit.
   PagedMeshes::Stats paged_meshes;  ///< What it keeps on disk.
   size_t space_bytes = 0;  ///< What is kept of space for planners: cells, distances, the grid.
+  PagedValues::Stats paged_space;  ///< What of these lies on disk.
   double publish_ms = 0.0;
   std::vector<TopicReport> topics;        ///< Of the mesh; what waits there has a limit.
   std::vector<TopicReport> space_topics;  ///< Empty without space/enabled.

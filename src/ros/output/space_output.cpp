@@ -4,7 +4,9 @@
 #include <thread>
 #include <utility>
 
+#include "map/memory_budget.h"
 #include "ros/common/callback_guard.h"
+#include "space/space_map.h"
 
 namespace dtsdf {
 namespace {
@@ -13,6 +15,11 @@ namespace {
 constexpr std::chrono::milliseconds kUntilListeners{50};
 /// No memory, most likely: to try again at once would not help.
 constexpr std::chrono::milliseconds kAfterSpaceError{1000};
+
+/// Of cells and distances, with map/page_folder: as much as of the map's, up to this.
+size_t mostCellBytes(const MapperParams& params) {
+  return std::min(budgetOf(params).free_bytes, size_t{64} << 20);
+}
 
 /// The map's thread and the output's have something left.
 int halfOfTheCores() {
@@ -24,7 +31,8 @@ int halfOfTheCores() {
 SpaceOutput::SpaceOutput(const ros::NodeHandle& nh, const Options& options, SpaceHandover& handover)
     : handover_(handover),
       slice_height_m_(options.slice_height_m),
-      follower_(options.max_distance_m, halfOfTheCores()),
+      follower_(options.mapper.space.max_distance_m, halfOfTheCores(),
+                makePages(options.mapper, mostCellBytes(options.mapper))),
       grid_(nh, options.map_frame, options.heights),
       slice_(nh, options.map_frame, options.slice_height_m),
       pace_(options.rate_hz) {}
@@ -45,6 +53,7 @@ void SpaceOutput::work() {
   const std::lock_guard<std::mutex> lock(mutex_);
   topics_ = std::move(topics);
   bytes_ = follower_.bytes() + grid_.bytes();
+  pages_ = follower_.pageStats();
 }
 
 void SpaceOutput::takeChanges() {
@@ -72,7 +81,12 @@ void SpaceOutput::meetListeners() {
   const StampedSpace now = newest();
   if (now.space->isEmpty()) return;
   const bool is_grid_new = has_grid_listeners_ && !had_grid_listeners;
-  if (is_grid_new) grid_.apply({true, now.space->cubes()}, now.space->cellSize_m(), now.stamp);
+  if (is_grid_new) {
+    grid_.apply({true, {}}, now.space->cellSize_m(), now.stamp);
+    now.space->visitCubes([&](std::vector<SpaceCube> cubes) {
+      grid_.apply({false, std::move(cubes)}, now.space->cellSize_m(), now.stamp);
+    });
+  }
   if (is_grid_new || (has_slice_listeners_ && !had_slice_listeners)) {
     is_outdated_ = is_another_ = true;
   }
@@ -103,6 +117,7 @@ void SpaceOutput::addTo(OutputReport& report) const {
   const std::lock_guard<std::mutex> lock(mutex_);
   report.space_topics = topics_;
   report.space_bytes = bytes_;
+  report.paged_space = pages_;
 }
 
 }  // namespace dtsdf

@@ -32,8 +32,8 @@ class SpaceOutput {
     std::string map_frame;
     GroundHeights heights;
     double slice_height_m;
-    double max_distance_m;  ///< See SpaceParams.
-    double rate_hz;         ///< Of grid updates and slices, in wall time.
+    MapperParams mapper;
+    double rate_hz;  ///< Of grid updates and slices, in wall time.
   };
 
   SpaceOutput(const ros::NodeHandle& nh, const Options& options, SpaceHandover& handover);
@@ -74,6 +74,7 @@ class SpaceOutput {
   StampedSpace newest_{std::make_shared<const SpaceSnapshot>(), {}};
   std::vector<TopicReport> topics_;
   size_t bytes_ = 0;
+  PagedValues::Stats pages_;
 };
 
 }  // namespace dtsdf

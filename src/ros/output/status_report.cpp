@@ -152,9 +152,10 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
   add("map", memory.on_gpu, stats.map_bytes - stats.colour_bytes, stats.max_map_bytes);
   add("colour", memory.on_gpu, stats.colour_bytes, stats.max_map_bytes);
   const PagedMeshes::Stats& meshes = in.output.paged_meshes;
-  if (stats.pages.written > 0 || meshes.bytes > 0) {
-    add("page_index", false, stats.pages.index_bytes + meshes.index_bytes);
-    add("pages", false, stats.pages.bytes + meshes.bytes);
+  const PagedValues::Stats& cells = in.output.paged_space;
+  if (stats.pages.written + stats.pages.space_bytes > 0 || meshes.bytes > 0 || cells.bytes > 0) {
+    add("page_index", false, stats.pages.index_bytes + meshes.index_bytes + cells.index_bytes);
+    add("pages", false, stats.pages.bytes + stats.pages.space_bytes + meshes.bytes + cells.bytes);
     status.memory.back().place = "disk";
   }
   add("spare", memory.on_gpu, memory.spare);
@@ -178,13 +179,14 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
   add("process", false, in.process_bytes);
 }
 
-void fillPages(const PageStats& pages, const PagedMeshes::Stats& meshes, MapStatus& status) {
+void fillPages(const PageStats& pages, const OutputReport& output, MapStatus& status) {
   status.paged_blocks = pages.blocks;
   status.paged_bytes = pages.bytes;
   status.pages_written = pages.written;
   status.pages_read = pages.read;
   status.pages_lost = pages.lost;
-  status.page_failures = pages.failures + meshes.failures;
+  status.page_failures =
+      pages.failures + output.paged_meshes.failures + output.paged_space.failures;
   status.page_waits = pages.waits;
   status.page_wait_s = static_cast<float>(pages.wait_ms / 1000.0);
 }
@@ -243,7 +245,7 @@ dtsdf_mapping::MapStatus makeStatus(const StatusInput& in, const dtsdf_mapping::
   addTopics(in.output.topics, status);
   addTopics(in.output.space_topics, status);
 
-  fillPages(in.map.stats.pages, in.output.paged_meshes, status);
+  fillPages(in.map.stats.pages, in.output, status);
   fillLog(in, status);
 
   status.transforms_refused = in.transforms.refused;

@@ -217,7 +217,8 @@ Verdict judgeBudget(const MapStats& stats) {
   if (stats.pages.lost > 0) {
     return {MapStatus::WARN,
             std::to_string(stats.pages.lost) +
-                " blocks could not be read back and are lost: " + stats.pages.problem};
+                " blocks or sectors of cells could not be read back and are lost: " +
+                stats.pages.problem};
   }
   if (stats.pages.failures > 0 && stats.refused_blocks > 0) {
     return {MapStatus::WARN, std::to_string(stats.refused_blocks) +
@@ -229,6 +230,12 @@ Verdict judgeBudget(const MapStats& stats) {
             "the map is full: " + std::to_string(stats.refused_blocks) +
                 " blocks were refused; the map stays usable; raise map/max_memory_mb or set "
                 "map/keep_radius_m or map/page_folder"};
+  }
+  if (stats.refused_cubes > 0 && stats.pages.failures > 0) {
+    return {MapStatus::WARN,
+            std::to_string(stats.refused_cubes) +
+                " times a cube of cells stayed unknown because of the disk of map/page_folder: " +
+                stats.pages.problem};
   }
   if (stats.refused_cubes > 0) {
     return {MapStatus::WARN,
@@ -262,6 +269,12 @@ Verdict judge(const StatusInput& in, const MapStatus& before) {
     return {MapStatus::WARN,
             "the meshes of " + std::to_string(meshes.lost) +
                 " blocks could not be read back and are not shown: " + meshes.problem};
+  }
+  if (const PagedValues::Stats& cells = in.output.paged_space; cells.lost > 0) {
+    return {MapStatus::WARN, std::to_string(cells.lost) +
+                                 " sectors of cells and distances for planners could not be read "
+                                 "back: " +
+                                 cells.problem};
   }
   if (meshes.failures > 0 && in.output.mesh_bytes > in.output.max_mesh_bytes) {
     return {MapStatus::WARN, "meshes stay in memory: " + meshes.problem};

@@ -14,6 +14,23 @@ namespace dtsdf {
 
 using Action = MapSchedule::Action;
 
+namespace {
+
+/// While space is handed over in parts.
+constexpr std::chrono::milliseconds kToNextPart{20};
+
+SpaceChanges allChangesOf(Space& space) {
+  SpaceChanges all = space.takeChanges();
+  while (all.is_part) {
+    const SpaceChanges more = space.takeChanges();
+    all.cubes.insert(all.cubes.end(), more.cubes.begin(), more.cubes.end());
+    all.is_part = more.is_part;
+  }
+  return all;
+}
+
+}  // namespace
+
 MapSession::MapSession(std::unique_ptr<Mapper> mapper, double mesh_rate_hz, Parts parts,
                        SteadyClock clock)
     : mapper_(std::move(mapper)),
@@ -27,6 +44,10 @@ MapSession::MapSession(std::unique_ptr<Mapper> mapper, double mesh_rate_hz, Part
 std::chrono::milliseconds MapSession::step() noexcept {
   try {
     const Action action = schedule_.next(situation());
+    if (action == Action::kWait && space_is_part_ && !hasFailed()) {
+      handSpaceOver();
+      return std::min(idleTime(), kToNextPart);
+    }
     if (action == Action::kWait) return idleTime();
     act(action);
   } catch (const std::exception& error) {
@@ -187,15 +208,22 @@ void MapSession::finishMesh() {
   }
   parts_.mesh_changes.add(std::move(update), mesh_stamp_);
   mesh_whole_ = true;
+  surfaces_stamp_ = mesh_stamp_;
   handSpaceOver();
 }
 
 /// As an extraction may be finished after one more frame, cells may be free by a later frame than
-/// surfaces are of; the stamp promises only what has surfaces too.
+/// surfaces are of; the stamp promises only what has surfaces too. Of much, a part, and more once
+/// that was taken.
 void MapSession::handSpaceOver() {
   Space* const space = mapper_->space();
   if (parts_.space == nullptr || space == nullptr) return;
-  parts_.space->add(space->takeChanges(), space->cellSize_m(), mesh_stamp_);
+  space_is_part_ = true;
+  if (parts_.space->isFull()) return;
+  const SpaceChanges changes = space->takeChanges();
+  space_is_part_ = changes.is_part;
+  if (!space_is_part_) space_stamp_ = surfaces_stamp_;
+  parts_.space->add(changes, space->cellSize_m(), space_stamp_);
 }
 
 std::string MapSession::outdatedMesh() const {
@@ -267,8 +295,10 @@ void MapSession::takePlace(MapCorrection::Corrected corrected) {
 void MapSession::handOverChangesOf(Space& replaced) {
   if (parts_.space == nullptr) return;
   Space& now = *mapper_->space();
-  parts_.space->add(replaced.takeChanges(), now.cellSize_m(), mesh_stamp_);
-  parts_.space->add(changesBetween(replaced, now.takeChanges().cubes), now.cellSize_m(),
+  surfaces_stamp_ = space_stamp_ = mesh_stamp_;
+  space_is_part_ = false;
+  parts_.space->add(allChangesOf(replaced), now.cellSize_m(), mesh_stamp_);
+  parts_.space->add(changesBetween(replaced, allChangesOf(now).cubes), now.cellSize_m(),
                     mesh_stamp_);
 }
 

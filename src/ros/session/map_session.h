@@ -146,6 +146,9 @@ class MapSession {
   ros::Time map_stamp_;          ///< Of the newest frame in the map, but for those of a loaded one.
   double loaded_stamp_s_ = 0.0;  ///< Of those; 0: none.
   ros::Time mesh_stamp_;         ///< The same when the last extraction was begun.
+  ros::Time surfaces_stamp_;     ///< That of the last one that was finished,
+  ros::Time space_stamp_;        ///< and of the last one that was handed over to space as a whole.
+  bool space_is_part_ = false;   ///< There is more to be handed over.
 
   mutable std::mutex report_mutex_;
   MapReport report_;  ///< Only this thread writes.

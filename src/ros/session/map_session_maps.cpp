@@ -64,6 +64,8 @@ std::unique_ptr<Mapper> MapSession::replace(LoadedMap loaded) {
 /// So that nothing of the map that was here is on its way any more.
 void MapSession::forgetHandedOver(std::optional<float> voxel_size_m) {
   parts_.mesh_changes.clear(voxel_size_m);
+  surfaces_stamp_ = space_stamp_ = ros::Time();
+  space_is_part_ = false;
   if (parts_.space != nullptr) parts_.space->clear();
 }
 

@@ -71,7 +71,7 @@ std::unique_ptr<SpaceOutput> makeSpaceOutput(const ros::NodeHandle& private_nh,
       SpaceOutput::Options{frameOfMap(params.node),
                            {ground.min_height_m, ground.max_height_m, ground.grid_seen_share},
                            ground.slice_height_m,
-                           params.mapper.space.max_distance_m,
+                           params.mapper,
                            params.node.publish.space_rate_hz},
       handover);
 }

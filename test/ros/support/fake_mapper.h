@@ -12,18 +12,31 @@
 
 namespace dtsdf {
 
-/// Space of which nothing is known.
+/// Space of which nothing is known, but for parts of many cubes, each of one cell.
 class FakeSpace : public Space {
  public:
   double cellSize_m() const override { return 0.1; }
   CellState stateOf(const Vec3i&) const override { return CellState::kUnknown; }
   std::vector<SpaceCell> cells() const override { return {}; }
   std::vector<SpaceCube> cubes(int32_t, int32_t) const override { return {}; }
-  SpaceChanges takeChanges(bool) override { return {true, {}}; }
+  SpaceChanges takeChanges(bool) override {
+    SpaceChanges changes{true, {}};
+    if (parts_left == 0) return changes;
+    for (int32_t x = 0; x < kCubesOfPart; ++x) {
+      changes.cubes.push_back({{8 * x, 8 * parts_left, 0}, {1}, {}});
+    }
+    changes.begins_anew = parts_left == kParts;
+    changes.is_part = --parts_left > 0;
+    return changes;
+  }
   void updateDistances() override {}
   int squaredDistance(const Vec3i&) const override { return -1; }
   SpaceDistance distanceAt(const Eigen::Vector3d&) const override { return {}; }
   size_t bytes() const override { return 0; }
+
+  static constexpr int32_t kCubesOfPart = 40000;
+  static constexpr int kParts = 3;
+  int parts_left = 0;
 };
 
 class FakeMapper : public Mapper {
@@ -97,7 +110,7 @@ class FakeMapper : public Mapper {
     return contents;
   }
 
-  Space* space() override { return has_space ? &space_ : nullptr; }
+  Space* space() override { return has_space ? &known_space : nullptr; }
   static constexpr size_t kBudgetBytes = 5000;
   MapStats stats() const override {
     throwIf(fails_to_count);
@@ -123,12 +136,13 @@ class FakeMapper : public Mapper {
   int parts_left = 0;  ///< Extractions that leave something to the next one.
   double mesh_ms = 0.0;
 
+  FakeSpace known_space;
+
  private:
   static void throwIf(bool fails) {
     if (fails) throw std::runtime_error("out of memory");
   }
 
-  FakeSpace space_;
   std::map<int, int> changed_;  ///< Number of the frame that changed a block last, by its x.
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <random>
 #include <set>
+#include <unordered_map>
 
 #include "space/distance_field.h"
 #include "support/random_seed.h"
@@ -49,7 +50,7 @@ class Surfaces {
   }
 
  private:
-  SurfaceTable table_;
+  std::unordered_map<PackedKey, CellMask> table_;
   std::vector<Vec3i> sites_;
   std::set<PackedKey> changed_;
 };

@@ -74,8 +74,7 @@ TEST(SurfaceCells, FollowTheMeshBlockByBlock) {
   const std::vector<Vec3f> own = {{0.5f, 1, 1}, {1.5f, 1, 1}, {0.5f, 2, 1}};
   const Vec3i cell{1, 0, 0};
   const auto isThere = [&] {
-    const CellCube* const cube = cells.find(cubeOfCell(cell));
-    return cube != nullptr && isIn(cube->surface, indexInCube(cell));
+    return isIn(cells.find(cubeOfCell(cell)).surface, indexInCube(cell));
   };
   EXPECT_EQ(surfaces.apply({meshOf({0, 0, 0}, beyond)}, cells).size(), 1u);
   EXPECT_TRUE(isThere());
@@ -84,7 +83,7 @@ TEST(SurfaceCells, FollowTheMeshBlockByBlock) {
   EXPECT_TRUE(isThere());
   EXPECT_EQ(surfaces.apply({meshOf({1, 0, 0}, {})}, cells).size(), 1u);
   EXPECT_FALSE(isThere());
-  EXPECT_EQ(cells.size(), 0u) << "cubes of which nothing is known go";
+  EXPECT_TRUE(cells.isEmpty()) << "cubes of which nothing is known go";
 }
 
 }  // namespace

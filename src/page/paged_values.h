@@ -1,0 +1,159 @@
+/// Values that never change, such as the sectors of a table: those that were used last are in
+/// memory, the others lie in a file.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "page/free_runs.h"
+#include "page/page_file.h"
+#include "page/page_queue.h"
+
+namespace dtsdf {
+
+/// How a value becomes a record, and comes back from one.
+struct ValueKind {
+  size_t (*bytes)(const void* value);  ///< Of memory.
+  size_t (*record_bytes)(const void* value);
+  void (*write)(const void* value, char* record);
+  std::shared_ptr<const void> (*read)(const char* record);
+};
+
+/// Of a class that has bytes(), recordBytes(), writeTo(record) and, static, readFrom(record).
+template <class T>
+const ValueKind& kindOf() {
+  static const ValueKind kind{
+      [](const void* value) { return static_cast<const T*>(value)->bytes(); },
+      [](const void* value) { return static_cast<const T*>(value)->recordBytes(); },
+      [](const void* value, char* record) { static_cast<const T*>(value)->writeTo(record); },
+      [](const char* record) -> std::shared_ptr<const void> {
+        return std::make_shared<T>(T::readFrom(record));
+      }};
+  return kind;
+}
+
+/// Memory and file that values share. Any thread may use it.
+class PagedValues : public std::enable_shared_from_this<PagedValues> {
+ public:
+  /// What became of values, since the start or resetCounts().
+  struct Stats {
+    size_t bytes = 0;        ///< Of the disk.
+    size_t index_bytes = 0;  ///< Of memory, that it takes to know of them, about.
+    uint64_t failures = 0;   ///< Reads and writes that failed, or found the folder full.
+    uint64_t lost = 0;       ///< Values that did not come back as they were.
+    DiskWaits waits;         ///< For the disk, since the start.
+    std::string problem;     ///< What the last failure was; empty: there was none.
+  };
+
+  /// A value, wherever it is.
+  struct Entry {
+    explicit Entry(std::shared_ptr<PagedValues> its_pages) : pages(std::move(its_pages)) {}
+    ~Entry() { pages->forget(*this); }
+    Entry(const Entry&) = delete;
+    Entry& operator=(const Entry&) = delete;
+
+    const std::shared_ptr<PagedValues> pages;
+    const ValueKind* kind = nullptr;
+    std::shared_ptr<const void> value;  ///< Null: it is on disk alone.
+    std::list<Entry*>::iterator place;  ///< In the order of use, with a value.
+    size_t bytes = 0;                   ///< Of memory, with a value.
+    uint64_t offset = 0, checksum = 0;
+    size_t record_bytes = 0;  ///< 0: it is not on disk.
+    bool is_lost = false;
+  };
+
+  /// @param max_bytes Of the file.
+  /// @param most_bytes What stays in memory.
+  /// @throws std::runtime_error where the folder cannot be written.
+  PagedValues(const std::string& folder, uint64_t max_bytes, size_t most_bytes);
+
+  std::shared_ptr<Entry> keep(std::shared_ptr<const void> value, const ValueKind& kind);
+
+  /// The value, which comes to memory. @return null: it is lost, or cannot be read now.
+  std::shared_ptr<const void> get(Entry& entry);
+
+  /// The same, and the entry has it no longer: if it cannot be read it is lost.
+  std::shared_ptr<const void> take(Entry& entry);
+
+  /// Whether it will not come back, whatever the disk does.
+  bool isLost(const Entry& entry) const;
+
+  /// Whether more is in memory than should, as the disk takes none.
+  bool isFull() const;
+
+  size_t bytes() const;  ///< Of memory, with what is on its way to the disk.
+  Stats stats() const;
+  void resetCounts();
+
+ private:
+  void forget(Entry& entry);
+  void leaveMemory(Entry& entry);
+  void leaveDisk(Entry& entry);
+  void bring(Entry& entry);
+  void makeRoom();
+  bool writeOut(const std::vector<Entry*>& entries);
+  std::string takeRoom(const std::vector<Entry*>& entries, std::vector<Entry*>& written);
+  std::string write(const std::vector<Entry*>& entries);
+  bool fail(const std::string& problem);
+  static PageSpan spanOf(Entry& entry) {
+    return {entry.offset, entry.record_bytes, &entry.checksum};
+  }
+
+  mutable std::mutex mutex_;  ///< Guards all, entries included.
+  PageFile file_;
+  PageQueue queue_;
+  FreeRuns runs_;
+  const size_t most_bytes_;
+  std::list<Entry*> order_;  ///< Of those in memory, those that were used longest ago first.
+  size_t bytes_ = 0;         ///< Of these.
+  size_t entries_ = 0;
+  size_t calls_until_try_ = 0;  ///< After a failure the disk is left alone at first.
+  Stats stats_;
+};
+
+using SharedPagedValues = std::shared_ptr<PagedValues>;
+
+/// A value, in memory or on disk. Copies of it are the same value.
+template <class T>
+class Paged {
+ public:
+  Paged() = default;
+  /// @param pages Null: it stays in memory.
+  Paged(std::shared_ptr<const T> value, const SharedPagedValues& pages) {
+    if (pages == nullptr) {
+      value_ = std::move(value);
+    } else {
+      entry_ = pages->keep(std::move(value), kindOf<T>());
+    }
+  }
+
+  /// @return null: it is lost, or cannot be read now.
+  std::shared_ptr<const T> get() const {
+    if (entry_ == nullptr) return value_;
+    return std::static_pointer_cast<const T>(entry_->pages->get(*entry_));
+  }
+
+  bool isLost() const { return entry_ != nullptr && entry_->pages->isLost(*entry_); }
+
+  /// The value, to be changed: this has none any more. @pre There are no copies of it.
+  std::shared_ptr<T> take() {
+    std::shared_ptr<const T> value = std::move(value_);
+    if (entry_ != nullptr) {
+      value = std::static_pointer_cast<const T>(entry_->pages->take(*entry_));
+      entry_.reset();
+    }
+    return std::const_pointer_cast<T>(std::move(value));
+  }
+
+ private:
+  std::shared_ptr<const T> value_;  ///< Without pages.
+  std::shared_ptr<PagedValues::Entry> entry_;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,112 @@
+/// What is known of 32 x 32 x 32 cells, by cubes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "kernels/space/cells.h"
+
+namespace dtsdf {
+
+/// A sector is large beside a reach of usual length, so that little of the window around one is
+/// looked at in vain.
+constexpr int kSectorSideLog2 = 5;
+constexpr int kSectorSide = 1 << kSectorSideLog2;  ///< In cells.
+constexpr int kCubesAlong = kSectorSide / kCubeSide;
+constexpr int kCubesPerSector = kCubesAlong * kCubesAlong * kCubesAlong;
+
+inline Vec3i sectorOfCell(const Vec3i& cell) { return shiftDown(cell, kSectorSideLog2); }
+inline Vec3i sectorOfCube(const Vec3i& cube) {
+  return shiftDown(cube, kSectorSideLog2 - kCubeSideLog2);
+}
+
+/// Its number in its sector.
+inline int cubeInSector(const Vec3i& cube) {
+  constexpr int32_t kMask = kCubesAlong - 1;
+  return (cube.x & kMask) + kCubesAlong * ((cube.y & kMask) + kCubesAlong * (cube.z & kMask));
+}
+
+/// The cube of a number.
+inline Vec3i cubeOfSector(const Vec3i& sector, int number) {
+  return {sector.x * kCubesAlong + number % kCubesAlong,
+          sector.y * kCubesAlong + number / kCubesAlong % kCubesAlong,
+          sector.z * kCubesAlong + number / (kCubesAlong * kCubesAlong)};
+}
+
+/// A cube of cells: where an image saw through, and where surfaces are.
+struct CubeCells {
+  CellMask free{}, surface{};
+};
+
+inline bool isEmpty(const CubeCells& cells) {
+  return isEmpty(cells.free) && isEmpty(cells.surface);
+}
+
+/// The cubes that something is known of, by their numbers.
+class CellSector {
+ public:
+  /// What is known of a cube: all zeros if nothing is.
+  CubeCells at(int number) const { return has(number) ? cubes_[placeOf(number)] : CubeCells{}; }
+
+  /// The cube, made if it is not there; it stays where it is until another one comes or goes.
+  CubeCells& make(int number) {
+    const size_t place = placeOf(number);
+    if (!has(number))
+      cubes_.insert(cubes_.begin() + static_cast<std::ptrdiff_t>(place), CubeCells());
+    known_ |= bit(number);
+    return cubes_[place];
+  }
+
+  void erase(int number) {
+    if (!has(number)) return;
+    cubes_.erase(cubes_.begin() + static_cast<std::ptrdiff_t>(placeOf(number)));
+    known_ &= ~bit(number);
+  }
+
+  bool has(int number) const { return (known_ & bit(number)) != 0; }
+  bool isEmpty() const { return known_ == 0; }
+
+  /// Calls visit(number, cells) for each.
+  template <class Visit>
+  void visit(const Visit& visit) const {
+    size_t place = 0;
+    for (uint64_t left = known_; left != 0; left &= left - 1) {
+      visit(__builtin_ctzll(left), cubes_[place++]);
+    }
+  }
+
+  size_t bytes() const { return sizeof(*this) + cubes_.capacity() * sizeof(CubeCells); }
+
+  size_t recordBytes() const { return sizeof(known_) + cubes_.size() * sizeof(CubeCells); }
+  void writeTo(char* record) const {
+    std::memcpy(record, &known_, sizeof(known_));
+    if (!cubes_.empty()) {
+      std::memcpy(record + sizeof(known_), cubes_.data(), cubes_.size() * sizeof(CubeCells));
+    }
+  }
+  static CellSector readFrom(const char* record) {
+    CellSector sector;
+    std::memcpy(&sector.known_, record, sizeof(sector.known_));
+    sector.cubes_.resize(static_cast<size_t>(__builtin_popcountll(sector.known_)));
+    if (!sector.cubes_.empty()) {
+      std::memcpy(sector.cubes_.data(), record + sizeof(sector.known_),
+                  sector.cubes_.size() * sizeof(CubeCells));
+    }
+    return sector;
+  }
+
+ private:
+  static_assert(kCubesPerSector == 64, "a bit for each cube");
+
+  static uint64_t bit(int number) { return uint64_t{1} << number; }
+  size_t placeOf(int number) const {
+    return static_cast<size_t>(__builtin_popcountll(known_ & (bit(number) - 1)));
+  }
+
+  uint64_t known_ = 0;
+  std::vector<CubeCells> cubes_;
+};
+
+}  // namespace dtsdf

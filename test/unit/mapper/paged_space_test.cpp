@@ -1,0 +1,284 @@
+// What is known of space goes to disk with the map and comes back: all answers are those of a map
+// that never paged, and memory does not grow with the way.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <thread>
+
+#include "dtsdf_mapping/region.h"
+#include "io/save_mapper.h"
+#include "map/region_view.h"
+#include "space/space_follower.h"
+#include "space/space_map.h"
+#include "support/depth_frames.h"
+#include "support/map_equality.h"
+#include "support/random_seed.h"
+#include "support/saved_maps.h"
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kStepsOut = 45;  ///< Frames out, and as many back.
+
+/// Along a corridor, looking ahead to its left and to its right.
+Eigen::Isometry3d poseInCorridor(int i) {
+  const int step = i < kStepsOut ? i : 2 * kStepsOut - i;
+  const Vector3d eye(1.0 * step, 0.2 * (i % 3) - 0.2, 0.1 * (i % 2));
+  const double aside = i % 2 == 0 ? 1.0 : -1.0, ahead = i < kStepsOut ? 1.0 : -1.0;
+  return lookAt(eye, eye + Vector3d(ahead, aside, -0.1), Vector3d::UnitZ());
+}
+
+const std::vector<SceneFrame>& corridor() {
+  static const std::vector<SceneFrame> frames = [] {
+    std::vector<SceneFrame> made;
+    for (int i = 0; i < 2 * kStepsOut; ++i) {
+      Scene scene;
+      scene.add(Room{{-2.0, -1.5, -1.2}, {kStepsOut + 3.0, 1.5, 1.2}});
+      for (int k = 0; k < kStepsOut / 5; ++k) {
+        if (i > kStepsOut && k % 2 == 0) continue;  // some go away meanwhile
+        scene.add(makeBox({5.0 * k, k % 2 == 0 ? 1.0 : -1.0, -0.4}, {0.4, 0.3, 0.9}, 0.4));
+      }
+      made.push_back(renderFrame(scene, poseInCorridor(i), 80, 60));
+    }
+    return made;
+  }();
+  return frames;
+}
+
+MapperParams plainParams() {
+  MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, 0.05f);
+  params.fusion.max_depth_m = 3.0f;
+  params.space.enabled = true;
+  params.space.cell_voxels = 2;
+  params.space.max_range_m = 3.0f;
+  params.space.max_distance_m = 1.5f;
+  params.mesh.min_support = 1;
+  return params;
+}
+
+MapperParams pagedParams(MapperParams params, int max_memory_mb, const std::string& folder) {
+  params.map.max_memory_mb = max_memory_mb;
+  params.map.page_folder = folder;
+  params.map.page_max_gb = 1.0f;
+  return params;
+}
+
+/// A mapper, and one who follows its space as the node does.
+class Walk {
+ public:
+  explicit Walk(const MapperParams& params)
+      : mapper_(makeProbedMapper(params)),
+        pages_(makePages(params, size_t{512} << 10)),
+        follower_(params.space.max_distance_m, 2, pages_) {}
+
+  void go(int first = 0, int last = 2 * kStepsOut) {
+    for (int i = first; i < last; ++i) {
+      ASSERT_EQ(mapper_->integrate(corridor()[static_cast<size_t>(i)].view()).status,
+                FrameStatus::kFused);
+      if (i % 3 == 2) look();
+    }
+  }
+  void look() {
+    mapper_->updateMesh();
+    follower_.apply(mapper_->space()->takeChanges(), mapper_->space()->cellSize_m());
+    mapper_->space()->updateDistances();
+  }
+
+  ProbedMapper& mapper() { return *mapper_; }
+  Space& space() { return *mapper_->space(); }
+  std::shared_ptr<const SpaceSnapshot> known() const { return follower_.snapshot(); }
+  size_t followerBytes() const { return follower_.bytes(); }
+  PagedValues::Stats followerPages() const { return follower_.pageStats(); }
+
+ private:
+  std::unique_ptr<ProbedMapper> mapper_;
+  SharedPagedValues pages_;
+  SpaceFollower follower_;
+};
+
+void expectSameAnswers(const KnownSpace& expected, const KnownSpace& actual) {
+  std::mt19937 random(caseSeed(0));
+  std::uniform_real_distribution<double> along(-3.0, kStepsOut + 4.0), aside(-2.5, 2.5);
+  for (int i = 0; i < 3000; ++i) {
+    const Vector3d p(along(random), aside(random), aside(random));
+    const SpaceDistance a = expected.distanceAt(p), b = actual.distanceAt(p);
+    ASSERT_EQ(a.known, b.known) << p.transpose();
+    ASSERT_EQ(a.distance_m, b.distance_m) << p.transpose();
+    ASSERT_EQ(a.gradient.x, b.gradient.x);
+    ASSERT_EQ(a.gradient.y, b.gradient.y);
+    ASSERT_EQ(a.gradient.z, b.gradient.z);
+    ASSERT_EQ(expected.stateOf(expected.cellAt(p)), actual.stateOf(expected.cellAt(p)));
+  }
+  EXPECT_EQ(expected.cubes(-8, 8).size(), actual.cubes(-8, 8).size());
+}
+
+void expectSameSpace(Walk& expected, Walk& actual) {
+  const std::vector<SpaceCell> a = expected.space().cells(), b = actual.space().cells();
+  ASSERT_GT(a.size(), 10000u);
+  ASSERT_EQ(a.size(), b.size());
+  for (size_t i = 0; i < a.size(); ++i) {
+    ASSERT_EQ(packKey(a[i].cell), packKey(b[i].cell));
+    ASSERT_EQ(a[i].state, b[i].state);
+  }
+  ASSERT_NO_FATAL_FAILURE(expectSameAnswers(expected.space(), actual.space()));
+  ASSERT_NO_FATAL_FAILURE(expectSameAnswers(*expected.known(), *actual.known()));
+}
+
+class PagedSpace : public testing::Test {
+ protected:
+  TemporaryFolder folder_;
+
+  std::string savedBytes(Walk& walk, const std::string& name) {
+    saveMapOf(walk.mapper(), {}, folder_ / name);
+    return readBytes(folder_ / name);
+  }
+};
+
+TEST_F(PagedSpace, IsThatOfAMapThatNeverPaged) {
+  Walk whole(plainParams());
+  ASSERT_NO_FATAL_FAILURE(whole.go());
+  for (const int budget_mb : {8, 4, 2}) {
+    SCOPED_TRACE(budget_mb);
+    Walk near(pagedParams(plainParams(), budget_mb, folder_ / "pages"));
+    ASSERT_NO_FATAL_FAILURE(near.go());
+    whole.look();
+    near.look();
+    const MapStats stats = near.mapper().stats();
+    EXPECT_GT(stats.pages.space_bytes, size_t{1} << 20) << "else nothing is tested";
+    EXPECT_GT(near.followerPages().bytes, size_t{1} << 20);
+    EXPECT_EQ(stats.refused_cubes + stats.refused_blocks, 0u);
+    EXPECT_EQ(stats.pages.lost + stats.pages.failures, 0u) << stats.pages.problem;
+    ASSERT_NO_FATAL_FAILURE(expectSameSpace(whole, near));
+    EXPECT_TRUE(savedBytes(whole, "a.dtsdf") == savedBytes(near, "b.dtsdf"));
+  }
+}
+
+/// Whatever was mapped: the way there, and there and back.
+TEST_F(PagedSpace, TakesNoMoreMemoryTheFartherItGoes) {
+  constexpr int kBudgetMb = 4;
+  constexpr size_t kInMemory = (size_t{kBudgetMb} << 20) / 8, kOnItsWay = size_t{1} << 20;
+  Walk whole(plainParams()), near(pagedParams(plainParams(), kBudgetMb, folder_.path()));
+  size_t most = 0, most_of_follower = 0;
+  for (int i = 0; i < 2 * kStepsOut; i += 3) {
+    ASSERT_NO_FATAL_FAILURE(near.go(i, i + 3));
+    ASSERT_NO_FATAL_FAILURE(whole.go(i, i + 3));
+    most = std::max(most, near.space().bytes());
+    most_of_follower = std::max(most_of_follower, near.followerBytes());
+  }
+  const size_t index = near.mapper().stats().pages.index_bytes;
+  EXPECT_LE(most, kInMemory + kOnItsWay + index);
+  EXPECT_LE(most_of_follower, kInMemory + kOnItsWay + near.followerPages().index_bytes);
+  EXPECT_GT(whole.space().bytes(), 3 * (kInMemory + kOnItsWay)) << "else nothing is tested";
+  std::cout << "of the map " << (most >> 10) << " KiB in place of " << (whole.space().bytes() >> 10)
+            << ", of who follows it " << (most_of_follower >> 10) << " in place of "
+            << (whole.followerBytes() >> 10) << "\n";
+}
+
+TEST_F(PagedSpace, IsLoadedBeyondTheBudget) {
+  Walk whole(plainParams());
+  ASSERT_NO_FATAL_FAILURE(whole.go());
+  whole.look();
+  const MapContents contents = whole.mapper().contents();
+  const auto loaded =
+      makeProbedMapper(pagedParams(plainParams(), 3, folder_.path()), Rules(), contents);
+  while (loaded->finishMeshUpdate().is_part || loaded->updateMesh().is_part) {
+  }
+  loaded->space()->updateDistances();
+  ASSERT_NO_FATAL_FAILURE(expectSameAnswers(whole.space(), *loaded->space()));
+  EXPECT_EQ(loaded->contents().free_cubes.size(), contents.free_cubes.size());
+  SpaceFollower follower(
+      plainParams().space.max_distance_m, 1,
+      makePages(pagedParams(plainParams(), 3, folder_.path()), size_t{512} << 10));
+  follower.apply(loaded->space()->takeChanges(), loaded->space()->cellSize_m());
+  ASSERT_NO_FATAL_FAILURE(expectSameAnswers(*whole.known(), *follower.snapshot()));
+}
+
+/// A large map is handed out in parts, whatever changes meanwhile, and saved as it was.
+TEST_F(PagedSpace, IsToldInParts) {
+  MapContents contents = makeMapper(plainParams())->contents();
+  for (int32_t i = 0; i < 70000; ++i) {
+    contents.free_cubes.push_back({{i % 50, i / 50 % 50, i / 2500}, {uint64_t(i) + 1}});
+  }
+  SpaceMap whole(plainParams(), 1), near(pagedParams(plainParams(), 8, folder_.path()), 1);
+  whole.restore(contents);
+  near.restore(contents);
+  EXPECT_LE(near.bytes(), size_t{3} << 20);
+  SpaceFollower follower(1.5, 1);
+  int parts = 0;
+  for (bool is_part = true; is_part; ++parts) {
+    const SpaceChanges changes = near.takeChanges(false);
+    EXPECT_EQ(changes.begins_anew, parts == 0);
+    EXPECT_LE(changes.cubes.size(), size_t{34000});
+    is_part = changes.is_part;
+    follower.apply(changes, near.cellSize_m());
+    for (SpaceMap* const map : {&whole, &near}) {
+      map->clearRegion(makeRegionView(SphereRegion{{10.0 * parts, 20.0, 5.0}, 4.0}, 0.05));
+      map->addFree({{{parts, -1, -1}, {{~uint64_t{0}}}}});
+    }
+  }
+  EXPECT_GE(parts, 3);
+  follower.apply(near.takeChanges(false), near.cellSize_m());
+  MapContents a, b;
+  whole.copyTo(a);
+  near.copyTo(b);
+  ASSERT_EQ(a.free_cubes.size(), b.free_cubes.size());
+  const auto known = follower.snapshot();
+  EXPECT_EQ(known->cubes(-1000, 1000).size(), a.free_cubes.size());
+  for (size_t i = 0; i < a.free_cubes.size(); ++i) {
+    ASSERT_EQ(packKey(a.free_cubes[i].key), packKey(b.free_cubes[i].key));
+    ASSERT_EQ(a.free_cubes[i].cells, b.free_cubes[i].cells);
+    const Vec3i cell = firstCellOfCube(a.free_cubes[i].key);
+    ASSERT_EQ(known->stateOf(cell), whole.stateOf(cell));
+  }
+}
+
+TEST_F(PagedSpace, IsClearedAndDroppedOnDiskToo) {
+  for (const float keep_radius_m : {0.0f, 12.0f}) {
+    SCOPED_TRACE(keep_radius_m);
+    MapperParams params = plainParams();
+    params.map.keep_radius_m = keep_radius_m;
+    Walk whole(params), near(pagedParams(params, 4, folder_.path()));
+    BoxRegion region;
+    region.T_W_B.translation() = Vector3d(9.0, 0.0, 0.0);
+    region.size_m = Vector3d(7.0, 1.7, 1.1);
+    for (Walk* const walk : {&whole, &near}) {
+      ASSERT_NO_FATAL_FAILURE(walk->go(0, kStepsOut));
+      walk->mapper().clearRegion(region);
+      ASSERT_NO_FATAL_FAILURE(walk->go(kStepsOut, 2 * kStepsOut - 20));
+      walk->look();
+    }
+    ASSERT_NO_FATAL_FAILURE(expectSameSpace(whole, near));
+    near.mapper().clear();
+    EXPECT_TRUE(near.space().cells().empty());
+    EXPECT_EQ(near.mapper().stats().pages.space_bytes, 0u);
+  }
+}
+
+/// Cells that find no room stay unknown, which is counted; surfaces are known all the same.
+TEST_F(PagedSpace, GoesOnWithWhatFitsWhereTheDiskIsFull) {
+  MapperParams params = pagedParams(plainParams(), 64, folder_.path());
+  params.map.page_max_gb = 0.002f;
+  Walk whole(plainParams());
+  ASSERT_NO_FATAL_FAILURE(whole.go(0, kStepsOut));
+  params.map.max_memory_mb = 16;  // two for cells, and as much on the disk
+  Walk near(params);
+  ASSERT_NO_FATAL_FAILURE(near.go(0, kStepsOut));
+  const MapStats stats = near.mapper().stats();
+  EXPECT_GT(stats.pages.failures, 0u);
+  EXPECT_GT(stats.refused_cubes, 0u);
+  EXPECT_NE(stats.pages.problem.find("map/page_max_gb"), std::string::npos) << stats.pages.problem;
+  for (const SpaceCell& cell : whole.space().cells()) {
+    const CellState state = near.space().stateOf(cell.cell);
+    if (cell.state == CellState::kSurface) {
+      ASSERT_EQ(state, cell.state);
+    }
+    ASSERT_TRUE(state == cell.state || state == CellState::kUnknown);
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,180 @@
+// Values that lie in a file while nobody uses them: they come back as they were, or it is said that
+// they do not.
+#include "page/paged_values.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <thread>
+
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr size_t kMostBytes = size_t{1} << 20;
+
+struct Value {
+  std::vector<uint32_t> words;
+
+  size_t bytes() const { return sizeof(*this) + words.size() * sizeof(uint32_t); }
+  size_t recordBytes() const { return (words.size() + 1) * sizeof(uint32_t); }
+  void writeTo(char* record) const {
+    const auto size = static_cast<uint32_t>(words.size());
+    std::memcpy(record, &size, sizeof(size));
+    std::memcpy(record + sizeof(size), words.data(), words.size() * sizeof(uint32_t));
+  }
+  static Value readFrom(const char* record) {
+    uint32_t size;
+    std::memcpy(&size, record, sizeof(size));
+    Value value;
+    value.words.resize(size);
+    std::memcpy(value.words.data(), record + sizeof(size), size * sizeof(uint32_t));
+    return value;
+  }
+};
+
+std::shared_ptr<const Value> valueOf(uint32_t seed) {
+  std::mt19937 random(seed);
+  auto value = std::make_shared<Value>();
+  value->words.resize(1000 + random() % 20000);
+  std::generate(value->words.begin(), value->words.end(), std::ref(random));
+  return value;
+}
+
+class PagedValuesTest : public testing::Test {
+ protected:
+  TemporaryFolder folder_;
+  SharedPagedValues pages_ =
+      std::make_shared<PagedValues>(folder_.path(), size_t{64} << 20, kMostBytes);
+  std::vector<Paged<Value>> values_;
+
+  void keep(uint32_t count) {
+    for (uint32_t i = 0; i < count; ++i) values_.push_back({valueOf(i), pages_});
+  }
+  bool isThere(uint32_t i) const {
+    const auto value = values_[i].get();
+    return value != nullptr && value->words == valueOf(i)->words;
+  }
+  void damage() const {
+    for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+      std::error_code error;
+      const std::string target = std::filesystem::read_symlink(entry.path(), error).string();
+      if (error || target.rfind(folder_.path(), 0) != 0) continue;
+      std::fstream file(entry.path(), std::ios::in | std::ios::out | std::ios::binary);
+      for (int i = 0; i < 60; ++i) file.seekp(100 + i * 40000).put('x').put('y').put('z');
+    }
+  }
+};
+
+TEST_F(PagedValuesTest, ComeBackAsTheyWere) {
+  keep(300);
+  EXPECT_LE(pages_->bytes(), 3 * kMostBytes) << "with what is on its way";
+  EXPECT_GT(pages_->stats().bytes, size_t{5} << 20) << "else nothing is tested";
+  for (uint32_t i = 0; i < 300; ++i) ASSERT_TRUE(isThere(i)) << i;
+  for (uint32_t i = 300; i-- > 0;) ASSERT_TRUE(isThere(i)) << i;
+  EXPECT_LE(pages_->bytes(), 3 * kMostBytes);
+  EXPECT_FALSE(pages_->isFull());
+  EXPECT_EQ(folder_.entryCount(), 0u) << "the file has no name";
+  values_.clear();
+  EXPECT_EQ(pages_->stats().bytes, 0u);
+  EXPECT_EQ(pages_->bytes(), 0u);
+}
+
+TEST_F(PagedValuesTest, AreTakenToBeChanged) {
+  keep(100);
+  for (uint32_t i = 0; i < 100; ++i) {
+    const std::shared_ptr<Value> value = values_[i].take();
+    ASSERT_NE(value, nullptr);
+    ASSERT_EQ(value->words, valueOf(i)->words);
+    EXPECT_EQ(values_[i].get(), nullptr);
+    value->words = valueOf(i + 1000)->words;
+    values_[i] = Paged<Value>(value, pages_);
+  }
+  for (uint32_t i = 0; i < 100; ++i) ASSERT_EQ(values_[i].get()->words, valueOf(i + 1000)->words);
+  EXPECT_EQ(pages_->stats().lost, 0u);
+}
+
+/// As planners ask on threads of their own.
+TEST_F(PagedValuesTest, AreReadByManyThreads) {
+  keep(100);
+  std::atomic<int> wrong{0};
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 3; ++t) {
+    threads.emplace_back([&, t, values = values_] {
+      for (uint32_t i = 0; i < 100; ++i) {
+        const uint32_t n = (i * 37 + static_cast<uint32_t>(t) * 11) % 100;
+        wrong += values[n].get()->words == valueOf(n)->words ? 0 : 1;
+      }
+    });
+  }
+  for (uint32_t i = 0; i < 100; ++i) values_[i] = Paged<Value>(valueOf(i + 500), pages_);
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST_F(PagedValuesTest, FindDamage) {
+  keep(300);
+  while (pages_->bytes() > kMostBytes) std::this_thread::yield();  // until all is written
+  damage();
+  uint64_t missing = 0;
+  for (uint32_t i = 0; i < 300; ++i) {
+    if (values_[i].get() == nullptr) {
+      ++missing;
+      EXPECT_TRUE(values_[i].isLost());
+    } else {
+      ASSERT_TRUE(isThere(i));
+    }
+  }
+  EXPECT_GT(missing, 10u);
+  EXPECT_EQ(pages_->stats().lost, missing);
+  EXPECT_NE(pages_->stats().problem.find("damaged"), std::string::npos);
+}
+
+TEST_F(PagedValuesTest, StayInMemoryWhereTheDiskTakesNone) {
+  const bool both[] = {false, true};
+  for (const bool is_limited : both) {
+    values_.clear();
+    pages_ =
+        std::make_shared<PagedValues>(folder_.path(), is_limited ? 2 << 20 : 64 << 20, kMostBytes);
+    rlimit before{};
+    getrlimit(RLIMIT_FSIZE, &before);
+    if (!is_limited) {
+      std::signal(SIGXFSZ, SIG_IGN);
+      const rlimit none{0, before.rlim_max};
+      setrlimit(RLIMIT_FSIZE, &none);
+    }
+    keep(200);
+    EXPECT_TRUE(pages_->isFull());
+    const PagedValues::Stats stats = pages_->stats();
+    EXPECT_GT(stats.failures, 0u);
+    EXPECT_LT(stats.failures, 40u) << "the disk is left alone between tries";
+    EXPECT_NE(stats.problem.find("map/page_folder"), std::string::npos);
+    for (uint32_t i = 0; i < 200; ++i) ASSERT_TRUE(isThere(i)) << i;
+    setrlimit(RLIMIT_FSIZE, &before);
+    if (is_limited) continue;
+    for (uint32_t i = 0; i < 200; ++i) ASSERT_TRUE(isThere(i)) << i;
+    for (uint32_t i = 200; i < 400; ++i) values_.push_back({valueOf(i), pages_});
+    EXPECT_FALSE(pages_->isFull()) << "the disk is used again";
+    for (uint32_t i = 0; i < 400; ++i) ASSERT_TRUE(isThere(i)) << i;
+    EXPECT_EQ(pages_->stats().lost, 0u);
+  }
+}
+
+TEST(PagedValues, NeedNoFile) {
+  Paged<Value> value(valueOf(1), nullptr);
+  EXPECT_EQ(value.get()->words, valueOf(1)->words);
+  EXPECT_FALSE(value.isLost());
+  EXPECT_EQ(value.take()->words, valueOf(1)->words);
+  EXPECT_EQ(value.get(), nullptr);
+}
+
+}  // namespace
+}  // namespace dtsdf

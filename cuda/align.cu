@@ -14,6 +14,14 @@ namespace {
 constexpr int kAlignThreads = 64;
 constexpr int kWarp = 32;
 
+/// That look for the surface of a point together.
+constexpr int kLanes = 4;
+
+/// Blocks of threads for so many.
+unsigned alignBlocks(size_t threads) {
+  return static_cast<unsigned>((threads + kAlignThreads - 1) / kAlignThreads);
+}
+
 /// The sums as numbers side by side.
 constexpr int kSums = sizeof(AlignmentSums) / sizeof(int64_t);
 static_assert(sizeof(AlignmentSums) % sizeof(int64_t) == 0, "nothing but 64-bit integers");
@@ -47,8 +55,32 @@ class VoxelReader {
   bool is_known_ = false;
 };
 
+/// findSurface() by the lanes of a point: each looks at another place along the normal.
+__device__ FieldSample findTogether(const Vec3f& p_L, const Vec3f& normal, bool directional,
+                                    const AlignmentRules& rules, float reach, VoxelReader& voxel) {
+  const unsigned lane = threadIdx.x % kLanes, first = threadIdx.x % kWarp - lane;
+  const unsigned lanes = ((1u << kLanes) - 1u) << first;
+  const DirectionSet directions = directionsOf(normal, directional);
+  const int32_t places = placesAlongNormal(reach);
+  for (int32_t n = 0; n < places; n += kLanes) {
+    FieldSample field{0.0f, {0.0f, 0.0f, 0.0f}, false};
+    const int32_t place = n + static_cast<int32_t>(lane);
+    if (place < places) {
+      field = findPlane(p_L, normal, directions, rules, placeAlongNormal(place), voxel);
+    }
+    const unsigned found = __ballot_sync(lanes, field.known);
+    if (found == 0) continue;
+    const int from = __ffs(static_cast<int>(found)) - 1;
+    const auto of_first = [&](float value) { return __shfl_sync(lanes, value, from); };
+    return {of_first(field.sdf),
+            {of_first(field.gradient.x), of_first(field.gradient.y), of_first(field.gradient.z)},
+            true};
+  }
+  return {0.0f, {0.0f, 0.0f, 0.0f}, false};
+}
+
 /// One thread per point.
-__global__ void __launch_bounds__(kThreads)
+__global__ void __launch_bounds__(kAlignThreads)
     makeAlignedPointsKernel(FrameView view, RawDepth raw, AlignmentSettings settings,
                             AlignmentGrid grid, AlignedPoint* points) {
   const size_t i = globalThread();
@@ -59,23 +91,25 @@ __global__ void __launch_bounds__(kThreads)
   });
 }
 
-/// One thread per point; sums go up by warps. The block of threads that finishes last hands them to
-/// the host and leaves zeros: a step of the alignment is one kernel.
+/// A few lanes per point; sums go up by warps. The block of threads that finishes last hands them
+/// to the host and leaves zeros: a step of the alignment is one kernel.
 __global__ void __launch_bounds__(kAlignThreads)
     addPointsKernel(FrameView view, AlignmentRules rules, bool directional, float cutoff,
                     MapView map, const AlignedPoint* points, size_t count, SharedSums* shared,
                     AlignmentSums* host) {
   AlignmentSums own = {};
-  const size_t i = globalThread();
+  const size_t i = globalThread() / kLanes;
   if (i < count) {
     VoxelReader reader(map, view.origin_voxel);
-    addPoint(own, view, points[i], rules, directional, cutoff, reader);
+    addPoint(own, view, points[i], cutoff, [&](const Vec3f& p_L, const Vec3f& normal) {
+      return findTogether(p_L, normal, directional, rules, cutoff, reader);
+    });
   }
   const auto* values = reinterpret_cast<const int64_t*>(&own);
   auto* totals = reinterpret_cast<unsigned long long*>(&shared->sums);
   for (int k = 0; k < kSums; ++k) {
     auto value = static_cast<unsigned long long>(values[k]);
-    for (int step = kWarp / 2; step > 0; step /= 2) {
+    for (int step = kWarp / 2; step >= kLanes; step /= 2) {  // the lanes of a point have the same
       value += __shfl_down_sync(0xffffffffu, value, step);
     }
     if (threadIdx.x % kWarp == 0 && value != 0) atomicAdd(&totals[k], value);
@@ -101,15 +135,14 @@ void PoseAligner::takePoints(const FrameView& view, const RawDepth& raw) {
   pinned_sums_.reserve(1);
   has_pinned_points_ = false;
   if (point_count_ == 0) return;
-  makeAlignedPointsKernel<<<blocksFor(point_count_), kThreads, 0, stream_.get()>>>(
+  makeAlignedPointsKernel<<<alignBlocks(point_count_), kAlignThreads, 0, stream_.get()>>>(
       view, raw, settings_, grid, points_.data());
   DTSDF_CHECK_LAUNCH("makeAlignedPointsKernel");
 }
 
 AlignmentSums PoseAligner::sumsAt(const FrameView& view, float cutoff, const MapView& map) {
   if (point_count_ == 0) return AlignmentSums{};
-  const auto blocks = static_cast<unsigned>((point_count_ + kAlignThreads - 1) / kAlignThreads);
-  addPointsKernel<<<blocks, kAlignThreads, 0, stream_.get()>>>(
+  addPointsKernel<<<alignBlocks(kLanes * point_count_), kAlignThreads, 0, stream_.get()>>>(
       view, settings_.rules, directional_, cutoff, map, points_.data(), point_count_, sums_.data(),
       pinned_sums_.data());
   DTSDF_CHECK_LAUNCH("addPointsKernel");
@@ -135,7 +168,7 @@ void PoseAligner::addMemory(std::vector<MemoryPart>& parts) const {
 }
 
 std::vector<NamedKernel> alignKernels() {
-  return {DTSDF_NAMED_KERNEL(makeAlignedPointsKernel, 0),
+  return {DTSDF_NAMED_KERNEL(makeAlignedPointsKernel, 0, kAlignThreads),
           DTSDF_NAMED_KERNEL(addPointsKernel, 0, kAlignThreads)};
 }
 

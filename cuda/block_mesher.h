@@ -44,6 +44,9 @@ class BlockMesher {
   /// Waits for the extraction. @return its changes; none if none was begun.
   MeshUpdate finish();
 
+  /// Whether an extraction may still read the map.
+  bool isUnderWay() const { return state_ == State::kBegun; }
+
   /// Whether what was unchanged at the last extraction has labels for so much evidence.
   bool hasLabelled(int32_t least_evidence) const {
     return stamp_ > 0 && least_evidence_ == least_evidence;

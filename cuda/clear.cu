@@ -232,9 +232,16 @@ __device__ VisitedBlock visitLook(const FusionTarget& target, const FrameView& f
   return {slot, false, 0, {toFloat(firstVoxelOfBlock(block_L)), true, {nullptr, 0}}};
 }
 
+/// The host's table follows.
+__device__ void dropArrays(SlotEntry& entry, uint32_t directions) {
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (directions >> d & 1u) entry.array[d] = kNoArray;
+  }
+}
+
 /// One block of threads per touched block, and further ones for those looked at, in strides. The
 /// one that finishes last hands the number of empty blocks to the host.
-__global__ void __launch_bounds__(kClearThreads)
+__global__ void __launch_bounds__(kClearThreads, 3)
     clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion, FusionTarget target,
                       const uint32_t* supported, Turn turn, const int32_t* looks, EmptyList empty) {
   waitForTheOneAhead();
@@ -256,6 +263,7 @@ __global__ void __launch_bounds__(kClearThreads)
     const uint32_t directions = block.empty | cleared.empty_directions;
     if (directions != 0) {
       empty.blocks[atomicAdd(&counters->empty_blocks, 1u)] = {block.slot, directions};
+      dropArrays(map.slots[block.slot], directions);
     }
     if (block.is_touched || cleared.changed) markDirty(map, block.slot);
   }

@@ -52,6 +52,7 @@ class CudaBackend : public MapBackend {
   void reserveFrame(const FrameTurn& turn) override;
   void castFoldAndClear(const FrameTurn& turn) override;
   std::vector<EmptyBlock> takeEmpty() override { return clearing_.takeEmptyBlocks(); }
+  bool dropsEmpty() const override { return true; }
   std::vector<FreeCube> takeFree() override { return free_cell_finder_.take(); }
 
   SeenColours look(const ColourFrame& frame, const ColourLook& look) override;
@@ -59,7 +60,7 @@ class CudaBackend : public MapBackend {
   void paint(const Exposure& exposure) override;
 
   void render(const ViewRequest& request, RenderedView& view) override {
-    mesher_.complete();  // it reads labels, which a view brings up to date
+    waitForMeshes();  // they read labels, which a view brings up to date
     const bool is_labelled = bounds_.dirty == 0 && mesher_.hasLabelled(request.least_evidence);
     renderer_.render(request, map_.view(), is_labelled, view);
   }
@@ -67,12 +68,12 @@ class CudaBackend : public MapBackend {
   void markAllDirty() override;
   void keepColours() override;
   void beginMesh(int32_t least_evidence) override;
-  void waitForMeshes() override { mesher_.complete(); }
+  void waitForMeshes() override;
   MeshUpdate finishMesh() override;
 
   void reserve(const MapDemand& demand) override { map_.reserve(table_, demand); }
   void reserveColours(size_t new_bricks) override { map_.reserveColours(table_, new_bricks); }
-  void reserveChanges(size_t slots) override { map_.reserveUpdates(slots); }
+  void reserveChanges(size_t slots) override { map_.reserveChanges(slots); }
   void enterBlocks(const std::vector<int32_t>& slots) override { map_.enterBlocks(table_, slots); }
   void zeroArrays(const std::vector<int32_t>& arrays) override { map_.zeroArrays(arrays); }
   void enterColours(const std::vector<NewBrick>& bricks) override { map_.enterColours(bricks); }
@@ -169,16 +170,18 @@ void CudaBackend::sense(const DepthFrame& frame, const FrameView& view) {
   block_finder_.begin();
 }
 
+/// Free depths are found while few threads merge pixels, or once each pixel has its surfel.
 void CudaBackend::makeSurfels() {
+  const bool beside = surfel_maker_.mergePixels(*sensing_);
+  if (beside) sensor_.findFreeDepths(*sensing_);
   surfels_ = surfel_maker_.makeSurfels(*sensing_, block_finder_.usableSurfels());
+  if (!beside) sensor_.findFreeDepths(*sensing_);
 }
 
-/// Surfels are cast and free depths are found while the host admits blocks: nothing before needs
-/// them.
+/// Surfels are cast while the host admits blocks: nothing before needs them.
 void CudaBackend::lookUpBlocks() {
   block_finder_.compare(*sensing_, map_.view());
   fusion_.castAhead(*sensing_, surfels_, block_finder_.view());
-  sensor_.findFreeDepths(*sensing_);
 }
 
 /// The device works that off while the host admits blocks.
@@ -239,7 +242,6 @@ void CudaBackend::castFoldAndClear(const FrameTurn& turn) {
   bounds_.dirty += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
   clearing_.clear(*sensing_, target(), counters_, fusion_.supported(), turn.number);
   mesher_.prepare();
-  if (turn.part == nullptr) block_finder_.prepare();
 }
 
 SeenColours CudaBackend::look(const ColourFrame& frame, const ColourLook& look) {
@@ -267,10 +269,17 @@ void CudaBackend::beginMesh(int32_t least_evidence) {
   stream_.record(map_ready_);
   mesher_.begin(map_.view(), map_ready_, {bounds_.dirty, bounds_.painted, least_evidence});
   bounds_ = MarkBounds();
+  block_finder_.prepare();
   map_.reserveAhead(table_);
 }
 
+void CudaBackend::waitForMeshes() {
+  mesher_.complete();
+  map_.sendChanges();
+}
+
 MeshUpdate CudaBackend::finishMesh() {
+  waitForMeshes();
   MeshUpdate made = mesher_.finish();
   if (clock_.profile() != nullptr) {
     stream_.synchronize();
@@ -279,16 +288,12 @@ MeshUpdate CudaBackend::finishMesh() {
   return made;
 }
 
-/// In one update for all: the buffer that they are sent from is not free before the next frame.
 void CudaBackend::follow(const ChangedSlots& changed) {
-  std::vector<SlotUpdate> updates;
-  updates.reserve(changed.slots.size());
   for (const int32_t slot : changed.slots) {
-    updates.push_back(makeSlotUpdate(table_.block(slot), slot));
-    updates.back().dirty = changed.dirty;
+    map_.note(makeSlotUpdate(table_.block(slot), slot, changed.dirty));
   }
-  map_.apply(updates);
-  if (changed.dirty) bounds_.dirty += updates.size();
+  if (changed.dirty) bounds_.dirty += changed.slots.size();
+  if (!mesher_.isUnderWay()) map_.sendChanges();
 }
 
 void CudaBackend::copyOut(const ContentsOrder& order, MapContents& contents) {

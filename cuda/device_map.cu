@@ -26,6 +26,7 @@ __device__ void insertSlot(const MapView& map, PackedKey key, int32_t slot) {
 }
 
 __global__ void updateSlotsKernel(MapView map, const SlotUpdate* updates, uint32_t count) {
+  waitForTheOneAhead();
   const size_t i = globalThread();
   if (i >= count) return;
   const SlotUpdate update = updates[i];
@@ -58,7 +59,8 @@ __global__ void markAllPaintedKernel(MapView map) {
   }
 }
 
-/// One block of threads per voxel array, which may have had colours in another block.
+/// One block of threads per voxel array, which may have had colours in another block. Beside the
+/// kernel ahead, which updates slots.
 __global__ void clearArraysKernel(MapView map, const int32_t* arrays) {
   const int32_t array = arrays[blockIdx.x];
   Voxel* voxels = map.voxels.record(array);
@@ -66,6 +68,7 @@ __global__ void clearArraysKernel(MapView map, const int32_t* arrays) {
   if (threadIdx.x < kBricksPerArray && map.colour_of != nullptr) {
     map.colour_of[static_cast<size_t>(array) * kBricksPerArray + threadIdx.x] = 0;
   }
+  endAfterTheOneAhead();
 }
 
 /// One thread per voxel of the new bricks.
@@ -83,18 +86,22 @@ __global__ void clearColoursKernel(MapView map, const NewBrick* bricks, size_t c
 
 const void* anyKernel() { return reinterpret_cast<const void*>(&updateSlotsKernel); }
 
-SlotUpdate makeSlotUpdate(const BlockEntry& entry, int32_t slot) {
+SlotUpdate makeSlotUpdate(const BlockEntry& entry, int32_t slot, bool dirty) {
   SlotUpdate update;
   update.entry.key = packKey(entry.key);
   std::copy(entry.array, entry.array + kDirectionCount, update.entry.array);
   update.slot = slot;
   update.in_use = entry.in_use;
-  update.dirty = 0;
+  update.dirty = dirty;
   return update;
 }
 
 DeviceMap::DeviceMap(const Stream& stream)
-    : stream_(stream), dirty_count_(1), updates_(kFirstUpdates), new_arrays_(kFirstNewArrays) {
+    : stream_(stream),
+      dirty_count_(1),
+      updates_(kFirstUpdates),
+      new_arrays_(kFirstNewArrays),
+      changes_(kFirstUpdates) {
   dirty_count_.zero(stream);
   reserveSlots(kFirstSlots);
   reserveHash(0, 0);
@@ -129,7 +136,8 @@ void DeviceMap::reserve(const BlockTable& table, const MapDemand& demand) {
   reserveSlots(demand.after.slots);
   unit_labels_.reserve(demand.after.slots, stream_);
   voxels_.reserve(demand.after.arrays, stream_);
-  reserveUpdates(demand.new_blocks);
+  updates_sent_.wait();
+  updates_.reserve(demand.new_blocks);
   new_arrays_.reserve(demand.new_arrays);
   if (has_colours_) growColours(demand.after);
   reserveHash(demand.new_blocks, table.blocksInUse());
@@ -208,44 +216,47 @@ void DeviceMap::reserveHash(size_t new_blocks, size_t live_blocks) {
   DTSDF_CHECK_LAUNCH("rehashSlotsKernel");
 }
 
-void DeviceMap::reserveUpdates(size_t count) {
-  updates_sent_.wait();
-  updates_.reserve(count);
+void DeviceMap::reserveChanges(size_t count) {
+  changes_sent_.wait();
+  changes_.reserve(count);
 }
 
-void DeviceMap::enqueueUpdates(size_t count) {
-  updateSlotsKernel<<<blocksFor(count), kThreads, 0, stream_.get()>>>(view(), updates_.data(),
-                                                                      static_cast<uint32_t>(count));
+void DeviceMap::enqueueUpdates(const SlotUpdate* updates, size_t count) {
+  launchBehind(updateSlotsKernel, blocksFor(count), kThreads, 0, stream_, view(), updates,
+               static_cast<uint32_t>(count));
   DTSDF_CHECK_LAUNCH("updateSlotsKernel");
-  stream_.record(updates_sent_);
 }
 
 void DeviceMap::enterBlocks(const BlockTable& table, const std::vector<int32_t>& slots) {
   const size_t count = slots.size();
   if (count == 0) return;
+  sendChanges();
   updates_sent_.wait();
   hash_used_ += count;
   slot_count_ = table.slotCount();
   for (size_t i = 0; i < count; ++i) {
     updates_[i] = makeSlotUpdate(table.block(slots[i]), slots[i]);
   }
-  enqueueUpdates(count);
+  enqueueUpdates(updates_.data(), count);
+  stream_.record(updates_sent_);
 }
 
 void DeviceMap::zeroArrays(const std::vector<int32_t>& arrays) {
   if (arrays.empty()) return;
   std::copy(arrays.begin(), arrays.end(), new_arrays_.data());
-  clearArraysKernel<<<static_cast<unsigned>(arrays.size()), kThreads, 0, stream_.get()>>>(
-      view(), new_arrays_.data());
+  launchBehind(clearArraysKernel, static_cast<unsigned>(arrays.size()), kThreads, 0, stream_,
+               view(), new_arrays_.data());
   DTSDF_CHECK_LAUNCH("clearArraysKernel");
   stream_.record(updates_sent_);
 }
 
-void DeviceMap::apply(const std::vector<SlotUpdate>& updates) {
-  if (updates.empty()) return;
-  reserveUpdates(updates.size());
-  std::copy(updates.begin(), updates.end(), updates_.data());
-  enqueueUpdates(updates.size());
+void DeviceMap::sendChanges() {
+  if (noted_.empty()) return;
+  reserveChanges(noted_.size());
+  std::copy(noted_.begin(), noted_.end(), changes_.data());
+  enqueueUpdates(changes_.data(), noted_.size());
+  stream_.record(changes_sent_);
+  noted_.clear();
 }
 
 void DeviceMap::markAllDirty() {
@@ -269,7 +280,8 @@ void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& part
       {"colours", kMap, table.coloursInUse() * BlockTable::kColourBytes, colours_.bytes()});
   parts.push_back({"books of colours", kIndices, books, books});
   parts.push_back({"map updates", MemoryKind::kScratch, new_bricks_.bytes(), new_bricks_.bytes()});
-  const size_t staging = updates_.bytes() + new_arrays_.bytes() + pinned_bricks_.bytes();
+  const size_t staging =
+      updates_.bytes() + changes_.bytes() + new_arrays_.bytes() + pinned_bricks_.bytes();
   parts.push_back({"map updates", MemoryKind::kStaging, staging, staging});
 }
 

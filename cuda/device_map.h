@@ -93,11 +93,13 @@ class DeviceMap {
   /// From now on, all meshes have colours: every mesh gets them. @pre reserveColours() was called.
   void keepColours();
 
-  /// Makes room for so many updates at a time, and waits until the last ones are on the device.
-  void reserveUpdates(size_t count);
+  /// Makes room for so many changes at a time, and waits until the last ones are on the device.
+  void reserveChanges(size_t count);
 
-  /// Follows the release of arrays or whole blocks. @pre If some are dirty, no extraction reads.
-  void apply(const std::vector<SlotUpdate>& updates);
+  /// Notes the release of arrays or whole blocks. Nothing is told of it to the device before
+  /// sendChanges(), which the next admission calls: no extraction may read the map then.
+  void note(const SlotUpdate& change) { noted_.push_back(change); }
+  void sendChanges();
 
   /// Has every block meshed again.
   void markAllDirty();
@@ -110,7 +112,7 @@ class DeviceMap {
   void addMemory(const BlockTable& table, std::vector<MemoryPart>& parts) const;
 
  private:
-  void enqueueUpdates(size_t count);
+  void enqueueUpdates(const SlotUpdate* updates, size_t count);
   void reserveSlots(size_t count);
   void growColours(const PoolSizes& sizes);
   void reserveHash(size_t new_blocks, size_t live_blocks);
@@ -131,9 +133,14 @@ class DeviceMap {
   DeviceBuffer<int32_t> colour_of_, painted_slots_;
   DeviceBuffer<uint32_t> painted_, painted_count_;
   bool has_colours_ = false;
-  Event updates_sent_;                ///< The host may write new updates from there on.
-  PinnedBuffer<SlotUpdate> updates_;  ///< Kernels read them in place,
-  PinnedBuffer<int32_t> new_arrays_;  ///< and these.
+  /// Of admissions: the host may write new ones from there on. Kernels read them in place.
+  Event updates_sent_;
+  PinnedBuffer<SlotUpdate> updates_;
+  PinnedBuffer<int32_t> new_arrays_;
+  /// The same for other changes of the table, which no admission has to wait for.
+  Event changes_sent_;
+  PinnedBuffer<SlotUpdate> changes_;
+  std::vector<SlotUpdate> noted_;  ///< Changes that are still to be sent.
   PinnedBuffer<NewBrick> pinned_bricks_;
   DeviceBuffer<NewBrick> new_bricks_;
 };
@@ -142,7 +149,7 @@ class DeviceMap {
 const void* anyKernel();
 
 /// The slot update that mirrors a block of the table.
-SlotUpdate makeSlotUpdate(const BlockEntry& entry, int32_t slot);
+SlotUpdate makeSlotUpdate(const BlockEntry& entry, int32_t slot, bool dirty = false);
 
 }  // namespace gpu
 }  // namespace dtsdf

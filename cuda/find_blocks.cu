@@ -52,19 +52,21 @@ __device__ void touchBlock(const TouchedView& touched, PackedKey key, uint32_t d
   touched.counters->table_full = 1;
 }
 
-/// One thread per surfel that there is room for, for as many as there are.
+/// One thread per part of a surfel's line.
 __global__ void __launch_bounds__(kThreads, 8)
     markBlocksKernel(DeviceSensing on_device, FusionSettings fusion, DeviceSurfels surfels,
                      TouchedView touched) {
   waitForTheOneAhead();
-  const size_t i = globalThread();
-  if (i >= surfels.size()) return;
-  const Surfel surfel = surfels.surfels[i];
+  const LinePart part = linePartOf(surfels);
+  if (part.surfel >= surfels.size()) return;
+  const Surfel surfel = surfels.surfels[part.surfel];
   if (!(surfel.weight > 0.0f) || readShared(&touched.counters->table_full)) return;
   const FrameSensing sensing = on_device.load();
   const uint32_t directions = directionMask(directionsOf(surfel.normal_L, fusion.directional != 0));
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
-  visitBlocks<BlockWalk::kExact>(sampleLineOf(surfel, sensing, fusion), [&](const Vec3i& block_L) {
+  SampleLine line = sampleLineOf(surfel, sensing, fusion);
+  part.takeFrom(line);
+  visitBlocks<BlockWalk::kExact>(line, [&](const Vec3i& block_L) {
     touchBlock(touched, packKey(block_L + origin_block), directions);
   });
 }

@@ -3,9 +3,32 @@
 
 #include "device_map.cuh"
 #include "find_blocks.h"
+#include "kernels/fusion/sample_line.h"
 
 namespace dtsdf {
 namespace gpu {
+
+/// What a thread does of a surfel's line. Where there are threads for it, a few share each surfel:
+/// lines are long, and what comes of them does not tell who has done it.
+struct LinePart {
+  uint32_t surfel, number, count;
+
+  __device__ __forceinline__ void takeFrom(SampleLine& line) const {
+    const int first = line.first_plane, planes = line.last_plane - first + 1;
+    const auto before = [&](uint32_t part) {
+      return planes * static_cast<int>(part) / static_cast<int>(count);
+    };
+    line.first_plane = first + before(number);
+    line.last_plane = first + before(number + 1) - 1;
+  }
+};
+
+__device__ __forceinline__ LinePart linePartOf(const DeviceSurfels& surfels) {
+  const uint32_t size = surfels.size(), share = gridDim.x * blockDim.x / (size == 0 ? 1 : size);
+  const uint32_t parts = share >= 4 ? 4 : (share >= 2 ? 2 : 1);
+  const auto thread = static_cast<uint32_t>(globalThread());
+  return {thread / parts, thread % parts, parts};
+}
 
 /// Place of a touched block in the frame's table, or -1.
 __device__ __forceinline__ int32_t findTouched(const TouchedView& touched, PackedKey key) {

@@ -33,14 +33,15 @@ __device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf, uint
   if (sample.nearest != 0) atomicMax(&sums->nearest, sample.nearest);
 }
 
-/// One thread per surfel. In a table that was too small nothing would be found.
+/// One thread per part of a surfel's line. In a table that was too small nothing would be found.
 __global__ void castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion,
                                   DeviceSurfels surfels, TouchedView touched, SumsView part) {
   waitForTheOneAhead();
-  const size_t i = globalThread();
-  if (i >= surfels.size() || touched.counters->table_full) return;
+  const LinePart part_of_line = linePartOf(surfels);
+  if (part_of_line.surfel >= surfels.size() || touched.counters->table_full) return;
   const FrameSensing sensing = on_device.load();
-  const CastLine cast = makeCastLine(surfels.surfels[i], sensing, fusion);
+  CastLine cast = makeCastLine(surfels.surfels[part_of_line.surfel], sensing, fusion);
+  part_of_line.takeFrom(cast.line);
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
   visitBlocks<BlockWalk::kQuick>(cast.line, [&](const Vec3i& block_L) {
     const int32_t place = findTouched(touched, packKey(block_L + origin_block));
@@ -74,14 +75,16 @@ __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, FusionTar
   uint32_t* words = supported + static_cast<size_t>(part.first + blockIdx.x) * kSupportWords;
   int observed = 0;
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
+    const VoxelSums own = sums[i];
+    const bool is_covered = own.weight != 0;
     if (voxels != nullptr) {
-      const Voxel folded = foldSums(voxels[i], sums[i], depth_weight, fusion);
-      voxels[i] = folded;
-      observed |= !isEmpty(folded);
+      Voxel voxel = voxels[i];
+      if (is_covered) voxels[i] = voxel = foldSums(voxel, own, depth_weight, fusion);
+      observed |= !isEmpty(voxel);
     }
-    const uint32_t word = __ballot_sync(~0u, sums[i].weight != 0);
+    const uint32_t word = __ballot_sync(~0u, is_covered);
     if (i % 32 == 0) words[i / 32] = word;
-    sums[i] = VoxelSums{};
+    if (is_covered) sums[i] = VoxelSums{};  // samples without a weight are not added
   }
   const bool empty = !__syncthreads_or(observed) && voxels != nullptr;
   if (threadIdx.x == 0 && empty) atomicOr(&block.empty, 1u << direction);

@@ -18,10 +18,11 @@ inline unsigned blocksFor(size_t items) {
 }
 
 #ifdef __CUDACC__
-/// A grid of stretches of rows of an image.
-inline dim3 rowGrid(const FrameView& frame) {
+/// A grid of stretches of rows of an image, of so many pixels each.
+inline dim3 rowGrid(const FrameView& frame, int stretch = kThreads) {
   constexpr int kMaxGridRows = 65535;
-  return dim3(blocksFor(frame.width), frame.height < kMaxGridRows ? frame.height : kMaxGridRows);
+  return dim3((frame.width + stretch - 1) / stretch,
+              frame.height < kMaxGridRows ? frame.height : kMaxGridRows);
 }
 
 /// Whether kernels of this binary wait for the one ahead themselves: all are made alike.
@@ -36,7 +37,8 @@ inline bool waitThemselves(const void* kernel) {
 }
 
 /// Starts a kernel before the one ahead of it on the stream has ended, where device and binary can:
-/// it calls waitForTheOneAhead() first. To be followed by DTSDF_CHECK_LAUNCH.
+/// it calls waitForTheOneAhead() first, or endAfterTheOneAhead() last. To be followed by
+/// DTSDF_CHECK_LAUNCH.
 template <class... Parameters>
 void launchBehind(void (*kernel)(Parameters...), dim3 blocks, int threads, size_t shared_bytes,
                   const Stream& stream, std::common_type_t<Parameters>... arguments) {
@@ -66,6 +68,13 @@ __device__ __forceinline__ void waitForTheOneAhead() {
   cudaGridDependencySynchronize();
   cudaTriggerProgrammaticLaunchCompletion();
 #endif
+}
+
+/// The last thing that they do in a kernel that works beside the one ahead, since it has no part in
+/// what that does: all ahead of that one have ended by then. Few wait, so that the others make
+/// room.
+__device__ __forceinline__ void endAfterTheOneAhead() {
+  if (blockIdx.x + blockIdx.y == 0) waitForTheOneAhead();
 }
 
 __device__ __forceinline__ size_t globalThread() {

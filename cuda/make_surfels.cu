@@ -11,6 +11,9 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
+/// Of a block of threads that makes surfels: rows of most images are multiples of it.
+constexpr int kRowThreads = 128;
+
 /// One thread per tile of pixels.
 __global__ void mergeTilesKernel(ImageView image, SurfelSettings settings, uint8_t* tiles) {
   waitForTheOneAhead();
@@ -47,7 +50,7 @@ struct SurfelList {
 /// The place of each lane's `wanted` surfels in the list, taken by a full warp with one atomic.
 __device__ uint32_t takePlaces(uint32_t wanted, uint32_t* count) {
   using Scan = cub::WarpScan<uint32_t>;
-  __shared__ typename Scan::TempStorage scan[kThreads / 32];
+  __shared__ typename Scan::TempStorage scan[kRowThreads / 32];
   uint32_t before, total, first = 0;
   Scan(scan[threadIdx.x / 32]).ExclusiveSum(wanted, before, total);
   if (threadIdx.x % 32 == 0 && total > 0) first = atomicAdd(count, total);
@@ -84,7 +87,7 @@ __device__ __forceinline__ PixelSurfels measurePixel(const FrameSensing& sensing
 
 /// One surfel per square of merged pixels, per pixel, or per subpixel; their order does not matter,
 /// since sums are integers.
-__global__ void __launch_bounds__(kThreads, 4)
+__global__ void __launch_bounds__(kRowThreads, 8)
     makeSurfelsKernel(DeviceSensing on_device, SurfelSettings settings, const uint8_t* tiles,
                       SurfelList list) {
   waitForTheOneAhead();
@@ -114,6 +117,17 @@ SurfelMaker::SurfelMaker(const MapperParams& params, const SurfelRules& rules, c
       surfel_settings_(makeSurfelSettings(params, rules)),
       stream_(stream) {}
 
+bool SurfelMaker::mergePixels(const DeviceSensing& sensing) {
+  if (!merges_) return false;
+  const size_t tiles = tilesOf(sensing.frame());
+  tiles_.reserveExactly(tiles, stream_);
+  const StageSpan span(stream_, Stage::kMakeSurfels);
+  launchBehind(mergeTilesKernel, blocksFor(tiles), kThreads, 0, stream_, sensing.image(),
+               surfel_settings_, tiles_.data());
+  DTSDF_CHECK_LAUNCH("mergeTilesKernel");
+  return true;
+}
+
 DeviceSurfels SurfelMaker::makeSurfels(const DeviceSensing& sensing, uint32_t* count) {
   const FrameView& frame = sensing.frame();
   const size_t pixels = static_cast<size_t>(frame.width) * frame.height;
@@ -125,11 +139,7 @@ DeviceSurfels SurfelMaker::makeSurfels(const DeviceSensing& sensing, uint32_t* c
     DTSDF_CHECK_LAUNCH("makePixelSurfelsKernel");
     return {surfels_.data(), static_cast<uint32_t>(pixels), nullptr};
   }
-  tiles_.reserveExactly(tilesOf(frame), stream_);
   const StageSpan span(stream_, Stage::kMakeSurfels);
-  launchBehind(mergeTilesKernel, blocksFor(tilesOf(frame)), kThreads, 0, stream_, sensing.image(),
-               surfel_settings_, tiles_.data());
-  DTSDF_CHECK_LAUNCH("mergeTilesKernel");
   return listSurfels(sensing, count);
 }
 
@@ -142,8 +152,8 @@ DeviceSurfels SurfelMaker::makeMoreSurfels(const DeviceSensing& sensing, uint32_
 
 DeviceSurfels SurfelMaker::listSurfels(const DeviceSensing& sensing, uint32_t* count) {
   const uint32_t room = static_cast<uint32_t>(surfels_.capacity());
-  launchBehind(makeSurfelsKernel, rowGrid(sensing.frame()), kThreads, 0, stream_, sensing,
-               surfel_settings_, tiles_.data(), {surfels_.data(), room, count});
+  launchBehind(makeSurfelsKernel, rowGrid(sensing.frame(), kRowThreads), kRowThreads, 0, stream_,
+               sensing, surfel_settings_, tiles_.data(), {surfels_.data(), room, count});
   DTSDF_CHECK_LAUNCH("makeSurfelsKernel");
   return {surfels_.data(), room, count};
 }
@@ -154,7 +164,8 @@ void SurfelMaker::addMemory(std::vector<MemoryPart>& parts) const {
 }
 
 std::vector<NamedKernel> surfelKernels() {
-  return {DTSDF_NAMED_KERNEL(mergeTilesKernel, 0), DTSDF_NAMED_KERNEL(makeSurfelsKernel, 0),
+  return {DTSDF_NAMED_KERNEL(mergeTilesKernel, 0),
+          DTSDF_NAMED_KERNEL(makeSurfelsKernel, 0, kRowThreads),
           DTSDF_NAMED_KERNEL(makePixelSurfelsKernel, 0)};
 }
 

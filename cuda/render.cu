@@ -18,8 +18,8 @@ namespace {
 constexpr int kThreadBlocksPerProcessor = 8;
 constexpr MeshSize kFirstMeshes = {1 << 17, 1 << 18};
 
-/// Of a warp that draws a triangle: each lane has its pixel of a patch.
-constexpr int kWarp = 32, kPatchWidth = 8, kPatchHeight = kWarp / kPatchWidth;
+/// Of the threads that draw a triangle each has its pixel of a patch.
+constexpr int kPatchWidth = 4, kPatchHeight = 2, kLanes = kPatchWidth * kPatchHeight;
 
 /// One thread per slot: blocks that a view may show, and those whose labels that depends on.
 __global__ void __launch_bounds__(kThreads)
@@ -80,13 +80,13 @@ __device__ void drawKey(ViewKey& pixel, ViewKey key) {
   }
 }
 
-/// By one warp.
+/// By kLanes threads.
 __device__ void drawTriangleOf(const RenderJob& job, const DrawnBlock& block,
                                const uint16_t* corner) {
   const SeenVertex a = block.seen[corner[0]], b = block.seen[corner[1]], c = block.seen[corner[2]];
   const DrawnTriangle drawn = drawTriangle(job.frame, a, b, c);
   if (!drawn.is_drawn) return;
-  const int lane = static_cast<int>(threadIdx.x) % kWarp;
+  const int lane = static_cast<int>(threadIdx.x) % kLanes;
   for (int32_t v = drawn.v0 + lane / kPatchWidth; v <= drawn.v1; v += kPatchHeight) {
     for (int32_t u = drawn.u0 + lane % kPatchWidth; u <= drawn.u1; u += kPatchWidth) {
       const CornerWeights weights = weightsAt(drawn, u - drawn.u0, v - drawn.v0);
@@ -103,7 +103,7 @@ __device__ void drawTriangleOf(const RenderJob& job, const DrawnBlock& block,
   }
 }
 
-/// One block of threads per block of the map, in strides, and one warp per triangle. What found no
+/// One block of threads per block of the map, in strides, and kLanes per triangle. What found no
 /// room is drawn once there is some.
 __global__ void __launch_bounds__(kThreads) drawBlocksKernel(RenderJob job, MeshView mesh) {
   const uint32_t count = mesh.counters->reached;
@@ -118,11 +118,20 @@ __global__ void __launch_bounds__(kThreads) drawBlocksKernel(RenderJob job, Mesh
                            mesh.colours == nullptr ? nullptr : mesh.colours + record.first_vertex,
                            job.shares + record.first_vertex, job.seen + record.first_vertex};
     seeVertices(job, record, block);
-    for (uint32_t i = threadIdx.x / kWarp; i < record.triangles; i += blockDim.x / kWarp) {
+    for (uint32_t i = threadIdx.x / kLanes; i < record.triangles; i += blockDim.x / kLanes) {
       const uint16_t* corner = block.triangles[i].vertex;
       if (!isMarkedGap(corner)) drawTriangleOf(job, block, corner);
     }
   }
+}
+
+/// One thread per pixel: what a view's keys say, as the view has it.
+__global__ void showKeysKernel(RenderJob job, size_t pixels, ViewImages images) {
+  const size_t i = globalThread();
+  if (i >= pixels) return;
+  images.depth_m[i] = job.frame.voxel_size_m * depthOf(job.surfaces[i]);
+  images.normals_C[i] = normalOf(job.surfaces[i]);
+  if (job.painted != 0) images.colours[i] = dtsdf::colourOf(job.colours[i]);
 }
 
 size_t pixelsOf(const FrameView& frame) {
@@ -180,24 +189,33 @@ MeshView Renderer::meshView(const ViewRequest& request) {
   return mesh;
 }
 
-/// Enqueues all of it, up to the keys on the host.
+/// Enqueues all of it, up to the images on the host.
 void Renderer::draw(const ViewRequest& request, const MapView& map, bool is_labelled) {
   const StageSpan span(stream_, Stage::kRender);
+  const RenderJob job{request.frame, request.has_colours, shares_.data(),
+                      seen_.data(),  surfaces_.data(),    colours_.data()};
   static_assert(kNothingSeen == ~ViewKey{0}, "filled by bytes");
   surfaces_.fill(0xff, stream_);
   if (request.has_colours) colours_.fill(0xff, stream_);
   pinned_totals_[0] = {};
-  if (map.slot_count > 0) drawBlocks(request, map, is_labelled);
-  surfaces_.download(pinned_surfaces_.data(), pixelsOf(request.frame), stream_);
-  if (request.has_colours) {
-    colours_.download(pinned_colours_.data(), pixelsOf(request.frame), stream_);
+  if (map.slot_count > 0) drawBlocks(request, job, map, is_labelled);
+  const size_t pixels = pixelsOf(request.frame);
+  showKeysKernel<<<blocksFor(pixels), kThreads, 0, stream_.get()>>>(
+      job, pixels, {depth_.data(), normals_.data(), view_colours_.data()});
+  DTSDF_CHECK_LAUNCH("showKeysKernel");
+  for (size_t band = 0; band < kBands; ++band) {
+    const size_t begin = pixels * band / kBands, end = pixels * (band + 1) / kBands;
+    depth_.downloadPart(pinned_depth_.data(), begin, end, stream_);
+    normals_.downloadPart(pinned_normals_.data(), begin, end, stream_);
+    if (request.has_colours) {
+      view_colours_.downloadPart(pinned_colours_.data(), begin, end, stream_);
+    }
+    stream_.record(drawn_[band]);
   }
-  stream_.record(drawn_);
 }
 
-void Renderer::drawBlocks(const ViewRequest& request, const MapView& map, bool is_labelled) {
-  const RenderJob job{request.frame, request.has_colours, shares_.data(),
-                      seen_.data(),  surfaces_.data(),    colours_.data()};
+void Renderer::drawBlocks(const ViewRequest& request, const RenderJob& job, const MapView& map,
+                          bool is_labelled) {
   const MeshView mesh = meshView(request);
   MeshView labelled = mesh;
   labelled.slots = labelled_slots_.data();
@@ -216,22 +234,24 @@ void Renderer::drawBlocks(const ViewRequest& request, const MapView& map, bool i
   DTSDF_CHECK_LAUNCH("drawBlocksKernel");
 }
 
-/// Makes the images from the keys, as soon as these are there: more than one thread should do while
+/// Copies the images band by band, as soon as each is there: more than one thread should do while
 /// the caller waits. The others start while the device draws.
 void Renderer::fill(const ViewRequest& request, RenderedView& view) const {
   constexpr size_t kPixelsOfThread = 1 << 16, kMostThreads = 4;
-  const FrameView& frame = request.frame;
-  resizeView(frame, request.has_colours, view);
-  const size_t parts = std::clamp<size_t>(pixelsOf(frame) / kPixelsOfThread, 1, kMostThreads);
-  const auto row = [&](size_t part) {
-    return static_cast<int32_t>(static_cast<size_t>(frame.height) * part / parts);
-  };
-  const ViewKey* colours = request.has_colours ? pinned_colours_.data() : nullptr;
+  const size_t pixels = pixelsOf(request.frame);
+  resizeView(request.frame, request.has_colours, view);
+  const size_t threads = std::clamp<size_t>(pixels / kPixelsOfThread, 1, kMostThreads);
   const int device = currentDevice();
-  forEachInParallel(parts, 0, [&](size_t part) {
+  forEachInParallel(kBands, static_cast<int>(threads), [&](size_t band) {
     useDevice(device);
-    drawn_.wait();
-    fillRows(frame, row(part), row(part + 1), pinned_surfaces_.data(), colours, view);
+    drawn_[band].wait();
+    const size_t begin = pixels * band / kBands, end = pixels * (band + 1) / kBands;
+    const auto copy = [&](const auto& pinned, auto& image) {
+      std::copy(pinned.data() + begin, pinned.data() + end, image.data() + begin);
+    };
+    copy(pinned_depth_, view.depth_m);
+    copy(pinned_normals_, view.normals_C);
+    if (request.has_colours) copy(pinned_colours_, view.colours);
   });
 }
 
@@ -239,9 +259,13 @@ void Renderer::render(const ViewRequest& request, const MapView& map, bool is_la
                       RenderedView& view) {
   const size_t pixels = pixelsOf(request.frame);
   surfaces_.reserveExactly(pixels, stream_);
-  pinned_surfaces_.reserve(pixels);
+  depth_.reserveExactly(pixels, stream_);
+  normals_.reserveExactly(pixels, stream_);
+  pinned_depth_.reserve(pixels);
+  pinned_normals_.reserve(pixels);
   if (request.has_colours) {
     colours_.reserveExactly(pixels, stream_);
+    view_colours_.reserveExactly(pixels, stream_);
     pinned_colours_.reserve(pixels);
   }
   slots_.reserve(map.slot_count, stream_);
@@ -261,14 +285,16 @@ void Renderer::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = tables_.bytes() + totals_.bytes() + labelled_.bytes() + no_dirty_.bytes() +
                        slots_.bytes() + labelled_slots_.bytes() + records_.bytes() +
                        vertices_.bytes() + vertex_colours_.bytes() + shares_.bytes() +
-                       seen_.bytes() + triangles_.bytes() + surfaces_.bytes() + colours_.bytes();
+                       seen_.bytes() + triangles_.bytes() + surfaces_.bytes() + colours_.bytes() +
+                       depth_.bytes() + normals_.bytes() + view_colours_.bytes();
   parts.push_back({"rendered view", MemoryKind::kScratch, bytes, bytes});
-  const size_t staging = pinned_surfaces_.bytes() + pinned_colours_.bytes();
+  const size_t staging = pinned_depth_.bytes() + pinned_normals_.bytes() + pinned_colours_.bytes();
   parts.push_back({"rendered view", MemoryKind::kStaging, staging, staging});
 }
 
 std::vector<NamedKernel> renderKernels() {
-  return {DTSDF_NAMED_KERNEL(selectInViewKernel, 0), DTSDF_NAMED_KERNEL(drawBlocksKernel, 0)};
+  return {DTSDF_NAMED_KERNEL(selectInViewKernel, 0), DTSDF_NAMED_KERNEL(drawBlocksKernel, 0),
+          DTSDF_NAMED_KERNEL(showKeysKernel, 0)};
 }
 
 }  // namespace gpu

@@ -22,6 +22,13 @@ struct RenderJob {
   ViewKey* colours;   ///< and these.
 };
 
+/// The images of a view, on the device.
+struct ViewImages {
+  float* depth_m;
+  Vec3f* normals_C;
+  VertexColour* colours;
+};
+
 /// Labels the blocks in view, makes their triangles and draws them. The buffers are kept from view
 /// to view.
 class Renderer {
@@ -38,7 +45,8 @@ class Renderer {
   MeshView meshView(const ViewRequest& request);
   void reserveMeshes(const MeshSize& size);
   void draw(const ViewRequest& request, const MapView& map, bool is_labelled);
-  void drawBlocks(const ViewRequest& request, const MapView& map, bool is_labelled);
+  void drawBlocks(const ViewRequest& request, const RenderJob& job, const MapView& map,
+                  bool is_labelled);
   void fill(const ViewRequest& request, RenderedView& view) const;
 
   const MeshSettings rules_;
@@ -48,8 +56,9 @@ class Renderer {
   DeviceBuffer<MeshTables> tables_;
   DeviceBuffer<MeshTotals> totals_, labelled_;  ///< Of these only the blocks count.
   PinnedBuffer<MeshTotals> pinned_totals_;
-  Event drawn_;                      ///< The keys are on the host.
-  DeviceBuffer<uint32_t> no_dirty_;  ///< 0: views leave marks alone.
+  static constexpr size_t kBands = 8;  ///< Of pixels, which come to the host one after the other.
+  Event drawn_[kBands];                ///< The band is there.
+  DeviceBuffer<uint32_t> no_dirty_;    ///< 0: views leave marks alone.
   DeviceBuffer<int32_t> slots_, labelled_slots_;
   DeviceBuffer<MeshRecord> records_;
   DeviceBuffer<BlockVertex> vertices_;
@@ -58,7 +67,12 @@ class Renderer {
   DeviceBuffer<SeenVertex> seen_;
   DeviceBuffer<BlockTriangle> triangles_;
   DeviceBuffer<ViewKey> surfaces_, colours_;
-  PinnedBuffer<ViewKey> pinned_surfaces_, pinned_colours_;
+  DeviceBuffer<float> depth_;
+  DeviceBuffer<Vec3f> normals_;
+  DeviceBuffer<VertexColour> view_colours_;
+  PinnedBuffer<float> pinned_depth_;
+  PinnedBuffer<Vec3f> pinned_normals_;
+  PinnedBuffer<VertexColour> pinned_colours_;
 };
 
 }  // namespace gpu

@@ -44,27 +44,41 @@ __device__ void countNoiseLines(const DepthImage& image, const SurfelSettings& s
   }
 }
 
-/// Takes the deviation at the median out of counts and leaves them zeroed, with the threads of one
-/// block; 0 where there are no lines.
-__device__ void takeMedian(uint32_t* bins, float* sigma) {
-  using Scan = cub::BlockScan<uint32_t, kThreads>;
+/// Takes the deviations at the medians out of counts and leaves them zeroed, with the threads of
+/// one block; 0 where there are no lines.
+__device__ void takeMedians(NoiseCounts& counts, float (&sigma)[kNoiseKinds]) {
+  using Scan = cub::BlockScan<uint64_t, kThreads>;
   __shared__ typename Scan::TempStorage scan;
   constexpr int kBinsPerThread = kNoiseBins / kThreads;
   static_assert(kNoiseBins % kThreads == 0, "each thread has as many bins");
+  constexpr int kBits = 64 / kNoiseKinds;
+  constexpr uint64_t kMask = (uint64_t{1} << kBits) - 1;
+  static_assert(kNoisePoints <= kMask, "one scan counts all kinds");
   const int first_bin = threadIdx.x * kBinsPerThread;
-  uint32_t in_bin[kBinsPerThread], own = 0, before, lines;
-  for (int k = 0; k < kBinsPerThread; ++k) {
-    in_bin[k] = readShared(&bins[first_bin + k]);
-    bins[first_bin + k] = 0;
-    own += in_bin[k];
+  uint32_t in_bin[kNoiseKinds][kBinsPerThread];
+  uint64_t own = 0, before, lines;
+#pragma unroll  // reads all before it waits for any
+  for (int kind = 0; kind < kNoiseKinds; ++kind) {
+    for (int k = 0; k < kBinsPerThread; ++k) {
+      uint32_t& bin = counts.bins[kind][first_bin + k];
+      in_bin[kind][k] = readShared(&bin);
+      bin = 0;
+    }
   }
-  if (threadIdx.x == 0) *sigma = 0.0f;
+#pragma unroll
+  for (int kind = 0; kind < kNoiseKinds; ++kind) {
+    for (const uint32_t count : in_bin[kind]) own += uint64_t{count} << (kBits * kind);
+  }
+  if (threadIdx.x < kNoiseKinds) sigma[threadIdx.x] = 0.0f;
   Scan(scan).ExclusiveSum(own, before, lines);
-  __syncthreads();  // the scan's memory is used again for the next kind of line
-  if (lines == 0) return;
-  const uint32_t rank = medianRank(lines);
-  for (int k = 0; k < kBinsPerThread; before += in_bin[k++]) {
-    if (before <= rank && rank < before + in_bin[k]) *sigma = noiseOfBin(first_bin + k);
+#pragma unroll
+  for (int kind = 0; kind < kNoiseKinds; ++kind) {
+    const uint32_t rank = medianRank(static_cast<uint32_t>(lines >> (kBits * kind) & kMask));
+    auto first = static_cast<uint32_t>(before >> (kBits * kind) & kMask);
+    for (int k = 0; k < kBinsPerThread; first += in_bin[kind][k++]) {
+      const bool is_here = first <= rank && rank < first + in_bin[kind][k];
+      if (is_here) sigma[kind] = noiseOfBin(first_bin + k);
+    }
   }
 }
 
@@ -86,9 +100,7 @@ __global__ void __launch_bounds__(kThreads)
     countNoiseLines(image, surfels, static_cast<int>(part * kThreads + threadIdx.x), *counts);
   }
   if (!isLastBlock(&counts->finished, noise_blocks)) return;
-  for (int kind = 0; kind < kNoiseKinds; ++kind) {
-    takeMedian(counts->bins[kind], &sigma[kind]);
-  }
+  takeMedians(*counts, sigma);
   __syncthreads();
   if (threadIdx.x != 0) return;
   counts->finished = 0;
@@ -135,9 +147,9 @@ __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const Dep
 }
 
 /// How far each pixel sees free space: those that are not measured look at the others beside them.
+/// Beside the kernel ahead, if that lets it start early: it merges pixels.
 __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fusion,
                                      float* free_depth) {
-  waitForTheOneAhead();
   const FrameSensing sensing = on_device.load();
   const FrameView& frame = sensing.image.frame;
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
@@ -146,6 +158,7 @@ __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fus
       return freeIfMeasured(sensing, {u + du, v + dv}, fusion);
     });
   }
+  endAfterTheOneAhead();
 }
 
 }  // namespace

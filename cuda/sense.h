@@ -52,7 +52,8 @@ class FrameSensor {
   /// Enqueues the stage for an image that is uploaded, but for its free depths.
   DeviceSensing sense(const FrameView& frame, const RawDepth& raw);
 
-  /// Enqueues what the stage leaves for later, where something asks for it.
+  /// Enqueues what the stage leaves for later, where something asks for it: beside a kernel that
+  /// leaves most of the device idle, or any that starts no other early.
   void findFreeDepths(const DeviceSensing& sensing);
 
   /// Of the last frame, how far each pixel is free, whether or not the frame clears by it.

@@ -135,6 +135,12 @@ class DeviceBuffer {
     DTSDF_CHECK_CUDA(
         cudaMemcpyAsync(pinned, data_, count * sizeof(T), cudaMemcpyDeviceToHost, stream.get()));
   }
+  /// Elements `begin` to `end`, to the same place in pinned memory.
+  void downloadPart(T* pinned, size_t begin, size_t end, const Stream& stream) const {
+    if (begin == end) return;
+    DTSDF_CHECK_CUDA(cudaMemcpyAsync(pinned + begin, data_ + begin, (end - begin) * sizeof(T),
+                                     cudaMemcpyDeviceToHost, stream.get()));
+  }
 
  private:
   void allocate(size_t count) {

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <optional>
 
+#include "dtsdf_mapping/alignment_gain.h"
 #include "dtsdf_mapping/mapper.h"
 #include "dtsdf_mapping/params/pose_params.h"
 
@@ -12,7 +13,8 @@ namespace dtsdf {
 /// Keeps the correction between the frame O that poses are given in and the frame W of the map, by
 /// a Kalman filter: it drifts with the way, and each pose that was aligned measures it, with the
 /// noise of the given pose. So drift is followed and noise is not. A pose that is as good as the
-/// map can say stays as it is. Not thread safe.
+/// map can say stays as it is, and where alignments are the noisier ones, poses follow them on
+/// average only. Not thread safe.
 class PoseRefiner {
  public:
   /// @param params How far off poses are, and what becomes of frames that do not fit.
@@ -39,6 +41,7 @@ class PoseRefiner {
   Eigen::Isometry3d T_W_O_ = Eigen::Isometry3d::Identity();
   double variance_m2_ = 0.0, variance_rad2_ = 0.0;  ///< Of T_W_O, at the camera.
   std::optional<Eigen::Isometry3d> last_T_O_C_;
+  AlignmentGain gain_;
 };
 
 }  // namespace dtsdf

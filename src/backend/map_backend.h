@@ -113,6 +113,10 @@ class MapBackend {
   /// Waits for the last image. @return what it left empty; reported once.
   virtual std::vector<EmptyBlock> takeEmpty() = 0;
 
+  /// Whether what an image leaves empty is out of the backend's map by itself, so that an
+  /// extraction may begin before the table follows.
+  virtual bool dropsEmpty() const { return false; }
+
   /// Waits for the last image. @return what it saw as free, in the order of the cubes given.
   virtual std::vector<FreeCube> takeFree() = 0;
 
@@ -163,7 +167,7 @@ class MapBackend {
   virtual void zeroArrays(const std::vector<int32_t>& arrays) = 0;
   virtual void enterColours(const std::vector<NewBrick>& bricks) = 0;
 
-  /// Follows other changes of the table.
+  /// Follows other changes of the table; while an extraction reads the map, once it is waited for.
   virtual void follow(const ChangedSlots& changed) = 0;
 
   /// Empties the voxels of these blocks in a region, with their colours.

@@ -80,10 +80,13 @@ AlignmentSums PoseAligner::sumsAt(const FrameView& view, float cutoff, const Blo
   const size_t batches = (points_.size() + kPointsAtOnce - 1) / kPointsAtOnce;
   parallelFor<NoScratch>(batches, threads_, [&](size_t batch, NoScratch&) {
     VoxelReader reader(table, voxels, view.origin_voxel);
+    const auto find = [&](const Vec3f& p_L, const Vec3f& normal) {
+      return findSurface(p_L, normal, directional_, settings_.rules, cutoff, reader);
+    };
     AlignmentSums part{};
     const size_t end = std::min(points_.size(), (batch + 1) * kPointsAtOnce);
     for (size_t i = batch * kPointsAtOnce; i < end; ++i) {
-      addPoint(part, view, points_[i], settings_.rules, directional_, cutoff, reader);
+      addPoint(part, view, points_[i], cutoff, find);
     }
     const std::lock_guard<std::mutex> lock(mutex);
     add(sums, part);

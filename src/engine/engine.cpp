@@ -201,6 +201,15 @@ void Engine::settle() {
   backend_->follow({changed, !dropped.empty()});
 }
 
+/// Ends what belongs to the extraction that begins, or has begun.
+void Engine::settleForMesh() {
+  settle();
+  table_.noteExtraction();
+  was_viewed_ = false;
+  const std::vector<int32_t> vacant = table_.takeVacant();
+  vacant_.insert(vacant_.end(), vacant.begin(), vacant.end());
+}
+
 /// Blocks that went before an extraction met them. Views may have made labels around from them.
 /// @return the slots.
 std::vector<int32_t> Engine::releaseUnseen() {

@@ -73,6 +73,7 @@ class Engine : public ProbedMapper {
 
   // What it leaves to be done when the map is looked at next.
   void settle();
+  void settleForMesh();
   std::vector<int32_t> vacateEmpty();
   std::vector<int32_t> releaseUnseen();
   void takeFree();

@@ -39,17 +39,16 @@ void Engine::beginMeshUpdate() {
   ready();
   if (is_meshing_) finishMeshing();
   made_ = MeshUpdate();  // nobody asked for its changes: they are lost
-  settle();
-  table_.noteExtraction();
-  was_viewed_ = false;
-  const std::vector<int32_t> vacant = table_.takeVacant();
-  vacant_.insert(vacant_.end(), vacant.begin(), vacant.end());
+  // Where the table has nothing to say that meshes depend on, it follows while a device is busy.
+  const bool settles_behind = backend_->dropsEmpty() && !pager_ && !kept_ && !was_viewed_;
+  if (!settles_behind) settleForMesh();
   const int32_t least = leastEvidenceNow();
   if (least != least_evidence_) markAllDirty();
   least_evidence_ = least;
   if (pager_) meshInParts();  // all but the last of them, which is this:
   backend_->beginMesh(least);
   is_meshing_ = true;
+  if (settles_behind) settleForMesh();
   if (pager_) startViews();
   table_.prepare(requests_before_);  // while a device is busy
 }

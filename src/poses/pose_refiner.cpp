@@ -12,18 +12,32 @@ Eigen::Quaterniond shareOf(const Eigen::Quaterniond& rotation, double share) {
   return Eigen::Quaterniond::Identity().slerp(share, rotation);
 }
 
+Eigen::Isometry3d between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
+                          double share) {
+  const Eigen::Quaterniond turn(to.linear() * from.linear().transpose());
+  Eigen::Isometry3d pose = from;
+  pose.linear() =
+      (shareOf(turn, share) * Eigen::Quaterniond(from.linear())).normalized().toRotationMatrix();
+  pose.translation() += share * (to.translation() - from.translation());
+  return pose;
+}
+
 }  // namespace
 
 Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
   drift(frame.T_W_C);
+  gain_.addGiven(frame.T_W_C);
   DepthFrame expected = frame;
   expected.T_W_C = T_W_O_ * frame.T_W_C;
   const PosePrior prior{std::sqrt(square(params_.sigma_m) + variance_m2_),
                         std::sqrt(square(params_.sigma_rad) + variance_rad2_)};
   Alignment alignment = mapper.align(expected, prior);
   if (alignment.status != AlignmentStatus::kAligned) return alignment;
+  gain_.addAligned(alignment.T_W_C);
   if (!alignment.is_significant) alignment.T_W_C = expected.T_W_C;
   correct(alignment.T_W_C, expected.T_W_C);
+  const double share = gain_.share(expected.T_W_C, alignment.T_W_C);
+  if (share < 1.0) alignment.T_W_C = between(expected.T_W_C, alignment.T_W_C, share);
   return alignment;
 }
 

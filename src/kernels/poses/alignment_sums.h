@@ -67,25 +67,40 @@ DTSDF_HD FieldSample sampleDirections(const Vec3f& p_L, const DirectionSet& dire
   return {sdf / weight, (1.0f / weight) * gradient, true};
 }
 
+/// Number n of the places along a point's normal where its surface is looked for, in voxels from
+/// the point: at the point itself, then on both sides, farther and farther away.
+DTSDF_HD float placeAlongNormal(int32_t n) {
+  const int32_t k = (n + 1) / 2;
+  return static_cast<float>(n % 2 == 1 ? k : -k);
+}
+
+/// How many there are up to `reach` voxels away.
+DTSDF_HD int32_t placesAlongNormal(float reach) { return 2 * static_cast<int32_t>(reach) + 1; }
+
+/// The distance of a point to the plane that the map holds so far `away` along its normal.
+template <class VoxelAt>
+DTSDF_HD FieldSample findPlane(const Vec3f& p_L, const Vec3f& normal,
+                               const DirectionSet& directions, const AlignmentRules& rules,
+                               float away, VoxelAt&& voxel) {
+  FieldSample field = sampleDirections(p_L + away * normal, directions, voxel);
+  if (!field.known) return field;
+  const float length = norm(field.gradient), slope = dot(field.gradient, normal);
+  field.known = slope > rules.least_agreement * length;
+  // The distance falls off by one voxel a voxel; where averages made it less steep, this holds.
+  field.gradient = (1.0f / length) * field.gradient;
+  field.sdf -= away * (slope / length);
+  return field;
+}
+
 /// The distance of a point to the surface, in voxels: where the map holds none at the point itself,
 /// of the plane that it holds nearest along the point's normal, up to `reach` voxels away.
 template <class VoxelAt>
 DTSDF_HD FieldSample findSurface(const Vec3f& p_L, const Vec3f& normal, bool directional,
                                  const AlignmentRules& rules, float reach, VoxelAt&& voxel) {
   const DirectionSet directions = directionsOf(normal, directional);
-  const auto last = static_cast<int32_t>(reach);
-  for (int32_t k = 0; k <= last; ++k) {
-    for (int32_t side = 0; side < (k == 0 ? 1 : 2); ++side) {
-      const float away = static_cast<float>(side == 0 ? k : -k);
-      FieldSample field = sampleDirections(p_L + away * normal, directions, voxel);
-      if (!field.known) continue;
-      const float length = norm(field.gradient), slope = dot(field.gradient, normal);
-      if (!(slope > rules.least_agreement * length)) continue;
-      // The distance falls off by one voxel a voxel; where averages made it less steep, this holds.
-      field.gradient = (1.0f / length) * field.gradient;
-      field.sdf -= away * (slope / length);
-      return field;
-    }
+  for (int32_t n = 0; n < placesAlongNormal(reach); ++n) {
+    const FieldSample field = findPlane(p_L, normal, directions, rules, placeAlongNormal(n), voxel);
+    if (field.known) return field;
   }
   return {0.0f, {0.0f, 0.0f, 0.0f}, false};
 }
@@ -114,16 +129,15 @@ DTSDF_HD int64_t toAlignmentUnits(float value) {
 }
 
 /// Adds what a point says at a pose. `cutoff`: residual from which on it says nothing, in voxels.
-template <class VoxelAt>
+/// `find(p_L, normal)` is findSurface() up to there.
+template <class Find>
 DTSDF_HD void addPoint(AlignmentSums& sums, const FrameView& frame, const AlignedPoint& point,
-                       const AlignmentRules& rules, bool directional, float cutoff,
-                       VoxelAt&& voxel) {
+                       float cutoff, Find&& find) {
   if (!(point.weight > 0.0f)) return;
   sums.points += 1;
   const Vec3f lever = rotate(frame.T_L_C, point.p_C), normal = rotate(frame.T_L_C, point.normal_C);
   if (!(norm(lever) < kLongestLever)) return;
-  const FieldSample field =
-      findSurface(lever + frame.T_L_C.t, normal, directional, rules, cutoff, voxel);
+  const FieldSample field = find(lever + frame.T_L_C.t, normal);
   if (!field.known) return;
   sums.matched += 1;
   const Vec3f& g = field.gradient;

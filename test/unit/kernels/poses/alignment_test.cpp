@@ -135,6 +135,13 @@ TEST(FindSurface, TheBackOfASheetDoesNotAttractItsFront) {
           .known);
 }
 
+/// As addPoint() wants it, of the plane's map.
+auto findIn(const AlignmentRules& rules, float cutoff) {
+  return [=](const Vec3f& p_L, const Vec3f& normal) {
+    return findSurface(p_L, normal, true, rules, cutoff, PlaneField());
+  };
+}
+
 /// The sums of one point against the derivative of its residual by differences.
 TEST(AddPoint, HasTheDerivativeOfTheResidual) {
   AlignmentRules rules;
@@ -156,7 +163,7 @@ TEST(AddPoint, HasTheDerivativeOfTheResidual) {
   };
   AlignmentSums sums{};
   constexpr float kCutoff = 100.0f;  // nearly no robust weight
-  addPoint(sums, view, point, rules, true, kCutoff, PlaneField());
+  addPoint(sums, view, point, kCutoff, findIn(rules, kCutoff));
   ASSERT_EQ(sums.inliers, 1);
   const float at = residual(0, 0.0f);
   for (int i = 0; i < 6; ++i) {
@@ -170,7 +177,7 @@ TEST(AddPoint, HasTheDerivativeOfTheResidual) {
 TEST(AddPoint, LeavesOutliersOut) {
   AlignmentSums sums{};
   const AlignedPoint point{{0.0f, 0.0f, 47.5f}, {0.0f, 0.0f, -1.0f}, 1.0f};
-  addPoint(sums, camera(), point, AlignmentRules(), true, 1.0f, PlaneField());
+  addPoint(sums, camera(), point, 1.0f, findIn(AlignmentRules(), 1.0f));
   EXPECT_EQ(sums.points, 1);
   EXPECT_EQ(sums.matched, 1);
   EXPECT_EQ(sums.inliers, 0);

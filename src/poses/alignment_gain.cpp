@@ -1,0 +1,69 @@
+#include "dtsdf_mapping/alignment_gain.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dtsdf {
+namespace {
+
+/// Older images count little: noise depends on the place and on the motion.
+constexpr int kRemembered = 16;
+
+/// The mean of fewer squares says nothing.
+constexpr int kLeastSeen = 8;
+
+/// A mean of so few squares is right by a factor of two.
+constexpr double kUncertainty = 2.0;
+
+/// Noise moves an alignment by at most so many deviations.
+constexpr double kDeviations = 3.0;
+
+}  // namespace
+
+AlignmentGain::Step AlignmentGain::stepBetween(const Eigen::Isometry3d& from,
+                                               const Eigen::Isometry3d& to) {
+  const Eigen::AngleAxisd turn(to.linear() * from.linear().transpose());
+  Step step;
+  step << to.translation() - from.translation(), turn.angle() * turn.axis();
+  return step;
+}
+
+void AlignmentGain::Variance::add(const Step& difference, double squares_in_it) {
+  seen = std::min(seen + 1, kRemembered);
+  m2 += (difference.head<3>().squaredNorm() / squares_in_it - m2) / seen;
+  rad2 += (difference.tail<3>().squaredNorm() / squares_in_it - rad2) / seen;
+}
+
+void AlignmentGain::addGiven(const Eigen::Isometry3d& T_O_C) {
+  std::optional<Step> step;
+  if (T_O_C_) step = stepBetween(*T_O_C_, T_O_C);
+  // The third difference of positions with independent errors e is e_0 - 3 e_1 + 3 e_2 - e_3.
+  if (step_before_) given_.add(*step - 2.0 * *step_ + *step_before_, 1.0 + 9.0 + 9.0 + 1.0);
+  step_before_ = step_;
+  step_ = step;
+  T_O_C_ = T_O_C;
+}
+
+void AlignmentGain::addAligned(const Eigen::Isometry3d& T_W_C) {
+  if (T_W_O_) aligned_.add(stepBetween(*T_W_O_ * *T_O_C_, T_W_C), 1.0 + 1.0);
+  T_W_O_ = T_W_C * T_O_C_->inverse();
+}
+
+double AlignmentGain::share(const Eigen::Isometry3d& expected_T_W_C,
+                            const Eigen::Isometry3d& aligned_T_W_C) const {
+  if (given_.seen < kLeastSeen || aligned_.seen < kLeastSeen) return 1.0;
+  const auto gain = [](double given, double aligned) {
+    const double of_alignments = std::max(0.0, aligned - kUncertainty * given);
+    return of_alignments > 0.0 ? given / (given + of_alignments) : 1.0;
+  };
+  const Step way = stepBetween(expected_T_W_C, aligned_T_W_C);
+  const auto beyond_noise = [](double way, double variance) {
+    const double noise = kDeviations * std::sqrt(variance);
+    return way > noise ? 1.0 - noise / way : 0.0;
+  };
+  return std::max({std::min(gain(given_.m2, aligned_.m2), gain(given_.rad2, aligned_.rad2)),
+                   beyond_noise(way.head<3>().norm(), aligned_.m2),
+                   beyond_noise(way.tail<3>().norm(), aligned_.rad2)});
+}
+
+}  // namespace dtsdf

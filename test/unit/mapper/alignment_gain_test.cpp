@@ -1,0 +1,96 @@
+/// Whether poses or alignments are the noisier ones is found out from images alone.
+#include "dtsdf_mapping/alignment_gain.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+/// Where a hand-held camera is at an image.
+Isometry3d truthAt(int image) {
+  const double t = 0.1 * image;
+  Isometry3d T = Isometry3d::Identity();
+  T.translation() = Vector3d(0.5 * std::sin(t), 0.3 * std::cos(0.7 * t), 0.2 * t);
+  T.linear() = Eigen::AngleAxisd(0.4 * std::sin(0.5 * t), Vector3d::UnitY()).toRotationMatrix();
+  return T;
+}
+
+class Noise {
+ public:
+  Noise(double sigma, unsigned seed) : sigma_(sigma), engine_(seed) {}
+
+  /// A pose off by a shift in metres and a turn in radians, per axis.
+  Isometry3d operator()(const Isometry3d& pose) {
+    Isometry3d off = pose;
+    off.translation() += vector();
+    const Vector3d turn = vector();
+    if (turn.norm() > 0.0) {
+      off.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * off.linear();
+    }
+    return off;
+  }
+
+ private:
+  Vector3d vector() {
+    return sigma_ * Vector3d(normal_(engine_), normal_(engine_), normal_(engine_));
+  }
+
+  double sigma_;
+  std::mt19937 engine_;
+  std::normal_distribution<double> normal_;
+};
+
+/// After so many images with independent errors of given poses and of alignments.
+AlignmentGain after(int images, double given_sigma, double aligned_sigma) {
+  AlignmentGain gain;
+  Noise given(given_sigma, 7), aligned(aligned_sigma, 8);
+  for (int i = 0; i < images; ++i) {
+    gain.addGiven(given(truthAt(i)));
+    gain.addAligned(aligned(truthAt(i)));
+  }
+  return gain;
+}
+
+double shareOfAWay(const AlignmentGain& gain, double way_m) {
+  Isometry3d aligned = truthAt(0);
+  aligned.translation() += Vector3d(0.0, way_m, 0.0);
+  return gain.share(truthAt(0), aligned);
+}
+
+TEST(AlignmentGain, FollowsAlignmentsAtOnceWherePosesAreNoisy) {
+  EXPECT_EQ(shareOfAWay(after(100, 0.02, 0.001), 0.01), 1.0);
+  EXPECT_EQ(shareOfAWay(after(100, 0.02, 0.01), 0.01), 1.0);
+}
+
+/// A camera in motion, however exact its poses, and alignments that are as exact.
+TEST(AlignmentGain, FollowsExactAlignments) {
+  EXPECT_EQ(shareOfAWay(after(100, 0.0, 0.0), 0.01), 1.0);
+}
+
+/// Kalman's gain for one pose is var / (var + var), of the pose and of the alignment.
+TEST(AlignmentGain, FollowsNoisyAlignmentsSlowlyWherePosesAreSmooth) {
+  const double share = shareOfAWay(after(100, 0.002, 0.02), 0.01);
+  EXPECT_GT(share, 0.0);
+  EXPECT_NEAR(share, 0.01, 0.02);
+}
+
+/// Sqrt(3) * 3 deviations of 10 mm are noise; what is beyond is none.
+TEST(AlignmentGain, FollowsWhatIsFartherThanNoise) {
+  const AlignmentGain gain = after(200, 0.0, 0.01);
+  EXPECT_LT(shareOfAWay(gain, 0.03), 0.05);
+  EXPECT_NEAR(shareOfAWay(gain, 0.20), 1.0 - 0.052 / 0.20, 0.1);
+}
+
+TEST(AlignmentGain, FollowsAlignmentsUntilItHasSeenEnough) {
+  EXPECT_EQ(shareOfAWay(after(8, 0.002, 0.02), 0.01), 1.0);
+  EXPECT_LT(shareOfAWay(after(20, 0.002, 0.02), 0.01), 0.1);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,5 +1,4 @@
-/// The map as a robot on level ground sees it: of each column of cells between two heights, whether
-/// anything stands in it. And what of that followers lack.
+/// What planners make of space: a grid of the ground, and distances in a plane.
 #pragma once
 
 #include <algorithm>
@@ -14,6 +13,21 @@
 #include "dtsdf_mapping/space.h"
 
 namespace dtsdf {
+
+// Distances to surfaces in a plane across the map, cell by cell.
+
+/// A cell of which something is known, and the distance where the plane meets its middle.
+struct SliceCell {
+  Vec3i cell;
+  CellState state;  ///< Never kUnknown.
+  float distance_m;
+};
+
+/// The known cells at a height along z of the map frame; in no order.
+std::vector<SliceCell> sliceAt(const KnownSpace& space, double height_m);
+
+/// Where the slice meets the middle of a cell.
+Eigen::Vector3d pointInSlice(const SliceCell& cell, double cell_size_m, double height_m);
 
 /// Columns from (x, y) on, counted as cells are.
 struct GridBox {
@@ -108,11 +122,12 @@ struct PendingGrid {
   std::optional<GridBox> too_large;
 };
 
-/// The columns, and the window of them that followers have: the last whole grid. Its edges lie on
-/// multiples of kStep cells; where something becomes known beyond them, a whole grid of a new
-/// window is sent. All else are updates: boxes inside the window, with everything in them that has
-/// changed since the window was sent first. So a follower that reads only the last of several
-/// updates has missed nothing.
+/// The map as a robot on level ground sees it: of each column of cells between two heights, whether
+/// anything stands in it. And what of that followers lack. The columns, and the window of them that
+/// followers have: the last whole grid. Its edges lie on multiples of kStep cells; where something
+/// becomes known beyond them, a whole grid of a new window is sent. All else are updates: boxes
+/// inside the window, with everything in them that has changed since the window was sent first. So
+/// a follower that reads only the last of several updates has missed nothing.
 class GroundGrid {
  public:
   static constexpr int32_t kStep = 256;

@@ -8,7 +8,7 @@
 
 #include "io/atomic_file.h"
 #include "io/colour_codes.h"
-#include "planning/distance_slice.h"
+#include "planning/ground_grid.h"
 #include "program/run_program.h"
 #include "tools/map_tool.h"
 

@@ -6,7 +6,6 @@
 #pragma once
 
 #include "ros/common/schedule.h"
-#include "ros/common/steady_clock.h"
 
 namespace dtsdf {
 

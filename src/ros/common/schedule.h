@@ -1,12 +1,26 @@
-/// What the map's and the output's thread do next. No ROS and no threads in here, and the clock is
-/// given: each loop reports to its schedule what happened and asks it what is due.
+/// What the map's and the output's thread do next, by a clock that is given, so that tests can turn
+/// its hands. No ROS and no threads in here: each loop reports to its schedule what happened and
+/// asks it what is due.
 #pragma once
 
+#include <chrono>
+#include <functional>
 #include <optional>
 
-#include "ros/common/steady_clock.h"
-
 namespace dtsdf {
+
+using SteadyTime = std::chrono::steady_clock::time_point;
+using SteadyDuration = std::chrono::steady_clock::duration;
+using SteadyClock = std::function<SteadyTime()>;
+
+inline SteadyDuration toSteadyDuration(double seconds) {
+  return std::chrono::duration_cast<SteadyDuration>(std::chrono::duration<double>(seconds));
+}
+
+/// Rounded up: who sleeps so long finds the time has come.
+inline std::chrono::milliseconds toMilliseconds(SteadyDuration duration) {
+  return std::chrono::ceil<std::chrono::milliseconds>(duration);
+}
 
 /// Bounds how often something happens.
 class Pace {

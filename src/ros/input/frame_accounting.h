@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "dtsdf_mapping/mapper.h"
-#include "ros/common/steady_clock.h"
+#include "ros/common/schedule.h"
 
 namespace dtsdf {
 

@@ -12,7 +12,7 @@
 #include <string>
 
 #include "params/node_params.h"
-#include "ros/common/steady_clock.h"
+#include "ros/common/schedule.h"
 #include "ros/input/frame_accounting.h"
 #include "ros/input/frame_assembly.h"
 #include "ros/input/frame_queue.h"

@@ -20,7 +20,7 @@
 
 #include "dtsdf_mapping/colour_frame.h"
 #include "dtsdf_mapping/depth_frame.h"
-#include "ros/common/steady_clock.h"
+#include "ros/common/schedule.h"
 
 namespace dtsdf {
 

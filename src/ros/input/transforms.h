@@ -21,7 +21,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "ros/common/steady_clock.h"
+#include "ros/common/schedule.h"
 
 namespace dtsdf {
 

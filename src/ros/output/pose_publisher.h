@@ -14,7 +14,7 @@
 #include "dtsdf_mapping/alignment.h"
 #include "dtsdf_mapping/params/pose_params.h"
 #include "params/node_params.h"
-#include "ros/common/steady_clock.h"
+#include "ros/common/schedule.h"
 #include "ros/input/transforms.h"
 
 namespace dtsdf {

@@ -11,9 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "planning/distance_slice.h"
 #include "planning/ground_grid.h"
-#include "ros/common/steady_clock.h"
+#include "ros/common/schedule.h"
 #include "ros/output/listener_topic.h"
 
 namespace dtsdf {

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "ros/common/steady_clock.h"
+#include "ros/common/schedule.h"
 #include "ros/input/frame_accounting.h"
 
 namespace dtsdf {

@@ -108,7 +108,7 @@ Alignment FramePoses::refine(Mapper& mapper, const PosedFrame& frame, const Dept
   const double back_s = camera.last_stamp.toSec() - frame.stamp.toSec();
   if (back_s > kTimeJump_s) camera.refiner = PoseRefiner(params_.poses);
   camera.last_stamp = frame.stamp;
-  const Alignment alignment = camera.refiner.refine(mapper, depth);
+  Alignment alignment = camera.refiner.refine(mapper, depth);
   if (frame.camera == 0) {
     listeners_.on_correction(frame.stamp, T_W_M().inverse() * camera.refiner.T_W_O() * T_W_M());
   }

@@ -13,7 +13,7 @@
 #include "params/printable.h"
 #include "params/text.h"
 #include "ros/common/callback_guard.h"
-#include "ros/common/steady_clock.h"
+#include "ros/common/schedule.h"
 #include "ros/input/conversions.h"
 
 namespace dtsdf {

@@ -17,7 +17,7 @@
 #include "dtsdf_mapping/mapper.h"
 #include "log/corrected_poses.h"
 #include "log/refusion.h"
-#include "ros/common/steady_clock.h"
+#include "ros/common/schedule.h"
 #include "ros/common/worker_thread.h"
 #include "ros/input/frame_queue.h"
 #include "ros/output/reports.h"

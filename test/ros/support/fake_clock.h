@@ -1,7 +1,7 @@
 /// A clock that stands still until a test turns its hands.
 #pragma once
 
-#include "ros/common/steady_clock.h"
+#include "ros/common/schedule.h"
 
 namespace dtsdf {
 

@@ -5,7 +5,7 @@
 #include <map>
 #include <tuple>
 
-#include "planning/distance_slice.h"
+#include "planning/ground_grid.h"
 #include "support/depth_frames.h"
 
 namespace dtsdf {

@@ -84,9 +84,11 @@ bool CellTable::visit(const TakesSector& takes, const Visit& visit) const {
     const std::shared_ptr<const CellSector> cells = sectors_.find(key);
     if (cells == nullptr) is_whole = is_whole && sectors_.isLost(key);
     if (cells == nullptr) continue;
-    const CellSector copy = *cells;  // which stays while cubes change
-    copy.visit(
-        [&](int number, const CubeCells& cube) { visit(cubeOfSector(sector, number), cube); });
+    std::vector<std::pair<Vec3i, CubeCells>> cubes;  // which stay while those in the sector change
+    cells->visit([&](int number, const CubeCells& cube) {
+      cubes.emplace_back(cubeOfSector(sector, number), cube);
+    });
+    for (const auto& [cube, of_cube] : cubes) visit(cube, of_cube);
   }
   return is_whole;
 }

@@ -133,7 +133,7 @@ int runNode(int argc, char** argv, const NodeProgram& program) {
   if (!initNode(argc, argv, program.name, program.defaults)) return 2;
   // ROS, and with it the log, ends with the last handle.
   const ros::NodeHandle nh, private_nh("~");
-  const std::string name = private_nh.getNamespace();
+  const std::string& name = private_nh.getNamespace();
   std::string problem;
   try {
     program.run(nh, private_nh);

@@ -35,7 +35,7 @@ LogQueue::Options queueOptions(const LogParams& params, const std::string& folde
 class WaitingMap {
  public:
   explicit WaitingMap(std::string path) : path_(std::move(path)) {}
-  ~WaitingMap() { std::remove(path_.c_str()); }
+  ~WaitingMap() { static_cast<void>(std::remove(path_.c_str())); }
   WaitingMap(const WaitingMap&) = delete;
   WaitingMap& operator=(const WaitingMap&) = delete;
 
@@ -63,7 +63,8 @@ MapLog::MapLog(const MappingParams& params, const std::string& folder, const Lev
       map_frame_(params.node.map_frame),
       levelling_(levelling),
       queue_(queueOptions(params.node.log, folder)) {
-  for (const std::string& left : waitingMapsIn(folder)) std::remove(left.c_str());
+  for (const std::string& left : waitingMapsIn(folder))
+    static_cast<void>(std::remove(left.c_str()));
   emptied();
 }
 

@@ -137,7 +137,7 @@ bool liesIn(const fs::path& path, const fs::path& directory) {
 /// The path with its links resolved, as far as it exists.
 fs::path resolved(const fs::path& path, const std::string& advice) {
   std::error_code error;
-  const fs::path canonical = fs::weakly_canonical(fs::absolute(path), error);
+  fs::path canonical = fs::weakly_canonical(fs::absolute(path), error);
   // Of a name that is too long only the whole path says so.
   if (!error) static_cast<void>(fs::status(canonical, error));
   if (!error || error == std::errc::no_such_file_or_directory ||

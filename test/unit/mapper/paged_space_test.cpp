@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "dtsdf_mapping/region.h"
-#include "io/save_mapper.h"
+#include "io/map_chunks.h"
 #include "map/region_view.h"
 #include "space/space_follower.h"
 #include "space/space_map.h"

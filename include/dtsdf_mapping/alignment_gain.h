@@ -10,16 +10,17 @@ namespace dtsdf {
 /// warped depth, as a phone's, is aligned to a centimetre here and there while odometry is smooth:
 /// then alignments are followed on average only.
 ///
-/// The independent error of given poses is bounded by the third differences of their way, which
-/// leave smooth motion out. Corrections vary by that and by the alignments' own error, so what they
-/// vary more is the latter. Not thread safe.
+/// Independent errors show in third differences, which leave smooth motion and smooth drift out.
+/// Those of the given way bound the given poses' errors; those of the corrections have both, so
+/// what they have more is of the alignments. Not thread safe.
 class AlignmentGain {
  public:
   /// The next given pose, camera to odometry.
   void addGiven(const Eigen::Isometry3d& T_O_C);
 
-  /// What the last given pose was aligned to, camera to map.
-  void addAligned(const Eigen::Isometry3d& T_W_C);
+  /// What the last given pose was aligned to, camera to map. @return whether nothing before it
+  /// counts: it is the first one, or the correction has jumped.
+  bool addAligned(const Eigen::Isometry3d& T_W_C);
 
   /// The share of the way from the expected pose to the aligned one that an image is to be moved:
   /// 1 unless alignments are known to be noisy and the way is within their noise.
@@ -30,19 +31,21 @@ class AlignmentGain {
   /// Translation in metres, then a rotation in radians.
   using Step = Eigen::Matrix<double, 6, 1>;
 
-  /// Means of squares over the last images, summed over three axes.
+  /// The independent errors of a way, as means of squares over its last images, summed over axes.
   struct Variance {
     double m2 = 0.0, rad2 = 0.0;
     int seen = 0;
+    std::optional<Step> last, before;
 
-    void add(const Step& difference, double squares_in_it);
+    /// The next step of the way. @return whether it is too long for noise.
+    bool add(const Step& step);
+    bool isKnown() const;
   };
 
   static Step stepBetween(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to);
 
   Variance given_, aligned_;
   std::optional<Eigen::Isometry3d> T_O_C_, T_W_O_;
-  std::optional<Step> step_, step_before_;
 };
 
 }  // namespace dtsdf

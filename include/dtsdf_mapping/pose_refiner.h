@@ -42,6 +42,7 @@ class PoseRefiner {
   double variance_m2_ = 0.0, variance_rad2_ = 0.0;  ///< Of T_W_O, at the camera.
   std::optional<Eigen::Isometry3d> last_T_O_C_;
   AlignmentGain gain_;
+  bool begins_map_ = false;  ///< The last image that was not aligned found no map.
 };
 
 }  // namespace dtsdf

@@ -28,30 +28,42 @@ AlignmentGain::Step AlignmentGain::stepBetween(const Eigen::Isometry3d& from,
   return step;
 }
 
-void AlignmentGain::Variance::add(const Step& difference, double squares_in_it) {
-  seen = std::min(seen + 1, kRemembered);
-  m2 += (difference.head<3>().squaredNorm() / squares_in_it - m2) / seen;
-  rad2 += (difference.tail<3>().squaredNorm() / squares_in_it - rad2) / seen;
+bool AlignmentGain::Variance::isKnown() const { return seen >= kLeastSeen; }
+
+bool AlignmentGain::Variance::add(const Step& step) {
+  bool is_jump = false;
+  if (before) {
+    // The third difference of positions with independent errors e is e_0 - 3 e_1 + 3 e_2 - e_3.
+    const Step third = step - 2.0 * *last + *before;
+    constexpr double kSquares = 1.0 + 9.0 + 9.0 + 1.0;
+    const double of_shift = third.head<3>().squaredNorm() / kSquares;
+    const double of_turn = third.tail<3>().squaredNorm() / kSquares;
+    constexpr double kMost = kDeviations * kDeviations;
+    is_jump = isKnown() && (of_shift > kMost * m2 || of_turn > kMost * rad2);
+    seen = std::min(seen + 1, kRemembered);
+    m2 += (of_shift - m2) / seen;
+    rad2 += (of_turn - rad2) / seen;
+  }
+  before = last;
+  last = step;
+  return is_jump;
 }
 
 void AlignmentGain::addGiven(const Eigen::Isometry3d& T_O_C) {
-  std::optional<Step> step;
-  if (T_O_C_) step = stepBetween(*T_O_C_, T_O_C);
-  // The third difference of positions with independent errors e is e_0 - 3 e_1 + 3 e_2 - e_3.
-  if (step_before_) given_.add(*step - 2.0 * *step_ + *step_before_, 1.0 + 9.0 + 9.0 + 1.0);
-  step_before_ = step_;
-  step_ = step;
+  if (T_O_C_) given_.add(stepBetween(*T_O_C_, T_O_C));
   T_O_C_ = T_O_C;
 }
 
-void AlignmentGain::addAligned(const Eigen::Isometry3d& T_W_C) {
-  if (T_W_O_) aligned_.add(stepBetween(*T_W_O_ * *T_O_C_, T_W_C), 1.0 + 1.0);
+bool AlignmentGain::addAligned(const Eigen::Isometry3d& T_W_C) {
+  const bool begins = !T_W_O_ || aligned_.add(stepBetween(*T_W_O_ * *T_O_C_, T_W_C));
+  if (begins) aligned_ = Variance();
   T_W_O_ = T_W_C * T_O_C_->inverse();
+  return begins;
 }
 
 double AlignmentGain::share(const Eigen::Isometry3d& expected_T_W_C,
                             const Eigen::Isometry3d& aligned_T_W_C) const {
-  if (given_.seen < kLeastSeen || aligned_.seen < kLeastSeen) return 1.0;
+  if (!given_.isKnown() || !aligned_.isKnown()) return 1.0;
   const auto gain = [](double given, double aligned) {
     const double of_alignments = std::max(0.0, aligned - kUncertainty * given);
     return of_alignments > 0.0 ? given / (given + of_alignments) : 1.0;

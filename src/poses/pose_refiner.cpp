@@ -1,6 +1,7 @@
 #include "dtsdf_mapping/pose_refiner.h"
 
 #include <cmath>
+#include <utility>
 
 namespace dtsdf {
 namespace {
@@ -32,8 +33,16 @@ Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
   const PosePrior prior{std::sqrt(square(params_.sigma_m) + variance_m2_),
                         std::sqrt(square(params_.sigma_rad) + variance_rad2_)};
   Alignment alignment = mapper.align(expected, prior);
-  if (alignment.status != AlignmentStatus::kAligned) return alignment;
-  gain_.addAligned(alignment.T_W_C);
+  if (alignment.status != AlignmentStatus::kAligned) {
+    // An image that begins a map puts its frame where that of the poses is.
+    begins_map_ |= alignment.status == AlignmentStatus::kUnmapped;
+    return alignment;
+  }
+  const bool is_first = gain_.addAligned(alignment.T_W_C);
+  if (is_first && !std::exchange(begins_map_, false)) {  // nothing is known of the correction
+    variance_m2_ = square(params_.sigma_m);
+    variance_rad2_ = square(params_.sigma_rad);
+  }
   if (!alignment.is_significant) alignment.T_W_C = expected.T_W_C;
   correct(alignment.T_W_C, expected.T_W_C);
   const double share = gain_.share(expected.T_W_C, alignment.T_W_C);

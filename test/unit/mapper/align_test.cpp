@@ -181,6 +181,24 @@ TEST(PoseRefiner, FollowsAConstantErrorAndNotTheNoise) {
   EXPECT_LT((refiner.T_W_O().translation() + constant).norm(), 0.5 * constant.norm());
 }
 
+/// Odometry that starts elsewhere than the map that was loaded.
+TEST(PoseRefiner, FindsWhereACameraStands) {
+  Session session(makeCpuParams());
+  seeFrom(session, corner(), cornerPose());
+  PoseRefiner refiner{PoseParams()};
+  const Vector3d offset(0.03, -0.02, 0.02);
+  const SceneFrame image = renderFrame(corner(), cornerPose(), 320, 240);
+  DepthFrame frame = image.view();
+  frame.T_W_C.translation() += offset;
+  for (int i = 0; i < 30; ++i) {
+    const Alignment found = refiner.refine(session.mapper(), frame);
+    ASSERT_EQ(found.status, AlignmentStatus::kAligned);
+    // What is left is not significant: it moves no wall by more than 0.2 voxels of 20 mm.
+    EXPECT_LT((found.T_W_C.translation() - cornerPose().translation()).norm(), 0.0075) << i;
+  }
+  EXPECT_LT((refiner.T_W_O().translation() + offset).norm(), 0.0075);
+}
+
 /// The map has an error of its own, which says nothing of the pose.
 TEST(PoseRefiner, LeavesAPoseThatIsRight) {
   Session session(makeCpuParams());

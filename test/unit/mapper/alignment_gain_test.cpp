@@ -87,8 +87,36 @@ TEST(AlignmentGain, FollowsWhatIsFartherThanNoise) {
   EXPECT_NEAR(shareOfAWay(gain, 0.20), 1.0 - 0.052 / 0.20, 0.1);
 }
 
+/// An error that comes and goes within a second is no noise of alignments, which see it.
+TEST(AlignmentGain, FollowsExactAlignmentsWhereOdometryWandersSmoothly) {
+  AlignmentGain gain;
+  for (int i = 0; i < 100; ++i) {
+    Isometry3d given = truthAt(i);
+    given.translation() += Vector3d(0.02 * std::sin(0.2 * i), 0.0, 0.0);
+    gain.addGiven(given);
+    gain.addAligned(truthAt(i));
+  }
+  EXPECT_EQ(shareOfAWay(gain, 0.01), 1.0);
+}
+
+/// Odometry that jumps says nothing of the noise of alignments.
+TEST(AlignmentGain, BeginsAnewWhereTheCorrectionJumps) {
+  AlignmentGain gain;
+  Noise given(0.001, 7), aligned(0.01, 8);
+  for (int i = 0; i < 100; ++i) {
+    gain.addGiven(given(truthAt(i)));
+    EXPECT_EQ(gain.addAligned(aligned(truthAt(i))), i == 0) << i;
+  }
+  EXPECT_LT(shareOfAWay(gain, 0.01), 0.1);
+  Isometry3d far = truthAt(100);
+  far.translation() += Vector3d(0.3, 0.0, 0.0);
+  gain.addGiven(far);
+  EXPECT_TRUE(gain.addAligned(truthAt(100)));
+  EXPECT_EQ(shareOfAWay(gain, 0.01), 1.0);
+}
+
 TEST(AlignmentGain, FollowsAlignmentsUntilItHasSeenEnough) {
-  EXPECT_EQ(shareOfAWay(after(8, 0.002, 0.02), 0.01), 1.0);
+  EXPECT_EQ(shareOfAWay(after(10, 0.002, 0.02), 0.01), 1.0);
   EXPECT_LT(shareOfAWay(after(20, 0.002, 0.02), 0.01), 0.1);
 }
 

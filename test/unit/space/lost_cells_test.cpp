@@ -99,6 +99,15 @@ TEST_F(LostSurfaces, AreFeltUntilTheirCubesAreToldAgain) {
   }
 }
 
+TEST_F(LostSurfaces, AreFeltWhereOneOfTheirCubesIsTold) {
+  ASSERT_NO_FATAL_FAILURE(build());
+  overwritePages(folder_.path());
+  std::vector<SurfaceCube> told;
+  for (int i = 0; i < kWalls; ++i) told.push_back({cubeOfWall(i) - Vec3i{1, 0, 0}, {}});
+  field_.update(told);
+  ASSERT_NO_FATAL_FAILURE(expectSafe());
+}
+
 TEST_F(LostSurfaces, AreExactAgainWhenTheDiskIs) {
   ASSERT_NO_FATAL_FAILURE(build());
   {
@@ -125,9 +134,11 @@ TEST_F(LostSurfaces, ChangeWhileTheDiskIsAway) {
     for (int i = 0; i < kWalls; ++i) ASSERT_LE(squaredAt(field_.sectors(), cellBefore(i)), 1);
   }
   field_.update({});
+  EXPECT_EQ(pages_->stats().lost, 0u);
   for (int i = 0; i < kWalls; ++i) {
     ASSERT_EQ(squaredAt(field_.sectors(), cellBefore(i)), 1);
     ASSERT_EQ(squaredAt(field_.sectors(), cellIn(i)), 4);
+    ASSERT_EQ(squaredAt(field_.sectors(), cellIn(i) - Vec3i{13, 0, 0}), -1);
   }
 }
 

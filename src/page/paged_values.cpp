@@ -20,6 +20,9 @@ constexpr size_t kWaitingShare = 8, kFreedShare = 8;
 /// After a failure, values that come until the disk is tried again.
 constexpr size_t kKeptBetweenTries = 64;
 
+/// After which what is to be changed is lost.
+constexpr int kTriesToTake = 4;
+
 /// An entry, and its node in a table, with what the system adds.
 constexpr size_t kEntryBytes = 240;
 
@@ -64,7 +67,7 @@ std::shared_ptr<const void> PagedValues::get(Entry& entry) {
 
 std::shared_ptr<const void> PagedValues::take(Entry& entry) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (entry.value == nullptr) bring(entry);
+  for (int i = 0; i < kTriesToTake && entry.value == nullptr; ++i) bring(entry);
   if (entry.value == nullptr && !entry.is_lost) ++stats_.lost;
   std::shared_ptr<const void> value = entry.value;
   leaveMemory(entry);
@@ -118,9 +121,10 @@ void PagedValues::bring(Entry& entry) {
       return;
     }
   }
-  entry.value = entry.kind->read(place.records == nullptr ? record.data() : place.data());
-  entry.bytes = entry.kind->bytes(entry.value.get());
+  auto value = entry.kind->read(place.records == nullptr ? record.data() : place.data());
   entry.place = order_.insert(order_.end(), &entry);
+  entry.bytes = entry.kind->bytes(value.get());
+  entry.value = std::move(value);
   bytes_ += entry.bytes;
 }
 

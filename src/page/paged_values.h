@@ -78,7 +78,7 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   /// The value, which comes to memory. @return null: it is lost, or cannot be read now.
   std::shared_ptr<const void> get(Entry& entry);
 
-  /// The same, and the entry has it no longer: if it cannot be read it is lost.
+  /// The same, and the entry has it no longer: if it cannot be read, after a few tries, it is lost.
   std::shared_ptr<const void> take(Entry& entry);
 
   /// Whether it will not come back, whatever the disk does.

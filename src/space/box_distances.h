@@ -17,6 +17,7 @@ namespace dtsdf {
 template <int kSide, class Value>
 class BoxDistances {
  public:
+  /// Sectors that cannot be read count as if they had surfaces everywhere, to be on the safe side.
   /// @return whether any cell of the box is within reach of a surface.
   bool run(const SurfaceTable& surfaces, const Vec3i& first, int reach) {
     begin(first, reach);
@@ -28,6 +29,9 @@ class BoxDistances {
     combineRows();
     return combinePlanes();
   }
+
+  /// Whether some sector could not be read, but may be later.
+  bool isGuess() const { return is_guess_; }
 
   /// Squared distances, x fastest.
   const uint16_t* squared() const { return squared_.data(); }
@@ -52,6 +56,7 @@ class BoxDistances {
         squares_[static_cast<size_t>(i)] = static_cast<Value>(aside * aside);
       }
     }
+    is_guess_ = false;
     row_of_.assign(static_cast<size_t>(window_) * static_cast<size_t>(window_), -1);
     rows_.clear();
   }
@@ -68,13 +73,20 @@ class BoxDistances {
 
   void addSector(const SurfaceTable& surfaces, const Vec3i& sector) {
     const std::shared_ptr<const CellSector> cells = surfaces.find(packKey(sector));
-    if (cells == nullptr) return;
-    cells->visit([&](int number, const CubeCells& cube) {
-      const Vec3i key = cubeOfSector(sector, number);
-      const Vec3i at = firstCellOfCube(key) - first_;
-      const auto reaches = [this](int32_t from) { return from > -kCubeSide && from < window_; };
-      if (reaches(at.x) && reaches(at.y) && reaches(at.z)) addSurfaces(key, cube.surface);
-    });
+    if (cells != nullptr) {
+      cells->visit([&](int number, const CubeCells& cube) {
+        addCube(cubeOfSector(sector, number), cube.surface);
+      });
+    } else if (surfaces.has(packKey(sector))) {
+      if (!surfaces.isLost(packKey(sector))) is_guess_ = true;
+      for (int i = 0; i < kCubesPerSector; ++i) addCube(cubeOfSector(sector, i), kAllCells);
+    }
+  }
+
+  void addCube(const Vec3i& cube, const CellMask& surface) {
+    const Vec3i at = firstCellOfCube(cube) - first_;
+    const auto reaches = [this](int32_t from) { return from > -kCubeSide && from < window_; };
+    if (reaches(at.x) && reaches(at.y) && reaches(at.z)) addSurfaces(cube, surface);
   }
 
   void addSurfaces(const Vec3i& cube, const CellMask& surface) {
@@ -159,6 +171,7 @@ class BoxDistances {
     }
   }
 
+  bool is_guess_ = false;
   int reach_ = 0;
   Value far_ = 0;  ///< Beyond all that is within reach.
   int32_t window_ = 0;

@@ -44,6 +44,9 @@ inline bool isEmpty(const CubeCells& cells) {
   return isEmpty(cells.free) && isEmpty(cells.surface);
 }
 
+constexpr CellMask kAllCells{{~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0},
+                              ~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0}}};
+
 /// The cubes that something is known of, by their numbers.
 class CellSector {
  public:

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <utility>
@@ -40,6 +41,21 @@ class CellTable {
   /// The cube, made if it is not there, until another one is asked for. It counts as touched.
   CubeCells& at(const Vec3i& cube);
 
+  /// Whether a cube's sector cannot be read now, but may be later.
+  bool isUnread(const Vec3i& cube) const;
+
+  /// Calls visit(cube, cells) for these cubes, also for those that have gone, but not for those
+  /// that the disk lost: nobody knows what is there. @return false: they cannot be read now.
+  template <class Visit>
+  bool visitSome(const CubeSet::value_type& of_sector, const Visit& visit) const;
+
+  /// Sectors that the disk lost, of which only what came since is known now.
+  std::vector<PackedKey> takeLost() {
+    std::vector<PackedKey> lost = sectors_.lost();
+    sectors_.forgetLost();
+    return lost;
+  }
+
   /// Removes a cube of which nothing is known any more.
   void removeIfEmpty(const Vec3i& cube);
 
@@ -55,11 +71,11 @@ class CellTable {
 
   struct Taken {
     bool begins_anew;  ///< These are the first of all that there are.
-    bool is_part;      ///< There are more.
+    bool is_part;      ///< There are more that can be read now.
   };
   /// Calls visit(cube, cells) for each cube that was touched since the last call, or has gone; at
   /// the first one, and with `all`, for all that there are. About so many cubes at most: the rest
-  /// with the next calls.
+  /// with the next calls, as what cannot be read now.
   template <class Visit>
   Taken takeTouched(bool all, size_t most, const Visit& visit);
 
@@ -94,6 +110,17 @@ bool CellTable::visit(const TakesSector& takes, const Visit& visit) const {
 }
 
 template <class Visit>
+bool CellTable::visitSome(const CubeSet::value_type& of_sector, const Visit& visit) const {
+  const PackedKey key = of_sector.first;
+  const std::shared_ptr<const CellSector> sector = sectors_.find(key);
+  if (sector == nullptr && sectors_.has(key)) return sectors_.isLost(key);
+  visitCubes(of_sector, [&](const Vec3i& cube, int number) {
+    visit(cube, sector == nullptr ? CubeCells() : sector->at(number));
+  });
+  return true;
+}
+
+template <class Visit>
 CellTable::Taken CellTable::takeTouched(bool all, size_t most, const Visit& visit) {
   const bool begins_anew = all || !is_followed_;
   if (begins_anew) {
@@ -106,20 +133,22 @@ CellTable::Taken CellTable::takeTouched(bool all, size_t most, const Visit& visi
     visit(cube, cells);
     ++taken;
   };
+  std::vector<PackedKey> unread;
   for (; !fresh_.empty() && taken < most; fresh_.pop_back()) {
-    const Vec3i key = unpackKey(fresh_.back());
-    const std::shared_ptr<const CellSector> sector = sectors_.find(fresh_.back());
+    const PackedKey key = fresh_.back();
+    const std::shared_ptr<const CellSector> sector = sectors_.find(key);
+    if (sector == nullptr && sectors_.has(key) && !sectors_.isLost(key)) unread.push_back(key);
     if (sector == nullptr) continue;
-    sector->visit([&](int i, const CubeCells& cells) { take(cubeOfSector(key, i), cells); });
+    const Vec3i at = unpackKey(key);
+    sector->visit([&](int i, const CubeCells& cells) { take(cubeOfSector(at, i), cells); });
   }
-  for (; !touched_.empty() && taken < most; touched_.erase(touched_.begin())) {
-    const auto& of_sector = *touched_.begin();
-    const std::shared_ptr<const CellSector> sector = sectors_.find(of_sector.first);
-    visitCubes(of_sector, [&](const Vec3i& cube, int number) {
-      take(cube, sector == nullptr ? CubeCells() : sector->at(number));
-    });
+  auto next = touched_.begin();
+  while (next != touched_.end() && taken < most) {
+    next = visitSome(*next, take) ? touched_.erase(next) : std::next(next);
   }
-  return {begins_anew, !fresh_.empty() || !touched_.empty()};
+  const bool is_part = !fresh_.empty() || next != touched_.end();
+  fresh_.insert(fresh_.begin(), unread.begin(), unread.end());
+  return {begins_anew, is_part};
 }
 
 }  // namespace dtsdf

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <unordered_map>
 #include <utility>
 
 #include "space/sector_update.h"
@@ -24,6 +25,8 @@ struct DistanceField::SectorChange {
   PackedKey key;
   std::vector<const SurfaceChange*> changes;
   std::shared_ptr<const DistanceSector> sector;
+  bool is_anew = false;   ///< What it was is no help.
+  bool is_guess = false;  ///< Surfaces could not be read, but may be later.
 };
 
 int squaredAt(const DistanceSectors& sectors, const Vec3i& cell) {
@@ -33,13 +36,41 @@ int squaredAt(const DistanceSectors& sectors, const Vec3i& cell) {
   return sector == nullptr ? 0 : sector->squaredAt(cell);
 }
 
+/// And those that could not be taken over before, but for what has changed again.
+std::vector<SurfaceCube> DistanceField::withWaiting(const std::vector<SurfaceCube>& changed) {
+  std::vector<SurfaceCube> all = changed;
+  for (const SurfaceCube& now : changed) waiting_.erase(packKey(now.cube));
+  for (const auto& [key, surface] : waiting_) all.push_back({unpackKey(key), surface});
+  waiting_.clear();
+  return all;
+}
+
+/// From now on a sector that the disk lost has surfaces everywhere.
+void DistanceField::fillLost(PackedKey sector, std::vector<SurfaceChange>& changes) {
+  CellSector& cells = surfaces_.open(sector);
+  for (int i = 0; i < kCubesPerSector; ++i) {
+    cells.make(i).surface = kAllCells;
+    changes.push_back({cubeOfSector(unpackKey(sector), i), kAllCells, {}});
+  }
+  surfaces_.forgetLost();
+}
+
 /// What is another surface than the sectors know of. They know of it from then on.
 std::vector<SurfaceChange> DistanceField::takeOver(const std::vector<SurfaceCube>& changed) {
   std::vector<SurfaceChange> changes;
   for (const SurfaceCube& now : changed) {
     const PackedKey sector = packKey(sectorOfCube(now.cube));
     const int number = cubeInSector(now.cube);
-    const std::shared_ptr<const CellSector> known = surfaces_.find(sector);
+    std::shared_ptr<const CellSector> known = surfaces_.find(sector);
+    if (known == nullptr && surfaces_.has(sector)) {
+      if (!surfaces_.isLost(sector)) {
+        waiting_[packKey(now.cube)] = now.surface;
+        changes.push_back({now.cube, now.surface, {}, true});
+        continue;
+      }
+      fillLost(sector, changes);
+      known = surfaces_.find(sector);
+    }
     const CellMask before = known == nullptr ? CellMask{} : known->at(number).surface;
     SurfaceChange change{now.cube, {}, {}};
     for (int i = 0; i < kWordsPerCube; ++i) {
@@ -48,6 +79,8 @@ std::vector<SurfaceChange> DistanceField::takeOver(const std::vector<SurfaceCube
     }
     if (isEmpty(change.added) && isEmpty(change.removed)) continue;
     changes.push_back(change);
+    surfaces_.open(sector);
+    if (!surfaces_.lost().empty()) fillLost(sector, changes);
     if (isEmpty(now.surface)) {
       surfaces_.open(sector).erase(number);
     } else {
@@ -59,7 +92,7 @@ std::vector<SurfaceChange> DistanceField::takeOver(const std::vector<SurfaceCube
 }
 
 std::vector<DistanceField::SectorChange> DistanceField::sectorsNear(
-    const std::vector<SurfaceChange>& changes) const {
+    const std::vector<SurfaceChange>& changes) {
   std::unordered_map<PackedKey, std::vector<const SurfaceChange*>> near;
   const Vec3i reach{reach_, reach_, reach_}, side{kCubeSide - 1, kCubeSide - 1, kCubeSide - 1};
   for (const SurfaceChange& change : changes) {
@@ -71,10 +104,11 @@ std::vector<DistanceField::SectorChange> DistanceField::sectorsNear(
       }
     }
   }
+  for (const PackedKey key : guessed_) near[key];
   std::vector<SectorChange> sectors;
   sectors.reserve(near.size());
   for (auto& [key, changes_near] : near) {
-    sectors.push_back({key, std::move(changes_near), nullptr});
+    sectors.push_back({key, std::move(changes_near), nullptr, guessed_.count(key) > 0});
   }
   return sectors;
 }
@@ -88,11 +122,14 @@ void DistanceField::updateSectors(std::vector<SectorChange>& sectors) const {
                                            : std::make_shared<DistanceSector>(*change.sector);
     update.run(surfaces_, unpackKey(change.key), reach_, change.changes, *sector);
     change.sector = std::move(sector);
+    change.is_guess = update.isGuess();
+    for (const auto* const near : change.changes) change.is_guess |= near->is_guess;
   });
 }
 
 void DistanceField::update(const std::vector<SurfaceCube>& changed) {
-  const std::vector<SurfaceChange> changes = takeOver(changed);
+  const std::vector<SurfaceChange> changes =
+      takeOver(waiting_.empty() ? changed : withWaiting(changed));
   std::vector<SectorChange> sectors = sectorsNear(changes);
   for (size_t first = 0; first < sectors.size(); first += kMostSectorsAtOnce) {
     const auto begin = sectors.begin() + static_cast<std::ptrdiff_t>(first);
@@ -105,7 +142,7 @@ void DistanceField::update(const std::vector<SurfaceCube>& changed) {
 void DistanceField::updateSome(std::vector<SectorChange> sectors) {
   for (SectorChange& change : sectors) {
     const auto known = sectors_.find(change.key);
-    if (known != sectors_.end()) change.sector = known->second.get();
+    if (known != sectors_.end() && !change.is_anew) change.sector = known->second.get();
   }
   if (reach_ <= kMostReachOf16Bits) {
     updateSectors<int16_t>(sectors);
@@ -113,6 +150,11 @@ void DistanceField::updateSome(std::vector<SectorChange> sectors) {
     updateSectors<int32_t>(sectors);
   }
   for (SectorChange& change : sectors) {
+    if (change.is_guess) {
+      guessed_.insert(change.key);
+    } else {
+      guessed_.erase(change.key);
+    }
     if (change.sector->isEmpty()) {
       sectors_.erase(change.key);
     } else {
@@ -124,6 +166,8 @@ void DistanceField::updateSome(std::vector<SectorChange> sectors) {
 void DistanceField::clear() {
   sectors_.clear();
   surfaces_.clear();
+  waiting_.clear();
+  guessed_.clear();
 }
 
 size_t DistanceField::bytes() const {

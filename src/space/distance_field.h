@@ -3,8 +3,9 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <memory>
-#include <unordered_map>
+#include <set>
 #include <vector>
 
 #include "space/distance_sector.h"
@@ -15,7 +16,8 @@ namespace dtsdf {
 using DistanceSectors = Sectors<DistanceSector>;
 
 /// @return the squared distance, in cells, to the nearest cell with a surface; -1: none in reach; 0
-/// where the disk lost it, so that nobody runs into something.
+/// where the disk lost it, so that nobody runs into something. Where it lost surfaces, all cells
+/// count as such, until it is told again what is in their cubes.
 int squaredAt(const DistanceSectors& sectors, const Vec3i& cell);
 
 /// The surfaces that are in a cube now.
@@ -31,7 +33,8 @@ class DistanceField {
   DistanceField(int reach, int threads, const SharedPagedValues& pages = nullptr)
       : reach_(reach), threads_(threads), pages_(pages), surfaces_(pages) {}
 
-  /// Takes over the cubes in which surfaces may be other ones than before.
+  /// Takes over the cubes in which surfaces may be other ones than before. What cannot be read now
+  /// is done with the next update.
   void update(const std::vector<SurfaceCube>& changed);
 
   const DistanceSectors& sectors() const { return sectors_; }
@@ -43,8 +46,10 @@ class DistanceField {
  private:
   struct SectorChange;
 
+  std::vector<SurfaceCube> withWaiting(const std::vector<SurfaceCube>& changed);
   std::vector<SurfaceChange> takeOver(const std::vector<SurfaceCube>& changed);
-  std::vector<SectorChange> sectorsNear(const std::vector<SurfaceChange>& changes) const;
+  void fillLost(PackedKey sector, std::vector<SurfaceChange>& changes);
+  std::vector<SectorChange> sectorsNear(const std::vector<SurfaceChange>& changes);
   template <class Value>
   void updateSectors(std::vector<SectorChange>& sectors) const;
   void updateSome(std::vector<SectorChange> sectors);
@@ -53,7 +58,9 @@ class DistanceField {
   int threads_;
   SharedPagedValues pages_;
   DistanceSectors sectors_;
-  SurfaceTable surfaces_;  ///< That the sectors know of.
+  SurfaceTable surfaces_;                  ///< That the sectors know of.
+  std::map<PackedKey, CellMask> waiting_;  ///< Cubes whose surfaces could not be taken over yet.
+  std::set<PackedKey> guessed_;            ///< Sectors that are to be worked out again.
 };
 
 }  // namespace dtsdf

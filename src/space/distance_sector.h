@@ -50,6 +50,7 @@ using SurfaceTable = SectorTable<CellSector>;
 struct SurfaceChange {
   Vec3i cube;
   CellMask added, removed;
+  bool is_guess = false;  ///< What was there before cannot be read now.
 };
 
 }  // namespace dtsdf

@@ -24,40 +24,58 @@ class SectorTable {
   /// @param pages Null: all stay in memory.
   explicit SectorTable(SharedPagedValues pages) : pages_(std::move(pages)) {}
 
-  /// A sector as it is. @return null: there is none, or it was lost.
+  /// A sector as it is. @return null: there is none, it was lost, or it cannot be read now.
   std::shared_ptr<const T> find(PackedKey key) const {
-    if (const auto open = open_.find(key); open != open_.end()) return open->second;
+    const auto open = open_.find(key);
+    if (open != open_.end() && open->second != nullptr) return open->second;
     const auto place = sectors_.find(key);
     return place == sectors_.end() ? nullptr : place->second.get();
   }
 
-  /// @pre There is one.
-  bool isLost(PackedKey key) const { return sectors_.at(key).isLost(); }
+  /// Whether there is one, be it lost.
+  bool has(PackedKey key) const { return open_.count(key) > 0 || sectors_.count(key) > 0; }
+
+  /// Whether it will not come back. @pre There is one.
+  bool isLost(PackedKey key) const {
+    const auto place = sectors_.find(key);
+    return place != sectors_.end() && place->second.isLost();
+  }
 
   /// A sector that is going to be changed, made if there is none. It stays where it is until
   /// close().
   T& open(PackedKey key) {
     std::shared_ptr<T>& sector = open_[key];
-    if (sector == nullptr) sector = sectors_[key].take();
+    if (sector != nullptr) return *sector;
+    const auto place = sectors_.find(key);
+    if (place != sectors_.end()) {
+      sector = place->second.take();
+      if (sector == nullptr) lost_.push_back(key);
+    }
     if (sector == nullptr) sector = std::make_shared<T>();
     return *sector;
   }
 
   /// Changes are made, for now.
   void close() {
-    for (auto& [key, sector] : open_) {
+    for (auto next = open_.begin(); next != open_.end(); next = open_.erase(next)) {
+      const auto& [key, sector] = *next;
+      if (sector == nullptr) continue;  // memory ran out while it was opened
       if (sector->isEmpty()) {
         sectors_.erase(key);
       } else {
-        sectors_[key] = Paged<T>(std::move(sector), pages_);
+        sectors_[key] = Paged<T>(sector, pages_);
       }
     }
-    open_.clear();
   }
+
+  /// Those that open() had to make anew, as the disk lost them.
+  const std::vector<PackedKey>& lost() const { return lost_; }
+  void forgetLost() { lost_.clear(); }
 
   void clear() {
     open_.clear();
     sectors_.clear();
+    lost_.clear();
   }
 
   std::vector<PackedKey> keys() const {
@@ -84,6 +102,7 @@ class SectorTable {
   SharedPagedValues pages_;
   Sectors<T> sectors_;
   std::unordered_map<PackedKey, std::shared_ptr<T>> open_;
+  std::vector<PackedKey> lost_;
 };
 
 }  // namespace dtsdf

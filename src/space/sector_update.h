@@ -94,6 +94,7 @@ class SectorUpdate {
   void run(const SurfaceTable& surfaces, const Vec3i& key, int reach,
            const std::vector<const SurfaceChange*>& changes, DistanceSector& sector) {
     reach_ = reach;
+    is_guess_ = false;
     if (sector.squared.empty() || countAdded(changes) > kMostAdded) {
       return workOut(surfaces, key, sector);
     }
@@ -105,6 +106,7 @@ class SectorUpdate {
     for (int part = 0; part < kCubesPerSector; ++part) {
       if ((anew >> part & 1u) != 0) {
         part_.run(surfaces, firstCellOfCube(cubeOfSector(key, part)), reach_);
+        is_guess_ = is_guess_ || part_.isGuess();
         std::copy_n(part_.squared(), kCellsPerCube, cellsOf(sector, part));
         noteMost(part, sector);
       } else {
@@ -114,6 +116,9 @@ class SectorUpdate {
     const auto is_far = [](uint16_t least) { return least == kSquaredFar; };
     if (std::all_of(sector.squared.begin(), sector.squared.end(), is_far)) sector.squared.clear();
   }
+
+  /// Of the last one: whether some surfaces could not be read, but may be later.
+  bool isGuess() const { return is_guess_; }
 
  private:
   using Changes = std::vector<const SurfaceChange*>;
@@ -182,7 +187,9 @@ class SectorUpdate {
   /// All of it.
   void workOut(const SurfaceTable& surfaces, const Vec3i& key, DistanceSector& sector) {
     sector.squared.clear();
-    if (!whole_.run(surfaces, firstCellOfCube(cubeOfSector(key, 0)), reach_)) return;
+    const bool is_any_near = whole_.run(surfaces, firstCellOfCube(cubeOfSector(key, 0)), reach_);
+    is_guess_ = whole_.isGuess();
+    if (!is_any_near) return;
     sector.squared.resize(static_cast<size_t>(kCubesPerSector) * kCellsPerCube);
     const uint16_t* row = whole_.squared();
     for (int32_t z = 0; z < kSectorSide; ++z) {
@@ -198,6 +205,7 @@ class SectorUpdate {
   }
 
   int reach_ = 0;
+  bool is_guess_ = false;
   BoxDistances<kSectorSide, Value> whole_;
   BoxDistances<kCubeSide, Value> part_;
 };

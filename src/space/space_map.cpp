@@ -102,16 +102,41 @@ void SpaceMap::addFree(const std::vector<FreeCube>& cubes) {
     const CellMask known = table_.find(seen.key).free;
     if (contains(known, seen.free)) continue;
     if (isEmpty(known)) {
-      if (is_disk_full || freeBytes() + kFreeCubeBudgetBytes > free_budget_) {
+      if (is_disk_full || freeBytes() + kFreeCubeBudgetBytes > free_budget_ ||
+          table_.isUnread(seen.key)) {
         ++refused_cubes_;
         continue;
       }
-      ++free_cubes_;
+      countFree(seen.key, 1);
     }
     CubeCells& cube = table_.at(seen.key);
     for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] |= seen.free.word[i];
   }
   table_.close();
+  mendLost();
+}
+
+void SpaceMap::countFree(const Vec3i& cube, int by) {
+  const PackedKey sector = packKey(sectorOfCube(cube));
+  free_cubes_ += static_cast<size_t>(by);
+  if ((free_in_[sector] += by) == 0) free_in_.erase(sector);
+}
+
+/// What the disk lost is free no longer, but surfaces are still known by their blocks.
+void SpaceMap::mendLost() {
+  const std::vector<PackedKey> lost = table_.takeLost();
+  if (lost.empty()) return;
+  for (const Vec3i& cube : surfaces_.restoreLost(lost, table_)) insert(changed_, cube);
+  for (const PackedKey key : lost) {
+    const auto counted = free_in_.find(key);
+    if (counted == free_in_.end()) continue;
+    free_cubes_ -= static_cast<size_t>(counted->second);
+    free_in_.erase(counted);
+    const auto is_it = [&](const Vec3i& sector) { return packKey(sector) == key; };
+    table_.visit(is_it, [&](const Vec3i& cube, const CubeCells& cells) {
+      if (!isEmpty(cells.free)) countFree(cube, 1);
+    });
+  }
 }
 
 /// Takes cells out of what is free of a cube; it goes if nothing is known of it then.
@@ -120,14 +145,16 @@ void SpaceMap::forgetFree(const Vec3i& key, const CubeCells& known, const CellMa
   CubeCells& cube = table_.at(key);
   for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] &= ~cells.word[i];
   if (isEmpty(cube.free)) {
-    --free_cubes_;
+    countFree(key, -1);
     table_.removeIfEmpty(key);
   }
   table_.close();
+  mendLost();
 }
 
 void SpaceMap::addSurfaces(const std::vector<BlockMesh>& blocks) {
   for (const Vec3i& cube : surfaces_.apply(blocks, table_)) insert(changed_, cube);
+  mendLost();
 }
 
 Vec3d SpaceMap::middleOf(const Vec3i& cell) const {
@@ -162,8 +189,6 @@ void SpaceMap::dropBeyond(const KeptBall& kept) {
   const double reach = kept.radius + reachOf(cube_side);
   // No middle of a cube is farther from that of its sector than the sector's corners are.
   const double within = std::max(0.0, reach - reachOf(sector_side));
-  constexpr uint64_t kAll = ~uint64_t{0};
-  constexpr CellMask kAllCells = {{kAll, kAll, kAll, kAll, kAll, kAll, kAll, kAll}};
   const auto takes = [&](const Vec3i& sector) {
     return squared(sector, sector_side) >= within * within;
   };
@@ -178,6 +203,7 @@ void SpaceMap::clear() {
   distances_.clear();
   changed_.clear();
   free_cubes_ = 0;
+  free_in_.clear();
   refused_cubes_ = 0;
   if (pages_ == nullptr) return;
   pages_->resetCounts();
@@ -202,10 +228,11 @@ void SpaceMap::restore(const MapContents& contents) {
   size_t entered = 0;
   for (const MapFreeCube& cube : contents.free_cubes) {
     std::copy_n(cube.cells.begin(), kWordsPerCube, table_.at(cube.key).free.word);
+    countFree(cube.key, 1);
     if (++entered % kMostAtOnce == 0) table_.close();
   }
   table_.close();
-  free_cubes_ = contents.free_cubes.size();
+  mendLost();
 }
 
 double SpaceMap::cellSize_m() const { return voxel_size_m_ * cellSide(grid_); }
@@ -263,16 +290,19 @@ SpaceChanges SpaceMap::takeChanges(bool all) {
 
 void SpaceMap::updateDistances() {
   std::vector<SurfaceCube> changed;
+  CubeSet unread;
   for (const auto& of_sector : changed_) {
-    visitCubes(of_sector, [&](const Vec3i& cube, int) {
-      changed.push_back({cube, table_.find(cube).surface});
-    });
+    const bool is_read =
+        table_.visitSome(of_sector, [&](const Vec3i& cube, const CubeCells& cells) {
+          changed.push_back({cube, cells.surface});
+        });
+    if (!is_read) unread.insert(of_sector);
     if (changed.size() < kMostAtOnce) continue;
     distances_.update(changed);
     changed.clear();
   }
   distances_.update(changed);
-  changed_.clear();
+  changed_ = std::move(unread);
 }
 
 SpaceDistance SpaceMap::distanceAt(const Eigen::Vector3d& p_W) const {
@@ -289,7 +319,8 @@ size_t SpaceMap::freeBytes() const { return free_cubes_ * kFreeCubeBudgetBytes; 
 
 size_t SpaceMap::bytes() const {
   return table_.bytes() + surfaces_.bytes() + distances_.bytes() +
-         changed_.size() * CellTable::kSetNodeBytes + (pages_ == nullptr ? 0 : pages_->bytes());
+         (changed_.size() + free_in_.size()) * CellTable::kSetNodeBytes +
+         (pages_ == nullptr ? 0 : pages_->bytes());
 }
 
 void SpaceMap::addTo(PageStats& pages) const {

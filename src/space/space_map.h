@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <unordered_map>
 #include <vector>
 
 #include "dtsdf_mapping/map_contents.h"
@@ -89,6 +90,8 @@ class SpaceMap : public Space {
   CellState knownStateOf(const Vec3i& cell) const;
   BlockExtent boundsOfView(const FrameView& frame) const;
   void forgetFree(const Vec3i& key, const CubeCells& known, const CellMask& cells);
+  void countFree(const Vec3i& cube, int by);
+  void mendLost();
   Vec3d middleOf(const Vec3i& cell) const;
 
   const CellGrid grid_;
@@ -97,8 +100,9 @@ class SpaceMap : public Space {
   const size_t free_budget_;
   const SharedPagedValues pages_;  ///< Null without map/page_folder.
   std::function<void()> bring_up_to_date_;
-  BlockExtent extent_;     ///< Of cubes.
-  size_t free_cubes_ = 0;  ///< Of which something is free.
+  BlockExtent extent_;                          ///< Of cubes.
+  size_t free_cubes_ = 0;                       ///< Of which something is free.
+  std::unordered_map<PackedKey, int> free_in_;  ///< How many of them, by sector.
   uint64_t refused_cubes_ = 0;
   CellTable table_;
   SurfaceCells surfaces_;

@@ -197,10 +197,29 @@ std::vector<Vec3i> SurfaceCells::apply(const std::vector<BlockMesh>& blocks, Cel
     if (found[i].is_other) replace(blocks[i].key, std::move(found[i].cells), cells);
   }
   sectors_.close();
+  sectors_.forgetLost();
   sortEachOnce(changed_);
   for (const Vec3i& cube : changed_) cells.removeIfEmpty(cube);
   cells.close();
   return std::move(changed_);
+}
+
+std::vector<Vec3i> SurfaceCells::restoreLost(const std::vector<PackedKey>& lost,
+                                             CellTable& cells) const {
+  std::vector<Vec3i> cubes;
+  for (const PackedKey key : lost) {
+    const std::shared_ptr<const SurfaceSector> sector = sectors_.find(key);
+    if (sector == nullptr) continue;
+    for (const auto& [cube, counts] : sector->counts) {
+      CubeCells& restored = cells.at(unpackKey(cube));
+      for (int i = 0; i < kCellsPerCube; ++i) {
+        if (counts.blocks[static_cast<size_t>(i)] > 0) add(restored.surface, i);
+      }
+      cubes.push_back(unpackKey(cube));
+    }
+  }
+  cells.close();
+  return cubes;
 }
 
 PackedKey SurfaceCells::sectorOf(const BlockKey& block) const {

@@ -45,6 +45,9 @@ class SurfaceCells {
   /// Takes over what a mesh update has changed. @return the cubes whose surfaces changed, by key.
   std::vector<Vec3i> apply(const std::vector<BlockMesh>& blocks, CellTable& cells);
 
+  /// Puts surfaces back into sectors of cells that the disk lost. @return their cubes.
+  std::vector<Vec3i> restoreLost(const std::vector<PackedKey>& lost, CellTable& cells) const;
+
   void clear() { sectors_.clear(); }
   size_t bytes() const { return sectors_.bytes(); }
 

@@ -1,0 +1,123 @@
+// Sectors on disk stay as they are where a read fails for a moment, or memory runs out.
+#include "space/sector_table.h"
+
+#include <gtest/gtest.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstdlib>
+#include <new>
+#include <thread>
+
+#include "space/cell_sector.h"
+#include "support/temporary_folder.h"
+
+namespace {
+
+/// Of this thread, until one fails; negative: none does.
+thread_local int allocations_left = -1;
+
+/// Reads that fail from now on.
+thread_local int reads_to_fail = 0;
+
+}  // namespace
+
+// In place of the system's, for this program.
+void* operator new(size_t bytes) {
+  const bool fails = allocations_left == 0;
+  if (allocations_left >= 0) --allocations_left;
+  void* const memory = fails ? nullptr : std::malloc(bytes > 0 ? bytes : 1);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, size_t) noexcept { std::free(memory); }
+
+extern "C" ssize_t pread(int file, void* bytes, size_t size, off_t offset) {
+  if (reads_to_fail == 0) return syscall(SYS_pread64, file, bytes, size, offset);
+  --reads_to_fail;
+  errno = EIO;
+  return -1;
+}
+
+namespace dtsdf {
+namespace {
+
+constexpr PackedKey kSectors = 20;
+
+class SectorTableTest : public testing::Test {
+ protected:
+  TemporaryFolder folder_;
+  SharedPagedValues pages_ = std::make_shared<PagedValues>(folder_.path(), size_t{64} << 20, 1);
+  SectorTable<CellSector> table_{pages_};
+
+  void SetUp() override {
+    for (PackedKey key = 0; key < kSectors; ++key) {
+      table_.open(key).make(static_cast<int>(key)).surface = kAllCells;
+    }
+    table_.close();
+    waitUntilWritten();
+  }
+  void waitUntilWritten() const {
+    for (int i = 0; i < 5000 && pages_->bytes() > 1; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    ASSERT_LE(pages_->bytes(), 1u) << "else nothing is tested";
+  }
+  void expectAll() const {
+    for (PackedKey key = 0; key < kSectors; ++key) {
+      const std::shared_ptr<const CellSector> sector = table_.find(key);
+      ASSERT_NE(sector, nullptr) << key;
+      ASSERT_FALSE(isEmpty(sector->at(static_cast<int>(key))));
+    }
+    EXPECT_EQ(pages_->stats().lost, 0u);
+    EXPECT_TRUE(table_.lost().empty());
+  }
+};
+
+TEST_F(SectorTableTest, TriesAgainWhereAReadFails) {
+  for (PackedKey key = 0; key < kSectors; ++key) {
+    reads_to_fail = 2;
+    table_.open(key);
+    EXPECT_EQ(reads_to_fail, 0) << "else nothing is tested";
+  }
+  table_.close();
+  expectAll();
+}
+
+TEST_F(SectorTableTest, SaysWhatItLost) {
+  reads_to_fail = 1000;
+  EXPECT_TRUE(table_.open(3).isEmpty());
+  reads_to_fail = 0;
+  ASSERT_EQ(table_.lost().size(), 1u);
+  EXPECT_EQ(table_.lost()[0], PackedKey{3});
+  EXPECT_EQ(pages_->stats().lost, 1u);
+}
+
+TEST_F(SectorTableTest, LosesNothingWhereMemoryRunsOut) {
+  bool is_done = false;
+  int failed = 0;
+  for (int allocations = 0; !is_done; ++allocations) {
+    for (int i = 0; i < 70; ++i) {  // after a failure the disk is left alone at first
+      Paged<CellSector>(std::make_shared<CellSector>(), pages_);
+    }
+    ASSERT_NO_FATAL_FAILURE(waitUntilWritten());
+    allocations_left = allocations;
+    try {
+      for (PackedKey key = 0; key < 3; ++key) table_.open(key);
+      table_.close();
+      is_done = allocations_left >= 0;
+    } catch (const std::bad_alloc&) {
+      ++failed;
+    }
+    allocations_left = -1;
+    table_.close();
+    ASSERT_NO_FATAL_FAILURE(expectAll()) << allocations;
+  }
+  EXPECT_GT(failed, 10);
+}
+
+}  // namespace
+}  // namespace dtsdf

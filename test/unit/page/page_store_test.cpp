@@ -23,16 +23,16 @@ thread_local int allocations_left = -1;
 
 }  // namespace
 
-// In place of the system's, for this program.
-void* operator new(size_t bytes) {
+// In place of the system's, for this program. Inline they would seem not to fit each other.
+[[gnu::noinline]] void* operator new(size_t bytes) {
   const bool fails = allocations_left == 0;
   if (allocations_left >= 0) --allocations_left;
   void* const memory = fails ? nullptr : std::malloc(bytes > 0 ? bytes : 1);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, size_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, size_t) noexcept { std::free(memory); }
 
 namespace dtsdf {
 namespace {

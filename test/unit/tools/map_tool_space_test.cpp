@@ -124,8 +124,12 @@ TEST_F(MapToolSpace, ASliceShowsUnknownSurfacesAndDistances) {
         ASSERT_FALSE(is_grey) << u << ", " << v;
         const Vector3d p = space.cellSize_m() * Vector3d(x + 0.5, y + 0.5, 0.0);
         const float distance_m = space.distanceAt(Vector3d(p.x(), p.y(), 0.05)).distance_m;
-        if (distance_m < 0.12f && ++near_m > 0) EXPECT_GT(rgb[0], rgb[2]) << "red: " << distance_m;
-        if (distance_m > 0.6f && ++far_m > 0) EXPECT_GT(rgb[2], rgb[0]) << "blue: " << distance_m;
+        if (distance_m < 0.12f && ++near_m > 0) {
+          EXPECT_GT(rgb[0], rgb[2]) << "red: " << distance_m;
+        }
+        if (distance_m > 0.6f && ++far_m > 0) {
+          EXPECT_GT(rgb[2], rgb[0]) << "blue: " << distance_m;
+        }
       }
     }
   }

@@ -18,8 +18,8 @@ class AlignmentGain {
   /// The next given pose, camera to odometry.
   void addGiven(const Eigen::Isometry3d& T_O_C);
 
-  /// What the last given pose was aligned to, camera to map. @return whether nothing before it
-  /// counts: it is the first one, or the correction has jumped.
+  /// What the last given pose was aligned to, camera to map. @return whether the correction has
+  /// jumped, so that nothing before it counts.
   bool addAligned(const Eigen::Isometry3d& T_W_C);
 
   /// The share of the way from the expected pose to the aligned one that an image is to be moved:

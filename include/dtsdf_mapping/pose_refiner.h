@@ -18,7 +18,7 @@ namespace dtsdf {
 class PoseRefiner {
  public:
   /// @param params How far off poses are, and what becomes of frames that do not fit.
-  explicit PoseRefiner(const PoseParams& params) : params_(params) {}
+  explicit PoseRefiner(const PoseParams& params) : params_(params) { forget(); }
 
   /// Finds the pose of a frame, whose T_W_C is read as T_O_C, and keeps the correction if it was
   /// aligned. `T_W_C` of the result is where the frame is to be fused.
@@ -34,6 +34,8 @@ class PoseRefiner {
   const Eigen::Isometry3d& T_W_O() const { return T_W_O_; }
 
  private:
+  /// The correction is as unknown as a given pose.
+  void forget();
   void drift(const Eigen::Isometry3d& T_O_C);
   void correct(const Eigen::Isometry3d& T_W_C, const Eigen::Isometry3d& expected_T_W_C);
 
@@ -42,7 +44,7 @@ class PoseRefiner {
   double variance_m2_ = 0.0, variance_rad2_ = 0.0;  ///< Of T_W_O, at the camera.
   std::optional<Eigen::Isometry3d> last_T_O_C_;
   AlignmentGain gain_;
-  bool begins_map_ = false;  ///< The last image that was not aligned found no map.
+  bool has_aligned_ = false;
 };
 
 }  // namespace dtsdf

@@ -7,6 +7,7 @@
 
 #include "io/atomic_file.h"
 #include "io/text_file.h"
+#include "poses/between.h"
 
 namespace dtsdf {
 namespace {
@@ -15,14 +16,6 @@ namespace {
 constexpr double kStampResolution_s = 1e-6;
 
 }  // namespace
-
-Eigen::Isometry3d between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double share) {
-  const Eigen::Quaterniond from(a.linear()), to(b.linear());
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() = from.slerp(share, to).normalized().toRotationMatrix();
-  pose.translation() = (1.0 - share) * a.translation() + share * b.translation();
-  return pose;
-}
 
 Trajectory::Trajectory(std::vector<StampedPose> poses) : poses_(std::move(poses)) {
   std::stable_sort(poses_.begin(), poses_.end(),

@@ -15,9 +15,6 @@ struct StampedPose {
   Eigen::Isometry3d T_W_C;  ///< Camera's optical frame to map frame, metres.
 };
 
-/// The pose at a share of the way from `a` to `b`: positions linearly, rotations by slerp.
-Eigen::Isometry3d between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double share);
-
 /// Poses sorted by stamp; of several with the same stamp the first counts.
 class Trajectory {
  public:

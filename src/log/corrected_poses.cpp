@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "poses/between.h"
+
 namespace dtsdf {
 namespace {
 

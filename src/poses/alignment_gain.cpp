@@ -55,10 +55,10 @@ void AlignmentGain::addGiven(const Eigen::Isometry3d& T_O_C) {
 }
 
 bool AlignmentGain::addAligned(const Eigen::Isometry3d& T_W_C) {
-  const bool begins = !T_W_O_ || aligned_.add(stepBetween(*T_W_O_ * *T_O_C_, T_W_C));
-  if (begins) aligned_ = Variance();
+  const bool jumps = T_W_O_ && aligned_.add(stepBetween(*T_W_O_ * *T_O_C_, T_W_C));
+  if (jumps) aligned_ = Variance();
   T_W_O_ = T_W_C * T_O_C_->inverse();
-  return begins;
+  return jumps;
 }
 
 double AlignmentGain::share(const Eigen::Isometry3d& expected_T_W_C,

@@ -1,7 +1,8 @@
 #include "dtsdf_mapping/pose_refiner.h"
 
 #include <cmath>
-#include <utility>
+
+#include "poses/between.h"
 
 namespace dtsdf {
 namespace {
@@ -11,16 +12,6 @@ double square(double a) { return a * a; }
 /// Part of a rotation.
 Eigen::Quaterniond shareOf(const Eigen::Quaterniond& rotation, double share) {
   return Eigen::Quaterniond::Identity().slerp(share, rotation);
-}
-
-Eigen::Isometry3d between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
-                          double share) {
-  const Eigen::Quaterniond turn(to.linear() * from.linear().transpose());
-  Eigen::Isometry3d pose = from;
-  pose.linear() =
-      (shareOf(turn, share) * Eigen::Quaterniond(from.linear())).normalized().toRotationMatrix();
-  pose.translation() += share * (to.translation() - from.translation());
-  return pose;
 }
 
 }  // namespace
@@ -35,19 +26,22 @@ Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
   Alignment alignment = mapper.align(expected, prior);
   if (alignment.status != AlignmentStatus::kAligned) {
     // An image that begins a map puts its frame where that of the poses is.
-    begins_map_ |= alignment.status == AlignmentStatus::kUnmapped;
+    const bool begins_map = alignment.status == AlignmentStatus::kUnmapped && !has_aligned_;
+    if (begins_map) variance_m2_ = variance_rad2_ = 0.0;
     return alignment;
   }
-  const bool is_first = gain_.addAligned(alignment.T_W_C);
-  if (is_first && !std::exchange(begins_map_, false)) {  // nothing is known of the correction
-    variance_m2_ = square(params_.sigma_m);
-    variance_rad2_ = square(params_.sigma_rad);
-  }
+  has_aligned_ = true;
+  if (gain_.addAligned(alignment.T_W_C)) forget();
   if (!alignment.is_significant) alignment.T_W_C = expected.T_W_C;
   correct(alignment.T_W_C, expected.T_W_C);
   const double share = gain_.share(expected.T_W_C, alignment.T_W_C);
   if (share < 1.0) alignment.T_W_C = between(expected.T_W_C, alignment.T_W_C, share);
   return alignment;
+}
+
+void PoseRefiner::forget() {
+  variance_m2_ = square(params_.sigma_m);
+  variance_rad2_ = square(params_.sigma_rad);
 }
 
 void PoseRefiner::drift(const Eigen::Isometry3d& T_O_C) {
@@ -59,7 +53,7 @@ void PoseRefiner::drift(const Eigen::Isometry3d& T_O_C) {
   last_T_O_C_ = T_O_C;
 }
 
-/// The errors of the alignment itself are small beside those of the given pose.
+/// The errors of alignments are small beside sigma, or are averaged with it.
 void PoseRefiner::correct(const Eigen::Isometry3d& T_W_C, const Eigen::Isometry3d& expected_T_W_C) {
   const double gain_m = variance_m2_ / (variance_m2_ + square(params_.sigma_m));
   const double gain_rad = variance_rad2_ / (variance_rad2_ + square(params_.sigma_rad));

@@ -12,28 +12,15 @@
 #include <thread>
 
 #include "space/cell_sector.h"
+#include "support/failing_allocations.h"
 #include "support/temporary_folder.h"
 
 namespace {
-
-/// Of this thread, until one fails; negative: none does.
-thread_local int allocations_left = -1;
 
 /// Reads that fail from now on.
 thread_local int reads_to_fail = 0;
 
 }  // namespace
-
-// In place of the system's, for this program. Inline they would seem not to fit each other.
-[[gnu::noinline]] void* operator new(size_t bytes) {
-  const bool fails = allocations_left == 0;
-  if (allocations_left >= 0) --allocations_left;
-  void* const memory = fails ? nullptr : std::malloc(bytes > 0 ? bytes : 1);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, size_t) noexcept { std::free(memory); }
 
 extern "C" ssize_t pread(int file, void* bytes, size_t size, off_t offset) {
   if (reads_to_fail == 0) return syscall(SYS_pread64, file, bytes, size, offset);

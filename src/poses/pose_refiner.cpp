@@ -17,6 +17,9 @@ Eigen::Quaterniond shareOf(const Eigen::Quaterniond& rotation, double share) {
 }  // namespace
 
 Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
+  if (!frame.T_W_C.matrix().allFinite()) {  // refused, and no pose to remember
+    return mapper.align(frame, {params_.sigma_m, params_.sigma_rad});
+  }
   drift(frame.T_W_C);
   gain_.addGiven(frame.T_W_C);
   DepthFrame expected = frame;

@@ -215,6 +215,24 @@ TEST(PoseRefiner, LeavesAPoseThatIsRight) {
   EXPECT_TRUE(refiner.T_W_O().isApprox(Isometry3d::Identity(), 1e-12));
 }
 
+/// One pose that is none leaves no trace, at first or later.
+TEST(PoseRefiner, ForgetsAPoseThatIsNotANumber) {
+  Session session(makeCpuParams());
+  seeFrom(session, corner(), cornerPose());
+  PoseRefiner refiner{PoseParams()}, undisturbed{PoseParams()};
+  const Vector3d offset(0.03, -0.02, 0.02);
+  const SceneFrame image = renderFrame(corner(), cornerPose(), 320, 240);
+  DepthFrame frame = image.view(), broken = image.view();
+  frame.T_W_C.translation() += offset;
+  broken.T_W_C.translation().y() = NAN;
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_EQ(refiner.refine(session.mapper(), broken).status, AlignmentStatus::kUnmapped);
+    const Alignment found = refiner.refine(session.mapper(), frame);
+    EXPECT_EQ(found.T_W_C.matrix(), undisturbed.refine(session.mapper(), frame).T_W_C.matrix());
+  }
+  EXPECT_EQ(refiner.T_W_O().matrix(), undisturbed.T_W_O().matrix());
+}
+
 /// Along a wall nothing is off.
 TEST(Align, ReportsByHowMuchAPoseIsOff) {
   Session session(makeCpuParams());

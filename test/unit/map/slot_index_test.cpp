@@ -68,5 +68,20 @@ TEST(SlotIndex, FollowsInsertionsAndErasures) {
   }
 }
 
+/// Keys of a cube on both sides of where entries have moved to: one table in six meets that.
+TEST(SlotIndex, KeepsAllKeysOfACubeThatMoves) {
+  constexpr unsigned kKeys = 6000, kTables = 100;
+  std::mt19937 random(7);
+  for (unsigned table = 0; table < kTables; ++table) {
+    SlotIndex index;
+    std::unordered_map<PackedKey, int32_t> truth;
+    for (int step = 0; step < 4000; ++step) {
+      const PackedKey key = numberedKey(static_cast<unsigned>(random() % kKeys));
+      if (truth.emplace(key, step).second) index.insert(key, step);
+    }
+    ASSERT_NO_FATAL_FAILURE(expectEqual(index, truth, kKeys)) << table;
+  }
+}
+
 }  // namespace
 }  // namespace dtsdf

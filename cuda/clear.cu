@@ -187,18 +187,30 @@ __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSett
   return result;
 }
 
-/// One thread per block that may be in view: lists those that the frame looks at untouched.
-__global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget target,
-                                uint64_t frame_number, LookList looks) {
-  waitForTheOneAhead();
-  const size_t i = globalThread();
+/// Lists a block that the frame looks at untouched. Those that are entered meanwhile are touched,
+/// whatever is read of their slots.
+__device__ void findLook(const FrameView& frame, const FusionRules& rules,
+                         const FusionTarget& target, uint64_t frame_number, const LookList& looks,
+                         uint32_t i) {
   if (i >= looks.in_view_count) return;
   const int32_t slot = looks.in_view[i];
-  const PackedKey key = target.map.slots[slot].key;
+  const PackedKey key = readShared(&target.map.slots[slot].key);
   if (key == kNoKey || !isInTurn(key, frame_number, rules)) return;
   if (!mayBeInView(frame, unpackKey(key) - blockOfVoxel(frame.origin_voxel))) return;
   if (findTouched(target.touched, key) >= 0) return;
   looks.slots[atomicAdd(&target.touched.counters->looks, 1u)] = slot;
+}
+
+/// One thread per block that may be in view; behind them, blocks of threads enter blocks.
+__global__ void enterAndLookKernel(FrameView frame, FusionRules rules, FusionTarget target,
+                                   uint64_t frame_number, LookList looks, uint32_t look_blocks,
+                                   EnteredBlocks entered) {
+  waitForTheOneAhead();
+  if (blockIdx.x < look_blocks) {
+    findLook(frame, rules, target, frame_number, looks, blockIdx.x * blockDim.x + threadIdx.x);
+  } else {
+    enterBlocks(target.map, entered, blockIdx.x - look_blocks);
+  }
 }
 
 /// A block that the stage visits.
@@ -291,16 +303,21 @@ void Clearing::reserve(const FrameCounters& counters, size_t in_view) {
 }
 
 /// Nobody reads the list of the frame before any more: that frame was waited for.
-void Clearing::findLooks(const DeviceSensing& sensing, const FusionTarget& target,
-                         const LookTurn& turn) {
-  in_view_count_ = sensing.hasFreeDepth() ? static_cast<uint32_t>(turn.in_view.size()) : 0;
-  if (in_view_count_ == 0) return;
-  std::copy(turn.in_view.begin(), turn.in_view.end(), in_view_.data());
+void Clearing::noteInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view) {
+  in_view_count_ = sensing.hasFreeDepth() ? static_cast<uint32_t>(in_view.size()) : 0;
+  std::copy_n(in_view.begin(), in_view_count_, in_view_.data());
+}
+
+void Clearing::enterAndLook(const DeviceSensing& sensing, const FusionTarget& target,
+                            const EnteredBlocks& entered, uint64_t frame_number) {
+  const unsigned look_blocks = blocksFor(in_view_count_);
+  const unsigned blocks = look_blocks + blocksToEnter(entered);
+  if (blocks == 0) return;
   const StageSpan span(stream_, Stage::kClear);
-  launchBehind(findLooksKernel, blocksFor(in_view_count_), kThreads, 0, stream_, sensing.frame(),
-               fusion_.rules, target, turn.number,
-               {in_view_.data(), in_view_count_, looks_.data()});
-  DTSDF_CHECK_LAUNCH("findLooksKernel");
+  launchBehind(enterAndLookKernel, blocks, kThreads, 0, stream_, sensing.frame(), fusion_.rules,
+               target, frame_number, {in_view_.data(), in_view_count_, looks_.data()}, look_blocks,
+               entered);
+  DTSDF_CHECK_LAUNCH("enterAndLookKernel");
 }
 
 void Clearing::clear(const DeviceSensing& sensing, const FusionTarget& target,
@@ -336,7 +353,7 @@ void Clearing::addMemory(std::vector<MemoryPart>& parts) const {
 
 std::vector<NamedKernel> clearKernels() {
   return {DTSDF_NAMED_KERNEL(clearBlocksKernel, 0, kClearThreads),
-          DTSDF_NAMED_KERNEL(findLooksKernel, 0)};
+          DTSDF_NAMED_KERNEL(enterAndLookKernel, 0)};
 }
 
 }  // namespace gpu

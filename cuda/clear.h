@@ -21,12 +21,6 @@ struct EmptyList {
   uint32_t* count;
 };
 
-/// A frame's turn to look around.
-struct LookTurn {
-  uint64_t number;                      ///< Of the frame.
-  const std::vector<int32_t>& in_view;  ///< Slots of blocks that may be in view, and others.
-};
-
 class Clearing {
  public:
   Clearing(const MapperParams& params, const Rules& rules, const Stream& stream);
@@ -35,9 +29,14 @@ class Clearing {
   /// is untouched.
   void reserve(const FrameCounters& counters, size_t in_view);
 
-  /// Enqueues the search for the blocks that the frame looks at without touching them.
+  /// The frame's turn: slots of blocks that may be in view, and others.
   /// @pre reserve() made the room.
-  void findLooks(const DeviceSensing& sensing, const FusionTarget& target, const LookTurn& turn);
+  void noteInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view);
+
+  /// Enqueues what DeviceMap::enterBlocks() does, and the search for the blocks that the frame of
+  /// this number looks at without touching them.
+  void enterAndLook(const DeviceSensing& sensing, const FusionTarget& target,
+                    const EnteredBlocks& entered, uint64_t frame_number);
 
   /// Takes evidence from what the frame contradicts, marks what has changed for the mesh, and lists
   /// arrays that hold nothing.

@@ -43,7 +43,9 @@ class CudaBackend : public MapBackend {
     return aligner_.sumsAt(view, cutoff, map_.view());
   }
   void sense(const DepthFrame& frame, const FrameView& view) override;
-  void makeSurfels() override;
+  void makeSurfels() override {
+    surfels_ = surfel_maker_.makeSurfels(*sensing_, block_finder_.usableSurfels());
+  }
   void findBlocks() override { block_finder_.mark(*sensing_, surfels_); }
   void lookUpBlocks() override;
   void seeFree(std::vector<Vec3i> cubes) override;
@@ -74,8 +76,10 @@ class CudaBackend : public MapBackend {
   void reserve(const MapDemand& demand) override { map_.reserve(table_, demand); }
   void reserveColours(size_t new_bricks) override { map_.reserveColours(table_, new_bricks); }
   void reserveChanges(size_t slots) override { map_.reserveChanges(slots); }
-  void enterBlocks(const std::vector<int32_t>& slots) override { map_.enterBlocks(table_, slots); }
-  void zeroArrays(const std::vector<int32_t>& arrays) override { map_.zeroArrays(arrays); }
+  void enterBlocks(const std::vector<int32_t>& slots, const std::vector<int32_t>& arrays) override {
+    map_.noteBlocks(table_, slots, arrays);
+    if (!is_in_frame_) map_.enterBlocks();  // else that is part of a kernel of the frame
+  }
   void enterColours(const std::vector<NewBrick>& bricks) override { map_.enterColours(bricks); }
   void follow(const ChangedSlots& changed) override;
   std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots,
@@ -114,6 +118,7 @@ class CudaBackend : public MapBackend {
   FreeCellFinder free_cell_finder_;
   RecordMover record_mover_;
   RecordCarrier record_carrier_;
+  bool is_in_frame_ = false;              ///< From reserveFrame() to castFoldAndClear().
   size_t in_view_count_ = 0;              ///< Of the part of a frame that is fused.
   std::optional<DeviceSensing> sensing_;  ///< Of the last depth image.
   DeviceSurfels surfels_ = {};
@@ -170,18 +175,12 @@ void CudaBackend::sense(const DepthFrame& frame, const FrameView& view) {
   block_finder_.begin();
 }
 
-/// Free depths are found while few threads merge pixels, or once each pixel has its surfel.
-void CudaBackend::makeSurfels() {
-  const bool beside = surfel_maker_.mergePixels(*sensing_);
-  if (beside) sensor_.findFreeDepths(*sensing_);
-  surfels_ = surfel_maker_.makeSurfels(*sensing_, block_finder_.usableSurfels());
-  if (!beside) sensor_.findFreeDepths(*sensing_);
-}
-
-/// Surfels are cast while the host admits blocks: nothing before needs them.
+/// Surfels are cast while the host admits blocks: nothing before needs them, nor free depths.
 void CudaBackend::lookUpBlocks() {
+  is_in_frame_ = false;  // if the last one failed
   block_finder_.compare(*sensing_, map_.view());
   fusion_.castAhead(*sensing_, surfels_, block_finder_.view());
+  sensor_.findFreeDepths(*sensing_);
 }
 
 /// The device works that off while the host admits blocks.
@@ -210,7 +209,6 @@ void CudaBackend::findMore() {
   counters_ = block_finder_.waitForCounters();
 }
 
-/// The device finds what else the frame looks at while the host admits blocks.
 void CudaBackend::reserveFrame(const FrameTurn& turn) {
   std::vector<int32_t> in_part;
   if (turn.part != nullptr) {
@@ -222,7 +220,8 @@ void CudaBackend::reserveFrame(const FrameTurn& turn) {
   map_.noteDemand({counters_.requests, counters_.requested_arrays});
   fusion_.reserve(counters_);
   clearing_.reserve(counters_, in_view.size());
-  clearing_.findLooks(*sensing_, target(), {turn.number, in_view});
+  clearing_.noteInView(*sensing_, in_view);
+  is_in_frame_ = true;
 }
 
 /// Of the blocks in view, those that are in this part.
@@ -238,6 +237,9 @@ std::vector<int32_t> CudaBackend::inPart(const std::vector<PackedKey>& part,
 
 void CudaBackend::castFoldAndClear(const FrameTurn& turn) {
   holdForProfile(stream_);
+  clearing_.enterAndLook(*sensing_, target(), map_.notedBlocks(), turn.number);
+  map_.noteEntered();
+  is_in_frame_ = false;
   fusion_.castAndFold(*sensing_, surfels_, target(), counters_);
   bounds_.dirty += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
   clearing_.clear(*sensing_, target(), counters_, fusion_.supported(), turn.number);

@@ -13,28 +13,19 @@ namespace {
 constexpr size_t kFirstHash = 1 << 17, kFirstSlots = 1 << 15;
 constexpr size_t kFirstUpdates = 1 << 13, kFirstNewArrays = 1 << 14;
 
-/// Enters a key, or finds it where a released block has left it.
-__device__ void insertSlot(const MapView& map, PackedKey key, int32_t slot) {
-  uint32_t at = static_cast<uint32_t>(hashKey(key)) & map.hash_mask;
-  while (true) {
-    const PackedKey found =
-        atomicCAS(reinterpret_cast<unsigned long long*>(&map.hash_keys[at]), kNoKey, key);
-    if (found == kNoKey || found == key) break;
-    at = (at + 1) & map.hash_mask;
-  }
-  map.hash_slots[at] = slot;
-}
-
 __global__ void updateSlotsKernel(MapView map, const SlotUpdate* updates, uint32_t count) {
   waitForTheOneAhead();
   const size_t i = globalThread();
   if (i >= count) return;
   const SlotUpdate update = updates[i];
-  SlotEntry entry = update.entry;
-  if (!update.in_use) entry.key = kNoKey;
-  map.slots[update.slot] = entry;
-  insertSlot(map, update.entry.key, update.in_use ? update.slot : -1);
+  updateSlot(map, update);
   if (update.in_use && update.dirty) markDirty(map, update.slot);
+}
+
+/// blocksToEnter() blocks of threads.
+__global__ void enterBlocksKernel(MapView map, EnteredBlocks entered) {
+  waitForTheOneAhead();
+  enterBlocks(map, entered, blockIdx.x);
 }
 
 __global__ void rehashSlotsKernel(MapView map) {
@@ -57,18 +48,6 @@ __global__ void markAllPaintedKernel(MapView map) {
   if (slot < map.slot_count && map.slots[slot].key != kNoKey) {
     markPainted(map, static_cast<int32_t>(slot));
   }
-}
-
-/// One block of threads per voxel array, which may have had colours in another block. Beside the
-/// kernel ahead, which updates slots.
-__global__ void clearArraysKernel(MapView map, const int32_t* arrays) {
-  const int32_t array = arrays[blockIdx.x];
-  Voxel* voxels = map.voxels.record(array);
-  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) voxels[i] = Voxel{};
-  if (threadIdx.x < kBricksPerArray && map.colour_of != nullptr) {
-    map.colour_of[static_cast<size_t>(array) * kBricksPerArray + threadIdx.x] = 0;
-  }
-  endAfterTheOneAhead();
 }
 
 /// One thread per voxel of the new bricks.
@@ -221,40 +200,41 @@ void DeviceMap::reserveChanges(size_t count) {
   changes_.reserve(count);
 }
 
-void DeviceMap::enqueueUpdates(const SlotUpdate* updates, size_t count) {
-  launchBehind(updateSlotsKernel, blocksFor(count), kThreads, 0, stream_, view(), updates,
-               static_cast<uint32_t>(count));
-  DTSDF_CHECK_LAUNCH("updateSlotsKernel");
-}
-
-void DeviceMap::enterBlocks(const BlockTable& table, const std::vector<int32_t>& slots) {
-  const size_t count = slots.size();
-  if (count == 0) return;
+void DeviceMap::noteBlocks(const BlockTable& table, const std::vector<int32_t>& slots,
+                           const std::vector<int32_t>& arrays) {
+  if (slots.empty()) return;
   sendChanges();
   updates_sent_.wait();
-  hash_used_ += count;
+  hash_used_ += slots.size();
   slot_count_ = table.slotCount();
-  for (size_t i = 0; i < count; ++i) {
+  for (size_t i = 0; i < slots.size(); ++i) {
     updates_[i] = makeSlotUpdate(table.block(slots[i]), slots[i]);
   }
-  enqueueUpdates(updates_.data(), count);
-  stream_.record(updates_sent_);
+  std::copy(arrays.begin(), arrays.end(), new_arrays_.data());
+  noted_blocks_ = {updates_.data(), new_arrays_.data(), static_cast<uint32_t>(slots.size()),
+                   static_cast<uint32_t>(arrays.size())};
 }
 
-void DeviceMap::zeroArrays(const std::vector<int32_t>& arrays) {
-  if (arrays.empty()) return;
-  std::copy(arrays.begin(), arrays.end(), new_arrays_.data());
-  launchBehind(clearArraysKernel, static_cast<unsigned>(arrays.size()), kThreads, 0, stream_,
-               view(), new_arrays_.data());
-  DTSDF_CHECK_LAUNCH("clearArraysKernel");
+void DeviceMap::enterBlocks() {
+  if (const uint32_t blocks = blocksToEnter(noted_blocks_)) {
+    launchBehind(enterBlocksKernel, blocks, kThreads, 0, stream_, view(), noted_blocks_);
+    DTSDF_CHECK_LAUNCH("enterBlocksKernel");
+  }
+  noteEntered();
+}
+
+void DeviceMap::noteEntered() {
   stream_.record(updates_sent_);
+  noted_blocks_ = {};
 }
 
 void DeviceMap::sendChanges() {
   if (noted_.empty()) return;
   reserveChanges(noted_.size());
   std::copy(noted_.begin(), noted_.end(), changes_.data());
-  enqueueUpdates(changes_.data(), noted_.size());
+  launchBehind(updateSlotsKernel, blocksFor(noted_.size()), kThreads, 0, stream_, view(),
+               changes_.data(), static_cast<uint32_t>(noted_.size()));
+  DTSDF_CHECK_LAUNCH("updateSlotsKernel");
   stream_.record(changes_sent_);
   noted_.clear();
 }
@@ -287,7 +267,7 @@ void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& part
 
 std::vector<NamedKernel> mapKernels() {
   return {DTSDF_NAMED_KERNEL(updateSlotsKernel, 0),  DTSDF_NAMED_KERNEL(rehashSlotsKernel, 0),
-          DTSDF_NAMED_KERNEL(markAllDirtyKernel, 0), DTSDF_NAMED_KERNEL(clearArraysKernel, 0),
+          DTSDF_NAMED_KERNEL(markAllDirtyKernel, 0), DTSDF_NAMED_KERNEL(enterBlocksKernel, 0),
           DTSDF_NAMED_KERNEL(clearColoursKernel, 0), DTSDF_NAMED_KERNEL(markAllPaintedKernel, 0)};
 }
 

@@ -18,6 +18,41 @@ __device__ __forceinline__ int32_t findSlot(const MapView& map, PackedKey key) {
   }
 }
 
+/// Enters a key, or finds it where a released block has left it.
+__device__ inline void insertSlot(const MapView& map, PackedKey key, int32_t slot) {
+  uint32_t at = static_cast<uint32_t>(hashKey(key)) & map.hash_mask;
+  while (true) {
+    const PackedKey found =
+        atomicCAS(reinterpret_cast<unsigned long long*>(&map.hash_keys[at]), kNoKey, key);
+    if (found == kNoKey || found == key) break;
+    at = (at + 1) & map.hash_mask;
+  }
+  map.hash_slots[at] = slot;
+}
+
+__device__ inline void updateSlot(const MapView& map, const SlotUpdate& update) {
+  SlotEntry entry = update.entry;
+  if (!update.in_use) entry.key = kNoKey;
+  map.slots[update.slot] = entry;
+  insertSlot(map, update.entry.key, update.in_use ? update.slot : -1);
+}
+
+/// The share of a block of threads in entering blocks; there are blocksToEnter() of them.
+__device__ inline void enterBlocks(const MapView& map, const EnteredBlocks& entered,
+                                   uint32_t block) {
+  if (block >= entered.array_count) {
+    const uint32_t i = (block - entered.array_count) * blockDim.x + threadIdx.x;
+    if (i < entered.update_count) updateSlot(map, entered.updates[i]);
+    return;
+  }
+  const int32_t array = entered.arrays[block];
+  Voxel* voxels = map.voxels.record(array);
+  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) voxels[i] = Voxel{};
+  if (threadIdx.x < kBricksPerArray && map.colour_of != nullptr) {  // it may have had colours
+    map.colour_of[static_cast<size_t>(array) * kBricksPerArray + threadIdx.x] = 0;
+  }
+}
+
 /// Directions that a slot has arrays of, one bit each.
 __device__ __forceinline__ uint32_t directionsOfSlot(const SlotEntry& entry) {
   uint32_t mask = 0;

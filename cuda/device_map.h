@@ -7,6 +7,7 @@
 
 #include "backend/profile.h"
 #include "kernels/meshing/unit_samples.h"
+#include "launch.h"
 #include "map/block_table.h"
 #include "runtime/slab_pool.h"
 
@@ -34,6 +35,13 @@ struct SlotUpdate {
   int32_t slot;
   int32_t in_use;
   int32_t dirty;  ///< The block is to be meshed again.
+};
+
+/// What an admission changes, in the host's memory: these slots, and these arrays, to be zeroed.
+struct EnteredBlocks {
+  const SlotUpdate* updates;
+  const int32_t* arrays;
+  uint32_t update_count, array_count;
 };
 
 /// Blocks that changed in some way since the last extraction: a flag per slot, and their list.
@@ -78,10 +86,14 @@ class DeviceMap {
   void noteDemand(const PoolSizes& asked);
   void reserveAhead(const BlockTable& table);
 
-  /// Follows an admission: these blocks are new, or have new arrays; those are zeroed.
+  /// Notes an admission: these blocks are new, or have new arrays; those are to be zeroed. To be
+  /// followed by enterBlocks(), or by a kernel that does what it does and noteEntered().
   /// @pre reserve() made the room.
-  void enterBlocks(const BlockTable& table, const std::vector<int32_t>& slots);
-  void zeroArrays(const std::vector<int32_t>& arrays);
+  void noteBlocks(const BlockTable& table, const std::vector<int32_t>& slots,
+                  const std::vector<int32_t>& arrays);
+  const EnteredBlocks& notedBlocks() const { return noted_blocks_; }
+  void enterBlocks();
+  void noteEntered();
 
   /// Makes room for so many more bricks of colours. @throws CudaError as reserve() does.
   void reserveColours(const BlockTable& table, size_t new_colours);
@@ -112,7 +124,6 @@ class DeviceMap {
   void addMemory(const BlockTable& table, std::vector<MemoryPart>& parts) const;
 
  private:
-  void enqueueUpdates(const SlotUpdate* updates, size_t count);
   void reserveSlots(size_t count);
   void growColours(const PoolSizes& sizes);
   void reserveHash(size_t new_blocks, size_t live_blocks);
@@ -137,6 +148,7 @@ class DeviceMap {
   Event updates_sent_;
   PinnedBuffer<SlotUpdate> updates_;
   PinnedBuffer<int32_t> new_arrays_;
+  EnteredBlocks noted_blocks_ = {};
   /// The same for other changes of the table, which no admission has to wait for.
   Event changes_sent_;
   PinnedBuffer<SlotUpdate> changes_;
@@ -144,6 +156,11 @@ class DeviceMap {
   PinnedBuffer<NewBrick> pinned_bricks_;
   DeviceBuffer<NewBrick> new_bricks_;
 };
+
+/// Blocks of threads that it takes to enter blocks.
+inline uint32_t blocksToEnter(const EnteredBlocks& entered) {
+  return entered.array_count + blocksFor(entered.update_count);
+}
 
 /// Some kernel of this binary, to find out whether the device can run its code.
 const void* anyKernel();

@@ -117,15 +117,13 @@ SurfelMaker::SurfelMaker(const MapperParams& params, const SurfelRules& rules, c
       surfel_settings_(makeSurfelSettings(params, rules)),
       stream_(stream) {}
 
-bool SurfelMaker::mergePixels(const DeviceSensing& sensing) {
-  if (!merges_) return false;
+void SurfelMaker::mergePixels(const DeviceSensing& sensing) {
   const size_t tiles = tilesOf(sensing.frame());
   tiles_.reserveExactly(tiles, stream_);
   const StageSpan span(stream_, Stage::kMakeSurfels);
   launchBehind(mergeTilesKernel, blocksFor(tiles), kThreads, 0, stream_, sensing.image(),
                surfel_settings_, tiles_.data());
   DTSDF_CHECK_LAUNCH("mergeTilesKernel");
-  return true;
 }
 
 DeviceSurfels SurfelMaker::makeSurfels(const DeviceSensing& sensing, uint32_t* count) {
@@ -139,6 +137,7 @@ DeviceSurfels SurfelMaker::makeSurfels(const DeviceSensing& sensing, uint32_t* c
     DTSDF_CHECK_LAUNCH("makePixelSurfelsKernel");
     return {surfels_.data(), static_cast<uint32_t>(pixels), nullptr};
   }
+  mergePixels(sensing);
   const StageSpan span(stream_, Stage::kMakeSurfels);
   return listSurfels(sensing, count);
 }

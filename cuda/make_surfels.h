@@ -25,11 +25,7 @@ class SurfelMaker {
  public:
   SurfelMaker(const MapperParams& params, const SurfelRules& rules, const Stream& stream);
 
-  /// Enqueues the first part of the stage: finds pixels that are merged, where surfels are cast.
-  /// @return whether it is one kernel, with work for few threads.
-  bool mergePixels(const DeviceSensing& sensing);
-
-  /// Enqueues the rest. To be cast: a surfel per square of merged pixels, per pixel, or per
+  /// Enqueues the stage. To be cast: a surfel per square of merged pixels, per pixel, or per
   /// subpixel, without gaps, a few of them without a weight; if `count` (on the device, 0 before)
   /// comes out above their room, those beyond are missing. For voxel projection: one per pixel in
   /// the image's order, and `count` takes the number of those with a weight.
@@ -41,6 +37,7 @@ class SurfelMaker {
   void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
+  void mergePixels(const DeviceSensing& sensing);
   DeviceSurfels listSurfels(const DeviceSensing& sensing, uint32_t* count);
 
   const bool merges_;  ///< And subdivides: surfels are cast.

@@ -20,6 +20,8 @@ constexpr MeshSize kFirstMeshes = {1 << 17, 1 << 18};
 
 /// Of the threads that draw a triangle each has its pixel of a patch.
 constexpr int kPatchWidth = 4, kPatchHeight = 2, kLanes = kPatchWidth * kPatchHeight;
+static_assert(4 * kLanes == 32, "a warp draws large ones, by patches twice as wide and high");
+constexpr int kMostPatches = 8;  ///< Of a triangle that is not large.
 
 /// One thread per slot: blocks that a view may show, and those whose labels that depends on.
 __global__ void __launch_bounds__(kThreads)
@@ -80,15 +82,34 @@ __device__ void drawKey(ViewKey& pixel, ViewKey key) {
   }
 }
 
-/// By kLanes threads.
-__device__ void drawTriangleOf(const RenderJob& job, const DrawnBlock& block,
-                               const uint16_t* corner) {
-  const SeenVertex a = block.seen[corner[0]], b = block.seen[corner[1]], c = block.seen[corner[2]];
-  const DrawnTriangle drawn = drawTriangle(job.frame, a, b, c);
+struct SeenTriangle {
+  const uint16_t* corner;
+  SeenVertex a, b, c;
+  DrawnTriangle drawn;
+
+  __device__ bool isLarge() const {
+    return drawn.is_drawn &&
+           (drawn.u1 - drawn.u0 + 1) * (drawn.v1 - drawn.v0 + 1) > kMostPatches * kLanes;
+  }
+};
+
+__device__ SeenTriangle seeTriangle(const RenderJob& job, const DrawnBlock& block,
+                                    const uint16_t* corner) {
+  SeenTriangle triangle{
+      corner, block.seen[corner[0]], block.seen[corner[1]], block.seen[corner[2]], {}};
+  triangle.drawn = drawTriangle(job.frame, triangle.a, triangle.b, triangle.c);
+  return triangle;
+}
+
+/// By kWidth x kHeight threads, each of which has its pixel of a patch.
+template <int kWidth, int kHeight>
+__device__ void fillTriangle(const RenderJob& job, const DrawnBlock& block,
+                             const SeenTriangle& triangle) {
+  const auto& [corner, a, b, c, drawn] = triangle;
   if (!drawn.is_drawn) return;
-  const int lane = static_cast<int>(threadIdx.x) % kLanes;
-  for (int32_t v = drawn.v0 + lane / kPatchWidth; v <= drawn.v1; v += kPatchHeight) {
-    for (int32_t u = drawn.u0 + lane % kPatchWidth; u <= drawn.u1; u += kPatchWidth) {
+  const int lane = static_cast<int>(threadIdx.x) % (kWidth * kHeight);
+  for (int32_t v = drawn.v0 + lane / kWidth; v <= drawn.v1; v += kHeight) {
+    for (int32_t u = drawn.u0 + lane % kWidth; u <= drawn.u1; u += kWidth) {
       const CornerWeights weights = weightsAt(drawn, u - drawn.u0, v - drawn.v0);
       if (!covers(drawn, weights)) continue;
       const TrianglePlace place = placeOn(a, b, c, weights);
@@ -100,6 +121,26 @@ __device__ void drawTriangleOf(const RenderJob& job, const DrawnBlock& block,
               viewKey(place.depth, colourAt(block.colours[corner[0]], block.colours[corner[1]],
                                             block.colours[corner[2]], place)));
     }
+  }
+}
+
+/// By a warp, all of whose threads come here: kLanes of them draw a triangle each, and all of them
+/// those that are large, so that few do not keep the others waiting.
+__device__ void drawTriangles(const RenderJob& job, const DrawnBlock& block, uint32_t first,
+                              uint32_t count) {
+  const uint32_t own = first + threadIdx.x % 32 / kLanes;
+  SeenTriangle triangle{};
+  if (own < count && !isMarkedGap(block.triangles[own].vertex)) {
+    triangle = seeTriangle(job, block, block.triangles[own].vertex);
+  }
+  const bool is_large = triangle.isLarge();
+  if (!is_large) fillTriangle<kPatchWidth, kPatchHeight>(job, block, triangle);
+  for (unsigned large = __ballot_sync(~0u, is_large); large != 0;) {
+    const int lane = __ffs(static_cast<int>(large)) - 1;  // the first of kLanes that have the same
+    large &= ~(((1u << kLanes) - 1u) << lane);
+    const uint32_t other = first + static_cast<uint32_t>(lane / kLanes);
+    fillTriangle<2 * kPatchWidth, 2 * kPatchHeight>(
+        job, block, seeTriangle(job, block, block.triangles[other].vertex));
   }
 }
 
@@ -118,9 +159,9 @@ __global__ void __launch_bounds__(kThreads) drawBlocksKernel(RenderJob job, Mesh
                            mesh.colours == nullptr ? nullptr : mesh.colours + record.first_vertex,
                            job.shares + record.first_vertex, job.seen + record.first_vertex};
     seeVertices(job, record, block);
-    for (uint32_t i = threadIdx.x / kLanes; i < record.triangles; i += blockDim.x / kLanes) {
-      const uint16_t* corner = block.triangles[i].vertex;
-      if (!isMarkedGap(corner)) drawTriangleOf(job, block, corner);
+    for (uint32_t first = threadIdx.x / 32 * (32 / kLanes); first < record.triangles;
+         first += blockDim.x / kLanes) {
+      drawTriangles(job, block, first, record.triangles);
     }
   }
 }

@@ -147,7 +147,8 @@ __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const Dep
 }
 
 /// How far each pixel sees free space: those that are not measured look at the others beside them.
-/// Beside the kernel ahead, if that lets it start early: it merges pixels.
+/// Beside the kernel ahead, if that lets it start early: it casts surfels, and what is read here
+/// was there before it.
 __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fusion,
                                      float* free_depth) {
   const FrameSensing sensing = on_device.load();

@@ -52,8 +52,8 @@ class FrameSensor {
   /// Enqueues the stage for an image that is uploaded, but for its free depths.
   DeviceSensing sense(const FrameView& frame, const RawDepth& raw);
 
-  /// Enqueues what the stage leaves for later, where something asks for it: beside a kernel that
-  /// leaves most of the device idle, or any that starts no other early.
+  /// Enqueues what the stage leaves for later, where something asks for it: beside the kernel
+  /// ahead, which has waited for what it works on.
   void findFreeDepths(const DeviceSensing& sensing);
 
   /// Of the last frame, how far each pixel is free, whether or not the frame clears by it.

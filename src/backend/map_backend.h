@@ -162,9 +162,9 @@ class MapBackend {
   virtual void reserveColours(size_t new_bricks) = 0;
   virtual void reserveChanges(size_t slots) = 0;
 
-  /// Follows an admission to the table.
-  virtual void enterBlocks(const std::vector<int32_t>& slots) = 0;
-  virtual void zeroArrays(const std::vector<int32_t>& arrays) = 0;
+  /// Follows an admission to the table: these blocks changed, and these arrays are to be zeroed.
+  virtual void enterBlocks(const std::vector<int32_t>& slots,
+                           const std::vector<int32_t>& arrays) = 0;
   virtual void enterColours(const std::vector<NewBrick>& bricks) = 0;
 
   /// Follows other changes of the table; while an extraction reads the map, once it is waited for.

@@ -246,7 +246,8 @@ void CpuBackend::reserveColours(size_t new_bricks) {
   colours_.resize(table_.colourCount() + new_bricks);
 }
 
-void CpuBackend::zeroArrays(const std::vector<int32_t>& arrays) {
+void CpuBackend::enterBlocks(const std::vector<int32_t>& /*slots*/,
+                             const std::vector<int32_t>& arrays) {
   for (const int32_t array : arrays) std::memset(voxels_.array(array), 0, BlockTable::kArrayBytes);
 }
 

@@ -60,8 +60,7 @@ class CpuBackend : public MapBackend, private BlockMover {
   void reserve(const MapDemand& demand) override;
   void reserveColours(size_t new_bricks) override;
   void reserveChanges(size_t) override {}
-  void enterBlocks(const std::vector<int32_t>&) override {}
-  void zeroArrays(const std::vector<int32_t>& arrays) override;
+  void enterBlocks(const std::vector<int32_t>& slots, const std::vector<int32_t>& arrays) override;
   void enterColours(const std::vector<NewBrick>& bricks) override;
   void follow(const ChangedSlots& changed) override;
   std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots,

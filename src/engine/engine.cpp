@@ -151,8 +151,7 @@ size_t Engine::admit(const TouchedCounts& touched, const FrameTurn& turn) {
   Admission admission;
   if (hasRoomFor({blocks, arrays, table_.sizesAfter(blocks, arrays)})) {
     admission = table_.admit(std::move(requests));
-    backend_->enterBlocks(admission.changed_slots);
-    backend_->zeroArrays(admission.new_arrays);
+    backend_->enterBlocks(admission.changed_slots, admission.new_arrays);
     if (pager_) pager_->noteNew(admission.changed_slots);
   } else {
     admission.refused = blocks;

@@ -265,8 +265,9 @@ void Engine::enterContents(const MapContents& contents) try {
   backend_->reserve(
       {size.blocks, size.voxel_arrays, table_.sizesAfter(size.blocks, size.voxel_arrays)});
   const EnteredBlocks entered = enterBlocks(contents.blocks, table_);
-  backend_->enterBlocks(entered.blocks.changed_slots);
-  if (pager_) backend_->zeroArrays(entered.blocks.new_arrays);  // they had other blocks before
+  std::vector<int32_t> had_others;  // arrays that other blocks may have had before
+  if (pager_) had_others = entered.blocks.new_arrays;
+  backend_->enterBlocks(entered.blocks.changed_slots, had_others);
   if (contents.painted) {
     backend_->reserveColours(0);  // beyond what the table has by now
     if (!has_colours_) keepColours();

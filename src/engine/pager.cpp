@@ -242,8 +242,7 @@ void Pager::enter(MapBackend& backend, const std::vector<PagedBlock>& blocks,
   backend.mover()->reserve(size);
   const EnteredBlocks entered = enterBlocks(map_blocks, table_);
   const std::vector<int32_t>& slots = entered.blocks.changed_slots;
-  backend.enterBlocks(slots);
-  backend.zeroArrays(entered.blocks.new_arrays);  // which may have had colours in other blocks
+  backend.enterBlocks(slots, entered.blocks.new_arrays);  // which may have had colours
   if (size.bricks > 0) backend.enterColours(entered.colours.bricks);
   backend.mover()->putIn(slots, arriving);
   for (size_t i = 0; i < slots.size(); ++i) {
@@ -272,7 +271,7 @@ std::vector<int32_t> Pager::enterWithoutVoxels(MapBackend& backend,
   backend.reserve({requests.size(), 0, table_.sizesAfter(requests.size(), 0)});
   backend.mover()->reserve({requests.size(), 0, 0, 0});
   std::vector<int32_t> slots = table_.admit(std::move(requests)).changed_slots;
-  backend.enterBlocks(slots);
+  backend.enterBlocks(slots, {});
   backend.mover()->putIn(slots, arriving);
   for (size_t i = 0; i < slots.size(); ++i) table_.setExtractions(slots[i], extractions[i]);
   return slots;

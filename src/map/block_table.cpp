@@ -43,13 +43,11 @@ BlockTable::BlockTable(size_t budget_bytes) : budget_bytes_(budget_bytes) {}
 
 int32_t BlockTable::find(PackedKey key) const { return slots_.find(key); }
 
-size_t BlockTable::cost(const BlockRequest& request, int32_t slot) const {
-  size_t bytes = slot < 0 ? kBlockBytes : 0;
-  for (int d = 0; d < kDirectionCount; ++d) {
-    const bool wanted = request.directions >> d & 1;
-    if (wanted && (slot < 0 || blocks_[slot].array[d] == kNoArray)) bytes += kArrayBytes;
-  }
-  return bytes;
+BlockTable::Lack BlockTable::lackOf(const BlockRequest& request, int32_t slot) const {
+  const uint32_t there = slot < 0 ? 0 : directionsWithArrays(blocks_[static_cast<size_t>(slot)]);
+  const uint32_t directions = request.directions & kAllDirections & ~there;
+  const auto arrays = static_cast<size_t>(__builtin_popcount(directions));
+  return {directions, arrays, (slot < 0 ? kBlockBytes : 0) + arrays * kArrayBytes};
 }
 
 int32_t BlockTable::makeBlock(PackedKey key) {
@@ -73,12 +71,24 @@ int32_t BlockTable::makeBlock(PackedKey key) {
   return slot;
 }
 
+/// Their slots, or -1. Some at a time, which wait for memory together.
+std::vector<int32_t> BlockTable::findAll(const std::vector<BlockRequest>& requests) const {
+  constexpr size_t kTogether = 32;
+  std::vector<int32_t> slots(requests.size());
+  for (size_t first = 0; first < slots.size(); first += kTogether) {
+    const size_t end = std::min(first + kTogether, slots.size());
+    for (size_t i = first; i < end; ++i) slots_.prefetch(requests[i].key);
+    for (size_t i = first; i < end; ++i) slots[i] = find(requests[i].key);
+  }
+  return slots;
+}
+
 Admission BlockTable::admit(std::vector<BlockRequest> requests) {
-  constexpr size_t kAhead = 16;
   sortByKey(requests);
+  const std::vector<int32_t> slots = findAll(requests);
   Admission admission;
   for (size_t i = 0; i < requests.size(); ++i) {
-    if (i + kAhead < requests.size()) slots_.prefetch(requests[i + kAhead].key);
+    int32_t slot = slots[i];
     BlockRequest request = requests[i];
     while (i + 1 < requests.size() && requests[i + 1].key == request.key) {
       request.directions |= requests[++i].directions;
@@ -87,21 +97,20 @@ Admission BlockTable::admit(std::vector<BlockRequest> requests) {
       admission.outside.push_back(request);
       continue;
     }
-    int32_t slot = find(request.key);
-    const size_t bytes = cost(request, slot);
-    if (bytes == 0) continue;
-    if (bytesInUse() + bytes > budget_bytes_) {
+    const Lack lack = lackOf(request, slot);
+    if (lack.bytes == 0) continue;
+    if (bytesInUse() + lack.bytes > budget_bytes_) {
       ++admission.refused;
       continue;
     }
     if (slot < 0) slot = makeBlock(request.key);
-    for (int d = 0; d < kDirectionCount; ++d) {
-      int32_t& array = blocks_[slot].array[d];
-      if (!(request.directions >> d & 1) || array != kNoArray) continue;
+    BlockEntry& entry = blocks_[static_cast<size_t>(slot)];
+    for (uint32_t bits = lack.directions; bits != 0; bits &= bits - 1) {
+      int32_t& array = entry.array[__builtin_ctz(bits)];
       array = takeNumber(free_arrays_, array_count_);
-      ++arrays_in_use_;
       admission.new_arrays.push_back(array);
     }
+    arrays_in_use_ += lack.arrays;
     admission.changed_slots.push_back(slot);
   }
   bytes_peak_ = std::max(bytes_peak_, bytesInUse());
@@ -179,10 +188,7 @@ PoolSizes BlockTable::countNew(const std::vector<BlockRequest>& requests) const 
     if (!extent_.blocks.contains(unpackKey(request.key))) continue;
     const int32_t slot = find(request.key);
     count.slots += slot < 0;
-    for (int d = 0; d < kDirectionCount; ++d) {
-      const bool wanted = request.directions >> d & 1;
-      count.arrays += wanted && (slot < 0 || blocks_[slot].array[d] == kNoArray);
-    }
+    count.arrays += lackOf(request, slot).arrays;
   }
   return count;
 }
@@ -210,11 +216,7 @@ bool BlockTable::vacate(int32_t slot, uint32_t directions) {
   return true;
 }
 
-std::vector<int32_t> BlockTable::takeUnseen() {
-  std::vector<int32_t> slots;
-  slots.swap(unseen_);
-  return slots;
-}
+std::vector<int32_t> BlockTable::takeUnseen() { return std::exchange(unseen_, {}); }
 
 std::vector<int32_t> BlockTable::takeVacant() {
   std::vector<int32_t> slots;
@@ -233,8 +235,8 @@ std::vector<int32_t> BlockTable::slotsIn(const RegionView& region) const {
   std::vector<int32_t> slots;
   for (size_t i = 0; i < blocks_.size(); ++i) {
     const auto slot = static_cast<int32_t>(i);
-    if (!blocks_[slot].in_use || !mayBeInside(region, blocks_[slot].key)) continue;
-    if (hasArrays(slot)) slots.push_back(slot);
+    const BlockEntry& entry = blocks_[i];
+    if (entry.in_use && mayBeInside(region, entry.key) && hasArrays(slot)) slots.push_back(slot);
   }
   return slots;
 }
@@ -325,7 +327,7 @@ size_t BlockTable::bytesOf(int32_t slot) const {
     if (array == kNoArray) continue;
     bytes += kArrayBytes;
     for (int brick = 0; brick < kBricksPerArray; ++brick) {
-      if (colourOf(array, brick) != kNoArray) bytes += kColourBytes;
+      bytes += colourOf(array, brick) == kNoArray ? 0 : kColourBytes;
     }
   }
   return bytes;

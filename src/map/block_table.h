@@ -229,7 +229,13 @@ class BlockTable {
   void visitLacking(const ColourRequest& request, const Visit& visit) const;
   int32_t makeColour(int32_t array, int brick);
   void releaseColours(int32_t array);
-  size_t cost(const BlockRequest& request, int32_t slot) const;
+  /// What a request wants beyond what is there.
+  struct Lack {
+    uint32_t directions;
+    size_t arrays, bytes;
+  };
+  Lack lackOf(const BlockRequest& request, int32_t slot) const;
+  std::vector<int32_t> findAll(const std::vector<BlockRequest>& requests) const;
   int32_t makeBlock(PackedKey key);
 
   size_t budget_bytes_;

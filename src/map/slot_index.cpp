@@ -1,88 +1,103 @@
 #include "map/slot_index.h"
 
 #include <algorithm>
+#include <iterator>
 #include <new>
+#include <utility>
 
 namespace dtsdf {
 namespace {
 
-constexpr size_t kSmallestTable = 1024;
+constexpr size_t kSmallestTable = 256;
 
 /// Places of the old table that each insertion is done with. A new table of `size` places has room
-/// for size / 4 insertions at least, and the old one is not larger: so half of these would do, but
-/// while there are two tables, and one more than half full, searches take longer.
-constexpr size_t kPlacesPerStep = 8;
+/// for size / 4 insertions at least, and the old one is not larger: so none is left by then.
+constexpr size_t kPlacesPerStep = 4;
 
 /// Steps ahead for each insertion that is expected.
 constexpr size_t kStepsAhead = 2;
 
 }  // namespace
 
-SlotIndex::Place& SlotIndex::Table::placeOf(PackedKey key) const {
-  size_t at = homeOf(key);
-  while (places[at].mark != kEmpty && places[at].key != key) at = (at + 1) & (size - 1);
-  return places[at];
+bool SlotIndex::Cube::holdsAny() const {
+  return std::any_of(std::begin(marks), std::end(marks), [](int32_t mark) { return mark != 0; });
 }
 
-SlotIndex::Place* SlotIndex::Table::findLive(PackedKey key) const {
-  if (size == 0) return nullptr;
-  Place& place = placeOf(key);
-  return place.mark > 0 ? &place : nullptr;
+SlotIndex::Cube& SlotIndex::Table::placeOf(PackedKey name) const {
+  size_t at = homeOf(name);
+  while (cubes[at].name != 0 && cubes[at].name != name) at = (at + 1) & (size - 1);
+  return cubes[at];
 }
 
 SlotIndex::Table SlotIndex::makeTable(size_t size) {
   Table table;
-  table.places.reset(static_cast<Place*>(std::calloc(size, sizeof(Place))));
-  if (table.places == nullptr) throw std::bad_alloc();
+  table.cubes.reset(static_cast<Cube*>(std::calloc(size, sizeof(Cube))));
+  if (table.cubes == nullptr) throw std::bad_alloc();
   table.size = size;
   return table;
 }
 
-SlotIndex::Place* SlotIndex::findLive(PackedKey key) const {
-  Place* const place = current_.findLive(key);
-  return place == nullptr ? old_.findLive(key) : place;
+/// Null where the key is not there.
+int32_t* SlotIndex::findMark(PackedKey key) const {
+  for (const Table* table : {&current_, &old_}) {
+    if (table->size == 0) continue;
+    int32_t& mark = table->placeOf(nameOf(key)).markOf(key);
+    if (mark != 0) return &mark;
+  }
+  return nullptr;
 }
 
 int32_t SlotIndex::find(PackedKey key) const {
-  const Place* const place = findLive(key);
-  return place == nullptr ? -1 : place->mark - 1;
+  const int32_t* const mark = findMark(key);
+  return mark == nullptr ? -1 : *mark - 1;
 }
 
-void SlotIndex::put(PackedKey key, int32_t mark) {
-  Place& place = current_.placeOf(key);
-  if (place.mark == kEmpty) ++current_.used;
-  place = {key, mark};
+SlotIndex::Cube& SlotIndex::placeInCurrent(PackedKey name) {
+  Cube& cube = current_.placeOf(name);
+  if (cube.name == 0) ++current_.used;
+  return cube;
 }
 
 void SlotIndex::insert(PackedKey key, int32_t slot) {
-  if (2 * current_.used >= current_.size) beginGrowth(size_);
+  if (2 * current_.used >= current_.size) beginGrowth(cubes_);
   moveSome();
-  if (!putWhereItWillMove(key, slot + 1)) put(key, slot + 1);
+  const PackedKey name = nameOf(key);
+  Cube* const in_old = placeWhereItWillMove(name);
+  Cube& cube = in_old == nullptr ? placeInCurrent(name) : *in_old;
+  if (!cube.holdsAny()) ++cubes_;
+  cube.name = name;
+  cube.markOf(key) = slot + 1;
   ++size_;
 }
 
-/// While entries move, a new one whose turn is still to come goes into the old table. The new table
-/// is then written in the order in which the old one is read, so that its memory is first touched
-/// page by page, and not all over the place within a few frames.
-bool SlotIndex::putWhereItWillMove(PackedKey key, int32_t mark) {
-  if (old_.size == 0 || old_.homeOf(key) < moved_) return false;
-  Place& place = old_.placeOf(key);
-  if (static_cast<size_t>(&place - old_.places.get()) < moved_) return false;  // came round the end
-  place = {key, mark};
-  return true;
+/// While cubes move, one whose turn is still to come is in the old table, or goes there. The new
+/// table is then written in the order in which the old one is read, so that its memory is first
+/// touched page by page, and not all over the place within a few frames.
+SlotIndex::Cube* SlotIndex::placeWhereItWillMove(PackedKey name) {
+  if (old_.size == 0 || old_.homeOf(name) < moved_) return nullptr;
+  Cube& cube = old_.placeOf(name);
+  const bool came_round_the_end = static_cast<size_t>(&cube - old_.cubes.get()) < moved_;
+  return came_round_the_end ? nullptr : &cube;
 }
 
-void SlotIndex::assign(PackedKey key, int32_t slot) noexcept { findLive(key)->mark = slot + 1; }
+void SlotIndex::assign(PackedKey key, int32_t slot) noexcept { *findMark(key) = slot + 1; }
 
 void SlotIndex::erase(PackedKey key) noexcept {
-  findLive(key)->mark = kErased;
-  --size_;
+  for (Table* table : {&current_, &old_}) {
+    if (table->size == 0) continue;
+    Cube& cube = table->placeOf(nameOf(key));
+    if (cube.markOf(key) == 0) continue;
+    cube.markOf(key) = 0;
+    if (!cube.holdsAny()) --cubes_;
+    --size_;
+    return;
+  }
 }
 
 void SlotIndex::prepare(size_t insertions) noexcept {
   if (old_.size == 0 && 2 * (current_.used + insertions) >= current_.size) {
     try {
-      beginGrowth(size_ + insertions);
+      beginGrowth(cubes_ + insertions);
     } catch (const std::bad_alloc&) {
       return;
     }
@@ -90,11 +105,11 @@ void SlotIndex::prepare(size_t insertions) noexcept {
   for (size_t i = 0; i < kStepsAhead * insertions && old_.size != 0; ++i) moveSome();
 }
 
-/// A table with room for twice as many keys.
-void SlotIndex::beginGrowth(size_t keys) {
+/// A table with room for twice as many cubes.
+void SlotIndex::beginGrowth(size_t cubes) {
   while (old_.size != 0) moveSome();  // a place or two at most, see kPlacesPerStep
   size_t size = std::max(kSmallestTable, current_.size);
-  while (size < 4 * keys) size *= 2;
+  while (size < 4 * cubes) size *= 2;
   Table larger = makeTable(size);
   old_ = std::move(current_);
   current_ = std::move(larger);
@@ -104,10 +119,14 @@ void SlotIndex::beginGrowth(size_t keys) {
 void SlotIndex::moveSome() {
   const size_t end = std::min(moved_ + kPlacesPerStep, old_.size);
   for (; moved_ < end; ++moved_) {
-    Place& place = old_.places[moved_];
-    if (place.mark <= 0) continue;
-    put(place.key, place.mark);
-    place.mark = kErased;  // so that it is not found again once it is erased from current_
+    Cube& from = old_.cubes[moved_];
+    if (!from.holdsAny()) continue;
+    Cube& to = placeInCurrent(from.name);  // some of its keys may have gone there, past its home
+    if (to.holdsAny()) --cubes_;
+    to.name = from.name;
+    for (size_t i = 0; i < std::size(from.marks); ++i) {
+      if (from.marks[i] != 0) to.marks[i] = std::exchange(from.marks[i], 0);  // not found again
+    }
   }
   if (moved_ == old_.size) old_ = Table();
 }

@@ -37,55 +37,61 @@ class SlotIndex {
 
   void clear() { *this = SlotIndex(); }
   size_t size() const { return size_; }
-  size_t memoryBytes() const { return (current_.size + old_.size) * sizeof(Place); }
+  size_t memoryBytes() const { return (current_.size + old_.size) * sizeof(Cube); }
 
  private:
-  /// All bits zero, as calloc() gives pages when they are first touched: an empty place.
-  struct Place {
-    PackedKey key;
-    int32_t mark;  ///< Slot + 1, or kEmpty, or kErased.
+  /// 2 x 2 x 2 blocks: of most that a surface goes through it meets half, and they are looked for
+  /// one after the other. All bits zero, as calloc() gives pages when they are first touched: an
+  /// empty place.
+  struct Cube {
+    PackedKey name;    ///< nameOf() its keys; 0 where no cube has been.
+    int32_t marks[8];  ///< Slot + 1, or 0 where the key is not there.
+
+    int32_t& markOf(PackedKey key) { return marks[(key & 1) | (key >> 20 & 2) | (key >> 40 & 4)]; }
+    bool holdsAny() const;
   };
-  static constexpr int32_t kEmpty = 0, kErased = -1;
+
+  static PackedKey nameOf(PackedKey key) {
+    constexpr PackedKey kFirst = 1, kInCube = kFirst | kFirst << 21 | kFirst << 42;
+    return (key & ~kInCube) | kFirst;
+  }
 
   struct Free {
-    void operator()(Place* places) const { std::free(places); }
+    void operator()(Cube* cubes) const { std::free(cubes); }
   };
 
-  /// Open addressing, at most half full; three quarters while its keys move to a larger one.
+  /// Open addressing, at most half full; three quarters while its cubes move to a larger one.
   struct Table {
-    std::unique_ptr<Place[], Free> places;
+    std::unique_ptr<Cube[], Free> cubes;
     size_t size = 0;  ///< A power of two, or 0.
-    size_t used = 0;  ///< Places that are not empty, erased ones included.
+    size_t used = 0;  ///< Places that are not empty, those included of which all keys went.
 
-    /// Where the search for a key begins: blocks that lie in a row share a line of the cache, as
-    /// they are looked for one after the other. @pre size is not 0.
-    size_t homeOf(PackedKey key) const {
-      constexpr int kRowLog2 = 2;
-      constexpr PackedKey kInRow = (PackedKey{1} << kRowLog2) - 1;
-      return static_cast<size_t>(hashKey(key >> kRowLog2) << kRowLog2 | (key & kInRow)) &
-             (size - 1);
-    }
+    /// Where the search for a cube begins. @pre size is not 0.
+    size_t homeOf(PackedKey name) const { return static_cast<size_t>(hashKey(name)) & (size - 1); }
     void prefetch(PackedKey key) const {
-      if (size != 0) __builtin_prefetch(&places[homeOf(key)]);
+      if (size == 0) return;
+      const Cube& cube = cubes[homeOf(nameOf(key))];  // of two lines of the cache, often
+      __builtin_prefetch(&cube.name);
+      __builtin_prefetch(&cube.marks[7]);
     }
 
-    /// The key's place, or the empty one where it would go. @pre size is not 0.
-    Place& placeOf(PackedKey key) const;
-    Place* findLive(PackedKey key) const;
+    /// The place of a cube, or the empty one where it would go. @pre size is not 0.
+    Cube& placeOf(PackedKey name) const;
   };
 
-  Place* findLive(PackedKey key) const;
+  int32_t* findMark(PackedKey key) const;
 
   static Table makeTable(size_t size);
-  void put(PackedKey key, int32_t mark);
-  bool putWhereItWillMove(PackedKey key, int32_t mark);
-  void beginGrowth(size_t keys);
+  Cube& placeInCurrent(PackedKey name);
+  Cube* placeWhereItWillMove(PackedKey name);
+  void beginGrowth(size_t cubes);
   void moveSome();
 
   Table current_;
-  Table old_;         ///< While its entries are on their way to current_; then empty.
+  Table old_;         ///< While its cubes are on their way to current_; then empty.
   size_t moved_ = 0;  ///< Places of old_ that are done with.
   size_t size_ = 0;
+  size_t cubes_ = 0;  ///< That hold keys.
 };
 
 }  // namespace dtsdf

@@ -75,11 +75,11 @@ class Recorder : public MapBackend {
   void reserve(const MapDemand&) override { need(!script_.lacks_blocks); }
   void reserveColours(size_t) override {}
   void reserveChanges(size_t) override {}
-  void enterBlocks(const std::vector<int32_t>& slots) override {
+  void enterBlocks(const std::vector<int32_t>& slots, const std::vector<int32_t>& arrays) override {
     note("admit");
     script_.entered = slots;
+    script_.zeroed = arrays;
   }
-  void zeroArrays(const std::vector<int32_t>& arrays) override { script_.zeroed = arrays; }
   void enterColours(const std::vector<NewBrick>&) override { note("admit colours"); }
   void follow(const ChangedSlots& changed) override { script_.followed = changed.slots; }
   std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots,

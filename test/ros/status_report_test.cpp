@@ -83,7 +83,7 @@ TEST(StatusReport, SaysStepByStepWhatIsMissing) {
 
   depth.frames.fused = 1;
   EXPECT_TRUE(says(makeStatus(input), "nobody subscribes"));
-  TopicReport topic;
+  TopicStatus topic;
   input.output.topics = {topic};
   EXPECT_TRUE(says(makeStatus(input), "nobody subscribes"));
   input.output.topics[0].listeners = 1;  // of points, it may be

@@ -29,9 +29,9 @@ constexpr double kLastSeenAngle_rad = 1.45;   // 83 degrees
 double boundedAngle(double angle_rad) { return std::min(angle_rad, 1.5); }
 
 /// Applies the noise model to the pixels of one view.
-class Sensor {
+class NoisySensor {
  public:
-  Sensor(const DepthView& view, const ViewCamera& camera, const DepthNoise& noise)
+  NoisySensor(const DepthView& view, const ViewCamera& camera, const DepthNoise& noise)
       : view_(view), camera_(camera), noise_(noise) {}
 
   float measure(int u, int v, Random& random) const {
@@ -151,7 +151,7 @@ namespace {
 /// What a pixel sees comes first, then what the sensor makes of it, pixel by pixel.
 std::vector<float> addPixelNoise(const DepthView& view, const ViewCamera& camera,
                                  const DepthNoise& noise, uint64_t seed) {
-  const Sensor sensor(view, camera, noise);
+  const NoisySensor sensor(view, camera, noise);
   Random random(seed);
   std::vector<float> depth_m(view.depth_m.size());
   size_t pixel = 0;

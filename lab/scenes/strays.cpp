@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kFrames = 100;
+constexpr int kStrayFrames = 100;
 /// Ten good frames follow the last bad one.
 constexpr int kLastBad = 89;
 const std::vector<int> kOneOf50 = {kLastBad - 50, kLastBad};
@@ -29,7 +29,7 @@ Scene makeFurniture() {
 
 /// The camera moves sideways by 0.3 m, and looks at the middle of the wall.
 Eigen::Isometry3d pass(int i) {
-  const Vector3d eye(0.3 * (static_cast<double>(i) / kFrames - 0.5), 0.03, -1.8);
+  const Vector3d eye(0.3 * (static_cast<double>(i) / kStrayFrames - 0.5), 0.03, -1.8);
   return lookFrom(eye + sway(i, 0.01), Vector3d(0.0, 0.0, 0.0));
 }
 
@@ -38,7 +38,7 @@ using Spoil = std::function<void(SceneView&)>;
 Surface fusePass(const SceneSetup& setup, const Scene& scene, const std::vector<int>& bad,
                  const Spoil& spoil) {
   SceneMap map(setup);
-  for (int i = 0; i < kFrames; ++i) {
+  for (int i = 0; i < kStrayFrames; ++i) {
     SceneView view = look(scene, roomCamera(setup), pass(i));
     if (std::find(bad.begin(), bad.end(), i) != bad.end()) spoil(view);
     map.fuse(view);

@@ -138,7 +138,7 @@ std::vector<Figure> measureBytes(const SceneSetup& setup) {
           atMost("of these changed", 0.0, "", static_cast<double>(result.changed))};
 }
 
-constexpr double kBoardSide_m = 0.4, kBoardFront_m = kOff_m - 0.5;
+constexpr double kUncontradictedSide_m = 0.4, kUncontradictedFront_m = kOff_m - 0.5;
 
 /// Takes the measurements of all that is nearer away.
 void blind(SceneView& view, double nearer_m) {
@@ -151,17 +151,18 @@ std::vector<Figure> measureGaps(const SceneSetup& setup,
   constexpr double kDistance_m = 1.5;
   Scene scene;
   scene.add(wallAt(kOff_m));
-  scene.add(boardAt(0.0, 0.0, kBoardFront_m, kBoardSide_m, kBoardSide_m));
+  scene.add(
+      boardAt(0.0, 0.0, kUncontradictedFront_m, kUncontradictedSide_m, kUncontradictedSide_m));
   SceneMap map(setup);
   for (int i = 0; i < 90; ++i) {
-    const Vector3d eye(0.011, 0.007, kBoardFront_m - kDistance_m);
+    const Vector3d eye(0.011, 0.007, kUncontradictedFront_m - kDistance_m);
     SceneView view = look(scene, roomCamera(setup), lookAlongZ(eye + sway(i, 0.01)));
     if (!isMeasured(i)) blind(view, kDistance_m + 0.2);
     map.fuse(view);
   }
-  const Points front =
-      pointsOnRectangle(Vector3d(0.0, 0.0, kBoardFront_m), {0.5 * kBoardSide_m, 0.0, 0.0},
-                        {0.0, 0.5 * kBoardSide_m, 0.0}, 0.005);
+  const Points front = pointsOnRectangle(Vector3d(0.0, 0.0, kUncontradictedFront_m),
+                                         {0.5 * kUncontradictedSide_m, 0.0, 0.0},
+                                         {0.0, 0.5 * kUncontradictedSide_m, 0.0}, 0.005);
   return {atLeast("board there", 99.0, "%", coveredPercent(front, map.surface(), setup.voxel()))};
 }
 

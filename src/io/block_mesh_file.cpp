@@ -9,13 +9,13 @@
 
 #include "io/atomic_file.h"
 #include "io/file_hash.h"
+#include "io/little_endian.h"
 #include "kernels/core/grid.h"
 
 namespace dtsdf {
 namespace {
 
-// Numbers are copied as they lie in memory.
-static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "files are little endian");
+// Numbers are copied as they lie in memory (little_endian.h).
 static_assert(sizeof(BlockVertex) == 16 && sizeof(VertexColour) == 4 && sizeof(BlockKey) == 12,
               "without gaps");
 

@@ -35,7 +35,7 @@ void readHeader(PngReader& png, const std::string& name) {
 std::vector<uint16_t> readPixels(PngReader& png, const std::string& name) {
   std::vector<uint16_t> pixels(png.width() * png.height());
   const auto prepare = [](png_structp reader, png_infop) {
-    if (hostIsLittleEndian()) png_set_swap(reader);  // the file is big-endian
+    png_set_swap(reader);  // the file is big-endian
   };
   if (!png.readRows(prepare, png.width() * sizeof(uint16_t),
                     reinterpret_cast<uint8_t*>(pixels.data()))) {
@@ -251,19 +251,12 @@ class Header {
  public:
   explicit Header(const std::vector<uint8_t>& data) : data_(data) {}
 
-  uint32_t readNumber() {
-    if (data_.size() - at_ < 4) throw std::runtime_error("compressed depth without its header");
-    uint32_t number = 0;
-    for (size_t i = 0; i < 4; ++i) number |= static_cast<uint32_t>(data_[at_ + i]) << (8 * i);
-    at_ += 4;
-    return number;
-  }
-
-  float readFloat() {
-    const uint32_t bits = readNumber();
-    float number = 0.0f;
-    std::memcpy(&number, &bits, sizeof(number));
-    return number;
+  template <class Number>
+  Number read() {
+    if (bytesLeft() < sizeof(Number))
+      throw std::runtime_error("compressed depth without its header");
+    at_ += sizeof(Number);
+    return numberOf<Number>(rest() - sizeof(Number));
   }
 
   const uint8_t* rest() const { return data_.data() + at_; }
@@ -275,7 +268,7 @@ class Header {
 };
 
 DepthImage decodeRvlImage(Header& header) {
-  const uint32_t columns = header.readNumber(), rows = header.readNumber();
+  const auto columns = header.read<uint32_t>(), rows = header.read<uint32_t>();
   if (columns == 0 || rows == 0 || columns > kMaxPixels || rows > kMaxPixels / columns) {
     throw std::runtime_error("compressed depth of " + std::to_string(columns) + " x " +
                              std::to_string(rows) + " pixels");
@@ -327,8 +320,8 @@ DecodedDepth decodeCompressedDepth(const std::string& text, const std::vector<ui
   }
   const Code code = codeOf(format);
   Header header(data);
-  header.readNumber();  // a code of the transport's own, the same for all
-  const float scale = header.readFloat(), offset = header.readFloat();
+  header.read<uint32_t>();  // a code of the transport's own, the same for all
+  const auto scale = header.read<float>(), offset = header.read<float>();
   const DepthImage image = code == Code::kRvl ? decodeRvlImage(header)
                                               : decodeDepthPng(header.rest(), header.bytesLeft());
   return {format.encoding, image.size,

@@ -1,11 +1,10 @@
-/// Numbers in files: in little-endian order, on any machine.
+/// Numbers in files, which are little-endian: as they lie in memory.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <type_traits>
 
 #include "io/atomic_file.h"
@@ -13,28 +12,24 @@
 
 namespace dtsdf {
 
-inline bool hostIsLittleEndian() {
-  const uint16_t probe = 1;
-  return *reinterpret_cast<const uint8_t*>(&probe) == 1;
-}
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers lie in memory as in files");
 
 /// The bytes of a number, the least first; floating-point ones as IEEE 754 has them.
 template <class Number>
 std::array<uint8_t, sizeof(Number)> littleEndianBytes(Number number) {
-  static_assert(std::is_integral_v<Number> || std::numeric_limits<Number>::is_iec559);
-  uint64_t bits = 0;
-  if constexpr (std::is_integral_v<Number>) {
-    bits = static_cast<uint64_t>(number);
-  } else if constexpr (sizeof(Number) == sizeof(uint32_t)) {
-    uint32_t word;
-    std::memcpy(&word, &number, sizeof(word));
-    bits = word;
-  } else {
-    std::memcpy(&bits, &number, sizeof(bits));
-  }
+  static_assert(std::is_arithmetic_v<Number>);
   std::array<uint8_t, sizeof(Number)> bytes;
-  for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<uint8_t>(bits >> (8 * i));
+  std::memcpy(bytes.data(), &number, sizeof(number));
   return bytes;
+}
+
+/// And back. @pre There are as many bytes.
+template <class Number>
+Number numberOf(const uint8_t* bytes) {
+  static_assert(std::is_arithmetic_v<Number>);
+  Number number;
+  std::memcpy(&number, bytes, sizeof(number));
+  return number;
 }
 
 /// `File` has write(data, bytes).
@@ -57,8 +52,7 @@ class BasicLittleEndianWriter {
  private:
   template <class Number>
   void write(Number value) {
-    const auto bytes = littleEndianBytes(value);
-    file_.write(bytes.data(), bytes.size());
+    file_.write(&value, sizeof(value));
   }
 
   File& file_;

@@ -12,9 +12,6 @@ namespace dtsdf {
 namespace map_format {
 namespace {
 
-// Words of voxels and colours are written, read and hashed as they lie in memory.
-static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "map files are little endian");
-
 constexpr const char* kBoundSettings[] = {"fusion/mode", "map/directional", "map/truncation_voxels",
                                           "map/voxel_size_m"};
 

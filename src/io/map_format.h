@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstring>
 #include <string>
 #include <vector>
 
@@ -51,7 +50,7 @@ using Bytes = std::vector<uint8_t>;
 
 inline uint64_t hashOf(const void* data, size_t bytes) { return XXH64(data, bytes, 0); }
 
-/// Appends numbers in little-endian order, on any machine.
+/// Appends numbers.
 class ByteWriter {
  public:
   template <class Number>
@@ -77,26 +76,13 @@ class ByteReader {
 
   template <class Number>
   Number take() {
-    uint64_t bits = 0;
-    for (size_t i = 0; i < sizeof(Number); ++i) bits |= uint64_t{*next_++} << (8 * i);
-    return static_cast<Number>(bits);
-  }
-  float takeFloat() {
-    const auto bits = take<uint32_t>();
-    float number;
-    std::memcpy(&number, &bits, sizeof(number));
-    return number;
-  }
-  double takeDouble() {
-    const auto bits = take<uint64_t>();
-    double number;
-    std::memcpy(&number, &bits, sizeof(number));
-    return number;
+    next_ += sizeof(Number);
+    return numberOf<Number>(next_ - sizeof(Number));
   }
   Eigen::Isometry3d takePose() {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     for (int row = 0; row < 3; ++row) {
-      for (int column = 0; column < 4; ++column) pose.matrix()(row, column) = takeDouble();
+      for (int column = 0; column < 4; ++column) pose.matrix()(row, column) = take<double>();
     }
     return pose;
   }

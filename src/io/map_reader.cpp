@@ -110,7 +110,7 @@ void MapReader::readState() {
   block_count_ = in.take<uint64_t>();
   array_count_ = in.take<uint64_t>();
   blocks_per_chunk_ = in.take<uint64_t>();
-  contents_.stamp_s = in.takeDouble();
+  contents_.stamp_s = in.take<double>();
   constexpr uint64_t kMostArrays = uint64_t{1} << 40;  // so that sizes in bytes fit 64 bits
   if (blocks_per_chunk_ == 0 || blocks_per_chunk_ > kMostBlocksPerChunk ||
       array_count_ > kMostArrays || block_count_ > array_count_ ||
@@ -148,7 +148,7 @@ void MapReader::readColourIndex() {
   if (section == nullptr) return;
   const Bytes bytes = file_.read(*section, kColourHeadBytes + block_count_ * kBlockBricksBytes);
   ByteReader in(bytes.data());
-  for (float& gain : contents_.exposure) gain = in.takeFloat();
+  for (float& gain : contents_.exposure) gain = in.take<float>();
   in.take<uint32_t>();
   for (MapBlock& block : contents_.blocks) block.bricks = in.take<uint64_t>();
 }

@@ -35,7 +35,7 @@ void putImage(DescriptionWriter& out, const LogImage& image) {
 
 LogImage takeImage(DescriptionReader& in) {
   LogImage image;
-  image.stamp_s = in.takeDouble();
+  image.stamp_s = in.take<double>();
   image.camera = in.take<uint32_t>();
   image.T_W_C = in.takePose();
   return image;
@@ -60,7 +60,7 @@ void takeCamera(DescriptionReader& in, Frame& frame) {
     DescriptionReader::throwMalformed();
   }
   Intrinsics& K = frame.intrinsics;
-  for (float* const value : {&K.fx, &K.fy, &K.cx, &K.cy}) *value = in.takeFloat();
+  for (float* const value : {&K.fx, &K.fy, &K.cx, &K.cy}) *value = in.take<float>();
 }
 
 template <class Frame>
@@ -143,7 +143,7 @@ LogBegin readBegin(const std::string& description) {
   begin.has_map = in.take<uint8_t>() != 0;
   begin.continues = in.take<uint8_t>() != 0;
   begin.stands_for_lost = in.take<uint8_t>() != 0;
-  begin.stamp_s = in.takeDouble();
+  begin.stamp_s = in.take<double>();
   in.finish();
   return begin;
 }
@@ -183,7 +183,7 @@ LoggedDepth readDepth(const LogRecord& record) {
   depth.image = takeImage(in);
   DepthFrame& frame = depth.frame;
   takeCamera(in, frame);
-  frame.unit_m = in.takeFloat();
+  frame.unit_m = in.take<float>();
   const bool has_center = in.take<uint8_t>() != 0;
   const Eigen::Vector3d center_W = in.takeVector();
   in.finish();
@@ -241,7 +241,7 @@ Region readRegion(const std::string& description) {
   } else {
     SphereRegion ball;
     ball.center_W = in.takeVector();
-    ball.radius_m = in.takeDouble();
+    ball.radius_m = in.take<double>();
     region = ball;
   }
   in.finish();
@@ -274,7 +274,7 @@ LogCorrection readCorrection(const std::string& description) {
   correction.first_moved = in.take<uint64_t>();
   const auto count = in.take<uint64_t>();
   for (uint64_t i = 0; i < count; ++i) {
-    const double stamp_s = in.takeDouble();
+    const auto stamp_s = in.take<double>();
     correction.poses.push_back({stamp_s, in.takePose()});
   }
   in.finish();

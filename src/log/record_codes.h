@@ -49,16 +49,8 @@ class DescriptionReader {
     need(sizeof(Number));
     return in_.take<Number>();
   }
-  float takeFloat() {
-    need(sizeof(float));
-    return in_.takeFloat();
-  }
-  double takeDouble() {
-    need(sizeof(double));
-    return in_.takeDouble();
-  }
   Eigen::Vector3d takeVector() {
-    const double x = takeDouble(), y = takeDouble(), z = takeDouble();
+    const auto x = take<double>(), y = take<double>(), z = take<double>();
     return {x, y, z};
   }
   Eigen::Isometry3d takePose() {

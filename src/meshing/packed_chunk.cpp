@@ -74,7 +74,7 @@ class ChunkPacker {
     chunk_.normals.reserve(2 * normals_.size());
     makeUnit(normals_);
     for (const Vec3f& normal : normals_) {
-      const auto [u, v] = packNormal(normal);
+      const auto [u, v] = packedNormal(normal);
       chunk_.normals.push_back(u);
       chunk_.normals.push_back(v);
     }
@@ -117,7 +117,7 @@ class ChunkPacker {
   std::vector<std::array<uint32_t, 3>> triangles_;
 };
 
-float signOf(float value) { return value < 0.0f ? -1.0f : 1.0f; }
+float foldSign(float value) { return value < 0.0f ? -1.0f : 1.0f; }
 
 /// Far more than any map has: 2^31 blocks of 8 voxels with 512 steps each. Sums stay exact in a
 /// double.
@@ -201,24 +201,24 @@ std::array<double, 3> positionOf(const PackedChunk& chunk, double step_m, size_t
   return p_W;
 }
 
-std::array<int16_t, 2> packNormal(const Vec3f& normal) {
+std::array<int16_t, 2> packedNormal(const Vec3f& normal) {
   const float sum = std::abs(normal.x) + std::abs(normal.y) + std::abs(normal.z);
   float u = normal.x / sum, v = normal.y / sum;
   if (normal.z < 0.0f) {
-    const float folded = (1.0f - std::abs(v)) * signOf(u);
-    v = (1.0f - std::abs(u)) * signOf(v);
+    const float folded = (1.0f - std::abs(v)) * foldSign(u);
+    v = (1.0f - std::abs(u)) * foldSign(v);
     u = folded;
   }
   return {static_cast<int16_t>(std::lround(u * kNormalUnits)),
           static_cast<int16_t>(std::lround(v * kNormalUnits))};
 }
 
-Vec3f unpackNormal(int16_t u, int16_t v) {
+Vec3f normalOfPacked(int16_t u, int16_t v) {
   Vec3f n{static_cast<float>(u) / kNormalUnits, static_cast<float>(v) / kNormalUnits, 0.0f};
   n.z = 1.0f - std::abs(n.x) - std::abs(n.y);
   if (n.z < 0.0f) {
-    const float folded = (1.0f - std::abs(n.y)) * signOf(n.x);
-    n.y = (1.0f - std::abs(n.x)) * signOf(n.y);
+    const float folded = (1.0f - std::abs(n.y)) * foldSign(n.x);
+    n.y = (1.0f - std::abs(n.x)) * foldSign(n.y);
     n.x = folded;
   }
   return (1.0f / norm(n)) * n;
@@ -233,7 +233,7 @@ Mesh unpackChunk(const PackedChunk& chunk, double step_m) {
   for (size_t i = 0; i < chunk.vertexCount(); ++i) {
     const uint16_t* const p = &chunk.positions[3 * i];
     mesh.vertices_m.push_back({step * p[0], step * p[1], step * p[2]});
-    mesh.normals.push_back(unpackNormal(chunk.normals[2 * i], chunk.normals[2 * i + 1]));
+    mesh.normals.push_back(normalOfPacked(chunk.normals[2 * i], chunk.normals[2 * i + 1]));
     if (chunk.colours.empty()) continue;
     mesh.colours.push_back(
         {chunk.colours[3 * i], chunk.colours[3 * i + 1], chunk.colours[3 * i + 2], 255});
@@ -286,7 +286,7 @@ class Coarsener {
   }
 
   uint32_t numberOf(size_t i) {
-    const int way = facedWayOf(unpackNormal(chunk_.normals[2 * i], chunk_.normals[2 * i + 1]));
+    const int way = facedWayOf(normalOfPacked(chunk_.normals[2 * i], chunk_.normals[2 * i + 1]));
     uint64_t key = static_cast<uint64_t>(way);
     std::array<uint16_t, 3> middle;
     for (int axis = 0; axis < 3; ++axis) {

@@ -28,7 +28,7 @@ struct ChunkLattice {
 struct PackedChunk {
   std::array<int64_t, 3> origin = {};  ///< That positions count from: steps from that of W.
   std::vector<uint16_t> positions;     ///< x, y, z of each vertex, in steps from the origin.
-  std::vector<int16_t> normals;        ///< Of each vertex two numbers, see packNormal().
+  std::vector<int16_t> normals;        ///< Of each vertex two numbers, see packedNormal().
   std::vector<uint8_t> colours;        ///< Red, green, blue of each vertex; none if unpainted.
   std::vector<uint16_t> triangles16;   ///< Three vertices each, counter-clockwise from the free
                                        ///< side; or else
@@ -62,8 +62,8 @@ std::array<double, 3> positionOf(const PackedChunk& chunk, double step_m, size_t
 
 /// The octahedral map of a unit vector: its shadow on the octahedron |x| + |y| + |z| = 1, the lower
 /// half folded outwards, in units of 1 / 32767.
-std::array<int16_t, 2> packNormal(const Vec3f& normal);
-Vec3f unpackNormal(int16_t u, int16_t v);
+std::array<int16_t, 2> packedNormal(const Vec3f& normal);
+Vec3f normalOfPacked(int16_t u, int16_t v);
 
 /// The chunk in W, its positions as floats: what is left of them far from the origin is for colours
 /// by height.

@@ -5,10 +5,8 @@
 #include <memory>
 #include <stdexcept>
 
-#include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "io/atomic_file.h"
-#include "params/text.h"
 #include "program/run_program.h"
 #include "tiles/child_process.h"
 #include "tiles/fuse_tile.h"
@@ -45,34 +43,13 @@ void addPlanOptions(CommandLine& line, PlanOptions& options) {
   addMapperOptions(line, options.request.reading);
 }
 
-}  // namespace
-
-std::vector<std::string> FuseOptions::asArguments() const {
-  std::vector<std::string> arguments;
-  if (backend) arguments.insert(arguments.end(), {"--backend", *backend});
-  if (threads) arguments.insert(arguments.end(), {"--threads", std::to_string(*threads)});
-  return arguments;
-}
-
 void addFolder(CommandLine& line, std::string& folder) {
   line.addText({"DIR", "", "folder of the plan"}, folder);
 }
 
-void addBackendOption(CommandLine& line, std::optional<std::string>& backend) {
-  line.add({"--backend", "auto|cpu|cuda", "where to compute"}, [&](const std::string& value) {
-    if (value != "auto" && value != "cpu" && value != "cuda") {
-      throw UsageError("'" + value + "' is not auto, cpu or cuda");
-    }
-    backend = value;
-  });
-}
-
 void addFuseOptions(CommandLine& line, FuseOptions& options) {
-  addBackendOption(line, options.backend);
-  line.add({"--threads", "N", "CPU threads of each tile (0: all cores)"},
-           [&](const std::string& value) {
-             options.threads = static_cast<int>(readWhole(value, {0, 1024}));
-           });
+  addBackendOption(line, "where to compute", options.backend);
+  addThreadsOption(line, "CPU threads of each tile (0: all cores)", options.threads);
 }
 
 void addMergeOptions(CommandLine& line, MergeRequest& request) {
@@ -84,13 +61,10 @@ void addMergeOptions(CommandLine& line, MergeRequest& request) {
     }
     request.mesh_path = value;
   });
-  line.add({"--save-map", "OUT.dtsdf", "map file of the whole map"}, [&](const std::string& value) {
-    if (!hasEnding(value, kMapExtension)) {
-      throw UsageError("'" + value + "' does not end in " + kMapExtension);
-    }
-    request.map_path = value;
-  });
+  addSaveMapOption(line, "map file of the whole map", request.map_path);
 }
+
+}  // namespace
 
 void planCommand(const std::vector<std::string>& arguments) {
   PlanOptions options;
@@ -114,14 +88,13 @@ void planCommand(const std::vector<std::string>& arguments) {
 
 void fuseCommand(const std::vector<std::string>& arguments) {
   FuseRequest request;
-  FuseOptions options;
   std::string tile;
   int parent = 0;
   CommandLine line("tiles fuse", "DIR TILE [options]", "Makes one tile, unless it is already done.",
                    kExitCodes);
   addFolder(line, request.folder);
   line.addText({"TILE", "", "number of the tile in the plan"}, tile);
-  addFuseOptions(line, options);
+  addFuseOptions(line, request.options);
   line.addFlag("--again", "make it again even if it is done", request.again);
   line.add({"--end-with", "PID", "end when the process with this id ends"},
            [&](const std::string& value) {
@@ -131,8 +104,6 @@ void fuseCommand(const std::vector<std::string>& arguments) {
   if (parent > 0) endWithProcess(parent);
   const LoadedPlan plan = loadPlan(request.folder);
   request.tile = readTileNumber(tile, plan.plan);
-  request.backend = options.backend;
-  request.threads = options.threads;
   fuseTile(request, plan);
 }
 
@@ -179,7 +150,7 @@ void slurmCommand(const std::vector<std::string>& arguments) {
                    kExitCodes);
   addFolder(line, request.folder);
   line.addWhole({"--threads", "N", "CPU threads of each tile"}, request.threads, {1, 1024});
-  addBackendOption(line, request.backend);
+  addBackendOption(line, "where to compute", request.backend);
   line.parse(arguments);
   request.program = fs::read_symlink("/proc/self/exe").string();
   const LoadedPlan loaded = loadPlan(request.folder);
@@ -190,17 +161,14 @@ void slurmCommand(const std::vector<std::string>& arguments) {
 
 void runTilesCommand(const std::vector<std::string>& arguments) {
   RunRequest request;
-  FuseOptions options;
   CommandLine line("tiles run", "DIR [options]",
                    "Makes all tiles that are not done, with as many processes as mpirun starts, "
                    "and joins them. To resume after an interruption, run the same command again.",
                    kExitCodes);
   addFolder(line, request.merge.folder);
-  addFuseOptions(line, options);
+  addFuseOptions(line, request.options);
   addMergeOptions(line, request.merge);
   line.parse(arguments);
-  request.options = options.asArguments();
-  request.has_threads = options.threads.has_value();
   runTiles(request);
 }
 

@@ -19,18 +19,4 @@ void statusCommand(const std::vector<std::string>& arguments);
 void slurmCommand(const std::vector<std::string>& arguments);
 void runTilesCommand(const std::vector<std::string>& arguments);
 
-/// What a tile is made with.
-struct FuseOptions {
-  std::optional<std::string> backend;
-  std::optional<int> threads;
-
-  std::vector<std::string> asArguments() const;
-};
-
-// Each adds some of the options to a command line.
-void addFolder(CommandLine& line, std::string& folder);
-void addBackendOption(CommandLine& line, std::optional<std::string>& backend);
-void addFuseOptions(CommandLine& line, FuseOptions& options);
-void addMergeOptions(CommandLine& line, MergeRequest& request);
-
 }  // namespace dtsdf

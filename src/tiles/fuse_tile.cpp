@@ -227,7 +227,7 @@ size_t peakBytes() {
 TileRecord makeTile(const FuseRequest& request, const LoadedPlan& loaded) {
   const Stopwatch watch;
   const Tile& tile = loaded.plan.tiles[request.tile];
-  const RunSettings settings = settingsOf(loaded.plan, request.backend, request.threads);
+  const RunSettings settings = settingsOf(loaded.plan, request.options);
   TileFusion fusion(loaded, request.tile, settings);
   TileRecord record;
   record.plan_id = loaded.id;
@@ -255,11 +255,10 @@ void noteFailure(const FuseRequest& request, const std::string& why) {
 
 }  // namespace
 
-RunSettings settingsOf(const Plan& plan, const std::optional<std::string>& backend,
-                       const std::optional<int>& threads) {
+RunSettings settingsOf(const Plan& plan, const FuseOptions& options) {
   ParamTree tree = plan.settings;
-  if (backend) tree["backend"] = *backend;
-  if (threads) tree["threads"] = *threads;
+  if (options.backend) tree["backend"] = *options.backend;
+  if (options.threads) tree["threads"] = *options.threads;
   return readSettings(std::move(tree));
 }
 

@@ -8,11 +8,16 @@
 
 namespace dtsdf {
 
+/// In place of built-in defaults.
+struct FuseOptions {
+  std::optional<std::string> backend;
+  std::optional<int> threads;
+};
+
 struct FuseRequest {
   std::string folder;  ///< Of the plan.
   size_t tile = 0;
-  std::optional<std::string> backend;  ///< In place of the built-in default.
-  std::optional<int> threads;
+  FuseOptions options;
   bool again = false;  ///< Also if it is done.
 };
 
@@ -22,7 +27,6 @@ struct FuseRequest {
 void fuseTile(const FuseRequest& request, const LoadedPlan& plan);
 
 /// The settings of a plan with what a program adds.
-RunSettings settingsOf(const Plan& plan, const std::optional<std::string>& backend,
-                       const std::optional<int>& threads);
+RunSettings settingsOf(const Plan& plan, const FuseOptions& options = {});
 
 }  // namespace dtsdf

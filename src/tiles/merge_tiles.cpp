@@ -171,7 +171,7 @@ MergeResult mergeTiles(const MergeRequest& request, const LoadedPlan& loaded) {
   result.blocks = table.head.blocks.size();
   if (!request.map_path.empty()) result.content_hash = saveJoinedMap(table, request);
   if (!request.mesh_path.empty()) {
-    const RunSettings settings = settingsOf(loaded.plan, std::nullopt, std::nullopt);
+    const RunSettings settings = settingsOf(loaded.plan);
     saveJoinedMesh(table, request, settings.params.mapper, result);
   }
   result.seconds = watch.seconds();

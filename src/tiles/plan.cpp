@@ -17,21 +17,23 @@ using Json = nlohmann::json;
 
 constexpr int kFormat = 2;
 
-Json toJson(const IndexRanges& ranges) {
-  Json list = Json::array();
-  for (const auto& [first, last] : ranges.ranges()) list.push_back({first, last});
-  return list;
-}
+struct FieldWriter {
+  Json& json;
 
-IndexRanges rangesOf(const Json& list) {
-  std::vector<IndexRanges::Range> ranges;
-  for (const Json& range : list) ranges.push_back({range.at(0), range.at(1)});
-  return IndexRanges(std::move(ranges));
-}
+  template <class Value>
+  void operator()(const char* key, const Value& value) const {
+    json[key] = value;
+  }
+};
 
-Json toJson(const BlockKey& key) { return {key.x, key.y, key.z}; }
+struct FieldReader {
+  const Json& json;
 
-BlockKey keyOf(const Json& list) { return {list.at(0), list.at(1), list.at(2)}; }
+  template <class Value>
+  void operator()(const char* key, Value& value) const {
+    json.at(key).get_to(value);
+  }
+};
 
 Json toJson(const ParamValue& value) {
   return std::visit([](const auto& held) { return Json(held); }, value);
@@ -62,7 +64,7 @@ void visitReading(Options& options, const Visit& visit) {
 Json toJson(const InputOptions& options) {
   const RecordingOptions& recording = options.recording;
   Json json = {{"imu_topic", options.imu_topic}};
-  visitReading(options, [&](const char* key, const auto& value) { json[key] = value; });
+  visitReading(options, FieldWriter{json});
   if (recording.units_per_metre) json["units_per_metre"] = *recording.units_per_metre;
   if (recording.intrinsics) {
     const Intrinsics& K = *recording.intrinsics;
@@ -74,7 +76,7 @@ Json toJson(const InputOptions& options) {
 InputOptions readingOf(const Json& json) {
   InputOptions options;
   RecordingOptions& recording = options.recording;
-  visitReading(options, [&](const char* key, auto& value) { json.at(key).get_to(value); });
+  visitReading(options, FieldReader{json});
   options.imu_topic = json.value("imu_topic", "");  // older plans have none
   if (json.count("units_per_metre")) recording.units_per_metre = json["units_per_metre"];
   if (json.count("intrinsics")) {
@@ -84,40 +86,44 @@ InputOptions readingOf(const Json& json) {
   return options;
 }
 
-Json toJson(const std::vector<IndexRanges>& by_recording) {
-  Json list = Json::array();
-  for (const IndexRanges& of_recording : by_recording) list.push_back(toJson(of_recording));
-  return list;
+/// Calls visit(key, value) for what a recording has.
+template <class Recording, class Visit>
+void visitRecording(Recording& recording, const Visit& visit) {
+  visit("path", recording.path);
+  visit("format", recording.format);
+  visit("fused", recording.fused);
+  visit("supporting", recording.supporting);
+  visit("images", recording.images);
 }
 
-std::vector<IndexRanges> rangesByRecording(const Json& list) {
-  std::vector<IndexRanges> ranges;
-  for (const Json& of_recording : list) ranges.push_back(rangesOf(of_recording));
-  return ranges;
+/// The same of a tile.
+template <class AnyTile, class Visit>
+void visitTile(AnyTile& tile, const Visit& visit) {
+  visit("first_block", tile.own.first);
+  visit("last_block", tile.own.last);
+  visit("first_fused", tile.fused.first);
+  visit("last_fused", tile.fused.last);
+  visit("frames", tile.frames);
+  visit("images", tile.images);
+  visit("most_blocks", tile.estimate.blocks);
+  visit("most_voxel_arrays", tile.estimate.voxel_arrays);
+  visit("most_own_blocks", tile.estimate.own_blocks);
+  visit("most_map_bytes", tile.estimate.map_bytes);
+  visit("most_free_bytes", tile.estimate.free_bytes);
+  visit("seconds", tile.estimate.seconds);
 }
 
-Json toJson(const PlannedRecording& recording) {
-  Json images = Json::array();
-  for (const PlannedImage& image : recording.images) {
-    images.push_back({image.index, image.frames_before});
-  }
-  return {{"path", recording.path},
-          {"format", recording.format},
-          {"fused", toJson(recording.fused)},
-          {"supporting", toJson(recording.supporting)},
-          {"images", images}};
-}
-
-PlannedRecording recordingOf(const Json& json) {
-  PlannedRecording recording{json.at("path"),
-                             json.at("format"),
-                             rangesOf(json.at("fused")),
-                             rangesOf(json.at("supporting")),
-                             {}};
-  for (const Json& image : json.at("images")) {
-    recording.images.push_back({image.at(0), image.at(1)});
-  }
-  return recording;
+/// The same of a plan, but for how it is read, settings and level.
+template <class AnyPlan, class Visit>
+void visitPlan(AnyPlan& plan, const Visit& visit) {
+  visit("tile_m", plan.tile_m);
+  visit("tile_blocks", plan.tile_blocks);
+  visit("map_frame", plan.map_frame);
+  visit("stamp_s", plan.stamp_s);
+  visit("seconds", plan.seconds);
+  visit("processor_s", plan.processor_s);
+  visit("recordings", plan.recordings);
+  visit("tiles", plan.tiles);
 }
 
 /// @throws std::runtime_error for images that nobody would come to paint.
@@ -134,33 +140,6 @@ void checkOrder(const PlannedRecording& recording) {
   }
 }
 
-Json toJson(const Tile& tile) {
-  return {{"first_block", toJson(tile.own.first)},
-          {"last_block", toJson(tile.own.last)},
-          {"first_fused", toJson(tile.fused.first)},
-          {"last_fused", toJson(tile.fused.last)},
-          {"frames", toJson(tile.frames)},
-          {"images", toJson(tile.images)},
-          {"most_blocks", tile.estimate.blocks},
-          {"most_voxel_arrays", tile.estimate.voxel_arrays},
-          {"most_own_blocks", tile.estimate.own_blocks},
-          {"most_map_bytes", tile.estimate.map_bytes},
-          {"most_free_bytes", tile.estimate.free_bytes},
-          {"seconds", tile.estimate.seconds}};
-}
-
-Tile tileOf(const Json& json) {
-  Tile tile;
-  tile.own = {keyOf(json.at("first_block")), keyOf(json.at("last_block"))};
-  tile.fused = {keyOf(json.at("first_fused")), keyOf(json.at("last_fused"))};
-  tile.frames = rangesByRecording(json.at("frames"));
-  tile.images = rangesByRecording(json.at("images"));
-  tile.estimate = {json.at("most_blocks"),     json.at("most_voxel_arrays"),
-                   json.at("most_own_blocks"), json.at("most_map_bytes"),
-                   json.at("most_free_bytes"), json.at("seconds")};
-  return tile;
-}
-
 /// Its rows, one after the other.
 Json toJson(const Eigen::Isometry3d& T) {
   Json numbers = Json::array();
@@ -174,39 +153,48 @@ Eigen::Isometry3d poseOf(const Json& numbers) {
   return T;
 }
 
-Json toJson(const Plan& plan) {
-  Json json = {{"format", kFormat},           {"reading", toJson(plan.reading)},
-               {"tile_m", plan.tile_m},       {"tile_blocks", plan.tile_blocks},
-               {"map_frame", plan.map_frame}, {"stamp_s", plan.stamp_s},
-               {"seconds", plan.seconds},     {"processor_s", plan.processor_s},
-               {"settings", Json::object()},  {"recordings", Json::array()},
-               {"tiles", Json::array()}};
-  if (plan.T_W_M) json["level"] = toJson(*plan.T_W_M);
-  for (const auto& [key, value] : plan.settings) json["settings"][key] = toJson(value);
-  for (const PlannedRecording& recording : plan.recordings) {
-    json["recordings"].push_back(toJson(recording));
-  }
-  for (const Tile& tile : plan.tiles) json["tiles"].push_back(toJson(tile));
-  return json;
+}  // namespace
+
+// What nlohmann::json calls for the parts of a plan.
+
+static void to_json(Json& json, const IndexRanges& ranges) { json = ranges.ranges(); }
+static void from_json(const Json& json, IndexRanges& ranges) {
+  ranges = IndexRanges(json.get<std::vector<IndexRanges::Range>>());
 }
 
-Plan planOf(const Json& json) {
+static void to_json(Json& json, const BlockKey& key) { json = {key.x, key.y, key.z}; }
+static void from_json(const Json& json, BlockKey& key) {
+  key = {json.at(0), json.at(1), json.at(2)};
+}
+
+static void to_json(Json& json, const PlannedImage& image) {
+  json = {image.index, image.frames_before};
+}
+static void from_json(const Json& json, PlannedImage& image) { image = {json.at(0), json.at(1)}; }
+
+static void to_json(Json& json, const PlannedRecording& recording) {
+  visitRecording(recording, FieldWriter{json});
+}
+static void from_json(const Json& json, PlannedRecording& recording) {
+  visitRecording(recording, FieldReader{json});
+  checkOrder(recording);
+}
+
+static void to_json(Json& json, const Tile& tile) { visitTile(tile, FieldWriter{json}); }
+static void from_json(const Json& json, Tile& tile) { visitTile(tile, FieldReader{json}); }
+
+static void to_json(Json& json, const Plan& plan) {
+  json = {{"format", kFormat}, {"reading", toJson(plan.reading)}, {"settings", Json::object()}};
+  visitPlan(plan, FieldWriter{json});
+  if (plan.T_W_M) json["level"] = toJson(*plan.T_W_M);
+  for (const auto& [key, value] : plan.settings) json["settings"][key] = toJson(value);
+}
+static void from_json(const Json& json, Plan& plan) {
   if (json.at("format") != kFormat) throw std::runtime_error("it has another version");
-  Plan plan;
   plan.reading = readingOf(json.at("reading"));
-  json.at("tile_m").get_to(plan.tile_m);
-  json.at("tile_blocks").get_to(plan.tile_blocks);
-  json.at("map_frame").get_to(plan.map_frame);
+  visitPlan(plan, FieldReader{json});
   if (json.count("level")) plan.T_W_M = poseOf(json["level"]);
-  json.at("stamp_s").get_to(plan.stamp_s);
-  json.at("seconds").get_to(plan.seconds);
-  json.at("processor_s").get_to(plan.processor_s);
   for (const auto& [key, value] : json.at("settings").items()) plan.settings[key] = valueOf(value);
-  for (const Json& recording : json.at("recordings")) {
-    plan.recordings.push_back(recordingOf(recording));
-    checkOrder(plan.recordings.back());
-  }
-  for (const Json& tile : json.at("tiles")) plan.tiles.push_back(tileOf(tile));
   if (plan.tiles.empty()) throw std::runtime_error("it has no tiles");
   for (const Tile& tile : plan.tiles) {
     if (tile.frames.size() != plan.recordings.size() ||
@@ -214,10 +202,7 @@ Plan planOf(const Json& json) {
       throw std::runtime_error("its tiles and recordings do not match");
     }
   }
-  return plan;
 }
-
-}  // namespace
 
 InputOptions Plan::inputOf(size_t recording) const {
   InputOptions input = reading;
@@ -231,7 +216,7 @@ LoadedPlan loadPlan(const std::string& folder) {
   const std::string text = readTextFile(path, "make it with tiles plan");
   LoadedPlan loaded;
   try {
-    loaded.plan = planOf(Json::parse(text));
+    Json::parse(text).get_to(loaded.plan);
   } catch (const std::exception& error) {
     throw std::runtime_error("'" + path + "' is not a plan (" + error.what() +
                              "); make it again with tiles plan");
@@ -242,7 +227,7 @@ LoadedPlan loadPlan(const std::string& folder) {
 
 void savePlan(const Plan& plan, const std::string& folder) {
   writeFileAtomically(planPath(folder),
-                      toJson(plan).dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+                      Json(plan).dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 size_t readTileNumber(const std::string& text, const Plan& plan) {

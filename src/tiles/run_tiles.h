@@ -1,17 +1,14 @@
 /// Makes all tiles of a plan with the processes of an MPI job, and merges them.
 #pragma once
 
-#include <string>
-#include <vector>
-
+#include "tiles/fuse_tile.h"
 #include "tiles/merge_tiles.h"
 
 namespace dtsdf {
 
 struct RunRequest {
-  MergeRequest merge;                ///< With the folder of the plan.
-  std::vector<std::string> options;  ///< For each `tiles fuse`, as --backend.
-  bool has_threads = false;          ///< One of them is --threads.
+  MergeRequest merge;   ///< With the folder of the plan.
+  FuseOptions options;  ///< Of each tile. Without threads, processes share those of a machine.
 };
 
 /// To be called by each process of the job. Those but the first end quietly.

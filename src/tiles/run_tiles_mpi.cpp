@@ -61,11 +61,11 @@ class Job {
 class Worker {
  public:
   Worker(const RunRequest& request, const Job& job) : request_(request) {
-    if (!request.has_threads) {
-      const int threads = std::max(1, threadCount(0) / job.sizeHere());
-      options_ = {"--threads", std::to_string(threads)};
+    const int share = std::max(1, threadCount(0) / job.sizeHere());
+    options_ = {"--threads", std::to_string(request.options.threads.value_or(share))};
+    if (const auto& backend = request.options.backend) {
+      options_.insert(options_.end(), {"--backend", *backend});
     }
-    options_.insert(options_.end(), request.options.begin(), request.options.end());
     const std::vector<std::string> gpus = visibleGpus();
     if (gpus.size() > 1) gpu_ = gpus[static_cast<size_t>(job.rankHere()) % gpus.size()];
   }

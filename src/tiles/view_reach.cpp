@@ -13,14 +13,14 @@ constexpr int kCell_px = 16;
 /// are rounded.
 constexpr int kMargin_px = 3;
 
-int cellsFor(int pixels) { return (pixels + kCell_px - 1) / kCell_px; }
+int cellsAlong(int pixels) { return (pixels + kCell_px - 1) / kCell_px; }
 
 }  // namespace
 
 ViewReach::ViewReach(const DepthFrame& frame, const MapperParams& params)
     : view_(frame),
-      columns_(cellsFor(frame.width)),
-      rows_(cellsFor(frame.height)),
+      columns_(cellsAlong(frame.width)),
+      rows_(cellsAlong(frame.height)),
       farthest_m_(static_cast<size_t>(columns_) * rows_, 0.0f) {
   const DepthRange range = depthRangeOf(frame, params);
   for (int v = 0; v < frame.height; ++v) {

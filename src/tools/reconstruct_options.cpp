@@ -43,14 +43,6 @@ void addMeshOptions(CommandLine& line, ReconstructOptions& options) {
   addSimplifyOption(line, options.simplify_error_m);
 }
 
-std::string parseMapPath(const std::string& path) {
-  const std::string extension = kMapExtension;
-  if (!hasEnding(path, extension)) {
-    throw UsageError("'" + path + "' does not end in " + extension);
-  }
-  return path;
-}
-
 void addPoseOptions(CommandLine& line, ReconstructOptions& options) {
   line.add({"--poses-mode", "tf|refine|track",
             "fuse images at the poses given, move each to where it fits the map, or find all poses "
@@ -72,8 +64,7 @@ void addTrajectoryOption(CommandLine& line, ReconstructOptions& options) {
 void addMapOptions(CommandLine& line, ReconstructOptions& options) {
   line.addText({"--load-map", "IN.dtsdf", "map to resume from; voxel size and mode come from it"},
                options.load_map_path);
-  line.add({"--save-map", "OUT.dtsdf", "map to write; --mesh may be left out then"},
-           [&](const std::string& value) { options.save_map_path = parseMapPath(value); });
+  addSaveMapOption(line, "map to write; --mesh may be left out then", options.save_map_path);
 }
 
 }  // namespace

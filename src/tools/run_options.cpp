@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "backend/rules.h"
+#include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/io/yaml_params.h"
 #include "params/node_params.h"
 #include "params/setting_unit.h"
@@ -96,13 +97,6 @@ std::string listRules() {
 
 namespace {
 
-std::string parseBackend(const std::string& text) {
-  if (text != "auto" && text != "cpu" && text != "cuda") {
-    throw UsageError("'" + text + "' is not auto, cpu or cuda");
-  }
-  return text;
-}
-
 /// The form only: keys and values are checked together with those of the file.
 std::string parseSetting(const std::string& text) {
   const size_t equals = text.find('=');
@@ -188,12 +182,34 @@ void addMapperOptions(CommandLine& line, RunOptions& options) {
                       [] { return listSettings(); });
   line.addTextRequest("--list-rules", "print the keys under rules/ with their defaults and ranges",
                       [] { return listRules(); });
-  line.add({"--backend", "auto|cpu|cuda", "where to compute; overrides the setting `backend`"},
-           [&](const std::string& value) { options.backend = parseBackend(value); });
-  line.add({"--threads", "N", "CPU threads (0: all cores); overrides the setting `threads`"},
-           [&](const std::string& value) {
-             options.threads = static_cast<int>(readWhole(value, {0, 1024}));
-           });
+  addBackendOption(line, "where to compute; overrides the setting `backend`", options.backend);
+  addThreadsOption(line, "CPU threads (0: all cores); overrides the setting `threads`",
+                   options.threads);
+}
+
+void addBackendOption(CommandLine& line, const std::string& help,
+                      std::optional<std::string>& backend) {
+  line.add({"--backend", "auto|cpu|cuda", help}, [&](const std::string& value) {
+    if (value != "auto" && value != "cpu" && value != "cuda") {
+      throw UsageError("'" + value + "' is not auto, cpu or cuda");
+    }
+    backend = value;
+  });
+}
+
+void addThreadsOption(CommandLine& line, const std::string& help, std::optional<int>& threads) {
+  line.add({"--threads", "N", help}, [&](const std::string& value) {
+    threads = static_cast<int>(readWhole(value, {0, 1024}));
+  });
+}
+
+void addSaveMapOption(CommandLine& line, const std::string& help, std::string& path) {
+  line.add({"--save-map", "OUT.dtsdf", help}, [&](const std::string& value) {
+    if (!hasEnding(value, kMapExtension)) {
+      throw UsageError("'" + value + "' does not end in " + kMapExtension);
+    }
+    path = value;
+  });
 }
 
 void addReportOptions(CommandLine& line, RunOptions& options) {

@@ -45,6 +45,12 @@ void addFrameOptions(CommandLine& line, RunOptions& options);
 void addMapperOptions(CommandLine& line, RunOptions& options);
 void addReportOptions(CommandLine& line, RunOptions& options);
 
+// The same, one option each, with the help that the program has for it.
+void addBackendOption(CommandLine& line, const std::string& help,
+                      std::optional<std::string>& backend);
+void addThreadsOption(CommandLine& line, const std::string& help, std::optional<int>& threads);
+void addSaveMapOption(CommandLine& line, const std::string& help, std::string& path);
+
 /// Settings for everyone, and the rules' numbers for experiments.
 struct RunSettings {
   ParamTree given;  ///< What files and command line say; all else is a default.

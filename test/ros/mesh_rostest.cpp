@@ -118,7 +118,7 @@ TEST_F(MeshTest, BlocksAreTheMeshInFewBytes) {
   for (const std::array<double, 3>& p_W : state.corners()) EXPECT_NEAR(p_W[2], 1.0, 0.005);
   for (const auto& [origin, chunk] : state.chunks()) {
     for (size_t i = 0; i < chunk.normals.size(); i += 2) {
-      EXPECT_LT(unpackNormal(chunk.normals[i], chunk.normals[i + 1]).z, -0.99f);
+      EXPECT_LT(normalOfPacked(chunk.normals[i], chunk.normals[i + 1]).z, -0.99f);
     }
   }
 

@@ -7,7 +7,7 @@
 namespace dtsdf {
 namespace {
 
-constexpr int kWidth = 96, kHeight = 72;
+constexpr int kViewWidth = 96, kViewHeight = 72;
 const Intrinsics kIntrinsics{80.0f, 80.0f, 47.5f, 35.5f};
 
 /// The axes of a camera's body, x forward and z up, in its optical frame.
@@ -24,15 +24,16 @@ bool isBodyFrame(const Eigen::Isometry3d& T_O_frame, double lap_s, DepthEncoding
   OpticalFrameCheck check;
   for (int i = 0; i < 30; ++i) {
     const Eigen::Isometry3d T_W_O = roomCameraPose(0.1 * i, lap_s);
-    const std::vector<float> depth_m = renderDepth(scene, kIntrinsics, kWidth, kHeight, T_W_O);
+    const std::vector<float> depth_m =
+        renderDepth(scene, kIntrinsics, kViewWidth, kViewHeight, T_W_O);
     std::vector<uint16_t> raw(depth_m.size());
     for (size_t k = 0; k < raw.size(); ++k) raw[k] = static_cast<uint16_t>(1000.0f * depth_m[k]);
     DepthFrame frame;
     const bool is_float = encoding == DepthEncoding::kFloat32;
     frame.data = is_float ? static_cast<const void*>(depth_m.data()) : raw.data();
-    frame.row_bytes = kWidth * (is_float ? sizeof(float) : sizeof(uint16_t));
-    frame.width = kWidth;
-    frame.height = kHeight;
+    frame.row_bytes = kViewWidth * (is_float ? sizeof(float) : sizeof(uint16_t));
+    frame.width = kViewWidth;
+    frame.height = kViewHeight;
     frame.encoding = encoding;
     frame.unit_m = is_float ? 1.0f : 0.001f;
     frame.intrinsics = kIntrinsics;

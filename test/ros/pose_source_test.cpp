@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+
 #include "ros/support/transforms.h"
 
 namespace dtsdf {
@@ -15,7 +17,9 @@ class PoseSourceTest : public testing::Test {
     return answer.text.find(text) != std::string::npos;
   }
 
-  TransformBuffer transforms_;
+  /// As long as ROS's clock is not known, whatever other tests have made of it.
+  TransformBuffer transforms_{TransformBuffer::Options(), std::chrono::steady_clock::now,
+                              [] { return ros::Time(); }};
   PoseSource poses_{transforms_, "/map"};
 };
 

@@ -14,7 +14,7 @@ namespace {
 constexpr int kSensorWidth = 60, kSensorHeight = 40;
 
 /// Each pixel has its own value: 100 + 60 v + u.
-sensor_msgs::ImagePtr makeImage() {
+sensor_msgs::ImagePtr makeRawImage() {
   const auto image = boost::make_shared<sensor_msgs::Image>();
   image->encoding = "16UC1";
   image->width = kSensorWidth;
@@ -89,7 +89,7 @@ TEST(Rectification, UndoesEachModel) {
         std::pair("equidistant", kFisheye)}) {
     const auto info = makeInfo(model, D);
     Rectification rectification(RectifyChoice::kAuto, "/camera/depth/image_raw");
-    const CameraImage camera = rectification.apply({makeImage(), info});
+    const CameraImage camera = rectification.apply({makeRawImage(), info});
     EXPECT_EQ(rectification.takeWarning(), "");
     const int measured = checkPixels(*info, *camera.image, {50, 52, 29, 19}, {45, 46, 30, 20});
     EXPECT_GT(measured, kSensorWidth * kSensorHeight / 2) << model;
@@ -110,7 +110,7 @@ TEST(Rectification, MindsBinningAndTheRegionOfInterest) {
   info->roi.width = 2 * kSensorWidth;
   info->roi.height = 2 * kSensorHeight;
   Rectification rectification(RectifyChoice::kAuto, "image_raw");
-  const CameraImage camera = rectification.apply({makeImage(), info});
+  const CameraImage camera = rectification.apply({makeRawImage(), info});
   EXPECT_GT(checkPixels(*info, *camera.image, {50, 52, 29, 19}, {45, 46, 30, 20}), 1200);
   EXPECT_EQ(camera.info->P[0], 45.0);
   EXPECT_EQ(camera.info->binning_x, 0u);
@@ -121,7 +121,7 @@ TEST(Rectification, TurnedCamerasKeepTheirPoints) {
   const Eigen::Matrix3d R =
       Eigen::AngleAxisd(0.05, Eigen::Vector3d(1, 2, 0.5).normalized()).toRotationMatrix();
   for (int i = 0; i < 9; ++i) info->R[static_cast<size_t>(i)] = R(i / 3, i % 3);
-  const auto image = makeImage();
+  const auto image = makeRawImage();
   image->encoding = "32FC1";  // a wall two metres along the raw axis
   image->step = 4 * kSensorWidth;
   image->data.resize(image->step * kSensorHeight);
@@ -148,13 +148,13 @@ TEST(Rectification, NothingIsMeasuredBehindTheCamera) {
   const auto info = makeInfo("plumb_bob", kPlumbBob);
   info->R = {-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0};
   const CameraImage camera =
-      Rectification(RectifyChoice::kAuto, "image_raw").apply({makeImage(), info});
+      Rectification(RectifyChoice::kAuto, "image_raw").apply({makeRawImage(), info});
   const auto& bytes = camera.image->data;
   EXPECT_EQ(std::count(bytes.begin(), bytes.end(), 0), static_cast<std::ptrdiff_t>(bytes.size()));
 }
 
 TEST(Rectification, LeavesAloneWhatIsRectified) {
-  const auto image = makeImage();
+  const auto image = makeRawImage();
   const auto isChanged = [&](RectifyChoice choice, const std::string& topic,
                              const sensor_msgs::CameraInfoPtr& info) {
     return Rectification(choice, topic).apply({image, info}).image != image;
@@ -174,9 +174,9 @@ TEST(Rectification, LeavesAloneWhatIsRectified) {
 TEST(Rectification, WarnsOnceOfBentGeometry) {
   Rectification never(RectifyChoice::kNever, "/image_raw");
   EXPECT_EQ(never.takeWarning(), "");
-  for (int i = 0; i < 2; ++i) never.apply({makeImage(), makeInfo("plumb_bob", kPlumbBob)});
+  for (int i = 0; i < 2; ++i) never.apply({makeRawImage(), makeInfo("plumb_bob", kPlumbBob)});
   EXPECT_NE(never.takeWarning().find("'/image_raw' are distorted"), std::string::npos);
-  never.apply({makeImage(), makeInfo("plumb_bob", kPlumbBob)});
+  never.apply({makeRawImage(), makeInfo("plumb_bob", kPlumbBob)});
   EXPECT_EQ(never.takeWarning(), "");
   const std::pair<std::string, std::vector<double>> unknown[] = {{"kannala_brandt7", kFisheye},
                                                                  {"plumb_bob", kRational},
@@ -185,7 +185,7 @@ TEST(Rectification, WarnsOnceOfBentGeometry) {
                                                                  {"", kPlumbBob}};
   for (const auto& [model, D] : unknown) {
     Rectification automatic(RectifyChoice::kAuto, "/image_raw");
-    const auto image = makeImage();
+    const auto image = makeRawImage();
     EXPECT_EQ(automatic.apply({image, makeInfo(model, D)}).image, image);
     EXPECT_NE(automatic.takeWarning().find("distortion model '" + model + "' with " +
                                            std::to_string(D.size())),
@@ -196,7 +196,7 @@ TEST(Rectification, WarnsOnceOfBentGeometry) {
 TEST(Rectification, CoefficientsThatAreNoNumbersLeaveNoMeasurement) {
   const auto info = makeInfo("plumb_bob", {NAN, INFINITY, 1e300, 0.0, 0.0});
   const CameraImage camera =
-      Rectification(RectifyChoice::kAuto, "image_raw").apply({makeImage(), info});
+      Rectification(RectifyChoice::kAuto, "image_raw").apply({makeRawImage(), info});
   for (const uint8_t byte : camera.image->data) EXPECT_EQ(byte, 0);
 }
 
@@ -204,9 +204,9 @@ TEST(Rectification, FollowsACameraThatChanges) {
   Rectification rectification(RectifyChoice::kAuto, "image_raw");
   const auto first = makeInfo("plumb_bob", kPlumbBob), second = makeInfo("plumb_bob", kPlumbBob);
   second->P[0] = 40.0;
-  const CameraImage a = rectification.apply({makeImage(), first});
-  EXPECT_EQ(rectification.apply({makeImage(), first}).image->data, a.image->data);
-  const CameraImage b = rectification.apply({makeImage(), second});
+  const CameraImage a = rectification.apply({makeRawImage(), first});
+  EXPECT_EQ(rectification.apply({makeRawImage(), first}).image->data, a.image->data);
+  const CameraImage b = rectification.apply({makeRawImage(), second});
   EXPECT_NE(b.image->data, a.image->data);
   EXPECT_EQ(b.info->P[0], 40.0);
 }

@@ -83,7 +83,7 @@ TEST(StatusReport, SaysStepByStepWhatIsMissing) {
 
   depth.frames.fused = 1;
   EXPECT_TRUE(says(makeStatus(input), "nobody subscribes"));
-  TopicReport topic;
+  TopicStatus topic;
   input.output.topics = {topic};
   EXPECT_TRUE(says(makeStatus(input), "nobody subscribes"));
   input.output.topics[0].listeners = 1;  // of points, it may be
@@ -414,6 +414,13 @@ TEST(StatusReport, SaysWhichCameraItIs) {
   EXPECT_TRUE(says(makeStatus(input, one), "rear: most frames are dropped"));
 }
 
+TopicStatus topic(const std::string& name, uint64_t waiting_bytes) {
+  TopicStatus status;
+  status.topic = name;
+  status.waiting_bytes = waiting_bytes;
+  return status;
+}
+
 dtsdf_mapping::MemoryPart partOf(const MapStatus& status, const std::string& name) {
   for (const auto& part : status.memory) {
     if (part.name == name) return part;
@@ -434,8 +441,7 @@ TEST(StatusReport, TellsEachPartOfMemoryWithItsPlaceAndLimit) {
   input.map.memory.meshes = 44;
   input.map.memory.staging = 55;
   input.output.mesh_bytes = 300;
-  input.output.topics = {{"/mapping/mesh", 1, 3, 4000, 10, 0, 0.0},
-                         {"/mapping/mesh_blocks", 2, 5, 5000, 60, 4, 2.5}};
+  input.output.topics = {topic("/mapping/mesh", 10), topic("/mapping/mesh_blocks", 60)};
   input.map.stats.max_map_bytes = 5000;
   input.max_image_bytes = 400;
   input.max_queue_bytes = 600;
@@ -476,7 +482,7 @@ TEST(StatusReport, TellsEachPartOfMemoryWithItsPlaceAndLimit) {
     EXPECT_EQ(partOf(makeStatus(input), "space").place, "host");
     EXPECT_EQ(status.max_map_bytes, 5000u);
     EXPECT_EQ(partOf(status, "space_queues").place, "nowhere");
-    input.output.space_topics = {{"/mapping/occupancy_grid", 1, 1, 900, 800, 0, 0.0}};
+    input.output.space_topics = {topic("/mapping/occupancy_grid", 800)};
     EXPECT_EQ(partOf(makeStatus(input), "queues").bytes, 70u) << "the limit is the mesh's";
     EXPECT_EQ(partOf(makeStatus(input), "space_queues").bytes, 800u);
     EXPECT_EQ(partOf(makeStatus(input), "space_queues").limit_bytes, 0u);
@@ -499,8 +505,7 @@ TEST(StatusReport, CountsEachCameraAndAllTogether) {
     camera.depth.waiting = 2;
   }
   input.cameras[1].depth.frames.image_age_s = 0.25;
-  input.output.topics = {{"/mapping/mesh", 1, 3, 4000, 10, 0, 0.0},
-                         {"/mapping/mesh_blocks", 2, 5, 5000, 60, 4, 2.5}};
+  input.output.topics = {topic("/mapping/mesh", 10), topic("/mapping/mesh_blocks", 60)};
   const MapStatus status = makeStatus(input);
   EXPECT_EQ(status.images_received, 21u);
   EXPECT_EQ(status.frames_fused, 11u);
@@ -520,13 +525,7 @@ TEST(StatusReport, CountsEachCameraAndAllTogether) {
   EXPECT_EQ(rear.last_fused_stamp, ros::Time(6.0));
   EXPECT_EQ(rear.received_age_s, 0.25f);
   EXPECT_EQ(status.cameras[0].streams[0].received_age_s, -1.0f) << "none has come";
-  ASSERT_EQ(status.topics.size(), 2u);
-  EXPECT_EQ(status.topics[1].topic, "/mapping/mesh_blocks");
-  EXPECT_EQ(status.topics[1].listeners, 2u);
-  EXPECT_EQ(status.topics[1].bytes, 5000u);
-  EXPECT_EQ(status.topics[1].waiting_bytes, 60u);
-  EXPECT_EQ(status.topics[1].lacking_chunks, 4u);
-  EXPECT_FLOAT_EQ(status.topics[1].stalled_s, 2.5f);
+  EXPECT_TRUE(status.topics == input.output.topics);
 }
 
 TEST(StatusReport, ListsTheReasonsThatOccurred) {

@@ -12,7 +12,7 @@
 #include "params/text.h"
 
 namespace dtsdf {
-namespace {
+namespace icl {
 
 namespace fs = std::filesystem;
 
@@ -76,9 +76,10 @@ RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_came
   return colours;
 }
 
-}  // namespace
+}  // namespace icl
 
 FolderFormat iclFormat() {
+  using namespace icl;
   return {"icl",      "associations.txt", isIcl,       listDepth, findPoses,
           readCamera, unitsPerMetre,      findColours, findPoses};
 }

@@ -12,7 +12,7 @@
 #include "io/text_file.h"
 
 namespace dtsdf {
-namespace {
+namespace replica {
 
 namespace fs = std::filesystem;
 
@@ -91,9 +91,10 @@ RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_came
   return colours;
 }
 
-}  // namespace
+}  // namespace replica
 
 FolderFormat replicaFormat() {
+  using namespace replica;
   return {"replica",     "results/depthNUMBER.png",
           isReplica,     listDepth,
           findPoses,     readCamera,

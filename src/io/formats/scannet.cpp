@@ -10,7 +10,7 @@
 #include "io/formats/numbered_files.h"
 
 namespace dtsdf {
-namespace {
+namespace scannet {
 
 namespace fs = std::filesystem;
 
@@ -55,9 +55,10 @@ RecordedColours findColours(const fs::path& folder, const CameraInfo&) {
   return colours;
 }
 
-}  // namespace
+}  // namespace scannet
 
 FolderFormat scanNetFormat() {
+  using namespace scannet;
   return {"scannet",     "depth/NUMBER.png and pose/",
           isScanNet,     listDepth,
           findPoses,     readCamera,

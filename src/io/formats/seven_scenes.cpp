@@ -15,7 +15,7 @@
 #include "io/formats/numbered_files.h"
 
 namespace dtsdf {
-namespace {
+namespace seven_scenes {
 
 namespace fs = std::filesystem;
 
@@ -60,9 +60,10 @@ RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_came
   return colours;
 }
 
-}  // namespace
+}  // namespace seven_scenes
 
 FolderFormat sevenScenesFormat() {
+  using namespace seven_scenes;
   return {"7scenes",     "frame-NUMBER.depth.png",
           isSevenScenes, listDepth,
           findPoses,     readCamera,

@@ -4,7 +4,7 @@
 #include "io/formats/folder_format.h"
 
 namespace dtsdf {
-namespace {
+namespace tum {
 
 namespace fs = std::filesystem;
 
@@ -39,9 +39,10 @@ std::vector<ImagePose> findColourPoses(const fs::path& folder,
   return posesNear(readTumTrajectory(folder.string()), images, tolerance_s);
 }
 
-}  // namespace
+}  // namespace tum
 
 FolderFormat tumFormat() {
+  using namespace tum;
   return {"tum",      "depth.txt",   isTum,       listDepth,      findPoses,
           readCamera, unitsPerMetre, findColours, findColourPoses};
 }

@@ -7,7 +7,6 @@
 
 #include "io/colour_codes.h"
 #include "io/depth_codes.h"
-#include "io/little_endian.h"
 #include "ros/input/images.h"
 
 namespace dtsdf {
@@ -26,7 +25,6 @@ sensor_msgs::ImageConstPtr decodeDepth(const sensor_msgs::CompressedImage& messa
   image->width = static_cast<uint32_t>(decoded.size.width);
   image->height = static_cast<uint32_t>(decoded.size.height);
   image->step = static_cast<uint32_t>(decoded.pixels.size() / image->height);
-  image->is_bigendian = !hostIsLittleEndian();
   image->data = std::move(decoded.pixels);
   return image;
 }

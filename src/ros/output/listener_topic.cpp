@@ -128,15 +128,15 @@ void ListenerTopic::outdate() {
   for (const auto& link : links_) link->has_newest_ = false;
 }
 
-TopicReport ListenerTopic::report() const {
-  TopicReport report;
+TopicStatus ListenerTopic::report() const {
+  TopicStatus report;
   report.topic = publisher_.topic();
-  report.listeners = links_.size();
+  report.listeners = static_cast<uint32_t>(links_.size());
   report.messages = messages_;
   report.bytes = bytes_;
   for (const auto& link : links_) {
     report.waiting_bytes += link->waitingBytes();
-    report.stalled_s = std::max(report.stalled_s, link->stalledFor().count());
+    report.stalled_s = std::max(report.stalled_s, static_cast<float>(link->stalledFor().count()));
   }
   return report;
 }

@@ -2,6 +2,7 @@
 /// what waits for it is known in bytes.
 #pragma once
 
+#include <dtsdf_mapping/TopicStatus.h>
 #include <ros/advertise_options.h>
 #include <ros/callback_queue_interface.h>
 #include <ros/node_handle.h>
@@ -22,6 +23,8 @@
 #include <vector>
 
 namespace dtsdf {
+
+using dtsdf_mapping::TopicStatus;
 
 /// A topic that is published to each subscriber by itself.
 ///
@@ -79,16 +82,6 @@ class DirectPublisher {
   Connection connecting_;                             ///< While it is called for the first time.
   const ros::SerializedMessage* outgoing_ = nullptr;  ///< While a connection's callback sends it.
   ros::Publisher publisher_;
-};
-
-/// What a topic has sent, for the status.
-struct TopicReport {
-  std::string topic;
-  size_t listeners = 0;
-  uint64_t messages = 0, bytes = 0;  ///< Sent so far.
-  size_t waiting_bytes = 0;          ///< For listeners that have not read them.
-  size_t lacking_chunks = 0;         ///< Of the listener that is farthest behind.
-  double stalled_s = 0.0;            ///< Longest time that a listener has left something waiting.
 };
 
 /// A connection to one subscriber. What was sent is released on roscpp's threads, all else is for
@@ -160,7 +153,7 @@ class ListenerTopic {
   void outdate();
 
   /// Without what a listener lacks, which the topic does not know.
-  TopicReport report() const;
+  TopicStatus report() const;
 
  private:
   void dropLink(const std::string& name);

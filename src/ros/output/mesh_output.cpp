@@ -105,7 +105,7 @@ void MeshOutput::takeChanges() {
 }
 
 void MeshOutput::updateReport() {
-  std::vector<TopicReport> topics = parts_.mesh_publisher.report();
+  std::vector<TopicStatus> topics = parts_.mesh_publisher.report();
   topics.push_back(parts_.points_publisher.report());
   const std::lock_guard<std::mutex> lock(report_mutex_);
   report_.triangles = meshes_.triangleCount();

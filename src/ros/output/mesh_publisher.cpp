@@ -93,10 +93,11 @@ void ChunkTopic::sendNext(const Source& source, const QueueShare& share, Needs& 
   }
 }
 
-TopicReport ChunkTopic::report() const {
-  TopicReport report = topic_.report();
+TopicStatus ChunkTopic::report() const {
+  TopicStatus report = topic_.report();
   for (const auto& [link, needs] : listeners_) {
-    report.lacking_chunks = std::max(report.lacking_chunks, needs.lacking.size());
+    report.lacking_chunks =
+        std::max(report.lacking_chunks, static_cast<uint32_t>(needs.lacking.size()));
   }
   return report;
 }

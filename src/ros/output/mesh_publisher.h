@@ -50,7 +50,7 @@ class ChunkTopic {
   /// Sends as much as there is room for, but no more than a share to each.
   void serve(const Source& source, const QueueShare& share);
 
-  TopicReport report() const;
+  TopicStatus report() const;
 
  private:
   struct Needs {
@@ -100,7 +100,7 @@ class MeshPublisher {
   /// Sends what listeners lack and have room for.
   void catchUp(PagedMeshes& meshes, const ros::Time& stamp, const QueueShare& share);
 
-  std::vector<TopicReport> report() const { return {markers_.report(), blocks_.report()}; }
+  std::vector<TopicStatus> report() const { return {markers_.report(), blocks_.report()}; }
 
  private:
   void spreadChanges();

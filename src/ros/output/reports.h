@@ -56,8 +56,8 @@ struct OutputReport {
   size_t space_bytes = 0;  ///< What is kept of space for planners: cells, distances, the grid.
   PagedValues::Stats paged_space;  ///< What of these lies on disk.
   double publish_ms = 0.0;
-  std::vector<TopicReport> topics;        ///< Of the mesh; what waits there has a limit.
-  std::vector<TopicReport> space_topics;  ///< Empty without space/enabled.
+  std::vector<TopicStatus> topics;        ///< Of the mesh; what waits there has a limit.
+  std::vector<TopicStatus> space_topics;  ///< Empty without space/enabled.
 };
 
 constexpr int kAlignmentStatusCount = static_cast<int>(AlignmentStatus::kUnsure) + 1;

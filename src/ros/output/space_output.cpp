@@ -48,7 +48,7 @@ void SpaceOutput::work() {
   if (is_outdated_ && (is_another_ || pace_.isDue(now))) publish();
   grid_.serve(now);
   slice_.serve();
-  std::vector<TopicReport> topics = grid_.report();
+  std::vector<TopicStatus> topics = grid_.report();
   topics.push_back(slice_.report());
   const std::lock_guard<std::mutex> lock(mutex_);
   topics_ = std::move(topics);

@@ -72,7 +72,7 @@ class SpaceOutput {
 
   mutable std::mutex mutex_;  ///< Guards what follows, for a moment.
   StampedSpace newest_{std::make_shared<const SpaceSnapshot>(), {}};
-  std::vector<TopicReport> topics_;
+  std::vector<TopicStatus> topics_;
   size_t bytes_ = 0;
   PagedValues::Stats pages_;
 };

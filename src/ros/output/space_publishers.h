@@ -79,7 +79,7 @@ class GridPublisher {
   void serve(SteadyTime now);
 
   size_t bytes() const { return grid_.bytes(); }
-  std::vector<TopicReport> report() const { return {grids_.report(), updates_.report()}; }
+  std::vector<TopicStatus> report() const { return {grids_.report(), updates_.report()}; }
 
  private:
   using Link = std::shared_ptr<ListenerLink>;
@@ -123,7 +123,7 @@ class SlicePublisher {
   /// Sends it to those who lack it and have room for it.
   void serve();
 
-  TopicReport report() const { return topic_.report(); }
+  TopicStatus report() const { return topic_.report(); }
 
  private:
   const std::string map_frame_;

@@ -12,7 +12,6 @@ using dtsdf_mapping::CameraStatus;
 using dtsdf_mapping::DropCount;
 using dtsdf_mapping::MapStatus;
 using dtsdf_mapping::StreamStatus;
-using dtsdf_mapping::TopicStatus;
 
 namespace {
 
@@ -132,9 +131,9 @@ size_t countStreams(const std::vector<CameraReport>& cameras) {
   return streams;
 }
 
-size_t queuedBytes(const std::vector<TopicReport>& topics) {
+size_t queuedBytes(const std::vector<TopicStatus>& topics) {
   size_t bytes = 0;
-  for (const TopicReport& topic : topics) bytes += topic.waiting_bytes;
+  for (const TopicStatus& topic : topics) bytes += topic.waiting_bytes;
   return bytes;
 }
 
@@ -170,7 +169,7 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
   add("images", false, waitingImageBytes(in.cameras),
       countStreams(in.cameras) * in.max_image_bytes);
   add("queues", false, queuedBytes(in.output.topics), in.max_queue_bytes);
-  const std::vector<TopicReport>& space_topics = in.output.space_topics;
+  const std::vector<TopicStatus>& space_topics = in.output.space_topics;
   if (!space_topics.empty()) add("space_queues", false, queuedBytes(space_topics));
   if (in.correction.bytes > 0) add("correction", memory.on_gpu, in.correction.bytes);
   if (in.poses.max_trajectory_bytes > 0) {
@@ -201,20 +200,6 @@ void fillLog(const StatusInput& in, MapStatus& status) {
   status.last_correction = printableMessage(in.correction.last);
 }
 
-void addTopics(const std::vector<TopicReport>& reports, MapStatus& status) {
-  for (const TopicReport& report : reports) {
-    TopicStatus topic;
-    topic.topic = report.topic;
-    topic.listeners = static_cast<uint32_t>(report.listeners);
-    topic.messages = report.messages;
-    topic.bytes = report.bytes;
-    topic.waiting_bytes = report.waiting_bytes;
-    topic.lacking_chunks = static_cast<uint32_t>(report.lacking_chunks);
-    topic.stalled_s = static_cast<float>(report.stalled_s);
-    status.topics.push_back(topic);
-  }
-}
-
 }  // namespace
 
 bool lacksInput(const CameraReport& camera) {
@@ -242,8 +227,9 @@ dtsdf_mapping::MapStatus makeStatus(const StatusInput& in, const dtsdf_mapping::
   status.dropped_blocks = in.map.stats.dropped_blocks;
   status.triangles = in.output.triangles;
   fillMemory(in, status);
-  addTopics(in.output.topics, status);
-  addTopics(in.output.space_topics, status);
+  status.topics = in.output.topics;
+  status.topics.insert(status.topics.end(), in.output.space_topics.begin(),
+                       in.output.space_topics.end());
 
   fillPages(in.map.stats.pages, in.output, status);
   fillLog(in, status);

@@ -195,7 +195,7 @@ Verdict judgeCameras(const StatusInput& in, const MapStatus& before) {
 bool isMeshWanted(const OutputReport& output) {
   return !output.space_topics.empty() ||
          std::any_of(output.topics.begin(), output.topics.end(),
-                     [](const TopicReport& topic) { return topic.listeners > 0; });
+                     [](const TopicStatus& topic) { return topic.listeners > 0; });
 }
 
 std::string describeMesh(const StatusInput& in) {

@@ -26,7 +26,7 @@ class SurfacePointsPublisher {
   bool isDue();
   void publish(const Mesh& mesh, const ros::Time& stamp);
 
-  TopicReport report() const { return topic_.report(); }
+  TopicStatus report() const { return topic_.report(); }
 
  private:
   std::string map_frame_;

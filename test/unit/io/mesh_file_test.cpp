@@ -24,9 +24,9 @@ Mesh makeMesh() {
 }
 
 /// Takes little-endian numbers off the front of a text.
-class Bytes {
+class FrontOfText {
  public:
-  explicit Bytes(std::string bytes) : bytes_(std::move(bytes)) {}
+  explicit FrontOfText(std::string bytes) : bytes_(std::move(bytes)) {}
 
   std::string text(size_t count) {
     next_ += count;
@@ -82,7 +82,7 @@ TEST_F(MeshFile, PlyHoldsPositionsNormalsColoursAndFaces) {
   EXPECT_EQ(header.find("ply\nformat binary_little_endian 1.0\n"), 0u);
   EXPECT_NE(header.find("element vertex 4\n"), std::string::npos);
   EXPECT_NE(header.find("element face 2\n"), std::string::npos);
-  Bytes body(content.substr(body_at));
+  FrontOfText body(content.substr(body_at));
   for (size_t i = 0; i < mesh_.vertices_m.size(); ++i) {
     expectEqual(body.vector(), mesh_.vertices_m[i]);
     expectEqual(body.vector(), mesh_.normals[i]);
@@ -125,7 +125,7 @@ TEST_F(MeshFile, PositionsFarAwayAreHeldAsTheFormatCan) {
   const std::string glb = save("mesh.glb");
   EXPECT_NE(glb.find("\"translation\":[40000.0,"), std::string::npos);
 
-  Bytes stl(save("mesh.stl"));
+  FrontOfText stl(save("mesh.stl"));
   stl.text(84 + 12);
   EXPECT_EQ(stl.real(), 40000.0f);
   const std::string loss = lossInFormat(mesh_, "mesh.stl");
@@ -172,7 +172,7 @@ TEST_F(MeshFile, ObjHoldsPositionsNormalsAndFaces) {
 }
 
 TEST_F(MeshFile, StlHoldsTrianglesAndTheirNormals) {
-  Bytes bytes(save("mesh.stl"));
+  FrontOfText bytes(save("mesh.stl"));
   EXPECT_NE(bytes.text(80).substr(0, 5), "solid");
   ASSERT_EQ(bytes.number(4), 2u);
   const Vec3f normals[] = {{0, 0, 1}, {-1, 0, 0}};
@@ -188,7 +188,7 @@ TEST_F(MeshFile, StlHoldsTrianglesAndTheirNormals) {
 
 TEST_F(MeshFile, StlNormalOfATriangleWithoutAreaIsZero) {
   mesh_.triangles = {{{0, 0, 1}}};
-  Bytes bytes(save("mesh.stl"));
+  FrontOfText bytes(save("mesh.stl"));
   bytes.text(84);
   expectEqual(bytes.vector(), {0, 0, 0});
 }
@@ -271,7 +271,7 @@ TEST_F(MeshFile, GlbCountsFromTheMiddleOfTheMesh) {
   for (Vec3f& p : mesh_.vertices_m) p = p + Vec3f{5000, -3000, 20};
   const std::string content = save("mesh.glb");
   EXPECT_NE(content.find("\"translation\":[5001.0,-2999.0,20.0]"), std::string::npos) << content;
-  Bytes body(content.substr(content.size() - 4 * (12 + 12 + 12) - 2 * 12));
+  FrontOfText body(content.substr(content.size() - 4 * (12 + 12 + 12) - 2 * 12));
   for (const Vec3f& p : mesh_.vertices_m) expectEqual(body.vector(), p - Vec3f{5001, -2999, 20});
 }
 

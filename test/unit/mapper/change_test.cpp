@@ -165,7 +165,9 @@ TEST_P(Change, AnEmptiedArrayIsReleased) {
   EXPECT_LE(after.blocks, wall_only.blocks + wall_only.blocks / 50);
   for (const BlockSnapshot& block : session.mapper().snapshot()) {
     for (const auto& voxels : block.voxels) {
-      EXPECT_FALSE(!voxels.empty() && std::all_of(voxels.begin(), voxels.end(), isEmpty));
+      EXPECT_FALSE(!voxels.empty() &&
+                   std::all_of(voxels.begin(), voxels.end(),
+                               [](const Voxel& voxel) { return isEmpty(voxel); }));
     }
   }
 }

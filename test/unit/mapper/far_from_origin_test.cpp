@@ -71,7 +71,7 @@ ReadMesh throughChunks(const MeshStore& store) {
     const auto first = static_cast<uint32_t>(mesh.positions.size());
     for (size_t i = 0; i < chunk.vertexCount(); ++i) {
       const auto p_W = positionOf(chunk, lattice.step_m, i);
-      const Vec3f n = unpackNormal(chunk.normals[2 * i], chunk.normals[2 * i + 1]);
+      const Vec3f n = normalOfPacked(chunk.normals[2 * i], chunk.normals[2 * i + 1]);
       mesh.positions.emplace_back(p_W[0], p_W[1], p_W[2]);
       mesh.normals.emplace_back(n.x, n.y, n.z);
     }

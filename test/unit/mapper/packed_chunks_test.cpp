@@ -105,7 +105,7 @@ TEST_P(PackedBall, IsHalfAStepFromTheMeshAtMost) {
         ASSERT_NEAR(p_W[0], p.x, tolerance);
         ASSERT_NEAR(p_W[1], p.y, tolerance);
         ASSERT_NEAR(p_W[2], p.z, tolerance);
-        const Vec3f n = unpackNormal(packed.normals[2 * i], packed.normals[2 * i + 1]);
+        const Vec3f n = normalOfPacked(packed.normals[2 * i], packed.normals[2 * i + 1]);
         ASSERT_GT(dot(n, mesh.normals[i]), 0.999999f);
       }
       for (size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -228,8 +228,8 @@ TEST(PackedNormals, AreWithinTenThousandths) {
   std::mt19937 random(1);
   float worst = 0.0f;
   const auto check = [&](const Vec3f& n) {
-    const auto [u, v] = packNormal(n);
-    worst = std::max(worst, norm(unpackNormal(u, v) - n));
+    const auto [u, v] = packedNormal(n);
+    worst = std::max(worst, norm(normalOfPacked(u, v) - n));
   };
   for (int i = 0; i < 100000; ++i) check(randomUnit(random));
   for (const float sign : {-1.0f, 1.0f}) {

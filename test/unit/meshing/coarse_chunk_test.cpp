@@ -16,7 +16,7 @@ constexpr int kCell = 1 << kCellLog2;
 PackedChunk gridChunk(std::array<int64_t, 3> origin, int side, int z, float faces) {
   PackedChunk chunk;
   chunk.origin = origin;
-  const auto [u, v] = packNormal({0.0f, 0.0f, faces});
+  const auto [u, v] = packedNormal({0.0f, 0.0f, faces});
   for (int y = 0; y <= side; ++y) {
     for (int x = 0; x <= side; ++x) {
       for (const int p : {256 * x, 256 * y, z}) {

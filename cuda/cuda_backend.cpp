@@ -12,6 +12,7 @@
 #include "carry_records.h"
 #include "clear.h"
 #include "clear_region.h"
+#include "distances.h"
 #include "fusion.h"
 #include "move_blocks.h"
 #include "move_records.h"
@@ -54,6 +55,9 @@ class CudaBackend : public MapBackend {
   std::vector<EmptyBlock> takeEmpty() override { return clearing_.takeEmptyBlocks(); }
   bool dropsEmpty() const override { return true; }
   std::vector<FreeCube> takeFree() override { return free_cell_finder_.take(); }
+  std::vector<std::shared_ptr<uint16_t[]>> makeDistances(const DistanceTask& task) override {
+    return distance_maker_.make(task);
+  }
 
   SeenColours look(const ColourFrame& frame, const ColourLook& look) override;
   std::vector<ColourRequest> colourRequests() override { return painter_.fetchRequests(); }
@@ -112,6 +116,7 @@ class CudaBackend : public MapBackend {
   Renderer renderer_;
   RegionClearer region_clearer_;
   FreeCellFinder free_cell_finder_;
+  DistanceMaker distance_maker_;
   RecordMover record_mover_;
   RecordCarrier record_carrier_;
   size_t in_view_count_ = 0;              ///< Of the part of a frame that is fused.
@@ -321,7 +326,10 @@ void CudaBackend::addMemory(std::vector<MemoryPart>& parts) const {
   region_clearer_.addMemory(parts);
   record_mover_.addMemory(parts);
   record_carrier_.addMemory(parts);
-  if (params_.space.enabled) free_cell_finder_.addMemory(parts);
+  if (params_.space.enabled) {
+    free_cell_finder_.addMemory(parts);
+    distance_maker_.addMemory(parts);
+  }
   parts.push_back(
       {"block table (host)", MemoryKind::kStaging, table_.memoryBytes(), table_.memoryBytes()});
 }

@@ -16,7 +16,7 @@
 #include "kernels/core/camera.h"
 #include "kernels/core/region.h"
 #include "kernels/poses/alignment_sums.h"
-#include "kernels/space/cells.h"
+#include "kernels/space/squared_distances.h"
 #include "map/block_table.h"
 
 namespace dtsdf {
@@ -119,6 +119,13 @@ class MapBackend {
 
   /// Waits for the last image. @return what it saw as free, in the order of the cubes given.
   virtual std::vector<FreeCube> takeFree() = 0;
+
+  /// Works distances out, beside images and meshes. @return those of each sector that is wanted;
+  /// null where all are far. None at all: the host is to do it.
+  /// @throws BackendError
+  virtual std::vector<std::shared_ptr<uint16_t[]>> makeDistances(const DistanceTask& /*task*/) {
+    return {};
+  }
 
   // ---- The stages of a colour image.
 

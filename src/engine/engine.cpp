@@ -38,6 +38,7 @@ Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
     space_->bringUpToDateBy([this] {
       if (has_free_) takeFree();
     });
+    space_->workOutDistancesBy([this](const DistanceTask& task) { return makeDistances(task); });
   }
   name_ = ready().name();  // what a device lacks shows at the start
   if (params.map.page_folder.empty()) return;
@@ -77,6 +78,16 @@ IntegrationResult Engine::timed(const Take& take) {
   result.duration_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return result;
+}
+
+/// Where a device lacks memory the host's threads do it.
+std::vector<SectorSquares> Engine::makeDistances(const DistanceTask& task) {
+  try {
+    return made().makeDistances(task);
+  } catch (const BackendError& error) {
+    if (!error.lacksMemory()) throw;
+    return {};
+  }
 }
 
 IntegrationResult Engine::integrate(const DepthFrame& frame) {

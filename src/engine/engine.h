@@ -59,6 +59,7 @@ class Engine : public ProbedMapper {
   MapBackend& ready();
   MapBackend& made();
   const Engine& settled() const;
+  std::vector<SectorSquares> makeDistances(const DistanceTask& task);
   template <class Take>
   IntegrationResult timed(const Take& take);
 

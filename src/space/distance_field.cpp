@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <tuple>
 #include <unordered_map>
 #include <utility>
 
@@ -15,8 +16,14 @@ namespace {
 /// vector register.
 constexpr int kMostReachOf16Bits = 127;
 
-/// 16 MiB of them, beside what stays in memory.
+/// 16 MiB of them, beside what stays in memory; and fewer where they reach far.
 constexpr size_t kMostSectorsAtOnce = 256;
+constexpr int kMostPlanesAtOnce = 1 << 15;
+
+bool isInOrderOfStacks(PackedKey a, PackedKey b) {
+  const Vec3i p = unpackKey(a), q = unpackKey(b);
+  return std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z);
+}
 
 }  // namespace
 
@@ -120,6 +127,7 @@ void DistanceField::updateSectors(std::vector<SectorChange>& sectors) const {
     SectorChange& change = sectors[i];
     auto sector = change.sector == nullptr ? std::make_shared<DistanceSector>()
                                            : std::make_shared<DistanceSector>(*change.sector);
+    if (!sector->isEmpty()) sector->ownSquares();
     update.run(surfaces_, unpackKey(change.key), reach_, change.changes, *sector);
     change.sector = std::move(sector);
     change.is_guess = update.isGuess();
@@ -131,15 +139,43 @@ void DistanceField::update(const std::vector<SurfaceCube>& changed) {
   const std::vector<SurfaceChange> changes =
       takeOver(waiting_.empty() ? changed : withWaiting(changed));
   std::vector<SectorChange> sectors = sectorsNear(changes);
-  for (size_t first = 0; first < sectors.size(); first += kMostSectorsAtOnce) {
+  std::sort(sectors.begin(), sectors.end(), [](const SectorChange& a, const SectorChange& b) {
+    return isInOrderOfStacks(a.key, b.key);
+  });
+  const size_t most = std::min(kMostSectorsAtOnce,
+                               static_cast<size_t>(kMostPlanesAtOnce / planesOf(1, reach_)));
+  for (size_t first = 0; first < sectors.size(); first += most) {
     const auto begin = sectors.begin() + static_cast<std::ptrdiff_t>(first);
-    const size_t count = std::min(kMostSectorsAtOnce, sectors.size() - first);
+    const size_t count = std::min(most, sectors.size() - first);
     updateSome({std::make_move_iterator(begin),
                 std::make_move_iterator(begin + static_cast<std::ptrdiff_t>(count))});
   }
 }
 
-void DistanceField::updateSome(std::vector<SectorChange> sectors) {
+/// All of them by other means than the host's threads.
+bool DistanceField::workOut(std::vector<SectorChange>& sectors) {
+  if (!work_out_) return false;
+  for (const SectorChange& sector : sectors) {
+    for (const auto* const near : sector.changes) {
+      if (near->is_guess) return false;  // only the host sees what is not in the table yet
+    }
+  }
+  std::vector<Vec3i> wanted;
+  wanted.reserve(sectors.size());
+  for (const SectorChange& change : sectors) wanted.push_back(unpackKey(change.key));
+  const std::vector<SectorSquares> squares = work_out_(task_.gather(surfaces_, wanted, reach_));
+  if (squares.empty()) return false;
+  for (size_t i = 0; i < sectors.size(); ++i) {
+    auto sector = std::make_shared<DistanceSector>();
+    sector->squared = squares[i];
+    sector->most.fill(kSquaredFar);
+    sectors[i].sector = std::move(sector);
+    sectors[i].is_guess = task_.isGuess(i);
+  }
+  return true;
+}
+
+void DistanceField::updateOnHost(std::vector<SectorChange>& sectors) {
   for (SectorChange& change : sectors) {
     const auto known = sectors_.find(change.key);
     if (known != sectors_.end() && !change.is_anew) change.sector = known->second.get();
@@ -149,6 +185,10 @@ void DistanceField::updateSome(std::vector<SectorChange> sectors) {
   } else {
     updateSectors<int32_t>(sectors);
   }
+}
+
+void DistanceField::updateSome(std::vector<SectorChange> sectors) {
+  if (!workOut(sectors)) updateOnHost(sectors);
   for (SectorChange& change : sectors) {
     if (change.is_guess) {
       guessed_.insert(change.key);
@@ -171,10 +211,8 @@ void DistanceField::clear() {
 }
 
 size_t DistanceField::bytes() const {
-  constexpr size_t kSector =
-      static_cast<size_t>(kCubesPerSector) * kCellsPerCube * sizeof(uint16_t);
   constexpr size_t kNode = sizeof(DistanceSectors::value_type) + sizeof(void*);
-  return sectors_.size() * (kNode + (pages_ ? 0 : kSector + sizeof(DistanceSector))) +
+  return sectors_.size() * (kNode + (pages_ ? 0 : kSquaresBytes + sizeof(DistanceSector))) +
          surfaces_.bytes();
 }
 

@@ -3,12 +3,15 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "space/distance_sector.h"
+#include "space/distance_task.h"
 
 namespace dtsdf {
 
@@ -26,12 +29,18 @@ struct SurfaceCube {
   CellMask surface;
 };
 
+/// Works out the distances of a task's sectors. @return none: the host is to do it.
+using DistanceWork = std::function<std::vector<SectorSquares>(const DistanceTask&)>;
+
 class DistanceField {
  public:
   /// Distances are known up to `reach` cells, 255 at most: their squares are kept in 16 bits.
   /// @param pages Null: all stays in memory.
   DistanceField(int reach, int threads, const SharedPagedValues& pages = nullptr)
       : reach_(reach), threads_(threads), pages_(pages), surfaces_(pages) {}
+
+  /// From now on it has whole sectors worked out by this.
+  void workOutBy(DistanceWork work_out) { work_out_ = std::move(work_out); }
 
   /// Takes over the cubes in which surfaces may be other ones than before. What cannot be read now
   /// is done with the next update.
@@ -52,11 +61,15 @@ class DistanceField {
   std::vector<SectorChange> sectorsNear(const std::vector<SurfaceChange>& changes);
   template <class Value>
   void updateSectors(std::vector<SectorChange>& sectors) const;
+  bool workOut(std::vector<SectorChange>& sectors);
+  void updateOnHost(std::vector<SectorChange>& sectors);
   void updateSome(std::vector<SectorChange> sectors);
 
   int reach_;
   int threads_;
   SharedPagedValues pages_;
+  DistanceWork work_out_;
+  TaskOfDistances task_;
   DistanceSectors sectors_;
   SurfaceTable surfaces_;                  ///< That the sectors know of.
   std::map<PackedKey, CellMask> waiting_;  ///< Cubes whose surfaces could not be taken over yet.

@@ -95,7 +95,7 @@ class SectorUpdate {
            const std::vector<const SurfaceChange*>& changes, DistanceSector& sector) {
     reach_ = reach;
     is_guess_ = false;
-    if (sector.squared.empty() || countAdded(changes) > kMostAdded) {
+    if (sector.isEmpty() || countAdded(changes) > kMostAdded) {
       return workOut(surfaces, key, sector);
     }
     uint64_t anew = 0;
@@ -113,8 +113,9 @@ class SectorUpdate {
         takeAdded(key, part, changes, sector);
       }
     }
+    const uint16_t* const squared = sector.squared.get();
     const auto is_far = [](uint16_t least) { return least == kSquaredFar; };
-    if (std::all_of(sector.squared.begin(), sector.squared.end(), is_far)) sector.squared.clear();
+    if (std::all_of(squared, squared + kCellsPerSector, is_far)) sector.squared.reset();
   }
 
   /// Of the last one: whether some surfaces could not be read, but may be later.
@@ -130,7 +131,7 @@ class SectorUpdate {
   }
 
   static uint16_t* cellsOf(DistanceSector& sector, int part) {
-    return sector.squared.data() + static_cast<size_t>(part) * kCellsPerCube;
+    return sector.squared.get() + static_cast<size_t>(part) * kCellsPerCube;
   }
 
   static void noteMost(int part, DistanceSector& sector) {
@@ -186,11 +187,10 @@ class SectorUpdate {
 
   /// All of it.
   void workOut(const SurfaceTable& surfaces, const Vec3i& key, DistanceSector& sector) {
-    sector.squared.clear();
     const bool is_any_near = whole_.run(surfaces, firstCellOfCube(cubeOfSector(key, 0)), reach_);
     is_guess_ = whole_.isGuess();
-    if (!is_any_near) return;
-    sector.squared.resize(static_cast<size_t>(kCubesPerSector) * kCellsPerCube);
+    if (!is_any_near) return sector.squared.reset();
+    if (sector.isEmpty()) sector.ownSquares();
     const uint16_t* row = whole_.squared();
     for (int32_t z = 0; z < kSectorSide; ++z) {
       for (int32_t y = 0; y < kSectorSide; ++y) {

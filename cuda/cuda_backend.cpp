@@ -55,8 +55,10 @@ class CudaBackend : public MapBackend {
   std::vector<EmptyBlock> takeEmpty() override { return clearing_.takeEmptyBlocks(); }
   bool dropsEmpty() const override { return true; }
   std::vector<FreeCube> takeFree() override { return free_cell_finder_.take(); }
-  std::vector<std::shared_ptr<uint16_t[]>> makeDistances(const DistanceTask& task) override {
-    return distance_maker_.make(task);
+  bool makeDistances(const DistanceTask& task,
+                     std::vector<std::shared_ptr<uint16_t[]>>& squares) override {
+    distance_maker_.make(task, squares);
+    return true;
   }
 
   SeenColours look(const ColourFrame& frame, const ColourLook& look) override;

@@ -89,8 +89,9 @@ GpuReport reportCudaDevice() {
   for (const auto& kernels :
        {gpu::alignKernels(), gpu::senseKernels(), gpu::surfelKernels(), gpu::blockKernels(),
         gpu::mapKernels(), gpu::moveKernels(), gpu::carryKernels(), gpu::markKernels(),
-        gpu::fusionKernels(), gpu::clearKernels(), gpu::regionKernels(), gpu::freeSpaceKernels(), gpu::distanceKernels(),
-        gpu::paintKernels(), gpu::renderKernels(), gpu::mesherKernels(true)}) {
+        gpu::fusionKernels(), gpu::clearKernels(), gpu::regionKernels(), gpu::freeSpaceKernels(),
+        gpu::distanceKernels(), gpu::paintKernels(), gpu::renderKernels(),
+        gpu::mesherKernels(true)}) {
     for (const gpu::NamedKernel& kernel : kernels) report.kernels.push_back(describe(kernel));
   }
   return report;

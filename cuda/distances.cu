@@ -16,9 +16,10 @@ static_assert(kSectorSide == kWarp, "a lane for each x");
 /// Cells along y, and then along z, that a thread has.
 constexpr int kRowsPerThread = kSectorSide / kWarps, kCellsPerThread = kCubeSide;
 
-constexpr int kMostRing = 8;            // 255 cells
+constexpr int kMostRing = 8;  // 255 cells
 constexpr int kMostWords = 2 * kMostRing + 1;
-constexpr int kRowsAtOnce = 3 * kWarp;  ///< Of a window: all of them if no more than 32 are in reach.
+constexpr int kRowsAtOnce =
+    3 * kWarp;  ///< Of a window: all of them if no more than 32 are in reach.
 
 /// The least squares of a plane along x and y: a block of threads for each plane of each stack.
 __global__ void __launch_bounds__(kThreads)
@@ -77,9 +78,10 @@ static_assert(kMostWords <= kWarp, "a lane for each word");
 /// The least squares of four cubes in a row, along z: a block of threads for each row of cubes.
 __global__ void __launch_bounds__(kThreads)
     sectorDistancesKernel(DistanceTask task, const uint16_t* planes, const uint8_t* has_any,
-                          uint16_t* const* results, uint32_t* is_near) {
+                          const SquaresPlace* results, uint32_t* is_near) {
   constexpr int kPad = 8;  // so that lanes write to banks of their own
   __shared__ __align__(16) uint16_t cubes[kCubesAlong][kCellsPerCube + kPad];
+  waitForTheOneAhead();
   const SectorStack stack = task.stacks[blockIdx.y];
   const auto sector = static_cast<int32_t>(blockIdx.x) / (kCubesAlong * kCubesAlong);
   if (sector >= stack.count) return;
@@ -111,13 +113,19 @@ __global__ void __launch_bounds__(kThreads)
   }
   const int32_t number = stack.first + sector;
   if (__syncthreads_or(is_any_near) && threadIdx.x == 0) is_near[number] = 1;
-  // To the host in long stretches.
+  // What is other than before goes to the host, in stretches of a warp.
   constexpr int kSquaresPerThread = sizeof(uint4) / sizeof(uint16_t);
   const int at = threadIdx.x * kSquaresPerThread;
-  const auto* const from =
-      reinterpret_cast<const uint4*>(&cubes[at / kCellsPerCube][at % kCellsPerCube]);
-  uint16_t* const result = results[number] + row * kCubesAlong * kCellsPerCube;
-  *reinterpret_cast<uint4*>(result + at) = *from;
+  const uint4 now = *reinterpret_cast<const uint4*>(&cubes[at / kCellsPerCube][at % kCellsPerCube]);
+  const SquaresPlace result = results[number];
+  const int place = row * kCubesAlong * kCellsPerCube + at;
+  uint4* const known = reinterpret_cast<uint4*>(result.device + place);
+  const uint4 before = *known;
+  const bool is_other = result.is_new || now.x != before.x || now.y != before.y ||
+                        now.z != before.z || now.w != before.w;
+  if (!__any_sync(~0u, is_other)) return;
+  *known = now;
+  *reinterpret_cast<uint4*>(result.host + place) = now;
 }
 static_assert(kWarps == kCubeSide, "a warp for each y");
 static_assert(kThreads * sizeof(uint4) == kCubesAlong * kCellsPerCube * sizeof(uint16_t),
@@ -134,26 +142,35 @@ const T* stage(const T* list, int32_t count, const char* device, char* pinned, s
 
 }  // namespace
 
-std::shared_ptr<uint16_t[]> SquaresPool::take() {
+SquaresPlace SquaresPool::placeOf(std::shared_ptr<uint16_t[]>& squares) {
+  if (const auto* const own = std::get_deleter<GiveBack>(squares)) {
+    return {squares.get(), own->device, false};
+  }
+  const SquaresPlace place = take();
+  squares.reset(place.host, GiveBack{shared_from_this(), place.device});
+  return place;
+}
+
+SquaresPlace SquaresPool::take() {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (free_.empty()) grow();
-  uint16_t* const squares = free_.back();
-  const auto give_back = [pool = shared_from_this()](uint16_t* given) { pool->giveBack(given); };
+  const SquaresPlace place = free_.back();
   free_.pop_back();
-  return std::shared_ptr<uint16_t[]>(squares, give_back);
+  return place;
 }
 
 void SquaresPool::grow() {
   free_.reserve((chunks_.size() + 1) * kChunkSectors);
-  chunks_.emplace_back(kChunkSquares);
-  for (size_t i = 0; i < kChunkSectors; ++i) {
-    free_.push_back(chunks_.back().data() + i * kCellsPerSector);
+  Chunk chunk{PinnedBuffer<uint16_t>(kChunkSquares), DeviceBuffer<uint16_t>(kChunkSquares)};
+  for (size_t at = 0; at < kChunkSquares; at += kCellsPerSector) {
+    free_.push_back({chunk.host.data() + at, chunk.device.data() + at, true});
   }
+  chunks_.push_back(std::move(chunk));
 }
 
-void SquaresPool::giveBack(uint16_t* squares) noexcept {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  free_.push_back(squares);
+void SquaresPool::GiveBack::operator()(uint16_t* host) const noexcept {
+  const std::lock_guard<std::mutex> lock(pool->mutex_);
+  pool->free_.push_back({host, device, true});
 }
 
 size_t SquaresPool::bytes() const {
@@ -181,17 +198,16 @@ DistanceTask DistanceMaker::upload(const DistanceTask& task) {
   return on_device;
 }
 
-std::vector<std::shared_ptr<uint16_t[]>> DistanceMaker::make(const DistanceTask& task) {
+void DistanceMaker::make(const DistanceTask& task,
+                         std::vector<std::shared_ptr<uint16_t[]>>& squares) {
   const auto wanted = static_cast<size_t>(task.wanted);
   const auto planes = static_cast<size_t>(task.plane_count);
   results_.reserve(wanted);
   is_near_.reserve(wanted);
   planes_.reserve(planes * kSectorSide * kSectorSide, stream_);
   plane_has_any_.reserve(planes, stream_);
-  std::vector<std::shared_ptr<uint16_t[]>> squares(wanted);
   for (size_t i = 0; i < wanted; ++i) {
-    squares[i] = pool_->take();
-    results_[i] = squares[i].get();
+    results_[i] = pool_->placeOf(squares[i]);
     is_near_[i] = 0;
   }
   const DistanceTask on_device = upload(task);
@@ -200,22 +216,20 @@ std::vector<std::shared_ptr<uint16_t[]>> DistanceMaker::make(const DistanceTask&
   planeDistancesKernel<<<dim3(task.most_planes, stacks), kThreads, 0, stream_.get()>>>(
       on_device, planes_.data(), plane_has_any_.data());
   DTSDF_CHECK_LAUNCH("planeDistancesKernel");
-  sectorDistancesKernel<<<dim3(most_sectors * kCubesAlong * kCubesAlong, stacks), kThreads, 0,
-                          stream_.get()>>>(on_device, planes_.data(), plane_has_any_.data(),
-                                           results_.data(), is_near_.data());
+  launchBehind(sectorDistancesKernel, dim3(most_sectors * kCubesAlong * kCubesAlong, stacks),
+               kThreads, 0, stream_, on_device, planes_.data(), plane_has_any_.data(),
+               results_.data(), is_near_.data());
   DTSDF_CHECK_LAUNCH("sectorDistancesKernel");
   stream_.synchronize();
   for (size_t i = 0; i < wanted; ++i) {
     if (is_near_[i] == 0) squares[i].reset();
   }
-  return squares;
 }
 
 void DistanceMaker::addMemory(std::vector<MemoryPart>& parts) const {
-  const size_t bytes = task_.bytes() + planes_.bytes() + plane_has_any_.bytes();
+  const size_t bytes = task_.bytes() + planes_.bytes() + plane_has_any_.bytes() + pool_->bytes();
   parts.push_back({"distances", MemoryKind::kScratch, bytes, bytes});
-  const size_t staging =
-      pool_->bytes() + staged_.bytes() + results_.bytes() + is_near_.bytes();
+  const size_t staging = pool_->bytes() + staged_.bytes() + results_.bytes() + is_near_.bytes();
   parts.push_back({"distances (host)", MemoryKind::kStaging, staging, staging});
 }
 

@@ -12,25 +12,42 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Page-locked memory for the squares of sectors, which kernels write in place. What is given back
-/// is used again.
+/// The squares of a sector where kernels write them in place: page-locked, with a copy on the
+/// device to compare with.
+struct SquaresPlace {
+  uint16_t *host, *device;
+  bool is_new;  ///< Nothing is there yet.
+};
+
+/// Such memory. What is given back is used again.
 class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
  public:
-  /// Of one sector; the pool lives as long as the last of them.
-  std::shared_ptr<uint16_t[]> take();
+  /// Where these squares are, or other ones that replace them: if they are not of a pool. The pool
+  /// lives as long as the last of them.
+  SquaresPlace placeOf(std::shared_ptr<uint16_t[]>& squares);
 
-  size_t bytes() const;
+  size_t bytes() const;  ///< On the host, and as many on the device.
 
  private:
   static constexpr size_t kChunkSectors = 64;
   static constexpr size_t kChunkSquares = kChunkSectors * kCellsPerSector;
 
+  struct GiveBack {
+    std::shared_ptr<SquaresPool> pool;
+    uint16_t* device;
+    void operator()(uint16_t* host) const noexcept;
+  };
+  struct Chunk {
+    PinnedBuffer<uint16_t> host;
+    DeviceBuffer<uint16_t> device;
+  };
+
+  SquaresPlace take();
   void grow();
-  void giveBack(uint16_t* squares) noexcept;
 
   mutable std::mutex mutex_;  ///< Sectors go wherever pages of them are written.
-  std::vector<PinnedBuffer<uint16_t>> chunks_;
-  std::vector<uint16_t*> free_;  ///< With room for all that there are.
+  std::vector<Chunk> chunks_;
+  std::vector<SquaresPlace> free_;  ///< With room for all that there are.
 };
 
 class DistanceMaker {
@@ -40,8 +57,8 @@ class DistanceMaker {
   DistanceMaker(const DistanceMaker&) = delete;
   DistanceMaker& operator=(const DistanceMaker&) = delete;
 
-  /// What space has of it, on a stream of its own. @throws CudaError
-  std::vector<std::shared_ptr<uint16_t[]>> make(const DistanceTask& task);
+  /// As MapBackend::makeDistances(), on a stream of its own. @throws CudaError
+  void make(const DistanceTask& task, std::vector<std::shared_ptr<uint16_t[]>>& squares);
 
   void addMemory(std::vector<MemoryPart>& parts) const;
 
@@ -54,7 +71,7 @@ class DistanceMaker {
   DeviceBuffer<char> task_;
   DeviceBuffer<uint16_t> planes_;
   DeviceBuffer<uint8_t> plane_has_any_;
-  PinnedBuffer<uint16_t*> results_;
+  PinnedBuffer<SquaresPlace> results_;
   PinnedBuffer<uint32_t> is_near_;
 };
 

@@ -38,7 +38,8 @@ Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
     space_->bringUpToDateBy([this] {
       if (has_free_) takeFree();
     });
-    space_->workOutDistancesBy([this](const DistanceTask& task) { return makeDistances(task); });
+    space_->workOutDistancesBy(
+        [this](const DistanceTask& task, auto& squares) { return makeDistances(task, squares); });
   }
   name_ = ready().name();  // what a device lacks shows at the start
   if (params.map.page_folder.empty()) return;
@@ -81,12 +82,12 @@ IntegrationResult Engine::timed(const Take& take) {
 }
 
 /// Where a device lacks memory the host's threads do it.
-std::vector<SectorSquares> Engine::makeDistances(const DistanceTask& task) {
+bool Engine::makeDistances(const DistanceTask& task, std::vector<SectorSquares>& squares) {
   try {
-    return made().makeDistances(task);
+    return made().makeDistances(task, squares);
   } catch (const BackendError& error) {
     if (!error.lacksMemory()) throw;
-    return {};
+    return false;
   }
 }
 

@@ -59,7 +59,7 @@ class Engine : public ProbedMapper {
   MapBackend& ready();
   MapBackend& made();
   const Engine& settled() const;
-  std::vector<SectorSquares> makeDistances(const DistanceTask& task);
+  bool makeDistances(const DistanceTask& task, std::vector<SectorSquares>& squares);
   template <class Take>
   IntegrationResult timed(const Take& take);
 

@@ -20,9 +20,15 @@ constexpr int kMostReachOf16Bits = 127;
 constexpr size_t kMostSectorsAtOnce = 256;
 constexpr int kMostPlanesAtOnce = 1 << 15;
 
-bool isInOrderOfStacks(PackedKey a, PackedKey b) {
-  const Vec3i p = unpackKey(a), q = unpackKey(b);
-  return std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z);
+/// From a cell of a sector to one of a cube, squared, at least.
+int32_t leastBetween(const Vec3i& sector, const Vec3i& cube) {
+  const auto along = [](int32_t sectors, int32_t cubes) {
+    const int32_t from = cubes * kCubeSide - sectors * kSectorSide;
+    return std::max({0, from - (kSectorSide - 1), -from - (kCubeSide - 1)});
+  };
+  const int32_t x = along(sector.x, cube.x), y = along(sector.y, cube.y),
+                z = along(sector.z, cube.z);
+  return x * x + y * y + z * z;
 }
 
 }  // namespace
@@ -98,26 +104,49 @@ std::vector<SurfaceChange> DistanceField::takeOver(const std::vector<SurfaceCube
   return changes;
 }
 
+/// In the order of stacks.
 std::vector<DistanceField::SectorChange> DistanceField::sectorsNear(
-    const std::vector<SurfaceChange>& changes) {
-  std::unordered_map<PackedKey, std::vector<const SurfaceChange*>> near;
-  const Vec3i reach{reach_, reach_, reach_}, side{kCubeSide - 1, kCubeSide - 1, kCubeSide - 1};
-  for (const SurfaceChange& change : changes) {
-    const Vec3i low = sectorOfCell(firstCellOfCube(change.cube) - reach);
-    const Vec3i high = sectorOfCell(firstCellOfCube(change.cube) + side + reach);
-    for (int32_t z = low.z; z <= high.z; ++z) {
-      for (int32_t y = low.y; y <= high.y; ++y) {
-        for (int32_t x = low.x; x <= high.x; ++x) near[packKey({x, y, z})].push_back(&change);
-      }
+    const std::vector<SurfaceChange>& changes) const {
+  struct Near {
+    Vec3i sector;
+    const SurfaceChange *first, *end;  ///< That may be within reach.
+  };
+  std::vector<Near> all;
+  const int32_t ring = ringOf(reach_);
+  const SurfaceChange* const last = changes.data() + changes.size();
+  for (const SurfaceChange *first = changes.data(), *end = first; first != last; first = end) {
+    const Vec3i sector = sectorOfCube(first->cube);
+    end = std::find_if(first, last, [&](const SurfaceChange& change) {
+      return sectorOfCube(change.cube) != sector;
+    });
+    for (int32_t i = 0, side = windowSide(reach_); i < side * side * side; ++i) {
+      const Vec3i aside{i % side - ring, i / side % side - ring, i / (side * side) - ring};
+      all.push_back({sector + aside, first, end});
     }
   }
-  for (const PackedKey key : guessed_) near[key];
+  for (const PackedKey key : guessed_) all.push_back({unpackKey(key), nullptr, nullptr});
+  std::sort(all.begin(), all.end(), [](const Near& a, const Near& b) {
+    return std::tie(a.sector.x, a.sector.y, a.sector.z) <
+           std::tie(b.sector.x, b.sector.y, b.sector.z);
+  });
   std::vector<SectorChange> sectors;
-  sectors.reserve(near.size());
-  for (auto& [key, changes_near] : near) {
-    sectors.push_back({key, std::move(changes_near), nullptr, guessed_.count(key) > 0});
+  for (auto next = all.begin(); next != all.end();) {
+    const PackedKey key = packKey(next->sector);
+    SectorChange change{key, {}, nullptr, guessed_.count(key) > 0};
+    for (; next != all.end() && packKey(next->sector) == key; ++next) {
+      for (const SurfaceChange* it = next->first; it != next->end; ++it) {
+        if (leastBetween(next->sector, it->cube) <= reach_ * reach_) change.changes.push_back(it);
+      }
+    }
+    if (change.is_anew || !change.changes.empty()) sectors.push_back(std::move(change));
   }
   return sectors;
+}
+
+/// Nobody else has its sector, and it lies in memory.
+bool DistanceField::mayOverwrite(const SectorChange& change) const {
+  constexpr int kHereAndInTheTable = 2;
+  return pages_ == nullptr && change.sector.use_count() == kHereAndInTheTable;
 }
 
 template <class Value>
@@ -125,9 +154,9 @@ void DistanceField::updateSectors(std::vector<SectorChange>& sectors) const {
   using Update = SectorUpdate<Value>;
   parallelFor<Update>(sectors.size(), threads_, [&](size_t i, Update& update) {
     SectorChange& change = sectors[i];
-    auto sector = change.sector == nullptr ? std::make_shared<DistanceSector>()
-                                           : std::make_shared<DistanceSector>(*change.sector);
-    if (!sector->isEmpty()) sector->ownSquares();
+    auto sector = std::make_shared<DistanceSector>();
+    if (change.sector != nullptr) *sector = *change.sector;
+    if (!sector->isEmpty() && (work_out_ || !mayOverwrite(change))) sector->ownSquares();
     update.run(surfaces_, unpackKey(change.key), reach_, change.changes, *sector);
     change.sector = std::move(sector);
     change.is_guess = update.isGuess();
@@ -139,11 +168,8 @@ void DistanceField::update(const std::vector<SurfaceCube>& changed) {
   const std::vector<SurfaceChange> changes =
       takeOver(waiting_.empty() ? changed : withWaiting(changed));
   std::vector<SectorChange> sectors = sectorsNear(changes);
-  std::sort(sectors.begin(), sectors.end(), [](const SectorChange& a, const SectorChange& b) {
-    return isInOrderOfStacks(a.key, b.key);
-  });
-  const size_t most = std::min(kMostSectorsAtOnce,
-                               static_cast<size_t>(kMostPlanesAtOnce / planesOf(1, reach_)));
+  const size_t most =
+      std::min(kMostSectorsAtOnce, static_cast<size_t>(kMostPlanesAtOnce / planesOf(1, reach_)));
   for (size_t first = 0; first < sectors.size(); first += most) {
     const auto begin = sectors.begin() + static_cast<std::ptrdiff_t>(first);
     const size_t count = std::min(most, sectors.size() - first);
@@ -155,31 +181,28 @@ void DistanceField::update(const std::vector<SurfaceCube>& changed) {
 /// All of them by other means than the host's threads.
 bool DistanceField::workOut(std::vector<SectorChange>& sectors) {
   if (!work_out_) return false;
-  for (const SectorChange& sector : sectors) {
-    for (const auto* const near : sector.changes) {
-      if (near->is_guess) return false;  // only the host sees what is not in the table yet
-    }
-  }
-  std::vector<Vec3i> wanted;
-  wanted.reserve(sectors.size());
-  for (const SectorChange& change : sectors) wanted.push_back(unpackKey(change.key));
-  const std::vector<SectorSquares> squares = work_out_(task_.gather(surfaces_, wanted, reach_));
-  if (squares.empty()) return false;
+  std::vector<Vec3i> wanted(sectors.size());
+  std::vector<SectorSquares> squares(sectors.size());
   for (size_t i = 0; i < sectors.size(); ++i) {
+    wanted[i] = unpackKey(sectors[i].key);
+    for (const auto* const near : sectors[i].changes) {
+      if (near->is_guess) return false;  // the table does not have it yet
+    }
+    if (mayOverwrite(sectors[i])) squares[i] = sectors[i].sector->squared;
+  }
+  if (!work_out_(task_.gather(surfaces_, wanted, reach_), squares)) return false;
+  for (size_t i = 0; i < sectors.size(); ++i) {
+    sectors[i].is_guess = task_.isGuess(i);
+    if (sectors[i].sector != nullptr && squares[i] == sectors[i].sector->squared) continue;
     auto sector = std::make_shared<DistanceSector>();
-    sector->squared = squares[i];
+    sector->squared = std::move(squares[i]);
     sector->most.fill(kSquaredFar);
     sectors[i].sector = std::move(sector);
-    sectors[i].is_guess = task_.isGuess(i);
   }
   return true;
 }
 
 void DistanceField::updateOnHost(std::vector<SectorChange>& sectors) {
-  for (SectorChange& change : sectors) {
-    const auto known = sectors_.find(change.key);
-    if (known != sectors_.end() && !change.is_anew) change.sector = known->second.get();
-  }
   if (reach_ <= kMostReachOf16Bits) {
     updateSectors<int16_t>(sectors);
   } else {
@@ -188,6 +211,10 @@ void DistanceField::updateOnHost(std::vector<SectorChange>& sectors) {
 }
 
 void DistanceField::updateSome(std::vector<SectorChange> sectors) {
+  for (SectorChange& change : sectors) {
+    const auto known = sectors_.find(change.key);
+    if (known != sectors_.end() && !change.is_anew) change.sector = known->second.get();
+  }
   if (!workOut(sectors)) updateOnHost(sectors);
   for (SectorChange& change : sectors) {
     if (change.is_guess) {

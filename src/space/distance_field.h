@@ -29,8 +29,10 @@ struct SurfaceCube {
   CellMask surface;
 };
 
-/// Works out the distances of a task's sectors. @return none: the host is to do it.
-using DistanceWork = std::function<std::vector<SectorSquares>(const DistanceTask&)>;
+/// Works out the distances of a task's sectors. @param squares What each of them had, if it may be
+/// overwritten; null after it where all are far. @return false: the host is to do it.
+using DistanceWork =
+    std::function<bool(const DistanceTask& task, std::vector<SectorSquares>& squares)>;
 
 class DistanceField {
  public:
@@ -58,9 +60,10 @@ class DistanceField {
   std::vector<SurfaceCube> withWaiting(const std::vector<SurfaceCube>& changed);
   std::vector<SurfaceChange> takeOver(const std::vector<SurfaceCube>& changed);
   void fillLost(PackedKey sector, std::vector<SurfaceChange>& changes);
-  std::vector<SectorChange> sectorsNear(const std::vector<SurfaceChange>& changes);
+  std::vector<SectorChange> sectorsNear(const std::vector<SurfaceChange>& changes) const;
   template <class Value>
   void updateSectors(std::vector<SectorChange>& sectors) const;
+  bool mayOverwrite(const SectorChange& change) const;
   bool workOut(std::vector<SectorChange>& sectors);
   void updateOnHost(std::vector<SectorChange>& sectors);
   void updateSome(std::vector<SectorChange> sectors);

@@ -69,8 +69,8 @@ DTSDF_HD int highestBit(uint32_t bits) {
 #endif
 }
 
-/// Surfaces among 32 cells of a row, a bit for each: of the i-th sector along x of a stack's window,
-/// at (y, z) from the first cell of the stack.
+/// Surfaces among 32 cells of a row, a bit for each: of the i-th sector along x of a stack's
+/// window, at (y, z) from the first cell of the stack.
 DTSDF_HD uint32_t surfacesInRow(const DistanceTask& task, const SectorStack& stack, int32_t i,
                                 int32_t y, int32_t z) {
   const int32_t ring = ringOf(task.reach), side = windowSide(task.reach);

@@ -36,7 +36,7 @@ __global__ void __launch_bounds__(kThreads)
   int32_t least[kRowsPerThread];
   for (int32_t& value : least) value = kSquaredFar;
   bool is_any = false;
-  for (int32_t begin = 0; stack.window >= 0 && begin < rows; begin += kRowsAtOnce) {
+  for (int32_t begin = 0; begin < rows; begin += kRowsAtOnce) {
     const int32_t count = min(rows - begin, kRowsAtOnce);
     if (threadIdx.x < kRowsAtOnce / kWarp) rows_with_any[threadIdx.x] = 0;
     for (int32_t i = threadIdx.x; i < count * side; i += kThreads) {
@@ -85,6 +85,7 @@ __global__ void __launch_bounds__(kThreads)
   const SectorStack stack = task.stacks[blockIdx.y];
   const auto sector = static_cast<int32_t>(blockIdx.x) / (kCubesAlong * kCubesAlong);
   if (sector >= stack.count) return;
+  const SquaresPlace result = results[stack.first + sector];
   const int32_t row = static_cast<int32_t>(blockIdx.x) % (kCubesAlong * kCubesAlong);
   const int32_t cube_y = row % kCubesAlong, cube_z = row / kCubesAlong;
   const int lane = threadIdx.x % kWarp, warp = threadIdx.x / kWarp;
@@ -117,7 +118,6 @@ __global__ void __launch_bounds__(kThreads)
   constexpr int kSquaresPerThread = sizeof(uint4) / sizeof(uint16_t);
   const int at = threadIdx.x * kSquaresPerThread;
   const uint4 now = *reinterpret_cast<const uint4*>(&cubes[at / kCellsPerCube][at % kCellsPerCube]);
-  const SquaresPlace result = results[number];
   const int place = row * kCubesAlong * kCellsPerCube + at;
   uint4* const known = reinterpret_cast<uint4*>(result.device + place);
   const uint4 before = *known;
@@ -178,11 +178,17 @@ size_t SquaresPool::bytes() const {
   return chunks_.size() * kChunkSquares * sizeof(uint16_t);
 }
 
-DistanceTask DistanceMaker::upload(const DistanceTask& task) {
+size_t SquaresPool::freeBytes() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return free_.size() * kCellsPerSector * sizeof(uint16_t);
+}
+
+DistanceTask DistanceMaker::upload(const DistanceTask& task, const SquaresPlace*& results) {
   constexpr size_t kAlignment = 5 * 16;  // of the lists
   const size_t most = task.stack_count * sizeof(SectorStack) + task.place_count * sizeof(int32_t) +
                       task.sector_count * sizeof(SurfaceCubes) +
-                      task.cube_count * sizeof(CellMask) + kAlignment;
+                      task.cube_count * sizeof(CellMask) + task.wanted * sizeof(SquaresPlace) +
+                      kAlignment;
   staged_.reserve(most);
   task_.reserve(most, stream_);
   size_t used = 0;
@@ -194,6 +200,7 @@ DistanceTask DistanceMaker::upload(const DistanceTask& task) {
   on_device.sectors = stageList(task.sectors, task.sector_count);
   on_device.stacks = stageList(task.stacks, task.stack_count);
   on_device.places = stageList(task.places, task.place_count);
+  results = stageList(results_.data(), task.wanted);
   task_.upload(staged_.data(), used, stream_);
   return on_device;
 }
@@ -202,7 +209,7 @@ void DistanceMaker::make(const DistanceTask& task,
                          std::vector<std::shared_ptr<uint16_t[]>>& squares) {
   const auto wanted = static_cast<size_t>(task.wanted);
   const auto planes = static_cast<size_t>(task.plane_count);
-  results_.reserve(wanted);
+  results_.resize(wanted);
   is_near_.reserve(wanted);
   planes_.reserve(planes * kSectorSide * kSectorSide, stream_);
   plane_has_any_.reserve(planes, stream_);
@@ -210,15 +217,16 @@ void DistanceMaker::make(const DistanceTask& task,
     results_[i] = pool_->placeOf(squares[i]);
     is_near_[i] = 0;
   }
-  const DistanceTask on_device = upload(task);
+  const SquaresPlace* results = nullptr;
+  const DistanceTask on_device = upload(task, results);
   const auto stacks = static_cast<unsigned>(task.stack_count);
   const int32_t most_sectors = (task.most_planes - 2 * task.reach) / kSectorSide;
   planeDistancesKernel<<<dim3(task.most_planes, stacks), kThreads, 0, stream_.get()>>>(
       on_device, planes_.data(), plane_has_any_.data());
   DTSDF_CHECK_LAUNCH("planeDistancesKernel");
   launchBehind(sectorDistancesKernel, dim3(most_sectors * kCubesAlong * kCubesAlong, stacks),
-               kThreads, 0, stream_, on_device, planes_.data(), plane_has_any_.data(),
-               results_.data(), is_near_.data());
+               kThreads, 0, stream_, on_device, planes_.data(), plane_has_any_.data(), results,
+               is_near_.data());
   DTSDF_CHECK_LAUNCH("sectorDistancesKernel");
   stream_.synchronize();
   for (size_t i = 0; i < wanted; ++i) {
@@ -229,7 +237,7 @@ void DistanceMaker::make(const DistanceTask& task,
 void DistanceMaker::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = task_.bytes() + planes_.bytes() + plane_has_any_.bytes() + pool_->bytes();
   parts.push_back({"distances", MemoryKind::kScratch, bytes, bytes});
-  const size_t staging = pool_->bytes() + staged_.bytes() + results_.bytes() + is_near_.bytes();
+  const size_t staging = pool_->freeBytes() + staged_.bytes() + is_near_.bytes();
   parts.push_back({"distances (host)", MemoryKind::kStaging, staging, staging});
 }
 

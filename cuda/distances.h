@@ -26,7 +26,8 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
   /// lives as long as the last of them.
   SquaresPlace placeOf(std::shared_ptr<uint16_t[]>& squares);
 
-  size_t bytes() const;  ///< On the host, and as many on the device.
+  size_t bytes() const;      ///< On the host, and as many on the device.
+  size_t freeBytes() const;  ///< Of these, what nobody has.
 
  private:
   static constexpr size_t kChunkSectors = 64;
@@ -63,7 +64,7 @@ class DistanceMaker {
   void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
-  DistanceTask upload(const DistanceTask& task);
+  DistanceTask upload(const DistanceTask& task, const SquaresPlace*& results);
 
   Stream stream_;
   std::shared_ptr<SquaresPool> pool_ = std::make_shared<SquaresPool>();
@@ -71,7 +72,7 @@ class DistanceMaker {
   DeviceBuffer<char> task_;
   DeviceBuffer<uint16_t> planes_;
   DeviceBuffer<uint8_t> plane_has_any_;
-  PinnedBuffer<SquaresPlace> results_;
+  std::vector<SquaresPlace> results_;
   PinnedBuffer<uint32_t> is_near_;
 };
 

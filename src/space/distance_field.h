@@ -60,7 +60,10 @@ class DistanceField {
   std::vector<SurfaceCube> withWaiting(const std::vector<SurfaceCube>& changed);
   std::vector<SurfaceChange> takeOver(const std::vector<SurfaceCube>& changed);
   void fillLost(PackedKey sector, std::vector<SurfaceChange>& changes);
-  std::vector<SectorChange> sectorsNear(const std::vector<SurfaceChange>& changes) const;
+  std::vector<SectorChange> sectorsNear(const std::vector<SurfaceChange>& changes);
+  size_t countAtOnce(const std::vector<SectorChange>& sectors, size_t first) const;
+  SurfaceChanges changesNear(const SectorChange& change) const;
+  bool hasGuess(const SectorChange& change) const;
   template <class Value>
   void updateSectors(std::vector<SectorChange>& sectors) const;
   bool mayOverwrite(const SectorChange& change) const;
@@ -73,6 +76,7 @@ class DistanceField {
   SharedPagedValues pages_;
   DistanceWork work_out_;
   TaskOfDistances task_;
+  std::vector<const SurfaceChange*> near_;  ///< While they are taken over: of sector after sector.
   DistanceSectors sectors_;
   SurfaceTable surfaces_;                  ///< That the sectors know of.
   std::map<PackedKey, CellMask> waiting_;  ///< Cubes whose surfaces could not be taken over yet.

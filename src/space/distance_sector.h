@@ -63,4 +63,13 @@ struct SurfaceChange {
   bool is_guess = false;  ///< What was there before cannot be read now.
 };
 
+/// Some of them.
+struct SurfaceChanges {
+  const SurfaceChange* const* first;
+  size_t count;
+
+  const SurfaceChange* const* begin() const { return first; }
+  const SurfaceChange* const* end() const { return first + count; }
+};
+
 }  // namespace dtsdf

@@ -91,8 +91,8 @@ class CubeUpdate {
 template <class Value>
 class SectorUpdate {
  public:
-  void run(const SurfaceTable& surfaces, const Vec3i& key, int reach,
-           const std::vector<const SurfaceChange*>& changes, DistanceSector& sector) {
+  void run(const SurfaceTable& surfaces, const Vec3i& key, int reach, const SurfaceChanges& changes,
+           DistanceSector& sector) {
     reach_ = reach;
     is_guess_ = false;
     if (sector.isEmpty() || countAdded(changes) > kMostAdded) {
@@ -122,9 +122,7 @@ class SectorUpdate {
   bool isGuess() const { return is_guess_; }
 
  private:
-  using Changes = std::vector<const SurfaceChange*>;
-
-  static size_t countAdded(const Changes& changes) {
+  static size_t countAdded(const SurfaceChanges& changes) {
     size_t count = 0;
     for (const auto* const change : changes) count += countCells(change->added);
     return count;
@@ -150,7 +148,7 @@ class SectorUpdate {
 
   /// Calls visit(work, mask) with the changes that may matter to a part of the sector: a cube.
   template <class Visit>
-  void visitNear(const Vec3i& key, int part, const Changes& changes, DistanceSector& sector,
+  void visitNear(const Vec3i& key, int part, const SurfaceChanges& changes, DistanceSector& sector,
                  const Visit& visit) const {
     const Vec3i cube = cubeOfSector(key, part);
     const uint16_t most = sector.most[static_cast<size_t>(part)];
@@ -161,7 +159,7 @@ class SectorUpdate {
     }
   }
 
-  bool hasLostNearest(const Vec3i& key, int part, const Changes& changes,
+  bool hasLostNearest(const Vec3i& key, int part, const SurfaceChanges& changes,
                       DistanceSector& sector) const {
     bool has_lost = false;
     visitNear(key, part, changes, sector,
@@ -173,7 +171,8 @@ class SectorUpdate {
     return has_lost;
   }
 
-  void takeAdded(const Vec3i& key, int part, const Changes& changes, DistanceSector& sector) {
+  void takeAdded(const Vec3i& key, int part, const SurfaceChanges& changes,
+                 DistanceSector& sector) {
     bool is_any = false;
     visitNear(key, part, changes, sector,
               [&](const CubeUpdate& work, const auto& change, Vec3i from) {

@@ -20,21 +20,21 @@ struct SurfaceCubes {
 /// Sectors to be worked out, one on top of the other.
 struct SectorStack {
   int32_t count;
-  int32_t window;       ///< Where the numbers of the sectors around begin, those outside reach left
-                        ///< out: x fastest; -1: no surface is in it.
+  int32_t place;        ///< Of its first one in the box.
   int32_t first;        ///< The number of its first one among all that are to be worked out.
   int32_t first_plane;  ///< Of its planes of cells, with those within reach above and below.
 };
 
-/// Sectors whose distances are to be worked out, and the surfaces around them.
+/// Sectors whose distances are to be worked out, and the surfaces in a box around them.
 struct DistanceTask {
   int32_t reach;  ///< In cells, 255 at most.
   int32_t stack_count, place_count, sector_count, cube_count;
-  int32_t wanted;       ///< Sectors in all stacks.
-  int32_t plane_count;  ///< Planes in all stacks.
-  int32_t most_planes;  ///< In one of them.
+  int32_t box_x, box_y;  ///< Sectors along its edges.
+  int32_t wanted;        ///< Sectors in all stacks.
+  int32_t plane_count;   ///< Planes in all stacks.
+  int32_t most_planes;   ///< In one of them.
   const SectorStack* stacks;
-  const int32_t* places;
+  const int32_t* places;  ///< Numbers of the sectors of the box, x fastest; -1: no surface.
   const SurfaceCubes* sectors;
   const CellMask* cubes;
 };
@@ -69,13 +69,12 @@ DTSDF_HD int highestBit(uint32_t bits) {
 #endif
 }
 
-/// Surfaces among 32 cells of a row, a bit for each: of the i-th sector along x of a stack's
-/// window, at (y, z) from the first cell of the stack.
+/// Surfaces among 32 cells of a row, a bit for each: in the i-th sector along x of those within
+/// reach of a stack, at (y, z) from the first cell of the stack.
 DTSDF_HD uint32_t surfacesInRow(const DistanceTask& task, const SectorStack& stack, int32_t i,
                                 int32_t y, int32_t z) {
-  const int32_t ring = ringOf(task.reach), side = windowSide(task.reach);
-  const int32_t j = (y >> kSectorSideLog2) + ring, k = (z >> kSectorSideLog2) + ring;
-  const int32_t place = task.places[stack.window + i + side * (j + side * k)];
+  const int32_t rows = (y >> kSectorSideLog2) + task.box_y * (z >> kSectorSideLog2);
+  const int32_t place = task.places[stack.place + i - ringOf(task.reach) + task.box_x * rows];
   if (place < 0) return 0;
   const SurfaceCubes& sector = task.sectors[place];
   const int first = cubeInSector(cubeOfCell({0, y, z}));

@@ -90,7 +90,7 @@ TEST(DistanceField, IsExactAfterEachOfManyChanges) {
 uint16_t leastOfRows(const DistanceTask& task, const SectorStack& stack, const Vec3i& cell) {
   int32_t least = kSquaredFar;
   std::vector<uint32_t> words(static_cast<size_t>(windowSide(task.reach)));
-  for (int32_t z = -task.reach; stack.window >= 0 && z <= task.reach; ++z) {
+  for (int32_t z = -task.reach; z <= task.reach; ++z) {
     for (int32_t y = -task.reach; y <= task.reach; ++y) {
       for (size_t i = 0; i < words.size(); ++i) {
         words[i] = surfacesInRow(task, stack, static_cast<int32_t>(i), cell.y + y, cell.z + z);

@@ -23,7 +23,7 @@ constexpr int kRowsAtOnce =
 
 /// The least squares of a plane along x and y: a block of threads for each plane of each stack.
 __global__ void __launch_bounds__(kThreads)
-    planeDistancesKernel(DistanceTask task, uint16_t* planes, uint8_t* has_any) {
+    planeDistancesKernel(DistanceTask task, uint16_t* planes) {
   __shared__ uint32_t words[kRowsAtOnce * kMostWords];
   __shared__ uint16_t along_x[kRowsAtOnce][kSectorSide];
   __shared__ uint32_t rows_with_any[kRowsAtOnce / kWarp];
@@ -35,7 +35,6 @@ __global__ void __launch_bounds__(kThreads)
   const int32_t z = plane - task.reach, y = kRowsPerThread * warp;
   int32_t least[kRowsPerThread];
   for (int32_t& value : least) value = kSquaredFar;
-  bool is_any = false;
   for (int32_t begin = 0; begin < rows; begin += kRowsAtOnce) {
     const int32_t count = min(rows - begin, kRowsAtOnce);
     if (threadIdx.x < kRowsAtOnce / kWarp) rows_with_any[threadIdx.x] = 0;
@@ -53,7 +52,6 @@ __global__ void __launch_bounds__(kThreads)
     __syncthreads();
     for (int32_t part = 0; part < kRowsAtOnce / kWarp; ++part) {
       for (uint32_t left = rows_with_any[part]; left != 0; left &= left - 1) {
-        is_any = true;
         const int32_t row = part * kWarp + lowestBit(left);
         const int32_t squared = along_x[row][lane];
         const int32_t aside = y - (begin + row - task.reach);
@@ -66,8 +64,6 @@ __global__ void __launch_bounds__(kThreads)
     __syncthreads();
   }
   const size_t number = stack.first_plane + plane;
-  if (threadIdx.x == 0) has_any[number] = is_any;
-  if (!is_any) return;
   uint16_t* const out = planes + number * kSectorSide * kSectorSide + y * kSectorSide + lane;
   for (int i = 0; i < kRowsPerThread; ++i) {
     out[i * kSectorSide] = squaredWithin(least[i], task.reach);
@@ -77,8 +73,8 @@ static_assert(kMostWords <= kWarp, "a lane for each word");
 
 /// The least squares of four cubes in a row, along z: a block of threads for each row of cubes.
 __global__ void __launch_bounds__(kThreads)
-    sectorDistancesKernel(DistanceTask task, const uint16_t* planes, const uint8_t* has_any,
-                          const SquaresPlace* results, uint32_t* is_near) {
+    sectorDistancesKernel(DistanceTask task, const uint16_t* planes, const SquaresPlace* results,
+                          uint32_t* is_near) {
   constexpr int kPad = 8;  // so that lanes write to banks of their own
   __shared__ __align__(16) uint16_t cubes[kCubesAlong][kCellsPerCube + kPad];
   waitForTheOneAhead();
@@ -95,11 +91,9 @@ __global__ void __launch_bounds__(kThreads)
                                  (kCubeSide * cube_y + warp) * kSectorSide + lane;
   int32_t least[kCellsPerThread];
   for (int32_t& value : least) value = kSquaredFar;
-#pragma unroll 4
+#pragma unroll 8
   for (int32_t plane = 0; plane < count; ++plane) {
-    const int32_t squared = has_any[first + plane] != 0
-                                ? column[static_cast<size_t>(plane) * kSectorSide * kSectorSide]
-                                : kSquaredFar;
+    const int32_t squared = column[static_cast<size_t>(plane) * kSectorSide * kSectorSide];
     const int32_t aside = task.reach - plane;
 #pragma unroll
     for (int i = 0; i < kCellsPerThread; ++i) {
@@ -212,7 +206,6 @@ void DistanceMaker::make(const DistanceTask& task,
   results_.resize(wanted);
   is_near_.reserve(wanted);
   planes_.reserve(planes * kSectorSide * kSectorSide, stream_);
-  plane_has_any_.reserve(planes, stream_);
   for (size_t i = 0; i < wanted; ++i) {
     results_[i] = pool_->placeOf(squares[i]);
     is_near_[i] = 0;
@@ -222,11 +215,10 @@ void DistanceMaker::make(const DistanceTask& task,
   const auto stacks = static_cast<unsigned>(task.stack_count);
   const int32_t most_sectors = (task.most_planes - 2 * task.reach) / kSectorSide;
   planeDistancesKernel<<<dim3(task.most_planes, stacks), kThreads, 0, stream_.get()>>>(
-      on_device, planes_.data(), plane_has_any_.data());
+      on_device, planes_.data());
   DTSDF_CHECK_LAUNCH("planeDistancesKernel");
   launchBehind(sectorDistancesKernel, dim3(most_sectors * kCubesAlong * kCubesAlong, stacks),
-               kThreads, 0, stream_, on_device, planes_.data(), plane_has_any_.data(), results,
-               is_near_.data());
+               kThreads, 0, stream_, on_device, planes_.data(), results, is_near_.data());
   DTSDF_CHECK_LAUNCH("sectorDistancesKernel");
   stream_.synchronize();
   for (size_t i = 0; i < wanted; ++i) {
@@ -235,7 +227,7 @@ void DistanceMaker::make(const DistanceTask& task,
 }
 
 void DistanceMaker::addMemory(std::vector<MemoryPart>& parts) const {
-  const size_t bytes = task_.bytes() + planes_.bytes() + plane_has_any_.bytes() + pool_->bytes();
+  const size_t bytes = task_.bytes() + planes_.bytes() + pool_->bytes();
   parts.push_back({"distances", MemoryKind::kScratch, bytes, bytes});
   const size_t staging = pool_->freeBytes() + staged_.bytes() + is_near_.bytes();
   parts.push_back({"distances (host)", MemoryKind::kStaging, staging, staging});

@@ -30,7 +30,7 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
   size_t freeBytes() const;  ///< Of these, what nobody has.
 
  private:
-  static constexpr size_t kChunkSectors = 64;
+  static constexpr size_t kChunkSectors = 16;
   static constexpr size_t kChunkSquares = kChunkSectors * kCellsPerSector;
 
   struct GiveBack {
@@ -71,7 +71,6 @@ class DistanceMaker {
   PinnedBuffer<char> staged_;
   DeviceBuffer<char> task_;
   DeviceBuffer<uint16_t> planes_;
-  DeviceBuffer<uint8_t> plane_has_any_;
   std::vector<SquaresPlace> results_;
   PinnedBuffer<uint32_t> is_near_;
 };

@@ -129,7 +129,7 @@ std::vector<DistanceField::SectorChange> DistanceField::sectorsNear(
   near_.clear();
   for (auto next = all.begin(); next != all.end();) {
     const PackedKey order = next->order;
-    SectorChange change{turned(unpackKey(order)), near_.size(), 0};
+    SectorChange change{turned(unpackKey(order)), near_.size(), 0, nullptr};
     change.is_anew = guessed_.count(packKey(change.key)) > 0;
     for (; next != all.end() && next->order == order; ++next) {
       for (size_t i = next->first; i < next->end; ++i) {

@@ -161,6 +161,56 @@ TEST_F(FrameIntakeTest, BothQueuesTogetherAreBoundedAndLoseTheOldest) {
   EXPECT_EQ(posedStamps(), (std::vector<double>{1.4, 1.5, 1.6}));
 }
 
+/// The map takes one frame of two, so a queue that holds its 3 seconds stays full.
+TEST_F(FrameIntakeTest, AQueueThatStaysFullIsShortenedUntilItIsEmptied) {
+  params_.queue_size = 30;
+  FrameIntake intake(
+      params_,
+      FrameIntake::Parts{poses_, posed_frames_, ledger_, stream_, 0, [this] { restartStamps(); }},
+      kind_, "", clock_.reader());
+  putTransform(transforms_, 0.0, 0.0);
+  putTransform(transforms_, 30.0, 30.0);
+  double stamp_s = 1.0;
+  const auto pushOne = [&] {
+    stamp_s += 0.1;
+    clock_.advance(0.1);
+    intake.push({makeDepthImage(stamp_s), makeCameraInfo(stamp_s), nullptr});
+    intake.step();
+  };
+  size_t most = 0;
+  for (int i = 0; i < 150; ++i) {
+    pushOne();
+    most = std::max(most, posed_frames_.size());
+    if (i % 2 == 0) posed_frames_.take();
+    if (i == 58) {
+      EXPECT_EQ(dropped(DropReason::kQueueFull), 0u);
+    }
+  }
+  EXPECT_EQ(most, 30u);
+  EXPECT_LE(posed_frames_.size(), 4u);
+  EXPECT_NEAR(posed_frames_.take()->stamp.toSec(), stamp_s, 0.45);
+
+  // Once it has caught up there is room for a burst again.
+  posedStamps();
+  const uint64_t dropped_before = dropped(DropReason::kQueueFull);
+  for (int i = 0; i < 30; ++i) pushOne();
+  EXPECT_EQ(posed_frames_.size(), 30u);
+  EXPECT_EQ(dropped(DropReason::kQueueFull), dropped_before);
+}
+
+/// As while a map is saved: the queue runs over within less than a few seconds, and is worked off.
+TEST_F(FrameIntakeTest, AShortStallLosesOnlyWhatThereIsNoRoomFor) {
+  putTransform(transforms_, 0.0, 0.0);
+  putTransform(transforms_, 30.0, 30.0);
+  for (int i = 0; i < 6; ++i) {
+    clock_.advance(0.3);
+    push(1.0 + 0.1 * i);
+    intake_->step();
+  }
+  EXPECT_EQ(dropped(DropReason::kQueueFull), 3u);
+  EXPECT_EQ(posedStamps(), (std::vector<double>{1.3, 1.4, 1.5}));
+}
+
 TEST_F(FrameIntakeTest, WhatWaitsIsBoundedInBytes) {
   params_.queue_size = 1000;
   params_.queue_mb = 1;

@@ -205,6 +205,24 @@ TEST_F(MergeQueueTest, WhatIsPushedOutIsNotAlwaysOfOneStream) {
   EXPECT_NEAR(front_taken, rear_taken, 2);
 }
 
+/// Those that still wait for another stream are no backlog.
+TEST_F(MergeQueueTest, BacklogIsWhatWaitsToBeTakenOnly) {
+  const auto front = queue_.addStream({0, "front"});
+  const auto rear = queue_.addStream({0, "rear"});
+  for (const double stamp_s : {1.0, 2.0, 3.0}) EXPECT_TRUE(push(front, stamp_s, "f"));
+  EXPECT_EQ(queue_.backlogOf(front), 0u);
+  EXPECT_TRUE(push(rear, 2.0, "r"));
+  EXPECT_EQ(queue_.backlogOf(front), 2u);
+  EXPECT_EQ(queue_.backlogOf(rear), 1u);
+}
+
+TEST_F(MergeQueueTest, ABacklogOfOneStreamIsAllOfIt) {
+  const auto stream = queue_.addStream({});
+  EXPECT_TRUE(push(stream, 2.0, "b"));
+  EXPECT_TRUE(push(stream, 1.0, "a"));
+  EXPECT_EQ(queue_.backlogOf(stream), 2u);
+}
+
 TEST_F(MergeQueueTest, ASingleStreamLosesItsOldest) {
   const auto depth = queue_.addStream({0, ""});
   EXPECT_FALSE(queue_.pushOut(depth));

@@ -18,6 +18,10 @@ using std::chrono::milliseconds;
 
 /// A stamp further ahead of the last may be wrong, or come after a gap: the next one shows which.
 constexpr double kGap_s = 30.0;
+/// So many frames keep the map busy until more come.
+constexpr size_t kBusy = 3;
+/// More than that for so long is no burst, nor a service that took a while.
+constexpr std::chrono::seconds kLongestBurst{3};
 /// How often a waiting frame asks for its transform.
 constexpr milliseconds kTransformPoll{5};
 /// Until the next image, which wakes the thread.
@@ -39,7 +43,8 @@ FrameIntake::FrameIntake(const InputParams& params, const Parts& parts, ImageKin
       accounting_(parts_.ledger.of(parts_.stream)),
       clock_(std::move(clock)),
       motion_gate_(params.max_speed_m_s, params.max_turn_deg_s),
-      rectification_(params.rectify, image_topic, kind_.rectified_as) {}
+      rectification_(params.rectify, image_topic, kind_.rectified_as),
+      kept_up_(clock_()) {}
 
 void FrameIntake::push(const FrameMessages& frame) {
   const ros::Time stamp = frame.image->header.stamp;
@@ -52,10 +57,24 @@ void FrameIntake::push(const FrameMessages& frame) {
   if (!enqueue({image, frame.info, clock_(), may_be_ahead})) {
     return dropPaused(stamp);  // paused meanwhile
   }
-  while (size() > static_cast<size_t>(params_.queue_size) ||
-         waitingBytes() > queueBytesOf(params_)) {
+  const bool was_full = isFull();
+  while (isFull()) {
     if (!dropOne()) return;
   }
+  if (shortensQueue(was_full)) dropOne();
+}
+
+bool FrameIntake::isFull() const {
+  return size() > static_cast<size_t>(params_.queue_size) || waitingBytes() > queueBytesOf(params_);
+}
+
+bool FrameIntake::shortensQueue(bool was_full) {
+  const size_t backlog = parts_.posed_frames.backlogOf(parts_.stream);
+  const SteadyTime now = clock_();
+  if (backlog <= kBusy) kept_up_ = now;
+  if (backlog == 0) overloaded_ = false;
+  if (was_full && now - kept_up_ > kLongestBurst) overloaded_ = true;
+  return overloaded_ && backlog > kBusy;
 }
 
 void FrameIntake::dropPaused(const ros::Time& stamp) {

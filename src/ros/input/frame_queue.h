@@ -170,6 +170,16 @@ class MergeQueue {
     return streams_[stream].size;
   }
 
+  /// How many of a stream's items wait for nothing but to be taken.
+  size_t backlogOf(Stream stream) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!merges()) return streams_[stream].size;
+    const auto waits = [&](const auto& entry) {
+      return entry.second.stream == stream && !canComeBefore(entry.first.stamp);
+    };
+    return static_cast<size_t>(std::count_if(items_.begin(), items_.end(), waits));
+  }
+
   /// What `measure` says of a stream's items, added up.
   template <class Measure>
   size_t sumOf(Stream stream, Measure measure) const {
@@ -223,14 +233,17 @@ class MergeQueue {
     streams_[stream].heard = std::max(streams_[stream].heard, stamp);
   }
 
+  /// Whether some stream may still bring something earlier.
+  bool canComeBefore(const ros::Time& stamp) const {
+    return std::any_of(streams_.begin(), streams_.end(), [&](const StreamState& stream) {
+      return stream.isWaitedFor() && stream.heard < stamp;
+    });
+  }
+
   /// Zero, if it is the first item's turn.
   SteadyDuration timeToTurn() const {
     if (items_.empty()) return SteadyDuration::max();
-    const ros::Time& stamp = items_.begin()->first.stamp;
-    const bool nothing_earlier = std::all_of(
-        streams_.begin(), streams_.end(),
-        [&](const StreamState& stream) { return !stream.isWaitedFor() || stream.heard >= stamp; });
-    if (nothing_earlier) return SteadyDuration::zero();
+    if (!canComeBefore(items_.begin()->first.stamp)) return SteadyDuration::zero();
     // One that has waited long enough goes, and what is before it goes first.
     SteadyTime arrival = SteadyTime::max();
     for (const auto& [key, entry] : items_) arrival = std::min(arrival, entry.arrival);

@@ -12,6 +12,7 @@
 #include "carry_records.h"
 #include "clear.h"
 #include "clear_region.h"
+#include "distances.h"
 #include "fusion.h"
 #include "move_blocks.h"
 #include "move_records.h"
@@ -56,6 +57,11 @@ class CudaBackend : public MapBackend {
   std::vector<EmptyBlock> takeEmpty() override { return clearing_.takeEmptyBlocks(); }
   bool dropsEmpty() const override { return true; }
   std::vector<FreeCube> takeFree() override { return free_cell_finder_.take(); }
+  bool makeDistances(const DistanceTask& task,
+                     std::vector<std::shared_ptr<uint16_t[]>>& squares) override {
+    distance_maker_.make(task, squares);
+    return true;
+  }
 
   SeenColours look(const ColourFrame& frame, const ColourLook& look) override;
   std::vector<ColourRequest> colourRequests() override { return painter_.fetchRequests(); }
@@ -116,6 +122,7 @@ class CudaBackend : public MapBackend {
   Renderer renderer_;
   RegionClearer region_clearer_;
   FreeCellFinder free_cell_finder_;
+  DistanceMaker distance_maker_;
   RecordMover record_mover_;
   RecordCarrier record_carrier_;
   bool is_in_frame_ = false;              ///< From reserveFrame() to castFoldAndClear().
@@ -323,7 +330,10 @@ void CudaBackend::addMemory(std::vector<MemoryPart>& parts) const {
   region_clearer_.addMemory(parts);
   record_mover_.addMemory(parts);
   record_carrier_.addMemory(parts);
-  if (params_.space.enabled) free_cell_finder_.addMemory(parts);
+  if (params_.space.enabled) {
+    free_cell_finder_.addMemory(parts);
+    distance_maker_.addMemory(parts);
+  }
   parts.push_back(
       {"block table (host)", MemoryKind::kStaging, table_.memoryBytes(), table_.memoryBytes()});
 }

@@ -90,7 +90,8 @@ GpuReport reportCudaDevice() {
        {gpu::alignKernels(), gpu::senseKernels(), gpu::surfelKernels(), gpu::blockKernels(),
         gpu::mapKernels(), gpu::moveKernels(), gpu::carryKernels(), gpu::markKernels(),
         gpu::fusionKernels(), gpu::clearKernels(), gpu::regionKernels(), gpu::freeSpaceKernels(),
-        gpu::paintKernels(), gpu::renderKernels(), gpu::mesherKernels(true)}) {
+        gpu::distanceKernels(), gpu::paintKernels(), gpu::renderKernels(),
+        gpu::mesherKernels(true)}) {
     for (const gpu::NamedKernel& kernel : kernels) report.kernels.push_back(describe(kernel));
   }
   return report;

@@ -32,6 +32,7 @@ std::vector<NamedKernel> fusionKernels();
 std::vector<NamedKernel> clearKernels();
 std::vector<NamedKernel> regionKernels();
 std::vector<NamedKernel> freeSpaceKernels();
+std::vector<NamedKernel> distanceKernels();
 std::vector<NamedKernel> paintKernels();
 std::vector<NamedKernel> renderKernels();
 std::vector<NamedKernel> mesherKernels(bool directional);

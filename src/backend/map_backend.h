@@ -16,7 +16,7 @@
 #include "kernels/core/camera.h"
 #include "kernels/core/region.h"
 #include "kernels/poses/alignment_sums.h"
-#include "kernels/space/cells.h"
+#include "kernels/space/squared_distances.h"
 #include "map/block_table.h"
 
 namespace dtsdf {
@@ -119,6 +119,14 @@ class MapBackend {
 
   /// Waits for the last image. @return what it saw as free, in the order of the cubes given.
   virtual std::vector<FreeCube> takeFree() = 0;
+
+  /// Works distances out, beside images and meshes. @param squares Of each sector that is wanted:
+  /// what it had, if it may be overwritten; null after it where all are far.
+  /// @return false: the host is to do it. @throws BackendError Without memory nothing has changed.
+  virtual bool makeDistances(const DistanceTask& /*task*/,
+                             std::vector<std::shared_ptr<uint16_t[]>>& /*squares*/) {
+    return false;
+  }
 
   // ---- The stages of a colour image.
 

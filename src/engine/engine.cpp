@@ -38,6 +38,8 @@ Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
     space_->bringUpToDateBy([this] {
       if (has_free_) takeFree();
     });
+    space_->workOutDistancesBy(
+        [this](const DistanceTask& task, auto& squares) { return makeDistances(task, squares); });
   }
   name_ = ready().name();  // what a device lacks shows at the start
   if (params.map.page_folder.empty()) return;
@@ -77,6 +79,16 @@ IntegrationResult Engine::timed(const Take& take) {
   result.duration_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return result;
+}
+
+/// Where a device lacks memory the host's threads do it.
+bool Engine::makeDistances(const DistanceTask& task, std::vector<SectorSquares>& squares) {
+  try {
+    return made().makeDistances(task, squares);
+  } catch (const BackendError& error) {
+    if (!error.lacksMemory()) throw;
+    return false;
+  }
 }
 
 IntegrationResult Engine::integrate(const DepthFrame& frame) {

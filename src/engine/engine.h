@@ -59,6 +59,7 @@ class Engine : public ProbedMapper {
   MapBackend& ready();
   MapBackend& made();
   const Engine& settled() const;
+  bool makeDistances(const DistanceTask& task, std::vector<SectorSquares>& squares);
   template <class Take>
   IntegrationResult timed(const Take& take);
 

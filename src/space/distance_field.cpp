@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <unordered_map>
 #include <utility>
 
 #include "space/sector_update.h"
@@ -15,15 +14,31 @@ namespace {
 /// vector register.
 constexpr int kMostReachOf16Bits = 127;
 
-/// 16 MiB of them, beside what stays in memory.
+/// 16 MiB of them, beside what stays in memory; and fewer where they reach far.
 constexpr size_t kMostSectorsAtOnce = 256;
+constexpr int kMostPlanesAtOnce = 1 << 15;
+constexpr int64_t kMostPlaces = int64_t{1} << 15;  ///< In the box around them.
+
+/// Packed keys are in the order of z first.
+Vec3i turned(const Vec3i& key) { return {key.z, key.y, key.x}; }
+
+/// From a cell of a sector to one of a cube, squared, at least.
+int32_t leastBetween(const Vec3i& sector, const Vec3i& cube) {
+  const auto along = [](int32_t sectors, int32_t cubes) {
+    const int32_t from = cubes * kCubeSide - sectors * kSectorSide;
+    return std::max({0, from - (kSectorSide - 1), -from - (kCubeSide - 1)});
+  };
+  const int32_t x = along(sector.x, cube.x), y = along(sector.y, cube.y),
+                z = along(sector.z, cube.z);
+  return x * x + y * y + z * z;
+}
 
 }  // namespace
 
 /// A sector as it was, and what changed within reach of it; then as it is.
 struct DistanceField::SectorChange {
-  PackedKey key;
-  std::vector<const SurfaceChange*> changes;
+  Vec3i key;
+  size_t first_change, change_count;  ///< Among those of all sectors.
   std::shared_ptr<const DistanceSector> sector;
   bool is_anew = false;   ///< What it was is no help.
   bool is_guess = false;  ///< Surfaces could not be read, but may be later.
@@ -91,26 +106,68 @@ std::vector<SurfaceChange> DistanceField::takeOver(const std::vector<SurfaceCube
   return changes;
 }
 
+/// In the order of x, then y, then z.
 std::vector<DistanceField::SectorChange> DistanceField::sectorsNear(
     const std::vector<SurfaceChange>& changes) {
-  std::unordered_map<PackedKey, std::vector<const SurfaceChange*>> near;
-  const Vec3i reach{reach_, reach_, reach_}, side{kCubeSide - 1, kCubeSide - 1, kCubeSide - 1};
-  for (const SurfaceChange& change : changes) {
-    const Vec3i low = sectorOfCell(firstCellOfCube(change.cube) - reach);
-    const Vec3i high = sectorOfCell(firstCellOfCube(change.cube) + side + reach);
-    for (int32_t z = low.z; z <= high.z; ++z) {
-      for (int32_t y = low.y; y <= high.y; ++y) {
-        for (int32_t x = low.x; x <= high.x; ++x) near[packKey({x, y, z})].push_back(&change);
-      }
+  struct Near {
+    PackedKey order;    ///< Of a sector, by x first.
+    size_t first, end;  ///< Changes that may be within reach.
+  };
+  std::vector<Near> all;
+  const int32_t ring = ringOf(reach_), side = windowSide(reach_);
+  for (size_t first = 0, end = 0; first < changes.size(); first = end) {
+    const Vec3i sector = sectorOfCube(changes[first].cube);
+    while (end < changes.size() && sectorOfCube(changes[end].cube) == sector) ++end;
+    for (int32_t i = 0; i < side * side * side; ++i) {
+      const Vec3i aside{i % side - ring, i / side % side - ring, i / (side * side) - ring};
+      all.push_back({packKey(turned(sector + aside)), first, end});
     }
   }
-  for (const PackedKey key : guessed_) near[key];
+  for (const PackedKey key : guessed_) all.push_back({packKey(turned(unpackKey(key))), 0, 0});
+  std::sort(all.begin(), all.end(), [](const Near& a, const Near& b) { return a.order < b.order; });
   std::vector<SectorChange> sectors;
-  sectors.reserve(near.size());
-  for (auto& [key, changes_near] : near) {
-    sectors.push_back({key, std::move(changes_near), nullptr, guessed_.count(key) > 0});
+  near_.clear();
+  for (auto next = all.begin(); next != all.end();) {
+    const PackedKey order = next->order;
+    SectorChange change{turned(unpackKey(order)), near_.size(), 0, nullptr};
+    change.is_anew = guessed_.count(packKey(change.key)) > 0;
+    for (; next != all.end() && next->order == order; ++next) {
+      for (size_t i = next->first; i < next->end; ++i) {
+        const bool is_near = leastBetween(change.key, changes[i].cube) <= reach_ * reach_;
+        if (is_near) near_.push_back(&changes[i]);
+      }
+    }
+    change.change_count = near_.size() - change.first_change;
+    if (change.is_anew || change.change_count > 0) sectors.push_back(std::move(change));
   }
   return sectors;
+}
+
+/// How many sectors, from this one on, are worked on at once.
+size_t DistanceField::countAtOnce(const std::vector<SectorChange>& sectors, size_t first) const {
+  const auto most_planes = static_cast<size_t>(kMostPlanesAtOnce / planesOf(1, reach_));
+  const size_t most = std::min({kMostSectorsAtOnce, most_planes, sectors.size() - first});
+  SectorBox box{sectors[first].key, sectors[first].key};
+  for (size_t count = 1; count < most; ++count) {
+    box = box.with(sectors[first + count].key);
+    if (box.grownBy(ringOf(reach_)).volume() > kMostPlaces) return count;
+  }
+  return most;
+}
+
+SurfaceChanges DistanceField::changesNear(const SectorChange& change) const {
+  return {near_.data() + change.first_change, change.change_count};
+}
+
+bool DistanceField::hasGuess(const SectorChange& change) const {
+  const SurfaceChanges near = changesNear(change);
+  return std::any_of(near.begin(), near.end(), [](const auto* near) { return near->is_guess; });
+}
+
+/// Nobody else has its sector, and it lies in memory.
+bool DistanceField::mayOverwrite(const SectorChange& change) const {
+  constexpr int kHereAndInTheTable = 2;
+  return pages_ == nullptr && change.sector.use_count() == kHereAndInTheTable;
 }
 
 template <class Value>
@@ -118,12 +175,12 @@ void DistanceField::updateSectors(std::vector<SectorChange>& sectors) const {
   using Update = SectorUpdate<Value>;
   parallelFor<Update>(sectors.size(), threads_, [&](size_t i, Update& update) {
     SectorChange& change = sectors[i];
-    auto sector = change.sector == nullptr ? std::make_shared<DistanceSector>()
-                                           : std::make_shared<DistanceSector>(*change.sector);
-    update.run(surfaces_, unpackKey(change.key), reach_, change.changes, *sector);
+    auto sector = std::make_shared<DistanceSector>();
+    if (change.sector != nullptr) *sector = *change.sector;
+    if (!sector->isEmpty() && (work_out_ || !mayOverwrite(change))) sector->ownSquares();
+    update.run(surfaces_, change.key, reach_, changesNear(change), *sector);
     change.sector = std::move(sector);
-    change.is_guess = update.isGuess();
-    for (const auto* const near : change.changes) change.is_guess |= near->is_guess;
+    change.is_guess = update.isGuess() || hasGuess(change);
   });
 }
 
@@ -131,34 +188,61 @@ void DistanceField::update(const std::vector<SurfaceCube>& changed) {
   const std::vector<SurfaceChange> changes =
       takeOver(waiting_.empty() ? changed : withWaiting(changed));
   std::vector<SectorChange> sectors = sectorsNear(changes);
-  for (size_t first = 0; first < sectors.size(); first += kMostSectorsAtOnce) {
+  for (size_t first = 0, count = 0; first < sectors.size(); first += count) {
+    count = countAtOnce(sectors, first);
     const auto begin = sectors.begin() + static_cast<std::ptrdiff_t>(first);
-    const size_t count = std::min(kMostSectorsAtOnce, sectors.size() - first);
     updateSome({std::make_move_iterator(begin),
                 std::make_move_iterator(begin + static_cast<std::ptrdiff_t>(count))});
   }
 }
 
-void DistanceField::updateSome(std::vector<SectorChange> sectors) {
-  for (SectorChange& change : sectors) {
-    const auto known = sectors_.find(change.key);
-    if (known != sectors_.end() && !change.is_anew) change.sector = known->second.get();
+/// All of them by other means than the host's threads.
+bool DistanceField::workOut(std::vector<SectorChange>& sectors) {
+  if (!work_out_) return false;
+  std::vector<Vec3i> wanted(sectors.size());
+  std::vector<SectorSquares> squares(sectors.size());
+  for (size_t i = 0; i < sectors.size(); ++i) {
+    if (hasGuess(sectors[i])) return false;  // the table does not have it yet
+    wanted[i] = sectors[i].key;
+    if (mayOverwrite(sectors[i])) squares[i] = sectors[i].sector->squared;
   }
+  if (!work_out_(task_.gather(surfaces_, wanted, reach_), squares)) return false;
+  for (size_t i = 0; i < sectors.size(); ++i) {
+    sectors[i].is_guess = task_.isGuess(wanted[i]);
+    if (sectors[i].sector != nullptr && squares[i] == sectors[i].sector->squared) continue;
+    auto sector = std::make_shared<DistanceSector>();
+    sector->squared = std::move(squares[i]);
+    sector->most.fill(kSquaredFar);
+    sectors[i].sector = std::move(sector);
+  }
+  return true;
+}
+
+void DistanceField::updateOnHost(std::vector<SectorChange>& sectors) {
   if (reach_ <= kMostReachOf16Bits) {
     updateSectors<int16_t>(sectors);
   } else {
     updateSectors<int32_t>(sectors);
   }
+}
+
+void DistanceField::updateSome(std::vector<SectorChange> sectors) {
   for (SectorChange& change : sectors) {
+    const auto known = sectors_.find(packKey(change.key));
+    if (known != sectors_.end() && !change.is_anew) change.sector = known->second.get();
+  }
+  if (!workOut(sectors)) updateOnHost(sectors);
+  for (SectorChange& change : sectors) {
+    const PackedKey key = packKey(change.key);
     if (change.is_guess) {
-      guessed_.insert(change.key);
+      guessed_.insert(key);
     } else {
-      guessed_.erase(change.key);
+      guessed_.erase(key);
     }
     if (change.sector->isEmpty()) {
-      sectors_.erase(change.key);
+      sectors_.erase(key);
     } else {
-      sectors_[change.key] = Paged<DistanceSector>(std::move(change.sector), pages_);
+      sectors_[key] = Paged<DistanceSector>(std::move(change.sector), pages_);
     }
   }
 }
@@ -171,10 +255,8 @@ void DistanceField::clear() {
 }
 
 size_t DistanceField::bytes() const {
-  constexpr size_t kSector =
-      static_cast<size_t>(kCubesPerSector) * kCellsPerCube * sizeof(uint16_t);
   constexpr size_t kNode = sizeof(DistanceSectors::value_type) + sizeof(void*);
-  return sectors_.size() * (kNode + (pages_ ? 0 : kSector + sizeof(DistanceSector))) +
+  return sectors_.size() * (kNode + (pages_ ? 0 : kSquaresBytes + sizeof(DistanceSector))) +
          surfaces_.bytes();
 }
 

@@ -3,12 +3,15 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "space/distance_sector.h"
+#include "space/distance_task.h"
 
 namespace dtsdf {
 
@@ -26,12 +29,20 @@ struct SurfaceCube {
   CellMask surface;
 };
 
+/// Works out the distances of a task's sectors. @param squares What each of them had, if it may be
+/// overwritten; null after it where all are far. @return false: the host is to do it.
+using DistanceWork =
+    std::function<bool(const DistanceTask& task, std::vector<SectorSquares>& squares)>;
+
 class DistanceField {
  public:
   /// Distances are known up to `reach` cells, 255 at most: their squares are kept in 16 bits.
   /// @param pages Null: all stays in memory.
   DistanceField(int reach, int threads, const SharedPagedValues& pages = nullptr)
       : reach_(reach), threads_(threads), pages_(pages), surfaces_(pages) {}
+
+  /// From now on it has whole sectors worked out by this.
+  void workOutBy(DistanceWork work_out) { work_out_ = std::move(work_out); }
 
   /// Takes over the cubes in which surfaces may be other ones than before. What cannot be read now
   /// is done with the next update.
@@ -50,13 +61,22 @@ class DistanceField {
   std::vector<SurfaceChange> takeOver(const std::vector<SurfaceCube>& changed);
   void fillLost(PackedKey sector, std::vector<SurfaceChange>& changes);
   std::vector<SectorChange> sectorsNear(const std::vector<SurfaceChange>& changes);
+  size_t countAtOnce(const std::vector<SectorChange>& sectors, size_t first) const;
+  SurfaceChanges changesNear(const SectorChange& change) const;
+  bool hasGuess(const SectorChange& change) const;
   template <class Value>
   void updateSectors(std::vector<SectorChange>& sectors) const;
+  bool mayOverwrite(const SectorChange& change) const;
+  bool workOut(std::vector<SectorChange>& sectors);
+  void updateOnHost(std::vector<SectorChange>& sectors);
   void updateSome(std::vector<SectorChange> sectors);
 
   int reach_;
   int threads_;
   SharedPagedValues pages_;
+  DistanceWork work_out_;
+  TaskOfDistances task_;
+  std::vector<const SurfaceChange*> near_;  ///< While they are taken over: of sector after sector.
   DistanceSectors sectors_;
   SurfaceTable surfaces_;                  ///< That the sectors know of.
   std::map<PackedKey, CellMask> waiting_;  ///< Cubes whose surfaces could not be taken over yet.

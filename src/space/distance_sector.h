@@ -5,40 +5,50 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <vector>
+#include <memory>
 
+#include "kernels/space/squared_distances.h"
 #include "space/cell_sector.h"
 #include "space/sector_table.h"
 
 namespace dtsdf {
 
-/// No surface is within reach.
-constexpr uint16_t kSquaredFar = 0xffff;
+/// Of all cells of a sector, cube by cube, as cells of cubes.
+using SectorSquares = std::shared_ptr<uint16_t[]>;
+constexpr size_t kSquaresBytes = kCellsPerSector * sizeof(uint16_t);
 
 struct DistanceSector {
-  std::vector<uint16_t> squared;  ///< Cube by cube, as cells of cubes; empty: all are far.
-  std::array<uint16_t, kCubesPerSector> most;  ///< The greatest one in each cube.
+  SectorSquares squared;                       ///< Null: all are far.
+  std::array<uint16_t, kCubesPerSector> most;  ///< No less than the greatest one in each cube.
 
-  /// @pre `squared` is not empty, and the cell is in the sector. @return -1: none is within reach.
+  /// @pre `squared` is not null, and the cell is in the sector. @return -1: none is within reach.
   int squaredAt(const Vec3i& cell) const {
     const auto cube = static_cast<size_t>(cubeInSector(cubeOfCell(cell)));
     const uint16_t value = squared[cube * kCellsPerCube + static_cast<size_t>(indexInCube(cell))];
     return value == kSquaredFar ? -1 : value;
   }
 
-  bool isEmpty() const { return squared.empty(); }
-  size_t bytes() const { return sizeof(*this) + squared.capacity() * sizeof(uint16_t); }
-  size_t recordBytes() const { return sizeof(most) + squared.size() * sizeof(uint16_t); }
+  bool isEmpty() const { return squared == nullptr; }
+
+  /// Room of its own for squares, with those that there are.
+  void ownSquares() {
+    const SectorSquares shared = squared;
+    squared = SectorSquares(new uint16_t[kCellsPerSector]);
+    if (shared != nullptr) std::memcpy(squared.get(), shared.get(), kSquaresBytes);
+  }
+
+  /// As pages ask for them, which keep none that is empty.
+  size_t bytes() const { return sizeof(*this) + kSquaresBytes; }
+  size_t recordBytes() const { return sizeof(most) + kSquaresBytes; }
   void writeTo(char* record) const {
     std::memcpy(record, most.data(), sizeof(most));
-    std::memcpy(record + sizeof(most), squared.data(), squared.size() * sizeof(uint16_t));
+    std::memcpy(record + sizeof(most), squared.get(), kSquaresBytes);
   }
   static DistanceSector readFrom(const char* record) {
     DistanceSector sector;
     std::memcpy(sector.most.data(), record, sizeof(most));
-    sector.squared.resize(static_cast<size_t>(kCubesPerSector) * kCellsPerCube);
-    std::memcpy(sector.squared.data(), record + sizeof(most),
-                sector.squared.size() * sizeof(uint16_t));
+    sector.ownSquares();
+    std::memcpy(sector.squared.get(), record + sizeof(most), kSquaresBytes);
     return sector;
   }
 };
@@ -51,6 +61,15 @@ struct SurfaceChange {
   Vec3i cube;
   CellMask added, removed;
   bool is_guess = false;  ///< What was there before cannot be read now.
+};
+
+/// Some of them.
+struct SurfaceChanges {
+  const SurfaceChange* const* first;
+  size_t count;
+
+  const SurfaceChange* const* begin() const { return first; }
+  const SurfaceChange* const* end() const { return first + count; }
 };
 
 }  // namespace dtsdf

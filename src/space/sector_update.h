@@ -91,11 +91,11 @@ class CubeUpdate {
 template <class Value>
 class SectorUpdate {
  public:
-  void run(const SurfaceTable& surfaces, const Vec3i& key, int reach,
-           const std::vector<const SurfaceChange*>& changes, DistanceSector& sector) {
+  void run(const SurfaceTable& surfaces, const Vec3i& key, int reach, const SurfaceChanges& changes,
+           DistanceSector& sector) {
     reach_ = reach;
     is_guess_ = false;
-    if (sector.squared.empty() || countAdded(changes) > kMostAdded) {
+    if (sector.isEmpty() || countAdded(changes) > kMostAdded) {
       return workOut(surfaces, key, sector);
     }
     uint64_t anew = 0;
@@ -113,24 +113,23 @@ class SectorUpdate {
         takeAdded(key, part, changes, sector);
       }
     }
+    const uint16_t* const squared = sector.squared.get();
     const auto is_far = [](uint16_t least) { return least == kSquaredFar; };
-    if (std::all_of(sector.squared.begin(), sector.squared.end(), is_far)) sector.squared.clear();
+    if (std::all_of(squared, squared + kCellsPerSector, is_far)) sector.squared.reset();
   }
 
   /// Of the last one: whether some surfaces could not be read, but may be later.
   bool isGuess() const { return is_guess_; }
 
  private:
-  using Changes = std::vector<const SurfaceChange*>;
-
-  static size_t countAdded(const Changes& changes) {
+  static size_t countAdded(const SurfaceChanges& changes) {
     size_t count = 0;
     for (const auto* const change : changes) count += countCells(change->added);
     return count;
   }
 
   static uint16_t* cellsOf(DistanceSector& sector, int part) {
-    return sector.squared.data() + static_cast<size_t>(part) * kCellsPerCube;
+    return sector.squared.get() + static_cast<size_t>(part) * kCellsPerCube;
   }
 
   static void noteMost(int part, DistanceSector& sector) {
@@ -149,7 +148,7 @@ class SectorUpdate {
 
   /// Calls visit(work, mask) with the changes that may matter to a part of the sector: a cube.
   template <class Visit>
-  void visitNear(const Vec3i& key, int part, const Changes& changes, DistanceSector& sector,
+  void visitNear(const Vec3i& key, int part, const SurfaceChanges& changes, DistanceSector& sector,
                  const Visit& visit) const {
     const Vec3i cube = cubeOfSector(key, part);
     const uint16_t most = sector.most[static_cast<size_t>(part)];
@@ -160,7 +159,7 @@ class SectorUpdate {
     }
   }
 
-  bool hasLostNearest(const Vec3i& key, int part, const Changes& changes,
+  bool hasLostNearest(const Vec3i& key, int part, const SurfaceChanges& changes,
                       DistanceSector& sector) const {
     bool has_lost = false;
     visitNear(key, part, changes, sector,
@@ -172,7 +171,8 @@ class SectorUpdate {
     return has_lost;
   }
 
-  void takeAdded(const Vec3i& key, int part, const Changes& changes, DistanceSector& sector) {
+  void takeAdded(const Vec3i& key, int part, const SurfaceChanges& changes,
+                 DistanceSector& sector) {
     bool is_any = false;
     visitNear(key, part, changes, sector,
               [&](const CubeUpdate& work, const auto& change, Vec3i from) {
@@ -186,11 +186,10 @@ class SectorUpdate {
 
   /// All of it.
   void workOut(const SurfaceTable& surfaces, const Vec3i& key, DistanceSector& sector) {
-    sector.squared.clear();
     const bool is_any_near = whole_.run(surfaces, firstCellOfCube(cubeOfSector(key, 0)), reach_);
     is_guess_ = whole_.isGuess();
-    if (!is_any_near) return;
-    sector.squared.resize(static_cast<size_t>(kCubesPerSector) * kCellsPerCube);
+    if (!is_any_near) return sector.squared.reset();
+    if (sector.isEmpty()) sector.ownSquares();
     const uint16_t* row = whole_.squared();
     for (int32_t z = 0; z < kSectorSide; ++z) {
       for (int32_t y = 0; y < kSectorSide; ++y) {

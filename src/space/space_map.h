@@ -40,6 +40,9 @@ class SpaceMap : public Space {
   /// is to be added then. It costs a call for each cell that somebody asks for.
   void bringUpToDateBy(std::function<void()> bring) { bring_up_to_date_ = std::move(bring); }
 
+  /// From now on distances are worked out by this.
+  void workOutDistancesBy(DistanceWork work_out) { distances_.workOutBy(std::move(work_out)); }
+
   /// Cubes that may be in view of an image, in the order of keys; what is not, is not seen free.
   std::vector<Vec3i> cubesInView(const FrameView& frame) const;
 

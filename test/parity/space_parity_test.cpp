@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
 #include <tuple>
 
 #include "parity/backend_comparison.h"
@@ -282,6 +283,48 @@ TEST_P(SpaceParity, UpToTheBudget) {
     EXPECT_GT(stats.refused_blocks, 0u);
     EXPECT_LE(stats.map_bytes + stats.free_bytes, size_t{4} << 20);
     expectSpace(pair.candidate());
+  }
+}
+
+/// Squared distances again, from all pairs of cells.
+void expectExactDistances(const Space& space, int reach) {
+  std::vector<Vec3i> surfaces;
+  for (const SpaceCell& known : space.cells()) {
+    if (known.state == CellState::kSurface) surfaces.push_back(known.cell);
+  }
+  ASSERT_GT(surfaces.size(), 100u);
+  std::mt19937 random(1);
+  std::uniform_int_distribution<int32_t> aside(-reach - 2, reach + 2);
+  for (int i = 0; i < 300; ++i) {
+    const Vec3i& some = surfaces[random() % surfaces.size()];
+    const Vec3i cell{some.x + aside(random), some.y + aside(random), some.z + aside(random)};
+    int least = reach * reach + 1;
+    for (const Vec3i& s : surfaces) {
+      const Vec3i d{s.x - cell.x, s.y - cell.y, s.z - cell.z};
+      least = std::min(least, d.x * d.x + d.y * d.y + d.z * d.z);
+    }
+    ASSERT_EQ(space.squaredDistance(cell), least <= reach * reach ? least : -1);
+  }
+}
+
+/// Over one sector and over many, in all of them and beyond their reach, after each of some frames.
+TEST_P(SpaceParity, DistancesAreExactHoweverFarTheyReach) {
+  for (const int reach : {1, 25, 33, 130}) {
+    SCOPED_TRACE(reach);
+    MapperParams params = spaceParams();
+    params.space.cell_voxels = 1;
+    params.space.max_distance_m = 0.04f * static_cast<float>(reach);
+    BackendPair pair(params, GetParam());
+    TestFrameSettings settings;
+    settings.noise = true;
+    settings.count = reach < 100 ? 3 : 1;
+    for (const TestFrame& frame : makeTestFrames(settings)) {
+      ASSERT_NO_FATAL_FAILURE(pair.integrateOnly(frame.view()));
+      pair.clearRegion(SphereRegion{frame.frame.T_W_C * Eigen::Vector3d(0.1, 0.1, 1.5), 0.4});
+      ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
+      ASSERT_NO_FATAL_FAILURE(pair.compareSpaces());
+      ASSERT_NO_FATAL_FAILURE(expectExactDistances(*pair.candidate().space(), reach));
+    }
   }
 }
 

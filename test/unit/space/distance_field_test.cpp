@@ -28,7 +28,7 @@ class Surfaces {
     remove(table_[packKey(cubeOfCell(cell))], indexInCube(cell));
     changed_.insert(packKey(cubeOfCell(cell)));
   }
-  size_t count() const { return sites_.size(); }
+  void changeSome(std::mt19937& random, int round);
   bool isThere(const Vec3i& cell) const {
     return std::find(sites_.begin(), sites_.end(), cell) != sites_.end();
   }
@@ -63,14 +63,19 @@ std::vector<Vec3i> someCells(std::mt19937& random, int count, int range) {
   return cells;
 }
 
+/// More come; every third time most of them go.
+void Surfaces::changeSome(std::mt19937& random, int round) {
+  for (const Vec3i& cell : someCells(random, 6, 40)) put(cell);
+  while (round % 3 == 2 && sites_.size() > 5) take(random() % sites_.size());
+}
+
 TEST(DistanceField, IsExactAfterEachOfManyChanges) {
   std::mt19937 random(caseSeed(0));
   for (const int reach : {1, 7, 25}) {
     Surfaces surfaces;
     DistanceField field(reach, 2);
     for (int round = 0; round < 12; ++round) {
-      for (const Vec3i& cell : someCells(random, 6, 40)) surfaces.put(cell);
-      while (round % 3 == 2 && surfaces.count() > 5) surfaces.take(random() % surfaces.count());
+      surfaces.changeSome(random, round);
       surfaces.updateAll(field);
       for (const Vec3i& cell : someCells(random, 400, 75)) {
         ASSERT_EQ(squaredAt(field.sectors(), cell), surfaces.squaredDistance(cell, reach))
@@ -78,6 +83,73 @@ TEST(DistanceField, IsExactAfterEachOfManyChanges) {
             << " " << cell.z;
       }
     }
+  }
+}
+
+/// The least of all squares along x, of each row within reach.
+uint16_t leastOfRows(const DistanceTask& task, const SectorStack& stack, const Vec3i& cell) {
+  int32_t least = kSquaredFar;
+  std::vector<uint32_t> words(static_cast<size_t>(windowSide(task.reach)));
+  for (int32_t z = -task.reach; z <= task.reach; ++z) {
+    for (int32_t y = -task.reach; y <= task.reach; ++y) {
+      for (size_t i = 0; i < words.size(); ++i) {
+        words[i] = surfacesInRow(task, stack, static_cast<int32_t>(i), cell.y + y, cell.z + z);
+      }
+      least = std::min(least, y * y + z * z + squaredAlongRow(words.data(), cell.x, task.reach));
+    }
+  }
+  return squaredWithin(least, task.reach);
+}
+
+constexpr uint16_t kNotAsked = 0xfffe;
+
+/// Works out some of the cells as a device does all.
+void workOutSome(const DistanceTask& task, std::vector<SectorSquares>& squares, int step) {
+  for (int32_t i = 0; i < task.stack_count; ++i) {
+    const SectorStack& stack = task.stacks[i];
+    for (int32_t k = 0; k < stack.count; ++k) {
+      SectorSquares& sector = squares[static_cast<size_t>(stack.first + k)];
+      sector = SectorSquares(new uint16_t[kCellsPerSector]);
+      std::fill_n(sector.get(), kCellsPerSector, kNotAsked);
+      for (int cell = step / 2; cell < kCellsPerSector; cell += step) {
+        const Vec3i cube = firstCellOfCube(cubeOfSector({0, 0, k}, cell / kCellsPerCube));
+        sector[cell] = leastOfRows(task, stack, cube + voxelOffset(cell % kCellsPerCube));
+      }
+    }
+  }
+}
+
+/// Now and then it is left to the host, which goes on from there.
+TEST(DistanceField, HasOthersWorkItOut) {
+  std::mt19937 random(caseSeed(0));
+  for (const auto& [reach, step] :
+       {std::pair{1, 1}, {25, 7001}, {32, 7001}, {33, 7001}, {130, 30011}}) {
+    SCOPED_TRACE(reach);
+    Surfaces surfaces;
+    DistanceField field(reach, 1);
+    int calls = 0;
+    field.workOutBy(
+        [&, every = step](const DistanceTask& task, std::vector<SectorSquares>& squares) {
+          if (every == 1 && ++calls % 3 == 2) return false;
+          workOutSome(task, squares, every);
+          return true;
+        });
+    size_t asked = 0;
+    for (int round = 0; round < 4; ++round) {
+      surfaces.changeSome(random, round);
+      surfaces.updateAll(field);
+      for (const auto& [key, paged] : field.sectors()) {
+        const auto sector = paged.get();
+        for (int i = step / 2; i < kCellsPerSector; i += std::max(step, 101)) {
+          ASSERT_NE(sector->squared[i], kNotAsked);
+          const Vec3i cube = firstCellOfCube(cubeOfSector(unpackKey(key), i / kCellsPerCube));
+          const Vec3i cell = cube + voxelOffset(i % kCellsPerCube);
+          ASSERT_EQ(sector->squaredAt(cell), surfaces.squaredDistance(cell, reach));
+          ++asked;
+        }
+      }
+    }
+    EXPECT_GT(asked, 500u);
   }
 }
 

@@ -1,0 +1,121 @@
+/// Squared distances from cells to the nearest ones with surfaces, up to a reach: the minimum of
+/// squares along x, of that along y, and of that along z (Saito and Toriwaki, Pattern Recognition
+/// 27, 1994). They are whole numbers, so that any order of work gives the same.
+#pragma once
+
+#include "kernels/space/sectors.h"
+
+namespace dtsdf {
+
+/// No surface is within reach.
+constexpr uint16_t kSquaredFar = 0xffff;
+
+/// The cubes of a sector that have surfaces: a bit for each by its number, and where the masks of
+/// their cells begin in a list, in the order of numbers.
+struct SurfaceCubes {
+  uint64_t known;
+  int32_t first;
+};
+
+/// Sectors to be worked out, one on top of the other.
+struct SectorStack {
+  int32_t count;
+  int32_t place;        ///< Of its first one in the box.
+  int32_t first;        ///< The number of its first one among all that are to be worked out.
+  int32_t first_plane;  ///< Of its planes of cells, with those within reach above and below.
+};
+
+/// Sectors whose distances are to be worked out, and the surfaces in a box around them.
+struct DistanceTask {
+  int32_t reach;  ///< In cells, 255 at most.
+  int32_t stack_count, place_count, sector_count, cube_count;
+  int32_t box_x, box_y;  ///< Sectors along its edges.
+  int32_t wanted;        ///< Sectors in all stacks.
+  int32_t plane_count;   ///< Planes in all stacks.
+  int32_t most_planes;   ///< In one of them.
+  const SectorStack* stacks;
+  const int32_t* places;  ///< Numbers of the sectors of the box, x fastest; -1: no surface.
+  const SurfaceCubes* sectors;
+  const CellMask* cubes;
+};
+
+/// Sectors that are within reach, to one side.
+DTSDF_HD int32_t ringOf(int32_t reach) { return (reach + kSectorSide - 1) >> kSectorSideLog2; }
+DTSDF_HD int32_t windowSide(int32_t reach) { return 2 * ringOf(reach) + 1; }
+DTSDF_HD int32_t planesOf(int32_t sectors, int32_t reach) {
+  return kSectorSide * sectors + 2 * reach;
+}
+
+DTSDF_HD int countBits(uint64_t bits) {
+#ifdef __CUDA_ARCH__
+  return __popcll(bits);
+#else
+  return __builtin_popcountll(bits);
+#endif
+}
+/// @pre Some bit is set.
+DTSDF_HD int lowestBit(uint32_t bits) {
+#ifdef __CUDA_ARCH__
+  return __ffs(static_cast<int>(bits)) - 1;
+#else
+  return __builtin_ctz(bits);
+#endif
+}
+DTSDF_HD int highestBit(uint32_t bits) {
+#ifdef __CUDA_ARCH__
+  return 31 - __clz(static_cast<int>(bits));
+#else
+  return 31 - __builtin_clz(bits);
+#endif
+}
+
+/// Surfaces among 32 cells of a row, a bit for each: in the i-th sector along x of those within
+/// reach of a stack, at (y, z) from the first cell of the stack.
+DTSDF_HD uint32_t surfacesInRow(const DistanceTask& task, const SectorStack& stack, int32_t i,
+                                int32_t y, int32_t z) {
+  const int32_t rows = (y >> kSectorSideLog2) + task.box_y * (z >> kSectorSideLog2);
+  const int32_t place = task.places[stack.place + i - ringOf(task.reach) + task.box_x * rows];
+  if (place < 0) return 0;
+  const SurfaceCubes& sector = task.sectors[place];
+  const int first = cubeInSector(cubeOfCell({0, y, z}));
+  const auto some = static_cast<uint32_t>(sector.known >> first & ((1u << kCubesAlong) - 1));
+  if (some == 0) return 0;
+  const CellMask* cube =
+      task.cubes + sector.first + countBits(sector.known & ((uint64_t{1} << first) - 1));
+  const int shift = kCubeSide * (y & (kCubeSide - 1));
+  uint32_t row = 0;
+  for (int n = 0; n < kCubesAlong; ++n) {
+    if ((some >> n & 1u) == 0) continue;
+    row |= static_cast<uint32_t>(cube->word[z & (kCubeSide - 1)] >> shift & 0xffu) << (8 * n);
+    ++cube;
+  }
+  return row;
+}
+
+/// The squared distance along a row to the nearest surface within reach, from cell x of the middle
+/// one of its words.
+DTSDF_HD int32_t squaredAlongRow(const uint32_t* words, int32_t x, int32_t reach) {
+  const int32_t ring = ringOf(reach);
+  const uint32_t from = words[ring] >> x, until = words[ring] << (kSectorSide - 1 - x);
+  int32_t above = from != 0 ? lowestBit(from) : reach + 1;
+  int32_t below = until != 0 ? kSectorSide - 1 - highestBit(until) : reach + 1;
+  for (int32_t i = 1; from == 0 && i <= ring; ++i) {
+    if (words[ring + i] == 0) continue;
+    above = kSectorSide * i - x + lowestBit(words[ring + i]);
+    break;
+  }
+  for (int32_t i = 1; until == 0 && i <= ring; ++i) {
+    if (words[ring - i] == 0) continue;
+    below = x + kSectorSide * i - highestBit(words[ring - i]);
+    break;
+  }
+  const int32_t least = above < below ? above : below;
+  return least <= reach ? least * least : kSquaredFar;
+}
+
+/// A squared distance, once it is the least of all.
+DTSDF_HD uint16_t squaredWithin(int32_t squared, int32_t reach) {
+  return squared <= reach * reach ? static_cast<uint16_t>(squared) : kSquaredFar;
+}
+
+}  // namespace dtsdf

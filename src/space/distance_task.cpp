@@ -1,0 +1,97 @@
+#include "space/distance_task.h"
+
+#include <memory>
+
+namespace dtsdf {
+
+DistanceTask TaskOfDistances::gather(const SurfaceTable& surfaces,
+                                     const std::vector<Vec3i>& sectors, int reach) {
+  DistanceTask task{};
+  task.reach = reach;
+  ring_ = ringOf(reach);
+  layOut(sectors, task);
+  fill(surfaces);
+  task.stack_count = static_cast<int32_t>(stacks_.size());
+  task.place_count = static_cast<int32_t>(places_.size());
+  task.sector_count = static_cast<int32_t>(sectors_.size());
+  task.cube_count = static_cast<int32_t>(cubes_.size());
+  task.wanted = static_cast<int32_t>(sectors.size());
+  task.stacks = stacks_.data();
+  task.places = places_.data();
+  task.sectors = sectors_.data();
+  task.cubes = cubes_.data();
+  return task;
+}
+
+/// Box and stacks.
+void TaskOfDistances::layOut(const std::vector<Vec3i>& sectors, DistanceTask& task) {
+  box_ = {sectors.front(), sectors.front()};
+  for (const Vec3i& sector : sectors) box_ = box_.with(sector);
+  box_ = box_.grownBy(ring_);
+  task.box_x = box_.size().x;
+  task.box_y = box_.size().y;
+  stacks_.clear();
+  for (size_t first = 0, end = 0; first < sectors.size(); first = end) {
+    Vec3i next = sectors[first];
+    for (; end < sectors.size() && sectors[end] == next; ++end) ++next.z;
+    const auto count = static_cast<int32_t>(end - first);
+    const int32_t planes = planesOf(count, task.reach);
+    stacks_.push_back(
+        {count, placeOf(sectors[first]), static_cast<int32_t>(first), task.plane_count});
+    task.plane_count += planes;
+    task.most_planes = std::max(task.most_planes, planes);
+  }
+}
+
+int32_t TaskOfDistances::placeOf(const Vec3i& sector) const {
+  const Vec3i at = sector - box_.low, size = box_.size();
+  return at.x + size.x * (at.y + size.y * at.z);
+}
+
+/// The surfaces in the box.
+void TaskOfDistances::fill(const SurfaceTable& surfaces) {
+  places_.assign(static_cast<size_t>(box_.volume()), -1);
+  sectors_.clear();
+  cubes_.clear();
+  unread_.clear();
+  if (surfaces.size() < places_.size()) {
+    for (const PackedKey key : surfaces.keys()) {
+      const Vec3i sector = unpackKey(key);
+      if (box_.contains(sector)) add(surfaces, key, places_[static_cast<size_t>(placeOf(sector))]);
+    }
+    return;
+  }
+  size_t place = 0;
+  for (int32_t z = box_.low.z; z <= box_.high.z; ++z) {
+    for (int32_t y = box_.low.y; y <= box_.high.y; ++y) {
+      for (int32_t x = box_.low.x; x <= box_.high.x; ++x, ++place) {
+        const PackedKey key = packKey({x, y, z});
+        if (surfaces.has(key)) add(surfaces, key, places_[place]);
+      }
+    }
+  }
+}
+
+void TaskOfDistances::add(const SurfaceTable& surfaces, PackedKey key, int32_t& place) {
+  place = static_cast<int32_t>(sectors_.size());
+  SurfaceCubes sector{0, static_cast<int32_t>(cubes_.size())};
+  if (const std::shared_ptr<const CellSector> cells = surfaces.find(key)) {
+    cells->visit([&](int number, const CubeCells& cube) {
+      sector.known |= uint64_t{1} << number;
+      cubes_.push_back(cube.surface);
+    });
+  } else {
+    if (!surfaces.isLost(key)) unread_.push_back(unpackKey(key));
+    sector.known = ~uint64_t{0};
+    cubes_.insert(cubes_.end(), kCubesPerSector, kAllCells);
+  }
+  sectors_.push_back(sector);
+}
+
+bool TaskOfDistances::isGuess(const Vec3i& sector) const {
+  const SectorBox around = SectorBox{sector, sector}.grownBy(ring_);
+  return std::any_of(unread_.begin(), unread_.end(),
+                     [&](const Vec3i& unread) { return around.contains(unread); });
+}
+
+}  // namespace dtsdf

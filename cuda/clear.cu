@@ -7,6 +7,7 @@
 #include "find_blocks.cuh"
 #include "kernels/fusion/free_space.h"
 #include "launch.h"
+#include "look_around.cuh"
 #include "named_kernels.h"
 #include "runtime/device.h"
 #include "runtime/stage_clock.h"
@@ -185,20 +186,6 @@ __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSett
     if (isArrayEmpty(map.voxels.record(entry.array[d]))) result.empty_directions |= 1u << d;
   }
   return result;
-}
-
-/// Lists a block that the frame looks at untouched. Those that are entered meanwhile are touched,
-/// whatever is read of their slots.
-__device__ void findLook(const FrameView& frame, const FusionRules& rules,
-                         const FusionTarget& target, uint64_t frame_number, const LookList& looks,
-                         uint32_t i) {
-  if (i >= looks.in_view_count) return;
-  const int32_t slot = looks.in_view[i];
-  const PackedKey key = readShared(&target.map.slots[slot].key);
-  if (key == kNoKey || !isInTurn(key, frame_number, rules)) return;
-  if (!mayBeInView(frame, unpackKey(key) - blockOfVoxel(frame.origin_voxel))) return;
-  if (findTouched(target.touched, key) >= 0) return;
-  looks.slots[atomicAdd(&target.touched.counters->looks, 1u)] = slot;
 }
 
 /// One thread per block that may be in view; behind them, blocks of threads enter blocks.

@@ -7,14 +7,6 @@
 namespace dtsdf {
 namespace gpu {
 
-/// The blocks that a frame looks at besides those that it touches, and those among which they are;
-/// FrameCounters counts them.
-struct LookList {
-  const int32_t* in_view;
-  uint32_t in_view_count;
-  int32_t* slots;
-};
-
 /// Where the host finds the blocks that a frame leaves empty, in its own memory.
 struct EmptyList {
   EmptyBlock* blocks;

@@ -1,7 +1,6 @@
 #include "cuda_backend.h"
 
 #include <algorithm>
-#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -99,8 +98,6 @@ class CudaBackend : public MapBackend {
  private:
   RawDepth rawDepthOf(const DepthFrame& frame) const;
   void findMore();
-  std::vector<int32_t> inPart(const std::vector<PackedKey>& part,
-                              const std::vector<int32_t>& in_view) const;
   FusionTarget target() const { return {map_.view(), block_finder_.view()}; }
 
   const MapperParams params_;
@@ -217,29 +214,13 @@ void CudaBackend::findMore() {
 }
 
 void CudaBackend::reserveFrame(const FrameTurn& turn) {
-  std::vector<int32_t> in_part;
-  if (turn.part != nullptr) {
-    block_finder_.takePart(*turn.part, map_.view());
-    in_part = inPart(*turn.part, turn.in_view);
-  }
-  const std::vector<int32_t>& in_view = turn.part != nullptr ? in_part : turn.in_view;
-  in_view_count_ = in_view.size();
+  if (turn.part != nullptr) block_finder_.takePart(*turn.part, map_.view());
+  in_view_count_ = turn.in_view.size();
   map_.noteDemand({counters_.requests, counters_.requested_arrays});
   fusion_.reserve(counters_);
-  clearing_.reserve(counters_, in_view.size());
-  clearing_.noteInView(*sensing_, in_view);
+  clearing_.reserve(counters_, in_view_count_);
+  clearing_.noteInView(*sensing_, turn.in_view);
   is_in_frame_ = true;
-}
-
-/// Of the blocks in view, those that are in this part.
-std::vector<int32_t> CudaBackend::inPart(const std::vector<PackedKey>& part,
-                                         const std::vector<int32_t>& in_view) const {
-  std::vector<int32_t> kept;
-  std::copy_if(in_view.begin(), in_view.end(), std::back_inserter(kept), [&](int32_t slot) {
-    const BlockEntry& entry = table_.block(slot);
-    return entry.in_use && std::binary_search(part.begin(), part.end(), packKey(entry.key));
-  });
-  return kept;
 }
 
 void CudaBackend::castFoldAndClear(const FrameTurn& turn) {

@@ -32,7 +32,8 @@ struct TouchedCounts {
 struct FrameTurn {
   uint64_t number;                      ///< Of the frame, from 1.
   const std::vector<int32_t>& in_view;  ///< Slots of blocks that may be in view, and others.
-  /// Where it comes in parts: those blocks that it changes in this one, by key. Null: all.
+  /// Where it comes in parts: those blocks that it changes in this one, by key; of others none is
+  /// in `in_view`. Null: all.
   const std::vector<PackedKey>* part = nullptr;
 };
 

@@ -188,8 +188,8 @@ std::vector<int32_t> CpuBackend::blocksInTurn(const FrameTurn& turn) const {
   for (const int32_t slot : turn.in_view) {
     if (last_touched_[slot] == turn.number) continue;
     const BlockEntry& entry = table_.block(slot);
-    if (!entry.in_use || !isInPart(packKey(entry.key), turn)) continue;
-    if (isInTurnToBeSeenThrough(entry.key, turn.number)) slots.push_back(slot);
+    if (!entry.in_use || !isInTurnToBeSeenThrough(entry.key, turn.number)) continue;
+    slots.push_back(slot);
   }
   return slots;
 }

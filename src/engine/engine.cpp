@@ -9,7 +9,6 @@
 #include "backend/rule_settings.h"
 #include "engine/each_once.h"
 #include "engine/mesh_parts.h"
-#include "kernels/colour/surface_point.h"
 #include "kernels/core/direction.h"
 #include "kernels/fusion/free_space.h"
 #include "map/memory_budget.h"
@@ -136,6 +135,19 @@ std::vector<int32_t> Engine::blocksInView(const FrameView& view) const {
   if (!clearsFreeSpace(params_)) return {};
   const StageTimer timer(profile_, Stage::kClear);
   return table_.slotsInView(view, kFootRadius);
+}
+
+/// As blocksInView(), of the part that is in memory.
+std::vector<int32_t> Engine::blocksOfPart(const FrameView& view) const {
+  std::vector<int32_t> slots = blocksInView(view);
+  const auto is_of_another = [&](int32_t slot) {
+    const PackedKey key = packKey(table_.block(slot).key);
+    return !std::binary_search(part_.begin(), part_.end(), key);
+  };
+  if (!part_.empty()) {
+    slots.erase(std::remove_if(slots.begin(), slots.end(), is_of_another), slots.end());
+  }
+  return slots;
 }
 
 /// Which cubes are in view is found while a device is busy with the stages before.
@@ -299,54 +311,6 @@ Alignment Engine::align(const DepthFrame& frame, const PosePrior& prior) {
     if (!error.lacksMemory()) throw;
     return unaligned;
   }
-}
-
-IntegrationResult Engine::paint(const ColourFrame& frame) {
-  if (const auto problem = findProblem(frame, params_)) return refuse(*problem);
-  return timed([&] { return paintSurfaces(frame); });
-}
-
-/// The way of a colour image.
-IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
-  ready();
-  forgetWhatIsMarked();
-  const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
-  std::vector<int32_t> in_view = table_.slotsInView(view, pointRadius(rules_.colour));
-  settle();
-  const size_t left_on_disk = pager_ ? bringInForImage(view, in_view) : 0;
-  const SeenColours seen = backend_->look(frame, {view, leastEvidenceNow(), in_view});
-  exposure_ = exposureOf(seen.sums, exposure_, paint_settings_);
-  if (!seen.any) return nothingToPaint();
-  IntegrationResult result;
-  result.refused_blocks = left_on_disk + admitColours();
-  if (has_colours_) backend_->paint(exposure_);
-  return result;
-}
-
-/// As admit(). @return the number of bricks refused.
-size_t Engine::admitColours() {
-  backend_->waitForMeshes();
-  std::vector<ColourRequest> requests = backend_->colourRequests();
-  const size_t new_bricks = table_.countNewColours(requests);
-  if (pager_) pager_->makeRoom(*backend_, new_bricks * BlockTable::kColourBytes);
-  backend_->reserveColours(new_bricks);
-  const ColourAdmission admission = table_.admitColours(std::move(requests));
-  enterColours(admission.bricks);
-  counters_.refused += admission.refused;
-  return admission.refused;
-}
-
-/// What was meshed without colours gets them with the first ones.
-void Engine::enterColours(const std::vector<NewBrick>& bricks) {
-  if (bricks.empty()) return;
-  if (!has_colours_) keepColours();
-  has_colours_ = true;
-  backend_->enterColours(bricks);
-}
-
-void Engine::keepColours() {
-  backend_->keepColours();
-  if (pager_) pager_->keepColours();
 }
 
 int32_t Engine::leastEvidenceNow() const {

@@ -93,6 +93,7 @@ class Engine : public ProbedMapper {
   std::vector<PackedKey> pagedInView(const FrameView& view) const;
   std::vector<PackedKey> keysOfFrame(const FrameView& view, const std::vector<int32_t>& in_view);
   size_t bringInPart(size_t new_bytes);
+  std::vector<int32_t> blocksOfPart(const FrameView& view) const;
   size_t fusePart(const FrameView& view, const TouchedCounts& touched);
   size_t bytesWanted(PackedKey key, size_t& next_request) const;
   std::vector<BlockRequest> requestsOfPart();

@@ -107,8 +107,8 @@ size_t Engine::bringInForFrame(const FrameView& view, const TouchedCounts& touch
   const bool is_whole = part.size() == keys.size();
   part_.swap(part);
   left += bringInPart(new_bytes);
-  in_view = blocksInView(view);
   if (is_whole) part_.clear();
+  in_view = blocksOfPart(view);
   return left;
 }
 
@@ -173,7 +173,7 @@ size_t Engine::bringInPart(size_t new_bytes) {
 /// As fuse() goes on, and settle() after it: slots are others in the next part.
 /// @return the number of blocks refused.
 size_t Engine::fusePart(const FrameView& view, const TouchedCounts& touched) {
-  const std::vector<int32_t> in_view = blocksInView(view);
+  const std::vector<int32_t> in_view = blocksOfPart(view);
   const FrameTurn turn{counters_.frames + 1, in_view, &part_};
   const size_t refused = admit(touched, turn);
   backend_->castFoldAndClear(turn);

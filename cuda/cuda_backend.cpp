@@ -13,6 +13,7 @@
 #include "clear_region.h"
 #include "distances.h"
 #include "fusion.h"
+#include "map/memory_budget.h"
 #include "move_blocks.h"
 #include "move_records.h"
 #include "painter.h"
@@ -56,10 +57,10 @@ class CudaBackend : public MapBackend {
   std::vector<EmptyBlock> takeEmpty() override { return clearing_.takeEmptyBlocks(); }
   bool dropsEmpty() const override { return true; }
   std::vector<FreeCube> takeFree() override { return free_cell_finder_.take(); }
+  bool makesDistances() const override { return true; }
   bool makeDistances(const DistanceTask& task,
                      std::vector<std::shared_ptr<uint16_t[]>>& squares) override {
-    distance_maker_.make(task, squares);
-    return true;
+    return distance_maker_.make(task, squares);
   }
 
   SeenColours look(const ColourFrame& frame, const ColourLook& look) override;
@@ -83,7 +84,12 @@ class CudaBackend : public MapBackend {
   void reserveChanges(size_t slots) override { map_.reserveChanges(slots); }
   void enterBlocks(const std::vector<int32_t>& slots, const std::vector<int32_t>& arrays) override {
     map_.noteBlocks(table_, slots, arrays);
-    if (!is_in_frame_) map_.enterBlocks();  // else that is part of a kernel of the frame
+    map_.enterBlocks();
+  }
+  /// A kernel of the frame enters them.
+  void enterBlocksOfFrame(const std::vector<int32_t>& slots,
+                          const std::vector<int32_t>& arrays) override {
+    map_.noteBlocks(table_, slots, arrays);
   }
   void enterColours(const std::vector<NewBrick>& bricks) override { map_.enterColours(bricks); }
   void follow(const ChangedSlots& changed) override;
@@ -122,7 +128,6 @@ class CudaBackend : public MapBackend {
   DistanceMaker distance_maker_;
   RecordMover record_mover_;
   RecordCarrier record_carrier_;
-  bool is_in_frame_ = false;              ///< From reserveFrame() to castFoldAndClear().
   size_t in_view_count_ = 0;              ///< Of the part of a frame that is fused.
   std::optional<DeviceSensing> sensing_;  ///< Of the last depth image.
   DeviceSurfels surfels_ = {};
@@ -148,6 +153,7 @@ CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int dev
       renderer_(makeMeshSettings(params, rules), params.map.directional, stream_),
       region_clearer_(stream_),
       free_cell_finder_(cellGridOf(params), params.space.max_range_m, stream_),
+      distance_maker_(budgetOf(params).free_bytes),
       record_mover_(stream_),
       record_carrier_(stream_, device),
       block_mover_(
@@ -181,7 +187,6 @@ void CudaBackend::sense(const DepthFrame& frame, const FrameView& view) {
 
 /// Surfels are cast while the host admits blocks: nothing before needs them, nor free depths.
 void CudaBackend::lookUpBlocks() {
-  is_in_frame_ = false;  // if the last one failed
   block_finder_.compare(*sensing_, map_.view());
   fusion_.castAhead(*sensing_, surfels_, block_finder_.view());
   sensor_.findFreeDepths(*sensing_);
@@ -220,14 +225,12 @@ void CudaBackend::reserveFrame(const FrameTurn& turn) {
   fusion_.reserve(counters_);
   clearing_.reserve(counters_, in_view_count_);
   clearing_.noteInView(*sensing_, turn.in_view);
-  is_in_frame_ = true;
 }
 
 void CudaBackend::castFoldAndClear(const FrameTurn& turn) {
   holdForProfile(stream_);
   clearing_.enterAndLook(*sensing_, target(), map_.notedBlocks(), turn.number);
   map_.noteEntered();
-  is_in_frame_ = false;
   fusion_.castAndFold(*sensing_, surfels_, target(), counters_);
   bounds_.dirty += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
   clearing_.clear(*sensing_, target(), counters_, fusion_.supported(), turn.number);

@@ -216,10 +216,10 @@ void DeviceMap::noteBlocks(const BlockTable& table, const std::vector<int32_t>& 
 }
 
 void DeviceMap::enterBlocks() {
-  if (const uint32_t blocks = blocksToEnter(noted_blocks_)) {
-    launchBehind(enterBlocksKernel, blocks, kThreads, 0, stream_, view(), noted_blocks_);
-    DTSDF_CHECK_LAUNCH("enterBlocksKernel");
-  }
+  const uint32_t blocks = blocksToEnter(noted_blocks_);
+  if (blocks == 0) return;
+  launchBehind(enterBlocksKernel, blocks, kThreads, 0, stream_, view(), noted_blocks_);
+  DTSDF_CHECK_LAUNCH("enterBlocksKernel");
   noteEntered();
 }
 
@@ -229,6 +229,7 @@ void DeviceMap::noteEntered() {
 }
 
 void DeviceMap::sendChanges() {
+  enterBlocks();  // those of a frame that failed before it came to them, if any
   if (noted_.empty()) return;
   reserveChanges(noted_.size());
   std::copy(noted_.begin(), noted_.end(), changes_.data());

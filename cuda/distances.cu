@@ -1,5 +1,6 @@
 #include "distances.h"
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
@@ -155,11 +156,25 @@ SquaresPlace SquaresPool::take() {
 
 void SquaresPool::grow() {
   free_.reserve((chunks_.size() + 1) * kChunkSectors);
-  Chunk chunk{PinnedBuffer<uint16_t>(kChunkSquares), DeviceBuffer<uint16_t>(kChunkSquares)};
+  Chunk made;
+  made.host.reserveExactly(kChunkSquares);
+  made.device = DeviceBuffer<uint16_t>(kChunkSquares);
+  chunks_.push_back(std::move(made));
+  Chunk& chunk = chunks_.back();
   for (size_t at = 0; at < kChunkSquares; at += kCellsPerSector) {
     free_.push_back({chunk.host.data() + at, chunk.device.data() + at, true});
   }
-  chunks_.push_back(std::move(chunk));
+}
+
+bool SquaresPool::hasRoomFor(const std::vector<std::shared_ptr<uint16_t[]>>& squares,
+                             size_t most_bytes) const {
+  const auto places = static_cast<size_t>(
+      std::count_if(squares.begin(), squares.end(), [](const std::shared_ptr<uint16_t[]>& some) {
+        return std::get_deleter<GiveBack>(some) == nullptr;
+      }));
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const size_t chunks = chunks_.size() + (places + kChunkSectors - 1) / kChunkSectors;
+  return places <= free_.size() || chunks * kChunkSquares * sizeof(uint16_t) <= most_bytes;
 }
 
 void SquaresPool::GiveBack::operator()(uint16_t* host) const noexcept {
@@ -199,9 +214,10 @@ DistanceTask DistanceMaker::upload(const DistanceTask& task, const SquaresPlace*
   return on_device;
 }
 
-void DistanceMaker::make(const DistanceTask& task,
+bool DistanceMaker::make(const DistanceTask& task,
                          std::vector<std::shared_ptr<uint16_t[]>>& squares) {
   const auto wanted = static_cast<size_t>(task.wanted);
+  if (!pool_->hasRoomFor(squares, most_bytes_)) return false;
   const auto planes = static_cast<size_t>(task.plane_count);
   results_.resize(wanted);
   is_near_.reserve(wanted);
@@ -224,6 +240,7 @@ void DistanceMaker::make(const DistanceTask& task,
   for (size_t i = 0; i < wanted; ++i) {
     if (is_near_[i] == 0) squares[i].reset();
   }
+  return true;
 }
 
 void DistanceMaker::addMemory(std::vector<MemoryPart>& parts) const {

@@ -26,6 +26,9 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
   /// lives as long as the last of them.
   SquaresPlace placeOf(std::shared_ptr<uint16_t[]>& squares);
 
+  /// Whether places of all these keep within a limit of memory.
+  bool hasRoomFor(const std::vector<std::shared_ptr<uint16_t[]>>& squares, size_t most_bytes) const;
+
   size_t bytes() const;      ///< On the host, and as many on the device.
   size_t freeBytes() const;  ///< Of these, what nobody has.
 
@@ -53,19 +56,22 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
 
 class DistanceMaker {
  public:
-  DistanceMaker() = default;
+  /// @param most_bytes Of squares on the device, and as many on the host.
+  explicit DistanceMaker(size_t most_bytes) : most_bytes_(most_bytes) {}
   ~DistanceMaker() { stream_.drain(); }
   DistanceMaker(const DistanceMaker&) = delete;
   DistanceMaker& operator=(const DistanceMaker&) = delete;
 
-  /// As MapBackend::makeDistances(), on a stream of its own. @throws CudaError
-  void make(const DistanceTask& task, std::vector<std::shared_ptr<uint16_t[]>>& squares);
+  /// As MapBackend::makeDistances(), on a stream of its own. @return false beyond the limit.
+  /// @throws CudaError
+  bool make(const DistanceTask& task, std::vector<std::shared_ptr<uint16_t[]>>& squares);
 
   void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
   DistanceTask upload(const DistanceTask& task, const SquaresPlace*& results);
 
+  const size_t most_bytes_;
   Stream stream_;
   std::shared_ptr<SquaresPool> pool_ = std::make_shared<SquaresPool>();
   PinnedBuffer<char> staged_;

@@ -124,6 +124,7 @@ class MapBackend {
   /// Works distances out, beside images and meshes. @param squares Of each sector that is wanted:
   /// what it had, if it may be overwritten; null after it where all are far.
   /// @return false: the host is to do it. @throws BackendError Without memory nothing has changed.
+  virtual bool makesDistances() const { return false; }
   virtual bool makeDistances(const DistanceTask& /*task*/,
                              std::vector<std::shared_ptr<uint16_t[]>>& /*squares*/) {
     return false;
@@ -174,6 +175,11 @@ class MapBackend {
   /// Follows an admission to the table: these blocks changed, and these arrays are to be zeroed.
   virtual void enterBlocks(const std::vector<int32_t>& slots,
                            const std::vector<int32_t>& arrays) = 0;
+  /// The same for a frame; castFoldAndClear(), which follows, may be what does it.
+  virtual void enterBlocksOfFrame(const std::vector<int32_t>& slots,
+                                  const std::vector<int32_t>& arrays) {
+    enterBlocks(slots, arrays);
+  }
   virtual void enterColours(const std::vector<NewBrick>& bricks) = 0;
 
   /// Follows other changes of the table; while an extraction reads the map, once it is waited for.

@@ -37,10 +37,12 @@ Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
     space_->bringUpToDateBy([this] {
       if (has_free_) takeFree();
     });
+  }
+  name_ = ready().name();  // what a device lacks shows at the start
+  if (space_ && backend_->makesDistances()) {
     space_->workOutDistancesBy(
         [this](const DistanceTask& task, auto& squares) { return makeDistances(task, squares); });
   }
-  name_ = ready().name();  // what a device lacks shows at the start
   if (params.map.page_folder.empty()) return;
   if (backend_->mover() == nullptr) {
     throw std::runtime_error("this backend cannot work with map/page_folder; leave it empty");
@@ -175,7 +177,7 @@ size_t Engine::admit(const TouchedCounts& touched, const FrameTurn& turn) {
   Admission admission;
   if (hasRoomFor({blocks, arrays, table_.sizesAfter(blocks, arrays)})) {
     admission = table_.admit(std::move(requests));
-    backend_->enterBlocks(admission.changed_slots, admission.new_arrays);
+    backend_->enterBlocksOfFrame(admission.changed_slots, admission.new_arrays);
     if (pager_) pager_->noteNew(admission.changed_slots);
   } else {
     admission.refused = blocks;

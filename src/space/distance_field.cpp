@@ -17,6 +17,7 @@ constexpr int kMostReachOf16Bits = 127;
 /// 16 MiB of them, beside what stays in memory; and fewer where they reach far.
 constexpr size_t kMostSectorsAtOnce = 256;
 constexpr int kMostPlanesAtOnce = 1 << 15;
+constexpr size_t kMostNearKept = 1 << 16;
 constexpr int64_t kMostPlaces = int64_t{1} << 15;  ///< In the box around them.
 
 /// Packed keys are in the order of z first.
@@ -188,12 +189,18 @@ void DistanceField::update(const std::vector<SurfaceCube>& changed) {
   const std::vector<SurfaceChange> changes =
       takeOver(waiting_.empty() ? changed : withWaiting(changed));
   std::vector<SectorChange> sectors = sectorsNear(changes);
-  for (size_t first = 0, count = 0; first < sectors.size(); first += count) {
-    count = countAtOnce(sectors, first);
-    const auto begin = sectors.begin() + static_cast<std::ptrdiff_t>(first);
-    updateSome({std::make_move_iterator(begin),
-                std::make_move_iterator(begin + static_cast<std::ptrdiff_t>(count))});
+  size_t first = 0;
+  try {
+    for (size_t count = 0; first < sectors.size(); first += count) {
+      count = countAtOnce(sectors, first);
+      const auto begin = sectors.begin() + static_cast<std::ptrdiff_t>(first);
+      updateSome({begin, begin + static_cast<std::ptrdiff_t>(count)});
+    }
+  } catch (...) {  // the surfaces are taken over, so the next update has to know
+    for (; first < sectors.size(); ++first) guessed_.insert(packKey(sectors[first].key));
+    throw;
   }
+  if (near_.capacity() > kMostNearKept) std::vector<const SurfaceChange*>().swap(near_);
 }
 
 /// All of them by other means than the host's threads.

@@ -178,7 +178,7 @@ TEST_F(FrameIntakeTest, AQueueThatStaysFullIsShortenedUntilItIsEmptied) {
     intake.step();
   };
   size_t most = 0;
-  for (int i = 0; i < 150; ++i) {
+  for (int i = 0; i < 200; ++i) {
     pushOne();
     most = std::max(most, posed_frames_.size());
     if (i % 2 == 0) posed_frames_.take();
@@ -196,6 +196,47 @@ TEST_F(FrameIntakeTest, AQueueThatStaysFullIsShortenedUntilItIsEmptied) {
   for (int i = 0; i < 30; ++i) pushOne();
   EXPECT_EQ(posed_frames_.size(), 30u);
   EXPECT_EQ(dropped(DropReason::kQueueFull), dropped_before);
+}
+
+/// Its camera_info comes last, so that its room is made while it waits for that.
+TEST_F(FrameIntakeTest, AQueueIsShortenedWhereverRoomIsMadeForAnImage) {
+  putTransform(transforms_, 0.0, 0.0);
+  putTransform(transforms_, 30.0, 30.0);
+  params_.queue_size = 10;
+  FrameIntake intake(
+      params_,
+      FrameIntake::Parts{poses_, posed_frames_, ledger_, stream_, 0, [this] { restartStamps(); }},
+      kind_, "", clock_.reader());
+  for (int i = 0; i < 150; ++i) {
+    const double stamp_s = 1.0 + 0.1 * i;
+    clock_.advance(0.1);
+    if (intake.size() == 10) {
+      EXPECT_TRUE(intake.makeRoom());
+    }
+    intake.push({makeDepthImage(stamp_s), makeCameraInfo(stamp_s), nullptr});
+    intake.step();
+    if (i % 2 == 0) posed_frames_.take();
+  }
+  EXPECT_LE(posed_frames_.size(), 4u);
+}
+
+/// It takes long to fill, and runs over once: what waits is worked off.
+TEST_F(FrameIntakeTest, ALongQueueThatRunsOverOnceIsLeft) {
+  putTransform(transforms_, 0.0, 0.0);
+  putTransform(transforms_, 30.0, 30.0);
+  params_.queue_size = 50;
+  FrameIntake intake(
+      params_,
+      FrameIntake::Parts{poses_, posed_frames_, ledger_, stream_, 0, [this] { restartStamps(); }},
+      kind_, "", clock_.reader());
+  for (int i = 0; i < 150; ++i) {
+    const double stamp_s = 1.0 + 0.1 * i;
+    clock_.advance(0.1);
+    intake.push({makeDepthImage(stamp_s), makeCameraInfo(stamp_s), nullptr});
+    intake.step();
+    for (int k = 0; i >= 51 && k < 2; ++k) posed_frames_.take();
+  }
+  EXPECT_EQ(dropped(DropReason::kQueueFull), 2u);
 }
 
 /// As while a map is saved: the queue runs over within less than a few seconds, and is worked off.

@@ -49,7 +49,7 @@ void ImageStream::makeRoom() {
         intake_.size() + input_->waitingImages() > static_cast<size_t>(params_.queue_size);
     const bool too_large = intake_.waitingBytes() + input_->waitingBytes() > queueBytesOf(params_);
     if (!too_many && !too_large) return;
-    if (intake_.dropOne()) continue;
+    if (intake_.makeRoom()) continue;
     const auto reason = too_many ? std::nullopt : std::optional<DropReason>(DropReason::kQueueFull);
     if (!input_->giveUpImage(reason)) return;
   }

@@ -20,8 +20,8 @@ using std::chrono::milliseconds;
 constexpr double kGap_s = 30.0;
 /// So many frames keep the map busy until more come.
 constexpr size_t kBusy = 3;
-/// More than that for so long is no burst, nor a service that took a while.
-constexpr std::chrono::seconds kLongestBurst{3};
+/// A queue that still runs over after so long does so not because of a service that took a while.
+constexpr std::chrono::seconds kLongestStall{3};
 /// How often a waiting frame asks for its transform.
 constexpr milliseconds kTransformPoll{5};
 /// Until the next image, which wakes the thread.
@@ -43,8 +43,7 @@ FrameIntake::FrameIntake(const InputParams& params, const Parts& parts, ImageKin
       accounting_(parts_.ledger.of(parts_.stream)),
       clock_(std::move(clock)),
       motion_gate_(params.max_speed_m_s, params.max_turn_deg_s),
-      rectification_(params.rectify, image_topic, kind_.rectified_as),
-      kept_up_(clock_()) {}
+      rectification_(params.rectify, image_topic, kind_.rectified_as) {}
 
 void FrameIntake::push(const FrameMessages& frame) {
   const ros::Time stamp = frame.image->header.stamp;
@@ -57,24 +56,30 @@ void FrameIntake::push(const FrameMessages& frame) {
   if (!enqueue({image, frame.info, clock_(), may_be_ahead})) {
     return dropPaused(stamp);  // paused meanwhile
   }
-  const bool was_full = isFull();
   while (isFull()) {
-    if (!dropOne()) return;
+    if (!makeRoom()) return;
   }
-  if (shortensQueue(was_full)) dropOne();
+  if (shortensQueue()) dropOne();
+}
+
+bool FrameIntake::makeRoom() {
+  runs_over_ = true;
+  return dropOne();
 }
 
 bool FrameIntake::isFull() const {
   return size() > static_cast<size_t>(params_.queue_size) || waitingBytes() > queueBytesOf(params_);
 }
 
-bool FrameIntake::shortensQueue(bool was_full) {
+bool FrameIntake::shortensQueue() {
   const size_t backlog = parts_.posed_frames.backlogOf(parts_.stream);
-  const SteadyTime now = clock_();
-  if (backlog <= kBusy) kept_up_ = now;
-  if (backlog == 0) overloaded_ = false;
-  if (was_full && now - kept_up_ > kLongestBurst) overloaded_ = true;
-  return overloaded_ && backlog > kBusy;
+  if (backlog == 0) is_overloaded_ = false;
+  if (backlog <= kBusy) full_since_.reset();
+  if (std::exchange(runs_over_, false) && backlog > kBusy) {
+    if (!full_since_) full_since_ = clock_();
+    if (clock_() - *full_since_ > kLongestStall) is_overloaded_ = true;
+  }
+  return is_overloaded_ && backlog > kBusy;
 }
 
 void FrameIntake::dropPaused(const ros::Time& stamp) {

@@ -45,8 +45,8 @@ class FrameIntake {
               const std::string& image_topic, SteadyClock clock = std::chrono::steady_clock::now);
 
   /// Callbacks' thread: takes a frame that passes the checks; the oldest is dropped where there is
-  /// no room. Where the queue is full and has been long for seconds, the map will not catch up:
-  /// then it is shortened, one frame for each that comes, so that what the map shows is new.
+  /// no room. A queue that runs over for seconds is shortened, one frame for each that comes, so
+  /// that what the map shows is new.
   void push(const FrameMessages& frame);
 
   /// Intake's thread: passes on the frames whose pose is known and drops those whose pose will not
@@ -67,7 +67,7 @@ class FrameIntake {
   /// Callbacks' thread: drops a frame, as there is no room for all: the one that has waited
   /// longest, or, with several cameras, the one behind it (MergeQueue::pushOut()). False if none
   /// waits.
-  bool dropOne();
+  bool makeRoom();
 
   /// Frames that wait for their transform or their turn, and what their images take.
   size_t size() const;
@@ -100,7 +100,8 @@ class FrameIntake {
   void dropAll(DropReason reason, const std::string& text);
 
   bool isFull() const;
-  bool shortensQueue(bool was_full);
+  bool shortensQueue();
+  bool dropOne();
   bool passOnFirst();
   void passOn(const WaitingFrame& frame, const PoseAnswer& pose);
   bool timedOut(const WaitingFrame& frame) const;
@@ -118,9 +119,10 @@ class FrameIntake {
   Rectification rectification_;            ///< Intake's thread only.
   OpticalFrameCheck optical_frame_check_;  ///< Intake's thread only.
   ros::Time last_stamp_;                   ///< Callbacks' thread only.
-  ros::Time ahead_stamp_;    ///< The same: of the last image, if far ahead of that; 0: it is not.
-  SteadyTime kept_up_;       ///< Callbacks' thread only: when few frames last waited for the map.
-  bool overloaded_ = false;  ///< Callbacks' thread only: until none waits.
+  ros::Time ahead_stamp_;   ///< The same: of the last image, if far ahead of that; 0: it is not.
+  bool runs_over_ = false;  ///< Callbacks' thread only: there was no room for the last frame.
+  std::optional<SteadyTime> full_since_;  ///< The same: first since few waited for the map.
+  bool is_overloaded_ = false;            ///< The same: until none waits.
 
   /// Held while a frame goes from one queue to the other, where dropAll() would miss it. Before
   /// mutex_, if both are.

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <random>
 #include <set>
+#include <stdexcept>
 #include <unordered_map>
+#include <utility>
 
 #include "space/distance_field.h"
 #include "support/random_seed.h"
@@ -154,6 +156,33 @@ TEST(DistanceField, HasOthersWorkItOut) {
 }
 
 /// Squares that do not fit into 16 bits with a sign while they are added up.
+/// As where a device is lost: the surfaces are known by then, what is near them is not.
+TEST(DistanceField, WhatFailedIsWorkedOutByTheNextUpdate) {
+  DistanceField field(25, 1), undisturbed(25, 1);
+  bool fails = false;
+  field.workOutBy([&](const DistanceTask&, std::vector<SectorSquares>&) {
+    if (std::exchange(fails, false)) throw std::runtime_error("lost");
+    return false;
+  });
+  for (int i = 0; i < 4; ++i) {
+    CellMask surface{};
+    add(surface, 7 * i);
+    const std::vector<SurfaceCube> cubes{{{5 * i, 0, 1}, surface}};
+    fails = i % 2 == 1;
+    if (fails) {
+      EXPECT_THROW(field.update(cubes), std::runtime_error);
+      field.update({});
+    } else {
+      field.update(cubes);
+    }
+    undisturbed.update(cubes);
+    for (int32_t x = -30; x < 180; ++x) {
+      const Vec3i cell{x, 2, 9};
+      ASSERT_EQ(squaredAt(field.sectors(), cell), squaredAt(undisturbed.sectors(), cell)) << x;
+    }
+  }
+}
+
 TEST(DistanceField, ReachesFar) {
   constexpr int kReach = 130;
   Surfaces surfaces;

@@ -121,10 +121,12 @@ class MapBackend {
   /// Waits for the last image. @return what it saw as free, in the order of the cubes given.
   virtual std::vector<FreeCube> takeFree() = 0;
 
+  /// Whether makeDistances() may return true.
+  virtual bool makesDistances() const { return false; }
+
   /// Works distances out, beside images and meshes. @param squares Of each sector that is wanted:
   /// what it had, if it may be overwritten; null after it where all are far.
   /// @return false: the host is to do it. @throws BackendError Without memory nothing has changed.
-  virtual bool makesDistances() const { return false; }
   virtual bool makeDistances(const DistanceTask& /*task*/,
                              std::vector<std::shared_ptr<uint16_t[]>>& /*squares*/) {
     return false;

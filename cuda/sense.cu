@@ -21,12 +21,19 @@ struct DepthImage {
   int32_t width, height;
 };
 
+/// With gaps filled, by the share that neighbours may differ.
+__device__ __forceinline__ float filledDepthAt(const DepthImage& image, const Pixel& pixel,
+                                               float depth_jump) {
+  const auto at = [&](int u, int v) { return inverseDepthAt(image.raw, image.width, u, v); };
+  return filledInverseDepth(at, image.width, image.height, pixel, depth_jump);
+}
+
 /// One thread per pixel.
-__device__ void invertDepths(const DepthImage& image, float* inverse_depth) {
+__device__ void invertDepths(const DepthImage& image, float depth_jump, float* inverse_depth) {
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; u < image.width && v < image.height; v += gridDim.y) {
     inverse_depth[static_cast<int64_t>(v) * image.width + u] =
-        inverseDepthAt(image.raw, image.width, u, v);
+        filledDepthAt(image, {u, v}, depth_jump);
   }
 }
 
@@ -35,7 +42,7 @@ __device__ void countNoiseLines(const DepthImage& image, const SurfelSettings& s
                                 NoiseCounts& counts) {
   const Pixel middle = noisePoint(i, image.width, image.height);
   const auto inverse_depth_at = [&](int u, int v) {
-    return inverseDepthAt(image.raw, image.width, u, v);
+    return filledDepthAt(image, {u, v}, surfels.depth_jump);
   };
   for (int kind = 0; kind < kNoiseKinds; ++kind) {
     const NoiseLine line = noiseLine(inverse_depth_at, image.width, image.height, middle, kind);
@@ -92,7 +99,7 @@ __global__ void __launch_bounds__(kThreads)
     invertDepthsKernel(DepthImage image, SurfelSettings surfels, float* inverse_depth,
                        NoiseCounts* counts, DepthNoise* noise) {
   __shared__ float sigma[kNoiseKinds];
-  invertDepths(image, inverse_depth);
+  invertDepths(image, surfels.depth_jump, inverse_depth);
   const unsigned blocks = gridDim.x * gridDim.y, block = blockIdx.x + gridDim.x * blockIdx.y;
   const unsigned noise_blocks = blocks < kNoiseBlocks ? blocks : kNoiseBlocks;
   if (block >= noise_blocks) return;
@@ -146,7 +153,7 @@ __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const Dep
   }
 }
 
-/// How far each pixel sees free space: those that are not measured look at the others beside them.
+/// How far each pixel sees free space.
 /// Beside the kernel ahead, if that lets it start early: it casts surfels, and what is read here
 /// was there before it.
 __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fusion,
@@ -155,9 +162,7 @@ __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fus
   const FrameView& frame = sensing.image.frame;
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; u < frame.width && v < frame.height; v += gridDim.y) {
-    free_depth[pixelIndex(frame, {u, v})] = freeDepth(sensing.image, {u, v}, [&](int du, int dv) {
-      return freeIfMeasured(sensing, {u + du, v + dv}, fusion);
-    });
+    free_depth[pixelIndex(frame, {u, v})] = freeDepth(sensing, {u, v}, fusion);
   }
   endAfterTheOneAhead();
 }

@@ -61,28 +61,28 @@ void linkRow(const FrameView& frame, const float* inverse_depth, int v, const Li
   links[last] = linksOf(frame, inverse_depth, {last, v}, limits);
 }
 
-void findFreeIfMeasured(const FrameSensing& of_frame, int v, const FusionSettings& settings,
-                        float* __restrict__ free_if_measured) {
+/// A row of measured inverse depths that has one above and one below, with its gaps filled.
+void fillGaps(const float* __restrict__ measured, int width, float depth_jump,
+              float* __restrict__ inverse_depth) {
+  const int last = width - 1;
+  inverse_depth[0] = measured[0];
+  for (int u = 1; u < last; ++u) {
+    const auto beside = [&](int du, int dv) {
+      return measured[u + du + static_cast<int64_t>(dv) * width];
+    };
+    const float in_gap = inverseDepthInGap(beside, depth_jump);
+    inverse_depth[u] = measured[u] != 0.0f ? measured[u] : in_gap;
+  }
+  inverse_depth[last] = measured[last];
+}
+
+void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const FusionSettings& settings,
+                         float* __restrict__ free_depth) {
   const FrameSensing sensing = of_frame;  // copies of their own, which no result can overlap
   const FusionSettings fusion = settings;
   for (int u = 0; u < sensing.image.frame.width; ++u) {
-    free_if_measured[u] = freeIfMeasured(sensing, {u, v}, fusion);
+    free_depth[u] = freeDepth(sensing, {u, v}, fusion);
   }
-}
-
-/// Free depths of a row that has one above and one below.
-void fillGaps(const float* __restrict__ inverse_depth, const float* __restrict__ free_if_measured,
-              int width, float* __restrict__ free_depth) {
-  const int last = width - 1;
-  free_depth[0] = free_if_measured[0];
-  for (int u = 1; u < last; ++u) {
-    const float in_gap = freeInGap([&](int du, int dv) {
-      return free_if_measured[u + du + static_cast<int64_t>(dv) * width];
-    });
-    const float own = free_if_measured[u];
-    free_depth[u] = inverse_depth[u] != 0.0f ? own : in_gap;
-  }
-  free_depth[last] = free_if_measured[last];
 }
 
 struct NoScratch {};
@@ -98,6 +98,7 @@ FrameSensor::FrameSensor(const MapperParams& params, const Rules& rules, int thr
 FrameSensing FrameSensor::sense(const DepthFrame& frame) {
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
   invertDepths(frame);
+  fillGapsBetweenDepths(view);
   const DepthNoise noise = estimateNoise(view);
   linkAndFitRows(view, noise);
   const ImageView image{view, inverse_depth_.data(), row_value_.data(), row_slope_.data(),
@@ -114,12 +115,12 @@ FrameSensing FrameSensor::sense(const DepthFrame& frame) {
 
 void FrameSensor::invertDepths(const DepthFrame& frame) {
   const int width = frame.width;
-  inverse_depth_.resize(static_cast<size_t>(width) * frame.height);
+  measured_.resize(static_cast<size_t>(width) * frame.height);
   const DepthRange range = depthRangeOf(frame, params_);
   parallelFor<NoScratch>(frame.height, threads_, [&](size_t v, NoScratch&) {
     const char* row = static_cast<const char*>(frame.data) + v * frame.row_bytes;
     const bool is_whole = frame.encoding == DepthEncoding::kUint16;
-    float* const inverse = &inverse_depth_[v * width];
+    float* const inverse = &measured_[v * width];
     withWidestVectors([&] {
       if (is_whole) {
         invertRow<uint16_t>(row, width, range, inverse);
@@ -127,6 +128,22 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
         invertRow<float>(row, width, range, inverse);
       }
     });
+  });
+}
+
+void FrameSensor::fillGapsBetweenDepths(const FrameView& view) {
+  inverse_depth_.resize(measured_.size());
+  parallelFor<NoScratch>(view.height, threads_, [&](size_t v, NoScratch&) {
+    const size_t first = v * view.width;
+    const bool is_inside = v > 0 && v + 1 < static_cast<size_t>(view.height);
+    if (is_inside) {
+      withWidestVectors([&] {
+        fillGaps(&measured_[first], view.width, surfel_settings_.depth_jump,
+                 &inverse_depth_[first]);
+      });
+    } else {
+      std::copy_n(&measured_[first], view.width, &inverse_depth_[first]);
+    }
   });
 }
 
@@ -195,28 +212,14 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
   });
 }
 
-/// freeDepth() of all pixels, measured ones first: the others look at those beside them.
 void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
   const FrameView& view = sensing.image.frame;
-  free_if_measured_.resize(inverse_depth_.size());
   free_depth_.resize(inverse_depth_.size());
   parallelFor<NoScratch>(view.height, threads_, [&](size_t row, NoScratch&) {
     withWidestVectors([&] {
-      findFreeIfMeasured(sensing, static_cast<int>(row), fusion_settings_,
-                         &free_if_measured_[row * view.width]);
+      findFreeDepthsOfRow(sensing, static_cast<int>(row), fusion_settings_,
+                          &free_depth_[row * view.width]);
     });
-  });
-  parallelFor<NoScratch>(view.height, threads_, [&](size_t row, NoScratch&) {
-    const size_t first = row * view.width;
-    const bool is_inside = row > 0 && row + 1 < static_cast<size_t>(view.height);
-    if (is_inside) {
-      withWidestVectors([&] {
-        fillGaps(&inverse_depth_[first], &free_if_measured_[first], view.width,
-                 &free_depth_[first]);
-      });
-    } else {
-      std::copy_n(&free_if_measured_[first], view.width, &free_depth_[first]);
-    }
   });
 }
 
@@ -240,7 +243,7 @@ void FrameSensor::findMostFree(const FrameView& view) {
 
 size_t FrameSensor::bytes() const {
   const size_t floats = inverse_depth_.capacity() + row_value_.capacity() + row_slope_.capacity() +
-                        free_if_measured_.capacity() + free_depth_.capacity() +
+                        measured_.capacity() + free_depth_.capacity() +
                         most_free_.capacity();
   return floats * sizeof(float) + links_.capacity() * sizeof(PixelLinks);
 }

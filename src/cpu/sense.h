@@ -21,6 +21,7 @@ class FrameSensor {
 
  private:
   void invertDepths(const DepthFrame& frame);
+  void fillGapsBetweenDepths(const FrameView& view);
   DepthNoise estimateNoise(const FrameView& view) const;
   float medianNoise(const FrameView& view, int kind) const;
   void linkAndFitRows(const FrameView& view, const DepthNoise& noise);
@@ -31,7 +32,7 @@ class FrameSensor {
   const SurfelSettings surfel_settings_;
   const FusionSettings fusion_settings_;
   const int threads_;
-  std::vector<float> inverse_depth_, row_value_, row_slope_, free_if_measured_, free_depth_;
+  std::vector<float> measured_, inverse_depth_, row_value_, row_slope_, free_depth_;
   std::vector<float> most_free_;
   std::vector<PixelLinks> links_;
 };

@@ -9,7 +9,7 @@ namespace dtsdf {
 namespace {
 
 constexpr int kCell_px = 16;
-/// Pixels are judged with those around them (seesThrough(), freeInGap()), and places in the image
+/// Pixels are judged with those around them (seesThrough(), inverseDepthInGap()), and places in the image
 /// are rounded.
 constexpr int kMargin_px = 3;
 

@@ -6,8 +6,8 @@
 ///
 /// A voxel claims that there is a surface at its foot: the nearest point of that surface, by the
 /// voxel's distance and the gradient of its array. The frame contradicts it if it sees free space
-/// there, in all of the 3 x 3 pixels around that the image has: each was measured, or lies in a gap
-/// of a pixel, and is farther away. So a voxel beside or behind something thin is not held against
+/// there, in all of the 3 x 3 pixels around that the image has: each was measured, and is farther
+/// away. So a voxel beside or behind something thin is not held against
 /// it, and where nothing is measured nothing is contradicted. A voxel that holds no distance is
 /// looked at where it is, with its cells.
 ///
@@ -66,42 +66,14 @@ DTSDF_HD float freeBefore(const FrameSensing& sensing, const Pixel& pixel, float
   return depth_m - margin_m * norm(n) * depth_m;
 }
 
-/// The same where it is not known whether the pixel is measured: 0 if not. What lies before a
-/// measurement beyond the range that is fused is free as well.
-DTSDF_HD float freeIfMeasured(const FrameSensing& sensing, const Pixel& pixel,
-                              const FusionSettings& fusion) {
+/// Depth in metres up to which the ray of a pixel is free; 0 where it is not measured. What lies
+/// before a measurement beyond the range that is fused is free as well.
+DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
+                         const FusionSettings& fusion) {
   const FrameView& frame = sensing.image.frame;
   const float inverse_depth = fabsf(sensing.image.inverse_depth[pixelIndex(frame, pixel)]);
   if (!(inverse_depth > 0.0f)) return 0.0f;
   return maximum(freeBefore(sensing, pixel, 1.0f / inverse_depth, fusion), 0.0f);
-}
-
-/// Free depth of a pixel that is not measured: between two that are, it is as free as the nearest
-/// of them. Rectified and registered images have lines of such pixels all over. `free(du, dv)` is
-/// freeIfMeasured() of the pixels beside it.
-template <class FreeBeside>
-DTSDF_HD float freeInGap(const FreeBeside& free) {
-  constexpr int kPairs = 4;
-  constexpr int kRight[kPairs] = {1, 0, 1, 1}, kDown[kPairs] = {0, 1, 1, -1};
-  constexpr float kNothing_m = 1e30f;
-  float nearest = kNothing_m;
-  for (int i = 0; i < kPairs; ++i) {
-    const float free_m = minimum(free(-kRight[i], -kDown[i]), free(kRight[i], kDown[i]));
-    nearest = minimum(nearest, free_m > 0.0f ? free_m : kNothing_m);
-  }
-  return nearest < kNothing_m ? nearest : 0.0f;
-}
-
-DTSDF_HD bool isAtImageBorder(const FrameView& frame, const Pixel& pixel) {
-  return pixel.u == 0 || pixel.v == 0 || pixel.u + 1 == frame.width || pixel.v + 1 == frame.height;
-}
-
-/// Depth in metres up to which the ray of a pixel is free; 0 where nothing tells. `free(du, dv)` is
-/// freeIfMeasured() of the pixel and of those beside it.
-template <class FreeBeside>
-DTSDF_HD float freeDepth(const ImageView& image, const Pixel& pixel, const FreeBeside& free) {
-  const bool is_measured = image.inverse_depth[pixelIndex(image.frame, pixel)] != 0.0f;
-  return is_measured || isAtImageBorder(image.frame, pixel) ? free(0, 0) : freeInGap(free);
 }
 
 /// Mean difference of a voxel's distance from those of its two neighbours along an axis, of which

@@ -62,11 +62,6 @@ DTSDF_HD NoiseLine noiseLine(const At& inverse_depth_at, int width, int height, 
   return line;
 }
 
-/// Whether a depth edge lies between two samples: noise makes no such step.
-DTSDF_HD bool isEdgeBetween(float a, float b, const SurfelSettings& surfels) {
-  return fabsf(b - a) > surfels.depth_jump * maximum(a, b);
-}
-
 /// Variance of a line's samples at 1 m (DepthNoise), about a straight line, or for a wide one about
 /// a parabola, since surfaces bend over its length; negative where they are not all measured on one
 /// surface.
@@ -76,7 +71,7 @@ DTSDF_HD float noiseVariance(const NoiseLine& line, int kind, const SurfelSettin
   float sum_y = 0.0f, sum_yy = 0.0f, sum_ky = 0.0f, sum_kk = 0.0f, sum_py = 0.0f, sum_pp = 0.0f;
   for (int i = 0; i < kNoiseLength; ++i) {
     if (!(inverse_depth[i] > 0.0f)) return -1.0f;
-    if (i > 0 && isEdgeBetween(inverse_depth[i - 1], inverse_depth[i], surfels)) return -1.0f;
+    if (i > 0 && isEdgeBetween(inverse_depth[i - 1], inverse_depth[i], surfels.depth_jump)) return -1.0f;
     const float k = static_cast<float>(i - kNoiseRadius), y = inverse_depth[i] - origin;
     sum_y += y;
     sum_yy += y * y;

@@ -223,13 +223,13 @@ TEST(OddFrames, AnAlmostRotationIsTaken) {
   EXPECT_EQ(mapper->integrate(frame.view()).status, FrameStatus::kFused);
 }
 
-/// A pixel without a measured neighbour has no normal. Projecting voxels into the undirected map
+/// A pixel that is more than a pixel away from others has no normal. Projecting voxels into the undirected map
 /// takes none, so it counts there and nowhere else.
 TEST(LonelyPixels, CountWhereNoNormalIsNeeded) {
   SceneFrame frame = goodFrame();
   for (int v = 0; v < frame.frame.height; ++v) {
     for (int u = 0; u < frame.frame.width; ++u) {
-      if (u % 2 != 0 || v % 2 != 0) frame.depth_m[v * frame.frame.width + u] = 0.0f;
+      if (u % 3 != 0 || v % 3 != 0) frame.depth_m[v * frame.frame.width + u] = 0.0f;
     }
   }
   for (const bool directional : {false, true}) {

@@ -20,12 +20,6 @@ constexpr float kVoxel_m = 0.02f, kTruncation = 4.0f;
 const SurfelSettings kSurfels{5, 0.1f, SurfelRules(), 0};
 const FusionSettings kFusion{1, 1, kTruncation, 64.0f, FusionRules()};
 
-float freeDepth(const FrameSensing& sensing, const Pixel& pixel, const FusionSettings& fusion) {
-  return freeDepth(sensing.image, pixel, [&](int du, int dv) {
-    return freeIfMeasured(sensing, {pixel.u + du, pixel.v + dv}, fusion);
-  });
-}
-
 /// An image of a surface, and how far its pixels see.
 class FreeSpaceImage {
  public:
@@ -92,33 +86,6 @@ TEST(FreeDepth, ReachesBeyondWhatIsFused) {
 TEST(FreeDepth, IsZeroWhereTheMarginLeavesNothing) {
   const FreeSpaceImage image(plane(0, 1, 0, 0.005));
   for (const int v : {40, 43, 46}) EXPECT_EQ(image.freeDepthAt(30, v), 0.0f);
-}
-
-/// Inverse depths of 5 x 5 pixels, each a surface of its own, and the free depth of their middle.
-float freeDepthOfMiddle(const std::vector<float>& inverse_depth) {
-  const std::vector<float> nothing(25, 0.0f);
-  const std::vector<PixelLinks> links(25, 0);
-  const FrameSensing sensing{{frontalFrame(5, 5, kIntrinsics, kVoxel_m), inverse_depth.data(),
-                              nothing.data(), nothing.data(), links.data()},
-                             {0.0f, 0},
-                             nullptr};
-  return freeDepth(sensing, {2, 2}, kFusion);
-}
-
-/// Rectified images have lines of pixels without a measurement.
-TEST(FreeDepth, GapsOfAPixelAreAsFreeAsTheNearestBesideThem) {
-  const float margin_m = 0.5f * static_cast<float>(kVoxel_m);
-  std::vector<float> image(25, 0.5f);
-  for (int i = 0; i < 5; ++i) image[10 + i] = image[5 * i + 2] = 0.0f;  // a row and a column
-  EXPECT_NEAR(freeDepthOfMiddle(image), 2.0f - margin_m, 1e-5f);
-  image[6] = 1.0f;  // the pixel above to the left
-  EXPECT_NEAR(freeDepthOfMiddle(image), 1.0f - margin_m, 1e-5f);
-}
-
-TEST(FreeDepth, IsNotKnownInWiderGaps) {
-  std::vector<float> image(25, 0.5f);
-  for (const int i : {6, 7, 8, 11, 12}) image[i] = 0.0f;  // of each pair across one at least
-  EXPECT_EQ(freeDepthOfMiddle(image), 0.0f);
 }
 
 TEST(FreeDepth, MarginAndNoiseAreRules) {

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <random>
 #include <vector>
 
@@ -255,15 +254,6 @@ TEST(WindowRadius, FollowsTheVoxelsInTheImage) {
   EXPECT_EQ(radius(12.0f, 0.1f, 16), 16);
   EXPECT_EQ(radius(12.0f, 1.0f, 1), 1);
   EXPECT_EQ(radius(1e30f, 1e-9f, 8), 8);
-}
-
-TEST(InverseDepth, TellsWhatIsNoMeasurement) {
-  const float nan = std::nanf(""), infinity = std::numeric_limits<float>::infinity();
-  for (const float raw : {0.0f, -1.0f, nan, infinity, -infinity, 99.0f, 65535.0f}) {
-    EXPECT_EQ(inverseDepth(raw, {0.001f, 0.1f, 10.0f, 65535.0f}), 0.0f) << raw;
-  }
-  EXPECT_FLOAT_EQ(inverseDepth(2000.0f, {0.001f, 0.1f, 10.0f, 65535.0f}), 0.5f);
-  EXPECT_FLOAT_EQ(inverseDepth(20000.0f, {0.001f, 0.1f, 10.0f, 65535.0f}), -0.05f);
 }
 
 }  // namespace plane_fit_test

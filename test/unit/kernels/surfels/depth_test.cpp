@@ -1,0 +1,105 @@
+// From raw values to inverse depths, and what lies between them.
+#include "kernels/surfels/depth.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace dtsdf {
+namespace depth_test {
+
+constexpr DepthRange kRange{0.001f, 0.1f, 10.0f, 65535.0f};
+constexpr float kJump = 0.03f;
+
+TEST(InverseDepth, TellsWhatIsNoMeasurement) {
+  const float nan = std::nanf(""), infinity = std::numeric_limits<float>::infinity();
+  for (const float raw : {0.0f, -1.0f, nan, infinity, -infinity, 99.0f, 65535.0f}) {
+    EXPECT_EQ(inverseDepth(raw, kRange), 0.0f) << raw;
+  }
+  EXPECT_FLOAT_EQ(inverseDepth(2000.0f, kRange), 0.5f);
+  EXPECT_FLOAT_EQ(inverseDepth(20000.0f, kRange), -0.05f);
+}
+
+constexpr int kSide = 7;
+
+/// Inverse depths of a small image, and what the map sees in it.
+struct Image {
+  std::array<float, kSide * kSide> inverse_depth{};
+
+  float& at(int u, int v) { return inverse_depth[v * kSide + u]; }
+  float filledAt(int u, int v) const {
+    const auto at = [&](int column, int row) { return inverse_depth[row * kSide + column]; };
+    return filledInverseDepth(at, kSide, kSide, {u, v}, kJump);
+  }
+};
+
+/// The inverse depth of a plane is affine in the pixel.
+float onPlane(int u, int v) {
+  return 0.8f + 0.004f * static_cast<float>(u) - 0.007f * static_cast<float>(v);
+}
+
+/// As of a registered image: every third column and row is empty.
+bool isEmptyLine(int at) { return at % 3 == 1; }
+
+TEST(DepthGap, OfRegisteredImagesHoldsThePlaneAround) {
+  Image image;
+  for (int v = 0; v < kSide; ++v) {
+    for (int u = 0; u < kSide; ++u) {
+      if (!isEmptyLine(u) && !isEmptyLine(v)) image.at(u, v) = onPlane(u, v);
+    }
+  }
+  for (int v = 1; v + 1 < kSide; ++v) {
+    for (int u = 1; u + 1 < kSide; ++u) {
+      EXPECT_NEAR(image.filledAt(u, v), onPlane(u, v), 1e-6f) << u << ", " << v;
+    }
+  }
+  EXPECT_EQ(image.filledAt(1, 0), 0.0f) << "beyond the border nothing is known";
+}
+
+TEST(DepthGap, DoesNotBridgeADepthEdge) {
+  Image image;
+  image.at(2, 3) = 1.0f;
+  image.at(4, 3) = 0.96f;  // 4 per cent: as far apart as two surfaces
+  EXPECT_EQ(image.filledAt(3, 3), 0.0f);
+  image.at(4, 3) = 0.98f;
+  EXPECT_NEAR(image.filledAt(3, 3), 0.99f, 1e-6f);
+}
+
+/// In front of a wall, a gap in something slim belongs to what goes on.
+TEST(DepthGap, IsFilledAlongThePairThatDiffersLeast) {
+  Image image;
+  image.at(2, 3) = 0.50f;
+  image.at(4, 3) = 0.51f;
+  image.at(3, 2) = image.at(3, 4) = 1.0f;
+  EXPECT_EQ(image.filledAt(3, 3), 1.0f);
+}
+
+TEST(DepthGap, WiderThanAPixelStays) {
+  Image image;
+  for (int v = 0; v < kSide; ++v) {
+    for (int u = 0; u < kSide; ++u) image.at(u, v) = u == 3 || u == 4 ? 0.0f : 1.0f;
+  }
+  EXPECT_EQ(image.filledAt(3, 3), 0.0f);
+  EXPECT_EQ(image.filledAt(4, 3), 0.0f);
+}
+
+/// What is measured beyond the range has a negative inverse depth, and so has the gap.
+TEST(DepthGap, BeyondTheRangeIsBeyondTheRange) {
+  Image image;
+  image.at(2, 3) = image.at(4, 3) = -0.05f;
+  EXPECT_EQ(image.filledAt(3, 3), -0.05f);
+  image.at(4, 3) = 0.05f;
+  EXPECT_EQ(image.filledAt(3, 3), 0.0f);
+}
+
+TEST(DepthGap, LeavesWhatIsMeasured) {
+  Image image;
+  image.inverse_depth.fill(1.0f);
+  image.at(3, 3) = 0.7f;
+  EXPECT_EQ(image.filledAt(3, 3), 0.7f);
+}
+
+}  // namespace depth_test
+}  // namespace dtsdf

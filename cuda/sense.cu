@@ -21,19 +21,12 @@ struct DepthImage {
   int32_t width, height;
 };
 
-/// With gaps filled, by the share that neighbours may differ.
-__device__ __forceinline__ float filledDepthAt(const DepthImage& image, const Pixel& pixel,
-                                               float depth_jump) {
-  const auto at = [&](int u, int v) { return inverseDepthAt(image.raw, image.width, u, v); };
-  return filledInverseDepth(at, image.width, image.height, pixel, depth_jump);
-}
-
 /// One thread per pixel.
-__device__ void invertDepths(const DepthImage& image, float depth_jump, float* inverse_depth) {
+__device__ void invertDepths(const DepthImage& image, float* measured) {
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; u < image.width && v < image.height; v += gridDim.y) {
-    inverse_depth[static_cast<int64_t>(v) * image.width + u] =
-        filledDepthAt(image, {u, v}, depth_jump);
+    measured[static_cast<int64_t>(v) * image.width + u] =
+        inverseDepthAt(image.raw, image.width, u, v);
   }
 }
 
@@ -41,8 +34,10 @@ __device__ void invertDepths(const DepthImage& image, float depth_jump, float* i
 __device__ void countNoiseLines(const DepthImage& image, const SurfelSettings& surfels, int i,
                                 NoiseCounts& counts) {
   const Pixel middle = noisePoint(i, image.width, image.height);
+  const GapLimits limits = gapLimitsOfAnyNoise(surfels);
+  const auto measured = [&](int u, int v) { return inverseDepthAt(image.raw, image.width, u, v); };
   const auto inverse_depth_at = [&](int u, int v) {
-    return filledDepthAt(image, {u, v}, surfels.depth_jump);
+    return filledInverseDepth(measured, image.width, image.height, {u, v}, limits);
   };
   for (int kind = 0; kind < kNoiseKinds; ++kind) {
     const NoiseLine line = noiseLine(inverse_depth_at, image.width, image.height, middle, kind);
@@ -96,10 +91,10 @@ static_assert(kNoisePoints % kThreads == 0, "each thread has a point");
 /// One thread per pixel; the first blocks of threads, or as many as there are, take the points of
 /// lines as well, and the one of them that finishes last the medians.
 __global__ void __launch_bounds__(kThreads)
-    invertDepthsKernel(DepthImage image, SurfelSettings surfels, float* inverse_depth,
+    invertDepthsKernel(DepthImage image, SurfelSettings surfels, float* measured,
                        NoiseCounts* counts, DepthNoise* noise) {
   __shared__ float sigma[kNoiseKinds];
-  invertDepths(image, surfels.depth_jump, inverse_depth);
+  invertDepths(image, measured);
   const unsigned blocks = gridDim.x * gridDim.y, block = blockIdx.x + gridDim.x * blockIdx.y;
   const unsigned noise_blocks = blocks < kNoiseBlocks ? blocks : kNoiseBlocks;
   if (block >= noise_blocks) return;
@@ -112,6 +107,22 @@ __global__ void __launch_bounds__(kThreads)
   if (threadIdx.x != 0) return;
   counts->finished = 0;
   *noise = {combinedNoise(sigma, surfels.rules), surfels.noise_in_depth};
+}
+
+/// One thread per pixel.
+__global__ void fillGapsKernel(const float* measured, int32_t width, int32_t height,
+                               SurfelSettings surfels, const DepthNoise* noise,
+                               float* inverse_depth) {
+  waitForTheOneAhead();
+  const GapLimits limits = gapLimits(surfels, *noise);
+  const auto measured_at = [&](int u, int v) {
+    return measured[static_cast<int64_t>(v) * width + u];
+  };
+  const int u = blockIdx.x * blockDim.x + threadIdx.x;
+  for (int v = blockIdx.y; u < width && v < height; v += gridDim.y) {
+    inverse_depth[static_cast<int64_t>(v) * width + u] =
+        filledInverseDepth(measured_at, width, height, {u, v}, limits);
+  }
 }
 
 /// The images that the row pass writes.
@@ -181,6 +192,7 @@ FrameSensor::FrameSensor(const MapperParams& params, const Rules& rules, const S
 }
 
 void FrameSensor::reserve(size_t pixels) {
+  measured_.reserveExactly(pixels, stream_);
   inverse_depth_.reserveExactly(pixels, stream_);
   row_value_.reserveExactly(pixels, stream_);
   row_slope_.reserveExactly(pixels, stream_);
@@ -194,9 +206,12 @@ DeviceSensing FrameSensor::sense(const FrameView& frame, const RawDepth& raw) {
                         links_.data()};
   const StageSpan span(stream_, Stage::kSense);
   invertDepthsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
-      {raw, frame.width, frame.height}, surfel_settings_, inverse_depth_.data(),
-      noise_counts_.data(), noise_.data());
+      {raw, frame.width, frame.height}, surfel_settings_, measured_.data(), noise_counts_.data(),
+      noise_.data());
   DTSDF_CHECK_LAUNCH("invertDepthsKernel");
+  launchBehind(fillGapsKernel, rowGrid(frame), kThreads, 0, stream_, measured_.data(), frame.width,
+               frame.height, surfel_settings_, noise_.data(), inverse_depth_.data());
+  DTSDF_CHECK_LAUNCH("fillGapsKernel");
   launchBehind(fitRowsKernel, rowGrid(frame), kThreads, 0, stream_, image, surfel_settings_,
                noise_.data(), {row_value_.data(), row_slope_.data(), links_.data()});
   DTSDF_CHECK_LAUNCH("fitRowsKernel");
@@ -212,14 +227,15 @@ void FrameSensor::findFreeDepths(const DeviceSensing& sensing) {
 }
 
 void FrameSensor::addMemory(std::vector<MemoryPart>& parts) const {
-  const size_t bytes = inverse_depth_.bytes() + row_value_.bytes() + row_slope_.bytes() +
-                       free_depth_.bytes() + links_.bytes() + noise_counts_.bytes();
+  const size_t bytes = measured_.bytes() + inverse_depth_.bytes() + row_value_.bytes() +
+                       row_slope_.bytes() + free_depth_.bytes() + links_.bytes() +
+                       noise_counts_.bytes();
   parts.push_back({"images", MemoryKind::kScratch, bytes, bytes});
 }
 
 std::vector<NamedKernel> senseKernels() {
-  return {DTSDF_NAMED_KERNEL(invertDepthsKernel, 0), DTSDF_NAMED_KERNEL(fitRowsKernel, 0),
-          DTSDF_NAMED_KERNEL(findFreeDepthsKernel, 0)};
+  return {DTSDF_NAMED_KERNEL(invertDepthsKernel, 0), DTSDF_NAMED_KERNEL(fillGapsKernel, 0),
+          DTSDF_NAMED_KERNEL(fitRowsKernel, 0), DTSDF_NAMED_KERNEL(findFreeDepthsKernel, 0)};
 }
 
 }  // namespace gpu

@@ -70,7 +70,7 @@ class FrameSensor {
   const SurfelSettings surfel_settings_;
   const FusionSettings fusion_settings_;
   const Stream& stream_;
-  DeviceBuffer<float> inverse_depth_, row_value_, row_slope_, free_depth_;
+  DeviceBuffer<float> measured_, inverse_depth_, row_value_, row_slope_, free_depth_;
   DeviceBuffer<PixelLinks> links_;
   DeviceBuffer<DepthNoise> noise_;
   DeviceBuffer<NoiseCounts> noise_counts_;

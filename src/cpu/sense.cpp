@@ -61,19 +61,31 @@ void linkRow(const FrameView& frame, const float* inverse_depth, int v, const Li
   links[last] = linksOf(frame, inverse_depth, {last, v}, limits);
 }
 
-/// A row of measured inverse depths that has one above and one below, with its gaps filled.
-void fillGaps(const float* __restrict__ measured, int width, float depth_jump,
-              float* __restrict__ inverse_depth) {
+/// Which pixels of a row are empty between two that are not, in the row itself, up and down or
+/// along a diagonal. Returns whether there are any.
+bool findGaps(const float* __restrict__ above, const float* __restrict__ own,
+              const float* __restrict__ below, int width, uint8_t* __restrict__ gaps) {
+  const auto is_gap = [&](int u, int left, int right) {
+    const int in_row = static_cast<int>(own[left] != 0.0f) & static_cast<int>(own[right] != 0.0f);
+    const int in_column = static_cast<int>(above[u] != 0.0f) & static_cast<int>(below[u] != 0.0f);
+    const int falling =
+        static_cast<int>(above[left] != 0.0f) & static_cast<int>(below[right] != 0.0f);
+    const int rising =
+        static_cast<int>(below[left] != 0.0f) & static_cast<int>(above[right] != 0.0f);
+    return static_cast<int>(own[u] == 0.0f) & (in_row | in_column | falling | rising);
+  };
   const int last = width - 1;
-  inverse_depth[0] = measured[0];
+  int any = 0;
   for (int u = 1; u < last; ++u) {
-    const auto beside = [&](int du, int dv) {
-      return measured[u + du + static_cast<int64_t>(dv) * width];
-    };
-    const float in_gap = inverseDepthInGap(beside, depth_jump);
-    inverse_depth[u] = measured[u] != 0.0f ? measured[u] : in_gap;
+    const int gap = is_gap(u, u - 1, u + 1);
+    gaps[u] = static_cast<uint8_t>(gap);
+    any |= gap;
   }
-  inverse_depth[last] = measured[last];
+  for (const int u : {0, last}) {  // up and down alone
+    gaps[u] = static_cast<uint8_t>(is_gap(u, u, u));
+    any |= gaps[u];
+  }
+  return any != 0;
 }
 
 void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const FusionSettings& settings,
@@ -98,8 +110,8 @@ FrameSensor::FrameSensor(const MapperParams& params, const Rules& rules, int thr
 FrameSensing FrameSensor::sense(const DepthFrame& frame) {
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
   invertDepths(frame);
-  fillGapsBetweenDepths(view);
   const DepthNoise noise = estimateNoise(view);
+  fillGaps(view, noise);
   linkAndFitRows(view, noise);
   const ImageView image{view, inverse_depth_.data(), row_value_.data(), row_slope_.data(),
                         links_.data()};
@@ -131,22 +143,6 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
   });
 }
 
-void FrameSensor::fillGapsBetweenDepths(const FrameView& view) {
-  inverse_depth_.resize(measured_.size());
-  parallelFor<NoScratch>(view.height, threads_, [&](size_t v, NoScratch&) {
-    const size_t first = v * view.width;
-    const bool is_inside = v > 0 && v + 1 < static_cast<size_t>(view.height);
-    if (is_inside) {
-      withWidestVectors([&] {
-        fillGaps(&measured_[first], view.width, surfel_settings_.depth_jump,
-                 &inverse_depth_[first]);
-      });
-    } else {
-      std::copy_n(&measured_[first], view.width, &inverse_depth_[first]);
-    }
-  });
-}
-
 DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
   float sigma[kNoiseKinds];
   for (int kind = 0; kind < kNoiseKinds; ++kind) sigma[kind] = medianNoise(view, kind);
@@ -156,8 +152,12 @@ DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
 /// Standard deviation at 1 m about one kind of line; 0 where there is none.
 float FrameSensor::medianNoise(const FrameView& view, int kind) const {
   std::array<uint32_t, kNoiseBins> bins{};
+  const GapLimits limits = gapLimitsOfAnyNoise(surfel_settings_);
+  const auto measured = [&](int u, int v) {
+    return measured_[static_cast<size_t>(v) * view.width + u];
+  };
   const auto inverse_depth_at = [&](int u, int v) {
-    return inverse_depth_[static_cast<size_t>(v) * view.width + u];
+    return filledInverseDepth(measured, view.width, view.height, {u, v}, limits);
   };
   int lines = 0;
   for (int i = 0; i < kNoisePoints; ++i) {
@@ -173,6 +173,34 @@ float FrameSensor::medianNoise(const FrameView& view, int kind) const {
   int bin = 0;
   while ((below += bins[bin]) <= medianRank(lines)) ++bin;
   return noiseOfBin(bin);
+}
+
+/// By filledInverseDepth() only where pixels are empty between two that are not.
+void FrameSensor::fillGaps(const FrameView& view, const DepthNoise& noise) {
+  const int width = view.width, height = view.height;
+  inverse_depth_.resize(measured_.size());
+  const GapLimits limits = gapLimits(surfel_settings_, noise);
+  const auto measured = [&](int u, int v) { return measured_[static_cast<size_t>(v) * width + u]; };
+  struct GapRow {
+    std::vector<uint8_t> is_gap;
+    std::vector<float> nothing;  // above the first row, and below the last one
+  };
+  parallelFor<GapRow>(height, threads_, [&](size_t v, GapRow& row) {
+    row.is_gap.resize(width);
+    row.nothing.resize(width);
+    const float* const own = &measured_[v * width];
+    const float* const above = v == 0 ? row.nothing.data() : own - width;
+    const float* const below =
+        v + 1 == static_cast<size_t>(height) ? row.nothing.data() : own + width;
+    float* const filled = &inverse_depth_[v * width];
+    std::copy_n(own, width, filled);
+    bool has_gaps = false;
+    withWidestVectors([&] { has_gaps = findGaps(above, own, below, width, row.is_gap.data()); });
+    for (int u = 0; has_gaps && u < width; ++u) {
+      if (row.is_gap[u] == 0) continue;
+      filled[u] = filledInverseDepth(measured, width, height, {u, static_cast<int>(v)}, limits);
+    }
+  });
 }
 
 /// Both in one loop over the rows: the fit of a row needs none but its own links.
@@ -243,8 +271,7 @@ void FrameSensor::findMostFree(const FrameView& view) {
 
 size_t FrameSensor::bytes() const {
   const size_t floats = inverse_depth_.capacity() + row_value_.capacity() + row_slope_.capacity() +
-                        measured_.capacity() + free_depth_.capacity() +
-                        most_free_.capacity();
+                        measured_.capacity() + free_depth_.capacity() + most_free_.capacity();
   return floats * sizeof(float) + links_.capacity() * sizeof(PixelLinks);
 }
 

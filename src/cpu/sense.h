@@ -21,9 +21,9 @@ class FrameSensor {
 
  private:
   void invertDepths(const DepthFrame& frame);
-  void fillGapsBetweenDepths(const FrameView& view);
   DepthNoise estimateNoise(const FrameView& view) const;
   float medianNoise(const FrameView& view, int kind) const;
+  void fillGaps(const FrameView& view, const DepthNoise& noise);
   void linkAndFitRows(const FrameView& view, const DepthNoise& noise);
   void findFreeDepths(const FrameSensing& sensing);
   void findMostFree(const FrameView& view);

@@ -9,8 +9,8 @@ namespace dtsdf {
 namespace {
 
 constexpr int kCell_px = 16;
-/// Pixels are judged with those around them (seesThrough(), inverseDepthInGap()), and places in the image
-/// are rounded.
+/// Pixels are judged with those around them (seesThrough(), filledInverseDepth()), and places in
+/// the image are rounded.
 constexpr int kMargin_px = 3;
 
 int cellsAlong(int pixels) { return (pixels + kCell_px - 1) / kCell_px; }

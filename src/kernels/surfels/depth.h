@@ -1,4 +1,4 @@
-/// From raw depths to inverse depths.
+/// From raw depths to inverse depths, and what lies in gaps between them.
 #pragma once
 
 #include "kernels/surfels/sensing.h"
@@ -29,39 +29,61 @@ DTSDF_HD bool isEdgeBetween(float a, float b, float depth_jump) {
   return fabsf(b - a) > depth_jump * maximum(fabsf(a), fabsf(b));
 }
 
-/// The inverse depth of a pixel that is not measured, between two on one surface: the mean of the
-/// pair across it that differs least; 0 where there is no such pair. Registered and rectified
-/// images have lines of such pixels all over. `beside(du, dv)` is inverseDepth() of the eight
-/// pixels around.
-template <class Beside>
-DTSDF_HD float inverseDepthInGap(const Beside& beside, float depth_jump) {
+/// What a gap is filled by.
+struct GapLimits {
+  float depth_jump;        ///< Largest share by which depths on both sides of it may differ.
+  DepthNoise off_a_plane;  ///< How far it may be off a plane.
+};
+
+DTSDF_HD GapLimits gapLimits(const SurfelSettings& surfels, const DepthNoise& noise) {
+  return {surfels.depth_jump, {surfels.rules.noise_level * noise.sigma, noise.in_depth}};
+}
+
+/// Those that hold until noise is known, to estimate it.
+DTSDF_HD GapLimits gapLimitsOfAnyNoise(const SurfelSettings& surfels) {
+  return {surfels.depth_jump, {1e30f, surfels.noise_in_depth}};
+}
+
+/// Whether the pixels on one side of a gap predict it; one that is not measured does not object.
+DTSDF_HD bool predictsGap(float beside, float behind_it, float in_gap, float tolerance) {
+  return behind_it == 0.0f || fabsf((beside + beside - behind_it) - in_gap) <= tolerance;
+}
+
+/// Share of an inverse depth by which rounding moves it off the plane of an image without noise.
+constexpr float kDepthRounding = 2e-6f;
+
+/// Inverse depth of a pixel, that of a gap if it is not measured between two that are. On a plane
+/// that the two and those behind them predict it is the mean of the two, of the pair that differs
+/// least. Else it is that of the nearest, negative: no surface is made of it, but up to there it is
+/// free. 0 in a wider gap. Registered and rectified images have lines of such pixels all over.
+/// `measured(u, v)` is inverseDepth() of a pixel.
+template <class Measured>
+DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int height,
+                                  const Pixel& pixel, const GapLimits& limits) {
+  const float own = measured(pixel.u, pixel.v);
+  if (own != 0.0f) return own;
   constexpr int kPairs = 4;
   constexpr int kRight[kPairs] = {1, 0, 1, 1}, kDown[kPairs] = {0, 1, 1, -1};
-  float least = 1e30f, mean = 0.0f;
+  constexpr float kNone = 1e30f;
+  float least_step = kNone, mean = 0.0f, nearest = 0.0f;
   for (int i = 0; i < kPairs; ++i) {
-    const float a = beside(-kRight[i], -kDown[i]), b = beside(kRight[i], kDown[i]);
-    const float step = fabsf(b - a);
-    const bool is_better = static_cast<bool>(static_cast<int>(a != 0.0f) &
-                                             static_cast<int>(!isEdgeBetween(a, b, depth_jump)) &
-                                             static_cast<int>(step < least));
-    mean = is_better ? 0.5f * (a + b) : mean;
-    least = is_better ? step : least;
+    const auto at = [&](int steps) {
+      const int u = pixel.u + steps * kRight[i], v = pixel.v + steps * kDown[i];
+      return u >= 0 && v >= 0 && u < width && v < height ? measured(u, v) : 0.0f;
+    };
+    const float a = at(-1), b = at(1);
+    if (a == 0.0f || b == 0.0f) continue;
+    nearest = maximum(nearest, maximum(fabsf(a), fabsf(b)));
+    const float step = fabsf(b - a), in_gap = 0.5f * (a + b);
+    if (isEdgeBetween(a, b, limits.depth_jump) || step >= least_step) continue;
+    const float tolerance = noiseAt(limits.off_a_plane, in_gap) + kDepthRounding * fabsf(in_gap);
+    if (!predictsGap(a, at(-2), in_gap, tolerance) || !predictsGap(b, at(2), in_gap, tolerance)) {
+      continue;
+    }
+    least_step = step;
+    mean = in_gap;
   }
-  return mean;
-}
-
-DTSDF_HD bool isAtImageBorder(int width, int height, const Pixel& pixel) {
-  return pixel.u == 0 || pixel.v == 0 || pixel.u + 1 == width || pixel.v + 1 == height;
-}
-
-/// Inverse depth of a pixel with its gap filled. `at(u, v)` is inverseDepth() of a pixel.
-template <class At>
-DTSDF_HD float filledInverseDepth(const At& at, int width, int height, const Pixel& pixel,
-                                  float depth_jump) {
-  const float own = at(pixel.u, pixel.v);
-  if (own != 0.0f || isAtImageBorder(width, height, pixel)) return own;
-  const auto beside = [&](int du, int dv) { return at(pixel.u + du, pixel.v + dv); };
-  return inverseDepthInGap(beside, depth_jump);
+  return least_step < kNone ? mean : -nearest;
 }
 
 }  // namespace dtsdf

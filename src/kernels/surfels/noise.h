@@ -71,7 +71,8 @@ DTSDF_HD float noiseVariance(const NoiseLine& line, int kind, const SurfelSettin
   float sum_y = 0.0f, sum_yy = 0.0f, sum_ky = 0.0f, sum_kk = 0.0f, sum_py = 0.0f, sum_pp = 0.0f;
   for (int i = 0; i < kNoiseLength; ++i) {
     if (!(inverse_depth[i] > 0.0f)) return -1.0f;
-    if (i > 0 && isEdgeBetween(inverse_depth[i - 1], inverse_depth[i], surfels.depth_jump)) return -1.0f;
+    if (i > 0 && isEdgeBetween(inverse_depth[i - 1], inverse_depth[i], surfels.depth_jump))
+      return -1.0f;
     const float k = static_cast<float>(i - kNoiseRadius), y = inverse_depth[i] - origin;
     sum_y += y;
     sum_yy += y * y;

@@ -10,9 +10,17 @@
 
 namespace dtsdf {
 
+/// How far a surfel's surface is known to go on to both sides of its point, along the image's rows
+/// and columns, in pixels.
+struct Footprint {
+  float across, down;
+};
+
 /// Subpixels along the rows and along the columns of the image: 1 or kThirds.
 struct Subdivision {
   int32_t across, down;
+  /// Of each: half of it where the pixel's neighbours continue its plane, else 0.
+  Footprint footprint_px = {0.0f, 0.0f};
 };
 
 /// A surfel updates the samples to both sides of it, so thirds leave none out in a pixel as wide as
@@ -41,7 +49,8 @@ DTSDF_HD bool continuesPlane(const FrameSensing& sensing, const Pixel& pixel,
 }
 
 /// How a measured pixel with a plane is subdivided: where the map could tell its ends, and
-/// its neighbours to both sides continue its surface.
+/// its neighbours to both sides continue its surface. These also show how far the surface goes on,
+/// which pixels that are narrow enough to be merged have no need to know.
 DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pixel,
                                     const PixelPlane& plane, const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
@@ -54,17 +63,23 @@ DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pi
   Vec3f across = (-(plane.slope_u * depth_m)) * p_C, down = (-(plane.slope_v * depth_m)) * p_C;
   across.x += depth_m / frame.intrinsics.fx;
   down.y += depth_m / frame.intrinsics.fy;
-  const float wide_m = surfels.rules.same_voxels * frame.voxel_size_m;
+  const auto isWiderThan = [&](const Vec3f& step_m, float voxels) {
+    const float width_m = voxels * frame.voxel_size_m;
+    return dot(step_m, step_m) > width_m * width_m;
+  };
+  const float narrow = surfels.rules.merged_width, wide = surfels.rules.same_voxels;
   Subdivision subdivision{1, 1};
-  if (dot(across, across) > wide_m * wide_m &&
+  if (isWiderThan(across, narrow) &&
       continuesPlane(sensing, pixel, {u - 1, v}, kLinkRight, -plane.slope_u, surfels) &&
       continuesPlane(sensing, pixel, {u + 1, v}, kLinkRight, plane.slope_u, surfels)) {
-    subdivision.across = kThirds;
+    subdivision.across = isWiderThan(across, wide) ? kThirds : 1;
+    subdivision.footprint_px.across = 0.5f / static_cast<float>(subdivision.across);
   }
-  if (dot(down, down) > wide_m * wide_m &&
+  if (isWiderThan(down, narrow) &&
       continuesPlane(sensing, pixel, {u, v - 1}, kLinkDown, -plane.slope_v, surfels) &&
       continuesPlane(sensing, pixel, {u, v + 1}, kLinkDown, plane.slope_v, surfels)) {
-    subdivision.down = kThirds;
+    subdivision.down = isWiderThan(down, wide) ? kThirds : 1;
+    subdivision.footprint_px.down = 0.5f / static_cast<float>(subdivision.down);
   }
   return subdivision;
 }

@@ -7,12 +7,6 @@
 
 namespace dtsdf {
 
-/// How far a surfel's surface is known to go on to both sides of its point, along the image's rows
-/// and columns, in pixels: half of a subpixel, whose pixel's neighbours continue its plane, else 0.
-struct Footprint {
-  float across, down;
-};
-
 /// Point and unit normal in the frame's local frame L, in voxels. Weight 0: no measurement.
 struct Surfel {
   Vec3f p_L;
@@ -89,10 +83,6 @@ DTSDF_HD PixelMeasurement subdividedPixel(const FrameSensing& sensing, const Pix
   return measured;
 }
 
-DTSDF_HD float subpixelReach(int32_t subpixels) {
-  return subpixels > 1 ? 0.5f / static_cast<float>(subpixels) : 0.0f;
-}
-
 /// The surfel of a subpixel; number 0 of a pixel in one piece is the pixel.
 DTSDF_HD Surfel makeSubpixelSurfel(const ImageView& image, const PixelMeasurement& measured,
                                    int subpixel) {
@@ -104,8 +94,7 @@ DTSDF_HD Surfel makeSubpixelSurfel(const ImageView& image, const PixelMeasuremen
   const float share = minimum(coveredShare(image.frame, point.depth_m) / count, 1.0f);
   Surfel surfel =
       makeSurfel(image.frame, point, measured.plane.normal_C, share * measured.plane.trust);
-  surfel.footprint_px = {subpixelReach(measured.subdivision.across),
-                         subpixelReach(measured.subdivision.down)};
+  surfel.footprint_px = measured.subdivision.footprint_px;
   return surfel;
 }
 

@@ -8,6 +8,7 @@
 
 #include "backend/frame_check.h"
 #include "backend/rule_settings.h"
+#include "kernels/surfels/depth.h"
 #include "support/links_of_image.h"
 
 namespace dtsdf {
@@ -45,11 +46,16 @@ TEST(Sense, HasTheBitsOfTheRulesPixelByPixel) {
     const size_t count = image.size();
     const float* inverse = sensing.image.inverse_depth;
     const DepthRange range = depthRangeOf(frame, params);
+    const auto measured = [&](int u, int v) {
+      const float depth_m = static_cast<float>(image[v * width + u]) * frame.unit_m;
+      const bool is_measured = depth_m > 0.0f && image[v * width + u] < 65535;
+      const float sign = depth_m > range.max_m ? -1.0f : 1.0f;
+      return is_measured ? sign / depth_m : 0.0f;
+    };
+    const GapLimits limits = gapLimits(makeSurfelSettings(params, SurfelRules()), sensing.noise);
     for (size_t i = 0; i < count; ++i) {
-      const float depth_m = static_cast<float>(image[i]) * frame.unit_m;
-      const bool is_measured = image[i] > 0 && image[i] < 65535;
-      const float expected = is_measured ? 1.0f / depth_m : 0.0f;
-      ASSERT_EQ(inverse[i], depth_m > range.max_m ? -expected : expected) << i;
+      const Pixel pixel{static_cast<int>(i) % width, static_cast<int>(i) / width};
+      ASSERT_EQ(inverse[i], filledInverseDepth(measured, width, kHeight, pixel, limits)) << i;
     }
     const std::vector<PixelLinks> links =
         linksOfImage(sensing.image.frame, std::vector<float>(inverse, inverse + count),

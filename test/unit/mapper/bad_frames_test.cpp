@@ -223,8 +223,8 @@ TEST(OddFrames, AnAlmostRotationIsTaken) {
   EXPECT_EQ(mapper->integrate(frame.view()).status, FrameStatus::kFused);
 }
 
-/// A pixel that is more than a pixel away from others has no normal. Projecting voxels into the undirected map
-/// takes none, so it counts there and nowhere else.
+/// A pixel that is more than a pixel away from others has no normal. Projecting voxels into the
+/// undirected map takes none, so it counts there and nowhere else.
 TEST(LonelyPixels, CountWhereNoNormalIsNeeded) {
   SceneFrame frame = goodFrame();
   for (int v = 0; v < frame.frame.height; ++v) {

@@ -11,7 +11,8 @@ namespace dtsdf {
 namespace depth_test {
 
 constexpr DepthRange kRange{0.001f, 0.1f, 10.0f, 65535.0f};
-constexpr float kJump = 0.03f;
+constexpr float kSigma = 0.0005f;  // 1/m
+const GapLimits kLimits = gapLimits({5, 0.03f, SurfelRules(), 0}, {kSigma, 0});
 
 TEST(InverseDepth, TellsWhatIsNoMeasurement) {
   const float nan = std::nanf(""), infinity = std::numeric_limits<float>::infinity();
@@ -31,7 +32,7 @@ struct Image {
   float& at(int u, int v) { return inverse_depth[v * kSide + u]; }
   float filledAt(int u, int v) const {
     const auto at = [&](int column, int row) { return inverse_depth[row * kSide + column]; };
-    return filledInverseDepth(at, kSide, kSide, {u, v}, kJump);
+    return filledInverseDepth(at, kSide, kSide, {u, v}, kLimits);
   }
 };
 
@@ -55,16 +56,31 @@ TEST(DepthGap, OfRegisteredImagesHoldsThePlaneAround) {
       EXPECT_NEAR(image.filledAt(u, v), onPlane(u, v), 1e-6f) << u << ", " << v;
     }
   }
-  EXPECT_EQ(image.filledAt(1, 0), 0.0f) << "beyond the border nothing is known";
+  EXPECT_NEAR(image.filledAt(1, 0), onPlane(1, 0), 1e-6f) << "at the border along it";
 }
 
-TEST(DepthGap, DoesNotBridgeADepthEdge) {
+/// What is not filled is as free as the nearest.
+TEST(DepthGap, IsNoSurfaceAcrossADepthEdge) {
   Image image;
   image.at(2, 3) = 1.0f;
   image.at(4, 3) = 0.96f;  // 4 per cent: as far apart as two surfaces
-  EXPECT_EQ(image.filledAt(3, 3), 0.0f);
+  EXPECT_EQ(image.filledAt(3, 3), -1.0f);
   image.at(4, 3) = 0.98f;
   EXPECT_NEAR(image.filledAt(3, 3), 0.99f, 1e-6f);
+}
+
+/// A slit between two fingers: both sides fall away towards it.
+TEST(DepthGap, IsNoSurfaceWhereBothSidesCurveAway) {
+  Image image;
+  for (const int side : {-1, 1}) {
+    image.at(3 + side, 3) = 0.99f;
+    image.at(3 + 2 * side, 3) = 1.0f;
+  }
+  EXPECT_EQ(image.filledAt(3, 3), -0.99f);
+  for (const int side : {-1, 1}) image.at(3 + 2 * side, 3) = 0.99f + 2.9f * kSigma;
+  EXPECT_EQ(image.filledAt(3, 3), 0.99f) << "noise explains it";
+  for (const int side : {-1, 1}) image.at(3 + 2 * side, 3) = 0.99f + 3.1f * kSigma;
+  EXPECT_EQ(image.filledAt(3, 3), -0.99f);
 }
 
 /// In front of a wall, a gap in something slim belongs to what goes on.
@@ -91,7 +107,7 @@ TEST(DepthGap, BeyondTheRangeIsBeyondTheRange) {
   image.at(2, 3) = image.at(4, 3) = -0.05f;
   EXPECT_EQ(image.filledAt(3, 3), -0.05f);
   image.at(4, 3) = 0.05f;
-  EXPECT_EQ(image.filledAt(3, 3), 0.0f);
+  EXPECT_EQ(image.filledAt(3, 3), -0.05f);
 }
 
 TEST(DepthGap, LeavesWhatIsMeasured) {

@@ -54,6 +54,19 @@ TEST(PixelSubdivision, AreThirdsOfPixelsWiderThanAVoxel) {
   }
 }
 
+/// Pixels narrow enough to be merged have no need to know.
+TEST(PixelSubdivision, GoesOnHalfwayToTheNext) {
+  for (const auto& [voxel_m, half_px] : {std::pair<float, float>{0.009f, 0.0f},
+                                         {0.0088f, 0.5f},
+                                         {0.0041f, 0.5f},
+                                         {0.0039f, 1.0f / 6.0f}}) {
+    const std::vector<Surfel> parts =
+        SubdividedImage(plane(0, 0, 1, 2), voxel_m).subpixelsAt(kMiddleU, kMiddleV);
+    EXPECT_FLOAT_EQ(parts[0].footprint_px.across, half_px) << voxel_m;
+    EXPECT_FLOAT_EQ(parts[0].footprint_px.down, half_px) << voxel_m;
+  }
+}
+
 /// A wall at 2 m that the camera looks along: 4 mm are 4 mm up the wall, but 12 mm along it.
 TEST(PixelSubdivision, FollowTheSlant) {
   const double slant = std::acos(1.0 / 3.0);
@@ -115,6 +128,7 @@ TEST(PixelSubdivision, StopAtStepsAndHoles) {
     const SubdividedImage image([&](double x, double) { return x < x_edge ? 2.0 : beyond_m; },
                                 0.003f);
     EXPECT_EQ(image.subdivisionAt(kMiddleU, kMiddleV).across, 1) << beyond_m;
+    EXPECT_EQ(image.subdivisionAt(kMiddleU, kMiddleV).footprint_px.across, 0.0f) << beyond_m;
     EXPECT_EQ(image.subdivisionAt(kMiddleU, kMiddleV).down, 3) << beyond_m;
     EXPECT_EQ(image.subdivisionAt(kMiddleU - 6, kMiddleV).across, 3) << beyond_m;
   }

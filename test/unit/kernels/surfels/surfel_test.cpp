@@ -47,21 +47,6 @@ TEST(Surfel, StandsWhereItsPixelsAre) {
   EXPECT_EQ(surfel.depth_m, 2.0f);
 }
 
-/// Only where a pixel is divided do its neighbours continue its plane.
-TEST(Surfel, GoesOnAsFarAsItsSubpixel) {
-  const float inverse_depth[9] = {0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f};
-  ImageView image{};
-  image.frame = turnedFrame();
-  image.frame.width = image.frame.height = 3;
-  image.inverse_depth = inverse_depth;
-  PixelMeasurement pixel{{1, 1}, {{0, 0, -1}, 0.0f, 0.0f, 1.0f}, {1, 3}};
-  const Surfel divided = makeSubpixelSurfel(image, pixel, 0);
-  EXPECT_EQ(divided.footprint_px.across, 0.0f);
-  EXPECT_FLOAT_EQ(divided.footprint_px.down, 1.0f / 6.0f);
-  pixel.subdivision = {1, 1};
-  EXPECT_EQ(makeSubpixelSurfel(image, pixel, 0).footprint_px.down, 0.0f);
-}
-
 TEST(Surfel, WithoutANormalIsNone) {
   const ImagePoint centre{320.0f, 240.0f, 2.0f};
   EXPECT_EQ(makeSurfel(turnedFrame(), centre, {0, 0, 0}, 1.0f).weight, 0.0f);

@@ -37,45 +37,46 @@ struct StretchSteps {
 };
 
 /// The links of a row, by linksOf() only where the steps alone do not tell.
-void linkRow(const FrameView& frame, const float* inverse_depth, int v, const LinkLimits& limits,
-             PixelLinks* links) {
+void linkRow(const FrameView& frame, const float* inverse_depth, int v, const PixelSpan& told,
+             const LinkLimits& limits, PixelLinks* links) {
   const float* row = inverse_depth + pixelIndex(frame, {0, v});
-  const int last = frame.width - 1;
+  const int last = std::min(told.end, frame.width - 1);
+  std::fill(links, links + frame.width, PixelLinks{0});
   StretchSteps right{}, down{};
-  for (int first = 0; first < last; first += kStretch) {
+  for (int first = told.begin; first < last; first += kStretch) {
     const int count = std::min(kStretch, last - first);
     right.compute(row + first, 1, count, limits);
     if (v + 1 < frame.height) down.compute(row + first, frame.width, count, limits);
-    int32_t told = 0;
+    int32_t steps = 0;
     for (int i = 0; i < count; ++i) {
-      told |= right.link[i] | down.link[i];
+      steps |= right.link[i] | down.link[i];
       links[first + i] = static_cast<PixelLinks>((right.link[i] & kLinked) * kLinkRight |
                                                  (down.link[i] & kLinked) * kLinkDown);
     }
-    if (!(told & kOpenStep)) continue;
+    if (!(steps & kOpenStep)) continue;
     for (int i = 0; i < count; ++i) {
       if (!((right.link[i] | down.link[i]) & kOpenStep)) continue;
       links[first + i] = linksOf(frame, inverse_depth, {first + i, v}, limits);
     }
   }
-  links[last] = linksOf(frame, inverse_depth, {last, v}, limits);
+  if (told.end == frame.width) links[last] = linksOf(frame, inverse_depth, {last, v}, limits);
 }
 
-void findFreeIfMeasured(const FrameSensing& of_frame, int v, const FusionSettings& settings,
-                        float* __restrict__ free_if_measured) {
+void findFreeIfMeasured(const FrameSensing& of_frame, int v, const PixelSpan& told,
+                        const FusionSettings& settings, float* __restrict__ free_if_measured) {
   const FrameSensing sensing = of_frame;  // copies of their own, which no result can overlap
   const FusionSettings fusion = settings;
-  for (int u = 0; u < sensing.image.frame.width; ++u) {
+  for (int u = told.begin; u < told.end; ++u) {
     free_if_measured[u] = freeIfMeasured(sensing, {u, v}, fusion);
   }
 }
 
-/// Free depths of a row that has one above and one below.
+/// Free depths of a row that has one above and one below; `told` is of all three.
 void fillGaps(const float* __restrict__ inverse_depth, const float* __restrict__ free_if_measured,
-              int width, float* __restrict__ free_depth) {
-  const int last = width - 1;
+              int width, const PixelSpan& told, float* __restrict__ free_depth) {
+  const int last = width - 1, end = std::min(told.end + 1, last);
   free_depth[0] = free_if_measured[0];
-  for (int u = 1; u < last; ++u) {
+  for (int u = std::max(told.begin - 1, 1); u < end; ++u) {
     const float in_gap = freeInGap([&](int du, int dv) {
       return free_if_measured[u + du + static_cast<int64_t>(dv) * width];
     });
@@ -83,6 +84,22 @@ void fillGaps(const float* __restrict__ inverse_depth, const float* __restrict__
     free_depth[u] = inverse_depth[u] != 0.0f ? own : in_gap;
   }
   free_depth[last] = free_if_measured[last];
+}
+
+/// The greatest values of squares of a grid that lie side by side, from row `first_v` on.
+void findGreatest(const DepthGrid& grid, int first_v, int side, std::vector<float>& columns,
+                  float* tiles) {
+  columns.assign(grid.values + static_cast<size_t>(first_v) * grid.width,
+                 grid.values + static_cast<size_t>(first_v + 1) * grid.width);
+  withWidestVectors([&, greatest = columns.data()] {
+    for (int v = first_v + 1; v < std::min(first_v + side, grid.height); ++v) {
+      const float* row = grid.values + static_cast<size_t>(v) * grid.width;
+      for (int u = 0; u < grid.width; ++u) greatest[u] = maximum(greatest[u], row[u]);
+    }
+  });
+  for (int u = 0; u < grid.width; u += side) {
+    *tiles++ = greatestIn({columns.data(), grid.width, 1}, u, 0, side);
+  }
 }
 
 struct NoScratch {};
@@ -115,6 +132,7 @@ FrameSensing FrameSensor::sense(const DepthFrame& frame) {
 void FrameSensor::invertDepths(const DepthFrame& frame) {
   const int width = frame.width;
   inverse_depth_.resize(static_cast<size_t>(width) * frame.height);
+  told_.resize(frame.height);
   const DepthRange range = depthRangeOf(frame, params_);
   parallelFor<NoScratch>(frame.height, threads_, [&](size_t v, NoScratch&) {
     const char* row = static_cast<const char*>(frame.data) + v * frame.row_bytes;
@@ -127,6 +145,7 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
         invertRow<float>(row, width, range, inverse);
       }
     });
+    told_[v] = toldSpan(inverse, width);
   });
 }
 
@@ -174,15 +193,19 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
   };
   parallelFor<PaddedRow>(view.height, threads_, [&](size_t v, PaddedRow& padded) {
     withWidestVectors([&] {
-      linkRow(view, inverse_depth_.data(), static_cast<int>(v), limits, &links_[v * width]);
+      linkRow(view, inverse_depth_.data(), static_cast<int>(v), told_[v], limits,
+              &links_[v * width]);
     });
+    std::fill_n(&row_value_[v * width], width, 0.0f);
+    std::fill_n(&row_slope_[v * width], width, 0.0f);
+    if (told_[v].begin == told_[v].end) return;
     padded.values.assign(width + 2 * margin, 0.0f);
     padded.links.assign(width + 2 * margin, 0);
     std::copy_n(&inverse_depth_[v * width], width, padded.values.data() + margin);
     std::copy_n(&links_[v * width], width, padded.links.data() + margin);
     StretchFit fits;
-    for (int first = 0; first < width; first += kStretch) {
-      const int count = std::min(kStretch, width - first);
+    for (int first = told_[v].begin; first < told_[v].end; first += kStretch) {
+      const int count = std::min(kStretch, told_[v].end - first);
       const float* centres = padded.values.data() + margin + first;
       fits.compute({count, {centres, centres, padded.links.data() + margin + first}},
                    {1, kLinkRight, margin, margin, margin}, window);
@@ -198,11 +221,11 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
 /// freeDepth() of all pixels, measured ones first: the others look at those beside them.
 void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
   const FrameView& view = sensing.image.frame;
-  free_if_measured_.resize(inverse_depth_.size());
-  free_depth_.resize(inverse_depth_.size());
+  free_if_measured_.assign(inverse_depth_.size(), 0.0f);
+  free_depth_.assign(inverse_depth_.size(), 0.0f);
   parallelFor<NoScratch>(view.height, threads_, [&](size_t row, NoScratch&) {
     withWidestVectors([&] {
-      findFreeIfMeasured(sensing, static_cast<int>(row), fusion_settings_,
+      findFreeIfMeasured(sensing, static_cast<int>(row), told_[row], fusion_settings_,
                          &free_if_measured_[row * view.width]);
     });
   });
@@ -210,8 +233,10 @@ void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
     const size_t first = row * view.width;
     const bool is_inside = row > 0 && row + 1 < static_cast<size_t>(view.height);
     if (is_inside) {
+      const PixelSpan told = unite(told_[row], unite(told_[row - 1], told_[row + 1]));
+      if (told.begin == told.end) return;
       withWidestVectors([&] {
-        fillGaps(&inverse_depth_[first], &free_if_measured_[first], view.width,
+        fillGaps(&inverse_depth_[first], &free_if_measured_[first], view.width, told,
                  &free_depth_[first]);
       });
     } else {
@@ -225,12 +250,11 @@ void FrameSensor::findMostFree(const FrameView& view) {
   const auto fine_count = static_cast<size_t>(tileCount(view, kFineTileLog2));
   most_free_.resize(fine_count + static_cast<size_t>(tileCount(view, kCoarseTileLog2)));
   const auto fill = [&](const DepthGrid& grid, int log2, float* tiles) {
-    const int32_t along = tilesAlong(grid.width, log2), side = 1 << log2;
-    parallelFor<NoScratch>(tilesAlong(grid.height, log2), threads_, [&](size_t v, NoScratch&) {
-      for (int32_t u = 0; u < along; ++u) {
-        tiles[v * along + u] = greatestIn(grid, u * side, static_cast<int32_t>(v) * side, side);
-      }
-    });
+    parallelFor<std::vector<float>>(
+        tilesAlong(grid.height, log2), threads_, [&](size_t v, std::vector<float>& columns) {
+          findGreatest(grid, static_cast<int>(v) << log2, 1 << log2, columns,
+                       tiles + v * tilesAlong(grid.width, log2));
+        });
   };
   fill({free_depth_.data(), view.width, view.height}, kFineTileLog2, most_free_.data());
   fill({most_free_.data(), tilesAlong(view.width, kFineTileLog2),

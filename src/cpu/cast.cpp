@@ -77,8 +77,8 @@ class PlaneBatch {
     for (int d = 0; d < line.direction_count; ++d) {
       VoxelSums* const of_direction = sums.voxel[line.direction[d]];
       for (int corner = 0; corner < 4; ++corner) {
-        addToSums(of_direction[index_[corner][i]], weights_[d][corner][i], sdf_[corner][i],
-                  samples_.point_key[corner][i]);
+        addToSums(of_direction[index_[corner][i]],
+                  {weighted_sdf_[d][corner][i], weights_[d][corner][i], nearest_[d][corner][i], 0});
       }
     }
   }
@@ -92,7 +92,13 @@ class PlaneBatch {
       for (int corner = 0; corner < 4; ++corner) {
         const int32_t held = -static_cast<int32_t>(at.holds(corner));
         index_[corner][i] = (at.index + cornerOffset(block.strides, corner)) & held;
-        for (int d = 0; d < 3; ++d) weights_[d][corner][i] &= held;
+        for (int d = 0; d < 3; ++d) {
+          const VoxelSums sample = sumsOfSample(weights_[d][corner][i] & held, sdf_[corner][i],
+                                                samples_.point_key[corner][i]);
+          weighted_sdf_[d][corner][i] = sample.weighted_sdf;
+          weights_[d][corner][i] = static_cast<int32_t>(sample.weight);
+          nearest_[d][corner][i] = sample.nearest;
+        }
       }
     }
   }
@@ -137,6 +143,8 @@ class PlaneBatch {
   PlaneSamples<kPlanes> samples_;
   int32_t index_[4][kPlanes];
   int32_t sdf_[4][kPlanes], weights_[3][4][kPlanes];  ///< In fixed point.
+  int64_t weighted_sdf_[3][4][kPlanes];
+  uint32_t nearest_[3][4][kPlanes];
 };
 
 /// A block's sums, and the planes that wait to be added to them.

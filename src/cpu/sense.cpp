@@ -221,9 +221,10 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
 /// freeDepth() of all pixels, measured ones first: the others look at those beside them.
 void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
   const FrameView& view = sensing.image.frame;
-  free_if_measured_.assign(inverse_depth_.size(), 0.0f);
-  free_depth_.assign(inverse_depth_.size(), 0.0f);
+  free_if_measured_.resize(inverse_depth_.size());
+  free_depth_.resize(inverse_depth_.size());
   parallelFor<NoScratch>(view.height, threads_, [&](size_t row, NoScratch&) {
+    std::fill_n(&free_if_measured_[row * view.width], view.width, 0.0f);
     withWidestVectors([&] {
       findFreeIfMeasured(sensing, static_cast<int>(row), told_[row], fusion_settings_,
                          &free_if_measured_[row * view.width]);
@@ -234,6 +235,7 @@ void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
     const bool is_inside = row > 0 && row + 1 < static_cast<size_t>(view.height);
     if (is_inside) {
       const PixelSpan told = unite(told_[row], unite(told_[row - 1], told_[row + 1]));
+      std::fill_n(&free_depth_[first], view.width, 0.0f);
       if (told.begin == told.end) return;
       withWidestVectors([&] {
         fillGaps(&inverse_depth_[first], &free_if_measured_[first], view.width, told,

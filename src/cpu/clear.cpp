@@ -53,8 +53,7 @@ class DistanceGrid {
 class RowJudge {
  public:
   RowJudge(const FrameSensing& sensing, const Facing& facing, const Vec3f& first_voxel_L,
-           const Look& look, const FusionRules& rules,
-           const std::optional<DistanceGrid>& distances)
+           const Look& look, const FusionRules& rules, const std::optional<DistanceGrid>& distances)
       : sensing_(sensing),
         facing_(facing),
         first_voxel_L_(first_voxel_L),

@@ -151,7 +151,9 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
 
 DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
   float sigma[kNoiseKinds];
-  for (int kind = 0; kind < kNoiseKinds; ++kind) sigma[kind] = medianNoise(view, kind);
+  parallelFor<NoScratch>(kNoiseKinds, threads_, [&](size_t kind, NoScratch&) {
+    sigma[kind] = medianNoise(view, static_cast<int>(kind));
+  });
   return {combinedNoise(sigma, surfel_settings_.rules), surfel_settings_.noise_in_depth};
 }
 
@@ -164,6 +166,7 @@ float FrameSensor::medianNoise(const FrameView& view, int kind) const {
   int lines = 0;
   for (int i = 0; i < kNoisePoints; ++i) {
     const Pixel middle = noisePoint(i, view.width, view.height);
+    if (!(inverse_depth_at(middle.u, middle.v) > 0.0f)) continue;  // nor is there a line
     const NoiseLine line = noiseLine(inverse_depth_at, view.width, view.height, middle, kind);
     const float variance = noiseVariance(line, kind, surfel_settings_);
     if (variance < 0.0f) continue;

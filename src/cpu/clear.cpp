@@ -1,6 +1,7 @@
 #include "cpu/clear.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "cpu/voxel_row.h"
 #include "cpu/widest_vectors.h"
@@ -52,7 +53,7 @@ class DistanceGrid {
 class RowJudge {
  public:
   RowJudge(const FrameSensing& sensing, const Facing& facing, const Vec3f& first_voxel_L,
-           const Look& look, const FusionRules& rules, const DistanceGrid& distances)
+           const Look& look, const FusionRules& rules, const std::optional<DistanceGrid>& distances)
       : sensing_(sensing),
         facing_(facing),
         first_voxel_L_(first_voxel_L),
@@ -119,9 +120,9 @@ class RowJudge {
     if (!any(bitsOf(judged_sdf))) return;
     float sdf[kBlockSide], slope_x[kBlockSide], slope_y[kBlockSide], slope_z[kBlockSide];
     judged_sdf.store(sdf);
-    distances_.slopes(row, 0).store(slope_x);
-    distances_.slopes(row, 1).store(slope_y);
-    distances_.slopes(row, 2).store(slope_z);
+    distances_->slopes(row, 0).store(slope_x);
+    distances_->slopes(row, 1).store(slope_y);
+    distances_->slopes(row, 2).store(slope_z);
     for (int x = 0; x < kBlockSide; ++x) {
       const Vec3f foot = footOf({place_x_[x], place_y_[x], place_z_[x]}, sdf[x],
                                 {slope_x[x], slope_y[x], slope_z[x]}, facing_);
@@ -150,7 +151,7 @@ class RowJudge {
   const Vec3f first_voxel_L_;
   const Look look_;
   const FusionRules rules_;
-  const DistanceGrid& distances_;
+  const std::optional<DistanceGrid>& distances_;  ///< Of the array, in turn only.
   int32_t covered_[kBlockSide], judged_[kBlockSide], is_empty_[kBlockSide];
   float place_x_[kBlockSide], place_y_[kBlockSide], place_z_[kBlockSide];
   float depth_m_[kBlockSide], u_[kBlockSide], v_[kBlockSide];
@@ -167,14 +168,15 @@ Look lookOf(const BlockLook& look, const FrameSensing& sensing) {
 /// @return the number of voxels that are contradicted.
 int findContradicted(const BlockLook& look, const Look& rule, int direction,
                      const FrameSensing& sensing, const FusionRules& rules, const Voxel* voxels,
-                     DistanceGrid& distances, ContradictedVoxel (&found)[kVoxelsPerBlock]) {
+                     std::optional<DistanceGrid>& distances,
+                     ContradictedVoxel (&found)[kVoxelsPerBlock]) {
   const bool has_sums = look.sums != nullptr && (look.directions >> direction & 1);
   const Facing facing = facingOf(look.directional ? direction : kAnyDirection);
   int count = 0;
   withWidestVectors([&] {
     RowJudge judge(sensing, facing, toFloat(firstVoxelOfBlock(look.block_L)), rule, rules,
                    distances);
-    if (rule.in_turn) distances.take(voxels);
+    if (distances) distances->take(voxels);
     for (int row = 0; row < kRows; ++row) {
       const uint32_t covered = has_sums ? look.sums->covered[direction].row(row) : 0u;
       if (covered == 0 && !rule.in_turn) continue;
@@ -192,7 +194,8 @@ ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const Fr
                         const FusionRules& rules, VoxelStore& voxels) {
   ClearedBlock result{false, 0};
   const Look rule = lookOf(look, sensing);
-  DistanceGrid distances;
+  std::optional<DistanceGrid> distances;  // as most blocks need none, and it is large
+  if (rule.in_turn) distances.emplace();
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;
     const bool has_sums = look.sums != nullptr && (look.directions >> d & 1);

@@ -107,6 +107,9 @@ inline bool any(const LaneInts& mask) {
   return (pairs[0] | pairs[1] | pairs[2] | pairs[3]) != 0;
 }
 
+/// Of several units some will most likely have it: that is quicker done than asked.
+inline bool isWorthABranch(const LaneInts&) { return true; }
+
 inline bool all(const LaneInts& mask) { return !any(LaneInts(~mask.v)); }
 
 inline LaneFloats gather(const float* values, const LaneInts& places) {

@@ -92,14 +92,19 @@ void SurfelMaker::makeListOfSurfels(const FrameSensing& sensing) {
 void SurfelMaker::makeTiles(const FrameSensing& sensing, int first_v,
                             std::vector<MergedTile>& tiles, std::vector<Surfel>& surfels) const {
   const FrameView& frame = sensing.image.frame;
-  tiles.resize(tilesAlong(frame.width));
-  for (size_t i = 0; i < tiles.size(); ++i) {
-    const Pixel first{static_cast<int32_t>(i) * kTileSide, first_v};
-    tiles[i] = mergeTile(sensing.image, first, surfel_settings_);
+  const int end_v = std::min(first_v + kTileSide, frame.height);
+  PixelSpan span{0, 0};
+  for (int v = first_v; v < end_v; ++v) {
+    const float* row = sensing.image.inverse_depth + pixelIndex(frame, {0, v});
+    span = unite(span, measuredSpan(row, frame.width));
   }
-  for (int v = first_v; v < std::min(first_v + kTileSide, frame.height); ++v) {
-    makeSingles(sensing, v, tiles, surfels);
-    for (int u = 0; u < frame.width; u += kQuadSide) {
+  tiles.resize(tilesAlong(frame.width));
+  for (int u = span.begin; u < span.end; u += kTileSide) {
+    tiles[u / kTileSide] = mergeTile(sensing.image, {u, first_v}, surfel_settings_);
+  }
+  for (int v = first_v; v < end_v; ++v) {
+    makeSingles(sensing, v, span, tiles, surfels);
+    for (int u = span.begin; u < span.end; u += kQuadSide) {
       const int side = mergedSide(tiles[u / kTileSide], {u, v});
       if (side <= 1) continue;
       const Surfel surfel = makeMergedSurfel(sensing, {{u, v}, side}, surfel_settings_);
@@ -109,7 +114,7 @@ void SurfelMaker::makeTiles(const FrameSensing& sensing, int first_v,
 }
 
 /// Appends the surfels of those pixels of a row that are not merged.
-void SurfelMaker::makeSingles(const FrameSensing& sensing, int v,
+void SurfelMaker::makeSingles(const FrameSensing& sensing, int v, const PixelSpan& span,
                               const std::vector<MergedTile>& tiles,
                               std::vector<Surfel>& surfels) const {
   const FrameView& frame = sensing.image.frame;
@@ -125,7 +130,7 @@ void SurfelMaker::makeSingles(const FrameSensing& sensing, int v,
       if (surfel.weight > 0.0f) surfels.push_back(surfel);
     }
   };
-  for (int u = 0; u < frame.width; u += kStretch) {
+  for (int u = span.begin; u < span.end; u += kStretch) {
     visitColumnFits(sensing, {u, v}, isSingle, make);
   }
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "backend/rules.h"
+#include "cpu/measured_span.h"
 #include "dtsdf_mapping/params/mapper_params.h"
 #include "kernels/surfels/surfel.h"
 
@@ -34,8 +35,8 @@ class SurfelMaker {
   /// Appends the surfels of the tiles whose first row is `first_v`.
   void makeTiles(const FrameSensing& sensing, int first_v, std::vector<MergedTile>& tiles,
                  std::vector<Surfel>& surfels) const;
-  void makeSingles(const FrameSensing& sensing, int v, const std::vector<MergedTile>& tiles,
-                   std::vector<Surfel>& surfels) const;
+  void makeSingles(const FrameSensing& sensing, int v, const PixelSpan& span,
+                   const std::vector<MergedTile>& tiles, std::vector<Surfel>& surfels) const;
   template <class IsWanted, class Visit>
   void visitColumnFits(const FrameSensing& sensing, const Pixel& first, const IsWanted& is_wanted,
                        const Visit& visit) const;

@@ -37,28 +37,29 @@ struct StretchSteps {
 };
 
 /// The links of a row, by linksOf() only where the steps alone do not tell.
-void linkRow(const FrameView& frame, const float* inverse_depth, int v, const LinkLimits& limits,
-             PixelLinks* links) {
+void linkRow(const FrameView& frame, const float* inverse_depth, int v, const PixelSpan& span,
+             const LinkLimits& limits, PixelLinks* links) {
   const float* row = inverse_depth + pixelIndex(frame, {0, v});
-  const int last = frame.width - 1;
+  const int last = std::min(span.end, frame.width - 1);
+  std::fill(links, links + frame.width, PixelLinks{0});
   StretchSteps right{}, down{};
-  for (int first = 0; first < last; first += kStretch) {
+  for (int first = span.begin; first < last; first += kStretch) {
     const int count = std::min(kStretch, last - first);
     right.compute(row + first, 1, count, limits);
     if (v + 1 < frame.height) down.compute(row + first, frame.width, count, limits);
-    int32_t told = 0;
+    int32_t steps = 0;
     for (int i = 0; i < count; ++i) {
-      told |= right.link[i] | down.link[i];
+      steps |= right.link[i] | down.link[i];
       links[first + i] = static_cast<PixelLinks>((right.link[i] & kLinked) * kLinkRight |
                                                  (down.link[i] & kLinked) * kLinkDown);
     }
-    if (!(told & kOpenStep)) continue;
+    if (!(steps & kOpenStep)) continue;
     for (int i = 0; i < count; ++i) {
       if (!((right.link[i] | down.link[i]) & kOpenStep)) continue;
       links[first + i] = linksOf(frame, inverse_depth, {first + i, v}, limits);
     }
   }
-  links[last] = linksOf(frame, inverse_depth, {last, v}, limits);
+  if (span.end == frame.width) links[last] = linksOf(frame, inverse_depth, {last, v}, limits);
 }
 
 /// Which pixels of a row are empty between two that are not, in the row itself, up and down or
@@ -88,12 +89,28 @@ bool findGaps(const float* __restrict__ above, const float* __restrict__ own,
   return any != 0;
 }
 
-void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const FusionSettings& settings,
-                         float* __restrict__ free_depth) {
+void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const PixelSpan& span,
+                         const FusionSettings& settings, float* __restrict__ free_depth) {
   const FrameSensing sensing = of_frame;  // copies of their own, which no result can overlap
   const FusionSettings fusion = settings;
-  for (int u = 0; u < sensing.image.frame.width; ++u) {
+  for (int u = span.begin; u < span.end; ++u) {
     free_depth[u] = freeDepth(sensing, {u, v}, fusion);
+  }
+}
+
+/// The greatest values of squares of a grid that lie side by side, from row `first_v` on.
+void findGreatest(const DepthGrid& grid, int first_v, int side, std::vector<float>& columns,
+                  float* tiles) {
+  columns.assign(grid.values + static_cast<size_t>(first_v) * grid.width,
+                 grid.values + static_cast<size_t>(first_v + 1) * grid.width);
+  withWidestVectors([&, greatest = columns.data()] {
+    for (int v = first_v + 1; v < std::min(first_v + side, grid.height); ++v) {
+      const float* row = grid.values + static_cast<size_t>(v) * grid.width;
+      for (int u = 0; u < grid.width; ++u) greatest[u] = maximum(greatest[u], row[u]);
+    }
+  });
+  for (int u = 0; u < grid.width; u += side) {
+    *tiles++ = greatestIn({columns.data(), grid.width, 1}, u, 0, side);
   }
 }
 
@@ -145,7 +162,9 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
 
 DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
   float sigma[kNoiseKinds];
-  for (int kind = 0; kind < kNoiseKinds; ++kind) sigma[kind] = medianNoise(view, kind);
+  parallelFor<NoScratch>(kNoiseKinds, threads_, [&](size_t kind, NoScratch&) {
+    sigma[kind] = medianNoise(view, static_cast<int>(kind));
+  });
   return {combinedNoise(sigma, surfel_settings_.rules), surfel_settings_.noise_in_depth};
 }
 
@@ -162,6 +181,7 @@ float FrameSensor::medianNoise(const FrameView& view, int kind) const {
   int lines = 0;
   for (int i = 0; i < kNoisePoints; ++i) {
     const Pixel middle = noisePoint(i, view.width, view.height);
+    if (!(inverse_depth_at(middle.u, middle.v) > 0.0f)) continue;  // nor is there a line
     const NoiseLine line = noiseLine(inverse_depth_at, view.width, view.height, middle, kind);
     const float variance = noiseVariance(line, kind, surfel_settings_);
     if (variance < 0.0f) continue;
@@ -179,6 +199,7 @@ float FrameSensor::medianNoise(const FrameView& view, int kind) const {
 void FrameSensor::fillGaps(const FrameView& view, const DepthNoise& noise) {
   const int width = view.width, height = view.height;
   inverse_depth_.resize(measured_.size());
+  spans_.resize(height);
   const GapLimits limits = gapLimits(surfel_settings_, noise);
   const auto measured = [&](int u, int v) { return measured_[static_cast<size_t>(v) * width + u]; };
   struct GapRow {
@@ -200,6 +221,7 @@ void FrameSensor::fillGaps(const FrameView& view, const DepthNoise& noise) {
       if (row.is_gap[u] == 0) continue;
       filled[u] = filledInverseDepth(measured, width, height, {u, static_cast<int>(v)}, limits);
     }
+    spans_[v] = measuredSpan(filled, width);
   });
 }
 
@@ -219,15 +241,19 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
   };
   parallelFor<PaddedRow>(view.height, threads_, [&](size_t v, PaddedRow& padded) {
     withWidestVectors([&] {
-      linkRow(view, inverse_depth_.data(), static_cast<int>(v), limits, &links_[v * width]);
+      linkRow(view, inverse_depth_.data(), static_cast<int>(v), spans_[v], limits,
+              &links_[v * width]);
     });
+    std::fill_n(&row_value_[v * width], width, 0.0f);
+    std::fill_n(&row_slope_[v * width], width, 0.0f);
+    if (spans_[v].begin == spans_[v].end) return;
     padded.values.assign(width + 2 * margin, 0.0f);
     padded.links.assign(width + 2 * margin, 0);
     std::copy_n(&inverse_depth_[v * width], width, padded.values.data() + margin);
     std::copy_n(&links_[v * width], width, padded.links.data() + margin);
     StretchFit fits;
-    for (int first = 0; first < width; first += kStretch) {
-      const int count = std::min(kStretch, width - first);
+    for (int first = spans_[v].begin; first < spans_[v].end; first += kStretch) {
+      const int count = std::min(kStretch, spans_[v].end - first);
       const float* centres = padded.values.data() + margin + first;
       fits.compute({count, {centres, centres, padded.links.data() + margin + first}},
                    {1, kLinkRight, margin, margin, margin}, window);
@@ -244,8 +270,9 @@ void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
   const FrameView& view = sensing.image.frame;
   free_depth_.resize(inverse_depth_.size());
   parallelFor<NoScratch>(view.height, threads_, [&](size_t row, NoScratch&) {
+    std::fill_n(&free_depth_[row * view.width], view.width, 0.0f);
     withWidestVectors([&] {
-      findFreeDepthsOfRow(sensing, static_cast<int>(row), fusion_settings_,
+      findFreeDepthsOfRow(sensing, static_cast<int>(row), spans_[row], fusion_settings_,
                           &free_depth_[row * view.width]);
     });
   });
@@ -256,12 +283,11 @@ void FrameSensor::findMostFree(const FrameView& view) {
   const auto fine_count = static_cast<size_t>(tileCount(view, kFineTileLog2));
   most_free_.resize(fine_count + static_cast<size_t>(tileCount(view, kCoarseTileLog2)));
   const auto fill = [&](const DepthGrid& grid, int log2, float* tiles) {
-    const int32_t along = tilesAlong(grid.width, log2), side = 1 << log2;
-    parallelFor<NoScratch>(tilesAlong(grid.height, log2), threads_, [&](size_t v, NoScratch&) {
-      for (int32_t u = 0; u < along; ++u) {
-        tiles[v * along + u] = greatestIn(grid, u * side, static_cast<int32_t>(v) * side, side);
-      }
-    });
+    parallelFor<std::vector<float>>(
+        tilesAlong(grid.height, log2), threads_, [&](size_t v, std::vector<float>& columns) {
+          findGreatest(grid, static_cast<int>(v) << log2, 1 << log2, columns,
+                       tiles + v * tilesAlong(grid.width, log2));
+        });
   };
   fill({free_depth_.data(), view.width, view.height}, kFineTileLog2, most_free_.data());
   fill({most_free_.data(), tilesAlong(view.width, kFineTileLog2),

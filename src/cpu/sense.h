@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "backend/rules.h"
+#include "cpu/measured_span.h"
 #include "dtsdf_mapping/mapper.h"
 #include "kernels/fusion/fusion_settings.h"
 #include "kernels/surfels/sensing.h"
@@ -35,6 +36,7 @@ class FrameSensor {
   std::vector<float> measured_, inverse_depth_, row_value_, row_slope_, free_depth_;
   std::vector<float> most_free_;
   std::vector<PixelLinks> links_;
+  std::vector<PixelSpan> spans_;  ///< Of each row.
 };
 
 }  // namespace dtsdf

@@ -45,7 +45,7 @@ void SurfacePoints::gather(const Voxel* voxels, const int* indices, int count) {
   }
 }
 
-void SurfacePoints::findFeet(const PointView& view, int direction, int count) {
+inline void SurfacePoints::findFeet(const PointView& view, int direction, int count) {
   const Facing facing = facingOf(view.directional ? direction : kAnyDirection);
   for (int i = 0; i < count; ++i) {
     const Vec3f normal = gradientOf({normal_x_[i], normal_y_[i], normal_z_[i]}, facing);
@@ -59,7 +59,8 @@ void SurfacePoints::findFeet(const PointView& view, int direction, int count) {
   }
 }
 
-int SurfacePoints::keepFacing(const PointView& view, int direction, const int* indices, int count) {
+inline int SurfacePoints::keepFacing(const PointView& view, int direction, const int* indices,
+                                     int count) {
   int kept = 0;
   for (int i = 0; i < count; ++i) {
     const Vec3f normal{normal_x_[i], normal_y_[i], normal_z_[i]};
@@ -75,7 +76,7 @@ int SurfacePoints::keepFacing(const PointView& view, int direction, const int* i
   return kept;
 }
 
-void SurfacePoints::place(const FrameView& view, const Vec3f& first_voxel_L, int count) {
+inline void SurfacePoints::place(const FrameView& view, const Vec3f& first_voxel_L, int count) {
   const FrameView frame = view;  // copies of their own, which no result can overlap
   const Vec3f first = first_voxel_L;
   for (int i = 0; i < count; ++i) {
@@ -91,7 +92,7 @@ void SurfacePoints::place(const FrameView& view, const Vec3f& first_voxel_L, int
   }
 }
 
-void SurfacePoints::keepThoseInImage(const PointView& view, int count) {
+inline void SurfacePoints::keepThoseInImage(const PointView& view, int count) {
   count_ = 0;
   for (int i = 0; i < count; ++i) {
     const SurfacePoint seen = point(i);
@@ -110,10 +111,12 @@ void SurfacePoints::keepThoseInImage(const PointView& view, int count) {
 void SurfacePoints::find(const PointView& view, const Vec3f& first_voxel_L, const Voxel* voxels,
                          int direction, const int* indices, int count) {
   gather(voxels, indices, count);
-  findFeet(view, direction, count);
-  const int kept = keepFacing(view, direction, indices, count);
-  place(view.frame, first_voxel_L, kept);
-  keepThoseInImage(view, kept);
+  withWidestVectors([&] {
+    findFeet(view, direction, count);
+    const int kept = keepFacing(view, direction, indices, count);
+    place(view.frame, first_voxel_L, kept);
+    keepThoseInImage(view, kept);
+  });
 }
 
 }  // namespace dtsdf

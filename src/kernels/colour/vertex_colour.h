@@ -57,17 +57,18 @@ DTSDF_HD void addDirection(ColourMean& mean, const ColouredSample& lower,
 template <class Ends>
 DTSDF_HD VertexColour vertexColourOf(int axis, int facing, const Ends& ends) {
   ColourMean crossing, speaking;
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if (!speaksOnEdge(d, axis, facing)) continue;
+  visitDirections(speakingOnEdge(axis, facing), [&](int d) {
+    const Sample below = ends(d, false).sample, above = ends(d, true).sample;
+    if (!crosses(below, above, facing)) return;
+    addDirection(crossing, ends(d, false), ends(d, true), below.weight * above.weight);
+  });
+  if (crossing.weight > 0.0f) return colourOf(crossing);  // as most
+  visitDirections(speakingOnEdge(axis, facing), [&](int d) {
     const ColouredSample lower = ends(d, false), upper = ends(d, true);
-    const float weight = lower.sample.weight * upper.sample.weight;
-    if (crosses(lower.sample, upper.sample, facing)) {
-      addDirection(crossing, lower, upper, weight);
-    }
     addTo(speaking, lower.colour, lower.sample.weight);
     addTo(speaking, upper.colour, upper.sample.weight);
-  }
-  return colourOf(crossing.weight > 0.0f ? crossing : speaking);
+  });
+  return colourOf(speaking);
 }
 
 /// The voxels and colours that the corners of a block's units lie in; null where there are none.
@@ -75,13 +76,16 @@ struct ColouredCorners {
   CornerArrays voxels;
   const VoxelColour* colours[kCornerBlocks][kDirectionCount][kBricksPerArray];
 
+  DTSDF_HD const VoxelColour* brick(const CornerSource& source, int direction) const {
+    return colours[source.block][direction][brickOf(source.voxel)];
+  }
   DTSDF_HD VoxelColour colourAt(const CornerSource& source, int direction) const {
-    const VoxelColour* brick = colours[source.block][direction][brickOf(source.voxel)];
-    return brick == nullptr ? VoxelColour{0, 0, 0, 0} : brick[placeInBrick(source.voxel)];
+    const VoxelColour* of_voxel = brick(source, direction);
+    return of_voxel == nullptr ? VoxelColour{0, 0, 0, 0} : of_voxel[placeInBrick(source.voxel)];
   }
 
-  DTSDF_HD ColouredSample at(int corner, int direction) const {
-    return {voxels.sample(corner, direction), colourAt(cornerSource(corner), direction)};
+  DTSDF_HD ColouredSample at(const CornerSource& source, int direction) const {
+    return {voxels.sample(source, direction), colourAt(source, direction)};
   }
 };
 
@@ -94,21 +98,27 @@ constexpr int kFillReach = 2;
 /// painted, as happens in folds and at the rim of what was seen.
 DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int lower, int axis, int facing,
                                    bool directional, int reach) {
-  const Vec3i at = cornerAt(lower);
+  const Vec3i at = cornerAt(lower), end = at + unitStep(axis);
+  const auto from = [&](int corner) { return corner > reach ? corner - reach : 0; };
+  const auto to = [&](int corner) {
+    return corner < kBlockSide - reach ? corner + reach : kBlockSide;
+  };
   const int only_direction = facedDirection(axis, facing);
   ColourMean mean;
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!speaksOnEdge(d, axis, facing) || (!directional && d != only_direction)) continue;
-    for (int z = at.z - reach; z <= at.z + (axis == 2 ? 1 : 0) + reach; ++z) {
-      for (int y = at.y - reach; y <= at.y + (axis == 1 ? 1 : 0) + reach; ++y) {
-        for (int x = at.x - reach; x <= at.x + (axis == 0 ? 1 : 0) + reach; ++x) {
-          if (x < 0 || y < 0 || z < 0 || x > kBlockSide || y > kBlockSide || z > kBlockSide) {
+    const int direction = directional ? d : 0;
+    for (int z = from(at.z); z <= to(end.z); ++z) {
+      for (int y = from(at.y); y <= to(end.y); ++y) {
+        for (int x = from(at.x); x <= to(end.x); ++x) {
+          const CornerSource source = cornerSource(Vec3i{x, y, z});
+          if (corners.brick(source, direction) == nullptr) {
+            x |= kBrickSide - 1;  // past it
             continue;
           }
-          const int direction = directional ? d : 0;
-          const VoxelColour colour = corners.colourAt(cornerSource(Vec3i{x, y, z}), direction);
+          const VoxelColour colour = corners.colourAt(source, direction);
           if (!isPainted(colour)) continue;
-          addTo(mean, colour, corners.voxels.sample(cornerIndex(x, y, z), direction).weight);
+          addTo(mean, colour, corners.voxels.sample(source, direction).weight);
         }
       }
     }
@@ -121,9 +131,11 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int lower, in
 DTSDF_HD VertexColour edgeColour(const ColouredCorners& corners, int edge, bool directional) {
   const int lower = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const int only_direction = facedDirection(axis, facing);
+  const CornerSource at_lower = cornerSource(lower),
+                     at_upper = cornerSource(lower + cornerStride(axis));
   const VertexColour own = vertexColourOf(axis, facing, [&](int direction, bool upper) {
     if (!directional && direction != only_direction) return ColouredSample{};
-    return corners.at(upper ? lower + cornerStride(axis) : lower, directional ? direction : 0);
+    return corners.at(upper ? at_upper : at_lower, directional ? direction : 0);
   });
   if (own.painted != 0) return own;
   VertexColour around = own;

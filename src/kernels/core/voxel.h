@@ -104,12 +104,20 @@ DTSDF_HD int32_t quantiseSdf(float sdf_share) {
   return roundSdf(minimum(maximum(sdf_share, -1.0f), 1.0f) * kSdfScale);
 }
 
-/// Adds a sample of a measured point with the given key (anchor.h). One of weight 0 adds nothing.
+/// A sample of a measured point with the given key (anchor.h) on its own. One of weight 0 adds
+/// nothing.
+DTSDF_HD VoxelSums sumsOfSample(int32_t weight, int32_t sdf, uint32_t point_key) {
+  return {static_cast<int64_t>(weight) * sdf, weight, weight > 0 ? point_key : 0u, 0};
+}
+
+DTSDF_HD void addToSums(VoxelSums& sums, const VoxelSums& sample) {
+  sums.weighted_sdf += sample.weighted_sdf;
+  sums.weight += sample.weight;
+  sums.nearest = sums.nearest > sample.nearest ? sums.nearest : sample.nearest;
+}
+
 DTSDF_HD void addToSums(VoxelSums& sums, int32_t weight, int32_t sdf, uint32_t point_key) {
-  sums.weighted_sdf += static_cast<int64_t>(weight) * sdf;
-  sums.weight += weight;
-  const uint32_t key = weight > 0 ? point_key : 0u;
-  sums.nearest = sums.nearest > key ? sums.nearest : key;
+  addToSums(sums, sumsOfSample(weight, sdf, point_key));
 }
 
 }  // namespace dtsdf

@@ -16,7 +16,7 @@ struct VoxelColour {
 
 /// Colours are kept by bricks of 4 x 4 x 4 voxels: a surface passes through about half of those of
 /// a voxel array.
-constexpr int kBricksPerArray = 8;
+constexpr int kBricksPerArray = 8, kBrickSide = kBlockSide / 2;
 constexpr int kVoxelsPerBrick = kVoxelsPerBlock / kBricksPerArray;
 
 /// The brick that a voxel of an array lies in, and where in it; both x fastest.

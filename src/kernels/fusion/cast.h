@@ -101,11 +101,10 @@ DTSDF_HD float sdfScale(const FusionSettings& fusion) {
 struct PlaneInBlock {
   int u, v, index;
 
-  /// Whether a corner of the cell, number du + 2 dv, lies in the block.
-  DTSDF_HD bool holds(int corner) const {
+  /// Whether the corner of the cell that is so far up from the lower one lies in the block.
+  DTSDF_HD bool holds(int du, int dv) const {
     constexpr uint32_t kLast = kBlockSide - 1;
-    return (static_cast<uint32_t>(u + (corner & 1)) <= kLast) &
-           (static_cast<uint32_t>(v + (corner >> 1)) <= kLast);
+    return (static_cast<uint32_t>(u + du) <= kLast) & (static_cast<uint32_t>(v + dv) <= kLast);
   }
 };
 
@@ -113,10 +112,6 @@ DTSDF_HD PlaneInBlock planeInBlock(const BlockFrame& block, int plane, int u, in
   const VoxelStrides& strides = block.strides;
   const int in_u = u - block.u0, in_v = v - block.v0;
   return {in_u, in_v, (plane - block.k0) * strides.k + in_u * strides.u + in_v * strides.v};
-}
-
-DTSDF_HD int cornerOffset(const VoxelStrides& strides, int corner) {
-  return (corner & 1) * strides.u + (corner >> 1) * strides.v;
 }
 
 template <bool kHasSides, class Add>
@@ -127,18 +122,18 @@ DTSDF_HD void castPlanesIntoBlock(const CastLine& cast, const FusionSettings& fu
   const Span planes = planesInside({cast.line.first_plane, cast.line.last_plane}, block);
   const Vec3i shifts = pointShifts(cast.line.axis);
   for (int plane = planes.first; plane <= planes.last; ++plane) {
-    PlaneSamples<1> samples;
-    samplePlane<kHasSides>(cast.line, shifts, plane, 0, samples);
-    const PlaneInBlock at = planeInBlock(block, plane, samples.u[0], samples.v[0]);
+    const CellCrossing crossing = crossCell(cast.line, plane);
+    const PlaneInBlock at = planeInBlock(block, plane, crossing.u, crossing.v);
     for (int corner = 0; corner < 4; ++corner) {
-      if (!at.holds(corner)) continue;
-      const int index = at.index + cornerOffset(block.strides, corner);
-      const int32_t sdf = roundSdf(samples.distance[corner][0] * sdfScale(fusion));
+      const int du = corner & 1, dv = corner >> 1;
+      if (!at.holds(du, dv)) continue;
+      const int index = at.index + du * block.strides.u + dv * block.strides.v;
+      const CornerSample sample = sampleCorner<kHasSides>(cast.line, shifts, crossing, du, dv);
+      const int32_t sdf = roundSdf(sample.distance * sdfScale(fusion));
       for (int d = 0; d < 3; ++d) {
         if (d >= directions.count) break;
-        add(directions.direction[d], index,
-            roundWeight(samples.share[corner][0] * directions.weight[d]), sdf,
-            samples.point_key[corner][0]);
+        add(directions.direction[d], index, roundWeight(sample.share * directions.weight[d]), sdf,
+            sample.point_key);
       }
     }
   }

@@ -104,17 +104,6 @@ DTSDF_HD PlaneCrossing crossPlane(const SampleLine& line, int plane) {
   return {floor_u, floor_v, u - static_cast<float>(floor_u), v - static_cast<float>(floor_v)};
 }
 
-/// The samples of `kPlanes` planes: per plane the lower corner of the cell, per corner (number du +
-/// 2 dv) and plane the share of the weight, in [0, 1], the point-to-plane distance in voxels,
-/// positive in front of the surface, and the key of the measured point (core/anchor.h). Planes lie
-/// side by side for the CPU's vector units.
-template <int kPlanes>
-struct PlaneSamples {
-  int32_t u[kPlanes], v[kPlanes];
-  float share[4][kPlanes], distance[4][kPlanes];
-  uint32_t point_key[4][kPlanes];
-};
-
 /// Where in a point's key the parts along the axes k, u and v lie of a line along `axis`.
 DTSDF_HD Vec3i pointShifts(int axis) {
   const int u = axis == 2 ? 0 : axis + 1, v = u == 2 ? 0 : u + 1;
@@ -124,55 +113,56 @@ DTSDF_HD Vec3i pointShifts(int axis) {
 /// Where a line crosses a plane, as seen from the lower corner of the cell: the crossing, the
 /// measured point, and the corner's distance.
 struct CellCrossing {
+  int u, v;
   float fraction_u, fraction_v;
   float point_k, point_u, point_v;
   float distance;
 };
 
-/// The sample at a corner of plane i. Of a subpixel the measured point is the one nearest to the
-/// corner's foot: its surface goes on to the next one.
-template <int kCorner, bool kHasSides, int kPlanes>
-DTSDF_HD void sampleCorner(const SampleLine& line, const Vec3i& shifts, const CellCrossing& at,
-                           int i, PlaneSamples<kPlanes>& samples) {
-  constexpr bool kU = (kCorner & 1) != 0, kV = (kCorner >> 1) != 0;
+DTSDF_HD CellCrossing crossCell(const SampleLine& line, int plane) {
+  const PlaneCrossing cell = crossPlane(line, plane);
+  const float point_k = line.p_k - static_cast<float>(plane),
+              point_u = line.p_u - static_cast<float>(cell.u),
+              point_v = line.p_v - static_cast<float>(cell.v);
+  return {cell.u,
+          cell.v,
+          cell.fraction_u,
+          cell.fraction_v,
+          point_k,
+          point_u,
+          point_v,
+          -(point_k * line.normal_k + point_u * line.normal_u + point_v * line.normal_v)};
+}
+
+/// The sample at a corner of a cell: its share of the weight, in [0, 1], the point-to-plane
+/// distance in voxels, positive in front of the surface, and the key of the measured point
+/// (core/anchor.h).
+struct CornerSample {
+  float share, distance;
+  uint32_t point_key;
+};
+
+/// The corner is du, dv (0 or 1) up from the cell's lower one; `shifts` is from pointShifts(). Of a
+/// subpixel the measured point is the one nearest to the corner's foot: its surface goes on to the
+/// next one. No loops or branches, so that compilers turn a loop of it into vector instructions.
+template <bool kHasSides>
+DTSDF_HD CornerSample sampleCorner(const SampleLine& line, const Vec3i& shifts,
+                                   const CellCrossing& at, int du, int dv) {
+  const bool is_u = du != 0, is_v = dv != 0;
   const float bilinear =
-      (kU ? at.fraction_u : 1.0f - at.fraction_u) * (kV ? at.fraction_v : 1.0f - at.fraction_v);
-  const float distance = at.distance + ((kU ? line.normal_u : 0.0f) + (kV ? line.normal_v : 0.0f));
+      (is_u ? at.fraction_u : 1.0f - at.fraction_u) * (is_v ? at.fraction_v : 1.0f - at.fraction_v);
+  const float distance =
+      at.distance + ((is_u ? line.normal_u : 0.0f) + (is_v ? line.normal_v : 0.0f));
   const float nearness = 1.0f - fabsf(distance) * line.per_reach;
-  samples.share[kCorner][i] = (bilinear * bilinear) * maximum(nearness, 0.0f);
-  samples.distance[kCorner][i] = distance;
-  Vec3f offset{at.point_k, kU ? at.point_u - 1.0f : at.point_u,
-               kV ? at.point_v - 1.0f : at.point_v};
+  Vec3f offset{at.point_k, is_u ? at.point_u - 1.0f : at.point_u,
+               is_v ? at.point_v - 1.0f : at.point_v};
   if (kHasSides) {
     const MeasuredSides& sides = line.sides;
     offset =
         movedAlong(sides.down, sides.per_down, movedAlong(sides.across, sides.per_across, offset));
   }
-  samples.point_key[kCorner][i] = pointKey(offset, shifts, distance);
-}
-
-/// The samples of a plane of a line, as number i of `samples`; `shifts` is from pointShifts(). No
-/// loops or branches, so that compilers turn a loop of it into vector instructions.
-template <bool kHasSides, int kPlanes>
-DTSDF_HD void samplePlane(const SampleLine& line, const Vec3i& shifts, int plane, int i,
-                          PlaneSamples<kPlanes>& samples) {
-  const PlaneCrossing cell = crossPlane(line, plane);
-  samples.u[i] = cell.u;
-  samples.v[i] = cell.v;
-  const float point_k = line.p_k - static_cast<float>(plane),
-              point_u = line.p_u - static_cast<float>(cell.u),
-              point_v = line.p_v - static_cast<float>(cell.v);
-  const CellCrossing crossing{
-      cell.fraction_u,
-      cell.fraction_v,
-      point_k,
-      point_u,
-      point_v,
-      -(point_k * line.normal_k + point_u * line.normal_u + point_v * line.normal_v)};
-  sampleCorner<0, kHasSides>(line, shifts, crossing, i, samples);
-  sampleCorner<1, kHasSides>(line, shifts, crossing, i, samples);
-  sampleCorner<2, kHasSides>(line, shifts, crossing, i, samples);
-  sampleCorner<3, kHasSides>(line, shifts, crossing, i, samples);
+  return {(bilinear * bilinear) * maximum(nearness, 0.0f), distance,
+          pointKey(offset, shifts, distance)};
 }
 
 /// A stretch of voxels, or blocks, along one axis.

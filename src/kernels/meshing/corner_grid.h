@@ -104,7 +104,9 @@ struct CornerArrays {
   int32_t least_evidence;  ///< That a voxel needs to be known.
 
   DTSDF_HD Sample sample(int corner, int direction) const {
-    const CornerSource source = cornerSource(corner);
+    return sample(cornerSource(corner), direction);
+  }
+  DTSDF_HD Sample sample(const CornerSource& source, int direction) const {
     const Voxel* voxels = array[source.block][direction];
     return voxels == nullptr ? Sample{0.0f, 0.0f} : sampleOf(voxels[source.voxel], least_evidence);
   }

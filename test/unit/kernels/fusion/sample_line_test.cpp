@@ -50,13 +50,13 @@ Cast randomCast(std::mt19937& random, int i) {
 std::map<VoxelId, LineSample> samplesOf(const SampleLine& line) {
   std::map<VoxelId, LineSample> samples;
   for (int plane = line.first_plane; plane <= line.last_plane; ++plane) {
-    PlaneSamples<1> at;
-    samplePlane<false>(line, pointShifts(line.axis), plane, 0, at);
+    const CellCrossing crossing = crossCell(line, plane);
     for (int corner = 0; corner < 4; ++corner) {
-      if (!(at.share[corner][0] > 0.0f)) continue;
-      const Vec3i voxel =
-          unpermute(line.axis, plane, at.u[0] + (corner & 1), at.v[0] + (corner >> 1));
-      const LineSample sample{at.share[corner][0], at.distance[corner][0]};
+      const int du = corner & 1, dv = corner >> 1;
+      const CornerSample at = sampleCorner<false>(line, pointShifts(line.axis), crossing, du, dv);
+      if (!(at.share > 0.0f)) continue;
+      const Vec3i voxel = unpermute(line.axis, plane, crossing.u + du, crossing.v + dv);
+      const LineSample sample{at.share, at.distance};
       EXPECT_TRUE(samples.emplace(idOf(voxel), sample).second)
           << "visited twice: " << voxel.x << " " << voxel.y << " " << voxel.z;
     }

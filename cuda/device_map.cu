@@ -127,12 +127,14 @@ void DeviceMap::noteDemand(const PoolSizes& asked) {
   lately_ = {fading(lately_.slots, asked.slots), fading(lately_.arrays, asked.arrays)};
 }
 
-/// What grows most often. Without memory it is taken when it is needed.
+/// What grows most often, for some frames at a time. Without memory it is taken when it is needed.
 void DeviceMap::reserveAhead(const BlockTable& table) {
-  const PoolSizes sizes = table.sizesAfter(lately_.slots, lately_.arrays);
+  constexpr size_t kFrames = 8;
+  const PoolSizes next = table.sizesAfter(lately_.slots, lately_.arrays);
+  const PoolSizes most = table.sizesAfter(kFrames * lately_.slots, kFrames * lately_.arrays);
   try {
-    unit_labels_.reserveAhead(sizes.slots, stream_);
-    voxels_.reserveAhead(sizes.arrays, stream_);
+    unit_labels_.reserveAhead(next.slots, most.slots, stream_);
+    voxels_.reserveAhead(next.arrays, most.arrays, stream_);
   } catch (const CudaError& error) {
     if (!error.lacksMemory()) throw;
   }

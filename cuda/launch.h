@@ -91,11 +91,13 @@ __device__ __forceinline__ T readShared(const T* p) {
 /// have written by then: past the first-level caches, by readShared(). `finished` is 0 before.
 __device__ __forceinline__ bool isLastBlock(uint32_t* finished, uint32_t blocks) {
   __shared__ bool is_last;
-  __threadfence();
   __syncthreads();
-  if (threadIdx.x == 0) is_last = atomicAdd(finished, 1u) == blocks - 1;
+  if (threadIdx.x == 0) {  // its fences are for all that were waited for, or wait
+    __threadfence();
+    is_last = atomicAdd(finished, 1u) == blocks - 1;
+    __threadfence();
+  }
   __syncthreads();
-  if (is_last) __threadfence();
   return is_last;
 }
 #endif

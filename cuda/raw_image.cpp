@@ -9,7 +9,9 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-constexpr int kUploadBands = 4;
+/// Where bands of an image end, in sixths of its height: the last is small, since the device waits
+/// for it.
+constexpr int kBandEnds[] = {3, 5, 6};
 
 }  // namespace
 
@@ -33,9 +35,11 @@ void RawImage::upload(const ImageRows& rows, const Stream& stream) {
   bytes_ = row * rows.height;
   pinned_raw_.reserve(bytes_);
   raw_.reserveExactly(bytes_, stream);
-  const int bands = profileOf(stream) == nullptr ? kUploadBands : 1;
-  for (int i = 0; i < bands; ++i) {
-    const int begin = rows.height * i / bands, end = rows.height * (i + 1) / bands;
+  const bool in_bands = profileOf(stream) == nullptr;
+  int begin = 0;
+  for (const int sixths : kBandEnds) {
+    if (!in_bands && sixths < 6) continue;
+    const int end = rows.height * sixths / 6;
     {
       const StageTimer timer(profileOf(stream), Stage::kCopy);
       copyRows(rows, begin, end);
@@ -43,6 +47,7 @@ void RawImage::upload(const ImageRows& rows, const Stream& stream) {
     holdForProfile(stream);
     const StageSpan span(stream, Stage::kUpload);
     raw_.uploadPart(pinned_raw_.data(), begin * row, end * row, stream);
+    begin = end;
   }
 }
 

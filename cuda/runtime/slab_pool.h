@@ -32,7 +32,7 @@ class SlabPool {
   /// Makes room for `count` records, new memory zeroed. Waits for the stream only if it has to
   /// grow. @throws CudaError without memory; the pool is then as large as it was.
   void reserve(size_t count, const Stream& stream) {
-    const size_t wanted = (count + kSlabRecords - 1) / kSlabRecords;
+    const size_t wanted = slabsFor(count);
     if (wanted <= slabs_.size()) return;
     // Few large allocations for a large map, small steps for a small one.
     const size_t chunk = std::max(wanted - slabs_.size(), slabs_.size() / 8);
@@ -54,14 +54,19 @@ class SlabPool {
   }
 
   /// The same before the room is needed, while kernels may read the pool: only where that takes
-  /// little of the device's memory, and its table need not grow.
-  void reserveAhead(size_t count, const Stream& stream) {
+  /// little of the device's memory, and its table need not grow. Where `count` records lack room,
+  /// there is some for `most` then, as far as that is half as much again: to be given memory takes
+  /// as long as half a frame, however little it is.
+  void reserveAhead(size_t count, size_t most, const Stream& stream) {
     constexpr size_t kLeastLeft = 8;  // times what is taken
-    const size_t wanted = (count + kSlabRecords - 1) / kSlabRecords;
-    const size_t slabs = std::max(wanted, slabs_.size() + slabs_.size() / 8);
-    if (wanted <= slabs_.size() || slabs > table_.capacity()) return;
-    const size_t taken = (slabs - slabs_.size()) * kSlabElements * sizeof(T);
-    if (freeDeviceMemory() > kLeastLeft * taken) reserve(count, stream);
+    const size_t there = slabs_.size(), least = slabsFor(count);
+    if (least <= there) return;
+    const size_t few = std::max(least, there + there / 8);
+    const size_t affordable = there + freeDeviceMemory() / (kLeastLeft * kSlabElements * sizeof(T));
+    const size_t limit = std::min(affordable, table_.capacity());
+    if (few > limit) return;
+    reserve(std::clamp(std::min(slabsFor(most), there + there / 2), few, limit) * kSlabRecords,
+            stream);
   }
 
   View view() const { return {table_.data()}; }
@@ -85,6 +90,8 @@ class SlabPool {
 
  private:
   static constexpr size_t kFirstTable = 2048;  ///< Small beside what it points to.
+
+  static size_t slabsFor(size_t count) { return (count + kSlabRecords - 1) / kSlabRecords; }
 
   static DeviceBuffer<T> allocateChunk(size_t slabs, size_t least) {
     try {

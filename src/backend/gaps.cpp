@@ -11,20 +11,24 @@ constexpr uint16_t kUnused = 0xffff;
 
 /// @return whether there was any.
 bool dropMarked(std::vector<uint16_t>& triangles) {
-  size_t kept = 0;
-  for (size_t i = 0; i < triangles.size(); i += 3) {
-    if (isMarkedGap(triangles.data() + i)) continue;
-    if (kept != i) std::copy_n(triangles.begin() + i, 3, triangles.begin() + kept);
+  const uint16_t* const end = triangles.data() + triangles.size();
+  uint16_t* kept = triangles.data();
+  while (kept != end && !isMarkedGap(kept)) kept += 3;
+  if (kept == end) return false;
+  for (const uint16_t* from = kept + 3; from != end; from += 3) {
+    if (isMarkedGap(from)) continue;
+    for (int corner = 0; corner < 3; ++corner) kept[corner] = from[corner];
     kept += 3;
   }
-  const bool any = kept < triangles.size();
-  triangles.resize(kept);
-  return any;
+  triangles.resize(static_cast<size_t>(kept - triangles.data()));
+  return true;
 }
 
+/// Mostly there are none: triangles beside the gap have them too.
 void dropUnusedVertices(BlockMesh& mesh) {
   std::vector<uint16_t> number(mesh.vertices.size(), kUnused);
   for (const uint16_t vertex : mesh.triangles) number[vertex] = 0;
+  if (std::find(number.begin(), number.end(), kUnused) == number.end()) return;
   uint16_t kept = 0;
   for (size_t i = 0; i < number.size(); ++i) {
     if (number[i] == kUnused) continue;

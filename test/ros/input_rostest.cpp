@@ -82,34 +82,6 @@ TEST_F(Input, MissingTransformIsWaitedForAndSaid) {
   EXPECT_NE(status_.status().message.find("'nowhere' to 'map'"), std::string::npos);
 }
 
-TEST_F(Input, LateTransformIsGoodEnough) {
-  const ros::Time before = camera_.nextStamp();
-  camera_.sendTransform(before);
-  const ros::Time stamp = camera_.nextStamp();
-  camera_.send(camera_.image(stamp), camera_.info(stamp));
-  ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 1; }));
-  const uint64_t fused = status_.status().frames_fused;
-  camera_.sendTransform(stamp);
-  EXPECT_TRUE(status_.waitForFused(fused + 1));
-  EXPECT_EQ(status_.status().last_fused_stamp, stamp);
-}
-
-TEST_F(Input, WrongEncoding) {
-  const ros::Time stamp = camera_.nextStamp();
-  sensor_msgs::Image image = camera_.image(stamp);
-  image.encoding = "rgba8";
-  expectDrop("bad_encoding", image, camera_.info(stamp));
-  expectGoodFrameFused();
-}
-
-TEST_F(Input, ImageWithoutCameraInfo) {
-  const uint64_t dropped = status_.dropped("no_camera_info");
-  const ros::Time stamp = camera_.nextStamp();
-  camera_.send(camera_.image(stamp), camera_.info(stamp - ros::Duration(0.005)));
-  camera_.sendFrame();
-  EXPECT_TRUE(status_.waitForDrop("no_camera_info", dropped));
-}
-
 TEST_F(Input, LargerThanAMapTakes) {
   const ros::Time stamp = camera_.nextStamp();
   sensor_msgs::Image image = camera_.image(stamp);
@@ -303,24 +275,6 @@ TEST_F(Input, AMasterThatHasForgottenTheNodeIsReported) {
   ASSERT_TRUE(askMaster("lookupNode", node, {node}, node_uri));
   ASSERT_TRUE(askMaster("registerService", node, {service, uri, node_uri}, answer));
   EXPECT_TRUE(waitUntil([&] { return !isReported(); })) << "and once it is known again";
-}
-
-// Last, as the stamps go back by more than the other tests take.
-TEST_F(Input, StampsGoingBackStartAnew) {
-  expectGoodFrameFused();
-  const uint64_t dropped = status_.dropped("time_jump");
-  const ros::Time waiting = camera_.nextStamp();
-  camera_.send(camera_.image(waiting), camera_.info(waiting));
-  ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 1; }));
-
-  const uint64_t fused = status_.status().frames_fused;
-  ros::Time stamp = waiting - ros::Duration(1000.0);
-  camera_.send(camera_.image(stamp), camera_.info(stamp));
-  EXPECT_TRUE(status_.waitForDrop("time_jump", dropped));
-  // The transforms of the future are forgotten, so those of the past count from now on.
-  camera_.sendTransform(stamp);
-  EXPECT_TRUE(status_.waitForFused(fused + 1));
-  EXPECT_EQ(status_.status().last_fused_stamp, stamp);
 }
 
 }  // namespace

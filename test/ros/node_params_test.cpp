@@ -47,21 +47,6 @@ TEST(NodeParams, DocumentationNamesEveryKeyAndDropReason) {
   }
 }
 
-TEST(NodeParams, ReportsAllViolationsTogether) {
-  const ParamTree tree{{"map/voxel_size", 0.02},
-                       {"input/queue_size", std::string("many")},
-                       {"publish/mesh_rate_hz", -1.0},
-                       {"map_frame", std::string("/")}};
-  const auto violations = violationsOf(tree, {{"input/list", "must be a single value"}});
-  EXPECT_EQ(violations.size(), 5u);
-  std::string all;
-  for (const std::string& violation : violations) all += violation + "\n";
-  for (const char* key :
-       {"map/voxel_size", "input/queue_size", "publish/mesh_rate_hz", "map_frame", "input/list"}) {
-    EXPECT_NE(all.find(key), std::string::npos) << key << " is not in:\n" << all;
-  }
-}
-
 TEST(NodeParams, LevelledMapsHaveAFrameOfTheirOwn) {
   const auto frameOf = [](const ParamTree& tree) {
     return frameOfMap(readMappingParams(tree).node);

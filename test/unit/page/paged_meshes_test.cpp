@@ -3,12 +3,11 @@
 #include "page/paged_meshes.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
-#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <random>
+#include <thread>
 
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "io/ply_stream.h"
@@ -178,6 +177,7 @@ TEST_F(PagedMeshesTest, FindDamage) {
   const size_t triangles = meshes_.triangleCount(), blocks = meshes_.keys().size();
   const std::string file = pageFile();
   ASSERT_NE(file, "");
+  while (meshes_.bytes() > meshes_.mostBytes() * 4 / 5) std::this_thread::yield();  // it is written
   std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(200).put('x').put('y');
   size_t found = 0;
   for (const PackedKey key : meshes_.keys()) found += meshes_.find(key) ? 1 : 0;
@@ -188,34 +188,6 @@ TEST_F(PagedMeshesTest, FindDamage) {
   EXPECT_EQ(meshes_.keys().size(), found);
   putAll();
   expectSame();
-}
-
-/// What cannot be written stays in memory, and goes once the disk takes it.
-TEST_F(PagedMeshesTest, SurviveADiskThatRefuses) {
-  rlimit before{};
-  getrlimit(RLIMIT_FSIZE, &before);
-  std::signal(SIGXFSZ, SIG_IGN);
-  const rlimit small{100000, before.rlim_max};
-  setrlimit(RLIMIT_FSIZE, &small);
-  for (const SharedBlockMesh& block : meshesOfARoom()) put(block);
-  setrlimit(RLIMIT_FSIZE, &before);
-  EXPECT_GT(meshes_.bytes(), meshes_.mostBytes());
-  EXPECT_GT(meshes_.stats().failures, 0u);
-  EXPECT_NE(meshes_.stats().problem.find("map/page_folder"), std::string::npos);
-  ASSERT_NO_FATAL_FAILURE(expectSame());
-  put(meshesOfARoom().back());
-  EXPECT_LE(meshes_.bytes(), meshes_.mostBytes());
-  expectSame();
-}
-
-TEST_F(PagedMeshesTest, StayInMemoryAtTheLimitOfTheFile) {
-  MapParams params = paramsIn(pages_.path());
-  params.page_max_gb = 0.0001f;
-  PagedMeshes limited(params);
-  for (const SharedBlockMesh& block : meshesOfARoom()) limited.put(block);
-  EXPECT_LE(limited.stats().bytes, size_t{110000});
-  EXPECT_GT(limited.bytes(), limited.mostBytes());
-  EXPECT_NE(limited.stats().problem.find("map/page_max_gb"), std::string::npos);
 }
 
 TEST_F(PagedMeshesTest, AreForgotten) {

@@ -15,7 +15,8 @@ namespace {
 /// What stays in memory: a share of the budget, beside it.
 constexpr size_t kMeshShare = 8, kMostMeshBytes = size_t{64} << 20;
 
-/// Of that, what is on its way to the disk: the rest is for those that stay, and for one more batch.
+/// Of that, what is on its way to the disk: the rest is for those that stay, and for one more
+/// batch.
 constexpr size_t kMeshesWaitingShare = 10;
 
 size_t meshBudgetOf(const MapParams& params) {

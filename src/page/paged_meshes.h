@@ -1,5 +1,5 @@
-/// The latest mesh of every block, as a MeshStore has it, for maps of any size: those that were used
-/// last in memory, the others in a file.
+/// The latest mesh of every block, as a MeshStore has it, for maps of any size: those that were
+/// used last in memory, the others in a file.
 #pragma once
 
 #include <cstddef>

@@ -73,8 +73,8 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   static constexpr size_t kBytesAtOnce = size_t{1} << 20;
 
   /// @param max_bytes Of the file.
-  /// @param most_bytes What stays in memory, beside what is on its way to the disk: an eighth of it,
-  /// or what is written at once.
+  /// @param most_bytes What stays in memory, beside what is on its way to the disk: an eighth of
+  /// it, or what is written at once.
   /// @param name What values are, for those who read what went wrong.
   /// @throws std::runtime_error where the folder cannot be written.
   PagedValues(const std::string& folder, uint64_t max_bytes, size_t most_bytes,

@@ -9,13 +9,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <future>
-#include <thread>
 
 #include "io/trajectory.h"
 #include "ros/support/blocks_watcher.h"
@@ -41,7 +39,6 @@ Eigen::Isometry3d drift(int i) {
 
 Eigen::Isometry3d truth(int i) { return roomCameraPose(kPeriod_s * i); }
 Eigen::Isometry3d drifted(int i) { return drift(i) * truth(i); }
-Eigen::Isometry3d halfway(int i) { return drift(i / 2) * truth(i); }
 
 template <class Service>
 std::string saved(const std::string& service, const std::string& name) {

@@ -13,7 +13,6 @@
 #include <limits>
 #include <set>
 #include <sstream>
-#include <thread>
 #include <vector>
 
 #include "dtsdf_mapping/io/mesh_file.h"

@@ -25,10 +25,9 @@ double asNumber(const ParamValue& value) {
   return number != nullptr ? *number : NAN;
 }
 
-std::vector<std::string> violationsOf(const ParamTree& tree,
-                                      const std::vector<ParamViolation>& found = {}) {
+std::vector<std::string> violationsOf(const ParamTree& tree) {
   try {
-    readMappingParams(tree, found);
+    readMappingParams(tree);
   } catch (const ParamError& error) {
     return error.violations();
   }

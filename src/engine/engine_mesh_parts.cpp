@@ -70,8 +70,7 @@ void Engine::meshInParts() {
 
 /// So that all get their turn, whatever a camera changes meanwhile.
 void Engine::meshThoseThatWaitFirst(std::vector<MarkedKey> marked) {
-  const std::unordered_set<PackedKey> waiting = std::move(postponed_);
-  postponed_.clear();
+  const std::unordered_set<PackedKey> waiting = std::exchange(postponed_, {});
   const auto waits = [&](const MarkedKey& one) { return waiting.count(one.key) > 0; };
   const auto others = std::stable_partition(marked.begin(), marked.end(), waits);
   std::vector<MarkedKey> rest(others, marked.end());

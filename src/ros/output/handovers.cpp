@@ -30,8 +30,8 @@ void MeshHandover::replaceAll(std::map<PackedKey, BlockMesh> mesh, const ros::Ti
     const std::lock_guard<std::mutex> lock(mutex_);
     is_whole_ = true;
     blocks_.clear();
-    for (auto& [key, block] : mesh) {
-      blocks_[key] = std::make_shared<const BlockMesh>(std::move(block));
+    for (auto& entry : mesh) {
+      blocks_[entry.first] = std::make_shared<const BlockMesh>(std::move(entry.second));
     }
     stamp_ = stamp;
   }
@@ -103,7 +103,7 @@ std::vector<SharedBlockMesh> differences(const MeshStore& store,
   return differing;
 }
 
-SpaceChanges changesBetween(const KnownSpace& before, std::vector<SpaceCube> now) {
+SpaceChanges changesBetween(const KnownSpace& before, const std::vector<SpaceCube>& now) {
   std::unordered_map<PackedKey, SpaceCube> gone;
   constexpr int32_t kLowest = std::numeric_limits<int32_t>::min(),
                     kHighest = std::numeric_limits<int32_t>::max();
@@ -111,7 +111,7 @@ SpaceChanges changesBetween(const KnownSpace& before, std::vector<SpaceCube> now
     gone.emplace(packKey(SpaceCube::cubeOf(cube.first)), cube);
   }
   SpaceChanges changes;
-  for (SpaceCube& cube : now) {
+  for (const SpaceCube& cube : now) {
     const auto same = gone.find(packKey(SpaceCube::cubeOf(cube.first)));
     const bool is_known = same != gone.end();
     if (!is_known || same->second.free != cube.free || same->second.surface != cube.surface) {

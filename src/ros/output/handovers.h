@@ -67,7 +67,7 @@ struct SpaceDelivery {
 };
 
 /// What leads from what was known before to what is known now: all cubes of which something is.
-SpaceChanges changesBetween(const KnownSpace& before, std::vector<SpaceCube> now);
+SpaceChanges changesBetween(const KnownSpace& before, const std::vector<SpaceCube>& now);
 
 /// The queue from the map's thread to that of space: what has become known. Thread safe. Changes of
 /// one cube become one, so that an output that stands still costs the cells of the map once and no

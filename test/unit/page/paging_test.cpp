@@ -112,6 +112,7 @@ struct Way {
   int mesh_every = 3;         ///< Frames; 0: once, at the end.
   bool looks_around = false;  ///< In place of the tour, with time to read between frames.
   bool painted = false;
+  bool space = false;
   float keep_radius_m = 0.0f;
   std::optional<int> cleared_at;  ///< After this frame, a region is.
 };
@@ -121,6 +122,7 @@ MapperParams paramsOf(const Way& way) {
   params.fusion.max_depth_m = way.looks_around ? 7.0f : 2.0f;
   params.paint.max_depth_m = 2.0f;
   params.map.keep_radius_m = way.keep_radius_m;
+  params.space.enabled = way.space;
   return params;
 }
 

@@ -57,7 +57,7 @@ class MapperSession {
   /// An empty map. @throws as makeMapper() does.
   explicit MapperSession(const MapperParams& params);
   /// Continues from contents, which it empties. @throws as makeMapper() does.
-  MapperSession(const MapperParams& params, MapContents contents);
+  MapperSession(const MapperParams& params, const MapContents& contents);
   ~MapperSession();
 
   IntegrationResult integrate(const DepthFrame& frame, double stamp_s);

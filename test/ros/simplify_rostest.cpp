@@ -20,6 +20,7 @@
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/mapper.h"
+#include "ros/support/output_folder.h"
 #include "ros/support/wait.h"
 #include "support/temporary_folder.h"
 

@@ -20,7 +20,7 @@ void MeshHandover::add(MeshUpdate update, const ros::Time& stamp) {
       const PackedKey key = packKey(block.key);
       blocks_[key] = std::make_shared<const BlockMesh>(std::move(block));
     }
-    stamp_ = stamp;
+    changes_.stamp = stamp;
   }
   on_change_();
 }
@@ -28,12 +28,12 @@ void MeshHandover::add(MeshUpdate update, const ros::Time& stamp) {
 void MeshHandover::replaceAll(std::map<PackedKey, BlockMesh> mesh, const ros::Time& stamp) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    is_whole_ = true;
+    changes_.is_whole = true;
     blocks_.clear();
     for (auto& entry : mesh) {
       blocks_[entry.first] = std::make_shared<const BlockMesh>(std::move(entry.second));
     }
-    stamp_ = stamp;
+    changes_.stamp = stamp;
   }
   on_change_();
 }
@@ -41,11 +41,9 @@ void MeshHandover::replaceAll(std::map<PackedKey, BlockMesh> mesh, const ros::Ti
 void MeshHandover::clear(std::optional<float> voxel_size_m) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    cleared_ = true;
-    is_whole_ = false;
-    if (voxel_size_m) voxel_size_m_ = voxel_size_m;
+    if (!voxel_size_m) voxel_size_m = changes_.voxel_size_m;
+    changes_ = {true, false, voxel_size_m, {}, {}};
     blocks_.clear();
-    stamp_ = ros::Time();
   }
   on_change_();
 }
@@ -55,10 +53,7 @@ MeshChanges MeshHandover::take() {
   MeshChanges changes;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    changes.cleared = std::exchange(cleared_, false);
-    changes.is_whole = std::exchange(is_whole_, false);
-    changes.voxel_size_m = std::exchange(voxel_size_m_, std::nullopt);
-    changes.stamp = std::exchange(stamp_, ros::Time());
+    std::swap(changes, changes_);
     blocks.swap(blocks_);
   }
   changes.blocks.reserve(blocks.size());

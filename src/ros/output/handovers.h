@@ -47,10 +47,8 @@ class MeshHandover {
  private:
   std::function<void()> on_change_;
   std::mutex mutex_;
-  bool cleared_ = false, is_whole_ = false;
-  std::optional<float> voxel_size_m_;
+  MeshChanges changes_;  ///< Without its blocks.
   std::unordered_map<PackedKey, SharedBlockMesh> blocks_;
-  ros::Time stamp_;
 };
 
 /// What a store lacks to be a mesh: of the blocks that it holds, or has in other bytes, `mesh` has

@@ -112,7 +112,7 @@ class Engine : public ProbedMapper {
   void startViews();
   bool dependsOnDisk() const;
   void meshInParts();
-  void meshThoseThatWaitFirst(std::vector<MarkedKey> marked);
+  void meshThoseThatWaitFirst(const std::vector<MarkedKey>& marked);
   bool isEnough() const;
   void meshParts(std::vector<MarkedKey> marked, bool is_last);
   std::vector<PackedKey> pagedAround(const std::vector<MarkedKey>& marked) const;

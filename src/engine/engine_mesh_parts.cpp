@@ -1,6 +1,7 @@
 // Extractions of a map that is on disk in part: what they depend on comes to memory, part by part
 // where it is too much at once.
 #include <algorithm>
+#include <iterator>
 #include <unordered_set>
 #include <utility>
 
@@ -65,18 +66,17 @@ void Engine::meshInParts() {
   for (size_t i = 0; i < marked.size(); ++i) {
     marked[i].marks = i < slots.size() ? marks[i] : pager_->takeMarks(marked[i].key);
   }
-  meshThoseThatWaitFirst(std::move(marked));
+  meshThoseThatWaitFirst(marked);
 }
 
 /// So that all get their turn, whatever a camera changes meanwhile.
-void Engine::meshThoseThatWaitFirst(std::vector<MarkedKey> marked) {
-  const std::unordered_set<PackedKey> waiting = std::move(postponed_);
-  postponed_.clear();
+void Engine::meshThoseThatWaitFirst(const std::vector<MarkedKey>& marked) {
+  const std::unordered_set<PackedKey> waiting = std::exchange(postponed_, {});
   const auto waits = [&](const MarkedKey& one) { return waiting.count(one.key) > 0; };
-  const auto others = std::stable_partition(marked.begin(), marked.end(), waits);
-  std::vector<MarkedKey> rest(others, marked.end());
-  marked.erase(others, marked.end());
-  if (!marked.empty()) meshParts(std::move(marked), rest.empty());
+  std::vector<MarkedKey> first, rest;
+  std::partition_copy(marked.begin(), marked.end(), std::back_inserter(first),
+                      std::back_inserter(rest), waits);
+  if (!first.empty()) meshParts(std::move(first), rest.empty());
   const bool all_had_their_turn = !made_.is_part;
   if (!rest.empty()) meshParts(std::move(rest), true);
   if (!made_.is_part) return;

@@ -57,7 +57,8 @@ void BlockCells::erase(const BlockKey& block, int32_t slot) noexcept {
 /// @pre The new number is not there, and is less than one that was.
 void BlockCells::renumber(const BlockKey& block, int32_t slot, int32_t new_slot) noexcept {
   const uint32_t place = places_[static_cast<size_t>(slot)];
-  cellOf(block).slots[place] = new_slot;
+  const int32_t number = numbers_.find(packKey(cellOfBlock(block)));
+  cells_[static_cast<size_t>(number)].slots[place] = new_slot;
   places_[static_cast<size_t>(new_slot)] = place;
 }
 

@@ -16,7 +16,7 @@ std::vector<SliceCell> sliceAt(const KnownSpace& space, double height_m) {
   for (const SpaceCube& cube : space.cubes(layer, layer)) {
     const auto z = static_cast<size_t>(layer - cube.first.z);
     for (uint64_t known = cube.free[z] | cube.surface[z]; known != 0; known &= known - 1) {
-      SliceCell cell;
+      SliceCell cell{};
       cell.cell = cube.cellOf(layer - cube.first.z, __builtin_ctzll(known));
       cell.state = cube.stateOf(cell.cell);
       cell.distance_m = space.distanceAt(pointInSlice(cell, cell_size_m, height_m)).distance_m;

@@ -42,14 +42,14 @@ Session loadSession(const py::object& path, const std::string& backend, const py
   const MapperParams params = readMapperParams(given);
   const std::string name = pathOf(path);
   const py::gil_scoped_release release;
-  MapContents contents = loadMap(name, params, params.threads);
+  const MapContents contents = loadMap(name, params, params.threads);
   MapperParams bound = withSettingsOf(contents, params);
   ParamWriter writer;
   visitParams(bound, writer);
   for (const auto& [key, value] : given) writer.tree[key] = value;
   bound = readMapperParams(writer.tree);
   checkFits(contents, bound, kLeaveSettingOut);
-  return std::make_shared<MapperSession>(bound, std::move(contents));
+  return std::make_shared<MapperSession>(bound, contents);
 }
 
 /// What is wrong with the caller's arguments is an exception; the rest is in the result.

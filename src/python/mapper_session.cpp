@@ -8,13 +8,13 @@ namespace dtsdf::python {
 MapperSession::MapperSession(const MapperParams& params)
     : params_(params), mapper_(makeMapper(params)), meshes_(params.map.voxel_size_m) {}
 
-MapperSession::MapperSession(const MapperParams& params, MapContents contents)
+MapperSession::MapperSession(const MapperParams& params, const MapContents& contents)
     : params_(params),
       mapper_(makeMapper(params, contents)),
       meshes_(params.map.voxel_size_m),
-      map_frame_(std::move(contents.map_frame)),
       T_W_M_(contents.T_W_M),
-      stamp_s_(contents.stamp_s) {}
+      stamp_s_(contents.stamp_s),
+      map_frame_(contents.map_frame) {}
 
 MapperSession::~MapperSession() {
   // In a forked child its threads, or its GPU, are gone: only the parent can end it.

@@ -57,7 +57,7 @@ class MapperSession {
   /// An empty map. @throws as makeMapper() does.
   explicit MapperSession(const MapperParams& params);
   /// Continues from contents, which it empties. @throws as makeMapper() does.
-  MapperSession(const MapperParams& params, MapContents contents);
+  MapperSession(const MapperParams& params, const MapContents& contents);
   ~MapperSession();
 
   IntegrationResult integrate(const DepthFrame& frame, double stamp_s);
@@ -89,9 +89,9 @@ class MapperSession {
   MapperParams params_;
   std::unique_ptr<Mapper> mapper_;
   MeshStore meshes_;
-  std::string map_frame_;
   std::optional<Eigen::Isometry3d> T_W_M_;
   double stamp_s_ = 0.0;
+  std::string map_frame_;
 };
 
 /// A mapper's space, for Python. Keeps its mapper.

@@ -144,7 +144,11 @@ CellTable::Taken CellTable::takeTouched(bool all, size_t most, const Visit& visi
   }
   auto next = touched_.begin();
   while (next != touched_.end() && taken < most) {
-    next = visitSome(*next, take) ? touched_.erase(next) : std::next(next);
+    if (visitSome(*next, take)) {
+      next = touched_.erase(next);
+    } else {
+      ++next;
+    }
   }
   const bool is_part = !fresh_.empty() || next != touched_.end();
   fresh_.insert(fresh_.begin(), unread.begin(), unread.end());

@@ -76,6 +76,35 @@ TEST_F(CudaFaults, NoCallThatLacksMemoryLeavesAnythingBehind) {
   EXPECT_GT(refused, 0) << "blocks for which there is no memory are refused";
 }
 
+/// The map goes on without the frame that there was no memory for, as if that had not come.
+TEST_F(CudaFaults, AFrameWithoutMemoryLeavesNothingBehind) {
+  BackendPair pair(params_, Candidate::kCuda);
+  int compared = 0;
+  for (uint64_t n = 1, untold = 0; untold < 30; ++n) {
+    SCOPED_TRACE("call " + std::to_string(n));
+    pair.clear();
+    bool is_left_out = false, is_other = false;
+    try {
+      const Failure failure(n, cudaErrorMemoryAllocation);
+      for (const TestFrame& frame : frames_) {
+        const IntegrationResult result = pair.candidate().integrate(frame.view());
+        is_left_out |= result.status == FrameStatus::kNoMemory;
+        is_other |= result.refused_blocks > 0;
+        if (result.status == FrameStatus::kFused) pair.reference().integrate(frame.view());
+      }
+    } catch (const std::runtime_error&) {
+      is_other = true;  // only clear() goes on from there
+    }
+    untold = is_left_out || is_other ? 0 : untold + 1;
+    if (!is_left_out || is_other) continue;
+    ++compared;
+    ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
+    ASSERT_NO_FATAL_FAILURE(pair.compareMaps());
+    ASSERT_NO_FATAL_FAILURE(pair.compareSpaces());
+  }
+  EXPECT_GT(compared, 0);
+}
+
 TEST_F(CudaFaults, ALostGpuIsSaid) {
   BackendPair pair(params_, Candidate::kCuda);
   ASSERT_EQ(run(pair.candidate()), "");

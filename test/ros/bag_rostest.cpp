@@ -1,12 +1,9 @@
 /// A bag played in a loop under simulated time, against the same bag read offline.
 #include <gtest/gtest.h>
 
-#include "dtsdf_mapping/io/mesh_file.h"
-#include "dtsdf_mapping/io/yaml_params.h"
 #include "dtsdf_mapping/mapper.h"
 #include "dtsdf_mapping/mesh.h"
 #include "io/bag_frames.h"
-#include "params/node_params.h"
 #include "ros/support/output_folder.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
@@ -33,15 +30,13 @@ std::string pathOf(const std::string& name) {
 
 /// The mesh of the first `count` frames, made offline and saved.
 std::string bytesOfflineAfter(uint64_t count) {
-  const MappingParams params = readMappingParams(loadYamlParams(DTSDF_TEST_CONFIG));
+  const MappingParams params = nodeParams();
   const std::unique_ptr<Mapper> mapper = makeMapper(params.mapper);
   const std::unique_ptr<FrameSource> frames = openBag();
   for (uint64_t i = 0; i < count; ++i) mapper->integrate(frames->next()->depth);
   MeshStore store(params.mapper.map.voxel_size_m);
   store.apply(mapper->updateMesh());
-  const TemporaryFolder folder;
-  saveMesh(store.assemble(), params.mapper.mesh.colour, folder / "mesh.ply");
-  return readBytes(folder / "mesh.ply");
+  return plyOf(store.assemble(), params.mapper.mesh.colour);
 }
 
 TEST(Bag, IsReadOfflineWithoutLoss) {

@@ -2,17 +2,15 @@
 /// result of fusing the same frames one by one.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <boost/make_shared.hpp>
 #include <map>
 
-#include "dtsdf_mapping/io/mesh_file.h"
-#include "dtsdf_mapping/io/yaml_params.h"
 #include "dtsdf_mapping/mapper.h"
 #include "dtsdf_mapping/mesh.h"
-#include "params/node_params.h"
 #include "ros/input/images.h"
 #include "ros/input/pose_source.h"
-#include "ros/support/kept_topics.h"
+#include "ros/support/camera_topics.h"
 #include "ros/support/messages.h"
 #include "ros/support/output_folder.h"
 #include "ros/support/status_watcher.h"
@@ -46,7 +44,7 @@ SentFrame makeFrame(const std::string& camera, const ros::Time& stamp, double la
 
 /// The mesh of the frames, fused in this order without a node, as a file.
 std::string bytesOffline(const std::vector<SentFrame>& frames) {
-  const MappingParams params = readMappingParams(loadYamlParams(DTSDF_TEST_CONFIG));
+  const MappingParams params = nodeParams();
   const std::unique_ptr<Mapper> mapper = makeMapper(params.mapper);
   TransformBuffer transforms({1e6, 1000.0});
   const PoseSource poses(transforms, "map");
@@ -59,21 +57,16 @@ std::string bytesOffline(const std::vector<SentFrame>& frames) {
   }
   MeshStore store(params.mapper.map.voxel_size_m);
   store.apply(mapper->updateMesh());
-  const TemporaryFolder folder;
-  saveMesh(store.assemble(), params.mapper.mesh.colour, folder / "mesh.ply");
-  return readBytes(folder / "mesh.ply");
+  return plyOf(store.assemble(), params.mapper.mesh.colour);
 }
 
 class Cameras : public testing::Test {
  protected:
   void SetUp() override {
     ASSERT_TRUE(waitUntil([&] {
-      bool connected = tf_.getNumSubscribers() > 0 && status_.received();
-      for (const auto& [name, images] : images_) {
-        connected =
-            connected && images.getNumSubscribers() > 0 && infos_.at(name).getNumSubscribers() > 0;
-      }
-      return connected;
+      return tf_.getNumSubscribers() > 0 && status_.received() &&
+             std::all_of(topics_.begin(), topics_.end(),
+                         [](const auto& camera) { return camera.second.isConnected(); });
     }));
   }
 
@@ -81,8 +74,7 @@ class Cameras : public testing::Test {
     tf2_msgs::TFMessage message;
     message.transforms.push_back(frame.transform);
     tf_.publish(message);
-    infos_.at(frame.camera).publish(frame.info);
-    images_.at(frame.camera).publish(frame.image);
+    topics_.at(frame.camera).send(*frame.image, frame.info);
   }
 
   const dtsdf_mapping::StreamStatus& depthOf(size_t camera) const {
@@ -90,12 +82,8 @@ class Cameras : public testing::Test {
   }
 
   ros::NodeHandle nh_;
-  std::map<std::string, ros::Publisher> images_{
-      {"front", advertiseKept<sensor_msgs::Image>(nh_, "/front/depth/image_rect")},
-      {"rear", advertiseKept<sensor_msgs::Image>(nh_, "/rear/depth/image_rect")}};
-  std::map<std::string, ros::Publisher> infos_{
-      {"front", advertiseKept<sensor_msgs::CameraInfo>(nh_, "/front/depth/camera_info")},
-      {"rear", advertiseKept<sensor_msgs::CameraInfo>(nh_, "/rear/depth/camera_info")}};
+  const std::map<std::string, CameraTopics> topics_{{"front", {nh_, "/front/depth"}},
+                                                    {"rear", {nh_, "/rear/depth"}}};
   ros::Publisher tf_ = advertiseKept<tf2_msgs::TFMessage>(nh_, "/tf");
   StatusWatcher status_{nh_};
 };
@@ -164,10 +152,8 @@ TEST_F(Cameras, StampsGoingBackStartAllAnew) {
   const uint64_t fused = status_.status().frames_fused;
   SentFrame front = makeFrame("front", back, 0.0);
   SentFrame rear = makeFrame("rear", back, 3.0);
-  infos_.at("front").publish(front.info);
-  images_.at("front").publish(front.image);
-  infos_.at("rear").publish(rear.info);
-  images_.at("rear").publish(rear.image);
+  topics_.at("front").send(*front.image, front.info);
+  topics_.at("rear").send(*rear.image, rear.info);
   ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 2; }));
   // The transforms of the future are forgotten by now, so those of the past count.
   tf2_msgs::TFMessage message;

@@ -38,14 +38,6 @@ TEST(CompressedImage, BecomesTheImageThatWasSent) {
   EXPECT_EQ(static_cast<const uint16_t*>(frame.data)[4], 400);
 }
 
-TEST(CompressedImage, FloatsAreInMetres) {
-  const sensor_msgs::ImageConstPtr image = decodeDepth(makeMessage("32FC1"));
-  EXPECT_EQ(image->step, 12u);
-  float depth_m = 0.0f;
-  std::memcpy(&depth_m, &image->data[4], sizeof(depth_m));
-  EXPECT_EQ(depth_m, 0.5f);
-}
-
 TEST(CompressedImage, IsKnownByItsFormat) {
   EXPECT_TRUE(holdsDepth(makeMessage("16UC1")));
   EXPECT_FALSE(holdsDepth(makeMessage("bgr8")));

@@ -6,17 +6,14 @@
 #include <gtest/gtest.h>
 #include <nav_msgs/Path.h>
 #include <signal.h>
-#include <std_srvs/Trigger.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <future>
-#include <thread>
 
 #include "io/trajectory.h"
 #include "ros/support/blocks_watcher.h"
@@ -42,14 +39,6 @@ Eigen::Isometry3d drift(int i) {
 
 Eigen::Isometry3d truth(int i) { return roomCameraPose(kPeriod_s * i); }
 Eigen::Isometry3d drifted(int i) { return drift(i) * truth(i); }
-Eigen::Isometry3d halfway(int i) { return drift(i / 2) * truth(i); }
-
-/// The camera on its base.
-Eigen::Isometry3d mount() {
-  Eigen::Isometry3d T_B_C(Eigen::Translation3d(0.2, 0.0, 0.5));
-  T_B_C.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
-  return T_B_C;
-}
 
 template <class Service>
 std::string saved(const std::string& service, const std::string& name) {
@@ -78,10 +67,8 @@ class Correction : public testing::Test {
   void SetUp() override {
     ASSERT_TRUE(camera_.connect());
     ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
-    ASSERT_TRUE(ros::param::get("/mapping/output_directory", folder_));
     fs::create_directories(folder_);
-    std_srvs::Trigger clear;
-    ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
+    clearMap();
     start_ = ros::Time(std::ceil(presentOfImages_s()));
     ASSERT_TRUE(waitUntil([&] { return nodeHearsTransforms(); })) << status_.status().message;
   }
@@ -167,7 +154,7 @@ class Correction : public testing::Test {
   RoomCamera camera_{nh_};
   const WayWatcher transforms_{nh_};
   const StatusWatcher status_{nh_};
-  std::string folder_;
+  const std::string folder_ = outputFolder();
   const ros::Time begun_ = ros::Time::now();
   ros::Time start_;
   int sent_ = 0;
@@ -204,23 +191,6 @@ TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheLog) {
   // What follows is fused where the corrected frames are, as its source goes on drifting.
   drive(10, drifted);
   expectLogLeadsToMap();
-}
-
-TEST_F(Correction, MayComeInARow) {
-  drive(24, drifted);
-  for (const PoseOf poseOf : {halfway, drifted, truth}) {
-    saveTrajectory(posesOf(poseOf), in("row.txt"));
-    expectLogLeadsToMap();
-    const Made expected = reconstructed("row.txt");
-    const Answer answer = callCorrect("/mapping", "row.txt");
-    ASSERT_TRUE(answer.success) << answer.message;
-    EXPECT_TRUE(map() == expected.map);
-    EXPECT_TRUE(mesh() == expected.mesh);
-  }
-  // Once more: nothing is left to do.
-  const Answer answer = callCorrect("/mapping", "row.txt");
-  EXPECT_TRUE(answer.success) << answer.message;
-  EXPECT_EQ(answer.moved, 0u);
 }
 
 TEST_F(Correction, MayComeAsAPathOfTheBase) {
@@ -336,21 +306,6 @@ TEST_F(Correction, MappingGoesOnMeanwhile) {
   const std::string by = "by up to ";
   ASSERT_NE(rest.message.find(by), std::string::npos) << rest.message;
   EXPECT_LT(std::stod(rest.message.substr(rest.message.find(by) + by.size())), 0.03);
-}
-
-TEST_F(Correction, EndsWhereTheMapIsEmptied) {
-  drive(60, drifted);
-  saveTrajectory(posesOf(truth), in("empty.txt"));
-  std::future<Answer> answer =
-      std::async(std::launch::async, callCorrect, "/mapping", "empty.txt", "", "");
-  ASSERT_TRUE(waitUntil([&] { return status_.status().correction_total > 0; }));
-  std_srvs::Trigger clear;
-  ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
-  const Answer refused = answer.get();
-  EXPECT_FALSE(refused.success);
-  EXPECT_NE(refused.message.find("emptied meanwhile"), std::string::npos) << refused.message;
-  drive(3, truth);
-  expectLogLeadsToMap();
 }
 
 /// A node of its own that is killed at some moment of a correction: its log leads to the map as it

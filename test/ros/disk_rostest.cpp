@@ -50,7 +50,6 @@ class Disk : public WallCamera {
  protected:
   void SetUp() override {
     ASSERT_NO_FATAL_FAILURE(WallCamera::SetUp());
-    ASSERT_TRUE(ros::param::get("/mapping/output_directory", folder_));
     fuseFrame();
     for (const char* name : kNames) {
       const Answer answer = save(name);
@@ -93,7 +92,7 @@ class Disk : public WallCamera {
     for (const auto& [path, bytes] : after) EXPECT_TRUE(bytes != before.at(path)) << path;
   }
 
-  std::string folder_;
+  const std::string folder_ = outputFolder();
 };
 
 TEST_F(Disk, ThatIsFull) {

@@ -52,16 +52,6 @@ bool canReturnMemory() {
 #endif
 }
 
-TEST(FreeMemory, GoesBackToTheSystem) {
-  if (!canReturnMemory()) GTEST_SKIP() << "not by this C library";
-  const size_t before = residentBytes();
-  const Pieces left = leftOfMany();
-  ASSERT_GT(residentBytes(), before + 50 * kMegabyte) << "freed, but kept";
-  returnFreeMemory();
-  EXPECT_LT(residentBytes(), before + 10 * kMegabyte);
-  EXPECT_EQ(left.back()[0], 0);
-}
-
 TEST(FreeMemory, IsGivenBackOnceInAWhile) {
   if (!canReturnMemory()) GTEST_SKIP() << "not by this C library";
   FakeClock clock;

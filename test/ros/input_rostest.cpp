@@ -7,8 +7,6 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 #include <string>
 #include <vector>
 
@@ -82,34 +80,6 @@ TEST_F(Input, MissingTransformIsWaitedForAndSaid) {
   EXPECT_NE(status_.status().message.find("'nowhere' to 'map'"), std::string::npos);
 }
 
-TEST_F(Input, LateTransformIsGoodEnough) {
-  const ros::Time before = camera_.nextStamp();
-  camera_.sendTransform(before);
-  const ros::Time stamp = camera_.nextStamp();
-  camera_.send(camera_.image(stamp), camera_.info(stamp));
-  ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 1; }));
-  const uint64_t fused = status_.status().frames_fused;
-  camera_.sendTransform(stamp);
-  EXPECT_TRUE(status_.waitForFused(fused + 1));
-  EXPECT_EQ(status_.status().last_fused_stamp, stamp);
-}
-
-TEST_F(Input, WrongEncoding) {
-  const ros::Time stamp = camera_.nextStamp();
-  sensor_msgs::Image image = camera_.image(stamp);
-  image.encoding = "rgba8";
-  expectDrop("bad_encoding", image, camera_.info(stamp));
-  expectGoodFrameFused();
-}
-
-TEST_F(Input, ImageWithoutCameraInfo) {
-  const uint64_t dropped = status_.dropped("no_camera_info");
-  const ros::Time stamp = camera_.nextStamp();
-  camera_.send(camera_.image(stamp), camera_.info(stamp - ros::Duration(0.005)));
-  camera_.sendFrame();
-  EXPECT_TRUE(status_.waitForDrop("no_camera_info", dropped));
-}
-
 TEST_F(Input, LargerThanAMapTakes) {
   const ros::Time stamp = camera_.nextStamp();
   sensor_msgs::Image image = camera_.image(stamp);
@@ -176,38 +146,6 @@ TEST_F(Input, RatesMayChangeWhileItRuns) {
   EXPECT_TRUE(waitUntil([&] { return status_.status().header.stamp > before; }, 1.0));
   rate.value = 20.0;  // as the other tests expect
   ASSERT_TRUE(ros::service::call("/mapping/publish/set_parameters", call));
-}
-
-TEST_F(Input, OldestIsDroppedWhenTheQueueIsFull) {
-  // Where the images of the burst come before all its camera_infos, as by a connection of their own
-  // they may, there is no room for five of them while they wait for these.
-  const auto forLackOfRoom = [&] {
-    return status_.dropped("queue_full") + status_.dropped("no_camera_info");
-  };
-  const auto five_of_a_burst_are_dropped = [&] {
-    EXPECT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
-    const uint64_t dropped = forLackOfRoom();
-    camera_.sendTransform(camera_.nextStamp());
-    for (int i = 0; i < 25; ++i) {  // 20 have room; none can be fused without its transform
-      const ros::Time stamp = camera_.nextStamp();
-      camera_.send(camera_.image(stamp), camera_.info(stamp));
-    }
-    return waitUntil([&] { return forLackOfRoom() == dropped + 5; }, 3.0);
-  };
-  // On a machine that stalls for half a second, the first frames have waited long enough for their
-  // transform before the last ones come: then once more.
-  EXPECT_TRUE(five_of_a_burst_are_dropped() || five_of_a_burst_are_dropped() ||
-              five_of_a_burst_are_dropped());
-  EXPECT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
-}
-
-TEST_F(Input, PauseDropsFramesUntilItIsOver) {
-  pauseMapping(true);
-  const ros::Time stamp = camera_.nextStamp();
-  expectDrop("paused", camera_.image(stamp), camera_.info(stamp));
-  EXPECT_EQ(status_.status().message, "paused");
-  pauseMapping(false);
-  expectGoodFrameFused();
 }
 
 // A stamp at the end of time made tf2 throw in the listener's thread, and one that is ahead made it
@@ -303,24 +241,6 @@ TEST_F(Input, AMasterThatHasForgottenTheNodeIsReported) {
   ASSERT_TRUE(askMaster("lookupNode", node, {node}, node_uri));
   ASSERT_TRUE(askMaster("registerService", node, {service, uri, node_uri}, answer));
   EXPECT_TRUE(waitUntil([&] { return !isReported(); })) << "and once it is known again";
-}
-
-// Last, as the stamps go back by more than the other tests take.
-TEST_F(Input, StampsGoingBackStartAnew) {
-  expectGoodFrameFused();
-  const uint64_t dropped = status_.dropped("time_jump");
-  const ros::Time waiting = camera_.nextStamp();
-  camera_.send(camera_.image(waiting), camera_.info(waiting));
-  ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 1; }));
-
-  const uint64_t fused = status_.status().frames_fused;
-  ros::Time stamp = waiting - ros::Duration(1000.0);
-  camera_.send(camera_.image(stamp), camera_.info(stamp));
-  EXPECT_TRUE(status_.waitForDrop("time_jump", dropped));
-  // The transforms of the future are forgotten, so those of the past count from now on.
-  camera_.sendTransform(stamp);
-  EXPECT_TRUE(status_.waitForFused(fused + 1));
-  EXPECT_EQ(status_.status().last_fused_stamp, stamp);
 }
 
 }  // namespace

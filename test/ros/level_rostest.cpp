@@ -99,11 +99,9 @@ class LevelTest : public WallCamera {
   }
 
   MapContents savedMap() {
-    dtsdf_mapping::SaveMap save;
-    save.request.file_name = "level.dtsdf";
-    EXPECT_TRUE(ros::service::call("/mapping/save_map", save));
-    EXPECT_TRUE(save.response.success) << save.response.message;
-    return loadMap(save.response.path);
+    const auto saved = saveMapAs("level.dtsdf");
+    EXPECT_TRUE(saved.success) << saved.message;
+    return loadMap(saved.path);
   }
 
   std::string lastDrop() const { return status_.status().cameras.at(0).streams.at(0).last_drop; }
@@ -156,26 +154,20 @@ TEST_F(LevelTest, floor) {
   const MapContents saved = savedMap();
   ASSERT_TRUE(saved.T_W_M);
   EXPECT_EQ(saved.map_frame, "map");
-  MapContents moved =
-      loadMap(ros::param::param<std::string>("/mapping/output_directory", "") + "/level.dtsdf");
+  MapContents moved = loadMap(outputFolder() + "/level.dtsdf");
   moved.T_W_M->translation().z() += 1.0;
-  saveMap(moved, ros::param::param<std::string>("/mapping/output_directory", "") + "/moved.dtsdf");
-  dtsdf_mapping::LoadMap load;
-  load.request.file_name = "moved.dtsdf";
-  ASSERT_TRUE(ros::service::call("/mapping/load_map", load));
-  ASSERT_TRUE(load.response.success) << load.response.message;
+  saveMap(moved, outputFolder() + "/moved.dtsdf");
+  ASSERT_TRUE(loadMapFrom("moved.dtsdf").success);
   EXPECT_TRUE(waitUntil([&] { return (roomInLevel() * Vector3d::Zero()).z() > 0.9; }));
   clearMap();
   expectMapAt(1.0);
 
   // One that was not levelled does not fit.
   moved.T_W_M.reset();
-  saveMap(moved, ros::param::param<std::string>("/mapping/output_directory", "") + "/plain.dtsdf");
-  load.request.file_name = "plain.dtsdf";
-  ASSERT_TRUE(ros::service::call("/mapping/load_map", load));
-  EXPECT_FALSE(load.response.success);
-  EXPECT_NE(load.response.message.find("set map/level to none"), std::string::npos)
-      << load.response.message;
+  saveMap(moved, outputFolder() + "/plain.dtsdf");
+  const auto loaded = loadMapFrom("plain.dtsdf");
+  EXPECT_FALSE(loaded.success);
+  EXPECT_NE(loaded.message.find("set map/level to none"), std::string::npos) << loaded.message;
 }
 
 TEST_F(LevelTest, imu) {

@@ -26,18 +26,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-auto saveMapAs(const std::string& name) {
-  return callFile<dtsdf_mapping::SaveMap>("save_map", name);
-}
-auto loadMapFrom(const std::string& name) {
-  return callFile<dtsdf_mapping::LoadMap>("load_map", name);
-}
-
 class MapsTest : public WallCamera {
  protected:
   void SetUp() override {
     ASSERT_NO_FATAL_FAILURE(WallCamera::SetUp());
-    ASSERT_TRUE(ros::param::get("/mapping/output_directory", folder_));
     clearMap();
     fuseFrames(3);
   }
@@ -77,7 +69,7 @@ class MapsTest : public WallCamera {
     EXPECT_TRUE(readBytes(saveMapAs("after.dtsdf").path) == before) << "changed by " << name;
   }
 
-  std::string folder_;
+  const std::string folder_ = outputFolder();
 };
 
 TEST_F(MapsTest, ComeBackAsTheyWereSaved) {
@@ -202,19 +194,6 @@ TEST_F(MapsTest, AreRefusedWhereTheyDoNotFit) {
   EXPECT_LT(loadMapFrom("evil.dtsdf").message.size(), 500u);
   writeOtherMap("unnamed.dtsdf", 0.05f, "");
   EXPECT_TRUE(loadMapFrom("unnamed.dtsdf").success) << "a frame without a name may be this one";
-}
-
-TEST_F(MapsTest, AreRefusedWhereTheyAreDamaged) {
-  const std::string good = readBytes(saveMapAs("good.dtsdf").path);
-  expectRefused("missing.dtsdf", "cannot read");
-  writeBytes(in("cut.dtsdf"), good.substr(0, good.size() / 2));
-  expectRefused("cut.dtsdf", "damaged");
-  std::string flipped = good;
-  flipped[good.size() / 2] = static_cast<char>(flipped[good.size() / 2] ^ 4);
-  writeBytes(in("flipped.dtsdf"), flipped);
-  expectRefused("flipped.dtsdf", "damaged");
-  writeBytes(in("text.dtsdf"), "no map at all, whatever its name says");
-  expectRefused("text.dtsdf", "is not a map file");
 }
 
 /// What names are refused is OutputPath's; the services go by it.

@@ -216,13 +216,6 @@ TEST_F(MergeQueueTest, BacklogIsWhatWaitsToBeTakenOnly) {
   EXPECT_EQ(queue_.backlogOf(rear), 1u);
 }
 
-TEST_F(MergeQueueTest, ABacklogOfOneStreamIsAllOfIt) {
-  const auto stream = queue_.addStream({});
-  EXPECT_TRUE(push(stream, 2.0, "b"));
-  EXPECT_TRUE(push(stream, 1.0, "a"));
-  EXPECT_EQ(queue_.backlogOf(stream), 2u);
-}
-
 TEST_F(MergeQueueTest, ASingleStreamLosesItsOldest) {
   const auto depth = queue_.addStream({0, ""});
   EXPECT_FALSE(queue_.pushOut(depth));

@@ -13,7 +13,6 @@
 #include <limits>
 #include <set>
 #include <sstream>
-#include <thread>
 #include <vector>
 
 #include "dtsdf_mapping/io/mesh_file.h"
@@ -31,18 +30,13 @@ using visualization_msgs::Marker;
 
 class MeshTest : public WallCamera {
  protected:
-  void SetUp() override {
-    ASSERT_NO_FATAL_FAILURE(WallCamera::SetUp());
-    ASSERT_TRUE(ros::param::get("/mapping/output_directory", folder_));
-  }
-
   /// Until all frames are in the mesh that is on display.
   bool waitForMesh(const MeshWatcher& mesh) {
     return waitUntil(
         [&] { return mesh.triangles() > 0 && mesh.triangles() == status_.status().triangles; });
   }
 
-  std::string folder_;
+  const std::string folder_ = outputFolder();
 };
 
 TEST_F(MeshTest, EmptyMeshIsNotSaved) {
@@ -123,20 +117,16 @@ TEST_F(MeshTest, BlocksAreTheMeshInFewBytes) {
   }
 
   const size_t added = state.addedChunks();
-  RawListener newcomer("/mapping/mesh_blocks",
-                       ros::message_traits::datatype<dtsdf_mapping::MeshBlocks>(),
-                       ros::message_traits::md5sum<dtsdf_mapping::MeshBlocks>());
+  using dtsdf_mapping::MeshBlocks;
+  RawListener newcomer = listenRaw<MeshBlocks>("/mapping/mesh_blocks");
   BlocksState late;
   bool is_first = true;
   while (late.triangles() < state.triangles()) {
-    std::vector<uint8_t> bytes = newcomer.read(10.0);
-    ASSERT_FALSE(bytes.empty());
-    dtsdf_mapping::MeshBlocks message;
-    ros::serialization::IStream stream(bytes.data(), static_cast<uint32_t>(bytes.size()));
-    ros::serialization::deserialize(stream, message);
-    EXPECT_EQ(message.begins_anew, is_first);
+    const auto message = newcomer.readMessage<MeshBlocks>(10.0);
+    ASSERT_TRUE(message);
+    EXPECT_EQ(message->begins_anew, is_first);
     is_first = false;
-    late.take(message);
+    late.take(*message);
   }
   EXPECT_TRUE(late.corners() == state.corners());
   EXPECT_EQ(late.addedChunks(), state.chunks().size());
@@ -317,21 +307,6 @@ TEST_F(MeshTest, SavesASimplerMeshAndTellsItsError) {
     EXPECT_FALSE(call.response.success);
     EXPECT_NE(call.response.message.find("simplify_error_m"), std::string::npos);
   }
-}
-
-/// Also while the node is paused.
-TEST_F(MeshTest, ConcurrentCallsAllSaveTheSame) {
-  pauseMapping(true);
-  std::vector<std::thread> callers;
-  for (int i = 0; i < 6; ++i) {
-    callers.emplace_back([i] { EXPECT_TRUE(saveMesh(std::to_string(i % 3) + ".glb").success); });
-  }
-  for (std::thread& caller : callers) caller.join();
-  const std::string bytes = readBytes(saveMesh("alone.glb").path);
-  for (int i = 0; i < 3; ++i) {
-    EXPECT_TRUE(readBytes(folder_ + "/" + std::to_string(i) + ".glb") == bytes);
-  }
-  pauseMapping(false);
 }
 
 }  // namespace

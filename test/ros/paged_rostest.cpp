@@ -25,11 +25,6 @@ class PagedMap : public WallCamera {
  protected:
   static constexpr int kFrames = 100;
 
-  void SetUp() override {
-    ASSERT_NO_FATAL_FAILURE(WallCamera::SetUp());
-    ASSERT_TRUE(ros::param::get("/mapping/output_directory", folder_));
-  }
-
   /// Along the wall.
   void fly() {
     for (int i = 0; i < kFrames; ++i) {
@@ -79,7 +74,7 @@ class PagedMap : public WallCamera {
 
   /// The mesh of the same map, all of which is in memory.
   std::string meshOfSavedMap() {
-    const auto saved = callFile<dtsdf_mapping::SaveMap>("save_map", "map.dtsdf");
+    const auto saved = saveMapAs("map.dtsdf");
     EXPECT_TRUE(saved.success) << saved.message;
     const MapContents contents = loadMap(saved.path);
     MapperParams params = withSettingsOf(contents, MapperParams());
@@ -89,12 +84,8 @@ class PagedMap : public WallCamera {
     MeshStore store(params.map.voxel_size_m);
     store.apply(mapper->updateMesh());
     expectAnswersOf(*mapper->space());
-    const std::string path = folder_ + "/reference.ply";
-    dtsdf::saveMesh(store.assemble(), MeshColour::kAuto, path);
-    return readBytes(path);
+    return plyOf(store.assemble(), MeshColour::kAuto);
   }
-
-  std::string folder_;
 };
 
 TEST_F(PagedMap, IsShownAndSavedAsAWhole) {

@@ -20,13 +20,6 @@ Eigen::Isometry3d driftAt(int frame) {
   return T_R_O;
 }
 
-/// The camera on its base.
-Eigen::Isometry3d mount() {
-  Eigen::Isometry3d T_B_C(Eigen::Translation3d(0.2, 0.0, 0.5));
-  T_B_C.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
-  return T_B_C;
-}
-
 TEST(Refine, DriftIsTakenOutAndPublished) {
   ros::NodeHandle nh;
   const StatusWatcher status(nh);

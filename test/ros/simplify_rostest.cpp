@@ -20,6 +20,7 @@
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/mapper.h"
+#include "ros/support/output_folder.h"
 #include "ros/support/wait.h"
 #include "support/temporary_folder.h"
 
@@ -88,13 +89,10 @@ class Simplify : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     ASSERT_TRUE(ros::service::waitForService("/mapping/load_map", 20000));
-    ASSERT_TRUE(ros::param::get("/mapping/output_directory", folder_));
+    folder_ = outputFolder();
     fs::create_directories(folder_);
     saveMap(makeWaves(), folder_ + "/waves.dtsdf");
-    dtsdf_mapping::LoadMap load;
-    load.request.file_name = "waves.dtsdf";
-    ASSERT_TRUE(ros::service::call("/mapping/load_map", load));
-    ASSERT_TRUE(load.response.success) << load.response.message;
+    ASSERT_TRUE(loadMapFrom("waves.dtsdf").success);
     // Brings the mesh up to date, and shows how long it takes where nobody disturbs it.
     ASSERT_TRUE(saveSimplified("/mapping", "first.ply").response.success);
     const Saved whole = saveSimplified("/mapping", "whole.ply");
@@ -133,10 +131,7 @@ class Simplify : public testing::Test {
 TEST_F(Simplify, IsCancelledByASavedMap) {
   auto slow = std::async(std::launch::async, [] { return saveSimplified("/mapping", "slow.ply"); });
   std::this_thread::sleep_for(kUnderWay);
-  dtsdf_mapping::SaveMap call;
-  call.request.file_name = "meanwhile.dtsdf";
-  ASSERT_TRUE(ros::service::call("/mapping/save_map", call));
-  EXPECT_TRUE(call.response.success) << call.response.message;
+  EXPECT_TRUE(saveMapAs("meanwhile.dtsdf").success);
   expectCancelled(slow.get());
   EXPECT_EQ(filesNamed("slow"), 0u);
   EXPECT_TRUE(fs::exists(folder_ + "/meanwhile.dtsdf"));

@@ -35,22 +35,12 @@ Eigen::Isometry3d lookAlongX(double x_m) {
   return T_W_C;
 }
 
-template <class Message>
-Message deserialize(std::vector<uint8_t> bytes) {
-  Message message;
-  ros::serialization::IStream stream(bytes.data(), static_cast<uint32_t>(bytes.size()));
-  ros::serialization::deserialize(stream, message);
-  return message;
-}
-
 /// The first message on a topic for one that connects now.
 template <class Message>
 Message firstMessage(const std::string& topic) {
-  RawListener listener(topic, ros::message_traits::datatype<Message>(),
-                       ros::message_traits::md5sum<Message>());
-  const std::vector<uint8_t> bytes = listener.read(10.0);
-  EXPECT_FALSE(bytes.empty()) << topic;
-  return bytes.empty() ? Message() : deserialize<Message>(bytes);
+  const auto message = listenRaw<Message>(topic).template readMessage<Message>(10.0);
+  EXPECT_TRUE(message) << topic;
+  return message.value_or(Message());
 }
 
 geometry_msgs::Point pointOf(double x, double y, double z) {
@@ -248,10 +238,7 @@ TEST_F(SpaceTest, ClearedAndLoadedMapsAreSeen) {
   ASSERT_TRUE(waitUntil([&] { return reader.at(1.02, 0.0) == 100 && reader.at(0.5, 0.0) == 0; }));
   expectUpToDate(reader);
   const nav_msgs::OccupancyGrid before = reader.grid();
-  dtsdf_mapping::SaveMap save;
-  save.request.file_name = "wall.dtsdf";
-  ASSERT_TRUE(ros::service::call("/mapping/save_map", save));
-  ASSERT_TRUE(save.response.success) << save.response.message;
+  ASSERT_TRUE(saveMapAs("wall.dtsdf").success);
 
   dtsdf_mapping::ClearRegion clear;
   clear.request.box.pose.position.x = 1.0;
@@ -269,10 +256,7 @@ TEST_F(SpaceTest, ClearedAndLoadedMapsAreSeen) {
   EXPECT_TRUE(waitUntil([&] { return reader.count(-1) == reader.grid().data.size(); }));
   expectUpToDate(reader);
 
-  dtsdf_mapping::LoadMap load;
-  load.request.file_name = "wall.dtsdf";
-  ASSERT_TRUE(ros::service::call("/mapping/load_map", load));
-  ASSERT_TRUE(load.response.success) << load.response.message;
+  ASSERT_TRUE(loadMapFrom("wall.dtsdf").success);
   EXPECT_TRUE(waitUntil([&] { return reader.at(1.02, 0.2) == 100; }));
   for (size_t i = 0; i < before.data.size(); ++i) {
     EXPECT_EQ(reader.grid().data[i] == 100, before.data[i] == 100) << i;

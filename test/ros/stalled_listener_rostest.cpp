@@ -33,12 +33,6 @@ double stallSeconds() {
   return told == nullptr ? 15.0 : std::strtod(told, nullptr);
 }
 
-template <class Message>
-RawListener listenBadly(const std::string& topic) {
-  namespace traits = ros::message_traits;
-  return {"/mapping/" + topic, traits::datatype<Message>(), traits::md5sum<Message>()};
-}
-
 class StalledListener : public WallCamera {
  protected:
   TopicStatus topicStatus(const std::string& topic) const {
@@ -69,9 +63,9 @@ TEST_F(StalledListener, TakesLittleMemoryAndHoldsUpNobody) {
   const int process = publishingProcess("/mapping/mesh");
   const size_t base = residentBytes(process);
 
-  RawListener markers_unread = listenBadly<MarkerArray>("mesh");
-  RawListener blocks_unread = listenBadly<MeshBlocks>("mesh_blocks");
-  RawListener points_unread = listenBadly<PointCloud2>("surface_points");
+  RawListener markers_unread = listenRaw<MarkerArray>("/mapping/mesh");
+  RawListener blocks_unread = listenRaw<MeshBlocks>("/mapping/mesh_blocks");
+  RawListener points_unread = listenRaw<PointCloud2>("/mapping/surface_points");
   const uint64_t markers_before = mesh.addedMarkers(), clouds_before = clouds;
   size_t most = base;
   uint64_t most_waiting = 0;
@@ -107,17 +101,14 @@ TEST_F(StalledListener, TakesLittleMemoryAndHoldsUpNobody) {
   const auto deadline = Clock::now() + std::chrono::seconds(30);
   size_t messages = 0;
   while (Clock::now() < deadline) {
-    std::vector<uint8_t> bytes = blocks_unread.read(1.0);
-    if (bytes.empty()) {
+    const auto message = blocks_unread.readMessage<MeshBlocks>(1.0);
+    if (!message) {
       ros::spinOnce();  // a last change may have come for the others, too
       if (late.corners() == blocks.state().corners()) break;
       continue;
     }
     ++messages;
-    MeshBlocks message;
-    ros::serialization::IStream stream(bytes.data(), static_cast<uint32_t>(bytes.size()));
-    ros::serialization::deserialize(stream, message);
-    late.take(message);
+    late.take(*message);
   }
   EXPECT_TRUE(late.corners() == blocks.state().corners())
       << messages << " messages with " << late.triangles() << " of " << saved.triangles
@@ -137,8 +128,9 @@ TEST_F(StalledListener, KilledInMidMessageHarmsNobody) {
   for (const char* topic : {"mesh", "surface_points"}) {
     SCOPED_TRACE(topic);
     const uint32_t before = listeners(topic);
-    RawListener killed = std::string(topic) == "mesh" ? listenBadly<MarkerArray>(topic)
-                                                      : listenBadly<PointCloud2>(topic);
+    RawListener killed = std::string(topic) == "mesh"
+                             ? listenRaw<MarkerArray>("/mapping/mesh")
+                             : listenRaw<PointCloud2>("/mapping/surface_points");
     ASSERT_TRUE(waitUntil([&] { return listeners(topic) == before + 1; }));
     fuseNextPlace();
     // The publisher is in the middle of a message: it has handed out a part and holds the rest.

@@ -15,6 +15,11 @@ Eigen::Vector3d seenAlong(const Scene& scene, const SurfaceColour& colour,
 
 }  // namespace
 
+Colour wavesAt(const Eigen::Vector3d& p_W) {
+  const auto channel = [](double x) { return static_cast<uint8_t>(128.0 + 90.0 * std::sin(x)); };
+  return {channel(9.0 * p_W.x() + p_W.z()), channel(8.0 * p_W.y()), channel(11.0 * p_W.z())};
+}
+
 PaintedFrame renderColour(const Scene& scene, const SurfaceColour& colour,
                           const Eigen::Isometry3d& T_W_C, int width, int height) {
   PaintedFrame result;

@@ -15,6 +15,9 @@ using Colour = std::array<uint8_t, 3>;
 /// The colour of a scene's surface at a point, in W.
 using SurfaceColour = std::function<Colour(const Eigen::Vector3d& p_W)>;
 
+/// Waves of colour, other ones at each place.
+Colour wavesAt(const Eigen::Vector3d& p_W);
+
 /// A colour image, rgb8, that owns its pixels.
 struct PaintedFrame {
   ColourFrame frame;

@@ -20,7 +20,7 @@ void MeshHandover::add(MeshUpdate update, const ros::Time& stamp) {
       const PackedKey key = packKey(block.key);
       blocks_[key] = std::make_shared<const BlockMesh>(std::move(block));
     }
-    stamp_ = stamp;
+    changes_.stamp = stamp;
   }
   on_change_();
 }
@@ -28,12 +28,12 @@ void MeshHandover::add(MeshUpdate update, const ros::Time& stamp) {
 void MeshHandover::replaceAll(std::map<PackedKey, BlockMesh> mesh, const ros::Time& stamp) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    is_whole_ = true;
+    changes_.is_whole = true;
     blocks_.clear();
-    for (auto& [key, block] : mesh) {
-      blocks_[key] = std::make_shared<const BlockMesh>(std::move(block));
+    for (auto& entry : mesh) {
+      blocks_[entry.first] = std::make_shared<const BlockMesh>(std::move(entry.second));
     }
-    stamp_ = stamp;
+    changes_.stamp = stamp;
   }
   on_change_();
 }
@@ -41,11 +41,9 @@ void MeshHandover::replaceAll(std::map<PackedKey, BlockMesh> mesh, const ros::Ti
 void MeshHandover::clear(std::optional<float> voxel_size_m) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    cleared_ = true;
-    is_whole_ = false;
-    if (voxel_size_m) voxel_size_m_ = voxel_size_m;
+    if (!voxel_size_m) voxel_size_m = changes_.voxel_size_m;
+    changes_ = {true, false, voxel_size_m, {}, {}};
     blocks_.clear();
-    stamp_ = ros::Time();
   }
   on_change_();
 }
@@ -55,10 +53,7 @@ MeshChanges MeshHandover::take() {
   MeshChanges changes;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    changes.cleared = std::exchange(cleared_, false);
-    changes.is_whole = std::exchange(is_whole_, false);
-    changes.voxel_size_m = std::exchange(voxel_size_m_, std::nullopt);
-    changes.stamp = std::exchange(stamp_, ros::Time());
+    std::swap(changes, changes_);
     blocks.swap(blocks_);
   }
   changes.blocks.reserve(blocks.size());
@@ -103,7 +98,7 @@ std::vector<SharedBlockMesh> differences(const MeshStore& store,
   return differing;
 }
 
-SpaceChanges changesBetween(const KnownSpace& before, std::vector<SpaceCube> now) {
+SpaceChanges changesBetween(const KnownSpace& before, const std::vector<SpaceCube>& now) {
   std::unordered_map<PackedKey, SpaceCube> gone;
   constexpr int32_t kLowest = std::numeric_limits<int32_t>::min(),
                     kHighest = std::numeric_limits<int32_t>::max();
@@ -111,7 +106,7 @@ SpaceChanges changesBetween(const KnownSpace& before, std::vector<SpaceCube> now
     gone.emplace(packKey(SpaceCube::cubeOf(cube.first)), cube);
   }
   SpaceChanges changes;
-  for (SpaceCube& cube : now) {
+  for (const SpaceCube& cube : now) {
     const auto same = gone.find(packKey(SpaceCube::cubeOf(cube.first)));
     const bool is_known = same != gone.end();
     if (!is_known || same->second.free != cube.free || same->second.surface != cube.surface) {

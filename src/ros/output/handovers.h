@@ -47,10 +47,8 @@ class MeshHandover {
  private:
   std::function<void()> on_change_;
   std::mutex mutex_;
-  bool cleared_ = false, is_whole_ = false;
-  std::optional<float> voxel_size_m_;
+  MeshChanges changes_;  ///< Without its blocks.
   std::unordered_map<PackedKey, SharedBlockMesh> blocks_;
-  ros::Time stamp_;
 };
 
 /// What a store lacks to be a mesh: of the blocks that it holds, or has in other bytes, `mesh` has
@@ -67,7 +65,7 @@ struct SpaceDelivery {
 };
 
 /// What leads from what was known before to what is known now: all cubes of which something is.
-SpaceChanges changesBetween(const KnownSpace& before, std::vector<SpaceCube> now);
+SpaceChanges changesBetween(const KnownSpace& before, const std::vector<SpaceCube>& now);
 
 /// The queue from the map's thread to that of space: what has become known. Thread safe. Changes of
 /// one cube become one, so that an output that stands still costs the cells of the map once and no

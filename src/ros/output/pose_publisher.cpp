@@ -131,13 +131,9 @@ void PosePublisher::publishOdometry(const FoundPose& pose) {
   odometry.header.frame_id = parent_;
   odometry.child_frame_id = pose.frame_id;
   odometry.pose.pose = toPose(pose.T_M_B);
-  for (int row = 0; row < 6; ++row) {
-    for (int column = 0; column < 6; ++column) {
-      odometry.pose.covariance[static_cast<size_t>(6 * row + column)] =
-          pose.covariance(row, column);
-    }
-    odometry.twist.covariance[static_cast<size_t>(7 * row)] = kNoSpeed;
-  }
+  using RowByRow = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+  Eigen::Map<RowByRow>(odometry.pose.covariance.data()) = pose.covariance;
+  Eigen::Map<RowByRow>(odometry.twist.covariance.data()).diagonal().setConstant(kNoSpeed);
   odometry_.publish(odometry);
 }
 

@@ -40,13 +40,6 @@ struct CorrectionReport {
   std::string camera_frame;     ///< Of the first camera's images.
 };
 
-/// What the status reports about the frame log.
-struct LogStatus {
-  uint64_t bytes = 0, waiting_bytes = 0, lost = 0;
-  std::optional<double> first_stamp_s;  ///< From then on the map can be corrected.
-  std::string problem;                  ///< Why the log lacks something; empty while it is whole.
-};
-
 /// What the status reports about the output.
 struct OutputReport {
   size_t triangles = 0;             ///< Of the mesh as it was handed over last.

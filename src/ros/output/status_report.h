@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "log/log_queue.h"
 #include "ros/input/frame_accounting.h"
 #include "ros/input/published_topics.h"
 #include "ros/input/transforms.h"
@@ -25,7 +26,7 @@ struct StatusInput {
   OutputReport output;
   TransformReport transforms;
   PoseReport poses;
-  LogStatus log;
+  LogReport log;
   CorrectionReport correction;
   bool paused = false;
   bool time_stands = false;      ///< Simulated time does.

@@ -170,10 +170,7 @@ StatusInput MappingPipeline::status() const {
   input.output = output_.report();
   if (space_output_) space_output_->addTo(input.output);
   input.transforms = transforms_.report();
-  if (log_) {
-    const LogReport log = log_->report();
-    input.log = {log.bytes, log.waiting_bytes, log.lost, log.first_stamp_s, log.problem};
-  }
+  if (log_) input.log = log_->report();
   if (correction_) {
     input.correction = correction_->report();
     input.correction.obstacle = whyTooLarge(input.map.stats);

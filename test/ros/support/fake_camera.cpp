@@ -2,22 +2,16 @@
 
 #include <vector>
 
-#include "ros/support/kept_topics.h"
 #include "ros/support/messages.h"
 #include "ros/support/wait.h"
 
 namespace dtsdf {
 
 FakeCamera::FakeCamera(ros::NodeHandle nh)
-    : images_(advertiseKept<sensor_msgs::Image>(nh, "/camera/depth/image_rect")),
-      infos_(advertiseKept<sensor_msgs::CameraInfo>(nh, "/camera/depth/camera_info")),
-      transforms_(advertiseKept<tf2_msgs::TFMessage>(nh, "/tf")) {}
+    : images_(nh, "/camera/depth"), transforms_(advertiseKept<tf2_msgs::TFMessage>(nh, "/tf")) {}
 
 bool FakeCamera::connect() const {
-  return waitUntil([&] {
-    return images_.getNumSubscribers() > 0 && infos_.getNumSubscribers() > 0 &&
-           transforms_.getNumSubscribers() > 0;
-  });
+  return waitUntil([&] { return images_.isConnected() && transforms_.getNumSubscribers() > 0; });
 }
 
 ros::Time FakeCamera::nextStamp() {
@@ -34,11 +28,6 @@ sensor_msgs::Image FakeCamera::image(const ros::Time& stamp) const {
 
 sensor_msgs::CameraInfo FakeCamera::info(const ros::Time& stamp) const {
   return makeCameraInfo(image(stamp), kIntrinsics);
-}
-
-void FakeCamera::send(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) const {
-  infos_.publish(info);
-  images_.publish(image);
 }
 
 void FakeCamera::sendTransform(const ros::Time& stamp, const Eigen::Vector3d& t_W,

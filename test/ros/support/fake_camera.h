@@ -10,6 +10,7 @@
 #include <string>
 
 #include "dtsdf_mapping/pinhole.h"
+#include "ros/support/camera_topics.h"
 
 namespace dtsdf {
 
@@ -30,7 +31,9 @@ class FakeCamera {
   sensor_msgs::Image image(const ros::Time& stamp) const;
   sensor_msgs::CameraInfo info(const ros::Time& stamp) const;
 
-  void send(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) const;
+  void send(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) const {
+    images_.send(image, info);
+  }
   void sendTransform(const ros::Time& stamp, const Eigen::Vector3d& t_W = {0.0, 0.0, 0.0},
                      const std::string& frame = "camera");
   void sendPose(const Eigen::Isometry3d& T_W_F, const ros::Time& stamp,
@@ -40,7 +43,8 @@ class FakeCamera {
   ros::Time sendFrame();
 
  private:
-  ros::Publisher images_, infos_, transforms_;
+  CameraTopics images_;
+  ros::Publisher transforms_;
   tf2_ros::TransformBroadcaster broadcaster_;
   ros::Time last_stamp_;
 };

@@ -1,6 +1,8 @@
 /// What tests ask of the node by its services, and the folder that it saves into.
 #pragma once
 
+#include <dtsdf_mapping/LoadMap.h>
+#include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>
 #include <gtest/gtest.h>
 #include <ros/param.h>
@@ -11,13 +13,31 @@
 #include <filesystem>
 #include <string>
 
+#include "dtsdf_mapping/io/mesh_file.h"
+#include "params/node_params.h"
+#include "ros/common/node_start.h"
+#include "support/temporary_folder.h"
+
 namespace dtsdf {
 
-/// For the end of a suite of tests.
-inline void removeOutputFolder() {
-  std::string folder;
-  if (ros::param::get("/mapping/output_directory", folder)) std::filesystem::remove_all(folder);
+/// What the node was started with.
+inline MappingParams nodeParams() {
+  return readMappingParams(readParamServer(ros::NodeHandle("/mapping")).tree);
 }
+
+/// The file that save_mesh makes of such a mesh.
+inline std::string plyOf(const Mesh& mesh, MeshColour colour) {
+  const TemporaryFolder folder;
+  saveMesh(mesh, colour, folder / "mesh.ply");
+  return readBytes(folder / "mesh.ply");
+}
+
+inline std::string outputFolder() {
+  return ros::param::param<std::string>("/mapping/output_directory", "");
+}
+
+/// For the end of a suite of tests.
+inline void removeOutputFolder() { std::filesystem::remove_all(outputFolder()); }
 
 inline void clearMap() {
   std_srvs::Trigger clear;
@@ -41,8 +61,16 @@ typename Service::Response callFile(const std::string& service, const std::strin
   return call.response;
 }
 
-inline dtsdf_mapping::SaveMesh::Response saveMesh(const std::string& file_name) {
+inline auto saveMesh(const std::string& file_name) {
   return callFile<dtsdf_mapping::SaveMesh>("save_mesh", file_name);
+}
+
+inline auto saveMapAs(const std::string& file_name) {
+  return callFile<dtsdf_mapping::SaveMap>("save_map", file_name);
+}
+
+inline auto loadMapFrom(const std::string& file_name) {
+  return callFile<dtsdf_mapping::LoadMap>("load_map", file_name);
 }
 
 }  // namespace dtsdf

@@ -2,6 +2,7 @@
 
 #include <netdb.h>
 #include <poll.h>
+#include <ros/header.h>
 #include <ros/master.h>
 #include <ros/network.h>
 #include <ros/this_node.h>
@@ -59,10 +60,6 @@ int connectTo(const std::string& host, int port) {
   return descriptor;
 }
 
-void appendNumber(std::string& bytes, size_t number) {
-  for (int i = 0; i < 4; ++i) bytes.push_back(static_cast<char>(number >> 8 * i & 255));
-}
-
 size_t numberIn(const uint8_t* bytes) {
   return bytes[0] | bytes[1] << 8 | bytes[2] << 16 | static_cast<size_t>(bytes[3]) << 24;
 }
@@ -78,16 +75,13 @@ RawListener::RawListener(const std::string& topic, const std::string& type,
   XmlRpc::XmlRpcValue protocol = callNode(publisherOf(topic), "requestTopic", parameters);
   socket_ = connectTo(protocol[1], protocol[2]);
 
-  std::string fields;
-  for (const std::string& field : {std::string("callerid=/raw_listener"), "topic=" + topic,
-                                   "type=" + type, "md5sum=" + md5sum}) {
-    appendNumber(fields, field.size());
-    fields += field;
-  }
-  std::string header;
-  appendNumber(header, fields.size());
-  header += fields;
-  expect(write(socket_, header.data(), header.size()) == static_cast<ssize_t>(header.size()),
+  boost::shared_array<uint8_t> fields;
+  uint32_t size = 0;
+  ros::Header::write(
+      {{"callerid", "/raw_listener"}, {"topic", topic}, {"type", type}, {"md5sum", md5sum}}, fields,
+      size);
+  expect(write(socket_, &size, sizeof(size)) == sizeof(size) &&
+             write(socket_, fields.get(), size) == static_cast<ssize_t>(size),
          "header not sent");
   expect(!read(10.0).empty(), "no header came back");
 }

@@ -1,7 +1,11 @@
 /// A subscriber made by hand: it shakes hands as ROS does, and then reads when it is told to.
 #pragma once
 
+#include <ros/message_traits.h>
+#include <ros/serialization.h>
+
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +23,17 @@ class RawListener {
   /// The next message, serialised; empty if none has come within the time.
   std::vector<uint8_t> read(double timeout_s);
 
+  /// The next message of the topic.
+  template <class Message>
+  std::optional<Message> readMessage(double timeout_s) {
+    std::vector<uint8_t> bytes = read(timeout_s);
+    if (bytes.empty()) return std::nullopt;
+    Message message;
+    ros::serialization::IStream stream(bytes.data(), static_cast<uint32_t>(bytes.size()));
+    ros::serialization::deserialize(stream, message);
+    return message;
+  }
+
   /// Reads so many bytes of what comes, and is gone as a process that was killed: what was on its
   /// way to it is thrown back. Nothing more can be read.
   void breakOffAfter(size_t bytes);
@@ -28,6 +43,12 @@ class RawListener {
 
   int socket_ = -1;
 };
+
+template <class Message>
+RawListener listenRaw(const std::string& topic) {
+  namespace traits = ros::message_traits;
+  return {topic, traits::datatype<Message>(), traits::md5sum<Message>()};
+}
 
 /// The process that publishes a topic.
 int publishingProcess(const std::string& topic);

@@ -1,6 +1,5 @@
 #include "ros/support/room_camera.h"
 
-#include "ros/support/kept_topics.h"
 #include "ros/support/messages.h"
 #include "ros/support/wait.h"
 
@@ -14,13 +13,12 @@ const Intrinsics kRoomIntrinsics{138.0f, 138.0f, 79.5f, 59.5f};
 
 RoomCamera::RoomCamera(ros::NodeHandle nh)
     : room_(makeRoomScene()),
-      images_(advertiseKept<sensor_msgs::Image>(nh, "/camera/depth/image_rect")),
-      infos_(advertiseKept<sensor_msgs::CameraInfo>(nh, "/camera/depth/camera_info")),
+      images_(nh, "/camera/depth"),
       transforms_(advertiseKept<tf2_msgs::TFMessage>(nh, "/tf")) {}
 
 bool RoomCamera::connect(uint32_t mappers) const {
   return waitUntil([&] {
-    return images_.getNumSubscribers() >= mappers && infos_.getNumSubscribers() >= mappers &&
+    return images_.isConnected(mappers) &&
            transforms_.getNumSubscribers() > mappers;  // the test itself is one
   });
 }
@@ -36,8 +34,7 @@ void RoomCamera::seeNothing(const ros::Time& stamp) {
 void RoomCamera::send(const std::vector<float>& depth_m, const ros::Time& stamp) {
   const sensor_msgs::Image image =
       makeImageMessage(makeHeader(stamp, "camera"), "32FC1", kWidth, kHeight, depth_m);
-  infos_.publish(makeCameraInfo(image, kRoomIntrinsics));
-  images_.publish(image);
+  images_.send(image, makeCameraInfo(image, kRoomIntrinsics));
 }
 
 void RoomCamera::sendTransform(const std::string& parent, const std::string& child,

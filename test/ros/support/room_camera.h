@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 #include <optional>
 
+#include "ros/support/camera_topics.h"
 #include "simulation/scene.h"
 #include "support/pose_distance.h"
 
@@ -37,8 +38,16 @@ class RoomCamera {
   void send(const std::vector<float>& depth_m, const ros::Time& stamp);
 
   Scene room_;
-  ros::Publisher images_, infos_, transforms_;
+  CameraTopics images_;
+  ros::Publisher transforms_;
 };
+
+/// The camera on its base.
+inline Eigen::Isometry3d mount() {
+  Eigen::Isometry3d T_B_C(Eigen::Translation3d(0.2, 0.0, 0.5));
+  T_B_C.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
+  return T_B_C;
+}
 
 class WayWatcher {
  public:

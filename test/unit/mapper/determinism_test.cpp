@@ -52,33 +52,6 @@ TEST_P(Determinism, MeshingEveryFrameEqualsMeshingOnce) {
   }
 }
 
-TEST_P(Determinism, ThreadsDoNotShow) {
-  Session one(params(1)), three(params(3));
-  for (Session* session : {&one, &three}) {
-    for (const SceneFrame& frame : movingFrames(32)) session->integrate(frame);
-    session->updateMesh();
-  }
-  EXPECT_TRUE(sameMaps(one.mapper(), three.mapper()));
-  EXPECT_TRUE(sameMeshes(one.mesh(), three.mesh()));
-}
-
-TEST_P(Determinism, AClearedMapIsLikeNew) {
-  Session used(params(2)), fresh(params(2));
-  for (const SceneFrame& frame : roomFrames(12.0, 3)) used.integrate(frame);
-  used.updateMesh();
-  used.clear();
-  const MapStats stats = used.mapper().stats();
-  EXPECT_EQ(stats.blocks + stats.voxel_arrays + stats.map_bytes + stats.refused_blocks, 0u);
-  EXPECT_TRUE(used.mapper().snapshot().empty());
-  EXPECT_TRUE(used.mapper().updateMesh().blocks.empty());
-  for (Session* session : {&used, &fresh}) {
-    for (const SceneFrame& frame : roomFrames(0.0, 3)) session->integrate(frame);
-    session->updateMesh();
-  }
-  EXPECT_TRUE(sameMaps(used.mapper(), fresh.mapper()));
-  EXPECT_TRUE(sameMeshes(used.mesh(), fresh.mesh()));
-}
-
 INSTANTIATE_TEST_SUITE_P(All, Determinism,
                          testing::Combine(testing::Values(FusionMode::kVoxelProjection,
                                                           FusionMode::kRayCasting,

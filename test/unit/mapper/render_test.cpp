@@ -186,27 +186,6 @@ bool sameViews(const RenderedView& a, const RenderedView& b) {
          sameBytes(a.normals_C, b.normals_C) && sameBytes(a.colours, b.colours);
 }
 
-TEST(Render, SameBytesInAnyNumberOfThreadsWithAndWithoutAMesh) {
-  MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kViewVoxel_m);
-  params.threads = 1;
-  Session one(params);
-  params.threads = 3;
-  Session three(params), untouched(params);
-  for (Session* session : {&one, &three, &untouched}) {
-    see(*session, cornerWithBall(), cornerPoses());
-  }
-  const RenderCamera camera{
-      101, 67, {90.0f, 95.0f, 48.5f, 30.0f}};  // no multiple of bands of rows or of vectors
-  const RenderedView expected = one.mapper().render(camera, cornerPoses()[1]);
-  three.updateMesh();
-  RenderedView found;
-  three.mapper().render({5, 3, {4.0f, 4.0f, 2.0f, 1.0f}}, cornerPoses()[0], found);
-  three.mapper().render(camera, cornerPoses()[1], found);
-  EXPECT_TRUE(sameViews(expected, found));
-  untouched.updateMesh();
-  EXPECT_TRUE(sameMaps(untouched.mapper(), three.mapper()));
-}
-
 /// What is kept from view to view goes with what it was made of: after each change a view is that
 /// of a map with the same contents that was never looked at.
 void expectViewsAsOfACopy(Session& session, const MapperParams& params) {

@@ -205,38 +205,6 @@ TEST(Space, AThinPlateStopsAPath) {
   }
 }
 
-/// Frame by frame, with meshes and distances brought up to date now and then and a region cleared
-/// between, the same is known as of a map that is asked at the end only; on any threads.
-TEST(Space, KnowsTheSameHoweverOftenItIsAsked) {
-  const Scene scene = makeBallRoom();
-  const SphereRegion region{Vector3d(0.3, 0.1, 0.2), 0.3};
-  const auto run = [&](int threads, int every) {
-    MapperParams params = spaceParams(2);
-    params.threads = threads;
-    auto mapper = makeMapper(params);
-    int count = 0;
-    for (const Eigen::Isometry3d& T_W_C : posesIn()) {
-      mapper->integrate(renderFrame(scene, T_W_C).view());
-      if (++count == 5) mapper->clearRegion(region);
-      if (count % every != 0) continue;
-      mapper->updateMesh();
-      mapper->space()->updateDistances();
-    }
-    mapper->updateMesh();
-    mapper->space()->updateDistances();
-    return mapper;
-  };
-  const auto once = run(1, 1000), often = run(2, 1);
-  const auto all = once->space()->cells(), same = often->space()->cells();
-  ASSERT_EQ(all.size(), same.size());
-  for (size_t i = 0; i < all.size(); ++i) {
-    const Vec3i& cell = all[i].cell;
-    ASSERT_TRUE(cell.x == same[i].cell.x && cell.y == same[i].cell.y && cell.z == same[i].cell.z);
-    ASSERT_EQ(all[i].state, same[i].state);
-    ASSERT_EQ(once->space()->squaredDistance(cell), often->space()->squaredDistance(cell));
-  }
-}
-
 /// A room in which a box comes and goes.
 SceneFrame randomLook(std::mt19937& random) {
   std::uniform_real_distribution<double> any(-1.0, 1.0);

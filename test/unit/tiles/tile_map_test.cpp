@@ -247,12 +247,6 @@ TEST(TileFrames, KeepTheirNumbers) {
   EXPECT_FALSE(uncounted->updateMesh().blocks.empty());
 }
 
-/// Waves of colour, other ones at each place.
-Colour wavesAt(const Eigen::Vector3d& p_W) {
-  const auto channel = [](double x) { return static_cast<uint8_t>(128.0 + 90.0 * std::sin(x)); };
-  return {channel(9.0 * p_W.x() + p_W.z()), channel(8.0 * p_W.y()), channel(11.0 * p_W.z())};
-}
-
 /// A room with a box in it, which hides its walls from some images and not from others; after each
 /// frame an image from beside it.
 class TileColours : public testing::Test {

@@ -259,12 +259,6 @@ TEST_F(TilesProgram, TellsOfImagesThatHaveChanged) {
   expectError("fuse " + folder() + " 0", "has changed since the plan was made");
 }
 
-/// Waves of colour, other ones at each place.
-Colour wavesAt(const Eigen::Vector3d& p_W) {
-  const auto channel = [](double x) { return static_cast<uint8_t>(128.0 + 90.0 * std::sin(x)); };
-  return {channel(9.0 * p_W.x() + p_W.z()), channel(8.0 * p_W.y()), channel(11.0 * p_W.z())};
-}
-
 /// The room with a box in it, with colour and what is free.
 TEST_F(TilesProgram, MakesTheSameColoursAndFreeCells) {
   const TemporaryFolder recording;

@@ -109,19 +109,16 @@ const RoomRecording& lookAround() {
 
 /// What is done on the tour besides fusing.
 struct Way {
-  FusionMode mode = FusionMode::kNormalRayCasting;
-  bool directional = true;
   int mesh_every = 3;         ///< Frames; 0: once, at the end.
   bool looks_around = false;  ///< In place of the tour, with time to read between frames.
   bool painted = false;
-  bool aligned = false;
   bool space = false;
   float keep_radius_m = 0.0f;
   std::optional<int> cleared_at;  ///< After this frame, a region is.
 };
 
 MapperParams paramsOf(const Way& way) {
-  MapperParams params = makeCpuParams(way.mode, way.directional, kVoxel_m);
+  MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
   params.fusion.max_depth_m = way.looks_around ? 7.0f : 2.0f;
   params.paint.max_depth_m = 2.0f;
   params.map.keep_radius_m = way.keep_radius_m;
@@ -146,11 +143,7 @@ class Tour {
     for (int i = first; i < last; ++i) {
       const size_t n = static_cast<size_t>(i);
       if (way_.looks_around) std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      DepthFrame frame = (way_.looks_around ? lookAround() : tour()).depth[n].view();
-      if (way_.aligned && i > 0) {
-        frame.T_W_C.translate(Eigen::Vector3d(0.01, 0.0, 0.0));
-        frame.T_W_C = mapper_->align(frame, PosePrior()).T_W_C;
-      }
+      const DepthFrame frame = (way_.looks_around ? lookAround() : tour()).depth[n].view();
       ASSERT_EQ(mapper_->integrate(frame).status, FrameStatus::kFused);
       if (way_.painted) mapper_->paint(tour().colour[n].view());
       if (way_.cleared_at == i) cleared_ = mapper_->clearRegion(boxInTheRoom());
@@ -237,30 +230,7 @@ class Paging : public testing::Test {
   }
 };
 
-class PagingInMode : public Paging,
-                     public testing::WithParamInterface<std::pair<FusionMode, bool>> {};
-
-TEST_P(PagingInMode, ChangesNothing) {
-  Way way;
-  std::tie(way.mode, way.directional) = GetParam();
-  compare(way, {way.directional ? 5 : 3});
-}
-
-INSTANTIATE_TEST_SUITE_P(Modes, PagingInMode,
-                         testing::Values(std::pair(FusionMode::kNormalRayCasting, false),
-                                         std::pair(FusionMode::kRayCasting, true),
-                                         std::pair(FusionMode::kVoxelProjection, true)),
-                         [](const auto& info) {
-                           return modeName(info.param.first, info.param.second);
-                         });
-
 TEST_F(Paging, ChangesNothingHoweverSmallTheBudget) { compare(Way(), {5, 3, 2, 1}); }
-
-TEST_F(Paging, ChangesNoMeshThatIsMadeOnce) {
-  Way way;
-  way.mesh_every = 0;
-  compare(way, {5, 3});
-}
 
 /// A mesh that nobody has asked for so far does not have to be in memory at once.
 TEST_F(Paging, HandsOutAMeshInParts) {
@@ -301,57 +271,12 @@ TEST_F(Paging, ChangesNothingWhereNoMeshIsMadeBetweenFrames) {
   compare(way, {5, 2, 1});
 }
 
-TEST_F(Paging, ChangesNoColours) {
-  Way way;
-  way.painted = true;
-  compare(way, {7, 5});
-  way.mesh_every = 0;
-  compare(way, {5});
-}
-
-TEST_F(Paging, ChangesNoPosesThatAreFound) {
-  Way way;
-  way.aligned = true;
-  compare(way, {5});
-}
-
 TEST_F(Paging, ClearsRegionsOnDisk) {
   Way way;
   way.cleared_at = kWayOut;
   compare(way, {5, 3});
   way.painted = true;
   compare(way, {5});
-}
-
-TEST_F(Paging, DropsWhatIsBeyondTheRadiusOnDiskToo) {
-  for (const int mesh_every : {0, 1, 5}) {
-    SCOPED_TRACE(mesh_every);
-    Way way;
-    way.keep_radius_m = 6.0f;
-    way.mesh_every = mesh_every;
-    compare(way, {4});
-  }
-}
-
-TEST_F(Paging, ChangesNoSpace) {
-  Way way;
-  way.space = true;
-  Tour whole(way, paramsOf(way)), near(way, paged(paramsOf(way), 6, folder_.path()));
-  whole.go();
-  near.go();
-  whole.updateMesh();
-  near.updateMesh();
-  EXPECT_GT(near.mapper().stats().pages.read, 100u);
-  EXPECT_TRUE(sameContents(near.mapper().contents(), whole.mapper().contents()));
-  whole.mapper().space()->updateDistances();
-  near.mapper().space()->updateDistances();
-  const std::vector<SpaceCell> cells = whole.mapper().space()->cells();
-  ASSERT_EQ(near.mapper().space()->cells().size(), cells.size());
-  for (const SpaceCell& cell : cells) {
-    ASSERT_EQ(near.mapper().space()->stateOf(cell.cell), cell.state);
-    ASSERT_EQ(near.mapper().space()->squaredDistance(cell.cell),
-              whole.mapper().space()->squaredDistance(cell.cell));
-  }
 }
 
 TEST_F(Paging, RendersWhatIsOnDisk) {

@@ -72,12 +72,6 @@ INSTANTIATE_TEST_SUITE_P(
                      testing::Bool()),
     [](const auto& info) { return modeName(std::get<0>(info.param), std::get<1>(info.param)); });
 
-TEST(ContentsOfAMap, AreTheSameWhateverTheThreads) {
-  EXPECT_TRUE(sameContents(
-      roomContents(true, makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f, 1)),
-      roomContents(true, makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f, 3))));
-}
-
 TEST(ContentsOfAMap, ComeBackAsTheyWere) {
   const MapContents contents = roomContents();
   EXPECT_TRUE(contents.painted);

@@ -1,0 +1,34 @@
+/// The topics of one camera's images, which stay when a test ends.
+#pragma once
+
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+
+#include <string>
+
+#include "ros/support/kept_topics.h"
+
+namespace dtsdf {
+
+class CameraTopics {
+ public:
+  /// `ns`/image_rect and `ns`/camera_info.
+  CameraTopics(ros::NodeHandle nh, const std::string& ns)
+      : images_(advertiseKept<sensor_msgs::Image>(nh, ns + "/image_rect")),
+        infos_(advertiseKept<sensor_msgs::CameraInfo>(nh, ns + "/camera_info")) {}
+
+  /// Whether so many mappers listen.
+  bool isConnected(uint32_t mappers = 1) const {
+    return images_.getNumSubscribers() >= mappers && infos_.getNumSubscribers() >= mappers;
+  }
+
+  void send(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) const {
+    infos_.publish(info);
+    images_.publish(image);
+  }
+
+ private:
+  ros::Publisher images_, infos_;
+};
+
+}  // namespace dtsdf

@@ -34,13 +34,9 @@ __device__ void invertDepths(const DepthImage& image, float* measured) {
 __device__ void countNoiseLines(const DepthImage& image, const SurfelSettings& surfels, int i,
                                 NoiseCounts& counts) {
   const Pixel middle = noisePoint(i, image.width, image.height);
-  const GapLimits limits = gapLimitsOfAnyNoise(surfels);
   const auto measured = [&](int u, int v) { return inverseDepthAt(image.raw, image.width, u, v); };
-  const auto inverse_depth_at = [&](int u, int v) {
-    return filledInverseDepth(measured, image.width, image.height, {u, v}, limits);
-  };
   for (int kind = 0; kind < kNoiseKinds; ++kind) {
-    const NoiseLine line = noiseLine(inverse_depth_at, image.width, image.height, middle, kind);
+    const NoiseLine line = noiseLine(measured, image.width, image.height, middle, kind, surfels);
     const float variance = noiseVariance(line, kind, surfels);
     if (variance >= 0.0f) atomicAdd(&counts.bins[kind][noiseBin(variance)], 1u);
   }

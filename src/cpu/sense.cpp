@@ -171,18 +171,14 @@ DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
 /// Standard deviation at 1 m about one kind of line; 0 where there is none.
 float FrameSensor::medianNoise(const FrameView& view, int kind) const {
   std::array<uint32_t, kNoiseBins> bins{};
-  const GapLimits limits = gapLimitsOfAnyNoise(surfel_settings_);
   const auto measured = [&](int u, int v) {
     return measured_[static_cast<size_t>(v) * view.width + u];
-  };
-  const auto inverse_depth_at = [&](int u, int v) {
-    return filledInverseDepth(measured, view.width, view.height, {u, v}, limits);
   };
   int lines = 0;
   for (int i = 0; i < kNoisePoints; ++i) {
     const Pixel middle = noisePoint(i, view.width, view.height);
-    if (!(inverse_depth_at(middle.u, middle.v) > 0.0f)) continue;  // nor is there a line
-    const NoiseLine line = noiseLine(inverse_depth_at, view.width, view.height, middle, kind);
+    const NoiseLine line =
+        noiseLine(measured, view.width, view.height, middle, kind, surfel_settings_);
     const float variance = noiseVariance(line, kind, surfel_settings_);
     if (variance < 0.0f) continue;
     ++bins[noiseBin(variance)];

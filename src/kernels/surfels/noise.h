@@ -44,20 +44,29 @@ struct NoiseLine {
   float inverse_depth[kNoiseLength];
 };
 
-/// The line of a kind around a point, of zeros where it does not lie in the image.
-/// `inverse_depth_at(u, v)` gives that of a pixel.
-template <class At>
-DTSDF_HD NoiseLine noiseLine(const At& inverse_depth_at, int width, int height, const Pixel& middle,
-                             int kind) {
+/// The line of a kind around a point, of zeros where it does not lie in the image or a pixel of it
+/// is neither measured nor in a gap. `measured(u, v)` is inverseDepth() of a pixel.
+template <class Measured>
+DTSDF_HD NoiseLine noiseLine(const Measured& measured, int width, int height, const Pixel& middle,
+                             int kind, const SurfelSettings& surfels) {
   const bool is_column = kind == 2;
   const int step_px = isWide(kind) ? kWideStride : 1, reach_px = step_px * kNoiseRadius;
   const int at = is_column ? middle.v : middle.u, count = is_column ? height : width;
   NoiseLine line{};
   if (at < reach_px || at + reach_px >= count) return line;
-  for (int i = 0; i < kNoiseLength; ++i) {
+  const auto pixelOf = [&](int i) {
     const int offset = (i - kNoiseRadius) * step_px;
-    line.inverse_depth[i] = is_column ? inverse_depth_at(middle.u, middle.v + offset)
-                                      : inverse_depth_at(middle.u + offset, middle.v);
+    return is_column ? Pixel{middle.u, middle.v + offset} : Pixel{middle.u + offset, middle.v};
+  };
+  for (int i = 0; i < kNoiseLength; ++i) {  // all at once: most are measured
+    const Pixel pixel = pixelOf(i);
+    line.inverse_depth[i] = measured(pixel.u, pixel.v);
+  }
+  const GapLimits limits = gapLimitsOfAnyNoise(surfels);
+  for (int i = 0; i < kNoiseLength; ++i) {
+    float& value = line.inverse_depth[i];
+    if (value == 0.0f) value = filledInverseDepth(measured, width, height, pixelOf(i), limits);
+    if (!(value > 0.0f)) return NoiseLine{};
   }
   return line;
 }

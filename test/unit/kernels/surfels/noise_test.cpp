@@ -108,6 +108,22 @@ TEST(Noise, ThatNeighboursShareCounts) {
   EXPECT_EQ(combinedNoise({0.0f, 8.0f, 9.0f}, rules), 0.0f);
 }
 
+/// In an image of 9 x 9 with empty columns, as registered images have: the line goes on over gaps
+/// of a pixel, and is none where one is wider.
+TEST(Noise, LinesGoOnOverGaps) {
+  std::vector<float> image(81);
+  for (int i = 0; i < 81; ++i) image[i] = i % 9 % 3 == 1 ? 0.0f : 1.0f + 0.001f * (i % 9);
+  const auto line = [&] {
+    const auto at = [&](int u, int v) { return image[static_cast<size_t>(v * 9 + u)]; };
+    return noiseLine(at, 9, 9, {4, 4}, 0, SurfelSettings{5, 0.03f, SurfelRules(), 0});
+  };
+  for (int i = 0; i < kNoiseLength; ++i) {
+    EXPECT_FLOAT_EQ(line().inverse_depth[i], 1.0f + 0.001f * (i + 1)) << i;
+  }
+  for (int v = 0; v < 9; ++v) image[v * 9 + 5] = 0.0f;
+  for (const float value : line().inverse_depth) EXPECT_EQ(value, 0.0f);
+}
+
 /// In an image of 50 x 50 whose value tells the pixel, about its pixel (25, 25): three samples to
 /// each side, one pixel apart or seven.
 TEST(Noise, LinesLieInRowsAndColumns) {
@@ -115,7 +131,8 @@ TEST(Noise, LinesLieInRowsAndColumns) {
   for (int i = 0; i < 2500; ++i) image[i] = static_cast<float>(i + 1);
   const auto first = [&](const Pixel& middle, int kind) {
     const auto at = [&](int u, int v) { return image[static_cast<size_t>(v * 50 + u)]; };
-    return noiseLine(at, 50, 50, middle, kind).inverse_depth[0];
+    return noiseLine(at, 50, 50, middle, kind, SurfelSettings{5, 0.03f, SurfelRules(), 0})
+        .inverse_depth[0];
   };
   EXPECT_EQ(first({25, 25}, 0), 1273.0f);
   EXPECT_EQ(first({25, 25}, 1), 1255.0f);

@@ -107,10 +107,10 @@ __global__ void __launch_bounds__(kThreads)
 
 /// One thread per pixel.
 __global__ void fillGapsKernel(const float* measured, int32_t width, int32_t height,
-                               SurfelSettings surfels, const DepthNoise* noise,
+                               DepthRange range, SurfelSettings surfels, const DepthNoise* noise,
                                float* inverse_depth) {
   waitForTheOneAhead();
-  const GapLimits limits = gapLimits(surfels, *noise);
+  const GapLimits limits = gapLimits(surfels, range, *noise);
   const auto measured_at = [&](int u, int v) {
     return measured[static_cast<int64_t>(v) * width + u];
   };
@@ -206,7 +206,7 @@ DeviceSensing FrameSensor::sense(const FrameView& frame, const RawDepth& raw) {
       noise_.data());
   DTSDF_CHECK_LAUNCH("invertDepthsKernel");
   launchBehind(fillGapsKernel, rowGrid(frame), kThreads, 0, stream_, measured_.data(), frame.width,
-               frame.height, surfel_settings_, noise_.data(), inverse_depth_.data());
+               frame.height, raw.range, surfel_settings_, noise_.data(), inverse_depth_.data());
   DTSDF_CHECK_LAUNCH("fillGapsKernel");
   launchBehind(fitRowsKernel, rowGrid(frame), kThreads, 0, stream_, image, surfel_settings_,
                noise_.data(), {row_value_.data(), row_slope_.data(), links_.data()});

@@ -187,9 +187,10 @@ FrameView checkedFrameView(const RenderCamera& camera, const Eigen::Isometry3d& 
 constexpr float kFarthest_m = 1e5f;
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params) {
-  const float overflow = frame.encoding == DepthEncoding::kUint16 ? static_cast<float>(kNoDepth16)
-                                                                  : kFarthest_m / frame.unit_m;
-  return {frame.unit_m, params.fusion.min_depth_m, params.fusion.max_depth_m, overflow};
+  const bool is_whole = frame.encoding == DepthEncoding::kUint16;
+  const float overflow = is_whole ? static_cast<float>(kNoDepth16) : kFarthest_m / frame.unit_m;
+  return {frame.unit_m, params.fusion.min_depth_m, params.fusion.max_depth_m, overflow,
+          is_whole ? frame.unit_m : 0.0f};
 }
 
 KeptBall keptBallOf(const DepthFrame& frame, const MapParams& params) {

@@ -17,7 +17,7 @@ struct alignas(64) KeptLine {
   float per_reach, p_k, p_u, p_v, slope_u, slope_v, normal_k, normal_u, normal_v;
   float weight[3];  ///< Of the directions.
   uint8_t axis;
-  bool has_sides;  ///< Which are kept apart, as few lines have any.
+  bool has_sides;  ///< Which are kept apart: those of narrow pixels have none.
   uint8_t direction_count, direction[3];
 
   // cppcheck-suppress uninitMemberVar  ; as a line is

@@ -128,7 +128,7 @@ FrameSensing FrameSensor::sense(const DepthFrame& frame) {
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
   invertDepths(frame);
   const DepthNoise noise = estimateNoise(view);
-  fillGaps(view, noise);
+  fillGaps(view, depthRangeOf(frame, params_), noise);
   linkAndFitRows(view, noise);
   const ImageView image{view, inverse_depth_.data(), row_value_.data(), row_slope_.data(),
                         links_.data()};
@@ -192,11 +192,12 @@ float FrameSensor::medianNoise(const FrameView& view, int kind) const {
 }
 
 /// By filledInverseDepth() only where pixels are empty between two that are not.
-void FrameSensor::fillGaps(const FrameView& view, const DepthNoise& noise) {
+void FrameSensor::fillGaps(const FrameView& view, const DepthRange& range,
+                           const DepthNoise& noise) {
   const int width = view.width, height = view.height;
   inverse_depth_.resize(measured_.size());
   spans_.resize(height);
-  const GapLimits limits = gapLimits(surfel_settings_, noise);
+  const GapLimits limits = gapLimits(surfel_settings_, range, noise);
   const auto measured = [&](int u, int v) { return measured_[static_cast<size_t>(v) * width + u]; };
   struct GapRow {
     std::vector<uint8_t> is_gap;

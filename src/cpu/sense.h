@@ -7,7 +7,7 @@
 #include "cpu/measured_span.h"
 #include "dtsdf_mapping/mapper.h"
 #include "kernels/fusion/fusion_settings.h"
-#include "kernels/surfels/sensing.h"
+#include "kernels/surfels/depth.h"
 
 namespace dtsdf {
 
@@ -24,7 +24,7 @@ class FrameSensor {
   void invertDepths(const DepthFrame& frame);
   DepthNoise estimateNoise(const FrameView& view) const;
   float medianNoise(const FrameView& view, int kind) const;
-  void fillGaps(const FrameView& view, const DepthNoise& noise);
+  void fillGaps(const FrameView& view, const DepthRange& range, const DepthNoise& noise);
   void linkAndFitRows(const FrameView& view, const DepthNoise& noise);
   void findFreeDepths(const FrameSensing& sensing);
   void findMostFree(const FrameView& view);

@@ -200,13 +200,7 @@ bool Engine::hasRoomFor(const MapDemand& demand) {
 }
 
 void Engine::castFoldAndClear(const TouchedCounts& touched, const FrameTurn& turn) {
-  try {
-    backend_->castFoldAndClear(turn);
-  } catch (const BackendError& error) {
-    if (!error.lacksMemory()) throw;
-    throw std::runtime_error(
-        error.what());  // half a frame cannot be taken back, so it is no refusal
-  }
+  backend_->castFoldAndClear(turn);
   ++counters_.frames;
   if (touched.blocks > 0) ++counters_.supporting_frames;
   if (profile_ != nullptr) profile_->work.surfels += touched.surfels;

@@ -1,8 +1,10 @@
 #include "page/paged_meshes.h"
 
+#include <xxhash.h>
+
 #include <algorithm>
 #include <cstring>
-#include <memory>
+#include <iterator>
 #include <utility>
 
 #include "kernels/core/grid.h"
@@ -12,36 +14,30 @@
 namespace dtsdf {
 namespace {
 
+/// Of the file.
+constexpr uint64_t kMeshUnitBytes = 256;
+
 /// What stays in memory: a share of the budget, beside it.
 constexpr size_t kMeshShare = 8, kMostMeshBytes = size_t{64} << 20;
 
-/// Of that, what is on its way to the disk: the rest is for those that stay, and for one more
-/// batch.
-constexpr size_t kMeshesWaitingShare = 10;
+/// Not each mesh that comes has to make room.
+constexpr size_t kSpareShare = 8;
+
+/// A node of the index, with what the system adds.
+constexpr size_t kNodeBytes = 80;
+
+constexpr const char* kMeshesAreFull =
+    "meshes in map/page_folder have reached map/page_max_gb; raise it";
 
 size_t meshBudgetOf(const MapParams& params) {
   if (params.page_folder.empty()) return 0;
   return std::min((static_cast<size_t>(params.max_memory_mb) << 20) / kMeshShare, kMostMeshBytes);
 }
 
-SharedPagedValues pagesOf(const MapParams& params) {
-  if (params.page_folder.empty()) return nullptr;
-  const size_t waiting_bytes = meshBudgetOf(params) / kMeshesWaitingShare;
-  return std::make_shared<PagedValues>(params.page_folder, pageBytesOf(params),
-                                       meshBudgetOf(params) - 2 * waiting_bytes, "meshes",
-                                       std::min(waiting_bytes, PagedValues::kBytesAtOnce));
-}
-
-/// What a record begins with.
-struct RecordHead {
-  PackedKey key;
-  uint32_t vertices, indices, colours;
-};
-
 template <class T>
-void append(const std::vector<T>& from, char*& to) {
-  if (!from.empty()) std::memcpy(to, from.data(), from.size() * sizeof(T));
-  to += from.size() * sizeof(T);
+void append(const std::vector<T>& from, std::vector<char>& to) {
+  const auto* const bytes = reinterpret_cast<const char*>(from.data());
+  to.insert(to.end(), bytes, bytes + from.size() * sizeof(T));
 }
 
 template <class T>
@@ -53,77 +49,148 @@ void take(size_t count, const char*& from, std::vector<T>& to) {
 
 }  // namespace
 
-size_t PagedMesh::bytes() const { return bytesOf(*mesh); }
-
-size_t PagedMesh::recordBytes() const {
-  return sizeof(RecordHead) + bytesOf(*mesh) - sizeof(BlockMesh);
-}
-
-void PagedMesh::writeTo(char* record) const {
-  const RecordHead head{packKey(mesh->key), static_cast<uint32_t>(mesh->vertices.size()),
-                        static_cast<uint32_t>(mesh->triangles.size()),
-                        static_cast<uint32_t>(mesh->colours.size())};
-  std::memcpy(record, &head, sizeof(head));
-  record += sizeof(head);
-  append(mesh->vertices, record);
-  append(mesh->triangles, record);
-  append(mesh->colours, record);
-}
-
-PagedMesh PagedMesh::readFrom(const char* record) {
-  RecordHead head;
-  std::memcpy(&head, record, sizeof(head));
-  record += sizeof(head);
-  auto mesh = std::make_shared<BlockMesh>();
-  mesh->key = unpackKey(head.key);
-  take(head.vertices, record, mesh->vertices);
-  take(head.indices, record, mesh->triangles);
-  take(head.colours, record, mesh->colours);
-  return {std::move(mesh)};
-}
-
 PagedMeshes::PagedMeshes(const MapParams& params)
-    : most_bytes_(meshBudgetOf(params)), pages_(pagesOf(params)), store_(params.voxel_size_m) {}
+    : max_file_bytes_(pageBytesOf(params)),
+      most_bytes_(meshBudgetOf(params)),
+      file_(params.page_folder.empty() ? nullptr : std::make_unique<PageFile>(params.page_folder)),
+      resident_(params.voxel_size_m),
+      runs_(std::min<uint64_t>(max_file_bytes_ / kMeshUnitBytes, UINT32_MAX)),
+      fetched_(params.voxel_size_m) {}
+
+size_t PagedMeshes::recordBytes(const Page& page) {
+  return page.vertices * (sizeof(BlockVertex) + (page.has_colours ? sizeof(VertexColour) : 0)) +
+         page.indices * sizeof(uint16_t);
+}
+
+uint64_t PagedMeshes::unitsOf(const Page& page) {
+  return (recordBytes(page) + kMeshUnitBytes - 1) / kMeshUnitBytes;
+}
 
 void PagedMeshes::put(const SharedBlockMesh& block) {
   const PackedKey key = packedKeyOf(block->key);
-  if (const auto before = items_.find(key); before != items_.end()) erase(before);
-  if (!pages_) store_.put(block);
+  leaveDisk(key);
+  leaveMemory(key);
   if (block->triangles.empty()) return;
-  Item item{{}, bytesOf(*block), block->triangles.size() / 3, !block->colours.empty()};
-  if (pages_) item.mesh = {std::make_shared<const PagedMesh>(PagedMesh{block}), pages_};
-  bytes_ += item.bytes;
-  triangles_ += item.triangles;
-  painted_ += item.is_painted ? 1 : 0;
-  items_.emplace(key, std::move(item));
+  resident_.put(block);
+  bytes_ += bytesOf(*block);
+  painted_ += block->colours.empty() ? 0 : 1;
+  if (file_) places_[key] = order_.insert(order_.end(), key);
+  makeRoom();
 }
 
-void PagedMeshes::erase(Items::iterator item) {
-  bytes_ -= item->second.bytes;
-  triangles_ -= item->second.triangles;
-  painted_ -= item->second.is_painted ? 1 : 0;
-  items_.erase(item);
+void PagedMeshes::leaveMemory(PackedKey key) {
+  const auto found = resident_.blocks().find(key);
+  if (found == resident_.blocks().end()) return;
+  const SharedBlockMesh block = found->second;
+  auto none = std::make_shared<BlockMesh>();
+  none->key = block->key;
+  resident_.put(std::move(none));
+  bytes_ -= bytesOf(*block);
+  painted_ -= block->colours.empty() ? 0 : 1;
+  const auto place = places_.find(key);
+  if (place == places_.end()) return;
+  order_.erase(place->second);
+  places_.erase(place);
+}
+
+void PagedMeshes::leaveDisk(PackedKey key) {
+  const auto found = pages_.find(key);
+  if (found == pages_.end()) return;
+  const Page page = found->second;
+  const uint64_t end = runs_.end();
+  runs_.give(page.first_unit, unitsOf(page));
+  pages_.erase(found);
+  paged_triangles_ -= page.indices / 3;
+  painted_ -= page.has_colours ? 1 : 0;
+  if (runs_.end() < end) file_->truncate(runs_.end() * kMeshUnitBytes);
+}
+
+/// Those that changed longest ago go.
+void PagedMeshes::makeRoom() {
+  if (!file_ || bytes_ <= most_bytes_) return;
+  while (bytes_ > most_bytes_ - most_bytes_ / kSpareShare && !order_.empty()) {
+    const PackedKey key = order_.front();
+    const auto found = resident_.blocks().find(key);
+    if (found == resident_.blocks().end()) {  // memory lacked when it was put
+      places_.erase(key);
+      order_.pop_front();
+      continue;
+    }
+    if (!writeOut(*found->second)) return;
+    leaveMemory(key);
+  }
+}
+
+/// @return whether it did; it is in memory still.
+bool PagedMeshes::writeOut(const BlockMesh& block) {
+  std::vector<char> record;
+  record.reserve(bytesOf(block));
+  append(block.vertices, record);
+  append(block.triangles, record);
+  append(block.colours, record);
+  Page page{XXH3_64bits(record.data(), record.size()), 0,
+            static_cast<uint32_t>(block.vertices.size()),
+            static_cast<uint32_t>(block.triangles.size()), !block.colours.empty()};
+  leaveDisk(packedKeyOf(block.key));  // memory lacked when it was to leave for there
+  const auto first = runs_.take(unitsOf(page));
+  if (!first) return fail(kMeshesAreFull);
+  page.first_unit = static_cast<uint32_t>(*first);
+  const std::string problem = file_->write(*first * kMeshUnitBytes, record.data(), record.size());
+  if (!problem.empty()) {
+    runs_.give(*first, unitsOf(page));
+    return fail(problem);
+  }
+  pages_.emplace(packedKeyOf(block.key), page);
+  paged_triangles_ += page.indices / 3;
+  painted_ += page.has_colours ? 1 : 0;
+  return true;
+}
+
+bool PagedMeshes::fail(const std::string& problem) {
+  stats_.problem = problem;
+  ++stats_.failures;
+  return false;
 }
 
 SharedBlockMesh PagedMeshes::find(PackedKey key) {
-  if (!pages_) {
-    const auto found = store_.blocks().find(key);
-    return found == store_.blocks().end() ? nullptr : found->second;
+  const auto found = resident_.blocks().find(key);
+  if (found != resident_.blocks().end()) return found->second;
+  const auto page = pages_.find(key);
+  return page == pages_.end() ? nullptr : read(key, page->second);
+}
+
+/// One that is damaged is there no longer.
+SharedBlockMesh PagedMeshes::read(PackedKey key, const Page& page) {
+  std::vector<char> record(recordBytes(page));
+  bool is_short = false;
+  const std::string problem =
+      file_->read(page.first_unit * kMeshUnitBytes, record.data(), record.size(), is_short);
+  if (!problem.empty() && !is_short) {
+    fail(problem);
+    return nullptr;
   }
-  const auto item = items_.find(key);
-  if (item == items_.end()) return nullptr;
-  if (const auto value = item->second.mesh.get()) return value->mesh;
-  if (item->second.mesh.isLost()) erase(item);
-  return nullptr;
+  if (is_short || XXH3_64bits(record.data(), record.size()) != page.checksum) {
+    stats_.problem = "what was read from map/page_folder is damaged; check the disk";
+    ++stats_.lost;
+    leaveDisk(key);
+    return nullptr;
+  }
+  auto block = std::make_shared<BlockMesh>();
+  block->key = unpackKey(key);
+  const char* from = record.data();
+  take(page.vertices, from, block->vertices);
+  take(page.indices, from, block->triangles);
+  take(page.has_colours ? page.vertices : 0, from, block->colours);
+  return block;
 }
 
 const MeshStore& PagedMeshes::holding(const std::vector<PackedKey>& keys) {
-  if (!pages_) return store_;
-  store_.clear();
+  if (pages_.empty()) return resident_;
+  fetched_.clear();
   for (const PackedKey key : keys) {
-    if (SharedBlockMesh block = find(key)) store_.put(std::move(block));
+    if (SharedBlockMesh block = find(key)) fetched_.put(std::move(block));
   }
-  return store_;
+  return fetched_;
 }
 
 void PagedMeshes::stream(const MeshStream::Sink& sink) {
@@ -138,17 +205,31 @@ void PagedMeshes::stream(const MeshStream::Sink& sink) {
 }
 
 std::vector<PackedKey> PagedMeshes::keys() const {
-  std::vector<PackedKey> keys;
-  keys.reserve(items_.size());
-  for (const auto& [key, item] : items_) keys.push_back(key);
-  return keys;
+  std::vector<PackedKey> in_memory, on_disk, all;
+  for (const auto& [key, block] : resident_.blocks()) in_memory.push_back(key);
+  for (const auto& [key, page] : pages_) on_disk.push_back(key);
+  std::set_union(in_memory.begin(), in_memory.end(), on_disk.begin(), on_disk.end(),
+                 std::back_inserter(all));
+  return all;
 }
 
 void PagedMeshes::clear(float voxel_size_m) {
-  items_.clear();
-  bytes_ = triangles_ = painted_ = 0;
-  store_ = MeshStore(voxel_size_m);
-  if (pages_) pages_->resetCounts();
+  resident_ = MeshStore(voxel_size_m);
+  fetched_ = MeshStore(voxel_size_m);
+  order_.clear();
+  places_.clear();
+  pages_.clear();
+  bytes_ = paged_triangles_ = painted_ = 0;
+  stats_ = Stats();
+  runs_.clear();
+  if (file_) file_->truncate(0);
+}
+
+PagedMeshes::Stats PagedMeshes::stats() const {
+  Stats stats = stats_;
+  stats.bytes = runs_.inUse() * kMeshUnitBytes;
+  stats.index_bytes = pages_.size() * kNodeBytes + runs_.bytes();
+  return stats;
 }
 
 }  // namespace dtsdf

@@ -10,6 +10,9 @@ namespace {
 /// Of the file. Records are filled up to it.
 constexpr uint64_t kValueUnitBytes = 256;
 
+/// Of values that are written at once.
+constexpr size_t kValuesAtOnce = size_t{1} << 20;
+
 /// Beside what stays in memory, on its way to the disk; and what is written beyond what has to be,
 /// so that not each value has to make room.
 constexpr size_t kWaitingShare = 8, kFreedShare = 8;
@@ -23,18 +26,18 @@ constexpr int kTriesToTake = 4;
 /// An entry, and its node in a table, with what the system adds.
 constexpr size_t kEntryBytes = 240;
 
+constexpr const char* kCellsAreFull =
+    "cells of space in map/page_folder have reached map/page_max_gb; raise it";
+
 size_t unitsOf(size_t bytes) { return (bytes + kValueUnitBytes - 1) / kValueUnitBytes; }
 
 }  // namespace
 
-PagedValues::PagedValues(const std::string& folder, uint64_t max_bytes, size_t most_bytes,
-                         std::string name, size_t bytes_at_once)
+PagedValues::PagedValues(const std::string& folder, uint64_t max_bytes, size_t most_bytes)
     : file_(folder),
-      queue_(file_, std::max(most_bytes / kWaitingShare, bytes_at_once)),
+      queue_(file_, std::max(most_bytes / kWaitingShare, kValuesAtOnce)),
       runs_(max_bytes / kValueUnitBytes),
-      most_bytes_(most_bytes),
-      bytes_at_once_(bytes_at_once),
-      name_(std::move(name)) {}
+      most_bytes_(most_bytes) {}
 
 std::shared_ptr<PagedValues::Entry> PagedValues::keep(std::shared_ptr<const void> value,
                                                       const ValueKind& kind) {
@@ -108,7 +111,6 @@ void PagedValues::bring(Entry& entry) {
     const std::string problem =
         file_.read(entry.offset, record.data(), entry.record_bytes, is_short);
     if (!problem.empty() && !is_short) {
-      ++stats_.unread;
       fail(problem);
       return;
     }
@@ -135,7 +137,7 @@ void PagedValues::makeRoom() {
     std::vector<Entry*> batch;
     size_t batch_bytes = 0;
     for (auto next = order_.begin(); next != order_.end(); ++next) {
-      if (bytes_ - batch_bytes <= aim || batch_bytes >= bytes_at_once_) break;
+      if (bytes_ - batch_bytes <= aim || batch_bytes >= kValuesAtOnce) break;
       batch.push_back(*next);
       batch_bytes += (*next)->bytes;
     }
@@ -170,7 +172,7 @@ std::string PagedValues::takeRoom(const std::vector<Entry*>& entries,
     if (entry->record_bytes > 0) continue;
     const size_t units = unitsOf(entry->kind->record_bytes(entry->value.get()));
     const auto first = runs_.take(units);
-    if (!first) return name_ + " in map/page_folder have reached map/page_max_gb; raise it";
+    if (!first) return kCellsAreFull;
     entry->offset = *first * kValueUnitBytes;
     entry->record_bytes = units * kValueUnitBytes;
     written.push_back(entry);

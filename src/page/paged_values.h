@@ -46,7 +46,6 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
     size_t bytes = 0;        ///< Of the disk.
     size_t index_bytes = 0;  ///< Of memory, that it takes to know of them, about.
     uint64_t failures = 0;   ///< Reads and writes that failed, or found the folder full.
-    uint64_t unread = 0;     ///< Of these, reads.
     uint64_t lost = 0;       ///< Values that did not come back as they were.
     DiskWaits waits;         ///< For the disk, since the start.
     std::string problem;     ///< What the last failure was; empty: there was none.
@@ -69,16 +68,10 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
     bool is_lost = false;
   };
 
-  /// Of values that are written at once.
-  static constexpr size_t kBytesAtOnce = size_t{1} << 20;
-
   /// @param max_bytes Of the file.
-  /// @param most_bytes What stays in memory, beside what is on its way to the disk: an eighth of
-  /// it, or what is written at once.
-  /// @param name What values are, for those who read what went wrong.
+  /// @param most_bytes What stays in memory.
   /// @throws std::runtime_error where the folder cannot be written.
-  PagedValues(const std::string& folder, uint64_t max_bytes, size_t most_bytes,
-              std::string name = "cells of space", size_t bytes_at_once = kBytesAtOnce);
+  PagedValues(const std::string& folder, uint64_t max_bytes, size_t most_bytes);
 
   std::shared_ptr<Entry> keep(std::shared_ptr<const void> value, const ValueKind& kind);
 
@@ -116,8 +109,7 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   PageFile file_;
   PageQueue queue_;
   FreeRuns runs_;
-  const size_t most_bytes_, bytes_at_once_;
-  const std::string name_;
+  const size_t most_bytes_;
   std::list<Entry*> order_;  ///< Of those in memory, those that were used longest ago first.
   size_t bytes_ = 0;         ///< Of these.
   size_t entries_ = 0;

@@ -56,7 +56,7 @@ class MapperSession {
  public:
   /// An empty map. @throws as makeMapper() does.
   explicit MapperSession(const MapperParams& params);
-  /// Continues from contents, which it empties. @throws as makeMapper() does.
+  /// Continues from contents. @throws as makeMapper() does.
   MapperSession(const MapperParams& params, const MapContents& contents);
   ~MapperSession();
 

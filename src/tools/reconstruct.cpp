@@ -149,10 +149,10 @@ void checkOutputs(const ReconstructOptions& options) {
 /// Calls `read`. @throws std::runtime_error where some of the mesh could not be read.
 template <class Read>
 void readMeshes(const PagedMeshes& meshes, const Read& read) {
-  const uint64_t unread = meshes.stats().unread;
+  const uint64_t failures = meshes.stats().failures;
   read();
   const PagedMeshes::Stats stats = meshes.stats();
-  if (stats.unread > unread) throw std::runtime_error("no mesh was saved: " + stats.problem);
+  if (stats.failures > failures) throw std::runtime_error("no mesh was saved: " + stats.problem);
 }
 
 /// Piece by piece.

@@ -268,4 +268,9 @@ void expectEqualContents(const MapContents& expected, const MapContents& actual)
   ASSERT_TRUE(sameBytes(actual.colours, expected.colours));
 }
 
+bool isAllocation(const std::string& message) {
+  return message.find("cudaHostAlloc(") != std::string::npos ||
+         message.find("cudaMalloc(") != std::string::npos;
+}
+
 }  // namespace dtsdf

@@ -68,4 +68,8 @@ void expectEqualMaps(ProbedMapper& expected, ProbedMapper& actual);
 void expectEqualSpaces(Space& expected, Space& actual);
 void expectEqualContents(const MapContents& expected, const MapContents& actual);
 
+/// Whether a failure is that of a call that can lack memory. Tests have others fail as well, which
+/// never do: what they leave is not looked at.
+bool isAllocation(const std::string& message);
+
 }  // namespace dtsdf

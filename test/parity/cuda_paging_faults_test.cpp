@@ -13,13 +13,6 @@
 namespace dtsdf {
 namespace {
 
-/// Calls that can lack memory. Others are told to as well, which they never do: what they leave is
-/// not looked at.
-bool isAllocation(const std::string& message) {
-  return message.find("cudaHostAlloc(") != std::string::npos ||
-         message.find("cudaMalloc(") != std::string::npos;
-}
-
 /// The map has each of them once.
 void expectAscendingKeys(const MapContents& contents) {
   for (size_t i = 1; i < contents.blocks.size(); ++i) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <thread>
 #include <vector>
 
 #include "ros/support/mesh_watcher.h"
@@ -118,6 +119,21 @@ TEST_F(ClearRegionTest, AllSpaceLeavesAnEmptyMap) {
   EXPECT_EQ(status_.status().map_bytes, 0u);
   fuseFrames(1);
   EXPECT_TRUE(waitUntil([&] { return status_.status().blocks > 0; }));
+}
+
+TEST_F(ClearRegionTest, ConcurrentCallsAreServedOneByOne) {
+  std::vector<std::thread> callers;
+  std::vector<ClearRegion::Response> answers(8);
+  for (size_t i = 0; i < answers.size(); ++i) {
+    callers.emplace_back([&, i] { answers[i] = call(sphereAt(0.0, 0.0, 1.0, 0.3)); });
+  }
+  for (std::thread& caller : callers) caller.join();
+  size_t emptied = 0;
+  for (const auto& answer : answers) {
+    EXPECT_TRUE(answer.success) << answer.message;
+    emptied += answer.voxels > 0;
+  }
+  EXPECT_EQ(emptied, 1u) << "the first one leaves the others nothing";
 }
 
 TEST_F(ClearRegionTest, BadRequestsAreRefusedInWords) {

@@ -308,6 +308,20 @@ TEST_F(Correction, MappingGoesOnMeanwhile) {
   EXPECT_LT(std::stod(rest.message.substr(rest.message.find(by) + by.size())), 0.03);
 }
 
+TEST_F(Correction, EndsWhereTheMapIsEmptied) {
+  drive(60, drifted);
+  saveTrajectory(posesOf(truth), in("empty.txt"));
+  std::future<Answer> answer =
+      std::async(std::launch::async, callCorrect, "/mapping", "empty.txt", "", "");
+  ASSERT_TRUE(waitUntil([&] { return status_.status().correction_total > 0; }));
+  clearMap();
+  const Answer refused = answer.get();
+  EXPECT_FALSE(refused.success);
+  EXPECT_NE(refused.message.find("emptied meanwhile"), std::string::npos) << refused.message;
+  drive(3, truth);
+  expectLogLeadsToMap();
+}
+
 /// A node of its own that is killed at some moment of a correction: its log leads to the map as it
 /// was, or to the corrected one.
 TEST_F(Correction, MayBeCutOffByAKill) {

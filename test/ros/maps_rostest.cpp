@@ -196,6 +196,19 @@ TEST_F(MapsTest, AreRefusedWhereTheyDoNotFit) {
   EXPECT_TRUE(loadMapFrom("unnamed.dtsdf").success) << "a frame without a name may be this one";
 }
 
+TEST_F(MapsTest, AreRefusedWhereTheyAreDamaged) {
+  const std::string good = readBytes(saveMapAs("good.dtsdf").path);
+  expectRefused("missing.dtsdf", "cannot read");
+  writeBytes(in("cut.dtsdf"), good.substr(0, good.size() / 2));
+  expectRefused("cut.dtsdf", "damaged");
+  std::string flipped = good;
+  flipped[good.size() / 2] = static_cast<char>(flipped[good.size() / 2] ^ 4);
+  writeBytes(in("flipped.dtsdf"), flipped);
+  expectRefused("flipped.dtsdf", "damaged");
+  writeBytes(in("text.dtsdf"), "no map at all, whatever its name says");
+  expectRefused("text.dtsdf", "is not a map file");
+}
+
 /// What names are refused is OutputPath's; the services go by it.
 TEST_F(MapsTest, LieUnderTheOutputDirectory) {
   expectRefused("../map.dtsdf", "output_directory");

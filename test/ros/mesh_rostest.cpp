@@ -2,8 +2,10 @@
 #include <dtsdf_mapping/MeshBlocks.h>
 #include <dtsdf_mapping/SaveMesh.h>
 #include <gtest/gtest.h>
+
 #include <sensor_msgs/PointCloud2.h>
 #include <sys/wait.h>
+#include <thread>
 
 #include <cmath>
 #include <cstdio>
@@ -307,6 +309,21 @@ TEST_F(MeshTest, SavesASimplerMeshAndTellsItsError) {
     EXPECT_FALSE(call.response.success);
     EXPECT_NE(call.response.message.find("simplify_error_m"), std::string::npos);
   }
+}
+
+/// Also while the node is paused.
+TEST_F(MeshTest, ConcurrentCallsAllSaveTheSame) {
+  pauseMapping(true);
+  std::vector<std::thread> callers;
+  for (int i = 0; i < 6; ++i) {
+    callers.emplace_back([i] { EXPECT_TRUE(saveMesh(std::to_string(i % 3) + ".glb").success); });
+  }
+  for (std::thread& caller : callers) caller.join();
+  const std::string bytes = readBytes(saveMesh("alone.glb").path);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_TRUE(readBytes(folder_ + "/" + std::to_string(i) + ".glb") == bytes);
+  }
+  pauseMapping(false);
 }
 
 }  // namespace

@@ -6,10 +6,10 @@
 ///
 /// A voxel claims that there is a surface at its foot: the nearest point of that surface, by the
 /// voxel's distance and the gradient of its array. The frame contradicts it if it sees free space
-/// there, in all of the 3 x 3 pixels around that the image has: each was measured, and is farther
-/// away. So a voxel beside or behind something thin is not held against
-/// it, and where nothing is measured nothing is contradicted. A voxel that holds no distance is
-/// looked at where it is, with its cells.
+/// there, in all of the 3 x 3 pixels around that the image has: each was measured, or is a filled
+/// gap, and is farther away. So a voxel beside or behind something thin is not held against it, and
+/// where nothing is measured nothing is contradicted. A voxel that holds no distance is looked at
+/// where it is, with its cells.
 ///
 /// A frame that covers the voxel looks at its anchor instead. It supports the surface only if its
 /// own pixel does not see free space there: so a surface ends where as many images see it as see
@@ -66,7 +66,7 @@ DTSDF_HD float freeBefore(const FrameSensing& sensing, const Pixel& pixel, float
   return depth_m - margin_m * norm(n) * depth_m;
 }
 
-/// Depth in metres up to which the ray of a pixel is free; 0 where it is not measured. What lies
+/// Depth in metres up to which the ray of a pixel is free; 0 where it is empty. What lies
 /// before a measurement beyond the range that is fused is free as well.
 DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
                          const FusionSettings& fusion) {

@@ -32,8 +32,9 @@ DTSDF_HD float noiseInVoxels(const FrameSensing& sensing, float depth_m) {
   return noise * depth_m * depth_m / sensing.image.frame.voxel_size_m;
 }
 
-/// Half of a subpixel on its plane, along the image's rows and columns, in voxels with the axes of
-/// its line, and the inverses of their squared lengths; all 0 where a surfel is a point.
+/// Half of a wide pixel or a subpixel on its plane, along the image's rows and columns, in voxels
+/// with the axes of its line, and the inverses of their squared lengths; all 0 where a surfel is a
+/// point.
 struct MeasuredSides {
   Vec3f across, down;
   float per_across, per_down;
@@ -142,9 +143,10 @@ struct CornerSample {
   uint32_t point_key;
 };
 
-/// The corner is du, dv (0 or 1) up from the cell's lower one; `shifts` is from pointShifts(). Of a
-/// subpixel the measured point is the one nearest to the corner's foot: its surface goes on to the
-/// next one. No loops or branches, so that compilers turn a loop of it into vector instructions.
+/// The corner is du, dv (0 or 1) up from the cell's lower one; `shifts` is from pointShifts(). If
+/// it has sides the measured point is the one nearest to the corner's foot: its surface goes on to
+/// the next one. No loops or branches, so that compilers turn a loop of it into vector
+/// instructions.
 template <bool kHasSides>
 DTSDF_HD CornerSample sampleCorner(const SampleLine& line, const Vec3i& shifts,
                                    const CellCrossing& at, int du, int dv) {

@@ -9,6 +9,7 @@ namespace dtsdf {
 /// on there is none: the largest of 16 bits, which drivers use for "out of range".
 struct DepthRange {
   float unit_m, min_m, max_m, overflow;
+  float rounded_to_m;  ///< The unit of whole numbers; 0 for floats.
 };
 
 /// Inverse depth of a raw value in 1/m; 0 where nothing is measured, or too near. Negative where it
@@ -31,31 +32,38 @@ DTSDF_HD bool isEdgeBetween(float a, float b, float depth_jump) {
 
 /// What a gap is filled by.
 struct GapLimits {
-  float depth_jump;        ///< Largest share by which depths on both sides of it may differ.
-  DepthNoise off_a_plane;  ///< How far it may be off a plane.
+  float depth_jump;  ///< Largest share by which depths on both sides of it may differ.
+  float noise_level;
+  DepthNoise noise;
+  float unit_m;  ///< Of whole numbers, which depths are rounded to; else 0.
 };
 
-DTSDF_HD GapLimits gapLimits(const SurfelSettings& surfels, const DepthNoise& noise) {
-  return {surfels.depth_jump, {surfels.rules.noise_level * noise.sigma, noise.in_depth}};
+DTSDF_HD GapLimits gapLimits(const SurfelSettings& surfels, const DepthRange& range,
+                             const DepthNoise& noise) {
+  return {surfels.depth_jump, surfels.rules.noise_level, noise, range.rounded_to_m};
 }
 
 /// Those that hold until noise is known, to estimate it.
 DTSDF_HD GapLimits gapLimitsOfAnyNoise(const SurfelSettings& surfels) {
-  return {surfels.depth_jump, {1e30f, surfels.noise_in_depth}};
+  return {surfels.depth_jump, 1.0f, {1e30f, surfels.noise_in_depth}, 0.0f};
+}
+
+/// How far a plane that goes through a gap may be off, in 1/m: what noise explains of a difference,
+/// rounding to whole units, as in predictsGap(), and that of floats.
+DTSDF_HD float gapTolerance(const GapLimits& limits, float inverse_depth) {
+  constexpr float kUnits = 1.5f, kRounding = 2e-6f;
+  return noiseOfStep(limits.noise, inverse_depth, limits.noise_level) +
+         inverse_depth * (kUnits * limits.unit_m * inverse_depth + kRounding);
 }
 
 /// Whether the pixels on one side of a gap predict it; one that is not measured does not object.
 DTSDF_HD bool predictsGap(float beside, float behind_it, float in_gap, float tolerance) {
-  return behind_it == 0.0f || fabsf((beside + beside - behind_it) - in_gap) <= tolerance;
+  return behind_it == 0.0f || fabsf((beside + beside - fabsf(behind_it)) - in_gap) <= tolerance;
 }
 
-/// Share of an inverse depth by which rounding moves it off the plane of an image without noise.
-constexpr float kDepthRounding = 2e-6f;
-
-/// Inverse depth of a pixel, that of a gap if it is not measured between two that are. On a plane
-/// that the two and those behind them predict it is the mean of the two, of the pair that differs
-/// least. Else it is that of the nearest, negative: no surface is made of it, but up to there it is
-/// free. 0 in a wider gap. Registered and rectified images have lines of such pixels all over.
+/// Inverse depth of a pixel, that of a gap if it is not measured between two that are, on a plane
+/// that these and those behind them predict: the mean of the two, of the pair across it that
+/// differs least. Else 0. Registered and rectified images have lines of such pixels all over.
 /// `measured(u, v)` is inverseDepth() of a pixel.
 template <class Measured>
 DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int height,
@@ -64,26 +72,29 @@ DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int heigh
   if (own != 0.0f) return own;
   constexpr int kPairs = 4;
   constexpr int kRight[kPairs] = {1, 0, 1, 1}, kDown[kPairs] = {0, 1, 1, -1};
-  constexpr float kNone = 1e30f;
-  float least_step = kNone, mean = 0.0f, nearest = 0.0f;
+  const auto at = [&](int pair, int steps) {
+    const int u = pixel.u + steps * kRight[pair], v = pixel.v + steps * kDown[pair];
+    return u >= 0 && v >= 0 && u < width && v < height ? measured(u, v) : 0.0f;
+  };
+  float before[kPairs], after[kPairs];
+  for (int i = 0; i < kPairs; ++i) {  // all at once, before any is asked
+    before[i] = at(i, -1);
+    after[i] = at(i, 1);
+  }
+  float least_step = 1e30f, mean = 0.0f;
   for (int i = 0; i < kPairs; ++i) {
-    const auto at = [&](int steps) {
-      const int u = pixel.u + steps * kRight[i], v = pixel.v + steps * kDown[i];
-      return u >= 0 && v >= 0 && u < width && v < height ? measured(u, v) : 0.0f;
-    };
-    const float a = at(-1), b = at(1);
-    if (a == 0.0f || b == 0.0f) continue;
-    nearest = maximum(nearest, maximum(fabsf(a), fabsf(b)));
-    const float step = fabsf(b - a), in_gap = 0.5f * (a + b);
-    if (isEdgeBetween(a, b, limits.depth_jump) || step >= least_step) continue;
-    const float tolerance = noiseAt(limits.off_a_plane, in_gap) + kDepthRounding * fabsf(in_gap);
-    if (!predictsGap(a, at(-2), in_gap, tolerance) || !predictsGap(b, at(2), in_gap, tolerance)) {
+    const float a = before[i], b = after[i], step = fabsf(b - a), in_gap = 0.5f * (a + b);
+    if (a == 0.0f || isEdgeBetween(a, b, limits.depth_jump) || step >= least_step) continue;
+    const float tolerance = gapTolerance(limits, fabsf(in_gap));
+    // Measurements beyond the range are negative, on both sides of it or on none.
+    if (!predictsGap(fabsf(a), at(i, -2), fabsf(in_gap), tolerance) ||
+        !predictsGap(fabsf(b), at(i, 2), fabsf(in_gap), tolerance)) {
       continue;
     }
     least_step = step;
     mean = in_gap;
   }
-  return least_step < kNone ? mean : -nearest;
+  return mean;
 }
 
 }  // namespace dtsdf

@@ -44,8 +44,9 @@ struct NoiseLine {
   float inverse_depth[kNoiseLength];
 };
 
-/// The line of a kind around a point, of zeros where it does not lie in the image or a pixel of it
-/// is neither measured nor in a gap. `measured(u, v)` is inverseDepth() of a pixel.
+/// The line of a kind around a point, of zeros where it does not lie in the image, its middle is
+/// not measured, or another pixel of it is neither measured nor in a gap. `measured(u, v)` is
+/// inverseDepth() of a pixel.
 template <class Measured>
 DTSDF_HD NoiseLine noiseLine(const Measured& measured, int width, int height, const Pixel& middle,
                              int kind, const SurfelSettings& surfels) {
@@ -58,6 +59,7 @@ DTSDF_HD NoiseLine noiseLine(const Measured& measured, int width, int height, co
     const int offset = (i - kNoiseRadius) * step_px;
     return is_column ? Pixel{middle.u, middle.v + offset} : Pixel{middle.u + offset, middle.v};
   };
+  if (!(measured(middle.u, middle.v) > 0.0f)) return line;
   for (int i = 0; i < kNoiseLength; ++i) {  // all at once: most are measured
     const Pixel pixel = pixelOf(i);
     line.inverse_depth[i] = measured(pixel.u, pixel.v);

@@ -27,6 +27,9 @@ struct Subdivision {
 /// five voxels.
 constexpr int kThirds = 3;
 
+/// Centres so far apart, in voxels, leave no gaps in the mesh; those of 0.6 do.
+constexpr float kCloseTogether = 0.5f;
+
 DTSDF_HD int subpixelCount(const Subdivision& subdivision) {
   return subdivision.across * subdivision.down;
 }
@@ -50,7 +53,7 @@ DTSDF_HD bool continuesPlane(const FrameSensing& sensing, const Pixel& pixel,
 
 /// How a measured pixel with a plane is subdivided: where the map could tell its ends, and
 /// its neighbours to both sides continue its surface. These also show how far the surface goes on,
-/// which pixels that are narrow enough to be merged have no need to know.
+/// which matters unless the centres of pixels are close together.
 DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pixel,
                                     const PixelPlane& plane, const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
@@ -67,7 +70,7 @@ DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pi
     const float width_m = voxels * frame.voxel_size_m;
     return dot(step_m, step_m) > width_m * width_m;
   };
-  const float narrow = surfels.rules.merged_width, wide = surfels.rules.same_voxels;
+  const float wide = surfels.rules.same_voxels, narrow = minimum(kCloseTogether, wide);
   Subdivision subdivision{1, 1};
   if (isWiderThan(across, narrow) &&
       continuesPlane(sensing, pixel, {u - 1, v}, kLinkRight, -plane.slope_u, surfels) &&

@@ -118,10 +118,10 @@ void MeshOutput::updateReport() {
 /// Nothing is saved where some of it cannot be read now; without what is damaged it is.
 SavedMesh MeshOutput::save(const std::string& path, const SaveChoice& choice) {
   takeChanges();
-  const uint64_t unread = meshes_.stats().unread;
+  const uint64_t failures = meshes_.stats().failures;
   const auto check = [&] {
     const PagedMeshes::Stats stats = meshes_.stats();
-    if (stats.unread == unread) return;
+    if (stats.failures == failures) return;
     meshes_.dropFetched();
     throw std::runtime_error("nothing was saved: " + stats.problem);
   };

@@ -135,9 +135,9 @@ void MeshPublisher::catchUp(PagedMeshes& meshes, const ros::Time& stamp, const Q
   const ChunkLattice lattice(meshes.voxelSize(), chunk_blocks_);
   const auto pack = [&](PackedKey chunk) -> std::optional<PackedChunk> {
     const std::vector<PackedKey> blocks = chunks_.blocksOf(chunk);
-    const uint64_t unread = meshes.stats().unread;
+    const uint64_t failures = meshes.stats().failures;
     const MeshStore& store = meshes.holding(blocks);
-    if (meshes.stats().unread > unread) return std::nullopt;
+    if (meshes.stats().failures > failures) return std::nullopt;
     return packChunk(store, lattice, chunks_.cornerOf(chunk), blocks);
   };
   const ChunkTopic::Source source{chunks_, pack, lattice.step_m, stamp};

@@ -52,7 +52,8 @@ TEST(Sense, HasTheBitsOfTheRulesPixelByPixel) {
       const float sign = depth_m > range.max_m ? -1.0f : 1.0f;
       return is_measured ? sign / depth_m : 0.0f;
     };
-    const GapLimits limits = gapLimits(makeSurfelSettings(params, SurfelRules()), sensing.noise);
+    const GapLimits limits =
+        gapLimits(makeSurfelSettings(params, SurfelRules()), range, sensing.noise);
     for (size_t i = 0; i < count; ++i) {
       const Pixel pixel{static_cast<int>(i) % width, static_cast<int>(i) / width};
       ASSERT_EQ(inverse[i], filledInverseDepth(measured, width, kHeight, pixel, limits)) << i;

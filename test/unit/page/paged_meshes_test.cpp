@@ -3,11 +3,12 @@
 #include "page/paged_meshes.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <random>
-#include <thread>
 
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "io/ply_stream.h"
@@ -118,14 +119,6 @@ class PagedMeshesTest : public testing::Test {
     }
     return "";
   }
-  /// Once what was on its way there is done with.
-  void expectFileIsCut() const {
-    const std::string file = pageFile();
-    for (int i = 0; i < 5000 && std::filesystem::file_size(file) > 0; ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    EXPECT_EQ(std::filesystem::file_size(file), 0u) << "its space is given back";
-  }
 
   TemporaryFolder folder_, pages_;
   PagedMeshes meshes_{paramsIn(pages_.path())};
@@ -168,7 +161,7 @@ TEST_F(PagedMeshesTest, FollowChanges) {
   }
   EXPECT_EQ(meshes_.triangleCount() + meshes_.bytes() + meshes_.stats().bytes, 0u);
   EXPECT_FALSE(meshes_.isPainted());
-  expectFileIsCut();
+  EXPECT_EQ(std::filesystem::file_size(pageFile()), 0u) << "its space is given back";
 }
 
 TEST_F(PagedMeshesTest, AreChosenByTheirKeys) {
@@ -185,7 +178,6 @@ TEST_F(PagedMeshesTest, FindDamage) {
   const size_t triangles = meshes_.triangleCount(), blocks = meshes_.keys().size();
   const std::string file = pageFile();
   ASSERT_NE(file, "");
-  while (meshes_.bytes() > meshes_.mostBytes() * 4 / 5) std::this_thread::yield();  // it is written
   std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(200).put('x').put('y');
   size_t found = 0;
   for (const PackedKey key : meshes_.keys()) found += meshes_.find(key) ? 1 : 0;
@@ -198,13 +190,41 @@ TEST_F(PagedMeshesTest, FindDamage) {
   expectSame();
 }
 
+/// What cannot be written stays in memory, and goes once the disk takes it.
+TEST_F(PagedMeshesTest, SurviveADiskThatRefuses) {
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{100000, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+  for (const SharedBlockMesh& block : meshesOfARoom()) put(block);
+  setrlimit(RLIMIT_FSIZE, &before);
+  EXPECT_GT(meshes_.bytes(), meshes_.mostBytes());
+  EXPECT_GT(meshes_.stats().failures, 0u);
+  EXPECT_NE(meshes_.stats().problem.find("map/page_folder"), std::string::npos);
+  ASSERT_NO_FATAL_FAILURE(expectSame());
+  put(meshesOfARoom().back());
+  EXPECT_LE(meshes_.bytes(), meshes_.mostBytes());
+  expectSame();
+}
+
+TEST_F(PagedMeshesTest, StayInMemoryAtTheLimitOfTheFile) {
+  MapParams params = paramsIn(pages_.path());
+  params.page_max_gb = 0.0001f;
+  PagedMeshes limited(params);
+  for (const SharedBlockMesh& block : meshesOfARoom()) limited.put(block);
+  EXPECT_LE(limited.stats().bytes, size_t{110000});
+  EXPECT_GT(limited.bytes(), limited.mostBytes());
+  EXPECT_NE(limited.stats().problem.find("map/page_max_gb"), std::string::npos);
+}
+
 TEST_F(PagedMeshesTest, AreForgotten) {
   ASSERT_NO_FATAL_FAILURE(putAll());
   meshes_.clear(0.1f);
   EXPECT_EQ(meshes_.voxelSize(), 0.1f);
   EXPECT_EQ(meshes_.triangleCount() + meshes_.bytes() + meshes_.stats().bytes, 0u);
   EXPECT_TRUE(meshes_.keys().empty());
-  expectFileIsCut();
+  EXPECT_EQ(std::filesystem::file_size(pageFile()), 0u);
   reference_.clear();
   putAll();
   expectSame();

@@ -1,4 +1,4 @@
-// Where the surface of a subpixel was measured, against points all over it.
+// Where the surface of a wide pixel or a subpixel was measured, against points all over it.
 #include <gtest/gtest.h>
 
 #include <algorithm>

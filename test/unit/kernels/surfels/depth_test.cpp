@@ -10,9 +10,9 @@
 namespace dtsdf {
 namespace depth_test {
 
-constexpr DepthRange kRange{0.001f, 0.1f, 10.0f, 65535.0f};
+constexpr DepthRange kRange{0.001f, 0.1f, 10.0f, 65535.0f, 0.0f};
 constexpr float kSigma = 0.0005f;  // 1/m
-const GapLimits kLimits = gapLimits({5, 0.03f, SurfelRules(), 0}, {kSigma, 0});
+const GapLimits kLimits = gapLimits({5, 0.03f, SurfelRules(), 0}, kRange, {kSigma, 0});
 
 TEST(InverseDepth, TellsWhatIsNoMeasurement) {
   const float nan = std::nanf(""), infinity = std::numeric_limits<float>::infinity();
@@ -59,12 +59,11 @@ TEST(DepthGap, OfRegisteredImagesHoldsThePlaneAround) {
   EXPECT_NEAR(image.filledAt(1, 0), onPlane(1, 0), 1e-6f) << "at the border along it";
 }
 
-/// What is not filled is as free as the nearest.
 TEST(DepthGap, IsNoSurfaceAcrossADepthEdge) {
   Image image;
   image.at(2, 3) = 1.0f;
   image.at(4, 3) = 0.96f;  // 4 per cent: as far apart as two surfaces
-  EXPECT_EQ(image.filledAt(3, 3), -1.0f);
+  EXPECT_EQ(image.filledAt(3, 3), 0.0f);
   image.at(4, 3) = 0.98f;
   EXPECT_NEAR(image.filledAt(3, 3), 0.99f, 1e-6f);
 }
@@ -76,11 +75,11 @@ TEST(DepthGap, IsNoSurfaceWhereBothSidesCurveAway) {
     image.at(3 + side, 3) = 0.99f;
     image.at(3 + 2 * side, 3) = 1.0f;
   }
-  EXPECT_EQ(image.filledAt(3, 3), -0.99f);
-  for (const int side : {-1, 1}) image.at(3 + 2 * side, 3) = 0.99f + 2.9f * kSigma;
+  EXPECT_EQ(image.filledAt(3, 3), 0.0f);
+  for (const int side : {-1, 1}) image.at(3 + 2 * side, 3) = 0.99f + 4.2f * kSigma;
   EXPECT_EQ(image.filledAt(3, 3), 0.99f) << "noise explains it";
-  for (const int side : {-1, 1}) image.at(3 + 2 * side, 3) = 0.99f + 3.1f * kSigma;
-  EXPECT_EQ(image.filledAt(3, 3), -0.99f);
+  for (const int side : {-1, 1}) image.at(3 + 2 * side, 3) = 0.99f + 4.3f * kSigma;
+  EXPECT_EQ(image.filledAt(3, 3), 0.0f);
 }
 
 /// In front of a wall, a gap in something slim belongs to what goes on.
@@ -107,7 +106,30 @@ TEST(DepthGap, BeyondTheRangeIsBeyondTheRange) {
   image.at(2, 3) = image.at(4, 3) = -0.05f;
   EXPECT_EQ(image.filledAt(3, 3), -0.05f);
   image.at(4, 3) = 0.05f;
-  EXPECT_EQ(image.filledAt(3, 3), -0.05f);
+  EXPECT_EQ(image.filledAt(3, 3), 0.0f);
+}
+
+/// The plane passes the end of the range behind the gap's neighbour.
+TEST(DepthGap, IsFilledWhereTheRangeEnds) {
+  Image image;
+  image.at(1, 3) = 0.102f;
+  image.at(2, 3) = 0.101f;
+  image.at(4, 3) = 0.1005f;
+  image.at(5, 3) = -0.0998f;
+  EXPECT_NEAR(image.filledAt(3, 3), 0.10075f, 1e-6f);
+}
+
+/// A floor in millimetres has no noise, but steps of a millimetre.
+TEST(DepthGap, IsFilledInRoundedDepths) {
+  const GapLimits rounded =
+      gapLimits({5, 0.03f, SurfelRules(), 0}, {0.001f, 0.1f, 10.0f, 65535.0f, 0.001f}, {0.0f, 0});
+  for (int first_mm = 1000; first_mm < 1100; ++first_mm) {
+    const auto measured = [&](int u, int) {
+      const double inverse_depth = 1000.0 / first_mm + 0.0037 * u;
+      return u == 3 ? 0.0f : static_cast<float>(1.0 / (std::round(1000.0 / inverse_depth) * 0.001));
+    };
+    EXPECT_GT(filledInverseDepth(measured, kSide, 1, {3, 0}, rounded), 0.9f) << first_mm;
+  }
 }
 
 TEST(DepthGap, LeavesWhatIsMeasured) {

@@ -54,10 +54,10 @@ TEST(PixelSubdivision, AreThirdsOfPixelsWiderThanAVoxel) {
   }
 }
 
-/// Pixels narrow enough to be merged have no need to know.
+/// But not where their centres are within half a voxel.
 TEST(PixelSubdivision, GoesOnHalfwayToTheNext) {
-  for (const auto& [voxel_m, half_px] : {std::pair<float, float>{0.009f, 0.0f},
-                                         {0.0088f, 0.5f},
+  for (const auto& [voxel_m, half_px] : {std::pair<float, float>{0.0081f, 0.0f},
+                                         {0.0079f, 0.5f},
                                          {0.0041f, 0.5f},
                                          {0.0039f, 1.0f / 6.0f}}) {
     const std::vector<Surfel> parts =

@@ -2,10 +2,8 @@
 #include <dtsdf_mapping/MeshBlocks.h>
 #include <dtsdf_mapping/SaveMesh.h>
 #include <gtest/gtest.h>
-
 #include <sensor_msgs/PointCloud2.h>
 #include <sys/wait.h>
-#include <thread>
 
 #include <cmath>
 #include <cstdio>
@@ -15,6 +13,7 @@
 #include <limits>
 #include <set>
 #include <sstream>
+#include <thread>
 #include <vector>
 
 #include "dtsdf_mapping/io/mesh_file.h"

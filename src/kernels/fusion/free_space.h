@@ -6,7 +6,7 @@
 ///
 /// A voxel claims that there is a surface at its foot: the nearest point of that surface, by the
 /// voxel's distance and the gradient of its array. The frame contradicts it if it sees free space
-/// there, in all of the 3 x 3 pixels around that the image has: each was measured, or is a filled
+/// there, in all of the 3 x 3 pixels around that the image has: each was measured, or is a
 /// gap, and is farther away. So a voxel beside or behind something thin is not held against it, and
 /// where nothing is measured nothing is contradicted. A voxel that holds no distance is looked at
 /// where it is, with its cells.

@@ -43,11 +43,6 @@ DTSDF_HD GapLimits gapLimits(const SurfelSettings& surfels, const DepthRange& ra
   return {surfels.depth_jump, surfels.rules.noise_level, noise, range.rounded_to_m};
 }
 
-/// Those that hold until noise is known, to estimate it.
-DTSDF_HD GapLimits gapLimitsOfAnyNoise(const SurfelSettings& surfels) {
-  return {surfels.depth_jump, 1.0f, {1e30f, surfels.noise_in_depth}, 0.0f};
-}
-
 /// How far a plane that goes through a gap may be off, in 1/m: what noise explains of a difference,
 /// rounding to whole units, as in predictsGap(), and that of floats.
 DTSDF_HD float gapTolerance(const GapLimits& limits, float inverse_depth) {
@@ -81,10 +76,12 @@ DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int heigh
     before[i] = at(i, -1);
     after[i] = at(i, 1);
   }
-  float least_step = 1e30f, mean = 0.0f;
+  float least_step = 1e30f, mean = 0.0f, nearest = 0.0f;
   for (int i = 0; i < kPairs; ++i) {
     const float a = before[i], b = after[i], step = fabsf(b - a), in_gap = 0.5f * (a + b);
-    if (a == 0.0f || isEdgeBetween(a, b, limits.depth_jump) || step >= least_step) continue;
+    if (a == 0.0f || b == 0.0f) continue;
+    nearest = maximum(nearest, maximum(fabsf(a), fabsf(b)));
+    if (isEdgeBetween(a, b, limits.depth_jump) || step >= least_step) continue;
     const float tolerance = gapTolerance(limits, fabsf(in_gap));
     // Measurements beyond the range are negative, on both sides of it or on none.
     if (!predictsGap(fabsf(a), at(i, -2), fabsf(in_gap), tolerance) ||
@@ -94,7 +91,7 @@ DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int heigh
     least_step = step;
     mean = in_gap;
   }
-  return mean;
+  return mean != 0.0f || nearest == 0.0f ? mean : -nearest;
 }
 
 }  // namespace dtsdf

@@ -71,7 +71,7 @@ DTSDF_HD bool goesOn(const LineInImage& line, float step, const LinkLimits& limi
          (line.beside + 1 == line.lines || isSameStep(a[d], b[d], step, same));
 }
 
-/// Whether a surface ends with a step: behind it nothing is measured, or something much farther
+/// Whether a surface ends with a step: behind it is nothing to fuse, or something much farther
 /// away.
 DTSDF_HD bool curvesOutOfSight(const LineInImage& line, float step, const LinkLimits& limits) {
   const float *a = line.inverse_depth, *b = a + line.stride;
@@ -79,7 +79,7 @@ DTSDF_HD bool curvesOutOfSight(const LineInImage& line, float step, const LinkLi
   const bool ends_at_a = step > 0.0f;
   if (ends_at_a ? line.at == 0 : line.at + 2 == line.count) return false;
   const float behind = ends_at_a ? a[-line.stride] : b[line.stride];
-  return fabsf(step) <= limits.rim_share * (minimum(*a, *b) - fabsf(behind));
+  return fabsf(step) <= limits.rim_share * (minimum(*a, *b) - maximum(behind, 0.0f));
 }
 
 /// What linkByStep() gives: 0 for no link, a link, or a step that what lies beside it decides

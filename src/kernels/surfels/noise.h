@@ -44,30 +44,34 @@ struct NoiseLine {
   float inverse_depth[kNoiseLength];
 };
 
+/// What lies in a gap between two pixels on one line, if both are measured; else 0.
+DTSDF_HD float meanOfBoth(float a, float b) { return a > 0.0f && b > 0.0f ? 0.5f * (a + b) : 0.0f; }
+
 /// The line of a kind around a point, of zeros where it does not lie in the image, its middle is
-/// not measured, or another pixel of it is neither measured nor in a gap. `measured(u, v)` is
-/// inverseDepth() of a pixel.
+/// not measured, or another pixel of it is neither measured nor between two along it. `measured(u,
+/// v)` is inverseDepth() of a pixel.
 template <class Measured>
 DTSDF_HD NoiseLine noiseLine(const Measured& measured, int width, int height, const Pixel& middle,
-                             int kind, const SurfelSettings& surfels) {
+                             int kind) {
   const bool is_column = kind == 2;
   const int step_px = isWide(kind) ? kWideStride : 1, reach_px = step_px * kNoiseRadius;
   const int at = is_column ? middle.v : middle.u, count = is_column ? height : width;
   NoiseLine line{};
-  if (at < reach_px || at + reach_px >= count) return line;
-  const auto pixelOf = [&](int i) {
-    const int offset = (i - kNoiseRadius) * step_px;
-    return is_column ? Pixel{middle.u, middle.v + offset} : Pixel{middle.u + offset, middle.v};
+  if (at < reach_px || at + reach_px >= count || !(measured(middle.u, middle.v) > 0.0f))
+    return line;
+  const auto sampleAt = [&](int offset_px) {
+    return is_column ? measured(middle.u, middle.v + offset_px)
+                     : measured(middle.u + offset_px, middle.v);
   };
-  if (!(measured(middle.u, middle.v) > 0.0f)) return line;
   for (int i = 0; i < kNoiseLength; ++i) {  // all at once: most are measured
-    const Pixel pixel = pixelOf(i);
-    line.inverse_depth[i] = measured(pixel.u, pixel.v);
+    line.inverse_depth[i] = sampleAt((i - kNoiseRadius) * step_px);
   }
-  const GapLimits limits = gapLimitsOfAnyNoise(surfels);
   for (int i = 0; i < kNoiseLength; ++i) {
     float& value = line.inverse_depth[i];
-    if (value == 0.0f) value = filledInverseDepth(measured, width, height, pixelOf(i), limits);
+    const int offset_px = (i - kNoiseRadius) * step_px;
+    if (value == 0.0f && at + offset_px > 0 && at + offset_px + 1 < count) {
+      value = meanOfBoth(sampleAt(offset_px - 1), sampleAt(offset_px + 1));
+    }
     if (!(value > 0.0f)) return NoiseLine{};
   }
   return line;

@@ -59,11 +59,12 @@ TEST(DepthGap, OfRegisteredImagesHoldsThePlaneAround) {
   EXPECT_NEAR(image.filledAt(1, 0), onPlane(1, 0), 1e-6f) << "at the border along it";
 }
 
+/// What is not filled is as free as the nearest.
 TEST(DepthGap, IsNoSurfaceAcrossADepthEdge) {
   Image image;
   image.at(2, 3) = 1.0f;
   image.at(4, 3) = 0.96f;  // 4 per cent: as far apart as two surfaces
-  EXPECT_EQ(image.filledAt(3, 3), 0.0f);
+  EXPECT_EQ(image.filledAt(3, 3), -1.0f);
   image.at(4, 3) = 0.98f;
   EXPECT_NEAR(image.filledAt(3, 3), 0.99f, 1e-6f);
 }
@@ -75,11 +76,11 @@ TEST(DepthGap, IsNoSurfaceWhereBothSidesCurveAway) {
     image.at(3 + side, 3) = 0.99f;
     image.at(3 + 2 * side, 3) = 1.0f;
   }
-  EXPECT_EQ(image.filledAt(3, 3), 0.0f);
+  EXPECT_EQ(image.filledAt(3, 3), -0.99f);
   for (const int side : {-1, 1}) image.at(3 + 2 * side, 3) = 0.99f + 4.2f * kSigma;
   EXPECT_EQ(image.filledAt(3, 3), 0.99f) << "noise explains it";
   for (const int side : {-1, 1}) image.at(3 + 2 * side, 3) = 0.99f + 4.3f * kSigma;
-  EXPECT_EQ(image.filledAt(3, 3), 0.0f);
+  EXPECT_EQ(image.filledAt(3, 3), -0.99f);
 }
 
 /// In front of a wall, a gap in something slim belongs to what goes on.
@@ -106,7 +107,7 @@ TEST(DepthGap, BeyondTheRangeIsBeyondTheRange) {
   image.at(2, 3) = image.at(4, 3) = -0.05f;
   EXPECT_EQ(image.filledAt(3, 3), -0.05f);
   image.at(4, 3) = 0.05f;
-  EXPECT_EQ(image.filledAt(3, 3), 0.0f);
+  EXPECT_EQ(image.filledAt(3, 3), -0.05f);
 }
 
 /// The plane passes the end of the range behind the gap's neighbour.

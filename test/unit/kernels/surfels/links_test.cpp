@@ -135,6 +135,15 @@ TEST(Links, SurfacesThatCurveOutOfSightEndWithASteepStep) {
 
 /// A step of more than a tenth of the jump, one that is nearer to the back, one wider than
 /// depth_jump, and one at the image's border, behind which nobody knows what there is.
+/// A gap that is not filled says how far it is free, which is nothing behind the rim.
+TEST(Links, SurfacesThatCurveOutOfSightEndBesideAGap) {
+  for (const float gap : {0.0f, -0.49f}) {
+    EXPECT_EQ(linksWithSmallVoxels({{0.5f, 0.5f, 0.49f, gap, 0.2f, 0.2f}}),
+              Links({true, true, false, false, true, false}))
+        << gap;
+  }
+}
+
 TEST(Links, MixedPixelsAreNoSurfaceThatCurvesOutOfSight) {
   EXPECT_EQ(linksAlong({{1.0f, 1.0f, 0.98f, 0.79f, 0.79f}}),
             Links({true, false, false, true, false}));

@@ -115,7 +115,7 @@ TEST(Noise, LinesGoOnOverGaps) {
   for (int i = 0; i < 81; ++i) image[i] = i % 3 == 0 ? 0.0f : 1.0f + 0.001f * (i % 9);
   const auto line = [&] {
     const auto at = [&](int u, int v) { return image[static_cast<size_t>(v * 9 + u)]; };
-    return noiseLine(at, 9, 9, {4, 4}, 0, SurfelSettings{5, 0.03f, SurfelRules(), 0});
+    return noiseLine(at, 9, 9, {4, 4}, 0);
   };
   for (int i = 0; i < kNoiseLength; ++i) {
     EXPECT_FLOAT_EQ(line().inverse_depth[i], 1.0f + 0.001f * (i + 1)) << i;
@@ -131,8 +131,7 @@ TEST(Noise, LinesLieInRowsAndColumns) {
   for (int i = 0; i < 2500; ++i) image[i] = static_cast<float>(i + 1);
   const auto first = [&](const Pixel& middle, int kind) {
     const auto at = [&](int u, int v) { return image[static_cast<size_t>(v * 50 + u)]; };
-    return noiseLine(at, 50, 50, middle, kind, SurfelSettings{5, 0.03f, SurfelRules(), 0})
-        .inverse_depth[0];
+    return noiseLine(at, 50, 50, middle, kind).inverse_depth[0];
   };
   EXPECT_EQ(first({25, 25}, 0), 1273.0f);
   EXPECT_EQ(first({25, 25}, 1), 1255.0f);

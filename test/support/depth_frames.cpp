@@ -81,6 +81,13 @@ std::string modeName(FusionMode mode, bool directional) {
   return fusion + (directional ? "Directional" : "Undirected");
 }
 
+MapperParams pagedParams(MapperParams params, int max_memory_mb, const std::string& folder) {
+  params.map.max_memory_mb = max_memory_mb;
+  params.map.page_folder = folder;
+  params.map.page_max_gb = 1.0f;
+  return params;
+}
+
 Mesh reconstruct(const MapperParams& params, const std::vector<SceneFrame>& frames) {
   const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(params);
   for (const SceneFrame& frame : frames) {

@@ -48,8 +48,8 @@ struct NoiseLine {
 DTSDF_HD float meanOfBoth(float a, float b) { return a > 0.0f && b > 0.0f ? 0.5f * (a + b) : 0.0f; }
 
 /// The line of a kind around a point, of zeros where it does not lie in the image, its middle is
-/// not measured, or another pixel of it is neither measured nor between two along it. `measured(u,
-/// v)` is inverseDepth() of a pixel.
+/// not measured, or another pixel of it is neither measured nor between two along it.
+/// `measured(u, v)` is inverseDepth() of a pixel.
 template <class Measured>
 DTSDF_HD NoiseLine noiseLine(const Measured& measured, int width, int height, const Pixel& middle,
                              int kind) {
@@ -86,8 +86,8 @@ DTSDF_HD float noiseVariance(const NoiseLine& line, int kind, const SurfelSettin
   float sum_y = 0.0f, sum_yy = 0.0f, sum_ky = 0.0f, sum_kk = 0.0f, sum_py = 0.0f, sum_pp = 0.0f;
   for (int i = 0; i < kNoiseLength; ++i) {
     if (!(inverse_depth[i] > 0.0f)) return -1.0f;
-    if (i > 0 && isEdgeBetween(inverse_depth[i - 1], inverse_depth[i], surfels.depth_jump))
-      return -1.0f;
+    const float before = inverse_depth[i > 0 ? i - 1 : 0];
+    if (isEdgeBetween(before, inverse_depth[i], surfels.depth_jump)) return -1.0f;  // no noise
     const float k = static_cast<float>(i - kNoiseRadius), y = inverse_depth[i] - origin;
     sum_y += y;
     sum_yy += y * y;

@@ -13,9 +13,8 @@ constexpr PixelLinks kLinkRight = 1, kLinkDown = 2;
 /// A depth image, its row fits and its links, row by row without gaps.
 struct ImageView {
   FrameView frame;
-  const float*
-      inverse_depth;       ///< In 1/m; 0 where nothing is measured, but for gaps that are filled.
-  const float* row_value;  ///< Inverse depth by the row fits, 0 where there is none.
+  const float* inverse_depth;  ///< In 1/m, by filledInverseDepth(); only above 0 is a surface.
+  const float* row_value;      ///< Inverse depth by the row fits, 0 where there is none.
   const float* row_slope;
   const PixelLinks* links;  ///< Which neighbours lie on one surface.
 };

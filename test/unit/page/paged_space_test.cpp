@@ -62,13 +62,6 @@ MapperParams plainParams() {
   return params;
 }
 
-MapperParams pagedParams(MapperParams params, int max_memory_mb, const std::string& folder) {
-  params.map.max_memory_mb = max_memory_mb;
-  params.map.page_folder = folder;
-  params.map.page_max_gb = 1.0f;
-  return params;
-}
-
 /// A mapper, and one who follows its space as the node does.
 class Walk {
  public:

@@ -180,13 +180,6 @@ class Tour {
   ClearedRegion cleared_;
 };
 
-MapperParams paged(MapperParams params, int max_memory_mb, const std::string& folder) {
-  params.map.max_memory_mb = max_memory_mb;
-  params.map.page_folder = folder;
-  params.map.page_max_gb = 1.0f;
-  return params;
-}
-
 class Paging : public testing::Test {
  protected:
   TemporaryFolder folder_;
@@ -212,7 +205,7 @@ class Paging : public testing::Test {
     for (const int budget_mb : budgets_mb) {
       SCOPED_TRACE(std::to_string(budget_mb) + " MB of " + std::to_string(whole.most() >> 20));
       ASSERT_GT(whole.most() >> 20, static_cast<size_t>(budget_mb)) << "else nothing is tested";
-      Tour near(way, paged(paramsOf(way), budget_mb, folder_.path()));
+      Tour near(way, pagedParams(paramsOf(way), budget_mb, folder_.path()));
       ASSERT_NO_FATAL_FAILURE(near.go());
       const MapStats stats = near.mapper().stats();
       EXPECT_EQ(stats.refused_blocks, 0u);
@@ -236,7 +229,7 @@ TEST_F(Paging, ChangesNothingHoweverSmallTheBudget) { compare(Way(), {5, 3, 2, 1
 TEST_F(Paging, HandsOutAMeshInParts) {
   Way way;
   way.mesh_every = 0;
-  Tour whole(way, paramsOf(way)), near(way, paged(paramsOf(way), 2, folder_.path()));
+  Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 2, folder_.path()));
   ASSERT_NO_FATAL_FAILURE(whole.go());
   ASSERT_NO_FATAL_FAILURE(near.go());
   EXPECT_EQ(whole.updateMeshInParts(), 1) << "of a map that is in memory";
@@ -252,7 +245,7 @@ TEST_F(Paging, HandsOutAMeshInParts) {
 TEST_F(Paging, HandsOutAMeshInPartsThatLosesBlocks) {
   Way way;
   way.mesh_every = 0;
-  Tour whole(way, paramsOf(way)), near(way, paged(paramsOf(way), 2, folder_.path()));
+  Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 2, folder_.path()));
   for (Tour* const map : {&whole, &near}) {
     ASSERT_NO_FATAL_FAILURE(map->go());
     map->updateMeshInParts();
@@ -281,7 +274,7 @@ TEST_F(Paging, ClearsRegionsOnDisk) {
 
 TEST_F(Paging, RendersWhatIsOnDisk) {
   const Way way;
-  Tour whole(way, paramsOf(way)), near(way, paged(paramsOf(way), 5, folder_.path()));
+  Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 5, folder_.path()));
   whole.go();
   near.go();
   const RenderCamera camera{80, 60, {63.0f, 63.0f, 39.5f, 29.5f}};
@@ -300,7 +293,7 @@ TEST_F(Paging, LoadsMapsBeyondTheBudget) {
   Tour whole(way, paramsOf(way)), begun(way, paramsOf(way));
   whole.go();
   begun.go(0, kFlightFrames / 2);
-  const MapperParams params = paged(paramsOf(way), 5, folder_.path());
+  const MapperParams params = pagedParams(paramsOf(way), 5, folder_.path());
   const auto resumed = makeProbedMapper(params, Rules(), begun.mapper().contents());
   EXPECT_LE(resumed->stats().map_bytes, resumed->stats().max_map_bytes);
   EXPECT_GT(resumed->stats().pages.blocks, 100u);
@@ -327,7 +320,7 @@ TEST_F(Paging, WritesWhatIsOldestFirst) {
     ASSERT_EQ(mapper.integrate(image.view()).status, FrameStatus::kFused);
   };
   for (const double way : {1.0, -1.0}) {  // what is mapped second has the greater or lesser keys
-    const auto mapper = makeProbedMapper(paged(paramsOf(Way()), 2, folder_.path()));
+    const auto mapper = makeProbedMapper(pagedParams(paramsOf(Way()), 2, folder_.path()));
     for (const double x_m : {6.0 - 4.0 * way, 6.0 + 4.0 * way}) {
       for (const double aside : {1.0, -1.0}) ASSERT_NO_FATAL_FAILURE(see(*mapper, x_m, aside));
     }
@@ -347,7 +340,7 @@ TEST(Spare, IsAShareOfSmallBudgetsAndBoundedForGreatOnes) {
 }
 
 TEST_F(Paging, EndsWithTheMap) {
-  Tour near(Way(), paged(paramsOf(Way()), 5, folder_.path()));
+  Tour near(Way(), pagedParams(paramsOf(Way()), 5, folder_.path()));
   near.go();
   near.mapper().clear();
   const MapStats stats = near.mapper().stats();
@@ -361,7 +354,7 @@ TEST_F(Paging, EndsWithTheMap) {
 
 /// Each has a file of its own.
 TEST_F(Paging, SharesAFolder) {
-  const MapperParams params = paged(paramsOf(Way()), 5, folder_.path());
+  const MapperParams params = pagedParams(paramsOf(Way()), 5, folder_.path());
   Tour whole(Way(), paramsOf(Way())), first(Way(), params), second(Way(), params);
   whole.go();
   for (int i = 0; i < kFlightFrames; ++i) {
@@ -378,7 +371,7 @@ TEST_F(Paging, GoesOnWithWhatFits) {
   for (const bool disk_is_full : {false, true}) {
     Way way;
     way.painted = !disk_is_full;
-    MapperParams params = paged(paramsOf(way), disk_is_full ? 4 : 1, folder_.path());
+    MapperParams params = pagedParams(paramsOf(way), disk_is_full ? 4 : 1, folder_.path());
     if (disk_is_full) params.map.page_max_gb = 0.003f;
     Tour near(way, params);
     near.go();
@@ -402,7 +395,7 @@ TEST_F(Paging, DropsWhatIsFarFromAFullDisk) {
     SCOPED_TRACE(meshed);
     Way way;
     way.keep_radius_m = 9.0f;
-    MapperParams params = paged(paramsOf(way), 4, folder_.path());
+    MapperParams params = pagedParams(paramsOf(way), 4, folder_.path());
     params.map.page_max_gb = 0.003f;
     const auto mapper = makeProbedMapper(params);
     const auto see = [&](int i, const Eigen::Vector3d& keep_center_W) {
@@ -426,7 +419,7 @@ TEST_F(Paging, DropsWhatIsFarFromAFullDisk) {
 TEST_F(Paging, WaitsForASlowDisk) {
   Way way;
   way.space = true;
-  Tour whole(way, paramsOf(way)), near(way, paged(paramsOf(way), 3, folder_.path()));
+  Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 3, folder_.path()));
   whole.go();
   disk_bytes_per_s = 20e6;
   near.go();
@@ -467,7 +460,7 @@ class DiskThatRefuses {
 TEST_F(Paging, ClearsInPartWhereTheDiskRefuses) {
   Way way;
   way.space = true;
-  Tour near(way, paged(paramsOf(way), 4, folder_.path()));
+  Tour near(way, pagedParams(paramsOf(way), 4, folder_.path()));
   int seen = 13;
   near.go(0, seen);
   BoxRegion region;
@@ -501,7 +494,7 @@ TEST_F(Paging, ClearsInPartWhereTheDiskRefuses) {
 
 /// While the disk refuses, what does not fit is refused, and what was mapped stays.
 TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
-  Tour near(Way(), paged(paramsOf(Way()), 4, folder_.path()));
+  Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
   near.go(0, 8);
   near.updateMesh();
   const size_t blocks = near.mapper().contents().blocks.size();
@@ -535,7 +528,7 @@ TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
 
 /// What cannot be read now is not lost: it comes back when the disk does.
 TEST_F(Paging, OutlivesADiskThatCannotBeReadForAWhile) {
-  Tour near(Way(), paged(paramsOf(Way()), 4, folder_.path()));
+  Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
   near.go(0, kWayOut);
   near.updateMesh();
   const size_t blocks = near.mapper().contents().blocks.size();
@@ -562,7 +555,7 @@ TEST_F(Paging, OutlivesADiskThatCannotBeReadForAWhile) {
 
 /// A page that is damaged is lost, which is counted; its mesh goes, and frames map anew there.
 TEST_F(Paging, OutlivesDamage) {
-  Tour near(Way(), paged(paramsOf(Way()), 4, folder_.path()));
+  Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
   near.go(0, kWayOut);
   near.updateMesh();
   const size_t before = near.mapper().contents().blocks.size();
@@ -586,7 +579,7 @@ TEST_F(Paging, OutlivesDamage) {
 TEST_F(Paging, CopiesAPartAgainWithoutWhatIsDamaged) {
   Way way;
   way.painted = true;
-  Tour near(way, paged(paramsOf(way), 5, folder_.path()));
+  Tour near(way, pagedParams(paramsOf(way), 5, folder_.path()));
   near.go(0, kWayOut);
   near.updateMesh();
   near.go(kWayOut, kWayOut + 1);  // after which all blocks on disk have been met by an extraction
@@ -602,7 +595,7 @@ TEST_F(Paging, CopiesAPartAgainWithoutWhatIsDamaged) {
 
 TEST_F(Paging, SaysWhyAFolderCannotBe) {
   writeBytes(folder_ / "file", "");
-  MapperParams params = paged(paramsOf(Way()), 5, folder_ / "file");
+  MapperParams params = pagedParams(paramsOf(Way()), 5, folder_ / "file");
   const std::string error = errorOf([&] { makeMapper(params); });
   EXPECT_NE(error.find("map/page_folder"), std::string::npos) << error;
   params.map.page_folder = folder_ / "made/for/it";
@@ -611,7 +604,7 @@ TEST_F(Paging, SaysWhyAFolderCannotBe) {
 
 TEST_F(Paging, IsNoSettingOfTheMap) {
   const auto whole = makeMapper(paramsOf(Way()));
-  const auto near = makeMapper(paged(paramsOf(Way()), 5, folder_.path()));
+  const auto near = makeMapper(pagedParams(paramsOf(Way()), 5, folder_.path()));
   EXPECT_EQ(near->contents().settings, whole->contents().settings);
 }
 

@@ -4,7 +4,6 @@ roslaunch from there."""
 import glob
 import os
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -12,7 +11,8 @@ import time
 import unittest
 
 HERE = os.path.dirname(os.path.realpath(__file__))
-sys.path.insert(0, os.path.join(HERE, "..", "ros"))
+sys.path[:0] = [os.path.join(HERE, "..", folder) for folder in ("ros", "support")]
+from free_port import free_port
 
 
 class Deb(unittest.TestCase):
@@ -83,9 +83,7 @@ class Deb(unittest.TestCase):
         self.assertIn("0 blocks", printed)
 
     def test_roslaunch_maps_the_simulated_room(self):
-        with socket.socket() as free:
-            free.bind(("", 0))
-            port = free.getsockname()[1]
+        port = free_port()
         environment = dict(self.environment, ROS_MASTER_URI=f"http://localhost:{port}")
         launch = subprocess.Popen(
             ["roslaunch", "-p", str(port), "dtsdf_mapping", "demo.launch", "rviz:=false",

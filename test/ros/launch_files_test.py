@@ -8,7 +8,6 @@ import os
 import re
 import shlex
 import signal
-import socket
 import struct
 import subprocess
 import sys
@@ -21,6 +20,7 @@ import roslaunch.arg_dump
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import stub_drivers
 import tum_folder
+from free_port import free_port
 
 SOURCE = os.path.realpath(os.path.join(os.path.dirname(__file__), "..", ".."))
 LAUNCH = os.path.join(SOURCE, "launch")
@@ -61,9 +61,7 @@ def watch(environment, until, told, seconds=30.0):
 @contextlib.contextmanager
 def free_master(folder):
     """An environment for a master that nobody else has."""
-    with socket.socket() as free:
-        free.bind(("", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     with tempfile.TemporaryDirectory() as home:
         yield dict(os.environ, ROS_MASTER_URI=f"http://localhost:{port}", PORT=str(port),
                    ROS_HOME=home, ROS_LOG_DIR=home, ROS_HOSTNAME="localhost", PWD=folder)

@@ -3,7 +3,6 @@
 options do what they say. Needs the environment of the build (env.sh); skipped without Xvfb."""
 import os
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
@@ -12,18 +11,15 @@ import unittest
 
 import numpy as np
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from free_port import free_port
+
 SOURCE = os.path.realpath(os.path.join(os.path.dirname(__file__), "..", ".."))
 PROGRAMS = os.environ["DTSDF_PROGRAMS"]
 NEEDED = ("Xvfb", "convert", "roscore")
 SKIPPED = 77  # as test/rviz/CMakeLists.txt tells ctest
 TRIANGLES = 30000
 BACKGROUND = 48  # of all three colours, as the configurations have it
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("", 0))
-        return probe.getsockname()[1]
 
 
 def setUpModule():

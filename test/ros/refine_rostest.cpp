@@ -37,6 +37,9 @@ TEST(Refine, DriftIsTakenOutAndPublished) {
     camera.sendTransform("odom", "base", driftAt(i).inverse() * T_R_B, stamp);
     camera.sendTransform("base", "camera", mount(), stamp);
     camera.see(T_R_C, stamp);
+    if (i % 10 == 9) {
+      ASSERT_TRUE(status.waitForFused(static_cast<uint64_t>(i - 9))) << status.status().message;
+    }
   }
   ASSERT_TRUE(way.waitFor(stamp)) << status.status().message;
   ASSERT_TRUE(status.waitForFused(kRefinedFrames)) << status.status().message;

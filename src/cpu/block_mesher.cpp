@@ -123,6 +123,12 @@ void BlockMesher::prefetch(int32_t slot) const {
   }
 }
 
+/// Of a surface whose vertices are known only colours ask for voxels.
+void BlockMesher::prefetchForMesh(int32_t slot) const {
+  const SlotState& state = state_[slot];
+  if (!state.labels.empty() && (has_colours_ || state.vertices.empty())) prefetch(slot);
+}
+
 bool BlockMesher::isStale(int32_t slot) const {
   const SlotState& state = state_[slot];
   if (state.least_evidence != least_evidence_) return true;
@@ -220,6 +226,7 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
   const StageTimer timer(profile_, Stage::kMake);
   std::vector<BlockMesh> meshes(slots.size());
   parallelFor<MeshScratch>(slots.size(), threads_, [&](size_t i, MeshScratch& scratch) {
+    if (i + threads_ < slots.size()) prefetchForMesh(slots[i + threads_]);
     BlockMesh& mesh = meshes[i];
     SlotState& state = state_[slots[i]];
     if (shows_) show(slots[i], nullptr);

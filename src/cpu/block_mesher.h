@@ -138,6 +138,7 @@ class BlockMesher {
 
   /// Brings a block's voxels nearer, to be read soon.
   void prefetch(int32_t slot) const;
+  void prefetchForMesh(int32_t slot) const;
 
   const MeshedMap map_;
   const BlockTable& table_;

@@ -163,7 +163,9 @@ uint32_t CpuBackend::fuseBlock(const TouchedBlock& block, const BlockEntry& entr
 /// Safe to call for different blocks from different threads.
 ClearedBlock CpuBackend::clear(const BlockLook& look, const BlockEntry& entry) {
   const ClearedBlock cleared = clearBlock(look, entry, sensing_, rules_.fusion, voxels_);
-  if (cleared.changed && table_.coloursInUse() > 0) forgetColours(entry, map());
+  if (cleared.emptied_directions != 0 && table_.coloursInUse() > 0) {
+    forgetColours(entry, cleared.emptied_directions, map());
+  }
   return cleared;
 }
 
@@ -274,7 +276,9 @@ std::vector<EmptiedBlock> CpuBackend::emptyRegion(const std::vector<int32_t>& sl
   parallelFor<NoScratch>(slots.size(), threads_, [&](size_t i, NoScratch&) {
     const BlockEntry& entry = table_.block(slots[i]);
     emptied[i] = emptyBlock(entry, region, voxels_);
-    if (emptied[i].voxels > 0 && table_.coloursInUse() > 0) forgetColours(entry, map());
+    if (emptied[i].voxels > 0 && table_.coloursInUse() > 0) {
+      forgetColours(entry, kAllDirections, map());
+    }
   });
   return emptied;
 }

@@ -56,8 +56,9 @@ void addToSums(ExposureSums& sums, const ExposureSums& part) {
 
 }  // namespace
 
-void forgetColours(const BlockEntry& entry, const PaintedMap& map) {
+void forgetColours(const BlockEntry& entry, uint32_t directions, const PaintedMap& map) {
   visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
+    if (!(directions >> direction & 1)) return;
     for (int brick = 0; brick < kBricksPerArray; ++brick) {
       const int32_t number = map.table.colourOf(entry.array[direction], brick);
       if (number == kNoArray) continue;

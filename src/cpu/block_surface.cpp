@@ -28,7 +28,6 @@ UnitRange rangeOf(int offset) {
 
 /// What cornerBalance() gathers for a corner, spread by the units, of which most say nothing.
 void BlockSurface::weighCorners(const LabelNeighbourhood& labels) {
-  const int own = aroundNumber({0, 0, 0});
   std::fill(balance_, balance_ + kGridCorners, int8_t{0});
   for (int n = 0; n < kBlocksAround; ++n) {
     if (labels[n] == nullptr) continue;
@@ -39,27 +38,20 @@ void BlockSurface::weighCorners(const LabelNeighbourhood& labels) {
         const UnitLabels* row = labels[n] + voxelIndex(0, y, z);
         if (!anySpeaks(row)) continue;
         for (int x = xs.first; x < xs.end; ++x) {
-          const Vec3i unit = Vec3i{x, y, z} + firstVoxelOfBlock(at);
-          if (n == own) {
-            addSides<true>(row[x], unit);
-          } else {
-            addSides<false>(row[x], unit);
-          }
+          addSides(row[x], {x + kBlockSide * at.x, y + kBlockSide * at.y, z + kBlockSide * at.z});
         }
       }
     }
   }
 }
 
-/// The sides that a unit gives those of its corners that lie in the block's grid: of the block's
-/// own units all do.
-template <bool kIsOwn>
+/// The sides that a unit gives those of its corners that lie in the block's grid.
 void BlockSurface::addSides(const UnitLabels& labels, const Vec3i& unit) {
   if (saysNothing(labels)) return;
   const auto in_grid = [](int at) { return static_cast<unsigned>(at) < kCornerGridSide; };
   for (int c = 0; c < kCubeCorners; ++c) {
     const Vec3i corner = unit + cornerOffset(c);
-    if (!kIsOwn && !(in_grid(corner.x) && in_grid(corner.y) && in_grid(corner.z))) continue;
+    if (!(in_grid(corner.x) && in_grid(corner.y) && in_grid(corner.z))) continue;
     int8_t& balance = balance_[cornerIndex(corner.x, corner.y, corner.z)];
     balance = static_cast<int8_t>(balance + sideGiven(labels, c));
   }

@@ -40,7 +40,6 @@ class BlockSurface {
 
  private:
   void weighCorners(const LabelNeighbourhood& labels);
-  template <bool kIsOwn>
   void addSides(const UnitLabels& labels, const Vec3i& unit);
   void addTriangles(const UnitIndices& regular, const Vec3i& unit);
 

@@ -8,6 +8,7 @@
 #include "cpu/block_indexer.h"
 #include "cpu/block_refiner.h"
 #include "cpu/block_surface.h"
+#include "cpu/prefetch.h"
 #include "kernels/meshing/regularisation.h"
 #include "threads/parallel_for.h"
 
@@ -117,10 +118,10 @@ void BlockMesher::select(const BlockKey& key, std::vector<int32_t>& slots) {
   slots.push_back(slot);
 }
 
-void BlockMesher::prefetch(int32_t slot) const {
-  for (const int32_t array : table_.block(slot).array) {
-    if (array != kNoArray) voxels_.prefetch(array);
-  }
+/// Of a surface whose vertices are known only colours ask for voxels.
+bool BlockMesher::makingReadsVoxels(int32_t slot) const {
+  const SlotState& state = state_[slot];
+  return !state.labels.empty() && (has_colours_ || state.vertices.empty());
 }
 
 bool BlockMesher::isStale(int32_t slot) const {
@@ -140,7 +141,7 @@ void BlockMesher::indexBlocks(std::vector<int32_t> slots, bool with_vertices) {
       slots.end());
   ++indexings_;
   parallelFor<BlockIndexer>(slots.size(), threads_, [&](size_t i, BlockIndexer& indexer) {
-    if (i + threads_ < slots.size()) prefetch(slots[i + threads_]);
+    if (i + threads_ < slots.size()) prefetchBlock(table_.block(slots[i + threads_]), voxels_);
     SlotState& state = state_[slots[i]];
     const NearbyArrays arrays(table_, voxels_, table_.block(slots[i]).key, least_evidence_);
     IndexedBlock block = indexer.index(rules_, arrays, directional_);
@@ -220,6 +221,9 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
   const StageTimer timer(profile_, Stage::kMake);
   std::vector<BlockMesh> meshes(slots.size());
   parallelFor<MeshScratch>(slots.size(), threads_, [&](size_t i, MeshScratch& scratch) {
+    if (i + threads_ < slots.size() && makingReadsVoxels(slots[i + threads_])) {
+      prefetchBlock(table_.block(slots[i + threads_]), voxels_);
+    }
     BlockMesh& mesh = meshes[i];
     SlotState& state = state_[slots[i]];
     if (shows_) show(slots[i], nullptr);

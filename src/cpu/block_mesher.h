@@ -137,7 +137,7 @@ class BlockMesher {
   std::vector<BlockMesh> makeMeshes(const std::vector<int32_t>& slots);
 
   /// Brings a block's voxels nearer, to be read soon.
-  void prefetch(int32_t slot) const;
+  bool makingReadsVoxels(int32_t slot) const;
 
   const MeshedMap map_;
   const BlockTable& table_;

@@ -44,7 +44,10 @@ void BlockRefiner::refine(const MeshSettings& rules, const NearbyArrays& arrays,
     visitRefinedTriangles(
         kMeshTables, kRefineTables, unit.indices, unit.at, first_middle,
         [&](int edge) { return uint32_t{surface.vertexOf(edge)}; },
-        [&](const uint32_t(&corner)[3]) { return isGap(rules, mesh, corner); },
+        [&](const uint32_t(&corner)[3]) {
+          return standsInGap(rules, mesh.vertices[corner[0]], mesh.vertices[corner[1]],
+                             mesh.vertices[corner[2]]);
+        },
         [&](uint32_t vertex) { mesh.triangles.push_back(static_cast<uint16_t>(vertex)); });
   }
 }

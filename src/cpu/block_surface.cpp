@@ -92,22 +92,28 @@ void BlockSurface::regularise(const LabelNeighbourhood& labels) {
 void BlockSurface::emit(const MeshSettings& rules, const NearbyArrays& arrays,
                         const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh) {
   mesh.vertices.reserve(edges_.count());
-  drawn_.clear();
+  drawn_vertices_.clear();
+  is_drawn_.clear();
   auto next = known.begin();
   edges_.forEach([&](int edge) {
     vertex_of_edge_[edge] = static_cast<uint16_t>(mesh.vertices.size());
     while (next != known.end() && next->edge < static_cast<uint32_t>(edge)) ++next;
     const bool is_known = next != known.end() && next->edge == static_cast<uint32_t>(edge);
     mesh.vertices.push_back(is_known ? *next : makeVertex(rules, arrays, edge, directional));
-    drawn_.push_back(isDrawn(drawnVertex(mesh.vertices.back())));
+    drawn_vertices_.push_back(drawnVertex(mesh.vertices.back()));
+    is_drawn_.push_back(isDrawn(drawn_vertices_.back()));
   });
   mesh.triangles.resize(triangle_edges_.size());
   std::transform(triangle_edges_.begin(), triangle_edges_.end(), mesh.triangles.begin(),
                  [this](uint16_t edge) { return vertex_of_edge_[edge]; });
   for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
     uint16_t* triangle = mesh.triangles.data() + i;
-    const bool may_be_gap = drawn_[triangle[0]] | drawn_[triangle[1]] | drawn_[triangle[2]];
-    if (may_be_gap && isGap(rules, mesh, triangle)) std::fill(triangle, triangle + 3, kGapVertex);
+    const uint16_t a = triangle[0], b = triangle[1], c = triangle[2];
+    const bool may_be_gap = is_drawn_[a] | is_drawn_[b] | is_drawn_[c];
+    if (may_be_gap &&
+        standsInGap(rules, drawn_vertices_[a], drawn_vertices_[b], drawn_vertices_[c])) {
+      std::fill(triangle, triangle + 3, kGapVertex);
+    }
   }
 }
 

@@ -22,13 +22,6 @@ struct SurfaceUnit {
   UnitIndices indices;
 };
 
-/// Whether a triangle of a block's vertices stands in a gap.
-template <class Index>
-bool isGap(const MeshSettings& rules, const BlockMesh& mesh, const Index* corner) {
-  return standsInGap(rules, mesh.vertices[corner[0]], mesh.vertices[corner[1]],
-                     mesh.vertices[corner[2]]);
-}
-
 /// Room for meshing one block after the other; one per thread.
 class BlockSurface {
  public:
@@ -55,7 +48,8 @@ class BlockSurface {
   EdgeSet edges_;  ///< That carry a vertex.
   uint16_t vertex_of_edge_[kGridEdges];
   std::vector<uint16_t> triangle_edges_;
-  std::vector<uint8_t> drawn_;  ///< Of each vertex, see isDrawn(): no other stands at a gap.
+  std::vector<DrawnVertex> drawn_vertices_;  ///< Each vertex, ...
+  std::vector<uint8_t> is_drawn_;            ///< ... and isDrawn(): no other stands at a gap.
 };
 
 }  // namespace dtsdf

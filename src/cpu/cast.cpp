@@ -107,7 +107,10 @@ void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSett
     const float sdf_scale = sdfScale(fusion);
     for (const SurfelRange& range : block.surfels) {
       for (const uint32_t* i = range.begin; i != range.end; ++i) {
-        if (range.end - i > kAhead) __builtin_prefetch(&finder.line(i[kAhead]));
+        if (range.end - i > kAhead) {
+          __builtin_prefetch(&finder.line(i[kAhead]));
+          __builtin_prefetch(&finder.sides(i[kAhead]));
+        }
         const KeptLine& line = finder.line(*i);
         const BlockFrame& frame = frames[line.axis];
         if (line.has_sides) {

@@ -70,8 +70,8 @@ class RowJudge {
     findOrigins(of_row, row, is_covered);
     if (look_.in_turn) moveToFeet(of_row, row, is_covered);
     findPixels();
-    for (int x = 0; x < kBlockSide; ++x) {
-      if (!judged_[x] || !looksThrough(sensing_, {pixel_[x], pixel_depth_m_[x]})) continue;
+    for (uint32_t rest = lookedThrough(); rest != 0; rest &= rest - 1) {
+      const int x = __builtin_ctz(rest);
       const Voxel& voxel = voxels[row * kBlockSide + x];
       const Sight sight = judgeFree(sensing_, voxel, {depth_m_[x], u_[x], v_[x]});
       if (!isAgainst(sight, voxel, covered_[x] != 0, rules_)) continue;
@@ -146,6 +146,17 @@ class RowJudge {
     }
   }
 
+  /// The judged voxels whose own pixels look through their places, a bit each: all are asked first,
+  /// as nobody could foresee a branch for each.
+  uint32_t lookedThrough() const {
+    uint32_t through = 0;
+    for (int x = 0; x < kBlockSide; ++x) {
+      const bool looks_through = looksThrough(sensing_, {pixel_[x], pixel_depth_m_[x]});
+      through |= (static_cast<uint32_t>(judged_[x]) & static_cast<uint32_t>(looks_through)) << x;
+    }
+    return through;
+  }
+
   const FrameSensing sensing_;  // copies of their own, which no result can overlap
   const Facing facing_;
   const Vec3f first_voxel_L_;
@@ -192,7 +203,7 @@ int findContradicted(const BlockLook& look, const Look& rule, int direction,
 
 ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const FrameSensing& sensing,
                         const FusionRules& rules, VoxelStore& voxels) {
-  ClearedBlock result{false, 0};
+  ClearedBlock result{false, 0, 0};
   const Look rule = lookOf(look, sensing);
   std::optional<DistanceGrid> distances;  // as most blocks need none, and it is large
   if (rule.in_turn) distances.emplace();
@@ -213,9 +224,9 @@ ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const Fr
       result.changed |= !was_empty;
       has_emptied |= !was_empty && isEmpty(voxel);
     }
-    if (has_emptied && std::all_of(array, array + kVoxelsPerBlock, isEmpty)) {
-      result.empty_directions |= 1u << d;
-    }
+    if (!has_emptied) continue;
+    result.emptied_directions |= 1u << d;
+    if (std::all_of(array, array + kVoxelsPerBlock, isEmpty)) result.empty_directions |= 1u << d;
   }
   return result;
 }

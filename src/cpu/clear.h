@@ -20,8 +20,9 @@ struct BlockLook {
 
 /// What became of a block.
 struct ClearedBlock {
-  bool changed;               ///< Some voxel with a distance lost evidence.
-  uint32_t empty_directions;  ///< Bit d: the array of direction d was emptied.
+  bool changed;                 ///< Some voxel with a distance lost evidence.
+  uint32_t emptied_directions;  ///< Bit d: some voxel of direction d lost its distance.
+  uint32_t empty_directions;    ///< Bit d: all of them have.
 };
 
 ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const FrameSensing& sensing,

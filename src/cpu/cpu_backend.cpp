@@ -10,6 +10,7 @@
 #include "backend/rule_settings.h"
 #include "cpu/clear_region.h"
 #include "cpu/fold.h"
+#include "cpu/prefetch.h"
 #include "kernels/core/direction.h"
 #include "kernels/fusion/free_space.h"
 #include "kernels/fusion/voxel_update.h"
@@ -139,9 +140,7 @@ uint32_t CpuBackend::fuseBlock(const TouchedBlock& block, const BlockEntry& entr
   const bool casts = castsSurfels(params_);
   // A voxel is projected to whichever surfel it falls on, also to one that touches other blocks.
   const uint32_t directions = casts ? block.directions : kAllDirections;
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if (entry.array[d] != kNoArray && (directions >> d & 1)) voxels_.prefetch(entry.array[d]);
-  }
+  prefetchBlock(entry, voxels_, directions);
   clearSums(sums, directions);
   if (casts) {
     cast(block, block_finder_, fusion_, sums);
@@ -163,7 +162,9 @@ uint32_t CpuBackend::fuseBlock(const TouchedBlock& block, const BlockEntry& entr
 /// Safe to call for different blocks from different threads.
 ClearedBlock CpuBackend::clear(const BlockLook& look, const BlockEntry& entry) {
   const ClearedBlock cleared = clearBlock(look, entry, sensing_, rules_.fusion, voxels_);
-  if (cleared.changed && table_.coloursInUse() > 0) forgetColours(entry, map());
+  if (cleared.emptied_directions != 0 && table_.coloursInUse() > 0) {
+    forgetColours(entry, cleared.emptied_directions, map());
+  }
   return cleared;
 }
 
@@ -274,7 +275,9 @@ std::vector<EmptiedBlock> CpuBackend::emptyRegion(const std::vector<int32_t>& sl
   parallelFor<NoScratch>(slots.size(), threads_, [&](size_t i, NoScratch&) {
     const BlockEntry& entry = table_.block(slots[i]);
     emptied[i] = emptyBlock(entry, region, voxels_);
-    if (emptied[i].voxels > 0 && table_.coloursInUse() > 0) forgetColours(entry, map());
+    if (emptied[i].voxels > 0 && table_.coloursInUse() > 0) {
+      forgetColours(entry, kAllDirections, map());
+    }
   });
   return emptied;
 }

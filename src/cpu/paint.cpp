@@ -4,6 +4,7 @@
 #include <atomic>
 
 #include "backend/frame_check.h"
+#include "cpu/prefetch.h"
 #include "cpu/surface_points.h"
 #include "threads/parallel_for.h"
 
@@ -17,12 +18,6 @@ template <class Visit>
 void visitArrays(const BlockEntry& entry, const VoxelStore& voxels, const Visit& visit) {
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] != kNoArray) visit(d, voxels.array(entry.array[d]));
-  }
-}
-
-void prefetch(const BlockEntry& entry, const VoxelStore& voxels) {
-  for (const int32_t array : entry.array) {
-    if (array != kNoArray) voxels.prefetch(array);
   }
 }
 
@@ -56,8 +51,9 @@ void addToSums(ExposureSums& sums, const ExposureSums& part) {
 
 }  // namespace
 
-void forgetColours(const BlockEntry& entry, const PaintedMap& map) {
+void forgetColours(const BlockEntry& entry, uint32_t directions, const PaintedMap& map) {
   visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
+    if (!(directions >> direction & 1)) return;
     for (int brick = 0; brick < kBricksPerArray; ++brick) {
       const int32_t number = map.table.colourOf(entry.array[direction], brick);
       if (number == kNoArray) continue;
@@ -145,7 +141,7 @@ void Painter::findPoints(const PaintedMap& map) {
     const HidingRows hiding(hiding_m_[part], width, height);
     for (size_t i = next++; i < blocks_in_view_; i = next++) {
       const size_t ahead = i + hiding_m_.size();  // this thread's next one, most likely
-      if (ahead < blocks_in_view_) prefetch(map.table.block(blocks_[ahead].slot), map.voxels);
+      if (ahead < blocks_in_view_) prefetchBlock(map.table.block(blocks_[ahead].slot), map.voxels);
       findPoints(map, blocks_[i], hiding);
     }
   });

@@ -21,9 +21,9 @@ struct PaintedMap {
   ColourStore& colours;
 };
 
-/// Takes the colour from a block's voxels that hold nothing any more: what comes there next has a
-/// colour of its own.
-void forgetColours(const BlockEntry& entry, const PaintedMap& map);
+/// Takes the colour from those of a block's voxels, of some directions, a bit each, that hold
+/// nothing any more: what comes there next has a colour of its own.
+void forgetColours(const BlockEntry& entry, uint32_t directions, const PaintedMap& map);
 
 /// Takes an image in two steps, between which the bricks of colours are made that it needs.
 class Painter {

@@ -200,7 +200,7 @@ DTSDF_HD bool seesThroughAround(const FrameSensing& sensing, const VoxelInImage&
     const int v = centre.v + dv;
     if (v < 0 || v >= frame.height) continue;
     const float* row = sensing.free_depth + static_cast<int64_t>(v) * frame.width;
-    free = free && at.depth_m < row[left] && at.depth_m < row[centre.u] && at.depth_m < row[right];
+    free &= (at.depth_m < row[left]) & (at.depth_m < row[centre.u]) & (at.depth_m < row[right]);
   }
   return free;
 }

@@ -34,9 +34,10 @@ DTSDF_HD DrawnVertex drawnVertex(const BlockVertex& vertex) {
   return {placeOnEdge(vertex), vertex.position};
 }
 
+/// Branch-free: whether it is is anybody's guess.
 DTSDF_HD bool isDrawn(const DrawnVertex& vertex) {
-  return !(vertex.before.x == vertex.after.x && vertex.before.y == vertex.after.y &&
-           vertex.before.z == vertex.after.z);
+  return (vertex.before.x != vertex.after.x) | (vertex.before.y != vertex.after.y) |
+         (vertex.before.z != vertex.after.z);
 }
 
 /// By how much anchoring makes a side longer, in voxels.
@@ -45,12 +46,16 @@ DTSDF_HD float stretchOf(const DrawnVertex& a, const DrawnVertex& b) {
 }
 
 /// Whether the triangle of three edges' vertices stands in a gap.
-DTSDF_HD bool standsInGap(const MeshRules& rules, const BlockVertex& vertex_a,
-                          const BlockVertex& vertex_b, const BlockVertex& vertex_c) {
-  const DrawnVertex a = drawnVertex(vertex_a), b = drawnVertex(vertex_b), c = drawnVertex(vertex_c);
+DTSDF_HD bool standsInGap(const MeshRules& rules, const DrawnVertex& a, const DrawnVertex& b,
+                          const DrawnVertex& c) {
   if (!isDrawn(a) && !isDrawn(b) && !isDrawn(c)) return false;  // most are not: no roots
   return stretchOf(a, b) > rules.most_stretch || stretchOf(b, c) > rules.most_stretch ||
          stretchOf(c, a) > rules.most_stretch;
+}
+
+DTSDF_HD bool standsInGap(const MeshRules& rules, const BlockVertex& a, const BlockVertex& b,
+                          const BlockVertex& c) {
+  return standsInGap(rules, drawnVertex(a), drawnVertex(b), drawnVertex(c));
 }
 
 /// In a block's list of triangles, one that stands in a gap has one vertex three times until it is

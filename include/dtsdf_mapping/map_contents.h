@@ -66,22 +66,30 @@ struct MapSize {
   size_t bytes() const;
 };
 
-/// Everything that the map's later bytes depend on. Equal maps have equal contents, whatever the
-/// backend, and a mapper that is made from contents continues as the one that they are from would
-/// have, byte for byte, with equal settings and below the budget of memory.
-struct MapContents {
-  /// The mapper's settings (but for backend, threads, budget and colour of the mesh) and the
-  /// numbers of its rules (rules/...).
-  ParamTree settings;
+/// What a mapper does not know of its map.
+struct MapOrigin {
   std::string map_frame;  ///< Name of the frame that poses are of; empty: it has none.
   /// Where W, the frame of the map, is another one, since it was levelled: that of poses in it.
   std::optional<Eigen::Isometry3d> T_W_M;
-  double stamp_s = 0.0;            ///< Of the newest frame fused, in seconds; 0: not known.
+  double stamp_s = 0.0;  ///< Of the newest frame fused, in seconds; 0: not known.
+};
+
+/// What there is to know of a map besides what lies where.
+struct MapHead : MapOrigin {
+  /// The mapper's settings (but for backend, threads, budget and colour of the mesh) and the
+  /// numbers of its rules (rules/...).
+  ParamTree settings;
   uint64_t frames = 0;             ///< Depth frames that were fused.
   uint64_t supporting_frames = 0;  ///< Those of them that did not only clear.
   bool painted = false;            ///< Whether there ever was colour: meshes have colours then.
   std::array<float, 3> exposure = {1.0f, 1.0f, 1.0f};  ///< Gains of the last colour image.
+  int cell_voxels = 0;  ///< Edge of a cell of space, in voxels; 0: there was none to be kept.
+};
 
+/// Everything that the map's later bytes depend on. Equal maps have equal contents, whatever the
+/// backend, and a mapper that is made from contents continues as the one that they are from would
+/// have, byte for byte, with equal settings and below the budget of memory.
+struct MapContents : MapHead {
   std::vector<MapBlock> blocks;  ///< By packed key, each once; none without voxels.
   /// 512 words of each voxel array, x fastest: of each block in turn, and of its directions. Bits 0
   /// to 15 are the signed distance in 2^-11 voxels (two's complement), 16 to 31 the anchor, 32 to
@@ -92,7 +100,6 @@ struct MapContents {
   /// nothing is painted.
   PlainArray<uint32_t> colours;
 
-  int cell_voxels = 0;  ///< Edge of a cell of space, in voxels; 0: there was none to be kept.
   std::vector<MapFreeCube> free_cubes;  ///< What was seen free, by packed key, each once.
 };
 

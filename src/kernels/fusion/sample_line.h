@@ -1,12 +1,12 @@
 /// Which samples a surfel updates when it is cast into the grid, with what distance and weight, and
 /// in which blocks they lie.
 ///
-/// The line through the measured point (along the view ray, or along the normal) is followed to
-/// both sides. Instead of one nearest corner per step (Amanatides and Woo 1987, as in the paper),
-/// it is intersected with each grid plane across its dominant axis, and the four corners around the
-/// intersection are updated: samples close to the line count most, both sides of it are covered,
-/// and no corner is visited twice. Any plane can be computed on its own, so that a block can
-/// process just the part of the line inside it.
+/// The line through the measured point (along the view ray, or along the normal, the more towards
+/// the ray the noisier the depth is) is followed to both sides. Instead of one nearest corner per
+/// step (Amanatides and Woo 1987, as in the paper), it is intersected with each grid plane across
+/// its dominant axis, and the four corners around the intersection are updated: samples close to
+/// the line count most, both sides of it are covered, and no corner is visited twice. Any plane can
+/// be computed on its own, so that a block can process just the part of the line inside it.
 ///
 /// Weights fall with the distance from the line (squared bilinear) and from the measured plane
 /// (linear), since the plane stands for the surface near the point only. Both are departures from

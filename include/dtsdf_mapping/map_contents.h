@@ -66,22 +66,30 @@ struct MapSize {
   size_t bytes() const;
 };
 
-/// Everything that the map's later bytes depend on. Equal maps have equal contents, whatever the
-/// backend. A mapper made from contents continues as their mapper would have, byte for byte, given
-/// equal settings and enough budget.
-struct MapContents {
-  /// The mapper's settings (except backend, threads, budget and colour of the mesh) and the
-  /// numbers of its rules (rules/...).
-  ParamTree settings;
+/// What the caller knows of a map, not the mapper.
+struct MapOrigin {
   std::string map_frame;  ///< Name of the frame that poses are of; empty: it has none.
   /// Of a levelled map: from the frame of poses, M, to the frame of the map, W.
   std::optional<Eigen::Isometry3d> T_W_M;
-  double stamp_s = 0.0;            ///< Of the newest frame fused, in seconds; 0: not known.
+  double stamp_s = 0.0;  ///< Of the newest frame fused, in seconds; 0: not known.
+};
+
+/// A map without its blocks, voxels, colours and free cells.
+struct MapHead : MapOrigin {
+  /// The mapper's settings (except backend, threads, budget and colour of the mesh) and the
+  /// numbers of its rules (rules/...).
+  ParamTree settings;
   uint64_t frames = 0;             ///< Depth frames that were fused.
   uint64_t supporting_frames = 0;  ///< Of these, those that did more than clear.
   bool painted = false;            ///< Whether the map was ever painted; meshes then have colours.
   std::array<float, 3> exposure = {1.0f, 1.0f, 1.0f};  ///< Gains of the last colour image.
+  int cell_voxels = 0;  ///< Edge of a cell of space, in voxels; 0: without space/enabled.
+};
 
+/// Everything that the map's later bytes depend on. Equal maps have equal contents, whatever the
+/// backend. A mapper made from contents continues as their mapper would have, byte for byte, given
+/// equal settings and enough budget.
+struct MapContents : MapHead {
   std::vector<MapBlock> blocks;  ///< By packed key, each once; none without voxels.
   /// 512 words of each voxel array, x fastest: of each block in turn, and of its directions. Bits 0
   /// to 15 are the signed distance in 2^-11 voxels (two's complement), 16 to 31 the anchor, 32 to
@@ -92,7 +100,6 @@ struct MapContents {
   /// nothing is painted.
   PlainArray<uint32_t> colours;
 
-  int cell_voxels = 0;  ///< Edge of a cell of space, in voxels; 0: without space/enabled.
   std::vector<MapFreeCube> free_cubes;  ///< Free cells, by packed key, each cube once.
 };
 

@@ -7,7 +7,6 @@
 
 #include "backend/pose_solver.h"
 #include "backend/rule_settings.h"
-#include "engine/each_once.h"
 #include "engine/mesh_parts.h"
 #include "kernels/core/direction.h"
 #include "kernels/fusion/free_space.h"

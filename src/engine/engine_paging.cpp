@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "backend/rule_settings.h"
-#include "engine/each_once.h"
 #include "engine/engine.h"
 #include "kernels/colour/surface_point.h"
 #include "kernels/fusion/free_space.h"

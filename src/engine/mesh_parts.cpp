@@ -5,15 +5,10 @@
 #include <utility>
 
 #include "map/block_cells.h"
-#include "map/block_extent.h"
-#include "map/mesh_bytes.h"
+#include "page/paged_meshes.h"
 
 namespace dtsdf {
 namespace {
-
-int32_t along(const BlockKey& key, int axis) {
-  return axis == 0 ? key.x : (axis == 1 ? key.y : key.z);
-}
 
 int longestAxis(const std::vector<MarkedKey>& marked) {
   BlockKey low = unpackKey(marked.front().key), high = low;
@@ -82,8 +77,8 @@ std::vector<MarkedKey> takeHalf(std::vector<MarkedKey>& marked) {
   const auto middle = marked.begin() + static_cast<std::ptrdiff_t>(marked.size() / 2);
   std::nth_element(marked.begin(), middle, marked.end(),
                    [axis](const MarkedKey& a, const MarkedKey& b) {
-                     const int32_t at_a = along(unpackKey(a.key), axis);
-                     const int32_t at_b = along(unpackKey(b.key), axis);
+                     const int32_t at_a = component(unpackKey(a.key), axis);
+                     const int32_t at_b = component(unpackKey(b.key), axis);
                      return at_a != at_b ? at_a < at_b : a.key < b.key;
                    });
   std::vector<MarkedKey> half(middle, marked.end());

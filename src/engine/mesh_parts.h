@@ -1,6 +1,7 @@
 /// An extraction in parts, where the blocks that it needs do not fit into memory at once.
 #pragma once
 
+#include <algorithm>
 #include <unordered_set>
 #include <vector>
 
@@ -15,6 +16,13 @@ constexpr int32_t kMeshReach = 2;
 /// From the middle of a block that a depth image changes to those that its mesh depends on: see
 /// mayBeInView().
 constexpr float kMeshedRadius = kFootRadius + 1.7321f * kMeshReach * kBlockSide;
+
+/// In ascending order.
+template <class T>
+void keepEachOnce(std::vector<T>& values) {
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+}
 
 /// A block that is to be meshed again.
 struct MarkedKey {

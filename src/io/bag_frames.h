@@ -5,33 +5,30 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "dtsdf_mapping/io/colour_source.h"
 #include "dtsdf_mapping/io/frame_source.h"
+#include "dtsdf_mapping/io/recording.h"
 
 namespace dtsdf {
 
-struct BagOptions {
-  std::string path;
-  std::string depth_topic;          ///< Empty: the bag's only topic with depth images.
-  std::string info_topic;           ///< Empty: camera_info beside the depth topic.
+struct BagTopics {
+  std::string depth_topic;   ///< Empty: the bag's only topic with depth images.
+  std::string info_topic;    ///< Empty: camera_info beside the depth topic.
+  std::string mask_topic;    ///< Masks with the images' stamps; empty: none.
+  std::string colour_topic;  ///< Empty: the bag's only topic with images in colour.
+  std::string imu_topic;     ///< Empty: the bag's only topic of type sensor_msgs/Imu.
+};
+
+/// With intrinsics, camera_info need not be there.
+struct BagOptions : RecordingOptions, BagTopics {
   std::string map_frame = "map";    ///< Frame W.
   std::string camera_frame;         ///< Camera's optical frame; empty: the images' frame_id.
   float unit_16uc1_m = 0.001f;      ///< Metres per unit of a 16UC1 image.
   float unit_32fc1_m = 1.0f;        ///< Metres per unit of a 32FC1 image.
   bool latest_camera_info = false;  ///< The newest before an image will do, or else the first.
   std::optional<bool> rectify;      ///< Empty: distorted images whose topic does not say "rect".
-  std::string mask_topic;           ///< Masks with the images' stamps; empty: none.
-  std::optional<Intrinsics> intrinsics;  ///< In place of camera_info, which need not be there.
-  std::string poses_path;          ///< A trajectory as TUM has it, in place of the transforms.
-  double pose_tolerance_s = 0.02;  ///< Of that trajectory.
-  bool first_pose_only = false;    ///< As of RecordingOptions.
-  FrameSelection selection;
-  std::string colour_topic;       ///< Empty: the bag's only topic with images in colour.
-  std::string colour_info_topic;  ///< Empty: camera_info beside the colour topic.
-  std::string imu_topic;          ///< Empty: the bag's only topic of type sensor_msgs/Imu.
-  std::shared_ptr<const std::vector<size_t>> listed_colours;  ///< As of RecordingOptions.
+  std::string colour_info_topic;    ///< Empty: camera_info beside the colour topic.
 };
 
 /// Opens a bag and reads its transforms; images are read one by one.

@@ -29,28 +29,20 @@ struct Bounds {
   Vec3f low, high;
 };
 
+Bounds boxOf(const Mesh& mesh) {
+  Bounds bounds{mesh.vertices_m.front(), mesh.vertices_m.front()};
+  for (const Vec3f& p : mesh.vertices_m) {
+    bounds = {leastOf(bounds.low, p), greatestOf(bounds.high, p)};
+  }
+  return bounds;
+}
+
 /// What positions in the file count from, beside the mesh's own origin, in whole metres, so that it
 /// is exact in any program.
 Vec3f originOf(const Mesh& mesh) {
-  Vec3f low = mesh.vertices_m.front(), high = low;
-  for (const Vec3f& p : mesh.vertices_m) {
-    low = {minimum(low.x, p.x), minimum(low.y, p.y), minimum(low.z, p.z)};
-    high = {maximum(high.x, p.x), maximum(high.y, p.y), maximum(high.z, p.z)};
-  }
-  const Vec3f middle = 0.5f * low + 0.5f * high;
+  const Bounds bounds = boxOf(mesh);
+  const Vec3f middle = 0.5f * bounds.low + 0.5f * bounds.high;
   return {std::round(middle.x), std::round(middle.y), std::round(middle.z)};
-}
-
-Bounds boxOf(const Mesh& mesh, const Vec3f& origin) {
-  Bounds bounds{mesh.vertices_m.front() - origin, mesh.vertices_m.front() - origin};
-  for (const Vec3f& vertex : mesh.vertices_m) {
-    const Vec3f p = vertex - origin;
-    bounds.low = {minimum(bounds.low.x, p.x), minimum(bounds.low.y, p.y),
-                  minimum(bounds.low.z, p.z)};
-    bounds.high = {maximum(bounds.high.x, p.x), maximum(bounds.high.y, p.y),
-                   maximum(bounds.high.z, p.z)};
-  }
-  return bounds;
 }
 
 json toJson(const Vec3f& v) { return json::array({v.x, v.y, v.z}); }
@@ -86,9 +78,9 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
       {"pbrMetallicRoughness", {{"metallicFactor", 0.0}, {"roughnessFactor", 1.0}}}};
   document["materials"] = json::array({surface});
   json positions = accessorOf(0, vertices, kFloat, "VEC3");
-  const Bounds bounds = boxOf(mesh, origin);
-  positions["min"] = toJson(bounds.low);
-  positions["max"] = toJson(bounds.high);
+  const Bounds bounds = boxOf(mesh);  // rounding keeps the order of differences
+  positions["min"] = toJson(bounds.low - origin);
+  positions["max"] = toJson(bounds.high - origin);
   document["accessors"] = json::array({positions, accessorOf(1, vertices, kFloat, "VEC3"),
                                        accessorOf(2, vertices, kFloat, "VEC3"),
                                        accessorOf(3, 3 * triangles, kUnsignedInt, "SCALAR")});
@@ -142,24 +134,22 @@ void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
   const Vec3f origin = originOf(mesh);
   const std::string text = describe(mesh, origin);
   const uint64_t bytes = bufferBytes(mesh.vertices_m.size(), mesh.triangles.size());
-  LittleEndianWriter out(file);
-  out.writeUint32(kGlbMagic);
-  out.writeUint32(kGlbVersion);
-  out.writeUint32(
-      static_cast<uint32_t>(kHeaderBytes + 2 * kChunkHeaderBytes + text.size() + bytes));
-  out.writeUint32(static_cast<uint32_t>(text.size()));
-  out.writeUint32(kJsonChunk);
+  put(file, kGlbMagic);
+  put(file, kGlbVersion);
+  put(file, static_cast<uint32_t>(kHeaderBytes + 2 * kChunkHeaderBytes + text.size() + bytes));
+  put(file, static_cast<uint32_t>(text.size()));
+  put(file, kJsonChunk);
   file.write(text);
-  out.writeUint32(static_cast<uint32_t>(bytes));
-  out.writeUint32(kBinChunk);
-  for (const Vec3f& p : mesh.vertices_m) out.writeVector(p - origin);
-  for (const Vec3f& n : mesh.normals) out.writeVector(unitNormal(n));
+  put(file, static_cast<uint32_t>(bytes));
+  put(file, kBinChunk);
+  for (const Vec3f& p : mesh.vertices_m) put(file, p - origin);
+  for (const Vec3f& n : mesh.normals) put(file, unitNormal(n));
   const std::array<float, 256> light = linearLight();
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
-    for (const uint8_t channel : vertexColour(colour, mesh, i)) out.writeFloat(light[channel]);
+    for (const uint8_t channel : vertexColour(colour, mesh, i)) put(file, light[channel]);
   }
   for (const auto& triangle : mesh.triangles) {
-    for (const uint32_t index : triangle) out.writeUint32(index);
+    for (const uint32_t index : triangle) put(file, index);
   }
 }
 

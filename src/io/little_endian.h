@@ -7,7 +7,6 @@
 #include <cstring>
 #include <type_traits>
 
-#include "io/atomic_file.h"
 #include "kernels/core/vec.h"
 
 namespace dtsdf {
@@ -32,32 +31,17 @@ Number numberOf(const uint8_t* bytes) {
   return number;
 }
 
-/// `File` has write(data, bytes).
+/// Writes a number, or a vector's three; `File` has write(data, bytes).
+template <class File, class Number>
+void put(File& file, Number number) {
+  static_assert(std::is_arithmetic_v<Number>);
+  file.write(&number, sizeof(number));
+}
 template <class File>
-class BasicLittleEndianWriter {
- public:
-  explicit BasicLittleEndianWriter(File& file) : file_(file) {}
-
-  void writeUint8(uint8_t value) { file_.write(&value, 1); }
-  void writeUint16(uint16_t value) { write(value); }
-  void writeUint32(uint32_t value) { write(value); }
-  void writeFloat(float value) { write(value); }
-  void writeDouble(double value) { write(value); }
-  void writeVector(const Vec3f& v) {
-    writeFloat(v.x);
-    writeFloat(v.y);
-    writeFloat(v.z);
-  }
-
- private:
-  template <class Number>
-  void write(Number value) {
-    file_.write(&value, sizeof(value));
-  }
-
-  File& file_;
-};
-
-using LittleEndianWriter = BasicLittleEndianWriter<AtomicFile>;
+void put(File& file, const Vec3f& v) {
+  put(file, v.x);
+  put(file, v.y);
+  put(file, v.z);
+}
 
 }  // namespace dtsdf

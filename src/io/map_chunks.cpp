@@ -77,12 +77,6 @@ void copyMapFile(const MapChunks& file, const std::string& path) {
 
 namespace {
 
-void setOrigin(const MapOrigin& origin, MapContents& contents) {
-  contents.map_frame = origin.map_frame;
-  contents.T_W_M = origin.T_W_M;
-  contents.stamp_s = origin.stamp_s;
-}
-
 /// The blocks of a chunk, with what they hold.
 MapContents chunkOf(Mapper& mapper, const MapContents& outline, size_t chunk) {
   const auto at = [&](size_t chunks) {
@@ -108,7 +102,7 @@ SavedMap saveInChunks(Mapper& mapper, const MapContents& outline, const std::str
 
 MapContents outlineWith(const MapOrigin& origin, Mapper& mapper) {
   MapContents outline = mapper.outline();
-  setOrigin(origin, outline);
+  static_cast<MapOrigin&>(outline) = origin;
   return outline;
 }
 
@@ -116,7 +110,7 @@ MapContents outlineWith(const MapOrigin& origin, Mapper& mapper) {
 
 MapContents contentsWith(const MapOrigin& origin, Mapper& mapper) {
   MapContents contents = mapper.contents();
-  setOrigin(origin, contents);
+  static_cast<MapOrigin&>(contents) = origin;
   return contents;
 }
 

@@ -74,13 +74,6 @@ MapParts partsOf(std::shared_ptr<const MapChunks> file);
 /// @throws std::runtime_error where it cannot be copied, or is another map by now.
 void copyMapFile(const MapChunks& file, const std::string& path);
 
-/// What a mapper does not know of its map.
-struct MapOrigin {
-  std::string map_frame;
-  std::optional<Eigen::Isometry3d> T_W_M;
-  double stamp_s = 0.0;  ///< Of the newest frame.
-};
-
 /// contents(), and what the mapper does not know.
 MapContents contentsWith(const MapOrigin& origin, Mapper& mapper);
 

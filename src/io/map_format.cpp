@@ -124,10 +124,7 @@ Bytes encodeBlocks(const std::vector<MapBlock>& blocks) {
   ByteWriter out;
   out.bytes.reserve(blocks.size() * kBlockBytes);
   for (const MapBlock& block : blocks) {
-    out.put(static_cast<uint32_t>(block.key.x));
-    out.put(static_cast<uint32_t>(block.key.y));
-    out.put(static_cast<uint32_t>(block.key.z));
-    out.put(block.directions);
+    out.putKey(block.key).put(block.directions);
   }
   return std::move(out.bytes);
 }
@@ -147,10 +144,7 @@ Bytes encodeFree(const MapContents& contents) {
   out.put(static_cast<uint32_t>(contents.cell_voxels));
   out.put(uint32_t{0});
   for (const MapFreeCube& cube : contents.free_cubes) {
-    out.put(static_cast<uint32_t>(cube.key.x));
-    out.put(static_cast<uint32_t>(cube.key.y));
-    out.put(static_cast<uint32_t>(cube.key.z));
-    out.put(uint32_t{0});
+    out.putKey(cube.key).put(uint32_t{0});
     for (const uint64_t word : cube.cells) out.put(word);
   }
   return std::move(out.bytes);

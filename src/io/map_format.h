@@ -54,17 +54,25 @@ inline uint64_t hashOf(const void* data, size_t bytes) { return XXH64(data, byte
 class ByteWriter {
  public:
   template <class Number>
-  void put(Number number) {
+  ByteWriter& put(Number number) {
     const auto more = littleEndianBytes(number);
     bytes.insert(bytes.end(), more.begin(), more.end());
+    return *this;
   }
-  void putText(const std::string& text) { bytes.insert(bytes.end(), text.begin(), text.end()); }
+  ByteWriter& putText(const std::string& text) {
+    bytes.insert(bytes.end(), text.begin(), text.end());
+    return *this;
+  }
+  ByteWriter& putKey(const Vec3i& key) { return put(key.x).put(key.y).put(key.z); }
+  ByteWriter& putVector(const Eigen::Vector3d& v) { return put(v.x()).put(v.y()).put(v.z()); }
   /// Its first three rows: kPoseBytes.
-  void putPose(const Eigen::Isometry3d& pose) {
+  ByteWriter& putPose(const Eigen::Isometry3d& pose) {
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 4; ++column) put(pose.matrix()(row, column));
     }
+    return *this;
   }
+  std::string text() const { return {bytes.begin(), bytes.end()}; }
 
   Bytes bytes;
 };
@@ -78,6 +86,10 @@ class ByteReader {
   Number take() {
     next_ += sizeof(Number);
     return numberOf<Number>(next_ - sizeof(Number));
+  }
+  Vec3i takeKey() {
+    const auto x = take<int32_t>(), y = take<int32_t>(), z = take<int32_t>();
+    return {x, y, z};
   }
   Eigen::Isometry3d takePose() {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();

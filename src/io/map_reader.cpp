@@ -72,14 +72,7 @@ std::vector<const PlacedSection*> MapReader::colourChunks() const {
 
 MapInfo MapReader::info() {
   MapInfo info;
-  info.settings = std::move(contents_.settings);
-  info.map_frame = contents_.map_frame;
-  info.T_W_M = contents_.T_W_M;
-  info.stamp_s = contents_.stamp_s;
-  info.frames = contents_.frames;
-  info.supporting_frames = contents_.supporting_frames;
-  info.painted = contents_.painted;
-  info.cell_voxels = contents_.cell_voxels;
+  static_cast<MapHead&>(info) = contents_;
   info.size = size_;
   info.version = file_.version();
   info.file_bytes = file_.bytes();
@@ -134,9 +127,7 @@ void MapReader::readBlocks() {
   ByteReader in(bytes.data());
   contents_.blocks.resize(block_count_);
   for (MapBlock& block : contents_.blocks) {
-    block.key.x = in.take<int32_t>();
-    block.key.y = in.take<int32_t>();
-    block.key.z = in.take<int32_t>();
+    block.key = in.takeKey();
     block.directions = in.take<uint32_t>();
     block.bricks = 0;
   }
@@ -172,9 +163,7 @@ void MapReader::readFree() {
   in.take<uint32_t>();
   contents_.free_cubes.resize(known.free_cubes);
   for (MapFreeCube& cube : contents_.free_cubes) {
-    cube.key.x = in.take<int32_t>();
-    cube.key.y = in.take<int32_t>();
-    cube.key.z = in.take<int32_t>();
+    cube.key = in.takeKey();
     in.take<uint32_t>();
     for (uint64_t& word : cube.cells) word = in.take<uint64_t>();
   }
@@ -249,10 +238,8 @@ void MapReader::findBounds(MapInfo& info) const {
   if (contents_.blocks.empty()) return;
   info.least = info.most = contents_.blocks.front().key;
   for (const MapBlock& block : contents_.blocks) {
-    info.least = {std::min(info.least.x, block.key.x), std::min(info.least.y, block.key.y),
-                  std::min(info.least.z, block.key.z)};
-    info.most = {std::max(info.most.x, block.key.x), std::max(info.most.y, block.key.y),
-                 std::max(info.most.z, block.key.z)};
+    info.least = leastOf(info.least, block.key);
+    info.most = greatestOf(info.most, block.key);
   }
 }
 

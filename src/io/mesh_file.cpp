@@ -21,9 +21,8 @@ namespace {
 
 void writePly(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
   file.write(plyHeader(mesh.vertices_m.size(), mesh.triangles.size(), isFarFromOrigin(mesh)));
-  LittleEndianWriter out(file);
-  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) writePlyVertex(mesh, i, colour, out);
-  for (const auto& triangle : mesh.triangles) writePlyTriangle(triangle, out);
+  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) writePlyVertex(mesh, i, colour, file);
+  for (const auto& triangle : mesh.triangles) writePlyTriangle(triangle, file);
 }
 
 std::ostream& operator<<(std::ostream& out, const Vec3f& v) {
@@ -84,15 +83,14 @@ void writeStl(const Mesh& mesh, AtomicFile& file) {
   std::string header = "binary STL, metres, map frame";  // must not begin with "solid"
   header.resize(80, ' ');
   file.write(header);
-  LittleEndianWriter out(file);
-  out.writeUint32(static_cast<uint32_t>(mesh.triangles.size()));
+  put(file, static_cast<uint32_t>(mesh.triangles.size()));
   for (const auto& triangle : mesh.triangles) {
     const Vec3f& a = mesh.vertices_m[triangle[0]];
     const Vec3f& b = mesh.vertices_m[triangle[1]];
     const Vec3f& c = mesh.vertices_m[triangle[2]];
-    out.writeVector(triangleNormal(a, b, c));
-    for (const uint32_t corner : triangle) out.writeVector(inFloats(positionInMap(mesh, corner)));
-    out.writeUint16(0);
+    put(file, triangleNormal(a, b, c));
+    for (const uint32_t corner : triangle) put(file, inFloats(positionInMap(mesh, corner)));
+    put(file, uint16_t{0});
   }
 }
 

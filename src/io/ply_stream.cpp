@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "io/atomic_file.h"
-#include "io/little_endian.h"
 
 namespace dtsdf {
 
@@ -81,17 +80,15 @@ PlyStream::PlyStream(const std::string& path, MeshColour colour)
 PlyStream::~PlyStream() = default;
 
 void PlyStream::addVertices(const Mesh& piece) {
-  BasicLittleEndianWriter<PlySpool> out(state_->vertex_bytes);
   for (size_t i = 0; i < piece.vertices_m.size(); ++i) {
-    writePlyVertex(piece, i, state_->colour, out);
+    writePlyVertex(piece, i, state_->colour, state_->vertex_bytes);
   }
   state_->is_far = isFarFromOrigin(piece);
   state_->vertices += piece.vertices_m.size();
 }
 
 void PlyStream::addTriangle(const std::array<uint32_t, 3>& triangle) {
-  BasicLittleEndianWriter<PlySpool> out(state_->triangle_bytes);
-  writePlyTriangle(triangle, out);
+  writePlyTriangle(triangle, state_->triangle_bytes);
   ++state_->triangles;
 }
 

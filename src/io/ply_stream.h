@@ -8,6 +8,7 @@
 #include <string>
 
 #include "dtsdf_mapping/mesh.h"
+#include "io/little_endian.h"
 
 namespace dtsdf {
 
@@ -33,22 +34,22 @@ inline std::string plyHeader(size_t vertices, size_t triangles, bool far) {
 /// @throws std::runtime_error that names the path and says what to do.
 void checkMeshSize(uint64_t vertices, uint64_t triangles, const std::string& path);
 
-/// `out` is a BasicLittleEndianWriter.
-template <class Writer>
-void writePlyVertex(const Mesh& mesh, size_t vertex, MeshColour colour, Writer& out) {
+/// `file` has write(data, bytes).
+template <class File>
+void writePlyVertex(const Mesh& mesh, size_t vertex, MeshColour colour, File& file) {
   if (isFarFromOrigin(mesh)) {
-    for (const double x_m : positionInMap(mesh, vertex)) out.writeDouble(x_m);
+    for (const double x_m : positionInMap(mesh, vertex)) put(file, x_m);
   } else {
-    out.writeVector(mesh.vertices_m[vertex]);
+    put(file, mesh.vertices_m[vertex]);
   }
-  out.writeVector(mesh.normals[vertex]);
-  for (const uint8_t channel : vertexColour(colour, mesh, vertex)) out.writeUint8(channel);
+  put(file, mesh.normals[vertex]);
+  for (const uint8_t channel : vertexColour(colour, mesh, vertex)) put(file, channel);
 }
 
-template <class Writer>
-void writePlyTriangle(const std::array<uint32_t, 3>& triangle, Writer& out) {
-  out.writeUint8(3);
-  for (const uint32_t index : triangle) out.writeUint32(index);
+template <class File>
+void writePlyTriangle(const std::array<uint32_t, 3>& triangle, File& file) {
+  put(file, uint8_t{3});
+  for (const uint32_t index : triangle) put(file, index);
 }
 
 /// A .ply file of a mesh that comes piece by piece, for meshes that are larger than memory. The

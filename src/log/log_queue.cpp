@@ -60,21 +60,15 @@ void LogQueue::add(const ColourFrame& frame, double stamp_s, uint32_t camera,
 }
 
 void LogQueue::add(const Region& region) {
-  Entry entry;
-  entry.write = [region](FrameLog& log) { log.add(toRecord(region)); };
-  push(std::move(entry));
+  push({[region](FrameLog& log) { log.add(toRecord(region)); }});
 }
 
 void LogQueue::addLevel(const Eigen::Isometry3d& T_W_M) {
-  Entry entry;
-  entry.write = [T_W_M](FrameLog& log) { log.add(levelRecord(T_W_M)); };
-  push(std::move(entry));
+  push({[T_W_M](FrameLog& log) { log.add(levelRecord(T_W_M)); }});
 }
 
 void LogQueue::add(const LogCorrection& correction) {
-  Entry entry;
-  entry.write = [correction](FrameLog& log) { log.add(toRecord(correction), correction); };
-  push(std::move(entry));
+  push({[correction](FrameLog& log) { log.add(toRecord(correction), correction); }});
 }
 
 std::future<std::optional<LogMark>> LogQueue::mark() {

@@ -67,7 +67,7 @@ class LogQueue {
  private:
   struct Entry {
     std::function<void(FrameLog&)> write;
-    std::optional<std::promise<std::optional<LogMark>>> mark;
+    std::optional<std::promise<std::optional<LogMark>>> mark = std::nullopt;
     size_t bytes = 0;
     bool begins = false;
   };

@@ -29,7 +29,7 @@ size_t bytesPerPixel(ColourEncoding encoding) {
   DescriptionReader::throwMalformed();
 }
 
-void putImage(DescriptionWriter& out, const LogImage& image) {
+void putImage(map_format::ByteWriter& out, const LogImage& image) {
   out.put(image.stamp_s).put(image.camera).putPose(image.T_W_C);
 }
 
@@ -43,7 +43,7 @@ LogImage takeImage(DescriptionReader& in) {
 
 /// Size, encoding and intrinsics, which both kinds of images have.
 template <class Frame>
-void putCamera(DescriptionWriter& out, const Frame& frame) {
+void putCamera(map_format::ByteWriter& out, const Frame& frame) {
   const Intrinsics& K = frame.intrinsics;
   out.put(static_cast<int32_t>(frame.encoding))
       .put(int32_t{frame.width})
@@ -88,16 +88,12 @@ void requireKind(LogKind kind, LogKind expected) {
 
 std::string encodeRecord(const LogRecord& record, uint64_t number) {
   map_format::ByteWriter out;
-  out.put(kMagic);
-  out.put(static_cast<uint32_t>(record.kind));
-  out.put(number);
-  out.put(static_cast<uint32_t>(record.description.size()));
-  out.put(uint32_t{0});
+  out.put(kMagic).put(static_cast<uint32_t>(record.kind)).put(number);
+  out.put(static_cast<uint32_t>(record.description.size())).put(uint32_t{0});
   out.put(uint64_t{record.pixels.size()});
   out.put(map_format::hashOf(record.pixels.data(), record.pixels.size()));
   out.put(headHash(out.bytes.data(), record.description));
-  out.putText(record.description);
-  return {out.bytes.begin(), out.bytes.end()};
+  return out.putText(record.description).text();
 }
 
 std::optional<LogHead> decodeHead(const uint8_t* bytes) {
@@ -126,8 +122,9 @@ bool isWhole(const LogHead& head, const std::string& pixels) {
 }
 
 LogRecord toRecord(const LogBegin& begin) {
-  DescriptionWriter out;
-  out.putText(map_format::settingsText(begin.settings)).putText(begin.map_frame);
+  map_format::ByteWriter out;
+  putString(out, map_format::settingsText(begin.settings));
+  putString(out, begin.map_frame);
   out.put(uint8_t{begin.has_map}).put(uint8_t{begin.continues}).put(uint8_t{begin.stands_for_lost});
   out.put(begin.stamp_s);
   return {LogKind::kBegin, out.text(), ""};
@@ -149,7 +146,7 @@ LogBegin readBegin(const std::string& description) {
 }
 
 LogRecord toRecord(const DepthFrame& frame, double stamp_s, uint32_t camera) {
-  DescriptionWriter out;
+  map_format::ByteWriter out;
   putImage(out, {stamp_s, camera, frame.T_W_C});
   putCamera(out, frame);
   out.put(frame.unit_m).put(uint8_t{frame.keep_center_W.has_value()});
@@ -162,7 +159,7 @@ LogRecord toRecord(const DepthFrame& frame, double stamp_s, uint32_t camera) {
 }
 
 LogRecord toRecord(const ColourFrame& frame, double stamp_s, uint32_t camera) {
-  DescriptionWriter out;
+  map_format::ByteWriter out;
   putImage(out, {stamp_s, camera, frame.T_W_C});
   putCamera(out, frame);
   const size_t per_pixel = bytesPerPixel(frame.encoding);
@@ -220,7 +217,7 @@ LoggedColour readColour(const LogRecord& record) {
 }
 
 LogRecord toRecord(const Region& region) {
-  DescriptionWriter out;
+  map_format::ByteWriter out;
   if (const auto* const box = std::get_if<BoxRegion>(&region)) {
     out.put(uint8_t{0}).putPose(box->T_W_B).putVector(box->size_m);
   } else {
@@ -249,7 +246,7 @@ Region readRegion(const std::string& description) {
 }
 
 LogRecord levelRecord(const Eigen::Isometry3d& T_W_M) {
-  return {LogKind::kLevel, DescriptionWriter().putPose(T_W_M).text(), ""};
+  return {LogKind::kLevel, map_format::ByteWriter().putPose(T_W_M).text(), ""};
 }
 
 Eigen::Isometry3d readLevel(const std::string& description) {
@@ -260,7 +257,7 @@ Eigen::Isometry3d readLevel(const std::string& description) {
 }
 
 LogRecord toRecord(const LogCorrection& correction) {
-  DescriptionWriter out;
+  map_format::ByteWriter out;
   out.put(correction.before).put(correction.first_moved);
   out.put(uint64_t{correction.poses.size()});
   for (const StampedPose& pose : correction.poses) out.put(pose.stamp_s).putPose(pose.T_W_C);

@@ -13,32 +13,11 @@
 
 namespace dtsdf {
 
-class DescriptionWriter {
- public:
-  template <class Number>
-  DescriptionWriter& put(Number number) {
-    out_.put(number);
-    return *this;
-  }
-  DescriptionWriter& putPose(const Eigen::Isometry3d& pose) {
-    out_.putPose(pose);
-    return *this;
-  }
-  DescriptionWriter& putVector(const Eigen::Vector3d& v) {
-    return put(v.x()).put(v.y()).put(v.z());
-  }
-  DescriptionWriter& putText(const std::string& text) {
-    out_.put(static_cast<uint32_t>(text.size()));
-    out_.putText(text);
-    return *this;
-  }
-  std::string text() const { return {out_.bytes.begin(), out_.bytes.end()}; }
+inline map_format::ByteWriter& putString(map_format::ByteWriter& out, const std::string& text) {
+  return out.put(static_cast<uint32_t>(text.size())).putText(text);
+}
 
- private:
-  map_format::ByteWriter out_;
-};
-
-/// Takes them again. Everything throws std::runtime_error where the bytes end early.
+/// Takes what a description holds. Everything throws std::runtime_error where the bytes end early.
 class DescriptionReader {
  public:
   explicit DescriptionReader(const std::string& bytes)

@@ -1,8 +1,6 @@
 /// Boxes of blocks: what a map is restricted to that is one tile of a larger one.
 #pragma once
 
-#include <algorithm>
-
 #include "kernels/core/grid.h"
 
 namespace dtsdf {
@@ -22,13 +20,6 @@ struct BlockExtent {
 inline bool overlap(const BlockExtent& a, const BlockExtent& b) {
   return a.first.x <= b.last.x && b.first.x <= a.last.x && a.first.y <= b.last.y &&
          b.first.y <= a.last.y && a.first.z <= b.last.z && b.first.z <= a.last.z;
-}
-
-inline BlockKey leastOf(const BlockKey& a, const BlockKey& b) {
-  return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
-}
-inline BlockKey greatestOf(const BlockKey& a, const BlockKey& b) {
-  return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
 }
 
 /// The least box around both, each of which contains something.

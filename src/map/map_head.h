@@ -10,15 +10,7 @@ namespace dtsdf {
 /// A copy of the contents without blocks, voxels, colours and free cells.
 inline MapContents headOf(const MapContents& contents) {
   MapContents head;
-  head.settings = contents.settings;
-  head.map_frame = contents.map_frame;
-  head.T_W_M = contents.T_W_M;
-  head.stamp_s = contents.stamp_s;
-  head.frames = contents.frames;
-  head.supporting_frames = contents.supporting_frames;
-  head.painted = contents.painted;
-  head.exposure = contents.exposure;
-  head.cell_voxels = contents.cell_voxels;
+  static_cast<MapHead&>(head) = contents;
   return head;
 }
 

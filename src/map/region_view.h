@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dtsdf_mapping/region.h"
+#include "kernels/core/grid.h"
 #include "kernels/core/region.h"
 
 namespace dtsdf {
@@ -9,5 +10,13 @@ namespace dtsdf {
 /// `unit_m`: what the rules count in; a voxel's edge, or 1 for metres.
 /// @pre findProblem() found nothing.
 RegionView makeRegionView(const Region& region, double unit_m);
+
+/// Whether a vertex of a block's mesh may lie in a region in units of voxels.
+inline bool mayHaveVerticesIn(const RegionView& region, const BlockKey& block) {
+  constexpr double kMiddle = 4.0;          // vertices lie in [-2, 10], from the first voxel
+  constexpr double kReach = 6.0 * 1.7321;  // from the middle to the farthest corner
+  const Vec3i first = firstVoxelOfBlock(block);
+  return isInside(region, Vec3d{first.x + kMiddle, first.y + kMiddle, first.z + kMiddle}, kReach);
+}
 
 }  // namespace dtsdf

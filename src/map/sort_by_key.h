@@ -19,8 +19,8 @@ class KeyRange {
   explicit KeyRange(const std::vector<Record>& records) {
     for (const Record& record : records) {
       const BlockKey key = unpackKey(record.key);
-      least_ = {std::min(least_.x, key.x), std::min(least_.y, key.y), std::min(least_.z, key.z)};
-      most_ = {std::max(most_.x, key.x), std::max(most_.y, key.y), std::max(most_.z, key.z)};
+      least_ = leastOf(least_, key);
+      most_ = greatestOf(most_, key);
     }
     bits_x_ = bitsFor(most_.x - least_.x);
     bits_y_ = bitsFor(most_.y - least_.y);

@@ -8,7 +8,6 @@
 #include "kernels/meshing/corner_grid.h"
 #include "map/region_view.h"
 #include "meshing/mesh_origin.h"
-#include "meshing/mesh_region.h"
 #include "meshing/mesh_stream.h"
 
 namespace dtsdf {

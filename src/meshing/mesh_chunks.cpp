@@ -5,15 +5,10 @@
 #include "kernels/meshing/corner_grid.h"
 
 namespace dtsdf {
-namespace {
-
-int32_t floorDivide(int32_t a, int32_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
-
-}  // namespace
 
 PackedKey MeshChunks::chunkOf(const BlockKey& block) const {
-  return packKey({floorDivide(block.x, chunk_blocks_), floorDivide(block.y, chunk_blocks_),
-                  floorDivide(block.z, chunk_blocks_)});
+  return packKey({floorDivided(block.x, chunk_blocks_), floorDivided(block.y, chunk_blocks_),
+                  floorDivided(block.z, chunk_blocks_)});
 }
 
 void MeshChunks::markChanged(const BlockKey& block) {

@@ -138,8 +138,8 @@ class Simplifier {
 double diagonalOf(const Mesh& mesh) {
   Vec3f low = mesh.vertices_m.front(), high = low;
   for (const Vec3f& p : mesh.vertices_m) {
-    low = {minimum(low.x, p.x), minimum(low.y, p.y), minimum(low.z, p.z)};
-    high = {maximum(high.x, p.x), maximum(high.y, p.y), maximum(high.z, p.z)};
+    low = leastOf(low, p);
+    high = greatestOf(high, p);
   }
   return static_cast<double>(norm(high - low));
 }

@@ -20,14 +20,6 @@ double squaredDistanceOfBox(const Vec3f& p, const Vec3f& low, const Vec3f& high)
   return x * x + y * y + z * z;
 }
 
-Vec3f least(const Vec3f& a, const Vec3f& b) {
-  return {minimum(a.x, b.x), minimum(a.y, b.y), minimum(a.z, b.z)};
-}
-
-Vec3f greatest(const Vec3f& a, const Vec3f& b) {
-  return {maximum(a.x, b.x), maximum(a.y, b.y), maximum(a.z, b.z)};
-}
-
 double squaredLength(const Vec3f& a) { return static_cast<double>(dot(a, a)); }
 
 double squaredDistanceOfSegment(const Vec3f& p, const Vec3f& a, const Vec3f& b) {
@@ -78,8 +70,8 @@ void SurfaceTree::split(std::vector<Item>& items, uint32_t node, uint32_t begin,
   }
   Vec3f low = items[begin].place, high = low;
   for (uint32_t i = begin; i < end; ++i) {
-    low = least(low, items[i].place);
-    high = greatest(high, items[i].place);
+    low = leastOf(low, items[i].place);
+    high = greatestOf(high, items[i].place);
   }
   const Vec3f size = high - low;
   const int axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
@@ -94,10 +86,10 @@ void SurfaceTree::split(std::vector<Item>& items, uint32_t node, uint32_t begin,
   split(items, children, begin, middle, triangles);
   split(items, children + 1, middle, end, triangles);
   const Node &a = nodes_[children], &b = nodes_[children + 1];
-  nodes_[node] = {least(a.low, b.low),
-                  greatest(a.high, b.high),
-                  least(a.least_normal, b.least_normal),
-                  greatest(a.greatest_normal, b.greatest_normal),
+  nodes_[node] = {leastOf(a.low, b.low),
+                  greatestOf(a.high, b.high),
+                  leastOf(a.least_normal, b.least_normal),
+                  greatestOf(a.greatest_normal, b.greatest_normal),
                   children,
                   0};
 }
@@ -109,14 +101,14 @@ SurfaceTree::Node SurfaceTree::leaf(uint32_t begin, uint32_t end) const {
   for (uint32_t i = begin; i < end; ++i) {
     const Triangle& t = triangles_[i];
     const Vec3f &a = vertices_m_[t[0]], &b = vertices_m_[t[1]], &c = vertices_m_[t[2]];
-    node.low = least(node.low, least(a, least(b, c)));
-    node.high = greatest(node.high, greatest(a, greatest(b, c)));
+    node.low = leastOf(node.low, leastOf(a, leastOf(b, c)));
+    node.high = greatestOf(node.high, greatestOf(a, greatestOf(b, c)));
     const Vec3f n = cross(b - a, c - a);
     const float length = norm(n);
     if (length == 0.0f) continue;  // faces nothing
     const Vec3f normal = (1.0f / length) * n;
-    node.least_normal = least(node.least_normal, normal);
-    node.greatest_normal = greatest(node.greatest_normal, normal);
+    node.least_normal = leastOf(node.least_normal, normal);
+    node.greatest_normal = greatestOf(node.greatest_normal, normal);
   }
   return node;
 }

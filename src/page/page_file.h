@@ -13,6 +13,15 @@ namespace dtsdf {
 /// What is written to a page file, and read from it.
 using PageBytes = PlainArray<char>;
 
+/// What became of what lies on disk.
+struct PagedStats {
+  size_t bytes = 0;        ///< Of the disk.
+  size_t index_bytes = 0;  ///< Of memory, that it takes to know of it, about.
+  uint64_t failures = 0;   ///< Reads and writes that failed, or found the folder full.
+  uint64_t lost = 0;       ///< Of these things, those that did not come back as they were.
+  std::string problem;     ///< What the last failure was; empty: there was none.
+};
+
 class PageFile {
  public:
   /// Makes the folder where it is missing.

@@ -9,7 +9,6 @@
 
 #include "kernels/core/grid.h"
 #include "map/memory_budget.h"
-#include "map/mesh_bytes.h"
 
 namespace dtsdf {
 namespace {

@@ -18,17 +18,16 @@
 
 namespace dtsdf {
 
+/// What the mesh of a block takes in memory.
+inline size_t bytesOf(const BlockMesh& block) {
+  return sizeof(block) + block.vertices.size() * sizeof(BlockVertex) +
+         block.triangles.size() * sizeof(uint16_t) + block.colours.size() * sizeof(VertexColour);
+}
+
 /// One thread at a time uses it.
 class PagedMeshes {
  public:
-  /// What became of meshes on disk, since the start or the last clear().
-  struct Stats {
-    size_t bytes = 0;        ///< Of the disk.
-    size_t index_bytes = 0;  ///< Of memory, that it takes to know of them, about.
-    uint64_t failures = 0;   ///< Reads and writes that failed, or found the folder full.
-    uint64_t lost = 0;       ///< Meshes that came back damaged, and are there no longer.
-    std::string problem;     ///< What the last failure was; empty: there was none.
-  };
+  using Stats = PagedStats;  ///< Of meshes on disk, since the start or the last clear().
 
   /// Without map/page_folder all stay in memory; with it, a share of map/max_memory_mb beside it.
   /// @throws std::runtime_error where map/page_folder cannot be written.

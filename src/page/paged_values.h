@@ -41,14 +41,9 @@ const ValueKind& kindOf() {
 /// Memory and file that values share. Any thread may use it.
 class PagedValues : public std::enable_shared_from_this<PagedValues> {
  public:
-  /// What became of values, since the start or resetCounts().
-  struct Stats {
-    size_t bytes = 0;        ///< Of the disk.
-    size_t index_bytes = 0;  ///< Of memory, that it takes to know of them, about.
-    uint64_t failures = 0;   ///< Reads and writes that failed, or found the folder full.
-    uint64_t lost = 0;       ///< Values that did not come back as they were.
-    DiskWaits waits;         ///< For the disk, since the start.
-    std::string problem;     ///< What the last failure was; empty: there was none.
+  /// Of values, since the start or resetCounts().
+  struct Stats : PagedStats {
+    DiskWaits waits;  ///< For the disk, since the start.
   };
 
   /// A value, wherever it is.

@@ -71,6 +71,11 @@ struct PublishParams {
   int max_queue_mb = 32;        ///< What may wait for listeners of the mesh, over all topics.
 };
 
+/// Bytes of the mesh that may wait for listeners, over all topics.
+inline size_t queueBytesOf(const PublishParams& publish) {
+  return static_cast<size_t>(publish.max_queue_mb) << 20;
+}
+
 /// What of space is published, by heights along z of the map frame, which has to be level for it.
 struct GroundParams {
   double min_height_m = 0.1;     ///< A column of the grid begins here,

@@ -112,34 +112,35 @@ py::array colourOf(const py::object& self) {
   return viewOf(data, {colour.height, colour.width, channels}, self, {row, channels, 1});
 }
 
+/// What images of both kinds have; `frame` is the one of an image.
+template <class Image, class Frame>
+void bindCommon(py::class_<Image>& image, Frame Image::*frame) {
+  image
+      .def_property_readonly(
+          "K", [frame](const Image& self) { return matrixOf((self.*frame).intrinsics); },
+          "(3, 3) float64, in pixels.")
+      .def_property_readonly(
+          "T_W_C", [frame](const Image& self) { return matrixOf((self.*frame).T_W_C); },
+          "(4, 4) float64: optical frame to map frame, in metres.")
+      .def_readonly("stamp_s", &Image::stamp_s, "In seconds.")
+      .def_readonly("index", &Image::index, "Its place in the recording, from 0 on.");
+}
+
 void bindFrames(py::module& m) {
-  py::class_<SourceFrame>(m, "DepthImage", "A depth image of a recording.")
+  py::class_<SourceFrame> depth(m, "DepthImage", "A depth image of a recording.");
+  depth
       .def_property_readonly("depth", &depthOf,
                              "(H, W) uint16 in unit_m, or float32 in metres; a view.")
       .def_property_readonly(
           "unit_m", [](const SourceFrame& f) { return f.depth.unit_m; },
-          "Metres per unit of depth.")
-      .def_property_readonly(
-          "K", [](const SourceFrame& f) { return matrixOf(f.depth.intrinsics); },
-          "(3, 3) float64, in pixels.")
-      .def_property_readonly(
-          "T_W_C", [](const SourceFrame& f) { return matrixOf(f.depth.T_W_C); },
-          "(4, 4) float64: optical frame to map frame, in metres.")
-      .def_readonly("stamp_s", &SourceFrame::stamp_s, "In seconds.")
-      .def_readonly("index", &SourceFrame::index, "Its place in the recording, from 0 on.");
-  py::class_<SourceColour>(m, "ColourImage", "A colour image of a recording.")
-      .def_property_readonly("colour", &colourOf, "(H, W, C) or (H, W) uint8; a view.")
+          "Metres per unit of depth.");
+  bindCommon(depth, &SourceFrame::depth);
+  py::class_<SourceColour> colour(m, "ColourImage", "A colour image of a recording.");
+  colour.def_property_readonly("colour", &colourOf, "(H, W, C) or (H, W) uint8; a view.")
       .def_property_readonly(
           "encoding", [](const SourceColour& c) { return encodingName(c.colour.encoding); },
-          "rgb8, bgr8, rgba8, bgra8 or mono8.")
-      .def_property_readonly(
-          "K", [](const SourceColour& c) { return matrixOf(c.colour.intrinsics); },
-          "(3, 3) float64, in pixels.")
-      .def_property_readonly(
-          "T_W_C", [](const SourceColour& c) { return matrixOf(c.colour.T_W_C); },
-          "(4, 4) float64: optical frame to map frame, in metres.")
-      .def_readonly("stamp_s", &SourceColour::stamp_s, "In seconds.")
-      .def_readonly("index", &SourceColour::index, "Its place in the recording, from 0 on.");
+          "rgb8, bgr8, rgba8, bgra8 or mono8.");
+  bindCommon(colour, &SourceColour::colour);
 }
 
 }  // namespace

@@ -12,9 +12,7 @@ MapperSession::MapperSession(const MapperParams& params, const MapContents& cont
     : params_(params),
       mapper_(makeMapper(params, contents)),
       meshes_(params.map.voxel_size_m),
-      T_W_M_(contents.T_W_M),
-      stamp_s_(contents.stamp_s),
-      map_frame_(contents.map_frame) {}
+      origin_(contents) {}
 
 MapperSession::~MapperSession() {
   // In a forked child its threads, or its GPU, are gone: only the parent can end it.
@@ -29,7 +27,7 @@ std::unique_lock<std::mutex> MapperSession::enter() {
 IntegrationResult MapperSession::integrate(const DepthFrame& frame, double stamp_s) {
   const auto lock = enter();
   IntegrationResult result = mapper_->integrate(frame);
-  if (result.status == FrameStatus::kFused && stamp_s != 0.0) stamp_s_ = stamp_s;
+  if (result.status == FrameStatus::kFused && stamp_s != 0.0) origin_.stamp_s = stamp_s;
   return result;
 }
 
@@ -47,15 +45,13 @@ void MapperSession::clear() {
   const auto lock = enter();
   mapper_->clear();
   meshes_.clear();
-  stamp_s_ = 0.0;
+  origin_.stamp_s = 0.0;
 }
 
 MapContents MapperSession::contents() {
   const auto lock = enter();
   MapContents contents = mapper_->contents();
-  contents.map_frame = map_frame_;
-  contents.T_W_M = T_W_M_;
-  contents.stamp_s = stamp_s_;
+  static_cast<MapOrigin&>(contents) = origin_;
   return contents;
 }
 

@@ -78,7 +78,7 @@ class MapperSession {
   bool hasSpace() const { return params_.space.enabled; }
 
   const MapperParams& params() const { return params_; }
-  const std::optional<Eigen::Isometry3d>& levelPose() const { return T_W_M_; }
+  const std::optional<Eigen::Isometry3d>& levelPose() const { return origin_.T_W_M; }
 
  private:
   std::unique_lock<std::mutex> enter();
@@ -89,9 +89,7 @@ class MapperSession {
   MapperParams params_;
   std::unique_ptr<Mapper> mapper_;
   MeshStore meshes_;
-  std::optional<Eigen::Isometry3d> T_W_M_;
-  double stamp_s_ = 0.0;
-  std::string map_frame_;
+  MapOrigin origin_;
 };
 
 /// A mapper's space, for Python. Keeps its mapper.

@@ -6,8 +6,8 @@ find_package(catkin REQUIRED COMPONENTS
   tf2_msgs tf2_ros visualization_msgs)
 
 # Not among the components above: their exported libraries (VTK, rosbag, with cv_bridge the whole of
-# OpenCV) would end up in every target. Only their headers are used, but for dtsdf_bag,
-# dtsdf_surface_points and dtsdf_ros_conversions.
+# OpenCV) would end up in every target. Only their headers are used, but for dtsdf_bag
+# and dtsdf_ros_conversions.
 find_package(cv_bridge REQUIRED)
 find_package(pcl_conversions REQUIRED)
 find_package(pcl_ros REQUIRED)

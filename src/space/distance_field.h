@@ -2,6 +2,7 @@
 /// All squared distances are whole numbers, so that any order of work gives the same.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <functional>
 #include <map>
@@ -14,6 +15,12 @@
 #include "space/distance_task.h"
 
 namespace dtsdf {
+
+/// Cells that distances of so many metres reach.
+inline int reachInCells(double max_distance_m, double cell_size_m) {
+  constexpr double kRounding = 1e-6;  // of floats in metres: 2 m are 25 cells of 80 mm, not 26
+  return static_cast<int>(std::ceil(max_distance_m / cell_size_m * (1.0 - kRounding)));
+}
 
 /// All others are far from surfaces.
 using DistanceSectors = Sectors<DistanceSector>;

@@ -21,8 +21,7 @@ struct SectorBox {
            sector.y <= high.y && sector.z <= high.z;
   }
   SectorBox with(const Vec3i& sector) const {
-    return {{std::min(low.x, sector.x), std::min(low.y, sector.y), std::min(low.z, sector.z)},
-            {std::max(high.x, sector.x), std::max(high.y, sector.y), std::max(high.z, sector.z)}};
+    return {leastOf(low, sector), greatestOf(high, sector)};
   }
   SectorBox grownBy(int32_t by) const {
     return {low - Vec3i{by, by, by}, high + Vec3i{by, by, by}};

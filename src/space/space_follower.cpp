@@ -5,8 +5,6 @@
 #include <memory>
 #include <vector>
 
-#include "space/cell_units.h"
-
 namespace dtsdf {
 namespace {
 

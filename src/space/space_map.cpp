@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "map/memory_budget.h"
-#include "space/cell_units.h"
 #include "space/distance_interpolation.h"
 
 namespace dtsdf {

@@ -44,8 +44,8 @@ BlockExtent SpaceMap::boundsOfView(const FrameView& frame) const {
     const float u = corner % 2 == 0 ? -0.5f : static_cast<float>(frame.width) - 0.5f;
     const float v = corner / 2 == 0 ? -0.5f : static_cast<float>(frame.height) - 0.5f;
     const Vec3f p = transform(frame.T_L_C, backProject(frame.intrinsics, u, v, range));
-    low = {minimum(low.x, p.x), minimum(low.y, p.y), minimum(low.z, p.z)};
-    high = {maximum(high.x, p.x), maximum(high.y, p.y), maximum(high.z, p.z)};
+    low = leastOf(low, p);
+    high = greatestOf(high, p);
   }
   const float aside = kMostAside * range;
   const auto cubeOf = [&](float x, float y, float z) {

@@ -32,13 +32,6 @@ Corner cornerAt(const Vec3f& at) {
           {ceilToInt(at.x) - 1, ceilToInt(at.y) - 1, ceilToInt(at.z) - 1}};
 }
 
-Vec3i least(const Vec3i& a, const Vec3i& b) {
-  return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
-}
-Vec3i most(const Vec3i& a, const Vec3i& b) {
-  return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
-}
-
 /// Where a triangle reaches, by the axes that separate convex bodies: its normal and the products
 /// of its edges with those of a cube. The cube's own axes are left to who asks, by the triangle's
 /// bounds.
@@ -76,8 +69,8 @@ class TriangleReach {
 /// Calls visit(cell) for the cells of a triangle. One in the face between two is in the upper one.
 template <class Visit>
 void visitCells(const Corner& a, const Corner& b, const Corner& c, const Visit& visit) {
-  const Vec3i first = least(least(a.low, b.low), c.low);
-  const Vec3i last = most(first, most(most(a.high, b.high), c.high));
+  const Vec3i first = leastOf(leastOf(a.low, b.low), c.low);
+  const Vec3i last = greatestOf(first, greatestOf(greatestOf(a.high, b.high), c.high));
   const Vec3i steps = last - first;
   if (steps == Vec3i{0, 0, 0}) return visit(first);  // most
   // Along one axis alone a triangle passes through all of them.

@@ -205,9 +205,8 @@ void saveMeshes(ProbedMapper& mapper, const MapParams& params, const BlockExtent
 
 void saveMap(ProbedMapper& mapper, const LoadedPlan& loaded, const BlockExtent& own,
              const std::string& path, TileRecord& record) {
-  const MapOrigin origin{loaded.plan.map_frame, loaded.plan.T_W_M, loaded.plan.stamp_s};
   const SavedMap saved = savePartOf(
-      mapper, origin, [&](const BlockKey& key) { return own.contains(key); }, path);
+      mapper, loaded.plan, [&](const BlockKey& key) { return own.contains(key); }, path);
   const PageStats pages = mapper.stats().pages;
   if (pages.lost > 0) throw std::runtime_error(pages.problem);
   record.content_hash = saved.content_hash;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "dtsdf_mapping/map_contents.h"
 #include "tiles/tile.h"
 #include "tools/run_options.h"
 
@@ -27,14 +28,11 @@ struct PlannedRecording {
   std::vector<PlannedImage> images;  ///< Colour images that paint, in their order.
 };
 
-struct Plan {
-  InputOptions reading;   ///< How recordings are read; path and format are in `recordings`.
-  ParamTree settings;     ///< As given by files and command line, but for backend and threads.
-  double tile_m = 0.0;    ///< As asked for.
-  int tile_blocks = 0;    ///< Edge of a tile; those cut further are smaller.
-  std::string map_frame;  ///< Name of the map frame, or empty.
-  std::optional<Eigen::Isometry3d> T_W_M;  ///< As of MapContents.
-  double stamp_s = 0.0;                    ///< Of the last frame that was fused.
+struct Plan : MapOrigin {
+  InputOptions reading;  ///< How recordings are read; path and format are in `recordings`.
+  ParamTree settings;    ///< As given by files and command line, but for backend and threads.
+  double tile_m = 0.0;   ///< As asked for.
+  int tile_blocks = 0;   ///< Edge of a tile; those cut further are smaller.
   std::vector<PlannedRecording> recordings;
   std::vector<Tile> tiles;                  ///< By number, from 0 on.
   double seconds = 0.0, processor_s = 0.0;  ///< That the plan took.

@@ -11,8 +11,6 @@
 
 namespace dtsdf {
 
-inline int32_t floorDivided(int32_t a, int32_t b) { return a >= 0 ? a / b : -((b - 1 - a) / b); }
-
 /// The mesh of a block depends on voxels of blocks around it, so many before it along an axis and
 /// so many behind it: its units have corners in the next block, regularisation (regularisation.h)
 /// asks the units around those corners, and bends and normals look one corner beyond the

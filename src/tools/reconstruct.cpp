@@ -35,12 +35,6 @@ struct StartingMap {
   std::optional<MapParts> map;  ///< None: it is empty.
 };
 
-/// Where a run's map lies.
-struct MapFrame {
-  std::string name;                        ///< Of the frame M that poses are of.
-  std::optional<Eigen::Isometry3d> T_W_M;  ///< To that of the map, where it is levelled.
-};
-
 /// The settings of a map that is loaded hold, where none are given. @throws std::runtime_error for
 /// those that are given and differ, and for maps of another frame.
 StartingMap loadStartingMap(const std::string& path, const RunSettings& settings) {
@@ -71,17 +65,17 @@ std::string nameOfFrame(const ReconstructOptions& options, const RunSettings& se
   return nameOfFrame(options, settings);
 }
 
-/// The frame of a run's map; that of a map that is loaded stays what it is.
-MapFrame frameOf(const ReconstructOptions& options, const RunSettings& settings,
-                 const StartingMap& start) {
+/// Where a run's map lies; a map that is loaded stays where it is.
+MapOrigin originOf(const ReconstructOptions& options, const RunSettings& settings,
+                   const StartingMap& start) {
   const bool goes_on = start.map && start.map->head->frames > 0;
   return {nameOfFrame(options, settings, start),
-          goes_on ? start.map->head->T_W_M : findLevel(options, settings, "reconstruct")};
+          goes_on ? start.map->head->T_W_M : findLevel(options, settings, "reconstruct"), 0.0};
 }
 
 /// Saves the map of a run, and says so.
-void saveMapOf(Mapper& mapper, const MapFrame& frame, double stamp_s, const std::string& path) {
-  const SavedMap saved = saveMapOf(mapper, {frame.name, frame.T_W_M, stamp_s}, path);
+void saveAndPrint(Mapper& mapper, const MapOrigin& origin, const std::string& path) {
+  const SavedMap saved = saveMapOf(mapper, origin, path);
   std::printf("%zu blocks, %.1f MB: %s\n", saved.size.blocks,
               static_cast<double>(saved.file_bytes) / 1e6, path.c_str());
 }
@@ -192,12 +186,11 @@ void countMesh(ReconstructionResult& result) {
 }
 
 /// Saves and prints what a run has made.
-void saveAll(ReconstructionResult& result, Mapper& mapper, const MapFrame& frame,
+void saveAll(ReconstructionResult& result, Mapper& mapper, MapOrigin origin,
              const MapperParams& params, const ReconstructOptions& options) {
+  origin.stamp_s = result.stamp_s;
   // First, since a mesh that cannot be saved must not take the map with it.
-  if (!options.save_map_path.empty()) {
-    saveMapOf(mapper, frame, result.stamp_s, options.save_map_path);
-  }
+  if (!options.save_map_path.empty()) saveAndPrint(mapper, origin, options.save_map_path);
   if (!options.trajectory_path.empty()) {
     saveTrajectory(result.trajectory, options.trajectory_path);
   }
@@ -254,7 +247,7 @@ void runLog(const ReconstructOptions& options) {
   ProgressBar progress("frames", log.depthImages());
   ReconstructionResult result = reconstruct(log, *mapper, params.map, options.mesh_every,
                                             [&](size_t done) { progress.show(done); });
-  saveAll(result, *mapper, {log.log().begin().map_frame, log.level()}, params, options);
+  saveAll(result, *mapper, {log.log().begin().map_frame, log.level(), 0.0}, params, options);
 }
 
 void run(ReconstructOptions options) {
@@ -269,12 +262,12 @@ void run(ReconstructOptions options) {
   StartingMap start = loadStartingMap(options.load_map_path, settings);
   const MapperParams params = start.params;
   auto frames = openAndLook(options, settings, "reconstruct");
-  const MapFrame frame = frameOf(options, settings, start);
+  const MapOrigin origin = originOf(options, settings, start);
 
-  const auto source = prefetchFrames(levelled(std::move(frames), frame.T_W_M));
+  const auto source = prefetchFrames(levelled(std::move(frames), origin.T_W_M));
   auto colours = openColours(options, settings.params.node);
   // Those without poses of their own follow the depth camera.
-  if (!options.recording.first_pose_only) colours = levelled(std::move(colours), frame.T_W_M);
+  if (!options.recording.first_pose_only) colours = levelled(std::move(colours), origin.T_W_M);
   const auto mapper = start.map ? makeProbedMapper(params, settings.rules, *start.map)
                                 : makeProbedMapper(params, settings.rules);
   std::optional<double> map_stamp_s;
@@ -289,7 +282,7 @@ void run(ReconstructOptions options) {
     result = reconstruct(input, *mapper, params.map, options.mesh_every,
                          [&](size_t done) { progress.show(done); });
   }
-  saveAll(result, *mapper, frame, params, options);
+  saveAll(result, *mapper, origin, params, options);
 }
 
 }  // namespace

@@ -19,9 +19,8 @@ constexpr size_t kFramesLookedAt = 5;
 #ifdef DTSDF_WITH_BAG
 BagOptions bagOptions(const InputOptions& options, const NodeParams& node) {
   BagOptions bag;
-  bag.path = options.recording.path;
-  bag.depth_topic = options.depth_topic;
-  bag.info_topic = options.info_topic;
+  static_cast<RecordingOptions&>(bag) = options.recording;
+  static_cast<BagTopics&>(bag) = options;
   bag.map_frame = node.map_frame;
   bag.camera_frame = node.input.camera_frame;
   bag.unit_16uc1_m = node.input.unit_16uc1_m;
@@ -30,18 +29,9 @@ BagOptions bagOptions(const InputOptions& options, const NodeParams& node) {
   if (node.input.rectify != RectifyChoice::kAuto) {
     bag.rectify = node.input.rectify == RectifyChoice::kAlways;
   }
-  bag.mask_topic = options.mask_topic;
   if (node.input.mask && bag.mask_topic.empty()) {
     throw UsageError("input/mask requires masks; give the bag's topic by --mask-topic");
   }
-  bag.intrinsics = options.recording.intrinsics;
-  bag.poses_path = options.recording.poses_path;
-  bag.pose_tolerance_s = options.recording.pose_tolerance_s;
-  bag.first_pose_only = options.recording.first_pose_only;
-  bag.selection = options.recording.selection;
-  bag.colour_topic = options.colour_topic;
-  bag.imu_topic = options.imu_topic;
-  bag.listed_colours = options.recording.listed_colours;
   return bag;
 }
 

@@ -9,6 +9,7 @@
 #include "backend/rules.h"
 #include "dtsdf_mapping/io/recording.h"
 #include "dtsdf_mapping/params/pose_params.h"
+#include "io/bag_frames.h"
 #include "params/node_params.h"
 #include "program/command_line.h"
 
@@ -69,12 +70,7 @@ RunSettings readSettings(const RunOptions& options, ParamTree defaults);
 RunSettings readSettings(ParamTree tree);
 
 /// What is read is RunOptions::recording, whose format may also be "bag" or "log".
-struct InputOptions : RunOptions {
-  std::string depth_topic, info_topic;  ///< Empty: chosen from the bag.
-  std::string mask_topic;               ///< Of a bag; empty: no masks.
-  std::string colour_topic;             ///< Empty: chosen from the bag.
-  std::string imu_topic;                ///< Empty: chosen from the bag.
-};
+struct InputOptions : RunOptions, BagTopics {};
 
 // Each adds some of the options to a command line.
 void addFormatOption(CommandLine& line, InputOptions& options);

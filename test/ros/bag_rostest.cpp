@@ -12,7 +12,7 @@
 namespace dtsdf {
 namespace {
 
-constexpr uint64_t kFrames = 30;
+constexpr uint64_t kFramesOfBag = 30;
 
 BagOptions bagOptions() {
   BagOptions options;
@@ -41,7 +41,7 @@ std::string bytesOfflineAfter(uint64_t count) {
 
 TEST(Bag, IsReadOfflineWithoutLoss) {
   const std::unique_ptr<FrameSource> frames = openBag();
-  EXPECT_EQ(frames->size(), kFrames);
+  EXPECT_EQ(frames->size(), kFramesOfBag);
   double last_stamp_s = 0.0;
   uint64_t count = 0;
   while (const auto frame = frames->next()) {
@@ -49,7 +49,7 @@ TEST(Bag, IsReadOfflineWithoutLoss) {
     last_stamp_s = frame->stamp_s;
     ++count;
   }
-  EXPECT_EQ(count, kFrames);
+  EXPECT_EQ(count, kFramesOfBag);
   EXPECT_TRUE(frames->skipped().empty());
 }
 
@@ -68,14 +68,14 @@ TEST(Bag, CameraAndPosesMayComeFromElsewhere) {
   EXPECT_EQ(frame->depth.intrinsics.fy, 82.0f);
   EXPECT_TRUE(frames->next());
   EXPECT_FALSE(frames->next());
-  EXPECT_EQ(frames->skipped().at("no pose within 20 ms"), kFrames - 2);
+  EXPECT_EQ(frames->skipped().at("no pose within 20 ms"), kFramesOfBag - 2);
 }
 
 // The player loops: while it has not begun anew, the node's map is the offline one, bit for bit.
 TEST(Bag, NodeMakesTheMeshOfTheOfflineRun) {
   ros::NodeHandle nh;
   const StatusWatcher status(nh);
-  ASSERT_TRUE(status.waitForFused(kFrames / 2)) << status.status().message;
+  ASSERT_TRUE(status.waitForFused(kFramesOfBag / 2)) << status.status().message;
   pauseMapping(true);
   ASSERT_TRUE(waitUntil([&] { return status.status().paused; }));
   const std::string path = pathOf("bag.ply");
@@ -83,7 +83,7 @@ TEST(Bag, NodeMakesTheMeshOfTheOfflineRun) {
   const ros::Time seen = status.status().header.stamp;
   ASSERT_TRUE(waitUntil([&] { return status.status().header.stamp > seen; }));
   const uint64_t fused = status.status().frames_fused;
-  ASSERT_LE(fused, kFrames) << "the machine was too slow to pause before the loop";
+  ASSERT_LE(fused, kFramesOfBag) << "the machine was too slow to pause before the loop";
   EXPECT_EQ(status.status().frames_dropped, status.dropped("paused"))
       << "a frame is missing: " << status.status().message;
   EXPECT_TRUE(readBytes(path) == bytesOfflineAfter(fused)) << "after " << fused << " frames";
@@ -94,7 +94,7 @@ TEST(Bag, NodeMakesTheMeshOfTheOfflineRun) {
 TEST(Bag, NextLoopIsFusedToo) {
   ros::NodeHandle nh;
   const StatusWatcher status(nh);
-  ASSERT_TRUE(status.waitForFused(3 * kFrames)) << status.status().message;
+  ASSERT_TRUE(status.waitForFused(3 * kFramesOfBag)) << status.status().message;
   EXPECT_EQ(status.dropped("no_transform"), 0u);
   EXPECT_EQ(status.dropped("pose_jump"), 0u);
   EXPECT_EQ(status.dropped("queue_full"), 0u);

@@ -18,18 +18,18 @@ namespace {
 namespace fs = std::filesystem;
 
 /// What a service answered.
-struct Answer {
+struct FileAnswer {
   bool success;
   std::string message;
 };
 
 template <class Service>
-Answer call(const std::string& service, const std::string& file_name) {
+FileAnswer call(const std::string& service, const std::string& file_name) {
   const auto response = callFile<Service>(service, file_name);
   return {response.success != 0, response.message};
 }
 
-Answer save(const std::string& file_name) {
+FileAnswer save(const std::string& file_name) {
   return fs::path(file_name).extension() == ".dtsdf"
              ? call<dtsdf_mapping::SaveMap>("save_map", file_name)
              : call<dtsdf_mapping::SaveMesh>("save_mesh", file_name);
@@ -52,7 +52,7 @@ class Disk : public WallCamera {
     ASSERT_NO_FATAL_FAILURE(WallCamera::SetUp());
     fuseFrame();
     for (const char* name : kNames) {
-      const Answer answer = save(name);
+      const FileAnswer answer = save(name);
       ASSERT_TRUE(answer.success) << answer.message;
     }
   }
@@ -70,7 +70,7 @@ class Disk : public WallCamera {
   void breakDisk(const std::string& how) const { std::ofstream(folder_ + ".fault") << how; }
   void mendDisk() const { fs::remove(folder_ + ".fault"); }
 
-  static void expectOneSentence(const Answer& answer, const std::string& what,
+  static void expectOneSentence(const FileAnswer& answer, const std::string& what,
                                 const std::string& advice) {
     EXPECT_FALSE(answer.success);
     EXPECT_NE(answer.message.find(what), std::string::npos) << answer.message;
@@ -117,7 +117,7 @@ TEST_F(Disk, WhoseFolderIsGone) {
   expectOneSentence(call<dtsdf_mapping::LoadMap>("load_map", "map.dtsdf"), "map.dtsdf", "cannot");
   fuseFrame();
   for (const char* name : kNames) {
-    const Answer answer = save(name);  // folders are made
+    const FileAnswer answer = save(name);  // folders are made
     EXPECT_TRUE(answer.success) << answer.message;
   }
   EXPECT_EQ(filesIn(folder_).size(), std::size(kNames));

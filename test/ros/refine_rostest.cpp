@@ -9,12 +9,12 @@
 namespace dtsdf {
 namespace {
 
-constexpr double kPeriod_s = 0.05;
-constexpr int kFrames = 60;
+constexpr double kRefinePeriod_s = 0.05;
+constexpr int kRefinedFrames = 60;
 
 /// Where the odometry's frame would have to lie in the room: it drifts by 9 cm and 3 degrees.
 Eigen::Isometry3d driftAt(int frame) {
-  const double share = static_cast<double>(frame) / kFrames;
+  const double share = static_cast<double>(frame) / kRefinedFrames;
   Eigen::Isometry3d T_R_O(Eigen::Translation3d(0.08 * share, -0.04 * share, 0.01 * share));
   T_R_O.rotate(Eigen::AngleAxisd(0.05 * share, Eigen::Vector3d::UnitZ()));
   return T_R_O;
@@ -30,21 +30,24 @@ TEST(Refine, DriftIsTakenOutAndPublished) {
   const ros::Time start = ros::Time::now();
   ros::Time stamp;
   Eigen::Isometry3d T_R_B;
-  for (int i = 0; i < kFrames; ++i) {
-    stamp = start + ros::Duration(kPeriod_s * i);
-    const Eigen::Isometry3d T_R_C = roomCameraPose(kPeriod_s * i);
+  for (int i = 0; i < kRefinedFrames; ++i) {
+    stamp = start + ros::Duration(kRefinePeriod_s * i);
+    const Eigen::Isometry3d T_R_C = roomCameraPose(kRefinePeriod_s * i);
     T_R_B = T_R_C * mount().inverse();
     camera.sendTransform("odom", "base", driftAt(i).inverse() * T_R_B, stamp);
     camera.sendTransform("base", "camera", mount(), stamp);
     camera.see(T_R_C, stamp);
+    if (i % 10 == 9) {
+      ASSERT_TRUE(status.waitForFused(static_cast<uint64_t>(i - 9))) << status.status().message;
+    }
   }
   ASSERT_TRUE(way.waitFor(stamp)) << status.status().message;
-  ASSERT_TRUE(status.waitForFused(kFrames)) << status.status().message;
-  EXPECT_EQ(way.count(), static_cast<size_t>(kFrames));
+  ASSERT_TRUE(status.waitForFused(kRefinedFrames)) << status.status().message;
+  EXPECT_EQ(way.count(), static_cast<size_t>(kRefinedFrames));
   EXPECT_EQ(way.odometry().header.frame_id, "map");
   EXPECT_EQ(way.odometry().child_frame_id, "base");
 
-  const Eigen::Isometry3d drift = driftAt(kFrames - 1);
+  const Eigen::Isometry3d drift = driftAt(kRefinedFrames - 1);
   const double given_m = shiftBetween_m(drift.inverse() * T_R_B, T_R_B);
   const double given_rad = turnBetween_rad(drift, Eigen::Isometry3d::Identity());
   EXPECT_LT(shiftBetween_m(way.pose(), T_R_B), given_m / 4.0);

@@ -17,7 +17,7 @@
 namespace dtsdf {
 namespace {
 
-constexpr double kPeriod_s = 0.05;
+constexpr double kViewPeriod_s = 0.05;
 
 class ViewWatcher {
  public:
@@ -59,8 +59,8 @@ TEST(RenderedView, IsWhatTheCameraSees) {
   std::map<ros::Time, Eigen::Isometry3d> ways;
   int frames = 0;
   const auto see = [&] {
-    const ros::Time stamp = start + ros::Duration(kPeriod_s * frames);
-    ways[stamp] = roomCameraPose(kPeriod_s * frames++);
+    const ros::Time stamp = start + ros::Duration(kViewPeriod_s * frames);
+    ways[stamp] = roomCameraPose(kViewPeriod_s * frames++);
     camera.sendTransform("map", "camera", ways[stamp], stamp);
     camera.see(ways[stamp], stamp);
   };
@@ -71,7 +71,7 @@ TEST(RenderedView, IsWhatTheCameraSees) {
   ASSERT_TRUE(waitUntil([&] { return views.isConnected(); }));
   ASSERT_TRUE(waitUntil([&] {
     if (!views.isComplete()) see();
-    ros::Duration(kPeriod_s).sleep();
+    ros::Duration(kViewPeriod_s).sleep();
     return views.isComplete();
   })) << status.status().message;
 

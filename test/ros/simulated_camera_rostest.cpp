@@ -13,7 +13,7 @@
 namespace dtsdf {
 namespace {
 
-constexpr uint64_t kFrames = 60;
+constexpr uint64_t kFramesOfLap = 60;
 constexpr double kVoxel_m = 0.05;
 
 /// The wall in the middle, 30 mm thin and so thinner than a voxel, is yellow on one side and green
@@ -47,11 +47,11 @@ TEST(SimulatedCamera, RoomBecomesAMesh) {
         }
       });
   ASSERT_TRUE(waitUntil(
-      [&] { return status.status().frames_fused + status.status().frames_dropped >= kFrames; },
+      [&] { return status.status().frames_fused + status.status().frames_dropped >= kFramesOfLap; },
       60.0))
       << status.status().message;
-  EXPECT_EQ(status.status().images_received, kFrames);
-  EXPECT_GE(status.status().frames_fused, kFrames / 2) << status.status().message;
+  EXPECT_EQ(status.status().images_received, kFramesOfLap);
+  EXPECT_GE(status.status().frames_fused, kFramesOfLap / 2) << status.status().message;
   ASSERT_TRUE(waitUntil(
       [&] { return mesh.triangles() > 0 && mesh.triangles() == status.status().triangles; }));
   EXPECT_TRUE(waitUntil([&] { return diagnosed; }));

@@ -12,12 +12,12 @@
 namespace dtsdf {
 namespace {
 
-constexpr double kPeriod_s = 0.05;
-constexpr int kFrames = 30;
+constexpr double kTrackPeriod_s = 0.05;
+constexpr int kTrackedFrames = 30;
 /// Half a voxel, and what that is at 2 m.
 constexpr double kClose_m = 0.02, kClose_rad = 0.01;
 
-Eigen::Isometry3d roomPose(int frame) { return roomCameraPose(kPeriod_s * frame); }
+Eigen::Isometry3d roomPose(int frame) { return roomCameraPose(kTrackPeriod_s * frame); }
 
 /// Tracking begins with an upright camera at the origin.
 Eigen::Isometry3d mapPose(const Eigen::Isometry3d& T_R_C) {
@@ -35,7 +35,7 @@ class Track : public testing::Test {
     if (start_.isZero()) start_ = ros::Time::now();
   }
 
-  static ros::Time stampOf(int frame) { return start_ + ros::Duration(kPeriod_s * frame); }
+  static ros::Time stampOf(int frame) { return start_ + ros::Duration(kTrackPeriod_s * frame); }
 
   void expectAt(const Eigen::Isometry3d& T_R_C) const {
     EXPECT_LT(shiftBetween_m(way_.pose(), mapPose(T_R_C)), kClose_m);
@@ -63,17 +63,17 @@ class Track : public testing::Test {
 ros::Time Track::start_;
 
 TEST_F(Track, ACameraIsFollowedWithoutTransforms) {
-  for (int i = 0; i < kFrames; ++i) camera_.see(roomPose(i), stampOf(i));
-  ASSERT_TRUE(way_.waitFor(stampOf(kFrames - 1))) << status_.status().message;
-  ASSERT_TRUE(status_.waitForFused(kFrames)) << status_.status().message;
+  for (int i = 0; i < kTrackedFrames; ++i) camera_.see(roomPose(i), stampOf(i));
+  ASSERT_TRUE(way_.waitFor(stampOf(kTrackedFrames - 1))) << status_.status().message;
+  ASSERT_TRUE(status_.waitForFused(kTrackedFrames)) << status_.status().message;
   EXPECT_EQ(way_.odometry().header.frame_id, "odom");  // which lies in the map's origin
   EXPECT_EQ(way_.odometry().child_frame_id, "camera");
-  expectAt(roomPose(kFrames - 1));
+  expectAt(roomPose(kTrackedFrames - 1));
   for (size_t axis = 0; axis < 6; ++axis) {
     EXPECT_GT(way_.odometry().pose.covariance[7 * axis], 0.0);
     EXPECT_LT(way_.odometry().pose.covariance[7 * axis], 1e-4) << axis;
   }
-  const auto T_M_C = way_.transform("map", "camera", stampOf(kFrames - 1));
+  const auto T_M_C = way_.transform("map", "camera", stampOf(kTrackedFrames - 1));
   ASSERT_TRUE(T_M_C);
   EXPECT_LT(shiftBetween_m(*T_M_C, way_.pose()), 1e-6);
   EXPECT_EQ(poseStatus().outcome, "aligned");
@@ -88,11 +88,11 @@ TEST_F(Track, ACameraIsFollowedWithoutTransforms) {
 TEST_F(Track, ACoveredCameraIsLostAndFusesNothing) {
   const uint64_t fused = status_.status().frames_fused;
   constexpr int kCovered = 40;  // two seconds
-  for (int i = 0; i < kCovered; ++i) camera_.seeNothing(stampOf(kFrames + i));
+  for (int i = 0; i < kCovered; ++i) camera_.seeNothing(stampOf(kTrackedFrames + i));
   ASSERT_TRUE(waitUntil([&] { return status_.dropped("lost") == kCovered; }))
       << status_.status().message;
   EXPECT_EQ(status_.status().frames_fused, fused);
-  EXPECT_NEAR((poseStatus().lost_since - stampOf(kFrames)).toSec(), 0.0, 1e-6);
+  EXPECT_NEAR((poseStatus().lost_since - stampOf(kTrackedFrames)).toSec(), 0.0, 1e-6);
   EXPECT_NE(status_.status().message.find("the camera is lost"), std::string::npos)
       << status_.status().message;
   EXPECT_EQ(status_.status().level, dtsdf_mapping::MapStatus::WARN);
@@ -101,10 +101,10 @@ TEST_F(Track, ACoveredCameraIsLostAndFusesNothing) {
 
 TEST_F(Track, ItIsFoundAgainNearWhereItWas) {
   const uint64_t fused = status_.status().frames_fused;
-  Eigen::Isometry3d T_R_C = roomPose(kFrames - 1);
+  Eigen::Isometry3d T_R_C = roomPose(kTrackedFrames - 1);
   T_R_C.translate(Eigen::Vector3d(0.036, -0.018, 0.012));
   T_R_C.rotate(Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitY()));
-  const int first = kFrames + 40;
+  const int first = kTrackedFrames + 40;
   for (int i = 0; i < 10; ++i) camera_.see(T_R_C, stampOf(first + i));
   ASSERT_TRUE(way_.waitFor(stampOf(first + 9))) << poseStatus();
   ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
@@ -132,7 +132,7 @@ TEST_F(Track, APoseThatIsSetIsWhereItGoesOn) {
   call.request.pose.orientation.z = q.z();
   ASSERT_TRUE(ros::service::call("/mapping/set_pose", call));
   ASSERT_TRUE(call.response.success) << call.response.message;
-  const ros::Time stamp = stampOf(kFrames + 60);
+  const ros::Time stamp = stampOf(kTrackedFrames + 60);
   camera_.see(roomPose(0), stamp);
   ASSERT_TRUE(way_.waitFor(stamp)) << poseStatus();
   expectAt(roomPose(0));
@@ -151,14 +151,15 @@ TEST_F(Track, TheTrajectoryIsSavedAndAnEmptyMapGoesOnThere) {
   EXPECT_EQ(trajectory.poses().size(), call.response.poses);
   EXPECT_EQ(trajectory.poses().size(), status_.status().frames_fused);
   EXPECT_NEAR(trajectory.poses().front().stamp_s, start_.toSec(), 1e-6);
-  EXPECT_LT(shiftBetween_m(trajectory.poses()[kFrames - 1].T_W_C, mapPose(roomPose(kFrames - 1))),
+  EXPECT_LT(shiftBetween_m(trajectory.poses()[kTrackedFrames - 1].T_W_C,
+                           mapPose(roomPose(kTrackedFrames - 1))),
             kClose_m);
   removeOutputFolder();
 
   clearMap();
   ASSERT_TRUE(ros::service::call("/mapping/save_trajectory", call));
   EXPECT_FALSE(call.response.success) << "its poses are of a map that is gone";
-  const ros::Time stamp = stampOf(kFrames + 61);
+  const ros::Time stamp = stampOf(kTrackedFrames + 61);
   camera_.see(roomPose(0), stamp);
   ASSERT_TRUE(way_.waitFor(stamp)) << status_.status().message;
   expectAt(roomPose(0));

@@ -53,22 +53,14 @@ struct MapFilePart {
 };
 
 /// What is in a map file, except voxels and colours.
-struct MapInfo {
-  ParamTree settings;                      ///< As MapContents has them.
-  std::string map_frame;                   ///< The same.
-  std::optional<Eigen::Isometry3d> T_W_M;  ///< The same.
-  double stamp_s = 0.0;                    ///< The same.
-  uint64_t frames = 0;                     ///< The same.
-  uint64_t supporting_frames = 0;          ///< The same.
-  bool painted = false;                    ///< The same.
-  int cell_voxels = 0;                     ///< The same.
-  MapSize size;                            ///< Of the map.
-  uint32_t version = 0;                    ///< Of the format.
-  uint64_t file_bytes = 0;                 ///< Length of the file.
-  uint64_t content_hash = 0;               ///< As it stands in the file.
-  BlockKey least = {0, 0, 0};              ///< Smallest block coordinates; 0 for an empty map.
-  BlockKey most = {0, 0, 0};               ///< Largest block coordinates; 0 for an empty map.
-  std::vector<MapFilePart> parts;          ///< In the order of the file.
+struct MapInfo : MapHead {
+  MapSize size;                    ///< Of the map.
+  uint32_t version = 0;            ///< Of the format.
+  uint64_t file_bytes = 0;         ///< Length of the file.
+  uint64_t content_hash = 0;       ///< As it stands in the file.
+  BlockKey least = {0, 0, 0};      ///< Smallest block coordinates; 0 for an empty map.
+  BlockKey most = {0, 0, 0};       ///< Largest block coordinates; 0 for an empty map.
+  std::vector<MapFilePart> parts;  ///< In the order of the file.
 };
 
 /// Reads a map file except its voxels and colours, so damage to these goes

@@ -50,6 +50,16 @@ DTSDF_HD Vec3f toFloat(const Vec3i& a) {
 DTSDF_HD float minimum(float a, float b) { return a < b ? a : b; }
 DTSDF_HD float maximum(float a, float b) { return a > b ? a : b; }
 
+/// The least and the greatest of each component. Not for NaN.
+template <class Vec>
+DTSDF_HD Vec leastOf(const Vec& a, const Vec& b) {
+  return {a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z};
+}
+template <class Vec>
+DTSDF_HD Vec greatestOf(const Vec& a, const Vec& b) {
+  return {a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z};
+}
+
 /// The floor of a number that an int32_t can hold. The conversion rounds towards zero; targets such
 /// as x86-64 without SSE 4.1 have no instruction for floorf.
 DTSDF_HD int32_t floorToInt(float a) {
@@ -57,6 +67,9 @@ DTSDF_HD int32_t floorToInt(float a) {
   return truncated - (static_cast<float>(truncated) > a ? 1 : 0);
 }
 DTSDF_HD int32_t ceilToInt(float a) { return -floorToInt(-a); }
+
+/// The floor of a / b. @pre b is above 0.
+DTSDF_HD int32_t floorDivided(int32_t a, int32_t b) { return a >= 0 ? a / b : -((b - 1 - a) / b); }
 
 /// A rotation and a translation; `R` is row-major.
 struct RigidTransform {

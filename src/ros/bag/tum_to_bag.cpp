@@ -6,8 +6,8 @@
 #include <sensor_msgs/image_encodings.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -50,40 +50,29 @@ std_msgs::Header makeHeader(double stamp_s, const std::string& frame) {
   return header;
 }
 
-template <class Pixel, class Convert>
-void fillPixels(const DepthFrame& depth, sensor_msgs::Image& image, Convert convert) {
-  image.step = image.width * sizeof(Pixel);
-  image.data.resize(static_cast<size_t>(image.step) * image.height);
-  const auto* rows = static_cast<const uint8_t*>(depth.data);
-  for (size_t v = 0; v < image.height; ++v) {
-    for (size_t u = 0; u < image.width; ++u) {
-      uint16_t raw = 0;
-      std::memcpy(&raw, rows + v * depth.row_bytes + u * sizeof(raw), sizeof(raw));
-      const Pixel pixel = convert(raw);
-      std::memcpy(&image.data[v * image.step + u * sizeof(Pixel)], &pixel, sizeof(Pixel));
-    }
-  }
-}
-
 /// 32FC1 holds raw * unit as the mapper would compute it, so nothing is lost.
-sensor_msgs::Image makeDepthImage(const SourceFrame& frame, const TumToBagOptions& options) {
+sensor_msgs::ImagePtr makeDepthImage(const SourceFrame& frame, const TumToBagOptions& options) {
   const DepthFrame& depth = frame.depth;
-  sensor_msgs::Image image;
-  image.header = makeHeader(frame.stamp_s, options.camera_frame);
-  image.width = static_cast<uint32_t>(depth.width);
-  image.height = static_cast<uint32_t>(depth.height);
+  const cv::Mat_<uint16_t> raws(depth.height, depth.width,
+                                static_cast<uint16_t*>(const_cast<void*>(depth.data)),
+                                depth.row_bytes);
+  cv_bridge::CvImage image(makeHeader(frame.stamp_s, options.camera_frame), enc::TYPE_32FC1);
   if (options.millimetres) {
     image.encoding = enc::TYPE_16UC1;
-    fillPixels<uint16_t>(depth, image, [&](uint16_t raw) {
+    cv::Mat_<uint16_t> pixels(raws.size());
+    std::transform(raws.begin(), raws.end(), pixels.begin(), [&](uint16_t raw) {
       const double depth_mm = 1000.0 * raw / options.units_per_metre;
       const bool fits = depth_mm < kNoDepth16 - 0.5;
       return fits ? static_cast<uint16_t>(std::lround(depth_mm)) : uint16_t{0};
     });
+    image.image = pixels;
   } else {
-    image.encoding = enc::TYPE_32FC1;
-    fillPixels<float>(depth, image, [&](uint16_t raw) { return raw * depth.unit_m; });
+    cv::Mat_<float> pixels(raws.size());
+    std::transform(raws.begin(), raws.end(), pixels.begin(),
+                   [&](uint16_t raw) { return raw * depth.unit_m; });
+    image.image = pixels;
   }
-  return image;
+  return image.toImageMsg();
 }
 
 /// Writes each pose once: tf2 warns about those that repeat.
@@ -121,10 +110,10 @@ void writeDepth(const TumToBagOptions& options, rosbag::Bag& bag, PoseWriter& po
   const std::unique_ptr<FrameSource> frames = openRecording(tum);
   const std::string topic = options.camera_namespace + "/depth";
   while (const std::optional<SourceFrame> frame = frames->next()) {
-    const sensor_msgs::Image image = makeDepthImage(*frame, options);
-    const ros::Time stamp = image.header.stamp;
+    const sensor_msgs::ImagePtr image = makeDepthImage(*frame, options);
+    const ros::Time stamp = image->header.stamp;
     poses.write(frame->depth.T_W_C, frame->stamp_s);
-    bag.write(topic + "/camera_info", stamp, makeCameraInfo(image, frame->depth.intrinsics));
+    bag.write(topic + "/camera_info", stamp, makeCameraInfo(*image, frame->depth.intrinsics));
     bag.write(topic + "/image_rect", stamp, image);
     ++result.depth_images;
   }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "ros/common/chunk_message.h"
+#include "ros/output/listener_topic.h"
 
 namespace dtsdf {
 namespace {
@@ -41,11 +42,7 @@ class MarkerWriter : public ChunkWriter {
   MarkerWriter(std::string map_frame, MeshColour colour)
       : map_frame_(std::move(map_frame)), colour_(colour) {}
 
-  ros::AdvertiseOptions advertiseOptions() const override {
-    ros::AdvertiseOptions options;
-    options.init<MarkerArray>("mesh", 1);
-    return options;
-  }
+  ros::AdvertiseOptions advertiseOptions() const override { return topicOf<MarkerArray>("mesh"); }
 
   void begin(bool anew, double step_m, const ros::Time&) override {
     message_ = MarkerArray();
@@ -124,9 +121,7 @@ class BlockWriter : public ChunkWriter {
   explicit BlockWriter(std::string map_frame) : map_frame_(std::move(map_frame)) {}
 
   ros::AdvertiseOptions advertiseOptions() const override {
-    ros::AdvertiseOptions options;
-    options.init<MeshBlocks>("mesh_blocks", 1);
-    return options;
+    return topicOf<MeshBlocks>("mesh_blocks");
   }
 
   void begin(bool anew, double step_m, const ros::Time& stamp) override {

@@ -26,6 +26,16 @@ namespace dtsdf {
 
 using dtsdf_mapping::TopicStatus;
 
+/// A topic by its name and type. Latched as map_server's are: who comes late gets one, and tools
+/// see that.
+template <class Message>
+ros::AdvertiseOptions topicOf(const std::string& name, bool is_latched = false) {
+  ros::AdvertiseOptions options;
+  options.init<Message>(name, 1);
+  options.latch = is_latched;
+  return options;
+}
+
 /// A topic that is published to each subscriber by itself.
 ///
 /// A ros::Publisher sends to all alike. roscpp lets nothing but a connect callback publish to one

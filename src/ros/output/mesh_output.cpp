@@ -9,7 +9,6 @@
 #include "io/ply_stream.h"
 #include "kernels/core/grid.h"
 #include "map/region_view.h"
-#include "meshing/mesh_region.h"
 #include "ros/common/callback_guard.h"
 
 namespace dtsdf {
@@ -35,18 +34,21 @@ std::vector<PackedKey> blocksIn(const BoxRegion& region, const PagedMeshes& mesh
 
 }  // namespace
 
-MeshOutput::MeshOutput(const Options& options, const Parts& parts)
-    : colour_(options.colour),
-      parts_(parts),
-      max_queue_bytes_(options.max_queue_bytes),
-      schedule_(options.mesh_rate_hz, options.points_rate_hz, Clock::now),
-      meshes_(options.map) {}
+MeshOutput::MeshOutput(const ros::NodeHandle& nh, const MappingParams& params,
+                       MeshHandover& mesh_changes)
+    : colour_(params.mapper.mesh.colour),
+      max_queue_bytes_(queueBytesOf(params.node.publish)),
+      mesh_changes_(mesh_changes),
+      mesh_(nh, {frameOfMap(params.node), colour_, params.node.publish.chunk_blocks}),
+      points_(nh, frameOfMap(params.node), colour_),
+      schedule_(params.node.publish.mesh_rate_hz, params.node.publish.points_rate_hz, Clock::now),
+      meshes_(params.mapper.map) {}
 
 std::chrono::milliseconds MeshOutput::step() noexcept {
   Action action = Action::kWait;
   const bool fine = guarded("output of the mesh", [&] {
     takeChanges();
-    parts_.mesh_publisher.meetNewcomers();
+    mesh_.meetNewcomers();
     action = schedule_.next(situation());
     act(action);
     updateReport();
@@ -55,13 +57,12 @@ std::chrono::milliseconds MeshOutput::step() noexcept {
   return action == Action::kWait ? schedule_.idleTime(situation()) : std::chrono::milliseconds(0);
 }
 
-OutputSchedule::Situation MeshOutput::situation() const {
-  return {parts_.mesh_publisher.hasChanges(), parts_.mesh_publisher.isBehind(share()),
-          parts_.points_publisher.isDue()};
+OutputSchedule::Situation MeshOutput::situation() {
+  return {mesh_.hasChanges(), mesh_.isBehind(share()), points_.isDue()};
 }
 
 QueueShare MeshOutput::share() const {
-  const size_t listeners = parts_.mesh_publisher.listeners() + parts_.points_publisher.listeners();
+  const size_t listeners = mesh_.listeners() + points_.listeners();
   return {max_queue_bytes_ / std::max<size_t>(listeners, 1)};
 }
 
@@ -69,12 +70,10 @@ void MeshOutput::act(Action action) {
   if (action == Action::kWait) return;
   const Clock::time_point begin = Clock::now();
   switch (action) {
-    case Action::kPublishMesh:
-      parts_.mesh_publisher.publishChanges(meshes_, mesh_stamp_, share());
-      break;
-    case Action::kCatchUp: parts_.mesh_publisher.catchUp(meshes_, mesh_stamp_, share()); break;
+    case Action::kPublishMesh: mesh_.publishChanges(meshes_, mesh_stamp_, share()); break;
+    case Action::kCatchUp: mesh_.catchUp(meshes_, mesh_stamp_, share()); break;
     case Action::kPublishPoints:
-      parts_.points_publisher.publish(meshes_.all().assemble(), mesh_stamp_);
+      points_.publish(meshes_.all().assemble(), mesh_stamp_);
       meshes_.dropFetched();
       break;
     case Action::kWait: break;
@@ -85,28 +84,28 @@ void MeshOutput::act(Action action) {
 }
 
 void MeshOutput::takeChanges() {
-  MeshChanges changes = parts_.mesh_changes.take();
+  MeshChanges changes = mesh_changes_.take();
   if (!changes.cleared && !changes.is_whole && changes.blocks.empty()) return;
   if (changes.cleared) {
     meshes_.clear(changes.voxel_size_m.value_or(meshes_.voxelSize()));
-    parts_.mesh_publisher.noteCleared();
+    mesh_.noteCleared();
   }
   if (changes.is_whole) {
     changes.blocks = differences(meshes_.all(), std::move(changes.blocks));
     meshes_.dropFetched();
   }
   for (const SharedBlockMesh& block : changes.blocks) {
-    parts_.mesh_publisher.noteChange(block->key);
+    mesh_.noteChange(block->key);
     meshes_.put(block);
   }
   if (!changes.blocks.empty()) mesh_stamp_ = changes.stamp;
-  parts_.points_publisher.noteChanges();
+  points_.noteChanges();
   updateReport();
 }
 
 void MeshOutput::updateReport() {
-  std::vector<TopicStatus> topics = parts_.mesh_publisher.report();
-  topics.push_back(parts_.points_publisher.report());
+  std::vector<TopicStatus> topics = mesh_.report();
+  topics.push_back(points_.report());
   const std::lock_guard<std::mutex> lock(report_mutex_);
   report_.triangles = meshes_.triangleCount();
   report_.mesh_bytes = meshes_.bytes();

@@ -11,9 +11,9 @@
 #include <string>
 
 #include "dtsdf_mapping/mesh.h"
-#include "dtsdf_mapping/params/map_params.h"
 #include "dtsdf_mapping/simplify.h"
 #include "page/paged_meshes.h"
+#include "params/node_params.h"
 #include "ros/common/schedule.h"
 #include "ros/output/handovers.h"
 #include "ros/output/mesh_publisher.h"
@@ -36,24 +36,13 @@ struct SavedMesh {
   std::string loss;      ///< What the format cannot hold, in words; empty: nothing.
 };
 
-/// Output's thread only, but for report(). The map never waits for it.
+/// Output's thread only, but for hasListeners() and report(). The map never waits for it.
 class MeshOutput {
  public:
-  /// What the output works with; all of it outlives it.
-  struct Parts {
-    MeshHandover& mesh_changes;
-    MeshPublisher& mesh_publisher;
-    SurfacePointsPublisher& points_publisher;
-  };
+  /// `mesh_changes` outlives it.
+  MeshOutput(const ros::NodeHandle& nh, const MappingParams& params, MeshHandover& mesh_changes);
 
-  struct Options {
-    MapParams map;
-    MeshColour colour;
-    double mesh_rate_hz, points_rate_hz;  ///< Bounds, in wall time.
-    size_t max_queue_bytes;               ///< That may wait for listeners, over all topics.
-  };
-
-  MeshOutput(const Options& options, const Parts& parts);
+  bool hasListeners() const { return mesh_.listeners() + points_.listeners() > 0; }
 
   void setRates(double mesh_rate_hz, double points_rate_hz) {
     schedule_.setRates(mesh_rate_hz, points_rate_hz);
@@ -73,15 +62,17 @@ class MeshOutput {
   OutputReport report() const;
 
  private:
-  OutputSchedule::Situation situation() const;
+  OutputSchedule::Situation situation();
   void act(OutputSchedule::Action action);
   SavedMesh saveInPieces(const std::string& path, const std::function<void()>& check);
   QueueShare share() const;
   void updateReport();
 
-  MeshColour colour_;
-  Parts parts_;
-  size_t max_queue_bytes_;
+  const MeshColour colour_;
+  const size_t max_queue_bytes_;
+  MeshHandover& mesh_changes_;
+  MeshPublisher mesh_;
+  SurfacePointsPublisher points_;
   OutputSchedule schedule_;
   PagedMeshes meshes_;
   ros::Time mesh_stamp_;  ///< Of the newest frame in the mesh.

@@ -68,7 +68,7 @@ class ChunkTopic {
   std::map<std::shared_ptr<ListenerLink>, Needs> listeners_;
 };
 
-/// Output's thread only, but for hasListeners() and listeners().
+/// Output's thread only, but for listeners().
 class MeshPublisher {
  public:
   struct Style {
@@ -79,11 +79,10 @@ class MeshPublisher {
 
   MeshPublisher(const ros::NodeHandle& nh, const Style& style);
 
-  bool hasListeners() const { return listeners() > 0; }
   size_t listeners() const { return markers_.listeners() + blocks_.listeners(); }
 
   /// Someone listens who does not know yet that chunks have changed.
-  bool hasChanges() const { return hasListeners() && !chunks_.changed().empty(); }
+  bool hasChanges() const { return listeners() > 0 && !chunks_.changed().empty(); }
 
   /// A listener lacks chunks that it knows of, and has room for them.
   bool isBehind(const QueueShare& share) const;

@@ -21,6 +21,10 @@ size_t mostCellBytes(const MapperParams& params) {
   return std::min(budgetOf(params).free_bytes, size_t{64} << 20);
 }
 
+GroundHeights heightsOf(const GroundParams& ground) {
+  return {ground.min_height_m, ground.max_height_m, ground.grid_seen_share};
+}
+
 /// The map's thread and the output's have something left.
 int halfOfTheCores() {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 2);
@@ -28,14 +32,15 @@ int halfOfTheCores() {
 
 }  // namespace
 
-SpaceOutput::SpaceOutput(const ros::NodeHandle& nh, const Options& options, SpaceHandover& handover)
+SpaceOutput::SpaceOutput(const ros::NodeHandle& nh, const MappingParams& params,
+                         SpaceHandover& handover)
     : handover_(handover),
-      slice_height_m_(options.slice_height_m),
-      follower_(options.mapper.space.max_distance_m, halfOfTheCores(),
-                makePages(options.mapper, mostCellBytes(options.mapper))),
-      grid_(nh, options.map_frame, options.heights),
-      slice_(nh, options.map_frame, options.slice_height_m),
-      pace_(options.rate_hz) {}
+      slice_height_m_(params.node.ground.slice_height_m),
+      follower_(params.mapper.space.max_distance_m, halfOfTheCores(),
+                makePages(params.mapper, mostCellBytes(params.mapper))),
+      grid_(nh, frameOfMap(params.node), heightsOf(params.node.ground)),
+      slice_(nh, frameOfMap(params.node), slice_height_m_),
+      pace_(params.node.publish.space_rate_hz) {}
 
 std::chrono::milliseconds SpaceOutput::step() noexcept {
   return guarded("output of space", [this] { work(); }) ? kUntilListeners : kAfterSpaceError;

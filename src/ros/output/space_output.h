@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "params/node_params.h"
 #include "ros/common/schedule.h"
 #include "ros/output/handovers.h"
 #include "ros/output/reports.h"
@@ -28,15 +29,8 @@ struct StampedSpace {
 /// mesh that is saved.
 class SpaceOutput {
  public:
-  struct Options {
-    std::string map_frame;
-    GroundHeights heights;
-    double slice_height_m;
-    MapperParams mapper;
-    double rate_hz;  ///< Of grid updates and slices, in wall time.
-  };
-
-  SpaceOutput(const ros::NodeHandle& nh, const Options& options, SpaceHandover& handover);
+  /// `handover` outlives it.
+  SpaceOutput(const ros::NodeHandle& nh, const MappingParams& params, SpaceHandover& handover);
 
   void setRate(double rate_hz) { pace_.setRate(rate_hz, std::chrono::steady_clock::now()); }
 

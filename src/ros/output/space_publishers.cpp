@@ -12,14 +12,7 @@
 namespace dtsdf {
 namespace {
 
-/// Latched, as map_server's: who comes late gets one, and tools see that.
-template <class Message>
-ros::AdvertiseOptions latched(const std::string& topic) {
-  ros::AdvertiseOptions options;
-  options.init<Message>(topic, 1);
-  options.latch = true;
-  return options;
-}
+constexpr bool kLatched = true;
 
 void warnOfSize(const GridBox& window) {
   ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
@@ -38,8 +31,8 @@ GridPublisher::GridPublisher(const ros::NodeHandle& nh, const std::string& map_f
     : map_frame_(map_frame),
       heights_(heights),
       grid_(heights),
-      grids_(nh, latched<nav_msgs::OccupancyGrid>("occupancy_grid")),
-      updates_(nh, latched<map_msgs::OccupancyGridUpdate>("occupancy_grid_updates")) {}
+      grids_(nh, topicOf<nav_msgs::OccupancyGrid>("occupancy_grid", kLatched)),
+      updates_(nh, topicOf<map_msgs::OccupancyGridUpdate>("occupancy_grid_updates", kLatched)) {}
 
 void GridPublisher::apply(const SpaceChanges& changes, double cell_size_m, const ros::Time& stamp) {
   grid_.apply(changes, cell_size_m);
@@ -138,19 +131,11 @@ ros::SerializedMessage GridPublisher::updateMessage(const GridBox& box) const {
   return ros::serialization::serializeMessage(update);
 }
 
-namespace {
-
-ros::AdvertiseOptions advertiseOptions() {
-  ros::AdvertiseOptions options;
-  options.init<sensor_msgs::PointCloud2>("distance_slice", 1);
-  return options;
-}
-
-}  // namespace
-
 SlicePublisher::SlicePublisher(const ros::NodeHandle& nh, const std::string& map_frame,
                                double height_m)
-    : map_frame_(map_frame), height_m_(height_m), topic_(nh, advertiseOptions()) {}
+    : map_frame_(map_frame),
+      height_m_(height_m),
+      topic_(nh, topicOf<sensor_msgs::PointCloud2>("distance_slice")) {}
 
 void SlicePublisher::put(const SpaceSlice& slice) {
   sensor_msgs::PointCloud2 cloud;

@@ -31,17 +31,11 @@ Point toPoint(const Mesh& mesh, size_t vertex, MeshColour colour) {
   return point;
 }
 
-ros::AdvertiseOptions advertiseOptions() {
-  ros::AdvertiseOptions options;
-  options.init<Cloud>("surface_points", 1);
-  return options;
-}
-
 }  // namespace
 
 SurfacePointsPublisher::SurfacePointsPublisher(const ros::NodeHandle& nh,
                                                const std::string& map_frame, MeshColour colour)
-    : map_frame_(map_frame), colour_(colour), topic_(nh, advertiseOptions()) {}
+    : map_frame_(map_frame), colour_(colour), topic_(nh, topicOf<Cloud>("surface_points")) {}
 
 bool SurfacePointsPublisher::isDue() {
   const ListenerTopic::Links& links = topic_.links();

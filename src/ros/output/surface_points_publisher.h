@@ -10,14 +10,13 @@
 
 namespace dtsdf {
 
-/// Output's thread only, but for hasListeners() and listeners(). A cloud is the whole mesh, so that
+/// Output's thread only, but for listeners(). A cloud is the whole mesh, so that
 /// a listener gets the next one when it has read the one before.
 class SurfacePointsPublisher {
  public:
   SurfacePointsPublisher(const ros::NodeHandle& nh, const std::string& map_frame,
                          MeshColour colour);
 
-  bool hasListeners() const { return listeners() > 0; }
   size_t listeners() const { return topic_.listeners(); }
 
   void noteChanges() { topic_.outdate(); }

@@ -1,31 +1,55 @@
 #include "ros/session/mapping_node.h"
 
+#include <dtsdf_mapping/PublishConfig.h>
+#include <dynamic_reconfigure/server.h>
 #include <ros/console.h>
 #include <ros/master.h>
 #include <ros/this_node.h>
 
 #include <chrono>
+#include <mutex>
+#include <string>
 #include <utility>
 
 #include "ros/common/callback_guard.h"
+#include "ros/common/worker_thread.h"
+#include "ros/output/status_publisher.h"
+#include "ros/session/map_services.h"
+#include "ros/session/mapping_pipeline.h"
 
 namespace dtsdf {
 namespace {
 
 constexpr std::chrono::milliseconds kAskPeriod{3000};
 
-}  // namespace
+/// Whether the ROS master still knows this node. A master that was restarted has forgotten all
+/// nodes, and roscpp does not register again: who is connected stays so, but nobody else finds the
+/// node, neither its topics nor its services. Asks every few seconds, on a thread of its own, as a
+/// master that hangs may answer late.
+class MasterWatch {
+ public:
+  /// `service` is one of the node's own, which the master has to know.
+  explicit MasterWatch(std::string service)
+      : service_(std::move(service)), thread_([this] {
+          look();
+          return kAskPeriod;
+        }) {}
 
-MasterWatch::MasterWatch(std::string service)
-    : service_(std::move(service)), thread_([this] {
-        look();
-        return kAskPeriod;
-      }) {}
+  /// What is wrong, and what to do; empty if nothing is.
+  std::string problem() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return problem_;
+  }
 
-std::string MasterWatch::problem() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return problem_;
-}
+ private:
+  void look();
+  std::string ask() const;
+
+  const std::string service_;
+  mutable std::mutex mutex_;  ///< Guards what follows.
+  std::string problem_;
+  WorkerThread thread_;
+};
 
 void MasterWatch::look() {
   std::string problem;
@@ -57,33 +81,52 @@ std::string MasterWatch::ask() const {
          "all others (the map starts empty)";
 }
 
-MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
-    : pipeline_(nh, private_nh),
-      services_(private_nh, pipeline_),
-      master_watch_(services_.nameOfOne()),
-      status_(nh, private_nh,
-              StatusPublisher::Options{frameOfMap(pipeline_.params().node),
-                                       pipeline_.params().node.publish.status_rate_hz},
-              [this] {
-                StatusInput input = pipeline_.status();
-                input.master = master_watch_.problem();
-                return input;
-              }),
-      rates_(ros::NodeHandle(private_nh, "publish")) {
-  rates_.setCallback([this](const dtsdf_mapping::PublishConfig& config, uint32_t) {
-    guarded("rates", [&] { setRates(config); });
-  });
-  services_.start();  // last, so that nobody waits for a loop that a failing constructor has ended
-}
+class MappingNode {
+ public:
+  MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
+      : pipeline_(nh, private_nh),
+        services_(private_nh, pipeline_),
+        master_watch_(services_.nameOfOne()),
+        status_(nh, private_nh,
+                StatusPublisher::Options{frameOfMap(pipeline_.params().node),
+                                         pipeline_.params().node.publish.status_rate_hz},
+                [this] {
+                  StatusInput input = pipeline_.status();
+                  input.master = master_watch_.problem();
+                  return input;
+                }),
+        rates_(ros::NodeHandle(private_nh, "publish")) {
+    rates_.setCallback([this](const dtsdf_mapping::PublishConfig& config, uint32_t) {
+      guarded("rates", [&] { setRates(config); });
+    });
+    services_
+        .start();  // last, so that nobody waits for a loop that a failing constructor has ended
+  }
 
-void MappingNode::setRates(const dtsdf_mapping::PublishConfig& config) {
-  PublishParams rates = pipeline_.params().node.publish;
-  rates.mesh_rate_hz = config.mesh_rate_hz;
-  rates.points_rate_hz = config.points_rate_hz;
-  rates.status_rate_hz = config.status_rate_hz;
-  rates.space_rate_hz = config.space_rate_hz;
-  status_.setRate(rates.status_rate_hz);
-  pipeline_.setRates(rates);
+ private:
+  void setRates(const dtsdf_mapping::PublishConfig& config) {
+    PublishParams rates = pipeline_.params().node.publish;
+    rates.mesh_rate_hz = config.mesh_rate_hz;
+    rates.points_rate_hz = config.points_rate_hz;
+    rates.status_rate_hz = config.status_rate_hz;
+    rates.space_rate_hz = config.space_rate_hz;
+    status_.setRate(rates.status_rate_hz);
+    pipeline_.setRates(rates);
+  }
+
+  // They end from the outside in: nothing calls into a part that is gone.
+  MappingPipeline pipeline_;
+  MapServices services_;
+  MasterWatch master_watch_;
+  StatusPublisher status_;
+  /// Below `publish/`, so that its keys are those of the settings.
+  dynamic_reconfigure::Server<dtsdf_mapping::PublishConfig> rates_;
+};
+
+}  // namespace
+
+std::shared_ptr<void> startMapping(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
+  return std::make_shared<MappingNode>(nh, private_nh);
 }
 
 }  // namespace dtsdf

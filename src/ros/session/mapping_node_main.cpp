@@ -1,6 +1,7 @@
 /// The door for those who run it as a node of its own.
 #include <ros/ros.h>
 
+#include "params/node_params.h"
 #include "ros/common/node_start.h"
 #include "ros/session/mapping_node.h"
 
@@ -18,7 +19,7 @@ int main(int argc, char** argv) {
   return dtsdf::runNode(argc, argv,
                         {"mapping", kUsage, dtsdf::defaultsOf<dtsdf::MappingParams>(),
                          [](const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
-                           const dtsdf::MappingNode node(nh, private_nh);
+                           const auto node = dtsdf::startMapping(nh, private_nh);
                            ros::spin();
                          }});
 }

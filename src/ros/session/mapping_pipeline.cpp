@@ -32,12 +32,6 @@ MappingParams readParams(const ros::NodeHandle& private_nh) {
   return params;
 }
 
-MeshOutput::Options outputOptions(const MappingParams& params) {
-  const PublishParams& publish = params.node.publish;
-  return {params.mapper.map, params.mapper.mesh.colour, publish.mesh_rate_hz,
-          publish.points_rate_hz, static_cast<size_t>(publish.max_queue_mb) << 20};
-}
-
 /// The mesh is extracted for listeners as often as one of its two topics may need it.
 double meshRate(const PublishParams& publish) {
   return std::max(publish.mesh_rate_hz, publish.points_rate_hz);
@@ -62,20 +56,6 @@ std::unique_ptr<FramePoses> makeFramePoses(const NodeParams& params, const PoseS
                             [publisher] { publisher->clearPath(); }});
 }
 
-std::unique_ptr<SpaceOutput> makeSpaceOutput(const ros::NodeHandle& private_nh,
-                                             const MappingParams& params, SpaceHandover& handover) {
-  if (!params.mapper.space.enabled) return nullptr;
-  const GroundParams& ground = params.node.ground;
-  return std::make_unique<SpaceOutput>(
-      private_nh,
-      SpaceOutput::Options{frameOfMap(params.node),
-                           {ground.min_height_m, ground.max_height_m, ground.grid_seen_share},
-                           ground.slice_height_m,
-                           params.mapper,
-                           params.node.publish.space_rate_hz},
-      handover);
-}
-
 }  // namespace
 
 MappingPipeline::MappingPipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
@@ -94,11 +74,8 @@ MappingPipeline::MappingPipeline(const ros::NodeHandle& nh, const ros::NodeHandl
       posed_frames_(params_.node.input.merge_wait_s, [this] { map_loop_.wake(); }),
       cameras_(nh, private_nh, params_.node,
                {image_poses_, posed_frames_, ledger_, [this] { intake_loop_.wake(); }}),
-      mesh_publisher_(private_nh, {frameOfMap(params_.node), params_.mapper.mesh.colour,
-                                   params_.node.publish.chunk_blocks}),
-      points_publisher_(private_nh, frameOfMap(params_.node), params_.mapper.mesh.colour),
       mesh_changes_([this] { output_loop_.wake(); }),
-      output_(outputOptions(params_), {mesh_changes_, mesh_publisher_, points_publisher_}),
+      output_(private_nh, params_, mesh_changes_),
       log_(params_.node.log.folder.empty()
                ? nullptr
                : std::make_unique<MapLog>(
@@ -106,15 +83,15 @@ MappingPipeline::MappingPipeline(const ros::NodeHandle& nh, const ros::NodeHandl
       correction_(log_ && !frame_poses_ ? std::make_unique<MapCorrection>(*log_, params_.mapper)
                                         : nullptr),
       space_changes_([this] { space_loop_.wake(); }),
-      space_output_(makeSpaceOutput(private_nh, params_, space_changes_)),
+      space_output_(params_.mapper.space.enabled
+                        ? std::make_unique<SpaceOutput>(private_nh, params_, space_changes_)
+                        : nullptr),
       views_(private_nh, std::chrono::steady_clock::now),
-      session_(
-          makeMapper(params_.mapper), meshRate(params_.node.publish),
-          {posed_frames_, ledger_, mesh_changes_,
-           [this] { return mesh_publisher_.hasListeners() || points_publisher_.hasListeners(); },
-           [this](const ros::Time& stamp) { return map_poses_.keepCenterAt(stamp); },
-           space_output_ ? &space_changes_ : nullptr, &levelling_, frame_poses_.get(), log_.get(),
-           correction_.get(), &views_}),
+      session_(makeMapper(params_.mapper), meshRate(params_.node.publish),
+               {posed_frames_, ledger_, mesh_changes_, [this] { return output_.hasListeners(); },
+                [this](const ros::Time& stamp) { return map_poses_.keepCenterAt(stamp); },
+                space_output_ ? &space_changes_ : nullptr, &levelling_, frame_poses_.get(),
+                log_.get(), correction_.get(), &views_}),
       free_memory_(std::chrono::steady_clock::now),
       output_loop_(
           [this] {
@@ -186,7 +163,7 @@ StatusInput MappingPipeline::status() const {
   }
   if (input.map.voxel_size_m == 0.0f) input.map.voxel_size_m = params_.mapper.map.voxel_size_m;
   input.max_image_bytes = queueBytesOf(params_.node.input);
-  input.max_queue_bytes = static_cast<uint64_t>(params_.node.publish.max_queue_mb) << 20;
+  input.max_queue_bytes = queueBytesOf(params_.node.publish);
   return input;
 }
 

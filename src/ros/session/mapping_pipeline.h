@@ -112,8 +112,6 @@ class MappingPipeline {
   FrameLedger ledger_;
   Cameras cameras_;
 
-  MeshPublisher mesh_publisher_;
-  SurfacePointsPublisher points_publisher_;
   MeshHandover mesh_changes_;
   MeshOutput output_;
   std::unique_ptr<MapLog> log_;  ///< Both null unless log/folder is set.

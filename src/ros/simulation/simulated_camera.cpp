@@ -7,8 +7,8 @@
 #include <tf2_ros/static_transform_broadcaster.h>
 #include <tf2_ros/transform_broadcaster.h>
 
+#include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <string>
 #include <vector>
 
@@ -78,7 +78,7 @@ class SimulatedCamera {
   void publishFrame(int index);
   void publishPose(const Eigen::Isometry3d& T_W_C, const ros::Time& stamp);
   void publishColour(double time_s, const ros::Time& stamp);
-  sensor_msgs::Image makeImage(const std::vector<float>& depth_m, const ros::Time& stamp) const;
+  sensor_msgs::ImagePtr makeImage(const std::vector<float>& depth_m, const ros::Time& stamp) const;
   Intrinsics intrinsicsOf(int width, int height) const;
   Scene sceneAt(double time_s) const;
 
@@ -92,17 +92,6 @@ class SimulatedCamera {
 };
 
 namespace enc = sensor_msgs::image_encodings;
-
-/// Copies pixels into an image, each converted by `convert`.
-template <class Pixel, class Convert>
-void fillPixels(const std::vector<float>& depth_m, sensor_msgs::Image& image, Convert convert) {
-  image.step = image.width * sizeof(Pixel);
-  image.data.resize(depth_m.size() * sizeof(Pixel));
-  for (size_t i = 0; i < depth_m.size(); ++i) {
-    const Pixel pixel = convert(depth_m[i]);
-    std::memcpy(&image.data[i * sizeof(Pixel)], &pixel, sizeof(Pixel));
-  }
-}
 
 /// The colour camera in the depth camera's frame: 5 cm to the right.
 Eigen::Isometry3d colourCameraBeside() {
@@ -158,9 +147,9 @@ void SimulatedCamera::publishFrame(int index) {
   const Intrinsics K = intrinsicsOf(params_.width_px, params_.height_px);
   const std::vector<float> depth_m =
       renderDepth(sceneAt(time_s), K, params_.width_px, params_.height_px, T_W_C);
-  const sensor_msgs::Image image = makeImage(depth_m, stamp);
+  const sensor_msgs::ImagePtr image = makeImage(depth_m, stamp);
   images_.publish(image);
-  infos_.publish(makeCameraInfo(image, K));
+  infos_.publish(makeCameraInfo(*image, K));
 }
 
 Scene SimulatedCamera::sceneAt(double time_s) const {
@@ -195,21 +184,25 @@ Intrinsics SimulatedCamera::intrinsicsOf(int width, int height) const {
           0.5f * static_cast<float>(height - 1)};
 }
 
-sensor_msgs::Image SimulatedCamera::makeImage(const std::vector<float>& depth_m,
-                                              const ros::Time& stamp) const {
-  sensor_msgs::Image image;
+sensor_msgs::ImagePtr SimulatedCamera::makeImage(const std::vector<float>& depth_m,
+                                                 const ros::Time& stamp) const {
+  cv_bridge::CvImage image;
   image.header.stamp = stamp;
   image.header.frame_id = params_.camera_frame;
-  image.width = static_cast<uint32_t>(params_.width_px);
-  image.height = static_cast<uint32_t>(params_.height_px);
+  const cv::Size size(params_.width_px, params_.height_px);
   if (params_.encoding == DepthFormat::k16UC1) {
     image.encoding = enc::TYPE_16UC1;
-    fillPixels<uint16_t>(depth_m, image, toMillimetres);
+    cv::Mat_<uint16_t> pixels(size);
+    std::transform(depth_m.begin(), depth_m.end(), pixels.begin(), toMillimetres);
+    image.image = pixels;
   } else {
     image.encoding = enc::TYPE_32FC1;
-    fillPixels<float>(depth_m, image, [](float depth) { return depth > 0.0f ? depth : NAN; });
+    cv::Mat_<float> pixels(size);
+    std::transform(depth_m.begin(), depth_m.end(), pixels.begin(),
+                   [](float depth) { return depth > 0.0f ? depth : NAN; });
+    image.image = pixels;
   }
-  return image;
+  return image.toImageMsg();
 }
 
 SimulatedCameraParams readParams(const ros::NodeHandle& private_nh) {

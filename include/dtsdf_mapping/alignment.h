@@ -1,12 +1,12 @@
-/// Aligning a depth image to the map: what is believed of its pose before, and what is known after.
+/// Aligning a depth image to the map: the prior of its pose, and the result.
 #pragma once
 
 #include <Eigen/Geometry>
 
 namespace dtsdf {
 
-/// How far a pose may be off: standard deviations of a normal distribution around it, along each
-/// axis. Directions that the image does not hold, as along a plain corridor, stay at the prior.
+/// How far a pose may be off: standard deviations of a normal distribution around it, per axis.
+/// Directions that the image does not constrain, as along a plain corridor, stay at the prior.
 struct PosePrior {
   double sigma_m = 0.05;     ///< Of the position, in metres.
   double sigma_rad = 0.035;  ///< Of the orientation, in radians.
@@ -16,14 +16,14 @@ struct PosePrior {
 enum class AlignmentStatus {
   kAligned,   ///< `T_W_C` is where the image fits the map best.
   kUnmapped,  ///< The map holds too little of what the image shows.
-  kMisfit,    ///< What the map holds there does not fit: another place, or a pose too far off.
+  kMisfit,    ///< The map does not fit there: another place, or a pose too far off.
   kUnsure,    ///< Fits again after tracking was lost, but not for enough images yet.
 };
 
-/// A word for messages ("does not fit").
+/// A short text for messages ("does not fit the map").
 const char* toString(AlignmentStatus status);
 
-/// The pose of an image by the map.
+/// Result of aligning an image to the map.
 struct Alignment {
   AlignmentStatus status = AlignmentStatus::kUnmapped;  ///< Whether T_W_C was found.
   /// Optical frame to map frame, in metres. That of the frame unless it was aligned.
@@ -33,12 +33,12 @@ struct Alignment {
   double residual_m = 0.0;     ///< Root mean square of their distances to the surface, in metres.
   double shift_m = 0.0;        ///< From the frame's pose, in metres.
   double turn_rad = 0.0;       ///< The same in radians.
-  /// By how much the frame's pose puts what it shows off the map, along the normals, root mean
-  /// square, in metres: small where the pose is off along a wall.
+  /// How far the image's points lie off the map at the frame's pose, along their normals, root mean
+  /// square, in metres: small if the pose is off along a wall only.
   double misplacement_m = 0.0;
-  bool is_significant = false;  ///< That is more than the map's own error can explain.
-  /// Of the error of T_W_C: of its position along the axes of the map frame in m^2, then of small
-  /// rotations about these in rad^2. The prior's where the image holds nothing.
+  bool is_significant = false;  ///< misplacement_m is more than the map's own error explains.
+  /// Covariance of T_W_C: of the position along the axes of the map frame in m^2, then of small
+  /// rotations about these in rad^2. The prior's where the image constrains nothing.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 

@@ -1,4 +1,4 @@
-/// How far poses follow what images are aligned to.
+/// How far refined poses follow noisy alignments.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -6,24 +6,24 @@
 
 namespace dtsdf {
 
-/// Finds out whether given poses or alignments vary more at random from image to image. Coarse or
-/// warped depth, as a phone's, is aligned to a centimetre here and there while odometry is smooth:
-/// then alignments are followed on average only.
+/// Estimates whether given poses or alignments have the larger random errors. Alignments of coarse
+/// or warped depth, such as a phone's, may scatter by a centimetre while odometry is smooth; then
+/// poses follow alignments on average only.
 ///
-/// Independent errors show in third differences, which leave smooth motion and smooth drift out.
-/// Those of the given way bound the given poses' errors; those of the corrections have both, so
-/// what they have more is of the alignments. Not thread safe.
+/// Independent errors show in third differences, which smooth motion and drift do not affect. Those
+/// of the given poses bound the given poses' errors; those of the corrections contain both errors,
+/// so the excess is that of the alignments. Not thread safe.
 class AlignmentGain {
  public:
   /// The next given pose, camera to odometry.
   void addGiven(const Eigen::Isometry3d& T_O_C);
 
-  /// What the last given pose was aligned to, camera to map. @return whether the correction has
-  /// jumped, so that nothing before it counts.
+  /// The aligned pose of the image given last, camera to map. @return whether the correction has
+  /// jumped, so that earlier ones no longer count.
   bool addAligned(const Eigen::Isometry3d& T_W_C);
 
-  /// The share of the way from the expected pose to the aligned one that an image is to be moved:
-  /// 1 unless alignments are known to be noisy and the way is within their noise.
+  /// The share of the way from the expected to the aligned pose by which to move an image: 1 unless
+  /// alignments are known to be noisy and the way is within their noise.
   double share(const Eigen::Isometry3d& expected_T_W_C,
                const Eigen::Isometry3d& aligned_T_W_C) const;
 

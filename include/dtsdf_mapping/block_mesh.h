@@ -1,4 +1,4 @@
-/// The mesh of one block: what the backends hand out, and what a consumer keeps per block.
+/// The mesh of one block, and updates of a mesh by blocks.
 #pragma once
 
 #include <cstdint>
@@ -12,11 +12,11 @@ namespace dtsdf {
 /// ((index of the edge's lower corner) * 3 + axis) * 2 + facing. The corners are the 9 x 9 x 9 ones
 /// of the block's mesh units, x fastest; facing 0 has its behind side at the lower end.
 ///
-/// In a refined mesh (mesh/refine) there are vertices at the middles of the sides between two of
-/// these as well. A middle's `edge` is 4374 + 4374 * a + b, from those of its two ends, a < b.
+/// A refined mesh (mesh/refine) also has vertices at the midpoints of sides between two of these. A
+/// midpoint's `edge` is 4374 + 4374 * a + b, from those of its two ends, a < b.
 struct BlockVertex {
   Vec3f position;  ///< In voxels, relative to the block's first voxel, each in [-2, 10].
-  uint32_t edge;   ///< Which edge of the block, as said above.
+  uint32_t edge;   ///< Which edge of the block, as above.
 };
 
 /// The colour of a vertex, as images showed it.
@@ -24,14 +24,14 @@ struct VertexColour {
   uint8_t red;      ///< 0 to 255.
   uint8_t green;    ///< 0 to 255.
   uint8_t blue;     ///< 0 to 255.
-  uint8_t painted;  ///< 255; or 0, as all of it, where no image has seen the surface.
+  uint8_t painted;  ///< 255; or 0, like the others, if no image has seen the surface.
 };
 
 /// Triangles of the mesh units of one block, counter-clockwise seen from the front. Vertices on the
 /// block's far faces are repeated, bit for bit, by the neighbour that owns their edge.
 ///
-/// The middles of a refined mesh follow the vertices on edges in the order of their units. Units
-/// side by side both list the middles on the face between them, with the same `edge` and bits.
+/// The midpoints of a refined mesh follow the vertices on edges, in the order of their units. Units
+/// side by side both list the midpoints on the face between them, with the same `edge` and bits.
 struct BlockMesh {
   BlockKey key;                       ///< Which block.
   std::vector<BlockVertex> vertices;  ///< Those on edges first, sorted by `edge`, each once.
@@ -39,12 +39,12 @@ struct BlockMesh {
   std::vector<VertexColour> colours;  ///< One per vertex; none before the map is first painted.
 };
 
-/// Changes since the last extraction; a mesh without triangles replaces one that vanished.
+/// Changes since the last extraction; for a block whose mesh vanished, one without triangles.
 struct MeshUpdate {
   std::vector<BlockMesh> blocks;  ///< Sorted by packed key.
   double duration_ms = 0.0;       ///< Time the extraction took.
-  bool is_part = false;  ///< With map/page_folder, of more than should be in memory at once: the
-                         ///< next extraction has more.
+  bool is_part = false;           ///< With map/page_folder, large updates come in parts: the next
+                                  ///< extraction has more.
 };
 
 }  // namespace dtsdf

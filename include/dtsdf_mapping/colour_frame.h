@@ -1,4 +1,4 @@
-/// A colour image with its camera: what the surfaces of a map are painted with.
+/// A colour image with its camera, to paint the surfaces of a map with.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -18,8 +18,8 @@ enum class ColourEncoding : int32_t {
   kMono8,  ///< One byte of grey.
 };
 
-/// One colour image, of a camera of its own: it may stand elsewhere than the depth camera, have
-/// another size and lens, and take its pictures at other times. The pixels are read only during the
+/// One colour image, with its own camera: pose, size, lens and time may differ from those of the
+/// depth images. The pixels are read only during the
 /// call that it is passed to.
 struct ColourFrame {
   const void* data = nullptr;                       ///< First row; rows are `row_bytes` apart.

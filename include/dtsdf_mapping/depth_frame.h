@@ -1,4 +1,4 @@
-/// A depth image with its camera: what a map is made of.
+/// A depth image with its camera.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -20,7 +20,7 @@ struct DepthFrame {
   float unit_m = 0.001f;              ///< Metres per unit of the raw value (1 for depth in metres).
   Intrinsics intrinsics{0, 0, 0, 0};  ///< Of this image, which is rectified.
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< Optical frame to map frame, metres.
-  /// What map/keep_radius_m is measured from, in the map frame in metres; none: the camera.
+  /// Centre of map/keep_radius_m, in the map frame in metres; none: the camera.
   std::optional<Eigen::Vector3d> keep_center_W;
 };
 

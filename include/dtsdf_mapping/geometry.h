@@ -1,18 +1,18 @@
-/// Plain vectors, and the coordinates of blocks, as they stand in frames and meshes.
+/// Plain vectors and block coordinates, as used in frames and meshes.
 #pragma once
 
 #include <cstdint>
 
 namespace dtsdf {
 
-/// Three numbers; name and comment of whoever holds them say the frame and the unit.
+/// Three numbers; the name and comment of each variable give frame and unit.
 struct Vec3f {
   float x;  ///< First component.
   float y;  ///< Second component.
   float z;  ///< Third component.
 };
 
-/// Three whole numbers, as for Vec3f.
+/// Three integers, as for Vec3f.
 struct Vec3i {
   int32_t x;  ///< First component.
   int32_t y;  ///< Second component.
@@ -28,7 +28,7 @@ constexpr int kBlockSide = 1 << kBlockSideLog2;
 /// Coordinates of a block, counted in blocks from the origin of W.
 using BlockKey = Vec3i;
 
-/// A block's coordinates in one number, which sorts by z, then y, then x.
+/// A block's coordinates packed into one number, which sorts by z, then y, then x.
 using PackedKey = uint64_t;
 
 }  // namespace dtsdf

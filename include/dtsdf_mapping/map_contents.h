@@ -1,4 +1,4 @@
-/// A whole map outside of a mapper: what a map file holds, and what another mapper resumes from.
+/// A whole map outside a mapper: the content of a map file, from which a mapper can resume.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -16,8 +16,8 @@
 
 namespace dtsdf {
 
-/// An array of fixed size whose elements are not set when it is made, so that the threads that fill
-/// it are the first to touch it. Can be moved, not copied.
+/// An array of fixed size whose elements are not initialised, so that the threads that fill it are
+/// the first to touch it. Can be moved, not copied.
 template <class T>
 class PlainArray {
   static_assert(std::is_trivially_copyable<T>::value, "filled as bytes");
@@ -55,40 +55,40 @@ struct MapFreeCube {
   std::array<uint64_t, 8> cells;  ///< Word z, bit x + 8 y: that cell of it is free. Some are.
 };
 
-/// How much a map holds.
+/// Size of a map.
 struct MapSize {
   size_t blocks = 0;        ///< Blocks of 8 x 8 x 8 voxels.
   size_t voxel_arrays = 0;  ///< Directional arrays of 512 voxels, over all blocks.
   size_t bricks = 0;        ///< Bricks of 64 colours, over all voxel arrays.
   size_t free_cubes = 0;    ///< Cubes of 8 x 8 x 8 cells of space, of which some are free.
 
-  /// What counts towards map/max_memory_mb.
+  /// Bytes that count towards map/max_memory_mb.
   size_t bytes() const;
 };
 
-/// What a mapper does not know of its map.
+/// What the caller knows of a map, not the mapper.
 struct MapOrigin {
   std::string map_frame;  ///< Name of the frame that poses are of; empty: it has none.
-  /// Where W, the frame of the map, is another one, since it was levelled: that of poses in it.
+  /// Of a levelled map: from the frame of poses, M, to the frame of the map, W.
   std::optional<Eigen::Isometry3d> T_W_M;
   double stamp_s = 0.0;  ///< Of the newest frame fused, in seconds; 0: not known.
 };
 
-/// What there is to know of a map besides what lies where.
+/// A map without its blocks, voxels, colours and free cells.
 struct MapHead : MapOrigin {
-  /// The mapper's settings (but for backend, threads, budget and colour of the mesh) and the
+  /// The mapper's settings (except backend, threads, budget and colour of the mesh) and the
   /// numbers of its rules (rules/...).
   ParamTree settings;
   uint64_t frames = 0;             ///< Depth frames that were fused.
-  uint64_t supporting_frames = 0;  ///< Those of them that did not only clear.
-  bool painted = false;            ///< Whether there ever was colour: meshes have colours then.
+  uint64_t supporting_frames = 0;  ///< Of these, those that did more than clear.
+  bool painted = false;            ///< Whether the map was ever painted; meshes then have colours.
   std::array<float, 3> exposure = {1.0f, 1.0f, 1.0f};  ///< Gains of the last colour image.
-  int cell_voxels = 0;  ///< Edge of a cell of space, in voxels; 0: there was none to be kept.
+  int cell_voxels = 0;  ///< Edge of a cell of space, in voxels; 0: without space/enabled.
 };
 
 /// Everything that the map's later bytes depend on. Equal maps have equal contents, whatever the
-/// backend, and a mapper that is made from contents continues as the one that they are from would
-/// have, byte for byte, with equal settings and below the budget of memory.
+/// backend. A mapper made from contents continues as their mapper would have, byte for byte, given
+/// equal settings and enough budget.
 struct MapContents : MapHead {
   std::vector<MapBlock> blocks;  ///< By packed key, each once; none without voxels.
   /// 512 words of each voxel array, x fastest: of each block in turn, and of its directions. Bits 0
@@ -100,28 +100,28 @@ struct MapContents : MapHead {
   /// nothing is painted.
   PlainArray<uint32_t> colours;
 
-  std::vector<MapFreeCube> free_cubes;  ///< What was seen free, by packed key, each once.
+  std::vector<MapFreeCube> free_cubes;  ///< Free cells, by packed key, each cube once.
 };
 
-/// What a word of MapContents::voxels holds.
+/// The values in a word of MapContents::voxels.
 struct VoxelValues {
   float distance_voxels = 0.0f;  ///< Signed distance, in voxels; positive in front of the surface.
   float weight = 0.0f;           ///< Of the average, in frames; 0: no distance is known.
-  int evidence = 0;  ///< Frames that supported a surface here, less those that contradicted it.
+  int evidence = 0;              ///< Above 0: frames support a surface here; below 0: free space.
 };
 
 /// Decodes a word of MapContents::voxels.
 VoxelValues decodeVoxel(uint64_t word);
 
-/// Counts what contents hold. @throws std::runtime_error for blocks, as below.
+/// The size of contents. @throws std::runtime_error for blocks, as below.
 MapSize sizeOf(const MapContents& contents);
 
-/// Counts what blocks hold.
-/// @throws std::runtime_error for blocks that no map can have: not in the order of their keys, out
-/// of the coordinates of a map, without voxels, or with colours where there are no voxels.
+/// The size of a map with these blocks.
+/// @throws std::runtime_error for blocks that no map can have: not in the order of their keys,
+/// beyond the coordinates of a map, without voxels, or with colours where there are no voxels.
 MapSize sizeOf(const std::vector<MapBlock>& blocks);
 
-/// Whether contents are such as a mapper gives them. @throws std::runtime_error that says why not.
+/// Checks that contents are valid. @throws std::runtime_error that says what is wrong.
 void checkContents(const MapContents& contents);
 
 /// The settings that a map is bound to, since its voxels mean nothing without them:
@@ -130,28 +130,28 @@ void checkContents(const MapContents& contents);
 /// @throws std::runtime_error if one is missing there, or is no such setting.
 MapperParams withSettingsOf(const MapContents& contents, MapperParams params);
 
-/// Whether the map is one of this map frame; a name that is empty is not known, and fits.
-/// @throws std::runtime_error if it is of another one.
+/// Checks that the map is in this map frame; an empty name matches any.
+/// @throws std::runtime_error if it is in another one.
 void checkFrame(const MapContents& contents, const std::string& map_frame);
 
-/// Whether a run that levels its map, or one that does not, can resume from the contents; both can
-/// from those without frames. @throws std::runtime_error if it does not, with what to do.
+/// Checks that a run that levels its map, or does not, can resume from the contents; either can
+/// from contents without frames. @throws std::runtime_error if not, with what to do.
 void checkLevel(const MapContents& contents, bool is_levelled);
 
-/// The least map/max_memory_mb with which a mapper of these settings can resume from the contents.
+/// The smallest map/max_memory_mb with which a mapper of these settings can resume from contents.
 int leastMemoryMb(const MapContents& contents, MapperParams params);
 
 /// Bytes that a map may take, in memory and on disk.
 size_t mostMapBytes(const MapperParams& params);
 
-/// A remedy for checkFits() where settings were given beside a map.
+/// A remedy for checkFits() if settings were given as well as a map.
 constexpr char kLeaveSettingOut[] = "leave this setting out: it comes from the file";
 
-/// Whether a mapper of these settings can resume from the contents. With space/enabled it takes
-/// over the free cells, which have one size.
-/// @throws std::runtime_error with the first of those settings that differs and `remedy`, what the
-/// caller can do about that, or where the map is larger than map/max_memory_mb, or for another
-/// space/cell_voxels.
+/// Checks that a mapper of these settings can resume from the contents. With space/enabled it takes
+/// over the free cells, so their size must match.
+/// @throws std::runtime_error with the first of the bound settings that differs and `remedy`, which
+/// says what to do about it; if the map is larger than map/max_memory_mb; or if space/cell_voxels
+/// differs.
 void checkFits(const MapContents& contents, const MapperParams& params,
                const std::string& remedy = {});
 

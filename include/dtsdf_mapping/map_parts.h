@@ -8,11 +8,11 @@
 
 namespace dtsdf {
 
-/// A map whose voxels and colours come part by part.
+/// A map whose voxels and colours are delivered in parts.
 struct MapParts {
-  std::shared_ptr<const MapContents> head;  ///< What MapContents has besides voxels and colours.
-  /// Calls `take` with one part after the other: the blocks that come next in the head's order,
-  /// with their voxels and colours. Calls may come from several threads, one at a time.
+  std::shared_ptr<const MapContents> head;  ///< The contents without voxels and colours.
+  /// Calls `take` with one part after the other: the next blocks in the head's order, with their
+  /// voxels and colours. Calls may come from several threads, one at a time.
   std::function<void(const std::function<void(const MapContents& part)>& take)> visit;
 };
 

@@ -1,4 +1,4 @@
-/// A whole triangle mesh with shared vertices, and the store that keeps it up to date by blocks.
+/// A triangle mesh with shared vertices, and the store that collects mesh updates by blocks.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@ namespace dtsdf {
 
 /// Triangle mesh in the map frame W, in metres. Canonical: equal maps give equal bytes.
 ///
-/// Floats are too coarse far from the origin of W: 4 mm apart at 40 km. So where a mesh reaches
-/// beyond 64 m, its vertices count from an origin of its own, in its middle.
+/// Floats are too coarse far from the origin of W: 4 mm apart at 40 km. So if a mesh reaches beyond
+/// 64 m, its vertices are relative to an origin of its own, near its centre.
 struct Mesh {
   std::array<double, 3> origin_m = {0.0, 0.0, 0.0};  ///< In W, in whole metres; mostly that of W.
   std::vector<Vec3f> vertices_m;                     ///< Positions in W, less `origin_m`.
@@ -25,14 +25,14 @@ struct Mesh {
   std::vector<VertexColour> colours;               ///< Per vertex; none if no block has colours.
 };
 
-/// Where a vertex is in W, in metres.
+/// Position of a vertex in W, in metres.
 inline std::array<double, 3> positionInMap(const Mesh& mesh, size_t vertex) {
   const Vec3f& p = mesh.vertices_m[vertex];
   return {mesh.origin_m[0] + static_cast<double>(p.x), mesh.origin_m[1] + static_cast<double>(p.y),
           mesh.origin_m[2] + static_cast<double>(p.z)};
 }
 
-/// Whether the vertices count from another origin than that of W.
+/// Whether the vertices are relative to another origin than that of W.
 inline bool isFarFromOrigin(const Mesh& mesh) {
   return mesh.origin_m != std::array<double, 3>{0.0, 0.0, 0.0};
 }
@@ -40,20 +40,20 @@ inline bool isFarFromOrigin(const Mesh& mesh) {
 /// A block's mesh, shared by whoever shows, keeps or saves it; it never changes once it is made.
 using SharedBlockMesh = std::shared_ptr<const BlockMesh>;
 
-/// The latest mesh of every block. Feed it each MeshUpdate of a mapper, in order. A copy shares the
-/// meshes, so it is cheap.
+/// The latest mesh of every block. Pass it each MeshUpdate of a mapper, in order. Copies share the
+/// meshes, so they are cheap.
 class MeshStore {
  public:
   /// A store without blocks, for a mapper with voxels of this size.
   explicit MeshStore(float voxel_size_m);
 
-  /// Takes over what has changed.
+  /// Applies an update.
   void apply(const MeshUpdate& update);
 
   /// Replaces the mesh of one block without copying it; one without triangles removes the block.
   void put(SharedBlockMesh block);
 
-  /// Forgets all blocks; goes with Mapper::clear().
+  /// Removes all blocks; call it together with Mapper::clear().
   void clear();
 
   /// The blocks' meshes in canonical order (by packed key); none of them is empty.

@@ -5,9 +5,9 @@
 
 namespace dtsdf {
 
-/// Thrown by Mapper::clearRegion() where blocks on disk cannot come back to be cleared: these stay
-/// as they were, and all else is cleared. The mapper stays usable, and the region can be cleared
-/// again.
+/// Thrown by Mapper::clearRegion() if blocks on disk cannot be read back to be cleared: these stay
+/// as they were, and everything else is cleared. The mapper stays usable, and the region can be
+/// cleared again.
 class PartlyCleared : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

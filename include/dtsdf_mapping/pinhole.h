@@ -13,14 +13,14 @@ struct Intrinsics {
   float cy;  ///< Principal point, v.
 };
 
-/// What the pixels of a depth image are.
+/// Type of the pixels of a depth image.
 enum class DepthEncoding : int32_t {
   kUint16,   ///< Whole units of `unit_m`; 0 is no measurement.
   kFloat32,  ///< Multiples of `unit_m`; NaN, infinity and values <= 0 are no measurement.
 };
 
-/// What many drivers write into 16-bit depth where nothing was measured, or all was too far; 0
-/// means the same.
+/// The value that many drivers write into 16-bit depth where nothing was measured or all was too
+/// far; 0 means the same.
 constexpr uint16_t kNoDepth16 = 65535;
 
 }  // namespace dtsdf

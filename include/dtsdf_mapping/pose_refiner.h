@@ -10,18 +10,18 @@
 
 namespace dtsdf {
 
-/// Keeps the correction between the frame O that poses are given in and the frame W of the map, by
-/// a Kalman filter: it drifts with the way, and each pose that was aligned measures it, with the
-/// noise of the given pose. So drift is followed and noise is not. A pose that is as good as the
-/// map can say stays as it is, and where alignments are the noisier ones, poses follow them on
-/// average only. Not thread safe.
+/// A Kalman filter estimates the correction from the frame O that poses are given in to the frame W
+/// of the map. Its variance grows with the distance travelled, and each aligned pose measures it,
+/// with the noise of a given pose: so drift is corrected, and noise is averaged. A pose within the
+/// map's own error is not moved, and if alignments are noisier than given poses, poses follow them
+/// on average only. Not thread safe.
 class PoseRefiner {
  public:
-  /// @param params How far off poses are, and what becomes of frames that do not fit.
+  /// @param params Errors of given poses, and what to do with frames that do not fit.
   explicit PoseRefiner(const PoseParams& params) : params_(params) { forget(); }
 
-  /// Finds the pose of a frame, whose T_W_C is read as T_O_C, and keeps the correction if it was
-  /// aligned. `T_W_C` of the result is where the frame is to be fused.
+  /// Finds the pose of a frame, whose T_W_C is taken as T_O_C, and updates the correction if it was
+  /// aligned. Fuse the frame at `T_W_C` of the result.
   /// @throws std::exception when the backend fails.
   Alignment refine(Mapper& mapper, const DepthFrame& frame);
 
@@ -30,7 +30,7 @@ class PoseRefiner {
     return alignment.status != AlignmentStatus::kMisfit || params_.on_misfit == OnMisfit::kPrior;
   }
 
-  /// From O to W, by the frames that were aligned; identity at first.
+  /// The correction, O to W; identity at first.
   const Eigen::Isometry3d& T_W_O() const { return T_W_O_; }
 
  private:

@@ -1,4 +1,4 @@
-/// Finds the poses of depth images by the map alone, one after the other.
+/// Tracks a depth camera against the map, image by image.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,47 +10,47 @@
 
 namespace dtsdf {
 
-/// Follows a camera: each image is aligned to the map, starting from where the motion of the last
-/// images leads. Once an image does not fit, the camera is lost: nothing is fused, and each image
-/// is looked for around the poses of before, until some in a row fit again. Not thread safe.
+/// Each image is aligned to the map, starting from the pose that the motion of the last two images
+/// predicts. If an image does not fit, the camera is lost: nothing is fused, and each image is
+/// searched for around earlier poses, until some in a row fit again. Not thread safe.
 class PoseTracker {
  public:
-  /// @param params Its sigmas say how far a camera departs from its motion between two images.
+  /// @param params Its sigmas are the errors of predicted poses.
   explicit PoseTracker(const PoseParams& params) : params_(params) {}
 
-  /// Finds the pose of a frame. The pose in the frame counts only for the first one, which begins
-  /// there.
+  /// Finds the pose of a frame. The frame's own pose is used for the first one only, as the start
+  /// of the track.
   /// @param mapper Holds the map that the frame is aligned to; nothing is fused.
   /// @param frame Depth image, in the camera's optical frame.
-  /// @param stamp_s Of the frame, in seconds; the motion is continued only where stamps rise.
+  /// @param stamp_s Of the frame, in seconds; motion is extrapolated only while stamps rise.
   /// @throws std::exception when the backend fails.
   Alignment track(Mapper& mapper, const DepthFrame& frame, double stamp_s);
 
-  /// Whether the frame that track() was called with last is to be fused at the pose found: only
-  /// where it fits, or where its pose was given and the map holds nothing there yet.
+  /// Whether to fuse the frame that track() was last called with at the pose found: only if it
+  /// fits, or if its pose was given and the map holds nothing there yet.
   bool isToBeFused(const Alignment& alignment) const;
 
-  /// Continues from a pose that is known, in the map frame: the next frame begins there.
+  /// Continues from a known pose in the map frame: that of the next frame.
   void setPose(const Eigen::Isometry3d& T_W_C);
 
-  /// Counts the camera as lost, to be looked for around a pose, in a map that it may be anywhere
-  /// in. Nothing is fused before it is found.
-  /// @param near_T_W_C Where to begin, in the map frame.
+  /// Sets the camera to lost, to be searched for around a pose, as after a map was loaded. Nothing
+  /// is fused before it is found.
+  /// @param near_T_W_C Where to begin the search, in the map frame.
   /// @param stamp_s Of the next frame, in seconds.
   void seek(const Eigen::Isometry3d& near_T_W_C, double stamp_s);
 
-  /// The pose of the newest frame that fitted, or where the camera is looked for; none before the
-  /// first frame.
+  /// The pose of the newest frame that fitted, or where the search began; none before the first
+  /// frame.
   std::optional<Eigen::Isometry3d> lastPose() const;
 
-  /// The pose at a time after the last frame, by the motion so far; none before the first frame and
-  /// while the camera is lost.
+  /// The pose predicted for a time after the last frame; none before the first frame and while the
+  /// camera is lost.
   std::optional<Eigen::Isometry3d> poseAt(double stamp_s) const;
 
   /// Whether the camera is lost.
   bool isLost() const { return lost_since_s_.has_value(); }
 
-  /// Stamp of the first frame that did not fit, in seconds; none while the camera is followed.
+  /// Stamp of the first frame that did not fit, in seconds; none while tracking.
   std::optional<double> lostSince_s() const { return lost_since_s_; }
 
  private:

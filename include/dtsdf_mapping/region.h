@@ -9,7 +9,7 @@ namespace dtsdf {
 
 /// A box of any orientation, its faces included.
 struct BoxRegion {
-  /// To the map frame, in metres; B lies in the box's middle, its axes along the edges.
+  /// Box to map frame, in metres; B's origin is the box's centre, its axes lie along the edges.
   Eigen::Isometry3d T_W_B = Eigen::Isometry3d::Identity();
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();  ///< Whole extents along B's axes, in metres.
 };
@@ -23,7 +23,7 @@ struct SphereRegion {
 /// Either of them.
 using Region = std::variant<BoxRegion, SphereRegion>;
 
-/// What is wrong with a region, in words: a number that is not finite, a size that is not above 0,
+/// Describes what is wrong with a region: a number that is not finite, a size that is not above 0,
 /// a pose that is not a rotation and translation. Empty if nothing is.
 std::string findProblem(const Region& region);
 

@@ -1,4 +1,4 @@
-/// What a camera would see of a map: depth, normals and colours of its surfaces from any pose.
+/// Depth, normals and colours of a map's surfaces, as a camera would see them from any pose.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ struct RenderedView {
   int height = 0;  ///< In pixels.
   /// Distance along the optical axis, z in the camera's frame, in metres.
   std::vector<float> depth_m;
-  /// Of length one, out of the surface, in the camera's frame (x right, y down, z forward).
+  /// Unit normals, out of the surface, in the camera's frame (x right, y down, z forward).
   std::vector<Vec3f> normals_C;
   /// As on the mesh; none before the map is first painted.
   std::vector<VertexColour> colours;

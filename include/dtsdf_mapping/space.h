@@ -1,5 +1,5 @@
-/// The space around the surfaces, for planners: what is free, what is unknown, and how far it is to
-/// the next surface.
+/// Space for planners: which cells are free, unknown or contain a surface, and the distance to the
+/// nearest surface.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,19 +14,19 @@ namespace dtsdf {
 
 /// What is known of a cell.
 enum class CellState : unsigned char {
-  kUnknown,  ///< Never seen as a whole, and no surface in it.
-  kFree,     ///< Some image saw through all of it, and no surface is in it.
-  kSurface,  ///< A surface of the mesh passes through it, whatever side it shows.
+  kUnknown,  ///< Neither of the following.
+  kFree,     ///< An image saw through all of it, and it contains no surface.
+  kSurface,  ///< A surface of the mesh passes through it, whichever way it faces.
 };
 
-/// How far it is to the next surface, at a point.
+/// The distance from a point to the nearest surface.
 struct SpaceDistance {
   bool known = false;  ///< Whether the point's cell is free, or has a surface.
-  /// To the nearest surface, in metres; less than 0 where nothing is known. At most
-  /// space/max_distance_m either way, rounded up to whole cells.
+  /// To the nearest surface, in metres; negative if the point's cell is unknown. Its magnitude is
+  /// at most space/max_distance_m, rounded up to whole cells.
   float distance_m = 0.0f;
-  /// Of distance_m, per axis of W; 0 where it is limited. Where it is known it points to more room;
-  /// where not, distance_m being negative, to the nearest surface.
+  /// Of distance_m, per axis of W; 0 at the largest distance. If `known`, it points towards more
+  /// room; if not, as distance_m is negative, to the nearest surface.
   Vec3f gradient{};
 };
 
@@ -44,8 +44,8 @@ struct SpaceCube {
   using Mask = std::array<uint64_t, kSide>;     ///< A bit for each cell.
 
   Vec3i first;   ///< The lowest of its cells; a multiple of kSide per axis.
-  Mask free;     ///< What some image saw through, and no surface is in.
-  Mask surface;  ///< What a surface passes through.
+  Mask free;     ///< Free cells.
+  Mask surface;  ///< Surface cells.
 
   /// The cube that a cell is in, counted in cubes.
   static Vec3i cubeOf(const Vec3i& cell) {
@@ -66,16 +66,16 @@ struct SpaceCube {
   }
 };
 
-/// What has become known of space, or is known no more.
+/// Changes of space.
 struct SpaceChanges {
-  bool begins_anew = false;      ///< Forget everything known before first.
-  std::vector<SpaceCube> cubes;  ///< Then these are as they are here; all zeros: unknown again.
-  bool is_part = false;          ///< There is more, which the next call gives.
+  bool begins_anew = false;      ///< First forget everything known so far.
+  std::vector<SpaceCube> cubes;  ///< These replace the cubes before; all zeros: unknown again.
+  bool is_part = false;          ///< There is more: call again.
 };
 
-/// What is known of space, for whoever asks. Cells are cubes of space/cell_voxels voxels. Surfaces
-/// are those of a mesh update, so that a plate thinner than a voxel is there as well. Free is what
-/// an image saw through as a whole; it stays so until a surface comes.
+/// Queries of space. Cells are cubes of space/cell_voxels voxels. Surfaces are those of a mesh
+/// update, so that even a plate thinner than a voxel is one. A cell is free if an image saw through
+/// all of it; it stays free until a surface appears in it.
 class KnownSpace {
  public:
   virtual ~KnownSpace() = default;
@@ -93,32 +93,32 @@ class KnownSpace {
   /// What is known of a cell.
   virtual CellState stateOf(const Vec3i& cell) const = 0;
 
-  /// Cubes that have cells from `first_z` up to and with `last_z`, and of which something is known;
-  /// in no order.
+  /// Cubes that have cells from `first_z` to `last_z`, both included, and some cell of which is not
+  /// unknown; in no particular order.
   virtual std::vector<SpaceCube> cubes(int32_t first_z, int32_t last_z) const = 0;
 
-  /// Squared distance, in cells, from a cell's middle to that of the nearest cell with a surface,
-  /// exact; -1 if there is none within space/max_distance_m.
+  /// Squared distance, in cells, from a cell's centre to that of the nearest surface cell, exact;
+  /// -1 if there is none within space/max_distance_m.
   virtual int squaredDistance(const Vec3i& cell) const = 0;
 
-  /// The distance at a point, between the middles of the cells around. Points that are not finite,
-  /// or beyond the coordinates of a map, are not known.
+  /// The distance at a point, interpolated between the centres of the cells around it. Points that
+  /// are not finite, or beyond the coordinates of a map, are unknown.
   virtual SpaceDistance distanceAt(const Eigen::Vector3d& p_W) const = 0;
 };
 
-/// What a map knows of space, of the last mesh update that was finished. Distances are those of the
-/// last updateDistances(). Belongs to its mapper, and is no more thread safe than that.
+/// The space of a map, as of the last finished mesh update. Distances are those of the last
+/// updateDistances(). Belongs to its mapper, and is no more thread safe than that.
 class Space : public KnownSpace {
  public:
   /// All cells that are not unknown, in canonical order.
   virtual std::vector<SpaceCell> cells() const = 0;
 
-  /// What may have changed since the last call, for one who follows it; in no order. At the first
-  /// call, and with `all`, that is everything. Much comes in parts: see SpaceChanges::is_part.
+  /// What may have changed since the last call, in no particular order. At the first call, and with
+  /// `all`, that is everything. Large changes come in parts: see SpaceChanges::is_part.
   virtual SpaceChanges takeChanges(bool all = false) = 0;
 
-  /// Takes what has changed since the last call over into the distances: what lies within reach of
-  /// surfaces that came or went. Costs nothing where nobody calls it.
+  /// Updates the distances: recomputes those within reach of surfaces that appeared or vanished
+  /// since the last call. Distances cost nothing if this is never called.
   virtual void updateDistances() = 0;
 
   /// Memory in bytes, distances included.

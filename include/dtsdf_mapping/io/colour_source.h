@@ -1,4 +1,4 @@
-/// The seam for recorded colour: a sequence of colour images with poses, beside a FrameSource.
+/// Interface of recorded colour: a sequence of colour images with poses, beside a FrameSource.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-/// The seam for recorded input: a sequence of depth images with poses, from a folder or a bag.
+/// Interface of recorded input: a sequence of depth images with poses, from a folder or a bag.
 #pragma once
 
 #include <algorithm>

@@ -12,10 +12,10 @@
 
 namespace dtsdf {
 
-/// How the names of map files end, for those who ask for names; saveMap() takes any.
+/// The extension of map files, for programs that check names; saveMap() takes any.
 constexpr char kMapExtension[] = ".dtsdf";
 
-/// What saveMap() has written.
+/// What saveMap() wrote.
 struct SavedMap {
   MapSize size;               ///< Of the map.
   uint64_t file_bytes = 0;    ///< Length of the file.
@@ -31,28 +31,28 @@ SavedMap saveMap(const MapContents& contents, const std::string& path, int threa
 /// No limit to what a map takes in memory.
 constexpr size_t kNoMapLimit = std::numeric_limits<size_t>::max();
 
-/// Loads a map. Everything is checked against its checksum, and sizes against the file and the
-/// limit before memory is taken: a map that takes more than `max_bytes` (MapSize::bytes()) is
+/// Loads a map. Everything is checked against its checksum. Sizes are checked against the file and
+/// the limit before memory is allocated: a map of more than `max_bytes` (MapSize::bytes()) is
 /// refused.
 /// @throws std::runtime_error with one sentence that names the path and says what to do.
 MapContents loadMap(const std::string& path, size_t max_bytes = kNoMapLimit, int threads = 0);
 
-/// Loads a map for a mapper with these settings, within its map/max_memory_mb. What was seen free
-/// counts only with space/enabled, as a mapper takes it over only then; else it may take as much
+/// Loads a map for a mapper with these settings, within its map/max_memory_mb. Free cells count
+/// only with space/enabled, as a mapper takes them over only then; otherwise they may take as much
 /// again while the map is loaded.
 MapContents loadMap(const std::string& path, const MapperParams& params, int threads = 0);
 
 /// A part of a map file: all sections of one kind.
 struct MapFilePart {
   std::string id;              ///< Four letters, as in docs/map_format.md.
-  bool required = false;       ///< Whether a reader that does not know it has to give up.
+  bool required = false;       ///< Whether a reader that does not know it must give up.
   bool known = false;          ///< Whether this one does.
   size_t sections = 0;         ///< How many there are.
-  uint64_t stored_bytes = 0;   ///< What they take in the file, without their headers.
-  uint64_t content_bytes = 0;  ///< What they hold, uncompressed.
+  uint64_t stored_bytes = 0;   ///< Their size in the file, without their headers.
+  uint64_t content_bytes = 0;  ///< Their size uncompressed.
 };
 
-/// What is in a map file, but for voxels and colours.
+/// What is in a map file, except voxels and colours.
 struct MapInfo : MapHead {
   MapSize size;                    ///< Of the map.
   uint32_t version = 0;            ///< Of the format.
@@ -63,13 +63,13 @@ struct MapInfo : MapHead {
   std::vector<MapFilePart> parts;  ///< In the order of the file.
 };
 
-/// Reads what a file says about its map, but not voxels and colours, so damage to them goes
+/// Reads a map file except its voxels and colours, so damage to these goes
 /// unnoticed.
 /// @throws std::runtime_error as loadMap() does.
 MapInfo readMapInfo(const std::string& path);
 
-/// A number for the map itself, which equal maps have in common whatever file, backend or frame
-/// they are from: settings that it is bound to, blocks, voxels, colours, and frames fused. XXH64;
+/// A hash of the map itself, equal for equal maps whatever file, backend or frame they are from: of
+/// the settings that it is bound to, blocks, voxels, colours, and frames fused. XXH64;
 /// docs/map_format.md says of which bytes.
 uint64_t contentHash(const MapContents& contents, int threads = 0);
 

@@ -7,8 +7,8 @@
 
 namespace dtsdf {
 
-/// The same frames in the same order, with up to `capacity` (at least 1) of them waiting decoded;
-/// the default hides that some take longer than others to decode.
+/// The same frames in the same order, up to `capacity` (at least 1) of them decoded in advance; the
+/// default evens out that some take longer to decode than others.
 /// An error of the inner source is thrown by next() in its turn, after the frames before it.
 /// skipped() counts what was skipped before the frame handed out last.
 std::unique_ptr<FrameSource> prefetchFrames(std::unique_ptr<FrameSource> source,

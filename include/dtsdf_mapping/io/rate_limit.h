@@ -5,9 +5,9 @@
 
 namespace dtsdf {
 
-/// Says of each stamp whether its image is taken, so that on the average of a regular stream no
-/// more than so many per second are. One that is early by less than a tenth of the interval counts
-/// as in time. Stamps that go back start again.
+/// Decides by its stamp whether an image is taken, so that of a regular stream no more than a given
+/// number per second are, on average. An image early by less than a tenth of the interval is still
+/// taken. Stamps that jump back start over.
 class RateLimit {
  public:
   /// 0: all are taken.

@@ -1,4 +1,4 @@
-/// Recorded folders as they are downloaded, behind the FrameSource seam.
+/// Recordings in folders, as downloaded, behind the FrameSource interface.
 #pragma once
 
 #include <memory>
@@ -14,15 +14,15 @@ namespace dtsdf {
 /// A folder with depth images and poses, and what is read of it.
 struct RecordingOptions {
   std::string path;    ///< Of the folder.
-  std::string format;  ///< One of recordingFormats(); empty: guessed from what lies there.
+  std::string format;  ///< One of recordingFormats(); empty: detected from its files.
   std::optional<double> units_per_metre;  ///< Of the 16-bit images; empty: as the format has it.
-  /// In place of what the format knows of the camera. With a negative fy its y axis points
-  /// up: rows are flipped, and points stay where they are.
+  /// Instead of the intrinsics of the format. With a negative fy the y axis points up: rows are
+  /// flipped, and points stay where they are.
   std::optional<Intrinsics> intrinsics;
-  std::string poses_path;          ///< A trajectory as TUM has it, in place of the folder's poses.
+  std::string poses_path;          ///< A trajectory in TUM format, instead of the folder's poses.
   double pose_tolerance_s = 0.02;  ///< The pose nearest in time may be this far from an image.
-  /// For programs that find poses by themselves: depth images need none, and all have that of the
-  /// first one selected, or the identity. Colour images have poses in the depth camera's frame.
+  /// For programs that track the camera: depth images need no poses, and all get that of the first
+  /// one selected, or the identity. Colour images get poses in the depth camera's frame.
   bool first_pose_only = false;
   FrameSelection selection;  ///< Which depth images, by their place in the recording.
   /// Which colour images, by SourceColour::index, in rising order; null: all.

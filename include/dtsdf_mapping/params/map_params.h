@@ -13,13 +13,13 @@ struct MapParams {
   float truncation_voxels = 4.0f;  ///< Truncation distance, in voxels.
   bool directional = true;         ///< Six directional volumes; false: one ordinary TSDF.
   /// Budget of the map in MiB; new blocks beyond are refused. With space/enabled an eighth of it is
-  /// for what is free.
+  /// for free cells.
   int max_memory_mb = 4096;
   float keep_radius_m = 0.0f;  ///< Blocks wholly beyond, from the camera, are dropped; 0: none.
-  /// Folder of the disk that what is far from the camera is written to where the budget is used up,
-  /// and read from when it is needed again; empty: none, the map is what fits the budget.
+  /// Folder on disk that the least recently used blocks are written to when the budget is used up,
+  /// and read back from when needed; empty: off, the map is limited to the budget.
   std::string page_folder;
-  float page_max_gb = 64.0f;  ///< What may be there, in GiB.
+  float page_max_gb = 64.0f;  ///< Maximum size of each file in page_folder, in GiB.
 };
 
 /// Visits each member with its key and its rule.

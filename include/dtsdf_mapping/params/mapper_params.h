@@ -10,10 +10,10 @@
 
 namespace dtsdf {
 
-/// Where a map lives and is worked on.
+/// Where a map is stored and computed.
 enum class Backend {
-  kAuto,  ///< CUDA where a usable GPU is found, else the CPU.
-  kCuda,  ///< The current CUDA device; makeMapper() throws where it cannot be used.
+  kAuto,  ///< CUDA if there is a usable GPU, else the CPU.
+  kCuda,  ///< The current CUDA device; makeMapper() throws if it cannot be used.
   kCpu,   ///< The CPU, on `threads` threads.
 };
 

@@ -7,7 +7,7 @@ namespace dtsdf {
 
 /// What the colour of a vertex shows.
 enum class MeshColour {
-  kAuto,    ///< kImage where something was painted, else kNormal.
+  kAuto,    ///< kImage if the map was painted, else kNormal.
   kImage,   ///< What colour images showed; as kPlain where none has seen the surface.
   kNormal,  ///< Direction of the surface normal as red, green and blue.
   kHeight,  ///< z in the map frame, as a repeating rainbow.

@@ -5,10 +5,10 @@
 
 namespace dtsdf {
 
-/// What is done about images that differ in brightness.
+/// How to treat images that differ in brightness.
 enum class ImageExposure {
-  kAdaptive,  ///< Each is brought to the brightness of what the map shows of the same surface.
-  kFixed,     ///< They are taken as they are: the camera's exposure and white balance are locked.
+  kAdaptive,  ///< Match each to the brightness of the same surface in the map.
+  kFixed,     ///< Use them as they are: the camera's exposure and white balance are locked.
 };
 
 /// How colour images are painted.

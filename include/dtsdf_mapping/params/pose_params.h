@@ -9,24 +9,24 @@ namespace dtsdf {
 enum class PoseMode {
   kTf,      ///< As it is given.
   kRefine,  ///< Moved from there to where the image fits the map.
-  kTrack,   ///< Found by the map alone, from image to image; only the first may be given.
+  kTrack,   ///< Tracked against the map, from image to image; only the first may be given.
 };
 
-/// What becomes of a depth image that does not fit the map.
+/// What to do with a depth image that does not fit the map.
 enum class OnMisfit {
-  kPrior,  ///< It is fused at the pose that it would have been moved from.
-  kDrop,   ///< It is dropped.
+  kPrior,  ///< Fuse it at the given pose, with the current correction.
+  kDrop,   ///< Drop it.
 };
 
 /// How poses are found.
 struct PoseParams {
   PoseMode mode = PoseMode::kTf;  ///< Where poses come from.
-  /// By how much given positions are off, in metres; when tracking, those that the motion of the
-  /// last images leads to.
+  /// Standard deviation of given positions, in metres; when tracking, of those predicted from the
+  /// motion of the last images.
   double sigma_m = 0.05;
   double sigma_rad = 0.035;  ///< The same of orientations, in radians.
-  /// By how much given poses drift, as a share of the way, and in radians a metre: errors that last
-  /// from image to image, beside those above, which are new in each. 0: none.
+  /// Drift of given poses, in metres and radians per metre travelled: errors that last from image
+  /// to image, beside those above, which are new in each. 0: none.
   double drift = 0.05;
   OnMisfit on_misfit = OnMisfit::kPrior;  ///< What becomes of an image that does not fit.
 };

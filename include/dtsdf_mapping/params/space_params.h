@@ -1,11 +1,11 @@
-/// Settings of the space that planners ask for.
+/// Settings of free space and distances, for planners.
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"
 
 namespace dtsdf {
 
-/// Whether it is kept what of space is free, and how.
+/// Whether and how free space is recorded.
 struct SpaceParams {
   bool enabled = false;         ///< Off: costs nothing.
   int cell_voxels = 4;          ///< Edge of a cell, in voxels: 1, 2, 4 or 8.

@@ -118,7 +118,7 @@ void BlockMesher::select(const BlockKey& key, std::vector<int32_t>& slots) {
   slots.push_back(slot);
 }
 
-/// Of a surface whose vertices are known only colours ask for voxels.
+/// Where the vertices are known, only colours need voxels.
 bool BlockMesher::makingReadsVoxels(int32_t slot) const {
   const SlotState& state = state_[slot];
   return !state.labels.empty() && (has_colours_ || state.vertices.empty());

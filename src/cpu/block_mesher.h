@@ -136,7 +136,7 @@ class BlockMesher {
   /// The make stage, from labels that are up to date around the blocks.
   std::vector<BlockMesh> makeMeshes(const std::vector<int32_t>& slots);
 
-  /// Brings a block's voxels nearer, to be read soon.
+  /// Whether makeMeshes() will read a block's voxels.
   bool makingReadsVoxels(int32_t slot) const;
 
   const MeshedMap map_;

@@ -146,8 +146,8 @@ class RowJudge {
     }
   }
 
-  /// The judged voxels whose own pixels look through their places, a bit each: all are asked first,
-  /// as nobody could foresee a branch for each.
+  /// The judged voxels whose own pixels look through their places, a bit each: without branches, as
+  /// no processor could predict them.
   uint32_t lookedThrough() const {
     uint32_t through = 0;
     for (int x = 0; x < kBlockSide; ++x) {

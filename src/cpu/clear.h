@@ -22,7 +22,7 @@ struct BlockLook {
 struct ClearedBlock {
   bool changed;                 ///< Some voxel with a distance lost evidence.
   uint32_t emptied_directions;  ///< Bit d: some voxel of direction d lost its distance.
-  uint32_t empty_directions;    ///< Bit d: all of them have.
+  uint32_t empty_directions;    ///< Bit d: the whole array is empty.
 };
 
 ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const FrameSensing& sensing,

@@ -89,7 +89,7 @@ TEST_P(FailingStart, AMapThatIsMissingIsAnError) {
 }
 
 /// It died without a word: the log had ended with the last node handle.
-TEST(SimulatedCamera, SaysWhyItCannotStart) {
+TEST(Arguments, OfASimulatedCameraAreNamed) {
   ros::param::set("/camera/rate_hz", std::string("often"));
   ros::param::set("/camera/widht_px", 640);
   ros::param::set("/camera/map_frame", std::string());

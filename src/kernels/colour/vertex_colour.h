@@ -54,7 +54,7 @@ DTSDF_HD void addDirection(ColourMean& mean, const ColouredSample& lower,
 /// The colour of a vertex; not painted if no voxel is that tells. `ends(direction, upper)` gives a
 /// direction's ColouredSample at the edge's lower or upper end. The directions that cross the edge
 /// as the vertex does are asked first, as for its position; then all that may speak for it. Those
-/// that are not painted there, as most, add nothing: their samples are not read.
+/// without paint there add nothing, so their samples are not read.
 template <class Ends>
 DTSDF_HD VertexColour vertexColourOf(int axis, int facing, const Ends& ends) {
   ColourMean crossing, speaking;
@@ -132,8 +132,8 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int lower, in
         for (int x = first.x; x <= last.x; x = (x | (kBrickSide - 1)) + 1) {
           const CornerSource source = cornerSource(Vec3i{x, y, z});
           const VoxelColour* colours = corners.brick(source, direction);
-          const int end = last.x < (x | (kBrickSide - 1)) ? last.x : x | (kBrickSide - 1);
-          for (int i = 0; colours != nullptr && x + i <= end; ++i) {  // along the brick's row
+          const int last_x = last.x < (x | (kBrickSide - 1)) ? last.x : x | (kBrickSide - 1);
+          for (int i = 0; colours != nullptr && x + i <= last_x; ++i) {  // along the brick's row
             const VoxelColour& colour = colours[placeInBrick(source.voxel) + i];
             if (!isPainted(colour)) continue;
             const CornerSource at_colour{source.block, source.voxel + i};

@@ -13,9 +13,10 @@ struct CastLine {
   DirectionSet directions;
 };
 
-/// Which way a measured point most likely has to move, by a unit vector, for its surface to move
-/// along its normal: along C n, with C = I + sigma^2 r r^T the covariance of the point in voxels.
-/// Within a voxel it may stand for any place; its depth's error sigma lies along the ray r. So an
+/// The most likely direction of a point's error, of length one, given that its surface is displaced
+/// along the normal n: that of C n, with C = I + sigma^2 r r^T the covariance of the point in
+/// voxels. A point stands for any place within a voxel; its depth's error sigma lies along the unit
+/// ray r. So an
 /// exact point is cast along its normal. One whose error is wide is cast along the ray: there the
 /// samples are those of its own pixel, and the errors of many images cancel out, also where the
 /// plane is a wrong one, as at an edge that a wide window smooths. (Errors of surfaces 3.5 to 5 m

@@ -86,7 +86,8 @@ DTSDF_HD Real slopeBeside(const Real& own, const Real& upper, const Real& has_up
 }
 
 /// Difference of a voxel's distance from those of its neighbours along an axis of its block, per
-/// voxel; 0 where the block holds none. Branch-free: which neighbours there are is anybody's guess.
+/// voxel; 0 where the block holds none. Branch-free, as no processor could predict which neighbours
+/// there are.
 DTSDF_HD float slopeAlong(const Voxel* voxels, int index, int axis) {
   const int at = component(voxelOffset(index), axis);
   const int step = axis == 0 ? 1 : (axis == 1 ? kBlockSide : kBlockSide * kBlockSide);

@@ -54,7 +54,7 @@ DTSDF_HD Vec3f movedAlong(const Vec3f& side, float per_side, const Vec3f& offset
 /// (y, z, x) or (z, x, y).
 struct SampleLine {
   int axis;
-  float reach, per_reach;              ///< In voxels, measured across the surface; its inverse.
+  float reach, per_reach;  ///< In voxels: of planes along the line, of weights across the surface.
   int first_plane, last_plane;         ///< Grid planes of axis k it crosses within reach.
   float p_k, p_u, p_v;                 ///< Measured point.
   float slope_u, slope_v;              ///< Change of u and v per plane.

@@ -34,7 +34,7 @@ DTSDF_HD DrawnVertex drawnVertex(const BlockVertex& vertex) {
   return {placeOnEdge(vertex), vertex.position};
 }
 
-/// Branch-free: whether it is is anybody's guess.
+/// Branch-free, as no processor could predict the branch.
 DTSDF_HD bool isDrawn(const DrawnVertex& vertex) {
   return (vertex.before.x != vertex.after.x) | (vertex.before.y != vertex.after.y) |
          (vertex.before.z != vertex.after.z);

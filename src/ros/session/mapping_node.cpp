@@ -99,8 +99,8 @@ class MappingNode {
     rates_.setCallback([this](const dtsdf_mapping::PublishConfig& config, uint32_t) {
       guarded("rates", [&] { setRates(config); });
     });
-    services_
-        .start();  // last, so that nobody waits for a loop that a failing constructor has ended
+    // Last, so that nobody waits for a loop that a failing constructor has ended.
+    services_.start();
   }
 
  private:

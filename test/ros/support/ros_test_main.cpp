@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 
+#include <cstdio>
+#include <string>
+
 #include "ros/support/kept_topics.h"
 
 int main(int argc, char** argv) {
@@ -9,5 +12,9 @@ int main(int argc, char** argv) {
   const ros::NodeHandle keeps_ros_running;
   const int result = RUN_ALL_TESTS();
   dtsdf::giveUpKeptTopics();
-  return result;
+  if (testing::UnitTest::GetInstance()->test_to_run_count() > 0) return result;
+  // A filter that matches nothing is a mistake, which rostest sees by a file of results that lacks.
+  const std::string output = testing::GTEST_FLAG(output), kind = "xml:";
+  if (output.rfind(kind, 0) == 0) std::remove(output.substr(kind.size()).c_str());
+  return 1;
 }

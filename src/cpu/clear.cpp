@@ -52,6 +52,7 @@ class DistanceGrid {
 /// with the same bits as judge().
 class RowJudge {
  public:
+  // cppcheck-suppress uninitMemberVar  ; rows, as each is judged
   RowJudge(const FrameSensing& sensing, const Facing& facing, const Vec3f& first_voxel_L,
            const Look& look, const FusionRules& rules, const std::optional<DistanceGrid>& distances)
       : sensing_(sensing),

@@ -30,6 +30,7 @@ class PagedMap : public WallCamera {
     for (int i = 0; i < kFrames; ++i) {
       ASSERT_NO_FATAL_FAILURE(fuseFrame({1.2 * i, 0.0, 0.0}));
       ASSERT_NO_FATAL_FAILURE(fuseFrame({1.2 * i, 0.0, 0.0}));
+      ASSERT_NO_FATAL_FAILURE(fuseFrame({1.2 * i, 0.0, 0.0}));
     }
   }
 

@@ -30,7 +30,7 @@ constexpr size_t kLargestMessageBytes = 4 * kMegabyte;
 /// How long nothing is read; longer when DTSDF_STALL_S says so.
 double stallSeconds() {
   const char* told = std::getenv("DTSDF_STALL_S");
-  return told == nullptr ? 8.0 : std::strtod(told, nullptr);
+  return told == nullptr ? 15.0 : std::strtod(told, nullptr);
 }
 
 class StalledListener : public WallCamera {

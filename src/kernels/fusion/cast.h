@@ -15,12 +15,13 @@ struct CastLine {
 
 /// The most likely direction of a point's error, of length one, given that its surface is displaced
 /// along the normal n: that of C n, with C = I + sigma^2 r r^T the covariance of the point in
-/// voxels. A point stands for any place within a voxel; its depth's error sigma lies along the unit
-/// ray r. So an
-/// exact point is cast along its normal. One whose error is wide is cast along the ray: there the
+/// voxels. A point stands for any place within a voxel; its depth's error sigma, `noise_voxels`,
+/// lies along the unit ray r; `ray` is r at any length above 0.
+///
+/// So an exact point is cast along its normal, and one whose error is wide along its ray: there the
 /// samples are those of its own pixel, and the errors of many images cancel out, also where the
-/// plane is a wrong one, as at an edge that a wide window smooths. (Errors of surfaces 3.5 to 5 m
-/// from a Kinect, 20 mm voxels: RMSE 7.5 mm along the normals, 5.0 along C n.)
+/// plane is wrong, as at an edge that a wide window smooths. (Surfaces 3.5 to 5 m from a Kinect, 20
+/// mm voxels: RMSE 7.5 mm along the normals, 5.0 along C n.)
 DTSDF_HD Vec3f likelyDirection(const Vec3f& normal, const Vec3f& ray, float noise_voxels) {
   const float along_ray = noise_voxels * noise_voxels * dot(normal, ray) / dot(ray, ray);
   const Vec3f C_n = normal + along_ray * ray;

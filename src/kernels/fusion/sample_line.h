@@ -54,7 +54,7 @@ DTSDF_HD Vec3f movedAlong(const Vec3f& side, float per_side, const Vec3f& offset
 /// (y, z, x) or (z, x, y).
 struct SampleLine {
   int axis;
-  float reach, per_reach;  ///< In voxels: of planes along the line, of weights across the surface.
+  float reach, per_reach;              ///< In voxels, and its inverse; see makeSampleLine().
   int first_plane, last_plane;         ///< Grid planes of axis k it crosses within reach.
   float p_k, p_u, p_v;                 ///< Measured point.
   float slope_u, slope_v;              ///< Change of u and v per plane.
@@ -62,6 +62,8 @@ struct SampleLine {
   MeasuredSides sides;
 };
 
+/// `reach` bounds the planes by their distance along the line, and the weights by that across the
+/// surface. `direction` is a unit vector.
 DTSDF_HD SampleLine makeSampleLine(const Vec3f& p, const Vec3f& normal, const Vec3f& direction,
                                    float reach) {
   const float ax = fabsf(direction.x), ay = fabsf(direction.y), az = fabsf(direction.z);

@@ -84,6 +84,7 @@ class SimulatedCamera {
 
   SimulatedCameraParams params_;
   Scene room_;
+  ros::Time first_stamp_;
   image_transport::ImageTransport transport_;
   image_transport::Publisher images_, colour_images_;
   ros::Publisher infos_, colour_infos_;
@@ -137,7 +138,9 @@ bool SimulatedCamera::waitForSubscriber() const {
 
 void SimulatedCamera::publishFrame(int index) {
   const ros::Time stamp = ros::Time::now();
-  const double time_s = index / params_.rate_hz;
+  if (index == 0) first_stamp_ = stamp;
+  // By the clock: poses of an image that is late would otherwise jump.
+  const double time_s = (stamp - first_stamp_).toSec();
   if (params_.color && index % 2 == 1) {
     const double before_s = 0.4 / params_.rate_hz;
     publishColour(time_s - before_s, stamp - ros::Duration(before_s));

@@ -66,8 +66,7 @@ MapBackend& Engine::made() {
 }
 
 /// Takes an image, and the time of it. Without memory for it the image is refused.
-template <class Take>
-IntegrationResult Engine::timed(const Take& take) {
+IntegrationResult Engine::timed(const std::function<IntegrationResult()>& take) {
   const auto start = std::chrono::steady_clock::now();
   IntegrationResult result;
   try {

@@ -2,6 +2,7 @@
 /// that has the loops and the memory.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <unordered_set>
@@ -60,8 +61,7 @@ class Engine : public ProbedMapper {
   MapBackend& made();
   const Engine& settled() const;
   bool makeDistances(const DistanceTask& task, std::vector<SectorSquares>& squares);
-  template <class Take>
-  IntegrationResult timed(const Take& take);
+  IntegrationResult timed(const std::function<IntegrationResult()>& take);
 
   // A depth image.
   IntegrationResult fuse(const DepthFrame& frame);

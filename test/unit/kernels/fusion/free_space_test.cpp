@@ -43,6 +43,24 @@ class FreeSpaceImage {
   std::vector<float> free_depth_;
 };
 
+/// The mean of both sides, or that of the side that is linked.
+TEST(SlopeDown, IsThatOfTheRowsThatAreLinked) {
+  const float value[4] = {1.0f, 2.0f, 5.0f, 13.0f};
+  PixelLinks links[4] = {kLinkDown, kLinkDown, kLinkDown, kLinkRight};
+  const FrameView frame = frontalFrame(1, 4, kIntrinsics, kVoxel_m);
+  const ImageView image{frame, value, value, value, links};
+  const float slope[4] = {1.0f, 2.0f, 5.5f, 8.0f};
+  for (int v = 0; v < 4; ++v) {
+    EXPECT_TRUE(slopeDown(image, {0, v}).known) << v;
+    EXPECT_EQ(slopeDown(image, {0, v}).slope, slope[v]) << v;
+  }
+  links[0] = kLinkRight;
+  EXPECT_FALSE(slopeDown(image, {0, 0}).known);
+  EXPECT_EQ(slopeDown(image, {0, 1}).slope, 3.0f);
+  links[1] = kLinkRight;
+  EXPECT_FALSE(slopeDown(image, {0, 1}).known);
+}
+
 /// The margin is kept across the plane, whatever its tilt: half a voxel and three deviations.
 TEST(FreeDepth, EndsAMarginBeforeThePlane) {
   for (const float sigma : {0.0f, 0.005f}) {

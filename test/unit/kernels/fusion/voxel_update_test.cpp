@@ -187,6 +187,15 @@ TEST(FoldAnchor, NearPointsCountMore) {
   EXPECT_NEAR(meanX(0.1f, 0.5f, 1.0f), (far * 0.5 + near * 0.1) / (far + near), 0.02);
 }
 
+/// What is far away counts a little, wherever it is.
+TEST(AnchorCloseness, FallsToThatOfTheFarthest) {
+  EXPECT_EQ(anchorCloseness(0.0f), 1.0f);
+  EXPECT_EQ(anchorCloseness(0.25f), 0.25f);
+  for (const float squared : {0.9f, 1.0f, 4.0f}) {
+    EXPECT_EQ(anchorCloseness(squared), 1.0f / 256.0f) << squared;
+  }
+}
+
 /// Noise across the surface is averaged: 16 frames' worth of points leaves a third of it at most.
 TEST(FoldAnchor, AveragesNoise) {
   std::mt19937 random(13);

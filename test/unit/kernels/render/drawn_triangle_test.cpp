@@ -115,5 +115,26 @@ TEST(ViewKey, KeepsDepthNormalAndColour) {
   EXPECT_EQ(depthOf(kNothingSeen), 0.0f);
 }
 
+TEST(ColourAt, IsTheMeanOfThePaintedCorners) {
+  const VertexColour a{0, 80, 40, 255}, b{120, 0, 80, 255}, c{240, 240, 0, 255};
+  const TrianglePlace place{{0.25f, 0.25f, 0.5f}, 1.0f};
+  const VertexColour mean = unpackColour(colourAt(a, b, c, place));
+  EXPECT_EQ(mean.red, 150);
+  EXPECT_EQ(mean.green, 140);
+  EXPECT_EQ(mean.blue, 30);
+  const VertexColour without = unpackColour(colourAt(a, b, {0, 0, 0, 0}, place));
+  EXPECT_EQ(without.red, 60);
+  EXPECT_EQ(without.green, 40);
+  EXPECT_EQ(without.blue, 60);
+  EXPECT_EQ(colourAt({0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}, place) & 255u, 0u);
+}
+
+/// Of a block behind the camera, whose middle is 4.5 voxels behind it.
+TEST(MayReachView, GoesByTheMiddleOfABlock) {
+  const FrameView frame = cameraAtOrigin();
+  EXPECT_FALSE(mayReachView(frame, {0, 0, -1}, 4.4f));
+  EXPECT_TRUE(mayReachView(frame, {0, 0, -1}, 4.6f));
+}
+
 }  // namespace drawn_triangle_test
 }  // namespace dtsdf

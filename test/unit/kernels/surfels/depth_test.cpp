@@ -92,6 +92,15 @@ TEST(DepthGap, IsFilledAlongThePairThatDiffersLeast) {
   EXPECT_EQ(image.filledAt(3, 3), 1.0f);
 }
 
+TEST(DepthGap, IsFilledAlongEachPair) {
+  for (const auto& [du, dv] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
+    Image image;
+    image.at(3 - du, 3 - dv) = 0.50f;
+    image.at(3 + du, 3 + dv) = 0.51f;
+    EXPECT_FLOAT_EQ(image.filledAt(3, 3), 0.505f) << du << ", " << dv;
+  }
+}
+
 TEST(DepthGap, WiderThanAPixelStays) {
   Image image;
   for (int v = 0; v < kSide; ++v) {

@@ -80,6 +80,22 @@ TEST(PixelSubdivision, FollowTheSlant) {
   EXPECT_EQ(floor.down, 3);
 }
 
+/// Away from the middle of the image the ray itself is slanted: width is that between the points
+/// where two rays hit the plane.
+TEST(PixelSubdivision, FollowTheRay) {
+  const double n[2] = {2.5, 1.0}, delta = 2.0;  // n[0] y + n[1] z = delta
+  const int v = kHeight - 6;
+  const auto width_m = [&](double y) {  // of a row, y its slope
+    const double z = delta / (n[0] * y + n[1]), slope = -n[0] / kIntrinsics.fy * z * z / delta;
+    return std::hypot(slope * y + z / kIntrinsics.fy, slope);
+  };
+  const double voxel_m = width_m((v - kIntrinsics.cy) / kIntrinsics.fy);
+  for (const auto& [scale, count] : {std::pair{0.99, 3}, {1.01, 1}}) {
+    const SubdividedImage image(plane(0, n[0], n[1], delta), static_cast<float>(scale * voxel_m));
+    EXPECT_EQ(image.subdivisionAt(kMiddleU, v).down, count) << scale;
+  }
+}
+
 /// The subpixels lie on the plane, evenly over the pixel, and together weigh what the whole does.
 TEST(PixelSubdivision, ShareOutPlaneAndWeight) {
   const double n[3] = {0.4, -0.7, 1.0}, delta = 2.0;

@@ -1,7 +1,6 @@
 // Random scenes, cameras and settings: what must hold for any of them.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <random>

@@ -82,8 +82,5 @@ void run(const BenchmarkOptions& options) {
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  using namespace dtsdf;
-  return runProgram("benchmark", argc, argv, [](const std::vector<std::string>& arguments) {
-    run(parseBenchmarkOptions(arguments));
-  });
+  return dtsdf::runProgram("benchmark", argc, argv, dtsdf::parseBenchmarkOptions, dtsdf::run);
 }

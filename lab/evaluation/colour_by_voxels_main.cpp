@@ -126,8 +126,6 @@ void colourByVoxels(const ColourByVoxelsOptions& options) {
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  using namespace dtsdf;
-  return runProgram("colour_by_voxels", argc, argv, [](const std::vector<std::string>& arguments) {
-    colourByVoxels(readOptions(arguments));
-  });
+  return dtsdf::runProgram("colour_by_voxels", argc, argv, dtsdf::readOptions,
+                           dtsdf::colourByVoxels);
 }

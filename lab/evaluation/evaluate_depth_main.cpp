@@ -134,8 +134,5 @@ void evaluateDepth(const EvaluateDepthOptions& options) {
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  using namespace dtsdf;
-  return runProgram("evaluate_depth", argc, argv, [](const std::vector<std::string>& arguments) {
-    evaluateDepth(readOptions(arguments));
-  });
+  return dtsdf::runProgram("evaluate_depth", argc, argv, dtsdf::readOptions, dtsdf::evaluateDepth);
 }

@@ -114,8 +114,5 @@ void evaluate(const EvaluateMeshOptions& options) {
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  using namespace dtsdf;
-  return runProgram("evaluate_mesh", argc, argv, [](const std::vector<std::string>& arguments) {
-    evaluate(readOptions(arguments));
-  });
+  return dtsdf::runProgram("evaluate_mesh", argc, argv, dtsdf::readOptions, dtsdf::evaluate);
 }

@@ -131,8 +131,5 @@ void evaluateSpace(const EvaluateSpaceOptions& options) {
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  using namespace dtsdf;
-  return runProgram("evaluate_space", argc, argv, [](const std::vector<std::string>& arguments) {
-    evaluateSpace(readOptions(arguments));
-  });
+  return dtsdf::runProgram("evaluate_space", argc, argv, dtsdf::readOptions, dtsdf::evaluateSpace);
 }

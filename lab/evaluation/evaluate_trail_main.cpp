@@ -78,8 +78,5 @@ void evaluateTrail(const EvaluateTrailOptions& options) {
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  using namespace dtsdf;
-  return runProgram("evaluate_trail", argc, argv, [](const std::vector<std::string>& arguments) {
-    evaluateTrail(readOptions(arguments));
-  });
+  return dtsdf::runProgram("evaluate_trail", argc, argv, dtsdf::readOptions, dtsdf::evaluateTrail);
 }

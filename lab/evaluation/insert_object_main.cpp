@@ -94,8 +94,5 @@ void insertObject(const InsertOptions& options) {
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  using namespace dtsdf;
-  return runProgram("insert_object", argc, argv, [](const std::vector<std::string>& arguments) {
-    insertObject(readOptions(arguments));
-  });
+  return dtsdf::runProgram("insert_object", argc, argv, dtsdf::readOptions, dtsdf::insertObject);
 }

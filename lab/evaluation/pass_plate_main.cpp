@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <stdexcept>
 
 #include "evaluation/path_search.h"
 #include "evaluation/space_options.h"
@@ -96,8 +95,5 @@ void passPlate(const PassPlateOptions& options) {
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  using namespace dtsdf;
-  return runProgram("pass_plate", argc, argv, [](const std::vector<std::string>& arguments) {
-    passPlate(readOptions(arguments));
-  });
+  return dtsdf::runProgram("pass_plate", argc, argv, dtsdf::readOptions, dtsdf::passPlate);
 }

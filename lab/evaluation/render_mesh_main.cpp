@@ -40,8 +40,5 @@ void renderMesh(const RenderMeshOptions& options) {
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  using namespace dtsdf;
-  return runProgram("render_mesh", argc, argv, [](const std::vector<std::string>& arguments) {
-    renderMesh(readOptions(arguments));
-  });
+  return dtsdf::runProgram("render_mesh", argc, argv, dtsdf::readOptions, dtsdf::renderMesh);
 }

@@ -164,8 +164,5 @@ void renderOrbit(const RenderOrbitOptions& options) {
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  using namespace dtsdf;
-  return runProgram("render_orbit", argc, argv, [](const std::vector<std::string>& arguments) {
-    renderOrbit(readOptions(arguments));
-  });
+  return dtsdf::runProgram("render_orbit", argc, argv, dtsdf::readOptions, dtsdf::renderOrbit);
 }

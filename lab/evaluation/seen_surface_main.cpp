@@ -30,17 +30,17 @@ SeenSurfaceArguments readOptions(const std::vector<std::string>& arguments) {
   return options;
 }
 
+void writeSeenSurface(const SeenSurfaceArguments& options) {
+  SeenSurfaceOptions limits;
+  limits.longest_side_m = static_cast<float>(options.longest_side_m);
+  limits.max_depth_m = static_cast<float>(options.max_depth_m);
+  writePly(options.out_path,
+           seenSurface(readPly(options.mesh_path), readViews(options.tum_folder), limits));
+}
+
 }  // namespace
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  using namespace dtsdf;
-  return runProgram("seen_surface", argc, argv, [](const std::vector<std::string>& arguments) {
-    const SeenSurfaceArguments options = readOptions(arguments);
-    SeenSurfaceOptions limits;
-    limits.longest_side_m = static_cast<float>(options.longest_side_m);
-    limits.max_depth_m = static_cast<float>(options.max_depth_m);
-    writePly(options.out_path,
-             seenSurface(readPly(options.mesh_path), readViews(options.tum_folder), limits));
-  });
+  return dtsdf::runProgram("seen_surface", argc, argv, dtsdf::readOptions, dtsdf::writeSeenSurface);
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "dtsdf_mapping/space.h"
 #include "evaluation/space_truth.h"

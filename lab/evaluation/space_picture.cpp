@@ -1,7 +1,6 @@
 #include "evaluation/space_picture.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>

@@ -1,6 +1,5 @@
 #include "evaluation/stereo_noise.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 

@@ -1,6 +1,5 @@
 #include "evaluation/surface_texture.h"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 

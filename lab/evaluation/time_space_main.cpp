@@ -159,8 +159,5 @@ void timeSpace(const TimeSpaceOptions& options) {
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  using namespace dtsdf;
-  return runProgram("time_space", argc, argv, [](const std::vector<std::string>& arguments) {
-    timeSpace(readOptions(arguments));
-  });
+  return dtsdf::runProgram("time_space", argc, argv, dtsdf::readOptions, dtsdf::timeSpace);
 }

@@ -180,8 +180,5 @@ void run(const ProveOptions& options) {
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  using namespace dtsdf;
-  return runProgram("prove_scenes", argc, argv, [](const std::vector<std::string>& arguments) {
-    run(parseOptions(arguments));
-  });
+  return dtsdf::runProgram("prove_scenes", argc, argv, dtsdf::parseOptions, dtsdf::run);
 }

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 
 #include "scenes/cases.h"
 #include "scenes/scene_map.h"

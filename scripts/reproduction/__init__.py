@@ -1,1 +1,1 @@
-"""Parts of scripts/reproduce_paper."""
+"""Parts of the scripts that measure the package."""

@@ -80,8 +80,7 @@ class Performance:
         parts = [
             "# Time and memory of a frame\n",
             f"{made}\nDirectional along normals, the package's defaults, frames in memory before "
-            "they are timed, a mesh update after each. Times are milliseconds. All figures are in "
-            "[performance.json](performance.json).\n",
+            "they are timed, a mesh update after each. Times are milliseconds.\n",
             self._section("On the GPU: from upload to updated mesh", (
                 "From the call of integrate() until the changed meshes are made on the device, "
                 "with nothing else going on; median / 95th percentile / worst but for the first frame. "

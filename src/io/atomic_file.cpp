@@ -8,8 +8,6 @@
 
 #include <atomic>
 #include <cerrno>
-#include <cstring>
-#include <ctime>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>

@@ -1,6 +1,5 @@
 #include "io/glb.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>

@@ -1,7 +1,5 @@
 #include "io/map_format.h"
 
-#include <cmath>
-#include <cstdlib>
 #include <locale>
 #include <sstream>
 

@@ -6,8 +6,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
-#include <limits>
 #include <stdexcept>
 #include <system_error>
 #include <vector>

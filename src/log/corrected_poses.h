@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "io/trajectory.h"
@@ -44,8 +43,7 @@ class PoseCorrection {
 
   /// Corrected poses that belong to images.
   size_t matched() const { return anchors_.size(); }
-  /// Stamps of the first and the last one.
-  double first_s() const { return anchors_.front().stamp_s; }
+  /// Stamp of the last one.
   double last_s() const { return anchors_.back().stamp_s; }
   /// What moves the images after the last one: T_W_C becomes lastMotion() * T_W_C.
   Eigen::Isometry3d lastMotion() const {

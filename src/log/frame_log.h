@@ -9,7 +9,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "dtsdf_mapping/map_contents.h"
 #include "log/log_record.h"

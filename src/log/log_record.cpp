@@ -1,6 +1,5 @@
 #include "log/log_record.h"
 
-#include <algorithm>
 #include <cstring>
 
 #include "kernels/core/voxel.h"

@@ -1,7 +1,5 @@
 #include "meshing/mesh_chunks.h"
 
-#include <algorithm>
-
 #include "kernels/meshing/corner_grid.h"
 
 namespace dtsdf {

@@ -1,8 +1,6 @@
 /// Copies of settings that survive a lack of memory.
 #pragma once
 
-#include <utility>
-
 #include "dtsdf_mapping/params/param_set.h"
 
 namespace dtsdf {

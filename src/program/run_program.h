@@ -16,6 +16,13 @@ constexpr char kExitCodes[] = "Exit code: 0 done, 1 an error, 2 a wrong command 
 int runProgram(const std::string& name, int argc, const char* const* argv,
                const std::function<void(const std::vector<std::string>&)>& program);
 
+/// The same of a program whose options are read first.
+template <class Read, class Run>
+int runProgram(const std::string& name, int argc, const char* const* argv, const Read& read,
+               const Run& run) {
+  return runProgram(name, argc, argv, [&](const auto& arguments) { run(read(arguments)); });
+}
+
 struct Command {
   std::string name;
   std::string about;  ///< Half a sentence for the help.

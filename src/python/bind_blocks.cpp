@@ -1,4 +1,3 @@
-#include <memory>
 
 #include "dtsdf_mapping/map_contents.h"
 #include "python/mapper_session.h"

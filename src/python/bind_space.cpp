@@ -1,4 +1,3 @@
-#include <cmath>
 
 #include "python/mapper_session.h"
 #include "python/module.h"

@@ -1,6 +1,5 @@
 #include "python/mapper_session.h"
 
-#include <algorithm>
 #include <stdexcept>
 
 namespace dtsdf::python {

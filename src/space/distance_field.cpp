@@ -1,7 +1,6 @@
 #include "space/distance_field.h"
 
 #include <algorithm>
-#include <iterator>
 #include <utility>
 
 #include "space/sector_update.h"

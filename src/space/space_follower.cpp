@@ -1,7 +1,6 @@
 #include "space/space_follower.h"
 
 #include <algorithm>
-#include <map>
 #include <memory>
 #include <vector>
 

@@ -2,8 +2,6 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <memory>
-#include <stdexcept>
 
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "io/atomic_file.h"

@@ -1,7 +1,6 @@
 /// What `tiles` can do: a function for each of its commands, but for `run`, which needs MPI.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -1,7 +1,5 @@
 #include "tiles/plan.h"
 
-#include <filesystem>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 

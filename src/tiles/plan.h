@@ -3,8 +3,6 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -3,7 +3,6 @@
 
 #include <map>
 #include <string>
-#include <vector>
 
 #include "tiles/merge_tiles.h"
 #include "tiles/tile_queue.h"

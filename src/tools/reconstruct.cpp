@@ -289,8 +289,5 @@ void run(ReconstructOptions options) {
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  using namespace dtsdf;
-  return runProgram("reconstruct", argc, argv, [](const std::vector<std::string>& arguments) {
-    run(parseReconstructOptions(arguments));
-  });
+  return dtsdf::runProgram("reconstruct", argc, argv, dtsdf::parseReconstructOptions, dtsdf::run);
 }

@@ -1,7 +1,6 @@
 #include "tools/reconstruction_report.h"
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
 

@@ -1,7 +1,5 @@
 // Chunks of the mesh as a receiver of mesh_blocks takes them: the bytes are those of a message's
 // step_m and one MeshBlock, as ROS writes them.
-#include <array>
-#include <string>
 #include <vector>
 
 #include "fuzz/fuzz_input.h"

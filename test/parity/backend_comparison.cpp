@@ -1,5 +1,6 @@
 #include "parity/backend_comparison.h"
 
+#include <algorithm>
 #include <cstring>
 #include <sstream>
 
@@ -17,7 +18,7 @@ MapperParams paramsOf(const MapperParams& params, Candidate candidate) {
 
 std::string nameStart(Candidate candidate) {
   switch (candidate) {
-    case Candidate::kCpuAgain: return "cpu (1 thread)";
+    case Candidate::kReference: return "cpu (1 thread)";
     case Candidate::kCpuTwoThreads: return "cpu (2 threads)";
     case Candidate::kCuda: return "cuda (";
   }
@@ -68,7 +69,7 @@ void expectEqualResults(const IntegrationResult& expected, const IntegrationResu
 
 std::string toString(Candidate candidate) {
   switch (candidate) {
-    case Candidate::kCpuAgain: return "CpuAgain";
+    case Candidate::kReference: return "Reference";
     case Candidate::kCpuTwoThreads: return "CpuTwoThreads";
     case Candidate::kCuda: return "Cuda";
   }
@@ -80,7 +81,7 @@ std::string reasonToSkip(Candidate candidate) {
 }
 
 BackendPair::BackendPair(const MapperParams& params, Candidate candidate, const Rules& rules)
-    : reference_params_(paramsOf(params, Candidate::kCpuAgain)),
+    : reference_params_(paramsOf(params, Candidate::kReference)),
       candidate_params_(paramsOf(params, candidate)),
       rules_(rules),
       reference_(makeProbedMapper(reference_params_, rules)),
@@ -182,6 +183,19 @@ void BackendPair::swapContents() {
 void BackendPair::compareMaps() {
   expectEqualMaps(*reference_, *candidate_);
   expectEqualMeshes(reference_mesh_.assemble(), candidate_mesh_.assemble());
+  if (reference_->space() != nullptr) compareSpaces();
+}
+
+void expectSpace(Mapper& mapper) {
+  for (const CellState state : {CellState::kFree, CellState::kSurface}) {
+    EXPECT_GT(countCells(mapper, state), 100u);
+  }
+}
+
+size_t countCells(Mapper& mapper, CellState state) {
+  const std::vector<SpaceCell> cells = mapper.space()->cells();
+  return static_cast<size_t>(std::count_if(
+      cells.begin(), cells.end(), [state](const SpaceCell& cell) { return cell.state == state; }));
 }
 
 void BackendPair::compareSpaces() {

@@ -12,7 +12,7 @@
 namespace dtsdf {
 
 /// What is compared with the CPU on one thread.
-enum class Candidate { kCpuAgain, kCpuTwoThreads, kCuda };
+enum class Candidate { kReference, kCpuTwoThreads, kCuda };
 
 std::string toString(Candidate candidate);
 
@@ -44,7 +44,7 @@ class BackendPair {
   /// compared. Meshes begin anew.
   void swapContents();
 
-  /// Compares all voxels and colours, and the meshes put together from all updates.
+  /// Compares all voxels and colours, the meshes put together from all updates, and spaces.
   void compareMaps();
 
   /// Compares what is known of space, and the distances once they are up to date.
@@ -67,6 +67,10 @@ void expectEqualMeshes(const Mesh& expected, const Mesh& actual);
 void expectEqualMaps(ProbedMapper& expected, ProbedMapper& actual);
 void expectEqualSpaces(Space& expected, Space& actual);
 void expectEqualContents(const MapContents& expected, const MapContents& actual);
+
+size_t countCells(Mapper& mapper, CellState state);
+/// Free cells and those with a surface are there, so that equal does not just mean empty.
+void expectSpace(Mapper& mapper);
 
 /// Whether a failure is that of a call that can lack memory. Tests have others fail as well, which
 /// never do: what they leave is not looked at.

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "ros/support/blocks_watcher.h"

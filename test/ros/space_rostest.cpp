@@ -13,7 +13,6 @@
 #include <map>
 #include <set>
 #include <string>
-#include <vector>
 
 #include "ros/input/conversions.h"
 #include "ros/support/grid_reader.h"

@@ -186,6 +186,15 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   EXPECT_TRUE(says(makeStatus(input), "out of memory"));
 }
 
+dtsdf_mapping::MemoryPart partOf(const MapStatus& status, const std::string& name) {
+  for (const auto& part : status.memory) {
+    if (part.name == name) return part;
+  }
+  dtsdf_mapping::MemoryPart none;
+  none.place = "nowhere";
+  return none;
+}
+
 TEST(StatusReport, ListsWhatLiesOnDisk) {
   StatusInput input = makeInput();
   input.map.stats.pages.written = 9;
@@ -204,30 +213,17 @@ TEST(StatusReport, ListsWhatLiesOnDisk) {
   EXPECT_EQ(status.pages_read, 6u);
   EXPECT_EQ(status.page_waits, 2u);
   EXPECT_EQ(status.page_wait_s, 1.5f);
-  size_t found = 0;
-  for (const auto& part : makeStatus(input).memory) {
-    if (part.name == "pages") {
-      EXPECT_EQ(part.place + std::to_string(part.bytes), "disk1234");
-    }
-    if (part.name == "page_index") {
-      EXPECT_EQ(part.place + std::to_string(part.bytes), "host56");
-    }
-    found += part.name == "pages" || part.name == "page_index" ? 1 : 0;
-  }
-  EXPECT_EQ(found, 2u);
+  EXPECT_EQ(partOf(status, "pages").place, "disk");
+  EXPECT_EQ(partOf(status, "pages").bytes, 1234u);
+  EXPECT_EQ(partOf(status, "page_index").place, "host");
+  EXPECT_EQ(partOf(status, "page_index").bytes, 56u);
 
   PagedMeshes::Stats& meshes = input.output.paged_meshes;
   meshes.bytes = 1000;
   meshes.index_bytes = 4;
   meshes.failures = 5;
-  for (const auto& part : makeStatus(input).memory) {
-    if (part.name == "pages") {
-      EXPECT_EQ(part.bytes, 2234u);
-    }
-    if (part.name == "page_index") {
-      EXPECT_EQ(part.bytes, 60u);
-    }
-  }
+  EXPECT_EQ(partOf(makeStatus(input), "pages").bytes, 2234u);
+  EXPECT_EQ(partOf(makeStatus(input), "page_index").bytes, 60u);
   EXPECT_EQ(makeStatus(input).page_failures, 5u);
 }
 
@@ -419,15 +415,6 @@ TopicStatus topic(const std::string& name, uint64_t waiting_bytes) {
   status.topic = name;
   status.waiting_bytes = waiting_bytes;
   return status;
-}
-
-dtsdf_mapping::MemoryPart partOf(const MapStatus& status, const std::string& name) {
-  for (const auto& part : status.memory) {
-    if (part.name == name) return part;
-  }
-  dtsdf_mapping::MemoryPart none;
-  none.place = "nowhere";
-  return none;
 }
 
 TEST(StatusReport, TellsEachPartOfMemoryWithItsPlaceAndLimit) {

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 
 #include "kernels/meshing/corner_grid.h"
 #include "ros/output/mesh_publisher.h"

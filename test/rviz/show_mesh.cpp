@@ -19,7 +19,6 @@
 #include <QApplication>
 #include <QElapsedTimer>
 
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>

@@ -20,7 +20,11 @@
 
 namespace dtsdf {
 
-/// How far from the measured plane samples are taken, in voxels.
+/// As far as a line may reach, in voxels: to the next block.
+constexpr float kLongestReach = static_cast<float>(kBlockSide);
+
+/// How far from the measured plane samples are taken, in voxels: as far as noise may put the points
+/// of one surface, or they would form several.
 DTSDF_HD float sampleReach(float noise_voxels, const FusionSettings& fusion) {
   return minimum(fusion.truncation_voxels,
                  maximum(fusion.rules.sample_reach, fusion.rules.noise_reach * noise_voxels));

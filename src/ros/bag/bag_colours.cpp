@@ -9,7 +9,6 @@
 #include <memory>
 #include <set>
 #include <stdexcept>
-#include <utility>
 #include <vector>
 
 #include "io/bag_frames.h"

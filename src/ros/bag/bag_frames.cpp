@@ -7,7 +7,6 @@
 #include <memory>
 #include <set>
 #include <stdexcept>
-#include <vector>
 
 #include "io/bag_frames.h"
 #include "io/recorded_images.h"

@@ -201,8 +201,5 @@ void convert(const TumToBagOptions& options) {
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  using namespace dtsdf;
-  return runProgram("tum_to_bag", argc, argv, [](const std::vector<std::string>& arguments) {
-    convert(readOptions(arguments));
-  });
+  return dtsdf::runProgram("tum_to_bag", argc, argv, dtsdf::readOptions, dtsdf::convert);
 }

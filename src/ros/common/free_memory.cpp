@@ -1,6 +1,5 @@
 #include "ros/common/free_memory.h"
 
-#include <cstdlib>
 #include <utility>
 
 #ifdef __GLIBC__

@@ -4,7 +4,6 @@
 #include <ros/console.h>
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <chrono>
 
 #include "params/printable.h"

@@ -5,7 +5,6 @@
 #include <ros/time.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cstdint>
 #include <deque>

@@ -3,7 +3,6 @@
 #include <iomanip>
 #include <memory>
 #include <sstream>
-#include <stdexcept>
 #include <utility>
 
 #include "io/map_chunks.h"

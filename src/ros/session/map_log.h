@@ -2,7 +2,6 @@
 #pragma once
 
 #include <future>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>

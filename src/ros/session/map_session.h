@@ -9,7 +9,6 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "dtsdf_mapping/mapper.h"
 #include "ros/common/schedule.h"

@@ -10,7 +10,6 @@
 #include <unistd.h>
 #include <xmlrpcpp/XmlRpc.h>
 
-#include <cstring>
 #include <fstream>
 #include <stdexcept>
 

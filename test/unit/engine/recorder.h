@@ -1,7 +1,6 @@
 /// A backend that only writes down what it is asked, and answers as a test wants it to.
 #pragma once
 
-#include <algorithm>
 #include <string>
 #include <vector>
 

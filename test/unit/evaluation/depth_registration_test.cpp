@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "evaluation/depth_renderer.h"
 #include "simulation/scene.h"
 #include "support/pose_distance.h"

@@ -1,9 +1,7 @@
 /// Meshes whose figures are known exactly.
 #pragma once
 
-#include <array>
 #include <cmath>
-#include <vector>
 
 #include "evaluation/triangle_mesh.h"
 

@@ -4,7 +4,6 @@
 
 #include <random>
 #include <unordered_map>
-#include <vector>
 
 namespace dtsdf {
 namespace {

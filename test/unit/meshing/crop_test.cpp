@@ -1,8 +1,6 @@
 // The part of a mesh in a box.
 #include <gtest/gtest.h>
 
-#include <map>
-
 #include "dtsdf_mapping/mesh.h"
 #include "kernels/meshing/edge_vertex.h"
 #include "support/grid_mesh.h"

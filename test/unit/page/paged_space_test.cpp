@@ -2,9 +2,7 @@
 // that never paged, and memory does not grow with the way.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <random>
-#include <thread>
 
 #include "dtsdf_mapping/region.h"
 #include "io/map_chunks.h"

@@ -14,7 +14,6 @@
 #include <mutex>
 #include <optional>
 #include <thread>
-#include <tuple>
 
 #include "dtsdf_mapping/partly_cleared.h"
 #include "dtsdf_mapping/region.h"

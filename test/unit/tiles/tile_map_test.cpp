@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <map>
-#include <tuple>
 
 #include "kernels/core/grid.h"
 #include "mapper/probed_mapper.h"

@@ -1,8 +1,6 @@
 /// A small sequence of 7-Scenes.
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "dtsdf_mapping/mapper.h"
 #include "support/recording_folder.h"
 

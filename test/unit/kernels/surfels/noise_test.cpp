@@ -183,6 +183,18 @@ TEST(Noise, WindowsKeepNormalsStill) {
   EXPECT_GT(turn * slopeDeviation(radius - 1), kSurfels.rules.largest_noise_turn);
 }
 
+/// A gap at the rim has a pixel on one side only.
+TEST(NoiseLine, EndsWithTheImage) {
+  constexpr int kSide = 2 * kNoiseRadius + 1;
+  for (const int gap : {0, kSide - 1}) {
+    const auto at = [gap](int u, int) {
+      EXPECT_TRUE(u >= 0 && u < kSide) << u;
+      return u == gap ? 0.0f : 0.5f;
+    };
+    EXPECT_EQ(noiseLine(at, kSide, kSide, {kNoiseRadius, kNoiseRadius}, 0).inverse_depth[1], 0.0f);
+  }
+}
+
 TEST(Noise, ReachGrowsWithNoiseUpToTheTruncation) {
   const FusionRules rules;
   const FusionSettings fusion{1, 1, 4.0f, 1e6f, rules}, narrow{1, 1, 1.0f, 1e6f, rules};

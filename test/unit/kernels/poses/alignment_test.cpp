@@ -214,9 +214,9 @@ TEST(AlignedPoint, HasItsWholeWindowInTheImage) {
            }).weight > 0.0f;
   };
   for (const int32_t u : {r, right - r}) EXPECT_TRUE(isPoint(u, 60)) << u;
-  for (const int32_t u : {r - 1, right - r + 1}) EXPECT_FALSE(isPoint(u, 60)) << u;
+  for (const int32_t u : {0, r - 1, right - r + 1, right}) EXPECT_FALSE(isPoint(u, 60)) << u;
   for (const int32_t v : {r, low - r}) EXPECT_TRUE(isPoint(80, v)) << v;
-  for (const int32_t v : {r - 1, low - r + 1}) EXPECT_FALSE(isPoint(80, v)) << v;
+  for (const int32_t v : {0, r - 1, low - r + 1, low}) EXPECT_FALSE(isPoint(80, v)) << v;
 }
 
 }  // namespace alignment_test

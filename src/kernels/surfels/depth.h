@@ -56,10 +56,32 @@ DTSDF_HD bool predictsGap(float beside, float behind_it, float in_gap, float tol
   return behind_it == 0.0f || fabsf((beside + beside - fabsf(behind_it)) - in_gap) <= tolerance;
 }
 
+/// Whether a line of empty pixels goes on: the next one is empty as well, between two measured
+/// ones.
+DTSDF_HD bool goesOn(float next, float one_side, float other_side) {
+  return next == 0.0f && one_side != 0.0f && other_side != 0.0f;
+}
+
+/// Whether an empty pixel is on such a line along a row or a column, by the pixels before and after
+/// it in its row, its column, and its diagonals down and up.
+DTSDF_HD bool isOnALine(const float* before, const float* after) {
+  const float left = before[0], right = after[0], above = before[1], below = after[1];
+  const float above_left = before[2], below_right = after[2];
+  const float below_left = before[3], above_right = after[3];
+  const bool in_row =
+      above != 0.0f && below != 0.0f &&
+      (goesOn(left, above_left, below_left) || goesOn(right, above_right, below_right));
+  const bool in_column =
+      left != 0.0f && right != 0.0f &&
+      (goesOn(above, above_left, above_right) || goesOn(below, below_left, below_right));
+  return in_row || in_column;
+}
+
 /// Inverse depth of a pixel, that of a gap if it is not measured between two that are, on a plane
 /// that these and those behind them predict: the mean of the two, of the pair across it that
-/// differs least. Else 0. Registered and rectified images have lines of such pixels all over.
-/// `measured(u, v)` is inverseDepth() of a pixel.
+/// differs least. Else 0. Registered and rectified images have lines of such pixels all over. Where
+/// it is on no line, two pairs have to agree on it: one alone may be the sides of a notch in an
+/// outline, which lies outside of the surface. `measured(u, v)` is inverseDepth() of a pixel.
 template <class Measured>
 DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int height,
                                   const Pixel& pixel, const GapLimits& limits) {
@@ -77,21 +99,24 @@ DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int heigh
     after[i] = at(i, 1);
   }
   float least_step = 1e30f, mean = 0.0f, nearest = 0.0f;
+  int32_t agreeing = 0;
   for (int i = 0; i < kPairs; ++i) {
     const float a = before[i], b = after[i], step = fabsf(b - a), in_gap = 0.5f * (a + b);
     if (a == 0.0f || b == 0.0f) continue;
     nearest = maximum(nearest, maximum(fabsf(a), fabsf(b)));
-    if (isEdgeBetween(a, b, limits.depth_jump) || step >= least_step) continue;
+    if (isEdgeBetween(a, b, limits.depth_jump)) continue;
     const float tolerance = gapTolerance(limits, fabsf(in_gap));
     // Measurements beyond the range are negative, on both sides of it or on none.
     if (!predictsGap(fabsf(a), at(i, -2), fabsf(in_gap), tolerance) ||
         !predictsGap(fabsf(b), at(i, 2), fabsf(in_gap), tolerance)) {
       continue;
     }
+    ++agreeing;
+    if (step >= least_step) continue;
     least_step = step;
     mean = in_gap;
   }
-  return mean != 0.0f || nearest == 0.0f ? mean : -nearest;
+  return agreeing > 1 || (agreeing == 1 && isOnALine(before, after)) ? mean : 0.0f - nearest;
 }
 
 }  // namespace dtsdf

@@ -30,6 +30,9 @@ struct Image {
   std::array<float, kSide * kSide> inverse_depth{};
 
   float& at(int u, int v) { return inverse_depth[v * kSide + u]; }
+  void setColumn(int u, float value) {
+    for (int v = 0; v < kSide; ++v) at(u, v) = value;
+  }
   float filledAt(int u, int v) const {
     const auto at = [&](int column, int row) { return inverse_depth[row * kSide + column]; };
     return filledInverseDepth(at, kSide, kSide, {u, v}, kLimits);
@@ -56,16 +59,16 @@ TEST(DepthGap, OfRegisteredImagesHoldsThePlaneAround) {
       EXPECT_NEAR(image.filledAt(u, v), onPlane(u, v), 1e-6f) << u << ", " << v;
     }
   }
-  EXPECT_NEAR(image.filledAt(1, 0), onPlane(1, 0), 1e-6f) << "at the border along it";
+  EXPECT_NEAR(image.filledAt(1, 6), onPlane(1, 6), 1e-6f) << "at the border along it";
 }
 
 /// What is not filled is as free as the nearest.
 TEST(DepthGap, IsNoSurfaceAcrossADepthEdge) {
   Image image;
-  image.at(2, 3) = 1.0f;
-  image.at(4, 3) = 0.96f;  // 4 per cent: as far apart as two surfaces
+  image.setColumn(2, 1.0f);
+  image.setColumn(4, 0.96f);  // 4 per cent: as far apart as two surfaces
   EXPECT_EQ(image.filledAt(3, 3), -1.0f);
-  image.at(4, 3) = 0.98f;
+  image.setColumn(4, 0.98f);
   EXPECT_NEAR(image.filledAt(3, 3), 0.99f, 1e-6f);
 }
 
@@ -73,13 +76,13 @@ TEST(DepthGap, IsNoSurfaceAcrossADepthEdge) {
 TEST(DepthGap, IsNoSurfaceWhereBothSidesCurveAway) {
   Image image;
   for (const int side : {-1, 1}) {
-    image.at(3 + side, 3) = 0.99f;
-    image.at(3 + 2 * side, 3) = 1.0f;
+    image.setColumn(3 + side, 0.99f);
+    image.setColumn(3 + 2 * side, 1.0f);
   }
   EXPECT_EQ(image.filledAt(3, 3), -0.99f);
-  for (const int side : {-1, 1}) image.at(3 + 2 * side, 3) = 0.99f + 4.2f * kSigma;
+  for (const int side : {-1, 1}) image.setColumn(3 + 2 * side, 0.99f + 4.2f * kSigma);
   EXPECT_EQ(image.filledAt(3, 3), 0.99f) << "noise explains it";
-  for (const int side : {-1, 1}) image.at(3 + 2 * side, 3) = 0.99f + 4.3f * kSigma;
+  for (const int side : {-1, 1}) image.setColumn(3 + 2 * side, 0.99f + 4.3f * kSigma);
   EXPECT_EQ(image.filledAt(3, 3), -0.99f);
 }
 
@@ -96,9 +99,24 @@ TEST(DepthGap, IsFilledAlongEachPair) {
   for (const auto& [du, dv] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
     Image image;
     image.at(3 - du, 3 - dv) = 0.50f;
-    image.at(3 + du, 3 + dv) = 0.51f;
-    EXPECT_FLOAT_EQ(image.filledAt(3, 3), 0.505f) << du << ", " << dv;
+    image.at(3 + du, 3 + dv) = 0.504f;
+    EXPECT_EQ(image.filledAt(3, 3), -0.504f) << du << ", " << dv << ": alone";
+    image.at(3 + dv, 3 - du) = 0.50f;
+    image.at(3 - dv, 3 + du) = 0.51f;
+    EXPECT_FLOAT_EQ(image.filledAt(3, 3), 0.502f) << du << ", " << dv;
   }
+}
+
+/// Beside it lies the surface, above it nothing.
+TEST(DepthGap, IsNoNotchInAnOutline) {
+  Image image;
+  for (int v = 2; v < kSide; ++v) {
+    for (int u = 0; u < kSide; ++u) image.at(u, v) = onPlane(u, v);
+  }
+  image.at(3, 2) = 0.0f;
+  EXPECT_EQ(image.filledAt(3, 2), -image.at(4, 2));
+  for (const int u : {2, 4}) image.at(u, 1) = onPlane(u, 1);
+  EXPECT_NEAR(image.filledAt(3, 2), onPlane(3, 2), 1e-6f) << "a line that begins there";
 }
 
 TEST(DepthGap, WiderThanAPixelStays) {
@@ -113,19 +131,19 @@ TEST(DepthGap, WiderThanAPixelStays) {
 /// What is measured beyond the range has a negative inverse depth, and so has the gap.
 TEST(DepthGap, BeyondTheRangeIsBeyondTheRange) {
   Image image;
-  image.at(2, 3) = image.at(4, 3) = -0.05f;
+  for (const int u : {2, 4}) image.setColumn(u, -0.05f);
   EXPECT_EQ(image.filledAt(3, 3), -0.05f);
-  image.at(4, 3) = 0.05f;
+  image.setColumn(4, 0.05f);
   EXPECT_EQ(image.filledAt(3, 3), -0.05f);
 }
 
 /// The plane passes the end of the range behind the gap's neighbour.
 TEST(DepthGap, IsFilledWhereTheRangeEnds) {
   Image image;
-  image.at(1, 3) = 0.102f;
-  image.at(2, 3) = 0.101f;
-  image.at(4, 3) = 0.1005f;
-  image.at(5, 3) = -0.0998f;
+  image.setColumn(1, 0.102f);
+  image.setColumn(2, 0.101f);
+  image.setColumn(4, 0.1005f);
+  image.setColumn(5, -0.0998f);
   EXPECT_NEAR(image.filledAt(3, 3), 0.10075f, 1e-6f);
 }
 
@@ -138,7 +156,7 @@ TEST(DepthGap, IsFilledInRoundedDepths) {
       const double inverse_depth = 1000.0 / first_mm + 0.0037 * u;
       return u == 3 ? 0.0f : static_cast<float>(1.0 / (std::round(1000.0 / inverse_depth) * 0.001));
     };
-    EXPECT_GT(filledInverseDepth(measured, kSide, 1, {3, 0}, rounded), 0.9f) << first_mm;
+    EXPECT_GT(filledInverseDepth(measured, kSide, kSide, {3, 3}, rounded), 0.9f) << first_mm;
   }
 }
 

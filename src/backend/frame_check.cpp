@@ -99,7 +99,7 @@ double reachOf(const DepthFrame& frame, const MapperParams& params) {
   const double tangent_u = (frame.width + std::abs(static_cast<double>(K.cx))) / K.fx;
   const double tangent_v = (frame.height + std::abs(static_cast<double>(K.cy))) / K.fy;
   return params.fusion.max_depth_m * (1.0 + tangent_u + tangent_v) +
-         2.0 * longestDistance(params) * params.map.voxel_size_m;
+         2.0 * params.map.truncation_voxels * params.map.voxel_size_m;
 }
 
 template <class Frame>

@@ -5,7 +5,6 @@
 #include "dtsdf_mapping/params/mapper_params.h"
 #include "kernels/colour/paint_settings.h"
 #include "kernels/fusion/fusion_settings.h"
-#include "kernels/fusion/sample_line.h"
 #include "kernels/poses/alignment_settings.h"
 #include "kernels/surfels/sensing.h"
 
@@ -36,15 +35,10 @@ inline SurfelSettings makeSurfelSettings(const MapperParams& params, const Surfe
           rules, params.sensor.kind == Sensor::kTimeOfFlight ? 1 : 0};
 }
 
-/// The longest distance that a voxel may hold, in voxels.
-inline float longestDistance(const MapperParams& params) {
-  return castsSurfels(params) ? kLongestReach : params.map.truncation_voxels;
-}
-
 inline FusionSettings makeFusionSettings(const MapperParams& params, const Rules& rules) {
   return {params.fusion.mode == FusionMode::kNormalRayCasting,
           params.map.directional,
-          longestDistance(params),
+          params.map.truncation_voxels,
           params.fusion.max_weight,
           rules.fusion,
           rules.surfels.noise_level};

@@ -26,10 +26,10 @@ IndexRanges& FrameLedger::ofRecording(std::vector<IndexRanges>& frames, size_t r
   return frames[recording];
 }
 
-/// What feet of voxels may lie in: they are as far from them as distances are long.
+/// What feet of voxels may lie in: they are as far from them as the truncation.
 MetricBox FrameLedger::boxOfFeet(const BlockExtent& extent) const {
   const double margin_m =
-      static_cast<double>(params_.map.voxel_size_m * (longestDistance(params_) + 2.0f));
+      static_cast<double>(params_.map.voxel_size_m * (params_.map.truncation_voxels + 2.0f));
   return boxOf(extent, blockSize_m(), margin_m);
 }
 

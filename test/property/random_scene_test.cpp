@@ -5,7 +5,6 @@
 #include <memory>
 #include <random>
 
-#include "backend/rule_settings.h"
 #include "mapper/probed_mapper.h"
 #include "support/depth_frames.h"
 #include "support/map_equality.h"
@@ -129,18 +128,18 @@ TEST_P(RandomScenes, MeshesAreSound) {
   for (const Vec3f& n : mesh.normals) ASSERT_NEAR(norm(n), 1.0f, 1e-4f);
 }
 
-/// Every sample holds a finite distance within the longest, and the weight and evidence that its
+/// Every sample holds a finite distance within the truncation, and the weight and evidence that its
 /// five frames can give; one without weight holds nothing at all.
 TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   SCOPED_TRACE(describeSeed(seed()));
   const RandomCase c = drawCase(seed());
   const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(c.params);
   for (const SceneFrame& frame : c.frames) mapper->integrate(frame.view());
-  const float longest = longestDistance(c.params);
+  const float truncation = c.params.map.truncation_voxels;
   for (const BlockSnapshot& block : mapper->snapshot()) {
     for (const auto& voxels : block.voxels) {
       for (const Voxel& voxel : voxels) {
-        ASSERT_LE(std::abs(sdfOf(voxel)), longest + 1.0f / 2048.0f);
+        ASSERT_LE(std::abs(sdfOf(voxel)), truncation + 1.0f / 2048.0f);
         ASSERT_LE(weightOf(voxel), 5.0f);  // frames
         ASSERT_LE(evidenceOf(voxel), 15);
         if (isEmpty(voxel)) {

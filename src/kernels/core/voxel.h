@@ -75,7 +75,7 @@ DTSDF_HD Sample sampleOf(const Voxel& voxel, int32_t least_evidence) {
 /// truncation / 2^15 and is at most 2^15 in magnitude. A pixel adds less than 2^21 to a voxel's
 /// weight: once 2^20 at most, or with its subpixels together as much, each rounded; merged pixels
 /// add no more than one. An image has at most kMaxPixels = 2^23 pixels, so |weighted_sdf| <
-/// 2^(21+16+23) = 2^60 and weight < 2^44: neither can overflow 64 bits at any image size, range or
+/// 2^(21+15+23) = 2^59 and weight < 2^44: neither can overflow 64 bits at any image size, range or
 /// voxel size.
 struct VoxelSums {
   int64_t weighted_sdf;
@@ -86,7 +86,7 @@ struct VoxelSums {
 
 constexpr int kMaxPixels = 1 << 23;
 constexpr float kWeightScale = 1048576.0f;  // 2^20
-constexpr float kSdfScale = 65536.0f;       // 2^16
+constexpr float kSdfScale = 32768.0f;       // 2^15
 
 /// Rounds a weight in units of 2^-20 that is not negative.
 DTSDF_HD int32_t roundWeight(float weight_units) {
@@ -96,10 +96,10 @@ DTSDF_HD int32_t roundWeight(float weight_units) {
 /// Rounds a weight in [0, 1] to fixed point.
 DTSDF_HD int32_t quantiseWeight(float weight) { return roundWeight(weight * kWeightScale); }
 
-/// Rounds a distance in units of the longest / 2^16.
+/// Rounds a distance in units of truncation / 2^15.
 DTSDF_HD int32_t roundSdf(float sdf_units) { return floorToInt(sdf_units + 0.5f); }
 
-/// Rounds a distance, given as a share of the longest and clamped to [-1, 1].
+/// Rounds a distance, given as a share of the truncation distance and clamped to [-1, 1].
 DTSDF_HD int32_t quantiseSdf(float sdf_share) {
   return roundSdf(minimum(maximum(sdf_share, -1.0f), 1.0f) * kSdfScale);
 }

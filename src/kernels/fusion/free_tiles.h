@@ -85,8 +85,8 @@ DTSDF_HD bool maySeeThrough(const FrameSensing& sensing, const Vec3f& low, const
 /// By how much boxes are larger than what is in them, in voxels, so that rounding does not matter.
 constexpr float kBoxMargin = 0.125f;
 
-/// Whether a frame may see through any place of a block's voxels: they lie up to the longest
-/// distance from these, or an anchor's reach.
+/// Whether a frame may see through any place of a block's voxels: they lie up to the truncation
+/// from these, or an anchor's reach.
 DTSDF_HD bool maySeeThroughBlock(const FrameSensing& sensing, const Vec3f& first_voxel_L,
                                  float truncation_voxels) {
   const float around = maximum(truncation_voxels, kAnchorReach) + kBoxMargin;

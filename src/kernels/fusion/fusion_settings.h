@@ -11,8 +11,6 @@ namespace dtsdf {
 struct FusionSettings {
   int32_t cast_along_normal;  ///< Else along the view ray.
   int32_t directional;
-  /// The longest distance that a frame measures: what voxel projection is truncated at, and as far
-  /// as a line may reach.
   float truncation_voxels;
   float max_weight;
   FusionRules rules;

@@ -20,11 +20,7 @@
 
 namespace dtsdf {
 
-/// As far as a line may reach, in voxels: to the next block.
-constexpr float kLongestReach = static_cast<float>(kBlockSide);
-
-/// How far from the measured plane samples are taken, in voxels: as far as noise may put the points
-/// of one surface, or they would form several.
+/// How far from the measured plane samples are taken, in voxels.
 DTSDF_HD float sampleReach(float noise_voxels, const FusionSettings& fusion) {
   return minimum(fusion.truncation_voxels,
                  maximum(fusion.rules.sample_reach, fusion.rules.noise_reach * noise_voxels));

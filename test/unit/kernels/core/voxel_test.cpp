@@ -39,8 +39,8 @@ TEST(VoxelSums, FixedPointStaysWithinItsBounds) {
   EXPECT_EQ(quantiseWeight(0.0f), 0);
   EXPECT_EQ(quantiseWeight(1.0f), 1 << 20);
   for (const float beyond : {1.0f, 1.5f, 1e30f, std::numeric_limits<float>::infinity()}) {
-    EXPECT_EQ(quantiseSdf(beyond), 1 << 16);
-    EXPECT_EQ(quantiseSdf(-beyond), -(1 << 16));
+    EXPECT_EQ(quantiseSdf(beyond), 1 << 15);
+    EXPECT_EQ(quantiseSdf(-beyond), -(1 << 15));
   }
 }
 
@@ -61,7 +61,7 @@ TEST(VoxelSums, QuantisingRoundsToTheNearest) {
   std::uniform_real_distribution<float> uniform(-1.0f, 1.0f);
   for (int i = 0; i < 10000; ++i) {
     const float x = uniform(random);
-    EXPECT_NEAR(quantiseSdf(x) / 65536.0, x, 0.5 / 65536.0 + 1e-9);
+    EXPECT_NEAR(quantiseSdf(x) / 32768.0, x, 0.5 / 32768.0 + 1e-9);
     EXPECT_NEAR(quantiseWeight(std::abs(x)) / 1048576.0, std::abs(x), 0.5 / 1048576.0 + 1e-7);
   }
 }

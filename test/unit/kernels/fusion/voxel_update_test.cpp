@@ -27,7 +27,7 @@ Voxel fold(const Voxel& voxel, float sdf_voxels, float weight, float depth_weigh
 /// The worst frame of all: kMaxPixels pixels of twice the greatest weight, at the truncation.
 TEST(FoldSums, TheWorstFrameFits) {
   const int64_t weight = int64_t{2} * kMaxPixels << 20;
-  const Voxel voxel = foldSums(kEmpty, {weight << 16, weight, 0, 0}, 1.0f, kFusion);
+  const Voxel voxel = foldSums(kEmpty, {weight << 15, weight, 0, 0}, 1.0f, kFusion);
   EXPECT_FLOAT_EQ(sdfOf(voxel), kTruncation);
   EXPECT_EQ(weightUnits(voxel), kOne);
   EXPECT_EQ(evidenceOf(voxel), 3);
@@ -102,7 +102,7 @@ TEST(FoldSums, TheGreatestCapFits) {
 
 /// What is measured weighs at least a unit: weight 0 would mean that nothing was.
 TEST(FoldSums, TheLeastMeasurementIsAUnit) {
-  const Voxel voxel = foldSums(kEmpty, {-(1 << 16), 1, 0, 0}, 1e-3f, kFusion);
+  const Voxel voxel = foldSums(kEmpty, {-(1 << 15), 1, 0, 0}, 1e-3f, kFusion);
   EXPECT_EQ(weightUnits(voxel), 1u);
   EXPECT_EQ(sdfOf(voxel), -kTruncation);
   EXPECT_FALSE(isEmpty(voxel));

@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import subprocess
+import sys
 
 from .runs import find_programs
 
@@ -60,6 +61,8 @@ def fill_page(path, script, **parts):
         if begin not in page:
             page += ("\n" if page else "") + begin + end
         head, _, rest = page.partition(begin)
+        if end not in rest:
+            sys.exit(f"error: {path}: no line '{end.strip()}' after '{begin.strip()}'")
         page = f"{head}{begin}\n{text.strip()}\n\n{end}{rest.partition(end)[2]}"
     path.write_text(page, encoding="utf-8")
     print(page)

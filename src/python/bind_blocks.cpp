@@ -1,4 +1,3 @@
-
 #include "dtsdf_mapping/map_contents.h"
 #include "python/mapper_session.h"
 #include "python/module.h"

@@ -1,4 +1,3 @@
-
 #include "python/mapper_session.h"
 #include "python/module.h"
 #include "python/values.h"

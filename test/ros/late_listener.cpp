@@ -3,6 +3,7 @@
 #include <ros/ros.h>
 
 #include <cstdio>
+#include <cstdlib>
 
 #include "ros/support/mesh_watcher.h"
 #include "ros/support/wait.h"

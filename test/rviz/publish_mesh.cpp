@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 
 #include "kernels/meshing/corner_grid.h"
 #include "ros/output/mesh_publisher.h"

@@ -80,8 +80,8 @@ DTSDF_HD bool isOnALine(const float* before, const float* after) {
 /// Inverse depth of a pixel, that of a gap if it is not measured between two that are, on a plane
 /// that these and those behind them predict: the mean of the two, of the pair across it that
 /// differs least. Else 0. Registered and rectified images have lines of such pixels all over. Where
-/// it is on no line, two pairs have to agree on it: one alone may be the sides of a notch in an
-/// outline, which lies outside of the surface. `measured(u, v)` is inverseDepth() of a pixel.
+/// it is on no line, two pairs have to fit: one alone may be the sides of a notch in an outline,
+/// which lies outside of the surface. `measured(u, v)` is inverseDepth() of a pixel.
 template <class Measured>
 DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int height,
                                   const Pixel& pixel, const GapLimits& limits) {
@@ -99,7 +99,7 @@ DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int heigh
     after[i] = at(i, 1);
   }
   float least_step = 1e30f, mean = 0.0f, nearest = 0.0f;
-  int32_t agreeing = 0;
+  int32_t fitting = 0;
   for (int i = 0; i < kPairs; ++i) {
     const float a = before[i], b = after[i], step = fabsf(b - a), in_gap = 0.5f * (a + b);
     if (a == 0.0f || b == 0.0f) continue;
@@ -111,12 +111,12 @@ DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int heigh
         !predictsGap(fabsf(b), at(i, 2), fabsf(in_gap), tolerance)) {
       continue;
     }
-    ++agreeing;
+    ++fitting;
     if (step >= least_step) continue;
     least_step = step;
     mean = in_gap;
   }
-  return agreeing > 1 || (agreeing == 1 && isOnALine(before, after)) ? mean : 0.0f - nearest;
+  return fitting > 1 || (fitting == 1 && isOnALine(before, after)) ? mean : 0.0f - nearest;
 }
 
 }  // namespace dtsdf

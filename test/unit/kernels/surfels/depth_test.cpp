@@ -60,6 +60,7 @@ TEST(DepthGap, OfRegisteredImagesHoldsThePlaneAround) {
     }
   }
   EXPECT_NEAR(image.filledAt(1, 6), onPlane(1, 6), 1e-6f) << "at the border along it";
+  EXPECT_EQ(image.filledAt(1, 0), -onPlane(2, 0)) << "at the border, beside a crossing";
 }
 
 /// What is not filled is as free as the nearest.

@@ -410,6 +410,35 @@ TEST_P(BackendParity, FramesIntegratedWhileTheMeshIsFetched) {
   pair.compareMaps();
 }
 
+TEST_P(BackendParity, MeshEveryFrameEqualsMeshAtTheEnd) {
+  const MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.03f);
+  BackendPair often(params, GetParam()), once(params, GetParam());
+  MeshStore often_mesh(params.map.voxel_size_m), once_mesh(params.map.voxel_size_m);
+  TestFrameSettings settings;
+  settings.noise = true;
+  for (const TestFrame& frame : makeTestFrames(settings)) {
+    often.candidate().integrate(frame.view());
+    often_mesh.apply(often.candidate().updateMesh());
+    once.candidate().integrate(frame.view());
+  }
+  once_mesh.apply(once.candidate().updateMesh());
+  EXPECT_GT(once_mesh.triangleCount(), 100u);
+  expectEqualMeshes(once_mesh.assemble(), often_mesh.assemble());
+}
+
+TEST_P(BackendParity, TwoRunsAreEqual) {
+  const MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.02f);
+  BackendPair first(params, GetParam()), second(params, GetParam());
+  TestFrameSettings settings;
+  settings.noise = true;
+  for (const TestFrame& frame : makeTestFrames(settings)) {
+    first.candidate().integrate(frame.view());
+    second.candidate().integrate(frame.view());
+  }
+  expectEqualMaps(first.candidate(), second.candidate());
+  expectEqualUpdates(first.candidate().updateMesh(), second.candidate().updateMesh());
+}
+
 TEST_P(BackendParity, ClearForgetsEverything) {
   BackendPair pair(withSpace(makeParams(FusionMode::kNormalRayCasting, true, 0.03f)), GetParam());
   const Space* const space = pair.candidate().space();

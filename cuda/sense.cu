@@ -37,7 +37,7 @@ __device__ void countNoiseLines(const DepthImage& image, const SurfelSettings& s
   const auto measured = [&](int u, int v) { return inverseDepthAt(image.raw, image.width, u, v); };
   for (int kind = 0; kind < kNoiseKinds; ++kind) {
     const NoiseLine line = noiseLine(measured, image.width, image.height, middle, kind);
-    const float variance = noiseVariance(line, kind, surfels);
+    const float variance = noiseVariance(line, surfels);
     if (variance >= 0.0f) atomicAdd(&counts.bins[kind][noiseBin(variance)], 1u);
   }
 }

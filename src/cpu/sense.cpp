@@ -178,7 +178,7 @@ float FrameSensor::medianNoise(const FrameView& view, int kind) const {
   for (int i = 0; i < kNoisePoints; ++i) {
     const Pixel middle = noisePoint(i, view.width, view.height);
     const NoiseLine line = noiseLine(measured, view.width, view.height, middle, kind);
-    const float variance = noiseVariance(line, kind, surfel_settings_);
+    const float variance = noiseVariance(line, surfel_settings_);
     if (variance < 0.0f) continue;
     ++bins[noiseBin(variance)];
     ++lines;

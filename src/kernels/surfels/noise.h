@@ -1,10 +1,11 @@
 /// The noise of a depth image, estimated from the image itself.
 ///
 /// Fusion has to know it: where noise exceeds the reach of a measurement, outliers no longer
-/// average with the surface but form shells of their own, and normals from few pixels scatter. The
-/// estimate is robust because it is a median over the image, as the variance about short straight
-/// lines in inverse depth: few lines lie across edges, and surfaces hardly bend over a few pixels.
-/// Noise that neighbours share moves all of a short line, so longer ones are looked at, too.
+/// average with the surface but form shells of their own, and normals from few pixels scatter.
+/// Surfaces are smoother than noise: over seven samples in line a polynomial of fourth degree
+/// explains what they do, detail included, and what it leaves is noise. The estimate is robust
+/// because it is a median over the image: few lines lie across edges. Noise that neighbours share
+/// moves all of a short line, so longer ones are looked at, too.
 #pragma once
 
 #include <cstring>
@@ -27,8 +28,6 @@ constexpr int kNoiseKinds = 3;
 /// stereo camera's noise, 10 mm: 5.4 mm with every third pixel, 3.8 mm with every seventh.)
 constexpr int kWideStride = kNoiseLength;
 
-DTSDF_HD bool isWide(int kind) { return kind > 0; }
-
 /// The middle of a line, from 0 to kNoisePoints - 1. In images smaller than the grid lines come up,
 /// and count, more than once.
 DTSDF_HD Pixel noisePoint(int index, int width, int height) {
@@ -36,8 +35,6 @@ DTSDF_HD Pixel noisePoint(int index, int width, int height) {
   return {(2 * column + 1) * width / (2 * kNoiseColumns),
           (2 * row + 1) * height / (2 * kNoiseRows)};
 }
-
-constexpr float kMeanSquare = kNoiseRadius * (kNoiseRadius + 1) / 3.0f;  ///< Of k in a line.
 
 /// Samples of a line.
 struct NoiseLine {
@@ -54,7 +51,7 @@ template <class Measured>
 DTSDF_HD NoiseLine noiseLine(const Measured& measured, int width, int height, const Pixel& middle,
                              int kind) {
   const bool is_column = kind == 2;
-  const int step_px = isWide(kind) ? kWideStride : 1, reach_px = step_px * kNoiseRadius;
+  const int step_px = kind > 0 ? kWideStride : 1, reach_px = step_px * kNoiseRadius;
   const int at = is_column ? middle.v : middle.u, count = is_column ? height : width;
   NoiseLine line{};
   if (at < reach_px || at + reach_px >= count || !(measured(middle.u, middle.v) > 0.0f))
@@ -77,31 +74,27 @@ DTSDF_HD NoiseLine noiseLine(const Measured& measured, int width, int height, co
   return line;
 }
 
-/// Variance of a line's samples at 1 m (DepthNoise), about a straight line, or for a wide one about
-/// a parabola, since surfaces bend over its length; negative where they are not all measured on one
-/// surface.
-DTSDF_HD float noiseVariance(const NoiseLine& line, int kind, const SurfelSettings& surfels) {
+/// Variance of a line's samples at 1 m (DepthNoise), of what no polynomial of fourth degree
+/// explains; negative where they are not all measured on one surface. That is what the orthogonal
+/// polynomials of fifth and sixth degree take up; their squares add up to 84 and 924.
+DTSDF_HD float noiseVariance(const NoiseLine& line, const SurfelSettings& surfels) {
   const auto& inverse_depth = line.inverse_depth;
-  const float origin = inverse_depth[kNoiseRadius];
-  float sum_y = 0.0f, sum_yy = 0.0f, sum_ky = 0.0f, sum_kk = 0.0f, sum_py = 0.0f, sum_pp = 0.0f;
   for (int i = 0; i < kNoiseLength; ++i) {
     if (!(inverse_depth[i] > 0.0f)) return -1.0f;
     const float before = inverse_depth[i > 0 ? i - 1 : 0];
     if (isEdgeBetween(before, inverse_depth[i], surfels.depth_jump)) return -1.0f;  // no noise
-    const float k = static_cast<float>(i - kNoiseRadius), y = inverse_depth[i] - origin;
-    sum_y += y;
-    sum_yy += y * y;
-    sum_ky += k * y;
-    sum_kk += k * k;
-    const float p = k * k - kMeanSquare;  // orthogonal to 1 and k
-    sum_py += p * y;
-    sum_pp += p * p;
   }
-  constexpr float kCount = static_cast<float>(kNoiseLength);
-  const float about_line = sum_yy - sum_y * sum_y / kCount - sum_ky * sum_ky / sum_kk;
-  const float about_parabola = about_line - sum_py * sum_py / sum_pp;
-  const float variance = isWide(kind) ? maximum(about_parabola, 0.0f) / (kCount - 3.0f)
-                                      : maximum(about_line, 0.0f) / (kCount - 2.0f);
+  const float origin = inverse_depth[kNoiseRadius];
+  float odd[kNoiseRadius + 1], even[kNoiseRadius + 1];  // of samples k to both sides
+  for (int k = 1; k <= kNoiseRadius; ++k) {
+    const float after = inverse_depth[kNoiseRadius + k] - origin;
+    const float before = inverse_depth[kNoiseRadius - k] - origin;
+    odd[k] = after - before;
+    even[k] = after + before;
+  }
+  const float fifth = 5.0f * odd[1] - 4.0f * odd[2] + odd[3];
+  const float sixth = 15.0f * even[1] - 6.0f * even[2] + even[3];
+  const float variance = 0.5f * (fifth * fifth / 84.0f + sixth * sixth / 924.0f);
   const float square = origin * origin;
   return surfels.noise_in_depth != 0 ? variance / (square * square) : variance;
 }
@@ -113,12 +106,15 @@ DTSDF_HD int noiseBin(float variance) {
   return static_cast<int>(bits >> 21);
 }
 
-/// Standard deviation at the lower end of a bin.
+/// Standard deviation of noise of which the median variance of lines is the lower end of a bin. With
+/// two degrees of freedom a variance is distributed exponentially, and its median is ln 2 of the
+/// noise's.
 DTSDF_HD float noiseOfBin(int bin) {
+  constexpr float kMedianShare = 0.69314718f;
   const uint32_t bits = static_cast<uint32_t>(bin) << 21;
   float variance;
   memcpy(&variance, &bits, sizeof(variance));
-  return sqrtf(variance);
+  return sqrtf(variance / kMedianShare);
 }
 
 /// The noise of an image, from the median deviations of each kind of line. Wide lines see noise

@@ -106,9 +106,9 @@ DTSDF_HD int noiseBin(float variance) {
   return static_cast<int>(bits >> 21);
 }
 
-/// Standard deviation of noise of which the median variance of lines is the lower end of a bin. With
-/// two degrees of freedom a variance is distributed exponentially, and its median is ln 2 of the
-/// noise's.
+/// Standard deviation of noise of which the median variance of lines is the lower end of a bin.
+/// With two degrees of freedom a variance is distributed exponentially, and its median is ln 2 of
+/// the noise's.
 DTSDF_HD float noiseOfBin(int bin) {
   constexpr float kMedianShare = 0.69314718f;
   const uint32_t bits = static_cast<uint32_t>(bin) << 21;

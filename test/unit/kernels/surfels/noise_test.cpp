@@ -30,8 +30,8 @@ NoiseLine powerLine(int power) {
   return line;
 }
 
-/// The samples of x^5 and x^6 times the orthogonal polynomials -1, 4, -5, 0, 5, -4, 1 and 1, -6, 15,
-/// -20, 15, -6, 1 are 2 (5 - 4 32 + 243) = 240 and 2 (15 - 6 64 + 729) = 720.
+/// The samples of x^5 and x^6 times the orthogonal polynomials -1, 4, -5, 0, 5, -4, 1 and 1, -6,
+/// 15, -20, 15, -6, 1 are 2 (5 - 4 32 + 243) = 240 and 2 (15 - 6 64 + 729) = 720.
 TEST(Noise, SurfacesBend) {
   for (const int power : {1, 2, 3, 4}) EXPECT_LT(noiseVariance(powerLine(power), kSurfels), 1e-12f);
   const auto inUnits = [](int power) { return noiseVariance(powerLine(power), kSurfels) / 1e-10f; };

@@ -55,7 +55,7 @@ class CudaBackend : public MapBackend {
   void reserveFrame(const FrameTurn& turn) override;
   void castFoldAndClear(const FrameTurn& turn) override;
   std::vector<EmptyBlock> takeEmpty() override { return clearing_.takeEmptyBlocks(); }
-  bool dropsEmpty() const override { return true; }
+  bool hasMirror() const override { return true; }
   std::vector<FreeCube> takeFree() override { return free_cell_finder_.take(); }
   bool makesDistances() const override { return true; }
   bool makeDistances(const DistanceTask& task,

@@ -72,6 +72,7 @@ IntegrationResult Engine::timed(const std::function<IntegrationResult()>& take) 
   try {
     result = take();
   } catch (const BackendError& error) {
+    table_.listNew();
     if (!error.lacksMemory()) throw;
     result = refuseForMemory(error);
   }
@@ -174,7 +175,8 @@ size_t Engine::admit(const TouchedCounts& touched, const FrameTurn& turn) {
   const size_t arrays = moves_blocks_ ? table_.countNew(requests).arrays : touched.new_arrays;
   Admission admission;
   if (hasRoomFor({blocks, arrays, table_.sizesAfter(blocks, arrays)})) {
-    admission = table_.admit(std::move(requests));
+    admission = table_.handOut(std::move(requests));
+    if (pager_ || !backend_->hasMirror()) table_.listNew();
     backend_->enterBlocksOfFrame(admission.changed_slots, admission.new_arrays);
     if (pager_) pager_->noteNew(admission.changed_slots);
   } else {
@@ -199,6 +201,7 @@ bool Engine::hasRoomFor(const MapDemand& demand) {
 
 void Engine::castFoldAndClear(const TouchedCounts& touched, const FrameTurn& turn) {
   backend_->castFoldAndClear(turn);
+  table_.listNew();  // a device is busy
   ++counters_.frames;
   if (touched.blocks > 0) ++counters_.supporting_frames;
   if (profile_ != nullptr) profile_->work.surfels += touched.surfels;

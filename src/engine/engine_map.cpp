@@ -40,7 +40,7 @@ void Engine::beginMeshUpdate() {
   if (is_meshing_) finishMeshing();
   made_ = MeshUpdate();  // nobody asked for its changes: they are lost
   // Where the table has nothing to say that meshes depend on, it follows while a device is busy.
-  const bool settles_behind = backend_->dropsEmpty() && !pager_ && !kept_ && !was_viewed_;
+  const bool settles_behind = backend_->hasMirror() && !pager_ && !kept_ && !was_viewed_;
   if (!settles_behind) settleForMesh();
   const int32_t least = leastEvidenceNow();
   if (least != least_evidence_) markAllDirty();

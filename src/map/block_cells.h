@@ -30,9 +30,6 @@ class BlockCells {
   void erase(const BlockKey& block, int32_t slot) noexcept;
   void clear();
 
-  /// Whether a block's cell has any.
-  bool hasCellOf(const BlockKey& block) const;
-
   /// Notes that a block was needed at a time. @pre It is there.
   void note(const BlockKey& block, uint64_t time) { cellOf(block).last_need = time; }
 
@@ -63,10 +60,6 @@ class BlockCells {
 inline Vec3i cellOfBlock(const BlockKey& block) {
   constexpr int kShift = BlockCells::kSideLog2;
   return {block.x >> kShift, block.y >> kShift, block.z >> kShift};
-}
-
-inline bool BlockCells::hasCellOf(const BlockKey& block) const {
-  return numbers_.find(packKey(cellOfBlock(block))) >= 0;
 }
 
 /// Whether a frame may see anything of balls, `radius` voxels wide, around the middles of a cell's

@@ -53,22 +53,26 @@ BlockTable::Lack BlockTable::lackOf(const BlockRequest& request, int32_t slot) c
 int32_t BlockTable::makeBlock(PackedKey key) {
   size_t count = blocks_.size();
   const int32_t slot = takeNumber(free_slots_, count);
-  blocks_.resize(count);
-  BlockEntry& entry = blocks_[slot];
-  entry.key = unpackKey(key);
-  for (int32_t& array : entry.array) array = kNoArray;
-  entry.in_use = true;
-  entry.is_vacant = false;
-  entry.extractions = extractions_;
-  cells_.insert(entry.key, slot);
-  try {
-    slots_.insert(key, slot);
-  } catch (...) {
-    cells_.erase(entry.key, slot);
-    entry.in_use = false;
-    throw;
-  }
+  if (count > blocks_.size()) blocks_.push_back({});
+  BlockEntry& entry = blocks_[static_cast<size_t>(slot)];
+  entry = {unpackKey(key), {}, true, false, extractions_};
+  std::fill_n(entry.array, kDirectionCount, kNoArray);
+  unlisted_.push_back(slot);
   return slot;
+}
+
+void BlockTable::listNew() {
+  for (; !unlisted_.empty(); unlisted_.pop_back()) {
+    const int32_t slot = unlisted_.back();
+    const BlockKey& key = blocks_[static_cast<size_t>(slot)].key;
+    cells_.insert(key, slot);
+    try {
+      slots_.insert(packKey(key), slot);
+    } catch (...) {
+      cells_.erase(key, slot);
+      throw;
+    }
+  }
 }
 
 /// Their slots, or -1. Some at a time, which wait for memory together.
@@ -78,15 +82,31 @@ std::vector<int32_t> BlockTable::findAll(const std::vector<BlockRequest>& reques
   for (size_t first = 0; first < slots.size(); first += kTogether) {
     const size_t end = std::min(first + kTogether, slots.size());
     for (size_t i = first; i < end; ++i) slots_.prefetch(requests[i].key);
-    for (size_t i = first; i < end; ++i) slots[i] = find(requests[i].key);
+    for (size_t i = first; i < end; ++i) {
+      slots[i] = find(requests[i].key);
+      if (slots[i] >= 0) __builtin_prefetch(&blocks_[static_cast<size_t>(slots[i])]);
+    }
   }
   return slots;
 }
 
 Admission BlockTable::admit(std::vector<BlockRequest> requests) {
+  Admission admission = handOut(std::move(requests));
+  listNew();
+  return admission;
+}
+
+void BlockTable::prepare(size_t new_blocks) {
+  slots_.prepare();
+  blocks_.reserve(blocks_.size() + new_blocks);
+}
+
+Admission BlockTable::handOut(std::vector<BlockRequest> requests) {
   sortByKey(requests);
   const std::vector<int32_t> slots = findAll(requests);
   Admission admission;
+  admission.changed_slots.reserve(requests.size());
+  admission.new_arrays.reserve(2 * requests.size());
   for (size_t i = 0; i < requests.size(); ++i) {
     int32_t slot = slots[i];
     BlockRequest request = requests[i];
@@ -306,6 +326,7 @@ void BlockTable::releaseBlock(int32_t slot) {
 void BlockTable::clear() {
   slots_.clear();
   cells_.clear();
+  unlisted_.clear();
   blocks_.clear();
   free_slots_.clear();
   free_arrays_.clear();

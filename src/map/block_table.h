@@ -5,7 +5,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <vector>
 
 #include "kernels/core/direction.h"
@@ -15,6 +14,7 @@
 #include "kernels/core/voxel_colour.h"
 #include "map/block_cells.h"
 #include "map/block_extent.h"
+#include "map/slab_list.h"
 #include "map/slot_index.h"
 
 namespace dtsdf {
@@ -121,8 +121,13 @@ class BlockTable {
   /// the budget lasts. A request is admitted whole or refused whole.
   Admission admit(std::vector<BlockRequest> requests);
 
+  /// The same where a device waits for it: nothing finds the new blocks by their keys or in view
+  /// before listNew(), which takes as long again.
+  Admission handOut(std::vector<BlockRequest> requests);
+  void listNew();
+
   /// Makes ready for so many more blocks, where nobody waits for it.
-  void prepare(size_t new_blocks) { slots_.prepare(new_blocks); }
+  void prepare(size_t new_blocks);
 
   /// Gives bricks of colours to voxel arrays that lack them, smallest key first, as long as the
   /// budget lasts. What is not in the map, or takes no colour, is passed over.
@@ -202,11 +207,11 @@ class BlockTable {
   /// Slots of all blocks, by packed key.
   std::vector<int32_t> sortedSlots() const;
 
-  size_t blocksInUse() const { return slots_.size(); }
+  size_t blocksInUse() const { return slots_.size() + unlisted_.size(); }
   size_t arraysInUse() const { return arrays_in_use_; }
   size_t coloursInUse() const { return colours_in_use_; }
   size_t bytesInUse() const {
-    return slots_.size() * kBlockBytes + arrays_in_use_ * kArrayBytes +
+    return blocksInUse() * kBlockBytes + arrays_in_use_ * kArrayBytes +
            colours_in_use_ * kColourBytes;
   }
   size_t bytesPeak() const { return bytes_peak_; }  ///< The most that were in use.
@@ -217,7 +222,7 @@ class BlockTable {
 
   /// Memory of the table itself.
   size_t memoryBytes() const {
-    return slots_.memoryBytes() + cells_.memoryBytes() + blocks_.size() * sizeof(BlockEntry) +
+    return slots_.memoryBytes() + cells_.memoryBytes() + blocks_.memoryBytes() +
            (free_slots_.capacity() + free_arrays_.capacity() + colour_of_.capacity() +
             free_colours_.capacity()) *
                sizeof(int32_t);
@@ -242,7 +247,8 @@ class BlockTable {
   MapExtent extent_;
   SlotIndex slots_;
   BlockCells cells_;
-  std::deque<BlockEntry> blocks_;  ///< By slot; grows without moving what is there.
+  SlabList<BlockEntry> blocks_;    ///< By slot.
+  std::vector<int32_t> unlisted_;  ///< New blocks that are not in slots_ and cells_ yet.
   std::vector<int32_t> free_slots_, free_arrays_;
   std::vector<int32_t> vacant_;  ///< May have got arrays again since.
   std::vector<int32_t> unseen_;  ///< Those of them that are in no mesh.

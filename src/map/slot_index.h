@@ -1,11 +1,11 @@
-/// Slots of blocks by key: a hash table that grows in small steps. A map of millions of blocks then
-/// never holds up a frame until all of its entries have moved.
+/// Slots of blocks by key: cubes of blocks in a hash table. What is asked for in the order of keys
+/// lies side by side, and the table stays so small that no frame notices when it grows.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <memory>
+#include <vector>
 
 #include "kernels/core/grid.h"
 
@@ -14,17 +14,21 @@ namespace dtsdf {
 class SlotIndex {
  public:
   /// Slot of a key, or -1.
-  int32_t find(PackedKey key) const;
-
-  /// A hint that the key will be asked for in a moment: its place is far away in a large table.
-  void prefetch(PackedKey key) const {
-    current_.prefetch(key);
-    old_.prefetch(key);
+  int32_t find(PackedKey key) const {
+    if (table_.empty()) return -1;
+    const int32_t* marks = table_[placeOf(nameOf(key))].marks.get();
+    return marks == nullptr ? -1 : marks[numberInCube(key)] - 1;
   }
 
-  /// Does some of the work that so many insertions would bring, where nobody waits for it. Without
-  /// memory for it they do it themselves.
-  void prepare(size_t insertions) noexcept;
+  /// A hint that the key will be asked for in a moment: its mark is far away in a large map.
+  void prefetch(PackedKey key) const {
+    if (table_.empty()) return;
+    const int32_t* marks = table_[placeOf(nameOf(key))].marks.get();
+    if (marks != nullptr) __builtin_prefetch(marks + numberInCube(key));
+  }
+
+  /// Grows where nobody waits for it, if that is due soon. Without memory for it insert() does it.
+  void prepare() noexcept;
 
   /// @pre The key is not there. @throws std::bad_alloc and nothing has changed then.
   void insert(PackedKey key, int32_t slot);
@@ -37,61 +41,45 @@ class SlotIndex {
 
   void clear() { *this = SlotIndex(); }
   size_t size() const { return size_; }
-  size_t memoryBytes() const { return (current_.size + old_.size) * sizeof(Cube); }
-
- private:
-  /// 2 x 2 x 2 blocks: of most that a surface goes through it meets half, and they are looked for
-  /// one after the other. All bits zero, as calloc() gives pages when they are first touched: an
-  /// empty place.
-  struct Cube {
-    PackedKey name;    ///< nameOf() its keys; 0 where no cube has been.
-    int32_t marks[8];  ///< Slot + 1, or 0 where the key is not there.
-
-    int32_t& markOf(PackedKey key) { return marks[(key & 1) | (key >> 20 & 2) | (key >> 40 & 4)]; }
-    bool holdsAny() const;
-  };
-
-  static PackedKey nameOf(PackedKey key) {
-    constexpr PackedKey kFirst = 1, kInCube = kFirst | kFirst << 21 | kFirst << 42;
-    return (key & ~kInCube) | kFirst;
+  size_t memoryBytes() const {
+    return table_.size() * sizeof(Cube) + cubes_ * kBlocksPerCube * sizeof(int32_t);
   }
 
-  struct Free {
-    void operator()(Cube* cubes) const { std::free(cubes); }
+ private:
+  /// So many blocks along each side of a cube. Surfaces meet 75 of its blocks, about.
+  static constexpr int kSideLog2 = 3;
+  static constexpr size_t kBlocksPerCube = size_t{1} << 3 * kSideLog2;
+
+  struct Cube {
+    PackedKey name = 0;                ///< nameOf() its keys; 0 where no cube has been.
+    size_t held = 0;                   ///< Keys that are there.
+    std::unique_ptr<int32_t[]> marks;  ///< Slot + 1, or 0 where a key is not there; null: all.
   };
 
-  /// Open addressing, at most half full; three quarters while its cubes move to a larger one.
-  struct Table {
-    std::unique_ptr<Cube[], Free> cubes;
-    size_t size = 0;  ///< A power of two, or 0.
-    size_t used = 0;  ///< Places that are not empty, those included of which all keys went.
+  static constexpr PackedKey kSide = PackedKey{1} << kSideLog2;
+  static constexpr PackedKey kInCube = (kSide - 1) | (kSide - 1) << 21 | (kSide - 1) << 42;
 
-    /// Where the search for a cube begins. @pre size is not 0.
-    size_t homeOf(PackedKey name) const { return static_cast<size_t>(hashKey(name)) & (size - 1); }
-    void prefetch(PackedKey key) const {
-      if (size == 0) return;
-      const Cube& cube = cubes[homeOf(nameOf(key))];  // of two lines of the cache, often
-      __builtin_prefetch(&cube.name);
-      __builtin_prefetch(&cube.marks[7]);
-    }
+  static PackedKey nameOf(PackedKey key) { return (key & ~kInCube) | 1; }
+  static size_t numberInCube(PackedKey key) {
+    const PackedKey in_cube = key & kInCube;
+    return (in_cube | in_cube >> (21 - kSideLog2) | in_cube >> (42 - 2 * kSideLog2)) &
+           (kBlocksPerCube - 1);
+  }
 
-    /// The place of a cube, or the empty one where it would go. @pre size is not 0.
-    Cube& placeOf(PackedKey name) const;
-  };
+  /// The place of a cube, or the empty one where it would go. @pre There is a table.
+  size_t placeOf(PackedKey name) const {
+    const size_t last = table_.size() - 1;
+    size_t at = static_cast<size_t>(hashKey(name)) & last;
+    while (table_[at].name != 0 && table_[at].name != name) at = (at + 1) & last;
+    return at;
+  }
+  bool isFullTo(size_t eighths) const { return 8 * used_ >= eighths * table_.size(); }
+  void grow();
 
-  int32_t* findMark(PackedKey key) const;
-
-  static Table makeTable(size_t size);
-  Cube& placeInCurrent(PackedKey name);
-  Cube* placeWhereItWillMove(PackedKey name);
-  void beginGrowth(size_t cubes);
-  void moveSome();
-
-  Table current_;
-  Table old_;         ///< While its cubes are on their way to current_; then empty.
-  size_t moved_ = 0;  ///< Places of old_ that are done with.
+  std::vector<Cube> table_;  ///< Open addressing, of a size that is a power of two, or 0.
+  size_t used_ = 0;          ///< Places with a name, those included of which all keys went.
+  size_t cubes_ = 0;         ///< That hold keys.
   size_t size_ = 0;
-  size_t cubes_ = 0;  ///< That hold keys.
 };
 
 }  // namespace dtsdf

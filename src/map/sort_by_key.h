@@ -48,7 +48,7 @@ class KeyRange {
 
 /// Sorts numbers below 2^bits, each with 32 bits below it that go along, digit by digit.
 inline void sortByDigits(std::vector<uint64_t>& numbers, int bits) {
-  constexpr int kDigitBits = 10, kBelow = 32;
+  constexpr int kDigitBits = 8, kBelow = 32;
   constexpr uint64_t kMask = (1u << kDigitBits) - 1u;
   std::vector<uint64_t> sorted(numbers.size());
   for (int shift = kBelow; shift < kBelow + bits; shift += kDigitBits) {
@@ -64,7 +64,7 @@ inline void sortByDigits(std::vector<uint64_t>& numbers, int bits) {
 /// Sorts records by their `key`; those of one key stay in their order.
 template <class Record>
 void sortByKey(std::vector<Record>& records) {
-  constexpr size_t kFew = 128;
+  constexpr size_t kFew = 32;
   constexpr int kMostBits = 32;
   const KeyRange range(records);
   if (records.size() < kFew || range.bits() > kMostBits) {

@@ -98,10 +98,8 @@ class PageStore {
   void release(const std::vector<int32_t>& numbers);
   void clear();
 
-  /// Number of a block, or -1: soon told where no others are around.
-  int32_t find(PackedKey key) const {
-    return cells_.hasCellOf(unpackKey(key)) ? index_.find(key) : -1;
-  }
+  /// Number of a block, or -1.
+  int32_t find(PackedKey key) const { return index_.find(key); }
   bool isEmpty() const { return index_.size() == 0; }
   const PagedBlock& block(int32_t number) const { return pages_[size(number)].block; }
 

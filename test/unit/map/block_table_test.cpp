@@ -112,6 +112,27 @@ TEST(BlockTable, MakesWhatIsAskedFor) {
   expectConsistent(table);
 }
 
+/// Also where some of the blocks are there already, and the budget ends.
+TEST(BlockTable, HandsOutTheSameBeforeBlocksAreListed) {
+  std::mt19937 random(11);
+  BlockTable at_once(300 * kArray), behind(300 * kArray);
+  for (int frame = 0; frame < 20; ++frame) {
+    const std::vector<BlockRequest> requests = randomRequests(random, 40);
+    const Admission expected = at_once.admit(requests);
+    const Admission actual = behind.handOut(requests);
+    EXPECT_EQ(actual.changed_slots, expected.changed_slots);
+    EXPECT_EQ(actual.new_arrays, expected.new_arrays);
+    EXPECT_EQ(actual.refused, expected.refused);
+    EXPECT_EQ(behind.bytesInUse(), at_once.bytesInUse());
+    behind.listNew();
+    expectConsistent(behind);
+    expectEqual(behind, at_once);
+    size_t listed = 0;
+    for (const BlockCells::Cell& cell : behind.cells()) listed += cell.slots.size();
+    EXPECT_EQ(listed, behind.blocksInUse());
+  }
+}
+
 TEST(BlockTable, AddsOnlyWhatIsMissing) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x03}});

@@ -249,7 +249,9 @@ void CpuBackend::reserveColours(size_t new_bricks) {
 
 void CpuBackend::enterBlocks(const std::vector<int32_t>& /*slots*/,
                              const std::vector<int32_t>& arrays) {
-  for (const int32_t array : arrays) std::memset(voxels_.array(array), 0, BlockTable::kArrayBytes);
+  inBatches(arrays.size(), threads_, [&](size_t i) {
+    std::memset(voxels_.array(arrays[i]), 0, BlockTable::kArrayBytes);
+  });
 }
 
 void CpuBackend::enterColours(const std::vector<NewBrick>& bricks) {

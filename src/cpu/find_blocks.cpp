@@ -76,8 +76,8 @@ void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
                              const FrameSensing& sensing) {
   size_t count = 0;
   for (const std::vector<Surfel>& list : lists) count += list.size();
-  lines_.resize(count);
-  sides_.resize(count);
+  lines_.makeRoom(count);
+  sides_.makeRoom(count);
   shares_.resize(threads_);
   struct NoScratch {};
   parallelFor<NoScratch>(shares_.size(), threads_, [&](size_t part, NoScratch&) {
@@ -98,7 +98,7 @@ void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
 }
 
 size_t BlockFinder::bytes() const {
-  size_t bytes = lines_.capacity() * sizeof(KeptLine) + sides_.capacity() * sizeof(MeasuredSides);
+  size_t bytes = lines_.bytes() + sides_.bytes();
   for (const Share& share : shares_) {
     bytes += share.entries.capacity() * sizeof(Entry) + share.ordered.capacity() * sizeof(uint32_t);
   }

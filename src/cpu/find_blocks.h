@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "cpu/scratch_array.h"
 #include "kernels/fusion/cast.h"
 #include "map/block_table.h"
 
@@ -97,8 +98,8 @@ class BlockFinder {
 
   const FusionSettings fusion_;
   const int threads_;
-  std::vector<KeptLine> lines_;
-  std::vector<MeasuredSides> sides_;
+  ScratchArray<KeptLine> lines_;
+  ScratchArray<MeasuredSides> sides_;
   std::vector<Share> shares_;
   std::vector<TouchedBlock> touched_;
 };

@@ -15,10 +15,10 @@ namespace dtsdf {
 template <class T, int kSize>
 class ArrayStore {
  public:
-  /// Makes room for `count` arrays. @throws std::bad_alloc
+  /// Makes room for `count` arrays, which hold anything. @throws std::bad_alloc
   void resize(size_t count) {
     while (slabs_.size() * kArraysPerSlab < count) {
-      slabs_.push_back(std::make_unique<T[]>(kArraysPerSlab * kSize));
+      slabs_.emplace_back(new T[kArraysPerSlab * kSize]);  // make_unique() would write to it all
     }
   }
   void clear() { slabs_.clear(); }

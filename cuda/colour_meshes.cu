@@ -32,7 +32,7 @@ __device__ void findColours(const MapView& map, const BlockKey& key, int n,
   for (int d = 0; d < kDirectionCount; ++d) {
     const int32_t array = slot < 0 ? kNoArray : map.slots[slot].array[d];
     for (int brick = 0; brick < kBricksPerArray; ++brick) {
-      corners.colours[n][d][brick] = array == kNoArray ? nullptr : coloursOf(map, array, brick);
+      corners.setBrick(n, d, brick, array == kNoArray ? nullptr : coloursOf(map, array, brick));
     }
   }
 }

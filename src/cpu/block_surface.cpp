@@ -48,12 +48,21 @@ void BlockSurface::weighCorners(const LabelNeighbourhood& labels) {
 /// The sides that a unit gives those of its corners that lie in the block's grid.
 void BlockSurface::addSides(const UnitLabels& labels, const Vec3i& unit) {
   if (saysNothing(labels)) return;
+  const auto add = [&](int c, int corner) {
+    balance_[corner] = static_cast<int8_t>(balance_[corner] + sideGiven(labels, c));
+  };
+  if (blockOfVoxel(unit) == BlockKey{0, 0, 0}) {  // as most: all of its corners do
+    const int first = cornerIndex(unit.x, unit.y, unit.z);
+    for (int c = 0; c < kCubeCorners; ++c) {
+      add(c, first + cornerIndex(c & 1, c >> 1 & 1, c >> 2 & 1));
+    }
+    return;
+  }
   const auto in_grid = [](int at) { return static_cast<unsigned>(at) < kCornerGridSide; };
   for (int c = 0; c < kCubeCorners; ++c) {
     const Vec3i corner = unit + cornerOffset(c);
     if (!(in_grid(corner.x) && in_grid(corner.y) && in_grid(corner.z))) continue;
-    int8_t& balance = balance_[cornerIndex(corner.x, corner.y, corner.z)];
-    balance = static_cast<int8_t>(balance + sideGiven(labels, c));
+    add(c, cornerIndex(corner.x, corner.y, corner.z));
   }
 }
 

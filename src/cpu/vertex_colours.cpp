@@ -15,7 +15,7 @@ ColouredCorners cornersOf(const MeshedMap& map, const BlockKey& key, int32_t lea
       corners.voxels.array[n][d] = map.voxels.array(array);
       for (int brick = 0; brick < kBricksPerArray; ++brick) {
         const int32_t number = map.table.colourOf(array, brick);
-        if (number != kNoArray) corners.colours[n][d][brick] = map.colours.array(number);
+        if (number != kNoArray) corners.setBrick(n, d, brick, map.colours.array(number));
       }
     }
   }

@@ -10,7 +10,7 @@ struct Ends {
   ColouredSample lower[kDirectionCount] = {}, upper[kDirectionCount] = {};
 
   VertexColour colour(int facing) const {
-    return vertexColourOf(0, facing,
+    return vertexColourOf(0, facing, kAllDirections,
                           [this](int d, bool is_upper) { return is_upper ? upper[d] : lower[d]; });
   }
 };
@@ -77,7 +77,7 @@ class VertexColourAround : public testing::Test {
     corners_.voxels.least_evidence = 1;
     const int painted = voxelIndex(3, 3, 3);
     bricks_[brickOf(painted)][placeInBrick(painted)] = kRed;
-    for (int i = 0; i < kBricksPerArray; ++i) corners_.colours[0][0][i] = bricks_[i];
+    for (int i = 0; i < kBricksPerArray; ++i) corners_.setBrick(0, 0, i, bricks_[i]);
   }
 
   VertexColour at(int y, int z, int facing = 0) const {
@@ -99,6 +99,18 @@ TEST_F(VertexColourAround, WithinTwoVoxelsOfWhatIsPaintedTakesItsColour) {
   EXPECT_EQ(at(6, 3).painted, 0);
   EXPECT_EQ(at(3, 0).painted, 0);
   EXPECT_EQ(at(4, 3, 1).painted, 0) << "the other side of a thin thing has not been seen";
+}
+
+/// A block that is looked at after another one has fewer bricks.
+TEST_F(VertexColourAround, WhereNoColoursAreKeptNoneAreFound) {
+  const CornerSource beside_red = cornerSource(Vec3i{3, 3, 3});
+  EXPECT_EQ(corners_.directionsAt(beside_red), 1u);
+  corners_.setBrick(0, 4, brickOf(beside_red.voxel), bricks_[0]);
+  EXPECT_EQ(corners_.directionsAt(beside_red), 1u | 1u << 4);
+  corners_.setBrick(0, 0, brickOf(beside_red.voxel), nullptr);
+  EXPECT_EQ(corners_.directionsAt(beside_red), 1u << 4);
+  EXPECT_EQ(at(3, 3).painted, 0);
+  EXPECT_EQ(at(5, 3).painted, 0);
 }
 
 /// That of a refined triangle's side has the mean of its ends, of which one may not be painted.

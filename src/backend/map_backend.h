@@ -114,8 +114,8 @@ class MapBackend {
   /// Waits for the last image. @return what it left empty; reported once.
   virtual std::vector<EmptyBlock> takeEmpty() = 0;
 
-  /// Whether images and extractions look blocks up in a mirror of the table alone, out of which what
-  /// an image leaves empty is by itself: so the table may follow, and list what is new, behind them.
+  /// Whether images and extractions look blocks up in a mirror of the table alone, which drops what
+  /// an image leaves empty by itself: the table may follow, and list what is new, behind them.
   virtual bool hasMirror() const { return false; }
 
   /// Waits for the last image. @return what it saw as free, in the order of the cubes given.

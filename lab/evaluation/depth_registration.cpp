@@ -14,6 +14,9 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 constexpr int kStride_px = 6;  // some 8000 points of an image of 640 x 480
 constexpr double kFarthestShare = 0.05, kFarthest_m = 0.1;
+/// At first that bound is so many times as wide: a map may lie farther off the recorded pose, most
+/// of all where a wall is seen from close by.
+constexpr double kFirstReach = 4.0;
 constexpr size_t kFewestPoints = 50;
 
 /// A measured point and the plane of the triangle that its ray hits.
@@ -24,15 +27,15 @@ struct PointToPlane {
 };
 
 /// 1 where mesh and measurement agree, 0 where they are too far apart (Tukey's biweight).
-double biweight(double difference_m, double depth_m) {
-  const double ratio = difference_m / std::min(kFarthestShare * depth_m, kFarthest_m);
+double biweight(double difference_m, double depth_m, double reach) {
+  const double ratio = difference_m / (reach * std::min(kFarthestShare * depth_m, kFarthest_m));
   const double rest = std::max(0.0, 1.0 - ratio * ratio);
   return rest * rest;
 }
 
 std::vector<PointToPlane> associate(const MeshScene& scene, const ViewCamera& camera,
                                     const std::vector<float>& depth_m,
-                                    const Eigen::Isometry3d& T_W_C) {
+                                    const Eigen::Isometry3d& T_W_C, double reach) {
   std::vector<PointToPlane> pairs;
   const Eigen::Vector3f eye_W = T_W_C.translation().cast<float>();
   for (int v = kStride_px / 2; v < camera.height; v += kStride_px) {
@@ -45,7 +48,7 @@ std::vector<PointToPlane> associate(const MeshScene& scene, const ViewCamera& ca
       const auto hit = scene.intersect(eye_W, ray_W.cast<float>());
       if (!hit) continue;
       const double behind_m = static_cast<double>(hit->distance) - z_m;
-      const double weight = biweight(behind_m, z_m);
+      const double weight = biweight(behind_m, z_m, reach);
       if (weight <= 0.0) continue;
       const Vector3d normal_W = hit->normal.cast<double>();
       // As a share of the depth, with which the noise of cameras grows.
@@ -103,7 +106,8 @@ Registration registerDepth(const MeshScene& scene, const ViewCamera& camera,
                            int steps) {
   Registration result{T_W_C};
   for (int i = 0; i < steps; ++i) {
-    const std::vector<PointToPlane> pairs = associate(scene, camera, depth_m, result.T_W_C);
+    const double reach = std::max(1.0, std::ldexp(kFirstReach, -i));
+    const std::vector<PointToPlane> pairs = associate(scene, camera, depth_m, result.T_W_C, reach);
     if (pairs.size() < kFewestPoints) return {T_W_C};
     result.T_W_C = motionOf(pairs) * result.T_W_C;
     result.points = pairs.size();

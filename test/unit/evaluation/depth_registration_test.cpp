@@ -74,6 +74,18 @@ TEST(DepthRegistration, KeepsItsPlaceAlongAWall) {
   EXPECT_LT(turnBetween_rad(found.T_W_C, truth), 0.005 * kDegree);
 }
 
+/// By more than the depth by which a pixel may differ at last, 25 mm.
+TEST(DepthRegistration, FindsAWallCloseByFromFarOff) {
+  const MeshScene scene(makeRectangle(-5, -5, 5, 5, 0));
+  const Eigen::Isometry3d truth = lookAt({0, 0, 0.5}, {0, 0, 0}, Vector3d::UnitY());
+  const std::vector<float> depth_m = renderView(scene, quarterCamera(), truth).depth_m;
+  Eigen::Isometry3d recorded = truth;
+  recorded.pretranslate(Vector3d(0.0, 0.0, 0.06));
+  const Registration found = registerDepth(scene, quarterCamera(), depth_m, recorded, 6);
+  EXPECT_GT(found.points, 300u);
+  EXPECT_LT((found.T_W_C.translation() - truth.translation()).norm(), 1e-4);
+}
+
 TEST(DepthRegistration, LeavesThePoseWhereTooLittleIsThere) {
   const MeshScene scene(makeRoomCorner());
   const Eigen::Isometry3d recorded = lookIntoCorner();

@@ -38,7 +38,8 @@ struct Alignment {
   double misplacement_m = 0.0;
   bool is_significant = false;  ///< misplacement_m is more than the map's own error explains.
   /// Covariance of T_W_C: of the position along the axes of the map frame in m^2, then of small
-  /// rotations about these in rad^2. The prior's where the image constrains nothing.
+  /// rotations about these in rad^2. The prior's where the image constrains nothing. If the image
+  /// was put at another pose than where it fits best, with the square of the way between.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 

@@ -42,8 +42,6 @@ class AlignmentGain {
     bool isKnown() const;
   };
 
-  static Step stepBetween(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to);
-
   Variance given_, aligned_;
   std::optional<Eigen::Isometry3d> T_O_C_, T_W_O_;
 };

@@ -107,12 +107,17 @@ double shareOf(int64_t part, int64_t whole) {
 
 }  // namespace
 
+Alignment unalignedPose(const DepthFrame& frame, const PosePrior& prior, float voxel_size_m) {
+  Alignment unaligned;
+  unaligned.T_W_C = frame.T_W_C;
+  unaligned.covariance = covarianceOf(informationOf(prior, voxel_size_m), voxel_size_m);
+  return unaligned;
+}
+
 Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const AlignmentRules& rules,
                    float voxel_size_m, const SumsAtPose& sums_at) {
   const Matrix6d of_prior = informationOf(prior, voxel_size_m);
-  Alignment unaligned;
-  unaligned.T_W_C = frame.T_W_C;
-  unaligned.covariance = covarianceOf(of_prior, voxel_size_m);
+  const Alignment unaligned = unalignedPose(frame, prior, voxel_size_m);
   DepthFrame at = frame;
   Matrix6d information = of_prior;
   AlignmentSums sums{};

@@ -13,6 +13,9 @@ namespace dtsdf {
 /// Sums of all points of the image at a pose.
 using SumsAtPose = std::function<AlignmentSums(const FrameView& view, float cutoff)>;
 
+/// A frame that was not aligned: at its own pose, as uncertain as the prior.
+Alignment unalignedPose(const DepthFrame& frame, const PosePrior& prior, float voxel_size_m);
+
 /// @param frame With the pose around which the prior lies.
 Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const AlignmentRules& rules,
                    float voxel_size_m, const SumsAtPose& sums_at);

@@ -299,14 +299,13 @@ std::vector<int32_t> Engine::dropBeyond() {
 }
 
 Alignment Engine::align(const DepthFrame& frame, const PosePrior& prior) {
-  Alignment unaligned;
-  unaligned.T_W_C = frame.T_W_C;
+  const float voxel_size_m = params_.map.voxel_size_m;
+  const Alignment unaligned = unalignedPose(frame, prior, voxel_size_m);
   if (findProblem(frame, params_)) return unaligned;
   try {
     ready();
     settle();
     const StageTimer timer(profile_, Stage::kAlign);
-    const float voxel_size_m = params_.map.voxel_size_m;
     backend_->takePoints(frame, makeFrameView(frame, voxel_size_m));
     return findPose(frame, prior, rules_.poses, voxel_size_m,
                     [&](const FrameView& view, float cutoff) { return sumsAt(view, cutoff); });

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "poses/between.h"
+
 namespace dtsdf {
 namespace {
 
@@ -19,14 +21,6 @@ constexpr double kUncertainty = 2.0;
 constexpr double kDeviations = 3.0;
 
 }  // namespace
-
-AlignmentGain::Step AlignmentGain::stepBetween(const Eigen::Isometry3d& from,
-                                               const Eigen::Isometry3d& to) {
-  const Eigen::AngleAxisd turn(to.linear() * from.linear().transpose());
-  Step step;
-  step << to.translation() - from.translation(), turn.angle() * turn.axis();
-  return step;
-}
 
 bool AlignmentGain::Variance::isKnown() const { return seen >= kLeastSeen; }
 

@@ -1,9 +1,19 @@
-/// Poses between two others.
+/// The way between two poses, and poses on it.
 #pragma once
 
 #include <Eigen/Geometry>
 
 namespace dtsdf {
+
+/// From one pose to another: a shift in metres, then a small rotation in radians, both along the
+/// axes of the frame that the poses are in.
+inline Eigen::Matrix<double, 6, 1> stepBetween(const Eigen::Isometry3d& from,
+                                               const Eigen::Isometry3d& to) {
+  const Eigen::AngleAxisd turn(to.linear() * from.linear().transpose());
+  Eigen::Matrix<double, 6, 1> step;
+  step << to.translation() - from.translation(), turn.angle() * turn.axis();
+  return step;
+}
 
 /// The pose at a share of the way from `a` to `b`: positions linearly, rotations by slerp.
 inline Eigen::Isometry3d between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,

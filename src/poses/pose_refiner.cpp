@@ -9,6 +9,14 @@ namespace {
 
 double square(double a) { return a * a; }
 
+/// Puts an image elsewhere than where it fits best. The mean square error there is the covariance
+/// about the best pose and the square of the way from it.
+void put(Alignment& alignment, const Eigen::Isometry3d& T_W_C) {
+  const Eigen::Matrix<double, 6, 1> way = stepBetween(alignment.T_W_C, T_W_C);
+  alignment.covariance += way * way.transpose();
+  alignment.T_W_C = T_W_C;
+}
+
 /// Part of a rotation.
 Eigen::Quaterniond shareOf(const Eigen::Quaterniond& rotation, double share) {
   return Eigen::Quaterniond::Identity().slerp(share, rotation);
@@ -35,10 +43,10 @@ Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
   }
   has_aligned_ = true;
   if (gain_.addAligned(alignment.T_W_C)) forget();
-  if (!alignment.is_significant) alignment.T_W_C = expected.T_W_C;
+  if (!alignment.is_significant) put(alignment, expected.T_W_C);
   correct(alignment.T_W_C, expected.T_W_C);
   const double share = gain_.share(expected.T_W_C, alignment.T_W_C);
-  if (share < 1.0) alignment.T_W_C = between(expected.T_W_C, alignment.T_W_C, share);
+  if (share < 1.0) put(alignment, between(expected.T_W_C, alignment.T_W_C, share));
   return alignment;
 }
 

@@ -60,6 +60,8 @@ struct Offset {
   double turn_deg;
 };
 
+/// The map's own error is some 0.2 mm here, of voxels of 20 mm; from everywhere the same pose is
+/// found.
 class Corner : public testing::TestWithParam<Offset> {};
 
 TEST_P(Corner, IsFoundAgain) {
@@ -73,14 +75,20 @@ TEST_P(Corner, IsFoundAgain) {
   EXPECT_NEAR(found.shift_m, (found.T_W_C.translation() - given.translation()).norm(), 1e-9);
   EXPECT_GT(found.inlier_share, 0.9);
   EXPECT_LT(found.residual_m, 0.002);
+  const Alignment from_truth = alignAt(session, corner(), cornerPose(), cornerPose());
+  EXPECT_LT((found.T_W_C.translation() - from_truth.T_W_C.translation()).norm(), 0.1e-3);
+  EXPECT_LT(turnBetween_rad(found.T_W_C, from_truth.T_W_C), 0.1e-3);
 }
 
-INSTANTIATE_TEST_SUITE_P(From, Corner,
-                         testing::Values(Offset{{0.0, 0.0, 0.0}, 0.0},
-                                         Offset{{0.03, -0.02, 0.01}, 0.0},
-                                         Offset{{0.0, 0.0, 0.0}, 2.0},
-                                         Offset{{-0.05, 0.03, 0.04}, -3.0},
-                                         Offset{{0.06, 0.06, -0.05}, 4.0}));
+/// Up to 10 cm and 8 degrees.
+INSTANTIATE_TEST_SUITE_P(
+    From, Corner,
+    testing::Values(Offset{{0.0, 0.0, 0.0}, 0.0}, Offset{{0.03, -0.02, 0.01}, 0.0},
+                    Offset{{0.0, 0.0, 0.0}, 2.0}, Offset{{-0.05, 0.03, 0.04}, -3.0},
+                    Offset{{0.06, 0.06, -0.05}, 4.0}, Offset{{-0.06, 0.06, 0.053}, 0.0},
+                    Offset{{0.06, 0.06, -0.053}, 0.0}, Offset{{-0.06, -0.06, 0.053}, 0.0},
+                    Offset{{0.0, 0.0, 0.0}, 8.0}, Offset{{0.0, 0.0, 0.0}, -8.0},
+                    Offset{{0.06, 0.06, -0.053}, 8.0}));
 
 /// What a wall does not hold stays where it was; what it holds is found.
 TEST(Align, AWallHoldsOneShiftAndTwoTurns) {
@@ -150,7 +158,10 @@ TEST(Align, LeavesTheMapAndTakesWhatItCannotUse) {
   const SceneFrame image = renderFrame(corner(), cornerPose());
   DepthFrame bad = image.view();
   bad.T_W_C.translation().x() = NAN;
-  EXPECT_EQ(session.mapper().align(bad, {}).status, AlignmentStatus::kUnmapped);
+  const Alignment refused = session.mapper().align(bad, {0.1, 0.2});
+  EXPECT_EQ(refused.status, AlignmentStatus::kUnmapped);
+  EXPECT_NEAR(refused.covariance(0, 0), 0.01, 1e-12) << "as unknown as it was given";
+  EXPECT_NEAR(refused.covariance(5, 5), 0.04, 1e-12);
   bad = image.view();
   bad.intrinsics.fx = 0.0f;
   EXPECT_EQ(session.mapper().align(bad, {}).status, AlignmentStatus::kUnmapped);
@@ -213,6 +224,24 @@ TEST(PoseRefiner, LeavesAPoseThatIsRight) {
   EXPECT_LT(found.misplacement_m, 0.1 * 0.02);
   EXPECT_EQ(found.T_W_C.matrix(), truth.matrix());
   EXPECT_TRUE(refiner.T_W_O().isApprox(Isometry3d::Identity(), 1e-12));
+}
+
+/// Its error along the wall's normal is known exactly; along the wall it is that of a given pose.
+TEST(PoseRefiner, KnowsTheErrorOfAPoseThatItLeaves) {
+  Session session(makeCpuParams());
+  seeFrom(session, wall(), wallPose());
+  const PoseParams params;
+  PoseRefiner refiner(params);
+  const double off_m = 0.003;  // 0.15 voxels
+  const SceneFrame image = renderFrame(wall(), wallPose(), 320, 240);
+  DepthFrame frame = image.view();
+  frame.T_W_C.translation().x() += off_m;
+  const Alignment found = refiner.refine(session.mapper(), frame);
+  ASSERT_EQ(found.status, AlignmentStatus::kAligned);
+  EXPECT_FALSE(found.is_significant);
+  EXPECT_EQ(found.T_W_C.matrix(), frame.T_W_C.matrix());
+  EXPECT_NEAR(std::sqrt(found.covariance(0, 0)), off_m, 0.1 * off_m);
+  EXPECT_GE(std::sqrt(found.covariance(1, 1)), params.sigma_m);
 }
 
 /// One pose that is none leaves no trace, at first or later.

@@ -14,7 +14,8 @@ namespace dtsdf {
 /// of the map. Its variance grows with the distance travelled, and each aligned pose measures it,
 /// with the noise of a given pose: so drift is corrected, and noise is averaged. A pose within the
 /// map's own error is not moved, and if alignments are noisier than given poses, poses follow them
-/// on average only. Not thread safe.
+/// on average only. Images that slip are aligned from where the one before was as well. Not thread
+/// safe.
 class PoseRefiner {
  public:
   /// @param params Errors of given poses, and what to do with frames that do not fit.
@@ -37,12 +38,15 @@ class PoseRefiner {
   /// The correction is as unknown as a given pose.
   void forget();
   void drift(const Eigen::Isometry3d& T_O_C);
+  Alignment align(Mapper& mapper, const DepthFrame& expected, PosePrior prior);
   void correct(const Eigen::Isometry3d& T_W_C, const Eigen::Isometry3d& expected_T_W_C);
 
   PoseParams params_;
   Eigen::Isometry3d T_W_O_ = Eigen::Isometry3d::Identity();
   double variance_m2_ = 0.0, variance_rad2_ = 0.0;  ///< Of T_W_O, at the camera.
   std::optional<Eigen::Isometry3d> last_T_O_C_;
+  std::optional<Eigen::Isometry3d> last_T_W_C_;  ///< Of the newest image that was aligned.
+  double last_share_ = 0.0;                      ///< Of its points, those that lay on surfaces.
   AlignmentGain gain_;
   bool has_aligned_ = false;
 };

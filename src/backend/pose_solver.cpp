@@ -119,6 +119,7 @@ Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const Alignm
   const Matrix6d of_prior = informationOf(prior, voxel_size_m);
   const Alignment unaligned = unalignedPose(frame, prior, voxel_size_m);
   DepthFrame at = frame;
+  if (prior.start_T_W_C) at.T_W_C = *prior.start_T_W_C;
   Matrix6d information = of_prior;
   AlignmentSums sums{};
   for (int step = 0; step < kMostSteps; ++step) {
@@ -136,6 +137,7 @@ Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const Alignm
   }
   Alignment result = unaligned;
   result.matched_share = shareOf(sums.matched, sums.points);
+  result.witnesses = static_cast<double>(sums.points) / rules.points_per_witness;
   result.inlier_share = shareOf(sums.inliers, sums.matched);
   if (result.matched_share < rules.least_matched) return result;
   result.residual_m = voxel_size_m * std::sqrt(equationsOf(sums).variance);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "poses/between.h"
+#include "poses/explained.h"
 
 namespace dtsdf {
 namespace {
@@ -15,6 +16,12 @@ void put(Alignment& alignment, const Eigen::Isometry3d& T_W_C) {
   const Eigen::Matrix<double, 6, 1> way = stepBetween(alignment.T_W_C, T_W_C);
   alignment.covariance += way * way.transpose();
   alignment.T_W_C = T_W_C;
+}
+
+/// Whether a share of so many witnesses is less than another by more than chance.
+bool isLess(double share, double other, double witnesses) {
+  const double gap = other - share;
+  return gap > 0.0 && gap * gap * witnesses > share * (1.0 - share);
 }
 
 /// Part of a rotation.
@@ -34,7 +41,7 @@ Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
   expected.T_W_C = T_W_O_ * frame.T_W_C;
   const PosePrior prior{std::sqrt(square(params_.sigma_m) + variance_m2_),
                         std::sqrt(square(params_.sigma_rad) + variance_rad2_)};
-  Alignment alignment = mapper.align(expected, prior);
+  Alignment alignment = align(mapper, expected, prior);
   if (alignment.status != AlignmentStatus::kAligned) {
     // An image that begins a map puts its frame where that of the poses is.
     const bool begins_map = alignment.status == AlignmentStatus::kUnmapped && !has_aligned_;
@@ -48,6 +55,22 @@ Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
   const double share = gain_.share(expected.T_W_C, alignment.T_W_C);
   if (share < 1.0) put(alignment, between(expected.T_W_C, alignment.T_W_C, share));
   return alignment;
+}
+
+/// From where it is expected an image may slip to where it fits, too, but for a part that would
+/// hold it. If it explains less than the one before, it is also aligned from where that one was.
+Alignment PoseRefiner::align(Mapper& mapper, const DepthFrame& expected, PosePrior prior) {
+  Alignment found = mapper.align(expected, prior);
+  if (last_T_W_C_ && isLess(explainedBy(found), last_share_, found.witnesses)) {
+    prior.start_T_W_C = last_T_W_C_;
+    const Alignment other = mapper.align(expected, prior);
+    if (isLess(explainedBy(found), explainedBy(other), found.witnesses)) found = other;
+  }
+  if (found.status == AlignmentStatus::kAligned) {
+    last_T_W_C_ = found.T_W_C;
+    last_share_ = explainedBy(found);
+  }
+  return found;
 }
 
 void PoseRefiner::forget() {

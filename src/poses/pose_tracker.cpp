@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include "poses/explained.h"
+
 namespace dtsdf {
 namespace {
 
@@ -59,13 +61,6 @@ Isometry3d guessAround(const Isometry3d& T_W_C, size_t guess) {
   Isometry3d T = T_W_C;
   if (guess % 12 < 6) return T.rotate(Eigen::AngleAxisd(steps * kSearchStep_rad, along));
   return T.translate(steps * kSearchStep_m * along);
-}
-
-/// Share of the image that a pose explains.
-double explainedBy(const Alignment& alignment) {
-  return alignment.status == AlignmentStatus::kAligned
-             ? alignment.matched_share * alignment.inlier_share
-             : 0.0;
 }
 
 }  // namespace

@@ -226,6 +226,27 @@ TEST(PoseRefiner, LeavesAPoseThatIsRight) {
   EXPECT_TRUE(refiner.T_W_O().isApprox(Isometry3d::Identity(), 1e-12));
 }
 
+/// From there the image fits all but one wall, past which it slips, by half a decimetre.
+TEST(PoseRefiner, LooksWhereTheImageBeforeWasAsWell) {
+  Session session(makeCpuParams());
+  seeFrom(session, corner(), cornerPose());
+  PoseParams params;
+  params.sigma_m = 0.1;
+  params.sigma_rad = 0.15;
+  const Isometry3d given = off(cornerPose(), {-0.06, -0.06, 0.053}, 8.0);
+  const Alignment slipped = alignAt(session, corner(), cornerPose(), given);
+  ASSERT_GT((slipped.T_W_C.translation() - cornerPose().translation()).norm(), 0.03);
+  PoseRefiner refiner(params);
+  const SceneFrame image = renderFrame(corner(), cornerPose(), 320, 240);
+  DepthFrame frame = image.view();
+  refiner.refine(session.mapper(), frame);
+  frame.T_W_C = given;
+  const Alignment found = refiner.refine(session.mapper(), frame);
+  ASSERT_EQ(found.status, AlignmentStatus::kAligned);
+  EXPECT_LT((found.T_W_C.translation() - cornerPose().translation()).norm(), 0.5e-3);
+  EXPECT_NEAR(found.shift_m, (cornerPose().translation() - given.translation()).norm(), 1e-3);
+}
+
 /// Its error along the wall's normal is known exactly; along the wall it is that of a given pose.
 TEST(PoseRefiner, KnowsTheErrorOfAPoseThatItLeaves) {
   Session session(makeCpuParams());

@@ -117,7 +117,7 @@ Alignment unalignedPose(const DepthFrame& frame, const PosePrior& prior, float v
 Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const AlignmentRules& rules,
                    float voxel_size_m, const SumsAtPose& sums_at) {
   const Matrix6d of_prior = informationOf(prior, voxel_size_m);
-  const Alignment unaligned = unalignedPose(frame, prior, voxel_size_m);
+  Alignment unaligned = unalignedPose(frame, prior, voxel_size_m);
   DepthFrame at = frame;
   if (prior.start_T_W_C) at.T_W_C = *prior.start_T_W_C;
   Matrix6d information = of_prior;

@@ -104,7 +104,7 @@ std::optional<Isometry3d> PoseTracker::poseAt(double stamp_s) const {
 }
 
 Alignment PoseTracker::begin(Mapper& mapper, const DepthFrame& frame, double stamp_s) {
-  const Alignment alignment = alignAt(mapper, frame, *given_T_W_C_);
+  Alignment alignment = alignAt(mapper, frame, *given_T_W_C_);
   // A frame that shows nothing cannot begin a map; the next one may. Once one has begun it, the
   // pose of the next is no longer known.
   const bool map_is_empty = mapper.stats().voxel_arrays == 0;
@@ -122,7 +122,7 @@ Alignment PoseTracker::begin(Mapper& mapper, const DepthFrame& frame, double sta
 }
 
 Alignment PoseTracker::follow(Mapper& mapper, const DepthFrame& frame, double stamp_s) {
-  const Alignment alignment = alignAt(mapper, frame, predict(stamp_s));
+  Alignment alignment = alignAt(mapper, frame, predict(stamp_s));
   if (alignment.status == AlignmentStatus::kAligned) {
     keep(alignment.T_W_C, stamp_s);
     rememberPlace(alignment.T_W_C);

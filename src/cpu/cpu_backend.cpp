@@ -249,9 +249,8 @@ void CpuBackend::reserveColours(size_t new_bricks) {
 
 void CpuBackend::enterBlocks(const std::vector<int32_t>& /*slots*/,
                              const std::vector<int32_t>& arrays) {
-  inBatches(arrays.size(), threads_, [&](size_t i) {
-    std::memset(voxels_.array(arrays[i]), 0, BlockTable::kArrayBytes);
-  });
+  inBatches(arrays.size(), threads_,
+            [&](size_t i) { std::memset(voxels_.array(arrays[i]), 0, BlockTable::kArrayBytes); });
 }
 
 void CpuBackend::enterColours(const std::vector<NewBrick>& bricks) {

@@ -18,9 +18,9 @@ struct Registration {
 
 /// So many steps of Gauss and Newton on the distances of measured points from the triangles that
 /// their rays hit. Pixels farther from the mesh than a bound do not count, and those near it count
-/// little. It falls, by halves, from 20 % of their depth, or 0.4 m, to 5 %, or 0.1 m. The image
-/// keeps its place along what the mesh does not hold it by, as along a single wall. The depth is
-/// row-major, in metres, 0 where there is none.
+/// little. It halves with each step, from 20 % of their depth, or 0.4 m, to 5 %, or 0.1 m. The
+/// image keeps its place along what the mesh does not hold it by, as along a single wall. The depth
+/// is row-major, in metres, 0 where there is none.
 Registration registerDepth(const MeshScene& scene, const ViewCamera& camera,
                            const std::vector<float>& depth_m, const Eigen::Isometry3d& T_W_C,
                            int steps);

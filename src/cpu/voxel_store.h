@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "kernels/core/grid.h"
@@ -18,7 +19,8 @@ class ArrayStore {
   /// Makes room for `count` arrays, which hold anything. @throws std::bad_alloc
   void resize(size_t count) {
     while (slabs_.size() * kArraysPerSlab < count) {
-      slabs_.emplace_back(new T[kArraysPerSlab * kSize]);  // make_unique() would write to it all
+      std::unique_ptr<T[]> slab(new T[kArraysPerSlab * kSize]);  // make_unique() would write to it
+      slabs_.push_back(std::move(slab));
     }
   }
   void clear() { slabs_.clear(); }

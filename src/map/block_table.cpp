@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <utility>
 
 #include "map/sort_by_key.h"
@@ -96,12 +97,18 @@ Admission BlockTable::admit(std::vector<BlockRequest> requests) {
   return admission;
 }
 
-void BlockTable::prepare(size_t new_blocks) {
+void BlockTable::prepare(size_t new_blocks) noexcept {
   slots_.prepare();
-  blocks_.reserve(blocks_.size() + new_blocks);
+  const size_t free = free_slots_.size();
+  try {
+    if (new_blocks > free) blocks_.reserve(blocks_.size() + new_blocks - free);
+  } catch (const std::bad_alloc&) {  // then each block takes its own memory
+  }
 }
 
 Admission BlockTable::handOut(std::vector<BlockRequest> requests) {
+  listNew();  // what a failure has left
+  unlisted_.reserve(requests.size());
   sortByKey(requests);
   const std::vector<int32_t> slots = findAll(requests);
   Admission admission;

@@ -127,7 +127,7 @@ class BlockTable {
   void listNew();
 
   /// Makes ready for so many more blocks, where nobody waits for it.
-  void prepare(size_t new_blocks);
+  void prepare(size_t new_blocks) noexcept;
 
   /// Gives bricks of colours to voxel arrays that lack them, smallest key first, as long as the
   /// budget lasts. What is not in the map, or takes no colour, is passed over.

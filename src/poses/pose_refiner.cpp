@@ -24,6 +24,11 @@ bool isLess(double share, double other, double witnesses) {
   return gap > 0.0 && gap * gap * witnesses > share * (1.0 - share);
 }
 
+/// Whether a pose is one that the prior allows, within three standard deviations.
+bool isLikely(const Alignment& alignment, const PosePrior& prior) {
+  return alignment.shift_m <= 3.0 * prior.sigma_m && alignment.turn_rad <= 3.0 * prior.sigma_rad;
+}
+
 /// Part of a rotation.
 Eigen::Quaterniond shareOf(const Eigen::Quaterniond& rotation, double share) {
   return Eigen::Quaterniond::Identity().slerp(share, rotation);
@@ -57,19 +62,24 @@ Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
   return alignment;
 }
 
-/// From where it is expected an image may slip to where it fits, too, but for a part that would
-/// hold it. If it explains less than the one before, it is also aligned from where that one was.
+/// An image may settle at a second pose, which fits all but the part that would have held it. If it
+/// explains less than the one before, it is also aligned from where that one was, and taken there
+/// if the prior allows: other places may look alike.
 Alignment PoseRefiner::align(Mapper& mapper, const DepthFrame& expected, PosePrior prior) {
   Alignment found = mapper.align(expected, prior);
+  if (found.status != AlignmentStatus::kAligned) {
+    last_T_W_C_.reset();
+    return found;
+  }
   if (last_T_W_C_ && isLess(explainedBy(found), last_share_, found.witnesses)) {
     prior.start_T_W_C = last_T_W_C_;
     const Alignment other = mapper.align(expected, prior);
-    if (isLess(explainedBy(found), explainedBy(other), found.witnesses)) found = other;
+    if (isLikely(other, prior) && isLess(explainedBy(found), explainedBy(other), found.witnesses)) {
+      found = other;
+    }
   }
-  if (found.status == AlignmentStatus::kAligned) {
-    last_T_W_C_ = found.T_W_C;
-    last_share_ = explainedBy(found);
-  }
+  last_T_W_C_ = found.T_W_C;
+  last_share_ = explainedBy(found);
   return found;
 }
 

@@ -24,8 +24,7 @@ constexpr int kNoiseBins = 1 << 10;
 /// The lines at each point: along the row, then wide ones along the row and down the column.
 constexpr int kNoiseKinds = 3;
 /// Pixels from sample to sample of a wide line: a short line, as far apart as the windows are wide
-/// that stereo cameras match, whose noise neighbours share. (Vertices of the armadillo with a
-/// stereo camera's noise, 10 mm: 5.4 mm with every third pixel, 3.8 mm with every seventh.)
+/// that stereo cameras match, whose noise neighbours share.
 constexpr int kWideStride = kNoiseLength;
 
 /// The middle of a line, from 0 to kNoisePoints - 1. In images smaller than the grid lines come up,

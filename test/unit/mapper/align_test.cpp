@@ -247,6 +247,21 @@ TEST(PoseRefiner, LooksWhereTheImageBeforeWasAsWell) {
   EXPECT_NEAR(found.shift_m, (cornerPose().translation() - given.translation()).norm(), 1e-3);
 }
 
+/// The image before fits, but lies too far from what is given to be meant.
+TEST(PoseRefiner, DoesNotGoBackToWhereTheImageBeforeWas) {
+  for (const double turn_deg : {20.0, 180.0}) {
+    Session session(makeCpuParams());
+    seeFrom(session, corner(), cornerPose());
+    PoseRefiner refiner{PoseParams()};
+    const SceneFrame image = renderFrame(corner(), cornerPose(), 320, 240);
+    DepthFrame frame = image.view();
+    ASSERT_EQ(refiner.refine(session.mapper(), frame).status, AlignmentStatus::kAligned);
+    frame.T_W_C = off(cornerPose(), {0.3, 0.3, 0.3}, turn_deg);
+    const Alignment found = refiner.refine(session.mapper(), frame);
+    EXPECT_GT((found.T_W_C.translation() - cornerPose().translation()).norm(), 0.3) << turn_deg;
+  }
+}
+
 /// Its error along the wall's normal is known exactly; along the wall it is that of a given pose.
 TEST(PoseRefiner, KnowsTheErrorOfAPoseThatItLeaves) {
   Session session(makeCpuParams());

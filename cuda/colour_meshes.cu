@@ -28,6 +28,7 @@ __global__ void forgetPaintedKernel(MapView map) { *map.painted.count = 0; }
 __device__ void findColours(const MapView& map, const BlockKey& key, int n,
                             ColouredCorners& corners) {
   findCornerArrays(map, key, n, corners.voxels);
+  corners.clearBlock(n);
   const int32_t slot = findSlot(map, packKey(key + cornerBlockOffset(n)));
   for (int d = 0; d < kDirectionCount; ++d) {
     const int32_t array = slot < 0 ? kNoArray : map.slots[slot].array[d];

@@ -82,6 +82,10 @@ struct ColouredCorners {
   const VoxelColour* colours[kCornerBlocks][kDirectionCount][kBricksPerArray];
   uint8_t kept[kCornerBlocks][kBricksPerArray];  ///< Directions that have them, bit d for d.
 
+  /// Before the bricks of a block are set, where memory is not zero.
+  DTSDF_HD void clearBlock(int block) {
+    for (uint8_t& directions : kept[block]) directions = 0;
+  }
   DTSDF_HD void setBrick(int block, int direction, int number, const VoxelColour* of_brick) {
     colours[block][direction][number] = of_brick;
     const uint32_t bit = 1u << direction, others = kept[block][number] & ~bit;

@@ -126,6 +126,21 @@ TEST_F(EngineTest, FusesWithoutMemoryForBlocksAndRefusesWithoutAnyForTheFrame) {
   EXPECT_EQ(engine.contents().frames, 1u);
 }
 
+/// Blocks that a device has got are listed later; a failure in between must not make them twice.
+TEST_F(EngineTest, ListsBlocksThatAFailureHasLeft) {
+  script_.has_mirror = true;
+  Engine engine = makeEngine();
+  request(2);
+  script_.lacks_host = true;
+  EXPECT_THROW(engine.integrate(depthFrame()), std::bad_alloc);
+  EXPECT_EQ(script_.entered.size(), 2u);
+  script_.lacks_host = false;
+  request(3);
+  EXPECT_EQ(engine.integrate(depthFrame()).status, FrameStatus::kFused);
+  EXPECT_EQ(script_.entered, std::vector<int32_t>{2});
+  EXPECT_EQ(engine.stats().blocks, 3u);
+}
+
 TEST_F(EngineTest, DropsClearsAndRestores) {
   params_.map.keep_radius_m = 0.2f;  // voxels of 5 cm: within the first block
   params_.map.voxel_size_m = 0.05f;

@@ -1,6 +1,7 @@
 /// A backend that only writes down what it is asked, and answers as a test wants it to.
 #pragma once
 
+#include <new>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,8 @@ struct Script {
   std::vector<ColourRequest> colour_requests;
   std::vector<EmptyBlock> empty;                   ///< Taken once.
   bool lacks_blocks = false, lacks_frame = false;  ///< Memory for new blocks; for a frame.
+  bool lacks_host = false;                         ///< The host's, once blocks are entered.
+  bool has_mirror = false;
 
   std::vector<std::string> calls;
   std::vector<int32_t> entered, zeroed, followed, in_view;
@@ -51,10 +54,12 @@ class Recorder : public MapBackend {
   void reserveFrame(const FrameTurn&) override { need(!script_.lacks_frame); }
   void castFoldAndClear(const FrameTurn& turn) override {
     note("cast, fold, clear");
+    if (script_.lacks_host) throw std::bad_alloc();
     script_.frame_number = turn.number;
     script_.in_view = turn.in_view;
   }
   std::vector<EmptyBlock> takeEmpty() override { return std::move(script_.empty); }
+  bool hasMirror() const override { return script_.has_mirror; }
   std::vector<FreeCube> takeFree() override { return {{{0, 0, 0}, {{1}}}}; }
   SeenColours look(const ColourFrame&, const ColourLook&) override {
     note("look");

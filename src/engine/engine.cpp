@@ -216,7 +216,7 @@ void Engine::keep(const DepthFrame& frame) {
 
 /// Takes the last frame's outcome: what it saw as free, left empty, or beyond what is kept.
 void Engine::settle() {
-  table_.listNew();           // after a failure
+  table_.listNew();           // what a failure has left
   if (has_free_) takeFree();  // while it is known what the frame keeps
   std::vector<int32_t> changed = vacateEmpty();
   if (pager_ && kept_) {  // what comes may lack memory

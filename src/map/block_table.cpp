@@ -86,7 +86,6 @@ void BlockTable::prepare(size_t new_blocks) noexcept {
 }
 
 Admission BlockTable::handOut(std::vector<BlockRequest> requests) {
-  listNew();  // what a failure has left
   unlisted_.reserve(requests.size());
   sortByKey(requests);
   const std::vector<int32_t> slots = findAll(requests);

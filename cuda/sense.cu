@@ -33,18 +33,18 @@ __device__ void invertDepths(const DepthImage& image, float* measured) {
 /// Counts the lines around a point, if they lie in the image, by the bins of their variance.
 __device__ void countNoiseLines(const DepthImage& image, const SurfelSettings& surfels, int i,
                                 NoiseCounts& counts) {
-  const Pixel middle = noisePoint(i, image.width, image.height);
   const auto measured = [&](int u, int v) { return inverseDepthAt(image.raw, image.width, u, v); };
   for (int kind = 0; kind < kNoiseKinds; ++kind) {
-    const NoiseLine line = noiseLine(measured, image.width, image.height, middle, kind);
+    const NoiseLinePlace place = noiseLinePlace(i, kind, image.width, image.height);
+    const NoiseLine line = noiseLine(measured, image.width, image.height, place);
     const float variance = noiseVariance(line, surfels);
     if (variance >= 0.0f) atomicAdd(&counts.bins[kind][noiseBin(variance)], 1u);
   }
 }
 
-/// Takes the deviations at the medians out of counts and leaves them zeroed, with the threads of
-/// one block; 0 where there are no lines.
-__device__ void takeMedians(NoiseCounts& counts, float (&sigma)[kNoiseKinds]) {
+/// Takes the quartiles out of counts and leaves them zeroed, with the threads of one block; 0 where
+/// there are no lines.
+__device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseKinds]) {
   using Scan = cub::BlockScan<uint64_t, kThreads>;
   __shared__ typename Scan::TempStorage scan;
   constexpr int kBinsPerThread = kNoiseBins / kThreads;
@@ -67,15 +67,18 @@ __device__ void takeMedians(NoiseCounts& counts, float (&sigma)[kNoiseKinds]) {
   for (int kind = 0; kind < kNoiseKinds; ++kind) {
     for (const uint32_t count : in_bin[kind]) own += uint64_t{count} << (kBits * kind);
   }
-  if (threadIdx.x < kNoiseKinds) sigma[threadIdx.x] = 0.0f;
+  if (threadIdx.x < kNoiseKinds) kinds[threadIdx.x] = {};
   Scan(scan).ExclusiveSum(own, before, lines);
 #pragma unroll
   for (int kind = 0; kind < kNoiseKinds; ++kind) {
-    const uint32_t rank = medianRank(static_cast<uint32_t>(lines >> (kBits * kind) & kMask));
+    const auto count = static_cast<uint32_t>(lines >> (kBits * kind) & kMask);
     auto first = static_cast<uint32_t>(before >> (kBits * kind) & kMask);
     for (int k = 0; k < kBinsPerThread; first += in_bin[kind][k++]) {
-      const bool is_here = first <= rank && rank < first + in_bin[kind][k];
-      if (is_here) sigma[kind] = noiseOfBin(first_bin + k);
+      for (int quartile = 0; quartile < kNoiseQuartiles; ++quartile) {
+        const uint32_t rank = quartileRank(count, quartile);
+        const bool is_here = first <= rank && rank < first + in_bin[kind][k];
+        if (is_here) kinds[kind].quartiles[quartile] = noiseOfBin(first_bin + k, quartile);
+      }
     }
   }
 }
@@ -85,11 +88,11 @@ constexpr unsigned kNoiseBlocks = kNoisePoints / kThreads;
 static_assert(kNoisePoints % kThreads == 0, "each thread has a point");
 
 /// One thread per pixel; the first blocks of threads, or as many as there are, take the points of
-/// lines as well, and the one of them that finishes last the medians.
+/// lines as well, and the one of them that finishes last the quartiles.
 __global__ void __launch_bounds__(kThreads)
     invertDepthsKernel(DepthImage image, SurfelSettings surfels, float* measured,
                        NoiseCounts* counts, DepthNoise* noise) {
-  __shared__ float sigma[kNoiseKinds];
+  __shared__ NoiseOfLines kinds[kNoiseKinds];
   invertDepths(image, measured);
   const unsigned blocks = gridDim.x * gridDim.y, block = blockIdx.x + gridDim.x * blockIdx.y;
   const unsigned noise_blocks = blocks < kNoiseBlocks ? blocks : kNoiseBlocks;
@@ -98,11 +101,11 @@ __global__ void __launch_bounds__(kThreads)
     countNoiseLines(image, surfels, static_cast<int>(part * kThreads + threadIdx.x), *counts);
   }
   if (!isLastBlock(&counts->finished, noise_blocks)) return;
-  takeMedians(*counts, sigma);
+  takeQuartiles(*counts, kinds);
   __syncthreads();
   if (threadIdx.x != 0) return;
   counts->finished = 0;
-  *noise = {combinedNoise(sigma, surfels.rules), surfels.noise_in_depth};
+  *noise = {combinedNoise(kinds, surfels.rules), surfels.noise_in_depth};
 }
 
 /// One thread per pixel.

@@ -9,7 +9,6 @@
 #include "cpu/stretch_fit.h"
 #include "cpu/widest_vectors.h"
 #include "kernels/fusion/free_space.h"
-#include "kernels/surfels/noise.h"
 #include "threads/parallel_for.h"
 
 namespace dtsdf {
@@ -161,33 +160,36 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
 }
 
 DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
-  float sigma[kNoiseKinds];
+  NoiseOfLines kinds[kNoiseKinds];
   parallelFor<NoScratch>(kNoiseKinds, threads_, [&](size_t kind, NoScratch&) {
-    sigma[kind] = medianNoise(view, static_cast<int>(kind));
+    kinds[kind] = noiseOfLines(view, static_cast<int>(kind));
   });
-  return {combinedNoise(sigma, surfel_settings_.rules), surfel_settings_.noise_in_depth};
+  return {combinedNoise(kinds, surfel_settings_.rules), surfel_settings_.noise_in_depth};
 }
 
-/// Standard deviation at 1 m about one kind of line; 0 where there is none.
-float FrameSensor::medianNoise(const FrameView& view, int kind) const {
+NoiseOfLines FrameSensor::noiseOfLines(const FrameView& view, int kind) const {
   std::array<uint32_t, kNoiseBins> bins{};
   const auto measured = [&](int u, int v) {
     return measured_[static_cast<size_t>(v) * view.width + u];
   };
-  int lines = 0;
+  uint32_t lines = 0;
   for (int i = 0; i < kNoisePoints; ++i) {
-    const Pixel middle = noisePoint(i, view.width, view.height);
-    const NoiseLine line = noiseLine(measured, view.width, view.height, middle, kind);
+    const NoiseLinePlace place = noiseLinePlace(i, kind, view.width, view.height);
+    const NoiseLine line = noiseLine(measured, view.width, view.height, place);
     const float variance = noiseVariance(line, surfel_settings_);
     if (variance < 0.0f) continue;
     ++bins[noiseBin(variance)];
     ++lines;
   }
-  if (lines == 0) return 0.0f;
-  uint32_t below = 0;
+  NoiseOfLines noise{};
+  if (lines == 0) return noise;
+  uint32_t up_to = bins[0];  // lines
   int bin = 0;
-  while ((below += bins[bin]) <= medianRank(lines)) ++bin;
-  return noiseOfBin(bin);
+  for (int quartile = 0; quartile < kNoiseQuartiles; ++quartile) {
+    while (up_to <= quartileRank(lines, quartile)) up_to += bins[++bin];
+    noise.quartiles[quartile] = noiseOfBin(bin, quartile);
+  }
+  return noise;
 }
 
 /// By filledInverseDepth() only where pixels are empty between two that are not.

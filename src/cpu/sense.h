@@ -8,6 +8,7 @@
 #include "dtsdf_mapping/mapper.h"
 #include "kernels/fusion/fusion_settings.h"
 #include "kernels/surfels/depth.h"
+#include "kernels/surfels/noise.h"
 
 namespace dtsdf {
 
@@ -23,7 +24,7 @@ class FrameSensor {
  private:
   void invertDepths(const DepthFrame& frame);
   DepthNoise estimateNoise(const FrameView& view) const;
-  float medianNoise(const FrameView& view, int kind) const;
+  NoiseOfLines noiseOfLines(const FrameView& view, int kind) const;
   void fillGaps(const FrameView& view, const DepthRange& range, const DepthNoise& noise);
   void linkAndFitRows(const FrameView& view, const DepthNoise& noise);
   void findFreeDepths(const FrameSensing& sensing);

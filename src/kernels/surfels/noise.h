@@ -3,9 +3,9 @@
 /// Fusion has to know it: where noise exceeds the reach of a measurement, outliers no longer
 /// average with the surface but form shells of their own, and normals from few pixels scatter.
 /// Surfaces are smoother than noise: over seven samples in line a polynomial of fourth degree
-/// explains what they do, detail included, and what it leaves is noise. The estimate is robust
-/// because it is a median over the image: few lines lie across edges. Noise that neighbours share
-/// moves all of a short line, so longer ones are looked at, too.
+/// explains what they do, and what it leaves is noise. Noise that neighbours share moves all of a
+/// short line, so longer ones are looked at, too. These see a surface's detail as well, which
+/// differs from place to place, where noise is the same all over the image.
 #pragma once
 
 #include <cstring>
@@ -19,20 +19,27 @@ constexpr int kNoiseColumns = 96, kNoiseRows = 64;
 constexpr int kNoisePoints = kNoiseColumns * kNoiseRows;
 constexpr int kNoiseRadius = 3;  ///< Half length of a line, in samples.
 constexpr int kNoiseLength = 2 * kNoiseRadius + 1;
-constexpr int kNoiseBins = 1 << 10;
+constexpr int kNoiseBins = 1 << 11;
 
-/// The lines at each point: along the row, then wide ones along the row and down the column.
+/// The lines at each point: short ones, then longer ones, the last with samples as far apart as
+/// the windows are wide that stereo cameras match.
 constexpr int kNoiseKinds = 3;
-/// Pixels from sample to sample of a wide line: a short line, as far apart as the windows are wide
-/// that stereo cameras match, whose noise neighbours share.
-constexpr int kWideStride = kNoiseLength;
 
-/// The middle of a line, from 0 to kNoisePoints - 1. In images smaller than the grid lines come up,
-/// and count, more than once.
-DTSDF_HD Pixel noisePoint(int index, int width, int height) {
+/// Where the samples of a line lie.
+struct NoiseLinePlace {
+  Pixel middle;
+  int step_px;  ///< From sample to sample.
+  bool is_column;
+};
+
+/// The line of a kind at the point of an index, from 0 to kNoisePoints - 1; along the row and down
+/// the column by turns. In images smaller than the grid lines come up, and count, more than once.
+DTSDF_HD NoiseLinePlace noiseLinePlace(int index, int kind, int width, int height) {
   const int column = index % kNoiseColumns, row = index / kNoiseColumns;
-  return {(2 * column + 1) * width / (2 * kNoiseColumns),
-          (2 * row + 1) * height / (2 * kNoiseRows)};
+  const Pixel middle{(2 * column + 1) * width / (2 * kNoiseColumns),
+                     (2 * row + 1) * height / (2 * kNoiseRows)};
+  const int step_px = kind == 0 ? 1 : (kind == 1 ? 3 : 7);
+  return {middle, step_px, (column + row) % 2 == 1};
 }
 
 /// Samples of a line.
@@ -43,14 +50,14 @@ struct NoiseLine {
 /// What lies in a gap between two pixels on one line, if both are measured; else 0.
 DTSDF_HD float meanOfBoth(float a, float b) { return a > 0.0f && b > 0.0f ? 0.5f * (a + b) : 0.0f; }
 
-/// The line of a kind around a point, of zeros where it does not lie in the image, its middle is
-/// not measured, or another pixel of it is neither measured nor between two along it.
-/// `measured(u, v)` is inverseDepth() of a pixel.
+/// The line at a place, of zeros where it does not lie in the image, its middle is not measured, or
+/// another pixel of it is neither measured nor between two along it. `measured(u, v)` is
+/// inverseDepth() of a pixel.
 template <class Measured>
-DTSDF_HD NoiseLine noiseLine(const Measured& measured, int width, int height, const Pixel& middle,
-                             int kind) {
-  const bool is_column = kind == 2;
-  const int step_px = kind > 0 ? kWideStride : 1, reach_px = step_px * kNoiseRadius;
+DTSDF_HD NoiseLine noiseLine(const Measured& measured, int width, int height,
+                             const NoiseLinePlace& place) {
+  const auto& [middle, step_px, is_column] = place;
+  const int reach_px = step_px * kNoiseRadius;
   const int at = is_column ? middle.v : middle.u, count = is_column ? height : width;
   NoiseLine line{};
   if (at < reach_px || at + reach_px >= count || !(measured(middle.u, middle.v) > 0.0f))
@@ -98,32 +105,47 @@ DTSDF_HD float noiseVariance(const NoiseLine& line, const SurfelSettings& surfel
   return surfels.noise_in_depth != 0 ? variance / (square * square) : variance;
 }
 
-/// Bins of a quarter of an octave: the exponent of a float and two bits of its fraction.
+/// Bins of an eighth of an octave: the exponent of a float and three bits of its fraction.
 DTSDF_HD int noiseBin(float variance) {
   uint32_t bits;
   memcpy(&bits, &variance, sizeof(bits));
-  return static_cast<int>(bits >> 21);
+  return static_cast<int>(bits >> 20);
 }
 
-/// Standard deviation of noise of which the median variance of lines is the lower end of a bin.
-/// With two degrees of freedom a variance is distributed exponentially, and its median is ln 2 of
-/// the noise's.
-DTSDF_HD float noiseOfBin(int bin) {
-  constexpr float kMedianShare = 0.69314718f;
-  const uint32_t bits = static_cast<uint32_t>(bin) << 21;
+constexpr int kNoiseQuartiles = 3;
+
+/// Of so many lines in the order of their variances, the rank at the lower quartile, the median or
+/// the upper quartile.
+DTSDF_HD uint32_t quartileRank(uint32_t lines, int quartile) { return lines * (quartile + 1) / 4; }
+
+/// Variance of the noise of which lines at a quartile have the lower end of a bin. With two degrees
+/// of freedom the variances of lines are distributed exponentially around it.
+DTSDF_HD float noiseOfBin(int bin, int quartile) {
+  constexpr float kShares[kNoiseQuartiles] = {0.28768207f, 0.69314718f, 1.38629436f};
+  const uint32_t bits = static_cast<uint32_t>(bin) << 20;
   float variance;
   memcpy(&variance, &bits, sizeof(variance));
-  return sqrtf(variance / kMedianShare);
+  return variance / kShares[quartile];
 }
 
-/// The noise of an image, from the median deviations of each kind of line. Wide lines see noise
-/// that neighbours share, but also detail, so that they may only raise it so far.
-DTSDF_HD float combinedNoise(const float (&sigma)[kNoiseKinds], const SurfelRules& rules) {
-  const float wide = maximum(sigma[1], sigma[2]);
-  return maximum(sigma[0], minimum(wide, rules.largest_shared_noise * sigma[0]));
+/// Variances of noise from the quartiles of one kind of line: equal where all is noise. 0 where
+/// there are no lines.
+struct NoiseOfLines {
+  float quartiles[kNoiseQuartiles];
+};
+
+/// The variance that all of an image has: less than the lower quartile by as much as the upper one
+/// is more, which the detail of surfaces accounts for.
+DTSDF_HD float commonVariance(const NoiseOfLines& lines) {
+  return maximum(0.0f, 2.0f * lines.quartiles[0] - lines.quartiles[2]);
 }
 
-/// The median of so many lines is the one of this rank.
-DTSDF_HD uint32_t medianRank(uint32_t lines) { return lines / 2; }
+/// The deviation of an image's noise. The shortest lines see hardly any detail, so that all that
+/// most of them show is noise; the longest may raise the estimate only so far.
+DTSDF_HD float combinedNoise(const NoiseOfLines (&kinds)[kNoiseKinds], const SurfelRules& rules) {
+  const float near_variance = maximum(kinds[0].quartiles[1], commonVariance(kinds[1]));
+  const float most = rules.largest_shared_noise * rules.largest_shared_noise * near_variance;
+  return sqrtf(maximum(near_variance, minimum(commonVariance(kinds[2]), most)));
+}
 
 }  // namespace dtsdf

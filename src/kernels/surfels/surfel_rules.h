@@ -20,8 +20,8 @@ struct SurfelRules {
   /// it. One in ten mixed pixels lies that near to the front, and makes a tenth of the bridge.
   float linked_rim_share = 0.1f;
 
-  /// Noise that neighbours share may raise the estimate to so many times what differs from pixel to
-  /// pixel.
+  /// Noise that pixels of a window share may raise the estimate to so many times what differs over
+  /// three pixels: over seven, averaged, twice.
   float largest_shared_noise = 3.0f;
 
   /// Half width of the window that normals are fitted in, in voxels: finer detail is lost in the

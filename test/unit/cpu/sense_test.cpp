@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -31,19 +32,19 @@ std::vector<uint16_t> randomImage(int width, int height, uint32_t seed) {
 }
 
 TEST(Sense, HasTheBitsOfTheRulesPixelByPixel) {
-  constexpr int kHeight = 11;
+  constexpr int kRows = 11;
   const MapperParams params;
   FrameSensor sensor(params, Rules(), 2);  // one for images of all sizes
   for (const int width : {130, 1, 2, 3, 65, 130}) {
-    const std::vector<uint16_t> image = randomImage(width, kHeight, 7 + width);
+    const std::vector<uint16_t> image = randomImage(width, kRows, 7 + width);
     DepthFrame frame;
     frame.data = image.data();
     frame.width = width;
-    frame.height = kHeight;
+    frame.height = kRows;
     frame.row_bytes = width * sizeof(uint16_t);
     frame.encoding = DepthEncoding::kUint16;
     frame.unit_m = 0.0002f;
-    frame.intrinsics = {500.0f, 500.0f, 0.5f * width, 0.5f * kHeight};
+    frame.intrinsics = {500.0f, 500.0f, 0.5f * width, 0.5f * kRows};
     const FrameSensing sensing = sensor.sense(frame);
     const size_t count = image.size();
     const float* inverse = sensing.image.inverse_depth;
@@ -58,7 +59,7 @@ TEST(Sense, HasTheBitsOfTheRulesPixelByPixel) {
         gapLimits(makeSurfelSettings(params, SurfelRules()), range, sensing.noise);
     for (size_t i = 0; i < count; ++i) {
       const Pixel pixel{static_cast<int>(i) % width, static_cast<int>(i) / width};
-      ASSERT_EQ(inverse[i], filledInverseDepth(measured, width, kHeight, pixel, limits)) << i;
+      ASSERT_EQ(inverse[i], filledInverseDepth(measured, width, kRows, pixel, limits)) << i;
     }
     const std::vector<PixelLinks> links =
         linksOfImage(sensing.image.frame, std::vector<float>(inverse, inverse + count),
@@ -71,6 +72,83 @@ TEST(Sense, HasTheBitsOfTheRulesPixelByPixel) {
                 freeDepth(sensing, pixel, makeFusionSettings(params, Rules())))
           << i;
     }
+  }
+}
+
+constexpr int kWidth = 320, kHeight = 240;
+
+/// Of an image of these inverse depths, around 0.5 1/m.
+float estimatedNoise(const std::vector<float>& offsets) {
+  std::vector<float> depth_m;
+  for (const float offset : offsets) depth_m.push_back(1.0f / (0.5f + offset));
+  DepthFrame frame;
+  frame.data = depth_m.data();
+  frame.width = kWidth;
+  frame.height = kHeight;
+  frame.row_bytes = kWidth * sizeof(float);
+  frame.encoding = DepthEncoding::kFloat32;
+  frame.unit_m = 1.0f;
+  frame.intrinsics = {500.0f, 500.0f, 0.5f * kWidth, 0.5f * kHeight};
+  FrameSensor sensor(MapperParams(), Rules(), 1);
+  return sensor.sense(frame).noise.sigma;
+}
+
+std::vector<float> whiteNoise(float deviation) {
+  std::mt19937 random(3);
+  std::normal_distribution<float> error(0.0f, deviation);
+  std::vector<float> image(kWidth * kHeight);
+  for (float& value : image) value = error(random);
+  return image;
+}
+
+/// Weighted along rows and columns, and scaled to a deviation of 0.001.
+std::vector<float> smoothed(std::vector<float> image, const std::vector<float>& weights) {
+  for (const bool along_columns : {false, true}) {
+    const std::vector<float> sharp = image;
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+      image[i] = 0.0f;
+      for (size_t k = 0; k < weights.size(); ++k) {  // on from the other side at the end
+        const int step = static_cast<int>(k);
+        const int u = along_columns ? i % kWidth : (i % kWidth + step) % kWidth;
+        const int v = along_columns ? (i / kWidth + step) % kHeight : i / kWidth;
+        image[i] += weights[k] * sharp[v * kWidth + u];
+      }
+    }
+  }
+  double squares = 0.0;
+  for (const float value : image) squares += value * value;
+  const double scale = 0.001 / std::sqrt(squares / static_cast<double>(image.size()));
+  for (float& value : image) value *= static_cast<float>(scale);
+  return image;
+}
+
+/// As cameras and filters leave it.
+TEST(SensedNoise, IsThatOfSmoothedImages) {
+  const std::vector<float> noise = whiteNoise(0.01f);
+  for (const int side_px : {1, 3, 5, 7}) {
+    const std::vector<float> mean(side_px, 1.0f);
+    EXPECT_NEAR(estimatedNoise(smoothed(noise, mean)) / 0.001f, 1.0f, 0.15f) << side_px;
+  }
+  for (const float sigma_px : {0.5f, 1.0f, 1.5f, 2.0f}) {
+    std::vector<float> bell(15);
+    for (int k = 0; k < 15; ++k) {
+      bell[k] = std::exp(-0.5f * (k - 7) * (k - 7) / (sigma_px * sigma_px));
+    }
+    EXPECT_NEAR(estimatedNoise(smoothed(noise, bell)) / 0.001f, 1.0f, 0.15f) << sigma_px;
+  }
+}
+
+/// Ripples of 4 mm at 2 m, 24 pixels long, over the right half, without noise or in one of half a
+/// millimetre.
+TEST(SensedNoise, IsNotTheDetailOfSurfaces) {
+  for (const float noise : {0.0f, 1.25e-4f}) {
+    std::vector<float> offsets = whiteNoise(noise);
+    for (int v = 0; v < kHeight; ++v) {
+      for (int u = kWidth / 2; u < kWidth; ++u) {
+        offsets[v * kWidth + u] += 0.001f * std::sin(2.0f * 3.14159265f * (u + v) / 24.0f);
+      }
+    }
+    EXPECT_NEAR(estimatedNoise(offsets), noise, 2e-5f);
   }
 }
 

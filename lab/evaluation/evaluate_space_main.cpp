@@ -43,8 +43,7 @@ EvaluateSpaceOptions readOptions(const std::vector<std::string>& arguments) {
   CommandLine line("evaluate_space", "--tum DIR --mesh MESH.ply --seen SEEN.ply [options]",
                    "Makes a map of images and compares its free space and distances with the "
                    "truth: errors of distances, cells that are called free but are not, and the "
-                   "share of truly free cells that were found, as JSON.",
-                   kExitCodes);
+                   "share of truly free cells that were found, as JSON.");
   addInputOptions(line, options);
   addSettingOption(line, options.settings);
   line.addWhole({"--samples", "N", "largest number of cells checked for each figure"},

@@ -25,8 +25,7 @@ EvaluateTrailOptions readOptions(const std::vector<std::string>& arguments) {
   CommandLine line("evaluate_trail", "MESH.ply REFERENCE.ply --from X,Y,Z --to X,Y,Z [options]",
                    "Measures what a mesh keeps of an object that insert_object put into its "
                    "recording: the area within the volume that the object passed through, and how "
-                   "much of it is far from the mesh of the recording without the object, as JSON.",
-                   kExitCodes);
+                   "much of it is far from the mesh of the recording without the object, as JSON.");
   line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
   line.addText({"REFERENCE.ply", "", "the mesh without the object"}, options.reference_path);
   addObjectOptions(line, options.object);

@@ -26,8 +26,7 @@ InsertOptions readOptions(const std::vector<std::string>& arguments) {
                    "Puts a box or a ball, which moves at constant speed from the first chosen "
                    "image to the last, into the depth images of the TUM folder IN, and writes the "
                    "chosen images to the TUM folder OUT. It is visible where it is nearer than the "
-                   "measured depth, and where nothing was measured.",
-                   kExitCodes);
+                   "measured depth, and where nothing was measured.");
   line.addText({"IN", "", "the recording"}, options.input);
   line.addText({"OUT", "", "the folder"}, options.output);
   addObjectOptions(line, options.object);

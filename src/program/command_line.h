@@ -3,7 +3,6 @@
 #pragma once
 
 #include <functional>
-#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -12,6 +11,9 @@
 #include "program/option_values.h"
 
 namespace dtsdf {
+
+/// Last line of a program's help.
+constexpr char kExitCodes[] = "Exit code: 0 done, 1 an error, 2 a wrong command line or setting.";
 
 /// A text was asked for in place of the program's work, as by --help.
 class TextRequest : public std::runtime_error {
@@ -32,10 +34,8 @@ struct OptionText {
 /// default; none may be given twice, but for lists.
 class CommandLine {
  public:
-  /// `usage` follows the program's name in the help, `about` says what the program does and `end`
-  /// is its last line.
-  CommandLine(const std::string& program, const std::string& usage, const std::string& about,
-              const std::string& end);
+  /// `usage` follows the program's name in the help, `about` says what the program does.
+  CommandLine(const std::string& program, const std::string& usage, const std::string& about);
   ~CommandLine();
 
   /// The headline in the help of the options to come.
@@ -68,13 +68,27 @@ class CommandLine {
   /// @throws UsageError that names the option, TextRequest for --help.
   void parse(const std::vector<std::string>& arguments);
 
-  bool given(const std::string& name) const;
+  bool given(const std::string& name);
 
   std::string help() const;
 
  private:
-  struct State;
-  const std::unique_ptr<State> state_;
+  struct Option;
+
+  Option& addOption(const OptionText& text);
+  Option& get(const std::string& name);
+  void checkValues(const std::vector<std::string>& arguments) const;
+  void distribute(const std::vector<std::string>& arguments);
+  void takeArguments(const std::vector<std::string>& loose);
+  void checkOnce() const;
+  void answerRequests() const;
+  void readValues() const;
+  void checkRules();
+
+  const std::string program_, usage_, about_;
+  std::string headline_ = "Options";
+  std::vector<Option> options_;                    ///< In the order of the help.
+  std::vector<std::vector<std::string>> choices_;  ///< Of each, one has to be given.
 };
 
 template <class Whole>

@@ -67,8 +67,7 @@ void addMergeOptions(CommandLine& line, MergeRequest& request) {
 void planCommand(const std::vector<std::string>& arguments) {
   PlanOptions options;
   CommandLine line("tiles plan", "RECORDINGS... --out DIR [options]",
-                   "Cuts the map of recordings into tiles and finds the frames that each needs.",
-                   kExitCodes);
+                   "Cuts the map of recordings into tiles and finds the frames that each needs.");
   addPlanOptions(line, options);
   line.parse(arguments);
   const std::string picture = (fs::path(options.folder) / "plan.svg").string();
@@ -88,8 +87,8 @@ void fuseCommand(const std::vector<std::string>& arguments) {
   FuseRequest request;
   std::string tile;
   int parent = 0;
-  CommandLine line("tiles fuse", "DIR TILE [options]", "Makes one tile, unless it is already done.",
-                   kExitCodes);
+  CommandLine line("tiles fuse", "DIR TILE [options]",
+                   "Makes one tile, unless it is already done.");
   addFolder(line, request.folder);
   line.addText({"TILE", "", "number of the tile in the plan"}, tile);
   addFuseOptions(line, request.options);
@@ -108,8 +107,7 @@ void fuseCommand(const std::vector<std::string>& arguments) {
 void mergeCommand(const std::vector<std::string>& arguments) {
   MergeRequest request;
   CommandLine line("tiles merge", "DIR [--mesh OUT.ply] [--save-map OUT.dtsdf]",
-                   "Joins the tiles of a plan into one mesh and one map. All tiles must be done.",
-                   kExitCodes);
+                   "Joins the tiles of a plan into one mesh and one map. All tiles must be done.");
   addFolder(line, request.folder);
   addMergeOptions(line, request);
   line.parse(arguments);
@@ -123,8 +121,7 @@ void statusCommand(const std::vector<std::string>& arguments) {
   std::string folder;
   CommandLine line("tiles status", "DIR",
                    "Lists the tiles that are done, failed, running and "
-                   "waiting.",
-                   kExitCodes);
+                   "waiting.");
   addFolder(line, folder);
   line.parse(arguments);
   const LoadedPlan loaded = loadPlan(folder);
@@ -144,8 +141,7 @@ void statusCommand(const std::vector<std::string>& arguments) {
 void slurmCommand(const std::vector<std::string>& arguments) {
   SlurmRequest request;
   CommandLine line("tiles slurm", "DIR [options]",
-                   "Prints a Slurm array job that makes all tiles. Then run tiles merge.",
-                   kExitCodes);
+                   "Prints a Slurm array job that makes all tiles. Then run tiles merge.");
   addFolder(line, request.folder);
   line.addWhole({"--threads", "N", "CPU threads of each tile"}, request.threads, {1, 1024});
   addBackendOption(line, "where to compute", request.backend);
@@ -161,8 +157,7 @@ void runTilesCommand(const std::vector<std::string>& arguments) {
   RunRequest request;
   CommandLine line("tiles run", "DIR [options]",
                    "Makes all tiles that are not done, with as many processes as mpirun starts, "
-                   "and joins them. To resume after an interruption, run the same command again.",
-                   kExitCodes);
+                   "and joins them. To resume after an interruption, run the same command again.");
   addFolder(line, request.merge.folder);
   addFuseOptions(line, request.options);
   addMergeOptions(line, request.merge);

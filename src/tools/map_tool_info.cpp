@@ -23,8 +23,7 @@ InfoOptions parseInfoOptions(const std::vector<std::string>& arguments) {
   InfoOptions options;
   CommandLine line("map_tool info", "FILE [options]",
                    "Prints what is in a map file. Without --verify it does not read voxels and "
-                   "colours.",
-                   kExitCodes);
+                   "colours.");
   line.addText({"FILE", "", "a map file"}, options.path);
   line.addFlag("--settings", "also print every setting and rule number that the map was made with",
                options.settings);

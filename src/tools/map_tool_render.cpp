@@ -43,8 +43,7 @@ RenderOptions parseRenderOptions(const std::vector<std::string>& arguments) {
   CommandLine line("map_tool render", "FILE OUT [options]",
                    "Renders what a camera would see of a map, into a folder as the TUM benchmark "
                    "has them: depth (16-bit PNG, 5000 units per metre), normals (128 + 127 times "
-                   "x, y and z in the camera's frame) and, where the map is painted, rgb.",
-                   kExitCodes);
+                   "x, y and z in the camera's frame) and, where the map is painted, rgb.");
   addPaths(line, "the folder", options);
   line.add({"--pose", "TX,TY,TZ,QX,QY,QZ,QW",
             "pose of the camera (its optical frame) in the map "

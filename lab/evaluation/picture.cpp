@@ -9,6 +9,7 @@
 
 #include "evaluation/mesh_metrics.h"
 #include "evaluation/parallel.h"
+#include "params/text.h"
 #include "simulation/scene.h"
 
 namespace dtsdf {
@@ -129,9 +130,8 @@ void drawLegend(cv::Mat& image, const Legend& legend) {
                 cv::LINE_AA);
   };
   for (int tick = 0; tick <= 4; ++tick) {
-    char text[32];
-    std::snprintf(text, sizeof(text), "%.3g%s", legend.maximum * tick / 4.0, tick == 4 ? "+" : "");
-    write(text, {left + width + 6, top + height - height * tick / 4 + 5});
+    write(formatted("%.3g%s", legend.maximum * tick / 4.0, tick == 4 ? "+" : ""),
+          {left + width + 6, top + height - height * tick / 4 + 5});
   }
   write(legend.title, {left - image.cols / 40, top - image.rows / 30});
 }

@@ -1,13 +1,13 @@
 #include "evaluation/space_picture.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
 #include "evaluation/parallel.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {
@@ -85,9 +85,8 @@ class SlicePainter {
       cv::line(image, {kLeft + x, kTop}, {kLeft + x, kTop + kHeight}, cv::Scalar(c));
     }
     cv::rectangle(image, {kLeft, kTop}, {kLeft + kBar, kTop + kHeight}, cv::Scalar::all(60));
-    char text[48];
-    std::snprintf(text, sizeof(text), "0 to %.3g m", options_.full_scale_m);
-    cv::putText(image, text, {kLeft + kBar + 8, kTop + kHeight}, cv::FONT_HERSHEY_SIMPLEX, 0.4,
+    cv::putText(image, formatted("0 to %.3g m", options_.full_scale_m),
+                {kLeft + kBar + 8, kTop + kHeight}, cv::FONT_HERSHEY_SIMPLEX, 0.4,
                 cv::Scalar::all(40), 1, cv::LINE_AA);
   }
 

@@ -11,6 +11,7 @@
 #include "io/colour_codes.h"
 #include "io/depth_codes.h"
 #include "io/trajectory.h"
+#include "params/text.h"
 #include "program/run_program.h"
 #include "program/stopwatch.h"
 #include "tools/map_tool.h"
@@ -112,9 +113,7 @@ RgbImage colourImageOf(const RenderedView& view) {
 std::string matrixText(const std::string& name, int columns, const std::vector<float>& values) {
   std::string text = name + ":\n  rows: 3\n  cols: " + std::to_string(columns) + "\n  data: [";
   for (size_t i = 0; i < values.size(); ++i) {
-    char number[32];
-    std::snprintf(number, sizeof(number), i == 0 ? "%.9g" : ", %.9g", values[i]);
-    text += number;
+    text += formatted("%s%.9g", i == 0 ? "" : ", ", static_cast<double>(values[i]));
   }
   return text + "]\n";
 }
@@ -135,8 +134,7 @@ class ViewFolder {
   }
 
   void write(const StampedPose& pose, const RenderedView& view) {
-    char name[64];
-    std::snprintf(name, sizeof(name), "%06zu.png", views_++);
+    const std::string name = formatted("%06zu.png", views_++);
     add("depth", pose, name, encodeDepthPng(depthImageOf(view)), depth_list_);
     writeFileAtomically(path_ + "/normals/" + name, encodeColourPng(normalImageOf(view)));
     if (!view.colours.empty()) {
@@ -154,9 +152,7 @@ class ViewFolder {
   void add(const std::string& folder, const StampedPose& pose, const std::string& name,
            const std::string& bytes, std::string& list) const {
     writeFileAtomically(path_ + "/" + folder + "/" + name, bytes);
-    char stamp[64];
-    std::snprintf(stamp, sizeof(stamp), "%.9f", pose.stamp_s);
-    list += std::string(stamp) + " " + folder + "/" + name + "\n";
+    list += formatted("%.9f ", pose.stamp_s) + folder + "/" + name + "\n";
   }
 
   std::string path_, depth_list_, colour_list_;

@@ -11,7 +11,7 @@
 #include "evaluation/depth_picture.h"
 #include "evaluation/depth_registration.h"
 #include "evaluation/parallel.h"
-#include "evaluation/view_selection.h"
+#include "evaluation/shared_options.h"
 #include "program/run_program.h"
 
 namespace dtsdf {

@@ -5,7 +5,7 @@
 
 #include "evaluation/colour_metrics.h"
 #include "evaluation/mesh_metrics.h"
-#include "evaluation/picture_options.h"
+#include "evaluation/shared_options.h"
 #include "io/atomic_file.h"
 #include "program/run_program.h"
 

@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "dtsdf_mapping/io/recording.h"
+#include "evaluation/shared_options.h"
 #include "evaluation/space_figures.h"
-#include "evaluation/space_options.h"
 #include "evaluation/space_picture.h"
 #include "evaluation/space_scenes.h"
 #include "io/atomic_file.h"

@@ -4,8 +4,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "evaluation/moving_object_options.h"
-#include "evaluation/view_selection.h"
+#include "evaluation/shared_options.h"
 #include "program/run_program.h"
 
 namespace dtsdf {

@@ -5,9 +5,8 @@
 #include <filesystem>
 
 #include "evaluation/depth_renderer.h"
-#include "evaluation/moving_object_options.h"
 #include "evaluation/parallel.h"
-#include "evaluation/view_selection.h"
+#include "evaluation/shared_options.h"
 #include "program/run_program.h"
 
 namespace dtsdf {

@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "evaluation/path_search.h"
-#include "evaluation/space_options.h"
+#include "evaluation/shared_options.h"
 #include "evaluation/space_picture.h"
 #include "evaluation/space_scenes.h"
 #include "program/run_program.h"

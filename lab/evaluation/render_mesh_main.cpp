@@ -1,6 +1,6 @@
 /// render_mesh: a shaded picture of a mesh from a given viewpoint.
 
-#include "evaluation/picture_options.h"
+#include "evaluation/shared_options.h"
 #include "program/run_program.h"
 
 namespace dtsdf {

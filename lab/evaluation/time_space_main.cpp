@@ -8,7 +8,7 @@
 
 #include "dtsdf_mapping/io/recording.h"
 #include "dtsdf_mapping/mapper.h"
-#include "evaluation/space_options.h"
+#include "evaluation/shared_options.h"
 #include "program/progress_bar.h"
 #include "program/run_program.h"
 #include "program/stopwatch.h"

@@ -185,14 +185,12 @@ Eigen::Isometry3d framingPose(const Eigen::AlignedBox3f& bounds, const ViewCamer
 void writePicture(const std::string& path, const MeshScene& scene, const PictureOptions& options) {
   const Shader shader(scene, options);
   cv::Mat image(options.camera.height, options.camera.width, CV_8UC3);
-  const auto drawRows = [&](size_t begin, size_t end) {
-    for (int v = static_cast<int>(begin); v < static_cast<int>(end); ++v) {
-      for (int u = 0; u < image.cols; ++u) {
-        image.at<cv::Vec3b>(v, u) = toBgr(pixelColour(shader, u, v));
-      }
+  forEachIndex(static_cast<size_t>(image.rows), [&](size_t row) {
+    const int v = static_cast<int>(row);
+    for (int u = 0; u < image.cols; ++u) {
+      image.at<cv::Vec3b>(v, u) = toBgr(pixelColour(shader, u, v));
     }
-  };
-  forEachChunk(static_cast<size_t>(image.rows), 8, drawRows);
+  });
   if (options.legend) drawLegend(image, *options.legend);
   if (!cv::imwrite(path, image)) throw std::runtime_error(path + ": cannot be written");
 }

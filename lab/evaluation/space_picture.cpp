@@ -38,11 +38,10 @@ class SlicePainter {
   cv::Mat paint() const {
     const Vector3d size = options_.bounds_W.sizes() / options_.pixel_m;
     cv::Mat image(static_cast<int>(size.y()), static_cast<int>(size.x()), CV_8UC3);
-    forEachChunk(static_cast<size_t>(image.rows), 8, [&](size_t begin, size_t end) {
-      for (int v = static_cast<int>(begin); v < static_cast<int>(end); ++v) {
-        for (int u = 0; u < image.cols; ++u) {
-          image.at<cv::Vec3b>(v, u) = colourAt(pointOf(u, image.rows - 1 - v));
-        }
+    forEachIndex(static_cast<size_t>(image.rows), [&](size_t row) {
+      const int v = static_cast<int>(row);
+      for (int u = 0; u < image.cols; ++u) {
+        image.at<cv::Vec3b>(v, u) = colourAt(pointOf(u, image.rows - 1 - v));
       }
     });
     drawPath(image);

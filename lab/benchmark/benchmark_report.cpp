@@ -1,9 +1,9 @@
 #include "benchmark/benchmark_report.h"
-#include "mapper/gpu.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "mapper/probed_mapper.h"
 #include "params/text.h"
 #include "tools/reconstruction_report.h"
 

@@ -1,9 +1,9 @@
-/// The door to the GPU backend: the only header of cuda/ that the rest of the package includes, but
-/// for the report on the GPU.
+/// The door to the GPU backend: the only header of cuda/ that the rest of the package includes.
 #pragma once
 
 #include <string>
 
+#include "backend/gpu_report.h"
 #include "backend/map_backend.h"
 #include "backend/rules.h"
 #include "dtsdf_mapping/params/mapper_params.h"
@@ -16,5 +16,12 @@ std::string findCudaProblem();
 /// Backends on the device that is the calling thread's now, whoever makes them.
 /// @pre findCudaProblem() is empty. @throws BackendError if CUDA fails, as making one does.
 BackendMaker cudaBackends(const MapperParams& params, const Rules& rules);
+
+/// The device's name, the rates of its memory, its kernels. @throws std::runtime_error if CUDA
+/// fails.
+GpuReport reportCudaDevice();
+
+/// Bytes of the current device that are taken, by whatever process.
+size_t cudaMemoryTaken();
 
 }  // namespace dtsdf

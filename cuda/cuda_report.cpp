@@ -1,5 +1,5 @@
-#include "cuda_report.h"
 
+#include "cuda_backend.h"
 #include "named_kernels.h"
 #include "runtime/buffer.h"
 #include "runtime/device.h"

@@ -59,8 +59,6 @@ class DistanceMaker {
   /// @param most_bytes Of squares on the device, and as many on the host.
   explicit DistanceMaker(size_t most_bytes) : most_bytes_(most_bytes) {}
   ~DistanceMaker() { stream_.drain(); }
-  DistanceMaker(const DistanceMaker&) = delete;
-  DistanceMaker& operator=(const DistanceMaker&) = delete;
 
   /// As MapBackend::makeDistances(), on a stream of its own. @return false beyond the limit.
   /// @throws CudaError

@@ -4,7 +4,7 @@
 
 #include "backend/profile.h"
 #include "device_map.h"
-#include "kernels/fusion/fusion_settings.h"
+#include "kernels/fusion/fusion_rules.h"
 #include "make_surfels.h"
 
 namespace dtsdf {

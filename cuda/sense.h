@@ -4,7 +4,7 @@
 #include "backend/profile.h"
 #include "backend/rules.h"
 #include "dtsdf_mapping/params/mapper_params.h"
-#include "kernels/fusion/fusion_settings.h"
+#include "kernels/fusion/fusion_rules.h"
 #include "kernels/surfels/noise.h"
 #include "runtime/buffer.h"
 

@@ -27,7 +27,6 @@ template <class T, int kRecordSize, int kRecordsPerSlabLog2>
 class SlabPool {
  public:
   using View = SlabView<T, kRecordSize, kRecordsPerSlabLog2>;
-  using Element = T;
 
   /// Makes room for `count` records, new memory zeroed. Waits for the stream only if it has to
   /// grow. @throws CudaError without memory; the pool is then as large as it was.
@@ -71,19 +70,8 @@ class SlabPool {
 
   View view() const { return {table_.data()}; }
 
-  size_t slabCount() const { return slabs_.size(); }
   size_t bytes() const { return slabs_.size() * kSlabElements * sizeof(T); }
 
-  /// Enqueues the copy of a slab, kSlabElements, to pinned memory.
-  void downloadSlab(size_t slab, T* pinned, const Stream& stream) const {
-    DTSDF_CHECK_CUDA(cudaMemcpyAsync(pinned, slabs_[slab], kSlabElements * sizeof(T),
-                                     cudaMemcpyDeviceToHost, stream.get()));
-  }
-  /// And back.
-  void uploadSlab(size_t slab, const T* pinned, const Stream& stream) {
-    DTSDF_CHECK_CUDA(cudaMemcpyAsync(slabs_[slab], pinned, kSlabElements * sizeof(T),
-                                     cudaMemcpyHostToDevice, stream.get()));
-  }
   static constexpr size_t kSlabRecords = size_t(1) << kRecordsPerSlabLog2;
   static constexpr size_t kSlabElements = kSlabRecords * kRecordSize;
   static constexpr size_t kRecordBytes = kRecordSize * sizeof(T);

@@ -7,7 +7,6 @@
 #include "benchmark/flight.h"
 #include "benchmark/raw_frames.h"
 #include "io/atomic_file.h"
-#include "mapper/gpu.h"
 #include "mapper/probed_mapper.h"
 #include "program/progress_bar.h"
 #include "program/run_program.h"

@@ -42,8 +42,7 @@ BenchmarkOptions parseBenchmarkOptions(const std::vector<std::string>& arguments
   CommandLine line(
       "benchmark", "(--tum DIR | --raw NAME | --flight | --gpu) [options]",
       "Measures the time and memory of a frame, from its upload to the updated mesh, stage by "
-      "stage. Frames are read or made before they are timed.",
-      "Exit code: 0 measured, 1 an error, 2 a wrong command line.");
+      "stage. Frames are read or made before they are timed.");
   addInputOptions(line, options);
   line.beginGroup("Settings");
   addMapperOptions(line, options);

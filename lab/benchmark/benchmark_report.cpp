@@ -1,10 +1,10 @@
 #include "benchmark/benchmark_report.h"
-#include "mapper/gpu.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "mapper/probed_mapper.h"
+#include "params/text.h"
 #include "tools/reconstruction_report.h"
 
 namespace dtsdf {
@@ -13,13 +13,6 @@ namespace {
 using nlohmann::json;
 
 constexpr double kMiB = 1024.0 * 1024.0;
-
-template <class... Values>
-std::string format(const char* pattern, Values... values) {
-  char line[256];
-  std::snprintf(line, sizeof(line), pattern, values...);
-  return line;
-}
 
 json toJson(const TimeSummary& times) {
   return {{"median", times.median}, {"p95", times.p95}, {"worst", times.worst}};
@@ -112,24 +105,24 @@ json mapOf(const Measurement& m) {
 std::string memoryText(const json& memory) {
   std::string text = "memory in MiB          used  reserved\n";
   for (const json& part : memory["parts"]) {
-    text += format("  %-8s %-22s %8.2f %9.2f\n", part["kind"].get<std::string>().c_str(),
-                   part["name"].get<std::string>().c_str(), part["used"].get<double>() / kMiB,
-                   part["reserved"].get<double>() / kMiB);
+    text += formatted("  %-8s %-22s %8.2f %9.2f\n", part["kind"].get<std::string>().c_str(),
+                      part["name"].get<std::string>().c_str(), part["used"].get<double>() / kMiB,
+                      part["reserved"].get<double>() / kMiB);
   }
-  return text + format("  taken from the device %.1f, whole mesh on the host %.2f\n",
-                       memory["device"].get<double>() / kMiB,
-                       memory["whole_mesh"].get<double>() / kMiB);
+  return text + formatted("  taken from the device %.1f, whole mesh on the host %.2f\n",
+                          memory["device"].get<double>() / kMiB,
+                          memory["whole_mesh"].get<double>() / kMiB);
 }
 
 std::string summaryLine(const char* name, const json& times) {
-  return format("  %-10s %9.3f %9.3f %9.3f", name, times["median"].get<double>(),
-                times["p95"].get<double>(), times["worst"].get<double>());
+  return formatted("  %-10s %9.3f %9.3f %9.3f", name, times["median"].get<double>(),
+                   times["p95"].get<double>(), times["worst"].get<double>());
 }
 
 std::string measurementText(const json& report) {
   std::string text =
-      format("%s, %d frames\nms per frame     median       p95     worst\n",
-             report["device"].get<std::string>().c_str(), report["frames"].get<int>());
+      formatted("%s, %d frames\nms per frame     median       p95     worst\n",
+                report["device"].get<std::string>().c_str(), report["frames"].get<int>());
   for (const char* name : {"total", "call", "fetch"}) {
     text += summaryLine(name, report[std::string(name) + "_ms"]) + "\n";
   }
@@ -138,14 +131,14 @@ std::string measurementText(const json& report) {
   }
   text += summaryLine("align", report["align_ms"]) + "  (to the map before the frame)\n" +
           summaryLine("render", report["render_ms"]) + "  (the map from the frame's camera)\n";
-  text += format("  first frame %.3f; with the fetch beside the next frame %.3f (mean)\n",
-                 report["first_frame_ms"].get<double>(), report["overlapped_ms"].get<double>());
+  text += formatted("  first frame %.3f; with the fetch beside the next frame %.3f (mean)\n",
+                    report["first_frame_ms"].get<double>(), report["overlapped_ms"].get<double>());
   const json& packed = report["packed_mesh"];
   const double triangles = std::max(1.0, packed["triangles"].get<double>());
   text += summaryLine("pack", report["pack_ms"]) + "  (chunks that changed, to be sent)\n" +
-          format("  these take %.0f KiB (median); the whole mesh %.1f bytes a triangle\n",
-                 report["packed_bytes"]["median"].get<double>() / 1024.0,
-                 packed["bytes"].get<double>() / triangles);
+          formatted("  these take %.0f KiB (median); the whole mesh %.1f bytes a triangle\n",
+                    report["packed_bytes"]["median"].get<double>() / 1024.0,
+                    packed["bytes"].get<double>() / triangles);
   text += "stages, profiled\n";
   for (const json& stage : report["stages"]) {
     text += summaryLine(stage["stage"].get<std::string>().c_str(), stage["ms"]) + "\n";
@@ -186,7 +179,7 @@ json flightByGib(const std::vector<FrameTime>& times) {
 
 std::string pagesText(const PageStats& pages) {
   if (pages.written == 0) return "";
-  return format(
+  return formatted(
       "disk: %zu blocks, %.1f MiB; index %.1f MiB; %.0f written, %.0f read; %.0f waits of %.0f "
       "ms\n",
       pages.blocks, static_cast<double>(pages.bytes) / kMiB,
@@ -229,23 +222,23 @@ Report reportFlight(const std::vector<FrameTime>& times, const Measurement& end)
   report["memory"] = memoryOf(end);
   report["by_gib"] = flightByGib(times);
   report["slowest"] = slowestFrames(times);
-  std::string text = format(
+  std::string text = formatted(
       "%s, a flight of %zu frames; %zu blocks refused\nmapped       frames  "
       "total ms: median       p95     worst     mean   fetch  map MiB  RSS MiB\n",
       end.backend_name.c_str(), times.size(), static_cast<size_t>(end.map.refused_blocks));
   for (const json& row : report["by_gib"]) {
-    text += format("%3d GiB %-4s %6d", row["gib"].get<int>(), row["way"].get<std::string>().c_str(),
-                   row["frames"].get<int>()) +
+    text += formatted("%3d GiB %-4s %6d", row["gib"].get<int>(),
+                      row["way"].get<std::string>().c_str(), row["frames"].get<int>()) +
             summaryLine("", row["total_ms"]) +
-            format(" %8.3f %7.3f %8.0f %8.0f\n", row["mean_ms"].get<double>(),
-                   row["fetch_ms"]["median"].get<double>(), row["map_mib"].get<double>(),
-                   row["resident_mib"].get<double>());
+            formatted(" %8.3f %7.3f %8.0f %8.0f\n", row["mean_ms"].get<double>(),
+                      row["fetch_ms"]["median"].get<double>(), row["map_mib"].get<double>(),
+                      row["resident_mib"].get<double>());
   }
   text += pagesText(end.map.pages) + "slowest frames\n";
   for (const json& row : report["slowest"]) {
-    text += format("  frame %d, map of %.2f GiB: %.3f ms, of which %.3f in integrate()\n",
-                   row["frame"].get<int>(), row["map_gib"].get<double>(),
-                   row["total_ms"].get<double>(), row["call_ms"].get<double>());
+    text += formatted("  frame %d, map of %.2f GiB: %.3f ms, of which %.3f in integrate()\n",
+                      row["frame"].get<int>(), row["map_gib"].get<double>(),
+                      row["total_ms"].get<double>(), row["call_ms"].get<double>());
   }
   return {textOf(report), text + memoryText(report["memory"])};
 }
@@ -261,11 +254,11 @@ Report reportGpuAndKernels(const GpuReport& gpu) {
       {"rates_gb_s",
        {{"memory", gpu.copy_gb_s}, {"upload", gpu.upload_gb_s}, {"download", gpu.download_gb_s}}}};
   std::string text =
-      format("%s, compute capability %d.%d, %d multiprocessors, CUDA %s (driver %s)\n",
-             gpu.name.c_str(), gpu.compute_capability / 10, gpu.compute_capability % 10,
-             gpu.multiprocessors, gpu.runtime.c_str(), gpu.driver.c_str());
-  text += format("GB/s: device memory %.0f, upload %.1f, download %.1f\n", gpu.copy_gb_s,
-                 gpu.upload_gb_s, gpu.download_gb_s);
+      formatted("%s, compute capability %d.%d, %d multiprocessors, CUDA %s (driver %s)\n",
+                gpu.name.c_str(), gpu.compute_capability / 10, gpu.compute_capability % 10,
+                gpu.multiprocessors, gpu.runtime.c_str(), gpu.driver.c_str());
+  text += formatted("GB/s: device memory %.0f, upload %.1f, download %.1f\n", gpu.copy_gb_s,
+                    gpu.upload_gb_s, gpu.download_gb_s);
   text += "kernel                    registers  shared B  local B  blocks  occupancy\n";
   for (const KernelUse& kernel : gpu.kernels) {
     report["kernels"].push_back({{"name", kernel.name},
@@ -275,9 +268,9 @@ Report reportGpuAndKernels(const GpuReport& gpu) {
                                  {"local_bytes", kernel.local_bytes},
                                  {"blocks_per_processor", kernel.blocks_per_processor},
                                  {"occupancy", kernel.occupancy}});
-    text += format("  %-25s %7d %9zu %8zu %7d %8.0f %%\n", kernel.name.c_str(), kernel.registers,
-                   kernel.shared_bytes, kernel.local_bytes, kernel.blocks_per_processor,
-                   100.0 * kernel.occupancy);
+    text += formatted("  %-25s %7d %9zu %8zu %7d %8.0f %%\n", kernel.name.c_str(), kernel.registers,
+                      kernel.shared_bytes, kernel.local_bytes, kernel.blocks_per_processor,
+                      100.0 * kernel.occupancy);
   }
   return {textOf(report), text};
 }

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "benchmark/measurement.h"
-#include "mapper/gpu.h"
+#include "mapper/probed_mapper.h"
 
 namespace dtsdf {
 

@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "dtsdf_mapping/mesh.h"
-#include "mapper/gpu.h"
+#include "mapper/probed_mapper.h"
 #include "meshing/mesh_chunks.h"
 #include "meshing/packed_chunk.h"
 #include "program/stopwatch.h"

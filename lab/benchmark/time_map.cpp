@@ -28,8 +28,7 @@ TimeOptions parse(const std::vector<std::string>& arguments) {
   TimeOptions options;
   CommandLine line("time_map", "FILE [options]",
                    "Measures how long it takes to load a map file, restore it in a mapper, copy it "
-                   "and save it: the shortest of several runs.",
-                   kExitCodes);
+                   "and save it: the shortest of several runs.");
   line.addText({"FILE", "", "a map file"}, options.path);
   line.addText({"--folder", "FOLDER", "folder that the map is saved to"}, options.folder);
   line.addText({"--backend", "auto|cpu|cuda", "backend of the mapper"}, options.backend);

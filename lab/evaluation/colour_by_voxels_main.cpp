@@ -26,8 +26,7 @@ ColourByVoxelsOptions readOptions(const std::vector<std::string>& arguments) {
                    "Colours a mesh by the mean of what falls on its voxels: each pixel's colour "
                    "goes to the voxels along its ray up to the truncation distance before and "
                    "behind its depth, weighted by 1 / z^2, and a vertex gets that of the nearest "
-                   "voxel. The TUM folder needs a registered colour image for each depth image.",
-                   kExitCodes);
+                   "voxel. The TUM folder needs a registered colour image for each depth image.");
   line.addText({"FOLDER", "", "the TUM folder"}, options.folder);
   line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
   line.addText({"OUT.ply", "", "the coloured mesh"}, options.coloured_path);

@@ -11,8 +11,6 @@
 namespace dtsdf {
 namespace {
 
-constexpr size_t kSamplesPerChunk = 4096;
-
 /// What one sample is off by; negative where it is too far from the ground truth.
 struct ColourError {
   double squared_rgb = -1.0, lab = 0.0;
@@ -57,16 +55,14 @@ ColourEvaluation evaluateColours(const TriangleMesh& reconstruction,
   const MeshScene truth(ground_truth);
   const SurfaceSamples samples = sampleSurface(reconstruction, options.samples, options.seed);
   std::vector<ColourError> errors(samples.points.size());
-  forEachChunk(errors.size(), kSamplesPerChunk, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      const Eigen::Vector3f& p = samples.points[i];
-      const ClosestPoint closest = truth.closestPoint(p);
-      if (closest.distance_m > options.reach_m) continue;
-      const Eigen::Vector3d own = vertexColourAt(reconstruction, samples.triangles[i], p);
-      const Eigen::Vector3d wanted =
-          toVector(textureColour(options.texture, ground_truth, closest.triangle, p));
-      errors[i] = {(own - wanted).squaredNorm(), (toLab(own) - toLab(wanted)).norm()};
-    }
+  forEachIndex(errors.size(), [&](size_t i) {
+    const Eigen::Vector3f& p = samples.points[i];
+    const ClosestPoint closest = truth.closestPoint(p);
+    if (closest.distance_m > options.reach_m) return;
+    const Eigen::Vector3d own = vertexColourAt(reconstruction, samples.triangles[i], p);
+    const Eigen::Vector3d wanted =
+        toVector(textureColour(options.texture, ground_truth, closest.triangle, p));
+    errors[i] = {(own - wanted).squaredNorm(), (toLab(own) - toLab(wanted)).norm()};
   });
   return summarise(errors);
 }

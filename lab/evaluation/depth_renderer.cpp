@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "io/atomic_file.h"
+#include "params/text.h"
 
 namespace dtsdf {
 
@@ -45,18 +46,14 @@ PixelRect imageBounds(const Eigen::AlignedBox3f& bounds, const ViewCamera& camer
 }
 
 std::string stampText(double after_first_s) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.6f", kFirstStamp_s + after_first_s);
-  return text;
+  return formatted("%.6f", kFirstStamp_s + after_first_s);
 }
 
 std::string poseText(const std::string& stamp, const Eigen::Isometry3d& T_W_C) {
   const Eigen::Vector3d& t = T_W_C.translation();
   const Eigen::Quaterniond q(T_W_C.linear());
-  char line[256];
-  std::snprintf(line, sizeof(line), " %.9f %.9f %.9f %.12f %.12f %.12f %.12f\n", t.x(), t.y(),
-                t.z(), q.x(), q.y(), q.z(), q.w());
-  return stamp + line;
+  return stamp + formatted(" %.9f %.9f %.9f %.12f %.12f %.12f %.12f\n", t.x(), t.y(), t.z(), q.x(),
+                           q.y(), q.z(), q.w());
 }
 
 std::string matrixText(const char* name, int cols, const std::vector<double>& data) {
@@ -64,9 +61,7 @@ std::string matrixText(const char* name, int cols, const std::vector<double>& da
                      ":\n  rows: " + std::to_string(data.size() / static_cast<size_t>(cols)) +
                      "\n  cols: " + std::to_string(cols) + "\n  data: [";
   for (size_t i = 0; i < data.size(); ++i) {
-    char number[32];
-    std::snprintf(number, sizeof(number), "%s%.9g", i == 0 ? "" : ", ", data[i]);
-    text += number;
+    text += formatted("%s%.9g", i == 0 ? "" : ", ", data[i]);
   }
   return text + "]\n";
 }

@@ -11,7 +11,7 @@
 #include "evaluation/depth_picture.h"
 #include "evaluation/depth_registration.h"
 #include "evaluation/parallel.h"
-#include "evaluation/view_selection.h"
+#include "evaluation/shared_options.h"
 #include "program/run_program.h"
 
 namespace dtsdf {
@@ -31,8 +31,7 @@ EvaluateDepthOptions readOptions(const std::vector<std::string>& arguments) {
                    "Renders the mesh from the poses of a TUM folder and compares it with the "
                    "measured depth: the share of measured pixels that the mesh covers, and the "
                    "differences there, as JSON. Use frames that the mesh was not made from: "
-                   "reconstruct --frames ::2, evaluate_depth --first 1 --step 2.",
-                   kExitCodes);
+                   "reconstruct --frames ::2, evaluate_depth --first 1 --step 2.");
   line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
   line.addText({"TUM_DIR", "", "folder with depth images and poses"}, options.tum_folder);
   addSelectionOptions(line, options.frames);

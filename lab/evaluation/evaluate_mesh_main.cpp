@@ -5,7 +5,7 @@
 
 #include "evaluation/colour_metrics.h"
 #include "evaluation/mesh_metrics.h"
-#include "evaluation/picture_options.h"
+#include "evaluation/shared_options.h"
 #include "io/atomic_file.h"
 #include "program/run_program.h"
 
@@ -56,8 +56,7 @@ EvaluateMeshOptions readOptions(const std::vector<std::string>& arguments) {
                    "Prints, as JSON: distances of the reconstruction's vertices and of "
                    "area-uniform samples of it to the ground truth, distances of the ground "
                    "truth's samples to the reconstruction (completeness), F-scores and the mesh's "
-                   "topology. Vertices are taken as they are indexed; none are welded.",
-                   kExitCodes);
+                   "topology. Vertices are taken as they are indexed; none are welded.");
   line.addText({"RECONSTRUCTION.ply", "", "the mesh to measure"}, options.reconstruction_path);
   line.addText({"GROUNDTRUTH.ply", "", "the true mesh"}, options.ground_truth_path);
   addMeasureOptions(line, options);

@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "dtsdf_mapping/io/recording.h"
+#include "evaluation/shared_options.h"
 #include "evaluation/space_figures.h"
-#include "evaluation/space_options.h"
 #include "evaluation/space_picture.h"
 #include "evaluation/space_scenes.h"
 #include "io/atomic_file.h"
@@ -43,8 +43,7 @@ EvaluateSpaceOptions readOptions(const std::vector<std::string>& arguments) {
   CommandLine line("evaluate_space", "--tum DIR --mesh MESH.ply --seen SEEN.ply [options]",
                    "Makes a map of images and compares its free space and distances with the "
                    "truth: errors of distances, cells that are called free but are not, and the "
-                   "share of truly free cells that were found, as JSON.",
-                   kExitCodes);
+                   "share of truly free cells that were found, as JSON.");
   addInputOptions(line, options);
   addSettingOption(line, options.settings);
   line.addWhole({"--samples", "N", "largest number of cells checked for each figure"},

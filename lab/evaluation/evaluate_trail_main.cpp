@@ -4,8 +4,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "evaluation/moving_object_options.h"
-#include "evaluation/view_selection.h"
+#include "evaluation/shared_options.h"
 #include "program/run_program.h"
 
 namespace dtsdf {
@@ -25,8 +24,7 @@ EvaluateTrailOptions readOptions(const std::vector<std::string>& arguments) {
   CommandLine line("evaluate_trail", "MESH.ply REFERENCE.ply --from X,Y,Z --to X,Y,Z [options]",
                    "Measures what a mesh keeps of an object that insert_object put into its "
                    "recording: the area within the volume that the object passed through, and how "
-                   "much of it is far from the mesh of the recording without the object, as JSON.",
-                   kExitCodes);
+                   "much of it is far from the mesh of the recording without the object, as JSON.");
   line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
   line.addText({"REFERENCE.ply", "", "the mesh without the object"}, options.reference_path);
   addObjectOptions(line, options.object);

@@ -5,9 +5,8 @@
 #include <filesystem>
 
 #include "evaluation/depth_renderer.h"
-#include "evaluation/moving_object_options.h"
 #include "evaluation/parallel.h"
-#include "evaluation/view_selection.h"
+#include "evaluation/shared_options.h"
 #include "program/run_program.h"
 
 namespace dtsdf {
@@ -26,8 +25,7 @@ InsertOptions readOptions(const std::vector<std::string>& arguments) {
                    "Puts a box or a ball, which moves at constant speed from the first chosen "
                    "image to the last, into the depth images of the TUM folder IN, and writes the "
                    "chosen images to the TUM folder OUT. It is visible where it is nearer than the "
-                   "measured depth, and where nothing was measured.",
-                   kExitCodes);
+                   "measured depth, and where nothing was measured.");
   line.addText({"IN", "", "the recording"}, options.input);
   line.addText({"OUT", "", "the folder"}, options.output);
   addObjectOptions(line, options.object);

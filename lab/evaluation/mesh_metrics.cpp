@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <stdexcept>
 
@@ -13,8 +14,6 @@
 namespace dtsdf {
 
 namespace {
-
-constexpr size_t kPointsPerChunk = 4096;
 
 /// Disjoint sets of vertices, joined by triangles.
 class VertexSets {
@@ -122,9 +121,7 @@ class View {
 std::vector<std::unique_ptr<View>> loadViews(const Views& views, const size_t* indices,
                                              size_t count) {
   std::vector<std::unique_ptr<View>> loaded(count);
-  forEachChunk(count, 1, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) loaded[i] = std::make_unique<View>(views, indices[i]);
-  });
+  forEachIndex(count, [&](size_t i) { loaded[i] = std::make_unique<View>(views, indices[i]); });
   return loaded;
 }
 
@@ -133,14 +130,12 @@ std::vector<uint32_t> unseenBy(const std::vector<std::unique_ptr<View>>& views,
                                const MeshScene& surface, const SurfaceSamples& samples,
                                const std::vector<uint32_t>& candidates) {
   std::vector<uint8_t> seen(candidates.size());  // bytes, as threads write neighbours
-  forEachChunk(candidates.size(), kPointsPerChunk, [&](size_t begin, size_t end) {
-    for (size_t k = begin; k < end; ++k) {
-      const uint32_t i = candidates[k];
-      const Eigen::Vector3f normal_W = surface.triangleNormal(samples.triangles[i]);
-      seen[k] = std::any_of(views.begin(), views.end(), [&](const auto& view) {
-        return view->sees(surface, samples.points[i], normal_W);
-      });
-    }
+  forEachIndex(candidates.size(), [&](size_t k) {
+    const uint32_t i = candidates[k];
+    const Eigen::Vector3f normal_W = surface.triangleNormal(samples.triangles[i]);
+    seen[k] = std::any_of(views.begin(), views.end(), [&](const auto& view) {
+      return view->sees(surface, samples.points[i], normal_W);
+    });
   });
   std::vector<uint32_t> unseen;
   for (size_t k = 0; k < candidates.size(); ++k) {
@@ -155,6 +150,31 @@ FScore fScore(const std::vector<double>& surface_m, const std::vector<double>& c
   const double recall = shareWithin(completeness_m, threshold_m);
   const double sum = precision + recall;
   return {threshold_m, precision, recall, sum > 0.0 ? 2.0 * precision * recall / sum : 0.0};
+}
+
+using Json = nlohmann::json;
+
+Json toJsonValue(const DistanceStats& stats) {
+  return {{"count", stats.count},          {"rmse_mm", 1e3 * stats.rmse_m},
+          {"mean_mm", 1e3 * stats.mean_m}, {"median_mm", 1e3 * stats.median_m},
+          {"p95_mm", 1e3 * stats.p95_m},   {"max_mm", 1e3 * stats.max_m}};
+}
+
+Json toJsonValue(const FScore& score) {
+  return {{"threshold_mm", 1e3 * score.threshold_m},
+          {"precision", score.precision},
+          {"recall", score.recall},
+          {"f_score", score.f_score}};
+}
+
+Json toJsonValue(const MeshTopology& topology) {
+  return {{"vertices", topology.vertices},
+          {"triangles", topology.triangles},
+          {"boundary_edges", topology.boundary_edges},
+          {"non_manifold_edges", topology.non_manifold_edges},
+          {"components", topology.components},
+          {"degenerate_triangles", topology.degenerate_triangles},
+          {"area_m2", topology.area_m2}};
 }
 
 }  // namespace
@@ -197,12 +217,10 @@ std::vector<double> distancesTo(const MeshScene& surface,
                                 const std::vector<Eigen::Vector3f>& points,
                                 const Progress& progress) {
   std::vector<double> distances_m(points.size());
-  const auto measure = [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      distances_m[i] = surface.closestPoint(points[i]).distance_m;
-    }
+  const auto measure = [&](size_t i) {
+    distances_m[i] = surface.closestPoint(points[i]).distance_m;
   };
-  forEachChunk(points.size(), kPointsPerChunk, measure, progress);
+  forEachIndex(points.size(), measure, progress);
   return distances_m;
 }
 
@@ -261,6 +279,19 @@ Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& 
     evaluation.f_scores.push_back(fScore(surface_m, completeness_m, threshold_m));
   }
   return evaluation;
+}
+
+std::string toJson(const Evaluation& evaluation) {
+  Json scores = Json::array();
+  for (const FScore& score : evaluation.f_scores) scores.push_back(toJsonValue(score));
+  const Json json = {{"vertices", toJsonValue(evaluation.vertices)},
+                     {"surface", toJsonValue(evaluation.surface)},
+                     {"completeness", toJsonValue(evaluation.completeness)},
+                     {"seen_share", evaluation.seen_share},
+                     {"boundary_edges_beside_unseen", evaluation.boundary_edges_beside_unseen},
+                     {"f_scores", scores},
+                     {"topology", toJsonValue(evaluation.topology)}};
+  return json.dump(2) + "\n";
 }
 
 }  // namespace dtsdf

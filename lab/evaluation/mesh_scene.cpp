@@ -160,17 +160,36 @@ Eigen::Vector3f MeshScene::triangleNormal(uint32_t triangle) const {
       .normalized();
 }
 
+static RTCRay rayFrom(const Eigen::Vector3f& from, const Eigen::Vector3f& direction, float end) {
+  RTCRay ray{};
+  ray.org_x = from.x();
+  ray.org_y = from.y();
+  ray.org_z = from.z();
+  ray.dir_x = direction.x();
+  ray.dir_y = direction.y();
+  ray.dir_z = direction.z();
+  ray.tfar = end;
+  ray.mask = ~0u;
+  return ray;
+}
+
+/// Calls `visit` with `state` for triangles that may be within a radius.
+static void queryAround(RTCScene scene, const Eigen::Vector3f& p, float radius,
+                        RTCPointQueryFunction visit, void* state) {
+  RTCPointQuery query{};
+  query.x = p.x();
+  query.y = p.y();
+  query.z = p.z();
+  query.radius = radius;
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(scene, &query, &context, visit, state);
+}
+
 std::optional<RayHit> MeshScene::intersect(const Eigen::Vector3f& origin,
                                            const Eigen::Vector3f& direction) const {
   RTCRayHit query{};
-  query.ray.org_x = origin.x();
-  query.ray.org_y = origin.y();
-  query.ray.org_z = origin.z();
-  query.ray.dir_x = direction.x();
-  query.ray.dir_y = direction.y();
-  query.ray.dir_z = direction.z();
-  query.ray.tfar = std::numeric_limits<float>::infinity();
-  query.ray.mask = ~0u;
+  query.ray = rayFrom(origin, direction, std::numeric_limits<float>::infinity());
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -183,15 +202,7 @@ std::optional<RayHit> MeshScene::intersect(const Eigen::Vector3f& origin,
 }
 
 bool MeshScene::isFree(const Eigen::Vector3f& from, const Eigen::Vector3f& to, float margin) const {
-  RTCRay ray{};
-  ray.org_x = from.x();
-  ray.org_y = from.y();
-  ray.org_z = from.z();
-  ray.dir_x = to.x() - from.x();
-  ray.dir_y = to.y() - from.y();
-  ray.dir_z = to.z() - from.z();
-  ray.tfar = 1.0f - margin;
-  ray.mask = ~0u;
+  RTCRay ray = rayFrom(from, to - from, 1.0f - margin);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   rtcOccluded1(implementation_->scene, &context, &ray);
@@ -201,28 +212,16 @@ bool MeshScene::isFree(const Eigen::Vector3f& from, const Eigen::Vector3f& to, f
 ClosestPoint MeshScene::closestPoint(const Eigen::Vector3f& p) const {
   Implementation::Query found{&implementation_->mesh, p.cast<double>(),
                               std::numeric_limits<double>::infinity(), 0};
-  RTCPointQuery query{};
-  query.x = p.x();
-  query.y = p.y();
-  query.z = p.z();
-  query.radius = std::numeric_limits<float>::infinity();
-  RTCPointQueryContext context;
-  rtcInitPointQueryContext(&context);
-  rtcPointQuery(implementation_->scene, &query, &context, &Implementation::visitTriangle, &found);
+  queryAround(implementation_->scene, p, std::numeric_limits<float>::infinity(),
+              &Implementation::visitTriangle, &found);
   return {std::sqrt(found.squared_distance), found.triangle};
 }
 
 bool MeshScene::reachesInto(const Eigen::AlignedBox3d& box) const {
   Implementation::BoxSearch search{&implementation_->mesh, box};
-  const Eigen::Vector3f middle = box.center().cast<float>();
-  RTCPointQuery query{};
-  query.x = middle.x();
-  query.y = middle.y();
-  query.z = middle.z();
-  query.radius = static_cast<float>(0.5 * box.diagonal().norm()) * 1.001f;
-  RTCPointQueryContext context;
-  rtcInitPointQueryContext(&context);
-  rtcPointQuery(implementation_->scene, &query, &context, &Implementation::lookIntoBox, &search);
+  const float radius = static_cast<float>(0.5 * box.diagonal().norm()) * 1.001f;
+  queryAround(implementation_->scene, box.center().cast<float>(), radius,
+              &Implementation::lookIntoBox, &search);
   return search.found;
 }
 

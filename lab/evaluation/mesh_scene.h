@@ -27,8 +27,6 @@ class MeshScene {
   /// @throws std::runtime_error if the mesh has no triangles or Embree fails.
   explicit MeshScene(const TriangleMesh& mesh);
   ~MeshScene();
-  MeshScene(const MeshScene&) = delete;
-  MeshScene& operator=(const MeshScene&) = delete;
 
   const TriangleMesh& mesh() const;
   const Eigen::AlignedBox3f& bounds() const;

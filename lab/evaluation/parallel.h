@@ -9,10 +9,10 @@
 
 namespace dtsdf {
 
-/// Calls body(begin, end) for chunks that cover [0, count), from several threads. `progress`, if
-/// given, is called by one thread at a time with the number of indices done. The first exception
-/// of a body is thrown again here.
-void forEachChunk(size_t count, size_t chunk, const std::function<void(size_t, size_t)>& body,
+/// Calls body(index) for the indices below `count`, from several threads, each of which takes some
+/// at a time. `progress`, if given, is called by one thread at a time with the number of indices
+/// done. The first exception of a body is thrown again here.
+void forEachIndex(size_t count, const std::function<void(size_t)>& body,
                   const std::function<void(size_t)>& progress = {});
 
 /// `sum` with what body(begin, end, part) adds to a copy of it for each chunk, by part.merge(), in

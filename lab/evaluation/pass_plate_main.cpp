@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "evaluation/path_search.h"
-#include "evaluation/space_options.h"
+#include "evaluation/shared_options.h"
 #include "evaluation/space_picture.h"
 #include "evaluation/space_scenes.h"
 #include "program/run_program.h"
@@ -29,8 +29,7 @@ PassPlateOptions readOptions(const std::vector<std::string>& arguments) {
                    "ends, and searches for a path through it by A*: over free cells farther from "
                    "all surfaces than a robot's radius, and over free columns of the ground grid "
                    "farther than that from all occupied ones. Prints both paths, or \"no way\", "
-                   "and how many surface cells lie on the straight line from start to goal.",
-                   kExitCodes);
+                   "and how many surface cells lie on the straight line from start to goal.");
   addSettingOption(line, options.settings);
   line.addNumber({"--thickness", "METRES", "of the plate"}, options.thickness_m, {1e-4, 1.0});
   line.addNumber({"--radius", "METRES", "of the robot"}, options.radius_m, {0.0, 1.0});

@@ -9,6 +9,7 @@
 
 #include "evaluation/mesh_metrics.h"
 #include "evaluation/parallel.h"
+#include "params/text.h"
 #include "simulation/scene.h"
 
 namespace dtsdf {
@@ -129,9 +130,8 @@ void drawLegend(cv::Mat& image, const Legend& legend) {
                 cv::LINE_AA);
   };
   for (int tick = 0; tick <= 4; ++tick) {
-    char text[32];
-    std::snprintf(text, sizeof(text), "%.3g%s", legend.maximum * tick / 4.0, tick == 4 ? "+" : "");
-    write(text, {left + width + 6, top + height - height * tick / 4 + 5});
+    write(formatted("%.3g%s", legend.maximum * tick / 4.0, tick == 4 ? "+" : ""),
+          {left + width + 6, top + height - height * tick / 4 + 5});
   }
   write(legend.title, {left - image.cols / 40, top - image.rows / 30});
 }
@@ -185,14 +185,12 @@ Eigen::Isometry3d framingPose(const Eigen::AlignedBox3f& bounds, const ViewCamer
 void writePicture(const std::string& path, const MeshScene& scene, const PictureOptions& options) {
   const Shader shader(scene, options);
   cv::Mat image(options.camera.height, options.camera.width, CV_8UC3);
-  const auto drawRows = [&](size_t begin, size_t end) {
-    for (int v = static_cast<int>(begin); v < static_cast<int>(end); ++v) {
-      for (int u = 0; u < image.cols; ++u) {
-        image.at<cv::Vec3b>(v, u) = toBgr(pixelColour(shader, u, v));
-      }
+  forEachIndex(static_cast<size_t>(image.rows), [&](size_t row) {
+    const int v = static_cast<int>(row);
+    for (int u = 0; u < image.cols; ++u) {
+      image.at<cv::Vec3b>(v, u) = toBgr(pixelColour(shader, u, v));
     }
-  };
-  forEachChunk(static_cast<size_t>(image.rows), 8, drawRows);
+  });
   if (options.legend) drawLegend(image, *options.legend);
   if (!cv::imwrite(path, image)) throw std::runtime_error(path + ": cannot be written");
 }

@@ -1,6 +1,6 @@
 /// render_mesh: a shaded picture of a mesh from a given viewpoint.
 
-#include "evaluation/picture_options.h"
+#include "evaluation/shared_options.h"
 #include "program/run_program.h"
 
 namespace dtsdf {
@@ -16,8 +16,7 @@ RenderMeshOptions readOptions(const std::vector<std::string>& arguments) {
   RenderMeshOptions options;
   CommandLine line("render_mesh", "MESH.ply OUT.png [options]",
                    "Draws a shaded picture of a mesh, with its own colours if it has any. Backs of "
-                   "triangles are brown.",
-                   kExitCodes);
+                   "triangles are brown.");
   line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
   line.addText({"OUT.png", "", "the picture"}, options.picture_path);
   line.addFlag("--plain", "ignore the mesh's colours", options.plain);

@@ -75,8 +75,7 @@ RenderOrbitOptions readOptions(const std::vector<std::string>& arguments) {
   CommandLine line("render_orbit", "MODEL.ply OUT [options]",
                    "Renders depth images of a mesh into the TUM folder OUT (16-bit, 5000 units per "
                    "metre) and writes the placed mesh to OUT/gt.ply. The defaults are the set-up "
-                   "of the Directional TSDF paper.",
-                   kExitCodes);
+                   "of the Directional TSDF paper.");
   line.addText({"MODEL.ply", "", "the mesh"}, options.model_path);
   line.addText({"OUT", "", "the folder"}, options.folder);
   addSceneOptions(line, options);

@@ -17,8 +17,7 @@ SeenSurfaceArguments readOptions(const std::vector<std::string>& arguments) {
   CommandLine line("seen_surface", "MESH.ply TUM_DIR OUT.ply [options]",
                    "Writes the part of a mesh that the images of a TUM folder show, cut into small "
                    "triangles. A triangle counts if the centre of a pixel falls on it, at 3 "
-                   "degrees or more, and that pixel is one of 2 x 2 that show the same surface.",
-                   kExitCodes);
+                   "degrees or more, and that pixel is one of 2 x 2 that show the same surface.");
   line.addText({"MESH.ply", "", "the true mesh that the images show"}, options.mesh_path);
   line.addText({"TUM_DIR", "", "folder with depth images and poses"}, options.tum_folder);
   line.addText({"OUT.ply", "", "the file to write"}, options.out_path);

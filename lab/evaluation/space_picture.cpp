@@ -1,13 +1,13 @@
 #include "evaluation/space_picture.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
 #include "evaluation/parallel.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {
@@ -38,11 +38,10 @@ class SlicePainter {
   cv::Mat paint() const {
     const Vector3d size = options_.bounds_W.sizes() / options_.pixel_m;
     cv::Mat image(static_cast<int>(size.y()), static_cast<int>(size.x()), CV_8UC3);
-    forEachChunk(static_cast<size_t>(image.rows), 8, [&](size_t begin, size_t end) {
-      for (int v = static_cast<int>(begin); v < static_cast<int>(end); ++v) {
-        for (int u = 0; u < image.cols; ++u) {
-          image.at<cv::Vec3b>(v, u) = colourAt(pointOf(u, image.rows - 1 - v));
-        }
+    forEachIndex(static_cast<size_t>(image.rows), [&](size_t row) {
+      const int v = static_cast<int>(row);
+      for (int u = 0; u < image.cols; ++u) {
+        image.at<cv::Vec3b>(v, u) = colourAt(pointOf(u, image.rows - 1 - v));
       }
     });
     drawPath(image);
@@ -85,9 +84,8 @@ class SlicePainter {
       cv::line(image, {kLeft + x, kTop}, {kLeft + x, kTop + kHeight}, cv::Scalar(c));
     }
     cv::rectangle(image, {kLeft, kTop}, {kLeft + kBar, kTop + kHeight}, cv::Scalar::all(60));
-    char text[48];
-    std::snprintf(text, sizeof(text), "0 to %.3g m", options_.full_scale_m);
-    cv::putText(image, text, {kLeft + kBar + 8, kTop + kHeight}, cv::FONT_HERSHEY_SIMPLEX, 0.4,
+    cv::putText(image, formatted("0 to %.3g m", options_.full_scale_m),
+                {kLeft + kBar + 8, kTop + kHeight}, cv::FONT_HERSHEY_SIMPLEX, 0.4,
                 cv::Scalar::all(40), 1, cv::LINE_AA);
   }
 

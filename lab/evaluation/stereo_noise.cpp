@@ -10,9 +10,9 @@ namespace dtsdf {
 
 namespace {
 
-constexpr double kBaseline_m = 0.05;
+constexpr double kStereoBaseline_m = 0.05;
 constexpr double kDisparitySigma_px = 0.08;
-constexpr double kDisparityStep_px = 1.0 / 32.0;
+constexpr double kStereoStep_px = 1.0 / 32.0;
 constexpr int kMatchingWindow_px = 7;
 
 constexpr int kTexturePatch_px = 15;
@@ -25,7 +25,7 @@ constexpr double kSameSurface_px = 1.0;
 constexpr uint64_t kDisparityStream = 0x64697370ULL, kTextureStream = 0x74657874ULL;
 
 double disparityScale(const ViewCamera& camera) {
-  return static_cast<double>(camera.intrinsics.fx) * kBaseline_m;
+  return static_cast<double>(camera.intrinsics.fx) * kStereoBaseline_m;
 }
 
 /// Sums of `window` values along a line of `count`, `stride` apart; `values` holds window - 1 more.
@@ -109,7 +109,7 @@ void addStereoNoise(const std::vector<float>& true_m, const ViewCamera& camera,
     double disparity_px = scale / static_cast<double>(measured_m[i]);
     if (noise.disparity) disparity_px += kDisparitySigma_px * error[i];
     if (noise.subpixel) {
-      disparity_px = std::round(disparity_px / kDisparityStep_px) * kDisparityStep_px;
+      disparity_px = std::round(disparity_px / kStereoStep_px) * kStereoStep_px;
     }
     const bool lost = disparity_px <= 0.0 || (noise.occlusion && !seen[i]) ||
                       (noise.texture && texture[i] < kLeastTexture);

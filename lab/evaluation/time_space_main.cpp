@@ -8,7 +8,7 @@
 
 #include "dtsdf_mapping/io/recording.h"
 #include "dtsdf_mapping/mapper.h"
-#include "evaluation/space_options.h"
+#include "evaluation/shared_options.h"
 #include "program/progress_bar.h"
 #include "program/run_program.h"
 #include "program/stopwatch.h"
@@ -30,8 +30,7 @@ TimeSpaceOptions readOptions(const std::vector<std::string>& arguments) {
                    "Fuses a recording into two maps, frame by frame, one of them with "
                    "space/enabled, and prints times as JSON: medians over all frames, over the "
                    "first and the last tenth, and over each pass. All passes see the same, so they "
-                   "show how costs grow with the map.",
-                   kExitCodes);
+                   "show how costs grow with the map.");
   line.addText({"TUM_DIR", "", "folder with depth images and poses"}, options.tum_folder);
   addSettingOption(line, options.settings);
   line.addWhole({"--passes", "N", "number of passes over the recording, each shifted along x"},

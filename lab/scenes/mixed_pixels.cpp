@@ -2,6 +2,7 @@
 #include <cmath>
 #include <utility>
 
+#include "params/text.h"
 #include "scenes/cases.h"
 #include "scenes/scene_map.h"
 #include "simulation/random.h"
@@ -157,10 +158,7 @@ std::vector<Figure> measureSides(const SceneSetup& setup, const Step& step, doub
 }
 
 std::string describe(const Step& step) {
-  char text[80];
-  std::snprintf(text, sizeof text, "gap %g m at %g m%s", step.gap_m, step.distance_m,
-                step.noisy ? ", noise" : "");
-  return text;
+  return formatted("gap %g m at %g m%s", step.gap_m, step.distance_m, step.noisy ? ", noise" : "");
 }
 
 using MeasureStep = std::function<std::vector<Figure>(const SceneSetup&, const Step&)>;

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <mutex>
 
+#include "params/text.h"
 #include "program/progress_bar.h"
 #include "program/run_program.h"
 #include "scenes/scene_case.h"
@@ -26,8 +27,7 @@ ProveOptions parseOptions(const std::vector<std::string>& arguments) {
   ProveOptions options;
   CommandLine line("prove_scenes", "[options]",
                    "Fuses views of analytic scenes and prints, as a Markdown table, how much of "
-                   "them the map holds, for several voxel sizes, beside the bound of each figure.",
-                   kExitCodes);
+                   "them the map holds, for several voxel sizes, beside the bound of each figure.");
   line.add({"--voxels", "MM,...", "voxel sizes in millimetres (default 20,10,5)"},
            [&](const std::string& text) { options.voxels_mm = readNumbers(text); });
   line.addList({"--scene", "TEXT ...", "only cases whose \"scene: variant\" contains one of these"},
@@ -79,20 +79,14 @@ Results measureCases(const ProveOptions& options, const RunSettings& settings,
   return results;
 }
 
-std::string format(const char* pattern, double value) {
-  char text[64];
-  std::snprintf(text, sizeof text, pattern, value);
-  return text;
-}
-
 /// The value, in bold where it breaks its bound; a dash where there is none at this voxel size.
 std::string cellOf(const std::vector<Figure>& figures, const Figure& wanted) {
   const auto found = std::find_if(figures.begin(), figures.end(),
                                   [&](const Figure& figure) { return figure.name == wanted.name; });
   if (found == figures.end()) return "–";
   const double size = std::abs(found->value);
-  const char* pattern = size == 0.0 || size >= 99.95 ? "%.0f" : (size >= 9.95 ? "%.1f" : "%.2f");
-  const std::string text = format(pattern, found->value);
+  const int digits = size == 0.0 || size >= 99.95 ? 0 : (size >= 9.95 ? 1 : 2);
+  const std::string text = formatted("%.*f", digits, found->value);
   return found->holds() ? text : "**" + text + "**";
 }
 
@@ -131,7 +125,7 @@ void printTable(const ProveOptions& options, const std::vector<SceneCase>& cases
                 const Results& results) {
   std::string head = "| scene | figure | unit | bound |", rule = "|---|---|---|---|";
   for (const double voxel_mm : options.voxels_mm) {
-    head += format(" %g mm |", voxel_mm);
+    head += formatted(" %g mm |", voxel_mm);
     rule += "---|";
   }
   std::printf("%s\n%s\n", head.c_str(), rule.c_str());
@@ -157,7 +151,7 @@ void printKept(const ProveOptions& options, const Results& results) {
       }
     }
     text += (text.empty() ? "" : ", ") + std::to_string(kept) + " of " + std::to_string(bounds) +
-            format(" at %g mm", options.voxels_mm[v]);
+            formatted(" at %g mm", options.voxels_mm[v]);
   }
   std::printf("\nBounds kept: %s.\n", text.c_str());
 }

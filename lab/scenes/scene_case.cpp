@@ -1,7 +1,6 @@
 #include "scenes/scene_case.h"
 
-#include <cstdio>
-
+#include "params/text.h"
 #include "scenes/cases.h"
 
 namespace dtsdf {
@@ -28,15 +27,12 @@ Figure reported(const std::string& name, const std::string& unit, double value) 
 }
 
 std::string describeBound(const Figure& figure) {
-  char text[64] = "";
-  if (std::isfinite(figure.least) && std::isfinite(figure.most)) {
-    std::snprintf(text, sizeof text, "%.4g to %.4g", figure.least, figure.most);
-  } else if (figure.isBounded()) {
-    const bool above = std::isfinite(figure.least);
-    std::snprintf(text, sizeof text, "%s %.4g",
-                  above ? ">=" : "<=", above ? figure.least : figure.most);
+  const bool above = std::isfinite(figure.least);
+  if (above && std::isfinite(figure.most)) {
+    return formatted("%.4g to %.4g", figure.least, figure.most);
   }
-  return text;
+  if (!figure.isBounded()) return "";
+  return formatted("%s %.4g", above ? ">=" : "<=", above ? figure.least : figure.most);
 }
 
 std::vector<SceneCase> allSceneCases() {

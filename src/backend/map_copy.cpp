@@ -1,5 +1,6 @@
 #include "backend/map_copy.h"
 
+#include <algorithm>
 #include <cstring>
 #include <stdexcept>
 #include <utility>
@@ -143,6 +144,29 @@ std::vector<BlockSnapshot> ProbedMapper::snapshot() {
     blocks.push_back(std::move(copy));
   }
   return blocks;
+}
+
+MapperMemory ProbedMapper::memory() const {
+  MapperMemory sums;
+  size_t index_bytes = 0;
+  for (const MemoryPart& part : memoryParts()) {
+    switch (part.kind) {
+      case MemoryKind::kMap:
+        sums.spare += part.reserved_bytes - std::min(part.used_bytes, part.reserved_bytes);
+        break;
+      case MemoryKind::kIndices: index_bytes += part.reserved_bytes; break;
+      case MemoryKind::kMesh: sums.meshes += part.reserved_bytes; break;
+      case MemoryKind::kScratch: sums.scratch += part.reserved_bytes; break;
+      case MemoryKind::kSpace: sums.space += part.reserved_bytes; break;
+      case MemoryKind::kStaging:
+        sums.on_gpu = true;  // nothing else needs any
+        sums.staging += part.reserved_bytes;
+        break;
+    }
+  }
+  const size_t counted_bytes = stats().blocks * BlockTable::kBlockBytes;
+  sums.indices = index_bytes - std::min(index_bytes, counted_bytes);
+  return sums;
 }
 
 }  // namespace dtsdf

@@ -3,9 +3,9 @@
 
 #include "backend/rules.h"
 #include "dtsdf_mapping/params/mapper_params.h"
-#include "kernels/colour/paint_settings.h"
-#include "kernels/fusion/fusion_settings.h"
-#include "kernels/poses/alignment_settings.h"
+#include "kernels/colour/colour_rules.h"
+#include "kernels/fusion/fusion_rules.h"
+#include "kernels/poses/alignment_rules.h"
 #include "kernels/surfels/sensing.h"
 
 namespace dtsdf {

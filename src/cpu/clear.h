@@ -3,7 +3,7 @@
 
 #include "cpu/cast.h"
 #include "cpu/voxel_store.h"
-#include "kernels/fusion/fusion_settings.h"
+#include "kernels/fusion/fusion_rules.h"
 #include "kernels/surfels/sensing.h"
 #include "map/block_table.h"
 

@@ -8,8 +8,8 @@
 #include "cpu/hiding_rows.h"
 #include "cpu/voxel_store.h"
 #include "dtsdf_mapping/colour_frame.h"
+#include "kernels/colour/colour_rules.h"
 #include "kernels/colour/paint.h"
-#include "kernels/colour/paint_settings.h"
 #include "map/block_table.h"
 
 namespace dtsdf {

@@ -6,7 +6,7 @@
 #include "backend/rules.h"
 #include "cpu/measured_span.h"
 #include "dtsdf_mapping/mapper.h"
-#include "kernels/fusion/fusion_settings.h"
+#include "kernels/fusion/fusion_rules.h"
 #include "kernels/surfels/depth.h"
 #include "kernels/surfels/noise.h"
 

@@ -13,7 +13,7 @@
 #include "backend/rules.h"
 #include "engine/mesh_parts.h"
 #include "engine/pager.h"
-#include "kernels/colour/paint_settings.h"
+#include "kernels/colour/colour_rules.h"
 #include "space/space_map.h"
 #include "threads/helper.h"
 

@@ -2,8 +2,9 @@
 
 #include <xxhash.h>
 
-#include <cstdio>
 #include <new>
+
+#include "params/text.h"
 
 namespace dtsdf {
 
@@ -18,9 +19,7 @@ void RunningHash::add(const void* data, size_t bytes) { XXH64_update(state_.get(
 uint64_t RunningHash::result() const { return XXH64_digest(state_.get()); }
 
 std::string hashDigits(uint64_t hash) {
-  char digits[17];
-  std::snprintf(digits, sizeof(digits), "%016llx", static_cast<unsigned long long>(hash));
-  return digits;
+  return formatted("%016llx", static_cast<unsigned long long>(hash));
 }
 
 std::string hashText(const std::string& text) {

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <deque>
 #include <utility>
+
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {
@@ -93,30 +94,18 @@ FirstLook summarise(const std::deque<SourceFrame>& frames, const FrameSource& so
 
 /// Three digits, and a unit that suits.
 std::string inWords(double length_m) {
-  char text[32];
-  if (length_m >= 1000.0) {
-    std::snprintf(text, sizeof(text), "%.3g km", length_m / 1000.0);
-  } else if (length_m >= 0.01) {
-    std::snprintf(text, sizeof(text), "%.3g m", length_m);
-  } else {
-    std::snprintf(text, sizeof(text), "%.3g mm", 1000.0 * length_m);
-  }
-  return text;
+  if (length_m >= 1000.0) return formatted("%.3g km", length_m / 1000.0);
+  if (length_m >= 0.01) return formatted("%.3g m", length_m);
+  return formatted("%.3g mm", 1000.0 * length_m);
 }
 
 std::string inWords(const Intrinsics& K) {
-  char text[128];
-  std::snprintf(text, sizeof(text), "fx %g, fy %g, cx %g, cy %g", static_cast<double>(K.fx),
-                static_cast<double>(K.fy), static_cast<double>(K.cx), static_cast<double>(K.cy));
-  return text;
+  return formatted("fx %g, fy %g, cx %g, cy %g", static_cast<double>(K.fx),
+                   static_cast<double>(K.fy), static_cast<double>(K.cx), static_cast<double>(K.cy));
 }
 
 /// A whole number as such: the unit behind it is rounded.
-std::string unitsInWords(double units_per_metre) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.6g", units_per_metre);
-  return text;
-}
+std::string unitsInWords(double units_per_metre) { return formatted("%.6g", units_per_metre); }
 
 std::string imagesInWords(const FirstLook& look) {
   if (!look.images) return "images";

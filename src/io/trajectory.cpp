@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "io/atomic_file.h"
 #include "io/text_file.h"
+#include "params/text.h"
 #include "poses/between.h"
 
 namespace dtsdf {
@@ -73,10 +73,8 @@ void saveTrajectory(const std::vector<StampedPose>& poses, const std::string& pa
   for (const StampedPose& pose : poses) {
     const Eigen::Vector3d t = pose.T_W_C.translation();
     const Eigen::Quaterniond q(pose.T_W_C.linear());
-    char line[256];
-    std::snprintf(line, sizeof(line), "%.9f %.9f %.9f %.9f %.12f %.12f %.12f %.12f\n", pose.stamp_s,
-                  t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
-    text += line;
+    text += formatted("%.9f %.9f %.9f %.9f %.12f %.12f %.12f %.12f\n", pose.stamp_s, t.x(), t.y(),
+                      t.z(), q.x(), q.y(), q.z(), q.w());
   }
   writeFileAtomically(path, text);
 }

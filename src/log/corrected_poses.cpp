@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 
+#include "params/text.h"
 #include "poses/between.h"
 
 namespace dtsdf {
@@ -14,11 +13,7 @@ namespace {
 
 bool isBefore(const StampedPose& pose, double stamp_s) { return pose.stamp_s < stamp_s; }
 
-std::string inSeconds(double stamp_s) {
-  std::ostringstream text;
-  text << std::fixed << std::setprecision(3) << stamp_s << " s";
-  return text.str();
-}
+std::string inSeconds(double stamp_s) { return formatted("%.3f s", stamp_s); }
 
 /// @throws std::runtime_error
 void checkRigid(const StampedPose& pose) {

@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <memory>
 
+#include "params/text.h"
+
 namespace dtsdf {
 namespace {
 
@@ -30,9 +32,7 @@ bool isNumbered(const std::string& name, size_t digits, const std::string& endin
 }
 
 std::string numbered(uint64_t index, int digits) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%0*llu", digits, static_cast<unsigned long long>(index));
-  return text;
+  return formatted("%0*llu", digits, static_cast<unsigned long long>(index));
 }
 
 constexpr int kStretchDigits = 6, kSegmentDigits = 6;

@@ -40,8 +40,6 @@ class LogQueue {
   explicit LogQueue(Options options);
   /// What waits is written.
   ~LogQueue();
-  LogQueue(const LogQueue&) = delete;
-  LogQueue& operator=(const LogQueue&) = delete;
 
   /// A stretch with the map as it is.
   void begin(LogBegin begin, WriteMap write_map);

@@ -82,12 +82,6 @@ bool isWithinBudget(const MapSize& size, const MapperParams& params) {
          free_bytes <= budget.free_bytes + on_disk;
 }
 
-ParamTree treeOf(MapperParams params) {
-  ParamWriter writer;
-  visitParams(params, writer);
-  return std::move(writer.tree);
-}
-
 }  // namespace
 
 size_t MapSize::bytes() const {
@@ -154,7 +148,7 @@ void checkHead(const MapContents& contents) {
 }
 
 MapperParams withSettingsOf(const MapContents& contents, MapperParams params) {
-  ParamTree tree = treeOf(params);
+  ParamTree tree = toTree(params);
   for (const char* key : kBoundSettings) {
     const auto found = contents.settings.find(key);
     if (found == contents.settings.end()) refuse(std::string("the setting ") + key + " is missing");
@@ -195,7 +189,7 @@ int leastMemoryMb(const MapContents& contents, MapperParams params) {
 }
 
 void checkFits(const MapContents& contents, const MapperParams& params, const std::string& remedy) {
-  const ParamTree ours = treeOf(params), theirs = treeOf(withSettingsOf(contents, params));
+  const ParamTree ours = toTree(params), theirs = toTree(withSettingsOf(contents, params));
   for (const char* key : kBoundSettings) {
     if (ours.at(key) == theirs.at(key)) continue;
     throw std::runtime_error("the saved map has " + std::string(key) + " " +

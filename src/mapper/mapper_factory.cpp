@@ -3,11 +3,9 @@
 
 #include "cpu/cpu_backend.h"
 #include "engine/engine.h"
-#include "mapper/gpu.h"
 #include "mapper/probed_mapper.h"
 #ifdef DTSDF_WITH_CUDA
 #include "cuda_backend.h"
-#include "cuda_report.h"
 #endif
 
 namespace dtsdf {
@@ -49,7 +47,7 @@ MeshUpdate Mapper::updateMesh() {
 }
 
 static BackendMaker backendsFor(const MapperParams& params, const Rules& rules) {
-  const BackendMaker on_cpu = [=](const BlockTable& table) {
+  BackendMaker on_cpu = [=](const BlockTable& table) {
     return std::make_unique<CpuBackend>(params, rules, table);
   };
   if (params.backend == Backend::kCpu) return on_cpu;

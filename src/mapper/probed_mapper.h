@@ -1,8 +1,10 @@
-/// makeMapper() for benchmarks, experiments and tests.
+/// makeMapper() for benchmarks, experiments and tests; and the GPU that a mapper would use, also in
+/// a build that has no CUDA backend.
 #pragma once
 
 #include <memory>
 
+#include "backend/gpu_report.h"
 #include "backend/mapper_probe.h"
 #include "backend/rules.h"
 
@@ -20,5 +22,14 @@ std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const
                                                const MapContents& contents);
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,
                                                const MapParts& parts);
+
+/// @throws std::runtime_error if CUDA cannot be used.
+GpuReport reportGpu();
+
+/// Memory of the GPU that is taken at present, by whatever process. 0 without CUDA.
+size_t gpuMemoryTaken();
+
+/// How much more that is than it was; 0 where others gave back more meanwhile.
+size_t gpuMemoryTakenSince(size_t before);
 
 }  // namespace dtsdf

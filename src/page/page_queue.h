@@ -60,8 +60,6 @@ class PageQueue {
   PageQueue(PageFile& file, size_t most_bytes);
   /// What waits is not written: nobody can read it any more.
   ~PageQueue();
-  PageQueue(const PageQueue&) = delete;
-  PageQueue& operator=(const PageQueue&) = delete;
 
   /// Takes records that lie in memory back to back; from now on they can be found. Waits until
   /// there is room for them. After a failure, what failed is tried again first.

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdarg>
+#include <cstdio>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -45,6 +47,17 @@ inline std::string joined(const std::vector<std::string>& words, const std::stri
 inline std::string joined(const std::vector<std::string>& words,
                           const std::string& separator = ", ") {
   return joined(words, separator, separator);
+}
+
+/// As printf() has it, cut after some lines; the compiler checks what is given by the text.
+// NOLINTNEXTLINE(cert-dcl50-cpp): a parameter pack has no such check
+__attribute__((format(printf, 1, 2))) inline std::string formatted(const char* text, ...) {
+  char line[512];
+  va_list values;
+  va_start(values, text);
+  std::vsnprintf(line, sizeof(line), text, values);
+  va_end(values);
+  return line;
 }
 
 }  // namespace dtsdf

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <boost/program_options.hpp>
+#include <cmath>
 #include <sstream>
+
+#include "io/text_file.h"
 
 #include "params/text.h"
 
@@ -10,7 +13,15 @@ namespace dtsdf {
 namespace po = boost::program_options;
 namespace {
 
+std::string describe(Range range) {
+  const std::string max = shortestText(range.max);
+  if (range.min == kAboveZero) return " above 0" + (range.max < kUnbounded ? " up to " + max : "");
+  if (range.max < kUnbounded) return " from " + shortestText(range.min) + " to " + max;
+  return range.min > -kUnbounded ? " from " + shortestText(range.min) + " on" : "";
+}
+
 bool isOption(const std::string& text) { return text.rfind("--", 0) == 0; }
+bool isShort(const std::string& text) { return text.size() > 1 && text[0] == '-'; }
 
 /// Breaks a text into indented lines for a terminal.
 std::string wrap(const std::string& text, size_t indent) {
@@ -28,202 +39,214 @@ std::string wrap(const std::string& text, size_t indent) {
   return wrapped + line + "\n";
 }
 
+void readValue(const OptionText& text, const std::string& value,
+               const std::function<void(const std::string&)>& read) {
+  if (value.empty()) throw UsageError(text.name + " needs a value (" + text.value + ")");
+  try {
+    read(value);
+  } catch (const UsageError& error) {
+    throw UsageError(text.name + ": " + error.what());
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(text.name + ": " + error.what());
+  }
+}
+
 }  // namespace
 
-struct CommandLine::State {
-  /// An option, an argument without dashes, or a flag, which takes no value.
-  struct Option {
-    OptionText text;
-    std::string group;
-    bool is_list = false, is_required = false;
-    std::function<void(const std::string&)> read;  ///< For each value; null of a flag.
-    std::function<void()> set;                     ///< Of a flag.
-    std::function<std::string()> request;          ///< Of a flag that asks for a text.
-    std::string needs;                             ///< Another option, or empty.
-    std::vector<std::string> values;               ///< Given; of a flag, an empty one each time.
+std::string shortestText(double number) {
+  std::ostringstream text;
+  text << number;
+  return text.str();
+}
 
-    bool isArgument() const { return !isOption(text.name); }
-    bool isFlag() const { return read == nullptr; }
-
-    /// An option that has to be given has no default, whatever its target was.
-    std::string help() const {
-      if (is_required || text.default_value.empty()) return text.help;
-      return text.help + " (default " + text.default_value + ")";
-    }
-  };
-
-  Option& add(const OptionText& text) {
-    options.push_back({});
-    options.back().text = text;
-    options.back().group = isOption(text.name) ? headline : "Arguments";
-    options.back().is_required = !isOption(text.name);
-    return options.back();
+double readNumber(const std::string& text, Range range) {
+  double number = 0.0;
+  if (!parseNumber(text, number) || !std::isfinite(number) || number < range.min ||
+      number > range.max) {
+    throw UsageError("'" + text + "' is not a number" + describe(range));
   }
+  return number;
+}
 
-  Option& get(const std::string& name) {
-    const auto found = std::find_if(options.begin(), options.end(),
-                                    [&](const Option& option) { return option.text.name == name; });
-    if (found == options.end()) throw std::logic_error("unknown option " + name);
-    return *found;
+double readWhole(const std::string& text, Range range) {
+  constexpr double kExact = 1e15;
+  long long number = 0;
+  if (!parseNumber(text, number) || std::abs(static_cast<double>(number)) > kExact ||
+      static_cast<double>(number) < range.min || static_cast<double>(number) > range.max) {
+    throw UsageError("'" + text + "' is not a whole number" + describe(range));
   }
+  return static_cast<double>(number);
+}
 
-  /// Values that are missing, or that a flag got. What begins with two dashes is no value.
-  void checkValues(const std::vector<std::string>& arguments) const {
-    for (size_t i = 0; i < arguments.size(); ++i) {
-      const size_t equals = arguments[i].find('=');
-      const std::string name = arguments[i].substr(0, equals);
-      if (name == "--help") throw UsageError(name + " takes no value");
-      const auto option = std::find_if(
-          options.begin(), options.end(),
-          [&](const Option& candidate) { return isOption(name) && candidate.text.name == name; });
-      if (option == options.end()) continue;
-      const bool has_value = equals == std::string::npos
-                                 ? i + 1 < arguments.size() && !isOption(arguments[i + 1])
-                                 : equals + 1 < arguments[i].size();
-      if (option->isFlag() && equals != std::string::npos) {
-        throw UsageError(name + " takes no value");
-      }
-      if (!option->isFlag() && !has_value) {
-        throw UsageError(name + " needs a value (" + option->text.value + ")");
-      }
-    }
+std::vector<double> readNumbers(const std::string& text) {
+  std::vector<double> numbers;
+  for (size_t begin = 0; begin <= text.size();) {
+    const size_t end = std::min(text.find(',', begin), text.size());
+    numbers.push_back(readNumber(text.substr(begin, end - begin), {-kUnbounded, kUnbounded}));
+    begin = end + 1;
   }
+  return numbers;
+}
 
-  po::options_description description() const {
-    po::options_description all;
-    for (const Option& option : options) {
-      if (option.isArgument()) continue;
-      const std::string name = option.text.name.substr(2);
-      if (option.isFlag()) {
-        all.add_options()(name.c_str(), "");
-      } else if (option.is_list) {
-        all.add_options()(name.c_str(), po::value<std::vector<std::string>>()->multitoken());
-      } else {
-        all.add_options()(name.c_str(), po::value<std::string>());
-      }
-    }
-    return all;
+/// An option, an argument without dashes, or a flag, which takes no value.
+struct CommandLine::Option {
+  OptionText text;
+  std::string group;
+  bool is_list = false, is_required = false;
+  std::function<void(const std::string&)> read;  ///< For each value; null of a flag.
+  std::function<void()> set;                     ///< Of a flag.
+  std::function<std::string()> request;          ///< Of a flag that asks for a text.
+  std::string needs;                             ///< Another option, or empty.
+  std::vector<std::string> values;               ///< Given; of a flag, an empty one each time.
+
+  bool isArgument() const { return !isOption(text.name); }
+  bool isFlag() const { return read == nullptr; }
+
+  /// An option that has to be given has no default, whatever its target was.
+  std::string help() const {
+    if (is_required || text.default_value.empty()) return text.help;
+    return text.help + " (default " + text.default_value + ")";
   }
-
-  /// Gives each option its values. @throws UsageError for what belongs to none.
-  void distribute(const std::vector<std::string>& arguments) {
-    for (Option& option : options) option.values.clear();
-    // No short names, no parts of names.
-    const int style = po::command_line_style::allow_long |
-                      po::command_line_style::long_allow_adjacent |
-                      po::command_line_style::long_allow_next;
-    const po::options_description all = description();
-    const po::parsed_options parsed =
-        po::command_line_parser(arguments).options(all).style(style).allow_unregistered().run();
-    std::vector<std::string> loose;
-    for (const auto& given : parsed.options) {
-      const std::string token = given.original_tokens.empty() ? "" : given.original_tokens[0];
-      if (given.unregistered) throw UsageError("unknown option " + token);
-      if (given.string_key.empty()) {
-        loose.insert(loose.end(), given.value.begin(), given.value.end());
-        continue;
-      }
-      Option& option = get("--" + given.string_key);
-      if (option.isFlag()) option.values.push_back("");
-      option.values.insert(option.values.end(), given.value.begin(), given.value.end());
-    }
-    takeArguments(loose);
-  }
-
-  void takeArguments(const std::vector<std::string>& loose) {
-    size_t next = 0;
-    for (Option& option : options) {
-      if (!option.isArgument() || next == loose.size() || isShort(loose[next])) continue;
-      option.values.push_back(loose[next++]);
-      while (option.is_list && next < loose.size() && !isShort(loose[next])) {
-        option.values.push_back(loose[next++]);
-      }
-    }
-    if (next == loose.size()) return;
-    if (isShort(loose[next])) throw UsageError("unknown option " + loose[next]);
-    throw UsageError("'" + loose[next] + "' is not expected here");
-  }
-
-  static bool isShort(const std::string& text) { return text.size() > 1 && text[0] == '-'; }
-
-  void checkOnce() const {
-    for (const Option& option : options) {
-      if (!option.is_list && option.values.size() > 1) {
-        throw UsageError(option.text.name + " is given twice");
-      }
-    }
-  }
-
-  /// Texts that are asked for, whatever else is wrong with the values.
-  void answerRequests() const {
-    for (const Option& option : options) {
-      if (option.request != nullptr && !option.values.empty()) throw TextRequest(option.request());
-    }
-  }
-
-  void readValues() const {
-    for (const Option& option : options) {
-      for (const std::string& value : option.values) {
-        if (!option.isFlag()) readValue(option.text, value, option.read);
-      }
-      if (option.set != nullptr && !option.values.empty()) option.set();
-    }
-  }
-
-  void checkRules() {
-    for (const std::vector<std::string>& names : choices) {
-      size_t given = 0;
-      for (const std::string& name : names) given += get(name).values.empty() ? 0 : 1;
-      if (given != 1) throw UsageError("give one of " + joined(names, ", ", " and "));
-    }
-    for (const Option& option : options) {
-      if (option.is_required && option.values.empty()) {
-        throw UsageError(option.text.name + " is required");
-      }
-      if (!option.needs.empty() && !option.values.empty() && get(option.needs).values.empty()) {
-        throw UsageError(option.text.name + " requires " + option.needs);
-      }
-    }
-  }
-
-  static void readValue(const OptionText& text, const std::string& value,
-                        const std::function<void(const std::string&)>& read) {
-    if (value.empty()) throw UsageError(text.name + " needs a value (" + text.value + ")");
-    try {
-      read(value);
-    } catch (const UsageError& error) {
-      throw UsageError(text.name + ": " + error.what());
-    } catch (const std::invalid_argument& error) {
-      throw UsageError(text.name + ": " + error.what());
-    }
-  }
-
-  std::string program, usage, about, end;
-  std::string headline = "Options";
-  std::vector<Option> options;                    ///< In the order of the help.
-  std::vector<std::vector<std::string>> choices;  ///< Of each, one has to be given.
 };
 
-CommandLine::CommandLine(const std::string& program, const std::string& usage,
-                         const std::string& about, const std::string& end)
-    : state_(std::make_unique<State>()) {
-  state_->program = program;
-  state_->usage = usage;
-  state_->about = about;
-  state_->end = end;
+CommandLine::Option& CommandLine::addOption(const OptionText& text) {
+  options_.push_back({});
+  options_.back().text = text;
+  options_.back().group = isOption(text.name) ? headline_ : "Arguments";
+  options_.back().is_required = !isOption(text.name);
+  return options_.back();
 }
+
+CommandLine::Option& CommandLine::get(const std::string& name) {
+  const auto found = std::find_if(options_.begin(), options_.end(),
+                                  [&](const Option& option) { return option.text.name == name; });
+  if (found == options_.end()) throw std::logic_error("unknown option " + name);
+  return *found;
+}
+
+/// Values that are missing, or that a flag got. What begins with two dashes is no value.
+void CommandLine::checkValues(const std::vector<std::string>& arguments) const {
+  for (size_t i = 0; i < arguments.size(); ++i) {
+    const size_t equals = arguments[i].find('=');
+    const std::string name = arguments[i].substr(0, equals);
+    if (name == "--help") throw UsageError(name + " takes no value");
+    const auto option = std::find_if(
+        options_.begin(), options_.end(),
+        [&](const Option& candidate) { return isOption(name) && candidate.text.name == name; });
+    if (option == options_.end()) continue;
+    const bool has_value = equals == std::string::npos
+                               ? i + 1 < arguments.size() && !isOption(arguments[i + 1])
+                               : equals + 1 < arguments[i].size();
+    if (option->isFlag() && equals != std::string::npos) {
+      throw UsageError(name + " takes no value");
+    }
+    if (!option->isFlag() && !has_value) {
+      throw UsageError(name + " needs a value (" + option->text.value + ")");
+    }
+  }
+}
+
+/// Gives each option its values. @throws UsageError for what belongs to none.
+void CommandLine::distribute(const std::vector<std::string>& arguments) {
+  for (Option& option : options_) option.values.clear();
+  // No short names, no parts of names.
+  const int style = po::command_line_style::allow_long |
+                    po::command_line_style::long_allow_adjacent |
+                    po::command_line_style::long_allow_next;
+  po::options_description all;
+  for (const Option& option : options_) {
+    if (option.isArgument()) continue;
+    auto* const value = po::value<std::vector<std::string>>();
+    if (option.is_list) value->multitoken();
+    if (option.isFlag()) value->zero_tokens();
+    all.add_options()(option.text.name.c_str() + 2, value);
+  }
+  const po::parsed_options parsed =
+      po::command_line_parser(arguments).options(all).style(style).allow_unregistered().run();
+  std::vector<std::string> loose;
+  for (const auto& given : parsed.options) {
+    const std::string token = given.original_tokens.empty() ? "" : given.original_tokens[0];
+    if (given.unregistered) throw UsageError("unknown option " + token);
+    if (given.string_key.empty()) {
+      loose.insert(loose.end(), given.value.begin(), given.value.end());
+      continue;
+    }
+    Option& option = get("--" + given.string_key);
+    if (option.isFlag()) option.values.push_back("");
+    option.values.insert(option.values.end(), given.value.begin(), given.value.end());
+  }
+  takeArguments(loose);
+}
+
+void CommandLine::takeArguments(const std::vector<std::string>& loose) {
+  size_t next = 0;
+  for (Option& option : options_) {
+    if (!option.isArgument() || next == loose.size() || isShort(loose[next])) continue;
+    option.values.push_back(loose[next++]);
+    while (option.is_list && next < loose.size() && !isShort(loose[next])) {
+      option.values.push_back(loose[next++]);
+    }
+  }
+  if (next == loose.size()) return;
+  if (isShort(loose[next])) throw UsageError("unknown option " + loose[next]);
+  throw UsageError("'" + loose[next] + "' is not expected here");
+}
+
+void CommandLine::checkOnce() const {
+  for (const Option& option : options_) {
+    if (!option.is_list && option.values.size() > 1) {
+      throw UsageError(option.text.name + " is given twice");
+    }
+  }
+}
+
+/// Texts that are asked for, whatever else is wrong with the values.
+void CommandLine::answerRequests() const {
+  for (const Option& option : options_) {
+    if (option.request != nullptr && !option.values.empty()) throw TextRequest(option.request());
+  }
+}
+
+void CommandLine::readValues() const {
+  for (const Option& option : options_) {
+    for (const std::string& value : option.values) {
+      if (!option.isFlag()) readValue(option.text, value, option.read);
+    }
+    if (option.set != nullptr && !option.values.empty()) option.set();
+  }
+}
+
+void CommandLine::checkRules() {
+  for (const std::vector<std::string>& names : choices_) {
+    size_t given = 0;
+    for (const std::string& name : names) given += get(name).values.empty() ? 0 : 1;
+    if (given != 1) throw UsageError("give one of " + joined(names, ", ", " and "));
+  }
+  for (const Option& option : options_) {
+    if (option.is_required && option.values.empty()) {
+      throw UsageError(option.text.name + " is required");
+    }
+    if (!option.needs.empty() && !option.values.empty() && get(option.needs).values.empty()) {
+      throw UsageError(option.text.name + " requires " + option.needs);
+    }
+  }
+}
+
+CommandLine::CommandLine(const std::string& program, const std::string& usage,
+                         const std::string& about)
+    : program_(program), usage_(usage), about_(about) {}
 
 CommandLine::~CommandLine() = default;
 
-void CommandLine::beginGroup(const std::string& headline) { state_->headline = headline; }
+void CommandLine::beginGroup(const std::string& headline) { headline_ = headline; }
 
 void CommandLine::add(const OptionText& text, const std::function<void(const std::string&)>& read) {
-  state_->add(text).read = read;
+  addOption(text).read = read;
 }
 
 void CommandLine::addList(const OptionText& text,
                           const std::function<void(const std::string&)>& read) {
-  State::Option& option = state_->add(text);
+  Option& option = addOption(text);
   option.read = read;
   option.is_list = true;
 }
@@ -246,23 +269,23 @@ void CommandLine::addNumber(const OptionText& text, std::optional<double>& targe
 }
 
 void CommandLine::addFlag(const std::string& name, const std::string& help, bool& target) {
-  state_->add({name, "", help}).set = [&target] { target = true; };
+  addOption({name, "", help}).set = [&target] { target = true; };
 }
 
 void CommandLine::addTextRequest(const std::string& name, const std::string& help,
                                  const std::function<std::string()>& text) {
-  state_->add({name, "", help}).request = text;
+  addOption({name, "", help}).request = text;
 }
 
-void CommandLine::require(const std::string& name) { state_->get(name).is_required = true; }
+void CommandLine::require(const std::string& name) { get(name).is_required = true; }
 
 void CommandLine::requireOneOf(const std::vector<std::string>& names) {
-  for (const std::string& name : names) state_->get(name).is_required = false;
-  state_->choices.push_back(names);
+  for (const std::string& name : names) get(name).is_required = false;
+  choices_.push_back(names);
 }
 
 void CommandLine::onlyWith(const std::string& name, const std::string& other) {
-  state_->get(name).needs = other;
+  get(name).needs = other;
 }
 
 void CommandLine::parse(const std::vector<std::string>& arguments) {
@@ -270,46 +293,46 @@ void CommandLine::parse(const std::vector<std::string>& arguments) {
       std::find(arguments.begin(), arguments.end(), "--help") != arguments.end()) {
     throw TextRequest(help());
   }
-  state_->checkValues(arguments);
+  checkValues(arguments);
   try {
-    state_->distribute(arguments);
+    distribute(arguments);
   } catch (const po::error& error) {
     throw UsageError(error.what());
   }
-  state_->answerRequests();
-  state_->checkOnce();
-  state_->readValues();
-  state_->checkRules();
+  answerRequests();
+  checkOnce();
+  readValues();
+  checkRules();
 }
 
-bool CommandLine::given(const std::string& name) const { return !state_->get(name).values.empty(); }
+bool CommandLine::given(const std::string& name) { return !get(name).values.empty(); }
 
 std::string CommandLine::help() const {
   std::vector<std::string> groups = {"Arguments"};
-  for (const State::Option& option : state_->options) {
+  for (const Option& option : options_) {
     if (std::find(groups.begin(), groups.end(), option.group) == groups.end()) {
       groups.push_back(option.group);
     }
   }
-  if (std::find(groups.begin(), groups.end(), state_->headline) == groups.end()) {
-    groups.push_back(state_->headline);
+  if (std::find(groups.begin(), groups.end(), headline_) == groups.end()) {
+    groups.push_back(headline_);
   }
-  std::string text = "usage: " + state_->program + " " + state_->usage + "\n\n";
-  text += wrap(state_->about, 0);
+  std::string text = "usage: " + program_ + " " + usage_ + "\n\n";
+  text += wrap(about_, 0);
   for (const std::string& group : groups) {
     std::string entries;
-    for (const State::Option& option : state_->options) {
+    for (const Option& option : options_) {
       if (option.group != group) continue;
       const std::string& value = option.text.value;
       entries += "  " + option.text.name + (value.empty() ? "" : " " + value) + "\n" +
                  wrap(option.help(), 6);
     }
-    if (group == state_->headline) {
+    if (group == headline_) {
       entries += "  -h,--help\n" + wrap("print this help", 6);
     }
     if (!entries.empty()) text += "\n" + group + ":\n" + entries;
   }
-  return text + "\n" + state_->end + "\n";
+  return text + "\n" + kExitCodes + "\n";
 }
 
 }  // namespace dtsdf

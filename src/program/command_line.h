@@ -3,15 +3,38 @@
 #pragma once
 
 #include <functional>
-#include <memory>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "program/option_values.h"
+#include "dtsdf_mapping/params/param_set.h"
 
 namespace dtsdf {
+
+/// The command line is wrong; the program ends with exit code 2.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Bounds of a Range: the least of all numbers above 0, and none.
+constexpr double kAboveZero = std::numeric_limits<double>::min();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+
+/// The text as a number; a whole one up to 1e15. @throws UsageError that names the range.
+double readNumber(const std::string& text, Range range);
+double readWhole(const std::string& text, Range range);
+
+/// Numbers between commas. @throws UsageError
+std::vector<double> readNumbers(const std::string& text);
+
+/// With six digits at most, and no zeros at the end.
+std::string shortestText(double number);
+
+/// Last line of a program's help.
+constexpr char kExitCodes[] = "Exit code: 0 done, 1 an error, 2 a wrong command line or setting.";
 
 /// A text was asked for in place of the program's work, as by --help.
 class TextRequest : public std::runtime_error {
@@ -32,10 +55,8 @@ struct OptionText {
 /// default; none may be given twice, but for lists.
 class CommandLine {
  public:
-  /// `usage` follows the program's name in the help, `about` says what the program does and `end`
-  /// is its last line.
-  CommandLine(const std::string& program, const std::string& usage, const std::string& about,
-              const std::string& end);
+  /// `usage` follows the program's name in the help, `about` says what the program does.
+  CommandLine(const std::string& program, const std::string& usage, const std::string& about);
   ~CommandLine();
 
   /// The headline in the help of the options to come.
@@ -68,13 +89,27 @@ class CommandLine {
   /// @throws UsageError that names the option, TextRequest for --help.
   void parse(const std::vector<std::string>& arguments);
 
-  bool given(const std::string& name) const;
+  bool given(const std::string& name);
 
   std::string help() const;
 
  private:
-  struct State;
-  const std::unique_ptr<State> state_;
+  struct Option;
+
+  Option& addOption(const OptionText& text);
+  Option& get(const std::string& name);
+  void checkValues(const std::vector<std::string>& arguments) const;
+  void distribute(const std::vector<std::string>& arguments);
+  void takeArguments(const std::vector<std::string>& loose);
+  void checkOnce() const;
+  void answerRequests() const;
+  void readValues() const;
+  void checkRules();
+
+  const std::string program_, usage_, about_;
+  std::string headline_ = "Options";
+  std::vector<Option> options_;                    ///< In the order of the help.
+  std::vector<std::vector<std::string>> choices_;  ///< Of each, one has to be given.
 };
 
 template <class Whole>

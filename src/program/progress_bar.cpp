@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "params/text.h"
+
 namespace dtsdf {
 namespace {
 
@@ -16,18 +18,13 @@ constexpr std::chrono::milliseconds kRedrawInterval{100};
 std::string progressLine(const std::string& what, size_t done, std::optional<size_t> total,
                          double elapsed_s) {
   const double rate = elapsed_s > 0.0 ? static_cast<double>(done) / elapsed_s : 0.0;
-  char text[160];
-  if (!total || *total == 0) {
-    std::snprintf(text, sizeof(text), "%zu %s, %.1f/s", done, what.c_str(), rate);
-    return text;
-  }
+  if (!total || *total == 0) return formatted("%zu %s, %.1f/s", done, what.c_str(), rate);
   const size_t shown = std::min(done, *total);
   const size_t filled = kBarWidth * shown / *total;
   const std::string bar = std::string(filled, '=') + std::string(kBarWidth - filled, ' ');
   const double left_s = rate > 0.0 ? static_cast<double>(*total - shown) / rate : 0.0;
-  std::snprintf(text, sizeof(text), "[%s] %3zu %%  %zu/%zu %s, %.1f/s, %.0f s left", bar.c_str(),
-                100 * shown / *total, done, *total, what.c_str(), rate, left_s);
-  return text;
+  return formatted("[%s] %3zu %%  %zu/%zu %s, %.1f/s, %.0f s left", bar.c_str(),
+                   100 * shown / *total, done, *total, what.c_str(), rate, left_s);
 }
 
 ProgressBar::ProgressBar(const std::string& what, std::optional<size_t> total)

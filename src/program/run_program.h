@@ -7,9 +7,6 @@
 
 namespace dtsdf {
 
-/// Last line of a program's help.
-constexpr char kExitCodes[] = "Exit code: 0 done, 1 an error, 2 a wrong command line or setting.";
-
 /// Runs a program and turns what it throws into one line on standard error, or for a TextRequest
 /// into that text on standard output. What cannot be printed there is an error.
 /// @return exit code: 0, 1 for an error, 2 for a wrong command line or setting.

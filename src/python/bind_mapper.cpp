@@ -43,11 +43,9 @@ Session loadSession(const py::object& path, const std::string& backend, const py
   const std::string name = pathOf(path);
   const py::gil_scoped_release release;
   const MapContents contents = loadMap(name, params, params.threads);
-  MapperParams bound = withSettingsOf(contents, params);
-  ParamWriter writer;
-  visitParams(bound, writer);
-  for (const auto& [key, value] : given) writer.tree[key] = value;
-  bound = readMapperParams(writer.tree);
+  ParamTree tree = toTree(withSettingsOf(contents, params));
+  for (const auto& [key, value] : given) tree[key] = value;
+  const MapperParams bound = readMapperParams(tree);
   checkFits(contents, bound, kLeaveSettingOut);
   return std::make_shared<MapperSession>(bound, contents);
 }
@@ -136,12 +134,7 @@ py::dict saveSession(MapperSession& self, const py::object& path,
   return result;
 }
 
-py::dict settingsDict(const MapperSession& self) {
-  MapperParams params = self.params();
-  ParamWriter writer;
-  visitParams(params, writer);
-  return dictOf(writer.tree);
-}
+py::dict settingsDict(const MapperSession& self) { return dictOf(toTree(self.params())); }
 
 py::object levelPose(const MapperSession& self) {
   if (!self.levelPose()) return py::none();

@@ -13,9 +13,6 @@ namespace dtsdf {
 /// One thread at a time uses it.
 class Helper {
  public:
-  Helper() = default;
-  Helper(const Helper&) = delete;
-  Helper& operator=(const Helper&) = delete;
   ~Helper() {
     {
       const std::lock_guard<std::mutex> lock(mutex_);

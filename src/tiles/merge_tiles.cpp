@@ -3,24 +3,114 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
+#include <deque>
+#include <functional>
 #include <optional>
+#include <queue>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "io/atomic_file.h"
+#include "io/block_mesh_file.h"
 #include "io/file_hash.h"
 #include "io/map_chunks.h"
 #include "io/ply_stream.h"
+#include "kernels/core/grid.h"
+#include "kernels/meshing/refine.h"
 #include "map/map_head.h"
+#include "meshing/mesh_origin.h"
+#include "meshing/mesh_stream.h"
 #include "program/stopwatch.h"
 #include "tiles/fuse_tile.h"
 #include "tiles/join_tables.h"
-#include "tiles/merge_mesh.h"
 #include "tiles/tile_folder.h"
 
 namespace dtsdf {
 namespace {
+
+/// A tile's meshes, and a bound of where they begin.
+struct MeshOfTile {
+  size_t tile;
+  std::string path;
+  uint64_t checksum;   ///< As its record has it.
+  PackedKey first;     ///< None of its blocks comes before this one.
+  BlockBounds bounds;  ///< Of the blocks that have a mesh.
+};
+
+/// What the whole map is.
+struct MeshedWhole {
+  float voxel_size_m;
+  bool painted;
+};
+
+bool isOnEdges(const BlockMesh& block) {
+  return std::all_of(block.vertices.begin(), block.vertices.end(),
+                     [](const BlockVertex& vertex) { return isVertexNumber(vertex.edge); });
+}
+
+/// The meshes of a tile, opened when their turn comes.
+class TileMeshes {
+ public:
+  TileMeshes(const MeshOfTile& mesh, const std::string& folder) : mesh_(mesh), folder_(folder) {}
+
+  /// Of the next block; before the file is opened, a bound of it.
+  PackedKey key() const { return block_ ? packKey(block_->key) : mesh_.first; }
+  bool isOpen() const { return reader_.has_value(); }
+  const BlockMesh& block() const { return *block_; }
+
+  /// Opens the file, or moves on in it. @return whether there is another block.
+  bool advance() {
+    try {
+      if (!reader_) reader_.emplace(mesh_.path);
+      block_ = reader_->next();
+      if (block_ && !isOnEdges(*block_)) {
+        throw std::runtime_error("its meshes are damaged (a vertex is on no edge of its block)");
+      }
+    } catch (const std::exception& error) {
+      throwBadTile(folder_, mesh_.tile, error.what());
+    }
+    if (!block_ && reader_->checksum() != mesh_.checksum) {
+      throwBadTile(folder_, mesh_.tile, "its meshes do not match its record");
+    }
+    return block_.has_value();
+  }
+
+ private:
+  const MeshOfTile mesh_;
+  const std::string folder_;
+  std::optional<BlockMeshReader> reader_;
+  std::optional<BlockMesh> block_;
+};
+
+/// Writes the mesh that a mapper of the whole map would have, vertices and triangles in its order.
+/// @throws std::runtime_error that names a damaged tile of the folder
+void mergeMeshes(const std::vector<MeshOfTile>& meshes, const std::string& folder,
+                 const MeshedWhole& whole, PlyStream& ply) {
+  std::deque<TileMeshes> tiles;
+  using Turn = std::pair<PackedKey, size_t>;
+  std::priority_queue<Turn, std::vector<Turn>, std::greater<Turn>> turns;
+  BlockBounds bounds;
+  for (const MeshOfTile& mesh : meshes) {
+    turns.push({mesh.first, tiles.size()});
+    tiles.emplace_back(mesh, folder);
+    bounds.add(mesh.bounds);
+  }
+  MeshStream stream({whole.voxel_size_m, whole.painted, bounds},
+                    {[&](const Mesh& piece) { ply.addVertices(piece); },
+                     [&](const std::array<uint32_t, 3>& triangle) { ply.addTriangle(triangle); }});
+  while (!turns.empty()) {
+    TileMeshes& tile = tiles[turns.top().second];
+    const size_t number = turns.top().second;
+    turns.pop();
+    if (tile.isOpen()) stream.add(tile.block());
+    if (tile.advance()) turns.push({tile.key(), number});
+  }
+  stream.finish();
+}
 
 /// Tiles side by side are open at once, two files each.
 void allowManyFiles() {

@@ -2,23 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdarg>
-#include <cstdio>
 #include <map>
+
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {
-
-/// As printf() has it; the compiler checks what is given by the text.
-// NOLINTNEXTLINE(cert-dcl50-cpp): a parameter pack has no such check
-__attribute__((format(printf, 1, 2))) std::string format(const char* text, ...) {
-  char line[512];
-  va_list values;
-  va_start(values, text);
-  std::vsnprintf(line, sizeof(line), text, values);
-  va_end(values);
-  return line;
-}
 
 double megabytes(size_t bytes) { return static_cast<double>(bytes) / 1e6; }
 
@@ -45,20 +34,20 @@ std::map<Column, ColumnOfTiles> columnsOf(const Plan& plan) {
 
 std::string planTable(const Plan& plan, double voxel_size_m) {
   const double block_m = voxel_size_m * kBlockSide;
-  std::string table = format("%5s  %-36s %8s %8s %9s %9s\n", "tile", "from x, y, z (m), edges",
-                             "frames", "blocks", "MB", "seconds");
+  std::string table = formatted("%5s  %-36s %8s %8s %9s %9s\n", "tile", "from x, y, z (m), edges",
+                                "frames", "blocks", "MB", "seconds");
   TileEstimate all;
   size_t frames = 0, largest = 0;
   for (size_t i = 0; i < plan.tiles.size(); ++i) {
     const Tile& tile = plan.tiles[i];
     const BlockExtent& own = tile.own;
-    const std::string place =
-        format("%.2f, %.2f, %.2f  %.1f x %.1f x %.1f", own.first.x * block_m, own.first.y * block_m,
-               own.first.z * block_m, (own.last.x - own.first.x + 1) * block_m,
-               (own.last.y - own.first.y + 1) * block_m, (own.last.z - own.first.z + 1) * block_m);
+    const std::string place = formatted(
+        "%.2f, %.2f, %.2f  %.1f x %.1f x %.1f", own.first.x * block_m, own.first.y * block_m,
+        own.first.z * block_m, (own.last.x - own.first.x + 1) * block_m,
+        (own.last.y - own.first.y + 1) * block_m, (own.last.z - own.first.z + 1) * block_m);
     table +=
-        format("%5zu  %-36s %8zu %8zu %9.1f %9.1f\n", i, place.c_str(), tile.frameCount(),
-               tile.estimate.blocks, megabytes(tile.estimate.map_bytes), tile.estimate.seconds);
+        formatted("%5zu  %-36s %8zu %8zu %9.1f %9.1f\n", i, place.c_str(), tile.frameCount(),
+                  tile.estimate.blocks, megabytes(tile.estimate.map_bytes), tile.estimate.seconds);
     frames += tile.frameCount();
     all.seconds += tile.estimate.seconds;
     largest = std::max(largest, tile.estimate.map_bytes);
@@ -66,7 +55,7 @@ std::string planTable(const Plan& plan, double voxel_size_m) {
   size_t fused = 0;
   for (const PlannedRecording& recording : plan.recordings) fused += recording.fused.count();
   return table +
-         format(
+         formatted(
              "\n%zu tiles of %d blocks (%.2f m); %zu frames from %zu recording%s; each touches "
              "%.3g tiles on average\nlargest tile: at most %.1f MB of map in memory\n"
              "in a single process: about %.0f s\n",
@@ -88,7 +77,7 @@ std::string planPicture(const Plan& plan, double voxel_size_m) {
   }
   const double width = bounds[2] - bounds[0] + 1, height = bounds[3] - bounds[1] + 1;
   const double scale = kSide_px / std::max(width, height);
-  std::string svg = format(
+  std::string svg = formatted(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.0f\" "
       "height=\"%.0f\" font-family=\"sans-serif\" font-size=\"12\">\n",
       width * scale + 2 * kMargin_px, height * scale + 4 * kMargin_px);
@@ -97,17 +86,17 @@ std::string planPicture(const Plan& plan, double voxel_size_m) {
     const double y = kMargin_px + (bounds[3] - at[3]) * scale;  // y points up
     const double w = (at[2] - at[0] + 1) * scale, h = (at[3] - at[1] + 1) * scale;
     const int grey = 250 - static_cast<int>(170.0 * column.seconds / most_s);
-    svg += format(
+    svg += formatted(
         "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" stroke=\"black\" "
         "fill=\"rgb(%d,%d,255)\"/>\n",
         x, y, w, h, grey, grey);
-    svg += format("<text x=\"%.1f\" y=\"%.1f\">", x + 4.0, y + 16.0) + column.numbers +
-           format("<title>%.0f s</title></text>\n", column.seconds);
+    svg += formatted("<text x=\"%.1f\" y=\"%.1f\">", x + 4.0, y + 16.0) + column.numbers +
+           formatted("<title>%.0f s</title></text>\n", column.seconds);
   }
   return svg +
-         format("<text x=\"%.0f\" y=\"%.1f\">%.1f m x %.1f m, x to the right, y up</text>\n",
-                kMargin_px, height * scale + 3 * kMargin_px, width * kBlockSide * voxel_size_m,
-                height * kBlockSide * voxel_size_m) +
+         formatted("<text x=\"%.0f\" y=\"%.1f\">%.1f m x %.1f m, x to the right, y up</text>\n",
+                   kMargin_px, height * scale + 3 * kMargin_px, width * kBlockSide * voxel_size_m,
+                   height * kBlockSide * voxel_size_m) +
          "</svg>\n";
 }
 

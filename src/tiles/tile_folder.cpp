@@ -14,6 +14,7 @@
 #include "io/atomic_file.h"
 #include "io/file_hash.h"
 #include "io/text_file.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {
@@ -75,9 +76,7 @@ std::string planPath(const std::string& folder) {
 }
 
 std::string tilePath(const std::string& folder, size_t tile, const std::string& ending) {
-  char name[32];
-  std::snprintf(name, sizeof(name), "%04zu", tile);
-  return (fs::path(folder) / "tiles" / (name + ending)).string();
+  return (fs::path(folder) / "tiles" / (formatted("%04zu", tile) + ending)).string();
 }
 
 void prepareTiles(const std::string& folder) { prepareOutputFile(tilePath(folder, 0, ".lock")); }

@@ -18,8 +18,7 @@ SpaceOutputOptions parseBtOptions(const std::vector<std::string>& arguments) {
   SpaceOutputOptions options;
   CommandLine line("map_tool bt", "FILE OUT.bt [options]",
                    "Saves free and occupied space as an OctoMap tree: cells with a surface are "
-                   "occupied, cells seen free are free, all others are unknown.",
-                   kExitCodes);
+                   "occupied, cells seen free are free, all others are unknown.");
   parseSpaceOutput(line, arguments, "the tree", ".bt", options);
   return options;
 }

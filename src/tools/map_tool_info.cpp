@@ -5,6 +5,7 @@
 #include "level/level_pose.h"
 #include "params/param_copy.h"
 #include "params/printable.h"
+#include "params/text.h"
 #include "program/command_line.h"
 #include "program/run_program.h"
 #include "tools/map_settings.h"
@@ -23,8 +24,7 @@ InfoOptions parseInfoOptions(const std::vector<std::string>& arguments) {
   InfoOptions options;
   CommandLine line("map_tool info", "FILE [options]",
                    "Prints what is in a map file. Without --verify it does not read voxels and "
-                   "colours.",
-                   kExitCodes);
+                   "colours.");
   line.addText({"FILE", "", "a map file"}, options.path);
   line.addFlag("--settings", "also print every setting and rule number that the map was made with",
                options.settings);
@@ -39,19 +39,12 @@ void print(const char* what, const std::string& text) {
   std::printf("%-14s %s\n", what, text.c_str());
 }
 
-template <class... Values>
-std::string format(const char* form, Values... values) {
-  char text[256];
-  std::snprintf(text, sizeof(text), form, values...);
-  return text;
-}
-
 /// Where the blocks begin and end in the map frame.
 std::string describeBounds(const MapInfo& info, double voxel_size_m) {
   const double block_m = voxel_size_m * kBlockSide;
-  return format("%.2f %.2f %.2f to %.2f %.2f %.2f m", info.least.x * block_m,
-                info.least.y * block_m, info.least.z * block_m, (info.most.x + 1) * block_m,
-                (info.most.y + 1) * block_m, (info.most.z + 1) * block_m);
+  return formatted("%.2f %.2f %.2f to %.2f %.2f %.2f m", info.least.x * block_m,
+                   info.least.y * block_m, info.least.z * block_m, (info.most.x + 1) * block_m,
+                   (info.most.y + 1) * block_m, (info.most.z + 1) * block_m);
 }
 
 void printMap(const MapInfo& info) {
@@ -59,23 +52,23 @@ void printMap(const MapInfo& info) {
   bound.settings = copyOf(info.settings);
   const MapperParams params = withSettingsOf(bound, {});
   const auto voxel_size_m = static_cast<double>(params.map.voxel_size_m);
-  print("voxel size", format("%.7g m", voxel_size_m));
-  print("truncation", format("%.7g voxels", static_cast<double>(params.map.truncation_voxels)));
+  print("voxel size", formatted("%.7g m", voxel_size_m));
+  print("truncation", formatted("%.7g voxels", static_cast<double>(params.map.truncation_voxels)));
   print("mode", std::string(params.map.directional ? "directional" : "undirected") + ", " +
                     std::get<std::string>(info.settings.at("fusion/mode")));
   print("map frame", info.map_frame.empty() ? "not named" : "'" + printable(info.map_frame) + "'");
   if (info.T_W_M) print("levelled", describeLevel(*info.T_W_M));
   print("frames", std::to_string(info.frames));
-  print("newest stamp", info.stamp_s == 0.0 ? "not known" : format("%.6f s", info.stamp_s));
+  print("newest stamp", info.stamp_s == 0.0 ? "not known" : formatted("%.6f s", info.stamp_s));
   print("blocks", std::to_string(info.size.blocks));
   print("voxel arrays", std::to_string(info.size.voxel_arrays));
   print("colour", info.painted ? std::to_string(info.size.bricks) + " bricks" : "none");
   print("free space", info.cell_voxels == 0 ? "none"
-                                            : format("%zu cubes of 8 x 8 x 8 cells of %d voxels",
-                                                     info.size.free_cubes, info.cell_voxels));
-  print("memory", format("%.1f MiB", static_cast<double>(info.size.bytes()) / (1 << 20)));
+                                            : formatted("%zu cubes of 8 x 8 x 8 cells of %d voxels",
+                                                        info.size.free_cubes, info.cell_voxels));
+  print("memory", formatted("%.1f MiB", static_cast<double>(info.size.bytes()) / (1 << 20)));
   if (info.size.blocks > 0) print("bounds", describeBounds(info, voxel_size_m));
-  print("content hash", format("%016llx", static_cast<unsigned long long>(info.content_hash)));
+  print("content hash", formatted("%016llx", static_cast<unsigned long long>(info.content_hash)));
 }
 
 void printParts(const MapInfo& info) {

@@ -16,8 +16,7 @@ struct MeshOptions : MapToolOptions {
 MeshOptions parseMeshOptions(const std::vector<std::string>& arguments) {
   MeshOptions options;
   CommandLine line("map_tool mesh", "FILE OUT.ply [options]",
-                   "Saves the mesh of a map file, with the settings it was saved with.",
-                   kExitCodes);
+                   "Saves the mesh of a map file, with the settings it was saved with.");
   addPaths(line, "mesh to write: .ply or .glb (normals, colours), .obj or .stl", options);
   addSettings(line, "mesh/..., backend, threads", options);
   addSimplifyOption(line, options.simplify_error_m);

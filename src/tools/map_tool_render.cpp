@@ -11,6 +11,7 @@
 #include "io/colour_codes.h"
 #include "io/depth_codes.h"
 #include "io/trajectory.h"
+#include "params/text.h"
 #include "program/run_program.h"
 #include "program/stopwatch.h"
 #include "tools/map_tool.h"
@@ -43,8 +44,7 @@ RenderOptions parseRenderOptions(const std::vector<std::string>& arguments) {
   CommandLine line("map_tool render", "FILE OUT [options]",
                    "Renders what a camera would see of a map, into a folder as the TUM benchmark "
                    "has them: depth (16-bit PNG, 5000 units per metre), normals (128 + 127 times "
-                   "x, y and z in the camera's frame) and, where the map is painted, rgb.",
-                   kExitCodes);
+                   "x, y and z in the camera's frame) and, where the map is painted, rgb.");
   addPaths(line, "the folder", options);
   line.add({"--pose", "TX,TY,TZ,QX,QY,QZ,QW",
             "pose of the camera (its optical frame) in the map "
@@ -113,9 +113,7 @@ RgbImage colourImageOf(const RenderedView& view) {
 std::string matrixText(const std::string& name, int columns, const std::vector<float>& values) {
   std::string text = name + ":\n  rows: 3\n  cols: " + std::to_string(columns) + "\n  data: [";
   for (size_t i = 0; i < values.size(); ++i) {
-    char number[32];
-    std::snprintf(number, sizeof(number), i == 0 ? "%.9g" : ", %.9g", values[i]);
-    text += number;
+    text += formatted("%s%.9g", i == 0 ? "" : ", ", static_cast<double>(values[i]));
   }
   return text + "]\n";
 }
@@ -136,8 +134,7 @@ class ViewFolder {
   }
 
   void write(const StampedPose& pose, const RenderedView& view) {
-    char name[64];
-    std::snprintf(name, sizeof(name), "%06zu.png", views_++);
+    const std::string name = formatted("%06zu.png", views_++);
     add("depth", pose, name, encodeDepthPng(depthImageOf(view)), depth_list_);
     writeFileAtomically(path_ + "/normals/" + name, encodeColourPng(normalImageOf(view)));
     if (!view.colours.empty()) {
@@ -155,9 +152,7 @@ class ViewFolder {
   void add(const std::string& folder, const StampedPose& pose, const std::string& name,
            const std::string& bytes, std::string& list) const {
     writeFileAtomically(path_ + "/" + folder + "/" + name, bytes);
-    char stamp[64];
-    std::snprintf(stamp, sizeof(stamp), "%.9f", pose.stamp_s);
-    list += std::string(stamp) + " " + folder + "/" + name + "\n";
+    list += formatted("%.9f ", pose.stamp_s) + folder + "/" + name + "\n";
   }
 
   std::string path_, depth_list_, colour_list_;

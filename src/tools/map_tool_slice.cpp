@@ -29,8 +29,7 @@ SliceOptions parseSliceOptions(const std::vector<std::string>& arguments) {
   CommandLine line("map_tool slice", "FILE OUT.png --height METRES [options]",
                    "Draws the distances to surfaces at one height, x to the right and y up: red "
                    "beside a surface to blue at the largest distance, surfaces black, unknown "
-                   "grey.",
-                   kExitCodes);
+                   "grey.");
   line.addNumber({"--height", "METRES", "height of the slice, along z of the map frame"},
                  options.height_m, {-1e4, 1e4});
   line.require("--height");

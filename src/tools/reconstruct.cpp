@@ -43,13 +43,12 @@ StartingMap loadStartingMap(const std::string& path, const RunSettings& settings
   start.map = partsOf(std::make_shared<const MapChunks>(path, start.params));
   const MapContents& head = *start.map->head;
   start.params = withSettingsOf(head, start.params);
-  ParamWriter writer;
-  visitParams(start.params, writer);
-  for (auto& [key, value] : writer.tree) {
+  ParamTree tree = toTree(start.params);
+  for (auto& [key, value] : tree) {
     const auto given = settings.given.find(key);
     if (given != settings.given.end()) value = given->second;
   }
-  checkFits(head, readMapperParams(writer.tree), kLeaveSettingOut);
+  checkFits(head, readMapperParams(tree), kLeaveSettingOut);
   if (settings.given.count("map/level")) {
     checkLevel(head, isLevelled(settings.params.node));
   }

@@ -74,8 +74,7 @@ ReconstructOptions parseReconstructOptions(const std::vector<std::string>& argum
   CommandLine line("reconstruct", "INPUT [options] --mesh OUT.ply",
                    "Fuses every depth image of a recording and saves the mesh, the map or both. No "
                    "image is dropped, and the result is the same each time. Example: "
-                   "reconstruct recording.bag --mesh kitchen.ply --set map/voxel_size_m=0.02",
-                   "Exit code: 0 all is saved, 1 an error, 2 a wrong command line or setting.");
+                   "reconstruct recording.bag --mesh kitchen.ply --set map/voxel_size_m=0.02");
   line.beginGroup("Input");
   addInputOptions(line, options);
   addReadingOptions(line, options);

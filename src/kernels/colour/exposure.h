@@ -6,7 +6,7 @@
 /// right for them as well.
 #pragma once
 
-#include "kernels/colour/paint_settings.h"
+#include "kernels/colour/colour_rules.h"
 #include "kernels/core/voxel_colour.h"
 
 namespace dtsdf {

@@ -15,7 +15,7 @@
 #pragma once
 
 #include "kernels/core/voxel.h"
-#include "kernels/fusion/fusion_settings.h"
+#include "kernels/fusion/fusion_rules.h"
 
 namespace dtsdf {
 

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "kernels/surfels/surfel_rules.h"
+
 namespace dtsdf {
 
 struct FusionRules {
@@ -43,6 +45,17 @@ struct FusionRules {
   /// Blocks in view that a frame does not touch, and voxels without a distance, are looked at in
   /// turns, in one of so many frames; such a look counts for all of them.
   int32_t look_turns = 4;
+};
+
+/// What the rules of fusion need to know of the settings.
+struct FusionSettings {
+  int32_t cast_along_normal;  ///< Else along the view ray.
+  int32_t directional;
+  float truncation_voxels;
+  float max_weight;
+  FusionRules rules;
+  /// So many standard deviations are noise, here as where surfels are made.
+  float noise_level = SurfelRules().noise_level;
 };
 
 }  // namespace dtsdf

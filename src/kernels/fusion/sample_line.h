@@ -15,7 +15,7 @@
 
 #include "kernels/core/anchor.h"
 #include "kernels/core/grid.h"
-#include "kernels/fusion/fusion_settings.h"
+#include "kernels/fusion/fusion_rules.h"
 #include "kernels/surfels/surfel.h"
 
 namespace dtsdf {

@@ -3,7 +3,7 @@
 
 #include "kernels/core/direction.h"
 #include "kernels/core/voxel.h"
-#include "kernels/fusion/fusion_settings.h"
+#include "kernels/fusion/fusion_rules.h"
 #include "kernels/surfels/surfel.h"
 
 namespace dtsdf {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "kernels/core/camera.h"
-#include "kernels/poses/alignment_settings.h"
+#include "kernels/poses/alignment_rules.h"
 
 namespace dtsdf {
 

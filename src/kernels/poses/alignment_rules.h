@@ -35,4 +35,11 @@ struct AlignmentRules {
   float least_misplacement = 0.2f;
 };
 
+/// What the rules of alignment need to know of other rules.
+struct AlignmentSettings {
+  /// That of fusion: points farther than this count less, by the square.
+  float full_weight_depth_m;
+  AlignmentRules rules;
+};
+
 }  // namespace dtsdf

@@ -173,8 +173,7 @@ TumToBagOptions readOptions(const std::vector<std::string>& arguments) {
   CommandLine line("tum_to_bag", "DIR OUT.bag [options]",
                    "Writes a bag with NAMESPACE/depth/image_rect and camera_info, "
                    "NAMESPACE/rgb/image_rect_color and camera_info (if the folder has colour "
-                   "images), and /tf from the map frame to the camera's optical frame.",
-                   kExitCodes);
+                   "images), and /tf from the map frame to the camera's optical frame.");
   line.addText({"DIR", "", "the folder"}, options.folder);
   line.addText({"OUT.bag", "", "the bag"}, options.bag);
   line.addNumber({"--depth-scale", "UNITS", "units per metre of the folder's depth images"},

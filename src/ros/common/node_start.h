@@ -18,7 +18,7 @@ namespace dtsdf {
 /// A program that is a node.
 struct NodeProgram {
   std::string name, usage;
-  ParamTree defaults;  ///< Of its settings: see defaultsOf().
+  ParamTree defaults;  ///< Of its settings: see toTree().
   std::function<void(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)> run;
 };
 
@@ -28,15 +28,6 @@ struct NodeProgram {
 /// parameter server.
 /// @return its exit code: 0, 1 where it cannot start, 2 for wrong arguments.
 int runNode(int argc, char** argv, const NodeProgram& program);
-
-/// The defaults of a settings struct.
-template <class Params>
-ParamTree defaultsOf() {
-  Params params;
-  ParamWriter writer;
-  visitParams(params, writer);
-  return writer.tree;
-}
 
 /// What a namespace holds, flattened; without the keys that ROS itself reads there.
 struct ServerParams {

@@ -3,7 +3,6 @@
 #include <ros/console.h>
 
 #include <exception>
-#include <sstream>
 #include <utility>
 
 #include "params/printable.h"
@@ -26,12 +25,6 @@ constexpr std::chrono::seconds kLongestStall{3};
 constexpr milliseconds kTransformPoll{5};
 /// Until the next image, which wakes the thread.
 constexpr milliseconds kUntilNextImage{1000};
-
-std::string secondsText(double duration_s) {
-  std::ostringstream text;
-  text << duration_s << " s";
-  return text.str();
-}
 
 }  // namespace
 
@@ -172,9 +165,9 @@ void FrameIntake::goOnAfterGap(const ros::Time& stamp) {
     last_stamp_ = ahead;
     return;
   }
-  std::ostringstream text;
-  text << "its stamp was " << gap_s << " s ahead of the images before it and of the next one";
-  dropNewest(ahead, DropReason::kTimeJump, text.str());
+  dropNewest(
+      ahead, DropReason::kTimeJump,
+      formatted("its stamp was %g s ahead of the images before it and of the next one", gap_s));
 }
 
 bool FrameIntake::dropNewest(const ros::Time& stamp, DropReason reason, const std::string& text) {
@@ -264,7 +257,7 @@ std::optional<Rejection> FrameIntake::judge(const WaitingFrame& frame, const Pos
   if (pose.kind == PoseAnswer::Kind::kNotYet) {
     return Rejection{
         DropReason::kNoTransform,
-        pose.text + "; waited " + secondsText(params_.tf_timeout_s) + " (input/tf_timeout_s)"};
+        pose.text + formatted("; waited %g s (input/tf_timeout_s)", params_.tf_timeout_s)};
   }
   if (const auto jump = motion_gate_.check(frame.image->header.stamp.toSec(), pose.T_W_C)) {
     return Rejection{DropReason::kPoseJump, *jump};

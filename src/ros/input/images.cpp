@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <sstream>
 
 #include "io/depth_codes.h"
 #include "params/printable.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {
@@ -33,10 +33,9 @@ std::optional<Rejection> checkSize(const sensor_msgs::Image& image,
   const uint32_t width = sampling.width / sampling.binning_x;
   const uint32_t height = sampling.height / sampling.binning_y;
   if (image.width == width && image.height == height) return std::nullopt;
-  std::ostringstream text;
-  text << "the image is " << image.width << " x " << image.height << ", but its camera_info is for "
-       << width << " x " << height;
-  return Rejection{DropReason::kSizeMismatch, text.str()};
+  return Rejection{DropReason::kSizeMismatch,
+                   formatted("the image is %u x %u, but its camera_info is for %u x %u",
+                             image.width, image.height, width, height)};
 }
 
 std::optional<Rejection> checkIntrinsics(const sensor_msgs::CameraInfo& info) {
@@ -45,10 +44,11 @@ std::optional<Rejection> checkIntrinsics(const sensor_msgs::CameraInfo& info) {
       std::isfinite(K.cx) && std::isfinite(K.cy)) {
     return std::nullopt;
   }
-  std::ostringstream text;
-  text << "camera_info has fx = " << K.fx << ", fy = " << K.fy << ", cx = " << K.cx
-       << ", cy = " << K.cy << "; is the camera calibrated?";
-  return Rejection{DropReason::kBadIntrinsics, text.str()};
+  return Rejection{
+      DropReason::kBadIntrinsics,
+      formatted("camera_info has fx = %g, fy = %g, cx = %g, cy = %g; is the camera calibrated?",
+                static_cast<double>(K.fx), static_cast<double>(K.fy), static_cast<double>(K.cx),
+                static_cast<double>(K.cy))};
 }
 
 std::optional<Rejection> checkPixels(const sensor_msgs::Image& image, size_t pixel_bytes) {
@@ -58,11 +58,11 @@ std::optional<Rejection> checkPixels(const sensor_msgs::Image& image, size_t pix
   if (image.width > 0 && image.height > 0 && image.step >= row && image.data.size() >= needed) {
     return std::nullopt;
   }
-  std::ostringstream text;
-  text << "rows of " << image.step << " bytes and " << image.data.size() << " bytes in all do not "
-       << "make an image of " << image.width << " x " << image.height << ", "
-       << printable(image.encoding);
-  return Rejection{DropReason::kBadImage, text.str()};
+  return Rejection{
+      DropReason::kBadImage,
+      formatted("rows of %u bytes and %zu bytes in all do not make an image of %u x %u, ",
+                image.step, image.data.size(), image.width, image.height) +
+          printable(image.encoding)};
 }
 
 /// cv_bridge throws where the data go on after the last row or end without its padding, and OpenCV
@@ -117,16 +117,14 @@ sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const In
 
 std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t most_bytes) {
   if (image.height != 0 && image.width > mostImagePixels() / image.height) {
-    std::ostringstream text;
-    text << "the image has " << image.width << " x " << image.height << " pixels; at most "
-         << mostImagePixels() << " are supported";
-    return Rejection{DropReason::kTooLarge, text.str()};
+    return Rejection{DropReason::kTooLarge,
+                     formatted("the image has %u x %u pixels; at most %zu are supported",
+                               image.width, image.height, mostImagePixels())};
   }
   if (image.data.size() <= most_bytes) return std::nullopt;
-  std::ostringstream text;
-  text << "the image has " << image.data.size() << " bytes; at most " << most_bytes
-       << " may wait (input/queue_mb)";
-  return Rejection{DropReason::kTooLarge, text.str()};
+  return Rejection{DropReason::kTooLarge,
+                   formatted("the image has %zu bytes; at most %zu may wait (input/queue_mb)",
+                             image.data.size(), most_bytes)};
 }
 
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,
@@ -292,10 +290,9 @@ std::optional<Rejection> checkMask(const sensor_msgs::Image& mask,
                      "a mask of encoding '" + printable(mask.encoding) + "'; it must be mono8"};
   }
   if (mask.width != depth.width || mask.height != depth.height) {
-    std::ostringstream text;
-    text << "the mask is " << mask.width << " x " << mask.height << ", but its image "
-         << depth.width << " x " << depth.height;
-    return Rejection{DropReason::kSizeMismatch, text.str()};
+    return Rejection{DropReason::kSizeMismatch,
+                     formatted("the mask is %u x %u, but its image %u x %u", mask.width,
+                               mask.height, depth.width, depth.height)};
   }
   if (hasAllRows(mask)) return std::nullopt;
   return Rejection{DropReason::kBadImage, "the mask has fewer bytes than pixels"};

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "level/frame_points.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {
@@ -31,11 +31,10 @@ std::optional<std::string> MotionGate::check(double stamp_s, const Eigen::Isomet
   const bool turns_too_fast = max_turn_deg_s_ > 0.0 && turn_deg > max_turn_deg_s_ * dt;
   if (!too_fast && !turns_too_fast) return std::nullopt;
 
-  std::ostringstream text;
-  text << "the pose jumped by " << distance_m << " m and " << turn_deg << " degrees in "
-       << interval_s << " s (limits: input/max_speed_m_s = " << max_speed_m_s_
-       << ", input/max_turn_deg_s = " << max_turn_deg_s_ << ")";
-  return text.str();
+  return formatted(
+      "the pose jumped by %g m and %g degrees in %g s (limits: input/max_speed_m_s = %g, "
+      "input/max_turn_deg_s = %g)",
+      distance_m, turn_deg, interval_s, max_speed_m_s_, max_turn_deg_s_);
 }
 
 namespace {

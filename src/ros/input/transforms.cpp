@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <sstream>
 #include <utility>
 
 #include "params/printable.h"
@@ -57,12 +56,7 @@ std::optional<std::string> whyInvalid(const geometry_msgs::TransformStamped& tra
   return std::nullopt;
 }
 
-std::string inSeconds(double duration_s) {
-  std::ostringstream text;
-  text.precision(3);
-  text << duration_s << " s";
-  return text.str();
-}
+std::string inSeconds(double duration_s) { return formatted("%.3g s", duration_s); }
 
 }  // namespace
 

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 #include <variant>
+
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {
@@ -18,11 +19,9 @@ Eigen::Isometry3d uprightCamera() {
 }
 
 std::string describe(const Alignment& alignment) {
-  std::ostringstream text;
-  text << toString(alignment.status) << ": " << std::lround(100.0 * alignment.matched_share)
-       << " % of the image lie near surfaces of the map, and "
-       << std::lround(100.0 * alignment.inlier_share) << " % of these fit";
-  return text.str();
+  return formatted("%s: %ld %% of the image lie near surfaces of the map, and %ld %% of these fit",
+                   toString(alignment.status), std::lround(100.0 * alignment.matched_share),
+                   std::lround(100.0 * alignment.inlier_share));
 }
 
 }  // namespace

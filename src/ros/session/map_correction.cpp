@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 #include <variant>
 
 #include "params/printable.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {
@@ -30,10 +30,8 @@ double secondsSince(SteadyTime time) {
 }
 
 std::string describe(const CorrectionEffect& effect) {
-  std::ostringstream text;
-  text << effect.moved << " frames moved, by up to " << effect.farthest_m << " m and "
-       << effect.farthest_rad << " rad";
-  return text.str();
+  return formatted("%zu frames moved, by up to %g m and %g rad", effect.moved, effect.farthest_m,
+                   effect.farthest_rad);
 }
 
 std::string gapOf(const LogReport& log) {
@@ -227,10 +225,9 @@ void MapCorrection::finish(std::unique_ptr<Mapper> replaced) {
       answer(pending, kNothingMoves);
       continue;
     }
-    std::ostringstream text;
-    text << describe(pending.effect) << "; " << refusion_->fused() << " fused again in "
-         << std::round(100.0 * secondsSince(pending.came)) / 100.0 << " s";
-    answer(pending, text.str());
+    answer(pending, describe(pending.effect) +
+                        formatted("; %zu fused again in %g s", refusion_->fused(),
+                                  std::round(100.0 * secondsSince(pending.came)) / 100.0));
   }
   joined_.clear();
   freeLater(std::move(refusion_));

@@ -88,8 +88,6 @@ class MapCorrection {
   /// `log` outlives it. @param run Where mappers run.
   MapCorrection(MapLog& log, const MapperParams& run) : log_(log), run_(run) {}
   ~MapCorrection() { giveUp("the node ends"); }
-  MapCorrection(const MapCorrection&) = delete;
-  MapCorrection& operator=(const MapCorrection&) = delete;
 
   /// Corrects the images that were fused so far. `live` is the map as it is.
   void add(Request request, const MapStats& live);

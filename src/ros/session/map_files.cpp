@@ -1,19 +1,16 @@
 #include "ros/session/map_files.h"
 
-#include <iomanip>
 #include <memory>
-#include <sstream>
 #include <utility>
 
 #include "io/map_chunks.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {
 
 std::string inMegabytes(uint64_t bytes) {
-  std::ostringstream text;
-  text << std::fixed << std::setprecision(1) << static_cast<double>(bytes) / 1e6 << " MB";
-  return text.str();
+  return formatted("%.1f MB", static_cast<double>(bytes) / 1e6);
 }
 
 }  // namespace

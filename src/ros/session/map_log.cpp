@@ -16,12 +16,11 @@ namespace dtsdf {
 namespace {
 
 /// Where a mapper runs does not change its map.
-ParamTree settingsOf(MapperParams params) {
-  ParamWriter writer;
-  visitParams(params, writer);
-  writer.tree.erase("backend");
-  writer.tree.erase("threads");
-  return std::move(writer.tree);
+ParamTree settingsOf(const MapperParams& params) {
+  ParamTree tree = toTree(params);
+  tree.erase("backend");
+  tree.erase("threads");
+  return tree;
 }
 
 LogQueue::Options queueOptions(const LogParams& params, const std::string& folder) {

@@ -80,8 +80,6 @@ class MapServices {
 
   /// Whoever waits for the pipeline is served before this returns.
   ~MapServices();
-  MapServices(const MapServices&) = delete;
-  MapServices& operator=(const MapServices&) = delete;
 
   /// Calls are answered from now on.
   void start();

@@ -17,7 +17,7 @@ constexpr char kUsage[] =
 
 int main(int argc, char** argv) {
   return dtsdf::runNode(argc, argv,
-                        {"mapping", kUsage, dtsdf::defaultsOf<dtsdf::MappingParams>(),
+                        {"mapping", kUsage, dtsdf::toTree(dtsdf::MappingParams()),
                          [](const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
                            const auto node = dtsdf::startMapping(nh, private_nh);
                            ros::spin();

@@ -37,8 +37,6 @@ class MappingPipeline {
   /// @throws ParamError or std::runtime_error if the node cannot start.
   MappingPipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh);
   ~MappingPipeline();
-  MappingPipeline(const MappingPipeline&) = delete;
-  MappingPipeline& operator=(const MappingPipeline&) = delete;
 
   const MappingParams& params() const { return params_; }
 

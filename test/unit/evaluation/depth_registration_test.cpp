@@ -35,6 +35,14 @@ Eigen::Isometry3d spoilt(const Eigen::Isometry3d& T_W_C, const Vector3d& shift_W
   return spoilt.pretranslate(shift_W);
 }
 
+/// Of an image of a wall, z = 0, from so far in front of it, recorded with a pose off by a shift.
+Registration registerWall(double distance_m, const Vector3d& shift_W) {
+  const MeshScene scene(makeRectangle(-5, -5, 5, 5, 0));
+  const Eigen::Isometry3d truth = lookAt({0, 0, distance_m}, {0, 0, 0}, Vector3d::UnitY());
+  const std::vector<float> depth_m = renderView(scene, quarterCamera(), truth).depth_m;
+  return registerDepth(scene, quarterCamera(), depth_m, spoilt(truth, shift_W, 0.0), 6);
+}
+
 TEST(DepthRegistration, FindsThePoseInARoomCorner) {
   const MeshScene scene(makeRoomCorner());
   const Eigen::Isometry3d truth = lookIntoCorner();
@@ -64,26 +72,16 @@ TEST(DepthRegistration, PassesOverWhatTheMeshDoesNotHave) {
 
 /// The wall holds the image by one shift and two turns only.
 TEST(DepthRegistration, KeepsItsPlaceAlongAWall) {
-  const MeshScene scene(makeRectangle(-5, -5, 5, 5, 0));
-  const Eigen::Isometry3d truth = lookAt({0, 0, 2}, {0, 0, 0}, Vector3d::UnitY());
-  const std::vector<float> depth_m = renderView(scene, quarterCamera(), truth).depth_m;
-  Eigen::Isometry3d recorded = truth;
-  recorded.pretranslate(Vector3d(0.03, 0.02, 0.015));
-  const Registration found = registerDepth(scene, quarterCamera(), depth_m, recorded, 6);
+  const Registration found = registerWall(2.0, {0.03, 0.02, 0.015});
   EXPECT_LT((found.T_W_C.translation() - Vector3d(0.03, 0.02, 2.0)).norm(), 1e-4);
-  EXPECT_LT(turnBetween_rad(found.T_W_C, truth), 0.005 * kDegree);
+  EXPECT_LT(found.turn_rad, 0.005 * kDegree);
 }
 
 /// By more than the depth by which a pixel may differ at last, 25 mm.
 TEST(DepthRegistration, FindsAWallCloseByFromFarOff) {
-  const MeshScene scene(makeRectangle(-5, -5, 5, 5, 0));
-  const Eigen::Isometry3d truth = lookAt({0, 0, 0.5}, {0, 0, 0}, Vector3d::UnitY());
-  const std::vector<float> depth_m = renderView(scene, quarterCamera(), truth).depth_m;
-  Eigen::Isometry3d recorded = truth;
-  recorded.pretranslate(Vector3d(0.0, 0.0, 0.06));
-  const Registration found = registerDepth(scene, quarterCamera(), depth_m, recorded, 6);
+  const Registration found = registerWall(0.5, {0.0, 0.0, 0.06});
   EXPECT_GT(found.points, 300u);
-  EXPECT_LT((found.T_W_C.translation() - truth.translation()).norm(), 1e-4);
+  EXPECT_LT((found.T_W_C.translation() - Vector3d(0.0, 0.0, 0.5)).norm(), 1e-4);
 }
 
 TEST(DepthRegistration, LeavesThePoseWhereTooLittleIsThere) {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "evaluation/view_selection.h"
+#include "evaluation/shared_options.h"
 #include "unit/evaluation/test_meshes.h"
 
 namespace dtsdf {

@@ -31,16 +31,12 @@ TEST(SumOverChunks, AddsChunksInTheirOrder) {
   EXPECT_EQ(sum.indices, expected);
 }
 
-TEST(ForEachChunk, CoversAllOnceAndReportsProgress) {
-  std::vector<int> visits(101, 0);
+TEST(ForEachIndex, CoversAllOnceAndReportsProgress) {
+  std::vector<int> visits(10001, 0);
   size_t last = 0;
-  forEachChunk(
-      visits.size(), 10,
-      [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; ++i) ++visits[i];
-      },
-      [&](size_t done) { last = done; });
-  EXPECT_EQ(visits, std::vector<int>(101, 1));
+  forEachIndex(
+      visits.size(), [&](size_t i) { ++visits[i]; }, [&](size_t done) { last = done; });
+  EXPECT_EQ(visits, std::vector<int>(10001, 1));
   EXPECT_EQ(last, visits.size());
 }
 

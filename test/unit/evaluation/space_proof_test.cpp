@@ -3,8 +3,8 @@
 
 #include "evaluation/path_search.h"
 #include "evaluation/seen_surface.h"
+#include "evaluation/shared_options.h"
 #include "evaluation/space_figures.h"
-#include "evaluation/space_options.h"
 #include "evaluation/space_scenes.h"
 #include "unit/evaluation/test_meshes.h"
 

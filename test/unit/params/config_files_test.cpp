@@ -9,16 +9,9 @@
 namespace dtsdf {
 namespace {
 
-ParamTree defaults() {
-  MappingParams params;
-  ParamWriter writer;
-  visitParams(params, writer);
-  return writer.tree;
-}
-
 TEST(ConfigFiles, DefaultFileHasEveryDefault) {
   const ParamTree file = loadYamlParams(std::string(DTSDF_CONFIG_FOLDER) + "/default.yaml");
-  const ParamTree expected = defaults();
+  const ParamTree expected = toTree(MappingParams());
   for (const auto& [key, value] : expected) {
     ASSERT_EQ(file.count(key), 1u) << key << " is missing";
     EXPECT_EQ(file.at(key), value) << key << ": " << toString(file.at(key)) << " in the file, "

@@ -38,7 +38,7 @@ void addAll(CommandLine& line, Options& options) {
 
 Options parse(const Arguments& arguments) {
   Options options;
-  CommandLine line("program", "IN.ply [options]", "Does something.", "The end.");
+  CommandLine line("program", "IN.ply [options]", "Does something.");
   addAll(line, options);
   line.parse(arguments);
   return options;
@@ -122,7 +122,7 @@ TEST(CommandLine, NamesWhatIsWrong) {
 TEST(CommandLine, ChoicesTakeExactlyOne) {
   const auto errorFor = [](const Arguments& arguments) {
     std::string a, b;
-    CommandLine line("program", "", "", "");
+    CommandLine line("program", "", "");
     line.addText({"--a", "A", ""}, a);
     line.addText({"--b", "B", ""}, b);
     line.requireOneOf({"--a", "--b"});
@@ -138,14 +138,14 @@ TEST(CommandLine, ShowsTextsWhateverIsMissing) {
   const std::string help = textAskedFor({"--flag", "-h"});
   for (const char* text : {"usage: program IN.ply [options]", "Does something.", "the input",
                            "--size METRES", "a number (default 7)", "a text (default some)",
-                           "whole number (default 3)", "--help", "The end."}) {
+                           "whole number (default 3)", "--help", "Exit code"}) {
     EXPECT_NE(help.find(text), std::string::npos) << text << " is not in\n" << help;
   }
 }
 
 TEST(CommandLine, TellsNoDefaultOfWhatIsRequired) {
   double height = 0.0, size = 2.0;
-  CommandLine line("program", "", "", "");
+  CommandLine line("program", "", "");
   line.addNumber({"--height", "METRES", "a height"}, height, {0.0, 9.0});
   line.addNumber({"--size", "METRES", "a size"}, size, {0.0, 9.0});
   line.require("--height");

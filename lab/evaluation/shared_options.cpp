@@ -1,16 +1,17 @@
-#include "evaluation/picture_options.h"
+#include "evaluation/shared_options.h"
+
+#include <stdexcept>
 
 #include "simulation/scene.h"
 
 namespace dtsdf {
+namespace {
 
 Eigen::Vector3d readPoint(const std::string& text) {
   const std::vector<double> numbers = readNumbers(text);
   if (numbers.size() != 3) throw UsageError("'" + text + "' is not of the form X,Y,Z");
   return {numbers[0], numbers[1], numbers[2]};
 }
-
-namespace {
 
 char readAxis(const std::string& text) {
   if (text != "x" && text != "y" && text != "z") {
@@ -39,6 +40,58 @@ void addViewOptions(CommandLine& line, PictureRequest& request) {
 }
 
 }  // namespace
+
+void addSelectionOptions(CommandLine& line, FrameSelection& frames) {
+  line.addWhole({"--first", "N", "first image to use"}, frames.first, {0, kUnbounded});
+  line.add({"--last", "N", "last image to use (default: the last)"}, [&](const std::string& text) {
+    frames.last = static_cast<size_t>(readWhole(text, {0, kUnbounded}));
+  });
+  line.addWhole({"--step", "N", "step from one image to the next"}, frames.step, {1, kUnbounded});
+}
+
+std::vector<size_t> selectViews(const FrameSelection& frames, size_t count) {
+  std::vector<size_t> chosen;
+  for (size_t i = frames.first; i < count && i <= frames.last; i += frames.step) {
+    chosen.push_back(i);
+  }
+  if (chosen.empty())
+    throw UsageError("the selection contains no image; there are " + std::to_string(count));
+  return chosen;
+}
+
+void addObjectOptions(CommandLine& line, MovingObject& object) {
+  line.add({"--shape", "NAME", "box or ball (default box)"},
+           [&](const std::string& text) { object.shape = objectShapeFromName(text); });
+  line.add({"--size", "X,Y,Z",
+            "its sides or diameters along the axes of the map frame, in metres (default "
+            "0.3,0.3,0.3)"},
+           [&](const std::string& text) {
+             object.size_m = readPoint(text);
+             if (object.size_m.minCoeff() <= 0.0) throw UsageError("lengths must be above 0");
+           });
+  line.add({"--from", "X,Y,Z", "its centre at the start, in the map frame"},
+           [&](const std::string& text) { object.from_W = readPoint(text); });
+  line.add({"--to", "X,Y,Z", "its centre at the end; it moves there along a straight line"},
+           [&](const std::string& text) { object.to_W = readPoint(text); });
+  line.require("--from");
+  line.require("--to");
+}
+
+void addSettingOption(CommandLine& line, ParamTree& tree) {
+  line.addList({"--set", "KEY=VALUE ...", "settings of the map, as in config/default.yaml"},
+               [&](const std::string& text) {
+                 try {
+                   setParam(text, tree);
+                 } catch (const std::runtime_error& error) {
+                   throw UsageError(error.what());
+                 }
+               });
+}
+
+MapperParams spaceParams(ParamTree tree) {
+  tree["space/enabled"] = true;
+  return readMapperParams(tree);
+}
 
 void addPictureOptions(CommandLine& line, PictureRequest& request) {
   addViewOptions(line, request);

@@ -1,0 +1,43 @@
+/// Options that several programs of the evaluation have.
+#pragma once
+
+#include <optional>
+
+#include "dtsdf_mapping/io/frame_source.h"
+#include "dtsdf_mapping/io/yaml_params.h"
+#include "dtsdf_mapping/params/mapper_params.h"
+#include "evaluation/moving_object.h"
+#include "evaluation/picture.h"
+#include "program/command_line.h"
+
+namespace dtsdf {
+
+/// --first, --last and --step.
+void addSelectionOptions(CommandLine& line, FrameSelection& frames);
+
+/// The indices of the chosen images out of `count`. @throws UsageError if there is none.
+std::vector<size_t> selectViews(const FrameSelection& frames, size_t count);
+
+/// --shape, --size, --from and --to, of which the last two are required.
+void addObjectOptions(CommandLine& line, MovingObject& object);
+
+/// --set KEY=VALUE, into a tree.
+void addSettingOption(CommandLine& line, ParamTree& tree);
+
+/// The mapper's settings, with space enabled. @throws ParamError for wrong ones.
+MapperParams spaceParams(ParamTree tree);
+
+/// A picture as it is asked for; its view follows once the mesh is known.
+struct PictureRequest {
+  int width = 1000, height = 800;
+  std::optional<double> focal_px;  ///< 1.2 times the width if none is given.
+  char up = 'y';                   ///< The axis that points up in the picture.
+  double azimuth_deg = 30.0, elevation_deg = 20.0;
+  std::optional<Eigen::Vector3d> eye, target;  ///< In place of the angles.
+};
+
+void addPictureOptions(CommandLine& line, PictureRequest& request);
+
+PictureOptions makePictureOptions(const PictureRequest& request, const Eigen::AlignedBox3f& bounds);
+
+}  // namespace dtsdf

@@ -26,12 +26,13 @@ class LineBatch {
     numbers_[count_++] = number;
   }
 
-  /// The lines of all that were added; same bits as makePointLine().
+  /// The lines of all that were added; same bits as makeCastLine(). In
+  /// three loops over plain arrays, which compilers turn into vector instructions.
   void compute(const FrameSensing& sensing, const FusionSettings& fusion);
 
-  MeasuredSides sides(int i, const FrameView& frame) const;
   uint32_t number(int i) const { return numbers_[i]; }
-  CastLine line(int i) const;
+  CastLine line(int i) const;  ///< Without sides.
+  MeasuredSides sides(int i, const FrameView& frame) const;
 
  private:
   Surfel surfelOf(int i) const;

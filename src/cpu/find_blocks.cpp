@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "cpu/line_batch.h"
 #include "threads/parallel_for.h"
 
 namespace dtsdf {
@@ -60,16 +61,20 @@ void BlockFinder::Share::order() {
   for (const Entry& entry : entries) ordered[next[entry.bin]++] = entry.surfel;
 }
 
-void BlockFinder::addSurfel(const Surfel& surfel, uint32_t number, const FrameSensing& sensing,
-                            Share& share) {
-  if (!(surfel.weight > 0.0f)) return;
-  const CastLine cast = makeCastLine(surfel, sensing, fusion_);
-  lines_[number] = KeptLine(cast);
-  if (lines_[number].has_sides) sides_[number] = cast.line.sides;
+void BlockFinder::addLines(const FrameSensing& sensing, LineBatch& batch, Share& share) {
+  batch.compute(sensing, fusion_);
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
-  const uint32_t directions = directionMask(cast.directions);
-  visitBlocks<BlockWalk::kExact>(
-      cast.line, [&](const Vec3i& block) { share.add(block, origin_block, directions, number); });
+  for (int i = 0; i < batch.count(); ++i) {
+    const uint32_t number = batch.number(i);
+    CastLine cast = batch.line(i);
+    cast.line.sides = batch.sides(i, sensing.image.frame);
+    lines_[number] = KeptLine(cast);
+    if (lines_[number].has_sides) sides_[number] = cast.line.sides;
+    const uint32_t directions = directionMask(cast.directions);
+    visitBlocks<BlockWalk::kExact>(
+        cast.line, [&](const Vec3i& block) { share.add(block, origin_block, directions, number); });
+  }
+  batch.clear();
 }
 
 void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
@@ -79,8 +84,7 @@ void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
   lines_.makeRoom(count);
   sides_.makeRoom(count);
   shares_.resize(threads_);
-  struct NoScratch {};
-  parallelFor<NoScratch>(shares_.size(), threads_, [&](size_t part, NoScratch&) {
+  parallelFor<LineBatch>(shares_.size(), threads_, [&](size_t part, LineBatch& batch) {
     Share& share = shares_[part];
     share.reset();
     const size_t first = count * part / shares_.size(), end = count * (part + 1) / shares_.size();
@@ -88,10 +92,13 @@ void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
     for (const std::vector<Surfel>& list : lists) {
       const size_t last = std::min(begin + list.size(), end);
       for (size_t i = std::max(begin, first); i < last; ++i) {
-        addSurfel(list[i - begin], static_cast<uint32_t>(i), sensing, share);
+        const Surfel& surfel = list[i - begin];
+        if (surfel.weight > 0.0f) batch.add(surfel, static_cast<uint32_t>(i));
+        if (batch.isFull()) addLines(sensing, batch, share);
       }
       begin += list.size();
     }
+    addLines(sensing, batch, share);
     share.order();
   });
   merge();

@@ -41,6 +41,8 @@ struct TouchedBlock {
   std::vector<SurfelRange> surfels;
 };
 
+class LineBatch;
+
 class BlockFinder {
  public:
   BlockFinder(const FusionSettings& fusion, int threads) : fusion_(fusion), threads_(threads) {}
@@ -93,7 +95,7 @@ class BlockFinder {
     void reset();
   };
 
-  void addSurfel(const Surfel& surfel, uint32_t number, const FrameSensing& sensing, Share& share);
+  void addLines(const FrameSensing& sensing, LineBatch& batch, Share& share);
   void merge();
 
   const FusionSettings fusion_;

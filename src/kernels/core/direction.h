@@ -23,9 +23,11 @@ DTSDF_HD float directionCosine(const Vec3f& n, int direction) {
 }
 
 /// w_D of the paper: the cosine where the normal belongs to D, otherwise 0.
+DTSDF_HD float directionWeight(float cosine) {
+  return cosine > kDirectionThreshold ? cosine : 0.0f;
+}
 DTSDF_HD float directionWeight(const Vec3f& n, int direction) {
-  const float c = directionCosine(n, direction);
-  return c > kDirectionThreshold ? c : 0.0f;
+  return directionWeight(directionCosine(n, direction));
 }
 
 /// The directions a measurement with normal n is fused into (at most three) and their weights.
@@ -35,23 +37,19 @@ struct DirectionSet {
   float weight[3];
 };
 
+/// Those of the axes in order, the ones without a weight left out. No branches, so that compilers
+/// turn a loop of it into vector instructions.
 DTSDF_HD DirectionSet directionsOf(const Vec3f& n, bool directional) {
-  DirectionSet set{0, {0, 0, 0}, {0.0f, 0.0f, 0.0f}};
-  if (!directional) {
-    set.count = 1;
-    set.weight[0] = 1.0f;
-    return set;
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    const int direction = 2 * axis + (component(n, axis) < 0.0f ? 1 : 0);
-    const float weight = directionWeight(n, direction);
-    if (weight > 0.0f) {
-      set.direction[set.count] = direction;
-      set.weight[set.count] = weight;
-      ++set.count;
-    }
-  }
-  return set;
+  if (!directional) return {1, {0, 0, 0}, {1.0f, 0.0f, 0.0f}};
+  const float of_x = directionWeight(fabsf(n.x)), of_y = directionWeight(fabsf(n.y)),
+              of_z = directionWeight(fabsf(n.z));
+  const int x = n.x < 0.0f ? 1 : 0, y = n.y < 0.0f ? 3 : 2, z = n.z < 0.0f ? 5 : 4;
+  const int has_x = of_x > 0.0f ? 1 : 0, has_y = of_y > 0.0f ? 1 : 0, has_z = of_z > 0.0f ? 1 : 0;
+  const int before_z = has_x + has_y;
+  return {before_z + has_z,
+          {has_x != 0 ? x : (has_y != 0 ? y : z), before_z == 2 ? y : z, z},
+          {has_x != 0 ? of_x : (has_y != 0 ? of_y : of_z),
+           before_z == 2 ? of_y : (before_z == 1 ? of_z : 0.0f), before_z == 2 ? of_z : 0.0f}};
 }
 
 DTSDF_HD uint32_t directionMask(const DirectionSet& set) {

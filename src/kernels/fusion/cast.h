@@ -28,15 +28,28 @@ DTSDF_HD Vec3f likelyDirection(const Vec3f& normal, const Vec3f& ray, float nois
   return (1.0f / norm(C_n)) * C_n;
 }
 
-/// The line that a surfel is cast along.
-DTSDF_HD SampleLine sampleLineOf(const Surfel& surfel, const FrameSensing& sensing,
-                                 const FusionSettings& fusion) {
+/// Where a surfel is cast: along a unit vector, up to a reach (sampleReach()) to both sides.
+struct CastWay {
+  Vec3f direction;
+  float reach;
+};
+
+DTSDF_HD CastWay castWayOf(const Surfel& surfel, const FrameSensing& sensing,
+                           const FusionSettings& fusion) {
   const float noise_voxels = noiseInVoxels(sensing, surfel.depth_m);
   const Vec3f ray = surfel.p_L - sensing.image.frame.T_L_C.t;
-  const Vec3f direction = fusion.cast_along_normal
-                              ? likelyDirection(surfel.normal_L, ray, noise_voxels)
-                              : (1.0f / norm(ray)) * ray;
-  return makeSampleLine(surfel.p_L, surfel.normal_L, direction, sampleReach(noise_voxels, fusion));
+  return {fusion.cast_along_normal ? likelyDirection(surfel.normal_L, ray, noise_voxels)
+                                   : (1.0f / norm(ray)) * ray,
+          sampleReach(noise_voxels, fusion)};
+}
+
+/// The line that a surfel is cast along.
+DTSDF_HD SampleLine sampleLineOf(const Surfel& surfel, const CastWay& way) {
+  return makeSampleLine(surfel.p_L, surfel.normal_L, way.direction, way.reach);
+}
+DTSDF_HD SampleLine sampleLineOf(const Surfel& surfel, const FrameSensing& sensing,
+                                 const FusionSettings& fusion) {
+  return sampleLineOf(surfel, castWayOf(surfel, sensing, fusion));
 }
 
 /// The axes k, u and v of a line along `axis`.
@@ -67,12 +80,18 @@ DTSDF_HD MeasuredSides measuredSides(const Surfel& surfel, const FrameView& fram
   return {permute(across, axis), permute(down, axis), perSquare(across), perSquare(down)};
 }
 
+/// The directions of a surfel's normal, with the weights that it is cast with.
+DTSDF_HD DirectionSet lineDirections(const Surfel& surfel, bool directional) {
+  DirectionSet directions = directionsOf(surfel.normal_L, directional);
+  for (int i = 0; i < 3; ++i) directions.weight[i] *= surfel.weight * kWeightScale;
+  return directions;
+}
+
 DTSDF_HD CastLine makeCastLine(const Surfel& surfel, const FrameSensing& sensing,
                                const FusionSettings& fusion) {
   CastLine cast{sampleLineOf(surfel, sensing, fusion),
-                directionsOf(surfel.normal_L, fusion.directional != 0)};
+                lineDirections(surfel, fusion.directional != 0)};
   cast.line.sides = measuredSides(surfel, sensing.image.frame, cast.line.axis);
-  for (int i = 0; i < 3; ++i) cast.directions.weight[i] *= surfel.weight * kWeightScale;
   return cast;
 }
 

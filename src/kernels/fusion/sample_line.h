@@ -68,7 +68,7 @@ DTSDF_HD SampleLine makeSampleLine(const Vec3f& p, const Vec3f& normal, const Ve
                                    float reach) {
   const float ax = fabsf(direction.x), ay = fabsf(direction.y), az = fabsf(direction.z);
   SampleLine line;
-  line.axis = ax >= ay && ax >= az ? 0 : (ay >= az ? 1 : 2);
+  line.axis = (ax >= ay) & (ax >= az) ? 0 : (ay >= az ? 1 : 2);
   const int u = line.axis == 2 ? 0 : line.axis + 1, v = u == 2 ? 0 : u + 1;
   const float dk = component(direction, line.axis);
   line.p_k = component(p, line.axis);

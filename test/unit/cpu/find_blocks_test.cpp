@@ -81,6 +81,52 @@ TEST_P(FindBlocks, EverySurfelIsOnceInEachBlockThatItTouches) {
   }
 }
 
+/// What casting takes of a line, in one row.
+std::vector<float> numbersOf(const KeptLine& line) {
+  std::vector<float> numbers{line.per_reach, line.p_k,        line.p_u,      line.p_v,
+                             line.slope_u,   line.slope_v,    line.normal_k, line.normal_u,
+                             line.normal_v,  1.0f * line.axis};
+  numbers.push_back(static_cast<float>(line.planes.first));
+  numbers.push_back(static_cast<float>(line.planes.last));
+  for (int i = 0; i < line.direction_count; ++i) {
+    numbers.push_back(line.weight[i]);
+    numbers.push_back(line.direction[i]);
+  }
+  return numbers;
+}
+
+/// Side by side as one at a time, bit by bit, whatever part of a stretch a surfel is.
+TEST(LinesOfSurfels, AreThoseOfOneAtATime) {
+  FrameView frame{};
+  frame.width = 17;
+  frame.height = 11;
+  frame.intrinsics = {500.0f, 500.0f, 8.0f, 5.0f};
+  frame.T_L_C = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {100.0f, 90.0f, 80.0f}};
+  frame.voxel_size_m = 0.02f;
+  std::mt19937 random(26);
+  const FrameSensing sensing{{frame, nullptr, nullptr, nullptr, nullptr}, {0.01f, 1}, nullptr};
+  std::vector<Surfel> surfels = randomSurfels(random, frame);
+  for (size_t i = 0; i < surfels.size(); ++i) {
+    surfels[i].weight *= 0.1f + 0.001f * static_cast<float>(i);
+    surfels[i].depth_m = 0.5f + 0.01f * static_cast<float>(i);
+    if (i % 3 == 0) surfels[i].footprint_px = {0.5f, 0.25f};
+  }
+  for (const int directional : {0, 1}) {
+    const FusionSettings fusion{1, directional, 4.0f, 1e6f, FusionRules()};
+    BlockFinder finder(fusion, 2);
+    finder.findBlocks({surfels}, sensing);
+    for (uint32_t i = 0; i < surfels.size(); ++i) {
+      if (!(surfels[i].weight > 0.0f)) continue;
+      const CastLine expected = makeCastLine(surfels[i], sensing, fusion);
+      EXPECT_EQ(numbersOf(finder.line(i)), numbersOf(KeptLine(expected)));
+      ASSERT_EQ(finder.line(i).has_sides, expected.line.sides.areMeasured());
+      if (!finder.line(i).has_sides) continue;
+      EXPECT_EQ(finder.sides(i).across.x, expected.line.sides.across.x);
+      EXPECT_EQ(finder.sides(i).per_down, expected.line.sides.per_down);
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Threads, FindBlocks, testing::Values(1, 2, 3, 8));
 
 }  // namespace

@@ -34,6 +34,7 @@ __device__ void invertDepths(const DepthImage& image, float* measured) {
 __device__ void countNoiseLines(const DepthImage& image, const SurfelSettings& surfels, int i,
                                 NoiseCounts& counts) {
   const auto measured = [&](int u, int v) { return inverseDepthAt(image.raw, image.width, u, v); };
+#pragma unroll  // reads all before it waits for any
   for (int kind = 0; kind < kNoiseKinds; ++kind) {
     const NoiseLinePlace place = noiseLinePlace(i, kind, image.width, image.height);
     const NoiseLine line = noiseLine(measured, image.width, image.height, place);
@@ -48,7 +49,7 @@ __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseK
   using Scan = cub::BlockScan<uint64_t, kThreads>;
   __shared__ typename Scan::TempStorage scan;
   constexpr int kBinsPerThread = kNoiseBins / kThreads;
-  static_assert(kNoiseBins % kThreads == 0, "each thread has as many bins");
+  static_assert(kNoiseBins % (4 * kThreads) == 0, "each thread has as many fours of bins");
   constexpr int kBits = 64 / kNoiseKinds;
   constexpr uint64_t kMask = (uint64_t{1} << kBits) - 1;
   static_assert(kNoisePoints <= kMask, "one scan counts all kinds");
@@ -57,10 +58,14 @@ __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseK
   uint64_t own = 0, before, lines;
 #pragma unroll  // reads all before it waits for any
   for (int kind = 0; kind < kNoiseKinds; ++kind) {
-    for (int k = 0; k < kBinsPerThread; ++k) {
-      uint32_t& bin = counts.bins[kind][first_bin + k];
-      in_bin[kind][k] = readShared(&bin);
-      bin = 0;
+    for (int k = 0; k < kBinsPerThread; k += 4) {
+      auto* const bins = reinterpret_cast<uint4*>(&counts.bins[kind][first_bin + k]);
+      const uint4 four = __ldcg(bins);  // past the first-level caches, as isLastBlock() asks
+      in_bin[kind][k] = four.x;
+      in_bin[kind][k + 1] = four.y;
+      in_bin[kind][k + 2] = four.z;
+      in_bin[kind][k + 3] = four.w;
+      *bins = {};
     }
   }
 #pragma unroll
@@ -72,13 +77,16 @@ __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseK
 #pragma unroll
   for (int kind = 0; kind < kNoiseKinds; ++kind) {
     const auto count = static_cast<uint32_t>(lines >> (kBits * kind) & kMask);
-    auto first = static_cast<uint32_t>(before >> (kBits * kind) & kMask);
-    for (int k = 0; k < kBinsPerThread; first += in_bin[kind][k++]) {
-      for (int quartile = 0; quartile < kNoiseQuartiles; ++quartile) {
-        const uint32_t rank = quartileRank(count, quartile);
-        const bool is_here = first <= rank && rank < first + in_bin[kind][k];
-        if (is_here) kinds[kind].quartiles[quartile] = noiseOfBin(first_bin + k, quartile);
-      }
+    const auto first = static_cast<uint32_t>(before >> (kBits * kind) & kMask);
+    uint32_t up_to[kBinsPerThread];  // lines in and below each bin
+    for (int k = 0; k < kBinsPerThread; ++k)
+      up_to[k] = (k > 0 ? up_to[k - 1] : first) + in_bin[kind][k];
+    for (int quartile = 0; quartile < kNoiseQuartiles; ++quartile) {
+      const uint32_t rank = quartileRank(count, quartile);
+      if (rank < first || rank >= up_to[kBinsPerThread - 1]) continue;
+      int bin = first_bin;
+      for (const uint32_t lines_up_to : up_to) bin += rank < lines_up_to ? 0 : 1;
+      kinds[kind].quartiles[quartile] = noiseOfBin(bin, quartile);
     }
   }
 }

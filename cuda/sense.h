@@ -40,7 +40,7 @@ struct RawDepth {
 
 /// Lines of a frame by kinds and bins of their variance; all 0 between frames.
 struct NoiseCounts {
-  uint32_t bins[kNoiseKinds][kNoiseBins];
+  alignas(16) uint32_t bins[kNoiseKinds][kNoiseBins];
   uint32_t finished;  ///< Blocks of threads that have counted theirs.
 };
 

@@ -62,9 +62,9 @@ DTSDF_HD NoiseLine noiseLine(const Measured& measured, int width, int height,
   NoiseLine line{};
   if (at < reach_px || at + reach_px >= count || !(measured(middle.u, middle.v) > 0.0f))
     return line;
+  const int along_u = is_column ? 0 : 1, along_v = is_column ? 1 : 0;
   const auto sampleAt = [&](int offset_px) {
-    return is_column ? measured(middle.u, middle.v + offset_px)
-                     : measured(middle.u + offset_px, middle.v);
+    return measured(middle.u + along_u * offset_px, middle.v + along_v * offset_px);
   };
   for (int i = 0; i < kNoiseLength; ++i) {  // all at once: most are measured
     line.inverse_depth[i] = sampleAt((i - kNoiseRadius) * step_px);

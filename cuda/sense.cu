@@ -35,11 +35,11 @@ __device__ void countNoiseLines(const DepthImage& image, const SurfelSettings& s
                                 NoiseCounts& counts) {
   const auto measured = [&](int u, int v) { return inverseDepthAt(image.raw, image.width, u, v); };
 #pragma unroll  // reads all before it waits for any
-  for (int kind = 0; kind < kNoiseKinds; ++kind) {
-    const NoiseLinePlace place = noiseLinePlace(i, kind, image.width, image.height);
+  for (int step = 0; step < kNoiseSteps; ++step) {
+    const NoiseLinePlace place = noiseLinePlace(i, step, image.width, image.height);
     const NoiseLine line = noiseLine(measured, image.width, image.height, place);
     const float variance = noiseVariance(line, surfels);
-    if (variance >= 0.0f) atomicAdd(&counts.bins[kind][noiseBin(variance)], 1u);
+    if (variance >= 0.0f) atomicAdd(&counts.bins[place.kind][noiseBin(variance)], 1u);
   }
 }
 
@@ -50,9 +50,14 @@ __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseK
   __shared__ typename Scan::TempStorage scan;
   constexpr int kBinsPerThread = kNoiseBins / kThreads;
   static_assert(kNoiseBins % (4 * kThreads) == 0, "each thread has as many fours of bins");
-  constexpr int kBits = 64 / kNoiseKinds;
+  constexpr int kBits = 12;  // the last kind, of twice as many lines, has more
   constexpr uint64_t kMask = (uint64_t{1} << kBits) - 1;
-  static_assert(kNoisePoints <= kMask, "one scan counts all kinds");
+  static_assert(kShortLines * kBits + 13 <= 64 && kNoisePoints < 1 << 13, "for all kinds");
+  static_assert(kNoisePoints / 2 <= kMask, "one scan counts all kinds");
+  const auto field = [](uint64_t counts_of_kinds, int kind) {
+    const uint64_t from = counts_of_kinds >> (kBits * kind);
+    return static_cast<uint32_t>(kind < kShortLines ? from & kMask : from);
+  };
   const int first_bin = threadIdx.x * kBinsPerThread;
   uint32_t in_bin[kNoiseKinds][kBinsPerThread];
   uint64_t own = 0, before, lines;
@@ -76,8 +81,8 @@ __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseK
   Scan(scan).ExclusiveSum(own, before, lines);
 #pragma unroll
   for (int kind = 0; kind < kNoiseKinds; ++kind) {
-    const auto count = static_cast<uint32_t>(lines >> (kBits * kind) & kMask);
-    const auto first = static_cast<uint32_t>(before >> (kBits * kind) & kMask);
+    const uint32_t count = field(lines, kind), first = field(before, kind);
+    if (threadIdx.x == 0) kinds[kind].lines = count;
     uint32_t up_to[kBinsPerThread];  // lines in and below each bin
     for (int k = 0; k < kBinsPerThread; ++k)
       up_to[k] = (k > 0 ? up_to[k - 1] : first) + in_bin[kind][k];

@@ -174,7 +174,8 @@ NoiseOfLines FrameSensor::noiseOfLines(const FrameView& view, int kind) const {
   };
   uint32_t lines = 0;
   for (int i = 0; i < kNoisePoints; ++i) {
-    const NoiseLinePlace place = noiseLinePlace(i, kind, view.width, view.height);
+    const NoiseLinePlace place = noiseLinePlace(i, kind / 2, view.width, view.height);
+    if (place.kind != kind) continue;
     const NoiseLine line = noiseLine(measured, view.width, view.height, place);
     const float variance = noiseVariance(line, surfel_settings_);
     if (variance < 0.0f) continue;
@@ -182,6 +183,7 @@ NoiseOfLines FrameSensor::noiseOfLines(const FrameView& view, int kind) const {
     ++lines;
   }
   NoiseOfLines noise{};
+  noise.lines = lines;
   if (lines == 0) return noise;
   uint32_t up_to = bins[0];  // lines
   int bin = 0;

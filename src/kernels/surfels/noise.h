@@ -5,7 +5,7 @@
 /// Surfaces are smoother than noise: over seven samples in line a polynomial of fourth degree
 /// explains what they do, and what it leaves is noise. Noise that neighbours share moves all of a
 /// short line, so longer ones are looked at, too. These see a surface's detail as well, which
-/// differs from place to place, where noise is the same all over the image.
+/// differs from place to place, where noise is taken to be the same all over the image.
 #pragma once
 
 #include <cstring>
@@ -21,25 +21,28 @@ constexpr int kNoiseRadius = 3;  ///< Half length of a line, in samples.
 constexpr int kNoiseLength = 2 * kNoiseRadius + 1;
 constexpr int kNoiseBins = 1 << 11;
 
-/// The lines at each point: short ones, then longer ones, the last with samples as far apart as
-/// the windows are wide that stereo cameras match.
-constexpr int kNoiseKinds = 3;
+/// Kinds of lines: with three pixels from sample to sample, along the row and down the column; with
+/// seven, as wide as the windows are that stereo cameras match, along the row and down the column;
+/// and short ones. Rows and columns may have noise of their own.
+constexpr int kNoiseKinds = 5, kShortLines = kNoiseKinds - 1;
+constexpr int kNoiseSteps = 3;  ///< Lines at each point, of other steps.
 
 /// Where the samples of a line lie.
 struct NoiseLinePlace {
   Pixel middle;
   int step_px;  ///< From sample to sample.
   bool is_column;
+  int kind;
 };
 
-/// The line of a kind at the point of an index, from 0 to kNoisePoints - 1; along the row and down
+/// The line of a step at the point of an index, from 0 to kNoisePoints - 1; along the row and down
 /// the column by turns. In images smaller than the grid lines come up, and count, more than once.
-DTSDF_HD NoiseLinePlace noiseLinePlace(int index, int kind, int width, int height) {
+DTSDF_HD NoiseLinePlace noiseLinePlace(int index, int step, int width, int height) {
   const int column = index % kNoiseColumns, row = index / kNoiseColumns;
   const Pixel middle{(2 * column + 1) * width / (2 * kNoiseColumns),
                      (2 * row + 1) * height / (2 * kNoiseRows)};
-  const int step_px = kind == 0 ? 1 : (kind == 1 ? 3 : 7);
-  return {middle, step_px, (column + row) % 2 == 1};
+  const int step_px = step == 0 ? 3 : (step == 1 ? 7 : 1), odd = (column + row) % 2;
+  return {middle, step_px, odd == 1, step < 2 ? 2 * step + odd : kShortLines};
 }
 
 /// Samples of a line.
@@ -56,7 +59,9 @@ DTSDF_HD float meanOfBoth(float a, float b) { return a > 0.0f && b > 0.0f ? 0.5f
 template <class Measured>
 DTSDF_HD NoiseLine noiseLine(const Measured& measured, int width, int height,
                              const NoiseLinePlace& place) {
-  const auto& [middle, step_px, is_column] = place;
+  const Pixel& middle = place.middle;
+  const int step_px = place.step_px;
+  const bool is_column = place.is_column;
   const int reach_px = step_px * kNoiseRadius;
   const int at = is_column ? middle.v : middle.u, count = is_column ? height : width;
   NoiseLine line{};
@@ -132,20 +137,27 @@ DTSDF_HD float noiseOfBin(int bin, int quartile) {
 /// there are no lines.
 struct NoiseOfLines {
   float quartiles[kNoiseQuartiles];
+  uint32_t lines;
 };
 
 /// The variance that all of an image has: less than the lower quartile by as much as the upper one
-/// is more, which the detail of surfaces accounts for.
-DTSDF_HD float commonVariance(const NoiseOfLines& lines) {
-  return maximum(0.0f, 2.0f * lines.quartiles[0] - lines.quartiles[2]);
+/// is more, which the detail of surfaces accounts for. Of few lines quartiles scatter too much, by
+/// a quarter with this number.
+DTSDF_HD float commonVariance(const NoiseOfLines& of) {
+  constexpr uint32_t kLeastLines = 64;
+  if (of.lines < kLeastLines) return 0.0f;
+  const float common = 2.0f * of.quartiles[0] - of.quartiles[2];
+  return maximum(0.0f, minimum(common, of.quartiles[1]));
 }
 
-/// The deviation of an image's noise. The shortest lines see hardly any detail, so that all that
-/// most of them show is noise; the longest may raise the estimate only so far.
+/// The deviation of an image's noise. Short lines see hardly any detail, so that all that most of
+/// them show is noise; the longest may raise the estimate only so far.
 DTSDF_HD float combinedNoise(const NoiseOfLines (&kinds)[kNoiseKinds], const SurfelRules& rules) {
-  const float near_variance = maximum(kinds[0].quartiles[1], commonVariance(kinds[1]));
+  const float three = maximum(commonVariance(kinds[0]), commonVariance(kinds[1]));
+  const float seven = maximum(commonVariance(kinds[2]), commonVariance(kinds[3]));
+  const float near_variance = maximum(kinds[kShortLines].quartiles[1], three);
   const float most = rules.largest_shared_noise * rules.largest_shared_noise * near_variance;
-  return sqrtf(maximum(near_variance, minimum(commonVariance(kinds[2]), most)));
+  return sqrtf(maximum(near_variance, minimum(seven, most)));
 }
 
 }  // namespace dtsdf

@@ -121,23 +121,28 @@ TEST(Noise, LinesAcrossEdgesDoNotCount) {
 }
 
 /// In variances: what short lines show in the median; what longer ones have in common, the longest
-/// up to nine times that; detail counts for nothing.
+/// up to nine times that; detail counts for nothing, nor do few lines. Rows and columns count on
+/// their own.
 TEST(Noise, ThatNeighboursShareCounts) {
   const SurfelRules rules;
+  const auto all = [](float noise) { return NoiseOfLines{{noise, noise, noise}, 100}; };
   const auto variance = [&](const NoiseOfLines& step, const NoiseOfLines& three,
                             const NoiseOfLines& seven) {
-    const float deviation = combinedNoise({step, three, seven}, rules);
-    return deviation * deviation;
+    const float rows = combinedNoise({three, all(0.1f), seven, all(0.1f), step}, rules);
+    const float columns = combinedNoise({all(0.1f), three, all(0.1f), seven, step}, rules);
+    EXPECT_EQ(rows, columns);
+    return rows * rows;
   };
-  const auto all = [](float noise) { return NoiseOfLines{noise, noise, noise}; };
   EXPECT_FLOAT_EQ(variance(all(1.0f), all(0.5f), all(0.75f)), 1.0f);
-  EXPECT_FLOAT_EQ(variance({0.5f, 1.0f, 2.0f}, all(0.5f), all(0.75f)), 1.0f);
+  EXPECT_FLOAT_EQ(variance({{0.5f, 1.0f, 2.0f}, 1}, all(0.5f), all(0.75f)), 1.0f);
   EXPECT_FLOAT_EQ(variance(all(1.0f), all(2.0f), all(0.5f)), 2.0f);
   EXPECT_FLOAT_EQ(variance(all(1.0f), all(2.0f), all(17.0f)), 17.0f);
   EXPECT_FLOAT_EQ(variance(all(1.0f), all(2.0f), all(20.0f)), 18.0f);
-  EXPECT_FLOAT_EQ(variance(all(1.0f), {3.0f, 3.5f, 4.0f}, {5.0f, 6.0f, 6.5f}), 3.5f);
-  EXPECT_FLOAT_EQ(variance(all(1.0f), {3.0f, 5.0f, 7.0f}, {5.0f, 6.0f, 11.0f}), 1.0f);
-  EXPECT_EQ(variance(all(0.0f), all(0.0f), all(9.0f)), 0.0f);
+  EXPECT_FLOAT_EQ(variance(all(1.0f), {{3.0f, 3.5f, 4.0f}, 64}, {{5.0f, 6.0f, 6.5f}, 64}), 3.5f);
+  EXPECT_FLOAT_EQ(variance(all(1.0f), {{3.0f, 3.5f, 4.0f}, 63}, {{5.0f, 6.0f, 6.5f}, 63}), 1.0f);
+  EXPECT_FLOAT_EQ(variance(all(1.0f), {{3.0f, 5.0f, 7.0f}, 99}, {{5.0f, 6.0f, 11.0f}, 99}), 1.0f);
+  EXPECT_FLOAT_EQ(variance(all(1.0f), {{3.0f, 2.0f, 1.0f}, 99}, all(0.0f)), 2.0f);
+  EXPECT_EQ(combinedNoise({all(0.0f), all(0.0f), all(9.0f), all(9.0f), all(0.0f)}, rules), 0.0f);
 }
 
 /// In an image of 9 x 9 with empty columns, as registered images have: the line goes on over gaps
@@ -147,7 +152,7 @@ TEST(Noise, LinesGoOnOverGaps) {
   for (int i = 0; i < 81; ++i) image[i] = i % 3 == 0 ? 0.0f : 1.0f + 0.001f * (i % 9);
   const auto line = [&] {
     const auto at = [&](int u, int v) { return image[static_cast<size_t>(v * 9 + u)]; };
-    return noiseLine(at, 9, 9, {{4, 4}, 1, false});
+    return noiseLine(at, 9, 9, {{4, 4}, 1, false, 0});
   };
   for (int i = 0; i < kNoiseLength; ++i) {
     EXPECT_FLOAT_EQ(line().inverse_depth[i], 1.0f + 0.001f * (i + 1)) << i;
@@ -165,15 +170,15 @@ TEST(Noise, LinesLieInRowsAndColumns) {
     const auto at = [&](int u, int v) { return image[static_cast<size_t>(v * 50 + u)]; };
     return noiseLine(at, 50, 50, place).inverse_depth[0];
   };
-  EXPECT_EQ(first({{25, 25}, 1, false}), 1273.0f);
-  EXPECT_EQ(first({{25, 25}, 7, false}), 1255.0f);
-  EXPECT_EQ(first({{25, 25}, 7, true}), 226.0f);
-  EXPECT_EQ(first({{2, 25}, 1, false}), 0.0f);
-  EXPECT_EQ(first({{47, 25}, 1, false}), 0.0f);
-  EXPECT_EQ(first({{20, 25}, 7, false}), 0.0f);
-  EXPECT_EQ(first({{29, 25}, 7, false}), 0.0f);
-  EXPECT_EQ(first({{25, 20}, 7, true}), 0.0f);
-  EXPECT_EQ(first({{25, 29}, 7, true}), 0.0f);
+  EXPECT_EQ(first({{25, 25}, 1, false, 0}), 1273.0f);
+  EXPECT_EQ(first({{25, 25}, 7, false, 0}), 1255.0f);
+  EXPECT_EQ(first({{25, 25}, 7, true, 0}), 226.0f);
+  EXPECT_EQ(first({{2, 25}, 1, false, 0}), 0.0f);
+  EXPECT_EQ(first({{47, 25}, 1, false, 0}), 0.0f);
+  EXPECT_EQ(first({{20, 25}, 7, false, 0}), 0.0f);
+  EXPECT_EQ(first({{29, 25}, 7, false, 0}), 0.0f);
+  EXPECT_EQ(first({{25, 20}, 7, true, 0}), 0.0f);
+  EXPECT_EQ(first({{25, 29}, 7, true, 0}), 0.0f);
 }
 
 TEST(Noise, BinsKeepASixteenthOfTheDeviation) {
@@ -194,6 +199,7 @@ TEST(Noise, PointsLieInImagesOfAnySize) {
       const Pixel at = place.middle;
       ASSERT_TRUE(at.u >= 0 && at.u < width && at.v >= 0 && at.v < height);
       ASSERT_EQ(place.is_column, noiseLinePlace(i, 2, width, height).is_column);
+      ASSERT_EQ(place.kind, place.is_column ? 1 : 0);
     }
   }
 }
@@ -226,7 +232,7 @@ TEST(NoiseLine, EndsWithTheImage) {
       EXPECT_TRUE(u >= 0 && u < kSide) << u;
       return u == gap ? 0.0f : 0.5f;
     };
-    const NoiseLinePlace place{{kNoiseRadius, kNoiseRadius}, 1, false};
+    const NoiseLinePlace place{{kNoiseRadius, kNoiseRadius}, 1, false, 0};
     EXPECT_EQ(noiseLine(at, kSide, kSide, place).inverse_depth[1], 0.0f);
   }
 }

@@ -1,4 +1,3 @@
-
 #include "cuda_backend.h"
 #include "named_kernels.h"
 #include "runtime/buffer.h"

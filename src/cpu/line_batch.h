@@ -26,8 +26,8 @@ class LineBatch {
     numbers_[count_++] = number;
   }
 
-  /// The lines of all that were added; same bits as makeCastLine(). In
-  /// three loops over plain arrays, which compilers turn into vector instructions.
+  /// The lines of all that were added; same bits as makeCastLine(). In three loops over plain
+  /// arrays, which compilers turn into vector instructions.
   void compute(const FrameSensing& sensing, const FusionSettings& fusion);
 
   uint32_t number(int i) const { return numbers_[i]; }

@@ -49,15 +49,21 @@ inline std::string joined(const std::vector<std::string>& words,
   return joined(words, separator, separator);
 }
 
-/// As printf() has it, cut after some lines; the compiler checks what is given by the text.
+/// As printf() has it; the compiler checks what is given by the text.
 // NOLINTNEXTLINE(cert-dcl50-cpp): a parameter pack has no such check
 __attribute__((format(printf, 1, 2))) inline std::string formatted(const char* text, ...) {
   char line[512];
   va_list values;
   va_start(values, text);
-  std::vsnprintf(line, sizeof(line), text, values);
+  const int length = std::vsnprintf(line, sizeof(line), text, values);
   va_end(values);
-  return line;
+  if (length < static_cast<int>(sizeof(line))) return length < 0 ? std::string() : line;
+  std::string whole(static_cast<size_t>(length) + 1, '\0');
+  va_start(values, text);
+  std::vsnprintf(whole.data(), whole.size(), text, values);
+  va_end(values);
+  whole.pop_back();
+  return whole;
 }
 
 }  // namespace dtsdf

@@ -6,7 +6,6 @@
 #include <sstream>
 
 #include "io/text_file.h"
-
 #include "params/text.h"
 
 namespace dtsdf {

@@ -141,10 +141,9 @@ struct NoiseOfLines {
 };
 
 /// The variance that all of an image has: less than the lower quartile by as much as the upper one
-/// is more, which the detail of surfaces accounts for. Of few lines quartiles scatter too much, by
-/// a quarter with this number.
+/// is more, which the detail of surfaces accounts for. Of few lines quartiles scatter too much.
 DTSDF_HD float commonVariance(const NoiseOfLines& of) {
-  constexpr uint32_t kLeastLines = 64;
+  constexpr uint32_t kLeastLines = 16;
   if (of.lines < kLeastLines) return 0.0f;
   const float common = 2.0f * of.quartiles[0] - of.quartiles[2];
   return maximum(0.0f, minimum(common, of.quartiles[1]));

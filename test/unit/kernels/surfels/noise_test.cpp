@@ -138,8 +138,8 @@ TEST(Noise, ThatNeighboursShareCounts) {
   EXPECT_FLOAT_EQ(variance(all(1.0f), all(2.0f), all(0.5f)), 2.0f);
   EXPECT_FLOAT_EQ(variance(all(1.0f), all(2.0f), all(17.0f)), 17.0f);
   EXPECT_FLOAT_EQ(variance(all(1.0f), all(2.0f), all(20.0f)), 18.0f);
-  EXPECT_FLOAT_EQ(variance(all(1.0f), {{3.0f, 3.5f, 4.0f}, 64}, {{5.0f, 6.0f, 6.5f}, 64}), 3.5f);
-  EXPECT_FLOAT_EQ(variance(all(1.0f), {{3.0f, 3.5f, 4.0f}, 63}, {{5.0f, 6.0f, 6.5f}, 63}), 1.0f);
+  EXPECT_FLOAT_EQ(variance(all(1.0f), {{3.0f, 3.5f, 4.0f}, 16}, {{5.0f, 6.0f, 6.5f}, 16}), 3.5f);
+  EXPECT_FLOAT_EQ(variance(all(1.0f), {{3.0f, 3.5f, 4.0f}, 15}, {{5.0f, 6.0f, 6.5f}, 15}), 1.0f);
   EXPECT_FLOAT_EQ(variance(all(1.0f), {{3.0f, 5.0f, 7.0f}, 99}, {{5.0f, 6.0f, 11.0f}, 99}), 1.0f);
   EXPECT_FLOAT_EQ(variance(all(1.0f), {{3.0f, 2.0f, 1.0f}, 99}, all(0.0f)), 2.0f);
   EXPECT_EQ(combinedNoise({all(0.0f), all(0.0f), all(9.0f), all(9.0f), all(0.0f)}, rules), 0.0f);

@@ -111,8 +111,8 @@ TEST(LinesOfSurfels, AreThoseOfOneAtATime) {
     surfels[i].depth_m = 0.5f + 0.01f * static_cast<float>(i);
     if (i % 3 == 0) surfels[i].footprint_px = {0.5f, 0.25f};
   }
-  for (const int directional : {0, 1}) {
-    const FusionSettings fusion{1, directional, 4.0f, 1e6f, FusionRules()};
+  for (const auto& [along_normal, directional] : {std::pair{1, 0}, {1, 1}, {0, 0}, {0, 1}}) {
+    const FusionSettings fusion{along_normal, directional, 4.0f, 1e6f, FusionRules()};
     BlockFinder finder(fusion, 2);
     finder.findBlocks({surfels}, sensing);
     for (uint32_t i = 0; i < surfels.size(); ++i) {

@@ -33,6 +33,9 @@ struct Alignment {
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   double matched_share = 0.0;  ///< Of the image's points, those that lie near a surface of the map.
   double inlier_share = 0.0;   ///< Of the matched points, those that fit.
+  /// So many fit that it has not slid along plain surfaces, which fit all along.
+  bool is_held = false;
+  double reach_m = 0.0;    ///< How far off the map surfaces were looked for, in metres.
   double witnesses = 0.0;      ///< Points with independent errors that would say as much as all.
   double residual_m = 0.0;     ///< Root mean square of their distances to the surface, in metres.
   double shift_m = 0.0;        ///< From the frame's pose, in metres.

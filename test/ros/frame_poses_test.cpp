@@ -125,6 +125,13 @@ TEST_F(FramePosesTest, ARefinedFrameIsFusedWhereItFits) {
   expectAccounted();
 }
 
+TEST_F(FramePosesTest, TheMapSaysHowPosesWereFound) {
+  params_.poses.sigma_m = 0.02;
+  start(PoseMode::kRefine);
+  push(1.0);
+  EXPECT_EQ(toTree(session_->contents().poses), toTree<PoseParams>(params_.poses));
+}
+
 TEST_F(FramePosesTest, OneThatDoesNotFitIsFusedAsGiven) {
   start(PoseMode::kRefine);
   push(1.0);

@@ -49,7 +49,8 @@ struct AlignedPlane {
 };
 
 /// Fits a plane to the window around a pixel, of those pairs of opposite pixels that lie on one
-/// surface with it: the mean of their inverse depths hardly differs from its own. `inverse_depth(du, dv)` is above 0 where something is measured.
+/// surface with it: the mean of their inverse depths hardly differs from its own.
+/// `inverse_depth(du, dv)` is above 0 where something is measured.
 template <class InverseDepth>
 DTSDF_HD AlignedPlane fitAlignedPlane(const AlignmentSettings& settings,
                                       const InverseDepth& inverse_depth) {

@@ -130,9 +130,7 @@ TEST(FindSurface, LooksAlongTheNormalWhereTheMapHoldsNothing) {
 
 TEST(FindSurface, TheBackOfASheetDoesNotAttractItsFront) {
   const Vec3f to_the_back{0.0f, 0.0f, 1.0f};
-  EXPECT_FALSE(
-      findSurface({0.5f, 0.5f, 50.0f}, to_the_back, true, 8.0f, PlaneField())
-          .known);
+  EXPECT_FALSE(findSurface({0.5f, 0.5f, 50.0f}, to_the_back, true, 8.0f, PlaneField()).known);
 }
 
 /// As addPoint() wants it, of the plane's map.

@@ -17,9 +17,10 @@ class BagPlayer {
   BagPlayer(double from_s, double to_s) {
     std::string bag;
     ros::param::get("~bag", bag);
+    const double start_s = std::max(from_s, 0.0);
     const std::string command = "rosbag play --clock --quiet --wait-for-subscribers --start " +
-                                std::to_string(std::max(from_s, 0.0)) + " --duration " +
-                                std::to_string(to_s - from_s) + " '" + bag + "' < /dev/null";
+                                std::to_string(start_s) + " --duration " +
+                                std::to_string(to_s - start_s) + " '" + bag + "' < /dev/null";
     pipe_ = popen(command.c_str(), "r");
   }
   BagPlayer(const BagPlayer&) = delete;

@@ -12,10 +12,10 @@ namespace {
 constexpr double kDeviations = 3.0;
 
 /// A mean square is right by this factor, if it is one of so many third differences: these share
-/// images, so 16 of three axes say as much as 21 numbers, whose mean square has a deviation of
-/// 0.31. More would be of other places and motions.
+/// images, so 8 of three axes say as much as 10 numbers, whose mean square has a deviation of 0.44.
+/// More would be of other places and motions.
 constexpr double kUncertainty = 2.0;
-constexpr int kRemembered = 16;
+constexpr int kRemembered = 8;
 
 }  // namespace
 

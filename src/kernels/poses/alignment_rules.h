@@ -12,9 +12,9 @@ struct AlignmentRules {
   /// Half width of the window that a point's plane is fitted in, in pixels.
   int32_t window_px = 3;
   /// How far from a point, along its normal, its surface is looked for at first, in voxels. (A
-  /// house of which each pose is off by 20 mm and 1 degree, voxels of 25 mm: of 200 images 10 find
-  /// too little within the truncation of 3 voxels, none but the first within 10.)
-  float reach = 8.0f;
+  /// corner 2 m away, voxels of 20 mm, poses off by 10 cm and 8 degrees at once: 78 of 96 are found
+  /// within 8, 89 within 10, all within 12.)
+  float reach = 12.0f;
   /// Residuals from which on a point counts nothing at last, in voxels.
   float cutoff = 1.0f;
   /// So many points say as much as one would whose error is independent: those of a surface share

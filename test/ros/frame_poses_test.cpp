@@ -32,7 +32,8 @@ class FramePosesTest : public testing::Test {
       const double shift_m = camera_x_m_ - frame.T_W_C.translation().x();
       const bool fits = std::abs(shift_m) < 0.1;
       alignment.status = fits ? AlignmentStatus::kAligned : AlignmentStatus::kMisfit;
-      alignment.is_significant = fits;
+      alignment.is_significant = alignment.is_held = fits;
+      alignment.reach_m = 0.2;
       alignment.matched_share = 1.0;
       alignment.inlier_share = fits ? 1.0 : 0.1;
       if (fits) alignment.T_W_C.translation().x() = camera_x_m_;

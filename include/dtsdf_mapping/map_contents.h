@@ -79,8 +79,8 @@ struct MapOrigin {
 /// A map without its blocks, voxels, colours and free cells.
 struct MapHead : MapOrigin {
   /// The mapper's settings (except backend, threads, budget and colour of the mesh) and the
-  /// numbers of its rules (rules/..., except those of poses). A file also has those of MapOrigin::
-  /// poses, unless poses were taken as given.
+  /// numbers of its rules (rules/..., except those of poses). Those of a file include poses/...,
+  /// unless poses were taken as given.
   ParamTree settings;
   uint64_t frames = 0;             ///< Depth frames that were fused.
   uint64_t supporting_frames = 0;  ///< Of these, those that did more than clear.

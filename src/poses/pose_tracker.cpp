@@ -184,13 +184,15 @@ void PoseTracker::lose(double stamp_s) {
   guesses_made_ = 0;
 }
 
-/// The motion goes on, but not over a gap in which it would go beyond an alignment's reach.
+/// The motion goes on; over a gap of more than one image, no farther than an alignment reaches.
 Isometry3d PoseTracker::predict(double stamp_s) const {
   if (!before_) return last_->T_W_C;
   const double between_s = last_->stamp_s - before_->stamp_s, ahead_s = stamp_s - last_->stamp_s;
   if (!(between_s > 0.0) || !(ahead_s > 0.0)) return last_->T_W_C;
-  const Isometry3d ahead = continued(before_->T_W_C, last_->T_W_C, ahead_s / between_s);
-  return wayBetween(last_->T_W_C, ahead) <= reach_m_ ? ahead : last_->T_W_C;
+  const double share = ahead_s / between_s;
+  const Isometry3d ahead = continued(before_->T_W_C, last_->T_W_C, share);
+  const bool is_far = wayBetween(last_->T_W_C, ahead) > reach_m_;
+  return share > 2.0 && is_far ? last_->T_W_C : ahead;
 }
 
 /// The last place first, with all that is around it.

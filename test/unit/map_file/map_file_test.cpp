@@ -284,9 +284,7 @@ TEST_F(MapFile, SaysHowPosesWereFound) {
   EXPECT_EQ(info.settings, settings);
   EXPECT_EQ(toTree(info.poses), toTree(contents.poses));
   const std::string bytes = readBytes(path_);
-  const MapContents loaded = loadMap(path_);
-  EXPECT_TRUE(sameContents(loaded, contents));
-  saveMap(loaded, path_);
+  saveMap(loadMap(path_), path_);
   EXPECT_TRUE(readBytes(path_) == bytes);
 
   contents.poses.sigma_m = -1.0;

@@ -75,6 +75,7 @@ TEST_P(Corner, IsFoundAgain) {
   EXPECT_LT(turnBetween_rad(found.T_W_C, cornerPose()), 0.5e-3);
   EXPECT_NEAR(found.shift_m, (found.T_W_C.translation() - given.translation()).norm(), 1e-9);
   EXPECT_GT(found.inlier_share, 0.9);
+  EXPECT_TRUE(found.is_held);
   EXPECT_LT(found.residual_m, 0.002);
   const Alignment from_truth = alignAt(session, corner(), cornerPose(), cornerPose());
   EXPECT_LT((found.T_W_C.translation() - from_truth.T_W_C.translation()).norm(), 0.1e-3);
@@ -157,6 +158,7 @@ TEST(Align, AnotherPlaceDoesNotFit) {
   }
   const Alignment found = alignAt(session, other, cornerPose(), cornerPose());
   EXPECT_NE(found.status, AlignmentStatus::kAligned);
+  EXPECT_FALSE(found.is_held);
   EXPECT_TRUE(found.T_W_C.isApprox(cornerPose(), 0.0));
 }
 

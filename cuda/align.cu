@@ -57,7 +57,7 @@ class VoxelReader {
 
 /// findSurface() by the lanes of a point: each looks at another place along the normal.
 __device__ FieldSample findTogether(const Vec3f& p_L, const Vec3f& normal, bool directional,
-                                    const AlignmentRules& rules, float reach, VoxelReader& voxel) {
+                                    float reach, VoxelReader& voxel) {
   const unsigned lane = threadIdx.x % kLanes, first = threadIdx.x % kWarp - lane;
   const unsigned lanes = ((1u << kLanes) - 1u) << first;
   const DirectionSet directions = directionsOf(normal, directional);
@@ -66,7 +66,7 @@ __device__ FieldSample findTogether(const Vec3f& p_L, const Vec3f& normal, bool 
     FieldSample field{0.0f, {0.0f, 0.0f, 0.0f}, false};
     const int32_t place = n + static_cast<int32_t>(lane);
     if (place < places) {
-      field = findPlane(p_L, normal, directions, rules, placeAlongNormal(place), voxel);
+      field = findPlane(p_L, normal, directions, placeAlongNormal(place), voxel);
     }
     const unsigned found = __ballot_sync(lanes, field.known);
     if (found == 0) continue;
@@ -94,15 +94,15 @@ __global__ void __launch_bounds__(kAlignThreads)
 /// A few lanes per point; sums go up by warps. The block of threads that finishes last hands them
 /// to the host and leaves zeros: a step of the alignment is one kernel.
 __global__ void __launch_bounds__(kAlignThreads)
-    addPointsKernel(FrameView view, AlignmentRules rules, bool directional, float cutoff,
-                    MapView map, const AlignedPoint* points, size_t count, SharedSums* shared,
+    addPointsKernel(FrameView view, bool directional, float cutoff, MapView map,
+                    const AlignedPoint* points, size_t count, SharedSums* shared,
                     AlignmentSums* host) {
   AlignmentSums own = {};
   const size_t i = globalThread() / kLanes;
   if (i < count) {
     VoxelReader reader(map, view.origin_voxel);
     addPoint(own, view, points[i], cutoff, [&](const Vec3f& p_L, const Vec3f& normal) {
-      return findTogether(p_L, normal, directional, rules, cutoff, reader);
+      return findTogether(p_L, normal, directional, cutoff, reader);
     });
   }
   const auto* values = reinterpret_cast<const int64_t*>(&own);
@@ -143,7 +143,7 @@ void PoseAligner::takePoints(const FrameView& view, const RawDepth& raw) {
 AlignmentSums PoseAligner::sumsAt(const FrameView& view, float cutoff, const MapView& map) {
   if (point_count_ == 0) return AlignmentSums{};
   addPointsKernel<<<alignBlocks(kLanes * point_count_), kAlignThreads, 0, stream_.get()>>>(
-      view, settings_.rules, directional_, cutoff, map, points_.data(), point_count_, sums_.data(),
+      view, directional_, cutoff, map, points_.data(), point_count_, sums_.data(),
       pinned_sums_.data());
   DTSDF_CHECK_LAUNCH("addPointsKernel");
   stream_.synchronize();

@@ -142,7 +142,7 @@ CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int dev
       device_(device),
       table_(table),
       map_(stream_),
-      aligner_(makeAlignmentSettings(rules), params.map.directional, stream_),
+      aligner_(makeAlignmentSettings(params, rules), params.map.directional, stream_),
       sensor_(params, rules, stream_),
       surfel_maker_(params, rules.surfels, stream_),
       block_finder_(makeFusionSettings(params, rules), stream_),

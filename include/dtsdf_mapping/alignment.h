@@ -33,10 +33,13 @@ struct Alignment {
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   double matched_share = 0.0;  ///< Of the image's points, those that lie near a surface of the map.
   double inlier_share = 0.0;   ///< Of the matched points, those that fit.
-  double witnesses = 0.0;      ///< Points with independent errors that would say as much as all.
-  double residual_m = 0.0;     ///< Root mean square of their distances to the surface, in metres.
-  double shift_m = 0.0;        ///< From the frame's pose, in metres.
-  double turn_rad = 0.0;       ///< The same in radians.
+  /// So many fit that it has not slid along plain surfaces, which fit all along.
+  bool is_held = false;
+  double reach_m = 0.0;     ///< How far off the map surfaces were looked for, in metres.
+  double witnesses = 0.0;   ///< Points with independent errors that would say as much as all.
+  double residual_m = 0.0;  ///< Root mean square of their distances to the surface, in metres.
+  double shift_m = 0.0;     ///< From the frame's pose, in metres.
+  double turn_rad = 0.0;    ///< The same in radians.
   /// How far the image's points lie off the map at the frame's pose, along their normals, root mean
   /// square, in metres: small if the pose is off along a wall only.
   double misplacement_m = 0.0;

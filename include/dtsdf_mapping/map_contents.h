@@ -13,6 +13,7 @@
 
 #include "dtsdf_mapping/geometry.h"
 #include "dtsdf_mapping/params/mapper_params.h"
+#include "dtsdf_mapping/params/pose_params.h"
 
 namespace dtsdf {
 
@@ -72,12 +73,14 @@ struct MapOrigin {
   /// Of a levelled map: from the frame of poses, M, to the frame of the map, W.
   std::optional<Eigen::Isometry3d> T_W_M;
   double stamp_s = 0.0;  ///< Of the newest frame fused, in seconds; 0: not known.
+  PoseParams poses;      ///< How the poses of frames were found.
 };
 
 /// A map without its blocks, voxels, colours and free cells.
 struct MapHead : MapOrigin {
   /// The mapper's settings (except backend, threads, budget and colour of the mesh) and the
-  /// numbers of its rules (rules/...).
+  /// numbers of its rules (rules/..., except those of poses). Those of a file include poses/...,
+  /// unless poses were taken as given.
   ParamTree settings;
   uint64_t frames = 0;             ///< Depth frames that were fused.
   uint64_t supporting_frames = 0;  ///< Of these, those that did more than clear.

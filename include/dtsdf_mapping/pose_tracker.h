@@ -62,7 +62,7 @@ class PoseTracker {
   Alignment begin(Mapper& mapper, const DepthFrame& frame, double stamp_s);
   Alignment follow(Mapper& mapper, const DepthFrame& frame, double stamp_s);
   Alignment search(Mapper& mapper, const DepthFrame& frame, double stamp_s);
-  Alignment alignAt(Mapper& mapper, DepthFrame frame, const Eigen::Isometry3d& T_W_C) const;
+  Alignment alignAt(Mapper& mapper, DepthFrame frame, const Eigen::Isometry3d& T_W_C);
   void keep(const Eigen::Isometry3d& T_W_C, double stamp_s);
   void rememberPlace(const Eigen::Isometry3d& T_W_C);
   void lose(double stamp_s);
@@ -75,6 +75,7 @@ class PoseTracker {
   std::optional<Followed> last_, before_;         ///< The newest frames that fitted.
   std::vector<Eigen::Isometry3d> places_T_W_C_;   ///< Poses of before, apart, the newest last.
   std::optional<double> lost_since_s_;
+  double reach_m_ = 0.0;     ///< Of alignments.
   int fits_in_a_row_ = 0;    ///< While lost.
   size_t guesses_made_ = 0;  ///< Since it was lost.
 };

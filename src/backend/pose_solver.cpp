@@ -107,8 +107,10 @@ double shareOf(int64_t part, int64_t whole) {
 
 }  // namespace
 
-Alignment unalignedPose(const DepthFrame& frame, const PosePrior& prior, float voxel_size_m) {
+Alignment unalignedPose(const DepthFrame& frame, const PosePrior& prior,
+                        const AlignmentRules& rules, float voxel_size_m) {
   Alignment unaligned;
+  unaligned.reach_m = voxel_size_m * rules.reach;
   unaligned.T_W_C = frame.T_W_C;
   unaligned.covariance = covarianceOf(informationOf(prior, voxel_size_m), voxel_size_m);
   return unaligned;
@@ -117,7 +119,7 @@ Alignment unalignedPose(const DepthFrame& frame, const PosePrior& prior, float v
 Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const AlignmentRules& rules,
                    float voxel_size_m, const SumsAtPose& sums_at) {
   const Matrix6d of_prior = informationOf(prior, voxel_size_m);
-  Alignment unaligned = unalignedPose(frame, prior, voxel_size_m);
+  Alignment unaligned = unalignedPose(frame, prior, rules, voxel_size_m);
   DepthFrame at = frame;
   if (prior.start_T_W_C) at.T_W_C = *prior.start_T_W_C;
   Matrix6d information = of_prior;
@@ -150,6 +152,7 @@ Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const Alignm
   result.status = AlignmentStatus::kMisfit;
   if (result.inlier_share < rules.least_inliers) return result;
   result.status = AlignmentStatus::kAligned;
+  result.is_held = result.inlier_share >= rules.held_inliers;
   result.T_W_C = at.T_W_C;
   result.covariance = covarianceOf(information, voxel_size_m);
   return result;

@@ -14,7 +14,8 @@ namespace dtsdf {
 using SumsAtPose = std::function<AlignmentSums(const FrameView& view, float cutoff)>;
 
 /// A frame that was not aligned: at its own pose, as uncertain as the prior.
-Alignment unalignedPose(const DepthFrame& frame, const PosePrior& prior, float voxel_size_m);
+Alignment unalignedPose(const DepthFrame& frame, const PosePrior& prior,
+                        const AlignmentRules& rules, float voxel_size_m);
 
 /// @param frame With the pose around which the prior lies.
 Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const AlignmentRules& rules,

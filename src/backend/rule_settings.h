@@ -48,8 +48,8 @@ inline MeshSettings makeMeshSettings(const MapperParams& params, const Rules& ru
   return {rules.mesh, castsSurfels(params)};
 }
 
-inline AlignmentSettings makeAlignmentSettings(const Rules& rules) {
-  return {rules.fusion.full_weight_depth_m, rules.poses};
+inline AlignmentSettings makeAlignmentSettings(const MapperParams& params, const Rules& rules) {
+  return {rules.fusion.full_weight_depth_m, params.fusion.depth_jump, rules.poses};
 }
 
 inline PaintSettings makePaintSettings(const MapperParams& params, const Rules& rules) {

@@ -80,13 +80,12 @@ void visitRules(AlignmentRules& rules, Visitor& visit) {
   const std::string section = "rules/poses/";
   visit(section + "points", rules.points, Range{100, 1e6});
   visit(section + "window_px", rules.window_px, Range{1, 20});
-  visit(section + "window_bend", rules.window_bend, Range{0.0, 1.0});
   visit(section + "reach", rules.reach, Range{0.0, 16.0});
   visit(section + "cutoff", rules.cutoff, Range{0.01, 16.0});
-  visit(section + "least_agreement", rules.least_agreement, Range{0.0, 1.0});
   visit(section + "points_per_witness", rules.points_per_witness, Range{1.0, 1e6});
   visit(section + "least_matched", rules.least_matched, Range{0.0, 1.0});
   visit(section + "least_inliers", rules.least_inliers, Range{0.0, 1.0});
+  visit(section + "held_inliers", rules.held_inliers, Range{0.0, 1.0});
   visit(section + "least_misplacement", rules.least_misplacement, Range{0.0, 16.0});
 }
 

@@ -81,7 +81,7 @@ AlignmentSums PoseAligner::sumsAt(const FrameView& view, float cutoff, const Blo
   parallelFor<NoScratch>(batches, threads_, [&](size_t batch, NoScratch&) {
     VoxelReader reader(table, voxels, view.origin_voxel);
     const auto find = [&](const Vec3f& p_L, const Vec3f& normal) {
-      return findSurface(p_L, normal, directional_, settings_.rules, cutoff, reader);
+      return findSurface(p_L, normal, directional_, cutoff, reader);
     };
     AlignmentSums part{};
     const size_t end = std::min(points_.size(), (batch + 1) * kPointsAtOnce);

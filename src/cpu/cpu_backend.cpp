@@ -47,7 +47,7 @@ CpuBackend::CpuBackend(const MapperParams& params, const Rules& rules, const Blo
       fusion_(makeFusionSettings(params, rules)),
       threads_(cpuThreads(params)),
       table_(table),
-      aligner_(makeAlignmentSettings(rules), params.map.directional, threads_),
+      aligner_(makeAlignmentSettings(params, rules), params.map.directional, threads_),
       sensor_(params, rules, threads_),
       surfel_maker_(params, rules.surfels, threads_),
       block_finder_(fusion_, threads_),

@@ -301,7 +301,7 @@ std::vector<int32_t> Engine::dropBeyond() {
 
 Alignment Engine::align(const DepthFrame& frame, const PosePrior& prior) {
   const float voxel_size_m = params_.map.voxel_size_m;
-  Alignment unaligned = unalignedPose(frame, prior, voxel_size_m);
+  Alignment unaligned = unalignedPose(frame, prior, rules_.poses, voxel_size_m);
   if (findProblem(frame, params_)) return unaligned;
   try {
     ready();

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "io/text_file.h"
+#include "params/param_copy.h"
 #include "threads/parallel.h"
 
 namespace dtsdf {
@@ -80,6 +81,25 @@ bool decodeHeader(const uint8_t* bytes, SectionHeader& header) {
   header.content_bytes = in.take<uint64_t>();
   header.hash = in.take<uint64_t>();
   return in.take<uint64_t>() == hashOf(bytes, kSectionHeaderBytes - sizeof(uint64_t));
+}
+
+ParamTree settingsOfFile(const MapHead& head) {
+  ParamTree settings = copyOf(head.settings);
+  if (head.poses.mode != PoseMode::kTf) settings.merge(toTree(head.poses));
+  return settings;
+}
+
+PoseParams posesOf(const ParamTree& settings) {
+  PoseParams poses;
+  ParamTree known = toTree(poses);
+  for (auto& [key, value] : known) {
+    const auto found = settings.find(key);
+    if (found != settings.end()) value = found->second;
+  }
+  ParamReader reader(std::move(known));
+  visitParams(poses, reader);
+  reader.finish();
+  return poses;
 }
 
 std::string settingsText(const ParamTree& settings) {

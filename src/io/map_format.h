@@ -126,6 +126,12 @@ Bytes encodeHeader(const SectionHeader& header);
 /// False if the checksum does not fit.
 bool decodeHeader(const uint8_t* bytes, SectionHeader& header);
 
+/// The settings of a file: those of the map, and poses/... unless poses were taken as given.
+ParamTree settingsOfFile(const MapHead& head);
+
+/// The settings poses/... among these. @throws ParamError if a value is invalid.
+PoseParams posesOf(const ParamTree& settings);
+
 /// Settings as lines "key: value" in the order of their keys; numbers read back as they were.
 std::string settingsText(const ParamTree& settings);
 

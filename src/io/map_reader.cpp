@@ -88,7 +88,10 @@ void MapReader::readSettings() {
     file_.throwDamaged("its settings are malformed");
   }
   contents_.map_frame.assign(frame.begin(), frame.end());
-  checkSoundly([&] { withSettingsOf(contents_, {}); });
+  checkSoundly([&] {
+    withSettingsOf(contents_, {});
+    contents_.poses = posesOf(contents_.settings);
+  });
   const PlacedSection* const level = file_.find(kLevel);
   if (level == nullptr) return;
   const Bytes pose = file_.read(*level, kPoseBytes);

@@ -8,21 +8,18 @@
 namespace dtsdf {
 namespace {
 
-/// Older images count little: noise depends on the place and on the motion.
-constexpr int kRemembered = 16;
-
-/// The mean of fewer squares says nothing.
-constexpr int kLeastSeen = 8;
-
-/// A mean of so few squares is right by a factor of two.
-constexpr double kUncertainty = 2.0;
-
-/// Noise moves an alignment by at most so many deviations.
+/// Noise is within so many deviations.
 constexpr double kDeviations = 3.0;
+
+/// A mean square is right by this factor, if it is one of so many third differences: these share
+/// images, so 8 of three axes say as much as 10 numbers, whose mean square has a deviation of 0.44.
+/// More would be of other places and motions.
+constexpr double kUncertainty = 2.0;
+constexpr int kRemembered = 8;
 
 }  // namespace
 
-bool AlignmentGain::Variance::isKnown() const { return seen >= kLeastSeen; }
+bool AlignmentGain::Variance::isKnown() const { return seen >= kRemembered; }
 
 bool AlignmentGain::Variance::add(const Step& step) {
   bool is_jump = false;

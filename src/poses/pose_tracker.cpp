@@ -1,5 +1,6 @@
 #include "dtsdf_mapping/pose_tracker.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -11,29 +12,19 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// A motion is continued over so long a gap between images, and no longer.
-constexpr double kLongestGap_s = 0.5;
+/// A pose found by search has to explain most of the image: little matches by chance.
+constexpr double kFoundShare = 0.5;
 
-/// Below this share of inliers a camera has slipped, though most of the image still fits: plain
-/// surfaces still fit while it slides along them. (A phone that turned fast: 0.74 to 0.84 while
-/// it slipped by 5 degrees, 0.90 to 1 otherwise; a Kinect: never below 0.95.)
-constexpr double kLeastInliers = 0.85;
-
-/// So many images in a row have to fit before a camera that was lost is trusted.
+/// So many images in a row have to fit before a camera that was lost is trusted: two make a motion,
+/// and the third confirms it.
 constexpr int kFitsToTrust = 3;
 
-/// A pose found by search has to explain so much of the image: little matches by chance.
-constexpr double kFoundShare = 0.6;
-
-/// What is looked for around a pose: as far apart as an alignment reaches, twice.
-constexpr double kSearchStep_m = 0.15, kSearchStep_rad = 0.15;
+/// Two rings of six turns and six shifts, and the place itself.
 constexpr int kGuessesAPlace = 1 + 4 * 6;
 
-/// Guesses that a lost image is compared with, beside the last pose.
+/// Bounds of work: guesses that a lost image is compared with, beside the last pose, and places to
+/// look around.
 constexpr int kGuessesAnImage = 6;
-
-/// Places to look around: where the camera was, so far apart.
-constexpr double kPlacesApart_m = 0.3, kPlacesApart_rad = 0.3;
 constexpr size_t kMostPlaces = 16;
 
 double turnBetween(const Isometry3d& a, const Isometry3d& b) {
@@ -51,16 +42,21 @@ Isometry3d continued(const Isometry3d& from, const Isometry3d& to, double share)
   return T_W_C;
 }
 
+/// The larger of a shift in metres and a turn in radians, which is the shift of what is 1 m away.
+double wayBetween(const Isometry3d& a, const Isometry3d& b) {
+  return std::max((b.translation() - a.translation()).norm(), turnBetween(a, b));
+}
+
 /// Where a camera is looked for around a pose: turned about each of its axes and moved along them,
-/// by one step and by two, and there.
-Isometry3d guessAround(const Isometry3d& T_W_C, size_t guess) {
+/// by one step and by two, and there. A step is as far as an alignment reaches.
+Isometry3d guessAround(const Isometry3d& T_W_C, double step, size_t guess) {
   if (guess + 1 == kGuessesAPlace) return T_W_C;
   const size_t ring = guess / 12, axis = guess % 6 / 2;
   const double steps = (guess % 2 == 0 ? 1.0 : -1.0) * static_cast<double>(1 + ring);
   const Vector3d along = Vector3d::Unit(static_cast<Eigen::Index>(axis));
   Isometry3d T = T_W_C;
-  if (guess % 12 < 6) return T.rotate(Eigen::AngleAxisd(steps * kSearchStep_rad, along));
-  return T.translate(steps * kSearchStep_m * along);
+  if (guess % 12 < 6) return T.rotate(Eigen::AngleAxisd(steps * step, along));
+  return T.translate(steps * step * along);
 }
 
 }  // namespace
@@ -155,13 +151,13 @@ Alignment PoseTracker::search(Mapper& mapper, const DepthFrame& frame, double st
   return found;
 }
 
-Alignment PoseTracker::alignAt(Mapper& mapper, DepthFrame frame, const Isometry3d& T_W_C) const {
+Alignment PoseTracker::alignAt(Mapper& mapper, DepthFrame frame, const Isometry3d& T_W_C) {
   frame.T_W_C = T_W_C;
   Alignment alignment = mapper.align(frame, {params_.sigma_m, params_.sigma_rad});
-  const bool slips = alignment.inlier_share < kLeastInliers;
-  if (alignment.status == AlignmentStatus::kAligned && slips) {
+  if (alignment.status == AlignmentStatus::kAligned && !alignment.is_held) {
     alignment.status = AlignmentStatus::kMisfit;
   }
+  reach_m_ = alignment.reach_m;
   return alignment;
 }
 
@@ -170,13 +166,15 @@ void PoseTracker::keep(const Isometry3d& T_W_C, double stamp_s) {
   last_ = Followed{T_W_C, stamp_s};
 }
 
+/// The newest place is the last pose, and moves with it until it is apart from the one before: what
+/// is nearer is looked for around that one.
 void PoseTracker::rememberPlace(const Isometry3d& T_W_C) {
-  if (!places_T_W_C_.empty()) {
-    const Isometry3d& newest = places_T_W_C_.back();
-    const double way_m = (T_W_C.translation() - newest.translation()).norm();
-    if (way_m < kPlacesApart_m && turnBetween(T_W_C, newest) < kPlacesApart_rad) return;
+  const size_t count = places_T_W_C_.size();
+  if (count > 1 && wayBetween(places_T_W_C_[count - 2], T_W_C) < 2.0 * reach_m_) {
+    places_T_W_C_.back() = T_W_C;
+    return;
   }
-  if (places_T_W_C_.size() == kMostPlaces) places_T_W_C_.erase(places_T_W_C_.begin());
+  if (count == kMostPlaces) places_T_W_C_.erase(places_T_W_C_.begin());
   places_T_W_C_.push_back(T_W_C);
 }
 
@@ -186,12 +184,15 @@ void PoseTracker::lose(double stamp_s) {
   guesses_made_ = 0;
 }
 
+/// The motion goes on; over a gap of more than one image, no farther than an alignment reaches.
 Isometry3d PoseTracker::predict(double stamp_s) const {
   if (!before_) return last_->T_W_C;
   const double between_s = last_->stamp_s - before_->stamp_s, ahead_s = stamp_s - last_->stamp_s;
-  const bool moves_on =
-      between_s > 0.0 && between_s <= kLongestGap_s && ahead_s > 0.0 && ahead_s <= kLongestGap_s;
-  return moves_on ? continued(before_->T_W_C, last_->T_W_C, ahead_s / between_s) : last_->T_W_C;
+  if (!(between_s > 0.0) || !(ahead_s > 0.0)) return last_->T_W_C;
+  const double share = ahead_s / between_s;
+  const Isometry3d ahead = continued(before_->T_W_C, last_->T_W_C, share);
+  const bool is_far = wayBetween(last_->T_W_C, ahead) > reach_m_;
+  return share > 2.0 && is_far ? last_->T_W_C : ahead;
 }
 
 /// The last place first, with all that is around it.
@@ -199,7 +200,7 @@ Isometry3d PoseTracker::nextGuess() {
   if (places_T_W_C_.empty()) return last_->T_W_C;
   const size_t guess = guesses_made_++ % (places_T_W_C_.size() * kGuessesAPlace);
   const size_t place = places_T_W_C_.size() - 1 - guess / kGuessesAPlace;
-  return guessAround(places_T_W_C_[place], guess % kGuessesAPlace);
+  return guessAround(places_T_W_C_[place], reach_m_, guess % kGuessesAPlace);
 }
 
 }  // namespace dtsdf

@@ -69,7 +69,8 @@ MapOrigin originOf(const ReconstructOptions& options, const RunSettings& setting
                    const StartingMap& start) {
   const bool goes_on = start.map && start.map->head->frames > 0;
   return {nameOfFrame(options, settings, start),
-          goes_on ? start.map->head->T_W_M : findLevel(options, settings, "reconstruct"), 0.0};
+          goes_on ? start.map->head->T_W_M : findLevel(options, settings, "reconstruct"), 0.0,
+          settings.params.node.poses};
 }
 
 /// Saves the map of a run, and says so.
@@ -246,7 +247,8 @@ void runLog(const ReconstructOptions& options) {
   ProgressBar progress("frames", log.depthImages());
   ReconstructionResult result = reconstruct(log, *mapper, params.map, options.mesh_every,
                                             [&](size_t done) { progress.show(done); });
-  saveAll(result, *mapper, {log.log().begin().map_frame, log.level(), 0.0}, params, options);
+  saveAll(result, *mapper, {log.log().begin().map_frame, log.level(), 0.0, PoseParams()}, params,
+          options);
 }
 
 void run(ReconstructOptions options) {

@@ -32,7 +32,8 @@ class FramePosesTest : public testing::Test {
       const double shift_m = camera_x_m_ - frame.T_W_C.translation().x();
       const bool fits = std::abs(shift_m) < 0.1;
       alignment.status = fits ? AlignmentStatus::kAligned : AlignmentStatus::kMisfit;
-      alignment.is_significant = fits;
+      alignment.is_significant = alignment.is_held = fits;
+      alignment.reach_m = 0.2;
       alignment.matched_share = 1.0;
       alignment.inlier_share = fits ? 1.0 : 0.1;
       if (fits) alignment.T_W_C.translation().x() = camera_x_m_;
@@ -123,6 +124,13 @@ TEST_F(FramePosesTest, ARefinedFrameIsFusedWhereItFits) {
   EXPECT_EQ(corrections_.size(), 2u);
   EXPECT_EQ(poses_->fusedPoses().copy().size(), 2u);
   expectAccounted();
+}
+
+TEST_F(FramePosesTest, TheMapSaysHowPosesWereFound) {
+  params_.poses.sigma_m = 0.02;
+  start(PoseMode::kRefine);
+  push(1.0);
+  EXPECT_EQ(toTree(session_->contents().poses), toTree<PoseParams>(params_.poses));
 }
 
 TEST_F(FramePosesTest, OneThatDoesNotFitIsFusedAsGiven) {

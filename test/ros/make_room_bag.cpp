@@ -1,48 +1,112 @@
-/// make_room_bag OUT.bag: a way through the analytic room, with transforms that come late.
+/// make_room_bag KIND OUT.bag: ways through the analytic room. `late`: with transforms that come
+/// late; `drifting` and `covered`: see room_bags.h.
 #include <rosbag/bag.h>
 
 #include <exception>
 #include <iostream>
+#include <stdexcept>
 
 #include "ros/support/messages.h"
+#include "ros/support/room_bags.h"
 #include "simulation/scene.h"
 
 namespace {
 
-constexpr int kFrames = 30;
-constexpr int kWidth = 96, kHeight = 72;
-constexpr dtsdf::Intrinsics kIntrinsics{80.0f, 80.0f, 47.5f, 35.5f};
-constexpr double kInterval_s = 0.1;
-/// The transforms are recorded this much after the images they belong to.
-constexpr double kLate_s = 0.15;
+using dtsdf::Intrinsics;
+using Eigen::Isometry3d;
 
-void writeBag(const std::string& path) {
-  rosbag::Bag bag(path, rosbag::bagmode::Write);
-  const dtsdf::Scene scene = dtsdf::makeRoomScene();
+struct Camera {
+  int width, height;
+  Intrinsics intrinsics;
+};
+
+class RoomBag {
+ public:
+  RoomBag(const std::string& path, const Camera& camera)
+      : bag_(path, rosbag::bagmode::Write), camera_(camera) {}
+
+  void see(const Isometry3d& T_R_C, const ros::Time& stamp) {
+    write(renderDepth(room_, camera_.intrinsics, camera_.width, camera_.height, T_R_C), stamp);
+  }
+
+  void seeNothing(const ros::Time& stamp) {
+    write(std::vector<float>(static_cast<size_t>(camera_.width) * camera_.height, 0.0f), stamp);
+  }
+
+  void writeTransform(const std::string& parent, const std::string& child, const Isometry3d& T,
+                      const ros::Time& stamp, const ros::Time& received) {
+    bag_.write("/tf", received, dtsdf::makeTfMessage(parent, child, T, stamp));
+  }
+
+ private:
+  void write(const std::vector<float>& depth_m, const ros::Time& stamp) {
+    const sensor_msgs::Image image = dtsdf::makeImageMessage(
+        dtsdf::makeHeader(stamp, "camera"), "32FC1", camera_.width, camera_.height, depth_m);
+    bag_.write("/camera/depth/image_rect", stamp, image);
+    bag_.write("/camera/depth/camera_info", stamp, makeCameraInfo(image, camera_.intrinsics));
+  }
+
+  rosbag::Bag bag_;
+  const Camera camera_;
+  const dtsdf::Scene room_ = dtsdf::makeRoomScene();
+};
+
+void writeLate(const std::string& path) {
+  constexpr int kFrames = 30;
+  constexpr double kInterval_s = 0.1;
+  /// The transforms are recorded this much after the images they belong to.
+  const ros::Duration late(0.15);
+  RoomBag bag(path, {96, 72, {80.0f, 80.0f, 47.5f, 35.5f}});
   const ros::Time start(1000.0);
   for (int i = 0; i < kFrames; ++i) {
     const ros::Time stamp = start + ros::Duration(i * kInterval_s);
-    const Eigen::Isometry3d T_W_C = dtsdf::roomCameraPose(i * kInterval_s, 6.0);
-    const sensor_msgs::Image image =
-        dtsdf::makeImageMessage(dtsdf::makeHeader(stamp, "camera"), "32FC1", kWidth, kHeight,
-                                renderDepth(scene, kIntrinsics, kWidth, kHeight, T_W_C));
-    bag.write("/camera/depth/image_rect", stamp, image);
-    bag.write("/camera/depth/camera_info", stamp, dtsdf::makeCameraInfo(image, kIntrinsics));
-    bag.write("/tf", stamp + ros::Duration(kLate_s),
-              dtsdf::makeTfMessage("map", "camera", T_W_C, stamp));
+    const Isometry3d T_W_C = dtsdf::roomCameraPose(i * kInterval_s, 6.0);
+    bag.see(T_W_C, stamp);
+    bag.writeTransform("map", "camera", T_W_C, stamp, stamp + late);
   }
-  bag.close();
+}
+
+const Camera kCarriedCamera{160, 120, {138.0f, 138.0f, 79.5f, 59.5f}};
+
+void writeDrifting(const std::string& path) {
+  using namespace dtsdf::room_bag;
+  RoomBag bag(path, kCarriedCamera);
+  for (int i = 0; i < kDriftingFrames; ++i) {
+    const Isometry3d T_R_B = poseAt(i) * dtsdf::mount().inverse();
+    bag.writeTransform("odom", "base", driftAt(i).inverse() * T_R_B, stampOf(i), stampOf(i));
+    bag.writeTransform("base", "camera", dtsdf::mount(), stampOf(i), stampOf(i));
+    bag.see(poseAt(i), stampOf(i));
+  }
+}
+
+void writeCovered(const std::string& path) {
+  using namespace dtsdf::room_bag;
+  RoomBag bag(path, kCarriedCamera);
+  for (int i = 0; i < kCarried + kCovered + kHeld; ++i) {
+    if (isCovered(i)) {
+      bag.seeNothing(stampOf(i));
+    } else {
+      bag.see(i < kCarried ? poseAt(i) : heldPose(), stampOf(i));
+    }
+  }
+}
+
+void writeBag(const std::string& kind, const std::string& path) {
+  if (kind == "late") return writeLate(path);
+  if (kind == "drifting") return writeDrifting(path);
+  if (kind == "covered") return writeCovered(path);
+  throw std::runtime_error("no such kind: " + kind);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::cerr << "usage: make_room_bag OUT.bag\n";
+  if (argc != 3) {
+    std::cerr << "usage: make_room_bag late|drifting|covered OUT.bag\n";
     return 2;
   }
   try {
-    writeBag(argv[1]);
+    writeBag(argv[1], argv[2]);
   } catch (const std::exception& error) {
     std::cerr << "make_room_bag: " << error.what() << "\n";
     return 1;

@@ -1,7 +1,9 @@
-/// Odometry that drifts: images are fused where they fit, and the drift is published.
+/// A bag with odometry that drifts: images are fused where they fit, and the drift is published.
 #include <dtsdf_mapping/SetPose.h>
 #include <gtest/gtest.h>
 
+#include "ros/support/bag_player.h"
+#include "ros/support/room_bags.h"
 #include "ros/support/room_camera.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
@@ -9,45 +11,22 @@
 namespace dtsdf {
 namespace {
 
-constexpr double kRefinePeriod_s = 0.05;
-constexpr int kRefinedFrames = 60;
-
-/// Where the odometry's frame would have to lie in the room: it drifts by 9 cm and 3 degrees.
-Eigen::Isometry3d driftAt(int frame) {
-  const double share = static_cast<double>(frame) / kRefinedFrames;
-  Eigen::Isometry3d T_R_O(Eigen::Translation3d(0.08 * share, -0.04 * share, 0.01 * share));
-  T_R_O.rotate(Eigen::AngleAxisd(0.05 * share, Eigen::Vector3d::UnitZ()));
-  return T_R_O;
-}
-
 TEST(Refine, DriftIsTakenOutAndPublished) {
   ros::NodeHandle nh;
   const StatusWatcher status(nh);
   const WayWatcher way(nh);
-  RoomCamera camera(nh);
-  ASSERT_TRUE(camera.connect());
   ASSERT_TRUE(waitUntil([&] { return status.received() && way.isConnected(); }));
-  const ros::Time start = ros::Time::now();
-  ros::Time stamp;
-  Eigen::Isometry3d T_R_B;
-  for (int i = 0; i < kRefinedFrames; ++i) {
-    stamp = start + ros::Duration(kRefinePeriod_s * i);
-    const Eigen::Isometry3d T_R_C = roomCameraPose(kRefinePeriod_s * i);
-    T_R_B = T_R_C * mount().inverse();
-    camera.sendTransform("odom", "base", driftAt(i).inverse() * T_R_B, stamp);
-    camera.sendTransform("base", "camera", mount(), stamp);
-    camera.see(T_R_C, stamp);
-    if (i % 10 == 9) {
-      ASSERT_TRUE(status.waitForFused(static_cast<uint64_t>(i - 9))) << status.status().message;
-    }
-  }
+  const BagPlayer player(0.0, room_bag::kPeriod_s * room_bag::kDriftingFrames);
+  const ros::Time stamp = room_bag::stampOf(room_bag::kDriftingFrames - 1);
+  const Eigen::Isometry3d T_R_B =
+      room_bag::poseAt(room_bag::kDriftingFrames - 1) * mount().inverse();
   ASSERT_TRUE(way.waitFor(stamp)) << status.status().message;
-  ASSERT_TRUE(status.waitForFused(kRefinedFrames)) << status.status().message;
-  EXPECT_EQ(way.count(), static_cast<size_t>(kRefinedFrames));
+  ASSERT_TRUE(status.waitForFused(room_bag::kDriftingFrames)) << status.status().message;
+  EXPECT_EQ(way.count(), static_cast<size_t>(room_bag::kDriftingFrames));
   EXPECT_EQ(way.odometry().header.frame_id, "map");
   EXPECT_EQ(way.odometry().child_frame_id, "base");
 
-  const Eigen::Isometry3d drift = driftAt(kRefinedFrames - 1);
+  const Eigen::Isometry3d drift = room_bag::driftAt(room_bag::kDriftingFrames - 1);
   const double given_m = shiftBetween_m(drift.inverse() * T_R_B, T_R_B);
   const double given_rad = turnBetween_rad(drift, Eigen::Isometry3d::Identity());
   EXPECT_LT(shiftBetween_m(way.pose(), T_R_B), given_m / 4.0);

@@ -1,10 +1,12 @@
-/// A camera whose poses nobody publishes: it is followed, lost when it is covered, and found again.
+/// A bag of a camera without transforms: it is followed, lost when it is covered, and found again.
 #include <dtsdf_mapping/SaveTrajectory.h>
 #include <dtsdf_mapping/SetPose.h>
 #include <gtest/gtest.h>
 
 #include "io/trajectory.h"
+#include "ros/support/bag_player.h"
 #include "ros/support/output_folder.h"
+#include "ros/support/room_bags.h"
 #include "ros/support/room_camera.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
@@ -12,30 +14,27 @@
 namespace dtsdf {
 namespace {
 
-constexpr double kTrackPeriod_s = 0.05;
-constexpr int kTrackedFrames = 30;
 /// Half a voxel, and what that is at 2 m.
 constexpr double kClose_m = 0.02, kClose_rad = 0.01;
-
-Eigen::Isometry3d roomPose(int frame) { return roomCameraPose(kTrackPeriod_s * frame); }
 
 /// Tracking begins with an upright camera at the origin.
 Eigen::Isometry3d mapPose(const Eigen::Isometry3d& T_R_C) {
   Eigen::Isometry3d begin = Eigen::Isometry3d::Identity();
   begin.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
-  return begin * roomPose(0).inverse() * T_R_C;
+  return begin * room_bag::poseAt(0).inverse() * T_R_C;
 }
 
-/// One camera for all tests, which go on where the one before ended.
+/// One bag for all tests, which go on where the one before ended.
 class Track : public testing::Test {
  protected:
   void SetUp() override {
-    ASSERT_TRUE(camera_.connect());
     ASSERT_TRUE(waitUntil([&] { return status_.received() && way_.isConnected(); }));
-    if (start_.isZero()) start_ = ros::Time::now();
   }
 
-  static ros::Time stampOf(int frame) { return start_ + ros::Duration(kTrackPeriod_s * frame); }
+  /// Plays the bag from one of its images to before another one.
+  static void play(int from, int to) {
+    const BagPlayer player(room_bag::kPeriod_s * (from - 0.5), room_bag::kPeriod_s * (to - 0.5));
+  }
 
   void expectAt(const Eigen::Isometry3d& T_R_C) const {
     EXPECT_LT(shiftBetween_m(way_.pose(), mapPose(T_R_C)), kClose_m);
@@ -53,27 +52,24 @@ class Track : public testing::Test {
     return status_.status().cameras.at(0).pose;
   }
 
-  static ros::Time start_;
   ros::NodeHandle nh_;
   StatusWatcher status_{nh_};
   WayWatcher way_{nh_};
   RoomCamera camera_{nh_};
 };
 
-ros::Time Track::start_;
-
 TEST_F(Track, ACameraIsFollowedWithoutTransforms) {
-  for (int i = 0; i < kTrackedFrames; ++i) camera_.see(roomPose(i), stampOf(i));
-  ASSERT_TRUE(way_.waitFor(stampOf(kTrackedFrames - 1))) << status_.status().message;
-  ASSERT_TRUE(status_.waitForFused(kTrackedFrames)) << status_.status().message;
+  play(0, room_bag::kCarried);
+  ASSERT_TRUE(way_.waitFor(room_bag::stampOf(room_bag::kCarried - 1))) << status_.status().message;
+  ASSERT_TRUE(status_.waitForFused(room_bag::kCarried)) << status_.status().message;
   EXPECT_EQ(way_.odometry().header.frame_id, "odom");  // which lies in the map's origin
   EXPECT_EQ(way_.odometry().child_frame_id, "camera");
-  expectAt(roomPose(kTrackedFrames - 1));
+  expectAt(room_bag::poseAt(room_bag::kCarried - 1));
   for (size_t axis = 0; axis < 6; ++axis) {
     EXPECT_GT(way_.odometry().pose.covariance[7 * axis], 0.0);
     EXPECT_LT(way_.odometry().pose.covariance[7 * axis], 1e-4) << axis;
   }
-  const auto T_M_C = way_.transform("map", "camera", stampOf(kTrackedFrames - 1));
+  const auto T_M_C = way_.transform("map", "camera", room_bag::stampOf(room_bag::kCarried - 1));
   ASSERT_TRUE(T_M_C);
   EXPECT_LT(shiftBetween_m(*T_M_C, way_.pose()), 1e-6);
   EXPECT_EQ(poseStatus().outcome, "aligned");
@@ -87,12 +83,11 @@ TEST_F(Track, ACameraIsFollowedWithoutTransforms) {
 
 TEST_F(Track, ACoveredCameraIsLostAndFusesNothing) {
   const uint64_t fused = status_.status().frames_fused;
-  constexpr int kCovered = 40;  // two seconds
-  for (int i = 0; i < kCovered; ++i) camera_.seeNothing(stampOf(kTrackedFrames + i));
-  ASSERT_TRUE(waitUntil([&] { return status_.dropped("lost") == kCovered; }))
+  play(room_bag::kCarried, room_bag::kCarried + room_bag::kCovered);
+  ASSERT_TRUE(waitUntil([&] { return status_.dropped("lost") == room_bag::kCovered; }))
       << status_.status().message;
   EXPECT_EQ(status_.status().frames_fused, fused);
-  EXPECT_NEAR((poseStatus().lost_since - stampOf(kTrackedFrames)).toSec(), 0.0, 1e-6);
+  EXPECT_NEAR((poseStatus().lost_since - room_bag::stampOf(room_bag::kCarried)).toSec(), 0.0, 1e-6);
   EXPECT_NE(status_.status().message.find("the camera is lost"), std::string::npos)
       << status_.status().message;
   EXPECT_EQ(status_.status().level, dtsdf_mapping::MapStatus::WARN);
@@ -101,16 +96,14 @@ TEST_F(Track, ACoveredCameraIsLostAndFusesNothing) {
 
 TEST_F(Track, ItIsFoundAgainNearWhereItWas) {
   const uint64_t fused = status_.status().frames_fused;
-  Eigen::Isometry3d T_R_C = roomPose(kTrackedFrames - 1);
-  T_R_C.translate(Eigen::Vector3d(0.036, -0.018, 0.012));
-  T_R_C.rotate(Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitY()));
-  const int first = kTrackedFrames + 40;
-  for (int i = 0; i < 10; ++i) camera_.see(T_R_C, stampOf(first + i));
-  ASSERT_TRUE(way_.waitFor(stampOf(first + 9))) << poseStatus();
+  constexpr int kEnd = room_bag::kCarried + room_bag::kCovered + room_bag::kHeld;
+  play(room_bag::kCarried + room_bag::kCovered, kEnd);
+  ASSERT_TRUE(way_.waitFor(room_bag::stampOf(kEnd - 1))) << poseStatus();
   ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
-  expectAt(T_R_C);
+  expectAt(room_bag::heldPose());
   EXPECT_GT(status_.status().frames_fused, fused);
-  EXPECT_LT(status_.status().frames_fused, fused + 10) << "the first that fits may do so by chance";
+  EXPECT_LT(status_.status().frames_fused, fused + room_bag::kHeld)
+      << "the first that fits may do so by chance";
   EXPECT_TRUE(poseStatus().lost_since.isZero());
   EXPECT_TRUE(waitUntil([&] { return way_.path().poses.size() > 10; }));
   expectAccounted();
@@ -123,7 +116,7 @@ TEST_F(Track, APoseThatIsSetIsWhereItGoesOn) {
   EXPECT_FALSE(call.response.success);
   EXPECT_NE(call.response.message.find("quaternion"), std::string::npos);
 
-  Eigen::Isometry3d about = mapPose(roomPose(0));
+  Eigen::Isometry3d about = mapPose(room_bag::poseAt(0));
   const Eigen::Quaterniond q(about.linear());
   call.request.pose.position.x = about.translation().x() + 0.03;  // people are not exact
   call.request.pose.orientation.w = q.w();
@@ -132,10 +125,10 @@ TEST_F(Track, APoseThatIsSetIsWhereItGoesOn) {
   call.request.pose.orientation.z = q.z();
   ASSERT_TRUE(ros::service::call("/mapping/set_pose", call));
   ASSERT_TRUE(call.response.success) << call.response.message;
-  const ros::Time stamp = stampOf(kTrackedFrames + 60);
-  camera_.see(roomPose(0), stamp);
+  const ros::Time stamp = room_bag::stampOf(room_bag::kCarried + 60);
+  camera_.see(room_bag::poseAt(0), stamp);
   ASSERT_TRUE(way_.waitFor(stamp)) << poseStatus();
-  expectAt(roomPose(0));
+  expectAt(room_bag::poseAt(0));
 }
 
 TEST_F(Track, TheTrajectoryIsSavedAndAnEmptyMapGoesOnThere) {
@@ -150,19 +143,19 @@ TEST_F(Track, TheTrajectoryIsSavedAndAnEmptyMapGoesOnThere) {
   const Trajectory trajectory = readTrajectory(call.response.path, "");
   EXPECT_EQ(trajectory.poses().size(), call.response.poses);
   EXPECT_EQ(trajectory.poses().size(), status_.status().frames_fused);
-  EXPECT_NEAR(trajectory.poses().front().stamp_s, start_.toSec(), 1e-6);
-  EXPECT_LT(shiftBetween_m(trajectory.poses()[kTrackedFrames - 1].T_W_C,
-                           mapPose(roomPose(kTrackedFrames - 1))),
+  EXPECT_NEAR(trajectory.poses().front().stamp_s, room_bag::stampOf(0).toSec(), 1e-6);
+  EXPECT_LT(shiftBetween_m(trajectory.poses()[room_bag::kCarried - 1].T_W_C,
+                           mapPose(room_bag::poseAt(room_bag::kCarried - 1))),
             kClose_m);
   removeOutputFolder();
 
   clearMap();
   ASSERT_TRUE(ros::service::call("/mapping/save_trajectory", call));
   EXPECT_FALSE(call.response.success) << "its poses are of a map that is gone";
-  const ros::Time stamp = stampOf(kTrackedFrames + 61);
-  camera_.see(roomPose(0), stamp);
+  const ros::Time stamp = room_bag::stampOf(room_bag::kCarried + 61);
+  camera_.see(room_bag::poseAt(0), stamp);
   ASSERT_TRUE(way_.waitFor(stamp)) << status_.status().message;
-  expectAt(roomPose(0));
+  expectAt(room_bag::poseAt(0));
 }
 
 }  // namespace

@@ -49,20 +49,21 @@ struct AlignedPlane {
 };
 
 /// Fits a plane to the window around a pixel, of those pairs of opposite pixels that lie on one
-/// surface with it. `inverse_depth(du, dv)` is above 0 where something is measured.
+/// surface with it: the mean of their inverse depths hardly differs from its own.
+/// `inverse_depth(du, dv)` is above 0 where something is measured.
 template <class InverseDepth>
-DTSDF_HD AlignedPlane fitAlignedPlane(const AlignmentRules& rules,
+DTSDF_HD AlignedPlane fitAlignedPlane(const AlignmentSettings& settings,
                                       const InverseDepth& inverse_depth) {
   const float middle = inverse_depth(0, 0);
   if (!(middle > 0.0f)) return {0.0f, 0.0f, 0.0f, false};
   PairSums sums{middle, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0};
-  const int32_t r = rules.window_px;
+  const int32_t r = settings.rules.window_px;
   for (int32_t dv = 0; dv <= r; ++dv) {
     for (int32_t du = dv == 0 ? 1 : -r; du <= r; ++du) {
       const float ahead = inverse_depth(du, dv), behind = inverse_depth(-du, -dv);
       if (!(ahead > 0.0f) || !(behind > 0.0f)) continue;
       const float mean = 0.5f * (ahead + behind), half = 0.5f * (ahead - behind);
-      if (fabsf(mean - middle) > rules.window_bend * middle) continue;
+      if (fabsf(mean - middle) > settings.depth_jump * middle) continue;
       const auto u = static_cast<float>(du), v = static_cast<float>(dv);
       sums.value += mean;
       sums.uu += u * u;
@@ -91,7 +92,7 @@ DTSDF_HD AlignedPoint makeAlignedPoint(const FrameView& frame, const Pixel& pixe
   if (pixel.u < r || pixel.v < r || pixel.u + r >= frame.width || pixel.v + r >= frame.height) {
     return noAlignedPoint();
   }
-  const AlignedPlane plane = fitAlignedPlane(settings.rules, inverse_depth);
+  const AlignedPlane plane = fitAlignedPlane(settings, inverse_depth);
   if (!plane.known) return noAlignedPoint();
   const Intrinsics& K = frame.intrinsics;
   const float u = static_cast<float>(pixel.u), v = static_cast<float>(pixel.v);

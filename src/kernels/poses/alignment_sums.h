@@ -77,15 +77,18 @@ DTSDF_HD float placeAlongNormal(int32_t n) {
 /// How many there are up to `reach` voxels away.
 DTSDF_HD int32_t placesAlongNormal(float reach) { return 2 * static_cast<int32_t>(reach) + 1; }
 
+/// The gradient of the map is nearer to a point's normal than to a right angle with it: its cosine
+/// exceeds that of pi/4.
+constexpr float kLeastAgreement = 0.70710678f;
+
 /// The distance of a point to the plane that the map holds so far `away` along its normal.
 template <class VoxelAt>
 DTSDF_HD FieldSample findPlane(const Vec3f& p_L, const Vec3f& normal,
-                               const DirectionSet& directions, const AlignmentRules& rules,
-                               float away, VoxelAt&& voxel) {
+                               const DirectionSet& directions, float away, VoxelAt&& voxel) {
   FieldSample field = sampleDirections(p_L + away * normal, directions, voxel);
   if (!field.known) return field;
   const float length = norm(field.gradient), slope = dot(field.gradient, normal);
-  field.known = slope > rules.least_agreement * length;
+  field.known = slope > kLeastAgreement * length;
   // The distance falls off by one voxel a voxel; where averages made it less steep, this holds.
   field.gradient = (1.0f / length) * field.gradient;
   field.sdf -= away * (slope / length);
@@ -96,10 +99,10 @@ DTSDF_HD FieldSample findPlane(const Vec3f& p_L, const Vec3f& normal,
 /// of the plane that it holds nearest along the point's normal, up to `reach` voxels away.
 template <class VoxelAt>
 DTSDF_HD FieldSample findSurface(const Vec3f& p_L, const Vec3f& normal, bool directional,
-                                 const AlignmentRules& rules, float reach, VoxelAt&& voxel) {
+                                 float reach, VoxelAt&& voxel) {
   const DirectionSet directions = directionsOf(normal, directional);
   for (int32_t n = 0; n < placesAlongNormal(reach); ++n) {
-    const FieldSample field = findPlane(p_L, normal, directions, rules, placeAlongNormal(n), voxel);
+    const FieldSample field = findPlane(p_L, normal, directions, placeAlongNormal(n), voxel);
     if (field.known) return field;
   }
   return {0.0f, {0.0f, 0.0f, 0.0f}, false};

@@ -96,6 +96,9 @@ class FramePoses {
 
   PoseReport report() const;
 
+  /// How poses are found.
+  const PoseParams& params() const { return params_.poses; }
+
  private:
   /// Of one camera.
   struct CameraState {

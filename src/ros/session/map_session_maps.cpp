@@ -29,6 +29,7 @@ MapOrigin MapSession::origin(const std::string& map_frame) const {
   MapOrigin origin;
   origin.map_frame = map_frame;
   if (parts_.levelling != nullptr) origin.T_W_M = parts_.levelling->level();
+  if (parts_.poses != nullptr) origin.poses = parts_.poses->params();
   origin.stamp_s = map_stamp_.isZero() ? loaded_stamp_s_ : map_stamp_.toSec();
   return origin;
 }

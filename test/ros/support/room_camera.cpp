@@ -24,16 +24,9 @@ bool RoomCamera::connect(uint32_t mappers) const {
 }
 
 void RoomCamera::see(const Eigen::Isometry3d& T_R_C, const ros::Time& stamp) {
-  send(renderDepth(room_, kRoomIntrinsics, kWidth, kHeight, T_R_C), stamp);
-}
-
-void RoomCamera::seeNothing(const ros::Time& stamp) {
-  send(std::vector<float>(kWidth * kHeight, 0.0f), stamp);
-}
-
-void RoomCamera::send(const std::vector<float>& depth_m, const ros::Time& stamp) {
   const sensor_msgs::Image image =
-      makeImageMessage(makeHeader(stamp, "camera"), "32FC1", kWidth, kHeight, depth_m);
+      makeImageMessage(makeHeader(stamp, "camera"), "32FC1", kWidth, kHeight,
+                       renderDepth(room_, kRoomIntrinsics, kWidth, kHeight, T_R_C));
   images_.send(image, makeCameraInfo(image, kRoomIntrinsics));
 }
 

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "ros/support/camera_topics.h"
+#include "ros/support/room_bags.h"
 #include "simulation/scene.h"
 #include "support/pose_distance.h"
 
@@ -27,27 +28,15 @@ class RoomCamera {
   /// Sends what is seen from a pose in the room.
   void see(const Eigen::Isometry3d& T_R_C, const ros::Time& stamp);
 
-  /// Sends an image without a measurement, as of a camera that is covered.
-  void seeNothing(const ros::Time& stamp);
-
   /// Sends a transform.
   void sendTransform(const std::string& parent, const std::string& child,
                      const Eigen::Isometry3d& T, const ros::Time& stamp);
 
  private:
-  void send(const std::vector<float>& depth_m, const ros::Time& stamp);
-
   Scene room_;
   CameraTopics images_;
   ros::Publisher transforms_;
 };
-
-/// The camera on its base.
-inline Eigen::Isometry3d mount() {
-  Eigen::Isometry3d T_B_C(Eigen::Translation3d(0.2, 0.0, 0.5));
-  T_B_C.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
-  return T_B_C;
-}
 
 class WayWatcher {
  public:

@@ -267,6 +267,31 @@ TEST_F(MapFile, SettingsComeBackExactly) {
   EXPECT_EQ(loadMap(path_).settings, contents.settings);
 }
 
+/// How poses were found is in the file, unless they were taken as given.
+TEST_F(MapFile, SaysHowPosesWereFound) {
+  MapContents contents = copyOf(smallMap());
+  ParamTree settings = readMapInfo(path_).settings;
+  EXPECT_EQ(settings.count("poses/mode"), 0u);
+  contents.poses.sigma_m = 0.5;  // of what is not done
+  saveMap(contents, path_);
+  EXPECT_TRUE(readBytes(path_) == bytes_);
+
+  contents.poses.mode = PoseMode::kRefine;
+  contents.poses.on_misfit = OnMisfit::kDrop;
+  saveMap(contents, path_);
+  settings.merge(toTree(contents.poses));
+  const MapInfo info = readMapInfo(path_);
+  EXPECT_EQ(info.settings, settings);
+  EXPECT_EQ(toTree(info.poses), toTree(contents.poses));
+  const std::string bytes = readBytes(path_);
+  saveMap(loadMap(path_), path_);
+  EXPECT_TRUE(readBytes(path_) == bytes);
+
+  contents.poses.sigma_m = -1.0;
+  saveMap(contents, path_);
+  EXPECT_THROW(loadMap(path_), std::runtime_error);
+}
+
 TEST_F(MapFile, ToldWithoutReadingTheVoxels) {
   const MapInfo info = readMapInfo(path_);
   EXPECT_EQ(info.settings, smallMap().settings);

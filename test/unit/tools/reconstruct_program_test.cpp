@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "dtsdf_mapping/io/map_file.h"
 #include "io/trajectory.h"
 #include "support/run_program.h"
 #include "support/scene_recording.h"
@@ -283,11 +284,13 @@ TEST_F(ReconstructProgram, MovesPosesToWhereImagesFit) {
   ASSERT_EQ(run(command).exit_code, 0);
   EXPECT_GT(largestError(), 0.04);
   EXPECT_EQ(readBytes(out_ / "report.json").find("aligned"), std::string::npos);
-  const Outcome refined = run(command + " --poses-mode refine");
+  const std::string map = out_ / "map.dtsdf";
+  const Outcome refined = run(command + " --poses-mode refine --save-map " + map);
   ASSERT_EQ(refined.exit_code, 0) << refined.err;
   EXPECT_LT(largestError(), 0.002);
   EXPECT_NE(refined.out.find("5 aligned, 1 first image"), std::string::npos);
   EXPECT_EQ(nlohmann::json::parse(readBytes(out_ / "report.json"))["frames_aligned"]["aligned"], 5);
+  EXPECT_EQ(readMapInfo(map).poses.mode, PoseMode::kRefine);
   expectError(command + " --poses-mode guess", 2, "poses/mode");
   // Without any poses the map is the one of the first camera's frame.
   std::filesystem::remove(folder / "groundtruth.txt");

@@ -27,7 +27,7 @@ float planeAt(const Vec3f& normal_C, float distance_m, const FrameView& view, in
   return dot(normal_C, ray) / distance_m;
 }
 
-AlignmentSettings settings() { return {1.0f, AlignmentRules()}; }
+AlignmentSettings settings() { return {1.0f, 0.03f, AlignmentRules()}; }
 
 /// The distance field of a plane in front of which z is smaller, where z reaches from a voxel to
 /// another; elsewhere nothing is known. In the direction Z- alone.
@@ -116,7 +116,7 @@ TEST(SampleField, IsExactForALinearField) {
 TEST(FindSurface, LooksAlongTheNormalWhereTheMapHoldsNothing) {
   const Vec3f normal{0.0f, 0.0f, -1.0f};
   const auto distance = [&](float z, float reach) {
-    return findSurface({0.5f, 0.5f, z}, normal, true, AlignmentRules(), reach, PlaneField());
+    return findSurface({0.5f, 0.5f, z}, normal, true, reach, PlaneField());
   };
   for (const float z : {43.3f, 49.3f, 51.2f, 56.7f}) {
     const FieldSample found = distance(z, 8.0f);
@@ -130,21 +130,18 @@ TEST(FindSurface, LooksAlongTheNormalWhereTheMapHoldsNothing) {
 
 TEST(FindSurface, TheBackOfASheetDoesNotAttractItsFront) {
   const Vec3f to_the_back{0.0f, 0.0f, 1.0f};
-  EXPECT_FALSE(
-      findSurface({0.5f, 0.5f, 50.0f}, to_the_back, true, AlignmentRules(), 8.0f, PlaneField())
-          .known);
+  EXPECT_FALSE(findSurface({0.5f, 0.5f, 50.0f}, to_the_back, true, 8.0f, PlaneField()).known);
 }
 
 /// As addPoint() wants it, of the plane's map.
-auto findIn(const AlignmentRules& rules, float cutoff) {
+auto findIn(float cutoff) {
   return [=](const Vec3f& p_L, const Vec3f& normal) {
-    return findSurface(p_L, normal, true, rules, cutoff, PlaneField());
+    return findSurface(p_L, normal, true, cutoff, PlaneField());
   };
 }
 
 /// The sums of one point against the derivative of its residual by differences.
 TEST(AddPoint, HasTheDerivativeOfTheResidual) {
-  AlignmentRules rules;
   const FrameView view = camera();
   const AlignedPoint point{{8.0f, -5.0f, 49.6f}, {0.0f, 0.0f, -1.0f}, 1.0f};
   const auto residual = [&](int parameter, float step) {
@@ -159,11 +156,11 @@ TEST(AddPoint, HasTheDerivativeOfTheResidual) {
       std::copy(R[parameter], R[parameter] + 9, moved.T_L_C.R);
     }
     const Vec3f p_L = transform(moved.T_L_C, point.p_C);
-    return findSurface(p_L, {0.0f, 0.0f, -1.0f}, true, rules, 3.0f, PlaneField()).sdf;
+    return findSurface(p_L, {0.0f, 0.0f, -1.0f}, true, 3.0f, PlaneField()).sdf;
   };
   AlignmentSums sums{};
   constexpr float kCutoff = 100.0f;  // nearly no robust weight
-  addPoint(sums, view, point, kCutoff, findIn(rules, kCutoff));
+  addPoint(sums, view, point, kCutoff, findIn(kCutoff));
   ASSERT_EQ(sums.inliers, 1);
   const float at = residual(0, 0.0f);
   for (int i = 0; i < 6; ++i) {
@@ -177,7 +174,7 @@ TEST(AddPoint, HasTheDerivativeOfTheResidual) {
 TEST(AddPoint, LeavesOutliersOut) {
   AlignmentSums sums{};
   const AlignedPoint point{{0.0f, 0.0f, 47.5f}, {0.0f, 0.0f, -1.0f}, 1.0f};
-  addPoint(sums, camera(), point, 1.0f, findIn(AlignmentRules(), 1.0f));
+  addPoint(sums, camera(), point, 1.0f, findIn(1.0f));
   EXPECT_EQ(sums.points, 1);
   EXPECT_EQ(sums.matched, 1);
   EXPECT_EQ(sums.inliers, 0);
@@ -185,7 +182,7 @@ TEST(AddPoint, LeavesOutliersOut) {
 }
 
 TEST(AlignedPlane, IsThatOfTheWindow) {
-  const AlignedPlane plane = fitAlignedPlane(AlignmentRules(), [](int32_t du, int32_t dv) {
+  const AlignedPlane plane = fitAlignedPlane(settings(), [](int32_t du, int32_t dv) {
     return 0.5f + 0.002f * static_cast<float>(du) - 0.003f * static_cast<float>(dv);
   });
   ASSERT_TRUE(plane.known);
@@ -195,10 +192,9 @@ TEST(AlignedPlane, IsThatOfTheWindow) {
 }
 
 TEST(AlignedPlane, NeedsHalfOfThePairs) {
-  const AlignmentRules rules;
-  const int32_t r = rules.window_px, width = 2 * r + 1, all = 2 * r * (r + 1);
+  const int32_t r = settings().rules.window_px, width = 2 * r + 1, all = 2 * r * (r + 1);
   for (const int32_t measured : {all / 2 - 1, all / 2}) {
-    const AlignedPlane plane = fitAlignedPlane(rules, [&](int32_t du, int32_t dv) {
+    const AlignedPlane plane = fitAlignedPlane(settings(), [&](int32_t du, int32_t dv) {
       return std::abs(dv * width + du) <= measured ? 0.5f : 0.0f;  // the nearest in rows
     });
     EXPECT_EQ(plane.known, measured == all / 2) << measured << " of " << all;

@@ -1,0 +1,37 @@
+/// Plays a part of a bag to the mapper, under simulated time.
+#pragma once
+
+#include <ros/param.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+
+namespace dtsdf {
+
+/// `rosbag play` in a process of its own, while this one waits for what comes of it.
+class BagPlayer {
+ public:
+  /// Plays the test's bag (parameter "~bag") from one time in it to another. Waits for subscribers
+  /// of all its topics.
+  BagPlayer(double from_s, double to_s) {
+    std::string bag;
+    ros::param::get("~bag", bag);
+    const double start_s = std::max(from_s, 0.0);
+    const std::string command = "rosbag play --clock --quiet --wait-for-subscribers --start " +
+                                std::to_string(start_s) + " --duration " +
+                                std::to_string(to_s - start_s) + " '" + bag + "' < /dev/null";
+    pipe_ = popen(command.c_str(), "r");
+  }
+  BagPlayer(const BagPlayer&) = delete;
+  BagPlayer& operator=(const BagPlayer&) = delete;
+  /// Waits for its end.
+  ~BagPlayer() {
+    if (pipe_ != nullptr) pclose(pipe_);
+  }
+
+ private:
+  FILE* pipe_;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,53 @@
+/// What the bags of poses show: a camera carried through the analytic room. For make_room_bag, and
+/// for the tests that play them.
+#pragma once
+
+#include <ros/time.h>
+
+#include <Eigen/Geometry>
+
+#include "simulation/scene.h"
+
+namespace dtsdf {
+
+/// The camera on its base.
+inline Eigen::Isometry3d mount() {
+  Eigen::Isometry3d T_B_C(Eigen::Translation3d(0.2, 0.0, 0.5));
+  T_B_C.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
+  return T_B_C;
+}
+
+namespace room_bag {
+
+constexpr double kPeriod_s = 0.05;
+
+inline ros::Time stampOf(int frame) { return ros::Time(1000.0) + ros::Duration(kPeriod_s * frame); }
+
+/// Of the camera in the room, R.
+inline Eigen::Isometry3d poseAt(int frame) { return roomCameraPose(kPeriod_s * frame); }
+
+/// With transforms from odom to base that drift: where odom would have to lie in the room at the
+/// end, 9 cm and 3 degrees off.
+constexpr int kDriftingFrames = 60;
+
+inline Eigen::Isometry3d driftAt(int frame) {
+  const double share = static_cast<double>(frame) / kDriftingFrames;
+  Eigen::Isometry3d T_R_O(Eigen::Translation3d(0.08 * share, -0.04 * share, 0.01 * share));
+  T_R_O.rotate(Eigen::AngleAxisd(0.05 * share, Eigen::Vector3d::UnitZ()));
+  return T_R_O;
+}
+
+/// Without transforms: carried, then covered for two seconds, then held still near where it was.
+constexpr int kCarried = 30, kCovered = 40, kHeld = 10;
+
+inline bool isCovered(int frame) { return frame >= kCarried && frame < kCarried + kCovered; }
+
+inline Eigen::Isometry3d heldPose() {
+  Eigen::Isometry3d T_R_C = poseAt(kCarried - 1);
+  T_R_C.translate(Eigen::Vector3d(0.036, -0.018, 0.012));
+  T_R_C.rotate(Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitY()));
+  return T_R_C;
+}
+
+}  // namespace room_bag
+}  // namespace dtsdf

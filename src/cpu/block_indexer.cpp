@@ -42,10 +42,9 @@ int cornerOfRow(int row) { return cornerIndex(0, row % kBlockSide, row / kBlockS
 
 /// Takes a row of voxels apart, as sampleOf() does.
 void copyRow(const Voxel* from, int32_t least_evidence, float* sdf, float* weight) {
-  const VoxelRow row(from);
-  row.sdf().store(sdf);
-  const LaneInts known = row.evidence() > LaneInts(least_evidence - 1);
-  select(known, row.weight(), LaneFloats(0.0f)).store(weight);
+  const SampleOf<LaneFloats> samples = VoxelRow(from).samples(least_evidence);
+  samples.sdf.store(sdf);
+  samples.weight.store(weight);
 }
 
 /// Copies the part of a voxel array that lies in the corner grid's n-th block.

@@ -223,6 +223,7 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
   parallelFor<MeshScratch>(slots.size(), threads_, [&](size_t i, MeshScratch& scratch) {
     if (i + threads_ < slots.size() && makingReadsVoxels(slots[i + threads_])) {
       prefetchBlock(table_.block(slots[i + threads_]), voxels_);
+      if (has_colours_) prefetchColours(table_.block(slots[i + threads_]), table_, map_.colours);
     }
     BlockMesh& mesh = meshes[i];
     SlotState& state = state_[slots[i]];

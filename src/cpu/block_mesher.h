@@ -114,7 +114,8 @@ class BlockMesher {
   bool makeSurface(int32_t slot, BlockSurface& surface, BlockMesh& mesh) const;
   std::vector<VertexColour> coloursOf(const BlockMesh& mesh) const {
     if (!has_colours_) return {};
-    return vertexColours(map_, mesh, least_evidence_, directional_);
+    return vertexColours(colouredCorners(map_, mesh.key, least_evidence_), mesh.vertices,
+                         directional_);
   }
   void show(int32_t slot, std::unique_ptr<const BlockMesh> mesh);
 

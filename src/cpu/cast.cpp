@@ -17,14 +17,14 @@ class PlanePair {
 
   /// Planes `first` and the next one.
   template <bool kHasSides>
-  void compute(const SampleLine& line, const float (&weights)[3], const BlockFrame& frame,
-               int first, float sdf_scale) {
+  void compute(const SampleLine& line, const MeasuredSides& sides, const float (&weights)[3],
+               const BlockFrame& frame, int first, float sdf_scale) {
     const BlockFrame block = frame;  // a copy of its own, which no result can overlap
     const Vec3i shifts = pointShifts(line.axis);
     for (int i = 0; i < kCount; ++i) {
       const int plane = first + (i >> 2), du = i & 1, dv = i >> 1 & 1;
       const CellCrossing crossing = crossCell(line, plane);
-      const CornerSample sample = sampleCorner<kHasSides>(line, shifts, crossing, du, dv);
+      const CornerSample sample = sampleCorner<kHasSides>(line, sides, shifts, crossing, du, dv);
       const PlaneInBlock at = planeInBlock(block, plane, crossing.u, crossing.v);
       // One outside the block is made any of its voxels, without a weight: no branches, which
       // nobody could foresee.
@@ -57,36 +57,19 @@ class PlanePair {
   uint32_t nearest_[3][kCount];
 };
 
-SampleLine lineOf(const KeptLine& kept, const MeasuredSides& sides) {
-  return {kept.axis,
-          0.0f,
-          kept.per_reach,
-          0,
-          0,
-          kept.p_k,
-          kept.p_u,
-          kept.p_v,
-          kept.slope_u,
-          kept.slope_v,
-          kept.normal_k,
-          kept.normal_u,
-          kept.normal_v,
-          sides};
-}
-
 /// Adds the part of a line that lies in a block to its sums.
 template <bool kHasSides>
 void castLine(const KeptLine& kept, const MeasuredSides& sides, const BlockFrame& block,
               float sdf_scale, BlockSums& sums) {
-  const SampleLine line = lineOf(kept, sides);
-  const Span planes = planesInside(kept.planes, block);
+  const SampleLine line = kept.line;
+  const Span planes = planesInside({line.first_plane, line.last_plane}, block);
   PlanePair pair;
   for (int first = planes.first; first <= planes.last; first += PlanePair::kPlanes) {
-    pair.compute<kHasSides>(line, kept.weight, block, first, sdf_scale);
+    pair.compute<kHasSides>(line, sides, kept.weight, block, first, sdf_scale);
     const int count = std::min(planes.last - first + 1, PlanePair::kPlanes);
-    for (int d = 0; d < kept.direction_count; ++d) {
-      pair.addTo(sums.voxel[kept.direction[d]], d, count);
-    }
+    int d = 0;
+    visitDirections(kept.directions,
+                    [&](int direction) { pair.addTo(sums.voxel[direction], d++, count); });
   }
 }
 
@@ -111,12 +94,12 @@ void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSett
           __builtin_prefetch(&finder.line(i[kAhead]));
           __builtin_prefetch(&finder.sides(i[kAhead]));
         }
-        const KeptLine& line = finder.line(*i);
-        const BlockFrame& frame = frames[line.axis];
-        if (line.has_sides) {
-          castLine<true>(line, finder.sides(*i), frame, sdf_scale, sums);
+        const KeptLine& kept = finder.line(*i);
+        const BlockFrame& frame = frames[kept.line.axis];
+        if (kept.has_sides) {
+          castLine<true>(kept, finder.sides(*i), frame, sdf_scale, sums);
         } else {
-          castLine<false>(line, noSides(), frame, sdf_scale, sums);
+          castLine<false>(kept, noSides(), frame, sdf_scale, sums);
         }
       }
     }

@@ -58,8 +58,7 @@ LaneColours coloursAt(const ColourImage& image, const LaneInts& levels, const La
 
 /// As roundColour() of each.
 void storeRounded(const LaneFloats& channel, int32_t* values) {
-  const LaneFloats raised = channel + LaneFloats(0.5f);
-  LaneInts(__builtin_convertvector(raised.v, LaneInts::Vector)).store(values);
+  cutOff(channel + LaneFloats(0.5f)).store(values);
 }
 
 }  // namespace

@@ -19,6 +19,7 @@ struct VoxelSample {
 class FacingPoints {
  public:
   void clear() { count_ = 0; }
+  size_t count() const { return count_; }
 
   /// Adds those points of a direction that face the camera.
   void add(const SurfacePoints& points, int direction);

@@ -7,26 +7,6 @@
 
 namespace dtsdf {
 
-KeptLine::KeptLine(const CastLine& cast)
-    : planes{cast.line.first_plane, cast.line.last_plane},
-      per_reach(cast.line.per_reach),
-      p_k(cast.line.p_k),
-      p_u(cast.line.p_u),
-      p_v(cast.line.p_v),
-      slope_u(cast.line.slope_u),
-      slope_v(cast.line.slope_v),
-      normal_k(cast.line.normal_k),
-      normal_u(cast.line.normal_u),
-      normal_v(cast.line.normal_v),
-      axis(static_cast<uint8_t>(cast.line.axis)),
-      has_sides(cast.line.sides.areMeasured()),
-      direction_count(static_cast<uint8_t>(cast.directions.count)) {
-  for (int i = 0; i < 3; ++i) {
-    weight[i] = cast.directions.weight[i];
-    direction[i] = static_cast<uint8_t>(cast.directions.direction[i]);
-  }
-}
-
 void BlockFinder::Share::reset() {
   bins.clear();
   entries.clear();
@@ -66,13 +46,17 @@ void BlockFinder::addLines(const FrameSensing& sensing, LineBatch& batch, Share&
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
   for (int i = 0; i < batch.count(); ++i) {
     const uint32_t number = batch.number(i);
-    CastLine cast = batch.line(i);
-    cast.line.sides = batch.sides(i, sensing.image.frame);
-    lines_[number] = KeptLine(cast);
-    if (lines_[number].has_sides) sides_[number] = cast.line.sides;
-    const uint32_t directions = directionMask(cast.directions);
+    const SampleLine line = batch.line(i);
+    const DirectionSet set = batch.directions(i);
+    const uint32_t directions = directionMask(set);
+    const MeasuredSides sides = batch.sides(i, sensing.image.frame);
+    lines_[number] = {line,
+                      {set.weight[0], set.weight[1], set.weight[2]},
+                      static_cast<uint8_t>(directions),
+                      sides.areMeasured()};
+    if (sides.areMeasured()) sides_[number] = sides;
     visitBlocks<BlockWalk::kExact>(
-        cast.line, [&](const Vec3i& block) { share.add(block, origin_block, directions, number); });
+        line, [&](const Vec3i& block) { share.add(block, origin_block, directions, number); });
   }
   batch.clear();
 }

@@ -14,16 +14,10 @@ namespace dtsdf {
 
 /// What casting needs of a line, in one line of the cache: surfels of a block lie apart in memory.
 struct alignas(64) KeptLine {
-  Span planes;
-  float per_reach, p_k, p_u, p_v, slope_u, slope_v, normal_k, normal_u, normal_v;
-  float weight[3];  ///< Of the directions.
-  uint8_t axis;
-  bool has_sides;  ///< Which are kept apart: those of narrow pixels have none.
-  uint8_t direction_count, direction[3];
-
-  // cppcheck-suppress uninitMemberVar  ; as a line is
-  KeptLine() = default;
-  explicit KeptLine(const CastLine& cast);
+  SampleLine line;
+  float weight[3];     ///< Of the directions.
+  uint8_t directions;  ///< A bit each.
+  bool has_sides;      ///< Which are kept apart: those of narrow pixels have none.
 };
 static_assert(sizeof(KeptLine) == 64, "");
 

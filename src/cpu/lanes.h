@@ -110,6 +110,13 @@ inline bool any(const LaneInts& mask) {
 /// Of several units some will most likely have it: that is quicker done than asked.
 inline bool isWorthABranch(const LaneInts&) { return true; }
 
+inline uint32_t anyBits(const LaneInts& bits) {
+  using Pairs = uint64_t __attribute__((vector_size(32)));
+  const Pairs pairs = reinterpret_cast<Pairs>(bits.v);
+  const uint64_t both = pairs[0] | pairs[1] | pairs[2] | pairs[3];
+  return static_cast<uint32_t>(both | both >> 32);
+}
+
 inline bool all(const LaneInts& mask) { return !any(LaneInts(~mask.v)); }
 
 inline LaneFloats gather(const float* values, const LaneInts& places) {
@@ -118,9 +125,14 @@ inline LaneFloats gather(const float* values, const LaneInts& places) {
   return result;
 }
 
+/// As static_cast<int32_t>() of each.
+inline LaneInts cutOff(const LaneFloats& a) {
+  return LaneInts(__builtin_convertvector(a.v, LaneInts::Vector));
+}
+
 /// As that of one number.
 inline LaneInts floorToInt(const LaneFloats& a) {
-  const LaneInts truncated(__builtin_convertvector(a.v, LaneInts::Vector));
+  const LaneInts truncated = cutOff(a);
   return LaneInts(truncated.v + (toFloats(truncated) > a).v);
 }
 

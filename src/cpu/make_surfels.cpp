@@ -4,13 +4,28 @@
 #include <numeric>
 
 #include "backend/rule_settings.h"
-#include "cpu/stretch_fit.h"
 #include "threads/parallel_for.h"
 
 namespace dtsdf {
 namespace {
 
 struct NoScratch {};
+
+/// The measured pixels of a stretch of a row, up to some column, that are not merged.
+ListedPixels singlesOf(const ImageView& image, const Pixel& first, int end_u,
+                       const std::vector<MergedTile>& tiles) {
+  const float* measured = image.inverse_depth + pixelIndex(image.frame, first);
+  const int pixels = std::min(kStretch, end_u - first.u);
+  ListedPixels listed;
+  for (int u = 0; u < pixels; u += kTileSide) {
+    uint32_t singles = singlesInRow(tiles[(first.u + u) / kTileSide], first.v);
+    for (int i = u; singles != 0 && i < pixels; ++i, singles >>= 1) {
+      listed.index[listed.count] = i;
+      listed.count += static_cast<int>((singles & 1) != 0 && measured[i] > 0.0f);
+    }
+  }
+  return listed;
+}
 
 }  // namespace
 
@@ -27,24 +42,22 @@ void SurfelMaker::makeSurfels(const FrameSensing& sensing) {
   }
 }
 
-/// Calls visit(u, fit along the column) for those pixels of a stretch of a row that are wanted.
-template <class IsWanted, class Visit>
+/// Calls visit(u, fit along the column) for listed pixels of a stretch of a row.
+template <class Visit>
 void SurfelMaker::visitColumnFits(const FrameSensing& sensing, const Pixel& first,
-                                  const IsWanted& is_wanted, const Visit& visit) const {
+                                  const ListedPixels& wanted, const Visit& visit) const {
+  if (wanted.count == 0) return;
   const FrameView& frame = sensing.image.frame;
-  const int count = std::min(kStretch, frame.width - first.u);
-  bool any = false;
-  for (int i = 0; i < count; ++i) any |= is_wanted(first.u + i);
-  if (!any) return;
   const int64_t at = pixelIndex(frame, first);
   StretchFit fits;
   const int32_t largest = surfel_settings_.normal_radius_px;
   const LineSamples samples{sensing.image.row_value + at, sensing.image.row_slope + at,
                             sensing.image.links + at};
-  fits.compute({count, samples}, columnAround(first.v, frame, {largest, largest}),
+  fits.compute({std::min(kStretch, frame.width - first.u), samples},
+               columnAround(first.v, frame, {largest, largest}),
                fitWindow(frame, sensing.noise, surfel_settings_));
-  for (int i = 0; i < count; ++i) {
-    if (is_wanted(first.u + i)) visit(first.u + i, fits.fit(i));
+  for (int i = 0; i < wanted.count; ++i) {
+    visit(first.u + wanted.index[i], fits.fit(wanted.index[i]));
   }
 }
 
@@ -52,10 +65,11 @@ void SurfelMaker::visitColumnFits(const FrameSensing& sensing, const Pixel& firs
 size_t SurfelMaker::makeRow(const FrameSensing& sensing, int v) {
   const FrameView& frame = sensing.image.frame;
   Surfel* surfels = &lists_.front()[static_cast<size_t>(v) * frame.width];
-  const auto everywhere = [](int) { return true; };
   for (int first = 0; first < frame.width && surfel_settings_.normal_radius_px > 0;
        first += kStretch) {
-    visitColumnFits(sensing, {first, v}, everywhere, [&](int u, const LineFit& column) {
+    ListedPixels all{std::min(kStretch, frame.width - first), {}};
+    std::iota(all.index, all.index + all.count, 0);
+    visitColumnFits(sensing, {first, v}, all, [&](int u, const LineFit& column) {
       const PixelMeasurement pixel = wholePixel(sensing, {u, v}, column, surfel_settings_);
       surfels[u] = makeWholePixelSurfel(sensing.image, pixel);
     });
@@ -80,18 +94,18 @@ void SurfelMaker::makePixelSurfels(const FrameSensing& sensing) {
 
 void SurfelMaker::makeListOfSurfels(const FrameSensing& sensing) {
   lists_.resize(tilesAlong(sensing.image.frame.height));
-  parallelFor<std::vector<MergedTile>>(
-      lists_.size(), threads_, [&](size_t row, std::vector<MergedTile>& tiles) {
-        lists_[row].clear();
-        makeTiles(sensing, static_cast<int>(row) * kTileSide, tiles, lists_[row]);
-      });
+  parallelFor<Scratch>(lists_.size(), threads_, [&](size_t row, Scratch& scratch) {
+    lists_[row].clear();
+    makeTiles(sensing, static_cast<int>(row) * kTileSide, scratch, lists_[row]);
+  });
   count_ = 0;
   for (const std::vector<Surfel>& list : lists_) count_ += list.size();
 }
 
-void SurfelMaker::makeTiles(const FrameSensing& sensing, int first_v,
-                            std::vector<MergedTile>& tiles, std::vector<Surfel>& surfels) const {
+void SurfelMaker::makeTiles(const FrameSensing& sensing, int first_v, Scratch& scratch,
+                            std::vector<Surfel>& surfels) const {
   const FrameView& frame = sensing.image.frame;
+  std::vector<MergedTile>& tiles = scratch.tiles;
   const int end_v = std::min(first_v + kTileSide, frame.height);
   PixelSpan span{0, 0};
   for (int v = first_v; v < end_v; ++v) {
@@ -103,35 +117,31 @@ void SurfelMaker::makeTiles(const FrameSensing& sensing, int first_v,
     tiles[u / kTileSide] = mergeTile(sensing.image, {u, first_v}, surfel_settings_);
   }
   for (int v = first_v; v < end_v; ++v) {
-    makeSingles(sensing, v, span, tiles, surfels);
+    makeSingles(sensing, v, span, scratch, surfels);
+    if (v % kQuadSide != 0) continue;  // no square begins here
     for (int u = span.begin; u < span.end; u += kQuadSide) {
       const int side = mergedSide(tiles[u / kTileSide], {u, v});
       if (side <= 1) continue;
-      const Surfel surfel = makeMergedSurfel(sensing, {{u, v}, side}, surfel_settings_);
-      if (surfel.weight > 0.0f) surfels.push_back(surfel);
+      scratch.batch.add(frame, seenSquare(sensing, {{u, v}, side}, surfel_settings_), surfels);
     }
   }
+  scratch.batch.finish(frame, surfels);
 }
 
 /// Appends the surfels of those pixels of a row that are not merged.
 void SurfelMaker::makeSingles(const FrameSensing& sensing, int v, const PixelSpan& span,
-                              const std::vector<MergedTile>& tiles,
-                              std::vector<Surfel>& surfels) const {
+                              Scratch& scratch, std::vector<Surfel>& surfels) const {
   const FrameView& frame = sensing.image.frame;
-  const float* measured = sensing.image.inverse_depth + pixelIndex(frame, {0, v});
-  const auto isSingle = [&](int u) {
-    return measured[u] > 0.0f && mergedSide(tiles[u / kTileSide], {u, v}) == 1;
-  };
   const auto make = [&](int u, const LineFit& column) {
     const PixelMeasurement pixel = subdividedPixel(sensing, {u, v}, column, surfel_settings_);
     const int count = subpixelCount(pixel.subdivision);
     for (int i = 0; i < count; ++i) {
-      const Surfel surfel = makeSubpixelSurfel(sensing.image, pixel, i);
-      if (surfel.weight > 0.0f) surfels.push_back(surfel);
+      scratch.batch.add(frame, seenSubpixel(sensing.image, pixel, i), surfels);
     }
   };
   for (int u = span.begin; u < span.end; u += kStretch) {
-    visitColumnFits(sensing, {u, v}, isSingle, make);
+    visitColumnFits(sensing, {u, v}, singlesOf(sensing.image, {u, v}, span.end, scratch.tiles),
+                    make);
   }
 }
 

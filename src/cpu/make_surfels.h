@@ -5,10 +5,18 @@
 
 #include "backend/rules.h"
 #include "cpu/measured_span.h"
+#include "cpu/stretch_fit.h"
+#include "cpu/surfel_batch.h"
 #include "dtsdf_mapping/params/mapper_params.h"
 #include "kernels/surfels/surfel.h"
 
 namespace dtsdf {
+
+/// Some pixels of a stretch of a row, counted from its first.
+struct ListedPixels {
+  int count = 0;
+  int index[kStretch];
+};
 
 /// The buffers are kept from frame to frame.
 class SurfelMaker {
@@ -32,13 +40,19 @@ class SurfelMaker {
   void makePixelSurfels(const FrameSensing& sensing);
   size_t makeRow(const FrameSensing& sensing, int v);
   void makeListOfSurfels(const FrameSensing& sensing);
+  /// What a thread works in.
+  struct Scratch {
+    std::vector<MergedTile> tiles;
+    SurfelBatch batch;
+  };
+
   /// Appends the surfels of the tiles whose first row is `first_v`.
-  void makeTiles(const FrameSensing& sensing, int first_v, std::vector<MergedTile>& tiles,
+  void makeTiles(const FrameSensing& sensing, int first_v, Scratch& scratch,
                  std::vector<Surfel>& surfels) const;
-  void makeSingles(const FrameSensing& sensing, int v, const PixelSpan& span,
-                   const std::vector<MergedTile>& tiles, std::vector<Surfel>& surfels) const;
-  template <class IsWanted, class Visit>
-  void visitColumnFits(const FrameSensing& sensing, const Pixel& first, const IsWanted& is_wanted,
+  void makeSingles(const FrameSensing& sensing, int v, const PixelSpan& span, Scratch& scratch,
+                   std::vector<Surfel>& surfels) const;
+  template <class Visit>
+  void visitColumnFits(const FrameSensing& sensing, const Pixel& first, const ListedPixels& wanted,
                        const Visit& visit) const;
 
   const bool merges_;  ///< And subdivides: surfels are cast.

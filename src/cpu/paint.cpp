@@ -167,6 +167,13 @@ void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
   }
 }
 
+/// The colours of the block that a thread comes to after this one, most likely.
+void Painter::prefetchNext(const PaintedMap& map, size_t i) const {
+  const size_t next = i + threads_;
+  if (next >= blocks_in_view_ || blocks_[next].points.count() == 0) return;
+  prefetchColours(map.table.block(blocks_[next].slot), map.table, map.colours);
+}
+
 SeenColours Painter::look(const ColourFrame& frame, const ColourLook& look, const PaintedMap& map) {
   sensing_.view = {look.view,       settings_.directional, look.least_evidence,
                    settings_.rules, settings_.max_depth_m, settings_.full_weight_depth_m};
@@ -174,6 +181,7 @@ SeenColours Painter::look(const ColourFrame& frame, const ColourLook& look, cons
   findBlocksInView(look.in_view, map.table);
   findPoints(map);
   parallelFor<NoScratch>(blocks_in_view_, threads_, [&](size_t i, NoScratch&) {
+    prefetchNext(map, i);
     blocks_[i].points.sample(sensing_, blocks_[i].samples);
     sumExposure(map, blocks_[i]);
   });
@@ -215,6 +223,7 @@ bool Painter::paintBlock(const Exposure& exposure, const PaintedMap& map,
 std::vector<int32_t> Painter::paint(const Exposure& exposure, const PaintedMap& map) {
   std::vector<uint8_t> changed(blocks_in_view_, 0);
   parallelFor<NoScratch>(blocks_in_view_, threads_, [&](size_t i, NoScratch&) {
+    prefetchNext(map, i);
     changed[i] = paintBlock(exposure, map, blocks_[i]);
   });
   std::vector<int32_t> slots;

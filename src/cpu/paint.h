@@ -55,6 +55,7 @@ class Painter {
   void findBlocksInView(const std::vector<int32_t>& candidates, const BlockTable& table);
   void findPoints(const PaintedMap& map);
   void findPoints(const PaintedMap& map, BlockView& block, const HidingRows& hiding) const;
+  void prefetchNext(const PaintedMap& map, size_t i) const;
   void sumExposure(const PaintedMap& map, BlockView& block) const;
   bool paintBlock(const Exposure& exposure, const PaintedMap& map, const BlockView& block) const;
   Vec3f firstVoxelOf(const BlockEntry& entry) const;

@@ -16,4 +16,17 @@ __attribute__((always_inline)) inline void prefetchBlock(const BlockEntry& entry
   }
 }
 
+/// The colours of a block, of all directions.
+__attribute__((always_inline)) inline void prefetchColours(const BlockEntry& entry,
+                                                           const BlockTable& table,
+                                                           const ColourStore& colours) {
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (entry.array[d] == kNoArray) continue;
+    for (int brick = 0; brick < kBricksPerArray; ++brick) {
+      const int32_t number = table.colourOf(entry.array[d], brick);
+      if (number != kNoArray) colours.prefetch(number);
+    }
+  }
+}
+
 }  // namespace dtsdf

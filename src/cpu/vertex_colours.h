@@ -17,8 +17,13 @@ struct MeshedMap {
   const ColourStore& colours;
 };
 
-/// One for each of a block's vertices. `least_evidence` is what a voxel needs to be known.
-std::vector<VertexColour> vertexColours(const MeshedMap& map, const BlockMesh& mesh,
-                                        int32_t least_evidence, bool directional);
+/// What the vertices of a block take their colours from. `least_evidence` is what a voxel needs to
+/// be known.
+ColouredCorners colouredCorners(const MeshedMap& map, const BlockKey& key, int32_t least_evidence);
+
+/// One for each of a block's vertices; those of edges are found side by side. Same bits as
+/// vertexColourOf().
+std::vector<VertexColour> vertexColours(const ColouredCorners& corners,
+                                        const std::vector<BlockVertex>& vertices, bool directional);
 
 }  // namespace dtsdf

@@ -2,78 +2,111 @@
 #pragma once
 
 #include "dtsdf_mapping/block_mesh.h"
+#include "kernels/colour/colour_image.h"
 #include "kernels/core/voxel_colour.h"
 #include "kernels/meshing/edge_vertex.h"
 #include "kernels/meshing/refine.h"
 
 namespace dtsdf {
 
-/// What one direction has at an end of an edge.
-struct ColouredSample {
-  Sample sample;
-  VoxelColour colour;
-};
-
-/// A weighted mean of colours.
-struct ColourMean {
-  float red = 0.0f, green = 0.0f, blue = 0.0f, weight = 0.0f;
-};
-
-DTSDF_HD uint8_t roundedMean(float sum, float weight) {
-  return static_cast<uint8_t>(minimum(sum / weight, 255.0f) + 0.5f);
+DTSDF_HD Rgb rgbOf(const VoxelColour& colour) {
+  return {static_cast<float>(colour.red), static_cast<float>(colour.green),
+          static_cast<float>(colour.blue)};
 }
 
-DTSDF_HD void addTo(ColourMean& mean, const VoxelColour& colour, float weight) {
-  if (!isPainted(colour)) return;
-  mean.red += weight * static_cast<float>(colour.red);
-  mean.green += weight * static_cast<float>(colour.green);
-  mean.blue += weight * static_cast<float>(colour.blue);
-  mean.weight += weight;
+/// A weighted mean of colours; of one vertex, or of several at once.
+template <class Real>
+struct ColourMeanOf {
+  Real red{0.0f}, green{0.0f}, blue{0.0f}, weight{0.0f};
+};
+using ColourMean = ColourMeanOf<float>;
+
+/// Adds a colour, unless it is not painted: then nothing.
+template <class Real, class Colour>
+DTSDF_HD void addTo(ColourMeanOf<Real>& mean, const Colour& colour, const Real& weight) {
+  const Real counted = select(isPainted(colour), weight, Real(0.0f));
+  const RgbOf<Real> rgb = rgbOf(colour);
+  mean.red = mean.red + counted * rgb.red;
+  mean.green = mean.green + counted * rgb.green;
+  mean.blue = mean.blue + counted * rgb.blue;
+  mean.weight = mean.weight + counted;
+}
+
+/// To be cut off.
+template <class Real>
+DTSDF_HD RgbOf<Real> roundedMean(const ColourMeanOf<Real>& mean) {
+  const auto rounded = [&](const Real& sum) {
+    return minimum(sum / mean.weight, Real(255.0f)) + Real(0.5f);
+  };
+  return {rounded(mean.red), rounded(mean.green), rounded(mean.blue)};
 }
 
 /// Not painted where nothing was added.
 DTSDF_HD VertexColour colourOf(const ColourMean& mean) {
   if (!(mean.weight > 0.0f)) return {0, 0, 0, 0};
-  return {roundedMean(mean.red, mean.weight), roundedMean(mean.green, mean.weight),
-          roundedMean(mean.blue, mean.weight), 255};
+  const Rgb rgb = roundedMean(mean);
+  return {static_cast<uint8_t>(rgb.red), static_cast<uint8_t>(rgb.green),
+          static_cast<uint8_t>(rgb.blue), 255};
+}
+
+/// What one direction has at an end of an edge.
+template <class Real, class Colour>
+struct ColouredSampleOf {
+  SampleOf<Real> sample;
+  Colour colour;
+};
+using ColouredSample = ColouredSampleOf<float, VoxelColour>;
+
+template <class Real, class Colour>
+DTSDF_HD ColouredSampleOf<Real, Colour> coloured(const SampleOf<Real>& sample,
+                                                 const Colour& colour) {
+  return {sample, colour};
 }
 
 /// Adds one direction's colours on an edge. Where its surface crosses the edge, the colour there is
 /// between those of the ends, as the surface is: colours stand at the feet of voxels, and the foot
 /// of the vertex divides the way between theirs in the same ratio.
-DTSDF_HD void addDirection(ColourMean& mean, const ColouredSample& lower,
-                           const ColouredSample& upper, float weight) {
-  const float from_lower = fabsf(lower.sample.sdf), from_upper = fabsf(upper.sample.sdf);
-  const float length = from_lower + from_upper;
-  const float at = length > 0.0f ? from_lower / length : 0.5f;
-  constexpr float kLeast = 1e-3f;  // an end that is the only painted one counts even if far off
-  addTo(mean, lower.colour, weight * maximum(1.0f - at, kLeast));
-  addTo(mean, upper.colour, weight * maximum(at, kLeast));
+template <class Real, class Colour>
+DTSDF_HD void addDirection(ColourMeanOf<Real>& mean, const ColouredSampleOf<Real, Colour>& lower,
+                           const ColouredSampleOf<Real, Colour>& upper, const Real& weight) {
+  const Real from_lower = magnitude(lower.sample.sdf), from_upper = magnitude(upper.sample.sdf);
+  const Real length = from_lower + from_upper;
+  const Real at = select(length > Real(0.0f), from_lower / length, Real(0.5f));
+  const Real least(1e-3f);  // an end that is the only painted one counts even if far off
+  addTo(mean, lower.colour, weight * maximum(Real(1.0f) - at, least));
+  addTo(mean, upper.colour, weight * maximum(at, least));
 }
 
-/// The colour of a vertex; not painted if no voxel is that tells. `ends(direction, upper)` gives a
-/// direction's ColouredSample at the edge's lower or upper end. The directions that cross the edge
-/// as the vertex does are asked first, as for its position; then all that may speak for it. Those
-/// without paint there add nothing, so their samples are not read; `kept` has all others, a bit
-/// each.
-template <class Ends>
-DTSDF_HD VertexColour vertexColourOf(int axis, int facing, uint32_t kept, const Ends& ends) {
-  ColourMean crossing, speaking;
-  uint32_t painted = 0;
-  visitDirections(kept & speakingOnEdge(axis, facing), [&](int d) {
-    if (!isPainted(ends(d, false).colour) && !isPainted(ends(d, true).colour)) return;
-    painted |= 1u << d;
-    const Sample below = ends(d, false).sample, above = ends(d, true).sample;
-    if (!crosses(below, above, facing)) return;
-    addDirection(crossing, ends(d, false), ends(d, true), below.weight * above.weight);
+/// The colour of a vertex, or of several; without weight if no voxel is painted that tells.
+/// `ends.colour(direction, upper)` gives what a direction has at the edge's lower or upper end,
+/// `ends.sample(direction, upper)` its sample. The directions that cross the edge as the vertex
+/// does tell, as for its position; where none does, all that are asked, a bit each. Those without
+/// paint there add nothing, so their samples are not read.
+template <class Real, class Int, class Ends>
+DTSDF_HD ColourMeanOf<Real> meanOnEdge(const Int& asked, const Int& facing, const Ends& ends) {
+  ColourMeanOf<Real> crossing, speaking;
+  visitDirections(anyBits(asked), [&](int d) {
+    const auto lower_colour = ends.colour(d, false), upper_colour = ends.colour(d, true);
+    const auto is_asked = (asked >> d & Int(1)) != Int(0);
+    if (!any(is_asked & (isPainted(lower_colour) | isPainted(upper_colour)))) return;
+    const auto lower = coloured(ends.sample(d, false), lower_colour);
+    const auto upper = coloured(ends.sample(d, true), upper_colour);
+    const Real none(0.0f);
+    const auto is_crossing = is_asked & crosses(lower.sample, upper.sample, facing);
+    if (isWorthABranch(is_crossing)) {
+      addDirection(crossing, lower, upper,
+                   select(is_crossing, lower.sample.weight * upper.sample.weight, none));
+    }
+    if (isWorthABranch(none >= crossing.weight)) {  // else these do not count
+      addTo(speaking, lower.colour, select(is_asked, lower.sample.weight, none));
+      addTo(speaking, upper.colour, select(is_asked, upper.sample.weight, none));
+    }
   });
-  if (crossing.weight > 0.0f) return colourOf(crossing);  // as most
-  visitDirections(painted, [&](int d) {
-    const ColouredSample lower = ends(d, false), upper = ends(d, true);
-    addTo(speaking, lower.colour, lower.sample.weight);
-    addTo(speaking, upper.colour, upper.sample.weight);
-  });
-  return colourOf(speaking);
+  const auto is_crossed = crossing.weight > Real(0.0f);  // as most are
+  return {select(is_crossed, crossing.red, speaking.red),
+          select(is_crossed, crossing.green, speaking.green),
+          select(is_crossed, crossing.blue, speaking.blue),
+          select(is_crossed, crossing.weight, speaking.weight)};
 }
 
 /// The voxels and colours that the corners of a block's units lie in; null where there are none.
@@ -102,10 +135,6 @@ struct ColouredCorners {
     const VoxelColour* of_voxel = brick(source, direction);
     return of_voxel == nullptr ? VoxelColour{0, 0, 0, 0} : of_voxel[placeInBrick(source.voxel)];
   }
-
-  DTSDF_HD ColouredSample at(const CornerSource& source, int direction) const {
-    return {voxels.sample(source, direction), colourAt(source, direction)};
-  }
 };
 
 /// A vertex that no image has painted takes the colour of what is painted so many voxels around.
@@ -126,12 +155,28 @@ DTSDF_HD uint32_t directionsIn(const ColouredCorners& corners, const Vec3i& firs
   return directions;
 }
 
+/// The painted voxels in a row of corners along x, from `first` to a last one: bit x for x.
+DTSDF_HD uint32_t paintedInRow(const ColouredCorners& corners, int direction, const Vec3i& first,
+                               int last_x) {
+  uint32_t painted = 0;
+  for (int x = first.x; x <= last_x; x = (x | (kBrickSide - 1)) + 1) {
+    const CornerSource source = cornerSource(Vec3i{x, first.y, first.z});
+    const VoxelColour* colours = corners.brick(source, direction);
+    const int end = last_x < (x | (kBrickSide - 1)) ? last_x : x | (kBrickSide - 1);
+    for (int i = 0; colours != nullptr && x + i <= end; ++i) {  // along the brick's row
+      painted |= (isPainted(colours[placeInBrick(source.voxel) + i]) ? 1u : 0u) << (x + i);
+    }
+  }
+  return painted;
+}
+
 /// What is painted so many voxels around the ends of an edge, of directions that may speak on it,
 /// as far as the block's own corners go: the colour of a vertex whose own voxels no image has
 /// painted, as happens in folds and at the rim of what was seen.
-DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int lower, int axis, int facing,
-                                   bool directional, int reach) {
-  const Vec3i at = cornerAt(lower), end = at + unitStep(axis);
+template <class Corners>
+DTSDF_HD VertexColour colourAround(const Corners& corners, int edge, bool directional, int reach) {
+  const int axis = edgeAxis(edge);
+  const Vec3i at = cornerAt(edgeCorner(edge)), end = at + unitStep(axis);
   const auto from = [&](int corner) { return corner > reach ? corner - reach : 0; };
   const auto to = [&](int corner) {
     return corner < kBlockSide - reach ? corner + reach : kBlockSide;
@@ -139,19 +184,14 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int lower, in
   const Vec3i first{from(at.x), from(at.y), from(at.z)}, last{to(end.x), to(end.y), to(end.z)};
   const uint32_t kept = directionsIn(corners, first, last);
   ColourMean mean;
-  visitDirections(directional ? kept & speakingOnEdge(axis, facing) : kept, [&](int direction) {
+  visitDirections(directional ? kept & speakingOnEdge(axis, edgeFacing(edge)) : kept, [&](int d) {
     for (int z = first.z; z <= last.z; ++z) {
       for (int y = first.y; y <= last.y; ++y) {
-        for (int x = first.x; x <= last.x; x = (x | (kBrickSide - 1)) + 1) {
+        const uint32_t painted = paintedInRow(corners, d, {first.x, y, z}, last.x);
+        for (int x = first.x; painted >> x != 0; ++x) {
+          if (!(painted >> x & 1)) continue;
           const CornerSource source = cornerSource(Vec3i{x, y, z});
-          const VoxelColour* colours = corners.brick(source, direction);
-          const int last_x = last.x < (x | (kBrickSide - 1)) ? last.x : x | (kBrickSide - 1);
-          for (int i = 0; colours != nullptr && x + i <= last_x; ++i) {  // along the brick's row
-            const VoxelColour& colour = colours[placeInBrick(source.voxel) + i];
-            if (!isPainted(colour)) continue;
-            const CornerSource at_colour{source.block, source.voxel + i};
-            addTo(mean, colour, corners.voxels.sample(at_colour, direction).weight);
-          }
+          addTo(mean, corners.colourAt(source, d), corners.voxels.sample(source, d).weight);
         }
       }
     }
@@ -159,24 +199,51 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int lower, in
   return colourOf(mean);
 }
 
-/// The colour of the vertex on an edge of a block. The undirected map's only array counts as that
-/// of the direction that a surface faces which crosses the edge straight.
-DTSDF_HD VertexColour edgeColour(const ColouredCorners& corners, int edge, bool directional) {
-  const int lower = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
-  const int only_direction = facedDirection(axis, facing);
-  const CornerSource at_lower = cornerSource(lower),
-                     at_upper = cornerSource(lower + cornerStride(axis));
-  const uint32_t kept = corners.directionsAt(at_lower) | corners.directionsAt(at_upper);
-  const uint32_t asked = directional ? kept : kept << only_direction;
-  const VertexColour own = vertexColourOf(axis, facing, asked, [&](int direction, bool upper) {
-    return corners.at(upper ? at_upper : at_lower, directional ? direction : 0);
-  });
-  if (own.painted != 0) return own;
-  VertexColour around = own;
+/// Where an edge's ends lie, and which directions are asked for the colour of its vertex, a bit
+/// each: of those that have colours kept there those with a say. The undirected map's only array
+/// has it anywhere.
+struct AskedEdge {
+  CornerSource lower, upper;
+  uint32_t directions;
+};
+
+DTSDF_HD AskedEdge askedEdge(const ColouredCorners& corners, int edge, bool directional) {
+  const int corner = edgeCorner(edge), axis = edgeAxis(edge);
+  const CornerSource lower = cornerSource(corner),
+                     upper = cornerSource(corner + cornerStride(axis));
+  const uint32_t kept = corners.directionsAt(lower) | corners.directionsAt(upper);
+  return {lower, upper, directional ? kept & speakingOnEdge(axis, edgeFacing(edge)) : kept};
+}
+
+/// For meanOnEdge().
+struct EdgeColours {
+  const ColouredCorners& corners;
+  const AskedEdge& edge;
+
+  DTSDF_HD VoxelColour colour(int direction, bool upper) const {
+    return corners.colourAt(upper ? edge.upper : edge.lower, direction);
+  }
+  DTSDF_HD Sample sample(int direction, bool upper) const {
+    return corners.voxels.sample(upper ? edge.upper : edge.lower, direction);
+  }
+};
+
+/// The colour of a vertex whose own voxels are not painted.
+template <class Corners>
+DTSDF_HD VertexColour colourBeside(const Corners& corners, int edge, bool directional) {
+  VertexColour around{0, 0, 0, 0};
   for (int reach = 1; reach <= kFillReach && around.painted == 0; ++reach) {
-    around = colourAround(corners, lower, axis, facing, directional, reach);
+    around = colourAround(corners, edge, directional, reach);
   }
   return around;
+}
+
+/// The colour of the vertex on an edge of a block.
+DTSDF_HD VertexColour edgeColour(const ColouredCorners& corners, int edge, bool directional) {
+  const AskedEdge asked = askedEdge(corners, edge, directional);
+  const VertexColour own = colourOf(meanOnEdge<float>(
+      asked.directions, static_cast<uint32_t>(edgeFacing(edge)), EdgeColours{corners, asked}));
+  return own.painted != 0 ? own : colourBeside(corners, edge, directional);
 }
 
 /// Between two vertices, of which one may not be painted.

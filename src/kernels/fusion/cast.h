@@ -7,9 +7,11 @@
 
 namespace dtsdf {
 
-/// A surfel ready to be cast: its line, its directions, and the fixed-point weight in each.
+/// A surfel ready to be cast: its line and sides, its directions, and the fixed-point weight in
+/// each.
 struct CastLine {
   SampleLine line;
+  MeasuredSides sides;
   DirectionSet directions;
 };
 
@@ -89,10 +91,9 @@ DTSDF_HD DirectionSet lineDirections(const Surfel& surfel, bool directional) {
 
 DTSDF_HD CastLine makeCastLine(const Surfel& surfel, const FrameSensing& sensing,
                                const FusionSettings& fusion) {
-  CastLine cast{sampleLineOf(surfel, sensing, fusion),
-                lineDirections(surfel, fusion.directional != 0)};
-  cast.line.sides = measuredSides(surfel, sensing.image.frame, cast.line.axis);
-  return cast;
+  const SampleLine line = sampleLineOf(surfel, sensing, fusion);
+  return {line, measuredSides(surfel, sensing.image.frame, line.axis),
+          lineDirections(surfel, fusion.directional != 0)};
 }
 
 /// How far apart in a block's memory neighbours along the axes k, u and v of a line lie.
@@ -161,7 +162,8 @@ DTSDF_HD void castPlanesIntoBlock(const CastLine& cast, const FusionSettings& fu
       const int du = corner & 1, dv = corner >> 1;
       if (!at.holds(du, dv)) continue;
       const int index = at.index + du * block.strides.u + dv * block.strides.v;
-      const CornerSample sample = sampleCorner<kHasSides>(cast.line, shifts, crossing, du, dv);
+      const CornerSample sample =
+          sampleCorner<kHasSides>(cast.line, cast.sides, shifts, crossing, du, dv);
       const int32_t sdf = roundSdf(sample.distance * sdfScale(fusion));
       for (int d = 0; d < 3; ++d) {
         if (d >= directions.count) break;
@@ -177,7 +179,7 @@ DTSDF_HD void castPlanesIntoBlock(const CastLine& cast, const FusionSettings& fu
 template <class Add>
 DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionSettings& fusion,
                             const Vec3i& block_L, Add& add) {
-  if (cast.line.sides.areMeasured()) {
+  if (cast.sides.areMeasured()) {
     castPlanesIntoBlock<true>(cast, fusion, block_L, add);
   } else {
     castPlanesIntoBlock<false>(cast, fusion, block_L, add);

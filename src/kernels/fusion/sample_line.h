@@ -53,17 +53,16 @@ DTSDF_HD Vec3f movedAlong(const Vec3f& side, float per_side, const Vec3f& offset
 /// A line in the grid, its axes permuted so that k is the dominant one: (k, u, v) = (x, y, z),
 /// (y, z, x) or (z, x, y).
 struct SampleLine {
-  int axis;
-  float reach, per_reach;              ///< In voxels, and its inverse; see makeSampleLine().
-  int first_plane, last_plane;         ///< Grid planes of axis k it crosses within reach.
+  int32_t axis;
+  int32_t first_plane, last_plane;     ///< Grid planes of axis k it crosses within reach.
+  float per_reach;                     ///< The inverse of its reach; see makeSampleLine().
   float p_k, p_u, p_v;                 ///< Measured point.
   float slope_u, slope_v;              ///< Change of u and v per plane.
   float normal_k, normal_u, normal_v;  ///< Surface normal, for the point-to-plane distance.
-  MeasuredSides sides;
 };
 
 /// `reach` bounds the planes by their distance along the line, and the weights by that across the
-/// surface. `direction` is a unit vector.
+/// surface, in voxels. `direction` is a unit vector.
 DTSDF_HD SampleLine makeSampleLine(const Vec3f& p, const Vec3f& normal, const Vec3f& direction,
                                    float reach) {
   const float ax = fabsf(direction.x), ay = fabsf(direction.y), az = fabsf(direction.z);
@@ -79,9 +78,7 @@ DTSDF_HD SampleLine makeSampleLine(const Vec3f& p, const Vec3f& normal, const Ve
   line.normal_k = component(normal, line.axis);
   line.normal_u = component(normal, u);
   line.normal_v = component(normal, v);
-  line.reach = reach;
   line.per_reach = 1.0f / reach;
-  line.sides = noSides();
   line.first_plane = ceilToInt(line.p_k - reach * fabsf(dk));
   line.last_plane = floorToInt(line.p_k + reach * fabsf(dk));
   return line;
@@ -150,8 +147,8 @@ struct CornerSample {
 /// the next one. No loops or branches, so that compilers turn a loop of it into vector
 /// instructions.
 template <bool kHasSides>
-DTSDF_HD CornerSample sampleCorner(const SampleLine& line, const Vec3i& shifts,
-                                   const CellCrossing& at, int du, int dv) {
+DTSDF_HD CornerSample sampleCorner(const SampleLine& line, const MeasuredSides& sides,
+                                   const Vec3i& shifts, const CellCrossing& at, int du, int dv) {
   const bool is_u = du != 0, is_v = dv != 0;
   const float bilinear =
       (is_u ? at.fraction_u : 1.0f - at.fraction_u) * (is_v ? at.fraction_v : 1.0f - at.fraction_v);
@@ -161,7 +158,6 @@ DTSDF_HD CornerSample sampleCorner(const SampleLine& line, const Vec3i& shifts,
   Vec3f offset{at.point_k, is_u ? at.point_u - 1.0f : at.point_u,
                is_v ? at.point_v - 1.0f : at.point_v};
   if (kHasSides) {
-    const MeasuredSides& sides = line.sides;
     offset =
         movedAlong(sides.down, sides.per_down, movedAlong(sides.across, sides.per_across, offset));
   }

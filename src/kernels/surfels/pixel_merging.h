@@ -119,14 +119,20 @@ DTSDF_HD MergedTile mergeTile(const ImageView& image, const Pixel& first,
   return merged;
 }
 
+/// Which of the pixels of a tile's row are single, a bit each.
+DTSDF_HD uint32_t singlesInRow(MergedTile tile, int v) {
+  if (tile >> kTileBit & 1) return 0;
+  const MergedTile quads = tile >> ((v & kQuadSide) != 0 ? 2 : 0);
+  return ((quads & 1) != 0 ? 0u : 3u) | ((quads & 2) != 0 ? 0u : 12u);
+}
+
 /// Side of the square that a pixel is the first of, 1 for a single pixel; 0 for the other pixels of
 /// a square.
 DTSDF_HD int mergedSide(MergedTile tile, const Pixel& pixel) {
   const int x = pixel.u & (kTileSide - 1), y = pixel.v & (kTileSide - 1);
   if (tile >> kTileBit & 1) return x == 0 && y == 0 ? kTileSide : 0;
-  const int quad = (x >> 1) + 2 * (y >> 1);
-  if (tile >> quad & 1) return (x & 1) == 0 && (y & 1) == 0 ? kQuadSide : 0;
-  return 1;
+  if (singlesInRow(tile, pixel.v) >> x & 1) return 1;
+  return (x & 1) == 0 && (y & 1) == 0 ? kQuadSide : 0;
 }
 
 }  // namespace dtsdf

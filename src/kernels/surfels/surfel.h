@@ -36,14 +36,22 @@ struct ImagePoint {
   float u, v, depth_m;
 };
 
-/// The surfel of a point that covers so much of a voxel.
-DTSDF_HD Surfel makeSurfel(const FrameView& frame, const ImagePoint& point, const Vec3f& normal_C,
-                           float share) {
-  if (!(dot(normal_C, normal_C) > 0.0f)) return noSurfel();
-  const Vec3f p_C = backProject(frame.intrinsics, point.u, point.v, point.depth_m);
+/// What is seen of a surfel: its point, the normal there, in the camera's frame, how much of a
+/// voxel it covers, and its footprint.
+struct SeenSurfel {
+  ImagePoint point;
+  Vec3f normal_C;
+  float share;
+  Footprint footprint_px = {0.0f, 0.0f};
+};
+
+DTSDF_HD Surfel makeSurfel(const FrameView& frame, const SeenSurfel& seen) {
+  const auto& [u, v, depth_m] = seen.point;
+  if (!(dot(seen.normal_C, seen.normal_C) > 0.0f)) return noSurfel();
+  const Vec3f p_C = backProject(frame.intrinsics, u, v, depth_m);
   const Vec3f p_voxels = (1.0f / frame.voxel_size_m) * p_C;
-  return {transform(frame.T_L_C, p_voxels), share * angleWeight(p_C, normal_C),
-          rotate(frame.T_L_C, normal_C), point.depth_m};
+  return {transform(frame.T_L_C, p_voxels), seen.share * angleWeight(p_C, seen.normal_C),
+          rotate(frame.T_L_C, seen.normal_C), depth_m, seen.footprint_px};
 }
 
 /// A measurement without a normal: all that the undirected map needs for voxel projection.
@@ -83,19 +91,22 @@ DTSDF_HD PixelMeasurement subdividedPixel(const FrameSensing& sensing, const Pix
   return measured;
 }
 
-/// The surfel of a subpixel; number 0 of a pixel in one piece is the pixel.
-DTSDF_HD Surfel makeSubpixelSurfel(const ImageView& image, const PixelMeasurement& measured,
-                                   int subpixel) {
+/// What is seen of a subpixel; number 0 of a pixel in one piece is the pixel.
+DTSDF_HD SeenSurfel seenSubpixel(const ImageView& image, const PixelMeasurement& measured,
+                                 int subpixel) {
   const SubpixelOffset offset = subpixelOffset(measured.subdivision, subpixel);
   const float inverse_depth = inverseDepthBeside(image, measured.pixel, measured.plane, offset);
   const ImagePoint point{static_cast<float>(measured.pixel.u) + offset.u,
                          static_cast<float>(measured.pixel.v) + offset.v, 1.0f / inverse_depth};
   const float count = static_cast<float>(subpixelCount(measured.subdivision));
   const float share = minimum(coveredShare(image.frame, point.depth_m) / count, 1.0f);
-  Surfel surfel =
-      makeSurfel(image.frame, point, measured.plane.normal_C, share * measured.plane.trust);
-  surfel.footprint_px = measured.subdivision.footprint_px;
-  return surfel;
+  return {point, measured.plane.normal_C, share * measured.plane.trust,
+          measured.subdivision.footprint_px};
+}
+
+DTSDF_HD Surfel makeSubpixelSurfel(const ImageView& image, const PixelMeasurement& measured,
+                                   int subpixel) {
+  return makeSurfel(image.frame, seenSubpixel(image, measured, subpixel));
 }
 
 /// The surfel of a pixel for voxel projection, where each voxel takes one pixel and no more.
@@ -103,7 +114,7 @@ DTSDF_HD Surfel makeWholePixelSurfel(const ImageView& image, const PixelMeasurem
   const float inverse_depth = image.inverse_depth[pixelIndex(image.frame, measured.pixel)];
   const ImagePoint point{static_cast<float>(measured.pixel.u), static_cast<float>(measured.pixel.v),
                          1.0f / inverse_depth};
-  return makeSurfel(image.frame, point, measured.plane.normal_C, measured.plane.trust);
+  return makeSurfel(image.frame, {point, measured.plane.normal_C, measured.plane.trust});
 }
 
 /// The one surfel of a pixel that is neither merged nor subdivided.
@@ -114,9 +125,9 @@ DTSDF_HD Surfel makePixelSurfel(const FrameSensing& sensing, const Pixel& pixel,
   return makeWholePixelSurfel(sensing.image, wholePixel(sensing, pixel, column, surfels));
 }
 
-/// The surfel of merged pixels. The mean of 1 / z is that of a plane at the square's centre.
-DTSDF_HD Surfel makeMergedSurfel(const FrameSensing& sensing, const PixelSquare& square,
-                                 const SurfelSettings& surfels) {
+/// What is seen of merged pixels. The mean of 1 / z is that of a plane at the square's centre.
+DTSDF_HD SeenSurfel seenSquare(const FrameSensing& sensing, const PixelSquare& square,
+                               const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
   const float* row = image.inverse_depth + pixelIndex(image.frame, square.first);
   float sum = 0.0f;
@@ -131,7 +142,12 @@ DTSDF_HD Surfel makeMergedSurfel(const FrameSensing& sensing, const PixelSquare&
   const ImagePoint centre{static_cast<float>(square.first.u) + to_centre,
                           static_cast<float>(square.first.v) + to_centre, pixels / sum};
   const float share = minimum(pixels * coveredShare(image.frame, centre.depth_m), 1.0f);
-  return makeSurfel(image.frame, centre, normal_C, share);
+  return {centre, normal_C, share};
+}
+
+DTSDF_HD Surfel makeMergedSurfel(const FrameSensing& sensing, const PixelSquare& square,
+                                 const SurfelSettings& surfels) {
+  return makeSurfel(sensing.image.frame, seenSquare(sensing, square, surfels));
 }
 
 }  // namespace dtsdf

@@ -9,9 +9,12 @@ namespace vertex_colour_test {
 struct Ends {
   ColouredSample lower[kDirectionCount] = {}, upper[kDirectionCount] = {};
 
+  VoxelColour colour(int d, bool is_upper) const { return (is_upper ? upper : lower)[d].colour; }
+  Sample sample(int d, bool is_upper) const { return (is_upper ? upper : lower)[d].sample; }
+
   VertexColour colour(int facing) const {
-    return vertexColourOf(0, facing, kAllDirections,
-                          [this](int d, bool is_upper) { return is_upper ? upper[d] : lower[d]; });
+    return colourOf(
+        meanOnEdge<float>(speakingOnEdge(0, facing), static_cast<uint32_t>(facing), *this));
   }
 };
 

@@ -53,7 +53,8 @@ std::map<VoxelId, LineSample> samplesOf(const SampleLine& line) {
     const CellCrossing crossing = crossCell(line, plane);
     for (int corner = 0; corner < 4; ++corner) {
       const int du = corner & 1, dv = corner >> 1;
-      const CornerSample at = sampleCorner<false>(line, pointShifts(line.axis), crossing, du, dv);
+      const CornerSample at =
+          sampleCorner<false>(line, noSides(), pointShifts(line.axis), crossing, du, dv);
       if (!(at.share > 0.0f)) continue;
       const Vec3i voxel = unpermute(line.axis, plane, crossing.u + du, crossing.v + dv);
       const LineSample sample{at.share, at.distance};
@@ -125,7 +126,7 @@ TEST(SampleLine, SamplesLieWithinReachOfTheMeasuredPlane) {
                               (y - double(cast.p.y)) * cast.normal.y +
                               (z - double(cast.p.z)) * cast.normal.z;
       EXPECT_NEAR(sample.distance, distance, 2e-5);
-      EXPECT_LT(std::abs(sample.distance), line.reach);
+      EXPECT_LT(std::abs(sample.distance) * line.per_reach, 1.0f);
       EXPECT_GT(sample.share, 0.0f);
       EXPECT_LE(sample.share, 1.0f);
     }
@@ -179,7 +180,7 @@ TEST(SampleLine, BlocksOneByOneSumUpToTheWhole) {
     const Cast cast = randomCast(random, i);
     const SampleLine line = lineOf(cast);
     const FusionSettings fusion{1, 1, cast.truncation, 64.0f, FusionRules()};
-    CastLine whole{line, directionsOf(cast.normal, true)};
+    CastLine whole{line, noSides(), directionsOf(cast.normal, true)};
     const DirectionSet& directions = whole.directions;
     for (float& weight : whole.directions.weight) weight *= 0.7f * kWeightScale;
     std::map<std::pair<VoxelId, int>, std::pair<int32_t, int32_t>> expected, actual;

@@ -38,7 +38,7 @@ FrameView turnedFrame() {
 
 /// At 2 m, 250 pixels right of the centre: (1, 0, 2) m, seen with a cosine of 2 / sqrt(5).
 TEST(Surfel, StandsWhereItsPixelsAre) {
-  const Surfel surfel = makeSurfel(turnedFrame(), {570.0f, 240.0f, 2.0f}, {0, 0, -1}, 0.5f);
+  const Surfel surfel = makeSurfel(turnedFrame(), {{570.0f, 240.0f, 2.0f}, {0, 0, -1}, 0.5f});
   EXPECT_FLOAT_EQ(surfel.p_L.x, 1.0f + 2.0f);
   EXPECT_FLOAT_EQ(surfel.p_L.y, 2.0f - 4.0f);
   EXPECT_FLOAT_EQ(surfel.p_L.z, 3.0f);
@@ -49,7 +49,7 @@ TEST(Surfel, StandsWhereItsPixelsAre) {
 
 TEST(Surfel, WithoutANormalIsNone) {
   const ImagePoint centre{320.0f, 240.0f, 2.0f};
-  EXPECT_EQ(makeSurfel(turnedFrame(), centre, {0, 0, 0}, 1.0f).weight, 0.0f);
+  EXPECT_EQ(makeSurfel(turnedFrame(), {centre, {0, 0, 0}, 1.0f}).weight, 0.0f);
 }
 
 }  // namespace surfel_test

@@ -102,12 +102,16 @@ __device__ void settleCorners(MeshBlockShared& shared) {
   __syncthreads();
 }
 
-/// Regularises this thread's units and enters their edges. @return their number of triangles.
-__device__ uint32_t regulariseUnits(const MeshView& mesh, MeshBlockShared& shared,
+/// Regularises this thread's units, but for loose ones, and enters their edges. @return their
+/// number of triangles.
+__device__ uint32_t regulariseUnits(const MeshView& mesh, uint32_t loose, MeshBlockShared& shared,
                                     UnitIndices (&regular)[kUnitsPerThread]) {
   uint32_t triangles = 0;
   for (int k = 0; k < kUnitsPerThread; ++k) {
-    const Vec3i unit = voxelOffset(threadIdx.x * kUnitsPerThread + k);
+    const auto number = static_cast<int>(threadIdx.x * kUnitsPerThread + k);
+    regular[k] = {{0, 0}};
+    if ((loose >> number % 32 & 1u) != 0) continue;
+    const Vec3i unit = voxelOffset(number);
     unsigned behind = 0;
     for (int c = 0; c < kCubeCorners; ++c) {
       const Vec3i at = unit + cornerOffset(c);
@@ -289,7 +293,9 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
     gatherBlock(map, keyOfSlot(map, slot), mesh.least_evidence, shared);
     settleCorners(shared);
     UnitIndices regular[kUnitsPerThread];
-    const uint32_t own_triangles = regulariseUnits(mesh, shared, regular);
+    const uint32_t* loose = mesh.loose_units + static_cast<size_t>(b) * kHalfLayers;
+    const uint32_t own_triangles =
+        regulariseUnits(mesh, loose[threadIdx.x * kUnitsPerThread / 32], shared, regular);
     Middles middles = {};
     if (kRefined) middles = countMiddles(mesh, regular, shared);
     const uint32_t first_triangle =
@@ -325,6 +331,7 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
 }  // namespace
 
 void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream) {
+  findLoosePieces(map, mesh, thread_blocks, stream);
   if (mesh.refine_tables != nullptr) {
     launchBehind(makeMeshesKernel<true>, thread_blocks, kThreads, 0, stream, map, mesh);
   } else {
@@ -334,7 +341,7 @@ void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks, con
 }
 
 std::vector<NamedKernel> makeKernels() {
-  return {DTSDF_NAMED_KERNEL(makeMeshesKernel<false>, 0),
+  return {looseKernel(), DTSDF_NAMED_KERNEL(makeMeshesKernel<false>, 0),
           DTSDF_NAMED_KERNEL(makeMeshesKernel<true>, 0)};
 }
 

@@ -5,6 +5,7 @@
 #include "dtsdf_mapping/params/mapper_params.h"
 #include "kernels/colour/colour_rules.h"
 #include "kernels/fusion/fusion_rules.h"
+#include "kernels/meshing/loose_pieces.h"
 #include "kernels/poses/alignment_rules.h"
 #include "kernels/surfels/sensing.h"
 
@@ -45,7 +46,8 @@ inline FusionSettings makeFusionSettings(const MapperParams& params, const Rules
 }
 
 inline MeshSettings makeMeshSettings(const MapperParams& params, const Rules& rules) {
-  return {rules.mesh, castsSurfels(params)};
+  static_assert(kMostLooseUnits == 4, "the most that mesh/loose_voxels may be");
+  return {rules.mesh, castsSurfels(params), params.mesh.loose_voxels};
 }
 
 inline AlignmentSettings makeAlignmentSettings(const MapperParams& params, const Rules& rules) {

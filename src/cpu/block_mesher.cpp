@@ -166,7 +166,7 @@ bool BlockMesher::makeSurface(int32_t slot, BlockSurface& surface, BlockMesh& me
     labels[n] = empty ? nullptr : state_[beside].labels.data();
   }
   const NearbyArrays arrays(table_, voxels_, mesh.key, least_evidence_);
-  surface.regularise(labels);
+  surface.regularise(labels, rules_.most_loose_units);
   surface.emit(rules_, arrays, state_[slot].vertices, directional_, mesh);
   return true;
 }

@@ -75,27 +75,36 @@ void BlockSurface::addTriangles(const UnitIndices& regular, const Vec3i& unit) {
   });
 }
 
-void BlockSurface::regularise(const LabelNeighbourhood& labels) {
-  weighCorners(labels);
+void BlockSurface::addUnits(const UnitLabels* labels, const BlockBits& loose) {
   edges_.clear();
   triangle_edges_.clear();
   surface_units_.clear();
-  const UnitLabels* own = labels[aroundNumber({0, 0, 0})];
+  holding_surface_ = {};
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    if (i % kBlockSide == 0 && !anySpeaks(own + i)) {
+    if (i % kBlockSide == 0 && !anySpeaks(labels + i)) {
       i += kBlockSide - 1;
       continue;
     }
-    if (saysNothing(own[i])) continue;
+    if (saysNothing(labels[i])) continue;
     const Vec3i unit = voxelOffset(i);
+    if (hasUnit(loose, unit)) continue;
+    if (holdsSurface(labels[i])) addUnit(holding_surface_, unit);
     unsigned behind = 0;
     for (int c = 0; c < kCubeCorners; ++c) {
       const Vec3i corner = unit + cornerOffset(c);
       const int balance = balance_[cornerIndex(corner.x, corner.y, corner.z)];
       behind |= isBehindForMost(balance) ? 1u << c : 0u;
     }
-    addTriangles(dtsdf::regularise(own[i], behind), unit);
+    addTriangles(dtsdf::regularise(labels[i], behind), unit);
   }
+}
+
+void BlockSurface::regularise(const LabelNeighbourhood& labels, int most_loose_units) {
+  weighCorners(labels);
+  const UnitLabels* own = labels[aroundNumber({0, 0, 0})];
+  addUnits(own, {});
+  const BlockBits loose = looseUnits(holding_surface_, labels, most_loose_units);
+  if (loose != BlockBits{}) addUnits(own, loose);  // once more, as few blocks have any
 }
 
 void BlockSurface::emit(const MeshSettings& rules, const NearbyArrays& arrays,

@@ -6,15 +6,12 @@
 #include <vector>
 
 #include "cpu/block_indexer.h"
+#include "cpu/loose_units.h"
 #include "dtsdf_mapping/block_mesh.h"
 #include "kernels/meshing/gap.h"
 #include "kernels/meshing/regularisation.h"
 
 namespace dtsdf {
-
-/// Labels of the units in a block and in those around it, by aroundOffset(); null where none of
-/// them says anything.
-using LabelNeighbourhood = const UnitLabels* [kBlocksAround];
 
 /// A unit that holds a part of the surface, and its indices after regularisation.
 struct SurfaceUnit {
@@ -25,9 +22,9 @@ struct SurfaceUnit {
 /// Room for meshing one block after the other; one per thread.
 class BlockSurface {
  public:
-  /// Regularises the block's units and enters the edges of their triangles. Some unit of the block
-  /// says something.
-  void regularise(const LabelNeighbourhood& labels);
+  /// Regularises the block's units and enters the edges of their triangles, but for those of loose
+  /// pieces of up to so many units. Some unit of the block says something.
+  void regularise(const LabelNeighbourhood& labels, int most_loose_units);
 
   /// Vertices and triangles of what was regularised, those in gaps marked. Few edges differ from
   /// those before: `known` holds the vertices of some, sorted by edge.
@@ -41,9 +38,11 @@ class BlockSurface {
  private:
   void weighCorners(const LabelNeighbourhood& labels);
   void addSides(const UnitLabels& labels, const Vec3i& unit);
+  void addUnits(const UnitLabels* labels, const BlockBits& loose);
   void addTriangles(const UnitIndices& regular, const Vec3i& unit);
 
   int8_t balance_[kGridCorners];  ///< Of each corner, see cornerBalance().
+  BlockBits holding_surface_;     ///< Units that do before they are regularised.
   std::vector<SurfaceUnit> surface_units_;
   EdgeSet edges_;  ///< That carry a vertex.
   uint16_t vertex_of_edge_[kGridEdges];

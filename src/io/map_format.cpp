@@ -85,7 +85,10 @@ bool decodeHeader(const uint8_t* bytes, SectionHeader& header) {
 
 ParamTree settingsOfFile(const MapHead& head) {
   ParamTree settings = copyOf(head.settings);
-  if (head.poses.mode != PoseMode::kTf) settings.merge(toTree(head.poses));
+  for (auto& [key, value] : toTree(head.poses)) {
+    settings.erase(key);
+    if (head.poses.mode != PoseMode::kTf) settings.emplace(key, value);
+  }
   return settings;
 }
 

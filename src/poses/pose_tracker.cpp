@@ -48,15 +48,19 @@ double wayBetween(const Isometry3d& a, const Isometry3d& b) {
 }
 
 /// Where a camera is looked for around a pose: turned about each of its axes and moved along them,
-/// by one step and by two, and there. A step is as far as an alignment reaches.
-Isometry3d guessAround(const Isometry3d& T_W_C, double step, size_t guess) {
+/// by one step and by two, and there. A step is as far as an alignment reaches, but for fine
+/// voxels, which few steps would not lead far away from, and turns that no alignment spans.
+Isometry3d guessAround(const Isometry3d& T_W_C, double reach_m, size_t guess) {
+  constexpr double kLeastShift_m = 0.15, kMostTurn_rad = 0.3;
   if (guess + 1 == kGuessesAPlace) return T_W_C;
   const size_t ring = guess / 12, axis = guess % 6 / 2;
   const double steps = (guess % 2 == 0 ? 1.0 : -1.0) * static_cast<double>(1 + ring);
   const Vector3d along = Vector3d::Unit(static_cast<Eigen::Index>(axis));
   Isometry3d T = T_W_C;
-  if (guess % 12 < 6) return T.rotate(Eigen::AngleAxisd(steps * step, along));
-  return T.translate(steps * step * along);
+  const double shift_m = std::max(reach_m, kLeastShift_m);
+  const double turn_rad = std::min(shift_m, kMostTurn_rad);
+  if (guess % 12 < 6) return T.rotate(Eigen::AngleAxisd(steps * turn_rad, along));
+  return T.translate(steps * shift_m * along);
 }
 
 }  // namespace
@@ -192,7 +196,8 @@ Isometry3d PoseTracker::predict(double stamp_s) const {
   const double share = ahead_s / between_s;
   const Isometry3d ahead = continued(before_->T_W_C, last_->T_W_C, share);
   const bool is_far = wayBetween(last_->T_W_C, ahead) > reach_m_;
-  return share > 2.0 && is_far ? last_->T_W_C : ahead;
+  constexpr double kOneMissing = 2.5;  // 2 at an even rate, which stamps are not
+  return share > kOneMissing && is_far ? last_->T_W_C : ahead;
 }
 
 /// The last place first, with all that is around it.

@@ -17,8 +17,9 @@ enum class MeshColour {
 /// How a mesh looks.
 struct MeshParams {
   MeshColour colour = MeshColour::kAuto;  ///< Colour of the vertices, in RViz and in saved files.
-  int min_support = 2;  ///< Frames that a surface needs, but no more than were fused.
-  int refine = 0;       ///< 1: each triangle in four, on the curved surface.
+  int min_support = 2;   ///< Frames that a surface needs, but no more than were fused.
+  int loose_voxels = 4;  ///< Pieces no larger, and no farther beside a larger one, are left out.
+  int refine = 0;        ///< 1: each triangle in four, on the curved surface.
 };
 
 /// Visits each member with its key and its rule.
@@ -32,6 +33,7 @@ void visitParams(MeshParams& p, Visitor& visit) {
                               {"height", MeshColour::kHeight},
                               {"plain", MeshColour::kPlain}});
   visit("mesh/min_support", p.min_support, Range{1, 10});
+  visit("mesh/loose_voxels", p.loose_voxels, Range{0, 4});
   visit("mesh/refine", p.refine, Range{0, 1});
 }
 

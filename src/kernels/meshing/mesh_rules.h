@@ -53,6 +53,8 @@ struct MeshSettings : MeshRules {
   /// Whether distances are those to planes, as in all modes but voxel projection, whose distances
   /// run along rays and may grow faster than the way to them.
   bool distances_to_planes = true;
+  /// Loose pieces of up to so many units are left out, at most kMostLooseUnits; 0: none.
+  int most_loose_units = 0;
 };
 
 }  // namespace dtsdf

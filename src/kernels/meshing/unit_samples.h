@@ -9,7 +9,8 @@
 ///           vote.h               on which side of a sheet each corner is
 ///           crossings.h          which crossings of edges are known too little
 ///           sheets.h             marching cubes indices, without what no direction can see
-///   make    regularisation.h     corners that the units around them disagree about
+///   make    loose_pieces.h       small pieces beside a larger one, which are left out
+///           regularisation.h     corners that the units around them disagree about
 ///           edge_vertex.h        where the surface crosses an edge
 ///           anchoring.h          vertices held to where the surface was measured
 ///           emit.h               triangles, as references to edges

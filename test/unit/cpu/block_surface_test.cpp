@@ -63,7 +63,7 @@ TEST(BlockSurface, CornersAreSettledByAllUnitsAround) {
     const RandomBlocks blocks(random);
     LabelNeighbourhood labels;
     blocks.point(labels);
-    surface->regularise(labels);
+    surface->regularise(labels, 0);
     size_t next = 0;
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
       const Vec3i unit = voxelOffset(i);

@@ -1,0 +1,29 @@
+/// Finds the loose pieces of a block on the CPU.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "kernels/meshing/corner_grid.h"
+#include "kernels/meshing/loose_pieces.h"
+
+namespace dtsdf {
+
+/// Units of a block: a bit each, a word for each layer along z.
+using BlockBits = std::array<uint64_t, kBlockSide>;
+
+inline bool hasUnit(const BlockBits& bits, const Vec3i& unit) {
+  return (bits[unit.z] >> (unit.x + kBlockSide * unit.y) & 1u) != 0;
+}
+inline void addUnit(BlockBits& bits, const Vec3i& unit) {
+  bits[unit.z] |= uint64_t{1} << (unit.x + kBlockSide * unit.y);
+}
+
+/// Labels of the units in a block and in those around it, by aroundOffset(); null where none of
+/// them says anything.
+using LabelNeighbourhood = const UnitLabels* [kBlocksAround];
+
+/// Of a block's units that hold a surface, those of loose pieces.
+BlockBits looseUnits(const BlockBits& surface, const LabelNeighbourhood& labels, int most_units);
+
+}  // namespace dtsdf

@@ -1,0 +1,148 @@
+/// Loose pieces: small ones that hang beside a larger surface, apart from it.
+///
+/// Where noise is wider than a voxel, a few outliers of different frames meet beside the surface
+/// often enough to make a small piece of their own; so do flying pixels. Such pieces are few, but
+/// lie far off. Pieces are left out that are no larger than a few units along any axis, and no
+/// farther from a larger one. Small things on their own stay, however small.
+///
+/// A piece is what units with a surface form that share a face, or an edge that the surface
+/// crosses in both. It is looked for in a window of as many units around a block: a small piece
+/// that reaches into the block lies there as a whole. Of the larger one only what is in the window
+/// counts, so where a piece crosses a face between blocks, one of them may keep its part.
+#pragma once
+
+#include "kernels/core/grid.h"
+#include "kernels/meshing/regularisation.h"
+#include "kernels/meshing/unit_samples.h"
+
+namespace dtsdf {
+
+/// The largest pieces that may be left out, in units along an axis.
+constexpr int kMostLooseUnits = 4;
+
+/// The units of a block and of its surroundings up to there: a bit each, 16 to a row along x, and
+/// four rows along y to a word.
+constexpr int kWindowSide = kBlockSide + 2 * kMostLooseUnits;
+constexpr int kWindowRows = kWindowSide * kWindowSide;
+constexpr int kRowsPerWord = 64 / kWindowSide;
+constexpr int kWordsPerLayer = kWindowSide / kRowsPerWord;
+constexpr int kWindowWords = kWindowRows / kRowsPerWord;
+static_assert(kWindowSide == 16, "rows fill 16 bits");
+
+/// The word of a unit, given from the block's first one; its bit there; and back.
+DTSDF_HD int windowRow(int y, int z) {
+  return y + kMostLooseUnits + kWindowSide * (z + kMostLooseUnits);
+}
+DTSDF_HD int windowWord(const Vec3i& unit) { return windowRow(unit.y, unit.z) / kRowsPerWord; }
+DTSDF_HD uint64_t windowBit(const Vec3i& unit) {
+  const int row = windowRow(unit.y, unit.z) % kRowsPerWord;
+  return uint64_t{1} << (kWindowSide * row + unit.x + kMostLooseUnits);
+}
+DTSDF_HD Vec3i windowUnit(int word, int bit) {
+  const int row = kRowsPerWord * word + bit / kWindowSide;
+  return {bit % kWindowSide - kMostLooseUnits, row % kWindowSide - kMostLooseUnits,
+          row / kWindowSide - kMostLooseUnits};
+}
+DTSDF_HD bool isInWindow(const Vec3i& unit) {
+  const auto inside = [](int at) {
+    return at >= -kMostLooseUnits && at < kBlockSide + kMostLooseUnits;
+  };
+  return inside(unit.x) && inside(unit.y) && inside(unit.z);
+}
+
+/// Whether a unit holds a surface before regularisation. (A sheet without one is never kept beside
+/// another.)
+DTSDF_HD bool holdsSurface(const UnitLabels& labels) {
+  return labels.behind_first != 0 && labels.behind_first != 255;
+}
+
+/// Which of four units hold a surface, as bits. Their labels follow each other in the word, the
+/// first one lowest.
+DTSDF_HD uint32_t surfaceBits(uint64_t labels) {
+  constexpr uint64_t kFirsts = 0x00ff00ff00ff00ffu, kOnes = 0x0001000100010001u;
+  // 255 and 0 become 0 and 1: all that is less than 2 does not carry.
+  const uint64_t next = ((labels & kFirsts) + kOnes) & kFirsts;
+  const uint64_t carried = (next + 254 * kOnes) >> 8 & kOnes;
+  constexpr uint64_t kToTop = uint64_t{1} << 48 | uint64_t{1} << 33 | uint64_t{1} << 18 | 1u << 3;
+  return static_cast<uint32_t>(carried * kToTop >> 48 & 15u);
+}
+
+/// The units of a word, and those beside them along x; and along y, with the words before and after
+/// it, which are 0 outside of the window.
+DTSDF_HD uint64_t grownAlongX(uint64_t word) {
+  constexpr uint64_t kFirstOfRows = 0x0001000100010001u;
+  return word | (word << 1 & ~kFirstOfRows) | (word >> 1 & ~(kFirstOfRows << (kWindowSide - 1)));
+}
+DTSDF_HD uint64_t grownAlongY(uint64_t word, uint64_t before, uint64_t after) {
+  constexpr int kToLastRow = 64 - kWindowSide;
+  return word | word << kWindowSide | word >> kWindowSide | before >> kToLastRow |
+         after << kToLastRow;
+}
+
+/// An edge of a unit: along an axis, at the lower (0) or upper (1) end of the two others.
+struct UnitEdge {
+  int axis, end_a, end_b;
+};
+constexpr int kUnitEdges = 12;
+DTSDF_HD UnitEdge unitEdge(int n) { return {n / 4, n & 1, n >> 1 & 1}; }
+DTSDF_HD UnitEdge opposite(const UnitEdge& edge) {
+  return {edge.axis, 1 - edge.end_a, 1 - edge.end_b};
+}
+
+/// The step to the unit that only shares that edge, of which it is the opposite one.
+DTSDF_HD Vec3i stepOver(const UnitEdge& edge) {
+  return gridStep(edge.axis == 0 ? 1 : 0, 2 * edge.end_a - 1) +
+         gridStep(edge.axis == 2 ? 1 : 2, 2 * edge.end_b - 1);
+}
+
+/// Whether a sheet of the unit crosses the edge.
+DTSDF_HD bool crosses(const UnitLabels& labels, const UnitEdge& edge) {
+  const int lower = edge.end_a << (edge.axis == 0 ? 1 : 0) | edge.end_b << (edge.axis == 2 ? 1 : 2);
+  const int upper = lower | 1 << edge.axis;
+  const UnitIndices indices = indicesOf(labels);
+  const auto differ = [&](unsigned index) { return (index >> lower ^ index >> upper) & 1u; };
+  return (differ(indices.sheet[0]) | differ(indices.sheet[1])) != 0;
+}
+
+/// Visits the units of the window that a unit is joined to over an edge, but for those that it is
+/// joined to over two faces. `at(unit)` gives labels.
+template <class At, class Visit>
+DTSDF_HD void visitOverEdges(const At& at, const Vec3i& unit, const Visit& visit) {
+  const UnitLabels own = at(unit);
+  for (int n = 0; n < kUnitEdges; ++n) {
+    const UnitEdge edge = unitEdge(n);
+    const Vec3i step = stepOver(edge), other = unit + step;
+    if (!isInWindow(other) || !crosses(own, edge)) continue;
+    const UnitLabels labels = at(other);
+    if (!holdsSurface(labels) || !crosses(labels, opposite(edge))) continue;
+    const Vec3i first = edge.axis == 0 ? Vec3i{0, step.y, 0} : Vec3i{step.x, 0, 0};
+    if (!holdsSurface(at(unit + first)) && !holdsSurface(at(other - first))) visit(other);
+  }
+}
+
+/// Where along each axis of the window a piece has units: a bit per place.
+struct Shadow {
+  uint32_t x, y, z;
+};
+
+/// The part of a shadow that a word throws.
+DTSDF_HD Shadow shadowOfWord(uint64_t word, int number) {
+  const uint64_t halves = word | word >> 32;
+  uint32_t rows = 0;
+  for (int row = 0; row < kRowsPerWord; ++row) {
+    rows |= (word >> (kWindowSide * row) & 0xffffu) != 0 ? 1u << row : 0u;
+  }
+  return {static_cast<uint32_t>((halves | halves >> 16) & 0xffffu),
+          rows << (kRowsPerWord * (number % kWordsPerLayer)),
+          word != 0 ? 1u << (number / kWordsPerLayer) : 0u};
+}
+
+/// Whether the bits, some of which are set, lie farther apart than in `most` places.
+DTSDF_HD bool spansMore(uint32_t bits, int most) { return bits >= (bits & (0u - bits)) << most; }
+
+DTSDF_HD bool isSmall(const Shadow& piece, int most_units) {
+  return !(spansMore(piece.x, most_units) || spansMore(piece.y, most_units) ||
+           spansMore(piece.z, most_units));
+}
+
+}  // namespace dtsdf

@@ -52,7 +52,7 @@ class EdgeLanes {
     const End* ends = upper ? upper_ : lower_;
     LaneVoxelColours colours;
     for (int k = 0; k < kLanes; ++k) {
-      const VoxelColour* brick = ends[k].bricks[direction * kBricksPerArray];
+      const VoxelColour* brick = ends[k].bricks[direction][ends[k].brick];
       brick = brick == nullptr ? kNoColours : brick;
       int32_t colour;
       std::memcpy(&colour, brick + ends[k].in_brick, sizeof(colour));
@@ -78,12 +78,12 @@ class EdgeLanes {
  private:
   /// Where its colours and its voxels lie, by direction.
   struct End {
-    const VoxelColour* const* bricks;  ///< One of each kBricksPerArray.
+    const VoxelColour* const (*bricks)[kBricksPerArray];
     const Voxel* const* arrays;
-    int32_t in_brick, voxel;
+    int32_t brick, in_brick, voxel;
   };
   static End endAt(const ColouredCorners& corners, const CornerSource& at) {
-    return {corners.colours[at.block][0] + brickOf(at.voxel), corners.voxels.array[at.block],
+    return {corners.colours[at.block], corners.voxels.array[at.block], brickOf(at.voxel),
             placeInBrick(at.voxel), at.voxel};
   }
 

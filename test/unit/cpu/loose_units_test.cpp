@@ -145,6 +145,19 @@ int count(const BlockBits& bits) {
   return units;
 }
 
+TEST(LooseUnits, SurfacesAreFoundInFourUnitsAtOnce) {
+  for (uint64_t behind = 0; behind < 256; ++behind) {
+    for (int place = 0; place < 4; ++place) {
+      for (const uint64_t others : {uint64_t{0}, ~uint64_t{0}}) {
+        const uint64_t unit = uint64_t{0xffff} << (16 * place);
+        const uint64_t labels = (others & ~unit) | behind << (16 * place);
+        const bool holds = holdsSurface({static_cast<uint8_t>(behind), 0});
+        ASSERT_EQ(surfaceBits(labels), holds ? 1u << place : 0u) << behind << " " << place;
+      }
+    }
+  }
+}
+
 TEST(LooseUnits, PiecesBesideALargerOneUpToSoManyUnits) {
   Units units;
   units.fill({0, 0, 0}, {8, 8, 1});

@@ -42,6 +42,33 @@ TEST(NoisyWall, AveragesToOneSurface) {
   EXPECT_LT(found.rms_m, 0.5 * kVoxel_m);
 }
 
+/// Of the same wall with noise of 8 mm, more lies beyond the truncation: small
+/// pieces, beside the wall and apart from it.
+TEST(NoisyWall, LosesSmallPiecesBesideIt) {
+  constexpr float kVoxel_m = 0.005f, kNoise = 0.008f;
+  Scene scene;
+  scene.add(Plane{Vector3d(0.0, 0.0, 0.0), Vector3d(0.2, -0.3, 1.0).normalized()});
+  const std::vector<SceneFrame> frames = noisyFrames(scene, {0.0, 0.0, 1.0}, 30, kNoise);
+  const auto verticesOf = [&](int loose_voxels) {
+    MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
+    params.mesh.loose_voxels = loose_voxels;
+    const Mesh mesh = reconstruct(params, frames);
+    struct {
+      size_t near = 0, far = 0;
+    } count;
+    for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
+      const std::array<double, 3> p_W = positionInMap(mesh, i);
+      const double off_m = scene.distanceToSurface({p_W[0], p_W[1], p_W[2]});
+      ++(off_m > 4.0 * kVoxel_m ? count.far : count.near);
+    }
+    return count;
+  };
+  const auto all = verticesOf(0), held = verticesOf(4);
+  EXPECT_GT(all.far, 200u);
+  EXPECT_LT(held.far, all.far / 2) << "of " << all.far;
+  EXPECT_GT(held.near, all.near * 49 / 50) << "of " << all.near;
+}
+
 /// Two walls that meet before the camera, 4 m away, with 48 mm of noise there. Windows wide enough
 /// for the noise take normals from both of them; cast along these, points shift the edge (11 mm
 /// RMS).

@@ -105,6 +105,32 @@ TEST(PoseTracker, ContinuesMotionOverAMissingImageAndNotOverSeconds) {
   EXPECT_EQ(tracking.tracker().poseAt(4.0)->matrix(), last.matrix());
 }
 
+/// Ever faster to the side, by 0.2 m from image to image in the end.
+TEST(PoseTracker, ContinuesFastMotionOverOneMissingImageThoughStampsAreUneven) {
+  constexpr int kImages = 9;
+  const auto poseAt = [](int image) {
+    const Vector3d eye(-1.2, -0.5 + 0.0125 * image * (image + 1), 1.3);
+    return lookAt(eye, eye + Vector3d(2.4, 0.0, -0.6), Vector3d::UnitZ());
+  };
+  Tracking tracking;
+  for (int i = 0; i < kImages; ++i) {
+    const Alignment found = tracking.see(furnishedRoom(), poseAt(i), kPeriod_s * i, poseAt(0));
+    ASSERT_TRUE(tracking.tracker().isToBeFused(found)) << i;
+    ASSERT_LT(shiftBetween_m(found.T_W_C, poseAt(i)), 5e-3) << i;
+  }
+  const Isometry3d last = *tracking.tracker().lastPose();
+  const double step_m = shiftBetween_m(last, poseAt(kImages - 2));
+  ASSERT_NEAR(step_m, 0.2, 0.01);
+  const auto aheadAt = [&](double periods) {
+    const double stamp_s = kPeriod_s * (kImages - 1 + periods);
+    return shiftBetween_m(last, *tracking.tracker().poseAt(stamp_s));
+  };
+  for (const double periods : {1.95, 2.0, 2.1}) {
+    EXPECT_NEAR(aheadAt(periods), periods * step_m, 5e-3) << periods;
+  }
+  EXPECT_EQ(aheadAt(3.0), 0.0) << "farther than an alignment reaches, over two missing images";
+}
+
 /// Two seconds in the dark, then a little away from where it was.
 struct Away {
   Vector3d shift_m;

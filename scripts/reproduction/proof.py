@@ -10,7 +10,8 @@ from .runs import find_programs
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 MAPS = {"directional": ["map/directional=true"],
-        "undirected": ["map/directional=false", "fusion/mode=voxel_projection"]}
+        "undirected": ["map/directional=false", "fusion/mode=voxel_projection",
+                       "map/truncation_voxels=4"]}
 
 
 def make_parser(doc, work, data=""):

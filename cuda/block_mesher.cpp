@@ -38,7 +38,6 @@ BlockMesher::BlockMesher(const MeshSettings& rules, bool directional, bool refin
       pinned_totals_(1),
       slots_(kFirstBlocks),
       records_(kFirstBlocks),
-      loose_units_(kFirstBlocks * kHalfLayers),
       vertices_(kFirstVertices),
       triangles_(kFirstTriangles),
       pinned_records_(kFirstBlocks),
@@ -65,7 +64,6 @@ MeshView BlockMesher::view() {
   view.host_totals = pinned_totals_.data();
   view.slots = slots_.data();
   view.records = records_.data();
-  view.loose_units = loose_units_.data();
   view.vertices = vertices_.data();
   view.normals = normals_.data();
   view.triangles = triangles_.data();
@@ -95,7 +93,6 @@ void BlockMesher::begin(const MapView& map, const Event& map_ready, const Extrac
       map.slot_count, extraction.most_dirty * kBlocksAround + extraction.most_painted * kUnitReach);
   slots_.reserve(most_blocks, stream_);
   records_.reserve(most_blocks, stream_);
-  loose_units_.reserve(most_blocks * kHalfLayers, stream_);
   if (hasColours()) colours_.reserveExactly(vertices_.capacity(), stream_);
   ++stamp_;
   holdForProfile(stream_);
@@ -217,8 +214,8 @@ void BlockMesher::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"colours of vertices", MemoryKind::kMesh,
                    hasColours() ? size.vertices * sizeof(VertexColour) : 0, colours_.bytes()});
   parts.push_back({"mesh lists", MemoryKind::kMesh,
-                   recordCount() * (sizeof(int32_t) + sizeof(MeshRecord) + kVoxelsPerBlock / 8),
-                   slots_.bytes() + records_.bytes() + loose_units_.bytes()});
+                   recordCount() * (sizeof(int32_t) + sizeof(MeshRecord)),
+                   slots_.bytes() + records_.bytes()});
   const size_t tables = tables_.bytes() + refine_tables_.bytes();
   parts.push_back({"mesh tables", MemoryKind::kScratch, tables, tables});
   if (refined_) {

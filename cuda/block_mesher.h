@@ -89,7 +89,6 @@ class BlockMesher {
   PinnedBuffer<MeshTotals> pinned_totals_;  ///< A kernel writes them there.
   DeviceBuffer<int32_t> slots_;
   DeviceBuffer<MeshRecord> records_;
-  DeviceBuffer<uint32_t> loose_units_;
   DeviceBuffer<BlockVertex> vertices_;
   DeviceBuffer<Vec3f> normals_;  ///< As many as vertices, where meshes are refined.
   DeviceBuffer<BlockTriangle> triangles_;

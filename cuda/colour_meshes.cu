@@ -11,6 +11,7 @@ namespace {
 
 /// One thread per painted block and reach, in strides.
 __global__ void selectPaintedKernel(MapView map, MeshView mesh) {
+  waitForTheOneAhead();
   const size_t count = static_cast<size_t>(*map.painted.count) * kUnitReach;
   for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {
     const int32_t painted = map.painted.slots[i / kUnitReach];
@@ -22,26 +23,94 @@ __global__ void selectPaintedKernel(MapView map, MeshView mesh) {
 }
 
 /// One thread: the list is done with.
-__global__ void forgetPaintedKernel(MapView map) { *map.painted.count = 0; }
+__global__ void forgetPaintedKernel(MapView map) {
+  waitForTheOneAhead();
+  *map.painted.count = 0;
+}
 
-/// Done by one thread for each of the blocks that the corners of a block's units lie in.
-__device__ void findColours(const MapView& map, const BlockKey& key, int n,
-                            ColouredCorners& corners) {
-  findCornerArrays(map, key, n, corners.voxels);
-  corners.clearBlock(n);
-  const int32_t slot = findSlot(map, packKey(key + cornerBlockOffset(n)));
-  for (int d = 0; d < kDirectionCount; ++d) {
-    const int32_t array = slot < 0 ? kNoArray : map.slots[slot].array[d];
-    for (int brick = 0; brick < kBricksPerArray; ++brick) {
+/// What a block of threads needs to colour the vertices of a block.
+struct ColourShared {
+  PaintedCorners corners;
+  int32_t slots[kCornerBlocks];  ///< Of the blocks that these lie in.
+  uint16_t vertex_of[kGridEdges];
+};
+
+/// All threads of the block have to call it.
+__device__ void findColours(const MapView& map, const BlockKey& key, ColourShared& shared) {
+  PaintedCorners& corners = shared.corners;
+  const auto t = static_cast<int>(threadIdx.x);
+  if (t < kCornerBlocks) {
+    shared.slots[t] = findCornerArrays(map, key, t, corners.voxels).slot;
+    corners.clearBlock(t);
+  }
+  __syncthreads();
+  static_assert(kCornerBlocks * kBricksPerArray <= kThreads, "a thread for each brick");
+  const int n = t / kBricksPerArray, brick = t % kBricksPerArray;
+  if (n < kCornerBlocks) {
+    for (int d = 0; d < kDirectionCount; ++d) {
+      const int32_t array = shared.slots[n] < 0 ? kNoArray : map.slots[shared.slots[n]].array[d];
       corners.setBrick(n, d, brick, array == kNoArray ? nullptr : coloursOf(map, array, brick));
     }
+  }
+  __syncthreads();
+}
+
+/// Finds which corners are painted. All threads of the block have to call it.
+__device__ void findPainted(PaintedCorners& corners) {
+  const ColouredCorners& coloured = corners;
+  constexpr int kSide = kCornerGridSide;
+  for (int i = threadIdx.x; i < kDirectionCount * kSide * kSide; i += kThreads) {
+    const int d = i / (kSide * kSide), z = i / kSide % kSide, y = i % kSide;
+    corners.rows[d][z][y] =
+        static_cast<uint16_t>(paintedInRow(coloured, d, Vec3i{0, y, z}, kSide - 1));
+  }
+  __syncthreads();
+}
+
+/// Colours the vertices on edges, one per thread at a time. All threads of the block have to call
+/// it.
+__device__ void colourEdges(const MeshView& mesh, const MeshRecord& record, ColourShared& shared) {
+  const bool directional = mesh.directional != 0;
+  const BlockVertex* vertices = mesh.vertices + record.first_vertex;
+  bool knows_painted = false;
+  for (uint32_t first = 0; first < record.vertices; first += kThreads) {
+    const uint32_t i = first + threadIdx.x;
+    const uint32_t number = i < record.vertices ? vertices[i].edge : middleNumber(0, 0);
+    const auto edge = static_cast<int>(number);
+    VertexColour colour{0, 0, 0, 255};
+    if (!isMiddle(number)) {
+      shared.vertex_of[edge] = static_cast<uint16_t>(i);
+      colour = ownColour(shared.corners, edge, directional);
+    }
+    if (__syncthreads_or(colour.painted == 0)) {  // as in few blocks
+      if (!knows_painted) findPainted(shared.corners);
+      knows_painted = true;
+      if (colour.painted == 0) colour = colourBeside(shared.corners, edge, directional);
+    }
+    if (!isMiddle(number)) mesh.colours[record.first_vertex + i] = colour;
+  }
+  __syncthreads();
+}
+
+/// Colours the vertices in the middle of sides, whose ends' vertices are coloured.
+__device__ void colourMiddles(const MeshView& mesh, const MeshRecord& record,
+                              const ColourShared& shared) {
+  const BlockVertex* vertices = mesh.vertices + record.first_vertex;
+  VertexColour* colours = mesh.colours + record.first_vertex;
+  for (uint32_t i = threadIdx.x; i < record.vertices; i += kThreads) {
+    const uint32_t number = vertices[i].edge;
+    if (!isMiddle(number)) continue;
+    colours[i] = meanColour(colours[shared.vertex_of[middleFirst(number)]],
+                            colours[shared.vertex_of[middleSecond(number)]]);
   }
 }
 
 /// One block of threads per block that was meshed, in strides. Vertices that found no room have no
 /// colours either.
-__global__ void colourVerticesKernel(MapView map, MeshView mesh) {
-  __shared__ ColouredCorners corners;
+__global__ void __launch_bounds__(kThreads) colourVerticesKernel(MapView map, MeshView mesh) {
+  waitForTheOneAhead();
+  __shared__ ColourShared shared;
+  if (threadIdx.x == 0) shared.corners.voxels.least_evidence = mesh.least_evidence;
   const uint32_t count = mesh.counters->reached + mesh.counters->adjoining;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
     const MeshRecord record = mesh.records[b];
@@ -49,16 +118,9 @@ __global__ void colourVerticesKernel(MapView map, MeshView mesh) {
         record.first_triangle + record.triangles > mesh.capacity.triangles) {
       continue;  // the same for all threads of the block
     }
-    __syncthreads();  // of the block before
-    if (threadIdx.x == 0) corners.voxels.least_evidence = mesh.least_evidence;
-    if (threadIdx.x < kCornerBlocks) {
-      findColours(map, unpackKey(record.key), threadIdx.x, corners);
-    }
-    __syncthreads();
-    for (uint32_t i = threadIdx.x; i < record.vertices; i += blockDim.x) {
-      const uint32_t at = record.first_vertex + i;
-      mesh.colours[at] = vertexColourOf(corners, mesh.vertices[at].edge, mesh.directional != 0);
-    }
+    findColours(map, unpackKey(record.key), shared);
+    colourEdges(mesh, record, shared);
+    if (mesh.refine_tables != nullptr) colourMiddles(mesh, record, shared);
   }
 }
 
@@ -66,15 +128,15 @@ __global__ void colourVerticesKernel(MapView map, MeshView mesh) {
 
 void selectPainted(const MapView& map, const MeshView& mesh, int thread_blocks,
                    const Stream& stream) {
-  selectPaintedKernel<<<thread_blocks, kThreads, 0, stream.get()>>>(map, mesh);
+  launchBehind(selectPaintedKernel, thread_blocks, kThreads, 0, stream, map, mesh);
   DTSDF_CHECK_LAUNCH("selectPaintedKernel");
-  forgetPaintedKernel<<<1, 1, 0, stream.get()>>>(map);
+  launchBehind(forgetPaintedKernel, 1, 1, 0, stream, map);
   DTSDF_CHECK_LAUNCH("forgetPaintedKernel");
 }
 
 void colourVertices(const MapView& map, const MeshView& mesh, int thread_blocks,
                     const Stream& stream) {
-  colourVerticesKernel<<<thread_blocks, kThreads, 0, stream.get()>>>(map, mesh);
+  launchBehind(colourVerticesKernel, thread_blocks, kThreads, 0, stream, map, mesh);
   DTSDF_CHECK_LAUNCH("colourVerticesKernel");
 }
 

@@ -1,5 +1,4 @@
-/// The voxels at the corners of a block's mesh units, and the labels of those around it, looked up
-/// in the device's map. For .cu files.
+/// The voxels at the corners of a block's mesh units, looked up in the device's map. For .cu files.
 #pragma once
 
 #include "device_map.cuh"
@@ -13,10 +12,9 @@ __device__ __forceinline__ BlockKey keyOfSlot(const MapView& map, int32_t slot) 
   return unpackKey(map.slots[slot].key);
 }
 
-/// The voxel arrays of a block by direction; null where there is none. @return those it has.
-__device__ inline uint32_t findArrays(const MapView& map, const BlockKey& key,
+/// The voxel arrays of a slot's block by direction; null where there is none. @return those it has.
+__device__ inline uint32_t findArrays(const MapView& map, int32_t slot,
                                       const Voxel* (&arrays)[kDirectionCount]) {
-  const int32_t slot = findSlot(map, packKey(key));
   uint32_t present = 0;
   for (int d = 0; d < kDirectionCount; ++d) {
     const int32_t array = slot < 0 ? kNoArray : map.slots[slot].array[d];
@@ -26,28 +24,25 @@ __device__ inline uint32_t findArrays(const MapView& map, const BlockKey& key,
   return present;
 }
 
-/// Done by one thread for each n. @return the directions that the n-th block has.
-__device__ inline uint32_t findCornerArrays(const MapView& map, const BlockKey& key, int n,
-                                            CornerArrays& arrays) {
-  return findArrays(map, key + cornerBlockOffset(n), arrays.array[n]);
+/// What one thread has found of a block.
+struct FoundArrays {
+  int32_t slot;
+  uint32_t present;  ///< The directions that it has.
+};
+
+/// Done by one thread for each n.
+__device__ inline FoundArrays findCornerArrays(const MapView& map, const BlockKey& key, int n,
+                                               CornerArrays& arrays) {
+  const int32_t slot = findSlot(map, packKey(key + cornerBlockOffset(n)));
+  return {slot, findArrays(map, slot, arrays.array[n])};
 }
 
 /// The same for the blocks around one.
-__device__ inline void findArraysAround(const MapView& map, const BlockKey& key, int n,
-                                        ArraysAround& arrays) {
-  findArrays(map, key + aroundOffset(n), arrays.array[n]);
+__device__ inline FoundArrays findArraysAround(const MapView& map, const BlockKey& key, int n,
+                                               ArraysAround& arrays) {
+  const int32_t slot = findSlot(map, packKey(key + aroundOffset(n)));
+  return {slot, findArrays(map, slot, arrays.array[n])};
 }
-
-/// Labels of the units in a block and in those around it; null where there is no block.
-struct LabelNeighbourhood {
-  const UnitLabels* block[kBlocksAround];
-
-  __device__ UnitLabels operator()(const Vec3i& unit) const {
-    const UnitSource source = unitSource(unit);
-    const UnitLabels* labels = block[source.block];
-    return labels == nullptr ? UnitLabels{0, 0} : labels[source.unit];
-  }
-};
 
 }  // namespace gpu
 }  // namespace dtsdf

@@ -148,7 +148,7 @@ __global__ void __launch_bounds__(kThreads, 4) indexBlocksKernel(MapView map, Me
     }
     __syncthreads();
     if (threadIdx.x < kCornerBlocks) {
-      atomicOr(&block.present, findCornerArrays(map, key, threadIdx.x, block.arrays));
+      atomicOr(&block.present, findCornerArrays(map, key, threadIdx.x, block.arrays).present);
     }
     __syncthreads();
     collectCorners(block, samples);

@@ -2,13 +2,14 @@
 #include <cub/block/block_scan.cuh>
 
 #include "corner_arrays.cuh"
-#include "kernels/meshing/anchoring.h"
 #include "kernels/meshing/emit.h"
 #include "kernels/meshing/gap.h"
 #include "kernels/meshing/refine.h"
 #include "kernels/meshing/regularisation.h"
 #include "kernels/meshing/vertex_normal.h"
 #include "launch.h"
+#include "loose_pieces.cuh"
+#include "make_vertex.cuh"
 #include "mesh_kernels.h"
 
 namespace dtsdf {
@@ -33,62 +34,29 @@ struct EdgeSet {
   }
 };
 
-/// Samples beyond an end of an edge, of which few are asked for: read then.
-struct SamplesBeyond {
-  const ArraysAround& arrays;
-  Vec3i corner;
-  bool directional;
-
-  __device__ Sample operator[](int d) const { return arrays.sample(corner, directional ? d : 0); }
-};
-
-struct EdgeOnDevice {
-  Sample lower[kDirectionCount], upper[kDirectionCount];
-  SamplesBeyond below, above;
-};
-
-__device__ BlockVertex makeVertex(const MeshView& mesh, const ArraysAround& arrays, int edge) {
-  const int lower = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
-  const bool directional = mesh.directional != 0;
-  const Vec3i corner = cornerAt(lower), step = unitStep(axis);
-  EdgeOnDevice samples{
-      {}, {}, {arrays, corner - step, directional}, {arrays, corner + step + step, directional}};
-#pragma unroll  // so that the samples are in registers, and read all at once
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if (!directional && d != facedDirection(axis, facing)) continue;
-    samples.lower[d] = arrays.sample(lower, directional ? d : 0);
-    samples.upper[d] = arrays.sample(lower + cornerStride(axis), directional ? d : 0);
-  }
-  const uint32_t crossing = crossingDirections(samples, axis, facing);
-  const float offset = edgeOffset(mesh.rules, samples, crossing, axis, facing);
-  const Vec3f position = vertexPosition(edge, offset);
-  if (!directional) return {position, static_cast<uint32_t>(edge)};
-  const auto anchors = [&](int end, int d) {
-    return arrays.voxel(end == 0 ? corner : corner + step, d).anchor;
-  };
-  return {position + anchoringShift(mesh.rules, samples, crossing, anchors, axis, facing, offset),
-          static_cast<uint32_t>(edge)};
-}
-
 struct MeshBlockShared {
   ArraysAround arrays;
-  LabelNeighbourhood labels;
-  uint8_t behind[kGridCorners];  ///< For most of the units around the corner.
+  const UnitLabels* labels_around[kBlocksAround];  ///< Null where there is no block.
+  uint8_t behind[kGridCorners];                    ///< For most of the units around the corner.
   EdgeSet edges;
-  uint16_t vertex_edge[kGridEdges];  ///< Edge of each vertex.
   MeshRecord record;
   typename Scan::TempStorage scan;
+  union {
+    struct {
+      WindowLabels labels;
+      PieceTrees pieces;
+    } window;                          ///< Until the edges are listed.
+    uint16_t vertex_edge[kGridEdges];  ///< Edge of each vertex.
+  };
 };
 
 __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t least_evidence,
                             MeshBlockShared& shared) {
   const int t = threadIdx.x;
   if (t == 0) shared.arrays.least_evidence = least_evidence;
-  if (t < kBlocksAround) findArraysAround(map, key, t, shared.arrays);
-  const int n = t - 32;  // by another warp
-  if (n >= 0 && n < kBlocksAround) {
-    const int32_t slot = findSlot(map, packKey(key + aroundOffset(n)));
-    shared.labels.block[n] = slot < 0 ? nullptr : map.unit_labels.record(slot);
+  if (t < kBlocksAround) {
+    const int32_t slot = findArraysAround(map, key, t, shared.arrays).slot;
+    shared.labels_around[t] = slot < 0 ? nullptr : map.unit_labels.record(slot);
   }
   if (t < kEdgeWords) shared.edges.bits[t] = 0;
   __syncthreads();
@@ -97,27 +65,26 @@ __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t lea
 /// All threads of the block have to call it.
 __device__ void settleCorners(MeshBlockShared& shared) {
   for (int i = threadIdx.x; i < kGridCorners; i += blockDim.x) {
-    shared.behind[i] = isBehindForMost(cornerBalance(shared.labels, cornerAt(i))) ? 1 : 0;
+    shared.behind[i] = isBehindForMost(cornerBalance(shared.window.labels, cornerAt(i))) ? 1 : 0;
   }
   __syncthreads();
 }
 
 /// Regularises this thread's units, but for loose ones, and enters their edges. @return their
 /// number of triangles.
-__device__ uint32_t regulariseUnits(const MeshView& mesh, uint32_t loose, MeshBlockShared& shared,
+__device__ uint32_t regulariseUnits(const MeshView& mesh, MeshBlockShared& shared,
                                     UnitIndices (&regular)[kUnitsPerThread]) {
   uint32_t triangles = 0;
   for (int k = 0; k < kUnitsPerThread; ++k) {
-    const auto number = static_cast<int>(threadIdx.x * kUnitsPerThread + k);
+    const Vec3i unit = voxelOffset(static_cast<int>(threadIdx.x * kUnitsPerThread + k));
     regular[k] = {{0, 0}};
-    if ((loose >> number % 32 & 1u) != 0) continue;
-    const Vec3i unit = voxelOffset(number);
+    if (shared.window.pieces.isLoose(unit)) continue;
     unsigned behind = 0;
     for (int c = 0; c < kCubeCorners; ++c) {
       const Vec3i at = unit + cornerOffset(c);
       behind |= (shared.behind[cornerIndex(at.x, at.y, at.z)] ? 1u : 0u) << c;
     }
-    regular[k] = regularise(shared.labels(unit), behind);
+    regular[k] = regularise(shared.window.labels(unit), behind);
     triangles += countTriangles(*mesh.tables, regular[k]);
     visitTriangleEdges(*mesh.tables, regular[k], unit, [&](int edge) { shared.edges.add(edge); });
   }
@@ -291,21 +258,23 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
       continue;
     }
     gatherBlock(map, keyOfSlot(map, slot), mesh.least_evidence, shared);
-    settleCorners(shared);
-    UnitIndices regular[kUnitsPerThread];
-    const uint32_t* loose = mesh.loose_units + static_cast<size_t>(b) * kHalfLayers;
-    const uint32_t own_triangles =
-        regulariseUnits(mesh, loose[threadIdx.x * kUnitsPerThread / 32], shared, regular);
-    Middles middles = {};
-    if (kRefined) middles = countMiddles(mesh, regular, shared);
-    const uint32_t first_triangle =
-        takeRoom(mesh, own_triangles, middles.count, kRefined ? kRefinedTriangles : 1, shared);
-    const MeshRecord& record = shared.record;
+    const uint32_t surface = takeLabels(shared.labels_around, shared.window.labels);
+    findLoosePieces(shared.window.labels, surface, mesh.rules.most_loose_units,
+                    shared.window.pieces);
+    __syncthreads();
     if (threadIdx.x == 0) {
       shared.record.key = map.slots[slot].key;
       shared.record.slot = slot;
       shared.record.gaps = 0;
     }
+    settleCorners(shared);
+    UnitIndices regular[kUnitsPerThread];
+    const uint32_t own_triangles = regulariseUnits(mesh, shared, regular);
+    Middles middles = {};
+    if (kRefined) middles = countMiddles(mesh, regular, shared);
+    const uint32_t first_triangle =
+        takeRoom(mesh, own_triangles, middles.count, kRefined ? kRefinedTriangles : 1, shared);
+    const MeshRecord& record = shared.record;
     uint32_t gaps = 0;
     if (record.first_vertex + record.vertices <= mesh.capacity.vertices &&
         record.first_triangle + record.triangles <= mesh.capacity.triangles) {
@@ -331,7 +300,6 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
 }  // namespace
 
 void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream) {
-  findLoosePieces(map, mesh, thread_blocks, stream);
   if (mesh.refine_tables != nullptr) {
     launchBehind(makeMeshesKernel<true>, thread_blocks, kThreads, 0, stream, map, mesh);
   } else {
@@ -341,7 +309,7 @@ void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks, con
 }
 
 std::vector<NamedKernel> makeKernels() {
-  return {looseKernel(), DTSDF_NAMED_KERNEL(makeMeshesKernel<false>, 0),
+  return {DTSDF_NAMED_KERNEL(makeMeshesKernel<false>, 0),
           DTSDF_NAMED_KERNEL(makeMeshesKernel<true>, 0)};
 }
 

@@ -44,9 +44,6 @@ struct BlockTriangle {
   uint16_t vertex[3];
 };
 
-/// Words of four rows that hold a bit for each unit of a block.
-constexpr int kHalfLayers = kVoxelsPerBlock / 32;
-
 /// What kernels need of an extraction, by value.
 struct MeshView {
   const MeshTables* tables;
@@ -57,7 +54,6 @@ struct MeshView {
   MeshTotals* host_totals;  ///< Where the host finds them, in its own memory.
   int32_t* slots;           ///< First the reached blocks, then the adjoining ones.
   MeshRecord* records;      ///< One per block of `slots`.
-  uint32_t* loose_units;    ///< kHalfLayers words each: a bit per unit of a loose piece.
   BlockVertex* vertices;
   Vec3f* normals;  ///< Of the vertices on edges, at their places; null: no refinement.
   BlockTriangle* triangles;
@@ -82,10 +78,6 @@ void indexBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, co
 void selectPainted(const MapView& map, const MeshView& mesh, int thread_blocks,
                    const Stream& stream);
 
-/// Which units of all selected blocks belong to loose pieces.
-void findLoosePieces(const MapView& map, const MeshView& mesh, int thread_blocks,
-                     const Stream& stream);
-
 /// Meshes of all selected blocks. What there is no room for is counted, not written.
 void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
 
@@ -95,7 +87,6 @@ void colourVertices(const MapView& map, const MeshView& mesh, int thread_blocks,
 
 /// The kernels of reachBlocks() and indexBlocks(), and of makeMeshes().
 std::vector<NamedKernel> indexKernels(bool directional);
-NamedKernel looseKernel();
 std::vector<NamedKernel> makeKernels();
 std::vector<NamedKernel> colourKernels();
 

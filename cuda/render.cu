@@ -219,7 +219,6 @@ MeshView Renderer::meshView(const ViewRequest& request) {
   mesh.host_totals = pinned_totals_.data();
   mesh.slots = slots_.data();
   mesh.records = records_.data();
-  mesh.loose_units = loose_units_.data();
   mesh.vertices = vertices_.data();
   mesh.triangles = triangles_.data();
   mesh.colours = request.has_colours ? vertex_colours_.data() : nullptr;
@@ -313,7 +312,6 @@ void Renderer::render(const ViewRequest& request, const MapView& map, bool is_la
   slots_.reserve(map.slot_count, stream_);
   labelled_slots_.reserve(map.slot_count, stream_);
   records_.reserve(map.slot_count, stream_);
-  loose_units_.reserve(map.slot_count * kHalfLayers, stream_);
   reserveMeshes(kFirstMeshes);
   draw(request, map, is_labelled);
   fill(request, view);
@@ -327,9 +325,9 @@ void Renderer::render(const ViewRequest& request, const MapView& map, bool is_la
 void Renderer::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = tables_.bytes() + totals_.bytes() + labelled_.bytes() + no_dirty_.bytes() +
                        slots_.bytes() + labelled_slots_.bytes() + records_.bytes() +
-                       loose_units_.bytes() + vertices_.bytes() + vertex_colours_.bytes() +
-                       shares_.bytes() + seen_.bytes() + triangles_.bytes() + surfaces_.bytes() +
-                       colours_.bytes() + depth_.bytes() + normals_.bytes() + view_colours_.bytes();
+                       vertices_.bytes() + vertex_colours_.bytes() + shares_.bytes() +
+                       seen_.bytes() + triangles_.bytes() + surfaces_.bytes() + colours_.bytes() +
+                       depth_.bytes() + normals_.bytes() + view_colours_.bytes();
   parts.push_back({"rendered view", MemoryKind::kScratch, bytes, bytes});
   const size_t staging = pinned_depth_.bytes() + pinned_normals_.bytes() + pinned_colours_.bytes();
   parts.push_back({"rendered view", MemoryKind::kStaging, staging, staging});

@@ -61,7 +61,6 @@ class Renderer {
   DeviceBuffer<uint32_t> no_dirty_;    ///< 0: views leave marks alone.
   DeviceBuffer<int32_t> slots_, labelled_slots_;
   DeviceBuffer<MeshRecord> records_;
-  DeviceBuffer<uint32_t> loose_units_;
   DeviceBuffer<BlockVertex> vertices_;
   DeviceBuffer<VertexColour> vertex_colours_;
   DeviceBuffer<Vec3i> shares_;

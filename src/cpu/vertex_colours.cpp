@@ -105,43 +105,31 @@ void storeColours(const ColourMeanOf<LaneFloats>& mean, int count, VertexColour*
   }
 }
 
-/// The same corners, and which of them are painted, found once for all vertices of a block.
-class PaintedCorners : public ColouredCorners {
- public:
-  // cppcheck-suppress uninitDerivedMemberVar  ; they are copied
-  explicit PaintedCorners(const ColouredCorners& corners) : ColouredCorners(corners) {
-    for (int n = 0; n < kCornerBlocks; ++n) {
-      for (int brick = 0; brick < kBricksPerArray; ++brick) {
-        visitDirections(kept[n][brick], [&](int d) { enter(n, d, brick); });
-      }
+/// The painted voxels of one brick's corners.
+void enterPainted(int block, int direction, int brick, PaintedCorners& corners) {
+  const VoxelColour* const of_brick = corners.colours[block][direction][brick];
+  const Vec3i first =
+      firstVoxelOfBlock(cornerBlockOffset(block)) + voxelOffset(voxelInBrick(brick, 0));
+  const auto end = [](int at) { return std::min(kBrickSide, kCornerGridSide - at); };
+  for (int z = 0; z < end(first.z); ++z) {
+    for (int y = 0; y < end(first.y); ++y) {
+      const VoxelColour* const of_row = of_brick + kBrickSide * (y + kBrickSide * z);
+      uint32_t painted = 0;
+      for (int x = 0; x < kBrickSide; ++x) painted |= (isPainted(of_row[x]) ? 1u : 0u) << x;
+      corners.rows[direction][first.z + z][first.y + y] |=
+          static_cast<uint16_t>(painted << first.x);
     }
   }
+}
 
-  uint32_t row(int direction, int y, int z) const { return rows_[direction][z][y]; }
-
- private:
-  void enter(int block, int direction, int brick) {
-    const VoxelColour* const of_brick = colours[block][direction][brick];
-    const Vec3i first =
-        firstVoxelOfBlock(cornerBlockOffset(block)) + voxelOffset(voxelInBrick(brick, 0));
-    const auto end = [](int at) { return std::min(kBrickSide, kCornerGridSide - at); };
-    for (int z = 0; z < end(first.z); ++z) {
-      for (int y = 0; y < end(first.y); ++y) {
-        const VoxelColour* const of_row = of_brick + kBrickSide * (y + kBrickSide * z);
-        uint32_t painted = 0;
-        for (int x = 0; x < kBrickSide; ++x) painted |= (isPainted(of_row[x]) ? 1u : 0u) << x;
-        rows_[direction][first.z + z][first.y + y] |= static_cast<uint16_t>(painted << first.x);
-      }
+PaintedCorners paintedCorners(const ColouredCorners& coloured) {
+  PaintedCorners corners = {coloured, {}};
+  for (int n = 0; n < kCornerBlocks; ++n) {
+    for (int brick = 0; brick < kBricksPerArray; ++brick) {
+      visitDirections(corners.kept[n][brick], [&](int d) { enterPainted(n, d, brick, corners); });
     }
   }
-
-  uint16_t rows_[kDirectionCount][kCornerGridSide][kCornerGridSide] = {};  ///< Bit x for x.
-};
-
-/// For colourBeside().
-uint32_t paintedInRow(const PaintedCorners& corners, int direction, const Vec3i& first,
-                      int last_x) {
-  return corners.row(direction, first.y, first.z) & ((2u << last_x) - (1u << first.x));
+  return corners;
 }
 
 /// The first `count` vertices, which are those of edges.
@@ -157,7 +145,7 @@ void colourEdges(const ColouredCorners& corners, const std::vector<BlockVertex>&
   std::optional<PaintedCorners> painted;
   for (size_t i = 0; i < count; ++i) {
     if (colours[i].painted != 0) continue;
-    if (!painted) painted.emplace(corners);
+    if (!painted) painted = paintedCorners(corners);
     colours[i] = colourBeside(*painted, static_cast<int>(vertices[i].edge), directional);
   }
 }

@@ -170,6 +170,17 @@ DTSDF_HD uint32_t paintedInRow(const ColouredCorners& corners, int direction, co
   return painted;
 }
 
+/// The same corners, and which of them are painted, found once for all vertices of a block.
+struct PaintedCorners : ColouredCorners {
+  uint16_t rows[kDirectionCount][kCornerGridSide][kCornerGridSide];  ///< By z and y: bit x for x.
+};
+
+/// For colourBeside().
+DTSDF_HD uint32_t paintedInRow(const PaintedCorners& corners, int direction, const Vec3i& first,
+                               int last_x) {
+  return corners.rows[direction][first.z][first.y] & ((2u << last_x) - (1u << first.x));
+}
+
 /// What is painted so many voxels around the ends of an edge, of directions that may speak on it,
 /// as far as the block's own corners go: the colour of a vertex whose own voxels no image has
 /// painted, as happens in folds and at the rim of what was seen.
@@ -238,11 +249,16 @@ DTSDF_HD VertexColour colourBeside(const Corners& corners, int edge, bool direct
   return around;
 }
 
+/// That of the vertex on an edge, by the voxels at its ends.
+DTSDF_HD VertexColour ownColour(const ColouredCorners& corners, int edge, bool directional) {
+  const AskedEdge asked = askedEdge(corners, edge, directional);
+  return colourOf(meanOnEdge<float>(asked.directions, static_cast<uint32_t>(edgeFacing(edge)),
+                                    EdgeColours{corners, asked}));
+}
+
 /// The colour of the vertex on an edge of a block.
 DTSDF_HD VertexColour edgeColour(const ColouredCorners& corners, int edge, bool directional) {
-  const AskedEdge asked = askedEdge(corners, edge, directional);
-  const VertexColour own = colourOf(meanOnEdge<float>(
-      asked.directions, static_cast<uint32_t>(edgeFacing(edge)), EdgeColours{corners, asked}));
+  const VertexColour own = ownColour(corners, edge, directional);
   return own.painted != 0 ? own : colourBeside(corners, edge, directional);
 }
 

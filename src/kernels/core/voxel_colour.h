@@ -8,8 +8,8 @@
 
 namespace dtsdf {
 
-/// A colour as images have it, and how well it was seen; code 0: never.
-struct VoxelColour {
+/// A colour as images have it, and how well it was seen; code 0: never. Read as a word.
+struct alignas(4) VoxelColour {
   uint8_t red, green, blue;
   uint8_t weight;  ///< See colourWeight().
 };

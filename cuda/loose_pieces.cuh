@@ -1,0 +1,211 @@
+/// Loose pieces on the device: a block of threads finds them in the window of a block, a thread for
+/// each row of it. For .cu files.
+#pragma once
+
+#include "kernels/meshing/regularisation.h"
+#include "piece_trees.cuh"
+
+namespace dtsdf {
+namespace gpu {
+
+/// The labels of a block's units and of those around it, as far as its window goes.
+struct WindowLabels {
+  uint64_t four[kWindowRows][kWindowSide / 4];  ///< Labels of four units, along x, in each.
+
+  __device__ UnitLabels operator()(const Vec3i& unit) const {
+    const auto* labels = reinterpret_cast<const UnitLabels*>(four[windowRow(unit.y, unit.z)]);
+    return labels[unit.x + kMostLooseUnits];
+  }
+};
+
+/// Copies this thread's row of labels; null where there is no block. @return which of its units
+/// hold a surface.
+__device__ inline uint32_t takeLabels(const UnitLabels* const (&blocks)[kBlocksAround],
+                                      WindowLabels& labels) {
+  static_assert(kMostLooseUnits == 4 && kBlockSide == 8, "half a row of a block on either side");
+  const auto row = static_cast<int>(threadIdx.x);
+  const Vec3i first = windowUnit(row / kRowsPerWord, kWindowSide * (row % kRowsPerWord));
+  uint64_t four[kWindowSide / 4];
+#pragma unroll  // reads all before it waits for any
+  for (int n = 0; n < kWindowSide / 4; ++n) {
+    const UnitSource source = unitSource(first + gridStep(0, 4 * n));
+    const UnitLabels* block = blocks[source.block];
+    four[n] = block == nullptr ? 0 : *reinterpret_cast<const uint64_t*>(block + source.unit);
+  }
+  uint32_t surface = 0;
+#pragma unroll
+  for (int n = 0; n < kWindowSide / 4; ++n) {
+    labels.four[row][n] = four[n];
+    surface |= surfaceBits(four[n]) << (4 * n);
+  }
+  return surface;
+}
+
+/// What the threads of a block find in a window, each in its row.
+class LooseFinder {
+ public:
+  __device__ LooseFinder(PieceTrees& trees, uint32_t surface, int most_units)
+      : trees_(trees),
+        surface_(surface),
+        most_units_(most_units),
+        row_(static_cast<int>(threadIdx.x)),
+        y_(row_ % kWindowSide),
+        z_(row_ / kWindowSide) {}
+
+  /// Enters the units of loose pieces, all of which are in the window.
+  __device__ void find(const WindowLabels& labels) {
+    plant();
+    if (y_ + 1 < kWindowSide) trees_.joinRows(row_, row_ + 1);
+    __syncthreads();  // so that the trees are known before many join them at once
+    if (z_ + 1 < kWindowSide) trees_.joinRows(row_, row_ + kWindowSide);
+    const uint32_t small = smallUnits();
+    const bool is_own = isOwn(y_) && isOwn(z_);
+    if (!__syncthreads_or(is_own && (small & kOwnUnits) != 0)) return;  // as in most blocks
+    joinOverEdges(small, labels);
+    const uint32_t beside = besideLarger(surface_ & ~small);
+    const uint32_t still_small = smallUnits();
+    noteBesideLarger(still_small & beside);
+    enterLoose(still_small);
+  }
+
+ private:
+  static constexpr uint32_t kOwnUnits = 0xffu << kMostLooseUnits;
+  static __device__ bool isOwn(int place) {
+    return place >= kMostLooseUnits && place < kMostLooseUnits + kBlockSide;
+  }
+
+  /// A tree for each run.
+  __device__ void plant() {
+    trees_.surface[row_] = static_cast<uint16_t>(surface_);
+    trees_.loose[row_] = 0;
+    forEachRun(surface_, [&](uint32_t run, uint32_t) {
+      trees_.parent[run] = run;
+      trees_.shadow_xy[run] = trees_.shadow_z[run] = 0;
+    });
+    __syncthreads();
+  }
+
+  /// Those of this thread's row whose pieces are small.
+  __device__ uint32_t smallUnits() {
+    __syncthreads();  // of the trees
+    throwShadows();
+    __syncthreads();
+    uint32_t small = 0;
+    forEachRun(surface_, [&](uint32_t run, uint32_t units) {
+      if (trees_.isSmallRoot(trees_.rootOf(run), most_units_)) small |= units;
+    });
+    return small;
+  }
+
+  /// Of all runs onto their roots. Those of a warp that have the same one are joined before.
+  __device__ void throwShadows() {
+    uint32_t rest = surface_, run = row_ * kRunsOfRow;
+    for (; __any_sync(~0u, rest != 0); ++run) {
+      const uint32_t next = rest & (rest + (rest & (0u - rest))), units = rest & ~next;
+      const uint32_t root = units != 0 ? trees_.rootOf(run) : 0;
+      const int first = __ffs(static_cast<int>(__ballot_sync(~0u, units != 0))) - 1;
+      const uint32_t common_root = __shfl_sync(~0u, root, first);
+      const bool is_common = units != 0 && root == common_root;
+      const uint32_t xy = units != 0 ? units | 1u << (16 + y_) : 0, z = units != 0 ? 1u << z_ : 0;
+      const uint32_t common_xy = orOfWarp(is_common ? xy : 0);
+      const uint32_t common_z = orOfWarp(is_common ? z : 0);
+      if (row_ % 32 == first) {
+        trees_.throwShadow(root, common_xy, common_z);
+      } else if (units != 0 && !is_common) {
+        trees_.throwShadow(root, xy, z);
+      }
+      rest = next;
+    }
+  }
+
+  __device__ uint32_t rowAt(int y, int z) const {
+    const bool is_in = y >= 0 && y < kWindowSide && z >= 0 && z < kWindowSide;
+    return is_in ? trees_.surface[y + kWindowSide * z] : 0;
+  }
+
+  /// Which places of a row are beside a unit of another row over an edge, with nothing between.
+  static __device__ uint32_t besideOf(uint32_t own, uint32_t other) {
+    const uint32_t apart = other & ~own;
+    return (apart << 1 | apart >> 1) & ~other;
+  }
+
+  /// Which units of this thread's row may be joined to others over edges, by where these are: few.
+  __device__ uint32_t besideEdges() const {
+    uint32_t beside = 0;
+    for (int y = -1; y <= 1; y += 2) {
+      const uint32_t along_y = rowAt(y_ + y, z_), along_z = rowAt(y_, z_ + y);
+      beside |= besideOf(surface_, along_y) | besideOf(surface_, along_z);
+      for (int z = -1; z <= 1; z += 2) {
+        beside |= rowAt(y_ + y, z_ + z) & ~along_y & ~rowAt(y_, z_ + z);
+      }
+    }
+    return beside & surface_;
+  }
+
+  /// Joins small pieces to what they meet over edges.
+  __device__ void joinOverEdges(uint32_t small, const WindowLabels& labels) {
+    for (small &= besideEdges(); small != 0; small &= small - 1) {
+      const int x = __ffs(static_cast<int>(small)) - 1;
+      const Vec3i unit{x - kMostLooseUnits, y_ - kMostLooseUnits, z_ - kMostLooseUnits};
+      visitOverEdges(labels, unit, [&](const Vec3i& other) {
+        const int row = windowRow(other.y, other.z);
+        trees_.join(trees_.runOf(row_, x), trees_.runOf(row, other.x + kMostLooseUnits));
+      });
+    }
+  }
+
+  /// Places of this thread's row that are no farther along any axis from a larger piece.
+  __device__ uint32_t besideLarger(uint32_t larger) {
+    constexpr uint32_t kWholeRow = (1u << kWindowSide) - 1u;
+    for (int i = 0; i < most_units_; ++i) larger |= (larger << 1 & kWholeRow) | larger >> 1;
+    return widenedAlong(widenedAlong(larger, y_, 1), z_, kWindowSide);
+  }
+
+  /// All of those that are so many rows apart, at most.
+  __device__ uint32_t widenedAlong(uint32_t places, int at, int stride) {
+    trees_.larger[row_] = static_cast<uint16_t>(places);
+    __syncthreads();
+    for (int i = 1; i <= most_units_; ++i) {
+      if (at >= i) places |= trees_.larger[row_ - i * stride];
+      if (at + i < kWindowSide) places |= trees_.larger[row_ + i * stride];
+    }
+    __syncthreads();
+    return places;
+  }
+
+  /// Of pieces that have some of the units.
+  __device__ void noteBesideLarger(uint32_t units_beside) {
+    __syncthreads();  // of what has been read of the shadows
+    forEachRun(surface_, [&](uint32_t run, uint32_t units) {
+      if ((units & units_beside) == 0) return;
+      atomicOr(&trees_.shadow_z[trees_.rootOf(run)], PieceTrees::kBesideLarger);
+    });
+    __syncthreads();
+  }
+
+  __device__ void enterLoose(uint32_t small) {
+    uint32_t loose = 0;
+    forEachRun(surface_, [&](uint32_t run, uint32_t units) {
+      const bool is_beside = (trees_.shadow_z[trees_.rootOf(run)] & PieceTrees::kBesideLarger) != 0;
+      if (is_beside && (units & small) != 0) loose |= units;
+    });
+    trees_.loose[row_] = static_cast<uint16_t>(loose);
+  }
+
+  PieceTrees& trees_;
+  const uint32_t surface_;
+  const int most_units_, row_, y_, z_;
+};
+
+/// Enters the units of loose pieces, for all threads after their next barrier. By all of a block.
+__device__ inline void findLoosePieces(const WindowLabels& labels, uint32_t surface, int most_units,
+                                       PieceTrees& trees) {
+  if (most_units == 0) {
+    trees.loose[threadIdx.x] = 0;
+  } else {
+    LooseFinder(trees, surface, most_units).find(labels);
+  }
+}
+
+}  // namespace gpu
+}  // namespace dtsdf

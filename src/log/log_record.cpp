@@ -251,7 +251,7 @@ LogRecord levelRecord(const Eigen::Isometry3d& T_W_M) {
 
 Eigen::Isometry3d readLevel(const std::string& description) {
   DescriptionReader in(description);
-  const Eigen::Isometry3d T_W_M = in.takePose();
+  Eigen::Isometry3d T_W_M = in.takePose();
   in.finish();
   return T_W_M;
 }

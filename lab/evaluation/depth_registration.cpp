@@ -1,16 +1,15 @@
 #include "evaluation/depth_registration.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+
+#include "evaluation/point_to_plane.h"
 
 namespace dtsdf {
 
 namespace {
 
 using Eigen::Vector3d;
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 constexpr int kStride_px = 6;  // some 8000 points of an image of 640 x 480
 constexpr double kFarthestShare = 0.05, kFarthest_m = 0.1;
@@ -19,18 +18,9 @@ constexpr double kFarthestShare = 0.05, kFarthest_m = 0.1;
 constexpr double kFirstReach = 4.0;
 constexpr size_t kFewestPoints = 50;
 
-/// A measured point and the plane of the triangle that its ray hits.
-struct PointToPlane {
-  Vector3d p_W, normal_W;
-  double distance_m;  ///< From the point to the plane, along the normal.
-  double weight;
-};
-
-/// 1 where mesh and measurement agree, 0 where they are too far apart (Tukey's biweight).
-double biweight(double difference_m, double depth_m, double reach) {
-  const double ratio = difference_m / (reach * std::min(kFarthestShare * depth_m, kFarthest_m));
-  const double rest = std::max(0.0, 1.0 - ratio * ratio);
-  return rest * rest;
+/// From where on a difference says nothing.
+double reachAt(double depth_m, double reach) {
+  return reach * std::min(kFarthestShare * depth_m, kFarthest_m);
 }
 
 std::vector<PointToPlane> associate(const MeshScene& scene, const ViewCamera& camera,
@@ -48,7 +38,7 @@ std::vector<PointToPlane> associate(const MeshScene& scene, const ViewCamera& ca
       const auto hit = scene.intersect(eye_W, ray_W.cast<float>());
       if (!hit) continue;
       const double behind_m = static_cast<double>(hit->distance) - z_m;
-      const double weight = biweight(behind_m, z_m, reach);
+      const double weight = biweight(behind_m, reachAt(z_m, reach));
       if (weight <= 0.0) continue;
       const Vector3d normal_W = hit->normal.cast<double>();
       // As a share of the depth, with which the noise of cameras grows.
@@ -57,46 +47,6 @@ std::vector<PointToPlane> associate(const MeshScene& scene, const ViewCamera& ca
     }
   }
   return pairs;
-}
-
-/// Solves A x = b, with no part in x along which A hardly changes anything.
-Vector6d solveWhereHeld(const Matrix6d& A, const Vector6d& b) {
-  constexpr double kLeastShare = 1e-3;
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> axes(A);
-  const double largest = axes.eigenvalues()[5];
-  Vector6d x = Vector6d::Zero();
-  for (int i = 0; i < 6; ++i) {
-    const double value = axes.eigenvalues()[i];
-    if (value <= kLeastShare * largest) continue;
-    x += axes.eigenvectors().col(i).dot(b) / value * axes.eigenvectors().col(i);
-  }
-  return x;
-}
-
-/// The small motion that takes the points to their planes.
-Eigen::Isometry3d motionOf(const std::vector<PointToPlane>& pairs) {
-  Vector3d centre_W = Vector3d::Zero();
-  for (const PointToPlane& pair : pairs) centre_W += pair.p_W;
-  centre_W /= static_cast<double>(pairs.size());
-  double squares = 0.0;
-  for (const PointToPlane& pair : pairs) squares += (pair.p_W - centre_W).squaredNorm();
-  // Turns are measured by the way that they move a point at this distance, as shifts are.
-  const double radius_m = std::max(1e-6, std::sqrt(squares / static_cast<double>(pairs.size())));
-  Matrix6d A = Matrix6d::Zero();
-  Vector6d b = Vector6d::Zero();
-  for (const PointToPlane& pair : pairs) {
-    Vector6d row;
-    row << (pair.p_W - centre_W).cross(pair.normal_W) / radius_m, pair.normal_W;
-    A += pair.weight * row * row.transpose();
-    b += pair.weight * pair.distance_m * row;
-  }
-  const Vector6d x = solveWhereHeld(A, b);
-  const Vector3d turn = x.head<3>() / radius_m, shift = x.tail<3>();
-  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-  motion.translate(centre_W + shift);
-  if (turn.norm() > 0.0) motion.rotate(Eigen::AngleAxisd(turn.norm(), turn.normalized()));
-  motion.translate(-centre_W);
-  return motion;
 }
 
 }  // namespace

@@ -1,10 +1,12 @@
 /// evaluate_mesh: compares a reconstructed mesh with the ground truth.
 
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "evaluation/colour_metrics.h"
 #include "evaluation/mesh_metrics.h"
+#include "evaluation/mesh_registration.h"
 #include "evaluation/shared_options.h"
 #include "io/atomic_file.h"
 #include "program/run_program.h"
@@ -16,6 +18,7 @@ struct EvaluateMeshOptions {
   std::string reconstruction_path, ground_truth_path;
   std::string views_folder, json_path, heatmap_path, picture_path;  ///< Empty: none.
   EvaluationOptions evaluation;
+  int registration_steps = 0;
   std::optional<double> scale_mm;
   std::optional<Texture> texture;  ///< Colours are compared; the ground truth has this one.
   PictureRequest picture;
@@ -31,6 +34,10 @@ void addMeasureOptions(CommandLine& line, EvaluateMeshOptions& options) {
   line.add(
       {"--threshold", "M,...", "distances for the F-score in metres (default 0.005,0.01,0.025)"},
       [&](const std::string& text) { options.evaluation.thresholds_m = readNumbers(text); });
+  line.addWhole({"--register", "N",
+                 "first move the reconstruction, as a whole, to where it lies best on the ground "
+                 "truth, in N steps"},
+                options.registration_steps, {1, 1000});
   line.add({"--colour", "NAME",
             "compare colours instead of distances, in RGB and CIE Lab over the reconstruction's "
             "surface; truth: vertices (the ground truth's own colours), or checker or gradient as "
@@ -94,14 +101,31 @@ void compareColours(const EvaluateMeshOptions& options) {
   if (!options.json_path.empty()) writeFileAtomically(options.json_path, json);
 }
 
+/// The figures of a mesh that was moved have its way, too.
+std::string withRegistration(const std::string& figures, const MeshRegistration& registration) {
+  constexpr double kDegrees = 180.0 / 3.14159265358979323846;
+  nlohmann::json json = nlohmann::json::parse(figures);
+  json["registered"] = {{"points", registration.points},
+                        {"shift_mm", 1e3 * registration.shift_m},
+                        {"turn_degrees", kDegrees * registration.turn_rad}};
+  return json.dump(2) + "\n";
+}
+
 void evaluate(const EvaluateMeshOptions& options) {
   if (options.texture) return compareColours(options);
-  const TriangleMesh reconstruction = readPly(options.reconstruction_path);
+  TriangleMesh reconstruction = readPly(options.reconstruction_path);
   const TriangleMesh ground_truth = readPly(options.ground_truth_path);
+  MeshRegistration registration;
+  if (options.registration_steps > 0) {
+    registration =
+        registerMesh(MeshScene(ground_truth), reconstruction, options.registration_steps);
+    move(reconstruction, registration.motion);
+  }
   std::optional<Views> views;
   if (!options.views_folder.empty()) views = readViews(options.views_folder);
-  const std::string json = toJson(
+  std::string json = toJson(
       evaluateMesh(reconstruction, ground_truth, views ? &*views : nullptr, options.evaluation));
+  if (options.registration_steps > 0) json = withRegistration(json, registration);
   std::fputs(json.c_str(), stdout);
   if (!options.json_path.empty()) writeFileAtomically(options.json_path, json);
   if (!options.heatmap_path.empty() || !options.picture_path.empty()) {

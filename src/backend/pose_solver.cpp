@@ -19,6 +19,10 @@ struct NormalEquations {
   double variance;  ///< Of a point's residual, in voxels^2.
 };
 
+/// Smaller residuals say no more: surfaces of a map are no more exact, and without noise a scene
+/// would otherwise outweigh any prior.
+constexpr double kLeastResidual_voxels = 0.05;
+
 NormalEquations equationsOf(const AlignmentSums& sums) {
   constexpr double kUnit = 1.0 / kAlignmentScale;
   NormalEquations equations;
@@ -30,9 +34,9 @@ NormalEquations equationsOf(const AlignmentSums& sums) {
     }
     equations.right(i) = kUnit * static_cast<double>(sums.right[i]);
   }
-  constexpr double kLeastVariance = 0.05 * 0.05;  // what a map holds no better
   const double weight = std::max(1.0, static_cast<double>(sums.weight));
-  equations.variance = std::max(kLeastVariance, static_cast<double>(sums.squares) / weight);
+  equations.variance = std::max(kLeastResidual_voxels * kLeastResidual_voxels,
+                                static_cast<double>(sums.squares) / weight);
   return equations;
 }
 

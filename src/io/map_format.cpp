@@ -83,11 +83,11 @@ bool decodeHeader(const uint8_t* bytes, SectionHeader& header) {
   return in.take<uint64_t>() == hashOf(bytes, kSectionHeaderBytes - sizeof(uint64_t));
 }
 
-ParamTree settingsOfFile(const MapHead& head) {
-  ParamTree settings = copyOf(head.settings);
-  for (auto& [key, value] : toTree(head.poses)) {
+ParamTree settingsOfFile(const ParamTree& of_map, const PoseParams& poses) {
+  ParamTree settings = copyOf(of_map);
+  for (auto& [key, value] : toTree(poses)) {
     settings.erase(key);
-    if (head.poses.mode != PoseMode::kTf) settings.emplace(key, value);
+    if (poses.mode != PoseMode::kTf) settings.emplace(key, value);
   }
   return settings;
 }

@@ -127,7 +127,7 @@ Bytes encodeHeader(const SectionHeader& header);
 bool decodeHeader(const uint8_t* bytes, SectionHeader& header);
 
 /// The settings of a file: those of the map, and poses/... unless poses were taken as given.
-ParamTree settingsOfFile(const MapHead& head);
+ParamTree settingsOfFile(const ParamTree& of_map, const PoseParams& poses);
 
 /// The settings poses/... among these. @throws ParamError if a value is invalid.
 PoseParams posesOf(const ParamTree& settings);

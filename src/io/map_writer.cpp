@@ -127,7 +127,8 @@ SavedMap saveMapInChunks(const MapContents& head, const MapWords& words, const s
   const ChunkBounds bounds = boundsOf(head.blocks, kBlocksPerChunk);
   ContentHash hash(head, size);
   MapFileWriter file(path);
-  file.add(makePlainSection(kSettings, bytesOf(settingsText(settingsOfFile(head)))));
+  file.add(makePlainSection(kSettings,
+                            bytesOf(settingsText(settingsOfFile(head.settings, head.poses)))));
   file.add(makePlainSection(kFrame, bytesOf(head.map_frame)));
   if (head.T_W_M) {
     ByteWriter level;

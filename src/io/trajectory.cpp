@@ -68,13 +68,19 @@ Trajectory readTrajectory(const std::string& path, const std::string& advice) {
   return Trajectory(std::move(poses));
 }
 
+std::string stampOfList(double stamp_s) {
+  constexpr double kUnits = 1e6;  // so many are exact in doubles, and so is the nearest to a stamp
+  const bool is_whole = std::round(stamp_s * kUnits) / kUnits == stamp_s;
+  return formatted(is_whole ? "%.6f" : "%.9f", stamp_s);
+}
+
 void saveTrajectory(const std::vector<StampedPose>& poses, const std::string& path) {
   std::string text = "# stamp tx ty tz qx qy qz qw: camera to world, in seconds and metres\n";
   for (const StampedPose& pose : poses) {
     const Eigen::Vector3d t = pose.T_W_C.translation();
     const Eigen::Quaterniond q(pose.T_W_C.linear());
-    text += formatted("%.9f %.9f %.9f %.9f %.12f %.12f %.12f %.12f\n", pose.stamp_s, t.x(), t.y(),
-                      t.z(), q.x(), q.y(), q.z(), q.w());
+    text += stampOfList(pose.stamp_s) + formatted(" %.9f %.9f %.9f %.12f %.12f %.12f %.12f\n",
+                                                  t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
   }
   writeFileAtomically(path, text);
 }

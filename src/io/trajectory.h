@@ -38,6 +38,10 @@ std::string noPoseWithin(double tolerance_s);
 /// @throws std::runtime_error with file and line, for what is missing (with `advice`) or malformed.
 Trajectory readTrajectory(const std::string& path, const std::string& advice);
 
+/// A stamp as lists have it, with six digits after the point, where these say all of it; else with
+/// nine.
+std::string stampOfList(double stamp_s);
+
 /// Writes poses, in their order, so that they are read back as they are.
 /// @throws std::runtime_error as AtomicFile does.
 void saveTrajectory(const std::vector<StampedPose>& poses, const std::string& path);

@@ -122,7 +122,7 @@ bool isWhole(const LogHead& head, const std::string& pixels) {
 
 LogRecord toRecord(const LogBegin& begin) {
   map_format::ByteWriter out;
-  putString(out, map_format::settingsText(begin.settings));
+  putString(out, map_format::settingsText(map_format::settingsOfFile(begin.settings, begin.poses)));
   putString(out, begin.map_frame);
   out.put(uint8_t{begin.has_map}).put(uint8_t{begin.continues}).put(uint8_t{begin.stands_for_lost});
   out.put(begin.stamp_s);
@@ -132,9 +132,10 @@ LogRecord toRecord(const LogBegin& begin) {
 LogBegin readBegin(const std::string& description) {
   DescriptionReader in(description);
   LogBegin begin;
-  if (!map_format::parseSettings(in.takeText(), begin.settings)) {
-    DescriptionReader::throwMalformed();
-  }
+  ParamTree settings;
+  if (!map_format::parseSettings(in.takeText(), settings)) DescriptionReader::throwMalformed();
+  begin.poses = map_format::posesOf(settings);
+  begin.settings = map_format::settingsOfFile(settings, PoseParams());  // without those of poses
   begin.map_frame = in.takeText();
   begin.has_map = in.take<uint8_t>() != 0;
   begin.continues = in.take<uint8_t>() != 0;
@@ -250,7 +251,7 @@ LogRecord levelRecord(const Eigen::Isometry3d& T_W_M) {
 
 Eigen::Isometry3d readLevel(const std::string& description) {
   DescriptionReader in(description);
-  const Eigen::Isometry3d T_W_M = in.takePose();
+  Eigen::Isometry3d T_W_M = in.takePose();
   in.finish();
   return T_W_M;
 }

@@ -15,6 +15,7 @@
 #include "dtsdf_mapping/colour_frame.h"
 #include "dtsdf_mapping/depth_frame.h"
 #include "dtsdf_mapping/params/param_set.h"
+#include "dtsdf_mapping/params/pose_params.h"
 #include "dtsdf_mapping/region.h"
 #include "io/trajectory.h"
 
@@ -64,6 +65,7 @@ bool isWhole(const LogHead& head, const std::string& pixels);
 /// What kBegin holds.
 struct LogBegin {
   ParamTree settings;            ///< Of the mapper.
+  PoseParams poses;              ///< How the poses of its images were found.
   std::string map_frame;         ///< Name of the frame that poses are of.
   bool has_map = false;          ///< It begins with a map, in a file of its own; else it is empty.
   bool continues = false;        ///< That is the map which the records before have led to.

@@ -4,12 +4,10 @@
 #include <cmath>
 
 #include "poses/between.h"
+#include "poses/deviations.h"
 
 namespace dtsdf {
 namespace {
-
-/// Noise is within so many deviations.
-constexpr double kDeviations = 3.0;
 
 /// A mean square is right by this factor, if it is one of so many third differences: these share
 /// images, so 8 of three axes say as much as 10 numbers, whose mean square has a deviation of 0.44.
@@ -29,7 +27,7 @@ bool AlignmentGain::Variance::add(const Step& step) {
     constexpr double kSquares = 1.0 + 9.0 + 9.0 + 1.0;
     const double of_shift = third.head<3>().squaredNorm() / kSquares;
     const double of_turn = third.tail<3>().squaredNorm() / kSquares;
-    constexpr double kMost = kDeviations * kDeviations;
+    constexpr double kMost = kMostDeviations * kMostDeviations;
     is_jump = isKnown() && (of_shift > kMost * m2 || of_turn > kMost * rad2);
     seen = std::min(seen + 1, kRemembered);
     m2 += (of_shift - m2) / seen;
@@ -61,7 +59,7 @@ double AlignmentGain::share(const Eigen::Isometry3d& expected_T_W_C,
   };
   const Step way = stepBetween(expected_T_W_C, aligned_T_W_C);
   const auto beyond_noise = [](double way, double variance) {
-    const double noise = kDeviations * std::sqrt(variance);
+    const double noise = kMostDeviations * std::sqrt(variance);
     return way > noise ? 1.0 - noise / way : 0.0;
   };
   return std::max({std::min(gain(given_.m2, aligned_.m2), gain(given_.rad2, aligned_.rad2)),

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "poses/between.h"
+#include "poses/deviations.h"
 #include "poses/explained.h"
 
 namespace dtsdf {
@@ -24,9 +25,10 @@ bool isLess(double share, double other, double witnesses) {
   return gap > 0.0 && gap * gap * witnesses > share * (1.0 - share);
 }
 
-/// Whether a pose is one that the prior allows, within three standard deviations.
+/// Whether the errors that the prior expects lead as far.
 bool isLikely(const Alignment& alignment, const PosePrior& prior) {
-  return alignment.shift_m <= 3.0 * prior.sigma_m && alignment.turn_rad <= 3.0 * prior.sigma_rad;
+  return alignment.shift_m <= kMostDeviations * prior.sigma_m &&
+         alignment.turn_rad <= kMostDeviations * prior.sigma_rad;
 }
 
 /// Part of a rotation.

@@ -47,6 +47,15 @@ std::string describeBounds(const MapInfo& info, double voxel_size_m) {
                    (info.most.y + 1) * block_m, (info.most.z + 1) * block_m);
 }
 
+std::string describePoses(PoseMode mode) {
+  switch (mode) {
+    case PoseMode::kTf: return "as given";
+    case PoseMode::kRefine: return "refined by the map";
+    case PoseMode::kTrack: return "tracked by the map";
+  }
+  return "";
+}
+
 void printMap(const MapInfo& info) {
   MapContents bound;
   bound.settings = copyOf(info.settings);
@@ -58,6 +67,7 @@ void printMap(const MapInfo& info) {
                     std::get<std::string>(info.settings.at("fusion/mode")));
   print("map frame", info.map_frame.empty() ? "not named" : "'" + printable(info.map_frame) + "'");
   if (info.T_W_M) print("levelled", describeLevel(*info.T_W_M));
+  print("poses", describePoses(info.poses.mode));
   print("frames", std::to_string(info.frames));
   print("newest stamp", info.stamp_s == 0.0 ? "not known" : formatted("%.6f s", info.stamp_s));
   print("blocks", std::to_string(info.size.blocks));

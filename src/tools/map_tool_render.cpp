@@ -152,7 +152,7 @@ class ViewFolder {
   void add(const std::string& folder, const StampedPose& pose, const std::string& name,
            const std::string& bytes, std::string& list) const {
     writeFileAtomically(path_ + "/" + folder + "/" + name, bytes);
-    list += formatted("%.9f ", pose.stamp_s) + folder + "/" + name + "\n";
+    list += stampOfList(pose.stamp_s) + " " + folder + "/" + name + "\n";
   }
 
   std::string path_, depth_list_, colour_list_;

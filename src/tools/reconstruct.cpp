@@ -193,6 +193,7 @@ void saveAll(ReconstructionResult& result, Mapper& mapper, MapOrigin origin,
   if (!options.save_map_path.empty()) saveAndPrint(mapper, origin, options.save_map_path);
   if (!options.trajectory_path.empty()) {
     saveTrajectory(result.trajectory, options.trajectory_path);
+    std::printf("%zu poses: %s\n", result.trajectory.size(), options.trajectory_path.c_str());
   }
   if (!options.mesh_path.empty()) {
     checkSupport(result, params);
@@ -247,8 +248,8 @@ void runLog(const ReconstructOptions& options) {
   ProgressBar progress("frames", log.depthImages());
   ReconstructionResult result = reconstruct(log, *mapper, params.map, options.mesh_every,
                                             [&](size_t done) { progress.show(done); });
-  saveAll(result, *mapper, {log.log().begin().map_frame, log.level(), 0.0, PoseParams()}, params,
-          options);
+  const LogBegin& begin = log.log().begin();
+  saveAll(result, *mapper, {begin.map_frame, log.level(), 0.0, begin.poses}, params, options);
 }
 
 void run(ReconstructOptions options) {

@@ -64,7 +64,7 @@ void addTrajectoryOption(CommandLine& line, ReconstructOptions& options) {
 void addMapOptions(CommandLine& line, ReconstructOptions& options) {
   line.addText({"--load-map", "IN.dtsdf", "map to resume from; voxel size and mode come from it"},
                options.load_map_path);
-  addSaveMapOption(line, "map to write; --mesh may be left out then", options.save_map_path);
+  addSaveMapOption(line, "map to write", options.save_map_path);
 }
 
 }  // namespace
@@ -88,8 +88,9 @@ ReconstructOptions parseReconstructOptions(const std::vector<std::string>& argum
   addTrajectoryOption(line, options);
   addReportOptions(line, options);
   line.parse(arguments);
-  if (options.mesh_path.empty() && options.save_map_path.empty()) {
-    throw UsageError("--mesh is required");
+  if (options.mesh_path.empty() && options.save_map_path.empty() &&
+      options.trajectory_path.empty()) {
+    throw UsageError("--mesh is required, or --save-map, or --trajectory");
   }
   if (!options.mesh_path.empty() && options.mesh_path == options.report_path) {
     throw UsageError("--mesh and --report name the same file");

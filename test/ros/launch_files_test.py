@@ -13,9 +13,11 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 import roslaunch
 import roslaunch.arg_dump
+import roslaunch.node_args
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import stub_drivers
@@ -105,15 +107,24 @@ def commands_of(page):
 
 
 def setUpModule():
-    global stubs
+    global stubs, package_path
     stubs = tempfile.TemporaryDirectory()
     stub_drivers.make_packages(stubs.name)
-    old = os.environ.get("ROS_PACKAGE_PATH", SOURCE)
-    os.environ["ROS_PACKAGE_PATH"] = f"{stubs.name}:{old}"
+    package_path = os.environ.get("ROS_PACKAGE_PATH", SOURCE)
+    os.environ["ROS_PACKAGE_PATH"] = f"{stubs.name}:{package_path}"
 
 
 def tearDownModule():
     stubs.cleanup()
+
+
+@contextlib.contextmanager
+def drivers_alone():
+    """Where there are the drivers and our package, and nothing else of ours: no rtabmap."""
+    with tempfile.TemporaryDirectory() as folder:
+        stub_drivers.make_drivers(folder)
+        with unittest.mock.patch.dict(os.environ, ROS_PACKAGE_PATH=f"{folder}:{package_path}"):
+            yield
 
 
 def load(name, *arguments):
@@ -203,6 +214,22 @@ class Loading(unittest.TestCase):
                 with self.assertRaisesRegex(
                         Exception, "poses must be tf, refine, track, rtabmap or fixed, not 'guess'"):
                     load(name, "poses:=guess", *extra)
+
+    def test_tracking_needs_the_driver_alone(self):
+        """Every node of such a launch is found without a package that gives poses."""
+        ours = {"dtsdf_mapping", "nodelet", "tf2_ros"}  # the last is of the stand-ins
+        for name in CAMERAS:
+            for package in ([], ["package:=astra_camera"]) if name == "astra" else ([],):
+                with self.subTest(name, package=package):
+                    # roslaunch keeps what it has found: so not where packages are about to go.
+                    config = load(name, "poses:=track", *package, *EXTRA.get(name, []))
+                    others = {node.package for node in config.nodes} - ours
+                    self.assertLessEqual(others, set(stub_drivers.DRIVERS))
+                    with drivers_alone():
+                        for node in config.nodes:
+                            roslaunch.node_args.create_local_process_args(
+                                node, config.machines.get(""), env=dict(os.environ))
+                    self.assertEqual(config.params["/mapping/poses/mode"].value, "track")
 
     def test_poses_of_a_bag(self):
         params = load("bag", "bag:=some.bag", "rviz:=false", "poses:=track",
@@ -396,6 +423,13 @@ class Running(unittest.TestCase):
             for (_, text), output in zip(cases, outputs):
                 self.assertIn(text, output)
                 self.assertNotIn("Traceback", output)
+
+    def test_cameras_are_tracked_without_odometry(self):
+        """Those that the page's commands do not track."""
+        with drivers_alone():
+            for name in ("openni2", "gazebo"):
+                with self.subTest(name):
+                    self.assertEqual(self.fused(name, "poses:=track", *EXTRA.get(name, [])), "odom")
 
     def test_cameras_that_the_page_has_no_commands_for(self):
         self.assertEqual(self.fused("openni2", "poses:=fixed"), "odom")

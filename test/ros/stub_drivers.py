@@ -252,15 +252,20 @@ def launch_file(driver):
 
 def make_packages(folder):
     """Makes a package for each driver, and rtabmap, below the folder."""
+    make_drivers(folder)
+    write(f"{folder}/rtabmap_slam/package.xml", manifest("rtabmap_slam"))
+    write(f"{folder}/rtabmap_slam/scripts/rtabmap", SLAM, executable=True)
+    write(f"{folder}/rtabmap_odom/package.xml", manifest("rtabmap_odom"))
+    write(f"{folder}/rtabmap_odom/scripts/rgbd_odometry", ODOMETRY, executable=True)
+
+
+def make_drivers(folder):
+    """Makes a package for each driver, and no other, below the folder."""
     for name, driver in DRIVERS.items():
         driver = dict(driver, package=name)
         write(f"{folder}/{name}/package.xml", manifest(name))
         write(f"{folder}/{name}/launch/{driver['file']}", launch_file(driver))
         write(f"{folder}/{name}/scripts/stub_driver", NODE, executable=True)
-    write(f"{folder}/rtabmap_slam/package.xml", manifest("rtabmap_slam"))
-    write(f"{folder}/rtabmap_slam/scripts/rtabmap", SLAM, executable=True)
-    write(f"{folder}/rtabmap_odom/package.xml", manifest("rtabmap_odom"))
-    write(f"{folder}/rtabmap_odom/scripts/rgbd_odometry", ODOMETRY, executable=True)
 
 
 def manifest(name):

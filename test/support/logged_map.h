@@ -29,14 +29,15 @@ inline FrameLog::Options logOptions(const std::string& folder, uint64_t max_byte
 
 class LoggedMap {
  public:
-  LoggedMap(const MapperParams& params, FrameLog& log)
-      : params_(params), mapper_(makeMapper(params)), log_(log) {
+  LoggedMap(const MapperParams& params, FrameLog& log, const PoseParams& poses = PoseParams())
+      : params_(params), poses_(poses), mapper_(makeMapper(params)), log_(log) {
     begin(nullptr, false);
   }
 
   void begin(const WriteMap& write_map, bool continues) {
     LogBegin begin;
     begin.settings = settingsOf(params_);
+    begin.poses = poses_;
     begin.map_frame = "map";
     begin.continues = begin.stands_for_lost = continues;
     log_.begin(begin, write_map);
@@ -78,6 +79,7 @@ class LoggedMap {
 
  private:
   MapperParams params_;
+  PoseParams poses_;
   std::unique_ptr<Mapper> mapper_;
   FrameLog& log_;
 };

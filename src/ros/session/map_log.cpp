@@ -60,6 +60,7 @@ MapLog::MapLog(const MappingParams& params, const std::string& folder, const Lev
     : folder_(folder),
       params_(params.mapper),
       map_frame_(params.node.map_frame),
+      poses_(params.node.poses),
       levelling_(levelling),
       queue_(queueOptions(params.node.log, folder)) {
   for (const std::string& left : waitingMapsIn(folder))
@@ -70,6 +71,7 @@ MapLog::MapLog(const MappingParams& params, const std::string& folder, const Lev
 void MapLog::begin(double stamp_s, WriteMap write_map, bool continues) {
   LogBegin begin;
   begin.settings = settingsOf(params_);
+  begin.poses = poses_;
   begin.map_frame = map_frame_;
   begin.continues = begin.stands_for_lost = continues;
   begin.stamp_s = stamp_s;

@@ -64,6 +64,7 @@ class MapLog {
   const std::string folder_;
   MapperParams params_;  ///< Of the map as it is.
   const std::string map_frame_;
+  const PoseParams poses_;
   const Levelling& levelling_;
   std::optional<Eigen::Isometry3d> logged_level_;
   bool has_images_ = false;

@@ -131,6 +131,20 @@ TEST(FrameLog, FloatsAndColoursComeBackBitForBit) {
   }
 }
 
+/// Those of the mapper are apart: it refuses settings that are not its own.
+TEST(FrameLog, SaysHowPosesWereFound) {
+  LogBegin begin = someBegin();
+  const std::string as_given = toRecord(begin).description;
+  EXPECT_EQ(as_given.find("poses/"), std::string::npos);
+  begin.poses.mode = PoseMode::kRefine;
+  begin.poses.sigma_m = 0.02;
+  const LogBegin back = readBegin(toRecord(begin).description);
+  EXPECT_EQ(back.poses.mode, PoseMode::kRefine);
+  EXPECT_EQ(back.poses.sigma_m, 0.02);
+  EXPECT_EQ(back.settings, begin.settings);
+  EXPECT_NO_THROW(readMapperParams(back.settings));
+}
+
 TEST(FrameLog, CallsAndSettingsComeBack) {
   const BoxRegion box{somePose(1.0), {1.0, 2.0, 1.0 / 3.0}};
   const auto box_back = std::get<BoxRegion>(readRegion(toRecord(Region(box)).description));
@@ -143,6 +157,7 @@ TEST(FrameLog, CallsAndSettingsComeBack) {
   EXPECT_EQ(begin_back.settings, begin.settings);
   EXPECT_EQ(begin_back.map_frame, begin.map_frame);
   EXPECT_EQ(begin_back.stamp_s, begin.stamp_s);
+  EXPECT_EQ(begin_back.poses.mode, PoseMode::kTf);
   EXPECT_EQ(readLevel(levelRecord(somePose(0.2)).description).matrix(), somePose(0.2).matrix());
 
   const LogCorrection correction{7, 2, {{1.0, somePose(0.0)}, {2.0, somePose(0.1)}}};

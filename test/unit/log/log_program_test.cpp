@@ -19,7 +19,9 @@ class LogProgram : public testing::Test {
     params_.map.voxel_size_m = 0.05f;
     params_.map.max_memory_mb = 256;
     FrameLog log(logOptions(folder_ / "log"));
-    LoggedMap live(params_, log);
+    PoseParams poses;
+    poses.mode = PoseMode::kTrack;
+    LoggedMap live(params_, log, poses);
     for (size_t i = 0; i < images_.size(); ++i) {
       live.fuse(movedTo(images_[i], wrongPose(i)), 0.1 * static_cast<double>(i));
     }
@@ -45,6 +47,19 @@ TEST_F(LogProgram, MakesTheMapThatWasLogged) {
   EXPECT_EQ(info.content_hash, live_hash_);
   EXPECT_EQ(info.stamp_s, 0.5);
   EXPECT_EQ(info.map_frame, "map");
+  EXPECT_EQ(info.poses.mode, PoseMode::kTrack) << "they are the node's, not of this run";
+}
+
+TEST_F(LogProgram, WritesThePosesAlone) {
+  const Outcome outcome = runReconstruct(
+      folder_, "--backend cpu --set poses/mode=refine --trajectory " + folder_ / "poses.txt");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::vector<StampedPose> poses = readTrajectory(folder_ / "poses.txt", "").poses();
+  ASSERT_EQ(poses.size(), images_.size());
+  for (size_t i = 0; i < poses.size(); ++i) {
+    EXPECT_NEAR(poses[i].stamp_s, 0.1 * static_cast<double>(i), 1e-9);
+    EXPECT_TRUE(poses[i].T_W_C.isApprox(wrongPose(i), 1e-8)) << "as they were fused";
+  }
 }
 
 TEST_F(LogProgram, MakesTheMapOfCorrectedPoses) {

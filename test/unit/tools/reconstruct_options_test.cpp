@@ -154,6 +154,9 @@ TEST(ReconstructOptions, NamesWhatIsWrong) {
   }
   EXPECT_NE(parseErrorOf({}), "");
   EXPECT_NE(parseErrorOf({"--tum", "dir"}).find("--mesh"), std::string::npos);
+  EXPECT_NE(parseErrorOf({"--tum", "dir", "--report", "r.json"}).find("--mesh"), std::string::npos);
+  EXPECT_EQ(parseErrorOf({"--tum", "dir", "--save-map", "m.dtsdf"}), "");
+  EXPECT_EQ(parseErrorOf({"--tum", "dir", "--trajectory", "t.txt"}), "");
   EXPECT_NE(parseErrorOf({"--tum", "dir", "--mesh", "o.xyz"}).find(".ply, .obj, .stl or .glb"),
             std::string::npos);
   EXPECT_NE(parseErrorOf({"dir", "--format", "svo", "--mesh", "o.ply"}).find("scannet|bag"),

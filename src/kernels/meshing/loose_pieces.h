@@ -38,10 +38,12 @@ DTSDF_HD uint64_t windowBit(const Vec3i& unit) {
   const int row = windowRow(unit.y, unit.z) % kRowsPerWord;
   return uint64_t{1} << (kWindowSide * row + unit.x + kMostLooseUnits);
 }
-DTSDF_HD Vec3i windowUnit(int word, int bit) {
-  const int row = kRowsPerWord * word + bit / kWindowSide;
-  return {bit % kWindowSide - kMostLooseUnits, row % kWindowSide - kMostLooseUnits,
+DTSDF_HD Vec3i firstOfRow(int row) {
+  return {-kMostLooseUnits, row % kWindowSide - kMostLooseUnits,
           row / kWindowSide - kMostLooseUnits};
+}
+DTSDF_HD Vec3i windowUnit(int word, int bit) {
+  return firstOfRow(kRowsPerWord * word + bit / kWindowSide) + gridStep(0, bit % kWindowSide);
 }
 DTSDF_HD bool isInWindow(const Vec3i& unit) {
   const auto inside = [](int at) {
@@ -137,9 +139,22 @@ DTSDF_HD Shadow shadowOfWord(uint64_t word, int number) {
           word != 0 ? 1u << (number / kWordsPerLayer) : 0u};
 }
 
-/// Whether the bits, some of which are set, lie farther apart than in `most` places.
-DTSDF_HD bool spansMore(uint32_t bits, int most) { return bits >= (bits & (0u - bits)) << most; }
+/// One axis of a shadow, folded to fewer places.
+constexpr int kFoldedPlaces = 8;
+static_assert(kFoldedPlaces > kMostLooseUnits && kWindowSide == 2 * kFoldedPlaces, "folded once");
+DTSDF_HD uint32_t folded(uint32_t bits) {
+  return (bits | bits >> kFoldedPlaces) & ((1u << kFoldedPlaces) - 1u);
+}
 
+/// Whether a piece spans more than `most` places along an axis, given as bits. It has no gaps
+/// there, as its units share faces or edges: so it has as many places as it spans, and still has
+/// more than kMostLooseUnits once they are folded.
+DTSDF_HD bool spansMore(uint32_t bits, int most) {
+  for (; most > 0; --most) bits &= bits - 1u;
+  return bits != 0;
+}
+
+/// By its shadow, of which each axis may be folded.
 DTSDF_HD bool isSmall(const Shadow& piece, int most_units) {
   return !(spansMore(piece.x, most_units) || spansMore(piece.y, most_units) ||
            spansMore(piece.z, most_units));

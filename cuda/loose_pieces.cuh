@@ -149,6 +149,7 @@ class LooseFinder {
   }
 
   /// Which units of this thread's row may be joined to others over edges, by where these are: few.
+  /// All that visitOverEdges() can join, which decides.
   __device__ uint32_t besideEdges() const {
     uint32_t beside = 0;
     for (int y = -1; y <= 1; y += 2) {

@@ -57,7 +57,7 @@ __device__ void findColours(const MapView& map, const BlockKey& key, ColourShare
 
 /// Finds which corners are painted. All threads of the block have to call it.
 __device__ void findPainted(PaintedCorners& corners) {
-  const ColouredCorners& coloured = corners;
+  const ColouredCorners& coloured = corners;  // which look at colours, not at rows
   constexpr int kSide = kCornerGridSide;
   for (int i = threadIdx.x; i < kDirectionCount * kSide * kSide; i += kThreads) {
     const int d = i / (kSide * kSide), z = i / kSide % kSide, y = i % kSide;

@@ -8,34 +8,50 @@
 namespace dtsdf {
 namespace gpu {
 
-/// The labels of a block's units and of those around it, as far as its window goes.
-struct WindowLabels {
-  uint64_t four[kWindowRows][kWindowSide / 4];  ///< Labels of four units, along x, in each.
+/// Labels of the units in a block and in those around it, in the map; null where there is no block.
+struct LabelNeighbourhood {
+  const UnitLabels* block[kBlocksAround];
 
   __device__ UnitLabels operator()(const Vec3i& unit) const {
-    const auto* labels = reinterpret_cast<const UnitLabels*>(four[windowRow(unit.y, unit.z)]);
+    const UnitSource source = unitSource(unit);
+    const UnitLabels* labels = block[source.block];
+    return labels == nullptr ? UnitLabels{0, 0} : labels[source.unit];
+  }
+};
+
+/// The labels of the units around a block's corners, which its threads ask for again and again: its
+/// own and one more on each side. Along x as many as the window has.
+struct CornerLabels {
+  static constexpr int kSide = kBlockSide + 2;
+  uint64_t four[kSide * kSide][kWindowSide / 4];  ///< Labels of four units, along x, in each.
+
+  static __device__ bool hasRow(const Vec3i& unit) {
+    return unit.y >= -1 && unit.y <= kBlockSide && unit.z >= -1 && unit.z <= kBlockSide;
+  }
+  static __device__ int rowOf(const Vec3i& unit) { return unit.y + 1 + kSide * (unit.z + 1); }
+
+  __device__ UnitLabels operator()(const Vec3i& unit) const {
+    const auto* labels = reinterpret_cast<const UnitLabels*>(four[rowOf(unit)]);
     return labels[unit.x + kMostLooseUnits];
   }
 };
 
-/// Copies this thread's row of labels; null where there is no block. @return which of its units
-/// hold a surface.
-__device__ inline uint32_t takeLabels(const UnitLabels* const (&blocks)[kBlocksAround],
-                                      WindowLabels& labels) {
+/// Reads this thread's row of the window, and copies its labels if they are around corners.
+/// @return which of its units hold a surface.
+__device__ inline uint32_t takeLabels(const LabelNeighbourhood& around, CornerLabels& labels) {
   static_assert(kMostLooseUnits == 4 && kBlockSide == 8, "half a row of a block on either side");
-  const auto row = static_cast<int>(threadIdx.x);
-  const Vec3i first = windowUnit(row / kRowsPerWord, kWindowSide * (row % kRowsPerWord));
+  const Vec3i first = firstOfRow(static_cast<int>(threadIdx.x));
   uint64_t four[kWindowSide / 4];
 #pragma unroll  // reads all before it waits for any
   for (int n = 0; n < kWindowSide / 4; ++n) {
     const UnitSource source = unitSource(first + gridStep(0, 4 * n));
-    const UnitLabels* block = blocks[source.block];
+    const UnitLabels* block = around.block[source.block];
     four[n] = block == nullptr ? 0 : *reinterpret_cast<const uint64_t*>(block + source.unit);
   }
   uint32_t surface = 0;
 #pragma unroll
   for (int n = 0; n < kWindowSide / 4; ++n) {
-    labels.four[row][n] = four[n];
+    if (CornerLabels::hasRow(first)) labels.four[CornerLabels::rowOf(first)][n] = four[n];
     surface |= surfaceBits(four[n]) << (4 * n);
   }
   return surface;
@@ -53,7 +69,7 @@ class LooseFinder {
         z_(row_ / kWindowSide) {}
 
   /// Enters the units of loose pieces, all of which are in the window.
-  __device__ void find(const WindowLabels& labels) {
+  __device__ void find(const LabelNeighbourhood& labels) {
     plant();
     if (y_ + 1 < kWindowSide) trees_.joinRows(row_, row_ + 1);
     __syncthreads();  // so that the trees are known before many join them at once
@@ -61,6 +77,7 @@ class LooseFinder {
     const uint32_t small = smallUnits();
     const bool is_own = isOwn(y_) && isOwn(z_);
     if (!__syncthreads_or(is_own && (small & kOwnUnits) != 0)) return;  // as in most blocks
+    forgetMarks();
     joinOverEdges(small, labels);
     const uint32_t beside = besideLarger(surface_ & ~small);
     const uint32_t still_small = smallUnits();
@@ -78,17 +95,14 @@ class LooseFinder {
   __device__ void plant() {
     trees_.surface[row_] = static_cast<uint16_t>(surface_);
     trees_.loose[row_] = 0;
-    forEachRun(surface_, [&](uint32_t run, uint32_t) {
-      trees_.parent[run] = run;
-      trees_.shadow_xy[run] = trees_.shadow_z[run] = 0;
-    });
+    forEachRun(surface_, [&](uint32_t run, uint32_t) { trees_.runs[run] = run; });
     __syncthreads();
   }
 
   /// Those of this thread's row whose pieces are small.
   __device__ uint32_t smallUnits() {
     __syncthreads();  // of the trees
-    throwShadows();
+    leaveMarks();
     __syncthreads();
     uint32_t small = 0;
     forEachRun(surface_, [&](uint32_t run, uint32_t units) {
@@ -97,25 +111,30 @@ class LooseFinder {
     return small;
   }
 
-  /// Of all runs onto their roots. Those of a warp that have the same one are joined before.
-  __device__ void throwShadows() {
+  /// Of all runs on their roots. Those of a warp that have the same one are put together before.
+  __device__ void leaveMarks() {
     uint32_t rest = surface_, run = row_ * kRunsOfRow;
     for (; __any_sync(~0u, rest != 0); ++run) {
-      const uint32_t next = rest & (rest + (rest & (0u - rest))), units = rest & ~next;
+      const uint32_t next = withoutFirstRun(rest), units = rest & ~next;
       const uint32_t root = units != 0 ? trees_.rootOf(run) : 0;
       const int first = __ffs(static_cast<int>(__ballot_sync(~0u, units != 0))) - 1;
       const uint32_t common_root = __shfl_sync(~0u, root, first);
       const bool is_common = units != 0 && root == common_root;
-      const uint32_t xy = units != 0 ? units | 1u << (16 + y_) : 0, z = units != 0 ? 1u << z_ : 0;
-      const uint32_t common_xy = orOfWarp(is_common ? xy : 0);
-      const uint32_t common_z = orOfWarp(is_common ? z : 0);
+      const uint32_t marks = units != 0 ? PieceTrees::marksOf(units, y_, z_, root, most_units_) : 0;
+      const uint32_t common_marks = orOfWarp(is_common ? marks : 0);
       if (row_ % 32 == first) {
-        trees_.throwShadow(root, common_xy, common_z);
+        atomicOr(&trees_.runs[root], common_marks);
       } else if (units != 0 && !is_common) {
-        trees_.throwShadow(root, xy, z);
+        atomicOr(&trees_.runs[root], marks);
       }
       rest = next;
     }
+  }
+
+  /// Before pieces are joined once more, when nobody reads them.
+  __device__ void forgetMarks() {
+    forEachRun(surface_, [&](uint32_t run, uint32_t) { trees_.runs[run] &= PieceTrees::kNumber; });
+    __syncthreads();
   }
 
   __device__ uint32_t rowAt(int y, int z) const {
@@ -130,6 +149,7 @@ class LooseFinder {
   }
 
   /// Which units of this thread's row may be joined to others over edges, by where these are: few.
+  /// All that visitOverEdges() can join, which decides.
   __device__ uint32_t besideEdges() const {
     uint32_t beside = 0;
     for (int y = -1; y <= 1; y += 2) {
@@ -143,7 +163,7 @@ class LooseFinder {
   }
 
   /// Joins small pieces to what they meet over edges.
-  __device__ void joinOverEdges(uint32_t small, const WindowLabels& labels) {
+  __device__ void joinOverEdges(uint32_t small, const LabelNeighbourhood& labels) {
     for (small &= besideEdges(); small != 0; small &= small - 1) {
       const int x = __ffs(static_cast<int>(small)) - 1;
       const Vec3i unit{x - kMostLooseUnits, y_ - kMostLooseUnits, z_ - kMostLooseUnits};
@@ -175,10 +195,10 @@ class LooseFinder {
 
   /// Of pieces that have some of the units.
   __device__ void noteBesideLarger(uint32_t units_beside) {
-    __syncthreads();  // of what has been read of the shadows
+    __syncthreads();  // of what has been read of the marks
     forEachRun(surface_, [&](uint32_t run, uint32_t units) {
       if ((units & units_beside) == 0) return;
-      atomicOr(&trees_.shadow_z[trees_.rootOf(run)], PieceTrees::kBesideLarger);
+      atomicOr(&trees_.runs[trees_.rootOf(run)], PieceTrees::kBesideLarger);
     });
     __syncthreads();
   }
@@ -186,7 +206,7 @@ class LooseFinder {
   __device__ void enterLoose(uint32_t small) {
     uint32_t loose = 0;
     forEachRun(surface_, [&](uint32_t run, uint32_t units) {
-      const bool is_beside = (trees_.shadow_z[trees_.rootOf(run)] & PieceTrees::kBesideLarger) != 0;
+      const bool is_beside = (trees_.runs[trees_.rootOf(run)] & PieceTrees::kBesideLarger) != 0;
       if (is_beside && (units & small) != 0) loose |= units;
     });
     trees_.loose[row_] = static_cast<uint16_t>(loose);
@@ -198,8 +218,8 @@ class LooseFinder {
 };
 
 /// Enters the units of loose pieces, for all threads after their next barrier. By all of a block.
-__device__ inline void findLoosePieces(const WindowLabels& labels, uint32_t surface, int most_units,
-                                       PieceTrees& trees) {
+__device__ inline void findLoosePieces(const LabelNeighbourhood& labels, uint32_t surface,
+                                       int most_units, PieceTrees& trees) {
   if (most_units == 0) {
     trees.loose[threadIdx.x] = 0;
   } else {

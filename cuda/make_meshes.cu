@@ -36,19 +36,23 @@ struct EdgeSet {
 
 struct MeshBlockShared {
   ArraysAround arrays;
-  const UnitLabels* labels_around[kBlocksAround];  ///< Null where there is no block.
-  uint8_t behind[kGridCorners];                    ///< For most of the units around the corner.
+  LabelNeighbourhood labels_around;
+  uint8_t behind[kGridCorners];  ///< For most of the units around the corner.
   EdgeSet edges;
   MeshRecord record;
-  typename Scan::TempStorage scan;
-  union {
+  union {  // the one after the other, with a barrier between
     struct {
-      WindowLabels labels;
+      CornerLabels labels;
       PieceTrees pieces;
-    } window;                          ///< Until the edges are listed.
-    uint16_t vertex_edge[kGridEdges];  ///< Edge of each vertex.
+    } window;  ///< Until units are regularised.
+    struct {
+      typename Scan::TempStorage scan;
+      uint16_t vertex_edge[kGridEdges];  ///< Edge of each vertex.
+    } listing;
   };
 };
+static_assert(sizeof(MeshBlockShared) <= 16 * 1024 - 16,
+              "four at a time where a multiprocessor has 64 KiB, with what isLastBlock() needs");
 
 __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t least_evidence,
                             MeshBlockShared& shared) {
@@ -56,7 +60,7 @@ __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t lea
   if (t == 0) shared.arrays.least_evidence = least_evidence;
   if (t < kBlocksAround) {
     const int32_t slot = findArraysAround(map, key, t, shared.arrays).slot;
-    shared.labels_around[t] = slot < 0 ? nullptr : map.unit_labels.record(slot);
+    shared.labels_around.block[t] = slot < 0 ? nullptr : map.unit_labels.record(slot);
   }
   if (t < kEdgeWords) shared.edges.bits[t] = 0;
   __syncthreads();
@@ -95,7 +99,7 @@ __device__ uint32_t regulariseUnits(const MeshView& mesh, MeshBlockShared& share
 __device__ void listEdges(int word, uint32_t rank, MeshBlockShared& shared) {
   shared.edges.rank[word] = rank;
   for (uint32_t bits = shared.edges.bits[word]; bits != 0; bits &= bits - 1) {
-    shared.vertex_edge[rank++] = static_cast<uint16_t>(32 * word + __ffs(bits) - 1);
+    shared.listing.vertex_edge[rank++] = static_cast<uint16_t>(32 * word + __ffs(bits) - 1);
   }
 }
 
@@ -111,7 +115,8 @@ __device__ Middles countMiddles(const MeshView& mesh, const UnitIndices (&regula
   uint32_t own = 0;
   for (const UnitIndices& indices : regular) own += sidesOfUnit(*mesh.refine_tables, indices);
   Middles middles;
-  Scan(shared.scan).ExclusiveSum(own, middles.before, middles.count);
+  __syncthreads();  // of the window, whose place is taken
+  Scan(shared.listing.scan).ExclusiveSum(own, middles.before, middles.count);
   return middles;
 }
 
@@ -123,11 +128,11 @@ __device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles, uint3
   constexpr uint32_t kLow = 0xffff;
   static_assert(kGridEdges <= kLow && kVoxelsPerBlock * kMaxSheets * kMaxTriangles <= kLow,
                 "one scan counts both, in half a word each");
-  __syncthreads();  // of the edges' bits
+  __syncthreads();  // of the edges' bits, and of the window or the scan before
   const int t = threadIdx.x;
   const uint32_t in_word = t < kEdgeWords ? __popc(shared.edges.bits[t]) : 0;
   uint32_t before, total;
-  Scan(shared.scan).ExclusiveSum(in_word << 16 | own_triangles, before, total);
+  Scan(shared.listing.scan).ExclusiveSum(in_word << 16 | own_triangles, before, total);
   if (t == kThreads - 1) {  // of a warp without words
     const uint32_t vertices = (total >> 16) + middles;
     const uint32_t triangles = (total & kLow) * refined_triangles;
@@ -146,7 +151,7 @@ __device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles, uint3
 __device__ void writeVertices(const MeshView& mesh, uint32_t count, const MeshBlockShared& shared) {
   BlockVertex* vertices = mesh.vertices + shared.record.first_vertex;
   for (uint32_t i = threadIdx.x; i < count; i += blockDim.x) {
-    vertices[i] = makeVertex(mesh, shared.arrays, shared.vertex_edge[i]);
+    vertices[i] = makeVertex(mesh, shared.arrays, shared.listing.vertex_edge[i]);
   }
 }
 
@@ -259,7 +264,7 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
     }
     gatherBlock(map, keyOfSlot(map, slot), mesh.least_evidence, shared);
     const uint32_t surface = takeLabels(shared.labels_around, shared.window.labels);
-    findLoosePieces(shared.window.labels, surface, mesh.rules.most_loose_units,
+    findLoosePieces(shared.labels_around, surface, mesh.rules.most_loose_units,
                     shared.window.pieces);
     __syncthreads();
     if (threadIdx.x == 0) {

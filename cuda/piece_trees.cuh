@@ -10,22 +10,28 @@ namespace gpu {
 
 static_assert(kThreads == kWindowRows, "a thread for each row of a window");
 
-constexpr int kRunsOfRow = kWindowSide / 2;
+constexpr int kRunsOfRow = kWindowSide / 2, kRunsOfWindow = kWindowRows * kRunsOfRow;
 
 /// The pieces in a window: trees of runs, the units of a row that hang together along x. A run's
 /// number is made of its row and of how many are before it there; a root's is the least of its
-/// piece. Whatever is read while others join trees is read past the compiler, and written by
-/// atomics: links only ever lead to lower numbers.
+/// piece, so no unit of it is in a lower layer along z. Whatever is read while others join trees is
+/// read past the compiler, and written by atomics: links only ever lead to lower numbers.
 struct PieceTrees {
   uint16_t surface[kWindowRows];  ///< Bits of the units that hold one.
   uint16_t larger[kWindowRows];   ///< Places of larger pieces, for the rows beside them.
   uint16_t loose[kWindowRows];    ///< Those of loose pieces.
-  uint32_t parent[kWindowRows * kRunsOfRow];
-  uint32_t shadow_xy[kWindowRows * kRunsOfRow];  ///< Of a root's piece: 16 bits of each.
-  uint32_t shadow_z[kWindowRows * kRunsOfRow];   ///< And kBesideLarger.
+  /// Of each run the number of the one above it; of a root its own, and marks of its piece. In one
+  /// word, as shared memory decides how many blocks are meshed at a time.
+  uint32_t runs[kRunsOfWindow];
 
-  /// The piece comes near a larger one.
-  static constexpr uint32_t kBesideLarger = 1u << 31;
+  static constexpr uint32_t kNumber = kRunsOfWindow - 1;
+  static_assert((kRunsOfWindow & kNumber) == 0, "a number fills its bits");
+
+  /// Marks: the piece comes near a larger one; it has too many layers along z; where it is along x
+  /// and y, each folded.
+  static constexpr uint32_t kBesideLarger = 1u << 14, kTooManyLayers = 1u << 15;
+  static constexpr int kShadowX = 16, kShadowY = kShadowX + kFoldedPlaces;
+  static_assert(kNumber < kBesideLarger && kShadowY + kFoldedPlaces == 32, "a word holds them");
 
   /// @param unit Of the block.
   __device__ bool isLoose(const Vec3i& unit) const {
@@ -37,25 +43,28 @@ struct PieceTrees {
     return row * kRunsOfRow + __popc(firsts & ((2u << x) - 1u)) - 1;
   }
 
+  __device__ uint32_t aboveOf(uint32_t run) const { return readShared(&runs[run]) & kNumber; }
+
   /// Others may join trees meanwhile. Shortens the way for those that come later.
   __device__ uint32_t rootOf(uint32_t run) {
-    uint32_t above = readShared(&parent[run]);
+    uint32_t above = aboveOf(run);
     while (above != run) {
-      const uint32_t next = readShared(&parent[above]);
-      if (next != above) atomicMin(&parent[run], next);
+      const uint32_t next = aboveOf(above);
+      if (next != above) atomicMin(&runs[run], next);  // which is no root, so has no marks
       run = above;
       above = next;
     }
     return run;
   }
 
+  /// @pre no root has marks.
   __device__ void join(uint32_t a, uint32_t b) {
     for (;;) {
       a = rootOf(a);
       b = rootOf(b);
       if (a == b) return;
       const uint32_t lower = a < b ? a : b, upper = a < b ? b : a;
-      if (atomicCAS(&parent[upper], upper, lower) == upper) return;
+      if (atomicCAS(&runs[upper], upper, lower) == upper) return;
     }
   }
 
@@ -69,15 +78,19 @@ struct PieceTrees {
     }
   }
 
-  __device__ void throwShadow(uint32_t root, uint32_t xy, uint32_t z) {
-    atomicOr(&shadow_xy[root], xy);
-    atomicOr(&shadow_z[root], z);
+  /// What units of a row leave as marks on the root of their piece.
+  static __device__ uint32_t marksOf(uint32_t units, int y, int z, uint32_t root, int most_units) {
+    const int layers = z - static_cast<int>(root / (kRunsOfRow * kWindowSide));
+    return folded(units) << kShadowX | folded(1u << y) << kShadowY |
+           (spansMore((2u << layers) - 1u, most_units) ? kTooManyLayers : 0);
   }
 
-  /// @pre no piece is joined to another meanwhile, nor gets a shadow.
+  /// @pre no piece is joined to another meanwhile, nor gets marks.
   __device__ bool isSmallRoot(uint32_t root, int most_units) const {
-    const uint32_t xy = shadow_xy[root];
-    return isSmall({xy & 0xffffu, xy >> 16, shadow_z[root] & 0xffffu}, most_units);
+    constexpr uint32_t kPlaces = (1u << kFoldedPlaces) - 1u;
+    const uint32_t piece = runs[root];
+    const Shadow shadow{piece >> kShadowX & kPlaces, piece >> kShadowY & kPlaces, 0};
+    return (piece & kTooManyLayers) == 0 && isSmall(shadow, most_units);
   }
 };
 
@@ -91,12 +104,17 @@ __device__ inline uint32_t orOfWarp(uint32_t bits) {
 #endif
 }
 
+/// What is left of a row's units without those of its first run.
+__device__ inline uint32_t withoutFirstRun(uint32_t units) {
+  return units & (units + (units & (0u - units)));
+}
+
 /// Calls visit(run, its units as bits) for the runs of this thread's row.
 template <class Visit>
 __device__ void forEachRun(uint32_t surface, const Visit& visit) {
   auto run = static_cast<uint32_t>(threadIdx.x * kRunsOfRow);
   for (; surface != 0; ++run) {
-    const uint32_t rest = surface & (surface + (surface & (0u - surface)));
+    const uint32_t rest = withoutFirstRun(surface);
     visit(run, surface & ~rest);
     surface = rest;
   }

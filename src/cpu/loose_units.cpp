@@ -5,11 +5,12 @@
 #include <optional>
 
 #include "cpu/widest_vectors.h"
+#include "cpu/window_words.h"
 
 namespace dtsdf {
 namespace {
 
-/// Units of a window, see loose_pieces.h.
+/// Units of a window, see window_words.h.
 using Window = std::array<uint64_t, kWindowWords>;
 
 template <class Words>

@@ -20,29 +20,20 @@ namespace dtsdf {
 /// The largest pieces that may be left out, in units along an axis.
 constexpr int kMostLooseUnits = 4;
 
-/// The units of a block and of its surroundings up to there: a bit each, 16 to a row along x, and
-/// four rows along y to a word.
+/// The units of a block and of its surroundings up to there, in rows along x.
 constexpr int kWindowSide = kBlockSide + 2 * kMostLooseUnits;
 constexpr int kWindowRows = kWindowSide * kWindowSide;
-constexpr int kRowsPerWord = 64 / kWindowSide;
-constexpr int kWordsPerLayer = kWindowSide / kRowsPerWord;
-constexpr int kWindowWords = kWindowRows / kRowsPerWord;
 static_assert(kWindowSide == 16, "rows fill 16 bits");
 
-/// The word of a unit, given from the block's first one; its bit there; and back.
+/// The row of units, given from the block's first one; and back, to the row's first unit.
 DTSDF_HD int windowRow(int y, int z) {
   return y + kMostLooseUnits + kWindowSide * (z + kMostLooseUnits);
 }
-DTSDF_HD int windowWord(const Vec3i& unit) { return windowRow(unit.y, unit.z) / kRowsPerWord; }
-DTSDF_HD uint64_t windowBit(const Vec3i& unit) {
-  const int row = windowRow(unit.y, unit.z) % kRowsPerWord;
-  return uint64_t{1} << (kWindowSide * row + unit.x + kMostLooseUnits);
-}
-DTSDF_HD Vec3i windowUnit(int word, int bit) {
-  const int row = kRowsPerWord * word + bit / kWindowSide;
-  return {bit % kWindowSide - kMostLooseUnits, row % kWindowSide - kMostLooseUnits,
+DTSDF_HD Vec3i firstOfRow(int row) {
+  return {-kMostLooseUnits, row % kWindowSide - kMostLooseUnits,
           row / kWindowSide - kMostLooseUnits};
 }
+
 DTSDF_HD bool isInWindow(const Vec3i& unit) {
   const auto inside = [](int at) {
     return at >= -kMostLooseUnits && at < kBlockSide + kMostLooseUnits;
@@ -65,18 +56,6 @@ DTSDF_HD uint32_t surfaceBits(uint64_t labels) {
   const uint64_t carried = (next + 254 * kOnes) >> 8 & kOnes;
   constexpr uint64_t kToTop = uint64_t{1} << 48 | uint64_t{1} << 33 | uint64_t{1} << 18 | 1u << 3;
   return static_cast<uint32_t>(carried * kToTop >> 48 & 15u);
-}
-
-/// The units of a word, and those beside them along x; and along y, with the words before and after
-/// it, which are 0 outside of the window.
-DTSDF_HD uint64_t grownAlongX(uint64_t word) {
-  constexpr uint64_t kFirstOfRows = 0x0001000100010001u;
-  return word | (word << 1 & ~kFirstOfRows) | (word >> 1 & ~(kFirstOfRows << (kWindowSide - 1)));
-}
-DTSDF_HD uint64_t grownAlongY(uint64_t word, uint64_t before, uint64_t after) {
-  constexpr int kToLastRow = 64 - kWindowSide;
-  return word | word << kWindowSide | word >> kWindowSide | before >> kToLastRow |
-         after << kToLastRow;
 }
 
 /// An edge of a unit: along an axis, at the lower (0) or upper (1) end of the two others.
@@ -125,21 +104,22 @@ struct Shadow {
   uint32_t x, y, z;
 };
 
-/// The part of a shadow that a word throws.
-DTSDF_HD Shadow shadowOfWord(uint64_t word, int number) {
-  const uint64_t halves = word | word >> 32;
-  uint32_t rows = 0;
-  for (int row = 0; row < kRowsPerWord; ++row) {
-    rows |= (word >> (kWindowSide * row) & 0xffffu) != 0 ? 1u << row : 0u;
-  }
-  return {static_cast<uint32_t>((halves | halves >> 16) & 0xffffu),
-          rows << (kRowsPerWord * (number % kWordsPerLayer)),
-          word != 0 ? 1u << (number / kWordsPerLayer) : 0u};
+/// One axis of a shadow, folded to fewer places.
+constexpr int kFoldedPlaces = 8;
+static_assert(kFoldedPlaces > kMostLooseUnits && kWindowSide == 2 * kFoldedPlaces, "folded once");
+DTSDF_HD uint32_t folded(uint32_t bits) {
+  return (bits | bits >> kFoldedPlaces) & ((1u << kFoldedPlaces) - 1u);
 }
 
-/// Whether the bits, some of which are set, lie farther apart than in `most` places.
-DTSDF_HD bool spansMore(uint32_t bits, int most) { return bits >= (bits & (0u - bits)) << most; }
+/// Whether a piece spans more than `most` places along an axis, given as bits. It has no gaps
+/// there, as its units share faces or edges: so it has as many places as it spans, and still has
+/// more than kMostLooseUnits once they are folded.
+DTSDF_HD bool spansMore(uint32_t bits, int most) {
+  for (; most > 0; --most) bits &= bits - 1u;
+  return bits != 0;
+}
 
+/// By its shadow, of which each axis may be folded.
 DTSDF_HD bool isSmall(const Shadow& piece, int most_units) {
   return !(spansMore(piece.x, most_units) || spansMore(piece.y, most_units) ||
            spansMore(piece.z, most_units));

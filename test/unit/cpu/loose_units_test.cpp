@@ -158,6 +158,19 @@ TEST(LooseUnits, SurfacesAreFoundInFourUnitsAtOnce) {
   }
 }
 
+TEST(LooseUnits, SpansAreToldByFoldedPlacesToo) {
+  for (int first = 0; first < kWindowSide; ++first) {
+    for (int places = 1; first + places <= kWindowSide; ++places) {
+      const uint32_t bits = ((1u << places) - 1u) << first;
+      for (int most = 1; most <= kMostLooseUnits; ++most) {
+        EXPECT_EQ(spansMore(bits, most), places > most) << first << " " << places << " " << most;
+        EXPECT_EQ(spansMore(folded(bits), most), places > most)
+            << first << " " << places << " " << most;
+      }
+    }
+  }
+}
+
 TEST(LooseUnits, PiecesBesideALargerOneUpToSoManyUnits) {
   Units units;
   units.fill({0, 0, 0}, {8, 8, 1});

@@ -115,7 +115,7 @@ __global__ void __launch_bounds__(kThreads)
   const uint4 now = *reinterpret_cast<const uint4*>(&cubes[at / kCellsPerCube][at % kCellsPerCube]);
   const int place = row * kCubesAlong * kCellsPerCube + at;
   uint4* const known = reinterpret_cast<uint4*>(result.device + place);
-  const uint4 before = *known;
+  const uint4 before = result.is_new ? uint4{} : *known;  // nothing has been written to a new one
   const bool is_other = result.is_new || now.x != before.x || now.y != before.y ||
                         now.z != before.z || now.w != before.w;
   if (!__any_sync(~0u, is_other)) return;

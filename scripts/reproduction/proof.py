@@ -10,8 +10,7 @@ from .runs import find_programs
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 MAPS = {"directional": ["map/directional=true"],
-        "undirected": ["map/directional=false", "fusion/mode=voxel_projection",
-                       "map/truncation_voxels=4"]}
+        "undirected": ["map/directional=false", "fusion/mode=voxel_projection"]}
 
 
 def make_parser(doc, work, data=""):

@@ -136,10 +136,7 @@ class Runner(Steps):
         if options.config:
             command += ["--config", options.config]
         settings = [f"map/voxel_size_m={cell.voxel_mm / 1000:g}", f"map/directional={directional}",
-                    f"fusion/mode={fusion}"]
-        if fusion == "voxel_projection":
-            settings.append("map/truncation_voxels=4")  # as in the paper
-        settings += options.set
+                    f"fusion/mode={fusion}"] + options.set
         for setting in settings:
             command += ["--set", setting]
         inputs = [self.views(cell) / "groundtruth.txt", self.views(cell) / "depth.txt"]

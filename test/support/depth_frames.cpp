@@ -70,7 +70,6 @@ MapperParams makeCpuParams(FusionMode mode, bool directional, float voxel_size_m
   params.fusion.mode = mode;
   params.map.directional = directional;
   params.map.voxel_size_m = voxel_size_m;
-  if (mode == FusionMode::kVoxelProjection) params.map.truncation_voxels = 4.0f;  // as published
   return params;
 }
 

@@ -10,7 +10,7 @@ namespace dtsdf {
 /// Resolution, kind and size of a map.
 struct MapParams {
   float voxel_size_m = 0.02f;      ///< Edge of a voxel, in metres.
-  float truncation_voxels = 6.0f;  ///< Farthest from a measurement that samples are updated.
+  float truncation_voxels = 4.0f;  ///< Truncation distance, in voxels.
   bool directional = true;         ///< Six directional volumes; false: one ordinary TSDF.
   /// Budget of the map in MiB; new blocks beyond are refused. With space/enabled an eighth of it is
   /// for free cells.

@@ -14,11 +14,10 @@ struct FusionRules {
   /// errors of vertices are four to five times as large.)
   float sample_reach = 1.75f;
   /// Where noise is wider than that, in standard deviations: measurements have to reach farther, or
-  /// outliers do not average with the surface but form shells of their own. 2 deviations hold all
-  /// but 5 % of the measurements; more makes the sides of thin parts reach each other.
-  /// (docs/results/ablation.md: armadillo with a stereo camera's noise at 5 mm, vertices 2.66 mm;
-  /// 4.87 with 5 deviations.)
-  float noise_reach = 2.0f;
+  /// outliers do not average with the surface but form shells of their own. 2.5 deviations hold all
+  /// but 1.2 % of the measurements. (docs/results/ablation.md: armadillo with a Kinect's noise at
+  /// 5 mm, vertices 4.43 mm without, 2.06 with.)
+  float noise_reach = 2.5f;
 
   /// Depth in metres up to which a frame has the full weight; beyond, its weight falls as z^-2. The
   /// noise of triangulation grows with z^2, and a weight is the inverse of a standard deviation.

@@ -58,6 +58,32 @@ bool reachesInto(std::vector<Eigen::Vector3d> polygon, const Eigen::AlignedBox3d
   return !polygon.empty();
 }
 
+RTCRay rayFrom(const Eigen::Vector3f& from, const Eigen::Vector3f& direction, float end) {
+  RTCRay ray{};
+  ray.org_x = from.x();
+  ray.org_y = from.y();
+  ray.org_z = from.z();
+  ray.dir_x = direction.x();
+  ray.dir_y = direction.y();
+  ray.dir_z = direction.z();
+  ray.tfar = end;
+  ray.mask = ~0u;
+  return ray;
+}
+
+/// Calls `visit` with `state` for triangles that may be within a radius.
+void queryAround(RTCScene scene, const Eigen::Vector3f& p, float radius,
+                        RTCPointQueryFunction visit, void* state) {
+  RTCPointQuery query{};
+  query.x = p.x();
+  query.y = p.y();
+  query.z = p.z();
+  query.radius = radius;
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(scene, &query, &context, visit, state);
+}
+
 }  // namespace
 
 struct MeshScene::Implementation {
@@ -158,32 +184,6 @@ Eigen::Vector3f MeshScene::triangleNormal(uint32_t triangle) const {
   return (vertices[corners[1]] - vertices[corners[0]])
       .cross(vertices[corners[2]] - vertices[corners[0]])
       .normalized();
-}
-
-static RTCRay rayFrom(const Eigen::Vector3f& from, const Eigen::Vector3f& direction, float end) {
-  RTCRay ray{};
-  ray.org_x = from.x();
-  ray.org_y = from.y();
-  ray.org_z = from.z();
-  ray.dir_x = direction.x();
-  ray.dir_y = direction.y();
-  ray.dir_z = direction.z();
-  ray.tfar = end;
-  ray.mask = ~0u;
-  return ray;
-}
-
-/// Calls `visit` with `state` for triangles that may be within a radius.
-static void queryAround(RTCScene scene, const Eigen::Vector3f& p, float radius,
-                        RTCPointQueryFunction visit, void* state) {
-  RTCPointQuery query{};
-  query.x = p.x();
-  query.y = p.y();
-  query.z = p.z();
-  query.radius = radius;
-  RTCPointQueryContext context;
-  rtcInitPointQueryContext(&context);
-  rtcPointQuery(scene, &query, &context, visit, state);
 }
 
 std::optional<RayHit> MeshScene::intersect(const Eigen::Vector3f& origin,

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "program/command_line.h"
+
 namespace dtsdf {
 namespace {
 
@@ -62,7 +64,7 @@ std::vector<Eigen::Isometry3d> posesInRoom() {
 ViewedScene viewedSceneFromName(const std::string& name) {
   if (name == "shapes") return {makeShapes(), {smallCamera(), posesInShapes(), {}}};
   if (name == "room") return {makeRoomScene(), {smallCamera(), posesInRoom(), {}}};
-  throw std::invalid_argument("unknown scene '" + name + "'; use shapes or room");
+  throw UsageError("'" + name + "': no such scene; scenes: shapes, room");
 }
 
 ViewedScene corridorWithPlate(double thickness_m, bool gap) {

@@ -17,8 +17,7 @@ struct ViewedScene {
 };
 
 /// "shapes": a closed room with a ball, a tilted block and a thin tilted plate in it, seen from all
-/// round; "room": the furnished room of the demo, one lap. @throws std::invalid_argument for
-/// another name.
+/// round; "room": the furnished room of the demo, one lap. @throws UsageError for another name.
 ViewedScene viewedSceneFromName(const std::string& name);
 
 /// A corridor along x, from -2 to 2 m, closed on all sides, with a plate of so many metres across

@@ -13,8 +13,9 @@ MAPS = {"directional": ["map/directional=true"],
         "undirected": ["map/directional=false", "fusion/mode=voxel_projection"]}
 
 
-def make_parser(doc, work, data=""):
-    """With the options of all; `data` says what is read of the folder --data, if anything is."""
+def make_parser(doc, work="", data=""):
+    """With the options of all; `work` names a folder for files in between, and `data` says what is
+    read of the folder --data, where there are such."""
     parser = argparse.ArgumentParser(description=doc,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
 
@@ -31,7 +32,8 @@ def make_parser(doc, work, data=""):
                         help="auto, cpu or cuda (default: %(default)s)")
     add_folder("--programs", "--program-dir", default=find_programs(ROOT),
                what="folder of the programs; ")
-    add_folder("--work", default=ROOT / "out" / work)
+    if work:
+        add_folder("--work", default=ROOT / "out" / work)
     add_folder("--results", default=ROOT / "docs" / "results", what="folder of the page; ")
     return parser
 

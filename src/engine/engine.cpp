@@ -102,13 +102,7 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   sense(frame, view);
   backend_->makeSurfels();
   backend_->findBlocks();
-  helper_.wait();
-  std::vector<int32_t> in_view = blocksInView(view);
-  settle();  // what the frame before left, whose last work may have run until now
-  if (pager_ && !std::exchange(moved_ahead_, false)) {
-    moveAhead();
-    in_view = blocksInView(view);
-  }
+  std::vector<int32_t> in_view = settleBefore(view);
   backend_->lookUpBlocks();
   seeFree(view);
   const TouchedCounts touched = backend_->touched();
@@ -118,8 +112,7 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   IntegrationResult result;
   result.refused_blocks = left_on_disk + admit(touched, turn);
   castFoldAndClear(touched, turn);
-  keep(frame);
-  if (pager_) noteForReading(frame, view);
+  keep(frame, view);
   return result;
 }
 
@@ -128,6 +121,17 @@ void Engine::sense(const DepthFrame& frame, const FrameView& view) {
   made().sense(frame, view);  // what is sensed has no part in the map
   if (profile_ == nullptr) return;
   profile_->work.pixels += static_cast<uint64_t>(frame.width) * frame.height;
+}
+
+/// Ends what the frame before left, whose last work may have run until now.
+/// @return what blocksInView() does of the map that the frame meets.
+std::vector<int32_t> Engine::settleBefore(const FrameView& view) {
+  helper_.wait();
+  std::vector<int32_t> in_view = blocksInView(view);
+  settle();
+  if (pager_ == nullptr || std::exchange(moved_ahead_, false)) return in_view;
+  moveAhead();
+  return blocksInView(view);
 }
 
 /// Blocks that the frame may see, where it clears those too that it does not touch. Found before
@@ -209,9 +213,10 @@ void Engine::castFoldAndClear(const TouchedCounts& touched, const FrameTurn& tur
 
 /// The frame is part of the map. What follows from it waits until the map is looked at again, so
 /// that nothing waits for the frame.
-void Engine::keep(const DepthFrame& frame) {
+void Engine::keep(const DepthFrame& frame, const FrameView& view) {
   if (params_.map.keep_radius_m > 0.0f) kept_ = keptBallOf(frame, params_.map);
   has_free_ = space_ != nullptr;
+  if (pager_) noteForReading(frame, view);
 }
 
 /// Takes the last frame's outcome: what it saw as free, left empty, or beyond what is kept.

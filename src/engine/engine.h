@@ -66,11 +66,12 @@ class Engine : public ProbedMapper {
   // A depth image.
   IntegrationResult fuse(const DepthFrame& frame);
   void sense(const DepthFrame& frame, const FrameView& view);
+  std::vector<int32_t> settleBefore(const FrameView& view);
   void seeFree(const FrameView& view);
   size_t admit(const TouchedCounts& touched, const FrameTurn& turn);
   bool hasRoomFor(const MapDemand& demand);
   void castFoldAndClear(const TouchedCounts& touched, const FrameTurn& turn);
-  void keep(const DepthFrame& frame);
+  void keep(const DepthFrame& frame, const FrameView& view);
 
   // What it leaves to be done when the map is looked at next.
   void settle();

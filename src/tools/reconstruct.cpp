@@ -218,6 +218,13 @@ void checkLogOptions(const ReconstructOptions& options) {
         "--poses and --poses-mode are for recordings; poses of a frame log are "
         "corrected by --corrected-poses");
   }
+  const ParamTree of_mapper = toTree(MapperParams()), of_all = toTree(MappingParams());
+  for (const std::string& setting : options.settings) {
+    const std::string key = setting.substr(0, setting.find('='));
+    if (of_all.count(key) == 0 || of_mapper.count(key) > 0) continue;
+    throw UsageError("--set " + key +
+                     " is for recordings; a frame log has images and poses as they were fused");
+  }
 }
 
 void correct(LogReplay& log, const std::string& path) {

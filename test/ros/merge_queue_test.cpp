@@ -190,9 +190,13 @@ TEST_F(MergeQueueTest, WhatIsPushedOutIsNotAlwaysOfOneStream) {
   int front_taken = 0, rear_taken = 0;
   for (int second = 0; second < 300; ++second) {
     EXPECT_TRUE(push(front, second, "f"));
-    if (queue_.sizeOf(front) > kRoom) EXPECT_TRUE(queue_.pushOut(front));
+    if (queue_.sizeOf(front) > kRoom) {
+      EXPECT_TRUE(queue_.pushOut(front));
+    }
     EXPECT_TRUE(push(rear, second, "r"));
-    if (queue_.sizeOf(rear) > kRoom) EXPECT_TRUE(queue_.pushOut(rear));
+    if (queue_.sizeOf(rear) > kRoom) {
+      EXPECT_TRUE(queue_.pushOut(rear));
+    }
     if (second % 2 != 0 || second < 50) continue;
     const auto item = queue_.take();
     ASSERT_TRUE(item);

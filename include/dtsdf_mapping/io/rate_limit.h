@@ -1,7 +1,7 @@
 /// Thins out a stream of images by their stamps.
 #pragma once
 
-#include <optional>
+#include <limits>
 
 namespace dtsdf {
 
@@ -16,16 +16,16 @@ class RateLimit {
   /// Whether the image with this stamp is taken; of stamps in the order in which they come.
   bool takes(double stamp_s) {
     if (interval_s_ <= 0.0) return true;
-    const bool begins_anew = !due_s_ || stamp_s < *due_s_ - 2.0 * interval_s_;
-    if (!begins_anew && stamp_s < *due_s_ - 0.1 * interval_s_) return false;
-    const bool is_regular = !begins_anew && stamp_s < *due_s_ + interval_s_;
-    due_s_ = (is_regular ? *due_s_ : stamp_s) + interval_s_;
+    const bool begins_anew = stamp_s < due_s_ - 2.0 * interval_s_;
+    if (!begins_anew && stamp_s < due_s_ - 0.1 * interval_s_) return false;
+    const bool is_regular = !begins_anew && stamp_s < due_s_ + interval_s_;
+    due_s_ = (is_regular ? due_s_ : stamp_s) + interval_s_;
     return true;
   }
 
  private:
   double interval_s_;
-  std::optional<double> due_s_;  ///< Nothing before the first image.
+  double due_s_ = std::numeric_limits<double>::infinity();  ///< That before the first image.
 };
 
 }  // namespace dtsdf

@@ -51,8 +51,8 @@ TEST_F(LogProgram, MakesTheMapThatWasLogged) {
 }
 
 TEST_F(LogProgram, WritesThePosesAlone) {
-  const Outcome outcome = runReconstruct(
-      folder_, "--backend cpu --set poses/mode=refine --trajectory " + folder_ / "poses.txt");
+  const Outcome outcome =
+      runReconstruct(folder_, "--backend cpu --trajectory " + folder_ / "poses.txt");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const std::vector<StampedPose> poses = readTrajectory(folder_ / "poses.txt", "").poses();
   ASSERT_EQ(poses.size(), images_.size());
@@ -83,6 +83,14 @@ TEST_F(LogProgram, MakesTheMapOfCorrectedPoses) {
   const uint64_t hash = readMapInfo(folder_ / "map.dtsdf").content_hash;
   EXPECT_EQ(hash, contentHash(plain->contents()));
   EXPECT_NE(hash, live_hash_);
+}
+
+TEST_F(LogProgram, RefusesSettingsOfRecordings) {
+  for (const std::string key : {"poses/mode=refine", "map/level=floor", "colour/max_rate_hz=1"}) {
+    const Outcome outcome = runReconstruct(folder_, "--set " + key);
+    EXPECT_EQ(outcome.exit_code, 2) << key;
+    EXPECT_NE(outcome.err.find("is for recordings"), std::string::npos) << outcome.err;
+  }
 }
 
 TEST_F(LogProgram, RefusesPosesOfOtherStamps) {

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "io/atomic_file.h"
+#include "io/camera_file.h"
 #include "params/text.h"
 
 namespace dtsdf {
@@ -54,16 +55,6 @@ std::string poseText(const std::string& stamp, const Eigen::Isometry3d& T_W_C) {
   const Eigen::Quaterniond q(T_W_C.linear());
   return stamp + formatted(" %.9f %.9f %.9f %.12f %.12f %.12f %.12f\n", t.x(), t.y(), t.z(), q.x(),
                            q.y(), q.z(), q.w());
-}
-
-std::string matrixText(const char* name, int cols, const std::vector<double>& data) {
-  std::string text = std::string(name) +
-                     ":\n  rows: " + std::to_string(data.size() / static_cast<size_t>(cols)) +
-                     "\n  cols: " + std::to_string(cols) + "\n  data: [";
-  for (size_t i = 0; i < data.size(); ++i) {
-    text += formatted("%s%.9g", i == 0 ? "" : ", ", data[i]);
-  }
-  return text + "]\n";
 }
 
 }  // namespace
@@ -185,18 +176,12 @@ void TumWriter::finish(const std::string& camera_name) const {
     colours += colourStamp(i) + " rgb/" + colourStamp(i) + ".png\n";
     poses += poseText(colourStamp(i), colour_poses_W_C_[i]);
   }
-  const Intrinsics& K = camera_.intrinsics;
-  const std::string info =
-      "image_width: " + std::to_string(camera_.width) +
-      "\nimage_height: " + std::to_string(camera_.height) + "\ncamera_name: " + camera_name + "\n" +
-      matrixText("camera_matrix", 3, {K.fx, 0, K.cx, 0, K.fy, K.cy, 0, 0, 1}) +
-      "distortion_model: plumb_bob\n" + matrixText("distortion_coefficients", 5, {0, 0, 0, 0, 0}) +
-      matrixText("rectification_matrix", 3, {1, 0, 0, 0, 1, 0, 0, 0, 1}) +
-      matrixText("projection_matrix", 4, {K.fx, 0, K.cx, 0, 0, K.fy, K.cy, 0, 0, 0, 1, 0});
   writeFileAtomically(directory_ + "/depth.txt", depth);
   if (!colour_poses_W_C_.empty()) writeFileAtomically(directory_ + "/rgb.txt", colours);
   writeFileAtomically(directory_ + "/groundtruth.txt", poses);
-  writeFileAtomically(directory_ + "/camera_info.yaml", info);
+  writeFileAtomically(
+      directory_ + "/camera_info.yaml",
+      cameraInfoText({camera_.width, camera_.height, camera_.intrinsics}, camera_name));
 }
 
 }  // namespace dtsdf

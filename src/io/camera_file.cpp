@@ -71,6 +71,30 @@ CameraInfo loadCameraInfo(const std::string& path) {
 
 namespace {
 
+std::string matrixText(const std::string& name, size_t columns, const std::vector<float>& values) {
+  std::string text = name + ":\n  rows: " + std::to_string(values.size() / columns) +
+                     "\n  cols: " + std::to_string(columns) + "\n  data: [";
+  for (size_t i = 0; i < values.size(); ++i) {
+    text += formatted("%s%.9g", i == 0 ? "" : ", ", static_cast<double>(values[i]));
+  }
+  return text + "]\n";
+}
+
+}  // namespace
+
+std::string cameraInfoText(const CameraInfo& camera, const std::string& camera_name) {
+  const Intrinsics& K = camera.intrinsics;
+  return "image_width: " + std::to_string(camera.width) +
+         "\nimage_height: " + std::to_string(camera.height) + "\ncamera_name: " + camera_name +
+         "\n" + matrixText("camera_matrix", 3, {K.fx, 0, K.cx, 0, K.fy, K.cy, 0, 0, 1}) +
+         "distortion_model: plumb_bob\n" +
+         matrixText("distortion_coefficients", 5, {0, 0, 0, 0, 0}) +
+         matrixText("rectification_matrix", 3, {1, 0, 0, 0, 1, 0, 0, 0, 1}) +
+         matrixText("projection_matrix", 4, {K.fx, 0, K.cx, 0, 0, K.fy, K.cy, 0, 0, 0, 1, 0});
+}
+
+namespace {
+
 /// Trackers write decimals of single precision, and turn by turn their matrices drift a little.
 constexpr double kRotationTolerance = 0.01;
 

@@ -22,6 +22,9 @@ struct CameraInfo {
 /// @throws std::runtime_error with the file and the key that is missing or wrong.
 CameraInfo loadCameraInfo(const std::string& path);
 
+/// The text of such a file.
+std::string cameraInfoText(const CameraInfo& camera, const std::string& camera_name);
+
 /// rows x columns numbers, row by row. Words for infinity and for what is no number, with which
 /// trackers tell that they lost the camera, become NaN.
 /// @throws std::runtime_error that begins with `place`, for other words and another count of them.

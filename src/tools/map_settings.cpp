@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "dtsdf_mapping/io/yaml_params.h"
-#include "dtsdf_mapping/simplify.h"
 #include "program/progress_bar.h"
 
 namespace dtsdf {
@@ -50,18 +49,21 @@ void addSimplifyOption(CommandLine& line, double& error_m) {
                  error_m, {0.0, kLargestError_m});
 }
 
-void simplify(Mesh& mesh, double error_m) {
-  if (error_m == 0.0) return;
-  const size_t triangles = mesh.triangles.size();
+SavedMesh saveSimplified(PagedMeshes& meshes, MeshColour colour, const std::string& path,
+                         double error_m) {
+  if (error_m == 0.0) return savePagedMesh(meshes, colour, path, {});
   ProgressBar progress("% simplified", 100);
+  SaveChoice choice;
+  choice.simplify_error_m = error_m;
+  choice.go_on = [&](double share) {
+    progress.show(static_cast<size_t>(100.0 * share));
+    return true;
+  };
   try {
-    SimplifiedMesh simplified = simplifyMesh(mesh, error_m, [&](double share) {
-      progress.show(static_cast<size_t>(100.0 * share));
-      return true;
-    });
-    mesh = std::move(simplified.mesh);
-    std::printf("simplified from %zu to %zu triangles, at most %.6f m from the mesh\n", triangles,
-                mesh.triangles.size(), simplified.error_m);
+    SavedMesh saved = savePagedMesh(meshes, colour, path, choice);
+    std::printf("simplified from %zu to %zu triangles, at most %.6f m from the mesh\n",
+                meshes.triangleCount(), saved.triangles, saved.error_m);
+    return saved;
   } catch (const std::invalid_argument& error) {
     throw UsageError(std::string("--simplify-error: ") + error.what());
   }

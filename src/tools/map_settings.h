@@ -8,8 +8,8 @@
 
 #include "backend/rules.h"
 #include "dtsdf_mapping/map_contents.h"
-#include "dtsdf_mapping/mesh.h"
 #include "dtsdf_mapping/params/mapper_params.h"
+#include "io/saved_mesh.h"
 #include "program/command_line.h"
 
 namespace dtsdf {
@@ -37,8 +37,9 @@ void addLoadLimit(CommandLine& line, MapLoadLimit& limit);
 /// Adds --simplify-error.
 void addSimplifyOption(CommandLine& line, double& error_m);
 
-/// Leaves the mesh as it is for an error of 0; else simplifies it and prints what came out.
-/// @throws UsageError for an error that is larger than the mesh.
-void simplify(Mesh& mesh, double error_m);
+/// Saves the whole mesh; for an error other than 0 simplified, and prints what came out.
+/// @throws UsageError for an error that is larger than the mesh, and as savePagedMesh().
+SavedMesh saveSimplified(PagedMeshes& meshes, MeshColour colour, const std::string& path,
+                         double error_m);
 
 }  // namespace dtsdf

@@ -1,5 +1,7 @@
 // map_tool mesh: the mesh of a map file.
 #include <cstdio>
+#include <memory>
+#include <utility>
 
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "io/atomic_file.h"
@@ -35,15 +37,15 @@ void meshMap(const std::vector<std::string>& arguments) {
   prepareOutputFile(options.out_path);
   // The mesh does not depend on space.
   const auto [settings, mapper, has_free_space] = loadMapOf(options, "space/enabled=false");
-  MeshStore store(settings.params.map.voxel_size_m);
-  store.apply(mapper->updateMesh());
-  Mesh mesh = store.assemble();
-  simplify(mesh, options.simplify_error_m);
-  saveMesh(mesh, settings.params.mesh.colour, options.out_path);
-  std::printf("%zu vertices, %zu triangles: %s\n", mesh.vertices_m.size(), mesh.triangles.size(),
+  PagedMeshes meshes(settings.params.map);
+  for (BlockMesh& block : mapper->updateMesh().blocks) {
+    meshes.put(std::make_shared<const BlockMesh>(std::move(block)));
+  }
+  const SavedMesh saved = saveSimplified(meshes, settings.params.mesh.colour, options.out_path,
+                                         options.simplify_error_m);
+  std::printf("%zu vertices, %zu triangles: %s\n", saved.vertices, saved.triangles,
               options.out_path.c_str());
-  const std::string loss = lossInFormat(mesh, options.out_path);
-  if (!loss.empty()) std::printf("%s\n", loss.c_str());
+  if (!saved.loss.empty()) std::printf("%s\n", saved.loss.c_str());
 }
 
 }  // namespace dtsdf

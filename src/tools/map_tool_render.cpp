@@ -110,27 +110,12 @@ RgbImage colourImageOf(const RenderedView& view) {
   return image;
 }
 
-std::string matrixText(const std::string& name, int columns, const std::vector<float>& values) {
-  std::string text = name + ":\n  rows: 3\n  cols: " + std::to_string(columns) + "\n  data: [";
-  for (size_t i = 0; i < values.size(); ++i) {
-    text += formatted("%s%.9g", i == 0 ? "" : ", ", static_cast<double>(values[i]));
-  }
-  return text + "]\n";
-}
-
-std::string cameraText(const RenderCamera& camera) {
-  const Intrinsics& K = camera.intrinsics;
-  return "image_width: " + std::to_string(camera.width) +
-         "\nimage_height: " + std::to_string(camera.height) + "\ncamera_name: rendered\n" +
-         matrixText("camera_matrix", 3, {K.fx, 0, K.cx, 0, K.fy, K.cy, 0, 0, 1}) +
-         matrixText("projection_matrix", 4, {K.fx, 0, K.cx, 0, 0, K.fy, K.cy, 0, 0, 0, 1, 0});
-}
-
 /// Writes views one by one, and what makes a recording of them at last.
 class ViewFolder {
  public:
   ViewFolder(std::string path, const RenderCamera& camera) : path_(std::move(path)) {
-    writeFileAtomically(path_ + "/camera_info.yaml", cameraText(camera));
+    writeFileAtomically(path_ + "/camera_info.yaml",
+                        cameraInfoText({camera.width, camera.height, camera.intrinsics}, "rendered"));
   }
 
   void write(const StampedPose& pose, const RenderedView& view) {

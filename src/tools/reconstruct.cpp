@@ -9,11 +9,9 @@
 #include <string>
 
 #include "dtsdf_mapping/io/map_file.h"
-#include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/prefetched_frames.h"
 #include "io/atomic_file.h"
 #include "io/map_chunks.h"
-#include "io/ply_stream.h"
 #include "io/trajectory.h"
 #include "log/refusion.h"
 #include "mapper/probed_mapper.h"
@@ -140,43 +138,15 @@ void checkOutputs(const ReconstructOptions& options) {
   }
 }
 
-/// Calls `read`. @throws std::runtime_error where some of the mesh could not be read.
-template <class Read>
-void readMeshes(const PagedMeshes& meshes, const Read& read) {
-  const uint64_t failures = meshes.stats().failures;
-  read();
-  const PagedMeshes::Stats stats = meshes.stats();
-  if (stats.failures > failures) throw std::runtime_error("no mesh was saved: " + stats.problem);
-}
-
-/// Piece by piece.
-void saveInPieces(ReconstructionResult& result, MeshColour colour, const std::string& path) {
-  PlyStream file(path, colour);
-  readMeshes(*result.meshes, [&] {
-    result.meshes->stream(
-        {[&](const Mesh& piece) { file.addVertices(piece); },
-         [&](const std::array<uint32_t, 3>& corners) { file.addTriangle(corners); }});
-  });
-  file.finish();
-  result.vertices = file.vertices();
-  result.triangles = file.triangles();
-}
-
-/// Where some of it lies on disk, the whole mesh comes to memory only if it has to.
 void saveMeshOf(ReconstructionResult& result, MeshColour colour,
                 const ReconstructOptions& options) {
-  const std::string& path = options.mesh_path;
-  const bool is_plain = options.simplify_error_m == 0.0 && meshFormatOf(path) == MeshFormat::kPly;
-  if (result.meshes->isPaged() && is_plain) return saveInPieces(result, colour, path);
-  Mesh mesh;
-  readMeshes(*result.meshes, [&] { mesh = result.meshes->all().assemble(); });
-  result.meshes->dropFetched();
-  simplify(mesh, options.simplify_error_m);
-  saveMesh(mesh, colour, path);
-  result.vertices = mesh.vertices_m.size();
-  result.triangles = mesh.triangles.size();
-  const std::string loss = lossInFormat(mesh, path);
-  if (!loss.empty()) std::fprintf(stderr, "reconstruct: warning: %s\n", loss.c_str());
+  const SavedMesh saved =
+      saveSimplified(*result.meshes, colour, options.mesh_path, options.simplify_error_m);
+  result.vertices = saved.vertices;
+  result.triangles = saved.triangles;
+  if (!saved.loss.empty()) {
+    std::fprintf(stderr, "reconstruct: warning: %s\n", saved.loss.c_str());
+  }
 }
 
 /// For the report, of a mesh that is not saved.

@@ -1,14 +1,8 @@
 #include "ros/output/mesh_output.h"
 
 #include <algorithm>
-#include <stdexcept>
 #include <utility>
 
-#include "dtsdf_mapping/io/mesh_file.h"
-#include "dtsdf_mapping/simplify.h"
-#include "io/ply_stream.h"
-#include "kernels/core/grid.h"
-#include "map/region_view.h"
 #include "ros/common/callback_guard.h"
 
 namespace dtsdf {
@@ -20,17 +14,6 @@ namespace {
 
 /// No memory, most likely: to try again at once would not help.
 constexpr std::chrono::milliseconds kAfterError{1000};
-
-/// Blocks that the mesh of a region may come from.
-std::vector<PackedKey> blocksIn(const BoxRegion& region, const PagedMeshes& meshes) {
-  const RegionView in_voxels = makeRegionView(region, meshes.voxelSize());
-  std::vector<PackedKey> keys = meshes.keys();
-  const auto is_outside = [&](PackedKey key) {
-    return !mayHaveVerticesIn(in_voxels, unpackKey(key));
-  };
-  keys.erase(std::remove_if(keys.begin(), keys.end(), is_outside), keys.end());
-  return keys;
-}
 
 }  // namespace
 
@@ -114,48 +97,9 @@ void MeshOutput::updateReport() {
   report_.topics = std::move(topics);
 }
 
-/// Nothing is saved where some of it cannot be read now; without what is damaged it is.
 SavedMesh MeshOutput::save(const std::string& path, const SaveChoice& choice) {
   takeChanges();
-  const uint64_t failures = meshes_.stats().failures;
-  const auto check = [&] {
-    const PagedMeshes::Stats stats = meshes_.stats();
-    if (stats.failures == failures) return;
-    meshes_.dropFetched();
-    throw std::runtime_error("nothing was saved: " + stats.problem);
-  };
-  const bool is_plain = !choice.region && choice.simplify_error_m == 0.0;
-  if (meshes_.isPaged() && is_plain && meshFormatOf(path) == MeshFormat::kPly) {
-    return saveInPieces(path, check);
-  }
-  const MeshStore& mesh =
-      meshes_.holding(choice.region ? blocksIn(*choice.region, meshes_) : meshes_.keys());
-  check();
-  SimplifiedMesh saved;
-  saved.mesh = choice.region ? mesh.assemble(*choice.region) : mesh.assemble();
-  meshes_.dropFetched();
-  if (choice.region && saved.mesh.triangles.empty() && meshes_.triangleCount() > 0) {
-    throw std::runtime_error(
-        "no triangle lies wholly in the region, in map frame coordinates; "
-        "nothing was saved");
-  }
-  if (choice.simplify_error_m != 0.0) {
-    saved = simplifyMesh(saved.mesh, choice.simplify_error_m, choice.go_on);
-  }
-  saveMesh(saved.mesh, colour_, path);
-  return {saved.mesh.vertices_m.size(), saved.mesh.triangles.size(), saved.error_m,
-          lossInFormat(saved.mesh, path)};
-}
-
-/// The same file, block by block.
-/// @param check Called before it gets its name.
-SavedMesh MeshOutput::saveInPieces(const std::string& path, const std::function<void()>& check) {
-  PlyStream file(path, colour_);
-  meshes_.stream({[&](const Mesh& piece) { file.addVertices(piece); },
-                  [&](const std::array<uint32_t, 3>& corners) { file.addTriangle(corners); }});
-  check();
-  file.finish();
-  return {static_cast<size_t>(file.vertices()), static_cast<size_t>(file.triangles()), 0.0, ""};
+  return savePagedMesh(meshes_, colour_, path, choice);
 }
 
 OutputReport MeshOutput::report() const {

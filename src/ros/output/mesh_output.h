@@ -5,13 +5,10 @@
 #include <ros/time.h>
 
 #include <chrono>
-#include <functional>
 #include <mutex>
-#include <optional>
 #include <string>
 
-#include "dtsdf_mapping/mesh.h"
-#include "dtsdf_mapping/simplify.h"
+#include "io/saved_mesh.h"
 #include "page/paged_meshes.h"
 #include "params/node_params.h"
 #include "ros/common/schedule.h"
@@ -21,20 +18,6 @@
 #include "ros/output/surface_points_publisher.h"
 
 namespace dtsdf {
-
-/// What of the mesh is saved.
-struct SaveChoice {
-  std::optional<BoxRegion> region;   ///< Only triangles wholly in it.
-  double simplify_error_m = 0.0;     ///< 0: all triangles.
-  SimplifyProgress go_on = nullptr;  ///< Of the simplification; false cancels it.
-};
-
-/// What a file holds.
-struct SavedMesh {
-  size_t vertices = 0, triangles = 0;
-  double error_m = 0.0;  ///< Of a simplified mesh.
-  std::string loss;      ///< What the format cannot hold, in words; empty: nothing.
-};
 
 /// Output's thread only, but for hasListeners() and report(). The map never waits for it.
 class MeshOutput {
@@ -51,9 +34,7 @@ class MeshOutput {
   /// Publishes what is due. Returns how long there will be nothing to do.
   std::chrono::milliseconds step() noexcept;
 
-  /// Writes the mesh, with all that was handed over.
-  /// @throws std::exception as saveMesh() and simplifyMesh() do, if the region is empty, or if some
-  /// of it is on disk and cannot be read.
+  /// Writes the mesh, with all that was handed over. @throws as savePagedMesh().
   SavedMesh save(const std::string& path, const SaveChoice& choice);
 
   /// After it, nothing is published that was handed over before the map was cleared last.
@@ -64,7 +45,6 @@ class MeshOutput {
  private:
   OutputSchedule::Situation situation();
   void act(OutputSchedule::Action action);
-  SavedMesh saveInPieces(const std::string& path, const std::function<void()>& check);
   QueueShare share() const;
   void updateReport();
 

@@ -2,7 +2,6 @@
 
 #include "device_map.cuh"
 #include "launch.h"
-#include "named_kernels.h"
 #include "raw_depth.cuh"
 #include "runtime/stage_clock.h"
 
@@ -165,11 +164,6 @@ void PoseAligner::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"aligned points", MemoryKind::kScratch, bytes, bytes});
   const size_t staging = pinned_points_.bytes();
   parts.push_back({"aligned points", MemoryKind::kStaging, staging, staging});
-}
-
-std::vector<NamedKernel> alignKernels() {
-  return {DTSDF_NAMED_KERNEL(makeAlignedPointsKernel, 0, kAlignThreads),
-          DTSDF_NAMED_KERNEL(addPointsKernel, 0, kAlignThreads)};
 }
 
 }  // namespace gpu

@@ -240,12 +240,5 @@ MeshUpdate BlockMesher::finish() {
   return made;
 }
 
-std::vector<NamedKernel> mesherKernels(bool directional) {
-  std::vector<NamedKernel> kernels = indexKernels(directional);
-  for (const NamedKernel& kernel : makeKernels()) kernels.push_back(kernel);
-  for (const NamedKernel& kernel : colourKernels()) kernels.push_back(kernel);
-  return kernels;
-}
-
 }  // namespace gpu
 }  // namespace dtsdf

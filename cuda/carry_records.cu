@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "launch.h"
-#include "named_kernels.h"
 #include "runtime/device.h"
 
 namespace dtsdf {
@@ -159,11 +158,6 @@ void RecordCarrier::addMemory(std::vector<MemoryPart>& parts) const {
   }
   parts.push_back({"blocks that leave", MemoryKind::kScratch, staging, staging});
   parts.push_back({"blocks that leave", MemoryKind::kStaging, pinned, pinned});
-}
-
-std::vector<NamedKernel> carryKernels() {
-  return {DTSDF_NAMED_KERNEL(gatherPiecesKernel<VoxelPool>, 0),
-          DTSDF_NAMED_KERNEL(scatterPiecesKernel<VoxelPool>, 0)};
 }
 
 }  // namespace gpu

@@ -8,7 +8,6 @@
 #include "kernels/fusion/free_space.h"
 #include "launch.h"
 #include "look_around.cuh"
-#include "named_kernels.h"
 #include "runtime/device.h"
 #include "runtime/stage_clock.h"
 
@@ -336,11 +335,6 @@ void Clearing::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"looks", MemoryKind::kScratch, looks_.bytes(), looks_.bytes()});
   const size_t staging = empty_blocks_.bytes() + in_view_.bytes();
   parts.push_back({"empty blocks and looks", MemoryKind::kStaging, staging, staging});
-}
-
-std::vector<NamedKernel> clearKernels() {
-  return {DTSDF_NAMED_KERNEL(clearBlocksKernel, 0, kClearThreads),
-          DTSDF_NAMED_KERNEL(enterAndLookKernel, 0)};
 }
 
 }  // namespace gpu

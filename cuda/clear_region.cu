@@ -4,7 +4,6 @@
 
 #include "device_map.cuh"
 #include "launch.h"
-#include "named_kernels.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -68,8 +67,6 @@ void RegionClearer::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t staging = pinned_slots_.bytes() + pinned_emptied_.bytes();
   parts.push_back({"cleared region", MemoryKind::kStaging, staging, staging});
 }
-
-std::vector<NamedKernel> regionKernels() { return {DTSDF_NAMED_KERNEL(emptyRegionKernel, 0)}; }
 
 }  // namespace gpu
 }  // namespace dtsdf

@@ -140,10 +140,5 @@ void colourVertices(const MapView& map, const MeshView& mesh, int thread_blocks,
   DTSDF_CHECK_LAUNCH("colourVerticesKernel");
 }
 
-std::vector<NamedKernel> colourKernels() {
-  return {DTSDF_NAMED_KERNEL(selectPaintedKernel, 0), DTSDF_NAMED_KERNEL(forgetPaintedKernel, 0, 1),
-          DTSDF_NAMED_KERNEL(colourVerticesKernel, 0)};
-}
-
 }  // namespace gpu
 }  // namespace dtsdf

@@ -1,5 +1,4 @@
 #include "cuda_backend.h"
-#include "named_kernels.h"
 #include "runtime/buffer.h"
 #include "runtime/device.h"
 
@@ -42,25 +41,6 @@ void measureRates(GpuReport& report) {
       measureCopies(stream, [&] { b.download(host.data(), kCopyBytes, stream); });
 }
 
-KernelUse describe(const gpu::NamedKernel& kernel) {
-  cudaFuncAttributes attributes;
-  DTSDF_CHECK_CUDA(cudaFuncGetAttributes(&attributes, kernel.function));
-  KernelUse use;
-  use.name = kernel.name;
-  use.threads = kernel.threads;
-  use.registers = attributes.numRegs;
-  use.shared_bytes = attributes.sharedSizeBytes + kernel.dynamic_shared_bytes;
-  use.local_bytes = attributes.localSizeBytes;
-  DTSDF_CHECK_CUDA(cudaOccupancyMaxActiveBlocksPerMultiprocessor(
-      &use.blocks_per_processor, kernel.function, use.threads, kernel.dynamic_shared_bytes));
-  int threads_per_processor = 0;
-  DTSDF_CHECK_CUDA(cudaDeviceGetAttribute(
-      &threads_per_processor, cudaDevAttrMaxThreadsPerMultiProcessor, gpu::currentDevice()));
-  use.occupancy =
-      static_cast<double>(use.blocks_per_processor * use.threads) / threads_per_processor;
-  return use;
-}
-
 std::string versionText(int version) {
   return std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
 }
@@ -85,14 +65,6 @@ GpuReport reportCudaDevice() {
   report.driver = versionText(driver);
   report.runtime = versionText(runtime);
   measureRates(report);
-  for (const auto& kernels :
-       {gpu::alignKernels(), gpu::senseKernels(), gpu::surfelKernels(), gpu::blockKernels(),
-        gpu::mapKernels(), gpu::moveKernels(), gpu::carryKernels(), gpu::markKernels(),
-        gpu::fusionKernels(), gpu::clearKernels(), gpu::regionKernels(), gpu::freeSpaceKernels(),
-        gpu::distanceKernels(), gpu::paintKernels(), gpu::renderKernels(),
-        gpu::mesherKernels(true)}) {
-    for (const gpu::NamedKernel& kernel : kernels) report.kernels.push_back(describe(kernel));
-  }
   return report;
 }
 

@@ -2,7 +2,6 @@
 
 #include "device_map.cuh"
 #include "launch.h"
-#include "named_kernels.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -266,12 +265,6 @@ void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& part
   const size_t staging =
       updates_.bytes() + changes_.bytes() + new_arrays_.bytes() + pinned_bricks_.bytes();
   parts.push_back({"map updates", MemoryKind::kStaging, staging, staging});
-}
-
-std::vector<NamedKernel> mapKernels() {
-  return {DTSDF_NAMED_KERNEL(updateSlotsKernel, 0),  DTSDF_NAMED_KERNEL(rehashSlotsKernel, 0),
-          DTSDF_NAMED_KERNEL(markAllDirtyKernel, 0), DTSDF_NAMED_KERNEL(enterBlocksKernel, 0),
-          DTSDF_NAMED_KERNEL(clearColoursKernel, 0), DTSDF_NAMED_KERNEL(markAllPaintedKernel, 0)};
 }
 
 }  // namespace gpu

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "launch.h"
-#include "named_kernels.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -248,11 +247,6 @@ void DistanceMaker::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"distances", MemoryKind::kScratch, bytes, bytes});
   const size_t staging = pool_->freeBytes() + staged_.bytes() + is_near_.bytes();
   parts.push_back({"distances (host)", MemoryKind::kStaging, staging, staging});
-}
-
-std::vector<NamedKernel> distanceKernels() {
-  return {DTSDF_NAMED_KERNEL(planeDistancesKernel, 0),
-          DTSDF_NAMED_KERNEL(sectorDistancesKernel, 0)};
 }
 
 }  // namespace gpu

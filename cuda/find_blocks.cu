@@ -4,7 +4,6 @@
 #include "find_blocks.cuh"
 #include "kernels/fusion/cast.h"
 #include "launch.h"
-#include "named_kernels.h"
 #include "runtime/stage_clock.h"
 
 namespace dtsdf {
@@ -275,12 +274,6 @@ void BlockFinder::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"touched blocks", MemoryKind::kScratch, bytes, bytes});
   const size_t staging = requests_.bytes() + touched_keys_.bytes() + pinned_part_.bytes();
   parts.push_back({"requests", MemoryKind::kStaging, staging, staging});
-}
-
-std::vector<NamedKernel> blockKernels() {
-  return {DTSDF_NAMED_KERNEL(emptyTableKernel, 0), DTSDF_NAMED_KERNEL(markBlocksKernel, 0),
-          DTSDF_NAMED_KERNEL(compareWithMapKernel, 0), DTSDF_NAMED_KERNEL(readTouchedKernel, 0),
-          DTSDF_NAMED_KERNEL(takePartKernel, 0)};
 }
 
 }  // namespace gpu

@@ -9,7 +9,6 @@
 #include "kernels/fusion/voxel_projection.h"
 #include "kernels/fusion/voxel_update.h"
 #include "launch.h"
-#include "named_kernels.h"
 #include "runtime/stage_clock.h"
 
 namespace dtsdf {
@@ -189,11 +188,6 @@ void Fusion::project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
 void Fusion::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"sums", MemoryKind::kScratch, sums_.bytes(), sums_.bytes()});
   parts.push_back({"support", MemoryKind::kScratch, supported_.bytes(), supported_.bytes()});
-}
-
-std::vector<NamedKernel> fusionKernels() {
-  return {DTSDF_NAMED_KERNEL(castSurfelsKernel, 0), DTSDF_NAMED_KERNEL(foldSumsKernel, 0),
-          DTSDF_NAMED_KERNEL(projectVoxelsKernel, 0)};
 }
 
 }  // namespace gpu

@@ -180,10 +180,5 @@ void indexBlocks(const MapView& map, const MeshView& mesh, int thread_blocks,
   DTSDF_CHECK_LAUNCH("indexBlocksKernel");
 }
 
-std::vector<NamedKernel> indexKernels(bool directional) {
-  return {DTSDF_NAMED_KERNEL(reachBlocksKernel, 0),
-          DTSDF_NAMED_KERNEL(indexBlocksKernel, cornerGridBytes(directional))};
-}
-
 }  // namespace gpu
 }  // namespace dtsdf

@@ -313,10 +313,5 @@ void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks, con
   DTSDF_CHECK_LAUNCH("makeMeshesKernel");
 }
 
-std::vector<NamedKernel> makeKernels() {
-  return {DTSDF_NAMED_KERNEL(makeMeshesKernel<false>, 0),
-          DTSDF_NAMED_KERNEL(makeMeshesKernel<true>, 0)};
-}
-
 }  // namespace gpu
 }  // namespace dtsdf

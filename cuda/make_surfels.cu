@@ -4,7 +4,6 @@
 
 #include "backend/rule_settings.h"
 #include "launch.h"
-#include "named_kernels.h"
 #include "runtime/stage_clock.h"
 
 namespace dtsdf {
@@ -160,12 +159,6 @@ DeviceSurfels SurfelMaker::listSurfels(const DeviceSensing& sensing, uint32_t* c
 void SurfelMaker::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = tiles_.bytes() + surfels_.bytes();
   parts.push_back({"surfels", MemoryKind::kScratch, bytes, bytes});
-}
-
-std::vector<NamedKernel> surfelKernels() {
-  return {DTSDF_NAMED_KERNEL(mergeTilesKernel, 0),
-          DTSDF_NAMED_KERNEL(makeSurfelsKernel, 0, kRowThreads),
-          DTSDF_NAMED_KERNEL(makePixelSurfelsKernel, 0)};
 }
 
 }  // namespace gpu

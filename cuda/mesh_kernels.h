@@ -6,7 +6,7 @@
 #include "kernels/meshing/mesh_rules.h"
 #include "kernels/meshing/mesh_tables.h"
 #include "kernels/meshing/refine_tables.h"
-#include "named_kernels.h"
+#include "launch.h"
 #include "runtime/stream.h"
 
 namespace dtsdf {
@@ -84,11 +84,6 @@ void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks, con
 /// Colours of their vertices.
 void colourVertices(const MapView& map, const MeshView& mesh, int thread_blocks,
                     const Stream& stream);
-
-/// The kernels of reachBlocks() and indexBlocks(), and of makeMeshes().
-std::vector<NamedKernel> indexKernels(bool directional);
-std::vector<NamedKernel> makeKernels();
-std::vector<NamedKernel> colourKernels();
 
 }  // namespace gpu
 }  // namespace dtsdf

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "device_map.cuh"
-#include "named_kernels.h"
+#include "launch.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -112,11 +112,6 @@ void MarkMover::set(const MapView& map, const std::vector<int32_t>& slots,
       map, slots_.data(), slots.size(), marks_.data());
   DTSDF_CHECK_LAUNCH("setMarksKernel");
   stream_.record(done_);
-}
-
-std::vector<NamedKernel> markKernels() {
-  return {DTSDF_NAMED_KERNEL(readMarksKernel, 0), DTSDF_NAMED_KERNEL(takeMarksKernel, 0),
-          DTSDF_NAMED_KERNEL(listMarkedKernel, 0), DTSDF_NAMED_KERNEL(setMarksKernel, 0)};
 }
 
 }  // namespace gpu

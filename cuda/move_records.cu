@@ -4,7 +4,6 @@
 #include <cstring>
 
 #include "launch.h"
-#include "named_kernels.h"
 #include "threads/parallel.h"
 
 namespace dtsdf {
@@ -105,11 +104,6 @@ void RecordMover::addMemory(std::vector<MemoryPart>& parts) const {
   size_t staging = 0;
   for (const Turn& turn : turns_) staging += turn.bytes.bytes() + turn.records.bytes();
   parts.push_back({"copies of the map", MemoryKind::kStaging, staging, staging});
-}
-
-std::vector<NamedKernel> moveKernels() {
-  return {DTSDF_NAMED_KERNEL(gatherRecordsKernel<VoxelPool>, 0),
-          DTSDF_NAMED_KERNEL(scatterRecordsKernel<VoxelPool>, 0)};
 }
 
 }  // namespace gpu

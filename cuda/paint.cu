@@ -2,7 +2,6 @@
 
 #include "device_map.cuh"
 #include "launch.h"
-#include "named_kernels.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -286,13 +285,6 @@ void paintSurfaces(const ColourRules& rules, const Exposure& exposure, const Map
   paintKernel<<<blocksFor(samples), kThreads, 0, stream.get()>>>(rules, exposure, map, look.samples,
                                                                  samples);
   DTSDF_CHECK_LAUNCH("paintKernel");
-}
-
-std::vector<NamedKernel> paintKernels() {
-  return {DTSDF_NAMED_KERNEL(takePixelsKernel, 0),  DTSDF_NAMED_KERNEL(halveImageKernel, 0),
-          DTSDF_NAMED_KERNEL(clearHidingKernel, 0), DTSDF_NAMED_KERNEL(findBlocksInViewKernel, 0),
-          DTSDF_NAMED_KERNEL(drawHidingKernel, 0),  DTSDF_NAMED_KERNEL(lookKernel, 0),
-          DTSDF_NAMED_KERNEL(paintKernel, 0)};
 }
 
 }  // namespace gpu

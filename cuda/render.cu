@@ -6,7 +6,6 @@
 #include "device_map.cuh"
 #include "kernels/meshing/gap.h"
 #include "launch.h"
-#include "named_kernels.h"
 #include "runtime/device.h"
 #include "runtime/stage_clock.h"
 #include "threads/parallel.h"
@@ -331,11 +330,6 @@ void Renderer::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"rendered view", MemoryKind::kScratch, bytes, bytes});
   const size_t staging = pinned_depth_.bytes() + pinned_normals_.bytes() + pinned_colours_.bytes();
   parts.push_back({"rendered view", MemoryKind::kStaging, staging, staging});
-}
-
-std::vector<NamedKernel> renderKernels() {
-  return {DTSDF_NAMED_KERNEL(selectInViewKernel, 0), DTSDF_NAMED_KERNEL(drawBlocksKernel, 0),
-          DTSDF_NAMED_KERNEL(showKeysKernel, 0)};
 }
 
 }  // namespace gpu

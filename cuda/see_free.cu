@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "launch.h"
-#include "named_kernels.h"
 #include "runtime/stage_clock.h"
 
 namespace dtsdf {
@@ -165,12 +164,6 @@ void FreeCellFinder::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"free depths", MemoryKind::kScratch, bytes, bytes});
   const size_t staging = pinned_cubes_.bytes() + pinned_masks_.bytes();
   parts.push_back({"free cells", MemoryKind::kStaging, staging, staging});
-}
-
-std::vector<NamedKernel> freeSpaceKernels() {
-  return {DTSDF_NAMED_KERNEL(makeFreeTilesKernel, 0),
-          DTSDF_NAMED_KERNEL(finishPyramidKernel, 0, kFinishingThreads),
-          DTSDF_NAMED_KERNEL(seeFreeKernel, 0)};
 }
 
 }  // namespace gpu

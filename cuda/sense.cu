@@ -6,7 +6,6 @@
 #include "kernels/fusion/free_space.h"
 #include "kernels/surfels/row_fit.h"
 #include "launch.h"
-#include "named_kernels.h"
 #include "raw_depth.cuh"
 #include "runtime/stage_clock.h"
 
@@ -243,11 +242,6 @@ void FrameSensor::addMemory(std::vector<MemoryPart>& parts) const {
                        row_slope_.bytes() + free_depth_.bytes() + links_.bytes() +
                        noise_counts_.bytes();
   parts.push_back({"images", MemoryKind::kScratch, bytes, bytes});
-}
-
-std::vector<NamedKernel> senseKernels() {
-  return {DTSDF_NAMED_KERNEL(invertDepthsKernel, 0), DTSDF_NAMED_KERNEL(fillGapsKernel, 0),
-          DTSDF_NAMED_KERNEL(fitRowsKernel, 0), DTSDF_NAMED_KERNEL(findFreeDepthsKernel, 0)};
 }
 
 }  // namespace gpu

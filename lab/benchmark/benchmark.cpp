@@ -70,7 +70,7 @@ void run(const BenchmarkOptions& options) {
         "frame of their poses\n",
         stderr);
   }
-  const Report report = options.gpu_report ? reportGpuAndKernels(reportGpu())
+  const Report report = options.gpu_report ? reportGpuRates(reportGpu())
                         : options.flight   ? measureFlight(options, settings)
                                            : measureFrames(options, settings);
   if (!options.report_path.empty()) writeFileAtomically(options.report_path, report.json);

@@ -28,10 +28,7 @@ void addInputOptions(CommandLine& line, BenchmarkOptions& options) {
                options.raw_name);
   addFrameOptions(line, options);
   addFlightOptions(line, options);
-  line.addFlag("--gpu",
-               "only report on the GPU: copy rates, registers and occupancy of the "
-               "kernels",
-               options.gpu_report);
+  line.addFlag("--gpu", "only report on the GPU, with its copy rates", options.gpu_report);
   line.requireOneOf({"--tum", "--raw", "--flight", "--gpu"});
 }
 

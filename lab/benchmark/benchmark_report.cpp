@@ -243,14 +243,13 @@ Report reportFlight(const std::vector<FrameTime>& times, const Measurement& end)
   return {textOf(report), text + memoryText(report["memory"])};
 }
 
-Report reportGpuAndKernels(const GpuReport& gpu) {
+Report reportGpuRates(const GpuReport& gpu) {
   json report = {
       {"name", gpu.name},
       {"compute_capability", gpu.compute_capability},
       {"multiprocessors", gpu.multiprocessors},
       {"driver", gpu.driver},
       {"runtime", gpu.runtime},
-      {"kernels", json::array()},
       {"rates_gb_s",
        {{"memory", gpu.copy_gb_s}, {"upload", gpu.upload_gb_s}, {"download", gpu.download_gb_s}}}};
   std::string text =
@@ -259,19 +258,6 @@ Report reportGpuAndKernels(const GpuReport& gpu) {
                 gpu.multiprocessors, gpu.runtime.c_str(), gpu.driver.c_str());
   text += formatted("GB/s: device memory %.0f, upload %.1f, download %.1f\n", gpu.copy_gb_s,
                     gpu.upload_gb_s, gpu.download_gb_s);
-  text += "kernel                    registers  shared B  local B  blocks  occupancy\n";
-  for (const KernelUse& kernel : gpu.kernels) {
-    report["kernels"].push_back({{"name", kernel.name},
-                                 {"threads", kernel.threads},
-                                 {"registers", kernel.registers},
-                                 {"shared_bytes", kernel.shared_bytes},
-                                 {"local_bytes", kernel.local_bytes},
-                                 {"blocks_per_processor", kernel.blocks_per_processor},
-                                 {"occupancy", kernel.occupancy}});
-    text += formatted("  %-25s %7d %9zu %8zu %7d %8.0f %%\n", kernel.name.c_str(), kernel.registers,
-                      kernel.shared_bytes, kernel.local_bytes, kernel.blocks_per_processor,
-                      100.0 * kernel.occupancy);
-  }
   return {textOf(report), text};
 }
 

@@ -18,6 +18,6 @@ Report reportMeasurement(const Measurement& measurement);
 /// By GiB of the map: does the time of a frame stay the same?
 Report reportFlight(const std::vector<FrameTime>& times, const Measurement& end);
 
-Report reportGpuAndKernels(const GpuReport& gpu);
+Report reportGpuRates(const GpuReport& gpu);
 
 }  // namespace dtsdf

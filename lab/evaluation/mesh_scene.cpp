@@ -73,7 +73,7 @@ RTCRay rayFrom(const Eigen::Vector3f& from, const Eigen::Vector3f& direction, fl
 
 /// Calls `visit` with `state` for triangles that may be within a radius.
 void queryAround(RTCScene scene, const Eigen::Vector3f& p, float radius,
-                        RTCPointQueryFunction visit, void* state) {
+                 RTCPointQueryFunction visit, void* state) {
   RTCPointQuery query{};
   query.x = p.x();
   query.y = p.y();

@@ -97,7 +97,7 @@ class Performance:
                 "Median ms of a run of its own with CUDA events round each stage. copy, admit and "
                 "hand_out are times of the host."),
                 self._stages(self.cuda)),
-            self._section("Kernels", self._kernel_text(), self._kernels()),
+            self._rates(),
             self._flight(),
             self._section("On the CPU", (
                 "Integration and incremental mesh; median / 95th percentile / worst but for the "
@@ -175,26 +175,14 @@ class Performance:
             rows.append(row)
         return markdown_table(["stage", *self._columns(results)], rows) if rows else ""
 
-    def _kernel_text(self):
+    def _rates(self):
         if not self.gpu:
             return ""
         rates = self.gpu["rates_gb_s"]
         capability = self.gpu["compute_capability"] / 10
         return (f"{self.gpu['name']}, compute capability {capability:.1f}; copies measured at "
                 f"{rates['memory']:.0f} GB/s (device memory, read and written), "
-                f"{rates['upload']:.0f} and {rates['download']:.0f} GB/s (bus). Blocks of "
-                "256 threads.")
-
-    def _kernels(self):
-        if not self.gpu:
-            return ""
-        rows = [[f"`{kernel['name']}`", kernel["registers"], kernel["shared_bytes"],
-                 kernel["local_bytes"], kernel["blocks_per_processor"],
-                 f"{kernel['occupancy']:.0%}"]
-                for kernel in self.gpu["kernels"]]
-        header = ["kernel", "registers", "shared bytes", "local bytes",
-                  "blocks per multiprocessor", "occupancy"]
-        return markdown_table(header, rows)
+                f"{rates['upload']:.0f} and {rates['download']:.0f} GB/s (bus).\n")
 
     def _flight(self):
         parts = []

@@ -48,16 +48,4 @@ class SurfacePoints {
   float inverse_depth_[kMost], per_u_[kMost], per_v_[kMost];
 };
 
-/// Calls visit(index, point) for the points of listed voxels.
-template <class Visit>
-void visitPoints(const PointView& view, const Vec3f& first_voxel_L, const Voxel* voxels,
-                 int direction, const VoxelList& list, const Visit& visit) {
-  SurfacePoints points;
-  for (int first = 0; first < list.count; first += SurfacePoints::kMost) {
-    const int batch = std::min(SurfacePoints::kMost, list.count - first);
-    points.find(view, first_voxel_L, voxels, direction, list.index + first, batch);
-    for (int i = 0; i < points.count(); ++i) visit(points.index(i), points.point(i));
-  }
-}
-
 }  // namespace dtsdf

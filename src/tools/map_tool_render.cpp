@@ -114,8 +114,9 @@ RgbImage colourImageOf(const RenderedView& view) {
 class ViewFolder {
  public:
   ViewFolder(std::string path, const RenderCamera& camera) : path_(std::move(path)) {
-    writeFileAtomically(path_ + "/camera_info.yaml",
-                        cameraInfoText({camera.width, camera.height, camera.intrinsics}, "rendered"));
+    writeFileAtomically(
+        path_ + "/camera_info.yaml",
+        cameraInfoText({camera.width, camera.height, camera.intrinsics}, "rendered"));
   }
 
   void write(const StampedPose& pose, const RenderedView& view) {

@@ -55,7 +55,7 @@ struct Evaluation {
   MeshTopology topology;
 };
 
-/// Told the number of points or views done, by one thread at a time.
+/// Given the number of points or views done, by one thread at a time.
 using Progress = std::function<void(size_t)>;
 
 /// Distances of points to a surface, in metres, on all cores.

@@ -44,7 +44,7 @@ double cellsBetween(const Vec3i& a, const Vec3i& b) {
 /// How far the search goes up and down from a cell.
 enum class Steps { kAllAround, kLevel };
 
-/// Allows(cell) tells whether it may pass a cell.
+/// Allows(cell) says whether it may pass a cell.
 template <class Allows>
 class Search {
  public:

@@ -18,7 +18,7 @@ TriangleMesh cutFinely(const TriangleMesh& mesh, float longest_side_m);
 
 /// The pieces that some view shows: the middle of a pixel falls on it, which is one of two by two
 /// that show the same surface. A single pixel, or a line of them, measures points, but does not
-/// tell how a surface runs through them, nor whether it is one or an edge that they mix.
+/// show how a surface runs through them, nor whether it is one or an edge that they mix.
 /// @throws std::runtime_error if there are none.
 TriangleMesh seenSurface(const TriangleMesh& mesh, const Views& views,
                          const SeenSurfaceOptions& options);

@@ -47,7 +47,7 @@ struct TwoSums {
 /// Sums up errors; from several threads by merging.
 class ErrorSum {
  public:
-  /// Beyond `most_m` a distance is as good as `most_m`, and tells nothing where both are.
+  /// Beyond `most_m` a distance is as good as `most_m`, and says nothing where both are.
   ErrorSum(double cell_m, double most_m) : far_off_m_(kFarOff_cells * cell_m), most_m_(most_m) {}
 
   void add(const Vector3d& p_W, double told_m, const TrueDistance& truth) {

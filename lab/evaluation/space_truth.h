@@ -11,7 +11,7 @@
 namespace dtsdf {
 
 /// How far it is to surfaces. What nobody saw may be in a map all the same, beside what was seen,
-/// so that a distance that is told should lie between the two.
+/// so that a distance that it answers should lie between the two.
 struct TrueDistance {
   double to_seen_m;  ///< To the nearest surface that some image showed.
   double to_any_m;   ///< To the nearest of all.
@@ -66,7 +66,7 @@ class SceneTruth : public SpaceTruth {
 bool isInImage(const ViewCamera& camera, const Eigen::Vector3d& p_C, double rim_px = 0.0);
 
 /// Whether some view looks through all of a box, to its far end and no farther than `max_range_m`:
-/// told by a grid of points in it, the corners among them.
+/// judged by a grid of points in it, the corners among them.
 bool isSeenThrough(const SpaceTruth& truth, const Views& views, const Eigen::AlignedBox3d& box_W,
                    double max_range_m);
 

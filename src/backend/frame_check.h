@@ -61,7 +61,7 @@ ImageRows rowsOf(const DepthFrame& frame);
 ImageRows rowsOf(const ColourFrame& frame);
 
 /// Whether a frame that touches no block clears: it measures something beyond the range that is
-/// fused, which tells what is free before it.
+/// fused, which shows what is free before it.
 bool clearsFromAfar(const DepthFrame& frame, const MapperParams& params);
 
 /// The result of a frame with a problem.

@@ -1,4 +1,4 @@
-/// Where time and memory go: what a mapper tells those who ask. Nobody else pays for it.
+/// Where time and memory go: what a mapper reports to those who ask. Nobody else pays for it.
 #pragma once
 
 #include <chrono>

@@ -41,7 +41,7 @@ class Pager {
   /// How many blocks are worth asking for ahead.
   size_t mostAhead() const;
 
-  /// What may be seen soon: moveAhead() lets nothing go that readAhead() was told of lately.
+  /// What may be seen soon: moveAhead() lets nothing go that readAhead() was given lately.
   void noteAhead(const FrameView& view, float radius);
 
   /// Blocks that may be needed soon are read while others go on, the first ones first, and come to

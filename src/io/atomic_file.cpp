@@ -80,7 +80,7 @@ bool isBeside(const std::string& name, const std::string& path) {
 }
 
 /// Removes a file beside its target whose writer is gone: writers hold a lock, which ends with
-/// them, on whatever machine they run. Does nothing where that cannot be told.
+/// them, on whatever machine they run. Does nothing where that cannot be known.
 void removeIfAbandoned(const std::string& path) {
   const int descriptor = open(path.c_str(), O_WRONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0) return;
@@ -137,7 +137,7 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path) {
   temporary_path_ = temporaryPathFor(path_);
   descriptor_ = open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor_ < 0) throwCannotWrite(path_, errno);
-  // Tells that it is not abandoned. Nothing may throw from here on: nobody would remove the file.
+  // Shows that it is not abandoned. Nothing may throw from here on: nobody would remove the file.
   flock(descriptor_, LOCK_EX | LOCK_NB);
 }
 

@@ -26,7 +26,7 @@ CameraInfo loadCameraInfo(const std::string& path);
 std::string cameraInfoText(const CameraInfo& camera, const std::string& camera_name);
 
 /// rows x columns numbers, row by row. Words for infinity and for what is no number, with which
-/// trackers tell that they lost the camera, become NaN.
+/// trackers say that they lost the camera, become NaN.
 /// @throws std::runtime_error that begins with `place`, for other words and another count of them.
 Eigen::MatrixXd parseMatrix(const std::vector<std::string>& words, int rows, int columns,
                             const std::string& place);

@@ -15,7 +15,7 @@ struct RgbImage {
   std::vector<uint8_t> rgb;
 };
 
-/// The format is told by the first bytes. Grey images become coloured, 16 bits become 8,
+/// The format is known by the first bytes. Grey images become coloured, 16 bits become 8,
 /// transparency is left out. `name` is what stands for the image in messages.
 /// @throws std::runtime_error if it is damaged, of another format, or larger than a map takes.
 RgbImage decodeColour(const uint8_t* data, size_t bytes, const std::string& name);

@@ -145,7 +145,7 @@ std::string describe(const FirstLook& look) {
 std::vector<std::string> doubtsAbout(const FirstLook& look, double min_depth_m,
                                      double max_depth_m) {
   std::vector<std::string> doubts;
-  if (look.frames == 0) return doubts;  // the run itself will tell
+  if (look.frames == 0) return doubts;  // the run itself will say so
   const std::string which = "the first " + std::to_string(look.frames) + " images";
   if (!look.median_depth_m) {
     doubts.push_back(which + " have no measured pixel: are these depth images?");

@@ -11,7 +11,7 @@
 
 namespace dtsdf {
 
-/// What the first frames tell. 0, negative values, NaN, infinity and 65535 are no measurement.
+/// What the first frames show. 0, negative values, NaN, infinity and 65535 are no measurement.
 struct FirstLook {
   size_t frames = 0;                     ///< Looked at.
   std::optional<size_t> images, posed;   ///< Of the whole recording, as far as known.

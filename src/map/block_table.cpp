@@ -227,7 +227,7 @@ std::vector<int32_t> BlockTable::takeVacant() {
   std::vector<int32_t> slots;
   vacant_.insert(vacant_.end(), unseen_.begin(), unseen_.end());
   for (const int32_t slot : vacant_) {
-    // One that has arrays again is told anew when it loses them again.
+    // One that has arrays again is reported again when it loses them again.
     blocks_[slot].is_vacant = blocks_[slot].in_use && !hasArrays(slot);
     if (blocks_[slot].is_vacant) slots.push_back(slot);
   }

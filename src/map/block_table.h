@@ -26,7 +26,7 @@ struct BlockEntry {
   BlockKey key;
   int32_t array[kDirectionCount];
   bool in_use;
-  bool is_vacant;        ///< Told by the next takeVacant(), or being told.
+  bool is_vacant;        ///< Returned by the next takeVacant(), or just now.
   uint32_t extractions;  ///< Begun before the block was made.
 };
 
@@ -103,7 +103,7 @@ class BlockTable {
   explicit BlockTable(size_t budget_bytes);
 
   /// From now on only blocks of this extent are made, and painted. Requests for others are passed
-  /// over, those for blocks told: they are not refused. It outlasts clear().
+  /// over, those for blocks returned: they are not refused. It outlasts clear().
   void restrictTo(const MapExtent& extent) { extent_ = extent; }
   bool takesColour(const BlockKey& key) const { return extent_.painted.contains(key); }
   const BlockExtent& paintedExtent() const { return extent_.painted; }
@@ -154,7 +154,7 @@ class BlockTable {
   bool release(int32_t slot, uint32_t directions);
 
   /// Releases arrays of a block that held something. The block itself stays, since a mesh of it may
-  /// be shown; takeUnseen() or takeVacant() tells it then.
+  /// be shown; takeUnseen() or takeVacant() returns it then.
   /// @return whether it has none now.
   bool vacate(int32_t slot, uint32_t directions);
 

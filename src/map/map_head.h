@@ -1,4 +1,4 @@
-/// What a map's contents tell besides blocks, voxels, colours and free cells.
+/// What a map's contents hold besides blocks, voxels, colours and free cells.
 #pragma once
 
 #include "dtsdf_mapping/map_contents.h"

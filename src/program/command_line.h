@@ -42,13 +42,13 @@ class TextRequest : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// How an option is called and explained. What has no dashes in its name is an argument, told from
+/// How an option is called and explained. What has no dashes in its name is an argument, known from
 /// others by its place.
 struct OptionText {
   std::string name;
   std::string value;  ///< What stands for its value in the help.
   std::string help;
-  std::string default_value = {};  ///< Told where the option is not required; empty: none.
+  std::string default_value = {};  ///< Shown where the option is not required; empty: none.
 };
 
 /// The options of one program. Each is bound to a variable, whose value at that time is its

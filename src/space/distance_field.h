@@ -27,7 +27,7 @@ using DistanceSectors = Sectors<DistanceSector>;
 
 /// @return the squared distance, in cells, to the nearest cell with a surface; -1: none in reach; 0
 /// where the disk lost it, so that nobody runs into something. Where it lost surfaces, all cells
-/// count as such, until it is told again what is in their cubes.
+/// count as such, until it is given again what is in their cubes.
 int squaredAt(const DistanceSectors& sectors, const Vec3i& cell);
 
 /// The surfaces that are in a cube now.

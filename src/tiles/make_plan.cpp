@@ -85,7 +85,7 @@ class Planner {
     return has_colour_ ? std::max(blocks / 4, std::min(blocks, 4)) : blocks;
   }
 
-  /// Before any is read: what is wrong with the last one is to be told now.
+  /// Before any is read: what is wrong with the last one is to show now.
   void openRecordings(const std::vector<std::string>& paths) {
     for (const std::string& path : paths) {
       InputOptions input = plan_.reading;

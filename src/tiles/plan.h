@@ -39,7 +39,7 @@ struct Plan : MapOrigin {
   InputOptions inputOf(size_t recording) const;
 };
 
-/// A plan and the number that tells it from others: of its bytes in the file.
+/// A plan and the number that it is known by: of its bytes in the file.
 struct LoadedPlan {
   Plan plan;
   std::string id;

@@ -20,7 +20,7 @@ constexpr size_t kMostArrayIndices = 1000;
 
 /// The script: each task makes every so many-th tile, the longest first. Slurm writes its logs
 /// beside the tiles, in a folder that has to be there (prepareTiles()).
-/// @throws std::runtime_error for a folder whose name Slurm cannot be told.
+/// @throws std::runtime_error for a folder whose name Slurm cannot be given.
 std::string slurmScript(const SlurmRequest& request, const Plan& plan);
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-/// The layouts in which recordings are published: what each has to tell, and the table of them.
+/// The layouts in which recordings are published: what each has to give, and the table of them.
 #pragma once
 
 #include <filesystem>

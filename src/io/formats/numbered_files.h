@@ -1,4 +1,4 @@
-/// Files that are told apart by a number in their names, as most layouts have their images.
+/// Files that differ by a number in their names, as most layouts have their images.
 #pragma once
 
 #include <filesystem>

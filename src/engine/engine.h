@@ -91,7 +91,7 @@ class Engine : public ProbedMapper {
   size_t bringInForFrame(const FrameView& view, const TouchedCounts& touched,
                          std::vector<int32_t>& in_view);
   bool hasAllOf(const FrameView& view);
-  std::vector<PackedKey> pagedInView(const FrameView& view) const;
+  std::vector<PackedKey> pagedInView(const FrameView& view, float radius) const;
   std::vector<PackedKey> keysOfFrame(const FrameView& view, const std::vector<int32_t>& in_view);
   size_t bringInPart(size_t new_bytes);
   std::vector<int32_t> blocksOfPart(const FrameView& view) const;

@@ -22,10 +22,7 @@ bool haveCommon(const std::vector<PackedKey>& some, const std::vector<PackedKey>
 
 /// Blocks on disk that meshes around these may depend on, and some others.
 std::vector<PackedKey> Engine::pagedAround(const std::vector<MarkedKey>& marked) const {
-  const std::unordered_set<PackedKey> cells = cellsAround(marked);
-  return pager_->keysWhere(
-      [&](const BlockCells::Cell& cell) { return cells.count(packKey(cell.key)) > 0; },
-      [](const BlockKey&) { return true; });
+  return pager_->keysInCells(cellsAround(marked));
 }
 
 /// An extraction begins, of all that was marked, but for what is left to the next one.

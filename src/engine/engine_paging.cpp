@@ -119,13 +119,13 @@ bool Engine::hasAllOf(const FrameView& view) {
   };
   if (std::any_of(requests_.begin(), requests_.end(), is_paged)) return false;
   if (!clearsFreeSpace(params_)) return true;
-  const std::vector<PackedKey> others = pagedInView(view);
+  const std::vector<PackedKey> others = pagedInView(view, kFootRadius);
   return others.empty() || backend_->mover()->seenThrough(others, counters_.frames + 1).empty();
 }
 
 /// Blocks on disk that a frame may see, and others around.
-std::vector<PackedKey> Engine::pagedInView(const FrameView& view) const {
-  return pager_->keysInView(view, kFootRadius, [](const BlockCells::Cell&) { return true; });
+std::vector<PackedKey> Engine::pagedInView(const FrameView& view, float radius) const {
+  return pager_->keysInView(view, radius, [](const BlockCells::Cell&) { return true; });
 }
 
 /// Of so many blocks, whatever they hold.
@@ -140,7 +140,7 @@ std::vector<PackedKey> Engine::keysOfFrame(const FrameView& view,
                                            const std::vector<int32_t>& in_view) {
   std::vector<PackedKey> keys = backend_->mover()->touchedKeys();
   if (clearsFreeSpace(params_)) {
-    std::vector<PackedKey> others = pagedInView(view);
+    std::vector<PackedKey> others = pagedInView(view, kFootRadius);
     for (const int32_t slot : in_view) {
       if (table_.block(slot).in_use) others.push_back(packKey(table_.block(slot).key));
     }
@@ -289,8 +289,10 @@ std::vector<PackedKey> Engine::keysInView(const FrameView& view, float radius,
   const auto is_in_view = [&](const BlockKey& block) {
     return mayBeInView(view, block - origin, radius) && depthOf(view, block) <= max_depth;
   };
-  std::vector<PackedKey> keys = pager_->keysWhere(
-      [&](const BlockCells::Cell& cell) { return mayBeInView(view, cell, radius); }, is_in_view);
+  std::vector<PackedKey> keys;
+  for (const PackedKey key : pagedInView(view, radius)) {
+    if (is_in_view(unpackKey(key))) keys.push_back(key);
+  }
   for (const int32_t slot : table_.slotsInView(view, radius)) {
     const BlockKey& key = table_.block(slot).key;
     if (is_in_view(key)) keys.push_back(packKey(key));

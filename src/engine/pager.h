@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <unordered_set>
 #include <vector>
 
 #include "backend/map_backend.h"
@@ -62,6 +63,9 @@ class Pager {
   /// Blocks on disk that something lies in, in no order: by coarse cells, then one by one.
   template <class CellTest, class Test>
   std::vector<PackedKey> keysWhere(const CellTest& may_hold, const Test& holds) const;
+
+  /// All blocks on disk in these coarse cells, by packed keys of cells.
+  std::vector<PackedKey> keysInCells(const std::unordered_set<PackedKey>& cells) const;
 
   /// All blocks on disk in coarse cells that a frame may see something of, and that are asked for:
   /// see BlockCells::visitInView().

@@ -30,6 +30,16 @@ constexpr size_t kBlocksAtOnce = 1024;
 
 }  // namespace
 
+std::vector<PackedKey> Pager::keysInCells(const std::unordered_set<PackedKey>& cells) const {
+  std::vector<PackedKey> keys;
+  for (const PackedKey cell_key : cells) {
+    const BlockCells::Cell* const cell = store_.cellIndex().find(cell_key);
+    if (cell == nullptr) continue;
+    for (const int32_t number : cell->slots) keys.push_back(store_.block(number).key);
+  }
+  return keys;
+}
+
 void Pager::markAllDirty() {
   store_.visit([this](int32_t number, const PagedBlock& block) {
     store_.setMarks(number, true, block.painted);

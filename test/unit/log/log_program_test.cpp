@@ -87,7 +87,8 @@ TEST_F(LogProgram, MakesTheMapOfCorrectedPoses) {
 
 TEST_F(LogProgram, RefusesSettingsOfRecordings) {
   for (const std::string key : {"poses/mode=refine", "map/level=floor", "colour/max_rate_hz=1"}) {
-    const Outcome outcome = runReconstruct(folder_, "--set " + key);
+    const Outcome outcome =
+        runReconstruct(folder_, "--set " + key + " --mesh " + folder_ / "mesh.ply");
     EXPECT_EQ(outcome.exit_code, 2) << key;
     EXPECT_NE(outcome.err.find("is for recordings"), std::string::npos) << outcome.err;
   }

@@ -174,6 +174,7 @@ std::vector<int32_t> Pager::readAll(const std::vector<int32_t>& numbers, PageByt
 void Pager::lose(MapBackend& backend, const std::vector<int32_t>& numbers) {
   if (numbers.empty()) return;
   std::vector<PackedKey> keys;
+  keys.reserve(numbers.size());
   for (const int32_t number : numbers) keys.push_back(store_.block(number).key);
   stats_.lost += keys.size();
   const std::vector<int32_t> slots = drop(backend, keys);

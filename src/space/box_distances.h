@@ -50,7 +50,7 @@ class BoxDistances {
       reach_ = reach;
       far_ = static_cast<Value>(reach * reach + 1);
       window_ = kSide + 2 * reach;
-      squares_.resize(static_cast<size_t>(2 * (kSide + reach)));
+      squares_.resize(2 * static_cast<size_t>(kSide + reach));
       for (int i = 0; i < static_cast<int>(squares_.size()); ++i) {
         const int aside = i - (kSide + reach);
         squares_[static_cast<size_t>(i)] = static_cast<Value>(aside * aside);

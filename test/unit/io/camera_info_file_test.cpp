@@ -46,6 +46,17 @@ TEST_F(CameraInfoFile, FallsBackOnTheCameraMatrix) {
   EXPECT_EQ(info.intrinsics.cy, 240.0f);
 }
 
+TEST_F(CameraInfoFile, IsReadAsItWasWritten) {
+  const CameraInfo written{17, 9, {1.0f / 3.0f, 525.1f, 8.25f, 4.7f}};
+  const CameraInfo info = load(cameraInfoText(written, "any"));
+  EXPECT_EQ(info.width, 17);
+  EXPECT_EQ(info.height, 9);
+  EXPECT_EQ(info.intrinsics.fx, written.intrinsics.fx);
+  EXPECT_EQ(info.intrinsics.fy, written.intrinsics.fy);
+  EXPECT_EQ(info.intrinsics.cx, written.intrinsics.cx);
+  EXPECT_EQ(info.intrinsics.cy, written.intrinsics.cy);
+}
+
 TEST_F(CameraInfoFile, NamesFileAndKeyOfWhatIsWrong) {
   const std::string size = kSize;
   const std::pair<std::string, std::string> cases[] = {

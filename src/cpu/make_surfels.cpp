@@ -110,7 +110,7 @@ void SurfelMaker::makeTiles(const FrameSensing& sensing, int first_v, Scratch& s
   PixelSpan span{0, 0};
   for (int v = first_v; v < end_v; ++v) {
     const float* row = sensing.image.inverse_depth + pixelIndex(frame, {0, v});
-    span = unite(span, measuredSpan(row, frame.width));
+    span = unite(span, measuredSpan<float>(row, frame.width, {0, frame.width}));
   }
   tiles.resize(tilesAlong(frame.width));
   for (int u = span.begin; u < span.end; u += kTileSide) {

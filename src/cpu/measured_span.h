@@ -3,33 +3,89 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
+#include <vector>
 
 namespace dtsdf {
 
 struct PixelSpan {
   int begin, end;  ///< None: both the same.
+
+  bool isEmpty() const { return begin == end; }
 };
 
-/// From the first value that is not 0 to the last, and some beside them: from one multiple of 16
-/// pixels, and so of squares of pixels, to the next.
-inline PixelSpan measuredSpan(const float* row, int width) {
-  constexpr int kStep = 16;  // asked at once
-  constexpr float kBlank[kStep] = {};
-  const auto isBlank = [&](int first) {
-    return std::memcmp(row + first, kBlank, std::min(kStep, width - first) * sizeof(float)) == 0;
-  };
-  PixelSpan span{0, (width + kStep - 1) / kStep * kStep};
-  while (span.begin < span.end && isBlank(span.begin)) span.begin += kStep;
-  while (span.begin < span.end && isBlank(span.end - kStep)) span.end -= kStep;
-  return {std::min(span.begin, width), std::min(span.end, width)};
+/// Spans begin and end at multiples of so many pixels, and so of tiles, or with the image.
+constexpr int kSpanStep = 16;
+
+/// Whether the values from one multiple of kSpanStep to the next, or to the row's end, are all 0.
+template <class T>
+bool isBlank(const char* row, int first, int width) {
+  uint64_t words[kSpanStep * sizeof(T) / sizeof(uint64_t)] = {};
+  const char* from = row + first * sizeof(T);
+  if (width - first >= kSpanStep) {
+    std::memcpy(words, from, sizeof(words));
+  } else {
+    std::memcpy(words, from, (width - first) * sizeof(T));
+  }
+  uint64_t any = 0;
+  for (const uint64_t word : words) any |= word;
+  return any == 0;
+}
+
+/// From the first value that is not 0 to the last, and some beside them. @param row Of any
+/// alignment. @param within All others are 0.
+template <class T>
+PixelSpan measuredSpan(const void* row, int width, const PixelSpan& within) {
+  const auto* const bytes = static_cast<const char*>(row);
+  int begin = within.begin, end = (within.end + kSpanStep - 1) / kSpanStep * kSpanStep;
+  while (begin < end && isBlank<T>(bytes, begin, width)) begin += kSpanStep;
+  while (begin < end && isBlank<T>(bytes, end - kSpanStep, width)) end -= kSpanStep;
+  if (begin >= end) return {0, 0};
+  return {begin, std::min(end, width)};
 }
 
 /// The least that holds both.
 inline PixelSpan unite(const PixelSpan& a, const PixelSpan& b) {
-  if (a.begin == a.end) return b;
-  if (b.begin == b.end) return a;
+  if (a.isEmpty()) return b;
+  if (b.isEmpty()) return a;
   return {std::min(a.begin, b.begin), std::max(a.end, b.end)};
 }
+
+/// An image whose rows are 0 but for a span each. It is kept from frame to frame: only what another
+/// frame left beside a span is zeroed.
+template <class T>
+class SpanImage {
+ public:
+  void resize(int width, int height) {
+    if (width_ == width && spans_.size() == static_cast<size_t>(height)) return;
+    width_ = width;
+    pixels_.assign(static_cast<size_t>(width) * height, T{});
+    spans_.assign(height, {0, 0});
+  }
+
+  /// The row, which is 0 beside its new span; the span is to be written. For several threads, each
+  /// with rows of its own.
+  T* newRow(size_t v, const PixelSpan& span) {
+    T* const row = &pixels_[v * width_];
+    const PixelSpan old = spans_[v];
+    if (old.begin < span.begin) std::fill(row + old.begin, row + std::min(old.end, span.begin), T{});
+    if (old.end > span.end) std::fill(row + std::max(old.begin, span.end), row + old.end, T{});
+    spans_[v] = span;
+    return row;
+  }
+
+  const T* data() const { return pixels_.data(); }
+  const T* row(size_t v) const { return &pixels_[v * width_]; }
+  const PixelSpan& span(size_t v) const { return spans_[v]; }
+  size_t bytes() const {
+    return pixels_.capacity() * sizeof(T) + spans_.capacity() * sizeof(PixelSpan);
+  }
+
+ private:
+  int width_ = 0;
+  std::vector<T> pixels_;
+  std::vector<PixelSpan> spans_;  ///< Of each row.
+};
 
 }  // namespace dtsdf

@@ -15,11 +15,11 @@ namespace dtsdf {
 namespace {
 
 template <class Raw>
-void invertRow(const void* __restrict__ row, int width, const DepthRange& depth_range,
+void invertRow(const void* __restrict__ row, const PixelSpan& span, const DepthRange& depth_range,
                float* __restrict__ inverse_depth) {
   const auto* const bytes = static_cast<const char*>(row);  // rows may begin at any byte
   const DepthRange range = depth_range;  // a copy of its own, which no result can overlap
-  for (int u = 0; u < width; ++u) {
+  for (int u = span.begin; u < span.end; ++u) {
     Raw raw;
     std::memcpy(&raw, bytes + u * sizeof(Raw), sizeof(Raw));
     inverse_depth[u] = inverseDepth(static_cast<float>(raw), range);
@@ -40,7 +40,6 @@ void linkRow(const FrameView& frame, const float* inverse_depth, int v, const Pi
              const LinkLimits& limits, PixelLinks* links) {
   const float* row = inverse_depth + pixelIndex(frame, {0, v});
   const int last = std::min(span.end, frame.width - 1);
-  std::fill(links, links + frame.width, PixelLinks{0});
   StretchSteps right{}, down{};
   for (int first = span.begin; first < last; first += kStretch) {
     const int count = std::min(kStretch, last - first);
@@ -61,10 +60,11 @@ void linkRow(const FrameView& frame, const float* inverse_depth, int v, const Pi
   if (span.end == frame.width) links[last] = linksOf(frame, inverse_depth, {last, v}, limits);
 }
 
-/// Which pixels of a row are empty between two that are not, in the row itself, up and down or
-/// along a diagonal. Returns whether there are any.
+/// Which pixels in a span of a row are empty between two that are not, in the row itself, up and
+/// down or along a diagonal. Returns whether there are any.
 bool findGaps(const float* __restrict__ above, const float* __restrict__ own,
-              const float* __restrict__ below, int width, uint8_t* __restrict__ gaps) {
+              const float* __restrict__ below, int width, const PixelSpan& span,
+              uint8_t* __restrict__ gaps) {
   const auto is_gap = [&](int u, int left, int right) {
     const int in_row = static_cast<int>(own[left] != 0.0f) & static_cast<int>(own[right] != 0.0f);
     const int in_column = static_cast<int>(above[u] != 0.0f) & static_cast<int>(below[u] != 0.0f);
@@ -75,13 +75,15 @@ bool findGaps(const float* __restrict__ above, const float* __restrict__ own,
     return static_cast<int>(own[u] == 0.0f) & (in_row | in_column | falling | rising);
   };
   const int last = width - 1;
+  const int first = std::max(span.begin, 1), end = std::min(span.end, last);
   int any = 0;
-  for (int u = 1; u < last; ++u) {
+  for (int u = first; u < end; ++u) {
     const int gap = is_gap(u, u - 1, u + 1);
     gaps[u] = static_cast<uint8_t>(gap);
     any |= gap;
   }
   for (const int u : {0, last}) {  // up and down alone
+    if (u < span.begin || u >= span.end) continue;
     gaps[u] = static_cast<uint8_t>(is_gap(u, u, u));
     any |= gaps[u];
   }
@@ -97,21 +99,48 @@ void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const PixelSpan& s
   }
 }
 
-/// The greatest values of squares of a grid that lie side by side, from row `first_v` on.
-void findGreatest(const DepthGrid& grid, int first_v, int side, std::vector<float>& columns,
-                  float* tiles) {
-  columns.assign(grid.values + static_cast<size_t>(first_v) * grid.width,
-                 grid.values + static_cast<size_t>(first_v + 1) * grid.width);
+/// The greatest values of squares of a grid that lie side by side, from row `first_v` on, which
+/// are 0 but for a span.
+void findGreatest(const DepthGrid& grid, int first_v, int side, const PixelSpan& span,
+                  std::vector<float>& columns, float* tiles) {
+  static_assert(kSpanStep % (1 << kFineTileLog2) == 0, "spans are of whole squares");
+  std::fill_n(tiles, (grid.width + side - 1) / side, 0.0f);
+  if (span.isEmpty()) return;
+  columns.assign(grid.width, 0.0f);
   withWidestVectors([&, greatest = columns.data()] {
-    for (int v = first_v + 1; v < std::min(first_v + side, grid.height); ++v) {
+    for (int v = first_v; v < std::min(first_v + side, grid.height); ++v) {
       const float* row = grid.values + static_cast<size_t>(v) * grid.width;
-      for (int u = 0; u < grid.width; ++u) greatest[u] = maximum(greatest[u], row[u]);
+      for (int u = span.begin; u < span.end; ++u) greatest[u] = maximum(greatest[u], row[u]);
     }
   });
-  for (int u = 0; u < grid.width; u += side) {
-    *tiles++ = greatestIn({columns.data(), grid.width, 1}, u, 0, side);
+  for (int u = span.begin; u < span.end; u += side) {
+    tiles[u / side] = greatestIn({columns.data(), grid.width, 1}, u, 0, side);
   }
 }
+
+/// How often each variance of noise comes up.
+struct NoiseBins {
+  std::array<uint32_t, kNoiseBins> count{};
+  uint32_t lines = 0;
+
+  void add(float variance) {
+    ++count[noiseBin(variance)];
+    ++lines;
+  }
+
+  /// @pre there are lines.
+  NoiseOfLines noise() const {
+    NoiseOfLines noise{};
+    noise.lines = lines;
+    uint32_t up_to = count[0];  // lines
+    int bin = 0;
+    for (int quartile = 0; quartile < kNoiseQuartiles; ++quartile) {
+      while (up_to <= quartileRank(lines, quartile)) up_to += count[++bin];
+      noise.quartiles[quartile] = noiseOfBin(bin, quartile);
+    }
+    return noise;
+  }
+};
 
 struct NoScratch {};
 
@@ -134,74 +163,61 @@ FrameSensing FrameSensor::sense(const DepthFrame& frame) {
   FrameSensing sensing{image, noise, nullptr, nullptr};
   if (needsFreeDepth(params_)) {
     findFreeDepths(sensing);
-    findMostFree(view);
     sensing.free_depth = free_depth_.data();
     sensing.most_free = most_free_.data();
   }
   return sensing;
 }
 
+/// Where the raw values are 0, nothing is measured.
 void FrameSensor::invertDepths(const DepthFrame& frame) {
   const int width = frame.width;
-  measured_.resize(static_cast<size_t>(width) * frame.height);
+  measured_.resize(width, frame.height);
   const DepthRange range = depthRangeOf(frame, params_);
+  const bool is_whole = frame.encoding == DepthEncoding::kUint16;
   parallelFor<NoScratch>(frame.height, threads_, [&](size_t v, NoScratch&) {
     const char* row = static_cast<const char*>(frame.data) + v * frame.row_bytes;
-    const bool is_whole = frame.encoding == DepthEncoding::kUint16;
-    float* const inverse = &measured_[v * width];
+    const PixelSpan whole{0, width};
+    const PixelSpan span = is_whole ? measuredSpan<uint16_t>(row, width, whole)
+                                    : measuredSpan<float>(row, width, whole);
+    float* const inverse = measured_.newRow(v, span);
     withWidestVectors([&] {
       if (is_whole) {
-        invertRow<uint16_t>(row, width, range, inverse);
+        invertRow<uint16_t>(row, span, range, inverse);
       } else {
-        invertRow<float>(row, width, range, inverse);
+        invertRow<float>(row, span, range, inverse);
       }
     });
   });
 }
 
+/// By lines of one step after the other; no two steps have a kind in common.
 DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
-  NoiseOfLines kinds[kNoiseKinds];
-  parallelFor<NoScratch>(kNoiseKinds, threads_, [&](size_t kind, NoScratch&) {
-    kinds[kind] = noiseOfLines(view, static_cast<int>(kind));
+  NoiseOfLines kinds[kNoiseKinds] = {};
+  const auto measured = [&](int u, int v) { return measured_.row(v)[u]; };
+  parallelFor<NoScratch>(kNoiseSteps, threads_, [&](size_t step, NoScratch&) {
+    NoiseBins bins[kNoiseKinds];
+    for (int i = 0; i < kNoisePoints; ++i) {
+      const NoiseLinePlace place =
+          noiseLinePlace(i, static_cast<int>(step), view.width, view.height);
+      const NoiseLine line = noiseLine(measured, view.width, view.height, place);
+      const float variance = noiseVariance(line, surfel_settings_);
+      if (variance >= 0.0f) bins[place.kind].add(variance);
+    }
+    for (int kind = 0; kind < kNoiseKinds; ++kind) {
+      if (bins[kind].lines > 0) kinds[kind] = bins[kind].noise();
+    }
   });
   return {combinedNoise(kinds, surfel_settings_.rules), surfel_settings_.noise_in_depth};
-}
-
-NoiseOfLines FrameSensor::noiseOfLines(const FrameView& view, int kind) const {
-  std::array<uint32_t, kNoiseBins> bins{};
-  const auto measured = [&](int u, int v) {
-    return measured_[static_cast<size_t>(v) * view.width + u];
-  };
-  uint32_t lines = 0;
-  for (int i = 0; i < kNoisePoints; ++i) {
-    const NoiseLinePlace place = noiseLinePlace(i, kind / 2, view.width, view.height);
-    if (place.kind != kind) continue;
-    const NoiseLine line = noiseLine(measured, view.width, view.height, place);
-    const float variance = noiseVariance(line, surfel_settings_);
-    if (variance < 0.0f) continue;
-    ++bins[noiseBin(variance)];
-    ++lines;
-  }
-  NoiseOfLines noise{};
-  noise.lines = lines;
-  if (lines == 0) return noise;
-  uint32_t up_to = bins[0];  // lines
-  int bin = 0;
-  for (int quartile = 0; quartile < kNoiseQuartiles; ++quartile) {
-    while (up_to <= quartileRank(lines, quartile)) up_to += bins[++bin];
-    noise.quartiles[quartile] = noiseOfBin(bin, quartile);
-  }
-  return noise;
 }
 
 /// By filledInverseDepth() only where pixels are empty between two that are not.
 void FrameSensor::fillGaps(const FrameView& view, const DepthRange& range,
                            const DepthNoise& noise) {
   const int width = view.width, height = view.height;
-  inverse_depth_.resize(measured_.size());
-  spans_.resize(height);
+  inverse_depth_.resize(width, height);
   const GapLimits limits = gapLimits(surfel_settings_, range, noise);
-  const auto measured = [&](int u, int v) { return measured_[static_cast<size_t>(v) * width + u]; };
+  const auto measured = [&](int u, int v) { return measured_.row(v)[u]; };
   struct GapRow {
     std::vector<uint8_t> is_gap;
     std::vector<float> nothing;  // above the first row, and below the last one
@@ -209,29 +225,33 @@ void FrameSensor::fillGaps(const FrameView& view, const DepthRange& range,
   parallelFor<GapRow>(height, threads_, [&](size_t v, GapRow& row) {
     row.is_gap.resize(width);
     row.nothing.resize(width);
-    const float* const own = &measured_[v * width];
-    const float* const above = v == 0 ? row.nothing.data() : own - width;
-    const float* const below =
-        v + 1 == static_cast<size_t>(height) ? row.nothing.data() : own + width;
-    float* const filled = &inverse_depth_[v * width];
-    std::copy_n(own, width, filled);
+    const bool is_first = v == 0, is_last = v + 1 == static_cast<size_t>(height);
+    PixelSpan span = measured_.span(v);
+    if (!is_first) span = unite(span, measured_.span(v - 1));
+    if (!is_last) span = unite(span, measured_.span(v + 1));
+    const float* const own = measured_.row(v);
+    const float* const above = is_first ? row.nothing.data() : own - width;
+    const float* const below = is_last ? row.nothing.data() : own + width;
+    float* const filled = inverse_depth_.newRow(v, span);
+    std::copy(own + span.begin, own + span.end, filled + span.begin);
     bool has_gaps = false;
-    withWidestVectors([&] { has_gaps = findGaps(above, own, below, width, row.is_gap.data()); });
-    for (int u = 0; has_gaps && u < width; ++u) {
+    withWidestVectors(
+        [&] { has_gaps = findGaps(above, own, below, width, span, row.is_gap.data()); });
+    for (int u = span.begin; has_gaps && u < span.end; ++u) {
       if (row.is_gap[u] == 0) continue;
       filled[u] = filledInverseDepth(measured, width, height, {u, static_cast<int>(v)}, limits);
     }
-    spans_[v] = measuredSpan(filled, width);
+    inverse_depth_.newRow(v, measuredSpan<float>(filled, width, span));
   });
 }
 
 /// Both in one loop over the rows: the fit of a row needs none but its own links.
 void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise) {
   const int width = view.width;
-  links_.resize(inverse_depth_.size());
+  links_.resize(width, view.height);
+  row_value_.resize(width, view.height);
+  row_slope_.resize(width, view.height);
   const LinkLimits limits = linkLimits(view, noise, surfel_settings_);
-  row_value_.resize(inverse_depth_.size());
-  row_slope_.resize(inverse_depth_.size());
   const FitWindow window = fitWindow(view, noise, surfel_settings_);
   const int margin = surfel_settings_.normal_radius_px;
   // In the margin pixels count as unmeasured, which ends a walk just as the image's border does.
@@ -240,65 +260,66 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
     std::vector<PixelLinks> links;
   };
   parallelFor<PaddedRow>(view.height, threads_, [&](size_t v, PaddedRow& padded) {
+    const PixelSpan span = inverse_depth_.span(v);
+    PixelLinks* const links = links_.newRow(v, span);
+    float* const values = row_value_.newRow(v, span);
+    float* const slopes = row_slope_.newRow(v, span);
+    if (span.isEmpty()) return;
     withWidestVectors([&] {
-      linkRow(view, inverse_depth_.data(), static_cast<int>(v), spans_[v], limits,
-              &links_[v * width]);
+      linkRow(view, inverse_depth_.data(), static_cast<int>(v), span, limits, links);
     });
-    std::fill_n(&row_value_[v * width], width, 0.0f);
-    std::fill_n(&row_slope_[v * width], width, 0.0f);
-    if (spans_[v].begin == spans_[v].end) return;
     padded.values.assign(width + 2 * margin, 0.0f);
     padded.links.assign(width + 2 * margin, 0);
-    std::copy_n(&inverse_depth_[v * width], width, padded.values.data() + margin);
-    std::copy_n(&links_[v * width], width, padded.links.data() + margin);
+    std::copy_n(inverse_depth_.row(v), width, padded.values.data() + margin);
+    std::copy_n(links, width, padded.links.data() + margin);
     StretchFit fits;
-    for (int first = spans_[v].begin; first < spans_[v].end; first += kStretch) {
-      const int count = std::min(kStretch, spans_[v].end - first);
+    for (int first = span.begin; first < span.end; first += kStretch) {
+      const int count = std::min(kStretch, span.end - first);
       const float* centres = padded.values.data() + margin + first;
       fits.compute({count, {centres, centres, padded.links.data() + margin + first}},
                    {1, kLinkRight, margin, margin, margin}, window);
       for (int i = 0; i < count; ++i) {
         const RowFit fit = rowFitOf(fits.fit(i));
-        row_value_[v * width + first + i] = fit.value;
-        row_slope_[v * width + first + i] = fit.slope;
+        values[first + i] = fit.value;
+        slopes[first + i] = fit.slope;
       }
     }
   });
 }
 
+/// And the greatest ones of fine tiles, with the rows of these, and of coarse ones.
 void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
   const FrameView& view = sensing.image.frame;
-  free_depth_.resize(inverse_depth_.size());
-  parallelFor<NoScratch>(view.height, threads_, [&](size_t row, NoScratch&) {
-    std::fill_n(&free_depth_[row * view.width], view.width, 0.0f);
-    withWidestVectors([&] {
-      findFreeDepthsOfRow(sensing, static_cast<int>(row), spans_[row], fusion_settings_,
-                          &free_depth_[row * view.width]);
-    });
+  const int columns = tilesAlong(view.width, kFineTileLog2);
+  const int rows = tilesAlong(view.height, kFineTileLog2);
+  free_depth_.resize(view.width, view.height);
+  most_free_.resize(tileCount(view, kFineTileLog2) + tileCount(view, kCoarseTileLog2));
+  parallelFor<std::vector<float>>(rows, threads_, [&](size_t row, std::vector<float>& greatest) {
+    const int first_v = static_cast<int>(row) << kFineTileLog2;
+    PixelSpan all{0, 0};
+    for (int v = first_v; v < std::min(first_v + (1 << kFineTileLog2), view.height); ++v) {
+      const PixelSpan span = inverse_depth_.span(v);
+      float* const free_depth = free_depth_.newRow(v, span);
+      withWidestVectors(
+          [&] { findFreeDepthsOfRow(sensing, v, span, fusion_settings_, free_depth); });
+      all = unite(all, span);
+    }
+    findGreatest({free_depth_.data(), view.width, view.height}, first_v, 1 << kFineTileLog2, all,
+                 greatest, &most_free_[row * columns]);
   });
-}
-
-/// Of fine tiles, then of coarse ones.
-void FrameSensor::findMostFree(const FrameView& view) {
-  const auto fine_count = static_cast<size_t>(tileCount(view, kFineTileLog2));
-  most_free_.resize(fine_count + static_cast<size_t>(tileCount(view, kCoarseTileLog2)));
-  const auto fill = [&](const DepthGrid& grid, int log2, float* tiles) {
-    parallelFor<std::vector<float>>(
-        tilesAlong(grid.height, log2), threads_, [&](size_t v, std::vector<float>& columns) {
-          findGreatest(grid, static_cast<int>(v) << log2, 1 << log2, columns,
-                       tiles + v * tilesAlong(grid.width, log2));
-        });
-  };
-  fill({free_depth_.data(), view.width, view.height}, kFineTileLog2, most_free_.data());
-  fill({most_free_.data(), tilesAlong(view.width, kFineTileLog2),
-        tilesAlong(view.height, kFineTileLog2)},
-       kCoarseTileLog2 - kFineTileLog2, most_free_.data() + fine_count);
+  constexpr int kSideLog2 = kCoarseTileLog2 - kFineTileLog2;
+  std::vector<float> greatest;
+  float* coarse = &most_free_[tileCount(view, kFineTileLog2)];
+  for (int row = 0; row < rows; row += 1 << kSideLog2) {
+    findGreatest({most_free_.data(), columns, rows}, row, 1 << kSideLog2, {0, columns}, greatest,
+                 coarse);
+    coarse += tilesAlong(view.width, kCoarseTileLog2);
+  }
 }
 
 size_t FrameSensor::bytes() const {
-  const size_t floats = inverse_depth_.capacity() + row_value_.capacity() + row_slope_.capacity() +
-                        measured_.capacity() + free_depth_.capacity() + most_free_.capacity();
-  return floats * sizeof(float) + links_.capacity() * sizeof(PixelLinks);
+  return measured_.bytes() + inverse_depth_.bytes() + row_value_.bytes() + row_slope_.bytes() +
+         free_depth_.bytes() + links_.bytes() + most_free_.capacity() * sizeof(float);
 }
 
 }  // namespace dtsdf

@@ -19,25 +19,25 @@ class FrameSensor {
 
   FrameSensing sense(const DepthFrame& frame);
 
+  /// The measured part of each row of what was sensed last.
+  const PixelSpan& span(int v) const { return inverse_depth_.span(v); }
+
   size_t bytes() const;
 
  private:
   void invertDepths(const DepthFrame& frame);
   DepthNoise estimateNoise(const FrameView& view) const;
-  NoiseOfLines noiseOfLines(const FrameView& view, int kind) const;
   void fillGaps(const FrameView& view, const DepthRange& range, const DepthNoise& noise);
   void linkAndFitRows(const FrameView& view, const DepthNoise& noise);
   void findFreeDepths(const FrameSensing& sensing);
-  void findMostFree(const FrameView& view);
 
   const MapperParams params_;
   const SurfelSettings surfel_settings_;
   const FusionSettings fusion_settings_;
   const int threads_;
-  std::vector<float> measured_, inverse_depth_, row_value_, row_slope_, free_depth_;
+  SpanImage<float> measured_, inverse_depth_, row_value_, row_slope_, free_depth_;
+  SpanImage<PixelLinks> links_;
   std::vector<float> most_free_;
-  std::vector<PixelLinks> links_;
-  std::vector<PixelSpan> spans_;  ///< Of each row.
 };
 
 }  // namespace dtsdf

@@ -21,15 +21,7 @@ namespace {
 
 struct NoScratch {};
 
-/// Calls body(i) for each i below `count`; a thread takes many of them at a time, which are small.
-template <class Body>
-void inBatches(size_t count, int threads, const Body& body) {
-  constexpr size_t kBatch = 64;
-  parallelFor<NoScratch>((count + kBatch - 1) / kBatch, threads, [&](size_t batch, NoScratch&) {
-    const size_t end = std::min(count, (batch + 1) * kBatch);
-    for (size_t i = batch * kBatch; i < end; ++i) body(i);
-  });
-}
+constexpr size_t kArraysAtATime = 64;  ///< That a thread clears or copies.
 
 bool isInPart(PackedKey key, const FrameTurn& turn) {
   return turn.part == nullptr || std::binary_search(turn.part->begin(), turn.part->end(), key);
@@ -249,8 +241,9 @@ void CpuBackend::reserveColours(size_t new_bricks) {
 
 void CpuBackend::enterBlocks(const std::vector<int32_t>& /*slots*/,
                              const std::vector<int32_t>& arrays) {
-  inBatches(arrays.size(), threads_,
-            [&](size_t i) { std::memset(voxels_.array(arrays[i]), 0, BlockTable::kArrayBytes); });
+  parallelFor<NoScratch, kArraysAtATime>(arrays.size(), threads_, [&](size_t i, NoScratch&) {
+    std::memset(voxels_.array(arrays[i]), 0, BlockTable::kArrayBytes);
+  });
 }
 
 void CpuBackend::enterColours(const std::vector<NewBrick>& bricks) {
@@ -284,22 +277,22 @@ std::vector<EmptiedBlock> CpuBackend::emptyRegion(const std::vector<int32_t>& sl
 }
 
 void CpuBackend::copyOut(const ContentsOrder& order, MapContents& contents) {
-  inBatches(order.arrays.size(), threads_, [&](size_t i) {
+  parallelFor<NoScratch, kArraysAtATime>(order.arrays.size(), threads_, [&](size_t i, NoScratch&) {
     std::memcpy(contents.voxels.data() + i * kVoxelsPerBlock, voxels_.array(order.arrays[i]),
                 BlockTable::kArrayBytes);
   });
-  inBatches(order.bricks.size(), threads_, [&](size_t i) {
+  parallelFor<NoScratch, kArraysAtATime>(order.bricks.size(), threads_, [&](size_t i, NoScratch&) {
     std::memcpy(contents.colours.data() + i * kVoxelsPerBrick, colours_.array(order.bricks[i]),
                 BlockTable::kColourBytes);
   });
 }
 
 void CpuBackend::copyIn(const ContentsOrder& order, const MapContents& contents) {
-  inBatches(order.arrays.size(), threads_, [&](size_t i) {
+  parallelFor<NoScratch, kArraysAtATime>(order.arrays.size(), threads_, [&](size_t i, NoScratch&) {
     std::memcpy(voxels_.array(order.arrays[i]), contents.voxels.data() + i * kVoxelsPerBlock,
                 BlockTable::kArrayBytes);
   });
-  inBatches(order.bricks.size(), threads_, [&](size_t i) {
+  parallelFor<NoScratch, kArraysAtATime>(order.bricks.size(), threads_, [&](size_t i, NoScratch&) {
     std::memcpy(colours_.array(order.bricks[i]), contents.colours.data() + i * kVoxelsPerBrick,
                 BlockTable::kColourBytes);
   });

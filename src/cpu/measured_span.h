@@ -69,7 +69,8 @@ class SpanImage {
   T* newRow(size_t v, const PixelSpan& span) {
     T* const row = &pixels_[v * width_];
     const PixelSpan old = spans_[v];
-    if (old.begin < span.begin) std::fill(row + old.begin, row + std::min(old.end, span.begin), T{});
+    if (old.begin < span.begin)
+      std::fill(row + old.begin, row + std::min(old.end, span.begin), T{});
     if (old.end > span.end) std::fill(row + std::max(old.begin, span.end), row + old.end, T{});
     spans_[v] = span;
     return row;

@@ -144,6 +144,8 @@ struct NoiseBins {
 
 struct NoScratch {};
 
+constexpr size_t kRowsAtATime = 8;  ///< That a thread takes.
+
 }  // namespace
 
 FrameSensor::FrameSensor(const MapperParams& params, const Rules& rules, int threads)
@@ -175,7 +177,7 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
   measured_.resize(width, frame.height);
   const DepthRange range = depthRangeOf(frame, params_);
   const bool is_whole = frame.encoding == DepthEncoding::kUint16;
-  parallelFor<NoScratch>(frame.height, threads_, [&](size_t v, NoScratch&) {
+  parallelFor<NoScratch, kRowsAtATime>(frame.height, threads_, [&](size_t v, NoScratch&) {
     const char* row = static_cast<const char*>(frame.data) + v * frame.row_bytes;
     const PixelSpan whole{0, width};
     const PixelSpan span = is_whole ? measuredSpan<uint16_t>(row, width, whole)
@@ -222,7 +224,7 @@ void FrameSensor::fillGaps(const FrameView& view, const DepthRange& range,
     std::vector<uint8_t> is_gap;
     std::vector<float> nothing;  // above the first row, and below the last one
   };
-  parallelFor<GapRow>(height, threads_, [&](size_t v, GapRow& row) {
+  parallelFor<GapRow, kRowsAtATime>(height, threads_, [&](size_t v, GapRow& row) {
     row.is_gap.resize(width);
     row.nothing.resize(width);
     const bool is_first = v == 0, is_last = v + 1 == static_cast<size_t>(height);
@@ -259,15 +261,14 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
     std::vector<float> values;
     std::vector<PixelLinks> links;
   };
-  parallelFor<PaddedRow>(view.height, threads_, [&](size_t v, PaddedRow& padded) {
+  parallelFor<PaddedRow, kRowsAtATime>(view.height, threads_, [&](size_t v, PaddedRow& padded) {
     const PixelSpan span = inverse_depth_.span(v);
     PixelLinks* const links = links_.newRow(v, span);
     float* const values = row_value_.newRow(v, span);
     float* const slopes = row_slope_.newRow(v, span);
     if (span.isEmpty()) return;
-    withWidestVectors([&] {
-      linkRow(view, inverse_depth_.data(), static_cast<int>(v), span, limits, links);
-    });
+    withWidestVectors(
+        [&] { linkRow(view, inverse_depth_.data(), static_cast<int>(v), span, limits, links); });
     padded.values.assign(width + 2 * margin, 0.0f);
     padded.links.assign(width + 2 * margin, 0);
     std::copy_n(inverse_depth_.row(v), width, padded.values.data() + margin);

@@ -13,15 +13,17 @@ namespace dtsdf {
 
 /// Calls body(i, scratch) for each i below `count`, on up to `threads` threads, each with a Scratch
 /// of its own. After an exception the rest is left out, and the first one is thrown to the caller.
-template <class Scratch, class Body>
+/// A thread takes `kGrain` of them at a time: several where they are small. No other thread is
+/// woken where one takes all.
+template <class Scratch, size_t kGrain = 1, class Body>
 void parallelFor(size_t count, int threads, const Body& body) {
   std::exception_ptr error;
   std::mutex mutex;
   bool failed = false;
-#pragma omp parallel num_threads(threads)
+#pragma omp parallel num_threads(threads) if (count > kGrain)
   {
     std::unique_ptr<Scratch> scratch;
-#pragma omp for schedule(dynamic)
+#pragma omp for schedule(dynamic, kGrain)
     for (size_t i = 0; i < count; ++i) {
       bool stop;
 #pragma omp atomic read

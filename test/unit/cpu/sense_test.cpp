@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "backend/frame_check.h"
@@ -16,14 +17,15 @@
 namespace dtsdf {
 namespace {
 
-/// Slopes, noise, jumps, gaps, blanks and pixels beyond the range, in 16 bits of 0.2 mm.
-std::vector<uint16_t> randomImage(int width, int height, uint32_t seed) {
+/// Slopes, noise, jumps, gaps, blanks and pixels beyond the range, in 16 bits of 0.2 mm. Most rows
+/// are blank but for a span.
+std::vector<uint16_t> randomImage(int width, int height, uint32_t seed, const PixelSpan& span) {
   std::mt19937 random(seed);
   std::vector<uint16_t> image;
   for (int i = 0; i < width * height; ++i) {
     const int u = i % width, v = i / width;
     const uint32_t jump = u % 23 > 11 ? 3000 : 0, side = v % 9 > 4 ? 60 * (u % 7) : 3 * u;
-    const bool is_blank = v == 3 || (v > 5 && (u < 40 || u > 100));  // rows, and ends of rows
+    const bool is_blank = v == 3 || (v > 5 && (u < span.begin || u >= span.end));
     const uint32_t kind = is_blank ? 0 : random() % 40;
     const uint32_t raw = kind == 0 ? 0 : (kind == 1 ? 65535 : (kind == 2 ? 60000 : 5000));
     image.push_back(static_cast<uint16_t>(raw == 5000 ? raw + jump + side + random() % 8 : raw));
@@ -35,8 +37,13 @@ TEST(Sense, HasTheBitsOfTheRulesPixelByPixel) {
   constexpr int kRows = 11;
   const MapperParams params;
   FrameSensor sensor(params, Rules(), 2);  // one for images of all sizes
-  for (const int width : {130, 1, 2, 3, 65, 130}) {
-    const std::vector<uint16_t> image = randomImage(width, kRows, 7 + width);
+  // Less, more or elsewhere in the same rows, of which nothing may stay.
+  const std::vector<std::pair<int, PixelSpan>> images = {
+      {130, {40, 101}}, {130, {64, 80}}, {130, {0, 30}}, {130, {5, 130}}, {130, {0, 0}},
+      {1, {0, 1}},      {2, {0, 2}},     {3, {0, 3}},    {65, {40, 65}},  {130, {40, 101}}};
+  for (const auto& [columns, span] : images) {
+    const int width = columns;
+    const std::vector<uint16_t> image = randomImage(width, kRows, 7 + width, span);
     DepthFrame frame;
     frame.data = image.data();
     frame.width = width;
@@ -67,6 +74,7 @@ TEST(Sense, HasTheBitsOfTheRulesPixelByPixel) {
     for (size_t i = 0; i < count; ++i) {
       ASSERT_EQ(sensing.image.links[i], links[i]) << i;
       ASSERT_TRUE(inverse[i] > 0.0f || sensing.image.row_value[i] == 0.0f) << i;
+      ASSERT_TRUE(inverse[i] > 0.0f || sensing.image.row_slope[i] == 0.0f) << i;
       const Pixel pixel{static_cast<int>(i) % width, static_cast<int>(i) / width};
       ASSERT_EQ(sensing.free_depth[i],
                 freeDepth(sensing, pixel, makeFusionSettings(params, Rules())))

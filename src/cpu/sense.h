@@ -19,9 +19,6 @@ class FrameSensor {
 
   FrameSensing sense(const DepthFrame& frame);
 
-  /// The measured part of each row of what was sensed last.
-  const PixelSpan& span(int v) const { return inverse_depth_.span(v); }
-
   size_t bytes() const;
 
  private:

@@ -37,12 +37,11 @@ inline SurfelSettings makeSurfelSettings(const MapperParams& params, const Surfe
 }
 
 inline FusionSettings makeFusionSettings(const MapperParams& params, const Rules& rules) {
-  return {params.fusion.mode == FusionMode::kNormalRayCasting,
-          params.map.directional,
-          params.map.truncation_voxels,
-          params.fusion.max_weight,
-          rules.fusion,
-          rules.surfels.noise_level};
+  return {params.fusion.mode == FusionMode::kNormalRayCasting, params.map.directional,
+          params.map.truncation_voxels, params.fusion.max_weight, rules.fusion,
+          rules.surfels.noise_level,
+          // Distances of voxel projection run along rays: at a grazing angle they are longer.
+          castsSurfels(params) ? rules.fusion.sample_reach : params.map.truncation_voxels};
 }
 
 inline MeshSettings makeMeshSettings(const MapperParams& params, const Rules& rules) {

@@ -11,7 +11,9 @@ struct FusionRules {
   /// Samples farther than this from the measured plane, in voxels, are left alone: a mesh unit
   /// reaches no farther than sqrt(3) voxels from a surface in it, and more would only blur other
   /// surfaces. (docs/results/ablation.md: with the truncation of 4 voxels and equal weights the
-  /// errors of vertices are four to five times as large.)
+  /// errors of vertices are four to five times as large.) Nor does a frame support a surface that
+  /// it measures farther away. (The same page: with a stereo camera's noise at 5 mm the errors of
+  /// vertices are a quarter larger if it does.)
   float sample_reach = 1.75f;
   /// Where noise is wider than that, in standard deviations: measurements have to reach farther, or
   /// outliers do not average with the surface but form shells of their own. 2.5 deviations hold all
@@ -56,6 +58,8 @@ struct FusionSettings {
   FusionRules rules;
   /// So many standard deviations are noise, here as where surfels are made.
   float noise_level = SurfelRules().noise_level;
+  /// So near to its own surface a frame supports one, in voxels.
+  float support_reach = FusionRules().sample_reach;
 };
 
 }  // namespace dtsdf

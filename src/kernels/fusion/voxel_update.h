@@ -88,6 +88,12 @@ DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, const FrameSample& frame,
   return static_cast<uint16_t>((voxel.anchor & keeps) | (folded & ~keeps));
 }
 
+/// Whether a frame supports a surface: it covers enough of the voxel, and measures it as near as
+/// meshing needs samples. What only noise reaches is averaged, but proves nothing.
+DTSDF_HD bool supports(const FrameSample& frame, const FusionSettings& fusion) {
+  return (frame.covered >= fusion.rules.support_share) & (fabsf(frame.sdf) <= fusion.support_reach);
+}
+
 /// D = (W D + w d) / (W + w), W = min(W + w, max), the fold of the paper's two-pass scheme, where d
 /// is the mean of the frame's distances, and its weight w is the share of the voxel that it covers,
 /// 1 at most, times its weight by depth. Of sums with a weight. Branch-free, for vectors.
@@ -101,8 +107,8 @@ DTSDF_HD Voxel foldRoundedSums(const Voxel& voxel, const RoundedSums& sums, floa
   const float share = static_cast<float>(added) / static_cast<float>(total);
   const float mean = sdfOf(voxel) + share * (frame.sdf - sdfOf(voxel));
   const int32_t evidence =
-      select(frame.covered >= fusion.rules.support_share,
-             supportedEvidence(evidenceOf(voxel), fusion.rules), evidenceOf(voxel));
+      select(supports(frame, fusion), supportedEvidence(evidenceOf(voxel), fusion.rules),
+             evidenceOf(voxel));
   return makeVoxel(storedSdf(mean, sums.dither), foldAnchor(voxel, frame, sums),
                    static_cast<uint32_t>(select(total < most, total, most)), evidence);
 }

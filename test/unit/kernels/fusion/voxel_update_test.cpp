@@ -30,7 +30,6 @@ TEST(FoldSums, TheWorstFrameFits) {
   const Voxel voxel = foldSums(kEmpty, {weight << 15, weight, 0, 0}, 1.0f, kFusion);
   EXPECT_FLOAT_EQ(sdfOf(voxel), kTruncation);
   EXPECT_EQ(weightUnits(voxel), kOne);
-  EXPECT_EQ(evidenceOf(voxel), 3);
 }
 
 TEST(FoldSums, WithoutAMeasurementTheVoxelStays) {
@@ -119,6 +118,23 @@ TEST(FoldSums, LittleCoverAveragesButSupportsNothing) {
   const Voxel before = makeVoxel(1.0f, kOne, 6);
   EXPECT_EQ(evidenceOf(fold(before, 0.5f, 0.9f * least)), 6);
   EXPECT_EQ(evidenceOf(fold(before, 0.5f, 1.1f * least)), 9);
+}
+
+/// What only noise reaches averages with the rest, on both sides, but proves no surface.
+TEST(FoldSums, FarFromItsSurfaceAFrameAveragesButSupportsNothing) {
+  const float reach = kFusion.rules.sample_reach;
+  for (const float side : {-1.0f, 1.0f}) {
+    const Voxel far = fold(kEmpty, side * (reach + 0.01f), 1.0f);
+    EXPECT_EQ(evidenceOf(far), 0);
+    EXPECT_EQ(weightUnits(far), kOne);
+    EXPECT_NEAR(sdfOf(far), side * reach, 0.02f);
+    EXPECT_EQ(evidenceOf(fold(kEmpty, side * (reach - 0.01f), 1.0f)), 3);
+    const Voxel before = makeVoxel(0.0f, kOne, 6);
+    EXPECT_EQ(evidenceOf(fold(before, side * (reach + 0.01f), 1.0f)), 6);
+  }
+  FusionSettings projecting = kFusion;  // there, distances run along rays
+  projecting.support_reach = kTruncation;
+  EXPECT_EQ(evidenceOf(foldSums(kEmpty, sumsOf(3.9f, 1.0f), 1.0f, projecting)), 3);
 }
 
 /// By the share alone: what is far away is as much there as what is near.

@@ -63,7 +63,8 @@ class CudaBackend : public MapBackend {
     return distance_maker_.make(task, squares);
   }
 
-  SeenColours look(const ColourFrame& frame, const ColourLook& look) override;
+  void takeColours(const ColourFrame& frame) override { painter_.takeImage(frame); }
+  SeenColours look(const ColourLook& look) override;
   std::vector<ColourRequest> colourRequests() override { return painter_.fetchRequests(); }
   void paint(const Exposure& exposure) override;
 
@@ -161,6 +162,7 @@ CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int dev
           rules.fusion, stream_) {
   stream_.setClock(&clock_);
   mesher_.setClock(&clock_);
+  painter_.setClock(&clock_);
 }
 
 void CudaBackend::profileTo(Profile* profile) {
@@ -237,8 +239,8 @@ void CudaBackend::castFoldAndClear(const FrameTurn& turn) {
   mesher_.prepare();
 }
 
-SeenColours CudaBackend::look(const ColourFrame& frame, const ColourLook& look) {
-  painter_.look(frame, look, table_.paintedExtent(), map_.view());
+SeenColours CudaBackend::look(const ColourLook& look) {
+  painter_.look(look, table_.paintedExtent(), map_.view());
   const LookCounters& seen = painter_.counters();
   return {seen.seen > 0, seen.sums};
 }

@@ -65,7 +65,7 @@ __global__ void __launch_bounds__(kThreads, 8)
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
   SampleLine line = sampleLineOf(surfel, sensing, fusion);
   part.takeFrom(line);
-  visitBlocks<BlockWalk::kExact>(line, [&](const Vec3i& block_L) {
+  visitBlocks(line, [&](const Vec3i& block_L) {
     touchBlock(touched, packKey(block_L + origin_block), directions);
   });
 }

@@ -32,30 +32,60 @@ __device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf, uint
   if (sample.nearest != 0) atomicMax(&sums->nearest, sample.nearest);
 }
 
-/// One thread per part of a surfel's line. In a table that was too small nothing would be found.
-__global__ void castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion,
-                                  DeviceSurfels surfels, TouchedView touched, SumsView part) {
+/// The sums of a touched block, looked up only where samples pass to another one.
+class TouchedSums {
+ public:
+  __device__ TouchedSums(const TouchedView& touched, const Vec3i& origin_block)
+      : touched_(touched), origin_block_(origin_block) {}
+
+  __device__ void moveTo(const Vec3i& block_L) {
+    const PackedKey key = packKey(block_L + origin_block_);
+    if (key == key_) return;
+    key_ = key;
+    const int32_t place = findTouched(touched_, key);
+    first_ = place < 0 ? kNone : touched_.first_sums[place];
+    directions_ = place < 0 ? 0 : touched_.directions[place];
+  }
+
+  /// The array of sums of a direction that the block has.
+  __device__ uint32_t of(int direction) const {
+    return first_ + __popc(directions_ & ((1u << direction) - 1u));
+  }
+
+ private:
+  static constexpr uint32_t kNone = 1u << 31;  ///< Beyond all sums.
+  const TouchedView& touched_;
+  const Vec3i origin_block_;
+  PackedKey key_ = kNoKey;
+  uint32_t first_ = kNone, directions_ = 0;
+};
+
+/// One thread per part of a surfel's line, four blocks of them at a time on a multiprocessor, since
+/// atomics make them wait. In a table that was too small nothing would be found.
+__global__ void __launch_bounds__(kThreads, 4)
+    castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion, DeviceSurfels surfels,
+                      TouchedView touched, SumsView part) {
   waitForTheOneAhead();
   const LinePart part_of_line = linePartOf(surfels);
   if (part_of_line.surfel >= surfels.size() || touched.counters->table_full) return;
   const FrameSensing sensing = on_device.load();
   CastLine cast = makeCastLine(surfels.surfels[part_of_line.surfel], sensing, fusion);
   part_of_line.takeFrom(cast.line);
-  const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
-  visitBlocks<BlockWalk::kQuick>(cast.line, [&](const Vec3i& block_L) {
-    const int32_t place = findTouched(touched, packKey(block_L + origin_block));
-    if (place < 0) return;
-    const uint32_t present = touched.directions[place];
-    const uint32_t first_sum = touched.first_sums[place] - part.first;
-    auto add = [&](int direction, int index, int32_t weight, int32_t sdf, uint32_t point_key) {
-      if (weight == 0) return;
-      const uint32_t sum = first_sum + __popc(present & ((1u << direction) - 1u));
-      if (sum >= part.count) return;
+  TouchedSums sums(touched, blockOfVoxel(sensing.image.frame.origin_voxel));
+  const DirectionSet& directions = cast.directions;
+  auto add = [&](const Vec3i& voxel_L, const CornerSample& sample, int32_t sdf) {
+    sums.moveTo(blockOfVoxel(voxel_L));
+    const int index = indexInBlock(voxel_L);
+    for (int d = 0; d < 3; ++d) {
+      if (d >= directions.count) break;
+      const int32_t weight = roundWeight(sample.share * directions.weight[d]);
+      const uint32_t sum = sums.of(directions.direction[d]) - part.first;
+      if (weight == 0 || sum >= part.count) continue;
       addAtomically(&part.sums[static_cast<size_t>(sum) * kVoxelsPerBlock + index], weight, sdf,
-                    point_key);
-    };
-    castIntoBlock(cast, fusion, block_L, add);
-  });
+                    sample.point_key);
+    }
+  };
+  castSurfel(cast, fusion, add);
 }
 
 /// One block of threads per array of sums, which it leaves zeroed.

@@ -13,15 +13,25 @@ namespace {
 /// Of a block of threads that makes surfels: rows of most images are multiples of it.
 constexpr int kRowThreads = 128;
 
-/// One thread per tile of pixels.
+/// Threads for each tile of pixels, one for each bit of what is merged: the tile and its four
+/// squares are asked at once.
+constexpr uint32_t kTileThreads = 8;
+static_assert(kTileBit < kTileThreads && 32 % kTileThreads == 0, "a warp takes whole tiles");
+
 __global__ void mergeTilesKernel(ImageView image, SurfelSettings settings, uint8_t* tiles) {
   waitForTheOneAhead();
   const int tiles_across = tilesAlong(image.frame.width);
-  const size_t tile = globalThread();
-  if (tile >= static_cast<size_t>(tiles_across) * tilesAlong(image.frame.height)) return;
+  const size_t tile = globalThread() / kTileThreads;
+  const bool is_tile = tile < static_cast<size_t>(tiles_across) * tilesAlong(image.frame.height);
+  const uint32_t bit = threadIdx.x % kTileThreads, lane = threadIdx.x % 32;
   const Pixel first{static_cast<int>(tile % tiles_across) * kTileSide,
                     static_cast<int>(tile / tiles_across) * kTileSide};
-  tiles[tile] = static_cast<uint8_t>(mergeTile(image, first, settings));
+  const bool is_merged =
+      is_tile && bit <= kTileBit && isBitMerged(image, first, static_cast<int>(bit), settings);
+  const MergedTile merged = __ballot_sync(~0u, is_merged) >> (lane - bit);
+  constexpr MergedTile kWhole = 1u << kTileBit;
+  if (!is_tile || bit != 0) return;
+  tiles[tile] = static_cast<uint8_t>((merged & kWhole) != 0 ? kWhole : merged & (kWhole - 1u));
 }
 
 /// One surfel per pixel. `count` takes the number of those with a weight.
@@ -120,8 +130,8 @@ void SurfelMaker::mergePixels(const DeviceSensing& sensing) {
   const size_t tiles = tilesOf(sensing.frame());
   tiles_.reserveExactly(tiles, stream_);
   const StageSpan span(stream_, Stage::kMakeSurfels);
-  launchBehind(mergeTilesKernel, blocksFor(tiles), kThreads, 0, stream_, sensing.image(),
-               surfel_settings_, tiles_.data());
+  launchBehind(mergeTilesKernel, blocksFor(tiles * kTileThreads), kThreads, 0, stream_,
+               sensing.image(), surfel_settings_, tiles_.data());
   DTSDF_CHECK_LAUNCH("mergeTilesKernel");
 }
 

@@ -30,16 +30,21 @@ __global__ void clearHidingKernel(float* depth_m, size_t cells) {
   if (i < cells) depth_m[i] = kNoSurface_m;
 }
 
-/// One thread per candidate: lists the blocks in view.
-__global__ void findBlocksInViewKernel(PointView view, MapView map, LookView look) {
+/// One thread per candidate: lists the voxel arrays in view.
+__global__ void findArraysInViewKernel(PointView view, MapView map, LookView look) {
   const size_t i = globalThread();
   if (i >= look.candidate_count) return;
   const int32_t slot = look.candidates[i];
-  if (map.slots[slot].key == kNoKey) return;
-  const BlockKey key = unpackKey(map.slots[slot].key);
+  const SlotEntry& entry = map.slots[slot];
+  if (entry.key == kNoKey) return;
   const BlockKey origin = blockOfVoxel(view.frame.origin_voxel);
-  if (!mayBeInView(view.frame, key - origin, pointRadius(view.rules))) return;
-  look.slots[atomicAdd(&look.counters->blocks, 1u)] = slot;
+  if (!mayBeInView(view.frame, unpackKey(entry.key) - origin, pointRadius(view.rules))) return;
+  atomicAdd(&look.counters->blocks, 1u);
+  const uint32_t directions = directionsOfSlot(entry);
+  uint32_t n = atomicAdd(&look.counters->arrays, static_cast<uint32_t>(__popc(directions)));
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (directions >> d & 1u) look.arrays[n++] = kDirectionCount * slot + d;
+  }
 }
 
 __device__ Vec3f firstVoxelOf(const FrameView& frame, const SlotEntry& entry) {
@@ -57,18 +62,16 @@ struct ArrayInView {
   Vec3f first_voxel_L;
 };
 
-/// Calls visit(ArrayInView) for the arrays of the blocks in view that are on this block of threads'
-/// turn.
+/// Calls visit(ArrayInView) for the arrays in view that are on this block of threads' turn.
 template <class Visit>
 __device__ void visitArrays(const FrameView& frame, const MapView& map, const LookView& look,
                             const Visit& visit) {
-  const uint32_t count = look.counters->blocks * kDirectionCount;
+  const uint32_t count = look.counters->arrays;
   for (uint32_t n = blockIdx.x; n < count; n += gridDim.x) {
-    const int32_t slot = look.slots[n / kDirectionCount];
-    const int32_t direction = static_cast<int32_t>(n % kDirectionCount);
+    const int32_t slot = look.arrays[n] / kDirectionCount;
+    const int32_t direction = look.arrays[n] % kDirectionCount;
     const SlotEntry& entry = map.slots[slot];
     const int32_t array = entry.array[direction];
-    if (array == kNoArray) continue;
     visit(
         {slot, direction, array, entry.key, map.voxels.record(array), firstVoxelOf(frame, entry)});
   }
@@ -81,15 +84,26 @@ struct VoxelList {
   uint16_t voxel[kVoxelsPerBlock];
 };
 
-/// Lists the voxels for which wanted(index), by all threads of the block.
+/// Lists the voxels of an array near its surface for which wanted(index), by all threads of the
+/// block.
 template <class Wanted>
-__device__ void listVoxels(const Wanted& wanted, VoxelList& list) {
+__device__ void listNearSurface(const PointView& view, const ArrayInView& array,
+                                const Wanted& wanted, VoxelList& list) {
   static_assert(kVoxelsPerBlock % kArrayThreads == 0, "all threads of a warp take each step");
+  constexpr int kSteps = kVoxelsPerBlock / kArrayThreads;
   __syncthreads();
   if (threadIdx.x == 0) list.count = 0;
   __syncthreads();
-  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kArrayThreads) {
-    const bool is_wanted = wanted(i);
+  bool is_near[kSteps];
+#pragma unroll  // reads all before it waits for any
+  for (int step = 0; step < kSteps; ++step) {
+    const Voxel& voxel = array.voxels[threadIdx.x + step * kArrayThreads];
+    is_near[step] = isNearSurface(view, voxel, view.rules.surface_distance);
+  }
+#pragma unroll
+  for (int step = 0; step < kSteps; ++step) {
+    const int i = threadIdx.x + step * kArrayThreads;
+    const bool is_wanted = is_near[step] && wanted(i);
     const unsigned all = __ballot_sync(~0u, is_wanted);
     const int lane = threadIdx.x % warpSize;
     uint32_t first = 0;
@@ -110,10 +124,13 @@ __device__ void lowerTo(float* depth_m, float value) {
 }
 
 /// One block of threads per array in view, in strides.
-__global__ void drawHidingKernel(PointView view, MapView map, LookView look, float* depth_m) {
+__global__ void __launch_bounds__(kArrayThreads, 8)
+    drawHidingKernel(PointView view, MapView map, LookView look, float* depth_m) {
+  waitForTheOneAhead();
   __shared__ VoxelList list;
   visitArrays(view.frame, map, look, [&](const ArrayInView& array) {
-    listVoxels([&](int i) { return hides(view, array.voxels, i, array.direction); }, list);
+    listNearSurface(
+        view, array, [&](int i) { return hides(view, array.voxels, i, array.direction); }, list);
     for (uint32_t n = threadIdx.x; n < list.count; n += kArrayThreads) {
       SurfacePoint point;
       if (!findSurfacePoint(view, array.first_voxel_L, array.voxels, list.voxel[n], array.direction,
@@ -204,15 +221,17 @@ __device__ void lookAt(const ColourSensing& sensing, const MapView& map, const L
 }
 
 /// One block of threads per array in view, in strides.
-__global__ void lookKernel(ColourSensing sensing, MapView map, LookView look) {
+__global__ void __launch_bounds__(kArrayThreads, 8)
+    lookKernel(ColourSensing sensing, MapView map, LookView look) {
+  waitForTheOneAhead();
   __shared__ ArrayLook found;
   __shared__ VoxelList list;
   const PointView& view = sensing.view;
   visitArrays(view.frame, map, look, [&](const ArrayInView& array) {
     if (!look.painted.contains(unpackKey(array.key))) return;  // all threads alike
     if (threadIdx.x == 0) found = {};
-    const float reach = view.rules.surface_distance;
-    listVoxels([&](int i) { return isNearSurface(view, array.voxels[i], reach); }, list);
+    listNearSurface(
+        view, array, [](int) { return true; }, list);
     ExposureSums sums = {};
     for (uint32_t n = threadIdx.x; n < list.count; n += kArrayThreads) {
       lookAt(sensing, map, look, array, list.voxel[n], sums, found);
@@ -228,6 +247,7 @@ __global__ void lookKernel(ColourSensing sensing, MapView map, LookView look) {
 /// One thread per sample, now that there are bricks.
 __global__ void paintKernel(ColourRules rules, Exposure exposure, MapView map,
                             const FoundSample* samples, size_t count) {
+  waitForTheOneAhead();
   const size_t n = globalThread();
   if (n >= count) return;
   const FoundSample found = samples[n];
@@ -255,35 +275,38 @@ void halveImage(const ColourImage& image, ColourPixel* pixels, const Stream& str
   }
 }
 
-void findBlocksInView(const PointView& view, const MapView& map, const LookView& look,
-                      const Stream& stream) {
-  if (look.candidate_count == 0) return;
-  findBlocksInViewKernel<<<blocksFor(look.candidate_count), kThreads, 0, stream.get()>>>(view, map,
-                                                                                         look);
-  DTSDF_CHECK_LAUNCH("findBlocksInViewKernel");
-}
-
-void drawHiding(const ColourSensing& sensing, const MapView& map, const LookView& look,
-                float* depth_m, const Stream& stream) {
-  const size_t cells = static_cast<size_t>(sensing.hiding.width) * sensing.hiding.height;
+void clearHiding(const HidingImage& hiding, float* depth_m, const Stream& stream) {
+  const size_t cells = static_cast<size_t>(hiding.width) * hiding.height;
   clearHidingKernel<<<blocksFor(cells), kThreads, 0, stream.get()>>>(depth_m, cells);
   DTSDF_CHECK_LAUNCH("clearHidingKernel");
-  drawHidingKernel<<<look.thread_blocks, kArrayThreads, 0, stream.get()>>>(sensing.view, map, look,
-                                                                           depth_m);
+}
+
+void findArraysInView(const PointView& view, const MapView& map, const LookView& look,
+                      const Stream& stream) {
+  if (look.candidate_count == 0) return;
+  findArraysInViewKernel<<<blocksFor(look.candidate_count), kThreads, 0, stream.get()>>>(view, map,
+                                                                                         look);
+  DTSDF_CHECK_LAUNCH("findArraysInViewKernel");
+}
+
+void drawHiding(const PointView& view, const MapView& map, const LookView& look, float* depth_m,
+                const Stream& stream) {
+  launchBehind(drawHidingKernel, look.thread_blocks, kArrayThreads, 0, stream, view, map, look,
+               depth_m);
   DTSDF_CHECK_LAUNCH("drawHidingKernel");
 }
 
 void lookAtSurfaces(const ColourSensing& sensing, const MapView& map, const LookView& look,
                     const Stream& stream) {
-  lookKernel<<<look.thread_blocks, kArrayThreads, 0, stream.get()>>>(sensing, map, look);
+  launchBehind(lookKernel, look.thread_blocks, kArrayThreads, 0, stream, sensing, map, look);
   DTSDF_CHECK_LAUNCH("lookKernel");
 }
 
 void paintSurfaces(const ColourRules& rules, const Exposure& exposure, const MapView& map,
                    const LookView& look, size_t samples, const Stream& stream) {
   if (samples == 0) return;
-  paintKernel<<<blocksFor(samples), kThreads, 0, stream.get()>>>(rules, exposure, map, look.samples,
-                                                                 samples);
+  launchBehind(paintKernel, blocksFor(samples), kThreads, 0, stream, rules, exposure, map,
+               look.samples, samples);
   DTSDF_CHECK_LAUNCH("paintKernel");
 }
 

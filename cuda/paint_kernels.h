@@ -10,10 +10,9 @@ namespace gpu {
 
 /// What the host has to know of an image's look at the map.
 struct LookCounters {
-  uint32_t blocks;    ///< In view.
-  uint32_t seen;      ///< Voxel arrays of these that something is to be painted in.
-  uint32_t requests;  ///< Of these, arrays that lack bricks of colours for it.
-  uint32_t unused;    ///< In place of padding.
+  uint32_t blocks, arrays;  ///< In view: blocks, and their voxel arrays.
+  uint32_t seen;            ///< Arrays of these that something is to be painted in.
+  uint32_t requests;        ///< Of these, arrays that lack bricks of colours for it.
   ExposureSums sums;
   uint64_t samples;  ///< Voxels that the image was found to show, also those without room.
 };
@@ -32,7 +31,7 @@ struct LookView {
   uint64_t most_samples;
   const int32_t* candidates;  ///< Slots of blocks that may be in view, and others.
   uint32_t candidate_count;
-  int32_t* slots;  ///< Of the blocks in view.
+  int32_t* arrays;  ///< The voxel arrays in view: kDirectionCount * slot + direction.
   ColourRequest* requests;
   int thread_blocks;    ///< That fill the device, since what there is to do is known there only.
   BlockExtent painted;  ///< Blocks elsewhere only hide what is behind them.
@@ -47,13 +46,16 @@ void takePixels(const uint8_t* raw, const PixelLayout& layout, ColourPixel* pixe
 /// The levels of an image below the first one.
 void halveImage(const ColourImage& image, ColourPixel* pixels, const Stream& stream);
 
-/// Lists those of the candidates that are in view.
-void findBlocksInView(const PointView& view, const MapView& map, const LookView& look,
+/// Empties the depth image of what hides, `depth_m`.
+void clearHiding(const HidingImage& hiding, float* depth_m, const Stream& stream);
+
+/// Lists the voxel arrays of those of the candidates that are in view.
+void findArraysInView(const PointView& view, const MapView& map, const LookView& look,
                       const Stream& stream);
 
-/// Draws the surfaces in view into a depth image, `depth_m`, which is that of the sensing.
-void drawHiding(const ColourSensing& sensing, const MapView& map, const LookView& look,
-                float* depth_m, const Stream& stream);
+/// Draws the surfaces in view into the depth image.
+void drawHiding(const PointView& view, const MapView& map, const LookView& look, float* depth_m,
+                const Stream& stream);
 
 /// Finds what the image shows of them.
 void lookAtSurfaces(const ColourSensing& sensing, const MapView& map, const LookView& look,

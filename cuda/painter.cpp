@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "backend/frame_check.h"
+#include "map/sort_by_key.h"
 #include "runtime/device.h"
 #include "runtime/stage_clock.h"
 
@@ -14,8 +15,7 @@ constexpr int kThreadBlocksPerProcessor = 16;
 
 /// One request for each block, of those for its arrays.
 std::vector<ColourRequest> byBlocks(std::vector<ColourRequest> requests) {
-  const auto before = [](const ColourRequest& a, const ColourRequest& b) { return a.key < b.key; };
-  std::sort(requests.begin(), requests.end(), before);
+  sortByKey(requests);
   size_t blocks = 0;
   for (const ColourRequest& request : requests) {
     if (blocks > 0 && requests[blocks - 1].key == request.key) {
@@ -37,30 +37,39 @@ Painter::Painter(const PaintSettings& settings, const Stream& stream)
       counters_(1),
       pinned_counters_(1) {}
 
-void Painter::reserve(const ColourFrame& frame, size_t slots) {
-  const int32_t width = cellsFor(frame.width), height = cellsFor(frame.height);
-  const ColourImage layout = layOut(nullptr, frame.width, frame.height);
-  pixels_.reserveExactly(static_cast<size_t>(pixelCount(layout)), stream_);
-  hiding_m_.reserveExactly(static_cast<size_t>(width) * height, stream_);
+void Painter::reserveImages(int32_t width, int32_t height) {
+  const int32_t cells_across = cellsFor(width), cells_down = cellsFor(height);
+  const ColourImage layout = layOut(nullptr, width, height);
+  pixels_.reserveExactly(static_cast<size_t>(pixelCount(layout)), image_stream_);
+  hiding_m_.reserveExactly(static_cast<size_t>(cells_across) * cells_down, image_stream_);
   // Room for a sample a pixel at first: images seldom show more voxels than they have pixels.
-  samples_.reserveExactly(static_cast<size_t>(frame.width) * frame.height, stream_);
-  pinned_candidates_.reserve(slots);
-  candidates_.reserve(slots, stream_);
-  slots_.reserve(slots, stream_);
-  requests_.reserve(slots * kDirectionCount, stream_);
-  sensing_.image = layOut(pixels_.data(), frame.width, frame.height);
-  sensing_.hiding = {hiding_m_.data(), width, height};
+  samples_.reserveExactly(static_cast<size_t>(width) * height, stream_);
+  sensing_.image = layOut(pixels_.data(), width, height);
+  sensing_.hiding = {hiding_m_.data(), cells_across, cells_down};
 }
 
-void Painter::look(const ColourFrame& frame, const ColourLook& look, const BlockExtent& painted,
-                   const MapView& map) {
-  reserve(frame, look.in_view.size());
+/// Nobody reads what the image before has left there: its counters have been waited for.
+void Painter::takeImage(const ColourFrame& frame) {
+  reserveImages(frame.width, frame.height);
+  {
+    const StageSpan span(image_stream_, Stage::kPaint);
+    clearHiding(sensing_.hiding, hiding_m_.data(), image_stream_);
+  }
+  raw_image_.upload(rowsOf(frame), image_stream_);
+  const StageSpan span(image_stream_, Stage::kPaint);
+  takePixels(raw_image_.data(), layoutOf(frame.encoding), pixels_.data(),
+             static_cast<size_t>(frame.width) * frame.height, image_stream_);
+  halveImage(sensing_.image, pixels_.data(), image_stream_);
+  image_stream_.record(taken_);
+}
+
+void Painter::look(const ColourLook& look, const BlockExtent& painted, const MapView& map) {
   painted_ = painted;
   sensing_.view = {look.view,       settings_.directional, look.least_evidence,
                    settings_.rules, settings_.max_depth_m, settings_.full_weight_depth_m};
   takeCandidates(look.in_view);
+  stream_.waitFor(taken_);
   findHiding(map);
-  takeImage(frame);
   findSamples(map);
   while (counters().samples > samples_.capacity()) {
     samples_.reserve(counters().samples, stream_);
@@ -69,28 +78,20 @@ void Painter::look(const ColourFrame& frame, const ColourLook& look, const Block
   }
 }
 
-/// Those of the image before have left the pinned memory: its counters have been waited for.
+/// Those of the image before have been read: its counters have been waited for.
 void Painter::takeCandidates(const std::vector<int32_t>& in_view) {
   candidate_count_ = static_cast<uint32_t>(in_view.size());
-  std::copy(in_view.begin(), in_view.end(), pinned_candidates_.data());
-  candidates_.upload(pinned_candidates_.data(), in_view.size(), stream_);
+  candidates_.reserve(in_view.size());
+  arrays_.reserve(in_view.size() * kDirectionCount, stream_);
+  requests_.reserve(in_view.size() * kDirectionCount, stream_);
+  std::copy(in_view.begin(), in_view.end(), candidates_.data());
 }
 
-/// Needs no image, and so goes first: the device works while the host copies the image.
 void Painter::findHiding(const MapView& map) {
   const StageSpan span(stream_, Stage::kPaint);
   counters_.zero(stream_);
-  findBlocksInView(sensing_.view, map, view(), stream_);
-  drawHiding(sensing_, map, view(), hiding_m_.data(), stream_);
-}
-
-/// The image before has left the pinned memory: its counters have been waited for.
-void Painter::takeImage(const ColourFrame& frame) {
-  raw_image_.upload(rowsOf(frame), stream_);
-  const StageSpan span(stream_, Stage::kPaint);
-  takePixels(raw_image_.data(), layoutOf(frame.encoding), pixels_.data(),
-             static_cast<size_t>(frame.width) * frame.height, stream_);
-  halveImage(sensing_.image, pixels_.data(), stream_);
+  findArraysInView(sensing_.view, map, view(), stream_);
+  drawHiding(sensing_.view, map, view(), hiding_m_.data(), stream_);
 }
 
 void Painter::findSamples(const MapView& map) {
@@ -120,11 +121,9 @@ void Painter::paint(const Exposure& exposure, const MapView& map) {
 void Painter::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t images = pixels_.bytes() + hiding_m_.bytes();
   parts.push_back({"colour image", MemoryKind::kScratch, images, images});
-  const size_t lists = samples_.bytes() + candidates_.bytes() + slots_.bytes() + requests_.bytes() +
-                       counters_.bytes();
+  const size_t lists = samples_.bytes() + arrays_.bytes() + requests_.bytes() + counters_.bytes();
   parts.push_back({"voxels to paint", MemoryKind::kScratch, lists, lists});
-  const size_t staging =
-      pinned_counters_.bytes() + pinned_requests_.bytes() + pinned_candidates_.bytes();
+  const size_t staging = pinned_counters_.bytes() + pinned_requests_.bytes() + candidates_.bytes();
   parts.push_back({"voxels to paint", MemoryKind::kStaging, staging, staging});
   raw_image_.addMemory("raw colour image", parts);
 }

@@ -15,15 +15,21 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Takes an image in two steps, between which the bricks of colours are made that it needs.
+/// Paints an image in steps: takes it, looks at what it shows, and paints that, once the bricks of
+/// colours are there that it needs. The image comes by a stream of its own: it needs no map, and
+/// so comes while the depth image is still being fused.
 class Painter {
  public:
   Painter(const PaintSettings& settings, const Stream& stream);
+  ~Painter() { image_stream_.drain(); }
+  void setClock(StageClock* clock) { image_stream_.setClock(clock); }
 
-  /// Finds what the image shows of the map's surfaces; only those in `painted` are painted. Waits
-  /// for the result. @throws CudaError without memory; the map is untouched.
-  void look(const ColourFrame& frame, const ColourLook& look, const BlockExtent& painted,
-            const MapView& map);
+  /// Enqueues what needs no map; the image is not needed any more on return.
+  void takeImage(const ColourFrame& frame);
+
+  /// Finds what it shows of the map's surfaces; only those in `painted` are painted. Waits for the
+  /// result. @throws CudaError without memory; the map is untouched.
+  void look(const ColourLook& look, const BlockExtent& painted, const MapView& map);
   const LookCounters& counters() const { return pinned_counters_[0]; }
 
   /// The bricks of colours that are not there.
@@ -35,14 +41,13 @@ class Painter {
   void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
-  void reserve(const ColourFrame& frame, size_t slots);
+  void reserveImages(int32_t width, int32_t height);
   void takeCandidates(const std::vector<int32_t>& in_view);
   void findHiding(const MapView& map);
-  void takeImage(const ColourFrame& frame);
   void findSamples(const MapView& map);
   LookView view() const {
     return {counters_.data(),   samples_.data(),  samples_.capacity(),
-            candidates_.data(), candidate_count_, slots_.data(),
+            candidates_.data(), candidate_count_, arrays_.data(),
             requests_.data(),   thread_blocks_,   painted_};
   }
 
@@ -50,15 +55,16 @@ class Painter {
   BlockExtent painted_;
   const Stream& stream_;
   const int thread_blocks_;  ///< That fill the device, for kernels whose work is counted there.
-  Event looked_;
+  Stream image_stream_;
+  Event taken_, looked_;
   ColourSensing sensing_ = {};
   RawImage raw_image_;
   DeviceBuffer<ColourPixel> pixels_;
   DeviceBuffer<float> hiding_m_;
   DeviceBuffer<FoundSample> samples_;
   uint32_t candidate_count_ = 0;
-  PinnedBuffer<int32_t> pinned_candidates_;
-  DeviceBuffer<int32_t> candidates_, slots_;
+  PinnedBuffer<int32_t> candidates_;  ///< Kernels read it in place.
+  DeviceBuffer<int32_t> arrays_;
   DeviceBuffer<ColourRequest> requests_;
   DeviceBuffer<LookCounters> counters_;
   PinnedBuffer<LookCounters> pinned_counters_;

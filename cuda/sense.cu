@@ -29,17 +29,17 @@ __device__ void invertDepths(const DepthImage& image, float* measured) {
   }
 }
 
-/// Counts the lines around a point, if they lie in the image, by the bins of their variance.
-__device__ void countNoiseLines(const DepthImage& image, const SurfelSettings& surfels, int i,
-                                NoiseCounts& counts) {
+constexpr int kNoiseLines = kNoisePoints * kNoiseSteps;
+
+/// Counts a line, if it lies in the image, by the bin of its variance.
+__device__ void countNoiseLine(const DepthImage& image, const SurfelSettings& surfels, int i,
+                               NoiseCounts& counts) {
   const auto measured = [&](int u, int v) { return inverseDepthAt(image.raw, image.width, u, v); };
-#pragma unroll  // reads all before it waits for any
-  for (int step = 0; step < kNoiseSteps; ++step) {
-    const NoiseLinePlace place = noiseLinePlace(i, step, image.width, image.height);
-    const NoiseLine line = noiseLine(measured, image.width, image.height, place);
-    const float variance = noiseVariance(line, surfels);
-    if (variance >= 0.0f) atomicAdd(&counts.bins[place.kind][noiseBin(variance)], 1u);
-  }
+  const NoiseLinePlace place =
+      noiseLinePlace(i % kNoisePoints, i / kNoisePoints, image.width, image.height);
+  const NoiseLine line = noiseLine(measured, image.width, image.height, place);
+  const float variance = noiseVariance(line, surfels);
+  if (variance >= 0.0f) atomicAdd(&counts.bins[place.kind][noiseBin(variance)], 1u);
 }
 
 /// Takes the quartiles out of counts and leaves them zeroed, with the threads of one block; 0 where
@@ -95,24 +95,24 @@ __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseK
   }
 }
 
-/// Points of lines by blocks of threads, of which some grids of images have fewer than points.
-constexpr unsigned kNoiseBlocks = kNoisePoints / kThreads;
-static_assert(kNoisePoints % kThreads == 0, "each thread has a point");
+/// Blocks of threads with a line each; some grids of images have fewer.
+constexpr unsigned kNoiseBlocks = kNoiseLines / kThreads;
+static_assert(kNoiseLines % kThreads == 0, "each thread has a line");
 
-/// One thread per pixel; the first blocks of threads, or as many as there are, take the points of
-/// lines as well, and the one of them that finishes last the quartiles.
+/// One thread per pixel. The first blocks of threads, or as many as there are, count the lines of
+/// noise, first of all, as the quartiles wait for these; the one of them that finishes last takes
+/// the quartiles.
 __global__ void __launch_bounds__(kThreads)
     invertDepthsKernel(DepthImage image, SurfelSettings surfels, float* measured,
                        NoiseCounts* counts, DepthNoise* noise) {
   __shared__ NoiseOfLines kinds[kNoiseKinds];
-  invertDepths(image, measured);
   const unsigned blocks = gridDim.x * gridDim.y, block = blockIdx.x + gridDim.x * blockIdx.y;
   const unsigned noise_blocks = blocks < kNoiseBlocks ? blocks : kNoiseBlocks;
-  if (block >= noise_blocks) return;
   for (unsigned part = block; part < kNoiseBlocks; part += noise_blocks) {
-    countNoiseLines(image, surfels, static_cast<int>(part * kThreads + threadIdx.x), *counts);
+    countNoiseLine(image, surfels, static_cast<int>(part * kThreads + threadIdx.x), *counts);
   }
-  if (!isLastBlock(&counts->finished, noise_blocks)) return;
+  invertDepths(image, measured);
+  if (block >= noise_blocks || !isLastBlock(&counts->finished, noise_blocks)) return;
   takeQuartiles(*counts, kinds);
   __syncthreads();
   if (threadIdx.x != 0) return;

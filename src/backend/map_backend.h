@@ -134,8 +134,12 @@ class MapBackend {
 
   // ---- The stages of a colour image.
 
-  /// Finds what the image shows of surfaces.
-  virtual SeenColours look(const ColourFrame& frame, const ColourLook& look) = 0;
+  /// Takes the image, which is not needed any more on return. Needs no map, and so may go on beside
+  /// what is left of the frame before.
+  virtual void takeColours(const ColourFrame& frame) = 0;
+
+  /// Finds what the image that was taken shows of surfaces.
+  virtual SeenColours look(const ColourLook& look) = 0;
 
   /// At least the bricks of colours that are missing for it.
   virtual std::vector<ColourRequest> colourRequests() = 0;

@@ -10,7 +10,7 @@ namespace dtsdf {
 namespace {
 
 /// The samples of two planes of a line in a block, four corners each, side by side, which compilers
-/// turn into vector instructions. Same bits as castIntoBlock().
+/// turn into vector instructions. Same bits as castSurfel().
 class PlanePair {
  public:
   static constexpr int kPlanes = 2;

@@ -202,9 +202,14 @@ std::vector<EmptyBlock> CpuBackend::takeEmpty() {
   return empty;
 }
 
-SeenColours CpuBackend::look(const ColourFrame& frame, const ColourLook& look) {
+void CpuBackend::takeColours(const ColourFrame& frame) {
   const StageTimer timer(profile_, Stage::kPaint);
-  return painter_.look(frame, look, map());
+  painter_.takeImage(frame);
+}
+
+SeenColours CpuBackend::look(const ColourLook& look) {
+  const StageTimer timer(profile_, Stage::kPaint);
+  return painter_.look(look, map());
 }
 
 void CpuBackend::paint(const Exposure& exposure) {

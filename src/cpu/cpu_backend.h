@@ -44,7 +44,8 @@ class CpuBackend : public MapBackend, private BlockMover {
   std::vector<EmptyBlock> takeEmpty() override;
   std::vector<FreeCube> takeFree() override { return std::move(free_cubes_); }
 
-  SeenColours look(const ColourFrame& frame, const ColourLook& look) override;
+  void takeColours(const ColourFrame& frame) override;
+  SeenColours look(const ColourLook& look) override;
   std::vector<ColourRequest> colourRequests() override { return painter_.requests(map()); }
   void paint(const Exposure& exposure) override;
 

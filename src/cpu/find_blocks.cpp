@@ -55,8 +55,8 @@ void BlockFinder::addLines(const FrameSensing& sensing, LineBatch& batch, Share&
                       static_cast<uint8_t>(directions),
                       sides.areMeasured()};
     if (sides.areMeasured()) sides_[number] = sides;
-    visitBlocks<BlockWalk::kExact>(
-        line, [&](const Vec3i& block) { share.add(block, origin_block, directions, number); });
+    visitBlocks(line,
+                [&](const Vec3i& block) { share.add(block, origin_block, directions, number); });
   }
   batch.clear();
 }

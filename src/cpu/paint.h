@@ -25,13 +25,17 @@ struct PaintedMap {
 /// nothing any more: what comes there next has a colour of its own.
 void forgetColours(const BlockEntry& entry, uint32_t directions, const PaintedMap& map);
 
-/// Takes an image in two steps, between which the bricks of colours are made that it needs.
+/// Paints an image in steps: takes it, looks at what it shows, and paints that, once the bricks of
+/// colours are there that it needs.
 class Painter {
  public:
   Painter(const PaintSettings& settings, int threads) : settings_(settings), threads_(threads) {}
 
-  /// Finds what the image shows of the map's surfaces.
-  SeenColours look(const ColourFrame& frame, const ColourLook& look, const PaintedMap& map);
+  /// Takes an image, which is not needed any more on return.
+  void takeImage(const ColourFrame& frame);
+
+  /// Finds what it shows of the map's surfaces.
+  SeenColours look(const ColourLook& look, const PaintedMap& map);
 
   /// The bricks that it is to be painted in.
   std::vector<ColourRequest> requests(const PaintedMap& map) const;
@@ -51,7 +55,6 @@ class Painter {
     ExposureSums sums;
   };
 
-  void takeImage(const ColourFrame& frame);
   void findBlocksInView(const std::vector<int32_t>& candidates, const BlockTable& table);
   void findPoints(const PaintedMap& map);
   void findPoints(const PaintedMap& map, BlockView& block, const HidingRows& hiding) const;

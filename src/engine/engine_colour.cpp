@@ -16,11 +16,12 @@ IntegrationResult Engine::paint(const ColourFrame& frame) {
 IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   ready();
   forgetWhatIsMarked();
+  backend_->takeColours(frame);
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
   std::vector<int32_t> in_view = table_.slotsInView(view, pointRadius(rules_.colour));
   settle();
   const size_t left_on_disk = pager_ ? bringInForImage(view, in_view) : 0;
-  const SeenColours seen = backend_->look(frame, {view, leastEvidenceNow(), in_view});
+  const SeenColours seen = backend_->look({view, leastEvidenceNow(), in_view});
   exposure_ = exposureOf(seen.sums, exposure_, paint_settings_);
   if (!seen.any) return nothingToPaint();
   IntegrationResult result;

@@ -56,7 +56,8 @@ void BlockTable::listNew() {
 }
 
 /// Their slots, or -1. Some at a time, which wait for memory together.
-std::vector<int32_t> BlockTable::findAll(const std::vector<BlockRequest>& requests) const {
+template <class Request>
+std::vector<int32_t> BlockTable::findAll(const std::vector<Request>& requests) const {
   constexpr size_t kTogether = 32;
   std::vector<int32_t> slots(requests.size());
   for (size_t first = 0; first < slots.size(); first += kTogether) {
@@ -122,40 +123,38 @@ Admission BlockTable::handOut(std::vector<BlockRequest> requests) {
   return admission;
 }
 
-/// Calls visit(array, brick) for the bricks that a request wants and the map lacks.
+/// Calls visit(array, brick) for the bricks that requests want and the map lacks.
 template <class Visit>
-void BlockTable::visitLacking(const ColourRequest& request, const Visit& visit) const {
-  const int32_t slot = find(request.key);
-  if (slot < 0 || !takesColour(blocks_[slot].key)) return;
-  for (uint64_t bits = request.bricks; bits != 0; bits &= bits - 1) {
-    const int i = __builtin_ctzll(bits);
-    if (i >= kDirectionCount * kBricksPerArray) return;
-    const int32_t array = blocks_[slot].array[i / kBricksPerArray];
-    const int brick = i % kBricksPerArray;
-    if (array != kNoArray && colourOf(array, brick) == kNoArray) visit(array, brick);
+void BlockTable::visitLacking(const std::vector<ColourRequest>& requests,
+                              const Visit& visit) const {
+  constexpr uint64_t kAllBricks = (uint64_t{1} << kDirectionCount * kBricksPerArray) - 1;
+  const std::vector<int32_t> slots = findAll(requests);
+  for (size_t n = 0; n < slots.size(); ++n) {
+    if (slots[n] < 0 || !takesColour(blocks_[slots[n]].key)) continue;
+    for (uint64_t bits = requests[n].bricks & kAllBricks; bits != 0; bits &= bits - 1) {
+      const int i = __builtin_ctzll(bits), brick = i % kBricksPerArray;
+      const int32_t array = blocks_[slots[n]].array[i / kBricksPerArray];
+      if (array != kNoArray && colourOf(array, brick) == kNoArray) visit(array, brick);
+    }
   }
 }
 
 size_t BlockTable::countNewColours(const std::vector<ColourRequest>& requests) const {
   size_t count = 0;
-  for (const ColourRequest& request : requests) {
-    visitLacking(request, [&](int32_t, int) { ++count; });
-  }
+  visitLacking(requests, [&](int32_t, int) { ++count; });
   return std::min(count, budget_bytes_ / kColourBytes);
 }
 
 ColourAdmission BlockTable::admitColours(std::vector<ColourRequest> requests) {
   sortByKey(requests);
   ColourAdmission admission;
-  for (const ColourRequest& request : requests) {
-    visitLacking(request, [&](int32_t array, int brick) {
-      if (bytesInUse() + kColourBytes > budget_bytes_) {
-        ++admission.refused;
-      } else {
-        admission.bricks.push_back({array, brick, makeColour(array, brick)});
-      }
-    });
-  }
+  visitLacking(requests, [&](int32_t array, int brick) {
+    if (bytesInUse() + kColourBytes > budget_bytes_) {
+      ++admission.refused;
+    } else {
+      admission.bricks.push_back({array, brick, makeColour(array, brick)});
+    }
+  });
   bytes_peak_ = std::max(bytes_peak_, bytesInUse());
   return admission;
 }

@@ -231,7 +231,7 @@ class BlockTable {
  private:
   bool hasArrays(int32_t slot) const;
   template <class Visit>
-  void visitLacking(const ColourRequest& request, const Visit& visit) const;
+  void visitLacking(const std::vector<ColourRequest>& requests, const Visit& visit) const;
   int32_t makeColour(int32_t array, int brick);
   void releaseColours(int32_t array);
   /// What a request wants beyond what is there.
@@ -240,7 +240,8 @@ class BlockTable {
     size_t arrays, bytes;
   };
   Lack lackOf(const BlockRequest& request, int32_t slot) const;
-  std::vector<int32_t> findAll(const std::vector<BlockRequest>& requests) const;
+  template <class Request>
+  std::vector<int32_t> findAll(const std::vector<Request>& requests) const;
   int32_t makeBlock(PackedKey key);
 
   size_t budget_bytes_;

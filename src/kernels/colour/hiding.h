@@ -136,9 +136,8 @@ struct SeenBeside {
 /// Own is what lies on the point's plane, or as far away as the point, where another surface meets
 /// it, or in between. The point itself is asked first, as that needs no plane.
 template <class Real, class Int>
-DTSDF_HD auto seenIn(const PointView& view, const HidingImage& hiding,
-                     const SurfacePointOf<Real>& point, const Int& u, const Int& v) {
-  const Real seen_m = depthAt(hiding, u, v);
+DTSDF_HD auto seenIn(const PointView& view, const SurfacePointOf<Real>& point, const Int& u,
+                     const Int& v, const Real& seen_m) {
   const Real limit_m(view.rules.hidden_depth * view.frame.voxel_size_m);
   auto is_nearer = seen_m < point.depth_m - limit_m;
   const auto is_farther = seen_m > point.depth_m + limit_m;
@@ -162,10 +161,12 @@ DTSDF_HD Real visibilityOf(const PointView& view, const HidingImage& hiding,
                              cellOf(point.u + beside, hiding.width)};
   const decltype(v) vs[3] = {v, cellOf(point.v - beside, hiding.height),
                              cellOf(point.v + beside, hiding.height)};
-  const auto is_hidden = seenIn(view, hiding, point, u, v).is_nearer;
+  Real seen_m[9];  // read together: most are asked for, and each alone would be waited for
+  for (int n = 0; n < 9; ++n) seen_m[n] = depthAt(hiding, us[n % 3], vs[n / 3]);
+  const auto is_hidden = seenIn(view, point, u, v, seen_m[0]).is_nearer;
   auto is_outline = is_hidden;
   for (int n = 1; n < 9 && !all(is_outline); ++n) {
-    const auto seen = seenIn(view, hiding, point, us[n % 3], vs[n / 3]);
+    const auto seen = seenIn(view, point, us[n % 3], vs[n / 3], seen_m[n]);
     is_outline = is_outline | seen.is_nearer | seen.is_farther;
   }
   return select(is_hidden, Real(0.0f), select(is_outline, Real(rules.outline_share), Real(1.0f)));

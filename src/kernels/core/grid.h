@@ -57,6 +57,12 @@ DTSDF_HD Vec3i firstVoxelOfBlock(const BlockKey& key) {
 /// Index of a voxel inside its block, x fastest.
 DTSDF_HD int voxelIndex(int x, int y, int z) { return x + kBlockSide * (y + kBlockSide * z); }
 
+/// The same of a voxel anywhere.
+DTSDF_HD int indexInBlock(const Vec3i& voxel) {
+  constexpr int kMask = kBlockSide - 1;
+  return voxelIndex(voxel.x & kMask, voxel.y & kMask, voxel.z & kMask);
+}
+
 DTSDF_HD Vec3i voxelOffset(int index) {
   return {index & (kBlockSide - 1), (index >> kBlockSideLog2) & (kBlockSide - 1),
           index >> (2 * kBlockSideLog2)};

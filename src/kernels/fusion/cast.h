@@ -149,40 +149,31 @@ DTSDF_HD PlaneInBlock planeInBlock(const BlockFrame& block, int plane, int u, in
 }
 
 template <bool kHasSides, class Add>
-DTSDF_HD void castPlanesIntoBlock(const CastLine& cast, const FusionSettings& fusion,
-                                  const Vec3i& block_L, Add& add) {
-  const BlockFrame block = blockFrameOf(cast.line.axis, block_L);
-  const DirectionSet& directions = cast.directions;
-  const Span planes = planesInside({cast.line.first_plane, cast.line.last_plane}, block);
-  const Vec3i shifts = pointShifts(cast.line.axis);
-  for (int plane = planes.first; plane <= planes.last; ++plane) {
-    const CellCrossing crossing = crossCell(cast.line, plane);
-    const PlaneInBlock at = planeInBlock(block, plane, crossing.u, crossing.v);
+DTSDF_HD void castPlanes(const CastLine& cast, const FusionSettings& fusion, Add& add) {
+  const SampleLine& line = cast.line;
+  const Vec3i shifts = pointShifts(line.axis);
+  for (int plane = line.first_plane; plane <= line.last_plane; ++plane) {
+    const CellCrossing crossing = crossCell(line, plane);
     for (int corner = 0; corner < 4; ++corner) {
-      const int du = corner & 1, dv = corner >> 1;
-      if (!at.holds(du, dv)) continue;
-      const int index = at.index + du * block.strides.u + dv * block.strides.v;
+      const int du = corner >> 1, dv = (corner ^ du) & 1;  // around the cell
       const CornerSample sample =
-          sampleCorner<kHasSides>(cast.line, cast.sides, shifts, crossing, du, dv);
-      const int32_t sdf = roundSdf(sample.distance * sdfScale(fusion));
-      for (int d = 0; d < 3; ++d) {
-        if (d >= directions.count) break;
-        add(directions.direction[d], index, roundWeight(sample.share * directions.weight[d]), sdf,
-            sample.point_key);
-      }
+          sampleCorner<kHasSides>(line, cast.sides, shifts, crossing, du, dv);
+      if (!(sample.share > 0.0f)) continue;
+      add(unpermute(line.axis, plane, crossing.u + du, crossing.v + dv), sample,
+          roundSdf(sample.distance * sdfScale(fusion)));
     }
   }
 }
 
-/// Adds the part of a surfel that lies inside one block to the block's sums: `add(direction, voxel
-/// index, weight, sdf, point key)` takes fixed-point values.
+/// Visits the samples of a surfel in all blocks: `add(voxel, sample, sdf)` takes a voxel in local
+/// coordinates, and its distance in fixed point. Samples that follow each other are often in one
+/// block.
 template <class Add>
-DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionSettings& fusion,
-                            const Vec3i& block_L, Add& add) {
+DTSDF_HD void castSurfel(const CastLine& cast, const FusionSettings& fusion, Add& add) {
   if (cast.sides.areMeasured()) {
-    castPlanesIntoBlock<true>(cast, fusion, block_L, add);
+    castPlanes<true>(cast, fusion, add);
   } else {
-    castPlanesIntoBlock<false>(cast, fusion, block_L, add);
+    castPlanes<false>(cast, fusion, add);
   }
 }
 

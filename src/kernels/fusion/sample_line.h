@@ -193,17 +193,11 @@ DTSDF_HD bool hasSamplesIn(const SampleLine& line, const Span& planes, int block
   return false;
 }
 
-/// Which blocks a walk over those of a line comes by.
-enum class BlockWalk {
-  kExact,  ///< Those that hold samples of the line.
-  kQuick,  ///< And perhaps some beside them, where samples decide anyhow.
-};
-
 /// Calls visit(block) once for each block that holds samples of a line, in local block coordinates.
 /// A line moves steadily across its planes, by a voxel each at most: the ends of each layer of
 /// blocks bound what lies between, and unless it passes diagonally to another block it leaves none
 /// out.
-template <BlockWalk kWalk, class Visit>
+template <class Visit>
 DTSDF_HD void visitBlocks(const SampleLine& line, const Visit& visit) {
   if (line.first_plane > line.last_plane) return;
   const int last_layer = line.last_plane >> kBlockSideLog2;
@@ -214,7 +208,7 @@ DTSDF_HD void visitBlocks(const SampleLine& line, const Visit& visit) {
     const PlaneCrossing a = crossPlane(line, planes.first), b = crossPlane(line, planes.last);
     const Span u = blocksOf(cornersOf(a.u, a.fraction_u), cornersOf(b.u, b.fraction_u));
     const Span v = blocksOf(cornersOf(a.v, a.fraction_v), cornersOf(b.v, b.fraction_v));
-    const bool takes_all = kWalk == BlockWalk::kQuick || u.first == u.last || v.first == v.last;
+    const bool takes_all = u.first == u.last || v.first == v.last;
     for (int block_u = u.first; block_u <= u.last; ++block_u) {
       for (int block_v = v.first; block_v <= v.last; ++block_v) {
         if (takes_all || hasSamplesIn(line, planes, block_u, block_v)) {

@@ -105,16 +105,21 @@ DTSDF_HD bool isMerged(const ImageView& image, const PixelSquare& square,
 using MergedTile = uint32_t;
 constexpr int kTileBit = 4;
 
-/// What is merged in the tile with the given first pixel.
+/// Whether the square of a bit would be merged, in the tile with the given first pixel.
+DTSDF_HD bool isBitMerged(const ImageView& image, const Pixel& first, int bit,
+                          const SurfelSettings& surfels) {
+  if (bit == kTileBit) return isMerged(image, {first, kTileSide}, surfels);
+  const Pixel quad{first.u + kQuadSide * (bit & 1), first.v + kQuadSide * (bit >> 1)};
+  return quad.u < image.frame.width && isMerged(image, {quad, kQuadSide}, surfels);
+}
+
+/// What is merged in a tile.
 DTSDF_HD MergedTile mergeTile(const ImageView& image, const Pixel& first,
                               const SurfelSettings& surfels) {
-  if (isMerged(image, {first, kTileSide}, surfels)) return 1u << kTileBit;
+  if (isBitMerged(image, first, kTileBit, surfels)) return 1u << kTileBit;
   MergedTile merged = 0;
-  for (int q = 0; q < 4; ++q) {
-    const Pixel quad{first.u + kQuadSide * (q & 1), first.v + kQuadSide * (q >> 1)};
-    if (quad.u < image.frame.width && isMerged(image, {quad, kQuadSide}, surfels)) {
-      merged |= 1u << q;
-    }
+  for (int quad = 0; quad < kTileBit; ++quad) {
+    if (isBitMerged(image, first, quad, surfels)) merged |= 1u << quad;
   }
   return merged;
 }

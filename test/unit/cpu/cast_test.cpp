@@ -38,12 +38,18 @@ std::vector<Surfel> crowdedSurfels(std::mt19937& random) {
 /// A surfel at a time, by the rule for one.
 void castOneByOne(const TouchedBlock& block, const std::vector<Surfel>& surfels,
                   const FrameSensing& sensing, const FusionSettings& fusion, BlockSums& sums) {
-  auto add = [&](int direction, int index, int32_t weight, int32_t sdf, uint32_t point_key) {
-    addToSums(sums.voxel[direction][index], weight, sdf, point_key);
-  };
   for (const Surfel& surfel : surfels) {
     if (!(surfel.weight > 0.0f)) continue;
-    castIntoBlock(makeCastLine(surfel, sensing, fusion), fusion, block.block_L, add);
+    const CastLine line = makeCastLine(surfel, sensing, fusion);
+    auto add = [&](const Vec3i& voxel_L, const CornerSample& sample, int32_t sdf) {
+      if (!(blockOfVoxel(voxel_L) == block.block_L)) return;
+      for (int d = 0; d < line.directions.count; ++d) {
+        const int32_t weight = roundWeight(sample.share * line.directions.weight[d]);
+        addToSums(sums.voxel[line.directions.direction[d]][indexInBlock(voxel_L)], weight, sdf,
+                  sample.point_key);
+      }
+    };
+    castSurfel(line, fusion, add);
   }
 }
 

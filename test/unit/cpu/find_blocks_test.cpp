@@ -41,7 +41,7 @@ std::map<PackedKey, Expected> binOneByOne(const std::vector<Surfel>& surfels,
   for (uint32_t i = 0; i < surfels.size(); ++i) {
     if (!(surfels[i].weight > 0.0f)) continue;
     const SampleLine line = sampleLineOf(surfels[i], sensing, fusion);
-    visitBlocks<BlockWalk::kExact>(line, [&](const Vec3i& block) {
+    visitBlocks(line, [&](const Vec3i& block) {
       Expected& bin = bins[packKey(block + origin)];
       bin.directions |= directionMask(directionsOf(surfels[i].normal_L, true));
       bin.surfels.insert(i);

@@ -63,9 +63,9 @@ TEST_F(EngineTest, OrdersTheStages) {
                                         "see free", "touched", "admit", "cast, fold, clear"}));
   for (int image = 0; image < 2; ++image) {
     engine.paint(colourFrame());
-    EXPECT_EQ(script_.takeCalls(), image == 0
-                                       ? (Calls{"look", "keep colours", "admit colours", "paint"})
-                                       : (Calls{"look", "paint"}));
+    EXPECT_EQ(script_.takeCalls(),
+              image == 0 ? (Calls{"take colours", "look", "keep colours", "admit colours", "paint"})
+                         : (Calls{"take colours", "look", "paint"}));
   }
   engine.updateMesh();
   EXPECT_EQ(script_.takeCalls(), (Calls{"mark all", "begin mesh", "finish mesh"}));

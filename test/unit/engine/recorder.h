@@ -61,7 +61,8 @@ class Recorder : public MapBackend {
   std::vector<EmptyBlock> takeEmpty() override { return std::move(script_.empty); }
   bool hasMirror() const override { return script_.has_mirror; }
   std::vector<FreeCube> takeFree() override { return {{{0, 0, 0}, {{1}}}}; }
-  SeenColours look(const ColourFrame&, const ColourLook&) override {
+  void takeColours(const ColourFrame&) override { note("take colours"); }
+  SeenColours look(const ColourLook&) override {
     note("look");
     return {!script_.colour_requests.empty(), {}};
   }

@@ -47,19 +47,16 @@ TEST(StepOnPlane, LeadsToWhereThePlaneIsSeenBeside) {
   EXPECT_GT(norm(across), 0.09f);  // half a pixel is a tenth of a voxel wide, face on
 }
 
-/// The point that each voxel gets from a surfel, by the voxel's index in the surfel's block.
+/// The point that each voxel gets from a surfel.
 template <class Visit>
 void visitPoints(const Surfel& surfel, const Visit& visit) {
   const CastLine cast = makeCastLine(surfel, sensingAtOrigin(), castAlongNormals());
-  const auto visitBlock = [&](const Vec3i& block) {
-    const auto add = [&](int, int index, int32_t weight, int32_t, uint32_t key) {
-      if (weight == 0 || key == 0) return;
-      const Vec3f voxel = toFloat(firstVoxelOfBlock(block) + voxelOffset(index));
-      visit(voxel, voxel + pointOffset(key));
-    };
-    castIntoBlock(cast, castAlongNormals(), block, add);
+  const auto add = [&](const Vec3i& voxel_L, const CornerSample& sample, int32_t) {
+    if (sample.point_key == 0) return;
+    const Vec3f voxel = toFloat(voxel_L);
+    visit(voxel, voxel + pointOffset(sample.point_key));
   };
-  visitBlocks<BlockWalk::kExact>(cast.line, visitBlock);
+  castSurfel(cast, castAlongNormals(), add);
 }
 
 float squaredDistance(const Vec3f& a, const Vec3f& b) { return dot(a - b, a - b); }

@@ -155,16 +155,10 @@ TEST(SampleLine, BlocksVisitedHoldAllSamplesAndComeUpOnce) {
     const SampleLine line =
         i % 3 == 0 ? makeSampleLine(cast.p, cast.normal, cast.direction, 9.0f) : lineOf(cast);
     std::set<VoxelId> blocks;
-    visitBlocks<BlockWalk::kExact>(line, [&](const Vec3i& block) {
+    visitBlocks(line, [&](const Vec3i& block) {
       EXPECT_TRUE(blocks.insert(idOf(block)).second) << "twice in cast " << i;
     });
     EXPECT_EQ(blocks, blocksOfCorners(line)) << "cast " << i;
-    std::set<VoxelId> quick;
-    visitBlocks<BlockWalk::kQuick>(line, [&](const Vec3i& block) {
-      EXPECT_TRUE(quick.insert(idOf(block)).second) << "twice in cast " << i;
-    });
-    EXPECT_TRUE(std::includes(quick.begin(), quick.end(), blocks.begin(), blocks.end()))
-        << "cast " << i;
     for (const auto& [id, sample] : samplesOf(line)) {
       const auto [x, y, z] = id;
       EXPECT_EQ(blocks.count(idOf(blockOfVoxel({x, y, z}))), 1u) << "cast " << i;
@@ -172,39 +166,21 @@ TEST(SampleLine, BlocksVisitedHoldAllSamplesAndComeUpOnce) {
   }
 }
 
-/// What a block on its own takes from the line, over all blocks, is what the whole line gives.
-TEST(SampleLine, BlocksOneByOneSumUpToTheWhole) {
+TEST(SampleLine, IsCastSampleBySample) {
   std::mt19937 random(17);
   for (int i = 0; i < 1000; ++i) {
-    SCOPED_TRACE("cast " + std::to_string(i));
     const Cast cast = randomCast(random, i);
     const SampleLine line = lineOf(cast);
     const FusionSettings fusion{1, 1, cast.truncation, 64.0f, FusionRules()};
-    CastLine whole{line, noSides(), directionsOf(cast.normal, true)};
-    const DirectionSet& directions = whole.directions;
-    for (float& weight : whole.directions.weight) weight *= 0.7f * kWeightScale;
-    std::map<std::pair<VoxelId, int>, std::pair<int32_t, int32_t>> expected, actual;
+    std::map<VoxelId, std::pair<float, int32_t>> expected, actual;
     for (const auto& [id, sample] : samplesOf(line)) {
-      for (int k = 0; k < directions.count; ++k) {
-        const int32_t w = roundWeight(sample.share * directions.weight[k]);
-        if (w == 0) continue;
-        expected[{id, directions.direction[k]}] = {
-            w, roundSdf(sample.distance * (kSdfScale / cast.truncation))};
-      }
+      expected[id] = {sample.share, roundSdf(sample.distance * (kSdfScale / cast.truncation))};
     }
-    const BlockKey centre =
-        blockOfVoxel({floorToInt(cast.p.x), floorToInt(cast.p.y), floorToInt(cast.p.z)});
-    for (int n = 0; n < 27; ++n) {
-      const Vec3i block = centre + Vec3i{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
-      auto add = [&](int direction, int index, int32_t w, int32_t sdf, uint32_t) {
-        if (w == 0) return;
-        const Vec3i voxel = firstVoxelOfBlock(block) + voxelOffset(index);
-        EXPECT_TRUE(
-            actual.emplace(std::make_pair(idOf(voxel), direction), std::make_pair(w, sdf)).second);
-      };
-      castIntoBlock(whole, fusion, block, add);
-    }
-    EXPECT_EQ(actual, expected);
+    auto add = [&](const Vec3i& voxel, const CornerSample& sample, int32_t sdf) {
+      EXPECT_TRUE(actual.emplace(idOf(voxel), std::make_pair(sample.share, sdf)).second);
+    };
+    castSurfel({line, noSides(), directionsOf(cast.normal, true)}, fusion, add);
+    EXPECT_EQ(actual, expected) << "cast " << i;
   }
 }
 

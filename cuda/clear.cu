@@ -187,16 +187,13 @@ __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSett
   return result;
 }
 
-/// One thread per block that may be in view; behind them, blocks of threads enter blocks.
-__global__ void enterAndLookKernel(FrameView frame, FusionRules rules, FusionTarget target,
-                                   uint64_t frame_number, LookList looks, uint32_t look_blocks,
-                                   EnteredBlocks entered) {
-  waitForTheOneAhead();
-  if (blockIdx.x < look_blocks) {
-    findLook(frame, rules, target, frame_number, looks, blockIdx.x * blockDim.x + threadIdx.x);
-  } else {
-    enterBlocks(target.map, entered, blockIdx.x - look_blocks);
-  }
+/// One thread per block that may be in view.
+/// Beside the kernel ahead, if that lets it start early: it folds sums into voxels, and what is
+/// read here was there before it.
+__global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget target,
+                                uint64_t frame_number, LookList looks) {
+  findLook(frame, rules, target, frame_number, looks, static_cast<uint32_t>(globalThread()));
+  endAfterTheOneAhead();
 }
 
 /// A block that the stage visits.
@@ -294,16 +291,14 @@ void Clearing::noteInView(const DeviceSensing& sensing, const std::vector<int32_
   std::copy_n(in_view.begin(), in_view_count_, in_view_.data());
 }
 
-void Clearing::enterAndLook(const DeviceSensing& sensing, const FusionTarget& target,
-                            const EnteredBlocks& entered, uint64_t frame_number) {
-  const unsigned look_blocks = blocksFor(in_view_count_);
-  const unsigned blocks = look_blocks + blocksToEnter(entered);
-  if (blocks == 0) return;
+void Clearing::findLooks(const DeviceSensing& sensing, const FusionTarget& target,
+                         uint64_t frame_number) {
+  if (in_view_count_ == 0) return;
   const StageSpan span(stream_, Stage::kClear);
-  launchBehind(enterAndLookKernel, blocks, kThreads, 0, stream_, sensing.frame(), fusion_.rules,
-               target, frame_number, {in_view_.data(), in_view_count_, looks_.data()}, look_blocks,
-               entered);
-  DTSDF_CHECK_LAUNCH("enterAndLookKernel");
+  launchBehind(findLooksKernel, blocksFor(in_view_count_), kThreads, 0, stream_, sensing.frame(),
+               fusion_.rules, target, frame_number,
+               {in_view_.data(), in_view_count_, looks_.data()});
+  DTSDF_CHECK_LAUNCH("findLooksKernel");
 }
 
 void Clearing::clear(const DeviceSensing& sensing, const FusionTarget& target,

@@ -25,10 +25,9 @@ class Clearing {
   /// @pre reserve() made the room.
   void noteInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view);
 
-  /// Enqueues what DeviceMap::enterBlocks() does, and the search for the blocks that the frame of
-  /// this number looks at without touching them.
-  void enterAndLook(const DeviceSensing& sensing, const FusionTarget& target,
-                    const EnteredBlocks& entered, uint64_t frame_number);
+  /// Enqueues the search for the blocks that the frame of this number looks at without touching
+  /// them; right behind the fold, beside which it may run.
+  void findLooks(const DeviceSensing& sensing, const FusionTarget& target, uint64_t frame_number);
 
   /// Takes evidence from what the frame contradicts, marks what has changed for the mesh, and lists
   /// arrays that hold nothing.

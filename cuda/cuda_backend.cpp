@@ -84,13 +84,7 @@ class CudaBackend : public MapBackend {
   void reserveColours(size_t new_bricks) override { map_.reserveColours(table_, new_bricks); }
   void reserveChanges(size_t slots) override { map_.reserveChanges(slots); }
   void enterBlocks(const std::vector<int32_t>& slots, const std::vector<int32_t>& arrays) override {
-    map_.noteBlocks(table_, slots, arrays);
-    map_.enterBlocks();
-  }
-  /// A kernel of the frame enters them.
-  void enterBlocksOfFrame(const std::vector<int32_t>& slots,
-                          const std::vector<int32_t>& arrays) override {
-    map_.noteBlocks(table_, slots, arrays);
+    map_.enterBlocks(table_, slots, arrays);
   }
   void enterColours(const std::vector<NewBrick>& bricks) override { map_.enterColours(bricks); }
   void follow(const ChangedSlots& changed) override;
@@ -231,9 +225,8 @@ void CudaBackend::reserveFrame(const FrameTurn& turn) {
 
 void CudaBackend::castFoldAndClear(const FrameTurn& turn) {
   holdForProfile(stream_);
-  clearing_.enterAndLook(*sensing_, target(), map_.notedBlocks(), turn.number);
-  map_.noteEntered();
   fusion_.castAndFold(*sensing_, surfels_, target(), counters_);
+  clearing_.findLooks(*sensing_, target(), turn.number);
   bounds_.dirty += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
   clearing_.clear(*sensing_, target(), counters_, fusion_.supported(), turn.number);
   mesher_.prepare();

@@ -21,10 +21,21 @@ __global__ void updateSlotsKernel(MapView map, const SlotUpdate* updates, uint32
   if (update.in_use && update.dirty) markDirty(map, update.slot);
 }
 
-/// blocksToEnter() blocks of threads.
+/// One block of threads per array, and behind these one thread per slot.
 __global__ void enterBlocksKernel(MapView map, EnteredBlocks entered) {
   waitForTheOneAhead();
-  enterBlocks(map, entered, blockIdx.x);
+  const uint32_t block = blockIdx.x;
+  if (block >= entered.array_count) {
+    const uint32_t i = (block - entered.array_count) * blockDim.x + threadIdx.x;
+    if (i < entered.update_count) updateSlot(map, entered.updates[i]);
+    return;
+  }
+  const int32_t array = entered.arrays[block];
+  Voxel* voxels = map.voxels.record(array);
+  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) voxels[i] = Voxel{};
+  if (threadIdx.x < kBricksPerArray && map.colour_of != nullptr) {  // it may have had colours
+    map.colour_of[static_cast<size_t>(array) * kBricksPerArray + threadIdx.x] = 0;
+  }
 }
 
 __global__ void rehashSlotsKernel(MapView map) {
@@ -201,8 +212,8 @@ void DeviceMap::reserveChanges(size_t count) {
   changes_.reserve(count);
 }
 
-void DeviceMap::noteBlocks(const BlockTable& table, const std::vector<int32_t>& slots,
-                           const std::vector<int32_t>& arrays) {
+void DeviceMap::enterBlocks(const BlockTable& table, const std::vector<int32_t>& slots,
+                            const std::vector<int32_t>& arrays) {
   if (slots.empty()) return;
   sendChanges();
   updates_sent_.wait();
@@ -212,25 +223,16 @@ void DeviceMap::noteBlocks(const BlockTable& table, const std::vector<int32_t>& 
     updates_[i] = makeSlotUpdate(table.block(slots[i]), slots[i]);
   }
   std::copy(arrays.begin(), arrays.end(), new_arrays_.data());
-  noted_blocks_ = {updates_.data(), new_arrays_.data(), static_cast<uint32_t>(slots.size()),
-                   static_cast<uint32_t>(arrays.size())};
-}
-
-void DeviceMap::enterBlocks() {
-  const uint32_t blocks = blocksToEnter(noted_blocks_);
-  if (blocks == 0) return;
-  launchBehind(enterBlocksKernel, blocks, kThreads, 0, stream_, view(), noted_blocks_);
+  const EnteredBlocks entered{updates_.data(), new_arrays_.data(),
+                              static_cast<uint32_t>(slots.size()),
+                              static_cast<uint32_t>(arrays.size())};
+  launchBehind(enterBlocksKernel, entered.array_count + blocksFor(entered.update_count), kThreads,
+               0, stream_, view(), entered);
   DTSDF_CHECK_LAUNCH("enterBlocksKernel");
-  noteEntered();
-}
-
-void DeviceMap::noteEntered() {
   stream_.record(updates_sent_);
-  noted_blocks_ = {};
 }
 
 void DeviceMap::sendChanges() {
-  enterBlocks();  // those of a frame that failed before it came to them, if any
   if (noted_.empty()) return;
   reserveChanges(noted_.size());
   std::copy(noted_.begin(), noted_.end(), changes_.data());

@@ -37,22 +37,6 @@ __device__ inline void updateSlot(const MapView& map, const SlotUpdate& update) 
   insertSlot(map, update.entry.key, update.in_use ? update.slot : -1);
 }
 
-/// The share of a block of threads in entering blocks; there are blocksToEnter() of them.
-__device__ inline void enterBlocks(const MapView& map, const EnteredBlocks& entered,
-                                   uint32_t block) {
-  if (block >= entered.array_count) {
-    const uint32_t i = (block - entered.array_count) * blockDim.x + threadIdx.x;
-    if (i < entered.update_count) updateSlot(map, entered.updates[i]);
-    return;
-  }
-  const int32_t array = entered.arrays[block];
-  Voxel* voxels = map.voxels.record(array);
-  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) voxels[i] = Voxel{};
-  if (threadIdx.x < kBricksPerArray && map.colour_of != nullptr) {  // it may have had colours
-    map.colour_of[static_cast<size_t>(array) * kBricksPerArray + threadIdx.x] = 0;
-  }
-}
-
 /// Directions that a slot has arrays of, one bit each.
 __device__ __forceinline__ uint32_t directionsOfSlot(const SlotEntry& entry) {
   uint32_t mask = 0;

@@ -86,14 +86,10 @@ class DeviceMap {
   void noteDemand(const PoolSizes& asked);
   void reserveAhead(const BlockTable& table);
 
-  /// Notes an admission: these blocks are new, or have new arrays; those are to be zeroed. To be
-  /// followed by enterBlocks(), or by a kernel that does what it does and noteEntered().
+  /// Follows an admission: these blocks are new, or have new arrays; those are to be zeroed.
   /// @pre reserve() made the room.
-  void noteBlocks(const BlockTable& table, const std::vector<int32_t>& slots,
-                  const std::vector<int32_t>& arrays);
-  const EnteredBlocks& notedBlocks() const { return noted_blocks_; }
-  void enterBlocks();
-  void noteEntered();
+  void enterBlocks(const BlockTable& table, const std::vector<int32_t>& slots,
+                   const std::vector<int32_t>& arrays);
 
   /// Makes room for so many more bricks of colours. @throws CudaError as reserve() does.
   void reserveColours(const BlockTable& table, size_t new_colours);
@@ -148,7 +144,6 @@ class DeviceMap {
   Event updates_sent_;
   PinnedBuffer<SlotUpdate> updates_;
   PinnedBuffer<int32_t> new_arrays_;
-  EnteredBlocks noted_blocks_ = {};
   /// The same for other changes of the table, which no admission has to wait for.
   Event changes_sent_;
   PinnedBuffer<SlotUpdate> changes_;
@@ -156,11 +151,6 @@ class DeviceMap {
   PinnedBuffer<NewBrick> pinned_bricks_;
   DeviceBuffer<NewBrick> new_bricks_;
 };
-
-/// Blocks of threads that it takes to enter blocks.
-inline uint32_t blocksToEnter(const EnteredBlocks& entered) {
-  return entered.array_count + blocksFor(entered.update_count);
-}
 
 /// Some kernel of this binary, to find out whether the device can run its code.
 const void* anyKernel();

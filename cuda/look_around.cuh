@@ -15,8 +15,8 @@ struct LookList {
   int32_t* slots;
 };
 
-/// Lists a block that the frame looks at untouched. Those that are entered meanwhile are touched,
-/// whatever is read of their slots.
+/// Lists a block that the frame looks at untouched. One that is released meanwhile is left without
+/// arrays, so that nothing comes of a look at it.
 __device__ __forceinline__ void findLook(const FrameView& frame, const FusionRules& rules,
                                          const FusionTarget& target, uint64_t frame_number,
                                          const LookList& looks, uint32_t i) {

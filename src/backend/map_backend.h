@@ -181,11 +181,6 @@ class MapBackend {
   /// Follows an admission to the table: these blocks changed, and these arrays are to be zeroed.
   virtual void enterBlocks(const std::vector<int32_t>& slots,
                            const std::vector<int32_t>& arrays) = 0;
-  /// The same for a frame; castFoldAndClear(), which follows, may be what does it.
-  virtual void enterBlocksOfFrame(const std::vector<int32_t>& slots,
-                                  const std::vector<int32_t>& arrays) {
-    enterBlocks(slots, arrays);
-  }
   virtual void enterColours(const std::vector<NewBrick>& bricks) = 0;
 
   /// Follows other changes of the table; while an extraction reads the map, once it is waited for.

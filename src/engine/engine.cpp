@@ -181,7 +181,7 @@ size_t Engine::admit(const TouchedCounts& touched, const FrameTurn& turn) {
   if (hasRoomFor({blocks, arrays, table_.sizesAfter(blocks, arrays)})) {
     admission = table_.handOut(std::move(requests));
     if (pager_ || !backend_->hasMirror()) table_.listNew();
-    backend_->enterBlocksOfFrame(admission.changed_slots, admission.new_arrays);
+    backend_->enterBlocks(admission.changed_slots, admission.new_arrays);
     if (pager_) pager_->noteNew(admission.changed_slots);
   } else {
     admission.refused = blocks;

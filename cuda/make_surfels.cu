@@ -13,25 +13,26 @@ namespace {
 /// Of a block of threads that makes surfels: rows of most images are multiples of it.
 constexpr int kRowThreads = 128;
 
-/// Threads for each tile of pixels, one for each bit of what is merged: the tile and its four
+/// Threads for each patch of pixels, one for each bit of what is merged: the patch and its four
 /// squares are asked at once.
-constexpr uint32_t kTileThreads = 8;
-static_assert(kTileBit < kTileThreads && 32 % kTileThreads == 0, "a warp takes whole tiles");
+constexpr uint32_t kPatchThreads = 8;
+static_assert(kPatchBit < kPatchThreads && 32 % kPatchThreads == 0, "a warp takes whole patches");
 
-__global__ void mergeTilesKernel(ImageView image, SurfelSettings settings, uint8_t* tiles) {
+__global__ void mergePatchesKernel(ImageView image, SurfelSettings settings, uint8_t* patches) {
   waitForTheOneAhead();
-  const int tiles_across = tilesAlong(image.frame.width);
-  const size_t tile = globalThread() / kTileThreads;
-  const bool is_tile = tile < static_cast<size_t>(tiles_across) * tilesAlong(image.frame.height);
-  const uint32_t bit = threadIdx.x % kTileThreads, lane = threadIdx.x % 32;
-  const Pixel first{static_cast<int>(tile % tiles_across) * kTileSide,
-                    static_cast<int>(tile / tiles_across) * kTileSide};
+  const int patches_across = patchesAlong(image.frame.width);
+  const size_t patch = globalThread() / kPatchThreads;
+  const bool is_patch =
+      patch < static_cast<size_t>(patches_across) * patchesAlong(image.frame.height);
+  const uint32_t bit = threadIdx.x % kPatchThreads, lane = threadIdx.x % 32;
+  const Pixel first{static_cast<int>(patch % patches_across) * kPatchSide,
+                    static_cast<int>(patch / patches_across) * kPatchSide};
   const bool is_merged =
-      is_tile && bit <= kTileBit && isBitMerged(image, first, static_cast<int>(bit), settings);
-  const MergedTile merged = __ballot_sync(~0u, is_merged) >> (lane - bit);
-  constexpr MergedTile kWhole = 1u << kTileBit;
-  if (!is_tile || bit != 0) return;
-  tiles[tile] = static_cast<uint8_t>((merged & kWhole) != 0 ? kWhole : merged & (kWhole - 1u));
+      is_patch && bit <= kPatchBit && isBitMerged(image, first, static_cast<int>(bit), settings);
+  const MergedPatch merged = __ballot_sync(~0u, is_merged) >> (lane - bit);
+  constexpr MergedPatch kWhole = 1u << kPatchBit;
+  if (!is_patch || bit != 0) return;
+  patches[patch] = static_cast<uint8_t>((merged & kWhole) != 0 ? kWhole : merged & (kWhole - 1u));
 }
 
 /// One surfel per pixel. `count` takes the number of those with a weight.
@@ -77,12 +78,12 @@ struct PixelSurfels {
 __device__ __forceinline__ PixelSurfels measurePixel(const FrameSensing& sensing,
                                                      const Pixel& pixel,
                                                      const SurfelSettings& settings,
-                                                     const uint8_t* tiles) {
+                                                     const uint8_t* patches) {
   PixelSurfels found{noSurfel(), {}, 0};
-  const size_t tile =
-      static_cast<size_t>(pixel.v / kTileSide) * tilesAlong(sensing.image.frame.width) +
-      pixel.u / kTileSide;
-  const int side = mergedSide(tiles[tile], pixel);
+  const size_t patch =
+      static_cast<size_t>(pixel.v / kPatchSide) * patchesAlong(sensing.image.frame.width) +
+      pixel.u / kPatchSide;
+  const int side = mergedSide(patches[patch], pixel);
   if (side > 1) {
     found.merged = makeMergedSurfel(sensing, {pixel, side}, settings);
     found.count = found.merged.weight > 0.0f;
@@ -97,14 +98,14 @@ __device__ __forceinline__ PixelSurfels measurePixel(const FrameSensing& sensing
 /// One surfel per square of merged pixels, per pixel, or per subpixel; their order does not matter,
 /// since sums are integers.
 __global__ void __launch_bounds__(kRowThreads, 8)
-    makeSurfelsKernel(DeviceSensing on_device, SurfelSettings settings, const uint8_t* tiles,
+    makeSurfelsKernel(DeviceSensing on_device, SurfelSettings settings, const uint8_t* patches,
                       SurfelList list) {
   waitForTheOneAhead();
   const FrameSensing sensing = on_device.load();
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; v < sensing.image.frame.height; v += gridDim.y) {
     PixelSurfels found{noSurfel(), {}, 0};
-    if (u < sensing.image.frame.width) found = measurePixel(sensing, {u, v}, settings, tiles);
+    if (u < sensing.image.frame.width) found = measurePixel(sensing, {u, v}, settings, patches);
     const uint32_t place = takePlaces(found.count, list.count);
     for (uint32_t i = 0; i < found.count && place + i < list.room; ++i) {
       list.surfels[place + i] =
@@ -115,8 +116,8 @@ __global__ void __launch_bounds__(kRowThreads, 8)
   }
 }
 
-size_t tilesOf(const FrameView& frame) {
-  return static_cast<size_t>(tilesAlong(frame.width)) * tilesAlong(frame.height);
+size_t patchesOf(const FrameView& frame) {
+  return static_cast<size_t>(patchesAlong(frame.width)) * patchesAlong(frame.height);
 }
 
 }  // namespace
@@ -127,12 +128,12 @@ SurfelMaker::SurfelMaker(const MapperParams& params, const SurfelRules& rules, c
       stream_(stream) {}
 
 void SurfelMaker::mergePixels(const DeviceSensing& sensing) {
-  const size_t tiles = tilesOf(sensing.frame());
-  tiles_.reserveExactly(tiles, stream_);
+  const size_t patches = patchesOf(sensing.frame());
+  patches_.reserveExactly(patches, stream_);
   const StageSpan span(stream_, Stage::kMakeSurfels);
-  launchBehind(mergeTilesKernel, blocksFor(tiles * kTileThreads), kThreads, 0, stream_,
-               sensing.image(), surfel_settings_, tiles_.data());
-  DTSDF_CHECK_LAUNCH("mergeTilesKernel");
+  launchBehind(mergePatchesKernel, blocksFor(patches * kPatchThreads), kThreads, 0, stream_,
+               sensing.image(), surfel_settings_, patches_.data());
+  DTSDF_CHECK_LAUNCH("mergePatchesKernel");
 }
 
 DeviceSurfels SurfelMaker::makeSurfels(const DeviceSensing& sensing, uint32_t* count) {
@@ -161,13 +162,13 @@ DeviceSurfels SurfelMaker::makeMoreSurfels(const DeviceSensing& sensing, uint32_
 DeviceSurfels SurfelMaker::listSurfels(const DeviceSensing& sensing, uint32_t* count) {
   const uint32_t room = static_cast<uint32_t>(surfels_.capacity());
   launchBehind(makeSurfelsKernel, rowGrid(sensing.frame(), kRowThreads), kRowThreads, 0, stream_,
-               sensing, surfel_settings_, tiles_.data(), {surfels_.data(), room, count});
+               sensing, surfel_settings_, patches_.data(), {surfels_.data(), room, count});
   DTSDF_CHECK_LAUNCH("makeSurfelsKernel");
   return {surfels_.data(), room, count};
 }
 
 void SurfelMaker::addMemory(std::vector<MemoryPart>& parts) const {
-  const size_t bytes = tiles_.bytes() + surfels_.bytes();
+  const size_t bytes = patches_.bytes() + surfels_.bytes();
   parts.push_back({"surfels", MemoryKind::kScratch, bytes, bytes});
 }
 

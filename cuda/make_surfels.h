@@ -43,7 +43,7 @@ class SurfelMaker {
   const bool merges_;  ///< And subdivides: surfels are cast.
   const SurfelSettings surfel_settings_;
   const Stream& stream_;
-  DeviceBuffer<uint8_t> tiles_;  ///< MergedTile per tile.
+  DeviceBuffer<uint8_t> patches_;  ///< MergedPatch per patch.
   DeviceBuffer<Surfel> surfels_;
 };
 

@@ -10,10 +10,10 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Levels that one launch makes, of tiles that a block of threads has to itself; and its first one
-/// has as many texels as there are threads.
-constexpr int kTileLevels = 5;
-static_assert((1 << (kTileLevels - 1)) * (1 << (kTileLevels - 1)) == kThreads, "a texel each");
+/// Levels that one launch makes, of patches that a block of threads has to itself; and its first
+/// one has as many texels as there are threads.
+constexpr int kPatchLevels = 5;
+static_assert((1 << (kPatchLevels - 1)) * (1 << (kPatchLevels - 1)) == kThreads, "a texel each");
 
 constexpr int kFinishingThreads = 1024;
 
@@ -37,17 +37,17 @@ struct PyramidLevels {
 #endif
 };
 
-/// One block of threads per tile: what it makes of a level is all that its next level takes.
-__global__ void makeFreeTilesKernel(PyramidLevels levels) {
-  const int32_t tiles_along = levels.widthOf(kTileLevels);
-  const int32_t tile_u = static_cast<int32_t>(blockIdx.x) % tiles_along,
-                tile_v = static_cast<int32_t>(blockIdx.x) / tiles_along;
-  for (int k = 1; k <= kTileLevels; ++k) {
-    const int side_log2 = kTileLevels - k;
+/// One block of threads per patch: what it makes of a level is all that its next level takes.
+__global__ void makeFreePatchesKernel(PyramidLevels levels) {
+  const int32_t patches_along = levels.widthOf(kPatchLevels);
+  const int32_t patch_u = static_cast<int32_t>(blockIdx.x) % patches_along,
+                patch_v = static_cast<int32_t>(blockIdx.x) / patches_along;
+  for (int k = 1; k <= kPatchLevels; ++k) {
+    const int side_log2 = kPatchLevels - k;
     if (threadIdx.x < 1u << (2 * side_log2)) {
       const int32_t x = static_cast<int32_t>(threadIdx.x) & ((1 << side_log2) - 1);
       const int32_t y = static_cast<int32_t>(threadIdx.x) >> side_log2;
-      levels.make(k, (tile_u << side_log2) + x, (tile_v << side_log2) + y);
+      levels.make(k, (patch_u << side_log2) + x, (patch_v << side_log2) + y);
     }
     __syncthreads();
   }
@@ -55,7 +55,7 @@ __global__ void makeFreeTilesKernel(PyramidLevels levels) {
 
 /// What is left of the levels, with one block of threads.
 __global__ void __launch_bounds__(kFinishingThreads) finishPyramidKernel(PyramidLevels levels) {
-  for (int k = kTileLevels + 1; k < kFreeLevels; ++k) {
+  for (int k = kPatchLevels + 1; k < kFreeLevels; ++k) {
     const int32_t width = levels.widthOf(k);
     const int64_t texels = static_cast<int64_t>(width) * levels.heightOf(k);
     for (int64_t i = threadIdx.x; i < texels; i += kFinishingThreads) {
@@ -141,10 +141,10 @@ FreePyramid FreeCellFinder::makePyramid(const FrameView& frame, const float* fre
     free.level[k] = levels.level[k];
   }
   // In one row, since an image may be higher than a grid.
-  const auto tiles = static_cast<unsigned>(texelsFor(frame.width, kTileLevels) *
-                                           texelsFor(frame.height, kTileLevels));
-  makeFreeTilesKernel<<<tiles, kThreads, 0, stream_.get()>>>(levels);
-  DTSDF_CHECK_LAUNCH("makeFreeTilesKernel");
+  const auto patches = static_cast<unsigned>(texelsFor(frame.width, kPatchLevels) *
+                                             texelsFor(frame.height, kPatchLevels));
+  makeFreePatchesKernel<<<patches, kThreads, 0, stream_.get()>>>(levels);
+  DTSDF_CHECK_LAUNCH("makeFreePatchesKernel");
   finishPyramidKernel<<<1, kFinishingThreads, 0, stream_.get()>>>(levels);
   DTSDF_CHECK_LAUNCH("finishPyramidKernel");
   return free;

@@ -13,7 +13,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-constexpr int kTileWidth = kThreads + 2 * kMaxNormalRadius_px;
+constexpr int kStretchWidth = kThreads + 2 * kMaxNormalRadius_px;
 
 struct DepthImage {
   RawDepth raw;
@@ -143,33 +143,33 @@ struct RowImages {
   PixelLinks* links;
 };
 
-/// A block of threads links and fits a stretch of one row. The tile has a margin in which pixels
+/// A block of threads links and fits a stretch of one row. It has a margin in which pixels
 /// outside the image count as unmeasured, which ends a walk just as the image's border does.
 __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const DepthNoise* noise,
                               RowImages rows) {
   waitForTheOneAhead();
-  __shared__ float tile[kTileWidth];
-  __shared__ PixelLinks links[kTileWidth];
+  __shared__ float stretch[kStretchWidth];
+  __shared__ PixelLinks links[kStretchWidth];
   const FrameView& frame = image.frame;
   const FitWindow window = fitWindow(frame, *noise, surfels);
   const LinkLimits limits = linkLimits(frame, *noise, surfels);
   const int first_u = blockIdx.x * blockDim.x, u = first_u + threadIdx.x;
   for (int v = blockIdx.y; v < frame.height; v += gridDim.y) {
-    for (int i = threadIdx.x; i < kTileWidth; i += blockDim.x) {
-      const int tile_u = first_u + i - kMaxNormalRadius_px;
-      const bool is_inside = tile_u >= 0 && tile_u < frame.width;
-      tile[i] = is_inside ? image.inverse_depth[pixelIndex(frame, {tile_u, v})] : 0.0f;
+    for (int i = threadIdx.x; i < kStretchWidth; i += blockDim.x) {
+      const int stretch_u = first_u + i - kMaxNormalRadius_px;
+      const bool is_inside = stretch_u >= 0 && stretch_u < frame.width;
+      stretch[i] = is_inside ? image.inverse_depth[pixelIndex(frame, {stretch_u, v})] : 0.0f;
       links[i] =
-          is_inside ? linksOf(frame, image.inverse_depth, {tile_u, v}, limits) : PixelLinks{0};
+          is_inside ? linksOf(frame, image.inverse_depth, {stretch_u, v}, limits) : PixelLinks{0};
     }
     __syncthreads();
     if (u < frame.width) {
-      const int in_tile = threadIdx.x + kMaxNormalRadius_px;
-      const RowFit fit = fitRow(tile, links, kTileWidth, in_tile, window);
+      const int in_stretch = threadIdx.x + kMaxNormalRadius_px;
+      const RowFit fit = fitRow(stretch, links, kStretchWidth, in_stretch, window);
       const int64_t at = pixelIndex(frame, {u, v});
       rows.row_value[at] = fit.value;
       rows.row_slope[at] = fit.slope;
-      rows.links[at] = links[in_tile];
+      rows.links[at] = links[in_stretch];
     }
     __syncthreads();
   }

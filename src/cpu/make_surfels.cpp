@@ -13,12 +13,12 @@ struct NoScratch {};
 
 /// The measured pixels of a stretch of a row, up to some column, that are not merged.
 ListedPixels singlesOf(const ImageView& image, const Pixel& first, int end_u,
-                       const std::vector<MergedTile>& tiles) {
+                       const std::vector<MergedPatch>& patches) {
   const float* measured = image.inverse_depth + pixelIndex(image.frame, first);
   const int pixels = std::min(kStretch, end_u - first.u);
   ListedPixels listed;
-  for (int u = 0; u < pixels; u += kTileSide) {
-    uint32_t singles = singlesInRow(tiles[(first.u + u) / kTileSide], first.v);
+  for (int u = 0; u < pixels; u += kPatchSide) {
+    uint32_t singles = singlesInRow(patches[(first.u + u) / kPatchSide], first.v);
     for (int i = u; singles != 0 && i < pixels; ++i, singles >>= 1) {
       listed.index[listed.count] = i;
       listed.count += static_cast<int>((singles & 1) != 0 && measured[i] > 0.0f);
@@ -93,34 +93,34 @@ void SurfelMaker::makePixelSurfels(const FrameSensing& sensing) {
 }
 
 void SurfelMaker::makeListOfSurfels(const FrameSensing& sensing) {
-  lists_.resize(tilesAlong(sensing.image.frame.height));
+  lists_.resize(patchesAlong(sensing.image.frame.height));
   parallelFor<Scratch>(lists_.size(), threads_, [&](size_t row, Scratch& scratch) {
     lists_[row].clear();
-    makeTiles(sensing, static_cast<int>(row) * kTileSide, scratch, lists_[row]);
+    makePatches(sensing, static_cast<int>(row) * kPatchSide, scratch, lists_[row]);
   });
   count_ = 0;
   for (const std::vector<Surfel>& list : lists_) count_ += list.size();
 }
 
-void SurfelMaker::makeTiles(const FrameSensing& sensing, int first_v, Scratch& scratch,
-                            std::vector<Surfel>& surfels) const {
+void SurfelMaker::makePatches(const FrameSensing& sensing, int first_v, Scratch& scratch,
+                              std::vector<Surfel>& surfels) const {
   const FrameView& frame = sensing.image.frame;
-  std::vector<MergedTile>& tiles = scratch.tiles;
-  const int end_v = std::min(first_v + kTileSide, frame.height);
+  std::vector<MergedPatch>& patches = scratch.patches;
+  const int end_v = std::min(first_v + kPatchSide, frame.height);
   PixelSpan span{0, 0};
   for (int v = first_v; v < end_v; ++v) {
     const float* row = sensing.image.inverse_depth + pixelIndex(frame, {0, v});
     span = unite(span, measuredSpan<float>(row, frame.width, {0, frame.width}));
   }
-  tiles.resize(tilesAlong(frame.width));
-  for (int u = span.begin; u < span.end; u += kTileSide) {
-    tiles[u / kTileSide] = mergeTile(sensing.image, {u, first_v}, surfel_settings_);
+  patches.resize(patchesAlong(frame.width));
+  for (int u = span.begin; u < span.end; u += kPatchSide) {
+    patches[u / kPatchSide] = mergePatch(sensing.image, {u, first_v}, surfel_settings_);
   }
   for (int v = first_v; v < end_v; ++v) {
     makeSingles(sensing, v, span, scratch, surfels);
     if (v % kQuadSide != 0) continue;  // no square begins here
     for (int u = span.begin; u < span.end; u += kQuadSide) {
-      const int side = mergedSide(tiles[u / kTileSide], {u, v});
+      const int side = mergedSide(patches[u / kPatchSide], {u, v});
       if (side <= 1) continue;
       scratch.batch.add(frame, seenSquare(sensing, {{u, v}, side}, surfel_settings_), surfels);
     }
@@ -140,7 +140,7 @@ void SurfelMaker::makeSingles(const FrameSensing& sensing, int v, const PixelSpa
     }
   };
   for (int u = span.begin; u < span.end; u += kStretch) {
-    visitColumnFits(sensing, {u, v}, singlesOf(sensing.image, {u, v}, span.end, scratch.tiles),
+    visitColumnFits(sensing, {u, v}, singlesOf(sensing.image, {u, v}, span.end, scratch.patches),
                     make);
   }
 }

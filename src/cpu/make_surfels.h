@@ -42,13 +42,13 @@ class SurfelMaker {
   void makeListOfSurfels(const FrameSensing& sensing);
   /// What a thread works in.
   struct Scratch {
-    std::vector<MergedTile> tiles;
+    std::vector<MergedPatch> patches;
     SurfelBatch batch;
   };
 
-  /// Appends the surfels of the tiles whose first row is `first_v`.
-  void makeTiles(const FrameSensing& sensing, int first_v, Scratch& scratch,
-                 std::vector<Surfel>& surfels) const;
+  /// Appends the surfels of the patches whose first row is `first_v`.
+  void makePatches(const FrameSensing& sensing, int first_v, Scratch& scratch,
+                   std::vector<Surfel>& surfels) const;
   void makeSingles(const FrameSensing& sensing, int v, const PixelSpan& span, Scratch& scratch,
                    std::vector<Surfel>& surfels) const;
   template <class Visit>
@@ -59,7 +59,7 @@ class SurfelMaker {
   const SurfelSettings surfel_settings_;
   const int threads_;
   size_t count_ = 0;
-  std::vector<std::vector<Surfel>> lists_;  ///< Of surfels to be cast one per row of tiles.
+  std::vector<std::vector<Surfel>> lists_;  ///< Of surfels to be cast one per row of patches.
 };
 
 }  // namespace dtsdf

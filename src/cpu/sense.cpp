@@ -102,9 +102,9 @@ void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const PixelSpan& s
 /// The greatest values of squares of a grid that lie side by side, from row `first_v` on, which
 /// are 0 but for a span.
 void findGreatest(const DepthGrid& grid, int first_v, int side, const PixelSpan& span,
-                  std::vector<float>& columns, float* tiles) {
-  static_assert(kSpanStep % (1 << kFineTileLog2) == 0, "spans are of whole squares");
-  std::fill_n(tiles, (grid.width + side - 1) / side, 0.0f);
+                  std::vector<float>& columns, float* patches) {
+  static_assert(kSpanStep % (1 << kFinePatchLog2) == 0, "spans are of whole squares");
+  std::fill_n(patches, (grid.width + side - 1) / side, 0.0f);
   if (span.isEmpty()) return;
   columns.assign(grid.width, 0.0f);
   withWidestVectors([&, greatest = columns.data()] {
@@ -114,7 +114,7 @@ void findGreatest(const DepthGrid& grid, int first_v, int side, const PixelSpan&
     }
   });
   for (int u = span.begin; u < span.end; u += side) {
-    tiles[u / side] = greatestIn({columns.data(), grid.width, 1}, u, 0, side);
+    patches[u / side] = greatestIn({columns.data(), grid.width, 1}, u, 0, side);
   }
 }
 
@@ -288,33 +288,33 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
   });
 }
 
-/// And the greatest ones of fine tiles, with the rows of these, and of coarse ones.
+/// And the greatest ones of fine patches, with the rows of these, and of coarse ones.
 void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
   const FrameView& view = sensing.image.frame;
-  const int columns = tilesAlong(view.width, kFineTileLog2);
-  const int rows = tilesAlong(view.height, kFineTileLog2);
+  const int columns = patchesAlong(view.width, kFinePatchLog2);
+  const int rows = patchesAlong(view.height, kFinePatchLog2);
   free_depth_.resize(view.width, view.height);
-  most_free_.resize(tileCount(view, kFineTileLog2) + tileCount(view, kCoarseTileLog2));
+  most_free_.resize(patchCount(view, kFinePatchLog2) + patchCount(view, kCoarsePatchLog2));
   parallelFor<std::vector<float>>(rows, threads_, [&](size_t row, std::vector<float>& greatest) {
-    const int first_v = static_cast<int>(row) << kFineTileLog2;
+    const int first_v = static_cast<int>(row) << kFinePatchLog2;
     PixelSpan all{0, 0};
-    for (int v = first_v; v < std::min(first_v + (1 << kFineTileLog2), view.height); ++v) {
+    for (int v = first_v; v < std::min(first_v + (1 << kFinePatchLog2), view.height); ++v) {
       const PixelSpan span = inverse_depth_.span(v);
       float* const free_depth = free_depth_.newRow(v, span);
       withWidestVectors(
           [&] { findFreeDepthsOfRow(sensing, v, span, fusion_settings_, free_depth); });
       all = unite(all, span);
     }
-    findGreatest({free_depth_.data(), view.width, view.height}, first_v, 1 << kFineTileLog2, all,
+    findGreatest({free_depth_.data(), view.width, view.height}, first_v, 1 << kFinePatchLog2, all,
                  greatest, &most_free_[row * columns]);
   });
-  constexpr int kSideLog2 = kCoarseTileLog2 - kFineTileLog2;
+  constexpr int kSideLog2 = kCoarsePatchLog2 - kFinePatchLog2;
   std::vector<float> greatest;
-  float* coarse = &most_free_[tileCount(view, kFineTileLog2)];
+  float* coarse = &most_free_[patchCount(view, kFinePatchLog2)];
   for (int row = 0; row < rows; row += 1 << kSideLog2) {
     findGreatest({most_free_.data(), columns, rows}, row, 1 << kSideLog2, {0, columns}, greatest,
                  coarse);
-    coarse += tilesAlong(view.width, kCoarseTileLog2);
+    coarse += patchesAlong(view.width, kCoarsePatchLog2);
   }
 }
 

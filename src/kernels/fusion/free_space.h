@@ -20,7 +20,7 @@
 #include "kernels/core/direction.h"
 #include "kernels/core/select.h"
 #include "kernels/fusion/evidence.h"
-#include "kernels/fusion/free_tiles.h"
+#include "kernels/fusion/free_patches.h"
 #include "kernels/fusion/sample_line.h"
 
 namespace dtsdf {

@@ -2,19 +2,19 @@
 ///
 /// Where a voxel is many pixels wide, neighbouring pixels of a smooth surface update the very same
 /// voxels with almost the same plane: their mean says the same for a fraction of the work. The
-/// image is divided into tiles of 4 x 4 pixels. A tile is merged, or else each of its four quads of
-/// 2 x 2 pixels, or else the quad's pixels stay single.
+/// image is divided into patches of 4 x 4 pixels. A patch is merged, or else each of its four quads
+/// of 2 x 2 pixels, or else the quad's pixels stay single.
 #pragma once
 
 #include "kernels/surfels/links.h"
 
 namespace dtsdf {
 
-constexpr int kTileSide = 4;  ///< In pixels.
+constexpr int kPatchSide = 4;  ///< In pixels.
 constexpr int kQuadSide = 2;
 
-/// Tiles along a side of the image; the last may reach beyond it.
-DTSDF_HD int tilesAlong(int pixels) { return (pixels + kTileSide - 1) / kTileSide; }
+/// Patches along a side of the image; the last may reach beyond it.
+DTSDF_HD int patchesAlong(int pixels) { return (pixels + kPatchSide - 1) / kPatchSide; }
 
 /// A square of pixels.
 struct PixelSquare {
@@ -101,42 +101,42 @@ DTSDF_HD bool isMerged(const ImageView& image, const PixelSquare& square,
          turnsLittle(image, square, frame.width, 1, turn);
 }
 
-/// How a tile is merged: bit kTileBit if it is as a whole, else bit q for each quad that is.
-using MergedTile = uint32_t;
-constexpr int kTileBit = 4;
+/// How a patch is merged: bit kPatchBit if it is as a whole, else bit q for each quad that is.
+using MergedPatch = uint32_t;
+constexpr int kPatchBit = 4;
 
-/// Whether the square of a bit would be merged, in the tile with the given first pixel.
+/// Whether the square of a bit would be merged, in the patch with the given first pixel.
 DTSDF_HD bool isBitMerged(const ImageView& image, const Pixel& first, int bit,
                           const SurfelSettings& surfels) {
-  if (bit == kTileBit) return isMerged(image, {first, kTileSide}, surfels);
+  if (bit == kPatchBit) return isMerged(image, {first, kPatchSide}, surfels);
   const Pixel quad{first.u + kQuadSide * (bit & 1), first.v + kQuadSide * (bit >> 1)};
   return quad.u < image.frame.width && isMerged(image, {quad, kQuadSide}, surfels);
 }
 
-/// What is merged in a tile.
-DTSDF_HD MergedTile mergeTile(const ImageView& image, const Pixel& first,
-                              const SurfelSettings& surfels) {
-  if (isBitMerged(image, first, kTileBit, surfels)) return 1u << kTileBit;
-  MergedTile merged = 0;
-  for (int quad = 0; quad < kTileBit; ++quad) {
+/// What is merged in a patch.
+DTSDF_HD MergedPatch mergePatch(const ImageView& image, const Pixel& first,
+                                const SurfelSettings& surfels) {
+  if (isBitMerged(image, first, kPatchBit, surfels)) return 1u << kPatchBit;
+  MergedPatch merged = 0;
+  for (int quad = 0; quad < kPatchBit; ++quad) {
     if (isBitMerged(image, first, quad, surfels)) merged |= 1u << quad;
   }
   return merged;
 }
 
-/// Which of the pixels of a tile's row are single, a bit each.
-DTSDF_HD uint32_t singlesInRow(MergedTile tile, int v) {
-  if (tile >> kTileBit & 1) return 0;
-  const MergedTile quads = tile >> ((v & kQuadSide) != 0 ? 2 : 0);
+/// Which of the pixels of a patch's row are single, a bit each.
+DTSDF_HD uint32_t singlesInRow(MergedPatch patch, int v) {
+  if (patch >> kPatchBit & 1) return 0;
+  const MergedPatch quads = patch >> ((v & kQuadSide) != 0 ? 2 : 0);
   return ((quads & 1) != 0 ? 0u : 3u) | ((quads & 2) != 0 ? 0u : 12u);
 }
 
 /// Side of the square that a pixel is the first of, 1 for a single pixel; 0 for the other pixels of
 /// a square.
-DTSDF_HD int mergedSide(MergedTile tile, const Pixel& pixel) {
-  const int x = pixel.u & (kTileSide - 1), y = pixel.v & (kTileSide - 1);
-  if (tile >> kTileBit & 1) return x == 0 && y == 0 ? kTileSide : 0;
-  if (singlesInRow(tile, pixel.v) >> x & 1) return 1;
+DTSDF_HD int mergedSide(MergedPatch patch, const Pixel& pixel) {
+  const int x = pixel.u & (kPatchSide - 1), y = pixel.v & (kPatchSide - 1);
+  if (patch >> kPatchBit & 1) return x == 0 && y == 0 ? kPatchSide : 0;
+  if (singlesInRow(patch, pixel.v) >> x & 1) return 1;
   return (x & 1) == 0 && (y & 1) == 0 ? kQuadSide : 0;
 }
 

@@ -44,7 +44,8 @@ struct FrameSensing {
   ImageView image;
   DepthNoise noise;
   const float* free_depth;  ///< freeDepth() per pixel; null where nothing asks for it.
-  /// The greatest of them in tiles (fusion/free_tiles.h); null where nothing is cleared by them.
+  /// The greatest of them in patches (fusion/free_patches.h); null where nothing is cleared by
+  /// them.
   const float* most_free = nullptr;
 };
 

@@ -23,30 +23,30 @@ class MergedImage {
 
   /// Side of the square that a pixel belongs to.
   int sideAt(int u, int v) const {
-    const MergedTile tile = tileAt(u, v);
-    if (tile >> kTileBit & 1) return kTileSide;
+    const MergedPatch patch = patchAt(u, v);
+    if (patch >> kPatchBit & 1) return kPatchSide;
     const int quad = (u & 3) / 2 + 2 * ((v & 3) / 2);
-    return tile >> quad & 1 ? kQuadSide : 1;
+    return patch >> quad & 1 ? kQuadSide : 1;
   }
 
   /// The surfel of the square that the pixel is the first of.
   Surfel surfelAt(int u, int v) const {
-    const int side = mergedSide(tileAt(u, v), {u, v});
+    const int side = mergedSide(patchAt(u, v), {u, v});
     if (side == 0) return noSurfel();
     return side == 1 ? makePixelSurfel(image_.sensing(), {u, v}, kSurfels)
                      : makeMergedSurfel(image_.sensing(), {{u, v}, side}, kSurfels);
   }
 
  private:
-  MergedTile tileAt(int u, int v) const {
-    return mergeTile(image_.sensing().image, {u - u % kTileSide, v - v % kTileSide}, kSurfels);
+  MergedPatch patchAt(int u, int v) const {
+    return mergePatch(image_.sensing().image, {u - u % kPatchSide, v - v % kPatchSide}, kSurfels);
   }
 
   SurfaceImage image_;
 };
 
 bool nearBorder(int u, int v) {
-  return u < kTileSide || u >= kWidth - kTileSide || v < kTileSide || v >= kHeight - kTileSide;
+  return u < kPatchSide || u >= kWidth - kPatchSide || v < kPatchSide || v >= kHeight - kPatchSide;
 }
 
 /// At 2 m a pixel is 4 mm wide: 2 are 0.4 voxels of 20 mm, 4 are 0.32 voxels of 50 mm.
@@ -119,7 +119,7 @@ TEST(PixelMerging, LiesAtTheCentre) {
   EXPECT_EQ(image.surfelAt(21, 13).weight, 0.0f);
 }
 
-/// A step that runs through tiles and quads, smaller and larger than the limit of the jump: what
+/// A step that runs through patches and quads, smaller and larger than the limit of the jump: what
 /// lies across it is not merged, what does not reach it is.
 TEST(PixelMerging, DoesNotSpanAStep) {
   const int edge = 27;  // first column on the far side
@@ -172,15 +172,15 @@ TEST(PixelMerging, LeavesCreasesAlone) {
 
 /// Every pixel of an image of any size is in exactly one square, borders included.
 TEST(PixelMerging, CoversEachPixelOnce) {
-  for (MergedTile tile : {0u, 1u, 6u, 9u, 15u, 16u}) {
+  for (MergedPatch patch : {0u, 1u, 6u, 9u, 15u, 16u}) {
     int covered = 0;
-    for (int v = 0; v < kTileSide; ++v) {
-      for (int u = 0; u < kTileSide; ++u) {
-        const int side = mergedSide(tile, {u, v});
+    for (int v = 0; v < kPatchSide; ++v) {
+      for (int u = 0; u < kPatchSide; ++u) {
+        const int side = mergedSide(patch, {u, v});
         covered += side * side;
       }
     }
-    EXPECT_EQ(covered, kTileSide * kTileSide) << tile;
+    EXPECT_EQ(covered, kPatchSide * kPatchSide) << patch;
   }
 }
 

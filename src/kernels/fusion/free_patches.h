@@ -1,8 +1,8 @@
 /// Which parts of a block a frame cannot see through, without a look at their voxels.
 ///
-/// Most of what a frame might clear lies behind surfaces. Tiles of the image keep their greatest
-/// free depth: what is nowhere nearer than that of the tiles that it covers is not seen through. So
-/// most hidden blocks are skipped at once, and so are the hidden parts of others. What is
+/// Most of what a frame might clear lies behind surfaces. Patches of the image keep their greatest
+/// free depth: what is nowhere nearer than that of the patches that it covers is not seen through.
+/// So most hidden blocks are skipped at once, and so are the hidden parts of others. What is
 /// contradicted does not change by that.
 #pragma once
 
@@ -13,18 +13,18 @@
 
 namespace dtsdf {
 
-/// Fine and coarse tiles, by the side in pixels.
-constexpr int kFineTileLog2 = 3, kCoarseTileLog2 = 5;
+/// Fine and coarse patches, by the side in pixels.
+constexpr int kFinePatchLog2 = 3, kCoarsePatchLog2 = 5;
 
-DTSDF_HD int32_t tilesAlong(int32_t pixels, int side_log2) {
+DTSDF_HD int32_t patchesAlong(int32_t pixels, int side_log2) {
   return (pixels + (1 << side_log2) - 1) >> side_log2;
 }
-DTSDF_HD int64_t tileCount(const FrameView& frame, int side_log2) {
-  return static_cast<int64_t>(tilesAlong(frame.width, side_log2)) *
-         tilesAlong(frame.height, side_log2);
+DTSDF_HD int64_t patchCount(const FrameView& frame, int side_log2) {
+  return static_cast<int64_t>(patchesAlong(frame.width, side_log2)) *
+         patchesAlong(frame.height, side_log2);
 }
 
-/// Pixels, or tiles, as far as there are any, row by row.
+/// Pixels, or patches, as far as there are any, row by row.
 struct DepthGrid {
   const float* values;
   int32_t width, height;
@@ -56,7 +56,7 @@ DTSDF_HD SeenBounds boundsOfBox(const FrameView& frame, const Vec3f& low, const 
 /// `beyond_m` behind it: false only if it does not.
 DTSDF_HD bool maySeeThrough(const FrameSensing& sensing, const Vec3f& low, const Vec3f& high,
                             float beyond_m) {
-  constexpr int kMostTiles = 16;  // along an edge; more are not looked at
+  constexpr int kMostPatches = 16;  // along an edge; more are not looked at
   const FrameView& frame = sensing.image.frame;
   const SeenBounds seen = boundsOfBox(frame, low, high);
   if (!(seen.near_m > 0.0f)) return true;
@@ -69,14 +69,14 @@ DTSDF_HD bool maySeeThrough(const FrameSensing& sensing, const Vec3f& low, const
              top = static_cast<int32_t>(maximum(seen.top, 0.0f)),
              bottom = static_cast<int32_t>(minimum(seen.bottom, height - 1.0f));
   const int32_t extent = right - left > bottom - top ? right - left : bottom - top;
-  if (extent >= kMostTiles << kCoarseTileLog2) return true;
-  const bool fine = extent < kMostTiles / 2 << kFineTileLog2;
-  const int log2 = fine ? kFineTileLog2 : kCoarseTileLog2;
-  const float* tiles = sensing.most_free + (fine ? 0 : tileCount(frame, kFineTileLog2));
-  const int32_t along = tilesAlong(frame.width, log2);
+  if (extent >= kMostPatches << kCoarsePatchLog2) return true;
+  const bool fine = extent < kMostPatches / 2 << kFinePatchLog2;
+  const int log2 = fine ? kFinePatchLog2 : kCoarsePatchLog2;
+  const float* patches = sensing.most_free + (fine ? 0 : patchCount(frame, kFinePatchLog2));
+  const int32_t along = patchesAlong(frame.width, log2);
   for (int32_t v = top >> log2; v <= bottom >> log2; ++v) {
     for (int32_t u = left >> log2; u <= right >> log2; ++u) {
-      if (seen.near_m + beyond_m < tiles[static_cast<int64_t>(v) * along + u]) return true;
+      if (seen.near_m + beyond_m < patches[static_cast<int64_t>(v) * along + u]) return true;
     }
   }
   return false;

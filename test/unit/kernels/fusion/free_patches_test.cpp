@@ -1,5 +1,5 @@
 // What is skipped without a look at its voxels, against a look at each.
-#include "kernels/fusion/free_tiles.h"
+#include "kernels/fusion/free_patches.h"
 
 #include <gtest/gtest.h>
 
@@ -12,11 +12,11 @@
 #include "support/random_vectors.h"
 
 namespace dtsdf {
-namespace free_tiles_test {
+namespace free_patches_test {
 
 constexpr float kVoxel_m = 0.02f, kTruncation = 4.0f;
 
-/// A camera that looks anywhere, at walls of its own depth for each tile of 16 x 16 pixels.
+/// A camera that looks anywhere, at walls of its own depth for each patch of 16 x 16 pixels.
 class WallImage {
  public:
   WallImage(std::mt19937& random, int width, int height) {
@@ -69,7 +69,7 @@ Vec3f randomBlock(std::mt19937& random, const FrameView& frame) {
 }
 
 /// What is passed over is nowhere seen through; and most of what is hidden is passed over.
-TEST(FreeTiles, PassOverWhatIsNowhereSeenThrough) {
+TEST(FreePatches, PassOverWhatIsNowhereSeenThrough) {
   std::mt19937 random(5);
   int octants_hidden = 0, octants_passed = 0, blocks_hidden = 0, blocks_passed = 0;
   std::uniform_real_distribution<float> around(-kTruncation, 7.0f + kTruncation);
@@ -102,7 +102,7 @@ TEST(FreeTiles, PassOverWhatIsNowhereSeenThrough) {
 }
 
 /// What is empty is a corner of cells a voxel farther away.
-TEST(FreeTiles, OctantsReachAVoxelFarther) {
+TEST(FreePatches, OctantsReachAVoxelFarther) {
   constexpr int kWidth = 64, kHeight = 48;
   FrameSensing sensing{};
   sensing.image.frame = {
@@ -123,5 +123,5 @@ TEST(FreeTiles, OctantsReachAVoxelFarther) {
   EXPECT_EQ(octants(55.5f * kVoxel_m), kAllOctants);
 }
 
-}  // namespace free_tiles_test
+}  // namespace free_patches_test
 }  // namespace dtsdf

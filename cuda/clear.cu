@@ -26,14 +26,14 @@ struct ClearedBlock {
   uint32_t empty_directions;
 };
 
-/// The support of a touched block's voxels, for the directions that it has sums of.
-struct BlockSupport {
+/// Which of a touched block's voxels are covered, for the directions that it has sums of.
+struct BlockCover {
   const uint32_t* words;  ///< Of its first array of sums; null: the frame does not touch it.
   uint32_t directions;
 
   __device__ const uint32_t* of(int direction) const {
     if (words == nullptr || !(directions >> direction & 1)) return nullptr;
-    return words + __popc(directions & ((1u << direction) - 1u)) * kSupportWords;
+    return words + __popc(directions & ((1u << direction) - 1u)) * kCoverWords;
   }
 };
 
@@ -49,7 +49,7 @@ struct Turn {
 struct BlockLook {
   Vec3f first_voxel_L;
   bool in_turn;  ///< It is the block's turn.
-  BlockSupport support;
+  BlockCover cover;
 
   /// All octants: to find those that are hidden takes longer here than to judge their voxels.
   __device__ Look rule() const { return {in_turn, in_turn ? kAllOctants : 0u}; }
@@ -98,7 +98,7 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   uint32_t covered_word[kDirectionCount], looked_at = 0;
 #pragma unroll  // reads all before it waits for any
   for (int d = 0; d < kDirectionCount; ++d) {
-    const uint32_t* covered = look.support.of(d);
+    const uint32_t* covered = look.cover.of(d);
     if (entry.array[d] == kNoArray || (covered == nullptr && !look.in_turn)) continue;
     looked_at |= 1u << d;
     voxel[d] = map.voxels.record(entry.array[d])[i];
@@ -205,7 +205,7 @@ struct VisitedBlock {
 };
 
 /// Number i of the touched blocks.
-__device__ VisitedBlock visitTouched(const FusionTarget& target, const uint32_t* supported,
+__device__ VisitedBlock visitTouched(const FusionTarget& target, const uint32_t* covered,
                                      const Turn& turn, uint32_t i) {
   const TouchedView& touched = target.touched;
   const TouchedBlock& block = touched.blocks[i];
@@ -217,7 +217,7 @@ __device__ VisitedBlock visitTouched(const FusionTarget& target, const uint32_t*
           block.empty,
           {toFloat(firstVoxelOfBlock(block.block_L)),
            turn.comesTo(block.key),
-           {supported + static_cast<size_t>(first_sum) * kSupportWords, block.directions}}};
+           {covered + static_cast<size_t>(first_sum) * kCoverWords, block.directions}}};
 }
 
 /// One of the others.
@@ -238,7 +238,7 @@ __device__ void dropArrays(SlotEntry& entry, uint32_t directions) {
 /// one that finishes last hands the number of empty blocks to the host.
 __global__ void __launch_bounds__(kClearThreads, 3)
     clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion, FusionTarget target,
-                      const uint32_t* supported, Turn turn, const int32_t* looks, EmptyList empty) {
+                      const uint32_t* covered, Turn turn, const int32_t* looks, EmptyList empty) {
   waitForTheOneAhead();
   __shared__ JudgedVoxels list;
   const MapView& map = target.map;
@@ -247,7 +247,7 @@ __global__ void __launch_bounds__(kClearThreads, 3)
   const uint32_t touched = counters->touched, count = touched + counters->looks;
   for (uint32_t i = blockIdx.x; i < count; i += gridDim.x) {
     const VisitedBlock block = i < touched
-                                   ? visitTouched(target, supported, turn, i)
+                                   ? visitTouched(target, covered, turn, i)
                                    : visitLook(target, sensing.image.frame, looks[i - touched]);
     if (block.slot < 0) continue;
     ClearedBlock cleared{false, 0};
@@ -302,13 +302,13 @@ void Clearing::findLooks(const DeviceSensing& sensing, const FusionTarget& targe
 }
 
 void Clearing::clear(const DeviceSensing& sensing, const FusionTarget& target,
-                     const FrameCounters& counters, const uint32_t* supported,
+                     const FrameCounters& counters, const uint32_t* covered,
                      uint64_t frame_number) {
   const StageSpan span(stream_, Stage::kClear);
   const uint32_t looks = std::min(in_view_count_, static_cast<uint32_t>(thread_blocks_));
   const uint32_t blocks = std::max(counters.touched + looks, 1u);  // one hands over the count
   launchBehind(clearBlocksKernel, blocks, kClearThreads, 0, stream_, sensing, fusion_, target,
-               supported, {frame_number, fusion_.rules}, looks_.data(),
+               covered, {frame_number, fusion_.rules}, looks_.data(),
                {empty_blocks_.data(), empty_count_.data()});
   DTSDF_CHECK_LAUNCH("clearBlocksKernel");
   stream_.record(cleared_);

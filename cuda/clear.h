@@ -31,9 +31,9 @@ class Clearing {
 
   /// Takes evidence from what the frame contradicts, marks what has changed for the mesh, and lists
   /// arrays that hold nothing.
-  /// @param supported What the frame's fold found, as Fusion::supported() has it.
+  /// @param covered What the frame's fold found, as Fusion::covered() has it.
   void clear(const DeviceSensing& sensing, const FusionTarget& target,
-             const FrameCounters& counters, const uint32_t* supported, uint64_t frame_number);
+             const FrameCounters& counters, const uint32_t* covered, uint64_t frame_number);
 
   /// Waits for the frame. @return its empty blocks, by slot; reported once.
   std::vector<EmptyBlock> takeEmptyBlocks();

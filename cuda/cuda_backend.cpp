@@ -161,6 +161,7 @@ CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int dev
 
 void CudaBackend::profileTo(Profile* profile) {
   stream_.synchronize();
+  painter_.finishImage();
   mesher_.complete();
   clock_.profileTo(profile);
 }
@@ -228,7 +229,7 @@ void CudaBackend::castFoldAndClear(const FrameTurn& turn) {
   fusion_.castAndFold(*sensing_, surfels_, target(), counters_);
   clearing_.findLooks(*sensing_, target(), turn.number);
   bounds_.dirty += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
-  clearing_.clear(*sensing_, target(), counters_, fusion_.supported(), turn.number);
+  clearing_.clear(*sensing_, target(), counters_, fusion_.covered(), turn.number);
   mesher_.prepare();
 }
 
@@ -271,6 +272,7 @@ MeshUpdate CudaBackend::finishMesh() {
   MeshUpdate made = mesher_.finish();
   if (clock_.profile() != nullptr) {
     stream_.synchronize();
+    painter_.finishImage();
     clock_.collect();
   }
   return made;

@@ -90,7 +90,7 @@ __global__ void __launch_bounds__(kThreads, 4)
 
 /// One block of threads per array of sums, which it leaves zeroed.
 __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, FusionTarget target,
-                               SumsView part, uint32_t* supported) {
+                               SumsView part, uint32_t* covered) {
   waitForTheOneAhead();
   const MapView& map = target.map;
   const uint32_t owner = target.touched.sum_owners[part.first + blockIdx.x];
@@ -101,7 +101,7 @@ __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, FusionTar
   VoxelSums* sums = part.sums + static_cast<size_t>(blockIdx.x) * kVoxelsPerBlock;
   Voxel* voxels = array == kNoArray ? nullptr : map.voxels.record(array);
   const float depth_weight = blockDepthWeight(frame, block.block_L, fusion.rules);
-  uint32_t* words = supported + static_cast<size_t>(part.first + blockIdx.x) * kSupportWords;
+  uint32_t* words = covered + static_cast<size_t>(part.first + blockIdx.x) * kCoverWords;
   int observed = 0;
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
     const VoxelSums own = sums[i];
@@ -166,7 +166,7 @@ void Fusion::reserveSums(uint32_t arrays) {
 void Fusion::reserve(const FrameCounters& counters) {
   if (!casts_) return;
   reserveSums(std::min(counters.touched_arrays, kMaxSumArrays));
-  supported_.reserve(static_cast<size_t>(counters.touched_arrays) * kSupportWords, stream_);
+  covered_.reserve(static_cast<size_t>(counters.touched_arrays) * kCoverWords, stream_);
 }
 
 void Fusion::castAhead(const DeviceSensing& sensing, const DeviceSurfels& surfels,
@@ -202,7 +202,7 @@ void Fusion::cast(const DeviceSensing& sensing, const DeviceSurfels& surfels,
 void Fusion::fold(const FrameView& frame, const FusionTarget& target, const SumsView& part) {
   const StageSpan span(stream_, Stage::kFold);
   launchBehind(foldSumsKernel, part.count, kThreads, 0, stream_, frame, fusion_, target, part,
-               supported_.data());
+               covered_.data());
   DTSDF_CHECK_LAUNCH("foldSumsKernel");
 }
 
@@ -217,7 +217,7 @@ void Fusion::project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
 
 void Fusion::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"sums", MemoryKind::kScratch, sums_.bytes(), sums_.bytes()});
-  parts.push_back({"support", MemoryKind::kScratch, supported_.bytes(), supported_.bytes()});
+  parts.push_back({"cover", MemoryKind::kScratch, covered_.bytes(), covered_.bytes()});
 }
 
 }  // namespace gpu

@@ -20,7 +20,7 @@ struct FusionTarget {
 };
 
 /// Words of an array's voxels, a bit each.
-constexpr int kSupportWords = kVoxelsPerBlock / 32;
+constexpr int kCoverWords = kVoxelsPerBlock / 32;
 
 class Fusion {
  public:
@@ -41,8 +41,8 @@ class Fusion {
   void castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                    const FusionTarget& target, const FrameCounters& counters);
 
-  /// Bits of the voxels that the last frame supports: kSupportWords for each array of sums.
-  const uint32_t* supported() const { return supported_.data(); }
+  /// Bits of the voxels that the last frame covers: kCoverWords for each array of sums.
+  const uint32_t* covered() const { return covered_.data(); }
 
   void addMemory(std::vector<MemoryPart>& parts) const;
 
@@ -60,7 +60,7 @@ class Fusion {
   const Stream& stream_;
   DeviceBuffer<VoxelSums> sums_;  ///< All zero between frames,
   bool are_cast_ = false;         ///< but for those that are cast and not folded.
-  DeviceBuffer<uint32_t> supported_;
+  DeviceBuffer<uint32_t> covered_;
 };
 
 }  // namespace gpu

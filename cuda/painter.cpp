@@ -48,8 +48,11 @@ void Painter::reserveImages(int32_t width, int32_t height) {
   sensing_.hiding = {hiding_m_.data(), cells_across, cells_down};
 }
 
-/// Nobody reads what the image before has left there: its counters have been waited for.
+/// Nobody reads what the image before has left there: its counters have been waited for, unless
+/// looking at it failed. With a profile nothing runs beside each other.
 void Painter::takeImage(const ColourFrame& frame) {
+  if (is_looking_ || profileOf(image_stream_) != nullptr) stream_.synchronize();
+  is_looking_ = false;
   reserveImages(frame.width, frame.height);
   {
     const StageSpan span(image_stream_, Stage::kPaint);
@@ -88,6 +91,7 @@ void Painter::takeCandidates(const std::vector<int32_t>& in_view) {
 }
 
 void Painter::findHiding(const MapView& map) {
+  is_looking_ = true;
   const StageSpan span(stream_, Stage::kPaint);
   counters_.zero(stream_);
   findArraysInView(sensing_.view, map, view(), stream_);
@@ -102,6 +106,7 @@ void Painter::findSamples(const MapView& map) {
   counters_.download(pinned_counters_.data(), 1, stream_);
   stream_.record(looked_);
   looked_.wait();
+  is_looking_ = false;
 }
 
 std::vector<ColourRequest> Painter::fetchRequests() {

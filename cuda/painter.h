@@ -27,6 +27,9 @@ class Painter {
   /// Enqueues what needs no map; the image is not needed any more on return.
   void takeImage(const ColourFrame& frame);
 
+  /// Waits for the image that was taken last.
+  void finishImage() const { image_stream_.synchronize(); }
+
   /// Finds what it shows of the map's surfaces; only those in `painted` are painted. Waits for the
   /// result. @throws CudaError without memory; the map is untouched.
   void look(const ColourLook& look, const BlockExtent& painted, const MapView& map);
@@ -62,6 +65,7 @@ class Painter {
   DeviceBuffer<ColourPixel> pixels_;
   DeviceBuffer<float> hiding_m_;
   DeviceBuffer<FoundSample> samples_;
+  bool is_looking_ = false;  ///< At an image, with a result that nobody has waited for.
   uint32_t candidate_count_ = 0;
   PinnedBuffer<int32_t> candidates_;  ///< Kernels read it in place.
   DeviceBuffer<int32_t> arrays_;

@@ -15,7 +15,7 @@ struct PixelSpan {
   bool isEmpty() const { return begin == end; }
 };
 
-/// Spans begin and end at multiples of so many pixels, and so of tiles, or with the image.
+/// Spans begin and end at multiples of so many pixels, and so of patches, or with the image.
 constexpr int kSpanStep = 16;
 
 /// Whether the values from one multiple of kSpanStep to the next, or to the row's end, are all 0.
@@ -59,9 +59,10 @@ class SpanImage {
  public:
   void resize(int width, int height) {
     if (width_ == width && spans_.size() == static_cast<size_t>(height)) return;
-    width_ = width;
+    width_ = 0;  // of no size, until there is memory for all of it
     pixels_.assign(static_cast<size_t>(width) * height, T{});
     spans_.assign(height, {0, 0});
+    width_ = width;
   }
 
   /// The row, which is 0 beside its new span; the span is to be written. For several threads, each

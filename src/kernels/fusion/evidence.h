@@ -1,8 +1,8 @@
 /// Whether there is a surface: evidence, a counter of frames.
 ///
-/// A frame that covers enough of a voxel supports the surface there, unless it sees the outline
-/// short of it. One that looks through the place where the voxel says the surface is contradicts it
-/// (free_space.h). All others say nothing.
+/// A frame that covers enough of a voxel, near its own surface, supports the surface there, unless
+/// it sees the outline short of it. One that looks through the place where the voxel says the
+/// surface is contradicts it (free_space.h). All others say nothing.
 ///
 /// Frames count before there is a surface as well: below zero the counter is evidence of free
 /// space. So a surface that some frames measured where others see through, since poses or outlines
@@ -31,7 +31,7 @@ DTSDF_HD bool isFull(const Voxel& voxel, const FusionRules& rules) {
 }
 
 /// A voxel after so many frames that contradict it. One that covers it as well costs a support
-/// more, whether it has given one or covers too little. Without evidence of a surface no distance
+/// more, whether it has given one or not. Without evidence of a surface no distance
 /// is left.
 DTSDF_HD Voxel contradictedVoxel(const Voxel& voxel, int32_t frames, bool is_covered,
                                  const FusionRules& rules) {

@@ -265,8 +265,8 @@ DTSDF_HD Sight judge(const FrameSensing& sensing, const Vec3f& first_voxel_L, co
   return judge(sensing, voxels[index], projectToImage(sensing.image.frame, first_voxel_L + place));
 }
 
-/// Whether a sight takes evidence from a voxel. At an outline it takes back no more than the
-/// frame's own support: images whose outlines lie on either side of a place balance there. As
+/// Whether a sight takes evidence from a voxel. At an outline it takes no more than a
+/// support: images whose outlines lie on either side of a place balance there. As
 /// supports of a full voxel do not count, nor do outlines: round a thing the horizon passes over
 /// every place, in more images the closer they follow each other.
 DTSDF_HD bool isAgainst(Sight sight, const Voxel& voxel, bool is_covered,

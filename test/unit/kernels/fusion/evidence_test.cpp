@@ -53,8 +53,8 @@ TEST(Evidence, WithoutItTheVoxelIsEmpty) {
   EXPECT_FALSE(isEmpty(contradictedVoxel(makeVoxel(-0.75f, 12345, 3), 1, kUncovered, kRules)));
 }
 
-/// A frame that covers the voxel, but looks through its anchor, takes back its support as well.
-TEST(Evidence, ACoveredContradictionTakesBackTheSupport) {
+/// A frame that covers the voxel, but looks through its anchor, costs a support more.
+TEST(Evidence, ACoveredContradictionCostsASupportMore) {
   EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 24), 1, kCovered, kRules)), 19);
   EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 3), 1, kCovered, kRules)), -2);
 }

@@ -15,14 +15,14 @@ struct LookList {
   int32_t* slots;
 };
 
-/// Lists a block that the frame looks at untouched. One that is released meanwhile is left without
-/// arrays, so that nothing comes of a look at it.
+/// Lists a block that the frame looks at untouched. One that was released since the host listed it
+/// has no arrays, so that nothing comes of a look at it.
 __device__ __forceinline__ void findLook(const FrameView& frame, const FusionRules& rules,
                                          const FusionTarget& target, uint64_t frame_number,
                                          const LookList& looks, uint32_t i) {
   if (i >= looks.in_view_count) return;
   const int32_t slot = looks.in_view[i];
-  const PackedKey key = readShared(&target.map.slots[slot].key);
+  const PackedKey key = target.map.slots[slot].key;
   if (key == kNoKey || !isInTurn(key, frame_number, rules)) return;
   if (!mayBeInView(frame, unpackKey(key) - blockOfVoxel(frame.origin_voxel))) return;
   if (findTouched(target.touched, key) >= 0) return;

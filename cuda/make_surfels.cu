@@ -29,10 +29,8 @@ __global__ void mergePatchesKernel(ImageView image, SurfelSettings settings, uin
                     static_cast<int>(patch / patches_across) * kPatchSide};
   const bool is_merged =
       is_patch && bit <= kPatchBit && isBitMerged(image, first, static_cast<int>(bit), settings);
-  const MergedPatch merged = __ballot_sync(~0u, is_merged) >> (lane - bit);
-  constexpr MergedPatch kWhole = 1u << kPatchBit;
-  if (!is_patch || bit != 0) return;
-  patches[patch] = static_cast<uint8_t>((merged & kWhole) != 0 ? kWhole : merged & (kWhole - 1u));
+  const uint32_t bits = __ballot_sync(~0u, is_merged) >> (lane - bit);
+  if (is_patch && bit == 0) patches[patch] = static_cast<uint8_t>(wholeOrQuads(bits));
 }
 
 /// One surfel per pixel. `count` takes the number of those with a weight.

@@ -25,7 +25,8 @@ class RateLimit {
 
  private:
   double interval_s_;
-  double due_s_ = std::numeric_limits<double>::infinity();  ///< That before the first image.
+  double due_s_ =
+      std::numeric_limits<double>::infinity();  ///< When the next is; at first any stamp begins.
 };
 
 }  // namespace dtsdf

@@ -113,15 +113,20 @@ DTSDF_HD bool isBitMerged(const ImageView& image, const Pixel& first, int bit,
   return quad.u < image.frame.width && isMerged(image, {quad, kQuadSide}, surfels);
 }
 
+/// What is merged in a patch of which these bits would be: all of it, or else its quads.
+DTSDF_HD MergedPatch wholeOrQuads(uint32_t bits) {
+  constexpr MergedPatch kWhole = 1u << kPatchBit;
+  return (bits & kWhole) != 0 ? kWhole : bits & (kWhole - 1u);
+}
+
 /// What is merged in a patch.
 DTSDF_HD MergedPatch mergePatch(const ImageView& image, const Pixel& first,
                                 const SurfelSettings& surfels) {
-  if (isBitMerged(image, first, kPatchBit, surfels)) return 1u << kPatchBit;
-  MergedPatch merged = 0;
-  for (int quad = 0; quad < kPatchBit; ++quad) {
-    if (isBitMerged(image, first, quad, surfels)) merged |= 1u << quad;
+  uint32_t bits = 0;
+  for (int bit = kPatchBit; bit >= 0 && bits >> kPatchBit == 0; --bit) {
+    if (isBitMerged(image, first, bit, surfels)) bits |= 1u << bit;
   }
-  return merged;
+  return wholeOrQuads(bits);
 }
 
 /// Which of the pixels of a patch's row are single, a bit each.

@@ -28,6 +28,7 @@
 #include "kernels/core/direction.h"
 #include "kernels/core/select.h"
 #include "kernels/core/voxel.h"
+#include "kernels/meshing/mesh_rules.h"
 #include "kernels/meshing/mesh_tables.h"
 
 namespace dtsdf {
@@ -93,10 +94,10 @@ struct UnitSamples {
 
 /// A surface nearer to a corner than this, in voxels, touches it: its direction has seen both of
 /// its sides there. On which side the corner is, the vote decides (vote.h), in which another
-/// direction of the same weight can turn what is nearer than a quarter of `nearness_voxels`. (A
-/// unit whose only corner behind the surface was turned would have no direction that speaks, and
-/// leave a hole.)
-constexpr float kTouching = 0.05f;
+/// direction of the same weight can turn what is nearer than a quarter of `nearness_voxels`, by its
+/// default. (A unit whose only corner behind the surface was turned would have no direction that
+/// speaks, and leave a hole.)
+constexpr float kTouching = 0.25f * MeshRules().nearness_voxels;
 
 template <class Samples>
 DTSDF_HD typename Samples::Real greatestWeight(const Samples& samples) {

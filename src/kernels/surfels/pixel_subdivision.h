@@ -27,9 +27,6 @@ struct Subdivision {
 /// five voxels.
 constexpr int kThirds = 3;
 
-/// Centres so far apart, in voxels, leave no gaps in the mesh; those of 0.6 do.
-constexpr float kCloseTogether = 0.5f;
-
 DTSDF_HD int subpixelCount(const Subdivision& subdivision) {
   return subdivision.across * subdivision.down;
 }
@@ -53,7 +50,8 @@ DTSDF_HD bool continuesPlane(const FrameSensing& sensing, const Pixel& pixel,
 
 /// How a measured pixel with a plane is subdivided: where the map could tell its ends, and
 /// its neighbours to both sides continue its surface. These also show how far the surface goes on,
-/// which matters unless the centres of pixels are close together.
+/// which matters where the map could tell its middle from an end: if centres are farther apart, 0.6
+/// voxels say, the mesh has gaps between them.
 DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pixel,
                                     const PixelPlane& plane, const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
@@ -70,7 +68,7 @@ DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pi
     const float width_m = voxels * frame.voxel_size_m;
     return dot(step_m, step_m) > width_m * width_m;
   };
-  const float wide = surfels.rules.same_voxels, narrow = minimum(kCloseTogether, wide);
+  const float wide = surfels.rules.same_voxels, narrow = 0.5f * wide;
   Subdivision subdivision{1, 1};
   if (isWiderThan(across, narrow) &&
       continuesPlane(sensing, pixel, {u - 1, v}, kLinkRight, -plane.slope_u, surfels) &&

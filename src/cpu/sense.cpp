@@ -291,10 +291,10 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
 /// And the greatest ones of fine patches, with the rows of these, and of coarse ones.
 void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
   const FrameView& view = sensing.image.frame;
-  const int columns = patchesAlong(view.width, kFinePatchLog2);
-  const int rows = patchesAlong(view.height, kFinePatchLog2);
+  const int columns = freePatchesAlong(view.width, kFinePatchLog2);
+  const int rows = freePatchesAlong(view.height, kFinePatchLog2);
   free_depth_.resize(view.width, view.height);
-  most_free_.resize(patchCount(view, kFinePatchLog2) + patchCount(view, kCoarsePatchLog2));
+  most_free_.resize(freePatchCount(view, kFinePatchLog2) + freePatchCount(view, kCoarsePatchLog2));
   parallelFor<std::vector<float>>(rows, threads_, [&](size_t row, std::vector<float>& greatest) {
     const int first_v = static_cast<int>(row) << kFinePatchLog2;
     PixelSpan all{0, 0};
@@ -310,11 +310,11 @@ void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
   });
   constexpr int kSideLog2 = kCoarsePatchLog2 - kFinePatchLog2;
   std::vector<float> greatest;
-  float* coarse = &most_free_[patchCount(view, kFinePatchLog2)];
+  float* coarse = &most_free_[freePatchCount(view, kFinePatchLog2)];
   for (int row = 0; row < rows; row += 1 << kSideLog2) {
     findGreatest({most_free_.data(), columns, rows}, row, 1 << kSideLog2, {0, columns}, greatest,
                  coarse);
-    coarse += patchesAlong(view.width, kCoarsePatchLog2);
+    coarse += freePatchesAlong(view.width, kCoarsePatchLog2);
   }
 }
 

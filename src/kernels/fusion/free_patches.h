@@ -13,15 +13,15 @@
 
 namespace dtsdf {
 
-/// Fine and coarse patches, by the side in pixels.
+/// Fine and coarse patches, by the side in pixels (other patches than those that are merged).
 constexpr int kFinePatchLog2 = 3, kCoarsePatchLog2 = 5;
 
-DTSDF_HD int32_t patchesAlong(int32_t pixels, int side_log2) {
+DTSDF_HD int32_t freePatchesAlong(int32_t pixels, int side_log2) {
   return (pixels + (1 << side_log2) - 1) >> side_log2;
 }
-DTSDF_HD int64_t patchCount(const FrameView& frame, int side_log2) {
-  return static_cast<int64_t>(patchesAlong(frame.width, side_log2)) *
-         patchesAlong(frame.height, side_log2);
+DTSDF_HD int64_t freePatchCount(const FrameView& frame, int side_log2) {
+  return static_cast<int64_t>(freePatchesAlong(frame.width, side_log2)) *
+         freePatchesAlong(frame.height, side_log2);
 }
 
 /// Pixels, or patches, as far as there are any, row by row.
@@ -72,8 +72,8 @@ DTSDF_HD bool maySeeThrough(const FrameSensing& sensing, const Vec3f& low, const
   if (extent >= kMostPatches << kCoarsePatchLog2) return true;
   const bool fine = extent < kMostPatches / 2 << kFinePatchLog2;
   const int log2 = fine ? kFinePatchLog2 : kCoarsePatchLog2;
-  const float* patches = sensing.most_free + (fine ? 0 : patchCount(frame, kFinePatchLog2));
-  const int32_t along = patchesAlong(frame.width, log2);
+  const float* patches = sensing.most_free + (fine ? 0 : freePatchCount(frame, kFinePatchLog2));
+  const int32_t along = freePatchesAlong(frame.width, log2);
   for (int32_t v = top >> log2; v <= bottom >> log2; ++v) {
     for (int32_t u = left >> log2; u <= right >> log2; ++u) {
       if (seen.near_m + beyond_m < patches[static_cast<int64_t>(v) * along + u]) return true;

@@ -29,12 +29,13 @@ class RunClock {
   };
 
   void update(const Moment& moment) {
-    if (!begun_ || moment.now != now_) changed_at_ = moment.at;
+    if (!has_begun_ || moment.now != now_) changed_at_ = moment.at;
     now_ = moment.now;
     // Simulated time comes in steps: that of a slow simulator is not at a stand at once.
     stands_ = moment.at - changed_at_ >= std::chrono::seconds(1);
-    if (!begun_ || moment.paused || stands_) begun_ = moment.at;
-    ran_s_ = std::chrono::duration<double>(moment.at - *begun_).count();
+    if (!has_begun_ || moment.paused || stands_) begun_ = moment.at;
+    has_begun_ = true;
+    ran_s_ = std::chrono::duration<double>(moment.at - begun_).count();
   }
 
   /// How long there was neither a pause nor a stand of time.
@@ -42,8 +43,8 @@ class RunClock {
   bool timeStands() const { return stands_; }
 
  private:
-  std::optional<SteadyTime> begun_;
-  SteadyTime changed_at_{};
+  bool has_begun_ = false;
+  SteadyTime begun_{}, changed_at_{};
   ros::Time now_;
   bool stands_ = false;
   double ran_s_ = 0.0;

@@ -37,7 +37,14 @@ class FakeMapper : public Mapper {
   MapContents contents() override { return {}; }
   MapContents outline() override { return {}; }
   MapContents part(const std::vector<MapBlock>&) override { return {}; }
-  MapStats stats() const override { return {3, 7, 4096, 2}; }
+  MapStats stats() const override {
+    MapStats stats;
+    stats.blocks = 3;
+    stats.voxel_arrays = 7;
+    stats.map_bytes = 4096;
+    stats.refused_blocks = 2;
+    return stats;
+  }
   MapperMemory memory() const override { return {}; }
   std::string backendName() const override { return "fake (0 threads)"; }
 

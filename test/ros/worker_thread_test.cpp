@@ -57,6 +57,8 @@ TEST(WorkerThread, RunsTasksInOrderOnItsThreadAndHandsTheResultsOver) {
 TEST(WorkerThread, LowPriorityIsThatOfTheThreadAlone) {
   const auto niceness = [] { return getpriority(PRIO_PROCESS, 0); };
   const int before = niceness();
+  constexpr int kGreatest = 19;
+  if (before >= kGreatest) GTEST_SKIP() << "run with the lowest priority that there is";
   WorkerThread normal([] { return kForEver; });
   WorkerThread low([] { return kForEver; }, WorkerThread::Priority::kLow);
   EXPECT_GT(low.run(niceness).get(), before);

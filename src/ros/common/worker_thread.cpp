@@ -7,11 +7,14 @@
 namespace dtsdf {
 namespace {
 
-/// A tenth of a core that others want as well; all of one that nobody wants.
+/// A tenth of a core that others of the process want as well; all of one that nobody wants. More
+/// than Linux's greatest niceness counts as that.
 constexpr int kLowNiceness = 10;
 
 /// Linux keeps a niceness for each thread. Where it cannot be set, nothing is lost but the order.
-void lowerPriorityOfThisThread() { setpriority(PRIO_PROCESS, 0, kLowNiceness); }
+void lowerPriorityOfThisThread() {
+  setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + kLowNiceness);
+}
 
 }  // namespace
 

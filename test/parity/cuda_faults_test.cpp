@@ -1,5 +1,5 @@
-// Each CUDA call of some frames and a mesh fails once: the mapper throws or says what became of the
-// frame, and after clear() it maps as if nothing had happened.
+// Each CUDA call of some frames, colour images and a mesh fails once: the mapper throws or says
+// what became of the frame, and after clear() it maps as if nothing had happened.
 #include <gtest/gtest.h>
 
 #include <stdexcept>
@@ -27,6 +27,7 @@ class CudaFaults : public testing::Test {
     TestFrameSettings settings;
     settings.count = kFrames;
     frames_ = makeTestFrames(settings);
+    images_ = makeTestColours(settings);
     params_.map.voxel_size_m = 0.04f;
     params_.space.enabled = true;
   }
@@ -34,10 +35,12 @@ class CudaFaults : public testing::Test {
   /// What a run says that has met the failure; empty if it has met none.
   std::string run(Mapper& mapper) const {
     try {
-      for (const TestFrame& frame : frames_) {
-        const IntegrationResult result = mapper.integrate(frame.view());
-        if (result.status == FrameStatus::kNoMemory) return result.message;
-        if (result.refused_blocks > 0) return "refused";
+      for (int i = 0; i < kFrames; ++i) {
+        for (const IntegrationResult& result :
+             {mapper.integrate(frames_[i].view()), mapper.paint(images_[i].view())}) {
+          if (result.status == FrameStatus::kNoMemory) return result.message;
+          if (result.refused_blocks > 0) return "refused";
+        }
       }
       mapper.updateMesh();
       mapper.space()->updateDistances();
@@ -48,6 +51,7 @@ class CudaFaults : public testing::Test {
   }
 
   std::vector<TestFrame> frames_;
+  std::vector<TestColours> images_;
   MapperParams params_;
 };
 
@@ -67,7 +71,10 @@ TEST_F(CudaFaults, NoCallThatLacksMemoryLeavesAnythingBehind) {
     }
     if (n % 7 != 0) continue;  // as far as it goes without losing hours
     pair.clear();
-    for (const TestFrame& frame : frames_) ASSERT_NO_FATAL_FAILURE(pair.integrate(frame.view()));
+    for (int i = 0; i < kFrames; ++i) {
+      ASSERT_NO_FATAL_FAILURE(pair.integrate(frames_[i].view()));
+      ASSERT_NO_FATAL_FAILURE(pair.paint(images_[i].view()));
+    }
     ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
     ASSERT_NO_FATAL_FAILURE(pair.compareMaps());
     ASSERT_NO_FATAL_FAILURE(pair.compareSpaces());

@@ -38,8 +38,8 @@ BlockExtent ColourReach::blocksFor(const PinholeView& image, const BlockExtent& 
   const Intrinsics& K = image.intrinsics();
   PixelRect rect = image.rectOf(corners);
   const double nearest_m = std::max(corners.row(2).minCoeff(), voxel_m_);
-  const double beside_px = rules_.outline_px + rules_.outline_voxels * K.fx * voxel_m_ / nearest_m +
-                           2.0 * kCellSide + kRounding_px;
+  const double beside_px =
+      outlineReach(rules_, K.fx * voxel_m_ / nearest_m) + 2.0 * kCellSide + kRounding_px;
   rect.left = std::max(rect.left - beside_px, 0.0);
   rect.top = std::max(rect.top - beside_px, 0.0);
   rect.right = std::min(rect.right + beside_px, static_cast<double>(image.width()));

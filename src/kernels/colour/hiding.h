@@ -148,14 +148,20 @@ DTSDF_HD auto seenIn(const PointView& view, const SurfacePointOf<Real>& point, c
                           Mask(is_farther & (seen_m > own_m + limit_m))};
 }
 
+/// How far from a point its outline may be for the view to be beside it, in pixels: where the
+/// hiding image shows it is known to a cell.
+template <class Real>
+DTSDF_HD Real outlineReach(const ColourRules& rules, const Real& voxel_px) {
+  return Real(static_cast<float>(kCellSide)) + Real(rules.outline_voxels) * voxel_px;
+}
+
 /// What a view of a point counts for by what is seen there and around it: nothing where something
 /// nearer hides it, little where its surface ends or something nearer does.
 template <class Real>
 DTSDF_HD Real visibilityOf(const PointView& view, const HidingImage& hiding,
                            const SurfacePointOf<Real>& point) {
   const ColourRules& rules = view.rules;
-  const Real beside =
-      Real(rules.outline_px) + Real(rules.outline_voxels) * voxelWidth(view.frame, point);
+  const Real beside = outlineReach(rules, voxelWidth(view.frame, point));
   const auto u = cellOf(point.u, hiding.width), v = cellOf(point.v, hiding.height);
   const decltype(u) us[3] = {u, cellOf(point.u - beside, hiding.width),
                              cellOf(point.u + beside, hiding.width)};

@@ -183,7 +183,7 @@ TEST_F(SeenSurface, CountsLittleBesideSomethingNearer) {
   hiding_m_.assign(hiding_m_.size(), own_m);
   const float free = sample(index).weight;
   // The voxel is seen at (89.4, 69.4).
-  const float beside = kRules.outline_px + kRules.outline_voxels * 150.0f / (kDepth_voxels + 3.3f);
+  const float beside = kCellSide + kRules.outline_voxels * 150.0f / (kDepth_voxels + 3.3f);
   hiding_m_[cellAt(89.4f - beside, 69.4f - beside)] = 0.5f * own_m;
   EXPECT_FLOAT_EQ(sample(index).weight, kRules.outline_share * free);
   hiding_m_[cellAt(89.4f, 69.4f)] = 0.5f * own_m;
@@ -238,8 +238,7 @@ TEST_F(SeenSurface, CountsLittleWhereverItsOutlineIs) {
                                kTowardsCamera, point));
   hiding_m_.assign(hiding_m_.size(), own_m);
   const float inside = sample(index).weight;
-  const float beside =
-      kRules.outline_px + kRules.outline_voxels * voxelWidth(sensing_.view.frame, point);
+  const float beside = kCellSide + kRules.outline_voxels * voxelWidth(sensing_.view.frame, point);
   for (int n = 0; n < 9; ++n) {
     if (n == 4) continue;
     hiding_m_.assign(hiding_m_.size(), own_m);

@@ -46,6 +46,7 @@ json totalsOf(const Measurement& m) {
   totals["frames"] = m.frames.size();
   totals["first_frame_ms"] = m.frames.front().total_ms;
   totals["total_ms"] = summary(&FrameTime::total_ms);
+  totals["processor_ms"] = summary(&FrameTime::processor_ms);
   totals["call_ms"] = summary(&FrameTime::call_ms);
   totals["fetch_ms"] = summary(&FrameTime::fetch_ms);
   totals["distances_ms"] = summary(&FrameTime::distances_ms);
@@ -123,7 +124,7 @@ std::string measurementText(const json& report) {
   std::string text =
       formatted("%s, %d frames\nms per frame     median       p95     worst\n",
                 report["device"].get<std::string>().c_str(), report["frames"].get<int>());
-  for (const char* name : {"total", "call", "fetch"}) {
+  for (const char* name : {"total", "processor", "call", "fetch"}) {
     text += summaryLine(name, report[std::string(name) + "_ms"]) + "\n";
   }
   if (report["distances_ms"]["worst"] > 0.0) {

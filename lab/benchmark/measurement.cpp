@@ -145,12 +145,14 @@ void measureOverlapped(const std::vector<SourceFrame>& frames, const MapperParam
 FrameTime timeFrame(ProbedMapper& mapper, const DepthFrame& frame,
                     const std::function<void(const MeshUpdate&)>& use) {
   FrameTime time;
+  const double processor_start_s = processorSeconds();
   const Stopwatch watch;
   integrateOrThrow(mapper, frame);
   time.call_ms = watch.milliseconds();
   mapper.beginMeshUpdate();
   mapper.waitForMeshes();
   time.total_ms = watch.milliseconds();
+  time.processor_ms = 1e3 * (processorSeconds() - processor_start_s);
   const MeshUpdate update = mapper.finishMeshUpdate();
   time.fetch_ms = watch.milliseconds() - time.total_ms;
   use(update);

@@ -43,6 +43,7 @@ Measurement someMeasurement() {
   for (int i = 0; i < 4; ++i) {
     FrameTime time;
     time.total_ms = i == 0 ? 100.0 : i;
+    time.processor_ms = 2.0 * time.total_ms;
     m.frames.push_back(time);
     Profile profile;
     profile.add(Stage::kFold, 2.0);
@@ -58,6 +59,7 @@ TEST(BenchmarkReport, LeavesTheFirstFrameOut) {
   EXPECT_EQ(json["first_frame_ms"], 100.0);
   EXPECT_EQ(json["total_ms"]["median"], 2.0);
   EXPECT_EQ(json["total_ms"]["worst"], 3.0);
+  EXPECT_EQ(json["processor_ms"]["median"], 4.0);
 }
 
 TEST(BenchmarkReport, HasTheStagesThatTookAnyTime) {

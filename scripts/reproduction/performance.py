@@ -6,34 +6,6 @@ from .tables import markdown_table
 MIB = 2 ** 20
 FLIGHT_SPEED_M = 2  # from frame to frame
 
-# Others' code on one H200: (authors of the paper, nvblox), ms from upload to updated mesh.
-OTHERS_MS = {
-    ("asian_dragon", 5): (3.84, 5.72), ("asian_dragon", 10): (2.69, 0.99),
-    ("asian_dragon", 20): (2.52, 0.32), ("asian_dragon", 50): (2.33, 0.20),
-    ("redkitchen", 10): (5.82, 6.49), ("redkitchen", 20): (3.31, 1.23),
-    ("house_noisy", 10): (2.78, 26.0), ("house_noisy", 20): (2.34, 4.59),
-}
-# The same, MiB in use.
-OTHERS_MIB = {
-    ("asian_dragon", 5): (110, 162), ("asian_dragon", 10): (39, 26),
-    ("asian_dragon", 20): (19, 5), ("asian_dragon", 50): (12, 1),
-    ("redkitchen", 10): (748, 124), ("redkitchen", 20): (186, 19),
-    ("house_noisy", 10): (1276, 1306), ("house_noisy", 20): (708, 190),
-}
-# Other libraries on two cores, ms with one thread / with two, integration + mesh where there is
-# one: Asian Dragon at 10 and 20 mm, redkitchen at 10 and 20 mm.
-OTHERS_CPU = (
-    ("voxblox fast, without carving", "4.7 + 4.1 / 2.5 + 2.1", "1.8 + 1.1 / 1.2 + 0.6",
-     "152 + 47 / 90 + 25", "66 + 12 / 40 + 6.0"),
-    ("voxblox merged, without carving", "4.3 + 4.3 / 4.9 + 2.3", "2.0 + 1.2 / 2.3 + 0.7",
-     "227 + 48 / 242 + 24", "75 + 11 / 76 + 5.8"),
-    ("voxblox fast, with carving", "11.4 + 15.6 / 6.6 + 7.7", "3.2 + 3.4 / 1.7 + 1.6",
-     "803 + 174 / 397 + 79", "105 + 25 / 52 + 13"),
-    ("vdbfusion, ray casting", "5.6 / 5.6", "5.5 / 5.4", "126 / 123", "123 / 122"),
-    ("Open3D voxel block grid", "3.6 / 1.9", "1.3 / 0.7", "37 / 19", "14 / 7.0"),
-    ("supereight2, projective", "2.7 / 1.5", "1.6 / 0.9", "42 / 20", "26 / 12"),
-)
-
 
 @dataclasses.dataclass(frozen=True)
 class Cell:
@@ -85,14 +57,13 @@ class Performance:
                 "From the call of integrate() until the changed meshes are made on the device, "
                 "with nothing else going on; median / 95th percentile / worst but for the first frame. "
                 "Fetch: from there until the host has them. Overlapped: mean per frame where the "
-                "fetch runs beside the next frame. Others' code: the same accounting, 200 frames "
-                "of each recording; of the house the authors' code loses most of the mesh."),
+                "fetch runs beside the next frame."),
                 self._totals()),
             self._section("Memory on the GPU", (
                 "MiB after the last frame: held by data / taken in slabs and buffers. Process: "
                 "what the device lost since the mapper was made, where each buffer takes whole "
-                "2 MiB pages. Mesh buffers hold what changed last; the whole mesh is on the host. "
-                "Others: MiB in use."), self._memory()),
+                "2 MiB pages. Mesh buffers hold what changed last; the whole mesh is on the host."),
+                self._memory()),
             self._section("Stages on the GPU", (
                 "Median ms of a run of its own with CUDA events round each stage. copy, admit and "
                 "hand_out are times of the host."),
@@ -102,11 +73,6 @@ class Performance:
             self._section("On the CPU", (
                 "Integration and incremental mesh; median / 95th percentile / worst but for the "
                 "first frame."), self._cpu_totals()),
-            self._section("Other libraries on the CPU", (
-                "Measured once on two cores of an AMD EPYC, medians in ms: one thread / two "
-                "threads, integration + incremental mesh where there is one; of redkitchen a "
-                "stretch of 50 frames. None is directional. Those without carving do not clear free space."),
-                self._others_on_cpu()),
             self._section("Stages on the CPU", "Median ms.", self._stages(self.cpu))]
         return "\n".join(part for part in parts if part)
 
@@ -117,15 +83,12 @@ class Performance:
     def _totals(self):
         rows = []
         for cell, result in self.cuda.items():
-            key = (cell.recording, cell.voxel_mm)
-            others = OTHERS_MS.get(key, (None, None))
             total = result["total_ms"]
             rows.append([cell.recording, f"{cell.voxel_mm:g}", spread(total),
                          number(result["fetch_ms"]["median"]), number(result["overlapped_ms"]),
-                         number(others[0]), number(others[1]), result["frames"],
-                         result["map"]["blocks"], result["map"]["triangles"]])
-        header = ["recording", "voxel mm", "total", "fetch", "overlapped",
-                  "authors' code", "nvblox", "frames", "blocks", "triangles"]
+                         result["frames"], result["map"]["blocks"], result["map"]["triangles"]])
+        header = ["recording", "voxel mm", "total", "fetch", "overlapped", "frames", "blocks",
+                  "triangles"]
         return markdown_table(header, rows) if rows else ""
 
     def _memory(self):
@@ -138,15 +101,12 @@ class Performance:
                 return f"{used:.1f} / {reserved:.1f}"
 
             taken = (memory["map"]["reserved"] + memory["mesh"]["reserved"]) / MIB
-            others = OTHERS_MIB.get((cell.recording, cell.voxel_mm), (None, None))
             rows.append([cell.recording, f"{cell.voxel_mm:g}", both("map"), both("mesh"),
-                         f"{taken:.1f}", number(others[0]), number(others[1]),
-                         f"{memory['scratch']['reserved'] / MIB:.1f}",
+                         f"{taken:.1f}", f"{memory['scratch']['reserved'] / MIB:.1f}",
                          f"{memory['staging']['reserved'] / MIB:.1f}",
                          f"{memory['device'] / MIB:.0f}", f"{memory['whole_mesh'] / MIB:.1f}"])
-        header = ["recording", "voxel mm", "map", "mesh", "map and mesh",
-                  "authors' code", "nvblox", "scratch", "staging (host)", "process",
-                  "whole mesh (host)"]
+        header = ["recording", "voxel mm", "map", "mesh", "map and mesh", "scratch",
+                  "staging (host)", "process", "whole mesh (host)"]
         return markdown_table(header, rows) if rows else ""
 
     @staticmethod
@@ -211,7 +171,3 @@ class Performance:
                          result["frames"]])
         header = ["recording", "voxel mm", "threads", "total", "of it integration", "frames"]
         return markdown_table(header, rows) if rows else ""
-
-    def _others_on_cpu(self):
-        header = ["library", "Asian Dragon 10 mm", "20 mm", "redkitchen 10 mm", "20 mm"]
-        return markdown_table(header, OTHERS_CPU) if self.cpu else ""

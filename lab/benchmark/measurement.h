@@ -19,7 +19,7 @@ struct FrameTime {
   double call_ms = 0.0;   ///< integrate() alone; on a GPU most of the work is still to come then.
   double total_ms = 0.0;  ///< From the call until the updated mesh is made, on the device.
   double processor_ms = 0.0;  ///< Of all threads, for total_ms; waiting for the device included.
-  double fetch_ms = 0.0;  ///< From there until the changed meshes are handed out.
+  double fetch_ms = 0.0;      ///< From there until the changed meshes are handed out.
   double distances_ms = 0.0;  ///< Of space, brought up to date after that; 0 without space.
   size_t map_bytes = 0;       ///< Of the map after the frame.
   size_t mapped_bytes = 0;    ///< Of a flight: with what was mapped and dropped by then.

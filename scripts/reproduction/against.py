@@ -78,9 +78,9 @@ def page(cells, rounds, made, commits):
     return "\n".join([
         "# This build against another\n",
         f"{made}\n{commits} In turn on one machine, {rounds} rounds; ms, medians over the rounds of "
-        "a run's median frame; ratios are medians of the rounds' ratios. Total: from upload to updated "
-        "mesh. Processor: the time of all threads in it, which other work on the machine changes "
-        "least.\n",
+        "a run's median frame; ratios are medians of the rounds' ratios. Total: from upload to "
+        "updated mesh. Processor: the time of all threads in it, which other work on the machine "
+        "changes least.\n",
         markdown_table(head, [row_of(name, runs) for name, runs in cells.items()]),
         "\n## Stages\n\nBaseline / this, of runs of their own with the profile on.\n",
         markdown_table(["stage", *cells], stage_rows(cells)), ""])

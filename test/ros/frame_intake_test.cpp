@@ -172,8 +172,8 @@ TEST_F(FrameIntakeTest, BothQueuesTogetherAreBoundedAndLoseTheOldest) {
   EXPECT_EQ(posedStamps(), (std::vector<double>{1.4, 1.5, 1.6}));
 }
 
-/// The map takes one image of two.
-TEST_F(FrameIntakeTest, AQueueThatRunsOverForSecondsIsShortenedUntilItIsEmptied) {
+/// The map takes nine of ten: the queue never runs over.
+TEST_F(FrameIntakeTest, AQueueThatIsNotWorkedOffIsShortenedUntilItIsEmptied) {
   makeIntake(30);
   putTransform(transforms_, 0.0, 0.0);
   putTransform(transforms_, 30.0, 30.0);
@@ -181,18 +181,18 @@ TEST_F(FrameIntakeTest, AQueueThatRunsOverForSecondsIsShortenedUntilItIsEmptied)
   for (int i = 0; i < 200; ++i) {
     pushInTime(i);
     most = std::max(most, posed_frames_.size());
-    if (i % 2 == 0) posed_frames_.take();
-    if (i == 58) {
+    if (i % 10 != 0) posed_frames_.take();
+    if (i == 45) {
       EXPECT_EQ(dropped(DropReason::kQueueFull), 0u);
     }
   }
-  EXPECT_EQ(most, 30u);
-  EXPECT_LE(posed_frames_.size(), 4u);
-  EXPECT_GE(posed_frames_.take()->stamp.toSec(), 1.0 + 0.1 * 199 - 0.45);
+  EXPECT_GE(most, 5u);
+  EXPECT_LE(most, 6u) << "one more waits after each ten images, fifteen are taken while four do";
 
   // Once it has caught up there is room for a burst again.
   posedStamps();
   const uint64_t dropped_before = dropped(DropReason::kQueueFull);
+  EXPECT_GT(dropped_before, 0u);
   for (int i = 200; i < 230; ++i) pushInTime(i);
   EXPECT_EQ(posed_frames_.size(), 30u);
   EXPECT_EQ(dropped(DropReason::kQueueFull), dropped_before);
@@ -213,26 +213,28 @@ TEST_F(FrameIntakeTest, AQueueIsShortenedWhereverRoomIsMadeForAnImage) {
   EXPECT_LE(posed_frames_.size(), 4u);
 }
 
-/// It takes long to fill, and runs over for a moment: what waits is worked off.
-TEST_F(FrameIntakeTest, ALongQueueThatRunsOverOnceIsLeft) {
-  makeIntake(50);
+/// As while a map is saved: the map takes none for a while, and then ten for each that comes.
+TEST_F(FrameIntakeTest, AfterAStallAFastMapLosesOnlyWhatThereIsNoRoomFor) {
+  makeIntake(20);
   putTransform(transforms_, 0.0, 0.0);
   putTransform(transforms_, 30.0, 30.0);
-  for (int i = 0; i < 150; ++i) {
+  for (int i = 0; i < 60; ++i) {
     pushInTime(i);
-    for (int k = 0; i >= 51 && k < 2; ++k) posed_frames_.take();
+    for (int k = 0; i >= 40 && k < 10; ++k) posed_frames_.take();
   }
-  EXPECT_EQ(dropped(DropReason::kQueueFull), 2u);
+  EXPECT_EQ(dropped(DropReason::kQueueFull), 21u) << "41 came until the first was taken";
 }
 
-/// As while a map is saved: the queue runs over within less than a few seconds, and is worked off.
-TEST_F(FrameIntakeTest, AShortStallLosesOnlyWhatThereIsNoRoomFor) {
+/// Who has room for a whole recording wants all of it.
+TEST_F(FrameIntakeTest, NothingIsLostWhereThereIsRoomForAll) {
+  makeIntake(200);
   putTransform(transforms_, 0.0, 0.0);
   putTransform(transforms_, 30.0, 30.0);
-  makeIntake(10);
-  for (int i = 0; i < 40; ++i) pushInTime(i);
-  EXPECT_EQ(dropped(DropReason::kQueueFull), 30u);
-  EXPECT_EQ(posed_frames_.size(), 10u);
+  for (int i = 0; i < 200; ++i) {
+    pushInTime(i);
+    if (i % 4 == 0) posed_frames_.take();
+  }
+  EXPECT_EQ(dropped(DropReason::kQueueFull), 0u);
 }
 
 TEST_F(FrameIntakeTest, WhatWaitsIsBoundedInBytes) {

@@ -19,8 +19,6 @@ using std::chrono::milliseconds;
 constexpr double kGap_s = 30.0;
 /// So many frames keep the map busy until more come.
 constexpr size_t kBusy = 3;
-/// A queue that still runs over after so long does so not because of a service that took a while.
-constexpr std::chrono::seconds kLongestStall{3};
 /// How often a waiting frame asks for its transform.
 constexpr milliseconds kTransformPoll{5};
 /// Until the next image, which wakes the thread.
@@ -52,26 +50,20 @@ void FrameIntake::push(const FrameMessages& frame) {
   while (isFull()) {
     if (!makeRoom()) return;
   }
-  if (shortensQueue()) dropOne();
-}
-
-bool FrameIntake::makeRoom() {
-  runs_over_ = true;
-  return dropOne();
+  if (shortensQueue()) makeRoom();
 }
 
 bool FrameIntake::isFull() const {
   return size() > static_cast<size_t>(params_.queue_size) || waitingBytes() > queueBytesOf(params_);
 }
 
+/// What comes while the map stands still, and takes none, is worked off later by a map that is fast.
 bool FrameIntake::shortensQueue() {
-  const size_t backlog = parts_.posed_frames.backlogOf(parts_.stream);
+  const FrameQueue& posed = parts_.posed_frames;
+  const size_t backlog = posed.backlogOf(parts_.stream), taken = posed.takenOf(parts_.stream);
   if (backlog == 0) is_overloaded_ = false;
-  if (backlog <= kBusy) full_since_.reset();
-  if (std::exchange(runs_over_, false) && backlog > kBusy) {
-    if (!full_since_) full_since_ = clock_();
-    if (clock_() - *full_since_ > kLongestStall) is_overloaded_ = true;
-  }
+  if (backlog <= kBusy) taken_in_time_ = taken;
+  if (2 * (taken - taken_in_time_) > static_cast<size_t>(params_.queue_size)) is_overloaded_ = true;
   return is_overloaded_ && backlog > kBusy;
 }
 
@@ -86,7 +78,7 @@ bool FrameIntake::enqueue(WaitingFrame frame) {
   return true;
 }
 
-bool FrameIntake::dropOne() {
+bool FrameIntake::makeRoom() {
   std::string waited_for;
   ros::Time stamp;
   if (const std::optional<PosedFrame> posed = parts_.posed_frames.pushOut(parts_.stream)) {

@@ -45,8 +45,9 @@ class FrameIntake {
               const std::string& image_topic, SteadyClock clock = std::chrono::steady_clock::now);
 
   /// Callbacks' thread: takes a frame that passes the checks; the oldest is dropped where there is
-  /// no room. A queue that runs over for seconds is shortened, one frame for each that comes, so
-  /// that what the map shows is new.
+  /// no room. Where more than a few waited while the map took half as many as there is room for, it
+  /// falls behind: the queue is shortened, one frame for each that comes, so that what the map shows
+  /// is new.
   void push(const FrameMessages& frame);
 
   /// Intake's thread: passes on the frames whose pose is known and drops those whose pose will not
@@ -101,7 +102,6 @@ class FrameIntake {
 
   bool isFull() const;
   bool shortensQueue();
-  bool dropOne();
   bool passOnFirst();
   void passOn(const WaitingFrame& frame, const PoseAnswer& pose);
   bool timedOut(const WaitingFrame& frame) const;
@@ -120,9 +120,8 @@ class FrameIntake {
   OpticalFrameCheck optical_frame_check_;  ///< Intake's thread only.
   ros::Time last_stamp_;                   ///< Callbacks' thread only.
   ros::Time ahead_stamp_;   ///< The same: of the last image, if far ahead of that; 0: it is not.
-  bool runs_over_ = false;  ///< Callbacks' thread only: there was no room for the last frame.
-  std::optional<SteadyTime> full_since_;  ///< The same: first since few waited for the map.
-  bool is_overloaded_ = false;            ///< The same: until none waits.
+  size_t taken_in_time_ = 0;    ///< Callbacks' thread only: frames, when few waited last.
+  bool is_overloaded_ = false;  ///< The same: until none waits.
 
   /// Held while a frame goes from one queue to the other, where dropAll() would miss it. Before
   /// mutex_, if both are.

@@ -93,7 +93,9 @@ class MergeQueue {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (timeToTurn() > SteadyDuration::zero()) return std::nullopt;
     const auto& [key, entry] = *items_.begin();
-    if (streams_[entry.stream].needed) last_taken_ = std::max(last_taken_, key.stamp);
+    StreamState& stream = streams_[entry.stream];
+    if (stream.needed) last_taken_ = std::max(last_taken_, key.stamp);
+    ++stream.taken;
     return remove(items_.begin());
   }
 
@@ -170,6 +172,12 @@ class MergeQueue {
     return streams_[stream].size;
   }
 
+  /// How many of a stream's items had their turn.
+  size_t takenOf(Stream stream) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return streams_[stream].taken;
+  }
+
   /// How many of a stream's items wait for nothing but to be taken.
   size_t backlogOf(Stream stream) const {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -212,6 +220,7 @@ class MergeQueue {
     ros::Time heard;  ///< Nothing of this stamp or before comes any more.
     size_t size;
     bool has_come = false;  ///< An item of it.
+    size_t taken = 0;       ///< By take().
 
     bool isWaitedFor() const { return needed || has_come; }
   };

@@ -141,7 +141,7 @@ void BlockMesher::indexBlocks(std::vector<int32_t> slots, bool with_vertices) {
       slots.end());
   ++indexings_;
   parallelFor<BlockIndexer>(slots.size(), threads_, [&](size_t i, BlockIndexer& indexer) {
-    if (i + threads_ < slots.size()) prefetchBlock(table_.block(slots[i + threads_]), voxels_);
+    if (i + 1 < slots.size()) prefetchBlock(table_.block(slots[i + 1]), voxels_);
     SlotState& state = state_[slots[i]];
     const NearbyArrays arrays(table_, voxels_, table_.block(slots[i]).key, least_evidence_);
     IndexedBlock block = indexer.index(rules_, arrays, directional_);
@@ -221,9 +221,9 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
   const StageTimer timer(profile_, Stage::kMake);
   std::vector<BlockMesh> meshes(slots.size());
   parallelFor<MeshScratch>(slots.size(), threads_, [&](size_t i, MeshScratch& scratch) {
-    if (i + threads_ < slots.size() && makingReadsVoxels(slots[i + threads_])) {
-      prefetchBlock(table_.block(slots[i + threads_]), voxels_);
-      if (has_colours_) prefetchColours(table_.block(slots[i + threads_]), table_, map_.colours);
+    if (i + 1 < slots.size() && makingReadsVoxels(slots[i + 1])) {
+      prefetchBlock(table_.block(slots[i + 1]), voxels_);
+      if (has_colours_) prefetchColours(table_.block(slots[i + 1]), table_, map_.colours);
     }
     BlockMesh& mesh = meshes[i];
     SlotState& state = state_[slots[i]];

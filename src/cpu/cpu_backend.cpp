@@ -1,6 +1,6 @@
 #include "cpu/cpu_backend.h"
 
-#include <omp.h>
+#include <sched.h>
 
 #include <algorithm>
 #include <chrono>
@@ -14,6 +14,7 @@
 #include "kernels/core/direction.h"
 #include "kernels/fusion/free_space.h"
 #include "kernels/fusion/voxel_update.h"
+#include "threads/parallel.h"
 #include "threads/parallel_for.h"
 
 namespace dtsdf {
@@ -29,8 +30,11 @@ bool isInPart(PackedKey key, const FrameTurn& turn) {
 
 }  // namespace
 
+/// 0: one for each core that this process may use.
 int cpuThreads(const MapperParams& params) {
-  return params.threads > 0 ? params.threads : omp_get_num_procs();
+  cpu_set_t cores;
+  const bool asks = params.threads == 0 && sched_getaffinity(0, sizeof(cores), &cores) == 0;
+  return asks ? CPU_COUNT(&cores) : threadCount(params.threads);
 }
 
 CpuBackend::CpuBackend(const MapperParams& params, const Rules& rules, const BlockTable& table)

@@ -169,7 +169,7 @@ void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
 
 /// The colours of the block that a thread comes to after this one, most likely.
 void Painter::prefetchNext(const PaintedMap& map, size_t i) const {
-  const size_t next = i + threads_;
+  const size_t next = i + 1;
   if (next >= blocks_in_view_ || blocks_[next].points.count() == 0) return;
   prefetchColours(map.table.block(blocks_[next].slot), map.table, map.colours);
 }

@@ -32,7 +32,7 @@ CAMERAS = {"realsense": "/camera/depth/image_rect_raw", "azure_kinect": "/depth/
 MANAGERS = {"realsense": "/camera/realsense2_camera_manager",
             "azure_kinect": "/k4a_nodelet_manager",
             "openni2": "/camera/camera_nodelet_manager"}
-ENVIRONMENT = {("OMP_WAIT_POLICY", "passive"), ("MALLOC_ARENA_MAX", "2")}
+ENVIRONMENT = {("MALLOC_ARENA_MAX", "2")}
 EXTRA = {"gazebo": ["world:=room.world"]}
 
 # Waits until something holds of the status, and tells something of it.

@@ -1,0 +1,150 @@
+/// Threads for loops that are short and come one right after the other.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+namespace dtsdf {
+
+/// Until `condition` holds, but for a moment only: whoever waits longer than it takes to wake a
+/// thread leaves the core to others. Returns whether it holds.
+template <class Condition>
+bool spinUntil(const Condition& condition) {
+  constexpr std::chrono::microseconds kMoment{30};
+  constexpr int kLooks = 16;  // for each look at the clock
+  const auto end = std::chrono::steady_clock::now() + kMoment;
+  do {
+    for (int i = 0; i < kLooks; ++i) {
+      if (condition()) return true;
+#if defined(__x86_64__)
+      __builtin_ia32_pause();
+#endif
+    }
+  } while (std::chrono::steady_clock::now() < end);
+  return false;
+}
+
+/// A thread of a team. Its caller waits for it only once it has begun.
+class TeamMember {
+ public:
+  TeamMember() : thread_([this] { serve(); }) {}
+  ~TeamMember() {
+    set(State::kEnding);
+    thread_.join();
+  }
+
+  /// Has it call work(of, number), which must not throw. @pre release() has returned.
+  void call(void (*work)(const void*, size_t), const void* of, size_t number) {
+    work_ = work;
+    of_ = of;
+    number_ = number;
+    set(State::kCalled);
+  }
+
+  /// Returns once it works no more; what it has not begun by now it leaves.
+  void release() {
+    State called = State::kCalled;
+    if (state_.compare_exchange_strong(called, State::kIdle)) return;
+    const auto is_idle = [this] { return state_ == State::kIdle; };
+    if (!spinUntil(is_idle)) sleepUntil(is_idle);
+  }
+
+ private:
+  enum class State { kIdle, kCalled, kWorking, kEnding };
+
+  void serve() {
+    const auto is_wanted = [this] { return state_ != State::kIdle; };
+    for (;;) {
+      if (!spinUntil(is_wanted)) sleepUntil(is_wanted);
+      State called = State::kCalled;
+      if (state_.compare_exchange_strong(called, State::kWorking)) {
+        work_(of_, number_);
+        set(State::kIdle);
+      } else if (called == State::kEnding) {
+        return;
+      }
+    }
+  }
+
+  /// Wakes the other side only if it sleeps.
+  void set(State state) {
+    bool wakes;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      state_ = state;
+      wakes = sleepers_ > 0;
+    }
+    if (wakes) changed_.notify_all();
+  }
+
+  template <class Condition>
+  void sleepUntil(const Condition& condition) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    ++sleepers_;
+    changed_.wait(lock, condition);
+    --sleepers_;
+  }
+
+  std::atomic<State> state_{State::kIdle};
+  void (*work_)(const void*, size_t) = nullptr;
+  const void* of_ = nullptr;
+  size_t number_ = 0;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  int sleepers_ = 0;    ///< Guarded by it.
+  std::thread thread_;  ///< Last: it uses all else.
+};
+
+/// Those who help one thread, as long as it lives.
+class Team {
+ public:
+  /// The calling thread's.
+  static Team& own() {
+    thread_local Team team;
+    return team;
+  }
+
+  /// Calls body(number) on so many threads at most, the caller's being number 0, and returns once
+  /// none is in it. It must not throw. A body that calls this again is alone.
+  template <class Body>
+  void run(size_t threads, const Body& body) {
+    if (threads < 2 || isHelping()) return body(0);
+    const size_t members = gather(threads - 1);
+    const auto work = [](const void* of, size_t number) {
+      isHelping() = true;
+      (*static_cast<const Body*>(of))(number);
+    };
+    for (size_t i = 0; i < members; ++i) members_[i]->call(work, &body, i + 1);
+    isHelping() = true;
+    body(0);
+    isHelping() = false;
+    for (size_t i = 0; i < members; ++i) members_[i]->release();
+  }
+
+ private:
+  /// Whether the calling thread is in a body.
+  static bool& isHelping() {
+    thread_local bool is_helping = false;
+    return is_helping;
+  }
+
+  /// @return how many of the wanted ones there are: fewer where no more threads are to be had.
+  size_t gather(size_t wanted) {
+    try {
+      while (members_.size() < wanted) members_.push_back(std::make_unique<TeamMember>());
+    } catch (const std::system_error&) {
+    }
+    return std::min(wanted, members_.size());
+  }
+
+  std::vector<std::unique_ptr<TeamMember>> members_;
+};
+
+}  // namespace dtsdf

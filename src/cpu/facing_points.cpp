@@ -84,10 +84,10 @@ void FacingPoints::add(const SurfacePoints& points, int direction) {
   count_ = count;
 }
 
-void FacingPoints::sample(const ColourSensing& sensing, std::vector<VoxelSample>& samples) const {
+void FacingPoints::sample(const ColourSensing& sensing, VoxelSamples& samples) const {
   static_assert(kGroup == kLanes, "a group fills the lanes");
   const PointView& view = sensing.view;
-  samples.resize(count_ + 1);  // the last one is written where none is taken
+  samples.samples_.makeRoom(count_ + 1);
   size_t sampled = 0;
   withWidestVectors([&] {
     for (size_t first = 0; first < count_; first += kGroup) {
@@ -110,14 +110,14 @@ void FacingPoints::sample(const ColourSensing& sensing, std::vector<VoxelSample>
       (share * viewWeight(view, points)).store(weight);
       const int count = static_cast<int>(std::min<size_t>(kGroup, count_ - first));
       for (int k = 0; k < count; ++k) {
-        samples[sampled] = {group.voxel[k],
+        samples.samples_[sampled] = {group.voxel[k],
                             {static_cast<uint8_t>(red[k]), static_cast<uint8_t>(green[k]),
                              static_cast<uint8_t>(blue[k]), weight[k]}};
         sampled += static_cast<size_t>(weight[k] > 0.0f);
       }
     }
   });
-  samples.resize(sampled);
+  samples.count_ = sampled;
 }
 
 }  // namespace dtsdf

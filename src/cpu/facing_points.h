@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "cpu/scratch_array.h"
 #include "cpu/surface_points.h"
 #include "kernels/colour/paint.h"
 
@@ -16,6 +17,20 @@ struct VoxelSample {
   ColourSample sample;
 };
 
+/// Those of a block.
+class VoxelSamples {
+ public:
+  size_t count() const { return count_; }
+  const VoxelSample* begin() const { return samples_.begin(); }
+  const VoxelSample* end() const { return begin() + count_; }
+  size_t bytes() const { return samples_.bytes(); }
+
+ private:
+  friend class FacingPoints;
+  ScratchArray<VoxelSample> samples_;  ///< With room for one that is not taken.
+  size_t count_ = 0;
+};
+
 class FacingPoints {
  public:
   void clear() { count_ = 0; }
@@ -25,7 +40,7 @@ class FacingPoints {
   void add(const SurfacePoints& points, int direction);
 
   /// Samples the image at those that nothing hides.
-  void sample(const ColourSensing& sensing, std::vector<VoxelSample>& samples) const;
+  void sample(const ColourSensing& sensing, VoxelSamples& samples) const;
 
   size_t bytes() const { return groups_.capacity() * sizeof(Group); }
 

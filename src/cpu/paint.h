@@ -51,7 +51,8 @@ class Painter {
   struct BlockView {
     int32_t slot;
     FacingPoints points;
-    std::vector<VoxelSample> samples;
+    VoxelSamples samples;
+    uint64_t bricks;  ///< That these lie in, a bit each.
     ExposureSums sums;
   };
 

@@ -22,6 +22,7 @@ class ScratchArray {
   }
   T& operator[](size_t i) { return elements_[i]; }
   const T& operator[](size_t i) const { return elements_[i]; }
+  const T* begin() const { return elements_.get(); }
   size_t bytes() const { return size_ * sizeof(T); }
 
  private:

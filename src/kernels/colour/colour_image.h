@@ -2,6 +2,8 @@
 /// it covers at the price of four pixels.
 #pragma once
 
+#include <cstring>
+
 #include "kernels/core/select.h"
 #include "kernels/core/vec.h"
 
@@ -63,20 +65,35 @@ DTSDF_HD const ColourPixel& pixelAt(const ColourImage& image, const ColourLevel&
   return image.pixels[level.first + static_cast<int64_t>(y) * level.width + x];
 }
 
-/// Mean of four bytes, rounded.
-DTSDF_HD uint8_t meanOf(uint8_t a, uint8_t b, uint8_t c, uint8_t d) {
-  return static_cast<uint8_t>((a + b + c + d + 2) >> 2);
+/// Means of four pixels' bytes, rounded: two bytes of a word at once, each in 16 bits.
+DTSDF_HD uint32_t meanOfPixels(uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
+  constexpr uint32_t kBytes = 0x00ff00ff, kHalf = 0x00020002;
+  const uint32_t even = (a & kBytes) + (b & kBytes) + (c & kBytes) + (d & kBytes) + kHalf;
+  const uint32_t odd = (a >> 8 & kBytes) + (b >> 8 & kBytes) + (c >> 8 & kBytes) +
+                       (d >> 8 & kBytes) + kHalf;
+  return (even >> 2 & kBytes) | (odd >> 2 & kBytes) << 8;
+}
+
+DTSDF_HD uint32_t wordOf(const ColourPixel& pixel) {
+  uint32_t word;
+  memcpy(&word, &pixel, sizeof(word));
+  return word;
+}
+
+DTSDF_HD ColourPixel meanOf(const ColourPixel& a, const ColourPixel& b, const ColourPixel& c,
+                            const ColourPixel& d) {
+  const uint32_t word = meanOfPixels(wordOf(a), wordOf(b), wordOf(c), wordOf(d));
+  ColourPixel mean;
+  memcpy(&mean, &word, sizeof(mean));
+  return mean;
 }
 
 /// A pixel of a level, from the one before.
 DTSDF_HD ColourPixel halvedPixel(const ColourImage& image, int level, int32_t u, int32_t v) {
   const ColourLevel& finer = image.level[level - 1];
-  const ColourPixel& a = pixelAt(image, finer, 2 * u, 2 * v);
-  const ColourPixel& b = pixelAt(image, finer, 2 * u + 1, 2 * v);
-  const ColourPixel& c = pixelAt(image, finer, 2 * u, 2 * v + 1);
-  const ColourPixel& d = pixelAt(image, finer, 2 * u + 1, 2 * v + 1);
-  return {meanOf(a.red, b.red, c.red, d.red), meanOf(a.green, b.green, c.green, d.green),
-          meanOf(a.blue, b.blue, c.blue, d.blue), 0};
+  return meanOf(pixelAt(image, finer, 2 * u, 2 * v), pixelAt(image, finer, 2 * u + 1, 2 * v),
+                pixelAt(image, finer, 2 * u, 2 * v + 1),
+                pixelAt(image, finer, 2 * u + 1, 2 * v + 1));
 }
 
 /// The level whose pixels are as wide as this at most, in pixels of the image.

@@ -96,11 +96,11 @@ TEST_P(BumpyBall, IsDrawnAndSampledAsPointAfterPoint) {
       visitBatches(d, [&](const SurfacePoints& points) { facing.add(points, d); });
     }
   }
-  std::vector<VoxelSample> samples;
+  VoxelSamples samples;
   facing.sample(sensing_, samples);
   std::map<int, ColourSample> sampled;
   for (const VoxelSample& sample : samples) sampled[sample.voxel] = sample.sample;
-  EXPECT_EQ(sampled.size(), samples.size());
+  EXPECT_EQ(sampled.size(), samples.count());
   std::map<float, int> shares;
   for (int n = 0; n < kDirectionCount * kVoxelsPerBlock; ++n) {
     const int d = n / kVoxelsPerBlock, i = n % kVoxelsPerBlock;

@@ -111,8 +111,8 @@ void FacingPoints::sample(const ColourSensing& sensing, VoxelSamples& samples) c
       const int count = static_cast<int>(std::min<size_t>(kGroup, count_ - first));
       for (int k = 0; k < count; ++k) {
         samples.samples_[sampled] = {group.voxel[k],
-                            {static_cast<uint8_t>(red[k]), static_cast<uint8_t>(green[k]),
-                             static_cast<uint8_t>(blue[k]), weight[k]}};
+                                     {static_cast<uint8_t>(red[k]), static_cast<uint8_t>(green[k]),
+                                      static_cast<uint8_t>(blue[k]), weight[k]}};
         sampled += static_cast<size_t>(weight[k] > 0.0f);
       }
     }

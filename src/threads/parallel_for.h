@@ -17,8 +17,7 @@ namespace dtsdf {
 /// the same rows in one loop after the other, and then from those of others.
 class SharedCount {
  public:
-  SharedCount(size_t count, size_t threads, size_t grain)
-      : stretches_(threads), grain_(grain) {
+  SharedCount(size_t count, size_t threads, size_t grain) : stretches_(threads), grain_(grain) {
     const size_t parts = (count + grain - 1) / grain;
     for (size_t k = 0; k < threads; ++k) {
       stretches_[k].next = parts * k / threads * grain;

@@ -69,8 +69,8 @@ DTSDF_HD const ColourPixel& pixelAt(const ColourImage& image, const ColourLevel&
 DTSDF_HD uint32_t meanOfPixels(uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
   constexpr uint32_t kBytes = 0x00ff00ff, kHalf = 0x00020002;
   const uint32_t even = (a & kBytes) + (b & kBytes) + (c & kBytes) + (d & kBytes) + kHalf;
-  const uint32_t odd = (a >> 8 & kBytes) + (b >> 8 & kBytes) + (c >> 8 & kBytes) +
-                       (d >> 8 & kBytes) + kHalf;
+  const uint32_t odd =
+      (a >> 8 & kBytes) + (b >> 8 & kBytes) + (c >> 8 & kBytes) + (d >> 8 & kBytes) + kHalf;
   return (even >> 2 & kBytes) | (odd >> 2 & kBytes) << 8;
 }
 

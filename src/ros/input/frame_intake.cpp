@@ -57,7 +57,8 @@ bool FrameIntake::isFull() const {
   return size() > static_cast<size_t>(params_.queue_size) || waitingBytes() > queueBytesOf(params_);
 }
 
-/// What comes while the map stands still, and takes none, is worked off later by a map that is fast.
+/// What comes while the map stands still, and takes none, is worked off later by a map that is
+/// fast.
 bool FrameIntake::shortensQueue() {
   const FrameQueue& posed = parts_.posed_frames;
   const size_t backlog = posed.backlogOf(parts_.stream), taken = posed.takenOf(parts_.stream);

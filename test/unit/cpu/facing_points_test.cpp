@@ -117,7 +117,7 @@ TEST_P(BumpyBall, IsDrawnAndSampledAsPointAfterPoint) {
     EXPECT_EQ(place->second.blue, one.blue);
     EXPECT_EQ(place->second.weight, one.weight);
   }
-  EXPECT_GT(samples.size(), 40u);
+  EXPECT_GT(samples.count(), 40u);
   EXPECT_GE(shares.size(), 2u);
 }
 

@@ -93,6 +93,7 @@ TEST(ParallelFor, ALoopInALoopIsDoneByOneThread) {
 
 TEST(ParallelFor, EachCallerHasHelpersOfItsOwn) {
   std::vector<std::thread> callers;
+  callers.reserve(3);
   std::atomic<size_t> visits{0};
   for (int i = 0; i < 3; ++i) {
     callers.emplace_back([&] {

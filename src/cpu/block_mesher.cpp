@@ -236,10 +236,13 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
                              directional_, mesh);
     }
     dropGaps(mesh);
-    state.vertices = std::vector<BlockVertex>();
-    state.normals = std::vector<Vec3f>();
     mesh.colours = coloursOf(mesh);
     if (shows_ && !refined_) show(slots[i], std::make_unique<BlockMesh>(mesh));
+  });
+  // Not in the loop: who makes the block before looks at them.
+  parallelFor<MeshScratch, 64>(slots.size(), threads_, [&](size_t i, MeshScratch&) {
+    state_[slots[i]].vertices = std::vector<BlockVertex>();
+    state_[slots[i]].normals = std::vector<Vec3f>();
   });
   return meshes;
 }

@@ -60,7 +60,8 @@ template <class Scratch, size_t kGrain = 1, class Body>
 void parallelFor(size_t count, int threads, const Body& body) {
   std::exception_ptr error;
   std::mutex mutex;
-  const size_t used = std::max<size_t>(1, std::min<size_t>(threads, (count + kGrain - 1) / kGrain));
+  const size_t parts = (count + kGrain - 1) / kGrain;
+  const size_t used = std::max<size_t>(1, std::min<size_t>(std::max(threads, 1), parts));
   SharedCount shared(count, used, kGrain);
   Team::own().run(used, [&](size_t number) {
     try {

@@ -1,12 +1,15 @@
 /// Threads for loops that are short and come one right after the other.
 #pragma once
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <system_error>
 #include <thread>
 #include <vector>
@@ -25,6 +28,8 @@ bool spinUntil(const Condition& condition) {
       if (condition()) return true;
 #if defined(__x86_64__)
       __builtin_ia32_pause();
+#elif defined(__aarch64__)
+      asm volatile("yield");
 #endif
     }
   } while (std::chrono::steady_clock::now() < end);
@@ -102,10 +107,19 @@ class TeamMember {
   std::thread thread_;  ///< Last: it uses all else.
 };
 
-/// Those who help one thread, as long as it lives.
+/// Those who help one thread, as long as it lives. After a fork nobody helps in the child.
 class Team {
  public:
-  /// The calling thread's.
+  Team() = default;
+  ~Team() {
+    if (isForked()) {
+      for (auto& member : members_) static_cast<void>(member.release());  // its thread is not here
+    }
+  }
+  Team(const Team&) = delete;
+  Team& operator=(const Team&) = delete;
+
+  /// The calling thread's. No loop may run in the destructor of a static object: it is gone then.
   static Team& own() {
     thread_local Team team;
     return team;
@@ -135,15 +149,20 @@ class Team {
     return is_helping;
   }
 
+  bool isForked() const { return getpid() != pid_; }
+
   /// @return how many of the wanted ones there are: fewer where no more threads are to be had.
   size_t gather(size_t wanted) {
+    if (isForked()) return 0;
     try {
       while (members_.size() < wanted) members_.push_back(std::make_unique<TeamMember>());
-    } catch (const std::system_error&) {
+    } catch (const std::system_error&) {  // no thread
+    } catch (const std::bad_alloc&) {     // nor memory for one
     }
     return std::min(wanted, members_.size());
   }
 
+  const pid_t pid_ = getpid();
   std::vector<std::unique_ptr<TeamMember>> members_;
 };
 

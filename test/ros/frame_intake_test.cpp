@@ -182,12 +182,13 @@ TEST_F(FrameIntakeTest, AQueueThatIsNotWorkedOffIsShortenedUntilItIsEmptied) {
     pushInTime(i);
     most = std::max(most, posed_frames_.size());
     if (i % 10 != 0) posed_frames_.take();
-    if (i == 45) {
+    if (i == 60) {
       EXPECT_EQ(dropped(DropReason::kQueueFull), 0u);
     }
   }
-  EXPECT_GE(most, 5u);
-  EXPECT_LE(most, 6u) << "one more waits after each ten images, fifteen are taken while four do";
+  EXPECT_GE(most, 6u);
+  EXPECT_LE(most, 8u)
+      << "one more waits after each nine that are taken, of which 30 are, past three";
 
   // Once it has caught up there is room for a burst again.
   posedStamps();
@@ -213,28 +214,50 @@ TEST_F(FrameIntakeTest, AQueueIsShortenedWhereverRoomIsMadeForAnImage) {
   EXPECT_LE(posed_frames_.size(), 4u);
 }
 
-/// As while a map is saved: the map takes none for a while, and then ten for each that comes.
-TEST_F(FrameIntakeTest, AfterAStallAFastMapLosesOnlyWhatThereIsNoRoomFor) {
+/// By how many images the map takes for each that comes.
+class FrameIntakeAtRate : public FrameIntakeTest, public testing::WithParamInterface<double> {
+ protected:
+  /// Images of the recording; the map stands still from one number to another.
+  void play(int images, int stall_begin, int stall_end) {
+    putTransform(transforms_, 0.0, 0.0);
+    putTransform(transforms_, 30.0, 30.0);
+    double due = 0.0;
+    for (int i = 0; i < images; ++i) {
+      pushInTime(i);
+      if (i >= stall_begin && i < stall_end) continue;
+      for (due += GetParam(); due >= 1.0; due -= 1.0) posed_frames_.take();
+    }
+  }
+};
+
+/// As while a map is saved.
+using FrameIntakeCatchesUp = FrameIntakeAtRate;
+TEST_P(FrameIntakeCatchesUp, AfterAStallAndLosesNothing) {
+  makeIntake(30);
+  play(200, 20, 35);
+  EXPECT_EQ(dropped(DropReason::kQueueFull), 0u);
+}
+INSTANTIATE_TEST_SUITE_P(Rates, FrameIntakeCatchesUp, testing::Values(1.25, 1.5, 2.0, 10.0));
+
+/// Who has room for a whole recording wants all of it.
+using FrameIntakeFallsBehind = FrameIntakeAtRate;
+TEST_P(FrameIntakeFallsBehind, AndLosesNothingWhereThereIsRoomForAll) {
+  makeIntake(200);
+  play(200, 0, 0);
+  EXPECT_EQ(dropped(DropReason::kQueueFull), 0u);
+}
+INSTANTIATE_TEST_SUITE_P(Rates, FrameIntakeFallsBehind, testing::Values(0.25, 0.5, 0.75, 0.9));
+
+/// What a stall leaves no room for is lost, and no more.
+TEST_F(FrameIntakeTest, AfterALongStallAFastMapLosesOnlyWhatThereIsNoRoomFor) {
   makeIntake(20);
   putTransform(transforms_, 0.0, 0.0);
   putTransform(transforms_, 30.0, 30.0);
   for (int i = 0; i < 60; ++i) {
     pushInTime(i);
-    for (int k = 0; i >= 40 && k < 10; ++k) posed_frames_.take();
+    for (int k = 0; i >= 40 && k < 2; ++k) posed_frames_.take();
   }
   EXPECT_EQ(dropped(DropReason::kQueueFull), 21u) << "41 came until the first was taken";
-}
-
-/// Who has room for a whole recording wants all of it.
-TEST_F(FrameIntakeTest, NothingIsLostWhereThereIsRoomForAll) {
-  makeIntake(200);
-  putTransform(transforms_, 0.0, 0.0);
-  putTransform(transforms_, 30.0, 30.0);
-  for (int i = 0; i < 200; ++i) {
-    pushInTime(i);
-    if (i % 4 == 0) posed_frames_.take();
-  }
-  EXPECT_EQ(dropped(DropReason::kQueueFull), 0u);
 }
 
 TEST_F(FrameIntakeTest, WhatWaitsIsBoundedInBytes) {

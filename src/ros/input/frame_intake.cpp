@@ -57,15 +57,20 @@ bool FrameIntake::isFull() const {
   return size() > static_cast<size_t>(params_.queue_size) || waitingBytes() > queueBytesOf(params_);
 }
 
-/// What comes while the map stands still, and takes none, is worked off later by a map that is
-/// fast.
+/// Looked at each time the map has taken half as many as there is room for. After a stall, as while
+/// a map is saved, there are more than before once, and then fewer: a fast map works them off.
 bool FrameIntake::shortensQueue() {
   const FrameQueue& posed = parts_.posed_frames;
-  const size_t backlog = posed.backlogOf(parts_.stream), taken = posed.takenOf(parts_.stream);
-  if (backlog == 0) is_overloaded_ = false;
-  if (backlog <= kBusy) taken_in_time_ = taken;
-  if (2 * (taken - taken_in_time_) > static_cast<size_t>(params_.queue_size)) is_overloaded_ = true;
-  return is_overloaded_ && backlog > kBusy;
+  const Backlog now = {posed.backlogOf(parts_.stream), posed.takenOf(parts_.stream)};
+  if (now.waiting == 0) is_overloaded_ = false;
+  const bool is_short = now.waiting <= kBusy;
+  if (is_short ||
+      2 * (now.taken - seen_backlog_.taken) >= static_cast<size_t>(params_.queue_size)) {
+    behind_ = is_short || now.waiting < seen_backlog_.waiting ? 0 : behind_ + 1;
+    seen_backlog_ = now;
+  }
+  if (behind_ >= 2) is_overloaded_ = true;
+  return is_overloaded_ && !is_short;
 }
 
 void FrameIntake::dropPaused(const ros::Time& stamp) {

@@ -45,9 +45,8 @@ class FrameIntake {
               const std::string& image_topic, SteadyClock clock = std::chrono::steady_clock::now);
 
   /// Callbacks' thread: takes a frame that passes the checks; the oldest is dropped where there is
-  /// no room. Where more than a few waited while the map took half as many as there is room for, it
-  /// falls behind: the queue is shortened, one frame for each that comes, so that what the map
-  /// shows is new.
+  /// no room. A queue that does not get shorter while the map takes as many as there is room for is
+  /// shortened, one frame for each that comes, so that what the map shows is new.
   void push(const FrameMessages& frame);
 
   /// Intake's thread: passes on the frames whose pose is known and drops those whose pose will not
@@ -100,6 +99,11 @@ class FrameIntake {
   bool dropNewest(const ros::Time& stamp, DropReason reason, const std::string& text);
   void dropAll(DropReason reason, const std::string& text);
 
+  /// How many frames waited for the map once it had taken so many.
+  struct Backlog {
+    size_t waiting = 0, taken = 0;
+  };
+
   bool isFull() const;
   bool shortensQueue();
   bool passOnFirst();
@@ -119,8 +123,9 @@ class FrameIntake {
   Rectification rectification_;            ///< Intake's thread only.
   OpticalFrameCheck optical_frame_check_;  ///< Intake's thread only.
   ros::Time last_stamp_;                   ///< Callbacks' thread only.
-  ros::Time ahead_stamp_;     ///< The same: of the last image, if far ahead of that; 0: it is not.
-  size_t taken_in_time_ = 0;  ///< Callbacks' thread only: frames, when few waited last.
+  ros::Time ahead_stamp_;  ///< The same: of the last image, if far ahead of that; 0: it is not.
+  Backlog seen_backlog_;   ///< Callbacks' thread only.
+  int behind_ = 0;         ///< The same: so often in a row the backlog had not shrunk.
   bool is_overloaded_ = false;  ///< The same: until none waits.
 
   /// Held while a frame goes from one queue to the other, where dropAll() would miss it. Before

@@ -2,9 +2,13 @@
 #include "threads/parallel_for.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
+#include <cstdlib>
 #include <mutex>
 #include <numeric>
 #include <set>
@@ -63,19 +67,21 @@ TEST(ParallelFor, AllThreadsTakePart) {
 }
 
 TEST(ParallelFor, ThrowsTheFirstErrorOnceNobodyWorks) {
-  std::atomic<int> inside{0}, after{0};
+  std::atomic<int> inside{0}, visited{0};
   const auto body = [&](size_t i, NoScratch&) {
     ++inside;
+    ++visited;
     if (i == 10) {
       --inside;
       throw std::runtime_error("ten");
     }
-    ++after;
     --inside;
   };
   EXPECT_THROW(parallelFor<NoScratch>(100000, 2, body), std::runtime_error);
   EXPECT_EQ(inside, 0);
-  EXPECT_LT(after, 99999) << "the rest is left out";
+  visited = 0;
+  EXPECT_THROW(parallelFor<NoScratch>(100000, 1, body), std::runtime_error);
+  EXPECT_EQ(visited, 11) << "the rest is left out";
   parallelFor<NoScratch>(5, 2, body);  // and the next loop is as any
   EXPECT_EQ(inside, 0);
 }
@@ -91,19 +97,48 @@ TEST(ParallelFor, ALoopInALoopIsDoneByOneThread) {
   EXPECT_EQ(visits, std::vector<int>(400, 1));
 }
 
+/// Three callers at once, each of which has a helper in its loop until all are there.
 TEST(ParallelFor, EachCallerHasHelpersOfItsOwn) {
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::set<std::thread::id> seen;
+  const auto call = [&] {
+    parallelFor<NoScratch>(2, 2, [&](size_t, NoScratch&) {
+      std::unique_lock<std::mutex> lock(mutex);
+      seen.insert(std::this_thread::get_id());
+      changed.notify_all();
+      changed.wait_for(lock, std::chrono::minutes(1), [&] { return seen.size() == 6; });
+    });
+  };
   std::vector<std::thread> callers;
   callers.reserve(3);
-  std::atomic<size_t> visits{0};
-  for (int i = 0; i < 3; ++i) {
-    callers.emplace_back([&] {
-      for (int loop = 0; loop < 200; ++loop) {
-        parallelFor<NoScratch>(10, 2, [&](size_t, NoScratch&) { ++visits; });
-      }
-    });
-  }
+  for (int i = 0; i < 3; ++i) callers.emplace_back(call);
   for (std::thread& caller : callers) caller.join();
-  EXPECT_EQ(visits, 3u * 200 * 10);
+  EXPECT_EQ(seen.size(), 6u);
+}
+
+TEST(ParallelFor, LessThanOneThreadIsOne) {
+  for (const int threads : {0, -3}) {
+    int visits = 0;
+    parallelFor<NoScratch>(50, threads, [&](size_t, NoScratch&) { ++visits; });
+    EXPECT_EQ(visits, 50);
+  }
+}
+
+/// A child has no helpers, and ends as any process.
+TEST(ParallelFor, AForkedChildWorksAloneAndEnds) {
+  int visits = 0;
+  parallelFor<NoScratch>(2, 2, [&](size_t, NoScratch&) { std::this_thread::yield(); });
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    alarm(60);  // if it hangs
+    parallelFor<NoScratch>(50, 2, [&](size_t, NoScratch&) { ++visits; });
+    exit(visits == 50 ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "status " << status;
 }
 
 /// The same rows come to the same thread in one loop after the other, where none is behind.
@@ -118,7 +153,8 @@ TEST(SharedCount, AThreadTakesItsOwnStretchFirst) {
   shared.visit(0, [&](size_t, size_t) { ADD_FAILURE() << "all are taken"; });
 }
 
-TEST(TeamMember, WhatItHasNotBegunIsLeft) {
+/// Whether it has begun or not, it is in no call that was released, and those it began it ended.
+TEST(TeamMember, IsInNoCallThatWasReleased) {
   std::atomic<int> calls{0};
   const auto work = [](const void* of, size_t number) {
     *static_cast<std::atomic<int>*>(const_cast<void*>(of)) += static_cast<int>(number);
@@ -127,6 +163,7 @@ TEST(TeamMember, WhatItHasNotBegunIsLeft) {
   int before = 0;
   for (int i = 0; i < 2000; ++i) {
     member.call(work, &calls, 1);
+    if (i % 2 == 0) std::this_thread::sleep_for(std::chrono::microseconds(i % 100));
     member.release();
     const int now = calls;
     EXPECT_LE(now - before, 1);
@@ -134,6 +171,7 @@ TEST(TeamMember, WhatItHasNotBegunIsLeft) {
     EXPECT_EQ(calls, now) << "it began after it was released";
     before = now;
   }
+  EXPECT_GT(before, 0);
 }
 
 }  // namespace

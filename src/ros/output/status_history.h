@@ -127,11 +127,12 @@ class ColourHint {
     if (is_done_) return nullptr;
     const auto place = std::find_if(cameras.begin(), cameras.end(), lacksColour);
     if (place == cameras.end()) {
-      since_.reset();
+      lacks_ = false;
       return nullptr;
     }
-    if (!since_) since_ = now;
-    if (now - *since_ < kPatience) return nullptr;
+    if (!lacks_) since_ = now;
+    lacks_ = true;
+    if (now - since_ < kPatience) return nullptr;
     is_done_ = true;
     return &*place;
   }
@@ -143,8 +144,8 @@ class ColourHint {
            camera.colour->frames.images == 0 && camera.colour->image_publishers == 0;
   }
 
-  std::optional<SteadyTime> since_;
-  bool is_done_ = false;
+  bool lacks_ = false, is_done_ = false;
+  SteadyTime since_{};
 };
 
 }  // namespace dtsdf

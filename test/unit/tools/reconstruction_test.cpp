@@ -184,7 +184,10 @@ TEST(ReportJson, HasEveryKey) {
   result.skipped = {{"no pose \xff", 1}};  // not UTF-8
   result.integrate_ms = {1.0, 3.0};
   result.mesh_ms = {10.0};
-  result.map = {3, 7, 4096, 2};
+  result.map.blocks = 3;
+  result.map.voxel_arrays = 7;
+  result.map.map_bytes = 4096;
+  result.map.refused_blocks = 2;
   result.vertices = 4;
   result.triangles = 2;
   const auto report = nlohmann::json::parse(reportJson(result, "cpu (2 threads)"));

@@ -9,8 +9,6 @@
 namespace dtsdf {
 namespace {
 
-struct NoScratch {};
-
 /// Points that a thread takes at a time.
 constexpr size_t kPointsAtOnce = 256;
 

@@ -239,8 +239,9 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
     mesh.colours = coloursOf(mesh);
     if (shows_ && !refined_) show(slots[i], std::make_unique<BlockMesh>(mesh));
   });
-  // Not in the loop: who makes the block before looks at them.
-  parallelFor<MeshScratch, 64>(slots.size(), threads_, [&](size_t i, MeshScratch&) {
+  // Not in the loop, where whoever makes the block before asks whether there are any.
+  constexpr size_t kBlocksAtATime = 64;
+  parallelFor<NoScratch, kBlocksAtATime>(slots.size(), threads_, [&](size_t i, NoScratch&) {
     state_[slots[i]].vertices = std::vector<BlockVertex>();
     state_[slots[i]].normals = std::vector<Vec3f>();
   });

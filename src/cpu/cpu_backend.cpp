@@ -20,8 +20,6 @@
 namespace dtsdf {
 namespace {
 
-struct NoScratch {};
-
 constexpr size_t kArraysAtATime = 64;  ///< That a thread clears or copies.
 
 bool isInPart(PackedKey key, const FrameTurn& turn) {

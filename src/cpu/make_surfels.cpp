@@ -9,8 +9,6 @@
 namespace dtsdf {
 namespace {
 
-struct NoScratch {};
-
 /// The measured pixels of a stretch of a row, up to some column, that are not merged.
 ListedPixels singlesOf(const ImageView& image, const Pixel& first, int end_u,
                        const std::vector<MergedPatch>& patches) {

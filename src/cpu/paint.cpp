@@ -12,8 +12,6 @@
 namespace dtsdf {
 namespace {
 
-struct NoScratch {};
-
 /// Calls visit(direction, voxels) for the arrays of a block.
 template <class Visit>
 void visitArrays(const BlockEntry& entry, const VoxelStore& voxels, const Visit& visit) {

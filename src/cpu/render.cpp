@@ -8,8 +8,6 @@
 namespace dtsdf {
 namespace {
 
-struct NoScratch {};
-
 /// Calls visit(pixel, weights) for each pixel that a triangle covers.
 template <class Visit>
 void visitPixels(const FrameView& frame, const DrawnTriangle& drawn, const Visit& visit) {

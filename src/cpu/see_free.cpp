@@ -80,7 +80,6 @@ FreeCellFinder::FreeCellFinder(const MapperParams& params, int threads)
 FreePyramid FreeCellFinder::makePyramid(const FrameSensing& sensing) {
   const FrameView& frame = sensing.image.frame;
   FreePyramid free{{sensing.free_depth}, frame.width, frame.height};
-  struct NoScratch {};
   for (int k = 1; k < kFreeLevels; ++k) {
     const int32_t width = texelsFor(frame.width, k), height = texelsFor(frame.height, k);
     const int32_t width_below = texelsFor(frame.width, k - 1),

@@ -142,8 +142,6 @@ struct NoiseBins {
   }
 };
 
-struct NoScratch {};
-
 constexpr size_t kRowsAtATime = 8;  ///< That a thread takes.
 
 }  // namespace

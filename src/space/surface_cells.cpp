@@ -173,7 +173,6 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, const CellGrid& grid) {
 }
 
 std::vector<Vec3i> SurfaceCells::apply(const std::vector<BlockMesh>& blocks, CellTable& cells) {
-  struct NoScratch {};
   struct Found {
     std::vector<Vec3i> cells;
     bool is_other = false;

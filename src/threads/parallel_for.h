@@ -52,6 +52,9 @@ class SharedCount {
   const size_t grain_;
 };
 
+/// Of a loop whose threads keep nothing from one number to the next.
+struct NoScratch {};
+
 /// Calls body(i, scratch) for each i below `count`, on up to `threads` threads, each with a Scratch
 /// of its own. After an exception the rest is left out, and the first one is thrown to the caller.
 /// A thread takes `kGrain` of them at a time: several where they are small. No other thread is

@@ -214,39 +214,37 @@ TEST_F(FrameIntakeTest, AQueueIsShortenedWhereverRoomIsMadeForAnImage) {
   EXPECT_LE(posed_frames_.size(), 4u);
 }
 
-/// By how many images the map takes for each that comes.
-class FrameIntakeAtRate : public FrameIntakeTest, public testing::WithParamInterface<double> {
- protected:
-  /// Images of the recording; the map stands still from one number to another.
-  void play(int images, int stall_begin, int stall_end) {
-    putTransform(transforms_, 0.0, 0.0);
-    putTransform(transforms_, 30.0, 30.0);
-    double due = 0.0;
-    for (int i = 0; i < images; ++i) {
-      pushInTime(i);
-      if (i >= stall_begin && i < stall_end) continue;
-      for (due += GetParam(); due >= 1.0; due -= 1.0) posed_frames_.take();
-    }
-  }
+/// A map that takes so many images for each that comes, but none while it stands still.
+struct MapPace {
+  double taken_an_image;
+  int room, stall_begin, stall_end;
 };
 
-/// As while a map is saved.
-using FrameIntakeCatchesUp = FrameIntakeAtRate;
-TEST_P(FrameIntakeCatchesUp, AfterAStallAndLosesNothing) {
-  makeIntake(30);
-  play(200, 20, 35);
+class FrameIntakeAtPace : public FrameIntakeTest, public testing::WithParamInterface<MapPace> {};
+
+TEST_P(FrameIntakeAtPace, LosesNothing) {
+  const MapPace& pace = GetParam();
+  makeIntake(pace.room);
+  putTransform(transforms_, 0.0, 0.0);
+  putTransform(transforms_, 30.0, 30.0);
+  double due = 0.0;
+  for (int i = 0; i < 200; ++i) {
+    pushInTime(i);
+    if (i >= pace.stall_begin && i < pace.stall_end) continue;
+    for (due += pace.taken_an_image; due >= 1.0; due -= 1.0) posed_frames_.take();
+  }
   EXPECT_EQ(dropped(DropReason::kQueueFull), 0u);
 }
-INSTANTIATE_TEST_SUITE_P(Rates, FrameIntakeCatchesUp, testing::Values(1.25, 1.5, 2.0, 10.0));
+
+/// As while a map is saved.
+INSTANTIATE_TEST_SUITE_P(CatchingUpAfterAStall, FrameIntakeAtPace,
+                         testing::Values(MapPace{1.25, 30, 20, 35}, MapPace{1.5, 30, 20, 35},
+                                         MapPace{2.0, 30, 20, 35}, MapPace{10.0, 30, 20, 35}));
 
 /// Who has room for a whole recording wants all of it.
-using FrameIntakeFallsBehind = FrameIntakeAtRate;
-TEST_P(FrameIntakeFallsBehind, AndLosesNothingWhereThereIsRoomForAll) {
-  makeIntake(200);
-  play(200, 0, 0);
-  EXPECT_EQ(dropped(DropReason::kQueueFull), 0u);
-}
-INSTANTIATE_TEST_SUITE_P(Rates, FrameIntakeFallsBehind, testing::Values(0.25, 0.5, 0.75, 0.9));
+INSTANTIATE_TEST_SUITE_P(WithRoomForAll, FrameIntakeAtPace,
+                         testing::Values(MapPace{0.25, 200, 0, 0}, MapPace{0.5, 200, 0, 0},
+                                         MapPace{0.75, 200, 0, 0}, MapPace{0.9, 200, 0, 0}));
 
 /// What a stall leaves no room for is lost, and no more.
 TEST_F(FrameIntakeTest, AfterALongStallAFastMapLosesOnlyWhatThereIsNoRoomFor) {

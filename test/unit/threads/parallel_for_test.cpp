@@ -19,8 +19,6 @@
 namespace dtsdf {
 namespace {
 
-struct NoScratch {};
-
 TEST(ParallelFor, VisitsEachNumberOnce) {
   for (const int threads : {1, 2, 3, 7}) {
     for (const size_t count : {0, 1, 2, 8, 9, 100, 1001}) {

@@ -35,29 +35,6 @@ Eigen::Vector3d closestOnTriangle(const Eigen::Vector3d& p, const Eigen::Vector3
   return a + vb / total * ab + vc / total * ac;
 }
 
-/// What of a polygon lies below a plane across an axis, or with sign -1 above.
-std::vector<Eigen::Vector3d> clip(const std::vector<Eigen::Vector3d>& polygon, int axis,
-                                  double plane, double sign) {
-  std::vector<Eigen::Vector3d> inside;
-  for (size_t i = 0; i < polygon.size(); ++i) {
-    const Eigen::Vector3d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    const double above_a = sign * (a[axis] - plane), above_b = sign * (b[axis] - plane);
-    if (above_a <= 0.0) inside.push_back(a);
-    if ((above_a < 0.0 && above_b > 0.0) || (above_a > 0.0 && above_b < 0.0)) {
-      inside.push_back(a + above_a / (above_a - above_b) * (b - a));
-    }
-  }
-  return inside;
-}
-
-bool reachesInto(std::vector<Eigen::Vector3d> polygon, const Eigen::AlignedBox3d& box) {
-  for (int axis = 0; axis < 3; ++axis) {
-    polygon = clip(polygon, axis, box.max()[axis], 1.0);
-    polygon = clip(polygon, axis, box.min()[axis], -1.0);
-  }
-  return !polygon.empty();
-}
-
 RTCRay rayFrom(const Eigen::Vector3f& from, const Eigen::Vector3f& direction, float end) {
   RTCRay ray{};
   ray.org_x = from.x();
@@ -116,25 +93,6 @@ struct MeshScene::Implementation {
     query.triangle = arguments->primID;
     // Rounded up, so that nothing nearer is culled.
     arguments->query->radius = static_cast<float>(std::sqrt(squared_distance)) * 1.00001f;
-    return true;
-  }
-
-  /// State of one search for a triangle in a box.
-  struct BoxSearch {
-    const TriangleMesh* mesh;
-    Eigen::AlignedBox3d box;
-    bool found = false;
-  };
-
-  static bool lookIntoBox(RTCPointQueryFunctionArguments* arguments) {
-    BoxSearch& search = *static_cast<BoxSearch*>(arguments->userPtr);
-    std::vector<Eigen::Vector3d> corners;
-    for (const uint32_t i : search.mesh->triangles[arguments->primID]) {
-      corners.push_back(search.mesh->vertices[i].cast<double>());
-    }
-    if (search.found || !dtsdf::reachesInto(corners, search.box)) return false;
-    search.found = true;
-    arguments->query->radius = 0.0f;  // no need to look any farther
     return true;
   }
 
@@ -215,14 +173,6 @@ ClosestPoint MeshScene::closestPoint(const Eigen::Vector3f& p) const {
   queryAround(implementation_->scene, p, std::numeric_limits<float>::infinity(),
               &Implementation::visitTriangle, &found);
   return {std::sqrt(found.squared_distance), found.triangle};
-}
-
-bool MeshScene::reachesInto(const Eigen::AlignedBox3d& box) const {
-  Implementation::BoxSearch search{&implementation_->mesh, box};
-  const float radius = static_cast<float>(0.5 * box.diagonal().norm()) * 1.001f;
-  queryAround(implementation_->scene, box.center().cast<float>(), radius,
-              &Implementation::lookIntoBox, &search);
-  return search.found;
 }
 
 }  // namespace dtsdf

@@ -44,9 +44,6 @@ class MeshScene {
 
   ClosestPoint closestPoint(const Eigen::Vector3f& p) const;
 
-  /// Whether some triangle has a point in a box.
-  bool reachesInto(const Eigen::AlignedBox3d& box) const;
-
  private:
   struct Implementation;
   std::unique_ptr<Implementation> implementation_;

@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -15,8 +14,7 @@ namespace dtsdf {
 
 namespace {
 
-enum class Encoding { kAscii, kLittleEndian, kBigEndian };
-/// All supported machines are little endian.
+/// All supported machines are little endian, as the files are.
 template <class Number>
 double read(const char* bytes) {
   Number number;
@@ -25,8 +23,8 @@ double read(const char* bytes) {
 }
 
 struct NumberType {
-  size_t bytes;
-  double (*read)(const char* bytes);
+  size_t bytes = 0;
+  double (*read)(const char* bytes) = nullptr;
 };
 
 template <class Number>
@@ -35,27 +33,13 @@ constexpr NumberType kType{sizeof(Number), read<Number>};
 struct Property {
   std::string name;
   NumberType type;
-  bool is_list = false;
-  NumberType count_type = kType<uint8_t>;
-};
-
-struct Element {
-  std::string name;
-  size_t count = 0;
-  std::vector<Property> properties;
-
-  /// Index of a property, or -1.
-  int find(const std::string& property_name) const {
-    for (size_t i = 0; i < properties.size(); ++i) {
-      if (properties[i].name == property_name) return static_cast<int>(i);
-    }
-    return -1;
-  }
 };
 
 struct Header {
-  Encoding encoding = Encoding::kAscii;
-  std::vector<Element> elements;
+  bool is_ascii = false;
+  size_t vertices = 0, faces = 0;
+  std::vector<Property> vertex_properties;
+  NumberType corner_count, corner;  ///< Of the list of a face's corners.
 };
 
 NumberType numberType(const std::string& name) {
@@ -71,79 +55,73 @@ NumberType numberType(const std::string& name) {
   return type->second;
 }
 
-Encoding encodingFromName(const std::string& name) {
-  if (name == "ascii") return Encoding::kAscii;
-  if (name == "binary_little_endian") return Encoding::kLittleEndian;
-  if (name == "binary_big_endian") return Encoding::kBigEndian;
-  throw std::runtime_error("unknown format '" + name + "'");
-}
-
-Property readProperty(std::istringstream& words) {
-  Property property;
-  std::string type;
+/// A line of the header, after its first word.
+void readProperty(std::istringstream& words, const std::string& element, Header& header) {
+  std::string type, name;
   words >> type;
-  if (type == "list") {
-    property.is_list = true;
-    words >> type;
-    property.count_type = numberType(type);
-    words >> type;
+  if (element == "vertex") {
+    words >> name;
+    header.vertex_properties.push_back({name, numberType(type)});
+    return;
   }
-  property.type = numberType(type);
-  words >> property.name;
-  return property;
+  std::string count_type;
+  if (type == "list") words >> count_type >> type >> name;
+  if (name != "vertex_indices" && name != "vertex_index") {
+    throw std::runtime_error("its faces have more than a list vertex_indices");
+  }
+  header.corner_count = numberType(count_type);
+  header.corner = numberType(type);
 }
 
 Header readHeader(std::istream& in) {
   Header header;
-  std::string line;
+  std::string line, word, element;
   if (!std::getline(in, line) || line.substr(0, 3) != "ply") {
     throw std::runtime_error("not a PLY file");
   }
   while (std::getline(in, line)) {
     std::istringstream words(line);
-    std::string word;
     words >> word;
     if (word == "end_header") return header;
     if (word == "format") {
       words >> word;
-      header.encoding = encodingFromName(word);
-    } else if (word == "element") {
-      Element element;
-      words >> element.name >> element.count;
-      if (!words) throw std::runtime_error("bad line '" + line + "'");
-      const auto is_same = [&](const Element& other) { return other.name == element.name; };
-      if (std::any_of(header.elements.begin(), header.elements.end(), is_same)) {
-        throw std::runtime_error("element " + element.name + " occurs twice");
+      header.is_ascii = word == "ascii";
+      if (!header.is_ascii && word != "binary_little_endian") {
+        throw std::runtime_error("format '" + word + "' is not supported");
       }
-      header.elements.push_back(element);
+    } else if (word == "element") {
+      size_t count = 0;
+      words >> element >> count;
+      if (!words || (element != "vertex" && element != "face")) {
+        throw std::runtime_error("'" + line + "' is not supported");
+      }
+      (element == "vertex" ? header.vertices : header.faces) = count;
     } else if (word == "property") {
-      if (header.elements.empty()) throw std::runtime_error("a property before any element");
-      header.elements.back().properties.push_back(readProperty(words));
+      readProperty(words, element, header);
     }
   }
   throw std::runtime_error("the header has no end");
 }
 
-/// The numbers after the header, one at a time, whatever their encoding.
+/// The numbers after the header, one at a time.
 class NumberReader {
  public:
-  NumberReader(std::istream& in, Encoding encoding) : encoding_(encoding) {
+  NumberReader(std::istream& in, bool is_ascii) : is_ascii_(is_ascii) {
     data_.assign(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
     position_ = data_.data();
     end_ = data_.data() + data_.size();
   }
 
-  double next(const NumberType& type) {
-    return encoding_ == Encoding::kAscii ? text() : binary(type);
-  }
+  double next(const NumberType& type) { return is_ascii_ ? text() : binary(type); }
 
  private:
   double text() {
     char* after = nullptr;
     // std::string ends with a null character, so the conversion stops there at the latest.
     const double number = std::strtod(position_, &after);
-    if (after == position_)
+    if (after == position_) {
       throw std::runtime_error("it ends too early or contains something that is not a number");
+    }
     position_ = after;
     return number;
   }
@@ -152,34 +130,16 @@ class NumberReader {
     if (static_cast<size_t>(end_ - position_) < type.bytes) {
       throw std::runtime_error("it ends too early");
     }
-    char bytes[8];
-    std::memcpy(bytes, position_, type.bytes);
+    const double number = type.read(position_);
     position_ += type.bytes;
-    if (encoding_ == Encoding::kBigEndian) std::reverse(bytes, bytes + type.bytes);
-    return type.read(bytes);
+    return number;
   }
 
-  Encoding encoding_;
+  bool is_ascii_;
   std::string data_;
   const char* position_;
   const char* end_;
 };
-
-/// Reads one row of an element: scalars into `scalars`, by property, lists into `lists`.
-void readRow(const Element& element, NumberReader& reader, std::vector<double>& scalars,
-             std::vector<std::vector<double>>& lists) {
-  for (size_t i = 0; i < element.properties.size(); ++i) {
-    const Property& property = element.properties[i];
-    if (!property.is_list) {
-      scalars[i] = reader.next(property.type);
-      continue;
-    }
-    const double count = reader.next(property.count_type);
-    if (!(count >= 0.0 && count <= 1.0e6)) throw std::runtime_error("a list of impossible length");
-    lists[i].resize(static_cast<size_t>(count));
-    for (double& number : lists[i]) number = reader.next(property.type);
-  }
-}
 
 uint8_t channelOf(double number) {
   if (!(number >= 0.0 && number < 256.0)) {
@@ -188,36 +148,42 @@ uint8_t channelOf(double number) {
   return static_cast<uint8_t>(number);
 }
 
-void readVertices(const Element& element, NumberReader& reader, TriangleMesh& mesh) {
-  const int x = element.find("x"), y = element.find("y"), z = element.find("z");
-  if (x < 0 || y < 0 || z < 0) throw std::runtime_error("its vertices have no x, y and z");
-  const int r = element.find("red"), g = element.find("green"), b = element.find("blue");
-  const bool coloured = r >= 0 && g >= 0 && b >= 0;
-  std::vector<double> row(element.properties.size());
-  std::vector<std::vector<double>> lists(element.properties.size());
-  for (size_t i = 0; i < element.count; ++i) {
-    readRow(element, reader, row, lists);
-    mesh.vertices.emplace_back(static_cast<float>(row[x]), static_cast<float>(row[y]),
-                               static_cast<float>(row[z]));
+void readVertices(const Header& header, NumberReader& reader, TriangleMesh& mesh) {
+  std::map<std::string, double> row;
+  for (const Property& property : header.vertex_properties) row[property.name] = 0.0;
+  for (const char* name : {"x", "y", "z"}) {
+    if (row.count(name) == 0) throw std::runtime_error("its vertices have no x, y and z");
+  }
+  const bool is_coloured = row.count("red") > 0 && row.count("green") > 0 && row.count("blue") > 0;
+  std::vector<double*> cells;
+  for (const Property& property : header.vertex_properties) cells.push_back(&row[property.name]);
+  const double &x = row["x"], &y = row["y"], &z = row["z"];
+  const double &red = row["red"], &green = row["green"], &blue = row["blue"];
+  for (size_t i = 0; i < header.vertices; ++i) {
+    for (size_t k = 0; k < cells.size(); ++k) {
+      *cells[k] = reader.next(header.vertex_properties[k].type);
+    }
+    mesh.vertices.push_back(Eigen::Vector3d(x, y, z).cast<float>());
     if (!mesh.vertices.back().allFinite()) {
       throw std::runtime_error("vertex " + std::to_string(i) + " is not finite");
     }
-    if (coloured) mesh.colours.push_back({channelOf(row[r]), channelOf(row[g]), channelOf(row[b])});
+    if (is_coloured) {
+      mesh.colours.push_back({channelOf(red), channelOf(green), channelOf(blue)});
+    }
   }
 }
 
-void readFaces(const Element& element, NumberReader& reader, TriangleMesh& mesh) {
-  int corners = element.find("vertex_indices");
-  if (corners < 0) corners = element.find("vertex_index");
-  if (corners < 0 || !element.properties[static_cast<size_t>(corners)].is_list) {
+void readFaces(const Header& header, NumberReader& reader, TriangleMesh& mesh) {
+  if (header.faces > 0 && header.corner.read == nullptr) {
     throw std::runtime_error("its faces have no list vertex_indices");
   }
-  std::vector<double> row(element.properties.size());
-  std::vector<std::vector<double>> lists(element.properties.size());
-  for (size_t i = 0; i < element.count; ++i) {
-    readRow(element, reader, row, lists);
-    const std::vector<double>& polygon = lists[static_cast<size_t>(corners)];
-    for (const double index : polygon) {
+  std::vector<double> polygon;
+  for (size_t i = 0; i < header.faces; ++i) {
+    const double count = reader.next(header.corner_count);
+    if (!(count >= 0.0 && count <= 1.0e6)) throw std::runtime_error("a list of impossible length");
+    polygon.resize(static_cast<size_t>(count));
+    for (double& index : polygon) {
+      index = reader.next(header.corner);
       if (!(index >= 0.0 && index < static_cast<double>(mesh.vertices.size()))) {
         throw std::runtime_error("face " + std::to_string(i) + " has a vertex that does not exist");
       }
@@ -228,13 +194,6 @@ void readFaces(const Element& element, NumberReader& reader, TriangleMesh& mesh)
                                 static_cast<uint32_t>(polygon[k])});
     }
   }
-}
-
-void skipElement(const Element& element, NumberReader& reader) {
-  if (element.properties.empty()) return;  // however many there are, they take no room
-  std::vector<double> row(element.properties.size());
-  std::vector<std::vector<double>> lists(element.properties.size());
-  for (size_t i = 0; i < element.count; ++i) readRow(element, reader, row, lists);
 }
 
 template <class Number>
@@ -250,17 +209,10 @@ TriangleMesh readPly(const std::string& path) {
   if (!in) throw std::runtime_error(path + ": cannot be opened");
   try {
     const Header header = readHeader(in);
-    NumberReader reader(in, header.encoding);
+    NumberReader reader(in, header.is_ascii);
     TriangleMesh mesh;
-    for (const Element& element : header.elements) {
-      if (element.name == "vertex") {
-        readVertices(element, reader, mesh);
-      } else if (element.name == "face") {
-        readFaces(element, reader, mesh);
-      } else {
-        skipElement(element, reader);
-      }
-    }
+    readVertices(header, reader, mesh);
+    readFaces(header, reader, mesh);
     return mesh;
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(path + ": " + error.what());

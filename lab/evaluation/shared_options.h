@@ -4,9 +4,6 @@
 #include <optional>
 
 #include "dtsdf_mapping/io/frame_source.h"
-#include "dtsdf_mapping/io/yaml_params.h"
-#include "dtsdf_mapping/params/mapper_params.h"
-#include "evaluation/moving_object.h"
 #include "evaluation/picture.h"
 #include "program/command_line.h"
 
@@ -17,15 +14,6 @@ void addSelectionOptions(CommandLine& line, FrameSelection& frames);
 
 /// The indices of the chosen images out of `count`. @throws UsageError if there is none.
 std::vector<size_t> selectViews(const FrameSelection& frames, size_t count);
-
-/// --shape, --size, --from and --to, of which the last two are required.
-void addObjectOptions(CommandLine& line, MovingObject& object);
-
-/// --set KEY=VALUE, into a tree.
-void addSettingOption(CommandLine& line, ParamTree& tree);
-
-/// The mapper's settings, with space enabled. @throws ParamError for wrong ones.
-MapperParams spaceParams(ParamTree tree);
 
 /// A picture as it is asked for; its view follows once the mesh is known.
 struct PictureRequest {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -16,238 +15,211 @@ namespace {
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
-constexpr size_t kCellsPerChunk = 64;
+/// Points along an edge of a box that a view sees through.
+constexpr int kPointsAlong = 4;
 
-AlignedBox3d boxOf(const Space& space, const Vec3i& cell) {
+Vector3d gridPoint(const AlignedBox3d& box, int i) {
+  const Vector3d share(i % kPointsAlong, i / kPointsAlong % kPointsAlong,
+                       i / (kPointsAlong * kPointsAlong));
+  return box.min() + (box.sizes().array() * share.array() / (kPointsAlong - 1)).matrix();
+}
+
+bool isInImage(const ViewCamera& camera, const Vector3d& p_C, double rim_px) {
+  if (!(p_C.z() > 0.0)) return false;
+  const Intrinsics& K = camera.intrinsics;
+  const double u = static_cast<double>(K.fx) * p_C.x() / p_C.z() + static_cast<double>(K.cx) + 0.5,
+               v = static_cast<double>(K.fy) * p_C.y() / p_C.z() + static_cast<double>(K.cy) + 0.5;
+  return u >= rim_px && v >= rim_px && u <= camera.width - rim_px && v <= camera.height - rim_px;
+}
+
+AlignedBox3d boxOf(const Space& space, const Vec3i& cell, double margin_m) {
   const Vector3d low = space.cellSize_m() * Vector3d(cell.x, cell.y, cell.z);
-  return {low, low + Vector3d::Constant(space.cellSize_m())};
+  const Vector3d margin = Vector3d::Constant(margin_m);
+  return {low + margin, low + Vector3d::Constant(space.cellSize_m()) - margin};
 }
-
-AlignedBox3d shrunk(const AlignedBox3d& box) {
-  const Vector3d margin = Vector3d::Constant(kBoxMargin_m);
-  return {box.min() + margin, box.max() - margin};
-}
-
-struct Count {
-  size_t value = 0;
-
-  void merge(const Count& other) { value += other.value; }
-};
-
-template <class Sum>
-struct TwoSums {
-  Sum first, second;
-
-  void merge(const TwoSums& other) {
-    first.merge(other.first);
-    second.merge(other.second);
-  }
-};
-
-/// Sums up errors; from several threads by merging.
-class ErrorSum {
- public:
-  /// Beyond `most_m` a distance is as good as `most_m`, and says nothing where both are.
-  ErrorSum(double cell_m, double most_m) : far_off_m_(kFarOff_cells * cell_m), most_m_(most_m) {}
-
-  void add(const Vector3d& p_W, double told_m, const TrueDistance& truth) {
-    if (told_m >= most_m_ && truth.to_seen_m >= most_m_) return;
-    const double error_m = limited(told_m) - limited(truth.to_seen_m),
-                 of_any_m = limited(told_m) - limited(truth.to_any_m);
-    ++sums_.count;
-    sums_.mean_m += error_m;
-    sums_.rmse_m += error_m * error_m;
-    if (of_any_m < -far_off_m_) ++sums_.far_below;
-    if (error_m > far_off_m_) ++sums_.far_above;
-    noteBounds(of_any_m, p_W, error_m, p_W);
-  }
-
-  void merge(const ErrorSum& other) {
-    const DistanceErrors& o = other.sums_;
-    sums_.count += o.count;
-    sums_.mean_m += o.mean_m;
-    sums_.rmse_m += o.rmse_m;
-    sums_.far_below += o.far_below;
-    sums_.far_above += o.far_above;
-    noteBounds(o.least_m, o.least_at_W, o.greatest_m, o.greatest_at_W);
-  }
-
-  DistanceErrors result() const {
-    DistanceErrors errors = sums_;
-    const auto count = static_cast<double>(std::max<size_t>(1, errors.count));
-    errors.mean_m /= count;
-    errors.rmse_m = std::sqrt(errors.rmse_m / count);
-    return errors;
-  }
-
- private:
-  double limited(double distance_m) const { return std::min(distance_m, most_m_); }
-
-  void noteBounds(double least_m, const Vector3d& least_at_W, double greatest_m,
-                  const Vector3d& greatest_at_W) {
-    if (least_m < sums_.least_m) {
-      sums_.least_m = least_m;
-      sums_.least_at_W = least_at_W;
-    }
-    if (greatest_m > sums_.greatest_m) {
-      sums_.greatest_m = greatest_m;
-      sums_.greatest_at_W = greatest_at_W;
-    }
-  }
-
-  double far_off_m_, most_m_;
-  DistanceErrors sums_;  ///< The mean is a sum as yet, and the RMSE one of squares.
-};
 
 /// At most so many, spread evenly over all.
-template <class Item>
-std::vector<Item> thinned(const std::vector<Item>& all, size_t most) {
+std::vector<SpaceCell> thinned(const std::vector<SpaceCell>& all, size_t most) {
   if (all.size() <= most) return all;
-  std::vector<Item> chosen;
+  std::vector<SpaceCell> chosen;
   for (size_t i = 0; i < most; ++i) chosen.push_back(all[i * all.size() / most]);
   return chosen;
 }
 
-/// A point anywhere in a cell; the same for the same number.
-Vector3d pointIn(const AlignedBox3d& box, size_t number) {
+/// A random point of a box; the same for the same number.
+Vector3d randomPoint(const AlignedBox3d& box, size_t number) {
   std::mt19937_64 random(number);
   std::uniform_real_distribution<double> share(0.0, 1.0);
-  Vector3d p;
-  for (int axis = 0; axis < 3; ++axis) {
-    p[axis] = box.min()[axis] + share(random) * box.sizes()[axis];
-  }
-  return p;
+  const double x = share(random), y = share(random), z = share(random);
+  return box.min() + box.sizes().cwiseProduct(Vector3d(x, y, z));
 }
 
-class Measurement {
- public:
-  Measurement(const Space& space, const SpaceTruth& truth, const SpaceQuestions& questions)
-      : space_(space), truth_(truth), questions_(questions) {}
+/// How many of the numbers below `count` fulfil a condition.
+template <class Condition>
+size_t countIf(size_t count, const Condition& condition) {
+  std::vector<char> holds(count);
+  forEachIndex(count, [&](size_t i) { holds[i] = condition(i); });
+  return static_cast<size_t>(std::count(holds.begin(), holds.end(), 1));
+}
 
-  SpaceFigures run() {
-    const std::vector<SpaceCell> known = space_.cells();
-    std::vector<SpaceCell> free;
-    std::copy_if(known.begin(), known.end(), std::back_inserter(free),
-                 [](const SpaceCell& cell) { return cell.state == CellState::kFree; });
-    figures_.cell_m = space_.cellSize_m();
-    figures_.free_cells = free.size();
-    figures_.surface_cells = known.size() - free.size();
-    compareDistances(thinned(known, questions_.samples));
-    lookIntoFree(thinned(free, questions_.samples));
-    seekFree(boundsOf(known));
-    return figures_;
+/// @param errors_m NaN where nothing is compared.
+DistanceErrors summarise(const std::vector<double>& errors_m, double cell_m) {
+  DistanceErrors sums;
+  for (const double error_m : errors_m) {
+    if (std::isnan(error_m)) continue;
+    ++sums.count;
+    sums.mean_m += error_m;
+    sums.rmse_m += error_m * error_m;
+    sums.least_m = std::min(sums.least_m, error_m);
+    sums.greatest_m = std::max(sums.greatest_m, error_m);
+    sums.far_off += std::abs(error_m) > kFarOff_cells * cell_m;
   }
+  const auto count = static_cast<double>(std::max<size_t>(1, sums.count));
+  sums.mean_m /= count;
+  sums.rmse_m = std::sqrt(sums.rmse_m / count);
+  return sums;
+}
 
- private:
-  void compareDistances(const std::vector<SpaceCell>& cells) {
-    const ErrorSum none(space_.cellSize_m(), questions_.max_distance_m);
-    const auto add = [&](size_t begin, size_t end, TwoSums<ErrorSum>& sums) {
-      for (size_t i = begin; i < end; ++i) {
-        const AlignedBox3d box = boxOf(space_, cells[i].cell);
-        if (const auto truth = truth_.distanceFrom(box.center())) {
-          sums.first.add(box.center(), toldAtMiddle(cells[i].cell), *truth);
-        }
-        const Vector3d p = pointIn(box, i);
-        if (const auto truth = truth_.distanceFrom(p)) {
-          sums.second.add(p, static_cast<double>(space_.distanceAt(p).distance_m), *truth);
-        }
-      }
-    };
-    const auto sums =
-        sumOverChunks(cells.size(), kCellsPerChunk, TwoSums<ErrorSum>{none, none}, add);
-    figures_.at_middles = sums.first.result();
-    figures_.at_points = sums.second.result();
-  }
+double distanceFromMiddle(const Space& space, const Vec3i& cell) {
+  const int squared = space.squaredDistance(cell);
+  return squared < 0 ? std::numeric_limits<double>::infinity()
+                     : std::sqrt(static_cast<double>(squared)) * space.cellSize_m();
+}
 
-  double toldAtMiddle(const Vec3i& cell) const {
-    const int squared = space_.squaredDistance(cell);
-    return squared < 0 ? std::numeric_limits<double>::infinity()
-                       : std::sqrt(static_cast<double>(squared)) * space_.cellSize_m();
-  }
-
-  void lookIntoFree(const std::vector<SpaceCell>& free) {
-    figures_.looked_at = free.size();
-    const auto count = [&](size_t begin, size_t end, TwoSums<Count>& sums) {
-      for (size_t i = begin; i < end; ++i) {
-        const AlignedBox3d box = shrunk(boxOf(space_, free[i].cell));
-        if (truth_.isTaken(box)) ++sums.first.value;
-        if (!isSeenThrough(truth_, questions_.views, box, questions_.max_range_m)) {
-          ++sums.second.value;
-        }
-      }
-    };
-    const auto sums = sumOverChunks(free.size(), kCellsPerChunk, TwoSums<Count>{}, count);
-    figures_.taken = sums.first.value;
-    figures_.unseen = sums.second.value;
-  }
-
-  /// First and last cell that something is known of, per axis.
-  static std::array<Vec3i, 2> boundsOf(const std::vector<SpaceCell>& known) {
-    std::array<Vec3i, 2> bounds{Vec3i{0, 0, 0}, Vec3i{-1, -1, -1}};
-    if (known.empty()) return bounds;
-    bounds = {known.front().cell, known.front().cell};
-    for (const SpaceCell& k : known) {
-      bounds[0] = {std::min(bounds[0].x, k.cell.x), std::min(bounds[0].y, k.cell.y),
-                   std::min(bounds[0].z, k.cell.z)};
-      bounds[1] = {std::max(bounds[1].x, k.cell.x), std::max(bounds[1].y, k.cell.y),
-                   std::max(bounds[1].z, k.cell.z)};
+void compareDistances(const Space& space, const SpaceTruth& truth, double max_distance_m,
+                      const std::vector<SpaceCell>& cells, SpaceFigures& figures) {
+  std::vector<double> at_middles(cells.size()), at_points(cells.size());
+  // Beyond the largest distance all are equal.
+  const auto error = [&](double distance_m, const Vector3d& p_W) {
+    const std::optional<double> true_m = truth.distanceFrom(p_W);
+    if (!true_m || (distance_m >= max_distance_m && *true_m >= max_distance_m)) {
+      return std::numeric_limits<double>::quiet_NaN();
     }
-    return bounds;
-  }
+    return std::min(distance_m, max_distance_m) - std::min(*true_m, max_distance_m);
+  };
+  forEachIndex(cells.size(), [&](size_t i) {
+    const AlignedBox3d box = boxOf(space, cells[i].cell, 0.0);
+    at_middles[i] = error(distanceFromMiddle(space, cells[i].cell), box.center());
+    const Vector3d p_W = randomPoint(box, i);
+    at_points[i] = error(static_cast<double>(space.distanceAt(p_W).distance_m), p_W);
+  });
+  figures.at_middles = summarise(at_middles, space.cellSize_m());
+  figures.at_points = summarise(at_points, space.cellSize_m());
+}
 
-  static Vec3i cellIn(const std::array<Vec3i, 2>& bounds, size_t number) {
-    std::mt19937_64 random(number);
-    const auto along = [&](int32_t first, int32_t last) {
-      return std::uniform_int_distribution<int32_t>(first, last)(random);
-    };
-    const int32_t x = along(bounds[0].x, bounds[1].x), y = along(bounds[0].y, bounds[1].y);
-    return {x, y, along(bounds[0].z, bounds[1].z)};
-  }
-
-  void seekFree(const std::array<Vec3i, 2>& bounds) {
-    if (bounds[0].x > bounds[1].x) return;
-    const auto count = [&](size_t begin, size_t end, TwoSums<Count>& sums) {
-      for (size_t i = begin; i < end; ++i) {
-        const Vec3i cell = cellIn(bounds, i);
-        const AlignedBox3d box = boxOf(space_, cell);
-        if (truth_.isTaken(box) ||
-            !isSeenThrough(truth_, questions_.views, box, questions_.max_range_m)) {
-          continue;
-        }
-        ++sums.first.value;
-        if (space_.stateOf(cell) == CellState::kFree) ++sums.second.value;
-      }
-    };
-    const auto sums = sumOverChunks(questions_.samples, kCellsPerChunk, TwoSums<Count>{}, count);
-    figures_.truly_free = sums.first.value;
-    figures_.found_free = sums.second.value;
-  }
-
-  const Space& space_;
-  const SpaceTruth& truth_;
-  const SpaceQuestions& questions_;
-  SpaceFigures figures_;
-};
-
-nlohmann::json toJsonValue(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
+/// Looks for truly free cells within the bounds of the known ones.
+void seekFree(const Space& space, const SpaceTruth& truth, const SpaceQuestions& questions,
+              const std::vector<SpaceCell>& known, SpaceFigures& figures) {
+  AlignedBox3d bounds;
+  for (const SpaceCell& k : known) bounds.extend(boxOf(space, k.cell, 0.0));
+  if (bounds.isEmpty()) return;
+  const auto cellOf = [&](size_t i) { return space.cellAt(randomPoint(bounds, i)); };
+  const auto isTrulyFree = [&](size_t i) {
+    const AlignedBox3d box = boxOf(space, cellOf(i), 0.0);
+    return !truth.isTaken(box) && truth.isSeenThrough(box, questions.max_range_m);
+  };
+  std::vector<char> is_free(questions.samples);
+  figures.truly_free = countIf(questions.samples, [&](size_t i) {
+    is_free[i] = isTrulyFree(i);
+    return is_free[i] != 0;
+  });
+  figures.found_free = countIf(questions.samples, [&](size_t i) {
+    return is_free[i] && space.stateOf(cellOf(i)) == CellState::kFree;
+  });
+}
 
 nlohmann::json toJsonValue(const DistanceErrors& errors) {
   return {{"count", errors.count},
           {"rmse_mm", 1e3 * errors.rmse_m},
           {"mean_mm", 1e3 * errors.mean_m},
           {"least_mm", 1e3 * errors.least_m},
-          {"least_at", toJsonValue(errors.least_at_W)},
           {"greatest_mm", 1e3 * errors.greatest_m},
-          {"greatest_at", toJsonValue(errors.greatest_at_W)},
-          {"far_below", errors.far_below},
-          {"far_above", errors.far_above}};
+          {"far_off", errors.far_off}};
 }
 
 }  // namespace
 
+std::optional<double> SpaceTruth::distanceFrom(const Vector3d& p_W) const {
+  const double distance_m = viewed_.scene.signedDistance(p_W);
+  Vector3d slope;
+  constexpr double kStep_m = 1e-5;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3d step = kStep_m * Vector3d::Unit(axis);
+    slope[axis] =
+        viewed_.scene.signedDistance(p_W + step) - viewed_.scene.signedDistance(p_W - step);
+  }
+  if (!isSeen(p_W - distance_m * slope / (2.0 * kStep_m))) return std::nullopt;
+  return std::abs(distance_m);
+}
+
+bool SpaceTruth::isSeen(const Vector3d& p_W) const {
+  constexpr double kRim_px = 3.0;     // the map wants neighbours of a pixel
+  constexpr double kBefore_m = 1e-3;  // a point does not hide itself
+  const auto& poses_W_C = viewed_.views.poses_W_C;
+  return std::any_of(poses_W_C.begin(), poses_W_C.end(), [&](const Eigen::Isometry3d& T_W_C) {
+    const Vector3d to_eye = T_W_C.translation() - p_W;
+    return isInImage(viewed_.views.camera, T_W_C.inverse() * p_W, kRim_px) &&
+           isClear(T_W_C.translation(), p_W + kBefore_m * to_eye.normalized());
+  });
+}
+
+bool SpaceTruth::isClear(const Vector3d& from_W, const Vector3d& to_W) const {
+  return !(viewed_.scene.intersect(from_W, to_W - from_W) < 1.0);
+}
+
+/// Halves the box until the distance at its middle decides.
+bool SpaceTruth::isTaken(const AlignedBox3d& box_W) const {
+  constexpr double kFine_m = 1e-4;
+  const double at_middle = viewed_.scene.signedDistance(box_W.center()),
+               half_diagonal = 0.5 * box_W.diagonal().norm();
+  if (at_middle <= 0.0) return true;
+  if (at_middle >= half_diagonal || half_diagonal < kFine_m) return false;
+  for (int corner = 0; corner < 8; ++corner) {
+    AlignedBox3d part(box_W.center(), box_W.center());
+    part.extend(box_W.corner(static_cast<AlignedBox3d::CornerType>(corner)));
+    if (isTaken(part)) return true;
+  }
+  return false;
+}
+
+bool SpaceTruth::isSeenThrough(const AlignedBox3d& box_W, double max_range_m) const {
+  constexpr int kPoints = kPointsAlong * kPointsAlong * kPointsAlong;
+  const auto seesThrough = [&](const Eigen::Isometry3d& T_W_C) {
+    const Eigen::Isometry3d T_C_W = T_W_C.inverse();
+    for (int i = 0; i < kPoints; ++i) {
+      const Vector3d p_W = gridPoint(box_W, i), p_C = T_C_W * p_W;
+      if (p_C.z() > max_range_m || !isInImage(viewed_.views.camera, p_C, 0.0)) return false;
+    }
+    for (int i = 0; i < kPoints; ++i) {
+      if (!isClear(T_W_C.translation(), gridPoint(box_W, i))) return false;
+    }
+    return true;
+  };
+  const auto& poses_W_C = viewed_.views.poses_W_C;
+  return std::any_of(poses_W_C.begin(), poses_W_C.end(), seesThrough);
+}
+
 SpaceFigures measureSpace(const Space& space, const SpaceTruth& truth,
                           const SpaceQuestions& questions) {
-  return Measurement(space, truth, questions).run();
+  const std::vector<SpaceCell> known = space.cells();
+  std::vector<SpaceCell> free;
+  std::copy_if(known.begin(), known.end(), std::back_inserter(free),
+               [](const SpaceCell& cell) { return cell.state == CellState::kFree; });
+  SpaceFigures figures;
+  figures.cell_m = space.cellSize_m();
+  figures.free_cells = free.size();
+  figures.surface_cells = known.size() - free.size();
+  compareDistances(space, truth, questions.max_distance_m, thinned(known, questions.samples),
+                   figures);
+  free = thinned(free, questions.samples);
+  const auto boxOfFree = [&](size_t i) { return boxOf(space, free[i].cell, kBoxMargin_m); };
+  figures.looked_at = free.size();
+  figures.taken = countIf(free.size(), [&](size_t i) { return truth.isTaken(boxOfFree(i)); });
+  figures.unseen = countIf(free.size(), [&](size_t i) {
+    return !truth.isSeenThrough(boxOfFree(i), questions.max_range_m);
+  });
+  seekFree(space, truth, questions, known, figures);
+  return figures;
 }
 
 std::string toJson(const SpaceFigures& figures) {

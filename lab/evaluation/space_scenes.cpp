@@ -12,9 +12,6 @@ using Eigen::Vector3d;
 
 constexpr double kPi = 3.14159265358979323846;
 
-/// Of the corridor.
-constexpr double kHalfLength_m = 2.0, kHalfWidth_m = 0.93;
-
 /// The field of view of a Kinect, in a quarter of the pixels.
 ViewCamera smallCamera() { return {{262.5f, 262.5f, 159.5f, 119.5f}, 320, 240}; }
 
@@ -66,33 +63,6 @@ ViewedScene viewedSceneFromName(const std::string& name) {
   if (name == "room") return {makeRoomScene(), {smallCamera(), posesInRoom(), {}}};
   throw UsageError("'" + name + "': no such scene; scenes: shapes, room");
 }
-
-ViewedScene corridorWithPlate(double thickness_m, bool gap) {
-  constexpr double kPlate_x_m = 0.013, kDoor_m = 0.7;
-  constexpr int kViewsAnEnd = 30;
-  ViewedScene viewed;
-  viewed.scene.add(Room{Vector3d(-kHalfLength_m, -kHalfWidth_m, -kHalfWidth_m),
-                        Vector3d(kHalfLength_m, kHalfWidth_m, kHalfWidth_m)});
-  const double left = gap ? -kHalfWidth_m + kDoor_m : -kHalfWidth_m - 0.1,
-               right = kHalfWidth_m + 0.1;
-  viewed.scene.add(makeBox(Vector3d(kPlate_x_m, 0.5 * (left + right), 0.0),
-                           Vector3d(thickness_m, right - left, 2.0 * kHalfWidth_m + 0.2)));
-  viewed.views.camera = smallCamera();
-  for (int i = 0; i < 2 * kViewsAnEnd; ++i) {
-    const double end = i % 2 == 0 ? -1.0 : 1.0, a = 2.0 * kPi * i / (2 * kViewsAnEnd);
-    const Vector3d eye_W(end * 1.7, 0.4 * std::sin(a), 0.3 * std::cos(2.0 * a));
-    const Vector3d target_W(0.0, 0.6 * std::sin(3.0 * a), 0.6 * std::cos(a));
-    viewed.views.poses_W_C.push_back(lookAt(eye_W, target_W, Vector3d::UnitZ()));
-  }
-  return viewed;
-}
-
-Eigen::AlignedBox3d corridorBounds() {
-  const Vector3d half(kHalfLength_m, kHalfWidth_m, kHalfWidth_m);
-  return {-half, half};
-}
-Eigen::Vector3d corridorStart() { return {-1.3, 0.0, 0.0}; }
-Eigen::Vector3d corridorGoal() { return {1.3, 0.0, 0.0}; }
 
 void fuseScene(const ViewedScene& viewed, Mapper& mapper) {
   const ViewCamera& camera = viewed.views.camera;

@@ -16,8 +16,8 @@ struct TriangleMesh {
   std::vector<std::array<uint8_t, 3>> colours;  ///< RGB per vertex, or empty.
 };
 
-/// Reads a .ply file, ASCII or binary of either byte order; polygons are split into fans. Elements
-/// and properties other than positions, colours and faces are passed over.
+/// Reads a .ply file, ASCII or binary little endian, of vertices and faces; polygons are split into
+/// fans, and properties of vertices other than positions and colours are ignored.
 /// @throws std::runtime_error with the file and what is wrong with it.
 TriangleMesh readPly(const std::string& path);
 

@@ -71,34 +71,6 @@ def judge_memory(records, key):
                 limit_mb_h=round(limit, 1), verdict=verdict)
 
 
-def last_counts(records, stream):
-    """Sums over the node's lives: counts begin at 0 with each load."""
-    total = dict(received=0, fused=0, dropped={})
-    before = None
-    samples = [s["streams"][stream] for s in of_kind(records, "sample")
-               if stream in s.get("streams", {})]
-    for counts in samples + [None]:
-        if before is not None and (counts is None or counts["received"] < before["received"]):
-            total["received"] += before["received"]
-            total["fused"] += before["fused"]
-            for reason, number in before["dropped"].items():
-                total["dropped"][reason] = total["dropped"].get(reason, 0) + number
-        before = counts
-    return total
-
-
-def percentile(values, share):
-    return sorted(values)[min(len(values) - 1, int(share * len(values)))]
-
-
-def judge_latency(records):
-    values = [s for record in of_kind(records, "sample") for s in record["latency_s"]]
-    if not values:
-        return None
-    return {name: round(percentile(values, share), 3)
-            for name, share in (("median", 0.5), ("p95", 0.95), ("p99", 0.99))}
-
-
 def judge_calls(records):
     services = {}
     for call in of_kind(records, "call"):
@@ -118,9 +90,7 @@ def judge_graph(records, code):
         seconds=records[-1]["t"] if records else 0.0,
         cycles=sum(record["what"] == "cycle" for record in of_kind(records, "event")),
         rss=judge_memory(records, "rss_mb"), gpu=judge_memory(records, "gpu_mb"),
-        latency_s=judge_latency(records), calls=judge_calls(records),
-        frames={stream: last_counts(records, stream) for stream in ("depth", "color")},
-        problems=problems)
+        calls=judge_calls(records), problems=problems)
 
 
 def judge(all_records, codes):
@@ -148,14 +118,6 @@ def describe_graph(name, graph):
     for key, label in (("rss", "resident"), ("gpu", "GPU")):
         if graph[key] is not None:
             lines.append("  " + describe_memory(label, graph[key]))
-    if graph["latency_s"] is not None:
-        lines.append("  image to mesh_blocks: " + ", ".join(
-            f"{name} {value:.2f} s" for name, value in graph["latency_s"].items()))
-    for stream, counts in graph["frames"].items():
-        dropped = ", ".join(f"{reason} {number}" for reason, number in
-                            sorted(counts["dropped"].items(), key=lambda drop: -drop[1]))
-        lines.append(f"  {stream}: {counts['received']} received, {counts['fused']} fused, "
-                     f"dropped: {dropped or 'none'}")
     for service, counts in sorted(graph["calls"].items()):
         lines.append(f"  {service}: {counts['done']} done, {counts['refused']} refused, "
                      f"{counts['failed']} failed; at most {counts['most_s']:.2f} s")

@@ -15,7 +15,7 @@ namespace {
 using namespace map_format;
 
 /// Higher levels gain nothing on voxels, nor does to split their words into planes of bytes:
-/// docs/results/map_files.md.
+/// docs/results/performance.md.
 constexpr int kCompressionLevel = 1;
 
 struct Section {

@@ -7,7 +7,7 @@ import sys
 sys.dont_write_bytecode = True  # the source folder stays as it is
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
 
-from reproduction.ply import read_ply  # noqa: E402
+from proofs.ply import read_ply  # noqa: E402
 
 RADIUS_M = 0.5
 VOXEL_M = 0.02

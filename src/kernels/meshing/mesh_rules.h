@@ -3,7 +3,7 @@
 
 namespace dtsdf {
 
-/// What each number brings is in docs/results/rule_numbers.md.
+/// What each number brings is in docs/results/ablation.md.
 struct MeshRules {
   /// A unit is meshed if each corner has more than this share of the greatest weight in the unit;
   /// in [0, 1). A share, so that the number of frames does not matter. It keeps out corners that

@@ -1,0 +1,117 @@
+"""What the cases have in common: options, programs, tables and pages."""
+import argparse
+import datetime
+import json
+import os
+import pathlib
+import shlex
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+MAPS = {"directional": ["map/directional=true"],
+        "undirected": ["map/directional=false", "fusion/mode=voxel_projection"]}
+# Options whose values are places on this machine.
+PLACES = ("--data", "--programs", "--program-dir", "--evaluate-dir", "--work", "--results",
+          "--page", "--voxblox", "--against", "--raw")
+
+
+def find_programs():
+    """The folder of this checkout's programs, with or without ROS."""
+    for folder in ("build/devel/lib/dtsdf_mapping", "build/bin"):
+        if (ROOT / folder / "reconstruct").exists():
+            return ROOT / folder
+    return ROOT / "build/bin"
+
+
+def make_parser(doc, work="", data=""):
+    """With the options of all cases; `work` names the folder for intermediate files, `data` says
+    what is read of the folder --data, for cases that have such."""
+    parser = argparse.ArgumentParser(description=doc,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+
+    def add_folder(*names, default, what=""):
+        parser.add_argument(*names, type=pathlib.Path, default=default,
+                            help=f"{what}default: %(default)s")
+
+    if data:
+        add_folder("--data", what=f"folder with {data}; ",
+                   default=os.environ.get("DTSDF_DATA_DIR", ROOT.parent / "shared" / "data"))
+    parser.add_argument("--backend", default="auto",
+                        help="auto, cpu or cuda (default: %(default)s)")
+    add_folder("--programs", "--program-dir", default=find_programs(),
+               what="folder of the programs; ")
+    if work:
+        add_folder("--work", default=ROOT / "out" / work)
+    add_folder("--results", default=ROOT / "docs" / "results", what="folder of the page; ")
+    return parser
+
+
+def words(text):
+    return [word for word in text.split(",") if word]
+
+
+def numbers(text):
+    return [float(word) for word in words(text)]
+
+
+def run(program, *arguments, **more):
+    """What a program prints."""
+    command = [str(word) for word in (program, *arguments)]
+    return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, **more).stdout
+
+
+def reconstruct(options, folder, voxel_mm, settings, mesh, *arguments, poses="tf"):
+    """Fuses a TUM folder into a mesh, at the given poses unless another mode is named; returns the
+    report."""
+    report = pathlib.Path(mesh).with_suffix(".report.json")
+    run(options.programs / "reconstruct", "--tum", folder, "--backend", options.backend,
+        "--poses-mode", poses, "--mesh", mesh, "--report", report, *arguments, "--set",
+        f"map/voxel_size_m={voxel_mm / 1000:g}", *settings)
+    return json.loads(report.read_text())
+
+
+def render(options, model, folder, *arguments):
+    """Renders images of a mesh below --data into a folder, unless it has them already."""
+    if not (folder / "groundtruth.txt").exists():
+        run(options.programs / "render_orbit", options.data / model, folder, *arguments)
+    return folder
+
+
+def markdown_table(header, rows):
+    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
+    lines += ["| " + " | ".join(str(cell) for cell in row) + " |" for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def number(value):
+    """Three digits."""
+    return f"{value:.2f}" if value < 10 else f"{value:.1f}" if value < 100 else f"{value:.0f}"
+
+
+def made_by(device):
+    """The command line of this run, without the places of its files, on what, and when."""
+    shown, is_place = [], False
+    for word in sys.argv[1:]:
+        if not is_place and word.split("=")[0] not in PLACES:
+            shown.append(word)
+        is_place = word in PLACES
+    command = f"scripts/{pathlib.Path(sys.argv[0]).name} {shlex.join(shown)}".strip()
+    return f"Made by `{command}` on {device}, {datetime.date.today().isoformat()}.\n"
+
+
+def fill_page(path, **parts):
+    """Puts each text between the marks of its name; what is written around them stays. On a page
+    without its marks it goes to the end, with them."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    page = path.read_text(encoding="utf-8") if path.exists() else ""
+    for name, text in parts.items():
+        begin, end = f"<!-- {name} -->\n", f"<!-- /{name} -->\n"
+        if begin not in page:
+            page += ("\n" if page else "") + begin + end
+        head, _, rest = page.partition(begin)
+        if end not in rest:
+            sys.exit(f"error: {path}: no line '{end.strip()}' after '{begin.strip()}'")
+        page = f"{head}{begin}\n{text.strip()}\n\n{end}{rest.partition(end)[2]}"
+        print(text.strip())
+    path.write_text(page, encoding="utf-8")

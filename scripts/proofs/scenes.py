@@ -1,0 +1,31 @@
+"""Shows whether the map holds what was seen, and only that: analytic scenes beside their bounds.
+
+Runs the program prove_scenes, which fuses views of each scene at several voxel sizes. Fills
+scenes.md with the figures that break their bounds. Exits 0 only if there are none.
+"""
+import os
+import re
+
+from .common import fill_page, made_by, make_parser, run
+
+
+def main():
+    parser = make_parser(__doc__)
+    add = parser.add_argument
+    add("--voxels", default="20,10,5", help="in millimetres (default: %(default)s)")
+    add("--scene", nargs="+", default=[], help="only cases with one of these texts in their name")
+    add("--width", type=int, default=320, help="of the room camera's images (default: %(default)s)")
+    add("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="cases at the same time")
+    options = parser.parse_args()
+    output = run(options.programs / "prove_scenes", "--voxels", options.voxels, "--width",
+                 options.width, "--jobs", options.jobs, "--backend", options.backend, "--threads",
+                 1, *(["--scene", *options.scene] if options.scene else []))
+    table, _, end = output.partition("\n\n")
+    print(table)
+    lines = table.splitlines()
+    broken = "\n".join(lines[:2] + [line for line in lines[2:] if "**" in line])
+    kept, device = end.strip().split("\nDevice: ")
+    fill_page(options.results / "scenes.md", scenes=f"{broken}\n\n{kept}\n\n{made_by(device)}")
+    if any(count != total for count, total in re.findall(r"(\d+) of (\d+) at", kept)):
+        return "not every bound is kept"
+    return 0

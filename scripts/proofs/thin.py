@@ -1,0 +1,143 @@
+"""Shows that thin parts keep all sides: plates of 2 to 40 mm or rods, at 20 mm voxels.
+
+Renders syn_plates.ply (or --model syn_rods) from all round, reconstructs it with the directional
+and with the undirected map, and measures on each plate's two faces and each rod's four quarters how
+much is there and how far off it lies. Fills thin.md, with two pictures. Exits 0 only if the
+directional map has every side of a part of 10 mm or more where it belongs, and the undirected map
+has not.
+"""
+import numpy as np
+
+from .common import (MAPS, fill_page, made_by, make_parser, markdown_table, reconstruct, render,
+                     run)
+from .ply import read_ply
+
+SQUARE_M = 0.025         # a square of a face is there if a point lies on it
+INSET_M = 0.025          # left out along the face's rim, where it turns into the narrow sides
+FACING_COSINE = 0.9      # a point belongs to a face if its normal does
+LARGEST_OFFSET_M = 0.06  # and if it is not farther off than this
+# A face is sound with this share of it there, this near to the truth in the mean.
+SOUND_SHARE, SOUND_OFFSET_M = 0.95, 0.005
+LEAST_SOUND_THICKNESS_M = 0.0099  # thinner parts are measured only
+# Barycentric weights of the points inside a triangle.
+WEIGHTS = [(1 / 3, 1 / 3, 1 / 3), (2 / 3, 1 / 6, 1 / 6), (1 / 6, 2 / 3, 1 / 6),
+           (1 / 6, 1 / 6, 2 / 3)]
+
+
+class Part:
+    """A plate, an axis-aligned box with one thin side, or a rod along y: its corners."""
+
+    def __init__(self, points):
+        self.low, self.high = points.min(axis=0), points.max(axis=0)
+        self.size = self.high - self.low
+        self.axis = int(self.size.argmin())
+        self.thickness_m = self.size[self.axis]
+        self.is_rod = abs(self.size[0] - self.size[2]) < 1e-3
+
+    def sides(self):
+        """Of a plate its two faces, of a rod its four quarters, by the direction they face to."""
+        axes = {"x": 0, "z": 2} if self.is_rod else {"": self.axis}
+        return {sign + name: (1 if sign == "+" else -1) * np.eye(3)[axis]
+                for name, axis in axes.items() for sign in "+-"}
+
+    def offsets(self, side, positions, normals):
+        """How far points lie in front of a side, and which of them belong to it."""
+        if not self.is_rod:
+            plane = self.high if side[self.axis] > 0 else self.low
+            return ((positions - plane) @ side, normals @ side >= FACING_COSINE)
+        across = (positions - (self.low + self.high) / 2) * [1, 0, 1]
+        faces = (normals * across).sum(axis=1) >= 0
+        return (np.linalg.norm(across, axis=1) - self.thickness_m / 2,
+                faces & (normals @ side >= np.sqrt(0.5)))
+
+    def measure(self, side, positions, normals):
+        """(share of the side that is there, mean offset of its points, largest offset)."""
+        along = [1] if self.is_rod else [a for a in range(3) if a != self.axis]
+        offsets, chosen = self.offsets(side, positions, normals)
+        inset = (positions - self.low)[:, along] - INSET_M
+        lengths = self.size[along] - 2 * INSET_M
+        chosen = (chosen & (abs(offsets) <= LARGEST_OFFSET_M)
+                  & ((inset >= 0) & (inset <= lengths)).all(axis=1))
+        if not chosen.any():
+            return 0.0, np.nan, np.nan
+        squares = np.unique((inset[chosen] / SQUARE_M).astype(int), axis=0)
+        total = np.maximum(1, (lengths / SQUARE_M + 1e-9).astype(int)).prod()
+        return (min(1.0, len(squares) / total), offsets[chosen].mean(), abs(offsets[chosen]).max())
+
+
+def columns(vertices, names):
+    return np.array([[vertex[name] for name in names] for vertex in vertices])
+
+
+def points_of(path):
+    """Positions and normals of a mesh's vertices and of points inside its triangles."""
+    vertices, triangles = read_ply(path)
+    positions, normals = columns(vertices, "xyz"), columns(vertices, ("nx", "ny", "nz"))
+    triangles = np.array(triangles)
+    inside = [[np.tensordot(weights, values[triangles], axes=(0, 1)) for weights in WEIGHTS]
+              for values in (positions, normals)]
+    positions, normals = np.vstack([positions, *inside[0]]), np.vstack([normals, *inside[1]])
+    return positions, normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+
+
+def parts_of(path):
+    """The connected parts of the ground truth, thinnest first."""
+    vertices, triangles = read_ply(path)
+    positions, part = columns(vertices, "xyz"), np.arange(len(vertices))
+    triangles = np.array(triangles)
+    while True:
+        least = part[triangles].min(axis=1)
+        joined = part.copy()
+        np.minimum.at(joined, triangles, least[:, None])
+        if (joined == part).all():
+            break
+        part = joined
+    return sorted((Part(positions[part == p]) for p in np.unique(part)),
+                  key=lambda found: found.thickness_m)
+
+
+def measure(options, variant, parts):
+    """Rows of the table, and whether the sides of all but the thinnest parts are sound."""
+    mesh, frames = options.work / f"{variant}.ply", options.work / "frames"
+    report = reconstruct(options, frames, options.voxel_mm, MAPS[variant], mesh)
+    run(options.programs / "evaluate_mesh", mesh, frames / "gt.ply", "--picture",
+        options.results / f"{options.stem}_{variant}.png", "--view", "35,20", "--scale-mm", "10",
+        "--width", "720", "--height", "448")
+    points, rows, sound = points_of(mesh), [], True
+    for part in parts:
+        for name, side in part.sides().items():
+            share, mean_m, worst_m = part.measure(side, *points)
+            if part.thickness_m >= LEAST_SOUND_THICKNESS_M:
+                sound = sound and share >= SOUND_SHARE and abs(mean_m) <= SOUND_OFFSET_M
+            rows.append([f"{1000 * part.thickness_m:.0f}", name, variant, f"{share:.0%}",
+                         f"{1000 * mean_m:+.2f}", f"{1000 * worst_m:.2f}"])
+    return rows, sound, report["device"]
+
+
+def main():
+    parser = make_parser(__doc__, "thin", "models/")
+    add = parser.add_argument
+    add("--model", default="syn_plates", help="name of DATA/models/*.ply (default: %(default)s)")
+    add("--voxel-mm", type=float, default=20.0, help="default: %(default)s")
+    add("--frames", type=int, default=300, help="default: %(default)s")
+    add("--noise", default="none", help="as render_orbit has it (default: %(default)s)")
+    options = parser.parse_args()
+    options.stem = options.model.replace("syn_", "thin_")
+    options.work /= options.stem
+    options.results.mkdir(parents=True, exist_ok=True)
+    frames = render(options, f"models/{options.model}.ply", options.work / "frames", "--frames",
+                    options.frames, "--trajectory", "sphere", "--noise", options.noise)
+    parts, rows, sound, device = parts_of(frames / "gt.ply"), [], {}, ""
+    for variant in MAPS:
+        more, sound[variant], device = measure(options, variant, parts)
+        rows += more
+    rows.sort(key=lambda row: float(row[0]))
+    header = ["thickness mm", "side", "map", "share there", "mean offset mm", "largest offset mm"]
+    fill_page(options.results / "thin.md", **{options.stem: (
+        f"{options.frames} images, {options.voxel_mm:g} mm voxels.\n\n"
+        f"{markdown_table(header, rows)}\n{made_by(device)}")})
+    if not sound["directional"]:
+        return "the directional map lost a side of a part of 10 mm or more"
+    if sound["undirected"]:
+        return "the undirected map kept all sides as well: nothing is shown"
+    return 0

@@ -20,6 +20,13 @@ struct MeshEdges {
 };
 MeshEdges findEdges(const TriangleMesh& mesh);
 
+/// Where a surface ends, with vertices at the same position taken as one.
+struct MeshBorder {
+  size_t edges = 0;        ///< Of one triangle.
+  size_t small_holes = 0;  ///< Closed loops in connected sets of 3 to 16 such edges.
+};
+MeshBorder measureBorder(const TriangleMesh& mesh);
+
 /// Median length of the sides of its triangles; 0 for a mesh without any.
 float medianEdgeLength(const TriangleMesh& mesh);
 

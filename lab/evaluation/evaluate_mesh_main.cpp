@@ -16,6 +16,7 @@ namespace {
 
 struct EvaluateMeshOptions {
   std::string reconstruction_path, ground_truth_path;
+  bool topology_only = false;
   std::string views_folder, json_path, heatmap_path, picture_path;  ///< Empty: none.
   EvaluationOptions evaluation;
   int registration_steps = 0;
@@ -59,13 +60,19 @@ void addOutputOptions(CommandLine& line, EvaluateMeshOptions& options) {
 EvaluateMeshOptions readOptions(const std::vector<std::string>& arguments) {
   EvaluateMeshOptions options;
   options.evaluation.show_progress = true;
-  CommandLine line("evaluate_mesh", "RECONSTRUCTION.ply GROUNDTRUTH.ply [options]",
+  CommandLine line("evaluate_mesh", "RECONSTRUCTION.ply (GROUNDTRUTH.ply | --topology) [options]",
                    "Prints, as JSON: distances of the reconstruction's vertices and of "
                    "area-uniform samples of it to the ground truth, distances of the ground "
                    "truth's samples to the reconstruction (completeness), F-scores and the mesh's "
-                   "topology. Vertices are taken as they are indexed; none are welded.");
+                   "topology. Vertices are taken as they are indexed; none are welded but for "
+                   "border_edges and small_holes.");
   line.addText({"RECONSTRUCTION.ply", "", "the mesh to measure"}, options.reconstruction_path);
   line.addText({"GROUNDTRUTH.ply", "", "the true mesh"}, options.ground_truth_path);
+  line.addFlag("--topology",
+               "without a true mesh: only the topology, with the edges of one triangle "
+               "(border_edges) and closed loops of 3 to 16 of these (small_holes)",
+               options.topology_only);
+  line.requireOneOf({"GROUNDTRUTH.ply", "--topology"});
   addMeasureOptions(line, options);
   addOutputOptions(line, options);
   line.beginGroup("View of the picture");
@@ -90,15 +97,18 @@ void writeErrorColours(const EvaluateMeshOptions& options, TriangleMesh reconstr
   writePicture(options.picture_path, scene, picture);
 }
 
+void printFigures(const EvaluateMeshOptions& options, const std::string& json) {
+  std::fputs(json.c_str(), stdout);
+  if (!options.json_path.empty()) writeFileAtomically(options.json_path, json);
+}
+
 void compareColours(const EvaluateMeshOptions& options) {
   ColourOptions colour;
   colour.texture = *options.texture;
   colour.samples = options.evaluation.samples;
   colour.seed = options.evaluation.seed;
-  const std::string json = toJson(evaluateColours(readPly(options.reconstruction_path),
-                                                  readPly(options.ground_truth_path), colour));
-  std::fputs(json.c_str(), stdout);
-  if (!options.json_path.empty()) writeFileAtomically(options.json_path, json);
+  printFigures(options, toJson(evaluateColours(readPly(options.reconstruction_path),
+                                               readPly(options.ground_truth_path), colour)));
 }
 
 /// The figures of a mesh that was moved have its way, too.
@@ -112,6 +122,9 @@ std::string withRegistration(const std::string& figures, const MeshRegistration&
 }
 
 void evaluate(const EvaluateMeshOptions& options) {
+  if (options.topology_only) {
+    return printFigures(options, toJson(meshTopology(readPly(options.reconstruction_path))));
+  }
   if (options.texture) return compareColours(options);
   TriangleMesh reconstruction = readPly(options.reconstruction_path);
   const TriangleMesh ground_truth = readPly(options.ground_truth_path);
@@ -126,8 +139,7 @@ void evaluate(const EvaluateMeshOptions& options) {
   std::string json = toJson(
       evaluateMesh(reconstruction, ground_truth, views ? &*views : nullptr, options.evaluation));
   if (options.registration_steps > 0) json = withRegistration(json, registration);
-  std::fputs(json.c_str(), stdout);
-  if (!options.json_path.empty()) writeFileAtomically(options.json_path, json);
+  printFigures(options, json);
   if (!options.heatmap_path.empty() || !options.picture_path.empty()) {
     writeErrorColours(options, reconstruction, ground_truth);
   }

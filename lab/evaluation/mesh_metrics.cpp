@@ -172,6 +172,8 @@ Json toJsonValue(const MeshTopology& topology) {
           {"triangles", topology.triangles},
           {"boundary_edges", topology.boundary_edges},
           {"non_manifold_edges", topology.non_manifold_edges},
+          {"border_edges", topology.border_edges},
+          {"small_holes", topology.small_holes},
           {"components", topology.components},
           {"degenerate_triangles", topology.degenerate_triangles},
           {"area_m2", topology.area_m2}};
@@ -210,8 +212,13 @@ MeshTopology meshTopology(const TriangleMesh& mesh) {
   const MeshEdges edges = findEdges(mesh);
   topology.boundary_edges = edges.boundary.size();
   topology.non_manifold_edges = edges.non_manifold;
+  const MeshBorder border = measureBorder(mesh);
+  topology.border_edges = border.edges;
+  topology.small_holes = border.small_holes;
   return topology;
 }
+
+std::string toJson(const MeshTopology& topology) { return toJsonValue(topology).dump(2) + "\n"; }
 
 std::vector<double> distancesTo(const MeshScene& surface,
                                 const std::vector<Eigen::Vector3f>& points,

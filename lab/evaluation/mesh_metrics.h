@@ -19,16 +19,22 @@ struct DistanceStats {
 DistanceStats distanceStats(std::vector<double> distances_m);
 
 /// Connectivity by shared vertex indices: nothing is welded, so two sheets that touch stay apart.
+/// Only border edges and small holes take vertices at the same position as one.
 struct MeshTopology {
   size_t vertices = 0, triangles = 0;
   size_t boundary_edges = 0;        ///< Edges of one triangle.
   size_t non_manifold_edges = 0;    ///< Edges of three triangles or more.
+  size_t border_edges = 0;          ///< Edges of one triangle, after joining.
+  size_t small_holes = 0;           ///< Closed loops of 3 to 16 of these.
   size_t components = 0;            ///< Sets of triangles joined by vertices.
   size_t degenerate_triangles = 0;  ///< Without area: two corners the same, or all in a line.
   double area_m2 = 0.0;
 };
 
 MeshTopology meshTopology(const TriangleMesh& mesh);
+
+/// The figures as a JSON object.
+std::string toJson(const MeshTopology& topology);
 
 /// F-score at a distance (harmonic mean of precision and recall).
 struct FScore {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "evaluation/boundary_edges.h"
 #include "evaluation/depth_renderer.h"
@@ -218,6 +219,48 @@ TEST(BoundaryEdges, ThoseBesideWhatIsUnseenAreCounted) {
   EXPECT_FLOAT_EQ(medianEdgeLength(mesh), 0.1f);
   EXPECT_EQ(countBeside(mesh, edges, unseen, 0.15f), 12u);
   EXPECT_EQ(countBeside(mesh, edges, {}, 0.15f), 0u);
+}
+
+/// A sheet of squares of 0.1 m, none of which shares vertices with another, without those at the
+/// given columns and rows.
+TriangleMesh makePiercedSheet(int side, const std::set<std::pair<int, int>>& missing) {
+  TriangleMesh sheet;
+  const auto at = [](int i) { return 0.1f * static_cast<float>(i); };
+  for (int i = 0; i < side * side; ++i) {
+    const int x = i % side, y = i / side;
+    if (missing.count({x, y}) > 0) continue;
+    addQuad(sheet, {at(x), at(y), 0}, {at(x + 1), at(y), 0}, {at(x + 1), at(y + 1), 0},
+            {at(x), at(y + 1), 0});
+  }
+  return sheet;
+}
+
+TEST(MeshTopology, BorderEdgesAndSmallHolesAreThoseOfJoinedVertices) {
+  const auto of = [](const std::set<std::pair<int, int>>& missing) {
+    const MeshTopology topology = meshTopology(makePiercedSheet(20, missing));
+    return std::pair(topology.border_edges, topology.small_holes);
+  };
+  using Counts = std::pair<size_t, size_t>;
+  EXPECT_EQ(of({}), Counts(80, 0)) << "the outer border is a loop of 80";
+  EXPECT_EQ(of({{5, 5}, {9, 9}, {10, 9}}), Counts(80 + 4 + 6, 2));
+  EXPECT_EQ(of({{5, 5}, {6, 6}}), Counts(80 + 8, 2)) << "two that touch at a corner";
+  EXPECT_EQ(of({{5, 0}}), Counts(82, 0)) << "a notch is part of the border";
+  std::set<std::pair<int, int>> line;
+  for (int i = 0; i < 7; ++i) line.insert({5 + i, 5});
+  EXPECT_EQ(of(line), Counts(80 + 16, 1)) << "the longest loop that is small";
+  line.insert({12, 5});
+  EXPECT_EQ(of(line), Counts(80 + 18, 0));
+  EXPECT_EQ(meshTopology(makeCube(0.5f)).border_edges, 0u);
+  EXPECT_EQ(meshTopology(makePiercedSheet(20, {})).boundary_edges, 1600u) << "nothing is joined";
+}
+
+TEST(MeshTopology, JoiningLeavesOutTrianglesThatBecomeLines) {
+  TriangleMesh sheet = makePiercedSheet(2, {});
+  const auto first = static_cast<uint32_t>(sheet.vertices.size());
+  for (int i = 0; i < 2; ++i) sheet.vertices.emplace_back(0.0f, 0.0f, 0.0f);
+  sheet.vertices.emplace_back(0.1f, 0.0f, 0.0f);
+  sheet.triangles.push_back({first, first + 1, first + 2});
+  EXPECT_EQ(meshTopology(sheet).border_edges, 8u);
 }
 
 /// A camera above a cube sees its top only: of a mesh of the top, all edges are beside what it does

@@ -6,6 +6,7 @@
 - The table of docs/method.md names every number of the rules, with its default, and no other.
 - Its table of stages has those of the profile.
 - docs/ros.md names every key of config/default.yaml.
+- No page, message or setting has wording that readers stumble over (WORDS).
 """
 import pathlib
 import re
@@ -13,6 +14,11 @@ import sys
 
 RULES = {"SurfelRules": "surfels", "FusionRules": "fusion", "ColourRules": "colour",
          "MeshRules": "mesh", "AlignmentRules": "poses"}
+# What is found, and what to write instead.
+WORDS = {r"\b(tells?|told|telling)\b": "report, print, show, indicate", r"\banew\b": "again",
+         r"\b(go|goes|going|gone) on\b": "continue", r"\bpassed over\b": "skipped",
+         r"\bis none of\b": "is not", r"\bhas to be\b": "must be", r"\bany more\b": "no longer",
+         r"\btake another\b": "choose another", r"\ba text\b|\btexts\b": "a string, strings"}
 # Named files may be given from the root, or from one of these.
 BASES = ("", "src", "lab", "src/kernels", "include/dtsdf_mapping", "cuda", "docs")
 
@@ -157,6 +163,18 @@ def check_settings(root):
             yield f"{key} of config/default.yaml is missing"
 
 
+def check_words(root):
+    """Sentences run on over lines."""
+    for pattern in ("README.md", "SECURITY.md", "docs/*.md", "msg/*", "srv/*", "cfg/*",
+                    "config/*.yaml", "launch/*.launch", "include/**/*.h"):
+        for path in sorted(filter(pathlib.Path.is_file, root.glob(pattern))):
+            text = path.read_text(encoding="utf-8")
+            for word, instead in WORDS.items():
+                for found in re.finditer(word.replace(" ", r"\s+"), text, re.IGNORECASE):
+                    line = 1 + text.count("\n", 0, found.start())
+                    yield f"{path.relative_to(root)}:{line}: '{found[0]}'; write: {instead}"
+
+
 def problems(root):
     for path in pages(root):
         name = path.relative_to(root)
@@ -168,6 +186,7 @@ def problems(root):
     yield from (f"src/backend/rules.h: {text}" for text in check_visits(root))
     yield from (f"docs/method.md: {text}" for text in check_stages(root))
     yield from (f"docs/ros.md: {text}" for text in check_settings(root))
+    yield from check_words(root)
 
 
 def main():

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks that a mesh is the sphere of examples/fuse_sphere.cpp: radius 0.5 m round the origin."""
+"""Checks that a mesh is the sphere of examples/02_live.cpp: radius 0.5 m round the origin."""
 import math
 import pathlib
 import sys

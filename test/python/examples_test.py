@@ -34,27 +34,23 @@ class Examples(unittest.TestCase):
     def script(self, name):
         return os.path.join(EXAMPLES, "python", name)
 
-    def test_fuse_arrays(self):
+    def test_live(self):
         mesh, saved = self.folder + "/room.ply", self.folder + "/room.dtsdf"
-        printed = self.run_example(self.script("fuse_arrays.py"), mesh, saved)
+        printed = self.run_example(self.script("02_live.py"), mesh, saved)
         self.assertLess(float(re.search(r"([\d.]+) mm off", printed).group(1)), 4.0)  # voxels: 40 mm
         self.assertGreater(os.path.getsize(mesh), 100000)
         self.assertGreater(os.path.getsize(saved), 100000)
 
-    def test_fuse_recording(self):
+    def test_mesh_of_recording(self):
         write_recording(self.folder + "/recording")
-        printed = self.run_example(self.script("fuse_recording.py"), self.folder + "/recording",
+        printed = self.run_example(self.script("01_mesh_of_recording.py"), self.folder + "/recording",
                                    self.folder + "/mesh.ply", "0.04")
         self.assertIn(f"{FRAMES - 1} of {FRAMES} images fused", printed)
 
-    def test_ask_distances(self):
-        printed = self.run_example(self.script("ask_distances.py"))
+    def test_distances(self):
+        printed = self.run_example(self.script("03_distances.py"))
         self.assertRegex(printed, "through the ball: not free")
         self.assertRegex(printed, "around it: free, 100% known")
-
-    def test_read_voxels(self):
-        self.assertRegex(self.run_example(self.script("read_voxels.py"), "voxels.npz"),
-                         r"\d{4,} voxels of \d{2,} blocks")
 
     def test_mesh_blocks_to_ply_knows_what_is_not_a_mesh(self):
         """Of whole messages; that nothing is written for one is for a test with ROS."""
@@ -77,8 +73,8 @@ class Examples(unittest.TestCase):
 
     def test_every_script_is_run_here(self):
         scripts = {os.path.basename(path) for path in glob.glob(self.script("*.py"))}
-        self.assertEqual(scripts, {"fuse_arrays.py", "fuse_recording.py", "ask_distances.py",
-                                   "read_voxels.py", "simulated_room.py"})
+        self.assertEqual(scripts, {"01_mesh_of_recording.py", "02_live.py", "03_distances.py",
+                                   "simulated_room.py"})
 
     def test_notebooks(self):
         try:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""fuse_arrays.py MESH MAP: depth images and poses from your own code become a mesh and a saved map."""
+"""02_live.py MESH MAP: depth images and poses from your own code become a mesh and a saved map."""
 import sys
 
 import numpy

@@ -1,4 +1,5 @@
-// Fuses depth images of a sphere, seen from all sides, and saves its mesh: fuse_sphere sphere.ply
+// Fuses depth images as a camera gives them, here of a sphere that is seen from all sides, keeps
+// the mesh up to date after each, and saves it: 02_live sphere.ply
 #include <dtsdf_mapping/io/mesh_file.h>
 #include <dtsdf_mapping/mapper.h>
 #include <dtsdf_mapping/mesh.h>
@@ -47,6 +48,6 @@ int main(int argc, char** argv) try {
   dtsdf::saveMesh(meshes.assemble(), dtsdf::MeshColour::kAuto, path);
   std::cout << path << ": " << meshes.triangleCount() << " triangles\n";
 } catch (const std::exception& error) {
-  std::cerr << "fuse_sphere: " << error.what() << "\n";
+  std::cerr << "02_live: " << error.what() << "\n";
   return 1;
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""fuse_recording.py RECORDING MESH [VOXEL_SIZE_M]: a downloaded recording becomes a mesh in colour."""
+"""01_mesh_of_recording.py RECORDING MESH [VOXEL_SIZE_M]: a downloaded recording becomes a mesh in colour."""
 import sys
 
 import dtsdf_mapping

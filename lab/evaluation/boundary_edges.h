@@ -1,5 +1,4 @@
-/// Edges of a mesh that belong to one triangle only, and why: whether it ends where nothing more
-/// was to be seen.
+/// Edges of a mesh that belong to one triangle only, where a surface ends.
 #pragma once
 
 #include <array>
@@ -26,12 +25,5 @@ struct MeshBorder {
   size_t small_holes = 0;  ///< Closed loops in connected sets of 3 to 16 such edges.
 };
 MeshBorder measureBorder(const TriangleMesh& mesh);
-
-/// Median length of the sides of its triangles; 0 for a mesh without any.
-float medianEdgeLength(const TriangleMesh& mesh);
-
-/// Those of the edges whose middle is no farther than `reach_m` from some of the points.
-size_t countBeside(const TriangleMesh& mesh, const std::vector<MeshEdge>& edges,
-                   const std::vector<Eigen::Vector3f>& points, float reach_m);
 
 }  // namespace dtsdf

@@ -19,33 +19,6 @@ namespace {
 constexpr float kTumUnitsPerMetre = 5000.0f;
 constexpr double kFirstStamp_s = 1600000000.0;
 
-struct PixelRect {
-  int u_begin, u_end, v_begin, v_end;
-};
-
-/// Bounds of the mesh in the image, or the whole image where part of it lies beside the camera.
-PixelRect imageBounds(const Eigen::AlignedBox3f& bounds, const ViewCamera& camera,
-                      const Eigen::Isometry3d& T_W_C) {
-  const Eigen::Isometry3d T_C_W = T_W_C.inverse();
-  double u_min = camera.width, u_max = -1.0, v_min = camera.height, v_max = -1.0;
-  for (int i = 0; i < 8; ++i) {
-    const auto corner = static_cast<Eigen::AlignedBox3f::CornerType>(i);
-    const Eigen::Vector3d p_C = T_C_W * bounds.corner(corner).cast<double>();
-    if (p_C.z() <= 1e-3) return {0, camera.width, 0, camera.height};
-    const double u = camera.intrinsics.fx * p_C.x() / p_C.z() + camera.intrinsics.cx;
-    const double v = camera.intrinsics.fy * p_C.y() / p_C.z() + camera.intrinsics.cy;
-    u_min = std::min(u_min, u);
-    u_max = std::max(u_max, u);
-    v_min = std::min(v_min, v);
-    v_max = std::max(v_max, v);
-  }
-  const auto clampTo = [](double x, int size) {
-    return static_cast<int>(std::clamp(x, 0.0, static_cast<double>(size)));
-  };
-  return {clampTo(std::floor(u_min) - 1.0, camera.width), clampTo(u_max + 2.0, camera.width),
-          clampTo(std::floor(v_min) - 1.0, camera.height), clampTo(v_max + 2.0, camera.height)};
-}
-
 std::string stampText(double after_first_s) {
   return formatted("%.6f", kFirstStamp_s + after_first_s);
 }
@@ -63,11 +36,10 @@ DepthView renderView(const MeshScene& scene, const ViewCamera& camera,
                      const Eigen::Isometry3d& T_W_C) {
   DepthView view{std::vector<float>(camera.pixelCount(), 0.0f),
                  std::vector<float>(camera.pixelCount(), 0.0f)};
-  const PixelRect rect = imageBounds(scene.bounds(), camera, T_W_C);
   const Eigen::Matrix3f R_W_C = T_W_C.linear().cast<float>();
   const Eigen::Vector3f origin_W = T_W_C.translation().cast<float>();
-  for (int v = rect.v_begin; v < rect.v_end; ++v) {
-    for (int u = rect.u_begin; u < rect.u_end; ++u) {
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
       // A direction with z = 1 in the optical frame: its parameter at the hit is the depth.
       const Eigen::Vector3f direction_W =
           R_W_C * rayOf(camera.intrinsics, static_cast<float>(u), static_cast<float>(v));

@@ -18,7 +18,7 @@ namespace dtsdf {
 namespace {
 
 struct EvaluateDepthOptions {
-  std::string mesh_path, tum_folder, picture_path, other_path;
+  std::string mesh_path, tum_folder, picture_path;
   FrameSelection frames;
   int stride = 2;
   int registration_steps = 0;
@@ -37,10 +37,6 @@ EvaluateDepthOptions readOptions(const std::vector<std::string>& arguments) {
   addSelectionOptions(line, options.frames);
   line.addWhole({"--stride", "N", "use every N-th pixel of each row and column"}, options.stride,
                 {1, 64});
-  line.addText({"--beside", "MESH.ply",
-                "compare only pixels that this mesh covers as well, so that figures of two meshes "
-                "are of the same pixels"},
-               options.other_path);
   line.addWhole({"--register", "N",
                  "also align each image with the mesh in N steps and print those figures; 0: do "
                  "not"},
@@ -66,27 +62,15 @@ struct Results {
   std::vector<Registration> registrations;  ///< By image.
 };
 
-/// Takes the measurements away that a mesh does not cover.
-void keepCovered(const MeshScene& scene, const ViewCamera& camera, const Eigen::Isometry3d& T_W_C,
-                 std::vector<float>& depth_m) {
-  const std::vector<float> covered_m = renderView(scene, camera, T_W_C).depth_m;
-  for (size_t i = 0; i < depth_m.size(); ++i) {
-    if (!(covered_m[i] > 0.0f)) depth_m[i] = 0.0f;
-  }
-}
-
 Results compare(const EvaluateDepthOptions& options, const MeshScene& scene, const Views& views,
                 const std::vector<size_t>& chosen) {
-  std::optional<MeshScene> other;
-  if (!options.other_path.empty()) other.emplace(readPly(options.other_path));
   Results results(options.stride);
   results.registrations.resize(chosen.size());
   std::mutex mutex;  // guards both comparisons
   forEachImage(chosen.size(), [&](size_t k) {
     const ViewCamera& camera = views.camera;
     const Eigen::Isometry3d& T_W_C = views.poses_W_C[chosen[k]];
-    std::vector<float> depth_m = readTumDepth(views.depth_paths[chosen[k]], camera);
-    if (other) keepCovered(*other, camera, T_W_C, depth_m);
+    const std::vector<float> depth_m = readTumDepth(views.depth_paths[chosen[k]], camera);
     Results part(options.stride);
     part.recorded.add(depth_m, renderView(scene, camera, T_W_C).depth_m, camera);
     if (options.registration_steps > 0) {

@@ -1,12 +1,10 @@
 /// evaluate_mesh: compares a reconstructed mesh with the ground truth.
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "evaluation/colour_metrics.h"
 #include "evaluation/mesh_metrics.h"
-#include "evaluation/mesh_registration.h"
 #include "evaluation/shared_options.h"
 #include "io/atomic_file.h"
 #include "program/run_program.h"
@@ -17,9 +15,8 @@ namespace {
 struct EvaluateMeshOptions {
   std::string reconstruction_path, ground_truth_path;
   bool topology_only = false;
-  std::string views_folder, json_path, heatmap_path, picture_path;  ///< Empty: none.
+  std::string views_folder, json_path, picture_path;  ///< Empty: none.
   EvaluationOptions evaluation;
-  int registration_steps = 0;
   std::optional<double> scale_mm;
   std::optional<Texture> texture;  ///< Colours are compared; the ground truth has this one.
   PictureRequest picture;
@@ -35,10 +32,6 @@ void addMeasureOptions(CommandLine& line, EvaluateMeshOptions& options) {
   line.add(
       {"--threshold", "M,...", "distances for the F-score in metres (default 0.005,0.01,0.025)"},
       [&](const std::string& text) { options.evaluation.thresholds_m = readNumbers(text); });
-  line.addWhole({"--register", "N",
-                 "first move the reconstruction, as a whole, to where it lies best on the ground "
-                 "truth, in N steps"},
-                options.registration_steps, {1, 1000});
   line.add({"--colour", "NAME",
             "compare colours instead of distances, in RGB and CIE Lab over the reconstruction's "
             "surface; truth: vertices (the ground truth's own colours), or checker or gradient as "
@@ -48,10 +41,10 @@ void addMeasureOptions(CommandLine& line, EvaluateMeshOptions& options) {
 
 void addOutputOptions(CommandLine& line, EvaluateMeshOptions& options) {
   line.addText({"--json", "OUT.json", "also write the figures to this file"}, options.json_path);
-  line.addText({"--heatmap", "OUT.ply",
-                "the reconstruction, coloured by its vertices' distance to the ground truth"},
-               options.heatmap_path);
-  line.addText({"--picture", "OUT.png", "a picture of that, with a scale"}, options.picture_path);
+  line.addText({"--picture", "OUT.png",
+                "a picture of the reconstruction, coloured by its vertices' distance to the "
+                "ground truth, with a scale"},
+               options.picture_path);
   line.addNumber({"--scale-mm", "S",
                   "full scale of the colours (default: a round number above the 95th percentile)"},
                  options.scale_mm, {1e-6, 1e6});
@@ -81,14 +74,12 @@ EvaluateMeshOptions readOptions(const std::vector<std::string>& arguments) {
   return options;
 }
 
-void writeErrorColours(const EvaluateMeshOptions& options, TriangleMesh reconstruction,
-                       const TriangleMesh& ground_truth) {
+void drawErrors(const EvaluateMeshOptions& options, TriangleMesh reconstruction,
+                const TriangleMesh& ground_truth) {
   const std::vector<double> errors_m =
       distancesTo(MeshScene(ground_truth), reconstruction.vertices);
   const double scale_mm = options.scale_mm.value_or(1e3 * niceErrorScale(errors_m));
   colourByError(reconstruction, errors_m, 1e-3 * scale_mm);
-  if (!options.heatmap_path.empty()) writePly(options.heatmap_path, reconstruction);
-  if (options.picture_path.empty()) return;
   const MeshScene scene(reconstruction);
   PictureOptions picture = makePictureOptions(options.picture, scene.bounds());
   picture.legend = Legend{"error, mm", scale_mm};
@@ -111,38 +102,18 @@ void compareColours(const EvaluateMeshOptions& options) {
                                                readPly(options.ground_truth_path), colour)));
 }
 
-/// The figures of a mesh that was moved have its way, too.
-std::string withRegistration(const std::string& figures, const MeshRegistration& registration) {
-  constexpr double kDegrees = 180.0 / 3.14159265358979323846;
-  nlohmann::json json = nlohmann::json::parse(figures);
-  json["registered"] = {{"points", registration.points},
-                        {"shift_mm", 1e3 * registration.shift_m},
-                        {"turn_degrees", kDegrees * registration.turn_rad}};
-  return json.dump(2) + "\n";
-}
-
 void evaluate(const EvaluateMeshOptions& options) {
   if (options.topology_only) {
     return printFigures(options, toJson(meshTopology(readPly(options.reconstruction_path))));
   }
   if (options.texture) return compareColours(options);
-  TriangleMesh reconstruction = readPly(options.reconstruction_path);
+  const TriangleMesh reconstruction = readPly(options.reconstruction_path);
   const TriangleMesh ground_truth = readPly(options.ground_truth_path);
-  MeshRegistration registration;
-  if (options.registration_steps > 0) {
-    registration =
-        registerMesh(MeshScene(ground_truth), reconstruction, options.registration_steps);
-    move(reconstruction, registration.motion);
-  }
   std::optional<Views> views;
   if (!options.views_folder.empty()) views = readViews(options.views_folder);
-  std::string json = toJson(
-      evaluateMesh(reconstruction, ground_truth, views ? &*views : nullptr, options.evaluation));
-  if (options.registration_steps > 0) json = withRegistration(json, registration);
-  printFigures(options, json);
-  if (!options.heatmap_path.empty() || !options.picture_path.empty()) {
-    writeErrorColours(options, reconstruction, ground_truth);
-  }
+  printFigures(options, toJson(evaluateMesh(reconstruction, ground_truth, views ? &*views : nullptr,
+                                            options.evaluation)));
+  if (!options.picture_path.empty()) drawErrors(options, reconstruction, ground_truth);
 }
 
 }  // namespace

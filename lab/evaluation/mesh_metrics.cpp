@@ -55,15 +55,16 @@ double shareWithin(const std::vector<double>& distances_m, double threshold_m) {
 }
 
 std::vector<Eigen::Vector3f> select(const std::vector<Eigen::Vector3f>& points,
-                                    const std::vector<bool>& selected, bool wanted = true) {
+                                    const std::vector<bool>& selected) {
   std::vector<Eigen::Vector3f> result;
   for (size_t i = 0; i < points.size(); ++i) {
-    if (selected[i] == wanted) result.push_back(points[i]);
+    if (selected[i]) result.push_back(points[i]);
   }
   return result;
 }
 
-/// 0 .. count-1 in steps of about the golden section: every prefix is spread over the whole.
+/// 0 .. count-1 in steps of about the golden section, so that the first few views see from all
+/// sides and leave little to be tested by the others.
 std::vector<size_t> spreadOrder(size_t count) {
   size_t step = std::max<size_t>(1, static_cast<size_t>(0.618034 * static_cast<double>(count)));
   while (std::gcd(step, count) != 1) ++step;
@@ -117,32 +118,6 @@ class View {
   Eigen::Vector3f eye_W_;
   std::vector<float> depth_m_;  ///< Empty: no depth images.
 };
-
-std::vector<std::unique_ptr<View>> loadViews(const Views& views, const size_t* indices,
-                                             size_t count) {
-  std::vector<std::unique_ptr<View>> loaded(count);
-  forEachIndex(count, [&](size_t i) { loaded[i] = std::make_unique<View>(views, indices[i]); });
-  return loaded;
-}
-
-/// Those of `candidates` that none of the views sees.
-std::vector<uint32_t> unseenBy(const std::vector<std::unique_ptr<View>>& views,
-                               const MeshScene& surface, const SurfaceSamples& samples,
-                               const std::vector<uint32_t>& candidates) {
-  std::vector<uint8_t> seen(candidates.size());  // bytes, as threads write neighbours
-  forEachIndex(candidates.size(), [&](size_t k) {
-    const uint32_t i = candidates[k];
-    const Eigen::Vector3f normal_W = surface.triangleNormal(samples.triangles[i]);
-    seen[k] = std::any_of(views.begin(), views.end(), [&](const auto& view) {
-      return view->sees(surface, samples.points[i], normal_W);
-    });
-  });
-  std::vector<uint32_t> unseen;
-  for (size_t k = 0; k < candidates.size(); ++k) {
-    if (seen[k] == 0) unseen.push_back(candidates[k]);
-  }
-  return unseen;
-}
 
 FScore fScore(const std::vector<double>& surface_m, const std::vector<double>& completeness_m,
               double threshold_m) {
@@ -233,20 +208,19 @@ std::vector<double> distancesTo(const MeshScene& surface,
 
 std::vector<bool> seenByViews(const MeshScene& surface, const SurfaceSamples& samples,
                               const Views& views, const Progress& progress) {
-  // Views come in batches spread over all sides: the first few leave little to be tested by the
-  // others, and only one batch of images is in memory.
-  constexpr size_t kViewsPerBatch = 16;
   const std::vector<size_t> order = spreadOrder(views.poses_W_C.size());
-  std::vector<uint32_t> unseen(samples.points.size());
-  std::iota(unseen.begin(), unseen.end(), 0u);
-  for (size_t first = 0; first < order.size(); first += kViewsPerBatch) {
-    const size_t count = std::min(kViewsPerBatch, order.size() - first);
-    unseen = unseenBy(loadViews(views, &order[first], count), surface, samples, unseen);
-    if (progress) progress(first + count);
+  std::vector<uint8_t> seen(samples.points.size());  // bytes, as threads write neighbours
+  for (size_t k = 0; k < order.size(); ++k) {
+    const View view(views, order[k]);
+    forEachIndex(seen.size(), [&](size_t i) {
+      if (seen[i] == 0) {
+        seen[i] =
+            view.sees(surface, samples.points[i], surface.triangleNormal(samples.triangles[i]));
+      }
+    });
+    if (progress) progress(k + 1);
   }
-  std::vector<bool> seen(samples.points.size(), true);
-  for (const uint32_t i : unseen) seen[i] = false;
-  return seen;
+  return {seen.begin(), seen.end()};
 }
 
 Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& ground_truth,
@@ -273,9 +247,6 @@ Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& 
     const std::vector<bool> is_seen =
         seenByViews(truth_scene, truth, *views, progress("views", views->poses_W_C.size()));
     seen = select(truth.points, is_seen);
-    evaluation.boundary_edges_beside_unseen =
-        countBeside(reconstruction, findEdges(reconstruction).boundary,
-                    select(truth.points, is_seen, false), 2.0f * medianEdgeLength(reconstruction));
     evaluation.seen_share =
         static_cast<double>(seen.size()) / static_cast<double>(truth.points.size());
   }
@@ -295,7 +266,6 @@ std::string toJson(const Evaluation& evaluation) {
                      {"surface", toJsonValue(evaluation.surface)},
                      {"completeness", toJsonValue(evaluation.completeness)},
                      {"seen_share", evaluation.seen_share},
-                     {"boundary_edges_beside_unseen", evaluation.boundary_edges_beside_unseen},
                      {"f_scores", scores},
                      {"topology", toJsonValue(evaluation.topology)}};
   return json.dump(2) + "\n";

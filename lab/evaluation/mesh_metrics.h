@@ -56,7 +56,6 @@ struct Evaluation {
   DistanceStats surface;       ///< Area-uniform samples of the reconstruction to the ground truth.
   DistanceStats completeness;  ///< Samples of the seen ground truth to the reconstruction.
   double seen_share = 1.0;     ///< Share of the ground truth's area that some view sees.
-  size_t boundary_edges_beside_unseen = 0;  ///< No farther from what none does than two edges.
   std::vector<FScore> f_scores;
   MeshTopology topology;
 };

@@ -16,14 +16,12 @@ def publisher_of(topic):
 
 
 class Listener:
-    def __init__(self, topic, reads=True, on_message=None):
+    def __init__(self, topic, reads=True):
         uri = publisher_of(topic)
         code, text, protocol = xmlrpc.client.ServerProxy(uri).requestTopic(
             "/soak_listener", topic, [["TCPROS"]])
         if code != 1:
             raise ConnectionError(f"{topic}: {text}")
-        self.topic, self.messages, self.bytes = topic, 0, 0
-        self.on_message = on_message
         self.socket = socket.create_connection((protocol[1], protocol[2]), timeout=30)
         self.shake_hands(topic)
         self.thread = None
@@ -57,11 +55,7 @@ class Listener:
     def read(self):
         try:
             while True:
-                message = self.receive()
-                self.messages += 1
-                self.bytes += len(message)
-                if self.on_message is not None:
-                    self.on_message(message)
+                self.receive()
         except OSError:
             pass  # the nodelet was unloaded, or close() was called
 
@@ -87,9 +81,3 @@ class Listener:
         except OSError:
             pass
         self.socket.close()
-
-
-def stamp_of(message):
-    """The stamp of a message that begins with a header, in seconds."""
-    seconds, nanoseconds = struct.unpack_from("<II", message, 4)
-    return seconds + 1e-9 * nanoseconds

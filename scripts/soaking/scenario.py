@@ -1,14 +1,13 @@
 """What is done to a graph: cycles of a fixed course of events, and listeners that come and go at
 random all the while. A cycle of the live graph begins with loading the nodelet into its manager and
 ends with unloading it; the node of the bag graph runs from beginning to end."""
-import math
 import pathlib
 import random
 import threading
 import time
 
 from soaking.graph import Graph, gpu_mb, pid_of, program, resident_mb, wait_until
-from soaking.listener import Listener, stamp_of
+from soaking.listener import Listener
 from soaking.record import Record
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
@@ -21,7 +20,6 @@ LAP_S = 20.0
 POINTS_ASKED = 1000
 RECOVERS_WITHIN_S = 30.0
 SETTLES_WITHIN_S = 180.0
-OLDEST_OF_BAG_S = 30.0  # what is older is from before the bag began anew
 MOST_ON_THE_WAY = 70  # images that are between arriving and being counted: the queues' lengths
 
 
@@ -31,16 +29,13 @@ def cycle_seconds(hours):
 
 
 class Watch:
-    """The status of a node, samples of it, and what it shows to be wrong. An image older than
-    `oldest_s` when its mesh comes is of another time, and left out of the latencies."""
+    """The status of a node, samples of it, and what it shows to be wrong."""
 
-    def __init__(self, record, process, sample_s, oldest_s=math.inf):
+    def __init__(self, record, process, sample_s):
         import rospy
         from dtsdf_mapping.msg import MapStatus
-        self.rospy, self.record, self.process = rospy, record, process
+        self.record, self.process = record, process
         self.status, self.status_time = None, time.monotonic()
-        self.oldest_s = oldest_s
-        self.latencies_s, self.left_out, self.newest_stamp = [], 0, 0.0
         self.expects_status = False
         self.ended = threading.Event()
         rospy.Subscriber(NODE + "/status", MapStatus, self.on_status, queue_size=10)
@@ -49,18 +44,6 @@ class Watch:
 
     def on_status(self, status):
         self.status_time, self.status = time.monotonic(), status
-
-    def on_blocks(self, message):
-        stamp = stamp_of(message)
-        if stamp == 0.0:  # of a map that was loaded or cleared: of no image
-            return
-        age_s = self.rospy.Time.now().to_sec() - stamp
-        if stamp != self.newest_stamp:
-            if 0.0 <= age_s < self.oldest_s:
-                self.latencies_s.append(age_s)
-            else:
-                self.left_out += 1
-        self.newest_stamp = stamp
 
     def forget(self):
         self.status = None
@@ -84,23 +67,11 @@ class Watch:
         gpu = gpu_mb()
         if gpu is not None:
             fields["gpu_mb"] = gpu
-        latencies, self.latencies_s = self.latencies_s, []
-        fields["latency_s"] = [round(s, 3) for s in latencies]
-        fields["latencies_left_out"] = self.left_out  # since the start
         if self.expects_status and self.status is not None:
-            fields.update(self.fields_of(self.status))
+            fields["memory_mb"] = {part.name: round(part.bytes / 1e6, 1)
+                                   for part in self.status.memory}
             self.judge(self.status)
         self.record.write("sample", **fields)
-
-    def fields_of(self, status):
-        streams = {}
-        for stream in status.cameras[0].streams:
-            streams[stream.kind] = dict(
-                received=stream.received, fused=stream.fused, waiting=stream.waiting,
-                dropped={drop.reason: drop.count for drop in stream.dropped})
-        return dict(level=status.level, message=status.message, triangles=status.triangles,
-                    blocks=status.blocks, streams=streams,
-                    memory_mb={part.name: round(part.bytes / 1e6, 1) for part in status.memory})
 
     def judge(self, status):
         silent_s = time.monotonic() - self.status_time
@@ -139,7 +110,6 @@ def unaccounted(stream):
 
 class Scenario:
     """What both graphs have in common."""
-    oldest_image_s = math.inf
 
     def __init__(self, graph, record, options, folder):
         import rospy
@@ -235,8 +205,7 @@ class Scenario:
 
     # ---- listeners -----------------------------------------------------------------------------
     def listen(self, topic, reads=True):
-        on_message = self.watch.on_blocks if reads and topic == "mesh_blocks" else None
-        return Listener(f"{NODE}/{topic}", reads, on_message)
+        return Listener(f"{NODE}/{topic}", reads)
 
     def listeners_come(self):
         self.listeners = [self.listen(topic) for topic in TOPICS]
@@ -320,7 +289,7 @@ class Scenario:
     def run(self, is_loaded=False):
         hours = self.options.hours
         end = time.monotonic() + 3600.0 * hours
-        self.watch = Watch(self.record, self.process(), max(1.0, hours), self.oldest_image_s)
+        self.watch = Watch(self.record, self.process(), max(1.0, hours))
         self.watch.expects_status = is_loaded
         ended = threading.Event()
         visitors = threading.Thread(target=self.come_and_go, args=(ended,), daemon=True)
@@ -332,9 +301,6 @@ class Scenario:
         visitors.join(timeout=30)
         self.watch.ended.set()
         self.watch.thread.join(timeout=30)
-        if self.watch.left_out > 0:
-            print(f"soak: {self.watch.left_out} meshes are of another time, and left out of the "
-                  "latencies", flush=True)
 
 
 class Live(Scenario):
@@ -418,7 +384,6 @@ class Live(Scenario):
 
 class Bag(Scenario):
     """A node that maps a bag, which loops under simulated time."""
-    oldest_image_s = OLDEST_OF_BAG_S
 
     def __init__(self, *arguments):
         super().__init__(*arguments)

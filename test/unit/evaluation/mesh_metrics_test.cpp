@@ -193,34 +193,6 @@ TEST(MeshTopology, ClosedAndOpen) {
   EXPECT_EQ(meshTopology(makeSphere(0.5f, 12)).boundary_edges, 0u);
 }
 
-/// Squares of 0.1 m over [0, 1]^2 but for one in the middle: 40 edges of one triangle around, 4 in
-/// the hole. What no image sees begins 0.05 m right of it: 0.15 m from there are the middles of
-/// the 10 edges on the right and of the last one above and below.
-TEST(BoundaryEdges, ThoseBesideWhatIsUnseenAreCounted) {
-  constexpr int kSide = 10;
-  TriangleMesh mesh;
-  std::vector<Eigen::Vector3f> unseen;
-  for (int i = 0; i <= kSide; ++i) {
-    for (int k = 0; k <= kSide; ++k) {
-      mesh.vertices.emplace_back(0.1f * static_cast<float>(k), 0.1f * static_cast<float>(i), 0.0f);
-      unseen.emplace_back(1.05f, 0.1f * static_cast<float>(i), 0.01f * static_cast<float>(k));
-    }
-  }
-  for (uint32_t i = 0; i < kSide; ++i) {
-    for (uint32_t k = 0; k < kSide; ++k) {
-      if (i == 5 && k == 5) continue;
-      const uint32_t a = i * (kSide + 1) + k, b = a + kSide + 1;
-      mesh.triangles.push_back({a, a + 1, b});
-      mesh.triangles.push_back({a + 1, b + 1, b});
-    }
-  }
-  const std::vector<MeshEdge> edges = findEdges(mesh).boundary;
-  EXPECT_EQ(edges.size(), 44u);
-  EXPECT_FLOAT_EQ(medianEdgeLength(mesh), 0.1f);
-  EXPECT_EQ(countBeside(mesh, edges, unseen, 0.15f), 12u);
-  EXPECT_EQ(countBeside(mesh, edges, {}, 0.15f), 0u);
-}
-
 /// A sheet of squares of 0.1 m, none of which shares vertices with another, without those at the
 /// given columns and rows.
 TriangleMesh makePiercedSheet(int side, const std::set<std::pair<int, int>>& missing) {
@@ -261,19 +233,6 @@ TEST(MeshTopology, JoiningLeavesOutTrianglesThatBecomeLines) {
   sheet.vertices.emplace_back(0.1f, 0.0f, 0.0f);
   sheet.triangles.push_back({first, first + 1, first + 2});
   EXPECT_EQ(meshTopology(sheet).border_edges, 8u);
-}
-
-/// A camera above a cube sees its top only: of a mesh of the top, all edges are beside what it does
-/// not see; of one of its middle, none.
-TEST(BoundaryEdges, WhereTheTruthWasNotSeenTheyAreTold) {
-  Views views;
-  views.poses_W_C = {lookAt({0, 0, 3}, {0, 0, 0}, Eigen::Vector3d::UnitY())};
-  const auto beside = [&](float half_side) {
-    const TriangleMesh part = makeRectangle(-half_side, -half_side, half_side, half_side, 0.5f);
-    return evaluateMesh(part, makeCube(0.5f), &views, quickOptions()).boundary_edges_beside_unseen;
-  };
-  EXPECT_EQ(beside(0.5f), 4u);
-  EXPECT_EQ(beside(0.05f), 0u);
 }
 
 TEST(MeshTopology, ComponentsNonManifoldAndDegenerate) {

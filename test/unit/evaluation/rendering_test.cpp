@@ -137,18 +137,6 @@ TEST(TumDepth, RoundsAndRefusesWhatDoesNotFit) {
             (std::vector<uint16_t>{0, 5000, 5001, 0, 0}));
 }
 
-TEST(DepthNoise, NoneLeavesTheDepthAlone) {
-  const DepthView view = frontalView();
-  EXPECT_EQ(addNoise(view, {}, depthNoiseFromName("none"), 1), view.depth_m);
-}
-
-TEST(DepthNoise, IsTheSameForTheSameSeed) {
-  const DepthView view = frontalView();
-  const DepthNoise noise = depthNoiseFromName("kinect");
-  EXPECT_EQ(addNoise(view, {}, noise, 5), addNoise(view, {}, noise, 5));
-  EXPECT_NE(addNoise(view, {}, noise, 5), addNoise(view, {}, noise, 6));
-}
-
 /// The paper's figures: 1.2 mm at 0.4 m, 6.1 mm at 2 m, both frontal; 0.8 pixels to the side.
 TEST(DepthNoise, FollowsTheCitedFormulas) {
   EXPECT_NEAR(axialSigma(0.4, 0.0), 0.0012, 1e-12);
@@ -194,12 +182,6 @@ TEST(DepthNoise, LosesFlatAnglesAndEdges) {
     ASSERT_TRUE(i % 640 == 319 || i % 640 == 320);
   }
   EXPECT_NEAR(lost, 480, 60) << "about half of both columns";
-}
-
-TEST(DepthNoise, UnknownNamesAreRefused) {
-  EXPECT_TRUE(depthNoiseFromName("axial,loss").loss);
-  EXPECT_FALSE(depthNoiseFromName("axial,loss").lateral);
-  EXPECT_THROW(depthNoiseFromName("axial,fog"), std::invalid_argument);
 }
 
 TEST(Picture, ErrorsHaveARoundScale) {

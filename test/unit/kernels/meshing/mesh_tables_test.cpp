@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <map>
-#include <random>
 
 #include "unit/kernels/meshing/cube_geometry.h"
 
@@ -86,28 +85,6 @@ TEST(MeshTables, RimsRunCounterClockwiseSeenFromTheFront) {
       const auto [a, b] = cubeEdges()[static_cast<size_t>(segment.first)];
       const Eigen::Vector3d front = cornerPoint(isBehind(index, a) ? b : a);
       EXPECT_GT(towards_front.dot(front - start), 0.0) << "index " << index;
-    }
-  }
-}
-
-TEST(MeshTables, TrianglesOfAPlaneFaceItsFront) {
-  std::mt19937 random(11);
-  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  for (int trial = 0; trial < 5000; ++trial) {
-    const Eigen::Vector3d n(uniform(random), uniform(random), uniform(random));
-    const double offset = n.dot(Eigen::Vector3d::Constant(0.5)) + uniform(random);
-    const auto distance = [&](int corner) { return n.dot(cornerPoint(corner)) - offset; };
-    int index = 0;
-    for (int c = 0; c < 8; ++c) index |= (distance(c) < 0.0 ? 1 : 0) << c;
-    const auto crossing = [&](int e) {
-      const auto [a, b] = cubeEdges()[static_cast<size_t>(e)];
-      const double share = distance(a) / (distance(a) - distance(b));
-      return Eigen::Vector3d(cornerPoint(a) + share * (cornerPoint(b) - cornerPoint(a)));
-    };
-    for (const auto& t : trianglesOf(index)) {
-      const Eigen::Vector3d area =
-          (crossing(t[1]) - crossing(t[0])).cross(crossing(t[2]) - crossing(t[0]));
-      EXPECT_GT(area.dot(n), 0.0) << "trial " << trial << ", index " << index;
     }
   }
 }
@@ -224,10 +201,6 @@ TEST(MeshTables, VerdictsFollowTheEdgesAlongTheDirection) {
           << "index " << index << ", direction " << d;
     }
   }
-}
-
-TEST(MeshTables, EdgeLowerCornerEqualsTheTable) {
-  for (int e = 0; e < kCubeEdges; ++e) EXPECT_EQ(edgeLowerCorner(e), kEdgeLowerCorner[e]);
 }
 
 }  // namespace mesh_tables_test

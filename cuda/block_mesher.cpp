@@ -199,7 +199,7 @@ std::vector<BlockMesh> BlockMesher::copyBlocks(const std::vector<MeshRecord>& re
   constexpr size_t kLeastOfThread = 512, kMostThreads = 4;
   std::vector<BlockMesh> blocks(records.size());
   const size_t parts = std::clamp<size_t>(records.size() / kLeastOfThread, 1, kMostThreads);
-  forEachInParallel(parts, 0, [&](size_t part) {
+  parallelFor(parts, 0, [&](size_t part) {
     const size_t end = records.size() * (part + 1) / parts;
     for (size_t i = records.size() * part / parts; i < end; ++i) blocks[i] = copyBlock(records[i]);
   });

@@ -34,7 +34,7 @@ __global__ void scatterRecordsKernel(typename Pool::View pool, const int32_t* re
 }
 
 void copyInParallel(char* to, const char* from, size_t bytes) {
-  forEachInParallel((bytes + kBytesPerThread - 1) / kBytesPerThread, 0, [&](size_t i) {
+  parallelFor((bytes + kBytesPerThread - 1) / kBytesPerThread, 0, [&](size_t i) {
     const size_t first = i * kBytesPerThread;
     std::memcpy(to + first, from + first, std::min(kBytesPerThread, bytes - first));
   });

@@ -282,7 +282,7 @@ void Renderer::fill(const ViewRequest& request, RenderedView& view) const {
   resizeView(request.frame, request.has_colours, view);
   const size_t threads = std::clamp<size_t>(pixels / kPixelsOfThread, 1, kMostThreads);
   const int device = currentDevice();
-  forEachInParallel(kBands, static_cast<int>(threads), [&](size_t band) {
+  parallelFor(kBands, static_cast<int>(threads), [&](size_t band) {
     useDevice(device);
     drawn_[band].wait();
     const size_t begin = pixels * band / kBands, end = pixels * (band + 1) / kBands;

@@ -51,7 +51,7 @@ double groundHeight(double x_m, double y_m) {
 
 SourceFrame renderFlightFrame(double x_m) {
   const auto image = std::make_shared<std::vector<uint16_t>>(kWidth * kHeight);
-  forEachInParallel(kHeight, 0, [&](size_t v) {
+  parallelFor(kHeight, 0, [&](size_t v) {
     const double slope_y =
         -(static_cast<double>(v) - static_cast<double>(kIntrinsics.cy)) / kIntrinsics.fy;
     for (int u = 0; u < kWidth; ++u) {

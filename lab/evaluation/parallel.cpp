@@ -13,7 +13,7 @@ void forEachIndex(size_t count, const std::function<void(size_t)>& body,
   const size_t chunk = 1 + count / 4096;
   std::mutex mutex;  // guards done and the progress callback
   size_t done = 0;
-  forEachInParallel((count + chunk - 1) / chunk, 0, [&](size_t i) {
+  parallelFor((count + chunk - 1) / chunk, 0, [&](size_t i) {
     const size_t begin = i * chunk, end = std::min(begin + chunk, count);
     for (size_t index = begin; index < end; ++index) body(index);
     if (!progress) return;

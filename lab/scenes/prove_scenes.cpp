@@ -68,7 +68,7 @@ Results measureCases(const ProveOptions& options, const RunSettings& settings,
   ProgressBar progress("cases", count);
   std::mutex mutex;  // guards `done` and `progress`
   size_t done = 0;
-  forEachInParallel(count, options.jobs, [&](size_t i) {
+  parallelFor(count, options.jobs, [&](size_t i) {
     const size_t c = i / voxels, v = i % voxels;
     SceneSetup setup{settings.params.mapper, settings.rules, options.image_width};
     setup.params.map.voxel_size_m = static_cast<float>(0.001 * options.voxels_mm[v]);

@@ -4,7 +4,7 @@
 #include <mutex>
 
 #include "backend/frame_check.h"
-#include "threads/parallel_for.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {
@@ -60,7 +60,7 @@ void PoseAligner::takePoints(const DepthFrame& frame, const FrameView& view,
                              const DepthRange& range) {
   const AlignmentGrid grid = alignmentGrid(view, settings_.rules);
   points_.resize(static_cast<size_t>(grid.columns) * grid.rows);
-  parallelFor<NoScratch>(static_cast<size_t>(grid.rows), threads_, [&](size_t row, NoScratch&) {
+  parallelFor(static_cast<size_t>(grid.rows), threads_, [&](size_t row) {
     for (int32_t i = 0; i < grid.columns; ++i) {
       const auto index = static_cast<int32_t>(row) * grid.columns + i;
       const Pixel pixel = pixelOfPoint(grid, index);
@@ -76,7 +76,7 @@ AlignmentSums PoseAligner::sumsAt(const FrameView& view, float cutoff, const Blo
   AlignmentSums sums{};
   std::mutex mutex;
   const size_t batches = (points_.size() + kPointsAtOnce - 1) / kPointsAtOnce;
-  parallelFor<NoScratch>(batches, threads_, [&](size_t batch, NoScratch&) {
+  parallelFor(batches, threads_, [&](size_t batch) {
     VoxelReader reader(table, voxels, view.origin_voxel);
     const auto find = [&](const Vec3f& p_L, const Vec3f& normal) {
       return findSurface(p_L, normal, directional_, cutoff, reader);

@@ -10,7 +10,7 @@
 #include "cpu/block_surface.h"
 #include "cpu/prefetch.h"
 #include "kernels/meshing/regularisation.h"
-#include "threads/parallel_for.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {
@@ -241,7 +241,7 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
   });
   // Not in the loop, where whoever makes the block before asks whether there are any.
   constexpr size_t kBlocksAtATime = 64;
-  parallelFor<NoScratch, kBlocksAtATime>(slots.size(), threads_, [&](size_t i, NoScratch&) {
+  parallelFor<kBlocksAtATime>(slots.size(), threads_, [&](size_t i) {
     state_[slots[i]].vertices = std::vector<BlockVertex>();
     state_[slots[i]].normals = std::vector<Vec3f>();
   });

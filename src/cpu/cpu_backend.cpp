@@ -15,7 +15,6 @@
 #include "kernels/fusion/free_space.h"
 #include "kernels/fusion/voxel_update.h"
 #include "threads/parallel.h"
-#include "threads/parallel_for.h"
 
 namespace dtsdf {
 namespace {
@@ -167,7 +166,7 @@ void CpuBackend::lookAround(const FrameTurn& turn) {
   const std::vector<int32_t> slots = blocksInTurn(turn);
   std::vector<ClearedBlock> cleared(slots.size());
   const BlockKey origin = blockOfVoxel(sensing_.image.frame.origin_voxel);
-  parallelFor<NoScratch>(slots.size(), threads_, [&](size_t i, NoScratch&) {
+  parallelFor(slots.size(), threads_, [&](size_t i) {
     const BlockEntry& entry = table_.block(slots[i]);
     const BlockLook look{entry.key - origin, true, nullptr, 0, params_.map.directional};
     cleared[i] = clear(look, entry);
@@ -248,7 +247,7 @@ void CpuBackend::reserveColours(size_t new_bricks) {
 
 void CpuBackend::enterBlocks(const std::vector<int32_t>& /*slots*/,
                              const std::vector<int32_t>& arrays) {
-  parallelFor<NoScratch, kArraysAtATime>(arrays.size(), threads_, [&](size_t i, NoScratch&) {
+  parallelFor<kArraysAtATime>(arrays.size(), threads_, [&](size_t i) {
     std::memset(voxels_.array(arrays[i]), 0, BlockTable::kArrayBytes);
   });
 }
@@ -273,7 +272,7 @@ void CpuBackend::follow(const ChangedSlots& changed) {
 std::vector<EmptiedBlock> CpuBackend::emptyRegion(const std::vector<int32_t>& slots,
                                                   const RegionView& region) {
   std::vector<EmptiedBlock> emptied(slots.size());
-  parallelFor<NoScratch>(slots.size(), threads_, [&](size_t i, NoScratch&) {
+  parallelFor(slots.size(), threads_, [&](size_t i) {
     const BlockEntry& entry = table_.block(slots[i]);
     emptied[i] = emptyBlock(entry, region, voxels_);
     if (emptied[i].voxels > 0 && table_.coloursInUse() > 0) {
@@ -284,22 +283,22 @@ std::vector<EmptiedBlock> CpuBackend::emptyRegion(const std::vector<int32_t>& sl
 }
 
 void CpuBackend::copyOut(const ContentsOrder& order, MapContents& contents) {
-  parallelFor<NoScratch, kArraysAtATime>(order.arrays.size(), threads_, [&](size_t i, NoScratch&) {
+  parallelFor<kArraysAtATime>(order.arrays.size(), threads_, [&](size_t i) {
     std::memcpy(contents.voxels.data() + i * kVoxelsPerBlock, voxels_.array(order.arrays[i]),
                 BlockTable::kArrayBytes);
   });
-  parallelFor<NoScratch, kArraysAtATime>(order.bricks.size(), threads_, [&](size_t i, NoScratch&) {
+  parallelFor<kArraysAtATime>(order.bricks.size(), threads_, [&](size_t i) {
     std::memcpy(contents.colours.data() + i * kVoxelsPerBrick, colours_.array(order.bricks[i]),
                 BlockTable::kColourBytes);
   });
 }
 
 void CpuBackend::copyIn(const ContentsOrder& order, const MapContents& contents) {
-  parallelFor<NoScratch, kArraysAtATime>(order.arrays.size(), threads_, [&](size_t i, NoScratch&) {
+  parallelFor<kArraysAtATime>(order.arrays.size(), threads_, [&](size_t i) {
     std::memcpy(voxels_.array(order.arrays[i]), contents.voxels.data() + i * kVoxelsPerBlock,
                 BlockTable::kArrayBytes);
   });
-  parallelFor<NoScratch, kArraysAtATime>(order.bricks.size(), threads_, [&](size_t i, NoScratch&) {
+  parallelFor<kArraysAtATime>(order.bricks.size(), threads_, [&](size_t i) {
     std::memcpy(colours_.array(order.bricks[i]), contents.colours.data() + i * kVoxelsPerBrick,
                 BlockTable::kColourBytes);
   });

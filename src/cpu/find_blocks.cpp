@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "cpu/line_batch.h"
-#include "threads/parallel_for.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 

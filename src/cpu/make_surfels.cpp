@@ -4,7 +4,7 @@
 #include <numeric>
 
 #include "backend/rule_settings.h"
-#include "threads/parallel_for.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {
@@ -84,7 +84,7 @@ void SurfelMaker::makePixelSurfels(const FrameSensing& sensing) {
   lists_.resize(1);
   lists_.front().resize(static_cast<size_t>(frame.width) * frame.height);
   std::vector<size_t> counts(frame.height, 0);
-  parallelFor<NoScratch>(frame.height, threads_, [&](size_t row, NoScratch&) {
+  parallelFor(frame.height, threads_, [&](size_t row) {
     counts[row] = makeRow(sensing, static_cast<int>(row));
   });
   count_ = std::accumulate(counts.begin(), counts.end(), size_t{0});

@@ -7,7 +7,7 @@
 #include "cpu/prefetch.h"
 #include "cpu/surface_points.h"
 #include "cpu/widest_vectors.h"
-#include "threads/parallel_for.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {
@@ -100,13 +100,13 @@ void Painter::takeImage(const ColourFrame& frame) {
   sensing_.image = layOut(pixels_.data(), frame.width, frame.height);
   constexpr int kRows = 16;
   const size_t bands = static_cast<size_t>((frame.height + kRows - 1) / kRows);
-  parallelFor<NoScratch>(bands, threads_, [&](size_t i, NoScratch&) {
+  parallelFor(bands, threads_, [&](size_t i) {
     const int first = static_cast<int>(i) * kRows;
     copyPixels(frame, first, std::min(first + kRows, frame.height), pixels_.data());
   });
   for (int level = 1; level < kColourLevels; ++level) {
     const ColourLevel& to = sensing_.image.level[level];
-    parallelFor<NoScratch, kRows>(to.height, threads_, [&](size_t v, NoScratch&) {
+    parallelFor<kRows>(to.height, threads_, [&](size_t v) {
       halveRow(sensing_.image, level, static_cast<int32_t>(v),
                pixels_.data() + to.first + static_cast<int64_t>(v) * to.width);
     });
@@ -158,7 +158,7 @@ void Painter::findPoints(const PaintedMap& map) {
   const int32_t height = cellsFor(sensing_.view.frame.height);
   hiding_m_.resize(threads_);
   std::atomic<size_t> next{0};
-  parallelFor<NoScratch>(hiding_m_.size(), threads_, [&](size_t part, NoScratch&) {
+  parallelFor(hiding_m_.size(), threads_, [&](size_t part) {
     const HidingRows hiding(hiding_m_[part], width, height);
     for (size_t i = next++; i < blocks_in_view_; i = next++) {
       const size_t ahead = i + hiding_m_.size();  // this thread's next one, most likely
@@ -203,7 +203,7 @@ SeenColours Painter::look(const ColourLook& look, const PaintedMap& map) {
                    settings_.rules, settings_.max_depth_m, settings_.full_weight_depth_m};
   findBlocksInView(look.in_view, map.table);
   findPoints(map);
-  parallelFor<NoScratch>(blocks_in_view_, threads_, [&](size_t i, NoScratch&) {
+  parallelFor(blocks_in_view_, threads_, [&](size_t i) {
     prefetchNext(map, i);
     blocks_[i].points.sample(sensing_, blocks_[i].samples);
     sumExposure(map, blocks_[i]);
@@ -243,7 +243,7 @@ bool Painter::paintBlock(const Exposure& exposure, const PaintedMap& map,
 
 std::vector<int32_t> Painter::paint(const Exposure& exposure, const PaintedMap& map) {
   std::vector<uint8_t> changed(blocks_in_view_, 0);
-  parallelFor<NoScratch>(blocks_in_view_, threads_, [&](size_t i, NoScratch&) {
+  parallelFor(blocks_in_view_, threads_, [&](size_t i) {
     prefetchNext(map, i);
     changed[i] = paintBlock(exposure, map, blocks_[i]);
   });

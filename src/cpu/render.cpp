@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "backend/view_images.h"
-#include "threads/parallel_for.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {
@@ -104,7 +104,7 @@ void Renderer::render(const FrameView& frame, int32_t least_evidence, bool paint
   resizeView(frame, painted, view);
   constexpr int32_t kRows = 16;
   const int32_t bands = (frame.height + kRows - 1) / kRows;
-  parallelFor<NoScratch>(static_cast<size_t>(bands), threads_, [&](size_t i, NoScratch&) {
+  parallelFor(static_cast<size_t>(bands), threads_, [&](size_t i) {
     const int32_t begin = static_cast<int32_t>(i) * kRows;
     fillRows(frame, begin, std::min(begin + kRows, frame.height), surfaces_.data(),
              painted ? colours_.data() : nullptr, view);

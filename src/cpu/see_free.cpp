@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "threads/parallel_for.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {
@@ -85,7 +85,7 @@ FreePyramid FreeCellFinder::makePyramid(const FrameSensing& sensing) {
     const int32_t width_below = texelsFor(frame.width, k - 1),
                   height_below = texelsFor(frame.height, k - 1);
     levels_[k].resize(static_cast<size_t>(width) * height);
-    parallelFor<NoScratch>(height, height < 64 ? 1 : threads_, [&](size_t v, NoScratch&) {
+    parallelFor(height, height < 64 ? 1 : threads_, [&](size_t v) {
       for (int32_t u = 0; u < width; ++u) {
         levels_[k][v * width + u] =
             leastBelow(free.level[k - 1], width_below, height_below, u, static_cast<int32_t>(v));

@@ -9,7 +9,7 @@
 #include "cpu/stretch_fit.h"
 #include "cpu/widest_vectors.h"
 #include "kernels/fusion/free_space.h"
-#include "threads/parallel_for.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {
@@ -175,7 +175,7 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
   measured_.resize(width, frame.height);
   const DepthRange range = depthRangeOf(frame, params_);
   const bool is_whole = frame.encoding == DepthEncoding::kUint16;
-  parallelFor<NoScratch, kRowsAtATime>(frame.height, threads_, [&](size_t v, NoScratch&) {
+  parallelFor<kRowsAtATime>(frame.height, threads_, [&](size_t v) {
     const char* row = static_cast<const char*>(frame.data) + v * frame.row_bytes;
     const PixelSpan whole{0, width};
     const PixelSpan span = is_whole ? measuredSpan<uint16_t>(row, width, whole)
@@ -195,7 +195,7 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
 DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
   NoiseOfLines kinds[kNoiseKinds] = {};
   const auto measured = [&](int u, int v) { return measured_.row(v)[u]; };
-  parallelFor<NoScratch>(kNoiseSteps, threads_, [&](size_t step, NoScratch&) {
+  parallelFor(kNoiseSteps, threads_, [&](size_t step) {
     NoiseBins bins[kNoiseKinds];
     for (int i = 0; i < kNoisePoints; ++i) {
       const NoiseLinePlace place =

@@ -237,7 +237,7 @@ uint64_t contentHash(const MapContents& contents, int threads) {
   const MapSize size = sizeOf(contents.blocks);
   const ChunkBounds bounds = boundsOf(contents.blocks, kBlocksPerChunk);
   ContentHash hash(contents, size);
-  forEachInParallel(bounds.count(), threads, [&](size_t chunk) {
+  parallelFor(bounds.count(), threads, [&](size_t chunk) {
     hash.addVoxels(bounds, chunk, contents.voxels.data() + bounds.voxel_word[chunk]);
     if (!contents.painted) return;
     hash.addColours(bounds, chunk, contents.colours.data() + bounds.colour_word[chunk]);

@@ -31,7 +31,7 @@ MapContents MapReader::load(int threads) {
   contents_.voxels = PlainArray<uint64_t>(bounds.voxel_word.back());
   contents_.colours = PlainArray<uint32_t>(bounds.colour_word.back());
   ContentHash hash(contents_, size_);
-  forEachInParallel(bounds.count(), threads, [&](size_t i) {
+  parallelFor(bounds.count(), threads, [&](size_t i) {
     readChunk(*voxels[i], bounds.voxel_word, i, contents_.voxels.data());
     hash.addVoxels(bounds, i, contents_.voxels.data() + bounds.voxel_word[i]);
     if (!contents_.painted) return;

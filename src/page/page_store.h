@@ -43,7 +43,7 @@ void forEachRecord(const std::vector<PagedBlock>& blocks, const Visit& visit) {
   for (size_t i = 1; i < blocks.size(); ++i) {
     begins[i] = begins[i - 1] + recordBytes(blocks[i - 1]);
   }
-  forEachInParallel((blocks.size() + kAtOnce - 1) / kAtOnce, kThreads, [&](size_t part) {
+  parallelFor((blocks.size() + kAtOnce - 1) / kAtOnce, kThreads, [&](size_t part) {
     const size_t end = std::min(blocks.size(), (part + 1) * kAtOnce);
     for (size_t i = part * kAtOnce; i < end; ++i) visit(i, begins[i]);
   });

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "space/sector_update.h"
-#include "threads/parallel_for.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {

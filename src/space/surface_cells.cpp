@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "kernels/core/vec.h"
-#include "threads/parallel_for.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {
@@ -180,7 +180,7 @@ std::vector<Vec3i> SurfaceCells::apply(const std::vector<BlockMesh>& blocks, Cel
   // Surfaces move a little all the time, but seldom into other cells: that is found out side by
   // side as well, so that what is left to do one by one is only what changes.
   std::vector<Found> found(blocks.size());
-  parallelFor<NoScratch>(blocks.size(), threads_, [&](size_t i, NoScratch&) {
+  parallelFor(blocks.size(), threads_, [&](size_t i) {
     found[i].cells = cellsOfMesh(blocks[i], grid_);
     found[i].is_other = isOther(blocks[i].key, found[i].cells);
   });

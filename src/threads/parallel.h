@@ -1,4 +1,4 @@
-/// Work in parallel beside the frames: for files and copies, which want no pool of threads.
+/// Loops on several threads.
 #pragma once
 
 #include <algorithm>
@@ -6,9 +6,12 @@
 #include <condition_variable>
 #include <cstddef>
 #include <exception>
+#include <memory>
 #include <mutex>
 #include <thread>
 #include <vector>
+
+#include "threads/team.h"
 
 namespace dtsdf {
 
@@ -18,73 +21,113 @@ inline int threadCount(int threads) {
   return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
-/// Calls body() on so many threads at once, the caller's being one of them; waits for all. The
-/// first exception is thrown to the caller.
-template <class Body>
-void onThreads(int threads, const Body& body) {
+/// Numbers below `count` as threads take them: each from a stretch of its own, so that it comes to
+/// the same rows in one loop after the other, and then from those of others.
+class SharedCount {
+ public:
+  SharedCount(size_t count, size_t threads, size_t grain) : stretches_(threads), grain_(grain) {
+    const size_t parts = (count + grain - 1) / grain;
+    for (size_t k = 0; k < threads; ++k) {
+      stretches_[k].next = parts * k / threads * grain;
+      stretches_[k].end = std::min(parts * (k + 1) / threads * grain, count);
+    }
+  }
+
+  /// Calls visit(first, end) for what thread `number` takes.
+  template <class Visit>
+  void visit(size_t number, const Visit& visit) {
+    for (size_t k = 0; k < stretches_.size(); ++k) {
+      Stretch& stretch = stretches_[(number + k) % stretches_.size()];
+      for (;;) {
+        const size_t first = stretch.next.fetch_add(grain_);
+        if (first >= stretch.end) break;
+        visit(first, std::min(first + grain_, stretch.end));
+      }
+    }
+  }
+
+  /// Leaves out what was not taken yet.
+  void stop() {
+    for (Stretch& stretch : stretches_) stretch.next = stretch.end;
+  }
+
+ private:
+  struct alignas(64) Stretch {
+    std::atomic<size_t> next{0};
+    size_t end = 0;
+  };
+  std::vector<Stretch> stretches_;
+  const size_t grain_;
+};
+
+/// Calls body(i, scratch) for each i below `count`, on up to threadCount(threads) threads, each
+/// with a Scratch of its own. After an exception the rest is left out, and the first one is thrown
+/// to the caller. A thread takes `kGrain` of them at a time: several where they are small. No other
+/// thread is woken where one takes all, and none is waited for that comes when all are taken.
+template <class Scratch, size_t kGrain = 1, class Body>
+void parallelFor(size_t count, int threads, const Body& body) {
   std::exception_ptr error;
   std::mutex mutex;
-  const auto guarded = [&] {
+  const size_t parts = (count + kGrain - 1) / kGrain;
+  const size_t used = std::max<size_t>(1, std::min<size_t>(threadCount(threads), parts));
+  SharedCount shared(count, used, kGrain);
+  Team::own().run(used, [&](size_t number) {
     try {
-      body();
+      std::unique_ptr<Scratch> scratch;
+      shared.visit(number, [&](size_t first, size_t end) {
+        if (scratch == nullptr) scratch = std::make_unique<Scratch>();
+        for (size_t i = first; i < end; ++i) body(i, *scratch);
+      });
     } catch (...) {
+      shared.stop();
       const std::lock_guard<std::mutex> lock(mutex);
       if (error == nullptr) error = std::current_exception();
     }
-  };
-  std::vector<std::thread> others;
-  try {
-    for (int i = 1; i < threads; ++i) others.emplace_back(guarded);
-  } catch (const std::exception&) {  // no more threads to be had: those that are there do it
-  }
-  guarded();
-  for (std::thread& other : others) other.join();
+  });
   if (error != nullptr) std::rethrow_exception(error);
 }
 
-/// Calls body(i) for each i below `count`. After an exception the rest is left out, and the first
-/// one is thrown to the caller.
-template <class Body>
-void forEachInParallel(size_t count, int threads, const Body& body) {
-  std::atomic<size_t> next{0};
-  onThreads(static_cast<int>(std::min<size_t>(threadCount(threads), count)), [&] {
-    for (size_t i = next++; i < count; i = next++) {
-      try {
-        body(i);
-      } catch (...) {
-        next = count;
-        throw;
-      }
-    }
-  });
+/// Calls body(i) for each i below `count`, in the same way.
+template <size_t kGrain = 1, class Body>
+void parallelFor(size_t count, int threads, const Body& body) {
+  struct Nothing {};
+  parallelFor<Nothing, kGrain>(count, threads, [&](size_t i, Nothing&) { body(i); });
 }
 
-/// Makes products 0 to count - 1 in parallel and hands them over in their order, one at a time:
+/// Makes products 0 to count - 1 in parallel and passes them on in their order, one at a time:
 /// make(i) gives a product, take(i, product) gets it. No more are kept than there are threads.
-/// Exceptions as above.
+/// After an exception the rest is left out, and the first one is thrown to the caller.
 template <class Make, class Take>
 void makeInOrder(size_t count, int threads, const Make& make, const Take& take) {
   std::mutex mutex;
   std::condition_variable taken;
   size_t turn = 0;
   bool failed = false;
-  forEachInParallel(count, threads, [&](size_t i) {
-    try {
-      const auto product = make(i);
-      std::unique_lock<std::mutex> lock(mutex);
-      taken.wait(lock, [&] { return turn == i || failed; });
-      if (failed) return;
-      take(i, product);
-      ++turn;
-    } catch (...) {
-      {
-        const std::lock_guard<std::mutex> lock(mutex);
-        failed = true;
+  std::atomic<size_t> next{0};
+  const auto makeOne = [&](size_t i) {
+    const auto product = make(i);
+    std::unique_lock<std::mutex> lock(mutex);
+    taken.wait(lock, [&] { return turn == i || failed; });
+    if (failed) return;
+    take(i, product);
+    ++turn;
+  };
+  const size_t makers = std::min<size_t>(threadCount(threads), count);
+  parallelFor(makers, static_cast<int>(makers), [&](size_t) {
+    for (size_t i = next++; i < count; i = next++) {
+      try {
+        makeOne(i);
+      } catch (...) {
+        {
+          const std::lock_guard<std::mutex> lock(mutex);
+          failed = true;
+        }
+        next = count;
+        taken.notify_all();
+        throw;
       }
       taken.notify_all();
-      throw;
     }
-    taken.notify_all();
   });
 }
 

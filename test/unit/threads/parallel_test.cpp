@@ -1,5 +1,5 @@
 // Loops over what is small: each number once, by as many threads as there are, and errors.
-#include "threads/parallel_for.h"
+#include "threads/parallel.h"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -23,8 +23,8 @@ TEST(ParallelFor, VisitsEachNumberOnce) {
   for (const int threads : {1, 2, 3, 7}) {
     for (const size_t count : {0, 1, 2, 8, 9, 100, 1001}) {
       std::vector<int> visits(count, 0);
-      parallelFor<NoScratch>(count, threads, [&](size_t i, NoScratch&) { ++visits[i]; });
-      parallelFor<NoScratch, 8>(count, threads, [&](size_t i, NoScratch&) { ++visits[i]; });
+      parallelFor(count, threads, [&](size_t i) { ++visits[i]; });
+      parallelFor<8>(count, threads, [&](size_t i) { ++visits[i]; });
       EXPECT_EQ(visits, std::vector<int>(count, 2)) << threads << " threads";
     }
   }
@@ -34,7 +34,7 @@ TEST(ParallelFor, VisitsEachNumberOnce) {
 TEST(ParallelFor, NothingIsLostBetweenLoops) {
   for (size_t loop = 0; loop < 20000; ++loop) {
     int visits[3] = {};
-    parallelFor<NoScratch>(3, 3, [&](size_t i, NoScratch&) { ++visits[i]; });
+    parallelFor(3, 3, [&](size_t i) { ++visits[i]; });
     ASSERT_EQ(std::accumulate(visits, visits + 3, 0), 3) << loop;
   }
 }
@@ -55,7 +55,7 @@ TEST(ParallelFor, AllThreadsTakePart) {
   std::mutex mutex;
   std::condition_variable changed;
   std::set<std::thread::id> seen;
-  parallelFor<NoScratch>(3, 3, [&](size_t, NoScratch&) {
+  parallelFor(3, 3, [&](size_t) {
     std::unique_lock<std::mutex> lock(mutex);
     seen.insert(std::this_thread::get_id());
     changed.notify_all();
@@ -66,7 +66,7 @@ TEST(ParallelFor, AllThreadsTakePart) {
 
 TEST(ParallelFor, ThrowsTheFirstErrorOnceNobodyWorks) {
   std::atomic<int> inside{0}, visited{0};
-  const auto body = [&](size_t i, NoScratch&) {
+  const auto body = [&](size_t i) {
     ++inside;
     ++visited;
     if (i == 10) {
@@ -75,20 +75,20 @@ TEST(ParallelFor, ThrowsTheFirstErrorOnceNobodyWorks) {
     }
     --inside;
   };
-  EXPECT_THROW(parallelFor<NoScratch>(100000, 2, body), std::runtime_error);
+  EXPECT_THROW(parallelFor(100000, 2, body), std::runtime_error);
   EXPECT_EQ(inside, 0);
   visited = 0;
-  EXPECT_THROW(parallelFor<NoScratch>(100000, 1, body), std::runtime_error);
+  EXPECT_THROW(parallelFor(100000, 1, body), std::runtime_error);
   EXPECT_EQ(visited, 11) << "the rest is left out";
-  parallelFor<NoScratch>(5, 2, body);  // and the next loop is as any
+  parallelFor(5, 2, body);  // and the next loop is as any
   EXPECT_EQ(inside, 0);
 }
 
 TEST(ParallelFor, ALoopInALoopIsDoneByOneThread) {
   std::vector<int> visits(400, 0);
-  parallelFor<NoScratch>(20, 2, [&](size_t i, NoScratch&) {
+  parallelFor(20, 2, [&](size_t i) {
     const std::thread::id own = std::this_thread::get_id();
-    parallelFor<NoScratch>(20, 2, [&](size_t k, NoScratch&) {
+    parallelFor(20, 2, [&](size_t k) {
       visits[20 * i + k] += std::this_thread::get_id() == own ? 1 : 1000;
     });
   });
@@ -101,7 +101,7 @@ TEST(ParallelFor, EachCallerHasHelpersOfItsOwn) {
   std::condition_variable changed;
   std::set<std::thread::id> seen;
   const auto call = [&] {
-    parallelFor<NoScratch>(2, 2, [&](size_t, NoScratch&) {
+    parallelFor(2, 2, [&](size_t) {
       std::unique_lock<std::mutex> lock(mutex);
       seen.insert(std::this_thread::get_id());
       changed.notify_all();
@@ -118,7 +118,7 @@ TEST(ParallelFor, EachCallerHasHelpersOfItsOwn) {
 TEST(ParallelFor, LessThanOneThreadIsOne) {
   for (const int threads : {0, -3}) {
     int visits = 0;
-    parallelFor<NoScratch>(50, threads, [&](size_t, NoScratch&) { ++visits; });
+    parallelFor(50, threads, [&](size_t) { ++visits; });
     EXPECT_EQ(visits, 50);
   }
 }
@@ -126,12 +126,12 @@ TEST(ParallelFor, LessThanOneThreadIsOne) {
 /// A child has no helpers, and ends as any process.
 TEST(ParallelFor, AForkedChildWorksAloneAndEnds) {
   int visits = 0;
-  parallelFor<NoScratch>(2, 2, [&](size_t, NoScratch&) { std::this_thread::yield(); });
+  parallelFor(2, 2, [&](size_t) { std::this_thread::yield(); });
   const pid_t child = fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
     alarm(60);  // if it hangs
-    parallelFor<NoScratch>(50, 2, [&](size_t, NoScratch&) { ++visits; });
+    parallelFor(50, 2, [&](size_t) { ++visits; });
     exit(visits == 50 ? 0 : 1);
   }
   int status = 0;

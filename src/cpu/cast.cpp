@@ -1,7 +1,6 @@
 #include "cpu/cast.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "cpu/widest_vectors.h"
 #include "kernels/fusion/voxel_projection.h"
@@ -74,12 +73,6 @@ void castLine(const KeptLine& kept, const MeasuredSides& sides, const BlockFrame
 }
 
 }  // namespace
-
-void clearSums(BlockSums& sums, uint32_t directions) {
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if (directions >> d & 1) std::memset(sums.voxel[d], 0, sizeof(sums.voxel[d]));
-  }
-}
 
 void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSettings& fusion,
           BlockSums& sums) {

@@ -25,7 +25,8 @@ struct VoxelSet {
   }
 };
 
-/// The sums of one block over one frame; one per thread.
+/// The sums of one block over one frame; one per thread. Folding leaves them zero for the next
+/// block.
 struct BlockSums {
   VoxelSums voxel[kDirectionCount][kVoxelsPerBlock];
   VoxelSet covered[kDirectionCount];  ///< Those with a weight; see findCovered().
@@ -33,9 +34,6 @@ struct BlockSums {
 
 /// Once all is added to the sums of a direction.
 void findCovered(BlockSums& sums, int direction);
-
-/// Zeroes the sums of some directions, one bit each.
-void clearSums(BlockSums& sums, uint32_t directions);
 
 /// Adds those parts of surfels that lie in the block.
 void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSettings& fusion,

@@ -134,7 +134,6 @@ uint32_t CpuBackend::fuseBlock(const TouchedBlock& block, const BlockEntry& entr
   // A voxel is projected to whichever surfel it falls on, also to one that touches other blocks.
   const uint32_t directions = casts ? block.directions : kAllDirections;
   prefetchBlock(entry, voxels_, directions);
-  clearSums(sums, directions);
   if (casts) {
     cast(block, block_finder_, fusion_, sums);
   } else {

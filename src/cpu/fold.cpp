@@ -16,9 +16,11 @@ class FoldBatch {
 
   bool isFull() const { return count_ == kVoxels; }
 
-  void add(const Voxel* voxels, const VoxelSums* sums, int index) {
+  /// Takes the sums of a voxel, which are zero then.
+  void take(VoxelSums* sums, const Voxel* voxels, int index) {
     const Voxel& voxel = voxels[index];
     const RoundedSums rounded = roundSums(sums[index]);
+    sums[index] = {};
     const int i = count_++;
     index_[i] = index;
     sdf_units_[i] = voxel.sdf_units;
@@ -65,11 +67,11 @@ class FoldBatch {
 };
 
 /// @return whether the array holds anything.
-bool foldArray(const VoxelSums* sums, const VoxelSet& covered, float depth_weight,
+bool foldArray(VoxelSums* sums, const VoxelSet& covered, float depth_weight,
                const FusionSettings& fusion, Voxel* voxels) {
   FoldBatch batch;
   covered.forEach([&](int i) {
-    batch.add(voxels, sums, i);
+    batch.take(sums, voxels, i);
     if (batch.isFull()) batch.foldInto(voxels, depth_weight, fusion);
   });
   batch.foldInto(voxels, depth_weight, fusion);
@@ -82,8 +84,12 @@ uint32_t fold(BlockSums& sums, uint32_t directions, const BlockEntry& entry, flo
               const FusionSettings& fusion, VoxelStore& voxels) {
   uint32_t empty = 0;
   for (int d = 0; d < kDirectionCount; ++d) {
+    if (!(directions >> d & 1)) continue;
     const int32_t array = entry.array[d];
-    if (array == kNoArray || !(directions >> d & 1)) continue;
+    if (array == kNoArray) {
+      std::fill_n(sums.voxel[d], kVoxelsPerBlock, VoxelSums{});
+      continue;
+    }
     findCovered(sums, d);
     const bool observed =
         foldArray(sums.voxel[d], sums.covered[d], depth_weight, fusion, voxels.array(array));

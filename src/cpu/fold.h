@@ -6,7 +6,8 @@
 
 namespace dtsdf {
 
-/// Folds the sums of those directions (one bit each) that the block has an array of.
+/// Folds the sums of those directions (one bit each) that the block has an array of, and zeroes the
+/// sums of all of them.
 /// @return those of them whose arrays hold nothing.
 uint32_t fold(BlockSums& sums, uint32_t directions, const BlockEntry& entry, float depth_weight,
               const FusionSettings& fusion, VoxelStore& voxels);

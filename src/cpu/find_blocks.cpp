@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "cpu/line_batch.h"
 #include "threads/parallel.h"
 
 namespace dtsdf {
@@ -41,24 +40,18 @@ void BlockFinder::Share::order() {
   for (const Entry& entry : entries) ordered[next[entry.bin]++] = entry.surfel;
 }
 
-void BlockFinder::addLines(const FrameSensing& sensing, LineBatch& batch, Share& share) {
-  batch.compute(sensing, fusion_);
+void BlockFinder::addLine(const Surfel& surfel, uint32_t number, const FrameSensing& sensing,
+                          Share& share) {
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
-  for (int i = 0; i < batch.count(); ++i) {
-    const uint32_t number = batch.number(i);
-    const SampleLine line = batch.line(i);
-    const DirectionSet set = batch.directions(i);
-    const uint32_t directions = directionMask(set);
-    const MeasuredSides sides = batch.sides(i, sensing.image.frame);
-    lines_[number] = {line,
-                      {set.weight[0], set.weight[1], set.weight[2]},
-                      static_cast<uint8_t>(directions),
-                      sides.areMeasured()};
-    if (sides.areMeasured()) sides_[number] = sides;
-    visitBlocks(line,
-                [&](const Vec3i& block) { share.add(block, origin_block, directions, number); });
-  }
-  batch.clear();
+  const CastLine cast = makeCastLine(surfel, sensing, fusion_);
+  const float* weight = cast.directions.weight;
+  const uint32_t directions = directionMask(cast.directions);
+  const bool has_sides = cast.sides.areMeasured();
+  lines_[number] = {
+      cast.line, {weight[0], weight[1], weight[2]}, static_cast<uint8_t>(directions), has_sides};
+  if (has_sides) sides_[number] = cast.sides;
+  visitBlocks(cast.line,
+              [&](const Vec3i& block) { share.add(block, origin_block, directions, number); });
 }
 
 void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
@@ -68,7 +61,7 @@ void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
   lines_.makeRoom(count);
   sides_.makeRoom(count);
   shares_.resize(threads_);
-  parallelFor<LineBatch>(shares_.size(), threads_, [&](size_t part, LineBatch& batch) {
+  parallelFor(shares_.size(), threads_, [&](size_t part) {
     Share& share = shares_[part];
     share.reset();
     const size_t first = count * part / shares_.size(), end = count * (part + 1) / shares_.size();
@@ -77,12 +70,10 @@ void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
       const size_t last = std::min(begin + list.size(), end);
       for (size_t i = std::max(begin, first); i < last; ++i) {
         const Surfel& surfel = list[i - begin];
-        if (surfel.weight > 0.0f) batch.add(surfel, static_cast<uint32_t>(i));
-        if (batch.isFull()) addLines(sensing, batch, share);
+        if (surfel.weight > 0.0f) addLine(surfel, static_cast<uint32_t>(i), sensing, share);
       }
       begin += list.size();
     }
-    addLines(sensing, batch, share);
     share.order();
   });
   merge();

@@ -35,8 +35,6 @@ struct TouchedBlock {
   std::vector<SurfelRange> surfels;
 };
 
-class LineBatch;
-
 class BlockFinder {
  public:
   BlockFinder(const FusionSettings& fusion, int threads) : fusion_(fusion), threads_(threads) {}
@@ -89,7 +87,7 @@ class BlockFinder {
     void reset();
   };
 
-  void addLines(const FrameSensing& sensing, LineBatch& batch, Share& share);
+  void addLine(const Surfel& surfel, uint32_t number, const FrameSensing& sensing, Share& share);
   void merge();
 
   const FusionSettings fusion_;

@@ -25,6 +25,10 @@ ListedPixels singlesOf(const ImageView& image, const Pixel& first, int end_u,
   return listed;
 }
 
+void append(const Surfel& surfel, std::vector<Surfel>& surfels) {
+  if (surfel.weight > 0.0f) surfels.push_back(surfel);
+}
+
 }  // namespace
 
 SurfelMaker::SurfelMaker(const MapperParams& params, const SurfelRules& rules, int threads)
@@ -84,26 +88,26 @@ void SurfelMaker::makePixelSurfels(const FrameSensing& sensing) {
   lists_.resize(1);
   lists_.front().resize(static_cast<size_t>(frame.width) * frame.height);
   std::vector<size_t> counts(frame.height, 0);
-  parallelFor(frame.height, threads_, [&](size_t row) {
-    counts[row] = makeRow(sensing, static_cast<int>(row));
-  });
+  parallelFor(frame.height, threads_,
+              [&](size_t row) { counts[row] = makeRow(sensing, static_cast<int>(row)); });
   count_ = std::accumulate(counts.begin(), counts.end(), size_t{0});
 }
 
 void SurfelMaker::makeListOfSurfels(const FrameSensing& sensing) {
   lists_.resize(patchesAlong(sensing.image.frame.height));
-  parallelFor<Scratch>(lists_.size(), threads_, [&](size_t row, Scratch& scratch) {
+  using Patches = std::vector<MergedPatch>;
+  parallelFor<Patches>(lists_.size(), threads_, [&](size_t row, Patches& patches) {
     lists_[row].clear();
-    makePatches(sensing, static_cast<int>(row) * kPatchSide, scratch, lists_[row]);
+    makePatches(sensing, static_cast<int>(row) * kPatchSide, patches, lists_[row]);
   });
   count_ = 0;
   for (const std::vector<Surfel>& list : lists_) count_ += list.size();
 }
 
-void SurfelMaker::makePatches(const FrameSensing& sensing, int first_v, Scratch& scratch,
+void SurfelMaker::makePatches(const FrameSensing& sensing, int first_v,
+                              std::vector<MergedPatch>& patches,
                               std::vector<Surfel>& surfels) const {
   const FrameView& frame = sensing.image.frame;
-  std::vector<MergedPatch>& patches = scratch.patches;
   const int end_v = std::min(first_v + kPatchSide, frame.height);
   PixelSpan span{0, 0};
   for (int v = first_v; v < end_v; ++v) {
@@ -115,31 +119,27 @@ void SurfelMaker::makePatches(const FrameSensing& sensing, int first_v, Scratch&
     patches[u / kPatchSide] = mergePatch(sensing.image, {u, first_v}, surfel_settings_);
   }
   for (int v = first_v; v < end_v; ++v) {
-    makeSingles(sensing, v, span, scratch, surfels);
+    makeSingles(sensing, v, span, patches, surfels);
     if (v % kQuadSide != 0) continue;  // no square begins here
     for (int u = span.begin; u < span.end; u += kQuadSide) {
       const int side = mergedSide(patches[u / kPatchSide], {u, v});
       if (side <= 1) continue;
-      scratch.batch.add(frame, seenSquare(sensing, {{u, v}, side}, surfel_settings_), surfels);
+      append(makeMergedSurfel(sensing, {{u, v}, side}, surfel_settings_), surfels);
     }
   }
-  scratch.batch.finish(frame, surfels);
 }
 
 /// Appends the surfels of those pixels of a row that are not merged.
 void SurfelMaker::makeSingles(const FrameSensing& sensing, int v, const PixelSpan& span,
-                              Scratch& scratch, std::vector<Surfel>& surfels) const {
-  const FrameView& frame = sensing.image.frame;
+                              const std::vector<MergedPatch>& patches,
+                              std::vector<Surfel>& surfels) const {
   const auto make = [&](int u, const LineFit& column) {
     const PixelMeasurement pixel = subdividedPixel(sensing, {u, v}, column, surfel_settings_);
     const int count = subpixelCount(pixel.subdivision);
-    for (int i = 0; i < count; ++i) {
-      scratch.batch.add(frame, seenSubpixel(sensing.image, pixel, i), surfels);
-    }
+    for (int i = 0; i < count; ++i) append(makeSubpixelSurfel(sensing.image, pixel, i), surfels);
   };
   for (int u = span.begin; u < span.end; u += kStretch) {
-    visitColumnFits(sensing, {u, v}, singlesOf(sensing.image, {u, v}, span.end, scratch.patches),
-                    make);
+    visitColumnFits(sensing, {u, v}, singlesOf(sensing.image, {u, v}, span.end, patches), make);
   }
 }
 

@@ -6,7 +6,6 @@
 #include "backend/rules.h"
 #include "cpu/measured_span.h"
 #include "cpu/stretch_fit.h"
-#include "cpu/surfel_batch.h"
 #include "dtsdf_mapping/params/mapper_params.h"
 #include "kernels/surfels/surfel.h"
 
@@ -40,17 +39,11 @@ class SurfelMaker {
   void makePixelSurfels(const FrameSensing& sensing);
   size_t makeRow(const FrameSensing& sensing, int v);
   void makeListOfSurfels(const FrameSensing& sensing);
-  /// What a thread works in.
-  struct Scratch {
-    std::vector<MergedPatch> patches;
-    SurfelBatch batch;
-  };
-
-  /// Appends the surfels of the patches whose first row is `first_v`.
-  void makePatches(const FrameSensing& sensing, int first_v, Scratch& scratch,
+  /// Appends the surfels of the patches whose first row is `first_v`; `patches` is scratch.
+  void makePatches(const FrameSensing& sensing, int first_v, std::vector<MergedPatch>& patches,
                    std::vector<Surfel>& surfels) const;
-  void makeSingles(const FrameSensing& sensing, int v, const PixelSpan& span, Scratch& scratch,
-                   std::vector<Surfel>& surfels) const;
+  void makeSingles(const FrameSensing& sensing, int v, const PixelSpan& span,
+                   const std::vector<MergedPatch>& patches, std::vector<Surfel>& surfels) const;
   template <class Visit>
   void visitColumnFits(const FrameSensing& sensing, const Pixel& first, const ListedPixels& wanted,
                        const Visit& visit) const;

@@ -13,7 +13,7 @@ constexpr int kCornerGridSide = kBlockSide + 1;
 constexpr int kGridCorners = kCornerGridSide * kCornerGridSide * kCornerGridSide;
 constexpr int kGridEdges = kGridCorners * 3 * 2;
 
-DTSDF_HD int cornerIndex(int x, int y, int z) {
+DTSDF_HD constexpr int cornerIndex(int x, int y, int z) {
   return x + kCornerGridSide * (y + kCornerGridSide * z);
 }
 
@@ -24,7 +24,7 @@ DTSDF_HD Vec3i cornerAt(int index) {
 
 /// BlockVertex::edge from the edge's lower corner, its axis and its facing (0: behind at the lower
 /// end); and back.
-DTSDF_HD int edgeNumber(int corner, int axis, int facing) {
+DTSDF_HD constexpr int edgeNumber(int corner, int axis, int facing) {
   return (corner * 3 + axis) * 2 + facing;
 }
 DTSDF_HD int edgeCorner(int edge) { return edge / 6; }

@@ -6,13 +6,14 @@
 
 namespace dtsdf {
 
-/// Edge of the corner grid that is edge e (0 to 11) of a unit with a given index: the index tells
-/// the facing.
+/// The first edge of a unit: by how much its edges' numbers differ from those of the first unit.
+DTSDF_HD int firstEdge(const Vec3i& unit) {
+  return edgeNumber(cornerIndex(unit.x, unit.y, unit.z), 0, 0);
+}
+
+/// Edge of the corner grid that is edge e (0 to 11) of a unit with a given index.
 DTSDF_HD int unitEdge(const Vec3i& unit, int e, uint8_t index) {
-  const int lower = edgeLowerCorner(e);
-  const int corner =
-      cornerIndex(unit.x + (lower & 1), unit.y + (lower >> 1 & 1), unit.z + (lower >> 2 & 1));
-  return edgeNumber(corner, e / 4, (index >> lower & 1) ? 0 : 1);
+  return firstEdge(unit) + firstUnitEdge(e, index);
 }
 
 DTSDF_HD uint32_t countTriangles(const MeshTables& tables, const UnitIndices& indices) {
@@ -25,10 +26,11 @@ DTSDF_HD uint32_t countTriangles(const MeshTables& tables, const UnitIndices& in
 template <class Visit>
 DTSDF_HD void visitTriangleEdges(const MeshTables& tables, const UnitIndices& indices,
                                  const Vec3i& unit, const Visit& visit) {
+  const int first_edge = firstEdge(unit);
   for (int s = 0; s < kMaxSheets; ++s) {
     const uint8_t index = indices.sheet[s];
     for (int k = 0; k < 3 * tables.triangle_count[index]; ++k) {
-      visit(unitEdge(unit, tables.triangle_edge[index][k], index));
+      visit(first_edge + tables.grid_edge[index][k]);
     }
   }
 }

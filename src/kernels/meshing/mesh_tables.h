@@ -11,7 +11,7 @@
 
 #include <cstdint>
 
-#include "kernels/core/host_device.h"
+#include "kernels/meshing/corner_grid.h"
 
 namespace dtsdf {
 
@@ -29,10 +29,19 @@ DTSDF_HD constexpr int edgeLowerCorner(int e) {
   return e < 4 ? (e & 3) << 1 : (e < 8 ? (e & 1) | (e & 2) << 1 : e & 3);
 }
 
+/// Edge of the corner grid that is edge e (0 to 11) of the block's first unit: the unit's index
+/// says which way it faces.
+DTSDF_HD constexpr int firstUnitEdge(int e, int index) {
+  const int lower = edgeLowerCorner(e);
+  return edgeNumber(cornerIndex(lower & 1, lower >> 1 & 1, lower >> 2 & 1), e / 4,
+                    (index >> lower & 1) ? 0 : 1);
+}
+
 struct MeshTables {
   /// Triangles of an index: three edges each, counter-clockwise seen from the front.
   uint8_t triangle_count[256];
   uint8_t triangle_edge[256][3 * kMaxTriangles];
+  uint16_t grid_edge[256][3 * kMaxTriangles];  ///< The firstUnitEdge() of each.
   /// Unconnected surface components of an index: for each, the index that has this component only.
   uint8_t component_count[256];
   uint8_t component[256][kMaxComponents];
@@ -147,10 +156,11 @@ constexpr MeshTables make() {
       unsigned loop_edges = 0;
       for (int i = 0; i < loop.length; ++i) loop_edges |= 1u << loop.edge[i];
       for (int i = 1; i + 1 < loop.length; ++i) {
-        uint8_t* triangle = &tables.triangle_edge[index][3 * tables.triangle_count[index]++];
+        const int first = 3 * tables.triangle_count[index]++;
         for (int k = 0; k < 3; ++k) {
-          const int at = k == 0 ? fan : fan + i + k - 1;
-          triangle[k] = static_cast<uint8_t>(loop.edge[at % loop.length]);
+          const int e = loop.edge[(k == 0 ? fan : fan + i + k - 1) % loop.length];
+          tables.triangle_edge[index][first + k] = static_cast<uint8_t>(e);
+          tables.grid_edge[index][first + k] = static_cast<uint16_t>(firstUnitEdge(e, index));
         }
       }
       done |= loop_edges;

@@ -113,12 +113,13 @@ DTSDF_HD void visitRefinedTriangles(const MeshTables& tables, const RefineTables
                                     const UnitIndices& indices, const Vec3i& unit,
                                     uint32_t first_middle, const VertexOf& vertexOf,
                                     const IsGap& isGap, const Visit& visit) {
+  const int first_edge = firstEdge(unit);
   for (int s = 0; s < kMaxSheets; ++s) {
     const uint8_t index = indices.sheet[s];
     for (int t = 0; t < tables.triangle_count[index]; ++t) {
       uint32_t corner[3], middle[3];
       for (int k = 0; k < 3; ++k) {
-        corner[k] = vertexOf(unitEdge(unit, tables.triangle_edge[index][3 * t + k], index));
+        corner[k] = vertexOf(first_edge + tables.grid_edge[index][3 * t + k]);
         middle[k] = first_middle + refine_tables.triangle_side[index][3 * t + k];
       }
       if (isGap(corner)) {

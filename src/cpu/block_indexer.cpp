@@ -68,17 +68,17 @@ void copyPart(const Voxel* voxels, int n, int32_t least_evidence, float* sdf, fl
 
 }  // namespace
 
-void BlockIndexer::findArrays() {
+void BlockIndexer::findArrays(const ArraysAround& arrays) {
   present_ = 0;
   for (int n = 0; n < kCornerBlocks; ++n) {
-    corner_arrays_[n] = arrays_->at(cornerBlockOffset(n));
+    corner_arrays_[n] = arrays.array[aroundNumber(cornerBlockOffset(n))];
     for (int d = 0; d < kDirectionCount; ++d) {
       present_ |= (corner_arrays_[n][d] != nullptr ? 1u : 0u) << d;
     }
   }
 }
 
-inline void BlockIndexer::collect() {
+inline void BlockIndexer::collect(int32_t least_evidence) {
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!(present_ >> d & 1)) continue;
     for (int n = 0; n < kCornerBlocks; ++n) {
@@ -86,8 +86,7 @@ inline void BlockIndexer::collect() {
       const uint32_t bit = 1u << d;
       if (voxels == nullptr && !(held_[n] & bit)) continue;  // as most: nothing there before either
       held_[n] = voxels == nullptr ? held_[n] & ~bit : held_[n] | bit;
-      copyPart(voxels == nullptr ? kNothing : voxels, n, arrays_->leastEvidence(), sdf_[d],
-               weight_[d]);
+      copyPart(voxels == nullptr ? kNothing : voxels, n, least_evidence, sdf_[d], weight_[d]);
     }
   }
 }
@@ -145,12 +144,22 @@ bool BlockIndexer::hasCandidates() const {
   return row < kRows;
 }
 
-IndexedBlock BlockIndexer::index(const MeshSettings& rules, const NearbyArrays& arrays,
+/// Most edges are crossed by few directions: no others are read.
+BlockVertex BlockIndexer::makeVertex(const MeshSettings& rules, const ArraysAround& arrays,
+                                     int edge, bool directional) const {
+  const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
+  const uint32_t crossing =
+      crossingDirections(sides_[corner], sides_[corner + cornerStride(axis)], axis, facing);
+  const uint32_t read = crossing != 0 ? crossing : speakingOnEdge(axis, facing);
+  const EdgeVoxels voxels(arrays, edge, directional, read);
+  return voxels.vertex(rules, directional ? crossing : voxels.crossing());
+}
+
+IndexedBlock BlockIndexer::index(const MeshSettings& rules, const ArraysAround& arrays,
                                  bool directional) {
-  arrays_ = &arrays;
-  findArrays();
+  findArrays(arrays);
   withWidestVectors([&] {
-    collect();
+    collect(arrays.least_evidence);
     markSides();
     findCandidates();
   });
@@ -164,7 +173,7 @@ IndexedBlock BlockIndexer::index(const MeshSettings& rules, const NearbyArrays& 
   }
   result.vertices.reserve(edges_.count());
   edges_.forEach(
-      [&](int edge) { result.vertices.push_back(makeVertex(rules, *this, edge, directional)); });
+      [&](int edge) { result.vertices.push_back(makeVertex(rules, arrays, edge, directional)); });
   if (std::all_of(result.labels.begin(), result.labels.end(), saysNothing)) result.labels.clear();
   return result;
 }

@@ -143,10 +143,11 @@ void BlockMesher::indexBlocks(std::vector<int32_t> slots, bool with_vertices) {
   parallelFor<BlockIndexer>(slots.size(), threads_, [&](size_t i, BlockIndexer& indexer) {
     if (i + 1 < slots.size()) prefetchBlock(table_.block(slots[i + 1]), voxels_);
     SlotState& state = state_[slots[i]];
-    const NearbyArrays arrays(table_, voxels_, table_.block(slots[i]).key, least_evidence_);
+    const ArraysAround arrays = arraysAround(
+        table_, voxels_, slotsAround(table_, table_.block(slots[i]).key), least_evidence_);
     IndexedBlock block = indexer.index(rules_, arrays, directional_);
     if (!with_vertices) block.vertices.clear();
-    if (refined_) state.normals = vertexNormals(indexer, block.vertices, directional_);
+    if (refined_) state.normals = vertexNormals(arrays, block.vertices, directional_);
     held_bytes_ += bytesOf(block.labels) - bytesOf(state.labels);  // wraps round and back
     state.labels = std::move(block.labels);
     state.vertices = std::move(block.vertices);
@@ -155,19 +156,24 @@ void BlockMesher::indexBlocks(std::vector<int32_t> slots, bool with_vertices) {
   });
 }
 
-bool BlockMesher::makeSurface(int32_t slot, BlockSurface& surface, BlockMesh& mesh) const {
+bool BlockMesher::makeSurface(int32_t slot, BlockSurface& surface, BlockRefiner* refiner,
+                              BlockMesh& mesh) const {
   mesh.key = table_.block(slot).key;
   mesh.vertices.clear();
-  if (state_[slot].labels.empty()) return false;
+  const SlotState& state = state_[slot];
+  if (state.labels.empty()) return false;
+  const SlotsAround around = slotsAround(table_, mesh.key);
   LabelNeighbourhood labels;
   for (int n = 0; n < kBlocksAround; ++n) {
-    const int32_t beside = table_.find(packKey(mesh.key + aroundOffset(n)));
-    const bool empty = beside < 0 || state_[beside].labels.empty();
-    labels[n] = empty ? nullptr : state_[beside].labels.data();
+    const bool empty = around[n] < 0 || state_[around[n]].labels.empty();
+    labels[n] = empty ? nullptr : state_[around[n]].labels.data();
   }
-  const NearbyArrays arrays(table_, voxels_, mesh.key, least_evidence_);
+  const ArraysAround arrays = arraysAround(table_, voxels_, around, least_evidence_);
   surface.regularise(labels, rules_.most_loose_units);
-  surface.emit(rules_, arrays, state_[slot].vertices, directional_, mesh);
+  surface.emit(rules_, arrays, state.vertices, directional_, mesh);
+  if (refiner != nullptr) {
+    refiner->refine(rules_, arrays, surface, {state.vertices, state.normals}, directional_, mesh);
+  }
   return true;
 }
 
@@ -208,7 +214,7 @@ void BlockMesher::show(int32_t slot, std::unique_ptr<const BlockMesh> mesh) {
 const BlockMesh* BlockMesher::shownMesh(int32_t slot, BlockSurface& surface) {
   if (isOutdated(slot)) {
     auto mesh = std::make_unique<BlockMesh>();
-    const bool has_surface = makeSurface(slot, surface, *mesh);
+    const bool has_surface = makeSurface(slot, surface, nullptr, *mesh);
     dropGaps(*mesh);
     mesh->colours = coloursOf(*mesh);
     if (!has_surface) mesh.reset();
@@ -226,15 +232,10 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
       if (has_colours_) prefetchColours(table_.block(slots[i + 1]), table_, map_.colours);
     }
     BlockMesh& mesh = meshes[i];
-    SlotState& state = state_[slots[i]];
     if (shows_) show(slots[i], nullptr);
-    if (refined_) state.made = 0;  // views want it as it was before
-    if (!makeSurface(slots[i], scratch.surface, mesh)) return;
-    if (refined_) {
-      const NearbyArrays arrays(table_, voxels_, mesh.key, least_evidence_);
-      scratch.refiner.refine(rules_, arrays, scratch.surface, {state.vertices, state.normals},
-                             directional_, mesh);
-    }
+    if (refined_) state_[slots[i]].made = 0;  // views want it as it was before
+    BlockRefiner* const refiner = refined_ ? &scratch.refiner : nullptr;
+    if (!makeSurface(slots[i], scratch.surface, refiner, mesh)) return;
     dropGaps(mesh);
     mesh.colours = coloursOf(mesh);
     if (shows_ && !refined_) show(slots[i], std::make_unique<BlockMesh>(mesh));

@@ -16,6 +16,8 @@
 
 namespace dtsdf {
 
+class BlockRefiner;
+
 class BlockMesher {
  public:
   BlockMesher(const MeshedMap& map, const MeshSettings& rules, bool directional, int threads,
@@ -110,8 +112,10 @@ class BlockMesher {
   /// Whether labels or colours that a block's shown mesh depends on changed since it was made.
   bool isOutdated(int32_t slot) const;
 
-  /// The mesh of a block before refinement, without colours. @return whether it has a surface.
-  bool makeSurface(int32_t slot, BlockSurface& surface, BlockMesh& mesh) const;
+  /// The mesh of a block without colours, refined if there is a refiner. @return whether it has a
+  /// surface.
+  bool makeSurface(int32_t slot, BlockSurface& surface, BlockRefiner* refiner,
+                   BlockMesh& mesh) const;
   std::vector<VertexColour> coloursOf(const BlockMesh& mesh) const {
     if (!has_colours_) return {};
     return vertexColours(colouredCorners(map_, mesh.key, least_evidence_), mesh.vertices,

@@ -2,7 +2,18 @@
 
 namespace dtsdf {
 
-void BlockRefiner::findNormals(const NearbyArrays& arrays, const KnownNormals& known,
+std::vector<Vec3f> vertexNormals(const ArraysAround& arrays,
+                                 const std::vector<BlockVertex>& vertices, bool directional) {
+  std::vector<Vec3f> normals;
+  normals.reserve(vertices.size());
+  for (const BlockVertex& vertex : vertices) {
+    normals.push_back(
+        vertexNormal(arrays, static_cast<int>(vertex.edge), vertex.position, directional));
+  }
+  return normals;
+}
+
+void BlockRefiner::findNormals(const ArraysAround& arrays, const KnownNormals& known,
                                bool directional, const BlockMesh& mesh) {
   normals_.clear();
   size_t next = 0;
@@ -26,7 +37,7 @@ void BlockRefiner::addMiddles(const BlockSurface& surface, const SurfaceUnit& un
   });
 }
 
-void BlockRefiner::refine(const MeshSettings& rules, const NearbyArrays& arrays,
+void BlockRefiner::refine(const MeshSettings& rules, const ArraysAround& arrays,
                           const BlockSurface& surface, const KnownNormals& known, bool directional,
                           BlockMesh& mesh) {
   findNormals(arrays, known, directional, mesh);

@@ -10,19 +10,9 @@
 
 namespace dtsdf {
 
-/// Normals of a block's edge vertices, in their order. `Samples` are of the block's corner grid and
-/// one more layer around it.
-template <class Samples>
-std::vector<Vec3f> vertexNormals(const Samples& samples, const std::vector<BlockVertex>& vertices,
-                                 bool directional) {
-  std::vector<Vec3f> normals;
-  normals.reserve(vertices.size());
-  for (const BlockVertex& vertex : vertices) {
-    normals.push_back(
-        vertexNormal(samples, static_cast<int>(vertex.edge), vertex.position, directional));
-  }
-  return normals;
-}
+/// Normals of a block's edge vertices, in their order.
+std::vector<Vec3f> vertexNormals(const ArraysAround& arrays,
+                                 const std::vector<BlockVertex>& vertices, bool directional);
 
 /// Some of a block's vertices, sorted by edge, and their normals.
 struct KnownNormals {
@@ -34,11 +24,11 @@ struct KnownNormals {
 class BlockRefiner {
  public:
   /// Refines the mesh that the surface has made.
-  void refine(const MeshSettings& rules, const NearbyArrays& arrays, const BlockSurface& surface,
+  void refine(const MeshSettings& rules, const ArraysAround& arrays, const BlockSurface& surface,
               const KnownNormals& known, bool directional, BlockMesh& mesh);
 
  private:
-  void findNormals(const NearbyArrays& arrays, const KnownNormals& known, bool directional,
+  void findNormals(const ArraysAround& arrays, const KnownNormals& known, bool directional,
                    const BlockMesh& mesh);
   void addMiddles(const BlockSurface& surface, const SurfaceUnit& unit, BlockMesh& mesh) const;
 

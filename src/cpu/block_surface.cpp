@@ -24,6 +24,14 @@ UnitRange rangeOf(int offset) {
   return {0, offset > 0 ? 1 : kBlockSide};
 }
 
+/// The vertex of an edge of which nothing is known.
+BlockVertex makeVertex(const MeshSettings& rules, const ArraysAround& arrays, int edge,
+                       bool directional) {
+  const uint32_t may_cross = speakingOnEdge(edgeAxis(edge), edgeFacing(edge));
+  const EdgeVoxels voxels(arrays, edge, directional, may_cross);
+  return voxels.vertex(rules, voxels.crossing());
+}
+
 }  // namespace
 
 /// What cornerBalance() gathers for a corner, spread by the units, of which most say nothing.
@@ -107,7 +115,7 @@ void BlockSurface::regularise(const LabelNeighbourhood& labels, int most_loose_u
   if (loose != BlockBits{}) addUnits(own, loose);  // once more, as few blocks have any
 }
 
-void BlockSurface::emit(const MeshSettings& rules, const NearbyArrays& arrays,
+void BlockSurface::emit(const MeshSettings& rules, const ArraysAround& arrays,
                         const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh) {
   mesh.vertices.reserve(edges_.count());
   drawn_vertices_.clear();

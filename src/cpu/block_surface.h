@@ -28,7 +28,7 @@ class BlockSurface {
 
   /// Vertices and triangles of what was regularised, those in gaps marked. Few edges differ from
   /// those before: `known` holds the vertices of some, sorted by edge.
-  void emit(const MeshSettings& rules, const NearbyArrays& arrays,
+  void emit(const MeshSettings& rules, const ArraysAround& arrays,
             const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh);
 
   /// Of what was regularised: its units, and, once it is emitted, the vertices of its edges.

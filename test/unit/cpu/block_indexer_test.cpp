@@ -29,7 +29,7 @@ int compareVertices(uint32_t seed) {
                     1u << random() % 22, random() % 4);
     }
   }
-  const NearbyArrays arrays(table, voxels, key, 1);
+  const ArraysAround arrays = arraysAround(table, voxels, slotsAround(table, key), 1);
   const MeshSettings rules;
   MeshSettings unheld;
   unheld.measured_pull = 0.0f;
@@ -37,8 +37,9 @@ int compareVertices(uint32_t seed) {
   int moved = 0;
   for (const BlockVertex& vertex : indexer.index(rules, arrays, true).vertices) {
     const int edge = static_cast<int>(vertex.edge);
-    const Vec3f held = makeVertex(rules, arrays, edge, true).position;
-    const Vec3f free = makeVertex(unheld, arrays, edge, true).position;
+    const EdgeVoxels voxels(arrays, edge, true, kAllDirections);
+    const Vec3f held = voxels.vertex(rules, voxels.crossing()).position;
+    const Vec3f free = voxels.vertex(unheld, voxels.crossing()).position;
     EXPECT_EQ(vertex.position.x, held.x) << edge;
     EXPECT_EQ(vertex.position.y, held.y) << edge;
     EXPECT_EQ(vertex.position.z, held.z) << edge;

@@ -1,109 +1,10 @@
 #include "cpu/vertex_colours.h"
 
 #include <algorithm>
-#include <cstring>
 #include <optional>
-
-#include "cpu/lanes.h"
-#include "cpu/voxel_row.h"
-#include "cpu/widest_vectors.h"
 
 namespace dtsdf {
 namespace {
-
-/// As many colours as there are lanes.
-struct LaneVoxelColours {
-  LaneInts word;
-};
-
-LaneInts byteOf(const LaneVoxelColours& colours, int number) {
-  constexpr bool kLittle = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__;
-  return LaneInts(colours.word.v >> (kLittle ? 8 * number : 24 - 8 * number) & 255);
-}
-
-/// For meanOnEdge().
-LaneInts isPainted(const LaneVoxelColours& colours) { return byteOf(colours, 3) != LaneInts(0); }
-RgbOf<LaneFloats> rgbOf(const LaneVoxelColours& colours) {
-  return {toFloats(byteOf(colours, 0)), toFloats(byteOf(colours, 1)), toFloats(byteOf(colours, 2))};
-}
-
-const VoxelColour kNoColours[kVoxelsPerBrick] = {};
-const Voxel kNoVoxels[kVoxelsPerBlock] = {};
-
-/// Some edges, side by side, for meanOnEdge().
-class EdgeLanes {
- public:
-  EdgeLanes(const ColouredCorners& corners, const BlockVertex* vertices, int count,
-            bool directional)
-      : least_evidence_(corners.voxels.least_evidence) {
-    for (int k = 0; k < kLanes; ++k) {
-      const auto edge = static_cast<int>(vertices[std::min(k, count - 1)].edge);
-      const AskedEdge asked = askedEdge(corners, edge, directional);
-      lower_[k] = endAt(corners, asked.lower);
-      upper_[k] = endAt(corners, asked.upper);
-      asked_.v[k] = static_cast<int32_t>(asked.directions);
-      facing_.v[k] = edgeFacing(edge);
-    }
-  }
-
-  ColourMeanOf<LaneFloats> mean() const { return meanOnEdge<LaneFloats>(asked_, facing_, *this); }
-
-  LaneVoxelColours colour(int direction, bool upper) const {
-    const End* ends = upper ? upper_ : lower_;
-    LaneVoxelColours colours;
-    for (int k = 0; k < kLanes; ++k) {
-      const VoxelColour* brick = ends[k].bricks[direction][ends[k].brick];
-      brick = brick == nullptr ? kNoColours : brick;
-      int32_t colour;
-      std::memcpy(&colour, brick + ends[k].in_brick, sizeof(colour));
-      colours.word.v[k] = colour;
-    }
-    return colours;
-  }
-
-  SampleOf<LaneFloats> sample(int direction, bool upper) const {
-    const End* ends = upper ? upper_ : lower_;
-    LaneInts first, state;
-    for (int k = 0; k < kLanes; ++k) {
-      const Voxel* array = ends[k].arrays[direction];
-      array = array == nullptr ? kNoVoxels : array;
-      int32_t words[2];
-      std::memcpy(words, array + ends[k].voxel, sizeof(words));
-      first.v[k] = words[0];
-      state.v[k] = words[1];
-    }
-    return VoxelRow(first, state).samples(least_evidence_);
-  }
-
- private:
-  /// Where its colours and its voxels lie, by direction.
-  struct End {
-    const VoxelColour* const (*bricks)[kBricksPerArray];
-    const Voxel* const* arrays;
-    int32_t brick, in_brick, voxel;
-  };
-  static End endAt(const ColouredCorners& corners, const CornerSource& at) {
-    return {corners.colours[at.block], corners.voxels.array[at.block], brickOf(at.voxel),
-            placeInBrick(at.voxel), at.voxel};
-  }
-
-  End lower_[kLanes], upper_[kLanes];
-  LaneInts asked_, facing_;
-  int32_t least_evidence_;
-};
-
-/// As colourOf() of each.
-void storeColours(const ColourMeanOf<LaneFloats>& mean, int count, VertexColour* colours) {
-  const RgbOf<LaneFloats> rgb = roundedMean(mean);
-  const LaneInts red = cutOff(rgb.red), green = cutOff(rgb.green), blue = cutOff(rgb.blue);
-  const LaneInts painted = mean.weight > LaneFloats(0.0f);
-  for (int k = 0; k < count; ++k) {
-    colours[k] = {static_cast<uint8_t>(red.v[k] & painted.v[k]),
-                  static_cast<uint8_t>(green.v[k] & painted.v[k]),
-                  static_cast<uint8_t>(blue.v[k] & painted.v[k]),
-                  static_cast<uint8_t>(painted.v[k])};
-  }
-}
 
 /// The painted voxels of one brick's corners.
 void enterPainted(int block, int direction, int brick, PaintedCorners& corners) {
@@ -135,18 +36,13 @@ PaintedCorners paintedCorners(const ColouredCorners& coloured) {
 /// The first `count` vertices, which are those of edges.
 void colourEdges(const ColouredCorners& corners, const std::vector<BlockVertex>& vertices,
                  size_t count, bool directional, std::vector<VertexColour>& colours) {
-  withWidestVectors([&] {
-    for (size_t first = 0; first < count; first += kLanes) {
-      const int lanes = static_cast<int>(std::min<size_t>(kLanes, count - first));
-      const EdgeLanes edges(corners, vertices.data() + first, lanes, directional);
-      storeColours(edges.mean(), lanes, colours.data() + first);
-    }
-  });
-  std::optional<PaintedCorners> painted;
+  std::optional<PaintedCorners> painted;  // as most vertices have a colour of their own
   for (size_t i = 0; i < count; ++i) {
+    const auto edge = static_cast<int>(vertices[i].edge);
+    colours[i] = ownColour(corners, edge, directional);
     if (colours[i].painted != 0) continue;
     if (!painted) painted = paintedCorners(corners);
-    colours[i] = colourBeside(*painted, static_cast<int>(vertices[i].edge), directional);
+    colours[i] = colourBeside(*painted, edge, directional);
   }
 }
 

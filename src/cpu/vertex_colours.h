@@ -21,8 +21,7 @@ struct MeshedMap {
 /// be known.
 ColouredCorners colouredCorners(const MeshedMap& map, const BlockKey& key, int32_t least_evidence);
 
-/// One for each of a block's vertices; those of edges are found side by side. Same bits as
-/// vertexColourOf().
+/// The vertexColourOf() of each of a block's vertices.
 std::vector<VertexColour> vertexColours(const ColouredCorners& corners,
                                         const std::vector<BlockVertex>& vertices, bool directional);
 

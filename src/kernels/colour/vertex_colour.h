@@ -14,99 +14,28 @@ DTSDF_HD Rgb rgbOf(const VoxelColour& colour) {
           static_cast<float>(colour.blue)};
 }
 
-/// A weighted mean of colours; of one vertex, or of several at once.
-template <class Real>
-struct ColourMeanOf {
-  Real red{0.0f}, green{0.0f}, blue{0.0f}, weight{0.0f};
+/// A weighted mean of colours.
+struct ColourMean {
+  float red = 0.0f, green = 0.0f, blue = 0.0f, weight = 0.0f;
 };
-using ColourMean = ColourMeanOf<float>;
 
 /// Adds a colour, unless it is not painted: then nothing.
-template <class Real, class Colour>
-DTSDF_HD void addTo(ColourMeanOf<Real>& mean, const Colour& colour, const Real& weight) {
-  const Real counted = select(isPainted(colour), weight, Real(0.0f));
-  const RgbOf<Real> rgb = rgbOf(colour);
+DTSDF_HD void addTo(ColourMean& mean, const VoxelColour& colour, float weight) {
+  const float counted = isPainted(colour) ? weight : 0.0f;
+  const Rgb rgb = rgbOf(colour);
   mean.red = mean.red + counted * rgb.red;
   mean.green = mean.green + counted * rgb.green;
   mean.blue = mean.blue + counted * rgb.blue;
   mean.weight = mean.weight + counted;
 }
 
-/// To be cut off.
-template <class Real>
-DTSDF_HD RgbOf<Real> roundedMean(const ColourMeanOf<Real>& mean) {
-  const auto rounded = [&](const Real& sum) {
-    return minimum(sum / mean.weight, Real(255.0f)) + Real(0.5f);
-  };
-  return {rounded(mean.red), rounded(mean.green), rounded(mean.blue)};
-}
-
 /// Not painted where nothing was added.
 DTSDF_HD VertexColour colourOf(const ColourMean& mean) {
   if (!(mean.weight > 0.0f)) return {0, 0, 0, 0};
-  const Rgb rgb = roundedMean(mean);
-  return {static_cast<uint8_t>(rgb.red), static_cast<uint8_t>(rgb.green),
-          static_cast<uint8_t>(rgb.blue), 255};
-}
-
-/// What one direction has at an end of an edge.
-template <class Real, class Colour>
-struct ColouredSampleOf {
-  SampleOf<Real> sample;
-  Colour colour;
-};
-using ColouredSample = ColouredSampleOf<float, VoxelColour>;
-
-template <class Real, class Colour>
-DTSDF_HD ColouredSampleOf<Real, Colour> coloured(const SampleOf<Real>& sample,
-                                                 const Colour& colour) {
-  return {sample, colour};
-}
-
-/// Adds one direction's colours on an edge. Where its surface crosses the edge, the colour there is
-/// between those of the ends, as the surface is: colours stand at the feet of voxels, and the foot
-/// of the vertex divides the way between theirs in the same ratio.
-template <class Real, class Colour>
-DTSDF_HD void addDirection(ColourMeanOf<Real>& mean, const ColouredSampleOf<Real, Colour>& lower,
-                           const ColouredSampleOf<Real, Colour>& upper, const Real& weight) {
-  const Real from_lower = magnitude(lower.sample.sdf), from_upper = magnitude(upper.sample.sdf);
-  const Real length = from_lower + from_upper;
-  const Real at = select(length > Real(0.0f), from_lower / length, Real(0.5f));
-  const Real least(1e-3f);  // an end that is the only painted one counts even if far off
-  addTo(mean, lower.colour, weight * maximum(Real(1.0f) - at, least));
-  addTo(mean, upper.colour, weight * maximum(at, least));
-}
-
-/// The colour of a vertex, or of several; without weight if no voxel is painted that tells.
-/// `ends.colour(direction, upper)` gives what a direction has at the edge's lower or upper end,
-/// `ends.sample(direction, upper)` its sample. The directions that cross the edge as the vertex
-/// does tell, as for its position; where none does, all that are asked, a bit each. Those without
-/// paint there add nothing, so their samples are not read.
-template <class Real, class Int, class Ends>
-DTSDF_HD ColourMeanOf<Real> meanOnEdge(const Int& asked, const Int& facing, const Ends& ends) {
-  ColourMeanOf<Real> crossing, speaking;
-  visitDirections(anyBits(asked), [&](int d) {
-    const auto lower_colour = ends.colour(d, false), upper_colour = ends.colour(d, true);
-    const auto is_asked = (asked >> d & Int(1)) != Int(0);
-    if (!any(is_asked & (isPainted(lower_colour) | isPainted(upper_colour)))) return;
-    const auto lower = coloured(ends.sample(d, false), lower_colour);
-    const auto upper = coloured(ends.sample(d, true), upper_colour);
-    const Real none(0.0f);
-    const auto is_crossing = is_asked & crosses(lower.sample, upper.sample, facing);
-    if (isWorthABranch(is_crossing)) {
-      addDirection(crossing, lower, upper,
-                   select(is_crossing, lower.sample.weight * upper.sample.weight, none));
-    }
-    if (isWorthABranch(none >= crossing.weight)) {  // else these do not count
-      addTo(speaking, lower.colour, select(is_asked, lower.sample.weight, none));
-      addTo(speaking, upper.colour, select(is_asked, upper.sample.weight, none));
-    }
-  });
-  const auto is_crossed = crossing.weight > Real(0.0f);  // as most are
-  return {select(is_crossed, crossing.red, speaking.red),
-          select(is_crossed, crossing.green, speaking.green),
-          select(is_crossed, crossing.blue, speaking.blue),
-          select(is_crossed, crossing.weight, speaking.weight)};
+  const auto rounded = [&](float sum) {
+    return static_cast<uint8_t>(minimum(sum / mean.weight, 255.0f) + 0.5f);
+  };
+  return {rounded(mean.red), rounded(mean.green), rounded(mean.blue), 255};
 }
 
 /// The voxels and colours that the corners of a block's units lie in; null where there are none.
@@ -226,6 +155,47 @@ DTSDF_HD AskedEdge askedEdge(const ColouredCorners& corners, int edge, bool dire
   return {lower, upper, directional ? kept & speakingOnEdge(axis, edgeFacing(edge)) : kept};
 }
 
+/// What one direction has at an end of an edge.
+struct ColouredSample {
+  Sample sample;
+  VoxelColour colour;
+};
+
+/// Adds one direction's colours on an edge that its surface crosses. The colour there is between
+/// those of the ends, as the surface is: colours stand at the feet of voxels, and the foot of the
+/// vertex divides the way between theirs in the same ratio.
+DTSDF_HD void addCrossing(ColourMean& mean, const ColouredSample& lower,
+                          const ColouredSample& upper) {
+  const float from_lower = fabsf(lower.sample.sdf), from_upper = fabsf(upper.sample.sdf);
+  const float length = from_lower + from_upper;
+  const float at = length > 0.0f ? from_lower / length : 0.5f;
+  const float weight = lower.sample.weight * upper.sample.weight;
+  const float least = 1e-3f;  // an end that is the only painted one counts even if far off
+  addTo(mean, lower.colour, weight * maximum(1.0f - at, least));
+  addTo(mean, upper.colour, weight * maximum(at, least));
+}
+
+/// The colour of a vertex; without weight if no voxel is painted that tells.
+/// `ends.colour(direction, upper)` gives what a direction has at the edge's lower or upper end,
+/// `ends.sample(direction, upper)` its sample. The directions that cross the edge as the vertex
+/// does tell, as for its position; where none does, all that are asked, a bit each. Those without
+/// paint there add nothing, so their samples are not read.
+template <class Ends>
+DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const Ends& ends) {
+  ColourMean crossing, speaking;
+  visitDirections(asked, [&](int d) {
+    const VoxelColour lower_colour = ends.colour(d, false), upper_colour = ends.colour(d, true);
+    if (!isPainted(lower_colour) && !isPainted(upper_colour)) return;
+    const ColouredSample lower{ends.sample(d, false), lower_colour},
+        upper{ends.sample(d, true), upper_colour};
+    if (crosses(lower.sample, upper.sample, facing)) addCrossing(crossing, lower, upper);
+    if (crossing.weight > 0.0f) return;  // then the others do not count
+    addTo(speaking, lower.colour, lower.sample.weight);
+    addTo(speaking, upper.colour, upper.sample.weight);
+  });
+  return crossing.weight > 0.0f ? crossing : speaking;  // as most are
+}
+
 /// For meanOnEdge().
 struct EdgeColours {
   const ColouredCorners& corners;
@@ -252,8 +222,7 @@ DTSDF_HD VertexColour colourBeside(const Corners& corners, int edge, bool direct
 /// That of the vertex on an edge, by the voxels at its ends.
 DTSDF_HD VertexColour ownColour(const ColouredCorners& corners, int edge, bool directional) {
   const AskedEdge asked = askedEdge(corners, edge, directional);
-  return colourOf(meanOnEdge<float>(asked.directions, static_cast<uint32_t>(edgeFacing(edge)),
-                                    EdgeColours{corners, asked}));
+  return colourOf(meanOnEdge(asked.directions, edgeFacing(edge), EdgeColours{corners, asked}));
 }
 
 /// The colour of the vertex on an edge of a block.

@@ -45,12 +45,10 @@ DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing, float nearnes
 
 /// Whether a direction's surface with the given facing crosses between two samples. Facing 0 is
 /// behind at the lower end. Branch-free: which directions cross is anybody's guess.
-template <class Real, class Int>
-DTSDF_HD auto crosses(const SampleOf<Real>& lower, const SampleOf<Real>& upper, const Int& facing) {
-  const Real none(0.0f);
-  const auto behind_lower = facing == Int(0);
-  return ((lower.sdf < none) == behind_lower) & ((upper.sdf < none) != behind_lower) &
-         (lower.weight > none) & (upper.weight > none);
+DTSDF_HD bool crosses(const Sample& lower, const Sample& upper, int facing) {
+  const bool behind_lower = facing == 0;
+  return ((lower.sdf < 0.0f) == behind_lower) & ((upper.sdf < 0.0f) != behind_lower) &
+         (lower.weight > 0.0f) & (upper.weight > 0.0f);
 }
 
 /// The directions that cross an edge on their own, bit d for direction d.
@@ -58,8 +56,7 @@ template <class Edge>
 DTSDF_HD uint32_t crossingDirections(const Edge& edge, int axis, int facing) {
   uint32_t crossing = 0;
   for (int d = 0; d < kDirectionCount; ++d) {
-    const uint32_t crossed = crosses(edge.lower[d], edge.upper[d], facing);
-    crossing |= crossed << d;
+    crossing |= (crosses(edge.lower[d], edge.upper[d], facing) ? 1u : 0u) << d;
   }
   return crossing & speakingOnEdge(axis, facing);
 }

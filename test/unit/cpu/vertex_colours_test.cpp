@@ -1,4 +1,4 @@
-// The colours of a block's vertices, several at once, against one after the other.
+// The colours of a block's vertices against the rule for each.
 #include "cpu/vertex_colours.h"
 
 #include <gtest/gtest.h>

@@ -13,8 +13,7 @@ struct Ends {
   Sample sample(int d, bool is_upper) const { return (is_upper ? upper : lower)[d].sample; }
 
   VertexColour colour(int facing) const {
-    return colourOf(
-        meanOnEdge<float>(speakingOnEdge(0, facing), static_cast<uint32_t>(facing), *this));
+    return colourOf(meanOnEdge(speakingOnEdge(0, facing), facing, *this));
   }
 };
 

@@ -94,8 +94,21 @@ void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const PixelSpan& s
                          const FusionSettings& settings, float* __restrict__ free_depth) {
   const FrameSensing sensing = of_frame;  // copies of their own, which no result can overlap
   const FusionSettings fusion = settings;
+  const ImageView& image = sensing.image;
+  const int64_t first = pixelIndex(image.frame, {0, v}), width = image.frame.width;
+  const bool has_above = v > 0, has_below = v < image.frame.height - 1;
+  const float* const value = image.row_value + first;
+  const PixelLinks* const links = image.links + first;
+  const float* const above = has_above ? value - width : value;  // which counts for nothing
+  const float* const below = has_below ? value + width : value;
+  const PixelLinks* const links_above = has_above ? links - width : links;
+  const float takes_above = has_above ? 1.0f : 0.0f, takes_below = has_below ? 1.0f : 0.0f;
   for (int u = span.begin; u < span.end; ++u) {
-    free_depth[u] = freeDepth(sensing, {u, v}, fusion);
+    const PlaneAround plane{image.inverse_depth[first + u], value[u],
+                            image.row_slope[first + u],     takes_above * above[u],
+                            takes_below * below[u],         links[u],
+                            links_above[u]};
+    free_depth[u] = freeDepth(sensing, {u, v}, plane, fusion);
   }
 }
 
@@ -191,18 +204,23 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
   });
 }
 
-/// By lines of one step after the other; no two steps have a kind in common.
+/// By lines of one step after the other; no two steps have a kind in common. Lines whose middle is
+/// not measured are not looked at.
 DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
   NoiseOfLines kinds[kNoiseKinds] = {};
   const auto measured = [&](int u, int v) { return measured_.row(v)[u]; };
   parallelFor(kNoiseSteps, threads_, [&](size_t step) {
     NoiseBins bins[kNoiseKinds];
-    for (int i = 0; i < kNoisePoints; ++i) {
-      const NoiseLinePlace place =
-          noiseLinePlace(i, static_cast<int>(step), view.width, view.height);
-      const NoiseLine line = noiseLine(measured, view.width, view.height, place);
-      const float variance = noiseVariance(line, surfel_settings_);
-      if (variance >= 0.0f) bins[place.kind].add(variance);
+    for (int row = 0; row < kNoiseRows; ++row) {
+      const PixelSpan& span = measured_.span(noisePoint(0, row, view.width, view.height).v);
+      for (int column = 0; column < kNoiseColumns && !span.isEmpty(); ++column) {
+        const Pixel middle = noisePoint(column, row, view.width, view.height);
+        if (middle.u < span.begin || middle.u >= span.end) continue;
+        const NoiseLinePlace place = noiseLinePlace(column, row, middle, static_cast<int>(step));
+        const NoiseLine line = noiseLine(measured, view.width, view.height, place);
+        const float variance = noiseVariance(line, surfel_settings_);
+        if (variance >= 0.0f) bins[place.kind].add(variance);
+      }
     }
     for (int kind = 0; kind < kNoiseKinds; ++kind) {
       if (bins[kind].lines > 0) kinds[kind] = bins[kind].noise();

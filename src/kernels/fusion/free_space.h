@@ -25,55 +25,68 @@
 
 namespace dtsdf {
 
+/// What a pixel knows of its plane: its fit along the row, those of the pixels above and below it,
+/// and which of them lie on one surface; 0 where the image has none.
+struct PlaneAround {
+  float inverse_depth;
+  float row_value, row_slope, above, below;
+  PixelLinks links, links_above;
+};
+
+DTSDF_HD PlaneAround planeAround(const ImageView& image, const Pixel& pixel) {
+  const int64_t at = pixelIndex(image.frame, pixel), width = image.frame.width;
+  const bool has_above = pixel.v > 0, has_below = pixel.v < image.frame.height - 1;
+  return {image.inverse_depth[at],
+          image.row_value[at],
+          image.row_slope[at],
+          has_above ? image.row_value[at - width] : 0.0f,
+          has_below ? image.row_value[at + width] : 0.0f,
+          image.links[at],
+          has_above ? image.links[at - width] : PixelLinks{0}};
+}
+
 /// A slope that may not be known.
 struct MaybeSlope {
   float slope;
-  bool known;
+  int32_t known;  ///< 1 or 0: GCC makes no vectors of a bool in a struct.
 };
 
 /// Slope of inverse depth down a column, between the row fits on the sides that are linked.
-DTSDF_HD MaybeSlope slopeDown(const ImageView& image, const Pixel& pixel) {
-  const int width = image.frame.width;
-  const int64_t at = pixelIndex(image.frame, pixel);
-  const float* value = image.row_value + at;
-  const float above = pixel.v > 0 ? value[-width] : 0.0f;
-  const float below = pixel.v < image.frame.height - 1 ? value[width] : 0.0f;
-  const bool to_above = above > 0.0f && (image.links[at - width] & kLinkDown) != 0;
-  const bool to_below = below > 0.0f && (image.links[at] & kLinkDown) != 0;
-  const float upper = *value - above, lower = below - *value;
-  return {to_above ? (to_below ? 0.5f * (upper + lower) : upper) : lower, to_above || to_below};
+DTSDF_HD MaybeSlope slopeDown(const PlaneAround& plane) {
+  const int32_t to_above = (plane.above > 0.0f) & ((plane.links_above & kLinkDown) != 0);
+  const int32_t to_below = (plane.below > 0.0f) & ((plane.links & kLinkDown) != 0);
+  const float upper = plane.row_value - plane.above, lower = plane.below - plane.row_value;
+  const float from_above = to_below != 0 ? 0.5f * (upper + lower) : upper;
+  return {to_above != 0 ? from_above : lower, to_above | to_below};
 }
 
-/// Depth in metres up to which the ray of a pixel is free that measures `depth_m`: up to there,
-/// less a margin across its plane.
-DTSDF_HD float freeBefore(const FrameSensing& sensing, const Pixel& pixel, float depth_m,
-                          const FusionSettings& fusion) {
+/// Depth in metres up to which the ray of a pixel is free: that of its plane, less a margin across
+/// it; 0 where it is empty. What lies before a measurement beyond the range that is fused is free as
+/// well. Branch-free, for vectors.
+DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel, const PlaneAround& plane,
+                         const FusionSettings& fusion) {
   const FrameView& frame = sensing.image.frame;
-  const int64_t at = pixelIndex(frame, pixel);
+  const float inverse_depth = fabsf(plane.inverse_depth);
+  const float depth_m = 1.0f / inverse_depth;
   const float margin_m =
       frame.voxel_size_m *
       (fusion.rules.free_margin + fusion.noise_level * noiseInVoxels(sensing, depth_m));
-  if (!(sensing.image.row_value[at] > 0.0f)) return depth_m - margin_m;
-  const MaybeSlope down = slopeDown(sensing.image, pixel);
-  if (!down.known) return depth_m - margin_m;
+  const MaybeSlope down = slopeDown(plane);
   // With the plane 1 / z = n^T (x, y, 1), a point at depth z on the pixel's ray is
   // (1 - z / depth) / |n| off.
   const Intrinsics& K = frame.intrinsics;
-  const float slope_u = sensing.image.row_slope[at], slope_v = down.slope;
+  const float slope_u = plane.row_slope, slope_v = down.slope;
   const Vec3f n{K.fx * slope_u, K.fy * slope_v,
                 1.0f / depth_m - (static_cast<float>(pixel.u) - K.cx) * slope_u -
                     (static_cast<float>(pixel.v) - K.cy) * slope_v};
-  return depth_m - margin_m * norm(n) * depth_m;
+  const bool has_plane = (plane.row_value > 0.0f) & (down.known != 0);
+  const float free_m = depth_m - (has_plane ? margin_m * norm(n) * depth_m : margin_m);
+  return (inverse_depth > 0.0f) & (free_m > 0.0f) ? free_m : 0.0f;
 }
 
-/// Depth in metres up to which the ray of a pixel is free; 0 where it is empty. What lies
-/// before a measurement beyond the range that is fused is free as well.
 DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
                          const FusionSettings& fusion) {
-  const FrameView& frame = sensing.image.frame;
-  const float inverse_depth = fabsf(sensing.image.inverse_depth[pixelIndex(frame, pixel)]);
-  if (!(inverse_depth > 0.0f)) return 0.0f;
-  return maximum(freeBefore(sensing, pixel, 1.0f / inverse_depth, fusion), 0.0f);
+  return freeDepth(sensing, pixel, planeAround(sensing.image, pixel), fusion);
 }
 
 /// Mean difference of a voxel's distance from those of its two neighbours along an axis, of which

@@ -35,14 +35,23 @@ struct NoiseLinePlace {
   int kind;
 };
 
-/// The line of a step at the point of an index, from 0 to kNoisePoints - 1; along the row and down
-/// the column by turns. In images smaller than the grid lines come up, and count, more than once.
-DTSDF_HD NoiseLinePlace noiseLinePlace(int index, int step, int width, int height) {
-  const int column = index % kNoiseColumns, row = index / kNoiseColumns;
-  const Pixel middle{(2 * column + 1) * width / (2 * kNoiseColumns),
-                     (2 * row + 1) * height / (2 * kNoiseRows)};
+/// Where a point of the grid lies in the image. In images smaller than the grid pixels come up, and
+/// count, more than once.
+DTSDF_HD Pixel noisePoint(int column, int row, int width, int height) {
+  return {(2 * column + 1) * width / (2 * kNoiseColumns),
+          (2 * row + 1) * height / (2 * kNoiseRows)};
+}
+
+/// The line of a step at a point of the grid; along the row and down the column by turns.
+DTSDF_HD NoiseLinePlace noiseLinePlace(int column, int row, const Pixel& middle, int step) {
   const int step_px = step == 0 ? 3 : (step == 1 ? 7 : 1), odd = (column + row) % 2;
   return {middle, step_px, odd == 1, step < 2 ? 2 * step + odd : kShortLines};
+}
+
+/// The same by the point's index, from 0 to kNoisePoints - 1.
+DTSDF_HD NoiseLinePlace noiseLinePlace(int index, int step, int width, int height) {
+  const int column = index % kNoiseColumns, row = index / kNoiseColumns;
+  return noiseLinePlace(column, row, noisePoint(column, row, width, height), step);
 }
 
 /// Samples of a line.

@@ -51,14 +51,14 @@ TEST(SlopeDown, IsThatOfTheRowsThatAreLinked) {
   const ImageView image{frame, value, value, value, links};
   const float slope[4] = {1.0f, 2.0f, 5.5f, 8.0f};
   for (int v = 0; v < 4; ++v) {
-    EXPECT_TRUE(slopeDown(image, {0, v}).known) << v;
-    EXPECT_EQ(slopeDown(image, {0, v}).slope, slope[v]) << v;
+    EXPECT_TRUE(slopeDown(planeAround(image, {0, v})).known) << v;
+    EXPECT_EQ(slopeDown(planeAround(image, {0, v})).slope, slope[v]) << v;
   }
   links[0] = kLinkRight;
-  EXPECT_FALSE(slopeDown(image, {0, 0}).known);
-  EXPECT_EQ(slopeDown(image, {0, 1}).slope, 3.0f);
+  EXPECT_FALSE(slopeDown(planeAround(image, {0, 0})).known);
+  EXPECT_EQ(slopeDown(planeAround(image, {0, 1})).slope, 3.0f);
   links[1] = kLinkRight;
-  EXPECT_FALSE(slopeDown(image, {0, 1}).known);
+  EXPECT_FALSE(slopeDown(planeAround(image, {0, 1})).known);
 }
 
 /// The margin is kept across the plane, whatever its tilt: half a voxel and three deviations.

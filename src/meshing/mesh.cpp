@@ -37,7 +37,7 @@ class Assembler {
       const uint16_t* const corner = &block.triangles[t];
       mesh_.triangles.push_back(
           {joined.number[corner[0]], joined.number[corner[1]], joined.number[corner[2]]});
-      addNormal(block, corner, mesh_.triangles.back(), mesh_.normals);
+      addNormal(block, joined, corner, mesh_.triangles.back(), mesh_.normals);
     }
   }
 

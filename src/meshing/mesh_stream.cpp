@@ -9,77 +9,116 @@
 namespace dtsdf {
 namespace {
 
-/// An edge of the whole grid: the block that owns it and the edge's number in there.
-struct GlobalEdge {
-  PackedKey block;
-  uint32_t edge;
+constexpr uint32_t kNone = UINT32_MAX;
+
+/// Where an edge of a block's corner grid lies in the block that owns it, which is that of its
+/// lower corner: corners on a far face of the grid belong to a neighbour above.
+struct OwnedEdge {
+  uint8_t owner;   ///< See cornerBlockOffset().
+  uint16_t place;  ///< Among the edges on the owner's lower faces; kInside if it is on none.
 };
 
-/// The owner of an edge is the block of its lower corner: corners on a far face of the corner grid
-/// belong to the neighbour.
-GlobalEdge ownerOf(const BlockKey& key, uint32_t edge) {
-  const Vec3i corner = cornerAt(edgeCorner(static_cast<int>(edge)));
-  const Vec3i step{corner.x >> kBlockSideLog2, corner.y >> kBlockSideLog2,
-                   corner.z >> kBlockSideLog2};
-  constexpr int kMask = kBlockSide - 1;
-  const int own = edgeNumber(cornerIndex(corner.x & kMask, corner.y & kMask, corner.z & kMask),
-                             edgeAxis(static_cast<int>(edge)), edgeFacing(static_cast<int>(edge)));
-  return {packKey(key + step), static_cast<uint32_t>(own)};
+/// Only blocks that own them list edges that are not on the lower faces of their block.
+constexpr uint16_t kInside = UINT16_MAX;
+constexpr int kFaceCorners = kBlockSide * kBlockSide, kSharedPlaces = 3 * kFaceCorners * 6;
+
+OwnedEdge ownedEdge(int edge) {
+  const CornerSource source = cornerSource(edgeCorner(edge));
+  const Vec3i at = voxelOffset(source.voxel);
+  const auto place = [&](int face, int u, int v) {
+    const int corner = face * kFaceCorners + u + kBlockSide * v;
+    return static_cast<uint16_t>(edgeNumber(corner, edgeAxis(edge), edgeFacing(edge)));
+  };
+  const auto owner = static_cast<uint8_t>(source.block);
+  if (at.x == 0) return {owner, place(0, at.y, at.z)};
+  if (at.y == 0) return {owner, place(1, at.x, at.z)};
+  if (at.z == 0) return {owner, place(2, at.x, at.y)};
+  return {owner, kInside};
+}
+
+/// Of all edges of the corner grid.
+const std::array<OwnedEdge, kGridEdges>& ownedEdges() {
+  static const std::array<OwnedEdge, kGridEdges> edges = [] {
+    std::array<OwnedEdge, kGridEdges> all;
+    for (int edge = 0; edge < kGridEdges; ++edge) all[edge] = ownedEdge(edge);
+    return all;
+  }();
+  return edges;
 }
 
 }  // namespace
 
+BlockJoiner::BlockJoiner(bool in_order) : in_order_(in_order) {
+  for (Owner& owner : owners_) owner.number.resize(kSharedPlaces, kNone);
+}
+
 const JoinedBlock& BlockJoiner::add(const BlockMesh& block) {
-  const PackedKey key = packKey(block.key);
   // An edge is listed by its owner and by blocks below it, along each axis: none of them comes
   // once the owner is through.
-  if (in_order_) shared_.erase(shared_.begin(), shared_.lower_bound(key));
+  if (in_order_) shared_.erase(shared_.begin(), shared_.lower_bound(packKey(block.key)));
+  open(block.key);
   joined_.fresh.clear();
   joined_.number.resize(block.vertices.size());
+  joined_.faced.resize(block.vertices.size());
   for (size_t i = 0; i < block.vertices.size(); ++i) {
-    joined_.number[i] = numberOf(block, key, i);
+    const uint32_t edge = block.vertices[i].edge;
+    joined_.faced[i] = toFloat(facedWays(edge));
+    joined_.number[i] = numberOf(block, edge);
     if (joined_.number[i] != next_) continue;
     joined_.fresh.push_back(static_cast<uint32_t>(i));
     ++next_;
   }
+  close(block.key);
   return joined_;
 }
 
+/// Lays out what blocks before have entered of the edges that a block may list.
+void BlockJoiner::open(const BlockKey& block) {
+  for (int n = 0; n < kCornerBlocks; ++n) {
+    Owner& owner = owners_[n];
+    const auto shared = shared_.find(packKey(block + cornerBlockOffset(n)));
+    if (shared != shared_.end()) owner.known = shared->second.edges;
+    owner.entered = owner.known.size();
+    for (const SharedEdge& edge : owner.known) owner.number[edge.place] = edge.number;
+  }
+}
+
+/// Enters what the block was the first to list, for blocks to come. In order none of these lists an
+/// edge of this one.
+void BlockJoiner::close(const BlockKey& block) {
+  for (int n = 0; n < kCornerBlocks; ++n) {
+    Owner& owner = owners_[n];
+    for (const SharedEdge& edge : owner.known) owner.number[edge.place] = kNone;
+    if (owner.known.size() > owner.entered && !(n == 0 && in_order_)) {
+      shared_[packKey(block + cornerBlockOffset(n))].edges = owner.known;
+    }
+    owner.known.clear();
+  }
+}
+
 /// The number of a block's vertex in the mesh; the next one if it is new.
-uint32_t BlockJoiner::numberOf(const BlockMesh& block, PackedKey key, size_t i) {
-  const uint32_t edge = block.vertices[i].edge;
-  if (isMiddle(edge)) {
-    const auto first = static_cast<uint32_t>(middleFirst(edge));
-    const auto second = static_cast<uint32_t>(middleSecond(edge));
-    const auto [low, high] = std::minmax(number_of_edge_[first], number_of_edge_[second]);
-    const PackedKey last =
-        std::min(ownerOf(block.key, first).block, ownerOf(block.key, second).block);
-    // Also those that no other block lists: units side by side in this one both list them.
-    return shared_[last].sides.emplace(GlobalSide{low, high}, next_).first->second;
-  }
-  const GlobalEdge owned = ownerOf(block.key, edge);
-  number_of_edge_[edge] = numberOfEdge(owned.block, owned.edge, key);
-  return number_of_edge_[edge];
+uint32_t BlockJoiner::numberOf(const BlockMesh& block, uint32_t edge) {
+  if (!isMiddle(edge)) return number_of_edge_[edge] = numberOfEdge(edge);
+  const int first = middleFirst(edge), second = middleSecond(edge);
+  const auto [low, high] = std::minmax(number_of_edge_[first], number_of_edge_[second]);
+  const auto ownerOf = [&](int end) {
+    return packKey(block.key + cornerBlockOffset(ownedEdges()[end].owner));
+  };
+  const PackedKey last = std::min(ownerOf(first), ownerOf(second));
+  // Also those that no other block lists: units side by side in this one both list them.
+  return shared_[last].sides.emplace(GlobalSide{low, high}, next_).first->second;
 }
 
-/// Looks an edge up, and enters it, unless its owner is this block, which lists it once and last.
-uint32_t BlockJoiner::numberOfEdge(PackedKey owner, uint32_t edge, PackedKey key) {
-  if (owner != key || !in_order_) {
-    return shared_[owner].edges.emplace(edge, next_).first->second;
+uint32_t BlockJoiner::numberOfEdge(uint32_t edge) {
+  const OwnedEdge& owned = ownedEdges()[edge];
+  if (owned.place == kInside) return next_;
+  Owner& owner = owners_[owned.owner];
+  uint32_t& number = owner.number[owned.place];
+  if (number == kNone) {
+    number = next_;
+    owner.known.push_back({owned.place, next_});
   }
-  const auto shared = shared_.find(key);
-  if (shared == shared_.end()) return next_;
-  const auto entry = shared->second.edges.find(edge);
-  return entry == shared->second.edges.end() ? next_ : entry->second;
-}
-
-void addNormal(const BlockMesh& block, const uint16_t* corner, const std::array<uint32_t, 3>& t,
-               std::vector<Vec3f>& normals) {
-  const auto position = [&](int i) { return block.vertices[corner[i]].position; };
-  const Vec3f n = cross(position(1) - position(0), position(2) - position(0));
-  const auto faced = [&](int i) { return facedWays(block.vertices[corner[i]].edge); };
-  const float turn = dot(n, toFloat(faced(0) + faced(1) + faced(2))) < 0.0f ? -1.0f : 1.0f;
-  for (const uint32_t v : t) normals[v] = normals[v] + turn * n;
+  return number;
 }
 
 void makeUnit(std::vector<Vec3f>& normals) {
@@ -109,7 +148,7 @@ void MeshStream::add(const BlockMesh& block) {
     const std::array<uint32_t, 3> triangle{joined.number[corner[0]], joined.number[corner[1]],
                                            joined.number[corner[2]]};
     sink_.triangle(triangle);
-    addNormal(block, corner, inWindow(triangle), window_.normals);
+    addNormal(block, joined, corner, inWindow(triangle), window_.normals);
   }
   // A vertex is listed by blocks side by side only: by none beyond the next one on each axis.
   open_.push_back({packKey(block.key + Vec3i{1, 1, 1}), end()});

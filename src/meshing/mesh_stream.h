@@ -21,6 +21,7 @@ namespace dtsdf {
 struct JoinedBlock {
   std::vector<uint32_t> number;  ///< Of each vertex among those of all blocks.
   std::vector<uint32_t> fresh;   ///< Which of them no block before had; numbered in this order.
+  std::vector<Vec3f> faced;      ///< The way that each vertex's edge faces, see facedWays().
 };
 
 /// Numbers the vertices of blocks in the order in which they are added. Keeps only which vertices
@@ -29,7 +30,7 @@ class BlockJoiner {
  public:
   /// `in_order`: blocks will be added by rising packed keys, and what none shares any more is
   /// forgotten.
-  explicit BlockJoiner(bool in_order) : in_order_(in_order) {}
+  explicit BlockJoiner(bool in_order);
 
   /// The result is valid until the next call.
   const JoinedBlock& add(const BlockMesh& block);
@@ -48,19 +49,35 @@ class BlockJoiner {
     }
   };
 
+  /// A vertex on one of the lower faces of the block that owns its edge.
+  struct SharedEdge {
+    uint16_t place;  ///< Of the edge among those on these faces.
+    uint32_t number;
+  };
+
   /// Vertices that more than one block may list, by the block that is the last to list them.
   struct SharedVertices {
-    std::unordered_map<uint32_t, uint32_t> edges;  ///< Number in the mesh, by the owner's edge.
+    std::vector<SharedEdge> edges;
     std::unordered_map<GlobalSide, uint32_t, GlobalSideHash> sides;
   };
 
-  uint32_t numberOf(const BlockMesh& block, PackedKey key, size_t i);
-  uint32_t numberOfEdge(PackedKey owner, uint32_t edge, PackedKey key);
+  /// What a block above one, or this itself, shares with it, while this is added.
+  struct Owner {
+    std::vector<uint32_t> number;   ///< By the places of edges; all kNone between blocks.
+    std::vector<SharedEdge> known;  ///< What `number` has.
+    size_t entered = 0;             ///< So many of them the owner had before.
+  };
+
+  uint32_t numberOf(const BlockMesh& block, uint32_t edge);
+  uint32_t numberOfEdge(uint32_t edge);
+  void open(const BlockKey& block);
+  void close(const BlockKey& block);
 
   const bool in_order_;
   uint32_t next_ = 0;  ///< The number of the next vertex that is new.
   JoinedBlock joined_;
   std::map<PackedKey, SharedVertices> shared_;
+  std::array<Owner, kCornerBlocks> owners_;  ///< By cornerBlockOffset().
   /// Of those in the block that is being added.
   std::array<uint32_t, kGridEdges> number_of_edge_ = {};
 };
@@ -69,8 +86,15 @@ class BlockJoiner {
 /// its vertices `t`, by its area. At the rim of what was seen anchoring may fold a triangle: it
 /// faces against what its edges face, which no triangle does whose vertices are on their edges. Its
 /// normal counts turned round. From positions in the block, which are as good anywhere in the map.
-void addNormal(const BlockMesh& block, const uint16_t* corner, const std::array<uint32_t, 3>& t,
-               std::vector<Vec3f>& normals);
+inline void addNormal(const BlockMesh& block, const JoinedBlock& joined, const uint16_t* corner,
+                      const std::array<uint32_t, 3>& t, std::vector<Vec3f>& normals) {
+  const uint16_t a = corner[0], b = corner[1], c = corner[2];
+  const Vec3f& first = block.vertices[a].position;
+  const Vec3f n = cross(block.vertices[b].position - first, block.vertices[c].position - first);
+  const Vec3f faced = joined.faced[a] + joined.faced[b] + joined.faced[c];
+  const float turn = dot(n, faced) < 0.0f ? -1.0f : 1.0f;
+  for (const uint32_t v : t) normals[v] = normals[v] + turn * n;
+}
 
 /// Makes sums of normals unit normals; up where they are 0.
 void makeUnit(std::vector<Vec3f>& normals);

@@ -20,6 +20,12 @@ constexpr int kMostLatticeSteps = 65535;
 constexpr size_t kMostVertices16 = 65536;
 constexpr float kNormalUnits = 32767.0f;
 
+/// Rounds to the nearest whole number, halves away from zero.
+int16_t roundToUnits(float units) {
+  const double half = units < 0.0f ? -0.5 : 0.5;
+  return static_cast<int16_t>(static_cast<double>(units) + half);
+}
+
 /// Joins the blocks of a chunk.
 class ChunkPacker {
  public:
@@ -33,41 +39,52 @@ class ChunkPacker {
     }
   }
 
+  /// Room for these many, so that nothing moves as blocks are added.
+  void reserve(size_t vertices, size_t triangles) {
+    chunk_.positions.reserve(3 * vertices);
+    normals_.reserve(vertices);
+    colours_.reserve(vertices);
+    chunk_.triangles32.reserve(3 * triangles);
+  }
+
   void add(const BlockMesh& block) {
     const JoinedBlock& joined = joiner_.add(block);
-    for (const uint32_t i : joined.fresh) addVertex(block, i);
+    const Vec3i voxel = firstVoxelOfBlock(block.key) - corner_;
+    for (const uint32_t i : joined.fresh) {
+      const Vec3f& p = block.vertices[i].position;
+      const uint16_t steps[3] = {stepsOf(voxel.x, p.x), stepsOf(voxel.y, p.y),
+                                 stepsOf(voxel.z, p.z)};
+      chunk_.positions.insert(chunk_.positions.end(), steps, steps + 3);
+      colours_.push_back(block.colours.empty() ? VertexColour{} : block.colours[i]);
+    }
+    normals_.resize(colours_.size(), {0.0f, 0.0f, 0.0f});
     for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
       const uint16_t* const corner = &block.triangles[t];
-      triangles_.push_back(
-          {joined.number[corner[0]], joined.number[corner[1]], joined.number[corner[2]]});
-      addNormal(block, corner, triangles_.back(), normals_);
+      const std::array<uint32_t, 3> triangle{joined.number[corner[0]], joined.number[corner[1]],
+                                             joined.number[corner[2]]};
+      chunk_.triangles32.insert(chunk_.triangles32.end(), triangle.begin(), triangle.end());
+      addNormal(block, joined, corner, triangle, normals_);
     }
   }
 
   PackedChunk finish() {
     addNormals();
     addColours();
-    addTriangles();
+    if (normals_.size() <= kMostVertices16) {
+      chunk_.triangles16.assign(chunk_.triangles32.begin(), chunk_.triangles32.end());
+      chunk_.triangles32 = std::vector<uint32_t>();
+    }
     return std::move(chunk_);
   }
 
  private:
-  void addVertex(const BlockMesh& block, uint32_t i) {
-    const Vec3i voxel = firstVoxelOfBlock(block.key) - corner_;
-    const Vec3f& p = block.vertices[i].position;
-    chunk_.positions.push_back(stepsOf(voxel.x, p.x));
-    chunk_.positions.push_back(stepsOf(voxel.y, p.y));
-    chunk_.positions.push_back(stepsOf(voxel.z, p.z));
-    normals_.push_back({0.0f, 0.0f, 0.0f});
-    colours_.push_back(block.colours.empty() ? VertexColour{} : block.colours[i]);
-  }
-
   /// Rounded in its block, where whoever repeats a vertex has the same bits but for whole voxels:
-  /// the sum with these is exact.
+  /// the sum with these is exact. In double, in which a position in steps is exact as well.
   uint16_t stepsOf(int voxel, float position) const {
-    const double steps = std::floor(static_cast<double>(position) * steps_per_voxel_ + 0.5);
-    return static_cast<uint16_t>((voxel + kVoxelsBeyond) * steps_per_voxel_ +
-                                 static_cast<int>(steps));
+    const double steps = static_cast<double>(position) * steps_per_voxel_ + 0.5;
+    const auto truncated = static_cast<int>(steps);
+    const int rounded = truncated - (truncated > steps ? 1 : 0);
+    return static_cast<uint16_t>((voxel + kVoxelsBeyond) * steps_per_voxel_ + rounded);
   }
 
   void addNormals() {
@@ -93,28 +110,12 @@ class ChunkPacker {
     }
   }
 
-  void addTriangles() {
-    if (normals_.size() <= kMostVertices16) {
-      addTriangles(chunk_.triangles16);
-    } else {
-      addTriangles(chunk_.triangles32);
-    }
-  }
-  template <class Index>
-  void addTriangles(std::vector<Index>& indices) const {
-    indices.reserve(3 * triangles_.size());
-    for (const auto& triangle : triangles_) {
-      for (const uint32_t vertex : triangle) indices.push_back(static_cast<Index>(vertex));
-    }
-  }
-
   int steps_per_voxel_;
   Vec3i corner_;  ///< First voxel of the chunk.
   PackedChunk chunk_;
   BlockJoiner joiner_;
   std::vector<Vec3f> normals_;
   std::vector<VertexColour> colours_;
-  std::vector<std::array<uint32_t, 3>> triangles_;
 };
 
 float foldSign(float value) { return value < 0.0f ? -1.0f : 1.0f; }
@@ -150,11 +151,18 @@ ChunkLattice::ChunkLattice(float voxel_size_m, int chunk_blocks)
 
 PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const BlockKey& corner,
                       const std::vector<PackedKey>& blocks) {
-  ChunkPacker packer(lattice, corner, std::is_sorted(blocks.begin(), blocks.end()));
+  std::vector<const BlockMesh*> meshes;
+  size_t vertices = 0, triangles = 0;
   for (const PackedKey key : blocks) {
     const auto it = mesh.blocks().find(key);
-    if (it != mesh.blocks().end()) packer.add(*it->second);
+    if (it == mesh.blocks().end()) continue;
+    meshes.push_back(it->second.get());
+    vertices += it->second->vertices.size();
+    triangles += it->second->triangles.size() / 3;
   }
+  ChunkPacker packer(lattice, corner, std::is_sorted(blocks.begin(), blocks.end()));
+  packer.reserve(vertices, triangles);
+  for (const BlockMesh* block : meshes) packer.add(*block);
   return packer.finish();
 }
 
@@ -209,8 +217,7 @@ std::array<int16_t, 2> packedNormal(const Vec3f& normal) {
     v = (1.0f - std::abs(u)) * foldSign(v);
     u = folded;
   }
-  return {static_cast<int16_t>(std::lround(u * kNormalUnits)),
-          static_cast<int16_t>(std::lround(v * kNormalUnits))};
+  return {roundToUnits(u * kNormalUnits), roundToUnits(v * kNormalUnits)};
 }
 
 Vec3f normalOfPacked(int16_t u, int16_t v) {

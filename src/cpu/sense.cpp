@@ -104,9 +104,12 @@ void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const PixelSpan& s
   const PixelLinks* const links_above = has_above ? links - width : links;
   const float takes_above = has_above ? 1.0f : 0.0f, takes_below = has_below ? 1.0f : 0.0f;
   for (int u = span.begin; u < span.end; ++u) {
-    const PlaneAround plane{image.inverse_depth[first + u], value[u],
-                            image.row_slope[first + u],     takes_above * above[u],
-                            takes_below * below[u],         links[u],
+    const PlaneAround plane{image.inverse_depth[first + u],
+                            value[u],
+                            image.row_slope[first + u],
+                            takes_above * above[u],
+                            takes_below * below[u],
+                            links[u],
                             links_above[u]};
     free_depth[u] = freeDepth(sensing, {u, v}, plane, fusion);
   }

@@ -61,8 +61,8 @@ DTSDF_HD MaybeSlope slopeDown(const PlaneAround& plane) {
 }
 
 /// Depth in metres up to which the ray of a pixel is free: that of its plane, less a margin across
-/// it; 0 where it is empty. What lies before a measurement beyond the range that is fused is free as
-/// well. Branch-free, for vectors.
+/// it; 0 where it is empty. What lies before a measurement beyond the range that is fused is free
+/// as well. Branch-free, for vectors.
 DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel, const PlaneAround& plane,
                          const FusionSettings& fusion) {
   const FrameView& frame = sensing.image.frame;

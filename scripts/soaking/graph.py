@@ -5,6 +5,7 @@ import shutil
 import signal
 import socket
 import subprocess
+import sys
 import time
 
 
@@ -18,12 +19,27 @@ def program(name):
     return path
 
 
+def free_port():
+    with socket.socket() as free:
+        free.bind(("", 0))
+        return free.getsockname()[1]
+
+
+def run_in_build(build, command, **env):
+    """Starts a script with a build's environment."""
+    wrapper = pathlib.Path(build) / "devel" / "env.sh"
+    if not wrapper.exists():
+        sys.exit(f"{wrapper} does not exist: build with ROS first (scripts/test), or give --build")
+    env = dict(os.environ, ROS_HOSTNAME="localhost", PATH="/usr/bin:" + os.environ["PATH"], **env)
+    return subprocess.Popen([str(wrapper), "/usr/bin/python3", *command], env=env)
+
+
 def wait_until(condition, timeout_s, what):
     deadline = time.monotonic() + timeout_s
     while not condition():
         if time.monotonic() > deadline:
             raise TimeoutError(what)
-        time.sleep(0.1)
+        time.sleep(0.05)
 
 
 class Graph:
@@ -33,9 +49,7 @@ class Graph:
         self.logs = pathlib.Path(folder) / "logs"
         self.logs.mkdir(parents=True, exist_ok=True)
         self.programs = []
-        with socket.socket() as free:
-            free.bind(("", 0))
-            self.port = free.getsockname()[1]
+        self.port = free_port()
         os.environ["ROS_MASTER_URI"] = f"http://localhost:{self.port}"
 
     def __enter__(self):

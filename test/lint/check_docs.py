@@ -6,6 +6,7 @@
 - The table of docs/method.md names every number of the rules, with its default, and no other.
 - Its table of stages has those of the profile.
 - docs/ros.md names every key of config/default.yaml.
+- package.xml and CMakeLists.txt have the same version.
 - No page, message or setting has wording that readers stumble over (WORDS).
 """
 import pathlib
@@ -163,6 +164,14 @@ def check_settings(root):
             yield f"{key} of config/default.yaml is missing"
 
 
+def check_version(root):
+    versions = {re.search(pattern, (root / name).read_text(encoding="utf-8"))[1]
+                for name, pattern in (("package.xml", r"<version>([\d.]+)<"),
+                                      ("CMakeLists.txt", r"project\(\w+ VERSION ([\d.]+)"))}
+    if len(versions) > 1:
+        yield f"package.xml and CMakeLists.txt have different versions: {', '.join(versions)}"
+
+
 def check_words(root):
     """Sentences run on over lines."""
     for pattern in ("README.md", "SECURITY.md", "docs/*.md", "msg/*", "srv/*", "cfg/*",
@@ -186,6 +195,7 @@ def problems(root):
     yield from (f"src/backend/rules.h: {text}" for text in check_visits(root))
     yield from (f"docs/method.md: {text}" for text in check_stages(root))
     yield from (f"docs/ros.md: {text}" for text in check_settings(root))
+    yield from check_version(root)
     yield from check_words(root)
 
 

@@ -1,6 +1,7 @@
 // The numbers of the rules by key.
 #include <gtest/gtest.h>
 
+#include "backend/rule_settings.h"
 #include "backend/rules.h"
 
 namespace dtsdf {
@@ -23,11 +24,11 @@ ParamTree treeOf(StageRules rules) {
 }
 
 /// Each key sets a number of its own: after a change of one, one differs from the defaults. There
-/// are as many keys as numbers, all of four bytes.
+/// are as many keys as numbers, all of four bytes, but for those that settings decide.
 template <class StageRules>
-void expectEachKeySetsItsOwn() {
+void expectEachKeySetsItsOwn(size_t decided_by_settings = 0) {
   const ParamTree defaults = treeOf(StageRules());
-  EXPECT_EQ(defaults.size(), sizeof(StageRules) / sizeof(float));
+  EXPECT_EQ(defaults.size() + decided_by_settings, sizeof(StageRules) / sizeof(float));
   EXPECT_EQ(treeOf(readRules<StageRules>(defaults)), defaults);
   for (const auto& [key, value] : defaults) {
     ParamTree changed = defaults;
@@ -41,21 +42,30 @@ void expectEachKeySetsItsOwn() {
 }
 
 TEST(SurfelRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<SurfelRules>(); }
-TEST(FusionRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<FusionRules>(); }
+TEST(FusionRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<FusionRules>(1); }
 TEST(MeshRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<MeshRules>(); }
 TEST(ColourRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<ColourRules>(); }
 TEST(AlignmentRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<AlignmentRules>(); }
 
-/// With a depth, a turn, or a number of turns of 0 a rule would divide by 0; evidence has eight
-/// bits, and a surface that gains none is never shown.
+/// With a depth, a turn, or a number of turns of 0 a rule would divide by 0; a surface
+/// that gains no evidence is never shown.
 TEST(SurfelRules, WhatNoRuleCouldWorkWithIsRefused) {
   EXPECT_THROW(readRules<SurfelRules>({{"rules/surfels/largest_noise_turn", 0.0}}), ParamError);
   EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/sample_reach", 0.0}}), ParamError);
   EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/full_weight_depth_m", 0.0}}), ParamError);
   EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/look_turns", 0}}), ParamError);
   EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/support_gain", 0}}), ParamError);
-  EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/most_evidence", 0}}), ParamError);
-  EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/most_evidence", 256}}), ParamError);
+}
+
+TEST(FusionRules, MostEvidenceIsThatOfTheFramesRemembered) {
+  const auto mostWith = [](int frames) {
+    MapperParams params;
+    params.fusion.memory_frames = frames;
+    return withMemory(Rules(), params).fusion.most_evidence;
+  };
+  EXPECT_EQ(mostWith(0), 24);
+  EXPECT_EQ(mostWith(20), 60);
+  EXPECT_EQ(mostWith(42), 126);  // eight bits hold up to 127
 }
 
 /// A nearness of 0 would divide by 0, and a negative share would mesh what nobody saw.

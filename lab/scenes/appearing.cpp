@@ -40,7 +40,7 @@ void addAppearingCases(std::vector<SceneCase>& cases) {
   add("0.6 m before the camera", kEye_m + 0.6037);
   cases.push_back(
       {"appearing", "1 m before the wall, as aligned poses remember", true, [](SceneSetup setup) {
-         setup.params.fusion.memory_frames = 20;
+         setup.params.fusion.memory_frames = 19;
          return measure(setup, kWall_m - 1.0, 30);
        }});
 }

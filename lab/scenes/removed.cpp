@@ -136,7 +136,7 @@ void addRemovedCases(std::vector<SceneCase>& cases) {
     }
   }
   add("board, 30 frames from 2 m, as aligned poses remember", true, [](SceneSetup setup) {
-    setup.params.fusion.memory_frames = 20;
+    setup.params.fusion.memory_frames = 19;
     return measureBoard(setup, 2.0, 30);
   });
   add("board, clearing off", true, measureKept);

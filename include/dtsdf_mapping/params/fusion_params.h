@@ -25,7 +25,7 @@ struct FusionParams {
   float max_weight = 64.0f;   ///< Cap of a voxel's weight; a frame adds 1 at most.
   bool clearing = true;       ///< Whether surfaces that images see through go.
   /// Images for and against a surface that the map remembers at most; 0: 8, or where it aligns
-  /// poses, which then agree for longer, 20.
+  /// poses, which then agree for longer, 19.
   int memory_frames = 0;
 };
 

@@ -39,8 +39,8 @@ struct FusionRules {
   int32_t contradiction_cost = 2;
   /// The most evidence, of a surface and, below zero, of free space: fusion/memory_frames supports.
   /// Of eight, what is taken away is gone after twelve frames that see through it, however long it
-  /// was there, and what appears is shown after ten, however long the place was free; of twenty
-  /// after 30 and 22.
+  /// was there, and what appears is shown after ten, however long the place was free; of nineteen
+  /// after 30, as those are looked at in turns, and 21.
   int32_t most_evidence{24};  // no number to set: the setting decides it
 
   /// Distance of free space from what was measured, in voxels, besides what noise explains.

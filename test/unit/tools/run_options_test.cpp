@@ -76,8 +76,8 @@ TEST(RunSettings, EvidenceLastsAsLongAsPosesAgree) {
     return readSettings(options).params.mapper.fusion.memory_frames;
   };
   EXPECT_EQ(memoryWith("tf", {}), 0);
-  EXPECT_EQ(memoryWith("refine", {}), 20);
-  EXPECT_EQ(memoryWith("track", {}), 20);
+  EXPECT_EQ(memoryWith("refine", {}), 19);
+  EXPECT_EQ(memoryWith("track", {}), 19);
   EXPECT_EQ(memoryWith("refine", {"fusion/memory_frames=5"}), 5);
 }
 

@@ -188,24 +188,6 @@ std::string pagesText(const PageStats& pages) {
       static_cast<double>(pages.read), static_cast<double>(pages.waits), pages.wait_ms);
 }
 
-/// The slowest frames: where the flight was held up.
-json slowestFrames(const std::vector<FrameTime>& times) {
-  constexpr size_t kShown = 8;
-  std::vector<size_t> order;
-  for (size_t i = 1; i < times.size(); ++i) order.push_back(i);
-  std::sort(order.begin(), order.end(),
-            [&](size_t a, size_t b) { return times[a].total_ms > times[b].total_ms; });
-  json rows = json::array();
-  for (size_t i = 0; i < std::min(kShown, order.size()); ++i) {
-    const FrameTime& time = times[order[i]];
-    rows.push_back({{"frame", order[i]},
-                    {"total_ms", time.total_ms},
-                    {"call_ms", time.call_ms},
-                    {"map_gib", static_cast<double>(time.map_bytes) / kMiB / 1024.0}});
-  }
-  return rows;
-}
-
 }  // namespace
 
 Report reportMeasurement(const Measurement& measurement) {
@@ -222,7 +204,6 @@ Report reportFlight(const std::vector<FrameTime>& times, const Measurement& end)
   report["map"] = mapOf(end);
   report["memory"] = memoryOf(end);
   report["by_gib"] = flightByGib(times);
-  report["slowest"] = slowestFrames(times);
   std::string text = formatted(
       "%s, a flight of %zu frames; %zu blocks refused\nmapped       frames  "
       "total ms: median       p95     worst     mean   fetch  map MiB  RSS MiB\n",
@@ -235,12 +216,7 @@ Report reportFlight(const std::vector<FrameTime>& times, const Measurement& end)
                       row["fetch_ms"]["median"].get<double>(), row["map_mib"].get<double>(),
                       row["resident_mib"].get<double>());
   }
-  text += pagesText(end.map.pages) + "slowest frames\n";
-  for (const json& row : report["slowest"]) {
-    text += formatted("  frame %d, map of %.2f GiB: %.3f ms, of which %.3f in integrate()\n",
-                      row["frame"].get<int>(), row["map_gib"].get<double>(),
-                      row["total_ms"].get<double>(), row["call_ms"].get<double>());
-  }
+  text += pagesText(end.map.pages);
   return {textOf(report), text + memoryText(report["memory"])};
 }
 

@@ -48,70 +48,43 @@ RTCRay rayFrom(const Eigen::Vector3f& from, const Eigen::Vector3f& direction, fl
   return ray;
 }
 
-/// Calls `visit` with `state` for triangles that may be within a radius.
-void queryAround(RTCScene scene, const Eigen::Vector3f& p, float radius,
-                 RTCPointQueryFunction visit, void* state) {
-  RTCPointQuery query{};
-  query.x = p.x();
-  query.y = p.y();
-  query.z = p.z();
-  query.radius = radius;
-  RTCPointQueryContext context;
-  rtcInitPointQueryContext(&context);
-  rtcPointQuery(scene, &query, &context, visit, state);
+/// State of one closest-point query, narrowed triangle by triangle.
+struct Query {
+  const TriangleMesh* mesh;
+  Eigen::Vector3d p;
+  double squared_distance;
+  uint32_t triangle;
+};
+
+bool visitTriangle(RTCPointQueryFunctionArguments* arguments) {
+  Query& query = *static_cast<Query*>(arguments->userPtr);
+  const auto& triangle = query.mesh->triangles[arguments->primID];
+  const auto corner = [&](int i) -> Eigen::Vector3d {
+    return query.mesh->vertices[triangle[static_cast<size_t>(i)]].cast<double>();
+  };
+  const Eigen::Vector3d nearest = closestOnTriangle(query.p, corner(0), corner(1), corner(2));
+  const double squared_distance = (nearest - query.p).squaredNorm();
+  if (!(squared_distance < query.squared_distance)) return false;
+  query.squared_distance = squared_distance;
+  query.triangle = arguments->primID;
+  // Rounded up, so that nothing nearer is culled.
+  arguments->query->radius = static_cast<float>(std::sqrt(squared_distance)) * 1.00001f;
+  return true;
 }
 
 }  // namespace
 
-struct MeshScene::Implementation {
-  explicit Implementation(const TriangleMesh& source) : mesh(source) {
-    for (const Eigen::Vector3f& p : mesh.vertices) bounds.extend(p);
-  }
-  ~Implementation() {
-    if (scene != nullptr) rtcReleaseScene(scene);
-    if (device != nullptr) rtcReleaseDevice(device);
-  }
-
-  /// State of one closest-point query, narrowed triangle by triangle.
-  struct Query {
-    const TriangleMesh* mesh;
-    Eigen::Vector3d p;
-    double squared_distance;
-    uint32_t triangle;
-  };
-
-  static bool visitTriangle(RTCPointQueryFunctionArguments* arguments) {
-    Query& query = *static_cast<Query*>(arguments->userPtr);
-    const auto& triangle = query.mesh->triangles[arguments->primID];
-    const auto corner = [&](int i) -> Eigen::Vector3d {
-      return query.mesh->vertices[triangle[static_cast<size_t>(i)]].cast<double>();
-    };
-    const Eigen::Vector3d nearest = closestOnTriangle(query.p, corner(0), corner(1), corner(2));
-    const double squared_distance = (nearest - query.p).squaredNorm();
-    if (!(squared_distance < query.squared_distance)) return false;
-    query.squared_distance = squared_distance;
-    query.triangle = arguments->primID;
-    // Rounded up, so that nothing nearer is culled.
-    arguments->query->radius = static_cast<float>(std::sqrt(squared_distance)) * 1.00001f;
-    return true;
-  }
-
-  TriangleMesh mesh;
-  Eigen::AlignedBox3f bounds;
-  RTCDevice device = nullptr;
-  RTCScene scene = nullptr;
-};
-
 MeshScene::MeshScene(const TriangleMesh& mesh)
-    : implementation_(std::make_unique<Implementation>(mesh)) {
+    : mesh_(mesh),
+      device_(rtcNewDevice(nullptr), rtcReleaseDevice),
+      scene_(nullptr, rtcReleaseScene) {
   if (mesh.triangles.empty()) throw std::runtime_error("the mesh has no triangles");
-  Implementation& self = *implementation_;
-  self.device = rtcNewDevice(nullptr);
-  if (self.device == nullptr) throw std::runtime_error("Embree found no device");
-  self.scene = rtcNewScene(self.device);
+  if (device_ == nullptr) throw std::runtime_error("Embree found no device");
+  for (const Eigen::Vector3f& p : mesh.vertices) bounds_.extend(p);
+  scene_.reset(rtcNewScene(device_.get()));
   // Robust: no ray slips through between two triangles.
-  rtcSetSceneFlags(self.scene, RTC_SCENE_FLAG_ROBUST);
-  RTCGeometry geometry = rtcNewGeometry(self.device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+  RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
   void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                            3 * sizeof(float), mesh.vertices.size());
   void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
@@ -122,23 +95,17 @@ MeshScene::MeshScene(const TriangleMesh& mesh)
               mesh.vertices.size() * 3 * sizeof(float));
   std::memcpy(indices, mesh.triangles.data(), mesh.triangles.size() * 3 * sizeof(uint32_t));
   rtcCommitGeometry(geometry);
-  rtcAttachGeometry(self.scene, geometry);
+  rtcAttachGeometry(scene_.get(), geometry);
   rtcReleaseGeometry(geometry);
-  rtcCommitScene(self.scene);
-  if (rtcGetDeviceError(self.device) != RTC_ERROR_NONE) {
+  rtcCommitScene(scene_.get());
+  if (rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE) {
     throw std::runtime_error("Embree cannot build its tree over the mesh");
   }
 }
 
-MeshScene::~MeshScene() = default;
-
-const TriangleMesh& MeshScene::mesh() const { return implementation_->mesh; }
-
-const Eigen::AlignedBox3f& MeshScene::bounds() const { return implementation_->bounds; }
-
 Eigen::Vector3f MeshScene::triangleNormal(uint32_t triangle) const {
-  const auto& corners = implementation_->mesh.triangles[triangle];
-  const auto& vertices = implementation_->mesh.vertices;
+  const auto& corners = mesh_.triangles[triangle];
+  const auto& vertices = mesh_.vertices;
   return (vertices[corners[1]] - vertices[corners[0]])
       .cross(vertices[corners[2]] - vertices[corners[0]])
       .normalized();
@@ -151,7 +118,7 @@ std::optional<RayHit> MeshScene::intersect(const Eigen::Vector3f& origin,
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  rtcIntersect1(implementation_->scene, &context, &query);
+  rtcIntersect1(scene_.get(), &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   return RayHit{query.ray.tfar,
                 query.hit.primID,
@@ -163,15 +130,20 @@ bool MeshScene::isFree(const Eigen::Vector3f& from, const Eigen::Vector3f& to, f
   RTCRay ray = rayFrom(from, to - from, 1.0f - margin);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  rtcOccluded1(implementation_->scene, &context, &ray);
+  rtcOccluded1(scene_.get(), &context, &ray);
   return ray.tfar >= 0.0f;  // Embree sets it to minus infinity where something is in the way.
 }
 
 ClosestPoint MeshScene::closestPoint(const Eigen::Vector3f& p) const {
-  Implementation::Query found{&implementation_->mesh, p.cast<double>(),
-                              std::numeric_limits<double>::infinity(), 0};
-  queryAround(implementation_->scene, p, std::numeric_limits<float>::infinity(),
-              &Implementation::visitTriangle, &found);
+  Query found{&mesh_, p.cast<double>(), std::numeric_limits<double>::infinity(), 0};
+  RTCPointQuery query{};
+  query.x = p.x();
+  query.y = p.y();
+  query.z = p.z();
+  query.radius = std::numeric_limits<float>::infinity();
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(scene_.get(), &query, &context, visitTriangle, &found);
   return {std::sqrt(found.squared_distance), found.triangle};
 }
 

@@ -7,6 +7,9 @@
 
 #include "evaluation/triangle_mesh.h"
 
+struct RTCDeviceTy;
+struct RTCSceneTy;
+
 namespace dtsdf {
 
 struct RayHit {
@@ -26,10 +29,9 @@ class MeshScene {
  public:
   /// @throws std::runtime_error if the mesh has no triangles or Embree fails.
   explicit MeshScene(const TriangleMesh& mesh);
-  ~MeshScene();
 
-  const TriangleMesh& mesh() const;
-  const Eigen::AlignedBox3f& bounds() const;
+  const TriangleMesh& mesh() const { return mesh_; }
+  const Eigen::AlignedBox3f& bounds() const { return bounds_; }
 
   /// Unit, by the winding order; zero for a triangle without area.
   Eigen::Vector3f triangleNormal(uint32_t triangle) const;
@@ -45,8 +47,10 @@ class MeshScene {
   ClosestPoint closestPoint(const Eigen::Vector3f& p) const;
 
  private:
-  struct Implementation;
-  std::unique_ptr<Implementation> implementation_;
+  const TriangleMesh mesh_;
+  Eigen::AlignedBox3f bounds_;
+  std::unique_ptr<RTCDeviceTy, void (*)(RTCDeviceTy*)> device_;
+  std::unique_ptr<RTCSceneTy, void (*)(RTCSceneTy*)> scene_;
 };
 
 }  // namespace dtsdf

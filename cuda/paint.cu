@@ -168,13 +168,9 @@ __device__ void addWarpsSum(int64_t* to, int64_t part) {
 
 /// Adds what each thread has found to `sums`, which is shared; all threads call this.
 __device__ void addWarpsSums(ExposureSums& sums, const ExposureSums& part) {
-  static_assert(kVoxelsPerBlock * 255 < (1 << 30), "fits 32 bits");
+  static_assert(kVoxelsPerBlock * 255 * 255 < (1 << 30), "fits 32 bits");
   if (!__any_sync(~0u, part.voxels != 0)) return;
-  for (int i = 0; i < 3; ++i) {
-    addWarpsSum(&sums.map[i], part.map[i]);
-    addWarpsSum(&sums.image[i], part.image[i]);
-  }
-  addWarpsSum(&sums.voxels, part.voxels);
+  visitSums(sums, part, [](int64_t& sum, int64_t of_thread) { addWarpsSum(&sum, of_thread); });
 }
 
 /// Adds what was found in an array to the image's counters, by one thread.
@@ -183,11 +179,8 @@ __device__ void report(const LookView& look, PackedKey key, const ArrayLook& fou
   LookCounters& counters = *look.counters;
   atomicAdd(&counters.seen, 1u);
   if (found.sums.voxels != 0) {
-    for (int i = 0; i < 3; ++i) {
-      addAtomically(&counters.sums.map[i], found.sums.map[i]);
-      addAtomically(&counters.sums.image[i], found.sums.image[i]);
-    }
-    addAtomically(&counters.sums.voxels, found.sums.voxels);
+    visitSums(counters.sums, found.sums,
+              [](int64_t& sum, int64_t of_array) { addAtomically(&sum, of_array); });
   }
   if (found.lacking == 0) return;
   look.requests[atomicAdd(&counters.requests, 1u)] = {key, found.lacking};

@@ -69,7 +69,6 @@ void visitRules(ColourRules& rules, Visitor& visit) {
   visit(section + "sample_width", rules.sample_width, Range{0.0, 16.0});
   visit(section + "most_views", rules.most_views, Range{1, 15});
   visit(section + "least_overlap", rules.least_overlap, Range{1, 1e9});
-  visit(section + "same_gain", rules.same_gain, Range{0.0, 1.0});
 }
 
 template <class Visitor>

@@ -64,12 +64,8 @@ void halveRow(const ColourImage& image, int level, int32_t v, ColourPixel* __res
   }
 }
 
-void addToSums(ExposureSums& sums, const ExposureSums& part) {
-  for (int i = 0; i < 3; ++i) {
-    sums.map[i] += part.map[i];
-    sums.image[i] += part.image[i];
-  }
-  sums.voxels += part.voxels;
+void addToSums(ExposureSums& sums, const ExposureSums& parts) {
+  visitSums(sums, parts, [](int64_t& sum, int64_t part) { sum += part; });
 }
 
 }  // namespace

@@ -30,10 +30,6 @@ struct ColourRules {
   /// The exposure of an image is judged where the map is painted already, from so many voxels on:
   /// by judgement, a small part of an image.
   int32_t least_overlap = 256;
-  /// Gains that differ from 1 by no more than this in any channel are no other exposure. (Armadillo
-  /// in waves of colour, 60 images of one exposure, voxels of 20 mm: median error 2.4 in CIE Lab
-  /// without this and with all voxels in the sums, 0.8 without any correction.)
-  float same_gain = 0.03f;
 };
 
 /// What the rules that paint need to know of the settings, and of fusion.

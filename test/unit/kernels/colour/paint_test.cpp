@@ -80,11 +80,21 @@ TEST(Exposure, IsOneWhereCamerasHaveItFixed) {
   }
 }
 
-TEST(Exposure, SmallDifferencesAreNone) {
-  ExposureSums sums = {};
-  for (int i = 0; i < 300; ++i) addToSums(sums, {100, 100, 100, 9}, {102, 98, 100, 0});
-  EXPECT_EQ(exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kAdaptive).gain[0], 1.0f);
-  EXPECT_EQ(exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kAdaptive).gain[1], 1.0f);
+/// Voxels of 100 that an image shows brighter and darker by turns, and on average by a factor.
+TEST(Exposure, DifferencesForOtherReasonsAreNone) {
+  const auto gain = [](double factor, int spread) {
+    ExposureSums sums = {};
+    for (int i = 0; i < 300; ++i) {
+      const auto value = static_cast<uint8_t>(factor * 100.0 + (i % 2 == 0 ? spread : -spread));
+      addToSums(sums, {100, 100, 100, 9}, {value, value, value, 0});
+    }
+    return exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kAdaptive).gain[0];
+  };
+  EXPECT_EQ(gain(1.0, 0), 1.0f);
+  EXPECT_NEAR(gain(1.05, 20), 1.0, 0.001);
+  EXPECT_NEAR(gain(0.95, 20), 1.0, 0.001);
+  EXPECT_NEAR(gain(0.5, 5), 2.0, 0.02);
+  EXPECT_NEAR(gain(0.5, 10), 2.0, 0.1);
 }
 
 TEST(Exposure, WhatIsCutOffDoesNotTell) {

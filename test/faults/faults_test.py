@@ -187,7 +187,7 @@ def main():
         recording = os.path.join(folder, "recording")
         write_recording(recording)
         command = [arguments.reconstruct, recording, "--intrinsics", "60,60,31.5,23.5", "--set",
-                   "map/voxel_size_m=0.05", "--set", "threads=2", "--set", "backend=cpu"]
+                   "map/voxel_size_m=0.05", "--set", "poses/mode=tf", "--set", "threads=2", "--set", "backend=cpu"]
         base_map = os.path.join(folder, "before.dtsdf")
         run_without_fault(command + ["--save-map", base_map])
         places = [os.path.join(folder, str(job)) for job in range(max(1, arguments.jobs))]

@@ -64,7 +64,7 @@ class Recordings(unittest.TestCase):
 
     def made_by_reconstruct(self, *options):
         out = self.scratch.name + "/expected"
-        subprocess.run([RECONSTRUCT, "--tum", self.folder, "--backend", "cpu", "--mesh", out + ".ply",
+        subprocess.run([RECONSTRUCT, "--tum", self.folder, "--backend", "cpu", "--poses-mode", "tf", "--mesh", out + ".ply",
                         "--save-map", out + ".dtsdf", "--set", "map/voxel_size_m=0.03", *options],
                        check=True, stdout=subprocess.DEVNULL)
         return self.bytes_of(out + ".ply"), dtsdf_mapping.Mapper.load(out + ".dtsdf", "cpu")

@@ -92,7 +92,7 @@ class TilesUnderMpirun(unittest.TestCase):
         cls.root = pathlib.Path(cls.scratch.name)
         cls.recording = cls.root / "room"
         write_recording(cls.recording)
-        settings = ["--set", "map/voxel_size_m=0.03", "--backend", "cpu"]
+        settings = ["--set", "map/voxel_size_m=0.03", "poses/mode=tf", "--backend", "cpu"]
         subprocess.run([OPTIONS.reconstruct, cls.recording, *settings, "--mesh",
                         cls.root / "one.ply", "--save-map", cls.root / "one.dtsdf"], check=True,
                        stdout=subprocess.DEVNULL)

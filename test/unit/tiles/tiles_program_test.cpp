@@ -35,7 +35,8 @@ struct Recorded {
   }
 
   static std::string settings() {
-    return " --backend cpu --threads 1 --set map/voxel_size_m=0.08 mesh/min_support=1 ";
+    return " --backend cpu --threads 1 --set map/voxel_size_m=0.08 mesh/min_support=1 "
+           "poses/mode=tf ";
   }
 
   TemporaryFolder recording, out;

@@ -49,7 +49,9 @@ class LevelProgram : public testing::Test {
 
   static Outcome reconstruct(const std::string& arguments) {
     return run(std::string(DTSDF_RECONSTRUCT) +
-               " --backend cpu --set map/voxel_size_m=0.04 map/max_memory_mb=512 " + arguments);
+               " --backend cpu --set map/voxel_size_m=0.04 map/max_memory_mb=512 "
+               "poses/mode=tf " +
+               arguments);
   }
 
   /// The map that a run saves.

@@ -9,6 +9,8 @@ namespace {
 struct RenderMeshOptions {
   std::string mesh_path, picture_path;
   PictureRequest picture;
+  std::string views_folder;  ///< Empty: the view is that of the options of pictures.
+  size_t image = 0;
   bool plain = false, flat = false;
 };
 
@@ -23,13 +25,28 @@ RenderMeshOptions readOptions(const std::vector<std::string>& arguments) {
   line.addFlag("--flat", "shade triangle by triangle instead of by interpolated normals",
                options.flat);
   addPictureOptions(line, options.picture);
+  line.addText({"--views", "DIR", "view from where a depth image of this TUM folder was taken"},
+               options.views_folder);
+  line.addWhole({"--image", "N", "that image"}, options.image, {0, kUnbounded});
+  line.onlyWith("--image", "--views");
   line.parse(arguments);
   return options;
+}
+
+/// The camera and the pose of an image.
+void viewFrom(const std::string& folder, size_t image, PictureOptions& picture) {
+  const Views views = readViews(folder);
+  if (image >= views.poses_W_C.size()) {
+    throw UsageError("--image: there are " + std::to_string(views.poses_W_C.size()) + " images");
+  }
+  picture.camera = views.camera;
+  picture.T_W_C = views.poses_W_C[image];
 }
 
 void renderMesh(const RenderMeshOptions& options) {
   const MeshScene scene(readPly(options.mesh_path));
   PictureOptions picture = makePictureOptions(options.picture, scene.bounds());
+  if (!options.views_folder.empty()) viewFrom(options.views_folder, options.image, picture);
   picture.smooth = !options.flat;
   picture.own_colours = !options.plain;
   writePicture(options.picture_path, scene, picture);

@@ -1,0 +1,135 @@
+"""Measures meshes of real recordings by images that they were not made from.
+
+Every second image of each recording is fused, at the given poses and at refined ones, and the mesh is
+compared with the depth of the images in between, each aligned with the mesh first. The refined poses
+are those that `reconstruct` finds for the directional map; all maps are fused at them. Pictures are of
+the meshes, from where two of the images were taken. What may not be published is printed only.
+
+With --voxblox PROGRAM, voxblox ("fast", with its carving) fuses the same images and is measured
+beside. PROGRAM is called as DIR VOXEL_M METHOD CARVE THREADS MESH.ply FIRST:LAST:STEP.
+"""
+import json
+import os
+import pathlib
+import shutil
+
+from .common import (MAPS, fill_page, find_programs, made_by, make_parser, markdown_table, number,
+                     reconstruct, run, words)
+
+# Name -> voxel size in mm, and the images that pictures are taken from.
+RECORDINGS = {"redkitchen": (20, [31, 101]), "cabinet": (20, [9, 29]), "box": (5, [1, 25]),
+              "phone_lidar": (30, [])}
+UNPUBLISHED = {"phone_lidar"}  # without a licence
+POSES = ["given", "refined"]
+REGISTRATION_STEPS = 6
+
+SHARES = {"within 1 %": "share_within_1_percent", "2 %": "share_within_2_percent",
+          "5 %": "share_within_5_percent"}
+GROSS = {"in front > 5 %": "share_in_front_5_percent", "behind > 5 %": "share_behind_5_percent"}
+COLUMNS = [*SHARES, "p95 mm", *GROSS, "covered %", "border edges", "small holes"]
+
+
+def at_poses(folder, trajectory, to):
+    """A copy of a TUM folder with other poses, by links."""
+    shutil.rmtree(to, ignore_errors=True)
+    to.mkdir(parents=True)
+    for path in folder.iterdir():
+        (to / path.name).symlink_to(path.resolve())
+    (to / "groundtruth.txt").unlink()
+    shutil.copy(trajectory, to / "groundtruth.txt")
+    return to
+
+
+def fuse(title, folder, voxel_mm, poses, mesh, options):
+    """Makes the mesh of a map at given or refined poses. @return what it ran on, if known."""
+    mesh.unlink(missing_ok=True)
+    trajectory = options.work / f"{folder.name}_poses.txt"
+    if title == "voxblox":
+        if poses == "refined":
+            folder = at_poses(folder, trajectory, options.work / f"{folder.name}_refined")
+        run(options.voxblox, folder, voxel_mm / 1000, "fast", 1, len(os.sched_getaffinity(0)), mesh,
+            f"0:{10**9}:2")
+        return None
+    settings = MAPS[title] + ["colour/enabled=never"] + options.set
+    more = ["--frames", "::2"]
+    mode = "tf"
+    if poses == "refined" and title == "directional":
+        mode = "refine"
+        more += ["--trajectory", trajectory]
+    elif poses == "refined":
+        more += ["--poses", trajectory]
+    return reconstruct(options, folder, voxel_mm, settings, mesh, *more, poses=mode)["device"]
+
+
+def measure(mesh, folder, options):
+    """The cells of a row: shares in per cent of the depth of pixels that the mesh covers, gross
+    errors in per cent of all measured pixels."""
+    depth = json.loads(run(options.evaluate_dir / "evaluate_depth", mesh, folder, "--first", 1,
+                           "--step", 2, "--stride", options.stride, "--register",
+                           REGISTRATION_STEPS))["registered"]
+    topology = json.loads(run(options.evaluate_dir / "evaluate_mesh", mesh, "--topology"))
+    covered = depth["covered_share"]
+    return [*(f"{100 * depth[key] / covered:.1f}" for key in SHARES.values()),
+            number(depth["p95_mm"]), *(f"{100 * depth[key]:.2f}" for key in GROSS.values()),
+            f"{100 * covered:.1f}", topology["border_edges"], topology["small_holes"]]
+
+
+def draw(mesh, folder, image, picture, options):
+    run(options.evaluate_dir / "render_mesh", mesh, picture, "--plain", "--views", folder,
+        "--image", image)
+
+
+def measure_recording(name, options):
+    """The recording's rows, a row of pictures for each image and choice of poses, and the device."""
+    voxel_mm, images = RECORDINGS[name]
+    folder = options.data / "sequences" / name
+    folder_of_pictures = pathlib.Path(options.page).parent / "pictures"
+    rows, pictures, device = [], [], ""
+    for poses in POSES:
+        drawn = {image: [f"{name}, image {image}, {poses}"] for image in images}
+        for title in options.titles:
+            mesh = options.work / f"{name}_{title}_{poses}.ply"
+            device = fuse(title, folder, voxel_mm, poses, mesh, options) or device
+            rows.append([f"{name}, {voxel_mm:g}", poses, title, *measure(mesh, folder, options)])
+            print("|", " | ".join(map(str, rows[-1])), "|", flush=True)
+            for image in images if options.page != "-" else []:
+                folder_of_pictures.mkdir(parents=True, exist_ok=True)
+                picture = folder_of_pictures / f"{name}_{image}_{title}_{poses}.png"
+                draw(mesh, folder, image, picture, options)
+                drawn[image].append(f"![](pictures/{picture.name})")
+        pictures += drawn.values()
+    return rows, pictures, device
+
+
+def read_options():
+    parser = make_parser(__doc__, "recordings", "sequences/")
+    add = parser.add_argument
+    add("--recordings", default=",".join(RECORDINGS), help="names with commas (default: "
+                                                           "%(default)s)")
+    add("--set", action="append", default=[], metavar="KEY=VALUE", help="more settings, for both maps")
+    add("--stride", default=1, help="compare each so many pixels (default: %(default)s)")
+    add("--evaluate-dir", type=pathlib.Path, default=find_programs(),
+        help="where the programs are that evaluate (default: %(default)s)")
+    add("--voxblox", metavar="PROGRAM", help="measure the meshes of this program, too")
+    add("--page", help="default: RESULTS/recordings.md; '-' for none")
+    options = parser.parse_args()
+    options.page = options.page or str(options.results / "recordings.md")
+    options.titles = list(MAPS) + (["voxblox"] if options.voxblox else [])
+    return options
+
+
+def main():
+    options = read_options()
+    options.work.mkdir(parents=True, exist_ok=True)
+    published, pictures, device = [], [], ""
+    for name in words(options.recordings):
+        rows, drawn, device = measure_recording(name, options)
+        if name not in UNPUBLISHED:
+            published += rows
+            pictures += drawn
+    if options.page == "-" or not published:
+        return 0
+    table = markdown_table(["recording, voxel mm", "poses", "map", *COLUMNS], published)
+    shown = markdown_table(["", *options.titles], pictures)
+    fill_page(pathlib.Path(options.page), recordings=f"{table}\n{made_by(device)}\n{shown}")
+    return 0

@@ -13,6 +13,8 @@ struct PosePrior {
   double sigma_rad = 0.035;  ///< Of the orientation, in radians.
   /// Where to start from, if not there: an image may fit at more poses than one.
   std::optional<Eigen::Isometry3d> start_T_W_C = std::nullopt;
+  /// A pose to compare the aligned one with, if any.
+  std::optional<Eigen::Isometry3d> compared_T_W_C = std::nullopt;
 };
 
 /// Whether an image was aligned.
@@ -33,6 +35,8 @@ struct Alignment {
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   double matched_share = 0.0;  ///< Of the image's points, those that lie near a surface of the map.
   double inlier_share = 0.0;   ///< Of the matched points, those that fit.
+  /// Of the image's points, those that fit at the pose to compare with; 0 if there is none.
+  double compared_share = 0.0;
   /// So many fit that it has not slid along plain surfaces, which fit all along.
   bool is_held = false;
   double reach_m = 0.0;     ///< How far off the map surfaces were looked for, in metres.

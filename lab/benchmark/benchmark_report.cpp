@@ -14,7 +14,7 @@ using nlohmann::json;
 
 constexpr double kMiB = 1024.0 * 1024.0;
 
-json toJson(const TimeSummary& times) {
+json toJson(const Summary& times) {
   return {{"median", times.median}, {"p95", times.p95}, {"worst", times.worst}};
 }
 
@@ -70,7 +70,7 @@ json stagesOf(const Measurement& m) {
   json stages = json::array();
   for (int s = 0; s < kStageCount; ++s) {
     const auto stage = static_cast<Stage>(s);
-    const TimeSummary times = summarise(
+    const Summary times = summarise(
         valuesOf(m.stages, first, [&](const Profile& profile) { return profile.of(stage); }));
     if (times.worst > 0.0) stages.push_back({{"stage", toString(stage)}, {"ms", toJson(times)}});
   }

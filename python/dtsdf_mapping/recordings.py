@@ -70,7 +70,8 @@ def _print_progress(done, total):
 
 
 def fuse(mapper, recording, colour=True, progress=None):
-    """Fuses a Recording, and paints it unless colour is False; the same map as `reconstruct` makes.
+    """Fuses a Recording at its poses, and paints it unless colour is False; the same map as
+    `reconstruct --poses-mode tf` makes.
 
     progress: True prints to standard error; or a function of (done, total), called after each depth
     image, which may raise to stop. Returns how many depth images were fused. Ctrl-C stops between

@@ -159,6 +159,11 @@ Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const Alignm
   result.is_held = result.inlier_share >= rules.held_inliers;
   result.T_W_C = at.T_W_C;
   result.covariance = covarianceOf(information, voxel_size_m);
+  if (prior.compared_T_W_C) {
+    at.T_W_C = *prior.compared_T_W_C;
+    sums = sums_at(makeFrameView(at, voxel_size_m), rules.cutoff);
+    result.compared_share = shareOf(sums.inliers, sums.points);
+  }
   return result;
 }
 

@@ -46,8 +46,9 @@ Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
   gain_.addGiven(frame.T_W_C);
   DepthFrame expected = frame;
   expected.T_W_C = T_W_O_ * frame.T_W_C;
-  const PosePrior prior{std::sqrt(square(params_.sigma_m) + variance_m2_),
-                        std::sqrt(square(params_.sigma_rad) + variance_rad2_)};
+  PosePrior prior{std::sqrt(square(params_.sigma_m) + variance_m2_),
+                  std::sqrt(square(params_.sigma_rad) + variance_rad2_)};
+  prior.compared_T_W_C = expected.T_W_C;
   Alignment alignment = align(mapper, expected, prior);
   if (alignment.status != AlignmentStatus::kAligned) {
     // An image that begins a map puts its frame where that of the poses is.
@@ -59,6 +60,7 @@ Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
   if (gain_.addAligned(alignment.T_W_C)) forget();
   if (!alignment.is_significant) put(alignment, expected.T_W_C);
   correct(alignment.T_W_C, expected.T_W_C);
+  if (!alignment.is_significant) return alignment;
   const double share = gain_.share(expected.T_W_C, alignment.T_W_C);
   if (share < 1.0) put(alignment, between(expected.T_W_C, alignment.T_W_C, share));
   return alignment;
@@ -103,6 +105,10 @@ void PoseRefiner::drift(const Eigen::Isometry3d& T_O_C) {
 void PoseRefiner::correct(const Eigen::Isometry3d& T_W_C, const Eigen::Isometry3d& expected_T_W_C) {
   const double gain_m = variance_m2_ / (variance_m2_ + square(params_.sigma_m));
   const double gain_rad = variance_rad2_ / (variance_rad2_ + square(params_.sigma_rad));
+  variance_m2_ *= 1.0 - gain_m;
+  variance_rad2_ *= 1.0 - gain_rad;
+  // An exact pose keeps its bits.
+  if (T_W_C.matrix() == expected_T_W_C.matrix()) return;
   const Eigen::Quaterniond turn(T_W_C.linear() * expected_T_W_C.linear().transpose());
   // The turn is about the camera, so that it does not move what is expected there.
   Eigen::Isometry3d correction = Eigen::Isometry3d::Identity();
@@ -112,8 +118,6 @@ void PoseRefiner::correct(const Eigen::Isometry3d& T_W_C, const Eigen::Isometry3
                              gain_m * (T_W_C.translation() - expected_T_W_C.translation());
   T_W_O_ = correction * T_W_O_;
   T_W_O_.linear() = Eigen::Quaterniond(T_W_O_.linear()).normalized().toRotationMatrix();
-  variance_m2_ *= 1.0 - gain_m;
-  variance_rad2_ *= 1.0 - gain_rad;
 }
 
 }  // namespace dtsdf

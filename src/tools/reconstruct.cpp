@@ -88,6 +88,14 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
     std::printf("poses found in %.1f ms each (median): %s\n", summarise(result.align_ms).median,
                 describeSkipped(result.aligned).c_str());
   }
+  if (!result.moves.empty()) {
+    const MoveSummary moves = summarise(result.moves);
+    std::printf(
+        "poses moved by %.1f mm and %.2f degrees (medians): %.1f %% of the points lie on surfaces, "
+        "%.1f %% before each image was aligned\n",
+        moves.shift_mm.median, moves.turn_degrees.median, 100.0 * moves.share,
+        100.0 * moves.share_before);
+  }
   if (result.images > 0) {
     std::printf("%zu colour images painted in %.1f ms each (median)\n", result.images,
                 summarise(result.paint_ms).median);
@@ -229,13 +237,19 @@ void runLog(const ReconstructOptions& options) {
   saveAll(result, *mapper, {begin.map_frame, log.level(), 0.0, begin.poses}, params, options);
 }
 
+/// Poses of a recording are refined unless it has been given others, which are taken as they are.
+ParamTree defaultsFor(const RecordingOptions& recording) {
+  if (!recording.poses_path.empty()) return {};
+  return {{"poses/mode", std::string("refine")}};
+}
+
 void run(ReconstructOptions options) {
   completeInput(options);
   if (options.recording.format == "log") return runLog(options);
   if (!options.corrected_poses_path.empty()) {
     throw UsageError("--corrected-poses is for frame logs; recordings take --poses");
   }
-  const RunSettings settings = readSettings(options);
+  const RunSettings settings = readSettings(options, defaultsFor(options.recording));
   options.recording.first_pose_only = settings.params.node.poses.mode == PoseMode::kTrack;
   checkOutputs(options);
   StartingMap start = loadStartingMap(options.load_map_path, settings);

@@ -45,8 +45,9 @@ void addMeshOptions(CommandLine& line, ReconstructOptions& options) {
 
 void addPoseOptions(CommandLine& line, ReconstructOptions& options) {
   line.add({"--poses-mode", "tf|refine|track",
-            "fuse images at the poses given, move each to where it fits the map, or find all poses "
-            "but the first by the map alone; overrides the setting `poses/mode`"},
+            "fuse images at the poses given (default with --poses), move each to where it fits the "
+            "map (default), or find all poses but the first by the map alone; overrides the "
+            "setting `poses/mode`"},
            [&](const std::string& value) { options.poses_mode = value; });
   line.addText({"--corrected-poses", "FILE",
                 "of a frame log: corrected poses of some of its images, lines as for --poses; the "

@@ -24,6 +24,12 @@ size_t sumOf(const std::map<std::string, size_t>& counts) {
   return sum;
 }
 
+PoseMove moveOf(const Eigen::Isometry3d& given_T_W_C, const Alignment& alignment) {
+  const Eigen::AngleAxisd turn(alignment.T_W_C.linear() * given_T_W_C.linear().transpose());
+  return {(alignment.T_W_C.translation() - given_T_W_C.translation()).norm(), turn.angle(),
+          alignment.compared_share, alignment.matched_share * alignment.inlier_share};
+}
+
 /// The state of one run.
 class Reconstruction {
  public:
@@ -102,6 +108,9 @@ class Reconstruction {
     // The first image has no map to be aligned to.
     const bool is_first = alignment.status == AlignmentStatus::kUnmapped && result_.frames == 0;
     ++result_.aligned[is_first ? "first image" : toString(alignment.status)];
+    if (refiner_ && alignment.status == AlignmentStatus::kAligned) {
+      result_.moves.push_back(moveOf(depth.T_W_C, alignment));
+    }
     depth.T_W_C = alignment.T_W_C;
     if (refiner_ ? refiner_->isToBeFused(alignment) : tracker_->isToBeFused(alignment)) return true;
     ++result_.skipped[toString(alignment.status)];

@@ -47,6 +47,12 @@ struct InputVisitor {
 /// @return images left out, as more come than max_colour_rate_hz. @throws std::runtime_error
 size_t visitInput(const RecordedInput& input, const InputVisitor& visitor);
 
+/// How far refining moved the pose of an image, and what that brought.
+struct PoseMove {
+  double shift_m = 0.0, turn_rad = 0.0;
+  double share_before = 0.0, share = 0.0;  ///< Of the image's points, those on surfaces of the map.
+};
+
 struct ReconstructionResult {
   size_t frames = 0;                      ///< Fused.
   size_t images = 0;                      ///< Painted.
@@ -54,6 +60,7 @@ struct ReconstructionResult {
   std::map<std::string, size_t> skipped;  ///< Not fused, by reason.
   std::vector<StampedPose> trajectory;    ///< Of the frames that were fused.
   std::map<std::string, size_t> aligned;  ///< Frames by how they were aligned, if they were to be.
+  std::vector<PoseMove> moves;            ///< Of each frame that was refined.
   std::vector<double> align_ms;           ///< Wall time of each alignment.
   std::vector<double> integrate_ms;       ///< Wall time of each call, fused or refused.
   std::vector<double> paint_ms;           ///< Wall time of each colour image.

@@ -7,7 +7,7 @@
 namespace dtsdf {
 namespace {
 
-nlohmann::json toJson(const TimeSummary& times) {
+nlohmann::json toJson(const Summary& times) {
   return {{"mean", times.mean}, {"median", times.median}, {"p95", times.p95}};
 }
 
@@ -21,16 +21,31 @@ nlohmann::json toJson(const PageStats& pages) {
 
 }  // namespace
 
-TimeSummary summarise(std::vector<double> values) {
+Summary summarise(std::vector<double> values) {
   if (values.empty()) return {};
   std::sort(values.begin(), values.end());
   const size_t count = values.size();
-  TimeSummary summary;
+  Summary summary;
   summary.mean = std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(count);
   summary.median = 0.5 * (values[(count - 1) / 2] + values[count / 2]);
   const size_t rank = (95 * count + 99) / 100;  // rounded up, from 1 on
   summary.p95 = values[rank - 1];
   summary.worst = values.back();
+  return summary;
+}
+
+MoveSummary summarise(const std::vector<PoseMove>& moves) {
+  constexpr double kDegrees = 180.0 / 3.14159265358979323846;
+  MoveSummary summary;
+  std::vector<double> shift_mm, turn_degrees;
+  for (const PoseMove& move : moves) {
+    shift_mm.push_back(1e3 * move.shift_m);
+    turn_degrees.push_back(kDegrees * move.turn_rad);
+    summary.share_before += move.share_before / static_cast<double>(moves.size());
+    summary.share += move.share / static_cast<double>(moves.size());
+  }
+  summary.shift_mm = summarise(shift_mm);
+  summary.turn_degrees = summarise(turn_degrees);
   return summary;
 }
 
@@ -43,6 +58,13 @@ std::string reportJson(const ReconstructionResult& result, const std::string& ba
   if (!result.aligned.empty()) {
     report["frames_aligned"] = nlohmann::json(result.aligned);
     report["align_ms"] = toJson(summarise(result.align_ms));
+  }
+  if (!result.moves.empty()) {
+    const MoveSummary moves = summarise(result.moves);
+    report["poses_moved"] = {{"mm", toJson(moves.shift_mm)},
+                             {"degrees", toJson(moves.turn_degrees)},
+                             {"points_on_surfaces_before", moves.share_before},
+                             {"points_on_surfaces", moves.share}};
   }
   report["integrate_ms"] = toJson(summarise(result.integrate_ms));
   report["colour_images"] = result.images;

@@ -236,6 +236,10 @@ class Loading(unittest.TestCase):
                       "base_frame:=base").params
         self.assertEqual(params["/mapping/poses/mode"].value, "track")
         self.assertEqual(params["/mapping/poses/base_frame"].value, "base")
+        for name in ("bag", "tum_bag"):
+            for given, mode in (([], "refine"), (["poses:=tf"], "tf"), (["poses:=from_config"], "tf")):
+                params = load(name, "bag:=some.bag", "rviz:=false", *given).params
+                self.assertEqual(params["/mapping/poses/mode"].value, mode)
 
     def test_a_serial_number_stays_as_it_is(self):
         # 0123 is no number: the driver compares texts. The stand-in takes it as an argument.

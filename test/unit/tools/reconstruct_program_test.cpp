@@ -18,7 +18,7 @@ class ReconstructProgram : public testing::Test {
   void SetUp() override {
     writeTumFolder(tum_, 6, 80, 60);
     // Each image shows another place, and only it.
-    tum_option_ = "--tum " + tum_.path() + " --set mesh/min_support=1 ";
+    tum_option_ = "--tum " + tum_.path() + " --poses-mode tf --set mesh/min_support=1 ";
   }
 
   Outcome run(const std::string& arguments, const std::string& program = DTSDF_RECONSTRUCT) const {
@@ -75,7 +75,7 @@ TEST_F(ReconstructProgram, SavesMeshAndReport) {
 TEST_F(ReconstructProgram, GuessesWhatTheInputIs) {
   const std::string mesh = meshOf("");
   const std::string to_mesh = " --mesh " + (out_ / "guessed.ply");
-  const Outcome outcome = run(tum_.path() + to_mesh + " --set mesh/min_support=1");
+  const Outcome outcome = run(tum_.path() + to_mesh + " --poses-mode tf --set mesh/min_support=1");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.out.find("tum: 6 images of 80 x 60 (fx 10, fy 11, cx 3.5, cy 2.5), 6 with a "
                              "pose; median depth 0.6 m, 100 % of the pixels measured\n"),
@@ -112,7 +112,8 @@ TEST_F(ReconstructProgram, SavesAMeshThatLiesOnDisk) {
   const auto saved = [&](const std::string& settings) {
     const Outcome outcome =
         run("--tum " + room.path() + " --backend cpu --mesh " + (out_ / "mesh.ply") + " --report " +
-            (out_ / "report.json") + " --set map/voxel_size_m=0.04 mesh/min_support=1 " + settings);
+            (out_ / "report.json") +
+            " --set map/voxel_size_m=0.04 mesh/min_support=1 poses/mode=tf " + settings);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     return readBytes(out_ / "mesh.ply");
   };
@@ -280,15 +281,27 @@ TEST_F(ReconstructProgram, MovesPosesToWhereImagesFit) {
     }
     return error_m;
   };
-  ASSERT_EQ(run(command).exit_code, 0);
-  EXPECT_GT(largestError(), 0.04);
-  EXPECT_EQ(readBytes(out_ / "report.json").find("aligned"), std::string::npos);
+  const std::vector<std::string> as_given{" --poses-mode tf", " --set poses/mode=tf",
+                                          " --poses " + (folder / "groundtruth.txt")};
+  for (const std::string& given : as_given) {
+    ASSERT_EQ(run(command + given).exit_code, 0);
+    EXPECT_GT(largestError(), 0.04) << given;
+    EXPECT_EQ(readBytes(out_ / "report.json").find("aligned"), std::string::npos);
+  }
   const std::string map = out_ / "map.dtsdf";
-  const Outcome refined = run(command + " --poses-mode refine --save-map " + map);
+  const Outcome refined = run(command + " --save-map " + map);
   ASSERT_EQ(refined.exit_code, 0) << refined.err;
   EXPECT_LT(largestError(), 0.002);
   EXPECT_NE(refined.out.find("5 aligned, 1 first image"), std::string::npos);
-  EXPECT_EQ(nlohmann::json::parse(readBytes(out_ / "report.json"))["frames_aligned"]["aligned"], 5);
+  EXPECT_NE(refined.out.find("poses moved by 4"), std::string::npos) << refined.out;
+  const auto report = nlohmann::json::parse(readBytes(out_ / "report.json"));
+  EXPECT_EQ(report["frames_aligned"]["aligned"], 5);
+  EXPECT_NEAR(report["poses_moved"]["mm"]["median"], 45.0, 2.0);
+  EXPECT_LT(report["poses_moved"]["points_on_surfaces_before"], 0.6);
+  EXPECT_GT(report["poses_moved"]["points_on_surfaces"], 0.9);
+  const std::string mesh = readBytes(out_ / "mesh.ply");
+  ASSERT_EQ(run(command + " --poses-mode refine").exit_code, 0);
+  EXPECT_TRUE(readBytes(out_ / "mesh.ply") == mesh) << "the default";
   EXPECT_EQ(readMapInfo(map).poses.mode, PoseMode::kRefine);
   expectError(command + " --poses-mode guess", 2, "poses/mode");
   // Without any poses the map is the one of the first camera's frame.

@@ -165,7 +165,7 @@ TEST_F(ReconstructionTest, SaysWhyNoFrameWasFused) {
   EXPECT_NE(error.find("3 no pose"), std::string::npos) << error;
 }
 
-TEST(TimeSummary, IsMeanMedianAndP95) {
+TEST(Summary, IsMeanMedianAndP95) {
   std::vector<double> values;
   for (int i = 100; i >= 1; --i) values.push_back(i);
   EXPECT_DOUBLE_EQ(summarise(values).mean, 50.5);

@@ -31,24 +31,21 @@ class Packing {
   }
 
   PackedSize packChanges() {
-    PackedSize size;
-    for (const PackedKey chunk : chunks_.changed()) add(chunk, size);
+    const std::vector<PackedKey> changed(chunks_.changed().begin(), chunks_.changed().end());
     chunks_.forgetChanges();
-    return size;
+    return pack(changed);
   }
 
-  PackedSize packAll() const {
-    PackedSize size;
-    for (const PackedKey chunk : chunks_.all()) add(chunk, size);
-    return size;
-  }
+  PackedSize packAll() const { return pack(chunks_.all()); }
 
  private:
-  void add(PackedKey key, PackedSize& size) const {
-    const PackedChunk chunk =
-        packChunk(store_, lattice_, chunks_.cornerOf(key), chunks_.blocksOf(key));
-    size.bytes += bytesInMessage(chunk);
-    size.triangles += chunk.triangleCount();
+  PackedSize pack(const std::vector<PackedKey>& keys) const {
+    PackedSize size;
+    for (const PackedChunk& chunk : packChunks(store_, lattice_, chunks_, keys, 0)) {
+      size.bytes += bytesInMessage(chunk);
+      size.triangles += chunk.triangleCount();
+    }
+    return size;
   }
 
   static constexpr int kChunkBlocks = 4;

@@ -9,6 +9,7 @@
 
 #include "kernels/meshing/corner_grid.h"
 #include "meshing/mesh_stream.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {
@@ -164,6 +165,16 @@ PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const 
   packer.reserve(vertices, triangles);
   for (const BlockMesh* block : meshes) packer.add(*block);
   return packer.finish();
+}
+
+std::vector<PackedChunk> packChunks(const MeshStore& mesh, const ChunkLattice& lattice,
+                                    const MeshChunks& chunks, const std::vector<PackedKey>& keys,
+                                    int threads) {
+  std::vector<PackedChunk> packed(keys.size());
+  parallelFor(keys.size(), threads, [&](size_t i) {
+    packed[i] = packChunk(mesh, lattice, chunks.cornerOf(keys[i]), chunks.blocksOf(keys[i]));
+  });
+  return packed;
 }
 
 size_t bytesInMessage(const PackedChunk& chunk) {

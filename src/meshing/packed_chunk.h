@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dtsdf_mapping/mesh.h"
+#include "meshing/mesh_chunks.h"
 
 namespace dtsdf {
 
@@ -45,6 +46,11 @@ struct PackedChunk {
 /// skipped). Without triangles it has its origin only.
 PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const BlockKey& corner,
                       const std::vector<PackedKey>& blocks);
+
+/// Some of a mesh's chunks, each with all of its blocks, on up to threadCount(threads) threads.
+std::vector<PackedChunk> packChunks(const MeshStore& mesh, const ChunkLattice& lattice,
+                                    const MeshChunks& chunks, const std::vector<PackedKey>& keys,
+                                    int threads);
 
 /// What the chunk takes in a message of the node.
 size_t bytesInMessage(const PackedChunk& chunk);

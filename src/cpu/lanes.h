@@ -49,9 +49,6 @@ inline LaneInts operator|(const LaneInts& a, const LaneInts& b) { return LaneInt
 inline LaneInts operator^(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v ^ b.v); }
 inline LaneInts operator==(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v == b.v); }
 inline LaneInts operator>(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v > b.v); }
-inline LaneInts operator+(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v + b.v); }
-inline LaneInts operator*(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v * b.v); }
-inline LaneInts operator>>(const LaneInts& a, int bits) { return LaneInts(a.v >> bits); }
 inline LaneInts operator!=(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v != b.v); }
 
 inline LaneFloats operator+(const LaneFloats& a, const LaneFloats& b) {
@@ -82,12 +79,6 @@ inline LaneFloats floatsOf(const LaneInts& a) {
   return LaneFloats(reinterpret_cast<LaneFloats::Vector>(a.v));
 }
 
-/// 0, 1, 2 and so on.
-inline LaneFloats laneNumbers() {
-  constexpr LaneFloats::Vector kNumbers = {0, 1, 2, 3, 4, 5, 6, 7};
-  return LaneFloats(kNumbers);
-}
-
 /// Of the lowest bits of a number, one for each lane.
 inline LaneInts maskOf(uint32_t bits) {
   constexpr LaneInts::Vector kBit = {1, 2, 4, 8, 16, 32, 64, 128};
@@ -110,33 +101,6 @@ inline bool any(const LaneInts& mask) {
 /// Of several units some will most likely have it: that is quicker done than asked.
 inline bool isWorthABranch(const LaneInts&) { return true; }
 
-inline uint32_t anyBits(const LaneInts& bits) {
-  using Pairs = uint64_t __attribute__((vector_size(32)));
-  const Pairs pairs = reinterpret_cast<Pairs>(bits.v);
-  const uint64_t both = pairs[0] | pairs[1] | pairs[2] | pairs[3];
-  return static_cast<uint32_t>(both | both >> 32);
-}
-
-inline bool all(const LaneInts& mask) { return !any(LaneInts(~mask.v)); }
-
-inline LaneFloats gather(const float* values, const LaneInts& places) {
-  LaneFloats result;
-  for (int k = 0; k < kLanes; ++k) result.v[k] = values[places.v[k]];
-  return result;
-}
-
-/// As static_cast<int32_t>() of each.
-inline LaneInts cutOff(const LaneFloats& a) {
-  return LaneInts(__builtin_convertvector(a.v, LaneInts::Vector));
-}
-
-/// As that of one number.
-inline LaneInts floorToInt(const LaneFloats& a) {
-  const LaneInts truncated = cutOff(a);
-  return LaneInts(truncated.v + (toFloats(truncated) > a).v);
-}
-
-inline LaneFloats minimum(const LaneFloats& a, const LaneFloats& b) { return select(a < b, a, b); }
 inline LaneFloats maximum(const LaneFloats& a, const LaneFloats& b) { return select(a > b, a, b); }
 inline LaneFloats magnitude(const LaneFloats& a) {
   return floatsOf(bitsOf(a) & LaneInts(0x7fffffff));

@@ -5,7 +5,6 @@
 
 #include "backend/frame_check.h"
 #include "cpu/prefetch.h"
-#include "cpu/surface_points.h"
 #include "cpu/widest_vectors.h"
 #include "threads/parallel.h"
 
@@ -123,27 +122,25 @@ void Painter::findBlocksInView(const std::vector<int32_t>& candidates, const Blo
 }
 
 /// Draws what of a block hides others, and keeps the points that may be seen.
-void Painter::findPoints(const PaintedMap& map, BlockView& block, const HidingRows& hiding) const {
+void Painter::findPoints(const PaintedMap& map, BlockView& block, float* hiding_m) const {
   const PointView& view = sensing_.view;
   const BlockEntry& entry = map.table.block(block.slot);
   const Vec3f first_voxel_L = firstVoxelOf(entry);
   const bool takes_colour = map.table.takesColour(entry.key);
   block.points.clear();
-  SurfacePoints points;
-  int hides_others[SurfacePoints::kMost];
+  const auto draw = [&](int32_t cell, float depth_m) {
+    hiding_m[cell] = minimum(hiding_m[cell], depth_m);
+  };
   visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
-    VoxelList near;
-    listNearSurface(view, array, view.rules.surface_distance, near);
-    for (int first = 0; first < near.count; first += SurfacePoints::kMost) {
-      const int batch = std::min(SurfacePoints::kMost, near.count - first);
-      points.find(view, first_voxel_L, array, direction, near.index + first, batch);
-      int hiding_count = 0;
-      for (int i = 0; i < points.count(); ++i) {
-        hides_others[hiding_count] = i;
-        hiding_count += static_cast<int>(hides(view, array, points.index(i), direction));
+    for (int i = 0; i < kVoxelsPerBlock; ++i) {
+      SurfacePoint point;
+      if (!isNearSurface(view, array[i], view.rules.surface_distance) ||
+          !findSurfacePoint(view, first_voxel_L, array, i, direction, point)) {
+        continue;
       }
-      hiding.draw(view, points, hides_others, hiding_count);
-      if (takes_colour) block.points.add(points, direction);
+      if (hides(view, array, i, direction)) drawSurface(view, point, draw);
+      if (!takes_colour || !(point.cosine > 0.0f)) continue;
+      block.points.push_back({static_cast<uint16_t>(direction * kVoxelsPerBlock + i), point});
     }
   });
 }
@@ -155,11 +152,11 @@ void Painter::findPoints(const PaintedMap& map) {
   hiding_m_.resize(threads_);
   std::atomic<size_t> next{0};
   parallelFor(hiding_m_.size(), threads_, [&](size_t part) {
-    const HidingRows hiding(hiding_m_[part], width, height);
+    hiding_m_[part].assign(static_cast<size_t>(width) * height, kNoSurface_m);
     for (size_t i = next++; i < blocks_in_view_; i = next++) {
       const size_t ahead = i + hiding_m_.size();  // this thread's next one, most likely
       if (ahead < blocks_in_view_) prefetchBlock(map.table.block(blocks_[ahead].slot), map.voxels);
-      findPoints(map, blocks_[i], hiding);
+      findPoints(map, blocks_[i], hiding_m_[part].data());
     }
   });
   std::vector<float>& nearest_m = hiding_m_[0];
@@ -169,6 +166,17 @@ void Painter::findPoints(const PaintedMap& map) {
     }
   }
   sensing_.hiding = {nearest_m.data(), width, height};
+}
+
+/// Samples the image at those points that nothing hides.
+void Painter::sample(BlockView& block) const {
+  block.samples.clear();
+  for (const FacingPoint& facing : block.points) {
+    const float share = visibilityOf(sensing_.view, sensing_.hiding, facing.point);
+    if (!(share > 0.0f)) continue;
+    const ColourSample sample = sampleAt(sensing_, facing.point, share);
+    if (sample.weight > 0.0f) block.samples.push_back({facing.voxel, sample});
+  }
 }
 
 /// And lists the bricks that samples lie in.
@@ -190,7 +198,7 @@ void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
 /// The colours of the block that a thread comes to after this one, most likely.
 void Painter::prefetchNext(const PaintedMap& map, size_t i) const {
   const size_t next = i + 1;
-  if (next >= blocks_in_view_ || blocks_[next].points.count() == 0) return;
+  if (next >= blocks_in_view_ || blocks_[next].points.empty()) return;
   prefetchColours(map.table.block(blocks_[next].slot), map.table, map.colours);
 }
 
@@ -201,13 +209,13 @@ SeenColours Painter::look(const ColourLook& look, const PaintedMap& map) {
   findPoints(map);
   parallelFor(blocks_in_view_, threads_, [&](size_t i) {
     prefetchNext(map, i);
-    blocks_[i].points.sample(sensing_, blocks_[i].samples);
+    sample(blocks_[i]);
     sumExposure(map, blocks_[i]);
   });
   SeenColours seen = {};
   for (size_t i = 0; i < blocks_in_view_; ++i) {
     addToSums(seen.sums, blocks_[i].sums);
-    seen.any |= blocks_[i].samples.count() > 0;
+    seen.any |= !blocks_[i].samples.empty();
   }
   return seen;
 }
@@ -254,7 +262,8 @@ size_t Painter::bytes() const {
   size_t bytes = pixels_.capacity() * sizeof(ColourPixel) + blocks_.capacity() * sizeof(BlockView);
   for (const std::vector<float>& depth_m : hiding_m_) bytes += depth_m.capacity() * sizeof(float);
   for (const BlockView& block : blocks_) {
-    bytes += block.points.bytes() + block.samples.bytes();
+    bytes += block.points.capacity() * sizeof(FacingPoint) +
+             block.samples.capacity() * sizeof(VoxelSample);
   }
   return bytes;
 }

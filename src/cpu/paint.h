@@ -4,8 +4,6 @@
 #include <vector>
 
 #include "backend/map_backend.h"
-#include "cpu/facing_points.h"
-#include "cpu/hiding_rows.h"
 #include "cpu/voxel_store.h"
 #include "dtsdf_mapping/colour_frame.h"
 #include "kernels/colour/colour_rules.h"
@@ -47,18 +45,30 @@ class Painter {
   size_t bytes() const;
 
  private:
+  /// A voxel of a block (direction times kVoxelsPerBlock + voxel) whose point faces the camera.
+  struct FacingPoint {
+    uint16_t voxel;
+    SurfacePoint point;
+  };
+  /// What the image says of a voxel.
+  struct VoxelSample {
+    uint16_t voxel;
+    ColourSample sample;
+  };
+
   /// What it says of one block.
   struct BlockView {
     int32_t slot;
-    FacingPoints points;
-    VoxelSamples samples;
+    std::vector<FacingPoint> points;
+    std::vector<VoxelSample> samples;
     uint64_t bricks;  ///< That these lie in, a bit each.
     ExposureSums sums;
   };
 
   void findBlocksInView(const std::vector<int32_t>& candidates, const BlockTable& table);
   void findPoints(const PaintedMap& map);
-  void findPoints(const PaintedMap& map, BlockView& block, const HidingRows& hiding) const;
+  void findPoints(const PaintedMap& map, BlockView& block, float* hiding_m) const;
+  void sample(BlockView& block) const;
   void prefetchNext(const PaintedMap& map, size_t i) const;
   void sumExposure(const PaintedMap& map, BlockView& block) const;
   bool paintBlock(const Exposure& exposure, const PaintedMap& map, const BlockView& block) const;

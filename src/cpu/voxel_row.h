@@ -14,9 +14,6 @@ static_assert(kLanes == kBlockSide, "a row fills the lanes");
 struct VoxelRow {
   LaneInts sdf_units, anchor, state;
 
-  /// Of voxels that lie anywhere: their first words, and their states.
-  VoxelRow(const LaneInts& words, const LaneInts& states) : state(states) { takeApart(words.v); }
-
   explicit VoxelRow(const Voxel* voxels) {
     LaneInts::Vector first, last;  // a voxel's distance and anchor, and its state, by turns
     static_assert(sizeof(first) + sizeof(last) == kBlockSide * sizeof(Voxel), "");
@@ -31,7 +28,9 @@ struct VoxelRow {
     const LaneInts::Vector low = __builtin_shuffle(first, last, kEven);
     state.v = __builtin_shuffle(first, last, kOdd);
 #endif
-    takeApart(low);
+    constexpr bool kLittle = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__;
+    sdf_units.v = (kLittle ? low << 16 : low) >> 16;
+    anchor.v = (kLittle ? low >> 16 : low) & 0xffff;
   }
 
   LaneFloats sdf() const { return toFloats(sdf_units) * LaneFloats(1.0f / kStoredSdfScale); }
@@ -45,13 +44,6 @@ struct VoxelRow {
   SampleOf<LaneFloats> samples(int32_t least_evidence) const {
     const LaneInts known = evidence() > LaneInts(least_evidence - 1);
     return {sdf(), select(known, weight(), LaneFloats(0.0f))};
-  }
-
- private:
-  void takeApart(const LaneInts::Vector& words) {
-    constexpr bool kLittle = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__;
-    sdf_units.v = (kLittle ? words << 16 : words) >> 16;
-    anchor.v = (kLittle ? words >> 16 : words) & 0xffff;
   }
 };
 

@@ -4,7 +4,6 @@
 
 #include <cstring>
 
-#include "kernels/core/select.h"
 #include "kernels/core/vec.h"
 
 namespace dtsdf {
@@ -97,22 +96,16 @@ DTSDF_HD ColourPixel halvedPixel(const ColourImage& image, int level, int32_t u,
 }
 
 /// The level whose pixels are as wide as this at most, in pixels of the image.
-template <class Real>
-DTSDF_HD auto levelOfWidth(const Real& width_px) {
-  using Int = decltype(floorToInt(width_px));
-  Int level(0);
-  for (int l = 1; l < kColourLevels; ++l) {
-    level = level + select(width_px >= Real(static_cast<float>(1 << l)), Int(1), Int(0));
-  }
+DTSDF_HD int levelOfWidth(float width_px) {
+  int level = 0;
+  for (int l = 1; l < kColourLevels; ++l) level += width_px >= static_cast<float>(1 << l) ? 1 : 0;
   return level;
 }
 
-/// Red, green and blue, from 0 to 255; of one point, or of several at once.
-template <class Real>
-struct RgbOf {
-  Real red, green, blue;
+/// Red, green and blue, from 0 to 255.
+struct Rgb {
+  float red, green, blue;
 };
-using Rgb = RgbOf<float>;
 
 DTSDF_HD Rgb rgbAt(const ColourImage& image, const ColourLevel& level, int32_t u, int32_t v) {
   const ColourPixel& pixel = pixelAt(image, level, u, v);
@@ -120,30 +113,24 @@ DTSDF_HD Rgb rgbAt(const ColourImage& image, const ColourLevel& level, int32_t u
           static_cast<float>(pixel.blue)};
 }
 
-template <class Real>
-DTSDF_HD Real between(const Real& a, const Real& b, const Real& share) {
-  return a + share * (b - a);
-}
+DTSDF_HD float between(float a, float b, float share) { return a + share * (b - a); }
 
-template <class Real>
-DTSDF_HD RgbOf<Real> between(const RgbOf<Real>& a, const RgbOf<Real>& b, const Real& share) {
+DTSDF_HD Rgb between(const Rgb& a, const Rgb& b, float share) {
   return {between(a.red, b.red, share), between(a.green, b.green, share),
           between(a.blue, b.blue, share)};
 }
 
 /// The colour at a point of the image, in pixels from the corner of the first one: bilinear between
 /// the pixels of a level.
-template <class Real>
-DTSDF_HD RgbOf<Real> colourAt(const ColourImage& image, int level_number, const Real& u_px,
-                              const Real& v_px) {
+DTSDF_HD Rgb colourAt(const ColourImage& image, int level_number, float u_px, float v_px) {
   const ColourLevel& level = image.level[level_number];
-  const Real scale(1.0f / static_cast<float>(1 << level_number));
-  const Real u = u_px * scale - Real(0.5f), v = v_px * scale - Real(0.5f);
-  const auto u0 = floorToInt(u), v0 = floorToInt(v);
-  const Real du = u - toFloats(u0), dv = v - toFloats(v0);
-  const decltype(u0) one(1), u1 = u0 + one, v1 = v0 + one;
-  return between(between(rgbAt(image, level, u0, v0), rgbAt(image, level, u1, v0), du),
-                 between(rgbAt(image, level, u0, v1), rgbAt(image, level, u1, v1), du), dv);
+  const float scale = 1.0f / static_cast<float>(1 << level_number);
+  const float u = u_px * scale - 0.5f, v = v_px * scale - 0.5f;
+  const int32_t u0 = floorToInt(u), v0 = floorToInt(v);
+  const float du = u - static_cast<float>(u0), dv = v - static_cast<float>(v0);
+  return between(between(rgbAt(image, level, u0, v0), rgbAt(image, level, u0 + 1, v0), du),
+                 between(rgbAt(image, level, u0, v0 + 1), rgbAt(image, level, u0 + 1, v0 + 1), du),
+                 dv);
 }
 
 }  // namespace dtsdf

@@ -6,7 +6,6 @@
 #pragma once
 
 #include "kernels/colour/surface_point.h"
-#include "kernels/core/select.h"
 
 namespace dtsdf {
 
@@ -26,12 +25,10 @@ DTSDF_HD int32_t cellsFor(int32_t pixels) { return (pixels + kCellSide - 1) >> k
 
 /// The cell of a coordinate in the image, or the outermost one; beside a point in a strange camera
 /// it may be beyond what an integer holds.
-template <class Real>
-DTSDF_HD auto cellOf(const Real& px, int32_t cells) {
+DTSDF_HD int32_t cellOf(float px, int32_t cells) {
   constexpr float kFarBeyond = 16777216.0f;
-  auto cell = floorToInt(minimum(maximum(px, Real(0.0f)), Real(kFarBeyond))) >> kCellSideLog2;
-  using Int = decltype(cell);
-  return select(Int(cells) > cell, cell, Int(cells - 1));
+  const int32_t cell = floorToInt(minimum(maximum(px, 0.0f), kFarBeyond)) >> kCellSideLog2;
+  return cells > cell ? cell : cells - 1;
 }
 
 /// Whether a voxel hides what is behind it: its surface is near, and lies between it and the next
@@ -88,17 +85,14 @@ DTSDF_HD SurfacePiece pieceOf(const PointView& view, const SurfacePoint& point) 
 
 /// Depth of a piece in cell (u, v), or kNoSurface_m: it covers its own cell, and those where its
 /// plane is within a voxel of its depth. Seen at a grazing angle that is a stripe; more would hide
-/// the surface behind it. A row's cells may be asked at once: `u` is a whole number.
-template <class Real>
-DTSDF_HD Real depthOfPiece(const SurfacePiece& piece, const Real& u, int32_t v) {
-  const Real du = (u + Real(0.5f)) * Real(kCellSide) - Real(piece.u);
-  const Real dv = Real((static_cast<float>(v) + 0.5f) * kCellSide - piece.v);
-  const Real depth_m = depthBeside(piece.plane, du, dv);
-  const Real own_u = Real(v == piece.own_v ? static_cast<float>(piece.own_u) : -1.0f);
-  const auto is_beyond = (magnitude(depth_m - Real(piece.depth_m)) > Real(piece.reach_m)) &
-                         (magnitude(u - own_u) > Real(0.5f));
-  return select(is_beyond, Real(kNoSurface_m),
-                minimum(maximum(depth_m, Real(piece.nearest_m)), Real(piece.last_m)));
+/// the surface behind it.
+DTSDF_HD float depthOfPiece(const SurfacePiece& piece, int32_t u, int32_t v) {
+  const float du = (static_cast<float>(u) + 0.5f) * kCellSide - piece.u;
+  const float dv = (static_cast<float>(v) + 0.5f) * kCellSide - piece.v;
+  const float depth_m = depthBeside(piece.plane, du, dv);
+  const bool is_own = u == piece.own_u && v == piece.own_v;
+  if (!is_own && fabsf(depth_m - piece.depth_m) > piece.reach_m) return kNoSurface_m;
+  return minimum(maximum(depth_m, piece.nearest_m), piece.last_m);
 }
 
 /// Calls draw(cell, depth_m) for the cells that the surface of a point covers.
@@ -108,74 +102,66 @@ DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, cons
   const SurfacePiece piece = pieceOf(view, point);
   for (int32_t v = piece.first_v; v <= piece.last_v; ++v) {
     for (int32_t u = piece.first_u; u <= piece.last_u; ++u) {
-      const float depth_m = depthOfPiece(piece, static_cast<float>(u), v);
+      const float depth_m = depthOfPiece(piece, u, v);
       if (depth_m < kNoSurface_m) draw(v * width + u, depth_m);
     }
   }
 }
 
-template <class Int>
-DTSDF_HD auto depthAt(const HidingImage& hiding, const Int& u, const Int& v) {
-  return gather(hiding.depth_m, v * Int(hiding.width) + u);
+DTSDF_HD float depthAt(const HidingImage& hiding, int32_t u, int32_t v) {
+  return hiding.depth_m[v * hiding.width + u];
 }
 
 /// Where a point's own surface would be in a cell: on its plane.
-template <class Real, class Int>
-DTSDF_HD Real ownDepthAt(const SurfacePointOf<Real>& point, const Int& u, const Int& v) {
-  const Real centre_u = (toFloats(u) + Real(0.5f)) * Real(kCellSide);
-  const Real centre_v = (toFloats(v) + Real(0.5f)) * Real(kCellSide);
+DTSDF_HD float ownDepthAt(const SurfacePoint& point, int32_t u, int32_t v) {
+  const float centre_u = (static_cast<float>(u) + 0.5f) * kCellSide;
+  const float centre_v = (static_cast<float>(v) + 0.5f) * kCellSide;
   return depthBeside(point.plane, centre_u - point.u, centre_v - point.v);
 }
 
 /// Whether another surface than the point's own is seen in a cell.
-template <class Mask>
 struct SeenBeside {
-  Mask is_nearer, is_farther;
+  bool is_nearer, is_farther;
 };
 
 /// Own is what lies on the point's plane, or as far away as the point, where another surface meets
 /// it, or in between. The point itself is asked first, as that needs no plane.
-template <class Real, class Int>
-DTSDF_HD auto seenIn(const PointView& view, const SurfacePointOf<Real>& point, const Int& u,
-                     const Int& v, const Real& seen_m) {
-  const Real limit_m(view.rules.hidden_depth * view.frame.voxel_size_m);
-  auto is_nearer = seen_m < point.depth_m - limit_m;
-  const auto is_farther = seen_m > point.depth_m + limit_m;
-  using Mask = decltype(is_nearer);
-  if (!any(is_nearer | is_farther)) return SeenBeside<Mask>{is_nearer, is_farther};
-  const Real own_m = ownDepthAt(point, u, v);
-  return SeenBeside<Mask>{Mask(is_nearer & (seen_m < own_m - limit_m)),
-                          Mask(is_farther & (seen_m > own_m + limit_m))};
+DTSDF_HD SeenBeside seenIn(const PointView& view, const SurfacePoint& point, int32_t u, int32_t v,
+                           float seen_m) {
+  const float limit_m = view.rules.hidden_depth * view.frame.voxel_size_m;
+  const bool is_nearer = seen_m < point.depth_m - limit_m;
+  const bool is_farther = seen_m > point.depth_m + limit_m;
+  if (!is_nearer && !is_farther) return {false, false};
+  const float own_m = ownDepthAt(point, u, v);
+  return {is_nearer && seen_m < own_m - limit_m, is_farther && seen_m > own_m + limit_m};
 }
 
 /// How far from a point its outline may be for the view to be beside it, in pixels: where the
 /// hiding image shows it is known to a cell.
-template <class Real>
-DTSDF_HD Real outlineReach(const ColourRules& rules, const Real& voxel_px) {
-  return Real(static_cast<float>(kCellSide)) + Real(rules.outline_voxels) * voxel_px;
+DTSDF_HD float outlineReach(const ColourRules& rules, float voxel_px) {
+  return static_cast<float>(kCellSide) + rules.outline_voxels * voxel_px;
 }
 
 /// What a view of a point counts for by what is seen there and around it: nothing where something
 /// nearer hides it, little where its surface ends or something nearer does.
-template <class Real>
-DTSDF_HD Real visibilityOf(const PointView& view, const HidingImage& hiding,
-                           const SurfacePointOf<Real>& point) {
+DTSDF_HD float visibilityOf(const PointView& view, const HidingImage& hiding,
+                            const SurfacePoint& point) {
   const ColourRules& rules = view.rules;
-  const Real beside = outlineReach(rules, voxelWidth(view.frame, point));
-  const auto u = cellOf(point.u, hiding.width), v = cellOf(point.v, hiding.height);
-  const decltype(u) us[3] = {u, cellOf(point.u - beside, hiding.width),
-                             cellOf(point.u + beside, hiding.width)};
-  const decltype(v) vs[3] = {v, cellOf(point.v - beside, hiding.height),
-                             cellOf(point.v + beside, hiding.height)};
-  Real seen_m[9];  // read together: most are asked for, and each alone would be waited for
+  const float beside = outlineReach(rules, voxelWidth(view.frame, point));
+  const int32_t u = cellOf(point.u, hiding.width), v = cellOf(point.v, hiding.height);
+  const int32_t us[3] = {u, cellOf(point.u - beside, hiding.width),
+                         cellOf(point.u + beside, hiding.width)};
+  const int32_t vs[3] = {v, cellOf(point.v - beside, hiding.height),
+                         cellOf(point.v + beside, hiding.height)};
+  float seen_m[9];  // read together: most are asked for, and each alone would be waited for
   for (int n = 0; n < 9; ++n) seen_m[n] = depthAt(hiding, us[n % 3], vs[n / 3]);
-  const auto is_hidden = seenIn(view, point, u, v, seen_m[0]).is_nearer;
-  auto is_outline = is_hidden;
-  for (int n = 1; n < 9 && !all(is_outline); ++n) {
-    const auto seen = seenIn(view, point, us[n % 3], vs[n / 3], seen_m[n]);
-    is_outline = is_outline | seen.is_nearer | seen.is_farther;
+  if (seenIn(view, point, u, v, seen_m[0]).is_nearer) return 0.0f;
+  bool is_outline = false;
+  for (int n = 1; n < 9 && !is_outline; ++n) {
+    const SeenBeside seen = seenIn(view, point, us[n % 3], vs[n / 3], seen_m[n]);
+    is_outline = seen.is_nearer || seen.is_farther;
   }
-  return select(is_hidden, Real(0.0f), select(is_outline, Real(rules.outline_share), Real(1.0f)));
+  return is_outline ? rules.outline_share : 1.0f;
 }
 
 }  // namespace dtsdf

@@ -29,18 +29,16 @@ DTSDF_HD uint8_t roundColour(float value) { return static_cast<uint8_t>(value + 
 ///   cosine           the angle
 ///   min(1, z0 / z)   the distance
 ///   min(1, width)    the sharpness: the pixels that a voxel covers, foreshortened
-template <class Real>
-DTSDF_HD Real viewWeight(const PointView& view, const SurfacePointOf<Real>& point) {
-  const Real one(1.0f), width_px = point.cosine * voxelWidth(view.frame, point);
-  const Real quality = point.cosine * minimum(one, Real(view.full_weight_depth_m) / point.depth_m) *
-                       minimum(one, width_px);
+DTSDF_HD float viewWeight(const PointView& view, const SurfacePoint& point) {
+  const float width_px = point.cosine * voxelWidth(view.frame, point);
+  const float quality = point.cosine * minimum(1.0f, view.full_weight_depth_m / point.depth_m) *
+                        minimum(1.0f, width_px);
   return quality * quality;
 }
 
 /// The width of the square that a point takes the mean of, in pixels.
-template <class Real>
-DTSDF_HD Real sampleWidth(const PointView& view, const SurfacePointOf<Real>& point) {
-  return Real(view.rules.sample_width) * voxelWidth(view.frame, point);
+DTSDF_HD float sampleWidth(const PointView& view, const SurfacePoint& point) {
+  return view.rules.sample_width * voxelWidth(view.frame, point);
 }
 
 /// The sample of a point that counts for this share.
@@ -76,9 +74,9 @@ DTSDF_HD VoxelColour paintedColour(const VoxelColour& colour, const ColourSample
   const float before = colourWeight(colour.weight), total = before + sample.weight;
   const float share = sample.weight / total;
   const float most = static_cast<float>(rules.most_views) * sample.weight;
-  return {roundColour(between<float>(colour.red, exposed(sample.red, exposure.gain[0]), share)),
-          roundColour(between<float>(colour.green, exposed(sample.green, exposure.gain[1]), share)),
-          roundColour(between<float>(colour.blue, exposed(sample.blue, exposure.gain[2]), share)),
+  return {roundColour(between(colour.red, exposed(sample.red, exposure.gain[0]), share)),
+          roundColour(between(colour.green, exposed(sample.green, exposure.gain[1]), share)),
+          roundColour(between(colour.blue, exposed(sample.blue, exposure.gain[2]), share)),
           colourWeightCode(maximum(before, minimum(total, most)))};
 }
 

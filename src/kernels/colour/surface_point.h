@@ -3,28 +3,22 @@
 
 #include "kernels/colour/colour_rules.h"
 #include "kernels/core/camera.h"
-#include "kernels/core/select.h"
 #include "kernels/fusion/free_space.h"
 
 namespace dtsdf {
 
 /// The plane through a point: its inverse depth is affine in the pixel.
-template <class Real>
-struct PointPlaneOf {
-  Real inverse_depth, per_u, per_v;  ///< At the point, in 1/m, and its change per pixel.
+struct PointPlane {
+  float inverse_depth, per_u, per_v;  ///< At the point, in 1/m, and its change per pixel.
 };
 
-/// The foot of a voxel, as it is seen; or of several voxels at once.
-template <class Real>
-struct SurfacePointOf {
-  Real depth_m;
-  Real cosine;  ///< Between the normal and the ray to the camera; below 0 seen from behind.
-  Real u, v;    ///< In pixels from the corner of the first one.
-  PointPlaneOf<Real> plane;
+/// The foot of a voxel, as it is seen.
+struct SurfacePoint {
+  float depth_m;
+  float cosine;  ///< Between the normal and the ray to the camera; below 0 seen from behind.
+  float u, v;    ///< In pixels from the corner of the first one.
+  PointPlane plane;
 };
-
-using PointPlane = PointPlaneOf<float>;
-using SurfacePoint = SurfacePointOf<float>;
 
 /// What points are made of: the camera, and how the surfaces of an array face.
 struct PointView {
@@ -59,8 +53,8 @@ DTSDF_HD PointPlane planeOf(const Intrinsics& K, const Vec3f& p_C, const Vec3f& 
                             float cosine) {
   const bool is_seen = fabsf(cosine) > kLeastPlaneCosine;
   const float offset = dot(normal_C, p_C);
-  return {1.0f / p_C.z, select(is_seen, normal_C.x / (K.fx * offset), 0.0f),
-          select(is_seen, normal_C.y / (K.fy * offset), 0.0f)};
+  return {1.0f / p_C.z, is_seen ? normal_C.x / (K.fx * offset) : 0.0f,
+          is_seen ? normal_C.y / (K.fy * offset) : 0.0f};
 }
 
 /// Where a point in metres with a unit normal is seen; it may be nowhere in the image.
@@ -99,17 +93,14 @@ DTSDF_HD bool findSurfacePoint(const PointView& view, const Vec3f& first_voxel_L
 }
 
 /// Width of a voxel in the image, in pixels.
-template <class Real>
-DTSDF_HD Real voxelWidth(const FrameView& frame, const SurfacePointOf<Real>& point) {
-  return Real(frame.intrinsics.fx * frame.voxel_size_m) / point.depth_m;
+DTSDF_HD float voxelWidth(const FrameView& frame, const SurfacePoint& point) {
+  return frame.intrinsics.fx * frame.voxel_size_m / point.depth_m;
 }
 
 /// Depth in metres of the plane so many pixels beside the point; not behind the horizon.
-template <class Plane, class Real>
-DTSDF_HD Real depthBeside(const Plane& plane, const Real& du, const Real& dv) {
-  const Real at_point(plane.inverse_depth);
-  const Real inverse_depth = at_point + du * Real(plane.per_u) + dv * Real(plane.per_v);
-  return Real(1.0f) / maximum(inverse_depth, Real(0.01f) * at_point);
+DTSDF_HD float depthBeside(const PointPlane& plane, float du, float dv) {
+  const float inverse_depth = plane.inverse_depth + du * plane.per_u + dv * plane.per_v;
+  return 1.0f / maximum(inverse_depth, 0.01f * plane.inverse_depth);
 }
 
 }  // namespace dtsdf

@@ -13,13 +13,8 @@ DTSDF_HD float select(bool condition, float yes, float no) { return condition ? 
 DTSDF_HD int32_t select(bool condition, int32_t yes, int32_t no) { return condition ? yes : no; }
 DTSDF_HD bool select(bool condition, bool yes, bool no) { return condition ? yes : no; }
 DTSDF_HD bool any(bool condition) { return condition; }
-DTSDF_HD bool all(bool condition) { return condition; }
 /// Before what changes nothing where the condition does not hold: asks of one unit only.
 DTSDF_HD bool isWorthABranch(bool condition) { return condition; }
-/// What is set in any of the units.
-DTSDF_HD uint32_t anyBits(uint32_t bits) { return bits; }
-DTSDF_HD float toFloats(int32_t a) { return static_cast<float>(a); }
-DTSDF_HD float gather(const float* values, int32_t place) { return values[place]; }
 DTSDF_HD float magnitude(float a) { return fabsf(a); }
 DTSDF_HD float squareRoot(float a) { return sqrtf(a); }
 

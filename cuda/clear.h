@@ -37,6 +37,7 @@ class Clearing {
 
   /// Waits for the frame. @return its empty blocks, by slot; reported once.
   std::vector<EmptyBlock> takeEmptyBlocks();
+  bool hasOutcome() const { return is_cleared_; }  ///< Of a frame, not taken yet.
 
   void addMemory(std::vector<MemoryPart>& parts) const;
 

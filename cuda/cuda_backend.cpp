@@ -8,13 +8,13 @@
 #include "backend/frame_check.h"
 #include "backend/rule_settings.h"
 #include "block_mesher.h"
-#include "carry_records.h"
 #include "clear.h"
 #include "clear_region.h"
 #include "distances.h"
 #include "fusion.h"
+#include "kernels/fusion/free_space.h"
 #include "map/memory_budget.h"
-#include "move_blocks.h"
+#include "move_marks.h"
 #include "move_records.h"
 #include "painter.h"
 #include "raw_image.h"
@@ -28,13 +28,18 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
+/// Lengths, at most, of the lists of dirty and of painted blocks, which are on the device.
+struct MarkBounds {
+  size_t dirty = 0, painted = 0;
+};
+
 /// One map on a device, with all that is needed to fuse images into it and to mesh it.
 class CudaBackend : public MapBackend {
  public:
   CudaBackend(const MapperParams& params, const Rules& rules, int device, const BlockTable& table);
   ~CudaBackend() override { stream_.drain(); }
 
-  std::string name() const override { return "cuda (" + deviceName() + ")"; }
+  BackendTraits traits() const override;
   void enter() override { useDevice(device_); }
   void profileTo(Profile* profile) override;
   void addMemory(std::vector<MemoryPart>& parts) const override;
@@ -48,24 +53,14 @@ class CudaBackend : public MapBackend {
     surfels_ = surfel_maker_.makeSurfels(*sensing_, block_finder_.usableSurfels());
   }
   void findBlocks() override { block_finder_.mark(*sensing_, surfels_); }
-  void lookUpBlocks() override;
+  TouchedBlocks lookUpBlocks() override;
   void seeFree(std::vector<Vec3i> cubes) override;
-  TouchedCounts touched() override;
-  std::vector<BlockRequest> requests() override { return block_finder_.fetchRequests(); }
   void reserveFrame(const FrameTurn& turn) override;
   void castFoldAndClear(const FrameTurn& turn) override;
-  std::vector<EmptyBlock> takeEmpty() override { return clearing_.takeEmptyBlocks(); }
-  bool hasMirror() const override { return true; }
-  std::vector<FreeCube> takeFree() override { return free_cell_finder_.take(); }
-  bool makesDistances() const override { return true; }
-  bool makeDistances(const DistanceTask& task,
-                     std::vector<std::shared_ptr<uint16_t[]>>& squares) override {
-    return distance_maker_.make(task, squares);
-  }
+  FrameOutcome takeOutcome() override;
 
   void takeColours(const ColourFrame& frame) override { painter_.takeImage(frame); }
   SeenColours look(const ColourLook& look) override;
-  std::vector<ColourRequest> colourRequests() override { return painter_.fetchRequests(); }
   void paint(const Exposure& exposure) override;
 
   void render(const ViewRequest& request, RenderedView& view) override {
@@ -74,34 +69,40 @@ class CudaBackend : public MapBackend {
     renderer_.render(request, map_.view(), is_labelled, view);
   }
 
-  void markAllDirty() override;
-  void keepColours() override;
+  void markAll(const MeshMarks& marks) override;
   void beginMesh(int32_t least_evidence) override;
   void waitForMeshes() override;
   MeshUpdate finishMesh() override;
 
-  void reserve(const MapDemand& demand) override { map_.reserve(table_, demand); }
-  void reserveColours(size_t new_bricks) override { map_.reserveColours(table_, new_bricks); }
-  void reserveChanges(size_t slots) override { map_.reserveChanges(slots); }
-  void enterBlocks(const std::vector<int32_t>& slots, const std::vector<int32_t>& arrays) override {
-    map_.enterBlocks(table_, slots, arrays);
-  }
-  void enterColours(const std::vector<NewBrick>& bricks) override { map_.enterColours(bricks); }
-  void follow(const ChangedSlots& changed) override;
+  void reserve(const MemoryDemand& demand) override;
+  void follow(const TableChanges& changes) override;
   std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots,
                                         const RegionView& region) override {
     return region_clearer_.clear(slots, region, map_.view());
   }
-  void copyOut(const ContentsOrder& order, MapContents& contents) override;
-  void copyIn(const ContentsOrder& order, const MapContents& contents) override;
-  BlockMover* mover() override { return &block_mover_; }
+  void copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) override;
+  void copyIn(const ContentsOrder& order, const MapContents& contents,
+              const MeshStates* given) override;
+
+  std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
+                                    uint64_t frame_number) override;
+  std::vector<PackedKey> alignedKeys(const FrameView& view, float cutoff) override {
+    return aligner_.keysAt(view, cutoff);
+  }
+  std::vector<MarkedSlot> marked(bool taken) override;
+  void setMarks(const std::vector<MarkedSlot>& marked) override;
 
  private:
+  void compareBlocks();
+  bool hasMarks() const { return bounds_.dirty + bounds_.painted > 0; }
+  std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots);
+  void giveStates(const std::vector<int32_t>& slots, const MeshStates& given);
   RawDepth rawDepthOf(const DepthFrame& frame) const;
   void findMore();
   FusionTarget target() const { return {map_.view(), block_finder_.view()}; }
 
   const MapperParams params_;
+  const FusionRules fusion_rules_;
   const int device_;
   const BlockTable& table_;
   StageClock clock_;
@@ -120,20 +121,20 @@ class CudaBackend : public MapBackend {
   Renderer renderer_;
   RegionClearer region_clearer_;
   FreeCellFinder free_cell_finder_;
-  DistanceMaker distance_maker_;
+  std::shared_ptr<DistanceMaker> distance_maker_;
   RecordMover record_mover_;
-  RecordCarrier record_carrier_;
+  MarkMover mark_mover_;
   size_t in_view_count_ = 0;              ///< Of the part of a frame that is fused.
   std::optional<DeviceSensing> sensing_;  ///< Of the last depth image.
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};
   MarkBounds bounds_;
-  CudaBlockMover block_mover_;
 };
 
 CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int device,
                          const BlockTable& table)
     : params_(params),
+      fusion_rules_(rules.fusion),
       device_(device),
       table_(table),
       map_(stream_),
@@ -148,12 +149,9 @@ CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int dev
       renderer_(makeMeshSettings(params, rules), params.map.directional, stream_),
       region_clearer_(stream_),
       free_cell_finder_(cellGridOf(params), params.space.max_range_m, stream_),
-      distance_maker_(budgetOf(params).free_bytes),
+      distance_maker_(std::make_shared<DistanceMaker>(budgetOf(params).free_bytes)),
       record_mover_(stream_),
-      record_carrier_(stream_, device),
-      block_mover_(
-          {table, map_, block_finder_, aligner_, mesher_, record_carrier_, sensing_, bounds_},
-          rules.fusion, stream_) {
+      mark_mover_(stream_) {
   stream_.setClock(&clock_);
   mesher_.setClock(&clock_);
   painter_.setClock(&clock_);
@@ -183,7 +181,7 @@ void CudaBackend::sense(const DepthFrame& frame, const FrameView& view) {
 }
 
 /// Surfels are cast while the host admits blocks: nothing before needs them, nor free depths.
-void CudaBackend::lookUpBlocks() {
+void CudaBackend::compareBlocks() {
   block_finder_.compare(*sensing_, map_.view());
   fusion_.castAhead(*sensing_, surfels_, block_finder_.view());
   sensor_.findFreeDepths(*sensing_);
@@ -194,10 +192,29 @@ void CudaBackend::seeFree(std::vector<Vec3i> cubes) {
   free_cell_finder_.find(sensing_->frame(), sensor_.freeDepth(), std::move(cubes));
 }
 
-TouchedCounts CudaBackend::touched() {
+/// Where the device lacks memory for distances the host's threads work them out.
+BackendTraits CudaBackend::traits() const {
+  BackendTraits traits;
+  traits.name = "cuda (" + deviceName() + ")";
+  traits.indexes_blocks_itself = true;
+  traits.distance_work = [maker = distance_maker_, device = device_](const DistanceTask& task,
+                                                                     auto& squares) {
+    useDevice(device);
+    try {
+      return maker->make(task, squares);
+    } catch (const BackendError& error) {
+      if (!error.lacksMemory()) throw;
+      return false;
+    }
+  };
+  return traits;
+}
+
+TouchedBlocks CudaBackend::lookUpBlocks() {
+  compareBlocks();
   counters_ = block_finder_.waitForCounters();
   while (counters_.table_full || counters_.usable_surfels > surfels_.room) findMore();
-  return {counters_.usable_surfels, counters_.touched, counters_.requests,
+  return {counters_.usable_surfels, counters_.touched, block_finder_.fetchRequests(),
           counters_.requested_arrays};
 }
 
@@ -211,7 +228,7 @@ void CudaBackend::findMore() {
     block_finder_.grow();
   }
   findBlocks();
-  lookUpBlocks();
+  compareBlocks();
   counters_ = block_finder_.waitForCounters();
 }
 
@@ -236,7 +253,8 @@ void CudaBackend::castFoldAndClear(const FrameTurn& turn) {
 SeenColours CudaBackend::look(const ColourLook& look) {
   painter_.look(look, table_.paintedExtent(), map_.view());
   const LookCounters& seen = painter_.counters();
-  return {seen.seen > 0, seen.sums};
+  if (seen.seen == 0) return {};
+  return {true, seen.sums, painter_.fetchRequests()};
 }
 
 void CudaBackend::paint(const Exposure& exposure) {
@@ -244,14 +262,16 @@ void CudaBackend::paint(const Exposure& exposure) {
   bounds_.painted += std::min(painter_.counters().seen, painter_.counters().blocks);
 }
 
-void CudaBackend::markAllDirty() {
-  map_.markAllDirty();
-  bounds_.dirty += table_.slotCount();
+FrameOutcome CudaBackend::takeOutcome() {
+  if (!clearing_.hasOutcome()) return {};
+  return {clearing_.takeEmptyBlocks(), free_cell_finder_.take()};
 }
 
-void CudaBackend::keepColours() {
-  map_.keepColours();
-  bounds_.painted += table_.slotCount();
+void CudaBackend::markAll(const MeshMarks& marks) {
+  if (marks.dirty) map_.markAllDirty();
+  if (marks.painted) map_.keepColours();
+  bounds_.dirty += marks.dirty ? table_.slotCount() : 0;
+  bounds_.painted += marks.painted ? table_.slotCount() : 0;
 }
 
 void CudaBackend::beginMesh(int32_t least_evidence) {
@@ -278,22 +298,96 @@ MeshUpdate CudaBackend::finishMesh() {
   return made;
 }
 
-void CudaBackend::follow(const ChangedSlots& changed) {
-  for (const int32_t slot : changed.slots) {
-    map_.note(makeSlotUpdate(table_.block(slot), slot, changed.dirty));
+void CudaBackend::reserve(const MemoryDemand& demand) {
+  if (demand.map.new_blocks > 0) map_.reserve(table_, demand.map);
+  if (demand.has_colours) map_.reserveColours(table_, demand.new_bricks);
+  if (demand.changed == 0) return;
+  map_.reserveChanges(demand.changed);
+  if (params_.map.page_folder.empty()) return;
+  record_mover_.reserve();
+  mark_mover_.reserve(demand.changed);
+}
+
+void CudaBackend::follow(const TableChanges& changes) {
+  if (changes.new_arrays != nullptr) map_.enterBlocks(table_, changes.slots, *changes.new_arrays);
+  if (changes.new_bricks != nullptr) map_.enterColours(*changes.new_bricks);
+  if (changes.new_arrays != nullptr || changes.new_bricks != nullptr) return;
+  for (const int32_t slot : changes.slots) {
+    map_.note(makeSlotUpdate(table_.block(slot), slot, changes.dirty));
   }
-  if (changed.dirty) bounds_.dirty += changed.slots.size();
+  if (changes.dirty) bounds_.dirty += changes.slots.size();
   if (!mesher_.isUnderWay()) map_.sendChanges();
 }
 
-void CudaBackend::copyOut(const ContentsOrder& order, MapContents& contents) {
+/// Whether labels say anything only the device knows: they always come along. Marks are taken once
+/// nothing can lack memory any more.
+void CudaBackend::copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) {
   record_mover_.download(map_.voxels(), order.arrays, contents.voxels.data());
   record_mover_.download(map_.colours(), order.bricks, contents.colours.data());
+  if (taken == nullptr) return;
+  const std::vector<int32_t>& slots = order.slots;
+  taken->labels = PlainArray<UnitLabels>(slots.size() * kVoxelsPerBlock);
+  taken->states.resize(slots.size());
+  record_mover_.download(map_.labels(), slots, taken->labels.data());
+  const std::vector<MeshMarks> marks = takeMarks(slots);
+  for (size_t i = 0; i < slots.size(); ++i) {
+    taken->states[i] = {marks[i], mesher_.takeHasMesh(slots[i]), true};
+  }
 }
 
-void CudaBackend::copyIn(const ContentsOrder& order, const MapContents& contents) {
+void CudaBackend::copyIn(const ContentsOrder& order, const MapContents& contents,
+                         const MeshStates* given) {
   record_mover_.upload(map_.voxels(), order.arrays, contents.voxels.data());
   record_mover_.upload(map_.colours(), order.bricks, contents.colours.data());
+  if (given != nullptr) giveStates(order.slots, *given);
+}
+
+/// Marks are those of the slots from now on, whatever had these before.
+void CudaBackend::giveStates(const std::vector<int32_t>& slots, const MeshStates& given) {
+  record_mover_.upload(map_.labels(), slots, given.labels.data());
+  takeMarks(slots);
+  std::vector<MarkedSlot> marked;
+  for (size_t i = 0; i < slots.size(); ++i) {
+    const MeshState& state = given.states[i];
+    mesher_.setHasMesh(slots[i], state.has_mesh);
+    if (state.marks.dirty || state.marks.painted) marked.push_back({slots[i], state.marks});
+  }
+  setMarks(marked);
+}
+
+/// By the frustum alone: some of the others show nothing of what is free.
+std::vector<PackedKey> CudaBackend::neededKeys(const std::vector<PackedKey>& others,
+                                               uint64_t frame_number) {
+  std::vector<PackedKey> keys = block_finder_.fetchTouched();
+  if (!sensing_->hasFreeDepth()) return keys;
+  const FrameView& frame = sensing_->frame();
+  const BlockKey origin = blockOfVoxel(frame.origin_voxel);
+  for (const PackedKey key : others) {
+    const bool is_in_turn = isInTurn(key, frame_number, fusion_rules_);
+    if (is_in_turn && mayBeInView(frame, unpackKey(key) - origin)) keys.push_back(key);
+  }
+  return keys;
+}
+
+/// The host knows where nothing is marked.
+std::vector<MeshMarks> CudaBackend::takeMarks(const std::vector<int32_t>& slots) {
+  return hasMarks() ? mark_mover_.take(map_.view(), slots) : std::vector<MeshMarks>(slots.size());
+}
+
+std::vector<MarkedSlot> CudaBackend::marked(bool taken) {
+  if (!hasMarks()) return {};
+  const std::vector<MarkedSlot> marked = mark_mover_.marked(map_.view());
+  if (!taken) return marked;
+  std::vector<int32_t> slots;
+  for (const MarkedSlot& one : marked) slots.push_back(one.slot);
+  takeMarks(slots);
+  return marked;
+}
+
+void CudaBackend::setMarks(const std::vector<MarkedSlot>& marked) {
+  mark_mover_.set(map_.view(), marked);
+  bounds_.dirty += marked.size();
+  bounds_.painted += marked.size();
 }
 
 void CudaBackend::addMemory(std::vector<MemoryPart>& parts) const {
@@ -310,10 +404,9 @@ void CudaBackend::addMemory(std::vector<MemoryPart>& parts) const {
   renderer_.addMemory(parts);
   region_clearer_.addMemory(parts);
   record_mover_.addMemory(parts);
-  record_carrier_.addMemory(parts);
   if (params_.space.enabled) {
     free_cell_finder_.addMemory(parts);
-    distance_maker_.addMemory(parts);
+    distance_maker_->addMemory(parts);
   }
   parts.push_back(
       {"block table (host)", MemoryKind::kStaging, table_.memoryBytes(), table_.memoryBytes()});

@@ -60,7 +60,7 @@ class DistanceMaker {
   explicit DistanceMaker(size_t most_bytes) : most_bytes_(most_bytes) {}
   ~DistanceMaker() { stream_.drain(); }
 
-  /// As MapBackend::makeDistances(), on a stream of its own. @return false beyond the limit.
+  /// As a DistanceWork, on a stream of its own. @return false beyond the limit.
   /// @throws CudaError
   bool make(const DistanceTask& task, std::vector<std::shared_ptr<uint16_t[]>>& squares);
 

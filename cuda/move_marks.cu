@@ -11,6 +11,8 @@ namespace {
 
 constexpr uint32_t kDirty = 1, kPainted = 2;
 
+MeshMarks marksFrom(uint32_t bits) { return {(bits & kDirty) != 0, (bits & kPainted) != 0}; }
+
 __device__ uint32_t marksOf(const MapView& map, int32_t slot) {
   const bool is_painted = map.painted.flags != nullptr && map.painted.flags[slot] != 0;
   return (map.dirty[slot] != 0 ? kDirty : 0u) | (is_painted ? kPainted : 0u);
@@ -64,12 +66,7 @@ void MarkMover::reserve(size_t slots) {
   marks_.reserve(slots);
 }
 
-void MarkMover::begin(const std::vector<int32_t>& slots) {
-  reserve(slots.size());
-  std::copy(slots.begin(), slots.end(), slots_.data());
-}
-
-std::vector<int32_t> MarkMover::marked(const MapView& map) {
+std::vector<MarkedSlot> MarkMover::marked(const MapView& map) {
   if (map.slot_count == 0) return {};
   done_.wait();
   marks_.reserve(map.slot_count);
@@ -77,16 +74,17 @@ std::vector<int32_t> MarkMover::marked(const MapView& map) {
   DTSDF_CHECK_LAUNCH("readMarksKernel");
   stream_.record(done_);
   done_.wait();
-  std::vector<int32_t> slots;
+  std::vector<MarkedSlot> marked;
   for (uint32_t slot = 0; slot < map.slot_count; ++slot) {
-    if (marks_[slot] != 0) slots.push_back(static_cast<int32_t>(slot));
+    if (marks_[slot] != 0) marked.push_back({static_cast<int32_t>(slot), marksFrom(marks_[slot])});
   }
-  return slots;
+  return marked;
 }
 
 std::vector<MeshMarks> MarkMover::take(const MapView& map, const std::vector<int32_t>& slots) {
   if (slots.empty()) return {};
-  begin(slots);
+  reserve(slots.size());
+  std::copy(slots.begin(), slots.end(), slots_.data());
   takeMarksKernel<<<blocksFor(slots.size()), kThreads, 0, stream_.get()>>>(
       map, slots_.data(), slots.size(), marks_.data());
   DTSDF_CHECK_LAUNCH("takeMarksKernel");
@@ -95,21 +93,20 @@ std::vector<MeshMarks> MarkMover::take(const MapView& map, const std::vector<int
   stream_.record(done_);
   done_.wait();
   std::vector<MeshMarks> marks(slots.size());
-  for (size_t i = 0; i < slots.size(); ++i) {
-    marks[i] = {(marks_[i] & kDirty) != 0, (marks_[i] & kPainted) != 0};
-  }
+  for (size_t i = 0; i < slots.size(); ++i) marks[i] = marksFrom(marks_[i]);
   return marks;
 }
 
-void MarkMover::set(const MapView& map, const std::vector<int32_t>& slots,
-                    const std::vector<MeshMarks>& marks) {
-  if (slots.empty()) return;
-  begin(slots);
-  for (size_t i = 0; i < slots.size(); ++i) {
-    marks_[i] = (marks[i].dirty ? kDirty : 0u) | (marks[i].painted ? kPainted : 0u);
+void MarkMover::set(const MapView& map, const std::vector<MarkedSlot>& marked) {
+  const size_t count = marked.size();
+  if (count == 0) return;
+  reserve(count);
+  for (size_t i = 0; i < count; ++i) {
+    slots_[i] = marked[i].slot;
+    marks_[i] = (marked[i].marks.dirty ? kDirty : 0u) | (marked[i].marks.painted ? kPainted : 0u);
   }
-  setMarksKernel<<<blocksFor(slots.size()), kThreads, 0, stream_.get()>>>(
-      map, slots_.data(), slots.size(), marks_.data());
+  setMarksKernel<<<blocksFor(count), kThreads, 0, stream_.get()>>>(map, slots_.data(), count,
+                                                                   marks_.data());
   DTSDF_CHECK_LAUNCH("setMarksKernel");
   stream_.record(done_);
 }

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "backend/block_mover.h"
+#include "backend/mesh_state.h"
 #include "device_map.h"
 
 namespace dtsdf {
@@ -17,19 +17,16 @@ class MarkMover {
   /// Makes room for so many slots in take() and set().
   void reserve(size_t slots);
 
-  /// Slots with marks.
-  std::vector<int32_t> marked(const MapView& map);
+  /// All that is marked.
+  std::vector<MarkedSlot> marked(const MapView& map);
 
   /// Takes the marks of slots.
   std::vector<MeshMarks> take(const MapView& map, const std::vector<int32_t>& slots);
 
   /// Sets them; others stay.
-  void set(const MapView& map, const std::vector<int32_t>& slots,
-           const std::vector<MeshMarks>& marks);
+  void set(const MapView& map, const std::vector<MarkedSlot>& marked);
 
  private:
-  void begin(const std::vector<int32_t>& slots);
-
   const Stream& stream_;
   Event done_;                    ///< With the lists.
   PinnedBuffer<int32_t> slots_;   ///< Kernels read them in place,

@@ -42,6 +42,13 @@ void copyInParallel(char* to, const char* from, size_t bytes) {
 
 }  // namespace
 
+void RecordMover::reserve() {
+  for (Turn& turn : turns_) {
+    turn.bytes.reserve(kTurnBytes);
+    turn.records.reserve(kTurnBytes / ColourPool::kRecordBytes);  // the smallest
+  }
+}
+
 /// Waits until the turn's memory is free.
 RecordMover::Turn& RecordMover::begin(size_t turn, const std::vector<int32_t>& records,
                                       size_t first, size_t end, size_t record_bytes) {
@@ -97,6 +104,8 @@ void RecordMover::upload(const Pool& pool, const std::vector<int32_t>& records, 
 
 template void RecordMover::download(const VoxelPool&, const std::vector<int32_t>&, void*);
 template void RecordMover::download(const ColourPool&, const std::vector<int32_t>&, void*);
+template void RecordMover::download(const LabelPool&, const std::vector<int32_t>&, void*);
+template void RecordMover::upload(const LabelPool&, const std::vector<int32_t>&, const void*);
 template void RecordMover::upload(const VoxelPool&, const std::vector<int32_t>&, const void*);
 template void RecordMover::upload(const ColourPool&, const std::vector<int32_t>&, const void*);
 

@@ -156,6 +156,7 @@ std::vector<FreeCube> FreeCellFinder::take() {
   for (size_t i = 0; i < keys_.size(); ++i) {
     if (!isEmpty(pinned_masks_[i])) seen.push_back({keys_[i], pinned_masks_[i]});
   }
+  keys_.clear();
   return seen;
 }
 

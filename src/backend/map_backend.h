@@ -8,8 +8,8 @@
 
 #include "backend/backend_error.h"
 #include "backend/block_changes.h"
-#include "backend/block_mover.h"
 #include "backend/map_copy.h"
+#include "backend/mesh_state.h"
 #include "backend/profile.h"
 #include "dtsdf_mapping/mapper.h"
 #include "kernels/colour/exposure.h"
@@ -22,10 +22,11 @@
 namespace dtsdf {
 
 /// What a depth image touches, and what the map lacks of it.
-struct TouchedCounts {
-  size_t surfels;               ///< With a weight.
-  size_t blocks;                ///< That surfels reach.
-  size_t requests, new_arrays;  ///< Blocks that are missing or miss arrays; these arrays.
+struct TouchedBlocks {
+  size_t surfels = 0;                  ///< With a weight.
+  size_t blocks = 0;                   ///< That surfels reach.
+  std::vector<BlockRequest> requests;  ///< Those that are missing or miss arrays.
+  size_t new_arrays = 0;               ///< That these miss.
 };
 
 /// A depth image's turn to change voxels.
@@ -37,6 +38,12 @@ struct FrameTurn {
   const std::vector<PackedKey>* part = nullptr;
 };
 
+/// What a depth image left.
+struct FrameOutcome {
+  std::vector<EmptyBlock> empty;  ///< Blocks of which arrays are empty now.
+  std::vector<FreeCube> free;     ///< Cells that it saw through, in the order of the cubes given.
+};
+
 /// How a colour image looks at the map.
 struct ColourLook {
   FrameView view;
@@ -46,8 +53,9 @@ struct ColourLook {
 
 /// What a colour image shows of surfaces.
 struct SeenColours {
-  bool any;  ///< Something is to be painted.
-  ExposureSums sums;
+  bool any = false;  ///< Something is to be painted.
+  ExposureSums sums{};
+  std::vector<ColourRequest> requests;  ///< At least the bricks of colours that are missing for it.
 };
 
 /// A view of the map to be rendered.
@@ -57,10 +65,35 @@ struct ViewRequest {
   bool has_colours;
 };
 
-/// Blocks that the engine has changed in the table, of which a backend may have a mirror.
-struct ChangedSlots {
-  const std::vector<int32_t>& slots;  ///< Each once. Those not in use any more have gone.
-  bool dirty;                         ///< The others are to be meshed again.
+/// What the engine has changed in the table, of which a backend may have a mirror.
+struct TableChanges {
+  const std::vector<int32_t>& slots;  ///< Each once. Those not in use any more are released.
+  bool dirty = false;                 ///< The others are to be meshed again.
+  const std::vector<int32_t>* new_arrays = nullptr;   ///< Admitted: to be zeroed.
+  const std::vector<NewBrick>* new_bricks = nullptr;  ///< The same.
+};
+
+/// Upper bounds of what a change of the table takes.
+struct MemoryDemand {
+  MapDemand map{0, 0, {0, 0}};
+  size_t new_bricks = 0;
+  bool has_colours = false;  ///< Of the map, from now on.
+  size_t changed = 0;        ///< Blocks that change otherwise, or move.
+};
+
+/// Works out the distances of a task's sectors, beside images and meshes. The vector has, for each
+/// sector that is wanted, what it had, if it may be overwritten; null after it where all are far.
+/// @return false: the host is to do it.
+using DistanceWork = std::function<bool(const DistanceTask& task,
+                                        std::vector<std::shared_ptr<uint16_t[]>>& squares)>;
+
+struct BackendTraits {
+  std::string name;
+  /// Images and extractions look blocks up in a mirror of the table alone, which drops what an
+  /// image leaves empty by itself: the table may follow, and list what is new, behind them.
+  bool indexes_blocks_itself = false;
+  bool meshes_at_once = false;  ///< beginMesh() makes it all.
+  DistanceWork distance_work;   ///< In place of the host; it may outlive the backend. Or null.
 };
 
 /// The loops and the memory of one kind of processor. Stages of an image are called in the order in
@@ -71,7 +104,7 @@ class MapBackend {
  public:
   virtual ~MapBackend() = default;
 
-  virtual std::string name() const = 0;
+  virtual BackendTraits traits() const = 0;
 
   /// The calling thread uses the backend from here on.
   virtual void enter() = 0;
@@ -92,18 +125,14 @@ class MapBackend {
   virtual void makeSurfels() = 0;
   virtual void findBlocks() = 0;
 
-  /// Compares the blocks that were found with the map.
-  virtual void lookUpBlocks() = 0;
+  /// Compares the blocks that were found with the map, and waits for that.
+  virtual TouchedBlocks lookUpBlocks() = 0;
 
   /// Which of these cubes' cells the image sees through. @pre Something needs free depths.
   virtual void seeFree(std::vector<Vec3i> cubes) = 0;
 
-  /// Waits until blocks are looked up.
-  virtual TouchedCounts touched() = 0;
-  virtual std::vector<BlockRequest> requests() = 0;
-
-  /// Takes what the stages below need for `touched()`, in the map that an admission leaves.
-  /// @throws BackendError without memory.
+  /// Takes what the stages below need for the blocks that were looked up, in the map that an
+  /// admission leaves. @throws BackendError without memory.
   virtual void reserveFrame(const FrameTurn& turn) = 0;
 
   /// Three stages, which a backend may fuse: surfels into sums, sums into voxels, evidence from
@@ -111,26 +140,8 @@ class MapBackend {
   /// does not touch.
   virtual void castFoldAndClear(const FrameTurn& turn) = 0;
 
-  /// Waits for the last image. @return what it left empty; reported once.
-  virtual std::vector<EmptyBlock> takeEmpty() = 0;
-
-  /// Whether images and extractions look blocks up in a mirror of the table alone, which drops what
-  /// an image leaves empty by itself: the table may follow, and list what is new, behind them.
-  virtual bool hasMirror() const { return false; }
-
-  /// Waits for the last image. @return what it saw as free, in the order of the cubes given.
-  virtual std::vector<FreeCube> takeFree() = 0;
-
-  /// Whether makeDistances() may return true.
-  virtual bool makesDistances() const { return false; }
-
-  /// Works distances out, beside images and meshes. @param squares Of each sector that is wanted:
-  /// what it had, if it may be overwritten; null after it where all are far.
-  /// @return false: the host is to do it. @throws BackendError Without memory nothing has changed.
-  virtual bool makeDistances(const DistanceTask& /*task*/,
-                             std::vector<std::shared_ptr<uint16_t[]>>& /*squares*/) {
-    return false;
-  }
+  /// Waits for the last image, if it was fused. @return what it left; reported once.
+  virtual FrameOutcome takeOutcome() = 0;
 
   // ---- The stages of a colour image.
 
@@ -140,9 +151,6 @@ class MapBackend {
 
   /// Finds what the image that was taken shows of surfaces.
   virtual SeenColours look(const ColourLook& look) = 0;
-
-  /// At least the bricks of colours that are missing for it.
-  virtual std::vector<ColourRequest> colourRequests() = 0;
 
   /// Paints what was found, where there are bricks.
   virtual void paint(const Exposure& exposure) = 0;
@@ -154,16 +162,11 @@ class MapBackend {
 
   // ---- Meshes.
 
-  virtual void markAllDirty() = 0;
-
-  /// From now on all meshes have colours: those that exist get theirs with the next extraction.
-  virtual void keepColours() = 0;
+  /// Marks all blocks. The first time that they are painted: from now on all meshes have colours.
+  virtual void markAll(const MeshMarks& marks) = 0;
 
   /// Starts to mesh what is marked. @param least_evidence That a voxel needs to be known.
   virtual void beginMesh(int32_t least_evidence) = 0;
-
-  /// Whether beginMesh() makes it all.
-  virtual bool makesMeshAtOnce() const { return false; }
 
   /// Waits until an extraction under way has read the map, which may change then.
   virtual void waitForMeshes() = 0;
@@ -174,28 +177,38 @@ class MapBackend {
   // ---- Memory and copies. Memory for a change is taken before the table changes.
 
   /// @throws BackendError without memory; the map is intact then.
-  virtual void reserve(const MapDemand& demand) = 0;
-  virtual void reserveColours(size_t new_bricks) = 0;
-  virtual void reserveChanges(size_t slots) = 0;
+  virtual void reserve(const MemoryDemand& demand) = 0;
 
-  /// Follows an admission to the table: these blocks changed, and these arrays are to be zeroed.
-  virtual void enterBlocks(const std::vector<int32_t>& slots,
-                           const std::vector<int32_t>& arrays) = 0;
-  virtual void enterColours(const std::vector<NewBrick>& bricks) = 0;
-
-  /// Follows other changes of the table; while an extraction reads the map, once it is waited for.
-  virtual void follow(const ChangedSlots& changed) = 0;
+  /// Follows the table; while an extraction reads the map, once it is waited for.
+  virtual void follow(const TableChanges& changes) = 0;
 
   /// Empties the voxels of these blocks in a region, with their colours.
   /// @return what became of each.
   virtual std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots,
                                                 const RegionView& region) = 0;
 
-  virtual void copyOut(const ContentsOrder& order, MapContents& contents) = 0;
-  virtual void copyIn(const ContentsOrder& order, const MapContents& contents) = 0;
+  /// @param taken Gets what meshing knows of the order's slots, which are marked no longer and may
+  /// be released then. @throws BackendError without memory; nothing has changed then.
+  virtual void copyOut(const ContentsOrder& order, MapContents& contents,
+                       MeshStates* taken = nullptr) = 0;
+  /// @param given What meshing is to know of the order's slots, where it is not null.
+  virtual void copyIn(const ContentsOrder& order, const MapContents& contents,
+                      const MeshStates* given = nullptr) = 0;
 
-  /// What moves blocks to disk and back; null where the backend cannot.
-  virtual BlockMover* mover() { return nullptr; }
+  // ---- What only map/page_folder needs.
+
+  /// Blocks, in the map or not, that the last depth image touches, and those of a list that it may
+  /// clear though it does not touch them. @pre lookUpBlocks()
+  virtual std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
+                                            uint64_t frame_number) = 0;
+
+  /// Blocks that sumsAt() looks at, each once.
+  virtual std::vector<PackedKey> alignedKeys(const FrameView& view, float cutoff) = 0;
+
+  /// What is marked for the next extraction, and marks beside it. @pre None is under way.
+  /// @param taken It is marked no longer.
+  virtual std::vector<MarkedSlot> marked(bool taken) = 0;
+  virtual void setMarks(const std::vector<MarkedSlot>& marked) = 0;
 };
 
 /// Makes a backend for the map of a table, which outlives it.

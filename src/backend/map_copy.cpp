@@ -81,6 +81,7 @@ std::vector<MapBlock> mapBlocks(const BlockTable& table, const std::vector<int32
 
 ContentsOrder orderOf(const BlockTable& table, const std::vector<int32_t>& slots) {
   ContentsOrder order;
+  order.slots = slots;
   for (const int32_t slot : slots) {
     const BlockEntry& entry = table.block(slot);
     for (const int32_t array : entry.array) {
@@ -104,6 +105,7 @@ void makeRoomForWords(MapContents& contents) {
 ContentsOrder EnteredBlocks::order() const {
   ContentsOrder order;
   order.arrays = blocks.new_arrays;
+  order.slots = blocks.changed_slots;
   order.bricks.reserve(colours.bricks.size());
   for (const NewBrick& brick : colours.bricks) order.bricks.push_back(brick.colours);
   return order;

@@ -10,9 +10,10 @@
 
 namespace dtsdf {
 
-/// Numbers of voxel arrays and of bricks of colours, in the order of a map's contents.
+/// Numbers of voxel arrays and of bricks of colours, in the order of a map's contents, and the
+/// slots of their blocks.
 struct ContentsOrder {
-  std::vector<int32_t> arrays, bricks;
+  std::vector<int32_t> arrays, bricks, slots;
 };
 
 /// Calls visit(direction, brick, number) for the bricks of colours of a block.

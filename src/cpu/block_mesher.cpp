@@ -78,7 +78,7 @@ std::vector<int32_t> BlockMesher::marked() const {
 }
 
 MeshMarks BlockMesher::takeMarks(int32_t slot) {
-  const MeshMarks marks{state_[slot].dirty, state_[slot].painted};
+  const MeshMarks marks = marksOf(slot);
   state_[slot].dirty = state_[slot].painted = false;
   return marks;
 }
@@ -88,19 +88,36 @@ void BlockMesher::setMarks(int32_t slot, const MeshMarks& marks) {
   if (marks.painted) markPainted(slot);
 }
 
-MeshState BlockMesher::takeState(int32_t slot) {
-  const bool has_labels = !state_[slot].labels.empty();
-  const MeshState state{takeMarks(slot), state_[slot].has_mesh, has_labels};
-  forget(slot);
-  return state;
+MeshStates BlockMesher::takeStates(const std::vector<int32_t>& slots) {
+  MeshStates taken;
+  size_t labelled = 0;
+  for (const int32_t slot : slots) labelled += state_[slot].labels.empty() ? 0 : 1;
+  taken.labels = PlainArray<UnitLabels>(labelled * kVoxelsPerBlock);
+  taken.states.reserve(slots.size());
+  UnitLabels* to = taken.labels.data();
+  for (const int32_t slot : slots) {
+    const std::vector<UnitLabels>& labels = state_[slot].labels;
+    to = std::copy(labels.begin(), labels.end(), to);
+    const bool has_labels = !labels.empty();
+    taken.states.push_back({takeMarks(slot), state_[slot].has_mesh, has_labels});
+    forget(slot);
+  }
+  return taken;
 }
 
-void BlockMesher::enterState(int32_t slot, const MeshState& state, const UnitLabels* labels) {
-  forget(slot);
-  state_[slot].has_mesh = state.has_mesh;
-  if (labels != nullptr) state_[slot].labels.assign(labels, labels + kVoxelsPerBlock);
-  held_bytes_ += bytesOf(state_[slot].labels);
-  setMarks(slot, state.marks);
+void BlockMesher::enterStates(const std::vector<int32_t>& slots, const MeshStates& states) {
+  const UnitLabels* labels = states.labels.data();
+  for (size_t i = 0; i < slots.size(); ++i) {
+    const MeshState& state = states.states[i];
+    forget(slots[i]);
+    state_[slots[i]].has_mesh = state.has_mesh;
+    if (state.has_labels) {
+      state_[slots[i]].labels.assign(labels, labels + kVoxelsPerBlock);
+      labels += kVoxelsPerBlock;
+    }
+    held_bytes_ += bytesOf(state_[slots[i]].labels);
+    setMarks(slots[i], state.marks);
+  }
   if (dirty_.size() > 2 * state_.size()) forgetTakenMarks(dirty_, &SlotState::dirty);
   if (painted_.size() > 2 * state_.size()) forgetTakenMarks(painted_, &SlotState::painted);
 }

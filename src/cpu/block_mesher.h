@@ -54,15 +54,13 @@ class BlockMesher {
 
   /// Slots with marks, each once.
   std::vector<int32_t> marked() const;
+  MeshMarks marksOf(int32_t slot) const { return {state_[slot].dirty, state_[slot].painted}; }
   MeshMarks takeMarks(int32_t slot);
   void setMarks(int32_t slot, const MeshMarks& marks);
 
-  const std::vector<UnitLabels>& labels(int32_t slot) const { return state_[slot].labels; }
-
-  /// What is known of a block that leaves, which is forgotten, and of one that is back.
-  MeshState takeState(int32_t slot);
-  /// @param labels Of all its units; null: none says anything.
-  void enterState(int32_t slot, const MeshState& state, const UnitLabels* labels);
+  /// What is known of blocks that leave, which is forgotten, and of blocks that are back.
+  MeshStates takeStates(const std::vector<int32_t>& slots);
+  void enterStates(const std::vector<int32_t>& slots, const MeshStates& states);
 
   /// Memory of the units' labels and of what is kept for each slot.
   size_t bytes() const;

@@ -50,8 +50,11 @@ CpuBackend::CpuBackend(const MapperParams& params, const Rules& rules, const Blo
       renderer_({table_, voxels_, colours_}, mesher_, threads_),
       free_cell_finder_(params, threads_) {}
 
-std::string CpuBackend::name() const {
-  return "cpu (" + std::to_string(threads_) + (threads_ == 1 ? " thread)" : " threads)");
+BackendTraits CpuBackend::traits() const {
+  BackendTraits traits;
+  traits.name = "cpu (" + std::to_string(threads_) + (threads_ == 1 ? " thread)" : " threads)");
+  traits.meshes_at_once = true;
+  return traits;
 }
 
 void CpuBackend::profileTo(Profile* profile) {
@@ -82,19 +85,19 @@ void CpuBackend::findBlocks() {
   block_finder_.findBlocks(surfel_maker_.lists(), sensing_);
 }
 
-void CpuBackend::lookUpBlocks() {
+TouchedBlocks CpuBackend::lookUpBlocks() {
   const StageTimer timer(profile_, Stage::kFindBlocks);
-  requests_.clear();
-  touched_counts_ = {surfel_maker_.count(), block_finder_.touched().size(), 0, 0};
+  TouchedBlocks touched;
+  touched.surfels = surfel_maker_.count();
+  touched.blocks = block_finder_.touched().size();
   for (const TouchedBlock& block : block_finder_.touched()) {
     const int32_t slot = table_.find(block.key);
     uint32_t missing = block.directions;
     if (slot >= 0) missing &= ~directionsWithArrays(table_.block(slot));
-    if (missing != 0) requests_.push_back({block.key, block.directions});
+    if (missing != 0) touched.requests.push_back({block.key, block.directions});
   }
-  const PoolSizes added = table_.countNew(requests_);
-  touched_counts_.requests = requests_.size();
-  touched_counts_.new_arrays = added.arrays;
+  touched.new_arrays = table_.countNew(touched.requests).arrays;
+  return touched;
 }
 
 void CpuBackend::seeFree(std::vector<Vec3i> cubes) {
@@ -121,8 +124,9 @@ void CpuBackend::castFoldAndClear(const FrameTurn& turn) {
   for (const EmptyBlock& block : outcome) {
     if (block.slot < 0) continue;
     mesher_.markDirty(block.slot);
-    if (block.directions != 0) empty_.push_back(block);
+    if (block.directions != 0) outcome_.empty.push_back(block);
   }
+  if (!free_cubes_.empty()) outcome_.free = std::exchange(free_cubes_, {});
   if (clearsFreeSpace(params_)) lookAround(turn);
 }
 
@@ -172,7 +176,8 @@ void CpuBackend::lookAround(const FrameTurn& turn) {
   });
   for (size_t i = 0; i < slots.size(); ++i) {
     if (cleared[i].changed) mesher_.markDirty(slots[i]);
-    if (cleared[i].empty_directions != 0) empty_.push_back({slots[i], cleared[i].empty_directions});
+    if (cleared[i].empty_directions == 0) continue;
+    outcome_.empty.push_back({slots[i], cleared[i].empty_directions});
   }
 }
 
@@ -196,12 +201,6 @@ bool CpuBackend::isInTurnToBeSeenThrough(const BlockKey& key, uint64_t frame_num
                             fusion_.truncation_voxels);
 }
 
-std::vector<EmptyBlock> CpuBackend::takeEmpty() {
-  std::vector<EmptyBlock> empty;
-  empty.swap(empty_);
-  return empty;
-}
-
 void CpuBackend::takeColours(const ColourFrame& frame) {
   const StageTimer timer(profile_, Stage::kPaint);
   painter_.takeImage(frame);
@@ -209,7 +208,9 @@ void CpuBackend::takeColours(const ColourFrame& frame) {
 
 SeenColours CpuBackend::look(const ColourLook& look) {
   const StageTimer timer(profile_, Stage::kPaint);
-  return painter_.look(look, map());
+  SeenColours seen = painter_.look(look, map());
+  seen.requests = painter_.requests(map());
+  return seen;
 }
 
 void CpuBackend::paint(const Exposure& exposure) {
@@ -220,6 +221,11 @@ void CpuBackend::paint(const Exposure& exposure) {
 void CpuBackend::render(const ViewRequest& request, RenderedView& view) {
   const StageTimer timer(profile_, Stage::kRender);
   renderer_.render(request.frame, request.least_evidence, request.has_colours, view);
+}
+
+void CpuBackend::markAll(const MeshMarks& marks) {
+  if (marks.dirty) mesher_.markAllDirty();
+  if (marks.painted) mesher_.keepColours();
 }
 
 void CpuBackend::beginMesh(int32_t least_evidence) {
@@ -235,36 +241,30 @@ MeshUpdate CpuBackend::finishMesh() {
   return made;
 }
 
-void CpuBackend::reserve(const MapDemand& demand) {
-  voxels_.resize(demand.after.arrays);
-  mesher_.resize(demand.after.slots);
+void CpuBackend::reserve(const MemoryDemand& demand) {
+  voxels_.resize(demand.map.after.arrays);
+  mesher_.resize(demand.map.after.slots);
+  colours_.resize(table_.colourCount() + demand.new_bricks);
 }
 
-void CpuBackend::reserveColours(size_t new_bricks) {
-  colours_.resize(table_.colourCount() + new_bricks);
-}
-
-void CpuBackend::enterBlocks(const std::vector<int32_t>& /*slots*/,
-                             const std::vector<int32_t>& arrays) {
-  parallelFor<kArraysAtATime>(arrays.size(), threads_, [&](size_t i) {
-    std::memset(voxels_.array(arrays[i]), 0, BlockTable::kArrayBytes);
-  });
-}
-
-void CpuBackend::enterColours(const std::vector<NewBrick>& bricks) {
-  for (const NewBrick& brick : bricks) {
-    std::memset(colours_.array(brick.colours), 0, BlockTable::kColourBytes);
-  }
-}
-
-void CpuBackend::follow(const ChangedSlots& changed) {
-  for (const int32_t slot : changed.slots) {
+void CpuBackend::follow(const TableChanges& changes) {
+  for (const int32_t slot : changes.slots) {
     if (!table_.block(slot).in_use) {
       mesher_.forget(slot);
       if (static_cast<size_t>(slot) < last_touched_.size()) last_touched_[slot] = 0;
-    } else if (changed.dirty) {
+    } else if (changes.dirty) {
       mesher_.markDirty(slot);
     }
+  }
+  if (changes.new_arrays != nullptr) {
+    const std::vector<int32_t>& arrays = *changes.new_arrays;
+    parallelFor<kArraysAtATime>(arrays.size(), threads_, [&](size_t i) {
+      std::memset(voxels_.array(arrays[i]), 0, BlockTable::kArrayBytes);
+    });
+  }
+  if (changes.new_bricks == nullptr) return;
+  for (const NewBrick& brick : *changes.new_bricks) {
+    std::memset(colours_.array(brick.colours), 0, BlockTable::kColourBytes);
   }
 }
 
@@ -281,7 +281,7 @@ std::vector<EmptiedBlock> CpuBackend::emptyRegion(const std::vector<int32_t>& sl
   return emptied;
 }
 
-void CpuBackend::copyOut(const ContentsOrder& order, MapContents& contents) {
+void CpuBackend::copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) {
   parallelFor<kArraysAtATime>(order.arrays.size(), threads_, [&](size_t i) {
     std::memcpy(contents.voxels.data() + i * kVoxelsPerBlock, voxels_.array(order.arrays[i]),
                 BlockTable::kArrayBytes);
@@ -290,9 +290,11 @@ void CpuBackend::copyOut(const ContentsOrder& order, MapContents& contents) {
     std::memcpy(contents.colours.data() + i * kVoxelsPerBrick, colours_.array(order.bricks[i]),
                 BlockTable::kColourBytes);
   });
+  if (taken != nullptr) *taken = mesher_.takeStates(order.slots);
 }
 
-void CpuBackend::copyIn(const ContentsOrder& order, const MapContents& contents) {
+void CpuBackend::copyIn(const ContentsOrder& order, const MapContents& contents,
+                        const MeshStates* given) {
   parallelFor<kArraysAtATime>(order.arrays.size(), threads_, [&](size_t i) {
     std::memcpy(voxels_.array(order.arrays[i]), contents.voxels.data() + i * kVoxelsPerBlock,
                 BlockTable::kArrayBytes);
@@ -301,6 +303,29 @@ void CpuBackend::copyIn(const ContentsOrder& order, const MapContents& contents)
     std::memcpy(colours_.array(order.bricks[i]), contents.colours.data() + i * kVoxelsPerBrick,
                 BlockTable::kColourBytes);
   });
+  if (given != nullptr) mesher_.enterStates(order.slots, *given);
+}
+
+std::vector<PackedKey> CpuBackend::neededKeys(const std::vector<PackedKey>& others,
+                                              uint64_t frame_number) {
+  std::vector<PackedKey> keys;
+  for (const TouchedBlock& block : block_finder_.touched()) keys.push_back(block.key);
+  for (const PackedKey key : others) {
+    if (isInTurnToBeSeenThrough(unpackKey(key), frame_number)) keys.push_back(key);
+  }
+  return keys;
+}
+
+std::vector<MarkedSlot> CpuBackend::marked(bool taken) {
+  std::vector<MarkedSlot> marked;
+  for (const int32_t slot : mesher_.marked()) {
+    marked.push_back({slot, taken ? mesher_.takeMarks(slot) : mesher_.marksOf(slot)});
+  }
+  return marked;
+}
+
+void CpuBackend::setMarks(const std::vector<MarkedSlot>& marked) {
+  for (const MarkedSlot& one : marked) mesher_.setMarks(one.slot, one.marks);
 }
 
 void CpuBackend::addMemory(std::vector<MemoryPart>& parts) const {

@@ -1,6 +1,8 @@
 /// The backend on the CPU, with all cores.
 #pragma once
 
+#include <utility>
+
 #include "backend/map_backend.h"
 #include "backend/rules.h"
 #include "cpu/align.h"
@@ -21,11 +23,11 @@ namespace dtsdf {
 /// How many threads a mapper on the CPU has.
 int cpuThreads(const MapperParams& params);
 
-class CpuBackend : public MapBackend, private BlockMover {
+class CpuBackend : public MapBackend {
  public:
   CpuBackend(const MapperParams& params, const Rules& rules, const BlockTable& table);
 
-  std::string name() const override;
+  BackendTraits traits() const override;
   void enter() override {}
   void profileTo(Profile* profile) override;
   void addMemory(std::vector<MemoryPart>& parts) const override;
@@ -35,53 +37,40 @@ class CpuBackend : public MapBackend, private BlockMover {
   void sense(const DepthFrame& frame, const FrameView& view) override;
   void makeSurfels() override;
   void findBlocks() override;
-  void lookUpBlocks() override;
+  TouchedBlocks lookUpBlocks() override;
   void seeFree(std::vector<Vec3i> cubes) override;
-  TouchedCounts touched() override { return touched_counts_; }
-  std::vector<BlockRequest> requests() override { return std::move(requests_); }
   void reserveFrame(const FrameTurn&) override {}
   void castFoldAndClear(const FrameTurn& turn) override;
-  std::vector<EmptyBlock> takeEmpty() override;
-  std::vector<FreeCube> takeFree() override { return std::move(free_cubes_); }
+  FrameOutcome takeOutcome() override { return std::exchange(outcome_, FrameOutcome()); }
 
   void takeColours(const ColourFrame& frame) override;
   SeenColours look(const ColourLook& look) override;
-  std::vector<ColourRequest> colourRequests() override { return painter_.requests(map()); }
   void paint(const Exposure& exposure) override;
 
   void render(const ViewRequest& request, RenderedView& view) override;
 
-  void markAllDirty() override { mesher_.markAllDirty(); }
-  void keepColours() override { mesher_.keepColours(); }
+  void markAll(const MeshMarks& marks) override;
   void beginMesh(int32_t least_evidence) override;
-  bool makesMeshAtOnce() const override { return true; }
   void waitForMeshes() override {}
   MeshUpdate finishMesh() override;
 
-  void reserve(const MapDemand& demand) override;
-  void reserveColours(size_t new_bricks) override;
-  void reserveChanges(size_t) override {}
-  void enterBlocks(const std::vector<int32_t>& slots, const std::vector<int32_t>& arrays) override;
-  void enterColours(const std::vector<NewBrick>& bricks) override;
-  void follow(const ChangedSlots& changed) override;
+  void reserve(const MemoryDemand& demand) override;
+  void follow(const TableChanges& changes) override;
   std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots,
                                         const RegionView& region) override;
-  void copyOut(const ContentsOrder& order, MapContents& contents) override;
-  void copyIn(const ContentsOrder& order, const MapContents& contents) override;
-  BlockMover* mover() override { return this; }
+  void copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) override;
+  void copyIn(const ContentsOrder& order, const MapContents& contents,
+              const MeshStates* given) override;
 
- private:
-  std::vector<PackedKey> touchedKeys() override;
-  std::vector<PackedKey> seenThrough(const std::vector<PackedKey>& keys,
-                                     uint64_t frame_number) override;
+  std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
+                                    uint64_t frame_number) override;
   std::vector<PackedKey> alignedKeys(const FrameView& view, float cutoff) override {
     return aligner_.keysAt(view, cutoff);
   }
-  std::vector<int32_t> markedSlots() override { return mesher_.marked(); }
-  LeavingBlocks takeOut(const std::vector<int32_t>& slots) override;
-  void putIn(const std::vector<int32_t>& slots, const std::vector<ArrivingBlock>& blocks) override;
-  std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots) override;
-  void setMarks(const std::vector<int32_t>& slots, const std::vector<MeshMarks>& marks) override;
+  std::vector<MarkedSlot> marked(bool taken) override;
+  void setMarks(const std::vector<MarkedSlot>& marked) override;
+
+ private:
   bool isInTurnToBeSeenThrough(const BlockKey& key, uint64_t frame_number) const;
   PaintedMap map() { return {table_, voxels_, colours_}; }
   uint32_t fuseBlock(const TouchedBlock& block, const BlockEntry& entry, const FrameTurn& turn,
@@ -105,12 +94,10 @@ class CpuBackend : public MapBackend, private BlockMover {
   BlockMesher mesher_;
   Renderer renderer_;
   FreeCellFinder free_cell_finder_;
-  FrameSensing sensing_ = {};  ///< Of the last depth image.
-  TouchedCounts touched_counts_ = {};
-  std::vector<BlockRequest> requests_;
+  FrameSensing sensing_ = {};           ///< Of the last depth image.
   std::vector<uint64_t> last_touched_;  ///< Number of the last frame that did, by slot; 0: none.
-  std::vector<EmptyBlock> empty_;
-  std::vector<FreeCube> free_cubes_;
+  std::vector<FreeCube> free_cubes_;    ///< Of an image that is not fused yet.
+  FrameOutcome outcome_;
   MeshUpdate meshes_;
   Profile* profile_ = nullptr;
 };

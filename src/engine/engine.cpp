@@ -7,9 +7,9 @@
 
 #include "backend/pose_solver.h"
 #include "backend/rule_settings.h"
-#include "engine/mesh_parts.h"
+#include "kernels/colour/surface_point.h"
 #include "kernels/core/direction.h"
-#include "kernels/fusion/free_space.h"
+#include "kernels/render/drawn_triangle.h"
 #include "map/memory_budget.h"
 
 namespace dtsdf {
@@ -22,6 +22,39 @@ IntegrationResult refuseForMemory(const BackendError& error) {
                      error.what()});
 }
 
+/// Of all blocks beyond what is kept, so many are left in the lists: the farthest, by key those of
+/// one distance.
+void keepFarthest(const KeptBall& kept, const BlockTable& table, std::vector<int32_t>& slots,
+                  std::vector<PackedKey>& on_disk) {
+  struct Beyond {
+    double distance;
+    PackedKey key;
+    int32_t slot;  ///< -1: on disk.
+  };
+  std::vector<Beyond> all;
+  const auto add = [&](PackedKey key, int32_t slot) {
+    all.push_back({squaredDistance(unpackKey(key), kept.center), key, slot});
+  };
+  for (const int32_t slot : slots) add(packKey(table.block(slot).key), slot);
+  for (const PackedKey key : on_disk) add(key, -1);
+  std::sort(all.begin(), all.end(), [](const Beyond& a, const Beyond& b) {
+    return a.distance != b.distance ? a.distance > b.distance : a.key < b.key;
+  });
+  if (all.size() > kMostDroppedBlocks) all.resize(kMostDroppedBlocks);
+  slots.clear();
+  on_disk.clear();
+  for (const Beyond& block : all) {
+    if (block.slot < 0) {
+      on_disk.push_back(block.key);
+    } else {
+      slots.push_back(block.slot);
+    }
+  }
+}
+
+/// Depth images without an extraction of which it is known what they have changed.
+constexpr size_t kMostViews = 8;
+
 }  // namespace
 
 Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
@@ -31,22 +64,10 @@ Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
       paint_settings_(makePaintSettings(params, rules)),
       make_backend_(std::move(make_backend)),
       table_(budgetOf(params).map_bytes) {
-  if (params.space.enabled) {
-    space_ = std::make_unique<SpaceMap>(params, threads);
-    space_->bringUpToDateBy([this] {
-      if (has_free_) takeFree();
-    });
-  }
-  name_ = ready().name();  // what a device lacks shows at the start
-  if (space_ && backend_->makesDistances()) {
-    space_->workOutDistancesBy(
-        [this](const DistanceTask& task, auto& squares) { return makeDistances(task, squares); });
-  }
-  if (params.map.page_folder.empty()) return;
-  if (backend_->mover() == nullptr) {
-    throw std::runtime_error("this backend cannot work with map/page_folder; leave it empty");
-  }
-  pager_ = std::make_unique<Pager>(params.map, table_, [this] { finishMeshing(); });
+  if (params.space.enabled) space_ = std::make_unique<SpaceMap>(params, threads);
+  ready();  // what a device lacks shows at the start
+  if (!params.map.page_folder.empty()) pager_ = std::make_unique<Pager>(params, rules, table_);
+  noteStats();
 }
 
 /// The backend, for the calling thread, once no other works on the map.
@@ -60,6 +81,8 @@ MapBackend& Engine::made() {
   if (backend_ == nullptr) {
     backend_ = make_backend_(table_);
     backend_->profileTo(profile_);
+    traits_ = backend_->traits();
+    if (space_) space_->workOutDistancesBy(traits_.distance_work);
   }
   backend_->enter();
   return *backend_;
@@ -76,19 +99,10 @@ IntegrationResult Engine::timed(const std::function<IntegrationResult()>& take) 
     if (!error.lacksMemory()) throw;
     result = refuseForMemory(error);
   }
+  noteStats();
   result.duration_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return result;
-}
-
-/// Where a device lacks memory the host's threads do it.
-bool Engine::makeDistances(const DistanceTask& task, std::vector<SectorSquares>& squares) {
-  try {
-    return made().makeDistances(task, squares);
-  } catch (const BackendError& error) {
-    if (!error.lacksMemory()) throw;
-    return false;
-  }
 }
 
 IntegrationResult Engine::integrate(const DepthFrame& frame) {
@@ -99,28 +113,42 @@ IntegrationResult Engine::integrate(const DepthFrame& frame) {
 /// The way of a depth image, stage by stage, as the table in docs/method.md has it.
 IntegrationResult Engine::fuse(const DepthFrame& frame) {
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
-  sense(frame, view);
+  state_.outside.clear();
+  if (profile_ != nullptr) {
+    profile_->work.pixels += static_cast<uint64_t>(frame.width) * frame.height;
+  }
+  made().sense(frame, view);
   backend_->makeSurfels();
   backend_->findBlocks();
   std::vector<int32_t> in_view = settleBefore(view);
-  backend_->lookUpBlocks();
-  seeFree(view);
-  const TouchedCounts touched = backend_->touched();
-  if (touched.blocks == 0 && !clearsFromAfar(frame, params_)) return noMeasurement(params_);
-  const size_t left_on_disk = pager_ ? bringInForFrame(view, touched, in_view) : 0;
-  const FrameTurn turn{counters_.frames + 1, in_view, part_.empty() ? nullptr : &part_};
+  const auto cubes = space_ ? space_->cubesInView(view) : std::vector<Vec3i>();
+  TouchedBlocks touched = backend_->lookUpBlocks();
+  const size_t surfels = touched.surfels, blocks = touched.blocks;
+  if (blocks == 0 && !clearsFromAfar(frame, params_)) return noMeasurement(params_);
+  if (space_) backend_->seeFree(cubes);
+  std::vector<FramePart> parts(1);
+  if (pager_) {
+    parts =
+        pager_->partsOf(*backend_, view, std::move(touched), std::move(in_view), state_.frames + 1);
+  } else {
+    parts[0] = {std::move(in_view), std::move(touched.requests), touched.new_arrays, {}, 0, true};
+  }
   IntegrationResult result;
-  result.refused_blocks = left_on_disk + admit(touched, turn);
-  castFoldAndClear(touched, turn);
-  keep(frame, view);
+  for (FramePart& part : parts) {
+    try {
+      result.refused_blocks += bringIn(view, part);
+      result.refused_blocks += fusePart(part);  // admit, cast, fold, clear
+    } catch (const BackendError& error) {
+      if (!error.lacksMemory() || &part == &parts.front()) throw;
+      result.refused_blocks += part.keys.size();
+      state_.refused += part.keys.size();
+    }
+  }
+  ++state_.frames;
+  if (blocks > 0) ++state_.supporting_frames;
+  if (profile_ != nullptr) profile_->work.surfels += surfels;
+  keep(frame, view, !parts.front().keys.empty());
   return result;
-}
-
-void Engine::sense(const DepthFrame& frame, const FrameView& view) {
-  outside_.clear();
-  made().sense(frame, view);  // what is sensed has no part in the map
-  if (profile_ == nullptr) return;
-  profile_->work.pixels += static_cast<uint64_t>(frame.width) * frame.height;
 }
 
 /// Ends what the frame before left, whose last work may have run until now.
@@ -129,8 +157,9 @@ std::vector<int32_t> Engine::settleBefore(const FrameView& view) {
   helper_.wait();
   std::vector<int32_t> in_view = blocksInView(view);
   settle();
-  if (pager_ == nullptr || std::exchange(moved_ahead_, false)) return in_view;
-  moveAhead();
+  const bool has_moved = std::exchange(state_.has_moved_between, false);
+  if (!pager_ || has_moved || state_.is_meshing) return in_view;
+  pager_->moveBetween(*backend_);
   return blocksInView(view);
 }
 
@@ -142,91 +171,85 @@ std::vector<int32_t> Engine::blocksInView(const FrameView& view) const {
   return table_.slotsInView(view, kFootRadius);
 }
 
-/// As blocksInView(), of the part that is in memory.
-std::vector<int32_t> Engine::blocksOfPart(const FrameView& view) const {
-  std::vector<int32_t> slots = blocksInView(view);
-  const auto is_of_another = [&](int32_t slot) {
-    const PackedKey key = packKey(table_.block(slot).key);
-    return !std::binary_search(part_.begin(), part_.end(), key);
-  };
-  if (!part_.empty()) {
-    slots.erase(std::remove_if(slots.begin(), slots.end(), is_of_another), slots.end());
+/// Where not all of a part is in memory. @return how many blocks stay on disk.
+size_t Engine::bringIn(const FrameView& view, FramePart& part) {
+  if (part.keys.empty()) return 0;
+  const StageTimer timer(profile_, Stage::kAdmit);
+  settle();  // what the part before left: slots are others now
+  const size_t left = require(part.keys, part.new_bytes);
+  state_.refused += left;
+  part.in_view = blocksInView(view);
+  if (!part.is_whole) {
+    const auto is_of_another = [&](int32_t slot) {
+      const PackedKey key = packKey(table_.block(slot).key);
+      return !std::binary_search(part.keys.begin(), part.keys.end(), key);
+    };
+    part.in_view.erase(std::remove_if(part.in_view.begin(), part.in_view.end(), is_of_another),
+                       part.in_view.end());
   }
-  return slots;
+  // Those that are left on disk are none to be made anew.
+  const auto is_paged = [this](const BlockRequest& one) { return pager_->isPaged(one.key); };
+  part.requests.erase(std::remove_if(part.requests.begin(), part.requests.end(), is_paged),
+                      part.requests.end());
+  part.new_arrays = table_.countNew(part.requests).arrays;
+  return left;
 }
 
-/// Which cubes are in view is found while a device is busy with the stages before.
-void Engine::seeFree(const FrameView& view) {
-  if (space_ == nullptr) return;
-  std::vector<Vec3i> cubes;
-  {
-    const StageTimer timer(profile_, Stage::kSeeFree);
-    cubes = space_->cubesInView(view);
-  }
-  backend_->seeFree(std::move(cubes));
-}
-
-/// All memory is taken before the table changes: without it, the map stays as it was.
 /// @return the number of blocks refused.
-size_t Engine::admit(const TouchedCounts& touched, const FrameTurn& turn) {
+size_t Engine::fusePart(FramePart& part) {
+  const FrameTurn turn{state_.frames + 1, part.in_view, part.is_whole ? nullptr : &part.keys};
+  const size_t refused = admit(part, turn);
+  backend_->castFoldAndClear(turn);
+  table_.listNew();  // a device is busy
+  return refused;
+}
+
+/// All memory is taken before the table changes: without it, the map stays as it was. Without a
+/// device's memory for new blocks they are refused, as those beyond the budget are, and the frame
+/// goes into what is there.
+/// @return the number of blocks refused.
+size_t Engine::admit(FramePart& part, const FrameTurn& turn) {
   backend_->waitForMeshes();
   const StageTimer timer(profile_, Stage::kAdmit);
   backend_->reserveFrame(turn);
-  if (touched.requests == 0) return 0;
-  std::vector<BlockRequest> requests = pager_ ? requestsOfPart() : backend_->requests();
-  const size_t blocks = requests.size();
-  requests_before_ = blocks;
-  const size_t arrays = moves_blocks_ ? table_.countNew(requests).arrays : touched.new_arrays;
-  Admission admission;
-  if (hasRoomFor({blocks, arrays, table_.sizesAfter(blocks, arrays)})) {
-    admission = table_.handOut(std::move(requests));
-    if (pager_ || !backend_->hasMirror()) table_.listNew();
-    backend_->enterBlocks(admission.changed_slots, admission.new_arrays);
-    if (pager_) pager_->noteNew(admission.changed_slots);
-  } else {
-    admission.refused = blocks;
+  const size_t blocks = state_.requests = part.requests.size();
+  if (blocks == 0) return 0;
+  try {
+    backend_->reserve({{blocks, part.new_arrays, table_.sizesAfter(blocks, part.new_arrays)}});
+  } catch (const BackendError& error) {
+    if (!error.lacksMemory()) throw;
+    state_.refused += blocks;
+    return blocks;
   }
-  counters_.refused += admission.refused;
-  outside_.insert(outside_.end(), admission.outside.begin(), admission.outside.end());
+  const Admission admission = table_.handOut(std::move(part.requests));
+  if (pager_ || !traits_.indexes_blocks_itself) table_.listNew();
+  backend_->follow({admission.changed_slots, false, &admission.new_arrays});
+  if (pager_) pager_->noteNew(admission.changed_slots);
+  state_.refused += admission.refused;
+  state_.outside.insert(state_.outside.end(), admission.outside.begin(), admission.outside.end());
   return admission.refused;
 }
 
-/// Without a device's memory for new blocks they are refused, as those beyond the budget are, and
-/// the frame goes into what is there.
-bool Engine::hasRoomFor(const MapDemand& demand) {
-  try {
-    backend_->reserve(demand);
-    return true;
-  } catch (const BackendError& error) {
-    if (!error.lacksMemory()) throw;
-    return false;
+/// The frame is part of the map. What follows from it waits, where a device is not done yet, until
+/// the map is looked at again, so that nothing waits for the frame.
+void Engine::keep(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks) {
+  if (params_.map.keep_radius_m > 0.0f) state_.kept = keptBallOf(frame, params_.map);
+  if (pager_) {
+    pager_->noteFrame(frame, view, has_moved_blocks);
+    auto& views = state_.changed_in;
+    if (views && views->size() == kMostViews) views.reset();
+    if (views) views->push_back(view);
   }
-}
-
-void Engine::castFoldAndClear(const TouchedCounts& touched, const FrameTurn& turn) {
-  backend_->castFoldAndClear(turn);
-  table_.listNew();  // a device is busy
-  ++counters_.frames;
-  if (touched.blocks > 0) ++counters_.supporting_frames;
-  if (profile_ != nullptr) profile_->work.surfels += touched.surfels;
-}
-
-/// The frame is part of the map. What follows from it waits until the map is looked at again, so
-/// that nothing waits for the frame.
-void Engine::keep(const DepthFrame& frame, const FrameView& view) {
-  if (params_.map.keep_radius_m > 0.0f) kept_ = keptBallOf(frame, params_.map);
-  has_free_ = space_ != nullptr;
-  if (pager_) noteForReading(frame, view);
+  if (!traits_.indexes_blocks_itself) settle();
 }
 
 /// Takes the last frame's outcome: what it saw as free, left empty, or beyond what is kept.
 void Engine::settle() {
-  table_.listNew();           // what a failure has left
-  if (has_free_) takeFree();  // while it is known what the frame keeps
-  std::vector<int32_t> changed = vacateEmpty();
-  if (pager_ && kept_) {  // what comes may lack memory
+  table_.listNew();  // what a failure has left
+  std::vector<int32_t> changed = takeOutcome();
+  if (pager_ && state_.kept) {  // what comes may lack memory
     keepEachOnce(changed);
-    backend_->follow({changed, false});
+    backend_->follow({changed});
   }
   const std::vector<int32_t> dropped = dropBeyond();
   changed.insert(changed.end(), dropped.begin(), dropped.end());
@@ -236,25 +259,31 @@ void Engine::settle() {
   backend_->follow({changed, !dropped.empty()});
 }
 
-/// Ends what belongs to the extraction that begins, or has begun.
-void Engine::settleForMesh() {
-  settle();
-  table_.noteExtraction();
-  was_viewed_ = false;
-  const std::vector<int32_t> vacant = table_.takeVacant();
-  vacant_.insert(vacant_.end(), vacant.begin(), vacant.end());
+/// @return the slots of what the last frame left empty.
+std::vector<int32_t> Engine::takeOutcome() {
+  const FrameOutcome outcome = backend_->takeOutcome();
+  if (space_ != nullptr) {
+    const StageTimer timer(profile_, Stage::kSeeFree);
+    space_->addFree(outcome.free);
+    if (state_.kept) space_->dropBeyond(*state_.kept);
+  }
+  std::vector<int32_t> slots;
+  for (const EmptyBlock& empty : outcome.empty) {
+    table_.vacate(empty.slot, empty.directions);
+    slots.push_back(empty.slot);
+  }
+  return slots;
 }
 
 /// Blocks that went before an extraction met them. Views may have made labels around from them.
 /// @return the slots.
 std::vector<int32_t> Engine::releaseUnseen() {
   const std::vector<int32_t> unseen = table_.takeUnseen();
-  if (was_viewed_ && !unseen.empty()) {
-    std::vector<MarkedKey> gone;
-    gone.reserve(unseen.size());
-    for (const int32_t slot : unseen) gone.push_back({packKey(table_.block(slot).key), {}});
+  if (state_.was_viewed && !unseen.empty()) {
+    std::vector<PackedKey> keys;
+    for (const int32_t slot : unseen) keys.push_back(packKey(table_.block(slot).key));
     std::vector<int32_t> around;
-    for (const PackedKey key : blocksAround(gone)) {
+    for (const PackedKey key : blocksAround(std::move(keys))) {
       if (const int32_t slot = table_.find(key); slot >= 0) around.push_back(slot);
     }
     backend_->follow({around, true});
@@ -262,45 +291,27 @@ std::vector<int32_t> Engine::releaseUnseen() {
   return table_.releaseVacant(unseen);
 }
 
-/// What the last frame left empty. @return the slots.
-std::vector<int32_t> Engine::vacateEmpty() {
-  std::vector<int32_t> slots;
-  for (const EmptyBlock& empty : backend_->takeEmpty()) {
-    table_.vacate(empty.slot, empty.directions);
-    slots.push_back(empty.slot);
-  }
-  return slots;
-}
-
-void Engine::takeFree() {
-  const std::vector<FreeCube> seen = ready().takeFree();
-  has_free_ = false;
-  const StageTimer timer(profile_, Stage::kSeeFree);
-  space_->addFree(seen);
-  if (kept_) space_->dropBeyond(*kept_);
-}
-
-/// Forgets what lies beyond the radius that is kept. @return slots of what is gone.
+/// Forgets what lies beyond the radius that is kept: the farthest, wherever it is.
+/// @return slots of what is gone.
 std::vector<int32_t> Engine::dropBeyond() {
-  if (!kept_) return {};
+  if (!state_.kept) return {};
   const StageTimer timer(profile_, Stage::kClear);
-  std::vector<int32_t> slots = table_.slotsBeyond(*kept_, kMostDroppedBlocks);
-  std::vector<PackedKey> on_disk = pager_ ? takeFarthest(*kept_, slots) : std::vector<PackedKey>();
-  kept_.reset();
+  const KeptBall kept = *std::exchange(state_.kept, std::nullopt);
+  std::vector<int32_t> slots = table_.slotsBeyond(kept, kMostDroppedBlocks);
+  std::vector<PackedKey> on_disk = pager_ ? pager_->keysBeyond(kept) : std::vector<PackedKey>();
   if (slots.empty() && on_disk.empty()) return {};
-  forgetWhatIsMarked();
-  backend_->waitForMeshes();
-  backend_->reserveChanges(slots.size());
-  for (const int32_t slot : slots) table_.vacate(slot, kAllDirections);
-  counters_.dropped += slots.size();
-  if (on_disk.empty()) return slots;
-  backend_->follow({slots, true});                      // what comes may lack memory
-  on_disk.resize(pager_->canDrop(*backend_, on_disk));  // the rest after a later frame
-  for (const int32_t slot : pager_->drop(*backend_, on_disk)) {
-    table_.vacate(slot, kAllDirections);
-    slots.push_back(slot);
+  if (!on_disk.empty()) {
+    keepFarthest(kept, table_, slots, on_disk);
+    finishMeshing();
   }
-  counters_.dropped += on_disk.size();
+  state_.changed_in.reset();
+  backend_->waitForMeshes();
+  MemoryDemand demand;
+  demand.changed = slots.size();
+  backend_->reserve(demand);
+  for (const int32_t slot : slots) table_.vacate(slot, kAllDirections);
+  if (!on_disk.empty()) pager_->drop(*backend_, on_disk);
+  state_.dropped += slots.size() + on_disk.size();
   return slots;
 }
 
@@ -314,15 +325,108 @@ Alignment Engine::align(const DepthFrame& frame, const PosePrior& prior) {
     const StageTimer timer(profile_, Stage::kAlign);
     backend_->takePoints(frame, makeFrameView(frame, voxel_size_m));
     return findPose(frame, prior, rules_.poses, voxel_size_m,
-                    [&](const FrameView& view, float cutoff) { return sumsAt(view, cutoff); });
+                    [this](const FrameView& view, float cutoff) {
+                      if (pager_ && !pager_->isEmpty()) {
+                        require(backend_->alignedKeys(view, cutoff), 0);
+                      }
+                      return backend_->sumsAt(view, cutoff);
+                    });
   } catch (const BackendError& error) {
     if (!error.lacksMemory()) throw;
     return unaligned;
   }
 }
 
+IntegrationResult Engine::paint(const ColourFrame& frame) {
+  if (const auto problem = findProblem(frame, params_)) return refuse(*problem);
+  return timed([&] { return paintSurfaces(frame); });
+}
+
+/// The way of a colour image.
+IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
+  ready();
+  state_.changed_in.reset();
+  backend_->takeColours(frame);
+  const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
+  const float radius = pointRadius(rules_.colour);
+  std::vector<int32_t> in_view = table_.slotsInView(view, radius);
+  settle();
+  IntegrationResult result;
+  if (pager_) {  // what the image sees something of, and what hides something from it
+    const StageTimer timer(profile_, Stage::kPaint);
+    result.refused_blocks =
+        require(pager_->keysInView(view, radius, paint_settings_.max_depth_m), 0);
+    state_.refused += result.refused_blocks;
+    in_view = table_.slotsInView(view, radius);
+  }
+  SeenColours seen = backend_->look({view, leastEvidenceNow(), in_view});
+  state_.exposure = exposureOf(seen.sums, state_.exposure, paint_settings_);
+  if (!seen.any) return nothingToPaint();
+  result.refused_blocks += admitColours(std::move(seen.requests));
+  if (state_.has_colours) backend_->paint(state_.exposure);
+  return result;
+}
+
+/// As admit(). @return the number of bricks refused.
+size_t Engine::admitColours(std::vector<ColourRequest> requests) {
+  backend_->waitForMeshes();
+  const size_t new_bricks = table_.countNewColours(requests);
+  const size_t bytes = new_bricks * BlockTable::kColourBytes;
+  if (pager_ && !pager_->hasRoom(bytes)) {
+    finishMeshing();
+    pager_->makeRoom(*backend_, bytes);
+  }
+  MemoryDemand demand;
+  demand.new_bricks = new_bricks;
+  demand.has_colours = true;
+  backend_->reserve(demand);
+  const ColourAdmission admission = table_.admitColours(std::move(requests));
+  if (!admission.bricks.empty()) {
+    keepColours();
+    backend_->follow({{}, false, nullptr, &admission.bricks});
+  }
+  state_.refused += admission.refused;
+  return admission.refused;
+}
+
+/// What was meshed without colours gets them with the first ones. @pre Memory for them is reserved.
+void Engine::keepColours() {
+  if (std::exchange(state_.has_colours, true)) return;
+  const MeshMarks painted{false, true};
+  backend_->markAll(painted);
+  if (pager_) pager_->markAll(painted);
+}
+
+void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
+                    RenderedView& view) {
+  constexpr float kViewRadius = kLabelledReach + 13.9f;  // from a block's middle to such a view
+  constexpr float kAnyDepth_m = 1e30f;
+  const FrameView frame = checkedFrameView(camera, T_W_C, params_);
+  ready();
+  settle();
+  state_.was_viewed = true;
+  if (pager_) {
+    if (!state_.waiting.empty()) finishMeshing();  // which marks it
+    pager_->setMarks(*backend_, std::exchange(state_.undone, {}));
+    if (!pager_->isEmpty() && require(pager_->keysInView(frame, kViewRadius, kAnyDepth_m), 0) > 0) {
+      throw std::runtime_error(
+          "the view shows more of the map than fits into memory; raise map/max_memory_mb, or "
+          "render the saved map");
+    }
+  }
+  backend_->render({frame, leastEvidenceNow(), state_.has_colours}, view);
+  noteStats();
+}
+
+/// Brings blocks in for what follows, and makes room. An extraction under way is fetched before.
+/// @return how many stay on disk.
+size_t Engine::require(const std::vector<PackedKey>& keys, size_t new_bytes) {
+  if (pager_->moves(keys, new_bytes)) finishMeshing();
+  return pager_->require(*backend_, keys, new_bytes);
+}
+
 int32_t Engine::leastEvidenceNow() const {
-  return leastEvidence(params_.mesh.min_support, counters_.supporting_frames, rules_.fusion);
+  return leastEvidence(params_.mesh.min_support, state_.supporting_frames, rules_.fusion);
 }
 
 }  // namespace dtsdf

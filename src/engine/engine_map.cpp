@@ -1,109 +1,206 @@
 // The map as a whole: its meshes, its sizes, copies of it, and what is taken out of it.
 #include <algorithm>
+#include <cstring>
 #include <stdexcept>
 #include <utility>
 
 #include "dtsdf_mapping/partly_cleared.h"
 #include "engine/engine.h"
+#include "map/map_head.h"
 #include "map/memory_budget.h"
 
 namespace dtsdf {
 namespace {
 
-/// Whether a voxel of a cell's blocks may lie in a region in units of voxels.
-bool mayReachInto(const RegionView& region, const BlockCells::Cell& cell) {
-  constexpr int kVoxels = BlockCells::kSide * kBlockSide;
-  constexpr double kMiddle = 0.5 * (kVoxels - 1), kReach = 1.7321 * kMiddle + 0.1;
-  const Vec3i& key = cell.key;
-  return isInside(region,
-                  Vec3d{static_cast<double>(key.x) * kVoxels + kMiddle,
-                        static_cast<double>(key.y) * kVoxels + kMiddle,
-                        static_cast<double>(key.z) * kVoxels + kMiddle},
-                  kReach);
+template <class Word>
+PlainArray<Word> copyOf(const Word*& from, size_t count) {
+  PlainArray<Word> copy(count);
+  std::copy_n(from, count, copy.data());
+  from += count;
+  return copy;
+}
+
+/// Calls visit(part) for parts of contents, of so many bytes each.
+template <class Visit>
+void visitParts(const MapContents& contents, size_t most_bytes, const Visit& visit) {
+  const uint64_t* voxels = contents.voxels.data();
+  const uint32_t* colours = contents.colours.data();
+  for (size_t first = 0; first < contents.blocks.size();) {
+    MapContents part = headOf(contents);
+    size_t voxel_words = 0, colour_words = 0, bytes = 0;
+    for (; first < contents.blocks.size() && bytes < most_bytes; ++first) {
+      const MapBlock& block = contents.blocks[first];
+      part.blocks.push_back(block);
+      voxel_words += voxelWordsOf(block);
+      colour_words += colourWordsOf(block);
+      bytes += BlockTable::kBlockBytes + voxelWordsOf(block) * sizeof(uint64_t);
+    }
+    part.voxels = copyOf(voxels, voxel_words);
+    part.colours = copyOf(colours, colour_words);
+    visit(part);
+  }
 }
 
 }  // namespace
 
-void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
-                    RenderedView& view) {
-  const FrameView frame = checkedFrameView(camera, T_W_C, params_);
-  ready();
-  settle();
-  if (!unfinished_.empty()) finishMeshing();  // which marks what it has left undone
-  was_viewed_ = true;
-  if (pager_) bringInForView(frame);
-  backend_->render({frame, leastEvidenceNow(), has_colours_}, view);
-}
-
 void Engine::beginMeshUpdate() {
   ready();
-  if (is_meshing_) finishMeshing();
-  made_ = MeshUpdate();  // nobody asked for its changes: they are lost
+  finishMeshing();
   // Where the table has nothing to say that meshes depend on, it follows while a device is busy.
-  const bool settles_behind = backend_->hasMirror() && !pager_ && !kept_ && !was_viewed_;
+  const bool settles_behind =
+      traits_.indexes_blocks_itself && !pager_ && !state_.kept && !state_.was_viewed;
   if (!settles_behind) settleForMesh();
+  state_.made = MeshUpdate();  // nobody asked for the changes so far: they are lost
   const int32_t least = leastEvidenceNow();
-  if (least != least_evidence_) markAllDirty();
-  least_evidence_ = least;
-  if (pager_) meshInParts();  // all but the last of them, which is this:
+  if (least != state_.least_evidence) markAllDirty();
+  state_.least_evidence = least;
+  if (pager_) bringInForMesh();
   backend_->beginMesh(least);
-  is_meshing_ = true;
+  state_.is_meshing = true;
   if (settles_behind) settleForMesh();
-  if (pager_) startViews();
-  table_.prepare(requests_before_);  // while a device is busy
+  table_.prepare(state_.requests);  // while a device is busy
+  noteStats();
+}
+
+/// Ends what belongs to the extraction that begins, or has begun.
+void Engine::settleForMesh() {
+  settle();
+  table_.noteExtraction();
+  state_.was_viewed = false;
+  const std::vector<int32_t> vacant = table_.takeVacant();
+  state_.vacant.insert(state_.vacant.end(), vacant.begin(), vacant.end());
 }
 
 void Engine::markAllDirty() {
-  forgetWhatIsMarked();
-  backend_->markAllDirty();
-  if (pager_) pager_->markAllDirty();
+  const MeshMarks dirty{true, false};
+  state_.changed_in.reset();
+  backend_->markAll(dirty);
+  if (pager_) pager_->markAll(dirty);
+}
+
+/// What an extraction depends on comes to memory: where that does not fit, of a part of what is
+/// marked; the rest is left to the next extraction.
+void Engine::bringInForMesh() {
+  const auto may_show = [this](const FrameView& view) {
+    return pager_->mayShow(view, kMeshedRadius);
+  };
+  state_.made = pager_->takeDropped();
+  const auto views = std::exchange(state_.changed_in, std::vector<FrameView>());
+  const bool depends_on_disk = pager_->hasMarks() || !views || !state_.made.blocks.empty() ||
+                               std::any_of(views->begin(), views->end(), may_show);
+  if (pager_->isEmpty() || !depends_on_disk) return;
+  std::vector<MarkedKey> marked = pager_->marked(*backend_, false);
+  if (pager_->pagedAround(marked).empty()) return;
+  const size_t beside = state_.vacant.size() * BlockTable::kBlockBytes;
+  std::vector<PackedKey> around = blocksAround(keysOf(marked));
+  bool fits = pager_->fits(around, beside);
+  const bool in_parts = !fits;
+  if (in_parts) {
+    marked = pager_->marked(*backend_, true);
+    sortForTurns(marked, state_.next_turn);
+    size_t count = marked.size();
+    for (; !fits && count > 1; fits = pager_->fits(around, beside)) {
+      count = (count + 1) / 2;
+      const auto end = marked.begin() + static_cast<std::ptrdiff_t>(count);
+      around = blocksAround(keysOf({marked.begin(), end}));
+    }
+    state_.waiting.assign(marked.begin() + static_cast<std::ptrdiff_t>(count), marked.end());
+    state_.made.is_part = !state_.waiting.empty();
+    if (state_.made.is_part) state_.next_turn = state_.waiting.front().key;
+    marked.resize(count);
+  }
+  const size_t left = require(around, 0);
+  if (in_parts) pager_->setMarks(*backend_, marked);
+  if (left > 0) {
+    if (!fits || pager_->stats().failures > 0) state_.refused += left;
+    state_.undone.insert(state_.undone.end(), marked.begin(), marked.end());
+  }
+  if (state_.made.is_part || left > 0) state_.changed_in.reset();
 }
 
 MeshUpdate Engine::finishMeshUpdate() {
   ready();
   finishMeshing();
-  MeshUpdate made = std::move(made_);
-  made_ = MeshUpdate();
+  MeshUpdate made = std::exchange(state_.made, MeshUpdate());
   if (space_ != nullptr) {
     const StageTimer timer(profile_, Stage::kFindCells);
     space_->addSurfaces(made.blocks);
   }
+  noteStats();
   if (pager_) moveBeside();
   return made;
 }
 
 /// Blocks without arrays go once all parts are made: what shows their mesh has learnt by then that
-/// they have none.
+/// they have none. What was left, or done without all that it depends on, is to be done again.
 void Engine::finishMeshing() {
-  if (!is_meshing_) return;
-  addMeshes(backend_->finishMesh(), made_);
-  is_meshing_ = false;
-  if (!made_.is_part) {
-    backend_->follow({table_.releaseVacant(vacant_), false});
-    vacant_.clear();
+  if (!std::exchange(state_.is_meshing, false)) return;
+  addMeshes(backend_->finishMesh(), state_.made);
+  if (!state_.made.is_part) {
+    backend_->follow({table_.releaseVacant(state_.vacant)});
+    state_.vacant.clear();
   }
-  if (pager_) pager_->setMarks(*backend_, unfinished_);
-  unfinished_.clear();
+  if (!pager_) return;
+  pager_->setMarks(*backend_, std::exchange(state_.waiting, {}));
+  if (!state_.made.is_part) pager_->setMarks(*backend_, std::exchange(state_.undone, {}));
 }
 
+/// Between this frame and the next one. Where a device lacks the memory, blocks move once they have
+/// to.
+void Engine::moveBeside() {
+  state_.has_moved_between = true;
+  helper_.start([this] {
+    try {
+      made();
+      pager_->moveBetween(*backend_);
+    } catch (const BackendError& error) {
+      if (!error.lacksMemory()) throw;
+    }
+  });
+}
+
+/// Blocks on disk come back to be emptied, some at a time: those that are make room for the rest.
 ClearedRegion Engine::clearRegion(const Region& region) {
+  constexpr size_t kAtOnce = 256;
   const RegionView view = checkedRegionView(region, params_.map);
   ready().waitForMeshes();
   settle();
   ClearedRegion result;
   clearSlots(table_.slotsIn(view), view, result);
-  const size_t left = pager_ ? clearPaged(view, result) : 0;
+  size_t left = 0;
+  std::vector<PackedKey> keys = pager_ ? pager_->keysIn(view) : std::vector<PackedKey>();
+  while (!keys.empty()) {
+    const auto first = keys.end() - static_cast<std::ptrdiff_t>(std::min(keys.size(), kAtOnce));
+    const std::vector<PackedKey> some(first, keys.end());
+    keys.erase(first, keys.end());
+    require(some, 0);
+    std::vector<int32_t> slots;
+    std::vector<PackedKey> staying;
+    for (const PackedKey key : some) {
+      if (pager_->isPaged(key)) staying.push_back(key);
+      if (const int32_t slot = table_.find(key); slot >= 0) slots.push_back(slot);
+    }
+    clearSlots(slots, view, result);
+    if (slots.empty()) {
+      left += staying.size();
+    } else {
+      keys.insert(keys.end(), staying.begin(), staying.end());
+    }
+  }
   if (space_ != nullptr) space_->clearRegion(view);
+  noteStats();
   if (left == 0) return result;
   throw PartlyCleared("the region was cleared in part: " + std::to_string(left) +
-                      " blocks cannot come back from map/page_folder; " + pager_->stats().problem +
+                      " blocks cannot come back from map/page_folder; " + stats_.pages.problem +
                       "; then clear the region again");
 }
 
 void Engine::clearSlots(const std::vector<int32_t>& slots, const RegionView& view,
                         ClearedRegion& result) {
-  forgetWhatIsMarked();
-  backend_->reserveChanges(slots.size());
+  state_.changed_in.reset();
+  MemoryDemand demand;
+  demand.changed = slots.size();
+  backend_->reserve(demand);
   const std::vector<EmptiedBlock> emptied = backend_->emptyRegion(slots, view);
   std::vector<int32_t> changed;
   for (size_t i = 0; i < slots.size(); ++i) {
@@ -116,103 +213,61 @@ void Engine::clearSlots(const std::vector<int32_t>& slots, const RegionView& vie
   backend_->follow({changed, true});
 }
 
-/// Blocks come back to be emptied, some at a time.
-/// @return how many cannot, and stay as they were.
-size_t Engine::clearPaged(const RegionView& view, ClearedRegion& result) {
-  constexpr size_t kAtOnce = 256;
-  const std::vector<PackedKey> keys =
-      pager_->keysWhere([&](const BlockCells::Cell& cell) { return mayReachInto(view, cell); },
-                        [&](const BlockKey& block) { return mayBeInside(view, block); });
-  size_t left = 0;
-  for (size_t first = 0; first < keys.size(); first += kAtOnce) {
-    const size_t end = std::min(keys.size(), first + kAtOnce);
-    std::vector<PackedKey> some(keys.begin() + static_cast<std::ptrdiff_t>(first),
-                                keys.begin() + static_cast<std::ptrdiff_t>(end));
-    // Where memory is scarce, those that are emptied make room for the rest.
-    while (!some.empty() && clearSome(some, view, result)) {
-    }
-    left += some.size();
-  }
-  return left;
-}
-
-/// @param keys Those that stay on disk are left. @return whether any came back.
-bool Engine::clearSome(std::vector<PackedKey>& keys, const RegionView& view,
-                       ClearedRegion& result) {
-  pager_->bringIn(*backend_, keys, 0);
-  std::vector<int32_t> slots;
-  for (const PackedKey key : keys) {
-    if (const int32_t slot = table_.find(key); slot >= 0) slots.push_back(slot);
-  }
-  keys.erase(std::remove_if(keys.begin(), keys.end(),
-                            [this](PackedKey key) { return !pager_->isPaged(key); }),
-             keys.end());
-  clearSlots(slots, view, result);
-  return !slots.empty();
-}
-
 void Engine::clear() {
   helper_.finish();
   if (backend_ != nullptr) backend_->enter();
   backend_.reset();
   table_.clear();
   if (pager_) pager_->clear();
-  made_ = MeshUpdate();
-  unfinished_.clear();
-  postponed_.clear();
   if (space_ != nullptr) space_->clear();
-  counters_ = Counters();
-  exposure_ = sameExposure();
-  has_colours_ = has_free_ = is_meshing_ = false;
-  outside_.clear();
-  T_W_C_before_.reset();
-  ahead_of_.reset();
-  views_.clear();
-  marks_are_in_views_ = true;
-  lost_before_ = 0;
-  kept_.reset();
-  least_evidence_ = 0;
-  vacant_.clear();
+  state_ = State();
+  noteStats();
 }
 
 MapContents Engine::outline() {
-  settled();
+  ready();
+  settle();
   MapContents contents = contentsOf(params_, rules_);
-  contents.frames = counters_.frames;
-  contents.supporting_frames = counters_.supporting_frames;
-  contents.painted = has_colours_;
-  std::copy_n(exposure_.gain, 3, contents.exposure.begin());
+  contents.frames = state_.frames;
+  contents.supporting_frames = state_.supporting_frames;
+  contents.painted = state_.has_colours;
+  std::copy_n(state_.exposure.gain, 3, contents.exposure.begin());
   if (space_ != nullptr) space_->copyTo(contents);
   contents.blocks = mapBlocks(table_, table_.sortedSlots());
   if (pager_) pager_->addBlocksTo(contents);
+  noteStats();
   return contents;
 }
 
+/// Where blocks turn out to be damaged, they are no longer in the map: it is copied without them.
 MapContents Engine::contents() {
   MapContents contents = outline();
-  makeRoomForWords(contents);
-  if (pager_ == nullptr || pager_->isEmpty()) {
-    backend_->copyOut(orderOf(table_, table_.sortedSlots()), contents);
-    return contents;
+  for (uint64_t lost = stats_.pages.lost;; contents = outline()) {
+    makeRoomForWords(contents);
+    if (!pager_ || pager_->isEmpty()) {
+      backend_->copyOut(orderOf(table_, table_.sortedSlots()), contents);
+      return contents;
+    }
+    pager_->copyWords(*backend_, contents);
+    noteStats();
+    if (std::exchange(lost, stats_.pages.lost) == stats_.pages.lost) return contents;
   }
-  const uint64_t lost = pager_->stats().lost;
-  pager_->copyAll(*backend_, contents);
-  // Blocks that turn out to be damaged have gone from the map: it is copied without them.
-  return pager_->stats().lost == lost ? std::move(contents) : this->contents();
 }
 
 MapContents Engine::part(const std::vector<MapBlock>& blocks) {
-  settled();
+  ready();
+  settle();
   MapContents part;
   part.blocks = blocks;
+  makeRoomForWords(part);
   if (pager_) {
     pager_->copyWords(*backend_, part);
+    noteStats();
     return part;
   }
   std::vector<int32_t> slots;
   slots.reserve(blocks.size());
   for (const MapBlock& block : blocks) slots.push_back(table_.find(packKey(block.key)));
-  makeRoomForWords(part);
   backend_->copyOut(orderOf(table_, slots), part);
   return part;
 }
@@ -228,53 +283,29 @@ void Engine::restore(const MapParts& parts) {
 }
 
 /// With map/page_folder they may be more than fits.
-void Engine::enterInParts(const MapContents& contents) {
+void Engine::enterInParts(const MapContents& contents) try {
   ready();
-  if (pager_ == nullptr) return enterContents(contents);
-  pager_->visitParts(contents, [this](const MapContents& part) {
+  state_.changed_in.reset();
+  if (contents.painted && !state_.has_colours) {
+    MemoryDemand demand;
+    demand.has_colours = true;
+    backend_->reserve(demand);
+    keepColours();
+  }
+  if (!pager_) {
+    enterContents(contents, nullptr, table_, *backend_);
+    return;
+  }
+  visitParts(contents, table_.budgetBytes() / 8, [this](const MapContents& part) {
     const size_t bytes = sizeOf(part.blocks).bytes();
-    pager_->bringIn(*backend_, {}, bytes);
+    require({}, bytes);
     if (!pager_->hasRoom(bytes)) {
       throw std::runtime_error(
           "the map is larger than map/max_memory_mb, and the rest of it cannot be written: " +
           pager_->stats().problem);
     }
-    enterContents(part);
+    enterContents(part, nullptr, table_, *backend_);
   });
-}
-
-/// What a map is besides its blocks.
-void Engine::goOnFrom(const MapContents& head) {
-  if (head.painted && !has_colours_) {
-    ready().reserveColours(0);
-    keepColours();
-    has_colours_ = true;
-  }
-  ready();
-  markAllDirty();
-  counters_.frames = head.frames;
-  counters_.supporting_frames = head.supporting_frames;
-  std::copy_n(head.exposure.begin(), 3, exposure_.gain);
-  if (space_ != nullptr) space_->restore(head);
-}
-
-/// As frames do: memory first, then the table, then what the backend knows of it.
-void Engine::enterContents(const MapContents& contents) try {
-  forgetWhatIsMarked();
-  const MapSize size = sizeOf(contents.blocks);
-  backend_->reserve(
-      {size.blocks, size.voxel_arrays, table_.sizesAfter(size.blocks, size.voxel_arrays)});
-  const EnteredBlocks entered = enterBlocks(contents.blocks, table_);
-  std::vector<int32_t> had_others;  // arrays that other blocks may have had before
-  if (pager_) had_others = entered.blocks.new_arrays;
-  backend_->enterBlocks(entered.blocks.changed_slots, had_others);
-  if (contents.painted) {
-    backend_->reserveColours(0);  // beyond what the table has by now
-    if (!has_colours_) keepColours();
-    has_colours_ = true;
-  }
-  enterColours(entered.colours.bricks);
-  backend_->copyIn(entered.order(), contents);
 } catch (const BackendError& error) {
   if (!error.lacksMemory()) throw;
   throw std::runtime_error(std::string("the GPU has too little memory for this map, which was not "
@@ -282,46 +313,46 @@ void Engine::enterContents(const MapContents& contents) try {
                            error.what());
 }
 
-/// The engine with all that the last frame left: what the map holds stays the same by that, so that
-/// it may be asked of a const one.
-const Engine& Engine::settled() const {
-  Engine& self = const_cast<Engine&>(*this);
-  self.ready();
-  self.settle();
-  return self;
+/// What a map is besides its blocks.
+void Engine::goOnFrom(const MapContents& head) {
+  ready();
+  if (head.painted && !state_.has_colours) {  // and it has no blocks
+    MemoryDemand demand;
+    demand.has_colours = true;
+    backend_->reserve(demand);
+    keepColours();
+  }
+  markAllDirty();
+  state_.frames = head.frames;
+  state_.supporting_frames = head.supporting_frames;
+  std::copy_n(head.exposure.begin(), 3, state_.exposure.gain);
+  if (space_ != nullptr) space_->restore(head);
+  noteStats();
 }
 
-MapStats Engine::stats() const {
-  settled();
+void Engine::noteStats() {
+  const MemoryBudget budget = budgetOf(params_);
   PageStats pages = pager_ == nullptr ? PageStats() : pager_->stats();
   if (space_ != nullptr) space_->addTo(pages);
-  return {table_.blocksInUse(),
-          table_.arraysInUse(),
-          table_.bytesInUse(),
-          counters_.refused,
-          table_.coloursInUse() * BlockTable::kColourBytes,
-          counters_.dropped,
-          space_ == nullptr ? 0 : std::min(space_->freeBytes(), budgetOf(params_).free_bytes),
-          space_ == nullptr ? 0 : space_->refusedCubes(),
-          budgetOf(params_).map_bytes,
-          table_.bytesPeak(),
-          pages};
+  stats_ = {table_.blocksInUse(),
+            table_.arraysInUse(),
+            table_.bytesInUse(),
+            state_.refused,
+            table_.coloursInUse() * BlockTable::kColourBytes,
+            state_.dropped,
+            space_ == nullptr ? 0 : std::min(space_->freeBytes(), budget.free_bytes),
+            space_ == nullptr ? 0 : space_->refusedCubes(),
+            budget.map_bytes,
+            table_.bytesPeak(),
+            std::move(pages)};
 }
 
 std::vector<MemoryPart> Engine::memoryParts() const {
-  settled();
+  helper_.wait();
   std::vector<MemoryPart> parts;
-  backend_->addMemory(parts);
+  if (backend_ != nullptr) backend_->addMemory(parts);
   if (space_ != nullptr) {
     parts.push_back({"space", MemoryKind::kSpace, space_->bytes(), space_->bytes()});
-  }
-  if (pager_) {
-    const bool is_on_gpu = std::any_of(parts.begin(), parts.end(), [](const MemoryPart& part) {
-      return part.kind == MemoryKind::kStaging;
-    });
-    const size_t bytes = pager_->queueBytes();
-    parts.push_back({"blocks on their way to and from the disk",
-                     is_on_gpu ? MemoryKind::kStaging : MemoryKind::kScratch, bytes, bytes});
   }
   return parts;
 }
@@ -338,8 +369,8 @@ void Engine::restrictTo(const MapExtent& extent) {
 }
 
 void Engine::passOver(const PassedFrames& passed) {
-  counters_.frames += passed.frames;
-  counters_.supporting_frames += passed.supporting_frames;
+  state_.frames += passed.frames;
+  state_.supporting_frames += passed.supporting_frames;
 }
 
 }  // namespace dtsdf

@@ -5,21 +5,9 @@
 #include <utility>
 
 #include "map/block_cells.h"
-#include "page/paged_meshes.h"
 
 namespace dtsdf {
 namespace {
-
-int longestAxis(const std::vector<MarkedKey>& marked) {
-  BlockKey low = unpackKey(marked.front().key), high = low;
-  for (const MarkedKey& block : marked) {
-    low = leastOf(low, unpackKey(block.key));
-    high = greatestOf(high, unpackKey(block.key));
-  }
-  const Vec3i size = high - low;
-  if (size.x >= size.y && size.x >= size.z) return 0;
-  return size.y >= size.z ? 1 : 2;
-}
 
 std::vector<PackedKey> movedBy(const Vec3i& step, const std::vector<PackedKey>& keys) {
   std::vector<PackedKey> moved;
@@ -34,10 +22,7 @@ std::vector<PackedKey> movedBy(const Vec3i& step, const std::vector<PackedKey>& 
 }  // namespace
 
 /// Axis by axis. A list that is moved stays sorted, so that lists are merged and never sorted.
-std::vector<PackedKey> blocksAround(const std::vector<MarkedKey>& marked) {
-  std::vector<PackedKey> keys;
-  keys.reserve(marked.size());
-  for (const MarkedKey& block : marked) keys.push_back(block.key);
+std::vector<PackedKey> blocksAround(std::vector<PackedKey> keys) {
   std::sort(keys.begin(), keys.end());
   for (const Vec3i& axis : {Vec3i{1, 0, 0}, Vec3i{0, 1, 0}, Vec3i{0, 0, 1}}) {
     const std::vector<PackedKey> narrow = keys;
@@ -72,24 +57,23 @@ std::unordered_set<PackedKey> cellsAround(const std::vector<MarkedKey>& marked) 
   return cells;
 }
 
-std::vector<MarkedKey> takeHalf(std::vector<MarkedKey>& marked) {
-  const int axis = longestAxis(marked);
-  const auto middle = marked.begin() + static_cast<std::ptrdiff_t>(marked.size() / 2);
-  std::nth_element(marked.begin(), middle, marked.end(),
-                   [axis](const MarkedKey& a, const MarkedKey& b) {
-                     const int32_t at_a = component(unpackKey(a.key), axis);
-                     const int32_t at_b = component(unpackKey(b.key), axis);
-                     return at_a != at_b ? at_a < at_b : a.key < b.key;
-                   });
-  std::vector<MarkedKey> half(middle, marked.end());
-  marked.erase(middle, marked.end());
-  return half;
+std::vector<PackedKey> keysOf(const std::vector<MarkedKey>& marked) {
+  std::vector<PackedKey> keys;
+  keys.reserve(marked.size());
+  for (const MarkedKey& block : marked) keys.push_back(block.key);
+  return keys;
 }
 
-size_t bytesOf(const MeshUpdate& update) {
-  size_t bytes = 0;
-  for (const BlockMesh& block : update.blocks) bytes += bytesOf(block);
-  return bytes;
+void sortForTurns(std::vector<MarkedKey>& marked, PackedKey first) {
+  const auto place = [](PackedKey key) {
+    return std::pair(packKey(cellOfBlock(unpackKey(key))), key);
+  };
+  std::sort(marked.begin(), marked.end(),
+            [&](const MarkedKey& a, const MarkedKey& b) { return place(a.key) < place(b.key); });
+  const auto turn = std::find_if(marked.begin(), marked.end(), [&](const MarkedKey& one) {
+    return place(one.key) >= place(first);
+  });
+  std::rotate(marked.begin(), turn, marked.end());
 }
 
 void addMeshes(MeshUpdate part, MeshUpdate& made) {

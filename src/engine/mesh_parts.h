@@ -32,17 +32,15 @@ struct MarkedKey {
 
 /// All blocks that the meshes around these depend on: no rule of meshing reaches beyond two blocks.
 /// By key, each once.
-std::vector<PackedKey> blocksAround(const std::vector<MarkedKey>& marked);
+std::vector<PackedKey> blocksAround(std::vector<PackedKey> keys);
+std::vector<PackedKey> keysOf(const std::vector<MarkedKey>& marked);
 
 /// Coarse cells that some of these may lie in, by packed key.
 std::unordered_set<PackedKey> cellsAround(const std::vector<MarkedKey>& marked);
 
-/// Parts a list in two, across the longest side of the box around it. @pre It has two or more.
-/// @return the second part; the first one is left.
-std::vector<MarkedKey> takeHalf(std::vector<MarkedKey>& marked);
-
-/// Of memory.
-size_t bytesOf(const MeshUpdate& update);
+/// Puts blocks into the order in which they are meshed: cell by cell, from a block's key on, so
+/// that all get their turn, whatever a camera changes meanwhile.
+void sortForTurns(std::vector<MarkedKey>& marked, PackedKey first);
 
 /// Adds the meshes of a part to those of the parts before: where both have a block, that of the
 /// later one is right, as all around it was up to date.

@@ -1,11 +1,12 @@
 #include "page/free_runs.h"
 
+#include <iterator>
 #include <new>
 
 namespace dtsdf {
 
 /// @return whether there was memory for it; else nothing has changed.
-bool FreeRuns::insert(uint64_t first, uint64_t length) try {
+bool FreeRuns::insert(uint64_t first, uint64_t length) noexcept try {
   const auto run = free_.emplace(first, length).first;
   try {
     by_length_.emplace(length, first);
@@ -18,63 +19,47 @@ bool FreeRuns::insert(uint64_t first, uint64_t length) try {
   return false;
 }
 
-/// Takes no memory.
-void FreeRuns::move(Free::iterator run, uint64_t first, uint64_t length) {
-  auto by_length = by_length_.extract({run->second, run->first});
-  auto by_first = free_.extract(run);
-  by_length.value() = {length, first};
-  by_first.key() = first;
-  by_first.mapped() = length;
-  by_length_.insert(std::move(by_length));
-  free_.insert(std::move(by_first));
-}
-
-void FreeRuns::erase(Free::iterator run) {
+void FreeRuns::erase(std::map<uint64_t, uint64_t>::iterator run) {
   by_length_.erase({run->second, run->first});
   free_.erase(run);
 }
 
-std::optional<uint64_t> FreeRuns::take(uint64_t units) noexcept {
+/// Without memory to note the rest of a longer run, that stays in use.
+std::optional<uint64_t> FreeRuns::take(uint64_t units) {
   const auto shortest = by_length_.lower_bound({units, 0});
-  uint64_t first = end_;
-  if (shortest != by_length_.end()) {
-    const uint64_t length = shortest->first;
-    first = shortest->second;
-    const auto run = free_.find(first);
-    if (length > units) {
-      move(run, first + units, length - units);
-    } else {
-      erase(run);
-    }
-  } else {
+  if (shortest == by_length_.end()) {
     if (end_ + units > most_units_) return std::nullopt;
+    in_use_ += units;
     end_ += units;
+    return end_ - units;
   }
-  in_use_ += units;
+  const auto [length, first] = *shortest;
+  erase(free_.find(first));
+  in_use_ += length;
+  if (length > units) give(first + units, length - units);
   return first;
 }
 
 void FreeRuns::give(uint64_t first, uint64_t units) noexcept {
-  uint64_t last = first + units;
-  const auto after = free_.lower_bound(first);
-  const bool joins_after = after != free_.end() && after->first == last;
-  const auto before = after == free_.begin() ? free_.end() : std::prev(after);
-  const bool joins_before = before != free_.end() && before->first + before->second == first;
-  if (joins_after) last += after->second;
-  if (joins_before) first = before->first;
-  if (last == end_) {
-    end_ = first;
-    if (joins_after) erase(after);
-    if (joins_before) erase(before);
-  } else if (joins_before) {
-    if (joins_after) erase(after);
-    move(before, first, last - first);
-  } else if (joins_after) {
-    move(after, first, last - first);
-  } else if (!insert(first, last - first)) {
-    return;
+  uint64_t begin = first, end = first + units;
+  auto after = free_.lower_bound(first);
+  if (after != free_.end() && after->first == end) {
+    end += after->second;
+    erase(after++);
+  }
+  if (after != free_.begin()) {
+    const auto before = std::prev(after);
+    if (before->first + before->second == first) {
+      begin = before->first;
+      erase(before);
+    }
   }
   in_use_ -= units;
+  if (end == end_) {
+    end_ = begin;
+  } else if (!insert(begin, end - begin)) {
+    in_use_ += end - begin;
+  }
 }
 
 void FreeRuns::clear() noexcept {

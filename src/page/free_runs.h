@@ -2,6 +2,7 @@
 /// none is long enough. The shortest that is long enough is taken, the first one of those.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -16,7 +17,7 @@ class FreeRuns {
   explicit FreeRuns(uint64_t most_units) : most_units_(most_units) {}
 
   /// The first unit of a run that is free no longer; none where the file would get too long.
-  std::optional<uint64_t> take(uint64_t units) noexcept;
+  std::optional<uint64_t> take(uint64_t units);
 
   /// Without memory to note it, the run stays in use until clear(). @pre It was taken.
   void give(uint64_t first, uint64_t units) noexcept;
@@ -29,14 +30,11 @@ class FreeRuns {
   size_t bytes() const;                  ///< Of memory, about.
 
  private:
-  using Free = std::map<uint64_t, uint64_t>;
-
-  bool insert(uint64_t first, uint64_t length);
-  void move(Free::iterator run, uint64_t first, uint64_t length);
-  void erase(Free::iterator run);
+  bool insert(uint64_t first, uint64_t length) noexcept;
+  void erase(std::map<uint64_t, uint64_t>::iterator run);
 
   const uint64_t most_units_;
-  Free free_;  ///< Lengths of free runs by their first units; none touch.
+  std::map<uint64_t, uint64_t> free_;  ///< Lengths of free runs by their first units; none touch.
   std::set<std::pair<uint64_t, uint64_t>> by_length_;  ///< The same: length, first unit.
   uint64_t end_ = 0, in_use_ = 0;
 };

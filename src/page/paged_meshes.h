@@ -3,18 +3,13 @@
 #pragma once
 
 #include <cstdint>
-#include <list>
 #include <map>
-#include <memory>
-#include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "dtsdf_mapping/mesh.h"
 #include "dtsdf_mapping/params/map_params.h"
 #include "meshing/mesh_stream.h"
-#include "page/free_runs.h"
-#include "page/page_file.h"
+#include "page/paged_values.h"
 
 namespace dtsdf {
 
@@ -23,6 +18,9 @@ inline size_t bytesOf(const BlockMesh& block) {
   return sizeof(block) + block.vertices.size() * sizeof(BlockVertex) +
          block.triangles.size() * sizeof(uint16_t) + block.colours.size() * sizeof(VertexColour);
 }
+
+template <>
+const ValueKind& kindOf<BlockMesh>();
 
 /// One thread at a time uses it.
 class PagedMeshes {
@@ -33,7 +31,7 @@ class PagedMeshes {
   /// @throws std::runtime_error where map/page_folder cannot be written.
   explicit PagedMeshes(const MapParams& params);
 
-  float voxelSize() const { return resident_.voxelSize(); }
+  float voxelSize() const { return fetched_.voxelSize(); }
 
   /// Replaces the mesh of a block; one without triangles removes it. Where the disk fails or is
   /// full, more stay in memory.
@@ -46,9 +44,9 @@ class PagedMeshes {
   /// counted: see stats().
   SharedBlockMesh find(PackedKey key);
 
-  /// A store that has the meshes of these blocks at least, until this is used again.
+  /// A store that has the meshes of these blocks, until this is used again.
   const MeshStore& holding(const std::vector<PackedKey>& keys);
-  void dropFetched() { fetched_.clear(); }  ///< Of that store, what was read.
+  void dropFetched() { fetched_.clear(); }  ///< That store.
 
   /// Hands the whole mesh out, piece by piece: what all() would assemble.
   void stream(const MeshStream::Sink& sink);
@@ -60,43 +58,28 @@ class PagedMeshes {
   std::vector<PackedKey> keys() const;
 
   /// Whether some are on disk.
-  bool isPaged() const { return !pages_.empty(); }
+  bool isPaged() const { return stats().bytes > 0; }
   /// Whether some have colours.
   bool isPainted() const { return painted_ > 0; }
-  size_t triangleCount() const { return resident_.triangleCount() + paged_triangles_; }
-  size_t bytes() const { return bytes_; }           ///< Of memory, without the index.
+  size_t triangleCount() const { return triangles_; }
+  size_t bytes() const { return pages_ == nullptr ? bytes_ : pages_->bytes(); }  ///< Of memory.
   size_t mostBytes() const { return most_bytes_; }  ///< That stay in memory; 0: no limit.
-  Stats stats() const;
+  Stats stats() const { return pages_ == nullptr ? Stats() : pages_->stats(); }
 
  private:
-  struct Page {
-    uint64_t checksum;
-    uint32_t first_unit;
-    uint32_t vertices, indices;
-    bool has_colours;
+  struct Kept {
+    Paged<BlockMesh> mesh;
+    size_t bytes, triangles;
+    bool is_painted;
   };
 
-  static size_t recordBytes(const Page& page);
-  static uint64_t unitsOf(const Page& page);
-  void leaveMemory(PackedKey key);
-  void leaveDisk(PackedKey key);
-  void makeRoom();
-  bool writeOut(const BlockMesh& block);
-  SharedBlockMesh read(PackedKey key, const Page& page);
-  bool fail(const std::string& problem);
+  void forget(PackedKey key);
 
-  const uint64_t max_file_bytes_;
   const size_t most_bytes_;
-  std::unique_ptr<PageFile> file_;  ///< Null without map/page_folder.
-  MeshStore resident_;
-  size_t bytes_ = 0;            ///< Of these.
-  std::list<PackedKey> order_;  ///< Of these, those that changed longest ago first; with a file.
-  std::unordered_map<PackedKey, std::list<PackedKey>::iterator> places_;
-  FreeRuns runs_;
-  std::map<PackedKey, Page> pages_;
-  size_t paged_triangles_ = 0, painted_ = 0;
-  MeshStore fetched_;  ///< Of holding().
-  Stats stats_;
+  const SharedPagedValues pages_;  ///< Null without map/page_folder.
+  std::map<PackedKey, Kept> meshes_;
+  size_t bytes_ = 0, triangles_ = 0, painted_ = 0;  ///< Of them all.
+  MeshStore fetched_;                               ///< Of holding().
 };
 
 }  // namespace dtsdf

@@ -7,13 +7,12 @@
 #include <list>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "page/free_runs.h"
-#include "page/page_file.h"
-#include "page/page_queue.h"
+#include "page/record_store.h"
 
 namespace dtsdf {
 
@@ -41,10 +40,7 @@ const ValueKind& kindOf() {
 /// Memory and file that values share. Any thread may use it.
 class PagedValues : public std::enable_shared_from_this<PagedValues> {
  public:
-  /// Of values, since the start or resetCounts().
-  struct Stats : PagedStats {
-    DiskWaits waits;  ///< For the disk, since the start.
-  };
+  using Stats = PagedStats;  ///< Of values, since the start or resetCounts().
 
   /// A value, wherever it is.
   struct Entry {
@@ -58,8 +54,7 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
     std::shared_ptr<const void> value;  ///< Null: it is on disk alone.
     std::list<Entry*>::iterator place;  ///< In the order of use, with a value.
     size_t bytes = 0;                   ///< Of memory, with a value.
-    uint64_t offset = 0, checksum = 0;
-    size_t record_bytes = 0;  ///< 0: it is not on disk.
+    std::optional<StoredRecord> record;
     bool is_lost = false;
   };
 
@@ -73,7 +68,10 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   /// The value, which comes to memory. @return null: it is lost, or cannot be read now.
   std::shared_ptr<const void> get(Entry& entry);
 
-  /// The same, and the entry has it no longer: if it cannot be read, after a few tries, it is lost.
+  /// The same, but one on disk stays there alone.
+  std::shared_ptr<const void> peek(Entry& entry);
+
+  /// The same, and the entry has it no longer: if it cannot be read, it is lost.
   std::shared_ptr<const void> take(Entry& entry);
 
   /// Whether it will not come back, whatever the disk does.
@@ -82,7 +80,7 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   /// Whether more is in memory than should, as the disk takes none.
   bool isFull() const;
 
-  size_t bytes() const;  ///< Of memory, with what is on its way to the disk.
+  size_t bytes() const;  ///< Of memory.
   Stats stats() const;
   void resetCounts();
 
@@ -90,26 +88,17 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   void forget(Entry& entry);
   void leaveMemory(Entry& entry);
   void leaveDisk(Entry& entry);
-  void bring(Entry& entry);
+  std::shared_ptr<const void> load(Entry& entry);
   void makeRoom();
-  bool writeOut(const std::vector<Entry*>& entries);
-  std::string takeRoom(const std::vector<Entry*>& entries, std::vector<Entry*>& written);
-  std::string write(const std::vector<Entry*>& entries);
-  bool fail(const std::string& problem);
-  static PageSpan spanOf(Entry& entry) {
-    return {entry.offset, entry.record_bytes, &entry.checksum};
-  }
+  bool writeOut(Entry& entry);
 
   mutable std::mutex mutex_;  ///< Guards all, entries included.
-  PageFile file_;
-  PageQueue queue_;
-  FreeRuns runs_;
+  RecordStore store_;
   const size_t most_bytes_;
   std::list<Entry*> order_;  ///< Of those in memory, those that were used longest ago first.
   size_t bytes_ = 0;         ///< Of these.
   size_t entries_ = 0;
   size_t calls_until_try_ = 0;  ///< After a failure the disk is left alone at first.
-  Stats stats_;
 };
 
 using SharedPagedValues = std::shared_ptr<PagedValues>;
@@ -132,6 +121,12 @@ class Paged {
   std::shared_ptr<const T> get() const {
     if (entry_ == nullptr) return value_;
     return std::static_pointer_cast<const T>(entry_->pages->get(*entry_));
+  }
+
+  /// The same, and where it is on disk it stays there alone.
+  std::shared_ptr<const T> peek() const {
+    if (entry_ == nullptr) return value_;
+    return std::static_pointer_cast<const T>(entry_->pages->peek(*entry_));
   }
 
   bool isLost() const { return entry_ != nullptr && entry_->pages->isLost(*entry_); }

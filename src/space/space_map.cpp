@@ -204,9 +204,7 @@ void SpaceMap::clear() {
   free_cubes_ = 0;
   free_in_.clear();
   refused_cubes_ = 0;
-  if (pages_ == nullptr) return;
-  pages_->resetCounts();
-  waits_before_ = pages_->stats().waits;
+  if (pages_ != nullptr) pages_->resetCounts();
 }
 
 void SpaceMap::copyTo(MapContents& contents) const {
@@ -237,16 +235,10 @@ void SpaceMap::restore(const MapContents& contents) {
 double SpaceMap::cellSize_m() const { return voxel_size_m_ * cellSide(grid_); }
 
 CellState SpaceMap::stateOf(const Vec3i& cell) const {
-  bringUpToDate();
-  return knownStateOf(cell);
-}
-
-CellState SpaceMap::knownStateOf(const Vec3i& cell) const {
   return stateIn(table_.find(cubeOfCell(cell)), indexInCube(cell));
 }
 
 std::vector<SpaceCell> SpaceMap::cells() const {
-  bringUpToDate();
   std::vector<Vec3i> keys;
   table_.visit(isAnySector, [&](const Vec3i& key, const CubeCells&) { keys.push_back(key); });
   std::sort(keys.begin(), keys.end(), isKeyBefore);
@@ -263,7 +255,6 @@ std::vector<SpaceCell> SpaceMap::cells() const {
 }
 
 std::vector<SpaceCube> SpaceMap::cubes(int32_t first_z, int32_t last_z) const {
-  bringUpToDate();
   const int32_t low = first_z >> kCubeSideLog2, high = last_z >> kCubeSideLog2;
   const auto takes = [&](const Vec3i& sector) {
     return sector.z >= first_z >> kSectorSideLog2 && sector.z <= last_z >> kSectorSideLog2;
@@ -276,7 +267,6 @@ std::vector<SpaceCube> SpaceMap::cubes(int32_t first_z, int32_t last_z) const {
 }
 
 SpaceChanges SpaceMap::takeChanges(bool all) {
-  bringUpToDate();
   SpaceChanges changes;
   const CellTable::Taken taken =
       table_.takeTouched(all, kMostChanges, [&](const Vec3i& key, const CubeCells& cube) {
@@ -305,13 +295,12 @@ void SpaceMap::updateDistances() {
 }
 
 SpaceDistance SpaceMap::distanceAt(const Eigen::Vector3d& p_W) const {
-  bringUpToDate();
   const DistanceUnits units{cellSize_m(), distances_.reach()};
   const auto around = cellsAround(p_W, units);
   if (!around) return unknownDistance(units);
   int squared[8];
   for (int i = 0; i < 8; ++i) squared[i] = squaredDistance(around->cell(i));
-  return interpolate(*around, squared, knownStateOf(cellAt(p_W)) != CellState::kUnknown, units);
+  return interpolate(*around, squared, stateOf(cellAt(p_W)) != CellState::kUnknown, units);
 }
 
 size_t SpaceMap::freeBytes() const { return free_cubes_ * kFreeCubeBudgetBytes; }
@@ -329,8 +318,8 @@ void SpaceMap::addTo(PageStats& pages) const {
   pages.index_bytes += stats.index_bytes;
   pages.failures += stats.failures;
   pages.lost += stats.lost;
-  pages.waits += stats.waits.count - waits_before_.count;
-  pages.wait_ms += stats.waits.ms - waits_before_.ms;
+  pages.waits += stats.waits;
+  pages.wait_ms += stats.wait_ms;
   if (!stats.problem.empty()) pages.problem = stats.problem;
 }
 

@@ -1,7 +1,6 @@
 /// What a map knows of space: the cells, and the distances that are made from them when asked for.
 #pragma once
 
-#include <functional>
 #include <unordered_map>
 #include <vector>
 
@@ -35,10 +34,6 @@ class SpaceMap : public Space {
 
   /// From now on only these cubes are known: it is a part of a larger map. Outlasts clear().
   void restrictTo(const BlockExtent& cubes) { extent_ = cubes; }
-
-  /// Calls this before it answers a question of Space: what images saw may still be under way, and
-  /// is to be added then. It costs a call for each cell that somebody asks for.
-  void bringUpToDateBy(std::function<void()> bring) { bring_up_to_date_ = std::move(bring); }
 
   /// From now on distances are worked out by this.
   void workOutDistancesBy(DistanceWork work_out) { distances_.workOutBy(std::move(work_out)); }
@@ -87,10 +82,6 @@ class SpaceMap : public Space {
   size_t bytes() const override;
 
  private:
-  void bringUpToDate() const {
-    if (bring_up_to_date_) bring_up_to_date_();
-  }
-  CellState knownStateOf(const Vec3i& cell) const;
   BlockExtent boundsOfView(const FrameView& frame) const;
   void forgetFree(const Vec3i& key, const CubeCells& known, const CellMask& cells);
   void countFree(const Vec3i& cube, int by);
@@ -101,8 +92,7 @@ class SpaceMap : public Space {
   const double voxel_size_m_;
   const float max_range_m_;
   const size_t free_budget_;
-  const SharedPagedValues pages_;  ///< Null without map/page_folder.
-  std::function<void()> bring_up_to_date_;
+  const SharedPagedValues pages_;               ///< Null without map/page_folder.
   BlockExtent extent_;                          ///< Of cubes.
   size_t free_cubes_ = 0;                       ///< Of which something is free.
   std::unordered_map<PackedKey, int> free_in_;  ///< How many of them, by sector.
@@ -110,8 +100,7 @@ class SpaceMap : public Space {
   CellTable table_;
   SurfaceCells surfaces_;
   DistanceField distances_;
-  CubeSet changed_;         ///< Those with surfaces that distances do not know yet.
-  DiskWaits waits_before_;  ///< The last clear().
+  CubeSet changed_;  ///< Those with surfaces that distances do not know yet.
 };
 
 }  // namespace dtsdf

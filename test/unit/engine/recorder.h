@@ -3,6 +3,7 @@
 
 #include <new>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "backend/map_backend.h"
@@ -34,7 +35,12 @@ class Recorder : public MapBackend {
  public:
   explicit Recorder(Script& script) : script_(script) { ++script.made; }
 
-  std::string name() const override { return "recorder"; }
+  BackendTraits traits() const override {
+    BackendTraits traits;
+    traits.name = "recorder";
+    traits.indexes_blocks_itself = script_.has_mirror;
+    return traits;
+  }
   void enter() override {}
   void profileTo(Profile*) override {}
   void addMemory(std::vector<MemoryPart>&) const override {}
@@ -43,57 +49,61 @@ class Recorder : public MapBackend {
   void sense(const DepthFrame&, const FrameView&) override { note("sense"); }
   void makeSurfels() override { note("make surfels"); }
   void findBlocks() override { note("find blocks"); }
-  void lookUpBlocks() override { note("look up blocks"); }
-  void seeFree(std::vector<Vec3i>) override { note("see free"); }
-  TouchedCounts touched() override {
-    note("touched");
+  TouchedBlocks lookUpBlocks() override {
+    note("look up blocks");
     const size_t count = script_.requests.size();
-    return {count, count, count, count};
+    return {count, count, script_.requests, count};
   }
-  std::vector<BlockRequest> requests() override { return script_.requests; }
+  void seeFree(std::vector<Vec3i>) override { note("see free"); }
   void reserveFrame(const FrameTurn&) override { need(!script_.lacks_frame); }
   void castFoldAndClear(const FrameTurn& turn) override {
     note("cast, fold, clear");
     if (script_.lacks_host) throw std::bad_alloc();
     script_.frame_number = turn.number;
     script_.in_view = turn.in_view;
+    free_ = {{{0, 0, 0}, {{1}}}};
   }
-  std::vector<EmptyBlock> takeEmpty() override { return std::move(script_.empty); }
-  bool hasMirror() const override { return script_.has_mirror; }
-  std::vector<FreeCube> takeFree() override { return {{{0, 0, 0}, {{1}}}}; }
+  FrameOutcome takeOutcome() override {
+    return {std::exchange(script_.empty, {}), std::exchange(free_, {})};
+  }
   void takeColours(const ColourFrame&) override { note("take colours"); }
   SeenColours look(const ColourLook&) override {
     note("look");
-    return {!script_.colour_requests.empty(), {}};
+    return {!script_.colour_requests.empty(), {}, script_.colour_requests};
   }
-  std::vector<ColourRequest> colourRequests() override { return script_.colour_requests; }
   void paint(const Exposure&) override { note("paint"); }
   void render(const ViewRequest&, RenderedView&) override { note("render"); }
-  void markAllDirty() override { note("mark all"); }
-  void keepColours() override { note("keep colours"); }
+  void markAll(const MeshMarks& marks) override { note(marks.dirty ? "mark all" : "keep colours"); }
   void beginMesh(int32_t) override { note("begin mesh"); }
   void waitForMeshes() override {}
   MeshUpdate finishMesh() override {
     note("finish mesh");
     return {};
   }
-  void reserve(const MapDemand&) override { need(!script_.lacks_blocks); }
-  void reserveColours(size_t) override {}
-  void reserveChanges(size_t) override {}
-  void enterBlocks(const std::vector<int32_t>& slots, const std::vector<int32_t>& arrays) override {
-    note("admit");
-    script_.entered = slots;
-    script_.zeroed = arrays;
+  void reserve(const MemoryDemand&) override { need(!script_.lacks_blocks); }
+  void follow(const TableChanges& changes) override {
+    if (changes.new_bricks != nullptr) note("admit colours");
+    if (changes.new_arrays != nullptr) {
+      note("admit");
+      script_.entered = changes.slots;
+      script_.zeroed = *changes.new_arrays;
+    } else if (!changes.slots.empty()) {
+      script_.followed = changes.slots;
+    }
   }
-  void enterColours(const std::vector<NewBrick>&) override { note("admit colours"); }
-  void follow(const ChangedSlots& changed) override { script_.followed = changed.slots; }
   std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots,
                                         const RegionView&) override {
     note("empty region");
     return std::vector<EmptiedBlock>(slots.size(), EmptiedBlock{1, 63});
   }
-  void copyOut(const ContentsOrder&, MapContents&) override { note("copy out"); }
-  void copyIn(const ContentsOrder&, const MapContents&) override { note("copy in"); }
+  void copyOut(const ContentsOrder&, MapContents&, MeshStates*) override { note("copy out"); }
+  void copyIn(const ContentsOrder&, const MapContents&, const MeshStates*) override {
+    note("copy in");
+  }
+  std::vector<PackedKey> neededKeys(const std::vector<PackedKey>&, uint64_t) override { return {}; }
+  std::vector<PackedKey> alignedKeys(const FrameView&, float) override { return {}; }
+  std::vector<MarkedSlot> marked(bool) override { return {}; }
+  void setMarks(const std::vector<MarkedSlot>&) override {}
 
  private:
   void note(const char* call) { script_.calls.push_back(call); }
@@ -102,6 +112,7 @@ class Recorder : public MapBackend {
   }
 
   Script& script_;
+  std::vector<FreeCube> free_;
 };
 
 }  // namespace dtsdf

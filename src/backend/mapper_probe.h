@@ -41,13 +41,7 @@ class MapperProbe {
   virtual std::vector<MemoryPart> memoryParts() const = 0;
 };
 
-/// Depth frames that a tile of a map leaves out, since they show nothing of it.
-struct PassedFrames {
-  uint64_t frames = 0;             ///< That a mapper of the whole map would have fused.
-  uint64_t supporting_frames = 0;  ///< Those of them that touch a block.
-};
-
-/// A mapper with a view inside, and what a tile of a larger map needs beside it.
+/// A mapper with a view inside, and what a box of a larger map needs beside it.
 class ProbedMapper : public Mapper, public MapperProbe {
  public:
   /// The sums of memoryParts().
@@ -63,18 +57,15 @@ class ProbedMapper : public Mapper, public MapperProbe {
   /// The same of contents that come part by part.
   virtual void restore(const MapParts& parts) = 0;
 
-  /// From now on the map is a tile: only what lies in this extent is made, and the rest is not
+  /// From now on the map is a box: only what lies in this extent is made, and the rest is not
   /// counted as refused. Its blocks and cells are those of the whole map, to the last bit, as no
   /// depth frame changes one by what others hold. Colours are where all blocks are made that may
   /// hide the painted ones from an image, and colour/exposure is fixed: else an image's exposure is
   /// found from all of the map. To be called before the first frame.
   virtual void restrictTo(const MapExtent& extent) = 0;
 
-  /// What the last depth frame wanted outside of the extent, by packed key.
-  virtual const std::vector<BlockRequest>& outsideExtent() const = 0;
-
-  /// The next frame's number is so much higher, as if these had been fused.
-  virtual void passOver(const PassedFrames& passed) = 0;
+  /// Depth frames so far that touched a block, also outside of the extent.
+  virtual uint64_t supportingFrames() const = 0;
 };
 
 }  // namespace dtsdf

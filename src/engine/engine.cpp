@@ -113,7 +113,6 @@ IntegrationResult Engine::integrate(const DepthFrame& frame) {
 /// The way of a depth image, stage by stage, as the table in docs/method.md has it.
 IntegrationResult Engine::fuse(const DepthFrame& frame) {
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
-  state_.outside.clear();
   if (profile_ != nullptr) {
     profile_->work.pixels += static_cast<uint64_t>(frame.width) * frame.height;
   }
@@ -226,7 +225,6 @@ size_t Engine::admit(FramePart& part, const FrameTurn& turn) {
   backend_->follow({admission.changed_slots, false, &admission.new_arrays});
   if (pager_) pager_->noteNew(admission.changed_slots);
   state_.refused += admission.refused;
-  state_.outside.insert(state_.outside.end(), admission.outside.begin(), admission.outside.end());
   return admission.refused;
 }
 

@@ -47,8 +47,7 @@ class Engine : public ProbedMapper {
   std::vector<MemoryPart> memoryParts() const override;
   std::string backendName() const override { return traits_.name; }
   void restrictTo(const MapExtent& extent) override;
-  const std::vector<BlockRequest>& outsideExtent() const override { return state_.outside; }
-  void passOver(const PassedFrames& passed) override;
+  uint64_t supportingFrames() const override { return state_.supporting_frames; }
 
  private:
   /// What belongs to one map: clear() begins another.
@@ -58,7 +57,6 @@ class Engine : public ProbedMapper {
     uint64_t supporting_frames = 0;      ///< Those that touched a block.
     size_t requests = 0;                 ///< For blocks, of the last frame.
     std::optional<KeptBall> kept;        ///< Of the last frame, until what lies beyond is dropped.
-    std::vector<BlockRequest> outside;   ///< Of the last frame.
     Exposure exposure = sameExposure();  ///< Of the last colour image.
     bool has_colours = false;            ///< Something was painted.
 

@@ -368,9 +368,4 @@ void Engine::restrictTo(const MapExtent& extent) {
   if (space_ != nullptr) space_->restrictTo(extent.cubes);
 }
 
-void Engine::passOver(const PassedFrames& passed) {
-  state_.frames += passed.frames;
-  state_.supporting_frames += passed.supporting_frames;
-}
-
 }  // namespace dtsdf

@@ -166,7 +166,7 @@ void AtomicFile::flush() {
   while (left > 0) {
     const ssize_t written = ::write(descriptor_, next, left);
     if (written < 0 && errno == EINTR) continue;
-    if (written < 0) fail(errno);
+    if (written <= 0) fail(written < 0 ? errno : ENOSPC);
     next += written;
     left -= static_cast<size_t>(written);
   }

@@ -1,45 +1,62 @@
-/// Maps in pieces, for those that are larger than memory: map files chunk by chunk, and what a
-/// mapper has, saved at once or piece by piece.
+/// Maps in pieces: map files chunk by chunk, and what a mapper has, saved piece by piece.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/map_parts.h"
 #include "dtsdf_mapping/mapper.h"
+#include "io/map_box.h"
+#include "io/records.h"
 
 namespace dtsdf {
 
 /// A file has the blocks of a map in chunks of so many, the last one what is left.
 constexpr size_t kBlocksPerMapChunk = 256;
 
-/// Where the words of a map come from: of the blocks of chunk i, in their order. Of a pointer, so
-/// many words are read as MapContents has for these blocks.
-struct MapWords {
-  std::function<const uint64_t*(size_t chunk)> voxels;
-  std::function<const uint32_t*(size_t chunk)> colours;  ///< Not called if nothing was painted.
+/// The words of a chunk's blocks, in their order, and what keeps them.
+struct ChunkWords {
+  const uint64_t* voxels = nullptr;
+  const uint32_t* colours = nullptr;  ///< Null if nothing was painted.
+  std::shared_ptr<const void> owner;
 };
 
-/// saveMap() of a map whose voxels and colours come chunk by chunk: first all voxels, then all
-/// colours. `head` is the map without them. With one thread the chunks are asked for one at a time,
-/// by rising numbers, and the words of one have to last until the next is asked for.
-/// @throws std::runtime_error as saveMap()
-SavedMap saveMapInChunks(const MapContents& head, const MapWords& words, const std::string& path,
-                         int threads);
+/// Of chunk i. Called one at a time, by numbers that rise more or less, from several threads.
+using ReadChunk = std::function<ChunkWords(size_t chunk)>;
 
-/// An open map file. Its headers and blocks are checked when it is opened, and each chunk against
-/// its checksum when it is read.
+/// Writes the records of a map whose voxels and colours come chunk by chunk; `head` is the map
+/// without them. @throws std::runtime_error for what a reader would refuse, before it writes.
+SavedMap writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& out,
+                  int threads = 0, const MapBox* box = nullptr);
+
+/// The same as a file. @throws std::runtime_error as saveMap()
+SavedMap saveMapInChunks(const MapContents& head, const ReadChunk& read, const std::string& path,
+                         int threads = 0, const MapBox* box = nullptr);
+
+/// What a map may take.
+struct MapLimit {
+  size_t bytes = kNoMapLimit;
+  bool adds_free = true;  ///< Whether what was seen free counts too, or has the same limit alone.
+};
+
+/// What a mapper of these settings may hold, in memory and on disk.
+MapLimit limitOf(const MapperParams& params);
+
+/// A map in an open file. Its structure and small records are checked at once, and each chunk
+/// against its checksum when it is read.
 class MapChunks {
  public:
   /// @throws std::runtime_error as loadMap()
-  explicit MapChunks(const std::string& path);
-  /// Of no more than a mapper of these settings may hold, in memory and on disk.
+  explicit MapChunks(const std::string& path, const MapLimit& limit = {});
   MapChunks(const std::string& path, const MapperParams& params);
+  /// A map among the records of a file, from this one on.
+  MapChunks(std::shared_ptr<const RecordFile> file, size_t first, const MapLimit& limit = {});
   ~MapChunks();
   MapChunks(MapChunks&&) noexcept;
 
@@ -47,7 +64,10 @@ class MapChunks {
 
   /// The map without voxels and colours.
   const MapContents& head() const;
+  const std::optional<MapBox>& box() const;  ///< None: it is whole.
+  const MapSize& size() const;
   uint64_t contentHash() const;  ///< As it stands in the file.
+  size_t endRecord() const;      ///< That after its last one.
 
   size_t count() const;
 
@@ -55,18 +75,21 @@ class MapChunks {
   void readVoxels(size_t chunk, std::vector<uint64_t>& words) const;
   void readColours(size_t chunk, std::vector<uint32_t>& words) const;
 
-  /// Calls `take` with one chunk after the other, from several threads in turn, and compares the
-  /// content hash at the end.
+  /// Calls `take` with one chunk after the other, from several threads in turn.
   /// @throws std::runtime_error for a damaged file, and what `take` throws.
-  void visit(const std::function<void(const MapContents& part)>& take) const;
+  void visit(const std::function<void(const MapContents& part)>& take, int threads = 0) const;
+
+  /// Reads all of it, which checks it. @throws std::runtime_error for a damaged file
+  void verify() const;
+
+  MapInfo info() const;
 
  private:
   struct State;
-  std::unique_ptr<const State> state_;
+  std::unique_ptr<State> state_;
 };
 
-/// The map of an open file: its parts are chunks, read when they are asked for, and checked as
-/// loadMap() does.
+/// The map of an open file: its parts are chunks, read when they are asked for.
 MapParts partsOf(std::shared_ptr<const MapChunks> file);
 
 /// Copies the file that an open one was opened from.
@@ -76,12 +99,15 @@ void copyMapFile(const MapChunks& file, const std::string& path);
 /// contents(), and what the mapper does not know.
 MapContents contentsWith(const MapOrigin& origin, Mapper& mapper);
 
+/// Saves a mapper's map piece by piece.
 /// @throws std::runtime_error as saveMap() does, and where blocks on disk cannot be read.
 SavedMap saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path);
 
-/// Saves those blocks of a map, piece by piece, and all free cells.
-/// @throws As saveMapOf() does.
-SavedMap savePartOf(Mapper& mapper, const MapOrigin& origin,
-                    const std::function<bool(const BlockKey&)>& is_in, const std::string& path);
+/// The same of its blocks that lie in a box, and all free cells.
+SavedMap saveBoxOf(Mapper& mapper, const MapOrigin& origin, const MapBox& box,
+                   const std::string& path);
+
+/// writeMap() of a mapper's map. @throws as saveMapOf()
+SavedMap writeMapOf(Mapper& mapper, const MapOrigin& origin, RecordWriter& out);
 
 }  // namespace dtsdf

@@ -4,8 +4,8 @@
 #include <sstream>
 
 #include "io/text_file.h"
+#include "map/map_head.h"
 #include "params/param_copy.h"
-#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace map_format {
@@ -13,8 +13,6 @@ namespace {
 
 constexpr const char* kBoundSettings[] = {"fusion/mode", "map/directional", "map/truncation_voxels",
                                           "map/voxel_size_m"};
-
-int countBits(uint64_t bits) { return __builtin_popcountll(bits); }
 
 /// The shortest decimal that reads back as the same number, with a point so that it stays no whole
 /// one.
@@ -59,29 +57,6 @@ bool parseValue(const std::string& text, ParamValue& value) {
 }
 
 }  // namespace
-
-Bytes encodeHeader(const SectionHeader& header) {
-  ByteWriter out;
-  out.putText(header.name());
-  out.put(header.version);
-  out.put(header.flags);
-  out.put(header.stored_bytes);
-  out.put(header.content_bytes);
-  out.put(header.hash);
-  out.put(hashOf(out.bytes.data(), out.bytes.size()));
-  return std::move(out.bytes);
-}
-
-bool decodeHeader(const uint8_t* bytes, SectionHeader& header) {
-  std::copy_n(bytes, header.id.size(), header.id.begin());
-  ByteReader in(bytes + header.id.size());
-  header.version = in.take<uint16_t>();
-  header.flags = in.take<uint16_t>();
-  header.stored_bytes = in.take<uint64_t>();
-  header.content_bytes = in.take<uint64_t>();
-  header.hash = in.take<uint64_t>();
-  return in.take<uint64_t>() == hashOf(bytes, kSectionHeaderBytes - sizeof(uint64_t));
-}
 
 ParamTree settingsOfFile(const ParamTree& of_map, const PoseParams& poses) {
   ParamTree settings = copyOf(of_map);
@@ -132,12 +107,18 @@ std::string boundSettingsText(const ParamTree& settings) {
 
 Bytes encodeState(const MapContents& contents, const MapSize& size) {
   ByteWriter out;
-  out.put(contents.frames);
-  out.put(contents.supporting_frames);
-  out.put(uint64_t{size.blocks});
-  out.put(uint64_t{size.voxel_arrays});
-  out.put(uint64_t{kBlocksPerChunk});
-  out.put(contents.stamp_s);
+  out.put(contents.frames).put(contents.supporting_frames);
+  out.put(uint64_t{size.blocks}).put(uint64_t{size.voxel_arrays}).put(contents.stamp_s);
+  return std::move(out.bytes);
+}
+
+Bytes encodeBox(const MapBox& box) {
+  ByteWriter out;
+  out.putKey(box.first).putKey(box.last).put(box.recordings);
+  for (const IndexRanges* const frames : {&box.fused, &box.supporting}) {
+    out.put(uint64_t{frames->size()});
+    for (const auto& [first, last] : *frames) out.put(first).put(last);
+  }
   return std::move(out.bytes);
 }
 
@@ -171,78 +152,34 @@ Bytes encodeFree(const MapContents& contents) {
   return std::move(out.bytes);
 }
 
-ChunkBounds boundsOf(const std::vector<MapBlock>& blocks, size_t blocks_per_chunk) {
+ChunkBounds boundsOf(const std::vector<MapBlock>& blocks) {
   ChunkBounds bounds;
   size_t voxel_words = 0, colour_words = 0;
+  const auto note = [&](size_t block) {
+    bounds.block.push_back(block);
+    bounds.voxel_word.push_back(voxel_words);
+    bounds.colour_word.push_back(colour_words);
+  };
   for (size_t i = 0; i < blocks.size(); ++i) {
-    if (i % blocks_per_chunk == 0) {
-      bounds.block.push_back(i);
-      bounds.voxel_word.push_back(voxel_words);
-      bounds.colour_word.push_back(colour_words);
-    }
-    voxel_words += static_cast<size_t>(countBits(blocks[i].directions)) * kArrayWords;
-    colour_words += static_cast<size_t>(countBits(blocks[i].bricks)) * kBrickWords;
+    if (i % kBlocksPerChunk == 0) note(i);
+    voxel_words += voxelWordsOf(blocks[i]);
+    colour_words += colourWordsOf(blocks[i]);
   }
-  bounds.block.push_back(blocks.size());
-  bounds.voxel_word.push_back(voxel_words);
-  bounds.colour_word.push_back(colour_words);
+  note(blocks.size());
   return bounds;
 }
 
-ContentHash::ContentHash(const MapContents& contents, const MapSize& size)
-    : contents_(contents), size_(size), of_voxels_(size.blocks) {
-  if (contents.painted) of_colours_.resize(size.blocks);
-}
-
-void ContentHash::addVoxels(const ChunkBounds& bounds, size_t chunk, const uint64_t* words) {
-  for (size_t i = bounds.block[chunk]; i < bounds.block[chunk + 1]; ++i) {
-    const size_t count =
-        static_cast<size_t>(countBits(contents_.blocks[i].directions)) * kArrayWords;
-    of_voxels_[i] = hashOf(words, count * sizeof(uint64_t));
-    words += count;
-  }
-}
-
-void ContentHash::addColours(const ChunkBounds& bounds, size_t chunk, const uint32_t* words) {
-  for (size_t i = bounds.block[chunk]; i < bounds.block[chunk + 1]; ++i) {
-    const size_t count = static_cast<size_t>(countBits(contents_.blocks[i].bricks)) * kBrickWords;
-    of_colours_[i] = hashOf(words, count * sizeof(uint32_t));
-    words += count;
-  }
-}
-
-uint64_t ContentHash::result() const {
-  ByteWriter out;
-  out.putText(boundSettingsText(contents_.settings));
-  out.put(contents_.frames);
-  out.put(contents_.supporting_frames);
-  const auto append = [&](const Bytes& bytes) {
-    out.bytes.insert(out.bytes.end(), bytes.begin(), bytes.end());
+ContentHash::ContentHash(const MapContents& head) {
+  const auto add_content = [this](const char* kind, const Bytes& content) {
+    add(checksumOf(kind, content.data(), content.size()));
   };
-  append(encodeBlocks(contents_.blocks));
-  for (const uint64_t hash : of_voxels_) out.put(hash);
-  if (contents_.painted) {
-    append(encodeColourIndex(contents_));
-    for (const uint64_t hash : of_colours_) out.put(hash);
-  }
-  if (contents_.cell_voxels != 0) append(encodeFree(contents_));
-  return hashOf(out.bytes.data(), out.bytes.size());
+  ByteWriter counts;
+  counts.putText(boundSettingsText(head.settings)).put(head.frames).put(head.supporting_frames);
+  add_content(kState, counts.bytes);
+  add_content(kBlocks, encodeBlocks(head.blocks));
+  if (head.painted) add_content(kColourIndex, encodeColourIndex(head));
+  if (head.cell_voxels != 0) add_content(kFree, encodeFree(head));
 }
 
 }  // namespace map_format
-
-uint64_t contentHash(const MapContents& contents, int threads) {
-  using namespace map_format;
-  checkContents(contents);
-  const MapSize size = sizeOf(contents.blocks);
-  const ChunkBounds bounds = boundsOf(contents.blocks, kBlocksPerChunk);
-  ContentHash hash(contents, size);
-  parallelFor(bounds.count(), threads, [&](size_t chunk) {
-    hash.addVoxels(bounds, chunk, contents.voxels.data() + bounds.voxel_word[chunk]);
-    if (!contents.painted) return;
-    hash.addColours(bounds, chunk, contents.colours.data() + bounds.colour_word[chunk]);
-  });
-  return hash.result();
-}
-
 }  // namespace dtsdf

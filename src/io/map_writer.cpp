@@ -1,12 +1,13 @@
-// saveMap(): sections one after the other, those of voxels and colours compressed by many threads.
-#include <zstd.h>
-
+// Maps to records: one after the other, those of voxels and colours compressed by many threads.
+#include <algorithm>
+#include <mutex>
 #include <stdexcept>
 #include <utility>
 
 #include "io/atomic_file.h"
 #include "io/map_chunks.h"
 #include "io/map_format.h"
+#include "map/block_extent.h"
 #include "threads/parallel.h"
 
 namespace dtsdf {
@@ -14,157 +15,181 @@ namespace {
 
 using namespace map_format;
 
-/// Higher levels gain nothing on voxels, nor does to split their words into planes of bytes:
-/// docs/results/performance.md.
-constexpr int kCompressionLevel = 1;
-
-struct Section {
-  SectionHeader header;
-  Bytes stored;
-};
-
-Section makeSection(const char* id, uint16_t flags, Bytes stored, uint64_t content_bytes) {
-  Section section;
-  std::copy_n(id, section.header.id.size(), section.header.id.begin());
-  section.header.flags = flags;
-  section.header.stored_bytes = stored.size();
-  section.header.content_bytes = content_bytes;
-  section.header.hash = hashOf(stored.data(), stored.size());
-  section.stored = std::move(stored);
-  return section;
-}
-
-Section makePlainSection(const char* id, Bytes content) {
-  const uint64_t bytes = content.size();
-  return makeSection(id, kRequired, std::move(content), bytes);
-}
-
-Section makeCompressedSection(const char* id, uint16_t flags, const void* content, size_t size) {
-  Bytes stored(ZSTD_compressBound(size));
-  const size_t bytes =
-      ZSTD_compress(stored.data(), stored.size(), content, size, kCompressionLevel);
-  if (ZSTD_isError(bytes)) {
-    throw std::runtime_error(std::string("cannot compress the map: ") + ZSTD_getErrorName(bytes));
-  }
-  stored.resize(bytes);
-  return makeSection(id, flags | kCompressed, std::move(stored), size);
-}
-
-Section makeCompressedSection(const char* id, uint16_t flags, const Bytes& content) {
-  return makeCompressedSection(id, flags, content.data(), content.size());
-}
-
-/// The words of a chunk of voxels or colours.
-template <class Word>
-Section makeChunk(const char* id, uint16_t flags, const Word* words,
-                  const std::vector<size_t>& bounds, size_t chunk) {
-  return makeCompressedSection(id, flags, words,
-                               (bounds[chunk + 1] - bounds[chunk]) * sizeof(Word));
-}
+static_assert(kBlocksPerMapChunk == kBlocksPerChunk, "one size of chunks");
 
 Bytes bytesOf(const std::string& text) { return {text.begin(), text.end()}; }
 
-/// The file as it grows.
-class MapFileWriter {
- public:
-  explicit MapFileWriter(const std::string& path) : file_(path) {
-    ByteWriter header;
-    header.putText(kMagic);
-    header.put(kVersion);
-    header.put(uint32_t{0});
-    headers_ = header.bytes;
-    write(header.bytes);
+/// The settings of a file. @throws std::runtime_error for what no reader takes.
+std::string checkedSettings(const MapContents& head) {
+  std::string text = settingsText(settingsOfFile(head.settings, head.poses));
+  MapContents back;
+  if (text.size() > kMostText || head.map_frame.size() > kMostText) {
+    throw std::runtime_error(
+        "the map cannot be saved: its settings or the name of its frame are "
+        "longer than 1 MiB");
   }
-
-  void add(const Section& section) {
-    const Bytes header = encodeHeader(section.header);
-    headers_.insert(headers_.end(), header.begin(), header.end());
-    write(header);
-    write(section.stored);
-    ++sections_;
+  if (!parseSettings(text, back.settings)) {
+    throw std::runtime_error("the map cannot be saved: a setting is not of one line");
   }
-
-  /// @return the length of the file.
-  uint64_t finish(uint64_t content_hash) {
-    const uint64_t length = bytes_ + kSectionHeaderBytes + kEndBytes;
-    ByteWriter end;
-    end.put(sections_);
-    end.put(content_hash);
-    end.put(hashOf(headers_.data(), headers_.size()));
-    end.put(length);
-    add(makePlainSection(kEnd, std::move(end.bytes)));
-    file_.commit();
-    return length;
-  }
-
- private:
-  void write(const Bytes& bytes) {
-    file_.write(bytes.data(), bytes.size());
-    bytes_ += bytes.size();
-  }
-
-  AtomicFile file_;
-  Bytes headers_;  ///< All so far.
-  uint64_t sections_ = 0, bytes_ = 0;
-};
-
-}  // namespace
-
-static_assert(kBlocksPerMapChunk == map_format::kBlocksPerChunk, "one size of chunks");
-
-SavedMap saveMap(const MapContents& contents, const std::string& path, int threads) {
-  checkContents(contents);
-  const ChunkBounds bounds = boundsOf(contents.blocks, kBlocksPerChunk);
-  const MapWords words{
-      [&](size_t chunk) { return contents.voxels.data() + bounds.voxel_word[chunk]; },
-      [&](size_t chunk) { return contents.colours.data() + bounds.colour_word[chunk]; }};
-  return saveMapInChunks(contents, words, path, threads);
+  withSettingsOf(back, {});
+  posesOf(back.settings);
+  return text;
 }
 
-SavedMap saveMapInChunks(const MapContents& head, const MapWords& words, const std::string& path,
-                         int threads) {
-  const MapSize size = sizeOf(head);
-  const ChunkBounds bounds = boundsOf(head.blocks, kBlocksPerChunk);
-  ContentHash hash(head, size);
-  MapFileWriter file(path);
-  file.add(makePlainSection(kSettings,
-                            bytesOf(settingsText(settingsOfFile(head.settings, head.poses)))));
-  file.add(makePlainSection(kFrame, bytesOf(head.map_frame)));
+void putHead(const MapContents& head, const MapBox* box, const MapSize& size, RecordWriter& out) {
+  const std::string settings = checkedSettings(head);
+  out.put(kSettings, 0, bytesOf(settings));
+  out.put(kFrame, 0, bytesOf(head.map_frame));
   if (head.T_W_M) {
     ByteWriter level;
     level.putPose(*head.T_W_M);
-    file.add(makePlainSection(kLevel, std::move(level.bytes)));
+    out.put(kLevel, 0, level.bytes);
   }
-  file.add(makePlainSection(kState, encodeState(head, size)));
-  file.add(makeCompressedSection(kBlocks, kRequired, encodeBlocks(head.blocks)));
-  if (head.painted) {
-    file.add(makeCompressedSection(kColourIndex, 0, encodeColourIndex(head)));
-  }
-  if (head.cell_voxels != 0) file.add(makeCompressedSection(kFree, 0, encodeFree(head)));
-  const auto add = [&](size_t, const Section& section) { file.add(section); };
-  makeInOrder(
-      bounds.count(), threads,
-      [&](size_t i) {
-        const uint64_t* const voxels = words.voxels(i);
-        hash.addVoxels(bounds, i, voxels);
-        return makeChunk(kVoxels, kRequired, voxels, bounds.voxel_word, i);
-      },
-      add);
-  if (head.painted) {
-    makeInOrder(
-        bounds.count(), threads,
-        [&](size_t i) {
-          const uint32_t* const colours = words.colours(i);
-          hash.addColours(bounds, i, colours);
-          return makeChunk(kColours, 0, colours, bounds.colour_word, i);
-        },
-        add);
-  }
+  if (box != nullptr) out.put(kBox, kZstd, encodeBox(*box));
+  out.put(kState, 0, encodeState(head, size));
+  out.put(kBlocks, kZstd, encodeBlocks(head.blocks));
+  if (head.painted) out.put(kColourIndex, kZstd, encodeColourIndex(head));
+  if (head.cell_voxels != 0) out.put(kFree, kZstd, encodeFree(head));
+}
+
+uint64_t checksumIn(const Bytes& encoded) {
+  return numberOf<uint64_t>(encoded.data() + kRecordHeadBytes - sizeof(uint64_t));
+}
+
+/// Calls take(number, {of voxels, of colours}) for one chunk after the other, with what `make` has
+/// made of a kind of record and its content.
+template <class Make, class Take>
+void visitChunks(const MapContents& head, const ReadChunk& read, int threads, const Make& make,
+                 const Take& take) {
+  const ChunkBounds bounds = boundsOf(head.blocks);
+  std::mutex reading;
+  const auto makeChunk = [&](size_t i) {
+    const ChunkWords words = [&] {
+      const std::lock_guard<std::mutex> lock(reading);
+      return read(i);
+    }();
+    const auto bytesIn = [i](const std::vector<size_t>& word, size_t size) {
+      return (word[i + 1] - word[i]) * size;
+    };
+    auto voxels = make(kVoxels, words.voxels, bytesIn(bounds.voxel_word, sizeof(uint64_t)));
+    if (!head.painted) return std::make_pair(std::move(voxels), decltype(voxels)());
+    auto colours = make(kColours, words.colours, bytesIn(bounds.colour_word, sizeof(uint32_t)));
+    return std::make_pair(std::move(voxels), std::move(colours));
+  };
+  makeInOrder(bounds.count(), std::min(threadCount(threads), kMostChunksAtOnce), makeChunk, take);
+}
+
+ReadChunk readerOf(const MapContents& contents) {
+  return [&contents, bounds = boundsOf(contents.blocks)](size_t chunk) -> ChunkWords {
+    return {contents.voxels.data() + bounds.voxel_word[chunk],
+            contents.colours.data() + bounds.colour_word[chunk], nullptr};
+  };
+}
+
+/// Reads chunks of a mapper's map.
+ReadChunk readerOf(Mapper& mapper, const MapContents& outline) {
+  return [&mapper, &outline](size_t chunk) -> ChunkWords {
+    const auto at = [&](size_t chunks) {
+      const size_t block = std::min(outline.blocks.size(), chunks * kBlocksPerChunk);
+      return outline.blocks.begin() + static_cast<std::ptrdiff_t>(block);
+    };
+    const auto part =
+        std::make_shared<MapContents>(mapper.part(std::vector<MapBlock>(at(chunk), at(chunk + 1))));
+    return {part->voxels.data(), part->colours.data(), part};
+  };
+}
+
+MapContents outlineWith(const MapOrigin& origin, Mapper& mapper) {
+  MapContents outline = mapper.outline();
+  static_cast<MapOrigin&>(outline) = origin;
+  return outline;
+}
+
+}  // namespace
+
+SavedMap writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& out, int threads,
+                  const MapBox* box) {
   SavedMap saved;
-  saved.size = size;
+  checkHead(head);
+  saved.size = sizeOf(head);
+  putHead(head, box, saved.size, out);
+  ContentHash hash(head);
+  const auto put = [&](const Bytes& encoded) {
+    hash.add(checksumIn(encoded));
+    out.put(encoded);
+  };
+  visitChunks(
+      head, read, threads,
+      [](const char* kind, const void* words, size_t bytes) {
+        return encodeRecord(kind, kZstd, words, bytes);
+      },
+      [&](size_t, const std::pair<Bytes, Bytes>& chunk) {
+        put(chunk.first);
+        if (head.painted) put(chunk.second);
+      });
   saved.content_hash = hash.result();
-  saved.file_bytes = file.finish(saved.content_hash);
+  ByteWriter end;
+  end.put(out.records()).put(out.headHash()).put(saved.content_hash);
+  out.put(kEnd, 0, end.bytes);
   return saved;
+}
+
+SavedMap saveMapInChunks(const MapContents& head, const ReadChunk& read, const std::string& path,
+                         int threads, const MapBox* box) {
+  AtomicFile file(path);
+  file.write(fileHead(kPurpose).data(), kFileHeadBytes);
+  RecordWriter out([&](const void* data, size_t bytes) { file.write(data, bytes); });
+  SavedMap saved = writeMap(head, read, out, threads, box);
+  file.commit();
+  saved.file_bytes = kFileHeadBytes + out.bytes();
+  return saved;
+}
+
+SavedMap saveMap(const MapContents& contents, const std::string& path, int threads) {
+  checkContents(contents);
+  return saveMapInChunks(contents, readerOf(contents), path, threads);
+}
+
+uint64_t contentHash(const MapContents& contents, int threads) {
+  checkContents(contents);
+  ContentHash hash(contents);
+  visitChunks(contents, readerOf(contents), threads, checksumOf,
+              [&](size_t, const std::pair<uint64_t, uint64_t>& chunk) {
+                hash.add(chunk.first);
+                if (contents.painted) hash.add(chunk.second);
+              });
+  return hash.result();
+}
+
+MapContents contentsWith(const MapOrigin& origin, Mapper& mapper) {
+  MapContents contents = mapper.contents();
+  static_cast<MapOrigin&>(contents) = origin;
+  return contents;
+}
+
+SavedMap saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path) {
+  for (;;) {  // once more without blocks that turn out to be damaged
+    const uint64_t lost = mapper.stats().pages.lost;
+    const MapContents outline = outlineWith(origin, mapper);
+    const SavedMap saved = saveMapInChunks(outline, readerOf(mapper, outline), path);
+    if (mapper.stats().pages.lost == lost) return saved;
+  }
+}
+
+SavedMap saveBoxOf(Mapper& mapper, const MapOrigin& origin, const MapBox& box,
+                   const std::string& path) {
+  MapContents outline = outlineWith(origin, mapper);
+  const BlockExtent extent{box.first, box.last};
+  auto& blocks = outline.blocks;
+  blocks.erase(std::remove_if(blocks.begin(), blocks.end(),
+                              [&](const MapBlock& block) { return !extent.contains(block.key); }),
+               blocks.end());
+  return saveMapInChunks(outline, readerOf(mapper, outline), path, 0, &box);
+}
+
+SavedMap writeMapOf(Mapper& mapper, const MapOrigin& origin, RecordWriter& out) {
+  const MapContents outline = outlineWith(origin, mapper);
+  return writeMap(outline, readerOf(mapper, outline), out);
 }
 
 }  // namespace dtsdf

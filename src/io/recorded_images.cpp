@@ -70,16 +70,17 @@ class RecordedFrames : public FrameSource {
  private:
   SourceFrame makeFrame(size_t index, const Eigen::Isometry3d& T_W_C) const {
     const StampedImage& image = images_.depth[index];
-    const auto pixels = std::make_shared<std::vector<uint16_t>>(
-        readDepthPng(image.path, {frame_.width, frame_.height}));
-    if (upside_down_) turnUpsideDown(*pixels, static_cast<size_t>(frame_.width));
     SourceFrame frame;
     frame.stamp_s = image.stamp_s;
     frame.index = index;
-    frame.pixels = pixels;
     frame.depth = frame_;
-    frame.depth.data = pixels->data();
     frame.depth.T_W_C = T_W_C;
+    if (images_.poses_only) return frame;
+    const auto pixels = std::make_shared<std::vector<uint16_t>>(
+        readDepthPng(image.path, {frame_.width, frame_.height}));
+    if (upside_down_) turnUpsideDown(*pixels, static_cast<size_t>(frame_.width));
+    frame.pixels = pixels;
+    frame.depth.data = pixels->data();
     return frame;
   }
 
@@ -170,11 +171,17 @@ class RecordedColourImages : public ColourSource {
       if (!isListed(next_)) continue;
       const size_t index = order_[next_];
       std::string problem = whyNotPosed(index);
+      if (problem.empty() && recorded_.poses_only) {
+        SourceColour colour = makeColour(index);
+        colour.index = next_++;
+        return colour;
+      }
       if (problem.empty()) {
         const auto image = std::make_shared<RgbImage>(readOrAdvise(recorded_.images[index].path));
         problem = whyNotOfItsCamera(*image);
         if (problem.empty()) {
-          SourceColour colour = makeColour(index, image);
+          SourceColour colour = makeColour(index);
+          fill(colour, image);
           colour.index = next_++;
           return colour;
         }
@@ -206,24 +213,27 @@ class RecordedColourImages : public ColourSource {
            inWords(ImageSize{camera.width, camera.height});
   }
 
-  SourceColour makeColour(size_t index, const std::shared_ptr<RgbImage>& image) const {
+  SourceColour makeColour(size_t index) const {
     SourceColour result;
     result.stamp_s = recorded_.images[index].stamp_s;
-    result.pixels = image;
     ColourFrame& colour = result.colour;
-    colour.intrinsics = recorded_.camera->intrinsics;
-    if (colour.intrinsics.fy < 0.0f) {
-      turnUpsideDown(image->rgb, 3 * static_cast<size_t>(image->width));
-      colour.intrinsics = turnedUpsideDown(colour.intrinsics, image->height);
-    }
-    colour.data = image->rgb.data();
-    colour.row_bytes = 3 * static_cast<size_t>(image->width);
-    colour.width = image->width;
-    colour.height = image->height;
+    colour.width = recorded_.camera->width;
+    colour.height = recorded_.camera->height;
+    colour.row_bytes = 3 * static_cast<size_t>(colour.width);
     colour.encoding = ColourEncoding::kRgb8;
     colour.T_W_C = *recorded_.poses[index].T_W_C;
+    colour.intrinsics = recorded_.camera->intrinsics;
+    if (isUpsideDown()) colour.intrinsics = turnedUpsideDown(colour.intrinsics, colour.height);
     return result;
   }
+
+  void fill(SourceColour& colour, const std::shared_ptr<RgbImage>& image) const {
+    if (isUpsideDown()) turnUpsideDown(image->rgb, colour.colour.row_bytes);
+    colour.pixels = image;
+    colour.colour.data = image->rgb.data();
+  }
+
+  bool isUpsideDown() const { return recorded_.camera->intrinsics.fy < 0.0f; }
 
   RecordedColours recorded_;
   std::vector<size_t> order_;  ///< Of the images, by stamp.

@@ -30,6 +30,7 @@ struct RecordedImages {
   /// turned upside down, and the principal point with them, which leaves every point where it is.
   CameraInfo camera;
   double units_per_metre = 0.0;
+  bool poses_only = false;  ///< Images are not decoded.
 };
 
 /// Images are decoded one by one. @throws std::runtime_error if nothing of it has a pose.
@@ -61,6 +62,7 @@ struct RecordedColours {
   std::string missing_camera;        ///< Why there is none; counted as a reason.
   /// The others are not looked at, and not counted; null: all are.
   std::shared_ptr<const std::vector<size_t>> listed;
+  bool poses_only = false;  ///< Images are not decoded.
 };
 
 /// By stamp, decoded one by one. What has no pose, no file or another size than the camera is

@@ -174,6 +174,7 @@ std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options) {
   recorded.units_per_metre = unitsOf(options, format);
   recorded.depth = format.listDepth(options.path);
   recorded.camera = cameraOf(options, format, recorded.depth);
+  recorded.poses_only = options.poses_only;
   recorded.poses = options.first_pose_only ? firstPoseOnly(options, format, recorded.depth)
                                            : posesOf(options, format, recorded.depth);
   return openRecordedImages(std::move(recorded), options.selection);
@@ -190,6 +191,7 @@ std::unique_ptr<ColourSource> openRecordingColours(const RecordingOptions& optio
           ? std::vector<ImagePose>(recorded.images.size(), {Eigen::Isometry3d::Identity(), ""})
           : colourPosesOf(options, format, recorded.images);
   recorded.listed = options.listed_colours;
+  recorded.poses_only = options.poses_only;
   return openRecordedColours(std::move(recorded));
 }
 

@@ -14,7 +14,7 @@ constexpr size_t kHashedHeadBytes = kLogHeadBytes - sizeof(uint64_t);
 uint64_t headHash(const uint8_t* head, const std::string& description) {
   std::string all(reinterpret_cast<const char*>(head), kHashedHeadBytes);
   all += description;
-  return map_format::hashOf(all.data(), all.size());
+  return hashOf(all.data(), all.size());
 }
 
 size_t bytesPerPixel(ColourEncoding encoding) {
@@ -28,7 +28,7 @@ size_t bytesPerPixel(ColourEncoding encoding) {
   DescriptionReader::throwMalformed();
 }
 
-void putImage(map_format::ByteWriter& out, const LogImage& image) {
+void putImage(ByteWriter& out, const LogImage& image) {
   out.put(image.stamp_s).put(image.camera).putPose(image.T_W_C);
 }
 
@@ -42,7 +42,7 @@ LogImage takeImage(DescriptionReader& in) {
 
 /// Size, encoding and intrinsics, which both kinds of images have.
 template <class Frame>
-void putCamera(map_format::ByteWriter& out, const Frame& frame) {
+void putCamera(ByteWriter& out, const Frame& frame) {
   const Intrinsics& K = frame.intrinsics;
   out.put(static_cast<int32_t>(frame.encoding))
       .put(int32_t{frame.width})
@@ -86,17 +86,17 @@ void requireKind(LogKind kind, LogKind expected) {
 }  // namespace
 
 std::string encodeRecord(const LogRecord& record, uint64_t number) {
-  map_format::ByteWriter out;
+  ByteWriter out;
   out.put(kMagic).put(static_cast<uint32_t>(record.kind)).put(number);
   out.put(static_cast<uint32_t>(record.description.size())).put(uint32_t{0});
   out.put(uint64_t{record.pixels.size()});
-  out.put(map_format::hashOf(record.pixels.data(), record.pixels.size()));
+  out.put(hashOf(record.pixels.data(), record.pixels.size()));
   out.put(headHash(out.bytes.data(), record.description));
   return out.putText(record.description).text();
 }
 
 std::optional<LogHead> decodeHead(const uint8_t* bytes) {
-  map_format::ByteReader in(bytes);
+  ByteReader in(bytes, kLogHeadBytes);
   if (in.take<uint32_t>() != kMagic) return std::nullopt;
   LogHead head;
   head.kind = static_cast<LogKind>(in.take<uint32_t>());
@@ -111,17 +111,17 @@ std::optional<LogHead> decodeHead(const uint8_t* bytes) {
 
 bool isWhole(const uint8_t* head, const LogHead& decoded, const std::string& description) {
   return description.size() == decoded.description_bytes &&
-         map_format::ByteReader(head + kHashedHeadBytes).take<uint64_t>() ==
+         ByteReader(head + kHashedHeadBytes, sizeof(uint64_t)).take<uint64_t>() ==
              headHash(head, description);
 }
 
 bool isWhole(const LogHead& head, const std::string& pixels) {
   return pixels.size() == head.pixel_bytes &&
-         map_format::hashOf(pixels.data(), pixels.size()) == head.pixel_hash;
+         hashOf(pixels.data(), pixels.size()) == head.pixel_hash;
 }
 
 LogRecord toRecord(const LogBegin& begin) {
-  map_format::ByteWriter out;
+  ByteWriter out;
   putString(out, map_format::settingsText(map_format::settingsOfFile(begin.settings, begin.poses)));
   putString(out, begin.map_frame);
   out.put(uint8_t{begin.has_map}).put(uint8_t{begin.continues}).put(uint8_t{begin.stands_for_lost});
@@ -146,7 +146,7 @@ LogBegin readBegin(const std::string& description) {
 }
 
 LogRecord toRecord(const DepthFrame& frame, double stamp_s, uint32_t camera) {
-  map_format::ByteWriter out;
+  ByteWriter out;
   putImage(out, {stamp_s, camera, frame.T_W_C});
   putCamera(out, frame);
   out.put(frame.unit_m).put(uint8_t{frame.keep_center_W.has_value()});
@@ -159,7 +159,7 @@ LogRecord toRecord(const DepthFrame& frame, double stamp_s, uint32_t camera) {
 }
 
 LogRecord toRecord(const ColourFrame& frame, double stamp_s, uint32_t camera) {
-  map_format::ByteWriter out;
+  ByteWriter out;
   putImage(out, {stamp_s, camera, frame.T_W_C});
   putCamera(out, frame);
   const size_t per_pixel = bytesPerPixel(frame.encoding);
@@ -217,7 +217,7 @@ LoggedColour readColour(const LogRecord& record) {
 }
 
 LogRecord toRecord(const Region& region) {
-  map_format::ByteWriter out;
+  ByteWriter out;
   if (const auto* const box = std::get_if<BoxRegion>(&region)) {
     out.put(uint8_t{0}).putPose(box->T_W_B).putVector(box->size_m);
   } else {
@@ -246,7 +246,7 @@ Region readRegion(const std::string& description) {
 }
 
 LogRecord levelRecord(const Eigen::Isometry3d& T_W_M) {
-  return {LogKind::kLevel, map_format::ByteWriter().putPose(T_W_M).text(), ""};
+  return {LogKind::kLevel, ByteWriter().putPose(T_W_M).text(), ""};
 }
 
 Eigen::Isometry3d readLevel(const std::string& description) {
@@ -257,7 +257,7 @@ Eigen::Isometry3d readLevel(const std::string& description) {
 }
 
 LogRecord toRecord(const LogCorrection& correction) {
-  map_format::ByteWriter out;
+  ByteWriter out;
   out.put(correction.before).put(correction.first_moved);
   out.put(uint64_t{correction.poses.size()});
   for (const StampedPose& pose : correction.poses) out.put(pose.stamp_s).putPose(pose.T_W_C);

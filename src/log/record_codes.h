@@ -13,7 +13,7 @@
 
 namespace dtsdf {
 
-inline map_format::ByteWriter& putString(map_format::ByteWriter& out, const std::string& text) {
+inline ByteWriter& putString(ByteWriter& out, const std::string& text) {
   return out.put(static_cast<uint32_t>(text.size())).putText(text);
 }
 
@@ -21,7 +21,7 @@ inline map_format::ByteWriter& putString(map_format::ByteWriter& out, const std:
 class DescriptionReader {
  public:
   explicit DescriptionReader(const std::string& bytes)
-      : in_(reinterpret_cast<const uint8_t*>(bytes.data())), left_(bytes.size()) {}
+      : in_(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()), left_(bytes.size()) {}
 
   template <class Number>
   Number take() {
@@ -33,7 +33,7 @@ class DescriptionReader {
     return {x, y, z};
   }
   Eigen::Isometry3d takePose() {
-    need(map_format::kPoseBytes);
+    need(kPoseBytes);
     return in_.takePose();
   }
   std::string takeText() {
@@ -56,7 +56,7 @@ class DescriptionReader {
     left_ -= bytes;
   }
 
-  map_format::ByteReader in_;
+  ByteReader in_;
   size_t left_;
 };
 

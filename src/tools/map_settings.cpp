@@ -25,7 +25,10 @@ MapSettings settingsFor(const MapContents& contents, const std::vector<std::stri
   visitRules(settings.rules, reader);
   checkParams(settings.params, reader);
   reader.finish();
-  settings.params.map.max_memory_mb = leastMemoryMb(contents, settings.params);  // none is added
+  // None is added. With map/page_folder the rest is on disk, and the budget is what was given.
+  if (settings.params.map.page_folder.empty()) {
+    settings.params.map.max_memory_mb = leastMemoryMb(contents, settings.params);
+  }
   checkFits(contents, settings.params, kLeaveSettingOut);
   return settings;
 }

@@ -3,7 +3,7 @@
 
 #include <cstdio>
 
-#include "dtsdf_mapping/io/map_file.h"
+#include "io/map_chunks.h"
 #include "mapper/probed_mapper.h"
 #include "params/text.h"
 #include "program/run_program.h"
@@ -17,7 +17,9 @@ void run(const std::vector<std::string>& arguments) {
               {"mesh", "saves the mesh of a map file", meshMap},
               {"bt", "saves free and occupied space as an OctoMap tree", saveOcTree},
               {"slice", "draws the distances to surfaces at one height", drawSlice},
-              {"render", "renders depth, normals and colours from given poses", renderMap}},
+              {"render", "renders depth, normals and colours from given poses", renderMap},
+              {"boxes", "cuts a recording's space into boxes for reconstruct --only", printBoxes},
+              {"join", "joins the maps of boxes", joinBoxes}},
              arguments);
 }
 
@@ -34,12 +36,13 @@ void addSettings(CommandLine& line, const std::string& keys, MapToolOptions& opt
 }
 
 MapOfFile loadMapOf(const MapToolOptions& options, const char* fixed) {
-  const MapContents contents = loadMap(options.map_path, options.limit.bytes());
+  const auto file =
+      std::make_shared<const MapChunks>(options.map_path, MapLimit{options.limit.bytes(), true});
   std::vector<std::string> given = options.settings;
   given.emplace_back(fixed);
-  MapSettings settings = settingsFor(contents, given);
-  auto mapper = makeProbedMapper(settings.params, settings.rules, contents);
-  return {std::move(settings), std::move(mapper), !contents.free_cubes.empty()};
+  MapSettings settings = settingsFor(file->head(), given);
+  auto mapper = makeProbedMapper(settings.params, settings.rules, partsOf(file));
+  return {std::move(settings), std::move(mapper), !file->head().free_cubes.empty()};
 }
 
 std::unique_ptr<Mapper> loadWithSpace(const SpaceOutputOptions& options) {

@@ -19,6 +19,8 @@ void meshMap(const std::vector<std::string>& arguments);
 void saveOcTree(const std::vector<std::string>& arguments);
 void drawSlice(const std::vector<std::string>& arguments);
 void renderMap(const std::vector<std::string>& arguments);
+void printBoxes(const std::vector<std::string>& arguments);
+void joinBoxes(const std::vector<std::string>& arguments);
 
 /// Of the commands that make something of a map.
 struct MapToolOptions {

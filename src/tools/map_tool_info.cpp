@@ -1,7 +1,7 @@
 // map_tool info: what is in a map file.
 #include <cstdio>
 
-#include "dtsdf_mapping/io/map_file.h"
+#include "io/map_chunks.h"
 #include "level/level_pose.h"
 #include "params/param_copy.h"
 #include "params/printable.h"
@@ -82,11 +82,10 @@ void printMap(const MapInfo& info) {
 }
 
 void printParts(const MapInfo& info) {
-  std::printf("\n%-5s %9s %14s %14s\n", "part", "sections", "stored bytes", "content bytes");
+  std::printf("\n%-5s %9s %14s\n", "kind", "records", "stored bytes");
   for (const MapFilePart& part : info.parts) {
-    std::printf("%-5s %9zu %14llu %14llu%s\n", printable(part.id).c_str(), part.sections,
+    std::printf("%-5s %9zu %14llu%s\n", printable(part.kind).c_str(), part.records,
                 static_cast<unsigned long long>(part.stored_bytes),
-                static_cast<unsigned long long>(part.content_bytes),
                 part.known ? "" : "  (unknown, skipped)");
   }
 }
@@ -104,13 +103,12 @@ void printMapInfo(const std::vector<std::string>& arguments) {
   const InfoOptions options = parseInfoOptions(arguments);
   const MapInfo info = readMapInfo(options.path);
   print("file", options.path);
-  print("file size", std::to_string(info.file_bytes) + " bytes, version " +
-                         std::to_string(info.version) + " of the format");
+  print("file size", std::to_string(info.file_bytes) + " bytes");
   printMap(info);
   printParts(info);
   if (options.settings) printSettings(info);
   if (options.verify) {
-    loadMap(options.path, options.limit.bytes());
+    MapChunks(options.path).verify();
     std::printf("\nall checksums match\n");
   }
 }

@@ -38,8 +38,13 @@ void meshMap(const std::vector<std::string>& arguments) {
   // The mesh does not depend on space.
   const auto [settings, mapper, has_free_space] = loadMapOf(options, "space/enabled=false");
   PagedMeshes meshes(settings.params.map);
-  for (BlockMesh& block : mapper->updateMesh().blocks) {
-    meshes.put(std::make_shared<const BlockMesh>(std::move(block)));
+  for (bool is_part = true; is_part;) {
+    mapper->beginMeshUpdate();
+    MeshUpdate update = mapper->finishMeshUpdate();
+    is_part = update.is_part;
+    for (BlockMesh& block : update.blocks) {
+      meshes.put(std::make_shared<const BlockMesh>(std::move(block)));
+    }
   }
   const SavedMesh saved = saveSimplified(meshes, settings.params.mesh.colour, options.out_path,
                                          options.simplify_error_m);

@@ -18,6 +18,7 @@
 #include "params/param_copy.h"
 #include "program/progress_bar.h"
 #include "program/run_program.h"
+#include "tools/boxes.h"
 #include "tools/map_settings.h"
 #include "tools/reconstruct_options.h"
 #include "tools/reconstruction.h"
@@ -31,14 +32,17 @@ namespace {
 struct StartingMap {
   MapperParams params;
   std::optional<MapParts> map;  ///< None: it is empty.
+  std::optional<MapBox> box;    ///< Of a map that is one.
 };
 
 /// The settings of a map that is loaded hold, where none are given. @throws std::runtime_error for
 /// those that are given and differ, and for maps of another frame.
 StartingMap loadStartingMap(const std::string& path, const RunSettings& settings) {
-  StartingMap start{settings.params.mapper, std::nullopt};
+  StartingMap start{settings.params.mapper, std::nullopt, std::nullopt};
   if (path.empty()) return start;
-  start.map = partsOf(std::make_shared<const MapChunks>(path, start.params));
+  const auto file = std::make_shared<const MapChunks>(path, start.params);
+  start.map = partsOf(file);
+  start.box = file->box();
   const MapContents& head = *start.map->head;
   start.params = withSettingsOf(head, start.params);
   ParamTree tree = toTree(start.params);
@@ -72,8 +76,10 @@ MapOrigin originOf(const ReconstructOptions& options, const RunSettings& setting
 }
 
 /// Saves the map of a run, and says so.
-void saveAndPrint(Mapper& mapper, const MapOrigin& origin, const std::string& path) {
-  const SavedMap saved = saveMapOf(mapper, origin, path);
+void saveAndPrint(Mapper& mapper, const MapOrigin& origin, const MapBox* box,
+                  const std::string& path) {
+  const SavedMap saved =
+      box != nullptr ? saveBoxOf(mapper, origin, *box, path) : saveMapOf(mapper, origin, path);
   std::printf("%zu blocks, %.1f MB: %s\n", saved.size.blocks,
               static_cast<double>(saved.file_bytes) / 1e6, path.c_str());
 }
@@ -165,10 +171,11 @@ void countMesh(ReconstructionResult& result) {
 
 /// Saves and prints what a run has made.
 void saveAll(ReconstructionResult& result, Mapper& mapper, MapOrigin origin,
-             const MapperParams& params, const ReconstructOptions& options) {
+             const MapperParams& params, const ReconstructOptions& options,
+             const MapBox* box = nullptr) {
   origin.stamp_s = result.stamp_s;
   // First, since a mesh that cannot be saved must not take the map with it.
-  if (!options.save_map_path.empty()) saveAndPrint(mapper, origin, options.save_map_path);
+  if (!options.save_map_path.empty()) saveAndPrint(mapper, origin, box, options.save_map_path);
   if (!options.trajectory_path.empty()) {
     saveTrajectory(result.trajectory, options.trajectory_path);
     std::printf("%zu poses: %s\n", result.trajectory.size(), options.trajectory_path.c_str());
@@ -188,8 +195,9 @@ void saveAll(ReconstructionResult& result, Mapper& mapper, MapOrigin origin,
 
 /// What is for recordings only. @throws UsageError
 void checkLogOptions(const ReconstructOptions& options) {
-  if (!options.load_map_path.empty()) {
-    throw UsageError("--load-map is for recordings; a frame log begins with a map of its own");
+  if (!options.load_map_path.empty() || !options.only.empty()) {
+    throw UsageError(
+        "--load-map and --only are for recordings; a frame log begins with a map of its own");
   }
   if (options.poses_mode || !options.recording.poses_path.empty()) {
     throw UsageError(
@@ -238,9 +246,55 @@ void runLog(const ReconstructOptions& options) {
 }
 
 /// Poses of a recording are refined unless it has been given others, which are taken as they are.
-ParamTree defaultsFor(const RecordingOptions& recording) {
-  if (!recording.poses_path.empty()) return {};
+/// Those of a box are taken as they are, too: to refine them takes the whole map.
+ParamTree defaultsFor(const ReconstructOptions& options) {
+  if (!options.recording.poses_path.empty() || !options.only.empty()) return {};
   return {{"poses/mode", std::string("refine")}};
+}
+
+/// A run for one box of the map.
+struct BoxRun {
+  MapBox box;  ///< With the frames of the map that it goes on with.
+  BoxInput input;
+};
+
+/// What the options select is narrowed to what the box needs.
+std::optional<BoxRun> prepareBox(ReconstructOptions& options, const RunSettings& settings,
+                                 const StartingMap& start, const MapOrigin& origin) {
+  if (options.only.empty() && start.box) {
+    throw std::runtime_error(
+        "the map of --load-map is a box of a larger one; give the same --only, "
+        "or a map that map_tool join made");
+  }
+  if (options.only.empty()) return std::nullopt;
+  const double block_m = static_cast<double>(start.params.map.voxel_size_m) * kBlockSide;
+  const BlockExtent box = parseBox(options.only, block_m);
+  BoxRun run{{box.first, box.last, 1, {}, {}}, findBoxInput(options, settings, origin.T_W_M, box)};
+  if (start.map) {
+    const std::optional<MapBox>& before = start.box;
+    if (!before || packKey(before->first) != packKey(box.first) ||
+        packKey(before->last) != packKey(box.last)) {
+      throw std::runtime_error("--load-map has to be a map of the same box as --only");
+    }
+    if (!run.input.images->empty()) {
+      throw std::runtime_error(
+          "a box with colour cannot go on with a map: what hides its surfaces "
+          "is not in it; set colour/enabled=never");
+    }
+    run.box = *before;
+    ++run.box.recordings;
+  }
+  options.recording.selection.listed = run.input.frames;
+  options.recording.listed_colours = run.input.images;
+  return run;
+}
+
+/// A box that lacks something must not be joined. @throws std::runtime_error
+void checkBox(const ReconstructionResult& result) {
+  if (result.map.refused_blocks == 0 && result.map.refused_cubes == 0) return;
+  throw std::runtime_error(
+      "the box takes more than its budget, map/max_memory_mb; raise it, make "
+      "smaller boxes, or give map/page_folder");
 }
 
 void run(ReconstructOptions options) {
@@ -249,13 +303,15 @@ void run(ReconstructOptions options) {
   if (!options.corrected_poses_path.empty()) {
     throw UsageError("--corrected-poses is for frame logs; recordings take --poses");
   }
-  const RunSettings settings = readSettings(options, defaultsFor(options.recording));
+  const RunSettings settings = readSettings(options, defaultsFor(options));
   options.recording.first_pose_only = settings.params.node.poses.mode == PoseMode::kTrack;
   checkOutputs(options);
   StartingMap start = loadStartingMap(options.load_map_path, settings);
   const MapperParams params = start.params;
-  auto frames = openAndLook(options, settings, "reconstruct");
+  auto frames = options.only.empty() ? openAndLook(options, settings, "reconstruct") : nullptr;
   const MapOrigin origin = originOf(options, settings, start);
+  std::optional<BoxRun> box = prepareBox(options, settings, start, origin);
+  if (box) frames = openFrames(options, settings.params.node);
 
   const auto source = prefetchFrames(levelled(std::move(frames), origin.T_W_M));
   auto colours = openColours(options, settings.params.node);
@@ -266,16 +322,24 @@ void run(ReconstructOptions options) {
   std::optional<double> map_stamp_s;
   if (start.map) map_stamp_s = start.map->head->stamp_s;
   start.map.reset();  // the mapper has its blocks now
+  if (box) mapper->restrictTo(box->input.extent);
   ReconstructionResult result;
   {
     ProgressBar progress("frames", source->size());
-    RecordedInput input(*source, colours.get(), settings.params.node.colour.max_rate_hz);
+    // Images of a box are chosen by now.
+    const double max_rate_hz = box ? 0.0 : settings.params.node.colour.max_rate_hz;
+    RecordedInput input(*source, colours.get(), max_rate_hz);
     input.map_stamp_s = map_stamp_s;
+    if (box) {
+      input.of_box = {&box->box, box->input.last_stamp_s,
+                      [&] { return mapper->supportingFrames(); }};
+    }
     input.poses = settings.params.node.poses;
     result = reconstruct(input, *mapper, params.map, options.mesh_every,
                          [&](size_t done) { progress.show(done); });
   }
-  saveAll(result, *mapper, origin, params, options);
+  if (box) checkBox(result);
+  saveAll(result, *mapper, origin, params, options, box ? &box->box : nullptr);
 }
 
 }  // namespace

@@ -66,6 +66,10 @@ void addMapOptions(CommandLine& line, ReconstructOptions& options) {
   line.addText({"--load-map", "IN.dtsdf", "map to resume from; voxel size and mode come from it"},
                options.load_map_path);
   addSaveMapOption(line, "map to write", options.save_map_path);
+  line.addText({"--only", "BOX",
+                "make a box of the map, as map_tool boxes prints it: x=FROM..TO,y=..,z=.. in "
+                "metres; map_tool join joins boxes"},
+               options.only);
 }
 
 }  // namespace
@@ -89,6 +93,12 @@ ReconstructOptions parseReconstructOptions(const std::vector<std::string>& argum
   addTrajectoryOption(line, options);
   addReportOptions(line, options);
   line.parse(arguments);
+  if (!options.only.empty() && (options.save_map_path.empty() || !options.mesh_path.empty() ||
+                                !options.report_path.empty())) {
+    throw UsageError(
+        "--only saves a map: give --save-map, and neither --mesh nor --report; "
+        "map_tool mesh makes the mesh of the maps that map_tool join joins");
+  }
   if (options.mesh_path.empty() && options.save_map_path.empty() &&
       options.trajectory_path.empty()) {
     throw UsageError("--mesh is required, or --save-map, or --trajectory");

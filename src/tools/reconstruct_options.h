@@ -15,6 +15,7 @@ struct ReconstructOptions : InputOptions {
   std::string load_map_path;         ///< Empty: the run begins with an empty map.
   std::string corrected_poses_path;  ///< Of a log; empty: poses are as it has them.
   std::string trajectory_path;       ///< Empty: the poses are not saved.
+  std::string only;                  ///< Text of a box; empty: all of space.
   std::string save_map_path;         ///< Empty: the map is not saved.
 };
 

@@ -33,8 +33,9 @@ PoseMove moveOf(const Eigen::Isometry3d& given_T_W_C, const Alignment& alignment
 /// The state of one run.
 class Reconstruction {
  public:
-  Reconstruction(Mapper& mapper, const MapParams& map, const PoseParams& poses)
-      : mapper_(mapper), meshes_(std::make_shared<PagedMeshes>(map)) {
+  Reconstruction(Mapper& mapper, const MapParams& map, const PoseParams& poses,
+                 std::optional<RecordedInput::OfBox> of_box = std::nullopt)
+      : mapper_(mapper), meshes_(std::make_shared<PagedMeshes>(map)), of_box_(std::move(of_box)) {
     if (poses.mode == PoseMode::kRefine) refiner_.emplace(poses);
     if (poses.mode == PoseMode::kTrack) tracker_.emplace(poses);
   }
@@ -58,12 +59,14 @@ class Reconstruction {
     ++frames_since_mesh_;
     DepthFrame depth = frame.depth;
     if (!findPose(depth, frame.stamp_s)) return;
+    const uint64_t supporting = of_box_ ? of_box_->supporting() : 0;
     IntegrationResult integration;
     result_.integrate_ms.push_back(timeMs([&] { integration = mapper_.integrate(depth); }));
     if (integration.status == FrameStatus::kFused) {
       ++result_.frames;
       result_.stamp_s = frame.stamp_s;
       result_.trajectory.push_back({frame.stamp_s, depth.T_W_C});
+      if (of_box_) note(frame.index, of_box_->supporting() > supporting);
     } else {
       ++result_.skipped[toString(integration.status)];
     }
@@ -82,6 +85,8 @@ class Reconstruction {
 
   ReconstructionResult finish(const std::map<std::string, size_t>& skipped_by_source) {
     for (const auto& [reason, count] : skipped_by_source) result_.skipped[reason] += count;
+    result_.map = mapper_.stats();
+    if (of_box_) return std::move(result_);
     if (result_.frames == 0) {
       const std::string reasons = describeSkipped(result_.skipped);
       throw std::runtime_error("no frame was fused (" +
@@ -115,6 +120,12 @@ class Reconstruction {
     if (refiner_ ? refiner_->isToBeFused(alignment) : tracker_->isToBeFused(alignment)) return true;
     ++result_.skipped[toString(alignment.status)];
     return false;
+  }
+
+  void note(size_t index, bool is_supporting) {
+    const uint64_t number = frameNumber(*of_box_->box, index);
+    appendIndex(number, of_box_->box->fused);
+    if (is_supporting) appendIndex(number, of_box_->box->supporting);
   }
 
   /// Moves a colour image as the frames are. @return whether it can be painted.
@@ -151,6 +162,7 @@ class Reconstruction {
 
   Mapper& mapper_;
   std::shared_ptr<PagedMeshes> meshes_;
+  const std::optional<RecordedInput::OfBox> of_box_;
   // Neither where poses are taken as they are.
   std::optional<PoseRefiner> refiner_;
   std::optional<PoseTracker> tracker_;
@@ -208,20 +220,21 @@ size_t visitInput(const RecordedInput& input, const InputVisitor& visitor) {
   while (const std::optional<SourceFrame> frame = input.depth.next()) {
     images.takeUpTo(frame->stamp_s, false, [&](const SourceColour& image) {
       const bool follows_map = input.map_stamp_s && image.stamp_s > *input.map_stamp_s;
-      if (!is_first || follows_map) visitor.paint(image);
+      if (!is_first || follows_map || input.of_box) visitor.paint(image);
     });
     is_first = false;
     visitor.fuse(*frame);
     images.takeUpTo(frame->stamp_s, true, visitor.paint);
     visitor.finish_frame();
   }
+  if (input.of_box) images.takeUpTo(input.of_box->last_stamp_s, true, visitor.paint);
   return images.leftOut();
 }
 
 ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, const MapParams& map,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress) {
-  Reconstruction reconstruction(mapper, map, input.poses);
+  Reconstruction reconstruction(mapper, map, input.poses, input.of_box);
   InputVisitor visitor;
   visitor.fuse = [&](const SourceFrame& frame) { reconstruction.fuse(frame); };
   visitor.paint = [&](const SourceColour& image) { reconstruction.paint(image); };

@@ -14,6 +14,7 @@
 #include "dtsdf_mapping/params/map_params.h"
 #include "dtsdf_mapping/pose_refiner.h"
 #include "dtsdf_mapping/pose_tracker.h"
+#include "io/map_box.h"
 #include "io/trajectory.h"
 #include "log/refusion.h"
 #include "page/paged_meshes.h"
@@ -31,6 +32,14 @@ struct RecordedInput {
   /// Of the newest frame in the map that the run begins with: of the images before the first frame,
   /// those that come later are painted. None where the map is empty.
   std::optional<double> map_stamp_s;
+  /// With --only: the account of frames; all images are painted, also those after the last frame,
+  /// up to a stamp.
+  struct OfBox {
+    MapBox* box;
+    double last_stamp_s;
+    std::function<uint64_t()> supporting;  ///< Frames so far that touched a block.
+  };
+  std::optional<OfBox> of_box;
   PoseParams poses;  ///< Whether frames are fused at the poses given.
 };
 
@@ -73,7 +82,8 @@ struct ReconstructionResult {
 /// Fuses all frames of a source and paints the images, as visitInput() hands them out. The mesh is
 /// extracted each `mesh_every` frames (0: never) and, of what is left, at the end. `show_progress`
 /// is called with the number of frames done.
-/// @throws std::runtime_error if the source or the backend fails, or if no frame was fused.
+/// @throws std::runtime_error if the source or the backend fails, or if no frame was fused into a
+/// map that is no box.
 ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, const MapParams& map,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress);

@@ -192,6 +192,8 @@ void warnIfNotLevel(FrameSource& source, const std::string& program) {
   std::fprintf(stderr, "%s: warning: %s\n", program.c_str(), doubt.text().c_str());
 }
 
+}  // namespace
+
 std::optional<Eigen::Isometry3d> lookForLevel(const InputOptions& options,
                                               const RunSettings& settings,
                                               const std::string& program) {
@@ -205,8 +207,6 @@ std::optional<Eigen::Isometry3d> lookForLevel(const InputOptions& options,
   if (settings.params.mapper.space.enabled) warnIfNotLevel(*openFrames(options, node), program);
   return std::nullopt;
 }
-
-}  // namespace
 
 std::optional<Eigen::Isometry3d> findLevel(const InputOptions& options, const RunSettings& settings,
                                            const std::string& program) {

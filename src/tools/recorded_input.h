@@ -43,6 +43,11 @@ std::unique_ptr<ColourSource> openColours(const InputOptions& options, const Nod
 std::optional<Eigen::Isometry3d> findLevel(const InputOptions& options, const RunSettings& settings,
                                            const std::string& program);
 
+/// The same without a word, but for the warning.
+std::optional<Eigen::Isometry3d> lookForLevel(const InputOptions& options,
+                                              const RunSettings& settings,
+                                              const std::string& program);
+
 /// The same frames with poses in W; `source` itself where there is no level.
 std::unique_ptr<FrameSource> levelled(std::unique_ptr<FrameSource> source,
                                       const std::optional<Eigen::Isometry3d>& T_W_M);

@@ -92,7 +92,7 @@ void goOnFrom(const MapContents& contents) {
 }  // namespace
 
 int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  constexpr char kMagic[] = "DTSDFMAP";
+  constexpr char kMagic[] = "DTSDFREC";
   const bool is_file = size >= 8 && std::equal(kMagic, kMagic + 8, data);
   const std::vector<uint8_t> bytes =
       is_file ? std::vector<uint8_t>(data, data + size) : MapRecipe(data, size).file();

@@ -2,8 +2,6 @@
 /// at: docs/map_format.md, from the writer's side and without the writer.
 #pragma once
 
-#include <zstd.h>
-
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -13,7 +11,7 @@
 
 namespace dtsdf {
 
-/// The bytes are cut wherever the id of a section stands. Behind it: a byte for its version, one
+/// The bytes are cut wherever the kind of a record stands. Behind it: a byte that nobody reads, one
 /// for how it is written, and its content. What stands before the first id is left out.
 class MapRecipe {
  public:
@@ -31,35 +29,32 @@ class MapRecipe {
     putRight();
   }
 
-  /// The file, sections as they were told, with what is right at its end.
-  map_format::Bytes file() {
-    map_format::ByteWriter head;
-    head.putText(map_format::kMagic);
-    head.put(map_format::kVersion);
-    head.put(uint32_t{0});
-    file_ = headers_ = head.bytes;
-    for (const Part& part : parts_) append(part, part.is(map_format::kEnd) ? end() : part.content);
-    return file_;
+  /// The file, records as they were told, with what is right at its end.
+  Bytes file() {
+    Bytes file = fileHead(map_format::kPurpose);
+    RecordWriter out([&](const void* data, size_t bytes) {
+      const auto* const first = static_cast<const uint8_t*>(data);
+      file.insert(file.end(), first, first + bytes);
+    });
+    for (const Part& part : parts_)
+      append(part, part.is(map_format::kEnd) ? end(out) : part.content, out);
+    return file;
   }
 
  private:
-  using Bytes = map_format::Bytes;
-
-  /// How a section is written: the first two are the format's flags.
+  /// How a record is written.
   enum How : uint8_t {
-    kRequired = map_format::kRequired,
-    kCompressed = map_format::kCompressed,
+    kSkipped = 1,  ///< Readers may pass over it.
+    kCompressed = 2,
     kAsTold = 4,       ///< Neither sorted nor counted nor repeated to the length that it needs.
     kBrokenFrame = 8,  ///< Not compressed, although the flag says so.
-    kWrongSize = 16,
     kWrongSum = 32,
-    kWrongHeaderSum = 64,
     kLengthened = 128,  ///< Says that it stores more than it does.
   };
 
   struct Part {
     std::array<char, 4> id = {};
-    uint8_t version = 1, how = 0;
+    uint8_t how = 0;
     Bytes content;
 
     bool is(const char* name) const { return std::equal(id.begin(), id.end(), name); }
@@ -67,8 +62,8 @@ class MapRecipe {
 
   static bool isId(const uint8_t* bytes) {
     using namespace map_format;
-    for (const char* id : {kSettings, kFrame, kState, kBlocks, kColourIndex, kVoxels, kColours,
-                           kFree, kEnd, "XTRA"}) {
+    for (const char* id : {kSettings, kFrame, kBox, kState, kBlocks, kColourIndex, kVoxels,
+                           kColours, kFree, kEnd, "XTRA"}) {
       if (std::equal(bytes, bytes + 4, id)) return true;
     }
     return false;
@@ -77,7 +72,6 @@ class MapRecipe {
   static Part partOf(const Bytes& bytes) {
     Part part;
     std::copy_n(bytes.begin(), part.id.size(), part.id.begin());
-    if (bytes.size() > 4) part.version = bytes[4];
     if (bytes.size() > 5) part.how = bytes[5];
     if (bytes.size() > 6) part.content.assign(bytes.begin() + 6, bytes.end());
     return part;
@@ -196,28 +190,20 @@ class MapRecipe {
     part->content.resize(map_format::kStateBytes);
     size_t arrays = 0;
     for (const MapBlock& block : blocks_) arrays += countBits(block.directions);
-    map_format::ByteWriter out;
+    ByteWriter out;
     out.put(uint64_t{blocks_.size()});
     out.put(uint64_t{arrays});
     std::copy(out.bytes.begin(), out.bytes.end(), part->content.begin() + 16);
   }
 
-  size_t blocksPerChunk() {
-    const Part* const part = find(map_format::kState);
-    if (part == nullptr || part->content.size() < map_format::kStateBytes) return 1;
-    const auto told = InputBytes(part->content.data() + 32, 8).take<uint64_t>();
-    return static_cast<size_t>(std::clamp<uint64_t>(told, 1, map_format::kMostBlocksPerChunk));
-  }
-
   /// What is told of a chunk is repeated as often as its blocks take.
   template <class BytesOf>
   void fillChunks(const char* id, const BytesOf& bytesOf) {
-    const size_t per_chunk = blocksPerChunk();
     size_t next = 0;
     for (Part& part : parts_) {
       if (!part.is(id)) continue;
       size_t bytes = 0;
-      for (size_t i = 0; i < per_chunk && next < blocks_.size(); ++i) {
+      for (size_t i = 0; i < map_format::kBlocksPerChunk && next < blocks_.size(); ++i) {
         bytes += bytesOf(blocks_[next++]);
       }
       if (part.how & kAsTold) continue;
@@ -229,87 +215,57 @@ class MapRecipe {
 
   // ---- The bytes of the file ----
 
-  void append(const Part& part, const Bytes& content) {
-    const bool squeezed = (part.how & kCompressed) && !(part.how & kBrokenFrame);
-    const Bytes stored = squeezed ? compressed(content) : content;
-    map_format::SectionHeader header;
-    header.id = part.id;
-    header.version = part.version;
-    header.flags = part.how & (kRequired | kCompressed);
-    header.stored_bytes = stored.size() + (part.how & kLengthened ? 1 : 0);
-    header.content_bytes = content.size() + (part.how & kWrongSize ? 1 : 0);
-    header.hash = map_format::hashOf(stored.data(), stored.size());
-    if (part.how & kWrongSum) ++header.hash;
-    Bytes bytes = map_format::encodeHeader(header);
-    if (part.how & kWrongHeaderSum) ++bytes.back();
-    file_.insert(file_.end(), bytes.begin(), bytes.end());
-    file_.insert(file_.end(), stored.begin(), stored.end());
-    headers_.insert(headers_.end(), bytes.begin(), bytes.end());
-    ++sections_;
+  static void append(const Part& part, const Bytes& content, RecordWriter& out) {
+    const uint32_t flags = (part.how & kSkipped ? kMayBeSkipped : 0) |
+                           (part.how & kCompressed && !(part.how & kBrokenFrame) ? kZstd : 0);
+    Bytes record = encodeRecord(part.id.data(), flags, content.data(), content.size());
+    if (part.how & kBrokenFrame) record[4] |= kZstd;
+    if (part.how & kLengthened) ++record[8];
+    if (part.how & kWrongSum) ++record[16];
+    out.put(record);
   }
 
-  static Bytes compressed(const Bytes& content) {
-    Bytes stored(ZSTD_compressBound(content.size()));
-    stored.resize(ZSTD_compress(stored.data(), stored.size(), content.data(), content.size(), 1));
-    return stored;
-  }
-
-  Bytes end() {
-    map_format::ByteWriter out;
-    out.put(uint64_t{sections_});
-    out.put(mapHash());
-    out.put(map_format::hashOf(headers_.data(), headers_.size()));
-    out.put(uint64_t{file_.size() + map_format::kSectionHeaderBytes + map_format::kEndBytes});
+  Bytes end(const RecordWriter& before) {
+    ByteWriter out;
+    out.put(before.records()).put(before.headHash()).put(mapHash());
     return out.bytes;
   }
 
   /// The content hash, as the page says it.
   uint64_t mapHash() {
     using namespace map_format;
-    ByteWriter out;
-    if (const Part* const part = find(kSettings)) {
-      ParamTree settings;
-      parseSettings({part->content.begin(), part->content.end()}, settings);
-      out.putText(boundSettingsText(settings));
-    }
-    const auto add = [&](const char* id, size_t most) {
-      const Part* const part = find(id);
-      if (part == nullptr) return;
-      const size_t bytes = std::min(most, part->content.size());
-      out.bytes.insert(out.bytes.end(), part->content.begin(),
-                       part->content.begin() + static_cast<std::ptrdiff_t>(bytes));
+    ByteWriter sums, counts;
+    const auto add = [&](const char* id, const Bytes& content) {
+      sums.put(checksumOf(id, content.data(), content.size()));
     };
-    constexpr size_t kAll = SIZE_MAX;
-    add(kState, 16);
-    add(kBlocks, kAll);
-    addHashes(kVoxels, voxelBytes, out);
-    if (find(kColourIndex) != nullptr) {
-      add(kColourIndex, kAll);
-      addHashes(kColours, colourBytes, out);
+    if (const Part* const part = find(kSettings)) {
+      MapContents told;
+      parseSettings({part->content.begin(), part->content.end()}, told.settings);
+      counts.putText(boundSettingsText(told.settings));
     }
-    add(kFree, kAll);
-    return hashOf(out.bytes.data(), out.bytes.size());
-  }
-
-  /// Of what each block has, in turn.
-  template <class BytesOf>
-  void addHashes(const char* id, const BytesOf& bytesOf, map_format::ByteWriter& out) {
-    Bytes joined;
+    if (const Part* const part = find(kState)) {
+      counts.bytes.insert(counts.bytes.end(), part->content.begin(),
+                          part->content.begin() + static_cast<std::ptrdiff_t>(
+                                                      std::min<size_t>(16, part->content.size())));
+    }
+    add(kState, counts.bytes);
+    for (const char* id : {kBlocks, kColourIndex, kFree}) {
+      if (const Part* const part = find(id)) add(id, part->content);
+    }
+    std::vector<const Part*> voxels, colours;
     for (const Part& part : parts_) {
-      if (part.is(id)) joined.insert(joined.end(), part.content.begin(), part.content.end());
+      if (part.is(kVoxels)) voxels.push_back(&part);
+      if (part.is(kColours)) colours.push_back(&part);
     }
-    size_t at = 0;
-    for (const MapBlock& block : blocks_) {
-      const size_t bytes = std::min(bytesOf(block), joined.size() - at);
-      out.put(map_format::hashOf(joined.data() + at, bytes));
-      at += bytes;
+    for (size_t i = 0; i < voxels.size(); ++i) {
+      add(kVoxels, voxels[i]->content);
+      if (find(kColourIndex) != nullptr && i < colours.size()) add(kColours, colours[i]->content);
     }
+    return hashOf(sums.bytes.data(), sums.bytes.size());
   }
 
   std::vector<Part> parts_;
   std::vector<MapBlock> blocks_;
-  Bytes file_, headers_;
-  uint64_t sections_ = 0;
 };
 
 }  // namespace dtsdf

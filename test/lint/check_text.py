@@ -9,7 +9,7 @@ import pathlib
 import re
 import sys
 
-FOLDERS = ("src/ros", "src/io", "src/map", "src/program", "src/tiles", "src/tools", "lab")
+FOLDERS = ("src/ros", "src/io", "src/map", "src/program", "src/tools", "lab")
 SUFFIXES = {".h", ".cpp"}
 
 # Members that hold what others chose.

@@ -1,4 +1,4 @@
-/// Writes a TUM folder of an analytic scene, as `reconstruct` and `tiles` read it.
+/// Writes a TUM folder of an analytic scene, as `reconstruct` reads it.
 #pragma once
 
 #include <filesystem>

@@ -41,20 +41,17 @@ MapContents loadMap(const std::string& path, size_t max_bytes = kNoMapLimit, int
 /// again while the map is loaded.
 MapContents loadMap(const std::string& path, const MapperParams& params, int threads = 0);
 
-/// A part of a map file: all sections of one kind.
+/// A part of a map file: all records of one kind.
 struct MapFilePart {
-  std::string id;              ///< Four letters, as in docs/map_format.md.
-  bool required = false;       ///< Whether a reader that does not know it must give up.
-  bool known = false;          ///< Whether this one does.
-  size_t sections = 0;         ///< How many there are.
-  uint64_t stored_bytes = 0;   ///< Their size in the file, without their headers.
-  uint64_t content_bytes = 0;  ///< Their size uncompressed.
+  std::string kind;           ///< Four letters, as in docs/map_format.md.
+  bool known = false;         ///< Whether this reader knows it; it passes over the others.
+  size_t records = 0;         ///< How many there are.
+  uint64_t stored_bytes = 0;  ///< Their size in the file, without their heads.
 };
 
 /// What is in a map file, except voxels and colours.
 struct MapInfo : MapHead {
   MapSize size;                    ///< Of the map.
-  uint32_t version = 0;            ///< Of the format.
   uint64_t file_bytes = 0;         ///< Length of the file.
   uint64_t content_hash = 0;       ///< As it stands in the file.
   BlockKey least = {0, 0, 0};      ///< Smallest block coordinates; 0 for an empty map.

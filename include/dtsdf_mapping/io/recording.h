@@ -24,6 +24,9 @@ struct RecordingOptions {
   /// For programs that track the camera: depth images need no poses, and all get that of the first
   /// one selected, or the identity. Colour images get poses in the depth camera's frame.
   bool first_pose_only = false;
+  /// Images are not decoded: their `data` is null, and only poses and cameras are known. Bags are
+  /// read all the same.
+  bool poses_only = false;
   FrameSelection selection;  ///< Which depth images, by their place in the recording.
   /// Which colour images, by SourceColour::index, in rising order; null: all.
   std::shared_ptr<const std::vector<size_t>> listed_colours;

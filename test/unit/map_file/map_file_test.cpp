@@ -13,6 +13,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
+#include <optional>
 #include <random>
 #include <thread>
 
@@ -27,11 +29,6 @@
 
 namespace dtsdf {
 namespace {
-
-using map_format::ByteReader;
-using map_format::Bytes;
-using map_format::ByteWriter;
-using map_format::SectionHeader;
 
 MapperParams smallParams() {
   MapperParams params = roomParams(0.08f);
@@ -53,62 +50,45 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// A file taken apart, so that single parts can be changed with their checksums put right.
+/// A file taken apart, so that single records can be changed with their checksums put right.
 struct TakenApart {
-  struct Section {
-    SectionHeader header;
-    std::string stored;
+  struct Part {
+    std::string kind;
+    uint32_t flags;
+    Bytes content;
   };
-  std::string head;
-  std::vector<Section> sections;
+  std::vector<Part> parts;
+  uint64_t hash = 0;
 
-  explicit TakenApart(const std::string& bytes) : head(bytes.substr(0, 16)) {
-    for (size_t at = 16; at < bytes.size();) {
-      Section section;
-      EXPECT_TRUE(map_format::decodeHeader(reinterpret_cast<const uint8_t*>(bytes.data()) + at,
-                                           section.header));
-      section.stored = bytes.substr(at + 40, section.header.stored_bytes);
-      at += 40 + section.stored.size();
-      sections.push_back(section);
+  explicit TakenApart(const std::string& path) {
+    const RecordFile file(path, map_format::kPurpose, "map file");
+    for (const Record& record : file.records()) {
+      parts.push_back({record.name(), record.flags, file.readAny(record, 1 << 30)});
     }
+    hash = ByteReader(parts.back().content.data() + 16, 8).take<uint64_t>();
+    parts.pop_back();
   }
 
-  Section& get(const char* id) {
-    for (Section& section : sections) {
-      if (section.header.is(id)) return section;
+  Part& get(const char* kind) {
+    for (Part& part : parts) {
+      if (part.kind == kind) return part;
     }
-    throw std::runtime_error("no such section");
+    throw std::runtime_error("no such record");
   }
 
   /// With all checksums as they have to be, but for that of the map itself.
-  std::string bytes() {
-    std::string text = head, headers = head;
-    sections.pop_back();
-    for (Section& section : sections) {
-      section.header.stored_bytes = section.stored.size();
-      section.header.hash = map_format::hashOf(section.stored.data(), section.stored.size());
-      const Bytes header = map_format::encodeHeader(section.header);
-      headers.append(header.begin(), header.end());
-      text.append(header.begin(), header.end());
-      text += section.stored;
-    }
+  std::string bytes() const {
+    const Bytes head = fileHead(map_format::kPurpose);
+    std::string text(head.begin(), head.end());
+    RecordWriter out([&](const void* data, size_t bytes) {
+      text.append(static_cast<const char*>(data), bytes);
+    });
+    for (const Part& part : parts) out.put(part.kind.c_str(), part.flags, part.content);
     ByteWriter end;
-    end.put(uint64_t{sections.size()});
-    end.put(hash);
-    end.put(map_format::hashOf(headers.data(), headers.size()));
-    end.put(uint64_t{text.size() + 40 + 32});
-    SectionHeader header;
-    std::memcpy(header.id.data(), "END ", 4);
-    header.flags = map_format::kRequired;
-    header.stored_bytes = header.content_bytes = end.bytes.size();
-    header.hash = map_format::hashOf(end.bytes.data(), end.bytes.size());
-    const Bytes bytes = map_format::encodeHeader(header);
-    text.append(bytes.begin(), bytes.end());
-    text.append(end.bytes.begin(), end.bytes.end());
+    end.put(out.records()).put(out.headHash()).put(hash);
+    out.put(map_format::kEnd, 0, end.bytes);
     return text;
   }
-
-  uint64_t hash = 0;
 };
 
 class MapFile : public testing::Test {
@@ -123,11 +103,7 @@ class MapFile : public testing::Test {
     return errorOf([&] { loadMap(folder_ / "other.dtsdf"); });
   }
 
-  TakenApart takenApart() {
-    TakenApart apart(bytes_);
-    apart.hash = saved_.content_hash;
-    return apart;
-  }
+  TakenApart takenApart() const { return TakenApart(path_); }
 
   TemporaryFolder folder_;
   std::string path_, bytes_;
@@ -158,25 +134,18 @@ TEST_F(MapFile, KeepsALevelInAPartOfItsOwn) {
   ASSERT_TRUE(readMapInfo(path).T_W_M);
   EXPECT_EQ(readMapInfo(path).T_W_M->matrix(), levelled.T_W_M->matrix());
 
-  TakenApart apart(readBytes(path));
-  const SectionHeader header = apart.get("LEVL").header;
-  EXPECT_EQ(header.flags, map_format::kRequired) << "who skips it would fuse in the wrong frame";
-  EXPECT_EQ(header.content_bytes, 96u);
-  apart.sections.erase(
-      std::find_if(apart.sections.begin(), apart.sections.end(),
-                   [](const TakenApart::Section& section) { return section.header.is("LEVL"); }));
-  apart.hash = saved.content_hash;
-  EXPECT_TRUE(apart.bytes() == bytes_);
+  TakenApart apart(path);
+  EXPECT_EQ(apart.get("LEVL").flags, 0u) << "who skips it would fuse in the wrong frame";
+  TakenApart without = apart;
+  without.parts.erase(std::find_if(without.parts.begin(), without.parts.end(),
+                                   [](const auto& part) { return part.kind == "LEVL"; }));
+  EXPECT_TRUE(without.bytes() == bytes_);
 
-  TakenApart bent(readBytes(path));
-  bent.hash = saved.content_hash;
-  bent.get("LEVL").stored[6] ^= 0x10;
-  writeBytes(path, bent.bytes());
-  EXPECT_TRUE(contains(errorOf([&] { loadMap(path); }), "its level is not a pose"));
-  bent.get("LEVL").stored.resize(88);
-  bent.get("LEVL").header.content_bytes = 88;
-  writeBytes(path, TakenApart(bent).bytes());
-  EXPECT_TRUE(contains(errorOf([&] { loadMap(path); }), "LEVL has the wrong size"));
+  TakenApart bent = apart;
+  bent.get("LEVL").content[6] ^= 0x10;
+  EXPECT_TRUE(contains(errorOfBytes(bent.bytes()), "its level is not a pose"));
+  bent.get("LEVL").content.resize(88);
+  EXPECT_TRUE(contains(errorOfBytes(bent.bytes()), "LEVL has the wrong size"));
 }
 
 TEST(Level, HasToBeThatOfTheRunThatGoesOn) {
@@ -248,7 +217,7 @@ TEST_F(MapFile, OfAnEmptyMapIsOneToo) {
 /// Many sections, and a last one that is not full.
 TEST_F(MapFile, OfManyChunksComesBack) {
   const MapContents contents = roomContents(true, roomParams(0.015f));
-  ASSERT_GT(contents.blocks.size(), 3 * map_format::kBlocksPerChunk);
+  ASSERT_GT(contents.blocks.size(), 3 * kBlocksPerMapChunk);
   saveMap(contents, path_);
   EXPECT_TRUE(sameContents(loadMap(path_), contents));
 }
@@ -286,10 +255,23 @@ TEST_F(MapFile, SaysHowPosesWereFound) {
   const std::string bytes = readBytes(path_);
   saveMap(loadMap(path_), path_);
   EXPECT_TRUE(readBytes(path_) == bytes);
+}
 
-  contents.poses.sigma_m = -1.0;
-  saveMap(contents, path_);
-  EXPECT_THROW(loadMap(path_), std::runtime_error);
+/// What the reader refuses, the writer refuses, and leaves the file as it was.
+TEST_F(MapFile, IsNotWrittenWhereItCouldNotBeRead) {
+  const auto expectRefused = [&](const std::function<void(MapContents&)>& change) {
+    MapContents contents = copyOf(smallMap());
+    change(contents);
+    EXPECT_NE(errorOf([&] { saveMap(contents, path_); }), "");
+    EXPECT_TRUE(readBytes(path_) == bytes_);
+  };
+  expectRefused([](MapContents& c) { c.map_frame.assign(10 << 20, 'f'); });
+  expectRefused([](MapContents& c) { c.settings["x/a"] = std::string("two\nlines"); });
+  expectRefused([](MapContents& c) { c.settings["map/voxel_size_m"] = -1.0; });
+  expectRefused([](MapContents& c) {
+    c.poses.mode = PoseMode::kRefine;
+    c.poses.sigma_m = -1.0;
+  });
 }
 
 TEST_F(MapFile, ToldWithoutReadingTheVoxels) {
@@ -306,20 +288,27 @@ TEST_F(MapFile, ToldWithoutReadingTheVoxels) {
   EXPECT_EQ(info.least.z, smallMap().blocks.front().key.z);
   EXPECT_EQ(info.most.z, smallMap().blocks.back().key.z);
   uint64_t stored = 16;
-  for (const MapFilePart& part : info.parts) stored += part.stored_bytes + 40 * part.sections;
+  for (const MapFilePart& part : info.parts) stored += part.stored_bytes + 24 * part.records;
   EXPECT_EQ(stored, info.file_bytes);
 }
 
-TEST_F(MapFile, WithABitFlippedIsRefused) {
+TEST_F(MapFile, WithABitFlippedIsRefusedOrTheSame) {
   // Each byte of the headers and of the small sections, and some of the others.
   const size_t step = std::max<size_t>(1, bytes_.size() / 3000);
+  size_t unread = 0;
   for (size_t i = 0; i < bytes_.size(); i += i < 6000 || i + 200 > bytes_.size() ? 1 : step) {
     std::string spoilt = bytes_;
     spoilt[i] = static_cast<char>(spoilt[i] ^ (1 << i % 8));
     const std::string error = errorOfBytes(spoilt);
+    if (error.empty()) {  // zstd leaves some bits unread; the checksum is of the content
+      EXPECT_TRUE(sameContents(loadMap(folder_ / "other.dtsdf"), smallMap())) << "byte " << i;
+      ++unread;
+      continue;
+    }
     EXPECT_TRUE(contains(error, "other.dtsdf")) << "byte " << i << ": " << error;
     EXPECT_EQ(error.find('\n'), std::string::npos) << error;
   }
+  EXPECT_LT(unread, 100u);
 }
 
 TEST_F(MapFile, CutOffIsRefused) {
@@ -330,71 +319,36 @@ TEST_F(MapFile, CutOffIsRefused) {
   EXPECT_TRUE(contains(errorOfBytes(bytes_ + "x"), "damaged"));
 }
 
-TEST_F(MapFile, WithoutOneOfItsPartsIsRefused) {
-  for (size_t i = 0; i + 1 < takenApart().sections.size(); ++i) {
-    TakenApart apart = takenApart();
-    const std::string name = apart.sections[i].header.name();
-    apart.sections.erase(apart.sections.begin() + static_cast<std::ptrdiff_t>(i));
-    EXPECT_TRUE(contains(errorOfBytes(apart.bytes()), "damaged")) << name;
-    TakenApart twice = takenApart();
-    twice.sections.insert(twice.sections.begin(), twice.sections[i]);
-    EXPECT_TRUE(contains(errorOfBytes(twice.bytes()), "damaged")) << name << " twice";
+TEST_F(MapFile, WithoutOneOfItsRecordsIsRefused) {
+  for (size_t i = 0; i < takenApart().parts.size(); ++i) {
+    TakenApart apart = takenApart(), twice = apart, swapped = apart;
+    apart.parts.erase(apart.parts.begin() + static_cast<std::ptrdiff_t>(i));
+    EXPECT_TRUE(contains(errorOfBytes(apart.bytes()), "damaged")) << twice.parts[i].kind;
+    const TakenApart::Part part = twice.parts[i];
+    twice.parts.insert(twice.parts.begin(), part);
+    EXPECT_TRUE(contains(errorOfBytes(twice.bytes()), "damaged")) << part.kind << " twice";
   }
 }
 
 TEST_F(MapFile, KeepsWhatItIsTakenApartInto) {
-  EXPECT_EQ(takenApart().bytes(), bytes_) << "else the tests with parts test nothing";
+  EXPECT_EQ(takenApart().bytes(), bytes_) << "else the tests with records test nothing";
 }
 
-TEST_F(MapFile, SkipsUnknownPartsThatItMay) {
-  TakenApart apart = takenApart();
-  TakenApart::Section section = apart.get("FRAM");
-  std::memcpy(section.header.id.data(), "XTRA", 4);
-  section.header.flags = 0;
-  section.header.version = 1;
-  apart.sections.insert(apart.sections.begin() + 2, section);
+TEST_F(MapFile, SkipsUnknownRecordsThatItMay) {
+  TakenApart apart = takenApart(), required = apart;
+  apart.parts.insert(apart.parts.begin() + 2, {"XTRA", kMayBeSkipped, {1, 2, 3}});
   writeBytes(path_, apart.bytes());
   EXPECT_TRUE(sameContents(loadMap(path_), smallMap()));
   EXPECT_FALSE(readMapInfo(path_).parts[2].known);
-
-  TakenApart required = takenApart();
-  section.header.flags = map_format::kRequired;
-  required.sections.insert(required.sections.begin() + 2, section);
+  required.parts.insert(required.parts.begin() + 2, {"XTRA", 0, {1, 2, 3}});
   const std::string error = errorOfBytes(required.bytes());
   EXPECT_TRUE(contains(error, "XTRA") && contains(error, "use a newer program")) << error;
-}
-
-TEST_F(MapFile, WithColourOfANewerKindHasNone) {
-  TakenApart apart = takenApart();
-  for (TakenApart::Section& section : apart.sections) {
-    if (section.header.is("COLI") || section.header.is("COLR")) section.header.version = 2;
-  }
-  writeBytes(path_, apart.bytes());
-  const MapContents contents = loadMap(path_);
-  EXPECT_FALSE(contents.painted);
-  EXPECT_EQ(contents.voxels.size(), smallMap().voxels.size());
-  EXPECT_EQ(contents.colours.size(), 0u);
-  EXPECT_EQ(errorOf([&] { makeMapper(withSettingsOf(contents, roomParams()), contents); }), "");
-}
-
-/// As from a version that knew no space, whose files have no such part.
-TEST_F(MapFile, WithFreeCellsOfANewerKindHasNone) {
-  TakenApart apart = takenApart();
-  apart.get("FREE").header.version = 2;
-  writeBytes(path_, apart.bytes());
-  const MapContents contents = loadMap(path_);
-  EXPECT_EQ(contents.cell_voxels, 0);
-  EXPECT_TRUE(contents.free_cubes.empty());
-  EXPECT_EQ(errorOf([&] { makeMapper(withSettingsOf(contents, smallParams()), contents); }), "");
 }
 
 TEST_F(MapFile, WithFreeCellsThatAreNoneIsRefused) {
   const auto expectRefused = [&](const Bytes& content) {
     TakenApart apart = takenApart();
-    TakenApart::Section& section = apart.get("FREE");
-    section.header.flags = 0;  // not compressed
-    section.header.content_bytes = content.size();
-    section.stored.assign(content.begin(), content.end());
+    apart.get("FREE").content = content;
     EXPECT_TRUE(contains(errorOfBytes(apart.bytes()), "damaged")) << content.size();
   };
   const Bytes right = map_format::encodeFree(smallMap());
@@ -410,39 +364,43 @@ TEST_F(MapFile, WithFreeCellsThatAreNoneIsRefused) {
 }
 
 TEST_F(MapFile, OfANewerFormatIsRefused) {
-  TakenApart apart = takenApart();
-  apart.head[8] = 2;
-  const std::string error = errorOfBytes(apart.bytes());
+  std::string newer = bytes_;
+  newer[8] = 2;
+  const std::string error = errorOfBytes(newer);
   EXPECT_TRUE(contains(error, "version 2") && contains(error, "use a newer program")) << error;
-  TakenApart newer = takenApart();
-  newer.get("VOXL").header.version = 2;
-  EXPECT_TRUE(contains(errorOfBytes(newer.bytes()), "use a newer program"));
 }
 
 /// Sizes that are not there take no memory: an allocation of 2^60 bytes would fail otherwise.
 TEST_F(MapFile, WithHugeSizesIsRefused) {
-  constexpr uint64_t kHuge = uint64_t{1} << 60;
-  for (const char* id : {"SETT", "FRAM", "STAT", "BLKS", "COLI", "FREE", "VOXL", "COLR"}) {
-    TakenApart apart = takenApart();
-    apart.get(id).header.content_bytes = kHuge;
-    const std::string error = errorOfBytes(apart.bytes());
-    EXPECT_TRUE(contains(error, "damaged")) << id << ": " << error;
-  }
-  for (size_t number = 0; number < 5; ++number) {
-    for (const uint64_t value : {kHuge, ~uint64_t{0}, uint64_t{1} << 40, uint64_t{0}}) {
+  for (size_t number = 0; number < 4; ++number) {
+    for (const uint64_t value : {uint64_t{1} << 60, ~uint64_t{0}, uint64_t{1} << 40, uint64_t{0}}) {
       TakenApart apart = takenApart();
-      std::string& state = apart.get("STAT").stored;
-      if (ByteReader(reinterpret_cast<const uint8_t*>(state.data()) + 8 * number)
-              .take<uint64_t>() == value) {
-        continue;
-      }
-      ByteWriter out;
-      out.put(value);
-      state.replace(8 * number, 8, std::string(out.bytes.begin(), out.bytes.end()));
-      const std::string error = errorOfBytes(apart.bytes());
-      EXPECT_TRUE(contains(error, "damaged")) << number << ": " << error;
+      uint8_t* const at = apart.get("STAT").content.data() + 8 * number;
+      if (numberOf<uint64_t>(at) == value) continue;
+      const auto bytes = littleEndianBytes(value);
+      std::copy(bytes.begin(), bytes.end(), at);
+      EXPECT_TRUE(contains(errorOfBytes(apart.bytes()), "damaged")) << number << " " << value;
     }
   }
+  std::string longer = bytes_;
+  longer[kFileHeadBytes + 15] = 0x10;  // the length of the first record
+  EXPECT_TRUE(contains(errorOfBytes(longer), "damaged"));
+}
+
+/// A file of a box has its frames beside the map.
+TEST_F(MapFile, OfABoxSaysWhich) {
+  MapBox box{{-4, -5, -6}, {1, 2, 3}, 2, {{0, 4}, {7, 9}}, {{7, 9}}};
+  const auto mapper = makeProbedMapper(smallParams());
+  saveBoxOf(*mapper, {}, box, path_);
+  const std::optional<MapBox> read = MapChunks(path_).box();
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->fused, box.fused);
+  EXPECT_EQ(read->supporting, box.supporting);
+  EXPECT_EQ(read->last.z, 3);
+  EXPECT_EQ(read->recordings, 2u);
+  TakenApart apart = takenApart();
+  apart.get("BOX ").content[32] = 200;  // ranges
+  EXPECT_TRUE(contains(errorOfBytes(apart.bytes()), "damaged"));
 }
 
 TEST_F(MapFile, ThatTakesMoreThanAllowedIsRefused) {
@@ -491,8 +449,12 @@ TEST_F(MapFile, AskingForMoreThanThereIsRoomForTakesNoMemory) {
             [](const MapBlock& a, const MapBlock& b) { return packKey(a.key) < packKey(b.key); });
   const std::vector<uint64_t> zeros(kBlocksPerMapChunk * 6 * 512, 0);
   const std::string path = folder_ / "large.dtsdf";
-  const SavedMap saved =
-      saveMapInChunks(head, {[&](size_t) { return zeros.data(); }, nullptr}, path, 1);
+  const SavedMap saved = saveMapInChunks(
+      head,
+      [&](size_t) -> ChunkWords {
+        return {zeros.data(), nullptr, nullptr};
+      },
+      path, 1);
   EXPECT_LT(saved.file_bytes, 2000000u);
   ASSERT_GT(saved.size.bytes(), size_t{1} << 30);
   rusage before, after;

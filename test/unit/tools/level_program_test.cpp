@@ -152,22 +152,21 @@ TEST_F(LevelProgram, WarnsWhereSpaceIsKeptInAFrameThatIsNotLevel) {
   EXPECT_FALSE(warns("space/enabled=true map/level=floor"));
 }
 
-/// Tiles are levelled as a whole.
-TEST_F(LevelProgram, TilesGiveTheMapOfReconstruct) {
-  const std::string recording = in("first"), settings = " --set map/level=floor";
-  ASSERT_EQ(reconstruct("--tum " + recording + " --frames 0:11" + settings + " --save-map " +
-                        in("whole.dtsdf"))
-                .exit_code,
-            0);
-  const std::string tiles = DTSDF_TILES;
-  Outcome outcome = run(tiles + " plan " + recording + " --frames 0:11 --out " + in("tiles") +
-                        " --tile-m 5 --set map/voxel_size_m=0.04 map/max_memory_mb=512" + settings);
+/// Boxes are levelled as a whole.
+TEST_F(LevelProgram, BoxesGiveTheMapOfOneRun) {
+  const std::string input =
+      "--tum " + in("first") + " --frames 0:11 --poses-mode tf --set map/level=floor --save-map ";
+  ASSERT_EQ(reconstruct(input + in("whole.dtsdf")).exit_code, 0);
+  for (const char* box : {"x=..0.64", "x=0.64.."}) {
+    const Outcome outcome =
+        reconstruct(input + in(std::string(box) + ".dtsdf") + " --only " + box + ",y=..,z=..");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  }
+  const Outcome outcome = run(std::string(DTSDF_MAP_TOOL) + " join " + in("x=*.dtsdf") +
+                              " --save-map " + in("joined.dtsdf"));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_TRUE(contains(outcome.out, "levelled: ")) << outcome.out;
-  outcome = run(tiles + " run " + in("tiles") + " --backend cpu --save-map " + in("tiled.dtsdf"));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_TRUE(readBytes(in("tiled.dtsdf")) == readBytes(in("whole.dtsdf")));
-  EXPECT_TRUE(loadMap(in("tiled.dtsdf")).T_W_M);
+  EXPECT_TRUE(readBytes(in("joined.dtsdf")) == readBytes(in("whole.dtsdf")));
+  EXPECT_TRUE(loadMap(in("joined.dtsdf")).T_W_M);
 }
 
 }  // namespace

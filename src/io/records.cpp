@@ -1,0 +1,256 @@
+#include "io/records.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <xxhash.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <system_error>
+
+#include "params/printable.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr char kMagic[] = "DTSDFREC";
+/// Higher levels gain nothing on voxels: docs/results/performance.md.
+constexpr int kCompressionLevel = 1;
+/// In a zstd frame, four bytes stand for 128 KiB at most.
+constexpr uint64_t kMostCompression = 32768;
+/// More than any file has, and few enough to be listed.
+constexpr size_t kMostRecords = 1 << 22;
+
+Bytes compressed(const void* content, size_t bytes) {
+  Bytes stored(ZSTD_compressBound(bytes));
+  const size_t size =
+      ZSTD_compress(stored.data(), stored.size(), content, bytes, kCompressionLevel);
+  if (ZSTD_isError(size)) {
+    throw std::runtime_error(std::string("cannot compress: ") + ZSTD_getErrorName(size));
+  }
+  stored.resize(size);
+  return stored;
+}
+
+Bytes headOf(const Record& record) {
+  ByteWriter head;
+  head.putText(record.name()).put(record.flags).put(record.stored_bytes).put(record.checksum);
+  return std::move(head.bytes);
+}
+
+}  // namespace
+
+uint64_t hashOf(const void* data, size_t bytes, uint64_t seed) { return XXH64(data, bytes, seed); }
+
+ByteWriter& ByteWriter::putPose(const Eigen::Isometry3d& pose) {
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) put(pose.matrix()(row, column));
+  }
+  return *this;
+}
+
+const uint8_t* ByteReader::takeBytes(size_t count) {
+  if (left() < count) throw std::out_of_range("a record is too short");
+  next_ += count;
+  return next_ - count;
+}
+
+std::string ByteReader::takeString() {
+  const auto size = take<uint32_t>();
+  const uint8_t* const text = takeBytes(size);
+  return {text, text + size};
+}
+
+Vec3i ByteReader::takeKey() {
+  const auto x = take<int32_t>(), y = take<int32_t>(), z = take<int32_t>();
+  return {x, y, z};
+}
+
+Eigen::Vector3d ByteReader::takeVector() {
+  const auto x = take<double>(), y = take<double>(), z = take<double>();
+  return {x, y, z};
+}
+
+Eigen::Isometry3d ByteReader::takePose() {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) pose.matrix()(row, column) = take<double>();
+  }
+  return pose;
+}
+
+uint64_t checksumOf(const char* kind, const void* content, size_t bytes) {
+  return hashOf(content, bytes, numberOf<uint32_t>(reinterpret_cast<const uint8_t*>(kind)));
+}
+
+Bytes fileHead(const char* purpose) {
+  ByteWriter head;
+  head.putText(kMagic).put(kRecordVersion).putText(purpose);
+  return std::move(head.bytes);
+}
+
+Bytes encodeRecord(const char* kind, uint32_t flags, const void* content, size_t bytes) {
+  Record record;
+  std::copy_n(kind, record.kind.size(), record.kind.begin());
+  record.flags = flags;
+  record.checksum = checksumOf(kind, content, bytes);
+  Bytes stored;
+  if (flags & kZstd) stored = compressed(content, bytes);
+  record.stored_bytes = flags & kZstd ? stored.size() : bytes;
+  Bytes encoded = headOf(record);
+  const auto* const first = flags & kZstd ? stored.data() : static_cast<const uint8_t*>(content);
+  encoded.insert(encoded.end(), first, first + record.stored_bytes);
+  return encoded;
+}
+
+void RecordWriter::put(const Bytes& encoded) {
+  sink_(encoded.data(), encoded.size());
+  heads_.insert(heads_.end(), encoded.begin(), encoded.begin() + kRecordHeadBytes);
+  bytes_ += encoded.size();
+  ++records_;
+}
+
+RecordFile::RecordFile(const std::string& path, const char* purpose, const std::string& what)
+    : path_(path), what_(what) {
+  // Without O_NONBLOCK a pipe would wait for somebody to write.
+  descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor_ < 0) throwCannotRead(errno);
+  try {
+    readHead(purpose);
+    findRecords();
+  } catch (...) {
+    close(descriptor_);
+    throw;
+  }
+}
+
+RecordFile::~RecordFile() { close(descriptor_); }
+
+void RecordFile::readHead(const char* purpose) {
+  struct stat status;
+  if (fstat(descriptor_, &status) != 0) throwCannotRead(errno);
+  if (!S_ISREG(status.st_mode)) throwCannotRead(S_ISDIR(status.st_mode) ? EISDIR : EINVAL);
+  bytes_ = static_cast<uint64_t>(status.st_size);
+  uint8_t head[kFileHeadBytes] = {};
+  readAt(0, head, std::min<uint64_t>(bytes_, kFileHeadBytes));
+  const Bytes expected = fileHead(purpose);
+  if (bytes_ < kFileHeadBytes || !std::equal(kMagic, kMagic + 8, head) ||
+      !std::equal(expected.begin() + 12, expected.end(), head + 12)) {
+    throw std::runtime_error("'" + printable(path_) + "' is not a " + what_);
+  }
+  const auto version = numberOf<uint32_t>(head + 8);
+  if (version == kRecordVersion) return;
+  throw std::runtime_error("the " + what_ + " '" + printable(path_) + "' has version " +
+                           std::to_string(version) + " of the format; this program reads " +
+                           std::to_string(kRecordVersion) + "; use a newer program");
+}
+
+void RecordFile::findRecords() {
+  end_ = kFileHeadBytes;
+  while (bytes_ - end_ >= kRecordHeadBytes) {
+    Bytes head(kRecordHeadBytes);
+    readAt(end_, head.data(), head.size());
+    ByteReader in(head);
+    Record record;
+    std::copy_n(in.takeBytes(4), 4, record.kind.begin());
+    record.flags = in.take<uint32_t>();
+    record.stored_bytes = in.take<uint64_t>();
+    record.checksum = in.take<uint64_t>();
+    record.offset = end_ + kRecordHeadBytes;
+    if (record.stored_bytes > bytes_ - record.offset) return;
+    if (records_.size() >= kMostRecords) throwDamaged("it has too many records");
+    records_.push_back(record);
+    end_ = record.offset + record.stored_bytes;
+  }
+}
+
+void RecordFile::readAt(uint64_t offset, void* data, size_t bytes) const {
+  auto* to = static_cast<uint8_t*>(data);
+  while (bytes > 0) {
+    const ssize_t got = pread(descriptor_, to, bytes, static_cast<off_t>(offset));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) throwCannotRead(errno);
+    if (got == 0) throwDamaged("its end is missing");  // became shorter meanwhile
+    to += got;
+    offset += static_cast<uint64_t>(got);
+    bytes -= static_cast<size_t>(got);
+  }
+}
+
+Bytes RecordFile::readStored(const Record& record) const {
+  Bytes stored(record.stored_bytes);
+  readAt(record.offset, stored.data(), stored.size());
+  return stored;
+}
+
+void RecordFile::unpack(const Record& record, const Bytes& stored, void* content,
+                        uint64_t bytes) const {
+  if (record.flags & kZstd) {
+    const size_t got = ZSTD_decompress(content, bytes, stored.data(), stored.size());
+    if (ZSTD_isError(got) || got != bytes) throwWrongSize(record);
+  } else {
+    if (stored.size() != bytes) throwWrongSize(record);
+    std::copy(stored.begin(), stored.end(), static_cast<uint8_t*>(content));
+  }
+  if (checksumOf(record.name().c_str(), content, bytes) == record.checksum) return;
+  throwDamaged("the checksum of a record " + printable(record.name()) + " does not match");
+}
+
+/// Sizes are checked before there is memory for them.
+void RecordFile::read(const Record& record, void* content, uint64_t bytes) const {
+  if (record.flags & kZstd ? bytes / kMostCompression > record.stored_bytes
+                           : bytes != record.stored_bytes) {
+    throwWrongSize(record);
+  }
+  unpack(record, readStored(record), content, bytes);
+}
+
+Bytes RecordFile::read(const Record& record, uint64_t bytes) const {
+  if (bytes / kMostCompression > record.stored_bytes) throwWrongSize(record);
+  Bytes content(bytes);
+  read(record, content.data(), bytes);
+  return content;
+}
+
+Bytes RecordFile::readAny(const Record& record, uint64_t most) const {
+  if (record.stored_bytes > most + ZSTD_compressBound(0)) throwWrongSize(record);
+  const Bytes stored = readStored(record);
+  uint64_t bytes = stored.size();
+  if (record.flags & kZstd) {
+    bytes = ZSTD_getFrameContentSize(stored.data(), stored.size());  // errors are above any limit
+  }
+  if (bytes > most) throwWrongSize(record);
+  Bytes content(bytes);
+  unpack(record, stored, content.data(), bytes);
+  return content;
+}
+
+uint64_t RecordFile::headHash(size_t first, size_t end) const {
+  Bytes heads;
+  for (size_t i = first; i < end; ++i) {
+    const Bytes head = headOf(records_[i]);
+    heads.insert(heads.end(), head.begin(), head.end());
+  }
+  return hashOf(heads.data(), heads.size());
+}
+
+void RecordFile::throwDamaged(const std::string& how) const {
+  throw std::runtime_error("the " + what_ + " '" + printable(path_) + "' is damaged (" + how +
+                           "); use a copy of it, or save it again");
+}
+
+void RecordFile::throwCannotRead(int error_number) const {
+  throw std::runtime_error("cannot read the " + what_ + " '" + printable(path_) +
+                           "': " + std::generic_category().message(error_number) +
+                           "; give the path of a " + what_);
+}
+
+void RecordFile::throwWrongSize(const Record& record) const {
+  throwDamaged("a record " + printable(record.name()) + " has the wrong size");
+}
+
+}  // namespace dtsdf

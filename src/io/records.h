@@ -1,0 +1,169 @@
+/// Files as records {kind, flags, length, checksum, bytes}: maps and boxes of maps are written so.
+/// docs/map_format.md describes them byte by byte.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dtsdf_mapping/geometry.h"
+#include "io/little_endian.h"
+
+namespace dtsdf {
+
+using Bytes = std::vector<uint8_t>;
+
+/// The checksum of all files: XXH64.
+uint64_t hashOf(const void* data, size_t bytes, uint64_t seed = 0);
+
+/// Appends numbers.
+class ByteWriter {
+ public:
+  template <class Number>
+  ByteWriter& put(Number number) {
+    const auto more = littleEndianBytes(number);
+    bytes.insert(bytes.end(), more.begin(), more.end());
+    return *this;
+  }
+  ByteWriter& putText(const std::string& text) {
+    bytes.insert(bytes.end(), text.begin(), text.end());
+    return *this;
+  }
+  /// Its length as a uint32, and the text.
+  ByteWriter& putString(const std::string& text) {
+    return put(static_cast<uint32_t>(text.size())).putText(text);
+  }
+  ByteWriter& putKey(const Vec3i& key) { return put(key.x).put(key.y).put(key.z); }
+  ByteWriter& putVector(const Eigen::Vector3d& v) { return put(v.x()).put(v.y()).put(v.z()); }
+  /// Its first three rows: kPoseBytes.
+  ByteWriter& putPose(const Eigen::Isometry3d& pose);
+
+  std::string text() const { return {bytes.begin(), bytes.end()}; }
+
+  Bytes bytes;
+};
+
+constexpr size_t kPoseBytes = 96;
+
+/// Takes the numbers back. @throws std::out_of_range where none are left.
+class ByteReader {
+ public:
+  ByteReader(const uint8_t* data, size_t size) : next_(data), end_(data + size) {}
+  explicit ByteReader(const Bytes& bytes) : ByteReader(bytes.data(), bytes.size()) {}
+
+  template <class Number>
+  Number take() {
+    return numberOf<Number>(takeBytes(sizeof(Number)));
+  }
+  /// So many bytes as they are.
+  const uint8_t* takeBytes(size_t count);
+  std::string takeString();
+  Vec3i takeKey();
+  Eigen::Vector3d takeVector();
+  Eigen::Isometry3d takePose();
+  size_t left() const { return static_cast<size_t>(end_ - next_); }
+
+ private:
+  const uint8_t *next_, *end_;
+};
+
+constexpr size_t kFileHeadBytes = 16, kRecordHeadBytes = 24;
+constexpr uint32_t kRecordVersion = 1;
+
+/// What a record's flags say.
+constexpr uint32_t kZstd = 1;          ///< The bytes are one zstd frame.
+constexpr uint32_t kMayBeSkipped = 2;  ///< A reader that does not know the kind passes over it.
+
+/// A record in a file.
+struct Record {
+  std::array<char, 4> kind = {};
+  uint32_t flags = 0;
+  uint64_t stored_bytes = 0;
+  uint64_t checksum = 0;  ///< Of the content, uncompressed, with the kind as seed.
+  uint64_t offset = 0;    ///< Of its bytes in the file.
+
+  bool is(const char* name) const { return std::equal(kind.begin(), kind.end(), name); }
+  std::string name() const { return {kind.begin(), kind.end()}; }
+};
+
+/// The checksum of a record of this kind and content.
+uint64_t checksumOf(const char* kind, const void* content, size_t bytes);
+
+/// The head of a file whose records are of this purpose, four letters.
+Bytes fileHead(const char* purpose);
+
+/// A record with its head. @throws std::runtime_error where it cannot be compressed.
+Bytes encodeRecord(const char* kind, uint32_t flags, const void* content, size_t bytes);
+
+/// Writes records one after the other, and keeps account of them for their end.
+class RecordWriter {
+ public:
+  using Sink = std::function<void(const void* data, size_t bytes)>;
+  explicit RecordWriter(Sink sink) : sink_(std::move(sink)) {}
+
+  void put(const Bytes& encoded);
+  void put(const char* kind, uint32_t flags, const Bytes& content) {
+    put(encodeRecord(kind, flags, content.data(), content.size()));
+  }
+  uint64_t bytes() const { return bytes_; }
+  uint64_t records() const { return records_; }
+  /// Of the heads of all records so far.
+  uint64_t headHash() const { return hashOf(heads_.data(), heads_.size()); }
+
+ private:
+  Sink sink_;
+  Bytes heads_;
+  uint64_t records_ = 0, bytes_ = 0;
+};
+
+/// An open file of records, found by their heads.
+class RecordFile {
+ public:
+  /// `what` is it in words: "map file". @throws std::runtime_error for what is no regular file, or
+  /// none of this purpose.
+  RecordFile(const std::string& path, const char* purpose, const std::string& what);
+  ~RecordFile();
+  RecordFile(const RecordFile&) = delete;
+  RecordFile& operator=(const RecordFile&) = delete;
+
+  const std::string& path() const { return path_; }
+  const std::vector<Record>& records() const { return records_; }
+  uint64_t bytes() const { return bytes_; }
+  /// Where the last record ends that is there as a whole.
+  uint64_t end() const { return end_; }
+
+  /// The content of a record, which has to be so many bytes. Safe to call from several threads.
+  /// @throws std::runtime_error for a damaged record
+  void read(const Record& record, void* content, uint64_t bytes) const;
+  Bytes read(const Record& record, uint64_t bytes) const;
+
+  /// The same of whatever size up to `most` bytes.
+  Bytes readAny(const Record& record, uint64_t most) const;
+
+  /// Of the heads of these records, as RecordWriter::headHash() has it.
+  uint64_t headHash(size_t first, size_t end) const;
+
+  [[noreturn]] void throwDamaged(const std::string& how) const;
+
+ private:
+  [[noreturn]] void throwCannotRead(int error_number) const;
+  [[noreturn]] void throwWrongSize(const Record& record) const;
+  void readHead(const char* purpose);
+  void findRecords();
+  void readAt(uint64_t offset, void* data, size_t bytes) const;
+  Bytes readStored(const Record& record) const;
+  void unpack(const Record& record, const Bytes& stored, void* content, uint64_t bytes) const;
+
+  std::string path_, what_;
+  int descriptor_ = -1;
+  uint64_t bytes_ = 0, end_ = 0;
+  std::vector<Record> records_;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,382 @@
+#include "tools/boxes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <queue>
+#include <stdexcept>
+#include <unordered_set>
+
+#include "backend/frame_check.h"
+#include "dtsdf_mapping/io/rate_limit.h"
+#include "io/text_file.h"
+#include "kernels/space/cells.h"
+#include "mapper/probed_mapper.h"
+#include "params/text.h"
+#include "tools/camera_view.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr int32_t kMost = kMaxBlockCoordinate;
+constexpr int32_t BlockKey::*kAxes[] = {&BlockKey::x, &BlockKey::y, &BlockKey::z};
+constexpr char kAxisNames[] = "xyz";
+
+/// Where a surface is looked for when boxes are planned: images, and pixels of each.
+constexpr size_t kSampledImages = 256;
+constexpr int kSampledPixels = 64;  ///< Along each axis of an image.
+
+std::string edgeText(int32_t block, int32_t open, double block_m) {
+  return block == open ? "" : formatted("%.7g", block * block_m);
+}
+
+int32_t readEdge(const std::string& text, int32_t open, double block_m, const std::string& box) {
+  if (text.empty()) return open;
+  double metres = 0.0;
+  if (!parseNumber(text, metres) || !(std::abs(metres / block_m) < kMost)) {
+    throw UsageError("'" + box +
+                     "' is not of the form x=FROM..TO,y=FROM..TO,z=FROM..TO, in "
+                     "metres; FROM and TO may be left out");
+  }
+  return static_cast<int32_t>(std::lround(metres / block_m));
+}
+
+/// @throws std::runtime_error for settings whose rules look at all of the map.
+void checkSettings(const RunSettings& settings) {
+  const MapperParams& params = settings.params.mapper;
+  if (params.map.keep_radius_m > 0.0f) {
+    throw std::runtime_error(
+        "map/keep_radius_m depends on the whole map, so --only cannot apply "
+        "it; leave it at 0");
+  }
+  if (settings.params.node.poses.mode != PoseMode::kTf) {
+    throw std::runtime_error(
+        "--only fuses images at the poses given: poses/mode has to be tf, as "
+        "others are found by the whole map");
+  }
+}
+
+/// @throws std::runtime_error where what an image paints depends on all of the map.
+void checkPainting(const PaintParams& paint) {
+  if (paint.exposure == ImageExposure::kFixed && paint.max_depth_m > 0.0f) return;
+  throw std::runtime_error(
+      "the recording has colour images, which --only needs at a fixed exposure and with a depth "
+      "limit: give --set colour/exposure=fixed colour/max_depth_m=5 (to reconstruct of the whole "
+      "as well), or colour/enabled=never");
+}
+
+/// A cube of cells of space is as wide as so many blocks, and belongs to the box that its first
+/// block belongs to.
+int blocksPerCube(const SpaceParams& space) { return space.cell_voxels * kCubeSide / kBlockSide; }
+
+/// The cubes of a box, by their keys; none if it is too small for any.
+BlockExtent cubesOf(const BlockExtent& box, int n) {
+  BlockExtent cubes;
+  for (const auto axis : kAxes) {
+    cubes.first.*axis = -floorDivided(-(box.first.*axis), n);
+    cubes.last.*axis = floorDivided(box.last.*axis, n);
+  }
+  return cubes;
+}
+
+BlockExtent grown(const BlockExtent& box, int before, int behind) {
+  return {box.first - Vec3i{before, before, before}, box.last + Vec3i{behind, behind, behind}};
+}
+
+/// Finds what a box needs, by poses alone.
+class BoxInputFinder {
+ public:
+  BoxInputFinder(const InputOptions& options, const RunSettings& settings,
+                 const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box)
+      : options_(options), settings_(settings), T_W_M_(T_W_M) {
+    const SpaceParams& space = settings.params.mapper.space;
+    input_.extent = {box, box, cubesOf(box, blocksPerCube(space))};
+    options_.recording.poses_only = true;
+  }
+
+  BoxInput find() {
+    const auto frames = levelled(openFrames(options_, settings_.params.node), T_W_M_);
+    std::optional<double> first_stamp_s;
+    while (const std::optional<SourceFrame> frame = frames->next()) {
+      if (!first_stamp_s) first_stamp_s = frame->stamp_s;
+      input_.last_stamp_s = frame->stamp_s;
+      views_.emplace_back(frame->index, frame->depth);
+    }
+    input_.images = std::make_shared<std::vector<size_t>>(imagesFrom(first_stamp_s.value_or(0.0)));
+    input_.frames = std::make_shared<std::vector<size_t>>(framesInView());
+    return std::move(input_);
+  }
+
+ private:
+  using NumberedView = std::pair<size_t, CameraView>;
+
+  const MapperParams& params() const { return settings_.params.mapper; }
+
+  /// Those that may paint, which widens what is fused by what may hide the painted.
+  std::vector<size_t> imagesFrom(double first_stamp_s) {
+    std::vector<size_t> listed;
+    const auto images = levelled(openColours(options_, settings_.params.node), T_W_M_);
+    if (images == nullptr) return listed;
+    checkPainting(params().paint);
+    const BlockExtent painted = input_.extent.painted;
+    const ColourReach reach(params(), settings_.rules.colour);
+    RateLimit rate(settings_.params.node.colour.max_rate_hz);
+    input_.extent.blocks = grown(painted, 1, 1);
+    while (const std::optional<SourceColour> image = images->next()) {
+      if (!rate.takes(image->stamp_s)) continue;
+      if (image->stamp_s < first_stamp_s || image->stamp_s > input_.last_stamp_s) continue;
+      const CameraView view(image->colour);
+      if (!reach.mayPaint(view, painted)) continue;
+      listed.push_back(image->index);
+      input_.extent.blocks = around(input_.extent.blocks, reach.blocksFor(view, painted));
+    }
+    if (!listed.empty()) findSupport();
+    return listed;
+  }
+
+  /// What an image paints depends on how many frames support the map so far, up to
+  /// mesh/min_support: the first ones are all taken.
+  void findSupport() {
+    InputOptions options = options_;
+    options.recording.poses_only = false;
+    const auto mapper = makeProbedMapper(params(), settings_.rules);
+    mapper->restrictTo({noBlocks(), noBlocks(), noBlocks()});
+    const auto frames = levelled(openFrames(options, settings_.params.node), T_W_M_);
+    const auto wanted = static_cast<uint64_t>(params().mesh.min_support);
+    while (mapper->supportingFrames() < wanted) {
+      const std::optional<SourceFrame> frame = frames->next();
+      if (!frame) return;
+      mapper->integrate(frame->depth);
+      first_needed_ = frame->index + 1;
+    }
+  }
+
+  std::vector<size_t> framesInView() const {
+    const BlockExtent& box = input_.extent.painted;
+    const int beyond = params().space.enabled ? blocksPerCube(params().space) - 1 : 0;
+    const BlockExtent fused = around(input_.extent.blocks, grown(box, 0, beyond));
+    std::vector<size_t> listed;
+    for (const auto& [index, view] : views_) {
+      if (index < first_needed_ || mayFuse(view, fused, params())) listed.push_back(index);
+    }
+    return listed;
+  }
+
+  InputOptions options_;
+  const RunSettings& settings_;
+  const std::optional<Eigen::Isometry3d> T_W_M_;
+  BoxInput input_;
+  std::vector<NumberedView> views_;
+  size_t first_needed_ = 0;  ///< Frames before it are taken whatever they see.
+};
+
+/// A part of space, and the blocks of it that were seen.
+struct Leaf {
+  BlockExtent box;
+  std::vector<BlockKey> blocks;
+
+  BlockExtent bounds() const {
+    BlockExtent bounds{blocks.front(), blocks.front()};
+    for (const BlockKey& key : blocks) bounds = around(bounds, {key, key});
+    return bounds;
+  }
+  bool operator<(const Leaf& other) const { return blocks.size() < other.blocks.size(); }
+};
+
+/// Its longest axis, and how many blocks that is.
+std::pair<int, int32_t> longestAxis(const BlockExtent& bounds) {
+  std::pair<int, int32_t> longest{0, 0};
+  for (int i = 0; i < 3; ++i) {
+    const int32_t length = bounds.last.*kAxes[i] - bounds.first.*kAxes[i] + 1;
+    if (length > longest.second) longest = {i, length};
+  }
+  return longest;
+}
+
+/// Two halves with about as many blocks. @pre It is more than one block long.
+std::array<Leaf, 2> halvesOf(Leaf leaf) {
+  const BlockExtent bounds = leaf.bounds();
+  const auto axis = kAxes[longestAxis(bounds).first];
+  const auto middle = leaf.blocks.begin() + static_cast<std::ptrdiff_t>(leaf.blocks.size() / 2);
+  std::nth_element(leaf.blocks.begin(), middle, leaf.blocks.end(),
+                   [axis](const BlockKey& a, const BlockKey& b) { return a.*axis < b.*axis; });
+  const int32_t cut = std::max((*middle).*axis, bounds.first.*axis + 1);
+  std::array<Leaf, 2> halves{Leaf{leaf.box, {}}, Leaf{leaf.box, {}}};
+  halves[0].box.last.*axis = cut - 1;
+  halves[1].box.first.*axis = cut;
+  for (const BlockKey& key : leaf.blocks) halves[key.*axis < cut ? 0 : 1].blocks.push_back(key);
+  return halves;
+}
+
+/// The blocks that a sample of a recording's images shows.
+std::vector<BlockKey> sampleBlocks(InputOptions options, const RunSettings& settings) {
+  const auto T_W_M = lookForLevel(options, settings, "map_tool");
+  const MapperParams& params = settings.params.mapper;
+  const double block_m = static_cast<double>(params.map.voxel_size_m) * kBlockSide;
+  std::vector<size_t> indices;
+  options.recording.poses_only = true;
+  const auto poses = openFrames(options, settings.params.node);
+  while (const std::optional<SourceFrame> frame = poses->next()) indices.push_back(frame->index);
+  const size_t step = std::max<size_t>(1, indices.size() / kSampledImages);
+  std::vector<size_t> sampled;
+  for (size_t i = 0; i < indices.size(); i += step) sampled.push_back(indices[i]);
+  options.recording.poses_only = false;
+  options.recording.selection.listed = std::make_shared<std::vector<size_t>>(sampled);
+  const auto source = levelled(openFrames(options, settings.params.node), T_W_M);
+  std::unordered_set<PackedKey> keys;
+  while (const std::optional<SourceFrame> frame = source->next()) {
+    const DepthFrame& depth = frame->depth;
+    const DepthRange range = depthRangeOf(depth, params);
+    const Intrinsics& K = depth.intrinsics;
+    for (int v = 0; v < depth.height; v += std::max(1, depth.height / kSampledPixels)) {
+      for (int u = 0; u < depth.width; u += std::max(1, depth.width / kSampledPixels)) {
+        const float inverse_depth = inverseDepth(rawDepth(depth, u, v), range);
+        if (!(inverse_depth > 0.0f)) continue;
+        const double z = 1.0 / static_cast<double>(inverse_depth);
+        const Eigen::Vector3d p_W =
+            depth.T_W_C * Eigen::Vector3d(z * (u - K.cx) / K.fx, z * (v - K.cy) / K.fy, z);
+        const Eigen::Vector3d block = (p_W / block_m).array().floor();
+        if (!(block.cwiseAbs().maxCoeff() <= kMost)) continue;
+        keys.insert(packKey(BlockKey{int32_t(block.x()), int32_t(block.y()), int32_t(block.z())}));
+      }
+    }
+  }
+  std::vector<BlockKey> blocks;
+  for (const PackedKey key : keys) blocks.push_back(unpackKey(key));
+  return blocks;
+}
+
+/// What of `whole` lies outside of `box`, cut along its faces.
+void cutOut(const BlockExtent& box, BlockExtent whole, std::vector<BlockExtent>& left) {
+  for (const auto axis : kAxes) {
+    if (whole.first.*axis < box.first.*axis) {
+      left.push_back(whole);
+      left.back().last.*axis = box.first.*axis - 1;
+      whole.first.*axis = box.first.*axis;
+    }
+    if (whole.last.*axis > box.last.*axis) {
+      left.push_back(whole);
+      left.back().first.*axis = box.last.*axis + 1;
+      whole.last.*axis = box.last.*axis;
+    }
+  }
+}
+
+/// In blocks: that of all of space has 63 bits.
+uint64_t volumeOf(const BlockExtent& box) {
+  uint64_t volume = 1;
+  for (const auto axis : kAxes)
+    volume *= static_cast<uint64_t>(box.last.*axis - box.first.*axis + 1);
+  return volume;
+}
+
+/// Joins pieces that are one box together.
+void joinPieces(std::vector<BlockExtent>& pieces) {
+  constexpr size_t kMostJoined = 2000;  // more would take long, and nobody reads them
+  if (pieces.size() > kMostJoined) return;
+  for (size_t i = 0; i < pieces.size(); ++i) {
+    for (size_t j = 0; j < pieces.size(); ++j) {
+      const BlockExtent both = around(pieces[i], pieces[j]);
+      if (i == j || volumeOf(both) != volumeOf(pieces[i]) + volumeOf(pieces[j])) continue;
+      pieces[std::min(i, j)] = both;
+      pieces.erase(pieces.begin() + static_cast<std::ptrdiff_t>(std::max(i, j)));
+      i = j = 0;
+      if (pieces.size() < 2) return;
+    }
+  }
+}
+
+}  // namespace
+
+std::string boxText(const BlockExtent& box, double block_m) {
+  std::string text;
+  for (int i = 0; i < 3; ++i) {
+    text += (i == 0 ? "" : ",") + std::string(1, kAxisNames[i]) + "=" +
+            edgeText(box.first.*kAxes[i], -kMost, block_m) + ".." +
+            (box.last.*kAxes[i] == kMost ? "" : edgeText(box.last.*kAxes[i] + 1, kMost, block_m));
+  }
+  return text;
+}
+
+BlockExtent parseBox(const std::string& text, double block_m) {
+  BlockExtent box;
+  size_t at = 0;
+  for (int i = 0; i < 3; ++i) {
+    const size_t comma = i < 2 ? text.find(',', at) : text.size();
+    const size_t dots = text.find("..", at);
+    if (comma == std::string::npos || dots == std::string::npos || dots < at + 2 || dots > comma ||
+        text[at] != kAxisNames[i] || text[at + 1] != '=') {
+      readEdge("?", 0, block_m, text);  // throws
+    }
+    const std::string from = text.substr(at + 2, dots - at - 2);
+    const std::string to = text.substr(dots + 2, comma - dots - 2);
+    box.first.*kAxes[i] = readEdge(from, -kMost, block_m, text);
+    box.last.*kAxes[i] = readEdge(to, kMost + 1, block_m, text) - 1;
+    if (box.first.*kAxes[i] > box.last.*kAxes[i]) throw UsageError("'" + text + "' has no blocks");
+    at = comma + 1;
+  }
+  return box;
+}
+
+BoxInput findBoxInput(const InputOptions& options, const RunSettings& settings,
+                      const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box) {
+  checkSettings(settings);
+  return BoxInputFinder(options, settings, T_W_M, box).find();
+}
+
+std::vector<BlockExtent> planBoxes(const InputOptions& options, const RunSettings& settings,
+                                   const BoxPlan& plan) {
+  const double block_m = static_cast<double>(settings.params.mapper.map.voxel_size_m) * kBlockSide;
+  const double edge_blocks = plan.edge_m > 0.0 ? std::max(1.0, plan.edge_m / block_m) : 1e9;
+  const size_t count = plan.count > 0 ? plan.count : size_t{1} << 30;
+  std::priority_queue<Leaf> leaves;
+  leaves.push({BlockExtent(), sampleBlocks(options, settings)});
+  if (leaves.top().blocks.empty()) {
+    throw std::runtime_error("no image of the recording shows a surface, so there are no boxes");
+  }
+  std::vector<BlockExtent> boxes;
+  while (!leaves.empty() && leaves.size() + boxes.size() < count) {
+    Leaf leaf = leaves.top();
+    leaves.pop();
+    const int32_t length = longestAxis(leaf.bounds()).second;
+    if (length <= (plan.count > 0 ? 1.0 : edge_blocks)) {
+      boxes.push_back(leaf.box);
+      continue;
+    }
+    for (Leaf& half : halvesOf(std::move(leaf))) leaves.push(std::move(half));
+  }
+  for (; !leaves.empty(); leaves.pop()) boxes.push_back(leaves.top().box);
+  if (boxes.size() >= plan.count) return boxes;
+  throw std::runtime_error("the recording shows too few blocks for " + std::to_string(plan.count) +
+                           " boxes; ask for " + std::to_string(boxes.size()) + " at most");
+}
+
+std::vector<BlockExtent> missingBoxes(const std::vector<BlockExtent>& boxes) {
+  std::vector<BlockExtent> missing{BlockExtent()};
+  for (const BlockExtent& box : boxes) {
+    uint64_t covered = 0;
+    std::vector<BlockExtent> left;
+    for (const BlockExtent& piece : missing) {
+      if (!overlap(piece, box)) {
+        left.push_back(piece);
+        continue;
+      }
+      covered += volumeOf(inBoth(piece, box));
+      cutOut(box, piece, left);
+    }
+    if (covered != volumeOf(box)) throw std::runtime_error("it overlaps another box");
+    missing = std::move(left);
+  }
+  if (missing.empty()) return missing;
+  BlockExtent all = missing.front();
+  uint64_t volume = 0;
+  for (const BlockExtent& piece : missing) {
+    all = around(all, piece);
+    volume += volumeOf(piece);
+  }
+  if (volume == volumeOf(all)) return {all};
+  joinPieces(missing);
+  return missing;
+}
+
+}  // namespace dtsdf

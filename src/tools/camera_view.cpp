@@ -1,0 +1,131 @@
+#include "tools/camera_view.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/colour/hiding.h"
+
+namespace dtsdf {
+namespace {
+
+/// A box nearer than this in front of the camera may be anywhere in the image.
+constexpr double kNear_m = 0.05;
+/// Pixels are judged with those around them, and places in the image are rounded.
+constexpr double kMargin_px = 3.0;
+constexpr double kRounding_px = 1.0, kRounding_voxels = 1.0;
+
+Eigen::Vector3d toVector(const BlockKey& key) { return Eigen::Vector3d(key.x, key.y, key.z); }
+
+/// The blocks that have something of a box.
+BlockExtent blocksIn(const MetricBox& box, double block_m) {
+  const auto blockAt = [block_m](const Eigen::Vector3d& p_W) {
+    const Eigen::Array3d block = (p_W.array() / block_m).floor();
+    const Eigen::Array3i key = block.max(-kMaxBlockCoordinate).min(kMaxBlockCoordinate).cast<int>();
+    return BlockKey{key.x(), key.y(), key.z()};
+  };
+  return {blockAt(box.min()), blockAt(box.max())};
+}
+
+}  // namespace
+
+MetricBox boxOf(const BlockExtent& blocks, double block_m, double margin_m) {
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(margin_m);
+  return {toVector(blocks.first) * block_m - margin,
+          (toVector(blocks.last) + Eigen::Vector3d::Ones()) * block_m + margin};
+}
+
+CameraView::Corners CameraView::cornersOf(const MetricBox& box) const {
+  Corners corners;
+  for (int i = 0; i < 8; ++i) {
+    corners.col(i) = T_C_W_ * box.corner(static_cast<MetricBox::CornerType>(i));
+  }
+  return corners;
+}
+
+/// What is seen lies between four planes through the camera; a box is not if all of it is beyond
+/// one of them, also where parts are behind the camera.
+bool CameraView::maySee(const MetricBox& box, double depth_m) const {
+  const Corners corners = cornersOf(box);
+  if (!(corners.row(2).maxCoeff() > 0.0) || corners.row(2).minCoeff() > depth_m) return false;
+  const Intrinsics& K = intrinsics_;
+  const double left = K.cx + 0.5 + kMargin_px, right = width_ + 2.0 * kMargin_px - left;
+  const double top = K.cy + 0.5 + kMargin_px, bottom = height_ + 2.0 * kMargin_px - top;
+  const auto isBeyond = [&](double x, double y, double z) {
+    return (Eigen::RowVector3d(x, y, z) * corners).maxCoeff() < 0.0;
+  };
+  return !isBeyond(K.fx, 0.0, left) && !isBeyond(-K.fx, 0.0, right) && !isBeyond(0.0, K.fy, top) &&
+         !isBeyond(0.0, -K.fy, bottom);
+}
+
+/// Bounds of where a box is seen, which may go beyond the image. One that comes so near to the
+/// camera that it may be anywhere has the whole image.
+PixelRect CameraView::rectOf(const Corners& corners) const {
+  if (!(corners.row(2).minCoeff() > kNear_m)) return {0.0, 0.0, double(width_), double(height_)};
+  const Intrinsics& K = intrinsics_;
+  const Eigen::Array<double, 1, 8> z = corners.row(2).array();
+  const Eigen::Array<double, 1, 8> u = K.fx * corners.row(0).array() / z + (K.cx + 0.5);
+  const Eigen::Array<double, 1, 8> v = K.fy * corners.row(1).array() / z + (K.cy + 0.5);
+  return {u.minCoeff(), v.minCoeff(), u.maxCoeff(), v.maxCoeff()};
+}
+
+MetricBox CameraView::lineOfSight(const MetricBox& box, double depth_m, double beside_px) const {
+  PixelRect rect = rectOf(cornersOf(box));
+  rect.left = std::max(rect.left - beside_px, 0.0);
+  rect.top = std::max(rect.top - beside_px, 0.0);
+  rect.right = std::min(rect.right + beside_px, static_cast<double>(width_));
+  rect.bottom = std::min(rect.bottom + beside_px, static_cast<double>(height_));
+  const Intrinsics& K = intrinsics_;
+  MetricBox line(T_W_C_.translation());
+  for (int i = 0; i < 4; ++i) {
+    const double u = (i & 1 ? rect.right : rect.left) - 0.5;
+    const double v = (i & 2 ? rect.bottom : rect.top) - 0.5;
+    const Eigen::Vector3d p_C((u - K.cx) / K.fx, (v - K.cy) / K.fy, 1.0);
+    line.extend(T_W_C_ * (depth_m * p_C));
+  }
+  return line;
+}
+
+/// A voxel is changed by what is measured as far from it as the truncation; its foot is within it.
+bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperParams& params) {
+  const auto voxel_m = static_cast<double>(params.map.voxel_size_m);
+  const double margin_m =
+      voxel_m * (static_cast<double>(params.map.truncation_voxels) + 2.0 + kBlockSide);
+  return image.maySee(boxOf(blocks, voxel_m * kBlockSide, margin_m),
+                      static_cast<double>(params.fusion.max_depth_m));
+}
+
+ColourReach::ColourReach(const MapperParams& params, const ColourRules& rules)
+    : rules_(rules),
+      voxel_m_(params.map.voxel_size_m),
+      block_m_(voxel_m_ * kBlockSide),
+      max_depth_m_(params.paint.max_depth_m) {}
+
+/// A voxel's point is as far from it as its surface.
+MetricBox ColourReach::pointsOf(const BlockExtent& blocks) const {
+  const auto painted = static_cast<double>(rules_.surface_distance);
+  return boxOf(blocks, block_m_, voxel_m_ * (painted + kRounding_voxels));
+}
+
+bool ColourReach::mayPaint(const CameraView& image, const BlockExtent& blocks) const {
+  return image.maySee(pointsOf(blocks), max_depth_m_);
+}
+
+/// A point is compared with what is drawn in the cells around it: as far aside as visibilityOf()
+/// looks, and a cell more. What is drawn there is a surface within that part of
+/// the image, or beside it by its own radius, which drawSurface() has in pixels along both axes.
+BlockExtent ColourReach::blocksFor(const CameraView& image, const BlockExtent& painted) const {
+  const MetricBox points = pointsOf(painted);
+  const Intrinsics& K = image.intrinsics();
+  const double nearest_m = std::max(image.nearest_m(points), voxel_m_);
+  const double beside_px =
+      outlineReach(rules_, K.fx * voxel_m_ / nearest_m) + 2.0 * kCellSide + kRounding_px;
+  MetricBox box = image.lineOfSight(points, max_depth_m_, beside_px);
+  const double stretch = std::max(1.0, static_cast<double>(K.fx) / static_cast<double>(K.fy));
+  const double margin_m =
+      voxel_m_ * (rules_.surface_distance + kPieceVoxels * stretch + kRounding_voxels);
+  box.min().array() -= margin_m;
+  box.max().array() += margin_m;
+  return blocksIn(box, block_m_);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,82 @@
+/// What a camera has in view of boxes along the axes of the map frame, and what of the map decides
+/// how a colour image paints.
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "backend/rules.h"
+#include "dtsdf_mapping/params/mapper_params.h"
+#include "dtsdf_mapping/pinhole.h"
+#include "map/block_extent.h"
+
+namespace dtsdf {
+
+/// A box along the axes of the map frame, in metres.
+using MetricBox = Eigen::AlignedBox3d;
+
+/// Of blocks with this edge, and so much more to each side.
+MetricBox boxOf(const BlockExtent& blocks, double block_m, double margin_m);
+
+/// A part of an image, in pixels from the corner of the first one.
+struct PixelRect {
+  double left, top, right, bottom;
+};
+
+class CameraView {
+ public:
+  /// Of a depth or colour image.
+  template <class Frame>
+  explicit CameraView(const Frame& frame)
+      : intrinsics_(frame.intrinsics),
+        width_(frame.width),
+        height_(frame.height),
+        T_W_C_(frame.T_W_C),
+        T_C_W_(frame.T_W_C.inverse()) {}
+
+  /// Whether something of a box may lie within the image and up to a depth; a few pixels beside the
+  /// image count too. Errs on the side of yes.
+  bool maySee(const MetricBox& box, double depth_m) const;
+
+  /// The least box around what is seen of another one and what lies between it and the camera, or
+  /// up to a depth behind it, so many pixels more to each side.
+  MetricBox lineOfSight(const MetricBox& box, double depth_m, double beside_px) const;
+
+  /// The least depth of a box's corners.
+  double nearest_m(const MetricBox& box) const { return cornersOf(box).row(2).minCoeff(); }
+  const Intrinsics& intrinsics() const { return intrinsics_; }
+
+ private:
+  using Corners = Eigen::Matrix<double, 3, 8>;  ///< Of a box, in the camera's frame.
+
+  Corners cornersOf(const MetricBox& box) const;
+  PixelRect rectOf(const Corners& corners) const;
+
+  Intrinsics intrinsics_;
+  int width_, height_;
+  Eigen::Isometry3d T_W_C_, T_C_W_;
+};
+
+/// The blocks that depth images with something of these in view may change: what they measure up to
+/// fusion/max_depth_m changes voxels around it.
+bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperParams& params);
+
+/// What colour images reach. @pre colour/max_depth_m is not 0: else they reach without end.
+class ColourReach {
+ public:
+  ColourReach(const MapperParams& params, const ColourRules& rules);
+
+  /// Whether an image may paint something of these blocks.
+  bool mayPaint(const CameraView& image, const BlockExtent& blocks) const;
+
+  /// The blocks that may have to do with how it paints them: what lies between them and the camera,
+  /// and what is seen right beside or behind them, up to the depth that images reach.
+  BlockExtent blocksFor(const CameraView& image, const BlockExtent& painted) const;
+
+ private:
+  MetricBox pointsOf(const BlockExtent& blocks) const;
+
+  const ColourRules rules_;
+  const double voxel_m_, block_m_, max_depth_m_;
+};
+
+}  // namespace dtsdf

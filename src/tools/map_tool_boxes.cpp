@@ -1,0 +1,246 @@
+// map_tool boxes and join: a map of a building by as many processes as somebody starts.
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <list>
+#include <memory>
+#include <numeric>
+#include <stdexcept>
+
+#include "io/atomic_file.h"
+#include "io/map_chunks.h"
+#include "map/map_head.h"
+#include "params/printable.h"
+#include "program/run_program.h"
+#include "tools/boxes.h"
+#include "tools/map_tool.h"
+
+namespace dtsdf {
+namespace {
+
+struct BoxesOptions {
+  InputOptions input;
+  BoxPlan plan;
+};
+
+BoxesOptions parseBoxesOptions(const std::vector<std::string>& arguments) {
+  BoxesOptions options;
+  CommandLine line(
+      "map_tool boxes", "RECORDING --count N | --box-m METRES [options]",
+      "Cuts space into boxes that share the surfaces of a recording about equally, and "
+      "prints them, one a line, for reconstruct --only. A sample of the images is "
+      "looked at; whatever it misses, the boxes cover all of space.");
+  line.addText({"RECORDING", "", "a recording that reconstruct reads"},
+               options.input.recording.path);
+  line.addWhole({"--count", "N", "number of boxes"}, options.plan.count, {1, 1e6});
+  line.addNumber({"--box-m", "METRES", "or as many that none is longer where there are surfaces"},
+                 options.plan.edge_m, {0.01, 1e6});
+  line.requireOneOf({"--count", "--box-m"});
+  line.beginGroup("Input");
+  addFormatOption(line, options.input);
+  addReadingOptions(line, options.input);
+  addFrameOptions(line, options.input);
+  line.beginGroup("Settings");
+  addMapperOptions(line, options.input);
+  line.parse(arguments);
+  return options;
+}
+
+struct JoinOptions {
+  std::vector<std::string> paths;
+  std::string map_path;
+};
+
+JoinOptions parseJoinOptions(const std::vector<std::string>& arguments) {
+  JoinOptions options;
+  CommandLine line("map_tool join", "BOX.dtsdf ... --save-map OUT.dtsdf",
+                   "Joins the maps of boxes, as reconstruct --only saves them, into the map of one "
+                   "process. The boxes have to cover all of space: what is missing is an error "
+                   "that names the boxes to make.");
+  line.addList({"BOXES", "", "maps of boxes"},
+               [&](const std::string& path) { options.paths.push_back(path); });
+  addSaveMapOption(line, "map of all of them", options.map_path);
+  line.require("--save-map");
+  line.parse(arguments);
+  return options;
+}
+
+/// A block of the joined map, and where its words are.
+struct JoinedBlock {
+  MapBlock block;
+  uint32_t file, index;
+};
+
+/// The words of a chunk of a box, and where those of its blocks begin.
+struct OpenChunk {
+  uint32_t file;
+  size_t chunk;
+  std::vector<uint64_t> voxels;
+  std::vector<uint32_t> colours;
+  std::vector<size_t> voxel_at, colour_at;
+};
+
+/// Joins boxes. Lists of all blocks are in memory, and some chunks of their words.
+class BoxJoiner {
+ public:
+  void add(const std::string& path) {
+    files_.push_back(std::make_unique<MapChunks>(path));
+    const MapContents& head = files_.back()->head();
+    const std::optional<MapBox>& box = files_.back()->box();
+    if (!box) {
+      throw std::runtime_error("'" + printable(path) +
+                               "' is not the map of a box; make it with reconstruct --only");
+    }
+    boxes_.push_back({box->first, box->last});
+    if (files_.size() == 1) head_ = headOf(head);
+    checkSame(head, path);
+    addFrames(*box);
+    head_.stamp_s = std::max(head_.stamp_s, head.stamp_s);
+    if (head.painted) head_.exposure = head.exposure;
+    head_.painted |= head.painted;  // so is the map, once anything of it is
+    const auto file = static_cast<uint32_t>(files_.size() - 1);
+    for (const MapBlock& block : head.blocks) {
+      if (!boxes_.back().contains(block.key)) {
+        throw std::runtime_error("'" + printable(path) + "' has blocks outside of its box");
+      }
+      blocks_.push_back({block, file, static_cast<uint32_t>(&block - head.blocks.data())});
+    }
+    head_.free_cubes.insert(head_.free_cubes.end(), head.free_cubes.begin(), head.free_cubes.end());
+  }
+
+  /// @throws std::runtime_error that names the boxes to make.
+  void checkWhole() const {
+    constexpr size_t kMostNamed = 10;
+    const std::vector<BlockExtent> missing = missingBoxes(boxes_);
+    if (missing.empty()) return;
+    const MapperParams params = withSettingsOf(head_, {});
+    const double block_m = static_cast<double>(params.map.voxel_size_m) * kBlockSide;
+    std::string list;
+    for (size_t i = 0; i < std::min(missing.size(), kMostNamed); ++i) {
+      list += (i == 0 ? "" : " ") + boxText(missing[i], block_m);
+    }
+    throw std::runtime_error("boxes are missing: " + list +
+                             (missing.size() > kMostNamed ? " ..." : "") +
+                             "; make them with reconstruct --only");
+  }
+
+  SavedMap save(const std::string& path) {
+    const auto isBefore = [](const auto& a, const auto& b) { return packKey(a) < packKey(b); };
+    std::sort(blocks_.begin(), blocks_.end(), [&](const JoinedBlock& a, const JoinedBlock& b) {
+      return isBefore(a.block.key, b.block.key);
+    });
+    std::sort(head_.free_cubes.begin(), head_.free_cubes.end(),
+              [&](const MapFreeCube& a, const MapFreeCube& b) { return isBefore(a.key, b.key); });
+    head_.blocks.reserve(blocks_.size());
+    for (const JoinedBlock& joined : blocks_) head_.blocks.push_back(joined.block);
+    head_.frames = countOfUnion(std::move(fused_));
+    head_.supporting_frames = countOfUnion(std::move(supporting_));
+    return saveMapInChunks(
+        head_, [this](size_t chunk) { return wordsOf(chunk); }, path);
+  }
+
+ private:
+  void checkSame(const MapContents& head, const std::string& path) const {
+    if (head.settings == head_.settings && head.map_frame == head_.map_frame &&
+        head.cell_voxels == head_.cell_voxels && sameLevel(head, head_) &&
+        (!head.painted || !head_.painted || head.exposure == head_.exposure)) {
+      return;
+    }
+    throw std::runtime_error("'" + printable(path) +
+                             "' was made with other settings than the boxes before it");
+  }
+
+  void addFrames(const MapBox& box) {
+    fused_.insert(fused_.end(), box.fused.begin(), box.fused.end());
+    supporting_.insert(supporting_.end(), box.supporting.begin(), box.supporting.end());
+  }
+
+  ChunkWords wordsOf(size_t chunk) {
+    struct Words {
+      std::vector<uint64_t> voxels;
+      std::vector<uint32_t> colours;
+    };
+    const auto words = std::make_shared<Words>();
+    const size_t end = std::min(blocks_.size(), (chunk + 1) * kBlocksPerMapChunk);
+    for (size_t i = chunk * kBlocksPerMapChunk; i < end; ++i) {
+      const JoinedBlock& block = blocks_[i];
+      const OpenChunk& open = opened(block.file, block.index / kBlocksPerMapChunk);
+      const size_t at = block.index % kBlocksPerMapChunk;
+      const auto copy = [at](const auto& from, const std::vector<size_t>& begin, auto& to) {
+        to.insert(to.end(), from.begin() + static_cast<std::ptrdiff_t>(begin[at]),
+                  from.begin() + static_cast<std::ptrdiff_t>(begin[at + 1]));
+      };
+      copy(open.voxels, open.voxel_at, words->voxels);
+      copy(open.colours, open.colour_at, words->colours);
+    }
+    return {words->voxels.data(), words->colours.data(), words};
+  }
+
+  /// Boxes side by side have blocks in turn: the chunks used last stay open.
+  const OpenChunk& opened(uint32_t file, size_t chunk) {
+    constexpr size_t kMostOpen = 128;
+    const auto found = std::find_if(open_.begin(), open_.end(), [&](const OpenChunk& open) {
+      return open.file == file && open.chunk == chunk;
+    });
+    if (found != open_.end()) {
+      open_.splice(open_.begin(), open_, found);
+      return open_.front();
+    }
+    if (open_.size() == kMostOpen) open_.pop_back();
+    OpenChunk open{file, chunk, {}, {}, {0}, {0}};
+    const MapChunks& map = *files_[file];
+    map.readVoxels(chunk, open.voxels);
+    if (map.head().painted) map.readColours(chunk, open.colours);
+    const std::vector<MapBlock>& blocks = map.head().blocks;
+    const size_t end = std::min(blocks.size(), (chunk + 1) * kBlocksPerMapChunk);
+    for (size_t i = chunk * kBlocksPerMapChunk; i < end; ++i) {
+      open.voxel_at.push_back(open.voxel_at.back() + voxelWordsOf(blocks[i]));
+      open.colour_at.push_back(open.colour_at.back() + colourWordsOf(blocks[i]));
+    }
+    open_.push_front(std::move(open));
+    return open_.front();
+  }
+
+  std::vector<std::unique_ptr<MapChunks>> files_;
+  std::vector<BlockExtent> boxes_;
+  std::vector<JoinedBlock> blocks_;
+  IndexRanges fused_, supporting_;
+  MapContents head_;
+  std::list<OpenChunk> open_;
+};
+
+/// All boxes are open at once.
+void allowManyFiles() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+}  // namespace
+
+void printBoxes(const std::vector<std::string>& arguments) {
+  BoxesOptions options = parseBoxesOptions(arguments);
+  completeInput(options.input);
+  const RunSettings settings = readSettings(options.input);
+  const double block_m = static_cast<double>(settings.params.mapper.map.voxel_size_m) * kBlockSide;
+  for (const BlockExtent& box : planBoxes(options.input, settings, options.plan)) {
+    std::printf("%s\n", boxText(box, block_m).c_str());
+  }
+}
+
+void joinBoxes(const std::vector<std::string>& arguments) {
+  const JoinOptions options = parseJoinOptions(arguments);
+  prepareOutputFile(options.map_path);
+  allowManyFiles();
+  BoxJoiner joiner;
+  for (const std::string& path : options.paths) joiner.add(path);
+  joiner.checkWhole();
+  const SavedMap saved = joiner.save(options.map_path);
+  std::printf("%zu blocks of %zu boxes, %.1f MB, content hash %016llx: %s\n", saved.size.blocks,
+              options.paths.size(), static_cast<double>(saved.file_bytes) / 1e6,
+              static_cast<unsigned long long>(saved.content_hash), options.map_path.c_str());
+}
+
+}  // namespace dtsdf

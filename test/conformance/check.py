@@ -1,0 +1,87 @@
+#!/usr/bin/env python3
+"""Whether small maps of every kind read as they always did, and give the same meshes.
+
+check.py MAP_TOOL [--backend cpu|cuda] [--write]
+
+Of each file in maps/: the content hash, which all of its bytes were checked against; the sha256 of the
+mesh that map_tool makes of it; of what examples/python/read_map.py prints of it; and, where the
+package's Python module can be imported, the content hash of the map that it loads and saves again. What
+differs from conformance.txt is printed, and the exit code is 1. --write makes the list anew: only where a
+change of the format or of meshes is meant. Without numpy and zstandard read_map.py is left out.
+"""
+import argparse
+import hashlib
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+HERE = pathlib.Path(__file__).resolve().parent
+READ_MAP = HERE.parent.parent / "examples" / "python" / "read_map.py"
+
+
+def run(*command):
+    done = subprocess.run([str(word) for word in command], text=True, capture_output=True)
+    if done.returncode != 0:
+        raise RuntimeError(f"{command[0]}: {done.stderr.strip()}")
+    return done.stdout
+
+
+def sha256(data):
+    return hashlib.sha256(data).hexdigest()[:32]
+
+
+def content_hash(tool, path):
+    lines = run(tool, "info", path, "--verify").splitlines()
+    return next(line.split()[-1] for line in lines if line.startswith("content hash"))
+
+
+def figures(tool, backend, path, folder):
+    """What is the same wherever a map is read; none for what cannot be looked at here."""
+    mesh = folder / "mesh.ply"
+    run(tool, "mesh", path, mesh, "--set", f"backend={backend}", "threads=1")
+    found = {"hash": content_hash(tool, path), "mesh": sha256(mesh.read_bytes())}
+    read = subprocess.run([sys.executable, "-B", str(READ_MAP), str(path)], capture_output=True)
+    if read.returncode == 0:
+        found["sums"] = sha256(read.stdout)
+    elif b"No module named" not in read.stderr:
+        raise RuntimeError(read.stderr.decode())
+    try:
+        import dtsdf_mapping
+    except ImportError:
+        return found
+    again = folder / "again.dtsdf"
+    dtsdf_mapping.Mapper.load(str(path), backend).save(str(again))
+    if content_hash(tool, again) != found["hash"]:
+        found["hash"] += " (saved again by Python: another map)"
+    return found
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("map_tool")
+    parser.add_argument("--backend", default="cpu")
+    parser.add_argument("--write", action="store_true")
+    options = parser.parse_args()
+    table = HERE / "conformance.txt"
+    known = {}
+    for line in table.read_text().splitlines() if table.exists() else []:
+        name, *pairs = line.split()
+        known[name] = dict(pair.split("=") for pair in pairs)
+    differ, lines = 0, []
+    for path in sorted((HERE / "maps").glob("*.dtsdf")):
+        with tempfile.TemporaryDirectory() as folder:
+            found = figures(options.map_tool, options.backend, path, pathlib.Path(folder))
+        lines.append(" ".join([path.stem] + [f"{key}={value}" for key, value in found.items()]))
+        for key, value in found.items():
+            if known.get(path.stem, {}).get(key) != value and not options.write:
+                print(f"{path.stem}: {key} is {value}, not {known.get(path.stem, {}).get(key)}")
+                differ += 1
+    if options.write:
+        table.write_text("\n".join(lines) + "\n")
+    print(f"{len(lines)} maps, {differ} figures differ")
+    return 1 if differ > 0 or not lines else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -135,6 +135,10 @@ void addRemovedCases(std::vector<SceneCase>& cases) {
           });
     }
   }
+  add("board, 30 frames from 2 m, as aligned poses remember", true, [](SceneSetup setup) {
+    setup.params.fusion.memory_frames = 20;
+    return measureBoard(setup, 2.0, 30);
+  });
   add("board, clearing off", true, measureKept);
   add("person in mid-room", true, measurePerson);
   add("background out of range", true,

@@ -4,6 +4,7 @@
 #include "backend/rules.h"
 #include "dtsdf_mapping/params/mapper_params.h"
 #include "kernels/colour/colour_rules.h"
+#include "kernels/core/voxel.h"
 #include "kernels/fusion/fusion_rules.h"
 #include "kernels/meshing/loose_pieces.h"
 #include "kernels/poses/alignment_rules.h"
@@ -34,6 +35,15 @@ inline bool needsNormals(const MapperParams& params) {
 inline SurfelSettings makeSurfelSettings(const MapperParams& params, const SurfelRules& rules) {
   return {needsNormals(params) ? params.fusion.normal_radius_px : 0, params.fusion.depth_jump,
           rules, params.sensor.kind == Sensor::kTimeOfFlight ? 1 : 0};
+}
+
+/// The rules with the evidence that the settings let frames bring at most.
+inline Rules withMemory(Rules rules, const MapperParams& params) {
+  constexpr int kFrames = 8;  // as long as poses that drift agree
+  const int frames = params.fusion.memory_frames > 0 ? params.fusion.memory_frames : kFrames;
+  const int most = frames * rules.fusion.support_gain;
+  rules.fusion.most_evidence = most < kMostEvidence ? most : kMostEvidence;
+  return rules;
 }
 
 inline FusionSettings makeFusionSettings(const MapperParams& params, const Rules& rules) {

@@ -3,7 +3,6 @@
 
 #include "dtsdf_mapping/params/param_set.h"
 #include "kernels/colour/colour_rules.h"
-#include "kernels/core/voxel.h"
 #include "kernels/fusion/fusion_rules.h"
 #include "kernels/meshing/mesh_rules.h"
 #include "kernels/poses/alignment_rules.h"
@@ -56,7 +55,6 @@ void visitRules(FusionRules& rules, Visitor& visit) {
   visit(section + "support_share", rules.support_share, Range{0.0, 1.0});
   visit(section + "support_gain", rules.support_gain, Range{1, 100});
   visit(section + "contradiction_cost", rules.contradiction_cost, Range{0, 100});
-  visit(section + "most_evidence", rules.most_evidence, Range{1, kMostEvidence});
   visit(section + "free_margin", rules.free_margin, Range{0.0, 100.0});
   visit(section + "look_turns", rules.look_turns, Range{1, 1000});
 }

@@ -1,6 +1,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "backend/rule_settings.h"
 #include "cpu/cpu_backend.h"
 #include "engine/engine.h"
 #include "mapper/probed_mapper.h"
@@ -58,7 +59,8 @@ static BackendMaker backendsFor(const MapperParams& params, const Rules& rules) 
 }
 
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules) {
-  return std::make_unique<Engine>(params, rules, cpuThreads(params), backendsFor(params, rules));
+  const Rules used = withMemory(rules, params);
+  return std::make_unique<Engine>(params, used, cpuThreads(params), backendsFor(params, used));
 }
 
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,

@@ -74,6 +74,12 @@ void checkPoses(const NodeParams& node, ParamReader& reader) {
 
 }  // namespace
 
+void settleMemory(const PoseParams& poses, FusionParams& fusion) {
+  constexpr int kFramesOfAlignedPoses = 20;
+  if (fusion.memory_frames > 0 || poses.mode == PoseMode::kTf) return;
+  fusion.memory_frames = kFramesOfAlignedPoses;
+}
+
 void readFrames(NodeParams& node, ParamReader& reader) {
   for (std::string* name :
        {&node.map_frame, &node.level.frame, &node.keep_frame, &node.input.camera_frame,
@@ -103,6 +109,7 @@ MappingParams readMappingParams(const ParamTree& tree,
   checkCameras(node, reader);
   checkPoses(node, reader);
   reader.finish();
+  settleMemory(node.poses, params.mapper.fusion);
   return params;
 }
 

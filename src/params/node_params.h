@@ -220,6 +220,9 @@ void visitParams(MappingParams& p, Visitor& visit) {
 /// For all who read settings: by the name of its frame a map is refused or taken.
 void readFrames(NodeParams& node, ParamReader& reader);
 
+/// Decides fusion/memory_frames where it is left open: aligned poses agree for longer.
+void settleMemory(const PoseParams& poses, FusionParams& fusion);
+
 /// A key and the rule it breaks.
 using ParamViolation = std::pair<std::string, std::string>;
 

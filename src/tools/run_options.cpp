@@ -239,6 +239,7 @@ RunSettings readSettings(ParamTree tree) {
   checkParams(settings.params.mapper, reader);
   readFrames(settings.params.node, reader);
   reader.finish();
+  settleMemory(settings.params.node.poses, settings.params.mapper.fusion);
   return settings;
 }
 

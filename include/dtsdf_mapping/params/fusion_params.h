@@ -24,6 +24,9 @@ struct FusionParams {
   float depth_jump = 0.03f;   ///< Neighbours whose depths differ by a larger share are apart.
   float max_weight = 64.0f;   ///< Cap of a voxel's weight; a frame adds 1 at most.
   bool clearing = true;       ///< Whether surfaces that images see through go.
+  /// Images for and against a surface that the map remembers at most; 0: 8, or where it aligns
+  /// poses, which then agree for longer, 20.
+  int memory_frames = 0;
 };
 
 /// Visits each member with its key and its rule.
@@ -40,6 +43,7 @@ void visitParams(FusionParams& p, Visitor& visit) {
   visit("fusion/depth_jump", p.depth_jump, Range{0.001, 1.0});
   visit("fusion/max_weight", p.max_weight, Range{1.0, 255.0});
   visit("fusion/clearing", p.clearing);
+  visit("fusion/memory_frames", p.memory_frames, Range{0, 42});
 }
 
 }  // namespace dtsdf

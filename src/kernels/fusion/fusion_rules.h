@@ -37,9 +37,10 @@ struct FusionRules {
   /// one that is seen through in two frames of three goes. (Held-back images, in front of what was
   /// measured, with 1 / 2 / 3: cabinet at 20 mm 1.76 / 1.66 / 1.50 %, behind 1.03 / 1.15 / 1.44 %.)
   int32_t contradiction_cost = 2;
-  /// The most evidence, of a surface and, below zero, of free space: eight frames of support. What
-  /// is taken away is gone after twelve frames that see through it, however long it was there; what
-  /// appears is shown after ten, however long the place was free.
+  /// The most evidence, of a surface and, below zero, of free space: fusion/memory_frames supports.
+  /// Of eight, what is taken away is gone after twelve frames that see through it, however long it
+  /// was there, and what appears is shown after ten, however long the place was free; of twenty
+  /// after 30 and 22.
   int32_t most_evidence = 24;
 
   /// Distance of free space from what was measured, in voxels, besides what noise explains.

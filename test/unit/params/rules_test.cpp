@@ -1,6 +1,7 @@
 // The numbers of the rules by key.
 #include <gtest/gtest.h>
 
+#include "backend/rule_settings.h"
 #include "backend/rules.h"
 
 namespace dtsdf {
@@ -46,16 +47,25 @@ TEST(MeshRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<MeshRules>(); }
 TEST(ColourRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<ColourRules>(); }
 TEST(AlignmentRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<AlignmentRules>(); }
 
-/// With a depth, a turn, or a number of turns of 0 a rule would divide by 0; evidence has eight
-/// bits, and a surface that gains none is never shown.
+/// With a depth, a turn, or a number of turns of 0 a rule would divide by 0; a surface
+/// that gains no evidence is never shown.
 TEST(SurfelRules, WhatNoRuleCouldWorkWithIsRefused) {
   EXPECT_THROW(readRules<SurfelRules>({{"rules/surfels/largest_noise_turn", 0.0}}), ParamError);
   EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/sample_reach", 0.0}}), ParamError);
   EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/full_weight_depth_m", 0.0}}), ParamError);
   EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/look_turns", 0}}), ParamError);
   EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/support_gain", 0}}), ParamError);
-  EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/most_evidence", 0}}), ParamError);
-  EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/most_evidence", 256}}), ParamError);
+}
+
+TEST(FusionRules, MostEvidenceIsThatOfTheFramesRemembered) {
+  const auto mostWith = [](int frames) {
+    MapperParams params;
+    params.fusion.memory_frames = frames;
+    return withMemory(Rules(), params).fusion.most_evidence;
+  };
+  EXPECT_EQ(mostWith(0), 24);
+  EXPECT_EQ(mostWith(20), 60);
+  EXPECT_EQ(mostWith(42), 126);  // eight bits hold up to 127
 }
 
 /// A nearness of 0 would divide by 0, and a negative share would mesh what nobody saw.

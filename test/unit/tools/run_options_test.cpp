@@ -67,6 +67,20 @@ TEST(SettingList, HasEveryKeyWithDefaultUnitAndRange) {
   EXPECT_EQ(static_cast<size_t>(std::count(list.begin(), list.end(), '\n')), writer.tree.size());
 }
 
+/// Aligned poses agree for longer than given ones; what is asked for stays.
+TEST(RunSettings, EvidenceLastsAsLongAsPosesAgree) {
+  const auto memoryWith = [](const std::string& mode, std::vector<std::string> settings) {
+    RunOptions options;
+    options.poses_mode = mode;
+    options.settings = std::move(settings);
+    return readSettings(options).params.mapper.fusion.memory_frames;
+  };
+  EXPECT_EQ(memoryWith("tf", {}), 0);
+  EXPECT_EQ(memoryWith("refine", {}), 20);
+  EXPECT_EQ(memoryWith("track", {}), 20);
+  EXPECT_EQ(memoryWith("refine", {"fusion/memory_frames=5"}), 5);
+}
+
 TEST(RuleList, HasKeyValueAndRange) {
   const std::string list = listRules();
   const std::string line =

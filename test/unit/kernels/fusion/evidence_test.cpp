@@ -94,6 +94,16 @@ TEST(Evidence, WhatIsTakenAwayIsGoneAfterTwelveFrames) {
   EXPECT_EQ(frames, 12);
 }
 
+/// With twenty supports, which aligned poses remember: after 30.
+TEST(Evidence, ALongerMemoryIsGoneAfterThirtyFrames) {
+  FusionRules rules;
+  rules.most_evidence = 60;
+  Voxel voxel = makeVoxel(0.25f, 64 << 16, 60);
+  int frames = 0;
+  for (; !isEmpty(voxel); ++frames) voxel = contradictedVoxel(voxel, 1, kUncovered, rules);
+  EXPECT_EQ(frames, 30);
+}
+
 /// Seen through in one frame of two it stays, in two frames of three it goes.
 TEST(Evidence, WhatIsSeenThroughMoreOftenThanNotGoes) {
   const auto lastsFor = [](int through_of_three) {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -147,6 +148,31 @@ std::vector<Figure> measure(const SceneSetup& setup, const Sheet& sheet, double 
   std::vector<Figure> figures = {
       atMost("overhang", most_mm, "mm", 1000.0 * over_m2 / sheet.rim()),
       atMost("missing", most_mm, "mm", 1000.0 * missing_m2 / sheet.rim())};
+  {
+    std::vector<double> off;
+    double rms2 = 0; int sides = 0;
+    for (int side = 0; side < 4; ++side) {
+      const bool is_x = side < 2; const double sign = side % 2 ? 1 : -1;
+      const double half = 0.5 * (is_x ? sheet.outline.width_m : sheet.outline.height_m);
+      const double other = 0.5 * (is_x ? sheet.outline.height_m : sheet.outline.width_m) - 0.05;
+      if (other < 0.1) continue;
+      double s = 0, s2 = 0; int n = 0;
+      for (double t = -other; t <= other; t += 0.001) {
+        double at = half + 0.06;
+        for (; at > half - 0.06; at -= kCell_m) {
+          const Vector2d p = sheet.centre_m + (is_x ? Vector2d(sign * at, t) : Vector2d(t, sign * at));
+          if (raster.isCovered(p)) break;
+        }
+        const double d = (at - half) * 1000; s += d; s2 += d * d; ++n; off.push_back(d);
+      }
+      rms2 += s2 / n - s / n * s / n; ++sides;
+    }
+    std::sort(off.begin(), off.end());
+    figures.push_back(reported("border rms", "mm", std::sqrt(rms2 / sides)));
+    figures.push_back(reported("border p05", "mm", off[off.size() / 20]));
+    figures.push_back(reported("border p50", "mm", off[off.size() / 2]));
+    figures.push_back(reported("border p95", "mm", off[off.size() * 19 / 20]));
+  }
   if (sheet.hasSlot()) {
     const double closed_m2 = raster.areaWhere(
         [&](const Vector2d& p, bool covered) { return covered && sheet.isInSlot(p); });

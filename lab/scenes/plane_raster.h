@@ -19,6 +19,12 @@ class PlaneRaster {
   void cover(const Surface& surface);
 
   /// Area of the points for which the predicate, called as (x and y, whether it is covered), holds.
+  /// Covered length of a line of points across the area: along x at each row, or y at each column.
+  bool isCovered(const Eigen::Vector2d& p) const {
+    const Eigen::Vector2d at = (p - low_) / cell_m_;
+    const int column = static_cast<int>(at.x()), row = static_cast<int>(at.y());
+    return is_covered_[static_cast<size_t>(row) * static_cast<size_t>(columns_) + static_cast<size_t>(column)] != 0;
+  }
   double areaWhere(const std::function<bool(const Eigen::Vector2d&, bool)>& holds) const;
 
  private:

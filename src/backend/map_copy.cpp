@@ -12,7 +12,7 @@ namespace {
 
 // The words of MapContents are what a mapper's memory has, so that they are copied as they are.
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "maps are copied as little endian words");
-static_assert(sizeof(Voxel) == sizeof(uint64_t) && sizeof(VoxelColour) == sizeof(uint32_t),
+static_assert(sizeof(VoxelColour) == sizeof(uint32_t),
               "a word each");
 
 /// Settings that say where and with what means a map is worked on or shown, not what it is.

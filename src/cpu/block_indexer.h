@@ -55,6 +55,32 @@ BlockVertex makeVertex(const MeshSettings& rules, const Samples& samples, int ed
   const VoxelsAt ends[2] = {samples.voxelsAt(cornerAt(corner)),
                             samples.voxelsAt(cornerAt(corner) + unitStep(axis))};
   const auto anchors = [&](int end, int direction) { return ends[end].anchor(direction); };
+  if (kPullByL) {
+    const uint32_t telling = crossing != 0 ? crossing : speakingOnEdge(axis, facing);
+    float sum = 0, sum_w = 0;
+    visitDirections(telling, [&](int d) {
+      const Sample a = on_edge.lower[d], b = on_edge.upper[d];
+      const float one[2] = {a.weight * (1 - offset), b.weight * offset};
+      for (int e = 0; e < 2; ++e) {
+        const uint16_t o = ends[e].outline(d);
+        if (!(one[e] > 0) || o == 0) continue;
+        const float w = crossing != 0 ? a.weight * b.weight * (e ? offset : 1 - offset) : one[e] * one[e];
+        sum += w * ((o - 20000) * 1e-4f);
+        sum_w += w;
+      }
+    });
+    const float L = sum_w > 0 ? sum / sum_w : 1.0f;
+    if (L < -kTolerance) {
+      const NearestAnchor nearest = nearestAnchor(on_edge, telling, anchors, axis, offset);
+      if (nearest.distance > 0.02f) {
+        const float share = -L / nearest.distance;
+        return {position + Vec3f{roundShift(share * nearest.offset.x), roundShift(share * nearest.offset.y),
+                                 roundShift(share * nearest.offset.z)}, static_cast<uint32_t>(edge)};
+      }
+      return {position, static_cast<uint32_t>(edge)};
+    }
+    if (!kPullOld) return {position, static_cast<uint32_t>(edge)};
+  }
   return {position + anchoringShift(rules, on_edge, crossing, anchors, axis, facing, offset),
           static_cast<uint32_t>(edge)};
 }

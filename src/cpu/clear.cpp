@@ -1,11 +1,13 @@
 #include "cpu/clear.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "cpu/voxel_row.h"
 #include "cpu/widest_vectors.h"
 #include "kernels/fusion/free_space.h"
+#include "kernels/fusion/outline.h"
 
 namespace dtsdf {
 namespace {
@@ -213,6 +215,32 @@ ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const Fr
     const bool has_sums = look.sums != nullptr && (look.directions >> d & 1);
     if (!has_sums && !look.in_turn) continue;
     Voxel* array = voxels.array(entry.array[d]);
+    if (kPullByL) {
+      const Vec3f first = toFloat(firstVoxelOfBlock(look.block_L));
+      const Facing facing = facingOf(look.directional ? d : kAnyDirection);
+      float votes[kVoxelsPerBlock];
+      bool has[kVoxelsPerBlock];
+      for (int i = 0; i < kVoxelsPerBlock; ++i) {
+        has[i] = false;
+        if (isEmpty(array[i])) continue;
+        const bool covered = has_sums && (look.sums->covered[d].row(i / kBlockSide) >> (i % kBlockSide) & 1);
+        if (!covered && !look.in_turn) continue;
+        const Vec3f g = gradientOf(slopeAt(array, i), facing);
+        const Vec3f P = first + toFloat(voxelOffset(i)) - sdfOf(array[i]) * g;
+        if (covered) {
+          has[i] = outlineVote(sensing, P, g, votes[i]);
+        } else {
+          has[i] = shownAt(sensing, projectToImage(sensing.image.frame, P)) == Shown::kThrough;
+          votes[i] = -2;
+        }
+      }
+      for (int i = 0; i < kVoxelsPerBlock; ++i) {
+        if (!has[i]) continue;
+        const float one = 1.0f / kShare;
+        const bool turn = votes[i] == -2;
+        voteOutline(array[i], turn ? -1.0f : votes[i], turn ? 1 - std::pow(1 - one, (float)rules.look_turns) : one);
+      }
+    }
     ContradictedVoxel found[kVoxelsPerBlock];
     const int count = findContradicted(look, rule, d, sensing, rules, array, distances, found);
     if (count == 0) continue;

@@ -33,7 +33,11 @@ class FoldBatch {
   /// Puts the folded voxels into their places, and forgets them.
   void foldInto(Voxel* voxels, float depth_weight, const FusionSettings& fusion) {
     withWidestVectors([&] { compute(depth_weight, fusion); });
-    for (int i = 0; i < count_; ++i) voxels[index_[i]] = voxelAt(i);
+    for (int i = 0; i < count_; ++i) {
+      const uint16_t outline = voxels[index_[i]].outline;
+      voxels[index_[i]] = voxelAt(i);
+      voxels[index_[i]].outline = outline;
+    }
     count_ = 0;
   }
 
@@ -41,7 +45,7 @@ class FoldBatch {
   static constexpr int kTogether = 8;
 
   Voxel voxelAt(int i) const {
-    return {static_cast<int16_t>(sdf_units_[i]), static_cast<uint16_t>(anchor_[i]), state_[i]};
+    return {static_cast<int16_t>(sdf_units_[i]), static_cast<uint16_t>(anchor_[i]), state_[i], 0, 0};
   }
 
   /// Also at places up to a multiple of `kTogether`, which hold older ones.

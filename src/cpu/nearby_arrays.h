@@ -17,6 +17,9 @@ struct VoxelsAt {
   uint16_t anchor(int direction) const {
     return array[direction] == nullptr ? kNoAnchor : array[direction][voxel].anchor;
   }
+  uint16_t outline(int direction) const {
+    return array[direction] == nullptr ? 0 : array[direction][voxel].outline;
+  }
 };
 
 /// Blocks are looked up when they are first asked for: only edges and normals at the block's lower

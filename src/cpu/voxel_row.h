@@ -18,19 +18,14 @@ struct VoxelRow {
   VoxelRow(const LaneInts& words, const LaneInts& states) : state(states) { takeApart(words.v); }
 
   explicit VoxelRow(const Voxel* voxels) {
-    LaneInts::Vector first, last;  // a voxel's distance and anchor, and its state, by turns
-    static_assert(sizeof(first) + sizeof(last) == kBlockSide * sizeof(Voxel), "");
-    std::memcpy(&first, voxels, sizeof(first));
-    std::memcpy(&last, voxels + kLanes / 2, sizeof(last));
-#ifdef __clang__
-    const LaneInts::Vector low = __builtin_shufflevector(first, last, 0, 2, 4, 6, 8, 10, 12, 14);
-    state.v = __builtin_shufflevector(first, last, 1, 3, 5, 7, 9, 11, 13, 15);
-#else  // GCC before 12 has no other
-    constexpr LaneInts::Vector kEven = {0, 2, 4, 6, 8, 10, 12, 14};
-    constexpr LaneInts::Vector kOdd = {1, 3, 5, 7, 9, 11, 13, 15};
-    const LaneInts::Vector low = __builtin_shuffle(first, last, kEven);
-    state.v = __builtin_shuffle(first, last, kOdd);
-#endif
+    int32_t lo[8], st[8];
+    for (int i = 0; i < 8; ++i) {
+      lo[i] = (int32_t)((uint32_t)(uint16_t)voxels[i].sdf_units | (uint32_t)voxels[i].anchor << 16);
+      st[i] = (int32_t)voxels[i].state;
+    }
+    LaneInts::Vector low;
+    std::memcpy(&low, lo, 32);
+    std::memcpy(&state.v, st, 32);
     takeApart(low);
   }
 

@@ -9,7 +9,7 @@ namespace dtsdf {
 /// Everything that `loops` calls is compiled into this function, and so with its instructions. AVX2
 /// is without fused multiply-add: the bits are those of any other processor.
 template <class Loops>
-__attribute__((target("avx2"), flatten, noinline)) void runWithAvx2(const Loops& loops) {
+__attribute__((target("avx2"), flatten, noipa)) void runWithAvx2(const Loops& loops) {
   loops();
 }
 

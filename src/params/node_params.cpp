@@ -75,7 +75,7 @@ void checkPoses(const NodeParams& node, ParamReader& reader) {
 }  // namespace
 
 void settleMemory(const PoseParams& poses, FusionParams& fusion) {
-  constexpr int kFramesOfAlignedPoses = 20;
+  constexpr int kFramesOfAlignedPoses = 19;
   if (fusion.memory_frames > 0 || poses.mode == PoseMode::kTf) return;
   fusion.memory_frames = kFramesOfAlignedPoses;
 }

@@ -2,7 +2,9 @@
 #pragma once
 
 #include "kernels/core/anchor.h"
+#include <cmath>
 #include "kernels/core/vec.h"
+#include "kernels/core/knobs.h"
 
 namespace dtsdf {
 
@@ -17,7 +19,14 @@ struct Voxel {
   int16_t sdf_units;  ///< Signed distance, positive in front of the surface: 2^-11 voxels each.
   uint16_t anchor;    ///< Where the surface was measured nearby (anchor.h).
   uint32_t state;     ///< The weight's units (24 bits) and the evidence (8, with its sign).
+  uint16_t outline = 0;
+  uint16_t pad = 0;
 };
+inline float outlineOf(const Voxel& v) { return (v.outline - 20000) * 1e-4f; }
+inline void voteOutline(Voxel& v, float vote, float share) {
+  const float l = v.outline == 0 ? vote : outlineOf(v) + share * (vote - outlineOf(v));
+  v.outline = (uint16_t)(20000 + (int)std::lrint(l * 1e4f));
+}
 
 constexpr float kStoredSdfScale = 2048.0f;      // 2^11; the longest truncation is 16 voxels
 constexpr float kStoredWeightScale = 65536.0f;  // 2^16
@@ -33,7 +42,7 @@ DTSDF_HD int16_t storedSdf(float sdf, float dither = 0.5f) {
 
 DTSDF_HD Voxel makeVoxel(int16_t sdf_units, uint16_t anchor, uint32_t weight_units,
                          int32_t evidence) {
-  return {sdf_units, anchor, weight_units << 8 | (static_cast<uint32_t>(evidence) & 255u)};
+  return {sdf_units, anchor, weight_units << 8 | (static_cast<uint32_t>(evidence) & 255u), 0, 0};
 }
 
 /// A voxel without an anchor, by its distance in voxels.

@@ -37,7 +37,11 @@ DTSDF_HD Voxel contradictedVoxel(const Voxel& voxel, int32_t frames, bool is_cov
                                  const FusionRules& rules) {
   const int32_t cost = frames * rules.contradiction_cost + (is_covered ? rules.support_gain : 0);
   const int32_t less = evidenceOf(voxel) - cost;
-  if (less > 0) return makeVoxel(voxel.sdf_units, voxel.anchor, weightUnits(voxel), less);
+  if (less > 0) {
+    Voxel r = makeVoxel(voxel.sdf_units, voxel.anchor, weightUnits(voxel), less);
+    r.outline = voxel.outline;
+    return r;
+  }
   return makeVoxel(0.0f, 0, less > -rules.most_evidence ? less : -rules.most_evidence);
 }
 

@@ -272,7 +272,7 @@ DTSDF_HD Sight judge(const FrameSensing& sensing, const Vec3f& first_voxel_L, co
 DTSDF_HD bool isAgainst(Sight sight, const Voxel& voxel, bool is_covered,
                         const FusionRules& rules) {
   return sight == Sight::kThrough ||
-         (sight == Sight::kOutline && is_covered && !isFull(voxel, rules));
+         (kTakeBack && sight == Sight::kOutline && is_covered && !isFull(voxel, rules));
 }
 
 /// How many frames a sight contradicts a voxel for. A look in turns counts for all the frames from

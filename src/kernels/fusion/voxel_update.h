@@ -5,6 +5,10 @@
 #include "kernels/core/grid.h"
 #include "kernels/core/select.h"
 #include "kernels/fusion/evidence.h"
+#include <cstdlib>
+namespace dtsdf {
+inline const float kEma = knob("K_EMA", 0), kPow = knob("K_POW", 2);
+}
 
 namespace dtsdf {
 
@@ -77,7 +81,12 @@ DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, const FrameSample& frame,
   const float old_weight = weightOf(voxel) * anchorCloseness(from_foot);
   const float new_weight = frame.weight * (1.0f / kStoredWeightScale) *
                            anchorCloseness(dot(point, point) - frame.sdf * frame.sdf);
-  const float share = new_weight / (old_weight + new_weight);
+  float share = new_weight / (old_weight + new_weight);
+  if (kEma > 0) {
+    const float co = anchorCloseness(from_foot), cn = anchorCloseness(dot(point, point) - frame.sdf * frame.sdf);
+    const float o = kPow == 0 ? 1.0f : (kPow == 1 ? sqrtf(co) : co), n = kPow == 0 ? 1.0f : (kPow == 1 ? sqrtf(cn) : cn);
+    share = n / ((kEma - 1) * o + n);
+  }
   const auto has_none = static_cast<float>(static_cast<int32_t>(voxel.anchor == kNoAnchor));
   const auto mean = [&](float of_anchor, float of_point) {
     return (1.0f - has_none) * (of_anchor + share * (of_point - of_anchor)) + has_none * of_point;

@@ -86,7 +86,7 @@ struct ArraysAround {
   DTSDF_HD Voxel voxel(const Vec3i& corner, int direction) const {
     constexpr int kMask = kBlockSide - 1;
     const Voxel* voxels = array[blockAround(corner)][direction];
-    if (voxels == nullptr) return {0, kNoAnchor, 0};
+    if (voxels == nullptr) return Voxel{0, kNoAnchor, 0, 0, 0};
     return voxels[voxelIndex(corner.x & kMask, corner.y & kMask, corner.z & kMask)];
   }
   DTSDF_HD Sample sample(const Vec3i& corner, int direction) const {

@@ -108,7 +108,7 @@ void printMapInfo(const std::vector<std::string>& arguments) {
   printParts(info);
   if (options.settings) printSettings(info);
   if (options.verify) {
-    MapChunks(options.path).verify();
+    MapChunks(options.path, MapLimit{options.limit.bytes(), true}).verify();
     std::printf("\nall checksums match\n");
   }
 }

@@ -174,8 +174,8 @@ TEST(Summary, IsMeanMedianAndP95) {
   EXPECT_DOUBLE_EQ(summarise({3.0, 1.0, 2.0}).median, 2.0);
   EXPECT_DOUBLE_EQ(summarise({3.0, 1.0, 2.0}).p95, 3.0);
   EXPECT_DOUBLE_EQ(summarise(values).worst, 100.0);
-  EXPECT_DOUBLE_EQ(summarise({5.0}).p95, 5.0);
-  EXPECT_DOUBLE_EQ(summarise({}).mean, 0.0);
+  EXPECT_DOUBLE_EQ(summarise(std::vector<double>{5.0}).p95, 5.0);
+  EXPECT_DOUBLE_EQ(summarise(std::vector<double>{}).mean, 0.0);
 }
 
 TEST(ReportJson, HasEveryKey) {

@@ -110,11 +110,14 @@ void Engine::bringInForMesh() {
     marked.resize(count);
   }
   const size_t left = require(around, 0);
-  if (in_parts) pager_->setMarks(*backend_, marked);
   if (left > 0) {
     if (!fits || pager_->stats().failures > 0) state_.refused += left;
     state_.undone.insert(state_.undone.end(), marked.begin(), marked.end());
+    // A block that stays on disk is marked again with the undone ones: else parts would not end.
+    const auto stays = [this](const MarkedKey& one) { return pager_->isPaged(one.key); };
+    marked.erase(std::remove_if(marked.begin(), marked.end(), stays), marked.end());
   }
+  if (in_parts) pager_->setMarks(*backend_, marked);
   if (state_.made.is_part || left > 0) state_.changed_in.reset();
 }
 

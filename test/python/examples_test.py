@@ -40,6 +40,13 @@ class Examples(unittest.TestCase):
         self.assertLess(float(re.search(r"([\d.]+) mm off", printed).group(1)), 4.0)  # voxels: 40 mm
         self.assertGreater(os.path.getsize(mesh), 100000)
         self.assertGreater(os.path.getsize(saved), 100000)
+        try:
+            import zstandard  # noqa: F401
+        except ImportError:
+            return
+        described = self.run_example(self.script("read_map.py"), saved)
+        self.assertIn("voxel size 0.04", described)
+        self.assertGreater(int(re.search(r"known voxels (\d+)", described).group(1)), 10000)
 
     def test_mesh_of_recording(self):
         write_recording(self.folder + "/recording")
@@ -74,7 +81,7 @@ class Examples(unittest.TestCase):
     def test_every_script_is_run_here(self):
         scripts = {os.path.basename(path) for path in glob.glob(self.script("*.py"))}
         self.assertEqual(scripts, {"01_mesh_of_recording.py", "02_live.py", "03_distances.py",
-                                   "simulated_room.py"})
+                                   "read_map.py", "simulated_room.py"})
 
     def test_notebooks(self):
         try:

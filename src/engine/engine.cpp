@@ -132,14 +132,13 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   } else {
     parts[0] = {std::move(in_view), std::move(touched.requests), touched.new_arrays, {}, 0, true};
   }
-  IntegrationResult result;
+  const uint64_t refused_before = state_.refused;
   for (FramePart& part : parts) {
     try {
-      result.refused_blocks += bringIn(view, part);
-      result.refused_blocks += fusePart(part);  // admit, cast, fold, clear
+      bringIn(view, part);
+      fusePart(part);  // admit, cast, fold, clear
     } catch (const BackendError& error) {
       if (!error.lacksMemory() || &part == &parts.front()) throw;
-      result.refused_blocks += part.keys.size();
       state_.refused += part.keys.size();
     }
   }
@@ -147,6 +146,8 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   if (blocks > 0) ++state_.supporting_frames;
   if (profile_ != nullptr) profile_->work.surfels += surfels;
   keep(frame, view, !parts.front().keys.empty());
+  IntegrationResult result;
+  result.refused_blocks = state_.refused - refused_before;
   return result;
 }
 
@@ -170,13 +171,12 @@ std::vector<int32_t> Engine::blocksInView(const FrameView& view) const {
   return table_.slotsInView(view, kFootRadius);
 }
 
-/// Where not all of a part is in memory. @return how many blocks stay on disk.
-size_t Engine::bringIn(const FrameView& view, FramePart& part) {
-  if (part.keys.empty()) return 0;
+/// Where not all of a part is in memory. Blocks that stay on disk are counted as refused.
+void Engine::bringIn(const FrameView& view, FramePart& part) {
+  if (part.keys.empty()) return;
   const StageTimer timer(profile_, Stage::kAdmit);
   settle();  // what the part before left: slots are others now
-  const size_t left = require(part.keys, part.new_bytes);
-  state_.refused += left;
+  state_.refused += require(part.keys, part.new_bytes);
   part.in_view = blocksInView(view);
   if (!part.is_whole) {
     const auto is_of_another = [&](int32_t slot) {
@@ -191,41 +191,36 @@ size_t Engine::bringIn(const FrameView& view, FramePart& part) {
   part.requests.erase(std::remove_if(part.requests.begin(), part.requests.end(), is_paged),
                       part.requests.end());
   part.new_arrays = table_.countNew(part.requests).arrays;
-  return left;
 }
 
-/// @return the number of blocks refused.
-size_t Engine::fusePart(FramePart& part) {
+void Engine::fusePart(FramePart& part) {
   const FrameTurn turn{state_.frames + 1, part.in_view, part.is_whole ? nullptr : &part.keys};
-  const size_t refused = admit(part, turn);
+  admit(part, turn);
   backend_->castFoldAndClear(turn);
   table_.listNew();  // a device is busy
-  return refused;
 }
 
 /// All memory is taken before the table changes: without it, the map stays as it was. Without a
 /// device's memory for new blocks they are refused, as those beyond the budget are, and the frame
 /// goes into what is there.
-/// @return the number of blocks refused.
-size_t Engine::admit(FramePart& part, const FrameTurn& turn) {
+void Engine::admit(FramePart& part, const FrameTurn& turn) {
   backend_->waitForMeshes();
   const StageTimer timer(profile_, Stage::kAdmit);
   backend_->reserveFrame(turn);
   const size_t blocks = state_.requests = part.requests.size();
-  if (blocks == 0) return 0;
+  if (blocks == 0) return;
   try {
     backend_->reserve({{blocks, part.new_arrays, table_.sizesAfter(blocks, part.new_arrays)}});
   } catch (const BackendError& error) {
     if (!error.lacksMemory()) throw;
     state_.refused += blocks;
-    return blocks;
+    return;
   }
   const Admission admission = table_.handOut(std::move(part.requests));
   if (pager_ || !traits_.indexes_blocks_itself) table_.listNew();
   backend_->follow({admission.changed_slots, false, &admission.new_arrays});
   if (pager_) pager_->noteNew(admission.changed_slots);
   state_.refused += admission.refused;
-  return admission.refused;
 }
 
 /// The frame is part of the map. What follows from it waits, where a device is not done yet, until
@@ -349,24 +344,24 @@ IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   const float radius = pointRadius(rules_.colour);
   std::vector<int32_t> in_view = table_.slotsInView(view, radius);
   settle();
-  IntegrationResult result;
+  const uint64_t refused_before = state_.refused;
   if (pager_) {  // what the image sees something of, and what hides something from it
     const StageTimer timer(profile_, Stage::kPaint);
-    result.refused_blocks =
-        require(pager_->keysInView(view, radius, paint_settings_.max_depth_m), 0);
-    state_.refused += result.refused_blocks;
+    state_.refused += require(pager_->keysInView(view, radius, paint_settings_.max_depth_m), 0);
     in_view = table_.slotsInView(view, radius);
   }
   SeenColours seen = backend_->look({view, leastEvidenceNow(), in_view});
   state_.exposure = exposureOf(seen.sums, state_.exposure, paint_settings_);
   if (!seen.any) return nothingToPaint();
-  result.refused_blocks += admitColours(std::move(seen.requests));
+  admitColours(std::move(seen.requests));
   if (state_.has_colours) backend_->paint(state_.exposure);
+  IntegrationResult result;
+  result.refused_blocks = state_.refused - refused_before;
   return result;
 }
 
-/// As admit(). @return the number of bricks refused.
-size_t Engine::admitColours(std::vector<ColourRequest> requests) {
+/// As admit().
+void Engine::admitColours(std::vector<ColourRequest> requests) {
   backend_->waitForMeshes();
   const size_t new_bricks = table_.countNewColours(requests);
   const size_t bytes = new_bricks * BlockTable::kColourBytes;
@@ -384,7 +379,6 @@ size_t Engine::admitColours(std::vector<ColourRequest> requests) {
     backend_->follow({{}, false, nullptr, &admission.bricks});
   }
   state_.refused += admission.refused;
-  return admission.refused;
 }
 
 /// What was meshed without colours gets them with the first ones. @pre Memory for them is reserved.

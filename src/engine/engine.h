@@ -84,9 +84,9 @@ class Engine : public ProbedMapper {
   IntegrationResult fuse(const DepthFrame& frame);
   std::vector<int32_t> settleBefore(const FrameView& view);
   std::vector<int32_t> blocksInView(const FrameView& view) const;
-  size_t bringIn(const FrameView& view, FramePart& part);
-  size_t fusePart(FramePart& part);
-  size_t admit(FramePart& part, const FrameTurn& turn);
+  void bringIn(const FrameView& view, FramePart& part);
+  void fusePart(FramePart& part);
+  void admit(FramePart& part, const FrameTurn& turn);
   void keep(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks);
   void settle();
   std::vector<int32_t> takeOutcome();
@@ -95,7 +95,7 @@ class Engine : public ProbedMapper {
 
   // A colour image.
   IntegrationResult paintSurfaces(const ColourFrame& frame);
-  size_t admitColours(std::vector<ColourRequest> requests);
+  void admitColours(std::vector<ColourRequest> requests);
   void keepColours();
 
   // Meshes.

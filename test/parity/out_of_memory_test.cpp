@@ -49,6 +49,7 @@ TEST(OutOfDeviceMemory, BlocksAreRefusedMapStays) {
     for (int i = 0; i < 4 && !failed; ++i) {  // room left over may do for a frame or two
       DepthFrame elsewhere = frames[1].view();
       elsewhere.T_W_C.pretranslate(Eigen::Vector3d(50.0 * (i + 1), 0.0, 0.0));
+      pair.candidate().outline();  // counts what the last frame left empty
       const MapStats before = pair.candidate().stats();
       const IntegrationResult result = pair.candidate().integrate(elsewhere);
       failed = result.status == FrameStatus::kNoMemory || result.refused_blocks > 0;

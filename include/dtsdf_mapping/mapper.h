@@ -184,9 +184,9 @@ class Mapper {
   /// mapper.
   virtual Space* space() { return nullptr; }
 
-  /// Sizes of the map after the last call that changed it. On a GPU, blocks that the last frame left
-  /// empty, and free cells that it saw, count from the next call on that looks at the map. Does not
-  /// wait for the device.
+  /// Sizes of the map after the last call that changed it. On a GPU, blocks that the last frame
+  /// left empty, and free cells that it saw, count from the next call on that looks at the map.
+  /// Does not wait for the device.
   virtual MapStats stats() const = 0;
 
   /// Memory of the mapper as it is now, beside map_bytes.

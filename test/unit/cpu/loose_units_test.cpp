@@ -171,57 +171,6 @@ TEST(LooseUnits, SpansAreToldByFoldedPlacesToo) {
   }
 }
 
-TEST(LooseUnits, PiecesBesideALargerOneUpToSoManyUnits) {
-  Units units;
-  units.fill({0, 0, 0}, {8, 8, 1});
-  units.fill({2, 3, 4}, {4, 4, 2});
-  EXPECT_EQ(count(units.loose(4)), 32);
-  EXPECT_TRUE(hasUnit(units.loose(4), {5, 6, 5}));
-  EXPECT_EQ(count(units.loose(3)), 0);
-  EXPECT_EQ(count(units.loose(0)), 0);
-  units.set({6, 3, 4}, kTip);
-  EXPECT_EQ(count(units.loose(4)), 0);
-}
-
-TEST(LooseUnits, SmallThingsOnTheirOwnStay) {
-  Units units;
-  units.fill({1, 1, 6}, {2, 2, 1});
-  EXPECT_EQ(count(units.loose(4)), 0);
-  units.fill({-8, -8, 1}, {16, 16, 1});  // five units away
-  EXPECT_EQ(count(units.loose(4)), 0);
-  units.fill({-8, -8, 2}, {16, 16, 1});
-  EXPECT_EQ(count(units.loose(4)), 4);
-}
-
-TEST(LooseUnits, WhatGoesOnInTheNextBlockIsLarger) {
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const int at : {-4, 7}) {
-      Units units;
-      const int across = (axis + 1) % 3;
-      const Vec3i wall = gridStep(across, 6);
-      for (int i = -8; i < 16; ++i) units.set(wall + gridStep(axis, i), kPlane);
-      for (int i = 0; i < 5; ++i) units.set(gridStep(across, 3) + gridStep(axis, at + i), kPlane);
-      EXPECT_EQ(count(units.loose(4)), 0) << axis << " " << at;
-      units.set(gridStep(across, 3) + gridStep(axis, at < 0 ? at : at + 4), {0, 0});
-      EXPECT_EQ(count(units.loose(4)), 1) << axis << " " << at;
-    }
-  }
-}
-
-TEST(LooseUnits, AnEdgeJoinsWhereTheSurfaceCrossesIt) {
-  Units units;
-  units.fill({0, 0, 3}, {8, 4, 1}, {0x55, 0xaa});  // across x, so edges along x are crossed
-  units.fill({3, 4, 4}, {2, 2, 1}, {0x55, 0xaa});
-  EXPECT_EQ(count(units.loose(4)), 0);
-  units.fill({3, 4, 4}, {2, 2, 1}, {0x33, 0xcc});  // along it
-  EXPECT_EQ(count(units.loose(4)), 4);
-  units.set({3, 3, 4}, kBehind);
-  units.set({3, 4, 3}, kInFront);
-  EXPECT_EQ(count(units.loose(4)), 4) << "units without a surface join nothing";
-  units.set({3, 3, 4}, kTip);
-  EXPECT_EQ(count(units.loose(4)), 0);
-}
-
 TEST(LooseUnits, AreThoseOfTheDefinition) {
   std::mt19937 random(5);
   std::uniform_int_distribution<int> anywhere(kFirst, kFirst + kSide - 1), steps(1, 14), way(0, 5);

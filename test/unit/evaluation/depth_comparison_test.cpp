@@ -63,12 +63,5 @@ TEST(DepthComparison, TellsThemByKeyAfterMerging) {
   EXPECT_EQ(json.at("max_mm"), 500.0);
 }
 
-TEST(DepthComparison, NothingMeasured) {
-  const DepthComparison comparison(1);
-  EXPECT_EQ(comparison.coveredShare(), 0.0);
-  EXPECT_EQ(comparison.shareInFront(0.05), 0.0);
-  EXPECT_EQ(comparison.errors().count, 0u);
-}
-
 }  // namespace
 }  // namespace dtsdf

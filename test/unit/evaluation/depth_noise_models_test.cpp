@@ -40,19 +40,6 @@ std::vector<float> noisy(const DepthView& view, const char* names, uint64_t seed
   return addNoise(view, camera(), depthNoiseFromName(names), seed);
 }
 
-TEST(DepthNoiseModels, NamesOfCamerasAndParts) {
-  const DepthNoise tof = depthNoiseFromName("tof");
-  EXPECT_TRUE(tof.tof_axial && tof.mixed);
-  EXPECT_FALSE(tof.axial || tof.anyStereo() || tof.loss);
-  const DepthNoise stereo = depthNoiseFromName("stereo");
-  EXPECT_TRUE(stereo.disparity && stereo.subpixel && stereo.occlusion && stereo.texture);
-  EXPECT_TRUE(stereo.loss);
-  EXPECT_FALSE(stereo.axial || stereo.mixed);
-  const DepthNoise both = depthNoiseFromName("tof,loss");
-  EXPECT_TRUE(both.mixed && both.loss);
-  EXPECT_FALSE(depthNoiseFromName("none").any());
-}
-
 TEST(DepthNoiseModels, SameSeedSameNoise) {
   const DepthView view = viewOf([](int u) { return u < 150 ? 1.0f : 2.0f; });
   for (const char* name : {"kinect", "tof", "stereo"}) {
@@ -94,11 +81,6 @@ TEST(DepthNoiseModels, PixelsMixAtEdgesOnly) {
     }
   }
   EXPECT_GT(in_between, 40u) << "of 80";
-}
-
-TEST(DepthNoiseModels, ASlantedSurfaceDoesNotMix) {
-  const DepthView view = viewOf([](int u) { return 1.0f + 0.01f * static_cast<float>(u); });
-  EXPECT_EQ(noisy(view, "mixed"), view.depth_m);
 }
 
 /// Means over overlapping windows: six of seven columns are common to neighbours, none at seven.

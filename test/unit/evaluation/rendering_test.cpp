@@ -1,13 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "dtsdf_mapping/io/recording.h"
 #include "evaluation/depth_noise.h"
-#include "evaluation/depth_picture.h"
-#include "evaluation/picture.h"
 #include "simulation/scene.h"
 #include "support/temporary_folder.h"
 #include "unit/evaluation/test_meshes.h"
@@ -182,89 +178,6 @@ TEST(DepthNoise, LosesFlatAnglesAndEdges) {
     ASSERT_TRUE(i % 640 == 319 || i % 640 == 320);
   }
   EXPECT_NEAR(lost, 480, 60) << "about half of both columns";
-}
-
-TEST(Picture, ErrorsHaveARoundScale) {
-  EXPECT_NEAR(niceErrorScale(std::vector<double>(100, 0.0033)), 0.005, 1e-12);
-  EXPECT_NEAR(niceErrorScale(std::vector<double>(100, 0.0011)), 0.002, 1e-12);
-  EXPECT_NEAR(niceErrorScale(std::vector<double>(100, 0.07)), 0.1, 1e-12);
-  EXPECT_GT(niceErrorScale({}), 0.0);
-  EXPECT_EQ(errorColour(5.0, 1.0), errorColour(1.0, 1.0));
-  EXPECT_NE(errorColour(0.0, 1.0), errorColour(1.0, 1.0));
-}
-
-TEST(Picture, ShowsColoursBacksAndBackground) {
-  const TemporaryFolder folder;
-  TriangleMesh mesh = makeRectangle(-1, -1, 1, 1, 0);
-  mesh.colours.assign(4, {10, 200, 30});
-  const MeshScene scene(mesh);
-  PictureOptions options;
-  options.camera = {{100, 100, 49.5f, 49.5f}, 100, 100};
-  for (const double side : {1.0, -1.0}) {
-    options.T_W_C = lookAt({0, 0, 4 * side}, {0, 0, 0}, Eigen::Vector3d::UnitY());
-    const std::string path = folder / "picture.png";
-    writePicture(path, scene, options);
-    const cv::Mat image = cv::imread(path);
-    ASSERT_EQ(image.cols, 100);
-    EXPECT_EQ(image.at<cv::Vec3b>(2, 2), cv::Vec3b(255, 255, 255));
-    const cv::Vec3b centre = image.at<cv::Vec3b>(50, 50);
-    if (side > 0.0) {
-      EXPECT_GT(centre[1], 4 * centre[2]) << "green, as the mesh is coloured";
-    } else {
-      EXPECT_GT(centre[2], centre[1]) << "brown, as it is the back";
-    }
-  }
-  EXPECT_THROW(writePicture(folder / "none" + "/x.png", scene, options), std::runtime_error);
-}
-
-TEST(Picture, TheWholeMeshIsInTheFrame) {
-  const ViewCamera camera;
-  const Eigen::AlignedBox3f bounds(Eigen::Vector3f(3, 4, 5), Eigen::Vector3f(5, 5, 5.5f));
-  for (const char up : {'x', 'y', 'z'}) {
-    const Eigen::Isometry3d T_C_W = framingPose(bounds, camera, 70, 35, up).inverse();
-    for (int i = 0; i < 8; ++i) {
-      const Eigen::Vector3d p_C =
-          T_C_W * bounds.corner(static_cast<Eigen::AlignedBox3f::CornerType>(i)).cast<double>();
-      EXPECT_LT(std::abs(p_C.x() / p_C.z()) * 525.0, 320.0);
-      EXPECT_LT(std::abs(p_C.y() / p_C.z()) * 525.0, 240.0);
-    }
-  }
-  EXPECT_THROW(framingPose(bounds, camera, 0, 0, 'w'), std::invalid_argument);
-}
-
-TEST(DepthPicture, ColoursSayOnWhichSideTheMeshIs) {
-  const Colour fits = differenceColour(0.009, 1.0);
-  EXPECT_EQ(fits, differenceColour(-0.009, 1.0));
-  EXPECT_LT(std::abs(fits[0] - fits[2]), 8) << "grey";
-  const Colour in_front = differenceColour(-0.05, 1.0), a_little = differenceColour(-0.02, 1.0);
-  EXPECT_GT(in_front[0], 150);
-  EXPECT_LT(in_front[2], 50);
-  EXPECT_GT(a_little[2], in_front[2]);
-  EXPECT_EQ(in_front, differenceColour(-0.5, 1.0));
-  EXPECT_GT(differenceColour(0.05, 1.0)[2], 150);
-  EXPECT_LT(differenceColour(0.05, 1.0)[0], 50);
-  EXPECT_LT(differenceColour(0.0, 0.1)[0], fits[0]) << "darker where it is seen flat";
-}
-
-/// A column each: not measured, no mesh, in front, fits, behind; enlarged to hold the legend.
-TEST(DepthPicture, DrawsEachPixelAndALegend) {
-  TemporaryFolder folder;
-  const ViewCamera camera{{4, 4, 2, 0}, 5, 1};
-  writeDepthPicture(folder.path() + "/errors.png", {0, 1, 1, 1, 1},
-                    {{1, 0, 0.9f, 1, 1.1f}, {1, 1, 1, 1, 1}}, camera);
-  const cv::Mat picture = cv::imread(folder.path() + "/errors.png");
-  ASSERT_EQ(picture.cols, 480);
-  ASSERT_GT(picture.rows, 96) << "and a legend";
-  const auto rgb = [&](int column) {
-    const cv::Vec3b bgr = picture.at<cv::Vec3b>(48, 96 * column + 48);
-    return Colour{bgr[2], bgr[1], bgr[0]};
-  };
-  EXPECT_EQ(rgb(0), (Colour{255, 255, 255}));
-  EXPECT_GT(rgb(1)[1], 150);
-  EXPECT_LT(rgb(1)[2], 50);
-  EXPECT_EQ(rgb(2), differenceColour(-0.1, 1.0));
-  EXPECT_EQ(rgb(3), differenceColour(0.0, 1.0));
-  EXPECT_EQ(rgb(4), differenceColour(0.1, 1.0));
 }
 
 }  // namespace

@@ -93,11 +93,6 @@ TEST(FirstLook, TellsWhatWasPassedOver) {
   EXPECT_EQ(describe(lookAtImages({}).look), "no usable image");
 }
 
-TEST(FirstLook, NothingIsDoubtedOfAGoodRecording) {
-  EXPECT_EQ(doubts(lookAtImages({{1, 2, 3}, {2, 2, 2}}).look), "");
-  EXPECT_EQ(doubts(lookAtImages({}).look), "");
-}
-
 TEST(FirstLook, DoubtsTheScale) {
   const TemporaryFolder folder;
   writeTumFolder(folder, 1);

@@ -21,10 +21,5 @@ TEST(FrameSelection, CountsWhatItContains) {
   }
 }
 
-TEST(FrameSelection, IsEverythingByDefault) {
-  EXPECT_EQ(FrameSelection{}.countIn(7), 7u);
-  EXPECT_TRUE(FrameSelection{}.contains(123456789));
-}
-
 }  // namespace
 }  // namespace dtsdf

@@ -186,19 +186,6 @@ TEST_F(MeshFile, StlHoldsTrianglesAndTheirNormals) {
   EXPECT_EQ(bytes.left(), 0u);
 }
 
-TEST_F(MeshFile, StlNormalOfATriangleWithoutAreaIsZero) {
-  mesh_.triangles = {{{0, 0, 1}}};
-  FrontOfText bytes(save("mesh.stl"));
-  bytes.text(84);
-  expectEqual(bytes.vector(), {0, 0, 0});
-}
-
-TEST_F(MeshFile, SavesTheSameBytesAgain) {
-  for (const std::string extension : {".ply", ".obj", ".stl", ".glb"}) {
-    EXPECT_EQ(save("a" + extension), save("b" + extension)) << extension;
-  }
-}
-
 TEST_F(MeshFile, ExtensionChoosesTheFormatInAnyCase) {
   EXPECT_EQ(meshFormatOf("a/b.PLY"), MeshFormat::kPly);
   EXPECT_EQ(meshFormatOf("b.Obj"), MeshFormat::kObj);
@@ -232,38 +219,6 @@ TEST_F(MeshFile, GlbKeepsToItsRulesAndShowsWhatPlyShows) {
   mesh_.normals[0] = {0, 0, 0};
   mesh_.normals[1] = {0, 3, 4};
   expectAlike(MeshColour::kImage);
-}
-
-/// So that it says something when that reader finds nothing.
-TEST_F(MeshFile, WhatIsWrongWithAGlbIsFound) {
-  const std::string sound = save("mesh.glb"), ply = folder_ / "mesh.ply";
-  saveMesh(mesh_, MeshColour::kNormal, ply);
-  const auto compare = [&](const std::string& content) {
-    const std::string glb = folder_ / "damaged.glb";
-    std::ofstream(glb, std::ios::binary) << content;
-    return std::system(
-        ("python3 -B " DTSDF_COMPARE_GLB " " + glb + " " + ply + " 2>/dev/null").c_str());
-  };
-  EXPECT_EQ(compare(sound), 0);
-  const std::pair<std::string, std::string> damages[] = {
-      {"glTF", "glTG"},
-      {"\"VEC3\"", "\"VEC4\""},
-      {":34963", ":34962"},
-      {"POSITION", "POSITIUN"},
-      {"\"max\":[", "\"max\":[1"},
-      {"\"doubleSided\":true", "\"doubleSided\":null"}};
-  for (const auto& [right, wrong] : damages) {
-    std::string damaged = sound;
-    ASSERT_NE(damaged.find(right), std::string::npos) << right;
-    EXPECT_NE(compare(damaged.replace(damaged.find(right), right.size(), wrong)), 0) << wrong;
-  }
-  // A corner of the last triangle, and floats before the six of them: their exponents.
-  for (const size_t from_end : {2, 13, 33, 53, 73, 93, 113, 133, 153}) {
-    std::string damaged = sound;
-    damaged[damaged.size() - from_end] ^= from_end == 2 ? 1 : 64;
-    EXPECT_NE(compare(damaged), 0) << from_end;
-  }
-  EXPECT_NE(compare(sound.substr(0, sound.size() - 4)), 0);
 }
 
 /// A map far from the origin of its frame: positions in the file stay small.

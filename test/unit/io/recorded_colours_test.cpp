@@ -71,11 +71,6 @@ TEST_F(RecordedColoursTest, TellsPlacesAndHandsOutThoseListed) {
   EXPECT_EQ(places, (std::vector<std::vector<size_t>>{{0, 1}, {1}, {0}, {}}));
 }
 
-TEST_F(RecordedColoursTest, NoListIsNoColour) {
-  std::filesystem::remove(folder_ / "rgb.txt");
-  EXPECT_EQ(openRecordingColours(options_), nullptr);
-}
-
 TEST_F(RecordedColoursTest, ACameraOfTheirOwn) {
   cv::imwrite(folder_ / "rgb/a.png", cv::Mat(9, 12, CV_8UC3, {1, 2, 3}));
   cv::imwrite(folder_ / "rgb/b.jpg", cv::Mat(9, 12, CV_8UC3, {1, 2, 3}));

@@ -12,11 +12,6 @@ std::string guessErrorOf(const std::string& path) {
   return errorOf([&] { guessRecordingFormat(path); });
 }
 
-TEST(RecordingFormats, AreInTheTable) {
-  EXPECT_EQ(recordingFormats(),
-            (std::vector<std::string>{"tum", "icl", "7scenes", "replica", "scannet"}));
-}
-
 TEST(GuessedFormat, SaysWhatIsLookedFor) {
   const TemporaryFolder folder;
   EXPECT_NE(guessErrorOf(folder / "none").find("no such file or directory"), std::string::npos);

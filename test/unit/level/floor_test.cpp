@@ -98,15 +98,6 @@ TEST(Floor, IsFoundInNoise) {
   expectLevel(*search.floor(), T_M_R, 0.3, 0.005);
 }
 
-TEST(Floor, IsTheSameEachTime) {
-  const std::vector<SceneFrame> frames =
-      lapFrames(tilted(20.0, Vector3d::UnitX(), Vector3d::Zero()));
-  const FloorSearch a = searched(frames), b = searched(frames);
-  ASSERT_TRUE(a.floor() && b.floor());
-  EXPECT_EQ(a.floor()->normal, b.floor()->normal);
-  EXPECT_EQ(a.floor()->offset_m, b.floor()->offset_m);
-}
-
 /// Frames of one camera, which stands still, of a scene with z up.
 FloorSearch searchedFrom(const Scene& scene, const Vector3d& eye, const Vector3d& target,
                          const Vector3d& up = Vector3d::UnitZ()) {

@@ -68,17 +68,5 @@ TEST(LevelDoubt, IsNoneAboutACameraThatLooksDown) {
   EXPECT_EQ(doubt(ground, down, down), "");
 }
 
-TEST(LevelDoubt, CanEndEarly) {
-  LevelDoubt none;
-  none.finish();
-  EXPECT_EQ(none.text(), "");
-  LevelDoubt one;
-  SceneFrame frame = renderFrame(makeRoomScene(), roomCameraPose(0.0));
-  frame.frame.T_W_C = Eigen::Isometry3d::Identity();
-  one.add(frame.view());
-  one.finish();
-  EXPECT_NE(one.text(), "");
-}
-
 }  // namespace
 }  // namespace dtsdf

@@ -97,21 +97,6 @@ TEST(BlockTable, PaintsOnlyWhatTakesColour) {
   EXPECT_EQ(table.coloursInUse(), 4u);
 }
 
-TEST(BlockTable, MakesWhatIsAskedFor) {
-  BlockTable table(kPlenty);
-  EXPECT_EQ(table.find(keyOf(1)), -1);
-  const Admission admission = table.admit({{keyOf(1, -2, 3), 0x05}});
-  const int32_t slot = table.find(keyOf(1, -2, 3));
-  ASSERT_GE(slot, 0);
-  EXPECT_EQ(admission.changed_slots, std::vector<int32_t>{slot});
-  EXPECT_EQ(admission.new_arrays.size(), 2u);
-  EXPECT_EQ(admission.refused, 0u);
-  for (int d = 0; d < kDirectionCount; ++d) {
-    EXPECT_EQ(table.block(slot).array[d] != kNoArray, d == 0 || d == 2);
-  }
-  expectConsistent(table);
-}
-
 /// Also where some of the blocks are there already, and the budget ends.
 TEST(BlockTable, HandsOutTheSameBeforeBlocksAreListed) {
   std::mt19937 random(11);
@@ -131,17 +116,6 @@ TEST(BlockTable, HandsOutTheSameBeforeBlocksAreListed) {
     for (const BlockCells::Cell& cell : behind.cells()) listed += cell.slots.size();
     EXPECT_EQ(listed, behind.blocksInUse());
   }
-}
-
-TEST(BlockTable, AddsOnlyWhatIsMissing) {
-  BlockTable table(kPlenty);
-  table.admit({{keyOf(1), 0x03}});
-  EXPECT_TRUE(table.admit({{keyOf(1), 0x01}}).changed_slots.empty());
-  const Admission admission = table.admit({{keyOf(1), 0x06}});
-  EXPECT_EQ(admission.new_arrays.size(), 1u);
-  EXPECT_EQ(admission.changed_slots.size(), 1u);
-  EXPECT_EQ(table.blocksInUse(), 1u);
-  EXPECT_EQ(table.arraysInUse(), 3u);
 }
 
 /// Threads find blocks in any order and several times: slots and arrays must not depend on it.
@@ -196,24 +170,6 @@ TEST(BlockTable, ARefusedRequestLeavesNothingBehind) {
   expectConsistent(table);
 }
 
-TEST(BlockTable, TheBudgetHoldsUnderRandomLoad) {
-  std::mt19937 random(23);
-  const size_t budget = 50 * (kBlock + 2 * kArray) + 1234;
-  BlockTable table(budget);
-  for (int frame = 0; frame < 100; ++frame) {
-    const size_t before = table.bytesInUse();
-    table.admit(randomRequests(random, 10));
-    EXPECT_LE(table.bytesInUse(), budget);
-    EXPECT_GE(table.bytesInUse(), before);
-    for (const int32_t slot : table.sortedSlots()) {
-      if (random() % 4 != 0) continue;
-      for (int d = 0; d < kDirectionCount; ++d) table.releaseArray(slot, d);
-      table.releaseBlock(slot);
-    }
-    expectConsistent(table);
-  }
-}
-
 TEST(BlockTable, ReleasedSlotsAndArraysAreUsedAgain) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x3f}, {keyOf(2), 0x3f}, {keyOf(3), 0x3f}});
@@ -234,18 +190,6 @@ TEST(BlockTable, ReleasedSlotsAndArraysAreUsedAgain) {
   EXPECT_EQ(table.arrayCount(), arrays);
 }
 
-TEST(BlockTable, ReleasesABlockWithItsLastArray) {
-  BlockTable table(kPlenty);
-  table.admit({{keyOf(1), 0x23}});
-  const int32_t slot = table.find(keyOf(1));
-  EXPECT_FALSE(table.release(slot, 0x21));
-  EXPECT_EQ(table.arraysInUse(), 1u);
-  EXPECT_EQ(table.find(keyOf(1)), slot);
-  EXPECT_TRUE(table.release(slot, 0x3f));
-  EXPECT_EQ(table.find(keyOf(1)), -1);
-  EXPECT_EQ(table.bytesInUse(), 0u);
-}
-
 /// The arrays go at once, the block when whoever shows a mesh of it has learnt that it is gone.
 TEST(BlockTable, AVacatedBlockStaysUntilItIsReleased) {
   BlockTable table(kPlenty);
@@ -262,39 +206,6 @@ TEST(BlockTable, AVacatedBlockStaysUntilItIsReleased) {
   EXPECT_EQ(table.releaseVacant({slot}), std::vector<int32_t>{slot});
   EXPECT_EQ(table.find(keyOf(1)), -1);
   EXPECT_EQ(table.bytesInUse(), kBlock + kArray);
-  expectConsistent(table);
-}
-
-TEST(BlockTable, WhatGotArraysAgainIsNotReleased) {
-  BlockTable table(kPlenty);
-  table.admit({{keyOf(1), 0x01}});
-  const int32_t slot = table.find(keyOf(1));
-  table.vacate(slot, 0x01);
-  const std::vector<int32_t> vacant = table.takeVacant();
-  table.admit({{keyOf(1), 0x10}});
-  EXPECT_EQ(table.find(keyOf(1)), slot);
-  EXPECT_TRUE(table.releaseVacant(vacant).empty());
-  EXPECT_EQ(table.find(keyOf(1)), slot);
-  table.vacate(slot, 0x10);
-  EXPECT_EQ(table.takeVacant(), std::vector<int32_t>{slot});
-}
-
-/// A slot may come up twice, or belong to another block by then.
-TEST(BlockTable, ReleasesAVacantBlockOnce) {
-  BlockTable table(kPlenty);
-  table.admit({{keyOf(1), 0x01}});
-  const int32_t slot = table.find(keyOf(1));
-  table.vacate(slot, 0x01);
-  table.admit({{keyOf(1), 0x01}});
-  table.vacate(slot, 0x01);
-  std::vector<int32_t> vacant = table.takeVacant();
-  vacant.push_back(slot);
-  EXPECT_EQ(table.releaseVacant(vacant), std::vector<int32_t>{slot});
-  table.admit({{keyOf(2), 0x01}});
-  ASSERT_EQ(table.find(keyOf(2)), slot);
-  EXPECT_TRUE(table.releaseVacant(vacant).empty());
-  table.admit({{keyOf(3), 0x01}});
-  EXPECT_NE(table.find(keyOf(3)), slot);
   expectConsistent(table);
 }
 
@@ -371,22 +282,6 @@ TEST(BlockTable, FindsWhatLiesBeyondABallFarthestFirst) {
   EXPECT_TRUE(table.slotsBeyond(kept, 0).empty());
   EXPECT_EQ(table.slotsBeyond({kept.center, 12.0}, 100), slots({beyond[0], beyond[1]}))
       << "one that touches the ball stays";
-}
-
-TEST(BlockTable, ClearForgetsVacantBlocks) {
-  BlockTable table(kPlenty);
-  table.admit({{keyOf(1), 0x01}});
-  table.vacate(table.find(keyOf(1)), 0x01);
-  table.clear();
-  EXPECT_TRUE(table.takeVacant().empty());
-}
-
-TEST(BlockTable, CountsWhatRequestsWantBeyondWhatIsThere) {
-  BlockTable table(kPlenty);
-  table.admit({{keyOf(1), 0x03}});
-  const PoolSizes count = table.countNew({{keyOf(1), 0x06}, {keyOf(2), 0x31}});
-  EXPECT_EQ(count.slots, 1u);
-  EXPECT_EQ(count.arrays, 4u);  // direction 2 of the first, three of the second
 }
 
 /// Memory that is taken by these sizes has to suffice, whatever the budget refuses.

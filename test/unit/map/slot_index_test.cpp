@@ -8,12 +8,6 @@
 namespace dtsdf {
 namespace {
 
-TEST(SlotIndex, KnowsNothingAtFirst) {
-  const SlotIndex index;
-  EXPECT_EQ(index.find(0), -1);
-  EXPECT_EQ(index.size(), 0u);
-}
-
 TEST(SlotIndex, FindsTheKeyWhoseBitsAreAllZero) {
   SlotIndex index;
   index.insert(0, 0);
@@ -79,16 +73,6 @@ TEST(SlotIndex, TellsAllKeysOfACubeApart) {
     truth[key] = i;
   }
   for (const auto& [key, slot] : truth) EXPECT_EQ(index.find(key), slot) << key;
-}
-
-TEST(SlotIndex, GivesAKeyAnotherSlot) {
-  SlotIndex index;
-  index.insert(5, 1);
-  index.insert(6, 2);
-  index.assign(5, 7);
-  EXPECT_EQ(index.find(5), 7);
-  EXPECT_EQ(index.find(6), 2);
-  EXPECT_EQ(index.size(), 2u);
 }
 
 /// A camera that moves on, and keeps what is near.

@@ -44,8 +44,6 @@ TEST(SortByKey, KeysThatComeOftenKeepTheirOrder) {
   expectSorted(randomRecords(3000, {-1, -1, -1}, 2));
 }
 
-TEST(SortByKey, AllOfOneKey) { expectSorted(randomRecords(500, {7, 8, 9}, 0)); }
-
 TEST(SortByKey, RangesOfAnyWidth) {
   constexpr int32_t kLeast = -kMaxBlockCoordinate;
   for (int32_t side = 1; side <= 2 * kMaxBlockCoordinate; side = 2 * side + 1) {

@@ -158,13 +158,6 @@ TEST(EmptyDepth, BeyondTheRangeIsNoMeasurementWithoutClearing) {
   }
 }
 
-TEST(EmptyDepth, OnePixelHasNoNormal) {
-  const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(testParams());
-  SceneFrame frame = goodFrame();
-  frame.frame.width = frame.frame.height = 1;
-  EXPECT_EQ(mapper->integrate(frame.view()).status, FrameStatus::kNoMeasurement);
-}
-
 /// NaN, infinity and nonsense count as no measurement, like 0.
 TEST(OddFrames, InvalidPixelsAreHoles) {
   const auto odd = makeProbedMapper(testParams()), plain = makeProbedMapper(testParams());

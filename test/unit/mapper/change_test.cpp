@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "support/depth_frames.h"
-#include "support/map_equality.h"
 #include "support/session.h"
 
 namespace dtsdf {
@@ -151,37 +150,6 @@ TEST_P(Change, WhatIsHiddenStays) {
   nearer.add(Plane{{0.6, 0.0, 0.0}, -Vector3d::UnitX()});
   see(session, look(nearer), 60);
   EXPECT_EQ(trianglesOfBallNow(session), before);
-}
-
-TEST_P(Change, AnEmptiedArrayIsReleased) {
-  Session session(params());
-  see(session, look(wallAndBall()), 3);
-  const MapStats with_ball = session.mapper().stats();
-  see(session, look(farWall()), 24);
-  session.updateMesh();
-  const MapStats after = session.mapper().stats(), wall_only = statsOfWall(params(), 27);
-  EXPECT_LT(after.voxel_arrays, with_ball.voxel_arrays);
-  EXPECT_LE(after.voxel_arrays, wall_only.voxel_arrays + wall_only.voxel_arrays / 50);
-  EXPECT_LE(after.blocks, wall_only.blocks + wall_only.blocks / 50);
-  for (const BlockSnapshot& block : session.mapper().snapshot()) {
-    for (const auto& voxels : block.voxels) {
-      EXPECT_FALSE(!voxels.empty() &&
-                   std::all_of(voxels.begin(), voxels.end(),
-                               [](const Voxel& voxel) { return isEmpty(voxel); }));
-    }
-  }
-}
-
-/// A block stays until its mesh is known to be gone, and no longer.
-TEST_P(Change, AMeshUpdateReleasesTheBlocksThatLostTheirLastArray) {
-  Session session(params());
-  see(session, look(wallAndBall()), 3);
-  session.updateMesh();
-  see(session, look(farWall()), 24);
-  const size_t with_voxels = session.mapper().snapshot().size();
-  EXPECT_GT(session.mapper().stats().blocks, with_voxels);
-  session.updateMesh();
-  EXPECT_EQ(session.mapper().stats().blocks, with_voxels);
 }
 
 /// It comes back while the update that tells of its going is on its way.

@@ -1,7 +1,6 @@
 // Regions that are cleared: exactly the voxels inside, and the mesh that a map without them has.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <map>
 #include <stdexcept>
 
@@ -134,40 +133,6 @@ TEST_P(ClearRegion, TheNextUpdateHasAllThatChanges) {
   EXPECT_TRUE(sameMeshes(meshed.mesh(), fresh.mesh()));
   EXPECT_LT(meshed.mesh().triangles.size(), whole.triangles.size());
   EXPECT_GT(meshed.mesh().triangles.size(), whole.triangles.size() / 4);
-}
-
-/// What is out of reach is not even made anew.
-TEST_P(ClearRegion, LeavesTheMeshOutOfReachAlone) {
-  Session session(params());
-  seeAll(session);
-  session.updateMesh();
-  session.mapper().clearRegion(GetParam().region);
-  const MeshUpdate update = session.mapper().updateMesh();
-  EXPECT_FALSE(update.blocks.empty());
-  constexpr double kReach_m = 3 * kBlockSide * static_cast<double>(kRegionVoxel_m);
-  for (const BlockMesh& block : update.blocks) {
-    const Vector3d middle = positionOf(block.key, kVoxelsPerBlock / 2);
-    EXPECT_LT((middle - Vector3d(1.2, 0.0, 0.0)).norm(), 0.45 + kReach_m);
-  }
-}
-
-/// What is seen again comes again, as in a map that has seen all of it twice.
-TEST_P(ClearRegion, IsFilledAgain) {
-  Session session(params()), twice(params());
-  seeAll(session);
-  session.updateMesh();
-  const size_t before = session.mesh().triangles.size();
-  session.mapper().clearRegion(GetParam().region);
-  session.updateMesh();
-  EXPECT_LT(session.mesh().triangles.size(), before);
-  seeAll(session);
-  session.updateMesh();
-  seeAll(twice);
-  seeAll(twice);
-  twice.updateMesh();
-  const auto triangles = static_cast<double>(twice.mesh().triangles.size());
-  EXPECT_NEAR(static_cast<double>(session.mesh().triangles.size()) / triangles, 1.0, 0.02);
-  EXPECT_LT(measureError(session.mesh(), ballAndWall()).rms_m, 0.25 * kRegionVoxel_m);
 }
 
 INSTANTIATE_TEST_SUITE_P(Regions, ClearRegion,

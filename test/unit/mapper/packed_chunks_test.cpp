@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <random>
 #include <vector>
@@ -143,18 +142,6 @@ TEST(PackedChunks, AreTheSameFortyKilometresAway) {
   }
 }
 
-TEST(PackedChunks, LatticeSpansEveryChunkInSixteenBits) {
-  for (int blocks = 1; blocks <= 64; ++blocks) {
-    const ChunkLattice lattice(kVoxelSize, blocks);
-    const int voxels = 8 * blocks + 4;
-    EXPECT_LE(voxels * lattice.steps_per_voxel, 65535);
-    EXPECT_TRUE(lattice.steps_per_voxel == 512 || 2 * voxels * lattice.steps_per_voxel > 65535);
-    EXPECT_EQ(lattice.step_m * lattice.steps_per_voxel, static_cast<double>(kVoxelSize));
-  }
-  EXPECT_EQ(ChunkLattice(kVoxelSize, 4).steps_per_voxel, 512);
-  EXPECT_EQ(ChunkLattice(kVoxelSize, 64).steps_per_voxel, 64);
-}
-
 /// A square in the layer z = 3 of a block, with its vertices on the edges along z.
 BlockMesh squareIn(const BlockKey& key) {
   BlockMesh mesh;
@@ -215,13 +202,6 @@ TEST(PackedChunks, HaveColoursOnceSomethingIsPainted) {
   EXPECT_EQ(of_second, (std::vector<uint8_t>{10, 20, 30, 200, 200, 200}));
   const Mesh mesh = unpackChunk(chunk, lattice.step_m);
   EXPECT_EQ(vertexColour(MeshColour::kImage, mesh, 4), (std::array<uint8_t, 3>{10, 20, 30}));
-}
-
-TEST(PackedChunks, OfNoBlocksAreNamedAndEmpty) {
-  const MeshStore store(kVoxelSize);
-  const PackedChunk chunk = packChunk(store, ChunkLattice(kVoxelSize, 4), {4, -8, 0}, {});
-  EXPECT_EQ(chunk.vertexCount() + chunk.triangleCount(), 0u);
-  EXPECT_EQ(chunk.origin, (std::array<int64_t, 3>{(32 - 2) * 512, (-64 - 2) * 512, -2 * 512}));
 }
 
 TEST(PackedNormals, AreWithinTenThousandths) {

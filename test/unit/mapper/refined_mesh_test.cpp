@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "support/depth_frames.h"
-#include "support/map_equality.h"
 #include "support/mesh_topology.h"
 #include "support/session.h"
 
@@ -113,18 +112,6 @@ TEST_P(RefinedMesh, OfABallIsAsRoundBetweenItsVertices) {
   EXPECT_LT(std::abs(rest_m), 0.2 * sagitta_m);
 }
 
-TEST_P(RefinedMesh, OfAPlaneLiesOnIt) {
-  Scene scene;
-  scene.add(Plane{{1.2, 0.0, 0.0}, Vector3d(-0.9, 0.3, 0.2).normalized()});
-  const std::vector<SceneFrame> frames = {
-      renderFrame(scene, lookAt(Vector3d::Zero(), Vector3d::UnitX(), Vector3d::UnitZ()))};
-  const Mesh mesh = reconstruct(params(1), frames);
-  EXPECT_GT(mesh.triangles.size(), 4000u);
-  const SurfaceError plain = measureError(reconstruct(params(0), frames), scene);
-  const SurfaceError refined = measureError(mesh, scene);
-  EXPECT_LT(refined.rms_m, 1.05 * plain.rms_m + 1e-6);
-}
-
 /// Vertices on edges come first and are those of the plain mesh; middles name two of them.
 TEST_P(RefinedMesh, KeepsTheVerticesOfThePlainOne) {
   const std::vector<SceneFrame> frames = {renderFrame(makeRoomScene(), roomCameraPose(2.0))};
@@ -170,19 +157,6 @@ TEST_P(RefinedMesh, HasOnePlaceForEachVertex) {
   const size_t shared_places = measureTopology(mesh).coincident_vertices;
   EXPECT_LT(shared_places, mesh.vertices_m.size() / 1000);  // few: of two sheets that meet
   EXPECT_EQ(places.size(), mesh.vertices_m.size() - shared_places);
-}
-
-TEST_P(RefinedMesh, HistoryAndThreadsDoNotShow) {
-  Session often(params(1, 2, 0.04f)), once(params(1, 1, 0.04f)), threads(params(1, 3, 0.04f));
-  for (const SceneFrame& frame : movingFrames(24)) {
-    for (Session* session : {&often, &once, &threads}) session->integrate(frame);
-    often.updateMesh();
-  }
-  once.updateMesh();
-  threads.updateMesh();
-  EXPECT_GT(once.mesh().triangles.size(), 2000u);
-  EXPECT_TRUE(sameMeshes(often.mesh(), once.mesh()));
-  EXPECT_TRUE(sameMeshes(threads.mesh(), once.mesh()));
 }
 
 INSTANTIATE_TEST_SUITE_P(Maps, RefinedMesh, testing::Bool(),

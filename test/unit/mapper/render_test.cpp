@@ -224,21 +224,6 @@ TEST_P(KeptViews, FollowTheMap) {
 
 INSTANTIATE_TEST_SUITE_P(Refined, KeptViews, testing::Values(0, 1));
 
-/// Views between changes and extractions leave the meshes as they are.
-TEST(Render, LeavesExtractionsAlone) {
-  const MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kViewVoxel_m);
-  Session seen(params), unseen(params);
-  for (size_t i = 0; i < 6; ++i) {
-    const SceneFrame frame =
-        renderFrame(cornerWithBall(), cornerPoses()[i % 3], kViewWidth, kViewHeight);
-    for (Session* session : {&seen, &unseen}) session->integrate(frame);
-    seen.mapper().render(RenderCamera(), cornerPoses()[(i + 1) % 3]);
-    if (i % 2 == 0) continue;
-    for (Session* session : {&seen, &unseen}) session->updateMesh();
-    EXPECT_TRUE(sameMeshes(seen.mesh(), unseen.mesh())) << i;
-  }
-}
-
 /// Blocks that views showed and no extraction met, and that are cleared: those beside them, which
 /// nothing else touches, have to look as if they had never been there.
 TEST(Render, WhatGoesBeforeItIsExtractedLeavesNothingBehind) {
@@ -268,14 +253,6 @@ TEST(Render, WhatGoesBeforeItIsExtractedLeavesNothingBehind) {
     EXPECT_TRUE(sameMeshes(seen.mesh(), unseen.mesh())) << refine;
     expectViewsAsOfACopy(seen, params);
   }
-}
-
-TEST(Render, AnEmptyMapShowsNothing) {
-  Session session(makeCpuParams());
-  const RenderedView view = session.mapper().render(RenderCamera(), Isometry3d::Identity());
-  EXPECT_EQ(view.depth_m.size(), 640u * 480u);
-  EXPECT_TRUE(std::all_of(view.depth_m.begin(), view.depth_m.end(),
-                          [](float depth_m) { return depth_m == 0.0f; }));
 }
 
 TEST(Render, BadCamerasAreRefused) {

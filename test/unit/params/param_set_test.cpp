@@ -4,8 +4,6 @@
 
 #include <limits>
 
-#include "params/param_copy.h"
-
 namespace dtsdf {
 namespace {
 
@@ -47,13 +45,6 @@ std::vector<std::string> violationsOf(const ParamTree& tree) {
   return {};
 }
 
-TEST(ParamSet, KeepsDefaultsOfMissingKeys) {
-  const Params params = read({});
-  EXPECT_TRUE(params.flag);
-  EXPECT_EQ(params.count, 3);
-  EXPECT_EQ(params.size, 0.02f);
-}
-
 TEST(ParamSet, ReadsEveryType) {
   const Params params = read({{"part/flag", false},
                               {"part/count", 7},
@@ -68,8 +59,6 @@ TEST(ParamSet, ReadsEveryType) {
   EXPECT_EQ(params.name, "some");
   EXPECT_EQ(params.fruit, Fruit::kPear);
 }
-
-TEST(ParamSet, AWholeNumberMayStandForAFloat) { EXPECT_EQ(read({{"part/size", 1}}).size, 1.0f); }
 
 TEST(ParamSet, RefusesWrongTypes) {
   const std::pair<std::string, ParamValue> wrong[] = {
@@ -163,18 +152,6 @@ TEST(ParamSet, TakesTheWordsOfYaml) {
   }
 }
 
-TEST(ParamSet, ReportsEverythingTogether) {
-  const ParamTree tree = {{"part/count", 99}, {"part/size", std::string("big")}, {"x", true}};
-  EXPECT_EQ(violationsOf(tree).size(), 3u);
-  try {
-    read(tree);
-  } catch (const ParamError& e) {
-    for (const auto& [key, value] : tree) {
-      EXPECT_NE(std::string(e.what()).find(key + " = "), std::string::npos) << e.what();
-    }
-  }
-}
-
 TEST(ParamSet, TakesRulesBetweenSettings) {
   Params params;
   ParamReader reader({{"part/count", 4}});
@@ -198,15 +175,6 @@ TEST(ParamSet, WritesWhatItReads) {
   EXPECT_EQ(writer.tree.at("part/size"), ParamValue(0.3));  // not 0.300000012
   EXPECT_EQ(writer.tree.at("part/fruit"), ParamValue(std::string("pear")));
   EXPECT_EQ(read(writer.tree).size, 0.3f);
-}
-
-TEST(ParamSet, CopiesOfATreeAreEqual) {
-  const ParamTree tree{{"a", true},
-                       {"b", 7},
-                       {"c", 0.5},
-                       {"d", std::string("a text that is not short")},
-                       {"e", std::vector<std::string>{"one", "two"}}};
-  EXPECT_EQ(copyOf(tree), tree);
 }
 
 }  // namespace

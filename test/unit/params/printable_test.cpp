@@ -48,11 +48,6 @@ TEST(Printable, IsCut) {
   EXPECT_FALSE(hasControlCharacter(std::string(1000, 'x')));
 }
 
-TEST(Printable, TwiceIsOnce) {
-  const std::string once = printable("a\n\u202e\xff");
-  EXPECT_EQ(printable(once), once);
-}
-
 TEST(ErrorText, IsASentence) {
   EXPECT_EQ(errorText(std::runtime_error("no file 'a';\ngive \x1b")), "no file 'a'; give \\x1b");
   std::string text;

@@ -132,21 +132,6 @@ TEST(GroundGrid, AColumnIsWhatIsInIt) {
   EXPECT_EQ(valueOf({u, u, f, u, u}), kColumnFree);
 }
 
-TEST(GroundGrid, AllOfAColumnHasToBeFreeUnlessSaidOtherwise) {
-  EXPECT_EQ((GroundHeights{0.0, 1.0}.seen_share), 1.0);
-}
-
-TEST(GroundGrid, HalfOfAnEvenColumnIsEnough) {
-  GroundColumns columns({0.0, 0.4, 0.5}, kCell_m);
-  Cells cells;
-  cells.set(0, 0, 0, CellState::kFree);
-  cells.set(0, 0, 3, CellState::kFree);
-  cells.set(1, 0, 2, CellState::kFree);
-  for (const SpaceCube& cube : cells.take().cubes) columns.put(cube);
-  EXPECT_EQ(columns.at(0, 0), kColumnFree);
-  EXPECT_EQ(columns.at(1, 0), kColumnUnknown);
-}
-
 TEST(GroundGrid, WindowsGrowBySteps) {
   const auto expectWindow = [](const GridBox& known, const GridBox& window) {
     EXPECT_TRUE(windowAround(known) == window) << known.x << " " << known.width;
@@ -155,19 +140,6 @@ TEST(GroundGrid, WindowsGrowBySteps) {
   expectWindow({-1, 255, 1, 1}, {-256, 0, 256, 256});
   expectWindow({-256, 256, 256, 256}, {-256, 256, 256, 256});
   expectWindow({-257, 100, 2, 157}, {-512, 0, 512, 512});
-}
-
-TEST(GroundGrid, SaysNothingTwice) {
-  GroundGrid grid({0.0, 0.4});
-  EXPECT_EQ(grid.next().kind, Kind::kNothing);
-  Cells cells;
-  cells.set(3, 4, 1, CellState::kSurface);
-  grid.apply(cells.take(), kCell_m);
-  EXPECT_EQ(grid.next().kind, Kind::kGrid);
-  EXPECT_EQ(grid.next().kind, Kind::kNothing);
-  cells.set(3, 4, 2, CellState::kSurface);  // it is occupied already
-  grid.apply(cells.take(), kCell_m);
-  EXPECT_EQ(grid.next().kind, Kind::kNothing);
 }
 
 /// Updates hold all that has changed since the grid, also what an earlier one has told.
@@ -227,31 +199,6 @@ TEST(GroundGrid, AFollowerHasWhatIsThere) {
   }
   EXPECT_GT(grids, 3u);
   EXPECT_GT(updates, 20u);
-}
-
-/// What was known is unknown, in the same window; then the window is that of what is there now.
-TEST(GroundGrid, BeginsAnew) {
-  GroundGrid grid({0.0, 0.4});
-  Cells cells;
-  cells.set(600, 4, 1, CellState::kSurface);
-  cells.set(0, 4, 1, CellState::kSurface);
-  grid.apply(cells.take(), kCell_m);
-  GridFollower follower;
-  follower.take(grid, grid.next());
-  ASSERT_EQ(follower.window.width, 768);
-
-  grid.apply({true, {}}, kCell_m);
-  PendingGrid told = grid.next();
-  ASSERT_EQ(told.kind, Kind::kUpdate);
-  follower.take(grid, told);
-  for (const int8_t value : follower.values) ASSERT_EQ(value, kColumnUnknown);
-
-  Cells others;
-  others.set(1000, 4, 1, CellState::kSurface);
-  grid.apply(others.take(), kCell_m);
-  told = grid.next();
-  EXPECT_EQ(told.kind, Kind::kGrid);
-  EXPECT_TRUE((told.box == GridBox{768, 0, 256, 256})) << "nothing is left of the old one";
 }
 
 TEST(GroundGrid, CellsOfAnotherSizeAreAnotherGrid) {

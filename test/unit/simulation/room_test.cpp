@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kernels/core/camera.h"
 #include "simulation/scene.h"
 
 namespace dtsdf {
@@ -48,21 +47,6 @@ TEST(Room, BallsMoveClearOfCameraAndThings) {
         const Vector3d eye_W = roomCameraPose(other_s, kLap_s).translation();
         EXPECT_GT((eye_W - balls[i].centre_W).norm() - balls[i].radius_m, 0.3);
       }
-    }
-  }
-}
-
-TEST(Room, EveryPixelIsMeasuredAndOnASurface) {
-  const Scene scene = makeRoomScene();
-  for (int i = 0; i < kViews; ++i) {
-    const Eigen::Isometry3d T_W_C = roomCameraPose(kLap_s * i / kViews, kLap_s);
-    const auto depth_m = renderDepth(scene, kIntrinsics, kWidth, kHeight, T_W_C);
-    for (int pixel = 0; pixel < kWidth * kHeight; ++pixel) {
-      const float z_m = depth_m[static_cast<size_t>(pixel)];
-      ASSERT_GT(z_m, 0.2f);
-      const Vec3f p_C = backProject(kIntrinsics, static_cast<float>(pixel % kWidth),
-                                    static_cast<float>(pixel / kWidth), z_m);
-      ASSERT_LT(scene.distanceToSurface(T_W_C * Vector3d(p_C.x, p_C.y, p_C.z)), 1e-5);
     }
   }
 }

@@ -75,12 +75,6 @@ TEST(SceneShapes, RoomIsSeenFromInside) {
   EXPECT_TRUE(std::isinf(scene.intersect(Vector3d(0, 5, 1), -Vector3d::UnitY())));
 }
 
-TEST(SceneShapes, EmptySceneHasNothing) {
-  const Scene scene;
-  EXPECT_TRUE(std::isinf(scene.intersect(Vector3d::Zero(), Vector3d::UnitX())));
-  EXPECT_TRUE(std::isinf(scene.distanceToSurface(Vector3d::Zero())));
-}
-
 /// A hit lies on the surface, and all before it in free space: intersection and distance agree.
 TEST(SceneProperty, HitsLieOnTheSurface) {
   std::mt19937 random(7);
@@ -133,21 +127,6 @@ TEST(SceneRender, LookAtFollowsTheOpticalFrame) {
   EXPECT_NEAR(T_W_C.linear().determinant(), 1.0, 1e-12);
   EXPECT_TRUE((T_W_C * Vector3d(0, 0, 2)).isApprox(Vector3d(3, 2, 3))) << "z is forward";
   EXPECT_TRUE((T_W_C * Vector3d(0, 1, 0)).isApprox(Vector3d(1, 2, 2))) << "y is down";
-}
-
-TEST(SceneRender, DepthIsAlongTheOpticalAxis) {
-  const Scene scene = sceneOf(Plane{Vector3d(0, 0, 1.5), -Vector3d::UnitZ()});
-  const auto depth_m =
-      renderDepth(scene, {50, 50, 19.5f, 14.5f}, 40, 30, Eigen::Isometry3d::Identity());
-  ASSERT_EQ(depth_m.size(), 1200u);
-  for (const float z_m : depth_m) EXPECT_FLOAT_EQ(z_m, 1.5f);
-}
-
-TEST(SceneRender, NothingIsZero) {
-  const Scene scene = sceneOf(Sphere{Vector3d(0, 0, 2), 0.5});
-  const auto depth_m = renderDepth(scene, {50, 50, 20, 15}, 41, 31, Eigen::Isometry3d::Identity());
-  EXPECT_FLOAT_EQ(depth_m[15 * 41 + 20], 1.5f);
-  EXPECT_EQ(depth_m[0], 0.0f);
 }
 
 /// The image bounds of a shape must not cut anything off.

@@ -29,14 +29,6 @@ TEST(Helper, DoesOneTaskAfterTheOther) {
   EXPECT_EQ(done, 200);
 }
 
-TEST(Helper, WorksOnAnotherThread) {
-  std::thread::id id;
-  Helper helper;
-  helper.start([&id] { id = std::this_thread::get_id(); });
-  helper.wait();
-  EXPECT_NE(id, std::this_thread::get_id());
-}
-
 TEST(Helper, PassesExceptionsOnOnce) {
   Helper helper;
   helper.start([] { throw std::runtime_error("a task fails"); });

@@ -80,3 +80,6 @@ types:
         type: u8
       - id: content_hash
         type: u8
+      - id: chunk_checksums
+        type: u8
+        repeat: eos

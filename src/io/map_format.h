@@ -73,6 +73,7 @@ class ContentHash {
   /// Begins with the settings that a map is bound to, the numbers of its frames, and the tables.
   explicit ContentHash(const MapContents& head);
 
+  /// That of the content of voxels or colours.
   void add(uint64_t checksum) { sums_.put(checksum); }
   uint64_t result() const { return hashOf(sums_.bytes.data(), sums_.bytes.size()); }
 

@@ -82,10 +82,12 @@ struct MapChunks::State {
   }
 
   void checkEnd() {
-    const Bytes bytes = file->read(file->records()[end], kEndBytes);
+    const size_t chunks = voxels.size() + colours.size();
+    const Bytes bytes = file->read(file->records()[end], kEndBytes + chunks * sizeof(uint64_t));
     ByteReader in(bytes);
     const auto records = in.take<uint64_t>(), heads = in.take<uint64_t>();
     content_hash = in.take<uint64_t>();
+    for (size_t i = 0; i < chunks; ++i) sums.push_back(in.take<uint64_t>());
     if (records != end - first || heads != file->headHash(first, end)) {
       file->throwDamaged("its records are not those that were written");
     }
@@ -214,21 +216,30 @@ struct MapChunks::State {
                    " MiB are allowed; raise map/max_memory_mb (map_tool: --max-memory-mb)");
   }
 
-  /// The checksums of voxels and colours, which their reading checks, are those of the map.
+  /// What the file says of its voxels and colours, which their reading checks, makes the hash.
   void checkHash() const {
     ContentHash hash(head);
-    for (size_t i = 0; i < voxels.size(); ++i) {
-      hash.add(voxels[i].checksum);
-      if (head.painted) hash.add(colours[i].checksum);
-    }
+    for (const uint64_t sum : sums) hash.add(sum);
     if (hash.result() != content_hash) file->throwDamaged("the content hash does not match");
   }
 
   template <class Words>
-  void read(const Record& record, const std::vector<size_t>& word, size_t chunk,
+  void readVoxels(size_t chunk, Words& words) const {
+    read(voxels[chunk], bounds.voxel_word, chunk, sums[head.painted ? 2 * chunk : chunk], words);
+  }
+  template <class Words>
+  void readColours(size_t chunk, Words& words) const {
+    read(colours[chunk], bounds.colour_word, chunk, sums[2 * chunk + 1], words);
+  }
+
+  template <class Words>
+  void read(const Record& record, const std::vector<size_t>& word, size_t chunk, uint64_t sum,
             Words& words) const {
     words = Words(word[chunk + 1] - word[chunk]);
-    file->read(record, words.data(), words.size() * sizeof(words[0]));
+    const size_t bytes = words.size() * sizeof(words[0]);
+    file->read(record, words.data(), bytes);
+    if (checksumOf(record.name().c_str(), words.data(), bytes) == sum) return;
+    file->throwDamaged("the content of a record " + record.name() + " does not match its checksum");
   }
 
   MapContents part(size_t chunk) const {
@@ -238,8 +249,8 @@ struct MapChunks::State {
       return head.blocks.begin() + static_cast<std::ptrdiff_t>(bounds.block[at]);
     };
     part.blocks.assign(block(chunk), block(chunk + 1));
-    read(voxels[chunk], bounds.voxel_word, chunk, part.voxels);
-    if (head.painted) read(colours[chunk], bounds.colour_word, chunk, part.colours);
+    readVoxels(chunk, part.voxels);
+    if (head.painted) readColours(chunk, part.colours);
     return part;
   }
 
@@ -252,6 +263,7 @@ struct MapChunks::State {
   MapSize size;
   uint64_t content_hash = 0;
   ChunkBounds bounds;
+  std::vector<uint64_t> sums;           // of voxels, and colours, of one chunk after the other
   std::vector<Record> voxels, colours;  // copies: a journal grows while its map is read
 };
 
@@ -284,11 +296,11 @@ size_t MapChunks::endRecord() const { return state_->end + 1; }
 size_t MapChunks::count() const { return state_->bounds.count(); }
 
 void MapChunks::readVoxels(size_t chunk, std::vector<uint64_t>& words) const {
-  state_->read(state_->voxels[chunk], state_->bounds.voxel_word, chunk, words);
+  state_->readVoxels(chunk, words);
 }
 
 void MapChunks::readColours(size_t chunk, std::vector<uint32_t>& words) const {
-  state_->read(state_->colours[chunk], state_->bounds.colour_word, chunk, words);
+  state_->readColours(chunk, words);
 }
 
 void MapChunks::visit(const std::function<void(const MapContents&)>& take, int threads) const {

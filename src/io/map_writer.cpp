@@ -52,9 +52,8 @@ void putHead(const MapContents& head, const MapBox* box, const MapSize& size, Re
   if (head.cell_voxels != 0) out.put(kFree, kZstd, encodeFree(head));
 }
 
-uint64_t checksumIn(const Bytes& encoded) {
-  return numberOf<uint64_t>(encoded.data() + kRecordHeadBytes - sizeof(uint64_t));
-}
+/// A record, and the checksum of its content.
+using SummedRecord = std::pair<Bytes, uint64_t>;
 
 /// Calls take(number, {of voxels, of colours}) for one chunk after the other, with what `make` has
 /// made of a kind of record and its content.
@@ -114,22 +113,26 @@ SavedMap writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& 
   saved.size = sizeOf(head);
   putHead(head, box, saved.size, out);
   ContentHash hash(head);
-  const auto put = [&](const Bytes& encoded) {
-    hash.add(checksumIn(encoded));
-    out.put(encoded);
+  ByteWriter sums;
+  const auto put = [&](const SummedRecord& record) {
+    hash.add(record.second);
+    sums.put(record.second);
+    out.put(record.first);
   };
   visitChunks(
       head, read, threads,
       [](const char* kind, const void* words, size_t bytes) {
-        return encodeRecord(kind, kZstd, words, bytes);
+        return SummedRecord(encodeRecord(kind, kZstd, words, bytes),
+                            checksumOf(kind, words, bytes));
       },
-      [&](size_t, const std::pair<Bytes, Bytes>& chunk) {
+      [&](size_t, const std::pair<SummedRecord, SummedRecord>& chunk) {
         put(chunk.first);
         if (head.painted) put(chunk.second);
       });
   saved.content_hash = hash.result();
   ByteWriter end;
   end.put(out.records()).put(out.headHash()).put(saved.content_hash);
+  end.bytes.insert(end.bytes.end(), sums.bytes.begin(), sums.bytes.end());
   out.put(kEnd, 0, end.bytes);
   return saved;
 }

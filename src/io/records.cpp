@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <stdexcept>
 #include <system_error>
 
@@ -22,8 +24,6 @@ constexpr char kMagic[] = "DTSDFREC";
 constexpr int kCompressionLevel = 1;
 /// In a zstd frame, four bytes stand for 128 KiB at most.
 constexpr uint64_t kMostCompression = 32768;
-/// More than any file has, and few enough to be listed.
-constexpr size_t kMostRecords = 1 << 22;
 
 Bytes compressed(const void* content, size_t bytes) {
   Bytes stored(ZSTD_compressBound(bytes));
@@ -36,10 +36,23 @@ Bytes compressed(const void* content, size_t bytes) {
   return stored;
 }
 
+/// What the checksum of a record covers beside its stored bytes.
+Bytes beginOf(const Record& record) {
+  ByteWriter head;
+  head.putText(record.name()).put(record.flags).put(record.stored_bytes);
+  return std::move(head.bytes);
+}
+
 Bytes headOf(const Record& record) {
   ByteWriter head;
-  head.putText(record.name()).put(record.flags).put(record.stored_bytes).put(record.checksum);
+  head.bytes = beginOf(record);
+  head.put(record.checksum);
   return std::move(head.bytes);
+}
+
+uint64_t storedChecksum(const Record& record, const void* stored) {
+  const Bytes begin = beginOf(record);
+  return hashOf(stored, record.stored_bytes, hashOf(begin.data(), begin.size()));
 }
 
 }  // namespace
@@ -93,18 +106,22 @@ Bytes fileHead(const char* purpose) {
   return std::move(head.bytes);
 }
 
-Bytes encodeRecord(const char* kind, uint32_t flags, const void* content, size_t bytes) {
+Bytes encodeStored(const char* kind, uint32_t flags, const void* stored, size_t bytes) {
   Record record;
   std::copy_n(kind, record.kind.size(), record.kind.begin());
   record.flags = flags;
-  record.checksum = checksumOf(kind, content, bytes);
-  Bytes stored;
-  if (flags & kZstd) stored = compressed(content, bytes);
-  record.stored_bytes = flags & kZstd ? stored.size() : bytes;
+  record.stored_bytes = bytes;
+  record.checksum = storedChecksum(record, stored);
   Bytes encoded = headOf(record);
-  const auto* const first = flags & kZstd ? stored.data() : static_cast<const uint8_t*>(content);
-  encoded.insert(encoded.end(), first, first + record.stored_bytes);
+  const auto* const first = static_cast<const uint8_t*>(stored);
+  encoded.insert(encoded.end(), first, first + bytes);
   return encoded;
+}
+
+Bytes encodeRecord(const char* kind, uint32_t flags, const void* content, size_t bytes) {
+  if (!(flags & kZstd)) return encodeStored(kind, flags, content, bytes);
+  const Bytes stored = compressed(content, bytes);
+  return encodeStored(kind, flags, stored.data(), stored.size());
 }
 
 void RecordWriter::put(const Bytes& encoded) {
@@ -121,6 +138,7 @@ RecordFile::RecordFile(const std::string& path, const char* purpose, const std::
   if (descriptor_ < 0) throwCannotRead(errno);
   try {
     readHead(purpose);
+    end_ = kFileHeadBytes;
     findRecords();
   } catch (...) {
     close(descriptor_);
@@ -149,8 +167,25 @@ void RecordFile::readHead(const char* purpose) {
                            std::to_string(kRecordVersion) + "; use a newer program");
 }
 
+bool RecordFile::hasPurpose(const std::string& path, const char* purpose) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;
+  std::ifstream file(path, std::ios::binary);
+  Bytes head(kFileHeadBytes);
+  file.read(reinterpret_cast<char*>(head.data()), static_cast<std::streamsize>(head.size()));
+  return file.good() && head == fileHead(purpose);
+}
+
+bool RecordFile::readOn() {
+  struct stat status;
+  if (fstat(descriptor_, &status) != 0) throwCannotRead(errno);
+  bytes_ = static_cast<uint64_t>(status.st_size);
+  const size_t before = records_.size();
+  if (bytes_ > end_) findRecords();
+  return records_.size() > before;
+}
+
 void RecordFile::findRecords() {
-  end_ = kFileHeadBytes;
   while (bytes_ - end_ >= kRecordHeadBytes) {
     Bytes head(kRecordHeadBytes);
     readAt(end_, head.data(), head.size());
@@ -184,7 +219,8 @@ void RecordFile::readAt(uint64_t offset, void* data, size_t bytes) const {
 Bytes RecordFile::readStored(const Record& record) const {
   Bytes stored(record.stored_bytes);
   readAt(record.offset, stored.data(), stored.size());
-  return stored;
+  if (storedChecksum(record, stored.data()) == record.checksum) return stored;
+  throwDamaged("the checksum of a record " + printable(record.name()) + " does not match");
 }
 
 void RecordFile::unpack(const Record& record, const Bytes& stored, void* content,
@@ -196,8 +232,6 @@ void RecordFile::unpack(const Record& record, const Bytes& stored, void* content
     if (stored.size() != bytes) throwWrongSize(record);
     std::copy(stored.begin(), stored.end(), static_cast<uint8_t*>(content));
   }
-  if (checksumOf(record.name().c_str(), content, bytes) == record.checksum) return;
-  throwDamaged("the checksum of a record " + printable(record.name()) + " does not match");
 }
 
 /// Sizes are checked before there is memory for them.

@@ -1,4 +1,4 @@
-/// Files as records {kind, flags, length, checksum, bytes}: maps and boxes of maps are written so.
+/// Files as records {kind, flags, length, checksum, bytes}: maps, boxes of maps and journals.
 /// docs/map_format.md describes them byte by byte.
 #pragma once
 
@@ -75,6 +75,8 @@ class ByteReader {
 
 constexpr size_t kFileHeadBytes = 16, kRecordHeadBytes = 24;
 constexpr uint32_t kRecordVersion = 1;
+/// No file has more, so that they can be listed.
+constexpr size_t kMostRecords = 1 << 22;
 
 /// What a record's flags say.
 constexpr uint32_t kZstd = 1;          ///< The bytes are one zstd frame.
@@ -85,20 +87,23 @@ struct Record {
   std::array<char, 4> kind = {};
   uint32_t flags = 0;
   uint64_t stored_bytes = 0;
-  uint64_t checksum = 0;  ///< Of the content, uncompressed, with the kind as seed.
+  uint64_t checksum = 0;  ///< Of the bytes as they are stored and of the head before it.
   uint64_t offset = 0;    ///< Of its bytes in the file.
 
   bool is(const char* name) const { return std::equal(kind.begin(), kind.end(), name); }
   std::string name() const { return {kind.begin(), kind.end()}; }
 };
 
-/// The checksum of a record of this kind and content.
+/// Of a content, uncompressed, with the kind as seed: what content hashes are made of.
 uint64_t checksumOf(const char* kind, const void* content, size_t bytes);
 
 /// The head of a file whose records are of this purpose, four letters.
 Bytes fileHead(const char* purpose);
 
-/// A record with its head. @throws std::runtime_error where it cannot be compressed.
+/// A record with its head, of bytes as they are to be stored.
+Bytes encodeStored(const char* kind, uint32_t flags, const void* stored, size_t bytes);
+
+/// The same of a content. @throws std::runtime_error where it cannot be compressed.
 Bytes encodeRecord(const char* kind, uint32_t flags, const void* content, size_t bytes);
 
 /// Writes records one after the other, and keeps account of them for their end.
@@ -132,9 +137,14 @@ class RecordFile {
   RecordFile(const RecordFile&) = delete;
   RecordFile& operator=(const RecordFile&) = delete;
 
+  /// Whether a regular file begins with the head of such a file. Waits for no pipe.
+  static bool hasPurpose(const std::string& path, const char* purpose);
+
   const std::string& path() const { return path_; }
   const std::vector<Record>& records() const { return records_; }
   uint64_t bytes() const { return bytes_; }
+  /// Finds records that were appended since. @return whether there are any.
+  bool readOn();
   /// Where the last record ends that is there as a whole.
   uint64_t end() const { return end_; }
 

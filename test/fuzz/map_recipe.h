@@ -218,8 +218,10 @@ class MapRecipe {
   static void append(const Part& part, const Bytes& content, RecordWriter& out) {
     const uint32_t flags = (part.how & kSkipped ? kMayBeSkipped : 0) |
                            (part.how & kCompressed && !(part.how & kBrokenFrame) ? kZstd : 0);
-    Bytes record = encodeRecord(part.id.data(), flags, content.data(), content.size());
-    if (part.how & kBrokenFrame) record[4] |= kZstd;
+    const bool is_broken = (part.how & kBrokenFrame) != 0;
+    Bytes record = is_broken
+                       ? encodeStored(part.id.data(), flags | kZstd, content.data(), content.size())
+                       : encodeRecord(part.id.data(), flags, content.data(), content.size());
     if (part.how & kLengthened) ++record[8];
     if (part.how & kWrongSum) ++record[16];
     out.put(record);
@@ -227,17 +229,23 @@ class MapRecipe {
 
   Bytes end(const RecordWriter& before) {
     ByteWriter out;
-    out.put(before.records()).put(before.headHash()).put(mapHash());
+    const Bytes of_tables = tableSums(), of_chunks = chunkSums();
+    Bytes sums = of_tables;
+    sums.insert(sums.end(), of_chunks.begin(), of_chunks.end());
+    out.put(before.records()).put(before.headHash()).put(hashOf(sums.data(), sums.size()));
+    out.bytes.insert(out.bytes.end(), of_chunks.begin(), of_chunks.end());
     return out.bytes;
   }
 
-  /// The content hash, as the page says it.
-  uint64_t mapHash() {
+  // What the content hash is of, as the page says it.
+
+  static void add(const char* id, const Bytes& content, ByteWriter& sums) {
+    sums.put(checksumOf(id, content.data(), content.size()));
+  }
+
+  Bytes tableSums() {
     using namespace map_format;
     ByteWriter sums, counts;
-    const auto add = [&](const char* id, const Bytes& content) {
-      sums.put(checksumOf(id, content.data(), content.size()));
-    };
     if (const Part* const part = find(kSettings)) {
       MapContents told;
       parseSettings({part->content.begin(), part->content.end()}, told.settings);
@@ -248,20 +256,28 @@ class MapRecipe {
                           part->content.begin() + static_cast<std::ptrdiff_t>(
                                                       std::min<size_t>(16, part->content.size())));
     }
-    add(kState, counts.bytes);
+    add(kState, counts.bytes, sums);
     for (const char* id : {kBlocks, kColourIndex, kFree}) {
-      if (const Part* const part = find(id)) add(id, part->content);
+      if (const Part* const part = find(id)) add(id, part->content, sums);
     }
+    return std::move(sums.bytes);
+  }
+
+  Bytes chunkSums() {
+    using namespace map_format;
+    ByteWriter sums;
     std::vector<const Part*> voxels, colours;
     for (const Part& part : parts_) {
       if (part.is(kVoxels)) voxels.push_back(&part);
       if (part.is(kColours)) colours.push_back(&part);
     }
     for (size_t i = 0; i < voxels.size(); ++i) {
-      add(kVoxels, voxels[i]->content);
-      if (find(kColourIndex) != nullptr && i < colours.size()) add(kColours, colours[i]->content);
+      add(kVoxels, voxels[i]->content, sums);
+      if (find(kColourIndex) != nullptr && i < colours.size()) {
+        add(kColours, colours[i]->content, sums);
+      }
     }
-    return hashOf(sums.bytes.data(), sums.bytes.size());
+    return std::move(sums.bytes);
   }
 
   std::vector<Part> parts_;

@@ -1,7 +1,7 @@
 meta:
   id: dtsdf_records
-  title: Map files of dtsdf_mapping
-  file-extension: dtsdf
+  title: Map files and journals of dtsdf_mapping
+  file-extension: [dtsdf, dtsdfj]
   endian: le
 doc: |
   A file of records, as docs/map_format.md describes them. Contents that are stored as a zstd frame
@@ -42,6 +42,10 @@ types:
             '"LEVL"': pose
             '"STAT"': state
             '"END "': end
+            '"BEGN"': begin
+            '"DIMG"': image
+            '"CIMG"': image
+            '"TWM "': pose
     instances:
       is_zstd:
         value: (flags & 1) != 0
@@ -60,6 +64,47 @@ types:
         type: f8
         repeat: expr
         repeat-expr: 12
+  short_text:
+    seq:
+      - id: bytes
+        type: u4
+      - id: value
+        type: str
+        size: bytes
+        encoding: UTF-8
+  begin:
+    seq:
+      - id: settings
+        type: short_text
+      - id: map_frame
+        type: short_text
+      - id: level_frame
+        type: short_text
+      - id: has_map
+        type: u1
+  image:
+    doc: What follows in a depth image is its unit and the place whose surroundings are kept.
+    seq:
+      - id: stamp_s
+        type: f8
+      - id: camera
+        type: u4
+      - id: given_pose
+        type: pose
+      - id: fused_pose
+        type: pose
+      - id: encoding
+        type: s4
+      - id: width
+        type: s4
+      - id: height
+        type: s4
+      - id: intrinsics
+        type: f4
+        repeat: expr
+        repeat-expr: 4
+      - id: of_depth
+        size-eos: true
   state:
     seq:
       - id: frames

@@ -18,8 +18,10 @@ constexpr double kStampResolution_s = 1e-6;
 }  // namespace
 
 Trajectory::Trajectory(std::vector<StampedPose> poses) : poses_(std::move(poses)) {
-  std::stable_sort(poses_.begin(), poses_.end(),
-                   [](const auto& a, const auto& b) { return a.stamp_s < b.stamp_s; });
+  const auto byStamp = [](const auto& a, const auto& b) { return a.stamp_s < b.stamp_s; };
+  if (!std::is_sorted(poses_.begin(), poses_.end(), byStamp)) {  // which takes as much memory again
+    std::stable_sort(poses_.begin(), poses_.end(), byStamp);
+  }
   poses_.erase(std::unique(poses_.begin(), poses_.end(),
                            [](const auto& a, const auto& b) { return a.stamp_s == b.stamp_s; }),
                poses_.end());
@@ -64,7 +66,7 @@ StampedPose readPose(const ListLine& line) {
 
 Trajectory readTrajectory(const std::string& path, const std::string& advice) {
   std::vector<StampedPose> poses;
-  for (const ListLine& line : readList(path, advice)) poses.push_back(readPose(line));
+  visitList(path, advice, [&](const ListLine& line) { poses.push_back(readPose(line)); });
   return Trajectory(std::move(poses));
 }
 

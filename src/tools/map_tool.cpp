@@ -12,14 +12,16 @@ namespace dtsdf {
 namespace {
 
 void run(const std::vector<std::string>& arguments) {
-  runCommand("map_tool", "Reads map files (.dtsdf) that save_map and reconstruct write.",
+  runCommand("map_tool",
+             "Reads map files (.dtsdf) that save_map and reconstruct write, and journals.",
              {{"info", "prints what is in a map file", printMapInfo},
               {"mesh", "saves the mesh of a map file", meshMap},
               {"bt", "saves free and occupied space as an OctoMap tree", saveOcTree},
               {"slice", "draws the distances to surfaces at one height", drawSlice},
               {"render", "renders depth, normals and colours from given poses", renderMap},
               {"boxes", "cuts a recording's space into boxes for reconstruct --only", printBoxes},
-              {"join", "joins the maps of boxes", joinBoxes}},
+              {"join", "joins the maps of boxes", joinBoxes},
+              {"export", "writes a journal's images for trainers of splats", exportJournal}},
              arguments);
 }
 

@@ -21,6 +21,7 @@ void drawSlice(const std::vector<std::string>& arguments);
 void renderMap(const std::vector<std::string>& arguments);
 void printBoxes(const std::vector<std::string>& arguments);
 void joinBoxes(const std::vector<std::string>& arguments);
+void exportJournal(const std::vector<std::string>& arguments);
 
 /// Of the commands that make something of a map.
 struct MapToolOptions {

@@ -2,7 +2,6 @@
 #include <array>
 #include <cstdint>
 #include <cstdio>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -13,9 +12,10 @@
 #include "io/atomic_file.h"
 #include "io/map_chunks.h"
 #include "io/trajectory.h"
-#include "log/refusion.h"
+#include "journal/replay.h"
 #include "mapper/probed_mapper.h"
 #include "params/param_copy.h"
+#include "params/printable.h"
 #include "program/progress_bar.h"
 #include "program/run_program.h"
 #include "tools/boxes.h"
@@ -194,55 +194,57 @@ void saveAll(ReconstructionResult& result, Mapper& mapper, MapOrigin origin,
 }
 
 /// What is for recordings only. @throws UsageError
-void checkLogOptions(const ReconstructOptions& options) {
-  if (!options.load_map_path.empty() || !options.only.empty()) {
+void checkJournalOptions(const ReconstructOptions& options) {
+  if (!options.load_map_path.empty() || !options.only.empty() || options.poses_mode) {
     throw UsageError(
-        "--load-map and --only are for recordings; a frame log begins with a map of its own");
-  }
-  if (options.poses_mode || !options.recording.poses_path.empty()) {
-    throw UsageError(
-        "--poses and --poses-mode are for recordings; poses of a frame log are "
-        "corrected by --corrected-poses");
+        "--load-map, --only and --poses-mode are for recordings; a journal has a map to "
+        "begin with and poses of its own");
   }
   const ParamTree of_mapper = toTree(MapperParams()), of_all = toTree(MappingParams());
   for (const std::string& setting : options.settings) {
     const std::string key = setting.substr(0, setting.find('='));
     if (of_all.count(key) == 0 || of_mapper.count(key) > 0) continue;
     throw UsageError("--set " + key +
-                     " is for recordings; a frame log has images and poses as they were fused");
+                     " is for recordings; a journal has images and poses as they were fused");
   }
 }
 
-void correct(LogReplay& log, const std::string& path) {
-  LogCorrection correction;
-  correction.before = std::numeric_limits<uint64_t>::max();
-  correction.poses = readTrajectory(path, "corrected poses are expected there").poses();
-  const CorrectionEffect effect = log.correct(correction);
-  std::printf("log: %zu of %zu depth images have another pose by %s\n", effect.moved,
-              log.depthImages(), path.c_str());
+/// Poses are in the map frame unless said. @throws UsageError for a frame that is unknown
+void correct(JournalReplay& journal, const ReconstructOptions& options) {
+  const std::string& path = options.recording.poses_path;
+  const journal::Begin& begin = journal.begin();
+  const std::string& frame = options.poses_frame;
+  const bool is_level = !frame.empty() && frame == begin.level_frame;
+  if (!frame.empty() && !is_level && frame != begin.map_frame) {
+    throw UsageError("--poses-frame '" + printable(frame) + "': the journal has the frames '" +
+                     printable(begin.map_frame) + "' and '" + printable(begin.level_frame) + "'");
+  }
+  std::vector<StampedPose> poses = readTrajectory(path, "poses are expected there").poses();
+  const CorrectionEffect effect = is_level ? journal.correct({journal.count(), std::move(poses)})
+                                           : journal.correctGiven(std::move(poses));
+  std::printf("journal: %zu of %zu depth images have another pose by %s\n", effect.moved,
+              journal.depthImages(), path.c_str());
 }
 
-/// The map that a log leads to.
-void runLog(const ReconstructOptions& options) {
-  checkLogOptions(options);
+/// The map that a journal leads to.
+void runJournal(const ReconstructOptions& options) {
+  checkJournalOptions(options);
   checkOutputs(options);
-  LogReplay log(options.recording.path);
-  if (!log.log().cutOff().empty()) {
-    std::fprintf(stderr, "reconstruct: warning: %s\n", log.log().cutOff().c_str());
+  JournalReplay journal(options.recording.path);
+  if (!journal.cutOff().empty()) {
+    std::fprintf(stderr, "reconstruct: warning: %s\n", journal.cutOff().c_str());
   }
-  if (!options.corrected_poses_path.empty()) correct(log, options.corrected_poses_path);
-  const RunSettings settings = readSettings(options, copyOf(log.settings()));
+  if (!options.recording.poses_path.empty()) correct(journal, options);
+  const journal::Begin& begin = journal.begin();
+  const RunSettings settings = readSettings(options, copyOf(begin.settings));
   const MapperParams& params = settings.params.mapper;
-  const std::string& base = log.log().baseMap();
-  const auto mapper = base.empty()
+  const auto mapper = journal.map() == nullptr
                           ? makeProbedMapper(params, settings.rules)
-                          : makeProbedMapper(params, settings.rules,
-                                             partsOf(std::make_shared<const MapChunks>(base)));
-  ProgressBar progress("frames", log.depthImages());
-  ReconstructionResult result = reconstruct(log, *mapper, params.map, options.mesh_every,
+                          : makeProbedMapper(params, settings.rules, partsOf(journal.map()));
+  ProgressBar progress("frames", journal.depthImages());
+  ReconstructionResult result = reconstruct(journal, *mapper, params.map, options.mesh_every,
                                             [&](size_t done) { progress.show(done); });
-  const LogBegin& begin = log.log().begin();
-  saveAll(result, *mapper, {begin.map_frame, log.level(), 0.0, begin.poses}, params, options);
+  saveAll(result, *mapper, {begin.map_frame, journal.level(), 0.0, begin.poses}, params, options);
 }
 
 /// Poses of a recording are refined unless it has been given others, which are taken as they are.
@@ -299,10 +301,8 @@ void checkBox(const ReconstructionResult& result) {
 
 void run(ReconstructOptions options) {
   completeInput(options);
-  if (options.recording.format == "log") return runLog(options);
-  if (!options.corrected_poses_path.empty()) {
-    throw UsageError("--corrected-poses is for frame logs; recordings take --poses");
-  }
+  if (options.recording.format == "journal") return runJournal(options);
+  if (!options.poses_frame.empty()) throw UsageError("--poses-frame is for journals");
   const RunSettings settings = readSettings(options, defaultsFor(options));
   options.recording.first_pose_only = settings.params.node.poses.mode == PoseMode::kTrack;
   checkOutputs(options);

@@ -19,7 +19,7 @@ void addInputOptions(CommandLine& line, ReconstructOptions& options) {
   RecordingOptions& recording = options.recording;
   line.addText({"INPUT", "",
                 "a recording: a folder in one of the known formats, a ROS bag with "
-                "depth images, camera_info and TF, or the folder of a frame log"},
+                "depth images, camera_info and TF, or a journal"},
                recording.path);
   addFormatOption(line, options);
   addTumOption(line, options);
@@ -49,10 +49,11 @@ void addPoseOptions(CommandLine& line, ReconstructOptions& options) {
             "map (default), or find all poses but the first by the map alone; overrides the "
             "setting `poses/mode`"},
            [&](const std::string& value) { options.poses_mode = value; });
-  line.addText({"--corrected-poses", "FILE",
-                "of a frame log: corrected poses of some of its images, lines as for --poses; the "
-                "rest are interpolated"},
-               options.corrected_poses_path);
+  line.addText({"--poses-frame", "NAME",
+                "of a journal: the frame that --poses are in, its map frame or its level frame "
+                "(default: its map frame)"},
+               options.poses_frame);
+  line.onlyWith("--poses-frame", "--poses");
 }
 
 void addTrajectoryOption(CommandLine& line, ReconstructOptions& options) {

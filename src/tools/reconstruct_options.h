@@ -9,14 +9,14 @@
 namespace dtsdf {
 
 struct ReconstructOptions : InputOptions {
-  size_t mesh_every = 0;             ///< Extract a mesh each so many frames; 0: only at the end.
-  std::string mesh_path;             ///< Empty: only the map is saved.
-  double simplify_error_m = 0.0;     ///< Of the mesh that is saved; 0: all triangles.
-  std::string load_map_path;         ///< Empty: the run begins with an empty map.
-  std::string corrected_poses_path;  ///< Of a log; empty: poses are as it has them.
-  std::string trajectory_path;       ///< Empty: the poses are not saved.
-  std::string only;                  ///< Text of a box; empty: all of space.
-  std::string save_map_path;         ///< Empty: the map is not saved.
+  size_t mesh_every = 0;          ///< Extract a mesh each so many frames; 0: only at the end.
+  std::string mesh_path;          ///< Empty: only the map is saved.
+  double simplify_error_m = 0.0;  ///< Of the mesh that is saved; 0: all triangles.
+  std::string load_map_path;      ///< Empty: the run begins with an empty map.
+  std::string poses_frame;        ///< Of a journal's --poses; empty: its map frame.
+  std::string trajectory_path;    ///< Empty: the poses are not saved.
+  std::string only;               ///< Text of a box; empty: all of space.
+  std::string save_map_path;      ///< Empty: the map is not saved.
 };
 
 /// @throws UsageError that names the option, TextRequest for --help.

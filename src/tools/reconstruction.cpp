@@ -252,19 +252,19 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, con
   return reconstruction.finish(skipped);
 }
 
-ReconstructionResult reconstruct(LogReplay& log, Mapper& mapper, const MapParams& map,
+ReconstructionResult reconstruct(JournalReplay& journal, Mapper& mapper, const MapParams& map,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress) {
   Reconstruction reconstruction(mapper, map, PoseParams());
-  while (std::optional<LogCall> call = log.next()) {
-    if (const auto* const depth = std::get_if<LoggedDepth>(&call->content)) {
+  while (std::optional<JournalCall> call = journal.next()) {
+    if (const auto* const depth = std::get_if<journal::StoredDepth>(&call->content)) {
       SourceFrame frame;
       frame.depth = depth->frame;
       frame.stamp_s = call->stamp_s;
       reconstruction.fuse(frame);
       if (mesh_every > 0) reconstruction.updateMeshIfDue(mesh_every);
       show_progress(reconstruction.frames() + reconstruction.framesNotFused());
-    } else if (const auto* const colour = std::get_if<LoggedColour>(&call->content)) {
+    } else if (const auto* const colour = std::get_if<journal::StoredColour>(&call->content)) {
       SourceColour image;
       image.colour = colour->frame;
       image.stamp_s = call->stamp_s;

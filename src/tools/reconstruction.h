@@ -16,7 +16,7 @@
 #include "dtsdf_mapping/pose_tracker.h"
 #include "io/map_box.h"
 #include "io/trajectory.h"
-#include "log/refusion.h"
+#include "journal/replay.h"
 #include "page/paged_meshes.h"
 
 namespace dtsdf {
@@ -88,8 +88,8 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, con
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress);
 
-/// The same of a frame log, with its calls in their order.
-ReconstructionResult reconstruct(LogReplay& log, Mapper& mapper, const MapParams& map,
+/// The same of a journal, with its calls in their order.
+ReconstructionResult reconstruct(JournalReplay& journal, Mapper& mapper, const MapParams& map,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress);
 

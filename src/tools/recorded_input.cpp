@@ -6,9 +6,9 @@
 
 #include "io/bag_frames.h"
 #include "io/first_look.h"
+#include "journal/replay.h"
 #include "level/floor.h"
 #include "level/level_pose.h"
-#include "log/log_folder.h"
 
 namespace dtsdf {
 namespace {
@@ -68,16 +68,16 @@ void completeInput(InputOptions& options) {
   std::string& format = options.recording.format;
   if (format.empty()) {
     const std::string& path = options.recording.path;
-    format = isFrameLog(path) ? "log" : guessRecordingFormat(path);
+    format = isJournal(path) ? "journal" : guessRecordingFormat(path);
   }
   checkReadingOptions(options);
 }
 
 std::unique_ptr<FrameSource> openFrames(const InputOptions& options, const NodeParams& node) {
   if (options.recording.format == "bag") return openBag(options, node);
-  if (options.recording.format == "log") {
+  if (options.recording.format == "journal") {
     throw std::runtime_error("'" + options.recording.path +
-                             "' is a frame log, which only reconstruct reads");
+                             "' is a journal, which reconstruct and map_tool export read");
   }
   return openRecording(options.recording);
 }

@@ -245,11 +245,11 @@ RunSettings readSettings(ParamTree tree) {
 
 namespace {
 
-/// The formats' names, "bag" and "log" included.
+/// The formats' names, "bag" and "journal" included.
 std::vector<std::string> formatNames() {
   std::vector<std::string> names = recordingFormats();
   names.push_back("bag");
-  names.push_back("log");
+  names.push_back("journal");
   return names;
 }
 
@@ -285,7 +285,8 @@ void addReadingOptions(CommandLine& line, InputOptions& options) {
            [&](const std::string& value) { recording.intrinsics = parseIntrinsics(value); });
   line.addText({"--poses", "FILE",
                 "poses to use instead of the recording's: `stamp tx ty tz qx qy qz qw` per line, "
-                "camera to world, in metres; images without stamps use their number"},
+                "camera to world, in metres; images without stamps use their number. Of a journal: "
+                "corrected poses of some of its images; the rest are interpolated"},
                recording.poses_path);
   addFolderOptions(line, options);
   line.addText({"--depth-topic", "T", "a bag's depth images (default: the only such topic)"},

@@ -69,7 +69,7 @@ RunSettings readSettings(const RunOptions& options, ParamTree defaults);
 /// The same of settings as files and command lines say them. @throws ParamError
 RunSettings readSettings(ParamTree tree);
 
-/// What is read is RunOptions::recording, whose format may also be "bag" or "log".
+/// What is read is RunOptions::recording, whose format may also be "bag" or "journal".
 struct InputOptions : RunOptions, BagTopics {};
 
 // Each adds some of the options to a command line.

@@ -1,5 +1,5 @@
 // Whether a source of poses has taken a correction over, for motions in closed form.
-#include "log/corrected_poses.h"
+#include "journal/pose_correction.h"
 
 #include <gtest/gtest.h>
 

@@ -1,32 +1,34 @@
-// reconstruct reads a frame log: to the map that was logged, or to that of corrected poses.
+// reconstruct reads a journal: to the node's map, or to that of corrected poses; map_tool exports
+// it.
 #include <gtest/gtest.h>
 
 #include "io/trajectory.h"
-#include "support/logged_map.h"
+#include "support/journaled_map.h"
 #include "support/run_program.h"
 
 namespace dtsdf {
 namespace {
 
-Outcome runReconstruct(const TemporaryFolder& folder, const std::string& arguments) {
-  return runIn(folder, DTSDF_RECONSTRUCT " " + folder / "log" + " " + arguments);
-}
-
-class LogProgram : public testing::Test {
+class JournalProgram : public testing::Test {
  protected:
-  LogProgram() : images_(roomImages(6)) {
+  JournalProgram() : images_(roomImages(6)) {
     params_ = makeCpuParams();
     params_.map.voxel_size_m = 0.05f;
     params_.map.max_memory_mb = 256;
-    FrameLog log(logOptions(folder_ / "log"));
+    JournalWriter journal(journalOptions(folder_ / "journals"));
+    path_ = journal.path();
     PoseParams poses;
     poses.mode = PoseMode::kTrack;
-    LoggedMap live(params_, log, poses);
+    JournaledMap live(params_, journal, poses);
     for (size_t i = 0; i < images_.size(); ++i) {
       live.fuse(movedTo(images_[i], wrongPose(i)), 0.1 * static_cast<double>(i));
     }
     live.clearRegion(SphereRegion{Eigen::Vector3d(1.0, 0.5, 0.5), 0.8});
     live_hash_ = contentHash(live.mapper().contents());
+  }
+
+  Outcome runReconstruct(const std::string& arguments) const {
+    return runIn(folder_, DTSDF_RECONSTRUCT " " + path_ + " " + arguments);
   }
 
   Eigen::Isometry3d wrongPose(size_t i) const {
@@ -36,12 +38,12 @@ class LogProgram : public testing::Test {
   TemporaryFolder folder_;
   std::vector<SceneFrame> images_;
   MapperParams params_;
+  std::string path_;
   uint64_t live_hash_ = 0;
 };
 
-TEST_F(LogProgram, MakesTheMapThatWasLogged) {
-  const Outcome outcome =
-      runReconstruct(folder_, "--backend cpu --save-map " + folder_ / "map.dtsdf");
+TEST_F(JournalProgram, MakesTheMapOfTheNode) {
+  const Outcome outcome = runReconstruct("--backend cpu --save-map " + folder_ / "map.dtsdf");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const MapInfo info = readMapInfo(folder_ / "map.dtsdf");
   EXPECT_EQ(info.content_hash, live_hash_);
@@ -50,9 +52,8 @@ TEST_F(LogProgram, MakesTheMapThatWasLogged) {
   EXPECT_EQ(info.poses.mode, PoseMode::kTrack) << "they are the node's, not of this run";
 }
 
-TEST_F(LogProgram, WritesThePosesAlone) {
-  const Outcome outcome =
-      runReconstruct(folder_, "--backend cpu --trajectory " + folder_ / "poses.txt");
+TEST_F(JournalProgram, WritesThePosesAlone) {
+  const Outcome outcome = runReconstruct("--backend cpu --trajectory " + folder_ / "poses.txt");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const std::vector<StampedPose> poses = readTrajectory(folder_ / "poses.txt", "").poses();
   ASSERT_EQ(poses.size(), images_.size());
@@ -62,7 +63,7 @@ TEST_F(LogProgram, WritesThePosesAlone) {
   }
 }
 
-TEST_F(LogProgram, MakesTheMapOfCorrectedPoses) {
+TEST_F(JournalProgram, MakesTheMapOfCorrectedPoses) {
   std::vector<StampedPose> poses;
   const auto plain = makeMapper(params_);
   for (size_t i = 0; i < images_.size(); ++i) {
@@ -75,9 +76,8 @@ TEST_F(LogProgram, MakesTheMapOfCorrectedPoses) {
     plain->integrate(movedTo(images_[i], i == 0 ? wrongPose(0) : read[i].T_W_C).view());
   }
   plain->clearRegion(SphereRegion{Eigen::Vector3d(1.0, 0.5, 0.5), 0.8});
-  const Outcome outcome =
-      runReconstruct(folder_, "--backend cpu --corrected-poses " + folder_ / "poses.txt" +
-                                  " --save-map " + folder_ / "map.dtsdf");
+  const Outcome outcome = runReconstruct("--backend cpu --poses " + folder_ / "poses.txt" +
+                                         " --save-map " + folder_ / "map.dtsdf");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("5 of 6 depth images"), std::string::npos) << outcome.out;
   const uint64_t hash = readMapInfo(folder_ / "map.dtsdf").content_hash;
@@ -85,22 +85,46 @@ TEST_F(LogProgram, MakesTheMapOfCorrectedPoses) {
   EXPECT_NE(hash, live_hash_);
 }
 
-TEST_F(LogProgram, RefusesSettingsOfRecordings) {
+TEST_F(JournalProgram, RefusesSettingsOfRecordings) {
   for (const std::string key : {"poses/mode=refine", "map/level=floor", "colour/max_rate_hz=1"}) {
-    const Outcome outcome =
-        runReconstruct(folder_, "--set " + key + " --mesh " + folder_ / "mesh.ply");
+    const Outcome outcome = runReconstruct("--set " + key + " --mesh " + folder_ / "mesh.ply");
     EXPECT_EQ(outcome.exit_code, 2) << key;
     EXPECT_NE(outcome.err.find("is for recordings"), std::string::npos) << outcome.err;
   }
 }
 
-TEST_F(LogProgram, RefusesPosesOfOtherStamps) {
+TEST_F(JournalProgram, RefusesPosesOfOtherStamps) {
   saveTrajectory({{500.0, images_[0].frame.T_W_C}}, folder_ / "poses.txt");
-  const Outcome outcome =
-      runReconstruct(folder_, "--backend cpu --corrected-poses " + folder_ / "poses.txt" +
-                                  " --save-map " + folder_ / "map.dtsdf");
+  const Outcome outcome = runReconstruct("--backend cpu --poses " + folder_ / "poses.txt" +
+                                         " --save-map " + folder_ / "map.dtsdf");
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_NE(outcome.err.find("no corrected pose has the stamp"), std::string::npos) << outcome.err;
+}
+
+TEST_F(JournalProgram, ReadsOnlyJournalsWithFramesThatItHas) {
+  saveTrajectory({{0.1, images_[1].frame.T_W_C}}, folder_ / "poses.txt");
+  const std::string arguments =
+      "--backend cpu --poses " + folder_ / "poses.txt" + " --save-map " + folder_ / "map.dtsdf";
+  EXPECT_EQ(runReconstruct(arguments + " --poses-frame map").exit_code, 0);
+  const Outcome other = runReconstruct(arguments + " --poses-frame odom");
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_NE(other.err.find("the journal has the frames 'map' and 'map_level'"), std::string::npos)
+      << other.err;
+}
+
+TEST_F(JournalProgram, IsExportedForTrainersOfSplats) {
+  const std::string out = folder_ / "splats";
+  const Outcome outcome =
+      runIn(folder_, DTSDF_MAP_TOOL " export " + path_ + " --transforms " + out);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string json = readBytes(out + "/transforms.json");
+  for (const std::string key :
+       {"\"camera_model\": \"PINHOLE\"", "depth/000005.png", "\"w\": 80", "points.ply"}) {
+    EXPECT_NE(json.find(key), std::string::npos) << key << " in " << json;
+  }
+  EXPECT_EQ(json.find("depth/000006.png"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(out + "/depth/000005.png"));
+  EXPECT_EQ(readBytes(out + "/points.ply").find("ply\nformat binary_little_endian"), 0u);
 }
 
 }  // namespace

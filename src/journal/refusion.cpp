@@ -1,0 +1,89 @@
+#include "journal/refusion.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "kernels/core/grid.h"
+
+namespace dtsdf {
+namespace {
+
+/// So that the whole mesh need not be made at once when the maps are swapped.
+constexpr size_t kCallsPerMesh = 64;
+/// How often the memory is looked at: to ask for it is to wait for a GPU.
+constexpr size_t kCallsPerCheck = 8;
+/// The mesh of so few is made when the maps are swapped.
+constexpr size_t kFewCalls = 8;
+
+std::string inMb(size_t bytes) { return std::to_string(bytes >> 20) + " MB"; }
+
+std::string tooLarge(size_t live_bytes, size_t second_bytes, size_t max_bytes) {
+  return "the map takes " + inMb(live_bytes) + " and a corrected one beside it " +
+         inMb(second_bytes) + ", more than the " + inMb(max_bytes) +
+         " of map/max_memory_mb; raise it";
+}
+
+}  // namespace
+
+std::string whyTooLarge(const MapStats& live) {
+  if (2 * live.map_bytes <= live.max_map_bytes) return "";
+  return tooLarge(live.map_bytes, live.map_bytes, live.max_map_bytes);
+}
+
+Refusion::Refusion(const std::string& path, const MapperParams& run, journal::Correction correction)
+    : replay_(path), correction_(std::move(correction)) {
+  if (replay_.count() < correction_.before) {
+    throw std::runtime_error("the journal lacks a part of the map");
+  }
+  effect_ = replay_.correct(correction_);
+  MapperParams params = readMapperParams(replay_.begin().settings);
+  params.backend = run.backend;
+  params.threads = run.threads;
+  if (effect_.moved == 0) return;
+  mapper_ =
+      replay_.map() == nullptr ? makeMapper(params) : makeMapper(params, partsOf(replay_.map()));
+  calls_since_mesh_ = replay_.map() == nullptr ? 0 : 1;
+}
+
+bool Refusion::step(size_t live_bytes) {
+  std::optional<JournalCall> call = replay_.next();
+  if (!call && replay_.readOn()) call = replay_.next();
+  if (call) {
+    const IntegrationResult result = apply(*call, *mapper_);
+    if (result.status == FrameStatus::kNoMemory) throw std::runtime_error(result.message);
+    fused_ += std::holds_alternative<journal::StoredDepth>(call->content);
+    if (++calls_since_mesh_ % kCallsPerCheck == 0) checkMemory(live_bytes);
+    if (calls_since_mesh_ >= kCallsPerMesh) extract();
+    return true;
+  }
+  if (calls_since_mesh_ < kFewCalls) return false;
+  extract();
+  return true;
+}
+
+void Refusion::checkMemory(size_t live_bytes) {
+  const MapStats stats = mapper_->stats();
+  bytes_ = stats.map_bytes;
+  if (live_bytes + stats.map_bytes <= stats.max_map_bytes) return;
+  throw std::runtime_error(tooLarge(live_bytes, stats.map_bytes, stats.max_map_bytes));
+}
+
+void Refusion::extract() {
+  for (BlockMesh& block : mapper_->updateMesh().blocks) {
+    const PackedKey key = packKey(block.key);
+    if (block.triangles.empty()) {
+      mesh_.erase(key);
+    } else {
+      mesh_[key] = std::move(block);
+    }
+  }
+  calls_since_mesh_ = 0;
+}
+
+std::map<PackedKey, BlockMesh> Refusion::takeMesh() {
+  if (calls_since_mesh_ > 0) extract();
+  return std::move(mesh_);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,62 @@
+/// Fuses the images of a journal once more, at corrected poses, beside the map as it is.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dtsdf_mapping/block_mesh.h"
+#include "journal/replay.h"
+
+namespace dtsdf {
+
+/// In turns: each step() does a little, so that images that come meanwhile go first.
+class Refusion {
+ public:
+  /// Opens the journal and makes the map to begin with.
+  /// @param run Where and on how many threads; all other settings are the journal's.
+  /// @throws std::runtime_error if the journal cannot be read, or refuses the correction.
+  Refusion(const std::string& path, const MapperParams& run, journal::Correction correction);
+
+  const journal::Correction& correction() const { return correction_; }
+  const CorrectionEffect& effect() const { return effect_; }
+
+  /// Does the next record of the journal, or reads what was added to it.
+  /// @param live_bytes Those of the map as it is: both together stay within map/max_memory_mb.
+  /// @return whether it did something; if not, it has caught up with the journal as it is written.
+  /// @throws std::runtime_error if there is too little memory, or the journal is damaged.
+  bool step(size_t live_bytes);
+
+  size_t fused() const { return fused_; }                 ///< Depth images.
+  size_t total() const { return replay_.depthImages(); }  ///< Of those that are known of.
+  size_t bytes() const { return bytes_; }                 ///< Of the map, when last looked at.
+  /// Records of the journal that it has done, once step() has nothing to do.
+  uint64_t count() const { return replay_.count(); }
+  /// What an image that is not in the journal yet would be moved by.
+  Eigen::Isometry3d motion() const { return replay_.motion(); }
+
+  /// See JournalReplay.
+  std::vector<StampedPose> firstCamera() const { return replay_.firstCamera(); }
+
+  /// The mesh of the whole map, by packed key. Brings it up to date.
+  std::map<PackedKey, BlockMesh> takeMesh();
+  std::unique_ptr<Mapper> takeMapper() { return std::move(mapper_); }
+
+ private:
+  void extract();
+  void checkMemory(size_t live_bytes);
+
+  JournalReplay replay_;
+  journal::Correction correction_;
+  CorrectionEffect effect_;
+  std::unique_ptr<Mapper> mapper_;
+  std::map<PackedKey, BlockMesh> mesh_;
+  size_t fused_ = 0, bytes_ = 0, calls_since_mesh_ = 0;
+};
+
+/// Why a second map beside one of so many bytes would not fit; empty if it may.
+std::string whyTooLarge(const MapStats& live);
+
+}  // namespace dtsdf

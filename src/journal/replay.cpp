@@ -1,0 +1,228 @@
+#include "journal/replay.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "params/printable.h"
+
+namespace dtsdf {
+namespace {
+
+/// More than an image takes, of any size that is allowed.
+constexpr uint64_t kMostPixelBytes = uint64_t{1} << 30;
+
+bool isImage(const Record& record) {
+  return record.is(journal::kDepth) || record.is(journal::kColour);
+}
+
+void noteMove(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
+              CorrectionEffect& effect) {
+  const Eigen::Isometry3d T = from.inverse() * to;
+  ++effect.moved;
+  effect.farthest_m = std::max(effect.farthest_m, T.translation().norm());
+  effect.farthest_rad = std::max(effect.farthest_rad, Eigen::AngleAxisd(T.linear()).angle());
+}
+
+}  // namespace
+
+bool isJournal(const std::string& path) { return RecordFile::hasPurpose(path, journal::kPurpose); }
+
+JournalReplay::JournalReplay(const std::string& path)
+    : file_(std::make_shared<RecordFile>(path, journal::kPurpose, "journal")) {
+  findBegin();
+  while (readOn()) {
+  }
+}
+
+void JournalReplay::findBegin() {
+  const std::vector<Record>& records = file_->records();
+  std::string problem = "it has no begin of a map";
+  for (size_t at = records.size(); at > 0; --at) {
+    if (!records[at - 1].is(journal::kBegin)) continue;
+    try {
+      return takeBegin(at - 1);
+    } catch (const std::exception& error) {  // a map of which the process wrote a part only
+      problem = errorText(error);
+    }
+  }
+  throw std::runtime_error("the journal '" + printable(file_->path()) +
+                           "' cannot be read: " + problem);
+}
+
+void JournalReplay::takeBegin(size_t record) {
+  begin_ = journal::readBegin(journal::readContent(*file_, record));
+  next_record_ = record + 1;
+  if (!begin_.has_map) return;
+  map_ = std::make_shared<const MapChunks>(file_, next_record_);
+  T_W_M_ = map_->head().T_W_M;
+  next_record_ = map_->endRecord();
+}
+
+bool JournalReplay::isWhole(size_t record) const {
+  try {
+    file_->readAny(file_->records()[record], kMostPixelBytes);
+    return true;
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
+std::string JournalReplay::cutOff() const {
+  const std::vector<Record>& records = file_->records();
+  uint64_t end = file_->end();
+  if (next_record_ < records.size()) end = records[next_record_].offset - kRecordHeadBytes;
+  if (end == file_->bytes()) return "";
+  return "the last " + std::to_string(file_->bytes() - end) + " bytes of '" +
+         printable(file_->path()) + "' are not a whole record, and are left out";
+}
+
+/// An image is there once its pixels are, and the last ones may be torn.
+bool JournalReplay::readOn() {
+  if (next_record_ >= file_->records().size() && !file_->readOn()) return false;
+  const std::vector<Record>& records = file_->records();
+  const size_t before = next_record_;
+  while (next_record_ < records.size()) {
+    const Record& record = records[next_record_];
+    const size_t end = next_record_ + (isImage(record) ? 2 : 1);
+    if (end > records.size()) {
+      if (!file_->readOn()) break;
+      continue;
+    }
+    if (record.is(journal::kBegin)) break;  // the map became another one since
+    const bool is_last = end == records.size();
+    if (is_last && !(isWhole(next_record_) && isWhole(end - 1))) break;
+    add(next_record_);
+    next_record_ = end;
+  }
+  return next_record_ > before;
+}
+
+void JournalReplay::add(size_t record) {
+  const Record& head = file_->records()[record];
+  Item item;
+  item.record = record;
+  if (isImage(head)) {
+    const journal::Image image = journal::readImage(journal::readContent(*file_, record));
+    item.is_image = true;
+    item.is_depth = head.is(journal::kDepth);
+    item.is_of_first = item.is_depth && image.camera == 0;
+    item.stamp_s = image.stamp_s;
+    item.T_W_C = image.T_W_C;
+    if (running_) item.T_W_C = correctNext(*running_, item);
+    depth_images_ += item.is_depth;
+  } else if (head.is(journal::kCorrection)) {
+    correct(journal::readCorrection(journal::readContent(*file_, record)));
+    running_.reset();  // what follows it came when it was known
+  } else if (head.is(journal::kLevel)) {
+    T_W_M_ = journal::readLevel(journal::readContent(*file_, record));
+  } else if (!head.is(journal::kClear)) {
+    file_->throwDamaged("a record " + printable(head.name()) + " is in the wrong place");
+  }
+  items_.push_back(item);
+}
+
+/// By the poses so far and what is known of the images before it, so that an image has the same
+/// pose whether it is in the journal when the correction comes, or is added later.
+Eigen::Isometry3d JournalReplay::correctNext(Running& running, const Item& item) {
+  const StampedPose given{item.stamp_s, item.T_W_C};
+  const bool is_named = given.stamp_s <= running.poses.last_s();
+  if (item.is_of_first) {
+    const Eigen::Isometry3d motion =
+        is_named ? Eigen::Isometry3d::Identity() : running.poses.lastMotion();
+    if (running.given.takesOver(motion, given)) running.is_taken_over = true;
+  }
+  if (running.is_taken_over) return item.T_W_C;
+  return running.poses.correct(given.stamp_s, item.T_W_C);
+}
+
+/// The first image of the recording that the first `before` records end with.
+size_t JournalReplay::beginOfPass(uint64_t before) const {
+  size_t begin = 0;
+  GivenMotion given;
+  for (size_t i = 0; i < items_.size() && i < before; ++i) {
+    if (!items_[i].is_of_first) continue;
+    const StampedPose pose{items_[i].stamp_s, items_[i].T_W_C};
+    if (given.beginsAnew(pose)) begin = i;
+    given.add(pose);
+  }
+  return begin;
+}
+
+std::vector<StampedPose> JournalReplay::firstCamera(size_t pass, uint64_t before) const {
+  std::vector<StampedPose> poses;
+  for (size_t i = pass; i < items_.size() && i < before; ++i) {
+    if (items_[i].is_of_first) poses.push_back({items_[i].stamp_s, items_[i].T_W_C});
+  }
+  return Trajectory(std::move(poses)).poses();
+}
+
+CorrectionEffect JournalReplay::correct(const journal::Correction& correction) {
+  const size_t pass = beginOfPass(correction.before);
+  Running running{PoseCorrection(correction.poses, firstCamera(pass, correction.before))};
+  CorrectionEffect effect;
+  std::vector<std::pair<size_t, Eigen::Isometry3d>> moves;
+  for (size_t i = pass; i < items_.size(); ++i) {
+    const Item& item = items_[i];
+    if (!item.is_image) continue;
+    const Eigen::Isometry3d T_W_C = correctNext(running, item);
+    if (T_W_C.matrix() == item.T_W_C.matrix()) continue;
+    moves.emplace_back(i, T_W_C);
+    if (item.is_depth) noteMove(item.T_W_C, T_W_C, effect);
+  }
+  for (const auto& [i, T_W_C] : moves) items_[i].T_W_C = T_W_C;
+  running_.emplace(std::move(running));
+  return effect;
+}
+
+CorrectionEffect JournalReplay::correctGiven(std::vector<StampedPose> poses_M) {
+  if (T_W_M_) {
+    for (StampedPose& pose : poses_M) pose.T_W_C = *T_W_M_ * pose.T_W_C;
+  }
+  return correct({count(), std::move(poses_M)});
+}
+
+Eigen::Isometry3d JournalReplay::motion() const {
+  if (!running_ || running_->is_taken_over) return Eigen::Isometry3d::Identity();
+  return running_->poses.lastMotion();
+}
+
+std::optional<JournalCall> JournalReplay::next() {
+  for (; next_ < items_.size(); ++next_) {
+    const Item& item = items_[next_];
+    JournalCall call;
+    call.stamp_s = item.stamp_s;
+    if (item.is_depth) {
+      journal::StoredDepth depth = journal::readDepth(*file_, item.record);
+      DepthFrame& frame = depth.frame;
+      if (frame.keep_center_W && item.T_W_C.matrix() != frame.T_W_C.matrix()) {
+        frame.keep_center_W = item.T_W_C * (frame.T_W_C.inverse() * *frame.keep_center_W);
+      }
+      frame.T_W_C = item.T_W_C;
+      call.content = std::move(depth);
+    } else if (item.is_image) {
+      journal::StoredColour colour = journal::readColour(*file_, item.record);
+      colour.frame.T_W_C = item.T_W_C;
+      call.content = std::move(colour);
+    } else if (file_->records()[item.record].is(journal::kClear)) {
+      call.content = journal::readRegion(journal::readContent(*file_, item.record));
+    } else {
+      continue;
+    }
+    ++next_;
+    return call;
+  }
+  return std::nullopt;
+}
+
+IntegrationResult apply(const JournalCall& call, Mapper& mapper) {
+  if (const auto* const depth = std::get_if<journal::StoredDepth>(&call.content)) {
+    return mapper.integrate(depth->frame);
+  }
+  if (const auto* const colour = std::get_if<journal::StoredColour>(&call.content)) {
+    return mapper.paint(colour->frame);
+  }
+  mapper.clearRegion(std::get<Region>(call.content));
+  return {};
+}
+
+}  // namespace dtsdf

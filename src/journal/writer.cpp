@@ -1,0 +1,323 @@
+#include "journal/writer.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <ctime>
+#include <filesystem>
+#include <stdexcept>
+#include <system_error>
+#include <type_traits>
+#include <utility>
+
+#include "params/printable.h"
+#include "params/text.h"
+
+namespace dtsdf {
+namespace {
+
+std::string reasonOf(int error_number) { return std::generic_category().message(error_number); }
+
+/// In UTC, as names of files and messages have it.
+std::string timeText(const char* format) {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  char text[64];
+  return {text, std::strftime(text, sizeof(text), format, &parts)};
+}
+
+/// Bytes of a journal; 0 for any other file, and for links.
+uint64_t journalBytes(const std::string& path) {
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
+  if (descriptor < 0) return 0;
+  struct stat status;
+  Bytes head(kFileHeadBytes);
+  const bool is_one = fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) &&
+                      read(descriptor, head.data(), head.size()) == ssize_t(head.size()) &&
+                      head == fileHead(journal::kPurpose);
+  close(descriptor);
+  return is_one ? static_cast<uint64_t>(status.st_size) : 0;
+}
+
+uint64_t bytesOfJournalsIn(const std::string& folder) {
+  uint64_t bytes = 0;
+  const std::unique_ptr<DIR, int (*)(DIR*)> entries(opendir(folder.c_str()), closedir);
+  while (const dirent* const entry = entries == nullptr ? nullptr : readdir(entries.get())) {
+    if (endsWith(entry->d_name, journal::kExtension)) {
+      bytes += journalBytes(folder + "/" + entry->d_name);
+    }
+  }
+  return bytes;
+}
+
+constexpr std::chrono::seconds kSyncEvery(1);
+
+}  // namespace
+
+JournalWriter::JournalWriter(Options options)
+    : options_([&] {
+        if (!options.write) options.write = ::write;
+        return std::move(options);
+      }()) {
+  openFile();
+  thread_ = std::thread([this] { loop(); });
+}
+
+void JournalWriter::openFile() {
+  std::error_code error;
+  std::filesystem::create_directories(options_.folder, error);
+  bytes_of_others_ = bytesOfJournalsIn(options_.folder);
+  const std::string name = options_.folder + "/" + timeText("%Y%m%d-%H%M%S");
+  int number = 1;
+  do {
+    path_ = name + (number == 1 ? "" : "-" + std::to_string(number)) + journal::kExtension;
+    descriptor_ = open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
+  } while (descriptor_ < 0 && errno == EEXIST && ++number < 1000);
+  const Bytes head = fileHead(journal::kPurpose);
+  if (descriptor_ >= 0 &&
+      options_.write(descriptor_, head.data(), head.size()) == static_cast<ssize_t>(head.size())) {
+    whole_bytes_ = report_.bytes = head.size();
+    return;
+  }
+  const std::string reason = reasonOf(errno);
+  if (descriptor_ >= 0) close(descriptor_);
+  throw std::runtime_error("cannot write a journal to '" + printable(options_.folder) +
+                           "': " + reason + "; set journal/folder to one that can be written");
+}
+
+JournalWriter::~JournalWriter() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_ending_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+  close(descriptor_);
+}
+
+void JournalWriter::begin(const journal::Begin& begin, std::shared_ptr<const MapChunks> map) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!can_go_on_) return;
+    is_stopped_ = false;
+    count_ = 0;
+    report_.problem.clear();
+    report_.first_stamp_s.reset();
+  }
+  Entry entry;
+  entry.begins = true;
+  entry.write = [this, begin, map = std::move(map)] { writeBegin(begin, map.get()); };
+  push(std::move(entry));
+}
+
+/// The records of a map become those of the journal.
+void JournalWriter::writeBegin(const journal::Begin& begin, const MapChunks* map) {
+  journal::Begin with_map = begin;
+  with_map.has_map = map != nullptr;
+  const Bytes head = journal::encode(with_map);
+  append(head.data(), head.size(), 1);
+  if (map == nullptr) return;
+  RecordWriter out([this](const void* data, size_t bytes) { append(data, bytes, 1); });
+  struct Words {
+    std::vector<uint64_t> voxels;
+    std::vector<uint32_t> colours;
+  };
+  const auto read = [map](size_t chunk) -> ChunkWords {
+    const auto words = std::make_shared<Words>();
+    map->readVoxels(chunk, words->voxels);
+    if (map->head().painted) map->readColours(chunk, words->colours);
+    return {words->voxels.data(), words->colours.data(), words};
+  };
+  writeMap(map->head(), read, out, 1);
+}
+
+template <class Frame>
+void JournalWriter::addImage(const Frame& frame, const journal::Image& image,
+                             std::shared_ptr<const void> pixels) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    // Corrections name the first camera's images: others need not have stamps in their order.
+    const bool is_first = std::is_same_v<Frame, DepthFrame> && image.camera == 0;
+    if (is_first && !is_stopped_ && !report_.first_stamp_s) report_.first_stamp_s = image.stamp_s;
+  }
+  pushRecords(
+      2, [frame, image, pixels = std::move(pixels)] { return journal::encode(frame, image); },
+      frame.row_bytes * static_cast<size_t>(frame.height));
+}
+
+void JournalWriter::add(const DepthFrame& frame, const journal::Image& image,
+                        std::shared_ptr<const void> pixels) {
+  addImage(frame, image, std::move(pixels));
+}
+
+void JournalWriter::add(const ColourFrame& frame, const journal::Image& image,
+                        std::shared_ptr<const void> pixels) {
+  addImage(frame, image, std::move(pixels));
+}
+
+void JournalWriter::add(const Region& region) {
+  pushRecords(1, [region] { return journal::encode(region); });
+}
+
+void JournalWriter::addLevel(const Eigen::Isometry3d& T_W_M) {
+  pushRecords(1, [T_W_M] { return journal::encodeLevel(T_W_M); });
+}
+
+void JournalWriter::add(const journal::Correction& correction) {
+  pushRecords(1, [correction] { return journal::encode(correction); });
+}
+
+uint64_t JournalWriter::count() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return count_;
+}
+
+std::future<bool> JournalWriter::written() {
+  Entry entry;
+  entry.written.emplace();
+  std::future<bool> written = entry.written->get_future();
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    entries_.push_back(std::move(entry));
+  }
+  changed_.notify_all();
+  return written;
+}
+
+void JournalWriter::pushRecords(size_t records, std::function<Bytes()> encode, size_t bytes) {
+  Entry entry;
+  entry.bytes = bytes;
+  entry.write = [this, records, encode = std::move(encode)] {
+    const Bytes encoded = encode();
+    append(encoded.data(), encoded.size(), records);
+  };
+  push(std::move(entry));
+}
+
+void JournalWriter::push(Entry entry) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!is_stopped_ && waiting_bytes_ + entry.bytes > options_.max_waiting) {
+      stop("the disk is too slow");
+    }
+    if (is_stopped_) {
+      ++report_.lost;
+      return;
+    }
+    if (!entry.begins) ++count_;
+    waiting_bytes_ += entry.bytes;
+    entries_.push_back(std::move(entry));
+  }
+  changed_.notify_all();
+}
+
+void JournalWriter::loop() {
+  auto synced = std::chrono::steady_clock::now();
+  bool is_synced = true;
+  std::unique_lock<std::mutex> lock(mutex_);
+  for (;;) {
+    const auto hasWork = [this] { return is_ending_ || !entries_.empty(); };
+    if (is_synced) {
+      changed_.wait(lock, hasWork);
+    } else {
+      changed_.wait_until(lock, synced + kSyncEvery, hasWork);
+    }
+    if (entries_.empty() && is_ending_) return;
+    if (!is_synced && std::chrono::steady_clock::now() >= synced + kSyncEvery) {
+      lock.unlock();
+      fdatasync(descriptor_);  // a failure shows in the next write
+      synced = std::chrono::steady_clock::now();
+      is_synced = true;
+      lock.lock();
+    }
+    if (entries_.empty()) continue;
+    Entry entry = std::move(entries_.front());
+    entries_.pop_front();
+    lock.unlock();
+    take(entry);
+    is_synced = false;
+    const size_t bytes = entry.bytes;
+    entry = Entry();  // its image goes before the room is given back
+    lock.lock();
+    waiting_bytes_ -= bytes;
+  }
+}
+
+void JournalWriter::take(Entry& entry) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (entry.written) return entry.written->set_value(!is_stopped_);
+    if (!entry.write) return;
+  }
+  const uint64_t begin = whole_bytes_;
+  std::string problem = "unknown error";
+  try {
+    entry.write();
+    const std::lock_guard<std::mutex> lock(mutex_);
+    report_.bytes = whole_bytes_;
+    return;
+  } catch (const std::exception& error) {
+    problem = errorText(error);
+  } catch (...) {
+  }
+  // So that it ends with a whole record.
+  whole_bytes_ = begin;
+  const auto end = static_cast<off_t>(begin);
+  const bool is_whole =
+      ftruncate(descriptor_, end) == 0 && lseek(descriptor_, end, SEEK_SET) == end;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  can_go_on_ = is_whole;
+  ++report_.lost;
+  report_.bytes = begin;
+  stop(problem);
+}
+
+void JournalWriter::append(const void* data, size_t bytes, size_t records) {
+  if (records_ + records > kMostRecords) {
+    throw std::runtime_error("the journal has as many records as are read; start the node again");
+  }
+  if (bytes_of_others_ + whole_bytes_ + bytes > options_.max_bytes) {
+    throw std::runtime_error("the journals in '" + printable(options_.folder) +
+                             "' take as much as journal/max_gb allows; raise it, or remove some");
+  }
+  const auto* next = static_cast<const char*>(data);
+  for (size_t left = bytes; left > 0;) {
+    const ssize_t written = options_.write(descriptor_, next, left);
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) {
+      throw std::runtime_error("cannot write '" + printable(path_) +
+                               "': " + reasonOf(written < 0 ? errno : ENOSPC));
+    }
+    next += written;
+    left -= static_cast<size_t>(written);
+  }
+  whole_bytes_ += bytes;
+  records_ += records;
+}
+
+/// What waits behind the failure is lost, too. @pre mutex_ is held.
+void JournalWriter::stop(const std::string& why) {
+  is_stopped_ = true;
+  for (Entry& entry : entries_) {
+    if (entry.written || !entry.write) continue;
+    ++report_.lost;
+    waiting_bytes_ -= entry.bytes;
+    entry = Entry();
+  }
+  report_.problem = why + "; nothing is in the journal since " + timeText("%Y-%m-%d %H:%M:%S UTC");
+  report_.first_stamp_s.reset();
+}
+
+JournalReport JournalWriter::report() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  JournalReport report = report_;
+  report.waiting_bytes = waiting_bytes_;
+  return report;
+}
+
+}  // namespace dtsdf

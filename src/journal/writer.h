@@ -1,0 +1,111 @@
+/// Writes a journal on a thread of its own: who fuses waits neither for codes nor for the disk.
+#pragma once
+
+#include <sys/types.h>
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "io/map_chunks.h"
+#include "journal/records.h"
+
+namespace dtsdf {
+
+/// What is known of a journal.
+struct JournalReport {
+  uint64_t bytes = 0;                   ///< Of the file.
+  uint64_t waiting_bytes = 0;           ///< Of images that wait for the disk.
+  std::optional<double> first_stamp_s;  ///< Of the first image that can be corrected.
+  uint64_t lost = 0;                    ///< Images and calls that were not written.
+  std::string problem;                  ///< Why, and since when; empty: nothing is missing.
+};
+
+/// One file per writer, with a name of its own: no other file of the folder is touched. Where it
+/// cannot be written, or the folder holds as much as it may, it stops for the rest of the map, and
+/// says so; clear() and load() try again.
+///
+/// Thread safe; never throws at whoever writes.
+class JournalWriter {
+ public:
+  struct Options {
+    std::string folder;
+    uint64_t max_bytes = 0;           ///< Of all journals of the folder.
+    size_t max_waiting = 256u << 20;  ///< Bytes of images that wait.
+    /// write(2), or what stands for it in tests.
+    std::function<ssize_t(int descriptor, const void* data, size_t bytes)> write;
+  };
+
+  /// Makes the folder and the file. @throws std::runtime_error if that is not possible.
+  explicit JournalWriter(Options options);
+  /// What waits is written.
+  ~JournalWriter();
+
+  const std::string& path() const { return path_; }
+
+  /// The map became another one: that of a file, or an empty one.
+  void begin(const journal::Begin& begin, std::shared_ptr<const MapChunks> map = nullptr);
+
+  // What happened to the map. `pixels` keeps the image alive.
+  void add(const DepthFrame& frame, const journal::Image& image,
+           std::shared_ptr<const void> pixels);
+  void add(const ColourFrame& frame, const journal::Image& image,
+           std::shared_ptr<const void> pixels);
+  void add(const Region& region);
+  void addLevel(const Eigen::Isometry3d& T_W_M);
+  void add(const journal::Correction& correction);
+
+  /// Records since begin(), images as one.
+  uint64_t count() const;
+  /// Whether all that was added so far is in the file, once it is.
+  std::future<bool> written();
+
+  JournalReport report() const;
+
+ private:
+  struct Entry {
+    std::function<void()> write;  ///< On the thread; throws std::exception. Null: it is lost.
+    size_t bytes = 0;
+    bool begins = false;
+    std::optional<std::promise<bool>> written = std::nullopt;
+  };
+
+  void openFile();
+  void push(Entry entry);
+  void pushRecords(size_t records, std::function<Bytes()> encode, size_t bytes = 0);
+  template <class Frame>
+  void addImage(const Frame& frame, const journal::Image& image,
+                std::shared_ptr<const void> pixels);
+  void loop();
+  void take(Entry& entry);
+  void writeBegin(const journal::Begin& begin, const MapChunks* map);
+  void append(const void* data, size_t bytes, size_t records);
+  void stop(const std::string& why);
+
+  const Options options_;
+  std::string path_;
+  int descriptor_ = -1;
+  uint64_t bytes_of_others_ = 0;  ///< Journals in the folder.
+  uint64_t whole_bytes_ = 0;      ///< The thread's: where the last whole record ends.
+  size_t records_ = 0;            ///< The thread's: in the file.
+
+  mutable std::mutex mutex_;  ///< Guards what follows.
+  std::condition_variable changed_;
+  std::deque<Entry> entries_;
+  size_t waiting_bytes_ = 0;
+  bool is_ending_ = false;
+  bool is_stopped_ = false;  ///< What is pushed now is lost, until begin().
+  bool can_go_on_ = true;    ///< False once the file may end within a record.
+  uint64_t count_ = 0;
+  JournalReport report_;
+  std::thread thread_;
+};
+
+}  // namespace dtsdf

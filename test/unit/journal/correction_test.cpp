@@ -1,0 +1,290 @@
+// A corrected map is the map of the corrected poses, byte for byte.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "journal/refusion.h"
+#include "support/journaled_map.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr int kCount = 8;
+
+MapperParams params() {
+  MapperParams params = makeCpuParams();
+  params.map.voxel_size_m = 0.08f;
+  params.map.max_memory_mb = 256;
+  return params;
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// By which a lap's images were off: nothing at first, then more and more sideways.
+Eigen::Isometry3d drift(int i) {
+  Eigen::Isometry3d T(Eigen::AngleAxisd(0.002 * i, Eigen::Vector3d::UnitZ()));
+  T.translation() = Eigen::Vector3d(0.0, 0.01 * i, 0.0);
+  return T;
+}
+
+/// The images of a lap, and those of the journal, the first of which are where they are fused.
+class JournalOfALap : public testing::Test {
+ protected:
+  JournalOfALap()
+      : images_(roomImages(2 * kCount)),
+        journal_(journalOptions(folder_.path())),
+        map_(params(), journal_) {}
+
+  const SceneFrame& image(int i) const { return images_[static_cast<size_t>(i)]; }
+  Eigen::Isometry3d truePose(int i) const { return image(i).frame.T_W_C; }
+
+  void fuse(int i, const Eigen::Isometry3d& T) {
+    map_.fuse(movedTo(image(i), T * truePose(i)), 0.1 * i);
+  }
+
+  std::vector<StampedPose> truePoses(int count = kCount) const {
+    std::vector<StampedPose> poses;
+    for (int i = 0; i < count; ++i) poses.push_back({0.1 * i, truePose(i)});
+    return poses;
+  }
+
+  /// Once all that was added is in the file.
+  Refusion refusionOf(const std::vector<StampedPose>& poses) {
+    EXPECT_TRUE(journal_.written().get());
+    return Refusion(journal_.path(), params(), {journal_.count(), poses});
+  }
+
+  std::string finish(Refusion& refusion) {
+    EXPECT_TRUE(journal_.written().get());
+    while (refusion.step(0)) {
+    }
+    return fileOf(*refusion.takeMapper());
+  }
+
+  TemporaryFolder folder_;
+  const std::vector<SceneFrame> images_;
+  JournalWriter journal_;
+  JournaledMap map_;
+};
+
+class CorrectedJournal : public JournalOfALap {
+ protected:
+  CorrectedJournal() {
+    for (int i = 0; i < kCount; ++i) fuse(i, drift(i));
+    EXPECT_TRUE(journal_.written().get());
+  }
+
+  std::string trueMap() const {
+    const auto mapper = makeMapper(params());
+    for (int i = 0; i < kCount; ++i) mapper->integrate(image(i).view());
+    return fileOf(*mapper);
+  }
+};
+
+TEST_F(CorrectedJournal, GivesTheMapOfTheCorrectedPoses) {
+  JournalReplay replay(journal_.path());
+  const CorrectionEffect effect = replay.correctGiven(truePoses());
+  EXPECT_EQ(effect.moved, size_t{kCount - 1}) << "the first one was right";
+  EXPECT_NEAR(effect.farthest_rad, 0.002 * (kCount - 1), 1e-6);
+  EXPECT_TRUE(mapOf(replay, params()) == trueMap());
+}
+
+TEST_F(CorrectedJournal, IsFusedAgainWhileItIsWritten) {
+  Refusion refusion(journal_.path(), params(), {journal_.count(), truePoses()});
+  EXPECT_EQ(refusion.effect().moved, size_t{kCount - 1});
+  EXPECT_TRUE(refusion.step(0));
+  // An image that comes meanwhile is moved as the last of the poses is.
+  fuse(kCount, refusion.motion().inverse());
+  ASSERT_TRUE(journal_.written().get());
+  while (refusion.step(0)) {
+  }
+  EXPECT_EQ(refusion.count(), journal_.count());
+  EXPECT_EQ(refusion.fused(), size_t{kCount + 1});
+  EXPECT_GT(refusion.takeMesh().size(), 0u);
+  const std::string corrected = fileOf(*refusion.takeMapper());
+  {
+    JournalReplay offline(journal_.path());
+    offline.correct({refusion.correction().before, truePoses()});
+    EXPECT_TRUE(mapOf(offline, params()) == corrected);
+  }
+  // The swap is in the journal then: the map is the corrected one, and the same poses move nothing.
+  journal_.add(refusion.correction());
+  ASSERT_TRUE(journal_.written().get());
+  EXPECT_TRUE(mapOf(journal_.path(), params()) == corrected);
+  JournalReplay again(journal_.path());
+  EXPECT_EQ(again.correctGiven(truePoses()).moved, 0u);
+  EXPECT_TRUE(mapOf(again, params()) == corrected);
+}
+
+/// A path of a million poses takes no more than those of its images.
+TEST_F(CorrectedJournal, KeepsOnlyPosesOfImages) {
+  std::vector<StampedPose> poses = truePoses();
+  for (int i = 0; i < 1000000; ++i) poses.push_back({1000.0 + i, Eigen::Isometry3d::Identity()});
+  const PoseCorrection correction(poses, JournalReplay(journal_.path()).firstCamera());
+  EXPECT_EQ(correction.used().size(), size_t{kCount});
+  JournalReplay replay(journal_.path());
+  EXPECT_EQ(replay.correct({replay.count(), correction.used()}).moved, size_t{kCount - 1});
+  EXPECT_TRUE(mapOf(replay, params()) == trueMap());
+}
+
+TEST_F(CorrectedJournal, WithinTheBudgetOfTwoMaps) {
+  Refusion refusion(journal_.path(), params(), {journal_.count(), truePoses()});
+  EXPECT_TRUE(contains(errorOf([&] {
+                         while (refusion.step(size_t{1} << 30)) {
+                         }
+                       }),
+                       "map/max_memory_mb"));
+  MapStats live;
+  live.map_bytes = 200;
+  live.max_map_bytes = 300;
+  EXPECT_TRUE(contains(whyTooLarge(live), "raise it"));
+}
+
+TEST_F(CorrectedJournal, RefusesWhatIsNoCorrection) {
+  const auto errorOfPoses = [&](const std::function<void(std::vector<StampedPose>&)>& change) {
+    std::vector<StampedPose> poses = truePoses();
+    change(poses);
+    JournalReplay replay(journal_.path());
+    const std::string error = errorOf([&] { replay.correctGiven(poses); });
+    EXPECT_TRUE(mapOf(replay, params()) == fileOf(map_.mapper())) << "all is as it was";
+    return error;
+  };
+  using Poses = std::vector<StampedPose>;
+  EXPECT_TRUE(contains(errorOfPoses([](Poses& p) { p[3].T_W_C.translation().x() = NAN; }),
+                       "not a position and a rotation"));
+  const std::string far = errorOfPoses([](Poses& p) { p[3].T_W_C.translation().x() = 1e30; });
+  EXPECT_TRUE(contains(far, "1e+30 m from")) << far;
+  EXPECT_TRUE(contains(errorOfPoses([](Poses& p) {
+                         for (StampedPose& pose : p) pose.stamp_s += 100.0;
+                       }),
+                       "no corrected pose has the stamp"));
+  EXPECT_TRUE(
+      contains(errorOfPoses([](Poses& p) { p[2].stamp_s = p[3].stamp_s; }), "the same stamp"));
+  const std::string turned = errorOfPoses([](Poses& p) {
+    for (StampedPose& pose : p) {
+      pose.T_W_C = Eigen::AngleAxisd(1.5, Eigen::Vector3d::UnitX()) * pose.T_W_C;
+    }
+  });
+  EXPECT_TRUE(contains(turned, "every frame from 0.000 s to 0.700 s (8 of them)") &&
+              contains(turned, "another frame than the map's"))
+      << turned;
+}
+
+// A SLAM takes a correction over with its next poses; what it gives then is no longer moved.
+TEST_F(JournalOfALap, MovesWhatFollowsUntilTheSourceOfPosesJumps) {
+  for (int i = 0; i < kCount; ++i) fuse(i, drift(11));
+  Refusion refusion = refusionOf(truePoses());
+  for (int i = kCount; i < kCount + 3; ++i) fuse(i, drift(11));
+  refusion.step(0);
+  for (int i = kCount + 3; i < 2 * kCount; ++i) fuse(i, Eigen::Isometry3d::Identity());
+  const std::string corrected = finish(refusion);
+  EXPECT_TRUE(refusion.motion().isApprox(Eigen::Isometry3d::Identity()));
+  const std::vector<StampedPose> now = refusion.firstCamera();
+  ASSERT_EQ(now.size(), size_t{2 * kCount});
+  for (int i = 0; i < 2 * kCount; ++i) {
+    EXPECT_LT((now[static_cast<size_t>(i)].T_W_C.matrix() - truePose(i).matrix()).norm(), 1e-12);
+  }
+  journal_.add(refusion.correction());
+  ASSERT_TRUE(journal_.written().get());
+  EXPECT_TRUE(mapOf(journal_.path(), params()) == corrected);
+}
+
+// Odometry never jumps: what it gives is moved for good, in the journal as well as by motion().
+TEST_F(JournalOfALap, MovesWhatFollowsForGoodIfTheSourceDoesNotJump) {
+  for (int i = 0; i < kCount; ++i) fuse(i, drift(11));
+  Refusion refusion = refusionOf(truePoses());
+  for (int i = kCount; i < 2 * kCount; ++i) fuse(i, drift(11));
+  finish(refusion);
+  EXPECT_TRUE(refusion.motion().isApprox(drift(11).inverse(), 1e-9));
+  EXPECT_TRUE(refusion.firstCamera().back().T_W_C.isApprox(truePose(2 * kCount - 1), 1e-9));
+}
+
+TEST_F(CorrectedJournal, CorrectionsFollowEachOther) {
+  std::vector<StampedPose> halfway = truePoses();
+  for (int i = 0; i < kCount; ++i) {
+    StampedPose& pose = halfway[static_cast<size_t>(i)];
+    pose.T_W_C = drift(i / 2) * pose.T_W_C;
+  }
+  Refusion first = refusionOf(halfway);
+  journal_.add(first.correction());
+  // Where the second one names no image, the first one's poses hold.
+  std::vector<StampedPose> rest = truePoses(5);
+  rest.push_back(halfway[5]);
+  Refusion second = refusionOf(rest);
+  const auto expected = makeMapper(params());
+  for (int i = 0; i < kCount; ++i) {
+    expected->integrate(
+        movedTo(image(i), i < 5 ? truePose(i) : halfway[static_cast<size_t>(i)].T_W_C).view());
+  }
+  EXPECT_TRUE(finish(second) == fileOf(*expected));
+}
+
+// A recording that plays again has each stamp twice: the newest counts.
+TEST_F(JournalOfALap, CorrectsOnlyTheNewestAfterStampsWentBack) {
+  for (int i = 0; i < kCount; ++i) fuse(i, Eigen::Isometry3d::Identity());
+  for (int i = 0; i < kCount; ++i) fuse(i, drift(20));
+  Refusion refusion = refusionOf(truePoses());
+  EXPECT_EQ(refusion.effect().moved, size_t{kCount});
+  const auto twice = makeMapper(params());
+  for (int i = 0; i < 2 * kCount; ++i) twice->integrate(image(i % kCount).view());
+  EXPECT_TRUE(finish(refusion) == fileOf(*twice));
+}
+
+// What is far from a place beside the camera is dropped; that place moves with the camera.
+TEST(CorrectedJournalWithKeepRadius, ForgetsWhatIsFarFromWhereTheCameraWas) {
+  const TemporaryFolder folder;
+  MapperParams near = params();
+  near.fusion.max_depth_m = near.map.keep_radius_m = 1.5f;
+  JournalWriter journal(journalOptions(folder.path()));
+  JournaledMap map(near, journal);
+  const auto expected = makeMapper(near);
+  std::vector<StampedPose> poses;
+  const std::vector<SceneFrame> images = roomImages(24);
+  for (int i = 0; i < 24; ++i) {
+    const SceneFrame& image = images[static_cast<size_t>(i)];
+    const auto at = [&](const Eigen::Isometry3d& T_W_C) {
+      SceneFrame moved = movedTo(image, T_W_C);
+      moved.frame.keep_center_W = T_W_C * Eigen::Vector3d(0.1, 0.0, -0.2);
+      return moved;
+    };
+    map.fuse(at(drift(i) * image.frame.T_W_C), 0.1 * i);
+    expected->integrate(at(image.frame.T_W_C).view());
+    poses.push_back({0.1 * i, image.frame.T_W_C});
+  }
+  ASSERT_GT(expected->stats().dropped_blocks, 0u);
+  ASSERT_TRUE(journal.written().get());
+  JournalReplay replay(journal.path());
+  replay.correctGiven(poses);
+  EXPECT_TRUE(mapOf(replay, near) == fileOf(*expected));
+}
+
+/// A levelled map's poses are given in the map frame: corrected, it stays level.
+TEST(LevelledJournal, StaysLevel) {
+  const TemporaryFolder folder;
+  JournalWriter journal(journalOptions(folder.path()));
+  const Eigen::Isometry3d T_W_M =
+      Eigen::Translation3d(0.0, 0.0, 1.0) * Eigen::AngleAxisd(1.2, Eigen::Vector3d::UnitX());
+  JournaledMap map(params(), journal);
+  journal.addLevel(T_W_M);
+  std::vector<StampedPose> given;
+  for (const SceneFrame& frame : roomImages(4)) {
+    const double stamp_s = 0.1 * static_cast<double>(given.size());
+    map.fuse(frame, stamp_s);
+    given.push_back({stamp_s, T_W_M.inverse() * frame.frame.T_W_C});
+  }
+  ASSERT_TRUE(journal.written().get());
+  JournalReplay replay(journal.path());
+  EXPECT_EQ(replay.correctGiven(given).moved, 0u) << "but for rounding they are those fused";
+  EXPECT_TRUE(mapOf(replay, params()) == fileOf(map.mapper()));
+  JournalReplay tipped(journal.path());
+  EXPECT_TRUE(contains(errorOf([&] {
+                         tipped.correct({tipped.count(), given});
+                       }),
+                       "more than a radian"));
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -29,9 +29,8 @@ struct InputParams {
   double merge_wait_s = 0.1;      ///< How long a frame waits for earlier ones of other cameras.
   std::string camera_frame;       ///< Camera's optical frame; empty: the frame_id of the images.
   int queue_size = 30;            ///< Images of one kind of a camera that may wait in the node.
-  int queue_mb = 256;             ///< Memory that they may take.
+  int queue_mb = 256;             ///< Memory that images may take while they wait, over all.
   double tf_timeout_s = 1.0;      ///< Wall time that a frame waits for its transform at most.
-  double tf_max_ahead_s = 5.0;    ///< Transforms that are further ahead of time are refused.
   float unit_16uc1_m = 0.001f;    ///< Metres per unit of a 16UC1 image.
   float unit_32fc1_m = 1.0f;      ///< Metres per unit of a 32FC1 image.
   double max_speed_m_s = 10.0;    ///< A faster camera is a jump of its pose; 0: any speed is fine.
@@ -41,7 +40,7 @@ struct InputParams {
   bool mask = false;  ///< Each image has a mask with its stamp, on `mask/image`.
 };
 
-/// Memory that the images of one kind of a camera may take while they wait.
+/// Memory that images may take while they wait, over all cameras.
 inline size_t queueBytesOf(const InputParams& input) {
   return static_cast<size_t>(input.queue_mb) << 20;
 }
@@ -63,18 +62,13 @@ struct StatusParams {
 };
 
 struct PublishParams {
-  int chunk_blocks = 4;         ///< Edge of a marker's chunk of the map, in blocks of 8 voxels.
-  double mesh_rate_hz = 2.0;    ///< Maximum rate of `mesh`, in wall time.
-  double points_rate_hz = 1.0;  ///< Maximum rate of `surface_points`, in wall time.
-  double status_rate_hz = 1.0;  ///< Rate of `status` and the diagnostics, in wall time.
-  double space_rate_hz = 1.0;   ///< Maximum rate of grid updates and slice, in wall time.
-  int max_queue_mb = 32;        ///< What may wait for listeners of the mesh, over all topics.
+  int chunk_blocks = 4;          ///< Edge of a marker's chunk of the map, in blocks of 8 voxels.
+  double mesh_rate_hz = 2.0;     ///< Maximum rate of `mesh`, in wall time.
+  double points_rate_hz = 1.0;   ///< Maximum rate of `surface_points`, in wall time.
+  double status_rate_hz = 1.0;   ///< Rate of `status` and the diagnostics, in wall time.
+  double space_rate_hz = 1.0;    ///< Maximum rate of grid updates and slice, in wall time.
+  double mesh_refresh_s = 60.0;  ///< The whole mesh is published once in so long; 0: not again.
 };
-
-/// Bytes of the mesh that may wait for listeners, over all topics.
-inline size_t queueBytesOf(const PublishParams& publish) {
-  return static_cast<size_t>(publish.max_queue_mb) << 20;
-}
 
 /// What of space is published, by heights along z of the map frame, which has to be level for it.
 struct GroundParams {
@@ -175,7 +169,6 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("input/queue_size", p.input.queue_size, Range{1, 10000});
   visit("input/queue_mb", p.input.queue_mb, Range{1, 65536});
   visit("input/tf_timeout_s", p.input.tf_timeout_s, Range{0.0, 3600.0});
-  visit("input/tf_max_ahead_s", p.input.tf_max_ahead_s, Range{0.0, 1e6});
   visit("input/unit_16uc1_m", p.input.unit_16uc1_m, Range{1e-6, 1.0});
   visit("input/unit_32fc1_m", p.input.unit_32fc1_m, Range{1e-6, 1000.0});
   visit("input/max_speed_m_s", p.input.max_speed_m_s, Range{0.0, 1e6});
@@ -202,7 +195,7 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("publish/points_rate_hz", p.publish.points_rate_hz, Range{0.01, 100.0});
   visit("publish/status_rate_hz", p.publish.status_rate_hz, Range{0.01, 100.0});
   visit("publish/space_rate_hz", p.publish.space_rate_hz, Range{0.01, 100.0});
-  visit("publish/max_queue_mb", p.publish.max_queue_mb, Range{1, 65536});
+  visit("mesh_topics/refresh_s", p.publish.mesh_refresh_s, Range{0.0, 1e6});
   visit("status/stale_s", p.status.stale_s, Range{0.0, 1e6});
   visit("space/min_height_m", p.ground.min_height_m, Range{-1e4, 1e4});
   visit("space/max_height_m", p.ground.max_height_m, Range{-1e4, 1e4});

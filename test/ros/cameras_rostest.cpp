@@ -9,7 +9,7 @@
 #include "dtsdf_mapping/mapper.h"
 #include "dtsdf_mapping/mesh.h"
 #include "ros/input/images.h"
-#include "ros/input/pose_source.h"
+#include "ros/input/transforms.h"
 #include "ros/support/camera_topics.h"
 #include "ros/support/messages.h"
 #include "ros/support/output_folder.h"
@@ -46,13 +46,12 @@ SentFrame makeFrame(const std::string& camera, const ros::Time& stamp, double la
 std::string bytesOffline(const std::vector<SentFrame>& frames) {
   const MappingParams params = nodeParams();
   const std::unique_ptr<Mapper> mapper = makeMapper(params.mapper);
-  TransformBuffer transforms({1e6, 1000.0});
-  const PoseSource poses(transforms, "map");
-  for (const SentFrame& frame : frames) transforms.setTransform(frame.transform, "test");
+  Transforms transforms;
+  for (const SentFrame& frame : frames) transforms.take(frame.transform, "test");
   for (const SentFrame& frame : frames) {
     cv_bridge::CvImageConstPtr pixels;
     DepthFrame depth = makeDepthFrame(frame.image, frame.info, {}, pixels);
-    depth.T_W_C = poses.lookUp(frame.camera, frame.image->header.stamp).T_W_C;
+    depth.T_W_C = transforms.find("map", frame.camera, frame.image->header.stamp).T_W_C;
     EXPECT_EQ(mapper->integrate(depth).status, FrameStatus::kFused);
   }
   MeshStore store(params.mapper.map.voxel_size_m);
@@ -90,7 +89,8 @@ class Cameras : public testing::Test {
 
 TEST_F(Cameras, TheStatusSaysWhichOneIsMissing) {
   EXPECT_TRUE(waitUntil([&] {
-    return status_.status().message.find(
+    return status_.status().code == dtsdf_mapping::MapStatus::NO_IMAGES &&
+           status_.status().message.find(
                "front: no depth image received on '/front/depth/image_rect'") != std::string::npos;
   })) << status_.status().message;
   ASSERT_EQ(status_.status().cameras.size(), 2u);

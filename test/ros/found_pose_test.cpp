@@ -1,4 +1,4 @@
-#include "ros/output/pose_publisher.h"
+#include "ros/steps/pose_publisher.h"
 
 #include <gtest/gtest.h>
 

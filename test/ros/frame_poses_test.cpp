@@ -1,4 +1,4 @@
-#include "ros/session/frame_poses.h"
+#include "ros/steps/frame_poses.h"
 
 #include <gtest/gtest.h>
 
@@ -8,10 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "ros/session/map_session.h"
-#include "ros/support/fake_clock.h"
-#include "ros/support/fake_mapper.h"
-#include "ros/support/transforms.h"
+#include "ros/support/map_host.h"
 
 namespace dtsdf {
 namespace {
@@ -19,11 +16,28 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
+/// What the step of poses does with frames.
+class Placing : public Step {
+ public:
+  Placing(FramePoses& poses, LiveMap& map) : poses_(poses), map_(map) {}
+  std::optional<Rejection> place(PosedFrame& frame) override {
+    if (auto rejection = poses_.expect(frame)) return rejection;
+    return poses_.place(map_.mapper(), frame);
+  }
+  void fused(const PosedFrame& frame, const IntegrationResult& result) override {
+    if (result.status == FrameStatus::kFused) poses_.wasFused(frame);
+  }
+  void replaced(const Replacement&) override { poses_.mapIsAnother(); }
+
+ private:
+  FramePoses& poses_;
+  LiveMap& map_;
+};
+
 /// A mapper with a map that a camera at the given place of the x axis fits, and no other.
 class FramePosesTest : public testing::Test {
  protected:
   FramePosesTest() {
-    frames_.addStream({});
     mapper_->aligns = [this](const DepthFrame& frame) {
       Alignment alignment;
       alignment.T_W_C = frame.T_W_C;
@@ -44,16 +58,16 @@ class FramePosesTest : public testing::Test {
 
   void start(PoseMode mode) {
     params_.poses.mode = mode;
+    MappingParams settings;
+    settings.node = params_;
+    host_ = std::make_unique<MapHost>(std::unique_ptr<Mapper>(mapper_), settings);
     poses_ = std::make_unique<FramePoses>(
-        params_, pose_source_, nullptr,
+        host_->params.node, host_->transforms, host_->frame,
         FramePoses::Listeners{
             [this](const FoundPose& pose) { found_.push_back(pose); },
             [this](const ros::Time&, const Isometry3d& T_M_O) { corrections_.push_back(T_M_O); },
             [this] { ++new_maps_; }});
-    MapSession::Parts parts{frames_, ledger_, changes_, [] { return false; }};
-    parts.poses = poses_.get();
-    session_ = std::make_unique<MapSession>(std::unique_ptr<Mapper>(mapper_), 2.0, std::move(parts),
-                                            clock_.reader());
+    host_->steps.push_back(std::make_unique<Placing>(*poses_, host_->map));
   }
 
   /// With a pose by TF, which tracking does not look at.
@@ -75,42 +89,32 @@ class FramePosesTest : public testing::Test {
     frame.stamp = ros::Time(stamp_s);
     frame.image = image;
     frame.frame_id = frame_id;
-    frame.stream = stream;
-    ledger_.of(stream).imageReceived(frame.stamp);
-    const ros::Time stamp = frame.stamp;
-    ASSERT_TRUE(frames_.push(0, stamp, std::move(frame)));
-    while (session_->step() == std::chrono::milliseconds(0)) {
-    }
+    host_->push(stream, std::move(frame));
+    host_->work();
+    host_->clock.advance(1.0);  // one that waits for another camera has its turn
+    host_->work();
   }
 
   uint64_t dropped(DropReason reason) const {
-    return accounting_.counts().dropped[static_cast<size_t>(reason)];
+    return host_->depth.counts().dropped[static_cast<size_t>(reason)];
   }
-  uint64_t fused() const { return accounting_.counts().fused; }
+  uint64_t fused() const { return host_->depth.counts().fused; }
   double foundX_m() const { return found_.back().T_M_B.translation().x(); }
 
   void expectAccounted() const {
-    const FrameCounts counts = accounting_.counts();
+    const FrameCounts counts = host_->depth.counts();
     EXPECT_EQ(counts.images, counts.fused + counts.droppedSum());
     EXPECT_EQ(counts.waiting(), 0u);
   }
 
-  FakeClock clock_;
   NodeParams params_;
-  TransformBuffer transforms_{{1e6, 1000.0}};
-  PoseSource pose_source_{transforms_, "map"};
-  FrameQueue frames_{0.1, [] {}, clock_.reader()};
-  FrameLedger ledger_;
-  FrameAccounting& accounting_ = ledger_.addStream(0);
-  FrameAccounting& colour_accounting_ = ledger_.addStream(1);
-  MeshHandover changes_{[] {}};
-  FakeMapper* mapper_ = new FakeMapper;  ///< The session owns it.
+  FakeMapper* mapper_ = new FakeMapper;  ///< The map owns it.
   double camera_x_m_ = 0.0;
   int alignments_ = 0, new_maps_ = 0;
   std::vector<FoundPose> found_;
   std::vector<Isometry3d> corrections_;
+  std::unique_ptr<MapHost> host_;  ///< From start() on.
   std::unique_ptr<FramePoses> poses_;
-  std::unique_ptr<MapSession> session_;
 };
 
 TEST_F(FramePosesTest, ARefinedFrameIsFusedWhereItFits) {
@@ -130,7 +134,7 @@ TEST_F(FramePosesTest, TheMapSaysHowPosesWereFound) {
   params_.poses.sigma_m = 0.02;
   start(PoseMode::kRefine);
   push(1.0);
-  EXPECT_EQ(toTree(session_->contents().poses), toTree<PoseParams>(params_.poses));
+  EXPECT_EQ(toTree(host_->map.origin().poses), toTree<PoseParams>(params_.poses));
 }
 
 TEST_F(FramePosesTest, OneThatDoesNotFitIsFusedAsGiven) {
@@ -232,14 +236,14 @@ TEST_F(FramePosesTest, ALostCameraFusesNothingUntilItFitsAgain) {
   EXPECT_EQ(dropped(DropReason::kLost), 4u);
   EXPECT_NEAR(*poses_->report().cameras[0].lost_since_s, 1.2, 1e-9);
   pushColour(1.55, "camera");
-  EXPECT_EQ(colour_accounting_.counts().dropped[static_cast<size_t>(DropReason::kLost)], 1u);
+  EXPECT_EQ(host_->colour.counts().dropped[static_cast<size_t>(DropReason::kLost)], 1u);
   camera_x_m_ = 0.02;
   for (int i = 6; i < 12; ++i) push(1.0 + 0.1 * i);
   EXPECT_FALSE(poses_->report().cameras[0].lost_since_s);
   EXPECT_GT(dropped(DropReason::kLost), 4u) << "the first that fits may do so by chance";
   EXPECT_GT(fused(), 2u);
   pushColour(2.15, "camera");
-  EXPECT_EQ(colour_accounting_.counts().fused, 1u);
+  EXPECT_EQ(host_->colour.counts().fused, 1u);
   expectAccounted();
 }
 
@@ -257,7 +261,7 @@ TEST_F(FramePosesTest, InAnEmptiedMapTrackingGoesOnWhereItWas) {
   push(1.0);
   camera_x_m_ = 0.08;
   push(1.1);
-  session_->clear();
+  host_->map.clear();
   EXPECT_EQ(new_maps_, 1);
   EXPECT_TRUE(poses_->fusedPoses().copy().empty());
   push(1.2);
@@ -272,7 +276,8 @@ TEST_F(FramePosesTest, InAMapThatWasLoadedACameraHasToBeFound) {
   loaded->frames = 10;
   camera_x_m_ = 7.0;
   mapper_ = loaded.get();
-  session_->replace({std::move(loaded), 0.02f, "map.dtsdf", std::make_shared<const MapContents>()});
+  host_->map.replace(
+      {std::move(loaded), 0.02f, "map.dtsdf", std::make_shared<const MapContents>()});
   push(1.1);
   EXPECT_EQ(dropped(DropReason::kLost), 1u);
   EXPECT_TRUE(poses_->report().cameras[0].lost_since_s);
@@ -287,7 +292,7 @@ TEST_F(FramePosesTest, ABaseBeginsAtTheOriginOnceItsCameraIsKnown) {
   start(PoseMode::kTrack);
   push(1.0);
   EXPECT_EQ(dropped(DropReason::kNoTransform), 1u) << "it is not waited for";
-  putTransform(transforms_, 1.0, 0.4, "camera", "base");
+  putTransform(host_->transforms, 1.0, 0.4, "camera", "base");
   camera_x_m_ = 0.45;
   push(1.1);
   EXPECT_EQ(fused(), 1u);
@@ -296,11 +301,11 @@ TEST_F(FramePosesTest, ABaseBeginsAtTheOriginOnceItsCameraIsKnown) {
   EXPECT_EQ(found_.back().frame_id, "base");
   EXPECT_NEAR(foundX_m(), 0.05, 1e-9);
   EXPECT_NEAR(poses_->fusedPoses().copy().back().T_W_C.translation().x(), 0.45, 1e-9);
-  putTransform(transforms_, 1.0, 0.3, "colour", "base");
+  putTransform(host_->transforms, 1.0, 0.3, "colour", "base");
   pushColour(1.25, "colour");
-  EXPECT_EQ(colour_accounting_.counts().fused, 1u);
+  EXPECT_EQ(host_->colour.counts().fused, 1u);
   pushColour(1.26, "elsewhere");
-  EXPECT_EQ(colour_accounting_.counts().dropped[static_cast<size_t>(DropReason::kNoTransform)], 1u);
+  EXPECT_EQ(host_->colour.counts().dropped[static_cast<size_t>(DropReason::kNoTransform)], 1u);
   expectAccounted();
 }
 

@@ -1,4 +1,4 @@
-#include "ros/output/handovers.h"
+#include "ros/steps/mesh_queue.h"
 
 #include <gtest/gtest.h>
 

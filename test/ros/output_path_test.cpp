@@ -1,4 +1,4 @@
-#include "ros/session/requests.h"
+#include "ros/common/requests.h"
 
 #include <gtest/gtest.h>
 

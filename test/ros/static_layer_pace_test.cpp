@@ -1,4 +1,4 @@
-#include "ros/output/space_publishers.h"
+#include "ros/steps/space.h"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@ using std::chrono::milliseconds;
 TEST(StaticLayerPace, UpdatesKeepAwayFromTheirGrid) {
   const SteadyTime start{milliseconds(1000)};
   StaticLayerPace pace;
+  EXPECT_FALSE(pace.isDue(start)) << "no grid was published yet";
   pace.startOver(start);
   EXPECT_FALSE(pace.isDue(start + milliseconds(199)));
   EXPECT_TRUE(pace.isDue(start + milliseconds(200)));

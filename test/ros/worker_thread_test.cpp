@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <boost/make_shared.hpp>
 
 #include <atomic>
 #include <stdexcept>
@@ -16,7 +17,8 @@ constexpr milliseconds kForEver{3600 * 1000};
 TEST(WorkerThread, RepeatsItsStepUntilThereIsNothingToDo) {
   std::atomic<int> steps{0};
   std::promise<void> third;
-  WorkerThread worker([&] {
+  WorkerThread worker("test");
+  worker.start([&] {
     if (++steps == 3) third.set_value();
     return steps < 3 ? milliseconds(0) : kForEver;
   });
@@ -28,7 +30,8 @@ TEST(WorkerThread, RepeatsItsStepUntilThereIsNothingToDo) {
 TEST(WorkerThread, WakingEndsTheWait) {
   std::atomic<int> steps{0};
   std::promise<void> first, second;
-  WorkerThread worker([&] {
+  WorkerThread worker("test");
+  worker.start([&] {
     const int step = ++steps;
     if (step == 1) first.set_value();
     if (step == 2) second.set_value();
@@ -40,7 +43,8 @@ TEST(WorkerThread, WakingEndsTheWait) {
 }
 
 TEST(WorkerThread, RunsTasksInOrderOnItsThreadAndHandsTheResultsOver) {
-  WorkerThread worker([] { return kForEver; });
+  WorkerThread worker("test");
+  worker.start([] { return kForEver; });
   std::vector<int> order;
   auto first = worker.run([&] {
     order.push_back(1);
@@ -59,15 +63,17 @@ TEST(WorkerThread, LowPriorityIsThatOfTheThreadAlone) {
   const int before = niceness();
   constexpr int kGreatest = 19;
   if (before >= kGreatest) GTEST_SKIP() << "run with the lowest priority that there is";
-  WorkerThread normal([] { return kForEver; });
-  WorkerThread low([] { return kForEver; }, WorkerThread::Priority::kLow);
+  WorkerThread normal("normal"), low("low", ThreadPriority::kLow);
+  normal.start([] { return kForEver; });
+  low.start([] { return kForEver; });
   EXPECT_GT(low.run(niceness).get(), before);
   EXPECT_EQ(normal.run(niceness).get(), before);
   EXPECT_EQ(niceness(), before);
 }
 
 TEST(WorkerThread, HandsExceptionsOverAndGoesOn) {
-  WorkerThread worker([] { return kForEver; });
+  WorkerThread worker("test");
+  worker.start([] { return kForEver; });
   auto failing = worker.run([]() -> int { throw std::runtime_error("no"); });
   EXPECT_THROW(failing.get(), std::runtime_error);
   EXPECT_EQ(worker.run([] { return 7; }).get(), 7);
@@ -75,7 +81,8 @@ TEST(WorkerThread, HandsExceptionsOverAndGoesOn) {
 
 TEST(WorkerThread, TasksThatStopComesBeforeFailAndDoNotHang) {
   std::promise<void> started, go_on;
-  WorkerThread worker([] { return kForEver; });
+  WorkerThread worker("test");
+  worker.start([] { return kForEver; });
   auto running = worker.run([&] {
     started.set_value();
     go_on.get_future().get();
@@ -91,6 +98,32 @@ TEST(WorkerThread, TasksThatStopComesBeforeFailAndDoNotHang) {
   auto late = worker.run([] { return 3; });
   EXPECT_THROW(late.get(), std::future_error);
   worker.stop();  // once more does no harm
+}
+
+TEST(CallbackThread, HasItsNameAndStopsWithMuchWaiting) {
+  ros::Time::init();
+  struct Slow : ros::CallbackInterface {
+    explicit Slow(std::atomic<int>& calls) : calls(calls) {}
+    CallResult call() override {
+      ++calls;
+      std::this_thread::sleep_for(milliseconds(20));
+      return Success;
+    }
+    std::atomic<int>& calls;
+  };
+  std::atomic<int> calls{0}, steps{0};
+  const auto begin = std::chrono::steady_clock::now();
+  {
+    CallbackThread thread("test");
+    for (int i = 0; i < 1000; ++i) thread.queue().addCallback(boost::make_shared<Slow>(calls));
+    thread.start(1, [&] {
+      ++steps;
+      return kForEver;
+    });
+    while (steps == 0) std::this_thread::sleep_for(milliseconds(1));
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
+  EXPECT_LT(calls, 1000);
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <cstdlib>
 
 #include "kernels/meshing/corner_grid.h"
-#include "ros/output/mesh_publisher.h"
+#include "ros/steps/mesh_topics.h"
 #include "support/grid_mesh.h"
 
 namespace dtsdf {
@@ -40,24 +40,27 @@ BlockMesh sheetIn(const BlockKey& key) {
 void publishSheet(size_t triangles) {
   const auto side = static_cast<int>(std::ceil(std::sqrt(triangles / kTrianglesOfBlock + 1.0)));
   ros::NodeHandle private_nh("~");
-  MeshPublisher publisher(private_nh, {"map", MeshColour::kAuto, 4});
-  MapParams params;
-  params.voxel_size_m = kVoxelSize;
-  PagedMeshes mesh(params);
+  MappingParams params;
+  params.mapper.map.voxel_size_m = kVoxelSize;
+  const Rates rates(params.node.publish);
+  MeshTopicsStep topics(params, rates);
+  topics.advertise({private_nh, private_nh, private_nh});
+  ShownMesh mesh(params.mapper.map);
+  MeshChanges changes;
   for (int y = 0; y < side; ++y) {
     for (int x = 0; x < side; ++x) {
       const BlockKey key{x - side / 2, y - side / 2, 0};
-      const auto block = std::make_shared<const BlockMesh>(sheetIn(key));
-      mesh.put(block);
-      publisher.noteChange(block->key);
+      changes.blocks.push_back(std::make_shared<const BlockMesh>(sheetIn(key)));
+      mesh.meshes.put(changes.blocks.back());
     }
   }
-  std::printf("%zu triangles\n", mesh.triangleCount());
+  topics.changed(changes);
+  std::printf("%zu triangles\n", mesh.meshes.triangleCount());
   std::fflush(stdout);
-  const QueueShare share{32 << 20};
   for (ros::WallRate rate(50.0); ros::ok(); rate.sleep()) {
-    publisher.meetNewcomers();
-    if (publisher.isBehind(share)) publisher.catchUp(mesh, ros::Time::now(), share);
+    ros::spinOnce();  // newcomers
+    mesh.stamp = ros::Time::now();
+    topics.publish(&mesh);
   }
 }
 

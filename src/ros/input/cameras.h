@@ -1,89 +1,43 @@
-/// All cameras of the node, in one order of stamps, and the streams of images that each has.
+/// All cameras of the node, and the streams of images that each has.
 #pragma once
 
 #include <ros/node_handle.h>
 
 #include <chrono>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "dtsdf_mapping/io/rate_limit.h"
-#include "ros/input/camera_input.h"
+#include "params/node_params.h"
 #include "ros/input/frame_accounting.h"
-#include "ros/input/frame_intake.h"
+#include "ros/input/frame_queue.h"
+#include "ros/input/image_stream.h"
+#include "ros/input/transforms.h"
 
 namespace dtsdf {
-
-/// One kind of a camera's images: its topics, its frames on their way to the map, and what became
-/// of them.
-class ImageStream {
- public:
-  /// Of topics in `ns` (see CameraInput for why). `on_frame` reports that something waits for the
-  /// intake's thread.
-  ImageStream(const std::string& ns, const ros::NodeHandle& nh, const InputParams& params,
-              ImageKind kind, const FrameIntake::Parts& parts, std::function<void()> on_frame);
-
-  /// Begins and ends to receive; the latter waits for nobody.
-  void subscribe(const ros::NodeHandle& private_nh);
-  void unsubscribe() { input_.reset(); }
-
-  /// Where its frames wait.
-  FrameIntake& intake() { return intake_; }
-
-  /// While subscribed.
-  StreamReport report() const;
-
- private:
-  void onFrame(const FrameMessages& frame);
-  void makeRoom();
-
-  std::string ns_;
-  ros::NodeHandle nh_;
-  InputParams params_;
-  const ImageKind kind_;
-  std::function<void()> on_frame_;
-  RateLimit rate_limit_;  ///< Callbacks' thread only.
-  FrameAccounting& accounting_;
-  FrameIntake intake_;
-  std::unique_ptr<CameraInput> input_;
-};
 
 /// The namespace that the node is in, and the topics that it reads; empty for the root.
 std::string namespaceOf(const ros::NodeHandle& private_nh);
 
 /// Each camera of the setting `cameras` has its topics in its namespace; without that setting there
 /// is one camera in the node's own. A camera is a stream of depth, and one of colour where that is
-/// wanted. Callbacks come on one thread at a time.
+/// wanted. On the input's thread, but for report() and restartMotion().
 class Cameras {
  public:
-  /// What the cameras work with; all of it outlives them.
-  struct Parts {
-    PoseSource& poses;
-    FrameQueue& posed_frames;
-    FrameLedger& ledger;
-    std::function<void()> on_frame;  ///< Something waits for step().
-  };
-
+  /// Callbacks come by the queue of `nh`. The others outlive it.
   Cameras(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, const NodeParams& params,
-          Parts parts);
+          Transforms& transforms, FrameQueue& queue);
 
-  /// Begins and ends to receive; the latter waits for nobody.
+  /// Images come from now on.
   void subscribe(const ros::NodeHandle& private_nh);
-  void unsubscribe();
 
-  /// Intake's thread: see FrameIntake::step().
+  /// Poses frames. Returns how long there will be nothing to do unless a message comes.
   std::chrono::milliseconds step() noexcept;
 
-  /// Intake's thread: see FrameIntake::restartMotion().
+  /// See ImageStream::restartMotion().
   void restartMotion();
 
-  /// See FrameIntake::setPaused().
-  void setPaused(bool paused);
-  bool paused() const { return cameras_.front().depth->intake().paused(); }
-
-  /// In the order of the setting; while subscribed.
+  /// In the order of the setting.
   std::vector<CameraReport> report() const;
 
  private:
@@ -95,16 +49,13 @@ class Cameras {
 
   void add(const std::string& name, const std::string& ns, const ros::NodeHandle& nh,
            const NodeParams& params);
-  std::unique_ptr<ImageStream> makeDepth(const std::string& name, const std::string& ns,
-                                         const ros::NodeHandle& nh, const NodeParams& params);
-  std::unique_ptr<ImageStream> makeColour(const std::string& name, const std::string& ns,
-                                          const ros::NodeHandle& nh, const NodeParams& params);
   template <class Visit>
   void visitStreams(const Visit& visit) const;
-  void restartStamps();
+  void restartStamps(const ros::Time& stamp);
 
-  Parts parts_;
-  bool is_colour_needed_;
+  Transforms& transforms_;
+  FrameQueue& queue_;
+  const bool is_colour_needed_;
   std::vector<Camera> cameras_;  ///< At least one.
 };
 

@@ -2,15 +2,31 @@
 #pragma once
 
 #include <geometry_msgs/TransformStamped.h>
+#include <ros/time.h>
 #include <sensor_msgs/Imu.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <optional>
 #include <string>
 
 #include "level/still_gravity.h"
 
 namespace dtsdf {
+
+/// The stamps of ROS end here; ros::Time throws for what rounds to it.
+constexpr double kEndOfTime_s = 4294967296.0;
+
+/// A time of ROS, whatever is given.
+inline ros::Time toTime(double stamp_s) {
+  return std::isfinite(stamp_s) ? ros::Time(std::clamp(stamp_s, 0.0, kEndOfTime_s - 1.0))
+                                : ros::Time();
+}
+
+/// Names of frames are no longer than this: else a few would fill the memory.
+constexpr size_t kLongestName = 200;
 
 inline Eigen::Isometry3d toIsometry(const geometry_msgs::Transform& transform) {
   const geometry_msgs::Quaternion& q = transform.rotation;

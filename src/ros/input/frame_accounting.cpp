@@ -19,6 +19,8 @@ const char* toString(DropReason reason) {
     case DropReason::kSizeMismatch: return "size_mismatch";
     case DropReason::kBadIntrinsics: return "bad_intrinsics";
     case DropReason::kNoStamp: return "no_stamp";
+    case DropReason::kBadStamp: return "bad_stamp";
+    case DropReason::kLongName: return "long_name";
     case DropReason::kNoTransform: return "no_transform";
     case DropReason::kBeforeTransforms: return "before_transforms";
     case DropReason::kQueueFull: return "queue_full";
@@ -33,6 +35,7 @@ const char* toString(DropReason reason) {
     case DropReason::kMisfit: return "misfit";
     case DropReason::kLost: return "lost";
     case DropReason::kPaused: return "paused";
+    case DropReason::kEnding: return "ending";
     case DropReason::kBackendError: return "backend_error";
   }
   return "unknown";
@@ -94,7 +97,9 @@ void FrameAccounting::dropped(DropReason reason, const ros::Time& stamp, const s
 }
 
 bool FrameAccounting::mayWarn(DropReason reason) {
-  if (reason == DropReason::kPaused || reason == DropReason::kOverRate) return false;  // asked for
+  const bool is_asked_for = reason == DropReason::kPaused || reason == DropReason::kOverRate ||
+                            reason == DropReason::kEnding;
+  if (is_asked_for) return false;
   ros::WallTime& last = last_warning_[static_cast<size_t>(reason)];
   const ros::WallTime now = ros::WallTime::now();
   if (!last.isZero() && (now - last).toSec() < kDropWarningPeriod_s) return false;
@@ -104,7 +109,7 @@ bool FrameAccounting::mayWarn(DropReason reason) {
 
 std::optional<double> FrameAccounting::ageOf(const std::optional<SteadyTime>& time) const {
   if (!time) return std::nullopt;
-  return std::chrono::duration<double>(clock_() - *time).count();
+  return toSeconds(clock_() - *time);
 }
 
 FrameCounts FrameAccounting::counts() const {

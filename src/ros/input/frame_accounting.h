@@ -7,14 +7,13 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "dtsdf_mapping/mapper.h"
-#include "ros/common/schedule.h"
+#include "ros/common/pace.h"
 
 namespace dtsdf {
 
@@ -27,6 +26,8 @@ enum class DropReason {
   kSizeMismatch,      ///< Image and camera_info differ in size.
   kBadIntrinsics,     ///< Focal length not positive, or not finite.
   kNoStamp,           ///< Stamp 0: no transform belongs to it.
+  kBadStamp,          ///< At the end of the time that ROS can represent.
+  kLongName,          ///< The name of its frame or its encoding is longer than any real one.
   kNoTransform,       ///< None within the timeout.
   kBeforeTransforms,  ///< Older than the transforms known: none can come any more.
   kQueueFull,         ///< The oldest that waited when a newer one came.
@@ -41,6 +42,7 @@ enum class DropReason {
   kMisfit,            ///< Does not fit the map, and poses/on_misfit is drop.
   kLost,              ///< The camera is not followed: it does not fit the map, or not yet again.
   kPaused,
+  kEnding,        ///< The node ends.
   kBackendError,  ///< The map's backend has failed.
 };
 constexpr int kDropReasonCount = static_cast<int>(DropReason::kBackendError) + 1;
@@ -87,6 +89,9 @@ class FrameAccounting {
   void cameraInfoReceived();
   void fused(const ros::Time& stamp);
   void dropped(DropReason reason, const ros::Time& stamp, const std::string& text);
+  void dropped(const Rejection& rejection, const ros::Time& stamp) {
+    dropped(rejection.reason, stamp, rejection.text);
+  }
 
   FrameCounts counts() const;
 
@@ -102,35 +107,14 @@ class FrameAccounting {
   std::array<ros::WallTime, kDropReasonCount> last_warning_{};
 };
 
-/// What became of every frame of the node, stream by stream. Beside the way of the frames: whoever
-/// drops or fuses one finds its stream's accounting here. Streams are added before frames come;
-/// then it is thread safe.
-class FrameLedger {
- public:
-  explicit FrameLedger(SteadyClock clock = std::chrono::steady_clock::now)
-      : clock_(std::move(clock)) {}
-
-  /// `stream` is its number in the FrameQueue; `name` begins its warnings.
-  FrameAccounting& addStream(size_t stream, const std::string& name = "") {
-    return streams_.try_emplace(stream, name, clock_).first->second;
-  }
-
-  FrameAccounting& of(size_t stream) { return streams_.at(stream); }
-
- private:
-  const SteadyClock clock_;
-  std::map<size_t, FrameAccounting> streams_;
-};
-
 /// Of one kind of images of one camera.
 struct StreamReport {
   FrameCounts frames;
   std::string image_topic, info_topic;
   size_t image_publishers = 0;
-  size_t waiting = 0;        ///< For their camera_info, transform or turn, or in work.
-  size_t waiting_bytes = 0;  ///< What these keep in memory.
-  std::string waiting_for;   ///< What the first of them waits for.
-  std::string warning;       ///< What is wrong with all of them, fused or not.
+  size_t waiting = 0;       ///< For their camera_info, transform or turn, or in work.
+  std::string waiting_for;  ///< What the first of them waits for.
+  std::string warning;      ///< What is wrong with all of them, fused or not.
 };
 
 /// What is reported about the cameras while the node runs.

@@ -1,321 +1,185 @@
-/// The queue to the map's thread: images with their poses, of all streams, in the order to fuse and
-/// to paint.
+/// The one queue from topics to the map: where messages become frames, wait for their pose and
+/// their turn, and are dropped where there is no room.
 #pragma once
 
-#include <cv_bridge/cv_bridge.h>
 #include <ros/time.h>
 
-#include <algorithm>
-#include <chrono>
-#include <deque>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <tuple>
-#include <utility>
-#include <variant>
 #include <vector>
 
-#include "dtsdf_mapping/colour_frame.h"
-#include "dtsdf_mapping/depth_frame.h"
-#include "ros/common/schedule.h"
+#include "ros/common/pace.h"
+#include "ros/input/frame.h"
 
 namespace dtsdf {
 
-/// Which of two items with one stamp goes first: the one of lower rank, or else of lesser name.
-struct StreamOrder {
-  int rank = 0;
-  std::string name;
-
-  bool operator<(const StreamOrder& other) const {
-    return std::tie(rank, name) < std::tie(other.rank, other.name);
-  }
-};
-
-/// Whether a stream is one that all is in order with.
-enum class StreamUse {
-  kNeeded,
-  /// May never bring anything: it is waited for from its first item on. What it brings late goes at
-  /// once, and nobody is refused for what it has brought.
-  kExtra,
-};
-
-/// Items wait until no other stream can bring an earlier one any more, but no longer than a given
-/// time; what comes later than that is refused. Streams bring their items in the order of stamps;
-/// with a single one there is nothing to merge, and its items stay in the order they came in.
-/// Thread safe. Streams are added before anything is pushed.
-template <class Item>
-class MergeQueue {
+/// Frames of all streams, each a camera's depth or its colour, in the order of stamps, then depth
+/// before colour, then of names. Each goes through three states: it waits for the messages of its
+/// stamp; it is whole, and waits for its pose; it is posed, and waits for its turn. It has its turn
+/// when no other stream can bring an earlier one, or when it has waited for that long enough.
+///
+/// All that waits is counted in bytes, over all streams. Where there is no room, the oldest frame
+/// of the stream with the most bytes is dropped. Every image that is taken is dropped with a
+/// reason, or comes out by take(). Thread safe; streams are added first.
+class FrameQueue {
  public:
   using Stream = size_t;
 
-  /// `on_change` is called when there may be something to take, by the thread that brought it.
-  MergeQueue(double wait_s, std::function<void()> on_change,
-             SteadyClock clock = std::chrono::steady_clock::now)
-      : wait_(toSteadyDuration(wait_s)),
-        on_change_(std::move(on_change)),
-        clock_(std::move(clock)) {}
+  struct Limits {
+    size_t images = 30;         ///< Of one stream.
+    size_t bytes = 256u << 20;  ///< Of all.
+    double merge_wait_s = 0.1;  ///< That a frame waits for earlier ones of other streams.
+  };
 
-  Stream addStream(StreamOrder order, StreamUse use = StreamUse::kNeeded) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    streams_.push_back({std::move(order), use == StreamUse::kNeeded, ros::Time(), 0});
-    return streams_.size() - 1;
-  }
+  struct StreamOptions {
+    std::string name;  ///< Orders streams with one stamp.
+    /// Colour may never come, so it is waited for from its first frame on only, and may come late.
+    bool is_colour = false;
+    bool any_info = false;     ///< The latest camera_info will do.
+    bool wants_mask = false;   ///< Each image has a mask with its stamp.
+    std::string no_info_text;  ///< What is said of an image without camera_info,
+    std::string no_mask_text;  ///< and without its mask.
+  };
 
-  /// False if something later was taken already: the item is out of order, and left alone.
-  [[nodiscard]] bool push(Stream stream, const ros::Time& stamp, Item&& item) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      heard(stream, stamp);
-      if (isRefused(streams_[stream], stamp)) return false;
-      streams_[stream].has_come = true;
-      const Key key{merges() ? stamp : ros::Time(), streams_[stream].order, ++pushes_};
-      items_.emplace(key, Entry{std::move(item), stream, clock_()});
-      ++streams_[stream].size;
-    }
-    on_change_();
-    return true;
-  }
+  /// `on_ready` is called when there may be something to take, by the thread that brought it.
+  FrameQueue(Limits limits, std::function<void()> on_ready,
+             SteadyClock clock = std::chrono::steady_clock::now);
 
-  /// The stream brings nothing of this stamp or before any more.
-  void settle(Stream stream, const ros::Time& stamp) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      heard(stream, stamp);
-    }
-    on_change_();
-  }
+  /// `accounting` outlives the queue.
+  Stream addStream(StreamOptions options, FrameAccounting& accounting);
 
-  /// The first item, if it is its turn. Does not wait.
-  std::optional<Item> take() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (timeToTurn() > SteadyDuration::zero()) return std::nullopt;
-    const auto& [key, entry] = *items_.begin();
-    StreamState& stream = streams_[entry.stream];
-    if (stream.needed) last_taken_ = std::max(last_taken_, key.stamp);
-    ++stream.taken;
-    return remove(items_.begin());
-  }
+  // Input's thread. Messages of one stamp make a frame, in any order of arrival. A frame that is
+  // whole drops those of its stream before it that are not.
+  void addImage(Stream stream, const sensor_msgs::ImageConstPtr& image);
+  void addInfo(Stream stream, const sensor_msgs::CameraInfoConstPtr& info);
+  void addMask(Stream stream, const sensor_msgs::ImageConstPtr& mask);
 
-  /// The first item of a stream, whether it is its turn or not.
-  std::optional<Item> takeOf(Stream stream) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    const auto first = firstOf(items_.begin(), stream);
-    if (first == items_.end()) return std::nullopt;
-    return remove(first);
-  }
+  /// A frame that is whole.
+  struct Whole {
+    FrameMessages messages;
+    SteadyTime since;
+    uint64_t number;  ///< That it has in the queue.
+    bool is_checked;  ///< setChecked() was called.
+  };
+  /// The first of a stream that has no pose; it stays.
+  std::optional<Whole> firstWhole(Stream stream) const;
+  /// Its stamp may be wrong, so that it says nothing of the others.
+  void setChecked(Stream stream, const Whole& frame, bool may_be_ahead);
+  /// Gives it its pose. Does nothing if it was dropped meanwhile.
+  void setPosed(Stream stream, const Whole& frame, PosedFrame posed);
+  void drop(Stream stream, const Whole& frame, const Rejection& rejection);
+  /// Drops a frame that waits for its pose still.
+  void dropStamp(Stream stream, const ros::Time& stamp, const Rejection& rejection);
+  /// Why the first whole frame of the stream waits; empty: it does not.
+  void noteWaiting(Stream stream, const std::string& text);
 
-  /// Removes the first item of a stream, where there is no room for all. If that item is the next
-  /// to be taken and other streams wait too, it stays and the stream's second item goes: else a
-  /// stream that always comes second would lose each item just before its turn.
-  std::optional<Item> pushOut(Stream stream) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    const auto first = firstOf(items_.begin(), stream);
-    if (first == items_.end()) return std::nullopt;
-    if (first != firstNeeded() || !isNeededElsewhere(stream)) return remove(first);
-    const auto second = firstOf(std::next(first), stream);
-    return remove(second != items_.end() ? second : first);
-  }
+  /// Stamps of a stream have jumped back to this one: drops its frames with later ones.
+  void restart(Stream stream, const ros::Time& stamp);
+  /// Any stamp may come now.
+  void forgetStamps();
 
-  /// Whether a stream has an item that is earlier than the stamp. Not where nothing is merged.
-  bool holdsBefore(Stream stream, const ros::Time& stamp) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    const auto first = firstOf(items_.begin(), stream);
-    return first != items_.end() && merges() && first->first.stamp < stamp;
-  }
-
-  /// The first item of an extra stream that is earlier than the stamp. Its own queue may reach
-  /// farther back than those of the others, which would never have their turn then.
-  std::optional<Item> takeExtraBefore(const ros::Time& stamp) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    for (auto it = items_.begin(); it != items_.end() && it->first.stamp < stamp; ++it) {
-      if (!streams_[it->second.stream].needed) return remove(it);
-    }
-    return std::nullopt;
-  }
-
-  bool isNeeded(Stream stream) const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return streams_[stream].needed;
-  }
-
-  std::deque<Item> takeAllOf(Stream stream) {
-    std::deque<Item> all;
-    while (std::optional<Item> item = takeOf(stream)) all.push_back(std::move(*item));
-    return all;
-  }
-
-  /// Stamps begin anew: any may come now.
-  void forgetStamps() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    last_taken_ = ros::Time();
-    for (StreamState& stream : streams_) stream.heard = ros::Time();
-  }
-
+  // Map's thread.
+  std::optional<PosedFrame> take();
   bool hasTurn() const { return idleTime() == SteadyDuration::zero(); }
+  /// How long until a frame has its turn, if nothing comes meanwhile.
+  SteadyDuration idleTime() const;
 
-  /// How long until something can be taken, if nothing comes meanwhile.
-  SteadyDuration idleTime() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return timeToTurn();
-  }
+  // Any thread. While paused, and after end(), frames are dropped, including those that wait.
+  void setPaused(bool paused);
+  bool isPaused() const;
+  void end();
 
-  size_t size() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return items_.size();
-  }
-
-  size_t sizeOf(Stream stream) const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return streams_[stream].size;
-  }
-
-  /// How many of a stream's items had their turn.
-  size_t takenOf(Stream stream) const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return streams_[stream].taken;
-  }
-
-  /// How many of a stream's items wait for nothing but to be taken.
-  size_t backlogOf(Stream stream) const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!merges()) return streams_[stream].size;
-    const auto waits = [&](const auto& entry) {
-      return entry.second.stream == stream && !canComeBefore(entry.first.stamp);
-    };
-    return static_cast<size_t>(std::count_if(items_.begin(), items_.end(), waits));
-  }
-
-  /// What `measure` says of a stream's items, added up.
-  template <class Measure>
-  size_t sumOf(Stream stream, Measure measure) const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    size_t sum = 0;
-    for (const auto& [key, entry] : items_) {
-      if (entry.stream == stream) sum += measure(entry.item);
-    }
-    return sum;
-  }
+  size_t bytes() const;
+  size_t maxBytes() const { return limits_.bytes; }
+  /// What the first frame of the stream waits for, in words; empty: for nothing, or its turn.
+  std::string waitingFor(Stream stream) const;
 
  private:
   struct Key {
     ros::Time stamp;
-    StreamOrder order;
-    uint64_t push;  ///< In the order of arrival, where all else is equal.
+    bool is_colour;
+    std::string name;
+    uint64_t number;  ///< In the order of arrival.
 
     bool operator<(const Key& other) const {
-      return std::tie(stamp, order, push) < std::tie(other.stamp, other.order, other.push);
+      return std::tie(stamp, is_colour, name, number) <
+             std::tie(other.stamp, other.is_colour, other.name, other.number);
     }
   };
+  enum class State { kIncomplete, kWhole, kPosed };
   struct Entry {
-    Item item;
     Stream stream;
-    SteadyTime arrival;
+    FrameMessages messages;
+    State state = State::kIncomplete;
+    SteadyTime since;  ///< When it came, became whole or got its pose.
+    bool is_checked = false, may_be_ahead = false;
+    PosedFrame posed;
+    size_t bytes = 0;
+
+    bool hasImage() const { return state == State::kPosed || messages.image != nullptr; }
+  };
+  using Entries = std::map<Key, Entry>;
+  /// How many frames waited for the map once it had taken so many.
+  struct Backlog {
+    size_t waiting = 0, taken = 0;
   };
   struct StreamState {
-    StreamOrder order;
-    bool needed;
-    ros::Time heard;  ///< Nothing of this stamp or before comes any more.
-    size_t size;
-    bool has_come = false;  ///< An item of it.
-    size_t taken = 0;       ///< By take().
+    StreamOptions options;
+    FrameAccounting* accounting;
+    ros::Time heard;        ///< Nothing of this stamp or before comes any more.
+    bool has_come = false;  ///< A posed frame of it.
+    size_t bytes = 0, taken = 0;
+    sensor_msgs::CameraInfoConstPtr latest_info;
+    std::string waiting_for;
+    Backlog seen;
+    int behind = 0;              ///< So often in a row the backlog had not shrunk.
+    bool is_overloaded = false;  ///< Until none waits.
 
-    bool isWaitedFor() const { return needed || has_come; }
+    bool isWaitedFor() const { return !options.is_colour || has_come; }
   };
-  using Items = std::map<Key, Entry>;
 
-  /// Once it merges, it goes on to, as a key of a stamp and one without have no order.
-  bool merges() const {
-    return std::count_if(streams_.begin(), streams_.end(),
-                         [](const StreamState& stream) { return stream.isWaitedFor(); }) > 1;
-  }
+  // All with mutex_ held.
+  bool refuses(Stream stream, const sensor_msgs::ImageConstPtr& image);
+  Entries::iterator placeFor(Stream stream, const ros::Time& stamp);
+  void admit(Entries::iterator place);
+  void count(Entry& entry);
+  std::optional<DropReason> missingOf(const Entry& entry) const;
+  void completeIfWhole(Entries::iterator place);
+  Entries::iterator find(Stream stream, const Whole& frame);
+  template <class Wanted>
+  Entries::iterator firstThat(const Wanted& wanted);
+  void erase(Entries::iterator place);
+  void drop(Entries::iterator place, const Rejection& rejection);
+  void dropIncomplete(Entries::iterator place);
+  template <class Wanted>
+  void dropAll(const Rejection& rejection, const Wanted& wanted);
+  void makeRoom();
+  size_t imagesOf(Stream stream) const;
+  Stream mostServed(Stream stream) const;
+  void dropOldest(Stream stream, bool for_bytes);
+  void dropColourUpTo(ros::Time stamp);
+  void shorten(Stream stream);
+  bool canComeBefore(const ros::Time& stamp) const;
+  bool isTooLate(Stream stream, const ros::Time& stamp) const;
+  SteadyDuration timeToTurn() const;
+  Entries::const_iterator firstPosed() const;
 
-  bool isRefused(const StreamState& stream, const ros::Time& stamp) const {
-    const auto needed = std::count_if(streams_.begin(), streams_.end(),
-                                      [](const StreamState& other) { return other.needed; });
-    return stream.needed && needed > 1 && stamp < last_taken_;
-  }
-
-  void heard(Stream stream, const ros::Time& stamp) {
-    streams_[stream].heard = std::max(streams_[stream].heard, stamp);
-  }
-
-  /// Whether some stream may still bring something earlier.
-  bool canComeBefore(const ros::Time& stamp) const {
-    return std::any_of(streams_.begin(), streams_.end(), [&](const StreamState& stream) {
-      return stream.isWaitedFor() && stream.heard < stamp;
-    });
-  }
-
-  /// Zero, if it is the first item's turn.
-  SteadyDuration timeToTurn() const {
-    if (items_.empty()) return SteadyDuration::max();
-    if (!canComeBefore(items_.begin()->first.stamp)) return SteadyDuration::zero();
-    // One that has waited long enough goes, and what is before it goes first.
-    SteadyTime arrival = SteadyTime::max();
-    for (const auto& [key, entry] : items_) arrival = std::min(arrival, entry.arrival);
-    return std::max(SteadyDuration::zero(), arrival + wait_ - clock_());
-  }
-
-  typename Items::iterator firstOf(typename Items::iterator from, Stream stream) {
-    return std::find_if(from, items_.end(),
-                        [&](const auto& entry) { return entry.second.stream == stream; });
-  }
-
-  typename Items::iterator firstNeeded() {
-    return std::find_if(items_.begin(), items_.end(),
-                        [&](const auto& entry) { return streams_[entry.second.stream].needed; });
-  }
-
-  /// Items of other needed streams wait.
-  bool isNeededElsewhere(Stream stream) const {
-    for (Stream other = 0; other < streams_.size(); ++other) {
-      if (other != stream && streams_[other].needed && streams_[other].size > 0) return true;
-    }
-    return false;
-  }
-
-  Item remove(typename Items::iterator place) {
-    Item item = std::move(place->second.item);
-    --streams_[place->second.stream].size;
-    items_.erase(place);
-    return item;
-  }
-
-  const SteadyDuration wait_;
-  const std::function<void()> on_change_;
+  const Limits limits_;
+  const std::function<void()> on_ready_;
   const SteadyClock clock_;
 
   mutable std::mutex mutex_;  ///< Guards what follows.
   std::vector<StreamState> streams_;
-  Items items_;
+  Entries entries_;
+  size_t bytes_ = 0;
+  uint64_t arrivals_ = 0;
   ros::Time last_taken_;
-  uint64_t pushes_ = 0;
+  bool is_paused_ = false, is_ending_ = false;
 };
-
-/// Stamps that go back by more than this mean a new recording or a loop of it; less is disorder.
-constexpr double kTimeJump_s = 0.5;
-
-/// A frame with what its pixels live in.
-struct PosedFrame {
-  ros::Time stamp;
-  std::variant<DepthFrame, ColourFrame> image;
-  cv_bridge::CvImageConstPtr pixels;
-  std::string frame_id;  ///< Of its camera.
-  size_t camera = 0;     ///< Its place among the cameras.
-  size_t stream = 0;     ///< Its number in the FrameQueue and the FrameLedger.
-};
-
-/// What the pixels of a frame take.
-inline size_t bytesOf(const PosedFrame& frame) {
-  return std::visit(
-      [](const auto& image) { return image.row_bytes * static_cast<size_t>(image.height); },
-      frame.image);
-}
-
-/// A stream for each camera's depth, and one for its colour. It is their intakes that bound it.
-using FrameQueue = MergeQueue<PosedFrame>;
 
 }  // namespace dtsdf

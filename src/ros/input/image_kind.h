@@ -10,7 +10,7 @@
 #include <string>
 
 #include "params/node_params.h"
-#include "ros/input/frame_queue.h"
+#include "ros/input/frame.h"
 #include "ros/input/images.h"
 #include "ros/input/rectification.h"
 

@@ -11,9 +11,15 @@
 #include "io/depth_codes.h"
 #include "params/printable.h"
 #include "params/text.h"
+#include "ros/input/conversions.h"
 
 namespace dtsdf {
 namespace {
+
+/// More than any model of OpenCV has.
+constexpr size_t kMostCoefficients = 64;
+/// Of an image: what is added to it must not be beyond the end of ROS's time.
+constexpr double kLatestStamp_s = kEndOfTime_s - 3600.0;
 
 /// The region of interest counts only if it is set; all zeros mean the whole image.
 struct Sampling {
@@ -121,10 +127,29 @@ std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t mo
                      formatted("the image has %u x %u pixels; at most %zu are supported",
                                image.width, image.height, mostImagePixels())};
   }
-  if (image.data.size() <= most_bytes) return std::nullopt;
-  return Rejection{DropReason::kTooLarge,
-                   formatted("the image has %zu bytes; at most %zu may wait (input/queue_mb)",
-                             image.data.size(), most_bytes)};
+  if (image.data.size() > most_bytes) {
+    return Rejection{DropReason::kTooLarge,
+                     formatted("the image has %zu bytes; at most %zu may wait (input/queue_mb)",
+                               image.data.size(), most_bytes)};
+  }
+  if (image.header.frame_id.size() > kLongestName || image.encoding.size() > kLongestName) {
+    return Rejection{
+        DropReason::kLongName,
+        formatted("its frame_id or its encoding has more than %zu bytes", kLongestName)};
+  }
+  if (image.header.stamp.toSec() >= kLatestStamp_s) {
+    return Rejection{DropReason::kBadStamp,
+                     "its stamp is at the end of the time that ROS can represent"};
+  }
+  return std::nullopt;
+}
+
+std::string findProblem(const sensor_msgs::CameraInfo& info) {
+  if (info.header.frame_id.size() > kLongestName || info.distortion_model.size() > kLongestName) {
+    return formatted("its frame_id or its distortion_model has more than %zu bytes", kLongestName);
+  }
+  if (info.D.size() <= kMostCoefficients) return "";
+  return formatted("it has %zu coefficients of distortion", info.D.size());
 }
 
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,

@@ -25,8 +25,12 @@ Intrinsics intrinsicsOf(const sensor_msgs::CameraInfo& info);
 /// The camera_info of a rectified image with these intrinsics.
 sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const Intrinsics& K);
 
-/// Whether an image may wait at all, by its size; nothing if it may. `most_bytes` is all the room.
+/// Whether an image may wait at all, by its size, stamp and names; nothing if it may. `most_bytes`
+/// is all the room.
 std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t most_bytes);
+
+/// Why a camera_info may not wait, by what it holds; empty if it may.
+std::string findProblem(const sensor_msgs::CameraInfo& info);
 
 /// What is wrong with an image of so many bytes a pixel and its camera_info; nothing if they fit.
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,

@@ -3,313 +3,119 @@
 #include <ros/console.h>
 
 #include <algorithm>
-#include <cmath>
 #include <exception>
+#include <iomanip>
+#include <sstream>
+#include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "params/printable.h"
 #include "params/text.h"
 #include "ros/common/callback_guard.h"
+#include "ros/input/conversions.h"
 
 namespace dtsdf {
 namespace {
 
-/// The stamps of ROS end here, and tf2 throws where it adds what is kept to one of the last.
-constexpr double kEndOfTime_s = 4294967296.0;
-/// Transforms of a frame that are too old in a row, before its newest one counts as wrong.
-constexpr int kTooOldInARow = 10;
-/// Frames and publishers that are distinguished; whoever makes up names does not fill the memory.
-constexpr size_t kMostNames = 20;
-constexpr double kWarningPeriod_s = 5.0;
-/// A name is no longer than that: else a few would fill the memory.
-constexpr size_t kLongestName = 200;
-/// Frames that are asked of at a time: cameras, the map, what services name.
-constexpr size_t kMostWanted = 64;
-/// Links from a frame to the root.
-constexpr int kLongestChain = 100;
-
-const char* const kAhead = "ahead of time";
-const char* const kInvalid = "invalid";
-
-bool isFinite(const geometry_msgs::Transform& transform) {
-  const auto& t = transform.translation;
-  const auto& q = transform.rotation;
-  for (const double value : {t.x, t.y, t.z, q.x, q.y, q.z, q.w}) {
-    if (!std::isfinite(value)) return false;
-  }
-  return true;
-}
-
-/// Why tf2 would not take it, whatever its stamp. tf2 says so itself, but in the log of every one.
-std::optional<std::string> whyInvalid(const geometry_msgs::TransformStamped& transform) {
-  const std::string child = stripLeadingSlash(transform.child_frame_id);
-  const std::string parent = stripLeadingSlash(transform.header.frame_id);
-  if (child.empty() || parent.empty()) return "one of its frames has no name";
-  if (child.size() > kLongestName || parent.size() > kLongestName) {
-    return "the name of one of its frames has more than " + std::to_string(kLongestName) + " bytes";
-  }
-  if (child == parent) return "it maps a frame to itself";
-  if (!isFinite(transform.transform)) return "it has numbers that are not finite";
-  const auto& q = transform.transform.rotation;
-  const double length = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-  if (std::abs(length - 1.0) > 1e-2) return "its quaternion's length is not 1";
-  return std::nullopt;
-}
-
-std::string inSeconds(double duration_s) { return formatted("%.3g s", duration_s); }
-
-}  // namespace
-
-TransformBuffer::TransformBuffer(const Options& options, SteadyClock clock,
-                                 std::function<ros::Time()> now)
-    : options_(options),
-      clock_(std::move(clock)),
-      now_(std::move(now)),
-      core_(ros::Duration(options.kept_s)) {}
-
-ros::Time TransformBuffer::rosTime() {
-  return ros::Time::isValid() ? ros::Time::now() : ros::Time();
-}
-
-bool TransformBuffer::setTransform(const geometry_msgs::TransformStamped& transform,
-                                   const std::string& publisher, bool is_static) noexcept {
-  try {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (const auto problem = whyInvalid(transform)) {
-      refuse(transform, publisher, kInvalid, *problem);
-      return false;
-    }
-    if (!is_static) {
-      if (const auto problem = whyNot(transform)) {
-        refuse(transform, publisher, kAhead, *problem);
-        return false;
-      }
-    }
-    const std::string child = stripLeadingSlash(transform.child_frame_id);
-    if (!keepsNames(child, stripLeadingSlash(transform.header.frame_id))) {
-      leaveOut(child, publisher, is_static);
-      return false;
-    }
-    if (!is_static) followTime(transform, publisher);
-    // False is said of one that is there already, or too old: both are nothing new.
-    if (core_.setTransform(transform, publisher, is_static) && !is_static) taken_at_ = clock_();
-    return true;
-  } catch (const std::exception& error) {  // of tf2, or no memory
-    ROS_WARN_STREAM_THROTTLE_NAMED(kWarningPeriod_s, "dtsdf_mapping",
-                                   "a transform was refused: " << errorText(error));
-    return false;
-  }
-}
-
-std::optional<std::string> TransformBuffer::whyNot(
-    const geometry_msgs::TransformStamped& transform) const {
-  const double stamp_s = transform.header.stamp.toSec();
-  if (stamp_s >= kEndOfTime_s - options_.kept_s - 1.0) {
-    return "its stamp is at the end of the time that ROS can represent";
-  }
-  const std::optional<double> present = present_s();
-  if (!present || stamp_s - *present <= options_.max_ahead_s) return std::nullopt;
-  return "its stamp is " + inSeconds(stamp_s - *present) +
-         " ahead of time (input/tf_max_ahead_s); do the clocks agree?";
-}
-
-std::optional<double> TransformBuffer::present_s() const {
-  const ros::Time now = now_();
-  if (image_stamp_.isZero()) {
-    return now.isZero() ? std::nullopt : std::optional<double>(now.toSec());
-  }
-  const double images_s = imagesTime_s();
-  const bool one_time = !now.isZero() && std::abs(now.toSec() - images_s) <= options_.kept_s;
-  return one_time ? std::max(now.toSec(), images_s) : images_s;
-}
-
-void TransformBuffer::followTime(const geometry_msgs::TransformStamped& transform,
-                                 const std::string& publisher) {
-  const ros::Time stamp = transform.header.stamp;
-  Track& track = tracks_[stripLeadingSlash(transform.child_frame_id)];
-  const double behind_s = track.newest.toSec() - stamp.toSec();
-  if (behind_s <= options_.kept_s) {
-    track.newest = std::max(track.newest, stamp);
-    track.too_old = 0;
-    return;
-  }
-  if (++track.too_old < kTooOldInARow) return;
-  ROS_WARN_STREAM_NAMED("dtsdf_mapping", "the transforms of '"
-                                             << printable(transform.child_frame_id) << "' from "
-                                             << printable(publisher) << " are "
-                                             << inSeconds(behind_s)
-                                             << " older than its newest one, so that one was "
-                                                "wrong or time went back: all transforms are "
-                                                "discarded");
-  clearLocked();
-  tracks_[stripLeadingSlash(transform.child_frame_id)].newest = stamp;
-}
-
-void TransformBuffer::refuse(const geometry_msgs::TransformStamped& transform,
-                             const std::string& publisher, const std::string& reason,
-                             const std::string& detail) {
-  const std::string name = "frame '" + printable(stripLeadingSlash(transform.child_frame_id)) +
-                           "' of " + printable(publisher);
-  const std::string refused = name + ": " + reason;
-  ++report_.refused;
-  if (report_.refused_by.count(refused) > 0 || report_.refused_by.size() < kMostNames) {
-    ++report_.refused_by[refused];
-  }
-  report_.last_refusal = name + ": " + detail;
-  const SteadyTime now = clock_();
-  if (warned_at_ && now - *warned_at_ < toSteadyDuration(kWarningPeriod_s)) return;
-  warned_at_ = now;
-  ROS_WARN_STREAM_NAMED("dtsdf_mapping", "a transform was refused, " << report_.last_refusal << " ["
-                                                                     << report_.refused
-                                                                     << " refused so far]");
-}
-
-void TransformBuffer::want(const std::string& frame) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const auto place = std::find(wanted_.begin(), wanted_.end(), frame);
-  const bool is_new = place == wanted_.end();
-  if (!is_new) wanted_.erase(place);
-  wanted_.push_front(frame);
-  if (wanted_.size() > kMostWanted) wanted_.pop_back();
-  if (is_new && statics_left_out_) statics_wanted_ = true;
-}
-
-bool TransformBuffer::takeStaticsWanted() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return std::exchange(statics_wanted_, false);
-}
-
-/// Whether it lies between a frame that is asked for and the root, that frame included.
-bool TransformBuffer::isWanted(const std::string& frame) const {
-  for (const std::string& wanted : wanted_) {
-    const std::string* link = &wanted;
-    for (int i = 0; i < kLongestChain; ++i) {
-      if (*link == frame) return true;
-      const auto parent = parents_.find(*link);
-      if (parent == parents_.end()) break;
-      link = &parent->second;
-    }
-  }
-  return false;
-}
-
-/// Wanted frames have as much room again, which names that others make up for their parents share.
-bool TransformBuffer::keepsNames(const std::string& child, const std::string& parent) {
-  const size_t names = names_.size() + (names_.count(child) == 0) + (names_.count(parent) == 0);
-  const bool is_new = names > names_.size();
-  const bool beyond = is_new && names > options_.max_frames;
-  if (beyond && (names > 2 * options_.max_frames || !isWanted(child))) return false;
-  if (is_new) names_.insert({child, parent});
-  std::string& known = parents_[child];
-  if (!known.empty() && known != parent) former_parents_[child] = known;
-  known = parent;
-  if (beyond && statics_left_out_) statics_wanted_ = true;  // the next link may be one of them
-  return true;
-}
-
-void TransformBuffer::leaveOut(const std::string& child, const std::string& publisher,
-                               bool is_static) {
-  const std::string what = "more than " + std::to_string(options_.max_frames) + " frames";
-  const std::string of = printable(publisher) + ": " + what;
-  if (is_static) statics_left_out_ = true;
-  if (report_.refused_by.count(of) > 0 || report_.refused_by.size() < kMostNames) {
-    ++report_.refused_by[of];
-  }
-  if (++report_.not_kept > 1) return;
-  ROS_WARN_STREAM_NAMED("dtsdf_mapping",
-                        "there are " << what << " on /tf; only those that the pose "
-                                     << "of a camera needs are kept, not '" << printable(child)
-                                     << "' of " << printable(publisher));
-}
-
-double TransformBuffer::imagesTime_s() const {
-  return image_stamp_.toSec() + std::chrono::duration<double>(clock_() - image_at_).count();
-}
-
-void TransformBuffer::imageCame(const ros::Time& stamp) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (stamp <= image_stamp_ || stamp == ahead_stamp_) return;  // it asks again while it waits
-  if (!image_stamp_.isZero() && stamp.toSec() - imagesTime_s() > options_.kept_s) {
-    const bool alone = ahead_stamp_.isZero() || stamp < ahead_stamp_ ||
-                       stamp.toSec() - ahead_stamp_.toSec() > options_.kept_s;
-    ahead_stamp_ = alone ? stamp : ros::Time();
-    if (alone) return;
-  }
-  image_stamp_ = stamp;
-  image_at_ = clock_();
-}
-
-void TransformBuffer::clear() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  clearLocked();
-  image_stamp_ = ahead_stamp_ = ros::Time();
-}
-
-void TransformBuffer::clearLocked() {
-  core_.clear();
-  tracks_.clear();
-}
-
-std::string TransformBuffer::otherParentOf(const std::string& frame,
-                                           const std::string& parent) const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  for (const auto* const parents : {&parents_, &former_parents_}) {
-    const auto other = parents->find(frame);
-    if (other != parents->end() && other->second != parent) return other->second;
-  }
-  return "";
-}
-
-std::vector<std::string> TransformBuffer::frames(size_t most) const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  std::vector<std::string> names(names_.begin(), names_.end());
-  std::sort(names.begin(), names.end());
-  names.resize(std::min(names.size(), most));
-  return names;
-}
-
-TransformReport TransformBuffer::report() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  TransformReport report = report_;
-  if (taken_at_) report.age_s = std::chrono::duration<double>(clock_() - *taken_at_).count();
-  return report;
-}
-
-namespace {
-
+/// Longer than any frame waits in a queue that keeps up.
+constexpr double kKept_s = 30.0;
+/// tf2 keeps each name for ever: of more frames than these, the buffer is made new.
+constexpr size_t kMostFrames = 20000;
+/// Images without a pose in a row, and for how long, before the buffer is made new.
+constexpr int kMostMissing = 5;
+constexpr std::chrono::seconds kMissing{2};
+/// It is not made new sooner than this after the last time, which doubles each time.
+constexpr std::chrono::seconds kFirstRestart{5}, kLastRestart{600};
 /// Messages that may wait; as many as tf2's own listener lets wait.
 constexpr uint32_t kQueue = 100;
 
+/// The stamp of the newest transform between two frames: the oldest of the newest of its links.
+std::optional<ros::Time> findNewest(const tf2::BufferCore& core, const std::string& parent,
+                                    const std::string& frame) {
+  try {
+    return core.lookupTransform(parent, frame, ros::Time(0)).header.stamp;
+  } catch (const std::runtime_error&) {
+    return std::nullopt;
+  }
+}
+
+/// By how much a stamp lies before the first one that there are transforms for. tf2 does not say
+/// where they begin, so that is searched for.
+double beforeOldest_s(const tf2::BufferCore& core, const std::string& parent,
+                      const std::string& frame, const ros::Time& stamp, const ros::Time& newest) {
+  constexpr double kExact_s = 1e-3;
+  double without_s = 0.0, with_s = newest.toSec() - stamp.toSec();
+  while (with_s - without_s > kExact_s) {
+    const double middle_s = 0.5 * (without_s + with_s);
+    const bool is_known = core.canTransform(parent, frame, toTime(stamp.toSec() + middle_s));
+    (is_known ? with_s : without_s) = middle_s;
+  }
+  return with_s;
+}
+
+/// Which frame TF lacks, and what to do.
+std::string describeFrames(const tf2::BufferCore& core, const std::string& parent,
+                           const std::string& frame) {
+  constexpr size_t kShown = 10;
+  std::vector<std::string> frames;
+  core._getFrameStrings(frames);
+  if (frames.empty()) return "nothing has been received on /tf or /tf_static";
+  std::sort(frames.begin(), frames.end());
+  const auto isKnown = [&](const std::string& name) {
+    return std::binary_search(frames.begin(), frames.end(), name);
+  };
+  std::string names;
+  for (size_t i = 0; i < std::min(frames.size(), kShown); ++i) {
+    names += (i == 0 ? "'" : "', '") + printable(frames[i]);
+  }
+  names += frames.size() > kShown ? "' and more" : "'";
+  for (const std::string& name : {parent, frame}) {
+    if (isKnown(name)) continue;
+    return "TF has no frame '" + printable(name) + "'; it has " + names +
+           "; start what publishes '" + printable(name) + "'" +
+           (name == parent ? ", or set map_frame to one of these" : "");
+  }
+  return "TF has both frames, but no chain of transforms between them; it has " + names;
+}
+
+std::string describe(const tf2::BufferCore& core, const std::optional<ros::Time>& newest,
+                     const std::string& parent, const std::string& frame, const ros::Time& stamp,
+                     const char* what) {
+  std::ostringstream text;
+  text << "no transform from '" << printable(frame) << "' to '" << printable(parent) << "': ";
+  if (!newest) {
+    text << describeFrames(core, parent, frame);
+  } else if (*newest >= stamp) {
+    text << what << " is " << std::setprecision(3)
+         << beforeOldest_s(core, parent, frame, stamp, *newest)
+         << " s older than the oldest transform that is kept; normal for the first images only";
+  } else {
+    text << "the newest is stamped " << *newest << ", " << stamp.toSec() - newest->toSec()
+         << " s before " << what << " of " << stamp;
+  }
+  return text.str();
+}
+
 }  // namespace
 
-TransformInput::TransformInput(const ros::NodeHandle& nh, TransformBuffer& transforms)
-    : nh_(nh),
-      transforms_(transforms),
-      tf_(nh_.subscribe("/tf", kQueue, &TransformInput::onTransforms, this)) {
-  subscribeStatic();
-  timer_ = nh_.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
-    guarded("static transforms", [this] {
-      if (transforms_.takeStaticsWanted()) subscribeStatic();
-    });
-  });
+Transforms::Transforms(SteadyClock clock)
+    : clock_(std::move(clock)), next_restart_after_(kFirstRestart) {
+  core_ = makeCore();
 }
 
-/// Publishers of static transforms are latched: a new subscriber gets what they sent last. The one
-/// before it ends only then, so roscpp keeps the connections: it bears no loss of one of them while
-/// a message comes.
-void TransformInput::subscribeStatic() {
-  tf_static_ = nh_.subscribe("/tf_static", kQueue, &TransformInput::onStaticTransforms, this);
+void Transforms::subscribe(ros::NodeHandle nh) {
+  const auto subscribe = [&](const char* topic, bool is_static) {
+    const boost::function<void(const Event&)> callback = [this, is_static](const Event& event) {
+      guarded("transforms", [&] { onMessage(event, is_static); });
+    };
+    return nh.subscribe<tf2_msgs::TFMessage>(topic, kQueue, callback);
+  };
+  tf_ = subscribe("/tf", false);
+  tf_static_ = subscribe("/tf_static", true);
 }
 
-void TransformInput::onTransforms(const Event& event) {
-  guarded("transforms", [&] { put(event, false); });
-}
-
-void TransformInput::onStaticTransforms(const Event& event) {
-  guarded("static transforms", [&] { put(event, true); });
-}
-
-void TransformInput::put(const Event& event, bool is_static) {
+void Transforms::onMessage(const Event& event, bool is_static) {
   if (ros::Time::isSimTime()) {
     const ros::Time now = ros::Time::now();
     const ros::Time last = std::exchange(last_now_, now);
@@ -317,12 +123,135 @@ void TransformInput::put(const Event& event, bool is_static) {
       ROS_WARN_STREAM_NAMED("dtsdf_mapping", "simulated time went back from "
                                                  << last << " to " << now
                                                  << ": transforms are discarded");
-      transforms_.clear();
+      clear();
     }
   }
   for (const geometry_msgs::TransformStamped& transform : event.getConstMessage()->transforms) {
-    transforms_.setTransform(transform, event.getPublisherName(), is_static);
+    take(transform, event.getPublisherName(), is_static);
   }
+}
+
+void Transforms::take(const geometry_msgs::TransformStamped& transform,
+                      const std::string& publisher, bool is_static) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const std::string child = stripLeadingSlash(transform.child_frame_id);
+  const std::string& parent = transform.header.frame_id;
+  if (child.empty() || child.size() > kLongestName || parent.size() > kLongestName) {
+    ++report_.refused;
+    ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping",
+                                   "a transform of " << printable(publisher)
+                                                     << " was refused: the name of a frame is "
+                                                        "empty or longer than "
+                                                     << kLongestName << " bytes ["
+                                                     << report_.refused << " refused so far]");
+    return;
+  }
+  if (statics_.size() + moving_.size() > kMostFrames) {
+    moving_.clear();
+    statics_.clear();
+    restart(formatted("TF has more than %zu frames", kMostFrames));
+  }
+  if (is_static) {
+    if (ignored_statics_.count(child) > 0) return;
+    statics_[child] = transform;
+  } else {
+    moving_.insert(child);
+    received_at_ = clock_();
+  }
+  try {
+    core_->setTransform(transform, publisher, is_static);
+  } catch (const std::exception& error) {  // for a stamp at the end of time, or no memory
+    ++report_.refused;
+    ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping",
+                                   "a transform was refused: " << errorText(error));
+  }
+}
+
+Transforms::Core Transforms::makeCore() const {
+  auto core = std::make_shared<tf2::BufferCore>(ros::Duration(kKept_s));
+  for (const auto& [child, transform] : statics_) {
+    if (ignored_statics_.count(child) == 0) core->setTransform(transform, "static", true);
+  }
+  return core;
+}
+
+void Transforms::restart(const std::string& why) {
+  ++report_.restarts;
+  report_.last_restart = why;
+  ROS_WARN_STREAM_NAMED("dtsdf_mapping",
+                        why << ": all transforms are discarded, and received again");
+  for (const std::string& child : moving_) {
+    if (statics_.erase(child) > 0) ignored_statics_.insert(child);
+  }
+  moving_.clear();
+  core_ = makeCore();
+}
+
+void Transforms::notePose(bool is_found) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (is_found) {
+    missing_ = 0;
+    missing_since_.reset();
+    return;
+  }
+  const SteadyTime now = clock_();
+  if (!missing_since_) missing_since_ = now;
+  const bool is_lasting = ++missing_ >= kMostMissing && now - *missing_since_ >= kMissing;
+  const bool tf_comes = received_at_ && *received_at_ > *missing_since_;
+  if (!is_lasting || !tf_comes) return;
+  if (restarted_at_) {
+    if (now - *restarted_at_ < next_restart_after_) return;
+    next_restart_after_ = std::min<SteadyDuration>(2 * next_restart_after_, kLastRestart);
+  }
+  restarted_at_ = now;
+  restart("images find no pose although transforms are received");
+}
+
+void Transforms::clear() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  core_ = makeCore();
+}
+
+Transforms::Core Transforms::core() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return core_;
+}
+
+PoseAnswer Transforms::find(const std::string& parent, const std::string& frame,
+                            const ros::Time& stamp, const char* what) const {
+  PoseAnswer answer;
+  if (frame.size() > kLongestName || parent.size() > kLongestName) {
+    answer.kind = PoseAnswer::Kind::kNever;
+    answer.text = formatted("the name of a frame is longer than %zu bytes", kLongestName);
+    return answer;
+  }
+  const Core core = this->core();
+  // Before the look-up itself: a transform that arrives in between may not count as one that has
+  // gone past the image.
+  const std::optional<ros::Time> newest = findNewest(*core, parent, frame);
+  try {
+    answer.T_W_C = toIsometry(core->lookupTransform(parent, frame, stamp).transform);
+    answer.kind = PoseAnswer::Kind::kKnown;
+    return answer;
+  } catch (const std::runtime_error&) {
+    // tf2's own exceptions, and that of ros::Duration where stamps lie over 68 years apart.
+  }
+  if (newest && *newest >= stamp) answer.kind = PoseAnswer::Kind::kNever;
+  answer.text = describe(*core, newest, parent, frame, stamp, what);
+  return answer;
+}
+
+std::string Transforms::otherParentOf(const std::string& frame, const std::string& parent) const {
+  std::string other;
+  const bool has_parent = core()->_getParent(frame, ros::Time(0), other);
+  return has_parent && other != parent ? other : "";
+}
+
+TransformReport Transforms::report() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  TransformReport report = report_;
+  if (received_at_) report.age_s = toSeconds(clock_() - *received_at_);
+  return report;
 }
 
 }  // namespace dtsdf

@@ -1,7 +1,7 @@
 /// A clock that stands still until a test turns its hands.
 #pragma once
 
-#include "ros/common/schedule.h"
+#include "ros/common/pace.h"
 
 namespace dtsdf {
 

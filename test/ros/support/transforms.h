@@ -5,16 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "ros/input/transforms.h"
 #include "ros/support/messages.h"
 
 namespace dtsdf {
 
 /// The camera stands at (x, 0, 0) of its parent, not turned.
-template <class Buffer>
-void putTransform(Buffer& transforms, double stamp_s, double x, const std::string& child = "camera",
-                  const std::string& parent = "map") {
+inline void putTransform(Transforms& transforms, double stamp_s, double x,
+                         const std::string& child = "camera", const std::string& parent = "map") {
   const Eigen::Isometry3d T(Eigen::Translation3d(x, 0.0, 0.0));
-  transforms.setTransform(makeTransform(parent, child, T, ros::Time(stamp_s)), "test");
+  transforms.take(makeTransform(parent, child, T, ros::Time(stamp_s)), "test");
 }
 
 /// 4 x 2 pixels of one metre.

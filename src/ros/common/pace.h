@@ -1,0 +1,56 @@
+/// A steady clock, and what bounds how often something happens by it.
+#pragma once
+
+#include <chrono>
+#include <functional>
+
+namespace dtsdf {
+
+using SteadyTime = std::chrono::steady_clock::time_point;
+using SteadyDuration = std::chrono::steady_clock::duration;
+using SteadyClock = std::function<SteadyTime()>;
+
+inline SteadyDuration toSteadyDuration(double seconds) {
+  return std::chrono::duration_cast<SteadyDuration>(std::chrono::duration<double>(seconds));
+}
+
+inline double toSeconds(SteadyDuration duration) {
+  return std::chrono::duration<double>(duration).count();
+}
+
+/// Rounded up: who sleeps so long finds the time has come.
+inline std::chrono::milliseconds toMilliseconds(SteadyDuration duration) {
+  return std::chrono::ceil<std::chrono::milliseconds>(duration);
+}
+
+/// Bounds how often something happens.
+class Pace {
+ public:
+  explicit Pace(double rate_hz) : period_(toSteadyDuration(1.0 / rate_hz)) {}
+
+  bool isDue(SteadyTime now) const { return now >= next_; }
+  SteadyTime next() const { return next_; }
+
+  /// The same rate once more changes nothing.
+  void setRate(double rate_hz, SteadyTime now) {
+    const SteadyDuration period = toSteadyDuration(1.0 / rate_hz);
+    if (period == period_) return;
+    period_ = period;
+    if (next_ > now + period_) next_ = now + period_;
+  }
+
+  void begin(SteadyTime now) { next_ = now + period_; }
+  /// A start that is late by less than a period does not delay the next one.
+  void beginInStep(SteadyTime now) {
+    next_ = now - next_ < period_ ? next_ + period_ : now + period_;
+  }
+  void restUntil(SteadyTime time) {
+    if (time > next_) next_ = time;
+  }
+
+ private:
+  SteadyDuration period_;
+  SteadyTime next_{};
+};
+
+}  // namespace dtsdf

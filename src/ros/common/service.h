@@ -1,0 +1,58 @@
+/// The one way in which services answer: what was done or why it was not, in words that may stand
+/// in a log, whatever the names from outside in them.
+#pragma once
+
+#include <ros/console.h>
+#include <ros/node_handle.h>
+
+#include <exception>
+#include <functional>
+#include <string>
+#include <utility>
+
+#include "params/printable.h"
+
+namespace dtsdf {
+
+/// Has `work` fill the answer, but for success and with a message of what was done; where it throws
+/// the answer says why, and nothing else. Either goes to the log, failures every five seconds at
+/// most.
+template <class Response, class Work>
+void answer(const std::string& service, Response& response, const Work& work) {
+  std::string problem = "unknown error";
+  try {
+    work();
+    response.success = true;
+    response.message = printableMessage(response.message);
+    if (response.message.empty()) return;
+    ROS_INFO_STREAM_NAMED("dtsdf_mapping", service << ": " << response.message);
+    return;
+  } catch (const std::exception& error) {
+    problem = errorText(error);
+  } catch (...) {  // what leaves a callback ends every nodelet of the process
+  }
+  response = Response();
+  response.success = false;
+  response.message = problem;
+  ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping", service << ": " << problem);
+}
+
+/// What a service does: fills the answer, or throws.
+template <class Service>
+using ServiceWork =
+    std::function<void(const typename Service::Request&, typename Service::Response&)>;
+
+/// Advertises a service that is answered by answer().
+template <class Service>
+ros::ServiceServer serve(ros::NodeHandle nh, const std::string& name, ServiceWork<Service> work) {
+  using Request = typename Service::Request;
+  using Response = typename Service::Response;
+  const boost::function<bool(Request&, Response&)> callback =
+      [name, work = std::move(work)](Request& request, Response& response) {
+        answer(name, response, [&] { work(request, response); });
+        return true;
+      };
+  return nh.advertiseService<Request, Response>(name, callback);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,56 @@
+/// How parts of the node write into the status: what is amiss, memory, counts.
+#pragma once
+
+#include <dtsdf_mapping/MapStatus.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace dtsdf {
+
+using dtsdf_mapping::MapStatus;
+
+/// Reports what is amiss, or what is worth a sentence although all is well, unless something of a
+/// higher level, or of the same and more important, was reported.
+inline void report(MapStatus& status, uint8_t level, uint8_t code, const std::string& message) {
+  const bool is_first = status.code == MapStatus::MAPPING || code < status.code;
+  if (level < status.level || (level == status.level && !is_first)) return;
+  status.level = level;
+  status.code = code;
+  status.message = message;
+}
+
+enum class MemoryPlace { kHost, kGpu, kDisk };
+
+inline MemoryPlace placeOf(bool on_gpu) { return on_gpu ? MemoryPlace::kGpu : MemoryPlace::kHost; }
+
+/// Parts of one name in one place are one.
+inline void addMemory(MapStatus& status, const char* name, MemoryPlace place, uint64_t bytes,
+                      uint64_t limit_bytes = 0) {
+  dtsdf_mapping::MemoryPart part;
+  part.name = name;
+  part.place = place == MemoryPlace::kHost ? "host" : place == MemoryPlace::kGpu ? "gpu" : "disk";
+  part.bytes = bytes;
+  part.limit_bytes = limit_bytes;
+  for (dtsdf_mapping::MemoryPart& same : status.memory) {
+    if (same.name != part.name || same.place != part.place) continue;
+    same.bytes += bytes;
+    return;
+  }
+  status.memory.push_back(part);
+}
+
+inline dtsdf_mapping::DropCount dropCount(const std::string& reason, uint64_t count) {
+  dtsdf_mapping::DropCount drop;
+  drop.reason = reason;
+  drop.count = count;
+  return drop;
+}
+
+/// -1 for something that has not happened yet.
+inline float ageOf(const std::optional<double>& age_s) {
+  return age_s ? static_cast<float>(*age_s) : -1.0f;
+}
+
+}  // namespace dtsdf

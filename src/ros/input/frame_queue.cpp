@@ -1,0 +1,453 @@
+#include "ros/input/frame_queue.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace dtsdf {
+namespace {
+
+/// Messages without an image that may wait, of one stream: as where camera_info comes by another
+/// connection and images are late.
+constexpr size_t kMostStamps = 50;
+/// So many frames keep the map busy until more come.
+constexpr size_t kBusy = 3;
+
+size_t bytesOf(const sensor_msgs::ImageConstPtr& image) {
+  return image ? image->data.size() + image->encoding.size() + image->header.frame_id.size() : 0;
+}
+
+size_t bytesOf(const sensor_msgs::CameraInfoConstPtr& info) {
+  return info ? info->D.size() * sizeof(double) + info->distortion_model.size() +
+                    info->header.frame_id.size()
+              : 0;
+}
+
+}  // namespace
+
+FrameQueue::FrameQueue(Limits limits, std::function<void()> on_ready, SteadyClock clock)
+    : limits_(limits), on_ready_(std::move(on_ready)), clock_(std::move(clock)) {}
+
+FrameQueue::Stream FrameQueue::addStream(StreamOptions options, FrameAccounting& accounting) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  StreamState state;
+  state.options = std::move(options);
+  state.accounting = &accounting;
+  streams_.push_back(std::move(state));
+  return streams_.size() - 1;
+}
+
+/// Whether nothing is taken; an image is dropped then.
+bool FrameQueue::refuses(Stream stream, const sensor_msgs::ImageConstPtr& image) {
+  if (!is_paused_ && !is_ending_) return false;
+  const Rejection rejection = is_ending_ ? Rejection{DropReason::kEnding, "the node ends"}
+                                         : Rejection{DropReason::kPaused, "mapping is paused"};
+  if (image) streams_[stream].accounting->dropped(rejection, image->header.stamp);
+  return true;
+}
+
+void FrameQueue::addImage(Stream stream, const sensor_msgs::ImageConstPtr& image) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (refuses(stream, image)) return;
+  auto place = placeFor(stream, image->header.stamp);
+  if (place->second.messages.image) {  // two of one stamp
+    dropIncomplete(place);
+    place = placeFor(stream, image->header.stamp);
+  }
+  place->second.messages.image = image;
+  admit(place);
+}
+
+void FrameQueue::addInfo(Stream stream, const sensor_msgs::CameraInfoConstPtr& info) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (refuses(stream, nullptr)) return;
+  StreamState& state = streams_[stream];
+  if (!state.options.any_info) {
+    const auto place = placeFor(stream, info->header.stamp);
+    place->second.messages.info = info;
+    return admit(place);
+  }
+  const bool is_first = state.latest_info == nullptr;
+  state.latest_info = info;
+  if (!is_first) return;
+  for (auto it = entries_.begin(); it != entries_.end(); ++it) {
+    if (it->second.stream == stream) completeIfWhole(it);
+  }
+}
+
+void FrameQueue::addMask(Stream stream, const sensor_msgs::ImageConstPtr& mask) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (refuses(stream, nullptr)) return;
+  const auto place = placeFor(stream, mask->header.stamp);
+  place->second.messages.mask = mask;
+  admit(place);
+}
+
+/// What there is of a stamp that is not whole, or a new entry.
+FrameQueue::Entries::iterator FrameQueue::placeFor(Stream stream, const ros::Time& stamp) {
+  const StreamOptions& options = streams_[stream].options;
+  const auto behind = entries_.lower_bound({stamp, options.is_colour, options.name, UINT64_MAX});
+  if (behind != entries_.begin()) {
+    const auto place = std::prev(behind);
+    const bool is_same = place->second.stream == stream && place->first.stamp == stamp;
+    if (is_same && place->second.state == State::kIncomplete) return place;
+  }
+  Entry entry;
+  entry.stream = stream;
+  entry.since = clock_();
+  const Key key{stamp, options.is_colour, options.name, ++arrivals_};
+  return entries_.emplace(key, std::move(entry)).first;
+}
+
+void FrameQueue::admit(Entries::iterator place) {
+  count(place->second);
+  completeIfWhole(place);
+  makeRoom();
+}
+
+/// Brings the counts up to date with what the entry holds.
+void FrameQueue::count(Entry& entry) {
+  const FrameMessages& messages = entry.messages;
+  const size_t now =
+      entry.state == State::kPosed
+          ? dtsdf::bytesOf(entry.posed)
+          : bytesOf(messages.image) + bytesOf(messages.info) + bytesOf(messages.mask);
+  StreamState& stream = streams_[entry.stream];
+  stream.bytes += now - entry.bytes;
+  bytes_ += now - entry.bytes;
+  entry.bytes = now;
+}
+
+/// What keeps a frame from being whole; camera_info before the mask.
+std::optional<DropReason> FrameQueue::missingOf(const Entry& entry) const {
+  const StreamState& stream = streams_[entry.stream];
+  const bool has_info =
+      stream.options.any_info ? stream.latest_info != nullptr : entry.messages.info != nullptr;
+  if (stream.options.wants_mask && !entry.messages.mask && has_info) return DropReason::kNoMask;
+  return has_info ? std::nullopt : std::optional<DropReason>(DropReason::kNoCameraInfo);
+}
+
+void FrameQueue::completeIfWhole(Entries::iterator place) {
+  Entry& entry = place->second;
+  if (entry.state != State::kIncomplete || !entry.messages.image || missingOf(entry)) return;
+  entry.state = State::kWhole;
+  entry.since = clock_();
+  if (!entry.messages.info) entry.messages.info = streams_[entry.stream].latest_info;
+  for (auto it = entries_.begin(); it != place;) {
+    const auto before = it++;
+    const bool is_its = before->second.stream == entry.stream;
+    if (is_its && before->second.state == State::kIncomplete) dropIncomplete(before);
+  }
+}
+
+std::optional<FrameQueue::Whole> FrameQueue::firstWhole(Stream stream) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const auto& [key, entry] : entries_) {
+    if (entry.stream != stream || entry.state != State::kWhole) continue;
+    return Whole{entry.messages, entry.since, key.number, entry.is_checked};
+  }
+  return std::nullopt;
+}
+
+FrameQueue::Entries::iterator FrameQueue::find(Stream stream, const Whole& frame) {
+  const StreamOptions& options = streams_[stream].options;
+  return entries_.find(
+      {frame.messages.image->header.stamp, options.is_colour, options.name, frame.number});
+}
+
+void FrameQueue::setChecked(Stream stream, const Whole& frame, bool may_be_ahead) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto place = find(stream, frame);
+  if (place == entries_.end()) return;
+  place->second.is_checked = true;
+  place->second.may_be_ahead = may_be_ahead;
+}
+
+void FrameQueue::setPosed(Stream stream, const Whole& frame, PosedFrame posed) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto place = find(stream, frame);
+    if (place == entries_.end()) return;
+    streams_[stream].waiting_for.clear();
+    ros::Time& heard = streams_[stream].heard;
+    heard = std::max(heard, posed.stamp);
+    if (isTooLate(stream, posed.stamp)) {
+      return drop(place, {DropReason::kOutOfOrder,
+                          "a later frame of another camera has already been fused; raise "
+                          "input/merge_wait_s above this camera's delay"});
+    }
+    Entry& entry = place->second;
+    entry.state = State::kPosed;
+    entry.since = clock_();
+    entry.posed = std::move(posed);
+    entry.posed.accounting = streams_[stream].accounting;
+    entry.messages = {};  // what the frame needs of them, its pixels keep
+    count(entry);
+    streams_[stream].has_come = true;
+    shorten(stream);
+  }
+  on_ready_();
+}
+
+void FrameQueue::drop(Stream stream, const Whole& frame, const Rejection& rejection) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto place = find(stream, frame);
+    if (place == entries_.end()) return;
+    streams_[stream].waiting_for.clear();
+    ros::Time& heard = streams_[stream].heard;
+    if (!place->second.may_be_ahead) heard = std::max(heard, place->first.stamp);
+    drop(place, rejection);
+  }
+  on_ready_();  // others may have their turn by now
+}
+
+void FrameQueue::dropStamp(Stream stream, const ros::Time& stamp, const Rejection& rejection) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto place = firstThat([&](const auto& entry) {
+    return entry.second.stream == stream && entry.first.stamp == stamp &&
+           entry.second.state == State::kWhole;
+  });
+  if (place != entries_.end()) drop(place, rejection);
+}
+
+void FrameQueue::noteWaiting(Stream stream, const std::string& text) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  streams_[stream].waiting_for = text;
+}
+
+template <class Wanted>
+FrameQueue::Entries::iterator FrameQueue::firstThat(const Wanted& wanted) {
+  return std::find_if(entries_.begin(), entries_.end(), wanted);
+}
+
+void FrameQueue::erase(Entries::iterator place) {
+  StreamState& stream = streams_[place->second.stream];
+  stream.bytes -= place->second.bytes;
+  bytes_ -= place->second.bytes;
+  entries_.erase(place);
+}
+
+void FrameQueue::drop(Entries::iterator place, const Rejection& rejection) {
+  const ros::Time stamp = place->first.stamp;
+  FrameAccounting& accounting = *streams_[place->second.stream].accounting;
+  const bool has_image = place->second.hasImage();
+  erase(place);
+  if (has_image) accounting.dropped(rejection, stamp);  // other messages alone are not a frame
+}
+
+void FrameQueue::dropIncomplete(Entries::iterator place) {
+  const StreamOptions& options = streams_[place->second.stream].options;
+  const DropReason reason = missingOf(place->second).value_or(DropReason::kNoCameraInfo);
+  drop(place,
+       {reason, reason == DropReason::kNoMask ? options.no_mask_text : options.no_info_text});
+}
+
+template <class Wanted>
+void FrameQueue::dropAll(const Rejection& rejection, const Wanted& wanted) {
+  for (auto it = entries_.begin(); it != entries_.end();) {
+    const auto place = it++;
+    if (wanted(*place)) drop(place, rejection);
+  }
+}
+
+void FrameQueue::restart(Stream stream, const ros::Time& stamp) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  streams_[stream].waiting_for.clear();
+  dropAll({DropReason::kTimeJump, "stamps went back while it waited"}, [&](const auto& entry) {
+    return entry.second.stream == stream && entry.first.stamp > stamp;
+  });
+}
+
+void FrameQueue::forgetStamps() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  last_taken_ = ros::Time();
+  for (StreamState& stream : streams_) stream.heard = ros::Time();
+}
+
+std::optional<PosedFrame> FrameQueue::take() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (timeToTurn() > SteadyDuration::zero()) return std::nullopt;
+  const auto first = entries_.find(firstPosed()->first);
+  StreamState& stream = streams_[first->second.stream];
+  if (!stream.options.is_colour) last_taken_ = std::max(last_taken_, first->first.stamp);
+  ++stream.taken;
+  PosedFrame frame = std::move(first->second.posed);
+  erase(first);
+  return frame;
+}
+
+SteadyDuration FrameQueue::idleTime() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return timeToTurn();
+}
+
+FrameQueue::Entries::const_iterator FrameQueue::firstPosed() const {
+  return std::find_if(entries_.begin(), entries_.end(),
+                      [](const auto& entry) { return entry.second.state == State::kPosed; });
+}
+
+/// Zero, if it is the turn of the first frame that is posed.
+SteadyDuration FrameQueue::timeToTurn() const {
+  const auto first = firstPosed();
+  if (first == entries_.end()) return SteadyDuration::max();
+  if (!canComeBefore(first->first.stamp)) return SteadyDuration::zero();
+  // One that has waited long enough has its turn, and those before it have theirs first.
+  SteadyTime since = SteadyTime::max();
+  for (const auto& [key, entry] : entries_) {
+    if (entry.state == State::kPosed) since = std::min(since, entry.since);
+  }
+  const SteadyTime end = since + toSteadyDuration(limits_.merge_wait_s);
+  return std::max(SteadyDuration::zero(), end - clock_());
+}
+
+/// Whether some stream may still bring an earlier frame.
+bool FrameQueue::canComeBefore(const ros::Time& stamp) const {
+  return std::any_of(streams_.begin(), streams_.end(), [&](const StreamState& stream) {
+    return stream.isWaitedFor() && stream.heard < stamp;
+  });
+}
+
+/// Whether a later frame of another camera was taken already.
+bool FrameQueue::isTooLate(Stream stream, const ros::Time& stamp) const {
+  const auto cameras = std::count_if(streams_.begin(), streams_.end(),
+                                     [](const auto& state) { return !state.options.is_colour; });
+  return cameras > 1 && !streams_[stream].options.is_colour && stamp < last_taken_;
+}
+
+void FrameQueue::makeRoom() {
+  for (Stream stream = 0; stream < streams_.size(); ++stream) {
+    const auto isOther = [&](const auto& entry) {
+      return entry.second.stream == stream && !entry.second.hasImage();
+    };
+    const auto others = std::count_if(entries_.begin(), entries_.end(), isOther);
+    if (others > static_cast<int64_t>(kMostStamps)) erase(firstThat(isOther));
+    while (imagesOf(stream) > limits_.images) dropOldest(mostServed(stream), false);
+  }
+  while (bytes_ > limits_.bytes) {
+    const auto largest = std::max_element(
+        streams_.begin(), streams_.end(),
+        [](const StreamState& a, const StreamState& b) { return a.bytes < b.bytes; });
+    dropOldest(static_cast<Stream>(largest - streams_.begin()), true);
+  }
+}
+
+size_t FrameQueue::imagesOf(Stream stream) const {
+  return static_cast<size_t>(std::count_if(
+      entries_.begin(), entries_.end(),
+      [&](const auto& entry) { return entry.second.stream == stream && entry.second.hasImage(); }));
+}
+
+/// Of cameras with about as many frames waiting, the one that was served most gives one up: else
+/// one that always comes second would lose each frame just before its turn.
+FrameQueue::Stream FrameQueue::mostServed(Stream stream) const {
+  if (streams_[stream].options.is_colour) return stream;
+  const size_t images = imagesOf(stream);
+  Stream most = stream;
+  for (Stream other = 0; other < streams_.size(); ++other) {
+    const bool is_rival = !streams_[other].options.is_colour && imagesOf(other) + 1 >= images;
+    if (is_rival && streams_[other].taken > streams_[most].taken) most = other;
+  }
+  return most;
+}
+
+void FrameQueue::dropOldest(Stream stream, bool for_bytes) {
+  const auto place = firstThat(
+      [&](const auto& entry) { return entry.second.stream == stream && entry.second.hasImage(); });
+  if (place == entries_.end()) {  // messages without an image
+    return erase(firstThat([&](const auto& entry) { return entry.second.stream == stream; }));
+  }
+  const Key key = place->first;
+  const StreamState& state = streams_[stream];
+  const State was = place->second.state;
+  if (was == State::kIncomplete && !for_bytes) {
+    dropIncomplete(place);
+  } else if (was == State::kIncomplete) {
+    drop(place, {DropReason::kQueueFull,
+                 "waiting images exceed input/queue_mb (" + state.options.no_info_text + ")"});
+  } else if (was == State::kWhole && !state.waiting_for.empty()) {
+    drop(place, {DropReason::kQueueFull,
+                 "the queue is full: the oldest image still waits for its transform (" +
+                     state.waiting_for + ")"});
+  } else {
+    drop(place, {DropReason::kQueueFull,
+                 "the queue is full: fusing takes longer than the time between images"});
+  }
+  if (!state.options.is_colour) dropColourUpTo(key.stamp);
+}
+
+/// Colour that is before the next depth image would have its turn before that, and be painted
+/// without the one dropped: depth that comes second would never be fused.
+void FrameQueue::dropColourUpTo(ros::Time stamp) {
+  const auto depth = firstThat(
+      [](const auto& entry) { return !entry.first.is_colour && entry.second.hasImage(); });
+  if (depth != entries_.end() && depth->first.stamp < stamp) return;
+  if (depth != entries_.end()) stamp = depth->first.stamp - ros::Duration(0, 1);
+  dropAll({DropReason::kQueueFull, "the queue is full, and the depth image before it was dropped"},
+          [&](const auto& entry) {
+            return entry.first.is_colour && entry.second.state == State::kPosed &&
+                   entry.first.stamp <= stamp;
+          });
+}
+
+/// A backlog that does not get shorter while the map takes as many frames as there is room for is
+/// shortened, one frame for each that comes, so that what the map shows is new. It is looked at
+/// each time the map has taken half as many: after a stall, as while a map is saved, there are more
+/// than before once, and then fewer, as a fast map works them off.
+void FrameQueue::shorten(Stream stream) {
+  StreamState& state = streams_[stream];
+  const auto waits = [&](const auto& entry) {
+    return entry.second.stream == stream && entry.second.state == State::kPosed &&
+           !canComeBefore(entry.first.stamp);
+  };
+  const Backlog now{static_cast<size_t>(std::count_if(entries_.begin(), entries_.end(), waits)),
+                    state.taken};
+  if (now.waiting == 0) state.is_overloaded = false;
+  const bool is_short = now.waiting <= kBusy;
+  if (is_short || 2 * (now.taken - state.seen.taken) >= limits_.images) {
+    state.behind = is_short || now.waiting < state.seen.waiting ? 0 : state.behind + 1;
+    state.seen = now;
+  }
+  if (state.behind >= 2) state.is_overloaded = true;
+  if (state.is_overloaded && !is_short) dropOldest(mostServed(stream), false);
+}
+
+void FrameQueue::setPaused(bool paused) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  is_paused_ = paused;
+  if (!paused) return;
+  for (StreamState& stream : streams_) stream.waiting_for.clear();
+  dropAll({DropReason::kPaused, "mapping was paused while it waited"},
+          [](const auto&) { return true; });
+}
+
+bool FrameQueue::isPaused() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return is_paused_;
+}
+
+void FrameQueue::end() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  is_ending_ = true;
+  dropAll({DropReason::kEnding, "the node ends"}, [](const auto&) { return true; });
+}
+
+size_t FrameQueue::bytes() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return bytes_;
+}
+
+std::string FrameQueue::waitingFor(Stream stream) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const StreamState& state = streams_[stream];
+  if (!state.waiting_for.empty()) return state.waiting_for;
+  const auto images = std::count_if(entries_.begin(), entries_.end(), [&](const auto& entry) {
+    return entry.second.stream == stream && entry.second.state == State::kIncomplete &&
+           entry.second.hasImage();
+  });
+  if (images == 0) return "";
+  const std::string also = state.options.wants_mask ? " or mask: " : ": ";
+  return (images == 1 ? "1 image waits" : std::to_string(images) + " images wait") +
+         std::string(" for camera_info") + also + state.options.no_info_text;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,335 @@
+#include "ros/input/input_status.h"
+
+#include <ros/console.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "ros/common/status_fields.h"
+#include "ros/input/image_kind.h"
+
+namespace dtsdf {
+
+using dtsdf_mapping::CameraStatus;
+using dtsdf_mapping::DropCount;
+using dtsdf_mapping::StreamStatus;
+
+namespace {
+
+constexpr std::chrono::seconds kWindow{30};
+/// Silence of so many times `status/stale_s` is an error.
+constexpr double kErrorAfter = 3.0;
+/// Colour may start later than depth.
+constexpr std::chrono::seconds kColourPatience{10};
+
+bool isFault(DropReason reason) {
+  switch (reason) {
+    case DropReason::kPaused:
+    case DropReason::kEnding:
+    case DropReason::kOverRate:
+    case DropReason::kNotLevel:  // until the first frame is fused, and the status says so then
+    case DropReason::kTimeJump:
+    case DropReason::kBeforeTransforms: return false;
+    default: return true;
+  }
+}
+
+DropShare shareOf(const FrameCounts& before, const FrameCounts& now) {
+  DropShare share;
+  share.received = now.images - before.images;
+  uint64_t most = 0;
+  for (int i = 0; i < kDropReasonCount; ++i) {
+    const uint64_t dropped = now.dropped[i] - before.dropped[i];
+    const auto reason = static_cast<DropReason>(i);
+    if (!isFault(reason)) continue;
+    share.dropped += dropped;
+    if (dropped > most) {
+      most = dropped;
+      share.most_common = reason;
+    }
+  }
+  return share;
+}
+
+std::vector<DropCount> dropCounts(const FrameCounts& frames) {
+  std::vector<DropCount> counts;
+  for (int i = 0; i < kDropReasonCount; ++i) {
+    if (frames.dropped[i] == 0) continue;
+    counts.push_back(dropCount(toString(static_cast<DropReason>(i)), frames.dropped[i]));
+  }
+  return counts;
+}
+
+StreamStatus makeStreamStatus(const std::string& kind, const StreamReport& report) {
+  StreamStatus status;
+  status.kind = kind;
+  status.topic = report.image_topic;
+  status.received = report.frames.images;
+  status.camera_infos = report.frames.camera_infos;
+  status.fused = report.frames.fused;
+  status.dropped = dropCounts(report.frames);
+  status.waiting = static_cast<uint32_t>(report.waiting);
+  status.waiting_for = report.waiting_for;
+  status.last_drop = report.frames.last_drop;
+  status.last_stamp = report.frames.last_stamp;
+  status.last_fused_stamp = report.frames.last_fused_stamp;
+  status.received_age_s = ageOf(report.frames.image_age_s);
+  status.camera_info_age_s = ageOf(report.frames.camera_info_age_s);
+  status.fused_age_s = ageOf(report.frames.fused_age_s);
+  return status;
+}
+
+/// Adds a camera's depth frames to those of all cameras.
+void addFrames(const FrameCounts& frames, FrameCounts& sum) {
+  sum.images += frames.images;
+  sum.fused += frames.fused;
+  for (int i = 0; i < kDropReasonCount; ++i) sum.dropped[i] += frames.dropped[i];
+  sum.last_fused_stamp = std::max(sum.last_fused_stamp, frames.last_fused_stamp);
+}
+
+void fillCounts(const InputReport& input, MapStatus& status) {
+  FrameCounts sum;
+  for (const CameraReport& camera : input.cameras) {
+    addFrames(camera.depth.frames, sum);
+    status.frames_waiting += static_cast<uint32_t>(camera.depth.waiting);
+    CameraStatus entry;
+    entry.name = camera.name;
+    entry.streams.push_back(makeStreamStatus("depth", camera.depth));
+    if (camera.colour) entry.streams.push_back(makeStreamStatus("color", *camera.colour));
+    status.cameras.push_back(entry);
+  }
+  status.images_received = sum.images;
+  status.frames_fused = sum.fused;
+  status.frames_dropped = sum.droppedSum();
+  status.dropped = dropCounts(sum);
+  status.last_fused_stamp = sum.last_fused_stamp;
+  status.transforms_refused = input.transforms.refused;
+  status.transform_restarts = input.transforms.restarts;
+  status.transform_age_s = ageOf(input.transforms.age_s);
+}
+
+/// "; depth is published on '/a' and '/b'"; empty without topics.
+std::string describeOthers(const char* what, const std::vector<std::string>& topics) {
+  return topics.empty() ? "" : std::string("; ") + what + " is published on " + inQuotes(topics);
+}
+
+/// Why nobody publishes the depth images that are waited for.
+std::string describeNoPublisher(const std::string& topic, const PublishedTopics& topics) {
+  const auto isIn = [](const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  const std::string ending = kCompressedDepthTopic;
+  const size_t end = topic.size() - std::min(topic.size(), ending.size());
+  if (isIn(topics.only_compressed, topic)) {
+    return "it is published as sensor_msgs/CompressedImage; set image_transport:=compressedDepth";
+  }
+  if (topic.compare(end, ending.size(), ending) == 0 && isIn(topics.depth, topic.substr(0, end))) {
+    return "it is published as sensor_msgs/Image; set image_transport:=raw";
+  }
+  return "it has no publisher" + describeOthers("depth", topics.depth);
+}
+
+std::string ago(const std::optional<double>& age_s) {
+  return age_s ? std::to_string(std::lround(*age_s)) + " s ago" : "never";
+}
+
+/// Drops that are worth a word, though most frames are fused. Of fewer images than that a single
+/// drop would be.
+void judgeDrops(const DropShare& recent, const std::string& last_drop, const std::string& name,
+                MapStatus& status) {
+  constexpr uint64_t kLeastImages = 50;
+  constexpr double kReportedShare = 0.02;
+  const double share = static_cast<double>(recent.dropped) /
+                       static_cast<double>(std::max<uint64_t>(1, recent.received));
+  if (recent.received < kLeastImages || share <= kReportedShare) return;
+  const std::string remedy = remedyFor(recent.most_common);
+  report(status, MapStatus::WARN, MapStatus::SOME_DROPPED,
+         name + std::to_string(std::lround(100.0 * share)) +
+             " % of the depth images were dropped lately, most as " + toString(recent.most_common) +
+             ": " + (remedy.empty() ? last_drop : remedy));
+}
+
+/// Colour that is required, or comes and cannot be used.
+void judgeColour(const StreamReport& colour, bool is_needed, const std::string& name,
+                 MapStatus& status) {
+  if (colour.frames.fused > 0) return;
+  if (colour.frames.images == 0) {
+    if (!is_needed) return;
+    return report(status, MapStatus::WARN, MapStatus::NO_COLOUR,
+                  name + "no colour image received on '" + colour.image_topic +
+                      "', which colour/enabled: always requires");
+  }
+  if (colour.frames.camera_infos == 0) {
+    return report(
+        status, MapStatus::WARN, MapStatus::COLOUR_NOT_PAINTED,
+        name + "colour images are received, but no camera_info on '" + colour.info_topic + "'");
+  }
+  if (colour.frames.droppedSum() == 0) return;
+  report(status, MapStatus::WARN, MapStatus::COLOUR_NOT_PAINTED,
+         name + "no colour image painted yet: " + colour.frames.last_drop);
+}
+
+/// Colour that is required is a matter of the verdict.
+bool lacksColour(const CameraReport& camera) {
+  return camera.depth.frames.fused > 0 && camera.colour && !camera.is_colour_needed &&
+         camera.colour->frames.images == 0 && camera.colour->image_publishers == 0;
+}
+
+}  // namespace
+
+void InputStatus::fill(const InputReport& input, MapStatus& status) {
+  run_clock_.update({input.at, input.now, input.paused});
+  fillCounts(input, status);
+  addMemory(status, "images", MemoryPlace::kHost, input.waiting_bytes, input.max_waiting_bytes);
+  status.paused = input.paused;
+  const std::vector<DropShare> recent = updateDrops(input);
+  before_.resize(input.cameras.size());
+  for (size_t i = 0; i < input.cameras.size() && !input.paused; ++i) {
+    judgeCamera(input.cameras[i], recent[i], before_[i], input, status);
+  }
+  for (size_t i = 0; i < input.cameras.size(); ++i) before_[i] = input.cameras[i].depth.frames;
+  if (input.paused) report(status, MapStatus::OK, MapStatus::PAUSED, "paused");
+  if (run_clock_.timeStands() && status.frames_fused > 0) {
+    report(status, MapStatus::OK, MapStatus::TIME_STANDS,
+           "mapping; no new images: /clock is not advancing (the bag ended or is paused)");
+  }
+  if (input.transforms.restarts > restarts_before_) {
+    report(
+        status, MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED,
+        input.transforms.last_restart +
+            ": all transforms were discarded, and are received again; look for a publisher with a "
+            "wrong clock, or of a frame that another one publishes");
+  }
+  restarts_before_ = input.transforms.restarts;
+  hintAtColour(input);
+}
+
+std::vector<DropShare> InputStatus::updateDrops(const InputReport& input) {
+  Moment moment{input.at, {}};
+  for (const CameraReport& camera : input.cameras) moment.frames.push_back(camera.depth.frames);
+  moments_.push_back(std::move(moment));
+  while (moments_.size() > 2 && input.at - moments_[1].at >= kWindow) moments_.pop_front();
+  std::vector<DropShare> shares;
+  const Moment &first = moments_.front(), &last = moments_.back();
+  for (size_t i = 0; i < last.frames.size(); ++i) {
+    shares.push_back(shareOf(first.frames[i], last.frames[i]));
+  }
+  return shares;
+}
+
+void InputStatus::judgeCamera(const CameraReport& camera, const DropShare& recent,
+                              const FrameCounts& before, const InputReport& input,
+                              MapStatus& status) const {
+  const StreamReport& depth = camera.depth;
+  const std::string name = camera.name.empty() ? "" : camera.name + ": ";
+  if (judgeSilence(depth, recent, name, input, status)) return;
+  if (depth.frames.fused == 0) return judgeNoFrame(depth, name, status);
+  if (depth.frames.droppedSum() - before.droppedSum() > depth.frames.fused - before.fused) {
+    const std::string remedy = recent.dropped > 0 ? remedyFor(recent.most_common) : "";
+    report(status, MapStatus::WARN, MapStatus::MOST_DROPPED,
+           name + "most frames are dropped: " + depth.frames.last_drop +
+               (remedy.empty() ? "" : "; " + remedy));
+  }
+  if (!depth.warning.empty()) {
+    report(status, MapStatus::WARN, MapStatus::NOT_OPTICAL_FRAME, name + depth.warning);
+  }
+  judgeDrops(recent, depth.frames.last_drop, name, status);
+  if (camera.colour) judgeColour(*camera.colour, camera.is_colour_needed, name, status);
+}
+
+/// For how long nothing has come while it could have; 0 if nothing ever has.
+double InputStatus::silence(const std::optional<double>& age_s) const {
+  return age_s ? std::min(*age_s, run_clock_.ran_s()) : 0.0;
+}
+
+/// An input that has fallen silent, or of which nothing is fused any longer.
+bool InputStatus::judgeSilence(const StreamReport& depth, const DropShare& recent,
+                               const std::string& name, const InputReport& input,
+                               MapStatus& status) const {
+  const FrameCounts& frames = depth.frames;
+  const double no_image_s = silence(frames.image_age_s);
+  const double silent_s = std::max(no_image_s, silence(frames.fused_age_s));
+  if (stale_s_ <= 0.0 || silent_s < stale_s_) return false;
+  const bool has_images = no_image_s < stale_s_;
+  if (has_images && recent.dropped > 0 && recent.most_common == DropReason::kLost) return false;
+  const std::string publisher = depth.image_publishers == 0 ? " (its publisher is gone)" : "";
+  const std::string what =
+      has_images ? "no frame is fused: " + frames.last_drop
+                 : "no depth image is received on '" + depth.image_topic + "'" + publisher;
+  report(status, silent_s < kErrorAfter * stale_s_ ? MapStatus::WARN : MapStatus::ERROR,
+         has_images ? MapStatus::NOT_FUSED : MapStatus::SILENT,
+         name + what + "; last image " + ago(frames.image_age_s) + ", last transform " +
+             ago(input.transforms.age_s) + ", last fused frame " + ago(frames.fused_age_s));
+  return true;
+}
+
+/// No frame has become part of the map.
+void InputStatus::judgeNoFrame(const StreamReport& depth, const std::string& name,
+                               MapStatus& status) const {
+  const FrameCounts& frames = depth.frames;
+  if (frames.images == 0) {
+    return report(
+        status, MapStatus::WARN, MapStatus::NO_IMAGES,
+        name + "no depth image received on '" + depth.image_topic + "': " +
+            (depth.image_publishers == 0 ? describeNoPublisher(depth.image_topic, find_topics_())
+                                         : "its publisher has sent nothing yet"));
+  }
+  if (frames.camera_infos == 0) {
+    const std::vector<std::string> infos = find_topics_().camera_info;
+    return report(status, MapStatus::WARN, MapStatus::NO_CAMERA_INFO,
+                  name + "depth images are received, but no camera_info on '" + depth.info_topic +
+                      "'" + describeOthers("camera_info", infos) +
+                      (infos.empty() ? "" : "; set camera_info:="));
+  }
+  const std::string why = depth.waiting_for.empty() ? frames.last_drop : depth.waiting_for;
+  if (!why.empty()) {
+    return report(status, MapStatus::WARN, MapStatus::NO_FRAME_YET,
+                  name + "no frame fused yet: " + why);
+  }
+  report(status, MapStatus::OK, MapStatus::NO_FRAME_YET,
+         name + "waiting for the first frame with its camera_info and transform");
+}
+
+/// Says once that colour is published, but not on the topic that is waited for. Most depth cameras
+/// come without colour, so a map without is no trouble; but who set a wrong topic would never learn
+/// why the mesh is grey.
+void InputStatus::hintAtColour(const InputReport& input) {
+  const auto camera = std::find_if(input.cameras.begin(), input.cameras.end(), lacksColour);
+  if (camera == input.cameras.end()) return lacks_colour_since_.reset();
+  if (!lacks_colour_since_) lacks_colour_since_ = input.at;
+  if (has_hinted_ || input.at - *lacks_colour_since_ < kColourPatience) return;
+  has_hinted_ = true;
+  const std::vector<std::string> topics = find_topics_().colour;
+  if (topics.empty()) return;
+  const std::string& wanted = camera->colour->image_topic;
+  // Topics are named without their transport.
+  const bool is_compressed = std::find(topics.begin(), topics.end(), wanted) != topics.end();
+  ROS_INFO_STREAM_NAMED(
+      "dtsdf_mapping",
+      "no colour image received on '"
+          << wanted << "': it has no publisher; "
+          << (is_compressed ? "it is published compressed; set color_image_transport:=compressed"
+                            : "colour is published on " + inQuotes(topics) + " (color:=)"));
+}
+
+const char* remedyFor(DropReason reason) {
+  switch (reason) {
+    case DropReason::kQueueFull:
+      return "use larger voxels (map/voxel_size_m), a GPU, or fewer frames";
+    case DropReason::kNoTransform:
+      return "raise input/tf_timeout_s, or check what publishes the poses";
+    case DropReason::kNoCameraInfo:
+      return "publish camera_info with the image's stamp, or set input/camera_info: latest";
+    case DropReason::kPoseJump:
+    case DropReason::kBadPose: return "check the pose estimate, or raise input/max_speed_m_s";
+    case DropReason::kOutOfOrder: return "raise input/merge_wait_s";
+    case DropReason::kMisfit:
+      return "check the pose estimate, or raise poses/sigma_m and poses/sigma_rad";
+    case DropReason::kLost:
+      return "move the camera back to where it was, and then more slowly; or call set_pose";
+    case DropReason::kTooLarge: return "lower the camera's resolution";
+    default: return "";
+  }
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,112 @@
+/// What the status says of the input: what came, what became of it, and why nothing is fused if
+/// nothing is.
+#pragma once
+
+#include <dtsdf_mapping/MapStatus.h>
+#include <ros/time.h>
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ros/common/pace.h"
+#include "ros/input/frame_accounting.h"
+#include "ros/input/published_topics.h"
+#include "ros/input/transforms.h"
+
+namespace dtsdf {
+
+/// Since when frames could have come: what is silent in a pause is no fault. Updated at each
+/// status; wall time. While mapping is paused or simulated time stands still, nothing is expected
+/// to come, and afterwards the waiting begins again.
+class RunClock {
+ public:
+  struct Moment {
+    SteadyTime at;
+    ros::Time now;  ///< ROS's clock.
+    bool paused = false;
+  };
+
+  void update(const Moment& moment) {
+    if (!has_begun_ || moment.now != now_) changed_at_ = moment.at;
+    now_ = moment.now;
+    // Simulated time comes in steps: that of a slow simulator is not at a stand at once.
+    stands_ = moment.at - changed_at_ >= std::chrono::seconds(1);
+    if (!has_begun_ || moment.paused || stands_) begun_ = moment.at;
+    has_begun_ = true;
+    ran_s_ = toSeconds(moment.at - begun_);
+  }
+
+  /// How long there was neither a pause nor a stand of time.
+  double ran_s() const { return ran_s_; }
+  bool timeStands() const { return stands_; }
+
+ private:
+  bool has_begun_ = false;
+  SteadyTime begun_{}, changed_at_{};
+  ros::Time now_;
+  bool stands_ = false;
+  double ran_s_ = 0.0;
+};
+
+/// Of one camera's depth, within the last while.
+struct DropShare {
+  uint64_t received = 0;
+  uint64_t dropped = 0;  ///< For reasons that are a fault: not as mapping is paused.
+  DropReason most_common = DropReason::kQueueFull;
+};
+
+/// The input at one moment.
+struct InputReport {
+  std::vector<CameraReport> cameras;
+  TransformReport transforms;
+  size_t waiting_bytes = 0, max_waiting_bytes = 0;
+  bool paused = false;
+  SteadyTime at;
+  ros::Time now;  ///< ROS's clock.
+};
+
+/// Writes the input's part of the status, one after the other: it remembers what was reported.
+class InputStatus {
+ public:
+  /// @param stale_s See StatusParams. @param find_topics Those that could be meant where one has no
+  /// publisher.
+  explicit InputStatus(double stale_s, PublishedTopics (*find_topics)() = findPublishedTopics)
+      : stale_s_(stale_s), find_topics_(find_topics) {}
+
+  void fill(const InputReport& input, dtsdf_mapping::MapStatus& status);
+
+ private:
+  struct Moment {
+    SteadyTime at;
+    std::vector<FrameCounts> frames;
+  };
+
+  /// Of each camera, in their order.
+  std::vector<DropShare> updateDrops(const InputReport& input);
+  void judgeCamera(const CameraReport& camera, const DropShare& recent, const FrameCounts& before,
+                   const InputReport& input, dtsdf_mapping::MapStatus& status) const;
+  bool judgeSilence(const StreamReport& depth, const DropShare& recent, const std::string& name,
+                    const InputReport& input, dtsdf_mapping::MapStatus& status) const;
+  void judgeNoFrame(const StreamReport& depth, const std::string& name,
+                    dtsdf_mapping::MapStatus& status) const;
+  double silence(const std::optional<double>& age_s) const;
+  void hintAtColour(const InputReport& input);
+
+  const double stale_s_;
+  PublishedTopics (*const find_topics_)();
+  RunClock run_clock_;
+  std::deque<Moment> moments_;       ///< Of the last while.
+  std::vector<FrameCounts> before_;  ///< At the last status.
+  uint64_t restarts_before_ = 0;
+  std::optional<SteadyTime> lacks_colour_since_;
+  bool has_hinted_ = false;
+};
+
+/// What to do against drops for a reason; empty where the text of the last drop has to do.
+const char* remedyFor(DropReason reason);
+
+}  // namespace dtsdf

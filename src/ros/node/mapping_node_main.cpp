@@ -1,0 +1,25 @@
+/// The door for those who run it as a node of its own.
+#include <ros/ros.h>
+
+#include "params/node_params.h"
+#include "ros/common/node_start.h"
+#include "ros/node/mapping_node.h"
+
+namespace {
+
+constexpr char kUsage[] =
+    "usage: rosrun dtsdf_mapping mapping_node [_SETTING:=VALUE...] [TOPIC:=OTHER_TOPIC...]\n\n"
+    "Maps depth images as a directional TSDF. Needs a ROS master. Most users start\n"
+    "roslaunch dtsdf_mapping mapping.launch, which reads config/default.yaml; docs/ros.md has\n"
+    "topics, services and settings.\n";
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return dtsdf::runNode(argc, argv,
+                        {"mapping", kUsage, dtsdf::toTree(dtsdf::MappingParams()),
+                         [](const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
+                           const auto node = dtsdf::startMapping(nh, private_nh);
+                           ros::spin();
+                         }});
+}

@@ -1,0 +1,37 @@
+/// The door for nodelet managers.
+#include <nodelet/nodelet.h>
+#include <pluginlib/class_list_macros.hpp>
+
+#include <exception>
+#include <memory>
+
+#include "ros/common/free_memory.h"
+#include "ros/common/node_start.h"
+#include "ros/node/mapping_node.h"
+
+namespace dtsdf {
+
+class MappingNodelet : public nodelet::Nodelet {
+ public:
+  ~MappingNodelet() override {
+    node_.reset();
+    returnFreeMemory();  // the manager goes on
+  }
+
+ private:
+  void onInit() override {
+    try {
+      node_ = startMapping(getNodeHandle(), getPrivateNodeHandle());
+    } catch (const std::exception& error) {
+      // The manager refuses the nodelet, but prints this text nowhere.
+      NODELET_FATAL_STREAM(getName() << " cannot start: " << startErrorText(error));
+      throw;
+    }
+  }
+
+  std::shared_ptr<void> node_;
+};
+
+}  // namespace dtsdf
+
+PLUGINLIB_EXPORT_CLASS(dtsdf::MappingNodelet, nodelet::Nodelet)

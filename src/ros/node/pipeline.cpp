@@ -1,0 +1,151 @@
+#include "ros/node/pipeline.h"
+
+#include <dtsdf_mapping/ClearRegion.h>
+#include <ros/console.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+
+#include <chrono>
+#include <utility>
+
+#include "params/printable.h"
+#include "ros/common/free_memory.h"
+#include "ros/common/node_start.h"
+#include "ros/common/requests.h"
+#include "ros/common/service.h"
+#include "ros/common/status_fields.h"
+#include "ros/steps/make_steps.h"
+
+namespace dtsdf {
+namespace {
+
+/// Calls that may wait at a time, such as a mesh that is simplified and the one that cancels it.
+constexpr int kServiceThreads = 2;
+
+MappingParams readParams(const ros::NodeHandle& private_nh) {
+  const ServerParams server = readParamServer(private_nh);
+  MappingParams params = readMappingParams(server.tree, server.violations);
+  std::string& page_folder = params.mapper.map.page_folder;
+  page_folder = expandHome(page_folder, "map/page_folder");
+  return params;
+}
+
+FrameQueue::Limits queueLimits(const InputParams& input) {
+  return {static_cast<size_t>(input.queue_size), queueBytesOf(input), input.merge_wait_s};
+}
+
+}  // namespace
+
+Pipeline::Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
+    : params_(readParams(private_nh)),
+      rates_(params_.node.publish),
+      output_loop_("dtsdf_output", ThreadPriority::kLow),
+      map_loop_("dtsdf_map"),
+      services_("dtsdf_service", ThreadPriority::kLow),
+      input_("dtsdf_input"),
+      frame_(params_, transforms_),
+      queue_(queueLimits(params_.node.input), [this] { map_loop_.wake(); }),
+      output_(params_, steps_, [this] { output_loop_.wake(); }),
+      map_(makeMapper(params_.mapper), {params_, queue_, frame_, output_.queue(), steps_}),
+      host_{params_,
+            rates_,
+            transforms_,
+            frame_,
+            map_,
+            output_.mesh(),
+            map_loop_,
+            [this] { cameras_.restartMotion(); },
+            [this] { output_.takeChanges(); },
+            [this] { settle(); },
+            is_ending_},
+      cameras_(input_.serve(nh), private_nh, params_.node, transforms_, queue_),
+      input_status_(params_.node.status.stale_s) {
+  try {
+    start(nh, private_nh);
+  } catch (...) {
+    stop();
+    throw;
+  }
+}
+
+void Pipeline::start(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
+  FilesStep* files = nullptr;
+  steps_ = makeSteps(host_, files);
+  const Handles handles{private_nh, services_.serve(private_nh), input_.serve(nh)};
+  for (const auto& step : steps_) step->advertise(handles);
+  advertise(handles);
+  output_loop_.start([this] { return output_.step(); });
+  map_loop_.start([this] { return map_.step(); });
+  MapStatus status;
+  map_.fill(status);
+  ROS_INFO_STREAM_NAMED("dtsdf_mapping", "backend: " << status.backend << ", voxels of "
+                                                     << params_.mapper.map.voxel_size_m << " m");
+  if (!params_.node.load_file.empty()) {
+    const std::string path = expandHome(params_.node.load_file, "map/load_file");
+    ROS_INFO_STREAM_NAMED("dtsdf_mapping", printableMessage(files->loadMap(path).message));
+  }
+  transforms_.subscribe(input_.serve(nh));
+  cameras_.subscribe(private_nh);
+  input_.start(1, [this] { return cameras_.step(); });
+  services_.start(kServiceThreads);
+}
+
+Pipeline::~Pipeline() { stop(); }
+
+/// Who waits for a loop is answered that it has ended. Frames that wait are dropped.
+void Pipeline::stop() {
+  is_ending_ = true;
+  queue_.end();
+  map_loop_.stop();
+  output_loop_.stop();
+  services_.stop();
+  input_.stop();
+  steps_.clear();
+}
+
+void Pipeline::advertise(const Handles& handles) {
+  servers_.push_back(serve<std_srvs::SetBool>(
+      handles.prompt, "pause", [this](const auto& request, auto& response) {
+        queue_.setPaused(request.data != 0);
+        response.message = request.data ? "paused: frames are dropped" : "mapping";
+      }));
+  servers_.push_back(
+      serve<std_srvs::Trigger>(handles.waiting, "clear_map", [this](const auto&, auto& response) {
+        map_loop_.run([this] { map_.clear(); }).get();
+        settle();
+        returnFreeMemory();
+        response.message = "the map is empty";
+      }));
+  servers_.push_back(serve<dtsdf_mapping::ClearRegion>(
+      handles.waiting, "clear_region", [this](const auto& request, auto& response) {
+        const Region region =
+            inMap(readRegion(request.box, request.sphere), frame_.find(request.frame_id));
+        const ClearedRegion cleared = map_loop_.run([&] { return map_.clearRegion(region); }).get();
+        response.voxels = cleared.voxels;
+        response.blocks = cleared.blocks;
+        response.message = "emptied " + std::to_string(cleared.voxels) + " voxels, freed " +
+                           std::to_string(cleared.blocks) + " blocks";
+      }));
+}
+
+/// Waits until the output has taken over what was handed to it.
+void Pipeline::settle() {
+  output_loop_.run([this] { output_.settle(); }).get();
+}
+
+void Pipeline::fill(MapStatus& status) {
+  InputReport input;
+  input.cameras = cameras_.report();
+  input.transforms = transforms_.report();
+  input.waiting_bytes = queue_.bytes();
+  input.max_waiting_bytes = queue_.maxBytes();
+  input.paused = queue_.isPaused();
+  input.at = std::chrono::steady_clock::now();
+  input.now = ros::Time::now();
+  input_status_.fill(input, status);
+  map_.fill(status);
+  for (const auto& step : steps_) step->fill(status);
+  output_.fill(status);
+}
+
+}  // namespace dtsdf

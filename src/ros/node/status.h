@@ -1,0 +1,71 @@
+/// Publishes the status message and the diagnostics, at a fixed rate of the wall clock.
+#pragma once
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <dtsdf_mapping/MapStatus.h>
+#include <ros/node_handle.h>
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "ros/common/pace.h"
+
+namespace dtsdf {
+
+/// When the status goes into the log: once for each trouble that lasts. Who runs the node looks at
+/// its terminal, not at its status: what lacks from the start, such as images on the topic that is
+/// waited for, would never be seen.
+class TroubleLog {
+ public:
+  /// A status that is not well has to last so long, and is not logged again so soon.
+  static constexpr std::chrono::seconds kLasts{5}, kAgain{60};
+
+  /// Of each status; whether it is to be logged as a warning.
+  bool update(bool is_well, uint8_t code, SteadyTime now) {
+    if (is_well) {
+      since_.reset();
+      return false;
+    }
+    if (!since_ || code != code_) {
+      since_ = now;
+      code_ = code;
+    }
+    if (now - *since_ < kLasts) return false;
+    const bool is_known = logged_at_ && code == logged_code_;
+    if (is_known && (is_logged_ == since_ || now - *logged_at_ < kAgain)) return false;
+    logged_at_ = now;
+    logged_code_ = code;
+    is_logged_ = since_;
+    return true;
+  }
+
+ private:
+  std::optional<SteadyTime> since_, logged_at_;
+  std::optional<SteadyTime> is_logged_;  ///< Since when the trouble was that was logged last.
+  uint8_t code_ = 0, logged_code_ = 0;
+};
+
+class StatusPublisher {
+ public:
+  /// `fill` writes the status, but for its header; it is called by the queue of the node handles.
+  StatusPublisher(const ros::NodeHandle& nh, ros::NodeHandle private_nh, std::string map_frame,
+                  double rate_hz, std::function<void(dtsdf_mapping::MapStatus&)> fill);
+
+  void setRate(double rate_hz) { timer_.setPeriod(ros::WallDuration(1.0 / rate_hz)); }
+
+ private:
+  void publish();
+  void fillDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& diagnostics) const;
+
+  const std::string map_frame_;
+  const std::function<void(dtsdf_mapping::MapStatus&)> fill_;
+  dtsdf_mapping::MapStatus status_;
+  TroubleLog trouble_log_;
+  diagnostic_updater::Updater updater_;
+  ros::Publisher publisher_;
+  ros::WallTimer timer_;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,400 @@
+#include "ros/steps/live_map.h"
+
+#include <ros/console.h>
+
+#include <algorithm>
+#include <exception>
+#include <stdexcept>
+#include <utility>
+
+#include "dtsdf_mapping/partly_cleared.h"
+#include "io/map_chunks.h"
+#include "params/printable.h"
+#include "ros/common/status_fields.h"
+
+namespace dtsdf {
+namespace {
+
+/// How long a thread without work sleeps at most: nobody wakes it for a new listener.
+constexpr std::chrono::milliseconds kIdle{50};
+/// How often the report is renewed while frames come one after the other: to ask for the map's
+/// counts is to wait for the GPU.
+constexpr double kReportRate_hz = 10.0;
+
+void fillMemory(const MapStats& stats, const MapperMemory& memory, MapStatus& status) {
+  const MemoryPlace place = placeOf(memory.on_gpu);
+  addMemory(status, "map", place, stats.map_bytes - stats.colour_bytes, stats.max_map_bytes);
+  addMemory(status, "colour", place, stats.colour_bytes, stats.max_map_bytes);
+  addMemory(status, "spare", place, memory.spare);
+  addMemory(status, "indices", place, memory.indices);
+  addMemory(status, "scratch", place, memory.scratch);
+  if (memory.on_gpu) {
+    addMemory(status, "meshes", place, memory.meshes);
+    addMemory(status, "staging", MemoryPlace::kHost, memory.staging);
+  }
+  if (memory.space > 0) addMemory(status, "space", MemoryPlace::kHost, memory.space);
+  const PageStats& pages = stats.pages;
+  if (pages.written + pages.space_bytes == 0) return;
+  addMemory(status, "page_index", MemoryPlace::kHost, pages.index_bytes);
+  addMemory(status, "pages", MemoryPlace::kDisk, pages.bytes + pages.space_bytes);
+}
+
+void fillStats(const MapStats& stats, MapStatus& status) {
+  status.blocks = stats.blocks;
+  status.voxel_arrays = stats.voxel_arrays;
+  status.map_bytes = stats.map_bytes;
+  status.map_bytes_peak = stats.map_bytes_peak;
+  status.max_map_bytes = stats.max_map_bytes;
+  status.refused_blocks = stats.refused_blocks;
+  status.refused_cubes = stats.refused_cubes;
+  status.dropped_blocks = stats.dropped_blocks;
+  const PageStats& pages = stats.pages;
+  status.paged_blocks = pages.blocks;
+  status.paged_bytes = pages.bytes;
+  status.pages_written = pages.written;
+  status.pages_read = pages.read;
+  status.pages_lost = pages.lost;
+  status.page_failures += pages.failures;
+  status.page_waits = pages.waits;
+  status.page_wait_s = static_cast<float>(pages.wait_ms / 1000.0);
+}
+
+/// What the budget had no room for. Once something was refused this holds until the map is cleared,
+/// so its codes come after those of what is wrong now.
+void judgeBudget(const MapStats& stats, MapStatus& status) {
+  const auto warn = [&](uint8_t code, uint64_t count, const std::string& what) {
+    if (count > 0) report(status, MapStatus::WARN, code, what);
+  };
+  const std::string blocks = std::to_string(stats.refused_blocks) + " blocks were refused";
+  const std::string cubes =
+      std::to_string(stats.refused_cubes) + " times a cube of cells stayed unknown";
+  const std::string of_disk = " because of the disk of map/page_folder: " + stats.pages.problem;
+  const bool is_disk = stats.pages.failures > 0;
+  warn(MapStatus::PAGES_LOST, stats.pages.lost,
+       std::to_string(stats.pages.lost) +
+           " blocks or sectors of cells could not be read back and are lost: " +
+           stats.pages.problem);
+  if (is_disk) {
+    warn(MapStatus::DISK_FULL, stats.refused_cubes, cubes + of_disk);
+    warn(MapStatus::DISK_FULL, stats.refused_blocks, blocks + of_disk);
+    return;
+  }
+  warn(MapStatus::MAP_FULL, stats.refused_blocks,
+       "the map is full: " + blocks +
+           "; the map stays usable; raise map/max_memory_mb or set map/keep_radius_m or "
+           "map/page_folder");
+  warn(MapStatus::SPACE_FULL, stats.refused_cubes,
+       "the memory for free space (an eighth of map/max_memory_mb) is full: " + cubes +
+           "; surfaces are still mapped; raise map/max_memory_mb or space/cell_voxels");
+}
+
+}  // namespace
+
+LiveMap::LiveMap(std::unique_ptr<Mapper> mapper, const Parts& parts, SteadyClock clock)
+    : mapper_(std::move(mapper)),
+      parts_(parts),
+      clock_(std::move(clock)),
+      report_pace_(kReportRate_hz) {
+  report_.backend = mapper_->backendName();
+  report_.stats = mapper_->stats();  // the budget is known before the first frame
+  report_.voxel_size_m = parts.params.mapper.map.voxel_size_m;
+}
+
+std::chrono::milliseconds LiveMap::step() noexcept {
+  try {
+    if (!act()) return idleTime();
+  } catch (const std::exception& error) {
+    fail(errorText(error));
+  } catch (...) {
+    fail("unknown error");
+  }
+  return std::chrono::milliseconds(0);
+}
+
+/// Does what is due first. @return false if nothing is.
+bool LiveMap::act() {
+  const bool frame_ready = parts_.frames.hasTurn();
+  if (hasFailed()) {
+    if (frame_ready) fuseNext();
+    return frame_ready;
+  }
+  if (updateMesh(frame_ready)) return true;
+  if (report_outdated_ && (!frame_ready || report_pace_.isDue(clock_()))) {
+    updateReport();
+    return true;
+  }
+  for (const auto& step : parts_.steps) {
+    const Step::Work work = step->hasWork();
+    if (work == Step::Work::kNone) continue;
+    if (frame_ready && work == Step::Work::kWhenIdle) continue;
+    step->work();
+    return true;
+  }
+  if (frame_ready) fuseNext();
+  return frame_ready;
+}
+
+/// Finishes an extraction, or begins one. @return false if neither is due.
+bool LiveMap::updateMesh(bool frame_ready) {
+  if (mesh_under_way_ && (fused_since_mesh_ || mapper_->isMeshMade() || !frame_ready)) {
+    finishMesh();
+    return true;
+  }
+  const auto next = nextMesh();
+  if (!next || *next > clock_()) return false;
+  beginMesh();
+  return true;
+}
+
+/// None, if nobody wants it or nothing has changed.
+std::optional<SteadyTime> LiveMap::nextMesh() {
+  if (!fused_since_mesh_ || mesh_under_way_) return std::nullopt;
+  std::optional<double> rate_hz;
+  for (const auto& step : parts_.steps) rate_hz = std::max(rate_hz, step->meshRate_hz());
+  if (!rate_hz) return std::nullopt;
+  mesh_pace_.setRate(*rate_hz, clock_());
+  return mesh_pace_.next();
+}
+
+std::chrono::milliseconds LiveMap::idleTime() {
+  SteadyDuration idle = std::min<SteadyDuration>(kIdle, parts_.frames.idleTime());
+  if (const auto next = hasFailed() ? std::nullopt : nextMesh()) {
+    idle = std::min(idle, std::max(SteadyDuration::zero(), *next - clock_()));
+  }
+  return toMilliseconds(idle);
+}
+
+void LiveMap::fuseNext() {
+  std::optional<PosedFrame> frame = parts_.frames.take();
+  if (!frame) return;  // was dropped meanwhile
+  if (hasFailed()) {
+    return frame->accounting->dropped(DropReason::kBackendError, frame->stamp, report_.failure);
+  }
+  try {
+    takeFrame(*frame);
+  } catch (const std::exception& error) {
+    frame->accounting->dropped(DropReason::kBackendError, frame->stamp, errorText(error));
+    throw;
+  }
+}
+
+std::optional<Rejection> LiveMap::place(PosedFrame& frame) const {
+  for (const auto& step : parts_.steps) {
+    if (auto rejection = step->place(frame)) return rejection;
+  }
+  return std::nullopt;
+}
+
+void LiveMap::takeFrame(PosedFrame& frame) {
+  if (const auto rejection = place(frame)) {
+    return frame.accounting->dropped(*rejection, frame.stamp);
+  }
+  const IntegrationResult result = integrate(frame);
+  if (result.status == FrameStatus::kFused) {
+    // Colour may come late; depth that goes back has begun again.
+    const bool is_depth = std::holds_alternative<DepthFrame>(frame.image);
+    map_stamp_ = is_depth ? frame.stamp : std::max(map_stamp_, frame.stamp);
+    frame.accounting->fused(frame.stamp);
+    fused_since_mesh_ = report_outdated_ = true;
+  } else {
+    frame.accounting->dropped(dropReasonOf(result.status), frame.stamp, result.message);
+  }
+  for (const auto& step : parts_.steps) step->fused(frame, result);
+  if (result.refused_blocks == 0) return;
+  ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
+                                 "the map is full: " << result.refused_blocks
+                                                     << " blocks of the last frame were refused; "
+                                                        "raise map/max_memory_mb, or clear_map");
+}
+
+IntegrationResult LiveMap::integrate(const PosedFrame& frame) {
+  const auto* depth = std::get_if<DepthFrame>(&frame.image);
+  IntegrationResult result = depth != nullptr ? mapper_->integrate(*depth)
+                                              : mapper_->paint(std::get<ColourFrame>(frame.image));
+  const std::lock_guard<std::mutex> lock(report_mutex_);
+  if (result.status == FrameStatus::kFused) {
+    (depth != nullptr ? report_.integrate_ms : report_.paint_ms) = result.duration_ms;
+  }
+  return result;
+}
+
+void LiveMap::beginMesh() {
+  mesh_whole_ = false;  // should the next line fail
+  mapper_->beginMeshUpdate();
+  mesh_stamp_ = map_stamp_;
+  mesh_pace_.begin(clock_());
+  mesh_under_way_ = true;
+  fused_since_mesh_ = false;
+}
+
+void LiveMap::finishMesh() {
+  mesh_under_way_ = false;
+  MeshUpdate update = mapper_->finishMeshUpdate();
+  // Where the mesh takes long, frames get at least as much of the thread's time as it does.
+  mesh_pace_.restUntil(clock_() + toSteadyDuration(update.duration_ms / 1000.0));
+  report_outdated_ = true;
+  mesh_is_part_ = update.is_part;
+  fused_since_mesh_ = fused_since_mesh_ || mesh_is_part_;
+  {
+    const std::lock_guard<std::mutex> lock(report_mutex_);
+    report_.mesh_ms = update.duration_ms;
+  }
+  parts_.mesh_changes.add(std::move(update), mesh_stamp_);
+  mesh_whole_ = true;
+  surfaces_stamp_ = mesh_stamp_;
+  for (const auto& step : parts_.steps) step->meshed();
+}
+
+std::string LiveMap::outdatedMesh() const {
+  return "; the backend has failed, so this is the last extracted mesh: " + report_.failure;
+}
+
+LiveMap::MeshFlush LiveMap::flushMesh() {
+  // Changes were lost, so later ones would not fit what was handed over.
+  if (!mesh_whole_ && !mesh_under_way_) return {outdatedMesh()};
+  // A backend that failed may still have its map, as a GPU does that has run out of memory.
+  try {
+    if (mesh_under_way_) finishMesh();
+    if (!fused_since_mesh_) return {};
+    beginMesh();
+    finishMesh();
+  } catch (const std::exception& error) {
+    fail(errorText(error));
+    return {outdatedMesh()};
+  }
+  return {"", mesh_is_part_};
+}
+
+void LiveMap::regionCleared(const Region& region) {
+  for (const auto& step : parts_.steps) step->regionCleared(region);
+  fused_since_mesh_ = report_outdated_ = true;
+}
+
+ClearedRegion LiveMap::clearRegion(const Region& region) {
+  throwIfFailed();
+  const std::string problem = findProblem(region);
+  if (!problem.empty()) throw std::runtime_error(problem);  // the caller's, not the backend's
+  try {
+    const ClearedRegion cleared = mapper_->clearRegion(region);
+    regionCleared(region);
+    return cleared;
+  } catch (const PartlyCleared&) {  // the disk failed, not the backend
+    regionCleared(region);
+    throw;
+  } catch (const std::exception& error) {
+    fail(errorText(error));
+    throw;
+  }
+}
+
+MapOrigin LiveMap::origin(const std::string& map_frame) const {
+  MapOrigin origin;
+  origin.map_frame = map_frame;
+  origin.T_W_M = parts_.frame.level();
+  const FramePoseParams& poses = parts_.params.node.poses;
+  if (poses.mode != PoseMode::kTf) origin.poses = poses;
+  origin.stamp_s = map_stamp_.isZero() ? loaded_stamp_s_ : map_stamp_.toSec();
+  return origin;
+}
+
+bool LiveMap::isEmpty() const {
+  if (hasFailed()) return false;  // and asking could fail
+  const MapStats stats = mapper_->stats();
+  return stats.blocks + stats.pages.blocks == 0;
+}
+
+/// With another map, of which nothing was handed over.
+void LiveMap::startOver(const Replacement& replacement) {
+  mesh_under_way_ = false;
+  mesh_whole_ = report_outdated_ = true;
+  map_stamp_ = mesh_stamp_ = surfaces_stamp_ = ros::Time();
+  for (const auto& step : parts_.steps) step->replaced(replacement);
+  forgetFailure();
+  updateReport();
+}
+
+void LiveMap::clear() {
+  mapper_->clear();
+  loaded_stamp_s_ = 0.0;
+  fused_since_mesh_ = false;
+  parts_.mesh_changes.clear();
+  startOver({Replacement::Kind::kCleared});
+}
+
+std::unique_ptr<Mapper> LiveMap::replace(LoadedMap loaded) {
+  mapper_.swap(loaded.mapper);
+  loaded_stamp_s_ = loaded.head->stamp_s;
+  fused_since_mesh_ = true;
+  parts_.mesh_changes.clear(loaded.voxel_size_m);
+  startOver({Replacement::Kind::kLoaded, loaded.head, std::move(loaded.write)});
+  const std::lock_guard<std::mutex> lock(report_mutex_);
+  report_.loaded_map = loaded.path;
+  report_.voxel_size_m = loaded.voxel_size_m;
+  return std::move(loaded.mapper);
+}
+
+std::unique_ptr<Mapper> LiveMap::replaceCorrected(std::unique_ptr<Mapper> mapper,
+                                                  std::map<PackedKey, BlockMesh> mesh) {
+  if (mesh_under_way_) finishMesh();
+  mapper_.swap(mapper);
+  fused_since_mesh_ = false;
+  mesh_whole_ = true;
+  mesh_stamp_ = surfaces_stamp_ = map_stamp_;
+  parts_.mesh_changes.replaceAll(std::move(mesh), mesh_stamp_);
+  Replacement replacement{Replacement::Kind::kCorrected};
+  replacement.before = mapper.get();
+  for (const auto& step : parts_.steps) step->replaced(replacement);
+  updateReport();
+  return mapper;
+}
+
+void LiveMap::forgetFailure() {
+  const std::lock_guard<std::mutex> lock(report_mutex_);
+  report_.loaded_map.clear();
+  if (!hasFailed()) return;
+  ROS_INFO_NAMED("dtsdf_mapping", "the map was restarted after a failure; frames are fused again");
+  report_.failure.clear();
+}
+
+void LiveMap::updateReport() {
+  report_outdated_ = false;
+  report_pace_.begin(clock_());
+  const MapStats stats = mapper_->stats();
+  const MapperMemory memory = mapper_->memory();
+  const std::lock_guard<std::mutex> lock(report_mutex_);
+  report_.stats = stats;
+  report_.memory = memory;
+}
+
+void LiveMap::throwIfFailed() const {
+  const std::lock_guard<std::mutex> lock(report_mutex_);
+  if (!hasFailed()) return;
+  throw std::runtime_error("the map's backend has failed (" + report_.failure +
+                           "); call clear_map to start over");
+}
+
+void LiveMap::fail(const std::string& text) {
+  ROS_FATAL_STREAM_NAMED("dtsdf_mapping",
+                         "the map's backend failed; call clear_map to start over: " << text);
+  for (const auto& step : parts_.steps) step->failed();
+  const std::lock_guard<std::mutex> lock(report_mutex_);
+  report_.failure = text;
+}
+
+void LiveMap::fill(MapStatus& status) const {
+  const std::lock_guard<std::mutex> lock(report_mutex_);
+  status.backend = report_.backend;
+  status.voxel_size_m = report_.voxel_size_m;
+  status.loaded_map = printableMessage(report_.loaded_map);
+  fillStats(report_.stats, status);
+  fillMemory(report_.stats, report_.memory, status);
+  status.integrate_ms = static_cast<float>(report_.integrate_ms);
+  status.paint_ms = static_cast<float>(report_.paint_ms);
+  status.mesh_ms = static_cast<float>(report_.mesh_ms);
+  judgeBudget(report_.stats, status);
+  if (!hasFailed()) return;
+  dtsdf::report(status, MapStatus::ERROR, MapStatus::BACKEND_FAILED,
+                "the backend failed: " + report_.failure);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,154 @@
+/// The map at work: fuses the frames that come, extracts the mesh and hands over what changed.
+#pragma once
+
+#include <dtsdf_mapping/MapStatus.h>
+#include <ros/time.h>
+
+#include <chrono>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "dtsdf_mapping/mapper.h"
+#include "ros/common/pace.h"
+#include "ros/input/frame_queue.h"
+#include "ros/steps/map_frame.h"
+#include "ros/steps/mesh_queue.h"
+#include "ros/steps/step.h"
+
+namespace dtsdf {
+
+/// What planners are answered is to be no older than a second while frames come: half of it is left
+/// to the mesh and to distances.
+constexpr double kLeastSpaceRate_hz = 2.0;
+
+/// Map's thread only, but for fill() and throwIfFailed(). It waits for nobody: neither for
+/// transforms nor for whoever shows or saves the mesh.
+///
+/// Frames and the mesh take turns. An extraction that is begun runs beside the next frame (on a
+/// GPU) and is finished after it, or at once while no frame is there, or where it is made already
+/// (on a CPU).
+class LiveMap {
+ public:
+  /// All of it outlives it.
+  struct Parts {
+    const MappingParams& params;
+    FrameQueue& frames;
+    MapFrame& frame;
+    MeshQueue& mesh_changes;
+    const Steps& steps;
+  };
+
+  LiveMap(std::unique_ptr<Mapper> mapper, const Parts& parts,
+          SteadyClock clock = std::chrono::steady_clock::now);
+
+  /// Does what is due. Returns how long there will be nothing to do. After a failure of the backend
+  /// frames are dropped until clear() has made a new start.
+  std::chrono::milliseconds step() noexcept;
+
+  Mapper& mapper() { return *mapper_; }
+
+  /// What the map's file says beside what the mapper knows.
+  MapOrigin origin(const std::string& map_frame = std::string()) const;
+  /// Of the newest frame whose surfaces are in the extraction finished last.
+  const ros::Time& meshStamp() const { return surfaces_stamp_; }
+  /// As it was counted last.
+  const MapStats& stats() const { return report_.stats; }
+
+  /// What the mesh lacks was handed over, or a part of it.
+  struct MeshFlush {
+    std::string problem;   ///< In what it is not that of the map; empty: in nothing.
+    bool is_part = false;  ///< There is more.
+  };
+  /// Hands over what the mesh lacks, also after a failure that has left the map usable. Where it
+  /// has not, the mesh stays what was handed over last, which is the problem then.
+  MeshFlush flushMesh();
+
+  /// Empties a part of the map.
+  /// @throws std::runtime_error if the region has a problem, or the backend has failed, or fails.
+  ClearedRegion clearRegion(const Region& region);
+
+  /// Whether some of the map is on disk: it is to be saved piece by piece then.
+  bool isPaged() const { return mapper_->stats().pages.blocks > 0; }
+  /// Whether nothing is mapped; no map that has failed counts as empty.
+  bool isEmpty() const;
+
+  /// A map from a file, in a mapper of its own.
+  struct LoadedMap {
+    std::unique_ptr<Mapper> mapper;
+    float voxel_size_m;
+    std::string path;
+    std::shared_ptr<const MapContents> head;  ///< Of what is in the mapper.
+    MapWriter write = nullptr;                ///< Writes that, for the journal.
+  };
+  /// Goes on with a map that was loaded, and starts over after a failure; the whole mesh is handed
+  /// over again. @return the mapper so far.
+  std::unique_ptr<Mapper> replace(LoadedMap loaded);
+
+  /// The map of corrected poses, with all frames that this one has, and its whole mesh. @return the
+  /// mapper so far.
+  std::unique_ptr<Mapper> replaceCorrected(std::unique_ptr<Mapper> mapper,
+                                           std::map<PackedKey, BlockMesh> mesh);
+
+  /// Empties map and mesh, and starts over after a failure.
+  /// @throws std::runtime_error if the backend cannot even do that.
+  void clear();
+
+  /// Any thread: its part of the status.
+  void fill(dtsdf_mapping::MapStatus& status) const;
+
+  /// Any thread. @throws std::runtime_error after a failure of the backend; its text says so.
+  void throwIfFailed() const;
+
+ private:
+  /// What the status reports about the map.
+  struct Report {
+    std::string backend;
+    std::string failure;        ///< Of the backend; empty while it works.
+    std::string loaded_map;     ///< The file that the map was loaded from; empty: none.
+    float voxel_size_m = 0.0f;  ///< Of the current map.
+    MapStats stats;
+    MapperMemory memory;
+    double integrate_ms = 0.0, paint_ms = 0.0, mesh_ms = 0.0;
+  };
+
+  bool act();
+  bool updateMesh(bool frame_ready);
+  std::optional<SteadyTime> nextMesh();
+  std::chrono::milliseconds idleTime();
+  void fuseNext();
+  void takeFrame(PosedFrame& frame);
+  std::optional<Rejection> place(PosedFrame& frame) const;
+  IntegrationResult integrate(const PosedFrame& frame);
+  void beginMesh();
+  void finishMesh();
+  void startOver(const Replacement& replacement);
+  void regionCleared(const Region& region);
+  std::string outdatedMesh() const;
+  void forgetFailure();
+  void updateReport();
+  bool hasFailed() const { return !report_.failure.empty(); }
+  void fail(const std::string& text);
+
+  std::unique_ptr<Mapper> mapper_;
+  const Parts parts_;
+  const SteadyClock clock_;
+
+  Pace mesh_pace_{kLeastSpaceRate_hz}, report_pace_;
+  bool mesh_under_way_ = false;
+  bool fused_since_mesh_ = false;  ///< Since the last extraction was begun.
+  bool report_outdated_ = false;
+  bool mesh_is_part_ = false;    ///< The last extraction has left something to the next one.
+  bool mesh_whole_ = true;       ///< False while an extraction is under way, and once one was lost.
+  ros::Time map_stamp_;          ///< Of the newest frame in the map, but for those of a loaded one.
+  double loaded_stamp_s_ = 0.0;  ///< Of those; 0: none.
+  ros::Time mesh_stamp_;         ///< The same when the last extraction was begun.
+  ros::Time surfaces_stamp_;     ///< That of the last one that was finished.
+
+  mutable std::mutex report_mutex_;
+  Report report_;  ///< Only this thread writes.
+};
+
+}  // namespace dtsdf

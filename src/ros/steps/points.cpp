@@ -1,0 +1,94 @@
+#include "ros/steps/points.h"
+
+#include <pcl/point_types.h>
+#include <pcl_conversions/pcl_conversions.h>
+#include <pcl_ros/point_cloud.h>
+#include <ros/console.h>
+#include <ros/single_subscriber_publisher.h>
+
+#include <algorithm>
+
+namespace dtsdf {
+namespace {
+
+using Point = pcl::PointXYZRGBNormal;
+using Cloud = pcl::PointCloud<Point>;
+
+Point toPoint(const Mesh& mesh, size_t vertex, MeshColour colour) {
+  const std::array<double, 3> p_W = positionInMap(mesh, vertex);
+  const Vec3f& normal_W = mesh.normals[vertex];
+  Point point;
+  point.x = static_cast<float>(p_W[0]);
+  point.y = static_cast<float>(p_W[1]);
+  point.z = static_cast<float>(p_W[2]);
+  point.normal_x = normal_W.x;
+  point.normal_y = normal_W.y;
+  point.normal_z = normal_W.z;
+  const std::array<uint8_t, 3> rgb = vertexColour(colour, mesh, vertex);
+  point.r = rgb[0];
+  point.g = rgb[1];
+  point.b = rgb[2];
+  point.a = 255;
+  return point;
+}
+
+}  // namespace
+
+void PointsStep::advertise(const Handles& handles) {
+  ros::NodeHandle nh = handles.prompt;
+  publisher_ = nh.advertise<Cloud>(
+      "surface_points", 1, [this](const ros::SingleSubscriberPublisher&) { is_outdated_ = true; });
+}
+
+std::optional<double> PointsStep::meshRate_hz() const {
+  return publisher_.getNumSubscribers() > 0 ? std::optional<double>(host_.rates.points_hz)
+                                            : std::nullopt;
+}
+
+SteadyDuration PointsStep::publish(ShownMesh* mesh) {
+  if (mesh == nullptr || !is_outdated_ || publisher_.getNumSubscribers() == 0) {
+    return SteadyDuration::max();
+  }
+  const SteadyTime begin = std::chrono::steady_clock::now();
+  pace_.setRate(host_.rates.points_hz, begin);
+  if (!pace_.isDue(begin)) return pace_.next() - begin;
+  is_outdated_ = false;
+  publish(mesh->meshes.all().assemble(), mesh->stamp);
+  mesh->meshes.dropFetched();
+  const SteadyTime end = std::chrono::steady_clock::now();
+  pace_.beginInStep(begin);
+  pace_.restUntil(end + (end - begin));
+  return SteadyDuration::max();
+}
+
+void PointsStep::publish(const Mesh& mesh, const ros::Time& stamp) {
+  if (isFarFromOrigin(mesh)) {
+    ROS_WARN_STREAM_ONCE_NAMED(
+        "dtsdf_mapping", publisher_.getTopic()
+                             << " has float positions, which are 0.5 mm apart 8 km from the "
+                                "origin of the map and 4 mm at 40 km; mesh_blocks and mesh have "
+                                "doubles");
+  }
+  Cloud cloud;
+  cloud.header.frame_id = frameOfMap(host_.params.node);
+  cloud.header.stamp = pcl_conversions::toPCL(stamp);
+  // Of one at least: pcl_ros copies from where they are, even none, and that has to be an address.
+  cloud.reserve(std::max<size_t>(1, mesh.vertices_m.size()));
+  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
+    cloud.push_back(toPoint(mesh, i, host_.params.mapper.mesh.colour));
+  }
+  publisher_.publish(cloud);
+  ++messages_;
+  bytes_ += cloud.size() * sizeof(Point);
+}
+
+void PointsStep::fill(dtsdf_mapping::MapStatus& status) {
+  dtsdf_mapping::TopicStatus topic;
+  topic.topic = publisher_.getTopic();
+  topic.listeners = publisher_.getNumSubscribers();
+  topic.messages = messages_;
+  topic.bytes = bytes_;
+  status.topics.push_back(topic);
+}
+
+}  // namespace dtsdf

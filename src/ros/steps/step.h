@@ -1,0 +1,130 @@
+/// The seam of the node: what a feature adds to the way of a frame, to the output and to the
+/// status.
+#pragma once
+
+#include <dtsdf_mapping/MapStatus.h>
+#include <ros/node_handle.h>
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "dtsdf_mapping/mapper.h"
+#include "page/paged_meshes.h"
+#include "params/node_params.h"
+#include "ros/common/pace.h"
+#include "ros/common/worker_thread.h"
+#include "ros/input/frame.h"
+#include "ros/input/transforms.h"
+#include "ros/steps/mesh_queue.h"
+
+namespace dtsdf {
+
+class LiveMap;
+class MapFrame;
+
+/// Writes a map to a file of this name.
+using MapWriter = std::function<void(const std::string& path)>;
+
+/// What has taken the place of the map.
+struct Replacement {
+  enum class Kind { kCleared, kLoaded, kCorrected };
+  Kind kind = Kind::kCleared;
+  std::shared_ptr<const MapContents> head = nullptr;  ///< If loaded: of the file, without voxels.
+  MapWriter write = nullptr;                          ///< The same.
+  Mapper* before = nullptr;                           ///< If corrected: the map of before.
+};
+
+/// The mesh as it was handed over last. The output's thread holds the mutex while it uses it, and
+/// so does who writes it to a file.
+struct ShownMesh {
+  explicit ShownMesh(const MapParams& params) : meshes(params) {}
+
+  std::mutex mutex;
+  PagedMeshes meshes;
+  ros::Time stamp;  ///< Of the newest frame in it.
+};
+
+/// The rates of the settings, which may change while the node runs.
+struct Rates {
+  explicit Rates(const PublishParams& params) { set(params); }
+  void set(const PublishParams& params) {
+    mesh_hz = params.mesh_rate_hz;
+    points_hz = params.points_rate_hz;
+    space_hz = params.space_rate_hz;
+  }
+
+  std::atomic<double> mesh_hz, points_hz, space_hz;
+};
+
+/// What steps work with; all of it outlives them.
+struct Host {
+  const MappingParams& params;
+  const Rates& rates;
+  Transforms& transforms;
+  MapFrame& frame;
+  LiveMap& map;
+  ShownMesh& mesh;
+  WorkerThread& map_loop;
+  std::function<void()> restart_motion;  ///< The camera may be anywhere in the map by now.
+  /// Has the output take over what was handed to it.
+  std::function<void()> take_changes;
+  /// The same, on the output's thread: once it returns, nothing of a map of before is published or
+  /// answered.
+  std::function<void()> await_output;
+  std::atomic<bool>& is_ending;  ///< Who waits for something gives up.
+};
+
+/// Whose callbacks come where: in the node's private namespace, except `input`.
+struct Handles {
+  ros::NodeHandle prompt;   ///< On the thread of the node's caller: must not wait.
+  ros::NodeHandle waiting;  ///< On threads of services, where they may.
+  ros::NodeHandle input;    ///< On the input's thread, in the namespace of the caller.
+};
+
+/// One feature. The node has a vector of them: its order is the order of the work.
+class Step {
+ public:
+  virtual ~Step() = default;
+
+  /// Topics and services.
+  virtual void advertise(const Handles&) {}
+
+  // Map's thread.
+
+  /// Moves a frame before it is fused or painted, or says why it is not to be.
+  virtual std::optional<Rejection> place(PosedFrame&) { return std::nullopt; }
+  /// A frame was handed to the mapper; the result says whether it was fused.
+  virtual void fused(const PosedFrame&, const IntegrationResult&) {}
+  /// How often the mesh is needed as it is now; nothing: it is not.
+  virtual std::optional<double> meshRate_hz() const { return std::nullopt; }
+  /// An extraction was finished.
+  virtual void meshed() {}
+  /// A part of the map was emptied.
+  virtual void regionCleared(const Region&) {}
+  virtual void replaced(const Replacement&) {}
+  /// The backend has failed.
+  virtual void failed() {}
+  /// Whether work() would do something.
+  enum class Work { kNone, kWhenIdle, kBeforeFrames };
+  virtual Work hasWork() const { return Work::kNone; }
+  virtual void work() {}
+
+  // Output's thread.
+
+  /// Changes of the mesh were taken over, with the mutex of the mesh held, by whatever thread.
+  virtual void changed(const MeshChanges&) {}
+  /// Publishes what is due; the mesh is null while a file is written of it. Returns how long
+  /// nothing will be due.
+  virtual SteadyDuration publish(ShownMesh*) { return SteadyDuration::max(); }
+
+  /// Writes its part of the status, on the thread of the node's caller.
+  virtual void fill(dtsdf_mapping::MapStatus&) {}
+};
+
+using Steps = std::vector<std::unique_ptr<Step>>;
+
+}  // namespace dtsdf

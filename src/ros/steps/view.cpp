@@ -1,0 +1,66 @@
+#include "ros/steps/view.h"
+
+#include <cv_bridge/cv_bridge.h>
+#include <ros/console.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/image_encodings.h>
+
+#include <exception>
+#include <limits>
+
+#include "params/printable.h"
+#include "ros/input/images.h"
+#include "ros/steps/live_map.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr double kMostViews_hz = 5.0;
+/// Of the map's time frames get at least so many times as much as views.
+constexpr int kFramesPerView = 4;
+
+/// As REP 118 has it: metres, and NaN where there is no surface.
+sensor_msgs::ImagePtr imageOf(const std_msgs::Header& header, RenderedView view) {
+  for (float& depth : view.depth_m) {
+    if (!(depth > 0.0f)) depth = std::numeric_limits<float>::quiet_NaN();
+  }
+  const cv::Mat depth_m(view.height, view.width, CV_32FC1, view.depth_m.data());
+  return cv_bridge::CvImage(header, sensor_msgs::image_encodings::TYPE_32FC1, depth_m).toImageMsg();
+}
+
+}  // namespace
+
+ViewStep::ViewStep(const Host& host) : host_(host), pace_(kMostViews_hz) {}
+
+void ViewStep::advertise(const Handles& handles) {
+  ros::NodeHandle nh = handles.prompt;
+  images_ = nh.advertise<sensor_msgs::Image>("rendered/image", 1);
+  infos_ = nh.advertise<sensor_msgs::CameraInfo>("rendered/camera_info", 1);
+}
+
+void ViewStep::fused(const PosedFrame& frame, const IntegrationResult& result) {
+  const auto* const depth = std::get_if<DepthFrame>(&frame.image);
+  const SteadyTime begin = std::chrono::steady_clock::now();
+  if (depth == nullptr || result.status != FrameStatus::kFused) return;
+  if (images_.getNumSubscribers() == 0 || !pace_.isDue(begin)) return;
+  const RenderCamera camera{depth->width, depth->height, depth->intrinsics};
+  try {
+    host_.map.mapper().render(camera, depth->T_W_C, view_);
+  } catch (const std::exception& error) {  // of a GPU that is lost the next frame says so
+    ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
+                                   "no image on rendered/image: " << errorText(error));
+    return;
+  }
+  std_msgs::Header header;
+  header.stamp = frame.stamp;
+  header.frame_id = frame.frame_id;
+  const sensor_msgs::ImagePtr image = imageOf(header, view_);
+  infos_.publish(makeCameraInfo(*image, camera.intrinsics));
+  images_.publish(image);
+  const SteadyTime end = std::chrono::steady_clock::now();
+  pace_.begin(begin);
+  pace_.restUntil(end + kFramesPerView * (end - begin));
+}
+
+}  // namespace dtsdf

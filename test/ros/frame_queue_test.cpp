@@ -1,0 +1,254 @@
+#include "ros/input/frame_queue.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <string>
+#include <vector>
+
+#include "ros/support/map_host.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr size_t kImageBytes = 4 * 2 * sizeof(uint16_t);
+
+class FrameQueueTest : public testing::Test {
+ protected:
+  FrameQueueTest() { ros::Time::init(); }
+
+  void make(FrameQueue::Limits limits, int cameras = 1, bool any_info = false, bool mask = false) {
+    limits_ = limits;
+    queue_ = std::make_unique<FrameQueue>(
+        limits, [] {}, clock_.reader());
+    for (int i = 0; i < cameras; ++i) {
+      FrameQueue::StreamOptions options;
+      options.name = std::string(1, static_cast<char>('a' + i));
+      options.any_info = any_info;
+      options.wants_mask = mask;
+      queue_->addStream(options, accounting_[i]);
+    }
+    FrameQueue::StreamOptions colour;
+    colour.is_colour = true;
+    colour_ = queue_->addStream(colour, accounting_[cameras]);
+  }
+
+  void image(double stamp_s, size_t stream = 0) {
+    accounting_[stream].imageReceived(ros::Time(stamp_s));
+    queue_->addImage(stream, makeDepthImage(stamp_s));
+  }
+  void info(double stamp_s, size_t stream = 0) { queue_->addInfo(stream, makeCameraInfo(stamp_s)); }
+  /// The first whole frame of the stream gets its pose.
+  bool pose(size_t stream = 0) {
+    const auto whole = queue_->firstWhole(stream);
+    if (!whole) return false;
+    PosedFrame frame;
+    frame.stamp = whole->messages.image->header.stamp;
+    DepthFrame depth;
+    depth.height = 2;
+    depth.row_bytes = kImageBytes / 2;
+    frame.image = depth;
+    queue_->setPosed(stream, *whole, std::move(frame));
+    return true;
+  }
+  void posed(double stamp_s, size_t stream = 0) {
+    image(stamp_s, stream);
+    info(stamp_s, stream);
+    ASSERT_TRUE(pose(stream));
+  }
+  std::vector<double> taken() {
+    std::vector<double> stamps;
+    while (const auto frame = queue_->take()) {
+      frame->accounting->fused(frame->stamp);
+      stamps.push_back(frame->stamp.toSec());
+    }
+    return stamps;
+  }
+  uint64_t dropped(DropReason reason, size_t stream = 0) const {
+    return accounting_[stream].counts().dropped[static_cast<size_t>(reason)];
+  }
+  using Stamps = std::vector<double>;
+
+  FakeClock clock_;
+  FrameAccounting accounting_[4];
+  FrameQueue::Limits limits_;
+  std::unique_ptr<FrameQueue> queue_;
+  size_t colour_ = 1;
+};
+
+TEST_F(FrameQueueTest, MessagesOfOneStampMakeAFrameInAnyOrder) {
+  make({});
+  info(1.0);
+  EXPECT_FALSE(pose());
+  image(1.0);
+  EXPECT_TRUE(pose());
+  image(2.0);
+  info(2.5);
+  EXPECT_FALSE(pose());
+  image(3.0);
+  info(3.0);
+  EXPECT_TRUE(pose()) << "and the one before it is given up";
+  EXPECT_EQ(dropped(DropReason::kNoCameraInfo), 1u);
+  EXPECT_EQ(taken(), (Stamps{1.0, 3.0}));
+  EXPECT_EQ(queue_->bytes(), 0u);
+}
+
+TEST_F(FrameQueueTest, TheLatestCameraInfoMayDoAndMasksAreWaitedFor) {
+  make({}, 1, true, true);
+  image(1.0);
+  EXPECT_EQ(queue_->waitingFor(0).find("1 image waits for camera_info or mask"), 0u);
+  info(0.5);
+  EXPECT_FALSE(pose());
+  queue_->addMask(0, makeMask(1.0, std::vector<uint8_t>(8, 0)));
+  EXPECT_TRUE(pose());
+  image(2.0);
+  image(3.0);
+  queue_->addMask(0, makeMask(3.0, std::vector<uint8_t>(8, 0)));
+  EXPECT_TRUE(pose());
+  EXPECT_EQ(dropped(DropReason::kNoMask), 1u);
+}
+
+TEST_F(FrameQueueTest, TheOldestIsDroppedWhereThereAreTooMany) {
+  make({3, 1 << 20, 0.1});
+  for (int i = 1; i <= 5; ++i) posed(i);
+  EXPECT_EQ(dropped(DropReason::kQueueFull), 2u);
+  EXPECT_EQ(taken(), (Stamps{3.0, 4.0, 5.0}));
+}
+
+/// Pixels, coefficients of distortion, names: in whatever state the frame is.
+TEST_F(FrameQueueTest, AllThatWaitsIsCountedInBytes) {
+  make({100, 4000, 0.1});
+  const auto large = makeCameraInfo(1.0);
+  large->D.assign(64, 0.1);
+  large->header.frame_id.assign(200, 'x');
+  queue_->addInfo(0, large);
+  EXPECT_GE(queue_->bytes(), 64 * sizeof(double) + 200);
+  for (int i = 2; i < 100; ++i) {
+    const auto next = makeCameraInfo(i);
+    next->D.assign(64, 0.1);
+    queue_->addInfo(0, next);
+    EXPECT_LE(queue_->bytes(), 4000u);
+  }
+  for (int i = 100; i < 500; ++i) {
+    image(i);
+    EXPECT_LE(queue_->bytes(), 4000u);
+  }
+  EXPECT_GT(dropped(DropReason::kQueueFull) + dropped(DropReason::kNoCameraInfo), 200u);
+}
+
+TEST_F(FrameQueueTest, CamerasAreMergedByStamp) {
+  make({}, 2);
+  posed(1.0, 1);
+  EXPECT_TRUE(taken().empty()) << "the other may bring an earlier one";
+  posed(0.9, 0);
+  EXPECT_EQ(taken(), (Stamps{0.9}));
+  posed(1.0, 0);
+  EXPECT_EQ(taken(), (Stamps{1.0, 1.0}));
+  posed(2.0, 0);
+  clock_.advance(0.11);
+  EXPECT_EQ(taken(), (Stamps{2.0})) << "it has waited long enough";
+  posed(1.5, 1);
+  EXPECT_EQ(dropped(DropReason::kOutOfOrder, 1), 1u);
+}
+
+TEST_F(FrameQueueTest, ColourIsWaitedForFromItsFirstFrameOnAndMayComeLate) {
+  make({});
+  posed(1.0);
+  EXPECT_EQ(taken(), (Stamps{1.0}));
+  posed(0.5, colour_);
+  EXPECT_EQ(taken(), (Stamps{0.5}));
+  posed(2.0);
+  EXPECT_TRUE(taken().empty());
+  posed(2.0, colour_);
+  EXPECT_EQ(taken(), (Stamps{2.0, 2.0}));
+}
+
+/// The map takes one of two frames that come, of cameras with the same stamps.
+TEST_F(FrameQueueTest, NoCameraStarves) {
+  make({5, 1 << 20, 0.1}, 2);
+  for (int i = 1; i <= 400; ++i) {
+    posed(i, 0);
+    posed(i, 1);
+    if (const auto frame = queue_->take()) frame->accounting->fused(frame->stamp);
+  }
+  EXPECT_GT(accounting_[0].counts().fused, 100u);
+  EXPECT_GT(accounting_[1].counts().fused, 100u);
+}
+
+TEST_F(FrameQueueTest, ColourNeverDelaysDepthForGood) {
+  make({5, 1 << 20, 0.1});
+  for (int i = 1; i <= 400; ++i) {
+    posed(i, colour_);
+    posed(i);
+    if (const auto frame = queue_->take()) frame->accounting->fused(frame->stamp);
+  }
+  EXPECT_GT(accounting_[0].counts().fused, 100u);
+}
+
+/// A map that is too slow gets a short queue, so that it shows what is new; a stall does not.
+TEST_F(FrameQueueTest, ALastingBacklogIsShortened) {
+  make({20, 1 << 20, 0.1});
+  for (int i = 1; i <= 30; ++i) posed(i);  // a stall
+  for (int i = 31; i <= 400; ++i) {
+    posed(i);
+    if (i % 2 == 0) queue_->take();
+  }
+  const auto next = queue_->take();
+  ASSERT_TRUE(next);
+  EXPECT_GT(next->stamp.toSec(), 394.0);
+}
+
+TEST_F(FrameQueueTest, StampsThatGoBackDropWhatIsLater) {
+  make({});
+  posed(10.0);
+  image(11.0);
+  image(1.0);
+  queue_->restart(0, ros::Time(1.0));
+  queue_->forgetStamps();
+  EXPECT_EQ(dropped(DropReason::kTimeJump), 2u);
+  info(1.0);
+  EXPECT_TRUE(pose());
+  EXPECT_EQ(taken(), (Stamps{1.0}));
+}
+
+TEST_F(FrameQueueTest, NothingIsTakenWhilePausedOrAtTheEnd) {
+  make({});
+  posed(1.0);
+  image(2.0);
+  queue_->setPaused(true);
+  image(3.0);
+  EXPECT_EQ(dropped(DropReason::kPaused), 3u);
+  queue_->setPaused(false);
+  posed(4.0);
+  queue_->end();
+  image(5.0);
+  EXPECT_EQ(dropped(DropReason::kEnding), 2u);
+  EXPECT_TRUE(taken().empty());
+  EXPECT_EQ(queue_->bytes(), 0u);
+}
+
+/// Whatever comes, each image is taken or dropped for a reason, and nothing is kept.
+TEST_F(FrameQueueTest, EveryImageIsAccountedFor) {
+  std::mt19937 random(7);
+  make({7, 700, 0.1}, 2);
+  for (int i = 0; i < 5000; ++i) {
+    const double stamp_s = 1.0 + 0.01 * static_cast<double>(i / 3) + 0.01 * (random() % 20);
+    const size_t stream = random() % 3;
+    switch (random() % 5) {
+      case 0: image(stamp_s, stream); break;
+      case 1: info(stamp_s, stream); break;
+      case 2: pose(stream); break;
+      case 3: clock_.advance(0.02); break;
+      case 4:
+        if (const auto frame = queue_->take()) frame->accounting->fused(frame->stamp);
+        break;
+    }
+    EXPECT_LE(queue_->bytes(), 700u);
+  }
+  queue_->end();
+  for (size_t stream = 0; stream < 3; ++stream)
+    EXPECT_EQ(accounting_[stream].counts().waiting(), 0u);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,246 @@
+#include "ros/input/input_status.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "ros/common/status_fields.h"
+#include "ros/input/conversions.h"
+#include "ros/node/status.h"
+
+namespace dtsdf {
+namespace {
+
+class RunClockTest : public testing::Test {
+ protected:
+  double update(double wall_s, double ros_s, bool paused = false) {
+    clock_.update({SteadyTime() + toSteadyDuration(1000.0 + wall_s), ros::Time(ros_s), paused});
+    return clock_.ran_s();
+  }
+
+  RunClock clock_;
+};
+
+TEST_F(RunClockTest, RunsAsLongAsTimeDoes) {
+  EXPECT_EQ(update(0.0, 50.0), 0.0);
+  EXPECT_NEAR(update(2.0, 51.0), 2.0, 1e-9) << "wall time, though simulated time is slow";
+  EXPECT_NEAR(update(2.9, 51.0), 2.9, 1e-9) << "between two steps of simulated time";
+  EXPECT_FALSE(clock_.timeStands());
+}
+
+TEST_F(RunClockTest, BeginsAnewAfterAPause) {
+  update(0.0, 1.0);
+  EXPECT_EQ(update(10.0, 2.0, true), 0.0);
+  EXPECT_NEAR(update(11.0, 3.0), 1.0, 1e-9);
+}
+
+TEST_F(RunClockTest, BeginsAnewAfterAStandOfSimulatedTime) {
+  update(0.0, 1.0);
+  update(10.0, 2.0);
+  EXPECT_NEAR(update(10.5, 2.0), 10.5, 1e-9);
+  EXPECT_EQ(update(11.0, 2.0), 0.0);
+  EXPECT_TRUE(clock_.timeStands());
+  EXPECT_EQ(update(99.0, 2.0), 0.0);
+  EXPECT_NEAR(update(100.0, 2.1), 1.0, 1e-9);
+  EXPECT_FALSE(clock_.timeStands());
+}
+
+PublishedTopics published;
+
+/// The status of one camera, moment by moment.
+class InputStatusTest : public testing::Test {
+ protected:
+  InputStatusTest() {
+    published = {};
+    input_.now = ros::Time(100.0);
+    input_.cameras.resize(1);
+    depth().image_topic = "/camera/depth/image_rect";
+    depth().info_topic = "/camera/depth/camera_info";
+  }
+
+  StreamReport& depth() { return input_.cameras[0].depth; }
+  void drop(DropReason reason, uint64_t count) {
+    depth().frames.dropped[static_cast<size_t>(reason)] += count;
+    depth().frames.images += count;
+    depth().frames.last_drop = "frame stamped 1 dropped";
+  }
+  void fuse(uint64_t count) {
+    depth().frames.images += count;
+    depth().frames.fused += count;
+    depth().frames.camera_infos += count;
+    depth().frames.image_age_s = depth().frames.fused_age_s = 0.0;
+  }
+
+  const MapStatus& update(double after_s = 1.0) {
+    input_.at += toSteadyDuration(after_s);
+    input_.now += ros::Duration(after_s);
+    status_ = MapStatus();
+    status_.message = "mapping";
+    input_status_.fill(input_, status_);
+    return status_;
+  }
+
+  void expect(uint8_t level, uint8_t code, const std::string& message) {
+    update();
+    EXPECT_EQ(status_.level, level) << status_.message;
+    EXPECT_EQ(status_.code, code) << status_.message;
+    EXPECT_EQ(status_.message, message);
+  }
+
+  InputReport input_;
+  InputStatus input_status_{5.0, [] { return published; }};
+  MapStatus status_;
+};
+
+/// The page of the sentences: one for each code.
+TEST_F(InputStatusTest, SaysStepByStepWhatIsMissing) {
+  input_.at = SteadyTime(std::chrono::seconds(1000));
+  expect(MapStatus::WARN, MapStatus::NO_IMAGES,
+         "no depth image received on '/camera/depth/image_rect': it has no publisher");
+  published.depth = {"/a", "/b"};
+  expect(MapStatus::WARN, MapStatus::NO_IMAGES,
+         "no depth image received on '/camera/depth/image_rect': it has no publisher; depth is "
+         "published on '/a' and '/b'");
+  published.depth = published.only_compressed = {depth().image_topic};
+  expect(MapStatus::WARN, MapStatus::NO_IMAGES,
+         "no depth image received on '/camera/depth/image_rect': it is published as "
+         "sensor_msgs/CompressedImage; set image_transport:=compressedDepth");
+  depth().image_publishers = 1;
+  expect(MapStatus::WARN, MapStatus::NO_IMAGES,
+         "no depth image received on '/camera/depth/image_rect': its publisher has sent nothing "
+         "yet");
+  depth().frames.images = 1;
+  published.camera_info = {"/info"};
+  expect(MapStatus::WARN, MapStatus::NO_CAMERA_INFO,
+         "depth images are received, but no camera_info on '/camera/depth/camera_info'; "
+         "camera_info is published on '/info'; set camera_info:=");
+  depth().frames.camera_infos = 1;
+  expect(MapStatus::OK, MapStatus::NO_FRAME_YET,
+         "waiting for the first frame with its camera_info and transform");
+  depth().waiting_for = "no transform from 'camera' to 'map'";
+  expect(MapStatus::WARN, MapStatus::NO_FRAME_YET,
+         "no frame fused yet: no transform from 'camera' to 'map'");
+  depth().waiting_for.clear();
+  drop(DropReason::kNoTransform, 1);
+  expect(MapStatus::WARN, MapStatus::NO_FRAME_YET, "no frame fused yet: frame stamped 1 dropped");
+  fuse(10);
+  expect(MapStatus::OK, MapStatus::MAPPING, "mapping");
+  drop(DropReason::kMisfit, 2);
+  expect(MapStatus::WARN, MapStatus::MOST_DROPPED,
+         "most frames are dropped: frame stamped 1 dropped; check the pose estimate, or raise "
+         "poses/sigma_m and poses/sigma_rad");
+  fuse(88);
+  expect(MapStatus::WARN, MapStatus::SOME_DROPPED,
+         "3 % of the depth images were dropped lately, most as misfit: check the pose estimate, or "
+         "raise poses/sigma_m and poses/sigma_rad");
+  depth().warning = "'camera' is not an optical frame";
+  expect(MapStatus::WARN, MapStatus::NOT_OPTICAL_FRAME, "'camera' is not an optical frame");
+  input_.transforms.restarts = 1;
+  depth().warning.clear();
+  fuse(1000);
+  input_.transforms.last_restart = "images find no pose";
+  expect(MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED,
+         "images find no pose: all transforms were discarded, and are received again; look for a "
+         "publisher with a wrong clock, or of a frame that another one publishes");
+  expect(MapStatus::OK, MapStatus::MAPPING, "mapping");
+  input_.paused = true;
+  drop(DropReason::kPaused, 100);
+  expect(MapStatus::OK, MapStatus::PAUSED, "paused");
+}
+
+TEST_F(InputStatusTest, SilenceIsWarnedOfAndThenAnError) {
+  fuse(10);
+  for (int i = 0; i < 20; ++i) update();
+  depth().frames.image_age_s = depth().frames.fused_age_s = 6.0;
+  expect(MapStatus::WARN, MapStatus::SILENT,
+         "no depth image is received on '/camera/depth/image_rect' (its publisher is gone); last "
+         "image 6 s ago, last transform never, last fused frame 6 s ago");
+  depth().frames.image_age_s = 0.1;
+  depth().frames.fused_age_s = 16.0;
+  drop(DropReason::kNoTransform, 1);
+  expect(MapStatus::ERROR, MapStatus::NOT_FUSED,
+         "no frame is fused: frame stamped 1 dropped; last image 0 s ago, last transform never, "
+         "last fused frame 16 s ago");
+  input_.paused = true;
+  EXPECT_EQ(update().code, MapStatus::PAUSED);
+  input_.paused = false;
+  EXPECT_NE(update().code, MapStatus::NOT_FUSED) << "the waiting begins again";
+}
+
+TEST_F(InputStatusTest, ColourIsMissedOnlyWhereItIsNeeded) {
+  fuse(10);
+  input_.cameras[0].colour.emplace().image_topic = "/color";
+  EXPECT_EQ(update().code, MapStatus::MAPPING);
+  input_.cameras[0].is_colour_needed = true;
+  expect(MapStatus::WARN, MapStatus::NO_COLOUR,
+         "no colour image received on '/color', which colour/enabled: always requires");
+  input_.cameras[0].colour->frames.images = 1;
+  expect(MapStatus::WARN, MapStatus::COLOUR_NOT_PAINTED,
+         "colour images are received, but no camera_info on ''");
+}
+
+TEST_F(InputStatusTest, EachCameraIsNamedAndCounted) {
+  input_.cameras.push_back(input_.cameras[0]);
+  input_.cameras[0].name = "front";
+  input_.cameras[1].name = "rear";
+  fuse(10);
+  EXPECT_EQ(update().message.find("rear: no depth image received"), 0u);
+  EXPECT_EQ(status_.frames_fused, 10u);
+  ASSERT_EQ(status_.cameras.size(), 2u);
+  EXPECT_EQ(status_.cameras[0].streams[0].fused, 10u);
+  EXPECT_EQ(status_.cameras[1].streams[0].received_age_s, -1.0f);
+}
+
+TEST_F(InputStatusTest, TimeThatStandsIsNoFault) {
+  fuse(10);
+  update();
+  input_.now -= ros::Duration(3.0);
+  for (int i = 0; i < 3; ++i) {
+    update();
+    input_.now -= ros::Duration(1.0);
+  }
+  EXPECT_EQ(update().code, MapStatus::TIME_STANDS);
+  EXPECT_EQ(status_.level, MapStatus::OK);
+}
+
+TEST(Status, OfOneLevelTheMoreImportantIsReported) {
+  MapStatus status;
+  report(status, MapStatus::OK, MapStatus::NO_SURFACE, "no surface");
+  EXPECT_EQ(status.code, MapStatus::NO_SURFACE);
+  report(status, MapStatus::WARN, MapStatus::MAP_FULL, "full");
+  report(status, MapStatus::WARN, MapStatus::LOG_INCOMPLETE, "log");
+  EXPECT_EQ(status.message, "full");
+  report(status, MapStatus::WARN, MapStatus::SILENT, "silent");
+  EXPECT_EQ(status.message, "silent");
+  report(status, MapStatus::ERROR, MapStatus::BACKEND_FAILED, "failed");
+  report(status, MapStatus::WARN, MapStatus::PAUSED, "paused");
+  EXPECT_EQ(status.message, "failed");
+}
+
+/// Whatever a message says, a stamp that cannot be ends no status.
+TEST(Status, TimesAreClamped) {
+  for (const double stamp_s : {-1.0, 4294967295.9999999, 1e300, std::nan("")}) toTime(stamp_s);
+  EXPECT_EQ(toTime(2.5), ros::Time(2.5));
+}
+
+TEST(TroubleLog, LogsEachTroubleThatLastsOnce) {
+  TroubleLog log;
+  SteadyTime now{};
+  const auto update = [&](uint8_t code, double after_s) {
+    now += toSteadyDuration(after_s);
+    return log.update(code == MapStatus::MAPPING, code, now);
+  };
+  EXPECT_FALSE(update(MapStatus::NO_IMAGES, 1.0));
+  EXPECT_FALSE(update(MapStatus::NO_IMAGES, 4.0));
+  EXPECT_TRUE(update(MapStatus::NO_IMAGES, 2.0));
+  EXPECT_FALSE(update(MapStatus::NO_IMAGES, 100.0)) << "once for as long as it lasts";
+  EXPECT_FALSE(update(MapStatus::NO_CAMERA_INFO, 1.0));
+  EXPECT_TRUE(update(MapStatus::NO_CAMERA_INFO, 6.0));
+  EXPECT_FALSE(update(MapStatus::MAPPING, 1.0));
+  EXPECT_FALSE(update(MapStatus::NO_CAMERA_INFO, 1.0));
+  EXPECT_FALSE(update(MapStatus::NO_CAMERA_INFO, 6.0)) << "so soon again";
+  EXPECT_TRUE(update(MapStatus::NO_CAMERA_INFO, 60.0));
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,150 @@
+#include "ros/steps/level.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+#include <variant>
+#include <vector>
+
+#include "level/level_pose.h"
+#include "ros/support/transforms.h"
+#include "simulation/scene.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Vector3d;
+
+class LevelTest : public testing::Test {
+ protected:
+  void make(LevelChoice from, bool space = false) {
+    params_.node.level.from = from;
+    params_.mapper.space.enabled = space;
+    step_ = std::make_unique<LevelStep>(params_, transforms_, frame_);
+  }
+
+  bool bring(PosedFrame& frame) { return !step_->place(frame); }
+
+  /// What a camera at T_R_C in the room sees, whose map frame is the first camera.
+  PosedFrame frameAt(double time_s) {
+    const Intrinsics K{60.0f, 60.0f, 31.5f, 23.5f};
+    const Eigen::Isometry3d T_R_C = roomCameraPose(time_s);
+    depth_m_ = renderDepth(makeRoomScene(), K, 64, 48, T_R_C);
+    DepthFrame depth;
+    depth.data = depth_m_.data();
+    depth.row_bytes = 64 * sizeof(float);
+    depth.width = 64;
+    depth.height = 48;
+    depth.encoding = DepthEncoding::kFloat32;
+    depth.unit_m = 1.0f;
+    depth.intrinsics = K;
+    depth.T_W_C = roomCameraPose(0.0).inverse() * T_R_C;
+    PosedFrame frame;
+    frame.image = depth;
+    return frame;
+  }
+
+  static Eigen::Isometry3d poseOf(const PosedFrame& frame) {
+    return std::visit([](const auto& image) { return image.T_W_C; }, frame.image);
+  }
+
+  /// One at rest, in a frame in which up is y.
+  static sensor_msgs::Imu atRest(double stamp_s) {
+    sensor_msgs::Imu imu;
+    imu.header.stamp = ros::Time(stamp_s);
+    imu.header.frame_id = "/imu";
+    imu.linear_acceleration.y = 9.8;
+    return imu;
+  }
+
+  MappingParams params_;
+  Transforms transforms_;
+  MapFrame frame_{params_, transforms_};
+  std::unique_ptr<LevelStep> step_;
+  std::vector<float> depth_m_;
+};
+
+TEST_F(LevelTest, NoneLeavesPosesAsTheyAre) {
+  for (const bool space : {false, true}) {
+    make(LevelChoice::kNone, space);
+    EXPECT_FALSE(frame_.isLevelled());
+    for (int i = 0; i < 12; ++i) {
+      PosedFrame frame = frameAt(0.1 * i);
+      const Eigen::Isometry3d before = poseOf(frame);
+      EXPECT_TRUE(bring(frame));
+      EXPECT_EQ(poseOf(frame).matrix(), before.matrix());
+    }
+    EXPECT_FALSE(frame_.level());
+    EXPECT_EQ(frame_.inMap(poseOf(frameAt(0.5))).matrix(), poseOf(frameAt(0.5)).matrix());
+  }
+}
+
+TEST_F(LevelTest, FloorIsFoundBeforeTheFirstFrameIsFused) {
+  make(LevelChoice::kFloor);
+  PosedFrame colour;
+  colour.image = ColourFrame();
+  for (size_t i = 0; i < FloorSearch::kViews; ++i) {
+    EXPECT_FALSE(bring(colour)) << "colour waits, too";
+    EXPECT_FALSE(frame_.level().has_value());
+    EXPECT_FALSE(frame_.levelProblem().empty());
+    EXPECT_THROW(frame_.inMap(Eigen::Isometry3d::Identity()), std::runtime_error);
+    PosedFrame frame = frameAt(0.1 * static_cast<double>(i));
+    EXPECT_FALSE(bring(frame));
+  }
+  EXPECT_TRUE(frame_.level().has_value());
+  EXPECT_EQ(frame_.levelProblem(), "");
+  PosedFrame frame = frameAt(1.0);
+  const Eigen::Isometry3d T_M_C = poseOf(frame);
+  ASSERT_TRUE(bring(frame));
+  EXPECT_EQ(poseOf(frame).matrix(), (*frame_.level() * T_M_C).matrix());
+  EXPECT_NEAR(poseOf(frame).translation().z(), roomCameraPose(1.0).translation().z(), 0.005);
+  EXPECT_TRUE(bring(colour));
+  EXPECT_EQ(poseOf(colour).matrix(), frame_.level()->matrix());
+}
+
+TEST_F(LevelTest, ALoadedMapBringsItsOwn) {
+  make(LevelChoice::kFloor);
+  const Eigen::Isometry3d T_W_M = levelPose(Vector3d(0.0, -1.0, 0.2).normalized(), 0.7);
+  auto head = std::make_shared<MapContents>();
+  head->T_W_M = T_W_M;
+  step_->replaced({Replacement::Kind::kLoaded, head});
+  PosedFrame frame = frameAt(0.0);
+  ASSERT_TRUE(bring(frame)) << "no floor is looked for any more";
+  EXPECT_TRUE(poseOf(frame).isApprox(T_W_M, 1e-12));
+}
+
+TEST_F(LevelTest, ImuIsTurnedIntoTheMapFrame) {
+  make(LevelChoice::kImu);
+  const Eigen::Isometry3d T(Eigen::AngleAxisd(M_PI / 2.0, Vector3d::UnitZ()));  // y is -x
+  PosedFrame frame = frameAt(0.0);
+  for (int i = 0; i <= 100; ++i) {
+    EXPECT_FALSE(bring(frame));
+    step_->add(atRest(10.0 + 0.01 * i));
+  }
+  EXPECT_FALSE(frame_.level().has_value()) << "there is no transform yet";
+  EXPECT_NE(frame_.levelProblem().find("no transform from 'imu'"), std::string::npos)
+      << frame_.levelProblem();
+  for (const double stamp_s : {10.5, 11.5}) {
+    transforms_.take(makeTransform("map", "imu", T, ros::Time(stamp_s)), "test");
+  }
+  step_->add(atRest(11.02));
+  ASSERT_TRUE(frame_.level().has_value());
+  EXPECT_TRUE((frame_.level()->linear() * -Vector3d::UnitX()).isApprox(Vector3d::UnitZ(), 1e-9));
+  EXPECT_EQ(frame_.level()->translation().norm(), 0.0) << "gravity says nothing of the floor";
+  EXPECT_TRUE(bring(frame));
+}
+
+TEST_F(LevelTest, ImuWithoutAccelerationIsRefused) {
+  make(LevelChoice::kImu);
+  sensor_msgs::Imu imu = atRest(1.0);
+  imu.linear_acceleration_covariance[0] = -1.0;
+  step_->add(imu);
+  EXPECT_NE(frame_.levelProblem().find("no acceleration"), std::string::npos);
+  step_->add(atRest(0.0));
+  EXPECT_NE(frame_.levelProblem().find("no stamp"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,88 @@
+#include "ros/steps/space.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+namespace dtsdf {
+namespace {
+
+SpaceCube cubeAt(int32_t x, uint64_t surface) {
+  SpaceCube cube{{8 * x, 0, 0}, {}, {}};
+  cube.surface[0] = surface;
+  return cube;
+}
+
+class SpaceQueueTest : public testing::Test {
+ protected:
+  void add(const SpaceChanges& changes) { queue_.add(changes, 0.1, ros::Time(1.0)); }
+
+  SpaceQueue queue_;
+};
+
+TEST_F(SpaceQueueTest, ChangesOfACubeBecomeOne) {
+  EXPECT_FALSE(queue_.take());
+  add({true, {cubeAt(0, 1), cubeAt(1, 1)}});
+  add({false, {cubeAt(0, 3), cubeAt(-1, 4)}});
+  const auto delivery = queue_.take();
+  ASSERT_TRUE(delivery);
+  EXPECT_TRUE(delivery->changes.begins_anew);
+  EXPECT_EQ(delivery->cell_size_m, 0.1);
+  EXPECT_EQ(delivery->stamp, ros::Time(1.0));
+  ASSERT_EQ(delivery->changes.cubes.size(), 3u);
+  uint64_t all = 0;
+  for (const SpaceCube& cube : delivery->changes.cubes) all += cube.surface[0];
+  EXPECT_EQ(all, 3u + 1u + 4u);
+  EXPECT_FALSE(queue_.take());
+  add({false, {}});
+  EXPECT_FALSE(queue_.take()->changes.begins_anew);
+}
+
+TEST_F(SpaceQueueTest, WhatBeginsAgainTakesThePlaceOfWhatWas) {
+  add({true, {cubeAt(0, 1)}});
+  add({true, {cubeAt(5, 2)}});
+  const auto delivery = queue_.take();
+  ASSERT_EQ(delivery->changes.cubes.size(), 1u);
+  EXPECT_EQ(delivery->changes.cubes[0].first.x, 40);
+}
+
+TEST_F(SpaceQueueTest, AMapThatIsClearedIsForgottenAtOnce) {
+  queue_.clear();
+  EXPECT_FALSE(queue_.take()) << "nothing was known so far";
+  add({true, {cubeAt(0, 1)}});
+  queue_.take();
+  add({false, {cubeAt(1, 1)}});
+  queue_.clear();
+  const auto delivery = queue_.take();
+  ASSERT_TRUE(delivery);
+  EXPECT_TRUE(delivery->changes.begins_anew);
+  EXPECT_TRUE(delivery->changes.cubes.empty());
+  EXPECT_EQ(delivery->cell_size_m, 0.1) << "that of what has to be forgotten";
+  EXPECT_TRUE(delivery->stamp.isZero());
+}
+
+/// What some map knew.
+class KnownCubes : public KnownSpace {
+ public:
+  explicit KnownCubes(std::vector<SpaceCube> cubes) : cubes_(std::move(cubes)) {}
+  double cellSize_m() const override { return 0.1; }
+  CellState stateOf(const Vec3i&) const override { return CellState::kUnknown; }
+  std::vector<SpaceCube> cubes(int32_t, int32_t) const override { return cubes_; }
+  int squaredDistance(const Vec3i&) const override { return -1; }
+  SpaceDistance distanceAt(const Eigen::Vector3d&) const override { return {}; }
+
+ private:
+  std::vector<SpaceCube> cubes_;
+};
+
+TEST(SpaceChangesBetween, AreWhatChangedCameOrWent) {
+  const KnownCubes before({cubeAt(0, 1), cubeAt(1, 1), cubeAt(2, 1)});
+  const SpaceChanges changes = changesBetween(before, {cubeAt(0, 1), cubeAt(1, 3), cubeAt(-4, 5)});
+  EXPECT_FALSE(changes.begins_anew);
+  std::map<int32_t, uint64_t> by_x;
+  for (const SpaceCube& cube : changes.cubes) by_x[cube.first.x] = cube.surface[0];
+  EXPECT_EQ(by_x, (std::map<int32_t, uint64_t>{{8, 3}, {-32, 5}, {16, 0}}));
+}
+
+}  // namespace
+}  // namespace dtsdf

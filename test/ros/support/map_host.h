@@ -1,0 +1,73 @@
+/// A live map with all that it works with, for tests without a master.
+#pragma once
+
+#include <boost/make_shared.hpp>
+#include <memory>
+#include <utility>
+
+#include "ros/input/frame_queue.h"
+#include "ros/steps/live_map.h"
+#include "ros/support/fake_clock.h"
+#include "ros/support/fake_mapper.h"
+#include "ros/support/transforms.h"
+
+namespace dtsdf {
+
+/// Puts a frame into the queue as if its pose had just been found.
+inline void pushPosed(FrameQueue& queue, FrameQueue::Stream stream, PosedFrame frame) {
+  const auto image = makeDepthImage(0.0);
+  const auto info = makeCameraInfo(0.0);
+  image->header.stamp = info->header.stamp = frame.stamp;
+  queue.addImage(stream, image);
+  queue.addInfo(stream, info);
+  if (const auto whole = queue.firstWhole(stream)) queue.setPosed(stream, *whole, std::move(frame));
+}
+
+struct MapHost {
+  /// With streams 0 of depth and 1 of colour.
+  explicit MapHost(std::unique_ptr<Mapper> mapper, MappingParams settings = {})
+      : params(std::move(settings)),
+        rates(params.node.publish),
+        map(std::move(mapper), {params, queue, frame, mesh_changes, steps}, clock.reader()) {
+    ros::Time::init();  // warnings have a rate
+    queue.addStream({}, depth);
+    FrameQueue::StreamOptions options;
+    options.is_colour = true;
+    queue.addStream(options, colour);
+  }
+
+  void push(FrameQueue::Stream stream, PosedFrame posed) {
+    (stream == 0 ? depth : colour).imageReceived(posed.stamp);
+    pushPosed(queue, stream, std::move(posed));
+  }
+
+  /// Until there is nothing left to do.
+  void work() {
+    while (map.step() == std::chrono::milliseconds(0)) {
+    }
+  }
+
+  dtsdf_mapping::MapStatus status() const {
+    dtsdf_mapping::MapStatus status;
+    map.fill(status);
+    return status;
+  }
+
+  FakeClock clock;
+  MappingParams params;
+  Rates rates;
+  Transforms transforms{clock.reader()};
+  MapFrame frame{params, transforms};
+  FrameAccounting depth, colour;
+  FrameQueue queue{{}, [] {}, clock.reader()};
+  MeshQueue mesh_changes{[] {}};
+  Steps steps;
+  LiveMap map;
+  ShownMesh mesh{params.mapper.map};
+  WorkerThread map_loop{"test"};
+  std::atomic<bool> is_ending{false};
+  const Host host{params,   rates, transforms, frame, map,      mesh,
+                  map_loop, [] {}, [] {},      [] {}, is_ending};
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,181 @@
+#include "ros/input/transforms.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+#include "ros/support/fake_clock.h"
+#include "ros/support/transforms.h"
+
+namespace dtsdf {
+namespace {
+
+using Kind = PoseAnswer::Kind;
+
+class TransformsTest : public testing::Test {
+ protected:
+  TransformsTest() { ros::Time::init(); }  // warnings have a rate
+
+  bool says(const PoseAnswer& answer, const std::string& text) const {
+    return answer.text.find(text) != std::string::npos;
+  }
+
+  PoseAnswer lookUp(const std::string& frame, const ros::Time& stamp) const {
+    return transforms_.find("map", frame, stamp, "the image");
+  }
+  PoseAnswer findIn(const std::string& parent, const std::string& frame) const {
+    return transforms_.find(parent, frame, ros::Time(0));
+  }
+
+  /// Images of a camera for so long, at 10 a second, with its transform; @return how many had a
+  /// pose.
+  int map(double from_s, double duration_s) {
+    int found = 0;
+    for (double stamp_s = from_s; stamp_s < from_s + duration_s - 0.05; stamp_s += 0.1) {
+      clock_.advance(0.1);
+      putTransform(transforms_, stamp_s, 1.0);
+      const bool is_found = lookUp("camera", ros::Time(stamp_s)).kind == Kind::kKnown;
+      transforms_.notePose(is_found);
+      found += is_found ? 1 : 0;
+    }
+    return found;
+  }
+
+  FakeClock clock_;
+  Transforms transforms_{clock_.reader()};
+};
+
+TEST_F(TransformsTest, FindsACameraOnItsBase) {
+  putTransform(transforms_, 10.0, 0.3, "camera", "base");
+  EXPECT_NEAR(findIn("base", "camera").T_W_C.translation().x(), 0.3, 1e-9);
+  EXPECT_EQ(findIn("base", "other").kind, Kind::kNotYet);
+  EXPECT_TRUE(says(findIn("base", "other"), "from 'other' to 'base'"));
+}
+
+TEST_F(TransformsTest, InterpolatesBetweenTransforms) {
+  putTransform(transforms_, 10.0, 1.0);
+  putTransform(transforms_, 11.0, 2.0);
+  const PoseAnswer answer = lookUp("camera", ros::Time(10.25));
+  ASSERT_EQ(answer.kind, Kind::kKnown);
+  EXPECT_NEAR(answer.T_W_C.translation().x(), 1.25, 1e-9);
+}
+
+TEST_F(TransformsTest, NeverTakesTheNewestForTheTrueOne) {
+  putTransform(transforms_, 10.0, 1.0);
+  const PoseAnswer answer = lookUp("camera", ros::Time(10.1));
+  EXPECT_EQ(answer.kind, Kind::kNotYet);
+  EXPECT_TRUE(says(answer, "0.1 s before the image")) << answer.text;
+}
+
+TEST_F(TransformsTest, KnowsWhenATransformCannotComeAnyMore) {
+  putTransform(transforms_, 10.0, 1.0);
+  const PoseAnswer answer = lookUp("camera", ros::Time(9.5));
+  EXPECT_EQ(answer.kind, Kind::kNever);
+  EXPECT_TRUE(says(answer,
+                   "the image is 0.5 s older than the oldest transform that is kept; normal "
+                   "for the first images only"))
+      << answer.text;
+  putTransform(transforms_, 12.0, 1.0);
+  EXPECT_TRUE(says(lookUp("camera", ros::Time(9.75)), "the image is 0.25 s older"));
+}
+
+TEST_F(TransformsTest, AChainIsAsNewAsItsOldestLink) {
+  putTransform(transforms_, 10.0, 1.0, "camera", "base");
+  putTransform(transforms_, 9.0, 1.0, "base", "map");
+  EXPECT_EQ(lookUp("camera", ros::Time(9.5)).kind, Kind::kNotYet);
+  putTransform(transforms_, 10.0, 2.0, "base", "map");
+  putTransform(transforms_, 9.0, 1.0, "camera", "base");
+  const PoseAnswer answer = lookUp("camera", ros::Time(9.5));
+  ASSERT_EQ(answer.kind, Kind::kKnown);
+  EXPECT_NEAR(answer.T_W_C.translation().x(), 2.5, 1e-9);
+}
+
+TEST_F(TransformsTest, SaysWhichFrameIsUnknown) {
+  const PoseAnswer answer = lookUp("nowhere", ros::Time(1.0));
+  EXPECT_EQ(answer.kind, Kind::kNotYet);
+  EXPECT_TRUE(says(answer, "'nowhere' to 'map'")) << answer.text;
+  EXPECT_TRUE(says(answer, "nothing has been received on /tf or /tf_static")) << answer.text;
+  putTransform(transforms_, 1.0, 1.0, "camera", "odom");
+  EXPECT_EQ(lookUp("camera", ros::Time(1.0)).text,
+            "no transform from 'camera' to 'map': TF has no frame 'map'; it has 'camera', 'odom'; "
+            "start what publishes 'map', or set map_frame to one of these");
+  EXPECT_EQ(findIn("odom", "nowhere").text,
+            "no transform from 'nowhere' to 'odom': TF has no frame 'nowhere'; it has 'camera', "
+            "'odom'; start what publishes 'nowhere'");
+  putTransform(transforms_, 1.0, 1.0, "base", "map");
+  EXPECT_TRUE(says(lookUp("camera", ros::Time(1.0)), "no chain of transforms between"));
+  for (int i = 0; i < 20; ++i) putTransform(transforms_, 1.0, 1.0, "f" + std::to_string(i), "odom");
+  EXPECT_TRUE(says(lookUp("camera", ros::Time(1.0)), "' and more"));
+}
+
+TEST_F(TransformsTest, ForgetsOnDemand) {
+  putTransform(transforms_, 10.0, 1.0);
+  EXPECT_EQ(lookUp("camera", ros::Time(10.0)).kind, Kind::kKnown);
+  transforms_.clear();
+  EXPECT_EQ(lookUp("camera", ros::Time(10.0)).kind, Kind::kNotYet);
+}
+
+TEST_F(TransformsTest, StampsFarApartAreNoError) {
+  putTransform(transforms_, 1.0, 1.0);
+  EXPECT_EQ(lookUp("camera", ros::Time(4.0e9)).kind, Kind::kNotYet);
+  transforms_.clear();
+  putTransform(transforms_, 4.0e9, 1.0);
+  EXPECT_EQ(lookUp("camera", ros::Time(1.0)).kind, Kind::kNever);
+}
+
+geometry_msgs::TransformStamped cameraAt(double stamp_s) {
+  return makeTransform("map", "camera", Eigen::Isometry3d::Identity(), ros::Time(stamp_s));
+}
+
+// One message on /tf_static of a frame that is on /tf too, an hour ahead, ended mapping for good.
+TEST_F(TransformsTest, AStaticOneOfAMovingFrameEndsNothingForGood) {
+  transforms_.take(makeTransform("camera", "lens", Eigen::Isometry3d::Identity(), ros::Time(1.0)),
+                   "test", true);
+  EXPECT_EQ(map(100.0, 2.0), 20);
+  transforms_.take(cameraAt(3700.0), "rogue", true);
+  EXPECT_LT(map(102.0, 3.0), 15);
+  EXPECT_EQ(transforms_.report().restarts, 1u);
+  EXPECT_GE(map(105.0, 5.0), 49);
+  transforms_.take(cameraAt(3800.0), "rogue", true);  // as a latched one that is sent again
+  EXPECT_GE(map(110.0, 5.0), 49);
+  EXPECT_EQ(transforms_.report().restarts, 1u);
+  EXPECT_EQ(findIn("camera", "lens").kind, Kind::kKnown) << "valid static ones are kept";
+}
+
+TEST_F(TransformsTest, OneAheadOfTimeEndsNothingForGood) {
+  EXPECT_EQ(map(100.0, 2.0), 20);
+  for (const double stamp_s : {3700.0, 4294967200.0}) {
+    transforms_.take(cameraAt(stamp_s), "rogue");
+    map(102.0, 20.0);
+    EXPECT_GE(map(122.0, 5.0), 49) << stamp_s;
+  }
+  EXPECT_EQ(transforms_.report().restarts, 2u);
+}
+
+TEST_F(TransformsTest, IsNotMadeNewAgainAndAgain) {
+  for (int i = 0; i < 600; ++i) {  // ten minutes in which each true one comes behind a wrong one
+    putTransform(transforms_, 3700.0 + i, 1.0);
+    map(100.0 + i, 1.0);
+  }
+  EXPECT_GE(transforms_.report().restarts, 3u);
+  EXPECT_LE(transforms_.report().restarts, 9u);
+}
+
+TEST_F(TransformsTest, LongNamesAreRefused) {
+  const std::string name(201, 'x');
+  putTransform(transforms_, 1.0, 1.0, name, "map");
+  putTransform(transforms_, 1.0, 1.0, "camera", name);
+  EXPECT_EQ(transforms_.report().refused, 2u);
+  EXPECT_TRUE(says(lookUp("camera", ros::Time(1.0)), "nothing has been received"));
+  EXPECT_TRUE(says(lookUp(name, ros::Time(1.0)), "longer than 200 bytes"));
+}
+
+TEST_F(TransformsTest, AFrameWithAnotherParentIsKnown) {
+  EXPECT_EQ(transforms_.otherParentOf("camera", "map"), "");
+  putTransform(transforms_, 1.0, 1.0, "camera", "odom");
+  EXPECT_EQ(transforms_.otherParentOf("camera", "map"), "odom");
+  EXPECT_EQ(transforms_.otherParentOf("camera", "odom"), "");
+}
+
+}  // namespace
+}  // namespace dtsdf

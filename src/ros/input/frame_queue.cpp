@@ -9,8 +9,8 @@ namespace {
 /// Messages without an image that may wait, of one stream: as where camera_info comes by another
 /// connection and images are late.
 constexpr size_t kMostStamps = 50;
-/// So many frames keep the map busy until more come.
-constexpr size_t kBusy = 3;
+/// So many frames keep the map busy until more come, with the one that has just come.
+constexpr size_t kBusy = 4;
 
 size_t bytesOf(const sensor_msgs::ImageConstPtr& image) {
   return image ? image->data.size() + image->encoding.size() + image->header.frame_id.size() : 0;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <string>
 #include <vector>
@@ -185,17 +186,100 @@ TEST_F(FrameQueueTest, ColourNeverDelaysDepthForGood) {
   EXPECT_GT(accounting_[0].counts().fused, 100u);
 }
 
-/// A map that is too slow gets a short queue, so that it shows what is new; a stall does not.
-TEST_F(FrameQueueTest, ALastingBacklogIsShortened) {
-  make({20, 1 << 20, 0.1});
-  for (int i = 1; i <= 30; ++i) posed(i);  // a stall
-  for (int i = 31; i <= 400; ++i) {
-    posed(i);
-    if (i % 2 == 0) queue_->take();
+/// Colour that comes more seldom is later: depth would never have its turn.
+TEST_F(FrameQueueTest, WhereFramesAreTooManyColourBeforeThemIsDroppedToo) {
+  make({3, 1 << 20, 0.1});
+  for (const double stamp_s : {1.05, 1.15, 1.35}) posed(stamp_s, colour_);
+  for (const double stamp_s : {1.1, 1.2, 1.3, 1.4, 1.5}) posed(stamp_s);
+  EXPECT_EQ(dropped(DropReason::kQueueFull), 2u);
+  EXPECT_EQ(dropped(DropReason::kQueueFull, colour_), 2u);
+  clock_.advance(1.0);  // nobody waits for later colour any more
+  EXPECT_EQ(taken(), (Stamps{1.3, 1.35, 1.4, 1.5}));
+}
+
+/// However messages of cameras interleave, what comes in time is taken in one and the same order.
+TEST_F(FrameQueueTest, TheOrderDoesNotDependOnTheArrival) {
+  std::mt19937 random(7);
+  for (int round = 0; round < 200; ++round) {
+    make({30, 1 << 20, 1.0}, 3);
+    std::vector<int> next(3, 0);
+    std::vector<const FrameAccounting*> order, expected;
+    for (int i = 0; i < 30; ++i) expected.push_back(&accounting_[i % 3]);
+    for (int pushes = 0; pushes < 30;) {
+      const size_t stream = random() % 3;
+      if (next[stream] == 10) continue;
+      posed(1.0 + next[stream]++, stream);
+      ++pushes;
+      while (const auto frame = queue_->take()) order.push_back(frame->accounting);
+    }
+    ASSERT_EQ(order, expected) << "round " << round;
   }
-  const auto next = queue_->take();
-  ASSERT_TRUE(next);
-  EXPECT_GT(next->stamp.toSec(), 394.0);
+}
+
+/// A map that is too slow gets a short queue, so that it shows what is new.
+TEST_F(FrameQueueTest, ALastingBacklogIsShortenedUntilItIsWorkedOff) {
+  make({30, 1 << 20, 0.1});
+  size_t most = 0;
+  for (int i = 0; i < 200; ++i) {
+    posed(1.0 + 0.1 * i);
+    most = std::max(most, queue_->bytes() / kImageBytes);
+    if (i % 10 != 0) queue_->take();
+    if (i == 60) {
+      EXPECT_EQ(dropped(DropReason::kQueueFull), 0u);
+    }
+  }
+  EXPECT_GE(most, 6u);
+  EXPECT_LE(most, 8u)
+      << "one more waits after each nine that are taken, of which 30 are, past three";
+
+  // Once it has caught up there is room for a burst again.
+  taken();
+  const uint64_t dropped_before = dropped(DropReason::kQueueFull);
+  EXPECT_GT(dropped_before, 0u);
+  for (int i = 200; i < 230; ++i) posed(1.0 + 0.1 * i);
+  EXPECT_EQ(queue_->bytes(), 30 * kImageBytes);
+  EXPECT_EQ(dropped(DropReason::kQueueFull), dropped_before);
+}
+
+/// A map that takes so many images for each that comes, but none while it stands still.
+struct MapPace {
+  double taken_an_image;
+  size_t room;
+  int stall_begin, stall_end;
+};
+
+class FrameQueueAtPace : public FrameQueueTest, public testing::WithParamInterface<MapPace> {};
+
+TEST_P(FrameQueueAtPace, LosesNothing) {
+  const MapPace& pace = GetParam();
+  make({pace.room, 1 << 20, 0.1});
+  double due = 0.0;
+  for (int i = 0; i < 200; ++i) {
+    posed(1.0 + 0.1 * i);
+    if (i >= pace.stall_begin && i < pace.stall_end) continue;
+    for (due += pace.taken_an_image; due >= 1.0; due -= 1.0) queue_->take();
+  }
+  EXPECT_EQ(dropped(DropReason::kQueueFull), 0u);
+}
+
+/// As while a map is saved.
+INSTANTIATE_TEST_SUITE_P(CatchingUpAfterAStall, FrameQueueAtPace,
+                         testing::Values(MapPace{1.25, 30, 20, 35}, MapPace{1.5, 30, 20, 35},
+                                         MapPace{2.0, 30, 20, 35}, MapPace{10.0, 30, 20, 35}));
+
+/// Who has room for a whole recording wants all of it.
+INSTANTIATE_TEST_SUITE_P(WithRoomForAll, FrameQueueAtPace,
+                         testing::Values(MapPace{0.25, 200, 0, 0}, MapPace{0.5, 200, 0, 0},
+                                         MapPace{0.75, 200, 0, 0}, MapPace{0.9, 200, 0, 0}));
+
+/// What a stall leaves no room for is lost, and no more.
+TEST_F(FrameQueueTest, AfterALongStallAFastMapLosesOnlyWhatThereIsNoRoomFor) {
+  make({20, 1 << 20, 0.1});
+  for (int i = 0; i < 60; ++i) {
+    posed(1.0 + 0.1 * i);
+    for (int k = 0; i >= 40 && k < 2; ++k) queue_->take();
+  }
+  EXPECT_EQ(dropped(DropReason::kQueueFull), 21u) << "41 came until the first was taken";
 }
 
 TEST_F(FrameQueueTest, StampsThatGoBackDropWhatIsLater) {

@@ -178,6 +178,35 @@ TEST_F(Input, NoTransformEndsMappingForGood) {
   EXPECT_EQ(status_.status().transform_restarts, 1u);
 }
 
+TEST_F(Input, OneStampFarAheadCostsOneFrame) {
+  expectGoodFrameFused();
+  const uint64_t dropped = status_.dropped("time_jump");
+  const ros::Time ahead = camera_.nextStamp() + ros::Duration(60.0);
+  camera_.send(camera_.image(ahead), camera_.info(ahead));
+  expectGoodFrameFused();
+  EXPECT_TRUE(status_.waitForDrop("time_jump", dropped));
+  expectGoodFrameFused();
+  EXPECT_EQ(status_.dropped("time_jump"), dropped + 1);
+}
+
+/// Where it stays at the other place, the next one is fused.
+TEST_F(Input, AJumpingPoseCostsOneFrame) {
+  expectGoodFrameFused();
+  const uint64_t dropped = status_.dropped("pose_jump"), fused = status_.status().frames_fused;
+  for (int i = 0; i < 2; ++i) {
+    const ros::Time stamp = camera_.nextStamp();
+    camera_.sendTransform(stamp, {100.0, 0.0, 0.0});
+    camera_.send(camera_.image(stamp), camera_.info(stamp));
+    if (i == 0) {
+      EXPECT_TRUE(status_.waitForDrop("pose_jump", dropped));
+    }
+  }
+  EXPECT_TRUE(status_.waitForFused(fused + 1)) << status_.status().message;
+  const ros::Time stamp = camera_.nextStamp();
+  expectDrop("pose_jump", camera_.image(stamp), camera_.info(stamp));
+  expectGoodFrameFused();
+}
+
 // Names of 20 MB were kept: 30 service calls, or 40 images, took close to a gigabyte.
 TEST_F(Input, LongNamesAreRefusedAtTheDoor) {
   expectGoodFrameFused();

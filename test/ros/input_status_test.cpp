@@ -148,6 +148,34 @@ TEST_F(InputStatusTest, SaysStepByStepWhatIsMissing) {
   expect(MapStatus::OK, MapStatus::PAUSED, "paused");
 }
 
+TEST_F(InputStatusTest, NamesTheTransportThatIsPublished) {
+  const std::string topic = depth().image_topic;
+  published.depth = {topic};
+  EXPECT_EQ(update().message.find("image_transport"), std::string::npos);
+  depth().image_topic = topic + "/compressedDepth";
+  expect(MapStatus::WARN, MapStatus::NO_IMAGES,
+         "no depth image received on '/camera/depth/image_rect/compressedDepth': it is published "
+         "as sensor_msgs/Image; set image_transport:=raw");
+}
+
+TEST_F(InputStatusTest, DropsAreReportedForAWhileIfTheyAreAFault) {
+  const auto statusAfter = [&](uint64_t fused, DropReason reason, uint64_t dropped) {
+    fuse(fused);
+    if (dropped > 0) drop(reason, dropped);
+    return update(10.0).code;
+  };
+  EXPECT_EQ(statusAfter(300, DropReason::kBeforeTransforms, 40), MapStatus::MAPPING);
+  EXPECT_EQ(statusAfter(300, DropReason::kQueueFull, 3), MapStatus::MAPPING);
+  EXPECT_EQ(statusAfter(237, DropReason::kQueueFull, 63), MapStatus::SOME_DROPPED);
+  EXPECT_NE(status_.message.find("most as queue_full: use larger voxels"), std::string::npos);
+  EXPECT_EQ(statusAfter(20, DropReason::kQueueFull, 80), MapStatus::MOST_DROPPED);
+  EXPECT_NE(status_.message.find("; use larger voxels"), std::string::npos);
+  EXPECT_EQ(statusAfter(300, DropReason::kPaused, 100), MapStatus::SOME_DROPPED) << "still lately";
+  statusAfter(300, DropReason::kPaused, 0);
+  statusAfter(300, DropReason::kPaused, 0);
+  EXPECT_EQ(statusAfter(300, DropReason::kPaused, 0), MapStatus::MAPPING) << "long ago";
+}
+
 TEST_F(InputStatusTest, SilenceIsWarnedOfAndThenAnError) {
   fuse(10);
   for (int i = 0; i < 20; ++i) update();
@@ -183,12 +211,43 @@ TEST_F(InputStatusTest, EachCameraIsNamedAndCounted) {
   input_.cameras.push_back(input_.cameras[0]);
   input_.cameras[0].name = "front";
   input_.cameras[1].name = "rear";
+  input_.waiting_bytes = 200;
+  input_.max_waiting_bytes = 400;
   fuse(10);
+  drop(DropReason::kQueueFull, 1);
+  depth().waiting = 2;
+  depth().frames.last_fused_stamp = ros::Time(7.0);
   EXPECT_EQ(update().message.find("rear: no depth image received"), 0u);
   EXPECT_EQ(status_.frames_fused, 10u);
+  EXPECT_EQ(status_.cameras[1].streams.at(0).received_age_s, -1.0f) << "none has come";
+  StreamReport& rear = input_.cameras[1].depth;
+  rear.frames = depth().frames;
+  rear.frames.dropped[static_cast<size_t>(DropReason::kQueueFull)] = 2;
+  rear.frames.images = 12;
+  rear.frames.last_fused_stamp = ros::Time(6.0);
+  rear.frames.image_age_s = 0.25;
+  EXPECT_EQ(update().code, MapStatus::MAPPING);
+  EXPECT_EQ(status_.images_received, 23u);
+  EXPECT_EQ(status_.frames_fused, 20u);
+  EXPECT_EQ(status_.frames_dropped, 3u);
+  ASSERT_EQ(status_.dropped.size(), 1u);
+  EXPECT_EQ(status_.dropped[0].reason, "queue_full");
+  EXPECT_EQ(status_.dropped[0].count, 3u);
+  EXPECT_EQ(status_.frames_waiting, 2u);
+  EXPECT_EQ(status_.last_fused_stamp, ros::Time(7.0));
   ASSERT_EQ(status_.cameras.size(), 2u);
-  EXPECT_EQ(status_.cameras[0].streams[0].fused, 10u);
-  EXPECT_EQ(status_.cameras[1].streams[0].received_age_s, -1.0f);
+  EXPECT_EQ(status_.cameras[1].name, "rear");
+  const dtsdf_mapping::StreamStatus& stream = status_.cameras[1].streams.at(0);
+  EXPECT_EQ(stream.kind, "depth");
+  EXPECT_EQ(stream.received, 12u);
+  EXPECT_EQ(stream.dropped.at(0).count, 2u);
+  EXPECT_EQ(stream.received_age_s, 0.25f);
+  const auto images = status_.memory.at(0);
+  EXPECT_EQ(images.name, "images");
+  EXPECT_EQ(images.bytes, 200u);
+  EXPECT_EQ(images.limit_bytes, 400u);
+  drop(DropReason::kOutOfOrder, 5);
+  EXPECT_EQ(update().message.find("front: most frames are dropped"), 0u) << status_.message;
 }
 
 TEST_F(InputStatusTest, TimeThatStandsIsNoFault) {

@@ -9,8 +9,8 @@ namespace {
 /// Messages without an image that may wait, of one stream: as where camera_info comes by another
 /// connection and images are late.
 constexpr size_t kMostStamps = 50;
-/// So many frames keep the map busy until more come, with the one that has just come.
-constexpr size_t kBusy = 4;
+/// So many frames keep the map busy until more come.
+constexpr size_t kBusy = 3;
 
 size_t bytesOf(const sensor_msgs::ImageConstPtr& image) {
   return image ? image->data.size() + image->encoding.size() + image->header.frame_id.size() : 0;
@@ -99,9 +99,11 @@ FrameQueue::Entries::iterator FrameQueue::placeFor(Stream stream, const ros::Tim
 }
 
 void FrameQueue::admit(Entries::iterator place) {
+  const Stream stream = place->second.stream;
   count(place->second);
-  completeIfWhole(place);
+  const bool is_whole = completeIfWhole(place);
   makeRoom();
+  if (is_whole) shorten(stream);
 }
 
 /// Brings the counts up to date with what the entry holds.
@@ -126,9 +128,10 @@ std::optional<DropReason> FrameQueue::missingOf(const Entry& entry) const {
   return has_info ? std::nullopt : std::optional<DropReason>(DropReason::kNoCameraInfo);
 }
 
-void FrameQueue::completeIfWhole(Entries::iterator place) {
+/// @return whether it has just become whole.
+bool FrameQueue::completeIfWhole(Entries::iterator place) {
   Entry& entry = place->second;
-  if (entry.state != State::kIncomplete || !entry.messages.image || missingOf(entry)) return;
+  if (entry.state != State::kIncomplete || !entry.messages.image || missingOf(entry)) return false;
   entry.state = State::kWhole;
   entry.since = clock_();
   if (!entry.messages.info) entry.messages.info = streams_[entry.stream].latest_info;
@@ -137,6 +140,7 @@ void FrameQueue::completeIfWhole(Entries::iterator place) {
     const bool is_its = before->second.stream == entry.stream;
     if (is_its && before->second.state == State::kIncomplete) dropIncomplete(before);
   }
+  return true;
 }
 
 std::optional<FrameQueue::Whole> FrameQueue::firstWhole(Stream stream) const {
@@ -183,7 +187,6 @@ void FrameQueue::setPosed(Stream stream, const Whole& frame, PosedFrame posed) {
     entry.messages = {};  // what the frame needs of them, its pixels keep
     count(entry);
     streams_[stream].has_come = true;
-    shorten(stream);
   }
   on_ready_();
 }

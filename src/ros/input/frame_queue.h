@@ -149,7 +149,7 @@ class FrameQueue {
   void admit(Entries::iterator place);
   void count(Entry& entry);
   std::optional<DropReason> missingOf(const Entry& entry) const;
-  void completeIfWhole(Entries::iterator place);
+  bool completeIfWhole(Entries::iterator place);
   Entries::iterator find(Stream stream, const Whole& frame);
   template <class Wanted>
   Entries::iterator firstThat(const Wanted& wanted);

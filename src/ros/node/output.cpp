@@ -79,24 +79,9 @@ void Output::settle() {
 
 void Output::fill(MapStatus& status) const {
   const std::lock_guard<std::mutex> lock(report_mutex_);
-  const PagedMeshes::Stats& pages = report_.pages;
   status.triangles = report_.triangles;
   status.publish_ms = static_cast<float>(report_.publish_ms);
-  status.page_failures += pages.failures;
-  addMemory(status, "mesh", MemoryPlace::kHost, report_.bytes, report_.max_bytes);
-  if (pages.bytes > 0) {
-    addMemory(status, "page_index", MemoryPlace::kHost, pages.index_bytes);
-    addMemory(status, "pages", MemoryPlace::kDisk, pages.bytes);
-  }
-  if (pages.lost > 0) {
-    report(status, MapStatus::WARN, MapStatus::MESHES_LOST,
-           "the meshes of " + std::to_string(pages.lost) +
-               " blocks could not be read back and are not shown: " + pages.problem);
-  }
-  if (pages.failures > 0 && report_.bytes > report_.max_bytes) {
-    report(status, MapStatus::WARN, MapStatus::MESHES_IN_MEMORY,
-           "meshes stay in memory: " + pages.problem);
-  }
+  fillMeshes(report_.pages, report_.bytes, report_.max_bytes, status);
   if (report_.triangles > 0 || status.frames_fused == 0) return;
   const bool is_wanted = std::any_of(steps_.begin(), steps_.end(),
                                      [](const auto& step) { return step->meshRate_hz(); });
@@ -107,6 +92,25 @@ void Output::fill(MapStatus& status) const {
   } else {
     report(status, MapStatus::OK, MapStatus::NO_SUBSCRIBER,
            "mapping; no mesh yet, because nobody subscribes to it");
+  }
+}
+
+void fillMeshes(const PagedMeshes::Stats& pages, size_t bytes, size_t max_bytes,
+                MapStatus& status) {
+  status.page_failures += pages.failures;
+  addMemory(status, "mesh", MemoryPlace::kHost, bytes, max_bytes);
+  if (pages.bytes > 0) {
+    addMemory(status, "page_index", MemoryPlace::kHost, pages.index_bytes);
+    addMemory(status, "pages", MemoryPlace::kDisk, pages.bytes);
+  }
+  if (pages.lost > 0) {
+    report(status, MapStatus::WARN, MapStatus::MESHES_LOST,
+           "the meshes of " + std::to_string(pages.lost) +
+               " blocks could not be read back and are not shown: " + pages.problem);
+  }
+  if (pages.failures > 0 && bytes > max_bytes) {
+    report(status, MapStatus::WARN, MapStatus::MESHES_IN_MEMORY,
+           "meshes stay in memory: " + pages.problem);
   }
 }
 

@@ -52,4 +52,8 @@ class Output {
   Report report_;
 };
 
+/// Writes what the status says of the meshes that are kept.
+void fillMeshes(const PagedMeshes::Stats& pages, size_t bytes, size_t max_bytes,
+                dtsdf_mapping::MapStatus& status);
+
 }  // namespace dtsdf

@@ -473,7 +473,6 @@ void CorrectStep::refuseJoined(const std::string& reason) {
 
 void CorrectStep::noteProgress() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  report_.waiting = waiting_.size() + joined_.size();
   report_.fused = refusion_ == nullptr ? 0 : refusion_->fused();
   report_.total = refusion_ == nullptr ? 0 : refusion_->total();
   report_.bytes = refusion_ == nullptr ? 0 : refusion_->bytes();

@@ -114,7 +114,6 @@ class CorrectStep : public Step {
   };
   /// How a correction goes.
   struct Report {
-    size_t waiting = 0;           ///< Those that are not answered yet.
     size_t fused = 0, total = 0;  ///< Frames fused again, and all of them; 0 while none are.
     size_t bytes = 0;             ///< Of the map that is made.
     std::string last;             ///< What became of the last one; empty: there was none.

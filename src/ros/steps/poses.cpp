@@ -53,11 +53,15 @@ dtsdf_mapping::PoseStatus makePoseStatus(const CameraPoseReport& report) {
 PosesStep::PosesStep(const Host& host)
     : host_(host),
       poses_(host.params.node, host.transforms, host.frame,
-             {[this](const FoundPose& pose) { publisher_->publish(pose); },
-              [this](const ros::Time& stamp, const Eigen::Isometry3d& T_M_O) {
-                publisher_->publishCorrection(stamp, T_M_O);
+             {[this](const FoundPose& pose) {
+                if (publisher_) publisher_->publish(pose);
               },
-              [this] { publisher_->clearPath(); }}) {}
+              [this](const ros::Time& stamp, const Eigen::Isometry3d& T_M_O) {
+                if (publisher_) publisher_->publishCorrection(stamp, T_M_O);
+              },
+              [this] {
+                if (publisher_) publisher_->clearPath();
+              }}) {}
 
 /// @throws std::runtime_error where poses come from TF as they are.
 FramePoses& PosesStep::poses() {
@@ -133,7 +137,7 @@ void PosesStep::fill(MapStatus& status) {
            "the camera is lost, and nothing is fused: move it back slowly to where it was, or call "
            "set_pose, or clear_map to begin again");
   }
-  const std::string problem = publisher_->problem();
+  const std::string problem = publisher_ ? publisher_->problem() : "";
   if (!problem.empty()) {
     report(status, MapStatus::WARN, MapStatus::POSES_NOT_PUBLISHED, problem);
   }

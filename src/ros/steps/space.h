@@ -105,11 +105,13 @@ class SpaceStep : public Step {
   SteadyDuration publish(ShownMesh*) override;
   void fill(dtsdf_mapping::MapStatus& status) override;
 
- private:
   struct Known {
     std::shared_ptr<const SpaceSnapshot> space = std::make_shared<const SpaceSnapshot>();
     ros::Time stamp;  ///< See SpaceQueue::Delivery.
   };
+  Known known() const;
+
+ private:
   /// A topic that somebody may listen to, and has lately begun to.
   struct Topic {
     ros::Publisher publisher;
@@ -129,7 +131,6 @@ class SpaceStep : public Step {
   void publishGrid(SteadyTime now);
   void publishUpdate(SteadyTime now);
   void publishSlice();
-  Known known() const;
 
   const Host& host_;
   const bool is_on_;

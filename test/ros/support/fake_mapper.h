@@ -114,15 +114,13 @@ class FakeMapper : public Mapper {
   static constexpr size_t kBudgetBytes = 5000;
   MapStats stats() const override {
     throwIf(fails_to_count);
-    MapStats stats;
+    MapStats stats = counts;
     stats.blocks = stats.voxel_arrays = static_cast<size_t>(frames);
     stats.max_map_bytes = kBudgetBytes;
     return stats;
   }
   MapperMemory memory() const override {
-    MapperMemory memory;
-    memory.scratch = static_cast<size_t>(100 * frames);
-    return memory;
+    return held;
   }
   std::string backendName() const override { return "fake"; }
 
@@ -135,6 +133,8 @@ class FakeMapper : public Mapper {
   int frames = 0, images = 0, meshes = 0, cleared_regions = 0;
   int parts_left = 0;  ///< Extractions that leave something to the next one.
   double mesh_ms = 0.0;
+  MapStats counts;  ///< But for what the frames make of them.
+  MapperMemory held;
 
   FakeSpace known_space;
 

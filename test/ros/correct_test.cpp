@@ -1,0 +1,536 @@
+// A corrected map is the one of the corrected poses, byte for byte, whatever came meanwhile and
+// however the work was cut into turns.
+#include "ros/steps/correct.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <memory>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "io/map_chunks.h"
+#include "log/log_folder.h"
+#include "ros/steps/space.h"
+#include "ros/support/map_host.h"
+#include "support/logged_map.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr int kCount = 20, kBefore = 12;
+
+MappingParams logged() {
+  MappingParams params;
+  params.mapper = makeCpuParams();
+  params.mapper.map.voxel_size_m = 0.05f;
+  params.mapper.map.max_memory_mb = 256;
+  params.mapper.space.enabled = true;
+  return params;
+}
+
+MappingParams loggedTo(const std::string& folder) {
+  MappingParams params = logged();
+  params.node.log.folder = folder;
+  return params;
+}
+
+/// Rendered once.
+const std::vector<SceneFrame>& lap() {
+  static const std::vector<SceneFrame> images = roomImages(kCount);
+  return images;
+}
+
+/// A camera that drifts, and a SLAM that gives its true poses from some image on.
+class CorrectTest : public testing::Test {
+ protected:
+  CorrectTest() : CorrectTest(nullptr) {}
+  /// With another mapper, if there is one.
+  explicit CorrectTest(std::unique_ptr<Mapper> mapper)
+      : host_(mapper ? std::move(mapper) : makeMapper(logged().mapper),
+              loggedTo(folder_ / "log")) {
+    auto journal = std::make_unique<JournalStep>(host_.host);
+    journal_ = journal.get();
+    auto correction = std::make_unique<CorrectStep>(host_.host, journal_);
+    correction_ = correction.get();
+    auto space = std::make_unique<SpaceStep>(host_.host);
+    space_ = space.get();
+    host_.steps.push_back(std::move(correction));
+    host_.steps.push_back(std::move(journal));
+    host_.steps.push_back(std::move(space));
+  }
+  ~CorrectTest() override { host_.steps.clear(); }
+
+  static ros::Time stampOf(int i) { return ros::Time(100.0) + ros::Duration(0.1 * i); }
+  /// Lap by lap.
+  const SceneFrame& image(int i) const { return images_[static_cast<size_t>(i % kCount)]; }
+  Eigen::Isometry3d truth(int i) const { return image(i).frame.T_W_C; }
+  Eigen::Isometry3d drifted(int i) const {
+    return Eigen::Translation3d(0.0, 0.02 * i, 0.0) * truth(i);
+  }
+
+  void push(int i, const Eigen::Isometry3d& T_W_C) {
+    PosedFrame frame;
+    frame.stamp = stampOf(i);
+    DepthFrame depth = image(i).view();
+    depth.T_W_C = T_W_C;
+    frame.image = depth;
+    frame.frame_id = "camera";
+    host_.push(0, std::move(frame));
+  }
+
+  /// Fuses the first images.
+  void begin() {
+    for (int i = 0; i < kBefore; ++i) push(i, drifted(i));
+    work();
+    follow();
+  }
+
+  /// Until nothing is left to do but what waits for another thread.
+  void work() {
+    while (step() == std::chrono::milliseconds(0)) {
+    }
+  }
+
+  std::chrono::milliseconds step() {
+    host_.clock.advance(0.001);
+    return host_.map.step();
+  }
+
+  /// Until so many are answered.
+  void workUntilAnswered(size_t count = 1) {
+    for (int i = 0; i < 20000 && answers_.size() < count; ++i) {
+      if (step() > std::chrono::milliseconds(0)) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+    }
+    ASSERT_GE(answers_.size(), count);
+  }
+
+  void correct(const std::vector<StampedPose>& poses, double least = 0.0) {
+    correction_->add(
+        {poses, least, [this](const CorrectionResult& result) { answers_.push_back(result); }});
+  }
+
+  /// An image that the disk is too slow for; the log begins anew with the map as it is.
+  void loseFromLog() {
+    PosedFrame frame;
+    DepthFrame depth = images_[0].view();
+    depth.row_bytes = size_t{1} << 30;
+    frame.image = depth;
+    journal_->fused(frame, {});
+  }
+
+  /// Until so many images were fused again.
+  void workUntilFusedAgain(size_t count) {
+    for (int i = 0; i < 5000 && correction_->fusedAgain() < count; ++i) {
+      step();
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    ASSERT_EQ(correction_->fusedAgain(), count);
+  }
+
+  std::vector<Eigen::Isometry3d> drift(int count) const {
+    std::vector<Eigen::Isometry3d> poses;
+    for (int i = 0; i < count; ++i) poses.push_back(drifted(i));
+    return poses;
+  }
+
+  /// To the share of the drift that is left.
+  std::vector<StampedPose> corrected(double left, int from = 0) const {
+    std::vector<StampedPose> poses;
+    for (int i = from; i < kBefore; ++i) {
+      poses.push_back(
+          {stampOf(i).toSec(), Eigen::Translation3d(0.0, 0.02 * left * i, 0.0) * truth(i)});
+    }
+    return poses;
+  }
+
+  /// Takes over what was handed to the output; returns how many blocks changed.
+  size_t follow() {
+    MeshChanges changes = host_.mesh_changes.take();
+    if (!changes.stamp.isZero()) mesh_stamp_ = changes.stamp;
+    if (changes.cleared) mesh_.clear();
+    if (changes.is_whole) changes.blocks = differences(mesh_, std::move(changes.blocks));
+    for (const SharedBlockMesh& block : changes.blocks) mesh_.put(block);
+    space_->publish(nullptr);
+    return changes.blocks.size();
+  }
+
+  /// The map, its mesh and its space are those of the images so far at these poses.
+  void expectMapOf(const std::vector<Eigen::Isometry3d>& T_W_C) {
+    ASSERT_EQ(host_.map.flushMesh().problem, "");
+    follow();
+    const std::unique_ptr<Mapper> plain = makeMapper(host_.params.mapper);
+    for (size_t i = 0; i < T_W_C.size(); ++i) {
+      plain->integrate(movedTo(image(static_cast<int>(i)), T_W_C[i]).view());
+    }
+    MeshStore expected(host_.params.mapper.map.voxel_size_m);
+    expected.apply(plain->updateMesh());
+    const MapContents now = contents();
+    EXPECT_EQ(contentHash(now), contentHash(plain->contents()));
+    std::vector<SharedBlockMesh> all;
+    for (const auto& [key, block] : expected.blocks()) all.push_back(block);
+    EXPECT_EQ(differences(mesh_, all).size(), 0u) << "who listens has this mesh";
+    const std::shared_ptr<const SpaceSnapshot> space = space_->known().space;
+    EXPECT_TRUE(changesBetween(*space, plain->space()->takeChanges().cubes).cubes.empty())
+        << "and this space";
+  }
+
+  std::vector<Eigen::Isometry3d> truths(int count) const {
+    std::vector<Eigen::Isometry3d> poses;
+    for (int i = 0; i < count; ++i) poses.push_back(truth(i));
+    return poses;
+  }
+
+  MapContents contents() { return contentsWith(host_.map.origin(), host_.map.mapper()); }
+
+  TemporaryFolder folder_;
+  const std::vector<SceneFrame>& images_ = lap();
+  std::vector<CorrectionResult> answers_;
+  MapHost host_;
+  JournalStep* journal_;
+  CorrectStep* correction_;
+  SpaceStep* space_;
+  MeshStore mesh_{host_.params.mapper.map.voxel_size_m};
+  ros::Time mesh_stamp_;
+};
+
+TEST(CatchUp, TheLogGoesFirstOnlyOnceItFallsBehind) {
+  CatchUp even;
+  for (int i = 0; i < 1000; ++i) {
+    EXPECT_FALSE(even.newFrame());
+    even.turn(true);
+    EXPECT_FALSE(even.isLogsTurn());
+  }
+  CatchUp late;
+  int frames = 1;
+  while (!late.newFrame() && frames < 1000) {
+    if (++frames % 10 == 0) late.turn(true);
+  }
+  EXPECT_GT(frames, 20);
+  EXPECT_LT(frames, 50);
+  int log_turns = 0;
+  for (int i = 0; i < 100; ++i) {  // the disk may take its time, which is not forever
+    for (; late.isLogsTurn(); ++log_turns) late.turn(i % 2 == 0);
+    EXPECT_FALSE(late.newFrame()) << "said once";
+  }
+  EXPECT_EQ(log_turns, 50 * 2 + 50 * 4);
+}
+
+TEST_F(CorrectTest, ACorrectedMapIsThatOfTheCorrectedPoses) {
+  begin();
+  correct(corrected(0.0));
+  workUntilAnswered();
+  ASSERT_TRUE(answers_[0].success) << answers_[0].message;
+  EXPECT_EQ(answers_[0].moved, static_cast<size_t>(kBefore - 1));
+  EXPECT_EQ(answers_[0].fused, static_cast<size_t>(kBefore));
+  mesh_stamp_ = ros::Time();
+  follow();
+  EXPECT_EQ(mesh_stamp_, stampOf(kBefore - 1));
+  EXPECT_EQ(space_->known().stamp, stampOf(kBefore - 1));
+  EXPECT_EQ(contents().stamp_s, stampOf(kBefore - 1).toSec());
+  expectMapOf(truths(kBefore));
+}
+
+/// Only the last image moves: what it does not see is not sent again.
+TEST_F(CorrectTest, ListenersGetOnlyWhatDiffers) {
+  begin();
+  ASSERT_EQ(host_.map.flushMesh().problem, "");
+  follow();
+  const size_t all = mesh_.blocks().size();
+  std::vector<StampedPose> last = corrected(1.0, kBefore - 2);
+  last[1].T_W_C.translation().y() += 0.02;
+  correct(last);
+  workUntilAnswered();
+  ASSERT_TRUE(answers_[0].success) << answers_[0].message;
+  EXPECT_EQ(answers_[0].moved, 1u);
+  const size_t changed = follow();
+  EXPECT_GT(changed, 0u);
+  EXPECT_LT(changed, all * 3 / 4);
+}
+
+TEST_F(CorrectTest, ItIsTheSameHoweverItIsCutIntoTurns) {
+  begin();
+  std::mt19937 random(7);
+  correct(corrected(0.0));
+  for (int i = kBefore; i < kCount; ++i) {
+    for (auto turns = random() % 6; turns > 0; --turns) {
+      step();
+      std::this_thread::sleep_for(std::chrono::milliseconds(random() % 3));
+    }
+    push(i, truth(i));
+  }
+  workUntilAnswered();
+  work();
+  ASSERT_TRUE(answers_[0].success) << answers_[0].message;
+  EXPECT_EQ(host_.depth.counts().fused, static_cast<uint64_t>(kCount));
+  expectMapOf(truths(kCount));
+}
+
+/// There is never a moment without one: still it ends, without having lost any.
+TEST_F(CorrectTest, EndsAlsoWhereAFrameAlwaysWaits) {
+  begin();
+  int next = kBefore;
+  push(next, truth(next));
+  ++next;
+  correct(corrected(0.0));
+  while (answers_.empty() && next < 500) {
+    for (; !host_.queue.hasTurn(); ++next) push(next, truth(next));
+    step();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  ASSERT_EQ(answers_.size(), 1u);
+  ASSERT_TRUE(answers_[0].success) << answers_[0].message;
+  EXPECT_GT(answers_[0].fused, 40u) << "frames went first before";
+  work();
+  EXPECT_EQ(host_.depth.counts().fused, static_cast<uint64_t>(next));
+  expectMapOf(truths(next));
+}
+
+TEST_F(CorrectTest, AStretchThatIsRecycledMeanwhileIsNamed) {
+  begin();
+  correct(corrected(0.0));
+  workUntilFusedAgain(3);
+  removeStretch(stretchesIn(folder_ / "log").front().path);
+  workUntilAnswered();
+  EXPECT_FALSE(answers_[0].success);
+  EXPECT_NE(answers_[0].message.find("raise that"), std::string::npos) << answers_[0].message;
+  expectMapOf(drift(kBefore));
+}
+
+/// As odometry does: what comes later moves with the corrected images, for good.
+TEST_F(CorrectTest, LaterFramesFollowUntilTheirSourceJumps) {
+  begin();
+  correct(corrected(0.0));
+  workUntilAnswered();
+  const Eigen::Translation3d off(0.0, 0.02 * (kBefore - 1), 0.0);
+  for (int i = kBefore; i < 16; ++i) push(i, off * truth(i));
+  for (int i = 16; i < kCount; ++i) push(i, truth(i));
+  work();
+  const MapContents now = contents();
+  // In closed form but for the last bits: so the surface is compared, by the other mapper's.
+  ASSERT_EQ(host_.map.flushMesh().problem, "");
+  follow();
+  LogReplay replay(folder_ / "log");
+  for (int wait = 0; wait < 1000 && replay.depthImages() < static_cast<size_t>(kCount); ++wait) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    replay.readOn();
+  }
+  ASSERT_EQ(replay.depthImages(), static_cast<size_t>(kCount));
+  int i = 0;
+  for (const LoggedPoses::Item& item : replay.poses().items()) {
+    if (!item.is_image) continue;
+    EXPECT_LT((item.T_W_C.matrix() - truth(i).matrix()).norm(), 1e-9) << i;
+    ++i;
+  }
+  const std::unique_ptr<Mapper> again = makeMapper(host_.params.mapper);
+  while (const auto call = replay.next()) apply(*call, *again);
+  EXPECT_EQ(contentHash(again->contents()), contentHash(now));
+}
+
+TEST_F(CorrectTest, SeveralAreAnsweredTogetherByTheLastOnesMap) {
+  begin();
+  for (const double left : {0.75, 0.5, 0.0}) correct(corrected(left));
+  workUntilAnswered(3);
+  for (const CorrectionResult& answer : answers_) EXPECT_TRUE(answer.success) << answer.message;
+  expectMapOf(truths(kBefore));
+}
+
+/// A SLAM that says something new whenever images are fused again does not keep it from ending.
+TEST_F(CorrectTest, EndsHoweverManyCome) {
+  begin();
+  correct(corrected(0.9));
+  size_t sent = 1;
+  for (int i = 0; i < 5000 && answers_.empty(); ++i) {
+    step();
+    if (correction_->fusedAgain() == 3) {
+      correct(corrected(sent % 2 == 0 ? 0.9 : 0.5));
+      ++sent;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  ASSERT_FALSE(answers_.empty());
+  EXPECT_TRUE(answers_[0].success) << answers_[0].message;
+  correct(corrected(0.0));
+  workUntilAnswered(sent + 1);
+  for (const CorrectionResult& answer : answers_) EXPECT_TRUE(answer.success) << answer.message;
+  expectMapOf(truths(kBefore));
+}
+
+/// The log counts from its beginning again, and comes to where it was.
+TEST_F(CorrectTest, IsRefusedOnceTheLogHasLostImagesAndCountsAnew) {
+  begin();
+  correct(corrected(0.0));
+  workUntilFusedAgain(3);
+  loseFromLog();
+  for (int i = kBefore; i < kCount; ++i) push(i, drifted(i));
+  for (int i = kCount - kBefore; i < kBefore; ++i) {
+    journal_->regionCleared(SphereRegion{Eigen::Vector3d(1000.0, 0.0, 0.0), 0.1});
+  }
+  workUntilAnswered();
+  work();
+  EXPECT_FALSE(answers_[0].success) << answers_[0].message;
+  EXPECT_NE(answers_[0].message.find("the frame log lacks a part"), std::string::npos);
+  expectMapOf(drift(kCount));
+}
+
+TEST_F(CorrectTest, OneOfALogBegunAnewDoesNotJoinWhatCameBefore) {
+  begin();
+  correct(corrected(0.0));
+  workUntilFusedAgain(3);
+  loseFromLog();
+  for (int i = kBefore; i < kBefore + 2; ++i) {
+    push(i, drifted(i));
+    for (int n = 0; n < 4 && host_.depth.counts().fused <= static_cast<uint64_t>(i); ++n) {
+      step();
+    }
+  }
+  ASSERT_EQ(host_.depth.counts().fused, static_cast<uint64_t>(kBefore + 2));
+  correct({{stampOf(kBefore).toSec(), drifted(kBefore)},
+           {stampOf(kBefore + 1).toSec(), truth(kBefore + 1)}});
+  workUntilAnswered(2);
+  EXPECT_FALSE(answers_[0].success) << answers_[0].message;
+  EXPECT_TRUE(answers_[1].success) << answers_[1].message;
+  EXPECT_EQ(answers_[1].moved, 1u);
+  std::vector<Eigen::Isometry3d> poses = drift(kBefore + 2);
+  poses.back() = truth(kBefore + 1);
+  expectMapOf(poses);
+}
+
+/// What one under way has moved already is there only once that is.
+TEST_F(CorrectTest, ThatNothingMovesIsAnsweredOnceTheMapIsThere) {
+  begin();
+  correct(corrected(0.0));
+  correct(corrected(0.0));
+  workUntilFusedAgain(3);
+  EXPECT_TRUE(answers_.empty());
+  workUntilAnswered(2);
+  EXPECT_EQ(answers_[0].moved, static_cast<size_t>(kBefore - 1)) << answers_[0].message;
+  EXPECT_TRUE(answers_[1].success);
+  EXPECT_EQ(answers_[1].message, "no frame moves");
+  expectMapOf(truths(kBefore));
+}
+
+/// As in the path of a SLAM, which names all that it has ever seen.
+TEST_F(CorrectTest, WhatTheLogNoLongerHasIsNamedButDoesNotMove) {
+  begin();
+  loseFromLog();
+  for (int i = kBefore; i < kCount; ++i) push(i, drifted(i));
+  work();
+  std::vector<Eigen::Isometry3d> poses = drift(kCount);
+  const auto path = [&] {
+    std::vector<StampedPose> path;
+    for (int i = 0; i < kCount; ++i) {
+      path.push_back({stampOf(i).toSec(), poses[static_cast<size_t>(i)]});
+    }
+    return path;
+  };
+  correct({{7.0, truth(0)}});
+  workUntilAnswered();  // by then all is on the disk
+  for (int i = kBefore + 1; i < kCount; ++i) poses[static_cast<size_t>(i)] = truth(i);
+  correct(path());
+  workUntilAnswered(2);
+  ASSERT_TRUE(answers_[1].success) << answers_[1].message;
+  EXPECT_EQ(answers_[1].moved, static_cast<size_t>(kCount - kBefore - 1));
+  expectMapOf(poses);
+
+  std::vector<StampedPose> far = path();
+  far[3].T_W_C.translation().x() += 0.1;
+  correct(far);
+  ASSERT_EQ(answers_.size(), 3u) << "without the log";
+  EXPECT_FALSE(answers_[2].success);
+  EXPECT_NE(answers_[2].message.find("reaches back to 100.3"), std::string::npos)
+      << answers_[2].message;
+  far.resize(3);
+  correct(far);
+  ASSERT_EQ(answers_.size(), 4u);
+  EXPECT_EQ(answers_[3].message, "no frame moves");
+}
+
+TEST_F(CorrectTest, WhatMovesTooLittleIsLeft) {
+  begin();
+  std::vector<StampedPose> nearly = corrected(1.0);
+  nearly[5].T_W_C.translation().x() += 0.004;
+  correct(nearly, 0.01);
+  workUntilAnswered();
+  EXPECT_TRUE(answers_[0].success);
+  EXPECT_EQ(answers_[0].moved, 0u) << answers_[0].message;
+  correct(nearly);
+  workUntilAnswered(2);
+  EXPECT_EQ(answers_[1].moved, 1u) << answers_[1].message;
+}
+
+TEST_F(CorrectTest, EndsWithTheMap) {
+  begin();
+  correct(corrected(0.0));
+  for (int i = 0; i < 3; ++i) step();
+  host_.map.clear();
+  ASSERT_EQ(answers_.size(), 1u);
+  EXPECT_FALSE(answers_[0].success);
+  EXPECT_NE(answers_[0].message.find("emptied"), std::string::npos);
+  push(kBefore, truth(kBefore));
+  work();
+  EXPECT_EQ(host_.depth.counts().fused, static_cast<uint64_t>(kBefore + 1));
+  correct({{stampOf(kBefore).toSec(), drifted(kBefore)}});  // the log that is open is of no map
+  workUntilAnswered(2);
+  EXPECT_TRUE(answers_[1].success) << answers_[1].message;
+  EXPECT_EQ(answers_[1].fused, 1u);
+}
+
+TEST_F(CorrectTest, IsRefusedWithTheReason) {
+  correct(corrected(0.0));
+  ASSERT_EQ(answers_.size(), 1u);
+  EXPECT_NE(answers_[0].message.find("no frame has been fused"), std::string::npos);
+  begin();
+  correct({{7.0, truth(0)}});
+  workUntilAnswered(2);
+  EXPECT_NE(answers_[1].message.find("no corrected pose has the stamp"), std::string::npos);
+  for (const CorrectionResult& answer : answers_) EXPECT_FALSE(answer.success);
+  dtsdf_mapping::MapStatus status;
+  correction_->fill(status);
+  EXPECT_EQ(status.last_correction.find("refused: no corrected pose"), 0u)
+      << status.last_correction;
+}
+
+/// As a second one beside it would exceed the budget.
+class CorrectionOfALargeMap : public CorrectTest {
+ protected:
+  CorrectionOfALargeMap() : CorrectTest(std::make_unique<FakeMapper>()) {}
+};
+
+TEST_F(CorrectionOfALargeMap, IsRefused) {
+  begin();
+  static_cast<FakeMapper&>(host_.map.mapper()).counts.map_bytes = FakeMapper::kBudgetBytes * 6 / 10;
+  correct(corrected(0.0));
+  ASSERT_EQ(answers_.size(), 1u);
+  EXPECT_FALSE(answers_[0].success);
+  EXPECT_NE(answers_[0].message.find("map/max_memory_mb"), std::string::npos);
+}
+
+/// A log that is damaged meanwhile leaves the map as it is.
+TEST_F(CorrectTest, ADamagedLogIsAnAnswer) {
+  begin();
+  const std::string before = fileOf(*makeMapper(host_.params.mapper, contents()));
+  correct({{7.0, truth(0)}});
+  workUntilAnswered();  // by then all is on the disk
+  const std::string segment = segmentsIn(stretchesIn(folder_ / "log").front().path).front();
+  std::string bytes = readBytes(segment);
+  bytes[bytes.size() - 100] = static_cast<char>(bytes[bytes.size() - 100] ^ 4);
+  {
+    std::fstream file(segment, std::ios::binary | std::ios::in | std::ios::out);
+    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  }
+  correct(corrected(0.0));
+  workUntilAnswered(2);
+  EXPECT_FALSE(answers_[1].success);
+  EXPECT_NE(answers_[1].message.find("damaged"), std::string::npos) << answers_[1].message;
+  EXPECT_EQ(fileOf(*makeMapper(host_.params.mapper, contents())), before);
+  push(kBefore, drifted(kBefore));
+  work();
+  EXPECT_EQ(host_.depth.counts().fused, static_cast<uint64_t>(kBefore + 1));
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,208 @@
+// What the parts of the node write into the status, but for the input.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "ros/common/status_fields.h"
+#include "ros/node/output.h"
+#include "ros/steps/poses.h"
+#include "ros/support/map_host.h"
+
+namespace dtsdf {
+namespace {
+
+dtsdf_mapping::MemoryPart partOf(const MapStatus& status, const std::string& name) {
+  for (const auto& part : status.memory) {
+    if (part.name == name) return part;
+  }
+  dtsdf_mapping::MemoryPart none;
+  none.place = "nowhere";
+  return none;
+}
+
+/// What a live map says whose mapper counts this.
+MapStatus statusOf(const MapStats& counts, const MapperMemory& held = {}) {
+  auto mapper = std::make_unique<FakeMapper>();
+  mapper->counts = counts;
+  mapper->held = held;
+  MapHost host(std::move(mapper));
+  PosedFrame frame;
+  frame.stamp = ros::Time(1.0);
+  frame.image = DepthFrame();
+  host.push(0, std::move(frame));
+  host.work();
+  return host.status();
+}
+
+void expect(const MapStatus& status, uint8_t code, const std::string& message) {
+  EXPECT_EQ(status.level, MapStatus::WARN) << status.message;
+  EXPECT_EQ(status.code, code) << status.message;
+  EXPECT_EQ(status.message, message);
+}
+
+TEST(Status, SaysWhatTheBudgetHadNoRoomFor) {
+  MapStats counts;
+  EXPECT_EQ(statusOf(counts).code, MapStatus::MAPPING);
+  counts.refused_cubes = 3;
+  expect(statusOf(counts), MapStatus::SPACE_FULL,
+         "the memory for free space (an eighth of map/max_memory_mb) is full: 3 times a cube of "
+         "cells stayed unknown; surfaces are still mapped; raise map/max_memory_mb or "
+         "space/cell_voxels");
+  EXPECT_EQ(statusOf(counts).refused_cubes, 3u);
+  counts.refused_blocks = 7;
+  expect(statusOf(counts), MapStatus::MAP_FULL,
+         "the map is full: 7 blocks were refused; the map stays usable; raise map/max_memory_mb or "
+         "set map/keep_radius_m or map/page_folder");
+  counts.refused_cubes = 0;
+  counts.pages.failures = 1;
+  counts.pages.problem = "no space";
+  expect(statusOf(counts), MapStatus::DISK_FULL,
+         "7 blocks were refused because of the disk of map/page_folder: no space");
+  counts.pages.lost = 4;
+  expect(statusOf(counts), MapStatus::PAGES_LOST,
+         "4 blocks or sectors of cells could not be read back and are lost: no space");
+}
+
+/// What was refused is counted on until the map is cleared; what is wrong now has to show all the
+/// same.
+TEST(Status, AFullMapHidesNothingThatIsWrongNow) {
+  MapStats counts;
+  counts.refused_blocks = 7;
+  MapStatus status = statusOf(counts);
+  report(status, MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED, "transforms");
+  EXPECT_EQ(status.code, MapStatus::TRANSFORMS_RESTARTED);
+  report(status, MapStatus::ERROR, MapStatus::SILENT, "silent");
+  EXPECT_EQ(status.code, MapStatus::SILENT);
+}
+
+TEST(Status, ListsWhatLiesOnDisk) {
+  MapStats counts;
+  counts.map_bytes_peak = 77;
+  counts.pages.written = 9;
+  counts.pages.bytes = 1234;
+  counts.pages.index_bytes = 56;
+  counts.pages.blocks = 3;
+  counts.pages.read = 6;
+  counts.pages.waits = 2;
+  counts.pages.wait_ms = 1500.0;
+  MapStatus status = statusOf(counts);
+  EXPECT_EQ(status.map_bytes_peak, 77u);
+  EXPECT_EQ(status.paged_blocks, 3u);
+  EXPECT_EQ(status.paged_bytes, 1234u);
+  EXPECT_EQ(status.pages_written, 9u);
+  EXPECT_EQ(status.pages_read, 6u);
+  EXPECT_EQ(status.page_waits, 2u);
+  EXPECT_EQ(status.page_wait_s, 1.5f);
+  PagedMeshes::Stats meshes;
+  meshes.bytes = 1000;
+  meshes.index_bytes = 4;
+  meshes.failures = 5;
+  fillMeshes(meshes, 10, 20, status);
+  EXPECT_EQ(partOf(status, "pages").place, "disk");
+  EXPECT_EQ(partOf(status, "pages").bytes, 2234u);
+  EXPECT_EQ(partOf(status, "page_index").place, "host");
+  EXPECT_EQ(partOf(status, "page_index").bytes, 60u);
+  EXPECT_EQ(status.page_failures, 5u);
+}
+
+TEST(Status, SaysWhichMeshesAreLostOrStayInMemory) {
+  const auto statusOf = [](const PagedMeshes::Stats& pages, size_t bytes) {
+    MapStatus status;
+    fillMeshes(pages, bytes, 1000, status);
+    return status;
+  };
+  PagedMeshes::Stats pages;
+  pages.failures = 1;
+  pages.problem = "the disk is full";
+  EXPECT_EQ(statusOf(pages, 1000).code, MapStatus::MAPPING) << "there is room";
+  expect(statusOf(pages, 1001), MapStatus::MESHES_IN_MEMORY,
+         "meshes stay in memory: the disk is full");
+  pages.lost = 8;
+  expect(statusOf(pages, 1001), MapStatus::MESHES_LOST,
+         "the meshes of 8 blocks could not be read back and are not shown: the disk is full");
+}
+
+TEST(Status, GivesEachPartOfMemoryWithItsPlaceAndLimit) {
+  MapStats counts;
+  counts.map_bytes = 1000;
+  counts.colour_bytes = 100;
+  MapperMemory held;
+  held.spare = 11;
+  held.indices = 22;
+  held.scratch = 33;
+  held.meshes = 44;
+  held.staging = 55;
+  held.space = 70;
+  struct Expected {
+    const char* name;
+    uint64_t bytes, limit_bytes;
+  };
+  for (const bool on_gpu : {false, true}) {
+    held.on_gpu = on_gpu;
+    MapStatus status = statusOf(counts, held);
+    for (const Expected& e : {Expected{"map", 900, FakeMapper::kBudgetBytes},
+                              {"colour", 100, FakeMapper::kBudgetBytes},
+                              {"spare", 11, 0},
+                              {"indices", 22, 0},
+                              {"scratch", 33, 0}}) {
+      const auto part = partOf(status, e.name);
+      EXPECT_EQ(part.place, on_gpu ? "gpu" : "host") << e.name;
+      EXPECT_EQ(part.bytes, e.bytes) << e.name;
+      EXPECT_EQ(part.limit_bytes, e.limit_bytes) << e.name;
+    }
+    EXPECT_EQ(partOf(status, "meshes").place, on_gpu ? "gpu" : "nowhere");
+    EXPECT_EQ(partOf(status, "staging").bytes, on_gpu ? 55u : 0u);
+    EXPECT_EQ(partOf(status, "space").place, "host");
+    addMemory(status, "space", MemoryPlace::kHost, 7);
+    EXPECT_EQ(partOf(status, "space").bytes, 77u) << "of the map and of its followers";
+    fillMeshes({}, 300, 600, status);
+    EXPECT_EQ(partOf(status, "mesh").bytes, 300u);
+    EXPECT_EQ(partOf(status, "mesh").limit_bytes, 600u);
+  }
+}
+
+TEST(Status, SaysThatTheCameraIsLostAndHowImagesFit) {
+  MappingParams params;
+  params.node.poses.mode = PoseMode::kTrack;
+  auto mapper = std::make_unique<FakeMapper>();
+  mapper->aligns = [](const DepthFrame& frame) {
+    Alignment alignment;
+    alignment.T_W_C = frame.T_W_C;
+    alignment.status = AlignmentStatus::kMisfit;
+    alignment.inlier_share = 0.25;
+    alignment.shift_m = 0.5;
+    return alignment;
+  };
+  MapHost host(std::move(mapper), params);
+  PosesStep poses(host.host);
+  MapStatus status;
+  status.cameras.resize(1);
+  poses.fill(status);
+  EXPECT_EQ(status.code, MapStatus::MAPPING);
+  EXPECT_EQ(status.cameras[0].pose.outcome, "");
+  const auto take = [&](double stamp_s) {
+    PosedFrame frame;
+    frame.stamp = ros::Time(stamp_s);
+    frame.frame_id = "camera";
+    frame.image = DepthFrame();
+    if (poses.expect(frame) || poses.place(frame)) return;
+    host.map.mapper().integrate(std::get<DepthFrame>(frame.image));
+    poses.fused(frame, {});
+  };
+  for (int i = 0; i < 30; ++i) take(1.0 + 0.1 * i);
+  poses.fill(status);
+  expect(status, MapStatus::CAMERA_LOST,
+         "the camera is lost, and nothing is fused: move it back slowly to where it was, or call "
+         "set_pose, or clear_map to begin again");
+  const dtsdf_mapping::PoseStatus& pose = status.cameras[0].pose;
+  EXPECT_EQ(pose.outcome, toString(AlignmentStatus::kMisfit));
+  EXPECT_NEAR(pose.stamp.toSec(), 3.9, 1e-6);
+  EXPECT_EQ(pose.inlier_share, 0.25f);
+  EXPECT_EQ(pose.correction_m, 0.5f);
+  EXPECT_FALSE(pose.lost_since.isZero());
+  ASSERT_FALSE(pose.outcomes.empty());
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -48,8 +48,7 @@ class CorrectTest : public testing::Test {
   CorrectTest() : CorrectTest(nullptr) {}
   /// With another mapper, if there is one.
   explicit CorrectTest(std::unique_ptr<Mapper> mapper)
-      : host_(mapper ? std::move(mapper) : makeMapper(logged().mapper),
-              loggedTo(folder_ / "log")) {
+      : host_(mapper ? std::move(mapper) : makeMapper(logged().mapper), loggedTo(folder_ / "log")) {
     auto journal = std::make_unique<JournalStep>(host_.host);
     journal_ = journal.get();
     auto correction = std::make_unique<CorrectStep>(host_.host, journal_);

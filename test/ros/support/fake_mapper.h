@@ -119,9 +119,7 @@ class FakeMapper : public Mapper {
     stats.max_map_bytes = kBudgetBytes;
     return stats;
   }
-  MapperMemory memory() const override {
-    return held;
-  }
+  MapperMemory memory() const override { return held; }
   std::string backendName() const override { return "fake"; }
 
   bool fails_to_integrate = false, fails_to_mesh = false, fails_to_clear = false;

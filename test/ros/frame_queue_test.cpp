@@ -109,6 +109,30 @@ TEST_F(FrameQueueTest, TheLatestCameraInfoMayDoAndMasksAreWaitedFor) {
   EXPECT_EQ(dropped(DropReason::kNoMask), 1u);
 }
 
+TEST_F(FrameQueueTest, WhatWaitsInTheFutureIsInNobodysWay) {
+  make({5, 1 << 20, 0.1});
+  for (int i = 0; i < 100; ++i) info(1000.0 + i);  // then the recording begins again
+  for (int i = 0; i < 10; ++i) image(2000.0 + i);
+  for (const double stamp_s : {1.0, 2.0, 3.0}) {
+    info(stamp_s);
+    image(stamp_s);
+    EXPECT_TRUE(pose()) << stamp_s;
+  }
+  EXPECT_EQ(taken(), (Stamps{1.0, 2.0, 3.0}));
+}
+
+/// Its camera_info comes by another connection.
+TEST_F(FrameQueueTest, OneFarAheadDropsNoneThatComeLater) {
+  make({});
+  image(60.0);
+  image(1.0);
+  info(60.0);
+  info(1.0);
+  EXPECT_TRUE(pose());
+  EXPECT_TRUE(pose());
+  EXPECT_EQ(taken(), (Stamps{1.0, 60.0}));
+}
+
 TEST_F(FrameQueueTest, TheOldestIsDroppedWhereThereAreTooMany) {
   make({3, 1 << 20, 0.1});
   for (int i = 1; i <= 5; ++i) posed(i);

@@ -138,7 +138,8 @@ bool FrameQueue::completeIfWhole(Entries::iterator place) {
   for (auto it = entries_.begin(); it != place;) {
     const auto before = it++;
     const bool is_its = before->second.stream == entry.stream;
-    if (is_its && before->second.state == State::kIncomplete) dropIncomplete(before);
+    const bool came_before = before->first.number < place->first.number;  // else this one is ahead
+    if (is_its && came_before && before->second.state == State::kIncomplete) dropIncomplete(before);
   }
   return true;
 }
@@ -221,6 +222,17 @@ void FrameQueue::noteWaiting(Stream stream, const std::string& text) {
 template <class Wanted>
 FrameQueue::Entries::iterator FrameQueue::firstThat(const Wanted& wanted) {
   return std::find_if(entries_.begin(), entries_.end(), wanted);
+}
+
+/// Not the one with the first stamp: those of a camera whose clock was ahead would stay for good.
+template <class Wanted>
+FrameQueue::Entries::iterator FrameQueue::firstArrived(const Wanted& wanted) {
+  auto first = entries_.end();
+  for (auto it = entries_.begin(); it != entries_.end(); ++it) {
+    if (!wanted(*it)) continue;
+    if (first == entries_.end() || it->first.number < first->first.number) first = it;
+  }
+  return first;
 }
 
 void FrameQueue::erase(Entries::iterator place) {
@@ -323,7 +335,7 @@ void FrameQueue::makeRoom() {
       return entry.second.stream == stream && !entry.second.hasImage();
     };
     const auto others = std::count_if(entries_.begin(), entries_.end(), isOther);
-    if (others > static_cast<int64_t>(kMostStamps)) erase(firstThat(isOther));
+    if (others > static_cast<int64_t>(kMostStamps)) erase(firstArrived(isOther));
     while (imagesOf(stream) > limits_.images) dropOldest(mostServed(stream), false);
   }
   while (bytes_ > limits_.bytes) {
@@ -354,10 +366,10 @@ FrameQueue::Stream FrameQueue::mostServed(Stream stream) const {
 }
 
 void FrameQueue::dropOldest(Stream stream, bool for_bytes) {
-  const auto place = firstThat(
+  const auto place = firstArrived(
       [&](const auto& entry) { return entry.second.stream == stream && entry.second.hasImage(); });
   if (place == entries_.end()) {  // messages without an image
-    return erase(firstThat([&](const auto& entry) { return entry.second.stream == stream; }));
+    return erase(firstArrived([&](const auto& entry) { return entry.second.stream == stream; }));
   }
   const Key key = place->first;
   const StreamState& state = streams_[stream];

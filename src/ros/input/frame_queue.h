@@ -153,6 +153,8 @@ class FrameQueue {
   Entries::iterator find(Stream stream, const Whole& frame);
   template <class Wanted>
   Entries::iterator firstThat(const Wanted& wanted);
+  template <class Wanted>
+  Entries::iterator firstArrived(const Wanted& wanted);
   void erase(Entries::iterator place);
   void drop(Entries::iterator place, const Rejection& rejection);
   void dropIncomplete(Entries::iterator place);

@@ -1,8 +1,5 @@
 #include "ros/steps/mesh_topics.h"
 
-#include <ros/serialization.h>
-#include <ros/single_subscriber_publisher.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -69,7 +66,7 @@ class MarkerTopic : public ChunkTopic {
   }
 
   size_t bytes() const override { return bytes_; }
-  void publish() override { ChunkTopic::publish(message_); }
+  void publish() override { topic_.publish(message_); }
 
  private:
   Marker marker(int id, int action) const {
@@ -142,7 +139,7 @@ class BlockTopic : public ChunkTopic {
   }
 
   size_t bytes() const override { return bytes_; }
-  void publish() override { ChunkTopic::publish(message_); }
+  void publish() override { topic_.publish(message_); }
 
  private:
   const std::string map_frame_;
@@ -177,15 +174,12 @@ void ChunkTopic::publishRound(const MeshChunks& chunks, int chunk_blocks, ShownM
     }
     if (!is_empty) publish();
   }
+  lacking_ = pending_.size();
 }
 
 TopicStatus ChunkTopic::status() const {
-  TopicStatus status;
-  status.topic = publisher_.getTopic();
-  status.listeners = publisher_.getNumSubscribers();
-  status.messages = messages_;
-  status.bytes = bytes_;
-  status.lacking_chunks = static_cast<uint32_t>(pending_.size());
+  TopicStatus status = topic_.status();
+  status.lacking_chunks = static_cast<uint32_t>(lacking_);
   return status;
 }
 
@@ -203,7 +197,7 @@ void MeshTopicsStep::advertise(const Handles& handles) {
 
 std::optional<double> MeshTopicsStep::meshRate_hz() const {
   const bool is_wanted = std::any_of(topics_.begin(), topics_.end(),
-                                     [](const auto& topic) { return topic->listeners() > 0; });
+                                     [](const auto& topic) { return topic->isFollowed(); });
   return is_wanted ? std::optional<double>(rates_.mesh_hz) : std::nullopt;
 }
 
@@ -231,10 +225,6 @@ SteadyDuration MeshTopicsStep::publish(ShownMesh* mesh) {
     round_pace_.begin(now);
     round_pace_.restUntil(end + (end - now));
   }
-  std::vector<TopicStatus> status;
-  for (const auto& topic : topics_) status.push_back(topic->status());
-  const std::lock_guard<std::mutex> lock(mutex_);
-  status_ = std::move(status);
   if (is_behind) return round_pace_.next() - now;
   return chunks_.changed().empty() ? SteadyDuration::max() : mesh_pace_.next() - now;
 }
@@ -245,7 +235,7 @@ void MeshTopicsStep::spread(SteadyTime now) {
   if (is_due) mesh_pace_.beginInStep(now);
   const std::vector<PackedKey> refreshed = nextToRefresh(now);
   for (const auto& topic : topics_) {
-    if (topic->listeners() == 0) {
+    if (!topic->isFollowed()) {
       topic->clear();
       continue;
     }
@@ -275,8 +265,7 @@ std::vector<PackedKey> MeshTopicsStep::nextToRefresh(SteadyTime now) {
 }
 
 void MeshTopicsStep::fill(dtsdf_mapping::MapStatus& status) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  status.topics.insert(status.topics.end(), status_.begin(), status_.end());
+  for (const auto& topic : topics_) status.topics.push_back(topic->status());
 }
 
 }  // namespace dtsdf

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <dtsdf_mapping/MeshBlocks.h>
-#include <ros/node_handle.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <atomic>
@@ -15,6 +14,7 @@
 #include "meshing/mesh_chunks.h"
 #include "meshing/packed_chunk.h"
 #include "ros/common/pace.h"
+#include "ros/common/topic.h"
 #include "ros/steps/step.h"
 
 namespace dtsdf {
@@ -24,7 +24,7 @@ namespace dtsdf {
 /// costs that queue, and delays nobody.
 class ChunkTopic {
  public:
-  /// Of the mutex of the mesh, but for listeners().
+  /// Of the mutex of the mesh, but for isFollowed() and status().
   virtual ~ChunkTopic() = default;
 
   /// Pieces that wait for a listener at most, and how large one is, about.
@@ -33,12 +33,17 @@ class ChunkTopic {
   /// Of one round; ten of them a second are 40 MB/s.
   static constexpr int kPiecesPerRound = 4;
 
-  size_t listeners() const { return publisher_.getNumSubscribers(); }
-  /// Whether somebody has connected since it was last asked.
-  bool takeNewcomer() { return has_newcomer_.exchange(false); }
+  bool isFollowed() const { return topic_.isFollowed(); }
+  bool takeNewcomer() { return topic_.takeNewcomer(); }
 
-  void add(const std::vector<PackedKey>& chunks) { pending_.insert(chunks.begin(), chunks.end()); }
-  void clear() { pending_.clear(); }
+  void add(const std::vector<PackedKey>& chunks) {
+    pending_.insert(chunks.begin(), chunks.end());
+    lacking_ = pending_.size();
+  }
+  void clear() {
+    pending_.clear();
+    lacking_ = 0;
+  }
   bool isBehind() const { return !pending_.empty(); }
 
   /// Publishes some pieces of what is pending.
@@ -56,26 +61,16 @@ class ChunkTopic {
 
   /// @param begins What a newcomer gets first, so that it forgets what a node before has published.
   template <class Message, class Begins>
-  void advertise(ros::NodeHandle nh, const std::string& name, Begins begins) {
-    publisher_ = nh.advertise<Message>(
-        name, kQueue, [this, begins](const ros::SingleSubscriberPublisher& newcomer) {
-          newcomer.publish(begins());
-          has_newcomer_ = true;
-        });
+  void advertise(const ros::NodeHandle& nh, const std::string& name, Begins begins) {
+    topic_.advertise<Message>(nh, name, kQueue,
+                              [begins](const auto& newcomer) { newcomer.publish(begins()); });
   }
 
-  template <class Message>
-  void publish(const Message& message) {
-    publisher_.publish(message);
-    ++messages_;
-    bytes_ += ros::serialization::serializationLength(message);
-  }
+  Topic topic_;
 
  private:
-  ros::Publisher publisher_;
-  std::atomic<bool> has_newcomer_{false};
   std::set<PackedKey> pending_, shown_;  ///< Of the latter, triangles were published.
-  uint64_t messages_ = 0, bytes_ = 0;
+  std::atomic<size_t> lacking_{0};       ///< As many are pending, for the status.
 };
 
 /// `mesh` and `mesh_blocks`. Changes go to all; after somebody has connected, the whole mesh is
@@ -102,9 +97,6 @@ class MeshTopicsStep : public Step {
   Pace mesh_pace_, round_pace_;
   SteadyTime refreshed_at_{};
   PackedKey refreshed_ = 0;  ///< The chunk that was refreshed last.
-
-  mutable std::mutex mutex_;  ///< Guards the next one.
-  std::vector<dtsdf_mapping::TopicStatus> status_;
 };
 
 }  // namespace dtsdf

@@ -4,7 +4,6 @@
 #include <pcl_conversions/pcl_conversions.h>
 #include <pcl_ros/point_cloud.h>
 #include <ros/console.h>
-#include <ros/single_subscriber_publisher.h>
 
 #include <algorithm>
 
@@ -35,20 +34,16 @@ Point toPoint(const Mesh& mesh, size_t vertex, MeshColour colour) {
 }  // namespace
 
 void PointsStep::advertise(const Handles& handles) {
-  ros::NodeHandle nh = handles.prompt;
-  publisher_ = nh.advertise<Cloud>(
-      "surface_points", 1, [this](const ros::SingleSubscriberPublisher&) { is_outdated_ = true; });
+  topic_.advertise<Cloud>(handles.prompt, "surface_points", 1,
+                          [this](const auto&) { is_outdated_ = true; });
 }
 
 std::optional<double> PointsStep::meshRate_hz() const {
-  return publisher_.getNumSubscribers() > 0 ? std::optional<double>(host_.rates.points_hz)
-                                            : std::nullopt;
+  return topic_.isFollowed() ? std::optional<double>(host_.rates.points_hz) : std::nullopt;
 }
 
 SteadyDuration PointsStep::publish(ShownMesh* mesh) {
-  if (mesh == nullptr || !is_outdated_ || publisher_.getNumSubscribers() == 0) {
-    return SteadyDuration::max();
-  }
+  if (mesh == nullptr || !is_outdated_ || !topic_.isFollowed()) return SteadyDuration::max();
   const SteadyTime begin = std::chrono::steady_clock::now();
   pace_.setRate(host_.rates.points_hz, begin);
   if (!pace_.isDue(begin)) return pace_.next() - begin;
@@ -64,7 +59,7 @@ SteadyDuration PointsStep::publish(ShownMesh* mesh) {
 void PointsStep::publish(const Mesh& mesh, const ros::Time& stamp) {
   if (isFarFromOrigin(mesh)) {
     ROS_WARN_STREAM_ONCE_NAMED(
-        "dtsdf_mapping", publisher_.getTopic()
+        "dtsdf_mapping", topic_.status().topic
                              << " has float positions, which are 0.5 mm apart 8 km from the "
                                 "origin of the map and 4 mm at 40 km; mesh_blocks and mesh have "
                                 "doubles");
@@ -77,18 +72,7 @@ void PointsStep::publish(const Mesh& mesh, const ros::Time& stamp) {
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
     cloud.push_back(toPoint(mesh, i, host_.params.mapper.mesh.colour));
   }
-  publisher_.publish(cloud);
-  ++messages_;
-  bytes_ += cloud.size() * sizeof(Point);
-}
-
-void PointsStep::fill(dtsdf_mapping::MapStatus& status) {
-  dtsdf_mapping::TopicStatus topic;
-  topic.topic = publisher_.getTopic();
-  topic.listeners = publisher_.getNumSubscribers();
-  topic.messages = messages_;
-  topic.bytes = bytes_;
-  status.topics.push_back(topic);
+  topic_.publish(cloud);
 }
 
 }  // namespace dtsdf

@@ -1,13 +1,11 @@
 /// The step that publishes the vertices of the mesh as a point cloud, while someone listens.
 #pragma once
 
-#include <ros/node_handle.h>
-
 #include <atomic>
-#include <mutex>
 
 #include "dtsdf_mapping/mesh.h"
 #include "ros/common/pace.h"
+#include "ros/common/topic.h"
 #include "ros/steps/step.h"
 
 namespace dtsdf {
@@ -21,16 +19,15 @@ class PointsStep : public Step {
   std::optional<double> meshRate_hz() const override;
   void changed(const MeshChanges&) override { is_outdated_ = true; }
   SteadyDuration publish(ShownMesh* mesh) override;
-  void fill(dtsdf_mapping::MapStatus& status) override;
+  void fill(dtsdf_mapping::MapStatus& status) override { status.topics.push_back(topic_.status()); }
 
  private:
   void publish(const Mesh& mesh, const ros::Time& stamp);
 
   const Host& host_;
-  ros::Publisher publisher_;
+  Topic topic_;
   std::atomic<bool> is_outdated_{false};  ///< The cloud that was published last.
   Pace pace_;
-  std::atomic<uint64_t> messages_{0}, bytes_{0};
 };
 
 }  // namespace dtsdf

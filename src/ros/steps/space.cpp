@@ -4,7 +4,6 @@
 #include <map_msgs/OccupancyGridUpdate.h>
 #include <nav_msgs/OccupancyGrid.h>
 #include <ros/console.h>
-#include <ros/single_subscriber_publisher.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
 
@@ -149,22 +148,6 @@ std::optional<SpaceQueue::Delivery> SpaceQueue::take() {
   return delivery;
 }
 
-template <class Message>
-void SpaceStep::Topic::publish(const Message& message) {
-  publisher.publish(message);
-  ++messages;
-  bytes += ros::serialization::serializationLength(message);
-}
-
-dtsdf_mapping::TopicStatus SpaceStep::Topic::status() const {
-  dtsdf_mapping::TopicStatus status;
-  status.topic = publisher.getTopic();
-  status.listeners = publisher.getNumSubscribers();
-  status.messages = messages;
-  status.bytes = bytes;
-  return status;
-}
-
 SpaceStep::SpaceStep(const Host& host)
     : host_(host), is_on_(host.params.mapper.space.enabled), pace_(host.rates.space_hz) {
   if (!is_on_) return;
@@ -194,14 +177,9 @@ void SpaceStep::advertise(const Handles& handles) {
         response.stamp = known.stamp;
       });
   if (!is_on_) return;
-  const auto advertise = [&](auto message, const char* name, Topic& topic) {
-    ros::NodeHandle nh = handles.prompt;
-    topic.publisher = nh.advertise<decltype(message)>(
-        name, 1, [&topic](const ros::SingleSubscriberPublisher&) { topic.has_newcomer = true; });
-  };
-  advertise(nav_msgs::OccupancyGrid(), "occupancy_grid", grids_);
-  advertise(map_msgs::OccupancyGridUpdate(), "occupancy_grid_updates", updates_);
-  advertise(sensor_msgs::PointCloud2(), "distance_slice", slices_);
+  grids_.advertise<nav_msgs::OccupancyGrid>(handles.prompt, "occupancy_grid", 1);
+  updates_.advertise<map_msgs::OccupancyGridUpdate>(handles.prompt, "occupancy_grid_updates", 1);
+  slices_.advertise<sensor_msgs::PointCloud2>(handles.prompt, "distance_slice", 1);
 }
 
 std::optional<double> SpaceStep::meshRate_hz() const {
@@ -250,7 +228,6 @@ SteadyDuration SpaceStep::publish(ShownMesh*) {
     if (update_pace_.isDue(now)) publishUpdate(now);
   }
   const std::lock_guard<std::mutex> lock(mutex_);
-  topics_ = {grids_.status(), updates_.status(), slices_.status()};
   bytes_ = follower_->bytes() + (grid_ ? grid_->bytes() : 0);
   pages_ = follower_->pageStats();
   return kUntilNext;
@@ -271,9 +248,9 @@ void SpaceStep::takeChanges() {
 /// Who begins to listen gets all there is; a grid that nobody listens to is forgotten.
 void SpaceStep::meetListeners() {
   const bool is_followed = grids_.isFollowed() || updates_.isFollowed();
-  const bool is_reader_new = grids_.has_newcomer.exchange(false);
-  const bool is_grid_new = updates_.has_newcomer.exchange(false) || is_reader_new;
-  const bool is_slice_new = slices_.has_newcomer.exchange(false);
+  const bool is_reader_new = grids_.takeNewcomer();
+  const bool is_grid_new = updates_.takeNewcomer() || is_reader_new;
+  const bool is_slice_new = slices_.takeNewcomer();
   if (!is_followed) grid_.reset();
   is_grid_due_ = is_grid_due_ || (is_followed && is_grid_new);
   const Known now = known();
@@ -353,7 +330,9 @@ SpaceStep::Known SpaceStep::known() const {
 void SpaceStep::fill(MapStatus& status) {
   if (!is_on_) return;
   const std::lock_guard<std::mutex> lock(mutex_);
-  status.topics.insert(status.topics.end(), topics_.begin(), topics_.end());
+  for (const Topic* topic : {&grids_, &updates_, &slices_}) {
+    status.topics.push_back(topic->status());
+  }
   addMemory(status, "space", MemoryPlace::kHost, bytes_);
   status.page_failures += pages_.failures;
   if (pages_.bytes > 0) {

@@ -5,7 +5,6 @@
 #include <ros/node_handle.h>
 #include <ros/time.h>
 
-#include <atomic>
 #include <chrono>
 #include <memory>
 #include <mutex>
@@ -17,6 +16,7 @@
 #include "kernels/core/grid.h"
 #include "planning/ground_grid.h"
 #include "ros/common/pace.h"
+#include "ros/common/topic.h"
 #include "ros/steps/step.h"
 #include "space/space_follower.h"
 
@@ -112,18 +112,6 @@ class SpaceStep : public Step {
   Known known() const;
 
  private:
-  /// A topic that somebody may listen to, and has lately begun to.
-  struct Topic {
-    ros::Publisher publisher;
-    std::atomic<bool> has_newcomer{false};
-    uint64_t messages = 0, bytes = 0;
-
-    bool isFollowed() const { return publisher.getNumSubscribers() > 0; }
-    template <class Message>
-    void publish(const Message& message);
-    dtsdf_mapping::TopicStatus status() const;
-  };
-
   void handOver();
   void takeChanges();
   void meetListeners();
@@ -151,7 +139,6 @@ class SpaceStep : public Step {
 
   mutable std::mutex mutex_;  ///< Guards what follows, for a moment.
   Known known_;
-  std::vector<dtsdf_mapping::TopicStatus> topics_;
   size_t bytes_ = 0;
   PagedValues::Stats pages_;
 };

@@ -1,0 +1,59 @@
+/// A topic that is published: who has begun to listen, and what the status says of it.
+#pragma once
+
+#include <dtsdf_mapping/TopicStatus.h>
+#include <ros/node_handle.h>
+#include <ros/serialization.h>
+#include <ros/single_subscriber_publisher.h>
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+
+namespace dtsdf {
+
+/// Thread safe once it is advertised, but for publish(), which is for one thread.
+class Topic {
+ public:
+  /// Publishes to somebody who has just connected.
+  using Greet = std::function<void(const ros::SingleSubscriberPublisher& newcomer)>;
+
+  template <class Message>
+  void advertise(ros::NodeHandle nh, const std::string& name, uint32_t queue,
+                 Greet greet = nullptr) {
+    publisher_ =
+        nh.advertise<Message>(name, queue, [this, greet = std::move(greet)](const auto& newcomer) {
+          if (greet) greet(newcomer);
+          has_newcomer_ = true;
+        });
+  }
+
+  bool isFollowed() const { return publisher_.getNumSubscribers() > 0; }
+  /// Whether somebody has connected since it was last asked.
+  bool takeNewcomer() { return has_newcomer_.exchange(false); }
+
+  template <class Message>
+  void publish(const Message& message) {
+    publisher_.publish(message);
+    ++messages_;
+    bytes_ += ros::serialization::serializationLength(message);
+  }
+
+  dtsdf_mapping::TopicStatus status() const {
+    dtsdf_mapping::TopicStatus status;
+    status.topic = publisher_.getTopic();
+    status.listeners = publisher_.getNumSubscribers();
+    status.messages = messages_;
+    status.bytes = bytes_;
+    return status;
+  }
+
+ private:
+  ros::Publisher publisher_;
+  std::atomic<bool> has_newcomer_{false};
+  std::atomic<uint64_t> messages_{0}, bytes_{0};
+};
+
+}  // namespace dtsdf

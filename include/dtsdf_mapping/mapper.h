@@ -36,7 +36,7 @@ const char* toString(FrameStatus status);
 /// What a call of integrate() or paint() did.
 struct IntegrationResult {
   FrameStatus status = FrameStatus::kFused;  ///< All but kFused leave the map unchanged.
-  std::string message;                       ///< What was wrong with a frame that was not fused.
+  std::string message;        ///< Why a frame, or a part of it, was not fused.
   size_t refused_blocks = 0;  ///< Blocks and arrays of this frame that exceeded the budget.
   double duration_ms = 0.0;   ///< Wall time of the call.
 };
@@ -180,8 +180,10 @@ class Mapper {
   /// @throws std::exception when the backend fails, or a block is on disk and cannot be read.
   virtual MapContents part(const std::vector<MapBlock>& blocks) = 0;
 
-  /// Free space and distances to surfaces; null unless space/enabled. Lives as long as the
-  /// mapper.
+  /// Free space and distances to surfaces; null unless space/enabled. Lives as long as the mapper.
+  /// It has all frames so far when this returns, so ask for it again after a frame. On a GPU this
+  /// waits for the last one.
+  /// @throws std::exception when the backend fails.
   virtual Space* space() { return nullptr; }
 
   /// Sizes of the map after the last call that changed it. On a GPU, blocks that the last frame

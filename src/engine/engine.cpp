@@ -132,6 +132,7 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   } else {
     parts[0] = {std::move(in_view), std::move(touched.requests), touched.new_arrays, {}, 0, true};
   }
+  IntegrationResult result;
   const uint64_t refused_before = state_.refused;
   for (FramePart& part : parts) {
     try {
@@ -140,13 +141,13 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
     } catch (const BackendError& error) {
       if (!error.lacksMemory() || &part == &parts.front()) throw;
       state_.refused += part.keys.size();
+      result.message = error.what();
     }
   }
   ++state_.frames;
   if (blocks > 0) ++state_.supporting_frames;
   if (profile_ != nullptr) profile_->work.surfels += surfels;
   keep(frame, view, !parts.front().keys.empty());
-  IntegrationResult result;
   result.refused_blocks = state_.refused - refused_before;
   return result;
 }
@@ -234,6 +235,15 @@ void Engine::keep(const DepthFrame& frame, const FrameView& view, bool has_moved
     if (views) views->push_back(view);
   }
   if (!traits_.indexes_blocks_itself) settle();
+}
+
+Space* Engine::space() {
+  if (space_ != nullptr) {
+    ready();
+    settle();
+    noteStats();
+  }
+  return space_.get();
 }
 
 /// Takes the last frame's outcome: what it saw as free, left empty, or beyond what is kept.

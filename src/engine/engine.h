@@ -41,7 +41,7 @@ class Engine : public ProbedMapper {
   MapContents part(const std::vector<MapBlock>& blocks) override;
   void restore(const MapContents& contents) override;
   void restore(const MapParts& parts) override;
-  Space* space() override { return space_.get(); }
+  Space* space() override;
   MapStats stats() const override { return stats_; }
   void profileTo(Profile* profile) override;
   std::vector<MemoryPart> memoryParts() const override;

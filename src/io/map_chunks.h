@@ -92,10 +92,6 @@ class MapChunks {
 /// The map of an open file: its parts are chunks, read when they are asked for.
 MapParts partsOf(std::shared_ptr<const MapChunks> file);
 
-/// Copies the file that an open one was opened from.
-/// @throws std::runtime_error where it cannot be copied, or is another map by now.
-void copyMapFile(const MapChunks& file, const std::string& path);
-
 /// contents(), and what the mapper does not know.
 MapContents contentsWith(const MapOrigin& origin, Mapper& mapper);
 

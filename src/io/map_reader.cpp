@@ -1,6 +1,5 @@
 // Maps from records: first what the small ones say, then sizes, then what there is room for.
 #include <algorithm>
-#include <filesystem>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -344,16 +343,6 @@ MapParts partsOf(std::shared_ptr<const MapChunks> file) {
   parts.head = std::shared_ptr<const MapContents>(file, &file->head());
   parts.visit = [file = std::move(file)](const auto& take) { file->visit(take); };
   return parts;
-}
-
-void copyMapFile(const MapChunks& file, const std::string& path) {
-  std::error_code error;
-  std::filesystem::copy_file(file.path(), path, error);
-  const std::string what =
-      "the map of '" + printable(file.path()) + "' cannot be copied to '" + printable(path) + "': ";
-  if (error) throw std::runtime_error(what + error.message());
-  if (readMapInfo(path).content_hash == file.contentHash()) return;
-  throw std::runtime_error(what + "it has changed since it was opened");
 }
 
 namespace {

@@ -99,10 +99,10 @@ struct FramePoseParams : PoseParams {
   std::string base_frame;  ///< Whose pose is published; empty: the depth camera's frame.
 };
 
-/// The frame log.
-struct LogParams {
-  std::string folder;    ///< Empty: nothing is logged. "~/" is the home.
-  double max_gb = 16.0;  ///< Of 10^9 bytes; what is more goes, the oldest first.
+/// The recording that the node writes.
+struct JournalParams {
+  std::string folder;    ///< Empty: there is none. "~/" is the home.
+  double max_gb = 16.0;  ///< Of 10^9 bytes, of all journals of the folder; then it stops.
 };
 
 /// Corrections of poses that a SLAM publishes.
@@ -124,7 +124,7 @@ struct NodeParams {
   PublishParams publish;
   StatusParams status;
   GroundParams ground;
-  LogParams log;
+  JournalParams journal;
   CorrectionParams corrections;
 };
 
@@ -186,8 +186,8 @@ void visitParams(NodeParams& p, Visitor& visit) {
                                  {"always", RectifyChoice::kAlways},
                                  {"never", RectifyChoice::kNever}});
   visit("input/mask", p.input.mask);
-  visit("log/folder", p.log.folder);
-  visit("log/max_gb", p.log.max_gb, Range{0.1, 1e6});
+  visit("journal/folder", p.journal.folder);
+  visit("journal/max_gb", p.journal.max_gb, Range{0.1, 1e6});
   visit("corrections/path_frame", p.corrections.path_frame);
   visit("corrections/least_m", p.corrections.least_m, Range{0.0, 1000.0});
   visit("publish/chunk_blocks", p.publish.chunk_blocks, Range{1, 64});

@@ -1,5 +1,5 @@
-/// Poses of the past that are corrected: the map becomes the one that reconstruct makes of the log
-/// with these poses, byte for byte, while mapping goes on.
+/// Poses of the past that are corrected: the map becomes the one that reconstruct makes of the
+/// journal with these poses, byte for byte, while mapping goes on.
 #include <dtsdf_mapping/CorrectPoses.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>
@@ -124,16 +124,17 @@ class Correction : public testing::Test {
     return poses;
   }
 
-  /// A map and a mesh that reconstruct makes of the log, once it has all frames.
+  /// A map and a mesh that reconstruct makes of the journal, once it has all frames.
   struct Made {
     std::string map, mesh;
   };
-  Made reconstructed(const std::string& poses_file = "", const std::string& log = "log") const {
-    const std::string command = std::string(DTSDF_RECONSTRUCT) + " " + in(log) +
+  Made reconstructed(const std::string& poses_file = "",
+                     const std::string& folder = "journals") const {
+    const std::string command = std::string(DTSDF_RECONSTRUCT) + " " + newestJournalIn(in(folder)) +
                                 " --backend cpu --save-map " + in("again.dtsdf") + " --mesh " +
                                 in("again.ply") +
-                                (poses_file.empty() ? "" : " --corrected-poses " + in(poses_file)) +
-                                " > " + in("reconstruct.log") + " 2>&1";
+                                (poses_file.empty() ? "" : " --poses " + in(poses_file)) + " > " +
+                                in("reconstruct.log") + " 2>&1";
     EXPECT_EQ(std::system(command.c_str()), 0) << readBytes(in("reconstruct.log"));
     return {readBytes(in("again.dtsdf")), readBytes(in("again.ply"))};
   }
@@ -143,8 +144,8 @@ class Correction : public testing::Test {
     return saved<dtsdf_mapping::SaveMesh>("/mapping/save_mesh", "m.ply");
   }
 
-  /// What was logged last may be on its way to the disk.
-  void expectLogLeadsToMap() const {
+  /// What was done last may be on its way to the file.
+  void expectJournalLeadsToMap() const {
     const std::string now = map();
     ASSERT_FALSE(now.empty());
     EXPECT_TRUE(waitUntil([&] { return reconstructed().map == now; }))
@@ -165,11 +166,11 @@ class Correction : public testing::Test {
 double Correction::last_s_ = 0.0;
 ros::WallTime Correction::last_at_;
 
-TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheLog) {
+TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheJournal) {
   const BlocksWatcher blocks(nh_);
   drive(40, drifted);
   saveTrajectory(posesOf(truth, 3), in("poses.txt"));
-  expectLogLeadsToMap();  // it has all of it
+  expectJournalLeadsToMap();  // it has all of it
   const Made expected = reconstructed("poses.txt");
   const std::string before = map();
   ASSERT_FALSE(before == expected.map);
@@ -182,7 +183,7 @@ TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheLog) {
   EXPECT_GT(answer.seconds, 0.0);
   EXPECT_TRUE(map() == expected.map);
   EXPECT_TRUE(mesh() == expected.mesh);
-  expectLogLeadsToMap();
+  expectJournalLeadsToMap();
   EXPECT_TRUE(waitUntil([&] { return status_.status().last_correction == answer.message; }))
       << status_.status().last_correction;
   // Who listens has the same mesh, and was sent nothing twice.
@@ -191,7 +192,7 @@ TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheLog) {
 
   // What follows is fused where the corrected frames are, as its source goes on drifting.
   drive(10, drifted);
-  expectLogLeadsToMap();
+  expectJournalLeadsToMap();
 }
 
 TEST_F(Correction, MayComeAsAPathOfTheBase) {
@@ -220,7 +221,7 @@ TEST_F(Correction, MayComeAsAPathOfTheBase) {
   EXPECT_EQ(status_.status().last_correction.find("23 frames moved"), 0u)
       << status_.status().last_correction;
   EXPECT_FALSE(map() == before);
-  expectLogLeadsToMap();
+  expectJournalLeadsToMap();
   saveTrajectory(posesOf(truth, 4), in("same.txt"));
   const Answer same = callCorrect("/mapping", "same.txt");
   EXPECT_TRUE(same.success) << same.message;
@@ -297,7 +298,7 @@ TEST_F(Correction, MappingGoesOnMeanwhile) {
   EXPECT_GE(done.fused, 60u);
   ASSERT_TRUE(status_.waitForFused(fused + meanwhile)) << status_.status().message;
   EXPECT_EQ(status_.status().frames_dropped, dropped);
-  expectLogLeadsToMap();
+  expectJournalLeadsToMap();
   // Those that came with the old poses have moved with the others: they are off by what drift has
   // grown since, and by no more. The later ones have not moved.
   saveTrajectory(posesOf(truth), in("all.txt"));
@@ -320,11 +321,11 @@ TEST_F(Correction, EndsWhereTheMapIsEmptied) {
   EXPECT_FALSE(refused.success);
   EXPECT_NE(refused.message.find("emptied meanwhile"), std::string::npos) << refused.message;
   drive(3, truth);
-  expectLogLeadsToMap();
+  expectJournalLeadsToMap();
 }
 
-/// A node of its own that is killed at some moment of a correction: its log leads to the map as it
-/// was, or to the corrected one.
+/// A node of its own that is killed at some moment of a correction: its journal leads to the map as
+/// it was, or to the corrected one.
 TEST_F(Correction, MayBeCutOffByAKill) {
   ros::param::set("/second/backend", "cpu");
   ros::param::set("/second/threads", 1);
@@ -332,8 +333,8 @@ TEST_F(Correction, MayBeCutOffByAKill) {
   ros::param::set("/second/output_directory", folder_);
   int corrected_maps = 0;
   for (const double after_s : {0.0, 0.02, 0.1, 0.3, 20.0}) {
-    const std::string log = "killed" + std::to_string(after_s);
-    ros::param::set("/second/log/folder", in(log));
+    const std::string folder = "killed" + std::to_string(after_s);
+    ros::param::set("/second/journal/folder", in(folder));
     const pid_t node = fork();
     if (node == 0) {
       execl(DTSDF_MAPPING_NODE, DTSDF_MAPPING_NODE, "__name:=second",
@@ -352,18 +353,18 @@ TEST_F(Correction, MayBeCutOffByAKill) {
     ros::WallDuration(1.2).sleep();
     saveTrajectory(posesOf(truth), in("kill.txt"));
     const std::string before = saved<dtsdf_mapping::SaveMap>("/second/save_map", "before.dtsdf");
-    EXPECT_TRUE(waitUntil([&] { return reconstructed("", log).map == before; }));
-    const std::string corrected = reconstructed("kill.txt", log).map;
+    EXPECT_TRUE(waitUntil([&] { return reconstructed("", folder).map == before; }));
+    const std::string corrected = reconstructed("kill.txt", folder).map;
     std::future<Answer> answer =
         std::async(std::launch::async, callCorrect, "/second", "kill.txt", "", "");
     const std::future_status done = answer.wait_for(std::chrono::duration<double>(after_s));
-    // What was logged last may be on its way to the disk.
+    // What was done last may be on its way to the file.
     if (done == std::future_status::ready) ros::WallDuration(1.0).sleep();
     kill(node, SIGKILL);
     int result = 0;
     EXPECT_EQ(waitpid(node, &result, 0), node);
     answer.wait();
-    const std::string after = reconstructed("", log).map;
+    const std::string after = reconstructed("", folder).map;
     EXPECT_TRUE(after == before || after == corrected) << "killed after " << after_s << " s";
     if (after == corrected) ++corrected_maps;
   }
@@ -371,7 +372,7 @@ TEST_F(Correction, MayBeCutOffByAKill) {
   EXPECT_GT(corrected_maps, 0) << "the last one had the time";
 }
 
-TEST_F(Correction, NeedsALog) {
+TEST_F(Correction, NeedsAJournal) {
   ros::param::set("/third/backend", "cpu");
   ros::param::set("/third/output_directory", folder_);
   const pid_t node = fork();
@@ -383,7 +384,7 @@ TEST_F(Correction, NeedsALog) {
   saveTrajectory({{1.0, truth(0)}}, in("third.txt"));
   const Answer answer = callCorrect("/third", "third.txt");
   EXPECT_FALSE(answer.success);
-  EXPECT_NE(answer.message.find("log/folder"), std::string::npos) << answer.message;
+  EXPECT_NE(answer.message.find("journal/folder"), std::string::npos) << answer.message;
   kill(node, SIGINT);
   int result = 0;
   EXPECT_EQ(waitpid(node, &result, 0), node);

@@ -11,17 +11,16 @@
 #include <vector>
 
 #include "io/map_chunks.h"
-#include "log/log_folder.h"
 #include "ros/steps/space.h"
 #include "ros/support/map_host.h"
-#include "support/logged_map.h"
+#include "support/journaled_map.h"
 
 namespace dtsdf {
 namespace {
 
 constexpr int kCount = 20, kBefore = 12;
 
-MappingParams logged() {
+MappingParams mapped() {
   MappingParams params;
   params.mapper = makeCpuParams();
   params.mapper.map.voxel_size_m = 0.05f;
@@ -30,9 +29,9 @@ MappingParams logged() {
   return params;
 }
 
-MappingParams loggedTo(const std::string& folder) {
-  MappingParams params = logged();
-  params.node.log.folder = folder;
+MappingParams journaledIn(const std::string& folder) {
+  MappingParams params = mapped();
+  params.node.journal.folder = folder;
   return params;
 }
 
@@ -48,7 +47,8 @@ class CorrectTest : public testing::Test {
   CorrectTest() : CorrectTest(nullptr) {}
   /// With another mapper, if there is one.
   explicit CorrectTest(std::unique_ptr<Mapper> mapper)
-      : host_(mapper ? std::move(mapper) : makeMapper(logged().mapper), loggedTo(folder_ / "log")) {
+      : host_(mapper ? std::move(mapper) : makeMapper(mapped().mapper),
+              journaledIn(folder_ / "journal")) {
     auto journal = std::make_unique<JournalStep>(host_.host);
     journal_ = journal.get();
     auto correction = std::make_unique<CorrectStep>(host_.host, journal_);
@@ -112,8 +112,8 @@ class CorrectTest : public testing::Test {
         {poses, least, [this](const CorrectionResult& result) { answers_.push_back(result); }});
   }
 
-  /// An image that the disk is too slow for; the log begins anew with the map as it is.
-  void loseFromLog() {
+  /// An image that the disk is too slow for: the journal ends.
+  void loseFromJournal() {
     PosedFrame frame;
     DepthFrame depth = images_[0].view();
     depth.row_bytes = size_t{1} << 30;
@@ -196,12 +196,12 @@ class CorrectTest : public testing::Test {
   ros::Time mesh_stamp_;
 };
 
-TEST(CatchUp, TheLogGoesFirstOnlyOnceItFallsBehind) {
+TEST(CatchUp, TheJournalGoesFirstOnlyOnceItFallsBehind) {
   CatchUp even;
   for (int i = 0; i < 1000; ++i) {
     EXPECT_FALSE(even.newFrame());
     even.turn(true);
-    EXPECT_FALSE(even.isLogsTurn());
+    EXPECT_FALSE(even.isJournalsTurn());
   }
   CatchUp late;
   int frames = 1;
@@ -210,12 +210,12 @@ TEST(CatchUp, TheLogGoesFirstOnlyOnceItFallsBehind) {
   }
   EXPECT_GT(frames, 20);
   EXPECT_LT(frames, 50);
-  int log_turns = 0;
+  int turns = 0;
   for (int i = 0; i < 100; ++i) {  // the disk may take its time, which is not forever
-    for (; late.isLogsTurn(); ++log_turns) late.turn(i % 2 == 0);
+    for (; late.isJournalsTurn(); ++turns) late.turn(i % 2 == 0);
     EXPECT_FALSE(late.newFrame()) << "said once";
   }
-  EXPECT_EQ(log_turns, 50 * 2 + 50 * 4);
+  EXPECT_EQ(turns, 50 * 2 + 50 * 4);
 }
 
 TEST_F(CorrectTest, ACorrectedMapIsThatOfTheCorrectedPoses) {
@@ -288,17 +288,6 @@ TEST_F(CorrectTest, EndsAlsoWhereAFrameAlwaysWaits) {
   expectMapOf(truths(next));
 }
 
-TEST_F(CorrectTest, AStretchThatIsRecycledMeanwhileIsNamed) {
-  begin();
-  correct(corrected(0.0));
-  workUntilFusedAgain(3);
-  removeStretch(stretchesIn(folder_ / "log").front().path);
-  workUntilAnswered();
-  EXPECT_FALSE(answers_[0].success);
-  EXPECT_NE(answers_[0].message.find("raise that"), std::string::npos) << answers_[0].message;
-  expectMapOf(drift(kBefore));
-}
-
 /// As odometry does: what comes later moves with the corrected images, for good.
 TEST_F(CorrectTest, LaterFramesFollowUntilTheirSourceJumps) {
   begin();
@@ -312,16 +301,12 @@ TEST_F(CorrectTest, LaterFramesFollowUntilTheirSourceJumps) {
   // In closed form but for the last bits: so the surface is compared, by the other mapper's.
   ASSERT_EQ(host_.map.flushMesh().problem, "");
   follow();
-  LogReplay replay(folder_ / "log");
-  for (int wait = 0; wait < 1000 && replay.depthImages() < static_cast<size_t>(kCount); ++wait) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    replay.readOn();
-  }
+  ASSERT_TRUE(journal_->written().get());
+  JournalReplay replay(journal_->path());
   ASSERT_EQ(replay.depthImages(), static_cast<size_t>(kCount));
   int i = 0;
-  for (const LoggedPoses::Item& item : replay.poses().items()) {
-    if (!item.is_image) continue;
-    EXPECT_LT((item.T_W_C.matrix() - truth(i).matrix()).norm(), 1e-9) << i;
+  for (const StampedPose& pose : replay.firstCamera()) {
+    EXPECT_LT((pose.T_W_C.matrix() - truth(i).matrix()).norm(), 1e-9) << i;
     ++i;
   }
   const std::unique_ptr<Mapper> again = makeMapper(host_.params.mapper);
@@ -329,11 +314,20 @@ TEST_F(CorrectTest, LaterFramesFollowUntilTheirSourceJumps) {
   EXPECT_EQ(contentHash(again->contents()), contentHash(now));
 }
 
-TEST_F(CorrectTest, SeveralAreAnsweredTogetherByTheLastOnesMap) {
+/// However many come, one waits, and each is answered at once or in its turn.
+TEST_F(CorrectTest, OnlyTheNewestWaits) {
   begin();
-  for (const double left : {0.75, 0.5, 0.0}) correct(corrected(left));
-  workUntilAnswered(3);
-  for (const CorrectionResult& answer : answers_) EXPECT_TRUE(answer.success) << answer.message;
+  correct(corrected(0.9));
+  workUntilFusedAgain(3);
+  for (int i = 0; i < 91; ++i) correct(corrected(0.5));
+  correct(corrected(0.0));
+  EXPECT_EQ(answers_.size(), 91u);
+  for (const CorrectionResult& answer : answers_) {
+    EXPECT_NE(answer.message.find("a newer correction"), std::string::npos) << answer.message;
+  }
+  workUntilAnswered(93);
+  EXPECT_TRUE(answers_[91].success) << answers_[91].message;
+  EXPECT_TRUE(answers_[92].success) << answers_[92].message;
   expectMapOf(truths(kBefore));
 }
 
@@ -354,98 +348,46 @@ TEST_F(CorrectTest, EndsHoweverManyCome) {
   EXPECT_TRUE(answers_[0].success) << answers_[0].message;
   correct(corrected(0.0));
   workUntilAnswered(sent + 1);
-  for (const CorrectionResult& answer : answers_) EXPECT_TRUE(answer.success) << answer.message;
+  EXPECT_TRUE(answers_.back().success) << answers_.back().message;
   expectMapOf(truths(kBefore));
 }
 
-/// The log counts from its beginning again, and comes to where it was.
-TEST_F(CorrectTest, IsRefusedOnceTheLogHasLostImagesAndCountsAnew) {
+/// Also one that is under way: later frames would be lost. An empty map begins again.
+TEST_F(CorrectTest, IsRefusedOnceTheJournalHasEnded) {
   begin();
   correct(corrected(0.0));
   workUntilFusedAgain(3);
-  loseFromLog();
+  loseFromJournal();
   for (int i = kBefore; i < kCount; ++i) push(i, drifted(i));
-  for (int i = kCount - kBefore; i < kBefore; ++i) {
-    journal_->regionCleared(SphereRegion{Eigen::Vector3d(1000.0, 0.0, 0.0), 0.1});
-  }
   workUntilAnswered();
   work();
-  EXPECT_FALSE(answers_[0].success) << answers_[0].message;
-  EXPECT_NE(answers_[0].message.find("the frame log lacks a part"), std::string::npos);
+  correct(corrected(0.0));
+  ASSERT_EQ(answers_.size(), 2u) << "before anything starts";
+  for (const CorrectionResult& answer : answers_) {
+    EXPECT_FALSE(answer.success);
+    EXPECT_NE(answer.message.find("too slow; nothing is in the journal since"), std::string::npos)
+        << answer.message;
+  }
   expectMapOf(drift(kCount));
-}
-
-TEST_F(CorrectTest, OneOfALogBegunAnewDoesNotJoinWhatCameBefore) {
+  host_.map.clear();
   begin();
   correct(corrected(0.0));
-  workUntilFusedAgain(3);
-  loseFromLog();
-  for (int i = kBefore; i < kBefore + 2; ++i) {
-    push(i, drifted(i));
-    for (int n = 0; n < 4 && host_.depth.counts().fused <= static_cast<uint64_t>(i); ++n) {
-      step();
-    }
-  }
-  ASSERT_EQ(host_.depth.counts().fused, static_cast<uint64_t>(kBefore + 2));
-  correct({{stampOf(kBefore).toSec(), drifted(kBefore)},
-           {stampOf(kBefore + 1).toSec(), truth(kBefore + 1)}});
-  workUntilAnswered(2);
-  EXPECT_FALSE(answers_[0].success) << answers_[0].message;
-  EXPECT_TRUE(answers_[1].success) << answers_[1].message;
-  EXPECT_EQ(answers_[1].moved, 1u);
-  std::vector<Eigen::Isometry3d> poses = drift(kBefore + 2);
-  poses.back() = truth(kBefore + 1);
-  expectMapOf(poses);
+  workUntilAnswered(3);
+  EXPECT_TRUE(answers_[2].success) << answers_[2].message;
 }
 
 /// What one under way has moved already is there only once that is.
 TEST_F(CorrectTest, ThatNothingMovesIsAnsweredOnceTheMapIsThere) {
   begin();
   correct(corrected(0.0));
-  correct(corrected(0.0));
   workUntilFusedAgain(3);
+  correct(corrected(0.0));
   EXPECT_TRUE(answers_.empty());
   workUntilAnswered(2);
   EXPECT_EQ(answers_[0].moved, static_cast<size_t>(kBefore - 1)) << answers_[0].message;
   EXPECT_TRUE(answers_[1].success);
   EXPECT_EQ(answers_[1].message, "no frame moves");
   expectMapOf(truths(kBefore));
-}
-
-/// As in the path of a SLAM, which names all that it has ever seen.
-TEST_F(CorrectTest, WhatTheLogNoLongerHasIsNamedButDoesNotMove) {
-  begin();
-  loseFromLog();
-  for (int i = kBefore; i < kCount; ++i) push(i, drifted(i));
-  work();
-  std::vector<Eigen::Isometry3d> poses = drift(kCount);
-  const auto path = [&] {
-    std::vector<StampedPose> path;
-    for (int i = 0; i < kCount; ++i) {
-      path.push_back({stampOf(i).toSec(), poses[static_cast<size_t>(i)]});
-    }
-    return path;
-  };
-  correct({{7.0, truth(0)}});
-  workUntilAnswered();  // by then all is on the disk
-  for (int i = kBefore + 1; i < kCount; ++i) poses[static_cast<size_t>(i)] = truth(i);
-  correct(path());
-  workUntilAnswered(2);
-  ASSERT_TRUE(answers_[1].success) << answers_[1].message;
-  EXPECT_EQ(answers_[1].moved, static_cast<size_t>(kCount - kBefore - 1));
-  expectMapOf(poses);
-
-  std::vector<StampedPose> far = path();
-  far[3].T_W_C.translation().x() += 0.1;
-  correct(far);
-  ASSERT_EQ(answers_.size(), 3u) << "without the log";
-  EXPECT_FALSE(answers_[2].success);
-  EXPECT_NE(answers_[2].message.find("reaches back to 100.3"), std::string::npos)
-      << answers_[2].message;
-  far.resize(3);
-  correct(far);
-  ASSERT_EQ(answers_.size(), 4u);
-  EXPECT_EQ(answers_[3].message, "no frame moves");
 }
 
 TEST_F(CorrectTest, WhatMovesTooLittleIsLeft) {
@@ -472,7 +414,7 @@ TEST_F(CorrectTest, EndsWithTheMap) {
   push(kBefore, truth(kBefore));
   work();
   EXPECT_EQ(host_.depth.counts().fused, static_cast<uint64_t>(kBefore + 1));
-  correct({{stampOf(kBefore).toSec(), drifted(kBefore)}});  // the log that is open is of no map
+  correct({{stampOf(kBefore).toSec(), drifted(kBefore)}});  // what is open is of no map
   workUntilAnswered(2);
   EXPECT_TRUE(answers_[1].success) << answers_[1].message;
   EXPECT_EQ(answers_[1].fused, 1u);
@@ -508,23 +450,22 @@ TEST_F(CorrectionOfALargeMap, IsRefused) {
   EXPECT_NE(answers_[0].message.find("map/max_memory_mb"), std::string::npos);
 }
 
-/// A log that is damaged meanwhile leaves the map as it is.
-TEST_F(CorrectTest, ADamagedLogIsAnAnswer) {
+/// A journal that is damaged meanwhile leaves the map as it is.
+TEST_F(CorrectTest, ADamagedJournalIsAnAnswer) {
   begin();
   const std::string before = fileOf(*makeMapper(host_.params.mapper, contents()));
-  correct({{7.0, truth(0)}});
-  workUntilAnswered();  // by then all is on the disk
-  const std::string segment = segmentsIn(stretchesIn(folder_ / "log").front().path).front();
-  std::string bytes = readBytes(segment);
-  bytes[bytes.size() - 100] = static_cast<char>(bytes[bytes.size() - 100] ^ 4);
+  ASSERT_TRUE(journal_->written().get());
+  const std::string path = journal_->path();
+  std::string bytes = readBytes(path);
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
   {
-    std::fstream file(segment, std::ios::binary | std::ios::in | std::ios::out);
+    std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
     file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   }
   correct(corrected(0.0));
-  workUntilAnswered(2);
-  EXPECT_FALSE(answers_[1].success);
-  EXPECT_NE(answers_[1].message.find("damaged"), std::string::npos) << answers_[1].message;
+  workUntilAnswered();
+  EXPECT_FALSE(answers_[0].success);
+  EXPECT_NE(answers_[0].message.find("damaged"), std::string::npos) << answers_[0].message;
   EXPECT_EQ(fileOf(*makeMapper(host_.params.mapper, contents())), before);
   push(kBefore, drifted(kBefore));
   work();

@@ -261,7 +261,7 @@ TEST_F(Input, AnImageAtTheEndOfTimeSilencesNothing) {
 TEST_F(Input, EndsSoonWhateverWaits) {
   ros::param::set("/second/backend", "cpu");
   ros::param::set("/second/threads", 1);
-  ros::param::set("/second/log/folder", outputFolder() + "/log");
+  ros::param::set("/second/journal/folder", outputFolder() + "/journals");
   const pid_t node = fork();
   if (node == 0) {
     execl(DTSDF_MAPPING_NODE, DTSDF_MAPPING_NODE, "__name:=second",

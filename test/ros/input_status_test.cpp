@@ -267,7 +267,7 @@ TEST(Status, OfOneLevelTheMoreImportantIsReported) {
   report(status, MapStatus::OK, MapStatus::NO_SURFACE, "no surface");
   EXPECT_EQ(status.code, MapStatus::NO_SURFACE);
   report(status, MapStatus::WARN, MapStatus::MAP_FULL, "full");
-  report(status, MapStatus::WARN, MapStatus::LOG_INCOMPLETE, "log");
+  report(status, MapStatus::WARN, MapStatus::JOURNAL_INCOMPLETE, "journal");
   EXPECT_EQ(status.message, "full");
   report(status, MapStatus::WARN, MapStatus::SILENT, "silent");
   EXPECT_EQ(status.message, "silent");

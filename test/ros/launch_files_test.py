@@ -5,6 +5,7 @@ import ast
 import concurrent.futures
 import contextlib
 import os
+import pathlib
 import re
 import shlex
 import signal
@@ -287,7 +288,7 @@ class Running(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder, free_master(folder) as environment:
             with launched(environment, *of_mapping(
                     "rtabmap", environment, f"output_directory:={folder}",
-                    f"log_folder:={folder}/log", "voxel_size_m:=0.05",
+                    f"journal_folder:={folder}/journals", "voxel_size_m:=0.05",
                     "registered_depth:=/camera/depth/image_rect_raw")) as printed:
                 with launched(environment, "--wait", "realsense2_camera", "rs_camera.launch"):
                     told = watch(environment, "'fused again' in status.last_correction",
@@ -296,7 +297,8 @@ class Running(unittest.TestCase):
             self.assertIn("fused again", told, output)
             self.assertRegex(output, r"corrected_path: \d+ frames moved, by up to 0\.1 m and 0 rad")
             reconstruct = os.path.join(os.environ["DTSDF_PROGRAMS"], "reconstruct")
-            made = subprocess.run([reconstruct, f"{folder}/log", "--backend", "cpu", "--mesh",
+            journal = next(pathlib.Path(folder, "journals").glob("*.dtsdfj"))
+            made = subprocess.run([reconstruct, str(journal), "--backend", "cpu", "--mesh",
                                    f"{folder}/wall.obj"], text=True, check=False,
                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
             self.assertEqual(made.returncode, 0, made.stdout)

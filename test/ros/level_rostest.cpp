@@ -1,4 +1,5 @@
 /// map/level: the map frame is the first camera, and the map is level in a frame of its own.
+#include <dtsdf_mapping/CorrectPoses.h>
 #include <dtsdf_mapping/GetDistances.h>
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
@@ -10,8 +11,10 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "dtsdf_mapping/io/map_file.h"
+#include "io/trajectory.h"
 #include "ros/support/blocks_watcher.h"
 #include "ros/support/grid_reader.h"
 #include "ros/support/messages.h"
@@ -43,6 +46,7 @@ class LevelTest : public WallCamera {
         renderDepth(makeRoomScene(), FakeCamera::kIntrinsics, FakeCamera::kWidth,
                     FakeCamera::kHeight, T_R_C));
     camera_.sendPose(roomInMap() * T_R_C, stamp);
+    sent_.push_back({stamp.toSec(), roomInMap() * T_R_C});
     camera_.send(image, camera_.info(stamp));
     EXPECT_TRUE(waitUntil(
         [&] { return status_.status().frames_fused + status_.status().frames_dropped > done; }));
@@ -105,6 +109,17 @@ class LevelTest : public WallCamera {
 
   std::string lastDrop() const { return status_.status().cameras.at(0).streams.at(0).last_drop; }
 
+  /// Poses in the map frame are those that were sent: a map that is level stays it.
+  void expectNothingIsCorrected() {
+    saveTrajectory(sent_, outputFolder() + "/sent.txt");
+    dtsdf_mapping::CorrectPoses call;
+    call.request.file_name = "sent.txt";
+    ASSERT_TRUE(ros::service::call("/mapping/correct_poses", call));
+    EXPECT_TRUE(call.response.success) << call.response.message;
+    EXPECT_EQ(call.response.moved, 0u) << call.response.message;
+  }
+
+  std::vector<StampedPose> sent_;
   tf2_ros::Buffer transforms_;
   std::optional<tf2_ros::TransformListener> listener_;
 };
@@ -132,6 +147,7 @@ TEST_F(LevelTest, floor) {
   expectLevel(0.3, 0.0, 0.01);
   expectMapAt(0.0);
   EXPECT_EQ(status_.dropped("not_level"), dropped) << "from then on, all are fused";
+  expectNothingIsCorrected();
 
   // One place by its coordinates in either frame.
   const Vector3d p_R(1.2, 0.9, 0.3);

@@ -113,8 +113,8 @@ TEST_F(MapsTest, TakeThePlaceOfWhatWasMapped) {
   EXPECT_TRUE(readBytes(saveMesh("after.ply").path) == mesh);
 }
 
-/// The frame log, beside a map that was loaded, emptied in part and mapped on.
-TEST_F(MapsTest, AreWhatTheirLogLeadsTo) {
+/// The journal, beside a map that was loaded, emptied in part and mapped on.
+TEST_F(MapsTest, AreWhatTheirJournalLeadsTo) {
   ASSERT_TRUE(saveMapAs("wall.dtsdf").success);
   fuseFrames(2);
   ASSERT_TRUE(loadMapFrom("wall.dtsdf").success);
@@ -128,9 +128,10 @@ TEST_F(MapsTest, AreWhatTheirLogLeadsTo) {
   const std::string map = readBytes(saveMapAs("now.dtsdf").path);
   ASSERT_FALSE(map.empty());
   const std::string again = in("again.dtsdf"), command = std::string(DTSDF_RECONSTRUCT) + " " +
-                                                         in("log") + " --save-map " + again +
-                                                         " > " + in("reconstruct.log") + " 2>&1";
-  EXPECT_TRUE(waitUntil([&] {  // the last records may still be on their way to the disk
+                                                         newestJournalIn(in("journals")) +
+                                                         " --save-map " + again + " > " +
+                                                         in("reconstruct.log") + " 2>&1";
+  EXPECT_TRUE(waitUntil([&] {  // the last records may still be on their way to the file
     return std::system(command.c_str()) == 0 && readBytes(again) == map;
   })) << readBytes(in("reconstruct.log"));
 }

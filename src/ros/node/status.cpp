@@ -124,8 +124,8 @@ void StatusPublisher::fillDiagnostics(
   }
   diagnostics.add("refused blocks", status_.refused_blocks);
   diagnostics.add("triangles", status_.triangles);
-  diagnostics.add("log bytes", status_.log_bytes);
-  diagnostics.add("log lost", status_.log_lost);
+  diagnostics.add("journal bytes", status_.journal_bytes);
+  diagnostics.add("journal lost", status_.journal_lost);
   diagnostics.add("last correction", status_.last_correction);
   diagnostics.add("integrate ms", status_.integrate_ms);
   diagnostics.add("mesh ms", status_.mesh_ms);

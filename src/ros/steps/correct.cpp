@@ -22,8 +22,8 @@
 namespace dtsdf {
 namespace {
 
-/// For the last records to be on the disk, before the maps are swapped.
-constexpr std::chrono::milliseconds kLogWait{20};
+/// For the last records to be in the file, before the maps are swapped.
+constexpr std::chrono::milliseconds kJournalWait{20};
 
 template <class Value>
 bool isReady(const Value& future) {
@@ -35,6 +35,7 @@ const char kOnlyByTf[] = "frames can be moved only where poses/mode is tf";
 constexpr std::chrono::milliseconds kLookForTheEnd(100);
 
 const char kNothingMoves[] = "no frame moves";
+const char kReplaced[] = "a newer correction has taken its place before it began";
 
 double secondsSince(SteadyTime time) { return toSeconds(std::chrono::steady_clock::now() - time); }
 
@@ -43,10 +44,11 @@ std::string describe(const CorrectionEffect& effect) {
                    effect.farthest_rad);
 }
 
-std::string gapOf(const LogReport& log) {
-  return "the frame log lacks a part of the map" +
-         (log.problem.empty() ? "" : " (" + log.problem + ")") +
-         "; a correction can be made of what is logged from now on";
+/// @throws std::runtime_error where the journal lacks frames of the map
+void requireWhole(const std::string& problem) {
+  if (problem.empty()) return;
+  throw std::runtime_error("the journal lacks frames of the map: " + problem +
+                           "; clear_map begins a new one");
 }
 
 }  // namespace
@@ -108,12 +110,13 @@ void CorrectStep::requireJournal() const {
   if (host_.params.node.poses.mode != PoseMode::kTf) throw std::runtime_error(kOnlyByTf);
   if (journal_ != nullptr) return;
   throw std::runtime_error(
-      "frames can be moved only if they are logged; start the node with log/folder");
+      "frames can be moved only if they are in a journal; start the node with journal/folder");
 }
 
-/// In the map, of the camera.
+/// In the map, of the camera. A frame that is not named is the map frame, level or not.
 std::vector<StampedPose> CorrectStep::cameraPoses(const GivenPoses& given) const {
-  const Eigen::Isometry3d T_W_F = host_.frame.find(given.frame_id);
+  const Eigen::Isometry3d T_W_F =
+      host_.frame.find(given.frame_id.empty() ? host_.params.node.map_frame : given.frame_id);
   Eigen::Isometry3d T_B_C = Eigen::Isometry3d::Identity();
   if (!given.child_frame.empty()) {
     std::string camera;
@@ -160,7 +163,7 @@ void CorrectStep::takePath() {
   const auto answer = [](const CorrectionResult& result) {
     if (result.success && result.moved > 0) {
       ROS_INFO_STREAM_NAMED("dtsdf_mapping", "corrected_path: " << result.message);
-    } else if (!result.success) {
+    } else if (!result.success && result.message != kReplaced) {
       ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping",
                                      "corrected_path is refused: " << result.message);
     }
@@ -175,47 +178,36 @@ void CorrectStep::takePath() {
 void CorrectStep::add(Request request) {
   host_.map.throwIfFailed();
   Pending pending;
-  pending.request = std::move(request);
   pending.came = std::chrono::steady_clock::now();
+  pending.request = std::move(request);
   try {
-    if (isForNothing(pending.request)) return answer(pending, kNothingMoves);
+    requireWhole(journal_->problem());
+    if (isForNothing(pending)) return answer(pending, kNothingMoves);
     const std::string problem = whyTooLarge(host_.map.mapper().stats());
     if (!problem.empty()) throw std::runtime_error(problem);
   } catch (const std::exception& error) {
     return refuse(pending, errorText(error));
   }
-  pending.correction.poses = std::move(pending.request.poses);
-  pending.mark = journal_->mark().share();
-  waiting_.push_back(std::move(pending));
+  if (waiting_) {
+    CorrectionResult replaced;
+    replaced.message = kReplaced;
+    waiting_->request.answer(replaced);
+  }
+  waiting_ = std::move(pending);
   noteProgress();
 }
 
-/// Known without the log: a SLAM may say every second that nothing has changed.
-bool CorrectStep::isForNothing(Request& request) const {
-  if (!journal_->hasImages() || fused_.empty()) {
+/// Checks a correction, and leaves only poses of images in it: a SLAM may say every second that
+/// nothing has changed. @throws std::runtime_error where it is refused
+bool CorrectStep::isForNothing(Pending& pending) const {
+  if (fused_.empty()) {
     throw std::runtime_error("no frame has been fused since the start, clear_map or load_map");
   }
-  const PoseCorrection correction(request.poses, fused_);
-  leaveOutLost(correction, request);
-  if (request.poses.empty()) return true;
-  return waiting_.empty() && joined_.empty() && correction.farthest() < request.least;
+  const PoseCorrection correction(std::move(pending.request.poses), fused_);
+  pending.request.poses.clear();
+  pending.correction = {journal_->count(), correction.used()};
+  return !current_ && correction.farthest() < pending.request.least;
 }
-
-/// What is older than the log cannot move; a SLAM's path names it all the same. Not once a
-/// recording has begun anew: the log may hold all of it, behind later stamps.
-void CorrectStep::leaveOutLost(const PoseCorrection& correction, Request& request) const {
-  const std::optional<double> first_s = journal_->report().first_stamp_s;
-  if (!first_s || has_begun_anew_) return;
-  const double from_s = *first_s - PoseCorrection::kSameStamp_s;
-  const std::optional<double> moved_s =
-      correction.firstMoved_s(std::max(request.least, PoseCorrection::kLeast));
-  if (moved_s && *moved_s < from_s) throw std::runtime_error(reachesBack(*moved_s, *first_s));
-  const auto isLost = [&](const StampedPose& pose) { return pose.stamp_s < from_s; };
-  std::vector<StampedPose>& poses = request.poses;
-  poses.erase(std::remove_if(poses.begin(), poses.end(), isLost), poses.end());
-}
-
-bool CorrectStep::isMarked() const { return !waiting_.empty() && isReady(waiting_.front().mark); }
 
 /// What is done by another thread takes no time of this one, so it goes before frames.
 Step::Work CorrectStep::hasWork() const {
@@ -223,124 +215,67 @@ Step::Work CorrectStep::hasWork() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (path_) return Work::kBeforeFrames;
   }
-  const bool has_work = refusion_ != nullptr || (opening_.valid() ? isReady(opening_) : isMarked());
-  if (!has_work) return Work::kNone;
-  return !isFusing() || catch_up_.isLogsTurn() ? Work::kBeforeFrames : Work::kWhenIdle;
+  if (refusion_) return catch_up_.isJournalsTurn() ? Work::kBeforeFrames : Work::kWhenIdle;
+  return (opening_.valid() ? isReady(opening_) : waiting_.has_value()) ? Work::kBeforeFrames
+                                                                       : Work::kNone;
 }
 
 void CorrectStep::work() {
   takePath();
-  if (refusion_ == nullptr) return opening_.valid() ? takeOpened() : openLog();
   std::string problem = "unknown error";
   try {
-    join();
-    return fuseAgain();
+    if (refusion_) return fuseAgain();
+    if (isReady(opening_)) return takeOpened();
+    if (!opening_.valid() && waiting_) return open();
+    return;
   } catch (const std::exception& error) {
     problem = errorText(error);
   } catch (...) {
   }
-  refuseJoined(problem);
-  freeLater(std::move(refusion_));
+  refuse(current_, problem);
+  endCurrent();
+}
+
+void CorrectStep::open() {
+  current_ = std::exchange(waiting_, std::nullopt);
+  opening_ =
+      std::async(std::launch::async,
+                 [written = journal_->written(), path = journal_->path(), run = host_.params.mapper,
+                  correction = current_->correction]() mutable -> std::unique_ptr<Refusion> {
+                   if (!written.get()) return nullptr;
+                   return std::make_unique<Refusion>(path, run, std::move(correction));
+                 });
+}
+
+/// In vain where the map is another one by now.
+void CorrectStep::takeOpened() {
+  refusion_ = opening_.get();
+  if (!current_) return endCurrent();
+  requireWhole(journal_->problem());
+  if (!refusion_) throw std::runtime_error("the journal cannot be written");
+  const CorrectionEffect& effect = refusion_->effect();
+  if (effect.moved == 0 ||
+      std::max(effect.farthest_m, effect.farthest_rad) < current_->request.least) {
+    answer(*current_, kNothingMoves);
+    return endCurrent();
+  }
+  catch_up_ = CatchUp();
   noteProgress();
 }
 
 void CorrectStep::fuseAgain() {
-  if (joined_.empty()) {
-    freeLater(std::move(refusion_));
-  } else if (refusion_->hasToBegin()) {
-    begin();
-  } else {
-    const bool has_fused = refusion_->step(host_.map.stats().map_bytes);
-    catch_up_.turn(has_fused);
-    if (!has_fused && hasCaughtUp()) return finish();
-  }
+  const bool has_fused = refusion_->step(host_.map.stats().map_bytes);
+  catch_up_.turn(has_fused);
+  if (!has_fused && hasCaughtUp()) return finish();
   noteProgress();
 }
 
-void CorrectStep::openLog() {
-  if (!isMarked()) return;
-  const Mark mark = waiting_.front().mark.get();
-  life_ = mark ? mark->life : 0;
-  has_begun_again_ = is_closed_ = false;
-  opening_ =
-      std::async(std::launch::async, [folder = journal_->folder(), run = host_.params.mapper] {
-        return std::make_unique<Refusion>(folder, run);
-      });
-}
-
-void CorrectStep::begin() {
-  catch_up_ = CatchUp();
-  opening_ = std::async(std::launch::async, [refusion = std::move(refusion_)]() mutable {
-    refusion->begin();
-    return std::move(refusion);
-  });
-}
-
-void CorrectStep::takeOpened() {
-  if (!isReady(opening_)) return;
-  const bool in_vain = std::exchange(discard_opened_log_, false);
-  try {
-    refusion_ = opening_.get();
-    if (in_vain) freeLater(std::move(refusion_));
-  } catch (const std::exception& error) {
-    if (in_vain) return;
-    if (joined_.empty()) {
-      refuse(waiting_.front(), errorText(error));
-      waiting_.pop_front();
-    }
-    refuseJoined(errorText(error));
-    noteProgress();
-  }
-}
-
-/// One of a log that has begun anew waits until the others are refused, which lack the rest.
-void CorrectStep::join() {
-  while (!is_closed_ && isMarked()) {
-    Pending& next = waiting_.front();
-    const Mark mark = next.mark.get();
-    if (mark && mark->life > life_) throw std::runtime_error(gapOf(journal_->report()));
-    bool is_joined = false;
-    try {
-      is_joined = joins(next);
-    } catch (const std::exception& error) {
-      refuse(next, errorText(error));
-    }
-    if (is_joined) joined_.push_back(std::move(next));
-    if (!is_closed_) waiting_.pop_front();
-  }
-}
-
-/// Where nothing more moves it is answered with those before it, by which it may be so.
-bool CorrectStep::joins(Pending& next) {
-  next.correction.before = numberOf(next.mark.get());
-  next.effect = refusion_->effectOf(next.correction);
-  if (next.effect.moved == 0 ||
-      std::max(next.effect.farthest_m, next.effect.farthest_rad) < next.request.least) {
-    next.effect = {};
-    if (!joined_.empty()) return true;
-    answer(next, kNothingMoves);
-    return false;
-  }
-  if (refusion_->isTooLateFor(next.effect)) {
-    is_closed_ = has_begun_again_;
-    if (is_closed_) return false;
-    has_begun_again_ = true;
-  }
-  refusion_->correct(next.correction);
-  return true;
-}
-
-/// While it waits, nothing is added to the log.
+/// While it waits, nothing is added to the journal.
 bool CorrectStep::hasCaughtUp() {
-  std::future<Mark> mark = journal_->mark();
-  if (mark.wait_for(kLogWait) != std::future_status::ready) return false;
-  return numberOf(mark.get()) == refusion_->nextNumber();
-}
-
-/// Of a mark in the log that is open: one that has begun anew since counts anew.
-uint64_t CorrectStep::numberOf(const Mark& mark) const {
-  if (mark && mark->life == life_) return mark->number;
-  throw std::runtime_error(gapOf(journal_->report()));
+  std::future<bool> written = journal_->written();
+  if (written.wait_for(kJournalWait) != std::future_status::ready) return false;
+  if (!written.get()) requireWhole(journal_->problem());
+  return journal_->count() == refusion_->count();
 }
 
 /// The map takes the place of the live one.
@@ -348,21 +283,21 @@ void CorrectStep::finish() {
   std::map<PackedKey, BlockMesh> mesh = refusion_->takeMesh();
   std::unique_ptr<Mapper> before =
       host_.map.replaceCorrected(refusion_->takeMapper(), std::move(mesh));
-  for (const LogCorrection& correction : refusion_->corrections()) journal_->corrected(correction);
+  journal_->corrected(refusion_->correction());
   T_W_S_ = refusion_->motion() * T_W_S_;
-  updateFused();
-  for (const Pending& pending : joined_) {
-    if (pending.effect.moved == 0) {
-      answer(pending, kNothingMoves);
-      continue;
-    }
-    answer(pending, describe(pending.effect) +
-                        formatted("; %zu fused again in %g s", refusion_->fused(),
-                                  std::round(100.0 * secondsSince(pending.came)) / 100.0));
-  }
-  joined_.clear();
-  freeLater(std::move(refusion_));
+  fused_ = refusion_->firstCamera();
+  answer(*current_,
+         describe(refusion_->effect()) +
+             formatted("; %zu fused again in %g s", refusion_->fused(),
+                       std::round(100.0 * secondsSince(current_->came)) / 100.0),
+         refusion_->effect(), refusion_->fused());
+  endCurrent();
   freeLater(std::move(before));
+}
+
+void CorrectStep::endCurrent() {
+  current_.reset();
+  if (refusion_) freeLater(std::move(refusion_));
   noteProgress();
 }
 
@@ -374,35 +309,23 @@ void CorrectStep::freeLater(std::unique_ptr<Object> object) {
       std::async(std::launch::async, [object = std::move(object)]() mutable { object.reset(); }));
 }
 
-/// What the log no longer has stays where it is.
-void CorrectStep::updateFused() {
-  std::vector<StampedPose> fused = refusion_->firstCamera();
-  const double from_s = fused.front().stamp_s - PoseCorrection::kSameStamp_s;
-  const auto logged = std::find_if(fused_.begin(), fused_.end(),
-                                   [&](const StampedPose& pose) { return pose.stamp_s >= from_s; });
-  fused.insert(fused.begin(), fused_.begin(), logged);
-  fused_ = std::move(fused);
-}
-
 void CorrectStep::giveUp(const std::string& reason) {
-  refuseJoined(reason);
-  for (const Pending& pending : waiting_) refuse(pending, reason);
-  waiting_.clear();
-  if (refusion_) freeLater(std::move(refusion_));
-  discard_opened_log_ = opening_.valid();
+  refuse(current_, reason);
+  refuse(waiting_, reason);
+  waiting_.reset();
+  endCurrent();
   fused_.clear();
-  has_begun_anew_ = false;
   T_W_S_ = Eigen::Isometry3d::Identity();
-  noteProgress();
 }
 
-/// Once it is known that the log grows faster, its frames go first.
+/// Once it is known that the journal grows faster, its frames go first.
 void CorrectStep::noteFrame() {
-  if (!isFusing() || !catch_up_.newFrame()) return;
-  ROS_WARN_STREAM_NAMED("dtsdf_mapping",
-                        "frames arrive faster than the correction of those before can fuse them "
-                        "as well: until it is done, two logged frames are fused for each new one, "
-                        "and new ones may be dropped");
+  if (!refusion_ || !catch_up_.newFrame()) return;
+  ROS_WARN_STREAM_NAMED(
+      "dtsdf_mapping",
+      "frames arrive faster than the correction of those before can fuse them "
+      "as well: until it is done, two frames of the journal are fused for each new one, "
+      "and new ones may be dropped");
 }
 
 void CorrectStep::replaced(const Replacement& replacement) {
@@ -434,18 +357,17 @@ void CorrectStep::fused(const PosedFrame& frame, const IntegrationResult& result
   const auto* const depth = std::get_if<DepthFrame>(&frame.image);
   if (depth == nullptr || frame.camera != 0) return;
   const double stamp_s = frame.stamp.toSec();
-  if (!fused_.empty() && stamp_s < fused_.back().stamp_s - GivenMotion::kBegin_s) {
-    fused_.clear();
-    has_begun_anew_ = true;
-  }
+  if (!journal_->problem().empty()) return fused_.clear();  // it bounds them
+  if (!fused_.empty() && stamp_s < fused_.back().stamp_s - GivenMotion::kBegin_s) fused_.clear();
   if (fused_.empty() || stamp_s > fused_.back().stamp_s) fused_.push_back({stamp_s, depth->T_W_C});
 }
 
-void CorrectStep::answer(const Pending& pending, const std::string& message) {
+void CorrectStep::answer(const Pending& pending, const std::string& message,
+                         const CorrectionEffect& effect, size_t fused) {
   CorrectionResult result;
   result.success = true;
-  result.moved = pending.effect.moved;
-  result.fused = result.moved == 0 ? 0 : refusion_->fused();
+  result.moved = effect.moved;
+  result.fused = fused;
   result.seconds = secondsSince(pending.came);
   result.message = message;
   pending.request.answer(result);
@@ -454,21 +376,17 @@ void CorrectStep::answer(const Pending& pending, const std::string& message) {
   report_.last = result.message;
 }
 
-void CorrectStep::refuse(const Pending& pending, const std::string& reason) {
+void CorrectStep::refuse(const std::optional<Pending>& pending, const std::string& reason) {
+  if (!pending) return;
   CorrectionResult result;
   result.message = reason;
-  pending.request.answer(result);
+  pending->request.answer(result);
   noteRefused(reason);
 }
 
 void CorrectStep::noteRefused(const std::string& reason) {
   const std::lock_guard<std::mutex> lock(mutex_);
   report_.last = "refused: " + reason;
-}
-
-void CorrectStep::refuseJoined(const std::string& reason) {
-  for (const Pending& pending : joined_) refuse(pending, reason);
-  joined_.clear();
 }
 
 void CorrectStep::noteProgress() {

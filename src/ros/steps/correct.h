@@ -1,10 +1,9 @@
 /// The step that corrects the poses of images that are in the map: makes the map again beside the
-/// live one, from the log, until it can take its place.
+/// live one, from the journal, until it can take its place.
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <future>
 #include <memory>
@@ -14,8 +13,7 @@
 #include <vector>
 
 #include "dtsdf_mapping/mapper.h"
-#include "log/corrected_poses.h"
-#include "log/refusion.h"
+#include "journal/refusion.h"
 #include "ros/common/pace.h"
 #include "ros/common/requests.h"
 #include "ros/steps/journal.h"
@@ -23,12 +21,12 @@
 
 namespace dtsdf {
 
-/// Whether logged frames are fused again faster than new ones are added to the log. New frames go
-/// first, which leaves the others what time there is. Where that is too little to ever end, two of
-/// the log go before each new one.
+/// Whether frames of the journal are fused again faster than new ones are added to it. New frames
+/// go first, which leaves the others what time there is. Where that is too little to ever end, two
+/// of the journal go before each new one.
 class CatchUp {
  public:
-  /// A new frame is fused. @return whether it is now that the log falls too far behind.
+  /// A new frame is fused. @return whether it is now that the journal falls too far behind.
   bool newFrame() {
     work_since_frame_ = 0;
     --lead_;
@@ -37,14 +35,14 @@ class CatchUp {
     return begins;
   }
 
-  /// It was the log's turn. @param has_fused Else it has waited for the disk, or ended.
+  /// It was the journal's turn. @param has_fused Else it has waited for the disk, or ended.
   void turn(bool has_fused) {
     if (has_fused) lead_ = std::min(lead_ + 1, 0);
     work_since_frame_ += has_fused ? 2 : 1;
   }
 
-  /// Whether the log's next turn is before the next new frame.
-  bool isLogsTurn() const { return falls_behind_ && work_since_frame_ < kWorkPerFrame; }
+  /// Whether the journal's next turn is before the next new frame.
+  bool isJournalsTurn() const { return falls_behind_ && work_since_frame_ < kWorkPerFrame; }
 
  private:
   static constexpr int kMostBehind = 30;  ///< New frames more than those fused again meanwhile.
@@ -67,15 +65,12 @@ struct CorrectionResult {
 /// With a journal and poses/mode tf: corrected poses, by the service correct_poses and the topic
 /// corrected_path.
 ///
-/// A correction first waits until the log holds all frames before it (`waiting_`). Then another
-/// thread opens the log and makes the map to begin with (`opening_`), and images are fused again,
-/// one with each work(), while frames are fused and logged (`refusion_`). Once that has caught up
-/// with the log, its map takes the place of the live one, and the corrections are written to the
-/// log.
+/// One is under way at a time. A thread waits until the journal holds all frames before it, opens
+/// it and makes the map to begin with (`opening_`); then records are done again, one with each
+/// work(), while frames are fused and written (`refusion_`). Once that has caught up with the
+/// journal, its map takes the place of the live one, and the correction is written to the journal.
 ///
-/// One that comes meanwhile joins the one under way. Where images that it moves were fused again
-/// already, all are from the first on; but only once, lest those that come every second keep it
-/// from ever ending: later ones wait for the end.
+/// What comes meanwhile waits; a newer one takes the place of the one that waits.
 class CorrectStep : public Step {
  public:
   struct Request {
@@ -104,13 +99,10 @@ class CorrectStep : public Step {
   size_t fusedAgain() const;
 
  private:
-  using Mark = std::optional<LogMark>;
   struct Pending {
     Request request;
-    LogCorrection correction;
-    std::shared_future<Mark> mark;  ///< Gives `correction.before`.
+    journal::Correction correction;
     SteadyTime came;
-    CorrectionEffect effect = {};
   };
   /// How a correction goes.
   struct Report {
@@ -125,45 +117,33 @@ class CorrectStep : public Step {
   void followPath(GivenPoses given);
   void takePath();
   void correctByCall(const GivenPoses& given, CorrectionResult& result);
-  bool isForNothing(Request& request) const;
-  void leaveOutLost(const PoseCorrection& correction, Request& request) const;
-  bool isMarked() const;
-  bool isFusing() const { return refusion_ != nullptr && !refusion_->hasToBegin(); }
-  void openLog();
+  bool isForNothing(Pending& pending) const;
+  void open();
   void takeOpened();
-  void begin();
-  void join();
-  void updateFused();
-  bool joins(Pending& next);
-  void fuseAgain();
   bool hasCaughtUp();
+  void fuseAgain();
   void finish();
   void giveUp(const std::string& reason);
+  void endCurrent();
   void noteFrame();
-  uint64_t numberOf(const Mark& mark) const;
-  void answer(const Pending& pending, const std::string& message);
-  void refuse(const Pending& pending, const std::string& reason);
+  void answer(const Pending& pending, const std::string& message,
+              const CorrectionEffect& effect = {}, size_t fused = 0);
+  void refuse(const std::optional<Pending>& pending, const std::string& reason);
   void noteRefused(const std::string& reason);
-  void refuseJoined(const std::string& reason);
   template <class Object>
   void freeLater(std::unique_ptr<Object> object);
   void noteProgress();
 
   const Host& host_;
   JournalStep* const journal_;
-  std::deque<Pending> waiting_;  ///< In the order that they came in.
-  std::future<std::unique_ptr<Refusion>> opening_;
-  bool discard_opened_log_ = false;  ///< As the map is another one by now.
-  uint64_t life_ = 0;                ///< Of the log, when it was opened.
+  std::optional<Pending> waiting_, current_;
+  std::future<std::unique_ptr<Refusion>> opening_;  ///< Of `current_`, and then
   std::unique_ptr<Refusion> refusion_;
-  std::vector<Pending> joined_;                       ///< That `refusion_` is of.
-  bool has_begun_again_ = false, is_closed_ = false;  ///< `refusion_`: closed to later ones.
   CatchUp catch_up_;
   std::vector<std::future<void>> freeing_;  ///< Large maps take long to be freed.
 
   // Of the first camera.
   std::vector<StampedPose> fused_;  ///< Of the newest recording, with rising stamps.
-  bool has_begun_anew_ = false;     ///< That is not the first one of the map.
   GivenMotion given_;
   Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();  ///< From where frames are given.
 

@@ -110,7 +110,7 @@ FilesStep::Done FilesStep::saveMap(const std::string& path) {
   std::optional<MapContents> contents;
   SavedMap saved = host_.map_loop
                        .run([&] {
-                         if (host_.map.isPaged()) {
+                         if (!host_.map.hasRoomFor(host_.map.mapper().stats().map_bytes)) {
                            return saveMapOf(host_.map.mapper(), host_.map.origin(map_frame), path);
                          }
                          contents = contentsWith(host_.map.origin(map_frame), host_.map.mapper());
@@ -136,6 +136,11 @@ FilesStep::Done FilesStep::loadMap(const std::string& path) {
   checkLevel(contents, host_.frame.isLevelled());
   const bool is_empty = host_.map_loop.run([this] { return host_.map.isEmpty(); }).get();
   if (!is_empty) checkFitsCurrent(contents);
+  const auto has_room = [&] { return host_.map.hasRoomFor(file->size().bytes()); };
+  if (!is_empty && !host_.map_loop.run(has_room).get()) {
+    file->verify();  // before the map goes that it takes the place of
+    host_.map_loop.run([this] { host_.map.clear(); }).get();
+  }
   const MapperParams params = is_empty ? withSettingsOf(contents, params_) : params_;
   std::unique_ptr<Mapper> mapper = makeMapper(params, partsOf(file));
   // The old mapper comes back, so that the map's thread need not wait until its memory is freed.
@@ -144,8 +149,7 @@ FilesStep::Done FilesStep::loadMap(const std::string& path) {
                  // Frames may have come meanwhile, with the settings that the map had.
                  if (!host_.map.isEmpty()) checkFitsCurrent(contents);
                  return host_.map.replace(
-                     {std::move(mapper), params.map.voxel_size_m, path, partsOf(file).head,
-                      [file](const std::string& to) { copyMapFile(*file, to); }});
+                     {std::move(mapper), params.map.voxel_size_m, path, partsOf(file).head, file});
                })
                .get();
   mapper.reset();

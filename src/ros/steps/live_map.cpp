@@ -326,7 +326,7 @@ std::unique_ptr<Mapper> LiveMap::replace(LoadedMap loaded) {
   loaded_stamp_s_ = loaded.head->stamp_s;
   fused_since_mesh_ = true;
   parts_.mesh_changes.clear(loaded.voxel_size_m);
-  startOver({Replacement::Kind::kLoaded, loaded.head, std::move(loaded.write)});
+  startOver({Replacement::Kind::kLoaded, loaded.head, std::move(loaded.opened)});
   const std::lock_guard<std::mutex> lock(report_mutex_);
   report_.loaded_map = loaded.path;
   report_.voxel_size_m = loaded.voxel_size_m;

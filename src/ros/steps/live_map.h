@@ -70,8 +70,12 @@ class LiveMap {
   /// @throws std::runtime_error if the region has a problem, or the backend has failed, or fails.
   ClearedRegion clearRegion(const Region& region);
 
-  /// Whether some of the map is on disk: it is to be saved piece by piece then.
-  bool isPaged() const { return mapper_->stats().pages.blocks > 0; }
+  /// Whether a second map of so many bytes fits beside it into the budget.
+  bool hasRoomFor(size_t bytes) const {
+    if (hasFailed()) return true;  // it goes all the same
+    const MapStats stats = mapper_->stats();
+    return stats.pages.blocks == 0 && stats.map_bytes + bytes <= stats.max_map_bytes;
+  }
   /// Whether nothing is mapped; no map that has failed counts as empty.
   bool isEmpty() const;
 
@@ -80,8 +84,8 @@ class LiveMap {
     std::unique_ptr<Mapper> mapper;
     float voxel_size_m;
     std::string path;
-    std::shared_ptr<const MapContents> head;  ///< Of what is in the mapper.
-    MapWriter write = nullptr;                ///< Writes that, for the journal.
+    std::shared_ptr<const MapContents> head;            ///< Of what is in the mapper.
+    std::shared_ptr<const MapChunks> opened = nullptr;  ///< The file, for the journal.
   };
   /// Goes on with a map that was loaded, and starts over after a failure; the whole mesh is handed
   /// over again. @return the mapper so far.

@@ -24,17 +24,15 @@
 namespace dtsdf {
 
 class LiveMap;
+class MapChunks;
 class MapFrame;
-
-/// Writes a map to a file of this name.
-using MapWriter = std::function<void(const std::string& path)>;
 
 /// What has taken the place of the map.
 struct Replacement {
   enum class Kind { kCleared, kLoaded, kCorrected };
   Kind kind = Kind::kCleared;
   std::shared_ptr<const MapContents> head = nullptr;  ///< If loaded: of the file, without voxels.
-  MapWriter write = nullptr;                          ///< The same.
+  std::shared_ptr<const MapChunks> file = nullptr;    ///< The same, for the journal.
   Mapper* before = nullptr;                           ///< If corrected: the map of before.
 };
 

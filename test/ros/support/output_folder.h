@@ -10,6 +10,7 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
 
@@ -37,6 +38,15 @@ inline std::string outputFolder() {
 }
 
 /// For the end of a suite of tests.
+/// Names begin with the time.
+inline std::string newestJournalIn(const std::string& folder) {
+  std::string newest;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() == ".dtsdfj") newest = std::max(newest, entry.path().string());
+  }
+  return newest;
+}
+
 inline void removeOutputFolder() { std::filesystem::remove_all(outputFolder()); }
 
 inline void clearMap() {

@@ -331,27 +331,6 @@ TEST_F(CorrectTest, OnlyTheNewestWaits) {
   expectMapOf(truths(kBefore));
 }
 
-/// A SLAM that says something new whenever images are fused again does not keep it from ending.
-TEST_F(CorrectTest, EndsHoweverManyCome) {
-  begin();
-  correct(corrected(0.9));
-  size_t sent = 1;
-  for (int i = 0; i < 5000 && answers_.empty(); ++i) {
-    step();
-    if (correction_->fusedAgain() == 3) {
-      correct(corrected(sent % 2 == 0 ? 0.9 : 0.5));
-      ++sent;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  ASSERT_FALSE(answers_.empty());
-  EXPECT_TRUE(answers_[0].success) << answers_[0].message;
-  correct(corrected(0.0));
-  workUntilAnswered(sent + 1);
-  EXPECT_TRUE(answers_.back().success) << answers_.back().message;
-  expectMapOf(truths(kBefore));
-}
-
 /// Also one that is under way: later frames would be lost. An empty map begins again.
 TEST_F(CorrectTest, IsRefusedOnceTheJournalHasEnded) {
   begin();

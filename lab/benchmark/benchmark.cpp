@@ -23,7 +23,7 @@ std::vector<SourceFrame> readFrames(const BenchmarkOptions& options) {
   return frames;
 }
 
-Report measureFrames(const BenchmarkOptions& options, const RunSettings& settings) {
+std::string measureFrames(const BenchmarkOptions& options, const RunSettings& settings) {
   const std::vector<SourceFrame> frames = readFrames(options);
   Measurement measurement;
   {
@@ -34,7 +34,7 @@ Report measureFrames(const BenchmarkOptions& options, const RunSettings& setting
   return reportMeasurement(measurement);
 }
 
-Report measureFlight(const BenchmarkOptions& options, const RunSettings& settings) {
+std::string measureFlight(const BenchmarkOptions& options, const RunSettings& settings) {
   constexpr double kMiB = 1024.0 * 1024.0;
   const FlightPlan plan{static_cast<size_t>(options.grow_to_gib * 1024.0 * kMiB), options.speed_m,
                         options.returns};
@@ -70,11 +70,11 @@ void run(const BenchmarkOptions& options) {
         "frame of their poses\n",
         stderr);
   }
-  const Report report = options.gpu_report ? reportGpuRates(reportGpu())
-                        : options.flight   ? measureFlight(options, settings)
-                                           : measureFrames(options, settings);
-  if (!options.report_path.empty()) writeFileAtomically(options.report_path, report.json);
-  std::fputs(report.text.c_str(), stdout);
+  const std::string report = options.gpu_report ? reportGpuRates(reportGpu())
+                             : options.flight   ? measureFlight(options, settings)
+                                                : measureFrames(options, settings);
+  if (!options.report_path.empty()) writeFileAtomically(options.report_path, report);
+  std::fputs(report.c_str(), stdout);
 }
 
 }  // namespace

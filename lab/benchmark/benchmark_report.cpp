@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "mapper/probed_mapper.h"
-#include "params/text.h"
 #include "tools/reconstruction_report.h"
 
 namespace dtsdf {
@@ -103,50 +102,6 @@ json mapOf(const Measurement& m) {
           {"triangles", m.triangles}};
 }
 
-std::string memoryText(const json& memory) {
-  std::string text = "memory in MiB          used  reserved\n";
-  for (const json& part : memory["parts"]) {
-    text += formatted("  %-8s %-22s %8.2f %9.2f\n", part["kind"].get<std::string>().c_str(),
-                      part["name"].get<std::string>().c_str(), part["used"].get<double>() / kMiB,
-                      part["reserved"].get<double>() / kMiB);
-  }
-  return text + formatted("  taken from the device %.1f, whole mesh on the host %.2f\n",
-                          memory["device"].get<double>() / kMiB,
-                          memory["whole_mesh"].get<double>() / kMiB);
-}
-
-std::string summaryLine(const char* name, const json& times) {
-  return formatted("  %-10s %9.3f %9.3f %9.3f", name, times["median"].get<double>(),
-                   times["p95"].get<double>(), times["worst"].get<double>());
-}
-
-std::string measurementText(const json& report) {
-  std::string text =
-      formatted("%s, %d frames\nms per frame     median       p95     worst\n",
-                report["device"].get<std::string>().c_str(), report["frames"].get<int>());
-  for (const char* name : {"total", "processor", "call", "fetch"}) {
-    text += summaryLine(name, report[std::string(name) + "_ms"]) + "\n";
-  }
-  if (report["distances_ms"]["worst"] > 0.0) {
-    text += summaryLine("distances", report["distances_ms"]) + "  (of space, after the fetch)\n";
-  }
-  text += summaryLine("align", report["align_ms"]) + "  (to the map before the frame)\n" +
-          summaryLine("render", report["render_ms"]) + "  (the map from the frame's camera)\n";
-  text += formatted("  first frame %.3f; with the fetch beside the next frame %.3f (mean)\n",
-                    report["first_frame_ms"].get<double>(), report["overlapped_ms"].get<double>());
-  const json& packed = report["packed_mesh"];
-  const double triangles = std::max(1.0, packed["triangles"].get<double>());
-  text += summaryLine("pack", report["pack_ms"]) + "  (chunks that changed, to be sent)\n" +
-          formatted("  these take %.0f KiB (median); the whole mesh %.1f bytes a triangle\n",
-                    report["packed_bytes"]["median"].get<double>() / 1024.0,
-                    packed["bytes"].get<double>() / triangles);
-  text += "stages, profiled\n";
-  for (const json& stage : report["stages"]) {
-    text += summaryLine(stage["stage"].get<std::string>().c_str(), stage["ms"]) + "\n";
-  }
-  return text + memoryText(report["memory"]);
-}
-
 /// Frames during which the n-th GiB was mapped.
 json flightByGib(const std::vector<FrameTime>& times) {
   constexpr double kGiB = 1024.0 * kMiB;
@@ -178,64 +133,39 @@ json flightByGib(const std::vector<FrameTime>& times) {
   return rows;
 }
 
-std::string pagesText(const PageStats& pages) {
-  if (pages.written == 0) return "";
-  return formatted(
-      "disk: %zu blocks, %.1f MiB; index %.1f MiB; %.0f written, %.0f read; %.0f waits of %.0f "
-      "ms\n",
-      pages.blocks, static_cast<double>(pages.bytes) / kMiB,
-      static_cast<double>(pages.index_bytes) / kMiB, static_cast<double>(pages.written),
-      static_cast<double>(pages.read), static_cast<double>(pages.waits), pages.wait_ms);
-}
-
 }  // namespace
 
-Report reportMeasurement(const Measurement& measurement) {
+std::string reportMeasurement(const Measurement& measurement) {
   json report = totalsOf(measurement);
   report["map"] = mapOf(measurement);
   report["stages"] = stagesOf(measurement);
   report["memory"] = memoryOf(measurement);
-  return {textOf(report), measurementText(report)};
+  return textOf(report);
 }
 
-Report reportFlight(const std::vector<FrameTime>& times, const Measurement& end) {
+std::string reportFlight(const std::vector<FrameTime>& times, const Measurement& end) {
   json report = backendOf(end);
   report["frames"] = times.size();
   report["map"] = mapOf(end);
+  report["map"]["refused_blocks"] = end.map.refused_blocks;
   report["memory"] = memoryOf(end);
   report["by_gib"] = flightByGib(times);
-  std::string text = formatted(
-      "%s, a flight of %zu frames; %zu blocks refused\nmapped       frames  "
-      "total ms: median       p95     worst     mean   fetch  map MiB  RSS MiB\n",
-      end.backend_name.c_str(), times.size(), static_cast<size_t>(end.map.refused_blocks));
-  for (const json& row : report["by_gib"]) {
-    text += formatted("%3d GiB %-4s %6d", row["gib"].get<int>(),
-                      row["way"].get<std::string>().c_str(), row["frames"].get<int>()) +
-            summaryLine("", row["total_ms"]) +
-            formatted(" %8.3f %7.3f %8.0f %8.0f\n", row["mean_ms"].get<double>(),
-                      row["fetch_ms"]["median"].get<double>(), row["map_mib"].get<double>(),
-                      row["resident_mib"].get<double>());
-  }
-  text += pagesText(end.map.pages);
-  return {textOf(report), text + memoryText(report["memory"])};
+  const PageStats& pages = end.map.pages;
+  report["pages"] = {{"blocks", pages.blocks}, {"bytes", pages.bytes}, {"written", pages.written},
+                     {"read", pages.read},     {"waits", pages.waits}, {"wait_ms", pages.wait_ms}};
+  return textOf(report);
 }
 
-Report reportGpuRates(const GpuReport& gpu) {
-  json report = {
-      {"name", gpu.name},
-      {"compute_capability", gpu.compute_capability},
-      {"multiprocessors", gpu.multiprocessors},
-      {"driver", gpu.driver},
-      {"runtime", gpu.runtime},
-      {"rates_gb_s",
-       {{"memory", gpu.copy_gb_s}, {"upload", gpu.upload_gb_s}, {"download", gpu.download_gb_s}}}};
-  std::string text =
-      formatted("%s, compute capability %d.%d, %d multiprocessors, CUDA %s (driver %s)\n",
-                gpu.name.c_str(), gpu.compute_capability / 10, gpu.compute_capability % 10,
-                gpu.multiprocessors, gpu.runtime.c_str(), gpu.driver.c_str());
-  text += formatted("GB/s: device memory %.0f, upload %.1f, download %.1f\n", gpu.copy_gb_s,
-                    gpu.upload_gb_s, gpu.download_gb_s);
-  return {textOf(report), text};
+std::string reportGpuRates(const GpuReport& gpu) {
+  return textOf({{"name", gpu.name},
+                 {"compute_capability", gpu.compute_capability},
+                 {"multiprocessors", gpu.multiprocessors},
+                 {"driver", gpu.driver},
+                 {"runtime", gpu.runtime},
+                 {"rates_gb_s",
+                  {{"memory", gpu.copy_gb_s},
+                   {"upload", gpu.upload_gb_s},
+                   {"download", gpu.download_gb_s}}}});
 }
 
 }  // namespace dtsdf

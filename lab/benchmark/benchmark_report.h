@@ -1,4 +1,4 @@
-/// The figures of `benchmark`, as JSON and as tables for a terminal.
+/// The figures of `benchmark`, as JSON.
 #pragma once
 
 #include <string>
@@ -8,16 +8,12 @@
 
 namespace dtsdf {
 
-struct Report {
-  std::string json, text;
-};
-
 /// Median, p95 and worst leave out the first frame, which takes all memory for the first time.
-Report reportMeasurement(const Measurement& measurement);
+std::string reportMeasurement(const Measurement& measurement);
 
 /// By GiB of the map: does the time of a frame stay the same?
-Report reportFlight(const std::vector<FrameTime>& times, const Measurement& end);
+std::string reportFlight(const std::vector<FrameTime>& times, const Measurement& end);
 
-Report reportGpuRates(const GpuReport& gpu);
+std::string reportGpuRates(const GpuReport& gpu);
 
 }  // namespace dtsdf

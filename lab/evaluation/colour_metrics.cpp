@@ -1,12 +1,11 @@
 #include "evaluation/colour_metrics.h"
+#include "threads/parallel.h"
 
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <vector>
-
-#include "evaluation/parallel.h"
 
 namespace dtsdf {
 namespace {
@@ -55,7 +54,7 @@ ColourEvaluation evaluateColours(const TriangleMesh& reconstruction,
   const MeshScene truth(ground_truth);
   const SurfaceSamples samples = sampleSurface(reconstruction, options.samples, options.seed);
   std::vector<ColourError> errors(samples.points.size());
-  forEachIndex(errors.size(), [&](size_t i) {
+  parallelFor<8>(errors.size(), 0, [&](size_t i) {
     const Eigen::Vector3f& p = samples.points[i];
     const ClosestPoint closest = truth.closestPoint(p);
     if (closest.distance_m > options.reach_m) return;

@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "evaluation/depth_comparison.h"
-#include "evaluation/depth_picture.h"
 #include "evaluation/depth_registration.h"
 #include "evaluation/parallel.h"
 #include "evaluation/shared_options.h"
@@ -18,11 +17,10 @@ namespace dtsdf {
 namespace {
 
 struct EvaluateDepthOptions {
-  std::string mesh_path, tum_folder, picture_path;
+  std::string mesh_path, tum_folder;
   FrameSelection frames;
   int stride = 2;
   int registration_steps = 0;
-  std::optional<size_t> picture_image;
 };
 
 EvaluateDepthOptions readOptions(const std::vector<std::string>& arguments) {
@@ -41,15 +39,6 @@ EvaluateDepthOptions readOptions(const std::vector<std::string>& arguments) {
                  "also align each image with the mesh in N steps and print those figures; 0: do "
                  "not"},
                 options.registration_steps, {0, 100});
-  line.addText({"--picture", "FILE",
-                "write a picture of one image, aligned with --register: grey where the mesh fits, "
-                "red where it is in front of the depth, blue behind"},
-               options.picture_path);
-  line.add({"--picture-image", "N", "image to draw (default: the middle one)"},
-           [&](const std::string& text) {
-             options.picture_image = static_cast<size_t>(readWhole(text, {0, kUnbounded}));
-           });
-  line.onlyWith("--picture-image", "--picture");
   line.parse(arguments);
   return options;
 }
@@ -102,27 +91,10 @@ nlohmann::json describeRegistered(const Results& results) {
   return json;
 }
 
-void drawPicture(const EvaluateDepthOptions& options, const MeshScene& scene, const Views& views,
-                 size_t image) {
-  if (image >= views.poses_W_C.size()) {
-    throw UsageError("--picture-image: there are " + std::to_string(views.poses_W_C.size()) +
-                     " images");
-  }
-  const std::vector<float> depth_m = readTumDepth(views.depth_paths[image], views.camera);
-  const Eigen::Isometry3d T_W_C = registerDepth(scene, views.camera, depth_m,
-                                                views.poses_W_C[image], options.registration_steps)
-                                      .T_W_C;
-  writeDepthPicture(options.picture_path, depth_m, renderView(scene, views.camera, T_W_C),
-                    views.camera);
-}
-
 void evaluateDepth(const EvaluateDepthOptions& options) {
   const MeshScene scene(readPly(options.mesh_path));
   const Views views = readViews(options.tum_folder);
   const std::vector<size_t> chosen = selectViews(options.frames, views.poses_W_C.size());
-  if (!options.picture_path.empty()) {
-    drawPicture(options, scene, views, options.picture_image.value_or(chosen[chosen.size() / 2]));
-  }
   const Results results = compare(options, scene, views, chosen);
   nlohmann::json json = nlohmann::json::parse(results.recorded.toJson());
   if (options.registration_steps > 0) json["registered"] = describeRegistered(results);

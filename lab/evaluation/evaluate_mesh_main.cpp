@@ -6,7 +6,6 @@
 #include "evaluation/colour_metrics.h"
 #include "evaluation/mesh_metrics.h"
 #include "evaluation/shared_options.h"
-#include "io/atomic_file.h"
 #include "program/run_program.h"
 
 namespace dtsdf {
@@ -15,7 +14,7 @@ namespace {
 struct EvaluateMeshOptions {
   std::string reconstruction_path, ground_truth_path;
   bool topology_only = false;
-  std::string views_folder, json_path, picture_path;  ///< Empty: none.
+  std::string views_folder, picture_path;  ///< Empty: none.
   EvaluationOptions evaluation;
   std::optional<double> scale_mm;
   std::optional<Texture> texture;  ///< Colours are compared; the ground truth has this one.
@@ -40,7 +39,6 @@ void addMeasureOptions(CommandLine& line, EvaluateMeshOptions& options) {
 }
 
 void addOutputOptions(CommandLine& line, EvaluateMeshOptions& options) {
-  line.addText({"--json", "OUT.json", "also write the figures to this file"}, options.json_path);
   line.addText({"--picture", "OUT.png",
                 "a picture of the reconstruction, coloured by its vertices' distance to the "
                 "ground truth, with a scale"},
@@ -52,7 +50,6 @@ void addOutputOptions(CommandLine& line, EvaluateMeshOptions& options) {
 
 EvaluateMeshOptions readOptions(const std::vector<std::string>& arguments) {
   EvaluateMeshOptions options;
-  options.evaluation.show_progress = true;
   CommandLine line("evaluate_mesh", "RECONSTRUCTION.ply (GROUNDTRUTH.ply | --topology) [options]",
                    "Prints, as JSON: distances of the reconstruction's vertices and of "
                    "area-uniform samples of it to the ground truth, distances of the ground "
@@ -88,31 +85,29 @@ void drawErrors(const EvaluateMeshOptions& options, TriangleMesh reconstruction,
   writePicture(options.picture_path, scene, picture);
 }
 
-void printFigures(const EvaluateMeshOptions& options, const std::string& json) {
-  std::fputs(json.c_str(), stdout);
-  if (!options.json_path.empty()) writeFileAtomically(options.json_path, json);
-}
-
 void compareColours(const EvaluateMeshOptions& options) {
   ColourOptions colour;
   colour.texture = *options.texture;
   colour.samples = options.evaluation.samples;
   colour.seed = options.evaluation.seed;
-  printFigures(options, toJson(evaluateColours(readPly(options.reconstruction_path),
-                                               readPly(options.ground_truth_path), colour)));
+  const std::string json = toJson(evaluateColours(readPly(options.reconstruction_path),
+                                                  readPly(options.ground_truth_path), colour));
+  std::fputs(json.c_str(), stdout);
 }
 
 void evaluate(const EvaluateMeshOptions& options) {
   if (options.topology_only) {
-    return printFigures(options, toJson(meshTopology(readPly(options.reconstruction_path))));
+    std::fputs(toJson(meshTopology(readPly(options.reconstruction_path))).c_str(), stdout);
+    return;
   }
   if (options.texture) return compareColours(options);
   const TriangleMesh reconstruction = readPly(options.reconstruction_path);
   const TriangleMesh ground_truth = readPly(options.ground_truth_path);
   std::optional<Views> views;
   if (!options.views_folder.empty()) views = readViews(options.views_folder);
-  printFigures(options, toJson(evaluateMesh(reconstruction, ground_truth, views ? &*views : nullptr,
-                                            options.evaluation)));
+  const Evaluation figures =
+      evaluateMesh(reconstruction, ground_truth, views ? &*views : nullptr, options.evaluation);
+  std::fputs(toJson(figures).c_str(), stdout);
   if (!options.picture_path.empty()) drawErrors(options, reconstruction, ground_truth);
 }
 

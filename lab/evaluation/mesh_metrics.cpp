@@ -8,8 +8,7 @@
 #include <stdexcept>
 
 #include "evaluation/boundary_edges.h"
-#include "evaluation/parallel.h"
-#include "program/progress_bar.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 
@@ -196,29 +195,25 @@ MeshTopology meshTopology(const TriangleMesh& mesh) {
 std::string toJson(const MeshTopology& topology) { return toJsonValue(topology).dump(2) + "\n"; }
 
 std::vector<double> distancesTo(const MeshScene& surface,
-                                const std::vector<Eigen::Vector3f>& points,
-                                const Progress& progress) {
+                                const std::vector<Eigen::Vector3f>& points) {
   std::vector<double> distances_m(points.size());
-  const auto measure = [&](size_t i) {
-    distances_m[i] = surface.closestPoint(points[i]).distance_m;
-  };
-  forEachIndex(points.size(), measure, progress);
+  parallelFor<64>(points.size(), 0,
+                  [&](size_t i) { distances_m[i] = surface.closestPoint(points[i]).distance_m; });
   return distances_m;
 }
 
 std::vector<bool> seenByViews(const MeshScene& surface, const SurfaceSamples& samples,
-                              const Views& views, const Progress& progress) {
+                              const Views& views) {
   const std::vector<size_t> order = spreadOrder(views.poses_W_C.size());
   std::vector<uint8_t> seen(samples.points.size());  // bytes, as threads write neighbours
   for (size_t k = 0; k < order.size(); ++k) {
     const View view(views, order[k]);
-    forEachIndex(seen.size(), [&](size_t i) {
+    parallelFor<64>(seen.size(), 0, [&](size_t i) {
       if (seen[i] == 0) {
         seen[i] =
             view.sees(surface, samples.points[i], surface.triangleNormal(samples.triangles[i]));
       }
     });
-    if (progress) progress(k + 1);
   }
   return {seen.begin(), seen.end()};
 }
@@ -227,31 +222,22 @@ Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& 
                         const Views* views, const EvaluationOptions& options) {
   if (reconstruction.triangles.empty()) throw std::runtime_error("the reconstruction is empty");
   if (ground_truth.triangles.empty()) throw std::runtime_error("the ground truth is empty");
-  const auto progress = [&](const char* what, size_t count) {
-    if (!options.show_progress) return Progress{};
-    const auto bar = std::make_shared<ProgressBar>(what, count);
-    return Progress([bar](size_t done) { bar->show(done); });
-  };
   const MeshScene reconstruction_scene(reconstruction), truth_scene(ground_truth);
   Evaluation evaluation;
   evaluation.topology = meshTopology(reconstruction);
-  evaluation.vertices = distanceStats(distancesTo(
-      truth_scene, reconstruction.vertices, progress("vertices", reconstruction.vertices.size())));
+  evaluation.vertices = distanceStats(distancesTo(truth_scene, reconstruction.vertices));
   const SurfaceSamples samples = sampleSurface(reconstruction, options.samples, options.seed);
-  const std::vector<double> surface_m =
-      distancesTo(truth_scene, samples.points, progress("surface", samples.points.size()));
+  const std::vector<double> surface_m = distancesTo(truth_scene, samples.points);
   evaluation.surface = distanceStats(surface_m);
   const SurfaceSamples truth = sampleSurface(ground_truth, options.samples, options.seed + 1);
   std::vector<Eigen::Vector3f> seen = truth.points;
   if (views != nullptr) {
-    const std::vector<bool> is_seen =
-        seenByViews(truth_scene, truth, *views, progress("views", views->poses_W_C.size()));
+    const std::vector<bool> is_seen = seenByViews(truth_scene, truth, *views);
     seen = select(truth.points, is_seen);
     evaluation.seen_share =
         static_cast<double>(seen.size()) / static_cast<double>(truth.points.size());
   }
-  const std::vector<double> completeness_m =
-      distancesTo(reconstruction_scene, seen, progress("completeness", seen.size()));
+  const std::vector<double> completeness_m = distancesTo(reconstruction_scene, seen);
   evaluation.completeness = distanceStats(completeness_m);
   for (const double threshold_m : options.thresholds_m) {
     evaluation.f_scores.push_back(fScore(surface_m, completeness_m, threshold_m));

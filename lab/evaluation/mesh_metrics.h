@@ -1,7 +1,6 @@
 /// Figures that compare a reconstructed mesh with the ground truth.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -48,7 +47,6 @@ struct EvaluationOptions {
   size_t samples = 1000000;  ///< Of each surface.
   uint64_t seed = 1;
   std::vector<double> thresholds_m{0.005, 0.01, 0.025};
-  bool show_progress = false;  ///< On standard error, if that is a terminal.
 };
 
 struct Evaluation {
@@ -60,20 +58,16 @@ struct Evaluation {
   MeshTopology topology;
 };
 
-/// Given the number of points or views done, by one thread at a time.
-using Progress = std::function<void(size_t)>;
-
 /// Distances of points to a surface, in metres, on all cores.
 std::vector<double> distancesTo(const MeshScene& surface,
-                                const std::vector<Eigen::Vector3f>& points,
-                                const Progress& progress = {});
+                                const std::vector<Eigen::Vector3f>& points);
 
 /// Whether each sample of the surface lies in some view with nothing in front of it and, where
 /// there are depth images, on a pixel of about its own depth: what is out of the sensor's range or
 /// was lost in every view is not seen. A surface at less than 3 degrees to the view ray does not
 /// count.
 std::vector<bool> seenByViews(const MeshScene& surface, const SurfaceSamples& samples,
-                              const Views& views, const Progress& progress = {});
+                              const Views& views);
 
 /// Compares two meshes; without views (nullptr) all of the ground truth counts as seen.
 /// @throws std::runtime_error if one of the meshes has no triangles.

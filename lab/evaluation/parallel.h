@@ -1,4 +1,4 @@
-/// Loops over many indices on all cores, with progress.
+/// A loop over the images of a recording on all cores.
 #pragma once
 
 #include <cstddef>
@@ -6,13 +6,8 @@
 
 namespace dtsdf {
 
-/// Calls body(index) for the indices below `count`, from several threads, each of which takes some
-/// at a time. `progress`, if given, is called by one thread at a time with the number of indices
-/// done. The first exception of a body is thrown again here.
-void forEachIndex(size_t count, const std::function<void(size_t)>& body,
-                  const std::function<void(size_t)>& progress = {});
-
-/// Calls body(index) for the images of a recording, from several threads, behind a progress bar.
+/// Calls body(index) for each image, from several threads, behind a progress bar. The first
+/// exception of a body is thrown again here.
 void forEachImage(size_t count, const std::function<void(size_t)>& body);
 
 }  // namespace dtsdf

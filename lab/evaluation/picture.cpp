@@ -8,9 +8,9 @@
 #include <stdexcept>
 
 #include "evaluation/mesh_metrics.h"
-#include "evaluation/parallel.h"
 #include "params/text.h"
 #include "simulation/scene.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 
@@ -185,7 +185,7 @@ Eigen::Isometry3d framingPose(const Eigen::AlignedBox3f& bounds, const ViewCamer
 void writePicture(const std::string& path, const MeshScene& scene, const PictureOptions& options) {
   const Shader shader(scene, options);
   cv::Mat image(options.camera.height, options.camera.width, CV_8UC3);
-  forEachIndex(static_cast<size_t>(image.rows), [&](size_t row) {
+  parallelFor(static_cast<size_t>(image.rows), 0, [&](size_t row) {
     const int v = static_cast<int>(row);
     for (int u = 0; u < image.cols; ++u) {
       image.at<cv::Vec3b>(v, u) = toBgr(pixelColour(shader, u, v));

@@ -1,4 +1,5 @@
 #include "evaluation/space_figures.h"
+#include "threads/parallel.h"
 
 #include <algorithm>
 #include <array>
@@ -6,8 +7,6 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <random>
-
-#include "evaluation/parallel.h"
 
 namespace dtsdf {
 namespace {
@@ -58,7 +57,7 @@ Vector3d randomPoint(const AlignedBox3d& box, size_t number) {
 template <class Condition>
 size_t countIf(size_t count, const Condition& condition) {
   std::vector<char> holds(count);
-  forEachIndex(count, [&](size_t i) { holds[i] = condition(i); });
+  parallelFor<8>(count, 0, [&](size_t i) { holds[i] = condition(i); });
   return static_cast<size_t>(std::count(holds.begin(), holds.end(), 1));
 }
 
@@ -97,7 +96,7 @@ void compareDistances(const Space& space, const SpaceTruth& truth, double max_di
     }
     return std::min(distance_m, max_distance_m) - std::min(*true_m, max_distance_m);
   };
-  forEachIndex(cells.size(), [&](size_t i) {
+  parallelFor<8>(cells.size(), 0, [&](size_t i) {
     const AlignedBox3d box = boxOf(space, cells[i].cell, 0.0);
     at_middles[i] = error(distanceFromMiddle(space, cells[i].cell), box.center());
     const Vector3d p_W = randomPoint(box, i);

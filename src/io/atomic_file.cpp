@@ -1,19 +1,14 @@
 #include "io/atomic_file.h"
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
 #include <filesystem>
-#include <memory>
 #include <stdexcept>
 #include <system_error>
-
-#include "params/text.h"
 
 namespace dtsdf {
 namespace {
@@ -21,9 +16,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kBufferBytes = 1 << 20;
-const char* const kEnding = ".tmp";
-/// Whoever has made a file beside its target has locked it by then.
-constexpr int64_t kAbandonedAfter_s = 60;
 
 std::string adviceFor(int error_number) {
   switch (error_number) {
@@ -49,59 +41,37 @@ fs::path folderOf(const std::string& path) {
   return folder.empty() ? fs::path(".") : folder;
 }
 
-/// Begins the names of the files beside `path`.
-std::string temporaryNameOf(const std::string& path) {
-  return "." + fs::path(path).filename().string() + ".";
+/// Whether the file that is open still has this name.
+bool isNamed(int descriptor, const std::string& name) {
+  struct stat opened {
+  }, named{};
+  return fstat(descriptor, &opened) == 0 && stat(name.c_str(), &named) == 0 &&
+         opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
 }
 
-/// Unique in this process and, by the process id, among others that write to the same folder.
-std::string temporaryPathFor(const std::string& path) {
-  static std::atomic<unsigned> counter{0};
-  const std::string name =
-      temporaryNameOf(path) + std::to_string(getpid()) + "." + std::to_string(counter++) + kEnding;
-  return (folderOf(path) / name).string();
-}
-
-bool isNumber(const std::string& text) {
-  return !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-}
-
-/// Whether a file of this name was made beside `path`: ".NAME.PID.COUNT.tmp".
-bool isBeside(const std::string& name, const std::string& path) {
-  const std::string begin = temporaryNameOf(path), end = kEnding;
-  if (name.size() <= begin.size() + end.size() || name.compare(0, begin.size(), begin) != 0 ||
-      !endsWith(name, end)) {
-    return false;
+/// Opens a file beside `path` that no other save has locked, with its name in `name`. If it exists,
+/// a save that was killed has left it, and it is written again.
+int openBeside(const std::string& path, std::string& name) {
+  constexpr int kMostNames = 1000;
+  int error_number = EACCES;
+  for (int i = 0; i < kMostNames && error_number == EACCES; ++i) {
+    const std::string target = fs::path(path).filename().string();
+    name = (folderOf(path) / ("." + target + "." + std::to_string(i) + ".tmp")).string();
+    const int descriptor =
+        open(name.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
+    if (descriptor < 0) {
+      error_number = errno;  // EACCES: another user's
+      continue;
+    }
+    // File systems without locks say so by another error.
+    const bool is_free = flock(descriptor, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+    if (is_free && isNamed(descriptor, name)) {
+      if (ftruncate(descriptor, 0) == 0) return descriptor;
+      error_number = errno;
+    }
+    close(descriptor);
   }
-  const std::string rest = name.substr(begin.size(), name.size() - begin.size() - end.size());
-  const size_t dot = rest.find('.');
-  return dot != std::string::npos && isNumber(rest.substr(0, dot)) &&
-         isNumber(rest.substr(dot + 1));
-}
-
-/// Removes a file beside its target whose writer is gone: writers hold a lock, which ends with
-/// them, on whatever machine they run. Does nothing where that cannot be known.
-void removeIfAbandoned(const std::string& path) {
-  const int descriptor = open(path.c_str(), O_WRONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-  if (descriptor < 0) return;
-  struct stat status {};
-  if (fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) &&
-      time(nullptr) - status.st_mtime > kAbandonedAfter_s &&
-      flock(descriptor, LOCK_EX | LOCK_NB) == 0) {
-    unlink(path.c_str());
-  }
-  close(descriptor);
-}
-
-/// What saves that were killed have left beside `path`. Not by std::filesystem, whose iterators end
-/// the process where they find no memory.
-void removeAbandoned(const std::string& path) {
-  const std::unique_ptr<DIR, int (*)(DIR*)> folder(opendir(folderOf(path).c_str()), closedir);
-  if (folder == nullptr) return;
-  while (const dirent* const entry = readdir(folder.get())) {
-    const std::string name = entry->d_name;
-    if (isBeside(name, path)) removeIfAbandoned((folderOf(path) / name).string());
-  }
+  throwCannotWrite(path, error_number);
 }
 
 /// The rename is on the disk only once its folder is. Some file systems cannot sync a folder; the
@@ -132,21 +102,16 @@ void prepareOutputFile(const std::string& path) {
 
 AtomicFile::AtomicFile(const std::string& path) : path_(path) {
   prepareOutputFile(path_);
-  removeAbandoned(path_);
   buffer_.reserve(kBufferBytes);
-  temporary_path_ = temporaryPathFor(path_);
-  descriptor_ = open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (descriptor_ < 0) throwCannotWrite(path_, errno);
-  // Shows that it is not abandoned. Nothing may throw from here on: nobody would remove the file.
-  flock(descriptor_, LOCK_EX | LOCK_NB);
+  descriptor_ = openBeside(path_, temporary_path_);
 }
 
 AtomicFile::~AtomicFile() { closeAndRemove(); }
 
 void AtomicFile::closeAndRemove() noexcept {
   if (descriptor_ < 0) return;
+  unlink(temporary_path_.c_str());  // while it is locked: its name is not yet another save's
   close(descriptor_);
-  unlink(temporary_path_.c_str());
   descriptor_ = -1;
 }
 
@@ -176,13 +141,9 @@ void AtomicFile::flush() {
 void AtomicFile::commit() {
   flush();
   if (fsync(descriptor_) != 0) fail(errno);
-  const int descriptor = descriptor_;
+  if (rename(temporary_path_.c_str(), path_.c_str()) != 0) fail(errno);
+  close(descriptor_);  // and with it the lock
   descriptor_ = -1;
-  if (close(descriptor) != 0 || rename(temporary_path_.c_str(), path_.c_str()) != 0) {
-    const int error_number = errno;
-    unlink(temporary_path_.c_str());
-    throwCannotWrite(path_, error_number);
-  }
   syncFolder(folderOf(path_));
 }
 

@@ -12,8 +12,8 @@ namespace dtsdf {
 void prepareOutputFile(const std::string& path);
 
 /// Writes beside the target, and replaces it in commit() by one rename. Without commit() nothing
-/// is left behind; what a process that was killed has left is removed by the next that writes a
-/// file of that name, after a minute. Every error is a std::runtime_error that names the path and
+/// is left behind; what a process that was killed has left is used by the next save to that name.
+/// Every error is a std::runtime_error that names the path and
 /// says what to do.
 class AtomicFile {
  public:

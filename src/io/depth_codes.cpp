@@ -213,8 +213,6 @@ namespace {
 
 const std::string kTransport = "compressedDepth";
 
-enum class Code { kPng, kRvl };
-
 /// "16UC1; compressedDepth png". Older senders leave out " png", or all that follows the encoding.
 struct Format {
   std::string encoding;
@@ -239,9 +237,9 @@ Format parseFormat(const std::string& text) {
   return format;
 }
 
-Code codeOf(const Format& format) {
-  if (format.code.empty() || format.code == "png") return Code::kPng;
-  if (format.code == "rvl") return Code::kRvl;
+bool isRvl(const Format& format) {
+  if (format.code.empty() || format.code == "png") return false;
+  if (format.code == "rvl") return true;
   throw std::runtime_error("compressed depth in an unknown format, '" + printable(format.code) +
                            "'; only png and rvl are supported");
 }
@@ -318,12 +316,12 @@ DecodedDepth decodeCompressedDepth(const std::string& text, const std::vector<ui
     throw std::runtime_error("compressed depth of encoding '" + printable(format.encoding) +
                              "'; depth must be 16UC1 or 32FC1");
   }
-  const Code code = codeOf(format);
+  const bool is_rvl = isRvl(format);
   Header header(data);
   header.read<uint32_t>();  // a code of the transport's own, the same for all
   const auto scale = header.read<float>(), offset = header.read<float>();
-  const DepthImage image = code == Code::kRvl ? decodeRvlImage(header)
-                                              : decodeDepthPng(header.rest(), header.bytesLeft());
+  const DepthImage image =
+      is_rvl ? decodeRvlImage(header) : decodeDepthPng(header.rest(), header.bytesLeft());
   return {format.encoding, image.size,
           is_float ? bytesOf(depthsOfInverse(image.pixels, scale, offset)) : bytesOf(image.pixels)};
 }

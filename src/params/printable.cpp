@@ -12,23 +12,6 @@ namespace {
 
 constexpr size_t kLongestMessage = 4000;
 
-/// One character of a text: how many bytes it has, and its code point. One byte that is not UTF-8
-/// counts as a character without a code point.
-struct Character {
-  size_t bytes = 1;
-  uint32_t code = 0;
-  bool is_valid = false;
-};
-
-Character characterAt(const std::string& text, size_t at) {
-  namespace utf = boost::locale::utf;
-  const auto begin = text.begin() + static_cast<std::ptrdiff_t>(at);
-  auto end = begin;
-  const utf::code_point code = utf::utf_traits<char>::decode(end, text.end());
-  if (code == utf::illegal || code == utf::incomplete) return {};
-  return {static_cast<size_t>(end - begin), code, true};
-}
-
 bool isControl(uint32_t code) {
   const bool is_c0 = code < 0x20 || code == 0x7f, is_c1 = code >= 0x80 && code < 0xa0;
   const bool is_separator = code == 0x2028 || code == 0x2029;
@@ -53,14 +36,19 @@ std::string inHex(const std::string& text, size_t at, size_t bytes) {
 }  // namespace
 
 std::string printable(const std::string& text, size_t most_characters) {
+  namespace utf = boost::locale::utf;
   std::string shown;
   size_t characters = 0;
   for (size_t at = 0; at < text.size(); ++characters) {
     if (characters == most_characters) return shown + "...";
-    const Character character = characterAt(text, at);
-    shown += character.is_valid && !isControl(character.code) ? text.substr(at, character.bytes)
-                                                              : inHex(text, at, character.bytes);
-    at += character.bytes;
+    const auto begin = text.begin() + static_cast<std::ptrdiff_t>(at);
+    auto end = begin;
+    const utf::code_point code = utf::utf_traits<char>::decode(end, text.end());
+    const bool is_valid = code != utf::illegal && code != utf::incomplete;
+    // One byte that is not UTF-8 counts as a character.
+    const size_t bytes = is_valid ? static_cast<size_t>(end - begin) : 1;
+    shown += is_valid && !isControl(code) ? text.substr(at, bytes) : inHex(text, at, bytes);
+    at += bytes;
   }
   return shown;
 }

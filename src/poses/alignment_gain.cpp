@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "poses/between.h"
-#include "poses/deviations.h"
 
 namespace dtsdf {
 namespace {

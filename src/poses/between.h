@@ -1,9 +1,22 @@
-/// The way between two poses, and poses on it.
+/// The way between two poses, poses on it, and how far an alignment is to be trusted.
 #pragma once
 
 #include <Eigen/Geometry>
 
+#include "dtsdf_mapping/alignment.h"
+
 namespace dtsdf {
+
+/// Random errors are within so many standard deviations: 997 of 1000 of a normal distribution. What
+/// is farther has another cause.
+constexpr double kMostDeviations = 3.0;
+
+/// Share of the image's points that lie on surfaces of the map.
+inline double explainedBy(const Alignment& alignment) {
+  return alignment.status == AlignmentStatus::kAligned
+             ? alignment.matched_share * alignment.inlier_share
+             : 0.0;
+}
 
 /// From one pose to another: a shift in metres, then a small rotation in radians, both along the
 /// axes of the frame that the poses are in.

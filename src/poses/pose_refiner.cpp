@@ -3,8 +3,6 @@
 #include <cmath>
 
 #include "poses/between.h"
-#include "poses/deviations.h"
-#include "poses/explained.h"
 
 namespace dtsdf {
 namespace {

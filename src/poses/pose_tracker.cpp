@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "poses/explained.h"
+#include "poses/between.h"
 
 namespace dtsdf {
 namespace {

@@ -94,12 +94,13 @@ struct CommandLine::Option {
   bool is_list = false, is_required = false;
   std::function<void(const std::string&)> read;  ///< For each value; null of a flag.
   std::function<void()> set;                     ///< Of a flag.
-  std::function<std::string()> request;          ///< Of a flag that asks for a text.
   std::string needs;                             ///< Another option, or empty.
-  std::vector<std::string> values;               ///< Given; of a flag, an empty one each time.
+  std::vector<std::string> values;               ///< Given; of a flag, an empty one.
 
   bool isArgument() const { return !isOption(text.name); }
   bool isFlag() const { return read == nullptr; }
+  /// As Boost has it, without dashes.
+  std::string key() const { return isArgument() ? text.name : text.name.substr(2); }
 
   /// An option that has to be given has no default, whatever its target was.
   std::string help() const {
@@ -123,95 +124,54 @@ CommandLine::Option& CommandLine::get(const std::string& name) {
   return *found;
 }
 
-/// Values that are missing, or that a flag got. What begins with two dashes is no value.
-void CommandLine::checkValues(const std::vector<std::string>& arguments) const {
-  for (size_t i = 0; i < arguments.size(); ++i) {
-    const size_t equals = arguments[i].find('=');
-    const std::string name = arguments[i].substr(0, equals);
-    if (name == "--help") throw UsageError(name + " takes no value");
-    const auto option = std::find_if(
-        options_.begin(), options_.end(),
-        [&](const Option& candidate) { return isOption(name) && candidate.text.name == name; });
-    if (option == options_.end()) continue;
-    const bool has_value = equals == std::string::npos
-                               ? i + 1 < arguments.size() && !isOption(arguments[i + 1])
-                               : equals + 1 < arguments[i].size();
-    if (option->isFlag() && equals != std::string::npos) {
-      throw UsageError(name + " takes no value");
-    }
-    if (!option->isFlag() && !has_value) {
-      throw UsageError(name + " needs a value (" + option->text.value + ")");
-    }
-  }
-}
-
-/// Gives each option its values. @throws UsageError for what belongs to none.
+/// Gives each option its values. @throws po::error, UsageError
 void CommandLine::distribute(const std::vector<std::string>& arguments) {
-  for (Option& option : options_) option.values.clear();
   // No short names, no parts of names.
   const int style = po::command_line_style::allow_long |
                     po::command_line_style::long_allow_adjacent |
                     po::command_line_style::long_allow_next;
   po::options_description all;
+  po::positional_options_description places;
+  all.add_options()("help", po::bool_switch())("...", po::value<std::vector<std::string>>());
   for (const Option& option : options_) {
-    if (option.isArgument()) continue;
-    auto* const value = po::value<std::vector<std::string>>();
-    if (option.is_list) value->multitoken();
-    if (option.isFlag()) value->zero_tokens();
-    all.add_options()(option.text.name.c_str() + 2, value);
+    const po::value_semantic* value = po::value<std::string>();
+    if (option.is_list) value = po::value<std::vector<std::string>>()->multitoken();
+    if (option.isFlag()) value = po::bool_switch();
+    all.add_options()(option.key().c_str(), value);
+    if (option.isArgument()) places.add(option.key().c_str(), option.is_list ? -1 : 1);
   }
+  if (places.max_total_count() != std::numeric_limits<unsigned>::max()) places.add("...", -1);
   const po::parsed_options parsed =
-      po::command_line_parser(arguments).options(all).style(style).allow_unregistered().run();
-  std::vector<std::string> loose;
-  for (const auto& given : parsed.options) {
-    const std::string token = given.original_tokens.empty() ? "" : given.original_tokens[0];
-    if (given.unregistered) throw UsageError("unknown option " + token);
-    if (given.string_key.empty()) {
-      loose.insert(loose.end(), given.value.begin(), given.value.end());
-      continue;
+      po::command_line_parser(arguments).options(all).positional(places).style(style).run();
+  for (const po::option& given : parsed.options) {
+    const std::vector<std::string>& tokens = given.original_tokens;
+    if (given.position_key >= 0 && isShort(tokens[0])) {
+      throw UsageError("unknown option " + tokens[0]);
     }
-    Option& option = get("--" + given.string_key);
-    if (option.isFlag()) option.values.push_back("");
-    option.values.insert(option.values.end(), given.value.begin(), given.value.end());
+    if (given.string_key == "...")
+      throw UsageError("'" + given.value[0] + "' is not expected here");
+    if (tokens.size() > 1 && isOption(tokens[1])) throw UsageError(tokens[0] + " needs a value");
   }
-  takeArguments(loose);
-}
-
-void CommandLine::takeArguments(const std::vector<std::string>& loose) {
-  size_t next = 0;
+  po::variables_map values;
+  po::store(parsed, values);
   for (Option& option : options_) {
-    if (!option.isArgument() || next == loose.size() || isShort(loose[next])) continue;
-    option.values.push_back(loose[next++]);
-    while (option.is_list && next < loose.size() && !isShort(loose[next])) {
-      option.values.push_back(loose[next++]);
-    }
-  }
-  if (next == loose.size()) return;
-  if (isShort(loose[next])) throw UsageError("unknown option " + loose[next]);
-  throw UsageError("'" + loose[next] + "' is not expected here");
-}
-
-void CommandLine::checkOnce() const {
-  for (const Option& option : options_) {
-    if (!option.is_list && option.values.size() > 1) {
-      throw UsageError(option.text.name + " is given twice");
-    }
+    option.values.clear();
+    const po::variable_value& value = values[option.key()];
+    if (value.empty() || value.defaulted()) continue;
+    if (option.isFlag()) option.values = {""};
+    if (!option.isFlag() && !option.is_list) option.values = {value.as<std::string>()};
+    if (option.is_list) option.values = value.as<std::vector<std::string>>();
   }
 }
 
-/// Texts that are asked for, whatever else is wrong with the values.
-void CommandLine::answerRequests() const {
-  for (const Option& option : options_) {
-    if (option.request != nullptr && !option.values.empty()) throw TextRequest(option.request());
-  }
-}
-
+/// Flags first: one that asks for a text is answered whatever is wrong with the values.
 void CommandLine::readValues() const {
   for (const Option& option : options_) {
-    for (const std::string& value : option.values) {
-      if (!option.isFlag()) readValue(option.text, value, option.read);
-    }
-    if (option.set != nullptr && !option.values.empty()) option.set();
+    if (option.isFlag() && !option.values.empty()) option.set();
+  }
+  for (const Option& option : options_) {
+    if (option.isFlag()) continue;
+    for (const std::string& value : option.values) readValue(option.text, value, option.read);
   }
 }
 
@@ -273,7 +233,7 @@ void CommandLine::addFlag(const std::string& name, const std::string& help, bool
 
 void CommandLine::addTextRequest(const std::string& name, const std::string& help,
                                  const std::function<std::string()>& text) {
-  addOption({name, "", help}).request = text;
+  addOption({name, "", help}).set = [text] { throw TextRequest(text()); };
 }
 
 void CommandLine::require(const std::string& name) { get(name).is_required = true; }
@@ -292,14 +252,11 @@ void CommandLine::parse(const std::vector<std::string>& arguments) {
       std::find(arguments.begin(), arguments.end(), "--help") != arguments.end()) {
     throw TextRequest(help());
   }
-  checkValues(arguments);
   try {
     distribute(arguments);
   } catch (const po::error& error) {
     throw UsageError(error.what());
   }
-  answerRequests();
-  checkOnce();
   readValues();
   checkRules();
 }
@@ -308,14 +265,11 @@ bool CommandLine::given(const std::string& name) { return !get(name).values.empt
 
 std::string CommandLine::help() const {
   std::vector<std::string> groups = {"Arguments"};
-  for (const Option& option : options_) {
-    if (std::find(groups.begin(), groups.end(), option.group) == groups.end()) {
-      groups.push_back(option.group);
-    }
-  }
-  if (std::find(groups.begin(), groups.end(), headline_) == groups.end()) {
-    groups.push_back(headline_);
-  }
+  const auto note = [&](const std::string& group) {
+    if (std::find(groups.begin(), groups.end(), group) == groups.end()) groups.push_back(group);
+  };
+  for (const Option& option : options_) note(option.group);
+  note(headline_);
   std::string text = "usage: " + program_ + " " + usage_ + "\n\n";
   text += wrap(about_, 0);
   for (const std::string& group : groups) {

@@ -1,5 +1,5 @@
-/// Command lines of the programs: split by Boost.Program_options, which every distribution with ROS
-/// has; what is wrong is said here, in one way.
+/// Command lines of the programs, by Boost.Program_options; numbers, ranges and rules between
+/// options are checked here.
 #pragma once
 
 #include <functional>
@@ -98,11 +98,7 @@ class CommandLine {
 
   Option& addOption(const OptionText& text);
   Option& get(const std::string& name);
-  void checkValues(const std::vector<std::string>& arguments) const;
   void distribute(const std::vector<std::string>& arguments);
-  void takeArguments(const std::vector<std::string>& loose);
-  void checkOnce() const;
-  void answerRequests() const;
   void readValues() const;
   void checkRules();
 

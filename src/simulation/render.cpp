@@ -29,7 +29,7 @@ void boundAxis(double x, double z, double radius, double f, double c, int size, 
 PixelRect projectedRect(const Shape& shape, const Intrinsics& K, int width, int height,
                         const Eigen::Isometry3d& T_C_W) {
   PixelRect rect{0, width, 0, height};
-  const std::optional<BoundingSphere> bound = boundingSphere(shape);
+  const std::optional<Sphere> bound = boundingSphere(shape);
   if (!bound) return rect;
   const Eigen::Vector3d centre_C = T_C_W * bound->centre_W;
   if (centre_C.z() + bound->radius_m <= 0.0) return {0, 0, 0, 0};

@@ -132,16 +132,16 @@ double signedDistance(const Room& room, const Eigen::Vector3d& p_W) {
   return -boxDistance((p_W - centre).cwiseAbs() - half_size);
 }
 
-std::optional<BoundingSphere> boundingSphere(const Shape& shape) {
+std::optional<Sphere> boundingSphere(const Shape& shape) {
   if (const auto* sphere = std::get_if<Sphere>(&shape)) {
-    return BoundingSphere{sphere->centre_W, sphere->radius_m};
+    return *sphere;
   }
   if (const auto* box = std::get_if<Box>(&shape)) {
-    return BoundingSphere{box->T_W_B.translation(), box->half_size_m.norm()};
+    return Sphere{box->T_W_B.translation(), box->half_size_m.norm()};
   }
   if (const auto* rod = std::get_if<Rod>(&shape)) {
-    return BoundingSphere{0.5 * (rod->start_W + rod->end_W),
-                          std::hypot(0.5 * (rod->end_W - rod->start_W).norm(), rod->radius_m)};
+    return Sphere{0.5 * (rod->start_W + rod->end_W),
+                  std::hypot(0.5 * (rod->end_W - rod->start_W).norm(), rod->radius_m)};
   }
   return std::nullopt;
 }

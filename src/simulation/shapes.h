@@ -12,11 +12,6 @@ struct Ray {
   Eigen::Vector3d origin, direction;
 };
 
-struct BoundingSphere {
-  Eigen::Vector3d centre_W;
-  double radius_m;
-};
-
 /// Smallest s > 0 at which the ray enters the shape's solid, or infinity.
 double intersect(const Plane& plane, const Ray& ray);
 double intersect(const Sphere& sphere, const Ray& ray);
@@ -32,6 +27,6 @@ double signedDistance(const Rod& rod, const Eigen::Vector3d& p_W);
 double signedDistance(const Room& room, const Eigen::Vector3d& p_W);
 
 /// A sphere round the shape; none for shapes that fill the view anyway.
-std::optional<BoundingSphere> boundingSphere(const Shape& shape);
+std::optional<Sphere> boundingSphere(const Shape& shape);
 
 }  // namespace dtsdf

@@ -59,26 +59,25 @@ bool CameraView::maySee(const MetricBox& box, double depth_m) const {
 
 /// Bounds of where a box is seen, which may go beyond the image. One that comes so near to the
 /// camera that it may be anywhere has the whole image.
-PixelRect CameraView::rectOf(const Corners& corners) const {
-  if (!(corners.row(2).minCoeff() > kNear_m)) return {0.0, 0.0, double(width_), double(height_)};
+Eigen::AlignedBox2d CameraView::rectOf(const Corners& corners) const {
+  if (!(corners.row(2).minCoeff() > kNear_m))
+    return {Eigen::Vector2d::Zero(), Eigen::Vector2d(width_, height_)};
   const Intrinsics& K = intrinsics_;
   const Eigen::Array<double, 1, 8> z = corners.row(2).array();
   const Eigen::Array<double, 1, 8> u = K.fx * corners.row(0).array() / z + (K.cx + 0.5);
   const Eigen::Array<double, 1, 8> v = K.fy * corners.row(1).array() / z + (K.cy + 0.5);
-  return {u.minCoeff(), v.minCoeff(), u.maxCoeff(), v.maxCoeff()};
+  return {Eigen::Vector2d(u.minCoeff(), v.minCoeff()), Eigen::Vector2d(u.maxCoeff(), v.maxCoeff())};
 }
 
 MetricBox CameraView::lineOfSight(const MetricBox& box, double depth_m, double beside_px) const {
-  PixelRect rect = rectOf(cornersOf(box));
-  rect.left = std::max(rect.left - beside_px, 0.0);
-  rect.top = std::max(rect.top - beside_px, 0.0);
-  rect.right = std::min(rect.right + beside_px, static_cast<double>(width_));
-  rect.bottom = std::min(rect.bottom + beside_px, static_cast<double>(height_));
+  const Eigen::AlignedBox2d seen = rectOf(cornersOf(box));
+  const Eigen::Array2d first = (seen.min().array() - beside_px).max(0.0);
+  const Eigen::Array2d last = (seen.max().array() + beside_px).min(Eigen::Array2d(width_, height_));
   const Intrinsics& K = intrinsics_;
   MetricBox line(T_W_C_.translation());
   for (int i = 0; i < 4; ++i) {
-    const double u = (i & 1 ? rect.right : rect.left) - 0.5;
-    const double v = (i & 2 ? rect.bottom : rect.top) - 0.5;
+    const double u = (i & 1 ? last : first).x() - 0.5;
+    const double v = (i & 2 ? last : first).y() - 0.5;
     const Eigen::Vector3d p_C((u - K.cx) / K.fx, (v - K.cy) / K.fy, 1.0);
     line.extend(T_W_C_ * (depth_m * p_C));
   }

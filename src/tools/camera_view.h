@@ -17,11 +17,6 @@ using MetricBox = Eigen::AlignedBox3d;
 /// Of blocks with this edge, and so much more to each side.
 MetricBox boxOf(const BlockExtent& blocks, double block_m, double margin_m);
 
-/// A part of an image, in pixels from the corner of the first one.
-struct PixelRect {
-  double left, top, right, bottom;
-};
-
 class CameraView {
  public:
   /// Of a depth or colour image.
@@ -49,7 +44,8 @@ class CameraView {
   using Corners = Eigen::Matrix<double, 3, 8>;  ///< Of a box, in the camera's frame.
 
   Corners cornersOf(const MetricBox& box) const;
-  PixelRect rectOf(const Corners& corners) const;
+  /// In pixels from the corner of the first one.
+  Eigen::AlignedBox2d rectOf(const Corners& corners) const;
 
   Intrinsics intrinsics_;
   int width_, height_;

@@ -47,7 +47,7 @@ MapOfFile loadMapOf(const MapToolOptions& options, const char* fixed) {
   return {std::move(settings), std::move(mapper), !file->head().free_cubes.empty()};
 }
 
-std::unique_ptr<Mapper> loadWithSpace(const SpaceOutputOptions& options) {
+std::unique_ptr<Mapper> loadWithSpace(const MapToolOptions& options) {
   MapOfFile map = loadMapOf(options, "space/enabled=true");
   if (!map.has_free_space) {
     std::fprintf(stderr,
@@ -60,8 +60,7 @@ std::unique_ptr<Mapper> loadWithSpace(const SpaceOutputOptions& options) {
 }
 
 void parseSpaceOutput(CommandLine& line, const std::vector<std::string>& arguments,
-                      const std::string& what, const std::string& ending,
-                      SpaceOutputOptions& options) {
+                      const std::string& what, const std::string& ending, MapToolOptions& options) {
   options.what = what;
   addPaths(line, what + ": " + ending, options);
   addSettings(line, "space/..., backend, threads", options);

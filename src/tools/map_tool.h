@@ -26,6 +26,7 @@ void exportJournal(const std::vector<std::string>& arguments);
 /// Of the commands that make something of a map.
 struct MapToolOptions {
   std::string map_path, out_path;
+  std::string what;                   ///< Is written, in words.
   std::vector<std::string> settings;  ///< Each key=value.
   MapLoadLimit limit;
 };
@@ -45,19 +46,13 @@ struct MapOfFile {
 /// @throws std::runtime_error if the file cannot be read, ParamError for wrong settings.
 MapOfFile loadMapOf(const MapToolOptions& options, const char* fixed);
 
-/// The commands that make something of a map's space; `what` is written, in words.
-struct SpaceOutputOptions : MapToolOptions {
-  std::string what;
-};
-
 /// A mapper that was made from the file, with its surfaces, and the space around them: that which
 /// the file holds, and none where it was saved without. @throws as loadMapOf() does.
-std::unique_ptr<Mapper> loadWithSpace(const SpaceOutputOptions& options);
+std::unique_ptr<Mapper> loadWithSpace(const MapToolOptions& options);
 
 /// Adds FILE, OUT and --set, and parses; `what` is to be written, and `ending` is how its name has
 /// to end. @throws UsageError
 void parseSpaceOutput(CommandLine& line, const std::vector<std::string>& arguments,
-                      const std::string& what, const std::string& ending,
-                      SpaceOutputOptions& options);
+                      const std::string& what, const std::string& ending, MapToolOptions& options);
 
 }  // namespace dtsdf

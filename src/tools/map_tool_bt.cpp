@@ -14,8 +14,8 @@
 namespace dtsdf {
 namespace {
 
-SpaceOutputOptions parseBtOptions(const std::vector<std::string>& arguments) {
-  SpaceOutputOptions options;
+MapToolOptions parseBtOptions(const std::vector<std::string>& arguments) {
+  MapToolOptions options;
   CommandLine line("map_tool bt", "FILE OUT.bt [options]",
                    "Saves free and occupied space as an OctoMap tree: cells with a surface are "
                    "occupied, cells seen free are free, all others are unknown.");
@@ -36,30 +36,21 @@ octomap::key_type keyOf(int32_t cell) {
   return static_cast<octomap::key_type>(cell + kMiddle);
 }
 
-struct CellCounts {
+void save(const Space& space, const std::string& path) {
+  octomap::OcTree tree(space.cellSize_m());
   size_t occupied = 0, free = 0;
-};
-
-CellCounts fill(octomap::OcTree& tree, const Space& space) {
-  CellCounts counts;
   for (const SpaceCell& known : space.cells()) {
     const bool is_occupied = known.state == CellState::kSurface;
     const octomap::OcTreeKey key(keyOf(known.cell.x), keyOf(known.cell.y), keyOf(known.cell.z));
     tree.updateNode(key, is_occupied, true);
-    ++(is_occupied ? counts.occupied : counts.free);
+    ++(is_occupied ? occupied : free);
   }
   tree.updateInnerOccupancy();
-  return counts;
-}
-
-void save(const Space& space, const std::string& path) {
-  octomap::OcTree tree(space.cellSize_m());
-  const CellCounts counts = fill(tree, space);
   std::ostringstream bytes;
   if (!tree.writeBinary(bytes)) throw std::runtime_error("OctoMap cannot write the tree");
   writeFileAtomically(path, bytes.str());
-  std::printf("%zu cells of %g m with a surface, %zu free: %s\n", counts.occupied,
-              space.cellSize_m(), counts.free, path.c_str());
+  std::printf("%zu cells of %g m with a surface, %zu free: %s\n", occupied, space.cellSize_m(),
+              free, path.c_str());
 }
 
 #else
@@ -75,7 +66,7 @@ void save(const Space&, const std::string&) {
 }  // namespace
 
 void saveOcTree(const std::vector<std::string>& arguments) {
-  const SpaceOutputOptions options = parseBtOptions(arguments);
+  const MapToolOptions options = parseBtOptions(arguments);
   prepareOutputFile(options.out_path);
   const auto mapper = loadWithSpace(options);
   save(*mapper->space(), options.out_path);

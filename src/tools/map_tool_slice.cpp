@@ -19,7 +19,7 @@ using Colour = std::array<uint8_t, 3>;
 
 constexpr Colour kUnknown = {150, 150, 150}, kSurface = {0, 0, 0};
 
-struct SliceOptions : SpaceOutputOptions {
+struct SliceOptions : MapToolOptions {
   double height_m = 0.0;
   int pixels = 4;
 };

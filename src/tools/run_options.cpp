@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iomanip>
+#include <map>
 #include <sstream>
 #include <utility>
 #include <vector>
@@ -37,46 +38,26 @@ class SettingLister {
   }
 
   std::string text() const {
-    std::vector<Line> lines = lines_;
-    std::sort(lines.begin(), lines.end(),
-              [](const Line& a, const Line& b) { return a.key < b.key; });
     std::ostringstream text;
-    for (const Line& line : lines) {
-      const std::string unit = unitOf(line.key);
-      text << std::left << std::setw(28) << line.key << ' ' << std::setw(20)
-           << line.value + (unit.empty() ? "" : " " + unit) << ' ' << line.choices << '\n';
+    for (const auto& [key, value_and_choices] : lines_) {
+      const std::string unit = unitOf(key);
+      text << std::left << std::setw(28) << key << ' ' << std::setw(20)
+           << value_and_choices.first + (unit.empty() ? "" : " " + unit) << ' '
+           << value_and_choices.second << '\n';
     }
     return text.str();
   }
 
  private:
-  struct Line {
-    std::string key, value, choices;
-  };
-
   /// Behind what the setting may be: what ParamWriter takes.
   template <class... Member>
   void add(const std::string& key, const std::string& choices, Member&&... member) {
     ParamWriter writer;
     writer(key, member...);
-    lines_.push_back({key, toString(writer.tree.at(key)), choices});
+    lines_[key] = {toString(writer.tree.at(key)), choices};
   }
 
-  std::vector<Line> lines_;
-};
-
-/// Visitor that writes one line for each number of a rule.
-class RuleLister {
- public:
-  template <class Number>
-  void operator()(const std::string& key, Number& member, Range range) {
-    ParamWriter writer;
-    writer(key, member, range);
-    text += key + " = " + toString(writer.tree.at(key)) + " in [" +
-            toString(ParamValue(range.min)) + ", " + toString(ParamValue(range.max)) + "]\n";
-  }
-
-  std::string text;
+  std::map<std::string, std::pair<std::string, std::string>> lines_;  ///< Values and choices.
 };
 
 }  // namespace
@@ -90,9 +71,9 @@ std::string listSettings() {
 
 std::string listRules() {
   Rules rules;
-  RuleLister lister;
+  SettingLister lister;
   visitRules(rules, lister);
-  return lister.text;
+  return lister.text();
 }
 
 namespace {

@@ -12,10 +12,6 @@ namespace dtsdf {
 namespace {
 
 constexpr int kFirst = -kBlockSide, kSide = 3 * kBlockSide;
-/// A plane across z, the sharp end of something at a unit's first corner, and two sides of none.
-constexpr UnitLabels kPlane = {0x0f, 0xf0}, kTip = {0x01, 0xfe};
-constexpr UnitLabels kInFront = {0x00, 0xff}, kBehind = {0xff, 0x00};
-
 /// The units of a block, (0, 0, 0) its first one, and of those around it.
 class Units {
  public:
@@ -24,13 +20,6 @@ class Units {
   }
 
   void set(const Vec3i& unit, const UnitLabels& labels) { at(unit) = labels; }
-  void fill(const Vec3i& first, const Vec3i& size, const UnitLabels& labels = kPlane) {
-    for (int z = 0; z < size.z; ++z) {
-      for (int y = 0; y < size.y; ++y) {
-        for (int x = 0; x < size.x; ++x) at(first + Vec3i{x, y, z}) = labels;
-      }
-    }
-  }
   static bool isThere(const Vec3i& unit) {
     const auto inside = [](int at) { return at >= kFirst && at < kFirst + kSide; };
     return inside(unit.x) && inside(unit.y) && inside(unit.z);
@@ -138,12 +127,6 @@ class Definition {
   const int most_;
   std::vector<Vec3i> seen_, larger_;
 };
-
-int count(const BlockBits& bits) {
-  int units = 0;
-  for (int i = 0; i < kVoxelsPerBlock; ++i) units += hasUnit(bits, voxelOffset(i)) ? 1 : 0;
-  return units;
-}
 
 TEST(LooseUnits, SurfacesAreFoundInFourUnitsAtOnce) {
   for (uint64_t behind = 0; behind < 256; ++behind) {

@@ -2,19 +2,13 @@
 
 #include <nlohmann/json.hpp>
 
-#include "benchmark/benchmark_options.h"
 #include "benchmark/benchmark_report.h"
 #include "benchmark/flight.h"
 #include "mapper/probed_mapper.h"
-#include "support/error_of.h"
 #include "tools/reconstruction_report.h"
 
 namespace dtsdf {
 namespace {
-
-std::string usageErrorOf(const std::vector<std::string>& arguments) {
-  return errorOf<UsageError>([&] { parseBenchmarkOptions(arguments); });
-}
 
 Measurement someMeasurement() {
   Measurement m;
@@ -33,8 +27,7 @@ Measurement someMeasurement() {
 }
 
 TEST(BenchmarkReport, LeavesTheFirstFrameOut) {
-  const Report report = reportMeasurement(someMeasurement());
-  const auto json = nlohmann::json::parse(report.json);
+  const auto json = nlohmann::json::parse(reportMeasurement(someMeasurement()));
   EXPECT_EQ(json["first_frame_ms"], 100.0);
   EXPECT_EQ(json["total_ms"]["median"], 2.0);
   EXPECT_EQ(json["total_ms"]["worst"], 3.0);

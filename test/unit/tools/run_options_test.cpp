@@ -84,8 +84,7 @@ TEST(RunSettings, EvidenceLastsAsLongAsPosesAgree) {
 TEST(RuleList, HasKeyValueAndRange) {
   const std::string list = listRules();
   const std::string line =
-      "rules/fusion/support_gain = " + std::to_string(Rules().fusion.support_gain) +
-      " in [1, 100]\n";
+      "rules/fusion/support_gain    " + toString(ParamValue(Rules().fusion.support_gain)) + " ";
   EXPECT_NE(list.find(line), std::string::npos) << line << list;
 }
 

@@ -209,20 +209,6 @@ class Processes(unittest.TestCase):
         thread.join()
         self.assertGreater(steps, 100)  # with the GIL held there would be a few at most
 
-    def test_eight_threads_with_a_mapper_each(self):
-        expected = map_of_wall(dtsdf_mapping).mesh().vertices.tobytes()
-        found = [None] * 8
-
-        def work(i):
-            found[i] = map_of_wall(dtsdf_mapping).mesh().vertices.tobytes()
-
-        threads = [threading.Thread(target=work, args=(i,)) for i in range(8)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-        self.assertEqual(found, [expected] * 8)
-
     def test_one_mapper_for_eight_threads(self):
         mapper = dtsdf_mapping.Mapper("cpu", **{"map/voxel_size_m": 0.04, "threads": 1})
 
@@ -252,17 +238,6 @@ class Memory(unittest.TestCase):
 
     def test_a_thousand_mappers(self):
         self.assert_flat(lambda: map_of_wall(dtsdf_mapping, 1, **{"mesh/min_support": 1}).mesh())
-
-    def test_a_thousand_clears(self):
-        mapper = dtsdf_mapping.Mapper("cpu", **{"map/voxel_size_m": 0.04, "threads": 1,
-                                                "mesh/min_support": 1})
-
-        def use():
-            mapper.integrate(wall(), K, T_W_C)
-            _ = mapper.mesh().vertices
-            mapper.clear()
-
-        self.assert_flat(use)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-#include "support/rvl_encoder.h"
+#include "io/depth_codes.h"
 
 namespace dtsdf {
 
@@ -40,9 +40,7 @@ inline std::vector<uint8_t> compressRvl(const std::vector<uint16_t>& pixels, uin
                                         std::vector<uint8_t> bytes = compressedHeader()) {
   appendNumber(bytes, columns);
   appendNumber(bytes, static_cast<uint32_t>(pixels.size()) / columns);
-  RvlEncoder encoder;
-  encoder.writeImage(pixels);
-  const std::vector<uint8_t> rvl = encoder.bytes();
+  const std::vector<uint8_t> rvl = encodeRvl(pixels.data(), pixels.size());
   bytes.insert(bytes.end(), rvl.begin(), rvl.end());
   return bytes;
 }

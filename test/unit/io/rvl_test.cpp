@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "support/rvl_encoder.h"
 #include "support/temporary_folder.h"
 
 namespace dtsdf {
@@ -15,9 +14,7 @@ Pixels decode(const std::vector<uint8_t>& bytes, size_t pixels) {
 }
 
 Pixels throughTheCode(const Pixels& pixels) {
-  RvlEncoder encoder;
-  encoder.writeImage(pixels);
-  return decode(encoder.bytes(), pixels.size());
+  return decode(encodeRvl(pixels.data(), pixels.size()), pixels.size());
 }
 
 // By hand: 2 zeros; 3 others with the differences +5, -1, +1, that is 10 (in groups a and 1), 1 and
@@ -36,21 +33,16 @@ TEST(Rvl, HoldsEveryPixelValue) {
 }
 
 TEST(Rvl, TellsWhatIsWrong) {
-  const auto errorFor = [](const RvlEncoder& encoder) {
-    return errorOf([&] { decode(encoder.bytes(), 4); });
-  };
-  RvlEncoder zeros, others, endless;
-  zeros.writeNumber(5);
-  EXPECT_NE(errorFor(zeros).find("exceeds the image"), std::string::npos);
-  others.writeNumber(1);
-  others.writeNumber(4);
-  EXPECT_NE(errorFor(others).find("exceeds the image"), std::string::npos);
-  for (int i = 0; i < 100; ++i) endless.writeNumber(0);  // nothing, again and again
-  EXPECT_NE(errorFor(endless).find("end before"), std::string::npos);
-  EXPECT_NE(errorOf([&] { decode(std::vector<uint8_t>(16, 0xff), 4); }).find("32 bits"),
-            std::string::npos);
-  EXPECT_NE(errorOf([&] { decode({}, 4); }).find("end before"), std::string::npos);
-  EXPECT_NE(errorOf([&] { decode({0x10, 0x12, 0xa1}, 6); }).find("end before"), std::string::npos);
+  const std::pair<std::vector<uint8_t>, std::string> cases[] = {
+      {{0, 0, 0, 0x50}, "exceeds the image"},       // five zeros
+      {{0, 0, 0, 0x14}, "exceeds the image"},       // a zero, four others
+      {std::vector<uint8_t>(52, 0), "end before"},  // nothing, again and again
+      {std::vector<uint8_t>(16, 0xff), "32 bits"}, {{}, "end before"},
+      {{0x10, 0x12, 0xa1}, "end before"}};
+  for (const auto& [bytes, reason] : cases) {
+    const std::string error = errorOf([&, b = bytes] { decode(b, 4); });
+    EXPECT_NE(error.find(reason), std::string::npos) << error;
+  }
 }
 
 }  // namespace

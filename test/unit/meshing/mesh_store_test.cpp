@@ -41,14 +41,6 @@ MeshUpdate updateOf(std::vector<BlockMesh> blocks) {
 
 constexpr size_t kTriangles = 2 * kBlockSide * kBlockSide;
 
-TEST(MeshStore, HoldsABlockUnderItsPackedKey) {
-  MeshStore store(kVoxelSize);
-  store.apply(updateOf({planeBlock({-3, 2, 1}, 2.5f)}));
-  EXPECT_EQ(store.blocks().count(packedKeyOf({-3, 2, 1})), 1u);
-  EXPECT_EQ(store.assemble({packedKeyOf({-3, 2, 1})}).triangles.size(), kTriangles);
-  EXPECT_TRUE(store.assemble({packedKeyOf({3, 2, 1})}).triangles.empty());
-}
-
 TEST(MeshStore, AddsReplacesAndDeletes) {
   MeshStore store(kVoxelSize);
   EXPECT_EQ(store.triangleCount(), 0u);
@@ -139,33 +131,6 @@ TEST(MeshStore, NormalsOfFoldedTrianglesCountTurnedRound) {
   MeshStore store(kVoxelSize);
   store.apply(updateOf({block}));
   for (const Vec3f& n : store.assemble().normals) EXPECT_FLOAT_EQ(n.z, 1.0f);
-}
-
-TEST(MeshStore, AssemblesASelection) {
-  MeshStore store(kVoxelSize);
-  store.apply(updateOf(
-      {planeBlock({0, 0, 0}, 2.5f), planeBlock({1, 0, 0}, 2.5f), planeBlock({2, 0, 0}, 2.5f)}));
-  const Mesh two = store.assemble({packKey({0, 0, 0}), packKey({1, 0, 0}), packKey({9, 9, 9})});
-  EXPECT_EQ(two.triangles.size(), 2 * kTriangles);
-  EXPECT_EQ(two.vertices_m.size(), static_cast<size_t>(17 * 9));
-}
-
-TEST(MeshStore, HistoryDoesNotShow) {
-  MeshStore direct(kVoxelSize), eventful(kVoxelSize);
-  const BlockMesh a = planeBlock({0, 0, 0}, 2.5f), b = planeBlock({1, 0, 0}, 2.5f);
-  BlockMesh gone;
-  gone.key = {7, 7, 7};
-  direct.apply(updateOf({a, b}));
-  eventful.apply(updateOf({planeBlock({7, 7, 7}, 1.5f)}));
-  eventful.apply(updateOf({b}));
-  eventful.apply(updateOf({planeBlock({0, 0, 0}, 4.5f)}));
-  eventful.apply(updateOf({a, gone}));
-  const Mesh x = direct.assemble(), y = eventful.assemble();
-  ASSERT_EQ(x.vertices_m.size(), y.vertices_m.size());
-  EXPECT_EQ(x.triangles, y.triangles);
-  for (size_t i = 0; i < x.vertices_m.size(); ++i) {
-    EXPECT_EQ(norm(x.vertices_m[i] - y.vertices_m[i]), 0.0f);
-  }
 }
 
 TEST(MeshStore, PositionsAreInDouble) {
@@ -269,14 +234,6 @@ TEST(VertexColour, HeightsAreAContinuousRainbow) {
     previous = colour;
   }
   EXPECT_GT(colours.size(), 1000u);
-}
-
-TEST(VertexColour, PlainIsOneGrey) {
-  const auto a = colourOf(MeshColour::kPlain, {0, 0, 0}, {1, 0, 0});
-  const auto b = colourOf(MeshColour::kPlain, {1, 2, 3}, {0, 0, -1});
-  EXPECT_EQ(a, b);
-  EXPECT_EQ(a[0], a[1]);
-  EXPECT_EQ(a[1], a[2]);
 }
 
 }  // namespace

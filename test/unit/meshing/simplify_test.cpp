@@ -140,10 +140,6 @@ TEST_F(Simplify, TheSameMeshGivesTheSameBytes) {
   EXPECT_EQ(a.mesh.normals.size(), a.mesh.vertices_m.size());
 }
 
-TEST_F(Simplify, AnEmptyMeshStaysEmpty) {
-  EXPECT_TRUE(simplifyMesh(Mesh(), 0.01).mesh.triangles.empty());
-}
-
 /// At any error, also where single vertices cannot go.
 TEST_F(Simplify, ALargerErrorLeavesNoMoreTriangles) {
   std::mt19937 random(5);
@@ -161,17 +157,6 @@ TEST_F(Simplify, ALargerErrorLeavesNoMoreTriangles) {
     last = simple.mesh.triangles.size();
   }
   EXPECT_LT(last, 600u) << "the border has 400 vertices";
-}
-
-/// One vertex that has to stay holds up nobody.
-TEST_F(Simplify, ASpikeKeepsOnlyItself) {
-  Mesh mesh;
-  addSheet(mesh, 1.0f, 0.02f, true, [](float x, float y) {
-    return std::abs(x - 0.5f) < 0.005f && std::abs(y - 0.5f) < 0.005f ? 0.3f : 0.0f;
-  });
-  const SimplifiedMesh simple = simplifyMesh(mesh, 0.01);
-  EXPECT_LT(simple.mesh.triangles.size(), mesh.triangles.size() / 10);
-  EXPECT_LE(simple.error_m, 0.01);
 }
 
 TEST_F(Simplify, IsCancelledWhereItIsAskedTo) {

@@ -141,5 +141,26 @@ TEST_F(SpaceFollowerTest, CellsMayBeOfAnotherSizeInAnotherMap) {
   expectSameAnswers(*mapper_->space(), *follower_.snapshot());
 }
 
+/// What is far from the camera is dropped, and a follower forgets it.
+TEST_F(SpaceFollowerTest, ForgetsWhatWasLeftBehind) {
+  MapperParams params = followedParams();
+  params.fusion.max_depth_m = 3.0f;
+  params.map.keep_radius_m = 3.0f;
+  mapper_ = makeMapper(params);
+  for (int i = 0; i < 6; ++i) {
+    Scene scene;
+    scene.add(Room{Vector3d(-1.49 + 2 * i, -1.18, -0.97), Vector3d(1.51 + 2 * i, 1.22, 1.03)});
+    const Vector3d eye(2.0 * i, 0.3, 0.2);
+    mapper_->integrate(
+        renderFrame(scene, lookAt(eye, eye + Vector3d::UnitX(), Vector3d::UnitZ())).view());
+    follow();
+    expectSameCubes(mapper_->space()->cubes(-1000, 1000), follower_.snapshot()->cubes(-1000, 1000));
+  }
+  ASSERT_FALSE(follower_.snapshot()->isEmpty());
+  for (const SpaceCube& cube : follower_.snapshot()->cubes(-1000, 1000)) {
+    EXPECT_GT(cube.first.x * mapper_->space()->cellSize_m(), 1.0);
+  }
+}
+
 }  // namespace
 }  // namespace dtsdf

@@ -308,13 +308,6 @@ TEST(Space, KeepsItsPartOfTheBudget) {
   EXPECT_EQ(mapper->stats().refused_cubes, 0u);
 }
 
-TEST(Space, IsTold) {
-  const auto mapper = mapOf(makeBallRoom(), posesIn(), spaceParams());
-  EXPECT_EQ(mapper->memory().space, mapper->space()->bytes());
-  EXPECT_GT(mapper->memory().space, 0u);
-  EXPECT_EQ(makeMapper(makeCpuParams())->memory().space, 0u);
-}
-
 TEST(Space, IsForgottenWithTheMap) {
   const auto mapper = mapOf(makeBallRoom(), posesIn(), spaceParams());
   EXPECT_FALSE(mapper->space()->cells().empty());

@@ -208,48 +208,6 @@ TEST(ThinWire, IsMappedFromOneColumnOfPixels) {
   EXPECT_LT(measureError(mesh, scene).max_m, 1.5 * kSceneVoxel_m);
 }
 
-/// A board in front of a wall, from a camera that moves along it. What is cast along the normals of
-/// the board's rim overhangs it; the wall that is seen beside it trims that.
-TEST(FreeSpace, TrimsTheOverhangOfOutlines) {
-  Scene scene;
-  scene.add(makeBox(Vector3d(1.0, 0.0, 0.0), Vector3d(0.1, 0.6, 0.5), 0.0));
-  scene.add(Plane{Vector3d(1.3, 0.0, 0.0), -Vector3d::UnitX()});
-  std::vector<Eigen::Isometry3d> poses;
-  for (int i = 0; i < 12; ++i) {
-    const Vector3d eye(0.0, 0.05 * (i - 6), 0.02 * (i % 5));
-    poses.push_back(lookAt(eye, eye + Vector3d::UnitX(), Vector3d::UnitZ()));
-  }
-  const Mesh mesh = reconstruct(makeCpuParams(), renderFrames(scene, poses, 320, 240));
-  double overhang_m = 0.0;
-  for (const Vec3f& p : mesh.vertices_m) {
-    if (std::abs(p.x - 0.95f) < 0.01f) {
-      overhang_m = std::max({overhang_m, std::abs(p.y) - 0.3, std::abs(p.z) - 0.25});
-    }
-  }
-  EXPECT_LT(overhang_m, 0.3 * kSceneVoxel_m);
-  EXPECT_GT(overhang_m, -1.0 * kSceneVoxel_m);  // and no more than that
-}
-
-/// A board that is put where space was free all the time, in blocks of the map that the wall behind
-/// it has, appears after a few frames.
-TEST(FreeSpace, GivesWayToWhatIsPutThere) {
-  Scene wall, both;
-  for (Scene* scene : {&wall, &both}) {
-    scene->add(Plane{Vector3d(1.25, 0.0, 0.0), -Vector3d::UnitX()});
-  }
-  both.add(makeBox(Vector3d(1.175, 0.0, 0.0), Vector3d(0.05, 0.4, 0.4), 0.0));
-  const auto T_W_C = lookAt(Vector3d::Zero(), Vector3d::UnitX(), Vector3d::UnitZ());
-  std::vector<SceneFrame> frames =
-      renderFrames(wall, std::vector<Eigen::Isometry3d>(100, T_W_C), 320, 240);
-  for (const SceneFrame& frame :
-       renderFrames(both, std::vector<Eigen::Isometry3d>(10, T_W_C), 320, 240)) {
-    frames.push_back(frame);
-  }
-  const Mesh mesh = reconstruct(makeCpuParams(), frames);
-  const Eigen::AlignedBox3d front(Vector3d(1.13, -0.15, -0.15), Vector3d(1.17, 0.15, 0.15));
-  EXPECT_NEAR(areaWithin(mesh, front), 0.09, 0.01);
-}
-
 INSTANTIATE_TEST_SUITE_P(All, AnalyticScenes,
                          testing::Combine(testing::Values(FusionMode::kVoxelProjection,
                                                           FusionMode::kRayCasting,

@@ -53,14 +53,6 @@ size_t trianglesOfBallNow(Session& session) {
   return trianglesOfBall(session);
 }
 
-/// A map of what was never any different, after as many frames.
-MapStats statsOfWall(const MapperParams& params, int frames) {
-  Session session(params);
-  see(session, look(farWall()), frames);
-  session.updateMesh();
-  return session.mapper().stats();
-}
-
 class Change : public testing::TestWithParam<bool> {
  protected:
   MapperParams params() const { return makeCpuParams(FusionMode::kNormalRayCasting, GetParam()); }
@@ -96,19 +88,6 @@ TEST_P(Change, AFrameFromAfarAsksForNoMoreSupport) {
   see(session, look(far), 2);
   see(session, look(wallAndBall()), 1);
   EXPECT_GT(trianglesOfBallNow(session), 300u);
-}
-
-TEST_P(Change, WithoutClearingNothingIsTakenBack) {
-  MapperParams settings = params();
-  settings.fusion.clearing = false;
-  Session session(settings);
-  see(session, look(wallAndBall()), 3);
-  const size_t before = trianglesOfBallNow(session);
-  const MapStats stats = session.mapper().stats();
-  ASSERT_GT(before, 300u);
-  see(session, look(farWall()), 60);
-  EXPECT_EQ(trianglesOfBallNow(session), before);
-  EXPECT_GE(session.mapper().stats().voxel_arrays, stats.voxel_arrays);
 }
 
 TEST_P(Change, WhatStaysKeepsItsSurface) {
@@ -165,31 +144,6 @@ TEST_P(Change, WhatComesBackMeanwhileIsNotLost) {
   see(fresh, look(wallAndBall()), 3);
   const auto expected = static_cast<double>(trianglesOfBallNow(fresh));
   EXPECT_NEAR(static_cast<double>(trianglesOfBallNow(session)) / expected, 1.0, 0.02);
-}
-
-/// A box goes to and fro before a farWall, meshed after every frame: no more memory after the fifth
-/// time than after the second.
-TEST_P(Change, MemoryHoldsWhereABoxMoves) {
-  std::vector<SceneFrame> frames;
-  for (int phase = 0; phase < 20; ++phase) {
-    Scene scene = farWall();
-    const double y = 0.06 * ((phase < 10 ? phase : 20 - phase) - 5);
-    scene.add(makeBox({1.1, y, 0.0}, {0.2, 0.2, 0.3}, 0.2));
-    frames.push_back(look(scene));
-  }
-  Session session(params());
-  size_t early = 0, most = 0;
-  for (size_t i = 0; i < 100; ++i) {
-    session.integrate(frames[i % frames.size()]);
-    session.updateMesh();
-    size_t& greatest = i < 40 ? early : most;
-    greatest = std::max(greatest, session.mapper().stats().map_bytes);
-  }
-  EXPECT_LE(most, early + early / 50);
-  see(session, look(farWall()), 24);
-  session.updateMesh();
-  const size_t wall_bytes = statsOfWall(params(), 20).map_bytes;
-  EXPECT_LE(session.mapper().stats().map_bytes, wall_bytes + wall_bytes / 20);
 }
 
 INSTANTIATE_TEST_SUITE_P(Maps, Change, testing::Bool(),

@@ -62,43 +62,32 @@ class PlySpool {
   std::unique_ptr<std::FILE, Close> file_;
 };
 
-struct PlyStream::State {
-  State(const std::string& target, MeshColour mesh_colour)
-      : path(target), colour(mesh_colour), vertex_bytes(target), triangle_bytes(target) {}
-
-  const std::string path;
-  const MeshColour colour;
-  PlySpool vertex_bytes, triangle_bytes;
-  uint64_t vertices = 0, triangles = 0;
-  bool is_far = false;
-};
-
 PlyStream::PlyStream(const std::string& path, MeshColour colour)
-    : state_((prepareOutputFile(path), std::make_unique<State>(path, colour))) {}
+    : path_((prepareOutputFile(path), path)),
+      colour_(colour),
+      vertex_bytes_(std::make_unique<PlySpool>(path)),
+      triangle_bytes_(std::make_unique<PlySpool>(path)) {}
 PlyStream::~PlyStream() = default;
 
 void PlyStream::addVertices(const Mesh& piece) {
   for (size_t i = 0; i < piece.vertices_m.size(); ++i) {
-    writePlyVertex(piece, i, state_->colour, state_->vertex_bytes);
+    writePlyVertex(piece, i, colour_, *vertex_bytes_);
   }
-  state_->is_far = isFarFromOrigin(piece);
-  state_->vertices += piece.vertices_m.size();
+  is_far_ = isFarFromOrigin(piece);
+  vertices_ += piece.vertices_m.size();
 }
 
 void PlyStream::addTriangle(const std::array<uint32_t, 3>& triangle) {
-  writePlyTriangle(triangle, state_->triangle_bytes);
-  ++state_->triangles;
+  writePlyTriangle(triangle, *triangle_bytes_);
+  ++triangles_;
 }
 
-uint64_t PlyStream::vertices() const { return state_->vertices; }
-uint64_t PlyStream::triangles() const { return state_->triangles; }
-
 void PlyStream::finish() {
-  checkMeshSize(state_->vertices, state_->triangles, state_->path);
-  AtomicFile file(state_->path);
-  file.write(plyHeader(state_->vertices, state_->triangles, state_->is_far));
-  state_->vertex_bytes.appendTo(file);
-  state_->triangle_bytes.appendTo(file);
+  checkMeshSize(vertices_, triangles_, path_);
+  AtomicFile file(path_);
+  file.write(plyHeader(vertices_, triangles_, is_far_));
+  vertex_bytes_->appendTo(file);
+  triangle_bytes_->appendTo(file);
   file.commit();
 }
 

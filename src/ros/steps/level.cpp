@@ -49,6 +49,14 @@ void LevelStep::advertise(const Handles& handles) {
 }
 
 std::optional<Rejection> LevelStep::place(PosedFrame& frame) {
+  if (auto rejection = raise(frame)) return rejection;
+  auto* const depth = std::get_if<DepthFrame>(&frame.image);
+  if (depth != nullptr) depth->keep_center_W = frame_.keepCenterAt(frame.stamp);
+  return std::nullopt;
+}
+
+/// Brings it into the level frame.
+std::optional<Rejection> LevelStep::raise(PosedFrame& frame) {
   const auto* const depth = std::get_if<DepthFrame>(&frame.image);
   if (!frame_.isLevelled()) {
     if (doubt_ && depth != nullptr && doubt_->add(*depth) && !doubt_->text().empty()) {

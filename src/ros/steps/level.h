@@ -1,4 +1,4 @@
-/// The steps that make the map's frame: its level, and the centre of what is kept of the map.
+/// The step that makes the map's frame: its level, and the centre of what is kept of the map.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -41,6 +41,7 @@ class LevelStep : public Step {
     ros::Time stamp;
   };
 
+  std::optional<Rejection> raise(PosedFrame& frame);
   bool isKnown() const { return !frame_.isLevelled() || frame_.level().has_value(); }
   void lookForFloor(const DepthFrame& frame);
   void lookUpTransform();
@@ -55,21 +56,6 @@ class LevelStep : public Step {
   std::optional<MeasuredUp> measured_;  ///< The same.
   ros::Subscriber imu_;
   std::unique_ptr<tf2_ros::StaticTransformBroadcaster> broadcaster_;
-};
-
-/// What map/keep_radius_m is around.
-class KeepStep : public Step {
- public:
-  explicit KeepStep(const MapFrame& frame) : frame_(frame) {}
-
-  std::optional<Rejection> place(PosedFrame& frame) override {
-    auto* const depth = std::get_if<DepthFrame>(&frame.image);
-    if (depth != nullptr) depth->keep_center_W = frame_.keepCenterAt(frame.stamp);
-    return std::nullopt;
-  }
-
- private:
-  const MapFrame& frame_;
 };
 
 }  // namespace dtsdf

@@ -180,6 +180,9 @@ void LiveMap::fuseNext() {
 
 std::optional<Rejection> LiveMap::place(PosedFrame& frame) const {
   for (const auto& step : parts_.steps) {
+    if (auto rejection = step->expect(frame)) return rejection;
+  }
+  for (const auto& step : parts_.steps) {
     if (auto rejection = step->place(frame)) return rejection;
   }
   return std::nullopt;

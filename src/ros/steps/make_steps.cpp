@@ -15,18 +15,15 @@
 namespace dtsdf {
 
 Steps makeSteps(const Host& host, FilesStep*& files) {
-  auto poses = std::make_unique<PosesStep>(host);
   auto journal =
       host.params.node.journal.folder.empty() ? nullptr : std::make_unique<JournalStep>(host);
   JournalStep* const journal_step = journal.get();
   auto files_step = std::make_unique<FilesStep>(host);
   files = files_step.get();
   Steps steps;
-  steps.push_back(std::make_unique<ExpectStep>(*poses));
   steps.push_back(std::make_unique<LevelStep>(host.params, host.transforms, host.frame));
   if (journal) steps.push_back(std::make_unique<GivenPoseStep>(*journal));
-  steps.push_back(std::move(poses));
-  steps.push_back(std::make_unique<KeepStep>(host.frame));
+  steps.push_back(std::make_unique<PosesStep>(host));
   steps.push_back(std::make_unique<CorrectStep>(host, journal_step));
   if (journal) steps.push_back(std::move(journal));
   steps.push_back(std::make_unique<MeshTopicsStep>(host.params, host.rates));

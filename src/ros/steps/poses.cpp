@@ -3,10 +3,14 @@
 #include <dtsdf_mapping/SaveTrajectory.h>
 #include <dtsdf_mapping/SetPose.h>
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
+#include <variant>
 
 #include "io/trajectory.h"
+#include "params/text.h"
 #include "ros/common/requests.h"
 #include "ros/common/service.h"
 #include "ros/common/status_fields.h"
@@ -16,6 +20,19 @@
 
 namespace dtsdf {
 namespace {
+
+/// Of a camera that is held upright, in a frame with x ahead and z up: where tracking begins.
+Eigen::Isometry3d uprightCamera() {
+  Eigen::Isometry3d T_B_C = Eigen::Isometry3d::Identity();
+  T_B_C.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
+  return T_B_C;
+}
+
+std::string describe(const Alignment& alignment) {
+  return formatted("%s: %ld %% of the image lie near surfaces of the map, and %ld %% of these fit",
+                   toString(alignment.status), std::lround(100.0 * alignment.matched_share),
+                   std::lround(100.0 * alignment.inlier_share));
+}
 
 std::vector<geometry_msgs::Vector3> toVectors(const std::vector<Eigen::Vector3d>& axes) {
   std::vector<geometry_msgs::Vector3> vectors(axes.size());
@@ -52,48 +69,48 @@ dtsdf_mapping::PoseStatus makePoseStatus(const CameraPoseReport& report) {
 
 PosesStep::PosesStep(const Host& host)
     : host_(host),
-      poses_(host.params.node, host.transforms, host.frame,
-             {[this](const FoundPose& pose) {
-                if (publisher_) publisher_->publish(pose);
-              },
-              [this](const ros::Time& stamp, const Eigen::Isometry3d& T_M_O) {
-                if (publisher_) publisher_->publishCorrection(stamp, T_M_O);
-              },
-              [this] {
-                if (publisher_) publisher_->clearPath();
-              }}) {}
+      params_(host.params.node),
+      transforms_(host.transforms),
+      listeners_{[](const auto&) {}, [](const auto&, const auto&) {}, [] {}},
+      cameras_(std::max<size_t>(1, params_.cameras.size()), CameraState(params_.poses)),
+      tracker_(params_.poses),
+      base_frame_(params_.poses.base_frame) {
+  report_.cameras.resize(cameras_.size());
+  report_.max_trajectory_bytes = fused_.maxBytes();
+}
 
 /// @throws std::runtime_error where poses come from TF as they are.
-FramePoses& PosesStep::poses() {
-  if (isOn()) return poses_;
+void PosesStep::requireOn() const {
+  if (isOn()) return;
   throw std::runtime_error(
       "poses come from TF as they are; start the node with poses/mode: track, or refine");
 }
 
 void PosesStep::advertise(const Handles& handles) {
   if (isOn()) {
-    publisher_ =
-        std::make_unique<PosePublisher>(handles.prompt, host_.params.node, host_.transforms);
+    publisher_ = std::make_unique<PosePublisher>(handles.prompt, params_, transforms_);
+    setListeners({[this](const FoundPose& pose) { publisher_->publish(pose); },
+                  [this](const ros::Time& stamp, const Eigen::Isometry3d& T_M_O) {
+                    publisher_->publishCorrection(stamp, T_M_O);
+                  },
+                  [this] { publisher_->clearPath(); }});
   }
   using namespace dtsdf_mapping;
   servers_.push_back(
       serve<SetPose>(handles.waiting, "set_pose", [this](const auto& request, auto& response) {
-        FramePoses& poses = this->poses();
+        requireOn();
         const Eigen::Isometry3d T_W_B = host_.frame.find(request.frame_id) * readPose(request.pose);
-        host_.map_loop.run([&] { poses.setPose(T_W_B); }).get();
+        host_.map_loop.run([&] { setPose(T_W_B); }).get();
         response.message = "the next depth image is tracked from there";
       }));
   servers_.push_back(serve<SaveTrajectory>(
       handles.waiting, "save_trajectory", [this](const auto& request, auto& response) {
-        const FramePoses& poses = this->poses();
+        requireOn();
         const auto [copy, left_out] =
-            host_.map_loop
-                .run([&] {
-                  return std::make_pair(poses.fusedPoses().copy(), poses.fusedPoses().leftOut());
-                })
+            host_.map_loop.run([this] { return std::make_pair(fused_.copy(), fused_.leftOut()); })
                 .get();
-        const std::string path = resolveOutputPath(host_.params.node.output_directory,
-                                                   request.file_name, {".txt", ".tum"});
+        const std::string path =
+            resolveOutputPath(params_.output_directory, request.file_name, {".txt", ".tum"});
         if (copy.empty()) {
           throw std::runtime_error(
               "there is no pose yet: no frame has been fused since the start, clear_map or "
@@ -110,36 +127,177 @@ void PosesStep::advertise(const Handles& handles) {
 }
 
 std::optional<Rejection> PosesStep::expect(PosedFrame& frame) {
-  return isOn() ? poses_.expect(frame) : std::nullopt;
+  if (!tracks()) return std::nullopt;
+  if (auto* const depth = std::get_if<DepthFrame>(&frame.image)) return expectDepth(frame, *depth);
+  return expectColour(frame, std::get<ColourFrame>(frame.image));
+}
+
+std::optional<Rejection> PosesStep::expectDepth(PosedFrame& frame, DepthFrame& depth) {
+  if (params_.poses.base_frame.empty()) base_frame_ = frame.frame_id;
+  const PoseAnswer mount = mountOf(frame.frame_id);
+  if (mount.kind != PoseAnswer::Kind::kKnown) {
+    return Rejection{DropReason::kNoTransform, mount.text};
+  }
+  T_B_C_ = mount.T_W_C;
+  const std::optional<Eigen::Isometry3d> last_T_W_C = tracker_.lastPose();
+  if (last_T_W_C) {
+    depth.T_W_C = T_W_M().inverse() * *last_T_W_C;
+  } else {
+    depth.T_W_C = params_.poses.base_frame.empty() ? uprightCamera() : T_B_C_;
+  }
+  return std::nullopt;
+}
+
+std::optional<Rejection> PosesStep::expectColour(PosedFrame& frame, ColourFrame& colour) {
+  const std::optional<Eigen::Isometry3d> T_W_C = tracker_.poseAt(frame.stamp.toSec());
+  if (!T_W_C) return Rejection{DropReason::kLost, "the depth camera is not followed"};
+  const PoseAnswer mount = mountOf(frame.frame_id);
+  if (mount.kind != PoseAnswer::Kind::kKnown) {
+    return Rejection{DropReason::kNoTransform, mount.text};
+  }
+  colour.T_W_C = T_W_M().inverse() * *T_W_C * T_B_C_.inverse() * mount.T_W_C;
+  return std::nullopt;
+}
+
+PoseAnswer PosesStep::mountOf(const std::string& camera_frame) const {
+  if (camera_frame != base_frame_) return transforms_.find(base_frame_, camera_frame, ros::Time(0));
+  return {PoseAnswer::Kind::kKnown, Eigen::Isometry3d::Identity(), ""};
+}
+
+Eigen::Isometry3d PosesStep::T_W_M() const {
+  return host_.frame.level().value_or(Eigen::Isometry3d::Identity());
 }
 
 std::optional<Rejection> PosesStep::place(PosedFrame& frame) {
-  return isOn() ? poses_.place(host_.map.mapper(), frame) : std::nullopt;
+  if (!isOn()) return std::nullopt;
+  auto* const depth = std::get_if<DepthFrame>(&frame.image);
+  if (depth == nullptr) {
+    auto& colour = std::get<ColourFrame>(frame.image);
+    if (!tracks()) colour.T_W_C = cameras_.at(frame.camera).refiner.T_W_O() * colour.T_W_C;
+    return std::nullopt;
+  }
+  found_ = tracks() ? track(frame, *depth) : refine(frame, *depth);
+  depth->T_W_C = found_.T_W_C;
+  note(frame, found_);
+  if (isToBeFused(frame, found_)) return std::nullopt;
+  return Rejection{tracks() ? DropReason::kLost : DropReason::kMisfit, describe(found_)};
+}
+
+bool PosesStep::isToBeFused(const PosedFrame& frame, const Alignment& alignment) const {
+  return tracks() ? tracker_.isToBeFused(alignment)
+                  : cameras_.at(frame.camera).refiner.isToBeFused(alignment);
+}
+
+/// Where stamps go back, a recording or the odometry begins anew, from where it began before.
+Alignment PosesStep::refine(const PosedFrame& frame, const DepthFrame& depth) {
+  CameraState& camera = cameras_.at(frame.camera);
+  const double back_s = camera.last_stamp.toSec() - frame.stamp.toSec();
+  if (back_s > kTimeJump_s) camera.refiner = PoseRefiner(params_.poses);
+  camera.last_stamp = frame.stamp;
+  Alignment alignment = camera.refiner.refine(host_.map.mapper(), depth);
+  if (frame.camera == 0) {
+    listeners_.on_correction(frame.stamp, T_W_M().inverse() * camera.refiner.T_W_O() * T_W_M());
+  }
+  return alignment;
+}
+
+/// Where stamps go back, the camera is still where it was, as far as anybody knows; so it is where
+/// the map is emptied, in which nothing can be found any more.
+Alignment PosesStep::track(const PosedFrame& frame, const DepthFrame& depth) {
+  const std::optional<Eigen::Isometry3d> last_T_W_C = tracker_.lastPose();
+  if (given_T_W_B_) {
+    tracker_.setPose(*given_T_W_B_ * T_B_C_);
+  } else if (host_.map.mapper().stats().voxel_arrays == 0) {
+    if (last_T_W_C) tracker_.setPose(*last_T_W_C);
+  } else if (is_elsewhere_ || !last_T_W_C) {
+    tracker_.seek(depth.T_W_C, frame.stamp.toSec());
+  }
+  given_T_W_B_.reset();
+  is_elsewhere_ = false;
+  return tracker_.track(host_.map.mapper(), depth, frame.stamp.toSec());
 }
 
 void PosesStep::fused(const PosedFrame& frame, const IntegrationResult& result) {
-  if (isOn() && result.status == FrameStatus::kFused) poses_.wasFused(frame);
+  if (!isOn() || result.status != FrameStatus::kFused) return;
+  const auto* const depth = std::get_if<DepthFrame>(&frame.image);
+  if (depth == nullptr || frame.camera != 0) return;
+  fused_.add({frame.stamp.toSec(), depth->T_W_C});
+  if (const auto pose = foundPose(frame)) listeners_.on_pose(*pose);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  report_.trajectory_bytes = fused_.bytes();
+}
+
+/// None where it is not known how the camera is fixed to B.
+std::optional<FoundPose> PosesStep::foundPose(const PosedFrame& frame) const {
+  FoundPose pose;
+  pose.stamp = frame.stamp;
+  pose.frame_id = params_.poses.base_frame.empty() ? frame.frame_id : params_.poses.base_frame;
+  PoseAnswer mount{PoseAnswer::Kind::kKnown, T_B_C_, ""};
+  if (!tracks() && pose.frame_id != frame.frame_id) {
+    mount = transforms_.find(pose.frame_id, frame.frame_id, ros::Time(0));
+    if (mount.kind != PoseAnswer::Kind::kKnown) return std::nullopt;
+  }
+  const Eigen::Isometry3d T_M_W = T_W_M().inverse();
+  pose.T_W_B = found_.T_W_C * mount.T_W_C.inverse();
+  pose.T_M_B = T_M_W * pose.T_W_B;
+  pose.covariance =
+      movedCovariance(odometryCovariance(found_, params_.poses), T_M_W.linear(),
+                      T_M_W.linear() * (pose.T_W_B.translation() - found_.T_W_C.translation()));
+  return pose;
 }
 
 void PosesStep::replaced(const Replacement& replacement) {
-  if (isOn() && replacement.kind != Replacement::Kind::kCorrected) poses_.mapIsAnother();
+  if (!isOn() || replacement.kind == Replacement::Kind::kCorrected) return;
+  is_elsewhere_ = true;
+  fused_.clear();
+  listeners_.on_new_map();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  report_.trajectory_bytes = 0;
+}
+
+void PosesStep::setPose(const Eigen::Isometry3d& T_W_B) {
+  if (!tracks()) {
+    throw std::runtime_error(
+        "poses come from TF, as poses/mode is refine; only track continues "
+        "from a pose that is set");
+  }
+  given_T_W_B_ = T_W_B;
+}
+
+void PosesStep::note(const PosedFrame& frame, const Alignment& alignment) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  CameraPoseReport& report = report_.cameras.at(frame.camera);
+  report.last = alignment;
+  report.stamp = frame.stamp;
+  const Eigen::Matrix3d shifts = alignment.covariance.topLeftCorner<3, 3>();
+  const Eigen::Matrix3d turns = alignment.covariance.bottomRightCorner<3, 3>();
+  report.free_shifts = freeAxes(shifts, params_.poses.sigma_m);
+  report.free_turns = freeAxes(turns, params_.poses.sigma_rad);
+  report.lost_since_s = tracks() ? tracker_.lostSince_s() : std::nullopt;
+  ++report.outcomes.at(static_cast<size_t>(alignment.status));
+}
+
+PoseReport PosesStep::report() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return report_;
 }
 
 void PosesStep::fill(MapStatus& status) {
   if (!isOn()) return;
-  const PoseReport poses = poses_.report();
+  const PoseReport poses = report();
   addMemory(status, "trajectory", MemoryPlace::kHost, poses.trajectory_bytes,
             poses.max_trajectory_bytes);
   for (size_t i = 0; i < std::min(poses.cameras.size(), status.cameras.size()); ++i) {
     status.cameras[i].pose = makePoseStatus(poses.cameras[i]);
     if (!poses.cameras[i].lost_since_s) continue;
-    report(status, MapStatus::WARN, MapStatus::CAMERA_LOST,
-           "the camera is lost, and nothing is fused: move it back slowly to where it was, or call "
-           "set_pose, or clear_map to begin again");
+    dtsdf::report(
+        status, MapStatus::WARN, MapStatus::CAMERA_LOST,
+        "the camera is lost, and nothing is fused: move it back slowly to where it was, or call "
+        "set_pose, or clear_map to begin again");
   }
   const std::string problem = publisher_ ? publisher_->problem() : "";
   if (!problem.empty()) {
-    report(status, MapStatus::WARN, MapStatus::POSES_NOT_PUBLISHED, problem);
+    dtsdf::report(status, MapStatus::WARN, MapStatus::POSES_NOT_PUBLISHED, problem);
   }
 }
 

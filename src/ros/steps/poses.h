@@ -1,50 +1,155 @@
-/// The steps of poses/mode refine and track: where depth images lie in the map.
+/// The step of poses/mode: where depth images lie in the map, moved from TF's pose, or found by it.
 #pragma once
 
 #include <ros/node_handle.h>
+#include <ros/time.h>
 
 #include <Eigen/Geometry>
+#include <array>
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
 #include <vector>
 
-#include "ros/steps/frame_poses.h"
+#include "dtsdf_mapping/mapper.h"
+#include "dtsdf_mapping/pose_refiner.h"
+#include "dtsdf_mapping/pose_tracker.h"
+#include "io/trajectory.h"
+#include "params/node_params.h"
+#include "ros/input/transforms.h"
 #include "ros/steps/pose_publisher.h"
 #include "ros/steps/step.h"
 
 namespace dtsdf {
 
-/// Aligns frames to the map, publishes where they are, and serves set_pose and save_trajectory. The
-/// one place that knows where poses come from.
+/// The trajectory so far, in bounded memory. Poses of frames that were fused; of more than `most`
+/// the oldest go.
+class FusedPoses {
+ public:
+  static constexpr size_t kMost = 360000;  ///< Three hours of 30 images a second.
+
+  explicit FusedPoses(size_t most = kMost) : most_(most) {}
+
+  void add(const StampedPose& pose) {
+    poses_.push_back(pose);
+    if (poses_.size() <= most_) return;
+    poses_.pop_front();
+    ++left_out_;
+  }
+
+  void clear() {
+    poses_.clear();
+    left_out_ = 0;
+  }
+
+  std::vector<StampedPose> copy() const { return {poses_.begin(), poses_.end()}; }
+  size_t leftOut() const { return left_out_; }
+  size_t bytes() const { return poses_.size() * sizeof(StampedPose); }
+  size_t maxBytes() const { return most_ * sizeof(StampedPose); }
+
+ private:
+  size_t most_;
+  std::deque<StampedPose> poses_;
+  size_t left_out_ = 0;
+};
+
+constexpr int kAlignmentStatusCount = static_cast<int>(AlignmentStatus::kUnsure) + 1;
+
+/// How the depth images of one camera fit the map.
+struct CameraPoseReport {
+  std::optional<Alignment> last;                         ///< Of the newest image.
+  ros::Time stamp;                                       ///< Of that one.
+  std::vector<Eigen::Vector3d> free_shifts, free_turns;  ///< See freeAxes().
+  std::optional<double> lost_since_s;  ///< First image that did not fit; none: followed.
+  std::array<uint64_t, kAlignmentStatusCount> outcomes{};  ///< Images, by AlignmentStatus.
+};
+
+struct PoseReport {
+  std::vector<CameraPoseReport> cameras;  ///< In their order.
+  size_t trajectory_bytes = 0, max_trajectory_bytes = 0;
+};
+
+/// With poses/mode refine and track; else poses stay as they are. With refine each camera is
+/// aligned by itself, and the first one is who speaks for all: its correction and its poses are
+/// published. The one place that knows where poses come from; serves set_pose and save_trajectory.
 class PosesStep : public Step {
  public:
   explicit PosesStep(const Host& host);
 
+  /// Who hears of poses, on the map's thread: what publishes them, once it is advertised.
+  struct Listeners {
+    std::function<void(const FoundPose&)> on_pose;  ///< Of a frame that was fused.
+    std::function<void(const ros::Time&, const Eigen::Isometry3d& T_M_O)> on_correction;
+    std::function<void()> on_new_map;  ///< The poses so far are of another map.
+  };
+  void setListeners(Listeners listeners) { listeners_ = std::move(listeners); }
+
   void advertise(const Handles& handles) override;
+  /// Gives a frame the pose in M that is expected of it, where it has none by TF: with track.
+  std::optional<Rejection> expect(PosedFrame& frame) override;
+  /// Brings the pose of a frame from where it was expected, in W, to where it is to be fused or
+  /// painted. @throws std::exception when the backend fails.
   std::optional<Rejection> place(PosedFrame& frame) override;
   void fused(const PosedFrame& frame, const IntegrationResult& result) override;
+  /// A camera that is tracked continues from where it is in an empty map; in any other it may be
+  /// anywhere, and has to be found.
   void replaced(const Replacement& replacement) override;
   void fill(dtsdf_mapping::MapStatus& status) override;
 
-  /// Before the map is level: the pose that a frame without one is expected at.
-  std::optional<Rejection> expect(PosedFrame& frame);
+  /// Sets where B is: the next image is there. @throws std::runtime_error unless it tracks.
+  void setPose(const Eigen::Isometry3d& T_W_B);
+
+  /// Of the first camera's frames in the map, in the order of fusing.
+  const FusedPoses& fusedPoses() const { return fused_; }
+
+  /// Any thread.
+  PoseReport report() const;
 
  private:
-  bool isOn() const { return host_.params.node.poses.mode != PoseMode::kTf; }
-  FramePoses& poses();
+  /// Of one camera.
+  struct CameraState {
+    explicit CameraState(const PoseParams& params) : refiner(params) {}
+
+    PoseRefiner refiner;   ///< With refine.
+    ros::Time last_stamp;  ///< Of its newest depth image.
+  };
+
+  bool isOn() const { return params_.poses.mode != PoseMode::kTf; }
+  bool tracks() const { return params_.poses.mode == PoseMode::kTrack; }
+  void requireOn() const;
+  std::optional<Rejection> expectDepth(PosedFrame& frame, DepthFrame& depth);
+  std::optional<Rejection> expectColour(PosedFrame& frame, ColourFrame& colour);
+  Alignment refine(const PosedFrame& frame, const DepthFrame& depth);
+  Alignment track(const PosedFrame& frame, const DepthFrame& depth);
+  bool isToBeFused(const PosedFrame& frame, const Alignment& alignment) const;
+  std::optional<FoundPose> foundPose(const PosedFrame& frame) const;
+  /// Pose of a camera in B.
+  PoseAnswer mountOf(const std::string& camera_frame) const;
+  Eigen::Isometry3d T_W_M() const;
+  void note(const PosedFrame& frame, const Alignment& alignment);
 
   const Host& host_;
-  FramePoses poses_;
+  const NodeParams& params_;
+  const Transforms& transforms_;
+  Listeners listeners_;
+  std::vector<CameraState> cameras_;
+  PoseTracker tracker_;
+  std::string base_frame_;                                   ///< Name of B, once it is known.
+  Eigen::Isometry3d T_B_C_ = Eigen::Isometry3d::Identity();  ///< With track, of the newest image.
+  std::optional<Eigen::Isometry3d> given_T_W_B_;             ///< By setPose(), for the next image.
+  bool is_elsewhere_ = false;  ///< Until the next image: see replaced().
+  Alignment found_;            ///< Of the newest image.
+  FusedPoses fused_;
+
   std::unique_ptr<PosePublisher> publisher_;  ///< From advertise() on.
   std::vector<ros::ServiceServer> servers_;
-};
 
-/// Goes before the level, which looks at poses.
-class ExpectStep : public Step {
- public:
-  explicit ExpectStep(PosesStep& poses) : poses_(poses) {}
-  std::optional<Rejection> place(PosedFrame& frame) override { return poses_.expect(frame); }
-
- private:
-  PosesStep& poses_;
+  mutable std::mutex mutex_;  ///< Guards what follows.
+  PoseReport report_;
 };
 
 }  // namespace dtsdf

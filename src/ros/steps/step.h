@@ -93,6 +93,8 @@ class Step {
 
   // Map's thread.
 
+  /// Before all other steps: gives a frame the pose that is expected of it, where it has none.
+  virtual std::optional<Rejection> expect(PosedFrame&) { return std::nullopt; }
   /// Moves a frame before it is fused or painted, or says why it is not to be.
   virtual std::optional<Rejection> place(PosedFrame&) { return std::nullopt; }
   /// A frame was handed to the mapper; the result says whether it was fused.

@@ -1,4 +1,4 @@
-#include "ros/steps/frame_poses.h"
+#include "ros/steps/poses.h"
 
 #include <gtest/gtest.h>
 
@@ -16,28 +16,10 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// What the step of poses does with frames.
-class Placing : public Step {
- public:
-  Placing(FramePoses& poses, LiveMap& map) : poses_(poses), map_(map) {}
-  std::optional<Rejection> place(PosedFrame& frame) override {
-    if (auto rejection = poses_.expect(frame)) return rejection;
-    return poses_.place(map_.mapper(), frame);
-  }
-  void fused(const PosedFrame& frame, const IntegrationResult& result) override {
-    if (result.status == FrameStatus::kFused) poses_.wasFused(frame);
-  }
-  void replaced(const Replacement&) override { poses_.mapIsAnother(); }
-
- private:
-  FramePoses& poses_;
-  LiveMap& map_;
-};
-
 /// A mapper with a map that a camera at the given place of the x axis fits, and no other.
-class FramePosesTest : public testing::Test {
+class PosesTest : public testing::Test {
  protected:
-  FramePosesTest() {
+  PosesTest() {
     mapper_->aligns = [this](const DepthFrame& frame) {
       Alignment alignment;
       alignment.T_W_C = frame.T_W_C;
@@ -61,13 +43,13 @@ class FramePosesTest : public testing::Test {
     MappingParams settings;
     settings.node = params_;
     host_ = std::make_unique<MapHost>(std::unique_ptr<Mapper>(mapper_), settings);
-    poses_ = std::make_unique<FramePoses>(
-        host_->params.node, host_->transforms, host_->frame,
-        FramePoses::Listeners{
-            [this](const FoundPose& pose) { found_.push_back(pose); },
-            [this](const ros::Time&, const Isometry3d& T_M_O) { corrections_.push_back(T_M_O); },
-            [this] { ++new_maps_; }});
-    host_->steps.push_back(std::make_unique<Placing>(*poses_, host_->map));
+    auto poses = std::make_unique<PosesStep>(host_->host);
+    poses_ = poses.get();
+    poses->setListeners(
+        {[this](const FoundPose& pose) { found_.push_back(pose); },
+         [this](const ros::Time&, const Isometry3d& T_M_O) { corrections_.push_back(T_M_O); },
+         [this] { ++new_maps_; }});
+    host_->steps.push_back(std::move(poses));
   }
 
   /// With a pose by TF, which tracking does not look at.
@@ -114,10 +96,10 @@ class FramePosesTest : public testing::Test {
   std::vector<FoundPose> found_;
   std::vector<Isometry3d> corrections_;
   std::unique_ptr<MapHost> host_;  ///< From start() on.
-  std::unique_ptr<FramePoses> poses_;
+  PosesStep* poses_ = nullptr;
 };
 
-TEST_F(FramePosesTest, ARefinedFrameIsFusedWhereItFits) {
+TEST_F(PosesTest, ARefinedFrameIsFusedWhereItFits) {
   start(PoseMode::kRefine);
   push(1.0);
   EXPECT_EQ(alignments_, 0) << "nothing is mapped that it could be aligned to";
@@ -130,14 +112,14 @@ TEST_F(FramePosesTest, ARefinedFrameIsFusedWhereItFits) {
   expectAccounted();
 }
 
-TEST_F(FramePosesTest, TheMapSaysHowPosesWereFound) {
+TEST_F(PosesTest, TheMapSaysHowPosesWereFound) {
   params_.poses.sigma_m = 0.02;
   start(PoseMode::kRefine);
   push(1.0);
   EXPECT_EQ(toTree(host_->map.origin().poses), toTree<PoseParams>(params_.poses));
 }
 
-TEST_F(FramePosesTest, OneThatDoesNotFitIsFusedAsGiven) {
+TEST_F(PosesTest, OneThatDoesNotFitIsFusedAsGiven) {
   start(PoseMode::kRefine);
   push(1.0);
   camera_x_m_ = 5.0;
@@ -149,7 +131,7 @@ TEST_F(FramePosesTest, OneThatDoesNotFitIsFusedAsGiven) {
   expectAccounted();
 }
 
-TEST_F(FramePosesTest, OrItIsDropped) {
+TEST_F(PosesTest, OrItIsDropped) {
   params_.poses.on_misfit = OnMisfit::kDrop;
   start(PoseMode::kRefine);
   push(1.0);
@@ -162,7 +144,7 @@ TEST_F(FramePosesTest, OrItIsDropped) {
 }
 
 /// Two cameras whose given poses drift in opposite ways, while both stay where they are.
-TEST_F(FramePosesTest, EachCameraOfARigIsCorrectedByItself) {
+TEST_F(PosesTest, EachCameraOfARigIsCorrectedByItself) {
   params_.cameras = {"left", "right"};
   params_.poses.drift = 1.0;
   start(PoseMode::kRefine);
@@ -199,7 +181,7 @@ TEST_F(FramePosesTest, EachCameraOfARigIsCorrectedByItself) {
   expectAccounted();
 }
 
-TEST_F(FramePosesTest, ACorrectionIsForgottenWhereStampsGoBack) {
+TEST_F(PosesTest, ACorrectionIsForgottenWhereStampsGoBack) {
   params_.poses.drift = 1.0;
   start(PoseMode::kRefine);
   push(1.0, 0.0);
@@ -213,7 +195,7 @@ TEST_F(FramePosesTest, ACorrectionIsForgottenWhereStampsGoBack) {
   EXPECT_NEAR(corrections_.back().translation().x(), 0.0, 1e-9);
 }
 
-TEST_F(FramePosesTest, ATrackedCameraBeginsUprightAndNeedsNoPose) {
+TEST_F(PosesTest, ATrackedCameraBeginsUprightAndNeedsNoPose) {
   start(PoseMode::kTrack);
   push(1.0, 77.0);  // what TF says does not count
   ASSERT_EQ(fused(), 1u);
@@ -227,7 +209,7 @@ TEST_F(FramePosesTest, ATrackedCameraBeginsUprightAndNeedsNoPose) {
   expectAccounted();
 }
 
-TEST_F(FramePosesTest, ALostCameraFusesNothingUntilItFitsAgain) {
+TEST_F(PosesTest, ALostCameraFusesNothingUntilItFitsAgain) {
   start(PoseMode::kTrack);
   push(1.0);
   push(1.1);
@@ -247,7 +229,7 @@ TEST_F(FramePosesTest, ALostCameraFusesNothingUntilItFitsAgain) {
   expectAccounted();
 }
 
-TEST_F(FramePosesTest, ATrackedCameraStaysWhereItIsWhenStampsGoBack) {
+TEST_F(PosesTest, ATrackedCameraStaysWhereItIsWhenStampsGoBack) {
   start(PoseMode::kTrack);
   for (int i = 0; i < 5; ++i) push(100.0 + 0.1 * i);
   push(3.0);
@@ -256,7 +238,7 @@ TEST_F(FramePosesTest, ATrackedCameraStaysWhereItIsWhenStampsGoBack) {
   EXPECT_FALSE(poses_->report().cameras[0].lost_since_s);
 }
 
-TEST_F(FramePosesTest, InAnEmptiedMapTrackingGoesOnWhereItWas) {
+TEST_F(PosesTest, InAnEmptiedMapTrackingGoesOnWhereItWas) {
   start(PoseMode::kTrack);
   push(1.0);
   camera_x_m_ = 0.08;
@@ -269,7 +251,7 @@ TEST_F(FramePosesTest, InAnEmptiedMapTrackingGoesOnWhereItWas) {
   EXPECT_NEAR(foundX_m(), 0.08, 1e-9);
 }
 
-TEST_F(FramePosesTest, InAMapThatWasLoadedACameraHasToBeFound) {
+TEST_F(PosesTest, InAMapThatWasLoadedACameraHasToBeFound) {
   start(PoseMode::kTrack);
   push(1.0);
   auto loaded = std::make_unique<FakeMapper>(*mapper_);
@@ -287,7 +269,7 @@ TEST_F(FramePosesTest, InAMapThatWasLoadedACameraHasToBeFound) {
   EXPECT_NEAR(foundX_m(), 7.0, 1e-9);
 }
 
-TEST_F(FramePosesTest, ABaseBeginsAtTheOriginOnceItsCameraIsKnown) {
+TEST_F(PosesTest, ABaseBeginsAtTheOriginOnceItsCameraIsKnown) {
   params_.poses.base_frame = "base";
   start(PoseMode::kTrack);
   push(1.0);

@@ -25,9 +25,9 @@ inline dim3 rowGrid(const FrameView& frame, int stretch = kThreads) {
               frame.height < kMaxGridRows ? frame.height : kMaxGridRows);
 }
 
-/// Whether a device of this compute capability, times 100, runs code that waits for the kernel ahead
-/// itself: it runs the newest code in the binary that is not newer than the device. Asked of the
-/// driver, code that it made of older PTX passes for new.
+/// Whether a device of this compute capability, times 100, runs code that waits for the kernel
+/// ahead itself: it runs the newest code in the binary that is not newer than the device. Asked of
+/// the driver, code that it made of older PTX passes for new.
 constexpr bool waitsItself(int device_version) {
 #ifdef __CUDA_ARCH_LIST__
   constexpr int kLeastVersion = 900, kVersions[] = {__CUDA_ARCH_LIST__};

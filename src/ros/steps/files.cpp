@@ -140,6 +140,7 @@ FilesStep::Done FilesStep::loadMap(const std::string& path) {
   if (!is_empty && !host_.map_loop.run(has_room).get()) {
     file->verify();  // before the map goes that it takes the place of
     host_.map_loop.run([this] { host_.map.clear(); }).get();
+    returnFreeMemory();
   }
   const MapperParams params = is_empty ? withSettingsOf(contents, params_) : params_;
   std::unique_ptr<Mapper> mapper = makeMapper(params, partsOf(file));

@@ -48,12 +48,14 @@ class RandomBlocks {
 };
 
 /// The indices of a unit, from the eight units around each of its corners.
-UnitIndices regularOneByOne(const RandomBlocks& blocks, const Vec3i& unit) {
-  unsigned behind = 0;
+UnitIndices settledOneByOne(const RandomBlocks& blocks, const Vec3i& unit, bool directional) {
+  SettledCorners corners{0, 0};
   for (int c = 0; c < kCubeCorners; ++c) {
-    if (isBehindForMost(cornerBalance(blocks, unit + cornerOffset(c)))) behind |= 1u << c;
+    const Vec3i corner = unit + cornerOffset(c);
+    if (isBehindForMost(cornerBalance(blocks, corner))) corners.behind |= 1u << c;
+    if (isGivenASide(blocks, corner)) corners.given |= 1u << c;
   }
-  return regularise(blocks(unit), behind);
+  return settledIndices(kMeshTables, blocks, unit, corners, directional);
 }
 
 TEST(BlockSurface, CornersAreSettledByAllUnitsAround) {
@@ -63,11 +65,12 @@ TEST(BlockSurface, CornersAreSettledByAllUnitsAround) {
     const RandomBlocks blocks(random);
     LabelNeighbourhood labels;
     blocks.point(labels);
-    surface->regularise(labels, 0);
+    const bool directional = trial % 2 == 0;
+    surface->regularise(labels, 0, directional);
     size_t next = 0;
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
       const Vec3i unit = voxelOffset(i);
-      const UnitIndices expected = regularOneByOne(blocks, unit);
+      const UnitIndices expected = settledOneByOne(blocks, unit, directional);
       if (countTriangles(kMeshTables, expected) == 0) continue;
       ASSERT_LT(next, surface->units().size());
       const SurfaceUnit& found = surface->units()[next++];

@@ -104,6 +104,15 @@ bool BlockSurface::mayClose(const Vec3i& unit) const {
   return (given(0, 0, 0) | given(1, 0, 0) | given(0, 1, 1) | given(1, 1, 1)) != 0;
 }
 
+/// False only where mayClose() is for all units of a row.
+bool BlockSurface::mayCloseRow(const Vec3i& first_unit) const {
+  const uint8_t* const lower = is_given_ + cornerIndex(0, first_unit.y, first_unit.z);
+  const uint8_t* const upper = is_given_ + cornerIndex(0, first_unit.y + 1, first_unit.z + 1);
+  unsigned given = 0;
+  for (int x = 0; x < kCornerGridSide; ++x) given |= lower[x] | upper[x];
+  return given != 0;
+}
+
 void BlockSurface::addUnits(const LabelNeighbourhood& labels, const BlockBits& loose,
                             bool directional) {
   edges_.clear();
@@ -120,6 +129,10 @@ void BlockSurface::addUnits(const LabelNeighbourhood& labels, const BlockBits& l
   const UnitLabels* own = labels[aroundNumber(kOwn)];
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
     const Vec3i unit = voxelOffset(i);
+    if (unit.x == 0 && !anySpeaks(own + i) && !(directional && mayCloseRow(unit))) {
+      i += kBlockSide - 1;
+      continue;
+    }
     if (saysNothing(own[i]) && !(directional && mayClose(unit))) continue;
     if (hasUnit(loose, unit)) continue;
     if (holdsSurface(own[i])) addUnit(holding_surface_, unit);

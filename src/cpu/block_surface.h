@@ -40,6 +40,7 @@ class BlockSurface {
   void addSides(const UnitLabels& labels, const Vec3i& unit);
   SettledCorners cornersOf(const Vec3i& unit) const;
   bool mayClose(const Vec3i& unit) const;
+  bool mayCloseRow(const Vec3i& first_unit) const;
   void addUnits(const LabelNeighbourhood& labels, const BlockBits& loose, bool directional);
   void addTriangles(const UnitIndices& regular, const Vec3i& unit);
 

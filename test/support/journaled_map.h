@@ -17,6 +17,17 @@
 
 namespace dtsdf {
 
+inline MapperParams journaledParams() {
+  MapperParams params = makeCpuParams();
+  params.map.voxel_size_m = 0.08f;
+  params.map.max_memory_mb = 256;
+  return params;
+}
+
+inline bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
 /// A journal that may take a GB.
 inline JournalWriter::Options journalOptions(const std::string& folder) {
   JournalWriter::Options options;

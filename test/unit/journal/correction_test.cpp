@@ -12,17 +12,6 @@ namespace {
 
 constexpr int kCount = 8;
 
-MapperParams params() {
-  MapperParams params = makeCpuParams();
-  params.map.voxel_size_m = 0.08f;
-  params.map.max_memory_mb = 256;
-  return params;
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 /// By which a lap's images were off: nothing at first, then more and more sideways.
 Eigen::Isometry3d drift(int i) {
   Eigen::Isometry3d T(Eigen::AngleAxisd(0.002 * i, Eigen::Vector3d::UnitZ()));
@@ -36,7 +25,7 @@ class JournalOfALap : public testing::Test {
   JournalOfALap()
       : images_(roomImages(2 * kCount)),
         journal_(journalOptions(folder_.path())),
-        map_(params(), journal_) {}
+        map_(journaledParams(), journal_) {}
 
   const SceneFrame& image(int i) const { return images_[static_cast<size_t>(i)]; }
   Eigen::Isometry3d truePose(int i) const { return image(i).frame.T_W_C; }
@@ -54,7 +43,7 @@ class JournalOfALap : public testing::Test {
   /// Once all that was added is in the file.
   Refusion refusionOf(const std::vector<StampedPose>& poses) {
     EXPECT_TRUE(journal_.written().get());
-    return Refusion(journal_.path(), params(), {journal_.count(), poses});
+    return Refusion(journal_.path(), journaledParams(), {journal_.count(), poses});
   }
 
   std::string finish(Refusion& refusion) {
@@ -78,7 +67,7 @@ class CorrectedJournal : public JournalOfALap {
   }
 
   std::string trueMap() const {
-    const auto mapper = makeMapper(params());
+    const auto mapper = makeMapper(journaledParams());
     for (int i = 0; i < kCount; ++i) mapper->integrate(image(i).view());
     return fileOf(*mapper);
   }
@@ -89,11 +78,11 @@ TEST_F(CorrectedJournal, GivesTheMapOfTheCorrectedPoses) {
   const CorrectionEffect effect = replay.correctGiven(truePoses());
   EXPECT_EQ(effect.moved, size_t{kCount - 1}) << "the first one was right";
   EXPECT_NEAR(effect.farthest_rad, 0.002 * (kCount - 1), 1e-6);
-  EXPECT_TRUE(mapOf(replay, params()) == trueMap());
+  EXPECT_TRUE(mapOf(replay, journaledParams()) == trueMap());
 }
 
 TEST_F(CorrectedJournal, IsFusedAgainWhileItIsWritten) {
-  Refusion refusion(journal_.path(), params(), {journal_.count(), truePoses()});
+  Refusion refusion(journal_.path(), journaledParams(), {journal_.count(), truePoses()});
   EXPECT_EQ(refusion.effect().moved, size_t{kCount - 1});
   EXPECT_TRUE(refusion.step(0));
   // An image that comes meanwhile is moved as the last of the poses is.
@@ -108,15 +97,15 @@ TEST_F(CorrectedJournal, IsFusedAgainWhileItIsWritten) {
   {
     JournalReplay offline(journal_.path());
     offline.correct({refusion.correction().before, truePoses()});
-    EXPECT_TRUE(mapOf(offline, params()) == corrected);
+    EXPECT_TRUE(mapOf(offline, journaledParams()) == corrected);
   }
   // The swap is in the journal then: the map is the corrected one, and the same poses move nothing.
   journal_.add(refusion.correction());
   ASSERT_TRUE(journal_.written().get());
-  EXPECT_TRUE(mapOf(journal_.path(), params()) == corrected);
+  EXPECT_TRUE(mapOf(journal_.path(), journaledParams()) == corrected);
   JournalReplay again(journal_.path());
   EXPECT_EQ(again.correctGiven(truePoses()).moved, 0u);
-  EXPECT_TRUE(mapOf(again, params()) == corrected);
+  EXPECT_TRUE(mapOf(again, journaledParams()) == corrected);
 }
 
 /// A path of a million poses takes no more than those of its images.
@@ -127,11 +116,11 @@ TEST_F(CorrectedJournal, KeepsOnlyPosesOfImages) {
   EXPECT_EQ(correction.used().size(), size_t{kCount});
   JournalReplay replay(journal_.path());
   EXPECT_EQ(replay.correct({replay.count(), correction.used()}).moved, size_t{kCount - 1});
-  EXPECT_TRUE(mapOf(replay, params()) == trueMap());
+  EXPECT_TRUE(mapOf(replay, journaledParams()) == trueMap());
 }
 
 TEST_F(CorrectedJournal, WithinTheBudgetOfTwoMaps) {
-  Refusion refusion(journal_.path(), params(), {journal_.count(), truePoses()});
+  Refusion refusion(journal_.path(), journaledParams(), {journal_.count(), truePoses()});
   EXPECT_TRUE(contains(errorOf([&] {
                          while (refusion.step(size_t{1} << 30)) {
                          }
@@ -149,7 +138,7 @@ TEST_F(CorrectedJournal, RefusesWhatIsNoCorrection) {
     change(poses);
     JournalReplay replay(journal_.path());
     const std::string error = errorOf([&] { replay.correctGiven(poses); });
-    EXPECT_TRUE(mapOf(replay, params()) == fileOf(map_.mapper())) << "all is as it was";
+    EXPECT_TRUE(mapOf(replay, journaledParams()) == fileOf(map_.mapper())) << "all is as it was";
     return error;
   };
   using Poses = std::vector<StampedPose>;
@@ -189,7 +178,7 @@ TEST_F(JournalOfALap, MovesWhatFollowsUntilTheSourceOfPosesJumps) {
   }
   journal_.add(refusion.correction());
   ASSERT_TRUE(journal_.written().get());
-  EXPECT_TRUE(mapOf(journal_.path(), params()) == corrected);
+  EXPECT_TRUE(mapOf(journal_.path(), journaledParams()) == corrected);
 }
 
 // Odometry never jumps: what it gives is moved for good, in the journal as well as by motion().
@@ -214,7 +203,7 @@ TEST_F(CorrectedJournal, CorrectionsFollowEachOther) {
   std::vector<StampedPose> rest = truePoses(5);
   rest.push_back(halfway[5]);
   Refusion second = refusionOf(rest);
-  const auto expected = makeMapper(params());
+  const auto expected = makeMapper(journaledParams());
   for (int i = 0; i < kCount; ++i) {
     expected->integrate(
         movedTo(image(i), i < 5 ? truePose(i) : halfway[static_cast<size_t>(i)].T_W_C).view());
@@ -228,7 +217,7 @@ TEST_F(JournalOfALap, CorrectsOnlyTheNewestAfterStampsWentBack) {
   for (int i = 0; i < kCount; ++i) fuse(i, drift(20));
   Refusion refusion = refusionOf(truePoses());
   EXPECT_EQ(refusion.effect().moved, size_t{kCount});
-  const auto twice = makeMapper(params());
+  const auto twice = makeMapper(journaledParams());
   for (int i = 0; i < 2 * kCount; ++i) twice->integrate(image(i % kCount).view());
   EXPECT_TRUE(finish(refusion) == fileOf(*twice));
 }
@@ -236,7 +225,7 @@ TEST_F(JournalOfALap, CorrectsOnlyTheNewestAfterStampsWentBack) {
 // What is far from a place beside the camera is dropped; that place moves with the camera.
 TEST(CorrectedJournalWithKeepRadius, ForgetsWhatIsFarFromWhereTheCameraWas) {
   const TemporaryFolder folder;
-  MapperParams near = params();
+  MapperParams near = journaledParams();
   near.fusion.max_depth_m = near.map.keep_radius_m = 1.5f;
   JournalWriter journal(journalOptions(folder.path()));
   JournaledMap map(near, journal);
@@ -267,7 +256,7 @@ TEST(LevelledJournal, StaysLevel) {
   JournalWriter journal(journalOptions(folder.path()));
   const Eigen::Isometry3d T_W_M =
       Eigen::Translation3d(0.0, 0.0, 1.0) * Eigen::AngleAxisd(1.2, Eigen::Vector3d::UnitX());
-  JournaledMap map(params(), journal);
+  JournaledMap map(journaledParams(), journal);
   journal.addLevel(T_W_M);
   std::vector<StampedPose> given;
   for (const SceneFrame& frame : roomImages(4)) {
@@ -278,7 +267,7 @@ TEST(LevelledJournal, StaysLevel) {
   ASSERT_TRUE(journal.written().get());
   JournalReplay replay(journal.path());
   EXPECT_EQ(replay.correctGiven(given).moved, 0u) << "but for rounding they are those fused";
-  EXPECT_TRUE(mapOf(replay, params()) == fileOf(map.mapper()));
+  EXPECT_TRUE(mapOf(replay, journaledParams()) == fileOf(map.mapper()));
   JournalReplay tipped(journal.path());
   EXPECT_TRUE(contains(errorOf([&] {
                          tipped.correct({tipped.count(), given});

@@ -19,17 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-MapperParams params() {
-  MapperParams params = makeCpuParams();
-  params.map.voxel_size_m = 0.08f;
-  params.map.max_memory_mb = 256;
-  return params;
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 class Journal : public testing::Test {
  protected:
   static constexpr int kCount = 8;
@@ -40,7 +29,7 @@ class Journal : public testing::Test {
 
   /// A journal of all images, of colours and a region, and its map.
   std::string write(JournalWriter& journal) {
-    JournaledMap map(params(), journal);
+    JournaledMap map(journaledParams(), journal);
     for (int i = 0; i < kCount; ++i) {
       map.fuse(image(i), 0.1 * i);
       if (i == 4)
@@ -58,7 +47,7 @@ class Journal : public testing::Test {
 TEST_F(Journal, LeadsToTheMap) {
   JournalWriter journal(journalOptions(folder_.path()));
   const std::string map = write(journal);
-  EXPECT_TRUE(mapOf(journal.path(), params()) == map) << "also while it is open";
+  EXPECT_TRUE(mapOf(journal.path(), journaledParams()) == map) << "also while it is open";
   JournalReplay replay(journal.path());
   EXPECT_EQ(replay.depthImages(), size_t{kCount});
   EXPECT_EQ(replay.count(), journal.count());
@@ -71,23 +60,23 @@ TEST_F(Journal, LeadsToTheMap) {
 
 TEST_F(Journal, BeginsWithTheMapThatWasLoaded) {
   JournalWriter journal(journalOptions(folder_ / "journals"));
-  JournaledMap map(params(), journal);
+  JournaledMap map(journaledParams(), journal);
   map.fuse(image(0), 0.0);
   saveMap(map.mapper().contents(), folder_ / "map.dtsdf");
   map.load(folder_ / "map.dtsdf");
   map.fuse(image(3), 0.3);
   ASSERT_TRUE(journal.written().get());
   fs::remove(folder_ / "map.dtsdf");  // it is in the journal
-  EXPECT_TRUE(mapOf(journal.path(), params()) == fileOf(map.mapper()));
+  EXPECT_TRUE(mapOf(journal.path(), journaledParams()) == fileOf(map.mapper()));
   map.clear();
   map.fuse(image(5), 0.5);
   ASSERT_TRUE(journal.written().get());
-  EXPECT_TRUE(mapOf(journal.path(), params()) == fileOf(map.mapper()));
+  EXPECT_TRUE(mapOf(journal.path(), journaledParams()) == fileOf(map.mapper()));
 }
 
 TEST_F(Journal, KeepsEveryBitOfAnImage) {
   JournalWriter journal(journalOptions(folder_.path()));
-  journal.begin({settingsOf(params()), {}, "map", "map", false});
+  journal.begin({settingsOf(journaledParams()), {}, "map", "map", false});
   std::vector<uint16_t> whole{0, 1, 65535, 400, 400, 7};
   std::vector<float> parts{0.0f, -1.5f, 3e8f, std::nanf(""), 1.25f, 1e-30f};
   DepthFrame frame;
@@ -143,7 +132,7 @@ TEST_F(Journal, IsWholeToTheLastRecordWherever) {
   std::string damaged = bytes;
   damaged[bytes.size() / 2] = static_cast<char>(damaged[bytes.size() / 2] ^ 4);
   writeBytes(path, damaged);
-  EXPECT_NE(errorOf([&] { mapOf(path, params()); }), "") << "in the middle it is an error";
+  EXPECT_NE(errorOf([&] { mapOf(path, journaledParams()); }), "") << "in the middle it is an error";
 }
 
 TEST_F(Journal, OnAFullDiskStopsAndSaysSinceWhen) {
@@ -158,7 +147,7 @@ TEST_F(Journal, OnAFullDiskStopsAndSaysSinceWhen) {
       return ::write(descriptor, data, some);
     };
     JournalWriter journal(options);
-    JournaledMap map(params(), journal);
+    JournaledMap map(journaledParams(), journal);
     for (int i = 0; i < kCount; ++i) {
       map.fuse(image(i), 0.1 * i);
       if (!journal.written().get()) break;
@@ -175,7 +164,7 @@ TEST_F(Journal, OnAFullDiskStopsAndSaysSinceWhen) {
     map.fuse(image(2), 5.0);
     EXPECT_TRUE(journal.written().get());
     EXPECT_EQ(journal.report().problem, "");
-    EXPECT_TRUE(mapOf(journal.path(), params()) == fileOf(map.mapper()));
+    EXPECT_TRUE(mapOf(journal.path(), journaledParams()) == fileOf(map.mapper()));
   }
 }
 
@@ -194,7 +183,7 @@ TEST_F(Journal, LeavesAllOtherFilesAlone) {
   options.max_bytes = 60000;
   for (int run = 0; run < 3; ++run) {
     JournalWriter journal(options);
-    JournaledMap map(params(), journal);
+    JournaledMap map(journaledParams(), journal);
     for (int i = 0; i < kCount; ++i) map.fuse(image(i), 0.1 * i);
     journal.written().get();
     EXPECT_TRUE(contains(journal.report().problem, "journal/max_gb")) << run;
@@ -222,7 +211,7 @@ TEST_F(Journal, DropsImagesWhereTheDiskIsTooSlow) {
     return ::write(descriptor, data, bytes);
   };
   JournalWriter journal(options);
-  JournaledMap map(params(), journal);
+  JournaledMap map(journaledParams(), journal);
   for (int i = 0; i < kCount; ++i) map.fuse(image(i), 0.1 * i);  // never waits
   EXPECT_TRUE(contains(journal.report().problem, "too slow"));
   EXPECT_LE(journal.report().waiting_bytes, options.max_waiting);

@@ -25,17 +25,15 @@ inline dim3 rowGrid(const FrameView& frame, int stretch = kThreads) {
               frame.height < kMaxGridRows ? frame.height : kMaxGridRows);
 }
 
-/// Whether a device of this compute capability, times 100, runs code that waits for the kernel
-/// ahead itself: it runs the newest code in the binary that is not newer than the device. Asked of
-/// the driver, code that it made of older PTX passes for new.
-constexpr bool waitsItself(int device_version) {
-#ifdef __CUDA_ARCH_LIST__
-  constexpr int kLeastVersion = 900, kVersions[] = {__CUDA_ARCH_LIST__};
-  for (const int version : kVersions) {
-    if (version >= kLeastVersion && version <= device_version) return true;
-  }
-#endif
-  return false;
+/// Whether kernels of this binary wait for the one ahead themselves: all are made alike.
+inline bool waitThemselves(const void* kernel) {
+  static const bool they_do = [kernel] {
+    constexpr int kLeastVersion = 90;
+    cudaFuncAttributes attributes;
+    if (cudaFuncGetAttributes(&attributes, kernel) != cudaSuccess) return false;
+    return attributes.ptxVersion >= kLeastVersion;
+  }();
+  return they_do;
 }
 
 /// Starts a kernel before the one ahead of it on the stream has ended, where device and binary can:
@@ -56,7 +54,7 @@ void launchBehind(void (*kernel)(Parameters...), dim3 blocks, int threads, size_
   early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
   early.val.programmaticStreamSerializationAllowed = 1;
   config.attrs = &early;
-  config.numAttrs = waitsItself(stream.deviceVersion()) ? 1 : 0;
+  config.numAttrs = stream.startsEarly() && waitThemselves(address) ? 1 : 0;
   cudaLaunchKernelExC(&config, address, addresses);
 #else
   cudaLaunchKernel(address, blocks, dim3(threads), addresses, shared_bytes, stream.get());

@@ -48,11 +48,10 @@ class Event {
 class Stream {
  public:
   Stream() {
-    int device = 0, major = 0, minor = 0;
+    int device = 0, major = 0;
     DTSDF_CHECK_CUDA(cudaGetDevice(&device));
     DTSDF_CHECK_CUDA(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device));
-    DTSDF_CHECK_CUDA(cudaDeviceGetAttribute(&minor, cudaDevAttrComputeCapabilityMinor, device));
-    device_version_ = 100 * major + 10 * minor;
+    starts_early_ = major >= 9;
     DTSDF_CHECK_CUDA(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking));
   }
   ~Stream() {
@@ -63,8 +62,8 @@ class Stream {
 
   cudaStream_t get() const { return stream_; }
 
-  /// The device's compute capability, times 100.
-  int deviceVersion() const { return device_version_; }
+  /// Whether the device can start a kernel while the one ahead of it ends.
+  bool startsEarly() const { return starts_early_; }
 
   /// The clock that times what is enqueued here; none at first. See stage_clock.h.
   void setClock(StageClock* clock) { clock_ = clock; }
@@ -86,7 +85,7 @@ class Stream {
  private:
   cudaStream_t stream_ = nullptr;
   StageClock* clock_ = nullptr;
-  int device_version_ = 0;
+  bool starts_early_ = false;
 };
 
 }  // namespace gpu

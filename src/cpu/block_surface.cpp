@@ -119,14 +119,14 @@ void BlockSurface::addUnits(const LabelNeighbourhood& labels, const BlockBits& l
   triangle_edges_.clear();
   surface_units_.clear();
   holding_surface_ = {};
-  constexpr Vec3i kOwn{0, 0, 0};
+  constexpr Vec3i kMiddle{0, 0, 0};
   const auto at = [&](const Vec3i& unit) {
     const UnitSource source = unitSource(unit);
-    const bool is_left_out = source.block == aroundNumber(kOwn) && hasUnit(loose, unit);
+    const bool is_left_out = source.block == aroundNumber(kMiddle) && hasUnit(loose, unit);
     const UnitLabels* block = labels[source.block];
     return block == nullptr || is_left_out ? UnitLabels{0, 0} : block[source.unit];
   };
-  const UnitLabels* own = labels[aroundNumber(kOwn)];
+  const UnitLabels* own = labels[aroundNumber(kMiddle)];
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
     const Vec3i unit = voxelOffset(i);
     if (unit.x == 0 && !anySpeaks(own + i) && !(directional && mayCloseRow(unit))) {

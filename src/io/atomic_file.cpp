@@ -1,14 +1,15 @@
 #include "io/atomic_file.h"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <filesystem>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 namespace dtsdf {
 namespace {
@@ -41,37 +42,24 @@ fs::path folderOf(const std::string& path) {
   return folder.empty() ? fs::path(".") : folder;
 }
 
-/// Whether the file that is open still has this name.
-bool isNamed(int descriptor, const std::string& name) {
-  struct stat opened {
-  }, named{};
-  return fstat(descriptor, &opened) == 0 && stat(name.c_str(), &named) == 0 &&
-         opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
+/// A name beside `path` that is given to no other file of this process.
+std::string nameBeside(const std::string& path) {
+  static std::atomic<unsigned> counter{0};
+  const std::string name = "." + fs::path(path).filename().string() + "." +
+                           std::to_string(getpid()) + "." + std::to_string(counter++) + ".tmp";
+  return (folderOf(path) / name).string();
 }
 
-/// Opens a file beside `path` that no other save has locked, with its name in `name`. If it exists,
-/// a save that was killed has left it, and it is written again.
-int openBeside(const std::string& path, std::string& name) {
+/// Calls make(name) with names beside `path` until one was free. @return that name.
+template <class Make>
+std::string takeNameBeside(const std::string& path, const Make& make) {
   constexpr int kMostNames = 1000;
-  int error_number = EACCES;
-  for (int i = 0; i < kMostNames && error_number == EACCES; ++i) {
-    const std::string target = fs::path(path).filename().string();
-    name = (folderOf(path) / ("." + target + "." + std::to_string(i) + ".tmp")).string();
-    const int descriptor =
-        open(name.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
-    if (descriptor < 0) {
-      error_number = errno;  // EACCES: another user's
-      continue;
-    }
-    // File systems without locks say so by another error.
-    const bool is_free = flock(descriptor, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
-    if (is_free && isNamed(descriptor, name)) {
-      if (ftruncate(descriptor, 0) == 0) return descriptor;
-      error_number = errno;
-    }
-    close(descriptor);
+  for (int i = 0; i < kMostNames; ++i) {
+    const std::string name = nameBeside(path);
+    if (make(name) >= 0) return name;
+    if (errno != EEXIST) break;
   }
-  throwCannotWrite(path, error_number);
+  return "";
 }
 
 /// The rename is on the disk only once its folder is. Some file systems cannot sync a folder; the
@@ -100,19 +88,27 @@ void prepareOutputFile(const std::string& path) {
   if (access(folderOf(path).c_str(), W_OK | X_OK) != 0) throwCannotWrite(path, errno);
 }
 
+/// Without a name the file goes with the process, however that ends. Where the file system has no
+/// such files, it has a name from the start.
 AtomicFile::AtomicFile(const std::string& path) : path_(path) {
   prepareOutputFile(path_);
   buffer_.reserve(kBufferBytes);
-  descriptor_ = openBeside(path_, temporary_path_);
+  descriptor_ = open(folderOf(path_).c_str(), O_WRONLY | O_TMPFILE | O_CLOEXEC, 0666);
+  if (descriptor_ >= 0) return;
+  temporary_path_ = takeNameBeside(path_, [this](const std::string& name) {
+    descriptor_ = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    return descriptor_;
+  });
+  if (descriptor_ < 0) throwCannotWrite(path_, errno);
 }
 
 AtomicFile::~AtomicFile() { closeAndRemove(); }
 
 void AtomicFile::closeAndRemove() noexcept {
   if (descriptor_ < 0) return;
-  unlink(temporary_path_.c_str());  // while it is locked: its name is not yet another save's
   close(descriptor_);
   descriptor_ = -1;
+  if (!temporary_path_.empty()) unlink(temporary_path_.c_str());
 }
 
 void AtomicFile::fail(int error_number) {
@@ -141,9 +137,20 @@ void AtomicFile::flush() {
 void AtomicFile::commit() {
   flush();
   if (fsync(descriptor_) != 0) fail(errno);
-  if (rename(temporary_path_.c_str(), path_.c_str()) != 0) fail(errno);
-  close(descriptor_);  // and with it the lock
-  descriptor_ = -1;
+  if (temporary_path_.empty()) {
+    const std::string own = "/proc/self/fd/" + std::to_string(descriptor_);
+    temporary_path_ = takeNameBeside(path_, [&own](const std::string& name) {
+      return linkat(AT_FDCWD, own.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW);
+    });
+    if (temporary_path_.empty()) fail(errno);
+  }
+  const bool is_closed = close(std::exchange(descriptor_, -1)) == 0;
+  const int error_number =
+      is_closed && rename(temporary_path_.c_str(), path_.c_str()) == 0 ? 0 : errno;
+  if (error_number != 0) {
+    unlink(temporary_path_.c_str());
+    throwCannotWrite(path_, error_number);
+  }
   syncFolder(folderOf(path_));
 }
 

@@ -17,8 +17,7 @@ namespace {
 
 /// How long a thread without work sleeps at most: nobody wakes it for a new listener.
 constexpr std::chrono::milliseconds kIdle{50};
-/// How often the report is renewed while frames come one after the other: to ask for the map's
-/// counts is to wait for the GPU.
+/// How often the report is renewed while frames come one after the other.
 constexpr double kReportRate_hz = 10.0;
 
 void fillMemory(const MapStats& stats, const MapperMemory& memory, MapStatus& status) {

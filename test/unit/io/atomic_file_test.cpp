@@ -1,8 +1,12 @@
 #include "io/atomic_file.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <filesystem>
 
@@ -41,13 +45,43 @@ TEST(AtomicFile, ReplacesTheOldFileOnCommit) {
   EXPECT_EQ(folder.entryCount(), 1u);
 }
 
-TEST(AtomicFile, WritesOverWhatAKilledSaveHasLeft) {
+TEST(AtomicFile, LeavesNothingOfASaveThatIsKilled) {
   const TemporaryFolder folder;
-  writeBytes(folder / ".a.txt.0.tmp", "half a file, and longer");
-  writeBytes(folder / "a.txt.0.tmp", "somebody's");
+  const int unnamed = open(folder.path().c_str(), O_WRONLY | O_TMPFILE, 0600);
+  if (unnamed < 0) GTEST_SKIP() << "the file system has no files without names";
+  close(unnamed);
+  writeBytes(folder / "a.bin", "old");
+  const pid_t child = fork();
+  if (child == 0) {
+    AtomicFile file(folder / "a.bin");
+    file.write(std::string(4 << 20, 'x'));
+    raise(SIGKILL);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(readBytes(folder / "a.bin"), "old");
+  EXPECT_EQ(folder.entryCount(), 1u);
+}
+
+TEST(AtomicFile, LeavesOtherFilesAlone) {
+  const TemporaryFolder folder;
+  writeBytes(folder / ".a.txt.0.tmp", "somebody's");
+  writeBytes(folder / "a.txt.0.tmp", "somebody's, too");
   writeFileAtomically(folder / "a.txt", "new");
   EXPECT_EQ(readBytes(folder / "a.txt"), "new");
-  EXPECT_EQ(folder.entryCount(), 2u);
+  EXPECT_EQ(readBytes(folder / ".a.txt.0.tmp"), "somebody's");
+  EXPECT_EQ(readBytes(folder / "a.txt.0.tmp"), "somebody's, too");
+}
+
+TEST(AtomicFile, MakesFilesThatOthersMayReadAsTheUserHasIt) {
+  const TemporaryFolder folder;
+  const mode_t mask = umask(027);
+  writeFileAtomically(folder / "a.txt", "new");
+  umask(mask);
+  struct stat status {};
+  ASSERT_EQ(stat((folder / "a.txt").c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777, 0640u);
 }
 
 TEST(AtomicFile, LeavesASaveUnderWayAlone) {

@@ -51,3 +51,13 @@ catkin_package(
   CATKIN_DEPENDS geometry_msgs message_runtime std_msgs
   DEPENDS EIGEN3
   CFG_EXTRAS dtsdf_mapping-extras.cmake)
+
+# What catkin gave to the whole build is for the folders that use ROS: all else is compiled as without
+# it, and once for both builds of scripts/test.
+get_directory_property(DTSDF_ROS_DEFINITIONS COMPILE_DEFINITIONS)
+get_directory_property(DTSDF_ROS_INCLUDES INCLUDE_DIRECTORIES)
+set_directory_properties(PROPERTIES COMPILE_DEFINITIONS "" INCLUDE_DIRECTORIES "")
+macro(dtsdf_use_ros)
+  set_directory_properties(PROPERTIES COMPILE_DEFINITIONS "${DTSDF_ROS_DEFINITIONS}"
+                                      INCLUDE_DIRECTORIES "${DTSDF_ROS_INCLUDES}")
+endmacro()

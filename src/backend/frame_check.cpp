@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <sstream>
 #include <stdexcept>
 
 #include "backend/rule_settings.h"
 #include "kernels/core/grid.h"
 #include "kernels/core/voxel.h"
 #include "map/region_view.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {
@@ -43,21 +43,19 @@ ImageRows rowsOfImage(const Frame& frame) {
 /// What depth and colour images have in common; `kind` is a word for messages.
 template <class Frame>
 std::optional<FrameProblem> findImageProblem(const Frame& frame, const char* kind) {
-  std::ostringstream text;
   if (frame.data == nullptr || frame.width <= 0 || frame.height <= 0) {
-    text << "the " << kind << " image is empty";
-    return problem(FrameStatus::kBadImage, text.str());
+    return problem(FrameStatus::kBadImage, formatted("the %s image is empty", kind));
   }
   if (static_cast<int64_t>(frame.width) * frame.height > kMaxPixels) {
-    text << "the " << kind << " image has " << frame.width << " x " << frame.height
-         << " pixels; at most " << kMaxPixels << " are supported";
-    return problem(FrameStatus::kBadImage, text.str());
+    return problem(FrameStatus::kBadImage,
+                   formatted("the %s image has %d x %d pixels; at most %lld are supported", kind,
+                             frame.width, frame.height, static_cast<long long>(kMaxPixels)));
   }
   const size_t row = rowsOfImage(frame).packed_bytes;
   if (frame.row_bytes < row) {
-    text << "rows of " << frame.row_bytes << " bytes are too short for " << frame.width
-         << " pixels, which take " << row;
-    return problem(FrameStatus::kBadImage, text.str());
+    return problem(FrameStatus::kBadImage,
+                   formatted("rows of %zu bytes are too short for %d pixels, which take %zu",
+                             frame.row_bytes, frame.width, row));
   }
   return std::nullopt;
 }
@@ -85,10 +83,10 @@ std::optional<FrameProblem> findPoseProblem(const Eigen::Isometry3d& T_W_C, doub
   const double limit_m =
       static_cast<double>(kMaxBlockCoordinate - 2) * kBlockSide * params.map.voxel_size_m;
   if (T_W_C.translation().cwiseAbs().maxCoeff() + reach_m > limit_m) {
-    std::ostringstream text;
-    text << "the camera is outside the " << limit_m << " m around the map frame's origin that "
-         << params.map.voxel_size_m << " m voxels can cover";
-    return problem(FrameStatus::kBadPose, text.str());
+    return problem(FrameStatus::kBadPose,
+                   formatted("the camera is outside the %g m around the map frame's origin that "
+                             "%g m voxels can cover",
+                             limit_m, static_cast<double>(params.map.voxel_size_m)));
   }
   return std::nullopt;
 }
@@ -247,10 +245,11 @@ IntegrationResult refuse(const FrameProblem& problem) {
 }
 
 IntegrationResult noMeasurement(const MapperParams& params) {
-  std::ostringstream text;
-  text << "no pixel has a usable depth: all are empty, isolated, or outside ["
-       << params.fusion.min_depth_m << ", " << params.fusion.max_depth_m << "] m";
-  return refuse({FrameStatus::kNoMeasurement, text.str()});
+  return refuse(
+      {FrameStatus::kNoMeasurement,
+       formatted("no pixel has a usable depth: all are empty, isolated, or outside [%g, %g] m",
+                 static_cast<double>(params.fusion.min_depth_m),
+                 static_cast<double>(params.fusion.max_depth_m))});
 }
 
 IntegrationResult nothingToPaint() {

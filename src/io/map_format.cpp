@@ -1,6 +1,5 @@
 #include "io/map_format.h"
 
-#include <locale>
 #include <sstream>
 
 #include "io/text_file.h"
@@ -19,11 +18,7 @@ constexpr const char* kBoundSettings[] = {"fusion/mode", "map/directional", "map
 std::string textOf(double number) {
   std::string text;
   for (int digits = 6; digits <= 17; ++digits) {
-    std::ostringstream out;
-    out.imbue(std::locale::classic());
-    out.precision(digits);
-    out << number;
-    text = out.str();
+    text = shortestText(number, digits);
     double back = 0.0;
     if (parseNumber(text, back) && back == number) break;
   }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <iomanip>
 #include <limits>
 #include <locale>
 #include <sstream>
@@ -145,11 +144,8 @@ std::string lossInFormat(const Mesh& mesh, const std::string& path) {
   }
   const auto x = static_cast<float>(farthest_m);
   const double error_m = 0.5 * static_cast<double>(std::nextafter(x, 2.0f * x) - x);
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  text << "positions in .stl files are floats, here up to " << std::setprecision(2)
-       << 1000.0 * error_m << " mm off, so far from the map's origin; .ply has doubles";
-  return text.str();
+  return "positions in .stl files are floats, here up to " + shortestText(1000.0 * error_m, 2) +
+         " mm off, so far from the map's origin; .ply has doubles";
 }
 
 void saveMesh(const Mesh& mesh, MeshColour colour, const std::string& path) {

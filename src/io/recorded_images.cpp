@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <filesystem>
 #include <numeric>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 
 #include "io/colour_codes.h"
 #include "io/depth_codes.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {
@@ -95,10 +95,7 @@ class RecordedFrames : public FrameSource {
 bool hasPose(const ImagePose& pose) { return pose.T_W_C.has_value(); }
 
 std::string describeRange(double first_s, double last_s) {
-  std::ostringstream text;
-  text.precision(3);
-  text << std::fixed << first_s << " to " << last_s << " s";
-  return text.str();
+  return formatted("%.3f to %.3f s", first_s, last_s);
 }
 
 [[noreturn]] void throwNoMatch(const Trajectory& trajectory,

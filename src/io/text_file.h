@@ -1,11 +1,11 @@
-/// Small text files, their words and the numbers in them, independent of the host program's locale.
+/// Small text files, their words and the numbers in them.
 #pragma once
 
 #include <functional>
-#include <locale>
-#include <sstream>
 #include <string>
 #include <vector>
+
+#include "params/text.h"
 
 namespace dtsdf {
 
@@ -16,15 +16,6 @@ void requireRegularFile(const std::string& path, const std::string& advice);
 /// The content of a file, as requireRegularFile() has it.
 /// @throws std::runtime_error that names it and `advice`.
 std::string readTextFile(const std::string& path, const std::string& advice);
-
-/// The whole text as a number; false if anything is left over or it does not fit.
-template <class Number>
-bool parseNumber(const std::string& text, Number& number) {
-  std::istringstream in(text);
-  in.imbue(std::locale::classic());
-  in >> std::noskipws >> number;
-  return !in.fail() && in.peek() == std::istringstream::traits_type::eof();
-}
 
 // Text files with words in lines; lines that begin with # are comments.
 

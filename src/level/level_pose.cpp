@@ -1,7 +1,8 @@
 #include "level/level_pose.h"
 
 #include <cmath>
-#include <cstdio>
+
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {
@@ -30,11 +31,9 @@ double tiltOf(const Eigen::Isometry3d& T_W_M) {
 }
 
 std::string describeLevel(const Eigen::Isometry3d& T_W_M) {
-  char text[128];
-  std::snprintf(text, sizeof(text),
-                "z of the map frame was %.2f degrees off, and its origin is at a height of %.3f m",
-                tiltOf(T_W_M), T_W_M.translation().z());
-  return text;
+  return formatted(
+      "z of the map frame was %.2f degrees off, and its origin is at a height of %.3f m",
+      tiltOf(T_W_M), T_W_M.translation().z());
 }
 
 namespace {
@@ -53,10 +52,7 @@ std::string adviceOn(const std::string& finding) {
 std::string doubtAboutFloor(const FloorPlane& floor) {
   const double tilt_deg = tiltOf(levelPose(floor.normal));
   if (tilt_deg <= kMaxTilt_deg) return "";
-  char finding[96];
-  std::snprintf(finding, sizeof(finding),
-                "the floor of the first images is %.0f degrees from level", tilt_deg);
-  return adviceOn(finding);
+  return adviceOn(formatted("the floor of the first images is %.0f degrees from level", tilt_deg));
 }
 
 /// A camera that looks down has its y axis level, too, and is common; one that looks up is not.

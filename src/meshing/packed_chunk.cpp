@@ -9,6 +9,7 @@
 
 #include "kernels/meshing/corner_grid.h"
 #include "meshing/mesh_stream.h"
+#include "params/text.h"
 #include "threads/parallel.h"
 
 namespace dtsdf {
@@ -207,7 +208,7 @@ void checkChunk(const PackedChunk& chunk) {
 
 void checkStep(double step_m) {
   if (step_m > 0.0 && step_m <= kLongestStep_m) return;
-  throw std::runtime_error("a step of " + std::to_string(step_m) +
+  throw std::runtime_error("a step of " + shortestText(step_m) +
                            " m is impossible; it must be above 0 and at most 1 m");
 }
 

@@ -8,6 +8,7 @@
 
 #include "kernels/core/vec.h"
 #include "meshing/collapser.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {
@@ -153,9 +154,9 @@ SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m, const Simplify
   if (max_error_m == 0.0 || mesh.triangles.empty()) return {mesh, 0.0};
   const double diagonal_m = diagonalOf(mesh);
   if (max_error_m > diagonal_m) {
-    throw std::invalid_argument("an error of " + std::to_string(max_error_m) +
+    throw std::invalid_argument("an error of " + shortestText(max_error_m) +
                                 " m is more than the whole mesh, which is " +
-                                std::to_string(diagonal_m) + " m across");
+                                shortestText(diagonal_m) + " m across");
   }
   return Simplifier(mesh, max_error_m, go_on).run();
 }

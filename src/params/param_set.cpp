@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <sstream>
 
 #include "params/printable.h"
 #include "params/setting_unit.h"
@@ -12,12 +10,7 @@
 namespace dtsdf {
 namespace {
 
-std::string formatNumber(double number, int digits = 7) {
-  std::ostringstream out;
-  out.precision(digits);
-  out << number;
-  return out.str();
-}
+constexpr int kDigits = 7;
 
 /// How many characters have to be put in, taken out, changed or swapped with the next.
 size_t editsBetween(const std::string& a, const std::string& b) {
@@ -77,7 +70,7 @@ std::string suggestionFor(const std::string& key, const std::set<std::string>& k
 std::string toString(const ParamValue& value) {
   if (const bool* b = std::get_if<bool>(&value)) return *b ? "true" : "false";
   if (const int* i = std::get_if<int>(&value)) return std::to_string(*i);
-  if (const double* d = std::get_if<double>(&value)) return formatNumber(*d);
+  if (const double* d = std::get_if<double>(&value)) return shortestText(*d, kDigits);
   if (const auto* names = std::get_if<std::vector<std::string>>(&value))
     return "[" + joined(*names) + "]";
   return "'" + std::get<std::string>(value) + "'";
@@ -144,8 +137,8 @@ bool ParamReader::readNumber(const std::string& key, double& number, bool whole,
   const double slack = 1e-6 * std::abs(number);
   if (!std::isfinite(number) || number < range.min - slack || number > range.max + slack) {
     const std::string unit = unitOf(key);
-    addViolation(key, "must be from " + formatNumber(range.min) + " to " + formatNumber(range.max) +
-                          (unit.empty() ? "" : " " + unit));
+    addViolation(key, "must be from " + shortestText(range.min, kDigits) + " to " +
+                          shortestText(range.max, kDigits) + (unit.empty() ? "" : " " + unit));
     return false;
   }
   return true;
@@ -213,8 +206,9 @@ void ParamWriter::operator()(const std::string& key, float& member, Range) {
   // The shortest decimal that reads back as the same float: 0.02, not 0.0199999996.
   double number = member;
   for (int digits = 6; digits <= 9; ++digits) {
-    number = std::strtod(formatNumber(member, digits).c_str(), nullptr);
-    if (static_cast<float>(number) == member) break;
+    if (parseNumber(shortestText(member, digits), number) && static_cast<float>(number) == member) {
+      break;
+    }
   }
   tree[key] = number;
 }

@@ -1,11 +1,15 @@
 /// Texts that are put together and taken apart: names of files, topics, settings and coordinate
-/// frames, and lists of them.
+/// frames, lists of them, and numbers, which have a point whatever the locale of the host program.
 #pragma once
+
+#include <locale.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cstdarg>
 #include <cstdio>
+#include <locale>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -49,9 +53,27 @@ inline std::string joined(const std::vector<std::string>& words,
   return joined(words, separator, separator);
 }
 
+/// The locale of C for this thread, while it lives.
+class PointLocale {
+ public:
+  PointLocale() : before_(uselocale(ofC())) {}
+  ~PointLocale() { uselocale(before_); }
+  PointLocale(const PointLocale&) = delete;
+  PointLocale& operator=(const PointLocale&) = delete;
+
+ private:
+  static locale_t ofC() {
+    static const locale_t of_c = newlocale(LC_ALL_MASK, "C", nullptr);
+    return of_c;
+  }
+
+  locale_t before_;
+};
+
 /// As printf() has it; the compiler checks what is given by the text.
 // NOLINTNEXTLINE(cert-dcl50-cpp): a parameter pack has no such check
 __attribute__((format(printf, 1, 2))) inline std::string formatted(const char* text, ...) {
+  const PointLocale points;
   char line[512];
   va_list values;
   va_start(values, text);
@@ -64,6 +86,20 @@ __attribute__((format(printf, 1, 2))) inline std::string formatted(const char* t
   va_end(values);
   whole.pop_back();
   return whole;
+}
+
+/// With as many digits as tell it apart from others of that many: 0.02, 1e-06, 300.
+inline std::string shortestText(double number, int digits = 6) {
+  return formatted("%.*g", digits, number);
+}
+
+/// The whole text as a number; false if anything is left over or it does not fit.
+template <class Number>
+bool parseNumber(const std::string& text, Number& number) {
+  std::istringstream in(text);
+  in.imbue(std::locale::classic());
+  in >> std::noskipws >> number;
+  return !in.fail() && in.peek() == std::istringstream::traits_type::eof();
 }
 
 }  // namespace dtsdf

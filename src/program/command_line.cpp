@@ -52,12 +52,6 @@ void readValue(const OptionText& text, const std::string& value,
 
 }  // namespace
 
-std::string shortestText(double number) {
-  std::ostringstream text;
-  text << number;
-  return text.str();
-}
-
 double readNumber(const std::string& text, Range range) {
   double number = 0.0;
   if (!parseNumber(text, number) || !std::isfinite(number) || number < range.min ||

@@ -30,9 +30,6 @@ double readWhole(const std::string& text, Range range);
 /// Numbers between commas. @throws UsageError
 std::vector<double> readNumbers(const std::string& text);
 
-/// With six digits at most, and no zeros at the end.
-std::string shortestText(double number);
-
 /// Last line of a program's help.
 constexpr char kExitCodes[] = "Exit code: 0 done, 1 an error, 2 a wrong command line or setting.";
 

@@ -47,6 +47,7 @@ void save(const Space& space, const std::string& path) {
   }
   tree.updateInnerOccupancy();
   std::ostringstream bytes;
+  bytes.imbue(std::locale::classic());
   if (!tree.writeBinary(bytes)) throw std::runtime_error("OctoMap cannot write the tree");
   writeFileAtomically(path, bytes.str());
   std::printf("%zu cells of %g m with a surface, %zu free: %s\n", occupied, space.cellSize_m(),

@@ -8,6 +8,7 @@
 
 #include "io/atomic_file.h"
 #include "io/colour_codes.h"
+#include "params/text.h"
 #include "planning/ground_grid.h"
 #include "program/run_program.h"
 #include "tools/map_tool.h"

@@ -1,9 +1,7 @@
 #include "tools/run_options.h"
 
 #include <algorithm>
-#include <iomanip>
 #include <map>
-#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -38,14 +36,14 @@ class SettingLister {
   }
 
   std::string text() const {
-    std::ostringstream text;
+    std::string text;
     for (const auto& [key, value_and_choices] : lines_) {
       const std::string unit = unitOf(key);
-      text << std::left << std::setw(28) << key << ' ' << std::setw(20)
-           << value_and_choices.first + (unit.empty() ? "" : " " + unit) << ' '
-           << value_and_choices.second << '\n';
+      const std::string value = value_and_choices.first + (unit.empty() ? "" : " " + unit);
+      text += formatted("%-28s %-20s %s\n", key.c_str(), value.c_str(),
+                        value_and_choices.second.c_str());
     }
-    return text.str();
+    return text;
   }
 
  private:

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Finds text from outside that goes into logs, messages and answers as it came: names in messages and
 files, and what exceptions say. It has to go through printable(), printableMessage() or errorText()
-(src/params/printable.h). Prints file:line of each violation.
+(src/params/printable.h). Finds numbers that the locale of a host program would change, too: they
+are written by formatted() and read by parseNumber() (src/params/text.h). Prints file:line of each
+violation.
 
 Usage: check_text.py ROOT
 """
@@ -22,6 +24,10 @@ JOINED = re.compile(r'(\+|<<)\s*"|"\s*(\+|<<)')
 # What an exception says may go into another exception, which is cleaned where it goes out.
 WHAT = re.compile(r"\b\w+\.what\(\)")
 RETHROWN = re.compile(r"\bthrow|\bUsageError\(|\bproblem = |\breturn error\.what")
+# What follows the locale, outside of what is printed by a program of our own.
+BY_LOCALE = re.compile(r"\b(strto[dfl]d?|ato[fil]|sto[dfl]d?|v?sn?printf|v?f?scanf|vsscanf|setlocale)\("
+                       r"|\bto_string\(\w*(_m|_s|_deg|_mb|_hz|seconds)\)")
+STREAM = re.compile(r"std::o?stringstream (\w+)$")
 # Where it is cleaned.
 CLEANERS = {"src/program/run_program.cpp", "src/ros/common/node_start.h"}
 
@@ -55,9 +61,21 @@ def without_cleaned(text):
         text = text[:call.start()] + "CLEAN" + text[end:]
 
 
+def by_locale(path, code):
+    """Numbers that are written or read as the locale has it."""
+    for line, text in statements(code):
+        stream = STREAM.search(text)
+        if BY_LOCALE.search(text) or (stream and f"{stream.group(1)}.imbue(" not in code):
+            yield f"{path}:{line}: depends on the locale; use formatted(), parseNumber() or imbue()"
+
+
 def check(path, code):
     violations = []
     if path in CLEANERS:
+        return violations
+    if path.startswith(("include", "src", "cuda")) and path != "src/params/text.h":
+        violations += by_locale(path, code)
+    if not path.startswith(FOLDERS):
         return violations
     for line, text in statements(code):
         rest = without_cleaned(text)
@@ -72,7 +90,7 @@ def check(path, code):
 
 def main(root):
     root = pathlib.Path(root)
-    files = [p for folder in FOLDERS for p in sorted((root / folder).rglob("*"))
+    files = [p for folder in ("include", "src", "cuda", "lab") for p in sorted((root / folder).rglob("*"))
              if p.suffix in SUFFIXES]
     violations = [v for p in files
                   for v in check(p.relative_to(root).as_posix(), p.read_text(encoding="utf-8"))]

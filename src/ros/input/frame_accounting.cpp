@@ -85,6 +85,7 @@ void FrameAccounting::fused(const ros::Time& stamp) {
 
 void FrameAccounting::dropped(DropReason reason, const ros::Time& stamp, const std::string& text) {
   std::ostringstream message;
+  message.imbue(std::locale::classic());
   message << (name_.empty() ? "" : name_ + ": ") << "frame stamped " << stamp << " dropped ("
           << toString(reason) << "): " << printableMessage(text);
   const std::lock_guard<std::mutex> lock(mutex_);

@@ -83,6 +83,7 @@ std::string describe(const tf2::BufferCore& core, const std::optional<ros::Time>
                      const std::string& parent, const std::string& frame, const ros::Time& stamp,
                      const char* what) {
   std::ostringstream text;
+  text.imbue(std::locale::classic());
   text << "no transform from '" << printable(frame) << "' to '" << printable(parent) << "': ";
   if (!newest) {
     text << describeFrames(core, parent, frame);

@@ -60,8 +60,7 @@ void FilesStep::advertise(const Handles& handles) {
         response.error_m = saved.error_m;
         response.message = "saved " + std::to_string(saved.triangles) + " triangles to " + path;
         if (choice.simplify_error_m != 0.0) {
-          response.message +=
-              ", at most " + std::to_string(saved.error_m) + " m from the whole mesh";
+          response.message += ", at most " + shortestText(saved.error_m) + " m from the whole mesh";
         }
         if (!saved.loss.empty()) response.message += "; " + saved.loss;
         response.message += note;

@@ -20,6 +20,20 @@ struct MapBox {
                                   ///< block of the larger map: see frameNumber().
 };
 
+/// What its record holds, for its writer and its reader.
+template <class Io>
+void fields(Io& io, MapBox& box) {
+  io(box.first, box.last, box.recordings);
+  for (IndexRanges* const frames : {&box.fused, &box.supporting}) {
+    uint64_t count = frames->size();
+    io(count);
+    for (uint64_t i = 0; i < count; ++i) {
+      if (i == frames->size()) frames->emplace_back();
+      io((*frames)[i].first, (*frames)[i].second);
+    }
+  }
+}
+
 /// The number of a frame of the recording that is read last, by its place there.
 inline uint64_t frameNumber(const MapBox& box, uint64_t index) {
   return ((box.recordings - 1) << 40) + index;

@@ -17,18 +17,14 @@
 
 namespace dtsdf {
 
-/// A file has the blocks of a map in chunks of so many, the last one what is left.
-constexpr size_t kBlocksPerMapChunk = 256;
+/// A file has the voxels and colours of so many blocks in a chunk, the last one of what is left.
+constexpr size_t kBlocksPerChunk = 256;
+size_t chunkCount(const std::vector<MapBlock>& blocks);
+std::vector<MapBlock> blocksOfChunk(const std::vector<MapBlock>& blocks, size_t chunk);
 
-/// The words of a chunk's blocks, in their order, and what keeps them.
-struct ChunkWords {
-  const uint64_t* voxels = nullptr;
-  const uint32_t* colours = nullptr;  ///< Null if nothing was painted.
-  std::shared_ptr<const void> owner;
-};
-
-/// Of chunk i. Called one at a time, by numbers that rise more or less, from several threads.
-using ReadChunk = std::function<ChunkWords(size_t chunk)>;
+/// Voxels and colours of a chunk. Called one at a time, by numbers that rise more or less, from
+/// several threads.
+using ReadChunk = std::function<MapContents(size_t chunk)>;
 
 /// Writes the records of a map whose voxels and colours come chunk by chunk; `head` is the map
 /// without them. @throws std::runtime_error for what a reader would refuse, before it writes.
@@ -69,11 +65,8 @@ class MapChunks {
   uint64_t contentHash() const;  ///< As it stands in the file.
   size_t endRecord() const;      ///< That after its last one.
 
-  size_t count() const;
-
-  /// The words of a chunk's blocks. @throws std::runtime_error for a damaged file
-  void readVoxels(size_t chunk, std::vector<uint64_t>& words) const;
-  void readColours(size_t chunk, std::vector<uint32_t>& words) const;
+  /// The blocks of a chunk, their voxels and colours. @throws std::runtime_error for a damaged file
+  MapContents part(size_t chunk) const;
 
   /// Calls `take` with one chunk after the other, from several threads in turn.
   /// @throws std::runtime_error for a damaged file, and what `take` throws.

@@ -3,7 +3,6 @@
 #include <sstream>
 
 #include "io/text_file.h"
-#include "map/map_head.h"
 #include "params/param_copy.h"
 
 namespace dtsdf {
@@ -102,78 +101,40 @@ std::string boundSettingsText(const ParamTree& settings) {
 
 Bytes encodeState(const MapContents& contents, const MapSize& size) {
   ByteWriter out;
-  out.put(contents.frames).put(contents.supporting_frames);
-  out.put(uint64_t{size.blocks}).put(uint64_t{size.voxel_arrays}).put(contents.stamp_s);
-  return std::move(out.bytes);
-}
-
-Bytes encodeBox(const MapBox& box) {
-  ByteWriter out;
-  out.putKey(box.first).putKey(box.last).put(box.recordings);
-  for (const IndexRanges* const frames : {&box.fused, &box.supporting}) {
-    out.put(uint64_t{frames->size()});
-    for (const auto& [first, last] : *frames) out.put(first).put(last);
-  }
+  visitState(out, contents, size);
   return std::move(out.bytes);
 }
 
 Bytes encodeBlocks(const std::vector<MapBlock>& blocks) {
   ByteWriter out;
-  out.bytes.reserve(blocks.size() * kBlockBytes);
-  for (const MapBlock& block : blocks) {
-    out.putKey(block.key).put(block.directions);
-  }
+  visitBlocks(out, blocks);
   return std::move(out.bytes);
 }
 
 Bytes encodeColourIndex(const MapContents& contents) {
   ByteWriter out;
-  out.bytes.reserve(kColourHeadBytes + contents.blocks.size() * kBlockBricksBytes);
-  for (const float gain : contents.exposure) out.put(gain);
-  out.put(uint32_t{0});
-  for (const MapBlock& block : contents.blocks) out.put(block.bricks);
+  visitColourIndex(out, contents);
   return std::move(out.bytes);
 }
 
 Bytes encodeFree(const MapContents& contents) {
   ByteWriter out;
-  out.bytes.reserve(kFreeHeadBytes + contents.free_cubes.size() * kFreeRecordBytes);
-  out.put(static_cast<uint32_t>(contents.cell_voxels));
-  out.put(uint32_t{0});
-  for (const MapFreeCube& cube : contents.free_cubes) {
-    out.putKey(cube.key).put(uint32_t{0});
-    for (const uint64_t word : cube.cells) out.put(word);
-  }
+  visitFree(out, contents);
   return std::move(out.bytes);
 }
 
-ChunkBounds boundsOf(const std::vector<MapBlock>& blocks) {
-  ChunkBounds bounds;
-  size_t voxel_words = 0, colour_words = 0;
-  const auto note = [&](size_t block) {
-    bounds.block.push_back(block);
-    bounds.voxel_word.push_back(voxel_words);
-    bounds.colour_word.push_back(colour_words);
+uint64_t contentHashOf(const MapContents& head, const std::vector<uint64_t>& sums) {
+  ByteWriter all, counts;
+  const auto add = [&all](const char* kind, const Bytes& content) {
+    all.put(checksumOf(kind, content.data(), content.size()));
   };
-  for (size_t i = 0; i < blocks.size(); ++i) {
-    if (i % kBlocksPerChunk == 0) note(i);
-    voxel_words += voxelWordsOf(blocks[i]);
-    colour_words += colourWordsOf(blocks[i]);
-  }
-  note(blocks.size());
-  return bounds;
-}
-
-ContentHash::ContentHash(const MapContents& head) {
-  const auto add_content = [this](const char* kind, const Bytes& content) {
-    add(checksumOf(kind, content.data(), content.size()));
-  };
-  ByteWriter counts;
   counts.putText(boundSettingsText(head.settings)).put(head.frames).put(head.supporting_frames);
-  add_content(kState, counts.bytes);
-  add_content(kBlocks, encodeBlocks(head.blocks));
-  if (head.painted) add_content(kColourIndex, encodeColourIndex(head));
-  if (head.cell_voxels != 0) add_content(kFree, encodeFree(head));
+  add(kState, counts.bytes);
+  add(kBlocks, encodeBlocks(head.blocks));
+  if (head.painted) add(kColourIndex, encodeColourIndex(head));
+  if (head.cell_voxels != 0) add(kFree, encodeFree(head));
+  for (const uint64_t sum : sums) all.put(sum);
+  return hashOf(all.bytes.data(), all.bytes.size());
 }
 
 }  // namespace map_format

@@ -3,12 +3,9 @@
 
 #include <cstdint>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/map_contents.h"
-#include "io/map_box.h"
 #include "io/records.h"
 
 namespace dtsdf {
@@ -21,9 +18,6 @@ constexpr char kPurpose[] = "MAP ";
 constexpr char kSettings[] = "SETT", kFrame[] = "FRAM", kLevel[] = "LEVL", kBox[] = "BOX ",
                kState[] = "STAT", kBlocks[] = "BLKS", kColourIndex[] = "COLI", kFree[] = "FREE",
                kVoxels[] = "VOXL", kColours[] = "COLR", kEnd[] = "END ";
-
-/// A record of voxels or colours has those of so many blocks, the last one what is left.
-constexpr size_t kBlocksPerChunk = 256;
 
 /// Chunks that are in memory at a time, however many cores there are.
 constexpr int kMostChunksAtOnce = 4;
@@ -52,34 +46,45 @@ bool parseSettings(const std::string& text, ParamTree& settings);
 /// The settings that a map is bound to, as they enter its content hash.
 std::string boundSettingsText(const ParamTree& settings);
 
-/// Contents of the small records.
+// What the small records hold, for their writer and their reader.
+
+template <class Io, class Contents, class Size>
+void visitState(Io& io, Contents& contents, Size& size) {
+  static_assert(sizeof(size_t) == sizeof(uint64_t), "sizes are written as they lie in memory");
+  io(contents.frames, contents.supporting_frames, size.blocks, size.voxel_arrays, contents.stamp_s);
+}
+
+template <class Io, class Blocks>
+void visitBlocks(Io& io, Blocks& blocks) {
+  for (auto& block : blocks) io(block.key, block.directions);
+}
+
+template <class Io, class Contents>
+void visitColourIndex(Io& io, Contents& contents) {
+  uint32_t zero = 0;
+  for (auto& gain : contents.exposure) io(gain);
+  io(zero);
+  for (auto& block : contents.blocks) io(block.bricks);
+}
+
+template <class Io, class Contents>
+void visitFree(Io& io, Contents& contents) {
+  uint32_t zero = 0;
+  io(contents.cell_voxels, zero);
+  for (auto& cube : contents.free_cubes) {
+    io(cube.key, zero);
+    for (auto& word : cube.cells) io(word);
+  }
+}
+
 Bytes encodeState(const MapContents& contents, const MapSize& size);
-Bytes encodeBox(const MapBox& box);
 Bytes encodeBlocks(const std::vector<MapBlock>& blocks);
 Bytes encodeColourIndex(const MapContents& contents);
 Bytes encodeFree(const MapContents& contents);
 
-/// What lies where in voxels and colours: blocks and words before each chunk, and after the last.
-struct ChunkBounds {
-  std::vector<size_t> block, voxel_word, colour_word;
-
-  size_t count() const { return block.size() - 1; }
-};
-ChunkBounds boundsOf(const std::vector<MapBlock>& blocks);
-
-/// The content hash, from the checksums of what belongs to the map, in the order of the file.
-class ContentHash {
- public:
-  /// Begins with the settings that a map is bound to, the numbers of its frames, and the tables.
-  explicit ContentHash(const MapContents& head);
-
-  /// That of the content of voxels or colours.
-  void add(uint64_t checksum) { sums_.put(checksum); }
-  uint64_t result() const { return hashOf(sums_.bytes.data(), sums_.bytes.size()); }
-
- private:
-  ByteWriter sums_;
-};
+/// The content hash of a map whose voxels and colours have these checksums, in the order of the
+/// file.
+uint64_t contentHashOf(const MapContents& head, const std::vector<uint64_t>& sums);
 
 }  // namespace map_format
 }  // namespace dtsdf

@@ -17,11 +17,6 @@ namespace {
 
 constexpr uint64_t kMostArrays = uint64_t{1} << 40;  // so that sizes in bytes fit 64 bits
 
-/// Of a map that is sound, and more than is allowed.
-struct TooLarge : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
 bool isKnown(const Record& record) {
   static constexpr const char* kKnown[] = {kSettings,    kFrame, kLevel,  kBox,     kState, kBlocks,
                                            kColourIndex, kFree,  kVoxels, kColours, kEnd};
@@ -38,12 +33,14 @@ struct MapChunks::State {
     checkEnd();
     soundly([&] { readSettings(); });
     soundly([&] { readTables(); });
-    bounds = boundsOf(head.blocks);
-    if (voxels.size() != bounds.count() ||
-        colours.size() != (head.painted ? bounds.count() : size_t{0})) {
+    const size_t chunks = chunkCount(head.blocks);
+    if (voxels.size() != chunks || colours.size() != (head.painted ? chunks : 0)) {
       throwWrongSizes();
     }
-    checkHash();
+    // What the file says of its voxels and colours, which their reading checks, makes the hash.
+    if (contentHashOf(head, sums) != content_hash) {
+      file->throwDamaged("the content hash does not match");
+    }
   }
 
   [[noreturn]] void throwWrongSizes() const { file->throwDamaged("its sizes are inconsistent"); }
@@ -54,8 +51,6 @@ struct MapChunks::State {
     std::string problem;
     try {
       return check();
-    } catch (const TooLarge&) {
-      throw;
     } catch (const std::exception& error) {
       problem = error.what();
     }
@@ -120,38 +115,18 @@ struct MapChunks::State {
     withSettingsOf(head, {});
     head.poses = posesOf(head.settings);
     if (const Record* const level = find(kLevel)) {
-      head.T_W_M = ByteReader(file->read(*level, kPoseBytes)).takePose();
+      head.T_W_M = ByteReader(file->read(*level, kPoseBytes)).take<Eigen::Isometry3d>();
     }
-    if (const Record* const box = find(kBox)) readBox(file->readAny(*box, kMostBox));
-  }
-
-  void readBox(const Bytes& bytes) {
-    ByteReader in(bytes);
-    MapBox box;
-    box.first = in.takeKey();
-    box.last = in.takeKey();
-    box.recordings = in.take<uint64_t>();
-    for (IndexRanges* const frames : {&box.fused, &box.supporting}) {
-      const auto count = in.take<uint64_t>();
-      if (count > in.left() / 16) throwWrongSizes();
-      for (uint64_t i = 0; i < count; ++i) {
-        const auto from = in.take<uint64_t>(), to = in.take<uint64_t>();
-        if (to < from || (!frames->empty() && from <= frames->back().second)) throwWrongSizes();
-        frames->emplace_back(from, to);
-      }
+    if (const Record* const box = find(kBox)) {
+      of_box = ByteReader(file->readAny(*box, kMostBox)).take<MapBox>();
     }
-    of_box = std::move(box);
   }
 
   void readTables() {
     const Bytes state = file->read(get(kState), kStateBytes);
     ByteReader in(state);
-    head.frames = in.take<uint64_t>();
-    head.supporting_frames = in.take<uint64_t>();
     MapSize known;  // before what the blocks hold is read
-    known.blocks = in.take<uint64_t>();
-    known.voxel_arrays = in.take<uint64_t>();
-    head.stamp_s = in.take<double>();
+    visitState(in, head, known);
     if (known.voxel_arrays > kMostArrays || known.blocks > known.voxel_arrays) throwWrongSizes();
     checkRoom(known);
     readBlocks(known.blocks);
@@ -167,11 +142,7 @@ struct MapChunks::State {
     const Bytes bytes = file->read(get(kBlocks), count * kBlockBytes);
     ByteReader in(bytes);
     head.blocks.resize(count);
-    for (MapBlock& block : head.blocks) {
-      block.key = in.takeKey();
-      block.directions = in.take<uint32_t>();
-      block.bricks = 0;
-    }
+    visitBlocks(in, head.blocks);
   }
 
   void readColourIndex() {
@@ -181,9 +152,7 @@ struct MapChunks::State {
     const Bytes bytes =
         file->read(*record, kColourHeadBytes + head.blocks.size() * kBlockBricksBytes);
     ByteReader in(bytes);
-    for (float& gain : head.exposure) gain = in.take<float>();
-    in.take<uint32_t>();
-    for (MapBlock& block : head.blocks) block.bricks = in.take<uint64_t>();
+    visitColourIndex(in, head);
   }
 
   void readFree(MapSize known) {
@@ -191,18 +160,13 @@ struct MapChunks::State {
     if (record == nullptr) return;
     const size_t most = std::min(limit.bytes, kNoMapLimit / 2);
     const Bytes content = file->readAny(*record, most + kFreeHeadBytes);
-    ByteReader in(content);
-    head.cell_voxels = in.take<int32_t>();
-    in.take<uint32_t>();
-    if (head.cell_voxels == 0 || in.left() % kFreeRecordBytes != 0) throwWrongSizes();
-    known.free_cubes = in.left() / kFreeRecordBytes;
+    if (content.size() % kFreeRecordBytes != kFreeHeadBytes) throwWrongSizes();
+    known.free_cubes = content.size() / kFreeRecordBytes;
     checkRoom(known);
     head.free_cubes.resize(known.free_cubes);
-    for (MapFreeCube& cube : head.free_cubes) {
-      cube.key = in.takeKey();
-      in.take<uint32_t>();
-      for (uint64_t& word : cube.cells) word = in.take<uint64_t>();
-    }
+    ByteReader in(content);
+    visitFree(in, head);
+    if (head.cell_voxels == 0) throwWrongSizes();
   }
 
   void checkRoom(const MapSize& taken) const {
@@ -210,47 +174,19 @@ struct MapChunks::State {
     free.free_cubes = std::exchange(map.free_cubes, 0);
     const size_t bytes = limit.adds_free ? taken.bytes() : std::max(map.bytes(), free.bytes());
     if (bytes <= limit.bytes) return;
-    throw TooLarge("the map of '" + file->path() + "' takes " + std::to_string((bytes >> 20) + 1) +
-                   " MiB, and " + std::to_string(limit.bytes >> 20) +
-                   " MiB are allowed; raise map/max_memory_mb (map_tool: --max-memory-mb)");
+    throw std::runtime_error(
+        "the map of '" + file->path() + "' takes " + std::to_string((bytes >> 20) + 1) +
+        " MiB, and " + std::to_string(limit.bytes >> 20) +
+        " MiB are allowed; raise map/max_memory_mb (map_tool: --max-memory-mb)");
   }
 
-  /// What the file says of its voxels and colours, which their reading checks, makes the hash.
-  void checkHash() const {
-    ContentHash hash(head);
-    for (const uint64_t sum : sums) hash.add(sum);
-    if (hash.result() != content_hash) file->throwDamaged("the content hash does not match");
-  }
-
-  template <class Words>
-  void readVoxels(size_t chunk, Words& words) const {
-    read(voxels[chunk], bounds.voxel_word, chunk, sums[head.painted ? 2 * chunk : chunk], words);
-  }
-  template <class Words>
-  void readColours(size_t chunk, Words& words) const {
-    read(colours[chunk], bounds.colour_word, chunk, sums[2 * chunk + 1], words);
-  }
-
-  template <class Words>
-  void read(const Record& record, const std::vector<size_t>& word, size_t chunk, uint64_t sum,
-            Words& words) const {
-    words = Words(word[chunk + 1] - word[chunk]);
-    const size_t bytes = words.size() * sizeof(words[0]);
+  template <class Word>
+  void read(const Record& record, uint64_t sum, size_t count, PlainArray<Word>& words) const {
+    words = PlainArray<Word>(count);
+    const size_t bytes = count * sizeof(Word);
     file->read(record, words.data(), bytes);
     if (checksumOf(record.name().c_str(), words.data(), bytes) == sum) return;
     file->throwDamaged("the content of a record " + record.name() + " does not match its checksum");
-  }
-
-  MapContents part(size_t chunk) const {
-    MapContents part;
-    part.painted = head.painted;
-    const auto block = [&](size_t at) {
-      return head.blocks.begin() + static_cast<std::ptrdiff_t>(bounds.block[at]);
-    };
-    part.blocks.assign(block(chunk), block(chunk + 1));
-    readVoxels(chunk, part.voxels);
-    if (head.painted) readColours(chunk, part.colours);
-    return part;
   }
 
   const std::shared_ptr<const RecordFile> file;
@@ -261,7 +197,6 @@ struct MapChunks::State {
   std::optional<MapBox> of_box;
   MapSize size;
   uint64_t content_hash = 0;
-  ChunkBounds bounds;
   std::vector<uint64_t> sums;           // of voxels, and colours, of one chunk after the other
   std::vector<Record> voxels, colours;  // copies: a journal grows while its map is read
 };
@@ -292,21 +227,26 @@ const std::optional<MapBox>& MapChunks::box() const { return state_->of_box; }
 const MapSize& MapChunks::size() const { return state_->size; }
 uint64_t MapChunks::contentHash() const { return state_->content_hash; }
 size_t MapChunks::endRecord() const { return state_->end + 1; }
-size_t MapChunks::count() const { return state_->bounds.count(); }
 
-void MapChunks::readVoxels(size_t chunk, std::vector<uint64_t>& words) const {
-  state_->readVoxels(chunk, words);
-}
-
-void MapChunks::readColours(size_t chunk, std::vector<uint32_t>& words) const {
-  state_->readColours(chunk, words);
+MapContents MapChunks::part(size_t chunk) const {
+  const std::vector<uint64_t>& sums = state_->sums;
+  MapContents part;
+  part.painted = head().painted;
+  part.blocks = blocksOfChunk(head().blocks, chunk);
+  const MapSize size = sizeOf(part.blocks);
+  state_->read(state_->voxels[chunk], sums[part.painted ? 2 * chunk : chunk],
+               size.voxel_arrays * kArrayWords, part.voxels);
+  if (part.painted) {
+    state_->read(state_->colours[chunk], sums[2 * chunk + 1], size.bricks * kBrickWords,
+                 part.colours);
+  }
+  return part;
 }
 
 void MapChunks::visit(const std::function<void(const MapContents&)>& take, int threads) const {
   makeInOrder(
-      count(), std::min(threadCount(threads), kMostChunksAtOnce),
-      [this](size_t i) { return state_->part(i); },
-      [&](size_t, const MapContents& part) { take(part); });
+      state_->voxels.size(), std::min(threadCount(threads), kMostChunksAtOnce),
+      [this](size_t i) { return part(i); }, [&](size_t, const MapContents& part) { take(part); });
 }
 
 void MapChunks::verify() const {
@@ -352,9 +292,8 @@ MapContents loadAll(const MapChunks& file, int threads) {
   static_cast<MapHead&>(contents) = file.head();
   contents.blocks = file.head().blocks;
   contents.free_cubes = file.head().free_cubes;
-  const ChunkBounds bounds = boundsOf(contents.blocks);
-  contents.voxels = PlainArray<uint64_t>(bounds.voxel_word.back());
-  contents.colours = PlainArray<uint32_t>(bounds.colour_word.back());
+  contents.voxels = PlainArray<uint64_t>(file.size().voxel_arrays * kArrayWords);
+  contents.colours = PlainArray<uint32_t>(file.size().bricks * kBrickWords);
   uint64_t* voxels = contents.voxels.data();
   uint32_t* colours = contents.colours.data();
   file.visit(
@@ -373,8 +312,7 @@ MapContents loadMap(const std::string& path, size_t max_bytes, int threads) {
 }
 
 MapContents loadMap(const std::string& path, const MapperParams& params, int threads) {
-  const MapLimit limit{static_cast<size_t>(params.map.max_memory_mb) << 20, params.space.enabled};
-  return loadAll(MapChunks(path, limit), threads);
+  return loadAll(MapChunks(path, params), threads);
 }
 
 MapInfo readMapInfo(const std::string& path) { return MapChunks(path).info(); }

@@ -11,11 +11,21 @@
 #include "threads/parallel.h"
 
 namespace dtsdf {
+
+size_t chunkCount(const std::vector<MapBlock>& blocks) {
+  return (blocks.size() + kBlocksPerChunk - 1) / kBlocksPerChunk;
+}
+
+std::vector<MapBlock> blocksOfChunk(const std::vector<MapBlock>& blocks, size_t chunk) {
+  const auto at = [&](size_t i) {
+    return blocks.begin() + static_cast<std::ptrdiff_t>(std::min(blocks.size(), i));
+  };
+  return {at(chunk * kBlocksPerChunk), at((chunk + 1) * kBlocksPerChunk)};
+}
+
 namespace {
 
 using namespace map_format;
-
-static_assert(kBlocksPerMapChunk == kBlocksPerChunk, "one size of chunks");
 
 Bytes bytesOf(const std::string& text) { return {text.begin(), text.end()}; }
 
@@ -40,12 +50,8 @@ void putHead(const MapContents& head, const MapBox* box, const MapSize& size, Re
   const std::string settings = checkedSettings(head);
   out.put(kSettings, 0, bytesOf(settings));
   out.put(kFrame, 0, bytesOf(head.map_frame));
-  if (head.T_W_M) {
-    ByteWriter level;
-    level.putPose(*head.T_W_M);
-    out.put(kLevel, 0, level.bytes);
-  }
-  if (box != nullptr) out.put(kBox, kZstd, encodeBox(*box));
+  if (head.T_W_M) out.put(kLevel, 0, ByteWriter().put(*head.T_W_M).bytes);
+  if (box != nullptr) out.put(kBox, kZstd, ByteWriter().put(*box).bytes);
   out.put(kState, 0, encodeState(head, size));
   out.put(kBlocks, kZstd, encodeBlocks(head.blocks));
   if (head.painted) out.put(kColourIndex, kZstd, encodeColourIndex(head));
@@ -55,47 +61,36 @@ void putHead(const MapContents& head, const MapBox* box, const MapSize& size, Re
 /// A record, and the checksum of its content.
 using SummedRecord = std::pair<Bytes, uint64_t>;
 
-/// Calls take(number, {of voxels, of colours}) for one chunk after the other, with what `make` has
-/// made of a kind of record and its content.
-template <class Make, class Take>
-void visitChunks(const MapContents& head, const ReadChunk& read, int threads, const Make& make,
-                 const Take& take) {
-  const ChunkBounds bounds = boundsOf(head.blocks);
-  std::mutex reading;
-  const auto makeChunk = [&](size_t i) {
-    const ChunkWords words = [&] {
-      const std::lock_guard<std::mutex> lock(reading);
-      return read(i);
-    }();
-    const auto bytesIn = [i](const std::vector<size_t>& word, size_t size) {
-      return (word[i + 1] - word[i]) * size;
-    };
-    auto voxels = make(kVoxels, words.voxels, bytesIn(bounds.voxel_word, sizeof(uint64_t)));
-    if (!head.painted) return std::make_pair(std::move(voxels), decltype(voxels)());
-    auto colours = make(kColours, words.colours, bytesIn(bounds.colour_word, sizeof(uint32_t)));
-    return std::make_pair(std::move(voxels), std::move(colours));
-  };
-  makeInOrder(bounds.count(), std::min(threadCount(threads), kMostChunksAtOnce), makeChunk, take);
+template <class Word>
+SummedRecord encodeWords(const char* kind, const PlainArray<Word>& words) {
+  const size_t bytes = words.size() * sizeof(Word);
+  return {encodeRecord(kind, kZstd, words.data(), bytes), checksumOf(kind, words.data(), bytes)};
+}
+
+template <class Word>
+PlainArray<Word> slice(const PlainArray<Word>& words, size_t first, size_t end) {
+  PlainArray<Word> copy(end - first);
+  std::copy(words.data() + first, words.data() + end, copy.data());
+  return copy;
 }
 
 ReadChunk readerOf(const MapContents& contents) {
-  return [&contents, bounds = boundsOf(contents.blocks)](size_t chunk) -> ChunkWords {
-    return {contents.voxels.data() + bounds.voxel_word[chunk],
-            contents.colours.data() + bounds.colour_word[chunk], nullptr};
+  std::vector<size_t> voxel{0}, colour{0};  // where each chunk begins
+  for (size_t i = 0; i < chunkCount(contents.blocks); ++i) {
+    const MapSize size = sizeOf(blocksOfChunk(contents.blocks, i));
+    voxel.push_back(voxel.back() + size.voxel_arrays * kArrayWords);
+    colour.push_back(colour.back() + size.bricks * kBrickWords);
+  }
+  return [&contents, voxel, colour](size_t chunk) {
+    MapContents part;
+    part.voxels = slice(contents.voxels, voxel[chunk], voxel[chunk + 1]);
+    part.colours = slice(contents.colours, colour[chunk], colour[chunk + 1]);
+    return part;
   };
 }
 
-/// Reads chunks of a mapper's map.
 ReadChunk readerOf(Mapper& mapper, const MapContents& outline) {
-  return [&mapper, &outline](size_t chunk) -> ChunkWords {
-    const auto at = [&](size_t chunks) {
-      const size_t block = std::min(outline.blocks.size(), chunks * kBlocksPerChunk);
-      return outline.blocks.begin() + static_cast<std::ptrdiff_t>(block);
-    };
-    const auto part =
-        std::make_shared<MapContents>(mapper.part(std::vector<MapBlock>(at(chunk), at(chunk + 1))));
-    return {part->voxels.data(), part->colours.data(), part};
-  };
+  return [&](size_t chunk) { return mapper.part(blocksOfChunk(outline.blocks, chunk)); };
 }
 
 MapContents outlineWith(const MapOrigin& origin, Mapper& mapper) {
@@ -112,27 +107,29 @@ SavedMap writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& 
   checkHead(head);
   saved.size = sizeOf(head);
   putHead(head, box, saved.size, out);
-  ContentHash hash(head);
-  ByteWriter sums;
-  const auto put = [&](const SummedRecord& record) {
-    hash.add(record.second);
-    sums.put(record.second);
-    out.put(record.first);
+  std::mutex reading;
+  const auto make = [&](size_t i) {
+    const MapContents part = [&] {
+      const std::lock_guard<std::mutex> lock(reading);
+      return read(i);
+    }();
+    std::vector<SummedRecord> records{encodeWords(kVoxels, part.voxels)};
+    if (head.painted) records.push_back(encodeWords(kColours, part.colours));
+    return records;
   };
-  visitChunks(
-      head, read, threads,
-      [](const char* kind, const void* words, size_t bytes) {
-        return SummedRecord(encodeRecord(kind, kZstd, words, bytes),
-                            checksumOf(kind, words, bytes));
-      },
-      [&](size_t, const std::pair<SummedRecord, SummedRecord>& chunk) {
-        put(chunk.first);
-        if (head.painted) put(chunk.second);
-      });
-  saved.content_hash = hash.result();
+  std::vector<uint64_t> sums;
+  const auto put = [&](size_t, const std::vector<SummedRecord>& records) {
+    for (const auto& [record, sum] : records) {
+      out.put(record);
+      sums.push_back(sum);
+    }
+  };
+  makeInOrder(chunkCount(head.blocks), std::min(threadCount(threads), kMostChunksAtOnce), make,
+              put);
+  saved.content_hash = contentHashOf(head, sums);
   ByteWriter end;
-  end.put(out.records()).put(out.headHash()).put(saved.content_hash);
-  end.bytes.insert(end.bytes.end(), sums.bytes.begin(), sums.bytes.end());
+  end(out.records(), out.headHash(), saved.content_hash);
+  for (const uint64_t sum : sums) end.put(sum);
   out.put(kEnd, 0, end.bytes);
   return saved;
 }
@@ -155,13 +152,8 @@ SavedMap saveMap(const MapContents& contents, const std::string& path, int threa
 
 uint64_t contentHash(const MapContents& contents, int threads) {
   checkContents(contents);
-  ContentHash hash(contents);
-  visitChunks(contents, readerOf(contents), threads, checksumOf,
-              [&](size_t, const std::pair<uint64_t, uint64_t>& chunk) {
-                hash.add(chunk.first);
-                if (contents.painted) hash.add(chunk.second);
-              });
-  return hash.result();
+  RecordWriter nowhere([](const void*, size_t) {});
+  return writeMap(contents, readerOf(contents), nowhere, threads).content_hash;
 }
 
 MapContents contentsWith(const MapOrigin& origin, Mapper& mapper) {

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -58,43 +57,6 @@ uint64_t storedChecksum(const Record& record, const void* stored) {
 }  // namespace
 
 uint64_t hashOf(const void* data, size_t bytes, uint64_t seed) { return XXH64(data, bytes, seed); }
-
-ByteWriter& ByteWriter::putPose(const Eigen::Isometry3d& pose) {
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) put(pose.matrix()(row, column));
-  }
-  return *this;
-}
-
-const uint8_t* ByteReader::takeBytes(size_t count) {
-  if (left() < count) throw std::out_of_range("a record is too short");
-  next_ += count;
-  return next_ - count;
-}
-
-std::string ByteReader::takeString() {
-  const auto size = take<uint32_t>();
-  const uint8_t* const text = takeBytes(size);
-  return {text, text + size};
-}
-
-Vec3i ByteReader::takeKey() {
-  const auto x = take<int32_t>(), y = take<int32_t>(), z = take<int32_t>();
-  return {x, y, z};
-}
-
-Eigen::Vector3d ByteReader::takeVector() {
-  const auto x = take<double>(), y = take<double>(), z = take<double>();
-  return {x, y, z};
-}
-
-Eigen::Isometry3d ByteReader::takePose() {
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) pose.matrix()(row, column) = take<double>();
-  }
-  return pose;
-}
 
 uint64_t checksumOf(const char* kind, const void* content, size_t bytes) {
   return hashOf(content, bytes, numberOf<uint32_t>(reinterpret_cast<const uint8_t*>(kind)));

@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -36,12 +35,18 @@ struct Begin {
   bool has_map = false;     ///< Its records follow; else it is empty.
 };
 
-/// What all images have.
+/// An image that was fused or painted, at the pose of its frame.
 struct Image {
   double stamp_s = 0.0;
   uint32_t camera = 0;                                      ///< Its place among the cameras.
   Eigen::Isometry3d T_W_G = Eigen::Isometry3d::Identity();  ///< Pose as it was given.
-  Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< Pose that it was fused at.
+  std::variant<DepthFrame, ColourFrame> frame;
+  std::shared_ptr<const void> pixels;  ///< What those of the frame live in.
+};
+
+/// Where the frame that poses are given in lies in that of the map, from here on.
+struct Level {
+  Eigen::Isometry3d T_W_M;
 };
 
 /// Poses of the first camera's images that were corrected.
@@ -50,40 +55,17 @@ struct Correction {
   std::vector<StampedPose> poses;
 };
 
-/// A depth or colour image with what its pixels live in.
-struct StoredDepth {
-  Image image;
-  DepthFrame frame;
-  std::shared_ptr<const void> pixels;
-};
-struct StoredColour {
-  Image image;
-  ColourFrame frame;
-  std::shared_ptr<const void> pixels;
-};
+/// What happened to the map; a region was emptied.
+using Call = std::variant<Image, Region, Level, Correction>;
 
-// Records with their heads, ready to be written; images as two, the second one their pixels. The
-// pose that an image is fused at is that of its frame.
+/// Records with their heads, ready to be written; an image is two, the second one its pixels.
 Bytes encode(const Begin& begin);
-Bytes encode(const DepthFrame& frame, const Image& image);
-Bytes encode(const ColourFrame& frame, const Image& image);
-Bytes encode(const Region& region);
-Bytes encodeLevel(const Eigen::Isometry3d& T_W_M);
-Bytes encode(const Correction& correction);
+Bytes encode(const Call& call);
 
-// And back. Each throws std::exception for what is not such a record.
-Begin readBegin(const Bytes& content);
-Image readImage(const Bytes& content);  ///< Of either kind, without the pixels.
-Region readRegion(const Bytes& content);
-Eigen::Isometry3d readLevel(const Bytes& content);
-Correction readCorrection(const Bytes& content);
-
-/// What a record of a file holds, but for pixels and maps. @throws std::runtime_error if damaged.
-Bytes readContent(const RecordFile& file, size_t record);
-
-/// An image of a file, by its record, which that of its pixels follows.
-StoredDepth readDepth(const RecordFile& file, size_t record);
-StoredColour readColour(const RecordFile& file, size_t record);
+// And back, from a record of a file. @throws std::exception for one that is damaged or another.
+Begin readBegin(const RecordFile& file, size_t record);
+/// An image without pixels has no data; with them, the record that follows is read as well.
+Call readCall(const RecordFile& file, size_t record, bool with_pixels = true);
 
 }  // namespace journal
 }  // namespace dtsdf

@@ -41,18 +41,18 @@ Refusion::Refusion(const std::string& path, const MapperParams& run, journal::Co
   params.backend = run.backend;
   params.threads = run.threads;
   if (effect_.moved == 0) return;
-  mapper_ =
-      replay_.map() == nullptr ? makeMapper(params) : makeMapper(params, partsOf(replay_.map()));
+  mapper_ = mapperOf(replay_, params);
   calls_since_mesh_ = replay_.map() == nullptr ? 0 : 1;
 }
 
 bool Refusion::step(size_t live_bytes) {
-  std::optional<JournalCall> call = replay_.next();
+  std::optional<journal::Call> call = replay_.next();
   if (!call && replay_.readOn()) call = replay_.next();
   if (call) {
-    const IntegrationResult result = apply(*call, *mapper_);
+    const IntegrationResult result = doAgain(*call, *mapper_);
     if (result.status == FrameStatus::kNoMemory) throw std::runtime_error(result.message);
-    fused_ += std::holds_alternative<journal::StoredDepth>(call->content);
+    const auto* const image = std::get_if<journal::Image>(&*call);
+    fused_ += image != nullptr && std::holds_alternative<DepthFrame>(image->frame);
     if (++calls_since_mesh_ % kCallsPerCheck == 0) checkMemory(live_bytes);
     if (calls_since_mesh_ >= kCallsPerMesh) extract();
     return true;

@@ -8,9 +8,6 @@
 namespace dtsdf {
 namespace {
 
-/// More than an image takes, of any size that is allowed.
-constexpr uint64_t kMostPixelBytes = uint64_t{1} << 30;
-
 bool isImage(const Record& record) {
   return record.is(journal::kDepth) || record.is(journal::kColour);
 }
@@ -50,7 +47,7 @@ void JournalReplay::findBegin() {
 }
 
 void JournalReplay::takeBegin(size_t record) {
-  begin_ = journal::readBegin(journal::readContent(*file_, record));
+  begin_ = journal::readBegin(*file_, record);
   next_record_ = record + 1;
   if (!begin_.has_map) return;
   map_ = std::make_shared<const MapChunks>(file_, next_record_);
@@ -60,7 +57,7 @@ void JournalReplay::takeBegin(size_t record) {
 
 bool JournalReplay::isWhole(size_t record) const {
   try {
-    file_->readAny(file_->records()[record], kMostPixelBytes);
+    journal::readCall(*file_, record);
     return true;
   } catch (const std::exception&) {
     return false;
@@ -90,7 +87,7 @@ bool JournalReplay::readOn() {
     }
     if (record.is(journal::kBegin)) break;  // the map became another one since
     const bool is_last = end == records.size();
-    if (is_last && !(isWhole(next_record_) && isWhole(end - 1))) break;
+    if (is_last && !isWhole(next_record_)) break;
     add(next_record_);
     next_record_ = end;
   }
@@ -98,25 +95,22 @@ bool JournalReplay::readOn() {
 }
 
 void JournalReplay::add(size_t record) {
-  const Record& head = file_->records()[record];
+  const journal::Call call = journal::readCall(*file_, record, false);
   Item item;
   item.record = record;
-  if (isImage(head)) {
-    const journal::Image image = journal::readImage(journal::readContent(*file_, record));
+  if (const auto* const image = std::get_if<journal::Image>(&call)) {
     item.is_image = true;
-    item.is_depth = head.is(journal::kDepth);
-    item.is_of_first = item.is_depth && image.camera == 0;
-    item.stamp_s = image.stamp_s;
-    item.T_W_C = image.T_W_C;
+    item.is_depth = std::holds_alternative<DepthFrame>(image->frame);
+    item.is_of_first = item.is_depth && image->camera == 0;
+    item.stamp_s = image->stamp_s;
+    item.T_W_C = std::visit([](const auto& frame) { return frame.T_W_C; }, image->frame);
     if (running_) item.T_W_C = correctNext(*running_, item);
     depth_images_ += item.is_depth;
-  } else if (head.is(journal::kCorrection)) {
-    correct(journal::readCorrection(journal::readContent(*file_, record)));
+  } else if (const auto* const correction = std::get_if<journal::Correction>(&call)) {
+    correct(*correction);
     running_.reset();  // what follows it came when it was known
-  } else if (head.is(journal::kLevel)) {
-    T_W_M_ = journal::readLevel(journal::readContent(*file_, record));
-  } else if (!head.is(journal::kClear)) {
-    file_->throwDamaged("a record " + printable(head.name()) + " is in the wrong place");
+  } else if (const auto* const level = std::get_if<journal::Level>(&call)) {
+    T_W_M_ = level->T_W_M;
   }
   items_.push_back(item);
 }
@@ -186,43 +180,35 @@ Eigen::Isometry3d JournalReplay::motion() const {
   return running_->poses.lastMotion();
 }
 
-std::optional<JournalCall> JournalReplay::next() {
-  for (; next_ < items_.size(); ++next_) {
-    const Item& item = items_[next_];
-    JournalCall call;
-    call.stamp_s = item.stamp_s;
-    if (item.is_depth) {
-      journal::StoredDepth depth = journal::readDepth(*file_, item.record);
-      DepthFrame& frame = depth.frame;
-      if (frame.keep_center_W && item.T_W_C.matrix() != frame.T_W_C.matrix()) {
-        frame.keep_center_W = item.T_W_C * (frame.T_W_C.inverse() * *frame.keep_center_W);
-      }
-      frame.T_W_C = item.T_W_C;
-      call.content = std::move(depth);
-    } else if (item.is_image) {
-      journal::StoredColour colour = journal::readColour(*file_, item.record);
-      colour.frame.T_W_C = item.T_W_C;
-      call.content = std::move(colour);
-    } else if (file_->records()[item.record].is(journal::kClear)) {
-      call.content = journal::readRegion(journal::readContent(*file_, item.record));
-    } else {
-      continue;
+std::optional<journal::Call> JournalReplay::next() {
+  while (next_ < items_.size()) {
+    const Item& item = items_[next_++];
+    journal::Call call = journal::readCall(*file_, item.record);
+    if (std::holds_alternative<Region>(call)) return call;
+    auto* const image = std::get_if<journal::Image>(&call);
+    if (image == nullptr) continue;
+    auto* const depth = std::get_if<DepthFrame>(&image->frame);
+    if (depth != nullptr && depth->keep_center_W && item.T_W_C.matrix() != depth->T_W_C.matrix()) {
+      depth->keep_center_W = item.T_W_C * (depth->T_W_C.inverse() * *depth->keep_center_W);
     }
-    ++next_;
+    std::visit([&item](auto& frame) { frame.T_W_C = item.T_W_C; }, image->frame);
     return call;
   }
   return std::nullopt;
 }
 
-IntegrationResult apply(const JournalCall& call, Mapper& mapper) {
-  if (const auto* const depth = std::get_if<journal::StoredDepth>(&call.content)) {
-    return mapper.integrate(depth->frame);
+std::unique_ptr<Mapper> mapperOf(const JournalReplay& journal, const MapperParams& params) {
+  return journal.map() ? makeMapper(params, partsOf(journal.map())) : makeMapper(params);
+}
+
+IntegrationResult doAgain(const journal::Call& call, Mapper& mapper) {
+  if (const auto* const region = std::get_if<Region>(&call)) {
+    mapper.clearRegion(*region);
+    return {};
   }
-  if (const auto* const colour = std::get_if<journal::StoredColour>(&call.content)) {
-    return mapper.paint(colour->frame);
-  }
-  mapper.clearRegion(std::get<Region>(call.content));
-  return {};
+  const auto& frame = std::get<journal::Image>(call).frame;
+  const auto* const depth = std::get_if<DepthFrame>(&frame);
+  return depth ? mapper.integrate(*depth) : mapper.paint(std::get<ColourFrame>(frame));
 }
 
 }  // namespace dtsdf

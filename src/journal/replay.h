@@ -9,7 +9,6 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "dtsdf_mapping/mapper.h"
@@ -21,12 +20,6 @@ namespace dtsdf {
 
 /// Whether a path is a journal.
 bool isJournal(const std::string& path);
-
-/// An image, or a region that was emptied.
-struct JournalCall {
-  std::variant<journal::StoredDepth, journal::StoredColour, Region> content;
-  double stamp_s = 0.0;  ///< Of an image.
-};
 
 /// What a correction does.
 struct CorrectionEffect {
@@ -74,9 +67,9 @@ class JournalReplay {
   /// Reads what was written since. @return whether there was something.
   bool readOn();
 
-  /// What comes next; nothing at the end of what was read. @throws std::runtime_error for a record
-  /// that is damaged.
-  std::optional<JournalCall> next();
+  /// The next image or region to empty; nothing at the end of what was read.
+  /// @throws std::runtime_error for a record that is damaged.
+  std::optional<journal::Call> next();
 
  private:
   struct Item {
@@ -110,7 +103,10 @@ class JournalReplay {
   size_t depth_images_ = 0, next_ = 0;
 };
 
+/// A mapper with the map that a journal begins with.
+std::unique_ptr<Mapper> mapperOf(const JournalReplay& journal, const MapperParams& params);
+
 /// Has a mapper do what the call was. Colours and depth give their result, a region kFused.
-IntegrationResult apply(const JournalCall& call, Mapper& mapper);
+IntegrationResult doAgain(const journal::Call& call, Mapper& mapper);
 
 }  // namespace dtsdf

@@ -1,8 +1,6 @@
 #include "journal/writer.h"
 
-#include <dirent.h>
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -11,14 +9,16 @@
 #include <filesystem>
 #include <stdexcept>
 #include <system_error>
-#include <type_traits>
 #include <utility>
+#include <variant>
 
 #include "params/printable.h"
 #include "params/text.h"
 
 namespace dtsdf {
 namespace {
+
+namespace fs = std::filesystem;
 
 std::string reasonOf(int error_number) { return std::generic_category().message(error_number); }
 
@@ -31,25 +31,14 @@ std::string timeText(const char* format) {
   return {text, std::strftime(text, sizeof(text), format, &parts)};
 }
 
-/// Bytes of a journal; 0 for any other file, and for links.
-uint64_t journalBytes(const std::string& path) {
-  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
-  if (descriptor < 0) return 0;
-  struct stat status;
-  Bytes head(kFileHeadBytes);
-  const bool is_one = fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) &&
-                      read(descriptor, head.data(), head.size()) == ssize_t(head.size()) &&
-                      head == fileHead(journal::kPurpose);
-  close(descriptor);
-  return is_one ? static_cast<uint64_t>(status.st_size) : 0;
-}
-
+/// Links and other files that are called like journals are none.
 uint64_t bytesOfJournalsIn(const std::string& folder) {
   uint64_t bytes = 0;
-  const std::unique_ptr<DIR, int (*)(DIR*)> entries(opendir(folder.c_str()), closedir);
-  while (const dirent* const entry = entries == nullptr ? nullptr : readdir(entries.get())) {
-    if (endsWith(entry->d_name, journal::kExtension)) {
-      bytes += journalBytes(folder + "/" + entry->d_name);
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    if (entry.path().extension() == journal::kExtension && !entry.is_symlink(error) &&
+        RecordFile::hasPurpose(entry.path(), journal::kPurpose)) {
+      bytes += entry.file_size(error);
     }
   }
   return bytes;
@@ -70,7 +59,7 @@ JournalWriter::JournalWriter(Options options)
 
 void JournalWriter::openFile() {
   std::error_code error;
-  std::filesystem::create_directories(options_.folder, error);
+  fs::create_directories(options_.folder, error);
   bytes_of_others_ = bytesOfJournalsIn(options_.folder);
   const std::string name = options_.folder + "/" + timeText("%Y%m%d-%H%M%S");
   int number = 1;
@@ -123,53 +112,27 @@ void JournalWriter::writeBegin(const journal::Begin& begin, const MapChunks* map
   append(head.data(), head.size(), 1);
   if (map == nullptr) return;
   RecordWriter out([this](const void* data, size_t bytes) { append(data, bytes, 1); });
-  struct Words {
-    std::vector<uint64_t> voxels;
-    std::vector<uint32_t> colours;
-  };
-  const auto read = [map](size_t chunk) -> ChunkWords {
-    const auto words = std::make_shared<Words>();
-    map->readVoxels(chunk, words->voxels);
-    if (map->head().painted) map->readColours(chunk, words->colours);
-    return {words->voxels.data(), words->colours.data(), words};
-  };
-  writeMap(map->head(), read, out, 1);
+  writeMap(
+      map->head(), [map](size_t chunk) { return map->part(chunk); }, out, 1);
 }
 
-template <class Frame>
-void JournalWriter::addImage(const Frame& frame, const journal::Image& image,
-                             std::shared_ptr<const void> pixels) {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
+void JournalWriter::add(journal::Call call) {
+  Entry entry;
+  size_t records = 1;
+  if (const auto* const image = std::get_if<journal::Image>(&call)) {
+    records = 2;
+    entry.bytes = std::visit(
+        [](const auto& frame) { return frame.row_bytes * static_cast<size_t>(frame.height); },
+        image->frame);
     // Corrections name the first camera's images: others need not have stamps in their order.
-    const bool is_first = std::is_same_v<Frame, DepthFrame> && image.camera == 0;
-    if (is_first && !is_stopped_ && !report_.first_stamp_s) report_.first_stamp_s = image.stamp_s;
+    const bool is_depth = std::holds_alternative<DepthFrame>(image->frame);
+    if (is_depth && image->camera == 0) entry.stamp_s = image->stamp_s;
   }
-  pushRecords(
-      2, [frame, image, pixels = std::move(pixels)] { return journal::encode(frame, image); },
-      frame.row_bytes * static_cast<size_t>(frame.height));
-}
-
-void JournalWriter::add(const DepthFrame& frame, const journal::Image& image,
-                        std::shared_ptr<const void> pixels) {
-  addImage(frame, image, std::move(pixels));
-}
-
-void JournalWriter::add(const ColourFrame& frame, const journal::Image& image,
-                        std::shared_ptr<const void> pixels) {
-  addImage(frame, image, std::move(pixels));
-}
-
-void JournalWriter::add(const Region& region) {
-  pushRecords(1, [region] { return journal::encode(region); });
-}
-
-void JournalWriter::addLevel(const Eigen::Isometry3d& T_W_M) {
-  pushRecords(1, [T_W_M] { return journal::encodeLevel(T_W_M); });
-}
-
-void JournalWriter::add(const journal::Correction& correction) {
-  pushRecords(1, [correction] { return journal::encode(correction); });
+  entry.write = [this, call = std::move(call), records] {
+    const Bytes encoded = journal::encode(call);
+    append(encoded.data(), encoded.size(), records);
+  };
+  push(std::move(entry));
 }
 
 uint64_t JournalWriter::count() const {
@@ -189,16 +152,6 @@ std::future<bool> JournalWriter::written() {
   return written;
 }
 
-void JournalWriter::pushRecords(size_t records, std::function<Bytes()> encode, size_t bytes) {
-  Entry entry;
-  entry.bytes = bytes;
-  entry.write = [this, records, encode = std::move(encode)] {
-    const Bytes encoded = encode();
-    append(encoded.data(), encoded.size(), records);
-  };
-  push(std::move(entry));
-}
-
 void JournalWriter::push(Entry entry) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -210,6 +163,7 @@ void JournalWriter::push(Entry entry) {
       return;
     }
     if (!entry.begins) ++count_;
+    if (!report_.first_stamp_s) report_.first_stamp_s = entry.stamp_s;
     waiting_bytes_ += entry.bytes;
     entries_.push_back(std::move(entry));
   }
@@ -218,29 +172,24 @@ void JournalWriter::push(Entry entry) {
 
 void JournalWriter::loop() {
   auto synced = std::chrono::steady_clock::now();
-  bool is_synced = true;
   std::unique_lock<std::mutex> lock(mutex_);
   for (;;) {
-    const auto hasWork = [this] { return is_ending_ || !entries_.empty(); };
-    if (is_synced) {
-      changed_.wait(lock, hasWork);
-    } else {
-      changed_.wait_until(lock, synced + kSyncEvery, hasWork);
-    }
-    if (entries_.empty() && is_ending_) return;
-    if (!is_synced && std::chrono::steady_clock::now() >= synced + kSyncEvery) {
-      lock.unlock();
-      fdatasync(descriptor_);  // a failure shows in the next write
-      synced = std::chrono::steady_clock::now();
-      is_synced = true;
-      lock.lock();
-    }
-    if (entries_.empty()) continue;
+    changed_.wait(lock, [this] { return is_ending_ || !entries_.empty(); });
+    if (entries_.empty()) return;
     Entry entry = std::move(entries_.front());
     entries_.pop_front();
+    const bool is_lost = is_stopped_;  // so is what waits behind a failure
+    if (entry.written) {
+      entry.written->set_value(!is_stopped_);
+      continue;
+    }
+    report_.lost += is_lost;
     lock.unlock();
-    take(entry);
-    is_synced = false;
+    if (!is_lost) write(entry);
+    if (std::chrono::steady_clock::now() >= synced + kSyncEvery) {
+      fdatasync(descriptor_);  // a failure shows in the next write
+      synced = std::chrono::steady_clock::now();
+    }
     const size_t bytes = entry.bytes;
     entry = Entry();  // its image goes before the room is given back
     lock.lock();
@@ -248,12 +197,7 @@ void JournalWriter::loop() {
   }
 }
 
-void JournalWriter::take(Entry& entry) {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (entry.written) return entry.written->set_value(!is_stopped_);
-    if (!entry.write) return;
-  }
+void JournalWriter::write(const Entry& entry) {
   const uint64_t begin = whole_bytes_;
   std::string problem = "unknown error";
   try {
@@ -300,15 +244,9 @@ void JournalWriter::append(const void* data, size_t bytes, size_t records) {
   records_ += records;
 }
 
-/// What waits behind the failure is lost, too. @pre mutex_ is held.
+/// @pre mutex_ is held.
 void JournalWriter::stop(const std::string& why) {
   is_stopped_ = true;
-  for (Entry& entry : entries_) {
-    if (entry.written || !entry.write) continue;
-    ++report_.lost;
-    waiting_bytes_ -= entry.bytes;
-    entry = Entry();
-  }
   report_.problem = why + "; nothing is in the journal since " + timeText("%Y-%m-%d %H:%M:%S UTC");
   report_.first_stamp_s.reset();
 }

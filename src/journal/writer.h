@@ -53,14 +53,8 @@ class JournalWriter {
   /// The map became another one: that of a file, or an empty one.
   void begin(const journal::Begin& begin, std::shared_ptr<const MapChunks> map = nullptr);
 
-  // What happened to the map. `pixels` keeps the image alive.
-  void add(const DepthFrame& frame, const journal::Image& image,
-           std::shared_ptr<const void> pixels);
-  void add(const ColourFrame& frame, const journal::Image& image,
-           std::shared_ptr<const void> pixels);
-  void add(const Region& region);
-  void addLevel(const Eigen::Isometry3d& T_W_M);
-  void add(const journal::Correction& correction);
+  /// Something happened to the map.
+  void add(journal::Call call);
 
   /// Records since begin(), images as one.
   uint64_t count() const;
@@ -71,20 +65,17 @@ class JournalWriter {
 
  private:
   struct Entry {
-    std::function<void()> write;  ///< On the thread; throws std::exception. Null: it is lost.
+    std::function<void()> write;  ///< On the thread; throws std::exception.
     size_t bytes = 0;
     bool begins = false;
-    std::optional<std::promise<bool>> written = std::nullopt;
+    std::optional<double> stamp_s;              ///< Of an image that can be corrected.
+    std::optional<std::promise<bool>> written;  ///< In place of `write`.
   };
 
   void openFile();
   void push(Entry entry);
-  void pushRecords(size_t records, std::function<Bytes()> encode, size_t bytes = 0);
-  template <class Frame>
-  void addImage(const Frame& frame, const journal::Image& image,
-                std::shared_ptr<const void> pixels);
   void loop();
-  void take(Entry& entry);
+  void write(const Entry& entry);
   void writeBegin(const journal::Begin& begin, const MapChunks* map);
   void append(const void* data, size_t bytes, size_t records);
   void stop(const std::string& why);

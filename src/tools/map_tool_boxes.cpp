@@ -10,6 +10,7 @@
 
 #include "io/atomic_file.h"
 #include "io/map_chunks.h"
+#include "io/map_format.h"
 #include "map/map_head.h"
 #include "params/printable.h"
 #include "program/run_program.h"
@@ -72,12 +73,11 @@ struct JoinedBlock {
   uint32_t file, index;
 };
 
-/// The words of a chunk of a box, and where those of its blocks begin.
+/// A chunk of a box, and where the words of its blocks begin.
 struct OpenChunk {
   uint32_t file;
   size_t chunk;
-  std::vector<uint64_t> voxels;
-  std::vector<uint32_t> colours;
+  MapContents part;
   std::vector<size_t> voxel_at, colour_at;
 };
 
@@ -156,25 +156,25 @@ class BoxJoiner {
     supporting_.insert(supporting_.end(), box.supporting.begin(), box.supporting.end());
   }
 
-  ChunkWords wordsOf(size_t chunk) {
-    struct Words {
-      std::vector<uint64_t> voxels;
-      std::vector<uint32_t> colours;
-    };
-    const auto words = std::make_shared<Words>();
-    const size_t end = std::min(blocks_.size(), (chunk + 1) * kBlocksPerMapChunk);
-    for (size_t i = chunk * kBlocksPerMapChunk; i < end; ++i) {
+  MapContents wordsOf(size_t chunk) {
+    const MapSize size = sizeOf(blocksOfChunk(head_.blocks, chunk));
+    MapContents part;
+    part.voxels = PlainArray<uint64_t>(size.voxel_arrays * map_format::kArrayWords);
+    part.colours = PlainArray<uint32_t>(size.bricks * map_format::kBrickWords);
+    uint64_t* voxels = part.voxels.data();
+    uint32_t* colours = part.colours.data();
+    const size_t end = std::min(blocks_.size(), (chunk + 1) * kBlocksPerChunk);
+    for (size_t i = chunk * kBlocksPerChunk; i < end; ++i) {
       const JoinedBlock& block = blocks_[i];
-      const OpenChunk& open = opened(block.file, block.index / kBlocksPerMapChunk);
-      const size_t at = block.index % kBlocksPerMapChunk;
-      const auto copy = [at](const auto& from, const std::vector<size_t>& begin, auto& to) {
-        to.insert(to.end(), from.begin() + static_cast<std::ptrdiff_t>(begin[at]),
-                  from.begin() + static_cast<std::ptrdiff_t>(begin[at + 1]));
+      const OpenChunk& open = opened(block.file, block.index / kBlocksPerChunk);
+      const size_t at = block.index % kBlocksPerChunk;
+      const auto copy = [at](const auto* words, const std::vector<size_t>& begin, auto* to) {
+        return std::copy(words + begin[at], words + begin[at + 1], to);
       };
-      copy(open.voxels, open.voxel_at, words->voxels);
-      copy(open.colours, open.colour_at, words->colours);
+      voxels = copy(open.part.voxels.data(), open.voxel_at, voxels);
+      colours = copy(open.part.colours.data(), open.colour_at, colours);
     }
-    return {words->voxels.data(), words->colours.data(), words};
+    return part;
   }
 
   /// Boxes side by side have blocks in turn: the chunks used last stay open.
@@ -188,15 +188,10 @@ class BoxJoiner {
       return open_.front();
     }
     if (open_.size() == kMostOpen) open_.pop_back();
-    OpenChunk open{file, chunk, {}, {}, {0}, {0}};
-    const MapChunks& map = *files_[file];
-    map.readVoxels(chunk, open.voxels);
-    if (map.head().painted) map.readColours(chunk, open.colours);
-    const std::vector<MapBlock>& blocks = map.head().blocks;
-    const size_t end = std::min(blocks.size(), (chunk + 1) * kBlocksPerMapChunk);
-    for (size_t i = chunk * kBlocksPerMapChunk; i < end; ++i) {
-      open.voxel_at.push_back(open.voxel_at.back() + voxelWordsOf(blocks[i]));
-      open.colour_at.push_back(open.colour_at.back() + colourWordsOf(blocks[i]));
+    OpenChunk open{file, chunk, files_[file]->part(chunk), {0}, {0}};
+    for (const MapBlock& block : open.part.blocks) {
+      open.voxel_at.push_back(open.voxel_at.back() + voxelWordsOf(block));
+      open.colour_at.push_back(open.colour_at.back() + colourWordsOf(block));
     }
     open_.push_front(std::move(open));
     return open_.front();

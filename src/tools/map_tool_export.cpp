@@ -1,18 +1,18 @@
 // map_tool export: the images of a journal, as trainers of radiance fields and splats read them.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
-#include <unordered_set>
+#include <utility>
+#include <variant>
 
 #include "backend/frame_check.h"
 #include "io/atomic_file.h"
 #include "io/colour_codes.h"
 #include "io/depth_codes.h"
-#include "io/little_endian.h"
+#include "io/ply_stream.h"
 #include "journal/replay.h"
 #include "params/text.h"
 #include "program/run_program.h"
@@ -25,7 +25,6 @@ using Json = nlohmann::json;
 
 struct ExportOptions {
   std::string journal_path, out_path, poses_path;
-  double point_m = 0.02;
 };
 
 ExportOptions parseExportOptions(const std::vector<std::string>& arguments) {
@@ -33,15 +32,13 @@ ExportOptions parseExportOptions(const std::vector<std::string>& arguments) {
   CommandLine line(
       "map_tool export", "JOURNAL --transforms OUT [options]",
       "Writes the images of a journal into a folder: images/ (PNG), depth/ (16-bit PNG, "
-      "millimetres), points.ply and transforms.json, with cameras and poses as NeRF and "
-      "splat trainers read them (OpenGL axes, the journal's map frame).");
+      "millimetres), points.ply (the vertices of its mesh) and transforms.json, with cameras and "
+      "poses as NeRF and splat trainers read them (OpenGL axes, the frame of the map).");
   line.addText({"JOURNAL", "", "a journal that the node wrote"}, options.journal_path);
   line.addText({"--transforms", "OUT", "the folder"}, options.out_path);
   line.require("--transforms");
   line.addText({"--poses", "FILE", "corrected poses, as reconstruct takes them"},
                options.poses_path);
-  line.addNumber({"--point-m", "METRES", "a point per cube of this edge"}, options.point_m,
-                 {1e-4, 10.0});
   line.parse(arguments);
   return options;
 }
@@ -56,15 +53,17 @@ Json openGlPose(const Eigen::Isometry3d& T_W_C) {
 }
 
 template <class Frame>
-void putCamera(const Frame& frame, Json& json) {
+Json entryOf(const Frame& frame, double stamp_s) {
   const Intrinsics& K = frame.intrinsics;
-  json["camera_model"] = "PINHOLE";
-  json["w"] = frame.width;
-  json["h"] = frame.height;
-  json["fl_x"] = K.fx;
-  json["fl_y"] = K.fy;
-  json["cx"] = K.cx + 0.5f;  // from the corner of the first pixel
-  json["cy"] = K.cy + 0.5f;
+  return {{"camera_model", "PINHOLE"},
+          {"w", frame.width},
+          {"h", frame.height},
+          {"fl_x", K.fx},
+          {"fl_y", K.fy},
+          {"cx", K.cx + 0.5f},  // from the corner of the first pixel
+          {"cy", K.cy + 0.5f},
+          {"transform_matrix", openGlPose(frame.T_W_C)},
+          {"stamp", stamp_s}};
 }
 
 DepthImage millimetresOf(const DepthFrame& frame) {
@@ -94,164 +93,53 @@ RgbImage rgbOf(const ColourFrame& frame) {
   return image;
 }
 
-/// A point of a surface for each cube of space, with its colour in the newest image before.
-class PointCloud {
- public:
-  explicit PointCloud(double cube_m) : cube_m_(cube_m) {}
-
-  void setImage(const ColourFrame& frame, RgbImage image) {
-    camera_ = frame;
-    T_C_W_ = frame.T_W_C.inverse();
-    image_ = std::move(image);
-  }
-
-  void add(const DepthFrame& frame, const MapperParams& params) {
-    const DepthRange range = depthRangeOf(frame, params);
-    const Intrinsics& K = frame.intrinsics;
-    constexpr int kStep = 2;
-    for (int v = 0; v < frame.height; v += kStep) {
-      for (int u = 0; u < frame.width; u += kStep) {
-        const float inverse_depth = inverseDepth(rawDepth(frame, u, v), range);
-        if (!(inverse_depth > 0.0f)) continue;
-        const double z = 1.0 / static_cast<double>(inverse_depth);
-        addPoint(frame.T_W_C * Eigen::Vector3d(z * (u - K.cx) / K.fx, z * (v - K.cy) / K.fy, z));
-      }
-    }
-  }
-
-  /// @return how many points there are.
-  size_t save(const std::string& path) const {
-    AtomicFile file(path);
-    std::string header = "ply\nformat binary_little_endian 1.0\ncomment metres, map frame\n";
-    header += "element vertex " + std::to_string(points_.size()) + "\n";
-    for (const char* name : {"x", "y", "z"}) header += std::string("property float ") + name + "\n";
-    for (const char* name : {"red", "green", "blue"}) {
-      header += std::string("property uchar ") + name + "\n";
-    }
-    file.write(header + "end_header\n");
-    for (const Point& point : points_) {
-      for (const float x : point.p_W) put(file, x);
-      for (const uint8_t x : point.rgb) put(file, x);
-    }
-    file.commit();
-    return points_.size();
-  }
-
- private:
-  struct Point {
-    std::array<float, 3> p_W;
-    std::array<uint8_t, 3> rgb;
-  };
-
-  void addPoint(const Eigen::Vector3d& p_W) {
-    const Eigen::Vector3d cube = (p_W / cube_m_).array().floor();
-    if (!(cube.cwiseAbs().maxCoeff() < kMaxBlockCoordinate)) return;
-    const Vec3i key{int32_t(cube.x()), int32_t(cube.y()), int32_t(cube.z())};
-    if (!cubes_.insert(packKey(key)).second) return;
-    points_.push_back({{float(p_W.x()), float(p_W.y()), float(p_W.z())}, colourAt(p_W)});
-  }
-
-  /// Grey where no image is, or it does not look there.
-  std::array<uint8_t, 3> colourAt(const Eigen::Vector3d& p_W) const {
-    constexpr std::array<uint8_t, 3> kUnknown{128, 128, 128};
-    if (image_.rgb.empty()) return kUnknown;
-    const Eigen::Vector3d p_C = T_C_W_ * p_W;
-    const Intrinsics& K = camera_.intrinsics;
-    const double u = std::round(K.fx * p_C.x() / p_C.z() + K.cx);
-    const double v = std::round(K.fy * p_C.y() / p_C.z() + K.cy);
-    if (!(p_C.z() > 0.0 && u >= 0.0 && v >= 0.0 && u < image_.width && v < image_.height)) {
-      return kUnknown;
-    }
-    const size_t at = 3 * (static_cast<size_t>(v) * image_.width + static_cast<size_t>(u));
-    return {image_.rgb[at], image_.rgb[at + 1], image_.rgb[at + 2]};
-  }
-
-  const double cube_m_;
-  ColourFrame camera_;
-  Eigen::Isometry3d T_C_W_ = Eigen::Isometry3d::Identity();
-  RgbImage image_;
-  std::unordered_set<PackedKey> cubes_;
-  std::vector<Point> points_;
-};
-
 /// Writes a journal's images one by one, and the lists of them at last.
 class Exporter {
  public:
-  Exporter(const ExportOptions& options, JournalReplay& journal)
-      : options_(options),
-        journal_(journal),
-        params_(readMapperParams(journal.begin().settings)),
-        cloud_(options.point_m) {
-    if (journal.level()) T_M_W_ = journal.level()->inverse();
-  }
-
-  void writeAll() {
-    while (const std::optional<JournalCall> call = journal_.next()) {
-      if (const auto* const depth = std::get_if<journal::StoredDepth>(&call->content)) {
-        DepthFrame frame = depth->frame;
-        frame.T_W_C = T_M_W_ * frame.T_W_C;
-        write(frame, call->stamp_s);
-      } else if (const auto* const colour = std::get_if<journal::StoredColour>(&call->content)) {
-        ColourFrame frame = colour->frame;
-        frame.T_W_C = T_M_W_ * frame.T_W_C;
-        write(frame, call->stamp_s);
-      }
-    }
-    finish();
-  }
-
- private:
-  template <class Frame>
-  Json entryOf(const Frame& frame, double stamp_s) const {
-    Json entry;
-    putCamera(frame, entry);
-    entry["transform_matrix"] = openGlPose(frame.T_W_C);
-    entry["stamp"] = stamp_s;
-    return entry;
-  }
+  explicit Exporter(std::string out_path) : out_path_(std::move(out_path)) {}
 
   void write(const DepthFrame& frame, double stamp_s) {
-    cloud_.add(frame, params_);
     depth_path_ = "depth/" + formatted("%06zu.png", depths_.size());
     depth_stamp_s_ = stamp_s;
-    writeFileAtomically(options_.out_path + "/" + depth_path_,
-                        encodeDepthPng(millimetresOf(frame)));
+    writeFileAtomically(out_path_ + "/" + depth_path_, encodeDepthPng(millimetresOf(frame)));
     Json entry = entryOf(frame, stamp_s);
     entry["depth_file_path"] = depth_path_;
     depths_.push_back(std::move(entry));
   }
 
   void write(const ColourFrame& frame, double stamp_s) {
-    RgbImage image = rgbOf(frame);
     const std::string path = "images/" + formatted("%06zu.png", frames_.size());
-    writeFileAtomically(options_.out_path + "/" + path, encodeColourPng(image));
-    cloud_.setImage(frame, std::move(image));
+    writeFileAtomically(out_path_ + "/" + path, encodeColourPng(rgbOf(frame)));
     Json entry = entryOf(frame, stamp_s);
     entry["file_path"] = path;
     // Trainers take depth only of the very image: cameras apart have lists apart.
-    if (std::abs(stamp_s - depth_stamp_s_) < kSameStamp_s) entry["depth_file_path"] = depth_path_;
+    if (std::abs(stamp_s - depth_stamp_s_) < PoseCorrection::kSameStamp_s) {
+      entry["depth_file_path"] = depth_path_;
+    }
     frames_.push_back(std::move(entry));
   }
 
-  void finish() {
-    const size_t points = cloud_.save(options_.out_path + "/points.ply");
+  /// With the vertices of a mesh as points; none of an empty one.
+  void finish(const Mesh& mesh) {
     Json transforms;
+    const size_t points = mesh.vertices_m.size();
+    if (points > 0) {
+      AtomicFile file(out_path_ + "/points.ply");
+      file.write(plyHeader(points, 0, isFarFromOrigin(mesh)));
+      for (size_t i = 0; i < points; ++i) writePlyVertex(mesh, i, MeshColour::kImage, file);
+      file.commit();
+      transforms["ply_file_path"] = "points.ply";
+    }
     transforms["frames"] = frames_;
     transforms["depth_frames"] = depths_;
     transforms["depth_unit_scale_factor"] = 0.001;
-    transforms["ply_file_path"] = "points.ply";
-    writeFileAtomically(options_.out_path + "/transforms.json", transforms.dump(1) + "\n");
+    writeFileAtomically(out_path_ + "/transforms.json", transforms.dump(1) + "\n");
     std::printf("%zu colour images, %zu depth images, %zu points: %s\n", frames_.size(),
-                depths_.size(), points, options_.out_path.c_str());
+                depths_.size(), points, out_path_.c_str());
   }
 
-  static constexpr double kSameStamp_s = 1e-3;
-
-  const ExportOptions& options_;
-  JournalReplay& journal_;
-  const MapperParams params_;
-  Eigen::Isometry3d T_M_W_ = Eigen::Isometry3d::Identity();
-  PointCloud cloud_;
+ private:
+  const std::string out_path_;
   std::vector<Json> frames_, depths_;
   std::string depth_path_;
   double depth_stamp_s_ = -1.0;
@@ -268,7 +156,18 @@ void exportJournal(const std::vector<std::string>& arguments) {
   if (!options.poses_path.empty()) {
     journal.correctGiven(readTrajectory(options.poses_path, "poses are expected there").poses());
   }
-  Exporter(options, journal).writeAll();
+  const MapperParams params = readMapperParams(journal.begin().settings);
+  const std::unique_ptr<Mapper> mapper = mapperOf(journal, params);
+  Exporter exporter(options.out_path);
+  while (const std::optional<journal::Call> call = journal.next()) {
+    doAgain(*call, *mapper);
+    const auto* const image = std::get_if<journal::Image>(&*call);
+    if (image == nullptr) continue;
+    std::visit([&](const auto& frame) { exporter.write(frame, image->stamp_s); }, image->frame);
+  }
+  MeshStore meshes(params.map.voxel_size_m);
+  meshes.apply(mapper->updateMesh());
+  exporter.finish(meshes.assemble());
 }
 
 }  // namespace dtsdf

@@ -256,21 +256,22 @@ ReconstructionResult reconstruct(JournalReplay& journal, Mapper& mapper, const M
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress) {
   Reconstruction reconstruction(mapper, map, PoseParams());
-  while (std::optional<JournalCall> call = journal.next()) {
-    if (const auto* const depth = std::get_if<journal::StoredDepth>(&call->content)) {
+  while (std::optional<journal::Call> call = journal.next()) {
+    const auto* const image = std::get_if<journal::Image>(&*call);
+    if (image == nullptr) {
+      reconstruction.clearRegion(std::get<Region>(*call));
+    } else if (const auto* const depth = std::get_if<DepthFrame>(&image->frame)) {
       SourceFrame frame;
-      frame.depth = depth->frame;
-      frame.stamp_s = call->stamp_s;
+      frame.depth = *depth;
+      frame.stamp_s = image->stamp_s;
       reconstruction.fuse(frame);
       if (mesh_every > 0) reconstruction.updateMeshIfDue(mesh_every);
       show_progress(reconstruction.frames() + reconstruction.framesNotFused());
-    } else if (const auto* const colour = std::get_if<journal::StoredColour>(&call->content)) {
-      SourceColour image;
-      image.colour = colour->frame;
-      image.stamp_s = call->stamp_s;
-      reconstruction.paint(image);
     } else {
-      reconstruction.clearRegion(std::get<Region>(call->content));
+      SourceColour colour;
+      colour.colour = std::get<ColourFrame>(image->frame);
+      colour.stamp_s = image->stamp_s;
+      reconstruction.paint(colour);
     }
   }
   return reconstruction.finish({});

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fuzz/fuzz_input.h"
+#include "io/map_chunks.h"
 #include "io/map_format.h"
 
 namespace dtsdf {
@@ -203,7 +204,7 @@ class MapRecipe {
     for (Part& part : parts_) {
       if (!part.is(id)) continue;
       size_t bytes = 0;
-      for (size_t i = 0; i < map_format::kBlocksPerChunk && next < blocks_.size(); ++i) {
+      for (size_t i = 0; i < kBlocksPerChunk && next < blocks_.size(); ++i) {
         bytes += bytesOf(blocks_[next++]);
       }
       if (part.how & kAsTold) continue;

@@ -310,7 +310,7 @@ TEST_F(CorrectTest, LaterFramesFollowUntilTheirSourceJumps) {
     ++i;
   }
   const std::unique_ptr<Mapper> again = makeMapper(host_.params.mapper);
-  while (const auto call = replay.next()) apply(*call, *again);
+  while (const auto call = replay.next()) doAgain(*call, *again);
   EXPECT_EQ(contentHash(again->contents()), contentHash(now));
 }
 

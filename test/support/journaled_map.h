@@ -54,14 +54,14 @@ class JournaledMap {
     const auto kept = std::make_shared<const SceneFrame>(frame);
     const DepthFrame view = kept->view();
     mapper_->integrate(view);
-    journal_.add(view, {stamp_s, camera, view.T_W_C, view.T_W_C}, kept);
+    journal_.add(journal::Image{stamp_s, camera, view.T_W_C, view, kept});
   }
 
   void paint(const PaintedFrame& frame, double stamp_s, uint32_t camera = 0) {
     const auto kept = std::make_shared<const PaintedFrame>(frame);
     const ColourFrame view = kept->view();
     mapper_->paint(view);
-    journal_.add(view, {stamp_s, camera, view.T_W_C, view.T_W_C}, kept);
+    journal_.add(journal::Image{stamp_s, camera, view.T_W_C, view, kept});
   }
 
   void clearRegion(const Region& region) {
@@ -107,9 +107,8 @@ inline std::string fileOf(Mapper& mapper) {
 
 /// The map that a journal leads to, of a mapper with these settings.
 inline std::string mapOf(JournalReplay& journal, const MapperParams& params) {
-  const auto mapper =
-      journal.map() == nullptr ? makeMapper(params) : makeMapper(params, partsOf(journal.map()));
-  while (const std::optional<JournalCall> call = journal.next()) apply(*call, *mapper);
+  const auto mapper = mapperOf(journal, params);
+  while (const std::optional<journal::Call> call = journal.next()) doAgain(*call, *mapper);
   return fileOf(*mapper);
 }
 inline std::string mapOf(const std::string& path, const MapperParams& params) {

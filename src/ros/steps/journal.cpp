@@ -62,16 +62,17 @@ void JournalStep::fused(const PosedFrame& frame, const IntegrationResult& result
   if (!isWritten(result.status)) return;
   const std::optional<Eigen::Isometry3d> level = host_.frame.level();
   if (level && (!level_ || level_->matrix() != level->matrix())) {
-    writer_.addLevel(*level);
+    writer_.add(journal::Level{*level});
     level_ = level;
   }
-  const std::shared_ptr<const void> pixels(frame.pixels.get(),
-                                           [keep = frame.pixels](const void*) {});
   journal::Image image;
   image.stamp_s = frame.stamp.toSec();
   image.camera = static_cast<uint32_t>(frame.camera);
   image.T_W_G = given_;
-  std::visit([&](const auto& fused) { writer_.add(fused, image, pixels); }, frame.image);
+  image.frame = frame.image;
+  image.pixels =
+      std::shared_ptr<const void>(frame.pixels.get(), [keep = frame.pixels](const void*) {});
+  writer_.add(std::move(image));
   const JournalReport report = writer_.report();
   if (report.problem.empty()) return;
   ROS_WARN_STREAM_THROTTLE_NAMED(

@@ -218,7 +218,7 @@ TEST_F(MapFile, OfAnEmptyMapIsOneToo) {
 /// Many sections, and a last one that is not full.
 TEST_F(MapFile, OfManyChunksComesBack) {
   const MapContents contents = roomContents(true, roomParams(0.015f));
-  ASSERT_GT(contents.blocks.size(), 3 * kBlocksPerMapChunk);
+  ASSERT_GT(contents.blocks.size(), 3 * kBlocksPerChunk);
   saveMap(contents, path_);
   EXPECT_TRUE(sameContents(loadMap(path_), contents));
 }
@@ -441,12 +441,14 @@ TEST_F(MapFile, AskingForMoreThanThereIsRoomForTakesNoMemory) {
   }
   std::sort(head.blocks.begin(), head.blocks.end(),
             [](const MapBlock& a, const MapBlock& b) { return packKey(a.key) < packKey(b.key); });
-  const std::vector<uint64_t> zeros(kBlocksPerMapChunk * 6 * 512, 0);
   const std::string path = folder_ / "large.dtsdf";
   const SavedMap saved = saveMapInChunks(
       head,
-      [&](size_t) -> ChunkWords {
-        return {zeros.data(), nullptr, nullptr};
+      [&](size_t chunk) {
+        MapContents part;
+        part.voxels = PlainArray<uint64_t>(blocksOfChunk(head.blocks, chunk).size() * 6 * 512);
+        std::fill_n(part.voxels.data(), part.voxels.size(), 0);
+        return part;
       },
       path, 1);
   EXPECT_LT(saved.file_bytes, 2000000u);

@@ -26,9 +26,8 @@ std::string tooLarge(size_t live_bytes, size_t second_bytes, size_t max_bytes) {
 
 }  // namespace
 
-std::string whyTooLarge(const MapStats& live) {
-  if (2 * live.map_bytes <= live.max_map_bytes) return "";
-  return tooLarge(live.map_bytes, live.map_bytes, live.max_map_bytes);
+std::string whyTooLarge(size_t live_bytes, size_t max_bytes) {
+  return 2 * live_bytes <= max_bytes ? "" : tooLarge(live_bytes, live_bytes, max_bytes);
 }
 
 Refusion::Refusion(const std::string& path, const MapperParams& run, journal::Correction correction)

@@ -56,7 +56,7 @@ class Refusion {
   size_t fused_ = 0, bytes_ = 0, calls_since_mesh_ = 0;
 };
 
-/// Why a second map beside one of so many bytes would not fit; empty if it may.
-std::string whyTooLarge(const MapStats& live);
+/// Why a second map beside one of so many bytes would not fit into the budget; empty if it may.
+std::string whyTooLarge(size_t live_bytes, size_t max_bytes);
 
 }  // namespace dtsdf

@@ -9,8 +9,6 @@
 #include <utility>
 #include <variant>
 
-#include <dtsdf_mapping/CorrectPoses.h>
-
 #include "params/printable.h"
 #include "params/text.h"
 #include "ros/common/callback_guard.h"
@@ -67,12 +65,7 @@ void CorrectStep::advertise(const Handles& handles) {
         given.poses = readTrajectory(path, "give a TUM file in output_directory").poses();
         given.frame_id = request.frame_id;
         given.child_frame = request.child_frame;
-        CorrectionResult result;
-        correctByCall(given, result);
-        response.message = result.message;
-        response.moved = result.moved;
-        response.fused = result.fused;
-        response.seconds = result.seconds;
+        correctByCall(given, response);
       });
   if (journal_ == nullptr) return;
   if (host_.params.node.poses.mode != PoseMode::kTf) {
@@ -175,38 +168,30 @@ void CorrectStep::takePath() {
   }
 }
 
+/// Only poses of images are kept; a SLAM may say every second that nothing has changed.
 void CorrectStep::add(Request request) {
   host_.map.throwIfFailed();
-  Pending pending;
-  pending.came = std::chrono::steady_clock::now();
-  pending.request = std::move(request);
   try {
     requireWhole(journal_->problem());
-    if (isForNothing(pending)) return answer(pending, kNothingMoves);
-    const std::string problem = whyTooLarge(host_.map.mapper().stats());
+    if (fused_.empty()) {
+      throw std::runtime_error("no frame has been fused since the start, clear_map or load_map");
+    }
+    const PoseCorrection correction(std::move(request.poses), fused_);
+    if (!current_ && correction.farthest() < request.least) return answer(request, kNothingMoves);
+    const MapStats stats = host_.map.mapper().stats();
+    const std::string problem = whyTooLarge(stats.map_bytes, stats.max_map_bytes);
     if (!problem.empty()) throw std::runtime_error(problem);
+    request.correction = {journal_->count(), correction.used()};
   } catch (const std::exception& error) {
-    return refuse(pending, errorText(error));
+    return refuse(request, errorText(error));
   }
   if (waiting_) {
     CorrectionResult replaced;
     replaced.message = kReplaced;
-    waiting_->request.answer(replaced);
+    waiting_->answer(replaced);
   }
-  waiting_ = std::move(pending);
+  waiting_ = std::move(request);
   noteProgress();
-}
-
-/// Checks a correction, and leaves only poses of images in it: a SLAM may say every second that
-/// nothing has changed. @throws std::runtime_error where it is refused
-bool CorrectStep::isForNothing(Pending& pending) const {
-  if (fused_.empty()) {
-    throw std::runtime_error("no frame has been fused since the start, clear_map or load_map");
-  }
-  const PoseCorrection correction(std::move(pending.request.poses), fused_);
-  pending.request.poses.clear();
-  pending.correction = {journal_->count(), correction.used()};
-  return !current_ && correction.farthest() < pending.request.least;
 }
 
 /// What is done by another thread takes no time of this one, so it goes before frames.
@@ -254,8 +239,7 @@ void CorrectStep::takeOpened() {
   requireWhole(journal_->problem());
   if (!refusion_) throw std::runtime_error("the journal cannot be written");
   const CorrectionEffect& effect = refusion_->effect();
-  if (effect.moved == 0 ||
-      std::max(effect.farthest_m, effect.farthest_rad) < current_->request.least) {
+  if (effect.moved == 0 || std::max(effect.farthest_m, effect.farthest_rad) < current_->least) {
     answer(*current_, kNothingMoves);
     return endCurrent();
   }
@@ -362,25 +346,25 @@ void CorrectStep::fused(const PosedFrame& frame, const IntegrationResult& result
   if (fused_.empty() || stamp_s > fused_.back().stamp_s) fused_.push_back({stamp_s, depth->T_W_C});
 }
 
-void CorrectStep::answer(const Pending& pending, const std::string& message,
+void CorrectStep::answer(const Request& request, const std::string& message,
                          const CorrectionEffect& effect, size_t fused) {
   CorrectionResult result;
   result.success = true;
   result.moved = effect.moved;
   result.fused = fused;
-  result.seconds = secondsSince(pending.came);
+  result.seconds = secondsSince(request.came);
   result.message = message;
-  pending.request.answer(result);
+  request.answer(result);
   if (result.moved == 0) return;
   const std::lock_guard<std::mutex> lock(mutex_);
-  report_.last = result.message;
+  report_.last = message;
 }
 
-void CorrectStep::refuse(const std::optional<Pending>& pending, const std::string& reason) {
-  if (!pending) return;
+void CorrectStep::refuse(const std::optional<Request>& request, const std::string& reason) {
+  if (!request) return;
   CorrectionResult result;
   result.message = reason;
-  pending->request.answer(result);
+  request->answer(result);
   noteRefused(reason);
 }
 
@@ -409,10 +393,7 @@ void CorrectStep::fill(MapStatus& status) {
   status.last_correction = printableMessage(report_.last);
   const bool on_gpu = status.backend.rfind("cuda", 0) == 0;
   if (report_.bytes > 0) addMemory(status, "correction", placeOf(on_gpu), report_.bytes);
-  MapStats stats;
-  stats.map_bytes = status.map_bytes;
-  stats.max_map_bytes = status.max_map_bytes;
-  const std::string obstacle = whyTooLarge(stats);
+  const std::string obstacle = whyTooLarge(status.map_bytes, status.max_map_bytes);
   if (obstacle.empty() || status.frames_fused == 0) return;
   report(status, MapStatus::OK, MapStatus::NOT_CORRECTABLE,
          "mapping; poses cannot be corrected: " + obstacle);

@@ -2,6 +2,8 @@
 /// live one, from the journal, until it can take its place.
 #pragma once
 
+#include <dtsdf_mapping/CorrectPoses.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <functional>
@@ -55,12 +57,7 @@ class CatchUp {
 };
 
 /// What became of a correction.
-struct CorrectionResult {
-  bool success = false;
-  std::string message;          ///< What was done, or why nothing was.
-  size_t moved = 0, fused = 0;  ///< Depth images that moved, and those that were fused again.
-  double seconds = 0.0;         ///< Since it came.
-};
+using CorrectionResult = dtsdf_mapping::CorrectPoses::Response;
 
 /// With a journal and poses/mode tf: corrected poses, by the service correct_poses and the topic
 /// corrected_path.
@@ -77,6 +74,8 @@ class CorrectStep : public Step {
     std::vector<StampedPose> poses;  ///< Of the first camera, in W.
     double least = 0.0;  ///< Nothing is done if no image moves as far, in metres or radians.
     std::function<void(const CorrectionResult&)> answer;  ///< Called once; does not throw.
+    SteadyTime came = std::chrono::steady_clock::now();
+    journal::Correction correction = {};  ///< Poses of images alone, once they were looked at.
   };
 
   /// `journal` outlives it; null: there is none, and all is refused.
@@ -99,11 +98,6 @@ class CorrectStep : public Step {
   size_t fusedAgain() const;
 
  private:
-  struct Pending {
-    Request request;
-    journal::Correction correction;
-    SteadyTime came;
-  };
   /// How a correction goes.
   struct Report {
     size_t fused = 0, total = 0;  ///< Frames fused again, and all of them; 0 while none are.
@@ -117,7 +111,6 @@ class CorrectStep : public Step {
   void followPath(GivenPoses given);
   void takePath();
   void correctByCall(const GivenPoses& given, CorrectionResult& result);
-  bool isForNothing(Pending& pending) const;
   void open();
   void takeOpened();
   bool hasCaughtUp();
@@ -126,9 +119,9 @@ class CorrectStep : public Step {
   void giveUp(const std::string& reason);
   void endCurrent();
   void noteFrame();
-  void answer(const Pending& pending, const std::string& message,
+  void answer(const Request& request, const std::string& message,
               const CorrectionEffect& effect = {}, size_t fused = 0);
-  void refuse(const std::optional<Pending>& pending, const std::string& reason);
+  void refuse(const std::optional<Request>& request, const std::string& reason);
   void noteRefused(const std::string& reason);
   template <class Object>
   void freeLater(std::unique_ptr<Object> object);
@@ -136,7 +129,7 @@ class CorrectStep : public Step {
 
   const Host& host_;
   JournalStep* const journal_;
-  std::optional<Pending> waiting_, current_;
+  std::optional<Request> waiting_, current_;
   std::future<std::unique_ptr<Refusion>> opening_;  ///< Of `current_`, and then
   std::unique_ptr<Refusion> refusion_;
   CatchUp catch_up_;

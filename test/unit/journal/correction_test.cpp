@@ -126,10 +126,7 @@ TEST_F(CorrectedJournal, WithinTheBudgetOfTwoMaps) {
                          }
                        }),
                        "map/max_memory_mb"));
-  MapStats live;
-  live.map_bytes = 200;
-  live.max_map_bytes = 300;
-  EXPECT_TRUE(contains(whyTooLarge(live), "raise it"));
+  EXPECT_TRUE(contains(whyTooLarge(200, 300), "raise it"));
 }
 
 TEST_F(CorrectedJournal, RefusesWhatIsNoCorrection) {

@@ -36,7 +36,7 @@ const char* toString(FrameStatus status);
 /// What a call of integrate() or paint() did.
 struct IntegrationResult {
   FrameStatus status = FrameStatus::kFused;  ///< All but kFused leave the map unchanged.
-  std::string message;                       ///< Why a frame, or a part of it, was not fused.
+  std::string message;        ///< Why a frame, or a part of it, was not fused; or a doubt.
   size_t refused_blocks = 0;  ///< Blocks and arrays of this frame that exceeded the budget.
   double duration_ms = 0.0;   ///< Wall time of the call.
 };

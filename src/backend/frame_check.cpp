@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
 
 #include "backend/rule_settings.h"
 #include "kernels/core/grid.h"
 #include "kernels/core/voxel.h"
 #include "map/region_view.h"
+#include "params/intrinsics_check.h"
 #include "params/text.h"
 
 namespace dtsdf {
@@ -60,13 +62,10 @@ std::optional<FrameProblem> findImageProblem(const Frame& frame, const char* kin
   return std::nullopt;
 }
 
-std::optional<FrameProblem> findIntrinsicsProblem(const Intrinsics& K) {
-  const bool finite =
-      std::isfinite(K.fx) && std::isfinite(K.fy) && std::isfinite(K.cx) && std::isfinite(K.cy);
-  if (finite && K.fx > 0.0f && K.fy > 0.0f) return std::nullopt;
-  return problem(FrameStatus::kBadIntrinsics,
-                 "the camera intrinsics need finite values and positive focal lengths; is the "
-                 "camera calibrated?");
+std::optional<FrameProblem> findIntrinsicsProblem(const Intrinsics& K, int width, int height) {
+  const std::string text = findProblem(K, width, height);
+  if (text.empty()) return std::nullopt;
+  return problem(FrameStatus::kBadIntrinsics, text);
 }
 
 /// Everything that lies within `reach_m` of the camera has to have representable block coordinates.
@@ -142,7 +141,7 @@ std::optional<FrameProblem> findProblem(const DepthFrame& frame, const MapperPar
   if (!(frame.unit_m > 0.0f) || !std::isfinite(frame.unit_m)) {
     return problem(FrameStatus::kBadImage, "the unit of depth is not a positive number");
   }
-  if (auto intrinsics_problem = findIntrinsicsProblem(frame.intrinsics)) return intrinsics_problem;
+  if (auto found = findIntrinsicsProblem(frame.intrinsics, frame.width, frame.height)) return found;
   if (frame.keep_center_W && !frame.keep_center_W->allFinite()) {
     return problem(FrameStatus::kBadPose, "the centre of map/keep_radius_m is not finite");
   }
@@ -151,7 +150,7 @@ std::optional<FrameProblem> findProblem(const DepthFrame& frame, const MapperPar
 
 std::optional<FrameProblem> findProblem(const ColourFrame& frame, const MapperParams& params) {
   if (auto image_problem = findImageProblem(frame, "colour")) return image_problem;
-  if (auto intrinsics_problem = findIntrinsicsProblem(frame.intrinsics)) return intrinsics_problem;
+  if (auto found = findIntrinsicsProblem(frame.intrinsics, frame.width, frame.height)) return found;
   return findPoseProblem(frame.T_W_C, 0.0, params);
 }
 
@@ -175,18 +174,21 @@ FrameView checkedFrameView(const RenderCamera& camera, const Eigen::Isometry3d& 
   frame.intrinsics = camera.intrinsics;
   frame.T_W_C = T_W_C;
   auto found = findImageProblem(frame, "rendered");
-  if (!found) found = findIntrinsicsProblem(frame.intrinsics);
+  if (!found) found = findIntrinsicsProblem(frame.intrinsics, frame.width, frame.height);
   if (!found) found = findPoseProblem(T_W_C, 0.0, params);
   if (found) throw std::invalid_argument(found->message);
   return frameViewOf(frame, params.map.voxel_size_m);
 }
 
-/// What claims to be farther is no measurement: space up to there is not free.
-constexpr float kFarthest_m = 1e5f;
+/// What claims to be farther is no measurement: space up to there is not free. No camera measures
+/// so far; millimetres that are taken for metres mostly are.
+constexpr float kFarthest_m = 300.0f;
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params) {
   const bool is_whole = frame.encoding == DepthEncoding::kUint16;
-  const float overflow = is_whole ? static_cast<float>(kNoDepth16) : kFarthest_m / frame.unit_m;
+  const float overflow =
+      std::min(kFarthest_m / frame.unit_m,
+               is_whole ? static_cast<float>(kNoDepth16) : std::numeric_limits<float>::max());
   return {frame.unit_m, params.fusion.min_depth_m, params.fusion.max_depth_m, overflow,
           is_whole ? frame.unit_m : 0.0f};
 }
@@ -244,7 +246,24 @@ IntegrationResult refuse(const FrameProblem& problem) {
   return result;
 }
 
-IntegrationResult noMeasurement(const MapperParams& params) {
+IntegrationResult noMeasurement(const DepthFrame& frame, const MapperParams& params) {
+  size_t measured = 0, too_far = 0;
+  for (int v = 0; v < frame.height; ++v) {
+    for (int u = 0; u < frame.width; ++u) {
+      const float raw = rawDepth(frame, u, v);
+      if (!(raw > 0.0f) || !std::isfinite(raw)) continue;
+      ++measured;
+      if (raw * frame.unit_m > kFarthest_m) ++too_far;
+    }
+  }
+  if (2 * too_far > measured) {
+    return refuse(
+        {FrameStatus::kNoMeasurement,
+         formatted("most depths are more than %g m, which no camera measures: are they in "
+                   "millimetres? Their unit is %g m (input/unit_32fc1_m or "
+                   "input/unit_16uc1_m, --scale, or unit_m of the frame)",
+                   static_cast<double>(kFarthest_m), static_cast<double>(frame.unit_m))});
+  }
   return refuse(
       {FrameStatus::kNoMeasurement,
        formatted("no pixel has a usable depth: all are empty, isolated, or outside [%g, %g] m",

@@ -68,7 +68,7 @@ bool clearsFromAfar(const DepthFrame& frame, const MapperParams& params);
 IntegrationResult refuse(const FrameProblem& problem);
 
 /// The result of a frame that shows nothing to fuse.
-IntegrationResult noMeasurement(const MapperParams& params);
+IntegrationResult noMeasurement(const DepthFrame& frame, const MapperParams& params);
 
 /// The result of a colour frame that sees no surface of the map.
 IntegrationResult nothingToPaint();

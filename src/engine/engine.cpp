@@ -11,6 +11,7 @@
 #include "kernels/core/direction.h"
 #include "kernels/render/drawn_triangle.h"
 #include "map/memory_budget.h"
+#include "params/intrinsics_check.h"
 
 namespace dtsdf {
 namespace {
@@ -123,7 +124,7 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   const auto cubes = space_ ? space_->cubesInView(view) : std::vector<Vec3i>();
   TouchedBlocks touched = backend_->lookUpBlocks();
   const size_t surfels = touched.surfels, blocks = touched.blocks;
-  if (blocks == 0 && !clearsFromAfar(frame, params_)) return noMeasurement(params_);
+  if (blocks == 0 && !clearsFromAfar(frame, params_)) return noMeasurement(frame, params_);
   if (space_) backend_->seeFree(cubes);
   std::vector<FramePart> parts(1);
   if (pager_) {
@@ -133,6 +134,7 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
     parts[0] = {std::move(in_view), std::move(touched.requests), touched.new_arrays, {}, 0, true};
   }
   IntegrationResult result;
+  result.message = doubtAbout(frame.intrinsics, frame.width, frame.height);
   const uint64_t refused_before = state_.refused;
   for (FramePart& part : parts) {
     try {

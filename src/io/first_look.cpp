@@ -6,6 +6,7 @@
 #include <deque>
 #include <utility>
 
+#include "params/intrinsics_check.h"
 #include "params/text.h"
 
 namespace dtsdf {
@@ -147,6 +148,8 @@ std::vector<std::string> doubtsAbout(const FirstLook& look, double min_depth_m,
   std::vector<std::string> doubts;
   if (look.frames == 0) return doubts;  // the run itself will say so
   const std::string which = "the first " + std::to_string(look.frames) + " images";
+  const std::string camera = doubtAbout(look.intrinsics, look.width, look.height);
+  if (!camera.empty()) doubts.push_back(camera);
   if (!look.median_depth_m) {
     doubts.push_back(which + " have no measured pixel: are these depth images?");
   } else if (look.measured_share < kFewPixels) {

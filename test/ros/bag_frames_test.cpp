@@ -107,6 +107,12 @@ TEST_F(CompressedBag, GivesTheImagesThatWereCompressed) {
   EXPECT_TRUE(source_->skipped().empty());
 }
 
+TEST_F(CompressedBag, OfImagesWithOneStampOnlyTheFirstHasAPose) {
+  for (const int i : {0, 1, 1, 2}) bag_.write(kTopic, headerOf(i).stamp, rawOf(i));
+  expectFrames(read());
+  EXPECT_EQ(source_->skipped().at("repeated_stamp"), 1u);
+}
+
 TEST_F(CompressedBag, ImagesRecordedBothWaysCountOnce) {
   writeCompressed();
   for (int i = 0; i < kFrames; ++i) bag_.write(kTopic, headerOf(i).stamp, rawOf(i));

@@ -171,6 +171,9 @@ TEST(DepthImage, RefusesForeignCameraInfo) {
   info = depthInfo();
   info.P[6] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(depthReason(makeImage(), info), DropReason::kBadIntrinsics);
+  info = depthInfo();
+  info.D = {std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0, 0.0, 0.0};
+  EXPECT_EQ(depthReason(makeImage(), info), DropReason::kBadIntrinsics);
 }
 
 TEST(Intrinsics, AreThoseOfTheRectifiedImage) {

@@ -134,7 +134,7 @@ TEST_F(InputStatusTest, SaysStepByStepWhatIsMissing) {
          "3 % of the depth images were dropped lately, most as misfit: check the pose estimate, or "
          "raise poses/sigma_m and poses/sigma_rad");
   depth().warning = "'camera' is not an optical frame";
-  expect(MapStatus::WARN, MapStatus::NOT_OPTICAL_FRAME, "'camera' is not an optical frame");
+  expect(MapStatus::WARN, MapStatus::DOUBTFUL_INPUT, "'camera' is not an optical frame");
   input_.transforms.restarts = 1;
   depth().warning.clear();
   fuse(1000);

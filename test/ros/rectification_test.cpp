@@ -54,8 +54,9 @@ Eigen::Vector2d distort(const std::string& model, const std::vector<double>& D, 
     const double theta_d = theta * (1.0 + t2 * (D[0] + t2 * (D[1] + t2 * (D[2] + t2 * D[3]))));
     return r > 0.0 ? Eigen::Vector2d(x * theta_d / r, y * theta_d / r) : Eigen::Vector2d(x, y);
   }
+  if (D.empty()) return {x, y};
   double radial = 1.0 + r2 * (D[0] + r2 * (D[1] + r2 * D[4]));
-  if (D.size() == 8) radial /= 1.0 + r2 * (D[5] + r2 * (D[6] + r2 * D[7]));
+  if (D.size() >= 8) radial /= 1.0 + r2 * (D[5] + r2 * (D[6] + r2 * D[7]));
   return {x * radial + 2.0 * D[2] * x * y + D[3] * (r2 + 2.0 * x * x),
           y * radial + D[2] * (r2 + 2.0 * y * y) + 2.0 * D[3] * x * y};
 }
@@ -63,6 +64,11 @@ Eigen::Vector2d distort(const std::string& model, const std::vector<double>& D, 
 const std::vector<double> kPlumbBob{-0.25, 0.08, 0.004, -0.003, 0.01};
 const std::vector<double> kRational{0.4, 0.1, 0.001, -0.002, 0.02, 0.7, 0.2, 0.03};
 const std::vector<double> kFisheye{-0.05, 0.02, -0.01, 0.003};
+
+std::vector<double> padded(std::vector<double> D, size_t size) {
+  D.resize(size);
+  return D;
+}
 
 /// How many pixels are measured; each has to have the value of the raw pixel its ray meets, one of
 /// two where it is as near to both.
@@ -86,6 +92,10 @@ int checkPixels(const sensor_msgs::CameraInfo& info, const sensor_msgs::Image& r
 TEST(Rectification, UndoesEachModel) {
   for (const auto& [model, D] :
        {std::pair("plumb_bob", kPlumbBob), std::pair("rational_polynomial", kRational),
+        std::pair("plumb_bob", kRational), std::pair("rational_polynomial", kPlumbBob),
+        std::pair("rational_polynomial", padded(kRational, 12)),
+        std::pair("rational_polynomial", padded(kRational, 14)),
+        std::pair("plumb_bob", padded({}, 5)), std::pair("", std::vector<double>()),
         std::pair("equidistant", kFisheye)}) {
     const auto info = makeInfo(model, D);
     Rectification rectification(RectifyChoice::kAuto, "/camera/depth/image_raw");
@@ -165,8 +175,14 @@ TEST(Rectification, LeavesAloneWhatIsRectified) {
   EXPECT_TRUE(isChanged(RectifyChoice::kAuto, "/rectified/image", distorted)) << "the last name";
   EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "/camera/depth/image_rect_raw", distorted));
   EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "/d/image_rect/compressedDepth", distorted));
+  EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "image_rect", zeros));
+  EXPECT_TRUE(isChanged(RectifyChoice::kAuto, "image_raw", plain)) << "P is not K";
+  plain->P = {50.0, 0.0, 29.0, 0.0, 0.0, 52.0, 19.0, 0.0, 0.0, 0.0, 1.0, 0.0};
   EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "image_raw", plain));
-  EXPECT_FALSE(isChanged(RectifyChoice::kAlways, "image_raw", zeros));
+  plain->R = {0.8, 0.0, 0.6, 0.0, 1.0, 0.0, -0.6, 0.0, 0.8};
+  EXPECT_TRUE(isChanged(RectifyChoice::kAuto, "image_raw", plain)) << "other axes";
+  plain->K.fill(0.0);
+  EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "image_raw", plain)) << "K is not given";
   EXPECT_TRUE(isChanged(RectifyChoice::kAlways, "image_rect", distorted));
   EXPECT_FALSE(isChanged(RectifyChoice::kNever, "image_raw", distorted));
 }
@@ -179,9 +195,8 @@ TEST(Rectification, WarnsOnceOfBentGeometry) {
   never.apply({makeRawImage(), makeInfo("plumb_bob", kPlumbBob)});
   EXPECT_EQ(never.takeWarning(), "");
   const std::pair<std::string, std::vector<double>> unknown[] = {{"kannala_brandt7", kFisheye},
-                                                                 {"plumb_bob", kRational},
+                                                                 {"plumb_bob", {0.1, 0.0, 0.0}},
                                                                  {"equidistant", kPlumbBob},
-                                                                 {"rational_polynomial", kPlumbBob},
                                                                  {"", kPlumbBob}};
   for (const auto& [model, D] : unknown) {
     Rectification automatic(RectifyChoice::kAuto, "/image_raw");

@@ -7,6 +7,7 @@
 #include <memory>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "io/bag_frames.h"
 #include "io/recorded_images.h"
@@ -167,6 +168,9 @@ class BagFrames : public FrameSource {
     if (const auto rejection = checkDepthImage(*image, *info)) {
       return skip(toString(rejection->reason));
     }
+    if (std::exchange(last_stamp_, image->header.stamp) == image->header.stamp) {
+      return skip(toString(DropReason::kRepeatedStamp));
+    }
     if (const auto reason = hideMasked(image, recorded)) return skip(toString(*reason));
     const std::optional<Eigen::Isometry3d> T_W_C = poseOf(image->header);
     if (!T_W_C) {
@@ -192,6 +196,7 @@ class BagFrames : public FrameSource {
   std::optional<Rectification> rectification_;    ///< Once the topic is known.
   std::unique_ptr<rosbag::View> images_;
   rosbag::View::iterator next_;
+  ros::Time last_stamp_;
   size_t index_ = 0;  ///< Of the image at `next_`.
   std::map<std::string, size_t> skipped_;
 };

@@ -20,6 +20,7 @@ const char* toString(DropReason reason) {
     case DropReason::kBadIntrinsics: return "bad_intrinsics";
     case DropReason::kNoStamp: return "no_stamp";
     case DropReason::kBadStamp: return "bad_stamp";
+    case DropReason::kRepeatedStamp: return "repeated_stamp";
     case DropReason::kLongName: return "long_name";
     case DropReason::kNoTransform: return "no_transform";
     case DropReason::kBeforeTransforms: return "before_transforms";

@@ -27,6 +27,7 @@ enum class DropReason {
   kBadIntrinsics,     ///< Focal length not positive, or not finite.
   kNoStamp,           ///< Stamp 0: no transform belongs to it.
   kBadStamp,          ///< At the end of the time that ROS can represent.
+  kRepeatedStamp,     ///< That of the image before, which one transform cannot both belong to.
   kLongName,          ///< The name of its frame or its encoding is longer than any real one.
   kNoTransform,       ///< None within the timeout.
   kBeforeTransforms,  ///< Older than the transforms known: none can come any more.

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "params/intrinsics_check.h"
 #include "params/printable.h"
 #include "params/text.h"
 #include "ros/common/callback_guard.h"
@@ -177,6 +178,10 @@ bool ImageStream::poseFirst() {
 bool ImageStream::admit(const Whole& frame) {
   const ros::Time stamp = frame.messages.image->header.stamp;
   std::optional<Rejection> rejection = check(frame.messages);
+  if (!rejection && std::exchange(last_whole_, stamp) == stamp) {
+    rejection = Rejection{DropReason::kRepeatedStamp,
+                          "the image before has the same stamp, so one of them has a wrong pose"};
+  }
   if (!rejection && !rate_limit_.takes(stamp.toSec())) {
     rejection = Rejection{DropReason::kOverRate, "more than colour/max_rate_hz"};
   }
@@ -242,7 +247,7 @@ void ImageStream::endGap(const ros::Time& stamp) {
 }
 
 void ImageStream::restartStamps(const ros::Time& stamp) {
-  last_stamp_ = ahead_stamp_ = ros::Time();
+  last_stamp_ = ahead_stamp_ = last_whole_ = ros::Time();
   parts_.queue.restart(stream_, stamp);
 }
 
@@ -274,6 +279,7 @@ void ImageStream::setPosed(const Whole& frame, const PoseAnswer& pose) {
   try {
     const auto image = messages.mask ? applyMask(*messages.mask, *messages.image) : messages.image;
     kind_.fill(rectification_.applyAndWarn({image, messages.info}), posed);
+    noteDoubts(posed);
   } catch (const std::exception& error) {  // of OpenCV or cv_bridge, or no memory for a copy
     return parts_.queue.drop(stream_, frame, {DropReason::kBadImage, errorText(error)});
   }
@@ -282,6 +288,17 @@ void ImageStream::setPosed(const Whole& frame, const PoseAnswer& pose) {
     checkOpticalFrame(*depth, posed.frame_id);
   }
   parts_.queue.setPosed(stream_, frame, std::move(posed));
+}
+
+void ImageStream::noteDoubts(const PosedFrame& posed) {
+  std::string text = rectification_.warning();
+  if (text.empty()) {
+    text = std::visit(
+        [](const auto& image) { return doubtAbout(image.intrinsics, image.width, image.height); },
+        posed.image);
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!optical_frame_check_.isBodyFrame()) warning_ = text;
 }
 
 void ImageStream::checkOpticalFrame(const DepthFrame& depth, const std::string& frame_id) {

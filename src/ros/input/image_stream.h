@@ -73,6 +73,7 @@ class ImageStream {
   bool poseFirst();
   std::optional<Rejection> judge(const Whole& frame, const PoseAnswer& pose);
   void setPosed(const Whole& frame, const PoseAnswer& pose);
+  void noteDoubts(const PosedFrame& posed);
   void checkOpticalFrame(const DepthFrame& depth, const std::string& frame_id);
 
   const ImageKind kind_;
@@ -87,7 +88,7 @@ class ImageStream {
   std::atomic<bool> is_motion_new_{false};
   Rectification rectification_;
   OpticalFrameCheck optical_frame_check_;
-  ros::Time last_stamp_;
+  ros::Time last_stamp_, last_whole_;
   ros::Time ahead_stamp_;  ///< Of the last image, if far ahead of that; 0: it is not.
 
   mutable std::mutex mutex_;  ///< Guards the next one.

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "io/depth_codes.h"
+#include "params/intrinsics_check.h"
 #include "params/printable.h"
 #include "params/text.h"
 #include "ros/input/conversions.h"
@@ -44,17 +45,15 @@ std::optional<Rejection> checkSize(const sensor_msgs::Image& image,
                              image.width, image.height, width, height)};
 }
 
-std::optional<Rejection> checkIntrinsics(const sensor_msgs::CameraInfo& info) {
-  const Intrinsics K = intrinsicsOf(info);
-  if (K.fx > 0.0f && K.fy > 0.0f && std::isfinite(K.fx) && std::isfinite(K.fy) &&
-      std::isfinite(K.cx) && std::isfinite(K.cy)) {
-    return std::nullopt;
+std::optional<Rejection> checkIntrinsics(const sensor_msgs::Image& image,
+                                         const sensor_msgs::CameraInfo& info) {
+  std::string text = findProblem(intrinsicsOf(info), static_cast<int>(image.width),
+                                 static_cast<int>(image.height));
+  if (!std::all_of(info.D.begin(), info.D.end(), [](double d) { return std::isfinite(d); })) {
+    text = "coefficients of the distortion (D) are not finite";
   }
-  return Rejection{
-      DropReason::kBadIntrinsics,
-      formatted("camera_info has fx = %g, fy = %g, cx = %g, cy = %g; is the camera calibrated?",
-                static_cast<double>(K.fx), static_cast<double>(K.fy), static_cast<double>(K.cx),
-                static_cast<double>(K.cy))};
+  if (text.empty()) return std::nullopt;
+  return Rejection{DropReason::kBadIntrinsics, "camera_info: " + text};
 }
 
 std::optional<Rejection> checkPixels(const sensor_msgs::Image& image, size_t pixel_bytes) {
@@ -156,7 +155,7 @@ std::optional<Rejection> checkImage(const sensor_msgs::Image& image,
                                     const sensor_msgs::CameraInfo& info, size_t pixel_bytes) {
   if (auto rejection = checkPixels(image, pixel_bytes)) return rejection;
   if (auto rejection = checkSize(image, info)) return rejection;
-  return checkIntrinsics(info);
+  return checkIntrinsics(image, info);
 }
 
 sensor_msgs::ImageConstPtr tidied(const sensor_msgs::ImageConstPtr& image, size_t pixel_bytes) {

@@ -231,7 +231,7 @@ void InputStatus::judgeCamera(const CameraReport& camera, const DropShare& recen
                (remedy.empty() ? "" : "; " + remedy));
   }
   if (!depth.warning.empty()) {
-    report(status, MapStatus::WARN, MapStatus::NOT_OPTICAL_FRAME, name + depth.warning);
+    report(status, MapStatus::WARN, MapStatus::DOUBTFUL_INPUT, name + depth.warning);
   }
   judgeDrops(recent, depth.frames.last_drop, name, status);
   if (camera.colour) judgeColour(*camera.colour, camera.is_colour_needed, name, status);

@@ -29,14 +29,16 @@ bool isDistorted(const sensor_msgs::CameraInfo& info) {
   return std::any_of(info.D.begin(), info.D.end(), [](double d) { return d != 0.0; });
 }
 
+/// Drivers call a model either name of ROS, whatever its length, which shows what OpenCV makes of
+/// it.
 bool isKnownModel(const sensor_msgs::CameraInfo& info) {
   const std::string& model = info.distortion_model;
   const size_t coefficients = info.D.size();
-  if (model == sensor_msgs::distortion_models::PLUMB_BOB) {
-    return coefficients == 4 || coefficients == 5;
-  }
-  if (model == sensor_msgs::distortion_models::RATIONAL_POLYNOMIAL) return coefficients == 8;
-  return model == kEquidistant && coefficients == 4;
+  if (model == kEquidistant) return coefficients == 4;
+  constexpr size_t kOfOpenCv[] = {4, 5, 8, 12, 14};
+  return (model == sensor_msgs::distortion_models::PLUMB_BOB ||
+          model == sensor_msgs::distortion_models::RATIONAL_POLYNOMIAL) &&
+         std::count(std::begin(kOfOpenCv), std::end(kOfOpenCv), coefficients) > 0;
 }
 
 /// "/camera/depth/image_rect_raw" says that its images are rectified.
@@ -59,14 +61,23 @@ Matrix rotationOf(const sensor_msgs::CameraInfo& info) {
   return std::abs(cv::determinant(R)) > 0.5 ? R : Matrix::eye();  // all 0: none is given
 }
 
+/// Whether the rectified image has other intrinsics than the raw one, or other axes.
+bool isMoved(const sensor_msgs::CameraInfo& info) {
+  const Matrix K = rawCamera(info), P = matrixOf(intrinsicsOf(info));
+  constexpr double kSamePixel = 0.01, kSameAxes = 1e-6;
+  return K(0, 0) > 0.0 && (cv::norm(K, P, cv::NORM_INF) > kSamePixel ||
+                           cv::norm(rotationOf(info), Matrix::eye(), cv::NORM_INF) > kSameAxes);
+}
+
 /// Where in the raw image each pixel of the rectified one comes from.
 std::pair<cv::Mat, cv::Mat> sourcesOf(const sensor_msgs::CameraInfo& info, cv::Size size) {
   const Matrix K = rawCamera(info), R = rotationOf(info), P = matrixOf(intrinsicsOf(info));
   std::pair<cv::Mat, cv::Mat> uv;
-  if (info.distortion_model == kEquidistant) {
-    cv::fisheye::initUndistortRectifyMap(K, info.D, R, P, size, CV_32FC1, uv.first, uv.second);
+  const std::vector<double> D = isDistorted(info) ? info.D : std::vector<double>();
+  if (info.distortion_model == kEquidistant && !D.empty()) {
+    cv::fisheye::initUndistortRectifyMap(K, D, R, P, size, CV_32FC1, uv.first, uv.second);
   } else {
-    cv::initUndistortRectifyMap(K, info.D, R, P, size, CV_32FC1, uv.first, uv.second);
+    cv::initUndistortRectifyMap(K, D, R, P, size, CV_32FC1, uv.first, uv.second);
   }
   return uv;
 }
@@ -128,13 +139,14 @@ Rectification::Rectification(RectifyChoice choice, std::string topic, Kind kind)
     : choice_(choice), topic_(std::move(topic)), kind_(kind) {}
 
 bool Rectification::isToBeUndone(const sensor_msgs::CameraInfo& info) const {
-  if (!isDistorted(info)) return false;
+  if (!isDistorted(info) && !isMoved(info)) return false;
   return choice_ == RectifyChoice::kAlways || !isNamedRectified(topic_);
 }
 
 std::string Rectification::obstacle(const sensor_msgs::CameraInfo& info) const {
   if (choice_ == RectifyChoice::kNever) return "input/rectify is never";
-  if (isKnownModel(info)) return "";
+  if (isDistorted(info) && !(rawCamera(info)(0, 0) > 0.0)) return "K of camera_info is 0";
+  if (!isDistorted(info) || isKnownModel(info)) return "";
   return "distortion model '" + printable(info.distortion_model) + "' with " +
          std::to_string(info.D.size()) + " coefficients is not supported";
 }
@@ -167,6 +179,7 @@ void Rectification::makeTable(const CameraImage& raw) {
 }
 
 CameraImage Rectification::apply(const CameraImage& raw) {
+  warning_.clear();
   if (!isToBeUndone(*raw.info)) return raw;
   const std::string problem = obstacle(*raw.info);
   if (!problem.empty()) {

@@ -35,7 +35,10 @@ class Rectification {
   /// The same, and the log gets what takeWarning() has.
   CameraImage applyAndWarn(const CameraImage& raw);
 
-  /// Why the geometry of an image is bent, once for each reason; else empty.
+  /// Why the geometry of the last image is bent; else empty.
+  const std::string& warning() const { return warning_; }
+
+  /// The same, once for each reason.
   std::string takeWarning();
 
  private:

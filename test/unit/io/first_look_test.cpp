@@ -32,7 +32,7 @@ class FakeSource : public FrameSource {
     frame.depth.row_bytes = pixels->size() * sizeof(float);
     frame.depth.encoding = DepthEncoding::kFloat32;
     frame.depth.unit_m = 1.0f;
-    frame.depth.intrinsics = {525, 525, 319.5f, 239.5f};
+    frame.depth.intrinsics = {525, 525, 0.5f * static_cast<float>(pixels->size()), 0.5f};
     return frame;
   }
 
@@ -86,7 +86,7 @@ TEST(FirstLook, SixteenBitsHaveAMarkForNothing) {
 
 TEST(FirstLook, TellsWhatWasPassedOver) {
   EXPECT_EQ(describe(lookAtImages({{1}, {1}}).look),
-            "images of 1 x 1 (fx 525, fy 525, cx 319.5, cy 239.5); median depth 1 m, 100 % of the "
+            "images of 1 x 1 (fx 525, fy 525, cx 0.5, cy 0.5); median depth 1 m, 100 % of the "
             "pixels measured");
   EXPECT_NE(describe(lookAtImages({{1}, {1}}, 3).look).find("), 3 of the first 5 skipped;"),
             std::string::npos);

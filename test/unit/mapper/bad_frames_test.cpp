@@ -68,6 +68,8 @@ std::vector<BadFrame> badImages() {
       {"ZeroUnit", status, [](DepthFrame& f) { f.unit_m = 0.0f; }},
       {"NanUnit", status, [](DepthFrame& f) { f.unit_m = kNan; }},
       {"InfiniteUnit", status, [](DepthFrame& f) { f.unit_m = kInfinity; }},
+      {"MillimetresAsMetres", FrameStatus::kNoMeasurement,
+       [](DepthFrame& f) { f.unit_m = 1000.0f; }},
   };
 }
 
@@ -81,6 +83,13 @@ std::vector<BadFrame> badIntrinsics() {
       {"NanCx", status, [](DepthFrame& f) { f.intrinsics.cx = kNan; }},
       {"InfiniteCy", status, [](DepthFrame& f) { f.intrinsics.cy = kInfinity; }},
       {"InfiniteFy", status, [](DepthFrame& f) { f.intrinsics.fy = kInfinity; }},
+      {"TinyFx", status, [](DepthFrame& f) { f.intrinsics.fx = 1e-30f; }},
+      {"SharesOfTheImage", status,
+       [](DepthFrame& f) {
+         f.intrinsics = {0.8f, 1.1f, 0.5f, 0.5f};
+       }},
+      {"PrincipalPointInShares", status,
+       [](DepthFrame& f) { f.intrinsics.cx = f.intrinsics.cy = 0.5f; }},
   };
 }
 
@@ -95,7 +104,6 @@ std::vector<BadFrame> badPoses() {
       badPose("Sheared", [](DepthFrame& f) { f.T_W_C.linear()(0, 1) += 0.2; }),
       badPose("BeyondTheMap", [](DepthFrame& f) { f.T_W_C.translation().y() = 1e9; }),
       // Not the pose's fault, but what the camera would see is beyond the map.
-      badPose("TinyFx", [](DepthFrame& f) { f.intrinsics.fx = 1e-30f; }),
       badPose("HugeCx", [](DepthFrame& f) { f.intrinsics.cx = 1e30f; }),
       badPose("HugeCy", [](DepthFrame& f) { f.intrinsics.cy = -1e12f; }),
       badPose("FarBeyondTheMap", [](DepthFrame& f) { f.T_W_C.translation().y() = -1e300; }),

@@ -1,0 +1,53 @@
+#include "params/intrinsics_check.h"
+
+#include <cmath>
+
+#include "params/text.h"
+
+namespace dtsdf {
+namespace {
+
+/// Of its width: a focal length with which an image shows more than 175 degrees.
+constexpr double kShortestFocalLength = 0.02;
+/// Of smaller images, the principal point may be in the first pixel.
+constexpr int kSmallImage = 16;
+/// Of its width: how far from its middle an image hardly has its principal point.
+constexpr double kFarFromMiddle = 0.2;
+
+bool isInFirstPixel(float c) { return c > 0.0f && c < 1.0f; }
+
+bool isFarFromMiddle(float c, int size) {
+  return std::abs(static_cast<double>(c) - 0.5 * size) > kFarFromMiddle * size;
+}
+
+std::string inWords(const Intrinsics& K) {
+  return formatted("fx = %g, fy = %g, cx = %g, cy = %g", static_cast<double>(K.fx),
+                   static_cast<double>(K.fy), static_cast<double>(K.cx), static_cast<double>(K.cy));
+}
+
+}  // namespace
+
+std::string findProblem(const Intrinsics& K, int width, int height) {
+  const bool is_finite =
+      std::isfinite(K.fx) && std::isfinite(K.fy) && std::isfinite(K.cx) && std::isfinite(K.cy);
+  if (!is_finite || !(K.fx > 0.0f && K.fy > 0.0f)) {
+    return "the intrinsics are " + inWords(K) +
+           "; they need finite values and positive focal lengths: is the camera calibrated?";
+  }
+  const bool is_short = K.fx < kShortestFocalLength * width || K.fy < kShortestFocalLength * height;
+  const bool is_share =
+      width >= kSmallImage && height >= kSmallImage && isInFirstPixel(K.cx) && isInFirstPixel(K.cy);
+  if (!is_short && !is_share) return "";
+  return "the intrinsics are " + inWords(K) +
+         formatted(" of %d x %d images; they have to be in pixels, not in shares of the image",
+                   width, height);
+}
+
+std::string doubtAbout(const Intrinsics& K, int width, int height) {
+  if (!isFarFromMiddle(K.cx, width) && !isFarFromMiddle(K.cy, height)) return "";
+  return "the intrinsics are " + inWords(K) +
+         formatted(", but the middle of the images is at %g, %g: are they of another resolution?",
+                   0.5 * width, 0.5 * height);
+}
+
+}  // namespace dtsdf

@@ -134,7 +134,10 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
     parts[0] = {std::move(in_view), std::move(touched.requests), touched.new_arrays, {}, 0, true};
   }
   IntegrationResult result;
-  result.message = doubtAbout(frame.intrinsics, frame.width, frame.height);
+  convention_.add(frame);
+  result.message = convention_.doubt().empty()
+                       ? doubtAbout(frame.intrinsics, frame.width, frame.height)
+                       : convention_.doubt();
   const uint64_t refused_before = state_.refused;
   for (FramePart& part : parts) {
     try {

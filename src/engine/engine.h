@@ -15,6 +15,7 @@
 #include "engine/mesh_parts.h"
 #include "engine/pager.h"
 #include "kernels/colour/colour_rules.h"
+#include "level/pose_convention.h"
 #include "space/space_map.h"
 #include "threads/helper.h"
 
@@ -123,6 +124,7 @@ class Engine : public ProbedMapper {
   std::unique_ptr<SpaceMap> space_;      ///< Null where nobody asks for it.
   std::unique_ptr<Pager> pager_;         ///< Null without map/page_folder.
   State state_;
+  PoseConvention convention_;
   MapStats stats_;  ///< After the last call that changes the map.
   Profile* profile_ = nullptr;
   mutable Helper helper_;  ///< Moves blocks between frames: ends before what it works on.

@@ -224,6 +224,7 @@ void Engine::clear() {
   if (pager_) pager_->clear();
   if (space_ != nullptr) space_->clear();
   state_ = State();
+  convention_ = PoseConvention();
   noteStats();
 }
 

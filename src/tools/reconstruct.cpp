@@ -110,6 +110,9 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
     std::printf("%zu vertices, %zu triangles: %s\n", result.vertices, result.triangles,
                 mesh_path.c_str());
   }
+  if (!result.doubt.empty()) {
+    std::fprintf(stderr, "reconstruct: warning: %s\n", result.doubt.c_str());
+  }
   const PageStats& pages = result.map.pages;
   if (pages.blocks > 0) {
     std::printf(

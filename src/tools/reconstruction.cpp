@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "dtsdf_mapping/io/rate_limit.h"
+#include "level/pose_convention.h"
 #include "program/stopwatch.h"
 
 namespace dtsdf {
@@ -58,6 +59,7 @@ class Reconstruction {
     ++frames_seen_;
     ++frames_since_mesh_;
     DepthFrame depth = frame.depth;
+    if (!tracker_) convention_.add(depth);
     if (!findPose(depth, frame.stamp_s)) return;
     const uint64_t supporting = of_box_ ? of_box_->supporting() : 0;
     IntegrationResult integration;
@@ -87,6 +89,7 @@ class Reconstruction {
     for (const auto& [reason, count] : skipped_by_source) result_.skipped[reason] += count;
     result_.map = mapper_.stats();
     if (of_box_) return std::move(result_);
+    result_.doubt = convention_.doubt();
     if (result_.frames == 0) {
       const std::string reasons = describeSkipped(result_.skipped);
       throw std::runtime_error("no frame was fused (" +
@@ -166,6 +169,7 @@ class Reconstruction {
   // Neither where poses are taken as they are.
   std::optional<PoseRefiner> refiner_;
   std::optional<PoseTracker> tracker_;
+  PoseConvention convention_;
   ReconstructionResult result_;
   size_t frames_seen_ = 0;
   size_t frames_since_mesh_ = 0;

@@ -77,6 +77,7 @@ struct ReconstructionResult {
   MapStats map;
   std::shared_ptr<PagedMeshes> meshes;  ///< Of all blocks, on disk as the map is.
   size_t vertices = 0, triangles = 0;   ///< Of the mesh that is saved.
+  std::string doubt;                    ///< What the poses seem to be instead; empty: nothing.
 };
 
 /// Fuses all frames of a source and paints the images, as visitInput() hands them out. The mesh is

@@ -278,40 +278,31 @@ void ImageStream::setPosed(const Whole& frame, const PoseAnswer& pose) {
   posed.camera = parts_.camera;
   try {
     const auto image = messages.mask ? applyMask(*messages.mask, *messages.image) : messages.image;
-    kind_.fill(rectification_.applyAndWarn({image, messages.info}), posed);
-    noteDoubts(posed);
+    kind_.fill(rectification_.apply({image, messages.info}), posed);
   } catch (const std::exception& error) {  // of OpenCV or cv_bridge, or no memory for a copy
     return parts_.queue.drop(stream_, frame, {DropReason::kBadImage, errorText(error)});
   }
   std::visit([&](auto& image) { image.T_W_C = pose.T_W_C; }, posed.image);
-  if (const auto* depth = std::get_if<DepthFrame>(&posed.image)) {
-    checkOpticalFrame(*depth, posed.frame_id);
-  }
+  noteDoubts(posed);
   parts_.queue.setPosed(stream_, frame, std::move(posed));
 }
 
 void ImageStream::noteDoubts(const PosedFrame& posed) {
   std::string text = rectification_.warning();
+  if (const auto* depth = std::get_if<DepthFrame>(&posed.image)) {
+    convention_.add(*depth);
+    if (!convention_.doubt().empty()) text = convention_.doubt();
+  }
   if (text.empty()) {
     text = std::visit(
         [](const auto& image) { return doubtAbout(image.intrinsics, image.width, image.height); },
         posed.image);
   }
+  if (!text.empty()) text = "'" + printable(posed.frame_id) + "': " + text;
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (!optical_frame_check_.isBodyFrame()) warning_ = text;
-}
-
-void ImageStream::checkOpticalFrame(const DepthFrame& depth, const std::string& frame_id) {
-  if (optical_frame_check_.isBodyFrame()) return;  // is reported already
-  optical_frame_check_.add(depth);
-  if (!optical_frame_check_.isBodyFrame()) return;
-  const std::string text =
-      "'" + printable(frame_id) +
-      "' is not an optical frame: its x axis seems to point forward, but z must; set the optical "
-      "frame in the driver or in input/camera_frame, then call clear_map";
-  ROS_WARN_STREAM_NAMED("dtsdf_mapping", text);
-  const std::lock_guard<std::mutex> lock(mutex_);
-  warning_ = text;
+  if (std::exchange(warning_, text) != text && !text.empty()) {
+    ROS_WARN_STREAM_NAMED("dtsdf_mapping", text);
+  }
 }
 
 StreamReport ImageStream::report() const {

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "dtsdf_mapping/io/rate_limit.h"
+#include "level/pose_convention.h"
 #include "ros/input/frame_accounting.h"
 #include "ros/input/frame_queue.h"
 #include "ros/input/image_kind.h"
@@ -74,7 +75,6 @@ class ImageStream {
   std::optional<Rejection> judge(const Whole& frame, const PoseAnswer& pose);
   void setPosed(const Whole& frame, const PoseAnswer& pose);
   void noteDoubts(const PosedFrame& posed);
-  void checkOpticalFrame(const DepthFrame& depth, const std::string& frame_id);
 
   const ImageKind kind_;
   const InputParams params_;
@@ -87,7 +87,7 @@ class ImageStream {
   MotionGate motion_gate_;
   std::atomic<bool> is_motion_new_{false};
   Rectification rectification_;
-  OpticalFrameCheck optical_frame_check_;
+  PoseConvention convention_;
   ros::Time last_stamp_, last_whole_;
   ros::Time ahead_stamp_;  ///< Of the last image, if far ahead of that; 0: it is not.
 

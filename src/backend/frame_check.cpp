@@ -261,7 +261,7 @@ IntegrationResult noMeasurement(const DepthFrame& frame, const MapperParams& par
         {FrameStatus::kNoMeasurement,
          formatted("most depths are more than %g m, which no camera measures: are they in "
                    "millimetres? Their unit is %g m (input/unit_32fc1_m or "
-                   "input/unit_16uc1_m, --scale, or unit_m of the frame)",
+                   "input/unit_16uc1_m, --depth-scale, or unit_m of the frame)",
                    static_cast<double>(kFarthest_m), static_cast<double>(frame.unit_m))});
   }
   return refuse(

@@ -32,4 +32,19 @@ std::vector<Eigen::Vector3d> thinnedPoints(const DepthFrame& frame, int columns,
   return points;
 }
 
+void turnToAxis(DepthFrame& frame, float* pixels) {
+  const Intrinsics& K = frame.intrinsics;
+  float* pixel = pixels;
+  for (int v = 0; v < frame.height; ++v) {
+    for (int u = 0; u < frame.width; ++u) {
+      const double ray = std::hypot((u - K.cx) / K.fx, (v - K.cy) / K.fy, 1.0f);
+      *pixel++ = static_cast<float>(depthAt(frame, u, v) / ray);
+    }
+  }
+  frame.data = pixels;
+  frame.encoding = DepthEncoding::kFloat32;
+  frame.row_bytes = static_cast<size_t>(frame.width) * sizeof(float);
+  frame.unit_m = 1.0f;
+}
+
 }  // namespace dtsdf

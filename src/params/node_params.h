@@ -25,14 +25,21 @@ enum class RectifyChoice {
   kNever,
 };
 
+/// What the depth of a pixel is the distance along.
+enum class DepthChoice {
+  kAxis,  ///< The optical axis, as nearly all cameras have it.
+  kRay,   ///< The pixel's ray, as some simulators have it.
+};
+
 struct InputParams {
-  double merge_wait_s = 0.1;      ///< How long a frame waits for earlier ones of other cameras.
-  std::string camera_frame;       ///< Camera's optical frame; empty: the frame_id of the images.
-  int queue_size = 30;            ///< Images of one kind of a camera that may wait in the node.
-  int queue_mb = 256;             ///< Memory that images may take while they wait, over all.
-  double tf_timeout_s = 1.0;      ///< Wall time that a frame waits for its transform at most.
-  float unit_16uc1_m = 0.001f;    ///< Metres per unit of a 16UC1 image.
-  float unit_32fc1_m = 1.0f;      ///< Metres per unit of a 32FC1 image.
+  double merge_wait_s = 0.1;    ///< How long a frame waits for earlier ones of other cameras.
+  std::string camera_frame;     ///< Camera's optical frame; empty: the frame_id of the images.
+  int queue_size = 30;          ///< Images of one kind of a camera that may wait in the node.
+  int queue_mb = 256;           ///< Memory that images may take while they wait, over all.
+  double tf_timeout_s = 1.0;    ///< Wall time that a frame waits for its transform at most.
+  float unit_16uc1_m = 0.001f;  ///< Metres per unit of a 16UC1 image.
+  float unit_32fc1_m = 1.0f;    ///< Metres per unit of a 32FC1 image.
+  DepthChoice depth = DepthChoice::kAxis;
   double max_speed_m_s = 10.0;    ///< A faster camera is a jump of its pose; 0: any speed is fine.
   double max_turn_deg_s = 720.0;  ///< The same for its rotation.
   CameraInfoChoice camera_info = CameraInfoChoice::kExact;  ///< Which one an image gets.
@@ -171,6 +178,8 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("input/tf_timeout_s", p.input.tf_timeout_s, Range{0.0, 3600.0});
   visit("input/unit_16uc1_m", p.input.unit_16uc1_m, Range{1e-6, 1.0});
   visit("input/unit_32fc1_m", p.input.unit_32fc1_m, Range{1e-6, 1000.0});
+  visit("input/depth", p.input.depth,
+        EnumNames<DepthChoice>{{"axis", DepthChoice::kAxis}, {"ray", DepthChoice::kRay}});
   visit("input/max_speed_m_s", p.input.max_speed_m_s, Range{0.0, 1e6});
   visit("input/max_turn_deg_s", p.input.max_turn_deg_s, Range{0.0, 1e6});
   visit("colour/enabled", p.colour.enabled,

@@ -86,7 +86,7 @@ void saveAndPrint(Mapper& mapper, const MapOrigin& origin, const MapBox* box,
 
 void printSummary(const ReconstructionResult& result, const std::string& backend_name,
                   const std::string& mesh_path) {
-  const std::string skipped = describeSkipped(result.skipped);
+  const std::string skipped = describeSkipped(result.skipped, result.problems);
   std::printf("%zu frames fused on %s in %.1f ms each (median)%s%s\n", result.frames,
               backend_name.c_str(), summarise(result.integrate_ms).median,
               skipped.empty() ? "" : "; not fused: ", skipped.c_str());

@@ -71,6 +71,7 @@ class Reconstruction {
       if (of_box_) note(frame.index, of_box_->supporting() > supporting);
     } else {
       ++result_.skipped[toString(integration.status)];
+      result_.problems.emplace(toString(integration.status), integration.message);
     }
   }
 
@@ -91,7 +92,7 @@ class Reconstruction {
     if (of_box_) return std::move(result_);
     result_.doubt = convention_.doubt();
     if (result_.frames == 0) {
-      const std::string reasons = describeSkipped(result_.skipped);
+      const std::string reasons = describeSkipped(result_.skipped, result_.problems);
       throw std::runtime_error("no frame was fused (" +
                                (reasons.empty() ? "none was selected" : reasons) +
                                "), so there is no mesh to save");
@@ -210,10 +211,13 @@ class ColourQueue {
 
 }  // namespace
 
-std::string describeSkipped(const std::map<std::string, size_t>& skipped) {
+std::string describeSkipped(const std::map<std::string, size_t>& skipped,
+                            const std::map<std::string, std::string>& problems) {
   std::string text;
   for (const auto& [reason, count] : skipped) {
     text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + reason;
+    const auto problem = problems.find(reason);
+    if (problem != problems.end()) text += " (" + problem->second + ")";
   }
   return text;
 }

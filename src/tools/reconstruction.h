@@ -63,11 +63,12 @@ struct PoseMove {
 };
 
 struct ReconstructionResult {
-  size_t frames = 0;                      ///< Fused.
-  size_t images = 0;                      ///< Painted.
-  double stamp_s = 0.0;                   ///< Of the newest frame that was fused.
-  std::map<std::string, size_t> skipped;  ///< Not fused, by reason.
-  std::vector<StampedPose> trajectory;    ///< Of the frames that were fused.
+  size_t frames = 0;                            ///< Fused.
+  size_t images = 0;                            ///< Painted.
+  double stamp_s = 0.0;                         ///< Of the newest frame that was fused.
+  std::map<std::string, size_t> skipped;        ///< Not fused, by reason.
+  std::map<std::string, std::string> problems;  ///< The first message of a reason.
+  std::vector<StampedPose> trajectory;          ///< Of the frames that were fused.
   std::map<std::string, size_t> aligned;  ///< Frames by how they were aligned, if they were to be.
   std::vector<PoseMove> moves;            ///< Of each frame that was refined.
   std::vector<double> align_ms;           ///< Wall time of each alignment.
@@ -94,7 +95,9 @@ ReconstructionResult reconstruct(JournalReplay& journal, Mapper& mapper, const M
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress);
 
-/// "12 no pose within 20 ms, 3 no measurement"; empty if nothing was skipped.
-std::string describeSkipped(const std::map<std::string, size_t>& skipped);
+/// "12 no pose within 20 ms, 3 no measurement (...)", with the messages that are known; empty if
+/// nothing was skipped.
+std::string describeSkipped(const std::map<std::string, size_t>& skipped,
+                            const std::map<std::string, std::string>& problems = {});
 
 }  // namespace dtsdf

@@ -8,6 +8,7 @@
 #include "io/first_look.h"
 #include "journal/replay.h"
 #include "level/floor.h"
+#include "level/frame_points.h"
 #include "level/level_pose.h"
 
 namespace dtsdf {
@@ -62,6 +63,38 @@ Eigen::Vector3d measuredUpOfBag(const InputOptions& options, const NodeParams& n
 }
 #endif
 
+/// Of images whose depth is along rays, those along the optical axis.
+class AxisFrames : public FrameSource {
+ public:
+  explicit AxisFrames(std::unique_ptr<FrameSource> source) : source_(std::move(source)) {}
+
+  std::optional<size_t> size() const override { return source_->size(); }
+  std::optional<size_t> posed() const override { return source_->posed(); }
+  const std::map<std::string, size_t>& skipped() const override { return source_->skipped(); }
+
+  std::optional<SourceFrame> next() override {
+    std::optional<SourceFrame> frame = source_->next();
+    if (!frame || frame->depth.data == nullptr) return frame;
+    const auto pixels = std::make_shared<std::vector<float>>(
+        static_cast<size_t>(frame->depth.width) * static_cast<size_t>(frame->depth.height));
+    turnToAxis(frame->depth, pixels->data());
+    frame->pixels = pixels;
+    return frame;
+  }
+
+ private:
+  std::unique_ptr<FrameSource> source_;
+};
+
+std::unique_ptr<FrameSource> openAsRecorded(const InputOptions& options, const NodeParams& node) {
+  if (options.recording.format == "bag") return openBag(options, node);
+  if (options.recording.format == "journal") {
+    throw std::runtime_error("'" + options.recording.path +
+                             "' is a journal, which reconstruct and map_tool export read");
+  }
+  return openRecording(options.recording);
+}
+
 }  // namespace
 
 void completeInput(InputOptions& options) {
@@ -74,12 +107,9 @@ void completeInput(InputOptions& options) {
 }
 
 std::unique_ptr<FrameSource> openFrames(const InputOptions& options, const NodeParams& node) {
-  if (options.recording.format == "bag") return openBag(options, node);
-  if (options.recording.format == "journal") {
-    throw std::runtime_error("'" + options.recording.path +
-                             "' is a journal, which reconstruct and map_tool export read");
-  }
-  return openRecording(options.recording);
+  std::unique_ptr<FrameSource> source = openAsRecorded(options, node);
+  if (node.input.depth == DepthChoice::kAxis) return source;
+  return std::make_unique<AxisFrames>(std::move(source));
 }
 
 std::unique_ptr<FrameSource> openAndLook(const InputOptions& options, const RunSettings& settings,

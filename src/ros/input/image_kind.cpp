@@ -7,6 +7,7 @@
 
 #include "io/colour_codes.h"
 #include "io/depth_codes.h"
+#include "level/frame_points.h"
 #include "ros/input/images.h"
 
 namespace dtsdf {
@@ -60,8 +61,15 @@ ImageKind makeDepthKind(const InputParams& params) {
           0.0,
           Rectification::Kind::kDepth,
           checkDepthImage,
-          [units](const CameraImage& camera, PosedFrame& frame) {
-            frame.image = makeDepthFrame(camera.image, *camera.info, units, frame.pixels);
+          [units, choice = params.depth](const CameraImage& camera, PosedFrame& frame) {
+            DepthFrame depth = makeDepthFrame(camera.image, *camera.info, units, frame.pixels);
+            if (choice == DepthChoice::kRay) {
+              const auto turned = boost::make_shared<cv_bridge::CvImage>();
+              turned->image.create(depth.height, depth.width, CV_32FC1);
+              turnToAxis(depth, turned->image.ptr<float>());
+              frame.pixels = turned;
+            }
+            frame.image = depth;
           }};
 }
 

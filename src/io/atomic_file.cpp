@@ -11,6 +11,8 @@
 #include <system_error>
 #include <utility>
 
+#include "io/write_all.h"
+
 namespace dtsdf {
 namespace {
 
@@ -122,15 +124,7 @@ void AtomicFile::write(const void* data, size_t bytes) {
 }
 
 void AtomicFile::flush() {
-  const char* next = buffer_.data();
-  size_t left = buffer_.size();
-  while (left > 0) {
-    const ssize_t written = ::write(descriptor_, next, left);
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) fail(written < 0 ? errno : ENOSPC);
-    next += written;
-    left -= static_cast<size_t>(written);
-  }
+  if (const int error = writeAll(descriptor_, buffer_.data(), buffer_.size(), ::write)) fail(error);
   buffer_.clear();
 }
 

@@ -50,9 +50,6 @@ std::string encodeDepthPng(const DepthImage& image);
 /// longer than what is left of the image.
 std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels);
 
-/// The code of an image, which decodeRvl() decodes to the same values.
-std::vector<uint8_t> encodeRvl(const uint16_t* pixels, size_t count);
-
 // Depth images as image_transport's compressedDepth sends them: 12 bytes of header, then PNG, or
 // columns, rows and RVL. No plugin and no image library beside libpng is needed to read them.
 

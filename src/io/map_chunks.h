@@ -41,15 +41,13 @@ struct MapLimit {
   bool adds_free = true;  ///< Whether what was seen free counts too, or has the same limit alone.
 };
 
-/// What a mapper of these settings may hold, in memory and on disk.
-MapLimit limitOf(const MapperParams& params);
-
 /// A map in an open file. Its structure and small records are checked at once, and each chunk
 /// against its checksum when it is read.
 class MapChunks {
  public:
   /// @throws std::runtime_error as loadMap()
   explicit MapChunks(const std::string& path, const MapLimit& limit = {});
+  /// For a mapper of these settings: what it may hold, in memory and on disk.
   MapChunks(const std::string& path, const MapperParams& params);
   /// A map among the records of a file, from this one on.
   MapChunks(std::shared_ptr<const RecordFile> file, size_t first, const MapLimit& limit = {});
@@ -72,9 +70,6 @@ class MapChunks {
   /// @throws std::runtime_error for a damaged file, and what `take` throws.
   void visit(const std::function<void(const MapContents& part)>& take, int threads = 0) const;
 
-  /// Reads all of it, which checks it. @throws std::runtime_error for a damaged file
-  void verify() const;
-
   MapInfo info() const;
 
  private:
@@ -95,8 +90,5 @@ SavedMap saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& p
 /// The same of its blocks that lie in a box, and all free cells.
 SavedMap saveBoxOf(Mapper& mapper, const MapOrigin& origin, const MapBox& box,
                    const std::string& path);
-
-/// writeMap() of a mapper's map. @throws as saveMapOf()
-SavedMap writeMapOf(Mapper& mapper, const MapOrigin& origin, RecordWriter& out);
 
 }  // namespace dtsdf

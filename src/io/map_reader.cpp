@@ -201,10 +201,6 @@ struct MapChunks::State {
   std::vector<Record> voxels, colours;  // copies: a journal grows while its map is read
 };
 
-MapLimit limitOf(const MapperParams& params) {
-  return {mostMapBytes(params), params.space.enabled};
-}
-
 MapChunks::MapChunks(const std::string& path, const MapLimit& limit)
     : MapChunks(std::make_shared<const RecordFile>(path, kPurpose, "map file"), 0, limit) {
   const RecordFile& file = *state_->file;
@@ -213,7 +209,7 @@ MapChunks::MapChunks(const std::string& path, const MapLimit& limit)
 }
 
 MapChunks::MapChunks(const std::string& path, const MapperParams& params)
-    : MapChunks(path, limitOf(params)) {}
+    : MapChunks(path, MapLimit{mostMapBytes(params), params.space.enabled}) {}
 
 MapChunks::MapChunks(std::shared_ptr<const RecordFile> file, size_t first, const MapLimit& limit)
     : state_(std::make_unique<State>(std::move(file), first, limit)) {}
@@ -249,10 +245,6 @@ void MapChunks::visit(const std::function<void(const MapContents&)>& take, int t
       [this](size_t i) { return part(i); }, [&](size_t, const MapContents& part) { take(part); });
 }
 
-void MapChunks::verify() const {
-  visit([](const MapContents&) {});
-}
-
 MapInfo MapChunks::info() const {
   MapInfo info;
   static_cast<MapHead&>(info) = state_->head;
@@ -264,16 +256,6 @@ MapInfo MapChunks::info() const {
   for (const MapBlock& block : blocks) {
     info.least = leastOf(info.least, block.key);
     info.most = greatestOf(info.most, block.key);
-  }
-  for (size_t i = state_->first; i <= state_->end; ++i) {
-    const Record& record = state_->file->records()[i];
-    auto part = std::find_if(info.parts.begin(), info.parts.end(),
-                             [&](const MapFilePart& p) { return p.kind == record.name(); });
-    if (part == info.parts.end()) {
-      part = info.parts.insert(part, {record.name(), isKnown(record)});
-    }
-    ++part->records;
-    part->stored_bytes += record.stored_bytes;
   }
   return info;
 }

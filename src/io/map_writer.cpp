@@ -182,9 +182,4 @@ SavedMap saveBoxOf(Mapper& mapper, const MapOrigin& origin, const MapBox& box,
   return saveMapInChunks(outline, readerOf(mapper, outline), path, 0, &box);
 }
 
-SavedMap writeMapOf(Mapper& mapper, const MapOrigin& origin, RecordWriter& out) {
-  const MapContents outline = outlineWith(origin, mapper);
-  return writeMap(outline, readerOf(mapper, outline), out);
-}
-
 }  // namespace dtsdf

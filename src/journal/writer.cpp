@@ -12,6 +12,7 @@
 #include <utility>
 #include <variant>
 
+#include "io/write_all.h"
 #include "params/printable.h"
 #include "params/text.h"
 
@@ -48,35 +49,29 @@ constexpr std::chrono::seconds kSyncEvery(1);
 
 }  // namespace
 
-JournalWriter::JournalWriter(Options options)
-    : options_([&] {
-        if (!options.write) options.write = ::write;
-        return std::move(options);
-      }()) {
+JournalWriter::JournalWriter(Options options) : options_(std::move(options)) {
   openFile();
   thread_ = std::thread([this] { loop(); });
 }
 
 void JournalWriter::openFile() {
-  std::error_code error;
-  fs::create_directories(options_.folder, error);
+  std::error_code ignored;
+  fs::create_directories(options_.folder, ignored);
   bytes_of_others_ = bytesOfJournalsIn(options_.folder);
   const std::string name = options_.folder + "/" + timeText("%Y%m%d-%H%M%S");
+  const Bytes head = fileHead(journal::kPurpose);
   int number = 1;
   do {
     path_ = name + (number == 1 ? "" : "-" + std::to_string(number)) + journal::kExtension;
     descriptor_ = open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
   } while (descriptor_ < 0 && errno == EEXIST && ++number < 1000);
-  const Bytes head = fileHead(journal::kPurpose);
-  if (descriptor_ >= 0 &&
-      options_.write(descriptor_, head.data(), head.size()) == static_cast<ssize_t>(head.size())) {
-    whole_bytes_ = report_.bytes = head.size();
-    return;
-  }
-  const std::string reason = reasonOf(errno);
+  const int error =
+      descriptor_ < 0 ? errno : writeAll(descriptor_, head.data(), head.size(), options_.write);
+  whole_bytes_ = report_.bytes = head.size();
+  if (error == 0) return;
   if (descriptor_ >= 0) close(descriptor_);
-  throw std::runtime_error("cannot write a journal to '" + printable(options_.folder) +
-                           "': " + reason + "; set journal/folder to one that can be written");
+  throw std::runtime_error("cannot write a journal to '" + printable(options_.folder) + "': " +
+                           reasonOf(error) + "; set journal/folder to one that can be written");
 }
 
 JournalWriter::~JournalWriter() {
@@ -229,16 +224,8 @@ void JournalWriter::append(const void* data, size_t bytes, size_t records) {
     throw std::runtime_error("the journals in '" + printable(options_.folder) +
                              "' take as much as journal/max_gb allows; raise it, or remove some");
   }
-  const auto* next = static_cast<const char*>(data);
-  for (size_t left = bytes; left > 0;) {
-    const ssize_t written = options_.write(descriptor_, next, left);
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) {
-      throw std::runtime_error("cannot write '" + printable(path_) +
-                               "': " + reasonOf(written < 0 ? errno : ENOSPC));
-    }
-    next += written;
-    left -= static_cast<size_t>(written);
+  if (const int error = writeAll(descriptor_, data, bytes, options_.write)) {
+    throw std::runtime_error("cannot write '" + printable(path_) + "': " + reasonOf(error));
   }
   whole_bytes_ += bytes;
   records_ += records;

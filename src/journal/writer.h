@@ -1,7 +1,7 @@
 /// Writes a journal on a thread of its own: who fuses waits neither for codes nor for the disk.
 #pragma once
 
-#include <sys/types.h>
+#include <unistd.h>
 
 #include <condition_variable>
 #include <cstdint>
@@ -40,7 +40,7 @@ class JournalWriter {
     uint64_t max_bytes = 0;           ///< Of all journals of the folder.
     size_t max_waiting = 256u << 20;  ///< Bytes of images that wait.
     /// write(2), or what stands for it in tests.
-    std::function<ssize_t(int descriptor, const void* data, size_t bytes)> write;
+    std::function<ssize_t(int descriptor, const void* data, size_t bytes)> write = ::write;
   };
 
   /// Makes the folder and the file. @throws std::runtime_error if that is not possible.

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <queue>
+#include <regex>
 #include <stdexcept>
 #include <unordered_set>
 
@@ -30,14 +31,16 @@ std::string edgeText(int32_t block, int32_t open, double block_m) {
   return block == open ? "" : formatted("%.7g", block * block_m);
 }
 
+[[noreturn]] void throwForm(const std::string& box) {
+  throw UsageError("'" + box +
+                   "' is not of the form x=FROM..TO,y=FROM..TO,z=FROM..TO, in metres; FROM and TO "
+                   "may be left out");
+}
+
 int32_t readEdge(const std::string& text, int32_t open, double block_m, const std::string& box) {
   if (text.empty()) return open;
   double metres = 0.0;
-  if (!parseNumber(text, metres) || !(std::abs(metres / block_m) < kMost)) {
-    throw UsageError("'" + box +
-                     "' is not of the form x=FROM..TO,y=FROM..TO,z=FROM..TO, in "
-                     "metres; FROM and TO may be left out");
-  }
+  if (!parseNumber(text, metres) || !(std::abs(metres / block_m) < kMost)) throwForm(box);
   return static_cast<int32_t>(std::lround(metres / block_m));
 }
 
@@ -299,21 +302,15 @@ std::string boxText(const BlockExtent& box, double block_m) {
 }
 
 BlockExtent parseBox(const std::string& text, double block_m) {
+  static const std::regex kForm(
+      R"(x=([^,]*?)\.\.([^,]*),y=([^,]*?)\.\.([^,]*),z=([^,]*?)\.\.([^,]*))");
+  std::smatch edges;
+  if (!std::regex_match(text, edges, kForm)) throwForm(text);
   BlockExtent box;
-  size_t at = 0;
-  for (int i = 0; i < 3; ++i) {
-    const size_t comma = i < 2 ? text.find(',', at) : text.size();
-    const size_t dots = text.find("..", at);
-    if (comma == std::string::npos || dots == std::string::npos || dots < at + 2 || dots > comma ||
-        text[at] != kAxisNames[i] || text[at + 1] != '=') {
-      readEdge("?", 0, block_m, text);  // throws
-    }
-    const std::string from = text.substr(at + 2, dots - at - 2);
-    const std::string to = text.substr(dots + 2, comma - dots - 2);
-    box.first.*kAxes[i] = readEdge(from, -kMost, block_m, text);
-    box.last.*kAxes[i] = readEdge(to, kMost + 1, block_m, text) - 1;
+  for (size_t i = 0; i < 3; ++i) {
+    box.first.*kAxes[i] = readEdge(edges[2 * i + 1], -kMost, block_m, text);
+    box.last.*kAxes[i] = readEdge(edges[2 * i + 2], kMost + 1, block_m, text) - 1;
     if (box.first.*kAxes[i] > box.last.*kAxes[i]) throw UsageError("'" + text + "' has no blocks");
-    at = comma + 1;
   }
   return box;
 }

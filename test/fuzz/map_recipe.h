@@ -47,7 +47,7 @@ class MapRecipe {
   enum How : uint8_t {
     kSkipped = 1,  ///< Readers may pass over it.
     kCompressed = 2,
-    kAsTold = 4,       ///< Neither sorted nor counted nor repeated to the length that it needs.
+    kAsTold = 4,       ///< Neither counted nor repeated to the length that it needs.
     kBrokenFrame = 8,  ///< Not compressed, although the flag says so.
     kWrongSum = 32,
     kLengthened = 128,  ///< Says that it stores more than it does.
@@ -92,13 +92,8 @@ class MapRecipe {
 
   void putRight() {
     readBlocks();
-    Part* const blocks = find(map_format::kBlocks);
-    if (blocks != nullptr && !(blocks->how & kAsTold)) {
-      blocks->content = map_format::encodeBlocks(blocks_);
-    }
     readBricks();
     countBlocks();
-    readFree();
     fillChunks(map_format::kVoxels, voxelBytes);
     fillChunks(map_format::kColours, colourBytes);
   }
@@ -112,31 +107,16 @@ class MapRecipe {
 
   static size_t countBits(uint64_t bits) { return static_cast<size_t>(__builtin_popcountll(bits)); }
 
-  static bool isBefore(const MapBlock& a, const MapBlock& b) {
-    if (a.key.z != b.key.z) return a.key.z < b.key.z;
-    return a.key.y != b.key.y ? a.key.y < b.key.y : a.key.x < b.key.x;
-  }
-
   void readBlocks() {
-    const Part* const part = find(map_format::kBlocks);
+    Part* const part = find(map_format::kBlocks);
     if (part == nullptr) return;
-    InputBytes in(part->content.data(), part->content.size());
-    while (in.left() >= map_format::kBlockBytes && blocks_.size() < kMostBlocks) {
-      MapBlock block{};
-      block.key.x = in.take<int32_t>();
-      block.key.y = in.take<int32_t>();
-      block.key.z = in.take<int32_t>();
-      block.directions = in.take<uint32_t>();
-      blocks_.push_back(block);
-    }
-    if (part->how & kAsTold) return;
-    std::sort(blocks_.begin(), blocks_.end(), isBefore);
-    blocks_.erase(std::unique(blocks_.begin(), blocks_.end(),
-                              [](const MapBlock& a, const MapBlock& b) { return !isBefore(a, b); }),
-                  blocks_.end());
+    const size_t count = std::min(part->content.size() / map_format::kBlockBytes, kMostBlocks);
+    blocks_.resize(count);
+    ByteReader in(part->content);
+    map_format::visitBlocks(in, blocks_);
+    if (!(part->how & kAsTold)) part->content.resize(count * map_format::kBlockBytes);
   }
 
-  /// Eight bricks for each direction that a block has, as far as they are told.
   void readBricks() {
     using namespace map_format;
     Part* const part = find(kColourIndex);
@@ -146,43 +126,7 @@ class MapRecipe {
     }
     if (part->content.size() < kColourHeadBytes) return;
     InputBytes in(part->content.data() + kColourHeadBytes, part->content.size() - kColourHeadBytes);
-    for (MapBlock& block : blocks_) {
-      block.bricks = in.take<uint64_t>();
-      if (part->how & kAsTold) continue;
-      for (int d = 0; d < 8; ++d) {
-        if (!(block.directions >> d & 1)) block.bricks &= ~(uint64_t{255} << (8 * d));
-      }
-    }
-    if (part->how & kAsTold) return;
-    ByteWriter out;
-    for (const MapBlock& block : blocks_) out.put(block.bricks);
-    std::copy(out.bytes.begin(), out.bytes.end(), part->content.begin() + kColourHeadBytes);
-  }
-
-  /// Cubes of free cells, as far as they are told, of a size that there is.
-  void readFree() {
-    using namespace map_format;
-    Part* const part = find(kFree);
-    if (part == nullptr || part->how & kAsTold) return;
-    InputBytes in(part->content.data(), part->content.size());
-    MapContents told;
-    told.cell_voxels = 1 << (in.take<uint32_t>() & 3);
-    while (in.left() >= sizeof(uint64_t) && told.free_cubes.size() < kMostBlocks) {
-      MapFreeCube cube{};
-      cube.key = {in.take<int16_t>(), in.take<int16_t>(), in.take<int16_t>()};
-      for (uint64_t& word : cube.cells) word = in.take<uint8_t>() * 0x0101010101010101u;
-      cube.cells[0] |= 1;
-      told.free_cubes.push_back(cube);
-    }
-    const auto is_before = [](const MapFreeCube& a, const MapFreeCube& b) {
-      return isBefore({a.key, 0, 0}, {b.key, 0, 0});
-    };
-    std::sort(told.free_cubes.begin(), told.free_cubes.end(), is_before);
-    told.free_cubes.erase(
-        std::unique(told.free_cubes.begin(), told.free_cubes.end(),
-                    [&](const MapFreeCube& a, const MapFreeCube& b) { return !is_before(a, b); }),
-        told.free_cubes.end());
-    part->content = encodeFree(told);
+    for (MapBlock& block : blocks_) block.bricks = in.take<uint64_t>();
   }
 
   void countBlocks() {

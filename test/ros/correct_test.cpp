@@ -6,7 +6,6 @@
 
 #include <fstream>
 #include <memory>
-#include <random>
 #include <thread>
 #include <vector>
 
@@ -248,24 +247,6 @@ TEST_F(CorrectTest, ListenersGetOnlyWhatDiffers) {
   const size_t changed = follow();
   EXPECT_GT(changed, 0u);
   EXPECT_LT(changed, all * 3 / 4);
-}
-
-TEST_F(CorrectTest, ItIsTheSameHoweverItIsCutIntoTurns) {
-  begin();
-  std::mt19937 random(7);
-  correct(corrected(0.0));
-  for (int i = kBefore; i < kCount; ++i) {
-    for (auto turns = random() % 6; turns > 0; --turns) {
-      step();
-      std::this_thread::sleep_for(std::chrono::milliseconds(random() % 3));
-    }
-    push(i, truth(i));
-  }
-  workUntilAnswered();
-  work();
-  ASSERT_TRUE(answers_[0].success) << answers_[0].message;
-  EXPECT_EQ(host_.depth.counts().fused, static_cast<uint64_t>(kCount));
-  expectMapOf(truths(kCount));
 }
 
 /// There is never a moment without one: still it ends, without having lost any.

@@ -6,7 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-#include "io/depth_codes.h"
+#include "support/rvl.h"
 
 namespace dtsdf {
 

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <limits>
 #include <string>
-#include <vector>
 
 #include "dtsdf_mapping/map_contents.h"
 
@@ -41,22 +40,13 @@ MapContents loadMap(const std::string& path, size_t max_bytes = kNoMapLimit, int
 /// again while the map is loaded.
 MapContents loadMap(const std::string& path, const MapperParams& params, int threads = 0);
 
-/// A part of a map file: all records of one kind.
-struct MapFilePart {
-  std::string kind;           ///< Four letters, as in docs/map_format.md.
-  bool known = false;         ///< Whether this reader knows it; it passes over the others.
-  size_t records = 0;         ///< How many there are.
-  uint64_t stored_bytes = 0;  ///< Their size in the file, without their heads.
-};
-
 /// What is in a map file, except voxels and colours.
 struct MapInfo : MapHead {
-  MapSize size;                    ///< Of the map.
-  uint64_t file_bytes = 0;         ///< Length of the file.
-  uint64_t content_hash = 0;       ///< As it stands in the file.
-  BlockKey least = {0, 0, 0};      ///< Smallest block coordinates; 0 for an empty map.
-  BlockKey most = {0, 0, 0};       ///< Largest block coordinates; 0 for an empty map.
-  std::vector<MapFilePart> parts;  ///< In the order of the file.
+  MapSize size;                ///< Of the map.
+  uint64_t file_bytes = 0;     ///< Length of the file.
+  uint64_t content_hash = 0;   ///< As it stands in the file.
+  BlockKey least = {0, 0, 0};  ///< Smallest block coordinates; 0 for an empty map.
+  BlockKey most = {0, 0, 0};   ///< Largest block coordinates; 0 for an empty map.
 };
 
 /// Reads a map file except its voxels and colours, so damage to these goes

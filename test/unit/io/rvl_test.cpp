@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "support/rvl.h"
 #include "support/temporary_folder.h"
 
 namespace dtsdf {

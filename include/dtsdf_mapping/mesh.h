@@ -68,18 +68,16 @@ class MeshStore {
   /// Position of a block's vertex in W, in metres.
   std::array<double, 3> positionInMap(const BlockKey& key, const BlockVertex& vertex) const;
 
-  /// Joins all blocks into one mesh: vertices that neighbouring blocks share appear once.
+  /// Joins all blocks into one mesh: vertices that neighbouring blocks share appear once. Where the
+  /// mesh ends, its outline is smoothed.
   Mesh assemble() const;
-
-  /// The same for a selection of blocks (by packed key; unknown ones are skipped).
-  Mesh assemble(const std::vector<PackedKey>& keys) const;
 
   /// The triangles of assemble() whose corners all lie in a box, with the normals that they have
   /// there. @pre findProblem(region) is empty.
   Mesh assemble(const BoxRegion& region) const;
 
  private:
-  Mesh join(const std::vector<const BlockMesh*>& blocks, bool in_order) const;
+  Mesh join(const std::vector<const BlockMesh*>& blocks) const;  ///< In order of their keys.
 
   float voxel_size_m_;
   std::map<PackedKey, SharedBlockMesh> blocks_;

@@ -25,9 +25,7 @@ void throwIfUnread(const PagedMeshes& meshes, uint64_t before) {
 std::vector<PackedKey> blocksIn(const BoxRegion& region, const PagedMeshes& meshes) {
   const RegionView in_voxels = makeRegionView(region, meshes.voxelSize());
   std::vector<PackedKey> keys = meshes.keys();
-  const auto is_outside = [&](PackedKey key) {
-    return !mayHaveVerticesIn(in_voxels, unpackKey(key));
-  };
+  const auto is_outside = [&](PackedKey key) { return !mayShapeMeshIn(in_voxels, unpackKey(key)); };
   keys.erase(std::remove_if(keys.begin(), keys.end(), is_outside), keys.end());
   return keys;
 }

@@ -7,68 +7,10 @@
 
 #include "kernels/meshing/corner_grid.h"
 #include "map/region_view.h"
-#include "meshing/mesh_origin.h"
 #include "meshing/mesh_stream.h"
 
 namespace dtsdf {
 namespace {
-
-/// Joins block meshes; the order of the blocks decides the order of everything.
-class Assembler {
- public:
-  /// `in_order`: blocks will be added by rising packed keys.
-  Assembler(const MeshStore& store, const std::array<double, 3>& origin_m, bool in_order)
-      : store_(store), joiner_(in_order) {
-    mesh_.origin_m = origin_m;
-  }
-
-  /// Room for these blocks, so that nothing moves as they are added. Memory that is never touched
-  /// costs nothing.
-  void reserve(size_t vertices, size_t triangles) {
-    mesh_.vertices_m.reserve(vertices);
-    mesh_.normals.reserve(vertices);
-    mesh_.triangles.reserve(triangles);
-  }
-
-  void add(const BlockMesh& block) {
-    const JoinedBlock& joined = joiner_.add(block);
-    for (const uint32_t i : joined.fresh) addVertex(block, i);
-    for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
-      const uint16_t* const corner = &block.triangles[t];
-      mesh_.triangles.push_back(
-          {joined.number[corner[0]], joined.number[corner[1]], joined.number[corner[2]]});
-      addNormal(block, joined, corner, mesh_.triangles.back(), mesh_.normals);
-    }
-  }
-
-  Mesh finish() {
-    if (!mesh_.colours.empty()) mesh_.colours.resize(mesh_.vertices_m.size());
-    makeUnit(mesh_.normals);
-    return std::move(mesh_);
-  }
-
- private:
-  /// Blocks that were meshed before the map was first painted have no colours.
-  void addVertex(const BlockMesh& block, size_t i) {
-    mesh_.vertices_m.push_back(
-        positionFrom(mesh_.origin_m, store_.positionInMap(block.key, block.vertices[i])));
-    mesh_.normals.push_back({0.0f, 0.0f, 0.0f});
-    if (block.colours.empty()) return;
-    if (mesh_.colours.empty()) mesh_.colours.reserve(mesh_.vertices_m.capacity());
-    mesh_.colours.resize(mesh_.vertices_m.size() - 1);
-    mesh_.colours.push_back(block.colours[i]);
-  }
-
-  const MeshStore& store_;
-  BlockJoiner joiner_;
-  Mesh mesh_;
-};
-
-BlockBounds boundsOf(const std::vector<const BlockMesh*>& blocks) {
-  BlockBounds bounds;
-  for (const BlockMesh* block : blocks) bounds.add(block->key);
-  return bounds;
-}
 
 /// Keeps the triangles whose corners all lie in a region in metres, and the vertices that they use.
 void crop(const RegionView& region, Mesh& mesh) {
@@ -161,41 +103,49 @@ std::array<double, 3> MeshStore::positionInMap(const BlockKey& key,
           (first.z + static_cast<double>(vertex.position.z)) * h};
 }
 
-Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks, bool in_order) const {
+Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
+  Mesh mesh;
+  MeshStream::Whole whole{voxel_size_m_, false, {}};
   size_t vertices = 0, triangles = 0;
   for (const BlockMesh* block : blocks) {
+    whole.is_painted = whole.is_painted || !block->colours.empty();
+    whole.bounds.add(block->key);
     vertices += block->vertices.size();
     triangles += block->triangles.size() / 3;
   }
-  Assembler assembler(*this, originOf(boundsOf(blocks), voxel_size_m_), in_order);
-  assembler.reserve(vertices, triangles);
-  for (const BlockMesh* block : blocks) assembler.add(*block);
-  return assembler.finish();
+  mesh.vertices_m.reserve(vertices);  // memory that is never touched costs nothing
+  mesh.normals.reserve(vertices);
+  mesh.triangles.reserve(triangles);
+  if (whole.is_painted) mesh.colours.reserve(vertices);
+  const auto append = [](auto& to, const auto& more) {
+    to.insert(to.end(), more.begin(), more.end());
+  };
+  MeshStream stream(whole, {[&](const Mesh& piece) {
+                              mesh.origin_m = piece.origin_m;
+                              append(mesh.vertices_m, piece.vertices_m);
+                              append(mesh.normals, piece.normals);
+                              append(mesh.colours, piece.colours);
+                            },
+                            [&](const auto& triangle) { mesh.triangles.push_back(triangle); }});
+  for (const BlockMesh* block : blocks) stream.add(*block);
+  stream.finish();
+  return mesh;
 }
 
 Mesh MeshStore::assemble() const {
   std::vector<const BlockMesh*> blocks;
   blocks.reserve(blocks_.size());
   for (const auto& [key, block] : blocks_) blocks.push_back(block.get());
-  return join(blocks, true);
-}
-
-Mesh MeshStore::assemble(const std::vector<PackedKey>& keys) const {
-  std::vector<const BlockMesh*> blocks;
-  for (const PackedKey key : keys) {
-    const auto it = blocks_.find(key);
-    if (it != blocks_.end()) blocks.push_back(it->second.get());
-  }
-  return join(blocks, std::is_sorted(keys.begin(), keys.end()));
+  return join(blocks);
 }
 
 Mesh MeshStore::assemble(const BoxRegion& region) const {
   const RegionView in_voxels = makeRegionView(region, voxel_size_m_);
   std::vector<const BlockMesh*> blocks;
   for (const auto& [key, block] : blocks_) {
-    if (mayHaveVerticesIn(in_voxels, block->key)) blocks.push_back(block.get());
+    if (mayShapeMeshIn(in_voxels, block->key)) blocks.push_back(block.get());
   }
-  Mesh mesh = join(blocks, true);
+  Mesh mesh = join(blocks);
   crop(makeRegionView(region, 1.0), mesh);
   return mesh;
 }

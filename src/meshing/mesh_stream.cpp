@@ -130,8 +130,30 @@ void makeUnit(std::vector<Vec3f>& normals) {
 
 namespace {
 
-/// Vertices are handed out so many at a time, at least.
+/// Vertices are handed out and forgotten so many at a time, at least.
 constexpr size_t kVerticesAtOnce = 65536;
+
+/// Takes the blocks off a list that lie so many blocks before one, along each axis. @return the
+/// number of vertices up to the last of them, or `before`.
+template <class Blocks>
+uint64_t passBlocks(Blocks& blocks, int32_t distance, PackedKey key, uint64_t before) {
+  for (; !blocks.empty() && packKey(blocks.front().key + Vec3i{distance, distance, distance}) < key;
+       blocks.pop_front()) {
+    before = blocks.front().vertices;
+  }
+  return before;
+}
+
+template <class T>
+void dropFirst(std::vector<T>& values, size_t count) {
+  values.erase(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
+}
+
+template <class T>
+std::vector<T> part(const std::vector<T>& values, size_t first, size_t count) {
+  const auto begin = values.begin() + static_cast<std::ptrdiff_t>(first);
+  return {begin, begin + static_cast<std::ptrdiff_t>(count)};
+}
 
 }  // namespace
 
@@ -148,23 +170,28 @@ void MeshStream::add(const BlockMesh& block) {
     const std::array<uint32_t, 3> triangle{joined.number[corner[0]], joined.number[corner[1]],
                                            joined.number[corner[2]]};
     sink_.triangle(triangle);
-    addNormal(block, joined, corner, inWindow(triangle), window_.normals);
+    const std::array<uint32_t, 3> local = inWindow(triangle);
+    addNormal(block, joined, corner, local, window_.normals);
+    outline_.addTriangle(local);
   }
-  // A vertex is listed by blocks side by side only: by none beyond the next one on each axis.
-  open_.push_back({packKey(block.key + Vec3i{1, 1, 1}), end()});
-  closeBefore(packKey(block.key));
+  open_.push_back({block.key, end()});
+  needed_.push_back({block.key, end()});
+  // A vertex is listed by blocks side by side only: by none beyond the next one on each axis. An
+  // outline is followed to vertices in blocks side by side.
+  closed_ = passBlocks(open_, 1, packKey(block.key), closed_);
+  if (closed_ >= written_ + kVerticesAtOnce) write(closed_);
+  unneeded_ = passBlocks(needed_, 2, packKey(block.key), unneeded_);
+  const uint64_t end_number = std::min(unneeded_, written_);
+  if (end_number >= first_ + kVerticesAtOnce) forget(end_number);
 }
 
-void MeshStream::finish() {
-  open_.clear();
-  write(end());
-}
+void MeshStream::finish() { write(end()); }
 
 std::array<uint32_t, 3> MeshStream::inWindow(const std::array<uint32_t, 3>& triangle) const {
   std::array<uint32_t, 3> local;
   for (size_t i = 0; i < 3; ++i) {
     if (triangle[i] < written_) throw std::logic_error("a vertex was written too early");
-    local[i] = static_cast<uint32_t>(triangle[i] - written_);
+    local[i] = static_cast<uint32_t>(triangle[i] - first_);
   }
   return local;
 }
@@ -173,6 +200,8 @@ void MeshStream::addVertex(const BlockMesh& block, size_t i) {
   window_.vertices_m.push_back(
       positionFrom(window_.origin_m, positions_.positionInMap(block.key, block.vertices[i])));
   window_.normals.push_back({0.0f, 0.0f, 0.0f});
+  outline_.addVertex(isMiddle(block.vertices[i].edge) ? Outline::Kind::kMiddle
+                                                      : Outline::Kind::kPlain);
   // A block that was meshed before anything was painted has none; in a map that is, these are not
   // painted.
   if (is_painted_) {
@@ -180,28 +209,29 @@ void MeshStream::addVertex(const BlockMesh& block, size_t i) {
   }
 }
 
-void MeshStream::closeBefore(PackedKey key) {
-  for (; !open_.empty() && open_.front().last < key; open_.pop_front()) {
-    closed_ = open_.front().vertices;
-  }
-  if (closed_ >= written_ + kVerticesAtOnce) write(closed_);
-}
-
 void MeshStream::write(uint64_t end_number) {
-  const auto count = static_cast<std::ptrdiff_t>(end_number - written_);
+  const auto begin = static_cast<size_t>(written_ - first_);
+  const auto count = static_cast<size_t>(end_number - written_);
   Mesh piece;
   piece.origin_m = window_.origin_m;
-  piece.vertices_m.assign(window_.vertices_m.begin(), window_.vertices_m.begin() + count);
-  piece.normals.assign(window_.normals.begin(), window_.normals.begin() + count);
-  if (is_painted_) {
-    piece.colours.assign(window_.colours.begin(), window_.colours.begin() + count);
-    window_.colours.erase(window_.colours.begin(), window_.colours.begin() + count);
+  piece.vertices_m.reserve(count);
+  for (size_t i = begin; i < begin + count; ++i) {
+    piece.vertices_m.push_back(outline_.smoothed(i, window_.vertices_m));
   }
+  piece.normals = part(window_.normals, begin, count);
   makeUnit(piece.normals);
+  if (is_painted_) piece.colours = part(window_.colours, begin, count);
   sink_.vertices(piece);
-  window_.vertices_m.erase(window_.vertices_m.begin(), window_.vertices_m.begin() + count);
-  window_.normals.erase(window_.normals.begin(), window_.normals.begin() + count);
   written_ = end_number;
+}
+
+void MeshStream::forget(uint64_t end_number) {
+  const auto count = static_cast<size_t>(end_number - first_);
+  dropFirst(window_.vertices_m, count);
+  dropFirst(window_.normals, count);
+  if (is_painted_) dropFirst(window_.colours, count);
+  outline_.drop(count);
+  first_ = end_number;
 }
 
 }  // namespace dtsdf

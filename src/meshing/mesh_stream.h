@@ -14,6 +14,7 @@
 #include "dtsdf_mapping/mesh.h"
 #include "kernels/meshing/corner_grid.h"
 #include "meshing/mesh_origin.h"
+#include "meshing/outline.h"
 
 namespace dtsdf {
 
@@ -99,8 +100,8 @@ inline void addNormal(const BlockMesh& block, const JoinedBlock& joined, const u
 /// Makes sums of normals unit normals; up where they are 0.
 void makeUnit(std::vector<Vec3f>& normals);
 
-/// Takes blocks by rising keys, and keeps only the vertices that later blocks may share. What it
-/// hands out is what MeshStore::assemble() returns of all of them, in the same order.
+/// Takes blocks by rising keys, and keeps only the vertices that later blocks may share or have
+/// outlines through.
 class MeshStream {
  public:
   /// Whoever takes the mesh.
@@ -125,24 +126,27 @@ class MeshStream {
   void finish();
 
  private:
-  struct OpenBlock {
-    PackedKey last;     ///< That may list one of its vertices.
+  struct AddedBlock {
+    BlockKey key;
     uint64_t vertices;  ///< Of all blocks up to this one.
   };
 
-  uint64_t end() const { return written_ + window_.vertices_m.size(); }
+  uint64_t end() const { return first_ + window_.vertices_m.size(); }
   std::array<uint32_t, 3> inWindow(const std::array<uint32_t, 3>& triangle) const;
   void addVertex(const BlockMesh& block, size_t i);
-  void closeBefore(PackedKey key);
   void write(uint64_t end_number);
+  void forget(uint64_t end_number);
 
   const MeshStore positions_;
   const bool is_painted_;
   const Sink sink_;
   BlockJoiner joiner_{true};
-  Mesh window_;                        ///< From vertex number written_ on.
-  uint64_t written_ = 0, closed_ = 0;  ///< Up to which vertex; what is closed is as it stays.
-  std::deque<OpenBlock> open_;
+  Mesh window_;      ///< From vertex number first_ on.
+  Outline outline_;  ///< Of these.
+  uint64_t first_ = 0, written_ = 0;
+  std::deque<AddedBlock> open_;         ///< Triangles of blocks to come may have vertices of these.
+  std::deque<AddedBlock> needed_;       ///< Outlines through blocks to come may lead to these.
+  uint64_t closed_ = 0, unneeded_ = 0;  ///< Vertices before those.
 };
 
 }  // namespace dtsdf

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "kernels/meshing/corner_grid.h"
+#include "kernels/meshing/refine.h"
 #include "meshing/mesh_stream.h"
 #include "params/text.h"
 #include "threads/parallel.h"
@@ -33,6 +34,7 @@ class ChunkPacker {
  public:
   ChunkPacker(const ChunkLattice& lattice, const BlockKey& corner, bool in_order)
       : steps_per_voxel_(lattice.steps_per_voxel),
+        voxels_(lattice.chunk_blocks * kBlockSide),
         corner_(firstVoxelOfBlock(corner)),
         joiner_(in_order) {
     const std::array<int, 3> first{corner_.x, corner_.y, corner_.z};
@@ -58,6 +60,7 @@ class ChunkPacker {
                                  stepsOf(voxel.z, p.z)};
       chunk_.positions.insert(chunk_.positions.end(), steps, steps + 3);
       colours_.push_back(block.colours.empty() ? VertexColour{} : block.colours[i]);
+      outline_.addVertex(kindOf(block.vertices[i].edge, voxel));
     }
     normals_.resize(colours_.size(), {0.0f, 0.0f, 0.0f});
     for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
@@ -66,10 +69,12 @@ class ChunkPacker {
                                              joined.number[corner[2]]};
       chunk_.triangles32.insert(chunk_.triangles32.end(), triangle.begin(), triangle.end());
       addNormal(block, joined, corner, triangle, normals_);
+      outline_.addTriangle(triangle);
     }
   }
 
   PackedChunk finish() {
+    smoothOutline();
     addNormals();
     addColours();
     if (normals_.size() <= kMostVertices16) {
@@ -87,6 +92,33 @@ class ChunkPacker {
     const auto truncated = static_cast<int>(steps);
     const int rounded = truncated - (truncated > steps ? 1 : 0);
     return static_cast<uint16_t>((voxel + kVoxelsBeyond) * steps_per_voxel_ + rounded);
+  }
+
+  /// Those on the faces of the chunk stay: outlines go on in chunks beside it.
+  Outline::Kind kindOf(uint32_t edge, const Vec3i& block) const {
+    if (isMiddle(edge)) return Outline::Kind::kMiddle;
+    const Vec3i at = block + cornerAt(edgeCorner(static_cast<int>(edge)));
+    const int axis = edgeAxis(static_cast<int>(edge));
+    const auto isOnFace = [&](int across, int place) {
+      return axis != across && (place == 0 || place == voxels_);
+    };
+    const bool is_on_face = isOnFace(0, at.x) || isOnFace(1, at.y) || isOnFace(2, at.z);
+    return is_on_face ? Outline::Kind::kFixed : Outline::Kind::kPlain;
+  }
+
+  void smoothOutline() {
+    std::vector<Vec3f> steps(normals_.size());
+    for (size_t i = 0; i < steps.size(); ++i) {
+      const uint16_t* const p = &chunk_.positions[3 * i];
+      steps[i] = {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
+    }
+    for (size_t i = 0; i < steps.size(); ++i) {
+      const Vec3f p = outline_.smoothed(i, steps);  // between others: within the chunk as they are
+      const float smoothed[3] = {p.x, p.y, p.z};
+      for (size_t axis = 0; axis < 3; ++axis) {
+        chunk_.positions[3 * i + axis] = static_cast<uint16_t>(smoothed[axis] + 0.5f);
+      }
+    }
   }
 
   void addNormals() {
@@ -113,9 +145,11 @@ class ChunkPacker {
   }
 
   int steps_per_voxel_;
+  int voxels_;    ///< Along an edge of the chunk.
   Vec3i corner_;  ///< First voxel of the chunk.
   PackedChunk chunk_;
   BlockJoiner joiner_;
+  Outline outline_;
   std::vector<Vec3f> normals_;
   std::vector<VertexColour> colours_;
 };

@@ -11,6 +11,7 @@
 
 #include "kernels/core/grid.h"
 #include "meshing/mesh_chunks.h"
+#include "meshing/mesh_stream.h"
 #include "support/depth_frames.h"
 #include "support/mesh_topology.h"
 #include "support/random_vectors.h"
@@ -71,6 +72,27 @@ std::vector<Triangle> joinByPlace(const std::vector<PackedChunk>& chunks, double
   return triangles;
 }
 
+/// The blocks of a chunk, joined without smoothing an outline where the chunk ends.
+struct JoinedChunk {
+  std::vector<Point> vertices_m;
+  Mesh mesh;  ///< Its normals and triangles count.
+};
+
+JoinedChunk joinChunk(const MeshStore& store, const std::vector<PackedKey>& blocks) {
+  JoinedChunk joined;
+  MeshStore part(store.voxelSize());
+  BlockJoiner joiner(true);
+  for (const PackedKey key : blocks) {
+    const SharedBlockMesh& block = store.blocks().at(key);
+    for (const uint32_t i : joiner.add(*block).fresh) {
+      joined.vertices_m.push_back(store.positionInMap(block->key, block->vertices[i]));
+    }
+    part.put(block);
+  }
+  joined.mesh = part.assemble();
+  return joined;
+}
+
 class PackedBall : public testing::TestWithParam<int> {};
 
 TEST_P(PackedBall, IsClosedAcrossChunksOfAnySize) {
@@ -94,16 +116,13 @@ TEST_P(PackedBall, IsHalfAStepFromTheMeshAtMost) {
     for (const PackedKey key : chunks.all()) {
       const PackedChunk packed =
           packChunk(store, lattice, chunks.cornerOf(key), chunks.blocksOf(key));
-      const Mesh mesh = store.assemble(chunks.blocksOf(key));
-      ASSERT_EQ(packed.vertexCount(), mesh.vertices_m.size());
+      const auto [vertices_m, mesh] = joinChunk(store, chunks.blocksOf(key));
+      ASSERT_EQ(packed.vertexCount(), vertices_m.size());
       ASSERT_EQ(packed.triangleCount(), mesh.triangles.size());
       for (size_t i = 0; i < packed.vertexCount(); ++i) {
         const Point p_W = positionOf(packed, lattice.step_m, i);
-        const Vec3f& p = mesh.vertices_m[i];
         const double tolerance = 0.5 * lattice.step_m + 1e-7;
-        ASSERT_NEAR(p_W[0], p.x, tolerance);
-        ASSERT_NEAR(p_W[1], p.y, tolerance);
-        ASSERT_NEAR(p_W[2], p.z, tolerance);
+        for (int axis = 0; axis < 3; ++axis) ASSERT_NEAR(p_W[axis], vertices_m[i][axis], tolerance);
         const Vec3f n = normalOfPacked(packed.normals[2 * i], packed.normals[2 * i + 1]);
         ASSERT_GT(dot(n, mesh.normals[i]), 0.999999f);
       }
@@ -118,6 +137,28 @@ TEST_P(PackedBall, IsHalfAStepFromTheMeshAtMost) {
 
 INSTANTIATE_TEST_SUITE_P(, PackedBall, testing::Values(0, 1),
                          [](const auto& info) { return info.param == 0 ? "plain" : "refined"; });
+
+/// Chunks side by side each smooth what they have of an outline: it stays where it passes from one
+/// to the other.
+TEST(PackedChunks, MeetWhereTheMeshEnds) {
+  Scene scene;
+  scene.add(
+      Box{Eigen::Isometry3d(Eigen::Translation3d(0.31, 0.02, 0.05)), Vector3d(0.9, 0.7, 0.4)});
+  const auto mapper =
+      makeProbedMapper(makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxelSize, 2));
+  for (const SceneFrame& frame : renderFrames(scene, sphereOfPoses(Vector3d::Zero(), 2.5, 2))) {
+    mapper->integrate(frame.view());
+  }
+  const MeshStore store = storeOf(mapper->updateMesh());
+  const MeshTopology whole = measureTopology(store.assemble());
+  ASSERT_GT(whole.boundary_edges, 50u);
+  for (const int chunk_blocks : {1, 2, 4}) {
+    const ChunkLattice lattice(kVoxelSize, chunk_blocks);
+    const MeshTopology packed =
+        measureTopology(joinByPlace(packAll(store, chunk_blocks), lattice.step_m));
+    EXPECT_EQ(packed.boundary_edges, whole.boundary_edges) << "chunks of " << chunk_blocks;
+  }
+}
 
 /// Floats in metres would be 4 mm apart there.
 TEST(PackedChunks, AreTheSameFortyKilometresAway) {

@@ -96,7 +96,8 @@ TEST(MeshStore, AssemblyWeldsAcrossBlocks) {
   EXPECT_EQ(topology.coincident_vertices + topology.unused_vertices, 0u) << topology;
   for (const Vec3f& p : mesh.vertices_m) {
     EXPECT_FLOAT_EQ(p.z, (-8.0f + 3.5f) * kVoxelSize);
-    EXPECT_LE(std::max(std::abs(p.x), std::abs(p.y)), 8 * kVoxelSize);
+    // Beside a corner of the sheet its outline, which is smoothed, bulges by an eighth of a voxel.
+    EXPECT_LE(std::max(std::abs(p.x), std::abs(p.y)), 8.1251f * kVoxelSize);
   }
 }
 

@@ -1,0 +1,96 @@
+#include "meshing/outline.h"
+
+#include "kernels/core/vec.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr int kMostSteps = 2;
+
+/// Weights of the vertices so many steps away, by how far the line goes on both ways. They take
+/// teeth away whose sides are one step each, and leave a parabola as it is where the line goes on.
+constexpr float kWeights[kMostSteps + 1][kMostSteps + 1] = {
+    {0.0f, 0.0f, 0.0f},
+    {0.0f, 1.0f / 4.0f, 0.0f},
+    {0.0f, 1.0f / 4.0f, -1.0f / 16.0f},
+};
+
+/// A line whose ends are nearer to each other than this share of its length goes back: it is the
+/// end of something narrow, which would become shorter.
+constexpr float kLeastExtent = 0.4f;
+
+}  // namespace
+
+void Outline::addTriangle(const std::array<uint32_t, 3>& triangle) {
+  for (int k = 0; k < 3; ++k) {
+    const int64_t at = triangle[k];
+    const int64_t after = triangle[(k + 1) % 3] - at, before = triangle[(k + 2) % 3] - at;
+    Fan& fan = vertices_[triangle[k]];
+    fan.sum += after - before;
+    fan.squares += after * after - before * before;
+  }
+}
+
+void Outline::drop(size_t count) {
+  vertices_.erase(vertices_.begin(), vertices_.begin() + static_cast<std::ptrdiff_t>(count));
+}
+
+/// By the sums of the triangles around a vertex; kNone: they are no fan, or a closed one.
+size_t Outline::endOfFan(size_t vertex, Way way) const {
+  const Fan& fan = vertices_[vertex];
+  if (fan.sum == 0 || fan.squares % fan.sum != 0) return kNone;
+  const int64_t both = fan.squares / fan.sum;
+  const int64_t twice = way == kForwards ? both + fan.sum : both - fan.sum;
+  const int64_t number = static_cast<int64_t>(vertex) + twice / 2;
+  const bool is_one =
+      twice % 2 == 0 && number >= 0 && number < static_cast<int64_t>(vertices_.size());
+  return is_one ? static_cast<size_t>(number) : kNone;
+}
+
+/// The next vertex on the outline; kNone: the line ends there, or meets another one.
+size_t Outline::beside(size_t vertex, Way way) const {
+  if (vertices_[vertex].kind == Kind::kFixed) return kNone;
+  const size_t next = endOfFan(vertex, way);
+  if (next == kNone || vertices_[next].kind == Kind::kFixed) return next;
+  return endOfFan(next, way == kForwards ? kBackwards : kForwards) == vertex ? next : kNone;
+}
+
+/// The same, past the middle of a side.
+size_t Outline::nextOnEdge(size_t vertex, Way way) const {
+  const size_t next = beside(vertex, way);
+  return next != kNone && vertices_[next].kind == Kind::kMiddle ? beside(next, way) : next;
+}
+
+Vec3f Outline::shiftOf(size_t vertex, const std::vector<Vec3f>& positions) const {
+  const Vec3f& p = positions[vertex];
+  Vec3f ends[2] = {p, p};
+  size_t at[2] = {vertex, vertex};
+  Vec3f from_vertex[kMostSteps + 1];  // both ways together
+  float length = 0.0f;
+  int steps = 0;
+  while (steps < kMostSteps) {
+    for (const Way way : {kForwards, kBackwards}) at[way] = nextOnEdge(at[way], way);
+    if (at[kForwards] == kNone || at[kBackwards] == kNone) break;
+    for (const Way way : {kForwards, kBackwards}) {
+      length += norm(positions[at[way]] - ends[way]);
+      ends[way] = positions[at[way]];
+    }
+    from_vertex[++steps] = (ends[kForwards] - p) + (ends[kBackwards] - p);
+  }
+  Vec3f shift{0.0f, 0.0f, 0.0f};
+  if (norm(ends[kForwards] - ends[kBackwards]) < kLeastExtent * length) return shift;
+  for (int k = 1; k <= steps; ++k) shift = shift + kWeights[steps][k] * from_vertex[k];
+  return shift;
+}
+
+Vec3f Outline::smoothed(size_t vertex, const std::vector<Vec3f>& positions) const {
+  const Vec3f& position = positions[vertex];
+  const Fan& fan = vertices_[vertex];
+  if (fan.sum == 0 || fan.kind == Kind::kFixed) return position;  // as most
+  if (fan.kind == Kind::kPlain) return position + shiftOf(vertex, positions);
+  const size_t ends[2] = {beside(vertex, kForwards), beside(vertex, kBackwards)};
+  if (ends[0] == kNone || ends[1] == kNone) return position;
+  return position + 0.5f * (shiftOf(ends[0], positions) + shiftOf(ends[1], positions));
+}
+
+}  // namespace dtsdf

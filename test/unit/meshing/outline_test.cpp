@@ -1,0 +1,183 @@
+// Where vertices on the outline of a mesh go.
+#include "meshing/outline.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "kernels/core/vec.h"
+
+namespace dtsdf {
+namespace {
+
+using Kind = Outline::Kind;
+using Triangle = std::array<uint32_t, 3>;
+
+constexpr uint32_t kColumns = 20, kRows = 5;
+
+/// A sheet of squares, each cut into two triangles. Its vertices are numbered at random, as nothing
+/// may depend on numbers.
+struct Sheet {
+  Sheet() {
+    numbers.resize(kColumns * kRows);
+    std::iota(numbers.begin(), numbers.end(), 0u);
+    std::shuffle(numbers.begin(), numbers.end(), std::mt19937(5));
+    positions.resize(numbers.size());
+    kinds.resize(numbers.size(), Kind::kPlain);
+    for (uint32_t y = 0; y < kRows; ++y) {
+      for (uint32_t x = 0; x < kColumns; ++x) {
+        positions[at(x, y)] = {static_cast<float>(x), static_cast<float>(y), 0.0f};
+      }
+    }
+    for (uint32_t y = 0; y + 1 < kRows; ++y) {
+      for (uint32_t x = 0; x + 1 < kColumns; ++x) {
+        triangles.push_back({at(x, y), at(x + 1, y), at(x + 1, y + 1)});
+        triangles.push_back({at(x + 1, y + 1), at(x, y + 1), at(x, y)});
+      }
+    }
+  }
+
+  uint32_t at(uint32_t x, uint32_t y) const { return numbers[x + kColumns * y]; }
+
+  std::vector<Vec3f> smoothed() const {
+    Outline outline;
+    for (const Kind kind : kinds) outline.addVertex(kind);
+    for (const Triangle& triangle : triangles) outline.addTriangle(triangle);
+    std::vector<Vec3f> all;
+    for (size_t i = 0; i < positions.size(); ++i) all.push_back(outline.smoothed(i, positions));
+    return all;
+  }
+
+  std::vector<uint32_t> numbers;
+  std::vector<Vec3f> positions;
+  std::vector<Kind> kinds;
+  std::vector<Triangle> triangles;
+};
+
+float distance(const Vec3f& a, const Vec3f& b) { return norm(a - b); }
+
+TEST(Outline, StaysWhereItIsStraight) {
+  const Sheet sheet;
+  const std::vector<Vec3f> smoothed = sheet.smoothed();
+  for (uint32_t y = 0; y < kRows; ++y) {
+    for (uint32_t x = 2; x + 2 < kColumns; ++x) {
+      const uint32_t i = sheet.at(x, y);
+      EXPECT_LT(distance(smoothed[i], sheet.positions[i]), 1e-6f) << x << " " << y;
+    }
+  }
+}
+
+TEST(Outline, LosesItsTeeth) {
+  Sheet sheet;
+  for (uint32_t x = 0; x < kColumns; ++x) {
+    sheet.positions[sheet.at(x, 0)].y += x % 2 == 0 ? 0.5f : -0.5f;
+  }
+  const std::vector<Vec3f> smoothed = sheet.smoothed();
+  for (uint32_t x = 2; x + 2 < kColumns; ++x) {
+    const Vec3f& p = smoothed[sheet.at(x, 0)];
+    EXPECT_NEAR(p.x, static_cast<float>(x), 1e-6f);
+    EXPECT_NEAR(p.y, 0.0f, 1e-6f);
+    EXPECT_EQ(distance(smoothed[sheet.at(x, 1)], sheet.positions[sheet.at(x, 1)]), 0.0f)
+        << "inside";
+  }
+}
+
+/// The filter written out.
+TEST(Outline, GoesToAWeightedMean) {
+  Sheet sheet;
+  std::mt19937 random(2);
+  std::uniform_real_distribution<float> any(-0.3f, 0.3f);
+  for (Vec3f& p : sheet.positions) p = p + Vec3f{any(random), any(random), any(random)};
+  const std::vector<Vec3f> smoothed = sheet.smoothed();
+  const float weights[5] = {-1, 4, 10, 4, -1};
+  for (uint32_t x = 2; x + 2 < kColumns; ++x) {
+    Vec3f mean{0, 0, 0};
+    for (uint32_t k = 0; k < 5; ++k) {
+      mean = mean + weights[k] / 16.0f * sheet.positions[sheet.at(x + k - 2, kRows - 1)];
+    }
+    EXPECT_LT(distance(smoothed[sheet.at(x, kRows - 1)], mean), 1e-5f);
+  }
+}
+
+TEST(Outline, KeepsItsBend) {
+  Sheet sheet;
+  for (uint32_t x = 0; x < kColumns; ++x) {
+    const float from_middle = static_cast<float>(x) - 9.5f;
+    sheet.positions[sheet.at(x, 0)].y -= 0.05f * from_middle * from_middle;
+  }
+  const std::vector<Vec3f> smoothed = sheet.smoothed();
+  for (uint32_t x = 2; x + 2 < kColumns; ++x) {
+    EXPECT_LT(distance(smoothed[sheet.at(x, 0)], sheet.positions[sheet.at(x, 0)]), 1e-5f) << x;
+  }
+}
+
+/// The end of a strip one square wide would become shorter.
+TEST(Outline, StaysAtTheEndOfSomethingNarrow) {
+  Sheet sheet;
+  sheet.triangles.resize(2 * (kColumns - 1));
+  const std::vector<Vec3f> smoothed = sheet.smoothed();
+  for (uint32_t y = 0; y < 2; ++y) {
+    EXPECT_EQ(distance(smoothed[sheet.at(0, y)], sheet.positions[sheet.at(0, y)]), 0.0f) << y;
+  }
+}
+
+TEST(Outline, StaysAtFixedVerticesAndIsNotFollowedPastThem) {
+  Sheet sheet;
+  for (uint32_t x = 0; x < kColumns; ++x) {
+    sheet.positions[sheet.at(x, 0)].y += x % 2 == 0 ? 0.5f : -0.5f;
+  }
+  sheet.kinds[sheet.at(10, 0)] = Kind::kFixed;
+  const std::vector<Vec3f> before = sheet.smoothed();
+  sheet.positions[sheet.at(9, 0)].y += 100.0f;
+  const std::vector<Vec3f> after = sheet.smoothed();
+  EXPECT_EQ(after[sheet.at(10, 0)].y, sheet.positions[sheet.at(10, 0)].y);
+  EXPECT_NE(after[sheet.at(8, 0)].y, before[sheet.at(8, 0)].y);
+  EXPECT_EQ(after[sheet.at(11, 0)].y, before[sheet.at(11, 0)].y);
+}
+
+/// Two sheets that touch in one vertex have outlines that meet there: neither is followed across.
+TEST(Outline, StaysWhereOutlinesMeet) {
+  Outline outline;
+  const std::vector<Vec3f> positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}};
+  for (size_t i = 0; i < positions.size(); ++i) outline.addVertex(Kind::kPlain);
+  outline.addTriangle({0, 1, 2});
+  outline.addTriangle({0, 3, 4});
+  for (size_t i = 0; i < positions.size(); ++i) {
+    EXPECT_EQ(distance(outline.smoothed(i, positions), positions[i]), 0.0f) << i;
+  }
+}
+
+/// Middles of sides are no steps of their own: a refined outline is smoothed as much as a plain
+/// one.
+TEST(Outline, TakesTheMiddlesOfSidesAlong) {
+  Sheet sheet;
+  for (uint32_t x = 0; x < kColumns; ++x) {
+    if (x % 2 == 1) sheet.kinds[sheet.at(x, 0)] = Kind::kMiddle;
+    const float tooth[4] = {0.5f, 0.0f, -0.5f, 0.0f};
+    sheet.positions[sheet.at(x, 0)].y += tooth[x % 4];
+  }
+  const std::vector<Vec3f> smoothed = sheet.smoothed();
+  for (uint32_t x = 4; x + 5 < kColumns; ++x) {
+    EXPECT_NEAR(smoothed[sheet.at(x, 0)].y, 0.0f, 1e-6f) << x;
+  }
+}
+
+TEST(Outline, GoesOnWhereTheFirstVerticesAreForgotten) {
+  Sheet sheet;
+  sheet.positions[sheet.at(10, 0)].y += 1.0f;
+  const std::vector<Vec3f> whole = sheet.smoothed();
+  Outline outline;
+  for (int i = 0; i < 7; ++i) outline.addVertex(Kind::kPlain);
+  for (const Kind kind : sheet.kinds) outline.addVertex(kind);
+  for (const Triangle& t : sheet.triangles) outline.addTriangle({t[0] + 7, t[1] + 7, t[2] + 7});
+  outline.drop(7);
+  for (size_t i = 0; i < whole.size(); ++i) {
+    EXPECT_EQ(distance(outline.smoothed(i, sheet.positions), whole[i]), 0.0f);
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -83,7 +83,9 @@ JoinedChunk joinChunk(const MeshStore& store, const std::vector<PackedKey>& bloc
   MeshStore part(store.voxelSize());
   BlockJoiner joiner(true);
   for (const PackedKey key : blocks) {
-    const SharedBlockMesh& block = store.blocks().at(key);
+    const auto found = store.blocks().find(key);
+    if (found == store.blocks().end()) continue;
+    const SharedBlockMesh& block = found->second;
     for (const uint32_t i : joiner.add(*block).fresh) {
       joined.vertices_m.push_back(store.positionInMap(block->key, block->vertices[i]));
     }
@@ -141,12 +143,12 @@ INSTANTIATE_TEST_SUITE_P(, PackedBall, testing::Values(0, 1),
 /// Chunks side by side each smooth what they have of an outline: it stays where it passes from one
 /// to the other.
 TEST(PackedChunks, MeetWhereTheMeshEnds) {
+  const Vector3d centre(0.01, 0.02, 0.033);
   Scene scene;
-  scene.add(
-      Box{Eigen::Isometry3d(Eigen::Translation3d(0.31, 0.02, 0.05)), Vector3d(0.9, 0.7, 0.4)});
+  scene.add(Plane{centre, Vector3d::UnitZ()});
   const auto mapper =
       makeProbedMapper(makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxelSize, 2));
-  for (const SceneFrame& frame : renderFrames(scene, sphereOfPoses(Vector3d::Zero(), 2.5, 2))) {
+  for (const SceneFrame& frame : renderFrames(scene, sphereOfPoses(centre, 1.1, 24))) {
     mapper->integrate(frame.view());
   }
   const MeshStore store = storeOf(mapper->updateMesh());

@@ -41,16 +41,15 @@ class FrameQueueTest : public testing::Test {
   void info(double stamp_s, size_t stream = 0) { queue_->addInfo(stream, makeCameraInfo(stamp_s)); }
   /// The first whole frame of the stream gets its pose.
   bool pose(size_t stream = 0) {
-    const auto whole = queue_->firstWhole(stream);
-    if (!whole) return false;
-    PosedFrame frame;
-    frame.stamp = whole->messages.image->header.stamp;
-    DepthFrame depth;
-    depth.height = 2;
-    depth.row_bytes = kImageBytes / 2;
-    frame.image = depth;
-    queue_->setPosed(stream, *whole, std::move(frame));
-    return true;
+    return queue_->poseFirst(stream, [](const FrameQueue::Whole& whole) {
+      PosedFrame frame;
+      frame.stamp = whole.messages.image->header.stamp;
+      DepthFrame depth;
+      depth.height = 2;
+      depth.row_bytes = kImageBytes / 2;
+      frame.image = depth;
+      return frame;
+    });
   }
   void posed(double stamp_s, size_t stream = 0) {
     image(stamp_s, stream);

@@ -14,7 +14,7 @@ namespace {
 class RunClockTest : public testing::Test {
  protected:
   double update(double wall_s, double ros_s, bool paused = false) {
-    clock_.update({SteadyTime() + toSteadyDuration(1000.0 + wall_s), ros::Time(ros_s), paused});
+    clock_.update(SteadyTime() + toSteadyDuration(1000.0 + wall_s), ros::Time(ros_s), paused);
     return clock_.ran_s();
   }
 

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <map>
-
 namespace dtsdf {
 namespace {
 
@@ -59,29 +57,6 @@ TEST_F(SpaceQueueTest, AMapThatIsClearedIsForgottenAtOnce) {
   EXPECT_TRUE(delivery->changes.cubes.empty());
   EXPECT_EQ(delivery->cell_size_m, 0.1) << "that of what has to be forgotten";
   EXPECT_TRUE(delivery->stamp.isZero());
-}
-
-/// What some map knew.
-class KnownCubes : public KnownSpace {
- public:
-  explicit KnownCubes(std::vector<SpaceCube> cubes) : cubes_(std::move(cubes)) {}
-  double cellSize_m() const override { return 0.1; }
-  CellState stateOf(const Vec3i&) const override { return CellState::kUnknown; }
-  std::vector<SpaceCube> cubes(int32_t, int32_t) const override { return cubes_; }
-  int squaredDistance(const Vec3i&) const override { return -1; }
-  SpaceDistance distanceAt(const Eigen::Vector3d&) const override { return {}; }
-
- private:
-  std::vector<SpaceCube> cubes_;
-};
-
-TEST(SpaceChangesBetween, AreWhatChangedCameOrWent) {
-  const KnownCubes before({cubeAt(0, 1), cubeAt(1, 1), cubeAt(2, 1)});
-  const SpaceChanges changes = changesBetween(before, {cubeAt(0, 1), cubeAt(1, 3), cubeAt(-4, 5)});
-  EXPECT_FALSE(changes.begins_anew);
-  std::map<int32_t, uint64_t> by_x;
-  for (const SpaceCube& cube : changes.cubes) by_x[cube.first.x] = cube.surface[0];
-  EXPECT_EQ(by_x, (std::map<int32_t, uint64_t>{{8, 3}, {-32, 5}, {16, 0}}));
 }
 
 }  // namespace

@@ -154,7 +154,7 @@ TEST(Status, GivesEachPartOfMemoryWithItsPlaceAndLimit) {
     EXPECT_EQ(partOf(status, "meshes").place, on_gpu ? "gpu" : "nowhere");
     EXPECT_EQ(partOf(status, "staging").bytes, on_gpu ? 55u : 0u);
     EXPECT_EQ(partOf(status, "space").place, "host");
-    addMemory(status, "space", MemoryPlace::kHost, 7);
+    addMemory(status, "space", kHost, 7);
     EXPECT_EQ(partOf(status, "space").bytes, 77u) << "of the map and of its followers";
     fillMeshes({}, 300, 600, status);
     EXPECT_EQ(partOf(status, "mesh").bytes, 300u);

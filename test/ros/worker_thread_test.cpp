@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
-#include <boost/make_shared.hpp>
 
 #include <atomic>
 #include <stdexcept>
@@ -100,23 +99,19 @@ TEST(WorkerThread, TasksThatStopComesBeforeFailAndDoNotHang) {
   worker.stop();  // once more does no harm
 }
 
-TEST(CallbackThread, HasItsNameAndStopsWithMuchWaiting) {
+TEST(WorkerThread, StopsWithManyCallbacksWaiting) {
   ros::Time::init();
-  struct Slow : ros::CallbackInterface {
-    explicit Slow(std::atomic<int>& calls) : calls(calls) {}
-    CallResult call() override {
-      ++calls;
-      std::this_thread::sleep_for(milliseconds(20));
-      return Success;
-    }
-    std::atomic<int>& calls;
-  };
   std::atomic<int> calls{0}, steps{0};
   const auto begin = std::chrono::steady_clock::now();
   {
-    CallbackThread thread("test");
-    for (int i = 0; i < 1000; ++i) thread.queue().addCallback(boost::make_shared<Slow>(calls));
-    thread.start(1, [&] {
+    WorkerThread thread("test");
+    for (int i = 0; i < 1000; ++i) {
+      thread.run([&] {
+        ++calls;
+        std::this_thread::sleep_for(milliseconds(20));
+      });
+    }
+    thread.start([&] {
       ++steps;
       return kForEver;
     });

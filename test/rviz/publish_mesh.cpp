@@ -7,7 +7,7 @@
 #include <cstdlib>
 
 #include "kernels/meshing/corner_grid.h"
-#include "ros/steps/mesh_topics.h"
+#include "ros/steps/make_steps.h"
 #include "support/grid_mesh.h"
 
 namespace dtsdf {
@@ -43,8 +43,8 @@ void publishSheet(size_t triangles) {
   MappingParams params;
   params.mapper.map.voxel_size_m = kVoxelSize;
   const Rates rates(params.node.publish);
-  MeshTopicsStep topics(params, rates);
-  topics.advertise({private_nh, private_nh, private_nh});
+  const std::unique_ptr<Step> topics = makeMeshTopicsStep(params, rates);
+  topics->advertise({private_nh, private_nh, private_nh});
   ShownMesh mesh(params.mapper.map);
   MeshChanges changes;
   for (int y = 0; y < side; ++y) {
@@ -54,13 +54,13 @@ void publishSheet(size_t triangles) {
       mesh.meshes.put(changes.blocks.back());
     }
   }
-  topics.changed(changes);
+  topics->changed(changes);
   std::printf("%zu triangles\n", mesh.meshes.triangleCount());
   std::fflush(stdout);
   for (ros::WallRate rate(50.0); ros::ok(); rate.sleep()) {
     ros::spinOnce();  // newcomers
     mesh.stamp = ros::Time::now();
-    topics.publish(&mesh);
+    topics->publish(&mesh);
   }
 }
 

@@ -50,11 +50,6 @@ void requireMessages(const rosbag::Bag& bag, const std::string& topic) {
                            "'; rosbag info lists its topics");
 }
 
-std::runtime_error brokenBag(const BagOptions& options, const rosbag::BagException& error) {
-  return std::runtime_error("cannot read the bag '" + options.path + "' any further: " +
-                            errorText(error) + "; try rosbag reindex, or rosbag fix");
-}
-
 std::string topicBeside(const std::string& topic, const std::string& name) {
   return topic.substr(0, topic.rfind('/') + 1) + name;
 }
@@ -68,9 +63,9 @@ std::string withoutEnding(const std::string& topic, const std::string& ending) {
   return hasEnding(topic, ending) ? topic.substr(0, topic.size() - ending.size()) : topic;
 }
 
-std::set<std::string> findImageTopics(const rosbag::Bag& bag,
-                                      bool (*is_wanted)(const rosbag::MessageInstance&),
-                                      const std::string& ending) {
+std::set<std::string> findImageTopics(
+    const rosbag::Bag& bag, const std::function<bool(const rosbag::MessageInstance&)>& is_wanted,
+    const std::string& ending) {
   std::set<std::string> topics;
   rosbag::View all(bag);
   for (const rosbag::ConnectionInfo* connection : all.getConnections()) {

@@ -9,10 +9,10 @@
 #include <tf2/buffer_core.h>
 
 #include <Eigen/Geometry>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
-#include <stdexcept>
 #include <string>
 
 #include "io/bag_frames.h"
@@ -26,18 +26,11 @@ bool hasMessages(const rosbag::Bag& bag, const std::string& topic);
 /// @throws std::runtime_error if it has none.
 void requireMessages(const rosbag::Bag& bag, const std::string& topic);
 
-/// What is thrown where it cannot be read any further.
-std::runtime_error brokenBag(const BagOptions& options, const rosbag::BagException& error);
-
 /// The topic of this name in the same namespace.
 std::string topicBeside(const std::string& topic, const std::string& name);
 
 /// What BagOptions says of it.
 RectifyChoice rectifyChoice(const BagOptions& options);
-
-/// The optical frame of the depth camera, by the options or by its first image.
-/// @throws std::runtime_error unless there is one topic with depth images, or one is named.
-std::string depthCameraFrame(const rosbag::Bag& bag, const BagOptions& options);
 
 /// The topic of an image by itself, if `topic` is that of what a transport has made of it, which
 /// ends in `ending`.
@@ -45,9 +38,9 @@ std::string withoutEnding(const std::string& topic, const std::string& ending);
 
 /// The topics whose first message is wanted. An image that was recorded both ways counts once, as
 /// it was before it was compressed; what a transport made of it has a topic that ends in `ending`.
-std::set<std::string> findImageTopics(const rosbag::Bag& bag,
-                                      bool (*is_wanted)(const rosbag::MessageInstance&),
-                                      const std::string& ending);
+std::set<std::string> findImageTopics(
+    const rosbag::Bag& bag, const std::function<bool(const rosbag::MessageInstance&)>& is_wanted,
+    const std::string& ending);
 
 /// The camera_info of images.
 class BagCameraInfos {

@@ -34,12 +34,6 @@ struct TumToBagOptions {
   std::string camera_namespace = "/camera";
 };
 
-struct TumToBagResult {
-  size_t depth_images = 0;
-  size_t colour_images = 0;
-  std::map<std::string, size_t> skipped;  ///< Depth images left out, by reason.
-};
-
 namespace fs = std::filesystem;
 namespace enc = sensor_msgs::image_encodings;
 
@@ -75,49 +69,11 @@ sensor_msgs::ImagePtr makeDepthImage(const SourceFrame& frame, const TumToBagOpt
   return image.toImageMsg();
 }
 
-/// Writes each pose once: tf2 warns about those that repeat.
-class PoseWriter {
- public:
-  PoseWriter(const TumToBagOptions& options, rosbag::Bag& bag) : options_(options), bag_(bag) {}
-
-  void write(const Eigen::Isometry3d& T_W_C, double stamp_s) {
-    const ros::Time stamp = makeHeader(stamp_s, options_.map_frame).stamp;
-    if (!written_.insert(stamp).second) return;
-    tf2_msgs::TFMessage message;
-    message.transforms.push_back(
-        makeTransform(options_.map_frame, options_.camera_frame, T_W_C, stamp));
-    bag_.write("/tf", stamp, message);
-  }
-
- private:
-  const TumToBagOptions& options_;
-  rosbag::Bag& bag_;
-  std::set<ros::Time> written_;
-};
-
 RecordingOptions recordingOf(const TumToBagOptions& options) {
   RecordingOptions recording;
   recording.path = options.folder;
   recording.format = "tum";
   return recording;
-}
-
-/// Each frame with its transform, at the stamp at which the offline program would fuse it.
-void writeDepth(const TumToBagOptions& options, rosbag::Bag& bag, PoseWriter& poses,
-                TumToBagResult& result) {
-  RecordingOptions tum = recordingOf(options);
-  tum.units_per_metre = options.units_per_metre;
-  const std::unique_ptr<FrameSource> frames = openRecording(tum);
-  const std::string topic = options.camera_namespace + "/depth";
-  while (const std::optional<SourceFrame> frame = frames->next()) {
-    const sensor_msgs::ImagePtr image = makeDepthImage(*frame, options);
-    const ros::Time stamp = image->header.stamp;
-    poses.write(frame->depth.T_W_C, frame->stamp_s);
-    bag.write(topic + "/camera_info", stamp, makeCameraInfo(*image, frame->depth.intrinsics));
-    bag.write(topic + "/image_rect", stamp, image);
-    ++result.depth_images;
-  }
-  result.skipped = frames->skipped();
 }
 
 sensor_msgs::ImagePtr makeColourImage(const SourceColour& source, const TumToBagOptions& options) {
@@ -128,36 +84,81 @@ sensor_msgs::ImagePtr makeColourImage(const SourceColour& source, const TumToBag
       .toImageMsg();
 }
 
-/// The same for colour.
-void writeColour(const TumToBagOptions& options, rosbag::Bag& bag, PoseWriter& poses,
-                 TumToBagResult& result) {
-  const std::unique_ptr<ColourSource> images = openRecordingColours(recordingOf(options));
-  if (images == nullptr) return;
-  const std::string topic = options.camera_namespace + "/rgb";
-  while (const std::optional<SourceColour> source = images->next()) {
-    const sensor_msgs::ImagePtr image = makeColourImage(*source, options);
-    const ros::Time stamp = image->header.stamp;
-    poses.write(source->colour.T_W_C, source->stamp_s);
-    bag.write(topic + "/camera_info", stamp, makeCameraInfo(*image, source->colour.intrinsics));
-    bag.write(topic + "/image_rect_color", stamp, image);
-    ++result.colour_images;
+/// Each image with its transform, at the stamp at which the offline program would fuse it.
+class BagWriter {
+ public:
+  BagWriter(const TumToBagOptions& options, const std::string& path)
+      : options_(options), bag_(path, rosbag::bagmode::Write) {
+    bag_.setCompression(rosbag::compression::LZ4);
   }
-  for (const auto& [reason, count] : images->skipped()) result.skipped[reason] += count;
-}
+
+  void writeDepth() {
+    RecordingOptions tum = recordingOf(options_);
+    tum.units_per_metre = options_.units_per_metre;
+    const std::unique_ptr<FrameSource> frames = openRecording(tum);
+    while (const std::optional<SourceFrame> frame = frames->next()) {
+      write("depth", "image_rect", makeDepthImage(*frame, options_), frame->depth);
+    }
+    count(frames->skipped());
+  }
+
+  void writeColour() {
+    const std::unique_ptr<ColourSource> images = openRecordingColours(recordingOf(options_));
+    if (images == nullptr) return;
+    while (const std::optional<SourceColour> image = images->next()) {
+      write("rgb", "image_rect_color", makeColourImage(*image, options_), image->colour);
+    }
+    count(images->skipped());
+  }
+
+  void close() { bag_.close(); }
+
+  void report() {
+    std::cout << options_.bag << ": " << written_["depth"] << " depth images, " << written_["rgb"]
+              << " colour images\n";
+    for (const auto& [reason, number] : skipped_) {
+      std::cout << "left out: " << number << " depth images (" << reason << ")\n";
+    }
+  }
+
+ private:
+  template <class Frame>
+  void write(const std::string& kind, const std::string& name, const sensor_msgs::ImagePtr& image,
+             const Frame& frame) {
+    const ros::Time stamp = image->header.stamp;
+    const std::string ns = options_.camera_namespace + "/" + kind + "/";
+    if (posed_.insert(stamp).second) {  // tf2 warns about poses that repeat
+      tf2_msgs::TFMessage message;
+      message.transforms.push_back(
+          makeTransform(options_.map_frame, options_.camera_frame, frame.T_W_C, stamp));
+      bag_.write("/tf", stamp, message);
+    }
+    bag_.write(ns + "camera_info", stamp, makeCameraInfo(*image, frame.intrinsics));
+    bag_.write(ns + name, stamp, image);
+    ++written_[kind];
+  }
+
+  void count(const std::map<std::string, size_t>& skipped) {
+    for (const auto& [reason, number] : skipped) skipped_[reason] += number;
+  }
+
+  const TumToBagOptions& options_;
+  rosbag::Bag bag_;
+  std::set<ros::Time> posed_;
+  std::map<std::string, size_t> written_, skipped_;
+};
 
 /// The bag is written beside its place and renamed when it is whole.
 /// @throws std::runtime_error for a folder that cannot be read or a bag that cannot be written.
-TumToBagResult convertTumToBag(const TumToBagOptions& options) {
+void convert(const TumToBagOptions& options) {
   const std::string unfinished = options.bag + ".unfinished";
-  TumToBagResult result;
   try {
-    rosbag::Bag bag(unfinished, rosbag::bagmode::Write);
-    bag.setCompression(rosbag::compression::LZ4);
-    PoseWriter poses(options, bag);
-    writeDepth(options, bag, poses, result);
-    writeColour(options, bag, poses, result);
-    bag.close();
+    BagWriter writer(options, unfinished);
+    writer.writeDepth();
+    writer.writeColour();
+    writer.close();
     fs::rename(unfinished, options.bag);
+    writer.report();
   } catch (const rosbag::BagException& error) {
     fs::remove(unfinished);
     throw std::runtime_error("cannot write the bag '" + options.bag + "': " + error.what());
@@ -165,7 +166,6 @@ TumToBagResult convertTumToBag(const TumToBagOptions& options) {
     fs::remove(unfinished);
     throw;
   }
-  return result;
 }
 
 TumToBagOptions readOptions(const std::vector<std::string>& arguments) {
@@ -185,15 +185,6 @@ TumToBagOptions readOptions(const std::vector<std::string>& arguments) {
   line.addText({"--camera", "NAMESPACE", "namespace of the topics"}, options.camera_namespace);
   line.parse(arguments);
   return options;
-}
-
-void convert(const TumToBagOptions& options) {
-  const TumToBagResult result = convertTumToBag(options);
-  std::cout << options.bag << ": " << result.depth_images << " depth images, "
-            << result.colour_images << " colour images\n";
-  for (const auto& [reason, count] : result.skipped) {
-    std::cout << "left out: " << count << " depth images (" << reason << ")\n";
-  }
 }
 
 }  // namespace

@@ -21,16 +21,15 @@ inline void report(MapStatus& status, uint8_t level, uint8_t code, const std::st
   status.message = message;
 }
 
-enum class MemoryPlace { kHost, kGpu, kDisk };
-
-inline MemoryPlace placeOf(bool on_gpu) { return on_gpu ? MemoryPlace::kGpu : MemoryPlace::kHost; }
+/// Where memory is: also "disk".
+constexpr char kHost[] = "host", kGpu[] = "gpu";
 
 /// Parts of one name in one place are one.
-inline void addMemory(MapStatus& status, const char* name, MemoryPlace place, uint64_t bytes,
+inline void addMemory(MapStatus& status, const char* name, const char* place, uint64_t bytes,
                       uint64_t limit_bytes = 0) {
   dtsdf_mapping::MemoryPart part;
   part.name = name;
-  part.place = place == MemoryPlace::kHost ? "host" : place == MemoryPlace::kGpu ? "gpu" : "disk";
+  part.place = place;
   part.bytes = bytes;
   part.limit_bytes = limit_bytes;
   for (dtsdf_mapping::MemoryPart& same : status.memory) {
@@ -39,6 +38,15 @@ inline void addMemory(MapStatus& status, const char* name, MemoryPlace place, ui
     return;
   }
   status.memory.push_back(part);
+}
+
+/// Of what is kept on disk, with its index in memory.
+template <class PageStats>
+void addPages(MapStatus& status, const PageStats& pages) {
+  status.page_failures += pages.failures;
+  if (pages.bytes == 0) return;
+  addMemory(status, "page_index", kHost, pages.index_bytes);
+  addMemory(status, "pages", "disk", pages.bytes);
 }
 
 inline dtsdf_mapping::DropCount dropCount(const std::string& reason, uint64_t count) {

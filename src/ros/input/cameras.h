@@ -41,22 +41,16 @@ class Cameras {
   std::vector<CameraReport> report() const;
 
  private:
-  struct Camera {
-    std::string name;  ///< Empty for the only one.
-    std::unique_ptr<ImageStream> depth;
-    std::unique_ptr<ImageStream> colour;  ///< Null where none is wanted.
-  };
-
   void add(const std::string& name, const std::string& ns, const ros::NodeHandle& nh,
            const NodeParams& params);
-  template <class Visit>
-  void visitStreams(const Visit& visit) const;
   void restartStamps(const ros::Time& stamp);
 
   Transforms& transforms_;
   FrameQueue& queue_;
-  const bool is_colour_needed_;
-  std::vector<Camera> cameras_;  ///< At least one.
+  const ColourUse colour_;
+  std::vector<std::string> names_;  ///< Of at least one camera; empty for the only one.
+  /// Of each camera its depth, and its colour where that is wanted.
+  std::vector<std::unique_ptr<ImageStream>> streams_;
 };
 
 }  // namespace dtsdf

@@ -9,38 +9,57 @@
 
 namespace dtsdf {
 
-const char* toString(DropReason reason) {
-  switch (reason) {
-    case DropReason::kNoCameraInfo: return "no_camera_info";
-    case DropReason::kNoMask: return "no_mask";
-    case DropReason::kBadEncoding: return "bad_encoding";
-    case DropReason::kTooLarge: return "too_large";
-    case DropReason::kBadImage: return "bad_image";
-    case DropReason::kSizeMismatch: return "size_mismatch";
-    case DropReason::kBadIntrinsics: return "bad_intrinsics";
-    case DropReason::kNoStamp: return "no_stamp";
-    case DropReason::kBadStamp: return "bad_stamp";
-    case DropReason::kRepeatedStamp: return "repeated_stamp";
-    case DropReason::kLongName: return "long_name";
-    case DropReason::kNoTransform: return "no_transform";
-    case DropReason::kBeforeTransforms: return "before_transforms";
-    case DropReason::kQueueFull: return "queue_full";
-    case DropReason::kOutOfOrder: return "out_of_order";
-    case DropReason::kTimeJump: return "time_jump";
-    case DropReason::kPoseJump: return "pose_jump";
-    case DropReason::kBadPose: return "bad_pose";
-    case DropReason::kNoMeasurement: return "no_measurement";
-    case DropReason::kNoMemory: return "no_memory";
-    case DropReason::kOverRate: return "over_rate";
-    case DropReason::kNotLevel: return "not_level";
-    case DropReason::kMisfit: return "misfit";
-    case DropReason::kLost: return "lost";
-    case DropReason::kPaused: return "paused";
-    case DropReason::kEnding: return "ending";
-    case DropReason::kBackendError: return "backend_error";
-  }
-  return "unknown";
-}
+namespace {
+
+constexpr double kDropWarningPeriod_s = 60.0;
+
+struct ReasonTexts {
+  const char* name;
+  bool is_fault;
+  const char* remedy = "";
+};
+
+/// In the order of DropReason.
+constexpr ReasonTexts kReasons[kDropReasonCount] = {
+    {"no_camera_info", true,
+     "publish camera_info with the image's stamp, or set input/camera_info: latest"},
+    {"no_mask", true},
+    {"bad_encoding", true},
+    {"too_large", true, "lower the camera's resolution"},
+    {"bad_image", true},
+    {"size_mismatch", true},
+    {"bad_intrinsics", true},
+    {"no_stamp", true},
+    {"bad_stamp", true},
+    {"repeated_stamp", true},
+    {"long_name", true},
+    {"no_transform", true, "raise input/tf_timeout_s, or check what publishes the poses"},
+    {"before_transforms", false},
+    {"queue_full", true, "use larger voxels (map/voxel_size_m), a GPU, or fewer frames"},
+    {"out_of_order", true, "raise input/merge_wait_s"},
+    {"time_jump", false},
+    {"pose_jump", true, "check the pose estimate, or raise input/max_speed_m_s"},
+    {"bad_pose", true, "check the pose estimate, or raise input/max_speed_m_s"},
+    {"no_measurement", true},
+    {"no_memory", true},
+    {"over_rate", false},
+    {"not_level", false},  // until the first frame is fused, and the status says so then
+    {"misfit", true, "check the pose estimate, or raise poses/sigma_m and poses/sigma_rad"},
+    {"lost", true, "move the camera back to where it was, and then more slowly; or call set_pose"},
+    {"paused", false},
+    {"ending", false},
+    {"backend_error", true},
+};
+
+const ReasonTexts& textsOf(DropReason reason) { return kReasons[static_cast<size_t>(reason)]; }
+
+}  // namespace
+
+const char* toString(DropReason reason) { return textsOf(reason).name; }
+
+const char* remedyFor(DropReason reason) { return textsOf(reason).remedy; }
+
+bool isFault(DropReason reason) { return textsOf(reason).is_fault; }
 
 DropReason dropReasonOf(FrameStatus status) {
   switch (status) {
@@ -53,12 +72,6 @@ DropReason dropReasonOf(FrameStatus status) {
   }
   return DropReason::kBadImage;
 }
-
-namespace {
-
-constexpr double kDropWarningPeriod_s = 60.0;
-
-}  // namespace
 
 uint64_t FrameCounts::droppedSum() const {
   return std::accumulate(dropped.begin(), dropped.end(), uint64_t{0});

@@ -51,6 +51,12 @@ constexpr int kDropReasonCount = static_cast<int>(DropReason::kBackendError) + 1
 /// In the spelling of the status message: "no_transform".
 const char* toString(DropReason reason);
 
+/// What to do against drops for a reason; empty where the text of the last drop has to do.
+const char* remedyFor(DropReason reason);
+
+/// Whether frames that are dropped for it are amiss: not as mapping is paused.
+bool isFault(DropReason reason);
+
 /// The reason for a frame that the mapper did not fuse; `status` is not kFused.
 DropReason dropReasonOf(FrameStatus status);
 

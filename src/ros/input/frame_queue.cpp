@@ -49,11 +49,11 @@ void FrameQueue::addImage(Stream stream, const sensor_msgs::ImageConstPtr& image
   const std::lock_guard<std::mutex> lock(mutex_);
   if (refuses(stream, image)) return;
   auto place = placeFor(stream, image->header.stamp);
-  if (place->second.messages.image) {  // two of one stamp
+  if (place->second.whole.messages.image) {  // two of one stamp
     dropIncomplete(place);
     place = placeFor(stream, image->header.stamp);
   }
-  place->second.messages.image = image;
+  place->second.whole.messages.image = image;
   admit(place);
 }
 
@@ -63,7 +63,7 @@ void FrameQueue::addInfo(Stream stream, const sensor_msgs::CameraInfoConstPtr& i
   StreamState& state = streams_[stream];
   if (!state.options.any_info) {
     const auto place = placeFor(stream, info->header.stamp);
-    place->second.messages.info = info;
+    place->second.whole.messages.info = info;
     return admit(place);
   }
   const bool is_first = state.latest_info == nullptr;
@@ -78,7 +78,7 @@ void FrameQueue::addMask(Stream stream, const sensor_msgs::ImageConstPtr& mask) 
   const std::lock_guard<std::mutex> lock(mutex_);
   if (refuses(stream, nullptr)) return;
   const auto place = placeFor(stream, mask->header.stamp);
-  place->second.messages.mask = mask;
+  place->second.whole.messages.mask = mask;
   admit(place);
 }
 
@@ -93,7 +93,7 @@ FrameQueue::Entries::iterator FrameQueue::placeFor(Stream stream, const ros::Tim
   }
   Entry entry;
   entry.stream = stream;
-  entry.since = clock_();
+  entry.whole.since = clock_();
   const Key key{stamp, options.is_colour, options.name, ++arrivals_};
   return entries_.emplace(key, std::move(entry)).first;
 }
@@ -108,7 +108,7 @@ void FrameQueue::admit(Entries::iterator place) {
 
 /// Brings the counts up to date with what the entry holds.
 void FrameQueue::count(Entry& entry) {
-  const FrameMessages& messages = entry.messages;
+  const FrameMessages& messages = entry.whole.messages;
   const size_t now =
       entry.state == State::kPosed
           ? dtsdf::bytesOf(entry.posed)
@@ -122,19 +122,21 @@ void FrameQueue::count(Entry& entry) {
 /// What keeps a frame from being whole; camera_info before the mask.
 std::optional<DropReason> FrameQueue::missingOf(const Entry& entry) const {
   const StreamState& stream = streams_[entry.stream];
+  const FrameMessages& messages = entry.whole.messages;
   const bool has_info =
-      stream.options.any_info ? stream.latest_info != nullptr : entry.messages.info != nullptr;
-  if (stream.options.wants_mask && !entry.messages.mask && has_info) return DropReason::kNoMask;
+      stream.options.any_info ? stream.latest_info != nullptr : messages.info != nullptr;
+  if (stream.options.wants_mask && !messages.mask && has_info) return DropReason::kNoMask;
   return has_info ? std::nullopt : std::optional<DropReason>(DropReason::kNoCameraInfo);
 }
 
 /// @return whether it has just become whole.
 bool FrameQueue::completeIfWhole(Entries::iterator place) {
   Entry& entry = place->second;
-  if (entry.state != State::kIncomplete || !entry.messages.image || missingOf(entry)) return false;
+  FrameMessages& messages = entry.whole.messages;
+  if (entry.state != State::kIncomplete || !messages.image || missingOf(entry)) return false;
   entry.state = State::kWhole;
-  entry.since = clock_();
-  if (!entry.messages.info) entry.messages.info = streams_[entry.stream].latest_info;
+  entry.whole.since = clock_();
+  if (!messages.info) messages.info = streams_[entry.stream].latest_info;
   for (auto it = entries_.begin(); it != place;) {
     const auto before = it++;
     const bool is_its = before->second.stream == entry.stream;
@@ -144,65 +146,51 @@ bool FrameQueue::completeIfWhole(Entries::iterator place) {
   return true;
 }
 
-std::optional<FrameQueue::Whole> FrameQueue::firstWhole(Stream stream) const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  for (const auto& [key, entry] : entries_) {
-    if (entry.stream != stream || entry.state != State::kWhole) continue;
-    return Whole{entry.messages, entry.since, key.number, entry.is_checked};
+bool FrameQueue::poseFirst(Stream stream, const std::function<Decision(Whole&)>& decide) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  const auto first = firstThat([&](const auto& entry) {
+    return entry.second.stream == stream && entry.second.state == State::kWhole;
+  });
+  if (first == entries_.end()) return false;
+  const Key key = first->first;
+  Whole frame = first->second.whole;
+  lock.unlock();
+  Decision decision = decide(frame);
+  lock.lock();
+  const auto place = entries_.find(key);
+  if (place == entries_.end()) return true;  // was dropped meanwhile
+  place->second.whole = std::move(frame);
+  if (const auto* const text = std::get_if<std::string>(&decision)) {
+    streams_[stream].waiting_for = *text;
+    return false;
   }
-  return std::nullopt;
+  apply(place, std::move(decision));
+  lock.unlock();
+  on_ready_();  // it or others may have their turn by now
+  return true;
 }
 
-FrameQueue::Entries::iterator FrameQueue::find(Stream stream, const Whole& frame) {
-  const StreamOptions& options = streams_[stream].options;
-  return entries_.find(
-      {frame.messages.image->header.stamp, options.is_colour, options.name, frame.number});
-}
-
-void FrameQueue::setChecked(Stream stream, const Whole& frame, bool may_be_ahead) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const auto place = find(stream, frame);
-  if (place == entries_.end()) return;
-  place->second.is_checked = true;
-  place->second.may_be_ahead = may_be_ahead;
-}
-
-void FrameQueue::setPosed(Stream stream, const Whole& frame, PosedFrame posed) {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    const auto place = find(stream, frame);
-    if (place == entries_.end()) return;
-    streams_[stream].waiting_for.clear();
-    ros::Time& heard = streams_[stream].heard;
-    heard = std::max(heard, posed.stamp);
-    if (isTooLate(stream, posed.stamp)) {
-      return drop(place, {DropReason::kOutOfOrder,
-                          "a later frame of another camera has already been fused; raise "
-                          "input/merge_wait_s above this camera's delay"});
-    }
-    Entry& entry = place->second;
-    entry.state = State::kPosed;
-    entry.since = clock_();
-    entry.posed = std::move(posed);
-    entry.posed.accounting = streams_[stream].accounting;
-    entry.messages = {};  // what the frame needs of them, its pixels keep
-    count(entry);
-    streams_[stream].has_come = true;
+/// Drops a frame, or gives it its pose.
+void FrameQueue::apply(Entries::iterator place, Decision decision) {
+  Entry& entry = place->second;
+  const ros::Time stamp = place->first.stamp;
+  StreamState& stream = streams_[entry.stream];
+  stream.waiting_for.clear();
+  const auto* const rejection = std::get_if<Rejection>(&decision);
+  const bool is_sure = rejection == nullptr || !entry.whole.may_be_ahead;
+  if (is_sure) stream.heard = std::max(stream.heard, stamp);
+  if (rejection != nullptr) return drop(place, *rejection);
+  if (isTooLate(entry.stream, stamp)) {
+    return drop(place, {DropReason::kOutOfOrder,
+                        "a later frame of another camera has already been fused; raise "
+                        "input/merge_wait_s above this camera's delay"});
   }
-  on_ready_();
-}
-
-void FrameQueue::drop(Stream stream, const Whole& frame, const Rejection& rejection) {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    const auto place = find(stream, frame);
-    if (place == entries_.end()) return;
-    streams_[stream].waiting_for.clear();
-    ros::Time& heard = streams_[stream].heard;
-    if (!place->second.may_be_ahead) heard = std::max(heard, place->first.stamp);
-    drop(place, rejection);
-  }
-  on_ready_();  // others may have their turn by now
+  entry.state = State::kPosed;
+  entry.posed = std::move(std::get<PosedFrame>(decision));
+  entry.posed.accounting = stream.accounting;
+  entry.whole = {{}, clock_()};  // what the frame needs of its messages, its pixels keep
+  count(entry);
+  stream.has_come = true;
 }
 
 void FrameQueue::dropStamp(Stream stream, const ros::Time& stamp, const Rejection& rejection) {
@@ -212,11 +200,6 @@ void FrameQueue::dropStamp(Stream stream, const ros::Time& stamp, const Rejectio
            entry.second.state == State::kWhole;
   });
   if (place != entries_.end()) drop(place, rejection);
-}
-
-void FrameQueue::noteWaiting(Stream stream, const std::string& text) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  streams_[stream].waiting_for = text;
 }
 
 template <class Wanted>
@@ -309,7 +292,7 @@ SteadyDuration FrameQueue::timeToTurn() const {
   // One that has waited long enough has its turn, and those before it have theirs first.
   SteadyTime since = SteadyTime::max();
   for (const auto& [key, entry] : entries_) {
-    if (entry.state == State::kPosed) since = std::min(since, entry.since);
+    if (entry.state == State::kPosed) since = std::min(since, entry.whole.since);
   }
   const SteadyTime end = since + toSteadyDuration(limits_.merge_wait_s);
   return std::max(SteadyDuration::zero(), end - clock_());
@@ -336,13 +319,13 @@ void FrameQueue::makeRoom() {
     };
     const auto others = std::count_if(entries_.begin(), entries_.end(), isOther);
     if (others > static_cast<int64_t>(kMostStamps)) erase(firstArrived(isOther));
-    while (imagesOf(stream) > limits_.images) dropOldest(mostServed(stream), false);
+    while (imagesOf(stream) > limits_.images) dropOldest(mostServed(stream));
   }
   while (bytes_ > limits_.bytes) {
     const auto largest = std::max_element(
         streams_.begin(), streams_.end(),
         [](const StreamState& a, const StreamState& b) { return a.bytes < b.bytes; });
-    dropOldest(static_cast<Stream>(largest - streams_.begin()), true);
+    dropOldest(static_cast<Stream>(largest - streams_.begin()));
   }
 }
 
@@ -365,21 +348,17 @@ FrameQueue::Stream FrameQueue::mostServed(Stream stream) const {
   return most;
 }
 
-void FrameQueue::dropOldest(Stream stream, bool for_bytes) {
+void FrameQueue::dropOldest(Stream stream) {
   const auto place = firstArrived(
       [&](const auto& entry) { return entry.second.stream == stream && entry.second.hasImage(); });
   if (place == entries_.end()) {  // messages without an image
     return erase(firstArrived([&](const auto& entry) { return entry.second.stream == stream; }));
   }
-  const Key key = place->first;
+  const ros::Time stamp = place->first.stamp;
   const StreamState& state = streams_[stream];
-  const State was = place->second.state;
-  if (was == State::kIncomplete && !for_bytes) {
+  if (place->second.state == State::kIncomplete) {
     dropIncomplete(place);
-  } else if (was == State::kIncomplete) {
-    drop(place, {DropReason::kQueueFull,
-                 "waiting images exceed input/queue_mb (" + state.options.no_info_text + ")"});
-  } else if (was == State::kWhole && !state.waiting_for.empty()) {
+  } else if (place->second.state == State::kWhole && !state.waiting_for.empty()) {
     drop(place, {DropReason::kQueueFull,
                  "the queue is full: the oldest image still waits for its transform (" +
                      state.waiting_for + ")"});
@@ -387,7 +366,7 @@ void FrameQueue::dropOldest(Stream stream, bool for_bytes) {
     drop(place, {DropReason::kQueueFull,
                  "the queue is full: fusing takes longer than the time between images"});
   }
-  if (!state.options.is_colour) dropColourUpTo(key.stamp);
+  if (!state.options.is_colour) dropColourUpTo(stamp);
 }
 
 /// Colour that is before the next depth image would have its turn before that, and be painted
@@ -414,16 +393,16 @@ void FrameQueue::shorten(Stream stream) {
     return entry.second.stream == stream && entry.second.state == State::kPosed &&
            !canComeBefore(entry.first.stamp);
   };
-  const Backlog now{static_cast<size_t>(std::count_if(entries_.begin(), entries_.end(), waits)),
-                    state.taken};
-  if (now.waiting == 0) state.is_overloaded = false;
-  const bool is_short = now.waiting <= kBusy;
-  if (is_short || 2 * (now.taken - state.seen.taken) >= limits_.images) {
-    state.behind = is_short || now.waiting < state.seen.waiting ? 0 : state.behind + 1;
-    state.seen = now;
+  const auto waiting = static_cast<size_t>(std::count_if(entries_.begin(), entries_.end(), waits));
+  if (waiting == 0) state.is_overloaded = false;
+  const bool is_short = waiting <= kBusy;
+  if (is_short || 2 * (state.taken - state.seen_taken) >= limits_.images) {
+    state.behind = is_short || waiting < state.seen_waiting ? 0 : state.behind + 1;
+    state.seen_waiting = waiting;
+    state.seen_taken = state.taken;
   }
   if (state.behind >= 2) state.is_overloaded = true;
-  if (state.is_overloaded && !is_short) dropOldest(mostServed(stream), false);
+  if (state.is_overloaded && !is_short) dropOldest(mostServed(stream));
 }
 
 void FrameQueue::setPaused(bool paused) {

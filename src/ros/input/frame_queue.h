@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <variant>
 #include <vector>
 
 #include "ros/common/pace.h"
@@ -59,24 +60,20 @@ class FrameQueue {
   void addInfo(Stream stream, const sensor_msgs::CameraInfoConstPtr& info);
   void addMask(Stream stream, const sensor_msgs::ImageConstPtr& mask);
 
-  /// A frame that is whole.
+  /// A frame that is whole, and what its stream notes of it.
   struct Whole {
     FrameMessages messages;
     SteadyTime since;
-    uint64_t number;  ///< That it has in the queue.
-    bool is_checked;  ///< setChecked() was called.
+    bool is_checked = false;
+    bool may_be_ahead = false;  ///< Its stamp may be wrong, so that it says nothing of the others.
   };
-  /// The first of a stream that has no pose; it stays.
-  std::optional<Whole> firstWhole(Stream stream) const;
-  /// Its stamp may be wrong, so that it says nothing of the others.
-  void setChecked(Stream stream, const Whole& frame, bool may_be_ahead);
-  /// Gives it its pose. Does nothing if it was dropped meanwhile.
-  void setPosed(Stream stream, const Whole& frame, PosedFrame posed);
-  void drop(Stream stream, const Whole& frame, const Rejection& rejection);
+  /// What becomes of a frame: it waits for what a text says, is dropped, or has its pose.
+  using Decision = std::variant<std::string, Rejection, PosedFrame>;
+  /// Has it decided what becomes of the first frame of a stream that is whole, without the lock.
+  /// @return false if there is none, or it waits.
+  bool poseFirst(Stream stream, const std::function<Decision(Whole&)>& decide);
   /// Drops a frame that waits for its pose still.
   void dropStamp(Stream stream, const ros::Time& stamp, const Rejection& rejection);
-  /// Why the first whole frame of the stream waits; empty: it does not.
-  void noteWaiting(Stream stream, const std::string& text);
 
   /// Stamps of a stream have jumped back to this one: drops its frames with later ones.
   void restart(Stream stream, const ros::Time& stamp);
@@ -114,20 +111,14 @@ class FrameQueue {
   enum class State { kIncomplete, kWhole, kPosed };
   struct Entry {
     Stream stream;
-    FrameMessages messages;
     State state = State::kIncomplete;
-    SteadyTime since;  ///< When it came, became whole or got its pose.
-    bool is_checked = false, may_be_ahead = false;
+    Whole whole;  ///< It is since when it came, became whole or got its pose.
     PosedFrame posed;
     size_t bytes = 0;
 
-    bool hasImage() const { return state == State::kPosed || messages.image != nullptr; }
+    bool hasImage() const { return state == State::kPosed || whole.messages.image != nullptr; }
   };
   using Entries = std::map<Key, Entry>;
-  /// How many frames waited for the map once it had taken so many.
-  struct Backlog {
-    size_t waiting = 0, taken = 0;
-  };
   struct StreamState {
     StreamOptions options;
     FrameAccounting* accounting;
@@ -136,9 +127,9 @@ class FrameQueue {
     size_t bytes = 0, taken = 0;
     sensor_msgs::CameraInfoConstPtr latest_info;
     std::string waiting_for;
-    Backlog seen;
-    int behind = 0;              ///< So often in a row the backlog had not shrunk.
-    bool is_overloaded = false;  ///< Until none waits.
+    size_t seen_waiting = 0, seen_taken = 0;  ///< The backlog once it had taken so many.
+    int behind = 0;                           ///< So often in a row the backlog had not shrunk.
+    bool is_overloaded = false;               ///< Until none waits.
 
     bool isWaitedFor() const { return !options.is_colour || has_come; }
   };
@@ -150,7 +141,7 @@ class FrameQueue {
   void count(Entry& entry);
   std::optional<DropReason> missingOf(const Entry& entry) const;
   bool completeIfWhole(Entries::iterator place);
-  Entries::iterator find(Stream stream, const Whole& frame);
+  void apply(Entries::iterator place, Decision decision);
   template <class Wanted>
   Entries::iterator firstThat(const Wanted& wanted);
   template <class Wanted>
@@ -163,7 +154,7 @@ class FrameQueue {
   void makeRoom();
   size_t imagesOf(Stream stream) const;
   Stream mostServed(Stream stream) const;
-  void dropOldest(Stream stream, bool for_bytes);
+  void dropOldest(Stream stream);
   void dropColourUpTo(ros::Time stamp);
   void shorten(Stream stream);
   bool canComeBefore(const ros::Time& stamp) const;

@@ -7,8 +7,6 @@
 
 #include "io/colour_codes.h"
 #include "io/depth_codes.h"
-#include "level/frame_points.h"
-#include "ros/input/images.h"
 
 namespace dtsdf {
 
@@ -49,42 +47,6 @@ sensor_msgs::ImageConstPtr decodeColour(const sensor_msgs::CompressedImage& mess
   image->step = 3 * image->width;
   image->data = std::move(decoded.rgb);
   return image;
-}
-
-ImageKind makeDepthKind(const InputParams& params) {
-  const DepthUnits units{params.unit_16uc1_m, params.unit_32fc1_m};
-  return {"depth/image_rect",
-          "depth/camera_info",
-          "image_transport",
-          "compressedDepth",
-          decodeDepth,
-          0.0,
-          Rectification::Kind::kDepth,
-          checkDepthImage,
-          [units, choice = params.depth](const CameraImage& camera, PosedFrame& frame) {
-            DepthFrame depth = makeDepthFrame(camera.image, *camera.info, units, frame.pixels);
-            if (choice == DepthChoice::kRay) {
-              const auto turned = boost::make_shared<cv_bridge::CvImage>();
-              turned->image.create(depth.height, depth.width, CV_32FC1);
-              turnToAxis(depth, turned->image.ptr<float>());
-              frame.pixels = turned;
-            }
-            frame.image = depth;
-          }};
-}
-
-ImageKind makeColourKind(const ColourParams& params) {
-  return {"color/image_rect",
-          "color/camera_info",
-          "color_image_transport",
-          "compressed",
-          decodeColour,
-          params.max_rate_hz,
-          Rectification::Kind::kColour,
-          checkColourImage,
-          [](const CameraImage& camera, PosedFrame& frame) {
-            frame.image = makeColourFrame(camera.image, *camera.info, frame.pixels);
-          }};
 }
 
 }  // namespace dtsdf

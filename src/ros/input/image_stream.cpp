@@ -2,12 +2,14 @@
 
 #include <image_transport/camera_common.h>
 #include <ros/console.h>
+#include <boost/make_shared.hpp>
 
 #include <algorithm>
 #include <exception>
 #include <utility>
 #include <vector>
 
+#include "level/frame_points.h"
 #include "params/intrinsics_check.h"
 #include "params/printable.h"
 #include "params/text.h"
@@ -37,7 +39,7 @@ FrameQueue::StreamOptions queueOptions(const ImageKind& kind, const std::string&
                                        const std::string& mask_topic) {
   FrameQueue::StreamOptions options;
   options.name = name;
-  options.is_colour = kind.rectified_as == Rectification::Kind::kColour;
+  options.is_colour = kind.isColour();
   options.any_info = params.camera_info == CameraInfoChoice::kLatest;
   options.wants_mask = params.mask;
   options.no_info_text = std::string("no camera_info") +
@@ -48,27 +50,28 @@ FrameQueue::StreamOptions queueOptions(const ImageKind& kind, const std::string&
 }
 
 std::string accountingName(const ImageKind& kind, const std::string& name) {
-  if (kind.rectified_as == Rectification::Kind::kDepth) return name;
+  if (!kind.isColour()) return name;
   return name.empty() ? "colour" : name + ", colour";
 }
 
 }  // namespace
 
-ImageStream::ImageStream(ImageKind kind, const std::string& name, const std::string& ns,
+ImageStream::ImageStream(const ImageKind& kind, const std::string& name, const std::string& ns,
                          const ros::NodeHandle& nh, const InputParams& params, Parts parts)
-    : kind_(std::move(kind)),
+    : kind_(kind),
       params_(params),
       parts_(std::move(parts)),
       nh_(nh),
       ns_(ns),
-      image_topic_(nh.resolveName(ns + "/" + kind_.image_topic)),
-      info_topic_(
-          infoTopicFor(nh, nh.resolveName(ns + "/" + kind_.info_topic, false), image_topic_)),
+      topic_(ns + "/" + kind_.ns + "/image_rect"),
+      image_topic_(nh.resolveName(topic_)),
+      info_topic_(infoTopicFor(nh, nh.resolveName(ns + "/" + kind_.ns + "/camera_info", false),
+                               image_topic_)),
       accounting_(accountingName(kind_, name)),
       stream_(parts_.queue.addStream(
           queueOptions(kind_, name, params, info_topic_, nh.resolveName(ns + "/mask/image")),
           accounting_)),
-      rate_limit_(kind_.max_rate_hz),
+      rate_limit_(parts_.max_rate_hz),
       motion_gate_(params.max_speed_m_s, params.max_turn_deg_s),
       rectification_(params.rectify, image_topic_, kind_.rectified_as),
       transport_(nh) {}
@@ -80,20 +83,17 @@ void ImageStream::subscribe(const ros::NodeHandle& private_nh) {
   }
   const image_transport::TransportHints hints("raw", ros::TransportHints(), private_nh,
                                               kind_.transport_param);
-  const std::string topic = ns_ + "/" + kind_.image_topic;
   if (!decodesItself(hints.getTransport())) {
     by_transport_ =
-        transport_.subscribe(topic, kSubscriberQueue, &ImageStream::onImage, this, hints);
+        transport_.subscribe(topic_, kSubscriberQueue, &ImageStream::onImage, this, hints);
     return;
   }
-  ROS_INFO_STREAM_NAMED("dtsdf_mapping", "image_transport has no plugin for "
-                                             << kind_.own_transport << ": decoded by this node");
-  compressed_ = nh_.subscribe(image_topic_ + "/" + kind_.own_transport, kSubscriberQueue,
+  compressed_ = nh_.subscribe(image_topic_ + kind_.compressed_topic, kSubscriberQueue,
                               &ImageStream::onCompressed, this);
 }
 
 bool ImageStream::decodesItself(const std::string& transport) const {
-  if (transport != kind_.own_transport) return false;
+  if ("/" + transport != kind_.compressed_topic) return false;
   const std::vector<std::string> plugins = transport_.getLoadableTransports();
   return std::find(plugins.begin(), plugins.end(), "image_transport/" + transport) == plugins.end();
 }
@@ -142,65 +142,68 @@ void ImageStream::onMask(const sensor_msgs::ImageConstPtr& mask) {
 }
 
 bool ImageStream::step() {
-  while (poseFirst()) {
+  bool waits = false;
+  const auto decide = [&](Whole& frame) {
+    FrameQueue::Decision decision = this->decide(frame);
+    waits = std::holds_alternative<std::string>(decision);
+    return decision;
+  };
+  while (parts_.queue.poseFirst(stream_, decide)) {
   }
-  return parts_.queue.firstWhole(stream_).has_value();
+  return waits;
 }
 
-/// False if there is no frame, or the first one has to wait.
-bool ImageStream::poseFirst() {
-  const std::optional<Whole> frame = parts_.queue.firstWhole(stream_);
-  if (!frame) return false;
-  if (!frame->is_checked && !admit(*frame)) return true;
-  const ros::Time stamp = frame->messages.image->header.stamp;
+FrameQueue::Decision ImageStream::decide(Whole& frame) {
+  const sensor_msgs::Image& image = *frame.messages.image;
+  const ros::Time stamp = image.header.stamp;
+  if (!frame.is_checked) {
+    if (const auto rejection = check(frame.messages)) return *rejection;
+    frame.is_checked = true;
+    frame.may_be_ahead = handleTimeJump(stamp);
+  }
   PoseAnswer pose;
   pose.kind = PoseAnswer::Kind::kKnown;
   if (!parts_.pose_frame.empty()) {
-    pose = parts_.transforms.find(parts_.pose_frame, cameraFrame(*frame->messages.image), stamp,
-                                  "the image");
+    pose = parts_.transforms.find(parts_.pose_frame, cameraFrame(image), stamp, "the image");
   }
   const bool may_come = pose.kind == PoseAnswer::Kind::kNotYet;
-  if (may_come &&
-      std::chrono::steady_clock::now() - frame->since < toSteadyDuration(params_.tf_timeout_s)) {
-    parts_.queue.noteWaiting(stream_, pose.text);
-    return false;
-  }
+  const auto waited = std::chrono::steady_clock::now() - frame.since;
+  if (may_come && waited < toSteadyDuration(params_.tf_timeout_s)) return pose.text;
   parts_.transforms.notePose(pose.kind == PoseAnswer::Kind::kKnown);
-  if (const auto rejection = judge(*frame, pose)) {
-    parts_.queue.drop(stream_, *frame, *rejection);
-  } else {
-    setPosed(*frame, pose);
+  if (may_come) {
+    return Rejection{
+        DropReason::kNoTransform,
+        pose.text + formatted("; waited %g s (input/tf_timeout_s)", params_.tf_timeout_s)};
   }
-  return true;
+  if (pose.kind == PoseAnswer::Kind::kNever) {
+    return Rejection{DropReason::kBeforeTransforms, pose.text};
+  }
+  if (is_motion_new_.exchange(false)) {
+    motion_gate_ = MotionGate(params_.max_speed_m_s, params_.max_turn_deg_s);
+  }
+  if (const auto jump = motion_gate_.check(stamp.toSec(), pose.T_W_C)) {
+    return Rejection{DropReason::kPoseJump, *jump};
+  }
+  return makePosed(frame.messages, pose.T_W_C);
 }
 
-/// Checks of a frame that has just become whole. @return whether it is still there.
-bool ImageStream::admit(const Whole& frame) {
-  const ros::Time stamp = frame.messages.image->header.stamp;
-  std::optional<Rejection> rejection = check(frame.messages);
-  if (!rejection && std::exchange(last_whole_, stamp) == stamp) {
-    rejection = Rejection{DropReason::kRepeatedStamp,
-                          "the image before has the same stamp, so one of them has a wrong pose"};
-  }
-  if (!rejection && !rate_limit_.takes(stamp.toSec())) {
-    rejection = Rejection{DropReason::kOverRate, "more than colour/max_rate_hz"};
-  }
-  if (rejection) {
-    parts_.queue.drop(stream_, frame, *rejection);
-    return false;
-  }
-  parts_.queue.setChecked(stream_, frame, handleTimeJump(stamp));
-  return true;
-}
-
-std::optional<Rejection> ImageStream::check(const FrameMessages& frame) const {
+/// Checks of a frame that has just become whole.
+std::optional<Rejection> ImageStream::check(const FrameMessages& frame) {
   if (auto rejection = kind_.check(*frame.image, *frame.info)) return rejection;
   if (frame.mask) {
     if (auto rejection = checkMask(*frame.mask, *frame.image)) return rejection;
   }
-  if (!cameraFrame(*frame.image).empty()) return std::nullopt;
-  return Rejection{DropReason::kNoTransform,
-                   "the image has no frame_id; set it in the driver, or input/camera_frame"};
+  if (cameraFrame(*frame.image).empty()) {
+    return Rejection{DropReason::kNoTransform,
+                     "the image has no frame_id; set it in the driver, or input/camera_frame"};
+  }
+  const ros::Time stamp = frame.image->header.stamp;
+  if (std::exchange(last_whole_, stamp) == stamp) {
+    return Rejection{DropReason::kRepeatedStamp,
+                     "the image before has the same stamp, so one of them has a wrong pose"};
+  }
+  if (rate_limit_.takes(stamp.toSec())) return std::nullopt;
+  return Rejection{DropReason::kOverRate, "more than colour/max_rate_hz"};
 }
 
 std::string ImageStream::cameraFrame(const sensor_msgs::Image& image) const {
@@ -251,44 +254,39 @@ void ImageStream::restartStamps(const ros::Time& stamp) {
   parts_.queue.restart(stream_, stamp);
 }
 
-std::optional<Rejection> ImageStream::judge(const Whole& frame, const PoseAnswer& pose) {
-  if (pose.kind == PoseAnswer::Kind::kNever) {
-    return Rejection{DropReason::kBeforeTransforms, pose.text};
-  }
-  if (pose.kind == PoseAnswer::Kind::kNotYet) {
-    return Rejection{
-        DropReason::kNoTransform,
-        pose.text + formatted("; waited %g s (input/tf_timeout_s)", params_.tf_timeout_s)};
-  }
-  if (is_motion_new_.exchange(false)) {
-    motion_gate_ = MotionGate(params_.max_speed_m_s, params_.max_turn_deg_s);
-  }
-  const double stamp_s = frame.messages.image->header.stamp.toSec();
-  if (const auto jump = motion_gate_.check(stamp_s, pose.T_W_C)) {
-    return Rejection{DropReason::kPoseJump, *jump};
-  }
-  return std::nullopt;
-}
-
-void ImageStream::setPosed(const Whole& frame, const PoseAnswer& pose) {
-  const FrameMessages& messages = frame.messages;
+FrameQueue::Decision ImageStream::makePosed(const FrameMessages& messages,
+                                            const Eigen::Isometry3d& T_W_C) {
   PosedFrame posed;
   posed.stamp = messages.image->header.stamp;
   posed.frame_id = cameraFrame(*messages.image);
   posed.camera = parts_.camera;
   try {
     const auto image = messages.mask ? applyMask(*messages.mask, *messages.image) : messages.image;
-    kind_.fill(rectification_.apply({image, messages.info}), posed);
+    const CameraImage camera = rectification_.apply({image, messages.info});
+    if (kind_.isColour()) {
+      posed.image = makeColourFrame(camera.image, *camera.info, posed.pixels);
+    } else {
+      const DepthUnits units{params_.unit_16uc1_m, params_.unit_32fc1_m};
+      DepthFrame depth = makeDepthFrame(camera.image, *camera.info, units, posed.pixels);
+      if (params_.depth == DepthChoice::kRay) {
+        const auto turned = boost::make_shared<cv_bridge::CvImage>();
+        turned->image.create(depth.height, depth.width, CV_32FC1);
+        turnToAxis(depth, turned->image.ptr<float>());
+        posed.pixels = turned;
+      }
+      posed.image = depth;
+    }
   } catch (const std::exception& error) {  // of OpenCV or cv_bridge, or no memory for a copy
-    return parts_.queue.drop(stream_, frame, {DropReason::kBadImage, errorText(error)});
+    return Rejection{DropReason::kBadImage, errorText(error)};
   }
-  std::visit([&](auto& image) { image.T_W_C = pose.T_W_C; }, posed.image);
+  std::visit([&](auto& image) { image.T_W_C = T_W_C; }, posed.image);
   noteDoubts(posed);
-  parts_.queue.setPosed(stream_, frame, std::move(posed));
+  return posed;
 }
 
 void ImageStream::noteDoubts(const PosedFrame& posed) {
-  std::string text = rectification_.warning();
+  std::string text = rectification_.warning();  // which the log has
+  const bool is_logged = !text.empty();
   if (const auto* depth = std::get_if<DepthFrame>(&posed.image)) {
     convention_.add(*depth);
     if (!convention_.doubt().empty()) text = convention_.doubt();
@@ -300,7 +298,7 @@ void ImageStream::noteDoubts(const PosedFrame& posed) {
   }
   if (!text.empty()) text = "'" + printable(posed.frame_id) + "': " + text;
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (std::exchange(warning_, text) != text && !text.empty()) {
+  if (std::exchange(warning_, text) != text && !text.empty() && !is_logged) {
     ROS_WARN_STREAM_NAMED("dtsdf_mapping", text);
   }
 }

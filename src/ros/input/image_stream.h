@@ -32,8 +32,9 @@ class ImageStream {
   struct Parts {
     Transforms& transforms;
     FrameQueue& queue;
-    std::string pose_frame;  ///< That poses are looked up in; empty: images have none.
-    size_t camera = 0;       ///< Its place among the cameras.
+    std::string pose_frame;    ///< That poses are looked up in; empty: images have none.
+    size_t camera = 0;         ///< Its place among the cameras.
+    double max_rate_hz = 0.0;  ///< Of what is taken of the images; 0: all.
     /// Called where stamps jump back; none: only this stream restarts.
     std::function<void(const ros::Time&)> on_time_jump;
   };
@@ -41,7 +42,7 @@ class ImageStream {
   /// `name` is that of the camera, which is empty for a single one. `ns` is the namespace of the
   /// topics, empty for the root. Not that of `nh`, which for a nodelet of the root namespace is the
   /// one of its manager, such as a camera driver's.
-  ImageStream(ImageKind kind, const std::string& name, const std::string& ns,
+  ImageStream(const ImageKind& kind, const std::string& name, const std::string& ns,
               const ros::NodeHandle& nh, const InputParams& params, Parts parts);
 
   /// Images come from now on.
@@ -67,20 +68,19 @@ class ImageStream {
   void onInfo(const sensor_msgs::CameraInfoConstPtr& info);
   void onMask(const sensor_msgs::ImageConstPtr& mask);
   std::string cameraFrame(const sensor_msgs::Image& image) const;
-  std::optional<Rejection> check(const FrameMessages& frame) const;
-  bool admit(const Whole& frame);
+  FrameQueue::Decision decide(Whole& frame);
+  std::optional<Rejection> check(const FrameMessages& frame);
   bool handleTimeJump(const ros::Time& stamp);
   void endGap(const ros::Time& stamp);
-  bool poseFirst();
-  std::optional<Rejection> judge(const Whole& frame, const PoseAnswer& pose);
-  void setPosed(const Whole& frame, const PoseAnswer& pose);
+  FrameQueue::Decision makePosed(const FrameMessages& messages, const Eigen::Isometry3d& T_W_C);
   void noteDoubts(const PosedFrame& posed);
 
-  const ImageKind kind_;
+  const ImageKind& kind_;
   const InputParams params_;
   const Parts parts_;
   ros::NodeHandle nh_;
-  const std::string ns_, image_topic_, info_topic_;
+  const std::string ns_, topic_;  ///< Of the images, before remapping.
+  const std::string image_topic_, info_topic_;
   FrameAccounting accounting_;
   FrameQueue::Stream stream_;
   RateLimit rate_limit_;

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "io/depth_codes.h"
 #include "params/intrinsics_check.h"
@@ -70,29 +69,6 @@ std::optional<Rejection> checkPixels(const sensor_msgs::Image& image, size_t pix
           printable(image.encoding)};
 }
 
-/// cv_bridge throws where the data go on after the last row or end without its padding, and OpenCV
-/// where rows do not begin on whole pixels.
-bool isTidy(const sensor_msgs::Image& image, size_t pixel_bytes) {
-  return image.step % pixel_bytes == 0 &&
-         image.data.size() == static_cast<size_t>(image.step) * image.height;
-}
-
-/// The image without padding.
-sensor_msgs::ImageConstPtr makeTidy(const sensor_msgs::Image& image, size_t pixel_bytes) {
-  const auto tidy = boost::make_shared<sensor_msgs::Image>();
-  tidy->header = image.header;
-  tidy->encoding = image.encoding;
-  tidy->is_bigendian = image.is_bigendian;
-  tidy->width = image.width;
-  tidy->height = image.height;
-  tidy->step = static_cast<uint32_t>(image.width * pixel_bytes);
-  tidy->data.resize(static_cast<size_t>(tidy->step) * image.height);
-  for (size_t v = 0; v < image.height; ++v) {
-    std::memcpy(&tidy->data[v * tidy->step], &image.data[v * image.step], tidy->step);
-  }
-  return tidy;
-}
-
 }  // namespace
 
 Intrinsics intrinsicsOf(const sensor_msgs::CameraInfo& info) {
@@ -153,13 +129,12 @@ std::string findProblem(const sensor_msgs::CameraInfo& info) {
 
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,
                                     const sensor_msgs::CameraInfo& info, size_t pixel_bytes) {
+  if (image.header.stamp.isZero()) {
+    return Rejection{DropReason::kNoStamp, "the image has no stamp, so its pose is unknown"};
+  }
   if (auto rejection = checkPixels(image, pixel_bytes)) return rejection;
   if (auto rejection = checkSize(image, info)) return rejection;
   return checkIntrinsics(image, info);
-}
-
-sensor_msgs::ImageConstPtr tidied(const sensor_msgs::ImageConstPtr& image, size_t pixel_bytes) {
-  return isTidy(*image, pixel_bytes) ? image : makeTidy(*image, pixel_bytes);
 }
 
 namespace {
@@ -186,9 +161,6 @@ bool isDepthEncoding(const std::string& encoding) { return pixelFormatOf(encodin
 
 std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
                                          const sensor_msgs::CameraInfo& info) {
-  if (image.header.stamp.isZero()) {
-    return Rejection{DropReason::kNoStamp, "the image has no stamp, so its pose is unknown"};
-  }
   const std::optional<PixelFormat> format = pixelFormatOf(image.encoding);
   if (!format) {
     return Rejection{DropReason::kBadEncoding,
@@ -201,7 +173,7 @@ DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
                           const sensor_msgs::CameraInfo& info, const DepthUnits& units,
                           cv_bridge::CvImageConstPtr& pixels) {
   const PixelFormat format = *pixelFormatOf(image->encoding);
-  pixels = cv_bridge::toCvShare(tidied(image, format.bytes));
+  pixels = cv_bridge::toCvShare(image);
   DepthFrame frame;
   // Size and type by the message: cv_bridge leaves a matrix of bytes where it has swapped them.
   frame.width = static_cast<int>(image->width);
@@ -265,9 +237,6 @@ bool isColourEncoding(const std::string& encoding) {
 
 std::optional<Rejection> checkColourImage(const sensor_msgs::Image& image,
                                           const sensor_msgs::CameraInfo& info) {
-  if (image.header.stamp.isZero()) {
-    return Rejection{DropReason::kNoStamp, "the image has no stamp, so its pose is unknown"};
-  }
   if (!isColourEncoding(image.encoding)) {
     return Rejection{DropReason::kBadEncoding,
                      "encoding '" + printable(image.encoding) +
@@ -286,8 +255,7 @@ std::optional<Rejection> checkColourImage(const sensor_msgs::Image& image,
 ColourFrame makeColourFrame(const sensor_msgs::ImageConstPtr& image,
                             const sensor_msgs::CameraInfo& info,
                             cv_bridge::CvImageConstPtr& pixels) {
-  const sensor_msgs::ImageConstPtr tidy = tidied(image, pixelBytes(image->encoding));
-  pixels = knownEncoding(image->encoding) ? cv_bridge::toCvShare(tidy) : converted(tidy);
+  pixels = knownEncoding(image->encoding) ? cv_bridge::toCvShare(image) : converted(image);
   ColourFrame frame;
   frame.width = pixels->image.cols;
   frame.height = pixels->image.rows;

@@ -36,10 +36,6 @@ std::string findProblem(const sensor_msgs::CameraInfo& info);
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,
                                     const sensor_msgs::CameraInfo& info, size_t pixel_bytes);
 
-/// The image as cv_bridge and OpenCV take it: without padding where it is of no whole pixels, or
-/// where there is more or less of it than the rows need. One that passed checkImage().
-sensor_msgs::ImageConstPtr tidied(const sensor_msgs::ImageConstPtr& image, size_t pixel_bytes);
-
 struct DepthUnits {
   float unit_16uc1_m = 0.001f;
   float unit_32fc1_m = 1.0f;

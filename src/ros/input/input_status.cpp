@@ -20,19 +20,7 @@ constexpr std::chrono::seconds kWindow{30};
 /// Silence of so many times `status/stale_s` is an error.
 constexpr double kErrorAfter = 3.0;
 /// Colour may start later than depth.
-constexpr std::chrono::seconds kColourPatience{10};
-
-bool isFault(DropReason reason) {
-  switch (reason) {
-    case DropReason::kPaused:
-    case DropReason::kEnding:
-    case DropReason::kOverRate:
-    case DropReason::kNotLevel:  // until the first frame is fused, and the status says so then
-    case DropReason::kTimeJump:
-    case DropReason::kBeforeTransforms: return false;
-    default: return true;
-  }
-}
+constexpr double kColourPatience_s = 10.0;
 
 DropShare shareOf(const FrameCounts& before, const FrameCounts& now) {
   DropShare share;
@@ -178,16 +166,16 @@ bool lacksColour(const CameraReport& camera) {
 }  // namespace
 
 void InputStatus::fill(const InputReport& input, MapStatus& status) {
-  run_clock_.update({input.at, input.now, input.paused});
+  run_clock_.update(input.at, input.now, input.paused);
   fillCounts(input, status);
-  addMemory(status, "images", MemoryPlace::kHost, input.waiting_bytes, input.max_waiting_bytes);
+  addMemory(status, "images", kHost, input.waiting_bytes, input.max_waiting_bytes);
   status.paused = input.paused;
   const std::vector<DropShare> recent = updateDrops(input);
-  before_.resize(input.cameras.size());
+  const std::vector<FrameCounts>& before =
+      moments_[moments_.size() - std::min<size_t>(2, moments_.size())].frames;
   for (size_t i = 0; i < input.cameras.size() && !input.paused; ++i) {
-    judgeCamera(input.cameras[i], recent[i], before_[i], input, status);
+    judgeCamera(input.cameras[i], recent[i], before[i], input, status);
   }
-  for (size_t i = 0; i < input.cameras.size(); ++i) before_[i] = input.cameras[i].depth.frames;
   if (input.paused) report(status, MapStatus::OK, MapStatus::PAUSED, "paused");
   if (run_clock_.timeStands() && status.frames_fused > 0) {
     report(status, MapStatus::OK, MapStatus::TIME_STANDS,
@@ -295,9 +283,8 @@ void InputStatus::judgeNoFrame(const StreamReport& depth, const std::string& nam
 /// why the mesh is grey.
 void InputStatus::hintAtColour(const InputReport& input) {
   const auto camera = std::find_if(input.cameras.begin(), input.cameras.end(), lacksColour);
-  if (camera == input.cameras.end()) return lacks_colour_since_.reset();
-  if (!lacks_colour_since_) lacks_colour_since_ = input.at;
-  if (has_hinted_ || input.at - *lacks_colour_since_ < kColourPatience) return;
+  if (camera == input.cameras.end() || has_hinted_) return;
+  if (run_clock_.ran_s() < kColourPatience_s) return;
   has_hinted_ = true;
   const std::vector<std::string> topics = find_topics_().colour;
   if (topics.empty()) return;
@@ -310,26 +297,6 @@ void InputStatus::hintAtColour(const InputReport& input) {
           << wanted << "': it has no publisher; "
           << (is_compressed ? "it is published compressed; set color_image_transport:=compressed"
                             : "colour is published on " + inQuotes(topics) + " (color:=)"));
-}
-
-const char* remedyFor(DropReason reason) {
-  switch (reason) {
-    case DropReason::kQueueFull:
-      return "use larger voxels (map/voxel_size_m), a GPU, or fewer frames";
-    case DropReason::kNoTransform:
-      return "raise input/tf_timeout_s, or check what publishes the poses";
-    case DropReason::kNoCameraInfo:
-      return "publish camera_info with the image's stamp, or set input/camera_info: latest";
-    case DropReason::kPoseJump:
-    case DropReason::kBadPose: return "check the pose estimate, or raise input/max_speed_m_s";
-    case DropReason::kOutOfOrder: return "raise input/merge_wait_s";
-    case DropReason::kMisfit:
-      return "check the pose estimate, or raise poses/sigma_m and poses/sigma_rad";
-    case DropReason::kLost:
-      return "move the camera back to where it was, and then more slowly; or call set_pose";
-    case DropReason::kTooLarge: return "lower the camera's resolution";
-    default: return "";
-  }
 }
 
 }  // namespace dtsdf

@@ -24,20 +24,14 @@ namespace dtsdf {
 /// to come, and afterwards the waiting begins again.
 class RunClock {
  public:
-  struct Moment {
-    SteadyTime at;
-    ros::Time now;  ///< ROS's clock.
-    bool paused = false;
-  };
-
-  void update(const Moment& moment) {
-    if (!has_begun_ || moment.now != now_) changed_at_ = moment.at;
-    now_ = moment.now;
+  void update(SteadyTime at, const ros::Time& now, bool paused) {
+    if (!has_begun_ || now != now_) changed_at_ = at;
+    now_ = now;
     // Simulated time comes in steps: that of a slow simulator is not at a stand at once.
-    stands_ = moment.at - changed_at_ >= std::chrono::seconds(1);
-    if (!has_begun_ || moment.paused || stands_) begun_ = moment.at;
+    stands_ = at - changed_at_ >= std::chrono::seconds(1);
+    if (!has_begun_ || paused || stands_) begun_ = at;
     has_begun_ = true;
-    ran_s_ = toSeconds(moment.at - begun_);
+    ran_s_ = toSeconds(at - begun_);
   }
 
   /// How long there was neither a pause nor a stand of time.
@@ -99,14 +93,9 @@ class InputStatus {
   const double stale_s_;
   PublishedTopics (*const find_topics_)();
   RunClock run_clock_;
-  std::deque<Moment> moments_;       ///< Of the last while.
-  std::vector<FrameCounts> before_;  ///< At the last status.
+  std::deque<Moment> moments_;  ///< Of the last while.
   uint64_t restarts_before_ = 0;
-  std::optional<SteadyTime> lacks_colour_since_;
   bool has_hinted_ = false;
 };
-
-/// What to do against drops for a reason; empty where the text of the last drop has to do.
-const char* remedyFor(DropReason reason);
 
 }  // namespace dtsdf

@@ -4,8 +4,7 @@
 #include <ros/this_node.h>
 
 #include <algorithm>
-#include <iterator>
-#include <set>
+#include <map>
 
 #include "params/printable.h"
 #include "params/text.h"
@@ -21,35 +20,16 @@ bool contains(const std::string& text, const char* part) {
   return text.find(part) != std::string::npos;
 }
 
-/// Images by their topic, with and without what compressed ones append to it.
-class NamesOfImages {
- public:
-  explicit NamesOfImages(const char* ending) : ending_(ending) {}
+/// Images by their topic, and whether they are published as they are, not only compressed.
+using Images = std::map<std::string, bool>;
 
-  void add(const std::string& topic, const std::string& type) {
-    if (type == "sensor_msgs/Image") as_they_are_.insert(topic);
-    if (type == "sensor_msgs/CompressedImage" && endsWith(topic, ending_)) {
-      compressed_.insert(topic.substr(0, topic.size() - ending_.size()));
-    }
+void add(const std::string& topic, const std::string& type, const std::string& transport,
+         Images& images) {
+  if (type == "sensor_msgs/Image") images[topic] = true;
+  if (type == "sensor_msgs/CompressedImage" && endsWith(topic, transport)) {
+    images.emplace(topic.substr(0, topic.size() - transport.size()), false);
   }
-
-  std::vector<std::string> all() const {
-    std::set<std::string> names = as_they_are_;
-    names.insert(compressed_.begin(), compressed_.end());
-    return {names.begin(), names.end()};
-  }
-
-  std::vector<std::string> onlyCompressed() const {
-    std::vector<std::string> names;
-    std::set_difference(compressed_.begin(), compressed_.end(), as_they_are_.begin(),
-                        as_they_are_.end(), std::back_inserter(names));
-    return names;
-  }
-
- private:
-  std::string ending_;
-  std::set<std::string> as_they_are_, compressed_;
-};
+}
 
 }  // namespace
 
@@ -61,20 +41,25 @@ PublishedTopics findPublishedTopics() {
   if (!ros::master::execute("getPublishedTopics", arguments, result, topics, kWaitForMaster)) {
     return {};
   }
-  NamesOfImages depth(kCompressedDepthTopic), colour(kCompressedTopic);
-  std::set<std::string> camera_info;
+  PublishedTopics published;
+  Images depth, colour;
   for (int i = 0; i < topics.size(); ++i) {
     const std::string topic = topics[i][0], type = topics[i][1];
     if (type == "sensor_msgs/CameraInfo") {
-      if (!endsWith(topic, kOfViews)) camera_info.insert(topic);
+      if (!endsWith(topic, kOfViews)) published.camera_info.push_back(topic);
     } else if (contains(topic, "depth")) {
-      depth.add(topic, type);
+      add(topic, type, kCompressedDepthTopic, depth);
     } else if (contains(topic, "color") || contains(topic, "colour") || contains(topic, "rgb")) {
-      colour.add(topic, type);
+      add(topic, type, kCompressedTopic, colour);
     }
   }
-  return {
-      depth.all(), depth.onlyCompressed(), colour.all(), {camera_info.begin(), camera_info.end()}};
+  std::sort(published.camera_info.begin(), published.camera_info.end());
+  for (const auto& [topic, as_it_is] : depth) {
+    published.depth.push_back(topic);
+    if (!as_it_is) published.only_compressed.push_back(topic);
+  }
+  for (const auto& [topic, as_it_is] : colour) published.colour.push_back(topic);
+  return published;
 }
 
 std::string inQuotes(const std::vector<std::string>& topics) {

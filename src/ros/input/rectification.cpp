@@ -99,14 +99,6 @@ std::vector<float> scalesOf(const sensor_msgs::CameraInfo& info, cv::Size size) 
   return scales;
 }
 
-bool sameCamera(const sensor_msgs::CameraInfo& a, const sensor_msgs::CameraInfo& b) {
-  return a.width == b.width && a.height == b.height && a.distortion_model == b.distortion_model &&
-         a.D == b.D && a.K == b.K && a.R == b.R && a.P == b.P && a.binning_x == b.binning_x &&
-         a.binning_y == b.binning_y && a.roi.x_offset == b.roi.x_offset &&
-         a.roi.y_offset == b.roi.y_offset && a.roi.width == b.roi.width &&
-         a.roi.height == b.roi.height;
-}
-
 uint16_t scaled(uint16_t raw, float scale) {
   if (raw == kNoDepth16) return raw;  // and stays that
   return static_cast<uint16_t>(
@@ -151,21 +143,14 @@ std::string Rectification::obstacle(const sensor_msgs::CameraInfo& info) const {
          std::to_string(info.D.size()) + " coefficients is not supported";
 }
 
-CameraImage Rectification::applyAndWarn(const CameraImage& raw) {
-  CameraImage camera = apply(raw);
+/// Once for each reason, and not too often where each image has another one.
+void Rectification::warn(const std::string& text) {
   const ros::WallTime now = ros::WallTime::now();
-  if (!warned_at_.isZero() && (now - warned_at_).toSec() < kWarningPeriod_s) return camera;
-  const std::string warning = takeWarning();
-  if (warning.empty()) return camera;
+  warning_ = text;
+  if (text == logged_ || (now - warned_at_).toSec() < kWarningPeriod_s) return;
   warned_at_ = now;
-  ROS_WARN_STREAM_NAMED("dtsdf_mapping", warning);
-  return camera;
-}
-
-std::string Rectification::takeWarning() {
-  if (warning_ == told_) return "";
-  told_ = warning_;
-  return warning_;
+  logged_ = text;
+  ROS_WARN_STREAM_NAMED("dtsdf_mapping", text);
 }
 
 void Rectification::makeTable(const CameraImage& raw) {
@@ -175,7 +160,6 @@ void Rectification::makeTable(const CameraImage& raw) {
   cv::convertMaps(from_u, from_v, source_, unused, CV_16SC2, true);
   scales_ = scalesOf(*raw.info, size);
   rectified_info_ = rectifiedInfo(*raw.info, size);
-  table_info_ = *raw.info;
 }
 
 CameraImage Rectification::apply(const CameraImage& raw) {
@@ -183,13 +167,14 @@ CameraImage Rectification::apply(const CameraImage& raw) {
   if (!isToBeUndone(*raw.info)) return raw;
   const std::string problem = obstacle(*raw.info);
   if (!problem.empty()) {
-    warning_ = "the images of '" + topic_ +
-               "' are distorted and not rectified, so the map will be "
-               "bent: " +
-               problem;
+    warn("the images of '" + topic_ +
+         "' are distorted and not rectified, so the map will be bent: " + problem);
     return raw;
   }
-  if (!rectified_info_ || !sameCamera(table_info_, *raw.info)) makeTable(raw);
+  sensor_msgs::CameraInfo camera = *raw.info;
+  camera.header = std_msgs::Header();
+  if (!rectified_info_ || !(camera == table_info_)) makeTable(raw);
+  table_info_ = camera;
   return {kind_ == Kind::kDepth ? rectifiedDepth(raw) : rectifiedColour(raw), rectified_info_};
 }
 

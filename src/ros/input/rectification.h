@@ -32,18 +32,13 @@ class Rectification {
   /// The image as it is, or rectified: one that has passed checkDepthImage() or checkColourImage().
   CameraImage apply(const CameraImage& raw);
 
-  /// The same, and the log gets what takeWarning() has.
-  CameraImage applyAndWarn(const CameraImage& raw);
-
-  /// Why the geometry of the last image is bent; else empty.
+  /// Why the geometry of the last image is bent, which the log says once; else empty.
   const std::string& warning() const { return warning_; }
-
-  /// The same, once for each reason.
-  std::string takeWarning();
 
  private:
   /// Why the image stays as it is although it is distorted; empty if it does not.
   std::string obstacle(const sensor_msgs::CameraInfo& info) const;
+  void warn(const std::string& text);
   bool isToBeUndone(const sensor_msgs::CameraInfo& info) const;
   void makeTable(const CameraImage& raw);
   sensor_msgs::ImageConstPtr rectified(const cv::Mat& raw, const std_msgs::Header& header,
@@ -54,8 +49,8 @@ class Rectification {
   RectifyChoice choice_;
   std::string topic_;
   Kind kind_;
-  ros::WallTime warned_at_;     ///< By applyAndWarn(); 0: never.
-  std::string warning_, told_;  ///< For the last image, and what was taken last.
+  ros::WallTime warned_at_;
+  std::string warning_, logged_;
 
   sensor_msgs::CameraInfo table_info_;              ///< What the table was made for.
   sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Without stamp.

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <exception>
-#include <iomanip>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -38,20 +37,6 @@ std::optional<ros::Time> findNewest(const tf2::BufferCore& core, const std::stri
   } catch (const std::runtime_error&) {
     return std::nullopt;
   }
-}
-
-/// By how much a stamp lies before the first one that there are transforms for. tf2 does not say
-/// where they begin, so that is searched for.
-double beforeOldest_s(const tf2::BufferCore& core, const std::string& parent,
-                      const std::string& frame, const ros::Time& stamp, const ros::Time& newest) {
-  constexpr double kExact_s = 1e-3;
-  double without_s = 0.0, with_s = newest.toSec() - stamp.toSec();
-  while (with_s - without_s > kExact_s) {
-    const double middle_s = 0.5 * (without_s + with_s);
-    const bool is_known = core.canTransform(parent, frame, toTime(stamp.toSec() + middle_s));
-    (is_known ? with_s : without_s) = middle_s;
-  }
-  return with_s;
 }
 
 /// Which frame TF lacks, and what to do.
@@ -88,9 +73,8 @@ std::string describe(const tf2::BufferCore& core, const std::optional<ros::Time>
   if (!newest) {
     text << describeFrames(core, parent, frame);
   } else if (*newest >= stamp) {
-    text << what << " is " << std::setprecision(3)
-         << beforeOldest_s(core, parent, frame, stamp, *newest)
-         << " s older than the oldest transform that is kept; normal for the first images only";
+    text << what << " is older than every transform that is kept, of which the newest is "
+         << newest->toSec() - stamp.toSec() << " s after it; normal for the first images only";
   } else {
     text << "the newest is stamped " << *newest << ", " << stamp.toSec() - newest->toSec()
          << " s before " << what << " of " << stamp;

@@ -3,7 +3,7 @@
 
 #include "params/node_params.h"
 #include "ros/common/node_start.h"
-#include "ros/node/mapping_node.h"
+#include "ros/node/pipeline.h"
 
 namespace {
 
@@ -19,7 +19,7 @@ int main(int argc, char** argv) {
   return dtsdf::runNode(argc, argv,
                         {"mapping", kUsage, dtsdf::toTree(dtsdf::MappingParams()),
                          [](const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
-                           const auto node = dtsdf::startMapping(nh, private_nh);
+                           const dtsdf::Pipeline node(nh, private_nh);
                            ros::spin();
                          }});
 }

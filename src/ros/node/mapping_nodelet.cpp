@@ -7,7 +7,7 @@
 
 #include "ros/common/free_memory.h"
 #include "ros/common/node_start.h"
-#include "ros/node/mapping_node.h"
+#include "ros/node/pipeline.h"
 
 namespace dtsdf {
 
@@ -21,7 +21,7 @@ class MappingNodelet : public nodelet::Nodelet {
  private:
   void onInit() override {
     try {
-      node_ = startMapping(getNodeHandle(), getPrivateNodeHandle());
+      node_ = std::make_unique<Pipeline>(getNodeHandle(), getPrivateNodeHandle());
     } catch (const std::exception& error) {
       // The manager refuses the nodelet, but prints this text nowhere.
       NODELET_FATAL_STREAM(getName() << " cannot start: " << startErrorText(error));
@@ -29,7 +29,7 @@ class MappingNodelet : public nodelet::Nodelet {
     }
   }
 
-  std::shared_ptr<void> node_;
+  std::unique_ptr<Pipeline> node_;
 };
 
 }  // namespace dtsdf

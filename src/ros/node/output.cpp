@@ -97,12 +97,8 @@ void Output::fill(MapStatus& status) const {
 
 void fillMeshes(const PagedMeshes::Stats& pages, size_t bytes, size_t max_bytes,
                 MapStatus& status) {
-  status.page_failures += pages.failures;
-  addMemory(status, "mesh", MemoryPlace::kHost, bytes, max_bytes);
-  if (pages.bytes > 0) {
-    addMemory(status, "page_index", MemoryPlace::kHost, pages.index_bytes);
-    addMemory(status, "pages", MemoryPlace::kDisk, pages.bytes);
-  }
+  addMemory(status, "mesh", kHost, bytes, max_bytes);
+  addPages(status, pages);
   if (pages.lost > 0) {
     report(status, MapStatus::WARN, MapStatus::MESHES_LOST,
            "the meshes of " + std::to_string(pages.lost) +

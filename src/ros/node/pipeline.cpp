@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "params/printable.h"
+#include "ros/common/callback_guard.h"
 #include "ros/common/free_memory.h"
 #include "ros/common/node_start.h"
 #include "ros/common/requests.h"
@@ -69,8 +70,7 @@ Pipeline::Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
 }
 
 void Pipeline::start(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
-  FilesStep* files = nullptr;
-  steps_ = makeSteps(host_, files);
+  steps_ = makeSteps(host_);
   const Handles handles{private_nh, services_.serve(private_nh), input_.serve(nh)};
   for (const auto& step : steps_) step->advertise(handles);
   advertise(handles);
@@ -80,20 +80,25 @@ void Pipeline::start(const ros::NodeHandle& nh, const ros::NodeHandle& private_n
   map_.fill(status);
   ROS_INFO_STREAM_NAMED("dtsdf_mapping", "backend: " << status.backend << ", voxels of "
                                                      << params_.mapper.map.voxel_size_m << " m");
-  if (!params_.node.load_file.empty()) {
-    const std::string path = expandHome(params_.node.load_file, "map/load_file");
-    ROS_INFO_STREAM_NAMED("dtsdf_mapping", printableMessage(files->loadMap(path).message));
-  }
+  for (const auto& step : steps_) step->begin();
   transforms_.subscribe(input_.serve(nh));
   cameras_.subscribe(private_nh);
-  input_.start(1, [this] { return cameras_.step(); });
-  services_.start(kServiceThreads);
+  input_.start([this] { return cameras_.step(); });
+  services_.start(nullptr, kServiceThreads);
+  status_.emplace(nh, private_nh, frameOfMap(params_.node), params_.node.publish.status_rate_hz,
+                  [this](MapStatus& current) { fill(current); });
+  rates_server_.emplace(ros::NodeHandle(private_nh, "publish"));
+  rates_server_->setCallback([this](const dtsdf_mapping::PublishConfig& config, uint32_t) {
+    guarded("rates", [&] { setRates(config); });
+  });
 }
 
 Pipeline::~Pipeline() { stop(); }
 
 /// Who waits for a loop is answered that it has ended. Frames that wait are dropped.
 void Pipeline::stop() {
+  rates_server_.reset();
+  status_.reset();
   is_ending_ = true;
   queue_.end();
   map_loop_.stop();
@@ -133,6 +138,15 @@ void Pipeline::settle() {
   output_loop_.run([this] { output_.settle(); }).get();
 }
 
+void Pipeline::setRates(const dtsdf_mapping::PublishConfig& config) {
+  PublishParams rates = params_.node.publish;
+  rates.mesh_rate_hz = config.mesh_rate_hz;
+  rates.points_rate_hz = config.points_rate_hz;
+  rates.space_rate_hz = config.space_rate_hz;
+  rates_.set(rates);
+  status_->setRate(config.status_rate_hz);
+}
+
 void Pipeline::fill(MapStatus& status) {
   InputReport input;
   input.cameras = cameras_.report();
@@ -142,8 +156,8 @@ void Pipeline::fill(MapStatus& status) {
   input.paused = queue_.isPaused();
   input.at = std::chrono::steady_clock::now();
   input.now = ros::Time::now();
-  input_status_.fill(input, status);
   map_.fill(status);
+  input_status_.fill(input, status);
   for (const auto& step : steps_) step->fill(status);
   output_.fill(status);
 }

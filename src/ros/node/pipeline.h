@@ -1,11 +1,14 @@
-/// The way of an image through the node, from its topic to mesh, files, grid and distances: the
-/// parts, and the loops that they run in.
+/// The mapping node, as nodelet and as node: the way of an image from its topic to mesh, files,
+/// grid and distances, the loops that its parts run in, the services and the status.
 #pragma once
 
 #include <dtsdf_mapping/MapStatus.h>
+#include <dtsdf_mapping/PublishConfig.h>
+#include <dynamic_reconfigure/server.h>
 #include <ros/node_handle.h>
 
 #include <atomic>
+#include <optional>
 #include <vector>
 
 #include "params/node_params.h"
@@ -15,6 +18,7 @@
 #include "ros/input/input_status.h"
 #include "ros/input/transforms.h"
 #include "ros/node/output.h"
+#include "ros/node/status.h"
 #include "ros/steps/live_map.h"
 #include "ros/steps/map_frame.h"
 #include "ros/steps/step.h"
@@ -23,7 +27,8 @@ namespace dtsdf {
 
 /// Its threads: dtsdf_input (messages, poses), dtsdf_map (fuse, mesh), dtsdf_output (what is
 /// published) and two of dtsdf_service. What waits for a loop throws what the loop's work throws,
-/// and std::future_error once the loops have stopped.
+/// and std::future_error once the loops have stopped. The thread(s) of the caller's node handles
+/// publish the status, pause and answer queries.
 class Pipeline {
  public:
   /// Loads map/load_file, and then receives images.
@@ -31,24 +36,18 @@ class Pipeline {
   Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh);
   ~Pipeline();
 
-  const MappingParams& params() const { return params_; }
-
-  void setRates(const PublishParams& rates) { rates_.set(rates); }
-
-  /// The status but for what is not the pipeline's. One thread at a time.
-  void fill(dtsdf_mapping::MapStatus& status);
-
  private:
   void advertise(const Handles& handles);
   void start(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh);
   void stop();
   void settle();
+  void setRates(const dtsdf_mapping::PublishConfig& rates);
+  void fill(dtsdf_mapping::MapStatus& status);
 
   const MappingParams params_;
   Rates rates_;
   std::atomic<bool> is_ending_{false};
-  WorkerThread output_loop_, map_loop_;
-  CallbackThread services_, input_;
+  WorkerThread output_loop_, map_loop_, services_, input_;
   Transforms transforms_;
   MapFrame frame_;
   FrameQueue queue_;
@@ -59,6 +58,9 @@ class Pipeline {
   Cameras cameras_;
   InputStatus input_status_;
   std::vector<ros::ServiceServer> servers_;
+  std::optional<StatusPublisher> status_;
+  /// Below `publish/`, so that its keys are those of the settings.
+  std::optional<dynamic_reconfigure::Server<dtsdf_mapping::PublishConfig>> rates_server_;
 };
 
 }  // namespace dtsdf

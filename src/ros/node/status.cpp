@@ -78,9 +78,8 @@ StatusPublisher::StatusPublisher(const ros::NodeHandle& nh, ros::NodeHandle priv
 
 void StatusPublisher::publish() {
   MapStatus status;
-  status.message = "mapping";
   fill_(status);
-  addMemory(status, "process", MemoryPlace::kHost, residentBytes());
+  addMemory(status, "process", kHost, residentBytes());
   status.header.frame_id = map_frame_;
   status.header.stamp = ros::Time::now();
   status_ = std::move(status);

@@ -7,7 +7,6 @@
 
 #include <chrono>
 #include <functional>
-#include <optional>
 #include <string>
 
 #include "ros/common/pace.h"
@@ -24,26 +23,22 @@ class TroubleLog {
 
   /// Of each status; whether it is to be logged as a warning.
   bool update(bool is_well, uint8_t code, SteadyTime now) {
-    if (is_well) {
-      since_.reset();
-      return false;
-    }
-    if (!since_ || code != code_) {
+    if (is_well || code != code_) {
       since_ = now;
-      code_ = code;
+      code_ = is_well ? uint8_t{0} : code;
+      is_logged_ = is_well;
     }
-    if (now - *since_ < kLasts) return false;
-    const bool is_known = logged_at_ && code == logged_code_;
-    if (is_known && (is_logged_ == since_ || now - *logged_at_ < kAgain)) return false;
+    if (is_logged_ || now - since_ < kLasts) return false;
+    if (code == logged_code_ && now - logged_at_ < kAgain) return false;
+    is_logged_ = true;
     logged_at_ = now;
     logged_code_ = code;
-    is_logged_ = since_;
     return true;
   }
 
  private:
-  std::optional<SteadyTime> since_, logged_at_;
-  std::optional<SteadyTime> is_logged_;  ///< Since when the trouble was that was logged last.
+  SteadyTime since_, logged_at_;
+  bool is_logged_ = true;  ///< What lasts since then.
   uint8_t code_ = 0, logged_code_ = 0;
 };
 

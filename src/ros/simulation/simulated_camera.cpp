@@ -63,35 +63,6 @@ void visitParams(SimulatedCameraParams& p, Visitor& visit) {
   visit("wait_for_subscriber", p.wait_for_subscriber);
 }
 
-/// Publishes `depth/image_rect`, `depth/camera_info` and the camera's transform in the map frame;
-/// and, of a colour camera 5 cm beside it, `color/image_rect` and `color/camera_info`: half as
-/// often, between the depth images, larger, and with a wider view.
-class SimulatedCamera {
- public:
-  SimulatedCamera(ros::NodeHandle nh, const SimulatedCameraParams& params);
-
-  /// Publishes until the frames are used up or ROS ends.
-  void run();
-
- private:
-  bool waitForSubscriber() const;
-  void publishFrame(int index);
-  void publishPose(const Eigen::Isometry3d& T_W_C, const ros::Time& stamp);
-  void publishColour(double time_s, const ros::Time& stamp);
-  sensor_msgs::ImagePtr makeImage(const std::vector<float>& depth_m, const ros::Time& stamp) const;
-  Intrinsics intrinsicsOf(int width, int height) const;
-  Scene sceneAt(double time_s) const;
-
-  SimulatedCameraParams params_;
-  Scene room_;
-  ros::Time first_stamp_;
-  image_transport::ImageTransport transport_;
-  image_transport::Publisher images_, colour_images_;
-  ros::Publisher infos_, colour_infos_;
-  tf2_ros::TransformBroadcaster broadcaster_;
-  tf2_ros::StaticTransformBroadcaster static_broadcaster_;
-};
-
 namespace enc = sensor_msgs::image_encodings;
 
 /// The colour camera in the depth camera's frame: 5 cm to the right.
@@ -104,109 +75,126 @@ uint16_t toMillimetres(float depth_m) {
   return depth_mm < kNoDepth16 ? static_cast<uint16_t>(depth_mm) : uint16_t{0};
 }
 
-SimulatedCamera::SimulatedCamera(ros::NodeHandle nh, const SimulatedCameraParams& params)
-    : params_(params),
-      room_(makeRoomScene()),
-      transport_(nh),
-      images_(transport_.advertise("depth/image_rect", 5)),
-      infos_(nh.advertise<sensor_msgs::CameraInfo>("depth/camera_info", 5)) {
-  if (!params_.color) return;
-  colour_images_ = transport_.advertise("color/image_rect", 5);
-  colour_infos_ = nh.advertise<sensor_msgs::CameraInfo>("color/camera_info", 5);
-  static_broadcaster_.sendTransform(makeTransform(params_.camera_frame, params_.color_frame,
-                                                  colourCameraBeside(), ros::Time::now()));
-}
-
-void SimulatedCamera::run() {
-  if (params_.wait_for_subscriber && !waitForSubscriber()) return;
-  ros::WallRate rate(params_.rate_hz);
-  for (int i = 0; ros::ok() && (params_.frames == 0 || i < params_.frames); ++i) {
-    publishFrame(i);
-    ros::spinOnce();
-    rate.sleep();
+/// Publishes `depth/image_rect`, `depth/camera_info` and the camera's transform in the map frame;
+/// and, of a colour camera 5 cm beside it, `color/image_rect` and `color/camera_info`: half as
+/// often, between the depth images, larger, and with a wider view.
+class SimulatedCamera {
+ public:
+  SimulatedCamera(ros::NodeHandle nh, const SimulatedCameraParams& params)
+      : params_(params),
+        room_(makeRoomScene()),
+        transport_(nh),
+        images_(transport_.advertise("depth/image_rect", 5)),
+        infos_(nh.advertise<sensor_msgs::CameraInfo>("depth/camera_info", 5)) {
+    if (!params_.color) return;
+    colour_images_ = transport_.advertise("color/image_rect", 5);
+    colour_infos_ = nh.advertise<sensor_msgs::CameraInfo>("color/camera_info", 5);
+    static_broadcaster_.sendTransform(makeTransform(params_.camera_frame, params_.color_frame,
+                                                    colourCameraBeside(), ros::Time::now()));
   }
-}
 
-bool SimulatedCamera::waitForSubscriber() const {
-  // Of both: a mapper's two connections come one after the other.
-  while (ros::ok() && (images_.getNumSubscribers() == 0 || infos_.getNumSubscribers() == 0)) {
-    ros::spinOnce();
-    ros::WallDuration(0.02).sleep();
+  /// Publishes until the frames are used up or ROS ends.
+  void run() {
+    if (params_.wait_for_subscriber && !waitForSubscriber()) return;
+    ros::WallRate rate(params_.rate_hz);
+    for (int i = 0; ros::ok() && (params_.frames == 0 || i < params_.frames); ++i) {
+      publishFrame(i);
+      ros::spinOnce();
+      rate.sleep();
+    }
   }
-  return ros::ok();
-}
 
-void SimulatedCamera::publishFrame(int index) {
-  const ros::Time stamp = ros::Time::now();
-  if (index == 0) first_stamp_ = stamp;
-  // By the clock: poses of an image that is late would otherwise jump.
-  const double time_s = (stamp - first_stamp_).toSec();
-  if (params_.color && index % 2 == 1) {
-    const double before_s = 0.4 / params_.rate_hz;
-    publishColour(time_s - before_s, stamp - ros::Duration(before_s));
+ private:
+  bool waitForSubscriber() const {
+    // Of both: a mapper's two connections come one after the other.
+    while (ros::ok() && (images_.getNumSubscribers() == 0 || infos_.getNumSubscribers() == 0)) {
+      ros::spinOnce();
+      ros::WallDuration(0.02).sleep();
+    }
+    return ros::ok();
   }
-  const Eigen::Isometry3d T_W_C = roomCameraPose(time_s, params_.lap_s);
-  publishPose(T_W_C, stamp);
-  const Intrinsics K = intrinsicsOf(params_.width_px, params_.height_px);
-  const std::vector<float> depth_m =
-      renderDepth(sceneAt(time_s), K, params_.width_px, params_.height_px, T_W_C);
-  const sensor_msgs::ImagePtr image = makeImage(depth_m, stamp);
-  images_.publish(image);
-  infos_.publish(makeCameraInfo(*image, K));
-}
 
-Scene SimulatedCamera::sceneAt(double time_s) const {
-  Scene scene = room_;
-  for (const Sphere& ball : roomBalls(params_.moving, time_s)) scene.add(ball);
-  return scene;
-}
-
-void SimulatedCamera::publishColour(double time_s, const ros::Time& stamp) {
-  const Eigen::Isometry3d T_W_C = roomCameraPose(time_s, params_.lap_s);
-  publishPose(T_W_C, stamp);
-  const int width = params_.width_px * 4 / 3, height = params_.height_px;
-  const Intrinsics K = intrinsicsOf(width, height);
-  std::vector<Paint> paint =
-      renderPaint(sceneAt(time_s), K, width, height, T_W_C * colourCameraBeside());
-  std_msgs::Header header;
-  header.stamp = stamp;
-  header.frame_id = params_.color_frame;
-  const cv::Mat pixels(height, width, CV_8UC3, paint.data());
-  const sensor_msgs::ImagePtr image = cv_bridge::CvImage(header, enc::RGB8, pixels).toImageMsg();
-  colour_images_.publish(image);
-  colour_infos_.publish(makeCameraInfo(*image, K));
-}
-
-void SimulatedCamera::publishPose(const Eigen::Isometry3d& T_W_C, const ros::Time& stamp) {
-  broadcaster_.sendTransform(makeTransform(params_.map_frame, params_.camera_frame, T_W_C, stamp));
-}
-
-Intrinsics SimulatedCamera::intrinsicsOf(int width, int height) const {
-  const float focal_px = static_cast<float>(params_.focal_px);
-  return {focal_px, focal_px, 0.5f * static_cast<float>(width - 1),
-          0.5f * static_cast<float>(height - 1)};
-}
-
-sensor_msgs::ImagePtr SimulatedCamera::makeImage(const std::vector<float>& depth_m,
-                                                 const ros::Time& stamp) const {
-  cv_bridge::CvImage image;
-  image.header.stamp = stamp;
-  image.header.frame_id = params_.camera_frame;
-  const cv::Size size(params_.width_px, params_.height_px);
-  if (params_.encoding == DepthFormat::k16UC1) {
-    image.encoding = enc::TYPE_16UC1;
-    cv::Mat_<uint16_t> pixels(size);
-    std::transform(depth_m.begin(), depth_m.end(), pixels.begin(), toMillimetres);
-    image.image = pixels;
-  } else {
-    image.encoding = enc::TYPE_32FC1;
-    cv::Mat_<float> pixels(size);
-    std::transform(depth_m.begin(), depth_m.end(), pixels.begin(),
-                   [](float depth) { return depth > 0.0f ? depth : NAN; });
-    image.image = pixels;
+  void publishFrame(int index) {
+    const ros::Time stamp = ros::Time::now();
+    if (index == 0) first_stamp_ = stamp;
+    // By the clock: poses of an image that is late would otherwise jump.
+    const double time_s = (stamp - first_stamp_).toSec();
+    if (params_.color && index % 2 == 1) {
+      const double before_s = 0.4 / params_.rate_hz;
+      publishColour(time_s - before_s, stamp - ros::Duration(before_s));
+    }
+    const Eigen::Isometry3d T_W_C = roomCameraPose(time_s, params_.lap_s);
+    publishPose(T_W_C, stamp);
+    const Intrinsics K = intrinsicsOf(params_.width_px, params_.height_px);
+    const std::vector<float> depth_m =
+        renderDepth(sceneAt(time_s), K, params_.width_px, params_.height_px, T_W_C);
+    const sensor_msgs::ImagePtr image = makeImage(depth_m, stamp);
+    images_.publish(image);
+    infos_.publish(makeCameraInfo(*image, K));
   }
-  return image.toImageMsg();
-}
+
+  void publishPose(const Eigen::Isometry3d& T_W_C, const ros::Time& stamp) {
+    broadcaster_.sendTransform(
+        makeTransform(params_.map_frame, params_.camera_frame, T_W_C, stamp));
+  }
+
+  void publishColour(double time_s, const ros::Time& stamp) {
+    const Eigen::Isometry3d T_W_C = roomCameraPose(time_s, params_.lap_s);
+    publishPose(T_W_C, stamp);
+    const int width = params_.width_px * 4 / 3, height = params_.height_px;
+    const Intrinsics K = intrinsicsOf(width, height);
+    std::vector<Paint> paint =
+        renderPaint(sceneAt(time_s), K, width, height, T_W_C * colourCameraBeside());
+    std_msgs::Header header;
+    header.stamp = stamp;
+    header.frame_id = params_.color_frame;
+    const cv::Mat pixels(height, width, CV_8UC3, paint.data());
+    const sensor_msgs::ImagePtr image = cv_bridge::CvImage(header, enc::RGB8, pixels).toImageMsg();
+    colour_images_.publish(image);
+    colour_infos_.publish(makeCameraInfo(*image, K));
+  }
+
+  sensor_msgs::ImagePtr makeImage(const std::vector<float>& depth_m, const ros::Time& stamp) const {
+    cv_bridge::CvImage image;
+    image.header.stamp = stamp;
+    image.header.frame_id = params_.camera_frame;
+    const cv::Size size(params_.width_px, params_.height_px);
+    if (params_.encoding == DepthFormat::k16UC1) {
+      image.encoding = enc::TYPE_16UC1;
+      cv::Mat_<uint16_t> pixels(size);
+      std::transform(depth_m.begin(), depth_m.end(), pixels.begin(), toMillimetres);
+      image.image = pixels;
+    } else {
+      image.encoding = enc::TYPE_32FC1;
+      cv::Mat_<float> pixels(size);
+      std::transform(depth_m.begin(), depth_m.end(), pixels.begin(),
+                     [](float depth) { return depth > 0.0f ? depth : NAN; });
+      image.image = pixels;
+    }
+    return image.toImageMsg();
+  }
+
+  Intrinsics intrinsicsOf(int width, int height) const {
+    const float focal_px = static_cast<float>(params_.focal_px);
+    return {focal_px, focal_px, 0.5f * static_cast<float>(width - 1),
+            0.5f * static_cast<float>(height - 1)};
+  }
+
+  Scene sceneAt(double time_s) const {
+    Scene scene = room_;
+    for (const Sphere& ball : roomBalls(params_.moving, time_s)) scene.add(ball);
+    return scene;
+  }
+
+  SimulatedCameraParams params_;
+  Scene room_;
+  ros::Time first_stamp_;
+  image_transport::ImageTransport transport_;
+  image_transport::Publisher images_, colour_images_;
+  ros::Publisher infos_, colour_infos_;
+  tf2_ros::TransformBroadcaster broadcaster_;
+  tf2_ros::StaticTransformBroadcaster static_broadcaster_;
+};
 
 SimulatedCameraParams readParams(const ros::NodeHandle& private_nh) {
   const ServerParams server = readParamServer(private_nh);

@@ -248,7 +248,7 @@ void CorrectStep::takeOpened() {
 }
 
 void CorrectStep::fuseAgain() {
-  const bool has_fused = refusion_->step(host_.map.stats().map_bytes);
+  const bool has_fused = refusion_->step(host_.map.mapBytes());
   catch_up_.turn(has_fused);
   if (!has_fused && hasCaughtUp()) return finish();
   noteProgress();
@@ -380,11 +380,6 @@ void CorrectStep::noteProgress() {
   report_.bytes = refusion_ == nullptr ? 0 : refusion_->bytes();
 }
 
-size_t CorrectStep::fusedAgain() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return report_.fused;
-}
-
 void CorrectStep::fill(MapStatus& status) {
   if (journal_ == nullptr || host_.params.node.poses.mode != PoseMode::kTf) return;
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -392,7 +387,7 @@ void CorrectStep::fill(MapStatus& status) {
   status.correction_total = report_.total;
   status.last_correction = printableMessage(report_.last);
   const bool on_gpu = status.backend.rfind("cuda", 0) == 0;
-  if (report_.bytes > 0) addMemory(status, "correction", placeOf(on_gpu), report_.bytes);
+  if (report_.bytes > 0) addMemory(status, "correction", on_gpu ? kGpu : kHost, report_.bytes);
   const std::string obstacle = whyTooLarge(status.map_bytes, status.max_map_bytes);
   if (obstacle.empty() || status.frames_fused == 0) return;
   report(status, MapStatus::OK, MapStatus::NOT_CORRECTABLE,

@@ -94,9 +94,6 @@ class CorrectStep : public Step {
   /// Map's thread: corrects the images that were fused so far.
   void add(Request request);
 
-  /// Frames fused again by the correction under way.
-  size_t fusedAgain() const;
-
  private:
   /// How a correction goes.
   struct Report {

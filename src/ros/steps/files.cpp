@@ -1,164 +1,201 @@
-#include "ros/steps/files.h"
-
+/// The step that writes and reads files: meshes and maps.
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>
 
+#include <ros/console.h>
+
+#include <atomic>
 #include <cmath>
-#include <memory>
 #include <stdexcept>
 #include <utility>
 
 #include "dtsdf_mapping/io/mesh_file.h"
+#include "io/map_chunks.h"
+#include "io/saved_mesh.h"
+#include "params/printable.h"
 #include "params/text.h"
 #include "ros/common/free_memory.h"
 #include "ros/common/requests.h"
 #include "ros/common/service.h"
 #include "ros/steps/live_map.h"
+#include "ros/steps/make_steps.h"
 #include "ros/steps/map_frame.h"
 
 namespace dtsdf {
+namespace {
 
-FilesStep::FilesStep(const Host& host) : host_(host), params_(host.params.mapper) {}
+/// save_mesh, save_map and load_map, one after the other, on the threads of services: the map's
+/// thread only copies the map, or takes over the new one. A map that is on disk in part is too
+/// large to be copied: the map's thread saves it, piece by piece. A mesh that is being simplified
+/// gives up for the next call.
+class FilesStep : public Step {
+ public:
+  explicit FilesStep(const Host& host) : host_(host), params_(host.params.mapper) {}
 
-/// A service with a file, whose calls are served in turn. `work` gets request, answer and path.
-template <class Service, class FileWork>
-void FilesStep::addServer(const ros::NodeHandle& nh, const std::string& name,
-                          const std::vector<std::string>& extensions, FileWork work) {
-  servers_.push_back(
-      serve<Service>(nh, name, [this, extensions, work](const auto& request, auto& response) {
-        const uint64_t number = ++calls_;
-        const std::lock_guard<std::mutex> lock(mutex_);
-        turn_ = number;
-        const std::string path =
-            resolveOutputPath(host_.params.node.output_directory, request.file_name, extensions);
-        work(request, response, path);
-        response.path = path;
-      }));
-}
+  void advertise(const Handles& handles) override {
+    using namespace dtsdf_mapping;
+    addServer<SaveMesh>(
+        handles.waiting, "save_mesh", meshExtensions(),
+        [this](const auto& request, auto& response, const std::string& path) {
+          const Eigen::Isometry3d T_W_F = host_.frame.find(request.frame_id);
+          SaveChoice choice;
+          choice.region = readBox(request.region);
+          if (choice.region) choice.region->T_W_B = T_W_F * choice.region->T_W_B;
+          choice.simplify_error_m = request.simplify_error_m;
+          if (!(choice.simplify_error_m >= 0.0) || std::isinf(choice.simplify_error_m)) {
+            throw std::runtime_error("simplify_error_m must be a number of metres, or 0");
+          }
+          choice.go_on = [this, number = turn_](double) {
+            return calls_ == number && !host_.is_ending;
+          };
+          const std::string note = flushMesh();
+          const SavedMesh saved = writeMesh(path, choice);
+          response.vertices = saved.vertices;
+          response.triangles = saved.triangles;
+          response.error_m = saved.error_m;
+          response.message = "saved " + std::to_string(saved.triangles) + " triangles to " + path;
+          if (choice.simplify_error_m != 0.0) {
+            response.message +=
+                ", at most " + shortestText(saved.error_m) + " m from the whole mesh";
+          }
+          if (!saved.loss.empty()) response.message += "; " + saved.loss;
+          response.message += note;
+        });
+    addServer<SaveMap>(handles.waiting, "save_map", {kMapExtension},
+                       [this](const auto&, auto& response, const std::string& path) {
+                         const SavedMap saved = saveMap(path);
+                         response.blocks = saved.size.blocks;
+                         response.message = formatted("saved %zu blocks (%.1f MB) to ",
+                                                      static_cast<size_t>(saved.size.blocks),
+                                                      static_cast<double>(saved.file_bytes) / 1e6) +
+                                            path;
+                       });
+    addServer<LoadMap>(handles.waiting, "load_map", {kMapExtension},
+                       [this](const auto&, auto& response, const std::string& path) {
+                         response.blocks = loadMap(path);
+                         response.message = describeLoaded(response.blocks, path);
+                       });
+  }
 
-void FilesStep::advertise(const Handles& handles) {
-  using namespace dtsdf_mapping;
-  addServer<SaveMesh>(
-      handles.waiting, "save_mesh", meshExtensions(),
-      [this](const auto& request, auto& response, const std::string& path) {
-        const Eigen::Isometry3d T_W_F = host_.frame.find(request.frame_id);
-        SaveChoice choice;
-        choice.region = readBox(request.region);
-        if (choice.region) choice.region->T_W_B = T_W_F * choice.region->T_W_B;
-        choice.simplify_error_m = request.simplify_error_m;
-        if (!(choice.simplify_error_m >= 0.0) || std::isinf(choice.simplify_error_m)) {
-          throw std::runtime_error("simplify_error_m must be a number of metres, or 0");
-        }
-        choice.go_on = [this, number = turn_](double) {
-          return calls_ == number && !host_.is_ending;
-        };
-        const std::string note = flushMesh();
-        const SavedMesh saved = writeMesh(path, choice);
-        response.vertices = saved.vertices;
-        response.triangles = saved.triangles;
-        response.error_m = saved.error_m;
-        response.message = "saved " + std::to_string(saved.triangles) + " triangles to " + path;
-        if (choice.simplify_error_m != 0.0) {
-          response.message += ", at most " + shortestText(saved.error_m) + " m from the whole mesh";
-        }
-        if (!saved.loss.empty()) response.message += "; " + saved.loss;
-        response.message += note;
-      });
-  const auto ofMap = [this](Done (FilesStep::*work)(const std::string&)) {
-    return [this, work](const auto&, auto& response, const std::string& path) {
-      const Done done = (this->*work)(path);
-      response.blocks = done.blocks;
-      response.message = done.message;
+  void begin() override {
+    if (host_.params.node.load_file.empty()) return;
+    const std::string path = expandHome(host_.params.node.load_file, "map/load_file");
+    ROS_INFO_STREAM_NAMED("dtsdf_mapping", describeLoaded(loadMap(path), printable(path)));
+  }
+
+ private:
+  static std::string describeLoaded(size_t blocks, const std::string& path) {
+    return "loaded " + std::to_string(blocks) + " blocks from " + path;
+  }
+
+  /// A service with a file, whose calls are served in turn. `work` gets request, answer and path.
+  template <class Service, class FileWork>
+  void addServer(const ros::NodeHandle& nh, const std::string& name,
+                 const std::vector<std::string>& extensions, FileWork work) {
+    servers_.push_back(
+        serve<Service>(nh, name, [this, extensions, work](const auto& request, auto& response) {
+          const uint64_t number = ++calls_;
+          const std::lock_guard<std::mutex> lock(mutex_);
+          turn_ = number;
+          const std::string path =
+              resolveOutputPath(host_.params.node.output_directory, request.file_name, extensions);
+          work(request, response, path);
+          response.path = path;
+        }));
+  }
+
+  /// Part by part, so that they need not be in memory at once; no frame comes between them, which
+  /// would bring more. @return in what the mesh is not that of the map; empty: in nothing.
+  std::string flushMesh() {
+    const auto flush = [this] {
+      LiveMap::MeshFlush flushed;
+      do {
+        flushed = host_.map.flushMesh();
+        host_.take_changes();
+      } while (flushed.is_part);
+      return flushed.problem;
     };
-  };
-  addServer<SaveMap>(handles.waiting, "save_map", {kMapExtension}, ofMap(&FilesStep::saveMap));
-  addServer<LoadMap>(handles.waiting, "load_map", {kMapExtension}, ofMap(&FilesStep::loadMap));
-}
-
-/// Part by part, so that they need not be in memory at once; no frame comes between them, which
-/// would bring more. @return in what the mesh is not that of the map; empty: in nothing.
-std::string FilesStep::flushMesh() {
-  const auto flush = [this] {
-    LiveMap::MeshFlush flushed;
-    do {
-      flushed = host_.map.flushMesh();
-      host_.take_changes();
-    } while (flushed.is_part);
-    return flushed.problem;
-  };
-  return host_.map_loop.run(flush).get();
-}
-
-/// A mesh in memory is copied, block by shared block, so that the output continues meanwhile.
-SavedMesh FilesStep::writeMesh(const std::string& path, const SaveChoice& choice) {
-  const MeshColour colour = host_.params.mapper.mesh.colour;
-  std::unique_lock<std::mutex> lock(host_.mesh.mutex);
-  if (!host_.params.mapper.map.page_folder.empty()) {
-    return savePagedMesh(host_.mesh.meshes, colour, path, choice);
+    return host_.map_loop.run(flush).get();
   }
-  PagedMeshes copy(host_.params.mapper.map);
-  copy.clear(host_.mesh.meshes.voxelSize());
-  for (const auto& [key, block] : host_.mesh.meshes.all().blocks()) copy.put(block);
-  lock.unlock();
-  return savePagedMesh(copy, colour, path, choice);
-}
 
-FilesStep::Done FilesStep::saveMap(const std::string& path) {
-  const std::string& map_frame = host_.params.node.map_frame;
-  std::optional<MapContents> contents;
-  SavedMap saved = host_.map_loop
-                       .run([&] {
-                         if (!host_.map.hasRoomFor(host_.map.mapper().stats().map_bytes)) {
-                           return saveMapOf(host_.map.mapper(), host_.map.origin(map_frame), path);
-                         }
-                         contents = contentsWith(host_.map.origin(map_frame), host_.map.mapper());
-                         return SavedMap();
-                       })
-                       .get();
-  if (contents) saved = dtsdf::saveMap(*contents, path);
-  return {saved.size.blocks,
-          formatted("saved %zu blocks (%.1f MB) to ", static_cast<size_t>(saved.size.blocks),
-                    static_cast<double>(saved.file_bytes) / 1e6) +
-              path};
-}
-
-/// @throws std::runtime_error that says what to do.
-void FilesStep::checkFitsCurrent(const MapContents& contents) const {
-  checkFits(contents, params_, "call clear_map first: an empty map takes the settings of the file");
-}
-
-FilesStep::Done FilesStep::loadMap(const std::string& path) {
-  const auto file = std::make_shared<const MapChunks>(path, params_);
-  const MapContents& contents = file->head();
-  checkFrame(contents, host_.params.node.map_frame);
-  checkLevel(contents, host_.frame.isLevelled());
-  const bool is_empty = host_.map_loop.run([this] { return host_.map.isEmpty(); }).get();
-  if (!is_empty) checkFitsCurrent(contents);
-  const auto has_room = [&] { return host_.map.hasRoomFor(file->size().bytes()); };
-  if (!is_empty && !host_.map_loop.run(has_room).get()) {
-    file->verify();  // before the map goes that it takes the place of
-    host_.map_loop.run([this] { host_.map.clear(); }).get();
-    returnFreeMemory();
+  /// A mesh in memory is copied, block by shared block, so that the output continues meanwhile.
+  SavedMesh writeMesh(const std::string& path, const SaveChoice& choice) {
+    const MeshColour colour = host_.params.mapper.mesh.colour;
+    std::unique_lock<std::mutex> lock(host_.mesh.mutex);
+    if (!host_.params.mapper.map.page_folder.empty()) {
+      return savePagedMesh(host_.mesh.meshes, colour, path, choice);
+    }
+    PagedMeshes copy(host_.params.mapper.map);
+    copy.clear(host_.mesh.meshes.voxelSize());
+    for (const auto& [key, block] : host_.mesh.meshes.all().blocks()) copy.put(block);
+    lock.unlock();
+    return savePagedMesh(copy, colour, path, choice);
   }
-  const MapperParams params = is_empty ? withSettingsOf(contents, params_) : params_;
-  std::unique_ptr<Mapper> mapper = makeMapper(params, partsOf(file));
-  // The old mapper comes back, so that the map's thread need not wait until its memory is freed.
-  mapper = host_.map_loop
-               .run([&] {
-                 // Frames may have come meanwhile, with the settings that the map had.
-                 if (!host_.map.isEmpty()) checkFitsCurrent(contents);
-                 return host_.map.replace(
-                     {std::move(mapper), params.map.voxel_size_m, path, partsOf(file).head, file});
-               })
-               .get();
-  mapper.reset();
-  params_ = params;
-  host_.restart_motion();
-  host_.await_output();
-  returnFreeMemory();  // that of the old map
-  return {contents.blocks.size(),
-          "loaded " + std::to_string(contents.blocks.size()) + " blocks from " + path};
-}
+
+  /// @throws std::exception if the map cannot be copied, or the file not be written.
+  SavedMap saveMap(const std::string& path) {
+    std::optional<MapContents> contents;
+    const auto copy_or_save = [&] {
+      const MapOrigin origin = host_.map.origin(host_.params.node.map_frame);
+      Mapper& mapper = host_.map.mapper();
+      if (!host_.map.hasRoomFor(mapper.stats().map_bytes)) return saveMapOf(mapper, origin, path);
+      contents = contentsWith(origin, mapper);
+      return SavedMap();
+    };
+    const SavedMap saved = host_.map_loop.run(copy_or_save).get();
+    return contents ? dtsdf::saveMap(*contents, path) : saved;
+  }
+
+  /// Replaces the map. An empty one takes the settings of the file, any other has to have them.
+  /// @return its blocks. @throws std::exception if the file cannot be read or does not fit; the map
+  /// is as it was.
+  size_t loadMap(const std::string& path) {
+    const auto file = std::make_shared<const MapChunks>(path, params_);
+    const MapContents& contents = file->head();
+    checkFrame(contents, host_.params.node.map_frame);
+    checkLevel(contents, host_.frame.isLevelled());
+    const bool is_empty = host_.map_loop.run([this] { return host_.map.isEmpty(); }).get();
+    if (!is_empty) checkFitsCurrent(contents);
+    const auto has_room = [&] { return host_.map.hasRoomFor(file->size().bytes()); };
+    if (!is_empty && !host_.map_loop.run(has_room).get()) {
+      file->verify();  // before the map goes that it takes the place of
+      host_.map_loop.run([this] { host_.map.clear(); }).get();
+      returnFreeMemory();
+    }
+    const MapperParams params = is_empty ? withSettingsOf(contents, params_) : params_;
+    std::unique_ptr<Mapper> mapper = makeMapper(params, partsOf(file));
+    const auto replace = [&] {
+      // Frames may have come meanwhile, with the settings that the map had.
+      if (!host_.map.isEmpty()) checkFitsCurrent(contents);
+      return host_.map.replace(
+          {std::move(mapper), params.map.voxel_size_m, path, partsOf(file).head, file});
+    };
+    // The old mapper comes back, so that the map's thread need not wait until its memory is freed.
+    host_.map_loop.run(replace).get().reset();
+    params_ = params;
+    host_.restart_motion();
+    host_.await_output();
+    returnFreeMemory();  // that of the old map
+    return contents.blocks.size();
+  }
+
+  /// @throws std::runtime_error that says what to do.
+  void checkFitsCurrent(const MapContents& contents) const {
+    checkFits(contents, params_,
+              "call clear_map first: an empty map takes the settings of the file");
+  }
+
+  const Host& host_;
+  MapperParams params_;             ///< Of the map as it is.
+  std::mutex mutex_;                ///< Held while a file is written or read,
+  uint64_t turn_ = 0;               ///< by the call with this number,
+  std::atomic<uint64_t> calls_{0};  ///< which sees by the newest one that another waits.
+  std::vector<ros::ServiceServer> servers_;
+};
+
+}  // namespace
+
+std::unique_ptr<Step> makeFilesStep(const Host& host) { return std::make_unique<FilesStep>(host); }
 
 }  // namespace dtsdf

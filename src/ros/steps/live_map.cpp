@@ -21,7 +21,7 @@ constexpr std::chrono::milliseconds kIdle{50};
 constexpr double kReportRate_hz = 10.0;
 
 void fillMemory(const MapStats& stats, const MapperMemory& memory, MapStatus& status) {
-  const MemoryPlace place = placeOf(memory.on_gpu);
+  const char* const place = memory.on_gpu ? kGpu : kHost;
   addMemory(status, "map", place, stats.map_bytes - stats.colour_bytes, stats.max_map_bytes);
   addMemory(status, "colour", place, stats.colour_bytes, stats.max_map_bytes);
   addMemory(status, "spare", place, memory.spare);
@@ -29,13 +29,13 @@ void fillMemory(const MapStats& stats, const MapperMemory& memory, MapStatus& st
   addMemory(status, "scratch", place, memory.scratch);
   if (memory.on_gpu) {
     addMemory(status, "meshes", place, memory.meshes);
-    addMemory(status, "staging", MemoryPlace::kHost, memory.staging);
+    addMemory(status, "staging", kHost, memory.staging);
   }
-  if (memory.space > 0) addMemory(status, "space", MemoryPlace::kHost, memory.space);
+  if (memory.space > 0) addMemory(status, "space", kHost, memory.space);
   const PageStats& pages = stats.pages;
   if (pages.written + pages.space_bytes == 0) return;
-  addMemory(status, "page_index", MemoryPlace::kHost, pages.index_bytes);
-  addMemory(status, "pages", MemoryPlace::kDisk, pages.bytes + pages.space_bytes);
+  addMemory(status, "page_index", kHost, pages.index_bytes);
+  addMemory(status, "pages", "disk", pages.bytes + pages.space_bytes);
 }
 
 void fillStats(const MapStats& stats, MapStatus& status) {
@@ -53,7 +53,7 @@ void fillStats(const MapStats& stats, MapStatus& status) {
   status.pages_written = pages.written;
   status.pages_read = pages.read;
   status.pages_lost = pages.lost;
-  status.page_failures += pages.failures;
+  status.page_failures = pages.failures;
   status.page_waits = pages.waits;
   status.page_wait_s = static_cast<float>(pages.wait_ms / 1000.0);
 }
@@ -95,8 +95,8 @@ LiveMap::LiveMap(std::unique_ptr<Mapper> mapper, const Parts& parts, SteadyClock
       clock_(std::move(clock)),
       report_pace_(kReportRate_hz) {
   report_.backend = mapper_->backendName();
-  report_.stats = mapper_->stats();  // the budget is known before the first frame
   report_.voxel_size_m = parts.params.mapper.map.voxel_size_m;
+  updateReport();  // the budget is known before the first frame
 }
 
 std::chrono::milliseconds LiveMap::step() noexcept {
@@ -167,7 +167,7 @@ void LiveMap::fuseNext() {
   std::optional<PosedFrame> frame = parts_.frames.take();
   if (!frame) return;  // was dropped meanwhile
   if (hasFailed()) {
-    return frame->accounting->dropped(DropReason::kBackendError, frame->stamp, report_.failure);
+    return frame->accounting->dropped(DropReason::kBackendError, frame->stamp, failure_);
   }
   try {
     takeFrame(*frame);
@@ -215,7 +215,8 @@ IntegrationResult LiveMap::integrate(const PosedFrame& frame) {
                                               : mapper_->paint(std::get<ColourFrame>(frame.image));
   const std::lock_guard<std::mutex> lock(report_mutex_);
   if (result.status == FrameStatus::kFused) {
-    (depth != nullptr ? report_.integrate_ms : report_.paint_ms) = result.duration_ms;
+    (depth != nullptr ? report_.integrate_ms : report_.paint_ms) =
+        static_cast<float>(result.duration_ms);
   }
   return result;
 }
@@ -239,7 +240,7 @@ void LiveMap::finishMesh() {
   fused_since_mesh_ = fused_since_mesh_ || mesh_is_part_;
   {
     const std::lock_guard<std::mutex> lock(report_mutex_);
-    report_.mesh_ms = update.duration_ms;
+    report_.mesh_ms = static_cast<float>(update.duration_ms);
   }
   parts_.mesh_changes.add(std::move(update), mesh_stamp_);
   mesh_whole_ = true;
@@ -248,7 +249,7 @@ void LiveMap::finishMesh() {
 }
 
 std::string LiveMap::outdatedMesh() const {
-  return "; the backend has failed, so this is the last extracted mesh: " + report_.failure;
+  return "; the backend has failed, so this is the last extracted mesh: " + failure_;
 }
 
 LiveMap::MeshFlush LiveMap::flushMesh() {
@@ -330,7 +331,7 @@ std::unique_ptr<Mapper> LiveMap::replace(LoadedMap loaded) {
   parts_.mesh_changes.clear(loaded.voxel_size_m);
   startOver({Replacement::Kind::kLoaded, loaded.head, std::move(loaded.opened)});
   const std::lock_guard<std::mutex> lock(report_mutex_);
-  report_.loaded_map = loaded.path;
+  report_.loaded_map = printableMessage(loaded.path);
   report_.voxel_size_m = loaded.voxel_size_m;
   return std::move(loaded.mapper);
 }
@@ -343,9 +344,7 @@ std::unique_ptr<Mapper> LiveMap::replaceCorrected(std::unique_ptr<Mapper> mapper
   mesh_whole_ = true;
   mesh_stamp_ = surfaces_stamp_ = map_stamp_;
   parts_.mesh_changes.replaceAll(std::move(mesh), mesh_stamp_);
-  Replacement replacement{Replacement::Kind::kCorrected};
-  replacement.before = mapper.get();
-  for (const auto& step : parts_.steps) step->replaced(replacement);
+  for (const auto& step : parts_.steps) step->replaced({Replacement::Kind::kCorrected});
   updateReport();
   return mapper;
 }
@@ -355,7 +354,7 @@ void LiveMap::forgetFailure() {
   report_.loaded_map.clear();
   if (!hasFailed()) return;
   ROS_INFO_NAMED("dtsdf_mapping", "the map was restarted after a failure; frames are fused again");
-  report_.failure.clear();
+  failure_.clear();
 }
 
 void LiveMap::updateReport() {
@@ -364,14 +363,19 @@ void LiveMap::updateReport() {
   const MapStats stats = mapper_->stats();
   const MapperMemory memory = mapper_->memory();
   const std::lock_guard<std::mutex> lock(report_mutex_);
-  report_.stats = stats;
-  report_.memory = memory;
+  report_.level = MapStatus::OK;
+  report_.code = MapStatus::MAPPING;
+  report_.message = "mapping";
+  report_.memory.clear();
+  fillStats(stats, report_);
+  fillMemory(stats, memory, report_);
+  judgeBudget(stats, report_);
 }
 
 void LiveMap::throwIfFailed() const {
   const std::lock_guard<std::mutex> lock(report_mutex_);
   if (!hasFailed()) return;
-  throw std::runtime_error("the map's backend has failed (" + report_.failure +
+  throw std::runtime_error("the map's backend has failed (" + failure_ +
                            "); call clear_map to start over");
 }
 
@@ -380,23 +384,14 @@ void LiveMap::fail(const std::string& text) {
                          "the map's backend failed; call clear_map to start over: " << text);
   for (const auto& step : parts_.steps) step->failed();
   const std::lock_guard<std::mutex> lock(report_mutex_);
-  report_.failure = text;
+  failure_ = text;
 }
 
 void LiveMap::fill(MapStatus& status) const {
   const std::lock_guard<std::mutex> lock(report_mutex_);
-  status.backend = report_.backend;
-  status.voxel_size_m = report_.voxel_size_m;
-  status.loaded_map = printableMessage(report_.loaded_map);
-  fillStats(report_.stats, status);
-  fillMemory(report_.stats, report_.memory, status);
-  status.integrate_ms = static_cast<float>(report_.integrate_ms);
-  status.paint_ms = static_cast<float>(report_.paint_ms);
-  status.mesh_ms = static_cast<float>(report_.mesh_ms);
-  judgeBudget(report_.stats, status);
+  status = report_;
   if (!hasFailed()) return;
-  dtsdf::report(status, MapStatus::ERROR, MapStatus::BACKEND_FAILED,
-                "the backend failed: " + report_.failure);
+  report(status, MapStatus::ERROR, MapStatus::BACKEND_FAILED, "the backend failed: " + failure_);
 }
 
 }  // namespace dtsdf

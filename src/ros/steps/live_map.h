@@ -55,7 +55,7 @@ class LiveMap {
   /// Of the newest frame whose surfaces are in the extraction finished last.
   const ros::Time& meshStamp() const { return surfaces_stamp_; }
   /// As it was counted last.
-  const MapStats& stats() const { return report_.stats; }
+  size_t mapBytes() const { return report_.map_bytes; }
 
   /// What the mesh lacks was handed over, or a part of it.
   struct MeshFlush {
@@ -100,24 +100,13 @@ class LiveMap {
   /// @throws std::runtime_error if the backend cannot even do that.
   void clear();
 
-  /// Any thread: its part of the status.
+  /// Any thread: its part of the status, in place of what is in it.
   void fill(dtsdf_mapping::MapStatus& status) const;
 
   /// Any thread. @throws std::runtime_error after a failure of the backend; its text says so.
   void throwIfFailed() const;
 
  private:
-  /// What the status reports about the map.
-  struct Report {
-    std::string backend;
-    std::string failure;        ///< Of the backend; empty while it works.
-    std::string loaded_map;     ///< The file that the map was loaded from; empty: none.
-    float voxel_size_m = 0.0f;  ///< Of the current map.
-    MapStats stats;
-    MapperMemory memory;
-    double integrate_ms = 0.0, paint_ms = 0.0, mesh_ms = 0.0;
-  };
-
   bool act();
   bool updateMesh(bool frame_ready);
   std::optional<SteadyTime> nextMesh();
@@ -133,7 +122,7 @@ class LiveMap {
   std::string outdatedMesh() const;
   void forgetFailure();
   void updateReport();
-  bool hasFailed() const { return !report_.failure.empty(); }
+  bool hasFailed() const { return !failure_.empty(); }
   void fail(const std::string& text);
 
   std::unique_ptr<Mapper> mapper_;
@@ -152,7 +141,9 @@ class LiveMap {
   ros::Time surfaces_stamp_;     ///< That of the last one that was finished.
 
   mutable std::mutex report_mutex_;
-  Report report_;  ///< Only this thread writes.
+  // Only this thread writes.
+  std::string failure_;              ///< Of the backend; empty while it works.
+  dtsdf_mapping::MapStatus report_;  ///< What it says of the map.
 };
 
 }  // namespace dtsdf

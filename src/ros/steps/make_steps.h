@@ -1,13 +1,19 @@
 /// The steps of the node, in the order of their work.
 #pragma once
 
-#include "ros/steps/files.h"
+#include <memory>
+
 #include "ros/steps/step.h"
 
 namespace dtsdf {
 
-/// @param files The one that loads map/load_file.
 /// @throws std::runtime_error where a folder cannot be written.
-Steps makeSteps(const Host& host, FilesStep*& files);
+Steps makeSteps(const Host& host);
+
+// Each in the file of its name.
+std::unique_ptr<Step> makeMeshTopicsStep(const MappingParams& params, const Rates& rates);
+std::unique_ptr<Step> makePointsStep(const Host& host);
+std::unique_ptr<Step> makeViewStep(const Host& host);
+std::unique_ptr<Step> makeFilesStep(const Host& host);
 
 }  // namespace dtsdf

@@ -43,26 +43,21 @@ Eigen::Isometry3d MapFrame::find(const std::string& frame_id, const ros::Time& s
   const std::string frame = stripLeadingSlash(frame_id);
   if (frame.empty()) return Eigen::Isometry3d::Identity();
   if (const auto fixed = poseOfFixed(frame)) return *fixed;
-  const PoseAnswer answer = waitFor(frame, stamp);
-  if (answer.kind != PoseAnswer::Kind::kKnown) throw std::runtime_error(answer.text);
-  return inMap(answer.T_W_C);
+  const SteadyTime end =
+      std::chrono::steady_clock::now() + toSteadyDuration(params_.node.input.tf_timeout_s);
+  for (;;) {
+    const PoseAnswer answer = transforms_.find(params_.node.map_frame, frame, stamp);
+    if (answer.kind == PoseAnswer::Kind::kKnown) return inMap(answer.T_W_C);
+    const bool may_come = answer.kind == PoseAnswer::Kind::kNotYet && !stamp.isZero();
+    if (!may_come || std::chrono::steady_clock::now() >= end) throw std::runtime_error(answer.text);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
 }
 
 std::optional<Eigen::Isometry3d> MapFrame::poseOfFixed(const std::string& frame) const {
   if (frame == frameOfMap(params_.node)) return Eigen::Isometry3d::Identity();
   if (frame == params_.node.map_frame) return inMap(Eigen::Isometry3d::Identity());
   return std::nullopt;
-}
-
-PoseAnswer MapFrame::waitFor(const std::string& frame, const ros::Time& stamp) const {
-  const auto end =
-      std::chrono::steady_clock::now() + toSteadyDuration(params_.node.input.tf_timeout_s);
-  for (;;) {
-    PoseAnswer answer = transforms_.find(params_.node.map_frame, frame, stamp);
-    if (answer.kind != PoseAnswer::Kind::kNotYet || stamp.isZero()) return answer;
-    if (std::chrono::steady_clock::now() >= end) return answer;
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
 }
 
 std::optional<Eigen::Vector3d> MapFrame::keepCenterAt(const ros::Time& stamp) const {

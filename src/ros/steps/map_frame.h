@@ -45,7 +45,6 @@ class MapFrame {
  private:
   /// Of the frames that need no transform.
   std::optional<Eigen::Isometry3d> poseOfFixed(const std::string& frame) const;
-  PoseAnswer waitFor(const std::string& frame, const ros::Time& stamp) const;
 
   const MappingParams& params_;
   const Transforms& transforms_;

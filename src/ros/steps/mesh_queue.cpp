@@ -11,40 +11,42 @@ namespace dtsdf {
 
 MeshQueue::MeshQueue(std::function<void()> on_change) : on_change_(std::move(on_change)) {}
 
-void MeshQueue::add(MeshUpdate update, const ros::Time& stamp) {
-  if (update.blocks.empty()) return;
+template <class Change>
+void MeshQueue::change(const Change& change) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
+    change();
+  }
+  on_change_();
+}
+
+void MeshQueue::add(MeshUpdate update, const ros::Time& stamp) {
+  if (update.blocks.empty()) return;
+  change([&] {
     for (BlockMesh& block : update.blocks) {
       const PackedKey key = packKey(block.key);
       blocks_[key] = std::make_shared<const BlockMesh>(std::move(block));
     }
     changes_.stamp = stamp;
-  }
-  on_change_();
+  });
 }
 
 void MeshQueue::replaceAll(std::map<PackedKey, BlockMesh> mesh, const ros::Time& stamp) {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
+  change([&] {
     changes_.is_whole = true;
     blocks_.clear();
-    for (auto& entry : mesh) {
-      blocks_[entry.first] = std::make_shared<const BlockMesh>(std::move(entry.second));
+    for (auto& [key, block] : mesh) {
+      blocks_[key] = std::make_shared<const BlockMesh>(std::move(block));
     }
     changes_.stamp = stamp;
-  }
-  on_change_();
+  });
 }
 
 void MeshQueue::clear(std::optional<float> voxel_size_m) {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!voxel_size_m) voxel_size_m = changes_.voxel_size_m;
-    changes_ = {true, false, voxel_size_m, {}, {}};
+  change([&] {
+    changes_ = {true, false, voxel_size_m ? voxel_size_m : changes_.voxel_size_m, {}, {}};
     blocks_.clear();
-  }
-  on_change_();
+  });
 }
 
 MeshChanges MeshQueue::take() {

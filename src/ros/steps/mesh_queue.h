@@ -25,9 +25,8 @@ struct MeshChanges {
   ros::Time stamp;                      ///< Of the newest frame in them; zero if there are none.
 };
 
-/// Thread safe. Changes
-/// of one block become one, so that an output that stands still costs one mesh of the map and no
-/// more; handing over costs what changed, not what there is.
+/// Thread safe. Changes of one block become one, so that an output that stands still costs one mesh
+/// of the map and no more; handing over costs what changed, not what there is.
 class MeshQueue {
  public:
   /// `on_change` is called after each change, by the thread that made it.
@@ -43,6 +42,9 @@ class MeshQueue {
   MeshChanges take();
 
  private:
+  template <class Change>
+  void change(const Change& change);
+
   std::function<void()> on_change_;
   std::mutex mutex_;
   MeshChanges changes_;  ///< Without its blocks.

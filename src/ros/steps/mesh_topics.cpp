@@ -1,26 +1,37 @@
-#include "ros/steps/mesh_topics.h"
+/// The step that publishes the mesh in chunks: as markers for every viewer, and as blocks for
+/// little bandwidth.
+#include <dtsdf_mapping/MeshBlocks.h>
+#include <visualization_msgs/MarkerArray.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
+#include <set>
 #include <utility>
 
+#include "meshing/mesh_chunks.h"
+#include "meshing/packed_chunk.h"
 #include "ros/common/chunk_message.h"
+#include "ros/common/topic.h"
+#include "ros/steps/make_steps.h"
 
 namespace dtsdf {
 
 using dtsdf_mapping::MeshBlocks;
-using dtsdf_mapping::TopicStatus;
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
 namespace {
 
+/// Pieces that wait for a listener at most, and how large one is, about.
+constexpr uint32_t kWaitingPieces = 20;
+constexpr size_t kPieceBytes = 1 << 20;
+/// Of one round; ten of them a second are 40 MB/s.
+constexpr int kPiecesPerRound = 4;
 constexpr double kRoundRate_hz = 10.0;
 /// How often a part of the mesh is refreshed.
 constexpr double kRefreshPeriod_s = 1.0;
-constexpr size_t kBytesOfPoint = 3 * sizeof(double) + 4 * sizeof(float);
-constexpr size_t kBytesOfMarker = 200;
 
 std_msgs::ColorRGBA toColour(const std::array<uint8_t, 3>& rgb) {
   std_msgs::ColorRGBA colour;
@@ -39,233 +50,242 @@ geometry_msgs::Point toPoint(const std::array<double, 3>& p_W) {
   return point;
 }
 
-/// `mesh`: a TRIANGLE_LIST for each chunk, with a colour per vertex.
-class MarkerTopic : public ChunkTopic {
- public:
-  MarkerTopic(const ros::NodeHandle& nh, const MappingParams& params)
-      : map_frame_(frameOfMap(params.node)), colour_(params.mapper.mesh.colour) {
-    advertise<MarkerArray>(nh, "mesh", [this] {
-      MarkerArray begins;
-      begins.markers.push_back(marker(0, Marker::DELETEALL));
-      return begins;
-    });
-  }
-
- protected:
-  void begin(double step_m, const ros::Time&) override {
-    message_ = MarkerArray();
-    step_m_ = step_m;
-    bytes_ = 0;
-  }
-
-  void add(PackedChunk chunk, int id) override {
-    const bool is_empty = chunk.triangleCount() == 0;
-    message_.markers.push_back(marker(id, is_empty ? Marker::DELETE : Marker::ADD));
-    bytes_ += kBytesOfMarker;
-    if (!is_empty) fill(chunk, message_.markers.back());
-  }
-
-  size_t bytes() const override { return bytes_; }
-  void publish() override { topic_.publish(message_); }
-
- private:
-  Marker marker(int id, int action) const {
-    Marker marker;
-    marker.header.frame_id = map_frame_;  // stamp 0: shown with the newest transforms of the viewer
-    marker.ns = "mesh";
-    marker.id = id;
-    marker.action = action;
-    marker.pose.orientation.w = 1.0;
-    return marker;
-  }
-
-  void fill(const PackedChunk& chunk, Marker& marker) {
-    const Mesh mesh = unpackChunk(chunk, step_m_);
-    std::vector<geometry_msgs::Point> points;
-    std::vector<std_msgs::ColorRGBA> colours;
-    for (size_t i = 0; i < chunk.vertexCount(); ++i) {
-      points.push_back(toPoint(positionOf(chunk, step_m_, i)));
-      colours.push_back(toColour(vertexColour(colour_, mesh, i)));
-    }
-    marker.type = Marker::TRIANGLE_LIST;
-    marker.scale.x = marker.scale.y = marker.scale.z = 1.0;
-    marker.color.r = marker.color.g = marker.color.b = marker.color.a = 1.0f;
-    const size_t corners = 3 * chunk.triangleCount();
-    marker.points.reserve(corners);
-    marker.colors.reserve(corners);
-    for (size_t i = 0; i < corners; ++i) {
-      marker.points.push_back(points[chunk.corner(i)]);
-      marker.colors.push_back(colours[chunk.corner(i)]);
-    }
-    bytes_ += kBytesOfPoint * corners;
-  }
-
-  const std::string map_frame_;
-  const MeshColour colour_;
-  double step_m_ = 0.0;  ///< Of the message that was begun.
-  MarkerArray message_;
-  size_t bytes_ = 0;
+/// What all messages of a mesh have in common.
+struct Format {
+  std::string map_frame;
+  MeshColour colour;
+  std::atomic<double> step_m;  ///< See ChunkLattice.
 };
 
-/// `mesh_blocks`: chunks as they are packed.
-class BlockTopic : public ChunkTopic {
+// `mesh`: a TRIANGLE_LIST for each chunk, with a colour per vertex. Stamp 0: it is shown with the
+// newest transforms of the viewer.
+
+Marker makeMarker(const Format& format, int id, int action) {
+  Marker marker;
+  marker.header.frame_id = format.map_frame;
+  marker.ns = "mesh";
+  marker.id = id;
+  marker.action = action;
+  marker.pose.orientation.w = 1.0;
+  return marker;
+}
+
+void begin(const Format&, const ros::Time&, MarkerArray&) {}
+
+void beginAnew(const Format& format, MarkerArray& message) {
+  message.markers.push_back(makeMarker(format, 0, Marker::DELETEALL));
+}
+
+void add(const Format& format, const PackedChunk& chunk, int id, MarkerArray& message) {
+  const size_t corners = 3 * chunk.triangleCount();
+  message.markers.push_back(makeMarker(format, id, corners == 0 ? Marker::DELETE : Marker::ADD));
+  if (corners == 0) return;
+  Marker& marker = message.markers.back();
+  const Mesh mesh = unpackChunk(chunk, format.step_m);
+  std::vector<geometry_msgs::Point> points;
+  std::vector<std_msgs::ColorRGBA> colours;
+  for (size_t i = 0; i < chunk.vertexCount(); ++i) {
+    points.push_back(toPoint(positionOf(chunk, format.step_m, i)));
+    colours.push_back(toColour(vertexColour(format.colour, mesh, i)));
+  }
+  marker.type = Marker::TRIANGLE_LIST;
+  marker.scale.x = marker.scale.y = marker.scale.z = 1.0;
+  marker.color.r = marker.color.g = marker.color.b = marker.color.a = 1.0f;
+  marker.points.reserve(corners);
+  marker.colors.reserve(corners);
+  for (size_t i = 0; i < corners; ++i) {
+    marker.points.push_back(points[chunk.corner(i)]);
+    marker.colors.push_back(colours[chunk.corner(i)]);
+  }
+}
+
+// `mesh_blocks`: chunks as they are packed.
+
+void begin(const Format& format, const ros::Time& stamp, MeshBlocks& message) {
+  message.header.frame_id = format.map_frame;
+  message.header.stamp = stamp;
+  message.step_m = format.step_m;
+}
+
+void beginAnew(const Format& format, MeshBlocks& message) {
+  begin(format, ros::Time(), message);
+  message.begins_anew = true;
+}
+
+void add(const Format&, PackedChunk chunk, int, MeshBlocks& message) {
+  message.blocks.push_back(toMessage(std::move(chunk)));
+}
+
+/// A topic of the mesh: an ordinary publisher, and the chunks that are still to be published. They
+/// go in pieces, a few at a time, never more than its queue holds: a listener that never reads
+/// costs that queue, and delays nobody.
+template <class Message>
+class ChunkTopic {
  public:
-  BlockTopic(const ros::NodeHandle& nh, const MappingParams& params)
-      : map_frame_(frameOfMap(params.node)),
-        step_m_(
-            ChunkLattice(params.mapper.map.voxel_size_m, params.node.publish.chunk_blocks).step_m) {
-    advertise<MeshBlocks>(nh, "mesh_blocks", [this] {
-      MeshBlocks begins;
-      begins.header.frame_id = map_frame_;
-      begins.begins_anew = true;
-      begins.step_m = step_m_;
-      return begins;
+  /// A newcomer gets first what makes it forget what a node before has published.
+  void advertise(const ros::NodeHandle& nh, const std::string& name, const Format& format) {
+    topic_.advertise<Message>(nh, name, kWaitingPieces, [&format](const auto& newcomer) {
+      Message message;
+      beginAnew(format, message);
+      newcomer.publish(message);
     });
   }
 
- protected:
-  void begin(double step_m, const ros::Time& stamp) override {
-    step_m_ = step_m;
-    message_ = MeshBlocks();
-    message_.header.frame_id = map_frame_;
-    message_.header.stamp = stamp;
-    message_.step_m = step_m;
-    bytes_ = 0;
+  bool isFollowed() const { return topic_.isFollowed(); }
+  bool isBehind() const { return !pending_.empty(); }
+
+  /// What is to be published becomes pending.
+  void addPending(const MeshChunks& chunks, bool with_changes,
+                  const std::vector<PackedKey>& refreshed) {
+    const auto add = [this](const auto& keys) { pending_.insert(keys.begin(), keys.end()); };
+    if (!isFollowed()) {
+      pending_.clear();
+    } else {
+      if (topic_.takeNewcomer()) add(chunks.all());
+      if (with_changes) add(chunks.changed());
+      add(refreshed);
+    }
+    lacking_ = pending_.size();
   }
 
-  void add(PackedChunk chunk, int) override {
-    bytes_ += bytesInMessage(chunk);
-    message_.blocks.push_back(toMessage(std::move(chunk)));
+  /// Publishes some pieces of what is pending.
+  void publishRound(const MeshChunks& chunks, const ChunkLattice& lattice, const Format& format,
+                    ShownMesh& mesh) {
+    auto next = pending_.begin();
+    for (int piece = 0; piece < kPiecesPerRound && next != pending_.end(); ++piece) {
+      Message message;
+      begin(format, mesh.stamp, message);
+      bool is_empty = true;
+      while (next != pending_.end() &&
+             ros::serialization::serializationLength(message) < kPieceBytes) {
+        const PackedKey key = *next;
+        const std::vector<PackedKey> blocks = chunks.blocksOf(key);
+        const uint64_t failures = mesh.meshes.stats().failures;
+        const MeshStore& store = mesh.meshes.holding(blocks);
+        if (mesh.meshes.stats().failures > failures) {  // is read again in the next round
+          ++next;
+          continue;
+        }
+        PackedChunk chunk = packChunk(store, lattice, chunks.cornerOf(key), blocks);
+        next = pending_.erase(next);
+        if (chunk.triangleCount() > 0) shown_.insert(key);
+        if (shown_.count(key) == 0) continue;
+        add(format, std::move(chunk), chunks.idOf(key), message);
+        is_empty = false;
+      }
+      if (!is_empty) topic_.publish(message);
+    }
+    lacking_ = pending_.size();
   }
 
-  size_t bytes() const override { return bytes_; }
-  void publish() override { topic_.publish(message_); }
+  dtsdf_mapping::TopicStatus status() const {
+    dtsdf_mapping::TopicStatus status = topic_.status();
+    status.lacking_chunks = static_cast<uint32_t>(lacking_);
+    return status;
+  }
 
  private:
-  const std::string map_frame_;
-  std::atomic<double> step_m_;
-  MeshBlocks message_;
-  size_t bytes_ = 0;
+  Topic topic_;
+  std::set<PackedKey> pending_, shown_;  ///< Of the latter, triangles were published.
+  std::atomic<size_t> lacking_{0};       ///< As many are pending, for the status.
+};
+
+/// `mesh` and `mesh_blocks`. Changes go to all; after somebody has connected, the whole mesh is
+/// published once more; and all of it again within mesh_topics/refresh_s, for who has lost a piece.
+class MeshTopicsStep : public Step {
+ public:
+  MeshTopicsStep(const MappingParams& params, const Rates& rates)
+      : params_(params.node.publish),
+        rates_(rates),
+        format_{frameOfMap(params.node), params.mapper.mesh.colour,
+                ChunkLattice(params.mapper.map.voxel_size_m, params_.chunk_blocks).step_m},
+        chunks_(params_.chunk_blocks),
+        mesh_pace_(rates.mesh_hz),
+        round_pace_(kRoundRate_hz) {}
+
+  void advertise(const Handles& handles) override {
+    markers_.advertise(handles.prompt, "mesh", format_);
+    blocks_.advertise(handles.prompt, "mesh_blocks", format_);
+  }
+
+  std::optional<double> meshRate_hz() const override {
+    const bool is_wanted = markers_.isFollowed() || blocks_.isFollowed();
+    return is_wanted ? std::optional<double>(rates_.mesh_hz) : std::nullopt;
+  }
+
+  void changed(const MeshChanges& changes) override {
+    if (changes.cleared) chunks_.markAllChanged();
+    for (const SharedBlockMesh& block : changes.blocks) chunks_.markChanged(block->key);
+  }
+
+  SteadyDuration publish(ShownMesh* mesh) override {
+    if (mesh == nullptr) return SteadyDuration::max();
+    const SteadyTime now = std::chrono::steady_clock::now();
+    mesh_pace_.setRate(rates_.mesh_hz, now);
+    addPending(now);
+    if (round_pace_.isDue(now)) {
+      const ChunkLattice lattice(mesh->meshes.voxelSize(), params_.chunk_blocks);
+      format_.step_m = lattice.step_m;
+      markers_.publishRound(chunks_, lattice, format_, *mesh);
+      blocks_.publishRound(chunks_, lattice, format_, *mesh);
+      mesh->meshes.dropFetched();
+      // Of the thread's time at least half is for others that share the cores.
+      const SteadyTime end = std::chrono::steady_clock::now();
+      round_pace_.begin(now);
+      round_pace_.restUntil(end + (end - now));
+    }
+    if (markers_.isBehind() || blocks_.isBehind()) return round_pace_.next() - now;
+    return chunks_.changed().empty() ? SteadyDuration::max() : mesh_pace_.next() - now;
+  }
+
+  void fill(dtsdf_mapping::MapStatus& status) override {
+    status.topics.push_back(markers_.status());
+    status.topics.push_back(blocks_.status());
+  }
+
+ private:
+  void addPending(SteadyTime now) {
+    const bool is_due = !chunks_.changed().empty() && mesh_pace_.isDue(now);
+    const std::vector<PackedKey> refreshed = nextToRefresh(now);
+    markers_.addPending(chunks_, is_due, refreshed);
+    blocks_.addPending(chunks_, is_due, refreshed);
+    if (!is_due) return;
+    mesh_pace_.beginInStep(now);
+    chunks_.forgetChanges();
+  }
+
+  std::vector<PackedKey> nextToRefresh(SteadyTime now) {
+    const double refresh_s = params_.mesh_refresh_s;
+    if (refresh_s <= 0.0 || toSeconds(now - refreshed_at_) < kRefreshPeriod_s) return {};
+    refreshed_at_ = now;
+    const std::vector<PackedKey> all = chunks_.all();
+    const auto share = static_cast<size_t>(
+        std::ceil(static_cast<double>(all.size()) * kRefreshPeriod_s / refresh_s));
+    auto next = std::upper_bound(all.begin(), all.end(), refreshed_);
+    std::vector<PackedKey> keys;
+    for (size_t i = 0; i < std::min(share, all.size()); ++i, ++next) {
+      if (next == all.end()) next = all.begin();
+      keys.push_back(*next);
+    }
+    if (!keys.empty()) refreshed_ = keys.back();
+    return keys;
+  }
+
+  const PublishParams params_;
+  const Rates& rates_;
+  Format format_;
+  MeshChunks chunks_;
+  ChunkTopic<MarkerArray> markers_;
+  ChunkTopic<MeshBlocks> blocks_;
+  Pace mesh_pace_, round_pace_;
+  SteadyTime refreshed_at_{};
+  PackedKey refreshed_ = 0;  ///< The chunk that was refreshed last.
 };
 
 }  // namespace
 
-void ChunkTopic::publishRound(const MeshChunks& chunks, int chunk_blocks, ShownMesh& mesh) {
-  const ChunkLattice lattice(mesh.meshes.voxelSize(), chunk_blocks);
-  auto next = pending_.begin();
-  for (int piece = 0; piece < kPiecesPerRound && next != pending_.end(); ++piece) {
-    begin(lattice.step_m, mesh.stamp);
-    bool is_empty = true;
-    while (next != pending_.end() && bytes() < kPieceBytes) {
-      const PackedKey key = *next;
-      const std::vector<PackedKey> blocks = chunks.blocksOf(key);
-      const uint64_t failures = mesh.meshes.stats().failures;
-      const MeshStore& store = mesh.meshes.holding(blocks);
-      if (mesh.meshes.stats().failures > failures) {  // is read again in the next round
-        ++next;
-        continue;
-      }
-      PackedChunk chunk = packChunk(store, lattice, chunks.cornerOf(key), blocks);
-      next = pending_.erase(next);
-      if (chunk.triangleCount() > 0) shown_.insert(key);
-      if (shown_.count(key) == 0) continue;
-      add(std::move(chunk), chunks.idOf(key));
-      is_empty = false;
-    }
-    if (!is_empty) publish();
-  }
-  lacking_ = pending_.size();
-}
-
-TopicStatus ChunkTopic::status() const {
-  TopicStatus status = topic_.status();
-  status.lacking_chunks = static_cast<uint32_t>(lacking_);
-  return status;
-}
-
-MeshTopicsStep::MeshTopicsStep(const MappingParams& params, const Rates& rates)
-    : params_(params),
-      rates_(rates),
-      chunks_(params.node.publish.chunk_blocks),
-      mesh_pace_(rates.mesh_hz),
-      round_pace_(kRoundRate_hz) {}
-
-void MeshTopicsStep::advertise(const Handles& handles) {
-  topics_.push_back(std::make_unique<MarkerTopic>(handles.prompt, params_));
-  topics_.push_back(std::make_unique<BlockTopic>(handles.prompt, params_));
-}
-
-std::optional<double> MeshTopicsStep::meshRate_hz() const {
-  const bool is_wanted = std::any_of(topics_.begin(), topics_.end(),
-                                     [](const auto& topic) { return topic->isFollowed(); });
-  return is_wanted ? std::optional<double>(rates_.mesh_hz) : std::nullopt;
-}
-
-void MeshTopicsStep::changed(const MeshChanges& changes) {
-  if (changes.cleared) chunks_.markAllChanged();
-  for (const SharedBlockMesh& block : changes.blocks) chunks_.markChanged(block->key);
-}
-
-SteadyDuration MeshTopicsStep::publish(ShownMesh* mesh) {
-  if (mesh == nullptr) return SteadyDuration::max();
-  const SteadyTime now = std::chrono::steady_clock::now();
-  mesh_pace_.setRate(rates_.mesh_hz, now);
-  spread(now);
-  bool is_behind = false;
-  for (const auto& topic : topics_) {
-    if (round_pace_.isDue(now)) {
-      topic->publishRound(chunks_, params_.node.publish.chunk_blocks, *mesh);
-    }
-    is_behind = is_behind || topic->isBehind();
-  }
-  mesh->meshes.dropFetched();
-  if (round_pace_.isDue(now)) {
-    // Of the thread's time at least half is for others that share the cores.
-    const SteadyTime end = std::chrono::steady_clock::now();
-    round_pace_.begin(now);
-    round_pace_.restUntil(end + (end - now));
-  }
-  if (is_behind) return round_pace_.next() - now;
-  return chunks_.changed().empty() ? SteadyDuration::max() : mesh_pace_.next() - now;
-}
-
-/// What is to be published becomes pending.
-void MeshTopicsStep::spread(SteadyTime now) {
-  const bool is_due = !chunks_.changed().empty() && mesh_pace_.isDue(now);
-  if (is_due) mesh_pace_.beginInStep(now);
-  const std::vector<PackedKey> refreshed = nextToRefresh(now);
-  for (const auto& topic : topics_) {
-    if (!topic->isFollowed()) {
-      topic->clear();
-      continue;
-    }
-    if (topic->takeNewcomer()) topic->add(chunks_.all());
-    if (is_due) topic->add({chunks_.changed().begin(), chunks_.changed().end()});
-    topic->add(refreshed);
-  }
-  if (is_due) chunks_.forgetChanges();
-}
-
-std::vector<PackedKey> MeshTopicsStep::nextToRefresh(SteadyTime now) {
-  const double refresh_s = params_.node.publish.mesh_refresh_s;
-  const double passed_s = toSeconds(now - refreshed_at_);
-  if (refresh_s <= 0.0 || passed_s < kRefreshPeriod_s) return {};
-  refreshed_at_ = now;
-  const std::vector<PackedKey> all = chunks_.all();
-  const auto share = static_cast<size_t>(
-      std::ceil(static_cast<double>(all.size()) * kRefreshPeriod_s / refresh_s));
-  auto next = std::upper_bound(all.begin(), all.end(), refreshed_);
-  std::vector<PackedKey> keys;
-  for (size_t i = 0; i < std::min(share, all.size()); ++i, ++next) {
-    if (next == all.end()) next = all.begin();
-    keys.push_back(*next);
-  }
-  if (!keys.empty()) refreshed_ = keys.back();
-  return keys;
-}
-
-void MeshTopicsStep::fill(dtsdf_mapping::MapStatus& status) {
-  for (const auto& topic : topics_) status.topics.push_back(topic->status());
+std::unique_ptr<Step> makeMeshTopicsStep(const MappingParams& params, const Rates& rates) {
+  return std::make_unique<MeshTopicsStep>(params, rates);
 }
 
 }  // namespace dtsdf

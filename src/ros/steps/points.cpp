@@ -1,11 +1,15 @@
-#include "ros/steps/points.h"
-
+/// The step that publishes the vertices of the mesh as a point cloud, while someone listens.
 #include <pcl/point_types.h>
 #include <pcl_conversions/pcl_conversions.h>
 #include <pcl_ros/point_cloud.h>
 #include <ros/console.h>
 
 #include <algorithm>
+#include <atomic>
+
+#include "dtsdf_mapping/mesh.h"
+#include "ros/common/topic.h"
+#include "ros/steps/make_steps.h"
 
 namespace dtsdf {
 namespace {
@@ -31,48 +35,68 @@ Point toPoint(const Mesh& mesh, size_t vertex, MeshColour colour) {
   return point;
 }
 
+/// `surface_points`: a cloud is the whole mesh.
+class PointsStep : public Step {
+ public:
+  explicit PointsStep(const Host& host) : host_(host), pace_(host.rates.points_hz) {}
+
+  void advertise(const Handles& handles) override {
+    topic_.advertise<Cloud>(handles.prompt, "surface_points", 1,
+                            [this](const auto&) { is_outdated_ = true; });
+  }
+
+  std::optional<double> meshRate_hz() const override {
+    return topic_.isFollowed() ? std::optional<double>(host_.rates.points_hz) : std::nullopt;
+  }
+
+  void changed(const MeshChanges&) override { is_outdated_ = true; }
+  SteadyDuration publish(ShownMesh* mesh) override {
+    if (mesh == nullptr || !is_outdated_ || !topic_.isFollowed()) return SteadyDuration::max();
+    const SteadyTime begin = std::chrono::steady_clock::now();
+    pace_.setRate(host_.rates.points_hz, begin);
+    if (!pace_.isDue(begin)) return pace_.next() - begin;
+    is_outdated_ = false;
+    publish(mesh->meshes.all().assemble(), mesh->stamp);
+    mesh->meshes.dropFetched();
+    const SteadyTime end = std::chrono::steady_clock::now();
+    pace_.beginInStep(begin);
+    pace_.restUntil(end + (end - begin));
+    return SteadyDuration::max();
+  }
+
+  void fill(dtsdf_mapping::MapStatus& status) override { status.topics.push_back(topic_.status()); }
+
+ private:
+  void publish(const Mesh& mesh, const ros::Time& stamp) {
+    if (isFarFromOrigin(mesh)) {
+      ROS_WARN_STREAM_ONCE_NAMED(
+          "dtsdf_mapping", topic_.status().topic
+                               << " has float positions, which are 0.5 mm apart 8 km from the "
+                                  "origin of the map and 4 mm at 40 km; mesh_blocks and mesh have "
+                                  "doubles");
+    }
+    Cloud cloud;
+    cloud.header.frame_id = frameOfMap(host_.params.node);
+    cloud.header.stamp = pcl_conversions::toPCL(stamp);
+    // Of one at least: pcl_ros copies from where they are, even none, and that has to be an
+    // address.
+    cloud.reserve(std::max<size_t>(1, mesh.vertices_m.size()));
+    for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
+      cloud.push_back(toPoint(mesh, i, host_.params.mapper.mesh.colour));
+    }
+    topic_.publish(cloud);
+  }
+
+  const Host& host_;
+  Topic topic_;
+  std::atomic<bool> is_outdated_{false};  ///< The cloud that was published last.
+  Pace pace_;
+};
+
 }  // namespace
 
-void PointsStep::advertise(const Handles& handles) {
-  topic_.advertise<Cloud>(handles.prompt, "surface_points", 1,
-                          [this](const auto&) { is_outdated_ = true; });
-}
-
-std::optional<double> PointsStep::meshRate_hz() const {
-  return topic_.isFollowed() ? std::optional<double>(host_.rates.points_hz) : std::nullopt;
-}
-
-SteadyDuration PointsStep::publish(ShownMesh* mesh) {
-  if (mesh == nullptr || !is_outdated_ || !topic_.isFollowed()) return SteadyDuration::max();
-  const SteadyTime begin = std::chrono::steady_clock::now();
-  pace_.setRate(host_.rates.points_hz, begin);
-  if (!pace_.isDue(begin)) return pace_.next() - begin;
-  is_outdated_ = false;
-  publish(mesh->meshes.all().assemble(), mesh->stamp);
-  mesh->meshes.dropFetched();
-  const SteadyTime end = std::chrono::steady_clock::now();
-  pace_.beginInStep(begin);
-  pace_.restUntil(end + (end - begin));
-  return SteadyDuration::max();
-}
-
-void PointsStep::publish(const Mesh& mesh, const ros::Time& stamp) {
-  if (isFarFromOrigin(mesh)) {
-    ROS_WARN_STREAM_ONCE_NAMED(
-        "dtsdf_mapping", topic_.status().topic
-                             << " has float positions, which are 0.5 mm apart 8 km from the "
-                                "origin of the map and 4 mm at 40 km; mesh_blocks and mesh have "
-                                "doubles");
-  }
-  Cloud cloud;
-  cloud.header.frame_id = frameOfMap(host_.params.node);
-  cloud.header.stamp = pcl_conversions::toPCL(stamp);
-  // Of one at least: pcl_ros copies from where they are, even none, and that has to be an address.
-  cloud.reserve(std::max<size_t>(1, mesh.vertices_m.size()));
-  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
-    cloud.push_back(toPoint(mesh, i, host_.params.mapper.mesh.colour));
-  }
-  topic_.publish(cloud);
+std::unique_ptr<Step> makePointsStep(const Host& host) {
+  return std::make_unique<PointsStep>(host);
 }
 
 }  // namespace dtsdf

@@ -99,29 +99,27 @@ std::string parentOfBase(const NodeParams& params) {
 
 PosePublisher::PosePublisher(ros::NodeHandle private_nh, const NodeParams& params,
                              const Transforms& transforms)
-    : tracks_(params.poses.mode == PoseMode::kTrack),
-      map_frame_(params.map_frame),
-      path_frame_(frameOfMap(params)),
+    : params_(params),
       parent_(parentOfBase(params)),
       transforms_(transforms),
       odometry_(private_nh.advertise<nav_msgs::Odometry>("odometry", 100)),
       path_topic_(private_nh.advertise<nav_msgs::Path>("path", 1, true)) {
-  path_.header.frame_id = path_frame_;
-  if (params.poses.mode == PoseMode::kRefine) odom_frame_ = params.poses.odom_frame;
+  path_.header.frame_id = frameOfMap(params);
 }
 
 void PosePublisher::publish(const FoundPose& pose) {
   publishOdometry(pose);
   addToPath(pose);
-  if (!tracks_) return;
-  if (parent_ != map_frame_) {
-    sendTransform(map_frame_, parent_, Eigen::Isometry3d::Identity(), pose.stamp);
+  if (!tracks()) return;
+  if (parent_ != params_.map_frame) {
+    sendTransform(params_.map_frame, parent_, Eigen::Isometry3d::Identity(), pose.stamp);
   }
   sendTransform(parent_, pose.frame_id, pose.T_M_B, pose.stamp);
 }
 
 void PosePublisher::publishCorrection(const ros::Time& stamp, const Eigen::Isometry3d& T_M_O) {
-  if (!odom_frame_.empty()) sendTransform(map_frame_, odom_frame_, T_M_O, stamp);
+  const std::string& odom_frame = params_.poses.odom_frame;
+  if (!tracks() && !odom_frame.empty()) sendTransform(params_.map_frame, odom_frame, T_M_O, stamp);
 }
 
 void PosePublisher::publishOdometry(const FoundPose& pose) {
@@ -140,7 +138,7 @@ void PosePublisher::addToPath(const FoundPose& pose) {
   if (path_.poses.empty() || areApart(pose.T_W_B, last_on_path_T_W_B_)) {
     geometry_msgs::PoseStamped stamped;
     stamped.header.stamp = pose.stamp;
-    stamped.header.frame_id = path_frame_;
+    stamped.header.frame_id = path_.header.frame_id;
     stamped.pose = toPose(pose.T_W_B);
     path_.poses.push_back(stamped);
     last_on_path_T_W_B_ = pose.T_W_B;

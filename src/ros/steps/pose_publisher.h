@@ -48,7 +48,7 @@ Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Matrix3d& R_M_
 /// has another one, it is not published.
 class PosePublisher {
  public:
-  /// Topics of `private_nh`; `transforms` outlives it.
+  /// Topics of `private_nh`; the others outlive it.
   PosePublisher(ros::NodeHandle private_nh, const NodeParams& params, const Transforms& transforms);
 
   /// With track also in TF.
@@ -69,11 +69,10 @@ class PosePublisher {
   void sendTransform(const std::string& parent, const std::string& child,
                      const Eigen::Isometry3d& T, const ros::Time& stamp);
 
-  const bool tracks_;
-  const std::string map_frame_;   ///< Of M.
-  const std::string path_frame_;  ///< Of W.
-  const std::string parent_;      ///< Of what poses are published of.
-  std::string odom_frame_;        ///< Whose correction is published; empty: none is.
+  bool tracks() const { return params_.poses.mode == PoseMode::kTrack; }
+
+  const NodeParams& params_;
+  const std::string parent_;  ///< Of what poses are published of.
   const Transforms& transforms_;
   ros::Publisher odometry_, path_topic_;
   tf2_ros::TransformBroadcaster broadcaster_;

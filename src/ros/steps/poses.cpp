@@ -21,6 +21,9 @@
 namespace dtsdf {
 namespace {
 
+/// Of the trajectory: three hours of 30 images a second.
+constexpr size_t kMostPoses = 360000;
+
 /// Of a camera that is held upright, in a frame with x ahead and z up: where tracking begins.
 Eigen::Isometry3d uprightCamera() {
   Eigen::Isometry3d T_B_C = Eigen::Isometry3d::Identity();
@@ -44,27 +47,6 @@ std::vector<geometry_msgs::Vector3> toVectors(const std::vector<Eigen::Vector3d>
   return vectors;
 }
 
-dtsdf_mapping::PoseStatus makePoseStatus(const CameraPoseReport& report) {
-  dtsdf_mapping::PoseStatus status;
-  if (!report.last) return status;
-  status.outcome = toString(report.last->status);
-  status.stamp = report.stamp;
-  status.matched_share = static_cast<float>(report.last->matched_share);
-  status.inlier_share = static_cast<float>(report.last->inlier_share);
-  status.residual_m = static_cast<float>(report.last->residual_m);
-  status.correction_m = static_cast<float>(report.last->shift_m);
-  status.correction_rad = static_cast<float>(report.last->turn_rad);
-  status.free_shifts = toVectors(report.free_shifts);
-  status.free_turns = toVectors(report.free_turns);
-  if (report.lost_since_s) status.lost_since = toTime(*report.lost_since_s);
-  for (int i = 0; i < kAlignmentStatusCount; ++i) {
-    if (report.outcomes[i] == 0) continue;
-    status.outcomes.push_back(
-        dropCount(toString(static_cast<AlignmentStatus>(i)), report.outcomes[i]));
-  }
-  return status;
-}
-
 }  // namespace
 
 PosesStep::PosesStep(const Host& host)
@@ -75,8 +57,7 @@ PosesStep::PosesStep(const Host& host)
       cameras_(std::max<size_t>(1, params_.cameras.size()), CameraState(params_.poses)),
       tracker_(params_.poses),
       base_frame_(params_.poses.base_frame) {
-  report_.cameras.resize(cameras_.size());
-  report_.max_trajectory_bytes = fused_.maxBytes();
+  report_.resize(cameras_.size());
 }
 
 /// @throws std::runtime_error where poses come from TF as they are.
@@ -106,9 +87,10 @@ void PosesStep::advertise(const Handles& handles) {
   servers_.push_back(serve<SaveTrajectory>(
       handles.waiting, "save_trajectory", [this](const auto& request, auto& response) {
         requireOn();
-        const auto [copy, left_out] =
-            host_.map_loop.run([this] { return std::make_pair(fused_.copy(), fused_.leftOut()); })
-                .get();
+        const auto copy_poses = [this] {
+          return std::make_pair(std::vector<StampedPose>(fused_.begin(), fused_.end()), left_out_);
+        };
+        const auto [copy, left_out] = host_.map_loop.run(copy_poses).get();
         const std::string path =
             resolveOutputPath(params_.output_directory, request.file_name, {".txt", ".tum"});
         if (copy.empty()) {
@@ -221,10 +203,14 @@ void PosesStep::fused(const PosedFrame& frame, const IntegrationResult& result) 
   if (!isOn() || result.status != FrameStatus::kFused) return;
   const auto* const depth = std::get_if<DepthFrame>(&frame.image);
   if (depth == nullptr || frame.camera != 0) return;
-  fused_.add({frame.stamp.toSec(), depth->T_W_C});
+  fused_.push_back({frame.stamp.toSec(), depth->T_W_C});
+  if (fused_.size() > kMostPoses) {
+    fused_.pop_front();
+    ++left_out_;
+  }
   if (const auto pose = foundPose(frame)) listeners_.on_pose(*pose);
   const std::lock_guard<std::mutex> lock(mutex_);
-  report_.trajectory_bytes = fused_.bytes();
+  trajectory_bytes_ = fused_.size() * sizeof(StampedPose);
 }
 
 /// None where it is not known how the camera is fixed to B.
@@ -250,9 +236,10 @@ void PosesStep::replaced(const Replacement& replacement) {
   if (!isOn() || replacement.kind == Replacement::Kind::kCorrected) return;
   is_elsewhere_ = true;
   fused_.clear();
+  left_out_ = 0;
   listeners_.on_new_map();
   const std::lock_guard<std::mutex> lock(mutex_);
-  report_.trajectory_bytes = 0;
+  trajectory_bytes_ = 0;
 }
 
 void PosesStep::setPose(const Eigen::Isometry3d& T_W_B) {
@@ -265,31 +252,39 @@ void PosesStep::setPose(const Eigen::Isometry3d& T_W_B) {
 }
 
 void PosesStep::note(const PosedFrame& frame, const Alignment& alignment) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  CameraPoseReport& report = report_.cameras.at(frame.camera);
-  report.last = alignment;
-  report.stamp = frame.stamp;
+  dtsdf_mapping::PoseStatus status;
+  status.outcome = toString(alignment.status);
+  status.stamp = frame.stamp;
+  status.matched_share = static_cast<float>(alignment.matched_share);
+  status.inlier_share = static_cast<float>(alignment.inlier_share);
+  status.residual_m = static_cast<float>(alignment.residual_m);
+  status.correction_m = static_cast<float>(alignment.shift_m);
+  status.correction_rad = static_cast<float>(alignment.turn_rad);
   const Eigen::Matrix3d shifts = alignment.covariance.topLeftCorner<3, 3>();
   const Eigen::Matrix3d turns = alignment.covariance.bottomRightCorner<3, 3>();
-  report.free_shifts = freeAxes(shifts, params_.poses.sigma_m);
-  report.free_turns = freeAxes(turns, params_.poses.sigma_rad);
-  report.lost_since_s = tracks() ? tracker_.lostSince_s() : std::nullopt;
-  ++report.outcomes.at(static_cast<size_t>(alignment.status));
-}
-
-PoseReport PosesStep::report() const {
+  status.free_shifts = toVectors(freeAxes(shifts, params_.poses.sigma_m));
+  status.free_turns = toVectors(freeAxes(turns, params_.poses.sigma_rad));
+  status.lost_since = toTime(tracks() ? tracker_.lostSince_s().value_or(0.0) : 0.0);
   const std::lock_guard<std::mutex> lock(mutex_);
-  return report_;
+  dtsdf_mapping::PoseStatus& report = report_.at(frame.camera);
+  status.outcomes.swap(report.outcomes);
+  const auto same = std::find_if(status.outcomes.begin(), status.outcomes.end(),
+                                 [&](const auto& known) { return known.reason == status.outcome; });
+  if (same == status.outcomes.end()) {
+    status.outcomes.push_back(dropCount(status.outcome, 1));
+  } else {
+    ++same->count;
+  }
+  report = std::move(status);
 }
 
 void PosesStep::fill(MapStatus& status) {
   if (!isOn()) return;
-  const PoseReport poses = report();
-  addMemory(status, "trajectory", MemoryPlace::kHost, poses.trajectory_bytes,
-            poses.max_trajectory_bytes);
-  for (size_t i = 0; i < std::min(poses.cameras.size(), status.cameras.size()); ++i) {
-    status.cameras[i].pose = makePoseStatus(poses.cameras[i]);
-    if (!poses.cameras[i].lost_since_s) continue;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  addMemory(status, "trajectory", kHost, trajectory_bytes_, kMostPoses * sizeof(StampedPose));
+  for (size_t i = 0; i < std::min(report_.size(), status.cameras.size()); ++i) {
+    status.cameras[i].pose = report_[i];
+    if (report_[i].lost_since.isZero()) continue;
     dtsdf::report(
         status, MapStatus::WARN, MapStatus::CAMERA_LOST,
         "the camera is lost, and nothing is fused: move it back slowly to where it was, or call "

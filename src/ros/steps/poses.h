@@ -1,11 +1,11 @@
 /// The step of poses/mode: where depth images lie in the map, moved from TF's pose, or found by it.
 #pragma once
 
+#include <dtsdf_mapping/PoseStatus.h>
 #include <ros/node_handle.h>
 #include <ros/time.h>
 
 #include <Eigen/Geometry>
-#include <array>
 #include <cstddef>
 #include <deque>
 #include <functional>
@@ -25,53 +25,6 @@
 #include "ros/steps/step.h"
 
 namespace dtsdf {
-
-/// The trajectory so far, in bounded memory. Poses of frames that were fused; of more than `most`
-/// the oldest go.
-class FusedPoses {
- public:
-  static constexpr size_t kMost = 360000;  ///< Three hours of 30 images a second.
-
-  explicit FusedPoses(size_t most = kMost) : most_(most) {}
-
-  void add(const StampedPose& pose) {
-    poses_.push_back(pose);
-    if (poses_.size() <= most_) return;
-    poses_.pop_front();
-    ++left_out_;
-  }
-
-  void clear() {
-    poses_.clear();
-    left_out_ = 0;
-  }
-
-  std::vector<StampedPose> copy() const { return {poses_.begin(), poses_.end()}; }
-  size_t leftOut() const { return left_out_; }
-  size_t bytes() const { return poses_.size() * sizeof(StampedPose); }
-  size_t maxBytes() const { return most_ * sizeof(StampedPose); }
-
- private:
-  size_t most_;
-  std::deque<StampedPose> poses_;
-  size_t left_out_ = 0;
-};
-
-constexpr int kAlignmentStatusCount = static_cast<int>(AlignmentStatus::kUnsure) + 1;
-
-/// How the depth images of one camera fit the map.
-struct CameraPoseReport {
-  std::optional<Alignment> last;                         ///< Of the newest image.
-  ros::Time stamp;                                       ///< Of that one.
-  std::vector<Eigen::Vector3d> free_shifts, free_turns;  ///< See freeAxes().
-  std::optional<double> lost_since_s;  ///< First image that did not fit; none: followed.
-  std::array<uint64_t, kAlignmentStatusCount> outcomes{};  ///< Images, by AlignmentStatus.
-};
-
-struct PoseReport {
-  std::vector<CameraPoseReport> cameras;  ///< In their order.
-  size_t trajectory_bytes = 0, max_trajectory_bytes = 0;
-};
 
 /// With poses/mode refine and track; else poses stay as they are. With refine each camera is
 /// aligned by itself, and the first one is who speaks for all: its correction and its poses are
@@ -103,11 +56,8 @@ class PosesStep : public Step {
   /// Sets where B is: the next image is there. @throws std::runtime_error unless it tracks.
   void setPose(const Eigen::Isometry3d& T_W_B);
 
-  /// Of the first camera's frames in the map, in the order of fusing.
-  const FusedPoses& fusedPoses() const { return fused_; }
-
-  /// Any thread.
-  PoseReport report() const;
+  /// The trajectory so far: poses of the first camera's frames in the map, in the order of fusing.
+  const std::deque<StampedPose>& fusedPoses() const { return fused_; }
 
  private:
   /// Of one camera.
@@ -143,13 +93,15 @@ class PosesStep : public Step {
   std::optional<Eigen::Isometry3d> given_T_W_B_;             ///< By setPose(), for the next image.
   bool is_elsewhere_ = false;  ///< Until the next image: see replaced().
   Alignment found_;            ///< Of the newest image.
-  FusedPoses fused_;
+  std::deque<StampedPose> fused_;
+  size_t left_out_ = 0;  ///< Of the oldest ones.
 
   std::unique_ptr<PosePublisher> publisher_;  ///< From advertise() on.
   std::vector<ros::ServiceServer> servers_;
 
-  mutable std::mutex mutex_;  ///< Guards what follows.
-  PoseReport report_;
+  mutable std::mutex mutex_;                       ///< Guards what follows.
+  std::vector<dtsdf_mapping::PoseStatus> report_;  ///< Of each camera.
+  size_t trajectory_bytes_ = 0;
 };
 
 }  // namespace dtsdf

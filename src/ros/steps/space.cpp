@@ -8,7 +8,6 @@
 #include <sensor_msgs/point_cloud2_iterator.h>
 
 #include <algorithm>
-#include <limits>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -84,26 +83,6 @@ sensor_msgs::PointCloud2 sliceCloud(const std::vector<SliceCell>& cells, double 
 }
 
 }  // namespace
-
-SpaceChanges changesBetween(const KnownSpace& before, const std::vector<SpaceCube>& now) {
-  std::unordered_map<PackedKey, SpaceCube> gone;
-  constexpr int32_t kLowest = std::numeric_limits<int32_t>::min(),
-                    kHighest = std::numeric_limits<int32_t>::max();
-  for (const SpaceCube& cube : before.cubes(kLowest, kHighest)) {
-    gone.emplace(packKey(SpaceCube::cubeOf(cube.first)), cube);
-  }
-  SpaceChanges changes;
-  for (const SpaceCube& cube : now) {
-    const auto same = gone.find(packKey(SpaceCube::cubeOf(cube.first)));
-    const bool is_known = same != gone.end();
-    if (!is_known || same->second.free != cube.free || same->second.surface != cube.surface) {
-      changes.cubes.push_back(cube);
-    }
-    if (is_known) gone.erase(same);
-  }
-  for (const auto& [key, cube] : gone) changes.cubes.push_back({cube.first, {}, {}});
-  return changes;
-}
 
 void SpaceQueue::add(const SpaceChanges& changes, double cell_size_m, const ros::Time& stamp) {
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -208,12 +187,11 @@ void SpaceStep::replaced(const Replacement& replacement) {
   if (!is_on_) return;
   is_part_ = false;
   if (replacement.kind != Replacement::Kind::kCorrected) return queue_.clear();
-  Space* const before = replacement.before->space();
-  Space* const now = host_.map.mapper().space();
-  if (before == nullptr || now == nullptr) return;
-  const ros::Time& stamp = host_.map.meshStamp();
-  queue_.add(allChangesOf(*before), now->cellSize_m(), stamp);  // of what was handed over so far
-  queue_.add(changesBetween(*before, allChangesOf(*now).cubes), now->cellSize_m(), stamp);
+  // All at once, so that planners are answered by the space of before until there is the new one.
+  Space* const space = host_.map.mapper().space();
+  if (space != nullptr) {
+    queue_.add(allChangesOf(*space), space->cellSize_m(), host_.map.meshStamp());
+  }
 }
 
 SteadyDuration SpaceStep::publish(ShownMesh*) {
@@ -333,12 +311,8 @@ void SpaceStep::fill(MapStatus& status) {
   for (const Topic* topic : {&grids_, &updates_, &slices_}) {
     status.topics.push_back(topic->status());
   }
-  addMemory(status, "space", MemoryPlace::kHost, bytes_);
-  status.page_failures += pages_.failures;
-  if (pages_.bytes > 0) {
-    addMemory(status, "page_index", MemoryPlace::kHost, pages_.index_bytes);
-    addMemory(status, "pages", MemoryPlace::kDisk, pages_.bytes);
-  }
+  addMemory(status, "space", kHost, bytes_);
+  addPages(status, pages_);
   if (pages_.lost == 0) return;
   report(
       status, MapStatus::WARN, MapStatus::CELLS_LOST,

@@ -22,9 +22,6 @@
 
 namespace dtsdf {
 
-/// What leads from what was known before to what is known now: all cubes of which something is.
-SpaceChanges changesBetween(const KnownSpace& before, const std::vector<SpaceCube>& now);
-
 /// The queue from the map's thread to the output's: what has become known. Thread safe. Changes of
 /// one cube become one, so that an output that stands still costs the cells of the map once and no
 /// more.

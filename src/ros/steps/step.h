@@ -33,7 +33,6 @@ struct Replacement {
   Kind kind = Kind::kCleared;
   std::shared_ptr<const MapContents> head = nullptr;  ///< If loaded: of the file, without voxels.
   std::shared_ptr<const MapChunks> file = nullptr;    ///< The same, for the journal.
-  Mapper* before = nullptr;                           ///< If corrected: the map of before.
 };
 
 /// The mesh as it was handed over last. The output's thread holds the mutex while it uses it, and
@@ -90,6 +89,8 @@ class Step {
 
   /// Topics and services.
   virtual void advertise(const Handles&) {}
+  /// All that is advertised works, and no image has come. @throws what ends the start.
+  virtual void begin() {}
 
   // Map's thread.
 

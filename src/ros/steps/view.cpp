@@ -1,5 +1,5 @@
-#include "ros/steps/view.h"
-
+/// The step that publishes what the camera would see of the map, as a depth camera does, while
+/// someone listens.
 #include <cv_bridge/cv_bridge.h>
 #include <ros/console.h>
 #include <sensor_msgs/CameraInfo.h>
@@ -9,9 +9,11 @@
 #include <exception>
 #include <limits>
 
+#include "dtsdf_mapping/rendered_view.h"
 #include "params/printable.h"
 #include "ros/input/images.h"
 #include "ros/steps/live_map.h"
+#include "ros/steps/make_steps.h"
 
 namespace dtsdf {
 namespace {
@@ -29,38 +31,50 @@ sensor_msgs::ImagePtr imageOf(const std_msgs::Header& header, RenderedView view)
   return cv_bridge::CvImage(header, sensor_msgs::image_encodings::TYPE_32FC1, depth_m).toImageMsg();
 }
 
+class ViewStep : public Step {
+ public:
+  explicit ViewStep(const Host& host) : host_(host), pace_(kMostViews_hz) {}
+
+  void advertise(const Handles& handles) override {
+    ros::NodeHandle nh = handles.prompt;
+    images_ = nh.advertise<sensor_msgs::Image>("rendered/image", 1);
+    infos_ = nh.advertise<sensor_msgs::CameraInfo>("rendered/camera_info", 1);
+  }
+
+  /// Renders the map from the pose of the frame.
+  void fused(const PosedFrame& frame, const IntegrationResult& result) override {
+    const auto* const depth = std::get_if<DepthFrame>(&frame.image);
+    const SteadyTime begin = std::chrono::steady_clock::now();
+    if (depth == nullptr || result.status != FrameStatus::kFused) return;
+    if (images_.getNumSubscribers() == 0 || !pace_.isDue(begin)) return;
+    const RenderCamera camera{depth->width, depth->height, depth->intrinsics};
+    try {
+      host_.map.mapper().render(camera, depth->T_W_C, view_);
+    } catch (const std::exception& error) {  // of a GPU that is lost the next frame says so
+      ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
+                                     "no image on rendered/image: " << errorText(error));
+      return;
+    }
+    std_msgs::Header header;
+    header.stamp = frame.stamp;
+    header.frame_id = frame.frame_id;
+    const sensor_msgs::ImagePtr image = imageOf(header, view_);
+    infos_.publish(makeCameraInfo(*image, camera.intrinsics));
+    images_.publish(image);
+    const SteadyTime end = std::chrono::steady_clock::now();
+    pace_.begin(begin);
+    pace_.restUntil(end + kFramesPerView * (end - begin));
+  }
+
+ private:
+  const Host& host_;
+  Pace pace_;
+  RenderedView view_;
+  ros::Publisher images_, infos_;
+};
+
 }  // namespace
 
-ViewStep::ViewStep(const Host& host) : host_(host), pace_(kMostViews_hz) {}
-
-void ViewStep::advertise(const Handles& handles) {
-  ros::NodeHandle nh = handles.prompt;
-  images_ = nh.advertise<sensor_msgs::Image>("rendered/image", 1);
-  infos_ = nh.advertise<sensor_msgs::CameraInfo>("rendered/camera_info", 1);
-}
-
-void ViewStep::fused(const PosedFrame& frame, const IntegrationResult& result) {
-  const auto* const depth = std::get_if<DepthFrame>(&frame.image);
-  const SteadyTime begin = std::chrono::steady_clock::now();
-  if (depth == nullptr || result.status != FrameStatus::kFused) return;
-  if (images_.getNumSubscribers() == 0 || !pace_.isDue(begin)) return;
-  const RenderCamera camera{depth->width, depth->height, depth->intrinsics};
-  try {
-    host_.map.mapper().render(camera, depth->T_W_C, view_);
-  } catch (const std::exception& error) {  // of a GPU that is lost the next frame says so
-    ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
-                                   "no image on rendered/image: " << errorText(error));
-    return;
-  }
-  std_msgs::Header header;
-  header.stamp = frame.stamp;
-  header.frame_id = frame.frame_id;
-  const sensor_msgs::ImagePtr image = imageOf(header, view_);
-  infos_.publish(makeCameraInfo(*image, camera.intrinsics));
-  images_.publish(image);
-  const SteadyTime end = std::chrono::steady_clock::now();
-  pace_.begin(begin);
-  pace_.restUntil(end + kFramesPerView * (end - begin));
-}
+std::unique_ptr<Step> makeViewStep(const Host& host) { return std::make_unique<ViewStep>(host); }
 
 }  // namespace dtsdf

@@ -20,7 +20,7 @@ inline void pushPosed(FrameQueue& queue, FrameQueue::Stream stream, PosedFrame f
   image->header.stamp = info->header.stamp = frame.stamp;
   queue.addImage(stream, image);
   queue.addInfo(stream, info);
-  if (const auto whole = queue.firstWhole(stream)) queue.setPosed(stream, *whole, std::move(frame));
+  queue.poseFirst(stream, [&](auto&) { return std::move(frame); });
 }
 
 struct MapHost {

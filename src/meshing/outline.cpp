@@ -5,11 +5,11 @@
 namespace dtsdf {
 namespace {
 
-constexpr int kMostSteps = 2;
+constexpr int kStepsAlong = 2;
 
 /// Weights of the vertices so many steps away, by how far the line goes on both ways. They take
 /// teeth away whose sides are one step each, and leave a parabola as it is where the line goes on.
-constexpr float kWeights[kMostSteps + 1][kMostSteps + 1] = {
+constexpr float kWeightsAlong[kStepsAlong + 1][kStepsAlong + 1] = {
     {0.0f, 0.0f, 0.0f},
     {0.0f, 1.0f / 4.0f, 0.0f},
     {0.0f, 1.0f / 4.0f, -1.0f / 16.0f},
@@ -65,10 +65,10 @@ Vec3f Outline::shiftOf(size_t vertex, const std::vector<Vec3f>& positions) const
   const Vec3f& p = positions[vertex];
   Vec3f ends[2] = {p, p};
   size_t at[2] = {vertex, vertex};
-  Vec3f from_vertex[kMostSteps + 1];  // both ways together
+  Vec3f from_vertex[kStepsAlong + 1];  // both ways together
   float length = 0.0f;
   int steps = 0;
-  while (steps < kMostSteps) {
+  while (steps < kStepsAlong) {
     for (const Way way : {kForwards, kBackwards}) at[way] = nextOnEdge(at[way], way);
     if (at[kForwards] == kNone || at[kBackwards] == kNone) break;
     for (const Way way : {kForwards, kBackwards}) {
@@ -79,7 +79,7 @@ Vec3f Outline::shiftOf(size_t vertex, const std::vector<Vec3f>& positions) const
   }
   Vec3f shift{0.0f, 0.0f, 0.0f};
   if (norm(ends[kForwards] - ends[kBackwards]) < kLeastExtent * length) return shift;
-  for (int k = 1; k <= steps; ++k) shift = shift + kWeights[steps][k] * from_vertex[k];
+  for (int k = 1; k <= steps; ++k) shift = shift + kWeightsAlong[steps][k] * from_vertex[k];
   return shift;
 }
 

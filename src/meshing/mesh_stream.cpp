@@ -121,6 +121,10 @@ uint32_t BlockJoiner::numberOfEdge(uint32_t edge) {
   return number;
 }
 
+Outline::Kind outlineKind(const BlockVertex& vertex) {
+  return isMiddle(vertex.edge) ? Outline::Kind::kMiddle : Outline::Kind::kPlain;
+}
+
 void makeUnit(std::vector<Vec3f>& normals) {
   for (Vec3f& n : normals) {
     const float length = norm(n);
@@ -200,8 +204,7 @@ void MeshStream::addVertex(const BlockMesh& block, size_t i) {
   window_.vertices_m.push_back(
       positionFrom(window_.origin_m, positions_.positionInMap(block.key, block.vertices[i])));
   window_.normals.push_back({0.0f, 0.0f, 0.0f});
-  outline_.addVertex(isMiddle(block.vertices[i].edge) ? Outline::Kind::kMiddle
-                                                      : Outline::Kind::kPlain);
+  outline_.addVertex(outlineKind(block.vertices[i]));
   // A block that was meshed before anything was painted has none; in a map that is, these are not
   // painted.
   if (is_painted_) {

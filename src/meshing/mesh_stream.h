@@ -97,6 +97,9 @@ inline void addNormal(const BlockMesh& block, const JoinedBlock& joined, const u
   for (const uint32_t v : t) normals[v] = normals[v] + turn * n;
 }
 
+/// What a block's vertex is on an outline of a mesh that is here as a whole.
+Outline::Kind outlineKind(const BlockVertex& vertex);
+
 /// Makes sums of normals unit normals; up where they are 0.
 void makeUnit(std::vector<Vec3f>& normals);
 

@@ -1,5 +1,7 @@
 #include "meshing/outline.h"
 
+#include <utility>
+
 #include "kernels/core/vec.h"
 
 namespace dtsdf {
@@ -21,44 +23,53 @@ constexpr float kLeastExtent = 0.4f;
 
 }  // namespace
 
+void Outline::reserve(size_t vertices) {
+  sums_.reserve(vertices);
+  squares_.reserve(vertices);
+  kinds_.reserve(vertices);
+}
+
 void Outline::addTriangle(const std::array<uint32_t, 3>& triangle) {
   for (int k = 0; k < 3; ++k) {
     const int64_t at = triangle[k];
     const int64_t after = triangle[(k + 1) % 3] - at, before = triangle[(k + 2) % 3] - at;
-    Fan& fan = vertices_[triangle[k]];
-    fan.sum += after - before;
-    fan.squares += after * after - before * before;
+    sums_[triangle[k]] += static_cast<uint32_t>(after - before);
+    squares_[triangle[k]] += static_cast<uint64_t>(after * after - before * before);
   }
 }
 
 void Outline::drop(size_t count) {
-  vertices_.erase(vertices_.begin(), vertices_.begin() + static_cast<std::ptrdiff_t>(count));
+  const auto dropFrom = [count](auto& values) {
+    values.erase(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
+  };
+  dropFrom(sums_);
+  dropFrom(squares_);
+  dropFrom(kinds_);
 }
 
 /// By the sums of the triangles around a vertex; kNone: they are no fan, or a closed one.
 size_t Outline::endOfFan(size_t vertex, Way way) const {
-  const Fan& fan = vertices_[vertex];
-  if (fan.sum == 0 || fan.squares % fan.sum != 0) return kNone;
-  const int64_t both = fan.squares / fan.sum;
-  const int64_t twice = way == kForwards ? both + fan.sum : both - fan.sum;
+  const int64_t sum = static_cast<int32_t>(sums_[vertex]);
+  const auto squares = static_cast<int64_t>(squares_[vertex]);
+  if (sum == 0 || squares % sum != 0) return kNone;
+  const int64_t twice = squares / sum + (way == kForwards ? sum : -sum);
   const int64_t number = static_cast<int64_t>(vertex) + twice / 2;
-  const bool is_one =
-      twice % 2 == 0 && number >= 0 && number < static_cast<int64_t>(vertices_.size());
+  const bool is_one = twice % 2 == 0 && number >= 0 && number < static_cast<int64_t>(sums_.size());
   return is_one ? static_cast<size_t>(number) : kNone;
 }
 
 /// The next vertex on the outline; kNone: the line ends there, or meets another one.
 size_t Outline::beside(size_t vertex, Way way) const {
-  if (vertices_[vertex].kind == Kind::kFixed) return kNone;
+  if (kinds_[vertex] == Kind::kFixed) return kNone;
   const size_t next = endOfFan(vertex, way);
-  if (next == kNone || vertices_[next].kind == Kind::kFixed) return next;
+  if (next == kNone || kinds_[next] == Kind::kFixed) return next;
   return endOfFan(next, way == kForwards ? kBackwards : kForwards) == vertex ? next : kNone;
 }
 
 /// The same, past the middle of a side.
 size_t Outline::nextOnEdge(size_t vertex, Way way) const {
   const size_t next = beside(vertex, way);
-  return next != kNone && vertices_[next].kind == Kind::kMiddle ? beside(next, way) : next;
+  return next != kNone && kinds_[next] == Kind::kMiddle ? beside(next, way) : next;
 }
 
 Vec3f Outline::shiftOf(size_t vertex, const std::vector<Vec3f>& positions) const {
@@ -85,12 +96,19 @@ Vec3f Outline::shiftOf(size_t vertex, const std::vector<Vec3f>& positions) const
 
 Vec3f Outline::smoothed(size_t vertex, const std::vector<Vec3f>& positions) const {
   const Vec3f& position = positions[vertex];
-  const Fan& fan = vertices_[vertex];
-  if (fan.sum == 0 || fan.kind == Kind::kFixed) return position;  // as most
-  if (fan.kind == Kind::kPlain) return position + shiftOf(vertex, positions);
+  if (isInside(vertex) || kinds_[vertex] == Kind::kFixed) return position;
+  if (kinds_[vertex] == Kind::kPlain) return position + shiftOf(vertex, positions);
   const size_t ends[2] = {beside(vertex, kForwards), beside(vertex, kBackwards)};
   if (ends[0] == kNone || ends[1] == kNone) return position;
   return position + 0.5f * (shiftOf(ends[0], positions) + shiftOf(ends[1], positions));
+}
+
+void Outline::smooth(std::vector<Vec3f>& positions) const {
+  std::vector<std::pair<size_t, Vec3f>> moved;
+  for (size_t i = 0; i < positions.size(); ++i) {
+    if (!isInside(i)) moved.emplace_back(i, smoothed(i, positions));
+  }
+  for (const auto& [i, position] : moved) positions[i] = position;
 }
 
 }  // namespace dtsdf

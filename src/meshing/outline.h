@@ -25,7 +25,12 @@ class Outline {
     kFixed,   ///< It stays, as not all triangles around it are here.
   };
 
-  void addVertex(Kind kind) { vertices_.push_back({0, 0, kind}); }
+  void reserve(size_t vertices);
+  void addVertex(Kind kind) {
+    sums_.push_back(0);
+    squares_.push_back(0);
+    kinds_.push_back(kind);
+  }
   void addTriangle(const std::array<uint32_t, 3>& triangle);
 
   /// Forgets the first vertices; the numbers of the others are less by so many.
@@ -35,25 +40,27 @@ class Outline {
   /// were added. @param positions Of all vertices, as they were before.
   Vec3f smoothed(size_t vertex, const std::vector<Vec3f>& positions) const;
 
+  /// Smooths the outlines of a mesh that is here as a whole.
+  void smooth(std::vector<Vec3f>& positions) const;
+
  private:
-  /// What the triangles around a vertex say of the vertices beside it: each triangle has one after
-  /// the vertex and one before it, counter-clockwise. Of the numbers of those after it less those
-  /// before it, and of their squares, only the two ends are left, if the triangles are one fan: so
-  /// these follow, and both sums are 0 where the fan is closed. Numbers count from that of the
-  /// vertex.
-  struct Fan {
-    int64_t sum, squares;
-    Kind kind;
-  };
   enum Way { kForwards, kBackwards };
   static constexpr size_t kNone = SIZE_MAX;
 
+  bool isInside(size_t vertex) const { return sums_[vertex] == 0; }
   size_t endOfFan(size_t vertex, Way way) const;
   size_t beside(size_t vertex, Way way) const;
   size_t nextOnEdge(size_t vertex, Way way) const;
   Vec3f shiftOf(size_t vertex, const std::vector<Vec3f>& positions) const;
 
-  std::vector<Fan> vertices_;
+  /// What the triangles around each vertex say of the vertices beside it: each triangle has one
+  /// after the vertex and one before it, counter-clockwise. Of the numbers of those after it less
+  /// those before it, and of their squares, only the two ends are left, if the triangles are one
+  /// fan: so these follow, and both sums are 0 where the fan is closed. Numbers count from that of
+  /// the vertex. Sums may wrap on their way: what they come to does not.
+  std::vector<uint32_t> sums_;
+  std::vector<uint64_t> squares_;
+  std::vector<Kind> kinds_;
 };
 
 }  // namespace dtsdf

@@ -112,10 +112,11 @@ class ChunkPacker {
       const uint16_t* const p = &chunk_.positions[3 * i];
       steps[i] = {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
     }
+    outline_.smooth(steps);
     for (size_t i = 0; i < steps.size(); ++i) {
-      const Vec3f p = outline_.smoothed(i, steps);  // between others: within the chunk as they are
-      const float smoothed[3] = {p.x, p.y, p.z};
+      const float smoothed[3] = {steps[i].x, steps[i].y, steps[i].z};
       for (size_t axis = 0; axis < 3; ++axis) {
+        // A line may bulge out of the chunk by less than what vertices have beyond it.
         chunk_.positions[3 * i + axis] = static_cast<uint16_t>(smoothed[axis] + 0.5f);
       }
     }

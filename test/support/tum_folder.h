@@ -27,9 +27,11 @@ inline void writeTumFolder(const TemporaryFolder& folder, int count, int width =
   }
   writeBytes(folder / "depth.txt", depth);
   writeBytes(folder / "groundtruth.txt", poses);
-  writeBytes(folder / "camera_info.yaml",
-             "image_width: " + std::to_string(width) + "\nimage_height: " + std::to_string(height) +
-                 "\nprojection_matrix:\n  data: [10, 0, 3.5, 0, 0, 11, 2.5, 0, 0, 0, 1, 0]\n");
+  const std::string cx = std::to_string(0.5 * (width - 1)), cy = std::to_string(0.5 * (height - 1));
+  writeBytes(folder / "camera_info.yaml", "image_width: " + std::to_string(width) +
+                                              "\nimage_height: " + std::to_string(height) +
+                                              "\nprojection_matrix:\n  data: [10, 0, " + cx +
+                                              ", 0, 0, 11, " + cy + ", 0, 0, 0, 1, 0]\n");
 }
 
 }  // namespace dtsdf

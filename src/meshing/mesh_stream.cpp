@@ -181,12 +181,12 @@ void MeshStream::add(const BlockMesh& block) {
   open_.push_back({block.key, end()});
   needed_.push_back({block.key, end()});
   // A vertex is listed by blocks side by side only: by none beyond the next one on each axis. An
-  // outline is followed to vertices in blocks side by side.
-  closed_ = passBlocks(open_, 1, packKey(block.key), closed_);
-  if (closed_ >= written_ + kVerticesAtOnce) write(closed_);
-  unneeded_ = passBlocks(needed_, 2, packKey(block.key), unneeded_);
-  const uint64_t end_number = std::min(unneeded_, written_);
-  if (end_number >= first_ + kVerticesAtOnce) forget(end_number);
+  // outline is followed to vertices in blocks side by side, from those that are not written yet.
+  const PackedKey key = packKey(block.key);
+  closed_ = passBlocks(open_, 1, key, closed_);
+  if (closed_ < written_ + kVerticesAtOnce) return;
+  write(closed_);
+  forget(passBlocks(needed_, 2, key, first_));
 }
 
 void MeshStream::finish() { write(end()); }

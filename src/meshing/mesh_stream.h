@@ -147,9 +147,9 @@ class MeshStream {
   Mesh window_;      ///< From vertex number first_ on.
   Outline outline_;  ///< Of these.
   uint64_t first_ = 0, written_ = 0;
-  std::deque<AddedBlock> open_;         ///< Triangles of blocks to come may have vertices of these.
-  std::deque<AddedBlock> needed_;       ///< Outlines through blocks to come may lead to these.
-  uint64_t closed_ = 0, unneeded_ = 0;  ///< Vertices before those.
+  std::deque<AddedBlock> open_;    ///< Triangles of blocks to come may have vertices of these.
+  std::deque<AddedBlock> needed_;  ///< Outlines through blocks to come may lead to these.
+  uint64_t closed_ = 0;            ///< Vertices before those of open_.
 };
 
 }  // namespace dtsdf

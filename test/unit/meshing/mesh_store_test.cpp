@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <random>
 #include <set>
+#include <vector>
 
 #include "kernels/meshing/edge_vertex.h"
+#include "meshing/mesh_stream.h"
 #include "support/grid_mesh.h"
 #include "support/mesh_topology.h"
 
@@ -98,6 +101,40 @@ TEST(MeshStore, AssemblyWeldsAcrossBlocks) {
     EXPECT_FLOAT_EQ(p.z, (-8.0f + 3.5f) * kVoxelSize);
     // Beside a corner of the sheet its outline, which is smoothed, bulges by an eighth of a voxel.
     EXPECT_LE(std::max(std::abs(p.x), std::abs(p.y)), 8.1251f * kVoxelSize);
+  }
+}
+
+/// More vertices than are kept at a time, with holes everywhere: outlines lead from piece to piece.
+TEST(MeshStore, IsTheSameInPieces) {
+  MeshStore store(kVoxelSize);
+  MeshStream::Whole whole{kVoxelSize, false, {}};
+  std::mt19937 random(4);
+  for (int y = 0; y < 60; ++y) {
+    for (int x = 0; x < 60; ++x) {
+      BlockMesh block = planeBlock({x, y, 0}, 3.5f);
+      std::vector<uint16_t> kept;
+      for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
+        if (random() % 8 == 0) continue;
+        kept.insert(kept.end(), &block.triangles[t], &block.triangles[t] + 3);
+      }
+      block.triangles = kept;
+      whole.bounds.add(block.key);
+      store.apply(updateOf({block}));
+    }
+  }
+  std::vector<Vec3f> pieces;
+  MeshStream stream(whole, {[&](const Mesh& piece) {
+                              pieces.insert(pieces.end(), piece.vertices_m.begin(),
+                                            piece.vertices_m.end());
+                            },
+                            [](const auto&) {}});
+  for (const auto& [key, block] : store.blocks()) stream.add(*block);
+  stream.finish();
+  const Mesh mesh = store.assemble();
+  ASSERT_EQ(pieces.size(), mesh.vertices_m.size());
+  ASSERT_GT(pieces.size(), 200000u);
+  for (size_t i = 0; i < pieces.size(); ++i) {
+    ASSERT_EQ(norm(pieces[i] - mesh.vertices_m[i]), 0.0f) << i;
   }
 }
 

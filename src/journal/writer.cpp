@@ -47,6 +47,9 @@ uint64_t bytesOfJournalsIn(const std::string& folder) {
 
 constexpr std::chrono::seconds kSyncEvery(1);
 
+/// Journals that begin where the folder is full have their heads in it as well: of so many.
+constexpr uint64_t kRoomForHeads = 64 * kFileHeadBytes;
+
 }  // namespace
 
 JournalWriter::JournalWriter(Options options) : options_(std::move(options)) {
@@ -220,7 +223,7 @@ void JournalWriter::append(const void* data, size_t bytes, size_t records) {
   if (records_ + records > kMostRecords) {
     throw std::runtime_error("the journal has as many records as are read; start the node again");
   }
-  if (bytes_of_others_ + whole_bytes_ + bytes > options_.max_bytes) {
+  if (bytes_of_others_ + whole_bytes_ + bytes + kRoomForHeads > options_.max_bytes) {
     throw std::runtime_error("the journals in '" + printable(options_.folder) +
                              "' take as much as journal/max_gb allows; raise it, or remove some");
   }

@@ -44,7 +44,7 @@ class Assembler {
   Mesh finish() {
     if (!mesh_.colours.empty()) mesh_.colours.resize(mesh_.vertices_m.size());
     makeUnit(mesh_.normals);
-    outline_.smooth(mesh_.vertices_m);
+    for (const auto& [i, p] : outline_.smoothed(mesh_.vertices_m)) mesh_.vertices_m[i] = p;
     return std::move(mesh_);
   }
 

@@ -97,14 +97,15 @@ inline void addNormal(const BlockMesh& block, const JoinedBlock& joined, const u
   for (const uint32_t v : t) normals[v] = normals[v] + turn * n;
 }
 
-/// What a block's vertex is on an outline of a mesh that is here as a whole.
+/// What a block's vertex is on an outline.
 Outline::Kind outlineKind(const BlockVertex& vertex);
 
 /// Makes sums of normals unit normals; up where they are 0.
 void makeUnit(std::vector<Vec3f>& normals);
 
 /// Takes blocks by rising keys, and keeps only the vertices that later blocks may share or have
-/// outlines through.
+/// outlines through. What it hands out is what MeshStore::assemble() returns of all of them, in the
+/// same order.
 class MeshStream {
  public:
   /// Whoever takes the mesh.

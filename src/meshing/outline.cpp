@@ -1,7 +1,5 @@
 #include "meshing/outline.h"
 
-#include <utility>
-
 #include "kernels/core/vec.h"
 
 namespace dtsdf {
@@ -103,12 +101,12 @@ Vec3f Outline::smoothed(size_t vertex, const std::vector<Vec3f>& positions) cons
   return position + 0.5f * (shiftOf(ends[0], positions) + shiftOf(ends[1], positions));
 }
 
-void Outline::smooth(std::vector<Vec3f>& positions) const {
+std::vector<std::pair<size_t, Vec3f>> Outline::smoothed(const std::vector<Vec3f>& positions) const {
   std::vector<std::pair<size_t, Vec3f>> moved;
   for (size_t i = 0; i < positions.size(); ++i) {
     if (!isInside(i)) moved.emplace_back(i, smoothed(i, positions));
   }
-  for (const auto& [i, position] : moved) positions[i] = position;
+  return moved;
 }
 
 }  // namespace dtsdf

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/geometry.h"
@@ -36,12 +37,12 @@ class Outline {
   /// Forgets the first vertices; the numbers of the others are less by so many.
   void drop(size_t count);
 
-  /// Where a vertex goes. @pre All triangles around it and around the next three vertices each way
+  /// Where a vertex goes. @pre All triangles around it and around the next two vertices each way
   /// were added. @param positions Of all vertices, as they were before.
   Vec3f smoothed(size_t vertex, const std::vector<Vec3f>& positions) const;
 
-  /// Smooths the outlines of a mesh that is here as a whole.
-  void smooth(std::vector<Vec3f>& positions) const;
+  /// The vertices on outlines of a mesh that is here as a whole, and where they go.
+  std::vector<std::pair<size_t, Vec3f>> smoothed(const std::vector<Vec3f>& positions) const;
 
  private:
   enum Way { kForwards, kBackwards };

@@ -49,6 +49,7 @@ class ChunkPacker {
     normals_.reserve(vertices);
     colours_.reserve(vertices);
     chunk_.triangles32.reserve(3 * triangles);
+    outline_.reserve(vertices);
   }
 
   void add(const BlockMesh& block) {
@@ -112,13 +113,11 @@ class ChunkPacker {
       const uint16_t* const p = &chunk_.positions[3 * i];
       steps[i] = {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
     }
-    outline_.smooth(steps);
-    for (size_t i = 0; i < steps.size(); ++i) {
-      const float smoothed[3] = {steps[i].x, steps[i].y, steps[i].z};
-      for (size_t axis = 0; axis < 3; ++axis) {
-        // A line may bulge out of the chunk by less than what vertices have beyond it.
-        chunk_.positions[3 * i + axis] = static_cast<uint16_t>(smoothed[axis] + 0.5f);
-      }
+    for (const auto& [i, p] : outline_.smoothed(steps)) {
+      // A line may bulge out of the chunk, by less than what vertices have beyond it.
+      chunk_.positions[3 * i] = static_cast<uint16_t>(p.x + 0.5f);
+      chunk_.positions[3 * i + 1] = static_cast<uint16_t>(p.y + 0.5f);
+      chunk_.positions[3 * i + 2] = static_cast<uint16_t>(p.z + 0.5f);
     }
   }
 

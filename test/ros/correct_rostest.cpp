@@ -243,6 +243,10 @@ TEST_F(Correction, IsRefusedWithTheReasonIfItIsAbsurd) {
     EXPECT_TRUE(map() == before) << "changed by " << name;
   };
   expectRefused("early.txt", "no corrected pose has the stamp of an image");
+  std::vector<StampedPose> far = posesOf(truth);
+  far[3].T_W_C.translation().x() += 1e4;
+  saveTrajectory(far, in("far.txt"));
+  expectRefused("far.txt", "10000 m from where its image was fused");
   writeBytes(in("nan.txt"), std::to_string(stampOf(3).toSec()) + " nan 0 0 0 0 0 1\n");
   expectRefused("nan.txt", "nan.txt");
   expectRefused("missing.txt", "missing.txt");
@@ -258,17 +262,22 @@ TEST_F(Correction, APathIsRefusedWithTheReasonInTheStatus) {
   drive(12, drifted);
   ASSERT_TRUE(waitUntil([&] { return topic.getNumSubscribers() > 0; }));
   const std::string before = map();
-  nav_msgs::Path path;
-  path.header.frame_id = "map";
-  path.poses.resize(1);
-  path.poses[0].header.stamp = stampOf(3);
-  path.poses[0].pose.position.x = std::nan("");
-  topic.publish(path);
-  EXPECT_TRUE(waitUntil([&] {
-    const std::string& last = status_.status().last_correction;
-    return last.find("refused: ") == 0 && last.find("not finite") != std::string::npos;
-  })) << status_.status().last_correction;
-  EXPECT_TRUE(map() == before);
+  const auto expectRefused = [&](const std::string& frame, double x, const std::string& word) {
+    nav_msgs::Path path;
+    path.header.frame_id = frame;
+    path.poses.resize(1);
+    path.poses[0].header.stamp = stampOf(3);
+    path.poses[0].pose.position.x = x;
+    topic.publish(path);
+    EXPECT_TRUE(waitUntil([&] {
+      const std::string& last = status_.status().last_correction;
+      return last.find("refused: ") == 0 && last.find(word) != std::string::npos;
+    })) << status_.status().last_correction;
+    EXPECT_TRUE(map() == before) << word;
+  };
+  expectRefused("map", std::nan(""), "not finite");
+  expectRefused("map", 1e4, "m from where its image was fused");
+  expectRefused("nowhere", 0.0, "'nowhere'");
 }
 
 TEST_F(Correction, MappingGoesOnMeanwhile) {
@@ -299,6 +308,20 @@ TEST_F(Correction, MappingGoesOnMeanwhile) {
   const std::string by = "by up to ";
   ASSERT_NE(rest.message.find(by), std::string::npos) << rest.message;
   EXPECT_LT(std::stod(rest.message.substr(rest.message.find(by) + by.size())), 0.03);
+}
+
+TEST_F(Correction, EndsWhereTheMapIsEmptied) {
+  drive(60, drifted);
+  saveTrajectory(posesOf(truth), in("empty.txt"));
+  std::future<Answer> answer =
+      std::async(std::launch::async, callCorrect, "/mapping", "empty.txt", "", "");
+  ASSERT_TRUE(waitUntil([&] { return status_.status().correction_total > 0; }));
+  clearMap();
+  const Answer refused = answer.get();
+  EXPECT_FALSE(refused.success);
+  EXPECT_NE(refused.message.find("emptied meanwhile"), std::string::npos) << refused.message;
+  drive(3, truth);
+  expectJournalLeadsToMap();
 }
 
 /// A node of its own that is killed at some moment of a correction: its journal leads to the map as

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <cmath>
 #include <memory>
 #include <string>
@@ -163,16 +165,19 @@ TEST_F(PosesTest, EachCameraOfARigIsCorrectedByItself) {
   mapper_->paints = [&](const ColourFrame& colour) {
     painted_x_m.push_back(colour.T_W_C.translation().x());
   };
+  double fused_x_m[2] = {};
   for (int i = 0; i < 10; ++i) {
     for (const size_t camera : {0, 1}) {
       DepthFrame depth;
       depth.T_W_C.translation().x() = (camera == 0 ? 0.05 : -0.04) * i;
       const double stamp_s = 1.0 + 0.1 * i + 0.01 * static_cast<double>(camera);
       push(stamp_s, depth, 0, camera == 0 ? "left" : "right", camera);
+      fused_x_m[camera] = mapper_->last_T_W_C.translation().x();
     }
   }
   EXPECT_EQ(fused(), 20u);
   for (const size_t camera : {0, 1}) {
+    EXPECT_NEAR(fused_x_m[camera], 0.0, 1e-9);
     EXPECT_GE(countOf(statusOf(camera), AlignmentStatus::kAligned), 9u);
   }
   EXPECT_EQ(corrections_.size(), 10u) << "the first camera speaks for all";
@@ -296,6 +301,29 @@ TEST_F(PosesTest, ABaseBeginsAtTheOriginOnceItsCameraIsKnown) {
   pushColour(1.26, "elsewhere");
   EXPECT_EQ(host_->colour.counts().dropped[static_cast<size_t>(DropReason::kNoTransform)], 1u);
   expectAccounted();
+}
+
+TEST_F(PosesTest, OldPosesGoWhereThereAreTooMany) {
+  start(PoseMode::kRefine);
+  poses_->setListeners(
+      {[](const FoundPose&) {}, [](const ros::Time&, const Isometry3d&) {}, [] {}});
+  const auto trajectory = [this] {
+    dtsdf_mapping::MapStatus status;
+    poses_->fill(status);
+    return *std::find_if(status.memory.begin(), status.memory.end(),
+                         [](const auto& part) { return part.name == "trajectory"; });
+  };
+  const size_t most = trajectory().limit_bytes / sizeof(StampedPose);
+  PosedFrame frame;
+  frame.frame_id = "camera";
+  frame.image = DepthFrame();
+  for (size_t i = 0; i < most + 2; ++i) {
+    frame.stamp = ros::Time(1.0 + static_cast<double>(i));
+    poses_->fused(frame, IntegrationResult());
+  }
+  EXPECT_EQ(poses_->fusedPoses().size(), most);
+  EXPECT_EQ(poses_->fusedPoses().front().stamp_s, 3.0);
+  EXPECT_EQ(trajectory().bytes, trajectory().limit_bytes);
 }
 
 }  // namespace

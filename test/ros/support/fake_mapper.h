@@ -44,6 +44,7 @@ class FakeMapper : public Mapper {
   IntegrationResult integrate(const DepthFrame& frame) override {
     throwIf(fails_to_integrate);
     ++frames;
+    last_T_W_C = frame.T_W_C;
     changed_[static_cast<int>(frame.T_W_C.translation().x())] = frames;
     return {};
   }
@@ -129,6 +130,7 @@ class FakeMapper : public Mapper {
   std::function<Alignment(const DepthFrame&)> aligns;
   std::function<void(const ColourFrame&)> paints;
   int frames = 0, images = 0, meshes = 0, cleared_regions = 0;
+  Eigen::Isometry3d last_T_W_C = Eigen::Isometry3d::Identity();  ///< Of the newest frame.
   int parts_left = 0;  ///< Extractions that leave something to the next one.
   double mesh_ms = 0.0;
   MapStats counts;  ///< But for what the frames make of them.

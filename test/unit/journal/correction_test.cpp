@@ -158,6 +158,16 @@ TEST_F(JournalOfALap, MovesWhatFollowsUntilTheSourceOfPosesJumps) {
   EXPECT_TRUE(mapOf(journal_.path(), journaledParams()) == corrected);
 }
 
+// Odometry never jumps: what it gives is moved for good, in the journal as well as by motion().
+TEST_F(JournalOfALap, MovesWhatFollowsForGoodIfTheSourceDoesNotJump) {
+  for (int i = 0; i < kCount; ++i) fuse(i, drift(11));
+  Refusion refusion = refusionOf(truePoses());
+  for (int i = kCount; i < 2 * kCount; ++i) fuse(i, drift(11));
+  finish(refusion);
+  EXPECT_TRUE(refusion.motion().isApprox(drift(11).inverse(), 1e-9));
+  EXPECT_TRUE(refusion.firstCamera().back().T_W_C.isApprox(truePose(2 * kCount - 1), 1e-9));
+}
+
 TEST_F(CorrectedJournal, CorrectionsFollowEachOther) {
   std::vector<StampedPose> halfway = truePoses();
   for (int i = 0; i < kCount; ++i) {

@@ -473,5 +473,70 @@ TEST_F(MapFile, IsWholeAfterASaveThatWasKilled) {
   EXPECT_GT(killed_in_time, 0) << "no save was killed before its end";
 }
 
+TEST_F(MapFile, WithFreeCellsThatAreNoneIsRefused) {
+  const auto expectRefused = [&](const Bytes& content) {
+    TakenApart apart = takenApart();
+    apart.get("FREE").content = content;
+    EXPECT_TRUE(contains(errorOfBytes(apart.bytes()), "damaged")) << content.size();
+  };
+  const Bytes right = map_format::encodeFree(smallMap());
+  for (const size_t bytes :
+       {size_t{0}, size_t{7}, size_t{8}, right.size() - 1, right.size() - 80}) {
+    expectRefused({right.begin(), right.begin() + static_cast<std::ptrdiff_t>(bytes)});
+  }
+  for (const uint8_t cell_voxels : {0, 3, 255}) {
+    Bytes wrong = right;
+    wrong[0] = cell_voxels;
+    expectRefused(wrong);
+  }
+}
+
+/// Runs examples/read_map.py on a file. @return its exit code.
+int readByExample(const std::string& path, std::string& output) {
+  FILE* pipe = popen((std::string(DTSDF_READ_MAP) + " " + path + " 2>&1").c_str(), "r");
+  if (pipe == nullptr) return -1;
+  char buffer[4096];
+  while (std::fgets(buffer, sizeof(buffer), pipe) != nullptr) output += buffer;
+  return WEXITSTATUS(pclose(pipe));
+}
+
+TEST_F(MapFile, IsReadByTheExampleInPython) {
+  std::string output;
+  const int exit_code = readByExample(path_, output);
+  if (contains(output, "No module named")) GTEST_SKIP() << output;
+  ASSERT_EQ(exit_code, 0) << output;
+  size_t known = 0, painted = 0;
+  double distances = 0.0, weights = 0.0;
+  uint64_t colours = 0;
+  const MapContents& map = smallMap();
+  for (size_t i = 0; i < map.voxels.size(); ++i) {
+    Voxel voxel;
+    std::memcpy(&voxel, &map.voxels[i], sizeof(voxel));
+    if (evidenceOf(voxel) <= 0) continue;
+    ++known;
+    distances += sdfOf(voxel);
+    weights += weightOf(voxel);
+  }
+  for (size_t i = 0; i < map.colours.size(); ++i) {
+    const uint32_t word = map.colours[i];
+    colours += (word & 255) + (word >> 8 & 255) + (word >> 16 & 255);
+    if (word >> 24 != 0) ++painted;
+  }
+  size_t free_cells = 0;
+  for (const MapFreeCube& cube : map.free_cubes) {
+    for (const uint64_t word : cube.cells) {
+      free_cells += static_cast<size_t>(__builtin_popcountll(word));
+    }
+  }
+  char expected[512];
+  std::snprintf(expected, sizeof(expected),
+                "voxel size 0.08\nblocks %zu\nvoxel arrays %zu\nknown voxels %zu\n"
+                "sum of distances %.6f\nsum of weights %.6f\nfree cells %zu\npainted voxels %zu\n"
+                "sum of colours %llu\n",
+                map.blocks.size(), map.voxels.size() / 512, known, distances, weights, free_cells,
+                painted, static_cast<unsigned long long>(colours));
+  EXPECT_EQ(output, expected);
+}
+
 }  // namespace
 }  // namespace dtsdf

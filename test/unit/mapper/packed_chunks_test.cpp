@@ -11,10 +11,10 @@
 
 #include "kernels/core/grid.h"
 #include "meshing/mesh_chunks.h"
-#include "meshing/mesh_stream.h"
 #include "support/depth_frames.h"
 #include "support/mesh_topology.h"
 #include "support/random_vectors.h"
+#include "support/raw_mesh.h"
 #include "support/session.h"
 
 namespace dtsdf {
@@ -72,29 +72,6 @@ std::vector<Triangle> joinByPlace(const std::vector<PackedChunk>& chunks, double
   return triangles;
 }
 
-/// The blocks of a chunk, joined without smoothing an outline where the chunk ends.
-struct JoinedChunk {
-  std::vector<Point> vertices_m;
-  Mesh mesh;  ///< Its normals and triangles count.
-};
-
-JoinedChunk joinChunk(const MeshStore& store, const std::vector<PackedKey>& blocks) {
-  JoinedChunk joined;
-  MeshStore part(store.voxelSize());
-  BlockJoiner joiner(true);
-  for (const PackedKey key : blocks) {
-    const auto found = store.blocks().find(key);
-    if (found == store.blocks().end()) continue;
-    const SharedBlockMesh& block = found->second;
-    for (const uint32_t i : joiner.add(*block).fresh) {
-      joined.vertices_m.push_back(store.positionInMap(block->key, block->vertices[i]));
-    }
-    part.put(block);
-  }
-  joined.mesh = part.assemble();
-  return joined;
-}
-
 class PackedBall : public testing::TestWithParam<int> {};
 
 TEST_P(PackedBall, IsClosedAcrossChunksOfAnySize) {
@@ -118,13 +95,17 @@ TEST_P(PackedBall, IsHalfAStepFromTheMeshAtMost) {
     for (const PackedKey key : chunks.all()) {
       const PackedChunk packed =
           packChunk(store, lattice, chunks.cornerOf(key), chunks.blocksOf(key));
-      const auto [vertices_m, mesh] = joinChunk(store, chunks.blocksOf(key));
-      ASSERT_EQ(packed.vertexCount(), vertices_m.size());
+      // A closed mesh has no outline, and where a chunk ends it stays.
+      const Mesh mesh = rawMesh(store, chunks.blocksOf(key));
+      ASSERT_EQ(packed.vertexCount(), mesh.vertices_m.size());
       ASSERT_EQ(packed.triangleCount(), mesh.triangles.size());
       for (size_t i = 0; i < packed.vertexCount(); ++i) {
         const Point p_W = positionOf(packed, lattice.step_m, i);
+        const Vec3f& p = mesh.vertices_m[i];
         const double tolerance = 0.5 * lattice.step_m + 1e-7;
-        for (int axis = 0; axis < 3; ++axis) ASSERT_NEAR(p_W[axis], vertices_m[i][axis], tolerance);
+        ASSERT_NEAR(p_W[0], p.x, tolerance);
+        ASSERT_NEAR(p_W[1], p.y, tolerance);
+        ASSERT_NEAR(p_W[2], p.z, tolerance);
         const Vec3f n = normalOfPacked(packed.normals[2 * i], packed.normals[2 * i + 1]);
         ASSERT_GT(dot(n, mesh.normals[i]), 0.999999f);
       }

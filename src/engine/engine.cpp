@@ -67,7 +67,9 @@ Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
       table_(budgetOf(params).map_bytes) {
   if (params.space.enabled) space_ = std::make_unique<SpaceMap>(params, threads);
   ready();  // what a device lacks shows at the start
-  if (!params.map.page_folder.empty()) pager_ = std::make_unique<Pager>(params, rules, table_);
+  if (!params.map.page_folder.empty()) {
+    pager_ = std::make_unique<Pager>(params, rules, threads, table_);
+  }
   noteStats();
 }
 

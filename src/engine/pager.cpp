@@ -18,6 +18,10 @@ constexpr size_t kBatchBytes = size_t{8} << 20;
 constexpr size_t kSpareShare = 16;
 constexpr size_t kMostSpareBytes = 4 * kBatchBytes;
 
+/// What waits to be written, beside the budget: a share of it.
+constexpr size_t kWaitingShare = 8;
+constexpr size_t kMostWaitingBytes = 4 * kBatchBytes;
+
 /// After a failure, calls that leave the disk alone.
 constexpr uint64_t kCallsBetweenTries = 16;
 
@@ -39,11 +43,13 @@ size_t spareBytes(size_t budget_bytes) {
   return std::min(budget_bytes / kSpareShare, kMostSpareBytes);
 }
 
-Pager::Pager(const MapperParams& params, const Rules& rules, BlockTable& table)
+Pager::Pager(const MapperParams& params, const Rules& rules, int threads, BlockTable& table)
     : params_(params),
       fusion_rules_(rules.fusion),
+      threads_(threads),
       table_(table),
-      blocks_(params.map.page_folder, pageBytesOf(params.map)) {}
+      blocks_(params.map.page_folder, pageBytesOf(params.map),
+              std::min(table.budgetBytes() / kWaitingShare, kMostWaitingBytes)) {}
 
 size_t Pager::bytesOf(PackedKey key) const {
   const int32_t slot = table_.find(key);

@@ -37,7 +37,8 @@ std::vector<int32_t> enterContents(const MapContents& contents, const MeshStates
 class Pager {
  public:
   /// @throws std::runtime_error where map/page_folder cannot be written.
-  Pager(const MapperParams& params, const Rules& rules, BlockTable& table);
+  /// @param threads That read.
+  Pager(const MapperParams& params, const Rules& rules, int threads, BlockTable& table);
 
   bool isEmpty() const { return blocks_.isEmpty(); }
   bool isPaged(PackedKey key) const { return blocks_.find(key) >= 0; }
@@ -146,6 +147,7 @@ class Pager {
 
   const MapperParams params_;
   const FusionRules fusion_rules_;
+  const int threads_;
   BlockTable& table_;
   PagedBlocks blocks_;
   uint64_t now_ = 1;                 ///< Number of the last call of require() or noteFrame().

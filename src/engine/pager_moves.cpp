@@ -1,20 +1,20 @@
 // How blocks go to the disk and come back, and what of the map lies there.
 #include <algorithm>
 #include <cstring>
-#include <new>
+#include <memory>
 #include <stdexcept>
 #include <utility>
 
 #include "engine/pager.h"
 #include "kernels/core/direction.h"
 #include "map/map_head.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {
 
-constexpr size_t kMostRecordBytes =
-    kVoxelsPerBlock *
-    (kDirectionCount * (sizeof(Voxel) + sizeof(VoxelColour)) + sizeof(UnitLabels));
+/// Blocks that a thread reads at a time.
+constexpr size_t kReadAtOnce = 16;
 
 /// Where a block's words are, block by block.
 struct Words {
@@ -22,39 +22,41 @@ struct Words {
   uint32_t* colours;
   UnitLabels* labels;
 
-  /// Copies a record there, and moves on; null: 0.
-  void take(const MapBlock& block, bool has_labels, const char* record) {
-    move(voxels, voxelWordsOf(block), record);
-    move(colours, colourWordsOf(block), record);
-    move(labels, has_labels ? kVoxelsPerBlock : 0, record);
-  }
-  /// Copies them into a record, and moves on.
-  void put(const MapBlock& block, bool has_labels, std::vector<char>& record) {
-    record.clear();
-    append(voxels, voxelWordsOf(block), record);
-    append(colours, colourWordsOf(block), record);
-    append(labels, has_labels ? kVoxelsPerBlock : 0, record);
+  explicit Words(MapContents& contents, MeshStates* states = nullptr)
+      : voxels(contents.voxels.data()),
+        colours(contents.colours.data()),
+        labels(states == nullptr ? nullptr : states->labels.data()) {}
+
+  /// The record of a block, and where the next one is.
+  RecordBytes next(const MapBlock& block, bool has_labels,
+                   std::shared_ptr<const void> owner = nullptr) {
+    return {std::move(owner),
+            {next(voxels, voxelWordsOf(block)), next(colours, colourWordsOf(block)),
+             next(labels, has_labels ? kVoxelsPerBlock : 0)}};
   }
 
  private:
   template <class T>
-  static void move(T*& to, size_t count, const char*& record) {
-    if (to == nullptr || count == 0) return;
-    if (record == nullptr) {
-      std::memset(to, 0, count * sizeof(T));
-    } else {
-      std::memcpy(to, record, count * sizeof(T));
-      record += count * sizeof(T);
-    }
-    to += count;
-  }
-  template <class T>
-  static void append(T*& from, size_t count, std::vector<char>& record) {
-    const auto* const bytes = reinterpret_cast<const char*>(from);
-    record.insert(record.end(), bytes, bytes + count * sizeof(T));
-    from += count;
+  static RecordBytes::Piece next(T*& words, size_t count) {
+    if (words == nullptr || count == 0) return {};
+    words += count;
+    return {words - count, count * sizeof(T)};
   }
 };
+
+/// @param from Null: 0.
+void fill(const RecordBytes& to, const char* from) {
+  for (const RecordBytes::Piece& piece : to.pieces) {
+    void* const words = const_cast<void*>(piece.from);
+    if (piece.bytes == 0) continue;
+    if (from == nullptr) {
+      std::memset(words, 0, piece.bytes);
+    } else {
+      std::memcpy(words, from, piece.bytes);
+      from += piece.bytes;
+    }
+  }
+}
 
 }  // namespace
 
@@ -76,45 +78,43 @@ std::vector<int32_t> enterContents(const MapContents& contents, const MeshStates
 
 /// @return whether they are released; else some or all are as they were.
 bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
-  const DiskWait wait(blocks_.store());
+  struct Batch {
+    MapContents contents;
+    MeshStates states;
+  };
   MemoryDemand demand;
   demand.changed = slots.size();
   backend.reserve(demand);
-  MapContents contents;
+  const auto batch = std::make_shared<Batch>();
+  auto& [contents, states] = *batch;
   contents.blocks = mapBlocks(table_, slots);
   makeRoomForWords(contents);
-  MeshStates states;
-  std::vector<char> record;
-  record.reserve(kMostRecordBytes);  // nothing lacks memory once the states are taken
   backend.copyOut(orderOf(table_, slots), contents, &states);
-  Words words{contents.voxels.data(), contents.colours.data(), states.labels.data()};
+  Words words(contents, &states);
   const UnitLabels* labels = words.labels;  // of the first one that stays
-  MeshStates left;
   std::vector<int32_t> released;
   for (size_t i = 0; i < slots.size(); ++i) {
     const MeshState& state = states.states[i];
     labels = words.labels;
-    words.put(contents.blocks[i], state.has_labels, record);
     const PagedBlock block{contents.blocks[i], table_.block(slots[i]).extractions,
                            state.marks.dirty,  state.marks.painted,
                            state.has_mesh,     state.has_labels};
-    if (!blocks_.put(block, record.data(), record.size())) break;
+    if (!blocks_.put(block, words.next(block.block, block.has_labels, batch))) break;
     released.push_back(slots[i]);
   }
-  const std::vector<int32_t> staying(slots.begin() + static_cast<std::ptrdiff_t>(released.size()),
-                                     slots.end());
-  if (!staying.empty()) {
-    left.states.assign(states.states.end() - static_cast<std::ptrdiff_t>(staying.size()),
-                       states.states.end());
+  if (released.size() < slots.size()) {
+    const auto count = static_cast<std::ptrdiff_t>(released.size());
+    MeshStates left;
+    left.states.assign(states.states.begin() + count, states.states.end());
     const UnitLabels* const end = states.labels.data() + states.labels.size();
     left.labels = PlainArray<UnitLabels>(static_cast<size_t>(end - labels));
     std::copy(labels, end, left.labels.data());
-    backend.copyIn({{}, {}, staying}, MapContents(), &left);
+    backend.copyIn({{}, {}, {slots.begin() + count, slots.end()}}, MapContents(), &left);
   }
   for (const int32_t slot : released) table_.release(slot, kAllDirections);
   backend.follow({released});
   written_ += released.size();
-  return staying.empty();
+  return released.size() == slots.size();
 }
 
 /// What the disk does not give stays there. @pre There is room for them. @return how many stay.
@@ -123,40 +123,47 @@ size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
   std::sort(numbers.begin(), numbers.end(),
             [this](int32_t a, int32_t b) { return blocks_.keyOf(a) < blocks_.keyOf(b); });
   MapContents contents;
-  for (const int32_t number : numbers) contents.blocks.push_back(blocks_.block(number).block);
-  makeRoomForWords(contents);
-  contents.blocks.clear();
   MeshStates states;
-  states.labels = PlainArray<UnitLabels>(numbers.size() * kVoxelsPerBlock);
-  Words words{contents.voxels.data(), contents.colours.data(), states.labels.data()};
-  std::vector<char> record;
-  std::vector<int32_t> read;
-  std::vector<uint32_t> extractions;
-  std::vector<PackedKey> damaged;
+  size_t labelled = 0;
   for (const int32_t number : numbers) {
     const PagedBlock& block = blocks_.block(number);
-    record.resize(blocks_.recordBytes(number));
-    const RecordStore::Reading reading = blocks_.read(number, record.data());
-    if (reading == RecordStore::Reading::kDamaged) damaged.push_back(blocks_.keyOf(number));
-    if (reading != RecordStore::Reading::kIntact) continue;
-    words.take(block.block, block.has_labels, record.data());
     contents.blocks.push_back(block.block);
     states.states.push_back({{block.dirty, block.painted}, block.has_mesh, block.has_labels});
-    extractions.push_back(block.extractions);
-    read.push_back(number);
+    labelled += block.has_labels ? 1 : 0;
   }
-  const size_t left = numbers.size() - read.size() - damaged.size();
-  if (!read.empty()) {
-    const std::vector<int32_t> slots = enterContents(contents, &states, table_, backend);
-    for (size_t i = 0; i < slots.size(); ++i) {
-      table_.setExtractions(slots[i], extractions[i]);
-      touch(slots[i]);
-    }
+  makeRoomForWords(contents);
+  states.labels = PlainArray<UnitLabels>(labelled * kVoxelsPerBlock);
+  Words words(contents, &states);
+  std::vector<RecordBytes> places;
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    places.push_back(words.next(contents.blocks[i], states.states[i].has_labels));
   }
-  for (const int32_t number : read) blocks_.erase(number);
-  read_ += read.size();
-  drop(backend, damaged);
-  return left;
+  std::vector<RecordStore::Reading> readings(numbers.size());
+  parallelFor<std::vector<char>, kReadAtOnce>(numbers.size(), threads_,
+                                              [&](size_t i, std::vector<char>& record) {
+                                                readings[i] = blocks_.read(numbers[i], record);
+                                                if (readings[i] == RecordStore::Reading::kIntact)
+                                                  fill(places[i], record.data());
+                                              });
+  std::vector<int32_t> read;
+  std::vector<PackedKey> damaged;
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    if (readings[i] == RecordStore::Reading::kIntact) read.push_back(numbers[i]);
+    if (readings[i] == RecordStore::Reading::kDamaged) damaged.push_back(blocks_.keyOf(numbers[i]));
+  }
+  if (read.size() < numbers.size()) {
+    const size_t left = numbers.size() - read.size() - damaged.size();
+    drop(backend, damaged);
+    return left + (read.empty() ? 0 : readBatch(backend, std::move(read)));
+  }
+  const std::vector<int32_t> slots = enterContents(contents, &states, table_, backend);
+  for (size_t i = 0; i < slots.size(); ++i) {
+    table_.setExtractions(slots[i], blocks_.block(numbers[i]).extractions);
+    touch(slots[i]);
+    blocks_.erase(numbers[i]);
+  }
+  read_ += slots.size();
+  return 0;
 }
 
 void Pager::drop(MapBackend& backend, const std::vector<PackedKey>& keys) {
@@ -230,7 +237,7 @@ void Pager::addBlocksTo(MapContents& contents) const {
 /// Some at a time: what is in memory is copied by the backend, in its order.
 void Pager::copyWords(MapBackend& backend, MapContents& contents) {
   constexpr size_t kAtOnce = 1024;
-  Words words{contents.voxels.data(), contents.colours.data(), nullptr};
+  Words words(contents);
   std::vector<PackedKey> damaged;
   std::vector<char> record;
   for (size_t first = 0; first < contents.blocks.size(); first += kAtOnce) {
@@ -244,19 +251,20 @@ void Pager::copyWords(MapBackend& backend, MapContents& contents) {
     in_memory.blocks = mapBlocks(table_, slots);
     makeRoomForWords(in_memory);
     backend.copyOut(orderOf(table_, slots), in_memory);
-    Words from{in_memory.voxels.data(), in_memory.colours.data(), nullptr};
+    Words from(in_memory);
     for (size_t i = first; i < end; ++i) {
       const MapBlock& block = contents.blocks[i];
       const PackedKey key = packKey(block.key);
       const int32_t slot = table_.find(key), number = slot < 0 ? blocks_.find(key) : -1;
+      const RecordBytes to = words.next(block, false);
       if (slot >= 0 && directionsWithArrays(table_.block(slot)) != 0) {
-        from.put(block, false, record);
+        from.next(block, false).copyTo(record);
       } else if (number < 0 || !readInto(number, record)) {  // it is damaged, or turned out to be
         if (number >= 0) damaged.push_back(key);
-        words.take(block, false, nullptr);
+        fill(to, nullptr);
         continue;
       }
-      words.take(block, false, record.data());
+      fill(to, record.data());
     }
   }
   drop(backend, damaged);
@@ -264,8 +272,7 @@ void Pager::copyWords(MapBackend& backend, MapContents& contents) {
 
 /// @return whether it is intact. @throws std::runtime_error where it cannot be read now.
 bool Pager::readInto(int32_t number, std::vector<char>& record) {
-  record.resize(blocks_.recordBytes(number));
-  const RecordStore::Reading reading = blocks_.read(number, record.data());
+  const RecordStore::Reading reading = blocks_.read(number, record);
   if (reading == RecordStore::Reading::kUnreadable) {
     throw std::runtime_error("the map cannot be copied: " + blocks_.store().stats().problem);
   }

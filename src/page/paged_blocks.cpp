@@ -1,6 +1,7 @@
 #include "page/paged_blocks.h"
 
 #include <new>
+#include <utility>
 
 namespace dtsdf {
 namespace {
@@ -9,7 +10,7 @@ size_t isMarked(const PagedBlock& block) { return block.dirty || block.painted ?
 
 }  // namespace
 
-bool PagedBlocks::put(const PagedBlock& block, const char* record, size_t bytes) try {
+bool PagedBlocks::put(const PagedBlock& block, RecordBytes record) try {
   if (free_numbers_.empty()) {
     if (free_numbers_.capacity() <= pages_.size()) {
       free_numbers_.reserve(2 * pages_.size() + 1);  // for all: who leaves takes no memory
@@ -17,7 +18,7 @@ bool PagedBlocks::put(const PagedBlock& block, const char* record, size_t bytes)
     pages_.emplace_back();
     free_numbers_.push_back(static_cast<int32_t>(pages_.size() - 1));
   }
-  const auto stored = store_.write(record, bytes);
+  const auto stored = store_.write(std::move(record));
   if (!stored) return false;
   const int32_t number = free_numbers_.back();
   if (!enter(block.block.key, number)) {

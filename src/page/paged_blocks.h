@@ -26,12 +26,13 @@ struct PagedBlock {
 class PagedBlocks {
  public:
   /// @throws std::runtime_error where the folder cannot be written.
-  PagedBlocks(const std::string& folder, uint64_t max_bytes) : store_(folder, max_bytes) {}
+  PagedBlocks(const std::string& folder, uint64_t max_bytes, size_t most_waiting)
+      : store_(folder, max_bytes, most_waiting) {}
 
-  /// @return whether it is there now: the disk took it, and there was memory for it.
-  bool put(const PagedBlock& block, const char* record, size_t bytes);
-  size_t recordBytes(int32_t number) const { return page(number).record.bytes; }
-  RecordStore::Reading read(int32_t number, char* record) {
+  /// @return whether it is there now: the store took it, and there was memory for it.
+  bool put(const PagedBlock& block, RecordBytes record);
+  /// Any thread may.
+  RecordStore::Reading read(int32_t number, std::vector<char>& record) {
     return store_.read(page(number).record, record);
   }
   void readAhead(int32_t number) const { store_.readAhead(page(number).record); }

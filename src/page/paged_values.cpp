@@ -19,7 +19,7 @@ constexpr size_t kEntryBytes = 240;
 }  // namespace
 
 PagedValues::PagedValues(const std::string& folder, uint64_t max_bytes, size_t most_bytes)
-    : store_(folder, max_bytes), most_bytes_(most_bytes) {}
+    : store_(folder, max_bytes, most_bytes / kFreedShare), most_bytes_(most_bytes) {}
 
 std::shared_ptr<PagedValues::Entry> PagedValues::keep(std::shared_ptr<const void> value,
                                                       const ValueKind& kind) {
@@ -90,8 +90,8 @@ void PagedValues::leaveDisk(Entry& entry) {
 std::shared_ptr<const void> PagedValues::load(Entry& entry) {
   if (entry.is_lost) return nullptr;
   const DiskWait wait(store_);
-  PlainArray<char> bytes(entry.record->bytes);
-  const RecordStore::Reading reading = store_.read(*entry.record, bytes.data());
+  std::vector<char> bytes;
+  const RecordStore::Reading reading = store_.read(*entry.record, bytes);
   entry.is_lost = reading == RecordStore::Reading::kDamaged;
   return reading == RecordStore::Reading::kIntact ? entry.kind->read(bytes.data()) : nullptr;
 }
@@ -100,7 +100,6 @@ std::shared_ptr<const void> PagedValues::load(Entry& entry) {
 void PagedValues::makeRoom() {
   if (bytes_ <= most_bytes_) return;
   if (calls_until_try_ > 0 && --calls_until_try_ > 0) return;
-  const DiskWait wait(store_);
   const size_t aim = most_bytes_ - most_bytes_ / kFreedShare;
   while (bytes_ > aim && !order_.empty()) {
     Entry& oldest = *order_.front();
@@ -115,9 +114,10 @@ void PagedValues::makeRoom() {
 /// @return whether it is on disk now.
 bool PagedValues::writeOut(Entry& entry) try {
   if (entry.record) return true;
-  PlainArray<char> bytes(entry.kind->record_bytes(entry.value.get()));
-  entry.kind->write(entry.value.get(), bytes.data());
-  entry.record = store_.write(bytes.data(), bytes.size());
+  const auto bytes =
+      std::make_shared<PlainArray<char>>(entry.kind->record_bytes(entry.value.get()));
+  entry.kind->write(entry.value.get(), bytes->data());
+  entry.record = store_.write({bytes, {{bytes->data(), bytes->size()}}});
   return entry.record.has_value();
 } catch (const std::bad_alloc&) {
   store_.fail("out of memory");

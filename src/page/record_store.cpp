@@ -5,11 +5,15 @@
 #include <unistd.h>
 #include <xxhash.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cstring>
 #include <filesystem>
+#include <new>
 #include <stdexcept>
 #include <system_error>
 #include <thread>
+#include <utility>
 
 #include "params/printable.h"
 
@@ -28,7 +32,21 @@ constexpr int kTries = 5;
 
 constexpr double kLeastWait_ms = 1.0;
 
-uint64_t unitsOf(size_t bytes) { return bytes == 0 ? 1 : (bytes + kUnitBytes - 1) / kUnitBytes; }
+/// Behind each record.
+constexpr size_t kSumBytes = sizeof(uint64_t);
+
+constexpr const char* kFull = "map/page_folder has reached map/page_max_gb; raise it";
+
+using Clock = std::chrono::steady_clock;
+
+void countWait(Clock::time_point start, PagedStats& stats) {
+  const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  if (ms < kLeastWait_ms) return;
+  ++stats.waits;
+  stats.wait_ms += ms;
+}
+
+uint64_t unitsOf(size_t bytes) { return (bytes + kSumBytes + kUnitBytes - 1) / kUnitBytes; }
 
 std::string textOf(int error) { return std::generic_category().message(error); }
 
@@ -58,8 +76,19 @@ ssize_t transferAll(Byte* bytes, size_t size, uint64_t offset, const Call& call)
 
 }  // namespace
 
-RecordStore::RecordStore(const std::string& folder, uint64_t max_bytes)
-    : folder_(printable(folder)), max_bytes_(max_bytes), runs_(max_bytes / kUnitBytes) {
+void RecordBytes::copyTo(std::vector<char>& to) const {
+  to.clear();
+  for (const Piece& piece : pieces) {
+    const char* const from = static_cast<const char*>(piece.from);
+    to.insert(to.end(), from, from + piece.bytes);
+  }
+}
+
+RecordStore::RecordStore(const std::string& folder, uint64_t max_bytes, size_t most_waiting)
+    : folder_(printable(folder)),
+      max_bytes_(max_bytes),
+      most_waiting_(most_waiting),
+      runs_(max_bytes / kUnitBytes) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   file_ = openUnnamed(folder);
@@ -67,39 +96,107 @@ RecordStore::RecordStore(const std::string& folder, uint64_t max_bytes)
     throw std::runtime_error("no file can be made in map/page_folder '" + folder_ +
                              "': " + textOf(errno) + "; set it to a folder that can be written");
   }
+  helper_.start([] {});  // a lack of threads shows at the start
 }
 
-RecordStore::~RecordStore() { close(file_); }
+RecordStore::~RecordStore() {
+  clear();
+  helper_.finish();
+  close(file_);
+}
 
-std::optional<StoredRecord> RecordStore::write(const char* from, size_t bytes) {
+std::optional<StoredRecord> RecordStore::write(RecordBytes record) {
+  const size_t bytes = record.size();
+  Lock lock(mutex_);
+  if (disk_refuses_) startWriting();
+  const auto is_ready = [&] {
+    return disk_refuses_ || waiting_.empty() || waiting_bytes_ + bytes <= most_waiting_;
+  };
+  if (!is_ready()) {
+    const auto start = Clock::now();
+    changed_.wait(lock, is_ready);
+    countWait(start, stats_);
+  }
+  if (disk_refuses_) return std::nullopt;
   const auto first = runs_.take(unitsOf(bytes));
   if (!first) {
-    countFull();
+    note(kFull);
     return std::nullopt;
   }
-  StoredRecord record{*first * kUnitBytes, 0, static_cast<uint32_t>(bytes)};
-  const auto call = [this](const char* data, size_t size, off_t offset) {
-    return pwrite(file_, data, size, offset);
-  };
-  if (const ssize_t done = transferAll(from, bytes, record.offset, call); done <= 0) {
-    fail("cannot write to map/page_folder '" + folder_ + "': " + textOf(done < 0 ? errno : ENOSPC));
-    erase(record);
-    return std::nullopt;
-  }
-  if (runs_.end() * kUnitBytes > file_end_) file_end_ = runs_.end() * kUnitBytes;
-  record.checksum = XXH3_64bits(from, bytes);
-  return record;
+  const StoredRecord stored{*first * kUnitBytes, static_cast<uint32_t>(bytes), ++last_number_};
+  waiting_.emplace(stored.offset, Waiting{std::move(record), stored.number});
+  waiting_bytes_ += bytes;
+  startWriting();
+  return stored;
 }
 
-RecordStore::Reading RecordStore::read(const StoredRecord& record, char* to) {
-  for (int tries = may_pause_ ? kTries : 1, pause_ms = 1;; --tries, pause_ms *= 2) {
-    bool is_short = false;
-    const std::string problem = transfer(record, to, is_short);
-    if (problem.empty() && XXH3_64bits(to, record.bytes) == record.checksum) {
-      may_pause_ = true;
+/// @pre The mutex is locked.
+void RecordStore::startWriting() {
+  disk_refuses_ = false;
+  if (!std::exchange(is_writing_, true)) helper_.start([this] { writeWaiting(); });
+}
+
+/// In the order of the file, until nothing waits or the disk takes no more.
+void RecordStore::writeWaiting() {
+  std::vector<char> buffer;
+  Lock lock(mutex_);
+  while (!waiting_.empty() && !disk_refuses_) {
+    const auto next = waiting_.begin();
+    writing_ = next->first;
+    lock.unlock();
+    std::string problem = writeOne(next->first, next->second, buffer);
+    lock.lock();
+    writing_.reset();
+    if (problem.empty()) {
+      file_end_ = std::max(file_end_, next->first + buffer.size());
+      waiting_bytes_ -= next->second.record.size();
+      waiting_.erase(next);
+    } else {
+      note(std::move(problem));
+      disk_refuses_ = true;
+    }
+    changed_.notify_all();
+  }
+  is_writing_ = false;
+}
+
+/// A record, and its checksum behind it. @return what went wrong; empty: it is written.
+std::string RecordStore::writeOne(uint64_t offset, const Waiting& waiting,
+                                  std::vector<char>& buffer) const try {
+  waiting.record.copyTo(buffer);
+  const uint64_t sum = XXH3_64bits_withSeed(buffer.data(), buffer.size(), waiting.number);
+  const char* const sum_bytes = reinterpret_cast<const char*>(&sum);
+  buffer.insert(buffer.end(), sum_bytes, sum_bytes + kSumBytes);
+  const auto call = [this](const char* data, size_t size, off_t at) {
+    return pwrite(file_, data, size, at);
+  };
+  const ssize_t done = transferAll(buffer.data(), buffer.size(), offset, call);
+  if (done > 0) return "";
+  return "cannot write to map/page_folder '" + folder_ + "': " + textOf(done < 0 ? errno : ENOSPC);
+} catch (const std::bad_alloc&) {
+  return "out of memory";
+}
+
+RecordStore::Reading RecordStore::read(const StoredRecord& record, std::vector<char>& to) {
+  {
+    const Lock lock(mutex_);
+    if (const auto found = waiting_.find(record.offset); found != waiting_.end()) {
+      found->second.record.copyTo(to);
       return Reading::kIntact;
     }
-    if (problem.empty() || is_short) {
+  }
+  to.resize(record.bytes + kSumBytes);
+  for (int tries = may_pause_ ? kTries : 1, pause_ms = 1;; --tries, pause_ms *= 2) {
+    const std::string problem = transfer(record, to);
+    if (problem.empty()) {
+      may_pause_ = true;
+      uint64_t sum;
+      std::memcpy(&sum, to.data() + record.bytes, kSumBytes);
+      to.resize(record.bytes);
+      if (XXH3_64bits_withSeed(to.data(), record.bytes, record.number) == sum) {
+        return Reading::kIntact;
+      }
+      const Lock lock(mutex_);
       stats_.problem = "what was read from map/page_folder is damaged; check the disk";
       ++stats_.lost;
       return Reading::kDamaged;
@@ -113,17 +210,15 @@ RecordStore::Reading RecordStore::read(const StoredRecord& record, char* to) {
   }
 }
 
-/// @param is_short Set where the file has not so much: it will not come with another try.
+/// Where the file ends before it is full, the rest is 0: that is damaged, whatever is tried.
 /// @return what went wrong; empty: all was read.
-std::string RecordStore::transfer(const StoredRecord& record, char* to, bool& is_short) const {
+std::string RecordStore::transfer(const StoredRecord& record, std::vector<char>& to) const {
+  std::fill(to.begin(), to.end(), 0);
   const auto call = [this](char* data, size_t size, off_t offset) {
     return pread(file_, data, size, offset);
   };
-  const ssize_t done = transferAll(to, record.bytes, record.offset, call);
-  if (done > 0) return "";
-  is_short = done == 0;
-  return "cannot read from map/page_folder '" + folder_ +
-         "': " + (done < 0 ? textOf(errno) : std::string("the file has become shorter"));
+  if (transferAll(to.data(), to.size(), record.offset, call) >= 0) return "";
+  return "cannot read from map/page_folder '" + folder_ + "': " + textOf(errno);
 }
 
 void RecordStore::readAhead(const StoredRecord& record) const {
@@ -131,11 +226,23 @@ void RecordStore::readAhead(const StoredRecord& record) const {
 }
 
 void RecordStore::erase(const StoredRecord& record) noexcept {
+  Lock lock(mutex_);
+  changed_.wait(lock, [&] { return writing_ != record.offset; });
+  if (const auto found = waiting_.find(record.offset); found != waiting_.end()) {
+    waiting_bytes_ -= record.bytes;
+    waiting_.erase(found);
+    changed_.notify_all();
+  }
   runs_.give(record.offset / kUnitBytes, unitsOf(record.bytes));
   shrink();
 }
 
 void RecordStore::clear() noexcept {
+  Lock lock(mutex_);
+  changed_.wait(lock, [this] { return !writing_; });
+  waiting_.clear();
+  waiting_bytes_ = 0;
+  disk_refuses_ = false;
   runs_.clear();
   shrink();
 }
@@ -148,30 +255,50 @@ void RecordStore::shrink() noexcept {
 }
 
 uint64_t RecordStore::room() const {
+  const Lock lock(mutex_);
   const uint64_t in_use = runs_.inUse() * kUnitBytes;
   return max_bytes_ > in_use ? max_bytes_ - in_use : 0;
 }
 
-void RecordStore::fail(const std::string& problem) {
-  stats_.problem = problem;
+size_t RecordStore::waitingBytes() const {
+  const Lock lock(mutex_);
+  return waiting_bytes_;
+}
+
+/// @pre The mutex is locked.
+void RecordStore::note(std::string problem) {
+  stats_.problem = std::move(problem);
   ++stats_.failures;
 }
 
-void RecordStore::countFull() { fail("map/page_folder has reached map/page_max_gb; raise it"); }
+void RecordStore::fail(std::string problem) {
+  const Lock lock(mutex_);
+  note(std::move(problem));
+}
+
+void RecordStore::countFull() { fail(kFull); }
+
+void RecordStore::countLost() {
+  const Lock lock(mutex_);
+  ++stats_.lost;
+}
+
+void RecordStore::resetCounts() {
+  const Lock lock(mutex_);
+  stats_ = PagedStats();
+}
 
 PagedStats RecordStore::stats() const {
+  const Lock lock(mutex_);
   PagedStats stats = stats_;
   stats.bytes = runs_.inUse() * kUnitBytes;
-  stats.index_bytes = runs_.bytes();
+  stats.index_bytes = runs_.bytes() + waiting_bytes_;
   return stats;
 }
 
 DiskWait::~DiskWait() {
-  const double ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
-  if (ms < kLeastWait_ms) return;
-  ++store_.stats_.waits;
-  store_.stats_.wait_ms += ms;
+  const std::lock_guard<std::mutex> lock(store_.mutex_);
+  countWait(start_, store_.stats_);
 }
 
 }  // namespace dtsdf

@@ -1,22 +1,29 @@
 /// Records in a file without a name: nobody else opens it, and however the process ends, the system
-/// takes its space back. The system's cache writes behind and reads ahead; a checksum finds what
-/// did not come back as it was.
+/// takes its space back. A helper writes them, so that callers wait only where it is behind; a
+/// checksum finds what did not come back as it was.
 #pragma once
 
+#include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "page/free_runs.h"
+#include "threads/helper.h"
 
 namespace dtsdf {
 
 /// What became of what lies on disk, since the start or the last clear.
 struct PagedStats {
   size_t bytes = 0;        ///< Of the disk.
-  size_t index_bytes = 0;  ///< Of memory, that it takes to know of it, about.
+  size_t index_bytes = 0;  ///< Of memory: the index, about, and what waits to be written.
   uint64_t failures = 0;   ///< Reads and writes that failed, or found the folder full.
   uint64_t lost = 0;       ///< Records that did not come back as they were.
   std::string problem;     ///< What the last failure was; empty: there was none.
@@ -24,14 +31,27 @@ struct PagedStats {
   double wait_ms = 0.0;
 };
 
-/// Where a record is, and what it has to be.
+/// Where a record is.
 struct StoredRecord {
   uint64_t offset;
-  uint64_t checksum;
   uint32_t bytes;
+  uint32_t number;  ///< Of the write: the checksum has it, so that no older record passes for this.
 };
 
-/// For one thread at a time.
+/// A record in memory: its pieces, and what keeps them there.
+struct RecordBytes {
+  struct Piece {
+    const void* from = nullptr;
+    size_t bytes = 0;
+  };
+  std::shared_ptr<const void> owner;
+  Piece pieces[3] = {};
+
+  size_t size() const { return pieces[0].bytes + pieces[1].bytes + pieces[2].bytes; }
+  void copyTo(std::vector<char>& to) const;
+};
+
+/// Any thread may use it.
 class RecordStore {
  public:
   enum class Reading {
@@ -41,15 +61,18 @@ class RecordStore {
   };
 
   /// Makes the folder where it is missing.
+  /// @param most_waiting Bytes that may wait to be written, beside one record.
   /// @throws std::runtime_error where no file can be made there.
-  RecordStore(const std::string& folder, uint64_t max_bytes);
+  RecordStore(const std::string& folder, uint64_t max_bytes, size_t most_waiting);
   ~RecordStore();
   RecordStore(const RecordStore&) = delete;
   RecordStore& operator=(const RecordStore&) = delete;
 
-  /// @return none where the disk does not take it, which is counted.
-  std::optional<StoredRecord> write(const char* from, size_t bytes);
-  Reading read(const StoredRecord& record, char* to);
+  /// Takes a record, which can be read from here on, or throws std::bad_alloc. What the disk does
+  /// not take stays in memory, is counted as a failure, and tried again by the next call.
+  /// @return none where too much waits for a disk that takes none, or the file is full.
+  std::optional<StoredRecord> write(RecordBytes record);
+  Reading read(const StoredRecord& record, std::vector<char>& to);
 
   /// The system reads it while others go on.
   void readAhead(const StoredRecord& record) const;
@@ -58,29 +81,50 @@ class RecordStore {
   void erase(const StoredRecord& record) noexcept;
   void clear() noexcept;
 
-  /// How much more may be written.
+  /// How much more may be written, and what waits for it.
   uint64_t room() const;
+  size_t waitingBytes() const;
 
   /// Counts a failure of one who uses it; a record that nobody will get any more.
-  void fail(const std::string& problem);
-  void countLost() { ++stats_.lost; }
+  void fail(std::string problem);
+  void countLost();
   void countFull();
-  void resetCounts() { stats_ = PagedStats(); }
+  void resetCounts();
   PagedStats stats() const;
 
  private:
   friend class DiskWait;
+  using Lock = std::unique_lock<std::mutex>;
 
-  std::string transfer(const StoredRecord& record, char* to, bool& is_short) const;
+  /// To be written.
+  struct Waiting {
+    RecordBytes record;
+    uint32_t number;
+  };
+
+  void startWriting();
+  void writeWaiting();
+  std::string writeOne(uint64_t offset, const Waiting& waiting, std::vector<char>& buffer) const;
+  std::string transfer(const StoredRecord& record, std::vector<char>& to) const;
+  void note(std::string problem);
   void shrink() noexcept;
 
   const std::string folder_;
   const uint64_t max_bytes_;
+  const size_t most_waiting_;
   int file_ = -1;
+  std::atomic<bool> may_pause_{true};  ///< Between tries of a read: the last one did not fail.
+  mutable std::mutex mutex_;           ///< Guards what follows.
+  std::condition_variable changed_;
   FreeRuns runs_;
   uint64_t file_end_ = 0;
-  bool may_pause_ = true;  ///< Between tries of a read: the last one did not fail.
   PagedStats stats_;
+  uint32_t last_number_ = 0;
+  std::map<uint64_t, Waiting> waiting_;  ///< By offset.
+  size_t waiting_bytes_ = 0;
+  std::optional<uint64_t> writing_;                 ///< Which of them is written now.
+  bool is_writing_ = false, disk_refuses_ = false;  ///< The helper is at it; the last try failed.
+  Helper helper_;                                   ///< Ends before what it works on.
 };
 
 /// Counts its own life as a wait for the disk, if that was long enough to be felt.

@@ -6,8 +6,10 @@
 #include <sys/resource.h>
 
 #include <csignal>
+#include <memory>
 #include <random>
-#include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "page/paged_blocks.h"
@@ -17,32 +19,41 @@
 namespace dtsdf {
 namespace {
 
-std::string recordOf(unsigned seed) {
-  std::mt19937 random(seed);
-  std::string record(100 + random() % 20000, '\0');
+std::vector<char> recordOf(size_t seed) {
+  std::mt19937 random(static_cast<unsigned>(seed));
+  std::vector<char> record(100 + random() % 20000);
   for (char& byte : record) byte = static_cast<char>(random());
   return record;
+}
+
+RecordBytes bytesOf(std::vector<char> record) {
+  const auto owner = std::make_shared<std::vector<char>>(std::move(record));
+  const size_t half = owner->size() / 2;
+  return {owner, {{owner->data(), half}, {owner->data() + half, owner->size() - half}}};
 }
 
 class RecordStoreTest : public testing::Test {
  protected:
   TemporaryFolder folder_;
-  RecordStore store_{folder_.path(), size_t{4} << 20};
+  static constexpr size_t kMostWaiting = size_t{1} << 18;
+  RecordStore store_{folder_.path(), size_t{4} << 20, kMostWaiting};
   std::vector<StoredRecord> records_;
 
   void write(unsigned count) {
     for (unsigned i = 0; i < count; ++i) {
-      const std::string record = recordOf(i);
-      const auto stored = store_.write(record.data(), record.size());
+      const auto stored = store_.write(bytesOf(recordOf(i)));
       ASSERT_TRUE(stored);
       records_.push_back(*stored);
     }
   }
   RecordStore::Reading read(unsigned i) {
-    std::string record(records_[i].bytes, '\0');
-    const RecordStore::Reading reading = store_.read(records_[i], record.data());
+    std::vector<char> record;
+    const RecordStore::Reading reading = store_.read(records_[i], record);
     EXPECT_TRUE(reading != RecordStore::Reading::kIntact || record == recordOf(i));
     return reading;
+  }
+  void waitUntilWritten() const {
+    while (store_.waitingBytes() > 0) std::this_thread::yield();
   }
 };
 
@@ -63,10 +74,9 @@ TEST_F(RecordStoreTest, GivesBackWhatWasWritten) {
 TEST_F(RecordStoreTest, TakesNoMoreThanItMay) {
   size_t written = 0;
   for (unsigned i = 0; i < 1000; ++i) {
-    const std::string record = recordOf(i);
-    const auto stored = store_.write(record.data(), record.size());
+    const auto stored = store_.write(bytesOf(recordOf(i)));
     if (!stored) break;
-    written += record.size();
+    written += stored->bytes;
   }
   EXPECT_GT(written, size_t{3} << 20);
   EXPECT_LE(store_.stats().bytes, size_t{4} << 20);
@@ -75,6 +85,7 @@ TEST_F(RecordStoreTest, TakesNoMoreThanItMay) {
 
 TEST_F(RecordStoreTest, FindsDamage) {
   ASSERT_NO_FATAL_FAILURE(write(30));
+  waitUntilWritten();
   overwritePages(folder_.path());
   EXPECT_EQ(read(3), RecordStore::Reading::kDamaged);
   EXPECT_EQ(store_.stats().lost, 1u);
@@ -84,23 +95,39 @@ TEST_F(RecordStoreTest, FindsDamage) {
 
 TEST_F(RecordStoreTest, WaitsForADiskThatIsAway) {
   ASSERT_NO_FATAL_FAILURE(write(30));
+  waitUntilWritten();
+  size_t taken = 0;
   {
     const DiskOutage outage(folder_.path());
     EXPECT_EQ(read(3), RecordStore::Reading::kUnreadable);
-    EXPECT_FALSE(store_.write("abc", 3));
-    EXPECT_EQ(store_.stats().failures, 2u);
+    while (const auto stored = store_.write(bytesOf(recordOf(records_.size())))) {
+      records_.push_back(*stored);
+      taken += stored->bytes;
+      ASSERT_LE(taken, kMostWaiting);
+    }
+    EXPECT_GT(records_.size(), 30u) << "memory takes some";
+    EXPECT_EQ(store_.waitingBytes(), taken);
+    EXPECT_GT(store_.stats().failures, 1u);
+    EXPECT_EQ(read(30), RecordStore::Reading::kIntact) << "from there";
+    store_.erase(records_.back());
+    records_.pop_back();
   }
-  EXPECT_EQ(read(3), RecordStore::Reading::kIntact);
+  for (unsigned i = 0; i < records_.size(); ++i) {
+    ASSERT_EQ(read(i), RecordStore::Reading::kIntact);
+  }
+  ASSERT_TRUE(store_.write(bytesOf(recordOf(0))));
+  waitUntilWritten();
+  for (unsigned i = 0; i < records_.size(); ++i) {
+    ASSERT_EQ(read(i), RecordStore::Reading::kIntact);
+  }
   EXPECT_EQ(store_.stats().lost, 0u);
 }
 
 /// The index follows: a block that the disk does not take is not there.
 TEST_F(RecordStoreTest, HoldsBlocks) {
-  PagedBlocks blocks(folder_.path(), size_t{1} << 20);
-  const std::string record = recordOf(1);
+  PagedBlocks blocks(folder_.path(), size_t{1} << 20, kMostWaiting);
   const auto put = [&](int32_t x) {
-    return blocks.put({{{x, 0, 0}, 3, 0}, 7, x % 2 == 0, false, true, false}, record.data(),
-                      record.size());
+    return blocks.put({{{x, 0, 0}, 3, 0}, 7, x % 2 == 0, false, true, false}, bytesOf(recordOf(1)));
   };
   int32_t count = 0;
   while (put(count)) ++count;

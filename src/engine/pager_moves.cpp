@@ -13,6 +13,8 @@
 namespace dtsdf {
 namespace {
 
+using Reading = RecordStore::Reading;
+
 /// Blocks that a thread reads at a time.
 constexpr size_t kReadAtOnce = 16;
 
@@ -138,18 +140,18 @@ size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
   for (size_t i = 0; i < numbers.size(); ++i) {
     places.push_back(words.next(contents.blocks[i], states.states[i].has_labels));
   }
-  std::vector<RecordStore::Reading> readings(numbers.size());
+  std::vector<Reading> readings(numbers.size());
   parallelFor<std::vector<char>, kReadAtOnce>(numbers.size(), threads_,
                                               [&](size_t i, std::vector<char>& record) {
                                                 readings[i] = blocks_.read(numbers[i], record);
-                                                if (readings[i] == RecordStore::Reading::kIntact)
+                                                if (readings[i] == Reading::kIntact)
                                                   fill(places[i], record.data());
                                               });
   std::vector<int32_t> read;
   std::vector<PackedKey> damaged;
   for (size_t i = 0; i < numbers.size(); ++i) {
-    if (readings[i] == RecordStore::Reading::kIntact) read.push_back(numbers[i]);
-    if (readings[i] == RecordStore::Reading::kDamaged) damaged.push_back(blocks_.keyOf(numbers[i]));
+    if (readings[i] == Reading::kIntact) read.push_back(numbers[i]);
+    if (readings[i] == Reading::kDamaged) damaged.push_back(blocks_.keyOf(numbers[i]));
   }
   if (read.size() < numbers.size()) {
     const size_t left = numbers.size() - read.size() - damaged.size();
@@ -238,7 +240,7 @@ void Pager::addBlocksTo(MapContents& contents) const {
 void Pager::copyWords(MapBackend& backend, MapContents& contents) {
   constexpr size_t kAtOnce = 1024;
   Words words(contents);
-  std::vector<PackedKey> damaged;
+  std::vector<PackedKey> lost, unread;
   std::vector<char> record;
   for (size_t first = 0; first < contents.blocks.size(); first += kAtOnce) {
     const size_t end = std::min(contents.blocks.size(), first + kAtOnce);
@@ -259,24 +261,35 @@ void Pager::copyWords(MapBackend& backend, MapContents& contents) {
       const RecordBytes to = words.next(block, false);
       if (slot >= 0 && directionsWithArrays(table_.block(slot)) != 0) {
         from.next(block, false).copyTo(record);
-      } else if (number < 0 || !readInto(number, record)) {  // it is damaged, or turned out to be
-        if (number >= 0) damaged.push_back(key);
-        fill(to, nullptr);
+        fill(to, record.data());
         continue;
       }
-      fill(to, record.data());
+      const auto reading = number < 0 ? Reading::kDamaged : blocks_.read(number, record);
+      fill(to, reading == Reading::kIntact ? record.data() : nullptr);
+      if (number < 0 || reading == Reading::kIntact) continue;
+      (reading == Reading::kDamaged ? lost : unread).push_back(key);
     }
   }
-  drop(backend, damaged);
-}
-
-/// @return whether it is intact. @throws std::runtime_error where it cannot be read now.
-bool Pager::readInto(int32_t number, std::vector<char>& record) {
-  const RecordStore::Reading reading = blocks_.read(number, record);
-  if (reading == RecordStore::Reading::kUnreadable) {
+  if (!unread.empty() && !diskGives()) {
     throw std::runtime_error("the map cannot be copied: " + blocks_.store().stats().problem);
   }
-  return reading == RecordStore::Reading::kIntact;
+  for (const PackedKey key : unread) {
+    lost.push_back(key);
+    blocks_.store().countLost();
+  }
+  drop(backend, lost);
+}
+
+/// Whether the disk gives any of some blocks: else it may be away.
+bool Pager::diskGives() {
+  constexpr size_t kMostTried = 4096;
+  std::vector<int32_t> numbers = numbersOf(allPaged());
+  numbers.resize(std::min(numbers.size(), kMostTried));
+  std::vector<char> record;
+  return std::any_of(numbers.begin(), numbers.end(), [&](int32_t number) {
+    blocks_.read(number, record);
+    return blocks_.store().gives();
+  });
 }
 
 }  // namespace dtsdf

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstdint>
 #include <stdexcept>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/io/mesh_file.h"
@@ -14,11 +16,14 @@
 namespace dtsdf {
 namespace {
 
-/// @param before Failures before they were read.
-void throwIfUnread(const PagedMeshes& meshes, uint64_t before) {
-  const PagedMeshes::Stats stats = meshes.stats();
-  if (stats.failures == before) return;
-  throw std::runtime_error("no mesh was saved: " + stats.problem);
+/// What a mesh lacks, in words; empty: nothing. @param before Blocks that were missed before.
+/// @throws std::runtime_error where the disk gives nothing: it may come back.
+std::string lackOf(PagedMeshes& meshes, uint64_t before) {
+  if (meshes.missed() == before) return "";
+  const std::string problem = meshes.stats().problem;
+  if (!meshes.diskGives()) throw std::runtime_error("no mesh was saved: " + problem);
+  return std::to_string(meshes.missed() - before) +
+         " blocks of the mesh cannot be read, and are not in the file: " + problem;
 }
 
 /// Blocks that the mesh of a region may come from.
@@ -32,21 +37,22 @@ std::vector<PackedKey> blocksIn(const BoxRegion& region, const PagedMeshes& mesh
 
 /// The same file as of the whole mesh, block by block.
 SavedMesh saveInPieces(PagedMeshes& meshes, MeshColour colour, const std::string& path) {
-  const uint64_t failures = meshes.stats().failures;
+  const uint64_t missed = meshes.missed();
   PlyStream file(path, colour);
   meshes.stream({[&](const Mesh& piece) { file.addVertices(piece); },
                  [&](const std::array<uint32_t, 3>& corners) { file.addTriangle(corners); }});
-  throwIfUnread(meshes, failures);  // before it gets its name
+  std::string lack = lackOf(meshes, missed);  // before the file gets its name
   file.finish();
-  return {static_cast<size_t>(file.vertices()), static_cast<size_t>(file.triangles()), 0.0, ""};
+  return {static_cast<size_t>(file.vertices()), static_cast<size_t>(file.triangles()), 0.0,
+          std::move(lack)};
 }
 
-Mesh assemble(PagedMeshes& meshes, const std::optional<BoxRegion>& region) {
-  const uint64_t failures = meshes.stats().failures;
+Mesh assemble(PagedMeshes& meshes, const std::optional<BoxRegion>& region, std::string& lack) {
+  const uint64_t missed = meshes.missed();
   const MeshStore& store = region ? meshes.holding(blocksIn(*region, meshes)) : meshes.all();
   Mesh mesh = region ? store.assemble(*region) : store.assemble();
   meshes.dropFetched();
-  throwIfUnread(meshes, failures);
+  lack = lackOf(meshes, missed);
   return mesh;
 }
 
@@ -58,7 +64,8 @@ SavedMesh savePagedMesh(PagedMeshes& meshes, MeshColour colour, const std::strin
   if (meshes.isPaged() && is_plain && meshFormatOf(path) == MeshFormat::kPly) {
     return saveInPieces(meshes, colour, path);
   }
-  SimplifiedMesh saved{assemble(meshes, choice.region)};
+  std::string lack;
+  SimplifiedMesh saved{assemble(meshes, choice.region, lack)};
   if (choice.region && saved.mesh.triangles.empty() && meshes.triangleCount() > 0) {
     throw std::runtime_error(
         "no triangle lies wholly in the region, in map frame coordinates; nothing was saved");
@@ -67,8 +74,9 @@ SavedMesh savePagedMesh(PagedMeshes& meshes, MeshColour colour, const std::strin
     saved = simplifyMesh(saved.mesh, choice.simplify_error_m, choice.go_on);
   }
   saveMesh(saved.mesh, colour, path);
+  if (lack.empty()) lack = lossInFormat(saved.mesh, path);
   return {saved.mesh.vertices_m.size(), saved.mesh.triangles.size(), saved.error_m,
-          lossInFormat(saved.mesh, path)};
+          std::move(lack)};
 }
 
 }  // namespace dtsdf

@@ -109,8 +109,19 @@ SharedBlockMesh PagedMeshes::find(PackedKey key) {
   const auto found = meshes_.find(key);
   if (found == meshes_.end()) return nullptr;
   SharedBlockMesh mesh = found->second.mesh.peek();
+  if (mesh == nullptr) ++missed_;
   if (mesh == nullptr && found->second.mesh.isLost()) forget(key);
   return mesh;
+}
+
+bool PagedMeshes::diskGives() {
+  constexpr size_t kMostTried = 4096;
+  size_t tried = 0;
+  return std::any_of(meshes_.begin(), meshes_.end(), [&](const auto& one) {
+    if (tried++ >= kMostTried) return false;
+    one.second.mesh.peek();
+    return pages_ == nullptr || pages_->diskGives();
+  });
 }
 
 const MeshStore& PagedMeshes::holding(const std::vector<PackedKey>& keys) {
@@ -142,7 +153,7 @@ std::vector<PackedKey> PagedMeshes::keys() const {
 void PagedMeshes::clear(float voxel_size_m) {
   fetched_ = MeshStore(voxel_size_m);
   meshes_.clear();
-  bytes_ = triangles_ = painted_ = 0;
+  bytes_ = triangles_ = painted_ = missed_ = 0;
   if (pages_ != nullptr) pages_->resetCounts();
 }
 

@@ -62,6 +62,8 @@ class PagedMeshes {
   /// Whether some have colours.
   bool isPainted() const { return painted_ > 0; }
   size_t triangleCount() const { return triangles_; }
+  uint64_t missed() const { return missed_; }  ///< How often one was asked for and did not come.
+  bool diskGives();                            ///< Whether the disk gives any: else it may be away.
   size_t bytes() const { return pages_ == nullptr ? bytes_ : pages_->bytes(); }  ///< Of memory.
   size_t mostBytes() const { return most_bytes_; }  ///< That stay in memory; 0: no limit.
   Stats stats() const { return pages_ == nullptr ? Stats() : pages_->stats(); }
@@ -79,7 +81,8 @@ class PagedMeshes {
   const SharedPagedValues pages_;  ///< Null without map/page_folder.
   std::map<PackedKey, Kept> meshes_;
   size_t bytes_ = 0, triangles_ = 0, painted_ = 0;  ///< Of them all.
-  MeshStore fetched_;                               ///< Of holding().
+  uint64_t missed_ = 0;
+  MeshStore fetched_;  ///< Of holding().
 };
 
 }  // namespace dtsdf

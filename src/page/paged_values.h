@@ -77,6 +77,9 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   /// Whether it will not come back, whatever the disk does.
   bool isLost(const Entry& entry) const;
 
+  /// Whether the disk gave what was read last.
+  bool diskGives() const { return store_.gives(); }
+
   /// Whether more is in memory than should, as the disk takes none.
   bool isFull() const;
 

@@ -186,10 +186,10 @@ RecordStore::Reading RecordStore::read(const StoredRecord& record, std::vector<c
     }
   }
   to.resize(record.bytes + kSumBytes);
-  for (int tries = may_pause_ ? kTries : 1, pause_ms = 1;; --tries, pause_ms *= 2) {
+  for (int tries = gives_ ? kTries : 1, pause_ms = 1;; --tries, pause_ms *= 2) {
     const std::string problem = transfer(record, to);
     if (problem.empty()) {
-      may_pause_ = true;
+      gives_ = true;
       uint64_t sum;
       std::memcpy(&sum, to.data() + record.bytes, kSumBytes);
       to.resize(record.bytes);
@@ -202,7 +202,7 @@ RecordStore::Reading RecordStore::read(const StoredRecord& record, std::vector<c
       return Reading::kDamaged;
     }
     if (tries == 1) {
-      may_pause_ = false;
+      gives_ = false;
       fail(problem);
       return Reading::kUnreadable;
     }

@@ -74,6 +74,9 @@ class RecordStore {
   std::optional<StoredRecord> write(RecordBytes record);
   Reading read(const StoredRecord& record, std::vector<char>& to);
 
+  /// Whether the disk gave what was read from it last: what it does not give beside that is lost.
+  bool gives() const { return gives_; }
+
   /// The system reads it while others go on.
   void readAhead(const StoredRecord& record) const;
 
@@ -113,8 +116,8 @@ class RecordStore {
   const uint64_t max_bytes_;
   const size_t most_waiting_;
   int file_ = -1;
-  std::atomic<bool> may_pause_{true};  ///< Between tries of a read: the last one did not fail.
-  mutable std::mutex mutex_;           ///< Guards what follows.
+  std::atomic<bool> gives_{true};  ///< The last read did not fail.
+  mutable std::mutex mutex_;       ///< Guards what follows.
   std::condition_variable changed_;
   FreeRuns runs_;
   uint64_t file_end_ = 0;

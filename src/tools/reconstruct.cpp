@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <cstdio>
+#include <exception>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -122,10 +123,7 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
         static_cast<unsigned long long>(pages.written), static_cast<unsigned long long>(pages.read),
         pages.wait_ms / 1e3);
   }
-  if (pages.lost > 0) {
-    std::fprintf(stderr, "reconstruct: warning: %llu blocks were lost: %s\n",
-                 static_cast<unsigned long long>(pages.lost), pages.problem.c_str());
-  } else if (pages.failures > 0) {
+  if (pages.failures > 0) {
     std::fprintf(stderr, "reconstruct: warning: map/page_folder failed %llu times: %s\n",
                  static_cast<unsigned long long>(pages.failures), pages.problem.c_str());
   }
@@ -172,13 +170,29 @@ void countMesh(ReconstructionResult& result) {
                          [&](const std::array<uint32_t, 3>&) { ++result.triangles; }});
 }
 
+/// What is saved is all that there is. @throws std::runtime_error where the disk has lost some.
+void checkLosses(const ReconstructionResult& result, const Mapper& mapper) {
+  const PageStats pages = mapper.stats().pages;
+  const bool lacks_meshes = result.meshes != nullptr && result.meshes->missed() > 0;
+  if (pages.lost == 0 && !lacks_meshes) return;
+  throw std::runtime_error(std::to_string(pages.lost) + " blocks of the map were lost" +
+                           (lacks_meshes ? ", and parts of the mesh cannot be read" : "") + ": " +
+                           (pages.lost > 0 ? pages.problem : result.meshes->stats().problem) +
+                           "; what is saved is without them");
+}
+
 /// Saves and prints what a run has made.
 void saveAll(ReconstructionResult& result, Mapper& mapper, MapOrigin origin,
              const MapperParams& params, const ReconstructOptions& options,
              const MapBox* box = nullptr) {
   origin.stamp_s = result.stamp_s;
-  // First, since a mesh that cannot be saved must not take the map with it.
-  if (!options.save_map_path.empty()) saveAndPrint(mapper, origin, box, options.save_map_path);
+  // Neither the mesh nor the map must take the other with it if it cannot be saved.
+  std::exception_ptr failure;
+  try {
+    if (!options.save_map_path.empty()) saveAndPrint(mapper, origin, box, options.save_map_path);
+  } catch (const std::exception&) {
+    failure = std::current_exception();
+  }
   if (!options.trajectory_path.empty()) {
     saveTrajectory(result.trajectory, options.trajectory_path);
     std::printf("%zu poses: %s\n", result.trajectory.size(), options.trajectory_path.c_str());
@@ -194,6 +208,8 @@ void saveAll(ReconstructionResult& result, Mapper& mapper, MapOrigin origin,
     writeFileAtomically(options.report_path, reportJson(result, backend_name));
   }
   printSummary(result, backend_name, options.mesh_path);
+  if (failure != nullptr) std::rethrow_exception(failure);
+  checkLosses(result, mapper);
 }
 
 /// What is for recordings only. @throws UsageError

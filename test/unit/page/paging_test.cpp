@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -27,6 +28,9 @@ namespace {
 
 /// A disk that gives and takes so many bytes a second; 0: as many as it can.
 std::atomic<double> disk_bytes_per_s{0.0};
+
+/// One of so many sectors cannot be read; 0: all can.
+std::atomic<off_t> bad_sectors{0};
 
 void takeTimeOfDisk(size_t bytes) {
   using Clock = std::chrono::steady_clock;
@@ -51,6 +55,10 @@ extern "C" ssize_t pwrite(int file, const void* data, size_t bytes, off_t offset
 }
 extern "C" ssize_t pread(int file, void* data, size_t bytes, off_t offset) {
   takeTimeOfDisk(bytes);
+  if (const off_t bad = bad_sectors; bad > 0 && offset / 256 % bad == 7 % bad) {
+    errno = EIO;
+    return -1;
+  }
   return syscall(SYS_pread64, file, data, bytes, offset);
 }
 
@@ -554,6 +562,25 @@ TEST_F(Paging, OutlivesADiskThatCannotBeReadForAWhile) {
   EXPECT_EQ(stats.pages.lost, 0u);
   EXPECT_GT(stats.pages.failures, 0u);
   EXPECT_GE(near.mapper().contents().blocks.size(), blocks);
+}
+
+/// What never comes from a disk that gives all else is lost, and the rest of the map is saved; from
+/// one that gives nothing, nothing is lost, and nothing is saved.
+TEST_F(Paging, IsSavedWithoutBadSectors) {
+  Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
+  near.go(0, kWayOut);
+  near.updateMesh();
+  const size_t before = near.mapper().contents().blocks.size();
+  bad_sectors = 1;
+  EXPECT_NE(errorOf([&] { near.mapper().contents(); }), "") << "else the disk gives some";
+  EXPECT_EQ(near.mapper().stats().pages.lost, 0u);
+  bad_sectors = 499;
+  saveMapOf(near.mapper(), {}, folder_ / "saved.dtsdf");
+  bad_sectors = 0;
+  const uint64_t lost = near.mapper().stats().pages.lost;
+  EXPECT_GT(lost, 0u);
+  EXPECT_EQ(loadMap(folder_ / "saved.dtsdf").blocks.size(), before - lost);
+  EXPECT_TRUE(sameContents(loadMap(folder_ / "saved.dtsdf"), near.mapper().contents()));
 }
 
 /// A page that is damaged is lost, which is counted; its mesh goes, and frames map anew there.

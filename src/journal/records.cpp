@@ -43,11 +43,6 @@ void fields(Io& io, Image& image) {
 }
 
 template <class Io>
-void fields(Io& io, Level& level) {
-  io(level.T_W_M);
-}
-
-template <class Io>
 void fields(Io& io, Correction& correction) {
   io(correction.before);
   for (StampedPose& pose : correction.poses) io(pose.stamp_s, pose.T_W_C);
@@ -121,7 +116,7 @@ Bytes recordOf(const Region& region) {
   return encodeRecord(kClear, 0, out.bytes.data(), out.bytes.size());
 }
 
-Bytes recordOf(const Level& level) { return encodeContent(kLevel, level); }
+Bytes recordOf(const Level& level) { return encodeContent(kLevel, level.T_W_M); }
 
 Bytes recordOf(const Correction& correction) {
   return encodeContent(kCorrection, correction, kZstd);

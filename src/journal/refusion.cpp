@@ -18,16 +18,13 @@ constexpr size_t kFewCalls = 8;
 
 std::string inMb(size_t bytes) { return std::to_string(bytes >> 20) + " MB"; }
 
-std::string tooLarge(size_t live_bytes, size_t second_bytes, size_t max_bytes) {
+}  // namespace
+
+std::string whyTooLarge(size_t live_bytes, size_t second_bytes, size_t max_bytes) {
+  if (live_bytes + second_bytes <= max_bytes) return "";
   return "the map takes " + inMb(live_bytes) + " and a corrected one beside it " +
          inMb(second_bytes) + ", more than the " + inMb(max_bytes) +
          " of map/max_memory_mb; raise it";
-}
-
-}  // namespace
-
-std::string whyTooLarge(size_t live_bytes, size_t max_bytes) {
-  return 2 * live_bytes <= max_bytes ? "" : tooLarge(live_bytes, live_bytes, max_bytes);
 }
 
 Refusion::Refusion(const std::string& path, const MapperParams& run, journal::Correction correction)
@@ -64,8 +61,8 @@ bool Refusion::step(size_t live_bytes) {
 void Refusion::checkMemory(size_t live_bytes) {
   const MapStats stats = mapper_->stats();
   bytes_ = stats.map_bytes;
-  if (live_bytes + stats.map_bytes <= stats.max_map_bytes) return;
-  throw std::runtime_error(tooLarge(live_bytes, stats.map_bytes, stats.max_map_bytes));
+  const std::string problem = whyTooLarge(live_bytes, stats.map_bytes, stats.max_map_bytes);
+  if (!problem.empty()) throw std::runtime_error(problem);
 }
 
 void Refusion::extract() {

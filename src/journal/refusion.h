@@ -56,7 +56,8 @@ class Refusion {
   size_t fused_ = 0, bytes_ = 0, calls_since_mesh_ = 0;
 };
 
-/// Why a second map beside one of so many bytes would not fit into the budget; empty if it may.
-std::string whyTooLarge(size_t live_bytes, size_t max_bytes);
+/// Why a second map of so many bytes does not fit into the budget beside the live one; empty if it
+/// does.
+std::string whyTooLarge(size_t live_bytes, size_t second_bytes, size_t max_bytes);
 
 }  // namespace dtsdf

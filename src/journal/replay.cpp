@@ -1,6 +1,7 @@
 #include "journal/replay.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "params/printable.h"
@@ -132,12 +133,11 @@ Eigen::Isometry3d JournalReplay::correctNext(Running& running, const Item& item)
 /// The first image of the recording that the first `before` records end with.
 size_t JournalReplay::beginOfPass(uint64_t before) const {
   size_t begin = 0;
-  GivenMotion given;
+  double newest_s = -HUGE_VAL;
   for (size_t i = 0; i < items_.size() && i < before; ++i) {
     if (!items_[i].is_of_first) continue;
-    const StampedPose pose{items_[i].stamp_s, items_[i].T_W_C};
-    if (given.beginsAnew(pose)) begin = i;
-    given.add(pose);
+    if (items_[i].stamp_s < newest_s - GivenMotion::kBegin_s) begin = i;
+    newest_s = items_[i].stamp_s;
   }
   return begin;
 }

@@ -197,7 +197,7 @@ void JournalWriter::loop() {
 
 void JournalWriter::write(const Entry& entry) {
   const uint64_t begin = whole_bytes_;
-  std::string problem = "unknown error";
+  std::string problem;
   try {
     entry.write();
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -205,7 +205,6 @@ void JournalWriter::write(const Entry& entry) {
     return;
   } catch (const std::exception& error) {
     problem = errorText(error);
-  } catch (...) {
   }
   // So that it ends with a whole record.
   whole_bytes_ = begin;

@@ -63,7 +63,7 @@ class CorrectTest : public testing::Test {
               journaledIn(folder_ / "journal")) {
     auto journal = std::make_unique<JournalStep>(host_.host);
     journal_ = journal.get();
-    auto correction = std::make_unique<CorrectStep>(host_.host, journal_);
+    auto correction = std::make_unique<CorrectStep>(host_.host, &journal_->writer());
     correction_ = correction.get();
     auto space = std::make_unique<SpaceStep>(host_.host);
     space_ = space.get();
@@ -304,8 +304,8 @@ TEST_F(CorrectTest, LaterFramesFollowUntilTheirSourceJumps) {
   // In closed form but for the last bits: so the surface is compared, by the other mapper's.
   ASSERT_EQ(host_.map.flushMesh().problem, "");
   follow();
-  ASSERT_TRUE(journal_->written().get());
-  JournalReplay replay(journal_->path());
+  ASSERT_TRUE(journal_->writer().written().get());
+  JournalReplay replay(journal_->writer().path());
   ASSERT_EQ(replay.depthImages(), static_cast<size_t>(kCount));
   int i = 0;
   for (const StampedPose& pose : replay.firstCamera()) {
@@ -436,8 +436,8 @@ TEST_F(CorrectionOfALargeMap, IsRefused) {
 TEST_F(CorrectTest, ADamagedJournalIsAnAnswer) {
   begin();
   const std::string before = fileOf(*makeMapper(host_.params.mapper, contents()));
-  ASSERT_TRUE(journal_->written().get());
-  const std::string path = journal_->path();
+  ASSERT_TRUE(journal_->writer().written().get());
+  const std::string path = journal_->writer().path();
   std::string bytes = readBytes(path);
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
   {

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "ros/input/published_topics.h"
+#include "ros/input/input_status.h"
 #include "ros/support/kept_topics.h"
 #include "ros/support/messages.h"
 #include "ros/support/raw_listener.h"

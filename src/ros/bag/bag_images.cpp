@@ -104,15 +104,52 @@ class BagReader {
     if (info_topic.empty()) {
       info_topic = topicBeside(withoutEnding(topic, kind_.compressed_topic), "camera_info");
     }
-    if (!kind_.isColour() && !options.intrinsics) requireMessages(bag, info_topic);
+    if (!kind_.is_colour && !options.intrinsics) requireMessages(bag, info_topic);
     poses_ = std::make_unique<BagPoses>(bag, options);
     infos_ = std::make_unique<BagCameraInfos>(bag, info_topic, options.intrinsics,
                                               options.latest_camera_info);
-    rectification_.emplace(rectifyChoice(options), topic, kind_.rectified_as);
+    rectification_.emplace(rectifyChoice(options), topic, kind_.is_colour);
   }
 
-  sensor_msgs::ImageConstPtr imageOf(const rosbag::MessageInstance& message) const {
-    return dtsdf::imageOf(kind_, message);
+  /// What next() goes through, in the order of the stamps that `stamp_of` gives.
+  template <class StampOf>
+  void list(const StampOf& stamp_of) {
+    rosbag::View view(bag, rosbag::TopicQuery(topic));
+    for (const rosbag::MessageInstance& message : view)
+      messages_.emplace(stamp_of(message), message);
+    next_ = messages_.begin();
+  }
+
+  size_t size() const { return messages_.size(); }
+
+  /// The next frame that is wanted and can be made.
+  /// @throws std::runtime_error where the bag is damaged.
+  template <class Frame, class Make>
+  std::optional<Frame> next(const Make& make) try {
+    for (; next_ != messages_.end(); ++index_) {
+      const rosbag::MessageInstance& message = (next_++)->second;
+      if (!isWanted(index_)) continue;
+      if (auto frame = makeFrame<Frame>(imageOf(kind_, message), message.getTime(), make)) {
+        frame->index = index_++;
+        return frame;
+      }
+    }
+    return std::nullopt;
+  } catch (const rosbag::BagException& error) {
+    throw std::runtime_error("cannot read the bag '" + options.path + "' any further: " +
+                             errorText(error) + "; try rosbag reindex, or rosbag fix");
+  }
+
+  BagOptions options;
+  rosbag::Bag bag;
+  std::string topic;
+  std::map<std::string, size_t> skipped;
+
+ private:
+  bool isWanted(size_t index) const {
+    if (!kind_.is_colour) return options.selection.contains(index);
+    const auto& listed = options.listed_colours;
+    return !listed || std::binary_search(listed->begin(), listed->end(), index);
   }
 
   /// A frame of the image, of which `make` makes what is fused; none where it has to be skipped.
@@ -125,14 +162,14 @@ class BagReader {
     if (const auto rejection = kind_.check(*image, *info)) {
       return skip(toString(rejection->reason));
     }
-    if (!kind_.isColour() &&
+    if (!kind_.is_colour &&
         std::exchange(last_stamp_, image->header.stamp) == image->header.stamp) {
       return skip(toString(DropReason::kRepeatedStamp));
     }
     if (const auto reason = hideMasked(image, recorded)) return skip(toString(*reason));
     const std::optional<Eigen::Isometry3d> T_W_C = poseOf(image->header);
     if (!T_W_C) {
-      if (!kind_.isColour()) poses_->requireFrames(image->header, options.path);
+      if (!kind_.is_colour) poses_->requireFrames(image->header, options.path);
       return skip(poses_->whyNone());
     }
     const auto pixels = std::make_shared<cv_bridge::CvImageConstPtr>();
@@ -147,25 +184,8 @@ class BagReader {
     return frame;
   }
 
-  /// @throws std::runtime_error where the work meets a damaged bag.
-  template <class Work>
-  auto read(const Work& work) const -> decltype(work()) {
-    try {
-      return work();
-    } catch (const rosbag::BagException& error) {
-      throw std::runtime_error("cannot read the bag '" + options.path + "' any further: " +
-                               errorText(error) + "; try rosbag reindex, or rosbag fix");
-    }
-  }
-
-  BagOptions options;
-  rosbag::Bag bag;
-  std::string topic;
-  std::map<std::string, size_t> skipped;
-
- private:
   std::nullopt_t skip(const std::string& reason) {
-    ++skipped[(kind_.isColour() ? "colour images: " : "") + reason];
+    ++skipped[(kind_.is_colour ? "colour images: " : "") + reason];
     return std::nullopt;
   }
 
@@ -205,53 +225,38 @@ class BagReader {
   std::optional<Eigen::Isometry3d> first_T_W_C_;  ///< With first_pose_only, once it is known.
   std::optional<Rectification> rectification_;
   ros::Time last_stamp_;
+  std::multimap<ros::Time, rosbag::MessageInstance> messages_;
+  std::multimap<ros::Time, rosbag::MessageInstance>::const_iterator next_ = messages_.end();
+  size_t index_ = 0;  ///< Of the message at `next_`.
 };
 
+/// In the order in which they were recorded.
 class BagFrames : public FrameSource {
  public:
   explicit BagFrames(const BagOptions& options) : reader_(options, kDepthImages) {
     reader_.prepare(depthTopicOf(reader_.bag, options), options.info_topic);
     if (!options.mask_topic.empty()) requireMessages(reader_.bag, options.mask_topic);
-    images_ = std::make_unique<rosbag::View>(reader_.bag, rosbag::TopicQuery(reader_.topic));
-    next_ = images_->begin();
-    checkSelection(options.selection, images_->size());
+    reader_.list([](const auto&) { return ros::Time(); });
+    checkSelection(options.selection, reader_.size());
   }
 
   std::optional<size_t> size() const override {
-    return reader_.options.selection.countIn(images_->size());
+    return reader_.options.selection.countIn(reader_.size());
   }
 
   std::optional<SourceFrame> next() override {
-    return reader_.read([this]() -> std::optional<SourceFrame> {
-      for (; next_ != images_->end(); ++index_) {
-        const rosbag::View::iterator current = next_++;
-        if (!reader_.options.selection.contains(index_)) continue;
-        if (auto frame = makeFrame(*current)) {
-          frame->index = index_++;
-          return frame;
-        }
-      }
-      return std::nullopt;
-    });
-  }
-
-  const std::map<std::string, size_t>& skipped() const override { return reader_.skipped; }
-
- private:
-  std::optional<SourceFrame> makeFrame(const rosbag::MessageInstance& message) {
     const DepthUnits units{reader_.options.unit_16uc1_m, reader_.options.unit_32fc1_m};
-    return reader_.makeFrame<SourceFrame>(
-        reader_.imageOf(message), message.getTime(),
+    return reader_.next<SourceFrame>(
         [&](const CameraImage& camera, const Eigen::Isometry3d& T_W_C, auto& pixels, auto& frame) {
           frame.depth = makeDepthFrame(camera.image, *camera.info, units, pixels);
           frame.depth.T_W_C = T_W_C;
         });
   }
 
+  const std::map<std::string, size_t>& skipped() const override { return reader_.skipped; }
+
+ private:
   BagReader reader_;
-  std::unique_ptr<rosbag::View> images_;
-  rosbag::View::iterator next_;
-  size_t index_ = 0;  ///< Of the image at `next_`.
 };
 
 /// The optical frame of the depth camera, by the options or by its first image.
@@ -264,17 +269,14 @@ std::string depthCameraFrame(const rosbag::Bag& bag, const BagOptions& options) 
   return "";
 }
 
-/// Stamp and place of one image: bags have messages in the order in which they were recorded.
-struct Recorded {
-  ros::Time stamp, recorded;
-};
-
-std::optional<ros::Time> stampOf(const rosbag::MessageInstance& message) {
+/// Zero of what is no image.
+ros::Time stampOf(const rosbag::MessageInstance& message) {
   if (const auto image = message.instantiate<sensor_msgs::Image>()) return image->header.stamp;
   const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
-  return compressed ? std::optional<ros::Time>(compressed->header.stamp) : std::nullopt;
+  return compressed ? compressed->header.stamp : ros::Time();
 }
 
+/// In the order of their stamps.
 class BagColours : public ColourSource {
  public:
   explicit BagColours(const BagOptions& options) : reader_(options, kColourImages) {
@@ -290,55 +292,24 @@ class BagColours : public ColourSource {
     of_colour.mask_topic.clear();
     of_colour.intrinsics.reset();
     reader_.prepare(topic, options.colour_info_topic);
-    for (const rosbag::MessageInstance& message :
-         rosbag::View(reader_.bag, rosbag::TopicQuery(topic))) {
-      if (const auto stamp = stampOf(message)) images_.push_back({*stamp, message.getTime()});
-    }
-    std::stable_sort(images_.begin(), images_.end(),
-                     [](const Recorded& a, const Recorded& b) { return a.stamp < b.stamp; });
+    reader_.list(stampOf);
   }
 
   /// Whether there are colour images.
   bool isThere() const { return !reader_.topic.empty(); }
 
   std::optional<SourceColour> next() override {
-    return reader_.read([this]() -> std::optional<SourceColour> {
-      for (; next_ < images_.size(); ++next_) {
-        const auto& listed = reader_.options.listed_colours;
-        if (listed && !std::binary_search(listed->begin(), listed->end(), next_)) continue;
-        if (auto colour = makeColour(images_[next_])) {
-          colour->index = next_++;
-          return colour;
-        }
-      }
-      return std::nullopt;
-    });
-  }
-
-  const std::map<std::string, size_t>& skipped() const override { return reader_.skipped; }
-
- private:
-  sensor_msgs::ImageConstPtr imageAt(const Recorded& place) const {
-    rosbag::View view(reader_.bag, rosbag::TopicQuery(reader_.topic), place.recorded,
-                      place.recorded);
-    for (const rosbag::MessageInstance& message : view) {
-      if (stampOf(message) == place.stamp) return reader_.imageOf(message);
-    }
-    return nullptr;
-  }
-
-  std::optional<SourceColour> makeColour(const Recorded& place) {
-    return reader_.makeFrame<SourceColour>(
-        imageAt(place), place.recorded,
+    return reader_.next<SourceColour>(
         [](const CameraImage& camera, const Eigen::Isometry3d& T_W_C, auto& pixels, auto& frame) {
           frame.colour = makeColourFrame(camera.image, *camera.info, pixels);
           frame.colour.T_W_C = T_W_C;
         });
   }
 
+  const std::map<std::string, size_t>& skipped() const override { return reader_.skipped; }
+
+ private:
   BagReader reader_;
-  std::vector<Recorded> images_;  ///< By stamp.
-  size_t next_ = 0;
 };
 
 /// @throws std::runtime_error where rosbag cannot open it.

@@ -7,6 +7,7 @@
 #include <tf2_msgs/TFMessage.h>
 #include <boost/make_shared.hpp>
 
+#include <algorithm>
 #include <iterator>
 #include <set>
 #include <stdexcept>
@@ -25,18 +26,6 @@ namespace {
 
 /// Longer than any recording: no transform is forgotten.
 const ros::Duration kKeepAll(1.0e8);
-
-std::string listOf(const std::set<std::string>& frames) {
-  constexpr size_t kShown = 10;
-  if (frames.empty()) return "it has none at all: record /tf and /tf_static";
-  std::string text;
-  size_t shown = 0;
-  for (const std::string& frame : frames) {
-    if (++shown > kShown) return text + "' and more";
-    text += (shown == 1 ? "its frames are '" : "', '") + printable(frame);
-  }
-  return text + "'";
-}
 
 }  // namespace
 
@@ -145,11 +134,13 @@ void BagPoses::requireFrames(const std_msgs::Header& header, const std::string& 
   if (trajectory_) return;
   std::vector<std::string> frames;
   transforms_._getFrameStrings(frames);
-  const std::set<std::string> known(frames.begin(), frames.end());
+  std::sort(frames.begin(), frames.end());
+  const std::string known = frames.empty() ? "it has none at all: record /tf and /tf_static"
+                                           : "its frames are " + listOfFrames(frames);
   const auto require = [&](const std::string& frame, const std::string& key) {
-    if (known.count(frame) > 0) return;
+    if (std::binary_search(frames.begin(), frames.end(), frame)) return;
     throw std::runtime_error("no transform in '" + printable(bag_path) + "' has the frame '" +
-                             printable(frame) + "' (" + key + "); " + listOf(known) +
+                             printable(frame) + "' (" + key + "); " + known +
                              "; or give poses by --poses");
   };
   require(map_frame_, "map_frame");

@@ -35,9 +35,11 @@ Eigen::Quaterniond readOrientation(const geometry_msgs::Quaternion& q) {
 }
 
 /// @throws std::runtime_error if it has a problem.
-void check(const Region& region) {
-  const std::string problem = findProblem(region);
+template <class Shape>
+Shape checked(const Shape& shape) {
+  const std::string problem = findProblem(shape);
   if (!problem.empty()) throw std::runtime_error(problem);
+  return shape;
 }
 
 }  // namespace
@@ -53,24 +55,20 @@ std::optional<BoxRegion> readBox(const dtsdf_mapping::Box& message) {
   box.size_m = {message.size.x, message.size.y, message.size.z};
   if (box.size_m == Eigen::Vector3d::Zero()) return std::nullopt;
   box.T_W_B = readPose(message.pose);
-  check(box);
-  return box;
+  return checked(box);
 }
 
 Region readRegion(const dtsdf_mapping::Box& box_message, const dtsdf_mapping::Sphere& message) {
   const std::optional<BoxRegion> box = readBox(box_message);
-  if (box && message.radius != 0.0) {
-    throw std::runtime_error("both a box and a sphere are given; give one of them");
-  }
-  if (box) return *box;
-  if (message.radius == 0.0) {
+  const bool has_sphere = message.radius != 0.0;
+  if (box && !has_sphere) return *box;
+  if (box) throw std::runtime_error("both a box and a sphere are given; give one of them");
+  if (!has_sphere) {
     throw std::runtime_error(
-        "neither a box nor a sphere is given; give box.size, or "
-        "sphere.radius, in metres");
+        "neither a box nor a sphere is given; give box.size, or sphere.radius, in metres");
   }
-  const SphereRegion sphere{{message.center.x, message.center.y, message.center.z}, message.radius};
-  check(sphere);
-  return sphere;
+  return checked(
+      SphereRegion{{message.center.x, message.center.y, message.center.z}, message.radius});
 }
 
 Region inMap(const Region& region, const Eigen::Isometry3d& T_W_F) {
@@ -95,24 +93,11 @@ void checkPoints(const std::vector<geometry_msgs::Point>& points) {
   }
 }
 
-std::vector<Eigen::Vector3d> inMap(const std::vector<geometry_msgs::Point>& points,
-                                   const Eigen::Isometry3d& T_W_F) {
-  std::vector<Eigen::Vector3d> points_W;
-  points_W.reserve(points.size());
-  for (const geometry_msgs::Point& p : points) {
-    points_W.push_back(T_W_F * Eigen::Vector3d(p.x, p.y, p.z));
-  }
-  return points_W;
-}
-
-void fillAnswer(const KnownSpace& space, const std::vector<Eigen::Vector3d>& points_W,
+void fillAnswer(const KnownSpace& space, const std::vector<geometry_msgs::Point>& points,
                 const Eigen::Isometry3d& T_W_F, dtsdf_mapping::GetDistances::Response& response) {
   const Eigen::Matrix3d R_F_W = T_W_F.linear().transpose();
-  response.known.reserve(points_W.size());
-  response.distances.reserve(points_W.size());
-  response.gradients.reserve(points_W.size());
-  for (const Eigen::Vector3d& p_W : points_W) {
-    const SpaceDistance distance = space.distanceAt(p_W);
+  for (const geometry_msgs::Point& p : points) {
+    const SpaceDistance distance = space.distanceAt(T_W_F * Eigen::Vector3d(p.x, p.y, p.z));
     const Vec3f& g = distance.gradient;
     const Eigen::Vector3d g_F = R_F_W * Eigen::Vector3d(g.x, g.y, g.z);
     geometry_msgs::Vector3 gradient;

@@ -38,12 +38,8 @@ Region inMap(const Region& region, const Eigen::Isometry3d& T_W_F);
 /// @throws std::runtime_error for too many points, or one that is not finite.
 void checkPoints(const std::vector<geometry_msgs::Point>& points);
 
-/// Points of frame F in the map frame.
-std::vector<Eigen::Vector3d> inMap(const std::vector<geometry_msgs::Point>& points,
-                                   const Eigen::Isometry3d& T_W_F);
-
-/// Gradients are turned into frame F.
-void fillAnswer(const KnownSpace& space, const std::vector<Eigen::Vector3d>& points_W,
+/// Of points of frame F; gradients are turned into it.
+void fillAnswer(const KnownSpace& space, const std::vector<geometry_msgs::Point>& points,
                 const Eigen::Isometry3d& T_W_F, dtsdf_mapping::GetDistances::Response& response);
 
 /// A path that may start with "~/" or be "~", the home folder.

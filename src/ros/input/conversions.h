@@ -11,8 +11,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "level/still_gravity.h"
+#include "params/printable.h"
 
 namespace dtsdf {
 
@@ -27,6 +29,16 @@ inline ros::Time toTime(double stamp_s) {
 
 /// Names of frames are no longer than this: else a few would fill the memory.
 constexpr size_t kLongestName = 200;
+
+/// "'a', 'b'", and no more than a few of them.
+inline std::string listOfFrames(const std::vector<std::string>& frames) {
+  constexpr size_t kShown = 10;
+  std::string names;
+  for (size_t i = 0; i < std::min(frames.size(), kShown); ++i) {
+    names += (i == 0 ? "'" : "', '") + printable(frames[i]);
+  }
+  return names + (frames.size() > kShown ? "' and more" : "'");
+}
 
 inline Eigen::Isometry3d toIsometry(const geometry_msgs::Transform& transform) {
   const geometry_msgs::Quaternion& q = transform.rotation;

@@ -1,6 +1,7 @@
 #include "ros/input/frame_queue.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace dtsdf {
@@ -36,93 +37,66 @@ FrameQueue::Stream FrameQueue::addStream(StreamOptions options, FrameAccounting&
   return streams_.size() - 1;
 }
 
-/// Whether nothing is taken; an image is dropped then.
-bool FrameQueue::refuses(Stream stream, const sensor_msgs::ImageConstPtr& image) {
-  if (!is_paused_ && !is_ending_) return false;
-  const Rejection rejection = is_ending_ ? Rejection{DropReason::kEnding, "the node ends"}
-                                         : Rejection{DropReason::kPaused, "mapping is paused"};
-  if (image) streams_[stream].accounting->dropped(rejection, image->header.stamp);
-  return true;
-}
-
-void FrameQueue::addImage(Stream stream, const sensor_msgs::ImageConstPtr& image) {
+/// One message.
+void FrameQueue::add(Stream stream, const CameraImage& message) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (refuses(stream, image)) return;
-  auto place = placeFor(stream, image->header.stamp);
-  if (place->second.whole.messages.image) {  // two of one stamp
-    dropIncomplete(place);
-    place = placeFor(stream, image->header.stamp);
-  }
-  place->second.whole.messages.image = image;
-  admit(place);
-}
-
-void FrameQueue::addInfo(Stream stream, const sensor_msgs::CameraInfoConstPtr& info) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (refuses(stream, nullptr)) return;
   StreamState& state = streams_[stream];
-  if (!state.options.any_info) {
-    const auto place = placeFor(stream, info->header.stamp);
-    place->second.whole.messages.info = info;
-    return admit(place);
+  const auto& [image, info, mask] = message;
+  const ros::Time stamp = info ? info->header.stamp : (image ? image : mask)->header.stamp;
+  if (is_paused_ || is_ending_) {
+    const Rejection rejection = is_ending_ ? Rejection{DropReason::kEnding, "the node ends"}
+                                           : Rejection{DropReason::kPaused, "mapping is paused"};
+    if (image) state.accounting->dropped(rejection, stamp);
+    return;
   }
-  const bool is_first = state.latest_info == nullptr;
-  state.latest_info = info;
-  if (!is_first) return;
-  for (auto it = entries_.begin(); it != entries_.end(); ++it) {
-    if (it->second.stream == stream) completeIfWhole(it);
+  if (info && state.options.any_info) {
+    state.latest_info = info;
+    for (auto it = entries_.begin(); it != entries_.end(); ++it) {
+      if (it->second.stream == stream) completeIfWhole(it);
+    }
+    return;
   }
-}
-
-void FrameQueue::addMask(Stream stream, const sensor_msgs::ImageConstPtr& mask) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (refuses(stream, nullptr)) return;
-  const auto place = placeFor(stream, mask->header.stamp);
-  place->second.whole.messages.mask = mask;
-  admit(place);
-}
-
-/// What there is of a stamp that is not whole, or a new entry.
-FrameQueue::Entries::iterator FrameQueue::placeFor(Stream stream, const ros::Time& stamp) {
-  const StreamOptions& options = streams_[stream].options;
-  const auto behind = entries_.lower_bound({stamp, options.is_colour, options.name, UINT64_MAX});
-  if (behind != entries_.begin()) {
-    const auto place = std::prev(behind);
-    const bool is_same = place->second.stream == stream && place->first.stamp == stamp;
-    if (is_same && place->second.state == State::kIncomplete) return place;
+  auto place = findIncomplete(stream, stamp);
+  if (place != entries_.end() && image && place->second.whole.messages.image) {  // two of one stamp
+    dropIncomplete(place);
+    place = entries_.end();
   }
-  Entry entry;
-  entry.stream = stream;
-  entry.whole.since = clock_();
-  const Key key{stamp, options.is_colour, options.name, ++arrivals_};
-  return entries_.emplace(key, std::move(entry)).first;
-}
-
-void FrameQueue::admit(Entries::iterator place) {
-  const Stream stream = place->second.stream;
-  count(place->second);
+  if (place == entries_.end()) {
+    const Key key{stamp, state.options.is_colour, state.options.name, ++arrivals_};
+    place = entries_.emplace(key, Entry{stream}).first;
+    place->second.whole.since = clock_();
+  }
+  CameraImage& messages = place->second.whole.messages;
+  if (image) messages.image = image;
+  if (info) messages.info = info;
+  if (mask) messages.mask = mask;
   const bool is_whole = completeIfWhole(place);
   makeRoom();
   if (is_whole) shorten(stream);
 }
 
-/// Brings the counts up to date with what the entry holds.
-void FrameQueue::count(Entry& entry) {
-  const FrameMessages& messages = entry.whole.messages;
-  const size_t now =
-      entry.state == State::kPosed
-          ? dtsdf::bytesOf(entry.posed)
-          : bytesOf(messages.image) + bytesOf(messages.info) + bytesOf(messages.mask);
-  StreamState& stream = streams_[entry.stream];
-  stream.bytes += now - entry.bytes;
-  bytes_ += now - entry.bytes;
-  entry.bytes = now;
+FrameQueue::Entries::iterator FrameQueue::findIncomplete(Stream stream, const ros::Time& stamp) {
+  return firstThat([&](const auto& entry) {
+    return entry.second.stream == stream && entry.first.stamp == stamp &&
+           entry.second.state == State::kIncomplete;
+  });
+}
+
+size_t FrameQueue::bytesOf(const Entry& entry) {
+  if (entry.state != State::kPosed) {
+    const CameraImage& messages = entry.whole.messages;
+    return dtsdf::bytesOf(messages.image) + dtsdf::bytesOf(messages.info) +
+           dtsdf::bytesOf(messages.mask);
+  }
+  return std::visit(
+      [](const auto& image) { return image.row_bytes * static_cast<size_t>(image.height); },
+      entry.posed.image);
 }
 
 /// What keeps a frame from being whole; camera_info before the mask.
 std::optional<DropReason> FrameQueue::missingOf(const Entry& entry) const {
   const StreamState& stream = streams_[entry.stream];
-  const FrameMessages& messages = entry.whole.messages;
+  const CameraImage& messages = entry.whole.messages;
   const bool has_info =
       stream.options.any_info ? stream.latest_info != nullptr : messages.info != nullptr;
   if (stream.options.wants_mask && !messages.mask && has_info) return DropReason::kNoMask;
@@ -132,7 +106,7 @@ std::optional<DropReason> FrameQueue::missingOf(const Entry& entry) const {
 /// @return whether it has just become whole.
 bool FrameQueue::completeIfWhole(Entries::iterator place) {
   Entry& entry = place->second;
-  FrameMessages& messages = entry.whole.messages;
+  CameraImage& messages = entry.whole.messages;
   if (entry.state != State::kIncomplete || !messages.image || missingOf(entry)) return false;
   entry.state = State::kWhole;
   entry.whole.since = clock_();
@@ -189,7 +163,6 @@ void FrameQueue::apply(Entries::iterator place, Decision decision) {
   entry.posed = std::move(std::get<PosedFrame>(decision));
   entry.posed.accounting = stream.accounting;
   entry.whole = {{}, clock_()};  // what the frame needs of its messages, its pixels keep
-  count(entry);
   stream.has_come = true;
 }
 
@@ -218,18 +191,11 @@ FrameQueue::Entries::iterator FrameQueue::firstArrived(const Wanted& wanted) {
   return first;
 }
 
-void FrameQueue::erase(Entries::iterator place) {
-  StreamState& stream = streams_[place->second.stream];
-  stream.bytes -= place->second.bytes;
-  bytes_ -= place->second.bytes;
-  entries_.erase(place);
-}
-
 void FrameQueue::drop(Entries::iterator place, const Rejection& rejection) {
   const ros::Time stamp = place->first.stamp;
   FrameAccounting& accounting = *streams_[place->second.stream].accounting;
   const bool has_image = place->second.hasImage();
-  erase(place);
+  entries_.erase(place);
   if (has_image) accounting.dropped(rejection, stamp);  // other messages alone are not a frame
 }
 
@@ -270,7 +236,7 @@ std::optional<PosedFrame> FrameQueue::take() {
   if (!stream.options.is_colour) last_taken_ = std::max(last_taken_, first->first.stamp);
   ++stream.taken;
   PosedFrame frame = std::move(first->second.posed);
-  erase(first);
+  entries_.erase(first);
   return frame;
 }
 
@@ -318,14 +284,15 @@ void FrameQueue::makeRoom() {
       return entry.second.stream == stream && !entry.second.hasImage();
     };
     const auto others = std::count_if(entries_.begin(), entries_.end(), isOther);
-    if (others > static_cast<int64_t>(kMostStamps)) erase(firstArrived(isOther));
+    if (others > static_cast<int64_t>(kMostStamps)) entries_.erase(firstArrived(isOther));
     while (imagesOf(stream) > limits_.images) dropOldest(mostServed(stream));
   }
-  while (bytes_ > limits_.bytes) {
-    const auto largest = std::max_element(
-        streams_.begin(), streams_.end(),
-        [](const StreamState& a, const StreamState& b) { return a.bytes < b.bytes; });
-    dropOldest(static_cast<Stream>(largest - streams_.begin()));
+  for (;;) {
+    std::vector<size_t> bytes(streams_.size());
+    for (const auto& [key, entry] : entries_) bytes[entry.stream] += bytesOf(entry);
+    if (std::accumulate(bytes.begin(), bytes.end(), size_t{0}) <= limits_.bytes) return;
+    const auto most = std::max_element(bytes.begin(), bytes.end());
+    dropOldest(static_cast<Stream>(most - bytes.begin()));
   }
 }
 
@@ -352,7 +319,8 @@ void FrameQueue::dropOldest(Stream stream) {
   const auto place = firstArrived(
       [&](const auto& entry) { return entry.second.stream == stream && entry.second.hasImage(); });
   if (place == entries_.end()) {  // messages without an image
-    return erase(firstArrived([&](const auto& entry) { return entry.second.stream == stream; }));
+    entries_.erase(firstArrived([&](const auto& entry) { return entry.second.stream == stream; }));
+    return;
   }
   const ros::Time stamp = place->first.stamp;
   const StreamState& state = streams_[stream];
@@ -427,7 +395,8 @@ void FrameQueue::end() {
 
 size_t FrameQueue::bytes() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return bytes_;
+  return std::accumulate(entries_.begin(), entries_.end(), size_t{0},
+                         [](size_t sum, const auto& entry) { return sum + bytesOf(entry.second); });
 }
 
 std::string FrameQueue::waitingFor(Stream stream) const {

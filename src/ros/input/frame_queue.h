@@ -2,6 +2,7 @@
 /// their turn, and are dropped where there is no room.
 #pragma once
 
+#include <cv_bridge/cv_bridge.h>
 #include <ros/time.h>
 
 #include <cstdint>
@@ -14,10 +15,27 @@
 #include <variant>
 #include <vector>
 
+#include "dtsdf_mapping/colour_frame.h"
+#include "dtsdf_mapping/depth_frame.h"
 #include "ros/common/pace.h"
-#include "ros/input/frame.h"
+#include "ros/input/frame_accounting.h"
+#include "ros/input/images.h"
 
 namespace dtsdf {
+
+/// Stamps that jump back by more than this mean a new recording or a loop of it; less is disorder.
+constexpr double kTimeJump_s = 0.5;
+
+/// A frame with what its pixels live in.
+struct PosedFrame {
+  ros::Time stamp;
+  std::variant<DepthFrame, ColourFrame> image;
+  cv_bridge::CvImageConstPtr pixels;
+  Eigen::Isometry3d given_T_W_C = Eigen::Isometry3d::Identity();  ///< Before steps move it.
+  std::string frame_id;                                           ///< Of its camera.
+  size_t camera = 0;                                              ///< Its place among the cameras.
+  FrameAccounting* accounting = nullptr;                          ///< Of its stream.
+};
 
 /// Frames of all streams, each a camera's depth or its colour, in the order of stamps, then depth
 /// before colour, then of names. Each goes through three states: it waits for the messages of its
@@ -56,13 +74,17 @@ class FrameQueue {
 
   // Input's thread. Messages of one stamp make a frame, in any order of arrival. A frame that is
   // whole drops those of its stream before it that are not.
-  void addImage(Stream stream, const sensor_msgs::ImageConstPtr& image);
-  void addInfo(Stream stream, const sensor_msgs::CameraInfoConstPtr& info);
-  void addMask(Stream stream, const sensor_msgs::ImageConstPtr& mask);
+  void addImage(Stream stream, const sensor_msgs::ImageConstPtr& image) { add(stream, {image}); }
+  void addInfo(Stream stream, const sensor_msgs::CameraInfoConstPtr& info) {
+    add(stream, {nullptr, info});
+  }
+  void addMask(Stream stream, const sensor_msgs::ImageConstPtr& mask) {
+    add(stream, {nullptr, nullptr, mask});
+  }
 
   /// A frame that is whole, and what its stream notes of it.
   struct Whole {
-    FrameMessages messages;
+    CameraImage messages;
     SteadyTime since;
     bool is_checked = false;
     bool may_be_ahead = false;  ///< Its stamp may be wrong, so that it says nothing of the others.
@@ -112,9 +134,8 @@ class FrameQueue {
   struct Entry {
     Stream stream;
     State state = State::kIncomplete;
-    Whole whole;  ///< It is since when it came, became whole or got its pose.
-    PosedFrame posed;
-    size_t bytes = 0;
+    Whole whole = {};  ///< It is since when it came, became whole or got its pose.
+    PosedFrame posed = {};
 
     bool hasImage() const { return state == State::kPosed || whole.messages.image != nullptr; }
   };
@@ -124,7 +145,7 @@ class FrameQueue {
     FrameAccounting* accounting;
     ros::Time heard;        ///< Nothing of this stamp or before comes any more.
     bool has_come = false;  ///< A posed frame of it.
-    size_t bytes = 0, taken = 0;
+    size_t taken = 0;
     sensor_msgs::CameraInfoConstPtr latest_info;
     std::string waiting_for;
     size_t seen_waiting = 0, seen_taken = 0;  ///< The backlog once it had taken so many.
@@ -134,11 +155,10 @@ class FrameQueue {
     bool isWaitedFor() const { return !options.is_colour || has_come; }
   };
 
-  // All with mutex_ held.
-  bool refuses(Stream stream, const sensor_msgs::ImageConstPtr& image);
-  Entries::iterator placeFor(Stream stream, const ros::Time& stamp);
-  void admit(Entries::iterator place);
-  void count(Entry& entry);
+  // All but add() with mutex_ held.
+  void add(Stream stream, const CameraImage& message);
+  Entries::iterator findIncomplete(Stream stream, const ros::Time& stamp);
+  static size_t bytesOf(const Entry& entry);
   std::optional<DropReason> missingOf(const Entry& entry) const;
   bool completeIfWhole(Entries::iterator place);
   void apply(Entries::iterator place, Decision decision);
@@ -146,7 +166,6 @@ class FrameQueue {
   Entries::iterator firstThat(const Wanted& wanted);
   template <class Wanted>
   Entries::iterator firstArrived(const Wanted& wanted);
-  void erase(Entries::iterator place);
   void drop(Entries::iterator place, const Rejection& rejection);
   void dropIncomplete(Entries::iterator place);
   template <class Wanted>
@@ -169,7 +188,6 @@ class FrameQueue {
   mutable std::mutex mutex_;  ///< Guards what follows.
   std::vector<StreamState> streams_;
   Entries entries_;
-  size_t bytes_ = 0;
   uint64_t arrivals_ = 0;
   ros::Time last_taken_;
   bool is_paused_ = false, is_ending_ = false;

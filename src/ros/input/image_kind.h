@@ -8,7 +8,6 @@
 #include <string>
 
 #include "ros/input/images.h"
-#include "ros/input/rectification.h"
 
 namespace dtsdf {
 
@@ -40,17 +39,15 @@ struct ImageKind {
   bool (*has_format)(const sensor_msgs::CompressedImage&);
   /// What is wrong with an image; nothing if it is usable.
   std::optional<Rejection> (*check)(const sensor_msgs::Image&, const sensor_msgs::CameraInfo&);
-  Rectification::Kind rectified_as;
-
-  bool isColour() const { return rectified_as == Rectification::Kind::kColour; }
+  bool is_colour;
 };
 
 constexpr ImageKind kDepthImages = {
-    "depth",         "depth",    "image_transport", kCompressedDepthTopic,      decodeDepth,
-    isDepthEncoding, holdsDepth, checkDepthImage,   Rectification::Kind::kDepth};
-constexpr ImageKind kColourImages = {
-    "colour",         "color",          "color_image_transport",
-    kCompressedTopic, decodeColour,     showsColour,
-    holdsColour,      checkColourImage, Rectification::Kind::kColour};
+    "depth",     "depth",         "image_transport", kCompressedDepthTopic,
+    decodeDepth, isDepthEncoding, holdsDepth,        checkDepthImage,
+    false};
+constexpr ImageKind kColourImages = {"colour",         "color",          "color_image_transport",
+                                     kCompressedTopic, decodeColour,     showsColour,
+                                     holdsColour,      checkColourImage, true};
 
 }  // namespace dtsdf

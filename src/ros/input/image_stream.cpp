@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <exception>
 #include <utility>
-#include <vector>
 
 #include "level/frame_points.h"
 #include "params/intrinsics_check.h"
@@ -39,7 +38,7 @@ FrameQueue::StreamOptions queueOptions(const ImageKind& kind, const std::string&
                                        const std::string& mask_topic) {
   FrameQueue::StreamOptions options;
   options.name = name;
-  options.is_colour = kind.isColour();
+  options.is_colour = kind.is_colour;
   options.any_info = params.camera_info == CameraInfoChoice::kLatest;
   options.wants_mask = params.mask;
   options.no_info_text = std::string("no camera_info") +
@@ -50,7 +49,7 @@ FrameQueue::StreamOptions queueOptions(const ImageKind& kind, const std::string&
 }
 
 std::string accountingName(const ImageKind& kind, const std::string& name) {
-  if (!kind.isColour()) return name;
+  if (!kind.is_colour) return name;
   return name.empty() ? "colour" : name + ", colour";
 }
 
@@ -73,7 +72,7 @@ ImageStream::ImageStream(const ImageKind& kind, const std::string& name, const s
           accounting_)),
       rate_limit_(parts_.max_rate_hz),
       motion_gate_(params.max_speed_m_s, params.max_turn_deg_s),
-      rectification_(params.rectify, image_topic_, kind_.rectified_as),
+      rectification_(params.rectify, image_topic_, kind_.is_colour),
       transport_(nh) {}
 
 void ImageStream::subscribe(const ros::NodeHandle& private_nh) {
@@ -83,19 +82,13 @@ void ImageStream::subscribe(const ros::NodeHandle& private_nh) {
   }
   const image_transport::TransportHints hints("raw", ros::TransportHints(), private_nh,
                                               kind_.transport_param);
-  if (!decodesItself(hints.getTransport())) {
+  if ("/" + hints.getTransport() == kind_.compressed_topic) {
+    compressed_ = nh_.subscribe(image_topic_ + kind_.compressed_topic, kSubscriberQueue,
+                                &ImageStream::onCompressed, this);
+  } else {
     by_transport_ =
         transport_.subscribe(topic_, kSubscriberQueue, &ImageStream::onImage, this, hints);
-    return;
   }
-  compressed_ = nh_.subscribe(image_topic_ + kind_.compressed_topic, kSubscriberQueue,
-                              &ImageStream::onCompressed, this);
-}
-
-bool ImageStream::decodesItself(const std::string& transport) const {
-  if ("/" + transport != kind_.compressed_topic) return false;
-  const std::vector<std::string> plugins = transport_.getLoadableTransports();
-  return std::find(plugins.begin(), plugins.end(), "image_transport/" + transport) == plugins.end();
 }
 
 void ImageStream::onCompressed(const sensor_msgs::CompressedImageConstPtr& message) {
@@ -188,7 +181,7 @@ FrameQueue::Decision ImageStream::decide(Whole& frame) {
 }
 
 /// Checks of a frame that has just become whole.
-std::optional<Rejection> ImageStream::check(const FrameMessages& frame) {
+std::optional<Rejection> ImageStream::check(const CameraImage& frame) {
   if (auto rejection = kind_.check(*frame.image, *frame.info)) return rejection;
   if (frame.mask) {
     if (auto rejection = checkMask(*frame.mask, *frame.image)) return rejection;
@@ -254,7 +247,7 @@ void ImageStream::restartStamps(const ros::Time& stamp) {
   parts_.queue.restart(stream_, stamp);
 }
 
-FrameQueue::Decision ImageStream::makePosed(const FrameMessages& messages,
+FrameQueue::Decision ImageStream::makePosed(const CameraImage& messages,
                                             const Eigen::Isometry3d& T_W_C) {
   PosedFrame posed;
   posed.stamp = messages.image->header.stamp;
@@ -263,7 +256,7 @@ FrameQueue::Decision ImageStream::makePosed(const FrameMessages& messages,
   try {
     const auto image = messages.mask ? applyMask(*messages.mask, *messages.image) : messages.image;
     const CameraImage camera = rectification_.apply({image, messages.info});
-    if (kind_.isColour()) {
+    if (kind_.is_colour) {
       posed.image = makeColourFrame(camera.image, *camera.info, posed.pixels);
     } else {
       const DepthUnits units{params_.unit_16uc1_m, params_.unit_32fc1_m};

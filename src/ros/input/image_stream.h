@@ -23,9 +23,9 @@
 namespace dtsdf {
 
 /// The topics of a kind and, unless it is remapped itself, the camera_info beside what that of the
-/// images is remapped to; `mask/image` where masks are wanted. Images come by image_transport;
-/// compressed ones for which there is no plugin are subscribed and decoded here. On the input's
-/// thread, but for report() and restartMotion().
+/// images is remapped to; `mask/image` where masks are wanted. Images come by image_transport, but
+/// compressed ones are subscribed and decoded here. On the input's thread, but for report() and
+/// restartMotion().
 class ImageStream {
  public:
   /// What the stream works with; all of it outlives it.
@@ -62,17 +62,16 @@ class ImageStream {
  private:
   using Whole = FrameQueue::Whole;
 
-  bool decodesItself(const std::string& transport) const;
   void onCompressed(const sensor_msgs::CompressedImageConstPtr& message);
   void onImage(const sensor_msgs::ImageConstPtr& image);
   void onInfo(const sensor_msgs::CameraInfoConstPtr& info);
   void onMask(const sensor_msgs::ImageConstPtr& mask);
   std::string cameraFrame(const sensor_msgs::Image& image) const;
   FrameQueue::Decision decide(Whole& frame);
-  std::optional<Rejection> check(const FrameMessages& frame);
+  std::optional<Rejection> check(const CameraImage& frame);
   bool handleTimeJump(const ros::Time& stamp);
   void endGap(const ros::Time& stamp);
-  FrameQueue::Decision makePosed(const FrameMessages& messages, const Eigen::Isometry3d& T_W_C);
+  FrameQueue::Decision makePosed(const CameraImage& messages, const Eigen::Isometry3d& T_W_C);
   void noteDoubts(const PosedFrame& posed);
 
   const ImageKind& kind_;

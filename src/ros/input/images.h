@@ -16,6 +16,13 @@
 
 namespace dtsdf {
 
+/// Messages of one stamp.
+struct CameraImage {
+  sensor_msgs::ImageConstPtr image;
+  sensor_msgs::CameraInfoConstPtr info = nullptr;
+  sensor_msgs::ImageConstPtr mask = nullptr;  ///< Only where masks are wanted.
+};
+
 // What depth and colour images have in common: their camera, and whether their bytes fit it.
 
 /// Intrinsics of a rectified image: P, or K where P is empty, with binning and the region of

@@ -1,10 +1,15 @@
 #include "ros/input/input_status.h"
 
 #include <ros/console.h>
+#include <ros/master.h>
+#include <ros/this_node.h>
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
+#include "params/printable.h"
+#include "params/text.h"
 #include "ros/common/status_fields.h"
 #include "ros/input/image_kind.h"
 
@@ -67,18 +72,14 @@ StreamStatus makeStreamStatus(const std::string& kind, const StreamReport& repor
   return status;
 }
 
-/// Adds a camera's depth frames to those of all cameras.
-void addFrames(const FrameCounts& frames, FrameCounts& sum) {
-  sum.images += frames.images;
-  sum.fused += frames.fused;
-  for (int i = 0; i < kDropReasonCount; ++i) sum.dropped[i] += frames.dropped[i];
-  sum.last_fused_stamp = std::max(sum.last_fused_stamp, frames.last_fused_stamp);
-}
-
 void fillCounts(const InputReport& input, MapStatus& status) {
   FrameCounts sum;
   for (const CameraReport& camera : input.cameras) {
-    addFrames(camera.depth.frames, sum);
+    const FrameCounts& frames = camera.depth.frames;
+    for (int i = 0; i < kDropReasonCount; ++i) sum.dropped[i] += frames.dropped[i];
+    status.images_received += frames.images;
+    status.frames_fused += frames.fused;
+    status.last_fused_stamp = std::max(status.last_fused_stamp, frames.last_fused_stamp);
     status.frames_waiting += static_cast<uint32_t>(camera.depth.waiting);
     CameraStatus entry;
     entry.name = camera.name;
@@ -86,14 +87,20 @@ void fillCounts(const InputReport& input, MapStatus& status) {
     if (camera.colour) entry.streams.push_back(makeStreamStatus("color", *camera.colour));
     status.cameras.push_back(entry);
   }
-  status.images_received = sum.images;
-  status.frames_fused = sum.fused;
   status.frames_dropped = sum.droppedSum();
   status.dropped = dropCounts(sum);
-  status.last_fused_stamp = sum.last_fused_stamp;
   status.transforms_refused = input.transforms.refused;
   status.transform_restarts = input.transforms.restarts;
   status.transform_age_s = ageOf(input.transforms.age_s);
+}
+
+/// "'/a' and '/b'".
+std::string inQuotes(const std::vector<std::string>& topics) {
+  std::string text;
+  for (const std::string& topic : topics) {
+    text += (text.empty() ? "'" : " and '") + printable(topic) + "'";
+  }
+  return text;
 }
 
 /// "; depth is published on '/a' and '/b'"; empty without topics.
@@ -103,15 +110,12 @@ std::string describeOthers(const char* what, const std::vector<std::string>& top
 
 /// Why nobody publishes the depth images that are waited for.
 std::string describeNoPublisher(const std::string& topic, const PublishedTopics& topics) {
-  const auto isIn = [](const std::vector<std::string>& names, const std::string& name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  };
-  const std::string ending = kCompressedDepthTopic;
-  const size_t end = topic.size() - std::min(topic.size(), ending.size());
-  if (isIn(topics.only_compressed, topic)) {
+  for (const std::string& other : topics.only_compressed) {
+    if (other != topic) continue;
     return "it is published as sensor_msgs/CompressedImage; set image_transport:=compressedDepth";
   }
-  if (topic.compare(end, ending.size(), ending) == 0 && isIn(topics.depth, topic.substr(0, end))) {
+  for (const std::string& other : topics.depth) {
+    if (other + kCompressedDepthTopic != topic) continue;
     return "it is published as sensor_msgs/Image; set image_transport:=raw";
   }
   return "it has no publisher" + describeOthers("depth", topics.depth);
@@ -164,6 +168,40 @@ bool lacksColour(const CameraReport& camera) {
 }
 
 }  // namespace
+
+PublishedTopics findPublishedTopics() {
+  XmlRpc::XmlRpcValue arguments, result, topics;
+  arguments[0] = ros::this_node::getName();
+  arguments[1] = "";
+  constexpr bool kWaitForMaster = false;
+  if (!ros::master::execute("getPublishedTopics", arguments, result, topics, kWaitForMaster)) {
+    return {};
+  }
+  std::map<std::string, bool> depth, colour;  // and whether images come as they are
+  PublishedTopics published;
+  for (int i = 0; i < topics.size(); ++i) {
+    const std::string topic = topics[i][0], type = topics[i][1];
+    const auto has = [&](const char* part) { return topic.find(part) != std::string::npos; };
+    if (type == "sensor_msgs/CameraInfo" && !endsWith(topic, "/rendered/camera_info")) {
+      published.camera_info.push_back(topic);
+    }
+    const bool is_depth = has("depth");
+    if (!is_depth && !has("color") && !has("colour") && !has("rgb")) continue;
+    auto& images = is_depth ? depth : colour;
+    const std::string ending = is_depth ? kCompressedDepthTopic : kCompressedTopic;
+    if (type == "sensor_msgs/Image") images[topic] = true;
+    if (type == "sensor_msgs/CompressedImage" && endsWith(topic, ending)) {
+      images.emplace(topic.substr(0, topic.size() - ending.size()), false);
+    }
+  }
+  std::sort(published.camera_info.begin(), published.camera_info.end());
+  for (const auto& [topic, as_it_is] : depth) {
+    published.depth.push_back(topic);
+    if (!as_it_is) published.only_compressed.push_back(topic);
+  }
+  for (const auto& [topic, as_it_is] : colour) published.colour.push_back(topic);
+  return published;
+}
 
 void InputStatus::fill(const InputReport& input, MapStatus& status) {
   run_clock_.update(input.at, input.now, input.paused);

@@ -14,10 +14,21 @@
 
 #include "ros/common/pace.h"
 #include "ros/input/frame_accounting.h"
-#include "ros/input/published_topics.h"
 #include "ros/input/transforms.h"
 
 namespace dtsdf {
+
+/// Sorted, each once.
+struct PublishedTopics {
+  /// Images with "depth" in their name; compressed ones by the name of their image.
+  std::vector<std::string> depth;
+  std::vector<std::string> only_compressed;  ///< Those of them that have no images as they are.
+  std::vector<std::string> colour;  ///< The same with "color", "colour" or "rgb", and not "depth".
+  std::vector<std::string> camera_info;  ///< Without those of views of maps.
+};
+
+/// Asks the master, and waits for it no longer than for its answer; empty without one.
+PublishedTopics findPublishedTopics();
 
 /// Since when frames could have come: what is silent in a pause is no fault. Updated at each
 /// status; wall time. While mapping is paused or simulated time stands still, nothing is expected

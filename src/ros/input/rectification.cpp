@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "params/printable.h"
-#include "ros/input/images.h"
 
 namespace dtsdf {
 namespace {
@@ -114,21 +113,7 @@ void scale(cv::Mat& depth, const std::vector<float>& scales) {
   for (size_t i = 0; i < scales.size(); ++i) pixels[i] = scaled(pixels[i], scales[i]);
 }
 
-/// The camera of the rectified image.
-sensor_msgs::CameraInfoPtr rectifiedInfo(const sensor_msgs::CameraInfo& info, cv::Size size) {
-  const Intrinsics K = intrinsicsOf(info);
-  auto rectified = boost::make_shared<sensor_msgs::CameraInfo>();
-  rectified->width = static_cast<uint32_t>(size.width);
-  rectified->height = static_cast<uint32_t>(size.height);
-  rectified->K = {K.fx, 0, K.cx, 0, K.fy, K.cy, 0, 0, 1};
-  rectified->P = {K.fx, 0, K.cx, 0, 0, K.fy, K.cy, 0, 0, 0, 1, 0};
-  return rectified;
-}
-
 }  // namespace
-
-Rectification::Rectification(RectifyChoice choice, std::string topic, Kind kind)
-    : choice_(choice), topic_(std::move(topic)), kind_(kind) {}
 
 bool Rectification::isToBeUndone(const sensor_msgs::CameraInfo& info) const {
   if (!isDistorted(info) && !isMoved(info)) return false;
@@ -159,7 +144,8 @@ void Rectification::makeTable(const CameraImage& raw) {
   cv::Mat unused;
   cv::convertMaps(from_u, from_v, source_, unused, CV_16SC2, true);
   scales_ = scalesOf(*raw.info, size);
-  rectified_info_ = rectifiedInfo(*raw.info, size);
+  rectified_info_ = boost::make_shared<sensor_msgs::CameraInfo>(
+      makeCameraInfo(*raw.image, intrinsicsOf(*raw.info)));
 }
 
 CameraImage Rectification::apply(const CameraImage& raw) {
@@ -175,36 +161,30 @@ CameraImage Rectification::apply(const CameraImage& raw) {
   camera.header = std_msgs::Header();
   if (!rectified_info_ || !(camera == table_info_)) makeTable(raw);
   table_info_ = camera;
-  return {kind_ == Kind::kDepth ? rectifiedDepth(raw) : rectifiedColour(raw), rectified_info_};
+  return {rectified(raw), rectified_info_};
 }
 
 /// Each pixel takes that of the raw image where its ray comes from; 0, no measurement, where that
 /// is outside.
-sensor_msgs::ImageConstPtr Rectification::rectified(const cv::Mat& raw,
-                                                    const std_msgs::Header& header,
-                                                    const std::string& encoding) const {
-  cv::Mat image;
-  cv::remap(raw, image, source_, cv::noArray(), cv::INTER_NEAREST, cv::BORDER_CONSTANT);
-  if (kind_ == Kind::kDepth && !scales_.empty()) {
-    raw.type() == CV_16UC1 ? scale<uint16_t>(image, scales_) : scale<float>(image, scales_);
+sensor_msgs::ImageConstPtr Rectification::rectified(const CameraImage& raw) const {
+  cv_bridge::CvImageConstPtr pixels;
+  cv::Mat source, image;
+  if (is_colour_) {
+    makeColourFrame(raw.image, *raw.info, pixels);
+    source = pixels->image;
+  } else {
+    const DepthFrame frame = makeDepthFrame(raw.image, *raw.info, {}, pixels);
+    // Not the matrix of cv_bridge, which is one of bytes where it has swapped them.
+    source = cv::Mat(frame.height, frame.width,
+                     frame.encoding == DepthEncoding::kUint16 ? CV_16UC1 : CV_32FC1,
+                     const_cast<void*>(frame.data), frame.row_bytes);
   }
-  return cv_bridge::CvImage(header, encoding, image).toImageMsg();
-}
-
-sensor_msgs::ImageConstPtr Rectification::rectifiedDepth(const CameraImage& raw) const {
-  cv_bridge::CvImageConstPtr pixels;
-  const DepthFrame frame = makeDepthFrame(raw.image, *raw.info, {}, pixels);
-  const int type = frame.encoding == DepthEncoding::kUint16 ? CV_16UC1 : CV_32FC1;
-  // Not the matrix of cv_bridge, which is one of bytes where it has swapped them.
-  const cv::Mat depth(frame.height, frame.width, type, const_cast<void*>(frame.data),
-                      frame.row_bytes);
-  return rectified(depth, raw.image->header, raw.image->encoding);
-}
-
-sensor_msgs::ImageConstPtr Rectification::rectifiedColour(const CameraImage& raw) const {
-  cv_bridge::CvImageConstPtr pixels;
-  makeColourFrame(raw.image, *raw.info, pixels);
-  return rectified(pixels->image, raw.image->header, pixels->encoding);
+  cv::remap(source, image, source_, cv::noArray(), cv::INTER_NEAREST, cv::BORDER_CONSTANT);
+  if (!is_colour_ && !scales_.empty()) {
+    source.type() == CV_16UC1 ? scale<uint16_t>(image, scales_) : scale<float>(image, scales_);
+  }
+  const std::string& encoding = is_colour_ ? pixels->encoding : raw.image->encoding;
+  return cv_bridge::CvImage(raw.image->header, encoding, image).toImageMsg();
 }
 
 }  // namespace dtsdf

@@ -7,16 +7,13 @@
 
 #include <opencv2/core.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "params/node_params.h"
+#include "ros/input/images.h"
 
 namespace dtsdf {
-
-struct CameraImage {
-  sensor_msgs::ImageConstPtr image;
-  sensor_msgs::CameraInfoConstPtr info;
-};
 
 /// Rectifies the images of one topic by their camera_info: K, D, R and P, of the models plumb_bob,
 /// rational_polynomial and equidistant. Each pixel takes the measurement nearest to where its ray
@@ -24,10 +21,10 @@ struct CameraImage {
 /// threads.
 class Rectification {
  public:
-  enum class Kind { kDepth, kColour };  // 16 bits of grey may be either
-
-  /// `topic` shows whether images are raw, where that is left open.
-  Rectification(RectifyChoice choice, std::string topic, Kind kind = Kind::kDepth);
+  /// `topic` shows whether images are raw, where that is left open. 16 bits of grey may be depth or
+  /// colour.
+  Rectification(RectifyChoice choice, std::string topic, bool is_colour = false)
+      : choice_(choice), topic_(std::move(topic)), is_colour_(is_colour) {}
 
   /// The image as it is, or rectified: one that has passed checkDepthImage() or checkColourImage().
   CameraImage apply(const CameraImage& raw);
@@ -41,14 +38,11 @@ class Rectification {
   void warn(const std::string& text);
   bool isToBeUndone(const sensor_msgs::CameraInfo& info) const;
   void makeTable(const CameraImage& raw);
-  sensor_msgs::ImageConstPtr rectified(const cv::Mat& raw, const std_msgs::Header& header,
-                                       const std::string& encoding) const;
-  sensor_msgs::ImageConstPtr rectifiedDepth(const CameraImage& raw) const;
-  sensor_msgs::ImageConstPtr rectifiedColour(const CameraImage& raw) const;
+  sensor_msgs::ImageConstPtr rectified(const CameraImage& raw) const;
 
   RectifyChoice choice_;
   std::string topic_;
-  Kind kind_;
+  bool is_colour_;
   ros::WallTime warned_at_;
   std::string warning_, logged_;
 

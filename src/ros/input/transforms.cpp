@@ -42,21 +42,13 @@ std::optional<ros::Time> findNewest(const tf2::BufferCore& core, const std::stri
 /// Which frame TF lacks, and what to do.
 std::string describeFrames(const tf2::BufferCore& core, const std::string& parent,
                            const std::string& frame) {
-  constexpr size_t kShown = 10;
   std::vector<std::string> frames;
   core._getFrameStrings(frames);
   if (frames.empty()) return "nothing has been received on /tf or /tf_static";
   std::sort(frames.begin(), frames.end());
-  const auto isKnown = [&](const std::string& name) {
-    return std::binary_search(frames.begin(), frames.end(), name);
-  };
-  std::string names;
-  for (size_t i = 0; i < std::min(frames.size(), kShown); ++i) {
-    names += (i == 0 ? "'" : "', '") + printable(frames[i]);
-  }
-  names += frames.size() > kShown ? "' and more" : "'";
+  const std::string names = listOfFrames(frames);
   for (const std::string& name : {parent, frame}) {
-    if (isKnown(name)) continue;
+    if (std::binary_search(frames.begin(), frames.end(), name)) continue;
     return "TF has no frame '" + printable(name) + "'; it has " + names +
            "; start what publishes '" + printable(name) + "'" +
            (name == parent ? ", or set map_frame to one of these" : "");

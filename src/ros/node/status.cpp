@@ -4,48 +4,36 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <sstream>
 #include <utility>
+#include <vector>
 
 #include "ros/common/callback_guard.h"
 #include "ros/common/status_fields.h"
 
 namespace dtsdf {
 
-using dtsdf_mapping::CameraStatus;
-using dtsdf_mapping::DropCount;
-using dtsdf_mapping::MemoryPart;
-using dtsdf_mapping::PoseStatus;
-using dtsdf_mapping::StreamStatus;
-using dtsdf_mapping::TopicStatus;
-
 namespace {
 
-/// What of one camera is not in the sums over all.
-void addCamera(const CameraStatus& camera,
-               diagnostic_updater::DiagnosticStatusWrapper& diagnostics) {
-  for (const StreamStatus& stream : camera.streams) {
-    const std::string begin = camera.name + " " + stream.kind + ": ";
-    diagnostics.add(begin + "received", stream.received);
-    diagnostics.add(begin + "fused", stream.fused);
-    for (const DropCount& drop : stream.dropped) {
-      diagnostics.add(begin + "dropped: " + drop.reason, drop.count);
+/// The fields of a message as it prints itself, line by line: those of its parts lie deeper, below
+/// a line that has a name and no value.
+void addFields(const MapStatus& status, diagnostic_updater::DiagnosticStatusWrapper& diagnostics) {
+  std::stringstream text;
+  text.imbue(std::locale::classic());
+  text << status;
+  std::vector<std::pair<size_t, std::string>> parts;  // by their depth
+  for (std::string line; std::getline(text, line);) {
+    const size_t depth = line.find_first_not_of(' '), colon = line.find(": ");
+    if (colon == std::string::npos) continue;
+    while (!parts.empty() && parts.back().first >= depth) parts.pop_back();
+    std::string name = parts.empty() ? "" : parts.back().second + "/";
+    name += line.substr(depth, colon - depth);
+    if (colon + 2 == line.size()) {
+      parts.emplace_back(depth, name);
+    } else {
+      diagnostics.add(name, line.substr(colon + 2));
     }
-    diagnostics.add(begin + "waiting", stream.waiting);
   }
-}
-
-/// How its newest depth image fits the map, where that was asked for.
-void addPose(const CameraStatus& camera, diagnostic_updater::DiagnosticStatusWrapper& diagnostics) {
-  const PoseStatus& pose = camera.pose;
-  if (pose.outcome.empty()) return;
-  const std::string begin = (camera.name.empty() ? "" : camera.name + " ") + "pose";
-  diagnostics.add(begin, pose.outcome);
-  diagnostics.add(begin + ": points that fit, %", 100.0f * pose.inlier_share);
-  diagnostics.add(begin + ": residual mm", 1000.0f * pose.residual_m);
-  diagnostics.add(begin + ": correction mm", 1000.0f * pose.correction_m);
-  diagnostics.add(begin + ": correction rad", pose.correction_rad);
-  diagnostics.add(begin + ": axes not held", pose.free_shifts.size() + pose.free_turns.size());
-  diagnostics.add(begin + ": lost", pose.lost_since.isZero() ? "no" : "yes");
 }
 
 /// Resident memory of this process; 0 where the system does not report it.
@@ -66,7 +54,8 @@ StatusPublisher::StatusPublisher(const ros::NodeHandle& nh, ros::NodeHandle priv
       updater_(nh, private_nh, private_nh.getNamespace()) {
   updater_.setHardwareID("none");
   updater_.add("mapping", [this](diagnostic_updater::DiagnosticStatusWrapper& diagnostics) {
-    fillDiagnostics(diagnostics);
+    diagnostics.summary(status_.level, status_.message);
+    addFields(status_, diagnostics);
   });
   // Latched: a tool that asks once gets the answer at once.
   publisher_ = private_nh.advertise<MapStatus>("status", 1, true);
@@ -90,45 +79,6 @@ void StatusPublisher::publish() {
   }
   // Its own timer would wait for simulated time.
   updater_.force_update();
-}
-
-void StatusPublisher::fillDiagnostics(
-    diagnostic_updater::DiagnosticStatusWrapper& diagnostics) const {
-  diagnostics.summary(status_.level, status_.message);
-  diagnostics.add("code", static_cast<int>(status_.code));
-  diagnostics.add("backend", status_.backend);
-  diagnostics.add("paused", status_.paused);
-  diagnostics.add("images received", status_.images_received);
-  diagnostics.add("frames fused", status_.frames_fused);
-  diagnostics.add("frames dropped", status_.frames_dropped);
-  for (const DropCount& drop : status_.dropped) {
-    diagnostics.add("dropped: " + drop.reason, drop.count);
-  }
-  diagnostics.add("transforms refused", status_.transforms_refused);
-  diagnostics.add("transforms restarted", status_.transform_restarts);
-  diagnostics.add("frames waiting", status_.frames_waiting);
-  for (const CameraStatus& camera : status_.cameras) {
-    if (!camera.name.empty()) addCamera(camera, diagnostics);
-    addPose(camera, diagnostics);
-  }
-  diagnostics.add("blocks", status_.blocks);
-  diagnostics.add("voxel arrays", status_.voxel_arrays);
-  for (const MemoryPart& part : status_.memory) {
-    diagnostics.add(part.place + " bytes: " + part.name, part.bytes);
-  }
-  for (const TopicStatus& topic : status_.topics) {
-    diagnostics.add(topic.topic + ": listeners", topic.listeners);
-    diagnostics.add(topic.topic + ": bytes published", topic.bytes);
-    diagnostics.add(topic.topic + ": chunks to publish", topic.lacking_chunks);
-  }
-  diagnostics.add("refused blocks", status_.refused_blocks);
-  diagnostics.add("triangles", status_.triangles);
-  diagnostics.add("journal bytes", status_.journal_bytes);
-  diagnostics.add("journal lost", status_.journal_lost);
-  diagnostics.add("last correction", status_.last_correction);
-  diagnostics.add("integrate ms", status_.integrate_ms);
-  diagnostics.add("mesh ms", status_.mesh_ms);
-  diagnostics.add("publish ms", status_.publish_ms);
 }
 
 }  // namespace dtsdf

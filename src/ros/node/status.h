@@ -52,7 +52,6 @@ class StatusPublisher {
 
  private:
   void publish();
-  void fillDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& diagnostics) const;
 
   const std::string map_frame_;
   const std::function<void(dtsdf_mapping::MapStatus&)> fill_;

@@ -7,7 +7,6 @@
 #include <tf2_ros/static_transform_broadcaster.h>
 #include <tf2_ros/transform_broadcaster.h>
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -68,11 +67,6 @@ namespace enc = sensor_msgs::image_encodings;
 /// The colour camera in the depth camera's frame: 5 cm to the right.
 Eigen::Isometry3d colourCameraBeside() {
   return Eigen::Isometry3d(Eigen::Translation3d(0.05, 0.0, 0.0));
-}
-
-uint16_t toMillimetres(float depth_m) {
-  const long depth_mm = std::lround(1000.0f * depth_m);
-  return depth_mm < kNoDepth16 ? static_cast<uint16_t>(depth_mm) : uint16_t{0};
 }
 
 /// Publishes `depth/image_rect`, `depth/camera_info` and the camera's transform in the map frame;
@@ -154,22 +148,17 @@ class SimulatedCamera {
     colour_infos_.publish(makeCameraInfo(*image, K));
   }
 
-  sensor_msgs::ImagePtr makeImage(const std::vector<float>& depth_m, const ros::Time& stamp) const {
+  sensor_msgs::ImagePtr makeImage(std::vector<float> depth_m, const ros::Time& stamp) const {
     cv_bridge::CvImage image;
     image.header.stamp = stamp;
     image.header.frame_id = params_.camera_frame;
-    const cv::Size size(params_.width_px, params_.height_px);
+    image.image = cv::Mat(params_.height_px, params_.width_px, CV_32FC1, depth_m.data());
     if (params_.encoding == DepthFormat::k16UC1) {
       image.encoding = enc::TYPE_16UC1;
-      cv::Mat_<uint16_t> pixels(size);
-      std::transform(depth_m.begin(), depth_m.end(), pixels.begin(), toMillimetres);
-      image.image = pixels;
+      image.image.convertTo(image.image, CV_16UC1, 1000.0);
     } else {
       image.encoding = enc::TYPE_32FC1;
-      cv::Mat_<float> pixels(size);
-      std::transform(depth_m.begin(), depth_m.end(), pixels.begin(),
-                     [](float depth) { return depth > 0.0f ? depth : NAN; });
-      image.image = pixels;
+      image.image.setTo(NAN, image.image <= 0.0f);
     }
     return image.toImageMsg();
   }

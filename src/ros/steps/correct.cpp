@@ -51,7 +51,7 @@ void requireWhole(const std::string& problem) {
 
 }  // namespace
 
-CorrectStep::CorrectStep(const Host& host, JournalStep* journal) : host_(host), journal_(journal) {}
+CorrectStep::CorrectStep(const Host& host, JournalWriter* journal) : host_(host), journal_(journal) {}
 
 CorrectStep::~CorrectStep() { giveUp("the node ends"); }
 
@@ -75,13 +75,7 @@ void CorrectStep::advertise(const Handles& handles) {
   const std::string& ns = handles.prompt.getNamespace();
   const boost::function<void(const nav_msgs::Path::ConstPtr&)> callback =
       [this](const nav_msgs::Path::ConstPtr& path) {
-        guarded("corrected_path", [&] {
-          try {
-            followPath(readPath(*path, host_.params.node.corrections.path_frame));
-          } catch (const std::exception& error) {
-            noteRefused(errorText(error));
-          }
-        });
+        guarded("corrected_path", [&] { followPath(*path); });
       };
   // Of several that wait only the newest counts.
   ros::NodeHandle nh = handles.input;
@@ -90,13 +84,16 @@ void CorrectStep::advertise(const Handles& handles) {
 }
 
 /// Input's thread. A path that was not looked at yet is replaced.
-void CorrectStep::followPath(GivenPoses given) {
+void CorrectStep::followPath(const nav_msgs::Path& path) try {
+  GivenPoses given = readPath(path, host_.params.node.corrections.path_frame);
   if (given.poses.empty()) return;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     path_ = std::move(given);
   }
   host_.map_loop.wake();
+} catch (const std::exception& error) {
+  noteRefused(errorText(error));
 }
 
 void CorrectStep::requireJournal() const {
@@ -115,7 +112,7 @@ std::vector<StampedPose> CorrectStep::cameraPoses(const GivenPoses& given) const
     std::string camera;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
-      camera = report_.camera_frame;
+      camera = camera_frame_;
     }
     if (camera.empty()) throw std::runtime_error("no frame has been received yet");
     const PoseAnswer mount = host_.transforms.find(given.child_frame, camera, ros::Time(0));
@@ -172,24 +169,20 @@ void CorrectStep::takePath() {
 void CorrectStep::add(Request request) {
   host_.map.throwIfFailed();
   try {
-    requireWhole(journal_->problem());
+    requireWhole(journal_->report().problem);
     if (fused_.empty()) {
       throw std::runtime_error("no frame has been fused since the start, clear_map or load_map");
     }
     const PoseCorrection correction(std::move(request.poses), fused_);
     if (!current_ && correction.farthest() < request.least) return answer(request, kNothingMoves);
     const MapStats stats = host_.map.mapper().stats();
-    const std::string problem = whyTooLarge(stats.map_bytes, stats.max_map_bytes);
+    const std::string problem = whyTooLarge(stats.map_bytes, stats.map_bytes, stats.max_map_bytes);
     if (!problem.empty()) throw std::runtime_error(problem);
     request.correction = {journal_->count(), correction.used()};
   } catch (const std::exception& error) {
     return refuse(request, errorText(error));
   }
-  if (waiting_) {
-    CorrectionResult replaced;
-    replaced.message = kReplaced;
-    waiting_->answer(replaced);
-  }
+  refuse(waiting_, kReplaced);
   waiting_ = std::move(request);
   noteProgress();
 }
@@ -207,18 +200,14 @@ Step::Work CorrectStep::hasWork() const {
 
 void CorrectStep::work() {
   takePath();
-  std::string problem = "unknown error";
   try {
     if (refusion_) return fuseAgain();
     if (isReady(opening_)) return takeOpened();
     if (!opening_.valid() && waiting_) return open();
-    return;
   } catch (const std::exception& error) {
-    problem = errorText(error);
-  } catch (...) {
+    refuse(current_, errorText(error));
+    endCurrent();
   }
-  refuse(current_, problem);
-  endCurrent();
 }
 
 void CorrectStep::open() {
@@ -236,7 +225,7 @@ void CorrectStep::open() {
 void CorrectStep::takeOpened() {
   refusion_ = opening_.get();
   if (!current_) return endCurrent();
-  requireWhole(journal_->problem());
+  requireWhole(journal_->report().problem);
   if (!refusion_) throw std::runtime_error("the journal cannot be written");
   const CorrectionEffect& effect = refusion_->effect();
   if (effect.moved == 0 || std::max(effect.farthest_m, effect.farthest_rad) < current_->least) {
@@ -258,7 +247,7 @@ void CorrectStep::fuseAgain() {
 bool CorrectStep::hasCaughtUp() {
   std::future<bool> written = journal_->written();
   if (written.wait_for(kJournalWait) != std::future_status::ready) return false;
-  if (!written.get()) requireWhole(journal_->problem());
+  if (!written.get()) requireWhole(journal_->report().problem);
   return journal_->count() == refusion_->count();
 }
 
@@ -267,7 +256,7 @@ void CorrectStep::finish() {
   std::map<PackedKey, BlockMesh> mesh = refusion_->takeMesh();
   std::unique_ptr<Mapper> before =
       host_.map.replaceCorrected(refusion_->takeMapper(), std::move(mesh));
-  journal_->corrected(refusion_->correction());
+  journal_->add(refusion_->correction());
   T_W_S_ = refusion_->motion() * T_W_S_;
   fused_ = refusion_->firstCamera();
   answer(*current_,
@@ -326,7 +315,7 @@ std::optional<Rejection> CorrectStep::place(PosedFrame& frame) {
     const StampedPose given{frame.stamp.toSec(), depth->T_W_C};
     if (given_.takesOver(T_W_S_, given)) T_W_S_ = Eigen::Isometry3d::Identity();
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (report_.camera_frame != frame.frame_id) report_.camera_frame = frame.frame_id;
+    if (camera_frame_ != frame.frame_id) camera_frame_ = frame.frame_id;
   }
   if (T_W_S_.matrix() == Eigen::Isometry3d::Identity().matrix()) return std::nullopt;
   std::visit([&](auto& image) { image.T_W_C = T_W_S_ * image.T_W_C; }, frame.image);
@@ -341,7 +330,7 @@ void CorrectStep::fused(const PosedFrame& frame, const IntegrationResult& result
   const auto* const depth = std::get_if<DepthFrame>(&frame.image);
   if (depth == nullptr || frame.camera != 0) return;
   const double stamp_s = frame.stamp.toSec();
-  if (!journal_->problem().empty()) return fused_.clear();  // it bounds them
+  if (!journal_->report().problem.empty()) return fused_.clear();  // it bounds them
   if (!fused_.empty() && stamp_s < fused_.back().stamp_s - GivenMotion::kBegin_s) fused_.clear();
   if (fused_.empty() || stamp_s > fused_.back().stamp_s) fused_.push_back({stamp_s, depth->T_W_C});
 }
@@ -357,7 +346,7 @@ void CorrectStep::answer(const Request& request, const std::string& message,
   request.answer(result);
   if (result.moved == 0) return;
   const std::lock_guard<std::mutex> lock(mutex_);
-  report_.last = message;
+  last_ = message;
 }
 
 void CorrectStep::refuse(const std::optional<Request>& request, const std::string& reason) {
@@ -365,30 +354,31 @@ void CorrectStep::refuse(const std::optional<Request>& request, const std::strin
   CorrectionResult result;
   result.message = reason;
   request->answer(result);
-  noteRefused(reason);
+  if (reason != kReplaced) noteRefused(reason);
 }
 
 void CorrectStep::noteRefused(const std::string& reason) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  report_.last = "refused: " + reason;
+  last_ = "refused: " + reason;
 }
 
 void CorrectStep::noteProgress() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  report_.fused = refusion_ == nullptr ? 0 : refusion_->fused();
-  report_.total = refusion_ == nullptr ? 0 : refusion_->total();
-  report_.bytes = refusion_ == nullptr ? 0 : refusion_->bytes();
+  fused_again_ = refusion_ == nullptr ? 0 : refusion_->fused();
+  to_fuse_ = refusion_ == nullptr ? 0 : refusion_->total();
+  bytes_ = refusion_ == nullptr ? 0 : refusion_->bytes();
 }
 
 void CorrectStep::fill(MapStatus& status) {
   if (journal_ == nullptr || host_.params.node.poses.mode != PoseMode::kTf) return;
   const std::lock_guard<std::mutex> lock(mutex_);
-  status.correction_fused = report_.fused;
-  status.correction_total = report_.total;
-  status.last_correction = printableMessage(report_.last);
+  status.correction_fused = fused_again_;
+  status.correction_total = to_fuse_;
+  status.last_correction = printableMessage(last_);
   const bool on_gpu = status.backend.rfind("cuda", 0) == 0;
-  if (report_.bytes > 0) addMemory(status, "correction", on_gpu ? kGpu : kHost, report_.bytes);
-  const std::string obstacle = whyTooLarge(status.map_bytes, status.max_map_bytes);
+  if (bytes_ > 0) addMemory(status, "correction", on_gpu ? kGpu : kHost, bytes_);
+  const std::string obstacle =
+      whyTooLarge(status.map_bytes, status.map_bytes, status.max_map_bytes);
   if (obstacle.empty() || status.frames_fused == 0) return;
   report(status, MapStatus::OK, MapStatus::NOT_CORRECTABLE,
          "mapping; poses cannot be corrected: " + obstacle);

@@ -16,9 +16,9 @@
 
 #include "dtsdf_mapping/mapper.h"
 #include "journal/refusion.h"
+#include "journal/writer.h"
 #include "ros/common/pace.h"
 #include "ros/common/requests.h"
-#include "ros/steps/journal.h"
 #include "ros/steps/step.h"
 
 namespace dtsdf {
@@ -79,7 +79,7 @@ class CorrectStep : public Step {
   };
 
   /// `journal` outlives it; null: there is none, and all is refused.
-  CorrectStep(const Host& host, JournalStep* journal);
+  CorrectStep(const Host& host, JournalWriter* journal);
   ~CorrectStep() override;
 
   void advertise(const Handles& handles) override;
@@ -95,17 +95,9 @@ class CorrectStep : public Step {
   void add(Request request);
 
  private:
-  /// How a correction goes.
-  struct Report {
-    size_t fused = 0, total = 0;  ///< Frames fused again, and all of them; 0 while none are.
-    size_t bytes = 0;             ///< Of the map that is made.
-    std::string last;             ///< What became of the last one; empty: there was none.
-    std::string camera_frame;     ///< Of the first camera's images.
-  };
-
   std::vector<StampedPose> cameraPoses(const GivenPoses& given) const;
   void requireJournal() const;
-  void followPath(GivenPoses given);
+  void followPath(const nav_msgs::Path& path);
   void takePath();
   void correctByCall(const GivenPoses& given, CorrectionResult& result);
   void open();
@@ -125,7 +117,7 @@ class CorrectStep : public Step {
   void noteProgress();
 
   const Host& host_;
-  JournalStep* const journal_;
+  JournalWriter* const journal_;
   std::optional<Request> waiting_, current_;
   std::future<std::unique_ptr<Refusion>> opening_;  ///< Of `current_`, and then
   std::unique_ptr<Refusion> refusion_;
@@ -137,9 +129,12 @@ class CorrectStep : public Step {
   GivenMotion given_;
   Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();  ///< From where frames are given.
 
-  mutable std::mutex mutex_;  ///< Guards what follows.
-  Report report_;
-  std::optional<GivenPoses> path_;  ///< The newest one that came, until it is looked at.
+  mutable std::mutex mutex_;              ///< Guards what follows.
+  size_t fused_again_ = 0, to_fuse_ = 0;  ///< Frames, and all of them; 0 while none are.
+  size_t bytes_ = 0;                      ///< Of the map that is made.
+  std::string last_;                      ///< What became of the last one; empty: there was none.
+  std::string camera_frame_;              ///< Of the first camera's images.
+  std::optional<GivenPoses> path_;        ///< The newest one that came, until it is looked at.
 
   ros::Subscriber path_input_;
   ros::ServiceServer server_;

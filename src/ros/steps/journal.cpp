@@ -68,7 +68,7 @@ void JournalStep::fused(const PosedFrame& frame, const IntegrationResult& result
   journal::Image image;
   image.stamp_s = frame.stamp.toSec();
   image.camera = static_cast<uint32_t>(frame.camera);
-  image.T_W_G = given_;
+  image.T_W_G = frame.given_T_W_C;
   image.frame = frame.image;
   image.pixels =
       std::shared_ptr<const void>(frame.pixels.get(), [keep = frame.pixels](const void*) {});
@@ -90,11 +90,6 @@ void JournalStep::fill(dtsdf_mapping::MapStatus& status) {
   if (journal.problem.empty()) return;
   dtsdf::report(status, MapStatus::WARN, MapStatus::JOURNAL_INCOMPLETE,
                 "journal: " + journal.problem);
-}
-
-std::optional<Rejection> GivenPoseStep::place(PosedFrame& frame) {
-  std::visit([this](const auto& image) { journal_.given(image.T_W_C); }, frame.image);
-  return std::nullopt;
 }
 
 }  // namespace dtsdf

@@ -1,11 +1,8 @@
-/// The steps that write what happens to the map into the journal.
+/// The step that writes what happens to the map into the journal.
 #pragma once
 
-#include <cstdint>
-#include <future>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "journal/writer.h"
 #include "ros/steps/step.h"
@@ -23,17 +20,8 @@ class JournalStep : public Step {
   void replaced(const Replacement& replacement) override;
   void fill(dtsdf_mapping::MapStatus& status) override;
 
-  /// The pose of the frame that is fused next, as it was given.
-  void given(const Eigen::Isometry3d& T_W_C) { given_ = T_W_C; }
-  /// The map became that of corrected poses.
-  void corrected(const journal::Correction& correction) { writer_.add(correction); }
-
-  // See JournalWriter.
-  const std::string& path() const { return writer_.path(); }
-  uint64_t count() const { return writer_.count(); }
-  std::future<bool> written() { return writer_.written(); }
-  /// Why the map cannot be made of the journal; empty: it can.
-  std::string problem() const { return writer_.report().problem; }
+  /// For corrections, which are written to it and made of it.
+  JournalWriter& writer() { return writer_; }
 
  private:
   void begin(std::shared_ptr<const MapChunks> map);
@@ -41,18 +29,7 @@ class JournalStep : public Step {
   const Host& host_;
   MapperParams params_;                     ///< Of the map as it is.
   std::optional<Eigen::Isometry3d> level_;  ///< That is in the journal.
-  Eigen::Isometry3d given_ = Eigen::Isometry3d::Identity();
   JournalWriter writer_;
-};
-
-/// Goes where frames have the poses that they were given.
-class GivenPoseStep : public Step {
- public:
-  explicit GivenPoseStep(JournalStep& journal) : journal_(journal) {}
-  std::optional<Rejection> place(PosedFrame& frame) override;
-
- private:
-  JournalStep& journal_;
 };
 
 }  // namespace dtsdf

@@ -50,6 +50,7 @@ void LevelStep::advertise(const Handles& handles) {
 
 std::optional<Rejection> LevelStep::place(PosedFrame& frame) {
   if (auto rejection = raise(frame)) return rejection;
+  std::visit([&](const auto& image) { frame.given_T_W_C = image.T_W_C; }, frame.image);
   auto* const depth = std::get_if<DepthFrame>(&frame.image);
   if (depth != nullptr) depth->keep_center_W = frame_.keepCenterAt(frame.stamp);
   return std::nullopt;

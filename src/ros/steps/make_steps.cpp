@@ -13,12 +13,10 @@ namespace dtsdf {
 Steps makeSteps(const Host& host) {
   const bool has_journal = !host.params.node.journal.folder.empty();
   auto journal = has_journal ? std::make_unique<JournalStep>(host) : nullptr;
-  JournalStep* const journal_step = journal.get();
   Steps steps;
   steps.push_back(std::make_unique<LevelStep>(host.params, host.transforms, host.frame));
-  if (journal) steps.push_back(std::make_unique<GivenPoseStep>(*journal));
   steps.push_back(std::make_unique<PosesStep>(host));
-  steps.push_back(std::make_unique<CorrectStep>(host, journal_step));
+  steps.push_back(std::make_unique<CorrectStep>(host, journal ? &journal->writer() : nullptr));
   if (journal) steps.push_back(std::move(journal));
   steps.push_back(makeMeshTopicsStep(host.params, host.rates));
   steps.push_back(makePointsStep(host));

@@ -152,7 +152,7 @@ void SpaceStep::advertise(const Handles& handles) {
               "nothing is mapped yet since the start, clear_map or load_map; ask again once a "
               "frame was fused and meshed");
         }
-        fillAnswer(*known.space, inMap(request.points, T_W_F), T_W_F, response);
+        fillAnswer(*known.space, request.points, T_W_F, response);
         response.stamp = known.stamp;
       });
   if (!is_on_) return;

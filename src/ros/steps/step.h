@@ -17,7 +17,7 @@
 #include "params/node_params.h"
 #include "ros/common/pace.h"
 #include "ros/common/worker_thread.h"
-#include "ros/input/frame.h"
+#include "ros/input/frame_queue.h"
 #include "ros/input/transforms.h"
 #include "ros/steps/mesh_queue.h"
 

@@ -123,7 +123,7 @@ TEST_F(CorrectedJournal, WithinTheBudgetOfTwoMaps) {
                          }
                        }),
                        "map/max_memory_mb"));
-  EXPECT_TRUE(contains(whyTooLarge(200, 300), "raise it"));
+  EXPECT_TRUE(contains(whyTooLarge(200, 200, 300), "raise it"));
 }
 
 TEST_F(CorrectedJournal, IsAsItWasWhereACorrectionIsRefused) {

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cstddef>
 #include <optional>
 #include <vector>
 

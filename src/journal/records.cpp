@@ -3,7 +3,6 @@
 #include <array>
 #include <cstring>
 #include <stdexcept>
-#include <utility>
 
 #include "io/depth_codes.h"
 #include "io/map_format.h"

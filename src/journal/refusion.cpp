@@ -1,6 +1,5 @@
 #include "journal/refusion.h"
 
-#include <algorithm>
 #include <stdexcept>
 #include <utility>
 

@@ -1,5 +1,4 @@
 // map_tool export: the images of a journal, as trainers of radiance fields and splats read them.
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>

@@ -13,6 +13,7 @@
 
 #include "io/map_chunks.h"
 #include "ros/common/status_fields.h"
+#include "ros/steps/journal.h"
 #include "ros/steps/space.h"
 #include "ros/support/map_host.h"
 #include "support/journaled_map.h"
@@ -120,8 +121,9 @@ class CorrectTest : public testing::Test {
   }
 
   void correct(const std::vector<StampedPose>& poses, double least = 0.0) {
-    correction_->add(
-        {poses, least, [this](const CorrectionResult& result) { answers_.push_back(result); }});
+    correction_->add({{0, poses}, least, [this](const CorrectionResult& result) {
+                        answers_.push_back(result);
+                      }});
   }
 
   /// An image that the disk is too slow for: the journal ends.

@@ -311,7 +311,6 @@ TEST_F(FrameQueueTest, StampsThatGoBackDropWhatIsLater) {
   image(11.0);
   image(1.0);
   queue_->restart(0, ros::Time(1.0));
-  queue_->forgetStamps();
   EXPECT_EQ(dropped(DropReason::kTimeJump), 2u);
   info(1.0);
   EXPECT_TRUE(pose());

@@ -62,7 +62,7 @@ TEST(WorkerThread, LowPriorityIsThatOfTheThreadAlone) {
   const int before = niceness();
   constexpr int kGreatest = 19;
   if (before >= kGreatest) GTEST_SKIP() << "run with the lowest priority that there is";
-  WorkerThread normal("normal"), low("low", ThreadPriority::kLow);
+  WorkerThread normal("normal"), low("low", kLowNiceness);
   normal.start([] { return kForEver; });
   low.start([] { return kForEver; });
   EXPECT_GT(low.run(niceness).get(), before);

@@ -3,12 +3,12 @@
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <sensor_msgs/CompressedImage.h>
+#include <boost/make_shared.hpp>
 
 #include <algorithm>
 #include <memory>
 #include <stdexcept>
 #include <utility>
-#include <vector>
 
 #include "io/recorded_images.h"
 #include "params/printable.h"
@@ -106,8 +106,11 @@ class BagReader {
     }
     if (!kind_.is_colour && !options.intrinsics) requireMessages(bag, info_topic);
     poses_ = std::make_unique<BagPoses>(bag, options);
-    infos_ = std::make_unique<BagCameraInfos>(bag, info_topic, options.intrinsics,
-                                              options.latest_camera_info);
+    // All of them, small as they are: an image may be recorded before its camera_info.
+    for (const auto& message : rosbag::View(bag, rosbag::TopicQuery(info_topic))) {
+      const auto info = message.instantiate<sensor_msgs::CameraInfo>();
+      if (info) infos_[info->header.stamp] = info;
+    }
     rectification_.emplace(rectifyChoice(options), topic, kind_.is_colour);
   }
 
@@ -157,7 +160,7 @@ class BagReader {
   std::optional<Frame> makeFrame(sensor_msgs::ImageConstPtr image, const ros::Time& recorded,
                                  const Make& make) {
     if (!image) return skip(toString(DropReason::kBadImage));
-    const sensor_msgs::CameraInfoConstPtr info = infos_->of(*image);
+    const sensor_msgs::CameraInfoConstPtr info = infoOf(*image);
     if (!info) return skip(toString(DropReason::kNoCameraInfo));
     if (const auto rejection = kind_.check(*image, *info)) {
       return skip(toString(rejection->reason));
@@ -187,6 +190,19 @@ class BagReader {
   std::nullopt_t skip(const std::string& reason) {
     ++skipped[(kind_.is_colour ? "colour images: " : "") + reason];
     return std::nullopt;
+  }
+
+  /// Null if there is none for the image.
+  sensor_msgs::CameraInfoConstPtr infoOf(const sensor_msgs::Image& image) const {
+    if (options.intrinsics) {
+      return boost::make_shared<sensor_msgs::CameraInfo>(
+          makeCameraInfo(image, *options.intrinsics));
+    }
+    const auto info = infos_.find(image.header.stamp);
+    if (info != infos_.end()) return info->second;
+    if (!options.latest_camera_info || infos_.empty()) return nullptr;
+    const auto after = infos_.upper_bound(image.header.stamp);
+    return after == infos_.begin() ? after->second : std::prev(after)->second;
   }
 
   /// The mask of an image's stamp, recorded near it.
@@ -221,7 +237,7 @@ class BagReader {
 
   const ImageKind& kind_;
   std::unique_ptr<BagPoses> poses_;
-  std::unique_ptr<BagCameraInfos> infos_;
+  std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> infos_;
   std::optional<Eigen::Isometry3d> first_T_W_C_;  ///< With first_pose_only, once it is known.
   std::optional<Rectification> rectification_;
   ros::Time last_stamp_;

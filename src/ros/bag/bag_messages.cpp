@@ -5,7 +5,6 @@
 #include <rosbag/view.h>
 #include <sensor_msgs/Imu.h>
 #include <tf2_msgs/TFMessage.h>
-#include <boost/make_shared.hpp>
 
 #include <algorithm>
 #include <iterator>
@@ -19,7 +18,6 @@
 #include "params/text.h"
 #include "ros/input/conversions.h"
 #include "ros/input/frame_accounting.h"
-#include "ros/input/images.h"
 
 namespace dtsdf {
 namespace {
@@ -67,28 +65,6 @@ std::set<std::string> findImageTopics(
     topic = twice ? topics.erase(topic) : std::next(topic);
   }
   return topics;
-}
-
-BagCameraInfos::BagCameraInfos(const rosbag::Bag& bag, const std::string& topic,
-                               const std::optional<Intrinsics>& intrinsics, bool latest_will_do)
-    : intrinsics_(intrinsics), latest_will_do_(latest_will_do) {
-  if (intrinsics_) return;
-  rosbag::View view(bag, rosbag::TopicQuery(topic));
-  for (const rosbag::MessageInstance& message : view) {
-    const auto info = message.instantiate<sensor_msgs::CameraInfo>();
-    if (info) infos_[info->header.stamp] = info;
-  }
-}
-
-sensor_msgs::CameraInfoConstPtr BagCameraInfos::of(const sensor_msgs::Image& image) const {
-  if (intrinsics_) {
-    return boost::make_shared<sensor_msgs::CameraInfo>(makeCameraInfo(image, *intrinsics_));
-  }
-  const auto info = infos_.find(image.header.stamp);
-  if (info != infos_.end()) return info->second;
-  if (!latest_will_do_ || infos_.empty()) return nullptr;
-  const auto after = infos_.upper_bound(image.header.stamp);
-  return after == infos_.begin() ? after->second : std::prev(after)->second;
 }
 
 BagPoses::BagPoses(const rosbag::Bag& bag, const BagOptions& options)

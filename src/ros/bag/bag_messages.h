@@ -3,14 +3,11 @@
 
 #include <rosbag/bag.h>
 #include <rosbag/message_instance.h>
-#include <sensor_msgs/CameraInfo.h>
-#include <sensor_msgs/Image.h>
 #include <std_msgs/Header.h>
 #include <tf2/buffer_core.h>
 
 #include <Eigen/Geometry>
 #include <functional>
-#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -41,23 +38,6 @@ std::string withoutEnding(const std::string& topic, const std::string& ending);
 std::set<std::string> findImageTopics(
     const rosbag::Bag& bag, const std::function<bool(const rosbag::MessageInstance&)>& is_wanted,
     const std::string& ending);
-
-/// The camera_info of images.
-class BagCameraInfos {
- public:
-  /// All of them, small as they are: an image may be recorded before its camera_info. With
-  /// `intrinsics` none is read.
-  BagCameraInfos(const rosbag::Bag& bag, const std::string& topic,
-                 const std::optional<Intrinsics>& intrinsics, bool latest_will_do);
-
-  /// Null if there is none for it.
-  sensor_msgs::CameraInfoConstPtr of(const sensor_msgs::Image& image) const;
-
- private:
-  std::optional<Intrinsics> intrinsics_;
-  bool latest_will_do_;
-  std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> infos_;
-};
 
 /// The poses of cameras: from the transforms of the whole bag, or a trajectory in their place.
 class BagPoses {

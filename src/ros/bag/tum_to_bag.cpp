@@ -1,7 +1,6 @@
 /// tum_to_bag DIR OUT.bag: a TUM RGB-D folder as a bag for rosbag play and `reconstruct --bag`.
 #include <cv_bridge/cv_bridge.h>
 #include <rosbag/bag.h>
-#include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/image_encodings.h>
 #include <tf2_msgs/TFMessage.h>

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <exception>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
 #include <system_error>
-#include <utility>
 
 #include "params/printable.h"
 #include "params/text.h"

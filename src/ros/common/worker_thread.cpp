@@ -6,9 +6,6 @@
 namespace dtsdf {
 namespace {
 
-/// A tenth of a core that others of the process want as well; all of one that nobody wants. More
-/// than Linux's greatest niceness counts as that.
-constexpr int kLowNiceness = 10;
 /// Callbacks that may be called before the step has its turn.
 constexpr int kCallbacksPerStep = 50;
 constexpr std::chrono::hours kWithoutStep{1};
@@ -22,10 +19,9 @@ void WorkerThread::start(ThreadStep step, int threads) {
 
 void WorkerThread::loop() {
   pthread_setname_np(pthread_self(), name_.c_str());
-  if (priority_ == ThreadPriority::kLow) {
-    // Linux keeps a niceness for each thread. Where it cannot be set, only the order is lost.
-    setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + kLowNiceness);
-  }
+  // Linux keeps a niceness for each thread, and takes more than its greatest as that. Where it
+  // cannot be set, only the order is lost.
+  if (niceness_ > 0) setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + niceness_);
   std::chrono::milliseconds wait{0};
   while (!is_stopping_) {
     auto result = queue_.callOne(ros::WallDuration(std::chrono::duration<double>(wait).count()));

@@ -16,8 +16,9 @@
 
 namespace dtsdf {
 
-/// A thread of low priority leaves the cores to the others where they are short.
-enum class ThreadPriority { kNormal, kLow };
+/// Of threads that leave the cores to others where they are short: a tenth of a core that others of
+/// the process want as well; all of one that nobody wants.
+constexpr int kLowNiceness = 10;
 
 /// Does some work and returns how long to wait before the next call.
 using ThreadStep = std::function<std::chrono::milliseconds()>;
@@ -27,8 +28,8 @@ using ThreadStep = std::function<std::chrono::milliseconds()>;
 class WorkerThread {
  public:
   /// `name` is what the system shows, of at most 15 bytes.
-  explicit WorkerThread(std::string name, ThreadPriority priority = ThreadPriority::kNormal)
-      : name_(std::move(name)), priority_(priority) {}
+  explicit WorkerThread(std::string name, int niceness = 0)
+      : name_(std::move(name)), niceness_(niceness) {}
   ~WorkerThread() { stop(); }
 
   /// A node handle whose callbacks are called on these threads.
@@ -72,7 +73,7 @@ class WorkerThread {
   void loop();
 
   const std::string name_;
-  const ThreadPriority priority_;
+  const int niceness_;
   ThreadStep step_;
   ros::CallbackQueue queue_;
   std::atomic<bool> is_stopping_{false};

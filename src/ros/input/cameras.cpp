@@ -21,15 +21,12 @@ InputParams colourInput(InputParams params) {
 
 }  // namespace
 
-std::string namespaceOf(const ros::NodeHandle& private_nh) {
-  const std::string& name = private_nh.getNamespace();
-  return name.substr(0, name.rfind('/'));
-}
-
 Cameras::Cameras(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
                  const NodeParams& params, Transforms& transforms, FrameQueue& queue)
     : transforms_(transforms), queue_(queue), colour_(params.colour.enabled) {
-  const std::string ns = namespaceOf(private_nh);
+  // That of the node, which its topics are in; empty for the root.
+  const std::string& node = private_nh.getNamespace();
+  const std::string ns = node.substr(0, node.rfind('/'));
   for (const std::string& name : params.cameras) add(name, ns + "/" + name, nh, params);
   if (names_.empty()) add("", ns, nh, params);
 }
@@ -82,7 +79,6 @@ std::vector<CameraReport> Cameras::report() const {
 
 void Cameras::restartStamps(const ros::Time& stamp) {
   for (const auto& stream : streams_) stream->restartStamps(stamp);
-  queue_.forgetStamps();
   // Under simulated time it was done when the transforms came, and new ones may be in by now.
   if (!ros::Time::isSimTime()) transforms_.clear();
 }

@@ -16,9 +16,6 @@
 
 namespace dtsdf {
 
-/// The namespace that the node is in, and the topics that it reads; empty for the root.
-std::string namespaceOf(const ros::NodeHandle& private_nh);
-
 /// Each camera of the setting `cameras` has its topics in its namespace; without that setting there
 /// is one camera in the node's own. A camera is a stream of depth, and one of colour where that is
 /// wanted. On the input's thread, but for report() and restartMotion().

@@ -97,15 +97,15 @@ void FrameAccounting::fused(const ros::Time& stamp) {
   fused_at_ = clock_();
 }
 
-void FrameAccounting::dropped(DropReason reason, const ros::Time& stamp, const std::string& text) {
+void FrameAccounting::dropped(const Rejection& rejection, const ros::Time& stamp) {
   std::ostringstream message;
   message.imbue(std::locale::classic());
   message << (name_.empty() ? "" : name_ + ": ") << "frame stamped " << stamp << " dropped ("
-          << toString(reason) << "): " << printableMessage(text);
+          << toString(rejection.reason) << "): " << printableMessage(rejection.text);
   const std::lock_guard<std::mutex> lock(mutex_);
-  const uint64_t count = ++counts_.dropped[static_cast<size_t>(reason)];
+  const uint64_t count = ++counts_.dropped[static_cast<size_t>(rejection.reason)];
   counts_.last_drop = message.str();
-  if (mayWarn(reason)) {
+  if (mayWarn(rejection.reason)) {
     ROS_WARN_STREAM_NAMED("dtsdf_mapping",
                           message.str() << " [" << count << " dropped for this reason so far]");
   }

@@ -95,10 +95,7 @@ class FrameAccounting {
   void imageReceived(const ros::Time& stamp);
   void cameraInfoReceived();
   void fused(const ros::Time& stamp);
-  void dropped(DropReason reason, const ros::Time& stamp, const std::string& text);
-  void dropped(const Rejection& rejection, const ros::Time& stamp) {
-    dropped(rejection.reason, stamp, rejection.text);
-  }
+  void dropped(const Rejection& rejection, const ros::Time& stamp);
 
   FrameCounts counts() const;
 

@@ -216,22 +216,20 @@ void FrameQueue::dropAll(const Rejection& rejection, const Wanted& wanted) {
 
 void FrameQueue::restart(Stream stream, const ros::Time& stamp) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  streams_[stream].waiting_for.clear();
+  StreamState& state = streams_[stream];
+  state.waiting_for.clear();
+  state.heard = ros::Time();
+  if (!state.options.is_colour) last_taken_ = ros::Time();
   dropAll({DropReason::kTimeJump, "stamps went back while it waited"}, [&](const auto& entry) {
     return entry.second.stream == stream && entry.first.stamp > stamp;
   });
 }
 
-void FrameQueue::forgetStamps() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  last_taken_ = ros::Time();
-  for (StreamState& stream : streams_) stream.heard = ros::Time();
-}
-
 std::optional<PosedFrame> FrameQueue::take() {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (timeToTurn() > SteadyDuration::zero()) return std::nullopt;
-  const auto first = entries_.find(firstPosed()->first);
+  const auto first =
+      firstThat([](const auto& entry) { return entry.second.state == State::kPosed; });
   StreamState& stream = streams_[first->second.stream];
   if (!stream.options.is_colour) last_taken_ = std::max(last_taken_, first->first.stamp);
   ++stream.taken;

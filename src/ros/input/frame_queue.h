@@ -99,8 +99,6 @@ class FrameQueue {
 
   /// Stamps of a stream have jumped back to this one: drops its frames with later ones.
   void restart(Stream stream, const ros::Time& stamp);
-  /// Any stamp may come now.
-  void forgetStamps();
 
   // Map's thread.
   std::optional<PosedFrame> take();

@@ -98,7 +98,7 @@ void ImageStream::onCompressed(const sensor_msgs::CompressedImageConstPtr& messa
   } catch (const std::exception& error) {
     guarded("compressed image", [&] {
       accounting_.imageReceived(message->header.stamp);
-      accounting_.dropped(DropReason::kBadImage, message->header.stamp, errorText(error));
+      accounting_.dropped({DropReason::kBadImage, errorText(error)}, message->header.stamp);
     });
     return;
   }
@@ -154,30 +154,26 @@ FrameQueue::Decision ImageStream::decide(Whole& frame) {
     frame.is_checked = true;
     frame.may_be_ahead = handleTimeJump(stamp);
   }
-  PoseAnswer pose;
-  pose.kind = PoseAnswer::Kind::kKnown;
+  PoseAnswer pose{Eigen::Isometry3d::Identity()};
   if (!parts_.pose_frame.empty()) {
     pose = parts_.transforms.find(parts_.pose_frame, cameraFrame(image), stamp, "the image");
   }
-  const bool may_come = pose.kind == PoseAnswer::Kind::kNotYet;
   const auto waited = std::chrono::steady_clock::now() - frame.since;
-  if (may_come && waited < toSteadyDuration(params_.tf_timeout_s)) return pose.text;
-  parts_.transforms.notePose(pose.kind == PoseAnswer::Kind::kKnown);
-  if (may_come) {
+  if (pose.may_come && waited < toSteadyDuration(params_.tf_timeout_s)) return pose.text;
+  parts_.transforms.notePose(pose.T_W_C.has_value());
+  if (pose.may_come) {
     return Rejection{
         DropReason::kNoTransform,
         pose.text + formatted("; waited %g s (input/tf_timeout_s)", params_.tf_timeout_s)};
   }
-  if (pose.kind == PoseAnswer::Kind::kNever) {
-    return Rejection{DropReason::kBeforeTransforms, pose.text};
-  }
+  if (!pose.T_W_C) return Rejection{DropReason::kBeforeTransforms, pose.text};
   if (is_motion_new_.exchange(false)) {
     motion_gate_ = MotionGate(params_.max_speed_m_s, params_.max_turn_deg_s);
   }
-  if (const auto jump = motion_gate_.check(stamp.toSec(), pose.T_W_C)) {
+  if (const auto jump = motion_gate_.check(stamp.toSec(), *pose.T_W_C)) {
     return Rejection{DropReason::kPoseJump, *jump};
   }
-  return makePosed(frame.messages, pose.T_W_C);
+  return makePosed(frame.messages, *pose.T_W_C);
 }
 
 /// Checks of a frame that has just become whole.

@@ -198,7 +198,6 @@ PoseAnswer Transforms::find(const std::string& parent, const std::string& frame,
                             const ros::Time& stamp, const char* what) const {
   PoseAnswer answer;
   if (frame.size() > kLongestName || parent.size() > kLongestName) {
-    answer.kind = PoseAnswer::Kind::kNever;
     answer.text = formatted("the name of a frame is longer than %zu bytes", kLongestName);
     return answer;
   }
@@ -208,12 +207,11 @@ PoseAnswer Transforms::find(const std::string& parent, const std::string& frame,
   const std::optional<ros::Time> newest = findNewest(*core, parent, frame);
   try {
     answer.T_W_C = toIsometry(core->lookupTransform(parent, frame, stamp).transform);
-    answer.kind = PoseAnswer::Kind::kKnown;
     return answer;
   } catch (const std::runtime_error&) {
     // tf2's own exceptions, and that of ros::Duration where stamps lie over 68 years apart.
   }
-  if (newest && *newest >= stamp) answer.kind = PoseAnswer::Kind::kNever;
+  answer.may_come = !newest || *newest < stamp;
   answer.text = describe(*core, newest, parent, frame, stamp, what);
   return answer;
 }

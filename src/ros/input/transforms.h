@@ -21,14 +21,9 @@
 namespace dtsdf {
 
 struct PoseAnswer {
-  enum class Kind {
-    kKnown,
-    kNotYet,  ///< It may still come.
-    kNever,   ///< The transforms known are all newer than the stamp.
-  };
-  Kind kind = Kind::kNotYet;
-  Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< Only if known.
-  std::string text;  ///< Unless known: what is missing, and what the newest transform is.
+  std::optional<Eigen::Isometry3d> T_W_C = std::nullopt;  ///< Nothing if it is not known.
+  bool may_come = false;  ///< Unless the transforms that are known are all newer than the stamp.
+  std::string text = {};  ///< What is missing, and what the newest transform is.
 };
 
 /// What the status reports about transforms.

@@ -6,9 +6,7 @@
 #include <std_srvs/Trigger.h>
 
 #include <chrono>
-#include <utility>
 
-#include "params/printable.h"
 #include "ros/common/callback_guard.h"
 #include "ros/common/free_memory.h"
 #include "ros/common/node_start.h"
@@ -40,9 +38,9 @@ FrameQueue::Limits queueLimits(const InputParams& input) {
 Pipeline::Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
     : params_(readParams(private_nh)),
       rates_(params_.node.publish),
-      output_loop_("dtsdf_output", ThreadPriority::kLow),
+      output_loop_("dtsdf_output", kLowNiceness),
       map_loop_("dtsdf_map"),
-      services_("dtsdf_service", ThreadPriority::kLow),
+      services_("dtsdf_service", kLowNiceness),
       input_("dtsdf_input"),
       frame_(params_, transforms_),
       queue_(queueLimits(params_.node.input), [this] { map_loop_.wake(); }),
@@ -139,11 +137,9 @@ void Pipeline::settle() {
 }
 
 void Pipeline::setRates(const dtsdf_mapping::PublishConfig& config) {
-  PublishParams rates = params_.node.publish;
-  rates.mesh_rate_hz = config.mesh_rate_hz;
-  rates.points_rate_hz = config.points_rate_hz;
-  rates.space_rate_hz = config.space_rate_hz;
-  rates_.set(rates);
+  rates_.mesh_hz = config.mesh_rate_hz;
+  rates_.points_hz = config.points_rate_hz;
+  rates_.space_hz = config.space_rate_hz;
   status_->setRate(config.status_rate_hz);
 }
 

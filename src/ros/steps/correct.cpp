@@ -51,7 +51,8 @@ void requireWhole(const std::string& problem) {
 
 }  // namespace
 
-CorrectStep::CorrectStep(const Host& host, JournalWriter* journal) : host_(host), journal_(journal) {}
+CorrectStep::CorrectStep(const Host& host, JournalWriter* journal)
+    : host_(host), journal_(journal) {}
 
 CorrectStep::~CorrectStep() { giveUp("the node ends"); }
 
@@ -116,8 +117,8 @@ std::vector<StampedPose> CorrectStep::cameraPoses(const GivenPoses& given) const
     }
     if (camera.empty()) throw std::runtime_error("no frame has been received yet");
     const PoseAnswer mount = host_.transforms.find(given.child_frame, camera, ros::Time(0));
-    if (mount.kind != PoseAnswer::Kind::kKnown) throw std::runtime_error(mount.text);
-    T_B_C = mount.T_W_C;
+    if (!mount.T_W_C) throw std::runtime_error(mount.text);
+    T_B_C = *mount.T_W_C;
   }
   std::vector<StampedPose> poses;
   poses.reserve(given.poses.size());
@@ -132,8 +133,10 @@ void CorrectStep::correctByCall(const GivenPoses& given, CorrectionResult& resul
   requireJournal();
   const auto done = std::make_shared<std::promise<CorrectionResult>>();
   std::future<CorrectionResult> answer = done->get_future();
-  Request request{cameraPoses(given), 0.0,
-                  [done](const CorrectionResult& outcome) { done->set_value(outcome); }};
+  std::vector<StampedPose> poses = cameraPoses(given);
+  Request request{{0, std::move(poses)}, 0.0, [done](const CorrectionResult& outcome) {
+                    done->set_value(outcome);
+                  }};
   host_.map_loop.run([&] { add(std::move(request)); }).get();
   while (answer.wait_for(kLookForTheEnd) != std::future_status::ready) {
     if (host_.is_ending) throw std::runtime_error("the node ends");
@@ -159,7 +162,8 @@ void CorrectStep::takePath() {
     }
   };
   try {
-    add({cameraPoses(*given), host_.params.node.corrections.least_m, answer});
+    std::vector<StampedPose> poses = cameraPoses(*given);
+    add({{0, std::move(poses)}, host_.params.node.corrections.least_m, answer});
   } catch (const std::exception& error) {
     noteRefused(errorText(error));
   }
@@ -173,7 +177,7 @@ void CorrectStep::add(Request request) {
     if (fused_.empty()) {
       throw std::runtime_error("no frame has been fused since the start, clear_map or load_map");
     }
-    const PoseCorrection correction(std::move(request.poses), fused_);
+    const PoseCorrection correction(std::move(request.correction.poses), fused_);
     if (!current_ && correction.farthest() < request.least) return answer(request, kNothingMoves);
     const MapStats stats = host_.map.mapper().stats();
     const std::string problem = whyTooLarge(stats.map_bytes, stats.map_bytes, stats.max_map_bytes);

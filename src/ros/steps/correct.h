@@ -5,7 +5,6 @@
 #include <dtsdf_mapping/CorrectPoses.h>
 
 #include <algorithm>
-#include <cstdint>
 #include <functional>
 #include <future>
 #include <memory>
@@ -71,11 +70,11 @@ using CorrectionResult = dtsdf_mapping::CorrectPoses::Response;
 class CorrectStep : public Step {
  public:
   struct Request {
-    std::vector<StampedPose> poses;  ///< Of the first camera, in W.
+    journal::Correction
+        correction;      ///< Of the first camera, in W; once looked at, of images alone.
     double least = 0.0;  ///< Nothing is done if no image moves as far, in metres or radians.
     std::function<void(const CorrectionResult&)> answer;  ///< Called once; does not throw.
     SteadyTime came = std::chrono::steady_clock::now();
-    journal::Correction correction = {};  ///< Poses of images alone, once they were looked at.
   };
 
   /// `journal` outlives it; null: there is none, and all is refused.

@@ -3,7 +3,6 @@
 #include <ros/console.h>
 
 #include <utility>
-#include <variant>
 
 #include "io/map_chunks.h"
 #include "ros/common/requests.h"

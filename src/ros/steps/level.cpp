@@ -105,11 +105,9 @@ void LevelStep::add(const sensor_msgs::Imu& imu) {
 void LevelStep::lookUpTransform() {
   const PoseAnswer answer =
       transforms_.find(frameOfPoses(params_.node), measured_->frame, measured_->stamp);
-  if (answer.kind == PoseAnswer::Kind::kKnown) {
-    return set(levelPose(answer.T_W_C.linear() * measured_->up_I));
-  }
+  if (answer.T_W_C) return set(levelPose(answer.T_W_C->linear() * measured_->up_I));
   frame_.setLevelProblem("inertial sensor: " + answer.text);
-  if (answer.kind == PoseAnswer::Kind::kNever) measured_.reset();
+  if (!answer.may_come) measured_.reset();
 }
 
 void LevelStep::set(const Eigen::Isometry3d& T_W_M) {

@@ -167,12 +167,12 @@ void LiveMap::fuseNext() {
   std::optional<PosedFrame> frame = parts_.frames.take();
   if (!frame) return;  // was dropped meanwhile
   if (hasFailed()) {
-    return frame->accounting->dropped(DropReason::kBackendError, frame->stamp, failure_);
+    return frame->accounting->dropped({DropReason::kBackendError, failure_}, frame->stamp);
   }
   try {
     takeFrame(*frame);
   } catch (const std::exception& error) {
-    frame->accounting->dropped(DropReason::kBackendError, frame->stamp, errorText(error));
+    frame->accounting->dropped({DropReason::kBackendError, errorText(error)}, frame->stamp);
     throw;
   }
 }
@@ -199,7 +199,7 @@ void LiveMap::takeFrame(PosedFrame& frame) {
     frame.accounting->fused(frame.stamp);
     fused_since_mesh_ = report_outdated_ = true;
   } else {
-    frame.accounting->dropped(dropReasonOf(result.status), frame.stamp, result.message);
+    frame.accounting->dropped({dropReasonOf(result.status), result.message}, frame.stamp);
   }
   for (const auto& step : parts_.steps) step->fused(frame, result);
   if (result.refused_blocks == 0) return;

@@ -47,8 +47,8 @@ Eigen::Isometry3d MapFrame::find(const std::string& frame_id, const ros::Time& s
       std::chrono::steady_clock::now() + toSteadyDuration(params_.node.input.tf_timeout_s);
   for (;;) {
     const PoseAnswer answer = transforms_.find(params_.node.map_frame, frame, stamp);
-    if (answer.kind == PoseAnswer::Kind::kKnown) return inMap(answer.T_W_C);
-    const bool may_come = answer.kind == PoseAnswer::Kind::kNotYet && !stamp.isZero();
+    if (answer.T_W_C) return inMap(*answer.T_W_C);
+    const bool may_come = answer.may_come && !stamp.isZero();
     if (!may_come || std::chrono::steady_clock::now() >= end) throw std::runtime_error(answer.text);
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
@@ -66,7 +66,7 @@ std::optional<Eigen::Vector3d> MapFrame::keepCenterAt(const ros::Time& stamp) co
   if (const auto fixed = poseOfFixed(frame)) return fixed->translation();
   for (const ros::Time& time : {stamp, ros::Time(0)}) {
     const PoseAnswer answer = transforms_.find(params_.node.map_frame, frame, time);
-    if (answer.kind == PoseAnswer::Kind::kKnown) return inMap(answer.T_W_C).translation();
+    if (answer.T_W_C) return inMap(*answer.T_W_C).translation();
     if (!time.isZero()) continue;
     ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
                                    "map/keep_radius_m is centred on the camera, because "

@@ -117,10 +117,8 @@ std::optional<Rejection> PosesStep::expect(PosedFrame& frame) {
 std::optional<Rejection> PosesStep::expectDepth(PosedFrame& frame, DepthFrame& depth) {
   if (params_.poses.base_frame.empty()) base_frame_ = frame.frame_id;
   const PoseAnswer mount = mountOf(frame.frame_id);
-  if (mount.kind != PoseAnswer::Kind::kKnown) {
-    return Rejection{DropReason::kNoTransform, mount.text};
-  }
-  T_B_C_ = mount.T_W_C;
+  if (!mount.T_W_C) return Rejection{DropReason::kNoTransform, mount.text};
+  T_B_C_ = *mount.T_W_C;
   const std::optional<Eigen::Isometry3d> last_T_W_C = tracker_.lastPose();
   if (last_T_W_C) {
     depth.T_W_C = T_W_M().inverse() * *last_T_W_C;
@@ -134,16 +132,14 @@ std::optional<Rejection> PosesStep::expectColour(PosedFrame& frame, ColourFrame&
   const std::optional<Eigen::Isometry3d> T_W_C = tracker_.poseAt(frame.stamp.toSec());
   if (!T_W_C) return Rejection{DropReason::kLost, "the depth camera is not followed"};
   const PoseAnswer mount = mountOf(frame.frame_id);
-  if (mount.kind != PoseAnswer::Kind::kKnown) {
-    return Rejection{DropReason::kNoTransform, mount.text};
-  }
-  colour.T_W_C = T_W_M().inverse() * *T_W_C * T_B_C_.inverse() * mount.T_W_C;
+  if (!mount.T_W_C) return Rejection{DropReason::kNoTransform, mount.text};
+  colour.T_W_C = T_W_M().inverse() * *T_W_C * T_B_C_.inverse() * *mount.T_W_C;
   return std::nullopt;
 }
 
 PoseAnswer PosesStep::mountOf(const std::string& camera_frame) const {
   if (camera_frame != base_frame_) return transforms_.find(base_frame_, camera_frame, ros::Time(0));
-  return {PoseAnswer::Kind::kKnown, Eigen::Isometry3d::Identity(), ""};
+  return {Eigen::Isometry3d::Identity()};
 }
 
 Eigen::Isometry3d PosesStep::T_W_M() const {
@@ -218,13 +214,13 @@ std::optional<FoundPose> PosesStep::foundPose(const PosedFrame& frame) const {
   FoundPose pose;
   pose.stamp = frame.stamp;
   pose.frame_id = params_.poses.base_frame.empty() ? frame.frame_id : params_.poses.base_frame;
-  PoseAnswer mount{PoseAnswer::Kind::kKnown, T_B_C_, ""};
+  PoseAnswer mount{T_B_C_};
   if (!tracks() && pose.frame_id != frame.frame_id) {
     mount = transforms_.find(pose.frame_id, frame.frame_id, ros::Time(0));
-    if (mount.kind != PoseAnswer::Kind::kKnown) return std::nullopt;
+    if (!mount.T_W_C) return std::nullopt;
   }
   const Eigen::Isometry3d T_M_W = T_W_M().inverse();
-  pose.T_W_B = found_.T_W_C * mount.T_W_C.inverse();
+  pose.T_W_B = found_.T_W_C * mount.T_W_C->inverse();
   pose.T_M_B = T_M_W * pose.T_W_B;
   pose.covariance =
       movedCovariance(odometryCovariance(found_, params_.poses), T_M_W.linear(),

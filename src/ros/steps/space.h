@@ -10,7 +10,6 @@
 #include <mutex>
 #include <optional>
 #include <unordered_map>
-#include <vector>
 
 #include "dtsdf_mapping/space.h"
 #include "kernels/core/grid.h"

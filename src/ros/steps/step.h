@@ -47,12 +47,10 @@ struct ShownMesh {
 
 /// The rates of the settings, which may change while the node runs.
 struct Rates {
-  explicit Rates(const PublishParams& params) { set(params); }
-  void set(const PublishParams& params) {
-    mesh_hz = params.mesh_rate_hz;
-    points_hz = params.points_rate_hz;
-    space_hz = params.space_rate_hz;
-  }
+  explicit Rates(const PublishParams& params)
+      : mesh_hz(params.mesh_rate_hz),
+        points_hz(params.points_rate_hz),
+        space_hz(params.space_rate_hz) {}
 
   std::atomic<double> mesh_hz, points_hz, space_hz;
 };

@@ -3,12 +3,12 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "dtsdf_mapping/io/colour_source.h"
 #include "dtsdf_mapping/io/frame_source.h"
 #include "dtsdf_mapping/io/recording.h"
+#include "params/node_params.h"
 
 namespace dtsdf {
 
@@ -27,8 +27,9 @@ struct BagOptions : RecordingOptions, BagTopics {
   float unit_16uc1_m = 0.001f;      ///< Metres per unit of a 16UC1 image.
   float unit_32fc1_m = 1.0f;        ///< Metres per unit of a 32FC1 image.
   bool latest_camera_info = false;  ///< The newest before an image will do, or else the first.
-  std::optional<bool> rectify;      ///< Empty: distorted images whose topic does not say "rect".
-  std::string colour_info_topic;    ///< Empty: camera_info beside the colour topic.
+  /// `auto`: distorted images whose topic does not say "rect".
+  RectifyChoice rectify = RectifyChoice::kAuto;
+  std::string colour_info_topic;  ///< Empty: camera_info beside the colour topic.
 };
 
 /// Opens a bag and reads its transforms; images are read one by one.

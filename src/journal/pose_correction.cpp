@@ -180,7 +180,7 @@ double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 }  // namespace
 
 void GivenMotion::add(const StampedPose& given) {
-  if (beginsAnew(given)) {
+  if (isNewRecording(given)) {
     *this = GivenMotion();
   } else if (before_) {
     unevenness_ = std::max(kFades * unevenness_, distance(given.T_W_C, expectedAt(given.stamp_s)));
@@ -190,7 +190,7 @@ void GivenMotion::add(const StampedPose& given) {
 }
 
 bool GivenMotion::takesOver(const Eigen::Isometry3d& T_W_S, const StampedPose& given) {
-  const bool takes_over = beginsAnew(given) || isMovedBy(T_W_S, given);
+  const bool takes_over = isNewRecording(given) || isMovedBy(T_W_S, given);
   if (takes_over) {  // so that the jump is no part of the motion
     if (before_) before_->T_W_C = T_W_S * before_->T_W_C;
     if (newest_) newest_->T_W_C = T_W_S * newest_->T_W_C;

@@ -3,14 +3,12 @@
 #include <stdexcept>
 #include <utility>
 
-#include "kernels/core/grid.h"
-
 namespace dtsdf {
 namespace {
 
 /// So that the whole mesh need not be made at once when the maps are swapped.
 constexpr size_t kCallsPerMesh = 64;
-/// How often the memory is looked at: to ask for it is to wait for a GPU.
+/// How often the memory is measured, for which a GPU has to be waited for.
 constexpr size_t kCallsPerCheck = 8;
 /// The mesh of so few is made when the maps are swapped.
 constexpr size_t kFewCalls = 8;
@@ -65,20 +63,16 @@ void Refusion::checkMemory(size_t live_bytes) {
 }
 
 void Refusion::extract() {
-  for (BlockMesh& block : mapper_->updateMesh().blocks) {
-    const PackedKey key = packKey(block.key);
-    if (block.triangles.empty()) {
-      mesh_.erase(key);
-    } else {
-      mesh_[key] = std::move(block);
-    }
+  MeshUpdate update = mapper_->updateMesh();
+  for (BlockMesh& block : update.blocks) {
+    mesh_.put(std::make_shared<const BlockMesh>(std::move(block)));
   }
   calls_since_mesh_ = 0;
 }
 
-std::map<PackedKey, BlockMesh> Refusion::takeMesh() {
+const std::map<PackedKey, SharedBlockMesh>& Refusion::takeMesh() {
   if (calls_since_mesh_ > 0) extract();
-  return std::move(mesh_);
+  return mesh_.blocks();
 }
 
 }  // namespace dtsdf

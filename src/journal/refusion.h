@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "dtsdf_mapping/block_mesh.h"
+#include "dtsdf_mapping/mesh.h"
 #include "journal/replay.h"
 
 namespace dtsdf {
@@ -31,7 +31,7 @@ class Refusion {
 
   size_t fused() const { return fused_; }                 ///< Depth images.
   size_t total() const { return replay_.depthImages(); }  ///< Of those that are known of.
-  size_t bytes() const { return bytes_; }                 ///< Of the map, when last looked at.
+  size_t bytes() const { return bytes_; }  ///< Of the map, when it was last measured.
   /// Records of the journal that it has done, once step() has nothing to do.
   uint64_t count() const { return replay_.count(); }
   /// What an image that is not in the journal yet would be moved by.
@@ -41,7 +41,7 @@ class Refusion {
   std::vector<StampedPose> firstCamera() const { return replay_.firstCamera(); }
 
   /// The mesh of the whole map, by packed key. Brings it up to date.
-  std::map<PackedKey, BlockMesh> takeMesh();
+  const std::map<PackedKey, SharedBlockMesh>& takeMesh();
   std::unique_ptr<Mapper> takeMapper() { return std::move(mapper_); }
 
  private:
@@ -52,7 +52,7 @@ class Refusion {
   journal::Correction correction_;
   CorrectionEffect effect_;
   std::unique_ptr<Mapper> mapper_;
-  std::map<PackedKey, BlockMesh> mesh_;
+  MeshStore mesh_{1.0f};  ///< Only its blocks.
   size_t fused_ = 0, bytes_ = 0, calls_since_mesh_ = 0;
 };
 

@@ -27,9 +27,7 @@ BagOptions bagOptions(const InputOptions& options, const NodeParams& node) {
   bag.unit_16uc1_m = node.input.unit_16uc1_m;
   bag.unit_32fc1_m = node.input.unit_32fc1_m;
   bag.latest_camera_info = node.input.camera_info == CameraInfoChoice::kLatest;
-  if (node.input.rectify != RectifyChoice::kAuto) {
-    bag.rectify = node.input.rectify == RectifyChoice::kAlways;
-  }
+  bag.rectify = node.input.rectify;
   if (node.input.mask && bag.mask_topic.empty()) {
     throw UsageError("input/mask requires masks; give the bag's topic by --mask-topic");
   }

@@ -51,7 +51,7 @@ std::string bytesOffline(const std::vector<SentFrame>& frames) {
   for (const SentFrame& frame : frames) {
     cv_bridge::CvImageConstPtr pixels;
     DepthFrame depth = makeDepthFrame(frame.image, frame.info, {}, pixels);
-    depth.T_W_C = transforms.find("map", frame.camera, frame.image->header.stamp).T_W_C;
+    depth.T_W_C = *transforms.find("map", frame.camera, frame.image->header.stamp).T_W_C;
     EXPECT_EQ(mapper->integrate(depth).status, FrameStatus::kFused);
   }
   MeshStore store(params.mapper.map.voxel_size_m);

@@ -102,7 +102,8 @@ class BagReader {
   void prepare(const std::string& topic, std::string info_topic) {
     this->topic = topic;
     if (info_topic.empty()) {
-      info_topic = topicBeside(withoutEnding(topic, kind_.compressed_topic), "camera_info");
+      const std::string image_topic = withoutEnding(topic, kind_.compressed_topic);
+      info_topic = image_topic.substr(0, image_topic.rfind('/') + 1) + "camera_info";
     }
     if (!kind_.is_colour && !options.intrinsics) requireMessages(bag, info_topic);
     poses_ = std::make_unique<BagPoses>(bag, options);
@@ -111,7 +112,7 @@ class BagReader {
       const auto info = message.instantiate<sensor_msgs::CameraInfo>();
       if (info) infos_[info->header.stamp] = info;
     }
-    rectification_.emplace(rectifyChoice(options), topic, kind_.is_colour);
+    rectification_.emplace(options.rectify, topic, kind_.is_colour);
   }
 
   /// What next() goes through, in the order of the stamps that `stamp_of` gives.

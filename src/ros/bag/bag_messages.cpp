@@ -37,15 +37,6 @@ void requireMessages(const rosbag::Bag& bag, const std::string& topic) {
                            "'; rosbag info lists its topics");
 }
 
-std::string topicBeside(const std::string& topic, const std::string& name) {
-  return topic.substr(0, topic.rfind('/') + 1) + name;
-}
-
-RectifyChoice rectifyChoice(const BagOptions& options) {
-  if (!options.rectify) return RectifyChoice::kAuto;
-  return *options.rectify ? RectifyChoice::kAlways : RectifyChoice::kNever;
-}
-
 std::string withoutEnding(const std::string& topic, const std::string& ending) {
   return hasEnding(topic, ending) ? topic.substr(0, topic.size() - ending.size()) : topic;
 }

@@ -14,7 +14,6 @@
 
 #include "io/bag_frames.h"
 #include "io/trajectory.h"
-#include "params/node_params.h"
 
 namespace dtsdf {
 
@@ -22,12 +21,6 @@ bool hasMessages(const rosbag::Bag& bag, const std::string& topic);
 
 /// @throws std::runtime_error if it has none.
 void requireMessages(const rosbag::Bag& bag, const std::string& topic);
-
-/// The topic of this name in the same namespace.
-std::string topicBeside(const std::string& topic, const std::string& name);
-
-/// What BagOptions says of it.
-RectifyChoice rectifyChoice(const BagOptions& options);
 
 /// The topic of an image by itself, if `topic` is that of what a transport has made of it, which
 /// ends in `ending`.

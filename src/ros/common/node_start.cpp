@@ -7,7 +7,6 @@
 #include <xmlrpcpp/XmlRpcValue.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <optional>
 #include <string>
@@ -72,13 +71,14 @@ std::string leftoversText(const std::vector<std::string>& arguments, const std::
 
 /// Read by image_transport and its plugins, diagnostic_updater and a standalone nodelet manager.
 bool belongsToRos(const std::string& key) {
-  static const std::array<const char*, 4> kKeys = {"image_transport", "color_image_transport",
-                                                   "diagnostic_period", "num_worker_threads"};
-  static const std::array<const char*, 3> kSections = {"compressed/", "compressedDepth/",
-                                                       "theora/"};
-  return std::find(kKeys.begin(), kKeys.end(), key) != kKeys.end() ||
-         std::any_of(kSections.begin(), kSections.end(),
-                     [&](const std::string& section) { return key.rfind(section, 0) == 0; });
+  for (const char* name :
+       {"image_transport", "color_image_transport", "diagnostic_period", "num_worker_threads"}) {
+    if (key == name) return true;
+  }
+  for (const char* section : {"compressed/", "compressedDepth/", "theora/"}) {
+    if (key.rfind(section, 0) == 0) return true;
+  }
+  return false;
 }
 
 /// A list, if all it holds are names.

@@ -175,9 +175,7 @@ GivenPoses readPath(const nav_msgs::Path& path, const std::string& child_frame) 
   if (path.header.frame_id.size() > kLongestFrame) {
     throw std::runtime_error("the name of its frame is too long");
   }
-  GivenPoses given;
-  given.frame_id = path.header.frame_id;
-  given.child_frame = child_frame;
+  GivenPoses given{{}, path.header.frame_id, child_frame};
   given.poses.reserve(path.poses.size());
   for (const geometry_msgs::PoseStamped& pose : path.poses) {
     given.poses.push_back({pose.header.stamp.toSec(), readPose(pose.pose)});

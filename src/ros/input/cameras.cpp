@@ -12,13 +12,6 @@ constexpr std::chrono::milliseconds kTransformPoll{5};
 /// A message wakes the thread.
 constexpr std::chrono::milliseconds kUntilNextImage{1000};
 
-/// The colour camera's frame is that of its images, and masks are for depth.
-InputParams colourInput(InputParams params) {
-  params.camera_frame.clear();
-  params.mask = false;
-  return params;
-}
-
 }  // namespace
 
 Cameras::Cameras(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
@@ -33,18 +26,15 @@ Cameras::Cameras(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
 
 void Cameras::add(const std::string& name, const std::string& ns, const ros::NodeHandle& nh,
                   const NodeParams& params) {
-  ImageStream::Parts parts{
-      transforms_,   queue_, frameOfPoses(params),
-      names_.size(), 0.0,    [this](const ros::Time& stamp) { restartStamps(stamp); }};
+  const size_t camera = names_.size();
   names_.push_back(name);
   streams_.push_back(
-      std::make_unique<ImageStream>(kDepthImages, name, ns, nh, params.input, parts));
+      std::make_unique<ImageStream>(kDepthImages, name, camera, ns, nh, params, transforms_, queue_,
+                                    [this](const ros::Time& stamp) { restartStamps(stamp); }));
   if (colour_ == ColourUse::kNever) return;
   // Colour whose stamps go back restarts alone: what is mapped does not depend on it.
-  parts.on_time_jump = nullptr;
-  parts.max_rate_hz = params.colour.max_rate_hz;
-  streams_.push_back(
-      std::make_unique<ImageStream>(kColourImages, name, ns, nh, colourInput(params.input), parts));
+  streams_.push_back(std::make_unique<ImageStream>(kColourImages, name, camera, ns, nh, params,
+                                                   transforms_, queue_));
 }
 
 void Cameras::subscribe(const ros::NodeHandle& private_nh) {

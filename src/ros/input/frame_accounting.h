@@ -30,7 +30,7 @@ enum class DropReason {
   kRepeatedStamp,     ///< That of the image before, which one transform cannot both belong to.
   kLongName,          ///< The name of its frame or its encoding is longer than any real one.
   kNoTransform,       ///< None within the timeout.
-  kBeforeTransforms,  ///< Older than the transforms known: none can come any more.
+  kBeforeTransforms,  ///< Older than the transforms known: none can come.
   kQueueFull,         ///< The oldest that waited when a newer one came.
   kOutOfOrder,        ///< Older than what another camera's frame has made of the map meanwhile.
   kTimeJump,          ///< In the queue when the stamps jumped back.

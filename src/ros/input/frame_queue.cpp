@@ -30,10 +30,7 @@ FrameQueue::FrameQueue(Limits limits, std::function<void()> on_ready, SteadyCloc
 
 FrameQueue::Stream FrameQueue::addStream(StreamOptions options, FrameAccounting& accounting) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  StreamState state;
-  state.options = std::move(options);
-  state.accounting = &accounting;
-  streams_.push_back(std::move(state));
+  streams_.push_back({std::move(options), &accounting});
   return streams_.size() - 1;
 }
 
@@ -56,7 +53,7 @@ void FrameQueue::add(Stream stream, const CameraImage& message) {
     }
     return;
   }
-  auto place = findIncomplete(stream, stamp);
+  auto place = find(stream, State::kIncomplete, stamp);
   if (place != entries_.end() && image && place->second.whole.messages.image) {  // two of one stamp
     dropIncomplete(place);
     place = entries_.end();
@@ -75,10 +72,12 @@ void FrameQueue::add(Stream stream, const CameraImage& message) {
   if (is_whole) shorten(stream);
 }
 
-FrameQueue::Entries::iterator FrameQueue::findIncomplete(Stream stream, const ros::Time& stamp) {
+/// The first, or the one with this stamp.
+FrameQueue::Entries::iterator FrameQueue::find(Stream stream, State state,
+                                               std::optional<ros::Time> stamp) {
   return firstThat([&](const auto& entry) {
-    return entry.second.stream == stream && entry.first.stamp == stamp &&
-           entry.second.state == State::kIncomplete;
+    return entry.second.stream == stream && entry.second.state == state &&
+           (!stamp || entry.first.stamp == *stamp);
   });
 }
 
@@ -122,9 +121,7 @@ bool FrameQueue::completeIfWhole(Entries::iterator place) {
 
 bool FrameQueue::poseFirst(Stream stream, const std::function<Decision(Whole&)>& decide) {
   std::unique_lock<std::mutex> lock(mutex_);
-  const auto first = firstThat([&](const auto& entry) {
-    return entry.second.stream == stream && entry.second.state == State::kWhole;
-  });
+  const auto first = find(stream, State::kWhole);
   if (first == entries_.end()) return false;
   const Key key = first->first;
   Whole frame = first->second.whole;
@@ -168,10 +165,7 @@ void FrameQueue::apply(Entries::iterator place, Decision decision) {
 
 void FrameQueue::dropStamp(Stream stream, const ros::Time& stamp, const Rejection& rejection) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const auto place = firstThat([&](const auto& entry) {
-    return entry.second.stream == stream && entry.first.stamp == stamp &&
-           entry.second.state == State::kWhole;
-  });
+  const auto place = find(stream, State::kWhole, stamp);
   if (place != entries_.end()) drop(place, rejection);
 }
 
@@ -324,13 +318,12 @@ void FrameQueue::dropOldest(Stream stream) {
   const StreamState& state = streams_[stream];
   if (place->second.state == State::kIncomplete) {
     dropIncomplete(place);
-  } else if (place->second.state == State::kWhole && !state.waiting_for.empty()) {
-    drop(place, {DropReason::kQueueFull,
-                 "the queue is full: the oldest image still waits for its transform (" +
-                     state.waiting_for + ")"});
   } else {
-    drop(place, {DropReason::kQueueFull,
-                 "the queue is full: fusing takes longer than the time between images"});
+    const bool waits_for_pose = place->second.state == State::kWhole && !state.waiting_for.empty();
+    const std::string why = waits_for_pose ? "the oldest image still waits for its transform (" +
+                                                 state.waiting_for + ")"
+                                           : "fusing takes longer than the time between images";
+    drop(place, {DropReason::kQueueFull, "the queue is full: " + why});
   }
   if (!state.options.is_colour) dropColourUpTo(stamp);
 }

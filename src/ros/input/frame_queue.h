@@ -141,11 +141,11 @@ class FrameQueue {
   struct StreamState {
     StreamOptions options;
     FrameAccounting* accounting;
-    ros::Time heard;        ///< Nothing of this stamp or before comes any more.
+    ros::Time heard = {};   ///< No frame of this stamp or before can come.
     bool has_come = false;  ///< A posed frame of it.
     size_t taken = 0;
-    sensor_msgs::CameraInfoConstPtr latest_info;
-    std::string waiting_for;
+    sensor_msgs::CameraInfoConstPtr latest_info = nullptr;
+    std::string waiting_for = {};
     size_t seen_waiting = 0, seen_taken = 0;  ///< The backlog once it had taken so many.
     int behind = 0;                           ///< So often in a row the backlog had not shrunk.
     bool is_overloaded = false;               ///< Until none waits.
@@ -155,7 +155,7 @@ class FrameQueue {
 
   // All but add() with mutex_ held.
   void add(Stream stream, const CameraImage& message);
-  Entries::iterator findIncomplete(Stream stream, const ros::Time& stamp);
+  Entries::iterator find(Stream stream, State state, std::optional<ros::Time> stamp = std::nullopt);
   static size_t bytesOf(const Entry& entry);
   std::optional<DropReason> missingOf(const Entry& entry) const;
   bool completeIfWhole(Entries::iterator place);

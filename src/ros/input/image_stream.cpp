@@ -36,16 +36,14 @@ std::string infoTopicFor(const ros::NodeHandle& nh, const std::string& name,
 FrameQueue::StreamOptions queueOptions(const ImageKind& kind, const std::string& name,
                                        const InputParams& params, const std::string& info_topic,
                                        const std::string& mask_topic) {
-  FrameQueue::StreamOptions options;
-  options.name = name;
-  options.is_colour = kind.is_colour;
-  options.any_info = params.camera_info == CameraInfoChoice::kLatest;
-  options.wants_mask = params.mask;
-  options.no_info_text = std::string("no camera_info") +
-                         (options.any_info ? "" : " with the same stamp") + " on '" + info_topic +
-                         "'";
-  options.no_mask_text = "no mask with the same stamp on '" + mask_topic + "'";
-  return options;
+  const bool any_info = params.camera_info == CameraInfoChoice::kLatest;
+  return {name,
+          kind.is_colour,
+          any_info,
+          params.mask && !kind.is_colour,
+          std::string("no camera_info") + (any_info ? "" : " with the same stamp") + " on '" +
+              info_topic + "'",
+          "no mask with the same stamp on '" + mask_topic + "'"};
 }
 
 std::string accountingName(const ImageKind& kind, const std::string& name) {
@@ -55,11 +53,17 @@ std::string accountingName(const ImageKind& kind, const std::string& name) {
 
 }  // namespace
 
-ImageStream::ImageStream(const ImageKind& kind, const std::string& name, const std::string& ns,
-                         const ros::NodeHandle& nh, const InputParams& params, Parts parts)
+ImageStream::ImageStream(const ImageKind& kind, const std::string& name, size_t camera,
+                         const std::string& ns, const ros::NodeHandle& nh, const NodeParams& params,
+                         Transforms& transforms, FrameQueue& queue,
+                         std::function<void(const ros::Time&)> on_time_jump)
     : kind_(kind),
-      params_(params),
-      parts_(std::move(parts)),
+      params_(params.input),
+      transforms_(transforms),
+      queue_(queue),
+      on_time_jump_(std::move(on_time_jump)),
+      pose_frame_(frameOfPoses(params)),
+      camera_(camera),
       nh_(nh),
       ns_(ns),
       topic_(ns + "/" + kind_.ns + "/image_rect"),
@@ -67,17 +71,17 @@ ImageStream::ImageStream(const ImageKind& kind, const std::string& name, const s
       info_topic_(infoTopicFor(nh, nh.resolveName(ns + "/" + kind_.ns + "/camera_info", false),
                                image_topic_)),
       accounting_(accountingName(kind_, name)),
-      stream_(parts_.queue.addStream(
-          queueOptions(kind_, name, params, info_topic_, nh.resolveName(ns + "/mask/image")),
+      stream_(queue_.addStream(
+          queueOptions(kind_, name, params_, info_topic_, nh.resolveName(ns + "/mask/image")),
           accounting_)),
-      rate_limit_(parts_.max_rate_hz),
-      motion_gate_(params.max_speed_m_s, params.max_turn_deg_s),
-      rectification_(params.rectify, image_topic_, kind_.is_colour),
+      rate_limit_(kind_.is_colour ? params.colour.max_rate_hz : 0.0),
+      motion_gate_(params_.max_speed_m_s, params_.max_turn_deg_s),
+      rectification_(params_.rectify, image_topic_, kind_.is_colour),
       transport_(nh) {}
 
 void ImageStream::subscribe(const ros::NodeHandle& private_nh) {
   info_ = nh_.subscribe(info_topic_, kSubscriberQueue, &ImageStream::onInfo, this);
-  if (params_.mask) {
+  if (params_.mask && !kind_.is_colour) {
     mask_ = nh_.subscribe(ns_ + "/mask/image", kSubscriberQueue, &ImageStream::onMask, this);
   }
   const image_transport::TransportHints hints("raw", ros::TransportHints(), private_nh,
@@ -109,10 +113,10 @@ void ImageStream::onImage(const sensor_msgs::ImageConstPtr& image) {
   guarded("image", [&] {
     const ros::Time stamp = image->header.stamp;
     accounting_.imageReceived(stamp);
-    if (const auto rejection = checkArrival(*image, parts_.queue.maxBytes())) {
+    if (const auto rejection = checkArrival(*image, queue_.maxBytes())) {
       return accounting_.dropped(*rejection, stamp);
     }
-    parts_.queue.addImage(stream_, image);
+    queue_.addImage(stream_, image);
   });
 }
 
@@ -120,7 +124,7 @@ void ImageStream::onInfo(const sensor_msgs::CameraInfoConstPtr& info) {
   guarded("camera_info", [&] {
     accounting_.cameraInfoReceived();
     const std::string problem = findProblem(*info);
-    if (problem.empty()) return parts_.queue.addInfo(stream_, info);
+    if (problem.empty()) return queue_.addInfo(stream_, info);
     ROS_WARN_STREAM_THROTTLE_NAMED(
         5.0, "dtsdf_mapping", "camera_info on '" << info_topic_ << "' is ignored: " << problem);
   });
@@ -128,8 +132,8 @@ void ImageStream::onInfo(const sensor_msgs::CameraInfoConstPtr& info) {
 
 void ImageStream::onMask(const sensor_msgs::ImageConstPtr& mask) {
   guarded("mask", [&] {
-    const auto rejection = checkArrival(*mask, parts_.queue.maxBytes());
-    if (!rejection) return parts_.queue.addMask(stream_, mask);
+    const auto rejection = checkArrival(*mask, queue_.maxBytes());
+    if (!rejection) return queue_.addMask(stream_, mask);
     ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping", "a mask is ignored: " << rejection->text);
   });
 }
@@ -141,7 +145,7 @@ bool ImageStream::step() {
     waits = std::holds_alternative<std::string>(decision);
     return decision;
   };
-  while (parts_.queue.poseFirst(stream_, decide)) {
+  while (queue_.poseFirst(stream_, decide)) {
   }
   return waits;
 }
@@ -155,12 +159,12 @@ FrameQueue::Decision ImageStream::decide(Whole& frame) {
     frame.may_be_ahead = handleTimeJump(stamp);
   }
   PoseAnswer pose{Eigen::Isometry3d::Identity()};
-  if (!parts_.pose_frame.empty()) {
-    pose = parts_.transforms.find(parts_.pose_frame, cameraFrame(image), stamp, "the image");
+  if (!pose_frame_.empty()) {
+    pose = transforms_.find(pose_frame_, cameraFrame(image), stamp, "the image");
   }
   const auto waited = std::chrono::steady_clock::now() - frame.since;
   if (pose.may_come && waited < toSteadyDuration(params_.tf_timeout_s)) return pose.text;
-  parts_.transforms.notePose(pose.T_W_C.has_value());
+  transforms_.notePose(pose.T_W_C.has_value());
   if (pose.may_come) {
     return Rejection{
         DropReason::kNoTransform,
@@ -196,8 +200,8 @@ std::optional<Rejection> ImageStream::check(const CameraImage& frame) {
 }
 
 std::string ImageStream::cameraFrame(const sensor_msgs::Image& image) const {
-  return params_.camera_frame.empty() ? stripLeadingSlash(image.header.frame_id)
-                                      : params_.camera_frame;
+  const bool is_given = !kind_.is_colour && !params_.camera_frame.empty();
+  return is_given ? params_.camera_frame : stripLeadingSlash(image.header.frame_id);
 }
 
 /// Whether the stamp is so far ahead of those before that it may be wrong.
@@ -216,7 +220,7 @@ bool ImageStream::handleTimeJump(const ros::Time& stamp) {
                                              << last << " to " << stamp
                                              << ": waiting frames and transforms are discarded, "
                                                 "the map is kept (clear_map empties it)");
-  parts_.on_time_jump ? parts_.on_time_jump(stamp) : restartStamps(stamp);
+  on_time_jump_ ? on_time_jump_(stamp) : restartStamps(stamp);
   last_stamp_ = stamp;
   return false;
 }
@@ -232,7 +236,7 @@ void ImageStream::endGap(const ros::Time& stamp) {
     last_stamp_ = ahead;
     return;
   }
-  parts_.queue.dropStamp(
+  queue_.dropStamp(
       stream_, ahead,
       {DropReason::kTimeJump,
        formatted("its stamp was %g s ahead of the images before it and of the next one", gap_s)});
@@ -240,7 +244,7 @@ void ImageStream::endGap(const ros::Time& stamp) {
 
 void ImageStream::restartStamps(const ros::Time& stamp) {
   last_stamp_ = ahead_stamp_ = last_whole_ = ros::Time();
-  parts_.queue.restart(stream_, stamp);
+  queue_.restart(stream_, stamp);
 }
 
 FrameQueue::Decision ImageStream::makePosed(const CameraImage& messages,
@@ -248,7 +252,7 @@ FrameQueue::Decision ImageStream::makePosed(const CameraImage& messages,
   PosedFrame posed;
   posed.stamp = messages.image->header.stamp;
   posed.frame_id = cameraFrame(*messages.image);
-  posed.camera = parts_.camera;
+  posed.camera = camera_;
   try {
     const auto image = messages.mask ? applyMask(*messages.mask, *messages.image) : messages.image;
     const CameraImage camera = rectification_.apply({image, messages.info});
@@ -293,18 +297,16 @@ void ImageStream::noteDoubts(const PosedFrame& posed) {
 }
 
 StreamReport ImageStream::report() const {
-  StreamReport report;
-  report.frames = accounting_.counts();
-  report.image_topic = compressed_ ? compressed_.getTopic() : by_transport_.getTopic();
-  if (report.image_topic.empty()) report.image_topic = image_topic_;
-  report.info_topic = info_topic_;
-  report.image_publishers =
-      compressed_ ? compressed_.getNumPublishers() : by_transport_.getNumPublishers();
-  report.waiting = report.frames.waiting();
-  report.waiting_for = parts_.queue.waitingFor(stream_);
+  const FrameCounts frames = accounting_.counts();
+  const std::string waiting_for = queue_.waitingFor(stream_);
   const std::lock_guard<std::mutex> lock(mutex_);
-  report.warning = warning_;
-  return report;
+  return {frames,
+          image_topic_ + (compressed_ ? kind_.compressed_topic : ""),
+          info_topic_,
+          compressed_ ? compressed_.getNumPublishers() : by_transport_.getNumPublishers(),
+          frames.waiting(),
+          waiting_for,
+          warning_};
 }
 
 }  // namespace dtsdf

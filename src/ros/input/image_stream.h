@@ -28,22 +28,14 @@ namespace dtsdf {
 /// restartMotion().
 class ImageStream {
  public:
-  /// What the stream works with; all of it outlives it.
-  struct Parts {
-    Transforms& transforms;
-    FrameQueue& queue;
-    std::string pose_frame;    ///< That poses are looked up in; empty: images have none.
-    size_t camera = 0;         ///< Its place among the cameras.
-    double max_rate_hz = 0.0;  ///< Of what is taken of the images; 0: all.
-    /// Called where stamps jump back; none: only this stream restarts.
-    std::function<void(const ros::Time&)> on_time_jump;
-  };
-
-  /// `name` is that of the camera, which is empty for a single one. `ns` is the namespace of the
-  /// topics, empty for the root. Not that of `nh`, which for a nodelet of the root namespace is the
-  /// one of its manager, such as a camera driver's.
-  ImageStream(const ImageKind& kind, const std::string& name, const std::string& ns,
-              const ros::NodeHandle& nh, const InputParams& params, Parts parts);
+  /// `name` is that of the camera, which is empty for a single one, and `camera` its place among
+  /// them. `ns` is the namespace of the topics, empty for the root. Not that of `nh`, which for a
+  /// nodelet of the root namespace is the one of its manager, such as a camera driver's.
+  /// `on_time_jump` is called where stamps jump back; none: only this stream restarts. All that is
+  /// given outlives it.
+  ImageStream(const ImageKind& kind, const std::string& name, size_t camera, const std::string& ns,
+              const ros::NodeHandle& nh, const NodeParams& params, Transforms& transforms,
+              FrameQueue& queue, std::function<void(const ros::Time&)> on_time_jump = nullptr);
 
   /// Images come from now on.
   void subscribe(const ros::NodeHandle& private_nh);
@@ -75,8 +67,12 @@ class ImageStream {
   void noteDoubts(const PosedFrame& posed);
 
   const ImageKind& kind_;
-  const InputParams params_;
-  const Parts parts_;
+  const InputParams& params_;
+  Transforms& transforms_;
+  FrameQueue& queue_;
+  const std::function<void(const ros::Time&)> on_time_jump_;
+  const std::string pose_frame_;  ///< That poses are looked up in; empty: images have none.
+  const size_t camera_;
   ros::NodeHandle nh_;
   const std::string ns_, topic_;  ///< Of the images, before remapping.
   const std::string image_topic_, info_topic_;

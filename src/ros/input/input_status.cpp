@@ -210,7 +210,7 @@ void InputStatus::fill(const InputReport& input, MapStatus& status) {
   status.paused = input.paused;
   const std::vector<DropShare> recent = updateDrops(input);
   const std::vector<FrameCounts>& before =
-      moments_[moments_.size() - std::min<size_t>(2, moments_.size())].frames;
+      moments_[moments_.size() - std::min<size_t>(2, moments_.size())].second;
   for (size_t i = 0; i < input.cameras.size() && !input.paused; ++i) {
     judgeCamera(input.cameras[i], recent[i], before[i], input, status);
   }
@@ -232,13 +232,12 @@ void InputStatus::fill(const InputReport& input, MapStatus& status) {
 
 std::vector<DropShare> InputStatus::updateDrops(const InputReport& input) {
   Moment moment{input.at, {}};
-  for (const CameraReport& camera : input.cameras) moment.frames.push_back(camera.depth.frames);
+  for (const CameraReport& camera : input.cameras) moment.second.push_back(camera.depth.frames);
   moments_.push_back(std::move(moment));
-  while (moments_.size() > 2 && input.at - moments_[1].at >= kWindow) moments_.pop_front();
+  while (moments_.size() > 2 && input.at - moments_[1].first >= kWindow) moments_.pop_front();
   std::vector<DropShare> shares;
-  const Moment &first = moments_.front(), &last = moments_.back();
-  for (size_t i = 0; i < last.frames.size(); ++i) {
-    shares.push_back(shareOf(first.frames[i], last.frames[i]));
+  for (size_t i = 0; i < input.cameras.size(); ++i) {
+    shares.push_back(shareOf(moments_.front().second[i], moments_.back().second[i]));
   }
   return shares;
 }

@@ -10,6 +10,7 @@
 #include <deque>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ros/common/pace.h"
@@ -85,10 +86,7 @@ class InputStatus {
   void fill(const InputReport& input, dtsdf_mapping::MapStatus& status);
 
  private:
-  struct Moment {
-    SteadyTime at;
-    std::vector<FrameCounts> frames;
-  };
+  using Moment = std::pair<SteadyTime, std::vector<FrameCounts>>;
 
   /// Of each camera, in their order.
   std::vector<DropShare> updateDrops(const InputReport& input);

@@ -203,7 +203,7 @@ PoseAnswer Transforms::find(const std::string& parent, const std::string& frame,
   }
   const Core core = this->core();
   // Before the look-up itself: a transform that arrives in between may not count as one that has
-  // gone past the image.
+  // passed the image.
   const std::optional<ros::Time> newest = findNewest(*core, parent, frame);
   try {
     answer.T_W_C = toIsometry(core->lookupTransform(parent, frame, stamp).transform);

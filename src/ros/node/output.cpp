@@ -44,7 +44,7 @@ SteadyDuration Output::publish() {
   }
   const double took_ms = 1000.0 * toSeconds(std::chrono::steady_clock::now() - begin);
   const std::lock_guard<std::mutex> report_lock(report_mutex_);
-  if (took_ms > 1.0) report_.publish_ms = took_ms;  // else nothing was published
+  if (took_ms > 1.0) publish_ms_ = took_ms;  // else nothing was published
   return idle;
 }
 
@@ -66,10 +66,10 @@ void Output::takeChangesLocked() {
   if (!changes.blocks.empty()) mesh_.stamp = changes.stamp;
   for (const auto& step : steps_) step->changed(changes);
   const std::lock_guard<std::mutex> lock(report_mutex_);
-  report_.triangles = meshes.triangleCount();
-  report_.bytes = meshes.bytes();
-  report_.max_bytes = meshes.mostBytes();
-  report_.pages = meshes.stats();
+  triangles_ = meshes.triangleCount();
+  bytes_ = meshes.bytes();
+  max_bytes_ = meshes.mostBytes();
+  pages_ = meshes.stats();
 }
 
 void Output::settle() {
@@ -79,10 +79,10 @@ void Output::settle() {
 
 void Output::fill(MapStatus& status) const {
   const std::lock_guard<std::mutex> lock(report_mutex_);
-  status.triangles = report_.triangles;
-  status.publish_ms = static_cast<float>(report_.publish_ms);
-  fillMeshes(report_.pages, report_.bytes, report_.max_bytes, status);
-  if (report_.triangles > 0 || status.frames_fused == 0) return;
+  status.triangles = triangles_;
+  status.publish_ms = static_cast<float>(publish_ms_);
+  fillMeshes(pages_, bytes_, max_bytes_, status);
+  if (triangles_ > 0 || status.frames_fused == 0) return;
   const bool is_wanted = std::any_of(steps_.begin(), steps_.end(),
                                      [](const auto& step) { return step->meshRate_hz(); });
   if (is_wanted) {

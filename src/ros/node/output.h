@@ -34,12 +34,6 @@ class Output {
   void fill(dtsdf_mapping::MapStatus& status) const;
 
  private:
-  struct Report {
-    size_t triangles = 0, bytes = 0, max_bytes = 0;
-    PagedMeshes::Stats pages;
-    double publish_ms = 0.0;
-  };
-
   void takeChangesLocked();
   SteadyDuration publish();
 
@@ -48,8 +42,10 @@ class Output {
   ShownMesh mesh_;
   Pace trim_pace_;
 
-  mutable std::mutex report_mutex_;
-  Report report_;
+  mutable std::mutex report_mutex_;  ///< Guards what follows.
+  size_t triangles_ = 0, bytes_ = 0, max_bytes_ = 0;
+  PagedMeshes::Stats pages_;
+  double publish_ms_ = 0.0;
 };
 
 /// Writes what the status says of the meshes that are kept.

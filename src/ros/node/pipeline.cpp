@@ -144,16 +144,10 @@ void Pipeline::setRates(const dtsdf_mapping::PublishConfig& config) {
 }
 
 void Pipeline::fill(MapStatus& status) {
-  InputReport input;
-  input.cameras = cameras_.report();
-  input.transforms = transforms_.report();
-  input.waiting_bytes = queue_.bytes();
-  input.max_waiting_bytes = queue_.maxBytes();
-  input.paused = queue_.isPaused();
-  input.at = std::chrono::steady_clock::now();
-  input.now = ros::Time::now();
   map_.fill(status);
-  input_status_.fill(input, status);
+  input_status_.fill({cameras_.report(), transforms_.report(), queue_.bytes(), queue_.maxBytes(),
+                      queue_.isPaused(), std::chrono::steady_clock::now(), ros::Time::now()},
+                     status);
   for (const auto& step : steps_) step->fill(status);
   output_.fill(status);
 }

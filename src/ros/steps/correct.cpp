@@ -62,11 +62,8 @@ void CorrectStep::advertise(const Handles& handles) {
       handles.waiting, "correct_poses", [this](const auto& request, auto& response) {
         const std::string path = resolveOutputPath(host_.params.node.output_directory,
                                                    request.file_name, {".txt", ".tum"});
-        GivenPoses given;
-        given.poses = readTrajectory(path, "give a TUM file in output_directory").poses();
-        given.frame_id = request.frame_id;
-        given.child_frame = request.child_frame;
-        correctByCall(given, response);
+        const Trajectory poses = readTrajectory(path, "give a TUM file in output_directory");
+        correctByCall({poses.poses(), request.frame_id, request.child_frame}, response);
       });
   if (journal_ == nullptr) return;
   if (host_.params.node.poses.mode != PoseMode::kTf) {
@@ -84,7 +81,7 @@ void CorrectStep::advertise(const Handles& handles) {
       nh.subscribe<nav_msgs::Path>(ns.substr(0, ns.rfind('/')) + "/corrected_path", 1, callback);
 }
 
-/// Input's thread. A path that was not looked at yet is replaced.
+/// Input's thread. A path that was not read yet is replaced.
 void CorrectStep::followPath(const nav_msgs::Path& path) try {
   GivenPoses given = readPath(path, host_.params.node.corrections.path_frame);
   if (given.poses.empty()) return;
@@ -257,9 +254,8 @@ bool CorrectStep::hasCaughtUp() {
 
 /// The map takes the place of the live one.
 void CorrectStep::finish() {
-  std::map<PackedKey, BlockMesh> mesh = refusion_->takeMesh();
-  std::unique_ptr<Mapper> before =
-      host_.map.replaceCorrected(refusion_->takeMapper(), std::move(mesh));
+  const auto& mesh = refusion_->takeMesh();
+  std::unique_ptr<Mapper> before = host_.map.replaceCorrected(refusion_->takeMapper(), mesh);
   journal_->add(refusion_->correction());
   T_W_S_ = refusion_->motion() * T_W_S_;
   fused_ = refusion_->firstCamera();

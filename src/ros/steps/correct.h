@@ -133,7 +133,7 @@ class CorrectStep : public Step {
   size_t bytes_ = 0;                      ///< Of the map that is made.
   std::string last_;                      ///< What became of the last one; empty: there was none.
   std::string camera_frame_;              ///< Of the first camera's images.
-  std::optional<GivenPoses> path_;        ///< The newest one that came, until it is looked at.
+  std::optional<GivenPoses> path_;        ///< The newest one that came, until it is read.
 
   ros::Subscriber path_input_;
   ros::ServiceServer server_;

@@ -22,10 +22,7 @@ ParamTree settingsOf(const MapperParams& params) {
 }
 
 JournalWriter::Options optionsOf(const JournalParams& params) {
-  JournalWriter::Options options;
-  options.folder = expandHome(params.folder, "journal/folder");
-  options.max_bytes = static_cast<uint64_t>(params.max_gb * 1e9);
-  return options;
+  return {expandHome(params.folder, "journal/folder"), static_cast<uint64_t>(params.max_gb * 1e9)};
 }
 
 /// A frame that the mapper refused for itself leaves the map as it was, at any pose.
@@ -42,12 +39,8 @@ JournalStep::JournalStep(const Host& host)
 
 void JournalStep::begin(std::shared_ptr<const MapChunks> map) {
   const NodeParams& node = host_.params.node;
-  journal::Begin begin;
-  begin.settings = settingsOf(params_);
-  begin.poses = node.poses;
-  begin.map_frame = node.map_frame;
-  begin.level_frame = frameOfMap(node);
-  writer_.begin(begin, std::move(map));
+  writer_.begin({settingsOf(params_), node.poses, node.map_frame, frameOfMap(node)},
+                std::move(map));
   level_.reset();
 }
 
@@ -64,14 +57,9 @@ void JournalStep::fused(const PosedFrame& frame, const IntegrationResult& result
     writer_.add(journal::Level{*level});
     level_ = level;
   }
-  journal::Image image;
-  image.stamp_s = frame.stamp.toSec();
-  image.camera = static_cast<uint32_t>(frame.camera);
-  image.T_W_G = frame.given_T_W_C;
-  image.frame = frame.image;
-  image.pixels =
-      std::shared_ptr<const void>(frame.pixels.get(), [keep = frame.pixels](const void*) {});
-  writer_.add(std::move(image));
+  const std::shared_ptr<const void> pixels(frame.pixels.get(), [keep = frame.pixels](auto*) {});
+  writer_.add(journal::Image{frame.stamp.toSec(), static_cast<uint32_t>(frame.camera),
+                             frame.given_T_W_C, frame.image, pixels});
   const JournalReport report = writer_.report();
   if (report.problem.empty()) return;
   ROS_WARN_STREAM_THROTTLE_NAMED(

@@ -291,13 +291,10 @@ ClearedRegion LiveMap::clearRegion(const Region& region) {
 }
 
 MapOrigin LiveMap::origin(const std::string& map_frame) const {
-  MapOrigin origin;
-  origin.map_frame = map_frame;
-  origin.T_W_M = parts_.frame.level();
-  const FramePoseParams& poses = parts_.params.node.poses;
-  if (poses.mode != PoseMode::kTf) origin.poses = poses;
-  origin.stamp_s = map_stamp_.isZero() ? loaded_stamp_s_ : map_stamp_.toSec();
-  return origin;
+  const PoseParams& poses = parts_.params.node.poses;
+  return {map_frame, parts_.frame.level(),
+          map_stamp_.isZero() ? loaded_stamp_s_ : map_stamp_.toSec(),
+          poses.mode == PoseMode::kTf ? PoseParams() : poses};
 }
 
 bool LiveMap::isEmpty() const {
@@ -336,14 +333,14 @@ std::unique_ptr<Mapper> LiveMap::replace(LoadedMap loaded) {
   return std::move(loaded.mapper);
 }
 
-std::unique_ptr<Mapper> LiveMap::replaceCorrected(std::unique_ptr<Mapper> mapper,
-                                                  std::map<PackedKey, BlockMesh> mesh) {
+std::unique_ptr<Mapper> LiveMap::replaceCorrected(
+    std::unique_ptr<Mapper> mapper, const std::map<PackedKey, SharedBlockMesh>& mesh) {
   if (mesh_under_way_) finishMesh();
   mapper_.swap(mapper);
   fused_since_mesh_ = false;
   mesh_whole_ = true;
   mesh_stamp_ = surfaces_stamp_ = map_stamp_;
-  parts_.mesh_changes.replaceAll(std::move(mesh), mesh_stamp_);
+  parts_.mesh_changes.replaceAll(mesh, mesh_stamp_);
   for (const auto& step : parts_.steps) step->replaced({Replacement::Kind::kCorrected});
   updateReport();
   return mapper;

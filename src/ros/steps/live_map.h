@@ -94,7 +94,7 @@ class LiveMap {
   /// The map of corrected poses, with all frames that this one has, and its whole mesh. @return the
   /// mapper so far.
   std::unique_ptr<Mapper> replaceCorrected(std::unique_ptr<Mapper> mapper,
-                                           std::map<PackedKey, BlockMesh> mesh);
+                                           const std::map<PackedKey, SharedBlockMesh>& mesh);
 
   /// Empties map and mesh, and starts over after a failure.
   /// @throws std::runtime_error if the backend cannot even do that.

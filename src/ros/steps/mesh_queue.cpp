@@ -31,13 +31,11 @@ void MeshQueue::add(MeshUpdate update, const ros::Time& stamp) {
   });
 }
 
-void MeshQueue::replaceAll(std::map<PackedKey, BlockMesh> mesh, const ros::Time& stamp) {
+void MeshQueue::replaceAll(const std::map<PackedKey, SharedBlockMesh>& mesh,
+                           const ros::Time& stamp) {
   change([&] {
     changes_.is_whole = true;
-    blocks_.clear();
-    for (auto& [key, block] : mesh) {
-      blocks_[key] = std::make_shared<const BlockMesh>(std::move(block));
-    }
+    blocks_ = {mesh.begin(), mesh.end()};
     changes_.stamp = stamp;
   });
 }
@@ -92,9 +90,9 @@ std::vector<SharedBlockMesh> differences(const MeshStore& store,
   }
   for (const auto& [key, block] : store.blocks()) {
     if (kept.count(key) > 0) continue;
-    auto gone = std::make_shared<BlockMesh>();
-    gone->key = block->key;
-    differing.push_back(std::move(gone));
+    auto empty = std::make_shared<BlockMesh>();
+    empty->key = block->key;
+    differing.push_back(std::move(empty));
   }
   return differing;
 }

@@ -34,7 +34,7 @@ class MeshQueue {
   void add(MeshUpdate update, const ros::Time& stamp);
   /// The whole mesh, by packed key, of a map that is another one in part. Whoever follows compares
   /// it with what there was, and takes what differs.
-  void replaceAll(std::map<PackedKey, BlockMesh> mesh, const ros::Time& stamp);
+  void replaceAll(const std::map<PackedKey, SharedBlockMesh>& mesh, const ros::Time& stamp);
   /// A new map that takes the place of the old one may have voxels of another size.
   void clear(std::optional<float> voxel_size_m = std::nullopt);
 

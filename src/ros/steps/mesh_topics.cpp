@@ -72,7 +72,7 @@ Marker makeMarker(const Format& format, int id, int action) {
 
 void begin(const Format&, const ros::Time&, MarkerArray&) {}
 
-void beginAnew(const Format& format, MarkerArray& message) {
+void startOver(const Format& format, MarkerArray& message) {
   message.markers.push_back(makeMarker(format, 0, Marker::DELETEALL));
 }
 
@@ -107,7 +107,7 @@ void begin(const Format& format, const ros::Time& stamp, MeshBlocks& message) {
   message.step_m = format.step_m;
 }
 
-void beginAnew(const Format& format, MeshBlocks& message) {
+void startOver(const Format& format, MeshBlocks& message) {
   begin(format, ros::Time(), message);
   message.begins_anew = true;
 }
@@ -126,7 +126,7 @@ class ChunkTopic {
   void advertise(const ros::NodeHandle& nh, const std::string& name, const Format& format) {
     topic_.advertise<Message>(nh, name, kWaitingPieces, [&format](const auto& newcomer) {
       Message message;
-      beginAnew(format, message);
+      startOver(format, message);
       newcomer.publish(message);
     });
   }

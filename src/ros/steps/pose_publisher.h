@@ -57,7 +57,7 @@ class PosePublisher {
   /// With refine and poses/odom_frame: where that lies in map_frame.
   void publishCorrection(const ros::Time& stamp, const Eigen::Isometry3d& T_M_O);
 
-  /// The path begins anew, as the map does.
+  /// The path starts over, as the map does.
   void clearPath();
 
   /// Why a transform is not published; empty: all are.

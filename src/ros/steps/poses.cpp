@@ -53,7 +53,6 @@ PosesStep::PosesStep(const Host& host)
     : host_(host),
       params_(host.params.node),
       transforms_(host.transforms),
-      listeners_{[](const auto&) {}, [](const auto&, const auto&) {}, [] {}},
       cameras_(std::max<size_t>(1, params_.cameras.size()), CameraState(params_.poses)),
       tracker_(params_.poses),
       base_frame_(params_.poses.base_frame) {
@@ -68,14 +67,7 @@ void PosesStep::requireOn() const {
 }
 
 void PosesStep::advertise(const Handles& handles) {
-  if (isOn()) {
-    publisher_ = std::make_unique<PosePublisher>(handles.prompt, params_, transforms_);
-    setListeners({[this](const FoundPose& pose) { publisher_->publish(pose); },
-                  [this](const ros::Time& stamp, const Eigen::Isometry3d& T_M_O) {
-                    publisher_->publishCorrection(stamp, T_M_O);
-                  },
-                  [this] { publisher_->clearPath(); }});
-  }
+  if (isOn()) publisher_ = std::make_unique<PosePublisher>(handles.prompt, params_, transforms_);
   using namespace dtsdf_mapping;
   servers_.push_back(
       serve<SetPose>(handles.waiting, "set_pose", [this](const auto& request, auto& response) {
@@ -166,21 +158,21 @@ bool PosesStep::isToBeFused(const PosedFrame& frame, const Alignment& alignment)
                   : cameras_.at(frame.camera).refiner.isToBeFused(alignment);
 }
 
-/// Where stamps go back, a recording or the odometry begins anew, from where it began before.
+/// Where stamps go back, a recording or the odometry starts over, from where it began before.
 Alignment PosesStep::refine(const PosedFrame& frame, const DepthFrame& depth) {
   CameraState& camera = cameras_.at(frame.camera);
   const double back_s = camera.last_stamp.toSec() - frame.stamp.toSec();
   if (back_s > kTimeJump_s) camera.refiner = PoseRefiner(params_.poses);
   camera.last_stamp = frame.stamp;
   Alignment alignment = camera.refiner.refine(host_.map.mapper(), depth);
-  if (frame.camera == 0) {
-    listeners_.on_correction(frame.stamp, T_W_M().inverse() * camera.refiner.T_W_O() * T_W_M());
-  }
+  if (frame.camera != 0) return alignment;
+  T_M_O_ = T_W_M().inverse() * camera.refiner.T_W_O() * T_W_M();
+  if (publisher_) publisher_->publishCorrection(frame.stamp, T_M_O_);
   return alignment;
 }
 
 /// Where stamps go back, the camera is still where it was, as far as anybody knows; so it is where
-/// the map is emptied, in which nothing can be found any more.
+/// the map is emptied, in which nothing can be found.
 Alignment PosesStep::track(const PosedFrame& frame, const DepthFrame& depth) {
   const std::optional<Eigen::Isometry3d> last_T_W_C = tracker_.lastPose();
   if (given_T_W_B_) {
@@ -204,7 +196,8 @@ void PosesStep::fused(const PosedFrame& frame, const IntegrationResult& result) 
     fused_.pop_front();
     ++left_out_;
   }
-  if (const auto pose = foundPose(frame)) listeners_.on_pose(*pose);
+  published_ = foundPose(frame);
+  if (published_ && publisher_) publisher_->publish(*published_);
   const std::lock_guard<std::mutex> lock(mutex_);
   trajectory_bytes_ = fused_.size() * sizeof(StampedPose);
 }
@@ -233,7 +226,7 @@ void PosesStep::replaced(const Replacement& replacement) {
   is_elsewhere_ = true;
   fused_.clear();
   left_out_ = 0;
-  listeners_.on_new_map();
+  if (publisher_) publisher_->clearPath();
   const std::lock_guard<std::mutex> lock(mutex_);
   trajectory_bytes_ = 0;
 }

@@ -8,7 +8,6 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <deque>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -33,14 +32,6 @@ class PosesStep : public Step {
  public:
   explicit PosesStep(const Host& host);
 
-  /// Who hears of poses, on the map's thread: what publishes them, once it is advertised.
-  struct Listeners {
-    std::function<void(const FoundPose&)> on_pose;  ///< Of a frame that was fused.
-    std::function<void(const ros::Time&, const Eigen::Isometry3d& T_M_O)> on_correction;
-    std::function<void()> on_new_map;  ///< The poses so far are of another map.
-  };
-  void setListeners(Listeners listeners) { listeners_ = std::move(listeners); }
-
   void advertise(const Handles& handles) override;
   /// Gives a frame the pose in M that is expected of it, where it has none by TF: with track.
   std::optional<Rejection> expect(PosedFrame& frame) override;
@@ -58,6 +49,10 @@ class PosesStep : public Step {
 
   /// The trajectory so far: poses of the first camera's frames in the map, in the order of fusing.
   const std::deque<StampedPose>& fusedPoses() const { return fused_; }
+  /// What was published last, whoever listens.
+  const std::optional<FoundPose>& published() const { return published_; }
+  /// With refine, what moves the given poses of the first camera.
+  const Eigen::Isometry3d& T_M_O() const { return T_M_O_; }
 
  private:
   /// Of one camera.
@@ -85,7 +80,6 @@ class PosesStep : public Step {
   const Host& host_;
   const NodeParams& params_;
   const Transforms& transforms_;
-  Listeners listeners_;
   std::vector<CameraState> cameras_;
   PoseTracker tracker_;
   std::string base_frame_;                                   ///< Name of B, once it is known.
@@ -93,6 +87,8 @@ class PosesStep : public Step {
   std::optional<Eigen::Isometry3d> given_T_W_B_;             ///< By setPose(), for the next image.
   bool is_elsewhere_ = false;  ///< Until the next image: see replaced().
   Alignment found_;            ///< Of the newest image.
+  std::optional<FoundPose> published_;
+  Eigen::Isometry3d T_M_O_ = Eigen::Isometry3d::Identity();
   std::deque<StampedPose> fused_;
   size_t left_out_ = 0;  ///< Of the oldest ones.
 

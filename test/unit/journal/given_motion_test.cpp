@@ -90,8 +90,8 @@ TEST(GivenMotion, OneJumpMayFollowAnother) {
 
 TEST(GivenMotion, StampsThatGoBackBeginAnew) {
   const GivenMotion motion = seenUpTo(10);
-  EXPECT_FALSE(motion.beginsAnew({0.5, onTheWay(0.5)})) << "disorder";
-  EXPECT_TRUE(motion.beginsAnew({0.3, onTheWay(0.3)}));
+  EXPECT_FALSE(motion.isNewRecording({0.5, onTheWay(0.5)})) << "disorder";
+  EXPECT_TRUE(motion.isNewRecording({0.3, onTheWay(0.3)}));
 }
 
 TEST(GivenMotion, IsTakenOverByAJumpOrANewRecordingAndNotSeenTwice) {
@@ -101,7 +101,7 @@ TEST(GivenMotion, IsTakenOverByAJumpOrANewRecordingAndNotSeenTwice) {
   EXPECT_TRUE(motion.takesOver(T, {1.1, T * onTheWay(1.1)}));
   EXPECT_FALSE(motion.takesOver(T, {1.2, T * onTheWay(1.2)})) << "that is where it is given by now";
   EXPECT_TRUE(motion.takesOver(T, {0.3, onTheWay(0.3)}));
-  EXPECT_FALSE(motion.beginsAnew({0.3, onTheWay(0.3)})) << "it was added";
+  EXPECT_FALSE(motion.isNewRecording({0.3, onTheWay(0.3)})) << "it was added";
 }
 
 }  // namespace

@@ -34,13 +34,10 @@ struct EdgeSet {
   }
 };
 
-/// A corner is behind for most of the units around it; some of them give it a side.
-constexpr uint8_t kBehind = 1, kGiven = 2;
-
 struct MeshBlockShared {
   ArraysAround arrays;
   LabelNeighbourhood labels_around;
-  uint8_t sides[kGridCorners];  ///< What the units around a corner give it: kBehind, kGiven.
+  uint8_t behind[kGridCorners];  ///< For most of the units around the corner.
   EdgeSet edges;
   MeshRecord record;
   union {  // the one after the other, with a barrier between
@@ -72,23 +69,9 @@ __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t lea
 /// All threads of the block have to call it.
 __device__ void settleCorners(MeshBlockShared& shared) {
   for (int i = threadIdx.x; i < kGridCorners; i += blockDim.x) {
-    const Vec3i corner = cornerAt(i);
-    const bool is_behind = isBehindForMost(cornerBalance(shared.window.labels, corner));
-    const bool is_given = isGivenASide(shared.window.labels, corner);
-    shared.sides[i] = (is_behind ? kBehind : 0) | (is_given ? kGiven : 0);
+    shared.behind[i] = isBehindForMost(cornerBalance(shared.window.labels, cornerAt(i))) ? 1 : 0;
   }
   __syncthreads();
-}
-
-__device__ SettledCorners settledCorners(const MeshBlockShared& shared, const Vec3i& unit) {
-  SettledCorners corners{0, 0};
-  for (int c = 0; c < kCubeCorners; ++c) {
-    const Vec3i corner = unit + cornerOffset(c);
-    const unsigned sides = shared.sides[cornerIndex(corner.x, corner.y, corner.z)];
-    corners.behind |= (sides & kBehind ? 1u : 0u) << c;
-    corners.given |= (sides & kGiven ? 1u : 0u) << c;
-  }
-  return corners;
 }
 
 /// Regularises this thread's units, but for loose ones, and enters their edges. @return their
@@ -96,17 +79,16 @@ __device__ SettledCorners settledCorners(const MeshBlockShared& shared, const Ve
 __device__ uint32_t regulariseUnits(const MeshView& mesh, MeshBlockShared& shared,
                                     UnitIndices (&regular)[kUnitsPerThread]) {
   uint32_t triangles = 0;
-  const auto& window = shared.window;
-  const auto at = [&](const Vec3i& unit) {
-    const bool is_own = blockAround(unit) == aroundNumber({0, 0, 0});
-    return is_own && window.pieces.isLoose(unit) ? UnitLabels{0, 0} : window.labels(unit);
-  };
   for (int k = 0; k < kUnitsPerThread; ++k) {
     const Vec3i unit = voxelOffset(static_cast<int>(threadIdx.x * kUnitsPerThread + k));
     regular[k] = {{0, 0}};
-    if (window.pieces.isLoose(unit)) continue;
-    const SettledCorners corners = settledCorners(shared, unit);
-    regular[k] = settledIndices(*mesh.tables, at, unit, corners, mesh.directional != 0);
+    if (shared.window.pieces.isLoose(unit)) continue;
+    unsigned behind = 0;
+    for (int c = 0; c < kCubeCorners; ++c) {
+      const Vec3i at = unit + cornerOffset(c);
+      behind |= (shared.behind[cornerIndex(at.x, at.y, at.z)] ? 1u : 0u) << c;
+    }
+    regular[k] = regularise(shared.window.labels(unit), behind);
     triangles += countTriangles(*mesh.tables, regular[k]);
     visitTriangleEdges(*mesh.tables, regular[k], unit, [&](int edge) { shared.edges.add(edge); });
   }

@@ -186,7 +186,7 @@ bool BlockMesher::makeSurface(int32_t slot, BlockSurface& surface, BlockRefiner*
     labels[n] = empty ? nullptr : state_[around[n]].labels.data();
   }
   const ArraysAround arrays = arraysAround(table_, voxels_, around, least_evidence_);
-  surface.regularise(labels, rules_.most_loose_units, directional_);
+  surface.regularise(labels, rules_.most_loose_units);
   surface.emit(rules_, arrays, state.vertices, directional_, mesh);
   if (refiner != nullptr) {
     refiner->refine(rules_, arrays, surface, {state.vertices, state.normals}, directional_, mesh);

@@ -37,7 +37,6 @@ BlockVertex makeVertex(const MeshSettings& rules, const ArraysAround& arrays, in
 /// What cornerBalance() gathers for a corner, spread by the units, of which most say nothing.
 void BlockSurface::weighCorners(const LabelNeighbourhood& labels) {
   std::fill(balance_, balance_ + kGridCorners, int8_t{0});
-  std::fill(is_given_, is_given_ + kGridCorners, uint8_t{0});
   for (int n = 0; n < kBlocksAround; ++n) {
     if (labels[n] == nullptr) continue;
     const Vec3i at = aroundOffset(n);
@@ -58,9 +57,7 @@ void BlockSurface::weighCorners(const LabelNeighbourhood& labels) {
 void BlockSurface::addSides(const UnitLabels& labels, const Vec3i& unit) {
   if (saysNothing(labels)) return;
   const auto add = [&](int c, int corner) {
-    const int side = sideGiven(labels, c);
-    balance_[corner] = static_cast<int8_t>(balance_[corner] + side);
-    is_given_[corner] |= side != 0 ? 1 : 0;
+    balance_[corner] = static_cast<int8_t>(balance_[corner] + sideGiven(labels, c));
   };
   if (blockOfVoxel(unit) == BlockKey{0, 0, 0}) {  // as most: all of its corners do
     const int first = cornerIndex(unit.x, unit.y, unit.z);
@@ -86,67 +83,36 @@ void BlockSurface::addTriangles(const UnitIndices& regular, const Vec3i& unit) {
   });
 }
 
-SettledCorners BlockSurface::cornersOf(const Vec3i& unit) const {
-  SettledCorners corners{0, 0};
-  for (int c = 0; c < kCubeCorners; ++c) {
-    const Vec3i corner = unit + cornerOffset(c);
-    const int number = cornerIndex(corner.x, corner.y, corner.z);
-    corners.behind |= isBehindForMost(balance_[number]) ? 1u << c : 0u;
-    corners.given |= is_given_[number] != 0 ? 1u << c : 0u;
-  }
-  return corners;
-}
-
-/// False only where so few corners get a side that no surface is between them.
-bool BlockSurface::mayClose(const Vec3i& unit) const {
-  const int first = cornerIndex(unit.x, unit.y, unit.z);
-  const auto given = [&](int x, int y, int z) { return is_given_[first + cornerIndex(x, y, z)]; };
-  return (given(0, 0, 0) | given(1, 0, 0) | given(0, 1, 1) | given(1, 1, 1)) != 0;
-}
-
-/// False only where mayClose() is for all units of a row.
-bool BlockSurface::mayCloseRow(const Vec3i& first_unit) const {
-  const uint8_t* const lower = is_given_ + cornerIndex(0, first_unit.y, first_unit.z);
-  const uint8_t* const upper = is_given_ + cornerIndex(0, first_unit.y + 1, first_unit.z + 1);
-  unsigned given = 0;
-  for (int x = 0; x < kCornerGridSide; ++x) given |= lower[x] | upper[x];
-  return given != 0;
-}
-
-void BlockSurface::addUnits(const LabelNeighbourhood& labels, const BlockBits& loose,
-                            bool directional) {
+void BlockSurface::addUnits(const UnitLabels* labels, const BlockBits& loose) {
   edges_.clear();
   triangle_edges_.clear();
   surface_units_.clear();
   holding_surface_ = {};
-  constexpr Vec3i kMiddle{0, 0, 0};
-  const auto at = [&](const Vec3i& unit) {
-    const UnitSource source = unitSource(unit);
-    const bool is_left_out = source.block == aroundNumber(kMiddle) && hasUnit(loose, unit);
-    const UnitLabels* block = labels[source.block];
-    return block == nullptr || is_left_out ? UnitLabels{0, 0} : block[source.unit];
-  };
-  const UnitLabels* own = labels[aroundNumber(kMiddle)];
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    const Vec3i unit = voxelOffset(i);
-    if (unit.x == 0 && !anySpeaks(own + i) && !(directional && mayCloseRow(unit))) {
+    if (i % kBlockSide == 0 && !anySpeaks(labels + i)) {
       i += kBlockSide - 1;
       continue;
     }
-    if (saysNothing(own[i]) && !(directional && mayClose(unit))) continue;
+    if (saysNothing(labels[i])) continue;
+    const Vec3i unit = voxelOffset(i);
     if (hasUnit(loose, unit)) continue;
-    if (holdsSurface(own[i])) addUnit(holding_surface_, unit);
-    addTriangles(settledIndices(kMeshTables, at, unit, cornersOf(unit), directional), unit);
+    if (holdsSurface(labels[i])) addUnit(holding_surface_, unit);
+    unsigned behind = 0;
+    for (int c = 0; c < kCubeCorners; ++c) {
+      const Vec3i corner = unit + cornerOffset(c);
+      const int balance = balance_[cornerIndex(corner.x, corner.y, corner.z)];
+      behind |= isBehindForMost(balance) ? 1u << c : 0u;
+    }
+    addTriangles(dtsdf::regularise(labels[i], behind), unit);
   }
 }
 
-void BlockSurface::regularise(const LabelNeighbourhood& labels, int most_loose_units,
-                              bool directional) {
+void BlockSurface::regularise(const LabelNeighbourhood& labels, int most_loose_units) {
   weighCorners(labels);
-  addUnits(labels, {}, directional);
+  const UnitLabels* own = labels[aroundNumber({0, 0, 0})];
+  addUnits(own, {});
   const BlockBits loose = looseUnits(holding_surface_, labels, most_loose_units);
-  if (loose != BlockBits{})
-    addUnits(labels, loose, directional);  // once more, as few blocks have any
+  if (loose != BlockBits{}) addUnits(own, loose);  // once more, as few blocks have any
 }
 
 void BlockSurface::emit(const MeshSettings& rules, const ArraysAround& arrays,

@@ -24,7 +24,7 @@ class BlockSurface {
  public:
   /// Regularises the block's units and enters the edges of their triangles, but for those of loose
   /// pieces of up to so many units. Some unit of the block says something.
-  void regularise(const LabelNeighbourhood& labels, int most_loose_units, bool directional);
+  void regularise(const LabelNeighbourhood& labels, int most_loose_units);
 
   /// Vertices and triangles of what was regularised, those in gaps marked. Few edges differ from
   /// those before: `known` holds the vertices of some, sorted by edge.
@@ -38,15 +38,11 @@ class BlockSurface {
  private:
   void weighCorners(const LabelNeighbourhood& labels);
   void addSides(const UnitLabels& labels, const Vec3i& unit);
-  SettledCorners cornersOf(const Vec3i& unit) const;
-  bool mayClose(const Vec3i& unit) const;
-  bool mayCloseRow(const Vec3i& first_unit) const;
-  void addUnits(const LabelNeighbourhood& labels, const BlockBits& loose, bool directional);
+  void addUnits(const UnitLabels* labels, const BlockBits& loose);
   void addTriangles(const UnitIndices& regular, const Vec3i& unit);
 
-  int8_t balance_[kGridCorners];    ///< Of each corner, see cornerBalance().
-  uint8_t is_given_[kGridCorners];  ///< Whether some unit gives the corner a side.
-  BlockBits holding_surface_;       ///< Units that do before they are regularised.
+  int8_t balance_[kGridCorners];  ///< Of each corner, see cornerBalance().
+  BlockBits holding_surface_;     ///< Units that do before they are regularised.
   std::vector<SurfaceUnit> surface_units_;
   EdgeSet edges_;  ///< That carry a vertex.
   uint16_t vertex_of_edge_[kGridEdges];

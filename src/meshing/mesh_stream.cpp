@@ -217,6 +217,11 @@ void MeshStream::write(uint64_t end_number) {
   const auto count = static_cast<size_t>(end_number - written_);
   Mesh piece;
   piece.origin_m = window_.origin_m;
+  outline_.closeHoles(
+      begin, begin + count, window_.vertices_m, window_.normals, [&](const Outline::Triangle& t) {
+        const auto number = [&](uint32_t i) { return static_cast<uint32_t>(first_ + i); };
+        sink_.triangle({number(t[0]), number(t[1]), number(t[2])});
+      });
   piece.vertices_m.reserve(count);
   for (size_t i = begin; i < begin + count; ++i) {
     piece.vertices_m.push_back(outline_.smoothed(i, window_.vertices_m));

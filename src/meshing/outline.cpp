@@ -1,5 +1,8 @@
 #include "meshing/outline.h"
 
+#include <algorithm>
+#include <limits>
+
 #include "kernels/core/vec.h"
 
 namespace dtsdf {
@@ -19,55 +22,120 @@ constexpr float kWeightsAlong[kStepsAlong + 1][kStepsAlong + 1] = {
 /// end of something narrow, which would become shorter.
 constexpr float kLeastExtent = 0.4f;
 
+/// Of the longest outline around a hole that is closed: it is two voxels across.
+constexpr int kMostEdgesOfHole = 8;
+
 }  // namespace
 
-void Outline::reserve(size_t vertices) {
-  sums_.reserve(vertices);
-  squares_.reserve(vertices);
-  kinds_.reserve(vertices);
-}
-
-void Outline::addTriangle(const std::array<uint32_t, 3>& triangle) {
+void Outline::addTriangle(const Triangle& triangle) {
   for (int k = 0; k < 3; ++k) {
     const int64_t at = triangle[k];
     const int64_t after = triangle[(k + 1) % 3] - at, before = triangle[(k + 2) % 3] - at;
-    sums_[triangle[k]] += static_cast<uint32_t>(after - before);
-    squares_[triangle[k]] += static_cast<uint64_t>(after * after - before * before);
+    Vertex& vertex = vertices_[triangle[k]];
+    vertex.sum += static_cast<uint32_t>(after - before);
+    vertex.squares += static_cast<uint64_t>(after * after - before * before);
+    vertex.triangles = vertex.triangles == 0 ? 1 : 2;
+    vertex.has_ends = false;
   }
 }
 
 void Outline::drop(size_t count) {
-  const auto dropFrom = [count](auto& values) {
-    values.erase(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
-  };
-  dropFrom(sums_);
-  dropFrom(squares_);
-  dropFrom(kinds_);
+  vertices_.erase(vertices_.begin(), vertices_.begin() + static_cast<std::ptrdiff_t>(count));
 }
 
-/// By the sums of the triangles around a vertex; kNone: they are no fan, or a closed one.
+/// By the sums of the triangles around a vertex.
+void Outline::findEnds(size_t vertex) const {
+  Vertex& v = vertices_[vertex];
+  v.has_ends = true;
+  v.ends[kForwards] = v.ends[kBackwards] = 0;
+  const int64_t sum = static_cast<int32_t>(v.sum);
+  const auto squares = static_cast<int64_t>(v.squares);
+  if (sum == 0 || squares % sum != 0 || (squares / sum + sum) % 2 != 0) return;
+  const int64_t forwards = (squares / sum + sum) / 2, backwards = (squares / sum - sum) / 2;
+  const auto isOne = [&](int64_t end) {
+    const int64_t number = static_cast<int64_t>(vertex) + end;
+    return number >= 0 && number < static_cast<int64_t>(vertices_.size());
+  };
+  if (isOne(forwards)) v.ends[kForwards] = static_cast<int32_t>(forwards);
+  if (isOne(backwards)) v.ends[kBackwards] = static_cast<int32_t>(backwards);
+}
+
+/// One end of the fan of triangles around a vertex; kNone: they are no fan, or a closed one.
 size_t Outline::endOfFan(size_t vertex, Way way) const {
-  const int64_t sum = static_cast<int32_t>(sums_[vertex]);
-  const auto squares = static_cast<int64_t>(squares_[vertex]);
-  if (sum == 0 || squares % sum != 0) return kNone;
-  const int64_t twice = squares / sum + (way == kForwards ? sum : -sum);
-  const int64_t number = static_cast<int64_t>(vertex) + twice / 2;
-  const bool is_one = twice % 2 == 0 && number >= 0 && number < static_cast<int64_t>(sums_.size());
-  return is_one ? static_cast<size_t>(number) : kNone;
+  if (!vertices_[vertex].has_ends) findEnds(vertex);
+  const int32_t end = vertices_[vertex].ends[way];
+  return end == 0 ? kNone : static_cast<size_t>(static_cast<int64_t>(vertex) + end);
 }
 
 /// The next vertex on the outline; kNone: the line ends there, or meets another one.
 size_t Outline::beside(size_t vertex, Way way) const {
-  if (kinds_[vertex] == Kind::kFixed) return kNone;
+  if (kindOf(vertex) == Kind::kFixed) return kNone;
   const size_t next = endOfFan(vertex, way);
-  if (next == kNone || kinds_[next] == Kind::kFixed) return next;
+  if (next == kNone || kindOf(next) == Kind::kFixed) return next;
   return endOfFan(next, way == kForwards ? kBackwards : kForwards) == vertex ? next : kNone;
 }
 
 /// The same, past the middle of a side.
 size_t Outline::nextOnEdge(size_t vertex, Way way) const {
   const size_t next = beside(vertex, way);
-  return next != kNone && kinds_[next] == Kind::kMiddle ? beside(next, way) : next;
+  return next != kNone && kindOf(next) == Kind::kMiddle ? beside(next, way) : next;
+}
+
+/// The vertices of a short outline, counter-clockwise as triangles inside of it; none if it is
+/// longer, or not the lowest comes first.
+void Outline::followLoop(size_t lowest, std::vector<uint32_t>& loop) const {
+  loop.clear();
+  int edges = 0;
+  size_t at = lowest;
+  do {
+    const Vertex& vertex = vertices_[at];
+    edges += vertex.kind == Kind::kPlain ? 1 : 0;
+    loop.push_back(static_cast<uint32_t>(at));
+    at = vertex.triangles < 2 || edges > kMostEdgesOfHole ? kNone : beside(at, kBackwards);
+  } while (at != kNone && at > lowest);
+  if (at != lowest) loop.clear();
+}
+
+/// Cuts the corner off a loop whose neighbours are nearest to each other, of those where the
+/// triangle faces the way that the surface does. @return whether there is one.
+bool Outline::cutCorner(std::vector<uint32_t>& loop, const std::vector<Vec3f>& positions,
+                        const std::vector<Vec3f>& normals, std::vector<Triangle>& triangles) const {
+  const size_t count = loop.size();
+  size_t best = count;
+  float shortest = std::numeric_limits<float>::infinity();
+  Triangle triangle{};
+  for (size_t i = 0; i < count; ++i) {
+    const Triangle t{loop[(i + count - 1) % count], loop[i], loop[(i + 1) % count]};
+    const Vec3f& p = positions[t[0]];
+    const Vec3f across = positions[t[2]] - p;
+    const bool faces = dot(cross(positions[t[1]] - p, across), normals[t[1]]) > 0.0f;
+    if (!faces || norm(across) >= shortest) continue;
+    shortest = norm(across);
+    best = i;
+    triangle = t;
+  }
+  if (best == count) return false;
+  triangles.push_back(triangle);
+  loop.erase(loop.begin() + static_cast<std::ptrdiff_t>(best));
+  return true;
+}
+
+void Outline::closeHoles(size_t first, size_t end, const std::vector<Vec3f>& positions,
+                         const std::vector<Vec3f>& normals,
+                         const std::function<void(const Triangle&)>& add) {
+  std::vector<uint32_t> loop;
+  std::vector<Triangle> triangles;
+  for (size_t i = first; i < end; ++i) {
+    if (isInside(i)) continue;
+    followLoop(i, loop);
+    triangles.clear();
+    while (loop.size() >= 3 && cutCorner(loop, positions, normals, triangles)) continue;
+    if (loop.size() >= 3) continue;
+    for (const Triangle& triangle : triangles) {
+      addTriangle(triangle);
+      add(triangle);
+    }
+  }
 }
 
 Vec3f Outline::shiftOf(size_t vertex, const std::vector<Vec3f>& positions) const {
@@ -94,8 +162,8 @@ Vec3f Outline::shiftOf(size_t vertex, const std::vector<Vec3f>& positions) const
 
 Vec3f Outline::smoothed(size_t vertex, const std::vector<Vec3f>& positions) const {
   const Vec3f& position = positions[vertex];
-  if (isInside(vertex) || kinds_[vertex] == Kind::kFixed) return position;
-  if (kinds_[vertex] == Kind::kPlain) return position + shiftOf(vertex, positions);
+  if (isInside(vertex) || kindOf(vertex) == Kind::kFixed) return position;
+  if (kindOf(vertex) == Kind::kPlain) return position + shiftOf(vertex, positions);
   const size_t ends[2] = {beside(vertex, kForwards), beside(vertex, kBackwards)};
   if (ends[0] == kNone || ends[1] == kNone) return position;
   return position + 0.5f * (shiftOf(ends[0], positions) + shiftOf(ends[1], positions));

@@ -75,7 +75,7 @@ class ChunkPacker {
   }
 
   PackedChunk finish() {
-    smoothOutline();
+    mendOutlines();
     addNormals();
     addColours();
     if (normals_.size() <= kMostVertices16) {
@@ -107,12 +107,15 @@ class ChunkPacker {
     return is_on_face ? Outline::Kind::kFixed : Outline::Kind::kPlain;
   }
 
-  void smoothOutline() {
+  void mendOutlines() {
     std::vector<Vec3f> steps(normals_.size());
     for (size_t i = 0; i < steps.size(); ++i) {
       const uint16_t* const p = &chunk_.positions[3 * i];
       steps[i] = {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
     }
+    outline_.closeHoles(0, steps.size(), steps, normals_, [&](const Outline::Triangle& triangle) {
+      chunk_.triangles32.insert(chunk_.triangles32.end(), triangle.begin(), triangle.end());
+    });
     for (const auto& [i, p] : outline_.smoothed(steps)) {
       // A line may bulge out of the chunk, by less than what vertices have beyond it.
       chunk_.positions[3 * i] = static_cast<uint16_t>(p.x + 0.5f);

@@ -48,14 +48,12 @@ class RandomBlocks {
 };
 
 /// The indices of a unit, from the eight units around each of its corners.
-UnitIndices settledOneByOne(const RandomBlocks& blocks, const Vec3i& unit, bool directional) {
-  SettledCorners corners{0, 0};
+UnitIndices regularOneByOne(const RandomBlocks& blocks, const Vec3i& unit) {
+  unsigned behind = 0;
   for (int c = 0; c < kCubeCorners; ++c) {
-    const Vec3i corner = unit + cornerOffset(c);
-    if (isBehindForMost(cornerBalance(blocks, corner))) corners.behind |= 1u << c;
-    if (isGivenASide(blocks, corner)) corners.given |= 1u << c;
+    if (isBehindForMost(cornerBalance(blocks, unit + cornerOffset(c)))) behind |= 1u << c;
   }
-  return settledIndices(kMeshTables, blocks, unit, corners, directional);
+  return regularise(blocks(unit), behind);
 }
 
 TEST(BlockSurface, CornersAreSettledByAllUnitsAround) {
@@ -65,12 +63,11 @@ TEST(BlockSurface, CornersAreSettledByAllUnitsAround) {
     const RandomBlocks blocks(random);
     LabelNeighbourhood labels;
     blocks.point(labels);
-    const bool directional = trial % 2 == 0;
-    surface->regularise(labels, 0, directional);
+    surface->regularise(labels, 0);
     size_t next = 0;
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
       const Vec3i unit = voxelOffset(i);
-      const UnitIndices expected = settledOneByOne(blocks, unit, directional);
+      const UnitIndices expected = regularOneByOne(blocks, unit);
       if (countTriangles(kMeshTables, expected) == 0) continue;
       ASSERT_LT(next, surface->units().size());
       const SurfaceUnit& found = surface->units()[next++];

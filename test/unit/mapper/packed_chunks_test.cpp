@@ -11,6 +11,7 @@
 
 #include "kernels/core/grid.h"
 #include "meshing/mesh_chunks.h"
+#include "meshing/outline.h"
 #include "support/depth_frames.h"
 #include "support/mesh_topology.h"
 #include "support/random_vectors.h"
@@ -56,9 +57,9 @@ std::vector<PackedChunk> packAll(const MeshStore& store, int chunk_blocks) {
 }
 
 /// Triangles of all chunks, where vertices at one place are one vertex.
-std::vector<Triangle> joinByPlace(const std::vector<PackedChunk>& chunks, double step_m) {
+Mesh joinByPlace(const std::vector<PackedChunk>& chunks, double step_m) {
   std::map<Point, uint32_t> numbers;
-  std::vector<Triangle> triangles;
+  Mesh mesh;
   for (const PackedChunk& chunk : chunks) {
     for (size_t t = 0; t < chunk.triangleCount(); ++t) {
       Triangle triangle;
@@ -66,10 +67,15 @@ std::vector<Triangle> joinByPlace(const std::vector<PackedChunk>& chunks, double
         const Point p_W = positionOf(chunk, step_m, chunk.corner(3 * t + k));
         triangle[k] = numbers.emplace(p_W, static_cast<uint32_t>(numbers.size())).first->second;
       }
-      triangles.push_back(triangle);
+      mesh.triangles.push_back(triangle);
     }
   }
-  return triangles;
+  mesh.vertices_m.resize(numbers.size());
+  for (const auto& [p_W, number] : numbers) {
+    mesh.vertices_m[number] = {static_cast<float>(p_W[0]), static_cast<float>(p_W[1]),
+                               static_cast<float>(p_W[2])};
+  }
+  return mesh;
 }
 
 class PackedBall : public testing::TestWithParam<int> {};
@@ -78,10 +84,9 @@ TEST_P(PackedBall, IsClosedAcrossChunksOfAnySize) {
   const MeshStore store = storeOf(meshOfABall(GetParam()));
   for (const int chunk_blocks : {1, 3, 4, 64}) {
     const ChunkLattice lattice(kVoxelSize, chunk_blocks);
-    const std::vector<Triangle> triangles =
-        joinByPlace(packAll(store, chunk_blocks), lattice.step_m);
-    EXPECT_EQ(triangles.size(), store.triangleCount());
-    const MeshTopology topology = measureTopology(triangles);
+    const Mesh mesh = joinByPlace(packAll(store, chunk_blocks), lattice.step_m);
+    EXPECT_EQ(mesh.triangles.size(), store.triangleCount());
+    const MeshTopology topology = measureTopology(mesh.triangles);
     EXPECT_TRUE(topology.isClosedManifold()) << topology << ", chunks of " << chunk_blocks;
   }
 }
@@ -121,6 +126,22 @@ TEST_P(PackedBall, IsHalfAStepFromTheMeshAtMost) {
 INSTANTIATE_TEST_SUITE_P(, PackedBall, testing::Values(0, 1),
                          [](const auto& info) { return info.param == 0 ? "plain" : "refined"; });
 
+/// Closes the holes that chunks leave, which are those that lie in more than one.
+Mesh closeHoles(Mesh mesh) {
+  Outline outline;
+  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) outline.addVertex(Outline::Kind::kPlain);
+  mesh.normals.resize(mesh.vertices_m.size(), {0.0f, 0.0f, 0.0f});
+  for (const Triangle& t : mesh.triangles) {
+    outline.addTriangle(t);
+    const Vec3f& p = mesh.vertices_m[t[0]];
+    const Vec3f n = cross(mesh.vertices_m[t[1]] - p, mesh.vertices_m[t[2]] - p);
+    for (const uint32_t v : t) mesh.normals[v] = mesh.normals[v] + n;
+  }
+  outline.closeHoles(0, mesh.vertices_m.size(), mesh.vertices_m, mesh.normals,
+                     [&](const Outline::Triangle& t) { mesh.triangles.push_back(t); });
+  return mesh;
+}
+
 /// Chunks side by side each smooth what they have of an outline: it stays where it passes from one
 /// to the other.
 TEST(PackedChunks, MeetWhereTheMeshEnds) {
@@ -138,7 +159,7 @@ TEST(PackedChunks, MeetWhereTheMeshEnds) {
   for (const int chunk_blocks : {1, 2, 4}) {
     const ChunkLattice lattice(kVoxelSize, chunk_blocks);
     const MeshTopology packed =
-        measureTopology(joinByPlace(packAll(store, chunk_blocks), lattice.step_m));
+        measureTopology(closeHoles(joinByPlace(packAll(store, chunk_blocks), lattice.step_m)));
     EXPECT_EQ(packed.boundary_edges, whole.boundary_edges) << "chunks of " << chunk_blocks;
   }
 }

@@ -128,20 +128,33 @@ TEST(MeshStore, IsTheSameInPieces) {
       store.apply(updateOf({block}));
     }
   }
-  std::vector<Vec3f> pieces;
+  Mesh in_pieces;
   MeshStream stream(whole, {[&](const Mesh& piece) {
-                              pieces.insert(pieces.end(), piece.vertices_m.begin(),
-                                            piece.vertices_m.end());
+                              in_pieces.vertices_m.insert(in_pieces.vertices_m.end(),
+                                                          piece.vertices_m.begin(),
+                                                          piece.vertices_m.end());
                             },
-                            [](const auto&) {}});
+                            [&](const auto& t) { in_pieces.triangles.push_back(t); }});
   for (const auto& [key, block] : store.blocks()) stream.add(*block);
   stream.finish();
-  const Mesh mesh = store.assemble();
-  ASSERT_EQ(pieces.size(), mesh.vertices_m.size());
-  ASSERT_GT(pieces.size(), 200000u);
-  for (size_t i = 0; i < pieces.size(); ++i) {
-    ASSERT_EQ(norm(pieces[i] - mesh.vertices_m[i]), 0.0f) << i;
+
+  Mesh mesh = rawMesh(store);
+  Outline outline;
+  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) outline.addVertex(Outline::Kind::kPlain);
+  for (const auto& t : mesh.triangles) outline.addTriangle(t);
+  const size_t with_holes = mesh.triangles.size();
+  outline.closeHoles(0, mesh.vertices_m.size(), mesh.vertices_m, mesh.normals,
+                     [&](const auto& t) { mesh.triangles.push_back(t); });
+  EXPECT_GT(mesh.triangles.size(), with_holes + 1000);
+  ASSERT_EQ(in_pieces.vertices_m.size(), mesh.vertices_m.size());
+  ASSERT_GT(mesh.vertices_m.size(), 200000u);
+  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
+    const Vec3f smoothed = outline.smoothed(i, mesh.vertices_m);
+    ASSERT_EQ(norm(in_pieces.vertices_m[i] - smoothed), 0.0f) << i;
   }
+  std::sort(mesh.triangles.begin(), mesh.triangles.end());
+  std::sort(in_pieces.triangles.begin(), in_pieces.triangles.end());
+  EXPECT_EQ(in_pieces.triangles, mesh.triangles);
 }
 
 /// The two sides of a wall cross the same grid edges and must stay apart.

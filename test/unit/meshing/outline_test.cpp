@@ -1,14 +1,17 @@
-// Where vertices on the outline of a mesh go.
+// Where vertices on the outline of a mesh go, and which holes are closed.
 #include "meshing/outline.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <random>
 
+#include "dtsdf_mapping/mesh.h"
 #include "kernels/core/vec.h"
+#include "support/mesh_topology.h"
 
 namespace dtsdf {
 namespace {
@@ -42,10 +45,46 @@ struct Sheet {
 
   uint32_t at(uint32_t x, uint32_t y) const { return numbers[x + kColumns * y]; }
 
-  std::vector<Vec3f> smoothed() const {
+  /// Takes the squares away whose lower corners lie in [first, end).
+  void cut(const std::array<uint32_t, 2>& first, const std::array<uint32_t, 2>& end) {
+    for (uint32_t y = first[1]; y < end[1]; ++y) {
+      for (uint32_t x = first[0]; x < end[0]; ++x) {
+        const uint32_t corner = at(x, y), opposite = at(x + 1, y + 1);
+        const auto isOfSquare = [&](const Triangle& t) {
+          return std::count(t.begin(), t.end(), corner) +
+                     std::count(t.begin(), t.end(), opposite) ==
+                 2;
+        };
+        triangles.erase(std::remove_if(triangles.begin(), triangles.end(), isOfSquare),
+                        triangles.end());
+      }
+    }
+  }
+
+  Outline outline() const {
     Outline outline;
     for (const Kind kind : kinds) outline.addVertex(kind);
     for (const Triangle& triangle : triangles) outline.addTriangle(triangle);
+    return outline;
+  }
+
+  /// The mesh with its holes closed.
+  Mesh closed() const {
+    Mesh mesh;
+    mesh.vertices_m = positions;
+    mesh.normals.resize(positions.size(), {0.0f, 0.0f, 0.0f});
+    for (const Triangle& t : triangles) {
+      const Vec3f n = cross(positions[t[1]] - positions[t[0]], positions[t[2]] - positions[t[0]]);
+      for (const uint32_t v : t) mesh.normals[v] = mesh.normals[v] + n;
+    }
+    mesh.triangles = triangles;
+    outline().closeHoles(0, positions.size(), positions, mesh.normals,
+                         [&](const Triangle& t) { mesh.triangles.push_back(t); });
+    return mesh;
+  }
+
+  std::vector<Vec3f> smoothed() const {
+    const Outline outline = this->outline();
     std::vector<Vec3f> all;
     for (size_t i = 0; i < positions.size(); ++i) all.push_back(outline.smoothed(i, positions));
     return all;
@@ -177,6 +216,61 @@ TEST(Outline, GoesOnWhereTheFirstVerticesAreForgotten) {
   for (size_t i = 0; i < whole.size(); ++i) {
     EXPECT_EQ(distance(outline.smoothed(i, sheet.positions), whole[i]), 0.0f);
   }
+}
+
+constexpr size_t kRim = 2 * (kColumns - 1 + kRows - 1);
+
+TEST(Outline, ClosesHolesOfUpToEightEdges) {
+  Sheet sheet;
+  sheet.triangles.erase(sheet.triangles.begin() + 2 * 25);  // 3 edges
+  sheet.cut({8, 1}, {9, 2});                                // 4
+  sheet.cut({12, 1}, {15, 2});                              // 8
+  sheet.positions[sheet.at(12, 1)].z = 0.5f;
+  const MeshTopology closed = measureTopology(sheet.closed());
+  EXPECT_EQ(closed.boundary_edges, kRim) << closed;
+  EXPECT_EQ(closed.crowded_edges + closed.inconsistent_edges, 0u) << closed;
+  sheet.cut({1, 2}, {5, 3});  // 10
+  EXPECT_EQ(measureTopology(sheet.closed()).boundary_edges, kRim + 10);
+}
+
+TEST(Outline, ClosesHolesAtAnEdge) {
+  Sheet sheet;
+  for (uint32_t y = 0; y < kRows; ++y) {
+    for (uint32_t x = 10; x < kColumns; ++x) {
+      sheet.positions[sheet.at(x, y)] = {10.0f, static_cast<float>(y),
+                                         10.0f - static_cast<float>(x)};
+    }
+  }
+  sheet.cut({9, 1}, {11, 2});
+  EXPECT_EQ(measureTopology(sheet.closed()).boundary_edges, kRim);
+}
+
+TEST(Outline, MiddlesAreNoEdgesOfAHole) {
+  Sheet sheet;
+  sheet.cut({4, 1}, {10, 3});
+  EXPECT_EQ(measureTopology(sheet.closed()).boundary_edges, kRim + 16);
+  for (const uint32_t y : {1u, 3u}) {
+    for (const uint32_t x : {5u, 7u, 9u}) sheet.kinds[sheet.at(x, y)] = Kind::kMiddle;
+  }
+  for (const uint32_t x : {4u, 10u}) sheet.kinds[sheet.at(x, 2)] = Kind::kMiddle;
+  EXPECT_EQ(measureTopology(sheet.closed()).boundary_edges, kRim);
+}
+
+/// The outline of a piece of few triangles is as short as that of a hole.
+TEST(Outline, ClosesNoSmallPieces) {
+  for (const size_t count : {1u, 2u, 4u, 6u}) {
+    Sheet sheet;
+    sheet.triangles.resize(count);
+    sheet.positions[sheet.at(1, 1)].z = 0.7f;
+    EXPECT_EQ(sheet.closed().triangles.size(), count);
+  }
+}
+
+TEST(Outline, ClosesNoHoleWhereTrianglesMayBeElsewhere) {
+  Sheet sheet;
+  sheet.cut({8, 1}, {9, 2});
+  sheet.kinds[sheet.at(9, 1)] = Kind::kFixed;
+  EXPECT_EQ(measureTopology(sheet.closed()).boundary_edges, kRim + 4);
 }
 
 }  // namespace

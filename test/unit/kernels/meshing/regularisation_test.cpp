@@ -38,15 +38,6 @@ class Units {
     }
     return regularise((*this)(unit), behind);
   }
-  UnitIndices settled(const Vec3i& unit) const {
-    SettledCorners corners{0, 0};
-    for (int c = 0; c < kCubeCorners; ++c) {
-      const Vec3i corner = unit + cornerOffset(c);
-      corners.behind |= isBehindForMost(cornerBalance(*this, corner)) ? 1u << c : 0u;
-      corners.given |= isGivenASide(*this, corner) ? 1u << c : 0u;
-    }
-    return settledIndices(kMeshTables, *this, unit, corners, true);
-  }
 
  private:
   int side_;
@@ -148,54 +139,6 @@ TEST(Regularisation, ALevelSurfaceStays) {
   for (int i = 0; i < 9; ++i) units.at({i % 3, i / 3, 1}) = single(0x0F);
   EXPECT_EQ(units.regular({1, 1, 1}).sheet[0], 0x0F);
   EXPECT_EQ(units.regular({1, 1, 2}).sheet[0], 0);
-}
-
-/// A level surface of 5 x 5 units in one of 7 x 7 x 3.
-Units levelUnits() {
-  Units units(7);
-  for (int i = 0; i < 25; ++i) units.at({1 + i % 5, 1 + i / 5, 3}) = single(0x0F);
-  return units;
-}
-
-TEST(Regularisation, ASurfaceWithoutHolesKeepsAllOfItsUnits) {
-  const Units units = levelUnits();
-  for (int i = 0; i < 49; ++i) {
-    const Vec3i unit{i % 7, i / 7, 3};
-    EXPECT_EQ(units.settled(unit).sheet[0], units(unit).behind_first) << unit.x << " " << unit.y;
-  }
-}
-
-TEST(Regularisation, AUnitThatSaysNothingInASurfaceIsClosed) {
-  Units units = levelUnits();
-  units.at({3, 3, 3}) = {0, 0};
-  EXPECT_EQ(units.settled({3, 3, 3}).sheet[0], 0x0F);
-  EXPECT_EQ(units.settled({3, 3, 4}).sheet[0], 0);  // above, where nobody says anything
-  units.at({3, 4, 3}) = {0, 0};                     // two side by side stay a hole
-  EXPECT_EQ(units.settled({3, 3, 3}).sheet[0], 0);
-  EXPECT_EQ(units.settled({3, 4, 3}).sheet[0], 0);
-}
-
-/// A slit that is one unit wide and five long goes on at both ends.
-TEST(Regularisation, ASlitStaysOpen) {
-  Units units = levelUnits();
-  for (int y = 1; y < 6; ++y) units.at({3, y, 3}) = {0, 0};
-  for (int y = 1; y < 6; ++y) EXPECT_EQ(units.settled({3, y, 3}).sheet[0], 0);
-}
-
-TEST(Regularisation, AHoleIsClosedThoughACornerGetsNoSide) {
-  Units units(4);  // one corner is behind; units around it but one have it so
-  for (int n = 1; n < 8; ++n) {
-    units.at({1 + (n & 1), 1 + (n >> 1 & 1), 1 + (n >> 2 & 1)}) = single(1 << (7 - n));
-  }
-  EXPECT_EQ(units.settled({1, 1, 1}).sheet[0], 0x80);
-}
-
-TEST(Regularisation, ANotchStaysAndSoDoesATooth) {
-  Units units = levelUnits();
-  units.at({1, 3, 3}) = {0, 0};
-  units.at({6, 3, 3}) = single(0x0F);
-  EXPECT_EQ(units.settled({1, 3, 3}).sheet[0], 0);
-  EXPECT_EQ(units.settled({6, 3, 3}).sheet[0], 0x0F);
 }
 
 }  // namespace regularisation_test

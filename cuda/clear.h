@@ -1,8 +1,8 @@
 /// The stage "clear" on the device: what a frame contradicts, and what it leaves empty.
 #pragma once
 
-#include "backend/block_changes.h"
 #include "fusion.h"
+#include "map/block_table.h"
 
 namespace dtsdf {
 namespace gpu {

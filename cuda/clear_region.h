@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "backend/block_changes.h"
 #include "device_map.h"
 #include "kernels/core/region.h"
+#include "map/block_table.h"
 
 namespace dtsdf {
 namespace gpu {

@@ -55,12 +55,12 @@ class CudaBackend : public MapBackend {
   void findBlocks() override { block_finder_.mark(*sensing_, surfels_); }
   TouchedBlocks lookUpBlocks() override;
   void seeFree(std::vector<Vec3i> cubes) override;
-  void reserveFrame(const FrameTurn& turn) override;
-  void castFoldAndClear(const FrameTurn& turn) override;
+  void reserveFrame(const FusionPass& pass) override;
+  void castFoldAndClear(const FusionPass& pass) override;
   FrameOutcome takeOutcome() override;
 
   void takeColours(const ColourFrame& frame) override { painter_.takeImage(frame); }
-  SeenColours look(const ColourLook& look) override;
+  SeenColours look(const PaintView& look) override;
   void paint(const Exposure& exposure) override;
 
   void render(const ViewRequest& request, RenderedView& view) override {
@@ -232,25 +232,25 @@ void CudaBackend::findMore() {
   counters_ = block_finder_.waitForCounters();
 }
 
-void CudaBackend::reserveFrame(const FrameTurn& turn) {
-  if (turn.part != nullptr) block_finder_.takePart(*turn.part, map_.view());
-  in_view_count_ = turn.in_view.size();
+void CudaBackend::reserveFrame(const FusionPass& pass) {
+  if (pass.part != nullptr) block_finder_.takePart(*pass.part, map_.view());
+  in_view_count_ = pass.in_view.size();
   map_.noteDemand({counters_.requests, counters_.requested_arrays});
   fusion_.reserve(counters_);
   clearing_.reserve(counters_, in_view_count_);
-  clearing_.noteInView(*sensing_, turn.in_view);
+  clearing_.noteInView(*sensing_, pass.in_view);
 }
 
-void CudaBackend::castFoldAndClear(const FrameTurn& turn) {
+void CudaBackend::castFoldAndClear(const FusionPass& pass) {
   holdForProfile(stream_);
   fusion_.castAndFold(*sensing_, surfels_, target(), counters_);
-  clearing_.findLooks(*sensing_, target(), turn.number);
+  clearing_.findLooks(*sensing_, target(), pass.number);
   bounds_.dirty += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
-  clearing_.clear(*sensing_, target(), counters_, fusion_.covered(), turn.number);
+  clearing_.clear(*sensing_, target(), counters_, fusion_.covered(), pass.number);
   mesher_.prepare();
 }
 
-SeenColours CudaBackend::look(const ColourLook& look) {
+SeenColours CudaBackend::look(const PaintView& look) {
   painter_.look(look, table_.paintedExtent(), map_.view());
   const LookCounters& seen = painter_.counters();
   if (seen.seen == 0) return {};

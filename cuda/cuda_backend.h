@@ -3,7 +3,6 @@
 
 #include <string>
 
-#include "backend/gpu_report.h"
 #include "backend/map_backend.h"
 #include "backend/rules.h"
 #include "dtsdf_mapping/params/mapper_params.h"

@@ -66,7 +66,7 @@ void Painter::takeImage(const ColourFrame& frame) {
   image_stream_.record(taken_);
 }
 
-void Painter::look(const ColourLook& look, const BlockExtent& painted, const MapView& map) {
+void Painter::look(const PaintView& look, const BlockExtent& painted, const MapView& map) {
   painted_ = painted;
   sensing_.view = {look.view,       settings_.directional, look.least_evidence,
                    settings_.rules, settings_.max_depth_m, settings_.full_weight_depth_m};

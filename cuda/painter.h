@@ -32,7 +32,7 @@ class Painter {
 
   /// Finds what it shows of the map's surfaces; only those in `painted` are painted. Waits for the
   /// result. @throws CudaError without memory; the map is untouched.
-  void look(const ColourLook& look, const BlockExtent& painted, const MapView& map);
+  void look(const PaintView& look, const BlockExtent& painted, const MapView& map);
   const LookCounters& counters() const { return pinned_counters_[0]; }
 
   /// The bricks of colours that are not there.

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "backend/backend_error.h"
-#include "backend/block_changes.h"
 #include "backend/map_copy.h"
 #include "backend/mesh_state.h"
 #include "backend/profile.h"
@@ -29,8 +28,8 @@ struct TouchedBlocks {
   size_t new_arrays = 0;               ///< That these miss.
 };
 
-/// A depth image's turn to change voxels.
-struct FrameTurn {
+/// A change of voxels by a depth image.
+struct FusionPass {
   uint64_t number;                      ///< Of the frame, from 1.
   const std::vector<int32_t>& in_view;  ///< Slots of blocks that may be in view, and others.
   /// Where it comes in parts: those blocks that it changes in this one, by key; of others none is
@@ -45,7 +44,7 @@ struct FrameOutcome {
 };
 
 /// How a colour image looks at the map.
-struct ColourLook {
+struct PaintView {
   FrameView view;
   int32_t least_evidence;               ///< That a surface needs.
   const std::vector<int32_t>& in_view;  ///< Slots of blocks that may be in view, and others.
@@ -133,12 +132,12 @@ class MapBackend {
 
   /// Takes what the stages below need for the blocks that were looked up, in the map that an
   /// admission leaves. @throws BackendError without memory.
-  virtual void reserveFrame(const FrameTurn& turn) = 0;
+  virtual void reserveFrame(const FusionPass& pass) = 0;
 
   /// Three stages, which a backend may fuse: surfels into sums, sums into voxels, evidence from
   /// voxels that the image contradicts; those too that are in view, whose turn it is, and that it
   /// does not touch.
-  virtual void castFoldAndClear(const FrameTurn& turn) = 0;
+  virtual void castFoldAndClear(const FusionPass& pass) = 0;
 
   /// Waits for the last image, if it was fused. @return what it left; reported once.
   virtual FrameOutcome takeOutcome() = 0;
@@ -150,7 +149,7 @@ class MapBackend {
   virtual void takeColours(const ColourFrame& frame) = 0;
 
   /// Finds what the image that was taken shows of surfaces.
-  virtual SeenColours look(const ColourLook& look) = 0;
+  virtual SeenColours look(const PaintView& look) = 0;
 
   /// Paints what was found, where there are bricks.
   virtual void paint(const Exposure& exposure) = 0;

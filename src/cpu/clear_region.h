@@ -1,7 +1,6 @@
 /// Emptying voxels by where they are, on the CPU.
 #pragma once
 
-#include "backend/block_changes.h"
 #include "cpu/voxel_store.h"
 #include "kernels/core/region.h"
 #include "map/block_table.h"

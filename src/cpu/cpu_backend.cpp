@@ -21,8 +21,8 @@ namespace {
 
 constexpr size_t kArraysAtATime = 64;  ///< That a thread clears or copies.
 
-bool isInPart(PackedKey key, const FrameTurn& turn) {
-  return turn.part == nullptr || std::binary_search(turn.part->begin(), turn.part->end(), key);
+bool isInPart(PackedKey key, const FusionPass& pass) {
+  return pass.part == nullptr || std::binary_search(pass.part->begin(), pass.part->end(), key);
 }
 
 }  // namespace
@@ -106,17 +106,17 @@ void CpuBackend::seeFree(std::vector<Vec3i> cubes) {
 }
 
 /// Three stages in one loop over the blocks: the sums of a block stay in a thread's cache.
-void CpuBackend::castFoldAndClear(const FrameTurn& turn) {
+void CpuBackend::castFoldAndClear(const FusionPass& pass) {
   const std::vector<TouchedBlock>& blocks = block_finder_.touched();
   std::vector<EmptyBlock> outcome(blocks.size(), EmptyBlock{-1, 0});
   last_touched_.resize(table_.slotCount(), 0);
   BlockTimes times(profile_);
   parallelFor<BlockSums>(blocks.size(), threads_, [&](size_t i, BlockSums& sums) {
     const int32_t slot = table_.find(blocks[i].key);
-    if (slot < 0 || !isInPart(blocks[i].key, turn)) return;
+    if (slot < 0 || !isInPart(blocks[i].key, pass)) return;
     BlockTimes::Lap lap(times);
-    outcome[i] = {slot, fuseBlock(blocks[i], table_.block(slot), turn, sums, lap)};
-    last_touched_[slot] = turn.number;
+    outcome[i] = {slot, fuseBlock(blocks[i], table_.block(slot), pass, sums, lap)};
+    last_touched_[slot] = pass.number;
     lap.end(Stage::kClear);
   });
   times.addTo(profile_);
@@ -127,12 +127,12 @@ void CpuBackend::castFoldAndClear(const FrameTurn& turn) {
     if (block.directions != 0) outcome_.empty.push_back(block);
   }
   if (!free_cubes_.empty()) outcome_.free = std::exchange(free_cubes_, {});
-  if (clearsFreeSpace(params_)) lookAround(turn);
+  if (clearsFreeSpace(params_)) lookAround(pass);
 }
 
 /// Safe to call for different blocks from different threads. @return directions left empty.
 uint32_t CpuBackend::fuseBlock(const TouchedBlock& block, const BlockEntry& entry,
-                               const FrameTurn& turn, BlockSums& sums, BlockTimes::Lap& lap) {
+                               const FusionPass& pass, BlockSums& sums, BlockTimes::Lap& lap) {
   const FrameView& frame = sensing_.image.frame;
   const bool casts = castsSurfels(params_);
   // A voxel is projected to whichever surfel it falls on, also to one that touches other blocks.
@@ -148,7 +148,7 @@ uint32_t CpuBackend::fuseBlock(const TouchedBlock& block, const BlockEntry& entr
   uint32_t empty = fold(sums, directions, entry, depth_weight, fusion_, voxels_);
   lap.end(Stage::kFold);
   if (clearsFreeSpace(params_)) {
-    const BlockLook look{block.block_L, isInTurn(block.key, turn.number, rules_.fusion), &sums,
+    const BlockLook look{block.block_L, isInTurn(block.key, pass.number, rules_.fusion), &sums,
                          directions, params_.map.directional};
     empty |= clear(look, entry).empty_directions;
   }
@@ -165,8 +165,8 @@ ClearedBlock CpuBackend::clear(const BlockLook& look, const BlockEntry& entry) {
 }
 
 /// Clears blocks that the frame does not touch, those whose turn it is.
-void CpuBackend::lookAround(const FrameTurn& turn) {
-  const std::vector<int32_t> slots = blocksInTurn(turn);
+void CpuBackend::lookAround(const FusionPass& pass) {
+  const std::vector<int32_t> slots = blocksInTurn(pass);
   std::vector<ClearedBlock> cleared(slots.size());
   const BlockKey origin = blockOfVoxel(sensing_.image.frame.origin_voxel);
   parallelFor(slots.size(), threads_, [&](size_t i) {
@@ -181,12 +181,12 @@ void CpuBackend::lookAround(const FrameTurn& turn) {
   }
 }
 
-std::vector<int32_t> CpuBackend::blocksInTurn(const FrameTurn& turn) const {
+std::vector<int32_t> CpuBackend::blocksInTurn(const FusionPass& pass) const {
   std::vector<int32_t> slots;
-  for (const int32_t slot : turn.in_view) {
-    if (last_touched_[slot] == turn.number) continue;
+  for (const int32_t slot : pass.in_view) {
+    if (last_touched_[slot] == pass.number) continue;
     const BlockEntry& entry = table_.block(slot);
-    if (!entry.in_use || !isInTurnToBeSeenThrough(entry.key, turn.number)) continue;
+    if (!entry.in_use || !isInTurnToBeSeenThrough(entry.key, pass.number)) continue;
     slots.push_back(slot);
   }
   return slots;
@@ -206,7 +206,7 @@ void CpuBackend::takeColours(const ColourFrame& frame) {
   painter_.takeImage(frame);
 }
 
-SeenColours CpuBackend::look(const ColourLook& look) {
+SeenColours CpuBackend::look(const PaintView& look) {
   const StageTimer timer(profile_, Stage::kPaint);
   SeenColours seen = painter_.look(look, map());
   seen.requests = painter_.requests(map());

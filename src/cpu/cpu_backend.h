@@ -39,12 +39,12 @@ class CpuBackend : public MapBackend {
   void findBlocks() override;
   TouchedBlocks lookUpBlocks() override;
   void seeFree(std::vector<Vec3i> cubes) override;
-  void reserveFrame(const FrameTurn&) override {}
-  void castFoldAndClear(const FrameTurn& turn) override;
+  void reserveFrame(const FusionPass&) override {}
+  void castFoldAndClear(const FusionPass& pass) override;
   FrameOutcome takeOutcome() override { return std::exchange(outcome_, FrameOutcome()); }
 
   void takeColours(const ColourFrame& frame) override;
-  SeenColours look(const ColourLook& look) override;
+  SeenColours look(const PaintView& look) override;
   void paint(const Exposure& exposure) override;
 
   void render(const ViewRequest& request, RenderedView& view) override;
@@ -73,11 +73,11 @@ class CpuBackend : public MapBackend {
  private:
   bool isInTurnToBeSeenThrough(const BlockKey& key, uint64_t frame_number) const;
   PaintedMap map() { return {table_, voxels_, colours_}; }
-  uint32_t fuseBlock(const TouchedBlock& block, const BlockEntry& entry, const FrameTurn& turn,
+  uint32_t fuseBlock(const TouchedBlock& block, const BlockEntry& entry, const FusionPass& pass,
                      BlockSums& sums, BlockTimes::Lap& lap);
   ClearedBlock clear(const BlockLook& look, const BlockEntry& entry);
-  void lookAround(const FrameTurn& turn);
-  std::vector<int32_t> blocksInTurn(const FrameTurn& turn) const;
+  void lookAround(const FusionPass& pass);
+  std::vector<int32_t> blocksInTurn(const FusionPass& pass) const;
 
   const MapperParams params_;
   const Rules rules_;

@@ -202,7 +202,7 @@ void Painter::prefetchNext(const PaintedMap& map, size_t i) const {
   prefetchColours(map.table.block(blocks_[next].slot), map.table, map.colours);
 }
 
-SeenColours Painter::look(const ColourLook& look, const PaintedMap& map) {
+SeenColours Painter::look(const PaintView& look, const PaintedMap& map) {
   sensing_.view = {look.view,       settings_.directional, look.least_evidence,
                    settings_.rules, settings_.max_depth_m, settings_.full_weight_depth_m};
   findBlocksInView(look.in_view, map.table);

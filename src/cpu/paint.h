@@ -33,7 +33,7 @@ class Painter {
   void takeImage(const ColourFrame& frame);
 
   /// Finds what it shows of the map's surfaces.
-  SeenColours look(const ColourLook& look, const PaintedMap& map);
+  SeenColours look(const PaintView& look, const PaintedMap& map);
 
   /// The bricks that it is to be painted in.
   std::vector<ColourRequest> requests(const PaintedMap& map) const;

@@ -85,7 +85,7 @@ MapBackend& Engine::made() {
     backend_ = make_backend_(table_);
     backend_->profileTo(profile_);
     traits_ = backend_->traits();
-    if (space_) space_->workOutDistancesBy(traits_.distance_work);
+    if (space_) space_->setDistanceBackend(traits_.distance_work);
   }
   backend_->enter();
   return *backend_;
@@ -98,7 +98,7 @@ IntegrationResult Engine::timed(const std::function<IntegrationResult()>& take) 
   try {
     result = take();
   } catch (const BackendError& error) {
-    table_.listNew();
+    table_.publish();
     if (!error.lacksMemory()) throw;
     result = refuseForMemory(error);
   }
@@ -122,18 +122,18 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   made().sense(frame, view);
   backend_->makeSurfels();
   backend_->findBlocks();
-  std::vector<int32_t> in_view = settleBefore(view);
+  std::vector<int32_t> in_view = prepareForFrame(view);
   const auto cubes = space_ ? space_->cubesInView(view) : std::vector<Vec3i>();
   TouchedBlocks touched = backend_->lookUpBlocks();
   const size_t surfels = touched.surfels, blocks = touched.blocks;
   if (blocks == 0 && !clearsFromAfar(frame, params_)) return noMeasurement(frame, params_);
   if (space_) backend_->seeFree(cubes);
-  std::vector<FramePart> parts(1);
+  std::vector<FramePart> parts;
   if (pager_) {
     parts =
         pager_->partsOf(*backend_, view, std::move(touched), std::move(in_view), state_.frames + 1);
   } else {
-    parts[0] = {std::move(in_view), std::move(touched.requests), touched.new_arrays, {}, 0, true};
+    parts.push_back(FramePart::whole(std::move(in_view), std::move(touched)));
   }
   IntegrationResult result;
   convention_.add(frame);
@@ -143,7 +143,7 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   const uint64_t refused_before = state_.refused;
   for (FramePart& part : parts) {
     try {
-      bringIn(view, part);
+      loadPart(view, part);
       fusePart(part);  // admit, cast, fold, clear
     } catch (const BackendError& error) {
       if (!error.lacksMemory() || &part == &parts.front()) throw;
@@ -161,10 +161,10 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
 
 /// Ends what the frame before left, whose last work may have run until now.
 /// @return what blocksInView() does of the map that the frame meets.
-std::vector<int32_t> Engine::settleBefore(const FrameView& view) {
+std::vector<int32_t> Engine::prepareForFrame(const FrameView& view) {
   helper_.wait();
   std::vector<int32_t> in_view = blocksInView(view);
-  settle();
+  applyPendingWork();
   const bool has_moved = std::exchange(state_.has_moved_between, false);
   if (!pager_ || has_moved || state_.is_meshing) return in_view;
   pager_->moveBetween(*backend_);
@@ -172,7 +172,7 @@ std::vector<int32_t> Engine::settleBefore(const FrameView& view) {
 }
 
 /// Blocks that the frame may see, where it clears those too that it does not touch. Found before
-/// settle(): a device works meanwhile.
+/// applyPendingWork(): a device works meanwhile.
 std::vector<int32_t> Engine::blocksInView(const FrameView& view) const {
   if (!clearsFreeSpace(params_)) return {};
   const StageTimer timer(profile_, Stage::kClear);
@@ -180,10 +180,10 @@ std::vector<int32_t> Engine::blocksInView(const FrameView& view) const {
 }
 
 /// Where not all of a part is in memory. Blocks that stay on disk are counted as refused.
-void Engine::bringIn(const FrameView& view, FramePart& part) {
+void Engine::loadPart(const FrameView& view, FramePart& part) {
   if (part.keys.empty()) return;
   const StageTimer timer(profile_, Stage::kAdmit);
-  settle();  // what the part before left: slots are others now
+  applyPendingWork();  // what the part before left: slots are others now
   state_.refused += require(part.keys, part.new_bytes);
   part.in_view = blocksInView(view);
   if (!part.is_whole) {
@@ -202,19 +202,19 @@ void Engine::bringIn(const FrameView& view, FramePart& part) {
 }
 
 void Engine::fusePart(FramePart& part) {
-  const FrameTurn turn{state_.frames + 1, part.in_view, part.is_whole ? nullptr : &part.keys};
-  admit(part, turn);
-  backend_->castFoldAndClear(turn);
-  table_.listNew();  // a device is busy
+  const FusionPass pass{state_.frames + 1, part.in_view, part.is_whole ? nullptr : &part.keys};
+  admit(part, pass);
+  backend_->castFoldAndClear(pass);
+  table_.publish();  // a device is busy
 }
 
 /// All memory is taken before the table changes: without it, the map stays as it was. Without a
 /// device's memory for new blocks they are refused, as those beyond the budget are, and the frame
 /// goes into what is there.
-void Engine::admit(FramePart& part, const FrameTurn& turn) {
+void Engine::admit(FramePart& part, const FusionPass& pass) {
   backend_->waitForMeshes();
   const StageTimer timer(profile_, Stage::kAdmit);
-  backend_->reserveFrame(turn);
+  backend_->reserveFrame(pass);
   const size_t blocks = state_.requests = part.requests.size();
   if (blocks == 0) return;
   try {
@@ -224,8 +224,8 @@ void Engine::admit(FramePart& part, const FrameTurn& turn) {
     state_.refused += blocks;
     return;
   }
-  const Admission admission = table_.handOut(std::move(part.requests));
-  if (pager_ || !traits_.indexes_blocks_itself) table_.listNew();
+  const Admission admission = table_.allocate(std::move(part.requests));
+  if (pager_ || !traits_.indexes_blocks_itself) table_.publish();
   backend_->follow({admission.changed_slots, false, &admission.new_arrays});
   if (pager_) pager_->noteNew(admission.changed_slots);
   state_.refused += admission.refused;
@@ -241,21 +241,21 @@ void Engine::keep(const DepthFrame& frame, const FrameView& view, bool has_moved
     if (views && views->size() == kMostViews) views.reset();
     if (views) views->push_back(view);
   }
-  if (!traits_.indexes_blocks_itself) settle();
+  if (!traits_.indexes_blocks_itself) applyPendingWork();
 }
 
 Space* Engine::space() {
   if (space_ != nullptr) {
     ready();
-    settle();
+    applyPendingWork();
     noteStats();
   }
   return space_.get();
 }
 
 /// Takes the last frame's outcome: what it saw as free, left empty, or beyond what is kept.
-void Engine::settle() {
-  table_.listNew();  // what a failure has left
+void Engine::applyPendingWork() {
+  table_.publish();  // what a failure has left
   std::vector<int32_t> changed = takeOutcome();
   if (pager_ && state_.kept) {  // what comes may lack memory
     keepEachOnce(changed);
@@ -331,16 +331,19 @@ Alignment Engine::align(const DepthFrame& frame, const PosePrior& prior) {
   if (findProblem(frame, params_)) return unaligned;
   try {
     ready();
-    settle();
+    applyPendingWork();
     const StageTimer timer(profile_, Stage::kAlign);
     backend_->takePoints(frame, makeFrameView(frame, voxel_size_m));
-    return findPose(frame, prior, rules_.poses, voxel_size_m,
-                    [this](const FrameView& view, float cutoff) {
-                      if (pager_ && !pager_->isEmpty()) {
-                        require(backend_->alignedKeys(view, cutoff), 0);
-                      }
-                      return backend_->sumsAt(view, cutoff);
-                    });
+    size_t left = 0;  // on disk, with some pose
+    const auto sums_at = [&](const FrameView& view, float cutoff) {
+      if (pager_ && !pager_->isEmpty()) {
+        left = std::max(left, require(backend_->alignedKeys(view, cutoff), 0));
+      }
+      return backend_->sumsAt(view, cutoff);
+    };
+    Alignment alignment = findPose(frame, prior, rules_.poses, voxel_size_m, sums_at);
+    state_.refused += left;
+    return alignment;
   } catch (const BackendError& error) {
     if (!error.lacksMemory()) throw;
     return unaligned;
@@ -360,7 +363,7 @@ IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
   const float radius = pointRadius(rules_.colour);
   std::vector<int32_t> in_view = table_.slotsInView(view, radius);
-  settle();
+  applyPendingWork();
   const uint64_t refused_before = state_.refused;
   if (pager_) {  // what the image sees something of, and what hides something from it
     const StageTimer timer(profile_, Stage::kPaint);
@@ -412,7 +415,7 @@ void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
   constexpr float kAnyDepth_m = 1e30f;
   const FrameView frame = checkedFrameView(camera, T_W_C, params_);
   ready();
-  settle();
+  applyPendingWork();
   state_.was_viewed = true;
   if (pager_) {
     if (!state_.waiting.empty()) finishMeshing();  // which marks it

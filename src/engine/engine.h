@@ -83,13 +83,13 @@ class Engine : public ProbedMapper {
 
   // A depth image, and what it leaves to be done when the map is looked at next.
   IntegrationResult fuse(const DepthFrame& frame);
-  std::vector<int32_t> settleBefore(const FrameView& view);
+  std::vector<int32_t> prepareForFrame(const FrameView& view);
   std::vector<int32_t> blocksInView(const FrameView& view) const;
-  void bringIn(const FrameView& view, FramePart& part);
+  void loadPart(const FrameView& view, FramePart& part);
   void fusePart(FramePart& part);
-  void admit(FramePart& part, const FrameTurn& turn);
+  void admit(FramePart& part, const FusionPass& pass);
   void keep(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks);
-  void settle();
+  void applyPendingWork();
   std::vector<int32_t> takeOutcome();
   std::vector<int32_t> releaseUnseen();
   std::vector<int32_t> dropBeyond();
@@ -100,9 +100,9 @@ class Engine : public ProbedMapper {
   void keepColours();
 
   // Meshes.
-  void settleForMesh();
+  void prepareForMesh();
   void markAllDirty();
-  void bringInForMesh();
+  void loadForMesh();
   void finishMeshing();
 
   // Blocks on disk: none of it happens without map/page_folder.

@@ -47,24 +47,24 @@ void Engine::beginMeshUpdate() {
   ready();
   finishMeshing();
   // Where the table has nothing to say that meshes depend on, it follows while a device is busy.
-  const bool settles_behind =
+  const bool prepares_behind =
       traits_.indexes_blocks_itself && !pager_ && !state_.kept && !state_.was_viewed;
-  if (!settles_behind) settleForMesh();
+  if (!prepares_behind) prepareForMesh();
   state_.made = MeshUpdate();  // nobody asked for the changes so far: they are lost
   const int32_t least = leastEvidenceNow();
   if (least != state_.least_evidence) markAllDirty();
   state_.least_evidence = least;
-  if (pager_) bringInForMesh();
+  if (pager_) loadForMesh();
   backend_->beginMesh(least);
   state_.is_meshing = true;
-  if (settles_behind) settleForMesh();
+  if (prepares_behind) prepareForMesh();
   table_.prepare(state_.requests);  // while a device is busy
   noteStats();
 }
 
 /// Ends what belongs to the extraction that begins, or has begun.
-void Engine::settleForMesh() {
-  settle();
+void Engine::prepareForMesh() {
+  applyPendingWork();
   table_.noteExtraction();
   state_.was_viewed = false;
   const std::vector<int32_t> vacant = table_.takeVacant();
@@ -80,7 +80,7 @@ void Engine::markAllDirty() {
 
 /// What an extraction depends on comes to memory: where that does not fit, of a part of what is
 /// marked; the rest is left to the next extraction.
-void Engine::bringInForMesh() {
+void Engine::loadForMesh() {
   const auto may_show = [this](const FrameView& view) {
     return pager_->mayShow(view, kMeshedRadius);
   };
@@ -167,7 +167,7 @@ ClearedRegion Engine::clearRegion(const Region& region) {
   constexpr size_t kAtOnce = 256;
   const RegionView view = checkedRegionView(region, params_.map);
   ready().waitForMeshes();
-  settle();
+  applyPendingWork();
   ClearedRegion result;
   clearSlots(table_.slotsIn(view), view, result);
   size_t left = 0;
@@ -230,7 +230,7 @@ void Engine::clear() {
 
 MapContents Engine::outline() {
   ready();
-  settle();
+  applyPendingWork();
   MapContents contents = contentsOf(params_, rules_);
   contents.frames = state_.frames;
   contents.supporting_frames = state_.supporting_frames;
@@ -260,7 +260,7 @@ MapContents Engine::contents() {
 
 MapContents Engine::part(const std::vector<MapBlock>& blocks) {
   ready();
-  settle();
+  applyPendingWork();
   MapContents part;
   part.blocks = blocks;
   makeRoomForWords(part);

@@ -210,16 +210,14 @@ std::vector<FramePart> Pager::partsOf(MapBackend& backend, const FrameView& view
     };
     others.erase(std::remove_if(others.begin(), others.end(), is_unseen), others.end());
   }
-  if (!moves && others.empty()) {
-    return {{std::move(in_view), std::move(touched.requests), touched.new_arrays, {}, 0, true}};
-  }
+  if (!moves && others.empty()) return {FramePart::whole(std::move(in_view), std::move(touched))};
   for (const int32_t slot : in_view) {
     if (table_.block(slot).in_use) others.push_back(packKey(table_.block(slot).key));
   }
   std::vector<PackedKey> keys = backend.neededKeys(others, frame_number);
   keepEachOnce(keys);
   if (!moves && std::none_of(keys.begin(), keys.end(), is_paged)) {
-    return {{std::move(in_view), std::move(touched.requests), touched.new_arrays, {}, 0, true}};
+    return {FramePart::whole(std::move(in_view), std::move(touched))};
   }
   return split(keys, std::move(touched.requests));
 }

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "backend/map_backend.h"
@@ -20,7 +21,11 @@ size_t spareBytes(size_t budget_bytes);
 
 /// What a depth image changes at a time: all of it, or blocks that fit into memory together.
 struct FramePart {
-  std::vector<int32_t> in_view;        ///< As FrameTurn; of a part with keys: once they are there.
+  static FramePart whole(std::vector<int32_t> in_view, TouchedBlocks touched) {
+    return {std::move(in_view), std::move(touched.requests), touched.new_arrays, {}, 0, true};
+  }
+
+  std::vector<int32_t> in_view;        ///< As FusionPass; of a part with keys: once they are there.
   std::vector<BlockRequest> requests;  ///< What is asked for.
   size_t new_arrays = 0;               ///< That the requests lack, at most.
   std::vector<PackedKey> keys;         ///< What has to come to memory; none: all is there.

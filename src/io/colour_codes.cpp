@@ -114,12 +114,7 @@ RgbImage readColourImage(const std::string& path) {
 }
 
 std::string encodeColourPng(const RgbImage& image) {
-  png_image png{};
-  png.version = PNG_IMAGE_VERSION;
-  png.width = static_cast<png_uint_32>(image.width);
-  png.height = static_cast<png_uint_32>(image.height);
-  png.format = PNG_FORMAT_RGB;
-  return pngBytes(png, image.rgb.data());
+  return pngBytes(image.width, image.height, PNG_FORMAT_RGB, image.rgb.data());
 }
 
 }  // namespace dtsdf

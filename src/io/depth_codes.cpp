@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "io/little_endian.h"
 #include "io/png_memory.h"
+#include "io/records.h"
 #include "io/text_file.h"
 #include "kernels/core/voxel.h"
 #include "params/printable.h"
@@ -85,13 +85,9 @@ DepthImage decodeDepthPng(const uint8_t* data, size_t bytes) {
 }
 
 std::string encodeDepthPng(const DepthImage& image) {
-  png_image png{};
-  png.version = PNG_IMAGE_VERSION;
-  png.width = static_cast<png_uint_32>(image.size.width);
-  png.height = static_cast<png_uint_32>(image.size.height);
-  png.format = PNG_FORMAT_LINEAR_Y;  // 16 bits of grey, as they are
-  png.flags = PNG_IMAGE_FLAG_FAST;
-  return pngBytes(png, image.pixels.data());
+  constexpr png_uint_32 kAsTheyAre = PNG_FORMAT_LINEAR_Y;  // 16 bits of grey
+  return pngBytes(image.size.width, image.size.height, kAsTheyAre, image.pixels.data(),
+                  PNG_IMAGE_FLAG_FAST);
 }
 
 namespace {
@@ -189,35 +185,14 @@ bool isRvl(const Format& format) {
                            "'; only png and rvl are supported");
 }
 
-/// Takes little-endian numbers from the front of a message.
-class Header {
- public:
-  explicit Header(const std::vector<uint8_t>& data) : data_(data) {}
-
-  template <class Number>
-  Number read() {
-    if (bytesLeft() < sizeof(Number))
-      throw std::runtime_error("compressed depth without its header");
-    at_ += sizeof(Number);
-    return numberOf<Number>(rest() - sizeof(Number));
-  }
-
-  const uint8_t* rest() const { return data_.data() + at_; }
-  size_t bytesLeft() const { return data_.size() - at_; }
-
- private:
-  const std::vector<uint8_t>& data_;
-  size_t at_ = 0;
-};
-
-DepthImage decodeRvlImage(Header& header) {
-  const auto columns = header.read<uint32_t>(), rows = header.read<uint32_t>();
+DepthImage decodeRvlImage(ByteReader& in) {
+  const auto columns = in.take<uint32_t>(), rows = in.take<uint32_t>();
   if (columns == 0 || rows == 0 || columns > kMaxPixels || rows > kMaxPixels / columns) {
     throw std::runtime_error("compressed depth of " + std::to_string(columns) + " x " +
                              std::to_string(rows) + " pixels");
   }
   return {{static_cast<int>(columns), static_cast<int>(rows)},
-          decodeRvl(header.rest(), header.bytesLeft(), size_t{columns} * rows)};
+          decodeRvl(in.takeBytes(0), in.left(), size_t{columns} * rows)};
 }
 
 template <class Pixel>
@@ -262,11 +237,14 @@ DecodedDepth decodeCompressedDepth(const std::string& text, const std::vector<ui
                              "'; depth must be 16UC1 or 32FC1");
   }
   const bool is_rvl = isRvl(format);
-  Header header(data);
-  header.read<uint32_t>();  // a code of the transport's own, the same for all
-  const auto scale = header.read<float>(), offset = header.read<float>();
-  const DepthImage image =
-      is_rvl ? decodeRvlImage(header) : decodeDepthPng(header.rest(), header.bytesLeft());
+  constexpr size_t kHeaderBytes = 12, kRvlHeaderBytes = 20;
+  if (data.size() < (is_rvl ? kRvlHeaderBytes : kHeaderBytes)) {
+    throw std::runtime_error("compressed depth without its header");
+  }
+  ByteReader in(data);
+  in.take<uint32_t>();  // a code of the transport's own, the same for all
+  const auto scale = in.take<float>(), offset = in.take<float>();
+  const DepthImage image = is_rvl ? decodeRvlImage(in) : decodeDepthPng(in.takeBytes(0), in.left());
   return {format.encoding, image.size,
           is_float ? bytesOf(depthsOfInverse(image.pixels, scale, offset)) : bytesOf(image.pixels)};
 }

@@ -99,30 +99,6 @@ std::string boundSettingsText(const ParamTree& settings) {
   return settingsText(bound);
 }
 
-Bytes encodeState(const MapContents& contents, const MapSize& size) {
-  ByteWriter out;
-  visitState(out, contents, size);
-  return std::move(out.bytes);
-}
-
-Bytes encodeBlocks(const std::vector<MapBlock>& blocks) {
-  ByteWriter out;
-  visitBlocks(out, blocks);
-  return std::move(out.bytes);
-}
-
-Bytes encodeColourIndex(const MapContents& contents) {
-  ByteWriter out;
-  visitColourIndex(out, contents);
-  return std::move(out.bytes);
-}
-
-Bytes encodeFree(const MapContents& contents) {
-  ByteWriter out;
-  visitFree(out, contents);
-  return std::move(out.bytes);
-}
-
 uint64_t contentHashOf(const MapContents& head, const std::vector<uint64_t>& sums) {
   ByteWriter all, counts;
   const auto add = [&all](const char* kind, const Bytes& content) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/map_contents.h"
@@ -77,10 +78,22 @@ void visitFree(Io& io, Contents& contents) {
   }
 }
 
-Bytes encodeState(const MapContents& contents, const MapSize& size);
-Bytes encodeBlocks(const std::vector<MapBlock>& blocks);
-Bytes encodeColourIndex(const MapContents& contents);
-Bytes encodeFree(const MapContents& contents);
+/// The bytes of one of them: visit(io) visits it.
+template <class Visit>
+Bytes encoded(const Visit& visit) {
+  ByteWriter out;
+  visit(out);
+  return std::move(out.bytes);
+}
+inline Bytes encodeBlocks(const std::vector<MapBlock>& blocks) {
+  return encoded([&](ByteWriter& out) { visitBlocks(out, blocks); });
+}
+inline Bytes encodeColourIndex(const MapContents& contents) {
+  return encoded([&](ByteWriter& out) { visitColourIndex(out, contents); });
+}
+inline Bytes encodeFree(const MapContents& contents) {
+  return encoded([&](ByteWriter& out) { visitFree(out, contents); });
+}
 
 /// The content hash of a map whose voxels and colours have these checksums, in the order of the
 /// file.

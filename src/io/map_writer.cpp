@@ -52,7 +52,7 @@ void putHead(const MapContents& head, const MapBox* box, const MapSize& size, Re
   out.put(kFrame, 0, bytesOf(head.map_frame));
   if (head.T_W_M) out.put(kLevel, 0, ByteWriter().put(*head.T_W_M).bytes);
   if (box != nullptr) out.put(kBox, kZstd, ByteWriter().put(*box).bytes);
-  out.put(kState, 0, encodeState(head, size));
+  out.put(kState, 0, encoded([&](ByteWriter& to) { visitState(to, head, size); }));
   out.put(kBlocks, kZstd, encodeBlocks(head.blocks));
   if (head.painted) out.put(kColourIndex, kZstd, encodeColourIndex(head));
   if (head.cell_voxels != 0) out.put(kFree, kZstd, encodeFree(head));

@@ -81,8 +81,15 @@ class PngReader {
   png_infop info_ = nullptr;
 };
 
-/// The file of an image whose size and format stand in `png`. @throws std::runtime_error
-inline std::string pngBytes(png_image& png, const void* pixels) {
+/// The file of an image. @param format As libpng's. @throws std::runtime_error
+inline std::string pngBytes(int width, int height, png_uint_32 format, const void* pixels,
+                            png_uint_32 flags = 0) {
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(width);
+  png.height = static_cast<png_uint_32>(height);
+  png.format = format;
+  png.flags = flags;
   // Without a place for the bytes it returns how many there are.
   const auto write = [&](void* bytes, png_alloc_size_t size) {
     if (png_image_write_to_memory(&png, bytes, &size, 0, pixels, 0, nullptr) == 0) {

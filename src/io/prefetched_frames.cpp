@@ -1,32 +1,18 @@
 #include "dtsdf_mapping/io/prefetched_frames.h"
 
-#include <condition_variable>
-#include <deque>
 #include <exception>
-#include <mutex>
-#include <thread>
 #include <utility>
+
+#include "threads/helper.h"
 
 namespace dtsdf {
 namespace {
 
 class PrefetchedFrames : public FrameSource {
  public:
-  PrefetchedFrames(std::unique_ptr<FrameSource> source, size_t capacity)
-      : source_(std::move(source)),
-        size_(source_->size()),
-        posed_(source_->posed()),
-        capacity_(capacity) {
-    reader_ = std::thread([this] { run(); });
-  }
-
-  ~PrefetchedFrames() override {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      stopped_ = true;
-    }
-    changed_.notify_all();
-    reader_.join();
+  explicit PrefetchedFrames(std::unique_ptr<FrameSource> source)
+      : source_(std::move(source)), size_(source_->size()), posed_(source_->posed()) {
+    readOne();
   }
 
   std::optional<size_t> size() const override { return size_; }
@@ -34,80 +20,40 @@ class PrefetchedFrames : public FrameSource {
   const std::map<std::string, size_t>& skipped() const override { return skipped_; }
 
   std::optional<SourceFrame> next() override {
-    std::unique_lock<std::mutex> lock(mutex_);
-    changed_.wait(lock, [this] { return !waiting_.empty() || failure_; });
-    if (waiting_.empty()) std::rethrow_exception(failure_);
-    Item item = waiting_.front();          // cheap: the pixels are shared
-    if (item.frame) waiting_.pop_front();  // the end stays, for whoever asks again
-    lock.unlock();
-    changed_.notify_all();
-    skipped_ = std::move(item.skipped);
-    if (item.error) std::rethrow_exception(item.error);
-    return std::move(item.frame);
+    helper_.wait();
+    skipped_ = next_skipped_;
+    if (error_ != nullptr) std::rethrow_exception(error_);
+    std::optional<SourceFrame> frame = std::move(next_);
+    if (frame) readOne();
+    return frame;
   }
 
  private:
-  /// What one next() of the inner source gave: a frame, an error or the end.
-  struct Item {
-    std::optional<SourceFrame> frame;
-    std::exception_ptr error;
-    std::map<std::string, size_t> skipped;
-  };
-
-  /// The reader thread. What fails beside the source itself, for want of memory, is handed on, too.
-  void run() noexcept {
-    try {
-      readAhead();
-    } catch (...) {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      failure_ = std::current_exception();
-    }
-    changed_.notify_all();
-  }
-
-  /// On the reader thread, the only one that touches source_.
-  void readAhead() {
-    bool at_end = false;
-    while (!at_end) {
-      Item item = readOne();
-      at_end = !item.frame;
-      std::unique_lock<std::mutex> lock(mutex_);
-      changed_.wait(lock, [this] { return stopped_ || waiting_.size() < capacity_; });
-      if (stopped_) return;
-      waiting_.push_back(std::move(item));
-      lock.unlock();
-      changed_.notify_all();
-    }
-  }
-
-  Item readOne() {
-    Item item;
-    try {
-      item.frame = source_->next();
-    } catch (...) {
-      item.error = std::current_exception();
-    }
-    item.skipped = source_->skipped();
-    return item;
+  /// Only the helper touches the source until it is waited for.
+  void readOne() {
+    next_.reset();
+    helper_.start([this] {
+      try {
+        next_ = source_->next();
+        next_skipped_ = source_->skipped();
+      } catch (...) {
+        error_ = std::current_exception();
+      }
+    });
   }
 
   const std::unique_ptr<FrameSource> source_;
   const std::optional<size_t> size_, posed_;
-  const size_t capacity_;
-  std::map<std::string, size_t> skipped_;  ///< Of the consumer's thread.
-
-  std::mutex mutex_;  ///< Guards the three below.
-  std::deque<Item> waiting_;
-  bool stopped_ = false;
-  std::exception_ptr failure_;  ///< That ended the reader thread.
-  std::condition_variable changed_;
-  std::thread reader_;
+  std::map<std::string, size_t> skipped_, next_skipped_;
+  std::optional<SourceFrame> next_;
+  std::exception_ptr error_;  ///< Thrown in its turn, and from there on.
+  Helper helper_;             ///< Ends before what it works on.
 };
 
 }  // namespace
 
-std::unique_ptr<FrameSource> prefetchFrames(std::unique_ptr<FrameSource> source, size_t capacity) {
-  return std::make_unique<PrefetchedFrames>(std::move(source), capacity > 0 ? capacity : 1);
+std::unique_ptr<FrameSource> prefetchFrames(std::unique_ptr<FrameSource> source) {
+  return std::make_unique<PrefetchedFrames>(std::move(source));
 }
 
 }  // namespace dtsdf

@@ -1,5 +1,6 @@
 #include "dtsdf_mapping/io/yaml_params.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "io/text_file.h"
@@ -49,6 +50,9 @@ ParamValue namesOf(const YAML::Node& sequence, const std::string& key, const std
   return names;
 }
 
+/// More than settings have: what refers to itself ends there.
+constexpr std::ptrdiff_t kMostLevels = 8;
+
 /// Adds what a node holds under `prefix` ("" or "section/").
 void flatten(const YAML::Node& node, const std::string& prefix, const std::string& name,
              ParamTree& tree) {
@@ -56,6 +60,9 @@ void flatten(const YAML::Node& node, const std::string& prefix, const std::strin
     if (!entry.first.IsScalar()) throwAt(name, entry.first.Mark(), "a key must be a string");
     const std::string key = prefix + entry.first.Scalar();
     const YAML::Node& value = entry.second;
+    if (std::count(key.begin(), key.end(), '/') > kMostLevels) {
+      throwAt(name, entry.first.Mark(), "too many levels");
+    }
     if (value.IsMap()) {
       flatten(value, key + "/", name, tree);
     } else if (!value.IsScalar() && !value.IsSequence()) {

@@ -1,4 +1,4 @@
-/// YAML as settings need it: one document without references.
+/// YAML as settings need it: one document.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
@@ -7,9 +7,8 @@
 
 namespace dtsdf {
 
-/// YAML::Load of what is one plain document. References (`*name`) are refused: one that refers to
-/// itself has no end, and a few that refer to each other stand for billions of values. So are
-/// further documents, which YAML::Load passes over in silence, and what is too large or too deep.
+/// YAML::Load of a text with one document. More are refused, which YAML::Load passes over in
+/// silence, and so is what is too large or too deep for its parser.
 /// @throws YAML::Exception with the place and what to do.
 YAML::Node loadYaml(const std::string& text);
 

@@ -41,7 +41,7 @@ int32_t BlockTable::makeBlock(PackedKey key) {
   return slot;
 }
 
-void BlockTable::listNew() {
+void BlockTable::publish() {
   for (; !unlisted_.empty(); unlisted_.pop_back()) {
     const int32_t slot = unlisted_.back();
     const BlockKey& key = blocks_[static_cast<size_t>(slot)].key;
@@ -72,8 +72,8 @@ std::vector<int32_t> BlockTable::findAll(const std::vector<Request>& requests) c
 }
 
 Admission BlockTable::admit(std::vector<BlockRequest> requests) {
-  Admission admission = handOut(std::move(requests));
-  listNew();
+  Admission admission = allocate(std::move(requests));
+  publish();
   return admission;
 }
 
@@ -86,7 +86,7 @@ void BlockTable::prepare(size_t new_blocks) noexcept {
   }
 }
 
-Admission BlockTable::handOut(std::vector<BlockRequest> requests) {
+Admission BlockTable::allocate(std::vector<BlockRequest> requests) {
   unlisted_.reserve(requests.size());
   sortByKey(requests);
   const std::vector<int32_t> slots = findAll(requests);

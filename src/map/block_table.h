@@ -92,6 +92,19 @@ struct MapDemand {
   PoolSizes after;  ///< BlockTable::sizesAfter() it.
 };
 
+/// A block of which arrays (bit d for direction d) hold nothing: new ones that turned out so, and
+/// those that a frame emptied.
+struct EmptyBlock {
+  int32_t slot;
+  uint32_t directions;
+};
+
+/// What a block lost in a region.
+struct EmptiedBlock {
+  uint32_t voxels;            ///< That held something.
+  uint32_t empty_directions;  ///< Bit d: the array of direction d was emptied.
+};
+
 class BlockTable {
  public:
   /// Bytes that a voxel array and a block count towards the budget.
@@ -122,9 +135,9 @@ class BlockTable {
   Admission admit(std::vector<BlockRequest> requests);
 
   /// The same where a device waits for it: nothing finds the new blocks by their keys or in view
-  /// before listNew(), which takes as long again.
-  Admission handOut(std::vector<BlockRequest> requests);
-  void listNew();
+  /// before publish(), which takes as long again.
+  Admission allocate(std::vector<BlockRequest> requests);
+  void publish();
 
   /// Makes ready for so many more blocks, where nobody waits for it.
   void prepare(size_t new_blocks) noexcept;

@@ -4,8 +4,8 @@
 
 #include <memory>
 
-#include "backend/gpu_report.h"
 #include "backend/mapper_probe.h"
+#include "backend/profile.h"
 #include "backend/rules.h"
 
 namespace dtsdf {

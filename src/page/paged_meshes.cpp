@@ -1,7 +1,6 @@
 #include "page/paged_meshes.h"
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
 
 #include "kernels/core/grid.h"
@@ -18,49 +17,14 @@ size_t meshBudgetOf(const MapParams& params) {
   return std::min((static_cast<size_t>(params.max_memory_mb) << 20) / kMeshShare, kMostMeshBytes);
 }
 
-struct MeshHead {
-  BlockKey key;
-  uint32_t vertices, indices, colours;
-};
-
-size_t meshRecordBytes(const BlockMesh& mesh) {
-  return sizeof(MeshHead) + mesh.vertices.size() * sizeof(BlockVertex) +
-         mesh.triangles.size() * sizeof(uint16_t) + mesh.colours.size() * sizeof(VertexColour);
-}
-
-template <class T>
-void append(const T* from, size_t count, char*& to) {
-  if (count > 0) std::memcpy(to, from, count * sizeof(T));
-  to += count * sizeof(T);
-}
-
-template <class T>
-void take(size_t count, const char*& from, std::vector<T>& to) {
-  to.resize(count);
-  if (count > 0) std::memcpy(to.data(), from, count * sizeof(T));
-  from += count * sizeof(T);
-}
-
-void writeMesh(const BlockMesh& mesh, char* record) {
-  const MeshHead head{mesh.key, static_cast<uint32_t>(mesh.vertices.size()),
-                      static_cast<uint32_t>(mesh.triangles.size()),
-                      static_cast<uint32_t>(mesh.colours.size())};
-  append(&head, 1, record);
-  append(mesh.vertices.data(), head.vertices, record);
-  append(mesh.triangles.data(), head.indices, record);
-  append(mesh.colours.data(), head.colours, record);
-}
-
-std::shared_ptr<BlockMesh> readMesh(const char* record) {
-  MeshHead head;
-  std::memcpy(&head, record, sizeof(head));
-  record += sizeof(head);
-  auto mesh = std::make_shared<BlockMesh>();
-  mesh->key = head.key;
-  take(head.vertices, record, mesh->vertices);
-  take(head.indices, record, mesh->triangles);
-  take(head.colours, record, mesh->colours);
-  return mesh;
+template <class Io, class Mesh>
+void visitRecord(Mesh& mesh, Io& io) {
+  size_t sizes[] = {mesh.vertices.size(), mesh.triangles.size(), mesh.colours.size()};
+  io(&mesh.key, 1);
+  io(sizes, 3);
+  io(mesh.vertices, sizes[0]);
+  io(mesh.triangles, sizes[1]);
+  io(mesh.colours, sizes[2]);
 }
 
 }  // namespace
@@ -69,9 +33,14 @@ template <>
 const ValueKind& kindOf<BlockMesh>() {
   static const ValueKind kind{
       [](const void* mesh) { return bytesOf(*static_cast<const BlockMesh*>(mesh)); },
-      [](const void* mesh) { return meshRecordBytes(*static_cast<const BlockMesh*>(mesh)); },
-      [](const void* mesh, char* to) { writeMesh(*static_cast<const BlockMesh*>(mesh), to); },
-      [](const char* record) -> std::shared_ptr<const void> { return readMesh(record); }};
+      [](const void* mesh, RecordOut& out) {
+        visitRecord(*static_cast<const BlockMesh*>(mesh), out);
+      },
+      [](RecordIn in) -> std::shared_ptr<const void> {
+        auto mesh = std::make_shared<BlockMesh>();
+        visitRecord(*mesh, in);
+        return mesh;
+      }};
   return kind;
 }
 

@@ -2,8 +2,6 @@
 
 #include <new>
 
-#include "dtsdf_mapping/map_contents.h"
-
 namespace dtsdf {
 namespace {
 
@@ -93,14 +91,15 @@ std::shared_ptr<const void> PagedValues::load(Entry& entry) {
   std::vector<char> bytes;
   const RecordStore::Reading reading = store_.read(*entry.record, bytes);
   entry.is_lost = reading == RecordStore::Reading::kDamaged;
-  return reading == RecordStore::Reading::kIntact ? entry.kind->read(bytes.data()) : nullptr;
+  return reading == RecordStore::Reading::kIntact ? entry.kind->read({bytes.data()}) : nullptr;
 }
 
 /// Those that were used longest ago go. What is on disk already need not be written again.
 void PagedValues::makeRoom() {
-  if (bytes_ <= most_bytes_) return;
+  const size_t share = most_bytes_ / kFreedShare;  // as much may wait to be written
+  if (bytes_ <= most_bytes_ - share) return;
   if (calls_until_try_ > 0 && --calls_until_try_ > 0) return;
-  const size_t aim = most_bytes_ - most_bytes_ / kFreedShare;
+  const size_t aim = most_bytes_ - 2 * share;
   while (bytes_ > aim && !order_.empty()) {
     Entry& oldest = *order_.front();
     if (!writeOut(oldest)) {
@@ -114,10 +113,9 @@ void PagedValues::makeRoom() {
 /// @return whether it is on disk now.
 bool PagedValues::writeOut(Entry& entry) try {
   if (entry.record) return true;
-  const auto bytes =
-      std::make_shared<PlainArray<char>>(entry.kind->record_bytes(entry.value.get()));
-  entry.kind->write(entry.value.get(), bytes->data());
-  entry.record = store_.write({bytes, {{bytes->data(), bytes->size()}}});
+  const auto out = std::make_shared<RecordOut>();
+  entry.kind->write(entry.value.get(), *out);
+  entry.record = store_.write({out, {{out->bytes.data(), out->bytes.size()}}});
   return entry.record.has_value();
 } catch (const std::bad_alloc&) {
   store_.fail("out of memory");
@@ -136,7 +134,7 @@ bool PagedValues::isFull() const {
 
 size_t PagedValues::bytes() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return bytes_;
+  return bytes_ + store_.waitingBytes();
 }
 
 PagedValues::Stats PagedValues::stats() const {

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -16,23 +17,56 @@
 
 namespace dtsdf {
 
+/// What values are written by and read by: a class lists its members once for both.
+struct RecordOut {
+  static constexpr bool kReads = false;
+  std::vector<char> bytes;
+
+  template <class T>
+  void operator()(const T* values, size_t count) {
+    const auto* const first = reinterpret_cast<const char*>(values);
+    bytes.insert(bytes.end(), first, first + count * sizeof(T));
+  }
+  template <class T>
+  void operator()(const std::vector<T>& values, size_t count) {
+    (*this)(values.data(), count);
+  }
+};
+struct RecordIn {
+  static constexpr bool kReads = true;
+  const char* next;
+
+  template <class T>
+  void operator()(T* values, size_t count) {
+    if (count > 0) std::memcpy(values, next, count * sizeof(T));
+    next += count * sizeof(T);
+  }
+  template <class T>
+  void operator()(std::vector<T>& values, size_t count) {
+    values.resize(count);
+    (*this)(values.data(), count);
+  }
+};
+
 /// How a value becomes a record, and comes back from one.
 struct ValueKind {
   size_t (*bytes)(const void* value);  ///< Of memory.
-  size_t (*record_bytes)(const void* value);
-  void (*write)(const void* value, char* record);
-  std::shared_ptr<const void> (*read)(const char* record);
+  void (*write)(const void* value, RecordOut& out);
+  std::shared_ptr<const void> (*read)(RecordIn in);
 };
 
-/// Of a class that has bytes(), recordBytes(), writeTo(record) and, static, readFrom(record).
+/// Of a class that has bytes() and visitRecord(io).
 template <class T>
 const ValueKind& kindOf() {
   static const ValueKind kind{
       [](const void* value) { return static_cast<const T*>(value)->bytes(); },
-      [](const void* value) { return static_cast<const T*>(value)->recordBytes(); },
-      [](const void* value, char* record) { static_cast<const T*>(value)->writeTo(record); },
-      [](const char* record) -> std::shared_ptr<const void> {
-        return std::make_shared<T>(T::readFrom(record));
+      [](const void* value, RecordOut& out) {
+        const_cast<T*>(static_cast<const T*>(value))->visitRecord(out);  // which only reads it
+      },
+      [](RecordIn in) -> std::shared_ptr<const void> {
+        auto value = std::make_shared<T>();
+        value->visitRecord(in);
+        return value;
       }};
   return kind;
 }

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <vector>
 
 #include "kernels/space/sectors.h"
@@ -57,22 +56,10 @@ class CellSector {
 
   size_t bytes() const { return sizeof(*this) + cubes_.capacity() * sizeof(CubeCells); }
 
-  size_t recordBytes() const { return sizeof(known_) + cubes_.size() * sizeof(CubeCells); }
-  void writeTo(char* record) const {
-    std::memcpy(record, &known_, sizeof(known_));
-    if (!cubes_.empty()) {
-      std::memcpy(record + sizeof(known_), cubes_.data(), cubes_.size() * sizeof(CubeCells));
-    }
-  }
-  static CellSector readFrom(const char* record) {
-    CellSector sector;
-    std::memcpy(&sector.known_, record, sizeof(sector.known_));
-    sector.cubes_.resize(static_cast<size_t>(__builtin_popcountll(sector.known_)));
-    if (!sector.cubes_.empty()) {
-      std::memcpy(sector.cubes_.data(), record + sizeof(sector.known_),
-                  sector.cubes_.size() * sizeof(CubeCells));
-    }
-    return sector;
+  template <class Io>
+  void visitRecord(Io& io) {
+    io(&known_, 1);
+    io(cubes_, static_cast<size_t>(__builtin_popcountll(known_)));
   }
 
  private:

@@ -49,7 +49,7 @@ class DistanceField {
       : reach_(reach), threads_(threads), pages_(pages), surfaces_(pages) {}
 
   /// From now on it has whole sectors worked out by this.
-  void workOutBy(DistanceWork work_out) { work_out_ = std::move(work_out); }
+  void setBackend(DistanceWork work_out) { work_out_ = std::move(work_out); }
 
   /// Takes over the cubes in which surfaces may be other ones than before. What cannot be read now
   /// is done with the next update.

@@ -39,17 +39,11 @@ struct DistanceSector {
 
   /// As pages ask for them, which keep none that is empty.
   size_t bytes() const { return sizeof(*this) + kSquaresBytes; }
-  size_t recordBytes() const { return sizeof(most) + kSquaresBytes; }
-  void writeTo(char* record) const {
-    std::memcpy(record, most.data(), sizeof(most));
-    std::memcpy(record + sizeof(most), squared.get(), kSquaresBytes);
-  }
-  static DistanceSector readFrom(const char* record) {
-    DistanceSector sector;
-    std::memcpy(sector.most.data(), record, sizeof(most));
-    sector.ownSquares();
-    std::memcpy(sector.squared.get(), record + sizeof(most), kSquaresBytes);
-    return sector;
+  template <class Io>
+  void visitRecord(Io& io) {
+    if constexpr (Io::kReads) ownSquares();
+    io(most.data(), most.size());
+    io(squared.get(), size_t{kCellsPerSector});
   }
 };
 

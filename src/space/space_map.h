@@ -36,7 +36,7 @@ class SpaceMap : public Space {
   void restrictTo(const BlockExtent& cubes) { extent_ = cubes; }
 
   /// From now on distances are worked out by this.
-  void workOutDistancesBy(DistanceWork work_out) { distances_.workOutBy(std::move(work_out)); }
+  void setDistanceBackend(DistanceWork work_out) { distances_.setBackend(std::move(work_out)); }
 
   /// Cubes that may be in view of an image, in the order of keys; what is not, is not seen free.
   std::vector<Vec3i> cubesInView(const FrameView& frame) const;

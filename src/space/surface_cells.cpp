@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "kernels/core/vec.h"
@@ -140,19 +139,6 @@ Vec3i firstCellOfBlock(const BlockKey& block, const CellGrid& grid) {
   return shiftDown(firstVoxelOfBlock(block), grid.side_log2);
 }
 
-/// Bytes, one after the other.
-template <class T>
-void put(const T* from, size_t count, char*& to) {
-  if (count > 0) std::memcpy(to, from, count * sizeof(T));
-  to += count * sizeof(T);
-}
-
-template <class T>
-void get(const char*& from, size_t count, T* to) {
-  if (count > 0) std::memcpy(to, from, count * sizeof(T));
-  from += count * sizeof(T);
-}
-
 }  // namespace
 
 std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, const CellGrid& grid) {
@@ -269,46 +255,35 @@ size_t SurfaceSector::bytes() const {
          cells_of_block.size() * (kNode + kHeap + sizeof(std::vector<Vec3i>));
 }
 
-size_t SurfaceSector::recordBytes() const {
-  return 2 * sizeof(size_t) + cells_of_block.size() * (sizeof(PackedKey) + sizeof(size_t)) +
-         listed * sizeof(Vec3i) + counts.size() * (sizeof(PackedKey) + sizeof(Counts));
-}
-
-void SurfaceSector::writeTo(char* record) const {
+void SurfaceSector::visitRecord(RecordOut& out) const {
   const size_t sizes[] = {cells_of_block.size(), counts.size()};
-  put(sizes, 2, record);
+  out(sizes, 2);
   for (const auto& [block, cells] : cells_of_block) {
     const size_t size = cells.size();
-    put(&block, 1, record);
-    put(&size, 1, record);
-    put(cells.data(), size, record);
+    out(&block, 1);
+    out(&size, 1);
+    out(cells, size);
   }
   for (const auto& [cube, count] : counts) {
-    put(&cube, 1, record);
-    put(&count, 1, record);
+    out(&cube, 1);
+    out(&count, 1);
   }
 }
 
-SurfaceSector SurfaceSector::readFrom(const char* record) {
-  SurfaceSector sector;
-  size_t sizes[2];
-  get(record, 2, sizes);
+void SurfaceSector::visitRecord(RecordIn& in) {
+  size_t sizes[2], size;
+  PackedKey key;
+  in(sizes, 2);
   for (size_t i = 0; i < sizes[0]; ++i) {
-    PackedKey block;
-    size_t size;
-    get(record, 1, &block);
-    get(record, 1, &size);
-    std::vector<Vec3i> cells(size);
-    get(record, size, cells.data());
-    sector.listed += size;
-    sector.cells_of_block.emplace(block, std::move(cells));
+    in(&key, 1);
+    in(&size, 1);
+    in(cells_of_block[key], size);
+    listed += size;
   }
   for (size_t i = 0; i < sizes[1]; ++i) {
-    PackedKey cube;
-    get(record, 1, &cube);
-    get(record, 1, &sector.counts[cube]);
+    in(&key, 1);
+    in(&counts[key], 1);
   }
-  return sector;
 }
 
 }  // namespace dtsdf

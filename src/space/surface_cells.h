@@ -31,9 +31,8 @@ struct SurfaceSector {
 
   bool isEmpty() const { return cells_of_block.empty() && counts.empty(); }
   size_t bytes() const;
-  size_t recordBytes() const;
-  void writeTo(char* record) const;
-  static SurfaceSector readFrom(const char* record);
+  void visitRecord(RecordOut& out) const;
+  void visitRecord(RecordIn& in);
 };
 
 class SurfaceCells {

@@ -33,9 +33,15 @@ MapSettings settingsFor(const MapContents& contents, const std::vector<std::stri
   return settings;
 }
 
-void addLoadLimit(CommandLine& line, MapLoadLimit& limit) {
-  line.addWhole({"--max-memory-mb", "MIB", "refuse maps that take more memory"},
-                limit.max_memory_mb, {1, 1 << 22});
+void addLoadLimit(CommandLine& line, MapLimit& limit) {
+  const auto set = [&limit](double mib) { limit.bytes = static_cast<size_t>(mib) << 20; };
+  const int by_default = MapParams().max_memory_mb;
+  set(by_default);
+  line.add(
+      {"--max-memory-mb", "MIB", "refuse maps that take more memory", std::to_string(by_default)},
+      [set](const std::string& value) {
+        set(readWhole(value, {1, 1 << 22}));
+      });
 }
 
 namespace {

@@ -9,6 +9,7 @@
 #include "backend/rules.h"
 #include "dtsdf_mapping/map_contents.h"
 #include "dtsdf_mapping/params/mapper_params.h"
+#include "io/map_chunks.h"
 #include "io/saved_mesh.h"
 #include "program/command_line.h"
 
@@ -24,15 +25,9 @@ struct MapSettings {
 /// key=value. The budget is what the map needs. @throws ParamError with every violation.
 MapSettings settingsFor(const MapContents& contents, const std::vector<std::string>& given);
 
-/// How large a map may be that a program loads: a small file can ask for much memory.
-struct MapLoadLimit {
-  int max_memory_mb = MapParams().max_memory_mb;
-
-  size_t bytes() const { return static_cast<size_t>(max_memory_mb) << 20; }
-};
-
-/// Adds --max-memory-mb.
-void addLoadLimit(CommandLine& line, MapLoadLimit& limit);
+/// Adds --max-memory-mb: how large a map may be that a program loads, as a small file can ask for
+/// much memory. The limit is the default then.
+void addLoadLimit(CommandLine& line, MapLimit& limit);
 
 /// Adds --simplify-error.
 void addSimplifyOption(CommandLine& line, double& error_m);

@@ -38,8 +38,7 @@ void addSettings(CommandLine& line, const std::string& keys, MapToolOptions& opt
 }
 
 MapOfFile loadMapOf(const MapToolOptions& options, const char* fixed) {
-  const auto file =
-      std::make_shared<const MapChunks>(options.map_path, MapLimit{options.limit.bytes(), true});
+  const auto file = std::make_shared<const MapChunks>(options.map_path, options.limit);
   std::vector<std::string> given = options.settings;
   given.emplace_back(fixed);
   MapSettings settings = settingsFor(file->head(), given);

@@ -28,7 +28,7 @@ struct MapToolOptions {
   std::string map_path, out_path;
   std::string what;                   ///< Is written, in words.
   std::vector<std::string> settings;  ///< Each key=value.
-  MapLoadLimit limit;
+  MapLimit limit;
 };
 
 /// Adds FILE and OUT, which `out` explains.

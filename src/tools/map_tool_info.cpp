@@ -17,7 +17,7 @@ namespace {
 struct InfoOptions {
   std::string path;
   bool settings = false, verify = false;
-  MapLoadLimit limit;
+  MapLimit limit;
 };
 
 InfoOptions parseInfoOptions(const std::vector<std::string>& arguments) {
@@ -98,8 +98,7 @@ void printMapInfo(const std::vector<std::string>& arguments) {
   printMap(info);
   if (options.settings) printSettings(info);
   if (options.verify) {
-    MapChunks(options.path, MapLimit{options.limit.bytes(), true}).visit([](const MapContents&) {
-    });  // which checks it
+    MapChunks(options.path, options.limit).visit([](const MapContents&) {});  // which checks it
     std::printf("\nall checksums match\n");
   }
 }

@@ -53,33 +53,19 @@ Colour colourOf(double share) {
   return colour;
 }
 
-/// Cells that the picture shows.
-struct Bounds {
-  int32_t x0, y0, x1, y1;  ///< Up to and with the last ones.
-  int64_t width() const { return int64_t{x1} - x0 + 1; }
-  int64_t height() const { return int64_t{y1} - y0 + 1; }
-};
-
-Bounds boundsOf(const std::vector<SliceCell>& slice) {
-  Bounds bounds{slice[0].cell.x, slice[0].cell.y, slice[0].cell.x, slice[0].cell.y};
-  for (const SliceCell& cell : slice) {
-    bounds = {std::min(bounds.x0, cell.cell.x), std::min(bounds.y0, cell.cell.y),
-              std::max(bounds.x1, cell.cell.x), std::max(bounds.y1, cell.cell.y)};
-  }
-  return bounds;
-}
-
 RgbImage draw(const std::vector<SliceCell>& slice, double most_m, int pixels) {
-  const Bounds bounds = boundsOf(slice);
+  GridBox bounds;  // of the cells that the picture shows
+  for (const SliceCell& cell : slice) bounds = unite(bounds, {cell.cell.x, cell.cell.y, 1, 1});
   constexpr int64_t kMostPixels = int64_t{1} << 28;
-  if (bounds.width() * pixels > kMostPixels / (bounds.height() * pixels)) {
-    throw std::runtime_error("the picture would have " + std::to_string(bounds.width() * pixels) +
-                             " x " + std::to_string(bounds.height() * pixels) +
+  const int64_t width = int64_t{bounds.width} * pixels, height = int64_t{bounds.height} * pixels;
+  if (width > kMostPixels / height) {
+    throw std::runtime_error("the picture would have " + std::to_string(width) + " x " +
+                             std::to_string(height) +
                              " pixels; lower --pixels, or use larger cells");
   }
   RgbImage image;
-  image.width = static_cast<int>(bounds.width()) * pixels;
-  image.height = static_cast<int>(bounds.height()) * pixels;
+  image.width = static_cast<int>(width);
+  image.height = static_cast<int>(height);
   const size_t row_bytes = 3 * static_cast<size_t>(image.width);
   for (int64_t i = 0; i < int64_t{image.width} * image.height; ++i) {
     image.rgb.insert(image.rgb.end(), kUnknown.begin(), kUnknown.end());
@@ -88,8 +74,9 @@ RgbImage draw(const std::vector<SliceCell>& slice, double most_m, int pixels) {
     const Colour colour = cell.state == CellState::kSurface
                               ? kSurface
                               : colourOf(static_cast<double>(cell.distance_m) / most_m);
-    const auto left = static_cast<size_t>(cell.cell.x - bounds.x0) * static_cast<size_t>(pixels),
-               top = static_cast<size_t>(bounds.y1 - cell.cell.y) * static_cast<size_t>(pixels);
+    const auto left = static_cast<size_t>(cell.cell.x - bounds.x) * static_cast<size_t>(pixels),
+               top = static_cast<size_t>(bounds.y + bounds.height - 1 - cell.cell.y) *
+                     static_cast<size_t>(pixels);
     for (size_t v = top; v < top + static_cast<size_t>(pixels); ++v) {
       for (size_t u = left; u < left + static_cast<size_t>(pixels); ++u) {
         std::copy(colour.begin(), colour.end(),

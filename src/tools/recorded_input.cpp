@@ -1,11 +1,12 @@
 #include "tools/recorded_input.h"
 
 #include <cstdio>
+#include <functional>
 #include <stdexcept>
 #include <utility>
 
 #include "io/bag_frames.h"
-#include "io/first_look.h"
+#include "io/inspection.h"
 #include "journal/replay.h"
 #include "level/floor.h"
 #include "level/frame_points.h"
@@ -61,10 +62,12 @@ Eigen::Vector3d measuredUpOfBag(const InputOptions& options, const NodeParams& n
 }
 #endif
 
-/// Of images whose depth is along rays, those along the optical axis.
-class AxisFrames : public FrameSource {
+/// The frames of a source, each of them changed.
+class ChangedFrames : public FrameSource {
  public:
-  explicit AxisFrames(std::unique_ptr<FrameSource> source) : source_(std::move(source)) {}
+  using Change = std::function<void(SourceFrame&)>;
+  ChangedFrames(std::unique_ptr<FrameSource> source, Change change)
+      : source_(std::move(source)), change_(std::move(change)) {}
 
   std::optional<size_t> size() const override { return source_->size(); }
   std::optional<size_t> posed() const override { return source_->posed(); }
@@ -72,17 +75,23 @@ class AxisFrames : public FrameSource {
 
   std::optional<SourceFrame> next() override {
     std::optional<SourceFrame> frame = source_->next();
-    if (!frame || frame->depth.data == nullptr) return frame;
-    const auto pixels = std::make_shared<std::vector<float>>(
-        static_cast<size_t>(frame->depth.width) * static_cast<size_t>(frame->depth.height));
-    turnToAxis(frame->depth, pixels->data());
-    frame->pixels = pixels;
+    if (frame) change_(*frame);
     return frame;
   }
 
  private:
-  std::unique_ptr<FrameSource> source_;
+  const std::unique_ptr<FrameSource> source_;
+  const Change change_;
 };
+
+/// Depth along rays becomes depth along the optical axis.
+void turnFrameToAxis(SourceFrame& frame) {
+  if (frame.depth.data == nullptr) return;
+  const auto pixels = std::make_shared<std::vector<float>>(static_cast<size_t>(frame.depth.width) *
+                                                           static_cast<size_t>(frame.depth.height));
+  turnToAxis(frame.depth, pixels->data());
+  frame.pixels = pixels;
+}
 
 std::unique_ptr<FrameSource> openAsRecorded(const InputOptions& options, const NodeParams& node) {
   if (options.recording.format == "bag") return openBag(options, node);
@@ -107,20 +116,21 @@ void completeInput(InputOptions& options) {
 std::unique_ptr<FrameSource> openFrames(const InputOptions& options, const NodeParams& node) {
   std::unique_ptr<FrameSource> source = openAsRecorded(options, node);
   if (node.input.depth == DepthChoice::kAxis) return source;
-  return std::make_unique<AxisFrames>(std::move(source));
+  return std::make_unique<ChangedFrames>(std::move(source), turnFrameToAxis);
 }
 
 std::unique_ptr<FrameSource> openAndLook(const InputOptions& options, const RunSettings& settings,
                                          const std::string& program) {
-  LookedAt looked = lookAt(openFrames(options, settings.params.node), kFramesLookedAt);
-  std::printf("%s: %s\n", options.recording.format.c_str(), describe(looked.look).c_str());
+  Inspection found;
+  auto source = inspect(openFrames(options, settings.params.node), kFramesLookedAt, found);
+  std::printf("%s: %s\n", options.recording.format.c_str(), describe(found).c_str());
   static_cast<void>(std::fflush(stdout));  // now, wherever it goes
   const FusionParams& fusion = settings.params.mapper.fusion;
-  for (const std::string& doubt : doubtsAbout(looked.look, static_cast<double>(fusion.min_depth_m),
-                                              static_cast<double>(fusion.max_depth_m))) {
+  for (const std::string& doubt : warningsAbout(found, static_cast<double>(fusion.min_depth_m),
+                                                static_cast<double>(fusion.max_depth_m))) {
     std::fprintf(stderr, "%s: warning: %s\n", program.c_str(), doubt.c_str());
   }
-  return std::move(looked.source);
+  return source;
 }
 
 Eigen::Vector3d measuredUp(const InputOptions& options, const NodeParams& node) {
@@ -152,26 +162,6 @@ namespace {
 
 /// Ten seconds of most cameras.
 constexpr size_t kFramesSearched = 300;
-
-class LevelledFrames : public FrameSource {
- public:
-  LevelledFrames(std::unique_ptr<FrameSource> source, const Eigen::Isometry3d& T_W_M)
-      : source_(std::move(source)), T_W_M_(T_W_M) {}
-
-  std::optional<size_t> size() const override { return source_->size(); }
-  std::optional<size_t> posed() const override { return source_->posed(); }
-  const std::map<std::string, size_t>& skipped() const override { return source_->skipped(); }
-
-  std::optional<SourceFrame> next() override {
-    std::optional<SourceFrame> frame = source_->next();
-    if (frame) frame->depth.T_W_C = T_W_M_ * frame->depth.T_W_C;
-    return frame;
-  }
-
- private:
-  std::unique_ptr<FrameSource> source_;
-  const Eigen::Isometry3d T_W_M_;
-};
 
 class LevelledColours : public ColourSource {
  public:
@@ -246,7 +236,9 @@ std::optional<Eigen::Isometry3d> findLevel(const InputOptions& options, const Ru
 std::unique_ptr<FrameSource> levelled(std::unique_ptr<FrameSource> source,
                                       const std::optional<Eigen::Isometry3d>& T_W_M) {
   if (!T_W_M) return source;
-  return std::make_unique<LevelledFrames>(std::move(source), *T_W_M);
+  return std::make_unique<ChangedFrames>(std::move(source), [T_W_M = *T_W_M](SourceFrame& frame) {
+    frame.depth.T_W_C = T_W_M * frame.depth.T_W_C;
+  });
 }
 
 std::unique_ptr<ColourSource> levelled(std::unique_ptr<ColourSource> source,

@@ -7,11 +7,9 @@
 
 namespace dtsdf {
 
-/// The same frames in the same order, up to `capacity` (at least 1) of them decoded in advance; the
-/// default evens out that some take longer to decode than others.
+/// The same frames in the same order, the next one decoded in advance.
 /// An error of the inner source is thrown by next() in its turn, after the frames before it.
 /// skipped() counts what was skipped before the frame handed out last.
-std::unique_ptr<FrameSource> prefetchFrames(std::unique_ptr<FrameSource> source,
-                                            size_t capacity = 4);
+std::unique_ptr<FrameSource> prefetchFrames(std::unique_ptr<FrameSource> source);
 
 }  // namespace dtsdf

@@ -55,19 +55,19 @@ class Recorder : public MapBackend {
     return {count, count, script_.requests, count};
   }
   void seeFree(std::vector<Vec3i>) override { note("see free"); }
-  void reserveFrame(const FrameTurn&) override { need(!script_.lacks_frame); }
-  void castFoldAndClear(const FrameTurn& turn) override {
+  void reserveFrame(const FusionPass&) override { need(!script_.lacks_frame); }
+  void castFoldAndClear(const FusionPass& pass) override {
     note("cast, fold, clear");
     if (script_.lacks_host) throw std::bad_alloc();
-    script_.frame_number = turn.number;
-    script_.in_view = turn.in_view;
+    script_.frame_number = pass.number;
+    script_.in_view = pass.in_view;
     free_ = {{{0, 0, 0}, {{1}}}};
   }
   FrameOutcome takeOutcome() override {
     return {std::exchange(script_.empty, {}), std::exchange(free_, {})};
   }
   void takeColours(const ColourFrame&) override { note("take colours"); }
-  SeenColours look(const ColourLook&) override {
+  SeenColours look(const PaintView&) override {
     note("look");
     return {!script_.colour_requests.empty(), {}, script_.colour_requests};
   }

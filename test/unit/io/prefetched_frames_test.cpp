@@ -31,27 +31,25 @@ class CountingFrames : public FrameSource {
   std::map<std::string, size_t> skipped_;
 };
 
-std::unique_ptr<FrameSource> prefetched(int count, bool breaks, size_t capacity) {
-  return prefetchFrames(std::make_unique<CountingFrames>(count, breaks), capacity);
+std::unique_ptr<FrameSource> prefetched(int count, bool breaks) {
+  return prefetchFrames(std::make_unique<CountingFrames>(count, breaks));
 }
 
 TEST(PrefetchedFrames, HandsOutTheSameFramesInOrder) {
-  for (size_t capacity : {0, 1, 3, 100}) {
-    const auto source = prefetched(20, false, capacity);
-    EXPECT_EQ(source->size(), 40u);
-    for (size_t i = 0; i < 20; ++i) {
-      const auto frame = source->next();
-      ASSERT_TRUE(frame);
-      EXPECT_EQ(frame->stamp_s, static_cast<double>(i));
-      EXPECT_EQ(source->skipped().at("some reason"), i + 1);
-    }
-    EXPECT_FALSE(source->next());
-    EXPECT_FALSE(source->next());
+  const auto source = prefetched(20, false);
+  EXPECT_EQ(source->size(), 40u);
+  for (size_t i = 0; i < 20; ++i) {
+    const auto frame = source->next();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->stamp_s, static_cast<double>(i));
+    EXPECT_EQ(source->skipped().at("some reason"), i + 1);
   }
+  EXPECT_FALSE(source->next());
+  EXPECT_FALSE(source->next());
 }
 
 TEST(PrefetchedFrames, ThrowsAnErrorInItsTurn) {
-  const auto source = prefetched(2, true, 8);
+  const auto source = prefetched(2, true);
   EXPECT_TRUE(source->next());
   EXPECT_TRUE(source->next());
   EXPECT_EQ(errorOf([&] { source->next(); }), "broken");
@@ -60,7 +58,7 @@ TEST(PrefetchedFrames, ThrowsAnErrorInItsTurn) {
 
 TEST(PrefetchedFrames, MayBeLeftEarly) {
   for (int taken = 0; taken < 5; ++taken) {
-    const auto source = prefetched(100, false, 2);
+    const auto source = prefetched(100, false);
     for (int i = 0; i < taken; ++i) source->next();
   }
 }

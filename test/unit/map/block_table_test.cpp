@@ -104,12 +104,12 @@ TEST(BlockTable, HandsOutTheSameBeforeBlocksAreListed) {
   for (int frame = 0; frame < 20; ++frame) {
     const std::vector<BlockRequest> requests = randomRequests(random, 40);
     const Admission expected = at_once.admit(requests);
-    const Admission actual = behind.handOut(requests);
+    const Admission actual = behind.allocate(requests);
     EXPECT_EQ(actual.changed_slots, expected.changed_slots);
     EXPECT_EQ(actual.new_arrays, expected.new_arrays);
     EXPECT_EQ(actual.refused, expected.refused);
     EXPECT_EQ(behind.bytesInUse(), at_once.bytesInUse());
-    behind.listNew();
+    behind.publish();
     expectConsistent(behind);
     expectEqual(behind, at_once);
     size_t listed = 0;

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <atomic>
 #include <csignal>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -25,19 +24,11 @@ struct Value {
   std::vector<uint32_t> words;
 
   size_t bytes() const { return sizeof(*this) + words.size() * sizeof(uint32_t); }
-  size_t recordBytes() const { return (words.size() + 1) * sizeof(uint32_t); }
-  void writeTo(char* record) const {
-    const auto size = static_cast<uint32_t>(words.size());
-    std::memcpy(record, &size, sizeof(size));
-    std::memcpy(record + sizeof(size), words.data(), words.size() * sizeof(uint32_t));
-  }
-  static Value readFrom(const char* record) {
-    uint32_t size;
-    std::memcpy(&size, record, sizeof(size));
-    Value value;
-    value.words.resize(size);
-    std::memcpy(value.words.data(), record + sizeof(size), size * sizeof(uint32_t));
-    return value;
+  template <class Io>
+  void visitRecord(Io& io) {
+    size_t size = words.size();
+    io(&size, 1);
+    io(words, size);
   }
 };
 

@@ -130,7 +130,7 @@ TEST(DistanceField, HasOthersWorkItOut) {
     Surfaces surfaces;
     DistanceField field(reach, 1);
     int calls = 0;
-    field.workOutBy(
+    field.setBackend(
         [&, every = step](const DistanceTask& task, std::vector<SectorSquares>& squares) {
           if (every == 1 && ++calls % 3 == 2) return false;
           workOutSome(task, squares, every);
@@ -160,7 +160,7 @@ TEST(DistanceField, HasOthersWorkItOut) {
 TEST(DistanceField, WhatFailedIsWorkedOutByTheNextUpdate) {
   DistanceField field(25, 1), undisturbed(25, 1);
   bool fails = false;
-  field.workOutBy([&](const DistanceTask&, std::vector<SectorSquares>&) {
+  field.setBackend([&](const DistanceTask&, std::vector<SectorSquares>&) {
     if (std::exchange(fails, false)) throw std::runtime_error("lost");
     return false;
   });

@@ -12,7 +12,7 @@
 namespace dtsdf {
 
 /// What the first frames show. 0, negative values, NaN, infinity and 65535 are no measurement.
-struct FirstLook {
+struct Inspection {
   size_t frames = 0;                     ///< Looked at.
   std::optional<size_t> images, posed;   ///< Of the whole recording, as far as known.
   size_t images_passed_over = 0;         ///< Before and between the frames looked at.
@@ -23,21 +23,18 @@ struct FirstLook {
   std::optional<double> median_depth_m;  ///< Of what is measured.
 };
 
-/// The look, and the same frames from the first on.
-struct LookedAt {
-  FirstLook look;
-  std::unique_ptr<FrameSource> source;
-};
-
-/// Reads up to `frames` frames ahead. @throws std::runtime_error as the source does.
-LookedAt lookAt(std::unique_ptr<FrameSource> source, size_t frames);
+/// Looks at up to `frames` frames. @return the same frames, from the first on.
+/// @throws std::runtime_error as the source does.
+std::unique_ptr<FrameSource> inspect(std::unique_ptr<FrameSource> source, size_t frames,
+                                     Inspection& found);
 
 /// "300 images of 640 x 480 (fx 525, fy 525, cx 319.5, cy 239.5), 298 with a pose; median depth
 /// 1.92 m, 81 % of the pixels measured".
-std::string describe(const FirstLook& look);
+std::string describe(const Inspection& found);
 
 /// What is implausible, each with what to look at; depths are mapped from `min_depth_m` to
 /// `max_depth_m`.
-std::vector<std::string> doubtsAbout(const FirstLook& look, double min_depth_m, double max_depth_m);
+std::vector<std::string> warningsAbout(const Inspection& found, double min_depth_m,
+                                       double max_depth_m);
 
 }  // namespace dtsdf

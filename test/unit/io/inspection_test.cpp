@@ -1,4 +1,4 @@
-#include "io/first_look.h"
+#include "io/inspection.h"
 
 #include <gtest/gtest.h>
 
@@ -42,33 +42,41 @@ class FakeSource : public FrameSource {
   std::map<std::string, size_t> skipped_;
 };
 
-LookedAt lookAtImages(std::vector<std::vector<float>> images, size_t passed_over = 0) {
-  return lookAt(std::make_unique<FakeSource>(std::move(images), passed_over), 2);
+Inspection inspectAll(std::unique_ptr<FrameSource> source, size_t frames = 5) {
+  Inspection found;
+  inspect(std::move(source), frames, found);
+  return found;
 }
 
-std::string doubts(const FirstLook& look) {
+Inspection inspectImages(std::vector<std::vector<float>> images, size_t passed_over = 0) {
+  return inspectAll(std::make_unique<FakeSource>(std::move(images), passed_over), 2);
+}
+
+std::string doubts(const Inspection& look) {
   std::string text;
-  for (const std::string& doubt : doubtsAbout(look, 0.1, 10.0)) text += doubt + "\n";
+  for (const std::string& doubt : warningsAbout(look, 0.1, 10.0)) text += doubt + "\n";
   return text;
 }
 
-TEST(FirstLook, HandsOutEveryFrame) {
-  const LookedAt looked = lookAtImages({{1}, {2}, {3}});
-  EXPECT_EQ(looked.look.frames, 2u);
-  const std::vector<SourceFrame> frames = readAll(*looked.source);
+TEST(Inspection, HandsOutEveryFrame) {
+  Inspection found;
+  const auto source = inspect(
+      std::make_unique<FakeSource>(std::vector<std::vector<float>>{{1}, {2}, {3}}, 0), 2, found);
+  EXPECT_EQ(found.frames, 2u);
+  const std::vector<SourceFrame> frames = readAll(*source);
   ASSERT_EQ(frames.size(), 3u);
   for (size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(*static_cast<const float*>(frames[i].depth.data), static_cast<float>(i + 1));
   }
 }
 
-TEST(FirstLook, CountsWhatIsMeasured) {
-  const FirstLook look = lookAtImages({{1, 0, NAN, -1, INFINITY}, {2, 3, 65535, 0, 0}}).look;
+TEST(Inspection, CountsWhatIsMeasured) {
+  const Inspection look = inspectImages({{1, 0, NAN, -1, INFINITY}, {2, 3, 65535, 0, 0}});
   EXPECT_DOUBLE_EQ(look.measured_share, 0.4);  // 65535 m is none of a 32-bit image's marks
   EXPECT_EQ(look.median_depth_m, 3.0);
 }
 
-TEST(FirstLook, SixteenBitsHaveAMarkForNothing) {
+TEST(Inspection, SixteenBitsHaveAMarkForNothing) {
   const TemporaryFolder folder;
   writeTumFolder(folder, 1);
   cv::Mat image(kTumHeight, kTumWidth, CV_16UC1, cv::Scalar(65535));
@@ -76,7 +84,7 @@ TEST(FirstLook, SixteenBitsHaveAMarkForNothing) {
   cv::imwrite(folder / "depth/0.png", image);
   RecordingOptions options;
   options.path = folder.path();
-  const FirstLook look = lookAt(openRecording(options), 5).look;
+  const Inspection look = inspectAll(openRecording(options));
   EXPECT_NEAR(look.measured_share, 1.0 / kTumHeight, 1e-9);
   EXPECT_NEAR(*look.median_depth_m, 1.0, 1e-6);
   EXPECT_EQ(describe(look),
@@ -84,47 +92,47 @@ TEST(FirstLook, SixteenBitsHaveAMarkForNothing) {
             "17 % of the pixels measured");
 }
 
-TEST(FirstLook, TellsWhatWasPassedOver) {
-  EXPECT_EQ(describe(lookAtImages({{1}, {1}}).look),
+TEST(Inspection, TellsWhatWasPassedOver) {
+  EXPECT_EQ(describe(inspectImages({{1}, {1}})),
             "images of 1 x 1 (fx 525, fy 525, cx 0.5, cy 0.5); median depth 1 m, 100 % of the "
             "pixels measured");
-  EXPECT_NE(describe(lookAtImages({{1}, {1}}, 3).look).find("), 3 of the first 5 skipped;"),
+  EXPECT_NE(describe(inspectImages({{1}, {1}}, 3)).find("), 3 of the first 5 skipped;"),
             std::string::npos);
-  EXPECT_EQ(describe(lookAtImages({}).look), "no usable image");
+  EXPECT_EQ(describe(inspectImages({})), "no usable image");
 }
 
-TEST(FirstLook, DoubtsTheScale) {
+TEST(Inspection, DoubtsTheScale) {
   const TemporaryFolder folder;
   writeTumFolder(folder, 1);
   RecordingOptions options;
   options.path = folder.path();
   options.units_per_metre = 0.3;  // of 1000 units
-  EXPECT_NE(doubts(lookAt(openRecording(options), 5).look)
-                .find("median depth 3.33 km: is the scale 0.3?"),
-            std::string::npos);
+  EXPECT_NE(
+      doubts(inspectAll(openRecording(options))).find("median depth 3.33 km: is the scale 0.3?"),
+      std::string::npos);
   options.units_per_metre = 1e6;
   EXPECT_NE(
-      doubts(lookAt(openRecording(options), 5).look).find("median depth 1 mm: is the scale 1e+06?"),
+      doubts(inspectAll(openRecording(options))).find("median depth 1 mm: is the scale 1e+06?"),
       std::string::npos)
-      << doubts(lookAt(openRecording(options), 5).look);
+      << doubts(inspectAll(openRecording(options)));
 }
 
-TEST(FirstLook, DoubtsImagesWithoutMeasurements) {
-  EXPECT_NE(doubts(lookAtImages({{0, 0}}).look).find("no measured pixel"), std::string::npos);
+TEST(Inspection, DoubtsImagesWithoutMeasurements) {
+  EXPECT_NE(doubts(inspectImages({{0, 0}})).find("no measured pixel"), std::string::npos);
   std::vector<float> pixels(100, 0.0f);
   pixels[0] = 1.0f;
-  EXPECT_NE(doubts(lookAtImages({pixels}).look).find("hardly any pixel"), std::string::npos);
+  EXPECT_NE(doubts(inspectImages({pixels})).find("hardly any pixel"), std::string::npos);
 }
 
-TEST(FirstLook, DoubtsPosesThatHardlyMatch) {
+TEST(Inspection, DoubtsPosesThatHardlyMatch) {
   const TemporaryFolder folder;
   writeTumFolder(folder, 5);
   writeBytes(folder / "groundtruth.txt", "100.1 0 0 0 0 0 0 1\n");
   RecordingOptions options;
   options.path = folder.path();
-  const FirstLook look = lookAt(openRecording(options), 5).look;
+  const Inspection look = inspectAll(openRecording(options));
   EXPECT_NE(doubts(look).find("only 1 of 5 images have a pose"), std::string::npos);
-  EXPECT_NE(doubts(lookAtImages({{1}, {1}}, 3).look).find("3 of the first 5 images"),
+  EXPECT_NE(doubts(inspectImages({{1}, {1}}, 3)).find("3 of the first 5 images"),
             std::string::npos);
 }
 

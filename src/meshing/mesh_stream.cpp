@@ -189,7 +189,10 @@ void MeshStream::add(const BlockMesh& block) {
   forget(passBlocks(needed_, 2, key, first_));
 }
 
-void MeshStream::finish() { write(end()); }
+void MeshStream::finish() {
+  write(end());
+  for (const Outline::Triangle& triangle : closing_) sink_.triangle(triangle);
+}
 
 std::array<uint32_t, 3> MeshStream::inWindow(const std::array<uint32_t, 3>& triangle) const {
   std::array<uint32_t, 3> local;
@@ -217,11 +220,13 @@ void MeshStream::write(uint64_t end_number) {
   const auto count = static_cast<size_t>(end_number - written_);
   Mesh piece;
   piece.origin_m = window_.origin_m;
-  outline_.closeHoles(
-      begin, begin + count, window_.vertices_m, window_.normals, [&](const Outline::Triangle& t) {
-        const auto number = [&](uint32_t i) { return static_cast<uint32_t>(first_ + i); };
-        sink_.triangle({number(t[0]), number(t[1]), number(t[2])});
-      });
+  outline_.closeHoles(begin, begin + count, window_.vertices_m, window_.normals,
+                      [this](const Outline::Triangle& t) {
+                        const auto number = [&](uint32_t i) {
+                          return static_cast<uint32_t>(first_ + i);
+                        };
+                        closing_.push_back({number(t[0]), number(t[1]), number(t[2])});
+                      });
   piece.vertices_m.reserve(count);
   for (size_t i = begin; i < begin + count; ++i) {
     piece.vertices_m.push_back(outline_.smoothed(i, window_.vertices_m));

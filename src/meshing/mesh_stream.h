@@ -145,8 +145,9 @@ class MeshStream {
   const bool is_painted_;
   const Sink sink_;
   BlockJoiner joiner_{true};
-  Mesh window_;      ///< From vertex number first_ on.
-  Outline outline_;  ///< Of these.
+  Mesh window_;                             ///< From vertex number first_ on.
+  Outline outline_;                         ///< Of these.
+  std::vector<Outline::Triangle> closing_;  ///< Of holes; they come last.
   uint64_t first_ = 0, written_ = 0;
   std::deque<AddedBlock> open_;    ///< Triangles of blocks to come may have vertices of these.
   std::deque<AddedBlock> needed_;  ///< Outlines through blocks to come may lead to these.

@@ -9,6 +9,7 @@
 #include "support/depth_frames.h"
 #include "support/map_equality.h"
 #include "support/mesh_topology.h"
+#include "support/raw_mesh.h"
 #include "support/random_seed.h"
 
 namespace dtsdf {
@@ -122,7 +123,11 @@ TEST_P(RandomScenes, MeshesAreSound) {
   const Mesh mesh = store.assemble();
   const MeshTopology topology = measureTopology(mesh);
   EXPECT_GT(topology.triangles, 0u);
-  EXPECT_EQ(topology.triangles, store.triangleCount());
+  const MeshTopology with_holes = measureTopology(rawMesh(store));
+  EXPECT_EQ(with_holes.triangles, store.triangleCount());
+  EXPECT_GE(topology.triangles, with_holes.triangles);
+  EXPECT_LE(topology.boundary_edges, with_holes.boundary_edges);
+  EXPECT_EQ(topology.inconsistent_edges, with_holes.inconsistent_edges);
   EXPECT_EQ(topology.repeated_corners, 0u) << topology;
   EXPECT_EQ(topology.unused_vertices, 0u) << topology;
   for (const Vec3f& n : mesh.normals) ASSERT_NEAR(norm(n), 1.0f, 1e-4f);

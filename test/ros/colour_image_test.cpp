@@ -7,7 +7,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-#include "ros/input/image_kind.h"
 #include "ros/input/rectification.h"
 
 namespace dtsdf {

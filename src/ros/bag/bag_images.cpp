@@ -13,7 +13,6 @@
 #include "io/recorded_images.h"
 #include "params/printable.h"
 #include "ros/bag/bag_messages.h"
-#include "ros/input/image_kind.h"
 #include "ros/input/images.h"
 #include "ros/input/rectification.h"
 

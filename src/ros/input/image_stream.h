@@ -15,7 +15,7 @@
 #include "level/pose_convention.h"
 #include "ros/input/frame_accounting.h"
 #include "ros/input/frame_queue.h"
-#include "ros/input/image_kind.h"
+#include "ros/input/images.h"
 #include "ros/input/pose_checks.h"
 #include "ros/input/rectification.h"
 #include "ros/input/transforms.h"

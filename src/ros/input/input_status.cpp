@@ -11,7 +11,7 @@
 #include "params/printable.h"
 #include "params/text.h"
 #include "ros/common/status_fields.h"
-#include "ros/input/image_kind.h"
+#include "ros/input/images.h"
 
 namespace dtsdf {
 

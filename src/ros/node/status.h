@@ -8,6 +8,7 @@
 #include <chrono>
 #include <functional>
 #include <string>
+#include <utility>
 
 #include "ros/common/pace.h"
 
@@ -23,23 +24,20 @@ class TroubleLog {
 
   /// Of each status; whether it is to be logged as a warning.
   bool update(bool is_well, uint8_t code, SteadyTime now) {
-    if (is_well || code != code_) {
-      since_ = now;
-      code_ = is_well ? uint8_t{0} : code;
-      is_logged_ = is_well;
-    }
-    if (is_logged_ || now - since_ < kLasts) return false;
-    if (code == logged_code_ && now - logged_at_ < kAgain) return false;
-    is_logged_ = true;
+    const uint8_t trouble = is_well ? uint8_t{0} : code;
+    if (std::exchange(trouble_, trouble) != trouble) since_ = now;
+    const bool was_logged = logged_since_ == since_;
+    if (is_well || was_logged || now - since_ < kLasts) return false;
+    if (code == logged_ && now - logged_at_ < kAgain) return false;
+    logged_since_ = since_;
     logged_at_ = now;
-    logged_code_ = code;
+    logged_ = code;
     return true;
   }
 
  private:
-  SteadyTime since_, logged_at_;
-  bool is_logged_ = true;  ///< What lasts since then.
-  uint8_t code_ = 0, logged_code_ = 0;
+  SteadyTime since_, logged_since_, logged_at_;
+  uint8_t trouble_ = 0, logged_ = 0;
 };
 
 class StatusPublisher {

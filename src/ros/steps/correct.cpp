@@ -130,10 +130,9 @@ void CorrectStep::correctByCall(const GivenPoses& given, CorrectionResult& resul
   requireJournal();
   const auto done = std::make_shared<std::promise<CorrectionResult>>();
   std::future<CorrectionResult> answer = done->get_future();
-  std::vector<StampedPose> poses = cameraPoses(given);
-  Request request{{0, std::move(poses)}, 0.0, [done](const CorrectionResult& outcome) {
-                    done->set_value(outcome);
-                  }};
+  Request request;
+  request.correction.poses = cameraPoses(given);
+  request.answer = [done](const CorrectionResult& outcome) { done->set_value(outcome); };
   host_.map_loop.run([&] { add(std::move(request)); }).get();
   while (answer.wait_for(kLookForTheEnd) != std::future_status::ready) {
     if (host_.is_ending) throw std::runtime_error("the node ends");
@@ -159,8 +158,11 @@ void CorrectStep::takePath() {
     }
   };
   try {
-    std::vector<StampedPose> poses = cameraPoses(*given);
-    add({{0, std::move(poses)}, host_.params.node.corrections.least_m, answer});
+    Request request;
+    request.correction.poses = cameraPoses(*given);
+    request.least = host_.params.node.corrections.least_m;
+    request.answer = answer;
+    add(std::move(request));
   } catch (const std::exception& error) {
     noteRefused(errorText(error));
   }

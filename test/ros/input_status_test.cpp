@@ -53,12 +53,12 @@ class InputStatusTest : public testing::Test {
   InputStatusTest() {
     published = {};
     input_.now = ros::Time(100.0);
-    input_.cameras.resize(1);
+    input_.streams.resize(1);
     depth().image_topic = "/camera/depth/image_rect";
     depth().info_topic = "/camera/depth/camera_info";
   }
 
-  StreamReport& depth() { return input_.cameras[0].depth; }
+  StreamReport& depth() { return input_.streams[0]; }
   void drop(DropReason reason, uint64_t count) {
     depth().frames.dropped[static_cast<size_t>(reason)] += count;
     depth().frames.images += count;
@@ -197,20 +197,22 @@ TEST_F(InputStatusTest, SilenceIsWarnedOfAndThenAnError) {
 
 TEST_F(InputStatusTest, ColourIsMissedOnlyWhereItIsNeeded) {
   fuse(10);
-  input_.cameras[0].colour.emplace().image_topic = "/color";
+  input_.streams.push_back({"", true});
+  StreamReport& colour = input_.streams[1];
+  colour.image_topic = "/color";
   EXPECT_EQ(update().code, MapStatus::MAPPING);
-  input_.cameras[0].is_colour_needed = true;
+  colour.is_needed = true;
   expect(MapStatus::WARN, MapStatus::NO_COLOUR,
          "no colour image received on '/color', which colour/enabled: always requires");
-  input_.cameras[0].colour->frames.images = 1;
+  colour.frames.images = 1;
   expect(MapStatus::WARN, MapStatus::COLOUR_NOT_PAINTED,
          "colour images are received, but no camera_info on ''");
 }
 
 TEST_F(InputStatusTest, EachCameraIsNamedAndCounted) {
-  input_.cameras.push_back(input_.cameras[0]);
-  input_.cameras[0].name = "front";
-  input_.cameras[1].name = "rear";
+  input_.streams.push_back(input_.streams[0]);
+  input_.streams[0].camera = "front";
+  input_.streams[1].camera = "rear";
   input_.waiting_bytes = 200;
   input_.max_waiting_bytes = 400;
   fuse(10);
@@ -220,7 +222,7 @@ TEST_F(InputStatusTest, EachCameraIsNamedAndCounted) {
   EXPECT_EQ(update().message.find("rear: no depth image received"), 0u);
   EXPECT_EQ(status_.frames_fused, 10u);
   EXPECT_EQ(status_.cameras[1].streams.at(0).received_age_s, -1.0f) << "none has come";
-  StreamReport& rear = input_.cameras[1].depth;
+  StreamReport& rear = input_.streams[1];
   rear.frames = depth().frames;
   rear.frames.dropped[static_cast<size_t>(DropReason::kQueueFull)] = 2;
   rear.frames.images = 12;

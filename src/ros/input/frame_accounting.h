@@ -111,22 +111,17 @@ class FrameAccounting {
   std::array<ros::WallTime, kDropReasonCount> last_warning_{};
 };
 
-/// Of one kind of images of one camera.
+/// What is reported about one kind of images of one camera while the node runs.
 struct StreamReport {
-  FrameCounts frames;
-  std::string image_topic, info_topic;
+  std::string camera;  ///< Its name; empty for the only one, in the node's own namespace.
+  bool is_colour = false;
+  bool is_needed = false;  ///< Colour: it is amiss if there is none.
+  FrameCounts frames = {};
+  std::string image_topic = {}, info_topic = {};
   size_t image_publishers = 0;
-  size_t waiting = 0;       ///< For their camera_info, transform or turn, or in work.
-  std::string waiting_for;  ///< What the first of them waits for.
-  std::string warning;      ///< What is wrong with all of them, fused or not.
-};
-
-/// What is reported about the cameras while the node runs.
-struct CameraReport {
-  std::string name;  ///< Empty for the only one, in the node's own namespace.
-  StreamReport depth;
-  std::optional<StreamReport> colour;  ///< Where colour is wanted.
-  bool is_colour_needed = false;       ///< It is amiss if there is none.
+  size_t waiting = 0;            ///< For their camera_info, transform or turn, or in work.
+  std::string waiting_for = {};  ///< What the first of them waits for.
+  std::string warning = {};      ///< What is wrong with all of them, fused or not.
 };
 
 }  // namespace dtsdf

@@ -58,12 +58,14 @@ ImageStream::ImageStream(const ImageKind& kind, const std::string& name, size_t 
                          Transforms& transforms, FrameQueue& queue,
                          std::function<void(const ros::Time&)> on_time_jump)
     : kind_(kind),
+      name_(name),
       params_(params.input),
       transforms_(transforms),
       queue_(queue),
       on_time_jump_(std::move(on_time_jump)),
       pose_frame_(frameOfPoses(params)),
       camera_(camera),
+      is_needed_(kind_.is_colour && params.colour.enabled == ColourUse::kAlways),
       nh_(nh),
       ns_(ns),
       topic_(ns + "/" + kind_.ns + "/image_rect"),
@@ -300,7 +302,10 @@ StreamReport ImageStream::report() const {
   const FrameCounts frames = accounting_.counts();
   const std::string waiting_for = queue_.waitingFor(stream_);
   const std::lock_guard<std::mutex> lock(mutex_);
-  return {frames,
+  return {name_,
+          kind_.is_colour,
+          is_needed_,
+          frames,
           image_topic_ + (compressed_ ? kind_.compressed_topic : ""),
           info_topic_,
           compressed_ ? compressed_.getNumPublishers() : by_transport_.getNumPublishers(),

@@ -67,12 +67,14 @@ class ImageStream {
   void noteDoubts(const PosedFrame& posed);
 
   const ImageKind& kind_;
+  const std::string name_;  ///< Of the camera.
   const InputParams& params_;
   Transforms& transforms_;
   FrameQueue& queue_;
   const std::function<void(const ros::Time&)> on_time_jump_;
   const std::string pose_frame_;  ///< That poses are looked up in; empty: images have none.
   const size_t camera_;
+  const bool is_needed_;
   ros::NodeHandle nh_;
   const std::string ns_, topic_;  ///< Of the images, before remapping.
   const std::string image_topic_, info_topic_;

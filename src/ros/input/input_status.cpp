@@ -15,7 +15,6 @@
 
 namespace dtsdf {
 
-using dtsdf_mapping::CameraStatus;
 using dtsdf_mapping::DropCount;
 using dtsdf_mapping::StreamStatus;
 
@@ -53,9 +52,9 @@ std::vector<DropCount> dropCounts(const FrameCounts& frames) {
   return counts;
 }
 
-StreamStatus makeStreamStatus(const std::string& kind, const StreamReport& report) {
+StreamStatus makeStreamStatus(const StreamReport& report) {
   StreamStatus status;
-  status.kind = kind;
+  status.kind = report.is_colour ? "color" : "depth";
   status.topic = report.image_topic;
   status.received = report.frames.images;
   status.camera_infos = report.frames.camera_infos;
@@ -74,18 +73,18 @@ StreamStatus makeStreamStatus(const std::string& kind, const StreamReport& repor
 
 void fillCounts(const InputReport& input, MapStatus& status) {
   FrameCounts sum;
-  for (const CameraReport& camera : input.cameras) {
-    const FrameCounts& frames = camera.depth.frames;
-    for (int i = 0; i < kDropReasonCount; ++i) sum.dropped[i] += frames.dropped[i];
-    status.images_received += frames.images;
-    status.frames_fused += frames.fused;
-    status.last_fused_stamp = std::max(status.last_fused_stamp, frames.last_fused_stamp);
-    status.frames_waiting += static_cast<uint32_t>(camera.depth.waiting);
-    CameraStatus entry;
-    entry.name = camera.name;
-    entry.streams.push_back(makeStreamStatus("depth", camera.depth));
-    if (camera.colour) entry.streams.push_back(makeStreamStatus("color", *camera.colour));
-    status.cameras.push_back(entry);
+  for (const StreamReport& stream : input.streams) {
+    if (!stream.is_colour) {
+      const FrameCounts& frames = stream.frames;
+      for (int i = 0; i < kDropReasonCount; ++i) sum.dropped[i] += frames.dropped[i];
+      status.images_received += frames.images;
+      status.frames_fused += frames.fused;
+      status.last_fused_stamp = std::max(status.last_fused_stamp, frames.last_fused_stamp);
+      status.frames_waiting += static_cast<uint32_t>(stream.waiting);
+      status.cameras.emplace_back();
+      status.cameras.back().name = stream.camera;
+    }
+    status.cameras.back().streams.push_back(makeStreamStatus(stream));
   }
   status.frames_dropped = sum.droppedSum();
   status.dropped = dropCounts(sum);
@@ -142,11 +141,10 @@ void judgeDrops(const DropShare& recent, const std::string& last_drop, const std
 }
 
 /// Colour that is required, or comes and cannot be used.
-void judgeColour(const StreamReport& colour, bool is_needed, const std::string& name,
-                 MapStatus& status) {
+void judgeColour(const StreamReport& colour, const std::string& name, MapStatus& status) {
   if (colour.frames.fused > 0) return;
   if (colour.frames.images == 0) {
-    if (!is_needed) return;
+    if (!colour.is_needed) return;
     return report(status, MapStatus::WARN, MapStatus::NO_COLOUR,
                   name + "no colour image received on '" + colour.image_topic +
                       "', which colour/enabled: always requires");
@@ -159,12 +157,6 @@ void judgeColour(const StreamReport& colour, bool is_needed, const std::string& 
   if (colour.frames.droppedSum() == 0) return;
   report(status, MapStatus::WARN, MapStatus::COLOUR_NOT_PAINTED,
          name + "no colour image painted yet: " + colour.frames.last_drop);
-}
-
-/// Colour that is required is a matter of the verdict.
-bool lacksColour(const CameraReport& camera) {
-  return camera.depth.frames.fused > 0 && camera.colour && !camera.is_colour_needed &&
-         camera.colour->frames.images == 0 && camera.colour->image_publishers == 0;
 }
 
 }  // namespace
@@ -211,8 +203,8 @@ void InputStatus::fill(const InputReport& input, MapStatus& status) {
   const std::vector<DropShare> recent = updateDrops(input);
   const std::vector<FrameCounts>& before =
       moments_[moments_.size() - std::min<size_t>(2, moments_.size())].second;
-  for (size_t i = 0; i < input.cameras.size() && !input.paused; ++i) {
-    judgeCamera(input.cameras[i], recent[i], before[i], input, status);
+  for (size_t i = 0; i < input.streams.size() && !input.paused; ++i) {
+    if (!input.streams[i].is_colour) judgeCamera(input, i, recent[i], before[i], status);
   }
   if (input.paused) report(status, MapStatus::OK, MapStatus::PAUSED, "paused");
   if (run_clock_.timeStands() && status.frames_fused > 0) {
@@ -232,21 +224,20 @@ void InputStatus::fill(const InputReport& input, MapStatus& status) {
 
 std::vector<DropShare> InputStatus::updateDrops(const InputReport& input) {
   Moment moment{input.at, {}};
-  for (const CameraReport& camera : input.cameras) moment.second.push_back(camera.depth.frames);
+  for (const StreamReport& stream : input.streams) moment.second.push_back(stream.frames);
   moments_.push_back(std::move(moment));
   while (moments_.size() > 2 && input.at - moments_[1].first >= kWindow) moments_.pop_front();
   std::vector<DropShare> shares;
-  for (size_t i = 0; i < input.cameras.size(); ++i) {
+  for (size_t i = 0; i < input.streams.size(); ++i) {
     shares.push_back(shareOf(moments_.front().second[i], moments_.back().second[i]));
   }
   return shares;
 }
 
-void InputStatus::judgeCamera(const CameraReport& camera, const DropShare& recent,
-                              const FrameCounts& before, const InputReport& input,
-                              MapStatus& status) const {
-  const StreamReport& depth = camera.depth;
-  const std::string name = camera.name.empty() ? "" : camera.name + ": ";
+void InputStatus::judgeCamera(const InputReport& input, size_t index, const DropShare& recent,
+                              const FrameCounts& before, MapStatus& status) const {
+  const StreamReport& depth = input.streams[index];
+  const std::string name = depth.camera.empty() ? "" : depth.camera + ": ";
   if (judgeSilence(depth, recent, name, input, status)) return;
   if (depth.frames.fused == 0) return judgeNoFrame(depth, name, status);
   if (depth.frames.droppedSum() - before.droppedSum() > depth.frames.fused - before.fused) {
@@ -259,7 +250,8 @@ void InputStatus::judgeCamera(const CameraReport& camera, const DropShare& recen
     report(status, MapStatus::WARN, MapStatus::DOUBTFUL_INPUT, name + depth.warning);
   }
   judgeDrops(recent, depth.frames.last_drop, name, status);
-  if (camera.colour) judgeColour(*camera.colour, camera.is_colour_needed, name, status);
+  const bool has_colour = index + 1 < input.streams.size() && input.streams[index + 1].is_colour;
+  if (has_colour) judgeColour(input.streams[index + 1], name, status);
 }
 
 /// For how long nothing has come while it could have; 0 if nothing ever has.
@@ -319,13 +311,21 @@ void InputStatus::judgeNoFrame(const StreamReport& depth, const std::string& nam
 /// come without colour, so a map without is no trouble; but who set a wrong topic would never learn
 /// why the mesh is grey.
 void InputStatus::hintAtColour(const InputReport& input) {
-  const auto camera = std::find_if(input.cameras.begin(), input.cameras.end(), lacksColour);
-  if (camera == input.cameras.end() || has_hinted_) return;
+  if (has_hinted_) return;
+  const StreamReport* colour = nullptr;
+  for (size_t i = 1; i < input.streams.size(); ++i) {
+    const StreamReport& stream = input.streams[i];
+    const bool is_silent = stream.frames.images == 0 && stream.image_publishers == 0;
+    // Colour that is required is a matter of the verdict.
+    if (!stream.is_colour || stream.is_needed || !is_silent) continue;
+    if (input.streams[i - 1].frames.fused > 0) colour = &stream;
+  }
+  if (colour == nullptr) return;
   if (run_clock_.ran_s() < kColourPatience_s) return;
   has_hinted_ = true;
   const std::vector<std::string> topics = find_topics_().colour;
   if (topics.empty()) return;
-  const std::string& wanted = camera->colour->image_topic;
+  const std::string& wanted = colour->image_topic;
   // Topics are named without their transport.
   const bool is_compressed = std::find(topics.begin(), topics.end(), wanted) != topics.end();
   ROS_INFO_STREAM_NAMED(

@@ -58,7 +58,7 @@ class RunClock {
   double ran_s_ = 0.0;
 };
 
-/// Of one camera's depth, within the last while.
+/// Of one stream, within the last while.
 struct DropShare {
   uint64_t received = 0;
   uint64_t dropped = 0;  ///< For reasons that are a fault: not as mapping is paused.
@@ -67,7 +67,7 @@ struct DropShare {
 
 /// The input at one moment.
 struct InputReport {
-  std::vector<CameraReport> cameras;
+  std::vector<StreamReport> streams;  ///< Of each camera depth, and then colour where it is wanted.
   TransformReport transforms;
   size_t waiting_bytes = 0, max_waiting_bytes = 0;
   bool paused = false;
@@ -88,10 +88,10 @@ class InputStatus {
  private:
   using Moment = std::pair<SteadyTime, std::vector<FrameCounts>>;
 
-  /// Of each camera, in their order.
+  /// Of each stream, in their order.
   std::vector<DropShare> updateDrops(const InputReport& input);
-  void judgeCamera(const CameraReport& camera, const DropShare& recent, const FrameCounts& before,
-                   const InputReport& input, dtsdf_mapping::MapStatus& status) const;
+  void judgeCamera(const InputReport& input, size_t index, const DropShare& recent,
+                   const FrameCounts& before, dtsdf_mapping::MapStatus& status) const;
   bool judgeSilence(const StreamReport& depth, const DropShare& recent, const std::string& name,
                     const InputReport& input, dtsdf_mapping::MapStatus& status) const;
   void judgeNoFrame(const StreamReport& depth, const std::string& name,

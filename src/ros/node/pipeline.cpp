@@ -5,7 +5,8 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
-#include <chrono>
+#include <algorithm>
+#include <utility>
 
 #include "ros/common/callback_guard.h"
 #include "ros/common/free_memory.h"
@@ -20,6 +21,10 @@ namespace {
 
 /// Calls that may wait at a time, such as a mesh that is simplified and the one that cancels it.
 constexpr int kServiceThreads = 2;
+/// How often a waiting frame asks for its transform.
+constexpr std::chrono::milliseconds kTransformPoll{5};
+/// A message wakes the thread.
+constexpr std::chrono::milliseconds kUntilNextImage{1000};
 
 MappingParams readParams(const ros::NodeHandle& private_nh) {
   const ServerParams server = readParamServer(private_nh);
@@ -53,11 +58,12 @@ Pipeline::Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
             map_,
             output_.mesh(),
             map_loop_,
-            [this] { cameras_.restartMotion(); },
+            [this] {
+              for (const auto& stream : streams_) stream->restartMotion();
+            },
             [this] { output_.takeChanges(); },
             [this] { settle(); },
             is_ending_},
-      cameras_(input_.serve(nh), private_nh, params_.node, transforms_, queue_),
       input_status_(params_.node.status.stale_s) {
   try {
     start(nh, private_nh);
@@ -68,6 +74,9 @@ Pipeline::Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
 }
 
 void Pipeline::start(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
+  // The namespace of the node, which its topics are in; empty for the root.
+  const std::string& name = private_nh.getNamespace();
+  addStreams(input_.serve(nh), name.substr(0, name.rfind('/')));
   steps_ = makeSteps(host_);
   const Handles handles{private_nh, services_.serve(private_nh), input_.serve(nh)};
   for (const auto& step : steps_) step->advertise(handles);
@@ -80,8 +89,8 @@ void Pipeline::start(const ros::NodeHandle& nh, const ros::NodeHandle& private_n
                                                      << params_.mapper.map.voxel_size_m << " m");
   for (const auto& step : steps_) step->begin();
   transforms_.subscribe(input_.serve(nh));
-  cameras_.subscribe(private_nh);
-  input_.start([this] { return cameras_.step(); });
+  for (const auto& stream : streams_) stream->subscribe(private_nh);
+  input_.start([this] { return poseFrames(); });
   services_.start(nullptr, kServiceThreads);
   status_.emplace(nh, private_nh, frameOfMap(params_.node), params_.node.publish.status_rate_hz,
                   [this](MapStatus& current) { fill(current); });
@@ -89,6 +98,39 @@ void Pipeline::start(const ros::NodeHandle& nh, const ros::NodeHandle& private_n
   rates_server_->setCallback([this](const dtsdf_mapping::PublishConfig& config, uint32_t) {
     guarded("rates", [&] { setRates(config); });
   });
+}
+
+/// Each camera of the setting `cameras` has its topics in its namespace; without that setting there
+/// is one camera in the node's own. Colour whose stamps go back restarts alone: what is mapped does
+/// not depend on it.
+void Pipeline::addStreams(const ros::NodeHandle& nh, const std::string& ns) {
+  const std::vector<std::string>& names = params_.node.cameras;
+  const auto restart = [this](const ros::Time& stamp) { restartStamps(stamp); };
+  for (size_t camera = 0; camera < std::max<size_t>(1, names.size()); ++camera) {
+    const std::string name = names.empty() ? "" : names[camera];
+    const auto add = [&](const ImageKind& kind, std::function<void(const ros::Time&)> on_jump) {
+      streams_.push_back(
+          std::make_unique<ImageStream>(kind, name, camera, names.empty() ? ns : ns + "/" + name,
+                                        nh, params_.node, transforms_, queue_, std::move(on_jump)));
+    };
+    add(kDepthImages, restart);
+    if (params_.node.colour.enabled != ColourUse::kNever) add(kColourImages, nullptr);
+  }
+}
+
+/// Input's thread. Returns how long there will be nothing to do unless a message comes.
+std::chrono::milliseconds Pipeline::poseFrames() noexcept {
+  bool waits = false;
+  guarded("input", [&] {
+    for (const auto& stream : streams_) waits = stream->step() || waits;
+  });
+  return waits ? kTransformPoll : kUntilNextImage;
+}
+
+void Pipeline::restartStamps(const ros::Time& stamp) {
+  for (const auto& stream : streams_) stream->restartStamps(stamp);
+  // Under simulated time it was done when the transforms came, and new ones may be in by now.
+  if (!ros::Time::isSimTime()) transforms_.clear();
 }
 
 Pipeline::~Pipeline() { stop(); }
@@ -144,8 +186,10 @@ void Pipeline::setRates(const dtsdf_mapping::PublishConfig& config) {
 }
 
 void Pipeline::fill(MapStatus& status) {
+  std::vector<StreamReport> streams;
+  for (const auto& stream : streams_) streams.push_back(stream->report());
   map_.fill(status);
-  input_status_.fill({cameras_.report(), transforms_.report(), queue_.bytes(), queue_.maxBytes(),
+  input_status_.fill({streams, transforms_.report(), queue_.bytes(), queue_.maxBytes(),
                       queue_.isPaused(), std::chrono::steady_clock::now(), ros::Time::now()},
                      status);
   for (const auto& step : steps_) step->fill(status);

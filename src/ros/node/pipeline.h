@@ -8,13 +8,16 @@
 #include <ros/node_handle.h>
 
 #include <atomic>
+#include <chrono>
+#include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "params/node_params.h"
 #include "ros/common/worker_thread.h"
-#include "ros/input/cameras.h"
 #include "ros/input/frame_queue.h"
+#include "ros/input/image_stream.h"
 #include "ros/input/input_status.h"
 #include "ros/input/transforms.h"
 #include "ros/node/output.h"
@@ -39,6 +42,9 @@ class Pipeline {
  private:
   void advertise(const Handles& handles);
   void start(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh);
+  void addStreams(const ros::NodeHandle& nh, const std::string& ns);
+  std::chrono::milliseconds poseFrames() noexcept;
+  void restartStamps(const ros::Time& stamp);
   void stop();
   void settle();
   void setRates(const dtsdf_mapping::PublishConfig& rates);
@@ -55,7 +61,8 @@ class Pipeline {
   Output output_;
   LiveMap map_;
   const Host host_;
-  Cameras cameras_;
+  /// Of each camera its depth, and its colour where that is wanted.
+  std::vector<std::unique_ptr<ImageStream>> streams_;
   InputStatus input_status_;
   std::vector<ros::ServiceServer> servers_;
   std::optional<StatusPublisher> status_;

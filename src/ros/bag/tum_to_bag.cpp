@@ -23,7 +23,7 @@ namespace dtsdf {
 namespace {
 
 struct TumToBagOptions {
-  std::string folder;
+  RecordingOptions recording;
   std::string bag;
   double units_per_metre = 5000.0;
   /// 16UC1 in millimetres, as many drivers send it: half the size, but TUM's 0.2 mm are rounded.
@@ -68,13 +68,6 @@ sensor_msgs::ImagePtr makeDepthImage(const SourceFrame& frame, const TumToBagOpt
   return image.toImageMsg();
 }
 
-RecordingOptions recordingOf(const TumToBagOptions& options) {
-  RecordingOptions recording;
-  recording.path = options.folder;
-  recording.format = "tum";
-  return recording;
-}
-
 sensor_msgs::ImagePtr makeColourImage(const SourceColour& source, const TumToBagOptions& options) {
   const ColourFrame& colour = source.colour;
   const cv::Mat pixels(colour.height, colour.width, CV_8UC3, const_cast<void*>(colour.data),
@@ -92,9 +85,7 @@ class BagWriter {
   }
 
   void writeDepth() {
-    RecordingOptions tum = recordingOf(options_);
-    tum.units_per_metre = options_.units_per_metre;
-    const std::unique_ptr<FrameSource> frames = openRecording(tum);
+    const std::unique_ptr<FrameSource> frames = openRecording(options_.recording);
     while (const std::optional<SourceFrame> frame = frames->next()) {
       write("depth", "image_rect", makeDepthImage(*frame, options_), frame->depth);
     }
@@ -102,7 +93,7 @@ class BagWriter {
   }
 
   void writeColour() {
-    const std::unique_ptr<ColourSource> images = openRecordingColours(recordingOf(options_));
+    const std::unique_ptr<ColourSource> images = openRecordingColours(options_.recording);
     if (images == nullptr) return;
     while (const std::optional<SourceColour> image = images->next()) {
       write("rgb", "image_rect_color", makeColourImage(*image, options_), image->colour);
@@ -169,11 +160,12 @@ void convert(const TumToBagOptions& options) {
 
 TumToBagOptions readOptions(const std::vector<std::string>& arguments) {
   TumToBagOptions options;
+  options.recording.format = "tum";
   CommandLine line("tum_to_bag", "DIR OUT.bag [options]",
                    "Writes a bag with NAMESPACE/depth/image_rect and camera_info, "
                    "NAMESPACE/rgb/image_rect_color and camera_info (if the folder has colour "
                    "images), and /tf from the map frame to the camera's optical frame.");
-  line.addText({"DIR", "", "the folder"}, options.folder);
+  line.addText({"DIR", "", "the folder"}, options.recording.path);
   line.addText({"OUT.bag", "", "the bag"}, options.bag);
   line.addNumber({"--depth-scale", "UNITS", "units per metre of the folder's depth images"},
                  options.units_per_metre, {kAboveZero, kUnbounded});
@@ -183,6 +175,7 @@ TumToBagOptions readOptions(const std::vector<std::string>& arguments) {
   line.addText({"--camera-frame", "FRAME", "the camera's optical frame"}, options.camera_frame);
   line.addText({"--camera", "NAMESPACE", "namespace of the topics"}, options.camera_namespace);
   line.parse(arguments);
+  options.recording.units_per_metre = options.units_per_metre;
   return options;
 }
 

@@ -175,7 +175,7 @@ Step::Work SpaceStep::hasWork() const {
 /// that was taken.
 void SpaceStep::handOver() {
   Space* const space = host_.map.mapper().space();
-  if (!is_on_ || space == nullptr) return;
+  if (space == nullptr) return;
   is_part_ = true;
   if (queue_.isFull()) return;
   const SpaceChanges changes = space->takeChanges();

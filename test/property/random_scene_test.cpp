@@ -9,8 +9,8 @@
 #include "support/depth_frames.h"
 #include "support/map_equality.h"
 #include "support/mesh_topology.h"
-#include "support/raw_mesh.h"
 #include "support/random_seed.h"
+#include "support/raw_mesh.h"
 
 namespace dtsdf {
 namespace {

@@ -1,10 +1,11 @@
 /// The step that publishes the vertices of the mesh as a point cloud, while someone listens.
+#include <pcl/point_types.h>
+#include <pcl_conversions/pcl_conversions.h>
+#include <pcl_ros/point_cloud.h>
 #include <ros/console.h>
-#include <sensor_msgs/PointCloud2.h>
-#include <sensor_msgs/point_cloud2_iterator.h>
 
+#include <algorithm>
 #include <atomic>
-#include <cstring>
 
 #include "dtsdf_mapping/mesh.h"
 #include "ros/common/topic.h"
@@ -13,26 +14,25 @@
 namespace dtsdf {
 namespace {
 
-sensor_msgs::PointCloud2 cloudOf(const Mesh& mesh, MeshColour colour) {
-  sensor_msgs::PointCloud2 cloud;
-  cloud.height = 1;
-  cloud.is_dense = true;
-  sensor_msgs::PointCloud2Modifier modifier(cloud);
-  constexpr auto kFloat = sensor_msgs::PointField::FLOAT32;
-  modifier.setPointCloud2Fields(7, "x", 1, kFloat, "y", 1, kFloat, "z", 1, kFloat, "normal_x", 1,
-                                kFloat, "normal_y", 1, kFloat, "normal_z", 1, kFloat, "rgb", 1,
-                                kFloat);
-  modifier.resize(mesh.vertices_m.size());
-  sensor_msgs::PointCloud2Iterator<float> next(cloud, "x");
-  for (size_t i = 0; i < mesh.vertices_m.size(); ++i, ++next) {
-    const std::array<double, 3> p_W = positionInMap(mesh, i);
-    for (size_t axis = 0; axis < 3; ++axis) next[axis] = static_cast<float>(p_W[axis]);
-    std::memcpy(&next[3], &mesh.normals[i], 3 * sizeof(float));
-    const std::array<uint8_t, 3> rgb = vertexColour(colour, mesh, i);
-    const uint8_t bgra[] = {rgb[2], rgb[1], rgb[0], 255};  // of a little-endian number
-    std::memcpy(&next[6], bgra, sizeof(bgra));
-  }
-  return cloud;
+using Point = pcl::PointXYZRGBNormal;
+using Cloud = pcl::PointCloud<Point>;
+
+Point toPoint(const Mesh& mesh, size_t vertex, MeshColour colour) {
+  const std::array<double, 3> p_W = positionInMap(mesh, vertex);
+  const Vec3f& normal_W = mesh.normals[vertex];
+  Point point;
+  point.x = static_cast<float>(p_W[0]);
+  point.y = static_cast<float>(p_W[1]);
+  point.z = static_cast<float>(p_W[2]);
+  point.normal_x = normal_W.x;
+  point.normal_y = normal_W.y;
+  point.normal_z = normal_W.z;
+  const std::array<uint8_t, 3> rgb = vertexColour(colour, mesh, vertex);
+  point.r = rgb[0];
+  point.g = rgb[1];
+  point.b = rgb[2];
+  point.a = 255;
+  return point;
 }
 
 /// `surface_points`: a cloud is the whole mesh.
@@ -41,8 +41,8 @@ class PointsStep : public Step {
   explicit PointsStep(const Host& host) : host_(host), pace_(host.rates.points_hz) {}
 
   void advertise(const Handles& handles) override {
-    topic_.advertise<sensor_msgs::PointCloud2>(handles.prompt, "surface_points", 1,
-                                               [this](const auto&) { is_outdated_ = true; });
+    topic_.advertise<Cloud>(handles.prompt, "surface_points", 1,
+                            [this](const auto&) { is_outdated_ = true; });
   }
 
   std::optional<double> meshRate_hz() const override {
@@ -75,9 +75,15 @@ class PointsStep : public Step {
                                   "origin of the map and 4 mm at 40 km; mesh_blocks and mesh have "
                                   "doubles");
     }
-    sensor_msgs::PointCloud2 cloud = cloudOf(mesh, host_.params.mapper.mesh.colour);
+    Cloud cloud;
     cloud.header.frame_id = frameOfMap(host_.params.node);
-    cloud.header.stamp = stamp;
+    cloud.header.stamp = pcl_conversions::toPCL(stamp);
+    // Of one at least: pcl_ros copies from where they are, even none, and that has to be an
+    // address.
+    cloud.reserve(std::max<size_t>(1, mesh.vertices_m.size()));
+    for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
+      cloud.push_back(toPoint(mesh, i, host_.params.mapper.mesh.colour));
+    }
     topic_.publish(cloud);
   }
 

@@ -70,6 +70,7 @@ SavedMesh savePagedMesh(PagedMeshes& meshes, MeshColour colour, const std::strin
     throw std::runtime_error(
         "no triangle lies wholly in the region, in map frame coordinates; nothing was saved");
   }
+  const size_t joined = saved.mesh.triangles.size();
   if (choice.simplify_error_m != 0.0) {
     saved = simplifyMesh(saved.mesh, choice.simplify_error_m, choice.go_on);
   }

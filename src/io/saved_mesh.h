@@ -23,8 +23,9 @@ struct SaveChoice {
 /// What a file holds.
 struct SavedMesh {
   size_t vertices = 0, triangles = 0;
-  double error_m = 0.0;  ///< Of a simplified mesh.
-  std::string loss;      ///< What the format cannot hold, in words; empty: nothing.
+  double error_m = 0.0;         ///< Of a simplified mesh.
+  std::string loss;             ///< What the format cannot hold, in words; empty: nothing.
+  size_t joined_triangles = 0;  ///< Before it was simplified.
 };
 
 /// Nothing is saved where some of it cannot be read now; without what is damaged it is.

@@ -71,7 +71,7 @@ SavedMesh saveSimplified(PagedMeshes& meshes, MeshColour colour, const std::stri
   try {
     SavedMesh saved = savePagedMesh(meshes, colour, path, choice);
     std::printf("simplified from %zu to %zu triangles, at most %.6f m from the mesh\n",
-                meshes.triangleCount(), saved.triangles, saved.error_m);
+                saved.joined_triangles, saved.triangles, saved.error_m);
     return saved;
   } catch (const std::invalid_argument& error) {
     throw UsageError(std::string("--simplify-error: ") + error.what());

@@ -44,7 +44,7 @@ SavedMesh saveInPieces(PagedMeshes& meshes, MeshColour colour, const std::string
   std::string lack = lackOf(meshes, missed);  // before the file gets its name
   file.finish();
   return {static_cast<size_t>(file.vertices()), static_cast<size_t>(file.triangles()), 0.0,
-          std::move(lack)};
+          std::move(lack), static_cast<size_t>(file.triangles())};
 }
 
 Mesh assemble(PagedMeshes& meshes, const std::optional<BoxRegion>& region, std::string& lack) {
@@ -76,8 +76,8 @@ SavedMesh savePagedMesh(PagedMeshes& meshes, MeshColour colour, const std::strin
   }
   saveMesh(saved.mesh, colour, path);
   if (lack.empty()) lack = lossInFormat(saved.mesh, path);
-  return {saved.mesh.vertices_m.size(), saved.mesh.triangles.size(), saved.error_m,
-          std::move(lack)};
+  return {saved.mesh.vertices_m.size(), saved.mesh.triangles.size(), saved.error_m, std::move(lack),
+          joined};
 }
 
 }  // namespace dtsdf

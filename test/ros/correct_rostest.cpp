@@ -192,7 +192,9 @@ TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheJournal) {
   EXPECT_TRUE(waitUntil([&] {
     return late.state().triangles() >= status_.status().triangles &&
            late.state().triangles() == blocks.state().triangles();
-  }));
+  })) << late.state().triangles()
+      << " triangles for who comes, " << blocks.state().triangles() << " for who was there, "
+      << status_.status().triangles << " in the status";
 
   // What follows is fused where the corrected frames are, as its source goes on drifting.
   drive(10, drifted);

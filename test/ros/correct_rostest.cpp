@@ -186,15 +186,13 @@ TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheJournal) {
   expectJournalLeadsToMap();
   EXPECT_TRUE(waitUntil([&] { return status_.status().last_correction == answer.message; }))
       << status_.status().last_correction;
-  // Who listened before has the same mesh as who comes now.
-  EXPECT_TRUE(waitUntil([&] { return blocks.state().addedChunks() > chunks; }));
-  const BlocksWatcher late(nh_);
+  // Who listens has the same mesh; the status counts no triangles that close holes.
   EXPECT_TRUE(waitUntil([&] {
-    return late.state().triangles() >= status_.status().triangles &&
-           late.state().triangles() == blocks.state().triangles();
-  })) << late.state().triangles()
-      << " triangles for who comes, " << blocks.state().triangles() << " for who was there, "
-      << status_.status().triangles << " in the status";
+    const size_t shown = blocks.state().triangles(), triangles = status_.status().triangles;
+    return blocks.state().addedChunks() > chunks && shown >= triangles &&
+           shown < triangles + triangles / 500;
+  })) << blocks.state().triangles()
+      << " of " << status_.status().triangles << " triangles";
 
   // What follows is fused where the corrected frames are, as its source goes on drifting.
   drive(10, drifted);

@@ -17,6 +17,7 @@
 
 #include "io/trajectory.h"
 #include "ros/support/blocks_watcher.h"
+#include "ros/support/mesh_of_map.h"
 #include "ros/support/output_folder.h"
 #include "ros/support/room_camera.h"
 #include "ros/support/status_watcher.h"
@@ -186,13 +187,12 @@ TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheJournal) {
   expectJournalLeadsToMap();
   EXPECT_TRUE(waitUntil([&] { return status_.status().last_correction == answer.message; }))
       << status_.status().last_correction;
-  // Who listens has the same mesh; the status counts no triangles that close holes.
-  EXPECT_TRUE(waitUntil([&] {
-    const size_t shown = blocks.state().triangles(), triangles = status_.status().triangles;
-    return blocks.state().addedChunks() > chunks && shown >= triangles &&
-           shown < triangles + triangles / 500;
-  })) << blocks.state().triangles()
-      << " of " << status_.status().triangles << " triangles";
+  // Who listens has the same mesh, and was sent nothing twice.
+  const MeshOfMap corrected = meshOfMap(in("again.dtsdf"));
+  EXPECT_TRUE(waitUntil([&] { return status_.status().triangles == corrected.triangles; }));
+  EXPECT_TRUE(waitUntil([&] { return blocks.state().triangles() == corrected.shown; }))
+      << blocks.state().triangles() << " of " << corrected.shown << " triangles";
+  EXPECT_GT(blocks.state().addedChunks(), chunks);
 
   // What follows is fused where the corrected frames are, as its source goes on drifting.
   drive(10, drifted);

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "ros/support/mesh_of_map.h"
 #include "ros/support/mesh_watcher.h"
 #include "ros/support/output_folder.h"
 #include "ros/support/status_watcher.h"
@@ -52,11 +53,12 @@ TEST(SimulatedCamera, RoomBecomesAMesh) {
       << status.status().message;
   EXPECT_EQ(status.status().images_received, kFramesOfLap);
   EXPECT_GE(status.status().frames_fused, kFramesOfLap / 2) << status.status().message;
-  ASSERT_TRUE(waitUntil([&] {  // which counts no triangles that close holes
-    const size_t triangles = status.status().triangles;
-    return triangles > 0 && mesh.triangles() >= triangles &&
-           mesh.triangles() < triangles + triangles / 100;
-  }));
+  const auto saved = saveMapAs("room.dtsdf");
+  ASSERT_TRUE(saved.success) << saved.message;
+  const MeshOfMap expected = meshOfMap(saved.path);
+  ASSERT_GT(expected.triangles, 0u);
+  ASSERT_TRUE(waitUntil([&] { return status.status().triangles == expected.triangles; }));
+  ASSERT_TRUE(waitUntil([&] { return mesh.triangles() == expected.shown; }));
   EXPECT_TRUE(waitUntil([&] { return diagnosed; }));
   EXPECT_EQ(status.status().message, "mapping");
   EXPECT_GT(status.status().integrate_ms, 0.0f);

@@ -167,7 +167,8 @@ Alignment PosesStep::refine(const PosedFrame& frame, const DepthFrame& depth) {
   Alignment alignment = camera.refiner.refine(host_.map.mapper(), depth);
   if (frame.camera != 0) return alignment;
   T_M_O_ = T_W_M().inverse() * camera.refiner.T_W_O() * T_W_M();
-  if (publisher_) publisher_->publishCorrection(frame.stamp, T_M_O_);
+  corrected_at_ = frame.stamp;
+  if (publisher_) publisher_->publishCorrection(corrected_at_, T_M_O_);
   return alignment;
 }
 

@@ -53,6 +53,8 @@ class PosesStep : public Step {
   const std::optional<FoundPose>& published() const { return published_; }
   /// With refine, what moves the given poses of the first camera.
   const Eigen::Isometry3d& T_M_O() const { return T_M_O_; }
+  /// Stamp of the image for which that was published last.
+  const ros::Time& correctedAt() const { return corrected_at_; }
 
  private:
   /// Of one camera.
@@ -89,6 +91,7 @@ class PosesStep : public Step {
   Alignment found_;            ///< Of the newest image.
   std::optional<FoundPose> published_;
   Eigen::Isometry3d T_M_O_ = Eigen::Isometry3d::Identity();
+  ros::Time corrected_at_;
   std::deque<StampedPose> fused_;
   size_t left_out_ = 0;  ///< Of the oldest ones.
 

@@ -50,12 +50,13 @@ ParamValue namesOf(const YAML::Node& sequence, const std::string& key, const std
   return names;
 }
 
-/// More than settings have: what refers to itself ends there.
+/// More than settings have: what refers to itself, or to others over and over, ends there.
 constexpr std::ptrdiff_t kMostLevels = 8;
+constexpr int kMostEntries = 10000;
 
-/// Adds what a node holds under `prefix` ("" or "section/").
+/// Adds what a node holds under `prefix` ("" or "section/"). @param entries How many came before.
 void flatten(const YAML::Node& node, const std::string& prefix, const std::string& name,
-             ParamTree& tree) {
+             int& entries, ParamTree& tree) {
   for (const auto& entry : node) {
     if (!entry.first.IsScalar()) throwAt(name, entry.first.Mark(), "a key must be a string");
     const std::string key = prefix + entry.first.Scalar();
@@ -63,8 +64,9 @@ void flatten(const YAML::Node& node, const std::string& prefix, const std::strin
     if (std::count(key.begin(), key.end(), '/') > kMostLevels) {
       throwAt(name, entry.first.Mark(), "too many levels");
     }
+    if (++entries > kMostEntries) throwAt(name, entry.first.Mark(), "too many entries");
     if (value.IsMap()) {
-      flatten(value, key + "/", name, tree);
+      flatten(value, key + "/", name, entries, tree);
     } else if (!value.IsScalar() && !value.IsSequence()) {
       throwAt(name, entry.first.Mark(), key + " has no value; give one or remove the key");
     } else if (!tree.emplace(key, value.IsSequence() ? namesOf(value, key, name) : valueOf(value))
@@ -82,7 +84,8 @@ ParamTree parseYamlParams(const std::string& text, const std::string& name) {
     const YAML::Node root = loadYaml(text);
     if (root.IsNull()) return tree;
     if (!root.IsMap()) throwAt(name, root.Mark(), "settings must be written as 'key: value'");
-    flatten(root, "", name, tree);
+    int entries = 0;
+    flatten(root, "", name, entries, tree);
   } catch (const YAML::Exception& e) {
     throwAt(name, e.mark, "not valid YAML: " + e.msg);
   }

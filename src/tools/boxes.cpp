@@ -93,21 +93,22 @@ class BoxInputFinder {
                  const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box)
       : options_(options), settings_(settings), T_W_M_(T_W_M) {
     const SpaceParams& space = settings.params.mapper.space;
-    input_.extent = {box, box, cubesOf(box, blocksPerCube(space))};
+    run_.box = {box.first, box.last, 1, {}, {}};
+    run_.extent = {box, box, cubesOf(box, blocksPerCube(space))};
     options_.recording.poses_only = true;
   }
 
-  BoxInput find() {
+  BoxRun find() {
     const auto frames = levelled(openFrames(options_, settings_.params.node), T_W_M_);
     std::optional<double> first_stamp_s;
     while (const std::optional<SourceFrame> frame = frames->next()) {
       if (!first_stamp_s) first_stamp_s = frame->stamp_s;
-      input_.last_stamp_s = frame->stamp_s;
+      run_.last_stamp_s = frame->stamp_s;
       views_.emplace_back(frame->index, frame->depth);
     }
-    input_.images = std::make_shared<std::vector<size_t>>(imagesFrom(first_stamp_s.value_or(0.0)));
-    input_.frames = std::make_shared<std::vector<size_t>>(framesInView());
-    return std::move(input_);
+    run_.images = std::make_shared<std::vector<size_t>>(imagesFrom(first_stamp_s.value_or(0.0)));
+    run_.frames = std::make_shared<std::vector<size_t>>(framesInView());
+    return std::move(run_);
   }
 
  private:
@@ -121,17 +122,18 @@ class BoxInputFinder {
     const auto images = levelled(openColours(options_, settings_.params.node), T_W_M_);
     if (images == nullptr) return listed;
     checkPainting(params().paint);
-    const BlockExtent painted = input_.extent.painted;
-    const ColourReach reach(params(), settings_.rules.colour);
+    const BlockExtent painted = run_.extent.painted;
+    const ColourRules& rules = settings_.rules.colour;
     RateLimit rate(settings_.params.node.colour.max_rate_hz);
-    input_.extent.blocks = grown(painted, 1, 1);
+    run_.extent.blocks = grown(painted, 1, 1);
     while (const std::optional<SourceColour> image = images->next()) {
       if (!rate.takes(image->stamp_s)) continue;
-      if (image->stamp_s < first_stamp_s || image->stamp_s > input_.last_stamp_s) continue;
+      if (image->stamp_s < first_stamp_s || image->stamp_s > run_.last_stamp_s) continue;
       const CameraView view(image->colour);
-      if (!reach.mayPaint(view, painted)) continue;
+      if (!mayPaint(view, painted, params(), rules)) continue;
       listed.push_back(image->index);
-      input_.extent.blocks = around(input_.extent.blocks, reach.blocksFor(view, painted));
+      run_.extent.blocks =
+          around(run_.extent.blocks, blocksThatDecide(view, painted, params(), rules));
     }
     if (!listed.empty()) findSupport();
     return listed;
@@ -155,9 +157,9 @@ class BoxInputFinder {
   }
 
   std::vector<size_t> framesInView() const {
-    const BlockExtent& box = input_.extent.painted;
+    const BlockExtent& box = run_.extent.painted;
     const int beyond = params().space.enabled ? blocksPerCube(params().space) - 1 : 0;
-    const BlockExtent fused = around(input_.extent.blocks, grown(box, 0, beyond));
+    const BlockExtent fused = around(run_.extent.blocks, grown(box, 0, beyond));
     std::vector<size_t> listed;
     for (const auto& [index, view] : views_) {
       if (index < first_needed_ || mayFuse(view, fused, params())) listed.push_back(index);
@@ -168,7 +170,7 @@ class BoxInputFinder {
   InputOptions options_;
   const RunSettings& settings_;
   const std::optional<Eigen::Isometry3d> T_W_M_;
-  BoxInput input_;
+  BoxRun run_;
   std::vector<NumberedView> views_;
   size_t first_needed_ = 0;  ///< Frames before it are taken whatever they see.
 };
@@ -315,36 +317,36 @@ BlockExtent parseBox(const std::string& text, double block_m) {
   return box;
 }
 
-BoxInput findBoxInput(const InputOptions& options, const RunSettings& settings,
-                      const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box) {
+BoxRun planBoxRun(const InputOptions& options, const RunSettings& settings,
+                  const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box) {
   checkSettings(settings);
   return BoxInputFinder(options, settings, T_W_M, box).find();
 }
 
 std::vector<BlockExtent> planBoxes(const InputOptions& options, const RunSettings& settings,
-                                   const BoxPlan& plan) {
+                                   size_t count, double edge_m) {
   const double block_m = static_cast<double>(settings.params.mapper.map.voxel_size_m) * kBlockSide;
-  const double edge_blocks = plan.edge_m > 0.0 ? std::max(1.0, plan.edge_m / block_m) : 1e9;
-  const size_t count = plan.count > 0 ? plan.count : size_t{1} << 30;
+  const double edge_blocks = edge_m > 0.0 ? std::max(1.0, edge_m / block_m) : 1e9;
+  const size_t most = count > 0 ? count : size_t{1} << 30;
   std::priority_queue<Leaf> leaves;
   leaves.push({BlockExtent(), sampleBlocks(options, settings)});
   if (leaves.top().blocks.empty()) {
     throw std::runtime_error("no image of the recording shows a surface, so there are no boxes");
   }
   std::vector<BlockExtent> boxes;
-  while (!leaves.empty() && leaves.size() + boxes.size() < count) {
+  while (!leaves.empty() && leaves.size() + boxes.size() < most) {
     Leaf leaf = leaves.top();
     leaves.pop();
     const int32_t length = longestAxis(leaf.bounds()).second;
-    if (length <= (plan.count > 0 ? 1.0 : edge_blocks)) {
+    if (length <= (count > 0 ? 1.0 : edge_blocks)) {
       boxes.push_back(leaf.box);
       continue;
     }
     for (Leaf& half : halvesOf(std::move(leaf))) leaves.push(std::move(half));
   }
   for (; !leaves.empty(); leaves.pop()) boxes.push_back(leaves.top().box);
-  if (boxes.size() >= plan.count) return boxes;
-  throw std::runtime_error("the recording shows too few blocks for " + std::to_string(plan.count) +
+  if (boxes.size() >= count) return boxes;
+  throw std::runtime_error("the recording shows too few blocks for " + std::to_string(count) +
                            " boxes; ask for " + std::to_string(boxes.size()) + " at most");
 }
 

@@ -93,38 +93,39 @@ bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperPar
                       static_cast<double>(params.fusion.max_depth_m));
 }
 
-ColourReach::ColourReach(const MapperParams& params, const ColourRules& rules)
-    : rules_(rules),
-      voxel_m_(params.map.voxel_size_m),
-      block_m_(voxel_m_ * kBlockSide),
-      max_depth_m_(params.paint.max_depth_m) {}
+namespace {
 
 /// A voxel's point is as far from it as its surface.
-MetricBox ColourReach::pointsOf(const BlockExtent& blocks) const {
-  const auto painted = static_cast<double>(rules_.surface_distance);
-  return boxOf(blocks, block_m_, voxel_m_ * (painted + kRounding_voxels));
+MetricBox pointsOf(const BlockExtent& blocks, double voxel_m, const ColourRules& rules) {
+  const auto painted = static_cast<double>(rules.surface_distance);
+  return boxOf(blocks, voxel_m * kBlockSide, voxel_m * (painted + kRounding_voxels));
 }
 
-bool ColourReach::mayPaint(const CameraView& image, const BlockExtent& blocks) const {
-  return image.maySee(pointsOf(blocks), max_depth_m_);
+}  // namespace
+
+bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperParams& params,
+              const ColourRules& rules) {
+  return image.maySee(pointsOf(blocks, params.map.voxel_size_m, rules), params.paint.max_depth_m);
 }
 
 /// A point is compared with what is drawn in the cells around it: as far aside as visibilityOf()
 /// looks, and a cell more. What is drawn there is a surface within that part of
 /// the image, or beside it by its own radius, which drawSurface() has in pixels along both axes.
-BlockExtent ColourReach::blocksFor(const CameraView& image, const BlockExtent& painted) const {
-  const MetricBox points = pointsOf(painted);
+BlockExtent blocksThatDecide(const CameraView& image, const BlockExtent& painted,
+                             const MapperParams& params, const ColourRules& rules) {
+  const double voxel_m = params.map.voxel_size_m;
+  const MetricBox points = pointsOf(painted, voxel_m, rules);
   const Intrinsics& K = image.intrinsics();
-  const double nearest_m = std::max(image.nearest_m(points), voxel_m_);
+  const double nearest_m = std::max(image.nearest_m(points), voxel_m);
   const double beside_px =
-      outlineReach(rules_, K.fx * voxel_m_ / nearest_m) + 2.0 * kCellSide + kRounding_px;
-  MetricBox box = image.lineOfSight(points, max_depth_m_, beside_px);
+      outlineReach(rules, K.fx * voxel_m / nearest_m) + 2.0 * kCellSide + kRounding_px;
+  MetricBox box = image.lineOfSight(points, params.paint.max_depth_m, beside_px);
   const double stretch = std::max(1.0, static_cast<double>(K.fx) / static_cast<double>(K.fy));
   const double margin_m =
-      voxel_m_ * (rules_.surface_distance + kPieceVoxels * stretch + kRounding_voxels);
+      voxel_m * (rules.surface_distance + kPieceVoxels * stretch + kRounding_voxels);
   box.min().array() -= margin_m;
   box.max().array() += margin_m;
-  return blocksIn(box, block_m_);
+  return blocksIn(box, voxel_m * kBlockSide);
 }
 
 }  // namespace dtsdf

@@ -56,23 +56,14 @@ class CameraView {
 /// fusion/max_depth_m changes voxels around it.
 bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperParams& params);
 
-/// What colour images reach. @pre colour/max_depth_m is not 0: else they reach without end.
-class ColourReach {
- public:
-  ColourReach(const MapperParams& params, const ColourRules& rules);
+/// Whether a colour image may paint something of these blocks.
+/// @pre colour/max_depth_m is not 0: else images reach without end.
+bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperParams& params,
+              const ColourRules& rules);
 
-  /// Whether an image may paint something of these blocks.
-  bool mayPaint(const CameraView& image, const BlockExtent& blocks) const;
-
-  /// The blocks that may have to do with how it paints them: what lies between them and the camera,
-  /// and what is seen right beside or behind them, up to the depth that images reach.
-  BlockExtent blocksFor(const CameraView& image, const BlockExtent& painted) const;
-
- private:
-  MetricBox pointsOf(const BlockExtent& blocks) const;
-
-  const ColourRules rules_;
-  const double voxel_m_, block_m_, max_depth_m_;
-};
+/// The blocks that may have to do with how it paints them: what lies between them and the camera,
+/// and what is seen right beside or behind them, up to the depth that images reach.
+BlockExtent blocksThatDecide(const CameraView& image, const BlockExtent& painted,
+                             const MapperParams& params, const ColourRules& rules);
 
 }  // namespace dtsdf

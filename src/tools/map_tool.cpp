@@ -37,25 +37,26 @@ void addSettings(CommandLine& line, const std::string& keys, MapToolOptions& opt
                [&](const std::string& value) { options.settings.push_back(value); });
 }
 
-MapOfFile loadMapOf(const MapToolOptions& options, const char* fixed) {
+std::pair<MapSettings, std::unique_ptr<Mapper>> loadMapOf(const MapToolOptions& options,
+                                                          const char* fixed) {
   const auto file = std::make_shared<const MapChunks>(options.map_path, options.limit);
   std::vector<std::string> given = options.settings;
   given.emplace_back(fixed);
   MapSettings settings = settingsFor(file->head(), given);
   auto mapper = makeProbedMapper(settings.params, settings.rules, partsOf(file));
-  return {std::move(settings), std::move(mapper), !file->head().free_cubes.empty()};
+  return {std::move(settings), std::move(mapper)};
 }
 
 std::unique_ptr<Mapper> loadWithSpace(const MapToolOptions& options) {
-  MapOfFile map = loadMapOf(options, "space/enabled=true");
-  if (!map.has_free_space) {
+  std::unique_ptr<Mapper> mapper = loadMapOf(options, "space/enabled=true").second;
+  if (mapper->stats().free_bytes == 0) {
     std::fprintf(stderr,
                  "map_tool: warning: the map has no free space; only surface cells are in %s. Map "
                  "with --set space/enabled=true\n",
                  options.what.c_str());
   }
-  map.mapper->updateMesh();
-  return std::move(map.mapper);
+  mapper->updateMesh();
+  return mapper;
 }
 
 void parseSpaceOutput(CommandLine& line, const std::vector<std::string>& arguments,

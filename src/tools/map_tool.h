@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/mapper.h"
@@ -38,13 +39,9 @@ void addPaths(CommandLine& line, const std::string& out, MapToolOptions& options
 void addSettings(CommandLine& line, const std::string& keys, MapToolOptions& options);
 
 /// A mapper that was made from the file, and its settings: those given, and then `fixed`.
-struct MapOfFile {
-  MapSettings settings;
-  std::unique_ptr<Mapper> mapper;
-  bool has_free_space;
-};
 /// @throws std::runtime_error if the file cannot be read, ParamError for wrong settings.
-MapOfFile loadMapOf(const MapToolOptions& options, const char* fixed);
+std::pair<MapSettings, std::unique_ptr<Mapper>> loadMapOf(const MapToolOptions& options,
+                                                          const char* fixed);
 
 /// A mapper that was made from the file, with its surfaces, and the space around them: that which
 /// the file holds, and none where it was saved without. @throws as loadMapOf() does.

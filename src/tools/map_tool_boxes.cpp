@@ -20,53 +20,6 @@
 namespace dtsdf {
 namespace {
 
-struct BoxesOptions {
-  InputOptions input;
-  BoxPlan plan;
-};
-
-BoxesOptions parseBoxesOptions(const std::vector<std::string>& arguments) {
-  BoxesOptions options;
-  CommandLine line(
-      "map_tool boxes", "RECORDING --count N | --box-m METRES [options]",
-      "Cuts space into boxes that share the surfaces of a recording about equally, and "
-      "prints them, one a line, for reconstruct --only. A sample of the images is "
-      "looked at; whatever it misses, the boxes cover all of space.");
-  line.addText({"RECORDING", "", "a recording that reconstruct reads"},
-               options.input.recording.path);
-  line.addWhole({"--count", "N", "number of boxes"}, options.plan.count, {1, 1e6});
-  line.addNumber({"--box-m", "METRES", "or as many that none is longer where there are surfaces"},
-                 options.plan.edge_m, {0.01, 1e6});
-  line.requireOneOf({"--count", "--box-m"});
-  line.beginGroup("Input");
-  addFormatOption(line, options.input);
-  addReadingOptions(line, options.input);
-  addFrameOptions(line, options.input);
-  line.beginGroup("Settings");
-  addMapperOptions(line, options.input);
-  line.parse(arguments);
-  return options;
-}
-
-struct JoinOptions {
-  std::vector<std::string> paths;
-  std::string map_path;
-};
-
-JoinOptions parseJoinOptions(const std::vector<std::string>& arguments) {
-  JoinOptions options;
-  CommandLine line("map_tool join", "BOX.dtsdf ... --save-map OUT.dtsdf",
-                   "Joins the maps of boxes, as reconstruct --only saves them, into the map of one "
-                   "process. The boxes have to cover all of space: what is missing is an error "
-                   "that names the boxes to make.");
-  line.addList({"BOXES", "", "maps of boxes"},
-               [&](const std::string& path) { options.paths.push_back(path); });
-  addSaveMapOption(line, "map of all of them", options.map_path);
-  line.require("--save-map");
-  line.parse(arguments);
-  return options;
-}
-
 /// A block of the joined map, and where its words are.
 struct JoinedBlock {
   MapBlock block;
@@ -216,26 +169,55 @@ void allowManyFiles() {
 }  // namespace
 
 void printBoxes(const std::vector<std::string>& arguments) {
-  BoxesOptions options = parseBoxesOptions(arguments);
-  completeInput(options.input);
-  const RunSettings settings = readSettings(options.input);
+  InputOptions input;
+  size_t count = 0;
+  double edge_m = 0.0;
+  CommandLine line(
+      "map_tool boxes", "RECORDING --count N | --box-m METRES [options]",
+      "Cuts space into boxes that share the surfaces of a recording about equally, and "
+      "prints them, one a line, for reconstruct --only. A sample of the images is "
+      "looked at; whatever it misses, the boxes cover all of space.");
+  line.addText({"RECORDING", "", "a recording that reconstruct reads"}, input.recording.path);
+  line.addWhole({"--count", "N", "number of boxes"}, count, {1, 1e6});
+  line.addNumber({"--box-m", "METRES", "or as many that none is longer where there are surfaces"},
+                 edge_m, {0.01, 1e6});
+  line.requireOneOf({"--count", "--box-m"});
+  line.beginGroup("Input");
+  addFormatOption(line, input);
+  addReadingOptions(line, input);
+  addFrameOptions(line, input);
+  line.beginGroup("Settings");
+  addMapperOptions(line, input);
+  line.parse(arguments);
+  completeInput(input);
+  const RunSettings settings = readSettings(input);
   const double block_m = static_cast<double>(settings.params.mapper.map.voxel_size_m) * kBlockSide;
-  for (const BlockExtent& box : planBoxes(options.input, settings, options.plan)) {
+  for (const BlockExtent& box : planBoxes(input, settings, count, edge_m)) {
     std::printf("%s\n", boxText(box, block_m).c_str());
   }
 }
 
 void joinBoxes(const std::vector<std::string>& arguments) {
-  const JoinOptions options = parseJoinOptions(arguments);
-  prepareOutputFile(options.map_path);
+  std::vector<std::string> paths;
+  std::string map_path;
+  CommandLine line("map_tool join", "BOX.dtsdf ... --save-map OUT.dtsdf",
+                   "Joins the maps of boxes, as reconstruct --only saves them, into the map of one "
+                   "process. The boxes have to cover all of space: what is missing is an error "
+                   "that names the boxes to make.");
+  line.addList({"BOXES", "", "maps of boxes"},
+               [&](const std::string& path) { paths.push_back(path); });
+  addSaveMapOption(line, "map of all of them", map_path);
+  line.require("--save-map");
+  line.parse(arguments);
+  prepareOutputFile(map_path);
   allowManyFiles();
   BoxJoiner joiner;
-  for (const std::string& path : options.paths) joiner.add(path);
+  for (const std::string& path : paths) joiner.add(path);
   joiner.checkWhole();
-  const SavedMap saved = joiner.save(options.map_path);
+  const SavedMap saved = joiner.save(map_path);
   std::printf("%zu blocks of %zu boxes, %.1f MB, content hash %016llx: %s\n", saved.size.blocks,
-              options.paths.size(), static_cast<double>(saved.file_bytes) / 1e6,
-              static_cast<unsigned long long>(saved.content_hash), options.map_path.c_str());
+              paths.size(), static_cast<double>(saved.file_bytes) / 1e6,
+              static_cast<unsigned long long>(saved.content_hash), map_path.c_str());
 }
 
 }  // namespace dtsdf

@@ -14,15 +14,6 @@
 namespace dtsdf {
 namespace {
 
-MapToolOptions parseBtOptions(const std::vector<std::string>& arguments) {
-  MapToolOptions options;
-  CommandLine line("map_tool bt", "FILE OUT.bt [options]",
-                   "Saves free and occupied space as an OctoMap tree: cells with a surface are "
-                   "occupied, cells seen free are free, all others are unknown.");
-  parseSpaceOutput(line, arguments, "the tree", ".bt", options);
-  return options;
-}
-
 #ifdef DTSDF_WITH_OCTOMAP
 
 /// Keys of a tree have 16 bits an axis.
@@ -67,7 +58,11 @@ void save(const Space&, const std::string&) {
 }  // namespace
 
 void saveOcTree(const std::vector<std::string>& arguments) {
-  const MapToolOptions options = parseBtOptions(arguments);
+  MapToolOptions options;
+  CommandLine line("map_tool bt", "FILE OUT.bt [options]",
+                   "Saves free and occupied space as an OctoMap tree: cells with a surface are "
+                   "occupied, cells seen free are free, all others are unknown.");
+  parseSpaceOutput(line, arguments, "the tree", ".bt", options);
   prepareOutputFile(options.out_path);
   const auto mapper = loadWithSpace(options);
   save(*mapper->space(), options.out_path);

@@ -22,26 +22,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-struct ExportOptions {
-  std::string journal_path, out_path, poses_path;
-};
-
-ExportOptions parseExportOptions(const std::vector<std::string>& arguments) {
-  ExportOptions options;
-  CommandLine line(
-      "map_tool export", "JOURNAL --transforms OUT [options]",
-      "Writes the images of a journal into a folder: images/ (PNG), depth/ (16-bit PNG, "
-      "millimetres), points.ply (the vertices of its mesh) and transforms.json, with cameras and "
-      "poses as NeRF and splat trainers read them (OpenGL axes, the frame of the map).");
-  line.addText({"JOURNAL", "", "a journal that the node wrote"}, options.journal_path);
-  line.addText({"--transforms", "OUT", "the folder"}, options.out_path);
-  line.require("--transforms");
-  line.addText({"--poses", "FILE", "corrected poses, as reconstruct takes them"},
-               options.poses_path);
-  line.parse(arguments);
-  return options;
-}
-
 /// Camera axes right, up, back, in place of right, down, forward.
 Json openGlPose(const Eigen::Isometry3d& T_W_C) {
   Eigen::Matrix4d T = T_W_C.matrix();
@@ -147,17 +127,27 @@ class Exporter {
 }  // namespace
 
 void exportJournal(const std::vector<std::string>& arguments) {
-  const ExportOptions options = parseExportOptions(arguments);
-  JournalReplay journal(options.journal_path);
+  std::string journal_path, out_path, poses_path;
+  CommandLine line(
+      "map_tool export", "JOURNAL --transforms OUT [options]",
+      "Writes the images of a journal into a folder: images/ (PNG), depth/ (16-bit PNG, "
+      "millimetres), points.ply (the vertices of its mesh) and transforms.json, with cameras and "
+      "poses as NeRF and splat trainers read them (OpenGL axes, the frame of the map).");
+  line.addText({"JOURNAL", "", "a journal that the node wrote"}, journal_path);
+  line.addText({"--transforms", "OUT", "the folder"}, out_path);
+  line.require("--transforms");
+  line.addText({"--poses", "FILE", "corrected poses, as reconstruct takes them"}, poses_path);
+  line.parse(arguments);
+  JournalReplay journal(journal_path);
   if (!journal.cutOff().empty()) {
     std::fprintf(stderr, "map_tool: warning: %s\n", journal.cutOff().c_str());
   }
-  if (!options.poses_path.empty()) {
-    journal.correctGiven(readTrajectory(options.poses_path, "poses are expected there").poses());
+  if (!poses_path.empty()) {
+    journal.correctGiven(readTrajectory(poses_path, "poses are expected there").poses());
   }
   const MapperParams params = readMapperParams(journal.begin().settings);
   const std::unique_ptr<Mapper> mapper = mapperOf(journal, params);
-  Exporter exporter(options.out_path);
+  Exporter exporter(out_path);
   while (const std::optional<journal::Call> call = journal.next()) {
     doAgain(*call, *mapper);
     const auto* const image = std::get_if<journal::Image>(&*call);

@@ -14,27 +14,6 @@
 namespace dtsdf {
 namespace {
 
-struct InfoOptions {
-  std::string path;
-  bool settings = false, verify = false;
-  MapLimit limit;
-};
-
-InfoOptions parseInfoOptions(const std::vector<std::string>& arguments) {
-  InfoOptions options;
-  CommandLine line("map_tool info", "FILE [options]",
-                   "Prints what is in a map file. Without --verify it does not read voxels and "
-                   "colours.");
-  line.addText({"FILE", "", "a map file"}, options.path);
-  line.addFlag("--settings", "also print every setting and rule number that the map was made with",
-               options.settings);
-  line.addFlag("--verify", "read the whole file and check its checksums", options.verify);
-  addLoadLimit(line, options.limit);
-  line.onlyWith("--max-memory-mb", "--verify");
-  line.parse(arguments);
-  return options;
-}
-
 void print(const char* what, const std::string& text) {
   std::printf("%-14s %s\n", what, text.c_str());
 }
@@ -91,14 +70,26 @@ void printSettings(const MapInfo& info) {
 }  // namespace
 
 void printMapInfo(const std::vector<std::string>& arguments) {
-  const InfoOptions options = parseInfoOptions(arguments);
-  const MapInfo info = readMapInfo(options.path);
-  print("file", options.path);
+  std::string path;
+  bool with_settings = false, verify = false;
+  MapLimit limit;
+  CommandLine line("map_tool info", "FILE [options]",
+                   "Prints what is in a map file. Without --verify it does not read voxels and "
+                   "colours.");
+  line.addText({"FILE", "", "a map file"}, path);
+  line.addFlag("--settings", "also print every setting and rule number that the map was made with",
+               with_settings);
+  line.addFlag("--verify", "read the whole file and check its checksums", verify);
+  addLoadLimit(line, limit);
+  line.onlyWith("--max-memory-mb", "--verify");
+  line.parse(arguments);
+  const MapInfo info = readMapInfo(path);
+  print("file", path);
   print("file size", std::to_string(info.file_bytes) + " bytes");
   printMap(info);
-  if (options.settings) printSettings(info);
-  if (options.verify) {
-    MapChunks(options.path, options.limit).visit([](const MapContents&) {});  // which checks it
+  if (with_settings) printSettings(info);
+  if (verify) {
+    MapChunks(path, limit).visit([](const MapContents&) {});  // which checks it
     std::printf("\nall checksums match\n");
   }
 }

@@ -9,34 +9,22 @@
 #include "tools/map_tool.h"
 
 namespace dtsdf {
-namespace {
-
-struct MeshOptions : MapToolOptions {
+void meshMap(const std::vector<std::string>& arguments) {
+  MapToolOptions options;
   double simplify_error_m = 0.0;
-};
-
-MeshOptions parseMeshOptions(const std::vector<std::string>& arguments) {
-  MeshOptions options;
   CommandLine line("map_tool mesh", "FILE OUT.ply [options]",
                    "Saves the mesh of a map file, with the settings it was saved with.");
   addPaths(line, "mesh to write: .ply or .glb (normals, colours), .obj or .stl", options);
   addSettings(line, "mesh/..., backend, threads", options);
-  addSimplifyOption(line, options.simplify_error_m);
+  addSimplifyOption(line, simplify_error_m);
   addLoadLimit(line, options.limit);
   line.parse(arguments);
   if (!meshFormatOf(options.out_path)) {
     throw UsageError("'" + options.out_path + "' does not end in " + kMeshExtensions);
   }
-  return options;
-}
-
-}  // namespace
-
-void meshMap(const std::vector<std::string>& arguments) {
-  const MeshOptions options = parseMeshOptions(arguments);
   prepareOutputFile(options.out_path);
   // The mesh does not depend on space.
-  const auto [settings, mapper, has_free_space] = loadMapOf(options, "space/enabled=false");
+  const auto [settings, mapper] = loadMapOf(options, "space/enabled=false");
   PagedMeshes meshes(settings.params.map);
   for (bool is_part = true; is_part;) {
     mapper->beginMeshUpdate();
@@ -46,8 +34,8 @@ void meshMap(const std::vector<std::string>& arguments) {
       meshes.put(std::make_shared<const BlockMesh>(std::move(block)));
     }
   }
-  const SavedMesh saved = saveSimplified(meshes, settings.params.mesh.colour, options.out_path,
-                                         options.simplify_error_m);
+  const SavedMesh saved =
+      saveSimplified(meshes, settings.params.mesh.colour, options.out_path, simplify_error_m);
   std::printf("%zu vertices, %zu triangles: %s\n", saved.vertices, saved.triangles,
               options.out_path.c_str());
   if (!saved.loss.empty()) std::printf("%s\n", saved.loss.c_str());

@@ -20,11 +20,6 @@
 namespace dtsdf {
 namespace {
 
-struct RenderOptions : MapToolOptions {
-  std::string camera_path, trajectory_path;
-  std::vector<StampedPose> poses;
-};
-
 /// Depth images have so many units per metre, as the TUM benchmark's have.
 constexpr float kUnitsPerMetre = 5000.0f;
 
@@ -37,32 +32,6 @@ StampedPose readPose(const std::string& text) {
   pose.T_W_C.linear() = q.normalized().toRotationMatrix();
   pose.T_W_C.translation() << numbers[0], numbers[1], numbers[2];
   return pose;
-}
-
-RenderOptions parseRenderOptions(const std::vector<std::string>& arguments) {
-  RenderOptions options;
-  CommandLine line("map_tool render", "FILE OUT [options]",
-                   "Renders what a camera would see of a map, into a folder as the TUM benchmark "
-                   "has them: depth (16-bit PNG, 5000 units per metre), normals (128 + 127 times "
-                   "x, y and z in the camera's frame) and, where the map is painted, rgb.");
-  addPaths(line, "the folder", options);
-  line.add({"--pose", "TX,TY,TZ,QX,QY,QZ,QW",
-            "pose of the camera (its optical frame) in the map "
-            "frame, in metres and as a quaternion"},
-           [&](const std::string& text) { options.poses.push_back(readPose(text)); });
-  line.addText({"--trajectory", "FILE",
-                "poses to render from: `stamp tx ty tz qx qy qz qw` per "
-                "line, camera to map"},
-               options.trajectory_path);
-  line.requireOneOf({"--pose", "--trajectory"});
-  line.addText({"--camera", "FILE",
-                "camera_info.yaml with size and intrinsics (default: 640 x 480 "
-                "pixels, focal length 525)"},
-               options.camera_path);
-  addSettings(line, "mesh/..., backend, threads", options);
-  addLoadLimit(line, options.limit);
-  line.parse(arguments);
-  return options;
 }
 
 RenderCamera cameraOf(const std::string& path) {
@@ -110,64 +79,67 @@ RgbImage colourImageOf(const RenderedView& view) {
   return image;
 }
 
-/// Writes views one by one, and what makes a recording of them at last.
-class ViewFolder {
- public:
-  ViewFolder(std::string path, const RenderCamera& camera) : path_(std::move(path)) {
-    writeFileAtomically(
-        path_ + "/camera_info.yaml",
-        cameraInfoText({camera.width, camera.height, camera.intrinsics}, "rendered"));
+/// Renders a view from each pose into a folder, and what makes a recording of them.
+/// @return how long each took, in milliseconds.
+std::vector<double> renderInto(const std::string& folder, const RenderCamera& camera,
+                               const std::vector<StampedPose>& poses, Mapper& mapper) {
+  writeFileAtomically(folder + "/camera_info.yaml",
+                      cameraInfoText({camera.width, camera.height, camera.intrinsics}, "rendered"));
+  RenderedView view;
+  std::vector<double> times_ms;
+  std::string depth_list, colour_list;
+  for (const StampedPose& pose : poses) {
+    const std::string name = formatted("%06zu.png", times_ms.size());
+    const Stopwatch watch;
+    mapper.render(camera, pose.T_W_C, view);
+    times_ms.push_back(watch.milliseconds());
+    const auto write = [&](const std::string& kind, const std::string& png) {
+      writeFileAtomically(folder + "/" + kind + "/" + name, png);
+      return stampOfList(pose.stamp_s) + " " + kind + "/" + name + "\n";
+    };
+    depth_list += write("depth", encodeDepthPng(depthImageOf(view)));
+    write("normals", encodeColourPng(normalImageOf(view)));
+    if (!view.colours.empty()) colour_list += write("rgb", encodeColourPng(colourImageOf(view)));
   }
-
-  void write(const StampedPose& pose, const RenderedView& view) {
-    const std::string name = formatted("%06zu.png", views_++);
-    add("depth", pose, name, encodeDepthPng(depthImageOf(view)), depth_list_);
-    writeFileAtomically(path_ + "/normals/" + name, encodeColourPng(normalImageOf(view)));
-    if (!view.colours.empty()) {
-      add("rgb", pose, name, encodeColourPng(colourImageOf(view)), colour_list_);
-    }
-  }
-
-  void finish(const std::vector<StampedPose>& poses) {
-    writeFileAtomically(path_ + "/depth.txt", depth_list_);
-    if (!colour_list_.empty()) writeFileAtomically(path_ + "/rgb.txt", colour_list_);
-    saveTrajectory(poses, path_ + "/groundtruth.txt");
-  }
-
- private:
-  void add(const std::string& folder, const StampedPose& pose, const std::string& name,
-           const std::string& bytes, std::string& list) const {
-    writeFileAtomically(path_ + "/" + folder + "/" + name, bytes);
-    list += stampOfList(pose.stamp_s) + " " + folder + "/" + name + "\n";
-  }
-
-  std::string path_, depth_list_, colour_list_;
-  size_t views_ = 0;
-};
+  writeFileAtomically(folder + "/depth.txt", depth_list);
+  if (!colour_list.empty()) writeFileAtomically(folder + "/rgb.txt", colour_list);
+  saveTrajectory(poses, folder + "/groundtruth.txt");
+  return times_ms;
+}
 
 }  // namespace
 
 void renderMap(const std::vector<std::string>& arguments) {
-  RenderOptions options = parseRenderOptions(arguments);
-  if (!options.trajectory_path.empty()) {
-    options.poses = readTrajectory(options.trajectory_path, "").poses();
-    if (options.poses.empty()) {
-      throw std::runtime_error("'" + options.trajectory_path + "' has no poses");
-    }
-  }
-  const RenderCamera camera = cameraOf(options.camera_path);
+  MapToolOptions options;
+  std::string camera_path, trajectory_path;
+  std::vector<StampedPose> poses;
+  CommandLine line("map_tool render", "FILE OUT [options]",
+                   "Renders what a camera would see of a map, into a folder as the TUM benchmark "
+                   "has them: depth (16-bit PNG, 5000 units per metre), normals (128 + 127 times "
+                   "x, y and z in the camera's frame) and, where the map is painted, rgb.");
+  addPaths(line, "the folder", options);
+  line.add({"--pose", "TX,TY,TZ,QX,QY,QZ,QW",
+            "pose of the camera (its optical frame) in the map "
+            "frame, in metres and as a quaternion"},
+           [&](const std::string& text) { poses.push_back(readPose(text)); });
+  line.addText({"--trajectory", "FILE",
+                "poses to render from: `stamp tx ty tz qx qy qz qw` per "
+                "line, camera to map"},
+               trajectory_path);
+  line.requireOneOf({"--pose", "--trajectory"});
+  line.addText({"--camera", "FILE",
+                "camera_info.yaml with size and intrinsics (default: 640 x 480 "
+                "pixels, focal length 525)"},
+               camera_path);
+  addSettings(line, "mesh/..., backend, threads", options);
+  addLoadLimit(line, options.limit);
+  line.parse(arguments);
+  if (!trajectory_path.empty()) poses = readTrajectory(trajectory_path, "").poses();
+  if (poses.empty()) throw std::runtime_error("'" + trajectory_path + "' has no poses");
+  const RenderCamera camera = cameraOf(camera_path);
   // Views do not depend on space.
-  const auto mapper = loadMapOf(options, "space/enabled=false").mapper;
-  ViewFolder folder(options.out_path, camera);
-  RenderedView view;
-  std::vector<double> times_ms;
-  for (const StampedPose& pose : options.poses) {
-    const Stopwatch watch;
-    mapper->render(camera, pose.T_W_C, view);
-    times_ms.push_back(watch.milliseconds());
-    folder.write(pose, view);
-  }
-  folder.finish(options.poses);
+  const auto mapper = loadMapOf(options, "space/enabled=false").second;
+  const std::vector<double> times_ms = renderInto(options.out_path, camera, poses, *mapper);
   std::printf("%zu views of %d x %d pixels, median %.2f ms: %s\n", times_ms.size(), camera.width,
               camera.height, summarise(times_ms).median, options.out_path.c_str());
 }

@@ -20,25 +20,6 @@ using Colour = std::array<uint8_t, 3>;
 
 constexpr Colour kUnknown = {150, 150, 150}, kSurface = {0, 0, 0};
 
-struct SliceOptions : MapToolOptions {
-  double height_m = 0.0;
-  int pixels = 4;
-};
-
-SliceOptions parseSliceOptions(const std::vector<std::string>& arguments) {
-  SliceOptions options;
-  CommandLine line("map_tool slice", "FILE OUT.png --height METRES [options]",
-                   "Draws the distances to surfaces at one height, x to the right and y up: red "
-                   "beside a surface to blue at the largest distance, surfaces black, unknown "
-                   "grey.");
-  line.addNumber({"--height", "METRES", "height of the slice, along z of the map frame"},
-                 options.height_m, {-1e4, 1e4});
-  line.require("--height");
-  line.addWhole({"--pixels", "N", "pixels per edge of a cell"}, options.pixels, {1, 64});
-  parseSpaceOutput(line, arguments, "the picture", ".png", options);
-  return options;
-}
-
 /// From red (0) over yellow and green to blue (1).
 Colour colourOf(double share) {
   constexpr double kStops[5][3] = {
@@ -98,18 +79,29 @@ double farthest(const std::vector<SliceCell>& slice) {
 }  // namespace
 
 void drawSlice(const std::vector<std::string>& arguments) {
-  const SliceOptions options = parseSliceOptions(arguments);
+  MapToolOptions options;
+  double height_m = 0.0;
+  int pixels = 4;
+  CommandLine line("map_tool slice", "FILE OUT.png --height METRES [options]",
+                   "Draws the distances to surfaces at one height, x to the right and y up: red "
+                   "beside a surface to blue at the largest distance, surfaces black, unknown "
+                   "grey.");
+  line.addNumber({"--height", "METRES", "height of the slice, along z of the map frame"}, height_m,
+                 {-1e4, 1e4});
+  line.require("--height");
+  line.addWhole({"--pixels", "N", "pixels per edge of a cell"}, pixels, {1, 64});
+  parseSpaceOutput(line, arguments, "the picture", ".png", options);
   prepareOutputFile(options.out_path);
   const auto mapper = loadWithSpace(options);
   Space& space = *mapper->space();
   space.updateDistances();
-  const std::vector<SliceCell> slice = sliceAt(space, options.height_m);
+  const std::vector<SliceCell> slice = sliceAt(space, height_m);
   if (slice.empty()) {
-    throw std::runtime_error("nothing is known at " + shortestText(options.height_m) +
+    throw std::runtime_error("nothing is known at " + shortestText(height_m) +
                              " m; choose another --height (map_tool info prints the map's bounds)");
   }
   const double most_m = farthest(slice);
-  const RgbImage image = draw(slice, most_m, options.pixels);
+  const RgbImage image = draw(slice, most_m, pixels);
   writeFileAtomically(options.out_path, encodeColourPng(image));
   std::printf("%zu known cells of %g m, distances up to %.2f m: %s\n", slice.size(),
               space.cellSize_m(), most_m, options.out_path.c_str());

@@ -29,50 +29,30 @@
 namespace dtsdf {
 namespace {
 
-/// The map that a run begins with, and its settings.
-struct StartingMap {
-  MapperParams params;
-  std::optional<MapParts> map;  ///< None: it is empty.
-  std::optional<MapBox> box;    ///< Of a map that is one.
-};
-
 /// The settings of a map that is loaded hold, where none are given. @throws std::runtime_error for
 /// those that are given and differ, and for maps of another frame.
-StartingMap loadStartingMap(const std::string& path, const RunSettings& settings) {
-  StartingMap start{settings.params.mapper, std::nullopt, std::nullopt};
-  if (path.empty()) return start;
-  const auto file = std::make_shared<const MapChunks>(path, start.params);
-  start.map = partsOf(file);
-  start.box = file->box();
-  const MapContents& head = *start.map->head;
-  start.params = withSettingsOf(head, start.params);
-  ParamTree tree = toTree(start.params);
+MapperParams settingsWith(const MapContents& loaded, const RunSettings& settings) {
+  const MapperParams params = withSettingsOf(loaded, settings.params.mapper);
+  ParamTree tree = toTree(params);
   for (auto& [key, value] : tree) {
     const auto given = settings.given.find(key);
     if (given != settings.given.end()) value = given->second;
   }
-  checkFits(head, readMapperParams(tree), kLeaveSettingOut);
-  if (settings.given.count("map/level")) {
-    checkLevel(head, isLevelled(settings.params.node));
-  }
-  checkFrame(head,
+  checkFits(loaded, readMapperParams(tree), kLeaveSettingOut);
+  if (settings.given.count("map/level")) checkLevel(loaded, isLevelled(settings.params.node));
+  checkFrame(loaded,
              settings.given.count("map_frame") ? settings.params.node.map_frame : std::string());
-  return start;
+  return params;
 }
 
-/// The name of the frame that a run's map has.
-std::string nameOfFrame(const ReconstructOptions& options, const RunSettings& settings,
-                        const StartingMap& start) {
-  if (start.map && !start.map->head->map_frame.empty()) return start.map->head->map_frame;
-  return nameOfFrame(options, settings);
-}
-
-/// Where a run's map lies; a map that is loaded stays where it is.
+/// Where a run's map lies; a map that is loaded stays where it is, and keeps the name of its frame.
+/// @param loaded Null: the run begins with an empty map.
 MapOrigin originOf(const ReconstructOptions& options, const RunSettings& settings,
-                   const StartingMap& start) {
-  const bool goes_on = start.map && start.map->head->frames > 0;
-  return {nameOfFrame(options, settings, start),
-          goes_on ? start.map->head->T_W_M : findLevel(options, settings, "reconstruct"), 0.0,
+                   const MapContents* loaded) {
+  const bool is_named = loaded != nullptr && !loaded->map_frame.empty();
+  const bool goes_on = loaded != nullptr && loaded->frames > 0;
+  return {is_named ? loaded->map_frame : nameOfFrame(options, settings),
+          goes_on ? loaded->T_W_M : findLevel(options, settings, "reconstruct"), 0.0,
           settings.params.node.poses};
 }
 
@@ -95,13 +75,12 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
     std::printf("poses found in %.1f ms each (median): %s\n", summarise(result.align_ms).median,
                 describeSkipped(result.aligned).c_str());
   }
-  if (!result.moves.empty()) {
-    const MoveSummary moves = summarise(result.moves);
+  if (!result.shift_mm.empty()) {
     std::printf(
         "poses moved by %.1f mm and %.2f degrees (medians): %.1f %% of the points lie on surfaces, "
         "%.1f %% before each image was aligned\n",
-        moves.shift_mm.median, moves.turn_degrees.median, 100.0 * moves.share,
-        100.0 * moves.share_before);
+        summarise(result.shift_mm).median, summarise(result.turn_degrees).median,
+        100.0 * result.on_surfaces, 100.0 * result.on_surfaces_before);
   }
   if (result.images > 0) {
     std::printf("%zu colour images painted in %.1f ms each (median)\n", result.images,
@@ -273,31 +252,27 @@ ParamTree defaultsFor(const ReconstructOptions& options) {
   return {{"poses/mode", std::string("refine")}};
 }
 
-/// A run for one box of the map.
-struct BoxRun {
-  MapBox box;  ///< With the frames of the map that it goes on with.
-  BoxInput input;
-};
-
 /// What the options select is narrowed to what the box needs.
+/// @param loaded Null: the run begins with an empty map. @return none: it is of all of the map.
 std::optional<BoxRun> prepareBox(ReconstructOptions& options, const RunSettings& settings,
-                                 const StartingMap& start, const MapOrigin& origin) {
-  if (options.only.empty() && start.box) {
+                                 const MapChunks* loaded, const MapParams& map,
+                                 const MapOrigin& origin) {
+  const std::optional<MapBox> before = loaded != nullptr ? loaded->box() : std::nullopt;
+  if (options.only.empty() && before) {
     throw std::runtime_error(
         "the map of --load-map is a box of a larger one; give the same --only, "
         "or a map that map_tool join made");
   }
   if (options.only.empty()) return std::nullopt;
-  const double block_m = static_cast<double>(start.params.map.voxel_size_m) * kBlockSide;
-  const BlockExtent box = parseBox(options.only, block_m);
-  BoxRun run{{box.first, box.last, 1, {}, {}}, findBoxInput(options, settings, origin.T_W_M, box)};
-  if (start.map) {
-    const std::optional<MapBox>& before = start.box;
+  const BlockExtent box =
+      parseBox(options.only, static_cast<double>(map.voxel_size_m) * kBlockSide);
+  BoxRun run = planBoxRun(options, settings, origin.T_W_M, box);
+  if (loaded != nullptr) {
     if (!before || packKey(before->first) != packKey(box.first) ||
         packKey(before->last) != packKey(box.last)) {
       throw std::runtime_error("--load-map has to be a map of the same box as --only");
     }
-    if (!run.input.images->empty()) {
+    if (!run.images->empty()) {
       throw std::runtime_error(
           "a box with colour cannot go on with a map: what hides its surfaces "
           "is not in it; set colour/enabled=never");
@@ -305,8 +280,8 @@ std::optional<BoxRun> prepareBox(ReconstructOptions& options, const RunSettings&
     run.box = *before;
     ++run.box.recordings;
   }
-  options.recording.selection.listed = run.input.frames;
-  options.recording.listed_colours = run.input.images;
+  options.recording.selection.listed = run.frames;
+  options.recording.listed_colours = run.images;
   return run;
 }
 
@@ -325,35 +300,36 @@ void run(ReconstructOptions options) {
   const RunSettings settings = readSettings(options, defaultsFor(options));
   options.recording.first_pose_only = settings.params.node.poses.mode == PoseMode::kTrack;
   checkOutputs(options);
-  StartingMap start = loadStartingMap(options.load_map_path, settings);
-  const MapperParams params = start.params;
+  std::shared_ptr<const MapChunks> loaded;
+  MapperParams params = settings.params.mapper;
+  if (!options.load_map_path.empty()) {
+    loaded = std::make_shared<const MapChunks>(options.load_map_path, params);
+    params = settingsWith(loaded->head(), settings);
+  }
   auto frames = options.only.empty() ? openAndLook(options, settings, "reconstruct") : nullptr;
-  const MapOrigin origin = originOf(options, settings, start);
-  std::optional<BoxRun> box = prepareBox(options, settings, start, origin);
+  const MapOrigin origin = originOf(options, settings, loaded ? &loaded->head() : nullptr);
+  std::optional<BoxRun> box = prepareBox(options, settings, loaded.get(), params.map, origin);
   if (box) frames = openFrames(options, settings.params.node);
 
   const auto source = prefetchFrames(levelled(std::move(frames), origin.T_W_M));
   auto colours = openColours(options, settings.params.node);
   // Those without poses of their own follow the depth camera.
   if (!options.recording.first_pose_only) colours = levelled(std::move(colours), origin.T_W_M);
-  const auto mapper = start.map ? makeProbedMapper(params, settings.rules, *start.map)
-                                : makeProbedMapper(params, settings.rules);
-  std::optional<double> map_stamp_s;
-  if (start.map) map_stamp_s = start.map->head->stamp_s;
-  start.map.reset();  // the mapper has its blocks now
-  if (box) mapper->restrictTo(box->input.extent);
+  const auto mapper = loaded ? makeProbedMapper(params, settings.rules, partsOf(loaded))
+                             : makeProbedMapper(params, settings.rules);
+  // Images of a box are chosen by now.
+  RecordedInput input(*source, colours.get(), box ? 0.0 : settings.params.node.colour.max_rate_hz);
+  if (loaded) input.map_stamp_s = loaded->head().stamp_s;
+  loaded.reset();  // the mapper has its blocks now
+  input.poses = settings.params.node.poses;
+  if (box) {
+    mapper->restrictTo(box->extent);
+    input.box = &*box;
+    input.supporting = [&] { return mapper->supportingFrames(); };
+  }
   ReconstructionResult result;
   {
     ProgressBar progress("frames", source->size());
-    // Images of a box are chosen by now.
-    const double max_rate_hz = box ? 0.0 : settings.params.node.colour.max_rate_hz;
-    RecordedInput input(*source, colours.get(), max_rate_hz);
-    input.map_stamp_s = map_stamp_s;
-    if (box) {
-      input.of_box = {&box->box, box->input.last_stamp_s,
-                      [&] { return mapper->supportingFrames(); }};
-    }
-    input.poses = settings.params.node.poses;
     result = reconstruct(input, *mapper, params.map, options.mesh_every,
                          [&](size_t done) { progress.show(done); });
   }

@@ -25,18 +25,15 @@ size_t sumOf(const std::map<std::string, size_t>& counts) {
   return sum;
 }
 
-PoseMove moveOf(const Eigen::Isometry3d& given_T_W_C, const Alignment& alignment) {
-  const Eigen::AngleAxisd turn(alignment.T_W_C.linear() * given_T_W_C.linear().transpose());
-  return {(alignment.T_W_C.translation() - given_T_W_C.translation()).norm(), turn.angle(),
-          alignment.compared_share, alignment.matched_share * alignment.inlier_share};
-}
-
 /// The state of one run.
 class Reconstruction {
  public:
   Reconstruction(Mapper& mapper, const MapParams& map, const PoseParams& poses,
-                 std::optional<RecordedInput::OfBox> of_box = std::nullopt)
-      : mapper_(mapper), meshes_(std::make_shared<PagedMeshes>(map)), of_box_(std::move(of_box)) {
+                 BoxRun* box = nullptr, std::function<uint64_t()> supporting = nullptr)
+      : mapper_(mapper),
+        meshes_(std::make_shared<PagedMeshes>(map)),
+        box_(box),
+        supporting_(std::move(supporting)) {
     if (poses.mode == PoseMode::kRefine) refiner_.emplace(poses);
     if (poses.mode == PoseMode::kTrack) tracker_.emplace(poses);
   }
@@ -61,14 +58,14 @@ class Reconstruction {
     DepthFrame depth = frame.depth;
     if (!tracker_) convention_.add(depth);
     if (!findPose(depth, frame.stamp_s)) return;
-    const uint64_t supporting = of_box_ ? of_box_->supporting() : 0;
+    const uint64_t supporting = box_ != nullptr ? supporting_() : 0;
     IntegrationResult integration;
     result_.integrate_ms.push_back(timeMs([&] { integration = mapper_.integrate(depth); }));
     if (integration.status == FrameStatus::kFused) {
       ++result_.frames;
       result_.stamp_s = frame.stamp_s;
       result_.trajectory.push_back({frame.stamp_s, depth.T_W_C});
-      if (of_box_) note(frame.index, of_box_->supporting() > supporting);
+      if (box_ != nullptr) note(frame.index, supporting_() > supporting);
     } else {
       ++result_.skipped[toString(integration.status)];
       result_.problems.emplace(toString(integration.status), integration.message);
@@ -88,8 +85,11 @@ class Reconstruction {
 
   ReconstructionResult finish(const std::map<std::string, size_t>& skipped_by_source) {
     for (const auto& [reason, count] : skipped_by_source) result_.skipped[reason] += count;
+    const auto refined = static_cast<double>(std::max<size_t>(1, result_.shift_mm.size()));
+    result_.on_surfaces_before /= refined;
+    result_.on_surfaces /= refined;
     result_.map = mapper_.stats();
-    if (of_box_) return std::move(result_);
+    if (box_ != nullptr) return std::move(result_);
     result_.doubt = convention_.doubt();
     if (result_.frames == 0) {
       const std::string reasons = describeSkipped(result_.skipped, result_.problems);
@@ -117,19 +117,28 @@ class Reconstruction {
     // The first image has no map to be aligned to.
     const bool is_first = alignment.status == AlignmentStatus::kUnmapped && result_.frames == 0;
     ++result_.aligned[is_first ? "first image" : toString(alignment.status)];
-    if (refiner_ && alignment.status == AlignmentStatus::kAligned) {
-      result_.moves.push_back(moveOf(depth.T_W_C, alignment));
-    }
+    if (refiner_ && alignment.status == AlignmentStatus::kAligned) noteMove(depth, alignment);
     depth.T_W_C = alignment.T_W_C;
     if (refiner_ ? refiner_->isToBeFused(alignment) : tracker_->isToBeFused(alignment)) return true;
     ++result_.skipped[toString(alignment.status)];
     return false;
   }
 
+  void noteMove(const DepthFrame& given, const Alignment& alignment) {
+    constexpr double kDegrees = 180.0 / 3.14159265358979323846;
+    const Eigen::AngleAxisd turn(alignment.T_W_C.linear() * given.T_W_C.linear().transpose());
+    const double shift_m = (alignment.T_W_C.translation() - given.T_W_C.translation()).norm();
+    result_.shift_mm.push_back(1e3 * shift_m);
+    result_.turn_degrees.push_back(kDegrees * turn.angle());
+    // The sums, until all are known.
+    result_.on_surfaces_before += alignment.compared_share;
+    result_.on_surfaces += alignment.matched_share * alignment.inlier_share;
+  }
+
   void note(size_t index, bool is_supporting) {
-    const uint64_t number = frameNumber(*of_box_->box, index);
-    appendIndex(number, of_box_->box->fused);
-    if (is_supporting) appendIndex(number, of_box_->box->supporting);
+    const uint64_t number = frameNumber(box_->box, index);
+    appendIndex(number, box_->box.fused);
+    if (is_supporting) appendIndex(number, box_->box.supporting);
   }
 
   /// Moves a colour image as the frames are. @return whether it can be painted.
@@ -166,7 +175,8 @@ class Reconstruction {
 
   Mapper& mapper_;
   std::shared_ptr<PagedMeshes> meshes_;
-  const std::optional<RecordedInput::OfBox> of_box_;
+  BoxRun* const box_;  ///< Null: the run is of all of the map.
+  const std::function<uint64_t()> supporting_;
   // Neither where poses are taken as they are.
   std::optional<PoseRefiner> refiner_;
   std::optional<PoseTracker> tracker_;
@@ -222,40 +232,30 @@ std::string describeSkipped(const std::map<std::string, size_t>& skipped,
   return text;
 }
 
-size_t visitInput(const RecordedInput& input, const InputVisitor& visitor) {
+ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, const MapParams& map,
+                                 size_t mesh_every,
+                                 const std::function<void(size_t)>& show_progress) {
+  Reconstruction reconstruction(mapper, map, input.poses, input.box, input.supporting);
   ColourQueue images(input.colour, input.max_colour_rate_hz);
+  const auto paint = [&](const SourceColour& image) { reconstruction.paint(image); };
   bool is_first = true;
   while (const std::optional<SourceFrame> frame = input.depth.next()) {
     images.takeUpTo(frame->stamp_s, false, [&](const SourceColour& image) {
       const bool follows_map = input.map_stamp_s && image.stamp_s > *input.map_stamp_s;
-      if (!is_first || follows_map || input.of_box) visitor.paint(image);
+      if (!is_first || follows_map || input.box != nullptr) paint(image);
     });
     is_first = false;
-    visitor.fuse(*frame);
-    images.takeUpTo(frame->stamp_s, true, visitor.paint);
-    visitor.finish_frame();
-  }
-  if (input.of_box) images.takeUpTo(input.of_box->last_stamp_s, true, visitor.paint);
-  return images.leftOut();
-}
-
-ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, const MapParams& map,
-                                 size_t mesh_every,
-                                 const std::function<void(size_t)>& show_progress) {
-  Reconstruction reconstruction(mapper, map, input.poses, input.of_box);
-  InputVisitor visitor;
-  visitor.fuse = [&](const SourceFrame& frame) { reconstruction.fuse(frame); };
-  visitor.paint = [&](const SourceColour& image) { reconstruction.paint(image); };
-  visitor.finish_frame = [&] {
+    reconstruction.fuse(*frame);
+    images.takeUpTo(frame->stamp_s, true, paint);
     if (mesh_every > 0) reconstruction.updateMeshIfDue(mesh_every);
     show_progress(reconstruction.frames() + reconstruction.framesNotFused() +
                   sumOf(input.depth.skipped()));
-  };
-  const size_t left_out = visitInput(input, visitor);
+  }
+  if (input.box != nullptr) images.takeUpTo(input.box->last_stamp_s, true, paint);
   std::map<std::string, size_t> skipped = input.depth.skipped();
   if (input.colour != nullptr) {
     for (const auto& [reason, count] : input.colour->skipped()) skipped[reason] += count;
-    if (left_out > 0) skipped["colour images: over_rate"] = left_out;
+    if (images.leftOut() > 0) skipped["colour images: over_rate"] = images.leftOut();
   }
   return reconstruction.finish(skipped);
 }

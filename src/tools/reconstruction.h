@@ -14,10 +14,10 @@
 #include "dtsdf_mapping/params/map_params.h"
 #include "dtsdf_mapping/pose_refiner.h"
 #include "dtsdf_mapping/pose_tracker.h"
-#include "io/map_box.h"
 #include "io/trajectory.h"
 #include "journal/replay.h"
 #include "page/paged_meshes.h"
+#include "tools/boxes.h"
 
 namespace dtsdf {
 
@@ -32,34 +32,11 @@ struct RecordedInput {
   /// Of the newest frame in the map that the run begins with: of the images before the first frame,
   /// those that come later are painted. None where the map is empty.
   std::optional<double> map_stamp_s;
-  /// With --only: the account of frames; all images are painted, also those after the last frame,
-  /// up to a stamp.
-  struct OfBox {
-    MapBox* box;
-    double last_stamp_s;
-    std::function<uint64_t()> supporting;  ///< Frames so far that touched a block.
-  };
-  std::optional<OfBox> of_box;
-  PoseParams poses;  ///< Whether frames are fused at the poses given.
-};
-
-/// Who is handed frames and images.
-struct InputVisitor {
-  std::function<void(const SourceFrame&)> fuse;
-  std::function<void(const SourceColour&)> paint;
-  std::function<void()> finish_frame;  ///< After a frame and the images of its stamp.
-};
-
-/// Hands out frames and images in the order in which a map takes them: colour images by stamps
-/// between the frames, those of one stamp after the frame; none after the last one, and none before
-/// the first unless the run goes on with a map.
-/// @return images left out, as more come than max_colour_rate_hz. @throws std::runtime_error
-size_t visitInput(const RecordedInput& input, const InputVisitor& visitor);
-
-/// How far refining moved the pose of an image, and what that brought.
-struct PoseMove {
-  double shift_m = 0.0, turn_rad = 0.0;
-  double share_before = 0.0, share = 0.0;  ///< Of the image's points, those on surfaces of the map.
+  /// With --only: gets the account of frames. All images are painted, also those after the last
+  /// frame, up to a stamp.
+  BoxRun* box = nullptr;
+  std::function<uint64_t()> supporting;  ///< With a box: frames so far that touched a block.
+  PoseParams poses;                      ///< Whether frames are fused at the poses given.
 };
 
 struct ReconstructionResult {
@@ -70,20 +47,25 @@ struct ReconstructionResult {
   std::map<std::string, std::string> problems;  ///< The first message of a reason.
   std::vector<StampedPose> trajectory;          ///< Of the frames that were fused.
   std::map<std::string, size_t> aligned;  ///< Frames by how they were aligned, if they were to be.
-  std::vector<PoseMove> moves;            ///< Of each frame that was refined.
-  std::vector<double> align_ms;           ///< Wall time of each alignment.
-  std::vector<double> integrate_ms;       ///< Wall time of each call, fused or refused.
-  std::vector<double> paint_ms;           ///< Wall time of each colour image.
-  std::vector<double> mesh_ms;            ///< Wall time of each extraction.
+  /// Of each frame that was refined: how far it moved from its given pose.
+  std::vector<double> shift_mm, turn_degrees;
+  /// The mean share of the points of these that lie on surfaces, as they are fused and before they
+  /// were aligned, with the correction so far.
+  double on_surfaces = 0.0, on_surfaces_before = 0.0;
+  std::vector<double> align_ms;      ///< Wall time of each alignment.
+  std::vector<double> integrate_ms;  ///< Wall time of each call, fused or refused.
+  std::vector<double> paint_ms;      ///< Wall time of each colour image.
+  std::vector<double> mesh_ms;       ///< Wall time of each extraction.
   MapStats map;
   std::shared_ptr<PagedMeshes> meshes;  ///< Of all blocks, on disk as the map is.
   size_t vertices = 0, triangles = 0;   ///< Of the mesh that is saved.
   std::string doubt;                    ///< What the poses seem to be instead; empty: nothing.
 };
 
-/// Fuses all frames of a source and paints the images, as visitInput() hands them out. The mesh is
-/// extracted each `mesh_every` frames (0: never) and, of what is left, at the end. `show_progress`
-/// is called with the number of frames done.
+/// Fuses all frames of a source and paints the images between them: by stamps, those of one stamp
+/// after the frame; none after the last one, and none before the first unless the run goes on with
+/// a map. The mesh is extracted each `mesh_every` frames (0: never) and, of what is left, at the
+/// end. `show_progress` is called with the number of frames done.
 /// @throws std::runtime_error if the source or the backend fails, or if no frame was fused into a
 /// map that is no box.
 ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, const MapParams& map,

@@ -34,21 +34,6 @@ Summary summarise(std::vector<double> values) {
   return summary;
 }
 
-MoveSummary summarise(const std::vector<PoseMove>& moves) {
-  constexpr double kDegrees = 180.0 / 3.14159265358979323846;
-  MoveSummary summary;
-  std::vector<double> shift_mm, turn_degrees;
-  for (const PoseMove& move : moves) {
-    shift_mm.push_back(1e3 * move.shift_m);
-    turn_degrees.push_back(kDegrees * move.turn_rad);
-    summary.share_before += move.share_before / static_cast<double>(moves.size());
-    summary.share += move.share / static_cast<double>(moves.size());
-  }
-  summary.shift_mm = summarise(shift_mm);
-  summary.turn_degrees = summarise(turn_degrees);
-  return summary;
-}
-
 std::string reportJson(const ReconstructionResult& result, const std::string& backend_name) {
   nlohmann::json report;
   report["backend"] = backend_name.substr(0, backend_name.find(' '));  // "cpu" or "cuda"
@@ -59,12 +44,11 @@ std::string reportJson(const ReconstructionResult& result, const std::string& ba
     report["frames_aligned"] = nlohmann::json(result.aligned);
     report["align_ms"] = toJson(summarise(result.align_ms));
   }
-  if (!result.moves.empty()) {
-    const MoveSummary moves = summarise(result.moves);
-    report["poses_moved"] = {{"mm", toJson(moves.shift_mm)},
-                             {"degrees", toJson(moves.turn_degrees)},
-                             {"points_on_surfaces_before", moves.share_before},
-                             {"points_on_surfaces", moves.share}};
+  if (!result.shift_mm.empty()) {
+    report["poses_moved"] = {{"mm", toJson(summarise(result.shift_mm))},
+                             {"degrees", toJson(summarise(result.turn_degrees))},
+                             {"points_on_surfaces_before", result.on_surfaces_before},
+                             {"points_on_surfaces", result.on_surfaces}};
   }
   report["integrate_ms"] = toJson(summarise(result.integrate_ms));
   report["colour_images"] = result.images;

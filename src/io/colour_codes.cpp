@@ -5,6 +5,7 @@
 #include <jpeglib.h>
 
 #include <csetjmp>
+#include <memory>
 #include <stdexcept>
 
 #include "io/png_memory.h"
@@ -14,15 +15,10 @@
 namespace dtsdf {
 namespace {
 
-struct Bytes {
-  const uint8_t* data;
-  size_t size;
-};
-
-enum class Outcome { kRead, kDamaged, kTooLarge };
-
-bool fits(size_t width, size_t height) {
-  return width > 0 && height > 0 && width <= static_cast<size_t>(kMaxPixels) / height;
+/// Before memory is taken for it. @throws std::runtime_error
+void checkSize(size_t width, size_t height, const std::string& name) {
+  if (width > 0 && height > 0 && width <= static_cast<size_t>(kMaxPixels) / height) return;
+  throw std::runtime_error(name + " has more than " + std::to_string(kMaxPixels) + " pixels");
 }
 
 /// Whatever is in the file becomes 8 bits of red, green and blue.
@@ -33,15 +29,16 @@ void askForRgb(png_structp png, png_infop info) {
   if (!(png_get_color_type(png, info) & PNG_COLOR_MASK_COLOR)) png_set_gray_to_rgb(png);
 }
 
-Outcome readPng(const Bytes& bytes, RgbImage& image) {
-  PngReader png(bytes.data, bytes.size);
-  if (!png.readHeader()) return Outcome::kDamaged;
-  if (!fits(png.width(), png.height())) return Outcome::kTooLarge;
+/// @return false: it is damaged.
+bool readPng(const uint8_t* data, size_t bytes, const std::string& name, RgbImage& image) {
+  PngReader png(data, bytes);
+  if (!png.readHeader()) return false;
+  checkSize(png.width(), png.height(), name);
   image.width = static_cast<int>(png.width());
   image.height = static_cast<int>(png.height());
   const size_t row_bytes = 3 * png.width();
   image.rgb.resize(row_bytes * png.height());
-  return png.readRows(askForRgb, row_bytes, image.rgb.data()) ? Outcome::kRead : Outcome::kDamaged;
+  return png.readRows(askForRgb, row_bytes, image.rgb.data());
 }
 
 struct JpegErrors {
@@ -54,13 +51,14 @@ struct JpegErrors {
 }
 
 /// libjpeg reports errors by a jump out of its calls: here is nothing that needs a destructor.
-Outcome readRows(jpeg_decompress_struct& jpeg, JpegErrors& errors, const Bytes& bytes,
-                 RgbImage& image) {
-  if (setjmp(errors.target) != 0) return Outcome::kDamaged;
+/// @return false: it is damaged.
+bool readRows(jpeg_decompress_struct& jpeg, JpegErrors& errors, const uint8_t* data, size_t bytes,
+              const std::string& name, RgbImage& image) {
+  if (setjmp(errors.target) != 0) return false;
   jpeg_create_decompress(&jpeg);
-  jpeg_mem_src(&jpeg, bytes.data, bytes.size);
+  jpeg_mem_src(&jpeg, data, bytes);
   jpeg_read_header(&jpeg, TRUE);
-  if (!fits(jpeg.image_width, jpeg.image_height)) return Outcome::kTooLarge;
+  checkSize(jpeg.image_width, jpeg.image_height, name);
   jpeg.out_color_space = JCS_RGB;
   jpeg_start_decompress(&jpeg);
   image.width = static_cast<int>(jpeg.output_width);
@@ -73,10 +71,10 @@ Outcome readRows(jpeg_decompress_struct& jpeg, JpegErrors& errors, const Bytes& 
   }
   jpeg_finish_decompress(&jpeg);
   // A file that ends early is filled up with grey, which is no picture of anything.
-  return errors.manager.num_warnings > 0 ? Outcome::kDamaged : Outcome::kRead;
+  return errors.manager.num_warnings == 0;
 }
 
-Outcome readJpeg(const Bytes& bytes, RgbImage& image) {
+bool readJpeg(const uint8_t* data, size_t bytes, const std::string& name, RgbImage& image) {
   JpegErrors errors;
   jpeg_decompress_struct jpeg = {};
   jpeg.err = jpeg_std_error(&errors.manager);
@@ -84,27 +82,20 @@ Outcome readJpeg(const Bytes& bytes, RgbImage& image) {
   errors.manager.emit_message = [](j_common_ptr info, int level) {
     if (level < 0) ++info->err->num_warnings;
   };
-  const Outcome outcome = readRows(jpeg, errors, bytes, image);
-  jpeg_destroy_decompress(&jpeg);
-  return outcome;
-}
-
-Outcome readEither(const Bytes& bytes, RgbImage& image) {
-  if (PngReader::isPng(bytes.data, bytes.size)) return readPng(bytes, image);
-  const bool is_jpeg = bytes.size >= 2 && bytes.data[0] == 0xff && bytes.data[1] == 0xd8;
-  return is_jpeg ? readJpeg(bytes, image) : Outcome::kDamaged;
+  const std::unique_ptr<jpeg_decompress_struct, decltype(&jpeg_destroy_decompress)> destroyed(
+      &jpeg, &jpeg_destroy_decompress);
+  return readRows(jpeg, errors, data, bytes, name, image);
 }
 
 }  // namespace
 
 RgbImage decodeColour(const uint8_t* data, size_t bytes, const std::string& name) {
   RgbImage image;
-  switch (readEither({data, bytes}, image)) {
-    case Outcome::kRead: return image;
-    case Outcome::kTooLarge:
-      throw std::runtime_error(name + " has more than " + std::to_string(kMaxPixels) + " pixels");
-    case Outcome::kDamaged: break;
-  }
+  const bool is_jpeg = bytes >= 2 && data[0] == 0xff && data[1] == 0xd8;
+  const bool is_read = PngReader::isPng(data, bytes)
+                           ? readPng(data, bytes, name, image)
+                           : is_jpeg && readJpeg(data, bytes, name, image);
+  if (is_read) return image;
   throw std::runtime_error("cannot decode " + name + ": neither PNG nor JPEG, or damaged");
 }
 

@@ -44,20 +44,9 @@ std::vector<uint16_t> readPixels(PngReader& png, const std::string& name) {
   return pixels;
 }
 
-/// The image of a file whose header was read.
-class DepthPngFile {
- public:
-  explicit DepthPngFile(const std::string& path)
-      : bytes_(readTextFile(path, "a depth image is expected there")),
-        png_(reinterpret_cast<const uint8_t*>(bytes_.data()), bytes_.size()) {
-    readHeader(png_, "'" + path + "'");
-  }
-  PngReader& png() { return png_; }
-
- private:
-  const std::string bytes_;
-  PngReader png_;
-};
+std::string readDepthFile(const std::string& path) {
+  return readTextFile(path, "a depth image is expected there");
+}
 
 }  // namespace
 
@@ -66,16 +55,23 @@ std::string inWords(ImageSize size) {
 }
 
 std::vector<uint16_t> readDepthPng(const std::string& path, ImageSize expected) {
-  DepthPngFile file(path);
-  const ImageSize size = sizeOf(file.png());
+  const std::string bytes = readDepthFile(path), name = "'" + path + "'";
+  PngReader png(bytes.data(), bytes.size());
+  readHeader(png, name);
+  const ImageSize size = sizeOf(png);
   if (size.width != expected.width || size.height != expected.height) {
-    throw std::runtime_error("'" + path + "' is " + inWords(size) + " pixels, but the camera has " +
+    throw std::runtime_error(name + " is " + inWords(size) + " pixels, but the camera has " +
                              inWords(expected));
   }
-  return readPixels(file.png(), "'" + path + "'");
+  return readPixels(png, name);
 }
 
-ImageSize readDepthPngSize(const std::string& path) { return sizeOf(DepthPngFile(path).png()); }
+ImageSize readDepthPngSize(const std::string& path) {
+  const std::string bytes = readDepthFile(path);
+  PngReader png(bytes.data(), bytes.size());
+  readHeader(png, "'" + path + "'");
+  return sizeOf(png);
+}
 
 DepthImage decodeDepthPng(const uint8_t* data, size_t bytes) {
   const std::string name = "the compressed image";

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "io/little_endian.h"
 
@@ -24,23 +25,21 @@ constexpr uint64_t kHeaderBytes = 12, kChunkHeaderBytes = 8;
 constexpr uint64_t kVectorBytes = 12, kTriangleBytes = 12;
 constexpr uint64_t kMostJsonBytes = 4096;
 
-struct Bounds {
-  Vec3f low, high;
-};
-
-Bounds boxOf(const Mesh& mesh) {
-  Bounds bounds{mesh.vertices_m.front(), mesh.vertices_m.front()};
+/// The lowest and the highest coordinates of its vertices.
+std::pair<Vec3f, Vec3f> boundsOf(const Mesh& mesh) {
+  Vec3f low = mesh.vertices_m.front(), high = low;
   for (const Vec3f& p : mesh.vertices_m) {
-    bounds = {leastOf(bounds.low, p), greatestOf(bounds.high, p)};
+    low = leastOf(low, p);
+    high = greatestOf(high, p);
   }
-  return bounds;
+  return {low, high};
 }
 
 /// What positions in the file count from, beside the mesh's own origin, in whole metres, so that it
 /// is exact in any program.
 Vec3f originOf(const Mesh& mesh) {
-  const Bounds bounds = boxOf(mesh);
-  const Vec3f middle = 0.5f * bounds.low + 0.5f * bounds.high;
+  const auto [low, high] = boundsOf(mesh);
+  const Vec3f middle = 0.5f * low + 0.5f * high;
   return {std::round(middle.x), std::round(middle.y), std::round(middle.z)};
 }
 
@@ -77,9 +76,9 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
       {"pbrMetallicRoughness", {{"metallicFactor", 0.0}, {"roughnessFactor", 1.0}}}};
   document["materials"] = json::array({surface});
   json positions = accessorOf(0, vertices, kFloat, "VEC3");
-  const Bounds bounds = boxOf(mesh);  // rounding keeps the order of differences
-  positions["min"] = toJson(bounds.low - origin);
-  positions["max"] = toJson(bounds.high - origin);
+  const auto [low, high] = boundsOf(mesh);  // rounding keeps the order of differences
+  positions["min"] = toJson(low - origin);
+  positions["max"] = toJson(high - origin);
   document["accessors"] = json::array({positions, accessorOf(1, vertices, kFloat, "VEC3"),
                                        accessorOf(2, vertices, kFloat, "VEC3"),
                                        accessorOf(3, 3 * triangles, kUnsignedInt, "SCALAR")});

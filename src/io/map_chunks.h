@@ -51,17 +51,15 @@ class MapChunks {
   MapChunks(const std::string& path, const MapperParams& params);
   /// A map among the records of a file, from this one on.
   MapChunks(std::shared_ptr<const RecordFile> file, size_t first, const MapLimit& limit = {});
-  ~MapChunks();
-  MapChunks(MapChunks&&) noexcept;
 
-  const std::string& path() const;
+  const std::string& path() const { return file_->path(); }
 
   /// The map without voxels and colours.
-  const MapContents& head() const;
-  const std::optional<MapBox>& box() const;  ///< None: it is whole.
-  const MapSize& size() const;
-  uint64_t contentHash() const;  ///< As it stands in the file.
-  size_t endRecord() const;      ///< That after its last one.
+  const MapContents& head() const { return head_; }
+  const std::optional<MapBox>& box() const { return box_; }  ///< None: it is whole.
+  const MapSize& size() const { return size_; }
+  uint64_t contentHash() const { return content_hash_; }  ///< As it stands in the file.
+  size_t endRecord() const { return end_ + 1; }           ///< That after its last one.
 
   /// The blocks of a chunk, their voxels and colours. @throws std::runtime_error for a damaged file
   MapContents part(size_t chunk) const;
@@ -73,8 +71,32 @@ class MapChunks {
   MapInfo info() const;
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  [[noreturn]] void throwWrongSizes() const;
+  template <class Check>
+  void soundly(const Check& check) const;
+  void findRecords();
+  void checkEnd();
+  const Record* find(const char* kind) const;
+  const Record& get(const char* kind) const;
+  void readSettings();
+  void readTables();
+  void readBlocks(size_t count);
+  void readColourIndex();
+  void readFree(MapSize known);
+  void checkRoom(const MapSize& taken) const;
+  template <class Word>
+  void readWords(const Record& record, uint64_t sum, size_t count, PlainArray<Word>& words) const;
+
+  const std::shared_ptr<const RecordFile> file_;
+  const MapLimit limit_;
+  const size_t first_;  ///< Record, and that of the end.
+  size_t end_ = 0;
+  MapContents head_;
+  std::optional<MapBox> box_;
+  MapSize size_;
+  uint64_t content_hash_ = 0;
+  std::vector<uint64_t> sums_;            ///< Of voxels, and colours, of one chunk after the other.
+  std::vector<Record> voxels_, colours_;  ///< Copies: a journal grows while its map is read.
 };
 
 /// The map of an open file: its parts are chunks, read when they are asked for.

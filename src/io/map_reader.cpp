@@ -26,230 +26,202 @@ bool isKnown(const Record& record) {
 
 }  // namespace
 
-struct MapChunks::State {
-  State(std::shared_ptr<const RecordFile> opened, size_t first_record, const MapLimit& limited)
-      : file(std::move(opened)), limit(limited), first(first_record) {
-    findRecords();
-    checkEnd();
-    soundly([&] { readSettings(); });
-    soundly([&] { readTables(); });
-    const size_t chunks = chunkCount(head.blocks);
-    if (voxels.size() != chunks || colours.size() != (head.painted ? chunks : 0)) {
-      throwWrongSizes();
+MapChunks::MapChunks(std::shared_ptr<const RecordFile> file, size_t first, const MapLimit& limit)
+    : file_(std::move(file)), limit_(limit), first_(first) {
+  findRecords();
+  checkEnd();
+  soundly([&] { readSettings(); });
+  soundly([&] { readTables(); });
+  const size_t chunks = chunkCount(head_.blocks);
+  if (voxels_.size() != chunks || colours_.size() != (head_.painted ? chunks : 0)) {
+    throwWrongSizes();
+  }
+  // What the file says of its voxels and colours, which their reading checks, makes the hash.
+  if (contentHashOf(head_, sums_) != content_hash_) {
+    file_->throwDamaged("the content hash does not match");
+  }
+}
+
+void MapChunks::throwWrongSizes() const { file_->throwDamaged("its sizes are inconsistent"); }
+
+/// What is found to be wrong with the contents is wrong with the file.
+template <class Check>
+void MapChunks::soundly(const Check& check) const {
+  std::string problem;
+  try {
+    return check();
+  } catch (const std::exception& error) {
+    problem = error.what();
+  }
+  if (problem.find(file_->path()) != std::string::npos) throw std::runtime_error(problem);
+  std::replace(problem.begin(), problem.end(), '\n', ' ');
+  file_->throwDamaged(problem);
+}
+
+void MapChunks::findRecords() {
+  const std::vector<Record>& all = file_->records();
+  for (end_ = first_; end_ < all.size(); ++end_) {
+    const Record& record = all[end_];
+    if (record.is(kVoxels)) voxels_.push_back(record);
+    if (record.is(kColours)) colours_.push_back(record);
+    if (!isKnown(record) && !(record.flags & kMayBeSkipped)) {
+      throw std::runtime_error("the map file '" + file_->path() + "' has a record " +
+                               printable(record.name()) +
+                               " that this program does not know; use a newer program");
     }
-    // What the file says of its voxels and colours, which their reading checks, makes the hash.
-    if (contentHashOf(head, sums) != content_hash) {
-      file->throwDamaged("the content hash does not match");
-    }
+    if (record.is(kEnd)) return;
   }
+  file_->throwDamaged("its end is missing");
+}
 
-  [[noreturn]] void throwWrongSizes() const { file->throwDamaged("its sizes are inconsistent"); }
-
-  /// What is found to be wrong with the contents is wrong with the file.
-  template <class Check>
-  void soundly(const Check& check) const {
-    std::string problem;
-    try {
-      return check();
-    } catch (const std::exception& error) {
-      problem = error.what();
-    }
-    if (problem.find(file->path()) != std::string::npos) throw std::runtime_error(problem);
-    std::replace(problem.begin(), problem.end(), '\n', ' ');
-    file->throwDamaged(problem);
+void MapChunks::checkEnd() {
+  const size_t chunks = voxels_.size() + colours_.size();
+  const Bytes bytes = file_->read(file_->records()[end_], kEndBytes + chunks * sizeof(uint64_t));
+  ByteReader in(bytes);
+  const auto records = in.take<uint64_t>(), heads = in.take<uint64_t>();
+  content_hash_ = in.take<uint64_t>();
+  for (size_t i = 0; i < chunks; ++i) sums_.push_back(in.take<uint64_t>());
+  if (records != end_ - first_ || heads != file_->headHash(first_, end_)) {
+    file_->throwDamaged("its records are not those that were written");
   }
+}
 
-  void findRecords() {
-    const std::vector<Record>& all = file->records();
-    for (end = first; end < all.size(); ++end) {
-      const Record& record = all[end];
-      if (record.is(kVoxels)) voxels.push_back(record);
-      if (record.is(kColours)) colours.push_back(record);
-      if (!isKnown(record) && !(record.flags & kMayBeSkipped)) {
-        throw std::runtime_error("the map file '" + file->path() + "' has a record " +
-                                 printable(record.name()) +
-                                 " that this program does not know; use a newer program");
-      }
-      if (record.is(kEnd)) return;
-    }
-    file->throwDamaged("its end is missing");
+/// Null if it is not there.
+const Record* MapChunks::find(const char* kind) const {
+  const Record* found = nullptr;
+  for (size_t i = first_; i < end_; ++i) {
+    const Record& record = file_->records()[i];
+    if (!record.is(kind)) continue;
+    if (found != nullptr) file_->throwDamaged(std::string("it has more than one record ") + kind);
+    found = &record;
   }
+  return found;
+}
 
-  void checkEnd() {
-    const size_t chunks = voxels.size() + colours.size();
-    const Bytes bytes = file->read(file->records()[end], kEndBytes + chunks * sizeof(uint64_t));
-    ByteReader in(bytes);
-    const auto records = in.take<uint64_t>(), heads = in.take<uint64_t>();
-    content_hash = in.take<uint64_t>();
-    for (size_t i = 0; i < chunks; ++i) sums.push_back(in.take<uint64_t>());
-    if (records != end - first || heads != file->headHash(first, end)) {
-      file->throwDamaged("its records are not those that were written");
-    }
+const Record& MapChunks::get(const char* kind) const {
+  const Record* const record = find(kind);
+  if (record == nullptr) file_->throwDamaged(std::string("the record ") + kind + " is missing");
+  return *record;
+}
+
+void MapChunks::readSettings() {
+  const Bytes settings = file_->readAny(get(kSettings), kMostText);
+  const Bytes frame = file_->readAny(get(kFrame), kMostText);
+  if (!parseSettings({settings.begin(), settings.end()}, head_.settings)) {
+    file_->throwDamaged("its settings are malformed");
   }
-
-  /// Null if it is not there.
-  const Record* find(const char* kind) const {
-    const Record* found = nullptr;
-    for (size_t i = first; i < end; ++i) {
-      const Record& record = file->records()[i];
-      if (!record.is(kind)) continue;
-      if (found != nullptr) file->throwDamaged(std::string("it has more than one record ") + kind);
-      found = &record;
-    }
-    return found;
+  head_.map_frame.assign(frame.begin(), frame.end());
+  withSettingsOf(head_, {});
+  head_.poses = posesOf(head_.settings);
+  if (const Record* const level = find(kLevel)) {
+    head_.T_W_M = ByteReader(file_->read(*level, kPoseBytes)).take<Eigen::Isometry3d>();
   }
-
-  const Record& get(const char* kind) const {
-    const Record* const record = find(kind);
-    if (record == nullptr) file->throwDamaged(std::string("the record ") + kind + " is missing");
-    return *record;
+  if (const Record* const box = find(kBox)) {
+    box_ = ByteReader(file_->readAny(*box, kMostBox)).take<MapBox>();
   }
+}
 
-  void readSettings() {
-    const Bytes settings = file->readAny(get(kSettings), kMostText);
-    const Bytes frame = file->readAny(get(kFrame), kMostText);
-    if (!parseSettings({settings.begin(), settings.end()}, head.settings)) {
-      file->throwDamaged("its settings are malformed");
-    }
-    head.map_frame.assign(frame.begin(), frame.end());
-    withSettingsOf(head, {});
-    head.poses = posesOf(head.settings);
-    if (const Record* const level = find(kLevel)) {
-      head.T_W_M = ByteReader(file->read(*level, kPoseBytes)).take<Eigen::Isometry3d>();
-    }
-    if (const Record* const box = find(kBox)) {
-      of_box = ByteReader(file->readAny(*box, kMostBox)).take<MapBox>();
-    }
-  }
+void MapChunks::readTables() {
+  const Bytes state = file_->read(get(kState), kStateBytes);
+  ByteReader in(state);
+  MapSize known;  // before what the blocks hold is read
+  visitState(in, head_, known);
+  if (known.voxel_arrays > kMostArrays || known.blocks > known.voxel_arrays) throwWrongSizes();
+  checkRoom(known);
+  readBlocks(known.blocks);
+  readColourIndex();
+  readFree(known);
+  checkHead(head_);
+  size_ = sizeOf(head_);
+  if (size_.voxel_arrays != known.voxel_arrays) throwWrongSizes();
+  checkRoom(size_);
+}
 
-  void readTables() {
-    const Bytes state = file->read(get(kState), kStateBytes);
-    ByteReader in(state);
-    MapSize known;  // before what the blocks hold is read
-    visitState(in, head, known);
-    if (known.voxel_arrays > kMostArrays || known.blocks > known.voxel_arrays) throwWrongSizes();
-    checkRoom(known);
-    readBlocks(known.blocks);
-    readColourIndex();
-    readFree(known);
-    checkHead(head);
-    size = sizeOf(head);
-    if (size.voxel_arrays != known.voxel_arrays) throwWrongSizes();
-    checkRoom(size);
-  }
+void MapChunks::readBlocks(size_t count) {
+  const Bytes bytes = file_->read(get(kBlocks), count * kBlockBytes);
+  ByteReader in(bytes);
+  head_.blocks.resize(count);
+  visitBlocks(in, head_.blocks);
+}
 
-  void readBlocks(size_t count) {
-    const Bytes bytes = file->read(get(kBlocks), count * kBlockBytes);
-    ByteReader in(bytes);
-    head.blocks.resize(count);
-    visitBlocks(in, head.blocks);
-  }
+void MapChunks::readColourIndex() {
+  const Record* const record = find(kColourIndex);
+  head_.painted = record != nullptr;
+  if (record == nullptr) return;
+  const Bytes bytes =
+      file_->read(*record, kColourHeadBytes + head_.blocks.size() * kBlockBricksBytes);
+  ByteReader in(bytes);
+  visitColourIndex(in, head_);
+}
 
-  void readColourIndex() {
-    const Record* const record = find(kColourIndex);
-    head.painted = record != nullptr;
-    if (record == nullptr) return;
-    const Bytes bytes =
-        file->read(*record, kColourHeadBytes + head.blocks.size() * kBlockBricksBytes);
-    ByteReader in(bytes);
-    visitColourIndex(in, head);
-  }
+void MapChunks::readFree(MapSize known) {
+  const Record* const record = find(kFree);
+  if (record == nullptr) return;
+  const size_t most = std::min(limit_.bytes, kNoMapLimit / 2);
+  const Bytes content = file_->readAny(*record, most + kFreeHeadBytes);
+  if (content.size() % kFreeRecordBytes != kFreeHeadBytes) throwWrongSizes();
+  known.free_cubes = content.size() / kFreeRecordBytes;
+  checkRoom(known);
+  head_.free_cubes.resize(known.free_cubes);
+  ByteReader in(content);
+  visitFree(in, head_);
+  if (head_.cell_voxels == 0) throwWrongSizes();
+}
 
-  void readFree(MapSize known) {
-    const Record* const record = find(kFree);
-    if (record == nullptr) return;
-    const size_t most = std::min(limit.bytes, kNoMapLimit / 2);
-    const Bytes content = file->readAny(*record, most + kFreeHeadBytes);
-    if (content.size() % kFreeRecordBytes != kFreeHeadBytes) throwWrongSizes();
-    known.free_cubes = content.size() / kFreeRecordBytes;
-    checkRoom(known);
-    head.free_cubes.resize(known.free_cubes);
-    ByteReader in(content);
-    visitFree(in, head);
-    if (head.cell_voxels == 0) throwWrongSizes();
-  }
+void MapChunks::checkRoom(const MapSize& taken) const {
+  MapSize free, map = taken;
+  free.free_cubes = std::exchange(map.free_cubes, 0);
+  const size_t bytes = limit_.adds_free ? taken.bytes() : std::max(map.bytes(), free.bytes());
+  if (bytes <= limit_.bytes) return;
+  throw std::runtime_error("the map of '" + file_->path() + "' takes " +
+                           std::to_string((bytes >> 20) + 1) + " MiB, and " +
+                           std::to_string(limit_.bytes >> 20) +
+                           " MiB are allowed; raise map/max_memory_mb (map_tool: --max-memory-mb)");
+}
 
-  void checkRoom(const MapSize& taken) const {
-    MapSize free, map = taken;
-    free.free_cubes = std::exchange(map.free_cubes, 0);
-    const size_t bytes = limit.adds_free ? taken.bytes() : std::max(map.bytes(), free.bytes());
-    if (bytes <= limit.bytes) return;
-    throw std::runtime_error(
-        "the map of '" + file->path() + "' takes " + std::to_string((bytes >> 20) + 1) +
-        " MiB, and " + std::to_string(limit.bytes >> 20) +
-        " MiB are allowed; raise map/max_memory_mb (map_tool: --max-memory-mb)");
-  }
-
-  template <class Word>
-  void read(const Record& record, uint64_t sum, size_t count, PlainArray<Word>& words) const {
-    words = PlainArray<Word>(count);
-    const size_t bytes = count * sizeof(Word);
-    file->read(record, words.data(), bytes);
-    if (checksumOf(record.name().c_str(), words.data(), bytes) == sum) return;
-    file->throwDamaged("the content of a record " + record.name() + " does not match its checksum");
-  }
-
-  const std::shared_ptr<const RecordFile> file;
-  const MapLimit limit;
-  const size_t first;
-  size_t end = 0;
-  MapContents head;
-  std::optional<MapBox> of_box;
-  MapSize size;
-  uint64_t content_hash = 0;
-  std::vector<uint64_t> sums;           // of voxels, and colours, of one chunk after the other
-  std::vector<Record> voxels, colours;  // copies: a journal grows while its map is read
-};
+template <class Word>
+void MapChunks::readWords(const Record& record, uint64_t sum, size_t count,
+                          PlainArray<Word>& words) const {
+  words = PlainArray<Word>(count);
+  const size_t bytes = count * sizeof(Word);
+  file_->read(record, words.data(), bytes);
+  if (checksumOf(record.name().c_str(), words.data(), bytes) == sum) return;
+  file_->throwDamaged("the content of a record " + record.name() + " does not match its checksum");
+}
 
 MapChunks::MapChunks(const std::string& path, const MapLimit& limit)
     : MapChunks(std::make_shared<const RecordFile>(path, kPurpose, "map file"), 0, limit) {
-  const RecordFile& file = *state_->file;
-  if (file.end() == file.bytes() && endRecord() == file.records().size()) return;
-  file.throwDamaged("there is data after its end");
+  if (file_->end() == file_->bytes() && endRecord() == file_->records().size()) return;
+  file_->throwDamaged("there is data after its end");
 }
 
 MapChunks::MapChunks(const std::string& path, const MapperParams& params)
     : MapChunks(path, MapLimit{mostMapBytes(params), params.space.enabled}) {}
 
-MapChunks::MapChunks(std::shared_ptr<const RecordFile> file, size_t first, const MapLimit& limit)
-    : state_(std::make_unique<State>(std::move(file), first, limit)) {}
-
-MapChunks::~MapChunks() = default;
-MapChunks::MapChunks(MapChunks&&) noexcept = default;
-
-const std::string& MapChunks::path() const { return state_->file->path(); }
-const MapContents& MapChunks::head() const { return state_->head; }
-const std::optional<MapBox>& MapChunks::box() const { return state_->of_box; }
-const MapSize& MapChunks::size() const { return state_->size; }
-uint64_t MapChunks::contentHash() const { return state_->content_hash; }
-size_t MapChunks::endRecord() const { return state_->end + 1; }
-
 MapContents MapChunks::part(size_t chunk) const {
-  const std::vector<uint64_t>& sums = state_->sums;
   MapContents part;
   part.painted = head().painted;
   part.blocks = blocksOfChunk(head().blocks, chunk);
   const MapSize size = sizeOf(part.blocks);
-  state_->read(state_->voxels[chunk], sums[part.painted ? 2 * chunk : chunk],
-               size.voxel_arrays * kArrayWords, part.voxels);
+  readWords(voxels_[chunk], sums_[part.painted ? 2 * chunk : chunk],
+            size.voxel_arrays * kArrayWords, part.voxels);
   if (part.painted) {
-    state_->read(state_->colours[chunk], sums[2 * chunk + 1], size.bricks * kBrickWords,
-                 part.colours);
+    readWords(colours_[chunk], sums_[2 * chunk + 1], size.bricks * kBrickWords, part.colours);
   }
   return part;
 }
 
 void MapChunks::visit(const std::function<void(const MapContents&)>& take, int threads) const {
   makeInOrder(
-      state_->voxels.size(), std::min(threadCount(threads), kMostChunksAtOnce),
+      voxels_.size(), std::min(threadCount(threads), kMostChunksAtOnce),
       [this](size_t i) { return part(i); }, [&](size_t, const MapContents& part) { take(part); });
 }
 
 MapInfo MapChunks::info() const {
   MapInfo info;
-  static_cast<MapHead&>(info) = state_->head;
+  static_cast<MapHead&>(info) = head_;
   info.size = size();
-  info.file_bytes = state_->file->bytes();
+  info.file_bytes = file_->bytes();
   info.content_hash = contentHash();
   const std::vector<MapBlock>& blocks = head().blocks;
   if (!blocks.empty()) info.least = info.most = blocks.front().key;

@@ -53,13 +53,9 @@ class PlySpool {
                              "another folder");
   }
 
-  struct Close {
-    // What is in it was read by now, or is not wanted.
-    void operator()(std::FILE* open) const { static_cast<void>(std::fclose(open)); }
-  };
-
   const std::string beside_;
-  std::unique_ptr<std::FILE, Close> file_;
+  // Whatever closing it says: what is in it was read by now, or is not wanted.
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_{nullptr, &std::fclose};
 };
 
 PlyStream::PlyStream(const std::string& path, MeshColour colour)

@@ -16,8 +16,8 @@ namespace dtsdf {
 /// that calls it sets the target first and holds nothing that needs a destructor.
 class PngReader {
  public:
-  PngReader(const uint8_t* data, size_t bytes)
-      : next_(data),
+  PngReader(const void* data, size_t bytes)
+      : next_(static_cast<const uint8_t*>(data)),
         left_(bytes),
         png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, onError, onWarning)) {
     if (png_ != nullptr) info_ = png_create_info_struct(png_);

@@ -7,97 +7,19 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <functional>
-#include <stdexcept>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/geometry.h"
 #include "io/little_endian.h"
+#include "map/byte_stream.h"
 
 namespace dtsdf {
 
-using Bytes = std::vector<uint8_t>;
-
 /// The checksum of all files: XXH64.
 uint64_t hashOf(const void* data, size_t bytes, uint64_t seed = 0);
-
-/// Appends values: numbers, texts, and what fields(io, value) lists of others, which ByteReader
-/// takes back by the same list.
-class ByteWriter {
- public:
-  template <class Value>
-  ByteWriter& put(const Value& value) {
-    if constexpr (std::is_arithmetic_v<Value> || std::is_enum_v<Value>) {
-      const auto* const first = reinterpret_cast<const uint8_t*>(&value);
-      bytes.insert(bytes.end(), first, first + sizeof(value));
-    } else {
-      fields(*this, const_cast<Value&>(value));  // which only reads it
-    }
-    return *this;
-  }
-  /// Its length as a uint32, and the text.
-  ByteWriter& put(const std::string& text) {
-    return put(static_cast<uint32_t>(text.size())).putText(text);
-  }
-  ByteWriter& putText(const std::string& text) {
-    bytes.insert(bytes.end(), text.begin(), text.end());
-    return *this;
-  }
-  template <class... Values>
-  void operator()(const Values&... values) {
-    (put(values), ...);
-  }
-
-  Bytes bytes;
-};
-
-/// Takes them back. @throws std::out_of_range where none are left.
-class ByteReader {
- public:
-  ByteReader(const uint8_t* data, size_t size) : next_(data), end_(data + size) {}
-  explicit ByteReader(const Bytes& bytes) : ByteReader(bytes.data(), bytes.size()) {}
-
-  template <class... Values>
-  void operator()(Values&... values) {
-    (takeTo(values), ...);
-  }
-  template <class Value>
-  Value take() {
-    Value value;
-    takeTo(value);
-    return value;
-  }
-  /// So many bytes as they are.
-  const uint8_t* takeBytes(size_t count) {
-    if (left() < count) throw std::out_of_range("a record is too short");
-    next_ += count;
-    return next_ - count;
-  }
-  size_t left() const { return static_cast<size_t>(end_ - next_); }
-
- private:
-  template <class Value>
-  void takeTo(Value& value) {
-    if constexpr (std::is_same_v<Value, bool>) {
-      value = take<uint8_t>() != 0;
-    } else if constexpr (std::is_arithmetic_v<Value> || std::is_enum_v<Value>) {
-      std::memcpy(&value, takeBytes(sizeof(value)), sizeof(value));
-    } else {
-      fields(*this, value);
-    }
-  }
-  void takeTo(std::string& text) {
-    const auto size = take<uint32_t>();
-    const uint8_t* const first = takeBytes(size);
-    text.assign(first, first + size);
-  }
-
-  const uint8_t *next_, *end_;
-};
 
 template <class Io>
 void fields(Io& io, Vec3i& key) {

@@ -32,6 +32,21 @@ inline BlockExtent inBoth(const BlockExtent& a, const BlockExtent& b) {
   return {greatestOf(a.first, b.first), leastOf(a.last, b.last)};
 }
 
+/// So many blocks more before the first ones and behind the last ones, along each axis.
+inline BlockExtent grown(const BlockExtent& box, int32_t before, int32_t behind) {
+  return {box.first - Vec3i{before, before, before}, box.last + Vec3i{behind, behind, behind}};
+}
+
+/// How many blocks it has along each axis.
+inline Vec3i edgesOf(const BlockExtent& box) { return box.last - box.first + Vec3i{1, 1, 1}; }
+
+/// In blocks: that of all of space has 63 bits.
+inline uint64_t volumeOf(const BlockExtent& box) {
+  const Vec3i edges = edgesOf(box);
+  return static_cast<uint64_t>(edges.x) * static_cast<uint64_t>(edges.y) *
+         static_cast<uint64_t>(edges.z);
+}
+
 /// One that contains nothing.
 inline BlockExtent noBlocks() { return {{1, 1, 1}, {0, 0, 0}}; }
 

@@ -12,11 +12,11 @@ size_t isMarked(const PagedBlock& block) { return block.dirty || block.painted ?
 
 bool PagedBlocks::put(const PagedBlock& block, RecordBytes record) try {
   if (free_numbers_.empty()) {
-    if (free_numbers_.capacity() <= pages_.size()) {
-      free_numbers_.reserve(2 * pages_.size() + 1);  // for all: who leaves takes no memory
+    if (free_numbers_.capacity() <= blocks_.size()) {
+      free_numbers_.reserve(2 * blocks_.size() + 1);  // for all: who leaves takes no memory
     }
-    pages_.emplace_back();
-    free_numbers_.push_back(static_cast<int32_t>(pages_.size() - 1));
+    blocks_.emplace_back();
+    free_numbers_.push_back(static_cast<int32_t>(blocks_.size() - 1));
   }
   const auto stored = store_.write(std::move(record));
   if (!stored) return false;
@@ -25,7 +25,8 @@ bool PagedBlocks::put(const PagedBlock& block, RecordBytes record) try {
     store_.erase(*stored);
     return false;
   }
-  pages_[static_cast<size_t>(number)] = {block, *stored};
+  PagedBlock& put = blocks_[static_cast<size_t>(number)] = block;
+  put.record = *stored;
   free_numbers_.pop_back();
   marked_ += isMarked(block);
   return true;
@@ -50,16 +51,16 @@ bool PagedBlocks::enter(const BlockKey& key, int32_t number) try {
 }
 
 void PagedBlocks::erase(int32_t number) {
-  const Page& gone = page(number);
+  const PagedBlock& gone = block(number);
   store_.erase(gone.record);
   index_.erase(keyOf(number));
-  cells_.erase(gone.block.block.key, number);
-  marked_ -= isMarked(gone.block);
+  cells_.erase(gone.block.key, number);
+  marked_ -= isMarked(gone);
   free_numbers_.push_back(number);
 }
 
 void PagedBlocks::setMarks(int32_t number, bool dirty, bool painted) {
-  PagedBlock& block = pages_[static_cast<size_t>(number)].block;
+  PagedBlock& block = blocks_[static_cast<size_t>(number)];
   marked_ -= isMarked(block);
   block.dirty = dirty;
   block.painted = painted;
@@ -81,13 +82,13 @@ void PagedBlocks::clear() {
   store_.resetCounts();
   index_.clear();
   cells_.clear();
-  pages_.clear();
+  blocks_.clear();
   free_numbers_.clear();
   marked_ = 0;
 }
 
 size_t PagedBlocks::indexBytes() const {
-  return index_.memoryBytes() + cells_.memoryBytes() + pages_.capacity() * sizeof(Page) +
+  return index_.memoryBytes() + cells_.memoryBytes() + blocks_.capacity() * sizeof(PagedBlock) +
          free_numbers_.capacity() * sizeof(int32_t);
 }
 

@@ -20,6 +20,7 @@ struct PagedBlock {
   uint32_t extractions;           ///< Of its BlockEntry.
   bool dirty, painted, has_mesh;  ///< As meshing left it.
   bool has_labels;                ///< Labels of its units lie behind its voxels and colours.
+  StoredRecord record = {};       ///< Where what it holds lies, once it is put there.
 };
 
 /// By numbers, which a block keeps as long as it is there.
@@ -33,15 +34,15 @@ class PagedBlocks {
   bool put(const PagedBlock& block, RecordBytes record);
   /// Any thread may.
   RecordStore::Reading read(int32_t number, std::vector<char>& record) {
-    return store_.read(page(number).record, record);
+    return store_.read(block(number).record, record);
   }
-  void readAhead(int32_t number) const { store_.readAhead(page(number).record); }
+  void readAhead(int32_t number) const { store_.readAhead(block(number).record); }
   void erase(int32_t number);
   void clear();
 
   /// Number of a block, or -1.
   int32_t find(PackedKey key) const { return index_.find(key); }
-  const PagedBlock& block(int32_t number) const { return page(number).block; }
+  const PagedBlock& block(int32_t number) const { return blocks_[static_cast<size_t>(number)]; }
   PackedKey keyOf(int32_t number) const { return packKey(block(number).block.key); }
   bool isEmpty() const { return index_.size() == 0; }
   size_t count() const { return index_.size(); }
@@ -80,18 +81,12 @@ class PagedBlocks {
   size_t indexBytes() const;
 
  private:
-  struct Page {
-    PagedBlock block;
-    StoredRecord record;
-  };
-
   bool enter(const BlockKey& key, int32_t number);
-  const Page& page(int32_t number) const { return pages_[static_cast<size_t>(number)]; }
 
   RecordStore store_;
   SlotIndex index_;
   BlockCells cells_;
-  std::vector<Page> pages_;  ///< By number.
+  std::vector<PagedBlock> blocks_;  ///< By number.
   std::vector<int32_t> free_numbers_;
   size_t marked_ = 0;
 };

@@ -20,11 +20,11 @@ size_t meshBudgetOf(const MapParams& params) {
 template <class Io, class Mesh>
 void visitRecord(Mesh& mesh, Io& io) {
   size_t sizes[] = {mesh.vertices.size(), mesh.triangles.size(), mesh.colours.size()};
-  io(&mesh.key, 1);
-  io(sizes, 3);
-  io(mesh.vertices, sizes[0]);
-  io(mesh.triangles, sizes[1]);
-  io(mesh.colours, sizes[2]);
+  io.array(&mesh.key, 1);
+  io.array(sizes, 3);
+  io.array(mesh.vertices, sizes[0]);
+  io.array(mesh.triangles, sizes[1]);
+  io.array(mesh.colours, sizes[2]);
 }
 
 }  // namespace
@@ -33,10 +33,10 @@ template <>
 const ValueKind& kindOf<BlockMesh>() {
   static const ValueKind kind{
       [](const void* mesh) { return bytesOf(*static_cast<const BlockMesh*>(mesh)); },
-      [](const void* mesh, RecordOut& out) {
+      [](const void* mesh, ByteWriter& out) {
         visitRecord(*static_cast<const BlockMesh*>(mesh), out);
       },
-      [](RecordIn in) -> std::shared_ptr<const void> {
+      [](ByteReader in) -> std::shared_ptr<const void> {
         auto mesh = std::make_shared<BlockMesh>();
         visitRecord(*mesh, in);
         return mesh;

@@ -91,7 +91,10 @@ std::shared_ptr<const void> PagedValues::load(Entry& entry) {
   std::vector<char> bytes;
   const RecordStore::Reading reading = store_.read(*entry.record, bytes);
   entry.is_lost = reading == RecordStore::Reading::kDamaged;
-  return reading == RecordStore::Reading::kIntact ? entry.kind->read({bytes.data()}) : nullptr;
+  return reading == RecordStore::Reading::kIntact
+             ? entry.kind->read(
+                   ByteReader(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()))
+             : nullptr;
 }
 
 /// Those that were used longest ago go. What is on disk already need not be written again.
@@ -113,7 +116,7 @@ void PagedValues::makeRoom() {
 /// @return whether it is on disk now.
 bool PagedValues::writeOut(Entry& entry) try {
   if (entry.record) return true;
-  const auto out = std::make_shared<RecordOut>();
+  const auto out = std::make_shared<ByteWriter>();
   entry.kind->write(entry.value.get(), *out);
   entry.record = store_.write({out, {{out->bytes.data(), out->bytes.size()}}});
   return entry.record.has_value();

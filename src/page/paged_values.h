@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -13,57 +12,27 @@
 #include <utility>
 #include <vector>
 
+#include "map/byte_stream.h"
 #include "page/record_store.h"
 
 namespace dtsdf {
 
-/// What values are written by and read by: a class lists its members once for both.
-struct RecordOut {
-  static constexpr bool kReads = false;
-  std::vector<char> bytes;
-
-  template <class T>
-  void operator()(const T* values, size_t count) {
-    const auto* const first = reinterpret_cast<const char*>(values);
-    bytes.insert(bytes.end(), first, first + count * sizeof(T));
-  }
-  template <class T>
-  void operator()(const std::vector<T>& values, size_t count) {
-    (*this)(values.data(), count);
-  }
-};
-struct RecordIn {
-  static constexpr bool kReads = true;
-  const char* next;
-
-  template <class T>
-  void operator()(T* values, size_t count) {
-    if (count > 0) std::memcpy(values, next, count * sizeof(T));
-    next += count * sizeof(T);
-  }
-  template <class T>
-  void operator()(std::vector<T>& values, size_t count) {
-    values.resize(count);
-    (*this)(values.data(), count);
-  }
-};
-
 /// How a value becomes a record, and comes back from one.
 struct ValueKind {
   size_t (*bytes)(const void* value);  ///< Of memory.
-  void (*write)(const void* value, RecordOut& out);
-  std::shared_ptr<const void> (*read)(RecordIn in);
+  void (*write)(const void* value, ByteWriter& out);
+  std::shared_ptr<const void> (*read)(ByteReader in);
 };
 
-/// Of a class that has bytes() and visitRecord(io).
+/// Of a class that has bytes() and visitRecord(io), which lists its members once for both.
 template <class T>
 const ValueKind& kindOf() {
   static const ValueKind kind{
       [](const void* value) { return static_cast<const T*>(value)->bytes(); },
-      [](const void* value, RecordOut& out) {
+      [](const void* value, ByteWriter& out) {
         const_cast<T*>(static_cast<const T*>(value))->visitRecord(out);  // which only reads it
       },
-      [](RecordIn in) -> std::shared_ptr<const void> {
+      [](ByteReader in) -> std::shared_ptr<const void> {
         auto value = std::make_shared<T>();
         value->visitRecord(in);
         return value;

@@ -46,18 +46,6 @@ GridBox columnOf(int32_t stack_x, int32_t stack_y, size_t bit) {
   return {cell.x, cell.y, 1, 1};
 }
 
-/// How many bits of each place are set, over some words.
-class ColumnCounts {
- public:
-  void add(uint64_t word) {
-    for (; word != 0; word &= word - 1) ++counts_[static_cast<size_t>(__builtin_ctzll(word))];
-  }
-  int at(size_t column) const { return counts_[column]; }
-
- private:
-  std::array<int, 64> counts_{};
-};
-
 }  // namespace
 
 bool GridBox::contains(const GridBox& other) const {
@@ -130,17 +118,19 @@ GridBox GroundColumns::put(const SpaceCube& cube) {
 }
 
 GridBox GroundColumns::evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) const {
-  ColumnCounts free;
+  std::array<int, kSide * kSide> free{};  // cells of each column
   uint64_t surface = 0;
   for (const Part& part : stack.parts) {
-    for (const uint64_t word : part.free) free.add(word);
+    for (uint64_t word : part.free) {
+      for (; word != 0; word &= word - 1) ++free[static_cast<size_t>(__builtin_ctzll(word))];
+    }
     for (const uint64_t word : part.surface) surface |= word;
   }
   GridBox changed;
   for (size_t i = 0; i < stack.values.size(); ++i) {
-    const int8_t value = (surface >> i & 1u) != 0    ? kColumnOccupied
-                         : free.at(i) >= least_free_ ? kColumnFree
-                                                     : kColumnUnknown;
+    const int8_t value = (surface >> i & 1u) != 0 ? kColumnOccupied
+                         : free[i] >= least_free_ ? kColumnFree
+                                                  : kColumnUnknown;
     if (value == stack.values[i]) continue;
     stack.values[i] = value;
     changed = unite(changed, columnOf(stack_x, stack_y, i));
@@ -232,24 +222,20 @@ std::optional<GridBox> GroundGrid::outgrownTo() {
   return windowAround(known.isEmpty() ? GridBox{0, 0, 1, 1} : known);
 }
 
-PendingGrid GroundGrid::next() {
-  if (!is_outdated_) return {};
+GroundGrid::Pending GroundGrid::next() {
+  too_large_.reset();
+  if (!is_outdated_) return Pending::kNothing;
   is_outdated_ = false;
-  PendingGrid pending;
   if (const std::optional<GridBox> window = outgrownTo()) {
     if (window->size() <= kMostColumns) {
       is_outgrown_ = false;
       window_ = window;
       changed_ = {};
-      return {PendingGrid::Kind::kGrid, *window, std::nullopt};
+      return Pending::kGrid;
     }
-    pending.too_large = window;
+    too_large_ = window;
   }
-  if (window_ && !changed_.isEmpty()) {
-    pending.kind = PendingGrid::Kind::kUpdate;
-    pending.box = changed_;
-  }
-  return pending;
+  return window_ && !changed_.isEmpty() ? Pending::kUpdate : Pending::kNothing;
 }
 
 std::vector<int8_t> GroundGrid::values(const GridBox& box) const {

@@ -108,20 +108,6 @@ class GroundColumns {
   std::unordered_map<uint64_t, Stack> stacks_;
 };
 
-/// What followers are to be sent next.
-struct PendingGrid {
-  enum class Kind {
-    kNothing,
-    kGrid,    ///< All of the window, which is another one than before.
-    kUpdate,  ///< A part of the window.
-  };
-  Kind kind = Kind::kNothing;
-  GridBox box;
-  /// The window of all that is known, where that is more than a message can hold; the one that
-  /// followers have stays, and is sent on.
-  std::optional<GridBox> too_large;
-};
-
 /// The map as a robot on level ground sees it: of each column of cells between two heights, whether
 /// anything stands in it. And what of that followers lack. The columns, and the window of them that
 /// followers have: the last whole grid. Its edges lie on multiples of kStep cells; where something
@@ -139,8 +125,18 @@ class GroundGrid {
   /// Takes over what has become known. Cells may be of another size where it begins anew.
   void apply(const SpaceChanges& changes, double cell_size_m);
 
+  /// What followers are to be sent next.
+  enum class Pending {
+    kNothing,
+    kGrid,    ///< All of the window, which is another one than before.
+    kUpdate,  ///< What has changed in the window.
+  };
   /// What followers lack; is to be sent before it is asked for again.
-  PendingGrid next();
+  Pending next();
+
+  /// The window of all that is known, where next() found it to be more than a message can hold; the
+  /// one that followers have stays, and is sent on.
+  const std::optional<GridBox>& tooLarge() const { return too_large_; }
 
   /// The window; none before the first whole grid was sent.
   const std::optional<GridBox>& window() const { return window_; }
@@ -161,7 +157,7 @@ class GroundGrid {
   GroundHeights heights_;
   double cell_size_m_ = 0.0;
   std::optional<GroundColumns> columns_;
-  std::optional<GridBox> window_;
+  std::optional<GridBox> window_, too_large_;
   GridBox changed_;
   bool is_outdated_ = false;  ///< Something has changed since the last answer of next().
   bool is_outgrown_ = false;  ///< Something may be known that lies outside of the window.

@@ -1,10 +1,12 @@
 /// What is known of 32 x 32 x 32 cells, by cubes.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "dtsdf_mapping/space.h"
 #include "kernels/space/sectors.h"
 
 namespace dtsdf {
@@ -16,6 +18,22 @@ struct CubeCells {
 
 inline bool isEmpty(const CubeCells& cells) {
   return isEmpty(cells.free) && isEmpty(cells.surface);
+}
+
+inline CellState stateIn(const CubeCells& cube, int cell) {
+  if (isIn(cube.surface, cell)) return CellState::kSurface;
+  return isIn(cube.free, cell) ? CellState::kFree : CellState::kUnknown;
+}
+
+static_assert(kCubeSideLog2 == SpaceCube::kSideLog2, "one layout of cells");
+
+inline SpaceCube asSpaceCube(const Vec3i& key, const CubeCells& cube) {
+  SpaceCube known{firstCellOfCube(key), {}, {}};
+  for (size_t z = 0; z < kWordsPerCube; ++z) {
+    known.free[z] = cube.free.word[z] & ~cube.surface.word[z];
+    known.surface[z] = cube.surface.word[z];
+  }
+  return known;
 }
 
 constexpr CellMask kAllCells{{~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0},
@@ -58,8 +76,8 @@ class CellSector {
 
   template <class Io>
   void visitRecord(Io& io) {
-    io(&known_, 1);
-    io(cubes_, static_cast<size_t>(__builtin_popcountll(known_)));
+    io(known_);
+    io.array(cubes_, static_cast<size_t>(__builtin_popcountll(known_)));
   }
 
  private:

@@ -28,6 +28,39 @@ void CellTable::removeIfEmpty(const Vec3i& cube) {
   sectors_.open(key).erase(cubeInSector(cube));
 }
 
+SpaceChanges CellTable::takeTouched(bool all, size_t most) {
+  SpaceChanges taken;
+  taken.begins_anew = all || !is_followed_;
+  if (taken.begins_anew) {
+    fresh_ = sectors_.keys();
+    touched_.clear();
+    is_followed_ = true;
+  }
+  const auto take = [&](const Vec3i& cube, const CubeCells& cells) {
+    taken.cubes.push_back(asSpaceCube(cube, cells));
+  };
+  std::vector<PackedKey> unread;
+  for (; !fresh_.empty() && taken.cubes.size() < most; fresh_.pop_back()) {
+    const PackedKey key = fresh_.back();
+    const std::shared_ptr<const CellSector> sector = sectors_.find(key);
+    if (sector == nullptr && sectors_.has(key) && !sectors_.isLost(key)) unread.push_back(key);
+    if (sector == nullptr) continue;
+    const Vec3i at = unpackKey(key);
+    sector->visit([&](int i, const CubeCells& cells) { take(cubeOfSector(at, i), cells); });
+  }
+  auto next = touched_.begin();
+  while (next != touched_.end() && taken.cubes.size() < most) {
+    if (visitSome(*next, take)) {
+      next = touched_.erase(next);
+    } else {
+      ++next;
+    }
+  }
+  taken.is_part = !fresh_.empty() || next != touched_.end();
+  fresh_.insert(fresh_.begin(), unread.begin(), unread.end());
+  return taken;
+}
+
 void CellTable::clear() {
   sectors_.clear();
   touched_.clear();

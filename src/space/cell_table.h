@@ -69,15 +69,10 @@ class CellTable {
   template <class TakesSector, class Visit>
   bool visit(const TakesSector& takes, const Visit& visit) const;
 
-  struct Taken {
-    bool begins_anew;  ///< These are the first of all that there are.
-    bool is_part;      ///< There are more that can be read now.
-  };
-  /// Calls visit(cube, cells) for each cube that was touched since the last call, or has gone; at
-  /// the first one, and with `all`, for all that there are. About so many cubes at most: the rest
-  /// with the next calls, as what cannot be read now.
-  template <class Visit>
-  Taken takeTouched(bool all, size_t most, const Visit& visit);
+  /// Cubes that were touched since the last call, or have gone; at the first one, and with `all`,
+  /// all that there are. About so many at most: the rest with the next calls, as what cannot be
+  /// read now.
+  SpaceChanges takeTouched(bool all, size_t most);
 
   bool isEmpty() const { return sectors_.size() == 0; }
   size_t bytes() const { return sectors_.bytes() + touched_.size() * kSetNodeBytes; }
@@ -118,41 +113,6 @@ bool CellTable::visitSome(const CubeSet::value_type& of_sector, const Visit& vis
     visit(cube, sector == nullptr ? CubeCells() : sector->at(number));
   });
   return true;
-}
-
-template <class Visit>
-CellTable::Taken CellTable::takeTouched(bool all, size_t most, const Visit& visit) {
-  const bool begins_anew = all || !is_followed_;
-  if (begins_anew) {
-    fresh_ = sectors_.keys();
-    touched_.clear();
-    is_followed_ = true;
-  }
-  size_t taken = 0;
-  const auto take = [&](const Vec3i& cube, const CubeCells& cells) {
-    visit(cube, cells);
-    ++taken;
-  };
-  std::vector<PackedKey> unread;
-  for (; !fresh_.empty() && taken < most; fresh_.pop_back()) {
-    const PackedKey key = fresh_.back();
-    const std::shared_ptr<const CellSector> sector = sectors_.find(key);
-    if (sector == nullptr && sectors_.has(key) && !sectors_.isLost(key)) unread.push_back(key);
-    if (sector == nullptr) continue;
-    const Vec3i at = unpackKey(key);
-    sector->visit([&](int i, const CubeCells& cells) { take(cubeOfSector(at, i), cells); });
-  }
-  auto next = touched_.begin();
-  while (next != touched_.end() && taken < most) {
-    if (visitSome(*next, take)) {
-      next = touched_.erase(next);
-    } else {
-      ++next;
-    }
-  }
-  const bool is_part = !fresh_.empty() || next != touched_.end();
-  fresh_.insert(fresh_.begin(), unread.begin(), unread.end());
-  return {begins_anew, is_part};
 }
 
 }  // namespace dtsdf

@@ -1,6 +1,7 @@
 #include "space/distance_field.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "space/sector_update.h"
@@ -16,8 +17,7 @@ constexpr int kMostReachOf16Bits = 127;
 /// 16 MiB of them, beside what stays in memory; and fewer where they reach far.
 constexpr size_t kMostSectorsAtOnce = 256;
 constexpr int kMostPlanesAtOnce = 1 << 15;
-constexpr size_t kMostNearKept = 1 << 16;
-constexpr int64_t kMostPlaces = int64_t{1} << 15;  ///< In the box around them.
+constexpr uint64_t kMostPlaces = uint64_t{1} << 15;  ///< In the box around them.
 
 /// Packed keys are in the order of z first.
 Vec3i turned(const Vec3i& key) { return {key.z, key.y, key.x}; }
@@ -38,7 +38,7 @@ int32_t leastBetween(const Vec3i& sector, const Vec3i& cube) {
 /// A sector as it was, and what changed within reach of it; then as it is.
 struct DistanceField::SectorChange {
   Vec3i key;
-  size_t first_change, change_count;  ///< Among those of all sectors.
+  SurfaceChanges near;
   std::shared_ptr<const DistanceSector> sector;
   bool is_anew = false;   ///< What it was is no help.
   bool is_guess = false;  ///< Surfaces could not be read, but may be later.
@@ -108,7 +108,7 @@ std::vector<SurfaceChange> DistanceField::takeOver(const std::vector<SurfaceCube
 
 /// In the order of x, then y, then z.
 std::vector<DistanceField::SectorChange> DistanceField::sectorsNear(
-    const std::vector<SurfaceChange>& changes) {
+    const std::vector<SurfaceChange>& changes) const {
   struct Near {
     PackedKey order;    ///< Of a sector, by x first.
     size_t first, end;  ///< Changes that may be within reach.
@@ -126,19 +126,18 @@ std::vector<DistanceField::SectorChange> DistanceField::sectorsNear(
   for (const PackedKey key : guessed_) all.push_back({packKey(turned(unpackKey(key))), 0, 0});
   std::sort(all.begin(), all.end(), [](const Near& a, const Near& b) { return a.order < b.order; });
   std::vector<SectorChange> sectors;
-  near_.clear();
   for (auto next = all.begin(); next != all.end();) {
     const PackedKey order = next->order;
-    SectorChange change{turned(unpackKey(order)), near_.size(), 0, nullptr};
+    SectorChange change;
+    change.key = turned(unpackKey(order));
     change.is_anew = guessed_.count(packKey(change.key)) > 0;
     for (; next != all.end() && next->order == order; ++next) {
       for (size_t i = next->first; i < next->end; ++i) {
         const bool is_near = leastBetween(change.key, changes[i].cube) <= reach_ * reach_;
-        if (is_near) near_.push_back(&changes[i]);
+        if (is_near) change.near.push_back(&changes[i]);
       }
     }
-    change.change_count = near_.size() - change.first_change;
-    if (change.is_anew || change.change_count > 0) sectors.push_back(std::move(change));
+    if (change.is_anew || !change.near.empty()) sectors.push_back(std::move(change));
   }
   return sectors;
 }
@@ -147,21 +146,19 @@ std::vector<DistanceField::SectorChange> DistanceField::sectorsNear(
 size_t DistanceField::countAtOnce(const std::vector<SectorChange>& sectors, size_t first) const {
   const auto most_planes = static_cast<size_t>(kMostPlanesAtOnce / planesOf(1, reach_));
   const size_t most = std::min({kMostSectorsAtOnce, most_planes, sectors.size() - first});
-  SectorBox box{sectors[first].key, sectors[first].key};
+  BlockExtent box{sectors[first].key, sectors[first].key};
+  const int32_t ring = ringOf(reach_);
   for (size_t count = 1; count < most; ++count) {
-    box = box.with(sectors[first + count].key);
-    if (box.grownBy(ringOf(reach_)).volume() > kMostPlaces) return count;
+    const Vec3i& key = sectors[first + count].key;
+    box = around(box, {key, key});
+    if (volumeOf(grown(box, ring, ring)) > kMostPlaces) return count;
   }
   return most;
 }
 
-SurfaceChanges DistanceField::changesNear(const SectorChange& change) const {
-  return {near_.data() + change.first_change, change.change_count};
-}
-
-bool DistanceField::hasGuess(const SectorChange& change) const {
-  const SurfaceChanges near = changesNear(change);
-  return std::any_of(near.begin(), near.end(), [](const auto* near) { return near->is_guess; });
+bool DistanceField::hasGuess(const SectorChange& change) {
+  return std::any_of(change.near.begin(), change.near.end(),
+                     [](const SurfaceChange* near) { return near->is_guess; });
 }
 
 /// Nobody else has its sector, and it lies in memory.
@@ -178,7 +175,7 @@ void DistanceField::updateSectors(std::vector<SectorChange>& sectors) const {
     auto sector = std::make_shared<DistanceSector>();
     if (change.sector != nullptr) *sector = *change.sector;
     if (!sector->isEmpty() && (work_out_ || !mayOverwrite(change))) sector->ownSquares();
-    update.run(surfaces_, change.key, reach_, changesNear(change), *sector);
+    update.run(surfaces_, change.key, reach_, change.near, *sector);
     change.sector = std::move(sector);
     change.is_guess = update.isGuess() || hasGuess(change);
   });
@@ -193,13 +190,13 @@ void DistanceField::update(const std::vector<SurfaceCube>& changed) {
     for (size_t count = 0; first < sectors.size(); first += count) {
       count = countAtOnce(sectors, first);
       const auto begin = sectors.begin() + static_cast<std::ptrdiff_t>(first);
-      updateSome({begin, begin + static_cast<std::ptrdiff_t>(count)});
+      updateSome({std::make_move_iterator(begin),
+                  std::make_move_iterator(begin + static_cast<std::ptrdiff_t>(count))});
     }
   } catch (...) {  // the surfaces are taken over, so the next update has to know
     for (; first < sectors.size(); ++first) guessed_.insert(packKey(sectors[first].key));
     throw;
   }
-  if (near_.capacity() > kMostNearKept) std::vector<const SurfaceChange*>().swap(near_);
 }
 
 /// All of them by other means than the host's threads.

@@ -67,10 +67,9 @@ class DistanceField {
   std::vector<SurfaceCube> withWaiting(const std::vector<SurfaceCube>& changed);
   std::vector<SurfaceChange> takeOver(const std::vector<SurfaceCube>& changed);
   void fillLost(PackedKey sector, std::vector<SurfaceChange>& changes);
-  std::vector<SectorChange> sectorsNear(const std::vector<SurfaceChange>& changes);
+  std::vector<SectorChange> sectorsNear(const std::vector<SurfaceChange>& changes) const;
   size_t countAtOnce(const std::vector<SectorChange>& sectors, size_t first) const;
-  SurfaceChanges changesNear(const SectorChange& change) const;
-  bool hasGuess(const SectorChange& change) const;
+  static bool hasGuess(const SectorChange& change);
   template <class Value>
   void updateSectors(std::vector<SectorChange>& sectors) const;
   bool mayOverwrite(const SectorChange& change) const;
@@ -83,7 +82,6 @@ class DistanceField {
   SharedPagedValues pages_;
   DistanceWork work_out_;
   TaskOfDistances task_;
-  std::vector<const SurfaceChange*> near_;  ///< While they are taken over: of sector after sector.
   DistanceSectors sectors_;
   SurfaceTable surfaces_;                  ///< That the sectors know of.
   std::map<PackedKey, CellMask> waiting_;  ///< Cubes whose surfaces could not be taken over yet.

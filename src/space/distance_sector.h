@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <vector>
 
 #include "kernels/space/squared_distances.h"
 #include "space/cell_sector.h"
@@ -41,9 +42,9 @@ struct DistanceSector {
   size_t bytes() const { return sizeof(*this) + kSquaresBytes; }
   template <class Io>
   void visitRecord(Io& io) {
-    if constexpr (Io::kReads) ownSquares();
-    io(most.data(), most.size());
-    io(squared.get(), size_t{kCellsPerSector});
+    if (isEmpty()) ownSquares();  // it is read
+    io.array(most.data(), most.size());
+    io.array(squared.get(), size_t{kCellsPerSector});
   }
 };
 
@@ -58,12 +59,6 @@ struct SurfaceChange {
 };
 
 /// Some of them.
-struct SurfaceChanges {
-  const SurfaceChange* const* first;
-  size_t count;
-
-  const SurfaceChange* const* begin() const { return first; }
-  const SurfaceChange* const* end() const { return first + count; }
-};
+using SurfaceChanges = std::vector<const SurfaceChange*>;
 
 }  // namespace dtsdf

@@ -1,5 +1,6 @@
 #include "space/distance_task.h"
 
+#include <algorithm>
 #include <memory>
 
 namespace dtsdf {
@@ -26,10 +27,10 @@ DistanceTask TaskOfDistances::gather(const SurfaceTable& surfaces,
 /// Box and stacks.
 void TaskOfDistances::layOut(const std::vector<Vec3i>& sectors, DistanceTask& task) {
   box_ = {sectors.front(), sectors.front()};
-  for (const Vec3i& sector : sectors) box_ = box_.with(sector);
-  box_ = box_.grownBy(ring_);
-  task.box_x = box_.size().x;
-  task.box_y = box_.size().y;
+  for (const Vec3i& sector : sectors) box_ = around(box_, {sector, sector});
+  box_ = grown(box_, ring_, ring_);
+  task.box_x = edgesOf(box_).x;
+  task.box_y = edgesOf(box_).y;
   stacks_.clear();
   for (size_t first = 0, end = 0; first < sectors.size(); first = end) {
     Vec3i next = sectors[first];
@@ -44,13 +45,13 @@ void TaskOfDistances::layOut(const std::vector<Vec3i>& sectors, DistanceTask& ta
 }
 
 int32_t TaskOfDistances::placeOf(const Vec3i& sector) const {
-  const Vec3i at = sector - box_.low, size = box_.size();
+  const Vec3i at = sector - box_.first, size = edgesOf(box_);
   return at.x + size.x * (at.y + size.y * at.z);
 }
 
 /// The surfaces in the box.
 void TaskOfDistances::fill(const SurfaceTable& surfaces) {
-  places_.assign(static_cast<size_t>(box_.volume()), -1);
+  places_.assign(volumeOf(box_), -1);
   sectors_.clear();
   cubes_.clear();
   unread_.clear();
@@ -62,9 +63,9 @@ void TaskOfDistances::fill(const SurfaceTable& surfaces) {
     return;
   }
   size_t place = 0;
-  for (int32_t z = box_.low.z; z <= box_.high.z; ++z) {
-    for (int32_t y = box_.low.y; y <= box_.high.y; ++y) {
-      for (int32_t x = box_.low.x; x <= box_.high.x; ++x, ++place) {
+  for (int32_t z = box_.first.z; z <= box_.last.z; ++z) {
+    for (int32_t y = box_.first.y; y <= box_.last.y; ++y) {
+      for (int32_t x = box_.first.x; x <= box_.last.x; ++x, ++place) {
         const PackedKey key = packKey({x, y, z});
         if (surfaces.has(key)) add(surfaces, key, places_[place]);
       }
@@ -89,7 +90,7 @@ void TaskOfDistances::add(const SurfaceTable& surfaces, PackedKey key, int32_t& 
 }
 
 bool TaskOfDistances::isGuess(const Vec3i& sector) const {
-  const SectorBox around = SectorBox{sector, sector}.grownBy(ring_);
+  const BlockExtent around = grown({sector, sector}, ring_, ring_);
   return std::any_of(unread_.begin(), unread_.end(),
                      [&](const Vec3i& unread) { return around.contains(unread); });
 }

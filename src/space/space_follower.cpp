@@ -4,6 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include "space/distance_interpolation.h"
+
 namespace dtsdf {
 namespace {
 
@@ -11,13 +13,6 @@ CellMask maskOf(const SpaceCube::Mask& words) {
   CellMask mask;
   std::copy(words.begin(), words.end(), mask.word);
   return mask;
-}
-
-SpaceCube spaceCubeOf(const Vec3i& key, const CubeCells& cells) {
-  SpaceCube cube{firstCellOfCube(key), {}, {}};
-  std::copy_n(cells.free.word, kWordsPerCube, cube.free.begin());
-  std::copy_n(cells.surface.word, kWordsPerCube, cube.surface.begin());
-  return cube;
 }
 
 /// Whose distances are worked out before memory is made for others.
@@ -29,16 +24,14 @@ CellState SpaceSnapshot::stateOf(const Vec3i& cell) const {
   const auto place = cells_.find(packKey(sectorOfCell(cell)));
   const auto sector = place == cells_.end() ? nullptr : place->second.get();
   if (sector == nullptr) return CellState::kUnknown;
-  const CubeCells cube = sector->at(cubeInSector(cubeOfCell(cell)));
-  if (isIn(cube.surface, indexInCube(cell))) return CellState::kSurface;
-  return isIn(cube.free, indexInCube(cell)) ? CellState::kFree : CellState::kUnknown;
+  return stateIn(sector->at(cubeInSector(cubeOfCell(cell))), indexInCube(cell));
 }
 
 std::vector<SpaceCube> SpaceSnapshot::cubesOf(const Vec3i& sector, const Paged<CellSector>& paged) {
   std::vector<SpaceCube> cubes;
   if (const auto cells = paged.get()) {
     cells->visit([&](int number, const CubeCells& cube) {
-      cubes.push_back(spaceCubeOf(cubeOfSector(sector, number), cube));
+      cubes.push_back(asSpaceCube(cubeOfSector(sector, number), cube));
     });
   }
   return cubes;
@@ -59,18 +52,7 @@ std::vector<SpaceCube> SpaceSnapshot::cubes(int32_t first_z, int32_t last_z) con
 }
 
 SpaceDistance SpaceSnapshot::distanceAt(const Eigen::Vector3d& p_W) const {
-  const auto around = cellsAround(p_W, units_);
-  if (!around) return unknownDistance(units_);
-  int squared[8];
-  const Vec3i first = sectorOfCell(around->cell(0)), last = sectorOfCell(around->cell(7));
-  const auto place = distances_.find(packKey(first));
-  const auto sector = place == distances_.end() ? nullptr : place->second.get();
-  const bool is_in_one = packKey(first) == packKey(last) && sector != nullptr;
-  for (int i = 0; i < 8; ++i) {
-    const Vec3i cell = around->cell(i);
-    squared[i] = is_in_one ? sector->squaredAt(cell) : squaredDistance(cell);
-  }
-  return interpolate(*around, squared, stateOf(cellAt(p_W)) != CellState::kUnknown, units_);
+  return interpolatedDistance(*this, distances_, reach_, p_W);
 }
 
 void SpaceFollower::apply(const SpaceChanges& changes, double cell_size_m) {
@@ -102,8 +84,9 @@ void SpaceFollower::apply(const SpaceChanges& changes, double cell_size_m) {
 void SpaceFollower::startOver(double cell_size_m) {
   now_ = SpaceSnapshot();
   waiting_.clear();
-  now_.units_ = {cell_size_m, reachInCells(max_distance_m_, cell_size_m)};
-  field_ = DistanceField(now_.units_.reach, threads_, pages_);
+  now_.cell_size_m_ = cell_size_m;
+  now_.reach_ = reachInCells(max_distance_m_, cell_size_m);
+  field_ = DistanceField(now_.reach_, threads_, pages_);
 }
 
 /// A sector that changes is copied once, whatever changes in it. @return false: it cannot be read

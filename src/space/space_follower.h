@@ -10,7 +10,6 @@
 
 #include "dtsdf_mapping/space.h"
 #include "space/distance_field.h"
-#include "space/distance_interpolation.h"
 
 namespace dtsdf {
 
@@ -26,7 +25,7 @@ class SpaceSnapshot : public KnownSpace {
     for (const auto& [key, sector] : cells_) visit(cubesOf(unpackKey(key), sector));
   }
 
-  double cellSize_m() const override { return units_.cell_size_m; }
+  double cellSize_m() const override { return cell_size_m_; }
   CellState stateOf(const Vec3i& cell) const override;
   std::vector<SpaceCube> cubes(int32_t first_z, int32_t last_z) const override;
   int squaredDistance(const Vec3i& cell) const override { return squaredAt(distances_, cell); }
@@ -37,7 +36,8 @@ class SpaceSnapshot : public KnownSpace {
 
   static std::vector<SpaceCube> cubesOf(const Vec3i& sector, const Paged<CellSector>& paged);
 
-  DistanceUnits units_{0.0, 0};
+  double cell_size_m_ = 0.0;
+  int reach_ = 0;  ///< Of distances, in cells.
   Sectors<CellSector> cells_;
   DistanceSectors distances_;
 };

@@ -27,24 +27,8 @@ Vec3d toDouble(int32_t factor, const Vec3i& a) {
   return {times * a.x, times * a.y, times * a.z};
 }
 
-CellState stateIn(const CubeCells& cube, int cell) {
-  if (isIn(cube.surface, cell)) return CellState::kSurface;
-  return isIn(cube.free, cell) ? CellState::kFree : CellState::kUnknown;
-}
-
 static_assert(2 * sizeof(CubeCells) <= kFreeCubeBudgetBytes,
               "what a cube counts is no less than what it takes");
-
-static_assert(kCubeSideLog2 == SpaceCube::kSideLog2, "one layout of cells");
-
-SpaceCube asSpaceCube(const Vec3i& key, const CubeCells& cube) {
-  SpaceCube known{firstCellOfCube(key), {}, {}};
-  for (size_t z = 0; z < kWordsPerCube; ++z) {
-    known.free[z] = cube.free.word[z] & ~cube.surface.word[z];
-    known.surface[z] = cube.surface.word[z];
-  }
-  return known;
-}
 
 bool isAnySector(const Vec3i&) { return true; }
 
@@ -266,16 +250,7 @@ std::vector<SpaceCube> SpaceMap::cubes(int32_t first_z, int32_t last_z) const {
   return found;
 }
 
-SpaceChanges SpaceMap::takeChanges(bool all) {
-  SpaceChanges changes;
-  const CellTable::Taken taken =
-      table_.takeTouched(all, kMostChanges, [&](const Vec3i& key, const CubeCells& cube) {
-        changes.cubes.push_back(asSpaceCube(key, cube));
-      });
-  changes.begins_anew = taken.begins_anew;
-  changes.is_part = taken.is_part;
-  return changes;
-}
+SpaceChanges SpaceMap::takeChanges(bool all) { return table_.takeTouched(all, kMostChanges); }
 
 void SpaceMap::updateDistances() {
   std::vector<SurfaceCube> changed;
@@ -295,12 +270,7 @@ void SpaceMap::updateDistances() {
 }
 
 SpaceDistance SpaceMap::distanceAt(const Eigen::Vector3d& p_W) const {
-  const DistanceUnits units{cellSize_m(), distances_.reach()};
-  const auto around = cellsAround(p_W, units);
-  if (!around) return unknownDistance(units);
-  int squared[8];
-  for (int i = 0; i < 8; ++i) squared[i] = squaredDistance(around->cell(i));
-  return interpolate(*around, squared, stateOf(cellAt(p_W)) != CellState::kUnknown, units);
+  return interpolatedDistance(*this, distances_.sectors(), distances_.reach(), p_W);
 }
 
 size_t SpaceMap::freeBytes() const { return free_cubes_ * kFreeCubeBudgetBytes; }

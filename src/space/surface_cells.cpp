@@ -255,35 +255,26 @@ size_t SurfaceSector::bytes() const {
          cells_of_block.size() * (kNode + kHeap + sizeof(std::vector<Vec3i>));
 }
 
-void SurfaceSector::visitRecord(RecordOut& out) const {
-  const size_t sizes[] = {cells_of_block.size(), counts.size()};
-  out(sizes, 2);
+void SurfaceSector::visitRecord(ByteWriter& out) const {
+  out(cells_of_block.size(), counts.size());
   for (const auto& [block, cells] : cells_of_block) {
-    const size_t size = cells.size();
-    out(&block, 1);
-    out(&size, 1);
-    out(cells, size);
+    out(block, cells.size());
+    out.array(cells, cells.size());
   }
   for (const auto& [cube, count] : counts) {
-    out(&cube, 1);
-    out(&count, 1);
+    out(cube);
+    out.array(&count, 1);
   }
 }
 
-void SurfaceSector::visitRecord(RecordIn& in) {
-  size_t sizes[2], size;
-  PackedKey key;
-  in(sizes, 2);
-  for (size_t i = 0; i < sizes[0]; ++i) {
-    in(&key, 1);
-    in(&size, 1);
-    in(cells_of_block[key], size);
-    listed += size;
+void SurfaceSector::visitRecord(ByteReader& in) {
+  const auto blocks = in.take<size_t>(), cubes = in.take<size_t>();
+  for (size_t i = 0; i < blocks; ++i) {
+    std::vector<Vec3i>& cells = cells_of_block[in.take<PackedKey>()];
+    in.array(cells, in.take<size_t>());
+    listed += cells.size();
   }
-  for (size_t i = 0; i < sizes[1]; ++i) {
-    in(&key, 1);
-    in(&counts[key], 1);
-  }
+  for (size_t i = 0; i < cubes; ++i) in.array(&counts[in.take<PackedKey>()], 1);
 }
 
 }  // namespace dtsdf

@@ -31,8 +31,8 @@ struct SurfaceSector {
 
   bool isEmpty() const { return cells_of_block.empty() && counts.empty(); }
   size_t bytes() const;
-  void visitRecord(RecordOut& out) const;
-  void visitRecord(RecordIn& in);
+  void visitRecord(ByteWriter& out) const;
+  void visitRecord(ByteReader& in);
 };
 
 class SurfaceCells {

@@ -82,10 +82,6 @@ BlockExtent cubesOf(const BlockExtent& box, int n) {
   return cubes;
 }
 
-BlockExtent grown(const BlockExtent& box, int before, int behind) {
-  return {box.first - Vec3i{before, before, before}, box.last + Vec3i{behind, behind, behind}};
-}
-
 /// Finds what a box needs, by poses alone.
 class BoxInputFinder {
  public:
@@ -265,14 +261,6 @@ void cutOut(const BlockExtent& box, BlockExtent whole, std::vector<BlockExtent>&
       whole.last.*axis = box.last.*axis;
     }
   }
-}
-
-/// In blocks: that of all of space has 63 bits.
-uint64_t volumeOf(const BlockExtent& box) {
-  uint64_t volume = 1;
-  for (const auto axis : kAxes)
-    volume *= static_cast<uint64_t>(box.last.*axis - box.first.*axis + 1);
-  return volume;
 }
 
 /// Joins pieces that are one box together.

@@ -247,10 +247,10 @@ void SpaceStep::meetListeners() {
 void SpaceStep::renew(SteadyTime now) {
   is_outdated_ = is_another_ = false;
   if (grid_) {
-    const PendingGrid pending = grid_->next();
-    if (pending.too_large) warnOfSize(*pending.too_large);
-    if (pending.kind == PendingGrid::Kind::kGrid) is_grid_due_ = true;
-    if (pending.kind == PendingGrid::Kind::kUpdate) update_pace_.noteChange();
+    const GroundGrid::Pending pending = grid_->next();
+    if (grid_->tooLarge()) warnOfSize(*grid_->tooLarge());
+    if (pending == GroundGrid::Pending::kGrid) is_grid_due_ = true;
+    if (pending == GroundGrid::Pending::kUpdate) update_pace_.noteChange();
   }
   if (slices_.isFollowed()) publishSlice();
   const SteadyTime end = std::chrono::steady_clock::now();

@@ -27,8 +27,8 @@ struct Value {
   template <class Io>
   void visitRecord(Io& io) {
     size_t size = words.size();
-    io(&size, 1);
-    io(words, size);
+    io(size);
+    io.array(words, size);
   }
 };
 

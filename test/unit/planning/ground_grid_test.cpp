@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace {
 
-using Kind = PendingGrid::Kind;
+using Pending = GroundGrid::Pending;
 
 constexpr double kCell_m = 0.1;
 
@@ -68,18 +68,19 @@ struct GridFollower {
   GridBox window;
   std::vector<int8_t> values;
 
-  void take(const GroundGrid& grid, const PendingGrid& told) {
-    const std::vector<int8_t> sent = grid.values(told.box);
-    if (told.kind == Kind::kGrid) {
-      window = told.box;
+  void take(const GroundGrid& grid, Pending told) {
+    const GridBox box = told == Pending::kGrid ? *grid.window() : grid.changed();
+    const std::vector<int8_t> sent = grid.values(box);
+    if (told == Pending::kGrid) {
+      window = box;
       values = sent;
       return;
     }
-    ASSERT_TRUE(window.contains(told.box));
+    ASSERT_TRUE(window.contains(box));
     size_t next = 0;
-    for (int y = 0; y < told.box.height; ++y) {
-      for (int x = 0; x < told.box.width; ++x) {
-        const int column = told.box.x - window.x + x, row = told.box.y - window.y + y;
+    for (int y = 0; y < box.height; ++y) {
+      for (int x = 0; x < box.width; ++x) {
+        const int column = box.x - window.x + x, row = box.y - window.y + y;
         values[static_cast<size_t>(row) * static_cast<size_t>(window.width) +
                static_cast<size_t>(column)] = sent[next++];
       }
@@ -148,23 +149,21 @@ TEST(GroundGrid, UpdatesAreTheUnionSinceTheGrid) {
   Cells cells;
   cells.set(100, 100, 1, CellState::kSurface);
   grid.apply(cells.take(), kCell_m);
-  ASSERT_EQ(grid.next().kind, Kind::kGrid);
+  ASSERT_EQ(grid.next(), Pending::kGrid);
   EXPECT_TRUE(grid.changed().isEmpty());
   cells.set(10, 20, 1, CellState::kSurface);
   grid.apply(cells.take(), kCell_m);
-  PendingGrid told = grid.next();
-  EXPECT_EQ(told.kind, Kind::kUpdate);
-  EXPECT_TRUE((told.box == GridBox{10, 20, 1, 1}));
+  EXPECT_EQ(grid.next(), Pending::kUpdate);
+  EXPECT_TRUE((grid.changed() == GridBox{10, 20, 1, 1}));
   cells.set(30, 21, 1, CellState::kSurface);
   grid.apply(cells.take(), kCell_m);
-  told = grid.next();
-  EXPECT_TRUE((told.box == GridBox{10, 20, 21, 2}));
+  EXPECT_EQ(grid.next(), Pending::kUpdate);
+  EXPECT_TRUE((grid.changed() == GridBox{10, 20, 21, 2}));
   // Beyond the window: a whole grid, and all begins anew.
   cells.set(-1, 21, 1, CellState::kSurface);
   grid.apply(cells.take(), kCell_m);
-  told = grid.next();
-  EXPECT_EQ(told.kind, Kind::kGrid);
-  EXPECT_TRUE((told.box == GridBox{-256, 0, 512, 256}));
+  EXPECT_EQ(grid.next(), Pending::kGrid);
+  EXPECT_TRUE((*grid.window() == GridBox{-256, 0, 512, 256}));
   EXPECT_TRUE(grid.changed().isEmpty());
 }
 
@@ -187,10 +186,10 @@ TEST(GroundGrid, AFollowerHasWhatIsThere) {
                 static_cast<CellState>(pick(0, 7) < 6 ? 1 : pick(0, 2)));
     }
     grid.apply(cells.take(), kCell_m);
-    const PendingGrid told = grid.next();
-    if (told.kind == Kind::kNothing) continue;
-    ASSERT_FALSE(told.too_large);
-    ++(told.kind == Kind::kGrid ? grids : updates);
+    const Pending told = grid.next();
+    if (told == Pending::kNothing) continue;
+    ASSERT_FALSE(grid.tooLarge());
+    ++(told == Pending::kGrid ? grids : updates);
     follower.take(grid, told);
     const std::vector<int8_t> expected = cells.columns(follower.window, -4, 5);
     for (size_t i = 0; i < expected.size(); ++i) {
@@ -208,12 +207,12 @@ TEST(GroundGrid, CellsOfAnotherSizeAreAnotherGrid) {
   SpaceChanges changes = cells.take();
   changes.begins_anew = true;
   grid.apply(changes, kCell_m);
-  ASSERT_EQ(grid.next().kind, Kind::kGrid);
+  ASSERT_EQ(grid.next(), Pending::kGrid);
   grid.apply(changes, 2.0 * kCell_m);
-  EXPECT_EQ(grid.next().kind, Kind::kGrid);
+  EXPECT_EQ(grid.next(), Pending::kGrid);
   EXPECT_EQ(grid.cellSize_m(), 2.0 * kCell_m);
   grid.apply({true, {}}, kCell_m);
-  EXPECT_EQ(grid.next().kind, Kind::kGrid) << "also where it is empty";
+  EXPECT_EQ(grid.next(), Pending::kGrid) << "also where it is empty";
 }
 
 /// A single cell at the end of the world must not cost the memory of all between.
@@ -222,22 +221,22 @@ TEST(GroundGrid, WhatIsTooLargeIsSaid) {
   Cells cells;
   cells.set(0, 0, 1, CellState::kSurface);
   grid.apply(cells.take(), kCell_m);
-  ASSERT_EQ(grid.next().kind, Kind::kGrid);
+  ASSERT_EQ(grid.next(), Pending::kGrid);
   cells.set(1 << 22, 1 << 22, 1, CellState::kSurface);
   grid.apply(cells.take(), kCell_m);
-  EXPECT_TRUE(grid.next().too_large);
+  grid.next();
+  EXPECT_TRUE(grid.tooLarge());
   EXPECT_EQ(grid.window()->width, 256);
   cells.set(7, 7, 1, CellState::kSurface);  // what is in the window is told all the same
   grid.apply(cells.take(), kCell_m);
-  const PendingGrid told = grid.next();
-  EXPECT_TRUE(told.too_large);
-  EXPECT_EQ(told.kind, Kind::kUpdate);
-  EXPECT_TRUE(told.box.contains({7, 7, 1, 1}));
+  EXPECT_EQ(grid.next(), Pending::kUpdate);
+  EXPECT_TRUE(grid.tooLarge());
+  EXPECT_TRUE(grid.changed().contains({7, 7, 1, 1}));
   cells.set(1 << 22, 1 << 22, 1, CellState::kUnknown);
   grid.apply(cells.take(), kCell_m);
   cells.set(2, 0, 1, CellState::kSurface);
   grid.apply(cells.take(), kCell_m);
-  EXPECT_EQ(grid.next().kind, Kind::kUpdate);
+  EXPECT_EQ(grid.next(), Pending::kUpdate);
 }
 
 }  // namespace

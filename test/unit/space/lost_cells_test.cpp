@@ -153,13 +153,12 @@ class LostCubes : public LostCells {
   }
   /// @return how many were handed out, all of them walls.
   int take(bool all) {
-    int taken = 0;
-    const auto is_part = table_.takeTouched(all, 1000, [&](const Vec3i&, const CubeCells& cells) {
-      ++taken;
-      EXPECT_TRUE(std::equal(cells.surface.word, cells.surface.word + kWordsPerCube, wall().word));
-    });
-    EXPECT_FALSE(is_part.is_part);
-    return taken;
+    const SpaceChanges taken = table_.takeTouched(all, 1000);
+    for (const SpaceCube& cube : taken.cubes) {
+      EXPECT_TRUE(std::equal(cube.surface.begin(), cube.surface.end(), wall().word));
+    }
+    EXPECT_FALSE(taken.is_part);
+    return static_cast<int>(taken.cubes.size());
   }
 };
 

@@ -40,18 +40,22 @@ void BlockFinder::Share::order() {
   for (const Entry& entry : entries) ordered[next[entry.bin]++] = entry.surfel;
 }
 
-void BlockFinder::addLine(const Surfel& surfel, uint32_t number, const FrameSensing& sensing,
-                          Share& share) {
+void BlockFinder::addLines(const FrameSensing& sensing, LineBatch& batch, Share& share) {
+  batch.compute(sensing, fusion_);
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
-  const CastLine cast = makeCastLine(surfel, sensing, fusion_);
-  const float* weight = cast.directions.weight;
-  const uint32_t directions = directionMask(cast.directions);
-  const bool has_sides = cast.sides.areMeasured();
-  lines_[number] = {
-      cast.line, {weight[0], weight[1], weight[2]}, static_cast<uint8_t>(directions), has_sides};
-  if (has_sides) sides_[number] = cast.sides;
-  visitBlocks(cast.line,
-              [&](const Vec3i& block) { share.add(block, origin_block, directions, number); });
+  for (int i = 0; i < batch.count(); ++i) {
+    const uint32_t number = batch.number(i);
+    const CastLine cast = batch.line(i, sensing.image.frame);
+    const float* weight = cast.directions.weight;
+    const uint32_t directions = directionMask(cast.directions);
+    const bool has_sides = cast.sides.areMeasured();
+    lines_[number] = {
+        cast.line, {weight[0], weight[1], weight[2]}, static_cast<uint8_t>(directions), has_sides};
+    if (has_sides) sides_[number] = cast.sides;
+    visitBlocks(cast.line,
+                [&](const Vec3i& block) { share.add(block, origin_block, directions, number); });
+  }
+  batch.clear();
 }
 
 void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
@@ -64,16 +68,19 @@ void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
   parallelFor(shares_.size(), threads_, [&](size_t part) {
     Share& share = shares_[part];
     share.reset();
+    LineBatch batch;
     const size_t first = count * part / shares_.size(), end = count * (part + 1) / shares_.size();
     size_t begin = 0;  // of the list
     for (const std::vector<Surfel>& list : lists) {
       const size_t last = std::min(begin + list.size(), end);
       for (size_t i = std::max(begin, first); i < last; ++i) {
         const Surfel& surfel = list[i - begin];
-        if (surfel.weight > 0.0f) addLine(surfel, static_cast<uint32_t>(i), sensing, share);
+        if (surfel.weight > 0.0f) batch.add(surfel, static_cast<uint32_t>(i));
+        if (batch.isFull()) addLines(sensing, batch, share);
       }
       begin += list.size();
     }
+    addLines(sensing, batch, share);
     share.order();
   });
   merge();

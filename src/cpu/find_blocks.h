@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "cpu/line_batch.h"
 #include "cpu/scratch_array.h"
 #include "kernels/fusion/cast.h"
 #include "map/block_table.h"
@@ -87,7 +88,7 @@ class BlockFinder {
     void reset();
   };
 
-  void addLine(const Surfel& surfel, uint32_t number, const FrameSensing& sensing, Share& share);
+  void addLines(const FrameSensing& sensing, LineBatch& batch, Share& share);
   void merge();
 
   const FusionSettings fusion_;

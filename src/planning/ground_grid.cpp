@@ -91,7 +91,7 @@ uint64_t GroundColumns::keyOf(int32_t stack_x, int32_t stack_y) {
 
 GridBox GroundColumns::put(const SpaceCube& cube) {
   if (cube.first.z > layers_.last || cube.first.z + kSide - 1 < layers_.first) return {};
-  Part part{cube.first.z, {}, {}};
+  SpaceCube part{cube.first, {}, {}};
   for (int z = 0; z < kSide; ++z) {
     const int32_t layer = cube.first.z + z;
     if (layer < layers_.first || layer > layers_.last) continue;
@@ -108,8 +108,9 @@ GridBox GroundColumns::put(const SpaceCube& cube) {
     place->second.values.fill(kColumnUnknown);
   }
   Stack& stack = place->second;
-  const auto same = std::find_if(stack.parts.begin(), stack.parts.end(),
-                                 [&](const Part& other) { return other.z == part.z; });
+  const auto same =
+      std::find_if(stack.parts.begin(), stack.parts.end(),
+                   [&](const SpaceCube& other) { return other.first.z == part.first.z; });
   if (same != stack.parts.end()) stack.parts.erase(same);
   if (!is_unknown) stack.parts.push_back(part);
   const GridBox changed = evaluate(x, y, stack);
@@ -120,7 +121,7 @@ GridBox GroundColumns::put(const SpaceCube& cube) {
 GridBox GroundColumns::evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) const {
   std::array<int, kSide * kSide> free{};  // cells of each column
   uint64_t surface = 0;
-  for (const Part& part : stack.parts) {
+  for (const SpaceCube& part : stack.parts) {
     for (uint64_t word : part.free) {
       for (; word != 0; word &= word - 1) ++free[static_cast<size_t>(__builtin_ctzll(word))];
     }
@@ -183,7 +184,7 @@ GridBox GroundColumns::known() const {
 size_t GroundColumns::bytes() const {
   size_t parts = 0;
   for (const auto& [key, stack] : stacks_) parts += stack.parts.capacity();
-  return stacks_.size() * (sizeof(uint64_t) + sizeof(Stack)) + parts * sizeof(Part);
+  return stacks_.size() * (sizeof(uint64_t) + sizeof(Stack)) + parts * sizeof(SpaceCube);
 }
 
 void GroundGrid::beginAnew(double cell_size_m) {

@@ -88,15 +88,10 @@ class GroundColumns {
  private:
   static constexpr int kSide = SpaceCube::kSide;
 
-  /// What of a cube lies between the heights.
-  struct Part {
-    int32_t z;
-    SpaceCube::Mask free, surface;
-  };
-
-  /// The cubes above each other, and the values of their columns, as bits of a word.
+  /// The cubes above each other, as far as they lie between the heights, and the values of their
+  /// columns, as bits of a word.
   struct Stack {
-    std::vector<Part> parts;
+    std::vector<SpaceCube> parts;
     std::array<int8_t, kSide * kSide> values;
   };
 

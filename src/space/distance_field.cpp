@@ -4,7 +4,7 @@
 #include <iterator>
 #include <utility>
 
-#include "space/sector_update.h"
+#include "space/sector_distances.h"
 #include "threads/parallel.h"
 
 namespace dtsdf {
@@ -35,12 +35,10 @@ int32_t leastBetween(const Vec3i& sector, const Vec3i& cube) {
 
 }  // namespace
 
-/// A sector as it was, and what changed within reach of it; then as it is.
+/// A sector within reach of what changed: as it was, then as it is.
 struct DistanceField::SectorChange {
   Vec3i key;
-  SurfaceChanges near;
   std::shared_ptr<const DistanceSector> sector;
-  bool is_anew = false;   ///< What it was is no help.
   bool is_guess = false;  ///< Surfaces could not be read, but may be later.
 };
 
@@ -61,41 +59,37 @@ std::vector<SurfaceCube> DistanceField::withWaiting(const std::vector<SurfaceCub
 }
 
 /// From now on a sector that the disk lost has surfaces everywhere.
-void DistanceField::fillLost(PackedKey sector, std::vector<SurfaceChange>& changes) {
+void DistanceField::fillLost(PackedKey sector, std::vector<Vec3i>& changed) {
   CellSector& cells = surfaces_.open(sector);
   for (int i = 0; i < kCubesPerSector; ++i) {
     cells.make(i).surface = kAllCells;
-    changes.push_back({cubeOfSector(unpackKey(sector), i), kAllCells, {}});
+    changed.push_back(cubeOfSector(unpackKey(sector), i));
   }
   surfaces_.forgetLost();
 }
 
-/// What is another surface than the sectors know of. They know of it from then on.
-std::vector<SurfaceChange> DistanceField::takeOver(const std::vector<SurfaceCube>& changed) {
-  std::vector<SurfaceChange> changes;
-  for (const SurfaceCube& now : changed) {
+/// Surfaces as they are now, as far as the sectors of them can be read.
+/// @return the cubes with other ones than before.
+std::vector<Vec3i> DistanceField::takeOver(const std::vector<SurfaceCube>& surfaces) {
+  std::vector<Vec3i> changed;
+  for (const SurfaceCube& now : surfaces) {
     const PackedKey sector = packKey(sectorOfCube(now.cube));
     const int number = cubeInSector(now.cube);
     std::shared_ptr<const CellSector> known = surfaces_.find(sector);
     if (known == nullptr && surfaces_.has(sector)) {
       if (!surfaces_.isLost(sector)) {
         waiting_[packKey(now.cube)] = now.surface;
-        changes.push_back({now.cube, now.surface, {}, true});
+        changed.push_back(now.cube);
         continue;
       }
-      fillLost(sector, changes);
+      fillLost(sector, changed);
       known = surfaces_.find(sector);
     }
     const CellMask before = known == nullptr ? CellMask{} : known->at(number).surface;
-    SurfaceChange change{now.cube, {}, {}};
-    for (int i = 0; i < kWordsPerCube; ++i) {
-      change.added.word[i] = now.surface.word[i] & ~before.word[i];
-      change.removed.word[i] = before.word[i] & ~now.surface.word[i];
-    }
-    if (isEmpty(change.added) && isEmpty(change.removed)) continue;
-    changes.push_back(change);
+    if (std::equal(before.word, before.word + kWordsPerCube, now.surface.word)) continue;
+    changed.push_back(now.cube);
     surfaces_.open(sector);
-    if (!surfaces_.lost().empty()) fillLost(sector, changes);
+    if (!surfaces_.lost().empty()) fillLost(sector, changed);
     if (isEmpty(now.surface)) {
       surfaces_.open(sector).erase(number);
     } else {
@@ -103,42 +97,26 @@ std::vector<SurfaceChange> DistanceField::takeOver(const std::vector<SurfaceCube
     }
   }
   surfaces_.close();
-  return changes;
+  return changed;
 }
 
-/// In the order of x, then y, then z.
+/// And those that have to be worked out again, in the order of x, then y, then z.
 std::vector<DistanceField::SectorChange> DistanceField::sectorsNear(
-    const std::vector<SurfaceChange>& changes) const {
-  struct Near {
-    PackedKey order;    ///< Of a sector, by x first.
-    size_t first, end;  ///< Changes that may be within reach.
-  };
-  std::vector<Near> all;
+    const std::vector<Vec3i>& cubes) const {
   const int32_t ring = ringOf(reach_), side = windowSide(reach_);
-  for (size_t first = 0, end = 0; first < changes.size(); first = end) {
-    const Vec3i sector = sectorOfCube(changes[first].cube);
-    while (end < changes.size() && sectorOfCube(changes[end].cube) == sector) ++end;
+  std::vector<PackedKey> order;  // of keys, by x first
+  for (const Vec3i& cube : cubes) {
     for (int32_t i = 0; i < side * side * side; ++i) {
       const Vec3i aside{i % side - ring, i / side % side - ring, i / (side * side) - ring};
-      all.push_back({packKey(turned(sector + aside)), first, end});
+      const Vec3i sector = sectorOfCube(cube) + aside;
+      if (leastBetween(sector, cube) <= reach_ * reach_) order.push_back(packKey(turned(sector)));
     }
   }
-  for (const PackedKey key : guessed_) all.push_back({packKey(turned(unpackKey(key))), 0, 0});
-  std::sort(all.begin(), all.end(), [](const Near& a, const Near& b) { return a.order < b.order; });
+  for (const PackedKey key : guessed_) order.push_back(packKey(turned(unpackKey(key))));
+  std::sort(order.begin(), order.end());
+  order.erase(std::unique(order.begin(), order.end()), order.end());
   std::vector<SectorChange> sectors;
-  for (auto next = all.begin(); next != all.end();) {
-    const PackedKey order = next->order;
-    SectorChange change;
-    change.key = turned(unpackKey(order));
-    change.is_anew = guessed_.count(packKey(change.key)) > 0;
-    for (; next != all.end() && next->order == order; ++next) {
-      for (size_t i = next->first; i < next->end; ++i) {
-        const bool is_near = leastBetween(change.key, changes[i].cube) <= reach_ * reach_;
-        if (is_near) change.near.push_back(&changes[i]);
-      }
-    }
-    if (change.is_anew || !change.near.empty()) sectors.push_back(std::move(change));
-  }
+  for (const PackedKey key : order) sectors.push_back({turned(unpackKey(key)), nullptr});
   return sectors;
 }
 
@@ -156,35 +134,15 @@ size_t DistanceField::countAtOnce(const std::vector<SectorChange>& sectors, size
   return most;
 }
 
-bool DistanceField::hasGuess(const SectorChange& change) {
-  return std::any_of(change.near.begin(), change.near.end(),
-                     [](const SurfaceChange* near) { return near->is_guess; });
-}
-
 /// Nobody else has its sector, and it lies in memory.
 bool DistanceField::mayOverwrite(const SectorChange& change) const {
   constexpr int kHereAndInTheTable = 2;
   return pages_ == nullptr && change.sector.use_count() == kHereAndInTheTable;
 }
 
-template <class Value>
-void DistanceField::updateSectors(std::vector<SectorChange>& sectors) const {
-  using Update = SectorUpdate<Value>;
-  parallelFor<Update>(sectors.size(), threads_, [&](size_t i, Update& update) {
-    SectorChange& change = sectors[i];
-    auto sector = std::make_shared<DistanceSector>();
-    if (change.sector != nullptr) *sector = *change.sector;
-    if (!sector->isEmpty() && (work_out_ || !mayOverwrite(change))) sector->ownSquares();
-    update.run(surfaces_, change.key, reach_, change.near, *sector);
-    change.sector = std::move(sector);
-    change.is_guess = update.isGuess() || hasGuess(change);
-  });
-}
-
 void DistanceField::update(const std::vector<SurfaceCube>& changed) {
-  const std::vector<SurfaceChange> changes =
-      takeOver(waiting_.empty() ? changed : withWaiting(changed));
-  std::vector<SectorChange> sectors = sectorsNear(changes);
+  std::vector<SectorChange> sectors =
+      sectorsNear(takeOver(waiting_.empty() ? changed : withWaiting(changed)));
   size_t first = 0;
   try {
     for (size_t count = 0; first < sectors.size(); first += count) {
@@ -205,7 +163,6 @@ bool DistanceField::workOut(std::vector<SectorChange>& sectors) {
   std::vector<Vec3i> wanted(sectors.size());
   std::vector<SectorSquares> squares(sectors.size());
   for (size_t i = 0; i < sectors.size(); ++i) {
-    if (hasGuess(sectors[i])) return false;  // the table does not have it yet
     wanted[i] = sectors[i].key;
     if (mayOverwrite(sectors[i])) squares[i] = sectors[i].sector->squared;
   }
@@ -215,26 +172,31 @@ bool DistanceField::workOut(std::vector<SectorChange>& sectors) {
     if (sectors[i].sector != nullptr && squares[i] == sectors[i].sector->squared) continue;
     auto sector = std::make_shared<DistanceSector>();
     sector->squared = std::move(squares[i]);
-    sector->most.fill(kSquaredFar);
     sectors[i].sector = std::move(sector);
   }
   return true;
 }
 
-void DistanceField::updateOnHost(std::vector<SectorChange>& sectors) {
-  if (reach_ <= kMostReachOf16Bits) {
-    updateSectors<int16_t>(sectors);
-  } else {
-    updateSectors<int32_t>(sectors);
-  }
+template <class Value>
+void DistanceField::workOutOnHost(std::vector<SectorChange>& sectors) const {
+  using Distances = SectorDistances<Value>;
+  parallelFor<Distances>(sectors.size(), threads_, [&](size_t i, Distances& distances) {
+    auto sector = std::make_shared<DistanceSector>();
+    sector->squared = distances.run(surfaces_, sectors[i].key, reach_);
+    sectors[i].sector = std::move(sector);
+    sectors[i].is_guess = distances.isGuess();
+  });
 }
 
 void DistanceField::updateSome(std::vector<SectorChange> sectors) {
   for (SectorChange& change : sectors) {
     const auto known = sectors_.find(packKey(change.key));
-    if (known != sectors_.end() && !change.is_anew) change.sector = known->second.get();
+    if (known != sectors_.end()) change.sector = known->second.get();
   }
-  if (!workOut(sectors)) updateOnHost(sectors);
+  if (!workOut(sectors)) {
+    reach_ <= kMostReachOf16Bits ? workOutOnHost<int16_t>(sectors)
+                                 : workOutOnHost<int32_t>(sectors);
+  }
   for (SectorChange& change : sectors) {
     const PackedKey key = packKey(change.key);
     if (change.is_guess) {

@@ -65,16 +65,14 @@ class DistanceField {
   struct SectorChange;
 
   std::vector<SurfaceCube> withWaiting(const std::vector<SurfaceCube>& changed);
-  std::vector<SurfaceChange> takeOver(const std::vector<SurfaceCube>& changed);
-  void fillLost(PackedKey sector, std::vector<SurfaceChange>& changes);
-  std::vector<SectorChange> sectorsNear(const std::vector<SurfaceChange>& changes) const;
+  std::vector<Vec3i> takeOver(const std::vector<SurfaceCube>& surfaces);
+  void fillLost(PackedKey sector, std::vector<Vec3i>& changed);
+  std::vector<SectorChange> sectorsNear(const std::vector<Vec3i>& cubes) const;
   size_t countAtOnce(const std::vector<SectorChange>& sectors, size_t first) const;
-  static bool hasGuess(const SectorChange& change);
-  template <class Value>
-  void updateSectors(std::vector<SectorChange>& sectors) const;
   bool mayOverwrite(const SectorChange& change) const;
   bool workOut(std::vector<SectorChange>& sectors);
-  void updateOnHost(std::vector<SectorChange>& sectors);
+  template <class Value>
+  void workOutOnHost(std::vector<SectorChange>& sectors) const;
   void updateSome(std::vector<SectorChange> sectors);
 
   int reach_;

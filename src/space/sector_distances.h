@@ -1,4 +1,4 @@
-/// Distances in a box of cells, worked out from the surfaces around: the squared distance to the
+/// Distances in a sector of cells, worked out from the surfaces around: the squared distance to the
 /// nearest one is a minimum of squares along x, of that along y, and of that along z (Saito and
 /// Toriwaki, Pattern Recognition 27, 1994).
 #pragma once
@@ -13,19 +13,16 @@
 
 namespace dtsdf {
 
-/// `Value` holds twice the square of the reach. The buffers are kept from box to box.
-template <int kSide, class Value>
-class BoxDistances {
+/// `Value` holds twice the square of the reach. The buffers are kept from sector to sector.
+template <class Value>
+class SectorDistances {
  public:
   /// Sectors that cannot be read count as if they had surfaces everywhere, to be on the safe side.
-  /// @return whether any cell of the box is within reach of a surface.
-  bool run(const SurfaceTable& surfaces, const Vec3i& first, int reach) {
-    begin(first, reach);
+  /// @return null where no cell of the sector is within reach of a surface.
+  SectorSquares run(const SurfaceTable& surfaces, const Vec3i& sector, int reach) {
+    begin(firstCellOfCube(cubeOfSector(sector, 0)), reach);
     findRows(surfaces);
-    if (rows_.empty()) {
-      squared_.fill(kSquaredFar);
-      return false;
-    }
+    if (rows_.empty()) return nullptr;
     combineRows();
     return combinePlanes();
   }
@@ -33,15 +30,12 @@ class BoxDistances {
   /// Whether some sector could not be read, but may be later.
   bool isGuess() const { return is_guess_; }
 
-  /// Squared distances, x fastest.
-  const uint16_t* squared() const { return squared_.data(); }
-
  private:
-  using Line = std::array<Value, kSide>;  ///< A value for each x of the box.
+  using Line = std::array<Value, kSectorSide>;  ///< A value for each x of the sector.
 
   struct Plane {
     int32_t z;  ///< In the window.
-    std::array<Line, kSide> line;
+    std::array<Line, kSectorSide> line;
   };
 
   void begin(const Vec3i& first, int reach) {
@@ -49,10 +43,10 @@ class BoxDistances {
     if (reach != reach_) {
       reach_ = reach;
       far_ = static_cast<Value>(reach * reach + 1);
-      window_ = kSide + 2 * reach;
-      squares_.resize(2 * static_cast<size_t>(kSide + reach));
+      window_ = kSectorSide + 2 * reach;
+      squares_.resize(2 * static_cast<size_t>(kSectorSide + reach));
       for (int i = 0; i < static_cast<int>(squares_.size()); ++i) {
-        const int aside = i - (kSide + reach);
+        const int aside = i - (kSectorSide + reach);
         squares_[static_cast<size_t>(i)] = static_cast<Value>(aside * aside);
       }
     }
@@ -84,14 +78,10 @@ class BoxDistances {
   }
 
   void addCube(const Vec3i& cube, const CellMask& surface) {
-    const Vec3i at = firstCellOfCube(cube) - first_;
-    const auto reaches = [this](int32_t from) { return from > -kCubeSide && from < window_; };
-    if (reaches(at.x) && reaches(at.y) && reaches(at.z)) addSurfaces(cube, surface);
-  }
-
-  void addSurfaces(const Vec3i& cube, const CellMask& surface) {
     constexpr uint64_t kRow = (1u << kCubeSide) - 1;
     const Vec3i corner = firstCellOfCube(cube) - first_;
+    const auto reaches = [this](int32_t from) { return from > -kCubeSide && from < window_; };
+    if (!reaches(corner.x) || !reaches(corner.y) || !reaches(corner.z)) return;
     for (int z = 0; z < kCubeSide; ++z) {
       if (surface.word[z] == 0 || !isInWindow(corner.z + z)) continue;
       for (int y = 0; y < kCubeSide; ++y) {
@@ -116,8 +106,8 @@ class BoxDistances {
     for (; surfaces != 0; surfaces &= surfaces - 1) {
       const int32_t x = at.x + __builtin_ctzll(surfaces);
       if (!isInWindow(x)) continue;
-      const Value* const squares = squares_.data() + (kSide + reach_) - (x - reach_);
-      for (int i = 0; i < kSide; ++i) line[i] = std::min(line[i], squares[i]);
+      const Value* const squares = squares_.data() + (kSectorSide + reach_) - (x - reach_);
+      for (int i = 0; i < kSectorSide; ++i) line[i] = std::min(line[i], squares[i]);
     }
   }
 
@@ -133,7 +123,7 @@ class BoxDistances {
         if (!is_any) beginPlane(z);
         is_any = true;
         const Line& row = rows_[static_cast<size_t>(rows[y])];
-        for (int i = 0; i < kSide; ++i) lower(planes_.back().line[i], row, i + reach_ - y);
+        for (int i = 0; i < kSectorSide; ++i) lower(planes_.back().line[i], row, i + reach_ - y);
       }
     }
   }
@@ -145,28 +135,32 @@ class BoxDistances {
   }
 
   /// Minima over z.
-  bool combinePlanes() {
+  SectorSquares combinePlanes() {
+    const SectorSquares squares(new uint16_t[kCellsPerSector]);
     bool is_any_near = false;
-    uint16_t* next = squared_.data();
-    for (int32_t z = 0; z < kSide; ++z) {
-      for (int32_t y = 0; y < kSide; ++y) {
+    for (int32_t z = 0; z < kSectorSide; ++z) {
+      for (int32_t y = 0; y < kSectorSide; ++y) {
         Line line;
         line.fill(far_);
         for (const Plane& plane : planes_) lower(line, plane.line[y], z + reach_ - plane.z);
-        for (const Value value : line) {
-          is_any_near = is_any_near || value < far_;
-          *next++ = value < far_ ? static_cast<uint16_t>(value) : kSquaredFar;
+        for (const Value value : line) is_any_near |= value < far_;
+        for (int32_t x = 0; x < kSectorSide; x += kCubeSide) {
+          std::transform(&line[x], &line[x] + kCubeSide, &squares[placeInSector({x, y, z})],
+                         [this](Value value) {
+                           return value < far_ ? static_cast<uint16_t>(value) : kSquaredFar;
+                         });
         }
       }
     }
-    return is_any_near;
+    if (!is_any_near) return nullptr;
+    return squares;
   }
 
   /// Takes another line's values over where they are less, from so many cells aside.
   void lower(Line& line, const Line& other, int32_t aside) const {
     if (std::abs(aside) > reach_) return;
     const auto added = static_cast<Value>(aside * aside);
-    for (int i = 0; i < kSide; ++i) {
+    for (int i = 0; i < kSectorSide; ++i) {
       line[i] = std::min(line[i], static_cast<Value>(other[i] + added));
     }
   }
@@ -175,12 +169,11 @@ class BoxDistances {
   int reach_ = 0;
   Value far_ = 0;  ///< Beyond all that is within reach.
   int32_t window_ = 0;
-  Vec3i first_{};  ///< Of the window, which reaches beyond the box on all sides.
+  Vec3i first_{};  ///< Of the window, which reaches beyond the sector on all sides.
   std::vector<Value> squares_;
   std::vector<int32_t> row_of_;  ///< By y and z of the window; -1: there is none.
   std::vector<Line> rows_;       ///< Lines along x that have surfaces: squared distances to them.
   std::vector<Plane> planes_;
-  std::array<uint16_t, kSide * kSide * kSide> squared_;
 };
 
 }  // namespace dtsdf

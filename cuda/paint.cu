@@ -98,7 +98,7 @@ __device__ void listNearSurface(const PointView& view, const ArrayInView& array,
 #pragma unroll  // reads all before it waits for any
   for (int step = 0; step < kSteps; ++step) {
     const Voxel& voxel = array.voxels[threadIdx.x + step * kArrayThreads];
-    is_near[step] = isNearSurface(view, voxel, view.rules.surface_distance);
+    is_near[step] = isNearSurface(view, voxel);
   }
 #pragma unroll
   for (int step = 0; step < kSteps; ++step) {

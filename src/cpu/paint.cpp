@@ -5,6 +5,7 @@
 
 #include "backend/frame_check.h"
 #include "cpu/prefetch.h"
+#include "cpu/surface_points.h"
 #include "cpu/widest_vectors.h"
 #include "threads/parallel.h"
 
@@ -128,19 +129,25 @@ void Painter::findPoints(const PaintedMap& map, BlockView& block, float* hiding_
   const Vec3f first_voxel_L = firstVoxelOf(entry);
   const bool takes_colour = map.table.takesColour(entry.key);
   block.points.clear();
-  const auto draw = [&](int32_t cell, float depth_m) {
-    hiding_m[cell] = minimum(hiding_m[cell], depth_m);
-  };
+  const int32_t width = cellsFor(view.frame.width);
+  PointBatch batch;
+  SurfacePiece pieces[PointBatch::kMost];
   visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
-    for (int i = 0; i < kVoxelsPerBlock; ++i) {
-      SurfacePoint point;
-      if (!isNearSurface(view, array[i], view.rules.surface_distance) ||
-          !findSurfacePoint(view, first_voxel_L, array, i, direction, point)) {
-        continue;
+    int near[kVoxelsPerBlock];
+    const int near_count = listNearSurface(view, array, near);
+    for (int first = 0; first < near_count; first += PointBatch::kMost) {
+      const int count = std::min(near_count - first, PointBatch::kMost);
+      batch.find(view, first_voxel_L, array, near + first, count, direction);
+      int piece_count = 0;
+      for (int k = 0; k < count; ++k) {
+        const SurfacePoint point = batch.point(k);
+        if (!hasPoint(view, batch.normal(k), direction) || !isInImage(view, point)) continue;
+        const int i = near[first + k];
+        if (hides(view, array, i, direction)) pieces[piece_count++] = pieceOf(view, point);
+        if (!takes_colour || !(point.cosine > 0.0f)) continue;
+        block.points.push_back({static_cast<uint16_t>(direction * kVoxelsPerBlock + i), point});
       }
-      if (hides(view, array, i, direction)) drawSurface(view, point, draw);
-      if (!takes_colour || !(point.cosine > 0.0f)) continue;
-      block.points.push_back({static_cast<uint16_t>(direction * kVoxelsPerBlock + i), point});
+      drawPieces(pieces, piece_count, width, hiding_m);
     }
   });
 }
@@ -152,7 +159,7 @@ void Painter::findPoints(const PaintedMap& map) {
   hiding_m_.resize(threads_);
   std::atomic<size_t> next{0};
   parallelFor(hiding_m_.size(), threads_, [&](size_t part) {
-    hiding_m_[part].assign(static_cast<size_t>(width) * height, kNoSurface_m);
+    hiding_m_[part].assign(static_cast<size_t>(width) * height + kCells, kNoSurface_m);
     for (size_t i = next++; i < blocks_in_view_; i = next++) {
       const size_t ahead = i + hiding_m_.size();  // this thread's next one, most likely
       if (ahead < blocks_in_view_) prefetchBlock(map.table.block(blocks_[ahead].slot), map.voxels);

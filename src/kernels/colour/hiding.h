@@ -36,7 +36,7 @@ DTSDF_HD int32_t cellOf(float px, int32_t cells) {
 /// a surface does not hide it. If the next voxel is in another block, it is taken to be known; the
 /// undirected map has no axis.
 DTSDF_HD bool hides(const PointView& view, const Voxel* voxels, int index, int direction) {
-  if (!isNearSurface(view, voxels[index], view.rules.surface_distance)) return false;
+  if (!isNearSurface(view, voxels[index])) return false;
   if (!view.directional) return true;
   const int axis = directionAxis(direction);
   const bool is_behind = sdfOf(voxels[index]) < 0.0f;
@@ -90,9 +90,10 @@ DTSDF_HD float depthOfPiece(const SurfacePiece& piece, int32_t u, int32_t v) {
   const float du = (static_cast<float>(u) + 0.5f) * kCellSide - piece.u;
   const float dv = (static_cast<float>(v) + 0.5f) * kCellSide - piece.v;
   const float depth_m = depthBeside(piece.plane, du, dv);
-  const bool is_own = u == piece.own_u && v == piece.own_v;
-  if (!is_own && fabsf(depth_m - piece.depth_m) > piece.reach_m) return kNoSurface_m;
-  return minimum(maximum(depth_m, piece.nearest_m), piece.last_m);
+  const bool is_own = (u == piece.own_u) & (v == piece.own_v);
+  const bool is_beside = fabsf(depth_m - piece.depth_m) > piece.reach_m;
+  const float of_piece_m = minimum(maximum(depth_m, piece.nearest_m), piece.last_m);
+  return is_beside & !is_own ? kNoSurface_m : of_piece_m;
 }
 
 /// Calls draw(cell, depth_m) for the cells that the surface of a point covers.

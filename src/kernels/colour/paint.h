@@ -57,7 +57,7 @@ DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& fi
   const ColourSample nothing{0, 0, 0, 0.0f};
   const PointView& view = sensing.view;
   SurfacePoint point;
-  if (!isNearSurface(view, voxels[index], view.rules.surface_distance) ||
+  if (!isNearSurface(view, voxels[index]) ||
       !findSurfacePoint(view, first_voxel_L, voxels, index, direction, point) ||
       !(point.cosine > 0.0f)) {
     return nothing;

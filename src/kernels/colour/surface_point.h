@@ -30,9 +30,10 @@ struct PointView {
   float full_weight_depth_m;  ///< Up to there a view has its full weight.
 };
 
-/// Whether the voxel is known, and so near to its surface. Most are not: a test before the work.
-DTSDF_HD bool isNearSurface(const PointView& view, const Voxel& voxel, float distance) {
-  return evidenceOf(voxel) >= view.least_evidence && fabsf(sdfOf(voxel)) <= distance;
+/// Whether the voxel is known, and near to its surface. Most are not: a test before the work.
+DTSDF_HD bool isNearSurface(const PointView& view, const Voxel& voxel) {
+  return (evidenceOf(voxel) >= view.least_evidence) &
+         (fabsf(sdfOf(voxel)) <= view.rules.surface_distance);
 }
 
 /// How far from the middle of its block a point may be: 7 voxels of the block, and the way to it.

@@ -6,6 +6,8 @@
 
 #include <cmath>
 #include <iostream>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 /// Depth in metres of each pixel, 0 beside the sphere (radius 0.5 m, its centre 2 m ahead).
@@ -24,6 +26,7 @@ std::vector<float> renderSphere(const dtsdf::DepthFrame& frame) {
 }
 
 int main(int argc, char** argv) try {
+  if (argc > 1 && argv[1][0] == '-') throw std::invalid_argument("usage: 02_live [MESH.ply]");
   dtsdf::DepthFrame frame;
   frame.width = 320;
   frame.height = 240;
@@ -44,7 +47,7 @@ int main(int argc, char** argv) try {
     if (result.status != dtsdf::FrameStatus::kFused) std::cerr << result.message << "\n";
     meshes.apply(mapper->updateMesh());
   }
-  const char* path = argc > 1 ? argv[1] : "sphere.ply";
+  const std::string path = argc > 1 ? argv[1] : "sphere.ply";
   dtsdf::saveMesh(meshes.assemble(), dtsdf::MeshColour::kAuto, path);
   std::cout << path << ": " << meshes.triangleCount() << " triangles\n";
 } catch (const std::exception& error) {

@@ -26,6 +26,9 @@ def main(mesh_path, map_path):
 
 
 if __name__ == "__main__":
+    if "--help" in sys.argv:
+        print(__doc__)
+        sys.exit()
     if len(sys.argv) != 3:
         sys.exit(__doc__)
     main(*sys.argv[1:])

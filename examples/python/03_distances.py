@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
 """Which of two straight ways through a room is free for a robot of 0.3 m, and how near it comes."""
+import sys
+
 import numpy
 
 import dtsdf_mapping
@@ -26,4 +28,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    print(__doc__) if "--help" in sys.argv else main()

@@ -51,6 +51,8 @@ def read_map(path):
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
+        sys.exit(__doc__ if "--help" not in sys.argv else print(__doc__))
     the_map = read_map(sys.argv[1])
     known = the_map["evidence"] > 0
     print("voxel size", the_map["settings"]["map/voxel_size_m"])

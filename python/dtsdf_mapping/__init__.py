@@ -12,7 +12,7 @@ __all__ = ["Blocks", "Box", "ColourImage", "DepthImage", "IntegrationResult", "M
 
 try:
     from ._core import (Blocks, Box, ColourImage, DepthImage, IntegrationResult, Mapper, Mesh, Space,
-                        Sphere, cuda_unavailable_reason, recording_formats)
+                        Sphere, __version__, cuda_unavailable_reason, recording_formats)
     from .recordings import Recording, fuse
 except ModuleNotFoundError as _error:
     if _error.name not in (__name__ + "._core", "numpy"):

@@ -2,6 +2,8 @@
 import os
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
+__version__: str
+
 import numpy as np
 
 _Path = Union[str, "os.PathLike[str]"]
@@ -131,7 +133,7 @@ class RecordingOptions:
     def __init__(self, path: _Path, format: str = ..., K: Optional[_Numbers] = ...,
                  units_per_metre: Optional[float] = ..., poses: Optional[_Path] = ...,
                  pose_tolerance_s: float = ..., first: int = ..., last: Optional[int] = ...,
-                 step: int = ...) -> None: ...
+                 step: int = ..., pose_convention: str = ..., skip_bad: bool = ...) -> None: ...
     @property
     def path(self) -> str: ...
     def open_depth(self) -> "DepthImages": ...

@@ -5,21 +5,24 @@ from . import _core
 
 
 class Recording:
-    """A downloaded folder of TUM RGB-D, ICL-NUIM, 7-Scenes, Replica or ScanNet (docs/recordings.md).
+    """A folder of TUM RGB-D, ICL-NUIM, 7-Scenes, Replica, ScanNet or of your own PNGs
+    (docs/recordings.md).
 
     path: the folder. format: one of recording_formats(); by default guessed from what lies there.
     K: 3 x 3 or (fx, fy, cx, cy), in pixels, and units_per_metre of 16-bit depth, in place of the
-    format's. poses: a trajectory in TUM's format in place of the folder's; a pose may be
-    pose_tolerance_s from its image. first, last, step: which depth images, by index, last included.
+    format's. poses: a file or folder with poses in place of the folder's, of pose_convention
+    "optical", "opengl", "body" or "inverted"; a pose may be pose_tolerance_s from its image. first,
+    last, step: which depth images, by index, last included. skip_bad: damaged images are skipped.
 
     Iterating gives DepthImage; colours() gives ColourImage. Images without a pose are skipped and
     counted. Raises RuntimeError, with file and line, for what is missing or malformed.
     """
 
     def __init__(self, path, format="", K=None, units_per_metre=None, poses=None,
-                 pose_tolerance_s=0.02, first=0, last=None, step=1):
+                 pose_tolerance_s=0.02, first=0, last=None, step=1, pose_convention="", skip_bad=False):
         self._options = _core.RecordingOptions(path, format, K, units_per_metre, poses,
-                                               pose_tolerance_s, first, last, step)
+                                               pose_tolerance_s, first, last, step,
+                                               pose_convention, skip_bad)
         self._size = self._options.open_depth().size
         self.skipped = {}
 
@@ -43,8 +46,8 @@ class Recording:
         self.skipped = images.skipped
 
     def colours(self):
-        """The colour images, each a ColourImage, whatever depth images are selected; none if the
-        recording has none."""
+        """The colour images, each a ColourImage, one of each `step`; none if the recording has
+        none."""
         yield from self._options.open_colour() or ()
 
     def images(self, colour=True):

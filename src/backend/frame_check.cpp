@@ -82,10 +82,11 @@ std::optional<FrameProblem> findPoseProblem(const Eigen::Isometry3d& T_W_C, doub
   const double limit_m =
       static_cast<double>(kMaxBlockCoordinate - 2) * kBlockSide * params.map.voxel_size_m;
   if (T_W_C.translation().cwiseAbs().maxCoeff() + reach_m > limit_m) {
-    return problem(FrameStatus::kBadPose,
-                   formatted("the camera is outside the %g m around the map frame's origin that "
-                             "%g m voxels can cover",
-                             limit_m, static_cast<double>(params.map.voxel_size_m)));
+    return problem(
+        FrameStatus::kBadPose,
+        formatted("the camera is outside the %g m around the map frame's origin that "
+                  "%g m voxels can cover; of UTM coordinates, subtract those of the place",
+                  limit_m, static_cast<double>(params.map.voxel_size_m)));
   }
   return std::nullopt;
 }

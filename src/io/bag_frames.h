@@ -17,6 +17,7 @@ struct BagTopics {
   std::string info_topic;    ///< Empty: camera_info beside the depth topic.
   std::string mask_topic;    ///< Masks with the images' stamps; empty: none.
   std::string colour_topic;  ///< Empty: the bag's only topic with images in colour.
+  std::string tf_topic;      ///< Empty: /tf; static ones on this with _static, too.
   std::string imu_topic;     ///< Empty: the bag's only topic of type sensor_msgs/Imu.
 };
 

@@ -15,6 +15,7 @@ namespace dtsdf {
 struct CameraInfo {
   int width = 0, height = 0;          ///< In pixels.
   Intrinsics intrinsics{0, 0, 0, 0};  ///< Of the rectified image.
+  bool is_assumed = false;            ///< Those of a format, which no file of the folder says.
 };
 
 /// Reads size and intrinsics: projection_matrix, which describes the rectified image, or

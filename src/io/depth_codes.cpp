@@ -155,6 +155,7 @@ struct Format {
   std::string encoding;
   std::string code;  ///< Empty, "png" or "rvl", or what nobody knows.
   bool is_depth = false;
+  bool is_file = false;  ///< "16UC1; png compressed ", of the transport `compressed`: no header.
 };
 
 Format parseFormat(const std::string& text) {
@@ -165,9 +166,12 @@ Format parseFormat(const std::string& text) {
     format.is_depth = true;
     return format;
   }
+  format.is_file = text.compare(semicolon, 16, "; png compressed") == 0;
+  format.is_depth = format.is_file && format.encoding != "32FC1";
   const size_t transport = text.find(kTransport, semicolon);
   if (transport == std::string::npos) return format;
   format.is_depth = true;
+  format.is_file = false;
   const std::string rest = text.substr(transport + kTransport.size());
   const size_t begin = rest.find_first_not_of(' ');
   if (begin != std::string::npos) format.code = rest.substr(begin, rest.find_first_of(" ;", begin));
@@ -231,6 +235,10 @@ DecodedDepth decodeCompressedDepth(const std::string& text, const std::vector<ui
   if (!is_float && format.encoding != "16UC1" && format.encoding != "mono16") {
     throw std::runtime_error("compressed depth of encoding '" + printable(format.encoding) +
                              "'; depth must be 16UC1 or 32FC1");
+  }
+  if (format.is_file) {
+    const DepthImage image = decodeDepthPng(data.data(), data.size());
+    return {format.encoding, image.size, bytesOf(image.pixels)};
   }
   const bool is_rvl = isRvl(format);
   constexpr size_t kHeaderBytes = 12, kRvlHeaderBytes = 20;

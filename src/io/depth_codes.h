@@ -60,7 +60,7 @@ struct DecodedDepth {
 };
 
 /// The encoding that a message's format announces ("16UC1; compressedDepth png": "16UC1"), of any
-/// kind; empty if it is no format of compressedDepth.
+/// kind, or that of a 16-bit PNG ("16UC1; png compressed "); empty if it is none of these.
 std::string encodingOfCompressedDepth(const std::string& format);
 
 /// Pixels of the largest image that a map takes, of depth or of colour.

@@ -26,6 +26,7 @@ class FramesReadAhead : public FrameSource {
   std::optional<size_t> size() const override { return source_->size(); }
   std::optional<size_t> posed() const override { return source_->posed(); }
   const std::map<std::string, size_t>& skipped() const override { return source_->skipped(); }
+  std::map<std::string, std::string> problems() const override { return source_->problems(); }
 
   std::optional<SourceFrame> next() override {
     if (ahead_.empty()) return source_->next();

@@ -89,16 +89,13 @@ inline std::string pngBytes(int width, int height, png_uint_32 format, const voi
   png.width = static_cast<png_uint_32>(width);
   png.height = static_cast<png_uint_32>(height);
   png.format = format;
-  png.flags = flags;
-  // Without a place for the bytes it returns how many there are.
-  const auto write = [&](void* bytes, png_alloc_size_t size) {
-    if (png_image_write_to_memory(&png, bytes, &size, 0, pixels, 0, nullptr) == 0) {
-      throw std::runtime_error(std::string("cannot make a PNG image: ") + png.message);
-    }
-    return size;
-  };
-  std::string bytes(write(nullptr, 0), '\0');
-  write(&bytes[0], bytes.size());
+  png.flags = flags | PNG_IMAGE_FLAG_FAST;  // a third of the time
+  std::string bytes(PNG_IMAGE_PNG_SIZE_MAX(png), '\0');
+  png_alloc_size_t size = bytes.size();
+  if (png_image_write_to_memory(&png, &bytes[0], &size, 0, pixels, 0, nullptr) == 0) {
+    throw std::runtime_error(std::string("cannot make a PNG image: ") + png.message);
+  }
+  bytes.resize(size);
   return bytes;
 }
 

@@ -18,10 +18,12 @@ class PrefetchedFrames : public FrameSource {
   std::optional<size_t> size() const override { return size_; }
   std::optional<size_t> posed() const override { return posed_; }
   const std::map<std::string, size_t>& skipped() const override { return skipped_; }
+  std::map<std::string, std::string> problems() const override { return problems_; }
 
   std::optional<SourceFrame> next() override {
     helper_.wait();
     skipped_ = next_skipped_;
+    problems_ = next_problems_;
     if (error_ != nullptr) std::rethrow_exception(error_);
     std::optional<SourceFrame> frame = std::move(next_);
     if (frame) readOne();
@@ -36,6 +38,7 @@ class PrefetchedFrames : public FrameSource {
       try {
         next_ = source_->next();
         next_skipped_ = source_->skipped();
+        next_problems_ = source_->problems();
       } catch (...) {
         error_ = std::current_exception();
       }
@@ -45,6 +48,7 @@ class PrefetchedFrames : public FrameSource {
   const std::unique_ptr<FrameSource> source_;
   const std::optional<size_t> size_, posed_;
   std::map<std::string, size_t> skipped_, next_skipped_;
+  std::map<std::string, std::string> problems_, next_problems_;
   std::optional<SourceFrame> next_;
   std::exception_ptr error_;  ///< Thrown in its turn, and from there on.
   Helper helper_;             ///< Ends before what it works on.

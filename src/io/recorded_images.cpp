@@ -8,6 +8,7 @@
 
 #include "io/colour_codes.h"
 #include "io/depth_codes.h"
+#include "params/printable.h"
 #include "params/text.h"
 
 namespace dtsdf {
@@ -27,6 +28,19 @@ void turnUpsideDown(std::vector<Value>& values, size_t row) {
 /// Of a camera whose images are turned upside down, as its y axis points up.
 Intrinsics turnedUpsideDown(const Intrinsics& K, int height) {
   return {K.fx, -K.fy, K.cx, static_cast<float>(height - 1) - K.cy};
+}
+
+/// Counts an image that cannot be read. @throws std::runtime_error with the cures, if it must not
+/// be.
+void skipBad(bool skip_bad, const std::runtime_error& error, const std::string& kind,
+             std::map<std::string, size_t>& skipped, std::map<std::string, std::string>& problems) {
+  if (!skip_bad) {
+    throw std::runtime_error(errorText(error) + "; --skip-bad skips such images" +
+                             (kind.empty() ? "" : ", colour/enabled=never all in colour"));
+  }
+  const std::string reason = kind + "bad_image";
+  ++skipped[reason];
+  problems.emplace(reason, errorText(error));
 }
 
 class RecordedFrames : public FrameSource {
@@ -59,13 +73,21 @@ class RecordedFrames : public FrameSource {
       const size_t index = next_index_++;
       if (!selection_.contains(index)) continue;
       const ImagePose& pose = images_.poses[index];
-      if (pose.T_W_C) return makeFrame(index, *pose.T_W_C);
-      ++skipped_[pose.missing];
+      if (!pose.T_W_C) {
+        ++skipped_[pose.missing];
+        continue;
+      }
+      try {
+        return makeFrame(index, *pose.T_W_C);
+      } catch (const std::runtime_error& error) {
+        skipBad(images_.skip_bad, error, "", skipped_, problems_);
+      }
     }
     return std::nullopt;
   }
 
   const std::map<std::string, size_t>& skipped() const override { return skipped_; }
+  std::map<std::string, std::string> problems() const override { return problems_; }
 
  private:
   SourceFrame makeFrame(size_t index, const Eigen::Isometry3d& T_W_C) const {
@@ -90,6 +112,7 @@ class RecordedFrames : public FrameSource {
   DepthFrame frame_;  ///< What all frames share.
   size_t next_index_ = 0;
   std::map<std::string, size_t> skipped_;
+  std::map<std::string, std::string> problems_;
 };
 
 bool hasPose(const ImagePose& pose) { return pose.T_W_C.has_value(); }
@@ -98,17 +121,15 @@ std::string describeRange(double first_s, double last_s) {
   return formatted("%.3f to %.3f s", first_s, last_s);
 }
 
-[[noreturn]] void throwNoMatch(const Trajectory& trajectory,
-                               const std::vector<StampedImage>& images) {
-  if (trajectory.poses().empty()) throw std::runtime_error("the list of poses is empty");
+/// Why no image has a pose near its stamp.
+std::string whyNoneNear(const Trajectory& trajectory, const std::vector<StampedImage>& images) {
+  if (trajectory.poses().empty()) return "the list of poses is empty";
   const auto [first, last] = std::minmax_element(
       images.begin(), images.end(),
       [](const StampedImage& a, const StampedImage& b) { return a.stamp_s < b.stamp_s; });
-  throw std::runtime_error(
-      "no depth image has a pose near its stamp: image stamps are " +
-      describeRange(first->stamp_s, last->stamp_s) + ", pose stamps " +
-      describeRange(trajectory.poses().front().stamp_s, trajectory.poses().back().stamp_s) +
-      "; use one clock for both, or raise --pose-tolerance if poses are sparse");
+  return "image stamps are " + describeRange(first->stamp_s, last->stamp_s) + ", pose stamps " +
+         describeRange(trajectory.poses().front().stamp_s, trajectory.poses().back().stamp_s) +
+         "; use one clock for both, or raise --pose-tolerance if poses are sparse";
 }
 
 }  // namespace
@@ -118,7 +139,7 @@ std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
   if (std::none_of(images.poses.begin(), images.poses.end(), hasPose)) {
     throw std::runtime_error("none of the " + std::to_string(images.poses.size()) +
                              " depth images has a pose (" + images.poses.front().missing +
-                             "); give other poses by --poses FILE.tum");
+                             "); give other poses by --poses FILE");
   }
   checkSelection(selection, images.depth.size());
   return std::make_unique<RecordedFrames>(std::move(images), selection);
@@ -126,32 +147,18 @@ std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
 
 std::vector<ImagePose> posesNear(const Trajectory& trajectory,
                                  const std::vector<StampedImage>& images, double tolerance_s) {
-  const std::string missing = noPoseWithin(tolerance_s);
   std::vector<ImagePose> poses;
   poses.reserve(images.size());
   for (const StampedImage& image : images) {
-    poses.push_back({trajectory.poseAt(image.stamp_s, tolerance_s), missing});
+    poses.push_back({trajectory.poseAt(image.stamp_s, tolerance_s), noPoseWithin(tolerance_s)});
   }
-  return poses;
-}
-
-std::vector<ImagePose> posesByStamp(const Trajectory& trajectory,
-                                    const std::vector<StampedImage>& images, double tolerance_s) {
-  std::vector<ImagePose> poses = posesNear(trajectory, images, tolerance_s);
-  if (std::none_of(poses.begin(), poses.end(), hasPose)) throwNoMatch(trajectory, images);
+  if (!images.empty() && std::none_of(poses.begin(), poses.end(), hasPose)) {
+    poses.front().missing += ": " + whyNoneNear(trajectory, images);
+  }
   return poses;
 }
 
 namespace {
-
-RgbImage readOrAdvise(const std::string& path) {
-  try {
-    return readColourImage(path);
-  } catch (const std::runtime_error& error) {
-    throw std::runtime_error(std::string(error.what()) +
-                             "; colour/enabled=never ignores colour images");
-  }
-}
 
 class RecordedColourImages : public ColourSource {
  public:
@@ -174,7 +181,8 @@ class RecordedColourImages : public ColourSource {
         return colour;
       }
       if (problem.empty()) {
-        const auto image = std::make_shared<RgbImage>(readOrAdvise(recorded_.images[index].path));
+        const std::shared_ptr<RgbImage> image = read(recorded_.images[index].path);
+        if (image == nullptr) continue;
         problem = whyNotOfItsCamera(*image);
         if (problem.empty()) {
           SourceColour colour = makeColour(index);
@@ -190,9 +198,22 @@ class RecordedColourImages : public ColourSource {
 
   const std::map<std::string, size_t>& skipped() const override { return skipped_; }
 
+  std::map<std::string, std::string> problems() const override { return problems_; }
+
  private:
+  /// Null if it cannot be read, and may be skipped.
+  std::shared_ptr<RgbImage> read(const std::string& path) {
+    try {
+      return std::make_shared<RgbImage>(readColourImage(path));
+    } catch (const std::runtime_error& error) {
+      skipBad(recorded_.skip_bad, error, "colour images: ", skipped_, problems_);
+    }
+    return nullptr;
+  }
+
   bool isListed(size_t place) const {
     const auto& listed = recorded_.listed;
+    if (!recorded_.selection.containsColour(place)) return false;
     return listed == nullptr || std::binary_search(listed->begin(), listed->end(), place);
   }
 
@@ -236,6 +257,7 @@ class RecordedColourImages : public ColourSource {
   std::vector<size_t> order_;  ///< Of the images, by stamp.
   size_t next_ = 0;            ///< In `order_`.
   std::map<std::string, size_t> skipped_;
+  std::map<std::string, std::string> problems_;
 };
 
 }  // namespace

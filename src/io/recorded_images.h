@@ -31,20 +31,16 @@ struct RecordedImages {
   CameraInfo camera;
   double units_per_metre = 0.0;
   bool poses_only = false;  ///< Images are not decoded.
+  bool skip_bad = false;    ///< Damaged images are skipped.
 };
 
 /// Images are decoded one by one. @throws std::runtime_error if nothing of it has a pose.
 std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
                                                 const FrameSelection& selection);
 
-/// The poses of images by their stamps; there may be none.
+/// The poses of images by their stamps; where there are none, the first says how stamps differ.
 std::vector<ImagePose> posesNear(const Trajectory& trajectory,
                                  const std::vector<StampedImage>& images, double tolerance_s);
-
-/// The same for depth images.
-/// @throws std::runtime_error with the ranges of both stamps, if no image gets any.
-std::vector<ImagePose> posesByStamp(const Trajectory& trajectory,
-                                    const std::vector<StampedImage>& images, double tolerance_s);
 
 /// Whether any of a recording's images is selected; images of a list of its own may be none.
 /// @throws std::runtime_error that says how many there are.
@@ -60,13 +56,16 @@ struct RecordedColours {
   std::vector<ImagePose> poses;      ///< One for each, once they are known.
   std::optional<CameraInfo> camera;  ///< A negative fy turns the images, as RecordedImages says.
   std::string missing_camera;        ///< Why there is none; counted as a reason.
+  FrameSelection selection;          ///< Of depth images; of these, too, one of each step.
   /// The others are not looked at, and not counted; null: all are.
   std::shared_ptr<const std::vector<size_t>> listed;
   bool poses_only = false;  ///< Images are not decoded.
+  bool skip_bad = false;    ///< Damaged images are skipped.
 };
 
 /// By stamp, decoded one by one. What has no pose, no file or another size than the camera is
-/// passed over and counted, as the map does without it; a damaged file is an error.
+/// passed over and counted, as the map does without it; a damaged file is an error, unless
+/// skip_bad.
 std::unique_ptr<ColourSource> openRecordedColours(RecordedColours recorded);
 
 }  // namespace dtsdf

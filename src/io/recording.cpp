@@ -9,8 +9,9 @@
 
 #include "io/depth_codes.h"
 #include "io/formats/folder_format.h"
+#include "io/pose_files.h"
 #include "io/recorded_images.h"
-#include "io/trajectory.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {
@@ -98,10 +99,13 @@ CameraInfo cameraOf(const RecordingOptions& options, const FolderFormat& format,
 std::vector<ImagePose> posesOf(const RecordingOptions& options, const FolderFormat& format,
                                const std::vector<StampedImage>& images) {
   if (options.poses_path.empty()) {
-    return format.findPoses(options.path, images, options.pose_tolerance_s);
+    std::vector<ImagePose> poses = format.findPoses(options.path, images, options.pose_tolerance_s);
+    for (ImagePose& pose : poses) {
+      if (pose.T_W_C) pose.T_W_C = opticalPose(*pose.T_W_C, options.pose_convention);
+    }
+    return poses;
   }
-  return posesByStamp(readTrajectory(options.poses_path, "poses are expected there"), images,
-                      options.pose_tolerance_s);
+  return readPosesOf(options.poses_path, images, options.pose_tolerance_s, options.pose_convention);
 }
 
 /// Where a recording begins; the identity where it does not say.
@@ -126,15 +130,6 @@ std::vector<ImagePose> firstPoseOnly(const RecordingOptions& options, const Fold
   return std::vector<ImagePose>(images.size(), pose);
 }
 
-std::vector<ImagePose> colourPosesOf(const RecordingOptions& options, const FolderFormat& format,
-                                     const std::vector<StampedImage>& images) {
-  if (options.poses_path.empty()) {
-    return format.findColourPoses(options.path, images, options.pose_tolerance_s);
-  }
-  return posesNear(readTrajectory(options.poses_path, "poses are expected there"), images,
-                   options.pose_tolerance_s);
-}
-
 double unitsOf(const RecordingOptions& options, const FolderFormat& format) {
   const double units = options.units_per_metre.value_or(format.unitsPerMetre(options.path));
   if (units > 0.0 && std::isfinite(units)) return units;
@@ -144,8 +139,8 @@ double unitsOf(const RecordingOptions& options, const FolderFormat& format) {
 }  // namespace
 
 const std::vector<FolderFormat>& folderFormats() {
-  static const std::vector<FolderFormat> formats{tumFormat(), iclFormat(), sevenScenesFormat(),
-                                                 replicaFormat(), scanNetFormat()};
+  static const std::vector<FolderFormat> formats{
+      tumFormat(), iclFormat(), sevenScenesFormat(), replicaFormat(), scanNetFormat(), pngFormat()};
   return formats;
 }
 
@@ -175,9 +170,22 @@ std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options) {
   recorded.depth = format.listDepth(options.path);
   recorded.camera = cameraOf(options, format, recorded.depth);
   recorded.poses_only = options.poses_only;
+  recorded.skip_bad = options.skip_bad;
   recorded.poses = options.first_pose_only ? firstPoseOnly(options, format, recorded.depth)
                                            : posesOf(options, format, recorded.depth);
   return openRecordedImages(std::move(recorded), options.selection);
+}
+
+std::string assumptionsOf(const RecordingOptions& options) {
+  const FolderFormat& format = formatOf(options);
+  std::vector<std::string> assumed;
+  if (!options.intrinsics && cameraOf(options, format, format.listDepth(options.path)).is_assumed) {
+    assumed.emplace_back("the camera of the format (--intrinsics)");
+  }
+  if (!options.units_per_metre && !format.has_units) {
+    assumed.push_back(shortestText(unitsOf(options, format)) + " units per metre (--depth-scale)");
+  }
+  return joined(assumed);
 }
 
 std::unique_ptr<ColourSource> openRecordingColours(const RecordingOptions& options) {
@@ -189,9 +197,11 @@ std::unique_ptr<ColourSource> openRecordingColours(const RecordingOptions& optio
   recorded.poses =
       options.first_pose_only
           ? std::vector<ImagePose>(recorded.images.size(), {Eigen::Isometry3d::Identity(), ""})
-          : colourPosesOf(options, format, recorded.images);
+          : posesOf(options, format, recorded.images);
+  recorded.selection = options.selection;
   recorded.listed = options.listed_colours;
   recorded.poses_only = options.poses_only;
+  recorded.skip_bad = options.skip_bad;
   return openRecordedColours(std::move(recorded));
 }
 

@@ -16,7 +16,7 @@ const char* const kAdvice = "a TUM folder has depth.txt, groundtruth.txt and cam
 /// The benchmark's depth images are registered to colour by the driver, not rectified; it advises
 /// the driver's own default numbers for that, without undistortion, for all its cameras
 /// (cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats).
-const CameraInfo kFreiburgCamera{640, 480, {525.0f, 525.0f, 319.5f, 239.5f}};
+const CameraInfo kFreiburgCamera{640, 480, {525.0f, 525.0f, 319.5f, 239.5f}, true};
 
 std::vector<StampedImage> readImageList(const fs::path& path) {
   std::vector<StampedImage> images;
@@ -45,8 +45,29 @@ bool isOfTheBenchmark(const fs::path& folder) {
 
 }  // namespace
 
+std::vector<StampedImage> readAssociations(const std::string& folder, const std::string& kind) {
+  std::vector<StampedImage> images;
+  const fs::path path = fs::path(folder) / "associations.txt";
+  for (const ListLine& line : readList(path.string(), "images are listed there")) {
+    const size_t i = line.words.size() == 4 && line.words[1].rfind(kind, 0) == 0 ? 1 : 3;
+    if (line.words.size() != 4 || line.words[i].rfind(kind, 0) != 0) {
+      throwAt(line, "expected 'stamp depth/FILE stamp rgb/FILE'");
+    }
+    images.push_back({numberAt(line, i - 1), (path.parent_path() / line.words[i]).string()});
+  }
+  if (images.empty()) throw std::runtime_error(path.string() + ": lists no depth image");
+  return images;
+}
+
+bool isTumFolder(const std::string& folder) {
+  const auto has = [&](const char* name) { return fs::is_regular_file(fs::path(folder) / name); };
+  return has("depth.txt") ||
+         (has("associations.txt") && (has("groundtruth.txt") || has("camera_info.yaml")));
+}
+
 std::vector<StampedImage> readTumDepthList(const std::string& folder) {
   const fs::path path = fs::path(folder) / "depth.txt";
+  if (!fs::exists(path) && isTumFolder(folder)) return readAssociations(folder, "depth/");
   std::vector<StampedImage> images = readImageList(path);
   if (images.empty()) throw std::runtime_error(path.string() + ": lists no depth image");
   return images;
@@ -54,7 +75,9 @@ std::vector<StampedImage> readTumDepthList(const std::string& folder) {
 
 std::vector<StampedImage> readTumColourList(const std::string& folder) {
   const fs::path path = fs::path(folder) / "rgb.txt";
-  return fs::exists(path) ? readImageList(path) : std::vector<StampedImage>{};
+  if (fs::exists(path)) return readImageList(path);
+  const bool has_depth_list = fs::exists(fs::path(folder) / "depth.txt");
+  return has_depth_list ? std::vector<StampedImage>{} : readAssociations(folder, "rgb/");
 }
 
 Trajectory readTumTrajectory(const std::string& folder) {

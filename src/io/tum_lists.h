@@ -17,9 +17,16 @@ struct StampedImage {
 // Lines that begin with # are comments.
 // Each throws std::runtime_error for a missing file or a malformed line, with file and line.
 
-/// In the order of depth.txt.
+/// Whether a folder has depth.txt; or associations.txt and poses or a camera, as ORB-SLAM's users
+/// have it, not ICL-NUIM.
+bool isTumFolder(const std::string& folder);
+/// Of "0 depth/0.png 0 rgb/0.png" in each line of associations.txt, in either order, the image
+/// whose file begins with `kind`; at least one.
+std::vector<StampedImage> readAssociations(const std::string& folder, const std::string& kind);
+
+/// In the order of depth.txt, or else of associations.txt.
 std::vector<StampedImage> readTumDepthList(const std::string& folder);
-/// In the order of rgb.txt; empty where there is none.
+/// In the order of rgb.txt, or else of associations.txt; empty where there is none.
 std::vector<StampedImage> readTumColourList(const std::string& folder);
 /// groundtruth.txt: optical frame to map frame.
 Trajectory readTumTrajectory(const std::string& folder);

@@ -25,11 +25,12 @@ constexpr int kPairs = 8, kMajority = 7;
 constexpr const char* kDoubts[] = {
     "",
     "poses fit far better as those of the camera's body: its x axis seems to point forward, but z "
-    "must; give poses of the optical frame (in the driver, or by input/camera_frame), then clear "
-    "the map",
+    "must; give poses of the optical frame (in the driver, by input/camera_frame, or reconstruct "
+    "--pose-convention body), then clear the map",
     "poses fit far better as those of OpenGL, with y up and z backwards: multiply each from the "
-    "right by diag(1, -1, -1, 1)",
-    "poses fit far better as those from the map to the camera: invert each"};
+    "right by diag(1, -1, -1, 1), or give reconstruct --pose-convention opengl",
+    "poses fit far better as those from the map to the camera: invert each, or give reconstruct "
+    "--pose-convention inverted"};
 
 /// To the axes of the optical frame from those that the poses are of.
 Eigen::Isometry3d axesOf(size_t way) {

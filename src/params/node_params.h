@@ -36,7 +36,7 @@ struct InputParams {
   std::string camera_frame;     ///< Camera's optical frame; empty: the frame_id of the images.
   int queue_size = 30;          ///< Images of one kind of a camera that may wait in the node.
   int queue_mb = 256;           ///< Memory that images may take while they wait, over all.
-  double tf_timeout_s = 1.0;    ///< Wall time that a frame waits for its transform at most.
+  double tf_timeout_s = 1.0;    ///< That a frame waits for its transform at most.
   float unit_16uc1_m = 0.001f;  ///< Metres per unit of a 16UC1 image.
   float unit_32fc1_m = 1.0f;    ///< Metres per unit of a 32FC1 image.
   DepthChoice depth = DepthChoice::kAxis;

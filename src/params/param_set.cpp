@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <sstream>
 
 #include "params/printable.h"
 #include "params/setting_unit.h"
@@ -186,12 +188,19 @@ void ParamReader::operator()(const std::string& key, std::string& member) {
 void ParamReader::operator()(const std::string& key, std::vector<std::string>& member) {
   const ParamValue* value = find(key);
   if (value == nullptr) return;
-  const auto* names = std::get_if<std::vector<std::string>>(value);
-  if (names == nullptr) {
+  if (const auto* names = std::get_if<std::vector<std::string>>(value)) {
+    member = *names;
+    return;
+  }
+  const auto* text = std::get_if<std::string>(value);  // of a command line of ROS
+  if (text == nullptr || text->size() < 2 || text->front() != '[' || text->back() != ']') {
     addViolation(key, "must be a list of names, as in [front, rear]");
     return;
   }
-  member = *names;
+  std::string words = text->substr(1, text->size() - 2);
+  std::replace(words.begin(), words.end(), ',', ' ');
+  std::istringstream in(words);
+  member.assign(std::istream_iterator<std::string>(in), std::istream_iterator<std::string>());
 }
 
 void ParamReader::finish() {

@@ -39,7 +39,7 @@ using ColourImages = Images<ColourSource>;
 RecordingOptions optionsOf(const py::object& path, const std::string& format, const py::object& K,
                            std::optional<double> units_per_metre, const py::object& poses,
                            double pose_tolerance_s, size_t first, std::optional<size_t> last,
-                           size_t step) {
+                           size_t step, const std::string& pose_convention, bool skip_bad) {
   if (step == 0) throw py::value_error("step must be at least 1");
   RecordingOptions options;
   options.path = pathOf(path);
@@ -51,6 +51,8 @@ RecordingOptions optionsOf(const py::object& path, const std::string& format, co
   options.selection.first = first;
   if (last) options.selection.last = *last;
   options.selection.step = step;
+  options.pose_convention = pose_convention;
+  options.skip_bad = skip_bad;
   return options;
 }
 
@@ -151,7 +153,7 @@ void bindRecording(py::module& m) {
       .def(py::init(&optionsOf), py::arg("path"), py::arg("format") = "", py::arg("K") = py::none(),
            py::arg("units_per_metre") = py::none(), py::arg("poses") = py::none(),
            py::arg("pose_tolerance_s") = 0.02, py::arg("first") = 0, py::arg("last") = py::none(),
-           py::arg("step") = 1)
+           py::arg("step") = 1, py::arg("pose_convention") = "", py::arg("skip_bad") = false)
       .def_readonly("path", &RecordingOptions::path)
       .def("open_depth", &openDepth)
       .def("open_colour", &openColour);

@@ -7,6 +7,7 @@
 namespace py = pybind11;
 
 PYBIND11_MODULE(_core, m) {
+  m.attr("__version__") = DTSDF_VERSION;
   m.doc() = "The compiled part of dtsdf_mapping; import dtsdf_mapping instead.";
   py::register_exception_translator([](std::exception_ptr pointer) {
     try {

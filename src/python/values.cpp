@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <new>
 
 #include "dtsdf_mapping/io/yaml_params.h"
 
@@ -23,7 +24,10 @@ Doubles numbersOf(const py::object& values, const std::string& wanted) {
   if (kind != 'f' && kind != 'i' && kind != 'u') {
     throw py::type_error(wanted + "; this is " + describe(array));
   }
-  return Doubles::ensure(array);
+  const Doubles numbers = Doubles::ensure(array);
+  if (numbers) return numbers;
+  PyErr_Clear();
+  throw std::bad_alloc();
 }
 
 [[noreturn]] void refuseShape(const std::string& wanted, const py::array& array) {
@@ -245,7 +249,9 @@ ParamValue valueOf(const std::string& key, py::handle value) {
   if (py::isinstance<py::str>(value)) return value.cast<std::string>();
   if (typeName(value).rfind("numpy.bool", 0) == 0) return PyObject_IsTrue(value.ptr()) == 1;
   if (PyIndex_Check(value.ptr())) {
-    return wholeNumberOf(key, py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr())));
+    const auto index = py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr()));
+    if (!index) throw py::error_already_set();
+    return wholeNumberOf(key, index);
   }
   if (PyNumber_Check(value.ptr())) {
     const double number = PyFloat_AsDouble(value.ptr());
@@ -261,6 +267,10 @@ void addDict(const py::dict& settings, const std::string& section, ParamTree& tr
       throw py::type_error("the keys of settings must be strings such as \"map/voxel_size_m\"");
     }
     const std::string key = section + name.cast<std::string>();
+    constexpr std::ptrdiff_t kDeepest = 10;  // deeper than any setting: a dict that holds itself
+    if (std::count(section.begin(), section.end(), '/') > kDeepest) {
+      throw py::value_error("dicts of settings are nested more than 10 deep");
+    }
     if (py::isinstance<py::dict>(value)) {
       addDict(py::reinterpret_borrow<py::dict>(value), key + "/", tree);
     } else {

@@ -12,6 +12,7 @@
 #include "io/depth_codes.h"
 #include "io/trajectory.h"
 #include "params/text.h"
+#include "program/progress_bar.h"
 #include "program/run_program.h"
 #include "program/stopwatch.h"
 #include "tools/map_tool.h"
@@ -88,6 +89,7 @@ std::vector<double> renderInto(const std::string& folder, const RenderCamera& ca
   RenderedView view;
   std::vector<double> times_ms;
   std::string depth_list, colour_list;
+  ProgressBar progress("views", poses.size());
   for (const StampedPose& pose : poses) {
     const std::string name = formatted("%06zu.png", times_ms.size());
     const Stopwatch watch;
@@ -100,6 +102,7 @@ std::vector<double> renderInto(const std::string& folder, const RenderCamera& ca
     depth_list += write("depth", encodeDepthPng(depthImageOf(view)));
     write("normals", encodeColourPng(normalImageOf(view)));
     if (!view.colours.empty()) colour_list += write("rgb", encodeColourPng(colourImageOf(view)));
+    progress.show(times_ms.size());
   }
   writeFileAtomically(folder + "/depth.txt", depth_list);
   if (!colour_list.empty()) writeFileAtomically(folder + "/rgb.txt", colour_list);

@@ -160,6 +160,22 @@ void checkLosses(const ReconstructionResult& result, const Mapper& mapper) {
                            "; what is saved is without them");
 }
 
+/// Most of a recording has to be in its map. @throws std::runtime_error unless gaps are allowed
+void requireMost(size_t usable, size_t images, const ReconstructOptions& options,
+                 const std::string& what) {
+  if (options.allow_gaps || 2 * usable >= images) return;
+  throw std::runtime_error("only " + std::to_string(usable) + " of " + std::to_string(images) +
+                           " images " + what + "; --allow-gaps accepts that");
+}
+
+size_t depthImages(const ReconstructionResult& result) {
+  size_t sum = result.frames;
+  for (const auto& [reason, count] : result.skipped) {
+    if (reason.rfind("colour images: ", 0) != 0) sum += count;
+  }
+  return sum;
+}
+
 /// Saves and prints what a run has made.
 void saveAll(ReconstructionResult& result, Mapper& mapper, MapOrigin origin,
              const MapperParams& params, const ReconstructOptions& options,
@@ -307,6 +323,9 @@ void run(ReconstructOptions options) {
     params = settingsWith(loaded->head(), settings);
   }
   auto frames = options.only.empty() ? openAndLook(options, settings, "reconstruct") : nullptr;
+  if (frames && frames->posed() && frames->size()) {
+    requireMost(*frames->posed(), *frames->size(), options, "have a pose");
+  }
   const MapOrigin origin = originOf(options, settings, loaded ? &loaded->head() : nullptr);
   std::optional<BoxRun> box = prepareBox(options, settings, loaded.get(), params.map, origin);
   if (box) frames = openFrames(options, settings.params.node);
@@ -335,6 +354,7 @@ void run(ReconstructOptions options) {
   }
   if (box) checkBox(result);
   saveAll(result, *mapper, origin, params, options, box ? &box->box : nullptr);
+  if (!box) requireMost(result.frames, depthImages(result), options, "were fused, and are saved");
 }
 
 }  // namespace

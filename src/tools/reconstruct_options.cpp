@@ -85,6 +85,9 @@ ReconstructOptions parseReconstructOptions(const std::vector<std::string>& argum
   addInputOptions(line, options);
   addReadingOptions(line, options);
   addFrameOptions(line, options);
+  line.addFlag("--allow-gaps",
+               "exit code 0 also if fewer than half of the images have a pose or are fused",
+               options.allow_gaps);
   line.beginGroup("Settings");
   addMapperOptions(line, options);
   addPoseOptions(line, options);

@@ -13,6 +13,7 @@ struct ReconstructOptions : InputOptions {
   std::string mesh_path;          ///< Empty: only the map is saved.
   double simplify_error_m = 0.0;  ///< Of the mesh that is saved; 0: all triangles.
   std::string load_map_path;      ///< Empty: the run begins with an empty map.
+  bool allow_gaps = false;        ///< Fewer than half of the images may be usable.
   std::string poses_frame;        ///< Of a journal's --poses; empty: its map frame.
   std::string trajectory_path;    ///< Empty: the poses are not saved.
   std::string only;               ///< Text of a box; empty: all of space.

@@ -83,7 +83,9 @@ class Reconstruction {
 
   size_t framesNotFused() const { return frames_seen_ - result_.frames; }
 
-  ReconstructionResult finish(const std::map<std::string, size_t>& skipped_by_source) {
+  ReconstructionResult finish(const std::map<std::string, size_t>& skipped_by_source,
+                              std::map<std::string, std::string> problems = {}) {
+    result_.problems.merge(problems);
     for (const auto& [reason, count] : skipped_by_source) result_.skipped[reason] += count;
     const auto refined = static_cast<double>(std::max<size_t>(1, result_.shift_mm.size()));
     result_.on_surfaces_before /= refined;
@@ -253,11 +255,13 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, con
   }
   if (input.box != nullptr) images.takeUpTo(input.box->last_stamp_s, true, paint);
   std::map<std::string, size_t> skipped = input.depth.skipped();
+  std::map<std::string, std::string> problems = input.depth.problems();
   if (input.colour != nullptr) {
     for (const auto& [reason, count] : input.colour->skipped()) skipped[reason] += count;
+    problems.merge(input.colour->problems());
     if (images.leftOut() > 0) skipped["colour images: over_rate"] = images.leftOut();
   }
-  return reconstruction.finish(skipped);
+  return reconstruction.finish(skipped, problems);
 }
 
 ReconstructionResult reconstruct(JournalReplay& journal, Mapper& mapper, const MapParams& map,

@@ -72,6 +72,7 @@ class ChangedFrames : public FrameSource {
   std::optional<size_t> size() const override { return source_->size(); }
   std::optional<size_t> posed() const override { return source_->posed(); }
   const std::map<std::string, size_t>& skipped() const override { return source_->skipped(); }
+  std::map<std::string, std::string> problems() const override { return source_->problems(); }
 
   std::optional<SourceFrame> next() override {
     std::optional<SourceFrame> frame = source_->next();
@@ -124,6 +125,9 @@ std::unique_ptr<FrameSource> openAndLook(const InputOptions& options, const RunS
   Inspection found;
   auto source = inspect(openFrames(options, settings.params.node), kFramesLookedAt, found);
   std::printf("%s: %s\n", options.recording.format.c_str(), describe(found).c_str());
+  const bool is_folder = options.recording.format != "bag";
+  const std::string assumed = is_folder ? assumptionsOf(options.recording) : "";
+  if (!assumed.empty()) std::printf("assumed: %s\n", assumed.c_str());
   static_cast<void>(std::fflush(stdout));  // now, wherever it goes
   const FusionParams& fusion = settings.params.mapper.fusion;
   for (const std::string& doubt : warningsAbout(found, static_cast<double>(fusion.min_depth_m),
@@ -169,6 +173,7 @@ class LevelledColours : public ColourSource {
       : source_(std::move(source)), T_W_M_(T_W_M) {}
 
   const std::map<std::string, size_t>& skipped() const override { return source_->skipped(); }
+  std::map<std::string, std::string> problems() const override { return source_->problems(); }
 
   std::optional<SourceColour> next() override {
     std::optional<SourceColour> image = source_->next();

@@ -8,6 +8,7 @@
 #include "backend/rules.h"
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/io/yaml_params.h"
+#include "io/pose_files.h"
 #include "params/node_params.h"
 #include "params/setting_unit.h"
 #include "params/text.h"
@@ -131,7 +132,7 @@ void addTumOption(CommandLine& line, RunOptions& options) {
 void addFolderOptions(CommandLine& line, RunOptions& options) {
   line.add({"--depth-scale", "UNITS",
             "units per metre of a folder's 16-bit images (default: tum and icl 5000, 7scenes and "
-            "scannet 1000, replica as in cam_params.json)"},
+            "scannet and png 1000, replica as in cam_params.json)"},
            [&](const std::string& value) {
              options.recording.units_per_metre = readNumber(value, {kAboveZero, kUnbounded});
            });
@@ -263,10 +264,21 @@ void addReadingOptions(CommandLine& line, InputOptions& options) {
             "folder's images, for cameras whose y axis points up"},
            [&](const std::string& value) { recording.intrinsics = parseIntrinsics(value); });
   line.addText({"--poses", "FILE",
-                "poses to use instead of the recording's: `stamp tx ty tz qx qy qz qw` per line, "
-                "camera to world, in metres; images without stamps use their number. Of a journal: "
-                "corrected poses of some of its images; the rest are interpolated"},
+                "poses to use instead of the recording's, in metres: `stamp tx ty tz qx qy qz qw` "
+                "per line (TUM), or for folders 12 (KITTI) or 16 numbers, Open3D's trajectory.log, "
+                "COLMAP's images.txt, transforms.json, or a folder of 4 x 4 matrices. Of a "
+                "journal: corrected poses of some of its images; the rest are interpolated"},
                recording.poses_path);
+  line.add({"--pose-convention", "optical|opengl|body|inverted",
+            "what poses are of: camera with z forward, with y up and z backwards, with x forward "
+            "and z up, or from map to camera (default: inverted for COLMAP, opengl for "
+            "transforms.json, else optical)"},
+           [&](const std::string& value) {
+             opticalPose(Eigen::Isometry3d::Identity(), value);  // throws
+             recording.pose_convention = value;
+           });
+  line.addFlag("--skip-bad", "skip images that cannot be decoded, and count them",
+               recording.skip_bad);
   addFolderOptions(line, options);
   line.addText({"--depth-topic", "T", "a bag's depth images (default: the only such topic)"},
                options.depth_topic);
@@ -280,6 +292,8 @@ void addReadingOptions(CommandLine& line, InputOptions& options) {
                 "a bag's colour images, with camera_info beside them (default: the only such "
                 "topic)"},
                options.colour_topic);
+  line.addText({"--tf-topic", "T", "a bag's transforms, with T_static (default: /tf)"},
+               options.tf_topic);
   line.addText({"--imu-topic", "T",
                 "a bag's sensor_msgs/Imu for map/level: imu (default: the only such topic)"},
                options.imu_topic);
@@ -297,11 +311,9 @@ void checkReadingOptions(const InputOptions& options) {
     throw UsageError("--intrinsics: a negative FY is for folders, and " + read_as);
   }
   const std::pair<const char*, const std::string&> topics[] = {
-      {"--depth-topic", options.depth_topic},
-      {"--info-topic", options.info_topic},
-      {"--mask-topic", options.mask_topic},
-      {"--color-topic", options.colour_topic},
-      {"--imu-topic", options.imu_topic}};
+      {"--depth-topic", options.depth_topic}, {"--info-topic", options.info_topic},
+      {"--mask-topic", options.mask_topic},   {"--color-topic", options.colour_topic},
+      {"--tf-topic", options.tf_topic},       {"--imu-topic", options.imu_topic}};
   for (const auto& [option, topic] : topics) {
     if (!is_bag && !topic.empty()) {
       throw UsageError(std::string(option) + " is for bags, and " + read_as);

@@ -76,6 +76,22 @@ class WrongArguments(unittest.TestCase):
         with self.assertRaisesRegex(RuntimeError, "missing.yaml"):
             dtsdf_mapping.Mapper("cpu", "/missing.yaml")
 
+    def test_settings_of_odd_kinds(self):
+        class Odd:
+            def __index__(self):
+                raise ZeroDivisionError("odd")
+        endless = {}
+        endless["map"] = endless
+        deep = {}
+        for _ in range(100000):
+            deep = {"a": deep}
+        for settings in (endless, deep):
+            with self.assertRaisesRegex(ValueError, "nested"):
+                dtsdf_mapping.Mapper(settings)
+        with self.assertRaises(ZeroDivisionError):
+            dtsdf_mapping.Mapper(threads=Odd())
+        self.assertRegex(dtsdf_mapping.__version__, r"^\d+\.\d+\.\d+$")
+
     def test_files(self):
         with self.assertRaisesRegex(RuntimeError, "missing.dtsdf"):
             dtsdf_mapping.Mapper.load("/missing.dtsdf")

@@ -146,6 +146,48 @@ TEST_F(CompressedBag, NamesWhatThereIsInsteadOfAWrongName) {
       << error();
 }
 
+/// Each reason comes with a sentence, and each lack with the option that helps.
+TEST_F(CompressedBag, NamesWhatHelps) {
+  const auto error = [&] { return errorOf([&] { read(); }); };
+  bag_.write("/d64", headerOf(0).stamp,
+             makeImageMessage(headerOf(0), "64FC1", 2, 1, std::vector<uint8_t>(16)));
+  EXPECT_NE(error().find("its images are on '/camera/rgb/image_rect_color/compressed' (bgr8; jpeg "
+                         "compressed bgr8), '/d64' (64FC1)"),
+            std::string::npos)
+      << error();
+  options_.depth_topic = "/d64";
+  EXPECT_NE(error().find("--info-topic"), std::string::npos) << error();
+  options_.info_topic = "/camera/depth/camera_info";
+  EXPECT_TRUE(read().empty());
+  EXPECT_NE(source_->problems().at("bad_encoding").find("'64FC1'"), std::string::npos);
+}
+
+TEST_F(CompressedBag, SixteenBitsMayBeAPngOfTheTransportCompressed) {
+  for (int i = 0; i < kFrames; ++i) {
+    sensor_msgs::CompressedImage image = compressedOf(0);
+    image.header = headerOf(i);
+    image.format = "16UC1; png compressed ";
+    image.data = compressPng(depthOf(i), {});
+    bag_.write(kTopic + "/compressed", image.header.stamp, image);
+  }
+  expectFrames(read());
+}
+
+TEST_F(CompressedBag, TransformsMayBeOnAnotherTopic) {
+  const std::string path = folder_ / "b.bag";
+  rosbag::Bag bag(path, rosbag::bagmode::Write);
+  bag.write("/camera/depth/camera_info", headerOf(0).stamp,
+            makeCameraInfo(rawOf(0), {10.0f, 10.0f, 3.5f, 2.5f}));
+  bag.write(kTopic, headerOf(0).stamp, rawOf(0));
+  bag.write("/robot1/tf", headerOf(0).stamp, shiftOf("camera", 0.0, headerOf(0).stamp));
+  bag.close();
+  options_.path = path;
+  EXPECT_NE(errorOf([&] { openBagFrames(options_)->next(); }).find("--tf-topic /robot1/tf"),
+            std::string::npos);
+  options_.tf_topic = "/robot1/tf";
+  EXPECT_TRUE(openBagFrames(options_)->next());
+}
+
 TEST_F(CompressedBag, MasksTakeMeasurementsAway) {
   writeCompressed();
   for (int i = 0; i < 2; ++i) {  // the last image has none

@@ -46,12 +46,14 @@ TEST_F(RunClockTest, BeginsAnewAfterAStandOfSimulatedTime) {
 }
 
 PublishedTopics published;
+std::string publisher;
 
 /// The status of one camera, moment by moment.
 class InputStatusTest : public testing::Test {
  protected:
   InputStatusTest() {
     published = {};
+    publisher.clear();
     input_.now = ros::Time(100.0);
     input_.streams.resize(1);
     depth().image_topic = "/camera/depth/image_rect";
@@ -88,9 +90,34 @@ class InputStatusTest : public testing::Test {
   }
 
   InputReport input_;
-  InputStatus input_status_{5.0, [] { return published; }};
+  InputStatus input_status_{5.0, [] { return published; },
+                            [](const std::string&) { return publisher; }};
   MapStatus status_;
 };
+
+TEST_F(InputStatusTest, TellsWhoCannotBeReachedFromWhoIsNotThere) {
+  input_.at = SteadyTime(std::chrono::seconds(1000));
+  publisher = "/play on host robot123";
+  EXPECT_EQ(update().message.find("robot123"), std::string::npos) << "it may still connect";
+  for (int i = 0; i < 5; ++i) update();
+  EXPECT_EQ(status_.code, MapStatus::NO_IMAGES);
+  EXPECT_NE(status_.message.find("published by /play on host robot123, which cannot be reached"),
+            std::string::npos);
+}
+
+TEST_F(InputStatusTest, SaysWhereColourIsThoughNobodyRequiresIt) {
+  input_.streams.resize(2);
+  input_.streams[1].is_colour = true;
+  input_.streams[1].image_topic = "/rgb";
+  published.colour = {"/rgb/compressed"};
+  for (int i = 0; i < 12; ++i) {
+    fuse(1);
+    update();
+  }
+  EXPECT_EQ(status_.level, MapStatus::OK);
+  EXPECT_EQ(status_.code, MapStatus::NO_COLOUR);
+  EXPECT_NE(status_.message.find("color_image_transport:=compressed"), std::string::npos);
+}
 
 /// The page of the sentences: one for each code.
 TEST_F(InputStatusTest, SaysStepByStepWhatIsMissing) {
@@ -101,7 +128,7 @@ TEST_F(InputStatusTest, SaysStepByStepWhatIsMissing) {
   expect(MapStatus::WARN, MapStatus::NO_IMAGES,
          "no depth image received on '/camera/depth/image_rect': it has no publisher; depth is "
          "published on '/a' and '/b'");
-  published.depth = published.only_compressed = {depth().image_topic};
+  published.depth = {depth().image_topic + "/compressedDepth"};
   expect(MapStatus::WARN, MapStatus::NO_IMAGES,
          "no depth image received on '/camera/depth/image_rect': it is published as "
          "sensor_msgs/CompressedImage; set image_transport:=compressedDepth");

@@ -27,6 +27,7 @@ TEST(OutputPath, LiesUnderTheOutputDirectory) {
   EXPECT_EQ(resolve(root, root + "/mesh.ply"), root + "/mesh.ply");
   EXPECT_EQ(resolve(root + "/not/there/yet", "mesh.ply"), root + "/not/there/yet/mesh.ply");
   EXPECT_EQ(resolveOutputPath(root, "a.dtsdf", {".dtsdf"}), root + "/a.dtsdf");
+  EXPECT_EQ(resolveOutputPath(root, "/elsewhere/a.dtsdf", {".dtsdf"}, true), "/elsewhere/a.dtsdf");
 }
 
 TEST(OutputPath, StartsAtTheHomeFolderOnRequest) {

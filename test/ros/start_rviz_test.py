@@ -32,7 +32,7 @@ class StartRviz(unittest.TestCase):
         return next(d for d in manager["Displays"] if d.get("Name") == name)
 
     def test_topics_are_those_in_use(self):
-        manager = self.adapt("/robot/mapper", "/front/depth/image_raw", "odom", [])
+        manager = self.adapt("/robot/mapper", "/front/depth/image_raw", "compressedDepth", "odom", [])
         self.assertEqual(self.display(manager, "Depth")["Image Topic"], "/front/depth/image_raw")
         self.assertEqual(self.display(manager, "Mesh")["Marker Topic"], "/robot/mapper/mesh")
         self.assertEqual(self.display(manager, "Surface points")["Topic"],
@@ -41,7 +41,7 @@ class StartRviz(unittest.TestCase):
 
     def test_each_display_has_a_configuration_of_its_own(self):
         self.config = self.read("blocks")
-        mesh = self.display(self.adapt("/robot/mapper", "/d", "odom", []), "Mesh")
+        mesh = self.display(self.adapt("/robot/mapper", "/d", "raw", "odom", []), "Mesh")
         self.assertEqual(mesh["Class"], "dtsdf_mapping/MeshBlocks")
         self.assertEqual(mesh["Topic"], "/robot/mapper/mesh_blocks")
         self.assertEqual(start_rviz.config_of(__file__, "blocks"), __file__)
@@ -69,13 +69,13 @@ class StartRviz(unittest.TestCase):
                          [(500.0, -500.0, 0.0), (504.0, -499.0, 2.0)])
 
     def test_the_view_is_where_the_mesh_is(self):
-        view = self.adapt("/mapping", "/d", "map", [(1, 2, 3), (3, 2, 3)])["Views"]["Current"]
+        view = self.adapt("/mapping", "/d", "raw", "map", [(1, 2, 3), (3, 2, 3)])["Views"]["Current"]
         self.assertEqual(view["Focal Point"], {"X": 2.0, "Y": 2.0, "Z": 3.0})
         self.assertAlmostEqual(view["Distance"], 2.5)
 
     def test_without_a_mesh_the_view_stays(self):
         before = dict(self.config["Visualization Manager"]["Views"]["Current"])
-        self.assertEqual(self.adapt("/mapping", "/d", "map", [])["Views"]["Current"], before)
+        self.assertEqual(self.adapt("/mapping", "/d", "raw", "map", [])["Views"]["Current"], before)
 
 
 if __name__ == "__main__":

@@ -30,6 +30,9 @@ class ColourSource {
 
   /// Images skipped so far, by reason.
   virtual const std::map<std::string, size_t>& skipped() const = 0;
+
+  /// What is known of the first image skipped for a reason, in a sentence.
+  virtual std::map<std::string, std::string> problems() const { return {}; }
 };
 
 }  // namespace dtsdf

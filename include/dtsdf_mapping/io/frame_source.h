@@ -36,6 +36,8 @@ struct FrameSelection {
     return index >= first && index <= last && (index - first) % step == 0 &&
            (listed == nullptr || std::binary_search(listed->begin(), listed->end(), index));
   }
+  /// Whether a colour image is, by its place: of each `step` images one.
+  bool containsColour(size_t index) const { return index % step == first % step; }
   /// How many of a recording's `total` images are selected.
   size_t countIn(size_t total) const {
     if (listed != nullptr) {
@@ -66,6 +68,9 @@ class FrameSource {
 
   /// Frames skipped so far, by reason ("no pose within 20 ms").
   virtual const std::map<std::string, size_t>& skipped() const = 0;
+
+  /// What is known of the first frame skipped for a reason, in a sentence.
+  virtual std::map<std::string, std::string> problems() const { return {}; }
 };
 
 }  // namespace dtsdf

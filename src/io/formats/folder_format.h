@@ -20,7 +20,8 @@ struct FolderFormat {
   /// stamp.
   std::vector<StampedImage> (*listDepth)(const std::filesystem::path& folder);
 
-  /// One pose for each image. The tolerance is for layouts that match by stamps.
+  /// One pose for each image, of depth or of colour. The tolerance is for layouts that match by
+  /// stamps.
   std::vector<ImagePose> (*findPoses)(const std::filesystem::path& folder,
                                       const std::vector<StampedImage>& images, double tolerance_s);
 
@@ -34,13 +35,10 @@ struct FolderFormat {
   RecordedColours (*findColours)(const std::filesystem::path& folder,
                                  const CameraInfo& depth_camera);
 
-  /// Their poses.
-  std::vector<ImagePose> (*findColourPoses)(const std::filesystem::path& folder,
-                                            const std::vector<StampedImage>& images,
-                                            double tolerance_s);
+  bool has_units = false;  ///< Its files have the units.
 };
 
-/// The table. A folder belongs to one of them at most.
+/// The table. A folder is of the first that it belongs to.
 const std::vector<FolderFormat>& folderFormats();
 
 // Its rows, each in a file of its own.
@@ -49,5 +47,6 @@ FolderFormat iclFormat();
 FolderFormat sevenScenesFormat();
 FolderFormat replicaFormat();
 FolderFormat scanNetFormat();
+FolderFormat pngFormat();
 
 }  // namespace dtsdf

@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "io/formats/folder_format.h"
-#include "io/text_file.h"
 #include "io/trajectory.h"
+#include "io/tum_lists.h"
 #include "params/text.h"
 
 namespace dtsdf {
@@ -16,34 +16,16 @@ namespace icl {
 
 namespace fs = std::filesystem;
 
-const CameraInfo kRenderer{640, 480, {481.2f, -480.0f, 319.5f, 239.5f}};
+const CameraInfo kRenderer{640, 480, {481.2f, -480.0f, 319.5f, 239.5f}, true};
 const std::string kPosesEnding = ".gt.freiburg";
 
 bool isIcl(const fs::path& folder) {
-  return fs::is_regular_file(folder / "associations.txt") &&
-         !fs::exists(folder / "depth.txt");  // others keep such a list in a TUM folder
+  return fs::is_regular_file(folder / "associations.txt") && !isTumFolder(folder.string());
 }
 
-/// Of "0 depth/0.png 0 rgb/0.png", in either order, the image whose file begins with `kind`.
-StampedImage imageOf(const ListLine& line, const fs::path& folder, const std::string& kind) {
-  for (const size_t i : {size_t{1}, size_t{3}}) {
-    if (line.words.size() != 4 || line.words[i].rfind(kind, 0) != 0) continue;
-    return {numberAt(line, i - 1), (folder / line.words[i]).string()};
-  }
-  throwAt(line, "expected 'number depth/FILE number rgb/FILE'");
+std::vector<StampedImage> listDepth(const fs::path& folder) {
+  return readAssociations(folder.string(), "depth/");
 }
-
-std::vector<StampedImage> listImages(const fs::path& folder, const std::string& kind) {
-  const std::string path = (folder / "associations.txt").string();
-  std::vector<StampedImage> images;
-  for (const ListLine& line : readList(path, "ICL-NUIM lists its images there")) {
-    images.push_back(imageOf(line, folder, kind));
-  }
-  if (images.empty()) throw std::runtime_error(path + ": lists no depth image");
-  return images;
-}
-
-std::vector<StampedImage> listDepth(const fs::path& folder) { return listImages(folder, "depth/"); }
 
 std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,
                                  double) {
@@ -71,7 +53,7 @@ double unitsPerMetre(const fs::path&) { return 5000.0; }
 
 RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_camera) {
   RecordedColours colours;
-  colours.images = listImages(folder, "rgb/");
+  colours.images = readAssociations(folder.string(), "rgb/");
   colours.camera = depth_camera;
   return colours;
 }
@@ -80,8 +62,8 @@ RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_came
 
 FolderFormat iclFormat() {
   using namespace icl;
-  return {"icl",      "associations.txt", isIcl,       listDepth, findPoses,
-          readCamera, unitsPerMetre,      findColours, findPoses};
+  return {"icl",     "associations.txt", isIcl,         listDepth,
+          findPoses, readCamera,         unitsPerMetre, findColours};
 }
 
 }  // namespace dtsdf

@@ -9,7 +9,7 @@
 #include "io/camera_file.h"
 #include "io/formats/folder_format.h"
 #include "io/formats/numbered_files.h"
-#include "io/text_file.h"
+#include "io/pose_files.h"
 
 namespace dtsdf {
 namespace replica {
@@ -28,31 +28,17 @@ std::vector<StampedImage> listDepth(const fs::path& folder) {
 }
 
 std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,
-                                 double) {
-  const std::vector<ListLine> lines =
-      readList((folder / "traj.txt").string(), "Replica has its poses there, a line per image");
-  std::vector<ImagePose> poses;
-  for (const StampedImage& image : images) {
-    const auto number = static_cast<size_t>(image.stamp_s);
-    if (number >= lines.size()) {
-      poses.push_back({std::nullopt, "no line in traj.txt"});
-      continue;
-    }
-    const ListLine& line = lines[number];
-    poses.push_back(
-        {rigidMotion(parseMatrix(line.words, 4, 4, line.place)), "the camera was lost"});
-  }
-  return poses;
+                                 double tolerance_s) {
+  return readPosesOf((folder / "traj.txt").string(), images, tolerance_s);
 }
 
 fs::path paramsPath(const fs::path& folder) { return folder / ".." / "cam_params.json"; }
 
 /// The camera of cam_params.json. @throws std::runtime_error
 nlohmann::json readParams(const fs::path& path) {
-  const std::string text =
-      readTextFile(path.string(), "Replica has its camera there; or give --intrinsics fx,fy,cx,cy");
-  const nlohmann::json root = nlohmann::json::parse(text, nullptr, false);
-  if (!root.is_object() || !root.contains("camera") || !root["camera"].is_object()) {
+  const nlohmann::json root =
+      readJsonFile(path.string(), "Replica has its camera there; or give --intrinsics fx,fy,cx,cy");
+  if (!root.contains("camera") || !root["camera"].is_object()) {
     throw std::runtime_error(path.string() +
                              ": expected {\"camera\": {\"w\", \"h\", \"fx\", "
                              "\"fy\", \"cx\", \"cy\", \"scale\"}}");
@@ -99,7 +85,7 @@ FolderFormat replicaFormat() {
           isReplica,     listDepth,
           findPoses,     readCamera,
           unitsPerMetre, findColours,
-          findPoses};
+          true};
 }
 
 }  // namespace dtsdf

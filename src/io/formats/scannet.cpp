@@ -62,8 +62,7 @@ FolderFormat scanNetFormat() {
   return {"scannet",     "depth/NUMBER.png and pose/",
           isScanNet,     listDepth,
           findPoses,     readCamera,
-          unitsPerMetre, findColours,
-          findPoses};
+          unitsPerMetre, findColours};
 }
 
 }  // namespace dtsdf

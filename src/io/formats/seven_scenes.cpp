@@ -19,7 +19,7 @@ namespace seven_scenes {
 
 namespace fs = std::filesystem;
 
-const CameraInfo kKinect{640, 480, {585.0f, 585.0f, 320.0f, 240.0f}};
+const CameraInfo kKinect{640, 480, {585.0f, 585.0f, 320.0f, 240.0f}, true};
 const std::string kPrefix = "frame-", kDepthEnding = ".depth.png";
 constexpr size_t kEndingLength = sizeof(".depth.png") - 1;  // that of .color.png, too
 
@@ -67,8 +67,7 @@ FolderFormat sevenScenesFormat() {
   return {"7scenes",     "frame-NUMBER.depth.png",
           isSevenScenes, listDepth,
           findPoses,     readCamera,
-          unitsPerMetre, findColours,
-          findPoses};
+          unitsPerMetre, findColours};
 }
 
 }  // namespace dtsdf

@@ -8,7 +8,7 @@ namespace tum {
 
 namespace fs = std::filesystem;
 
-bool isTum(const fs::path& folder) { return fs::is_regular_file(folder / "depth.txt"); }
+bool isTum(const fs::path& folder) { return isTumFolder(folder.string()); }
 
 std::vector<StampedImage> listDepth(const fs::path& folder) {
   return readTumDepthList(folder.string());
@@ -16,7 +16,7 @@ std::vector<StampedImage> listDepth(const fs::path& folder) {
 
 std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,
                                  double tolerance_s) {
-  return posesByStamp(readTumTrajectory(folder.string()), images, tolerance_s);
+  return posesNear(readTumTrajectory(folder.string()), images, tolerance_s);
 }
 
 CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>&) {
@@ -33,18 +33,14 @@ RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_came
   return colours;
 }
 
-std::vector<ImagePose> findColourPoses(const fs::path& folder,
-                                       const std::vector<StampedImage>& images,
-                                       double tolerance_s) {
-  return posesNear(readTumTrajectory(folder.string()), images, tolerance_s);
-}
-
 }  // namespace tum
 
 FolderFormat tumFormat() {
   using namespace tum;
-  return {"tum",      "depth.txt",   isTum,       listDepth,      findPoses,
-          readCamera, unitsPerMetre, findColours, findColourPoses};
+  return {"tum",         "depth.txt, or associations.txt with groundtruth.txt",
+          isTum,         listDepth,
+          findPoses,     readCamera,
+          unitsPerMetre, findColours};
 }
 
 }  // namespace dtsdf

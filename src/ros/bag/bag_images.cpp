@@ -30,20 +30,35 @@ bool isOf(const ImageKind& kind, const rosbag::MessageInstance& message) {
   return compressed && kind.has_format(*compressed);
 }
 
-/// Null for what is no image, or a damaged one.
-sensor_msgs::ImageConstPtr imageOf(const ImageKind& kind, const rosbag::MessageInstance& message) {
+/// Null for what is no image, or a damaged one, with what is wrong.
+sensor_msgs::ImageConstPtr imageOf(const ImageKind& kind, const rosbag::MessageInstance& message,
+                                   std::string* problem = nullptr) {
   const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
   if (!compressed) return message.instantiate<sensor_msgs::Image>();
   try {
     return kind.decode(*compressed);
-  } catch (const std::runtime_error&) {
+  } catch (const std::runtime_error& error) {
+    if (problem != nullptr) *problem = errorText(error);
     return nullptr;
   }
 }
 
 std::set<std::string> topicsOf(const ImageKind& kind, const rosbag::Bag& bag) {
-  return findImageTopics(
-      bag, [&](const auto& message) { return isOf(kind, message); }, kind.compressed_topic);
+  return findImageTopics(bag, [&](const auto& message) { return isOf(kind, message); });
+}
+
+/// "; its images are on '/a' (64FC1), '/b' (jpeg)"; empty where it has none.
+std::string imagesInList(const rosbag::Bag& bag) {
+  std::string list;
+  findImageTopics(bag, [&](const rosbag::MessageInstance& message) {
+    const auto image = message.instantiate<sensor_msgs::Image>();
+    const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
+    if (!image && !compressed) return false;
+    list += (list.empty() ? "; its images are on '" : ", '") + printable(message.getTopic()) +
+            "' (" + printable(image ? image->encoding : compressed->format) + ")";
+    return true;
+  });
+  return list.empty() ? "" : list + "; depth must be 16UC1 or 32FC1";
 }
 
 std::string inList(const std::set<std::string>& topics) {
@@ -54,9 +69,9 @@ std::string inList(const std::set<std::string>& topics) {
 
 /// The topic as it is, or as it was compressed.
 std::string recordedTopic(const ImageKind& kind, const rosbag::Bag& bag, const std::string& topic) {
-  const std::string compressed = topic + kind.compressed_topic;
-  if (hasMessages(bag, topic)) return topic;
-  if (hasMessages(bag, compressed)) return compressed;
+  for (const char* const ending : {"", kind.compressed_topic, kCompressedTopic}) {
+    if (hasMessages(bag, topic + ending)) return topic + ending;
+  }
   const std::set<std::string> others = topicsOf(kind, bag);
   const std::string name = kind.name;
   throw std::runtime_error("'" + printable(bag.getFileName()) + "' has no messages on '" +
@@ -70,7 +85,9 @@ std::string depthTopicOf(const rosbag::Bag& bag, const BagOptions& options) {
   if (!options.depth_topic.empty()) return recordedTopic(kDepthImages, bag, options.depth_topic);
   const std::string path = "'" + bag.getFileName() + "'";
   const std::set<std::string> topics = topicsOf(kDepthImages, bag);
-  if (topics.empty()) throw std::runtime_error(path + " has no topic with depth images");
+  if (topics.empty()) {
+    throw std::runtime_error(path + " has no topic with depth images" + imagesInList(bag));
+  }
   if (topics.size() == 1) return *topics.begin();
   throw std::runtime_error(path + " has several topics with depth images:" + inList(topics) +
                            "; choose one by --depth-topic");
@@ -101,10 +118,21 @@ class BagReader {
   void prepare(const std::string& topic, std::string info_topic) {
     this->topic = topic;
     if (info_topic.empty()) {
-      const std::string image_topic = withoutEnding(topic, kind_.compressed_topic);
+      const std::string image_topic = withoutEnding(topic);
       info_topic = image_topic.substr(0, image_topic.rfind('/') + 1) + "camera_info";
     }
-    if (!kind_.is_colour && !options.intrinsics) requireMessages(bag, info_topic);
+    info_topic_ = info_topic;
+    if (!kind_.is_colour && !options.intrinsics && !hasMessages(bag, info_topic)) {
+      const std::set<std::string> infos = findImageTopics(bag, [](const auto& message) {
+        return message.template isType<sensor_msgs::CameraInfo>();
+      });
+      throw std::runtime_error(
+          "'" + printable(options.path) + "' has no camera_info on '" + printable(info_topic) +
+          (infos.empty() ? "'; give --intrinsics"
+                         : "', but on" + inList(infos) +
+                               "; choose by --info-topic (where it is sent once, with --set "
+                               "input/camera_info=latest), or give --intrinsics"));
+    }
     poses_ = std::make_unique<BagPoses>(bag, options);
     // All of them, small as they are: an image may be recorded before its camera_info.
     for (const auto& message : rosbag::View(bag, rosbag::TopicQuery(info_topic))) {
@@ -132,7 +160,7 @@ class BagReader {
     for (; next_ != messages_.end(); ++index_) {
       const rosbag::MessageInstance& message = (next_++)->second;
       if (!isWanted(index_)) continue;
-      if (auto frame = makeFrame<Frame>(imageOf(kind_, message), message.getTime(), make)) {
+      if (auto frame = makeFrame<Frame>(message, make)) {
         frame->index = index_++;
         return frame;
       }
@@ -147,48 +175,58 @@ class BagReader {
   rosbag::Bag bag;
   std::string topic;
   std::map<std::string, size_t> skipped;
+  std::map<std::string, std::string> problems;
 
  private:
   bool isWanted(size_t index) const {
     if (!kind_.is_colour) return options.selection.contains(index);
+    if (!options.selection.containsColour(index)) return false;
     const auto& listed = options.listed_colours;
     return !listed || std::binary_search(listed->begin(), listed->end(), index);
   }
 
   /// A frame of the image, of which `make` makes what is fused; none where it has to be skipped.
   template <class Frame, class Make>
-  std::optional<Frame> makeFrame(sensor_msgs::ImageConstPtr image, const ros::Time& recorded,
-                                 const Make& make) {
-    if (!image) return skip(toString(DropReason::kBadImage));
+  std::optional<Frame> makeFrame(const rosbag::MessageInstance& message, const Make& make) {
+    std::string problem = "a message of another type";
+    sensor_msgs::ImageConstPtr image = imageOf(kind_, message, &problem);
+    if (!image) return skip({DropReason::kBadImage, problem});
     const sensor_msgs::CameraInfoConstPtr info = infoOf(*image);
-    if (!info) return skip(toString(DropReason::kNoCameraInfo));
-    if (const auto rejection = kind_.check(*image, *info)) {
-      return skip(toString(rejection->reason));
+    if (!info) {
+      return skip({DropReason::kNoCameraInfo,
+                   noInfoText(printable(info_topic_), options.latest_camera_info)});
     }
+    if (const auto rejection = kind_.check(*image, *info)) return skip(*rejection);
     if (!kind_.is_colour &&
         std::exchange(last_stamp_, image->header.stamp) == image->header.stamp) {
-      return skip(toString(DropReason::kRepeatedStamp));
+      return skip({DropReason::kRepeatedStamp, kRepeatedStampText});
     }
-    if (const auto reason = hideMasked(image, recorded)) return skip(toString(*reason));
-    const std::optional<Eigen::Isometry3d> T_W_C = poseOf(image->header);
+    if (const auto rejection = hideMasked(image, message.getTime())) return skip(*rejection);
+    std::string why_none;
+    const std::optional<Eigen::Isometry3d> T_W_C = poseOf(image->header, why_none);
     if (!T_W_C) {
       if (!kind_.is_colour) poses_->requireFrames(image->header, options.path);
-      return skip(poses_->whyNone());
+      return skip(poses_->whyNone(), why_none);
     }
     const auto pixels = std::make_shared<cv_bridge::CvImageConstPtr>();
     Frame frame;
     try {
       make(rectification_->apply({image, info}), *T_W_C, *pixels, frame);
-    } catch (const std::exception&) {  // of OpenCV or cv_bridge
-      return skip(toString(DropReason::kBadImage));
+    } catch (const std::exception& error) {  // of OpenCV or cv_bridge
+      return skip({DropReason::kBadImage, errorText(error)});
     }
     frame.pixels = pixels;
     frame.stamp_s = image->header.stamp.toSec();
     return frame;
   }
 
-  std::nullopt_t skip(const std::string& reason) {
-    ++skipped[(kind_.is_colour ? "colour images: " : "") + reason];
+  std::nullopt_t skip(const Rejection& rejection) {
+    return skip(toString(rejection.reason), rejection.text);
+  }
+  std::nullopt_t skip(const std::string& name, const std::string& text) {
+    const std::string reason = (kind_.is_colour ? "colour images: " : "") + name;
+    ++skipped[reason];
+    if (!text.empty()) problems.emplace(reason, text);
     return std::nullopt;
   }
 
@@ -219,18 +257,18 @@ class BagReader {
   }
 
   /// Takes from the image what its mask hides; or why that cannot be done.
-  std::optional<DropReason> hideMasked(sensor_msgs::ImageConstPtr& image,
-                                       const ros::Time& recorded) const {
+  std::optional<Rejection> hideMasked(sensor_msgs::ImageConstPtr& image,
+                                      const ros::Time& recorded) const {
     if (options.mask_topic.empty()) return std::nullopt;
     const sensor_msgs::ImageConstPtr mask = maskOf(*image, recorded);
-    if (!mask) return DropReason::kNoMask;
-    if (const auto rejection = checkMask(*mask, *image)) return rejection->reason;
+    if (!mask) return Rejection{DropReason::kNoMask, noMaskText(printable(options.mask_topic))};
+    if (auto rejection = checkMask(*mask, *image)) return rejection;
     image = applyMask(*mask, *image);
     return std::nullopt;
   }
 
-  std::optional<Eigen::Isometry3d> poseOf(const std_msgs::Header& header) {
-    if (!options.first_pose_only) return poses_->of(header);
+  std::optional<Eigen::Isometry3d> poseOf(const std_msgs::Header& header, std::string& why_none) {
+    if (!options.first_pose_only) return poses_->of(header, &why_none);
     if (!first_T_W_C_) first_T_W_C_ = poses_->of(header).value_or(Eigen::Isometry3d::Identity());
     return first_T_W_C_;
   }
@@ -241,6 +279,7 @@ class BagReader {
   std::optional<Eigen::Isometry3d> first_T_W_C_;  ///< With first_pose_only, once it is known.
   std::optional<Rectification> rectification_;
   ros::Time last_stamp_;
+  std::string info_topic_;
   std::multimap<ros::Time, rosbag::MessageInstance> messages_;
   std::multimap<ros::Time, rosbag::MessageInstance>::const_iterator next_ = messages_.end();
   size_t index_ = 0;  ///< Of the message at `next_`.
@@ -270,6 +309,7 @@ class BagFrames : public FrameSource {
   }
 
   const std::map<std::string, size_t>& skipped() const override { return reader_.skipped; }
+  std::map<std::string, std::string> problems() const override { return reader_.problems; }
 
  private:
   BagReader reader_;
@@ -323,6 +363,7 @@ class BagColours : public ColourSource {
   }
 
   const std::map<std::string, size_t>& skipped() const override { return reader_.skipped; }
+  std::map<std::string, std::string> problems() const override { return reader_.problems; }
 
  private:
   BagReader reader_;
@@ -334,7 +375,8 @@ std::unique_ptr<Source> open(const BagOptions& options) {
   try {
     return std::make_unique<Source>(options);
   } catch (const rosbag::BagException& error) {
-    throw std::runtime_error("cannot read the bag '" + options.path + "': " + error.what());
+    throw std::runtime_error("cannot read the bag '" + options.path + "': " + errorText(error) +
+                             "; try rosbag reindex, or rosbag fix");
   }
 }
 

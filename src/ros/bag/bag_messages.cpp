@@ -13,11 +13,13 @@
 #include <vector>
 
 #include "io/bag_frames.h"
+#include "io/pose_files.h"
 #include "io/trajectory.h"
 #include "params/printable.h"
 #include "params/text.h"
 #include "ros/input/conversions.h"
 #include "ros/input/frame_accounting.h"
+#include "ros/input/images.h"
 
 namespace dtsdf {
 namespace {
@@ -37,13 +39,15 @@ void requireMessages(const rosbag::Bag& bag, const std::string& topic) {
                            "'; rosbag info lists its topics");
 }
 
-std::string withoutEnding(const std::string& topic, const std::string& ending) {
-  return hasEnding(topic, ending) ? topic.substr(0, topic.size() - ending.size()) : topic;
+std::string withoutEnding(const std::string& topic) {
+  for (const std::string ending : {kCompressedDepthTopic, kCompressedTopic}) {
+    if (hasEnding(topic, ending)) return topic.substr(0, topic.size() - ending.size());
+  }
+  return topic;
 }
 
 std::set<std::string> findImageTopics(
-    const rosbag::Bag& bag, const std::function<bool(const rosbag::MessageInstance&)>& is_wanted,
-    const std::string& ending) {
+    const rosbag::Bag& bag, const std::function<bool(const rosbag::MessageInstance&)>& is_wanted) {
   std::set<std::string> topics;
   rosbag::View all(bag);
   for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
@@ -51,7 +55,7 @@ std::set<std::string> findImageTopics(
     if (messages.size() > 0 && is_wanted(*messages.begin())) topics.insert(connection->topic);
   }
   for (auto topic = topics.begin(); topic != topics.end();) {
-    const std::string raw = withoutEnding(*topic, ending);
+    const std::string raw = withoutEnding(*topic);
     const bool twice = raw != *topic && topics.count(raw) > 0;
     topic = twice ? topics.erase(topic) : std::next(topic);
   }
@@ -61,6 +65,8 @@ std::set<std::string> findImageTopics(
 BagPoses::BagPoses(const rosbag::Bag& bag, const BagOptions& options)
     : map_frame_(stripLeadingSlash(options.map_frame)),
       camera_frame_(stripLeadingSlash(options.camera_frame)),
+      tf_topic_(options.tf_topic.empty() ? "/tf" : options.tf_topic),
+      pose_convention_(options.pose_convention),
       pose_tolerance_s_(options.pose_tolerance_s),
       transforms_(kKeepAll) {
   if (options.poses_path.empty()) {
@@ -71,7 +77,12 @@ BagPoses::BagPoses(const rosbag::Bag& bag, const BagOptions& options)
 }
 
 void BagPoses::readTransforms(const rosbag::Bag& bag) {
-  const std::vector<std::string> topics{"/tf", "/tf_static", "tf", "tf_static"};
+  const std::vector<std::string> topics{tf_topic_, tf_topic_ + "_static", "/tf_static", "tf",
+                                        "tf_static"};
+  if (!hasMessages(bag, tf_topic_)) {
+    others_ = findImageTopics(
+        bag, [](const auto& m) { return m.template isType<tf2_msgs::TFMessage>(); });
+  }
   rosbag::View view(bag, rosbag::TopicQuery(topics));
   for (const rosbag::MessageInstance& message : view) {
     const auto tf = message.instantiate<tf2_msgs::TFMessage>();
@@ -102,27 +113,37 @@ void BagPoses::requireFrames(const std_msgs::Header& header, const std::string& 
   std::vector<std::string> frames;
   transforms_._getFrameStrings(frames);
   std::sort(frames.begin(), frames.end());
-  const std::string known = frames.empty() ? "it has none at all: record /tf and /tf_static"
-                                           : "its frames are " + listOfFrames(frames);
+  std::string known = !frames.empty()   ? "its frames are " + listOfFrames(frames)
+                      : others_.empty() ? "it has none at all: record /tf and /tf_static"
+                                        : "it has transforms elsewhere";
+  for (const std::string& topic : others_) {
+    if (!endsWith(topic, "_static")) known += "; give --tf-topic " + printable(topic);
+  }
   const auto require = [&](const std::string& frame, const std::string& key) {
     if (std::binary_search(frames.begin(), frames.end(), frame)) return;
     throw std::runtime_error("no transform in '" + printable(bag_path) + "' has the frame '" +
                              printable(frame) + "' (" + key + "); " + known +
-                             "; or give poses by --poses");
+                             "; or give poses by --poses, or none with --poses-mode track");
   };
   require(map_frame_, "map_frame");
   require(cameraFrame(header), "of the depth images");
 }
 
-std::optional<Eigen::Isometry3d> BagPoses::of(const std_msgs::Header& header) const {
-  if (trajectory_) return trajectory_->poseAt(header.stamp.toSec(), pose_tolerance_s_);
+std::optional<Eigen::Isometry3d> BagPoses::of(const std_msgs::Header& header,
+                                              std::string* why_none) const {
+  std::optional<Eigen::Isometry3d> pose;
   try {
-    return toIsometry(
-        transforms_.lookupTransform(map_frame_, cameraFrame(header), header.stamp).transform);
-  } catch (const std::runtime_error&) {
+    pose =
+        trajectory_
+            ? trajectory_->poseAt(header.stamp.toSec(), pose_tolerance_s_)
+            : toIsometry(transforms_.lookupTransform(map_frame_, cameraFrame(header), header.stamp)
+                             .transform);
+  } catch (const std::runtime_error& error) {
     // tf2's own exceptions, and that of ros::Duration where stamps lie over 68 years apart.
-    return std::nullopt;
+    if (why_none != nullptr) *why_none = errorText(error);
   }
+  if (pose) pose = opticalPose(*pose, pose_convention_);
+  return pose;
 }
 
 // Up in the map frame, as an inertial sensor of a bag measures it.
@@ -138,7 +159,7 @@ std::string chooseTopic(const rosbag::Bag& bag, const BagOptions& options) {
     requireMessages(bag, options.imu_topic);
     return options.imu_topic;
   }
-  const std::set<std::string> topics = findImageTopics(bag, isInertial, "");
+  const std::set<std::string> topics = findImageTopics(bag, isInertial);
   if (topics.size() == 1) return *topics.begin();
   std::string list;
   for (const std::string& topic : topics) list += " " + printable(topic);
@@ -184,7 +205,8 @@ Eigen::Vector3d findUpInBag(const BagOptions& options) {
     bag.open(options.path, rosbag::bagmode::Read);
     return findUp(bag, options);
   } catch (const rosbag::BagException& error) {
-    throw std::runtime_error("cannot read the bag '" + options.path + "': " + errorText(error));
+    throw std::runtime_error("cannot read the bag '" + options.path + "': " + errorText(error) +
+                             "; try rosbag reindex, or rosbag fix");
   }
 }
 

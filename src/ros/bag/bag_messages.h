@@ -22,15 +22,13 @@ bool hasMessages(const rosbag::Bag& bag, const std::string& topic);
 /// @throws std::runtime_error if it has none.
 void requireMessages(const rosbag::Bag& bag, const std::string& topic);
 
-/// The topic of an image by itself, if `topic` is that of what a transport has made of it, which
-/// ends in `ending`.
-std::string withoutEnding(const std::string& topic, const std::string& ending);
+/// The topic of an image by itself, if `topic` is that of what a transport has made of it.
+std::string withoutEnding(const std::string& topic);
 
 /// The topics whose first message is wanted. An image that was recorded both ways counts once, as
-/// it was before it was compressed; what a transport made of it has a topic that ends in `ending`.
+/// it was before it was compressed.
 std::set<std::string> findImageTopics(
-    const rosbag::Bag& bag, const std::function<bool(const rosbag::MessageInstance&)>& is_wanted,
-    const std::string& ending);
+    const rosbag::Bag& bag, const std::function<bool(const rosbag::MessageInstance&)>& is_wanted);
 
 /// The poses of cameras: from the transforms of the whole bag, or a trajectory in their place.
 class BagPoses {
@@ -38,8 +36,9 @@ class BagPoses {
   /// @throws std::runtime_error if the trajectory cannot be read.
   BagPoses(const rosbag::Bag& bag, const BagOptions& options);
 
-  /// Of the image with this header.
-  std::optional<Eigen::Isometry3d> of(const std_msgs::Header& header) const;
+  /// Of the image with this header; if there is none, why.
+  std::optional<Eigen::Isometry3d> of(const std_msgs::Header& header,
+                                      std::string* why_none = nullptr) const;
 
   /// Why an image has no pose.
   std::string whyNone() const;
@@ -52,7 +51,8 @@ class BagPoses {
   void readTransforms(const rosbag::Bag& bag);
   std::string cameraFrame(const std_msgs::Header& header) const;
 
-  std::string map_frame_, camera_frame_;
+  std::string map_frame_, camera_frame_, tf_topic_, pose_convention_;
+  std::set<std::string> others_;  ///< Topics with transforms, where the bag has not `tf_topic_`.
   double pose_tolerance_s_;
   tf2::BufferCore transforms_;
   std::optional<Trajectory> trajectory_;  ///< In place of the transforms.

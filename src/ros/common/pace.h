@@ -1,8 +1,12 @@
 /// A steady clock, and what bounds how often something happens by it.
 #pragma once
 
+#include <ros/time.h>
+
+#include <algorithm>
 #include <chrono>
 #include <functional>
+#include <mutex>
 
 namespace dtsdf {
 
@@ -21,6 +25,28 @@ inline double toSeconds(SteadyDuration duration) {
 /// Rounded up: who sleeps so long finds the time has come.
 inline std::chrono::milliseconds toMilliseconds(SteadyDuration duration) {
   return std::chrono::ceil<std::chrono::milliseconds>(duration);
+}
+
+/// The time by which images wait for what belongs to them: of the wall, but slower where simulated
+/// time is. Where that stands still for a second, as at the end of a bag, the wall's goes on.
+inline SteadyTime waitingTime() {
+  const SteadyTime wall = std::chrono::steady_clock::now();
+  if (!ros::Time::isSimTime()) return wall;
+  static std::mutex mutex;
+  static SteadyTime time = wall, wall_before = wall, moved_at = wall;
+  static ros::Time before;
+  const std::lock_guard<std::mutex> lock(mutex);
+  const ros::Time now = ros::Time::now();
+  if (now > before) {
+    time += std::min(wall - wall_before,
+                     toSteadyDuration(std::min(1e6, (now.toSec() - before.toSec()))));
+  } else if (wall - moved_at > std::chrono::seconds(1)) {
+    time += wall - wall_before;
+  }
+  if (now != before) moved_at = wall;
+  before = now;
+  wall_before = wall;
+  return time;
 }
 
 /// Bounds how often something happens.

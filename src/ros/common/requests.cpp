@@ -145,7 +145,7 @@ std::string expandHome(const std::string& path, const std::string& name) {
 }
 
 std::string resolveOutputPath(const std::string& output_directory, const std::string& file_name,
-                              const std::vector<std::string>& extensions) {
+                              const std::vector<std::string>& extensions, bool is_read) {
   if (file_name.empty()) {
     throw std::runtime_error("file_name is empty; give a name such as 'name" + extensions.front() +
                              "'");
@@ -159,7 +159,7 @@ std::string resolveOutputPath(const std::string& output_directory, const std::st
   if (!directory.has_filename()) directory = directory.parent_path();  // "a/" -> "a"
   // An absolute file_name replaces the directory here, and has to lie in it like any other.
   const fs::path path = resolved(directory / file_name, "give another name");
-  if (!liesIn(path, directory)) {
+  if (!is_read && !liesIn(path, directory)) {
     throw std::runtime_error("'" + printable(file_name) + "' is outside output_directory (" +
                              printable(directory.string()) + "); give a name under it");
   }

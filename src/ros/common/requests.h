@@ -47,11 +47,11 @@ void fillAnswer(const KnownSpace& space, const std::vector<geometry_msgs::Point>
 std::string expandHome(const std::string& path, const std::string& name);
 
 /// The absolute path of a file under `output_directory`, which may start with "~/". `extensions`
-/// are those that are allowed, in any case, as in {".ply", ".obj"}.
+/// are those that are allowed, in any case, as in {".ply", ".obj"}. What is read may lie anywhere.
 /// @throws std::runtime_error if the name is empty or has control characters, lies outside the
 /// directory, also by a symbolic link, or has another extension; the text says what to do.
 std::string resolveOutputPath(const std::string& output_directory, const std::string& file_name,
-                              const std::vector<std::string>& extensions);
+                              const std::vector<std::string>& extensions, bool is_read = false);
 
 /// Corrected poses as they come from outside.
 struct GivenPoses {

@@ -21,8 +21,7 @@ struct ReasonTexts {
 
 /// In the order of DropReason.
 constexpr ReasonTexts kReasons[kDropReasonCount] = {
-    {"no_camera_info", true,
-     "publish camera_info with the image's stamp, or set input/camera_info: latest"},
+    {"no_camera_info", true},
     {"no_mask", true},
     {"bad_encoding", true},
     {"too_large", true, "lower the camera's resolution"},

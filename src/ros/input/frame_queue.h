@@ -66,8 +66,7 @@ class FrameQueue {
   };
 
   /// `on_ready` is called when there may be something to take, by the thread that brought it.
-  FrameQueue(Limits limits, std::function<void()> on_ready,
-             SteadyClock clock = std::chrono::steady_clock::now);
+  FrameQueue(Limits limits, std::function<void()> on_ready, SteadyClock clock = waitingTime);
 
   /// `accounting` outlives the queue.
   Stream addStream(StreamOptions options, FrameAccounting& accounting);

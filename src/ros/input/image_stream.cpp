@@ -41,9 +41,8 @@ FrameQueue::StreamOptions queueOptions(const ImageKind& kind, const std::string&
           kind.is_colour,
           any_info,
           params.mask && !kind.is_colour,
-          std::string("no camera_info") + (any_info ? "" : " with the same stamp") + " on '" +
-              info_topic + "'",
-          "no mask with the same stamp on '" + mask_topic + "'"};
+          noInfoText(info_topic, any_info),
+          noMaskText(mask_topic)};
 }
 
 std::string accountingName(const ImageKind& kind, const std::string& name) {
@@ -88,9 +87,10 @@ void ImageStream::subscribe(const ros::NodeHandle& private_nh) {
   }
   const image_transport::TransportHints hints("raw", ros::TransportHints(), private_nh,
                                               kind_.transport_param);
-  if ("/" + hints.getTransport() == kind_.compressed_topic) {
-    compressed_ = nh_.subscribe(image_topic_ + kind_.compressed_topic, kSubscriberQueue,
-                                &ImageStream::onCompressed, this);
+  const std::string ending = "/" + hints.getTransport();
+  if (ending == kind_.compressed_topic || ending == kCompressedTopic) {
+    compressed_ =
+        nh_.subscribe(image_topic_ + ending, kSubscriberQueue, &ImageStream::onCompressed, this);
   } else {
     by_transport_ =
         transport_.subscribe(topic_, kSubscriberQueue, &ImageStream::onImage, this, hints);
@@ -164,7 +164,7 @@ FrameQueue::Decision ImageStream::decide(Whole& frame) {
   if (!pose_frame_.empty()) {
     pose = transforms_.find(pose_frame_, cameraFrame(image), stamp, "the image");
   }
-  const auto waited = std::chrono::steady_clock::now() - frame.since;
+  const auto waited = waitingTime() - frame.since;
   if (pose.may_come && waited < toSteadyDuration(params_.tf_timeout_s)) return pose.text;
   transforms_.notePose(pose.T_W_C.has_value());
   if (pose.may_come) {
@@ -194,8 +194,7 @@ std::optional<Rejection> ImageStream::check(const CameraImage& frame) {
   }
   const ros::Time stamp = frame.image->header.stamp;
   if (std::exchange(last_whole_, stamp) == stamp) {
-    return Rejection{DropReason::kRepeatedStamp,
-                     "the image before has the same stamp, so one of them has a wrong pose"};
+    return Rejection{DropReason::kRepeatedStamp, kRepeatedStampText};
   }
   if (rate_limit_.takes(stamp.toSec())) return std::nullopt;
   return Rejection{DropReason::kOverRate, "more than colour/max_rate_hz"};

@@ -114,6 +114,18 @@ bool holdsColour(const sensor_msgs::CompressedImage& message);
 sensor_msgs::ImageConstPtr decodeColour(const sensor_msgs::CompressedImage& message);
 
 /// What distinguishes depth images from colour images, which all else treats alike.
+// Why an image is dropped, in words for the node and for bags.
+inline std::string noInfoText(const std::string& topic, bool any_stamp) {
+  return std::string("no camera_info") + (any_stamp ? "" : " with the same stamp") + " on '" +
+         topic + "'; publish it with the image's stamp" +
+         (any_stamp ? "" : ", or set input/camera_info: latest");
+}
+inline std::string noMaskText(const std::string& topic) {
+  return "no mask with the same stamp on '" + topic + "'";
+}
+constexpr char kRepeatedStampText[] =
+    "the image before has the same stamp, so one of them has a wrong pose";
+
 struct ImageKind {
   const char* name;
   const char* ns;                ///< Of the topics image_rect and camera_info.

@@ -1,12 +1,12 @@
 #include "ros/input/input_status.h"
 
-#include <ros/console.h>
 #include <ros/master.h>
+#include <ros/network.h>
 #include <ros/this_node.h>
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <set>
 
 #include "params/printable.h"
 #include "params/text.h"
@@ -21,10 +21,15 @@ using dtsdf_mapping::StreamStatus;
 namespace {
 
 constexpr std::chrono::seconds kWindow{30};
+/// Of fewer images than that no share of drops is reported.
+constexpr uint64_t kLeastImages = 50;
+constexpr size_t kMostMoments = 600;
 /// Silence of so many times `status/stale_s` is an error.
 constexpr double kErrorAfter = 3.0;
 /// Colour may start later than depth.
 constexpr double kColourPatience_s = 10.0;
+/// A publisher that is not connected to by then cannot be.
+constexpr double kConnectPatience_s = 3.0;
 
 DropShare shareOf(const FrameCounts& before, const FrameCounts& now) {
   DropShare share;
@@ -107,15 +112,27 @@ std::string describeOthers(const char* what, const std::vector<std::string>& top
   return topics.empty() ? "" : std::string("; ") + what + " is published on " + inQuotes(topics);
 }
 
-/// Why nobody publishes the depth images that are waited for.
-std::string describeNoPublisher(const std::string& topic, const PublishedTopics& topics) {
-  for (const std::string& other : topics.only_compressed) {
-    if (other != topic) continue;
-    return "it is published as sensor_msgs/CompressedImage; set image_transport:=compressedDepth";
+/// The topic of an image by itself.
+std::string withoutTransport(const std::string& topic) {
+  for (const std::string ending : {kCompressedDepthTopic, kCompressedTopic}) {
+    if (hasEnding(topic, ending)) return topic.substr(0, topic.size() - ending.size());
+  }
+  return topic;
+}
+
+/// Why no depth images come. @param publisher As findPublisher() has it.
+std::string describeNoPublisher(const std::string& topic, const PublishedTopics& topics,
+                                const std::string& publisher) {
+  if (!publisher.empty()) {
+    return "it is published by " + printable(publisher) +
+           ", which cannot be reached: set ROS_HOSTNAME or ROS_IP on both machines";
   }
   for (const std::string& other : topics.depth) {
-    if (other + kCompressedDepthTopic != topic) continue;
-    return "it is published as sensor_msgs/Image; set image_transport:=raw";
+    const std::string image = withoutTransport(other);
+    if (image != withoutTransport(topic)) continue;
+    if (other == image) return "it is published as sensor_msgs/Image; set image_transport:=raw";
+    return "it is published as sensor_msgs/CompressedImage; set image_transport:=" +
+           other.substr(image.size() + 1);
   }
   return "it has no publisher" + describeOthers("depth", topics.depth);
 }
@@ -128,7 +145,6 @@ std::string ago(const std::optional<double>& age_s) {
 /// drop would be.
 void judgeDrops(const DropShare& recent, const std::string& last_drop, const std::string& name,
                 MapStatus& status) {
-  constexpr uint64_t kLeastImages = 50;
   constexpr double kReportedShare = 0.02;
   const double share = static_cast<double>(recent.dropped) /
                        static_cast<double>(std::max<uint64_t>(1, recent.received));
@@ -169,30 +185,46 @@ PublishedTopics findPublishedTopics() {
   if (!ros::master::execute("getPublishedTopics", arguments, result, topics, kWaitForMaster)) {
     return {};
   }
-  std::map<std::string, bool> depth, colour;  // and whether images come as they are
   PublishedTopics published;
+  std::set<std::string> raw;
   for (int i = 0; i < topics.size(); ++i) {
-    const std::string topic = topics[i][0], type = topics[i][1];
+    if (topics[i][1] == "sensor_msgs/Image") raw.insert(topics[i][0]);
+  }
+  for (int i = 0; i < topics.size(); ++i) {
+    const std::string topic = topics[i][0], type = topics[i][1], image = withoutTransport(topic);
     const auto has = [&](const char* part) { return topic.find(part) != std::string::npos; };
     if (type == "sensor_msgs/CameraInfo" && !endsWith(topic, "/rendered/camera_info")) {
       published.camera_info.push_back(topic);
     }
     const bool is_depth = has("depth");
     if (!is_depth && !has("color") && !has("colour") && !has("rgb")) continue;
-    auto& images = is_depth ? depth : colour;
-    const std::string ending = is_depth ? kCompressedDepthTopic : kCompressedTopic;
-    if (type == "sensor_msgs/Image") images[topic] = true;
-    if (type == "sensor_msgs/CompressedImage" && endsWith(topic, ending)) {
-      images.emplace(topic.substr(0, topic.size() - ending.size()), false);
-    }
+    const bool is_compressed = type == "sensor_msgs/CompressedImage" && image != topic &&
+                               raw.count(image) == 0 && (is_depth || !has("compressedDepth"));
+    if (type != "sensor_msgs/Image" && !is_compressed) continue;
+    (is_depth ? published.depth : published.colour).push_back(topic);
   }
-  std::sort(published.camera_info.begin(), published.camera_info.end());
-  for (const auto& [topic, as_it_is] : depth) {
-    published.depth.push_back(topic);
-    if (!as_it_is) published.only_compressed.push_back(topic);
+  for (auto* const list : {&published.depth, &published.colour, &published.camera_info}) {
+    std::sort(list->begin(), list->end());
   }
-  for (const auto& [topic, as_it_is] : colour) published.colour.push_back(topic);
   return published;
+}
+
+std::string findPublisher(const std::string& topic) {
+  XmlRpc::XmlRpcValue arguments, result, state, uri;
+  arguments[0] = ros::this_node::getName();
+  if (!ros::master::execute("getSystemState", arguments, result, state, false)) return "";
+  for (int i = 0; i < state[0].size(); ++i) {
+    if (static_cast<std::string&>(state[0][i][0]) != topic) continue;
+    const std::string node = state[0][i][1][0];
+    arguments[1] = node;
+    std::string host;
+    uint32_t port = 0;
+    if (ros::master::execute("lookupNode", arguments, result, uri, false)) {
+      ros::network::splitURI(uri, host, port);
+    }
+    return node + " on host " + host;
+  }
+  return "";
 }
 
 void InputStatus::fill(const InputReport& input, MapStatus& status) {
@@ -219,14 +251,23 @@ void InputStatus::fill(const InputReport& input, MapStatus& status) {
             "wrong clock, or of a frame that another one publishes");
   }
   restarts_before_ = input.transforms.restarts;
-  hintAtColour(input);
+  hintAtColour(input, status);
 }
 
 std::vector<DropShare> InputStatus::updateDrops(const InputReport& input) {
   Moment moment{input.at, {}};
   for (const StreamReport& stream : input.streams) moment.second.push_back(stream.frames);
   moments_.push_back(std::move(moment));
-  while (moments_.size() > 2 && input.at - moments_[1].first >= kWindow) moments_.pop_front();
+  // Of slow images, so many that a share means something.
+  const auto isOld = [&](const Moment& moment) {
+    uint64_t images = 0;
+    for (size_t i = 0; i < input.streams.size(); ++i) {
+      images += moments_.back().second[i].images - moment.second[i].images;
+    }
+    return input.at - moment.first >= kWindow &&
+           (images >= kLeastImages || moments_.size() > kMostMoments);
+  };
+  while (moments_.size() > 2 && isOld(moments_[1])) moments_.pop_front();
   std::vector<DropShare> shares;
   for (size_t i = 0; i < input.streams.size(); ++i) {
     shares.push_back(shareOf(moments_.front().second[i], moments_.back().second[i]));
@@ -288,7 +329,8 @@ void InputStatus::judgeNoFrame(const StreamReport& depth, const std::string& nam
     return report(
         status, MapStatus::WARN, MapStatus::NO_IMAGES,
         name + "no depth image received on '" + depth.image_topic + "': " +
-            (depth.image_publishers == 0 ? describeNoPublisher(depth.image_topic, find_topics_())
+            (depth.image_publishers == 0 ? describeNoPublisher(depth.image_topic, find_topics_(),
+                                                               publisherOf(depth.image_topic))
                                          : "its publisher has sent nothing yet"));
   }
   if (frames.camera_infos == 0) {
@@ -307,33 +349,32 @@ void InputStatus::judgeNoFrame(const StreamReport& depth, const std::string& nam
          name + "waiting for the first frame with its camera_info and transform");
 }
 
-/// Says once that colour is published, but not on the topic that is waited for. Most depth cameras
-/// come without colour, so a map without is no trouble; but who set a wrong topic would never learn
-/// why the mesh is grey.
-void InputStatus::hintAtColour(const InputReport& input) {
-  if (has_hinted_) return;
-  const StreamReport* colour = nullptr;
+/// That colour is published, but not on the topic that is waited for. Most depth cameras come
+/// without colour, so a map without is no trouble; but who set a wrong topic would never learn why
+/// the mesh is grey.
+void InputStatus::hintAtColour(const InputReport& input, MapStatus& status) {
   for (size_t i = 1; i < input.streams.size(); ++i) {
-    const StreamReport& stream = input.streams[i];
-    const bool is_silent = stream.frames.images == 0 && stream.image_publishers == 0;
+    const StreamReport& colour = input.streams[i];
+    const bool is_silent = colour.frames.images == 0 && colour.image_publishers == 0;
     // Colour that is required is a matter of the verdict.
-    if (!stream.is_colour || stream.is_needed || !is_silent) continue;
-    if (input.streams[i - 1].frames.fused > 0) colour = &stream;
+    if (!colour.is_colour || colour.is_needed || !is_silent) continue;
+    if (input.streams[i - 1].frames.fused == 0 || run_clock_.ran_s() < kColourPatience_s) continue;
+    if (!colour_topics_) colour_topics_ = find_topics_().colour;
+    if (colour_topics_->empty()) continue;
+    const std::string& wanted = colour.image_topic;
+    const auto same = std::find_if(colour_topics_->begin(), colour_topics_->end(),
+                                   [&](const auto& t) { return withoutTransport(t) == wanted; });
+    report(status, MapStatus::OK, MapStatus::NO_COLOUR,
+           "mapping; no colour image received on '" + wanted + "': it has no publisher; " +
+               (same != colour_topics_->end()
+                    ? "it is published compressed; set color_image_transport:=compressed"
+                    : "colour is published on " + inQuotes(*colour_topics_) + " (color:=)"));
   }
-  if (colour == nullptr) return;
-  if (run_clock_.ran_s() < kColourPatience_s) return;
-  has_hinted_ = true;
-  const std::vector<std::string> topics = find_topics_().colour;
-  if (topics.empty()) return;
-  const std::string& wanted = colour->image_topic;
-  // Topics are named without their transport.
-  const bool is_compressed = std::find(topics.begin(), topics.end(), wanted) != topics.end();
-  ROS_INFO_STREAM_NAMED(
-      "dtsdf_mapping",
-      "no colour image received on '"
-          << wanted << "': it has no publisher; "
-          << (is_compressed ? "it is published compressed; set color_image_transport:=compressed"
-                            : "colour is published on " + inQuotes(topics) + " (color:=)"));
+}
+
+/// After a while in which the node would have reached it.
+std::string InputStatus::publisherOf(const std::string& topic) const {
+  return run_clock_.ran_s() < kConnectPatience_s ? "" : find_publisher_(topic);
 }
 
 }  // namespace dtsdf

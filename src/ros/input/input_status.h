@@ -21,15 +21,17 @@ namespace dtsdf {
 
 /// Sorted, each once.
 struct PublishedTopics {
-  /// Images with "depth" in their name; compressed ones by the name of their image.
+  /// Images with "depth" in their name; what is only compressed with the ending of its transport.
   std::vector<std::string> depth;
-  std::vector<std::string> only_compressed;  ///< Those of them that have no images as they are.
   std::vector<std::string> colour;  ///< The same with "color", "colour" or "rgb", and not "depth".
   std::vector<std::string> camera_info;  ///< Without those of views of maps.
 };
 
 /// Asks the master, and waits for it no longer than for its answer; empty without one.
 PublishedTopics findPublishedTopics();
+
+/// Who publishes a topic, and where: "/play on host robot123"; empty: nobody.
+std::string findPublisher(const std::string& topic);
 
 /// Since when frames could have come: what is silent in a pause is no fault. Updated at each
 /// status; wall time. While mapping is paused or simulated time stands still, nothing is expected
@@ -80,8 +82,9 @@ class InputStatus {
  public:
   /// @param stale_s See StatusParams. @param find_topics Those that could be meant where one has no
   /// publisher.
-  explicit InputStatus(double stale_s, PublishedTopics (*find_topics)() = findPublishedTopics)
-      : stale_s_(stale_s), find_topics_(find_topics) {}
+  explicit InputStatus(double stale_s, PublishedTopics (*find_topics)() = findPublishedTopics,
+                       std::string (*find_publisher)(const std::string&) = findPublisher)
+      : stale_s_(stale_s), find_topics_(find_topics), find_publisher_(find_publisher) {}
 
   void fill(const InputReport& input, dtsdf_mapping::MapStatus& status);
 
@@ -97,14 +100,16 @@ class InputStatus {
   void judgeNoFrame(const StreamReport& depth, const std::string& name,
                     dtsdf_mapping::MapStatus& status) const;
   double silence(const std::optional<double>& age_s) const;
-  void hintAtColour(const InputReport& input);
+  void hintAtColour(const InputReport& input, dtsdf_mapping::MapStatus& status);
+  std::string publisherOf(const std::string& topic) const;
 
   const double stale_s_;
   PublishedTopics (*const find_topics_)();
+  std::string (*const find_publisher_)(const std::string&);
   RunClock run_clock_;
   std::deque<Moment> moments_;  ///< Of the last while.
   uint64_t restarts_before_ = 0;
-  bool has_hinted_ = false;
+  std::optional<std::vector<std::string>> colour_topics_;  ///< Once they were asked for.
 };
 
 }  // namespace dtsdf

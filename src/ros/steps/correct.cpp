@@ -61,8 +61,8 @@ void CorrectStep::advertise(const Handles& handles) {
   server_ = serve<CorrectPoses>(
       handles.waiting, "correct_poses", [this](const auto& request, auto& response) {
         const std::string path = resolveOutputPath(host_.params.node.output_directory,
-                                                   request.file_name, {".txt", ".tum"});
-        const Trajectory poses = readTrajectory(path, "give a TUM file in output_directory");
+                                                   request.file_name, {".txt", ".tum"}, true);
+        const Trajectory poses = readTrajectory(path, "give a TUM file");
         correctByCall({poses.poses(), request.frame_id, request.child_frame}, response);
       });
   if (journal_ == nullptr) return;

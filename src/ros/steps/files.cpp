@@ -99,7 +99,8 @@ class FilesStep : public Step {
           const std::lock_guard<std::mutex> lock(mutex_);
           turn_ = number;
           const std::string path =
-              resolveOutputPath(host_.params.node.output_directory, request.file_name, extensions);
+              resolveOutputPath(host_.params.node.output_directory, request.file_name, extensions,
+                                std::is_same<Service, dtsdf_mapping::LoadMap>::value);
           work(request, response, path);
           response.path = path;
         }));

@@ -159,7 +159,7 @@ TEST(ReconstructOptions, NamesWhatIsWrong) {
   EXPECT_EQ(parseErrorOf({"--tum", "dir", "--trajectory", "t.txt"}), "");
   EXPECT_NE(parseErrorOf({"--tum", "dir", "--mesh", "o.xyz"}).find(".ply, .obj, .stl or .glb"),
             std::string::npos);
-  EXPECT_NE(parseErrorOf({"dir", "--format", "svo", "--mesh", "o.ply"}).find("scannet|bag"),
+  EXPECT_NE(parseErrorOf({"dir", "--format", "svo", "--mesh", "o.ply"}).find("scannet|png|bag"),
             std::string::npos);
   EXPECT_NE(parseErrorOf({"dir", "other", "--mesh", "o.ply"}).find("other"), std::string::npos);
 }

@@ -1,0 +1,129 @@
+// Your own images: 16-bit PNGs in depth/ or in the folder itself, in the order of the numbers at
+// the end of their names, in millimetres; poses in one of the files of kPoses, the camera in one of
+// readCamera(), and colour images in a folder beside depth/.
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "io/camera_file.h"
+#include "io/depth_codes.h"
+#include "io/formats/folder_format.h"
+#include "io/pose_files.h"
+#include "params/text.h"
+
+namespace dtsdf {
+namespace png {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kPoses[] = {
+    "poses",     "pose",       "transforms.json",     "trajectory.log", "traj.txt",
+    "poses.txt", "images.txt", "sparse/0/images.txt", "groundtruth.txt"};
+
+std::vector<StampedImage> imagesIn(const fs::path& folder,
+                                   const std::vector<std::string>& endings) {
+  std::vector<StampedImage> images;
+  if (!fs::is_directory(folder)) return images;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string path = entry.path().string();
+    const bool is_image = std::any_of(endings.begin(), endings.end(), [&](const auto& ending) {
+      return hasEnding(inLowerCase(path), ending);
+    });
+    if (is_image) images.push_back({numberAtEnd(path).value_or(-1.0), path});
+  }
+  std::sort(images.begin(), images.end(), [](const StampedImage& a, const StampedImage& b) {
+    return std::tie(a.stamp_s, a.path) < std::tie(b.stamp_s, b.path);
+  });
+  for (size_t i = 0; i < images.size(); ++i) {  // of names without numbers, in their order
+    if (images.front().stamp_s < 0.0) images[i].stamp_s = static_cast<double>(i);
+  }
+  return images;
+}
+
+fs::path depthFolder(const fs::path& folder) {
+  return fs::is_directory(folder / "depth") ? folder / "depth" : folder;
+}
+
+/// What cannot be read, but may be depth.
+std::string otherImagesIn(const fs::path& folder) {
+  const auto others =
+      imagesIn(depthFolder(folder), {".tif", ".tiff", ".npy", ".npz", ".exr", ".pgm"});
+  return others.empty() ? "" : others.front().path;
+}
+
+bool isPng(const fs::path& folder) {
+  return !imagesIn(depthFolder(folder), {".png"}).empty() || !otherImagesIn(folder).empty();
+}
+
+std::vector<StampedImage> listDepth(const fs::path& folder) {
+  std::vector<StampedImage> images = imagesIn(depthFolder(folder), {".png"});
+  if (!images.empty()) return images;
+  const std::string other = otherImagesIn(folder);
+  throw std::runtime_error(other.empty()
+                               ? "'" + depthFolder(folder).string() + "' has no depth images *.png"
+                               : "'" + other +
+                                     "' cannot be read: convert depth to 16-bit PNG, or use Python "
+                                     "(docs/recordings.md, Other images)");
+}
+
+std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,
+                                 double tolerance_s) {
+  for (const char* const name : kPoses) {
+    if (fs::exists(folder / name))
+      return readPosesOf((folder / name).string(), images, tolerance_s);
+  }
+  throw std::runtime_error("'" + folder.string() + "' has no poses, such as poses.txt or " +
+                           kPoses[2] + "; give them by --poses, or none with --poses-mode track");
+}
+
+/// Of transforms.json, where the principal point counts from the corner of the first pixel.
+std::optional<CameraInfo> cameraOfTransforms(const std::string& path, const ImageSize& size) try {
+  const nlohmann::json root = readJsonFile(path, "the camera is expected there");
+  for (const char* const list : {"depth_frames", "frames", ""}) {
+    const nlohmann::json frames = root.value(list, nlohmann::json::array());
+    const nlohmann::json& camera = frames.empty() ? root : frames.front();
+    if (!camera.contains("fl_x")) continue;
+    const auto number = [&](const char* key) { return camera.at(key).get<float>(); };
+    return CameraInfo{size.width,
+                      size.height,
+                      {number("fl_x"), camera.value("fl_y", number("fl_x")), number("cx") - 0.5f,
+                       number("cy") - 0.5f}};
+  }
+  return std::nullopt;
+} catch (const nlohmann::json::exception& error) {
+  throw std::runtime_error(path + ": " + error.what());
+}
+
+CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>& images) {
+  const std::string yaml = (folder / "camera_info.yaml").string();
+  const std::string matrix = (folder / "camera-intrinsics.txt").string();
+  const std::string transforms = (folder / "transforms.json").string();
+  const ImageSize size = readDepthPngSize(images.front().path);
+  if (fs::exists(matrix)) return cameraOfMatrix(readMatrixFile(matrix, 3, 3, ""), size, matrix);
+  if (!fs::exists(yaml) && fs::exists(transforms)) {
+    if (const auto camera = cameraOfTransforms(transforms, size)) return *camera;
+  }
+  return loadCameraInfo(yaml);
+}
+
+double unitsPerMetre(const fs::path&) { return 1000.0; }
+
+RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_camera) {
+  RecordedColours colours;
+  for (const char* const name : {"color", "colour", "rgb", "images", "image"}) {
+    if (colours.images.empty()) colours.images = imagesIn(folder / name, {".png", ".jpg", ".jpeg"});
+  }
+  const fs::path own_camera = folder / "colour_info.yaml";
+  colours.camera = fs::exists(own_camera) ? loadCameraInfo(own_camera.string()) : depth_camera;
+  return colours;
+}
+
+}  // namespace png
+
+FolderFormat pngFormat() {
+  using namespace png;
+  return {"png",      "*.png, or depth/*.png", isPng,      listDepth, findPoses,
+          readCamera, unitsPerMetre,           findColours};
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,184 @@
+#include "io/pose_files.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "io/camera_file.h"
+#include "io/text_file.h"
+#include "params/text.h"
+
+namespace dtsdf {
+namespace {
+
+namespace fs = std::filesystem;
+using Pose = std::optional<Eigen::Isometry3d>;
+
+const char* const kAdvice = "poses are expected there";
+
+/// Poses of images by name: with the folder, without it, and by the number at its end.
+struct NamedPoses {
+  std::map<std::string, Pose> poses;
+  const char* convention = "optical";
+
+  static std::vector<std::string> keysOf(const std::string& path) {
+    const fs::path name = fs::path(path).replace_extension();
+    const std::string last = name.filename().string();
+    std::vector<std::string> keys{name.parent_path().filename().string() + "/" + last, last};
+    if (const auto number = numberAtEnd(path)) keys.push_back("#" + shortestText(*number, 17));
+    return keys;
+  }
+  void add(const std::string& path, const Pose& pose) {
+    for (const std::string& key : keysOf(path)) poses.emplace(key, pose);
+  }
+  Pose of(const std::string& path) const {
+    for (const std::string& key : keysOf(path)) {
+      const auto found = poses.find(key);
+      if (found != poses.end()) return found->second;
+    }
+    return std::nullopt;
+  }
+};
+
+/// COLMAP: number, qw qx qy qz, tx ty tz from world to camera, camera, name.
+NamedPoses posesOfColmap(const std::vector<ListLine>& lines) {
+  NamedPoses named{{}, "inverted"};
+  for (const ListLine& line : lines) {
+    if (line.words.size() != 10) continue;  // points in the image, in threes
+    double v[8];
+    for (size_t i = 1; i < 8; ++i) v[i] = numberAt(line, i);
+    const Eigen::Quaterniond q(v[1], v[2], v[3], v[4]);
+    if (std::abs(q.norm() - 1.0) > 0.01) throwAt(line, "the quaternion's length is not 1");
+    Eigen::Isometry3d T_C_W(q.normalized());
+    T_C_W.translation() = Eigen::Vector3d(v[5], v[6], v[7]);
+    named.add(line.words[9], T_C_W);
+  }
+  return named;
+}
+
+/// As nerfstudio, instant-ngp and `map_tool export` have it.
+NamedPoses posesOfTransforms(const std::string& path) {
+  NamedPoses named{{}, "opengl"};
+  const nlohmann::json root = readJsonFile(path, kAdvice);
+  for (const char* const list : {"depth_frames", "frames"}) {
+    for (const nlohmann::json& frame : root.value(list, nlohmann::json::array())) {
+      std::vector<std::string> words;
+      for (const auto& number : frame.at("transform_matrix").flatten())
+        words.push_back(number.dump());
+      const Pose pose = rigidMotion(parseMatrix(words, 4, 4, path));
+      for (const char* const name : {"depth_file_path", "file_path"}) {
+        if (frame.contains(name)) named.add(frame[name].get<std::string>(), pose);
+      }
+    }
+  }
+  return named;
+}
+
+/// The matrices of a list, of 12 or 16 numbers in a line each; or in four lines, above which three
+/// numbers stand in Open3D's trajectory.log.
+std::vector<Pose> posesInOrder(const std::vector<ListLine>& lines) {
+  const size_t first = lines.front().words.size();
+  const size_t in_line = first == 3 ? 4 : first;
+  std::vector<Pose> poses;
+  std::vector<std::string> words;
+  for (const ListLine& line : lines) {
+    if (first == 3 && line.words.size() == 3 && words.empty()) continue;
+    if (line.words.size() != in_line) parseMatrix(line.words, 4, 4, line.place);  // throws
+    words.insert(words.end(), line.words.begin(), line.words.end());
+    if (in_line == 12) words.insert(words.end(), {"0", "0", "0", "1"});
+    if (words.size() < 16) continue;
+    poses.push_back(rigidMotion(parseMatrix(words, 4, 4, line.place)));
+    words.clear();
+  }
+  if (!words.empty() || poses.empty()) throwAt(lines.back(), "expected 4 x 4 numbers");
+  return poses;
+}
+
+std::vector<ImagePose> inOrder(const std::vector<Pose>& poses,
+                               const std::vector<StampedImage>& images) {
+  const bool is_each = poses.size() == images.size();
+  std::vector<ImagePose> result;
+  for (size_t i = 0; i < images.size(); ++i) {
+    const double number = is_each ? static_cast<double>(i) : images[i].stamp_s;
+    if (number >= 0.0 && number < static_cast<double>(poses.size())) {
+      result.push_back({poses[static_cast<size_t>(number)], "the camera was lost"});
+    } else {
+      result.push_back({std::nullopt, "no pose of its number"});
+    }
+  }
+  return result;
+}
+
+std::vector<ImagePose> readAsGiven(const std::string& path, const std::vector<StampedImage>& images,
+                                   double tolerance_s, std::string& convention) {
+  NamedPoses named;
+  if (fs::is_directory(path)) {
+    for (const auto& file : fs::directory_iterator(path)) {
+      if (file.path().extension() != ".txt") continue;
+      const std::string name = file.path().string();
+      named.add(name, rigidMotion(readMatrixFile(name, 4, 4, kAdvice)));
+    }
+  } else if (endsWith(path, ".json")) {
+    named = posesOfTransforms(path);
+  } else {
+    const std::vector<ListLine> lines = readList(path, kAdvice);
+    const size_t words = lines.empty() ? 8 : lines.front().words.size();
+    if (words != 10 && words != 3 && words != 4 && words != 12 && words != 16) {
+      return posesNear(readTrajectory(path, kAdvice), images, tolerance_s);
+    }
+    if (words != 10) return inOrder(posesInOrder(lines), images);
+    named = posesOfColmap(lines);
+  }
+  if (convention.empty()) convention = named.convention;
+  std::vector<ImagePose> poses;
+  for (const StampedImage& image : images)
+    poses.push_back({named.of(image.path), "no pose of its name"});
+  return poses;
+}
+
+}  // namespace
+
+std::vector<ImagePose> readPosesOf(const std::string& path, const std::vector<StampedImage>& images,
+                                   double tolerance_s, const std::string& convention) try {
+  std::string used = convention;
+  std::vector<ImagePose> poses = readAsGiven(path, images, tolerance_s, used);
+  for (ImagePose& pose : poses) {
+    if (pose.T_W_C) pose.T_W_C = opticalPose(*pose.T_W_C, used);
+  }
+  return poses;
+} catch (const nlohmann::json::exception& error) {
+  throw std::runtime_error(path + ": " + error.what());
+}
+
+Eigen::Isometry3d opticalPose(const Eigen::Isometry3d& pose, const std::string& convention) {
+  if (convention.empty() || convention == "optical") return pose;
+  if (convention == "inverted") return pose.inverse();
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  if (convention == "opengl") {
+    T.linear().diagonal() << 1, -1, -1;
+  } else if (convention == "body") {
+    T.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  } else {
+    throw std::invalid_argument("the pose convention must be optical, opengl, body or inverted");
+  }
+  return pose * T;
+}
+
+std::optional<double> numberAtEnd(const std::string& path) {
+  const std::string name = fs::path(path).stem().string();
+  size_t begin = name.size();
+  while (begin > 0 && std::isdigit(static_cast<unsigned char>(name[begin - 1])) != 0) --begin;
+  double number = 0.0;
+  if (parseNumber(name, number)) return number;  // a stamp, with a point in it
+  return parseNumber(name.substr(begin), number) ? std::optional<double>(number) : std::nullopt;
+}
+
+nlohmann::json readJsonFile(const std::string& path, const std::string& advice) {
+  nlohmann::json root = nlohmann::json::parse(readTextFile(path, advice), nullptr, false);
+  if (root.is_object()) return root;
+  throw std::runtime_error(path + ": not an object of JSON; " + advice);
+}
+
+}  // namespace dtsdf

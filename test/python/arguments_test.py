@@ -87,7 +87,7 @@ class WrongArguments(unittest.TestCase):
             deep = {"a": deep}
         for settings in (endless, deep):
             with self.assertRaisesRegex(ValueError, "nested"):
-                dtsdf_mapping.Mapper(settings)
+                dtsdf_mapping.Mapper("cpu", settings)
         with self.assertRaises(ZeroDivisionError):
             dtsdf_mapping.Mapper(threads=Odd())
         self.assertRegex(dtsdf_mapping.__version__, r"^\d+\.\d+\.\d+$")

@@ -92,6 +92,12 @@ TEST_F(TransformsTest, SaysWhichFrameIsUnknown) {
   EXPECT_TRUE(answer.may_come);
   EXPECT_TRUE(says(answer, "'nowhere' to 'map'")) << answer.text;
   EXPECT_TRUE(says(answer, "nothing has been received on /tf or /tf_static")) << answer.text;
+  geometry_msgs::TransformStamped broken;
+  broken.header.frame_id = "map";
+  broken.child_frame_id = "camera";
+  broken.transform.rotation.w = std::nan("");
+  transforms_.take(broken, "", false);
+  EXPECT_TRUE(says(lookUp("camera", ros::Time(1.0)), "refused"));
   putTransform(transforms_, 1.0, 1.0, "camera", "odom");
   EXPECT_EQ(lookUp("camera", ros::Time(1.0)).text,
             "no transform from 'camera' to 'map': TF has no frame 'map'; it has 'camera', 'odom'; "
@@ -163,7 +169,7 @@ TEST_F(TransformsTest, LongNamesAreRefused) {
   putTransform(transforms_, 1.0, 1.0, name, "map");
   putTransform(transforms_, 1.0, 1.0, "camera", name);
   EXPECT_EQ(transforms_.report().refused, 2u);
-  EXPECT_TRUE(says(lookUp("camera", ros::Time(1.0)), "nothing has been received"));
+  EXPECT_TRUE(says(lookUp("camera", ros::Time(1.0)), "all transforms received were refused"));
   EXPECT_TRUE(says(lookUp(name, ros::Time(1.0)), "longer than 200 bytes"));
 }
 

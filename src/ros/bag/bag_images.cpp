@@ -139,7 +139,7 @@ class BagReader {
       const auto info = message.instantiate<sensor_msgs::CameraInfo>();
       if (info) infos_[info->header.stamp] = info;
     }
-    rectification_.emplace(options.rectify, topic, kind_.is_colour);
+    rectification_.emplace(options.rectify, withoutEnding(topic), kind_.is_colour);
   }
 
   /// What next() goes through, in the order of the stamps that `stamp_of` gives.

@@ -92,7 +92,7 @@ void BagPoses::readTransforms(const rosbag::Bag& bag) {
       transform.header.frame_id = stripLeadingSlash(transform.header.frame_id);
       transform.child_frame_id = stripLeadingSlash(transform.child_frame_id);
       try {
-        transforms_.setTransform(transform, "bag", is_static);
+        if (!transforms_.setTransform(transform, "bag", is_static)) ++refused_;
       } catch (const std::runtime_error&) {
         // A stamp at the end of all time that ROS has; nothing in the bag is of then.
       }
@@ -116,6 +116,9 @@ void BagPoses::requireFrames(const std_msgs::Header& header, const std::string& 
   std::string known = !frames.empty()   ? "its frames are " + listOfFrames(frames)
                       : others_.empty() ? "it has none at all: record /tf and /tf_static"
                                         : "it has transforms elsewhere";
+  if (refused_ > 0) {
+    known += "; " + std::to_string(refused_) + " transforms were refused (NaN, or no rotation)";
+  }
   for (const std::string& topic : others_) {
     if (!endsWith(topic, "_static")) known += "; give --tf-topic " + printable(topic);
   }

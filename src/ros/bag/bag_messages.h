@@ -52,6 +52,7 @@ class BagPoses {
   std::string cameraFrame(const std_msgs::Header& header) const;
 
   std::string map_frame_, camera_frame_, tf_topic_, pose_convention_;
+  size_t refused_ = 0;
   std::set<std::string> others_;  ///< Topics with transforms, where the bag has not `tf_topic_`.
   double pose_tolerance_s_;
   tf2::BufferCore transforms_;

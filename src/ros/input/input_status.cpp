@@ -128,6 +128,7 @@ std::string describeNoPublisher(const std::string& topic, const PublishedTopics&
            ", which cannot be reached: set ROS_HOSTNAME or ROS_IP on both machines";
   }
   for (const std::string& other : topics.depth) {
+    if (other == topic) return "it is published, but not connected to yet";
     const std::string image = withoutTransport(other);
     if (image != withoutTransport(topic)) continue;
     if (other == image) return "it is published as sensor_msgs/Image; set image_transport:=raw";

@@ -136,7 +136,7 @@ void Transforms::take(const geometry_msgs::TransformStamped& transform,
     received_at_ = clock_();
   }
   try {
-    core_->setTransform(transform, publisher, is_static);
+    if (!core_->setTransform(transform, publisher, is_static)) ++report_.refused;  // tf2 says why
   } catch (const std::exception& error) {  // for a stamp at the end of time, or no memory
     ++report_.refused;
     ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping",
@@ -213,6 +213,9 @@ PoseAnswer Transforms::find(const std::string& parent, const std::string& frame,
   }
   answer.may_come = !newest || *newest < stamp;
   answer.text = describe(*core, newest, parent, frame, stamp, what);
+  if (core->allFramesAsString().empty() && report().refused > 0) {
+    answer.text = "all transforms received were refused: NaN, no rotation, or no name of a frame";
+  }
   return answer;
 }
 

@@ -28,7 +28,7 @@ struct PoseAnswer {
 
 /// What the status reports about transforms.
 struct TransformReport {
-  uint64_t refused = 0;         ///< Those with names longer than kLongestName, or without one.
+  uint64_t refused = 0;         ///< Without a usable name, a rotation, or a stamp.
   uint64_t restarts = 0;        ///< How often the buffer was made new.
   std::string last_restart;     ///< Why, the last time; empty: never.
   std::optional<double> age_s;  ///< Wall time since the last one was received.

@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using Pose = std::optional<Eigen::Isometry3d>;
 
-const char* const kAdvice = "poses are expected there";
+const char* const kPosesAdvice = "poses are expected there";
 
 /// Poses of images by name: with the folder, without it, and by the number at its end.
 struct NamedPoses {
@@ -61,7 +61,7 @@ NamedPoses posesOfColmap(const std::vector<ListLine>& lines) {
 /// As nerfstudio, instant-ngp and `map_tool export` have it.
 NamedPoses posesOfTransforms(const std::string& path) {
   NamedPoses named{{}, "opengl"};
-  const nlohmann::json root = readJsonFile(path, kAdvice);
+  const nlohmann::json root = readJsonFile(path, kPosesAdvice);
   for (const char* const list : {"depth_frames", "frames"}) {
     for (const nlohmann::json& frame : root.value(list, nlohmann::json::array())) {
       std::vector<std::string> words;
@@ -118,15 +118,15 @@ std::vector<ImagePose> readAsGiven(const std::string& path, const std::vector<St
     for (const auto& file : fs::directory_iterator(path)) {
       if (file.path().extension() != ".txt") continue;
       const std::string name = file.path().string();
-      named.add(name, rigidMotion(readMatrixFile(name, 4, 4, kAdvice)));
+      named.add(name, rigidMotion(readMatrixFile(name, 4, 4, kPosesAdvice)));
     }
   } else if (endsWith(path, ".json")) {
     named = posesOfTransforms(path);
   } else {
-    const std::vector<ListLine> lines = readList(path, kAdvice);
+    const std::vector<ListLine> lines = readList(path, kPosesAdvice);
     const size_t words = lines.empty() ? 8 : lines.front().words.size();
     if (words != 10 && words != 3 && words != 4 && words != 12 && words != 16) {
-      return posesNear(readTrajectory(path, kAdvice), images, tolerance_s);
+      return posesNear(readTrajectory(path, kPosesAdvice), images, tolerance_s);
     }
     if (words != 10) return inOrder(posesInOrder(lines), images);
     named = posesOfColmap(lines);

@@ -131,7 +131,7 @@ void addTumOption(CommandLine& line, RunOptions& options) {
 
 void addFolderOptions(CommandLine& line, RunOptions& options) {
   line.add({"--depth-scale", "UNITS",
-            "units per metre of a folder's 16-bit images (default: tum and icl 5000, 7scenes and "
+            "units per metre of a folder's 16-bit images (default: tum and icl 5000, 7scenes, "
             "scannet and png 1000, replica as in cam_params.json)"},
            [&](const std::string& value) {
              options.recording.units_per_metre = readNumber(value, {kAboveZero, kUnbounded});
@@ -263,12 +263,14 @@ void addReadingOptions(CommandLine& line, InputOptions& options) {
             "camera in pixels, instead of the recording's; a negative FY flips the rows of a "
             "folder's images, for cameras whose y axis points up"},
            [&](const std::string& value) { recording.intrinsics = parseIntrinsics(value); });
-  line.addText({"--poses", "FILE",
-                "poses to use instead of the recording's, in metres: `stamp tx ty tz qx qy qz qw` "
-                "per line (TUM), or for folders 12 (KITTI) or 16 numbers, Open3D's trajectory.log, "
-                "COLMAP's images.txt, transforms.json, or a folder of 4 x 4 matrices. Of a "
-                "journal: corrected poses of some of its images; the rest are interpolated"},
-               recording.poses_path);
+  line.addText(
+      {"--poses", "FILE",
+       "poses to use instead of the recording's, in metres: lines `stamp tx ty tz qx qy qz qw` "
+       "(TUM); for folders also lines of 12 (KITTI) or 16 numbers, Open3D's "
+       "trajectory.log, COLMAP's images.txt, transforms.json, or a folder with 4 x 4 "
+       "numbers in each .txt. Of a journal: corrected poses of some of its images; the "
+       "rest are interpolated"},
+      recording.poses_path);
   line.add({"--pose-convention", "optical|opengl|body|inverted",
             "what poses are of: camera with z forward, with y up and z backwards, with x forward "
             "and z up, or from map to camera (default: inverted for COLMAP, opengl for "
@@ -292,7 +294,7 @@ void addReadingOptions(CommandLine& line, InputOptions& options) {
                 "a bag's colour images, with camera_info beside them (default: the only such "
                 "topic)"},
                options.colour_topic);
-  line.addText({"--tf-topic", "T", "a bag's transforms, with T_static (default: /tf)"},
+  line.addText({"--tf-topic", "T", "a bag's transforms; static ones on T_static (default: /tf)"},
                options.tf_topic);
   line.addText({"--imu-topic", "T",
                 "a bag's sensor_msgs/Imu for map/level: imu (default: the only such topic)"},

@@ -66,8 +66,8 @@ TEST_F(Input, TopicsOfDepthAreFound) {
   const ros::Publisher colour = nh_.advertise<sensor_msgs::Image>("/b/rgb/image_raw", 1);
   using Names = std::vector<std::string>;
   const PublishedTopics topics = findPublishedTopics();
-  EXPECT_EQ(topics.depth, (Names{"/b/depth/image_raw", "/camera/depth/image_rect"}));
-  EXPECT_EQ(topics.only_compressed, Names{"/b/depth/image_raw"});
+  EXPECT_EQ(topics.depth,
+            (Names{"/b/depth/image_raw/compressedDepth", "/camera/depth/image_rect"}));
   EXPECT_EQ(topics.colour, Names{"/b/rgb/image_raw"});
   EXPECT_EQ(topics.camera_info, Names{"/camera/depth/camera_info"});
 }

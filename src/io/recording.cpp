@@ -88,8 +88,19 @@ void checkIntrinsics(const Intrinsics& K) {
       "0");
 }
 
+bool isReadable(const StampedImage& image) try {
+  readDepthPngSize(image.path);
+  return true;
+} catch (const std::runtime_error&) {
+  return false;
+}
+
 CameraInfo cameraOf(const RecordingOptions& options, const FolderFormat& format,
-                    const std::vector<StampedImage>& images) {
+                    std::vector<StampedImage> images) {
+  if (options.skip_bad) {  // the camera's size may have to be that of an image
+    const auto first = std::find_if(images.begin(), images.end(), isReadable);
+    if (first != images.end()) images = {*first};
+  }
   if (!options.intrinsics) return format.readCamera(options.path, images);
   checkIntrinsics(*options.intrinsics);
   const ImageSize size = readDepthPngSize(images.front().path);

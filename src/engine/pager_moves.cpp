@@ -80,14 +80,10 @@ std::vector<int32_t> enterContents(const MapContents& contents, const MeshStates
 
 /// @return whether they are released; else some or all are as they were.
 bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
-  struct Batch {
-    MapContents contents;
-    MeshStates states;
-  };
   MemoryDemand demand;
   demand.changed = slots.size();
   backend.reserve(demand);
-  const auto batch = std::make_shared<Batch>();
+  const auto batch = std::make_shared<std::pair<MapContents, MeshStates>>();
   auto& [contents, states] = *batch;
   contents.blocks = mapBlocks(table_, slots);
   makeRoomForWords(contents);

@@ -82,11 +82,11 @@ BlockExtent cubesOf(const BlockExtent& box, int n) {
   return cubes;
 }
 
-/// Finds what a box needs, by poses alone.
-class BoxInputFinder {
+/// Finds what the run of a box needs, by poses alone.
+class BoxRunPlanner {
  public:
-  BoxInputFinder(const InputOptions& options, const RunSettings& settings,
-                 const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box)
+  BoxRunPlanner(const InputOptions& options, const RunSettings& settings,
+                const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box)
       : options_(options), settings_(settings), T_W_M_(T_W_M) {
     const SpaceParams& space = settings.params.mapper.space;
     run_.box = {box.first, box.last, 1, {}, {}};
@@ -308,7 +308,7 @@ BlockExtent parseBox(const std::string& text, double block_m) {
 BoxRun planBoxRun(const InputOptions& options, const RunSettings& settings,
                   const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box) {
   checkSettings(settings);
-  return BoxInputFinder(options, settings, T_W_M, box).find();
+  return BoxRunPlanner(options, settings, T_W_M, box).find();
 }
 
 std::vector<BlockExtent> planBoxes(const InputOptions& options, const RunSettings& settings,

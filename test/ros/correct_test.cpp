@@ -179,7 +179,7 @@ class CorrectTest : public testing::Test {
 
   /// The map, its mesh and its space are those of the images so far at these poses.
   void expectMapOf(const std::vector<Eigen::Isometry3d>& T_W_C) {
-    ASSERT_EQ(host_.map.flushMesh().problem, "");
+    ASSERT_EQ(host_.map.flushMesh(), "");
     follow();
     const std::unique_ptr<Mapper> plain = makeMapper(host_.params.mapper);
     for (size_t i = 0; i < T_W_C.size(); ++i) {
@@ -259,7 +259,7 @@ TEST_F(CorrectTest, ACorrectedMapIsThatOfTheCorrectedPoses) {
 /// Only the last image moves: what it does not see is not sent again.
 TEST_F(CorrectTest, ListenersGetOnlyWhatDiffers) {
   begin();
-  ASSERT_EQ(host_.map.flushMesh().problem, "");
+  ASSERT_EQ(host_.map.flushMesh(), "");
   follow();
   const size_t all = mesh_.blocks().size();
   std::vector<StampedPose> last = corrected(1.0, kBefore - 2);
@@ -304,7 +304,7 @@ TEST_F(CorrectTest, LaterFramesFollowUntilTheirSourceJumps) {
   work();
   const MapContents now = contents();
   // In closed form but for the last bits: so the surface is compared, by the other mapper's.
-  ASSERT_EQ(host_.map.flushMesh().problem, "");
+  ASSERT_EQ(host_.map.flushMesh(), "");
   follow();
   ASSERT_TRUE(journal_->writer().written().get());
   JournalReplay replay(journal_->writer().path());

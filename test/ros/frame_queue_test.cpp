@@ -65,7 +65,7 @@ class FrameQueueTest : public testing::Test {
     return stamps;
   }
   uint64_t dropped(DropReason reason, size_t stream = 0) const {
-    return accounting_[stream].counts().dropped[static_cast<size_t>(reason)];
+    return accounting_[stream].counts().dropped_by[static_cast<size_t>(reason)];
   }
   using Stamps = std::vector<double>;
 
@@ -352,8 +352,7 @@ TEST_F(FrameQueueTest, EveryImageIsAccountedFor) {
     EXPECT_LE(queue_->bytes(), 700u);
   }
   queue_->end();
-  for (size_t stream = 0; stream < 3; ++stream)
-    EXPECT_EQ(accounting_[stream].counts().waiting(), 0u);
+  for (size_t stream = 0; stream < 3; ++stream) EXPECT_EQ(accounting_[stream].counts().waiting, 0u);
 }
 
 }  // namespace

@@ -56,21 +56,22 @@ class InputStatusTest : public testing::Test {
     publisher.clear();
     input_.now = ros::Time(100.0);
     input_.streams.resize(1);
-    depth().image_topic = "/camera/depth/image_rect";
+    depth().kind = "depth";
+    depth().topic = "/camera/depth/image_rect";
     depth().info_topic = "/camera/depth/camera_info";
   }
 
   StreamReport& depth() { return input_.streams[0]; }
   void drop(DropReason reason, uint64_t count) {
-    depth().frames.dropped[static_cast<size_t>(reason)] += count;
-    depth().frames.images += count;
-    depth().frames.last_drop = "frame stamped 1 dropped";
+    depth().dropped_by[static_cast<size_t>(reason)] += count;
+    depth().received += count;
+    depth().last_drop = "frame stamped 1 dropped";
   }
   void fuse(uint64_t count) {
-    depth().frames.images += count;
-    depth().frames.fused += count;
-    depth().frames.camera_infos += count;
-    depth().frames.image_age_s = depth().frames.fused_age_s = 0.0;
+    depth().received += count;
+    depth().fused += count;
+    depth().camera_infos += count;
+    depth().received_age_s = depth().fused_age_s = 0.0;
   }
 
   const MapStatus& update(double after_s = 1.0) {
@@ -107,8 +108,8 @@ TEST_F(InputStatusTest, TellsWhoCannotBeReachedFromWhoIsNotThere) {
 
 TEST_F(InputStatusTest, SaysWhereColourIsThoughNobodyRequiresIt) {
   input_.streams.resize(2);
-  input_.streams[1].is_colour = true;
-  input_.streams[1].image_topic = "/rgb";
+  input_.streams[1].kind = "color";
+  input_.streams[1].topic = "/rgb";
   published.colour = {"/rgb/compressed"};
   for (int i = 0; i < 12; ++i) {
     fuse(1);
@@ -128,7 +129,7 @@ TEST_F(InputStatusTest, SaysStepByStepWhatIsMissing) {
   expect(MapStatus::WARN, MapStatus::NO_IMAGES,
          "no depth image received on '/camera/depth/image_rect': it has no publisher; depth is "
          "published on '/a' and '/b'");
-  published.depth = {depth().image_topic + "/compressedDepth"};
+  published.depth = {depth().topic + "/compressedDepth"};
   expect(MapStatus::WARN, MapStatus::NO_IMAGES,
          "no depth image received on '/camera/depth/image_rect': it is published as "
          "sensor_msgs/CompressedImage; set image_transport:=compressedDepth");
@@ -136,12 +137,12 @@ TEST_F(InputStatusTest, SaysStepByStepWhatIsMissing) {
   expect(MapStatus::WARN, MapStatus::NO_IMAGES,
          "no depth image received on '/camera/depth/image_rect': its publisher has sent nothing "
          "yet");
-  depth().frames.images = 1;
+  depth().received = 1;
   published.camera_info = {"/info"};
   expect(MapStatus::WARN, MapStatus::NO_CAMERA_INFO,
          "depth images are received, but no camera_info on '/camera/depth/camera_info'; "
          "camera_info is published on '/info'; set camera_info:=");
-  depth().frames.camera_infos = 1;
+  depth().camera_infos = 1;
   expect(MapStatus::OK, MapStatus::NO_FRAME_YET,
          "waiting for the first frame with its camera_info and transform");
   depth().waiting_for = "no transform from 'camera' to 'map'";
@@ -176,10 +177,10 @@ TEST_F(InputStatusTest, SaysStepByStepWhatIsMissing) {
 }
 
 TEST_F(InputStatusTest, NamesTheTransportThatIsPublished) {
-  const std::string topic = depth().image_topic;
+  const std::string topic = depth().topic;
   published.depth = {topic};
   EXPECT_EQ(update().message.find("image_transport"), std::string::npos);
-  depth().image_topic = topic + "/compressedDepth";
+  depth().topic = topic + "/compressedDepth";
   expect(MapStatus::WARN, MapStatus::NO_IMAGES,
          "no depth image received on '/camera/depth/image_rect/compressedDepth': it is published "
          "as sensor_msgs/Image; set image_transport:=raw");
@@ -206,12 +207,12 @@ TEST_F(InputStatusTest, DropsAreReportedForAWhileIfTheyAreAFault) {
 TEST_F(InputStatusTest, SilenceIsWarnedOfAndThenAnError) {
   fuse(10);
   for (int i = 0; i < 20; ++i) update();
-  depth().frames.image_age_s = depth().frames.fused_age_s = 6.0;
+  depth().received_age_s = depth().fused_age_s = 6.0;
   expect(MapStatus::WARN, MapStatus::SILENT,
          "no depth image is received on '/camera/depth/image_rect' (its publisher is gone); last "
          "image 6 s ago, last transform never, last fused frame 6 s ago");
-  depth().frames.image_age_s = 0.1;
-  depth().frames.fused_age_s = 16.0;
+  depth().received_age_s = 0.1;
+  depth().fused_age_s = 16.0;
   drop(DropReason::kNoTransform, 1);
   expect(MapStatus::ERROR, MapStatus::NOT_FUSED,
          "no frame is fused: frame stamped 1 dropped; last image 0 s ago, last transform never, "
@@ -224,14 +225,15 @@ TEST_F(InputStatusTest, SilenceIsWarnedOfAndThenAnError) {
 
 TEST_F(InputStatusTest, ColourIsMissedOnlyWhereItIsNeeded) {
   fuse(10);
-  input_.streams.push_back({"", true});
+  input_.streams.emplace_back();
   StreamReport& colour = input_.streams[1];
-  colour.image_topic = "/color";
+  colour.kind = "color";
+  colour.topic = "/color";
   EXPECT_EQ(update().code, MapStatus::MAPPING);
   colour.is_needed = true;
   expect(MapStatus::WARN, MapStatus::NO_COLOUR,
          "no colour image received on '/color', which colour/enabled: always requires");
-  colour.frames.images = 1;
+  colour.received = 1;
   expect(MapStatus::WARN, MapStatus::COLOUR_NOT_PAINTED,
          "colour images are received, but no camera_info on ''");
 }
@@ -245,16 +247,18 @@ TEST_F(InputStatusTest, EachCameraIsNamedAndCounted) {
   fuse(10);
   drop(DropReason::kQueueFull, 1);
   depth().waiting = 2;
-  depth().frames.last_fused_stamp = ros::Time(7.0);
+  depth().last_fused_stamp = ros::Time(7.0);
   EXPECT_EQ(update().message.find("rear: no depth image received"), 0u);
   EXPECT_EQ(status_.frames_fused, 10u);
   EXPECT_EQ(status_.cameras[1].streams.at(0).received_age_s, -1.0f) << "none has come";
   StreamReport& rear = input_.streams[1];
-  rear.frames = depth().frames;
-  rear.frames.dropped[static_cast<size_t>(DropReason::kQueueFull)] = 2;
-  rear.frames.images = 12;
-  rear.frames.last_fused_stamp = ros::Time(6.0);
-  rear.frames.image_age_s = 0.25;
+  rear = depth();
+  rear.camera = "rear";
+  rear.waiting = 0;
+  rear.dropped_by[static_cast<size_t>(DropReason::kQueueFull)] = 2;
+  rear.received = 12;
+  rear.last_fused_stamp = ros::Time(6.0);
+  rear.received_age_s = 0.25;
   EXPECT_EQ(update().code, MapStatus::MAPPING);
   EXPECT_EQ(status_.images_received, 23u);
   EXPECT_EQ(status_.frames_fused, 20u);

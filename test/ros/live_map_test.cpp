@@ -63,7 +63,7 @@ class LiveMapTest : public testing::Test {
   void work() { host_.work(); }
 
   uint64_t dropped(DropReason reason = DropReason::kBackendError) const {
-    return host_.depth.counts().dropped[static_cast<size_t>(reason)];
+    return host_.depth.counts().dropped_by[static_cast<size_t>(reason)];
   }
   bool hasFailed() const { return host_.status().code == dtsdf_mapping::MapStatus::BACKEND_FAILED; }
 
@@ -190,8 +190,10 @@ TEST_F(LiveMapTest, MeshesInPartsUntilNothingIsLeft) {
   mesh_rate_hz_ = 0.0;
   pushFrame();
   work();
-  EXPECT_TRUE(map_.flushMesh().is_part);
-  EXPECT_FALSE(map_.flushMesh().is_part);
+  EXPECT_EQ(map_.flushMesh(), "");
+  EXPECT_TRUE(map_.isMeshPart());
+  EXPECT_EQ(map_.flushMesh(), "");
+  EXPECT_FALSE(map_.isMeshPart());
   EXPECT_EQ(mapper_->meshes, 5);
 }
 
@@ -252,18 +254,18 @@ TEST_F(LiveMapTest, AMeshThatWasLostIsThatOfBeforeUntilTheMapIsCleared) {
   mesh_rate_hz_ = 0.0;
   pushFrame();
   work();
-  EXPECT_EQ(map_.flushMesh().problem, "");
+  EXPECT_EQ(map_.flushMesh(), "");
   EXPECT_EQ(changes_.take().blocks.size(), 1u);
   pushFrame(5);
   work();
   mapper_->fails_to_mesh = true;
-  EXPECT_NE(map_.flushMesh().problem.find("last extracted mesh: out of memory"), std::string::npos);
+  EXPECT_NE(map_.flushMesh().find("last extracted mesh: out of memory"), std::string::npos);
   EXPECT_EQ(host_.status().message, "the backend failed: out of memory");
   mapper_->fails_to_mesh = false;
-  EXPECT_NE(map_.flushMesh().problem, "") << "what was lost would be a hole";
+  EXPECT_NE(map_.flushMesh(), "") << "what was lost would be a hole";
   EXPECT_TRUE(changes_.take().blocks.empty());
   map_.clear();
-  EXPECT_EQ(map_.flushMesh().problem, "");
+  EXPECT_EQ(map_.flushMesh(), "");
 }
 
 TEST_F(LiveMapTest, ABackendThatCannotClearStaysFailed) {
@@ -291,7 +293,8 @@ TEST_F(LiveMapTest, GoesOnWithAMapThatWasLoaded) {
   EXPECT_FALSE(map_.isEmpty());
   auto* const loaded = new FakeMapper;
   loaded->frames = 7;
-  const auto old = map_.replace({std::unique_ptr<Mapper>(loaded), 0.08f, "/a.dtsdf", mapOf(5.0)});
+  const auto old = map_.replace(std::unique_ptr<Mapper>(loaded), 0.08f, "/a.dtsdf",
+                                {Replacement::Kind::kLoaded, mapOf(5.0)});
   EXPECT_EQ(old.get(), mapper_);
   EXPECT_EQ(host_.status().blocks, 7u);
   EXPECT_EQ(host_.status().loaded_map, "/a.dtsdf");
@@ -316,7 +319,8 @@ TEST_F(LiveMapTest, AMapThatIsLoadedStartsOverAfterAFailure) {
   work();
   mapper_->fails_to_count = true;
   EXPECT_FALSE(map_.isEmpty()) << "who knows what it holds";
-  map_.replace({std::make_unique<FakeMapper>(), 0.05f, "/a.dtsdf", mapOf(0.0)});
+  map_.replace(std::make_unique<FakeMapper>(), 0.05f, "/a.dtsdf",
+               {Replacement::Kind::kLoaded, mapOf(0.0)});
   EXPECT_FALSE(hasFailed());
   pushFrame();
   work();
@@ -338,7 +342,7 @@ TEST_F(LiveMapTest, PaintsAndCountsColourForItself) {
   pushColour();
   work();
   EXPECT_EQ(dropped(), 0u);
-  EXPECT_EQ(host_.colour.counts().dropped[static_cast<size_t>(DropReason::kBackendError)], 1u);
+  EXPECT_EQ(host_.colour.counts().dropped_by[static_cast<size_t>(DropReason::kBackendError)], 1u);
 }
 
 /// A map that is to be level: frames wait for it, by being dropped, and then go into its frame.
@@ -357,14 +361,15 @@ TEST(LevelMap, FramesAreFusedInTheLevelFrame) {
     host.work();
   };
   push(1.0);
-  EXPECT_EQ(host.depth.counts().dropped[static_cast<size_t>(DropReason::kNotLevel)], 1u);
+  EXPECT_EQ(host.depth.counts().dropped_by[static_cast<size_t>(DropReason::kNotLevel)], 1u);
   EXPECT_NE(host.depth.counts().last_drop.find("not level yet"), std::string::npos);
   EXPECT_FALSE(host.map.origin().T_W_M);
 
   Eigen::Isometry3d T_W_M = Eigen::Isometry3d::Identity();
   T_W_M.translation().x() = 5.0;
   auto* const loaded = new FakeMapper;
-  host.map.replace({std::unique_ptr<Mapper>(loaded), 0.02f, "map.dtsdf", mapOf(0.0, T_W_M)});
+  host.map.replace(std::unique_ptr<Mapper>(loaded), 0.02f, "map.dtsdf",
+                   {Replacement::Kind::kLoaded, mapOf(0.0, T_W_M)});
   push(2.0);
   EXPECT_EQ(loaded->frames, 1);
   loaded->beginMeshUpdate();

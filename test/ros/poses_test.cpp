@@ -77,7 +77,7 @@ class PosesTest : public testing::Test {
   }
 
   uint64_t dropped(DropReason reason) const {
-    return host_->depth.counts().dropped[static_cast<size_t>(reason)];
+    return host_->depth.counts().dropped_by[static_cast<size_t>(reason)];
   }
   uint64_t fused() const { return host_->depth.counts().fused; }
   dtsdf_mapping::PoseStatus statusOf(size_t camera) {
@@ -95,9 +95,9 @@ class PosesTest : public testing::Test {
   double foundX_m() const { return poses_->published()->T_M_B.translation().x(); }
 
   void expectAccounted() const {
-    const FrameCounts counts = host_->depth.counts();
-    EXPECT_EQ(counts.images, counts.fused + counts.droppedSum());
-    EXPECT_EQ(counts.waiting(), 0u);
+    const StreamReport counts = host_->depth.counts();
+    EXPECT_EQ(counts.received, counts.fused + counts.droppedSum());
+    EXPECT_EQ(counts.waiting, 0u);
   }
 
   NodeParams params_;
@@ -224,7 +224,7 @@ TEST_F(PosesTest, ALostCameraFusesNothingUntilItFitsAgain) {
   EXPECT_EQ(dropped(DropReason::kLost), 4u);
   EXPECT_NEAR(statusOf(0).lost_since.toSec(), 1.2, 1e-6);
   pushColour(1.55, "camera");
-  EXPECT_EQ(host_->colour.counts().dropped[static_cast<size_t>(DropReason::kLost)], 1u);
+  EXPECT_EQ(host_->colour.counts().dropped_by[static_cast<size_t>(DropReason::kLost)], 1u);
   camera_x_m_ = 0.02;
   for (int i = 6; i < 12; ++i) push(1.0 + 0.1 * i);
   EXPECT_TRUE(statusOf(0).lost_since.isZero());
@@ -263,8 +263,8 @@ TEST_F(PosesTest, InAMapThatWasLoadedACameraHasToBeFound) {
   loaded->frames = 10;
   camera_x_m_ = 7.0;
   mapper_ = loaded.get();
-  host_->map.replace(
-      {std::move(loaded), 0.02f, "map.dtsdf", std::make_shared<const MapContents>()});
+  host_->map.replace(std::move(loaded), 0.02f, "map.dtsdf",
+                     {Replacement::Kind::kLoaded, std::make_shared<const MapContents>()});
   push(1.1);
   EXPECT_EQ(dropped(DropReason::kLost), 1u);
   EXPECT_FALSE(statusOf(0).lost_since.isZero());
@@ -292,7 +292,7 @@ TEST_F(PosesTest, ABaseBeginsAtTheOriginOnceItsCameraIsKnown) {
   pushColour(1.25, "colour");
   EXPECT_EQ(host_->colour.counts().fused, 1u);
   pushColour(1.26, "elsewhere");
-  EXPECT_EQ(host_->colour.counts().dropped[static_cast<size_t>(DropReason::kNoTransform)], 1u);
+  EXPECT_EQ(host_->colour.counts().dropped_by[static_cast<size_t>(DropReason::kNoTransform)], 1u);
   expectAccounted();
 }
 

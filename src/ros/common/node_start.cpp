@@ -18,13 +18,14 @@ namespace dtsdf {
 namespace {
 
 /// Prints help if it is asked for; false if it is not.
-bool printHelp(int argc, const char* const* argv, const NodeProgram& program) {
+bool printHelp(int argc, const char* const* argv, const std::string& usage,
+               const ParamTree& defaults) {
   const bool is_asked = std::any_of(argv, argv + argc, [](const std::string& argument) {
     return argument == "--help" || argument == "-h";
   });
   if (!is_asked) return false;
-  std::printf("%s\nSettings, with their defaults:\n", program.usage.c_str());
-  for (const auto& [key, value] : program.defaults) {
+  std::printf("%s\nSettings, with their defaults:\n", usage.c_str());
+  for (const auto& [key, value] : defaults) {
     std::printf("  _%s:=%s\n", key.c_str(), toString(value).c_str());
   }
   return true;
@@ -127,20 +128,22 @@ ServerParams readParamServer(const ros::NodeHandle& private_nh) {
   return params;
 }
 
-int runNode(int argc, char** argv, const NodeProgram& program) {
-  if (printHelp(argc, argv, program)) return 0;
+int runNode(int argc, char** argv, const std::string& node_name, const std::string& usage,
+            const ParamTree& defaults,
+            const std::function<void(const ros::NodeHandle&, const ros::NodeHandle&)>& run) {
+  if (printHelp(argc, argv, usage, defaults)) return 0;
   const std::vector<std::string> arguments(argv, argv + argc);
-  if (!initNode(argc, argv, program.name, program.defaults)) return 2;
+  if (!initNode(argc, argv, node_name, defaults)) return 2;
   // ROS, and with it the log, ends with the last handle.
   const ros::NodeHandle nh, private_nh("~");
   const std::string& name = private_nh.getNamespace();
   std::string problem;
   try {
-    program.run(nh, private_nh);
+    run(nh, private_nh);
     return 0;
   } catch (const ParamError& error) {
     problem = startErrorText(error) +
-              leftoversText(arguments, name, readParamServer(private_nh).tree, program.defaults);
+              leftoversText(arguments, name, readParamServer(private_nh).tree, defaults);
   } catch (const std::exception& error) {
     problem = startErrorText(error);
   }

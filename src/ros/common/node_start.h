@@ -15,19 +15,16 @@
 
 namespace dtsdf {
 
-/// A program that is a node.
-struct NodeProgram {
-  std::string name, usage;
-  ParamTree defaults;  ///< Of its settings: see toTree().
-  std::function<void(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)> run;
-};
-
-/// Runs it. `--help` is answered before ROS looks for a master, and arguments are refused that ROS
-/// cannot read, or would take for topics: settings without the _ that they begin with. What `run`
-/// throws says why the node cannot start, with settings that an earlier run has left on the
-/// parameter server.
+/// Runs a program that is a node. `--help` is answered before ROS looks for a master, and arguments
+/// are refused that ROS cannot read, or would take for topics: settings without the _ that they
+/// begin with. What `run` throws says why the node cannot start, with settings that an earlier run
+/// has left on the parameter server.
 /// @return its exit code: 0, 1 where it cannot start, 2 for wrong arguments.
-int runNode(int argc, char** argv, const NodeProgram& program);
+/// @param defaults Of its settings: see toTree().
+int runNode(
+    int argc, char** argv, const std::string& node_name, const std::string& usage,
+    const ParamTree& defaults,
+    const std::function<void(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)>& run);
 
 /// What a namespace holds, flattened; without the keys that ROS itself reads there.
 struct ServerParams {

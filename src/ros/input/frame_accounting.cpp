@@ -72,13 +72,13 @@ DropReason dropReasonOf(FrameStatus status) {
   return DropReason::kBadImage;
 }
 
-uint64_t FrameCounts::droppedSum() const {
-  return std::accumulate(dropped.begin(), dropped.end(), uint64_t{0});
+uint64_t StreamReport::droppedSum() const {
+  return std::accumulate(dropped_by.begin(), dropped_by.end(), uint64_t{0});
 }
 
 void FrameAccounting::imageReceived(const ros::Time& stamp) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  ++counts_.images;
+  ++counts_.received;
   counts_.last_stamp = stamp;
   image_at_ = clock_();
 }
@@ -102,7 +102,7 @@ void FrameAccounting::dropped(const Rejection& rejection, const ros::Time& stamp
   message << (name_.empty() ? "" : name_ + ": ") << "frame stamped " << stamp << " dropped ("
           << toString(rejection.reason) << "): " << printableMessage(rejection.text);
   const std::lock_guard<std::mutex> lock(mutex_);
-  const uint64_t count = ++counts_.dropped[static_cast<size_t>(rejection.reason)];
+  const uint64_t count = ++counts_.dropped_by[static_cast<size_t>(rejection.reason)];
   counts_.last_drop = message.str();
   if (mayWarn(rejection.reason)) {
     ROS_WARN_STREAM_NAMED("dtsdf_mapping",
@@ -121,15 +121,15 @@ bool FrameAccounting::mayWarn(DropReason reason) {
   return true;
 }
 
-std::optional<double> FrameAccounting::ageOf(const std::optional<SteadyTime>& time) const {
-  if (!time) return std::nullopt;
-  return toSeconds(clock_() - *time);
+float FrameAccounting::ageOf(const std::optional<SteadyTime>& time) const {
+  return time ? static_cast<float>(toSeconds(clock_() - *time)) : -1.0f;
 }
 
-FrameCounts FrameAccounting::counts() const {
+StreamReport FrameAccounting::counts() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  FrameCounts counts = counts_;
-  counts.image_age_s = ageOf(image_at_);
+  StreamReport counts = counts_;
+  counts.waiting = static_cast<uint32_t>(counts.received - counts.fused - counts.droppedSum());
+  counts.received_age_s = ageOf(image_at_);
   counts.camera_info_age_s = ageOf(camera_info_at_);
   counts.fused_age_s = ageOf(fused_at_);
   return counts;

@@ -2,6 +2,7 @@
 /// about.
 #pragma once
 
+#include <dtsdf_mapping/StreamStatus.h>
 #include <ros/time.h>
 
 #include <array>
@@ -66,21 +67,19 @@ struct Rejection {
   std::string text;
 };
 
-struct FrameCounts {
-  uint64_t images = 0;
-  uint64_t camera_infos = 0;
-  uint64_t fused = 0;
-  std::array<uint64_t, kDropReasonCount> dropped{};
-  ros::Time last_stamp;  ///< Of the image received last.
-  ros::Time last_fused_stamp;
-  std::string last_drop;  ///< Stamp, reason and text of the newest dropped frame.
+/// One kind of images of one camera: what the status says of them, and what else is judged.
+struct StreamReport : dtsdf_mapping::StreamStatus {
+  StreamReport() { received_age_s = camera_info_age_s = fused_age_s = -1.0f; }
 
-  /// Wall time since the last one of each; nothing if there was none.
-  std::optional<double> image_age_s, camera_info_age_s, fused_age_s;
-
+  std::array<uint64_t, kDropReasonCount> dropped_by{};  ///< By reason, in place of `dropped`.
   uint64_t droppedSum() const;
-  /// Received, and neither fused nor dropped: they wait somewhere in the node, or are being fused.
-  uint64_t waiting() const { return images - fused - droppedSum(); }
+
+  std::string camera;      ///< Its name; empty for the only one, in the node's own namespace.
+  bool is_needed = false;  ///< Colour: it is amiss if there is none.
+  bool isColour() const { return kind == "color"; }
+  std::string info_topic;
+  size_t image_publishers = 0;
+  std::string warning;  ///< What is wrong with all of them, fused or not.
 };
 
 /// Counts what became of every frame and warns, throttled, about those that were dropped. Of the
@@ -97,31 +96,19 @@ class FrameAccounting {
   void fused(const ros::Time& stamp);
   void dropped(const Rejection& rejection, const ros::Time& stamp);
 
-  FrameCounts counts() const;
+  /// The counts, and what of them is received and waits: it is neither fused nor dropped yet.
+  StreamReport counts() const;
 
  private:
   bool mayWarn(DropReason reason);
-  std::optional<double> ageOf(const std::optional<SteadyTime>& time) const;
+  float ageOf(const std::optional<SteadyTime>& time) const;
 
   const std::string name_;
   const SteadyClock clock_;
   mutable std::mutex mutex_;
-  FrameCounts counts_;  ///< Without ages.
+  StreamReport counts_;  ///< Without ages.
   std::optional<SteadyTime> image_at_, camera_info_at_, fused_at_;
   std::array<ros::WallTime, kDropReasonCount> last_warning_{};
-};
-
-/// What is reported about one kind of images of one camera while the node runs.
-struct StreamReport {
-  std::string camera;  ///< Its name; empty for the only one, in the node's own namespace.
-  bool is_colour = false;
-  bool is_needed = false;  ///< Colour: it is amiss if there is none.
-  FrameCounts frames = {};
-  std::string image_topic = {}, info_topic = {};
-  size_t image_publishers = 0;
-  size_t waiting = 0;            ///< For their camera_info, transform or turn, or in work.
-  std::string waiting_for = {};  ///< What the first of them waits for.
-  std::string warning = {};      ///< What is wrong with all of them, fused or not.
 };
 
 }  // namespace dtsdf

@@ -298,19 +298,18 @@ void ImageStream::noteDoubts(const PosedFrame& posed) {
 }
 
 StreamReport ImageStream::report() const {
-  const FrameCounts frames = accounting_.counts();
-  const std::string waiting_for = queue_.waitingFor(stream_);
+  StreamReport report = accounting_.counts();
+  report.kind = kind_.is_colour ? "color" : "depth";
+  report.topic = image_topic_ + (compressed_ ? kind_.compressed_topic : "");
+  report.waiting_for = queue_.waitingFor(stream_);
+  report.camera = name_;
+  report.is_needed = is_needed_;
+  report.info_topic = info_topic_;
+  report.image_publishers =
+      compressed_ ? compressed_.getNumPublishers() : by_transport_.getNumPublishers();
   const std::lock_guard<std::mutex> lock(mutex_);
-  return {name_,
-          kind_.is_colour,
-          is_needed_,
-          frames,
-          image_topic_ + (compressed_ ? kind_.compressed_topic : ""),
-          info_topic_,
-          compressed_ ? compressed_.getNumPublishers() : by_transport_.getNumPublishers(),
-          frames.waiting(),
-          waiting_for,
-          warning_};
+  report.warning = warning_;
+  return report;
 }
 
 }  // namespace dtsdf

@@ -23,23 +23,23 @@ constexpr size_t kMostCoefficients = 64;
 /// Of an image: what is added to it must not be beyond the end of ROS's time.
 constexpr double kLatestStamp_s = kEndOfTime_s - 3600.0;
 
-/// The region of interest counts only if it is set; all zeros mean the whole image.
-struct Sampling {
-  uint32_t width, height, x_offset, y_offset, binning_x, binning_y;
-};
-
-Sampling samplingOf(const sensor_msgs::CameraInfo& info) {
-  const bool has_roi = info.roi.width != 0 && info.roi.height != 0;
-  return {has_roi ? info.roi.width : info.width, has_roi ? info.roi.height : info.height,
-          has_roi ? info.roi.x_offset : 0,       has_roi ? info.roi.y_offset : 0,
-          std::max<uint32_t>(info.binning_x, 1), std::max<uint32_t>(info.binning_y, 1)};
+/// The region of interest; the whole image unless it is set.
+sensor_msgs::RegionOfInterest regionOf(const sensor_msgs::CameraInfo& info) {
+  if (info.roi.width != 0 && info.roi.height != 0) return info.roi;
+  sensor_msgs::RegionOfInterest whole;
+  whole.width = info.width;
+  whole.height = info.height;
+  return whole;
 }
+
+/// 0 means none.
+uint32_t pixelsBinned(uint32_t binning) { return std::max<uint32_t>(binning, 1); }
 
 std::optional<Rejection> checkSize(const sensor_msgs::Image& image,
                                    const sensor_msgs::CameraInfo& info) {
-  const Sampling sampling = samplingOf(info);
-  const uint32_t width = sampling.width / sampling.binning_x;
-  const uint32_t height = sampling.height / sampling.binning_y;
+  const sensor_msgs::RegionOfInterest region = regionOf(info);
+  const uint32_t width = region.width / pixelsBinned(info.binning_x);
+  const uint32_t height = region.height / pixelsBinned(info.binning_y);
   if (image.width == width && image.height == height) return std::nullopt;
   return Rejection{DropReason::kSizeMismatch,
                    formatted("the image is %u x %u, but its camera_info is for %u x %u",
@@ -79,10 +79,11 @@ Intrinsics intrinsicsOf(const sensor_msgs::CameraInfo& info) {
   const double fy = has_projection ? info.P[5] : info.K[4];
   const double cx = has_projection ? info.P[2] : info.K[2];
   const double cy = has_projection ? info.P[6] : info.K[5];
-  const Sampling sampling = samplingOf(info);
-  return {static_cast<float>(fx / sampling.binning_x), static_cast<float>(fy / sampling.binning_y),
-          static_cast<float>((cx - sampling.x_offset) / sampling.binning_x),
-          static_cast<float>((cy - sampling.y_offset) / sampling.binning_y)};
+  const sensor_msgs::RegionOfInterest region = regionOf(info);
+  const uint32_t x = pixelsBinned(info.binning_x), y = pixelsBinned(info.binning_y);
+  return {static_cast<float>(fx / x), static_cast<float>(fy / y),
+          static_cast<float>((cx - region.x_offset) / x),
+          static_cast<float>((cy - region.y_offset) / y)};
 }
 
 sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const Intrinsics& K) {

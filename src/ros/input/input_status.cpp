@@ -16,7 +16,6 @@
 namespace dtsdf {
 
 using dtsdf_mapping::DropCount;
-using dtsdf_mapping::StreamStatus;
 
 namespace {
 
@@ -31,12 +30,12 @@ constexpr double kColourPatience_s = 10.0;
 /// A publisher that is not connected to by then cannot be.
 constexpr double kConnectPatience_s = 3.0;
 
-DropShare shareOf(const FrameCounts& before, const FrameCounts& now) {
+DropShare shareOf(const StreamReport& before, const StreamReport& now) {
   DropShare share;
-  share.received = now.images - before.images;
+  share.received = now.received - before.received;
   uint64_t most = 0;
   for (int i = 0; i < kDropReasonCount; ++i) {
-    const uint64_t dropped = now.dropped[i] - before.dropped[i];
+    const uint64_t dropped = now.dropped_by[i] - before.dropped_by[i];
     const auto reason = static_cast<DropReason>(i);
     if (!isFault(reason)) continue;
     share.dropped += dropped;
@@ -48,48 +47,29 @@ DropShare shareOf(const FrameCounts& before, const FrameCounts& now) {
   return share;
 }
 
-std::vector<DropCount> dropCounts(const FrameCounts& frames) {
+std::vector<DropCount> dropCounts(const StreamReport& stream) {
   std::vector<DropCount> counts;
   for (int i = 0; i < kDropReasonCount; ++i) {
-    if (frames.dropped[i] == 0) continue;
-    counts.push_back(dropCount(toString(static_cast<DropReason>(i)), frames.dropped[i]));
+    if (stream.dropped_by[i] == 0) continue;
+    counts.push_back(dropCount(toString(static_cast<DropReason>(i)), stream.dropped_by[i]));
   }
   return counts;
 }
 
-StreamStatus makeStreamStatus(const StreamReport& report) {
-  StreamStatus status;
-  status.kind = report.is_colour ? "color" : "depth";
-  status.topic = report.image_topic;
-  status.received = report.frames.images;
-  status.camera_infos = report.frames.camera_infos;
-  status.fused = report.frames.fused;
-  status.dropped = dropCounts(report.frames);
-  status.waiting = static_cast<uint32_t>(report.waiting);
-  status.waiting_for = report.waiting_for;
-  status.last_drop = report.frames.last_drop;
-  status.last_stamp = report.frames.last_stamp;
-  status.last_fused_stamp = report.frames.last_fused_stamp;
-  status.received_age_s = ageOf(report.frames.image_age_s);
-  status.camera_info_age_s = ageOf(report.frames.camera_info_age_s);
-  status.fused_age_s = ageOf(report.frames.fused_age_s);
-  return status;
-}
-
 void fillCounts(const InputReport& input, MapStatus& status) {
-  FrameCounts sum;
+  StreamReport sum;
   for (const StreamReport& stream : input.streams) {
-    if (!stream.is_colour) {
-      const FrameCounts& frames = stream.frames;
-      for (int i = 0; i < kDropReasonCount; ++i) sum.dropped[i] += frames.dropped[i];
-      status.images_received += frames.images;
-      status.frames_fused += frames.fused;
-      status.last_fused_stamp = std::max(status.last_fused_stamp, frames.last_fused_stamp);
-      status.frames_waiting += static_cast<uint32_t>(stream.waiting);
+    if (!stream.isColour()) {
+      for (int i = 0; i < kDropReasonCount; ++i) sum.dropped_by[i] += stream.dropped_by[i];
+      status.images_received += stream.received;
+      status.frames_fused += stream.fused;
+      status.last_fused_stamp = std::max(status.last_fused_stamp, stream.last_fused_stamp);
+      status.frames_waiting += stream.waiting;
       status.cameras.emplace_back();
       status.cameras.back().name = stream.camera;
     }
-    status.cameras.back().streams.push_back(makeStreamStatus(stream));
+    status.cameras.back().streams.push_back(stream);
+    status.cameras.back().streams.back().dropped = dropCounts(stream);
   }
   status.frames_dropped = sum.droppedSum();
   status.dropped = dropCounts(sum);
@@ -138,8 +118,9 @@ std::string describeNoPublisher(const std::string& topic, const PublishedTopics&
   return "it has no publisher" + describeOthers("depth", topics.depth);
 }
 
-std::string ago(const std::optional<double>& age_s) {
-  return age_s ? std::to_string(std::lround(*age_s)) + " s ago" : "never";
+/// @param age_s -1: it has not happened yet.
+std::string ago(float age_s) {
+  return age_s < 0.0f ? "never" : std::to_string(std::lround(age_s)) + " s ago";
 }
 
 /// Drops that are worth a word, though most frames are fused. Of fewer images than that a single
@@ -159,21 +140,21 @@ void judgeDrops(const DropShare& recent, const std::string& last_drop, const std
 
 /// Colour that is required, or comes and cannot be used.
 void judgeColour(const StreamReport& colour, const std::string& name, MapStatus& status) {
-  if (colour.frames.fused > 0) return;
-  if (colour.frames.images == 0) {
+  if (colour.fused > 0) return;
+  if (colour.received == 0) {
     if (!colour.is_needed) return;
     return report(status, MapStatus::WARN, MapStatus::NO_COLOUR,
-                  name + "no colour image received on '" + colour.image_topic +
+                  name + "no colour image received on '" + colour.topic +
                       "', which colour/enabled: always requires");
   }
-  if (colour.frames.camera_infos == 0) {
+  if (colour.camera_infos == 0) {
     return report(
         status, MapStatus::WARN, MapStatus::COLOUR_NOT_PAINTED,
         name + "colour images are received, but no camera_info on '" + colour.info_topic + "'");
   }
-  if (colour.frames.droppedSum() == 0) return;
+  if (colour.droppedSum() == 0) return;
   report(status, MapStatus::WARN, MapStatus::COLOUR_NOT_PAINTED,
-         name + "no colour image painted yet: " + colour.frames.last_drop);
+         name + "no colour image painted yet: " + colour.last_drop);
 }
 
 }  // namespace
@@ -234,10 +215,10 @@ void InputStatus::fill(const InputReport& input, MapStatus& status) {
   addMemory(status, "images", kHost, input.waiting_bytes, input.max_waiting_bytes);
   status.paused = input.paused;
   const std::vector<DropShare> recent = updateDrops(input);
-  const std::vector<FrameCounts>& before =
+  const std::vector<StreamReport>& before =
       moments_[moments_.size() - std::min<size_t>(2, moments_.size())].second;
   for (size_t i = 0; i < input.streams.size() && !input.paused; ++i) {
-    if (!input.streams[i].is_colour) judgeCamera(input, i, recent[i], before[i], status);
+    if (!input.streams[i].isColour()) judgeCamera(input, i, recent[i], before[i], status);
   }
   if (input.paused) report(status, MapStatus::OK, MapStatus::PAUSED, "paused");
   if (run_clock_.timeStands() && status.frames_fused > 0) {
@@ -256,14 +237,12 @@ void InputStatus::fill(const InputReport& input, MapStatus& status) {
 }
 
 std::vector<DropShare> InputStatus::updateDrops(const InputReport& input) {
-  Moment moment{input.at, {}};
-  for (const StreamReport& stream : input.streams) moment.second.push_back(stream.frames);
-  moments_.push_back(std::move(moment));
+  moments_.emplace_back(input.at, input.streams);
   // Of slow images, so many that a share means something.
   const auto isOld = [&](const Moment& moment) {
     uint64_t images = 0;
     for (size_t i = 0; i < input.streams.size(); ++i) {
-      images += moments_.back().second[i].images - moment.second[i].images;
+      images += moments_.back().second[i].received - moment.second[i].received;
     }
     return input.at - moment.first >= kWindow &&
            (images >= kLeastImages || moments_.size() > kMostMoments);
@@ -277,71 +256,69 @@ std::vector<DropShare> InputStatus::updateDrops(const InputReport& input) {
 }
 
 void InputStatus::judgeCamera(const InputReport& input, size_t index, const DropShare& recent,
-                              const FrameCounts& before, MapStatus& status) const {
+                              const StreamReport& before, MapStatus& status) const {
   const StreamReport& depth = input.streams[index];
   const std::string name = depth.camera.empty() ? "" : depth.camera + ": ";
   if (judgeSilence(depth, recent, name, input, status)) return;
-  if (depth.frames.fused == 0) return judgeNoFrame(depth, name, status);
-  if (depth.frames.droppedSum() - before.droppedSum() > depth.frames.fused - before.fused) {
+  if (depth.fused == 0) return judgeNoFrame(depth, name, status);
+  if (depth.droppedSum() - before.droppedSum() > depth.fused - before.fused) {
     const std::string remedy = recent.dropped > 0 ? remedyFor(recent.most_common) : "";
     report(status, MapStatus::WARN, MapStatus::MOST_DROPPED,
-           name + "most frames are dropped: " + depth.frames.last_drop +
+           name + "most frames are dropped: " + depth.last_drop +
                (remedy.empty() ? "" : "; " + remedy));
   }
   if (!depth.warning.empty()) {
     report(status, MapStatus::WARN, MapStatus::DOUBTFUL_INPUT, name + depth.warning);
   }
-  judgeDrops(recent, depth.frames.last_drop, name, status);
-  const bool has_colour = index + 1 < input.streams.size() && input.streams[index + 1].is_colour;
+  judgeDrops(recent, depth.last_drop, name, status);
+  const bool has_colour = index + 1 < input.streams.size() && input.streams[index + 1].isColour();
   if (has_colour) judgeColour(input.streams[index + 1], name, status);
 }
 
 /// For how long nothing has come while it could have; 0 if nothing ever has.
-double InputStatus::silence(const std::optional<double>& age_s) const {
-  return age_s ? std::min(*age_s, run_clock_.ran_s()) : 0.0;
+double InputStatus::silence(float age_s) const {
+  return age_s < 0.0f ? 0.0 : std::min<double>(age_s, run_clock_.ran_s());
 }
 
 /// An input that has fallen silent, or of which nothing is fused any longer.
 bool InputStatus::judgeSilence(const StreamReport& depth, const DropShare& recent,
                                const std::string& name, const InputReport& input,
                                MapStatus& status) const {
-  const FrameCounts& frames = depth.frames;
-  const double no_image_s = silence(frames.image_age_s);
-  const double silent_s = std::max(no_image_s, silence(frames.fused_age_s));
+  const double no_image_s = silence(depth.received_age_s);
+  const double silent_s = std::max(no_image_s, silence(depth.fused_age_s));
   if (stale_s_ <= 0.0 || silent_s < stale_s_) return false;
   const bool has_images = no_image_s < stale_s_;
   if (has_images && recent.dropped > 0 && recent.most_common == DropReason::kLost) return false;
   const std::string publisher = depth.image_publishers == 0 ? " (its publisher is gone)" : "";
-  const std::string what =
-      has_images ? "no frame is fused: " + frames.last_drop
-                 : "no depth image is received on '" + depth.image_topic + "'" + publisher;
+  const std::string what = has_images
+                               ? "no frame is fused: " + depth.last_drop
+                               : "no depth image is received on '" + depth.topic + "'" + publisher;
   report(status, silent_s < kErrorAfter * stale_s_ ? MapStatus::WARN : MapStatus::ERROR,
          has_images ? MapStatus::NOT_FUSED : MapStatus::SILENT,
-         name + what + "; last image " + ago(frames.image_age_s) + ", last transform " +
-             ago(input.transforms.age_s) + ", last fused frame " + ago(frames.fused_age_s));
+         name + what + "; last image " + ago(depth.received_age_s) + ", last transform " +
+             ago(ageOf(input.transforms.age_s)) + ", last fused frame " + ago(depth.fused_age_s));
   return true;
 }
 
 /// No frame has become part of the map.
 void InputStatus::judgeNoFrame(const StreamReport& depth, const std::string& name,
                                MapStatus& status) const {
-  const FrameCounts& frames = depth.frames;
-  if (frames.images == 0) {
+  if (depth.received == 0) {
     return report(
         status, MapStatus::WARN, MapStatus::NO_IMAGES,
-        name + "no depth image received on '" + depth.image_topic + "': " +
-            (depth.image_publishers == 0 ? describeNoPublisher(depth.image_topic, find_topics_(),
-                                                               publisherOf(depth.image_topic))
-                                         : "its publisher has sent nothing yet"));
+        name + "no depth image received on '" + depth.topic + "': " +
+            (depth.image_publishers == 0
+                 ? describeNoPublisher(depth.topic, find_topics_(), publisherOf(depth.topic))
+                 : "its publisher has sent nothing yet"));
   }
-  if (frames.camera_infos == 0) {
+  if (depth.camera_infos == 0) {
     const std::vector<std::string> infos = find_topics_().camera_info;
     return report(status, MapStatus::WARN, MapStatus::NO_CAMERA_INFO,
                   name + "depth images are received, but no camera_info on '" + depth.info_topic +
                       "'" + describeOthers("camera_info", infos) +
                       (infos.empty() ? "" : "; set camera_info:="));
   }
-  const std::string why = depth.waiting_for.empty() ? frames.last_drop : depth.waiting_for;
+  const std::string why = depth.waiting_for.empty() ? depth.last_drop : depth.waiting_for;
   if (!why.empty()) {
     return report(status, MapStatus::WARN, MapStatus::NO_FRAME_YET,
                   name + "no frame fused yet: " + why);
@@ -356,13 +333,13 @@ void InputStatus::judgeNoFrame(const StreamReport& depth, const std::string& nam
 void InputStatus::hintAtColour(const InputReport& input, MapStatus& status) {
   for (size_t i = 1; i < input.streams.size(); ++i) {
     const StreamReport& colour = input.streams[i];
-    const bool is_silent = colour.frames.images == 0 && colour.image_publishers == 0;
+    const bool is_silent = colour.received == 0 && colour.image_publishers == 0;
     // Colour that is required is a matter of the verdict.
-    if (!colour.is_colour || colour.is_needed || !is_silent) continue;
-    if (input.streams[i - 1].frames.fused == 0 || run_clock_.ran_s() < kColourPatience_s) continue;
+    if (!colour.isColour() || colour.is_needed || !is_silent) continue;
+    if (input.streams[i - 1].fused == 0 || run_clock_.ran_s() < kColourPatience_s) continue;
     if (!colour_topics_) colour_topics_ = find_topics_().colour;
     if (colour_topics_->empty()) continue;
-    const std::string& wanted = colour.image_topic;
+    const std::string& wanted = colour.topic;
     const auto same = std::find_if(colour_topics_->begin(), colour_topics_->end(),
                                    [&](const auto& t) { return withoutTransport(t) == wanted; });
     report(status, MapStatus::OK, MapStatus::NO_COLOUR,

@@ -89,17 +89,17 @@ class InputStatus {
   void fill(const InputReport& input, dtsdf_mapping::MapStatus& status);
 
  private:
-  using Moment = std::pair<SteadyTime, std::vector<FrameCounts>>;
+  using Moment = std::pair<SteadyTime, std::vector<StreamReport>>;
 
   /// Of each stream, in their order.
   std::vector<DropShare> updateDrops(const InputReport& input);
   void judgeCamera(const InputReport& input, size_t index, const DropShare& recent,
-                   const FrameCounts& before, dtsdf_mapping::MapStatus& status) const;
+                   const StreamReport& before, dtsdf_mapping::MapStatus& status) const;
   bool judgeSilence(const StreamReport& depth, const DropShare& recent, const std::string& name,
                     const InputReport& input, dtsdf_mapping::MapStatus& status) const;
   void judgeNoFrame(const StreamReport& depth, const std::string& name,
                     dtsdf_mapping::MapStatus& status) const;
-  double silence(const std::optional<double>& age_s) const;
+  double silence(float age_s) const;
   void hintAtColour(const InputReport& input, dtsdf_mapping::MapStatus& status);
   std::string publisherOf(const std::string& topic) const;
 

@@ -16,10 +16,9 @@ constexpr char kUsage[] =
 }  // namespace
 
 int main(int argc, char** argv) {
-  return dtsdf::runNode(argc, argv,
-                        {"mapping", kUsage, dtsdf::toTree(dtsdf::MappingParams()),
-                         [](const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
-                           const dtsdf::Pipeline node(nh, private_nh);
-                           ros::spin();
-                         }});
+  return dtsdf::runNode(argc, argv, "mapping", kUsage, dtsdf::toTree(dtsdf::MappingParams()),
+                        [](const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
+                          const dtsdf::Pipeline node(nh, private_nh);
+                          ros::spin();
+                        });
 }

@@ -50,7 +50,7 @@ Pipeline::Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
       frame_(params_, transforms_),
       queue_(queueLimits(params_.node.input), [this] { map_loop_.wake(); }),
       output_(params_, steps_, [this] { output_loop_.wake(); }),
-      map_(makeMapper(params_.mapper), {params_, queue_, frame_, output_.queue(), steps_}),
+      map_(makeMapper(params_.mapper), params_, queue_, frame_, output_.queue(), steps_),
       host_{params_,
             rates_,
             transforms_,

@@ -206,9 +206,8 @@ SimulatedCameraParams readParams(const ros::NodeHandle& private_nh) {
 
 int main(int argc, char** argv) {
   using namespace dtsdf;
-  return runNode(argc, argv,
-                 {"simulated_camera", kUsage, toTree(SimulatedCameraParams()),
-                  [](const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
-                    SimulatedCamera(nh, readParams(private_nh)).run();
-                  }});
+  return runNode(argc, argv, "simulated_camera", kUsage, toTree(SimulatedCameraParams()),
+                 [](const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
+                   SimulatedCamera(nh, readParams(private_nh)).run();
+                 });
 }

@@ -110,12 +110,12 @@ class FilesStep : public Step {
   /// would bring more. @return in what the mesh is not that of the map; empty: in nothing.
   std::string flushMesh() {
     const auto flush = [this] {
-      LiveMap::MeshFlush flushed;
+      std::string problem;
       do {
-        flushed = host_.map.flushMesh();
+        problem = host_.map.flushMesh();
         host_.take_changes();
-      } while (flushed.is_part);
-      return flushed.problem;
+      } while (problem.empty() && host_.map.isMeshPart());
+      return problem;
     };
     return host_.map_loop.run(flush).get();
   }
@@ -170,8 +170,8 @@ class FilesStep : public Step {
     const auto replace = [&] {
       // Frames may have come meanwhile, with the settings that the map had.
       if (!host_.map.isEmpty()) checkFitsCurrent(contents);
-      return host_.map.replace(
-          {std::move(mapper), params.map.voxel_size_m, path, partsOf(file).head, file});
+      return host_.map.replace(std::move(mapper), params.map.voxel_size_m, path,
+                               {Replacement::Kind::kLoaded, partsOf(file).head, file});
     };
     // The old mapper comes back, so that the map's thread need not wait until its memory is freed.
     host_.map_loop.run(replace).get().reset();

@@ -89,13 +89,19 @@ void judgeBudget(const MapStats& stats, MapStatus& status) {
 
 }  // namespace
 
-LiveMap::LiveMap(std::unique_ptr<Mapper> mapper, const Parts& parts, SteadyClock clock)
+LiveMap::LiveMap(std::unique_ptr<Mapper> mapper, const MappingParams& params, FrameQueue& frames,
+                 const MapFrame& frame, MeshQueue& mesh_changes, const Steps& steps,
+                 SteadyClock clock)
     : mapper_(std::move(mapper)),
-      parts_(parts),
+      params_(params),
+      frames_(frames),
+      frame_(frame),
+      mesh_changes_(mesh_changes),
+      steps_(steps),
       clock_(std::move(clock)),
       report_pace_(kReportRate_hz) {
   report_.backend = mapper_->backendName();
-  report_.voxel_size_m = parts.params.mapper.map.voxel_size_m;
+  report_.voxel_size_m = params.mapper.map.voxel_size_m;
   updateReport();  // the budget is known before the first frame
 }
 
@@ -112,7 +118,7 @@ std::chrono::milliseconds LiveMap::step() noexcept {
 
 /// Does what is due first. @return false if nothing is.
 bool LiveMap::act() {
-  const bool frame_ready = parts_.frames.hasTurn();
+  const bool frame_ready = frames_.hasTurn();
   if (hasFailed()) {
     if (frame_ready) fuseNext();
     return frame_ready;
@@ -122,7 +128,7 @@ bool LiveMap::act() {
     updateReport();
     return true;
   }
-  for (const auto& step : parts_.steps) {
+  for (const auto& step : steps_) {
     const Step::Work work = step->hasWork();
     if (work == Step::Work::kNone) continue;
     if (frame_ready && work == Step::Work::kWhenIdle) continue;
@@ -149,14 +155,14 @@ bool LiveMap::updateMesh(bool frame_ready) {
 std::optional<SteadyTime> LiveMap::nextMesh() {
   if (!fused_since_mesh_ || mesh_under_way_) return std::nullopt;
   std::optional<double> rate_hz;
-  for (const auto& step : parts_.steps) rate_hz = std::max(rate_hz, step->meshRate_hz());
+  for (const auto& step : steps_) rate_hz = std::max(rate_hz, step->meshRate_hz());
   if (!rate_hz) return std::nullopt;
   mesh_pace_.setRate(*rate_hz, clock_());
   return mesh_pace_.next();
 }
 
 std::chrono::milliseconds LiveMap::idleTime() {
-  SteadyDuration idle = std::min<SteadyDuration>(kIdle, parts_.frames.idleTime());
+  SteadyDuration idle = std::min<SteadyDuration>(kIdle, frames_.idleTime());
   if (const auto next = hasFailed() ? std::nullopt : nextMesh()) {
     idle = std::min(idle, std::max(SteadyDuration::zero(), *next - clock_()));
   }
@@ -164,7 +170,7 @@ std::chrono::milliseconds LiveMap::idleTime() {
 }
 
 void LiveMap::fuseNext() {
-  std::optional<PosedFrame> frame = parts_.frames.take();
+  std::optional<PosedFrame> frame = frames_.take();
   if (!frame) return;  // was dropped meanwhile
   if (hasFailed()) {
     return frame->accounting->dropped({DropReason::kBackendError, failure_}, frame->stamp);
@@ -178,10 +184,10 @@ void LiveMap::fuseNext() {
 }
 
 std::optional<Rejection> LiveMap::place(PosedFrame& frame) const {
-  for (const auto& step : parts_.steps) {
+  for (const auto& step : steps_) {
     if (auto rejection = step->expect(frame)) return rejection;
   }
-  for (const auto& step : parts_.steps) {
+  for (const auto& step : steps_) {
     if (auto rejection = step->place(frame)) return rejection;
   }
   return std::nullopt;
@@ -201,7 +207,7 @@ void LiveMap::takeFrame(PosedFrame& frame) {
   } else {
     frame.accounting->dropped({dropReasonOf(result.status), result.message}, frame.stamp);
   }
-  for (const auto& step : parts_.steps) step->fused(frame, result);
+  for (const auto& step : steps_) step->fused(frame, result);
   if (result.refused_blocks == 0) return;
   ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
                                  "the map is full: " << result.refused_blocks
@@ -242,34 +248,34 @@ void LiveMap::finishMesh() {
     const std::lock_guard<std::mutex> lock(report_mutex_);
     report_.mesh_ms = static_cast<float>(update.duration_ms);
   }
-  parts_.mesh_changes.add(std::move(update), mesh_stamp_);
+  mesh_changes_.add(std::move(update), mesh_stamp_);
   mesh_whole_ = true;
   surfaces_stamp_ = mesh_stamp_;
-  for (const auto& step : parts_.steps) step->meshed();
+  for (const auto& step : steps_) step->meshed();
 }
 
 std::string LiveMap::outdatedMesh() const {
   return "; the backend has failed, so this is the last extracted mesh: " + failure_;
 }
 
-LiveMap::MeshFlush LiveMap::flushMesh() {
+std::string LiveMap::flushMesh() {
   // Changes were lost, so later ones would not fit what was handed over.
-  if (!mesh_whole_ && !mesh_under_way_) return {outdatedMesh()};
+  if (!mesh_whole_ && !mesh_under_way_) return outdatedMesh();
   // A backend that failed may still have its map, as a GPU does that has run out of memory.
   try {
     if (mesh_under_way_) finishMesh();
-    if (!fused_since_mesh_) return {};
+    if (!fused_since_mesh_) return "";
     beginMesh();
     finishMesh();
   } catch (const std::exception& error) {
     fail(errorText(error));
-    return {outdatedMesh()};
+    return outdatedMesh();
   }
-  return {"", mesh_is_part_};
+  return "";
 }
 
 void LiveMap::regionCleared(const Region& region) {
-  for (const auto& step : parts_.steps) step->regionCleared(region);
+  for (const auto& step : steps_) step->regionCleared(region);
   fused_since_mesh_ = report_outdated_ = true;
 }
 
@@ -291,9 +297,8 @@ ClearedRegion LiveMap::clearRegion(const Region& region) {
 }
 
 MapOrigin LiveMap::origin(const std::string& map_frame) const {
-  const PoseParams& poses = parts_.params.node.poses;
-  return {map_frame, parts_.frame.level(),
-          map_stamp_.isZero() ? loaded_stamp_s_ : map_stamp_.toSec(),
+  const PoseParams& poses = params_.node.poses;
+  return {map_frame, frame_.level(), map_stamp_.isZero() ? loaded_stamp_s_ : map_stamp_.toSec(),
           poses.mode == PoseMode::kTf ? PoseParams() : poses};
 }
 
@@ -305,10 +310,10 @@ bool LiveMap::isEmpty() const {
 
 /// With another map, of which nothing was handed over.
 void LiveMap::startOver(const Replacement& replacement) {
-  mesh_under_way_ = false;
+  mesh_under_way_ = mesh_is_part_ = false;
   mesh_whole_ = report_outdated_ = true;
   map_stamp_ = mesh_stamp_ = surfaces_stamp_ = ros::Time();
-  for (const auto& step : parts_.steps) step->replaced(replacement);
+  for (const auto& step : steps_) step->replaced(replacement);
   forgetFailure();
   updateReport();
 }
@@ -317,31 +322,32 @@ void LiveMap::clear() {
   mapper_->clear();
   loaded_stamp_s_ = 0.0;
   fused_since_mesh_ = false;
-  parts_.mesh_changes.clear();
+  mesh_changes_.clear();
   startOver({Replacement::Kind::kCleared});
 }
 
-std::unique_ptr<Mapper> LiveMap::replace(LoadedMap loaded) {
-  mapper_.swap(loaded.mapper);
+std::unique_ptr<Mapper> LiveMap::replace(std::unique_ptr<Mapper> mapper, float voxel_size_m,
+                                         const std::string& path, const Replacement& loaded) {
+  mapper_.swap(mapper);
   loaded_stamp_s_ = loaded.head->stamp_s;
   fused_since_mesh_ = true;
-  parts_.mesh_changes.clear(loaded.voxel_size_m);
-  startOver({Replacement::Kind::kLoaded, loaded.head, std::move(loaded.opened)});
+  mesh_changes_.clear(voxel_size_m);
+  startOver(loaded);
   const std::lock_guard<std::mutex> lock(report_mutex_);
-  report_.loaded_map = printableMessage(loaded.path);
-  report_.voxel_size_m = loaded.voxel_size_m;
-  return std::move(loaded.mapper);
+  report_.loaded_map = printableMessage(path);
+  report_.voxel_size_m = voxel_size_m;
+  return mapper;
 }
 
 std::unique_ptr<Mapper> LiveMap::replaceCorrected(
     std::unique_ptr<Mapper> mapper, const std::map<PackedKey, SharedBlockMesh>& mesh) {
   if (mesh_under_way_) finishMesh();
   mapper_.swap(mapper);
-  fused_since_mesh_ = false;
+  fused_since_mesh_ = mesh_is_part_ = false;
   mesh_whole_ = true;
   mesh_stamp_ = surfaces_stamp_ = map_stamp_;
-  parts_.mesh_changes.replaceAll(mesh, mesh_stamp_);
-  for (const auto& step : parts_.steps) step->replaced({Replacement::Kind::kCorrected});
+  mesh_changes_.replaceAll(mesh, mesh_stamp_);
+  for (const auto& step : steps_) step->replaced({Replacement::Kind::kCorrected});
   updateReport();
   return mapper;
 }
@@ -379,7 +385,7 @@ void LiveMap::throwIfFailed() const {
 void LiveMap::fail(const std::string& text) {
   ROS_FATAL_STREAM_NAMED("dtsdf_mapping",
                          "the map's backend failed; call clear_map to start over: " << text);
-  for (const auto& step : parts_.steps) step->failed();
+  for (const auto& step : steps_) step->failed();
   const std::lock_guard<std::mutex> lock(report_mutex_);
   failure_ = text;
 }

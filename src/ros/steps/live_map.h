@@ -32,16 +32,9 @@ constexpr double kLeastSpaceRate_hz = 2.0;
 /// (on a CPU).
 class LiveMap {
  public:
-  /// All of it outlives it.
-  struct Parts {
-    const MappingParams& params;
-    FrameQueue& frames;
-    MapFrame& frame;
-    MeshQueue& mesh_changes;
-    const Steps& steps;
-  };
-
-  LiveMap(std::unique_ptr<Mapper> mapper, const Parts& parts,
+  /// What is given by reference outlives it.
+  LiveMap(std::unique_ptr<Mapper> mapper, const MappingParams& params, FrameQueue& frames,
+          const MapFrame& frame, MeshQueue& mesh_changes, const Steps& steps,
           SteadyClock clock = std::chrono::steady_clock::now);
 
   /// Does what is due. Returns how long there will be nothing to do. After a failure of the backend
@@ -57,14 +50,12 @@ class LiveMap {
   /// As it was counted last.
   size_t mapBytes() const { return report_.map_bytes; }
 
-  /// What the mesh lacks was handed over, or a part of it.
-  struct MeshFlush {
-    std::string problem;   ///< In what it is not that of the map; empty: in nothing.
-    bool is_part = false;  ///< There is more.
-  };
-  /// Hands over what the mesh lacks, also after a failure that has left the map usable. Where it
-  /// has not, the mesh stays what was handed over last, which is the problem then.
-  MeshFlush flushMesh();
+  /// Hands over what the mesh lacks, or a part of it, also after a failure that has left the map
+  /// usable. Where it has not, the mesh stays what was handed over last.
+  /// @return in what it is not that of the map then; empty: in nothing.
+  std::string flushMesh();
+  /// Whether the last extraction has left something to the next one.
+  bool isMeshPart() const { return mesh_is_part_; }
 
   /// Empties a part of the map.
   /// @throws std::runtime_error if the region has a problem, or the backend has failed, or fails.
@@ -79,17 +70,10 @@ class LiveMap {
   /// Whether nothing is mapped; no map that has failed counts as empty.
   bool isEmpty() const;
 
-  /// A map from a file, in a mapper of its own.
-  struct LoadedMap {
-    std::unique_ptr<Mapper> mapper;
-    float voxel_size_m;
-    std::string path;
-    std::shared_ptr<const MapContents> head;            ///< Of what is in the mapper.
-    std::shared_ptr<const MapChunks> opened = nullptr;  ///< The file, for the journal.
-  };
-  /// Goes on with a map that was loaded, and starts over after a failure; the whole mesh is handed
-  /// over again. @return the mapper so far.
-  std::unique_ptr<Mapper> replace(LoadedMap loaded);
+  /// Goes on with a map that was loaded, in a mapper of its own, and starts over after a failure;
+  /// the whole mesh is handed over again. @return the mapper so far.
+  std::unique_ptr<Mapper> replace(std::unique_ptr<Mapper> mapper, float voxel_size_m,
+                                  const std::string& path, const Replacement& loaded);
 
   /// The map of corrected poses, with all frames that this one has, and its whole mesh. @return the
   /// mapper so far.
@@ -126,14 +110,18 @@ class LiveMap {
   void fail(const std::string& text);
 
   std::unique_ptr<Mapper> mapper_;
-  const Parts parts_;
+  const MappingParams& params_;
+  FrameQueue& frames_;
+  const MapFrame& frame_;
+  MeshQueue& mesh_changes_;
+  const Steps& steps_;
   const SteadyClock clock_;
 
   Pace mesh_pace_{kLeastSpaceRate_hz}, report_pace_;
   bool mesh_under_way_ = false;
   bool fused_since_mesh_ = false;  ///< Since the last extraction was begun.
   bool report_outdated_ = false;
-  bool mesh_is_part_ = false;    ///< The last extraction has left something to the next one.
+  bool mesh_is_part_ = false;
   bool mesh_whole_ = true;       ///< False while an extraction is under way, and once one was lost.
   ros::Time map_stamp_;          ///< Of the newest frame in the map, but for those of a loaded one.
   double loaded_stamp_s_ = 0.0;  ///< Of those; 0: none.

@@ -28,7 +28,7 @@ struct MapHost {
   explicit MapHost(std::unique_ptr<Mapper> mapper, MappingParams settings = {})
       : params(std::move(settings)),
         rates(params.node.publish),
-        map(std::move(mapper), {params, queue, frame, mesh_changes, steps}, clock.reader()) {
+        map(std::move(mapper), params, queue, frame, mesh_changes, steps, clock.reader()) {
     ros::Time::init();  // warnings have a rate
     queue.addStream({}, depth);
     FrameQueue::StreamOptions options;

@@ -1,5 +1,18 @@
 # The ROS side of the build: dependencies, messages and the exported package. Included by the
 # top-level CMakeLists.txt, because catkin looks for msg/, srv/ and package.xml beside it.
+
+# catkin runs Python scripts that need catkin_pkg. The system's Python has it; conda's or pyenv's may
+# come first on PATH.
+if(NOT PYTHON_EXECUTABLE)
+  execute_process(COMMAND python3 -c "import catkin_pkg" RESULT_VARIABLE catkin_pkg_missing
+                  OUTPUT_QUIET ERROR_QUIET)
+  if(catkin_pkg_missing)
+    set(PYTHON_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "The Python that has catkin's modules")
+  endif()
+endif()
+if(PYTHON_EXECUTABLE)
+  set(Python3_EXECUTABLE ${PYTHON_EXECUTABLE})  # as newer modules call it
+endif()
 find_package(catkin REQUIRED COMPONENTS
   diagnostic_msgs diagnostic_updater dynamic_reconfigure geometry_msgs image_transport
   map_msgs message_generation nav_msgs nodelet pluginlib roscpp sensor_msgs std_msgs std_srvs tf2

@@ -82,6 +82,11 @@ std::string matrixText(const std::string& name, size_t columns, const std::vecto
 
 }  // namespace
 
+CameraInfo colourCameraOf(const std::filesystem::path& folder, const CameraInfo& depth_camera) {
+  const std::filesystem::path own = folder / "colour_info.yaml";
+  return std::filesystem::exists(own) ? loadCameraInfo(own.string()) : depth_camera;
+}
+
 std::string cameraInfoText(const CameraInfo& camera, const std::string& camera_name) {
   const Intrinsics& K = camera.intrinsics;
   return "image_width: " + std::to_string(camera.width) +

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +23,9 @@ struct CameraInfo {
 /// camera_matrix where there is none. Distortion is not applied: depth images are rectified.
 /// @throws std::runtime_error with the file and the key that is missing or wrong.
 CameraInfo loadCameraInfo(const std::string& path);
+
+/// The camera of a folder's colour images: that of colour_info.yaml, or else of its depth images.
+CameraInfo colourCameraOf(const std::filesystem::path& folder, const CameraInfo& depth_camera);
 
 /// The text of such a file.
 std::string cameraInfoText(const CameraInfo& camera, const std::string& camera_name);

@@ -113,8 +113,7 @@ RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_came
   for (const char* const name : {"color", "colour", "rgb", "images", "image"}) {
     if (colours.images.empty()) colours.images = imagesIn(folder / name, {".png", ".jpg", ".jpeg"});
   }
-  const fs::path own_camera = folder / "colour_info.yaml";
-  colours.camera = fs::exists(own_camera) ? loadCameraInfo(own_camera.string()) : depth_camera;
+  colours.camera = colourCameraOf(folder, depth_camera);
   return colours;
 }
 

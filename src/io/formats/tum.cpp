@@ -28,8 +28,7 @@ double unitsPerMetre(const fs::path&) { return 5000.0; }
 RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_camera) {
   RecordedColours colours;
   colours.images = readTumColourList(folder.string());
-  const fs::path own_camera = folder / "colour_info.yaml";
-  colours.camera = fs::exists(own_camera) ? loadCameraInfo(own_camera.string()) : depth_camera;
+  colours.camera = colourCameraOf(folder, depth_camera);
   return colours;
 }
 

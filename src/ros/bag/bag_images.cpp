@@ -118,7 +118,7 @@ class BagReader {
   void prepare(const std::string& topic, std::string info_topic) {
     this->topic = topic;
     if (info_topic.empty()) {
-      const std::string image_topic = withoutEnding(topic);
+      const std::string image_topic = withoutTransport(topic);
       info_topic = image_topic.substr(0, image_topic.rfind('/') + 1) + "camera_info";
     }
     info_topic_ = info_topic;
@@ -139,7 +139,7 @@ class BagReader {
       const auto info = message.instantiate<sensor_msgs::CameraInfo>();
       if (info) infos_[info->header.stamp] = info;
     }
-    rectification_.emplace(options.rectify, withoutEnding(topic), kind_.is_colour);
+    rectification_.emplace(options.rectify, withoutTransport(topic), kind_.is_colour);
   }
 
   /// What next() goes through, in the order of the stamps that `stamp_of` gives.

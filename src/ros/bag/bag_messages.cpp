@@ -39,13 +39,6 @@ void requireMessages(const rosbag::Bag& bag, const std::string& topic) {
                            "'; rosbag info lists its topics");
 }
 
-std::string withoutEnding(const std::string& topic) {
-  for (const std::string ending : {kCompressedDepthTopic, kCompressedTopic}) {
-    if (hasEnding(topic, ending)) return topic.substr(0, topic.size() - ending.size());
-  }
-  return topic;
-}
-
 std::set<std::string> findImageTopics(
     const rosbag::Bag& bag, const std::function<bool(const rosbag::MessageInstance&)>& is_wanted) {
   std::set<std::string> topics;
@@ -55,7 +48,7 @@ std::set<std::string> findImageTopics(
     if (messages.size() > 0 && is_wanted(*messages.begin())) topics.insert(connection->topic);
   }
   for (auto topic = topics.begin(); topic != topics.end();) {
-    const std::string raw = withoutEnding(*topic);
+    const std::string raw = withoutTransport(*topic);
     const bool twice = raw != *topic && topics.count(raw) > 0;
     topic = twice ? topics.erase(topic) : std::next(topic);
   }

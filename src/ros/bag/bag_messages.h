@@ -22,9 +22,6 @@ bool hasMessages(const rosbag::Bag& bag, const std::string& topic);
 /// @throws std::runtime_error if it has none.
 void requireMessages(const rosbag::Bag& bag, const std::string& topic);
 
-/// The topic of an image by itself, if `topic` is that of what a transport has made of it.
-std::string withoutEnding(const std::string& topic);
-
 /// The topics whose first message is wanted. An image that was recorded both ways counts once, as
 /// it was before it was compressed.
 std::set<std::string> findImageTopics(

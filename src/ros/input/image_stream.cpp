@@ -300,7 +300,7 @@ void ImageStream::noteDoubts(const PosedFrame& posed) {
 StreamReport ImageStream::report() const {
   StreamReport report = accounting_.counts();
   report.kind = kind_.is_colour ? "color" : "depth";
-  report.topic = image_topic_ + (compressed_ ? kind_.compressed_topic : "");
+  report.topic = compressed_ ? compressed_.getTopic() : image_topic_;
   report.waiting_for = queue_.waitingFor(stream_);
   report.camera = name_;
   report.is_needed = is_needed_;

@@ -153,6 +153,13 @@ std::optional<DepthEncoding> depthEncodingOf(const std::string& encoding) {
 
 }  // namespace
 
+std::string withoutTransport(const std::string& topic) {
+  for (const std::string ending : {kCompressedDepthTopic, kCompressedTopic}) {
+    if (hasEnding(topic, ending)) return topic.substr(0, topic.size() - ending.size());
+  }
+  return topic;
+}
+
 bool isDepthEncoding(const std::string& encoding) { return depthEncodingOf(encoding).has_value(); }
 
 std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,

@@ -101,6 +101,9 @@ sensor_msgs::ImageConstPtr applyMask(const sensor_msgs::Image& mask,
 constexpr char kCompressedDepthTopic[] = "/compressedDepth";
 constexpr char kCompressedTopic[] = "/compressed";
 
+/// The topic of an image by itself, without these endings.
+std::string withoutTransport(const std::string& topic);
+
 /// Whether a message holds depth, by what its format says.
 bool holdsDepth(const sensor_msgs::CompressedImage& message);
 
@@ -113,7 +116,6 @@ bool holdsColour(const sensor_msgs::CompressedImage& message);
 /// As rgb8. @throws std::runtime_error that says what is wrong with the message.
 sensor_msgs::ImageConstPtr decodeColour(const sensor_msgs::CompressedImage& message);
 
-/// What distinguishes depth images from colour images, which all else treats alike.
 // Why an image is dropped, in words for the node and for bags.
 inline std::string noInfoText(const std::string& topic, bool any_stamp) {
   return std::string("no camera_info") + (any_stamp ? "" : " with the same stamp") + " on '" +
@@ -126,6 +128,7 @@ inline std::string noMaskText(const std::string& topic) {
 constexpr char kRepeatedStampText[] =
     "the image before has the same stamp, so one of them has a wrong pose";
 
+/// What distinguishes depth images from colour images, which all else treats alike.
 struct ImageKind {
   const char* name;
   const char* ns;                ///< Of the topics image_rect and camera_info.

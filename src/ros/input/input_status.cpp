@@ -92,14 +92,6 @@ std::string describeOthers(const char* what, const std::vector<std::string>& top
   return topics.empty() ? "" : std::string("; ") + what + " is published on " + inQuotes(topics);
 }
 
-/// The topic of an image by itself.
-std::string withoutTransport(const std::string& topic) {
-  for (const std::string ending : {kCompressedDepthTopic, kCompressedTopic}) {
-    if (hasEnding(topic, ending)) return topic.substr(0, topic.size() - ending.size());
-  }
-  return topic;
-}
-
 /// Why no depth images come. @param publisher As findPublisher() has it.
 std::string describeNoPublisher(const std::string& topic, const PublishedTopics& topics,
                                 const std::string& publisher) {

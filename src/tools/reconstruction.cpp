@@ -6,6 +6,7 @@
 
 #include "dtsdf_mapping/io/rate_limit.h"
 #include "level/pose_convention.h"
+#include "params/text.h"
 #include "program/stopwatch.h"
 
 namespace dtsdf {
@@ -123,7 +124,19 @@ class Reconstruction {
     depth.T_W_C = alignment.T_W_C;
     if (refiner_ ? refiner_->isToBeFused(alignment) : tracker_->isToBeFused(alignment)) return true;
     ++result_.skipped[toString(alignment.status)];
+    noteLost(alignment, stamp_s);
     return false;
+  }
+
+  void noteLost(const Alignment& alignment, double stamp_s) {
+    if (result_.lost.empty() || result_.lost.back().fused_before != result_.frames) {
+      const std::string why = formatted(
+          "%s: %.0f %% of its points lie near the map, %.0f %% of these fit%s",
+          toString(alignment.status), 100.0 * alignment.matched_share,
+          100.0 * alignment.inlier_share, alignment.is_held ? "" : ", and it may slide along them");
+      result_.lost.push_back({stamp_s, result_.frames, 0, why});
+    }
+    ++result_.lost.back().images;
   }
 
   void noteMove(const DepthFrame& given, const Alignment& alignment) {

@@ -39,6 +39,14 @@ struct RecordedInput {
   PoseParams poses;                      ///< Whether frames are fused at the poses given.
 };
 
+/// Images in a row that were not fused, as no pose was found for them.
+struct LostRun {
+  double from_s;            ///< Stamp of the first one.
+  size_t fused_before = 0;  ///< Frames that were fused by then.
+  size_t images = 0;
+  std::string why;  ///< Of the first one, with the shares that were matched and that fit.
+};
+
 struct ReconstructionResult {
   size_t frames = 0;                            ///< Fused.
   size_t images = 0;                            ///< Painted.
@@ -47,6 +55,7 @@ struct ReconstructionResult {
   std::map<std::string, std::string> problems;  ///< The first message of a reason.
   std::vector<StampedPose> trajectory;          ///< Of the frames that were fused.
   std::map<std::string, size_t> aligned;  ///< Frames by how they were aligned, if they were to be.
+  std::vector<LostRun> lost;
   /// Of each frame that was refined: how far it moved from its given pose.
   std::vector<double> shift_mm, turn_degrees;
   /// The mean share of the points of these that lie on surfaces, as they are fused and before they

@@ -43,6 +43,12 @@ std::string reportJson(const ReconstructionResult& result, const std::string& ba
   if (!result.aligned.empty()) {
     report["frames_aligned"] = nlohmann::json(result.aligned);
     report["align_ms"] = toJson(summarise(result.align_ms));
+    for (const LostRun& run : result.lost) {
+      report["lost"].push_back({{"from_s", run.from_s},
+                                {"fused_before", run.fused_before},
+                                {"images", run.images},
+                                {"why", run.why}});
+    }
   }
   if (!result.shift_mm.empty()) {
     report["poses_moved"] = {{"mm", toJson(summarise(result.shift_mm))},

@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+"""Open3D (pip install open3d) on a TUM folder, depth only, to be measured beside this package.
+
+open3d_peer.py fuse FOLDER VOXEL_M THREADS FIRST:LAST:STEP MESH.ply [MAX_DEPTH_M]
+    fuses with VoxelBlockGrid and prints what scripts/compare reads; THREADS 0: on the GPU
+open3d_peer.py track FOLDER VOXEL_M TRAJECTORY.txt
+    runs the dense SLAM (t.pipelines.slam), its first pose as given
+"""
+import json
+import os
+import pathlib
+import re
+import sys
+import time
+
+if sys.argv[1:2] == ["fuse"] and sys.argv[4] != "0":
+    os.environ["OMP_NUM_THREADS"] = sys.argv[4]
+
+import numpy as np  # noqa: E402
+import open3d as o3d  # noqa: E402
+
+core, UNITS, TRUNCATION_VOXELS = o3d.core, 5000.0, 4.0
+
+
+def read_folder(folder, frames="::"):
+    """Intrinsics, and for each image with a pose its stamp, file and pose."""
+    folder = pathlib.Path(folder)
+    camera = re.search(r"camera_matrix:[^\]]*?data: *\[([^\]]*)\]", (folder / "camera_info.yaml").read_text())
+    first, last, step = (int(word) if word else None for word in frames.split(":"))
+    poses = np.loadtxt(folder / "groundtruth.txt")
+    images = []
+    for stamp, name in [line.split() for line in (folder / "depth.txt").read_text().splitlines()
+                        if line.strip() and line[0] != "#"]:
+        row = poses[np.argmin(np.abs(poses[:, 0] - float(stamp)))]
+        pose = np.eye(4)
+        pose[:3, :3] = o3d.geometry.get_rotation_matrix_from_quaternion(row[[7, 4, 5, 6]])
+        pose[:3, 3] = row[1:4]
+        if abs(row[0] - float(stamp)) <= 0.02:
+            images.append((stamp, str(folder / name), pose))
+    last = None if last is None else last + 1
+    return np.array(camera[1].split(","), float).reshape(3, 3), images[first:last:step]
+
+
+def resident_mib():
+    return int(pathlib.Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2 ** 20
+
+
+def fuse(folder, voxel_m, threads, frames, mesh_path, max_depth_m="10"):
+    device = core.Device("CPU:0" if threads != "0" else "CUDA:0")
+    matrix, images = read_folder(folder, frames)
+    camera = core.Tensor(matrix)
+    grid = o3d.t.geometry.VoxelBlockGrid(("tsdf", "weight"), (core.float32, core.float32), ((1,), (1,)),
+                                         float(voxel_m), 16, 2000, device)
+    settings = UNITS, float(max_depth_m), TRUNCATION_VOXELS
+    times, processor, before = [], [], resident_mib()
+    for _, path, pose in images:
+        depth = o3d.t.io.read_image(path)
+        start, start_processor = time.perf_counter(), time.process_time()
+        depth, extrinsic = depth.to(device), core.Tensor(np.linalg.inv(pose))
+        blocks = grid.compute_unique_block_coordinates(depth, camera, extrinsic, *settings)
+        grid.integrate(blocks, depth, camera, extrinsic, *settings)
+        if threads == "0":
+            core.cuda.synchronize()
+        times.append(1e3 * (time.perf_counter() - start))
+        processor.append(1e3 * (time.process_time() - start_processor))
+    memory = resident_mib() - before
+    if threads == "0":  # what the grid holds; the cache of the allocator is not counted
+        memory = grid.hashmap().size() * 16 ** 3 * 8 / 2 ** 20
+    start = time.perf_counter()
+    mesh = grid.extract_triangle_mesh(weight_threshold=2.0)
+    mesh_ms = 1e3 * (time.perf_counter() - start)
+    o3d.t.io.write_triangle_mesh(mesh_path, mesh.cpu())
+    print(json.dumps({"version": o3d.__version__, "fuse_ms": float(np.median(times)),
+                      "processor_ms": float(np.median(processor)), "whole_mesh_ms": mesh_ms,
+                      "memory_mib": memory}))
+
+
+def track(folder, voxel_m, out):
+    device, slam = core.Device("CPU:0"), o3d.t.pipelines.slam
+    matrix, images = read_folder(folder)
+    pose = core.Tensor(images[0][2])
+    model = slam.Model(float(voxel_m), 16, 10000, pose, device)
+    frame = view = None
+    limits = {"depth_scale": UNITS, "depth_max": 10.0}
+    with open(out, "w", encoding="utf-8") as file:
+        for i, (stamp, path, _) in enumerate(images):
+            depth = o3d.t.io.read_image(path)
+            if frame is None:
+                black = o3d.t.geometry.Image(core.Tensor.zeros((depth.rows, depth.columns, 3), core.uint8))
+                frame, view = (slam.Frame(depth.rows, depth.columns, core.Tensor(matrix), device) for _ in "ab")
+            frame.set_data_from_image("depth", depth)
+            frame.set_data_from_image("color", black)
+            if i > 0:
+                try:
+                    pose = pose @ model.track_frame_to_model(frame, view, **limits).transformation
+                except RuntimeError:
+                    pass  # it goes on from where it was
+            model.update_frame_pose(i, pose)
+            model.integrate(frame, trunc_voxel_multiplier=TRUNCATION_VOXELS, **limits)
+            model.synthesize_model_frame(view, depth_min=0.1, trunc_voxel_multiplier=TRUNCATION_VOXELS,
+                                         enable_color=False, **limits)
+            T = pose.numpy()
+            w = np.sqrt(max(0.0, 1.0 + np.trace(T[:3, :3]))) / 2 or 1e-9
+            q = [T[2, 1] - T[1, 2], T[0, 2] - T[2, 0], T[1, 0] - T[0, 1]]
+            print(stamp, *T[:3, 3], *(value / (4 * w) for value in q), w, file=file)
+
+
+if __name__ == "__main__":
+    {"fuse": fuse, "track": track}[sys.argv[1]](*sys.argv[2:])

@@ -13,7 +13,7 @@ MAPS = {"directional": ["map/directional=true"],
         "undirected": ["map/directional=false", "fusion/mode=voxel_projection"]}
 # Options whose values are places on this machine.
 PLACES = ("--data", "--programs", "--program-dir", "--evaluate-dir", "--work", "--results",
-          "--page", "--voxblox", "--against", "--raw")
+          "--page", "--voxblox", "--against", "--raw", "--peer", "--gpu-peer")
 
 
 def find_programs():

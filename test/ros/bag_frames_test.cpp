@@ -421,7 +421,7 @@ TEST_F(InertialBag, OfSeveralOneHasToBeNamed) {
   writeImu("/accel", 0, 400, 0.0);
   writeImu("/gyro", 0, 400, 0.0);
   writeTransform();
-  EXPECT_TRUE(errorHas("/accel /gyro; choose one with --imu-topic"));
+  EXPECT_TRUE(errorHas("'/accel' '/gyro'; choose one with --imu-topic"));
   options_.imu_topic = "/accel";
   EXPECT_EQ(error(), "");
   options_.poses_path = "slam.tum";

@@ -55,13 +55,18 @@ std::set<std::string> findImageTopics(
   return topics;
 }
 
+std::string inList(const std::set<std::string>& topics) {
+  std::string list;
+  for (const std::string& topic : topics) list += " '" + printable(topic) + "'";
+  return list;
+}
+
 BagPoses::BagPoses(const rosbag::Bag& bag, const BagOptions& options)
-    : map_frame_(stripLeadingSlash(options.map_frame)),
-      camera_frame_(stripLeadingSlash(options.camera_frame)),
-      tf_topic_(options.tf_topic.empty() ? "/tf" : options.tf_topic),
-      pose_convention_(options.pose_convention),
-      pose_tolerance_s_(options.pose_tolerance_s),
-      transforms_(kKeepAll) {
+    : options_(options), transforms_(kKeepAll) {
+  for (std::string* frame : {&options_.map_frame, &options_.camera_frame}) {
+    *frame = stripLeadingSlash(*frame);
+  }
+  if (options_.tf_topic.empty()) options_.tf_topic = "/tf";
   if (options.poses_path.empty()) {
     readTransforms(bag);
   } else {
@@ -70,9 +75,9 @@ BagPoses::BagPoses(const rosbag::Bag& bag, const BagOptions& options)
 }
 
 void BagPoses::readTransforms(const rosbag::Bag& bag) {
-  const std::vector<std::string> topics{tf_topic_, tf_topic_ + "_static", "/tf_static", "tf",
-                                        "tf_static"};
-  if (!hasMessages(bag, tf_topic_)) {
+  const std::vector<std::string> topics{options_.tf_topic, options_.tf_topic + "_static",
+                                        "/tf_static", "tf", "tf_static"};
+  if (!hasMessages(bag, options_.tf_topic)) {
     others_ = findImageTopics(
         bag, [](const auto& m) { return m.template isType<tf2_msgs::TFMessage>(); });
   }
@@ -94,11 +99,11 @@ void BagPoses::readTransforms(const rosbag::Bag& bag) {
 }
 
 std::string BagPoses::whyNone() const {
-  return trajectory_ ? noPoseWithin(pose_tolerance_s_) : toString(DropReason::kNoTransform);
+  return trajectory_ ? noPoseWithin(options_.pose_tolerance_s) : toString(DropReason::kNoTransform);
 }
 
 std::string BagPoses::cameraFrame(const std_msgs::Header& header) const {
-  return camera_frame_.empty() ? stripLeadingSlash(header.frame_id) : camera_frame_;
+  return options_.camera_frame.empty() ? stripLeadingSlash(header.frame_id) : options_.camera_frame;
 }
 
 void BagPoses::requireFrames(const std_msgs::Header& header, const std::string& bag_path) const {
@@ -121,7 +126,7 @@ void BagPoses::requireFrames(const std_msgs::Header& header, const std::string& 
                              printable(frame) + "' (" + key + "); " + known +
                              "; or give poses by --poses, or none with --poses-mode track");
   };
-  require(map_frame_, "map_frame");
+  require(options_.map_frame, "map_frame");
   require(cameraFrame(header), "of the depth images");
 }
 
@@ -131,14 +136,15 @@ std::optional<Eigen::Isometry3d> BagPoses::of(const std_msgs::Header& header,
   try {
     pose =
         trajectory_
-            ? trajectory_->poseAt(header.stamp.toSec(), pose_tolerance_s_)
-            : toIsometry(transforms_.lookupTransform(map_frame_, cameraFrame(header), header.stamp)
-                             .transform);
+            ? trajectory_->poseAt(header.stamp.toSec(), options_.pose_tolerance_s)
+            : toIsometry(
+                  transforms_.lookupTransform(options_.map_frame, cameraFrame(header), header.stamp)
+                      .transform);
   } catch (const std::runtime_error& error) {
     // tf2's own exceptions, and that of ros::Duration where stamps lie over 68 years apart.
     if (why_none != nullptr) *why_none = errorText(error);
   }
-  if (pose) pose = opticalPose(*pose, pose_convention_);
+  if (pose) pose = opticalPose(*pose, options_.pose_convention);
   return pose;
 }
 
@@ -157,13 +163,11 @@ std::string chooseTopic(const rosbag::Bag& bag, const BagOptions& options) {
   }
   const std::set<std::string> topics = findImageTopics(bag, isInertial);
   if (topics.size() == 1) return *topics.begin();
-  std::string list;
-  for (const std::string& topic : topics) list += " " + printable(topic);
   throw std::runtime_error("map/level is imu, and '" + options.path + "' has " +
                            (topics.empty() ? "no topic of type sensor_msgs/Imu; set map/level to "
                                              "floor or none"
-                                           : "several topics of type sensor_msgs/Imu:" + list +
-                                                 "; choose one with --imu-topic"));
+                                           : "several topics of type sensor_msgs/Imu:" +
+                                                 inList(topics) + "; choose one with --imu-topic"));
 }
 
 Eigen::Vector3d findUp(const rosbag::Bag& bag, const BagOptions& options) {
@@ -196,14 +200,11 @@ Eigen::Vector3d findUpInBag(const BagOptions& options) {
         "map/level is imu, which needs the bag's transforms; leave --poses out, or set map/level "
         "to floor or none");
   }
-  try {
+  return readingBag(options.path, [&] {
     rosbag::Bag bag;
     bag.open(options.path, rosbag::bagmode::Read);
     return findUp(bag, options);
-  } catch (const rosbag::BagException& error) {
-    throw std::runtime_error("cannot read the bag '" + options.path + "': " + errorText(error) +
-                             "; try rosbag reindex, or rosbag fix");
-  }
+  });
 }
 
 }  // namespace dtsdf

@@ -10,10 +10,12 @@
 #include <functional>
 #include <optional>
 #include <set>
+#include <stdexcept>
 #include <string>
 
 #include "io/bag_frames.h"
 #include "io/trajectory.h"
+#include "params/printable.h"
 
 namespace dtsdf {
 
@@ -26,6 +28,20 @@ void requireMessages(const rosbag::Bag& bag, const std::string& topic);
 /// it was before it was compressed.
 std::set<std::string> findImageTopics(
     const rosbag::Bag& bag, const std::function<bool(const rosbag::MessageInstance&)>& is_wanted);
+
+/// " '/a' '/b'".
+std::string inList(const std::set<std::string>& topics);
+
+/// What `read` returns. @throws std::runtime_error in place of an exception of rosbag.
+template <class Read>
+auto readingBag(const std::string& path, const Read& read) {
+  try {
+    return read();
+  } catch (const rosbag::BagException& error) {
+    throw std::runtime_error("cannot read the bag '" + path + "': " + errorText(error) +
+                             "; try rosbag reindex, or rosbag fix");
+  }
+}
 
 /// The poses of cameras: from the transforms of the whole bag, or a trajectory in their place.
 class BagPoses {
@@ -48,10 +64,9 @@ class BagPoses {
   void readTransforms(const rosbag::Bag& bag);
   std::string cameraFrame(const std_msgs::Header& header) const;
 
-  std::string map_frame_, camera_frame_, tf_topic_, pose_convention_;
+  BagOptions options_;  ///< Frames without leading slashes.
   size_t refused_ = 0;
-  std::set<std::string> others_;  ///< Topics with transforms, where the bag has not `tf_topic_`.
-  double pose_tolerance_s_;
+  std::set<std::string> others_;  ///< Topics with transforms, where the bag has none on that named.
   tf2::BufferCore transforms_;
   std::optional<Trajectory> trajectory_;  ///< In place of the transforms.
 };

@@ -27,12 +27,6 @@ TEST(PaintedColour, FirstIsTakenAsItIs) {
   EXPECT_NEAR(colourWeight(colour.weight), 0.01f, 0.0005f);
 }
 
-TEST(PaintedColour, IsTheMeanOfEqualViews) {
-  VoxelColour colour = painted({0, 0, 0, 0}, {100, 0, 0, 0.5f}, 1);
-  colour = painted(colour, {200, 0, 0, 0.5f}, 1);
-  EXPECT_EQ(colour.red, 150);
-}
-
 TEST(PaintedColour, FollowsWhatItSees) {
   VoxelColour colour = painted({0, 0, 0, 0}, {200, 0, 0, 0.5f}, 1000);
   EXPECT_NEAR(colourWeight(colour.weight), 0.5f * kRules.most_views, 0.2f);
@@ -228,16 +222,6 @@ TEST_F(SeenSurface, ConcaveEdgesAreSeen) {
   EXPECT_GT(sample(voxelIndex(4, 4, 3)).weight, 0.0f);
 }
 
-TEST_F(SeenSurface, CountsLittleBesideItsOutline) {
-  makePlane(3.3f);
-  const int index = voxelIndex(4, 4, 3);
-  const float own_m = (kDepth_voxels + 3.3f) * kVoxel_m;
-  hiding_m_.assign(hiding_m_.size(), own_m);
-  const float inside = sample(index).weight;
-  hiding_m_.assign(hiding_m_.size(), kNoSurface_m);
-  EXPECT_FLOAT_EQ(sample(index).weight, kRules.outline_share * inside);
-}
-
 /// The surface ends on one side only, whichever of the eight around the point.
 TEST_F(SeenSurface, CountsLittleWhereverItsOutlineIs) {
   makePlane(3.3f);
@@ -258,20 +242,6 @@ TEST_F(SeenSurface, CountsLittleWhereverItsOutlineIs) {
     hiding_m_[cell] = kNoSurface_m;
     EXPECT_FLOAT_EQ(sample(index).weight, kRules.outline_share * inside) << n;
   }
-}
-
-TEST(PlaneOfAPoint, FacesTheCameraWhereItIsSeenFromTheSide) {
-  const FrameView frame = frontalFrame(160, 120, {150.0f, 150.0f, 80.0f, 60.0f}, 0.01f);
-  const auto planeSeenAt = [&](float cosine) {
-    return planeOf(frame.intrinsics, {0.0f, 0.0f, 2.0f},
-                   {std::sqrt(1.0f - cosine * cosine), 0.0f, -cosine}, cosine);
-  };
-  // x = -z tan: at u pixels beside the middle 1/z = (1 - u / 150 tan) / 2, with tan = 3/4 of 0.8.
-  EXPECT_NEAR(planeSeenAt(0.8f).per_u, -0.75f / (2.0f * 150.0f), 1e-6f);
-  EXPECT_NE(planeSeenAt(0.5f * kLeastPlaneCosine).inverse_depth, 0.0f);
-  EXPECT_EQ(planeSeenAt(0.5f * kLeastPlaneCosine).per_u, 0.0f);
-  EXPECT_EQ(planeSeenAt(0.0f).per_u, 0.0f);
-  EXPECT_NE(planeSeenAt(2.0f * kLeastPlaneCosine).per_u, 0.0f);
 }
 
 TEST_F(SeenSurface, DrawsThePlaneWithoutGaps) {

@@ -52,18 +52,6 @@ TEST(Grid, LimitsAreToldApart) {
   }
 }
 
-/// Meshing looks one block further than fusion writes, which keeps off the limit for that.
-TEST(Grid, NeighboursOfBlocksNearTheLimitAreToldApart) {
-  const int32_t last = kMaxBlockCoordinate - 1;
-  std::set<PackedKey> packed;
-  for (int n = 0; n < 27 * 8; ++n) {
-    const int c = n / 27;
-    const BlockKey corner{c & 1 ? last : -last, c & 2 ? last : -last, c & 4 ? last : -last};
-    packed.insert(packKey(corner + Vec3i{n % 3 - 1, n / 3 % 3 - 1, n / 9 % 3 - 1}));
-  }
-  EXPECT_EQ(packed.size(), size_t(27 * 8));
-}
-
 TEST(Grid, VoxelsBelongToTheBlockBelowThem) {
   std::mt19937 random(4);
   std::uniform_int_distribution<int32_t> uniform(-8000000, 8000000);
@@ -76,18 +64,6 @@ TEST(Grid, VoxelsBelongToTheBlockBelowThem) {
     const Vec3i inside = Vec3i{x, -x, x / 3} - firstVoxelOfBlock(block);
     EXPECT_TRUE(voxelOffset(voxelIndex(inside.x, inside.y, inside.z)) == inside);
   }
-}
-
-TEST(Grid, VoxelIndicesCoverTheBlock) {
-  std::set<int> indices;
-  for (int z = 0; z < kBlockSide; ++z) {
-    for (int y = 0; y < kBlockSide; ++y) {
-      for (int x = 0; x < kBlockSide; ++x) indices.insert(voxelIndex(x, y, z));
-    }
-  }
-  EXPECT_EQ(indices.size(), size_t(kVoxelsPerBlock));
-  EXPECT_EQ(*indices.begin(), 0);
-  EXPECT_EQ(*indices.rbegin(), kVoxelsPerBlock - 1);
 }
 
 /// A room's worth of neighbouring keys lands evenly in a table of any power of two.

@@ -76,24 +76,5 @@ TEST(VoxelSums, KeepTheNearestPoint) {
   EXPECT_EQ(sums.nearest, 900u);
 }
 
-TEST(VoxelSums, OrderOfTheMeasurementsDoesNotMatter) {
-  std::mt19937 random(10);
-  std::uniform_real_distribution<float> distance(-1.0f, 1.0f), weight(0.0f, 1.0f);
-  std::vector<std::pair<int32_t, int32_t>> measurements;
-  for (int i = 0; i < 1000; ++i) {
-    measurements.emplace_back(quantiseWeight(weight(random)), quantiseSdf(distance(random)));
-  }
-  const auto sumUp = [&] {
-    VoxelSums sums{};
-    for (const auto& [w, d] : measurements) addToSums(sums, w, d, 0);
-    return sums;
-  };
-  const VoxelSums first = sumUp();
-  std::shuffle(measurements.begin(), measurements.end(), random);
-  const VoxelSums second = sumUp();
-  EXPECT_EQ(first.weighted_sdf, second.weighted_sdf);
-  EXPECT_EQ(first.weight, second.weight);
-}
-
 }  // namespace voxel_test
 }  // namespace dtsdf

@@ -22,23 +22,6 @@ Vec3f rayOnto(const Vec3f& normal, std::mt19937& random) {
   return 80.0f * ray;
 }
 
-TEST(LikelyDirection, IsTheNormalOfAnExactPoint) {
-  std::mt19937 random(1);
-  for (int i = 0; i < 100; ++i) {
-    const Vec3f normal = randomUnit(random), ray = rayOnto(normal, random);
-    EXPECT_NEAR(norm(likelyDirection(normal, ray, 0.0f) - normal), 0.0f, 1e-6f);
-  }
-}
-
-TEST(LikelyDirection, IsTheRayOfAPointThatIsAllNoise) {
-  std::mt19937 random(1);
-  for (int i = 0; i < 100; ++i) {
-    const Vec3f normal = randomUnit(random), ray = rayOnto(normal, random);
-    const Vec3f to_camera = (-1.0f / norm(ray)) * ray;
-    EXPECT_NEAR(norm(likelyDirection(normal, ray, 1000.0f) - to_camera), 0.0f, 1e-3f);
-  }
-}
-
 /// Of all ways that take the point a voxel across the surface, it is the one with the least
 /// Mahalanobis distance.
 TEST(LikelyDirection, NoOtherWayAcrossTheSurfaceIsMoreLikely) {

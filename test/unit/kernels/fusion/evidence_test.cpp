@@ -19,14 +19,6 @@ TEST(Evidence, IsAFrameCounterThatSaturates) {
   EXPECT_EQ(supportedEvidence(22, kRules), 24);
 }
 
-TEST(Evidence, GainAndLimitAreRules) {
-  FusionRules rules;
-  rules.support_gain = 5;
-  rules.most_evidence = 127;
-  EXPECT_EQ(supportedEvidence(7, rules), 12);
-  EXPECT_EQ(supportedEvidence(124, rules), 127);
-}
-
 TEST(Evidence, AContradictionCostsEvidenceOnly) {
   const Voxel after = contradictedVoxel(makeVoxel(-0.75f, 12345, 9), 1, kUncovered, kRules);
   EXPECT_EQ(evidenceOf(after), 7);
@@ -35,11 +27,6 @@ TEST(Evidence, AContradictionCostsEvidenceOnly) {
   FusionRules dear;
   dear.contradiction_cost = 4;
   EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 9), 1, kUncovered, dear)), 5);
-}
-
-/// A look that counts for eight frames costs as much as eight looks.
-TEST(Evidence, ALookInTurnCountsForAllItsFrames) {
-  EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 24), 8, kUncovered, kRules)), 8);
 }
 
 /// Nothing is left of a voxel without evidence: neither distance nor weight mixes with what comes.
@@ -70,64 +57,6 @@ TEST(Evidence, OfFreeSpaceIsCountedAndSaturates) {
     voxel = contradictedVoxel(voxel, 4, kUncovered, kRules);
   }
   EXPECT_EQ(evidenceOf(voxel), -24);
-}
-
-/// However long a place was free: nine frames of support, and there is a surface again.
-TEST(Evidence, WhatAppearsIsThereAfterTenFrames) {
-  int32_t evidence = -24;
-  int frames = 0;
-  for (; evidence < leastEvidence(2, 1000, kRules); ++frames) {
-    evidence = supportedEvidence(evidence, kRules);
-  }
-  EXPECT_EQ(frames, 10);
-}
-
-/// However long it was seen: the most evidence is gone after twelve frames.
-TEST(Evidence, WhatIsTakenAwayIsGoneAfterTwelveFrames) {
-  Voxel voxel = makeVoxel(0.25f, 64 << 16, 0);
-  for (int frame = 0; frame < 1000; ++frame) {
-    voxel =
-        makeVoxel(sdfOf(voxel), weightUnits(voxel), supportedEvidence(evidenceOf(voxel), kRules));
-  }
-  int frames = 0;
-  for (; !isEmpty(voxel); ++frames) voxel = contradictedVoxel(voxel, 1, kUncovered, kRules);
-  EXPECT_EQ(frames, 12);
-}
-
-/// With nineteen supports, which aligned poses remember, the mesh shows it no more after 30 frames,
-/// of which one in four looks for all four: at least seven looks.
-TEST(Evidence, WhatAlignedPosesRememberIsGoneAfterThirtyFrames) {
-  FusionRules rules;
-  rules.most_evidence = 57;
-  Voxel voxel = makeVoxel(0.25f, 64 << 16, 57);
-  for (int look = 0; look < 7; ++look) {
-    EXPECT_GE(evidenceOf(voxel), leastEvidence(2, 1000, rules)) << look;
-    voxel = contradictedVoxel(voxel, rules.look_turns, kUncovered, rules);
-  }
-  EXPECT_LT(evidenceOf(voxel), leastEvidence(2, 1000, rules));
-}
-
-/// Seen through in one frame of two it stays, in two frames of three it goes.
-TEST(Evidence, WhatIsSeenThroughMoreOftenThanNotGoes) {
-  const auto lastsFor = [](int through_of_three) {
-    Voxel voxel = makeVoxel(0.0f, 1, 24);
-    int frame = 0;
-    for (; frame < 300 && !isEmpty(voxel); ++frame) {
-      voxel = frame % 3 < through_of_three
-                  ? contradictedVoxel(voxel, 1, kUncovered, kRules)
-                  : makeVoxel(0.0f, 1, supportedEvidence(evidenceOf(voxel), kRules));
-    }
-    return frame;
-  };
-  EXPECT_EQ(lastsFor(1), 300);
-  EXPECT_LT(lastsFor(2), 100);
-  int32_t evidence = 24;
-  for (int frame = 0; frame < 300; ++frame) {
-    const Voxel voxel = makeVoxel(0.0f, 1, evidence);
-    evidence = frame % 2 ? supportedEvidence(evidence, kRules)
-                         : evidenceOf(contradictedVoxel(voxel, 1, kUncovered, kRules));
-  }
-  EXPECT_GT(evidence, 12);
 }
 
 /// One frame gives 3; two give 6, or 4 if one more saw through it; three give 9, or 7.

@@ -101,27 +101,5 @@ TEST(FreePatches, PassOverWhatIsNowhereSeenThrough) {
   EXPECT_GT(octants_passed, 0.8 * octants_hidden);
 }
 
-/// What is empty is a corner of cells a voxel farther away.
-TEST(FreePatches, OctantsReachAVoxelFarther) {
-  constexpr int kWidth = 64, kHeight = 48;
-  FrameSensing sensing{};
-  sensing.image.frame = {
-      kWidth,    kHeight, {60.0f, 60.0f, 31.5f, 23.5f}, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}},
-      {0, 0, 0}, kVoxel_m};
-  const Vec3f first_L{-4.0f, -4.0f, 50.0f};
-  const auto octants = [&](float free_m) {
-    const std::vector<float> depth(kWidth * kHeight, free_m);
-    const std::vector<float> most = mostFreeOf(sensing.image.frame, depth);
-    sensing.free_depth = depth.data();
-    sensing.most_free = most.data();
-    return octantsSeenThrough(sensing, first_L);
-  };
-  constexpr Octants kNear = 0b1111u;
-  EXPECT_EQ(octants(50.5f * kVoxel_m), 0u);  // the nearest cells end at 51 voxels
-  EXPECT_EQ(octants(51.5f * kVoxel_m), kNear);
-  EXPECT_EQ(octants(54.5f * kVoxel_m), kNear);
-  EXPECT_EQ(octants(55.5f * kVoxel_m), kAllOctants);
-}
-
 }  // namespace free_patches_test
 }  // namespace dtsdf

@@ -37,16 +37,6 @@ Vec3f onPlaneBeside(const Surfel& surfel, float pixels_u, float pixels_v) {
   return (dot(surfel.normal_L, p) / dot(surfel.normal_L, ray)) * ray;
 }
 
-TEST(StepOnPlane, LeadsToWhereThePlaneIsSeenBeside) {
-  const Surfel surfel = slantedSurfel({});
-  const FrameView frame = sensingAtOrigin().image.frame;
-  const Vec3f across = stepOnPlane(surfel, frame, {1, 0, 0}, frame.intrinsics.fx, 0.5f);
-  const Vec3f down = stepOnPlane(surfel, frame, {0, 1, 0}, frame.intrinsics.fy, 0.5f);
-  EXPECT_LT(norm(surfel.p_L + across - onPlaneBeside(surfel, 0.5f, 0.0f)), 2e-3f);
-  EXPECT_LT(norm(surfel.p_L + down - onPlaneBeside(surfel, 0.0f, 0.5f)), 2e-3f);
-  EXPECT_GT(norm(across), 0.09f);  // half a pixel is a tenth of a voxel wide, face on
-}
-
 /// The point that each voxel gets from a surfel.
 template <class Visit>
 void visitPoints(const Surfel& surfel, const Visit& visit) {

@@ -143,21 +143,6 @@ TEST(FoldSums, DepthTakesNoEvidence) {
   EXPECT_EQ(evidenceOf(fold(kEmpty, 0.5f, 1.1f * least, 0.01f)), 3);
 }
 
-/// The mean of 300 frames, though a voxel keeps 2^-11 voxels only: rounding is right on average.
-TEST(FoldSums, RoundingDoesNotAddUp) {
-  std::mt19937 random(12);
-  std::uniform_real_distribution<float> noise(-0.3f, 0.3f);
-  Voxel voxel = kEmpty;
-  double sum = 0.0;
-  constexpr int kFrames = 60;
-  for (int frame = 0; frame < kFrames; ++frame) {
-    const float sdf = 0.3333f + noise(random);
-    voxel = fold(voxel, sdf, 1.0f);
-    sum += sdf;
-  }
-  EXPECT_NEAR(sdfOf(voxel), sum / kFrames, 4.0 / 2048.0);
-}
-
 VoxelSums sumsWithPoint(float sdf_voxels, float weight, const Vec3f& point) {
   VoxelSums sums{};
   const uint32_t key = pointKey(point, {pointShift(0), pointShift(1), pointShift(2)}, sdf_voxels);
@@ -201,36 +186,6 @@ TEST(FoldAnchor, NearPointsCountMore) {
   const double near = 0.9 * 0.9, far = 0.5 * 0.5;
   EXPECT_NEAR(meanX(0.5f, 0.1f, 1.0f), (far * 0.5 + near * 0.1) / (far + near), 0.02);
   EXPECT_NEAR(meanX(0.1f, 0.5f, 1.0f), (far * 0.5 + near * 0.1) / (far + near), 0.02);
-}
-
-/// What is far away counts a little, wherever it is.
-TEST(AnchorCloseness, FallsToThatOfTheFarthest) {
-  EXPECT_EQ(anchorCloseness(0.0f), 1.0f);
-  EXPECT_EQ(anchorCloseness(0.25f), 0.25f);
-  for (const float squared : {0.9f, 1.0f, 4.0f}) {
-    EXPECT_EQ(anchorCloseness(squared), 1.0f / 256.0f) << squared;
-  }
-}
-
-/// Noise across the surface is averaged: 16 frames' worth of points leaves a third of it at most.
-TEST(FoldAnchor, AveragesNoise) {
-  std::mt19937 random(13);
-  std::normal_distribution<float> noise(0.0f, 0.2f);
-  double squares = 0.0;
-  for (int run = 0; run < 200; ++run) {
-    Voxel voxel = kEmpty;
-    for (int frame = 0; frame < 60; ++frame) {
-      const float z = noise(random);
-      voxel = foldPoint(voxel, -z, 0.999f, {0.1f, 0.0f, z});
-    }
-    const float z = anchorOffset(voxel.anchor).z;
-    squares += static_cast<double>(z) * z;
-  }
-  EXPECT_LT(std::sqrt(squares / 200.0), 0.07);
-}
-
-TEST(FoldSums, EvidenceDoesNotGrowBeyondItsLimit) {
-  EXPECT_EQ(evidenceOf(fold(makeVoxel(0.0f, kOne, 23), 0.0f, 1.0f)), 24);
 }
 
 TEST(DepthWeight, FallsWithTheSquareFromOneMetreOn) {

@@ -57,23 +57,6 @@ TEST(Anchoring, DrawsAVertexToWhereItsSurfaceWasMeasured) {
   expectNear(edge.shift(rules), {-0.4f, 0.0f, 0.0f}, kStep);
 }
 
-/// The same point, as the upper end tells it.
-TEST(Anchoring, BothEndsTellOfTheSamePlace) {
-  AnchoredEdge edge;
-  edge.cross(kZPlus);
-  edge.put(1, kZPlus, {-0.9f, 0.0f, -0.6f});
-  expectNear(edge.shift(), {-0.7f, 0.0f, 0.0f}, kStep);
-}
-
-/// Where the surface curves out of sight, the point lies below its extrapolated plane: 0.3, 0, -0.4
-/// from the vertex, of which 7 / 8 of 4 / 5 are left.
-TEST(Anchoring, LeavesThePlaneWithTheSurface) {
-  AnchoredEdge edge;
-  edge.cross(kZPlus);
-  edge.put(0, kZPlus, {0.3f, 0.0f, 0.0f});
-  expectNear(edge.shift(), {0.21f, 0.0f, -0.28f}, 2.0f * kStep);
-}
-
 /// The foot of the lower corner is 0.4 below the vertex' surface, which makes a gap of the root of
 /// 0.325^2 + 0.425^2 - 0.45^2 = 0.289 with a step to spare, that of the upper corner less. The gap
 /// is 0.929 of the way from 0.15 to twice that; 0.326 from the point, 0.693 are beyond reach.
@@ -99,27 +82,6 @@ TEST(Anchoring, WithinReachNothingMoves) {
   EXPECT_GT(edge.shift(rules).x, 0.0f);
 }
 
-/// A surface turned by 45 degrees was measured at the feet of both corners. The vertex between them
-/// is 0.28 away from the nearer one, but not beyond what was measured; it is where one foot is not.
-TEST(Anchoring, BetweenMeasuredFeetNothingMoves) {
-  AnchoredEdge edge;
-  edge.samples.lower[kZPlus] = {-0.225f * std::sqrt(2.0f), 1.0f};
-  edge.samples.upper[kZPlus] = {0.275f * std::sqrt(2.0f), 1.0f};
-  edge.put(0, kZPlus, {0.225f, 0.0f, 0.225f});
-  edge.put(1, kZPlus, {-0.275f, 0.0f, -0.275f});
-  expectNear(edge.shift(), {0.0f, 0.0f, 0.0f}, 0.0f);
-  edge.put(1, kZPlus, {-0.275f, 0.575f, -0.275f});
-  EXPECT_GT(norm(edge.shift()), 0.1f);
-}
-
-TEST(Anchoring, TheNearestOfBothEndsCounts) {
-  AnchoredEdge edge;
-  edge.cross(kZPlus);
-  edge.put(0, kZPlus, {-0.9f, 0.0f, 0.4f});
-  edge.put(1, kZPlus, {0.5f, 0.0f, -0.6f});
-  expectNear(edge.shift(), {0.35f, 0.0f, 0.0f}, kStep);
-}
-
 /// Neither that which does not cross, nor the one that faces against the surface, nor an end that
 /// is unknown.
 TEST(Anchoring, OnlyDirectionsThatTellTheCrossingCount) {
@@ -136,54 +98,6 @@ TEST(Anchoring, OnlyDirectionsThatTellTheCrossingCount) {
   edge.put(1, kZPlus, {0.0f, 0.9f, -0.6f});
   edge.anchor.erase({0, kXPlus});
   expectNear(edge.shift(), {0.0f, 0.7f, 0.0f}, kStep);
-}
-
-/// Both feet were measured, but 1.4 voxels apart: distances to two sides of something thin, whose
-/// means cross in between, where the vertex is .6 off either plane. It goes to the nearer point.
-TEST(Anchoring, AVertexThatIsOnNoneOfThePlanesIsDrawn) {
-  AnchoredEdge edge;
-  edge.samples.lower[kZPlus] = {-0.775f, 1.0f};
-  edge.samples.upper[kZPlus] = {0.875f, 1.0f};
-  edge.put(0, kZPlus, {0.775f, 0.0f, 0.0f});
-  edge.put(1, kZPlus, {-0.875f, 0.0f, 0.0f});
-  const float distance = std::hypot(0.775f, kOffset);
-  const float share = 0.875f * (distance - 0.1f) / distance;
-  expectNear(edge.shift(), {share * 0.775f, 0.0f, -share * kOffset}, 2.0f * kStep);
-  MeshSettings along_rays;
-  along_rays.distances_to_planes = false;
-  expectNear(edge.shift(along_rays), {0.0f, 0.0f, 0.0f}, 0.0f);
-}
-
-/// Each direction's foot was measured, and none crosses the edge: only their vote does.
-TEST(Anchoring, AVertexThatOnlyTheVoteTellsIsDrawn) {
-  AnchoredEdge edge;
-  edge.samples.lower[kZPlus] = edge.samples.upper[kZPlus] = {-0.775f, 1.0f};
-  edge.samples.lower[kXPlus] = edge.samples.upper[kXPlus] = {0.575f, 1.0f};
-  edge.put(0, kZPlus, {0.0f, 0.775f, 0.0f});
-  edge.put(0, kXPlus, {0.0f, 0.575f, 0.0f});
-  const float distance = std::hypot(0.575f, kOffset);
-  const float share = 0.875f * (distance - 0.1f) / distance;
-  expectNear(edge.shift(), {0.0f, share * 0.575f, -share * kOffset}, 2.0f * kStep);
-}
-
-/// An end that too little was seen of keeps an anchor that does not speak, whichever end it is.
-TEST(Anchoring, EndsThatAreNotKnownHaveNoAnchor) {
-  for (const int unknown : {0, 1}) {
-    AnchoredEdge edge;
-    auto& samples = unknown == 0 ? edge.samples.lower : edge.samples.upper;
-    edge.samples.lower[kZPlus] = {-kOffset, 1.0f};
-    edge.samples.upper[kZPlus] = {1.0f - kOffset, 1.0f};
-    samples[kZPlus].weight = 0.0f;
-    edge.put(unknown, kZPlus, {-0.9f, 0.0f, unknown == 0 ? 0.4f : -0.6f});
-    expectNear(edge.shift(), {0.0f, 0.0f, 0.0f}, 0.0f);
-  }
-}
-
-TEST(Anchoring, WithoutAnAnchorNothingMoves) {
-  AnchoredEdge edge;
-  expectNear(edge.shift(), {0.0f, 0.0f, 0.0f}, 0.0f);
-  edge.cross(kZPlus);
-  expectNear(edge.shift(), {0.0f, 0.0f, 0.0f}, 0.0f);
 }
 
 /// Blocks on both sides of a face give the vertex other coordinates, 8 and 0, and the same shift.

@@ -86,17 +86,4 @@ inline std::vector<Eigen::Vector3d> facesOf(const Segment& segment) {
   return normals;
 }
 
-/// Whether two opposite corners of some face are behind and the other two in front.
-inline bool hasAmbiguousFace(int index) {
-  for (int axis = 0; axis < 3; ++axis) {
-    const int u = 1 << ((axis + 1) % 3), v = 1 << ((axis + 2) % 3);
-    for (const int base : {0, 1 << axis}) {
-      const bool a = isBehind(index, base), b = isBehind(index, base + u);
-      const bool c = isBehind(index, base + u + v), d = isBehind(index, base + v);
-      if (a == c && b == d && a != b) return true;
-    }
-  }
-  return false;
-}
-
 }  // namespace dtsdf

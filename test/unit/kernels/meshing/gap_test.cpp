@@ -27,27 +27,11 @@ TEST(Gap, IsWhereVerticesAreDrawnApart) {
   EXPECT_FALSE(standsInGap(rules, left, vertexAt(3, 3, {0.3f, 0.0f, 0.0f}), vertexAt(2, 4)));
 }
 
-/// Whichever side it is that is stretched.
-TEST(Gap, IsTheSameForAllOrdersOfATriangle) {
-  const BlockVertex a = vertexAt(2, 3, {-0.7f, 0.0f, 0.0f}), b = vertexAt(3, 3), c = vertexAt(2, 4);
-  EXPECT_TRUE(standsInGap(a, b, c));
-  EXPECT_TRUE(standsInGap(b, c, a));
-  EXPECT_TRUE(standsInGap(c, a, b));
-}
-
 /// All vertices beyond an outline are drawn back to it: nearer to those that stay, or side by side.
 TEST(Gap, IsNotAtAnOutline) {
   const Vec3f back{-0.8f, 0.0f, 0.0f};
   EXPECT_FALSE(standsInGap(vertexAt(2, 3), vertexAt(3, 3, back), vertexAt(3, 4, back)));
   EXPECT_FALSE(standsInGap(vertexAt(2, 3), vertexAt(3, 3, back), vertexAt(2, 4)));
-}
-
-/// A step of the surface is long, and no gap.
-TEST(Gap, IsNotWhereVerticesStayOnTheirEdges) {
-  BlockVertex low = vertexAt(2, 3), high = vertexAt(3, 4);
-  low.position.z = 0.01f;
-  high.position.z = 0.99f;
-  EXPECT_FALSE(standsInGap(low, high, vertexAt(2, 4)));
 }
 
 BlockMesh meshWithGap() {
@@ -68,14 +52,6 @@ TEST(Gap, IsDroppedWithTheVerticesThatOnlyItHad) {
     EXPECT_EQ(mesh.vertices[i].edge, vertexAt(i + 1, 0).edge);
     EXPECT_EQ(mesh.colours[i].red, i + 1);
   }
-}
-
-TEST(Gap, OfAMeshWithoutAnyNothingIsDropped) {
-  BlockMesh mesh = meshWithGap();
-  mesh.triangles = {1, 2, 3};
-  dropGaps(mesh);  // a vertex without a triangle is not its business
-  EXPECT_EQ(mesh.triangles, (std::vector<uint16_t>{1, 2, 3}));
-  EXPECT_EQ(mesh.vertices.size(), 5u);
 }
 
 }  // namespace gap_test

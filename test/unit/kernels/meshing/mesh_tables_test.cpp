@@ -20,22 +20,6 @@ std::set<std::array<int, 3>> triangleSet(int index) {
   return result;
 }
 
-TEST(MeshTables, EdgesAreNumberedByAxisAndLowerCorner) {
-  const auto edges = cubeEdges();
-  for (int e = 0; e < kCubeEdges; ++e) {
-    EXPECT_EQ(kEdgeLowerCorner[e], edges[static_cast<size_t>(e)].first);
-    EXPECT_EQ(edgeLowerCorner(e), edges[static_cast<size_t>(e)].first);
-    EXPECT_EQ(edgeLowerCorner(e) | 1 << (e / 4), edges[static_cast<size_t>(e)].second);
-  }
-}
-
-TEST(MeshTables, UniformCornersHaveNoSurface) {
-  for (const int index : {0, 255}) {
-    EXPECT_EQ(kMeshTables.triangle_count[index], 0);
-    EXPECT_EQ(kMeshTables.component_count[index], 0);
-  }
-}
-
 TEST(MeshTables, TrianglesUseExactlyTheCrossedEdges) {
   for (int index = 0; index < 256; ++index) {
     std::set<int> used;
@@ -58,19 +42,6 @@ TEST(MeshTables, EveryLoopIsClosedAndLiesOnTheFacesOfTheCube) {
     for (const int e : crossedEdges(index)) {
       EXPECT_EQ(arrivals[e], 1) << "index " << index << ", edge " << e;
       EXPECT_EQ(departures[e], 1) << "index " << index << ", edge " << e;
-    }
-  }
-}
-
-/// A side inside the cube that ran on a face could coincide with a side of the unit across it.
-TEST(MeshTables, DiagonalsKeepOffTheFaces) {
-  for (int index = 0; index < 256; ++index) {
-    const std::set<Segment> rim = rimOf(index);
-    for (const auto& t : trianglesOf(index)) {
-      for (size_t i = 0; i < 3; ++i) {
-        const Segment side{t[i], t[(i + 1) % 3]};
-        EXPECT_EQ(facesOf(side).empty(), rim.count(side) == 0) << "index " << index;
-      }
     }
   }
 }
@@ -121,28 +92,6 @@ TEST(MeshTables, NeighboursAgreeOnTheirSharedFace) {
   }
 }
 
-TEST(MeshTables, ComplementTurnsTheSurfaceRound) {
-  for (int index = 0; index < 256; ++index) {
-    const int complement = 255 - index;
-    EXPECT_EQ(crossedEdges(index), crossedEdges(complement));
-    if (hasAmbiguousFace(index)) continue;  // there the behind corners are cut off, on purpose
-    std::set<Segment> reversed;
-    for (const auto& [from, to] : rimOf(complement)) reversed.insert({to, from});
-    EXPECT_EQ(rimOf(index), reversed) << "index " << index;
-    EXPECT_EQ(kMeshTables.component_count[index], kMeshTables.component_count[complement]);
-  }
-}
-
-TEST(MeshTables, ComponentsAreSingle) {
-  for (int index = 0; index < 256; ++index) {
-    for (int i = 0; i < kMeshTables.component_count[index]; ++i) {
-      const uint8_t component = kMeshTables.component[index][i];
-      ASSERT_EQ(kMeshTables.component_count[component], 1) << "index " << index;
-      EXPECT_EQ(kMeshTables.component[component][0], component) << "index " << index;
-    }
-  }
-}
-
 TEST(MeshTables, ComponentsMakeUpTheIndex) {
   for (int index = 0; index < 256; ++index) {
     std::set<std::array<int, 3>> triangles;
@@ -155,33 +104,6 @@ TEST(MeshTables, ComponentsMakeUpTheIndex) {
     EXPECT_EQ(triangles, triangleSet(index)) << "index " << index;
     EXPECT_EQ(count, triangles.size()) << "components of index " << index << " overlap";
   }
-}
-
-TEST(MeshTables, RemovingAComponentLeavesTheOthers) {
-  for (int index = 0; index < 256; ++index) {
-    for (int i = 0; i < kMeshTables.component_count[index]; ++i) {
-      const uint8_t component = kMeshTables.component[index][i];
-      std::set<std::array<int, 3>> rest = triangleSet(index);
-      for (const auto& t : triangleSet(component)) rest.erase(t);
-      const uint8_t left = removeComponent(static_cast<uint8_t>(index), component);
-      EXPECT_EQ(triangleSet(left), rest) << "index " << index << " without " << int(component);
-    }
-  }
-}
-
-/// Per direction an index is impossible if one of four parallel edges is crossed the wrong way, so
-/// 3^4 of 4^4 are not; of these, 2^4 cross none of them, two of which have no surface at all.
-TEST(MeshTables, VerdictCounts) {
-  std::map<Verdict, int> counts;
-  for (int index = 1; index < 255; ++index) {
-    for (int d = 0; d < 6; ++d) ++counts[judgeComponent(static_cast<uint8_t>(index), d)];
-  }
-  EXPECT_EQ(counts[Verdict::kReject], 6 * (4 * 4 * 4 * 4 - 3 * 3 * 3 * 3));
-  EXPECT_EQ(counts[Verdict::kAccept], 6 * (3 * 3 * 3 * 3 - 2 * 2 * 2 * 2));
-  EXPECT_EQ(counts[Verdict::kAskGradient], 6 * (2 * 2 * 2 * 2 - 2));
-  EXPECT_EQ(counts[Verdict::kReject], 1050);
-  EXPECT_EQ(counts[Verdict::kAccept], 390);
-  EXPECT_EQ(counts[Verdict::kAskGradient], 84);
 }
 
 /// A direction sees a surface from its +D side: walking along D from behind to in front.

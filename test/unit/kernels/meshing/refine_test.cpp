@@ -1,17 +1,14 @@
-// Refined meshes: their tables, the identity of middles, and middles on analytic surfaces.
+// Refined meshes: their tables, and the identity and place of middles.
 #include "kernels/meshing/refine.h"
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstring>
-#include <functional>
 #include <random>
 #include <set>
 #include <vector>
 
-#include "kernels/meshing/vertex_normal.h"
-#include "support/edge_samples.h"
+#include "kernels/meshing/edge_vertex.h"
 #include "support/random_vectors.h"
 
 namespace dtsdf {
@@ -101,13 +98,6 @@ TEST(Middle, IsTheSameFromBothEndsAndBothBlocks) {
   }
 }
 
-/// Corners 0, 1, 2 and middles 3, 4, 5 behind them; each turns as the triangle does.
-TEST(Refinement, MakesFourTrianglesOfOne) {
-  std::vector<uint32_t> corners;
-  visitFour({0, 1, 2}, {3, 4, 5}, [&](uint32_t vertex) { corners.push_back(vertex); });
-  EXPECT_EQ(corners, (std::vector<uint32_t>{0, 3, 5, 1, 4, 3, 2, 5, 4, 3, 4, 5}));
-}
-
 /// Two sheets with several triangles each: where middles are straight, every triangle is cut into
 /// four of a quarter of its area.
 TEST(Refinement, CutsEveryTriangleIntoQuarters) {
@@ -139,86 +129,6 @@ TEST(Refinement, CutsEveryTriangleIntoQuarters) {
       EXPECT_LT(norm(area(&fine[i]) - quarter), 1e-6f);
     }
   }
-}
-
-/// A field as a block's corners have it; all is known.
-struct Field {
-  std::function<float(const Vec3f&)> distance;
-  Sample sample(const Vec3i& corner, int) const { return {distance(toFloat(corner)), 1.0f}; }
-};
-
-struct Distances {
-  double straight = 0.0, curved = 0.0;  ///< Root mean squares.
-  int middles = 0;
-};
-
-/// The vertices of all units of a block, and the distances of the middles between them.
-Distances refineBlock(const Field& field) {
-  Distances rms;
-  const auto endOn = [&](int edge) {
-    const Vec3i corner = cornerAt(edgeCorner(edge));
-    const int axis = edgeAxis(edge), facing = edgeFacing(edge);
-    EdgeSamples samples = {};
-    const int d = facedDirection(axis, facing);
-    samples.below[d] = field.sample(corner + gridStep(axis, -1), d);
-    samples.lower[d] = field.sample(corner, d);
-    samples.upper[d] = field.sample(corner + gridStep(axis, 1), d);
-    samples.above[d] = field.sample(corner + gridStep(axis, 2), d);
-    const Vec3f p = vertexPosition(edge, edgeOffset(MeshRules(), samples, axis, facing));
-    return SideEnd{p, vertexNormal(field, edge, p, false)};
-  };
-  for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    const Vec3i unit = voxelOffset(i);
-    unsigned index = 0;
-    for (int c = 0; c < kCubeCorners; ++c) {
-      const Vec3i corner = unit + Vec3i{c & 1, c >> 1 & 1, c >> 2 & 1};
-      index |= (field.sample(corner, 0).sdf < 0.0f ? 1u : 0u) << c;
-    }
-    if (index == 255) continue;
-    visitSides(kRefineTables, {{static_cast<uint8_t>(index), 0}}, unit, [&](int a, int b) {
-      const SideEnd end_a = endOn(a), end_b = endOn(b);
-      const float straight = field.distance(0.5f * (end_a.position + end_b.position));
-      const float curved = field.distance(middleOfSide(end_a, end_b));
-      rms.straight += double(straight) * straight;
-      rms.curved += double(curved) * curved;
-      ++rms.middles;
-    });
-  }
-  rms.straight = std::sqrt(rms.straight / rms.middles);
-  rms.curved = std::sqrt(rms.curved / rms.middles);
-  return rms;
-}
-
-TEST(Refinement, MiddlesOnABallAreMuchNearerToIt) {
-  for (const float side : {1.0f, -1.0f}) {  // from outside, and from within
-    const Distances rms = refineBlock({[side](const Vec3f& p) {
-      return side * (norm(p - Vec3f{3.9f, 4.2f, 4.1f}) - 3.3f);
-    }});
-    EXPECT_GT(rms.middles, 500);
-    EXPECT_GT(rms.straight, 0.02);
-    EXPECT_LT(rms.curved, 0.1 * rms.straight);
-  }
-}
-
-TEST(Refinement, MiddlesOnASaddleAreMuchNearerToIt) {
-  const Distances rms = refineBlock({[](const Vec3f& p) {  // to second order
-    const float x = p.x - 4.0f, y = p.y - 4.0f, z = p.z - 4.2f;
-    const float slope = std::sqrt(1.0f + (x * x + y * y) / 36.0f);
-    return (z - x * y / 6.0f) / slope;
-  }});
-  EXPECT_GT(rms.middles, 300);
-  EXPECT_GT(rms.straight, 0.01);
-  EXPECT_LT(rms.curved, 0.2 * rms.straight);
-}
-
-TEST(Refinement, MiddlesOfAPlaneLieOnIt) {
-  const Vec3f normal = (1.0f / 7.0f) * Vec3f{2.0f, -3.0f, 6.0f};
-  const Distances rms = refineBlock({[normal](const Vec3f& p) {
-    return dot(normal, p - Vec3f{4.0f, 4.0f, 3.7f});
-  }});
-  EXPECT_GT(rms.middles, 200);
-  EXPECT_LT(rms.straight, 2e-4);  // corners are kept off by the margin
-  EXPECT_LT(rms.curved, 2e-4);
 }
 
 }  // namespace refine_test

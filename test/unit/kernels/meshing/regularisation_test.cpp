@@ -3,19 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <random>
-#include <tuple>
 #include <vector>
 
 #include "unit/kernels/meshing/unit_planes.h"
 
 namespace dtsdf {
 namespace regularisation_test {
-
-std::tuple<int, int, int> asTuple(const Vec3i& v) { return {v.x, v.y, v.z}; }
-
-Vec3i voxelIn(const Vec3i& block, int index) {
-  return firstVoxelOfBlock(block) + voxelOffset(index);
-}
 
 /// Units of a cube, side by side; what lies beyond says nothing.
 class Units {
@@ -48,28 +41,6 @@ UnitLabels single(int index) {
   return labelsOfSheets(static_cast<unsigned>(index), static_cast<unsigned>(index));
 }
 
-TEST(Regularisation, UnitSourceIsTheUnitInTheBlockOrAround) {
-  for (int z = -1; z <= kBlockSide; ++z) {
-    for (int y = -1; y <= kBlockSide; ++y) {
-      for (int x = -1; x <= kBlockSide; ++x) {
-        const UnitSource source = unitSource({x, y, z});
-        EXPECT_EQ(asTuple(voxelIn(aroundOffset(source.block), source.unit)),
-                  std::make_tuple(x, y, z));
-      }
-    }
-  }
-}
-
-TEST(Regularisation, AUnitGivesASideToTheCornersThatItsSheetsAgreeAbout) {
-  const UnitLabels thin = labelsOfSheets(0x0F, 0xF1);  // a wall, with corner 0 behind both
-  EXPECT_EQ(sideGiven(thin, 0), 1);
-  EXPECT_EQ(sideGiven(thin, 1), 0);
-  EXPECT_EQ(sideGiven(thin, 7), 0);
-  EXPECT_EQ(sideGiven(single(0x0F), 3), 1);
-  EXPECT_EQ(sideGiven(single(0x0F), 4), -1);
-  EXPECT_EQ(sideGiven({0, 0}, 4), 0);
-}
-
 /// Units around one corner: as many as `behind` have it behind, `in_front` in front, and the others
 /// say nothing. Each has its own corner there, and all take what is settled.
 TEST(Regularisation, TheMajorityDecidesACorner) {
@@ -88,22 +59,6 @@ TEST(Regularisation, TheMajorityDecidesACorner) {
       }
     }
   }
-}
-
-/// The two sides of a thin wall stay, whatever is said around of the corners between which it runs.
-TEST(Regularisation, SheetsThatDisagreeAboutACornerKeepIt) {
-  Units units(2);
-  for (int c = 0; c < 8; ++c) units.at(cornerOffset(c)) = single(255);
-  units.at({0, 0, 0}) = labelsOfSheets(0x0F, 0xF0);
-  EXPECT_EQ(units.regular({0, 0, 0}).sheet[0], 0x0F);
-  EXPECT_EQ(units.regular({0, 0, 0}).sheet[1], 0xF0);
-}
-
-TEST(Regularisation, WhoSaysNothingGetsNoSurface) {
-  Units units(2);
-  for (int c = 1; c < 8; ++c) units.at(cornerOffset(c)) = single(255);
-  EXPECT_EQ(units.regular({0, 0, 0}).sheet[0], 0);
-  EXPECT_EQ(units.regular({0, 0, 0}).sheet[1], 0);
 }
 
 /// What random units of one sheet say, settled: labels of a face are the same from both sides, so
@@ -132,13 +87,6 @@ TEST(Regularisation, UnitsSideBySideAgreeAboutTheFaceBetweenThem) {
     }
   }
   EXPECT_GT(disagreed, 100);
-}
-
-TEST(Regularisation, ALevelSurfaceStays) {
-  Units units(3);
-  for (int i = 0; i < 9; ++i) units.at({i % 3, i / 3, 1}) = single(0x0F);
-  EXPECT_EQ(units.regular({1, 1, 1}).sheet[0], 0x0F);
-  EXPECT_EQ(units.regular({1, 1, 2}).sheet[0], 0);
 }
 
 }  // namespace regularisation_test

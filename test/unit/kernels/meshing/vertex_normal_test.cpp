@@ -73,19 +73,6 @@ TEST(VertexNormal, OfAQuadraticFieldIsExact) {
   }
 }
 
-/// By hand: slopes of 0 and 1/2 along x at the two ends, a quarter of the way between them. The
-/// undirected map has one array.
-TEST(VertexNormal, TurnsAlongTheEdge) {
-  const Fields twisted{[](const Vec3f& p, int array) {
-                         const float slope = array == 0 ? 0.5f * (p.z - 4.0f) : 9.0f;
-                         return p.z - 4.25f + slope * (p.x - 4.0f);
-                       },
-                       everywhere};
-  const int edge = edgeNumber(cornerIndex(4, 4, 4), 2, 0);
-  expectNear(vertexNormal(twisted, edge, {4.0f, 4.0f, 4.25f}, false),
-             (1.0f / std::sqrt(1.015625f)) * Vec3f{0.125f, 0.0f, 1.0f}, 1e-5f);
-}
-
 const int kEdge = edgeNumber(cornerIndex(4, 4, 4), 2, 0);
 const Vec3f kVertex{4.0f, 4.0f, 4.25f};
 
@@ -106,35 +93,6 @@ TEST(VertexNormal, IsOfOneSideWhereTheOtherIsNotKnown) {
 TEST(VertexNormal, IsNotKnownWithoutASlope) {
   const Fields fields{bentAlongX, [](const Vec3i& c, int) { return c.x != 4 ? 0.0f : 1.0f; }};
   expectNear(vertexNormal(fields, kEdge, kVertex, false), {0.0f, 0.0f, 0.0f}, 1e-9f);
-}
-
-/// Directions +x, +y, +z and -z with a slope of their own: those that cross the edge tell, by the
-/// product of their weights at its ends; -z has no say.
-TEST(VertexNormal, IsOfTheDirectionsThatTellTheCrossing) {
-  const Fields fields{[](const Vec3f& p, int d) {
-                        const float above = p.z - 4.25f;
-                        if (d == 0) return above - (p.x - 4.0f);
-                        if (d == 2) return above + 5.0f;  // crosses nothing here
-                        return d == 4 ? above : above + 3.0f * (p.y - 4.0f);
-                      },
-                      [](const Vec3i& c, int d) {
-                        if (d == 0) return c.z == 4 ? 2.0f : 0.5f;
-                        return d == 4 ? (c.z == 4 ? 1.5f : 2.0f) : (d == 1 || d == 3 ? 0.0f : 1.0f);
-                      }};
-  expectNear(vertexNormal(fields, kEdge, kVertex, true),
-             (1.0f / std::sqrt(17.0f)) * Vec3f{-1.0f, 0.0f, 4.0f}, 1e-5f);
-}
-
-/// Borders move vertices along their edges, at most to an end.
-TEST(VertexNormal, IsTakenOnTheEdge) {
-  const Fields ball{[](const Vec3f& p, int) {
-                      return norm(p - Vec3f{2.0f, 4.0f, 1.0f}) - 4.0f;
-                    },
-                    everywhere};
-  const Vec3f at_end = vertexNormal(ball, kEdge, {4.0f, 4.0f, 5.0f}, false);
-  const Vec3f beyond = vertexNormal(ball, kEdge, {4.0f, 4.0f, 5.75f}, false);
-  EXPECT_GT(norm(at_end), 0.9f);
-  EXPECT_EQ(norm(at_end - beyond), 0.0f);
 }
 
 }  // namespace vertex_normal_test

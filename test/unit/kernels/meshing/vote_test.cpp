@@ -26,46 +26,6 @@ TEST(Vote, TwoDirectionsByHand) {
   EXPECT_FLOAT_EQ(votedSdf(vote), 0.75f / 13.0f);
 }
 
-TEST(Vote, WhoTakesNoPartOrHasNoWeightDoesNotCount) {
-  CornerVote<float> vote;
-  castVote(vote, 0.5f, 1.0f, true, 0.2f);
-  castVote(vote, -0.1f, 9.0f, false, 0.2f);
-  castVote(vote, -0.1f, 0.0f, true, 0.2f);
-  castVote(vote, -0.1f, -9.0f, true, 0.2f);
-  EXPECT_EQ(votedSdf(vote), 0.5f);
-  EXPECT_EQ(vote.weight, 1.0f);
-}
-
-/// With the default nearness of 0.2, 0.3 by a weight of 1 counts (1 / 0.5)^2 = 4, and -0.05 by half
-/// of it counts (0.5 / 0.25)^2 = 4: together (1.2 - 0.2) / 8. Without it, -0.05 would count 100 to
-/// 11.
-TEST(Vote, SmallDistancesAreEquallyNear) {
-  const float nearness = MeshRules().nearness_voxels;
-  CornerVote<float> vote;
-  castVote(vote, 0.3f, 1.0f, true, nearness);
-  castVote(vote, -0.05f, 0.5f, true, nearness);
-  EXPECT_FLOAT_EQ(votedSdf(vote), 0.125f);
-}
-
-/// 0.8 by a weight of 4 has the strength 4 / 1 = 4, -0.3 by 5 has 5 / 0.5 = 10. By squares, 16 to
-/// 100, the corners are behind (12.8 - 30 < 0); by the strengths alone they would be in front
-/// (3.2 - 3 > 0).
-TEST(Vote, StrengthsAreSquared) {
-  UnitSamples samples = {};
-  setAll(samples, 0, {0.8f, 4.0f});
-  setAll(samples, 2, {-0.3f, 5.0f});
-  EXPECT_EQ(voteOnCorners(samples, kNobody, VoteLimits<float>{9.0f, 0.0f, 0.2f}), 255);
-}
-
-TEST(Vote, TheExcludedDirectionHasNoVote) {
-  UnitSamples samples = {};
-  setAll(samples, 0, {0.4f, 1.0f});
-  setAll(samples, 1, {-0.1f, 9.0f});
-  const VoteLimits<float> limits{9.0f, 0.0f, 0.2f};
-  EXPECT_EQ(voteOnCorners(samples, 1, limits), 0);
-  EXPECT_EQ(voteOnCorners(samples, 0, limits), 255);
-}
-
 /// Weights of all voters count together: 0.6 and 0.6 are more than 1, 0.6 and 0.4 are not.
 TEST(Vote, ACornerNeedsMoreThanTheLeastWeight) {
   UnitSamples samples = {};

@@ -181,26 +181,6 @@ TEST(AddPoint, LeavesOutliersOut) {
   EXPECT_EQ(sums.weight, 0);
 }
 
-TEST(AlignedPlane, IsThatOfTheWindow) {
-  const AlignedPlane plane = fitAlignedPlane(settings(), [](int32_t du, int32_t dv) {
-    return 0.5f + 0.002f * static_cast<float>(du) - 0.003f * static_cast<float>(dv);
-  });
-  ASSERT_TRUE(plane.known);
-  EXPECT_NEAR(plane.value, 0.5f, 1e-6f);
-  EXPECT_NEAR(plane.slope_u, 0.002f, 2e-7f);
-  EXPECT_NEAR(plane.slope_v, -0.003f, 2e-7f);
-}
-
-TEST(AlignedPlane, NeedsHalfOfThePairs) {
-  const int32_t r = settings().rules.window_px, width = 2 * r + 1, all = 2 * r * (r + 1);
-  for (const int32_t measured : {all / 2 - 1, all / 2}) {
-    const AlignedPlane plane = fitAlignedPlane(settings(), [&](int32_t du, int32_t dv) {
-      return std::abs(dv * width + du) <= measured ? 0.5f : 0.0f;  // the nearest in rows
-    });
-    EXPECT_EQ(plane.known, measured == all / 2) << measured << " of " << all;
-  }
-}
-
 TEST(AlignedPoint, HasItsWholeWindowInTheImage) {
   const FrameView view = camera();
   const int32_t r = settings().rules.window_px, right = view.width - 1, low = view.height - 1;

@@ -87,15 +87,6 @@ TEST(DepthGap, IsNoSurfaceWhereBothSidesCurveAway) {
   EXPECT_EQ(image.filledAt(3, 3), -0.99f);
 }
 
-/// In front of a wall, a gap in something slim belongs to what goes on.
-TEST(DepthGap, IsFilledAlongThePairThatDiffersLeast) {
-  Image image;
-  image.at(2, 3) = 0.50f;
-  image.at(4, 3) = 0.51f;
-  image.at(3, 2) = image.at(3, 4) = 1.0f;
-  EXPECT_EQ(image.filledAt(3, 3), 1.0f);
-}
-
 TEST(DepthGap, IsFilledAlongEachPair) {
   for (const auto& [du, dv] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
     Image image;

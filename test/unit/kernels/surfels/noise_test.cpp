@@ -21,24 +21,6 @@ NoiseLine slantedLine() {
   return line;
 }
 
-/// A line whose value is a power of the place, from -3 to 3.
-NoiseLine powerLine(int power) {
-  NoiseLine line;
-  for (int i = 0; i < kNoiseLength; ++i) {
-    line.inverse_depth[i] = 0.5f + 0.00001f * std::pow(static_cast<float>(i - kNoiseRadius), power);
-  }
-  return line;
-}
-
-/// The samples of x^5 and x^6 times the orthogonal polynomials -1, 4, -5, 0, 5, -4, 1 and 1, -6,
-/// 15, -20, 15, -6, 1 are 2 (5 - 4 32 + 243) = 240 and 2 (15 - 6 64 + 729) = 720.
-TEST(Noise, SurfacesBend) {
-  for (const int power : {1, 2, 3, 4}) EXPECT_LT(noiseVariance(powerLine(power), kSurfels), 1e-12f);
-  const auto inUnits = [](int power) { return noiseVariance(powerLine(power), kSurfels) / 1e-10f; };
-  EXPECT_NEAR(inUnits(5), 0.5f * 240.0f * 240.0f / 84.0f, 3.0f);
-  EXPECT_NEAR(inUnits(6), 0.5f * 720.0f * 720.0f / 924.0f, 3.0f);
-}
-
 /// Of many lines in noise: the variance that each quartile shows, to the width of a bin.
 TEST(Noise, QuartilesAreThoseOfTheSamples) {
   std::mt19937 generator(2);

@@ -80,22 +80,6 @@ TEST(PixelSubdivision, FollowTheSlant) {
   EXPECT_EQ(floor.down, 3);
 }
 
-/// Away from the middle of the image the ray itself is slanted: width is that between the points
-/// where two rays hit the plane.
-TEST(PixelSubdivision, FollowTheRay) {
-  const double n[2] = {2.5, 1.0}, delta = 2.0;  // n[0] y + n[1] z = delta
-  const int v = kHeight - 6;
-  const auto width_m = [&](double y) {  // of a row, y its slope
-    const double z = delta / (n[0] * y + n[1]), slope = -n[0] / kIntrinsics.fy * z * z / delta;
-    return std::hypot(slope * y + z / kIntrinsics.fy, slope);
-  };
-  const double voxel_m = width_m((v - kIntrinsics.cy) / kIntrinsics.fy);
-  for (const auto& [scale, count] : {std::pair{0.99, 3}, {1.01, 1}}) {
-    const SubdividedImage image(plane(0, n[0], n[1], delta), static_cast<float>(scale * voxel_m));
-    EXPECT_EQ(image.subdivisionAt(kMiddleU, v).down, count) << scale;
-  }
-}
-
 /// The subpixels lie on the plane, evenly over the pixel, and together weigh what the whole does.
 TEST(PixelSubdivision, ShareOutPlaneAndWeight) {
   const double n[3] = {0.4, -0.7, 1.0}, delta = 2.0;
@@ -123,18 +107,6 @@ TEST(PixelSubdivision, ShareOutPlaneAndWeight) {
       EXPECT_NEAR(mean_v / 9.0, v, 1e-3);
     }
   }
-}
-
-/// Along a row of subdivided pixels the surfels are evenly spaced: nothing is left out in between.
-TEST(PixelSubdivision, JoinThoseOfTheNeighbours) {
-  const SubdividedImage image(plane(0, 0, 1, 2), 0.003f);
-  std::vector<float> x;
-  for (int u = 10; u < 20; ++u) {
-    const std::vector<Surfel> parts = image.subpixelsAt(u, kMiddleV);
-    ASSERT_EQ(parts.size(), 9u);
-    for (int i = 3; i < 6; ++i) x.push_back(parts[i].p_L.x);
-  }
-  for (size_t i = 1; i < x.size(); ++i) EXPECT_NEAR(x[i] - x[i - 1], 4.0 / 3.0 / 3.0, 1e-3);
 }
 
 /// Beside a step, and beside a hole, nothing is put in between: no subpixel across.

@@ -36,9 +36,11 @@ class FrameQueueTest : public testing::Test {
 
   void image(double stamp_s, size_t stream = 0) {
     accounting_[stream].imageReceived(ros::Time(stamp_s));
-    queue_->addImage(stream, makeDepthImage(stamp_s));
+    queue_->add(stream, {makeDepthImage(stamp_s)});
   }
-  void info(double stamp_s, size_t stream = 0) { queue_->addInfo(stream, makeCameraInfo(stamp_s)); }
+  void info(double stamp_s, size_t stream = 0) {
+    queue_->add(stream, {nullptr, makeCameraInfo(stamp_s)});
+  }
   /// The first whole frame of the stream gets its pose.
   bool pose(size_t stream = 0) {
     return queue_->poseFirst(stream, [](const FrameQueue::Whole& whole) {
@@ -99,11 +101,11 @@ TEST_F(FrameQueueTest, TheLatestCameraInfoMayDoAndMasksAreWaitedFor) {
   EXPECT_EQ(queue_->waitingFor(0).find("1 image waits for camera_info or mask"), 0u);
   info(0.5);
   EXPECT_FALSE(pose());
-  queue_->addMask(0, makeMask(1.0, std::vector<uint8_t>(8, 0)));
+  queue_->add(0, {nullptr, nullptr, makeMask(1.0, std::vector<uint8_t>(8, 0))});
   EXPECT_TRUE(pose());
   image(2.0);
   image(3.0);
-  queue_->addMask(0, makeMask(3.0, std::vector<uint8_t>(8, 0)));
+  queue_->add(0, {nullptr, nullptr, makeMask(3.0, std::vector<uint8_t>(8, 0))});
   EXPECT_TRUE(pose());
   EXPECT_EQ(dropped(DropReason::kNoMask), 1u);
 }
@@ -145,12 +147,12 @@ TEST_F(FrameQueueTest, AllThatWaitsIsCountedInBytes) {
   const auto large = makeCameraInfo(1.0);
   large->D.assign(64, 0.1);
   large->header.frame_id.assign(200, 'x');
-  queue_->addInfo(0, large);
+  queue_->add(0, {nullptr, large});
   EXPECT_GE(queue_->bytes(), 64 * sizeof(double) + 200);
   for (int i = 2; i < 100; ++i) {
     const auto next = makeCameraInfo(i);
     next->D.assign(64, 0.1);
-    queue_->addInfo(0, next);
+    queue_->add(0, {nullptr, next});
     EXPECT_LE(queue_->bytes(), 4000u);
   }
   for (int i = 100; i < 500; ++i) {

@@ -6,7 +6,6 @@
 
 #include "ros/common/status_fields.h"
 #include "ros/input/conversions.h"
-#include "ros/node/status.h"
 
 namespace dtsdf {
 namespace {
@@ -166,10 +165,11 @@ TEST_F(InputStatusTest, SaysStepByStepWhatIsMissing) {
   input_.transforms.restarts = 1;
   depth().warning.clear();
   fuse(1000);
-  input_.transforms.last_restart = "images find no pose";
-  expect(MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED,
-         "images find no pose: all transforms were discarded, and are received again; look for a "
-         "publisher with a wrong clock, or of a frame that another one publishes");
+  expect(
+      MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED,
+      "images found no pose although transforms are received: all transforms were discarded, and "
+      "are received again; look for a publisher with a wrong clock, or of a frame that another "
+      "one publishes");
   expect(MapStatus::OK, MapStatus::MAPPING, "mapping");
   input_.paused = true;
   drop(DropReason::kPaused, 100);
@@ -313,25 +313,6 @@ TEST(Status, OfOneLevelTheMoreImportantIsReported) {
 TEST(Status, TimesAreClamped) {
   for (const double stamp_s : {-1.0, 4294967295.9999999, 1e300, std::nan("")}) toTime(stamp_s);
   EXPECT_EQ(toTime(2.5), ros::Time(2.5));
-}
-
-TEST(TroubleLog, LogsEachTroubleThatLastsOnce) {
-  TroubleLog log;
-  SteadyTime now{};
-  const auto update = [&](uint8_t code, double after_s) {
-    now += toSteadyDuration(after_s);
-    return log.update(code == MapStatus::MAPPING, code, now);
-  };
-  EXPECT_FALSE(update(MapStatus::NO_IMAGES, 1.0));
-  EXPECT_FALSE(update(MapStatus::NO_IMAGES, 4.0));
-  EXPECT_TRUE(update(MapStatus::NO_IMAGES, 2.0));
-  EXPECT_FALSE(update(MapStatus::NO_IMAGES, 100.0)) << "once for as long as it lasts";
-  EXPECT_FALSE(update(MapStatus::NO_CAMERA_INFO, 1.0));
-  EXPECT_TRUE(update(MapStatus::NO_CAMERA_INFO, 6.0));
-  EXPECT_FALSE(update(MapStatus::MAPPING, 1.0));
-  EXPECT_FALSE(update(MapStatus::NO_CAMERA_INFO, 1.0));
-  EXPECT_FALSE(update(MapStatus::NO_CAMERA_INFO, 6.0)) << "so soon again";
-  EXPECT_TRUE(update(MapStatus::NO_CAMERA_INFO, 60.0));
 }
 
 }  // namespace

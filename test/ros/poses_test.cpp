@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "ros/steps/pose_publisher.h"
 #include "ros/support/map_host.h"
 
 namespace dtsdf {

@@ -4,7 +4,6 @@
 #include <dtsdf_mapping/MapStatus.h>
 
 #include <cstdint>
-#include <optional>
 #include <string>
 
 namespace dtsdf {
@@ -54,11 +53,6 @@ inline dtsdf_mapping::DropCount dropCount(const std::string& reason, uint64_t co
   drop.reason = reason;
   drop.count = count;
   return drop;
-}
-
-/// -1 for something that has not happened yet.
-inline float ageOf(const std::optional<double>& age_s) {
-  return age_s ? static_cast<float>(*age_s) : -1.0f;
 }
 
 }  // namespace dtsdf

@@ -1,8 +1,10 @@
 /// The threads of the node.
 #pragma once
 
+#include <pthread.h>
 #include <ros/callback_queue.h>
 #include <ros/node_handle.h>
+#include <sys/resource.h>
 #include <boost/make_shared.hpp>
 
 #include <atomic>
@@ -40,7 +42,10 @@ class WorkerThread {
 
   /// Begins to call what is and will be in the queue, and the step, which must not throw. What
   /// waits on one of several threads delays nobody but its caller.
-  void start(ThreadStep step, int threads = 1);
+  void start(ThreadStep step, int threads = 1) {
+    step_ = std::move(step);
+    for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { loop(); });
+  }
 
   /// There may be work: calls the step without more delay.
   void wake() {
@@ -67,10 +72,31 @@ class WorkerThread {
 
   /// Waits for the call under way. Tasks that were not run fail with std::future_error, and
   /// callbacks are dropped.
-  void stop();
+  void stop() {
+    is_stopping_ = true;
+    queue_.disable();
+    queue_.clear();  // who waits for a task need not wait for the one under way
+    for (std::thread& thread : threads_) thread.join();
+    threads_.clear();
+  }
 
  private:
-  void loop();
+  void loop() {
+    pthread_setname_np(pthread_self(), name_.c_str());
+    // Linux keeps a niceness for each thread, and takes more than its greatest as that. Where it
+    // cannot be set, only the order is lost.
+    if (niceness_ > 0) setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + niceness_);
+    constexpr int kCallbacksPerStep = 50;  // before the step has its turn
+    constexpr std::chrono::hours kWithoutStep{1};
+    std::chrono::milliseconds wait{0};
+    while (!is_stopping_) {
+      auto result = queue_.callOne(ros::WallDuration(std::chrono::duration<double>(wait).count()));
+      for (int i = 1; i < kCallbacksPerStep && result == ros::CallbackQueue::Called; ++i) {
+        result = queue_.callOne();
+      }
+      wait = step_ && !is_stopping_ ? step_() : kWithoutStep;
+    }
+  }
 
   const std::string name_;
   const int niceness_;

@@ -1,6 +1,7 @@
 /// Between messages of ROS and our types.
 #pragma once
 
+#include <geometry_msgs/Pose.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <ros/time.h>
 #include <sensor_msgs/Imu.h>
@@ -39,26 +40,34 @@ inline std::string listOfFrames(const std::vector<std::string>& frames) {
   return names + (frames.size() > kShown ? "' and more" : "'");
 }
 
+template <class Message = geometry_msgs::Vector3>
+Message toVector(const Eigen::Vector3d& v) {
+  Message message;
+  message.x = v.x();
+  message.y = v.y();
+  message.z = v.z();
+  return message;
+}
+
+inline Eigen::Vector3d toEigen(const geometry_msgs::Vector3& v) { return {v.x, v.y, v.z}; }
+
 inline Eigen::Isometry3d toIsometry(const geometry_msgs::Transform& transform) {
   const geometry_msgs::Quaternion& q = transform.rotation;
-  const geometry_msgs::Vector3& t = transform.translation;
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() = Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix();
-  T.translation() << t.x, t.y, t.z;
+  T.translation() = toEigen(transform.translation);
   return T;
 }
 
-inline geometry_msgs::Transform toTransform(const Eigen::Isometry3d& T) {
+inline geometry_msgs::Pose toPose(const Eigen::Isometry3d& T) {
   const Eigen::Quaterniond q(T.linear());
-  geometry_msgs::Transform transform;
-  transform.rotation.w = q.w();
-  transform.rotation.x = q.x();
-  transform.rotation.y = q.y();
-  transform.rotation.z = q.z();
-  transform.translation.x = T.translation().x();
-  transform.translation.y = T.translation().y();
-  transform.translation.z = T.translation().z();
-  return transform;
+  geometry_msgs::Pose pose;
+  pose.position = toVector<geometry_msgs::Point>(T.translation());
+  pose.orientation.w = q.w();
+  pose.orientation.x = q.x();
+  pose.orientation.y = q.y();
+  pose.orientation.z = q.z();
+  return pose;
 }
 
 /// `T` maps coordinates in `child` to `parent`.
@@ -70,7 +79,8 @@ inline geometry_msgs::TransformStamped makeTransform(const std::string& parent,
   transform.header.stamp = stamp;
   transform.header.frame_id = parent;
   transform.child_frame_id = child;
-  transform.transform = toTransform(T);
+  transform.transform.translation = toVector(T.translation());
+  transform.transform.rotation = toPose(T).orientation;
   return transform;
 }
 
@@ -82,12 +92,10 @@ inline std::optional<InertialSample> sampleOf(const sensor_msgs::Imu& imu) {
   if (imu.linear_acceleration_covariance[0] == -1.0 || imu.header.stamp.isZero()) {
     return std::nullopt;
   }
-  const auto toVector = [](const geometry_msgs::Vector3& v) {
-    return Eigen::Vector3d(v.x, v.y, v.z);
-  };
-  InertialSample sample{imu.header.stamp.toSec(), toVector(imu.linear_acceleration), {}};
-  if (imu.angular_velocity_covariance[0] != -1.0)
-    sample.turn_rad_s = toVector(imu.angular_velocity);
+  InertialSample sample{imu.header.stamp.toSec(), toEigen(imu.linear_acceleration), {}};
+  if (imu.angular_velocity_covariance[0] != -1.0) {
+    sample.turn_rad_s = toEigen(imu.angular_velocity);
+  }
   return sample;
 }
 

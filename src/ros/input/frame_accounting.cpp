@@ -1,17 +1,10 @@
 #include "ros/input/frame_accounting.h"
 
-#include <ros/console.h>
-
 #include <numeric>
-#include <sstream>
-
-#include "params/printable.h"
 
 namespace dtsdf {
 
 namespace {
-
-constexpr double kDropWarningPeriod_s = 60.0;
 
 struct ReasonTexts {
   const char* name;
@@ -74,65 +67,6 @@ DropReason dropReasonOf(FrameStatus status) {
 
 uint64_t StreamReport::droppedSum() const {
   return std::accumulate(dropped_by.begin(), dropped_by.end(), uint64_t{0});
-}
-
-void FrameAccounting::imageReceived(const ros::Time& stamp) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  ++counts_.received;
-  counts_.last_stamp = stamp;
-  image_at_ = clock_();
-}
-
-void FrameAccounting::cameraInfoReceived() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  ++counts_.camera_infos;
-  camera_info_at_ = clock_();
-}
-
-void FrameAccounting::fused(const ros::Time& stamp) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  ++counts_.fused;
-  counts_.last_fused_stamp = stamp;
-  fused_at_ = clock_();
-}
-
-void FrameAccounting::dropped(const Rejection& rejection, const ros::Time& stamp) {
-  std::ostringstream message;
-  message.imbue(std::locale::classic());
-  message << (name_.empty() ? "" : name_ + ": ") << "frame stamped " << stamp << " dropped ("
-          << toString(rejection.reason) << "): " << printableMessage(rejection.text);
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const uint64_t count = ++counts_.dropped_by[static_cast<size_t>(rejection.reason)];
-  counts_.last_drop = message.str();
-  if (mayWarn(rejection.reason)) {
-    ROS_WARN_STREAM_NAMED("dtsdf_mapping",
-                          message.str() << " [" << count << " dropped for this reason so far]");
-  }
-}
-
-bool FrameAccounting::mayWarn(DropReason reason) {
-  const bool is_asked_for = reason == DropReason::kPaused || reason == DropReason::kOverRate ||
-                            reason == DropReason::kEnding;
-  if (is_asked_for) return false;
-  ros::WallTime& last = last_warning_[static_cast<size_t>(reason)];
-  const ros::WallTime now = ros::WallTime::now();
-  if (!last.isZero() && (now - last).toSec() < kDropWarningPeriod_s) return false;
-  last = now;
-  return true;
-}
-
-float FrameAccounting::ageOf(const std::optional<SteadyTime>& time) const {
-  return time ? static_cast<float>(toSeconds(clock_() - *time)) : -1.0f;
-}
-
-StreamReport FrameAccounting::counts() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  StreamReport counts = counts_;
-  counts.waiting = static_cast<uint32_t>(counts.received - counts.fused - counts.droppedSum());
-  counts.received_age_s = ageOf(image_at_);
-  counts.camera_info_age_s = ageOf(camera_info_at_);
-  counts.fused_age_s = ageOf(fused_at_);
-  return counts;
 }
 
 }  // namespace dtsdf

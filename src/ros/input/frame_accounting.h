@@ -3,6 +3,7 @@
 #pragma once
 
 #include <dtsdf_mapping/StreamStatus.h>
+#include <ros/console.h>
 #include <ros/time.h>
 
 #include <array>
@@ -10,10 +11,12 @@
 #include <cstdint>
 #include <mutex>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <utility>
 
 #include "dtsdf_mapping/mapper.h"
+#include "params/printable.h"
 #include "ros/common/pace.h"
 
 namespace dtsdf {
@@ -91,17 +94,67 @@ class FrameAccounting {
                            SteadyClock clock = std::chrono::steady_clock::now)
       : name_(std::move(name)), clock_(std::move(clock)) {}
 
-  void imageReceived(const ros::Time& stamp);
-  void cameraInfoReceived();
-  void fused(const ros::Time& stamp);
-  void dropped(const Rejection& rejection, const ros::Time& stamp);
+  void imageReceived(const ros::Time& stamp) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++counts_.received;
+    counts_.last_stamp = stamp;
+    image_at_ = clock_();
+  }
+
+  void cameraInfoReceived() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++counts_.camera_infos;
+    camera_info_at_ = clock_();
+  }
+
+  void fused(const ros::Time& stamp) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++counts_.fused;
+    counts_.last_fused_stamp = stamp;
+    fused_at_ = clock_();
+  }
+
+  void dropped(const Rejection& rejection, const ros::Time& stamp) {
+    std::ostringstream message;
+    message.imbue(std::locale::classic());
+    message << (name_.empty() ? "" : name_ + ": ") << "frame stamped " << stamp << " dropped ("
+            << toString(rejection.reason) << "): " << printableMessage(rejection.text);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const uint64_t count = ++counts_.dropped_by[static_cast<size_t>(rejection.reason)];
+    counts_.last_drop = message.str();
+    if (mayWarn(rejection.reason)) {
+      ROS_WARN_STREAM_NAMED("dtsdf_mapping",
+                            message.str() << " [" << count << " dropped for this reason so far]");
+    }
+  }
 
   /// The counts, and what of them is received and waits: it is neither fused nor dropped yet.
-  StreamReport counts() const;
+  StreamReport counts() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    StreamReport counts = counts_;
+    counts.waiting = static_cast<uint32_t>(counts.received - counts.fused - counts.droppedSum());
+    counts.received_age_s = ageOf(image_at_);
+    counts.camera_info_age_s = ageOf(camera_info_at_);
+    counts.fused_age_s = ageOf(fused_at_);
+    return counts;
+  }
 
  private:
-  bool mayWarn(DropReason reason);
-  float ageOf(const std::optional<SteadyTime>& time) const;
+  bool mayWarn(DropReason reason) {
+    const bool is_asked_for = reason == DropReason::kPaused || reason == DropReason::kOverRate ||
+                              reason == DropReason::kEnding;
+    if (is_asked_for) return false;
+    constexpr double kPeriod_s = 60.0;
+    ros::WallTime& last = last_warning_[static_cast<size_t>(reason)];
+    const ros::WallTime now = ros::WallTime::now();
+    if (!last.isZero() && (now - last).toSec() < kPeriod_s) return false;
+    last = now;
+    return true;
+  }
+
+  float ageOf(const std::optional<SteadyTime>& time) const {
+    return time ? static_cast<float>(toSeconds(clock_() - *time)) : -1.0f;
+  }
 
   const std::string name_;
   const SteadyClock clock_;

@@ -5,13 +5,16 @@
 #include <cv_bridge/cv_bridge.h>
 #include <ros/time.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <mutex>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -35,6 +38,14 @@ struct PosedFrame {
   std::string frame_id;                                           ///< Of its camera.
   size_t camera = 0;                                              ///< Its place among the cameras.
   FrameAccounting* accounting = nullptr;                          ///< Of its stream.
+
+  const Eigen::Isometry3d& T_W_C() const {
+    return std::visit([](const auto& of) -> const Eigen::Isometry3d& { return of.T_W_C; }, image);
+  }
+
+  void move(const Eigen::Isometry3d& T) {
+    std::visit([&](auto& of) { of.T_W_C = T * of.T_W_C; }, image);
+  }
 };
 
 /// Frames of all streams, each a camera's depth or its colour, in the order of stamps, then depth
@@ -66,19 +77,54 @@ class FrameQueue {
   };
 
   /// `on_ready` is called when there may be something to take, by the thread that brought it.
-  FrameQueue(Limits limits, std::function<void()> on_ready, SteadyClock clock = waitingTime);
+  FrameQueue(Limits limits, std::function<void()> on_ready, SteadyClock clock = waitingTime)
+      : limits_(limits), on_ready_(std::move(on_ready)), clock_(std::move(clock)) {}
 
   /// `accounting` outlives the queue.
-  Stream addStream(StreamOptions options, FrameAccounting& accounting);
-
-  // Input's thread. Messages of one stamp make a frame, in any order of arrival. A frame that is
-  // whole drops those of its stream before it that are not.
-  void addImage(Stream stream, const sensor_msgs::ImageConstPtr& image) { add(stream, {image}); }
-  void addInfo(Stream stream, const sensor_msgs::CameraInfoConstPtr& info) {
-    add(stream, {nullptr, info});
+  Stream addStream(StreamOptions options, FrameAccounting& accounting) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    streams_.push_back({std::move(options), &accounting});
+    return streams_.size() - 1;
   }
-  void addMask(Stream stream, const sensor_msgs::ImageConstPtr& mask) {
-    add(stream, {nullptr, nullptr, mask});
+
+  /// Input's thread: adds one message. Those of one stamp make a frame, in any order of arrival. A
+  /// frame that is whole drops those of its stream before it that are not.
+  void add(Stream stream, const CameraImage& message) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    StreamState& state = streams_[stream];
+    const auto& [image, info, mask] = message;
+    const ros::Time stamp = info ? info->header.stamp : (image ? image : mask)->header.stamp;
+    if (is_paused_ || is_ending_) {
+      const Rejection rejection = is_ending_ ? Rejection{DropReason::kEnding, "the node ends"}
+                                             : Rejection{DropReason::kPaused, "mapping is paused"};
+      if (image) state.accounting->dropped(rejection, stamp);
+      return;
+    }
+    if (info && state.options.any_info) {
+      state.latest_info = info;
+      for (auto it = entries_.begin(); it != entries_.end(); ++it) {
+        if (it->second.stream == stream) completeIfWhole(it);
+      }
+      return;
+    }
+    auto place = find(stream, State::kIncomplete, stamp);
+    if (place != entries_.end() && image &&
+        place->second.whole.messages.image) {  // two of one stamp
+      dropIncomplete(place);
+      place = entries_.end();
+    }
+    if (place == entries_.end()) {
+      const Key key{stamp, state.options.is_colour, state.options.name, ++arrivals_};
+      place = entries_.emplace(key, Entry{stream}).first;
+      place->second.whole.since = clock_();
+    }
+    CameraImage& messages = place->second.whole.messages;
+    if (image) messages.image = image;
+    if (info) messages.info = info;
+    if (mask) messages.mask = mask;
+    const bool is_whole = completeIfWhole(place);
+    makeRoom();
+    if (is_whole) shorten(stream);
   }
 
   /// A frame that is whole, and what its stream notes of it.
@@ -92,28 +138,110 @@ class FrameQueue {
   using Decision = std::variant<std::string, Rejection, PosedFrame>;
   /// Has it decided what becomes of the first frame of a stream that is whole, without the lock.
   /// @return false if there is none, or it waits.
-  bool poseFirst(Stream stream, const std::function<Decision(Whole&)>& decide);
+  bool poseFirst(Stream stream, const std::function<Decision(Whole&)>& decide) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    const auto first = find(stream, State::kWhole);
+    if (first == entries_.end()) return false;
+    const Key key = first->first;
+    Whole frame = first->second.whole;
+    lock.unlock();
+    Decision decision = decide(frame);
+    lock.lock();
+    const auto place = entries_.find(key);
+    if (place == entries_.end()) return true;  // was dropped meanwhile
+    place->second.whole = std::move(frame);
+    if (const auto* const text = std::get_if<std::string>(&decision)) {
+      streams_[stream].waiting_for = *text;
+      return false;
+    }
+    apply(place, std::move(decision));
+    lock.unlock();
+    on_ready_();  // it or others may have their turn by now
+    return true;
+  }
+
   /// Drops a frame that waits for its pose still.
-  void dropStamp(Stream stream, const ros::Time& stamp, const Rejection& rejection);
+  void dropStamp(Stream stream, const ros::Time& stamp, const Rejection& rejection) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto place = find(stream, State::kWhole, stamp);
+    if (place != entries_.end()) drop(place, rejection);
+  }
 
   /// Stamps of a stream have jumped back to this one: drops its frames with later ones.
-  void restart(Stream stream, const ros::Time& stamp);
+  void restart(Stream stream, const ros::Time& stamp) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    StreamState& state = streams_[stream];
+    state.waiting_for.clear();
+    state.heard = ros::Time();
+    if (!state.options.is_colour) last_taken_ = ros::Time();
+    dropAll({DropReason::kTimeJump, "stamps went back while it waited"}, [&](const auto& entry) {
+      return entry.second.stream == stream && entry.first.stamp > stamp;
+    });
+  }
 
   // Map's thread.
-  std::optional<PosedFrame> take();
+  std::optional<PosedFrame> take() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (timeToTurn() > SteadyDuration::zero()) return std::nullopt;
+    const auto first = firstThat(isPosed);
+    StreamState& stream = streams_[first->second.stream];
+    if (!stream.options.is_colour) last_taken_ = std::max(last_taken_, first->first.stamp);
+    ++stream.taken;
+    PosedFrame frame = std::move(first->second.posed);
+    entries_.erase(first);
+    return frame;
+  }
+
   bool hasTurn() const { return idleTime() == SteadyDuration::zero(); }
   /// How long until a frame has its turn, if nothing comes meanwhile.
-  SteadyDuration idleTime() const;
+  SteadyDuration idleTime() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return timeToTurn();
+  }
 
   // Any thread. While paused, and after end(), frames are dropped, including those that wait.
-  void setPaused(bool paused);
-  bool isPaused() const;
-  void end();
+  void setPaused(bool paused) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_paused_ = paused;
+    if (!paused) return;
+    for (StreamState& stream : streams_) stream.waiting_for.clear();
+    dropAll({DropReason::kPaused, "mapping was paused while it waited"},
+            [](const auto&) { return true; });
+  }
 
-  size_t bytes() const;
+  bool isPaused() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return is_paused_;
+  }
+
+  void end() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_ending_ = true;
+    dropAll({DropReason::kEnding, "the node ends"}, [](const auto&) { return true; });
+  }
+
+  size_t bytes() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return std::accumulate(
+        entries_.begin(), entries_.end(), size_t{0},
+        [](size_t sum, const auto& entry) { return sum + bytesOf(entry.second); });
+  }
+
   size_t maxBytes() const { return limits_.bytes; }
   /// What the first frame of the stream waits for, in words; empty: for nothing, or its turn.
-  std::string waitingFor(Stream stream) const;
+  std::string waitingFor(Stream stream) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const StreamState& state = streams_[stream];
+    if (!state.waiting_for.empty()) return state.waiting_for;
+    const auto images = std::count_if(entries_.begin(), entries_.end(), [&](const auto& entry) {
+      return entry.second.stream == stream && entry.second.state == State::kIncomplete &&
+             entry.second.hasImage();
+    });
+    if (images == 0) return "";
+    const std::string also = state.options.wants_mask ? " or mask: " : ": ";
+    return (images == 1 ? "1 image waits" : std::to_string(images) + " images wait") +
+           std::string(" for camera_info") + also + state.options.no_info_text;
+  }
 
  private:
   struct Key {
@@ -127,6 +255,12 @@ class FrameQueue {
              std::tie(other.stamp, other.is_colour, other.name, other.number);
     }
   };
+  /// Messages without an image that may wait, of one stream: as where camera_info comes by another
+  /// connection and images are late.
+  static constexpr int kMostStamps = 50;
+  /// So many frames keep the map busy until more come.
+  static constexpr size_t kBusy = 3;
+
   enum class State { kIncomplete, kWhole, kPosed };
   struct Entry {
     Stream stream;
@@ -152,31 +286,255 @@ class FrameQueue {
     bool isWaitedFor() const { return !options.is_colour || has_come; }
   };
 
-  // All but add() with mutex_ held.
-  void add(Stream stream, const CameraImage& message);
-  Entries::iterator find(Stream stream, State state, std::optional<ros::Time> stamp = std::nullopt);
-  static size_t bytesOf(const Entry& entry);
-  std::optional<DropReason> missingOf(const Entry& entry) const;
-  bool completeIfWhole(Entries::iterator place);
-  void apply(Entries::iterator place, Decision decision);
+  // With mutex_ held.
+  /// The first, or the one with this stamp.
+  Entries::iterator find(Stream stream, State state,
+                         std::optional<ros::Time> stamp = std::nullopt) {
+    return firstThat([&](const auto& entry) {
+      return entry.second.stream == stream && entry.second.state == state &&
+             (!stamp || entry.first.stamp == *stamp);
+    });
+  }
+
+  static size_t bytesOf(const Entry& entry) {
+    if (entry.state == State::kPosed) {
+      return std::visit(
+          [](const auto& image) { return image.row_bytes * static_cast<size_t>(image.height); },
+          entry.posed.image);
+    }
+    const auto& [image, info, mask] = entry.whole.messages;
+    size_t bytes = 0;
+    if (info) {
+      bytes = info->D.size() * sizeof(double) + info->distortion_model.size() +
+              info->header.frame_id.size();
+    }
+    for (const auto& of : {image, mask}) {
+      if (of) bytes += of->data.size() + of->encoding.size() + of->header.frame_id.size();
+    }
+    return bytes;
+  }
+
+  /// What keeps a frame from being whole; camera_info before the mask.
+  std::optional<DropReason> missingOf(const Entry& entry) const {
+    const StreamState& stream = streams_[entry.stream];
+    const CameraImage& messages = entry.whole.messages;
+    const bool has_info =
+        stream.options.any_info ? stream.latest_info != nullptr : messages.info != nullptr;
+    if (stream.options.wants_mask && !messages.mask && has_info) return DropReason::kNoMask;
+    return has_info ? std::nullopt : std::optional<DropReason>(DropReason::kNoCameraInfo);
+  }
+
+  /// @return whether it has just become whole.
+  bool completeIfWhole(Entries::iterator place) {
+    Entry& entry = place->second;
+    CameraImage& messages = entry.whole.messages;
+    if (entry.state != State::kIncomplete || !messages.image || missingOf(entry)) return false;
+    entry.state = State::kWhole;
+    entry.whole.since = clock_();
+    if (!messages.info) messages.info = streams_[entry.stream].latest_info;
+    for (auto it = entries_.begin(); it != place;) {
+      const auto before = it++;
+      const bool is_its = before->second.stream == entry.stream;
+      const bool came_before =
+          before->first.number < place->first.number;  // else this one is ahead
+      if (is_its && came_before && before->second.state == State::kIncomplete)
+        dropIncomplete(before);
+    }
+    return true;
+  }
+
+  static bool isPosed(const Entries::value_type& entry) {
+    return entry.second.state == State::kPosed;
+  }
+
+  /// Drops a frame, or gives it its pose.
+  void apply(Entries::iterator place, Decision decision) {
+    Entry& entry = place->second;
+    const ros::Time stamp = place->first.stamp;
+    StreamState& stream = streams_[entry.stream];
+    stream.waiting_for.clear();
+    const auto* const rejection = std::get_if<Rejection>(&decision);
+    const bool is_sure = rejection == nullptr || !entry.whole.may_be_ahead;
+    if (is_sure) stream.heard = std::max(stream.heard, stamp);
+    if (rejection != nullptr) return drop(place, *rejection);
+    if (isTooLate(entry.stream, stamp)) {
+      return drop(place, {DropReason::kOutOfOrder,
+                          "a later frame of another camera has already been fused; raise "
+                          "input/merge_wait_s above this camera's delay"});
+    }
+    entry.state = State::kPosed;
+    entry.posed = std::move(std::get<PosedFrame>(decision));
+    entry.posed.accounting = stream.accounting;
+    entry.whole = {{}, clock_()};  // what the frame needs of its messages, its pixels keep
+    stream.has_come = true;
+  }
+
   template <class Wanted>
-  Entries::iterator firstThat(const Wanted& wanted);
+  Entries::iterator firstThat(const Wanted& wanted) {
+    return std::find_if(entries_.begin(), entries_.end(), wanted);
+  }
+
+  /// Not the one with the first stamp: those of a camera whose clock was ahead would stay for good.
   template <class Wanted>
-  Entries::iterator firstArrived(const Wanted& wanted);
-  void drop(Entries::iterator place, const Rejection& rejection);
-  void dropIncomplete(Entries::iterator place);
+  Entries::iterator firstArrived(const Wanted& wanted) {
+    auto first = entries_.end();
+    for (auto it = entries_.begin(); it != entries_.end(); ++it) {
+      if (!wanted(*it)) continue;
+      if (first == entries_.end() || it->first.number < first->first.number) first = it;
+    }
+    return first;
+  }
+
+  void drop(Entries::iterator place, const Rejection& rejection) {
+    const ros::Time stamp = place->first.stamp;
+    FrameAccounting& accounting = *streams_[place->second.stream].accounting;
+    const bool has_image = place->second.hasImage();
+    entries_.erase(place);
+    if (has_image) accounting.dropped(rejection, stamp);  // other messages alone are not a frame
+  }
+
+  void dropIncomplete(Entries::iterator place) {
+    const StreamOptions& options = streams_[place->second.stream].options;
+    const DropReason reason = missingOf(place->second).value_or(DropReason::kNoCameraInfo);
+    drop(place,
+         {reason, reason == DropReason::kNoMask ? options.no_mask_text : options.no_info_text});
+  }
+
   template <class Wanted>
-  void dropAll(const Rejection& rejection, const Wanted& wanted);
-  void makeRoom();
-  size_t imagesOf(Stream stream) const;
-  Stream mostServed(Stream stream) const;
-  void dropOldest(Stream stream);
-  void dropColourUpTo(ros::Time stamp);
-  void shorten(Stream stream);
-  bool canComeBefore(const ros::Time& stamp) const;
-  bool isTooLate(Stream stream, const ros::Time& stamp) const;
-  SteadyDuration timeToTurn() const;
-  Entries::const_iterator firstPosed() const;
+  void dropAll(const Rejection& rejection, const Wanted& wanted) {
+    for (auto it = entries_.begin(); it != entries_.end();) {
+      const auto place = it++;
+      if (wanted(*place)) drop(place, rejection);
+    }
+  }
+
+  void makeRoom() {
+    for (Stream stream = 0; stream < streams_.size(); ++stream) {
+      const auto isOther = [&](const auto& entry) {
+        return entry.second.stream == stream && !entry.second.hasImage();
+      };
+      const auto others = std::count_if(entries_.begin(), entries_.end(), isOther);
+      if (others > kMostStamps) entries_.erase(firstArrived(isOther));
+      while (imagesOf(stream) > limits_.images) dropOldest(mostServed(stream));
+    }
+    for (;;) {
+      std::vector<size_t> bytes(streams_.size());
+      for (const auto& [key, entry] : entries_) bytes[entry.stream] += bytesOf(entry);
+      if (std::accumulate(bytes.begin(), bytes.end(), size_t{0}) <= limits_.bytes) return;
+      const auto most = std::max_element(bytes.begin(), bytes.end());
+      dropOldest(static_cast<Stream>(most - bytes.begin()));
+    }
+  }
+
+  size_t imagesOf(Stream stream) const {
+    return static_cast<size_t>(
+        std::count_if(entries_.begin(), entries_.end(), [&](const auto& entry) {
+          return entry.second.stream == stream && entry.second.hasImage();
+        }));
+  }
+
+  /// Of cameras with about as many frames waiting, the one that was served most gives one up: else
+  /// one that always comes second would lose each frame just before its turn.
+  Stream mostServed(Stream stream) const {
+    if (streams_[stream].options.is_colour) return stream;
+    const size_t images = imagesOf(stream);
+    Stream most = stream;
+    for (Stream other = 0; other < streams_.size(); ++other) {
+      const bool is_rival = !streams_[other].options.is_colour && imagesOf(other) + 1 >= images;
+      if (is_rival && streams_[other].taken > streams_[most].taken) most = other;
+    }
+    return most;
+  }
+
+  void dropOldest(Stream stream) {
+    const auto place = firstArrived([&](const auto& entry) {
+      return entry.second.stream == stream && entry.second.hasImage();
+    });
+    if (place == entries_.end()) {  // messages without an image
+      entries_.erase(
+          firstArrived([&](const auto& entry) { return entry.second.stream == stream; }));
+      return;
+    }
+    const ros::Time stamp = place->first.stamp;
+    const StreamState& state = streams_[stream];
+    if (place->second.state == State::kIncomplete) {
+      dropIncomplete(place);
+    } else {
+      const bool waits_for_pose =
+          place->second.state == State::kWhole && !state.waiting_for.empty();
+      const std::string why = waits_for_pose ? "the oldest image still waits for its transform (" +
+                                                   state.waiting_for + ")"
+                                             : "fusing takes longer than the time between images";
+      drop(place, {DropReason::kQueueFull, "the queue is full: " + why});
+    }
+    if (!state.options.is_colour) dropColourUpTo(stamp);
+  }
+
+  /// Colour that is before the next depth image would have its turn before that, and be painted
+  /// without the one dropped: depth that comes second would never be fused.
+  void dropColourUpTo(ros::Time stamp) {
+    const auto depth = firstThat(
+        [](const auto& entry) { return !entry.first.is_colour && entry.second.hasImage(); });
+    if (depth != entries_.end() && depth->first.stamp < stamp) return;
+    if (depth != entries_.end()) stamp = depth->first.stamp - ros::Duration(0, 1);
+    dropAll(
+        {DropReason::kQueueFull, "the queue is full, and the depth image before it was dropped"},
+        [&](const auto& entry) {
+          return entry.first.is_colour && entry.second.state == State::kPosed &&
+                 entry.first.stamp <= stamp;
+        });
+  }
+
+  /// A backlog that does not get shorter while the map takes as many frames as there is room for is
+  /// shortened, one frame for each that comes, so that what the map shows is new. It is looked at
+  /// each time the map has taken half as many: after a stall, as while a map is saved, there are
+  /// more than before once, and then fewer, as a fast map works them off.
+  void shorten(Stream stream) {
+    StreamState& state = streams_[stream];
+    const auto waits = [&](const auto& entry) {
+      return entry.second.stream == stream && entry.second.state == State::kPosed &&
+             !canComeBefore(entry.first.stamp);
+    };
+    const auto waiting =
+        static_cast<size_t>(std::count_if(entries_.begin(), entries_.end(), waits));
+    if (waiting == 0) state.is_overloaded = false;
+    const bool is_short = waiting <= kBusy;
+    if (is_short || 2 * (state.taken - state.seen_taken) >= limits_.images) {
+      state.behind = is_short || waiting < state.seen_waiting ? 0 : state.behind + 1;
+      state.seen_waiting = waiting;
+      state.seen_taken = state.taken;
+    }
+    if (state.behind >= 2) state.is_overloaded = true;
+    if (state.is_overloaded && !is_short) dropOldest(mostServed(stream));
+  }
+
+  /// Whether some stream may still bring an earlier frame.
+  bool canComeBefore(const ros::Time& stamp) const {
+    return std::any_of(streams_.begin(), streams_.end(), [&](const StreamState& stream) {
+      return stream.isWaitedFor() && stream.heard < stamp;
+    });
+  }
+
+  /// Whether a later frame of another camera was taken already.
+  bool isTooLate(Stream stream, const ros::Time& stamp) const {
+    const auto cameras = std::count_if(streams_.begin(), streams_.end(),
+                                       [](const auto& state) { return !state.options.is_colour; });
+    return cameras > 1 && !streams_[stream].options.is_colour && stamp < last_taken_;
+  }
+
+  /// Zero, if it is the turn of the first frame that is posed.
+  SteadyDuration timeToTurn() const {
+    const auto first = std::find_if(entries_.begin(), entries_.end(), isPosed);
+    if (first == entries_.end()) return SteadyDuration::max();
+    if (!canComeBefore(first->first.stamp)) return SteadyDuration::zero();
+    // One that has waited long enough has its turn, and those before it have theirs first.
+    SteadyTime since = SteadyTime::max();
+    for (const auto& [key, entry] : entries_) {
+      if (entry.state == State::kPosed) since = std::min(since, entry.whole.since);
+    }
+    const SteadyTime end = since + toSteadyDuration(limits_.merge_wait_s);
+    return std::max(SteadyDuration::zero(), end - clock_());
+  }
 
   const Limits limits_;
   const std::function<void()> on_ready_;

@@ -308,16 +308,26 @@ bool holdsDepth(const sensor_msgs::CompressedImage& message) {
   return isDepthEncoding(encodingOfCompressedDepth(message.format));
 }
 
+namespace {
+
+sensor_msgs::ImageConstPtr makeImage(const std_msgs::Header& header, const std::string& encoding,
+                                     int width, int height, std::vector<uint8_t> bytes) {
+  const auto image = boost::make_shared<sensor_msgs::Image>();
+  image->header = header;
+  image->encoding = encoding;
+  image->width = static_cast<uint32_t>(width);
+  image->height = static_cast<uint32_t>(height);
+  image->step = static_cast<uint32_t>(bytes.size() / image->height);
+  image->data = std::move(bytes);
+  return image;
+}
+
+}  // namespace
+
 sensor_msgs::ImageConstPtr decodeDepth(const sensor_msgs::CompressedImage& message) {
   DecodedDepth decoded = decodeCompressedDepth(message.format, message.data);
-  const auto image = boost::make_shared<sensor_msgs::Image>();
-  image->header = message.header;
-  image->encoding = std::move(decoded.encoding);
-  image->width = static_cast<uint32_t>(decoded.size.width);
-  image->height = static_cast<uint32_t>(decoded.size.height);
-  image->step = static_cast<uint32_t>(decoded.pixels.size() / image->height);
-  image->data = std::move(decoded.pixels);
-  return image;
+  return makeImage(message.header, decoded.encoding, decoded.size.width, decoded.size.height,
+                   std::move(decoded.pixels));
 }
 
 bool holdsColour(const sensor_msgs::CompressedImage& message) {
@@ -331,14 +341,8 @@ bool holdsColour(const sensor_msgs::CompressedImage& message) {
 
 sensor_msgs::ImageConstPtr decodeColour(const sensor_msgs::CompressedImage& message) {
   RgbImage decoded = decodeColour(message.data.data(), message.data.size(), "the compressed image");
-  const auto image = boost::make_shared<sensor_msgs::Image>();
-  image->header = message.header;
-  image->encoding = enc::RGB8;
-  image->width = static_cast<uint32_t>(decoded.width);
-  image->height = static_cast<uint32_t>(decoded.height);
-  image->step = 3 * image->width;
-  image->data = std::move(decoded.rgb);
-  return image;
+  return makeImage(message.header, enc::RGB8, decoded.width, decoded.height,
+                   std::move(decoded.rgb));
 }
 
 }  // namespace dtsdf

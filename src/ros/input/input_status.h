@@ -2,19 +2,28 @@
 /// nothing is.
 #pragma once
 
-#include <dtsdf_mapping/MapStatus.h>
+#include <ros/master.h>
+#include <ros/network.h>
+#include <ros/this_node.h>
 #include <ros/time.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "params/printable.h"
+#include "params/text.h"
 #include "ros/common/pace.h"
+#include "ros/common/status_fields.h"
 #include "ros/input/frame_accounting.h"
+#include "ros/input/images.h"
 #include "ros/input/transforms.h"
 
 namespace dtsdf {
@@ -28,10 +37,53 @@ struct PublishedTopics {
 };
 
 /// Asks the master, and waits for it no longer than for its answer; empty without one.
-PublishedTopics findPublishedTopics();
+inline PublishedTopics findPublishedTopics() {
+  XmlRpc::XmlRpcValue arguments, result, topics;
+  arguments[0] = ros::this_node::getName();
+  arguments[1] = "";
+  if (!ros::master::execute("getPublishedTopics", arguments, result, topics, false)) return {};
+  PublishedTopics published;
+  std::set<std::string> raw;
+  for (int i = 0; i < topics.size(); ++i) {
+    if (topics[i][1] == "sensor_msgs/Image") raw.insert(topics[i][0]);
+  }
+  for (int i = 0; i < topics.size(); ++i) {
+    const std::string topic = topics[i][0], type = topics[i][1], image = withoutTransport(topic);
+    const auto has = [&](const char* part) { return topic.find(part) != std::string::npos; };
+    if (type == "sensor_msgs/CameraInfo" && !endsWith(topic, "/rendered/camera_info")) {
+      published.camera_info.push_back(topic);
+    }
+    const bool is_depth = has("depth");
+    if (!is_depth && !has("color") && !has("colour") && !has("rgb")) continue;
+    const bool is_compressed = type == "sensor_msgs/CompressedImage" && image != topic &&
+                               raw.count(image) == 0 && (is_depth || !has("compressedDepth"));
+    if (type != "sensor_msgs/Image" && !is_compressed) continue;
+    (is_depth ? published.depth : published.colour).push_back(topic);
+  }
+  for (auto* const list : {&published.depth, &published.colour, &published.camera_info}) {
+    std::sort(list->begin(), list->end());
+  }
+  return published;
+}
 
 /// Who publishes a topic, and where: "/play on host robot123"; empty: nobody.
-std::string findPublisher(const std::string& topic);
+inline std::string findPublisher(const std::string& topic) {
+  XmlRpc::XmlRpcValue arguments, result, state, uri;
+  arguments[0] = ros::this_node::getName();
+  if (!ros::master::execute("getSystemState", arguments, result, state, false)) return "";
+  for (int i = 0; i < state[0].size(); ++i) {
+    if (static_cast<std::string&>(state[0][i][0]) != topic) continue;
+    const std::string node = state[0][i][1][0];
+    arguments[1] = node;
+    std::string host;
+    uint32_t port = 0;
+    if (ros::master::execute("lookupNode", arguments, result, uri, false)) {
+      ros::network::splitURI(uri, host, port);
+    }
+    return node + " on host " + host;
+  }
+  return "";
+}
 
 /// Since when frames could have come: what is silent in a pause is no fault. Updated at each
 /// status; wall time. While mapping is paused or simulated time stands still, nothing is expected
@@ -60,13 +112,6 @@ class RunClock {
   double ran_s_ = 0.0;
 };
 
-/// Of one stream, within the last while.
-struct DropShare {
-  uint64_t received = 0;
-  uint64_t dropped = 0;  ///< For reasons that are a fault: not as mapping is paused.
-  DropReason most_common = DropReason::kQueueFull;
-};
-
 /// The input at one moment.
 struct InputReport {
   std::vector<StreamReport> streams;  ///< Of each camera depth, and then colour where it is wanted.
@@ -86,29 +131,252 @@ class InputStatus {
                        std::string (*find_publisher)(const std::string&) = findPublisher)
       : stale_s_(stale_s), find_topics_(find_topics), find_publisher_(find_publisher) {}
 
-  void fill(const InputReport& input, dtsdf_mapping::MapStatus& status);
+  void fill(const InputReport& input, MapStatus& status) {
+    run_clock_.update(input.at, input.now, input.paused);
+    fillCounts(input, status);
+    addMoment(input);
+    for (size_t i = 0; i < input.streams.size() && !input.paused; ++i) {
+      if (!input.streams[i].isColour()) judgeCamera(input, i, status);
+    }
+    if (input.paused) report(status, MapStatus::OK, MapStatus::PAUSED, "paused");
+    if (run_clock_.timeStands() && status.frames_fused > 0) {
+      report(status, MapStatus::OK, MapStatus::TIME_STANDS,
+             "mapping; no new images: /clock is not advancing (the bag ended or is paused)");
+    }
+    if (std::exchange(restarts_, input.transforms.restarts) < input.transforms.restarts) {
+      report(status, MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED,
+             "images found no pose although transforms are received: all transforms were "
+             "discarded, and are received again; look for a publisher with a wrong clock, or of a "
+             "frame that another one publishes");
+    }
+    hintAtColour(input, status);
+  }
 
  private:
   using Moment = std::pair<SteadyTime, std::vector<StreamReport>>;
 
-  /// Of each stream, in their order.
-  std::vector<DropShare> updateDrops(const InputReport& input);
-  void judgeCamera(const InputReport& input, size_t index, const DropShare& recent,
-                   const StreamReport& before, dtsdf_mapping::MapStatus& status) const;
-  bool judgeSilence(const StreamReport& depth, const DropShare& recent, const std::string& name,
-                    const InputReport& input, dtsdf_mapping::MapStatus& status) const;
-  void judgeNoFrame(const StreamReport& depth, const std::string& name,
-                    dtsdf_mapping::MapStatus& status) const;
-  double silence(float age_s) const;
-  void hintAtColour(const InputReport& input, dtsdf_mapping::MapStatus& status);
-  std::string publisherOf(const std::string& topic) const;
+  static std::vector<dtsdf_mapping::DropCount> dropCounts(const StreamReport& stream) {
+    std::vector<dtsdf_mapping::DropCount> counts;
+    for (int i = 0; i < kDropReasonCount; ++i) {
+      if (stream.dropped_by[i] == 0) continue;
+      counts.push_back(dropCount(toString(static_cast<DropReason>(i)), stream.dropped_by[i]));
+    }
+    return counts;
+  }
+
+  static void fillCounts(const InputReport& input, MapStatus& status) {
+    StreamReport sum;
+    for (const StreamReport& stream : input.streams) {
+      if (!stream.isColour()) {
+        for (int i = 0; i < kDropReasonCount; ++i) sum.dropped_by[i] += stream.dropped_by[i];
+        status.images_received += stream.received;
+        status.frames_fused += stream.fused;
+        status.last_fused_stamp = std::max(status.last_fused_stamp, stream.last_fused_stamp);
+        status.frames_waiting += stream.waiting;
+        status.cameras.emplace_back();
+        status.cameras.back().name = stream.camera;
+      }
+      status.cameras.back().streams.push_back(stream);
+      status.cameras.back().streams.back().dropped = dropCounts(stream);
+    }
+    status.frames_dropped = sum.droppedSum();
+    status.dropped = dropCounts(sum);
+    status.transforms_refused = input.transforms.refused;
+    status.transform_restarts = input.transforms.restarts;
+    status.transform_age_s = static_cast<float>(input.transforms.age_s.value_or(-1.0));
+    status.paused = input.paused;
+    addMemory(status, "images", kHost, input.waiting_bytes, input.max_waiting_bytes);
+  }
+
+  /// Keeps what was reported in the last while; of slow images, so many that a share means
+  /// something.
+  void addMoment(const InputReport& input) {
+    constexpr std::chrono::seconds kWindow{30};
+    constexpr size_t kMostMoments = 600;
+    moments_.emplace_back(input.at, input.streams);
+    const auto isOld = [&](const Moment& moment) {
+      uint64_t images = 0;
+      for (size_t i = 0; i < input.streams.size(); ++i) {
+        images += input.streams[i].received - moment.second[i].received;
+      }
+      return input.at - moment.first >= kWindow &&
+             (images >= kLeastImages || moments_.size() > kMostMoments);
+    };
+    while (moments_.size() > 2 && isOld(moments_[1])) moments_.pop_front();
+  }
+
+  void judgeCamera(const InputReport& input, size_t index, MapStatus& status) const {
+    const StreamReport& depth = input.streams[index];
+    const std::string name = depth.camera.empty() ? "" : depth.camera + ": ";
+    const auto warn = [&](uint8_t code, const std::string& text) {
+      report(status, MapStatus::WARN, code, name + text);
+    };
+    // Of drops that are a fault, in the last while: how many, and the most common reason.
+    const StreamReport& first = moments_.front().second[index];
+    uint64_t dropped = 0, most = 0;
+    DropReason most_common = DropReason::kQueueFull;
+    for (int i = 0; i < kDropReasonCount; ++i) {
+      const auto reason = static_cast<DropReason>(i);
+      const uint64_t count = isFault(reason) ? depth.dropped_by[i] - first.dropped_by[i] : 0;
+      dropped += count;
+      if (count > most) most_common = reason;
+      most = std::max(most, count);
+    }
+    const bool is_lost = dropped > 0 && most_common == DropReason::kLost;
+    if (judgeSilence(depth, is_lost, name, input, status)) return;
+    if (depth.fused == 0) return judgeNoFrame(depth, name, status);
+    const std::string remedy = dropped > 0 ? remedyFor(most_common) : "";
+    const StreamReport& before =
+        moments_[moments_.size() < 2 ? 0 : moments_.size() - 2].second[index];
+    if (depth.droppedSum() - before.droppedSum() > depth.fused - before.fused) {
+      warn(MapStatus::MOST_DROPPED,
+           "most frames are dropped: " + depth.last_drop + (remedy.empty() ? "" : "; " + remedy));
+    }
+    if (!depth.warning.empty()) warn(MapStatus::DOUBTFUL_INPUT, depth.warning);
+    // Drops that are worth a word, though most frames are fused.
+    constexpr double kReportedShare = 0.02;
+    const uint64_t received = depth.received - first.received;
+    const double share = static_cast<double>(dropped) / static_cast<double>(received);
+    if (received >= kLeastImages && share > kReportedShare) {
+      warn(MapStatus::SOME_DROPPED, std::to_string(std::lround(100.0 * share)) +
+                                        " % of the depth images were dropped lately, most as " +
+                                        toString(most_common) + ": " +
+                                        (remedy.empty() ? depth.last_drop : remedy));
+    }
+    if (index + 1 == input.streams.size() || !input.streams[index + 1].isColour()) return;
+    // Colour that is required, or comes and cannot be used.
+    const StreamReport& colour = input.streams[index + 1];
+    if (colour.fused > 0) return;
+    if (colour.received == 0 && colour.is_needed) {
+      warn(MapStatus::NO_COLOUR, "no colour image received on '" + colour.topic +
+                                     "', which colour/enabled: always requires");
+    } else if (colour.received > 0 && colour.camera_infos == 0) {
+      warn(MapStatus::COLOUR_NOT_PAINTED,
+           "colour images are received, but no camera_info on '" + colour.info_topic + "'");
+    } else if (colour.droppedSum() > 0) {
+      warn(MapStatus::COLOUR_NOT_PAINTED, "no colour image painted yet: " + colour.last_drop);
+    }
+  }
+
+  /// An input that has fallen silent, or of which nothing is fused any longer.
+  bool judgeSilence(const StreamReport& depth, bool is_lost, const std::string& name,
+                    const InputReport& input, MapStatus& status) const {
+    // For how long nothing has come while it could have; 0 if nothing ever has.
+    const auto silence = [this](float age_s) {
+      return age_s < 0.0f ? 0.0 : std::min<double>(age_s, run_clock_.ran_s());
+    };
+    const auto ago = [](double age_s) {
+      return age_s < 0.0 ? "never" : std::to_string(std::lround(age_s)) + " s ago";
+    };
+    const double no_image_s = silence(depth.received_age_s);
+    const double silent_s = std::max(no_image_s, silence(depth.fused_age_s));
+    if (stale_s_ <= 0.0 || silent_s < stale_s_) return false;
+    const bool has_images = no_image_s < stale_s_;
+    if (has_images && is_lost) return false;
+    const std::string publisher = depth.image_publishers == 0 ? " (its publisher is gone)" : "";
+    const std::string what =
+        has_images ? "no frame is fused: " + depth.last_drop
+                   : "no depth image is received on '" + depth.topic + "'" + publisher;
+    constexpr double kErrorAfter = 3.0;
+    report(status, silent_s < kErrorAfter * stale_s_ ? MapStatus::WARN : MapStatus::ERROR,
+           has_images ? MapStatus::NOT_FUSED : MapStatus::SILENT,
+           name + what + "; last image " + ago(depth.received_age_s) + ", last transform " +
+               ago(input.transforms.age_s.value_or(-1.0)) + ", last fused frame " +
+               ago(depth.fused_age_s));
+    return true;
+  }
+
+  /// No frame has become part of the map.
+  void judgeNoFrame(const StreamReport& depth, const std::string& name, MapStatus& status) const {
+    const std::string why = depth.waiting_for.empty() ? depth.last_drop : depth.waiting_for;
+    if (depth.received == 0) {
+      report(status, MapStatus::WARN, MapStatus::NO_IMAGES,
+             name + "no depth image received on '" + depth.topic + "': " +
+                 (depth.image_publishers == 0 ? whyNoPublisher(depth.topic)
+                                              : "its publisher has sent nothing yet"));
+    } else if (depth.camera_infos == 0) {
+      const std::vector<std::string> infos = find_topics_().camera_info;
+      report(status, MapStatus::WARN, MapStatus::NO_CAMERA_INFO,
+             name + "depth images are received, but no camera_info on '" + depth.info_topic + "'" +
+                 describeOthers("camera_info", infos) +
+                 (infos.empty() ? "" : "; set camera_info:="));
+    } else if (!why.empty()) {
+      report(status, MapStatus::WARN, MapStatus::NO_FRAME_YET, name + "no frame fused yet: " + why);
+    } else {
+      report(status, MapStatus::OK, MapStatus::NO_FRAME_YET,
+             name + "waiting for the first frame with its camera_info and transform");
+    }
+  }
+
+  /// Why no depth images come.
+  std::string whyNoPublisher(const std::string& topic) const {
+    constexpr double kConnectPatience_s = 3.0;  // who is not connected to by then cannot be
+    const std::string publisher =
+        run_clock_.ran_s() < kConnectPatience_s ? "" : find_publisher_(topic);
+    if (!publisher.empty()) {
+      return "it is published by " + printable(publisher) +
+             ", which cannot be reached: set ROS_HOSTNAME or ROS_IP on both machines";
+    }
+    const PublishedTopics topics = find_topics_();
+    for (const std::string& other : topics.depth) {
+      if (other == topic) return "it is published, but not connected to yet";
+      const std::string image = withoutTransport(other);
+      if (image != withoutTransport(topic)) continue;
+      if (other == image) return "it is published as sensor_msgs/Image; set image_transport:=raw";
+      return "it is published as sensor_msgs/CompressedImage; set image_transport:=" +
+             other.substr(image.size() + 1);
+    }
+    return "it has no publisher" + describeOthers("depth", topics.depth);
+  }
+
+  /// "'/a' and '/b'".
+  static std::string inQuotes(const std::vector<std::string>& topics) {
+    std::string text;
+    for (const std::string& topic : topics) {
+      text += (text.empty() ? "'" : " and '") + printable(topic) + "'";
+    }
+    return text;
+  }
+
+  /// "; depth is published on '/a' and '/b'"; empty without topics.
+  static std::string describeOthers(const std::string& what,
+                                    const std::vector<std::string>& topics) {
+    return topics.empty() ? "" : "; " + what + " is published on " + inQuotes(topics);
+  }
+
+  /// That colour is published, but not on the topic that is waited for. Most depth cameras come
+  /// without colour, so a map without is no trouble; but who set a wrong topic would never learn
+  /// why the mesh is grey. Colour may start later than depth.
+  void hintAtColour(const InputReport& input, MapStatus& status) {
+    constexpr double kColourPatience_s = 10.0;
+    for (size_t i = 1; i < input.streams.size(); ++i) {
+      const StreamReport& colour = input.streams[i];
+      const bool is_silent = colour.received == 0 && colour.image_publishers == 0;
+      // Colour that is required is a matter of the verdict.
+      if (!colour.isColour() || colour.is_needed || !is_silent) continue;
+      if (input.streams[i - 1].fused == 0 || run_clock_.ran_s() < kColourPatience_s) continue;
+      if (!colour_topics_) colour_topics_ = find_topics_().colour;
+      if (colour_topics_->empty()) continue;
+      const bool is_compressed =
+          std::any_of(colour_topics_->begin(), colour_topics_->end(),
+                      [&](const auto& topic) { return withoutTransport(topic) == colour.topic; });
+      report(status, MapStatus::OK, MapStatus::NO_COLOUR,
+             "mapping; no colour image received on '" + colour.topic + "': it has no publisher; " +
+                 (is_compressed
+                      ? "it is published compressed; set color_image_transport:=compressed"
+                      : "colour is published on " + inQuotes(*colour_topics_) + " (color:=)"));
+    }
+  }
+
+  /// Of fewer images than that no share of drops is reported.
+  static constexpr uint64_t kLeastImages = 50;
 
   const double stale_s_;
   PublishedTopics (*const find_topics_)();
   std::string (*const find_publisher_)(const std::string&);
   RunClock run_clock_;
   std::deque<Moment> moments_;  ///< Of the last while.
-  uint64_t restarts_before_ = 0;
+  uint64_t restarts_ = 0;
   std::optional<std::vector<std::string>> colour_topics_;  ///< Once they were asked for.
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "params/text.h"
 
@@ -22,14 +23,10 @@ class MotionGate {
 
   /// What is wrong with the way from the last pose to this one, or nothing.
   std::optional<std::string> check(double stamp_s, const Eigen::Isometry3d& T_W_C) {
-    const double interval_s = stamp_s - last_stamp_s_;
-    const Eigen::Isometry3d last_T_W_C = last_T_W_C_;
-    const bool comparable = has_last_ && interval_s >= 0.0;  // not where stamps go back
-    has_last_ = true;
-    last_stamp_s_ = stamp_s;
-    last_T_W_C_ = T_W_C;
-    if (!comparable) return std::nullopt;
-
+    const auto last = std::exchange(last_, std::make_pair(stamp_s, T_W_C));
+    if (!last || stamp_s < last->first) return std::nullopt;  // also where stamps go back
+    const double interval_s = stamp_s - last->first;
+    const Eigen::Isometry3d& last_T_W_C = last->second;
     constexpr double kMinInterval_s = 1e-3;  // stamps nearer than this show no speed
     const double dt = std::max(interval_s, kMinInterval_s);
     const double distance_m = (T_W_C.translation() - last_T_W_C.translation()).norm();
@@ -48,9 +45,7 @@ class MotionGate {
  private:
   double max_speed_m_s_;
   double max_turn_deg_s_;
-  bool has_last_ = false;
-  double last_stamp_s_ = 0.0;
-  Eigen::Isometry3d last_T_W_C_ = Eigen::Isometry3d::Identity();
+  std::optional<std::pair<double, Eigen::Isometry3d>> last_;  ///< Stamp and pose.
 };
 
 }  // namespace dtsdf

@@ -1,6 +1,7 @@
 /// The transforms that poses are made of: received, kept by tf2, and looked up in words.
 #pragma once
 
+#include <ros/console.h>
 #include <ros/message_event.h>
 #include <ros/node_handle.h>
 #include <ros/time.h>
@@ -8,15 +9,24 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cstdint>
+#include <exception>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "params/printable.h"
+#include "params/text.h"
+#include "ros/common/callback_guard.h"
 #include "ros/common/pace.h"
+#include "ros/input/conversions.h"
 
 namespace dtsdf {
 
@@ -30,7 +40,6 @@ struct PoseAnswer {
 struct TransformReport {
   uint64_t refused = 0;         ///< Without a usable name, a rotation, or a stamp.
   uint64_t restarts = 0;        ///< How often the buffer was made new.
-  std::string last_restart;     ///< Why, the last time; empty: never.
   std::optional<double> age_s;  ///< Wall time since the last one was received.
 };
 
@@ -40,49 +49,216 @@ struct TransformReport {
 /// are on /tf too, which are ignored from then on. Thread safe.
 class Transforms {
  public:
-  explicit Transforms(SteadyClock clock = std::chrono::steady_clock::now);
+  explicit Transforms(SteadyClock clock = std::chrono::steady_clock::now)
+      : clock_(std::move(clock)), core_(makeCore()) {}
 
   /// Receives /tf and /tf_static, on the queue of the node handle.
-  void subscribe(ros::NodeHandle nh);
+  void subscribe(ros::NodeHandle nh) {
+    const auto subscribe = [&](const char* topic, bool is_static) {
+      const boost::function<void(const Event&)> callback = [this, is_static](const Event& event) {
+        guarded("transforms", [&] { onMessage(event, is_static); });
+      };
+      constexpr uint32_t kQueue = 100;  // as many as tf2's own listener lets wait
+      return nh.subscribe<tf2_msgs::TFMessage>(topic, kQueue, callback);
+    };
+    tf_ = subscribe("/tf", false);
+    tf_static_ = subscribe("/tf_static", true);
+  }
 
   void take(const geometry_msgs::TransformStamped& transform, const std::string& publisher,
-            bool is_static = false);
+            bool is_static = false) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const std::string child = stripLeadingSlash(transform.child_frame_id);
+    std::string problem;  // tf2 itself says what it refuses
+    if (child.empty() || isLong(child) || isLong(transform.header.frame_id)) {
+      problem = formatted("the name of a frame is empty or longer than %zu bytes", kLongestName);
+    } else {
+      if (is_static && ignored_statics_.count(child) > 0) return;
+      if (is_static) {
+        statics_[child] = transform;
+      } else {
+        moving_.insert(child);
+        received_at_ = clock_();
+      }
+      try {
+        if (core_->setTransform(transform, publisher, is_static)) return;
+      } catch (const std::exception& error) {  // for a stamp at the end of time, or no memory
+        problem = errorText(error);
+      }
+    }
+    ++report_.refused;
+    if (problem.empty()) return;
+    ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping",
+                                   "a transform of " << printable(publisher)
+                                                     << " was refused: " << problem << " ["
+                                                     << report_.refused << " refused so far]");
+  }
 
   /// The pose of a frame in another one at a stamp; 0: by the newest transform. `what` is of the
   /// stamp, in words.
   PoseAnswer find(const std::string& parent, const std::string& frame, const ros::Time& stamp,
-                  const char* what = "the request") const;
+                  const char* what = "the request") const {
+    PoseAnswer answer;
+    if (isLong(frame) || isLong(parent)) {
+      answer.text = formatted("the name of a frame is longer than %zu bytes", kLongestName);
+      return answer;
+    }
+    const Core core = this->core();
+    // Before the look-up itself: a transform that arrives in between may not count as one that has
+    // passed the image.
+    const std::optional<ros::Time> newest = findNewest(*core, parent, frame);
+    try {
+      answer.T_W_C = toIsometry(core->lookupTransform(parent, frame, stamp).transform);
+      return answer;
+    } catch (const std::runtime_error&) {
+      // tf2's own exceptions, and that of ros::Duration where stamps lie over 68 years apart.
+    }
+    answer.may_come = !newest || *newest < stamp;
+    answer.text = describe(*core, newest, parent, frame, stamp, what);
+    if (core->allFramesAsString().empty() && report().refused > 0) {
+      answer.text = "all transforms received were refused: NaN, no rotation, or no name of a frame";
+    }
+    return answer;
+  }
 
   /// What became of the look-up for an image that has waited for its pose.
-  void notePose(bool is_found);
+  void notePose(bool is_found) {
+    constexpr int kMostMissing = 5;  // images in a row
+    constexpr std::chrono::seconds kMissing{2};
+    constexpr SteadyDuration kLongestWait = std::chrono::seconds(600);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const SteadyTime now = clock_();
+    if (missing_ == 0 || is_found) missing_since_ = now;
+    missing_ = is_found ? 0 : missing_ + 1;
+    const bool is_lasting = missing_ >= kMostMissing && now - missing_since_ >= kMissing;
+    const bool tf_comes = received_at_ && *received_at_ > missing_since_;
+    if (!is_lasting || !tf_comes || now < next_restart_) return;
+    next_restart_ = now + wait_after_restart_;
+    wait_after_restart_ = std::min(2 * wait_after_restart_, kLongestWait);
+    restart();
+  }
 
   /// Forgets the transforms that are not static, after a jump of time.
-  void clear();
+  void clear() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    core_ = makeCore();
+  }
 
   /// The parent that a frame has, if it is another one; else empty.
-  std::string otherParentOf(const std::string& frame, const std::string& parent) const;
+  std::string otherParentOf(const std::string& frame, const std::string& parent) const {
+    std::string other;
+    const bool has_parent = core()->_getParent(frame, ros::Time(0), other);
+    return has_parent && other != parent ? other : "";
+  }
 
-  TransformReport report() const;
+  TransformReport report() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    TransformReport report = report_;
+    if (received_at_) report.age_s = toSeconds(clock_() - *received_at_);
+    return report;
+  }
 
  private:
   using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
   using Core = std::shared_ptr<tf2::BufferCore>;
 
-  void onMessage(const Event& event, bool is_static);
-  Core core() const;
-  Core makeCore() const;
-  void restart(const std::string& why);
+  static bool isLong(const std::string& name) { return name.size() > kLongestName; }
+
+  void onMessage(const Event& event, bool is_static) {
+    if (ros::Time::isSimTime()) {
+      const ros::Time now = ros::Time::now();
+      const ros::Time last = std::exchange(last_now_, now);
+      if (now < last) {
+        ROS_WARN_STREAM_NAMED("dtsdf_mapping", "simulated time went back from "
+                                                   << last << " to " << now
+                                                   << ": transforms are discarded");
+        clear();
+      }
+    }
+    for (const geometry_msgs::TransformStamped& transform : event.getConstMessage()->transforms) {
+      take(transform, event.getPublisherName(), is_static);
+    }
+  }
+
+  Core core() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return core_;
+  }
+
+  Core makeCore() const {
+    constexpr double kKept_s = 30.0;  // longer than any frame waits in a queue that keeps up
+    auto core = std::make_shared<tf2::BufferCore>(ros::Duration(kKept_s));
+    for (const auto& [child, transform] : statics_) core->setTransform(transform, "static", true);
+    return core;
+  }
+
+  void restart() {
+    ++report_.restarts;
+    ROS_WARN_STREAM_NAMED("dtsdf_mapping",
+                          "images find no pose although transforms are received: all transforms "
+                          "are discarded, and received again");
+    for (const std::string& child : moving_) {
+      if (statics_.erase(child) > 0) ignored_statics_.insert(child);
+    }
+    moving_.clear();
+    core_ = makeCore();
+  }
+
+  /// The stamp of the newest transform between two frames: the oldest of the newest of its links.
+  static std::optional<ros::Time> findNewest(const tf2::BufferCore& core, const std::string& parent,
+                                             const std::string& frame) {
+    try {
+      return core.lookupTransform(parent, frame, ros::Time(0)).header.stamp;
+    } catch (const std::runtime_error&) {
+      return std::nullopt;
+    }
+  }
+
+  static std::string describe(const tf2::BufferCore& core, const std::optional<ros::Time>& newest,
+                              const std::string& parent, const std::string& frame,
+                              const ros::Time& stamp, const char* what) {
+    std::ostringstream text;
+    text.imbue(std::locale::classic());
+    text << "no transform from '" << printable(frame) << "' to '" << printable(parent) << "': ";
+    if (!newest) {
+      text << describeFrames(core, parent, frame);
+    } else if (*newest >= stamp) {
+      text << what << " is older than every transform that is kept, of which the newest is "
+           << newest->toSec() - stamp.toSec() << " s after it; normal for the first images only";
+    } else {
+      text << "the newest is stamped " << *newest << ", " << stamp.toSec() - newest->toSec()
+           << " s before " << what << " of " << stamp;
+    }
+    return text.str();
+  }
+
+  /// Which frame TF lacks, and what to do.
+  static std::string describeFrames(const tf2::BufferCore& core, const std::string& parent,
+                                    const std::string& frame) {
+    std::vector<std::string> frames;
+    core._getFrameStrings(frames);
+    if (frames.empty()) return "nothing has been received on /tf or /tf_static";
+    std::sort(frames.begin(), frames.end());
+    const std::string names = listOfFrames(frames);
+    for (const std::string& name : {parent, frame}) {
+      if (std::binary_search(frames.begin(), frames.end(), name)) continue;
+      return "TF has no frame '" + printable(name) + "'; it has " + names +
+             "; start what publishes '" + printable(name) + "'" +
+             (name == parent ? ", or set map_frame to one of these" : "");
+    }
+    return "TF has both frames, but no chain of transforms between them; it has " + names;
+  }
 
   const SteadyClock clock_;
-  mutable std::mutex mutex_;  ///< Guards what follows.
-  Core core_;
+  mutable std::mutex mutex_;                                        ///< Guards what follows.
   std::map<std::string, geometry_msgs::TransformStamped> statics_;  ///< By child.
   std::set<std::string> moving_;                                    ///< Children on /tf.
   std::set<std::string> ignored_statics_;
-  std::optional<SteadyTime> received_at_, missing_since_;
-  int missing_ = 0;  ///< Images in a row.
-  std::optional<SteadyTime> restarted_at_;
-  SteadyDuration next_restart_after_;
+  Core core_;
+  std::optional<SteadyTime> received_at_;
+  int missing_ = 0;  ///< Images in a row, without a pose.
+  SteadyTime missing_since_, next_restart_;
+  SteadyDuration wait_after_restart_ = std::chrono::seconds(5);
   TransformReport report_;  ///< Without age.
   ros::Time last_now_;
   ros::Subscriber tf_, tf_static_;

@@ -1,55 +1,133 @@
 /// The output's loop: takes over what changed in the mesh, and has the steps publish it.
 #pragma once
 
-#include <dtsdf_mapping/MapStatus.h>
-
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <mutex>
+#include <utility>
 
+#include "ros/common/callback_guard.h"
+#include "ros/common/free_memory.h"
 #include "ros/common/pace.h"
+#include "ros/common/status_fields.h"
 #include "ros/steps/mesh_queue.h"
 #include "ros/steps/step.h"
 
 namespace dtsdf {
 
+/// Writes what the status says of the meshes that are kept.
+inline void fillMeshes(const PagedMeshes::Stats& pages, size_t bytes, size_t max_bytes,
+                       MapStatus& status) {
+  addMemory(status, "mesh", kHost, bytes, max_bytes);
+  addPages(status, pages);
+  if (pages.lost > 0) {
+    report(status, MapStatus::WARN, MapStatus::MESHES_LOST,
+           "the meshes of " + std::to_string(pages.lost) +
+               " blocks could not be read back and are not shown: " + pages.problem);
+  }
+  if (pages.failures > 0 && bytes > max_bytes) {
+    report(status, MapStatus::WARN, MapStatus::MESHES_IN_MEMORY,
+           "meshes stay in memory: " + pages.problem);
+  }
+}
+
 /// Output's thread, except where something else is said. The map never waits for it.
 class Output {
  public:
   /// `params` and `steps` outlive it. @param wake Has the loop look for changes.
-  Output(const MappingParams& params, const Steps& steps, std::function<void()> wake);
+  Output(const MappingParams& params, const Steps& steps, std::function<void()> wake)
+      : steps_(steps), queue_(std::move(wake)), mesh_(params.mapper.map) {}
 
   MeshQueue& queue() { return queue_; }
   ShownMesh& mesh() { return mesh_; }
 
-  /// Publishes what is due. Returns how long there will be nothing to do.
-  std::chrono::milliseconds step() noexcept;
+  /// Publishes what is due. Returns how long there will be nothing to do; after an error, which is
+  /// no memory, most likely, a second.
+  std::chrono::milliseconds step() noexcept {
+    SteadyDuration idle = std::chrono::seconds(1);
+    guarded("output", [&] {
+      const SteadyTime now = std::chrono::steady_clock::now();
+      if (trim_pace_.isDue(now)) {
+        trim_pace_.begin(now);
+        returnFreeMemory();
+      }
+      constexpr SteadyDuration kIdle = std::chrono::milliseconds(50);  // no newcomer wakes it
+      idle = std::clamp<SteadyDuration>(publish(), SteadyDuration::zero(), kIdle);
+    });
+    return toMilliseconds(idle);
+  }
 
   /// Any thread: takes over what was handed over.
-  void takeChanges();
+  void takeChanges() {
+    const std::lock_guard<std::mutex> lock(mesh_.mutex);
+    takeChangesLocked();
+  }
+
   /// Once it has returned, nothing is published that was handed over before.
-  void settle();
+  void settle() {
+    takeChanges();
+    for (const auto& step : steps_) step->publish(nullptr);
+  }
 
   /// Any thread.
-  void fill(dtsdf_mapping::MapStatus& status) const;
+  void fill(MapStatus& status) const {
+    const std::lock_guard<std::mutex> lock(report_mutex_);
+    status.triangles = triangles_;
+    status.publish_ms = static_cast<float>(publish_ms_);
+    fillMeshes(pages_, bytes_, max_bytes_, status);
+    if (triangles_ > 0 || status.frames_fused == 0) return;
+    const bool is_wanted = std::any_of(steps_.begin(), steps_.end(),
+                                       [](const auto& step) { return step->meshRate_hz(); });
+    report(status, MapStatus::OK, is_wanted ? MapStatus::NO_SURFACE : MapStatus::NO_SUBSCRIBER,
+           is_wanted ? "mapping; no triangles yet: no surface has been seen by enough frames "
+                       "(mesh/min_support)"
+                     : "mapping; no mesh yet, because nobody subscribes to it");
+  }
 
  private:
-  void takeChangesLocked();
-  SteadyDuration publish();
+  void takeChangesLocked() {
+    MeshChanges changes = queue_.take();
+    if (!changes.cleared && !changes.is_whole && changes.blocks.empty()) return;
+    PagedMeshes& meshes = mesh_.meshes;
+    if (changes.cleared) meshes.clear(changes.voxel_size_m.value_or(meshes.voxelSize()));
+    if (changes.is_whole) {
+      changes.blocks = differences(meshes.all(), std::move(changes.blocks));
+      meshes.dropFetched();
+    }
+    for (const SharedBlockMesh& block : changes.blocks) meshes.put(block);
+    if (!changes.blocks.empty()) mesh_.stamp = changes.stamp;
+    for (const auto& step : steps_) step->changed(changes);
+    const std::lock_guard<std::mutex> lock(report_mutex_);
+    triangles_ = meshes.triangleCount();
+    bytes_ = meshes.bytes();
+    max_bytes_ = meshes.mostBytes();
+    pages_ = meshes.stats();
+  }
+
+  SteadyDuration publish() {
+    const SteadyTime begin = std::chrono::steady_clock::now();
+    const std::unique_lock<std::mutex> lock(mesh_.mutex, std::try_to_lock);
+    if (lock.owns_lock()) takeChangesLocked();
+    SteadyDuration idle = SteadyDuration::max();
+    for (const auto& step : steps_) {
+      idle = std::min(idle, step->publish(lock.owns_lock() ? &mesh_ : nullptr));
+    }
+    const double took_ms = 1000.0 * toSeconds(std::chrono::steady_clock::now() - begin);
+    const std::lock_guard<std::mutex> report_lock(report_mutex_);
+    if (took_ms > 1.0) publish_ms_ = took_ms;  // else nothing was published
+    return idle;
+  }
 
   const Steps& steps_;
   MeshQueue queue_;
   ShownMesh mesh_;
-  Pace trim_pace_;
+  Pace trim_pace_{1.0 / 30.0};
 
   mutable std::mutex report_mutex_;  ///< Guards what follows.
   size_t triangles_ = 0, bytes_ = 0, max_bytes_ = 0;
   PagedMeshes::Stats pages_;
   double publish_ms_ = 0.0;
 };
-
-/// Writes what the status says of the meshes that are kept.
-void fillMeshes(const PagedMeshes::Stats& pages, size_t bytes, size_t max_bytes,
-                dtsdf_mapping::MapStatus& status);
 
 }  // namespace dtsdf

@@ -74,11 +74,11 @@ Pipeline::Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
 }
 
 void Pipeline::start(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
-  // The namespace of the node, which its topics are in; empty for the root.
   const std::string& name = private_nh.getNamespace();
-  addStreams(input_.serve(nh), name.substr(0, name.rfind('/')));
+  const Handles handles{private_nh, services_.serve(private_nh), input_.serve(nh),
+                        name.substr(0, name.rfind('/'))};
+  addStreams(handles.input, handles.ns);
   steps_ = makeSteps(host_);
-  const Handles handles{private_nh, services_.serve(private_nh), input_.serve(nh)};
   for (const auto& step : steps_) step->advertise(handles);
   advertise(handles);
   output_loop_.start([this] { return output_.step(); });
@@ -164,7 +164,7 @@ void Pipeline::advertise(const Handles& handles) {
   servers_.push_back(serve<dtsdf_mapping::ClearRegion>(
       handles.waiting, "clear_region", [this](const auto& request, auto& response) {
         const Region region =
-            inMap(readRegion(request.box, request.sphere), frame_.find(request.frame_id));
+            readRegion(request.box, request.sphere, frame_.find(request.frame_id));
         const ClearedRegion cleared = map_loop_.run([&] { return map_.clearRegion(region); }).get();
         response.voxels = cleared.voxels;
         response.blocks = cleared.blocks;

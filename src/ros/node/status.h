@@ -3,58 +3,110 @@
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <dtsdf_mapping/MapStatus.h>
+#include <ros/console.h>
 #include <ros/node_handle.h>
+#include <unistd.h>
 
 #include <chrono>
+#include <fstream>
 #include <functional>
+#include <sstream>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "ros/common/callback_guard.h"
 #include "ros/common/pace.h"
+#include "ros/common/status_fields.h"
 
 namespace dtsdf {
-
-/// When the status goes into the log: once for each trouble that lasts. Who runs the node looks at
-/// its terminal, not at its status: what lacks from the start, such as images on the topic that is
-/// waited for, would never be seen.
-class TroubleLog {
- public:
-  /// A status that is not well has to last so long, and is not logged again so soon.
-  static constexpr std::chrono::seconds kLasts{5}, kAgain{60};
-
-  /// Of each status; whether it is to be logged as a warning.
-  bool update(bool is_well, uint8_t code, SteadyTime now) {
-    const uint8_t trouble = is_well ? uint8_t{0} : code;
-    if (std::exchange(trouble_, trouble) != trouble) since_ = now;
-    const bool was_logged = logged_since_ == since_;
-    if (is_well || was_logged || now - since_ < kLasts) return false;
-    if (code == logged_ && now - logged_at_ < kAgain) return false;
-    logged_since_ = since_;
-    logged_at_ = now;
-    logged_ = code;
-    return true;
-  }
-
- private:
-  SteadyTime since_, logged_since_, logged_at_;
-  uint8_t trouble_ = 0, logged_ = 0;
-};
 
 class StatusPublisher {
  public:
   /// `fill` writes the status, but for its header; it is called by the queue of the node handles.
   StatusPublisher(const ros::NodeHandle& nh, ros::NodeHandle private_nh, std::string map_frame,
-                  double rate_hz, std::function<void(dtsdf_mapping::MapStatus&)> fill);
+                  double rate_hz, std::function<void(MapStatus&)> fill)
+      : map_frame_(std::move(map_frame)),
+        fill_(std::move(fill)),
+        updater_(nh, private_nh, private_nh.getNamespace()) {
+    updater_.setHardwareID("none");
+    updater_.add("mapping", [this](diagnostic_updater::DiagnosticStatusWrapper& diagnostics) {
+      diagnostics.summary(status_.level, status_.message);
+      addFields(status_, diagnostics);
+    });
+    // Latched: a tool that asks once gets the answer at once.
+    publisher_ = private_nh.advertise<MapStatus>("status", 1, true);
+    publish();  // before the timer, which another thread may serve
+    timer_ = private_nh.createWallTimer(
+        ros::WallDuration(1.0 / rate_hz),
+        [this](const ros::WallTimerEvent&) { guarded("status", [this] { publish(); }); });
+  }
 
   void setRate(double rate_hz) { timer_.setPeriod(ros::WallDuration(1.0 / rate_hz)); }
 
  private:
-  void publish();
+  void publish() {
+    MapStatus status;
+    fill_(status);
+    addMemory(status, "process", kHost, residentBytes());
+    status.header.frame_id = map_frame_;
+    status.header.stamp = ros::Time::now();
+    if (status.level == MapStatus::OK || status.code != status_.code) {
+      trouble_since_ = std::chrono::steady_clock::now();
+      is_logged_ = false;
+    }
+    status_ = std::move(status);
+    publisher_.publish(status_);
+    logTrouble();
+    // Its own timer would wait for simulated time.
+    updater_.force_update();
+  }
+
+  /// Once for each trouble that lasts. Who runs the node looks at its terminal, not at its status:
+  /// what lacks from the start, such as images on the topic that is waited for, would never be
+  /// seen.
+  void logTrouble() {
+    constexpr std::chrono::seconds kLasts{5};
+    if (is_logged_ || std::chrono::steady_clock::now() - trouble_since_ < kLasts) return;
+    is_logged_ = true;
+    ROS_WARN_STREAM_NAMED("dtsdf_mapping", status_.message);
+  }
+
+  /// The fields of a message as it prints itself, line by line: those of its parts lie deeper,
+  /// below a line that has a name and no value.
+  static void addFields(const MapStatus& status,
+                        diagnostic_updater::DiagnosticStatusWrapper& diagnostics) {
+    std::stringstream text;
+    text.imbue(std::locale::classic());
+    text << status;
+    std::vector<std::pair<size_t, std::string>> parts;  // by their depth
+    for (std::string line; std::getline(text, line);) {
+      const size_t depth = line.find_first_not_of(' '), colon = line.find(": ");
+      if (colon == std::string::npos) continue;
+      while (!parts.empty() && parts.back().first >= depth) parts.pop_back();
+      std::string name = parts.empty() ? "" : parts.back().second + "/";
+      name += line.substr(depth, colon - depth);
+      if (colon + 2 == line.size()) {
+        parts.emplace_back(depth, name);
+      } else {
+        diagnostics.add(name, line.substr(colon + 2));
+      }
+    }
+  }
+
+  /// Resident memory of this process; 0 where the system does not report it.
+  static uint64_t residentBytes() {
+    std::ifstream statm("/proc/self/statm");
+    uint64_t all_pages = 0, resident_pages = 0;
+    statm >> all_pages >> resident_pages;
+    return resident_pages * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+  }
 
   const std::string map_frame_;
-  const std::function<void(dtsdf_mapping::MapStatus&)> fill_;
-  dtsdf_mapping::MapStatus status_;
-  TroubleLog trouble_log_;
+  const std::function<void(MapStatus&)> fill_;
+  MapStatus status_;
+  SteadyTime trouble_since_;
+  bool is_logged_ = false;  ///< The trouble there is.
   diagnostic_updater::Updater updater_;
   ros::Publisher publisher_;
   ros::WallTimer timer_;

@@ -3,21 +3,34 @@
 #pragma once
 
 #include <dtsdf_mapping/CorrectPoses.h>
+#include <nav_msgs/Path.h>
+#include <ros/console.h>
 
 #include <algorithm>
+#include <cmath>
+#include <exception>
 #include <functional>
 #include <future>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
-#include "dtsdf_mapping/mapper.h"
 #include "journal/refusion.h"
 #include "journal/writer.h"
-#include "ros/common/pace.h"
+#include "params/printable.h"
+#include "params/text.h"
+#include "ros/common/callback_guard.h"
 #include "ros/common/requests.h"
+#include "ros/common/service.h"
+#include "ros/common/status_fields.h"
+#include "ros/input/conversions.h"
+#include "ros/steps/live_map.h"
+#include "ros/steps/map_frame.h"
 #include "ros/steps/step.h"
 
 namespace dtsdf {
@@ -78,50 +91,366 @@ class CorrectStep : public Step {
   };
 
   /// `journal` outlives it; null: there is none, and all is refused.
-  CorrectStep(const Host& host, JournalWriter* journal);
-  ~CorrectStep() override;
+  CorrectStep(const Host& host, JournalWriter* journal)
+      : host_(host),
+        journal_(journal),
+        is_by_tf_(host.params.node.poses.mode == PoseMode::kTf),
+        is_on_(journal != nullptr && is_by_tf_) {}
+  ~CorrectStep() override { giveUp("the node ends"); }
 
-  void advertise(const Handles& handles) override;
-  std::optional<Rejection> place(PosedFrame& frame) override;
-  void fused(const PosedFrame& frame, const IntegrationResult& result) override;
-  void replaced(const Replacement& replacement) override;
+  void advertise(const Handles& handles) override {
+    using dtsdf_mapping::CorrectPoses;
+    server_ = serve<CorrectPoses>(
+        handles.waiting, "correct_poses", [this](const auto& request, auto& response) {
+          const std::string path = resolveOutputPath(host_.params.node.output_directory,
+                                                     request.file_name, {".txt", ".tum"}, true);
+          const Trajectory poses = readTrajectory(path, "give a TUM file");
+          response = correctByCall(poses.poses(), request.frame_id, request.child_frame);
+        });
+    if (journal_ == nullptr) return;
+    if (!is_by_tf_) {
+      ROS_WARN_STREAM_NAMED("dtsdf_mapping", "corrected_path is not subscribed: " << kOnlyByTf);
+      return;
+    }
+    const boost::function<void(const nav_msgs::Path::ConstPtr&)> callback =
+        [this](const nav_msgs::Path::ConstPtr& path) {
+          guarded("corrected_path", [&] { followPath(*path); });
+        };
+    // Of several that wait only the newest counts.
+    ros::NodeHandle nh = handles.input;
+    path_input_ = nh.subscribe<nav_msgs::Path>(handles.ns + "/corrected_path", 1, callback);
+  }
+
+  std::optional<Rejection> place(PosedFrame& frame) override {
+    if (journal_ == nullptr) return std::nullopt;
+    noteFrame();
+    auto* const depth = std::get_if<DepthFrame>(&frame.image);
+    if (depth != nullptr && frame.camera == 0) {
+      const StampedPose given{frame.stamp.toSec(), depth->T_W_C};
+      if (given_.takesOver(T_W_S_, given)) T_W_S_ = Eigen::Isometry3d::Identity();
+      const std::lock_guard<std::mutex> lock(mutex_);
+      camera_frame_ = frame.frame_id;
+    }
+    if (T_W_S_.matrix() == Eigen::Isometry3d::Identity().matrix()) return std::nullopt;
+    frame.move(T_W_S_);
+    if (depth != nullptr && depth->keep_center_W) {
+      depth->keep_center_W = T_W_S_ * *depth->keep_center_W;
+    }
+    return std::nullopt;
+  }
+
+  void fused(const PosedFrame& frame, const IntegrationResult& result) override {
+    if (journal_ == nullptr || result.status != FrameStatus::kFused) return;
+    const auto* const depth = std::get_if<DepthFrame>(&frame.image);
+    if (depth == nullptr || frame.camera != 0) return;
+    const double stamp_s = frame.stamp.toSec();
+    if (!journal_->report().problem.empty()) return fused_.clear();  // it bounds them
+    if (!fused_.empty() && stamp_s < fused_.back().stamp_s - GivenMotion::kBegin_s) fused_.clear();
+    if (fused_.empty() || stamp_s > fused_.back().stamp_s) {
+      fused_.push_back({stamp_s, depth->T_W_C});
+    }
+  }
+
+  void replaced(const Replacement& replacement) override {
+    if (replacement.kind == Replacement::Kind::kCorrected) return;
+    giveUp(replacement.kind == Replacement::Kind::kCleared ? "the map was emptied meanwhile"
+                                                           : "another map was loaded meanwhile");
+  }
   void failed() override { giveUp("the map's backend failed"); }
-  Work hasWork() const override;
-  void work() override;
-  void fill(dtsdf_mapping::MapStatus& status) override;
 
-  /// Map's thread: corrects the images that were fused so far.
-  void add(Request request);
+  /// What is done by another thread takes no time of this one, so it goes before frames.
+  Work hasWork() const override {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (path_) return Work::kBeforeFrames;
+    }
+    if (refusion_) return catch_up_.isJournalsTurn() ? Work::kBeforeFrames : Work::kWhenIdle;
+    const bool is_due = opening_.valid() ? isOpened() : waiting_.has_value();
+    return is_due ? Work::kBeforeFrames : Work::kNone;
+  }
+
+  void work() override {
+    std::optional<Request> by_path;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      by_path.swap(path_);
+    }
+    if (by_path) add(std::move(*by_path));
+    try {
+      if (refusion_) return fuseAgain();
+      if (isOpened()) return takeOpened();
+      if (!opening_.valid() && waiting_) return open();
+    } catch (const std::exception& error) {
+      refuse(current_, errorText(error));
+      endCurrent();
+    }
+  }
+
+  void fill(MapStatus& status) override {
+    if (!is_on_) return;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    status.correction_fused = fused_again_;
+    status.correction_total = to_fuse_;
+    status.last_correction = printableMessage(last_);
+    const bool on_gpu = status.backend.rfind("cuda", 0) == 0;
+    if (bytes_ > 0) addMemory(status, "correction", on_gpu ? kGpu : kHost, bytes_);
+    const std::string obstacle =
+        whyTooLarge(status.map_bytes, status.map_bytes, status.max_map_bytes);
+    if (obstacle.empty() || status.frames_fused == 0) return;
+    report(status, MapStatus::OK, MapStatus::NOT_CORRECTABLE,
+           "mapping; poses cannot be corrected: " + obstacle);
+  }
+
+  /// Map's thread: corrects the images that were fused so far. Only poses of images are kept; a
+  /// SLAM may say every second that nothing has changed.
+  void add(Request request) {
+    try {
+      host_.map.throwIfFailed();
+      requireWhole();
+      if (fused_.empty()) {
+        throw std::runtime_error("no frame has been fused since the start, clear_map or load_map");
+      }
+      const PoseCorrection correction(std::move(request.correction.poses), fused_);
+      if (!current_ && correction.farthest() < request.least) return answer(request, kNothingMoves);
+      const MapStats stats = host_.map.mapper().stats();
+      const std::string problem =
+          whyTooLarge(stats.map_bytes, stats.map_bytes, stats.max_map_bytes);
+      if (!problem.empty()) throw std::runtime_error(problem);
+      request.correction = {journal_->count(), correction.used()};
+    } catch (const std::exception& error) {
+      return refuse(request, errorText(error));
+    }
+    refuse(waiting_, kReplaced);
+    waiting_ = std::move(request);
+    noteProgress();
+  }
 
  private:
-  std::vector<StampedPose> cameraPoses(const GivenPoses& given) const;
-  void requireJournal() const;
-  void followPath(const nav_msgs::Path& path);
-  void takePath();
-  void correctByCall(const GivenPoses& given, CorrectionResult& result);
-  void open();
-  void takeOpened();
-  bool hasCaughtUp();
-  void fuseAgain();
-  void finish();
-  void giveUp(const std::string& reason);
-  void endCurrent();
-  void noteFrame();
-  void answer(const Request& request, const std::string& message,
-              const CorrectionEffect& effect = {}, size_t fused = 0);
-  void refuse(const std::optional<Request>& request, const std::string& reason);
-  void noteRefused(const std::string& reason);
-  template <class Object>
-  void freeLater(std::unique_ptr<Object> object);
-  void noteProgress();
+  static constexpr char kOnlyByTf[] = "frames can be moved only where poses/mode is tf";
+  static constexpr char kNothingMoves[] = "no frame moves";
+  static constexpr char kReplaced[] = "a newer correction has taken its place before it began";
+
+  /// Input's thread. A path that was not taken yet is replaced.
+  void followPath(const nav_msgs::Path& path) try {
+    if (path.header.frame_id.size() > kLongestName) {
+      throw std::runtime_error("the name of its frame is too long");
+    }
+    if (path.poses.empty()) return;
+    std::vector<StampedPose> poses;
+    for (const geometry_msgs::PoseStamped& pose : path.poses) {
+      poses.push_back({pose.header.stamp.toSec(), readPose(pose.pose)});
+    }
+    const CorrectionParams& params = host_.params.node.corrections;
+    Request request;
+    request.correction.poses = cameraPoses(poses, path.header.frame_id, params.path_frame);
+    request.least = params.least_m;
+    request.answer = [](const CorrectionResult& result) {
+      if (result.success && result.moved > 0) {
+        ROS_INFO_STREAM_NAMED("dtsdf_mapping", "corrected_path: " << result.message);
+      } else if (!result.success && result.message != kReplaced) {
+        ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping",
+                                       "corrected_path is refused: " << result.message);
+      }
+    };
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      path_ = std::move(request);
+    }
+    host_.map_loop.wake();
+  } catch (const std::exception& error) {
+    noteRefused(errorText(error));
+  }
+
+  /// Waits until it is answered. @throws std::runtime_error where it is refused.
+  CorrectionResult correctByCall(const std::vector<StampedPose>& poses, const std::string& frame,
+                                 const std::string& child_frame) {
+    if (!is_by_tf_) throw std::runtime_error(kOnlyByTf);
+    if (journal_ == nullptr) {
+      throw std::runtime_error(
+          "frames can be moved only if they are in a journal; start the node with journal/folder");
+    }
+    const auto done = std::make_shared<std::promise<CorrectionResult>>();
+    std::future<CorrectionResult> answer = done->get_future();
+    Request request;
+    request.correction.poses = cameraPoses(poses, frame, child_frame);
+    request.answer = [done](const CorrectionResult& outcome) { done->set_value(outcome); };
+    host_.map_loop.run([&] { add(std::move(request)); }).get();
+    while (answer.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready) {
+      if (host_.is_ending) throw std::runtime_error("the node ends");
+    }
+    CorrectionResult result = answer.get();
+    if (!result.success) throw std::runtime_error(result.message);
+    return result;
+  }
+
+  /// Poses of a child frame (empty: the camera), of the camera in the map. A frame that is not
+  /// named is the map frame, level or not.
+  std::vector<StampedPose> cameraPoses(const std::vector<StampedPose>& given,
+                                       const std::string& frame,
+                                       const std::string& child_frame) const {
+    const Eigen::Isometry3d T_W_F =
+        host_.frame.find(frame.empty() ? host_.params.node.map_frame : frame);
+    Eigen::Isometry3d T_B_C = Eigen::Isometry3d::Identity();
+    if (!child_frame.empty()) {
+      std::unique_lock<std::mutex> lock(mutex_);
+      const std::string camera = camera_frame_;
+      lock.unlock();
+      if (camera.empty()) throw std::runtime_error("no frame has been received yet");
+      const PoseAnswer mount = host_.transforms.find(child_frame, camera, ros::Time(0));
+      if (!mount.T_W_C) throw std::runtime_error(mount.text);
+      T_B_C = *mount.T_W_C;
+    }
+    std::vector<StampedPose> poses;
+    poses.reserve(given.size());
+    for (const StampedPose& pose : given) {
+      poses.push_back({pose.stamp_s, T_W_F * pose.T_W_C * T_B_C});
+    }
+    return poses;
+  }
+
+  bool isOpened() const {
+    return opening_.valid() &&
+           opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  }
+
+  /// @throws std::runtime_error where the journal lacks frames of the map
+  void requireWhole() const {
+    const std::string problem = journal_->report().problem;
+    if (problem.empty()) return;
+    throw std::runtime_error("the journal lacks frames of the map: " + problem +
+                             "; clear_map begins a new one");
+  }
+
+  void open() {
+    current_ = std::exchange(waiting_, std::nullopt);
+    opening_ = std::async(
+        std::launch::async,
+        [written = journal_->written(), path = journal_->path(), run = host_.params.mapper,
+         correction = current_->correction]() mutable -> std::unique_ptr<Refusion> {
+          if (!written.get()) return nullptr;
+          return std::make_unique<Refusion>(path, run, std::move(correction));
+        });
+  }
+
+  /// In vain where the map is another one by now.
+  void takeOpened() {
+    refusion_ = opening_.get();
+    if (!current_) return endCurrent();
+    requireWhole();
+    if (!refusion_) throw std::runtime_error("the journal cannot be written");
+    const CorrectionEffect& effect = refusion_->effect();
+    if (effect.moved == 0 || std::max(effect.farthest_m, effect.farthest_rad) < current_->least) {
+      answer(*current_, kNothingMoves);
+      return endCurrent();
+    }
+    catch_up_ = CatchUp();
+    noteProgress();
+  }
+
+  void fuseAgain() {
+    const bool has_fused = refusion_->step(host_.map.mapBytes());
+    catch_up_.turn(has_fused);
+    if (!has_fused && hasCaughtUp()) return finish();
+    noteProgress();
+  }
+
+  /// While it waits, for the last records to be in the file, nothing is added to the journal.
+  bool hasCaughtUp() {
+    std::future<bool> written = journal_->written();
+    constexpr std::chrono::milliseconds kJournalWait{20};
+    if (written.wait_for(kJournalWait) != std::future_status::ready) return false;
+    if (!written.get()) requireWhole();
+    return journal_->count() == refusion_->count();
+  }
+
+  /// The map takes the place of the live one.
+  void finish() {
+    const auto& mesh = refusion_->takeMesh();
+    std::unique_ptr<Mapper> before = host_.map.replaceCorrected(refusion_->takeMapper(), mesh);
+    journal_->add(refusion_->correction());
+    T_W_S_ = refusion_->motion() * T_W_S_;
+    fused_ = refusion_->firstCamera();
+    const CorrectionEffect& effect = refusion_->effect();
+    const double took_s = toSeconds(std::chrono::steady_clock::now() - current_->came);
+    answer(*current_,
+           formatted("%zu frames moved, by up to %g m and %g rad; %zu fused again in %g s",
+                     effect.moved, effect.farthest_m, effect.farthest_rad, refusion_->fused(),
+                     std::round(100.0 * took_s) / 100.0),
+           effect.moved, refusion_->fused());
+    endCurrent(std::move(before));
+  }
+
+  /// Large maps take long to be freed: another thread does it.
+  void endCurrent(std::unique_ptr<Mapper> map = nullptr) {
+    current_.reset();
+    if (refusion_ == nullptr) return noteProgress();
+    freeing_ = std::async(
+        std::launch::async,
+        [maps = std::make_tuple(std::move(map), std::move(refusion_))]() mutable { maps = {}; });
+    noteProgress();
+  }
+
+  void giveUp(const std::string& reason) {
+    refuse(current_, reason);
+    refuse(waiting_, reason);
+    waiting_.reset();
+    endCurrent();
+    fused_.clear();
+    T_W_S_ = Eigen::Isometry3d::Identity();
+  }
+
+  /// Once it is known that the journal grows faster, its frames go first.
+  void noteFrame() {
+    if (!refusion_ || !catch_up_.newFrame()) return;
+    ROS_WARN_STREAM_NAMED(
+        "dtsdf_mapping",
+        "frames arrive faster than the correction of those before can fuse them as well: until it "
+        "is done, two frames of the journal are fused for each new one, and new ones may be "
+        "dropped");
+  }
+
+  void answer(const Request& request, const std::string& message, size_t moved = 0,
+              size_t fused = 0) {
+    CorrectionResult result;
+    result.success = true;
+    result.moved = moved;
+    result.fused = fused;
+    result.seconds = toSeconds(std::chrono::steady_clock::now() - request.came);
+    result.message = message;
+    request.answer(result);
+    if (moved == 0) return;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    last_ = message;
+  }
+
+  void refuse(const std::optional<Request>& request, const std::string& reason) {
+    if (!request) return;
+    CorrectionResult result;
+    result.message = reason;
+    request->answer(result);
+    if (reason != kReplaced) noteRefused(reason);
+  }
+
+  void noteRefused(const std::string& reason) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    last_ = "refused: " + reason;
+  }
+
+  void noteProgress() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    fused_again_ = refusion_ == nullptr ? 0 : refusion_->fused();
+    to_fuse_ = refusion_ == nullptr ? 0 : refusion_->total();
+    bytes_ = refusion_ == nullptr ? 0 : refusion_->bytes();
+  }
 
   const Host& host_;
   JournalWriter* const journal_;
+  const bool is_by_tf_, is_on_;
   std::optional<Request> waiting_, current_;
   std::future<std::unique_ptr<Refusion>> opening_;  ///< Of `current_`, and then
   std::unique_ptr<Refusion> refusion_;
   CatchUp catch_up_;
-  std::vector<std::future<void>> freeing_;  ///< Large maps take long to be freed.
+  std::future<void> freeing_;
 
   // Of the first camera.
   std::vector<StampedPose> fused_;  ///< Of the newest recording, with rising stamps.
@@ -133,7 +462,7 @@ class CorrectStep : public Step {
   size_t bytes_ = 0;                      ///< Of the map that is made.
   std::string last_;                      ///< What became of the last one; empty: there was none.
   std::string camera_frame_;              ///< Of the first camera's images.
-  std::optional<GivenPoses> path_;        ///< The newest one that came, until it is read.
+  std::optional<Request> path_;           ///< The newest one that came, until it is taken.
 
   ros::Subscriber path_input_;
   ros::ServiceServer server_;

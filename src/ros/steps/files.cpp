@@ -38,10 +38,8 @@ class FilesStep : public Step {
     addServer<SaveMesh>(
         handles.waiting, "save_mesh", meshExtensions(),
         [this](const auto& request, auto& response, const std::string& path) {
-          const Eigen::Isometry3d T_W_F = host_.frame.find(request.frame_id);
           SaveChoice choice;
-          choice.region = readBox(request.region);
-          if (choice.region) choice.region->T_W_B = T_W_F * choice.region->T_W_B;
+          choice.region = readBox(request.region, host_.frame.find(request.frame_id));
           choice.simplify_error_m = request.simplify_error_m;
           if (!(choice.simplify_error_m >= 0.0) || std::isinf(choice.simplify_error_m)) {
             throw std::runtime_error("simplify_error_m must be a number of metres, or 0");
@@ -74,21 +72,20 @@ class FilesStep : public Step {
     addServer<LoadMap>(handles.waiting, "load_map", {kMapExtension},
                        [this](const auto&, auto& response, const std::string& path) {
                          response.blocks = loadMap(path);
-                         response.message = describeLoaded(response.blocks, path);
+                         response.message =
+                             "loaded " + std::to_string(response.blocks) + " blocks from " + path;
                        });
   }
 
   void begin() override {
     if (host_.params.node.load_file.empty()) return;
     const std::string path = expandHome(host_.params.node.load_file, "map/load_file");
-    ROS_INFO_STREAM_NAMED("dtsdf_mapping", describeLoaded(loadMap(path), printable(path)));
+    const size_t blocks = loadMap(path);
+    ROS_INFO_STREAM_NAMED("dtsdf_mapping",
+                          "loaded " << blocks << " blocks from " << printable(path));
   }
 
  private:
-  static std::string describeLoaded(size_t blocks, const std::string& path) {
-    return "loaded " + std::to_string(blocks) + " blocks from " + path;
-  }
-
   /// A service with a file, whose calls are served in turn. `work` gets request, answer and path.
   template <class Service, class FileWork>
   void addServer(const ros::NodeHandle& nh, const std::string& name,

@@ -1,10 +1,18 @@
 /// The step that writes what happens to the map into the journal.
 #pragma once
 
+#include <ros/console.h>
+
 #include <memory>
 #include <optional>
+#include <utility>
 
+#include "io/map_chunks.h"
 #include "journal/writer.h"
+#include "ros/common/requests.h"
+#include "ros/common/status_fields.h"
+#include "ros/input/conversions.h"
+#include "ros/steps/map_frame.h"
 #include "ros/steps/step.h"
 
 namespace dtsdf {
@@ -13,18 +21,64 @@ namespace dtsdf {
 class JournalStep : public Step {
  public:
   /// @throws std::runtime_error as JournalWriter does.
-  explicit JournalStep(const Host& host);
+  explicit JournalStep(const Host& host)
+      : host_(host),
+        params_(host.params.mapper),
+        writer_({expandHome(host.params.node.journal.folder, "journal/folder"),
+                 static_cast<uint64_t>(host.params.node.journal.max_gb * 1e9)}) {
+    begin(nullptr);
+  }
 
-  void fused(const PosedFrame& frame, const IntegrationResult& result) override;
+  void fused(const PosedFrame& frame, const IntegrationResult& result) override {
+    // A frame that the mapper refused for itself leaves the map as it was, at any pose.
+    if (result.status != FrameStatus::kFused && result.status != FrameStatus::kNoMeasurement) {
+      return;
+    }
+    const std::optional<Eigen::Isometry3d> level = host_.frame.level();
+    if (level && (!level_ || level_->matrix() != level->matrix())) {
+      writer_.add(journal::Level{*level});
+      level_ = level;
+    }
+    const std::shared_ptr<const void> pixels(frame.pixels.get(), [keep = frame.pixels](auto*) {});
+    writer_.add(journal::Image{frame.stamp.toSec(), static_cast<uint32_t>(frame.camera),
+                               frame.given_T_W_C, frame.image, pixels});
+    const JournalReport report = writer_.report();
+    if (report.problem.empty()) return;
+    ROS_WARN_STREAM_THROTTLE_NAMED(
+        60.0, "dtsdf_mapping",
+        "journal: " << report.problem << " (" << report.lost << " images and calls so far)");
+  }
+
   void regionCleared(const Region& region) override { writer_.add(region); }
-  void replaced(const Replacement& replacement) override;
-  void fill(dtsdf_mapping::MapStatus& status) override;
+
+  void replaced(const Replacement& replacement) override {
+    if (replacement.kind == Replacement::Kind::kCorrected) return;  // who corrects it writes it
+    if (replacement.head) params_ = withSettingsOf(*replacement.head, params_);
+    begin(replacement.file);
+  }
+
+  void fill(MapStatus& status) override {
+    const JournalReport journal = writer_.report();
+    status.journal_bytes = journal.bytes;
+    status.journal_waiting_bytes = journal.waiting_bytes;
+    status.journal_lost = journal.lost;
+    status.journal_first_stamp = toTime(journal.first_stamp_s.value_or(0.0));
+    if (journal.problem.empty()) return;
+    report(status, MapStatus::WARN, MapStatus::JOURNAL_INCOMPLETE, "journal: " + journal.problem);
+  }
 
   /// For corrections, which are written to it and made of it.
   JournalWriter& writer() { return writer_; }
 
  private:
-  void begin(std::shared_ptr<const MapChunks> map);
+  void begin(std::shared_ptr<const MapChunks> map) {
+    ParamTree settings = toTree(params_);
+    for (const char* key : {"backend", "threads"}) settings.erase(key);  // do not change its map
+    const NodeParams& node = host_.params.node;
+    writer_.begin({std::move(settings), node.poses, node.map_frame, frameOfMap(node)},
+                  std::move(map));
+    level_.reset();
+  }
 
   const Host& host_;
   MapperParams params_;                     ///< Of the map as it is.

@@ -1,18 +1,23 @@
 /// The step that makes the map's frame: its level, and the centre of what is kept of the map.
 #pragma once
 
+#include <ros/console.h>
 #include <ros/node_handle.h>
 #include <sensor_msgs/Imu.h>
 #include <tf2_ros/static_transform_broadcaster.h>
 
-#include <Eigen/Geometry>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 
 #include "level/floor.h"
 #include "level/level_pose.h"
 #include "level/still_gravity.h"
+#include "params/text.h"
+#include "ros/common/callback_guard.h"
+#include "ros/input/conversions.h"
 #include "ros/steps/map_frame.h"
 #include "ros/steps/step.h"
 
@@ -23,15 +28,64 @@ namespace dtsdf {
 /// which brings its own. It is published on /tf_static.
 class LevelStep : public Step {
  public:
-  LevelStep(const MappingParams& params, const Transforms& transforms, MapFrame& frame);
+  LevelStep(const MappingParams& params, const Transforms& transforms, MapFrame& frame)
+      : params_(params), transforms_(transforms), frame_(frame) {
+    if (!frame_.isLevelled() && params.mapper.space.enabled) doubt_.emplace();
+    frame_.setLevelProblem(isByImu() ? "no message of the inertial sensor received; remap the "
+                                       "topic imu, or set map/level to floor or none"
+                                     : "looking for the floor in " +
+                                           std::to_string(FloorSearch::kViews) + " images");
+  }
 
   /// Subscribes the sensor, where map/level asks for it, until up is known.
-  void advertise(const Handles& handles) override;
-  std::optional<Rejection> place(PosedFrame& frame) override;
-  void replaced(const Replacement& replacement) override;
+  void advertise(const Handles& handles) override {
+    if (!isByImu()) return;
+    constexpr uint32_t kImuQueue = 1000;  // a second of a fast sensor
+    const boost::function<void(const sensor_msgs::Imu::ConstPtr&)> callback =
+        [this](const sensor_msgs::Imu::ConstPtr& imu) {
+          guarded("the inertial sensor", [&] { add(*imu); });
+          if (isKnown()) imu_.shutdown();
+        };
+    ros::NodeHandle nh = handles.input;
+    imu_ = nh.subscribe<sensor_msgs::Imu>(handles.ns + "/imu", kImuQueue, callback);
+  }
+
+  std::optional<Rejection> place(PosedFrame& frame) override {
+    if (auto rejection = raise(frame)) return rejection;
+    frame.given_T_W_C = frame.T_W_C();
+    auto* const depth = std::get_if<DepthFrame>(&frame.image);
+    if (depth != nullptr) depth->keep_center_W = frame_.keepCenterAt(frame.stamp);
+    return std::nullopt;
+  }
+
+  void replaced(const Replacement& replacement) override {
+    if (replacement.kind != Replacement::Kind::kLoaded || !frame_.isLevelled()) return;
+    if (replacement.head->T_W_M) set(*replacement.head->T_W_M);
+  }
 
   /// Input's thread: a message of the inertial sensor.
-  void add(const sensor_msgs::Imu& imu);
+  void add(const sensor_msgs::Imu& imu) {
+    if (isKnown()) return;
+    const std::optional<InertialSample> sample = sampleOf(imu);
+    if (!sample || imu.header.frame_id.size() > kLongestName) {
+      return frame_.setLevelProblem("messages on imu have no stamp, no frame or no acceleration");
+    }
+    if (const auto up_I = gravity_.add(*sample); up_I && !measured_) {
+      measured_ = MeasuredUp{*up_I, stripLeadingSlash(imu.header.frame_id), imu.header.stamp};
+    }
+    if (!measured_) {
+      return frame_.setLevelProblem(
+          "the inertial sensor has not been still, at 9.8 m/s^2, for a second; hold it still");
+    }
+    const PoseAnswer answer =
+        transforms_.find(frameOfPoses(params_.node), measured_->frame, measured_->stamp);
+    if (answer.T_W_C) return set(levelPose(answer.T_W_C->linear() * measured_->up_I));
+    frame_.setLevelProblem("inertial sensor: " + answer.text);
+    // Also where stamps have gone back; the next still second may have a transform.
+    constexpr double kMaxWait_s = 10.0;
+    const double waited_s = std::abs(imu.header.stamp.toSec() - measured_->stamp.toSec());
+    if (!answer.may_come || waited_s > kMaxWait_s) measured_.reset();
+  }
 
  private:
   /// Up in the frame of the sensor, which waits for its transform.
@@ -41,11 +95,45 @@ class LevelStep : public Step {
     ros::Time stamp;
   };
 
-  std::optional<Rejection> raise(PosedFrame& frame);
+  bool isByImu() const { return params_.node.level.from == LevelChoice::kImu; }
   bool isKnown() const { return !frame_.isLevelled() || frame_.level().has_value(); }
-  void lookForFloor(const DepthFrame& frame);
-  void lookUpTransform();
-  void set(const Eigen::Isometry3d& T_W_M);
+
+  /// Brings it into the level frame.
+  std::optional<Rejection> raise(PosedFrame& frame) {
+    const auto* const depth = std::get_if<DepthFrame>(&frame.image);
+    if (!frame_.isLevelled()) {
+      if (doubt_ && depth != nullptr && doubt_->add(*depth) && !doubt_->text().empty()) {
+        ROS_WARN_STREAM_NAMED("dtsdf_mapping", doubt_->text());
+      }
+      return std::nullopt;
+    }
+    // What the floor is found by is dropped: what follows is fused in the frame that is known then.
+    const bool looks = !isKnown() && depth != nullptr;
+    if (looks && !isByImu()) lookForFloor(*depth);
+    const std::optional<Eigen::Isometry3d> T_W_M = frame_.level();
+    if (looks || !T_W_M) {
+      return Rejection{DropReason::kNotLevel, "the map is not level yet: " + frame_.levelProblem()};
+    }
+    frame.move(*T_W_M);
+    return std::nullopt;
+  }
+
+  void lookForFloor(const DepthFrame& frame) {
+    if (!floor_.add(frame)) return;
+    if (floor_.floor()) return set(levelPose(floor_.floor()->normal, floor_.floor()->offset_m));
+    frame_.setLevelProblem(floor_.problem() +
+                           "; hold the camera upright, within 45 degrees, and let it see the "
+                           "floor, or set map/level to imu or none");
+  }
+
+  void set(const Eigen::Isometry3d& T_W_M) {
+    frame_.setLevel(T_W_M);
+    ROS_INFO_STREAM_NAMED("dtsdf_mapping", "levelled: " << describeLevel(T_W_M));
+    if (!ros::isInitialized()) return;  // as in tests without ROS
+    if (!broadcaster_) broadcaster_.emplace();
+    broadcaster_->sendTransform(makeTransform(params_.node.map_frame, frameOfMap(params_.node),
+                                              T_W_M.inverse(), ros::Time::now()));
+  }
 
   const MappingParams& params_;
   const Transforms& transforms_;
@@ -55,7 +143,7 @@ class LevelStep : public Step {
   StillGravity gravity_;                ///< Input's thread only.
   std::optional<MeasuredUp> measured_;  ///< The same.
   ros::Subscriber imu_;
-  std::unique_ptr<tf2_ros::StaticTransformBroadcaster> broadcaster_;
+  std::optional<tf2_ros::StaticTransformBroadcaster> broadcaster_;
 };
 
 }  // namespace dtsdf

@@ -1,18 +1,26 @@
 /// The map at work: fuses the frames that come, extracts the mesh and hands over what changed.
 #pragma once
 
-#include <dtsdf_mapping/MapStatus.h>
+#include <ros/console.h>
 #include <ros/time.h>
 
+#include <algorithm>
 #include <chrono>
+#include <exception>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "dtsdf_mapping/mapper.h"
+#include "dtsdf_mapping/partly_cleared.h"
+#include "io/map_chunks.h"
+#include "params/printable.h"
 #include "ros/common/pace.h"
+#include "ros/common/status_fields.h"
 #include "ros/input/frame_queue.h"
 #include "ros/steps/map_frame.h"
 #include "ros/steps/mesh_queue.h"
@@ -23,6 +31,73 @@ namespace dtsdf {
 /// What planners are answered is to be no older than a second while frames come: half of it is left
 /// to the mesh and to distances.
 constexpr double kLeastSpaceRate_hz = 2.0;
+
+inline void fillMemory(const MapStats& stats, const MapperMemory& memory, MapStatus& status) {
+  const char* const place = memory.on_gpu ? kGpu : kHost;
+  addMemory(status, "map", place, stats.map_bytes - stats.colour_bytes, stats.max_map_bytes);
+  addMemory(status, "colour", place, stats.colour_bytes, stats.max_map_bytes);
+  addMemory(status, "spare", place, memory.spare);
+  addMemory(status, "indices", place, memory.indices);
+  addMemory(status, "scratch", place, memory.scratch);
+  if (memory.on_gpu) {
+    addMemory(status, "meshes", place, memory.meshes);
+    addMemory(status, "staging", kHost, memory.staging);
+  }
+  if (memory.space > 0) addMemory(status, "space", kHost, memory.space);
+  const PageStats& pages = stats.pages;
+  if (pages.written + pages.space_bytes == 0) return;
+  addMemory(status, "page_index", kHost, pages.index_bytes);
+  addMemory(status, "pages", "disk", pages.bytes + pages.space_bytes);
+}
+
+inline void fillStats(const MapStats& stats, MapStatus& status) {
+  status.blocks = stats.blocks;
+  status.voxel_arrays = stats.voxel_arrays;
+  status.map_bytes = stats.map_bytes;
+  status.map_bytes_peak = stats.map_bytes_peak;
+  status.max_map_bytes = stats.max_map_bytes;
+  status.refused_blocks = stats.refused_blocks;
+  status.refused_cubes = stats.refused_cubes;
+  status.dropped_blocks = stats.dropped_blocks;
+  const PageStats& pages = stats.pages;
+  status.paged_blocks = pages.blocks;
+  status.paged_bytes = pages.bytes;
+  status.pages_written = pages.written;
+  status.pages_read = pages.read;
+  status.pages_lost = pages.lost;
+  status.page_failures = pages.failures;
+  status.page_waits = pages.waits;
+  status.page_wait_s = static_cast<float>(pages.wait_ms / 1000.0);
+}
+
+/// What the budget had no room for. Once something was refused this holds until the map is cleared,
+/// so its codes come after those of what is wrong now.
+inline void judgeBudget(const MapStats& stats, MapStatus& status) {
+  const auto warn = [&](uint8_t code, uint64_t count, const std::string& what) {
+    if (count > 0) report(status, MapStatus::WARN, code, what);
+  };
+  const std::string blocks = std::to_string(stats.refused_blocks) + " blocks were refused";
+  const std::string cubes =
+      std::to_string(stats.refused_cubes) + " times a cube of cells stayed unknown";
+  const std::string of_disk = " because of the disk of map/page_folder: " + stats.pages.problem;
+  const bool is_disk = stats.pages.failures > 0;
+  warn(MapStatus::PAGES_LOST, stats.pages.lost,
+       std::to_string(stats.pages.lost) +
+           " blocks or sectors of cells could not be read back and are lost: " +
+           stats.pages.problem);
+  if (is_disk) {
+    warn(MapStatus::DISK_FULL, stats.refused_cubes, cubes + of_disk);
+    warn(MapStatus::DISK_FULL, stats.refused_blocks, blocks + of_disk);
+    return;
+  }
+  warn(MapStatus::MAP_FULL, stats.refused_blocks,
+       "the map is full: " + blocks +
+           "; the map stays usable; raise map/max_memory_mb or set map/keep_radius_m or "
+           "map/page_folder");
+  warn(MapStatus::SPACE_FULL, stats.refused_cubes,
+       "the memory for free space (an eighth of map/max_memory_mb) is full: " + cubes +
+           "; surfaces are still mapped; raise map/max_memory_mb or space/cell_voxels");
+}
 
 /// Map's thread only, but for fill() and throwIfFailed(). It waits for nobody: neither for
 /// transforms nor for whoever shows or saves the mesh.
@@ -35,16 +110,41 @@ class LiveMap {
   /// What is given by reference outlives it.
   LiveMap(std::unique_ptr<Mapper> mapper, const MappingParams& params, FrameQueue& frames,
           const MapFrame& frame, MeshQueue& mesh_changes, const Steps& steps,
-          SteadyClock clock = std::chrono::steady_clock::now);
+          SteadyClock clock = std::chrono::steady_clock::now)
+      : mapper_(std::move(mapper)),
+        params_(params),
+        frames_(frames),
+        frame_(frame),
+        mesh_changes_(mesh_changes),
+        steps_(steps),
+        clock_(std::move(clock)) {
+    report_.backend = mapper_->backendName();
+    report_.voxel_size_m = params.mapper.map.voxel_size_m;
+    updateReport();  // the budget is known before the first frame
+  }
 
   /// Does what is due. Returns how long there will be nothing to do. After a failure of the backend
   /// frames are dropped until clear() has made a new start.
-  std::chrono::milliseconds step() noexcept;
+  std::chrono::milliseconds step() noexcept {
+    try {
+      if (!act()) return idleTime();
+    } catch (const std::exception& error) {
+      fail(errorText(error));
+    } catch (...) {
+      fail("unknown error");
+    }
+    return std::chrono::milliseconds(0);
+  }
 
   Mapper& mapper() { return *mapper_; }
 
   /// What the map's file says beside what the mapper knows.
-  MapOrigin origin(const std::string& map_frame = std::string()) const;
+  MapOrigin origin(const std::string& map_frame = std::string()) const {
+    const PoseParams& poses = params_.node.poses;
+    return {map_frame, frame_.level(), map_stamp_.isZero() ? loaded_stamp_s_ : map_stamp_.toSec(),
+            poses.mode == PoseMode::kTf ? PoseParams() : poses};
+  }
+
   /// Of the newest frame whose surfaces are in the extraction finished last.
   const ros::Time& meshStamp() const { return surfaces_stamp_; }
   /// As it was counted last.
@@ -53,13 +153,44 @@ class LiveMap {
   /// Hands over what the mesh lacks, or a part of it, also after a failure that has left the map
   /// usable. Where it has not, the mesh stays what was handed over last.
   /// @return in what it is not that of the map then; empty: in nothing.
-  std::string flushMesh();
+  std::string flushMesh() {
+    try {
+      // A backend that failed may still have its map, as a GPU does that has run out of memory.
+      if (mesh_under_way_) finishMesh();
+      if (mesh_whole_ && fused_since_mesh_) {
+        beginMesh();
+        finishMesh();
+      }
+    } catch (const std::exception& error) {
+      fail(errorText(error));
+    }
+    // Where changes were lost, later ones would not fit what was handed over.
+    return mesh_whole_
+               ? ""
+               : "; the backend has failed, so this is the last extracted mesh: " + failure_;
+  }
+
   /// Whether the last extraction has left something to the next one.
   bool isMeshPart() const { return mesh_is_part_; }
 
   /// Empties a part of the map.
   /// @throws std::runtime_error if the region has a problem, or the backend has failed, or fails.
-  ClearedRegion clearRegion(const Region& region);
+  ClearedRegion clearRegion(const Region& region) {
+    throwIfFailed();
+    const std::string problem = findProblem(region);
+    if (!problem.empty()) throw std::runtime_error(problem);  // the caller's, not the backend's
+    try {
+      const ClearedRegion cleared = mapper_->clearRegion(region);
+      regionCleared(region);
+      return cleared;
+    } catch (const PartlyCleared&) {  // the disk failed, not the backend
+      regionCleared(region);
+      throw;
+    } catch (const std::exception& error) {
+      fail(errorText(error));
+      throw;
+    }
+  }
 
   /// Whether a second map of so many bytes fits beside it into the budget.
   bool hasRoomFor(size_t bytes) const {
@@ -67,47 +198,257 @@ class LiveMap {
     const MapStats stats = mapper_->stats();
     return stats.pages.blocks == 0 && stats.map_bytes + bytes <= stats.max_map_bytes;
   }
+
   /// Whether nothing is mapped; no map that has failed counts as empty.
-  bool isEmpty() const;
+  bool isEmpty() const {
+    if (hasFailed()) return false;  // and asking could fail
+    const MapStats stats = mapper_->stats();
+    return stats.blocks + stats.pages.blocks == 0;
+  }
 
   /// Goes on with a map that was loaded, in a mapper of its own, and starts over after a failure;
   /// the whole mesh is handed over again. @return the mapper so far.
   std::unique_ptr<Mapper> replace(std::unique_ptr<Mapper> mapper, float voxel_size_m,
-                                  const std::string& path, const Replacement& loaded);
+                                  const std::string& path, const Replacement& loaded) {
+    mapper_.swap(mapper);
+    loaded_stamp_s_ = loaded.head->stamp_s;
+    fused_since_mesh_ = true;
+    mesh_changes_.clear(voxel_size_m);
+    startOver(loaded);
+    const std::lock_guard<std::mutex> lock(report_mutex_);
+    report_.loaded_map = printableMessage(path);
+    report_.voxel_size_m = voxel_size_m;
+    return mapper;
+  }
 
   /// The map of corrected poses, with all frames that this one has, and its whole mesh. @return the
   /// mapper so far.
   std::unique_ptr<Mapper> replaceCorrected(std::unique_ptr<Mapper> mapper,
-                                           const std::map<PackedKey, SharedBlockMesh>& mesh);
+                                           const std::map<PackedKey, SharedBlockMesh>& mesh) {
+    if (mesh_under_way_) finishMesh();
+    mapper_.swap(mapper);
+    fused_since_mesh_ = mesh_is_part_ = false;
+    mesh_whole_ = true;
+    mesh_stamp_ = surfaces_stamp_ = map_stamp_;
+    mesh_changes_.replaceAll(mesh, mesh_stamp_);
+    for (const auto& step : steps_) step->replaced({Replacement::Kind::kCorrected});
+    updateReport();
+    return mapper;
+  }
 
   /// Empties map and mesh, and starts over after a failure.
   /// @throws std::runtime_error if the backend cannot even do that.
-  void clear();
+  void clear() {
+    mapper_->clear();
+    loaded_stamp_s_ = 0.0;
+    fused_since_mesh_ = false;
+    mesh_changes_.clear();
+    startOver({Replacement::Kind::kCleared});
+  }
 
   /// Any thread: its part of the status, in place of what is in it.
-  void fill(dtsdf_mapping::MapStatus& status) const;
+  void fill(MapStatus& status) const {
+    const std::lock_guard<std::mutex> lock(report_mutex_);
+    status = report_;
+    if (!hasFailed()) return;
+    report(status, MapStatus::ERROR, MapStatus::BACKEND_FAILED, "the backend failed: " + failure_);
+  }
 
   /// Any thread. @throws std::runtime_error after a failure of the backend; its text says so.
-  void throwIfFailed() const;
+  void throwIfFailed() const {
+    const std::lock_guard<std::mutex> lock(report_mutex_);
+    if (!hasFailed()) return;
+    throw std::runtime_error("the map's backend has failed (" + failure_ +
+                             "); call clear_map to start over");
+  }
 
  private:
-  bool act();
-  bool updateMesh(bool frame_ready);
-  std::optional<SteadyTime> nextMesh();
-  std::chrono::milliseconds idleTime();
-  void fuseNext();
-  void takeFrame(PosedFrame& frame);
-  std::optional<Rejection> place(PosedFrame& frame) const;
-  IntegrationResult integrate(const PosedFrame& frame);
-  void beginMesh();
-  void finishMesh();
-  void startOver(const Replacement& replacement);
-  void regionCleared(const Region& region);
-  std::string outdatedMesh() const;
-  void forgetFailure();
-  void updateReport();
+  /// Does what is due first. @return false if nothing is.
+  bool act() {
+    const bool frame_ready = frames_.hasTurn();
+    if (hasFailed()) {
+      if (frame_ready) fuseNext();
+      return frame_ready;
+    }
+    if (updateMesh(frame_ready)) return true;
+    if (report_outdated_ && (!frame_ready || report_pace_.isDue(clock_()))) {
+      updateReport();
+      return true;
+    }
+    for (const auto& step : steps_) {
+      const Step::Work work = step->hasWork();
+      if (work == Step::Work::kNone) continue;
+      if (frame_ready && work == Step::Work::kWhenIdle) continue;
+      step->work();
+      return true;
+    }
+    if (frame_ready) fuseNext();
+    return frame_ready;
+  }
+
+  /// Finishes an extraction, or begins one. @return false if neither is due.
+  bool updateMesh(bool frame_ready) {
+    if (mesh_under_way_ && (fused_since_mesh_ || mapper_->isMeshMade() || !frame_ready)) {
+      finishMesh();
+      return true;
+    }
+    const auto next = nextMesh();
+    if (!next || *next > clock_()) return false;
+    beginMesh();
+    return true;
+  }
+
+  /// None, if nobody wants it or nothing has changed.
+  std::optional<SteadyTime> nextMesh() {
+    if (!fused_since_mesh_ || mesh_under_way_) return std::nullopt;
+    std::optional<double> rate_hz;
+    for (const auto& step : steps_) rate_hz = std::max(rate_hz, step->meshRate_hz());
+    if (!rate_hz) return std::nullopt;
+    mesh_pace_.setRate(*rate_hz, clock_());
+    return mesh_pace_.next();
+  }
+
+  std::chrono::milliseconds idleTime() {
+    constexpr SteadyDuration kIdle = std::chrono::milliseconds(50);  // no newcomer wakes it
+    SteadyDuration idle = std::min(kIdle, frames_.idleTime());
+    if (const auto next = hasFailed() ? std::nullopt : nextMesh()) {
+      idle = std::min(idle, std::max(SteadyDuration::zero(), *next - clock_()));
+    }
+    return toMilliseconds(idle);
+  }
+
+  void fuseNext() {
+    std::optional<PosedFrame> frame = frames_.take();
+    if (!frame) return;  // was dropped meanwhile
+    if (hasFailed()) {
+      return frame->accounting->dropped({DropReason::kBackendError, failure_}, frame->stamp);
+    }
+    try {
+      takeFrame(*frame);
+    } catch (const std::exception& error) {
+      frame->accounting->dropped({DropReason::kBackendError, errorText(error)}, frame->stamp);
+      throw;
+    }
+  }
+
+  void takeFrame(PosedFrame& frame) {
+    if (const auto rejection = place(frame)) {
+      return frame.accounting->dropped(*rejection, frame.stamp);
+    }
+    const IntegrationResult result = integrate(frame);
+    if (result.status == FrameStatus::kFused) {
+      // Colour may come late; depth that goes back has begun again.
+      const bool is_depth = std::holds_alternative<DepthFrame>(frame.image);
+      map_stamp_ = is_depth ? frame.stamp : std::max(map_stamp_, frame.stamp);
+      frame.accounting->fused(frame.stamp);
+      fused_since_mesh_ = report_outdated_ = true;
+    } else {
+      frame.accounting->dropped({dropReasonOf(result.status), result.message}, frame.stamp);
+    }
+    for (const auto& step : steps_) step->fused(frame, result);
+    if (result.refused_blocks == 0) return;
+    ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
+                                   "the map is full: " << result.refused_blocks
+                                                       << " blocks of the last frame were refused; "
+                                                          "raise map/max_memory_mb, or clear_map");
+  }
+
+  std::optional<Rejection> place(PosedFrame& frame) const {
+    for (const auto& step : steps_) {
+      if (auto rejection = step->expect(frame)) return rejection;
+    }
+    for (const auto& step : steps_) {
+      if (auto rejection = step->place(frame)) return rejection;
+    }
+    return std::nullopt;
+  }
+
+  IntegrationResult integrate(const PosedFrame& frame) {
+    const auto* depth = std::get_if<DepthFrame>(&frame.image);
+    IntegrationResult result = depth != nullptr
+                                   ? mapper_->integrate(*depth)
+                                   : mapper_->paint(std::get<ColourFrame>(frame.image));
+    const std::lock_guard<std::mutex> lock(report_mutex_);
+    if (result.status == FrameStatus::kFused) {
+      (depth != nullptr ? report_.integrate_ms : report_.paint_ms) =
+          static_cast<float>(result.duration_ms);
+    }
+    return result;
+  }
+
+  void beginMesh() {
+    mesh_whole_ = false;  // should the next line fail
+    mapper_->beginMeshUpdate();
+    mesh_stamp_ = map_stamp_;
+    mesh_pace_.begin(clock_());
+    mesh_under_way_ = true;
+    fused_since_mesh_ = false;
+  }
+
+  void finishMesh() {
+    mesh_under_way_ = false;
+    MeshUpdate update = mapper_->finishMeshUpdate();
+    // Where the mesh takes long, frames get at least as much of the thread's time as it does.
+    mesh_pace_.restUntil(clock_() + toSteadyDuration(update.duration_ms / 1000.0));
+    report_outdated_ = true;
+    mesh_is_part_ = update.is_part;
+    fused_since_mesh_ = fused_since_mesh_ || mesh_is_part_;
+    {
+      const std::lock_guard<std::mutex> lock(report_mutex_);
+      report_.mesh_ms = static_cast<float>(update.duration_ms);
+    }
+    mesh_changes_.add(std::move(update), mesh_stamp_);
+    mesh_whole_ = true;
+    surfaces_stamp_ = mesh_stamp_;
+    for (const auto& step : steps_) step->meshed();
+  }
+
+  /// With another map, of which nothing was handed over.
+  void startOver(const Replacement& replacement) {
+    mesh_under_way_ = mesh_is_part_ = false;
+    mesh_whole_ = report_outdated_ = true;
+    map_stamp_ = mesh_stamp_ = surfaces_stamp_ = ros::Time();
+    for (const auto& step : steps_) step->replaced(replacement);
+    {
+      const std::lock_guard<std::mutex> lock(report_mutex_);
+      report_.loaded_map.clear();
+      if (hasFailed()) {
+        ROS_INFO_NAMED("dtsdf_mapping",
+                       "the map was restarted after a failure; frames are fused again");
+      }
+      failure_.clear();
+    }
+    updateReport();
+  }
+
+  void regionCleared(const Region& region) {
+    for (const auto& step : steps_) step->regionCleared(region);
+    fused_since_mesh_ = report_outdated_ = true;
+  }
+
+  void updateReport() {
+    report_outdated_ = false;
+    report_pace_.begin(clock_());
+    const MapStats stats = mapper_->stats();
+    const MapperMemory memory = mapper_->memory();
+    const std::lock_guard<std::mutex> lock(report_mutex_);
+    report_.level = MapStatus::OK;
+    report_.code = MapStatus::MAPPING;
+    report_.message = "mapping";
+    report_.memory.clear();
+    fillStats(stats, report_);
+    fillMemory(stats, memory, report_);
+    judgeBudget(stats, report_);
+  }
+
   bool hasFailed() const { return !failure_.empty(); }
-  void fail(const std::string& text);
+  void fail(const std::string& text) {
+    ROS_FATAL_STREAM_NAMED("dtsdf_mapping",
+                           "the map's backend failed; call clear_map to start over: " << text);
+    for (const auto& step : steps_) step->failed();
+    const std::lock_guard<std::mutex> lock(report_mutex_);
+    failure_ = text;
+  }
 
   std::unique_ptr<Mapper> mapper_;
   const MappingParams& params_;
@@ -117,7 +458,8 @@ class LiveMap {
   const Steps& steps_;
   const SteadyClock clock_;
 
-  Pace mesh_pace_{kLeastSpaceRate_hz}, report_pace_;
+  Pace mesh_pace_{kLeastSpaceRate_hz};
+  Pace report_pace_{10.0};  ///< While frames come one after the other.
   bool mesh_under_way_ = false;
   bool fused_since_mesh_ = false;  ///< Since the last extraction was begun.
   bool report_outdated_ = false;
@@ -130,8 +472,8 @@ class LiveMap {
 
   mutable std::mutex report_mutex_;
   // Only this thread writes.
-  std::string failure_;              ///< Of the backend; empty while it works.
-  dtsdf_mapping::MapStatus report_;  ///< What it says of the map.
+  std::string failure_;  ///< Of the backend; empty while it works.
+  MapStatus report_;     ///< What it says of the map.
 };
 
 }  // namespace dtsdf

@@ -2,14 +2,19 @@
 /// where other frames are in it.
 #pragma once
 
+#include <ros/console.h>
 #include <ros/time.h>
 
 #include <Eigen/Geometry>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <thread>
 
 #include "params/node_params.h"
+#include "params/text.h"
+#include "ros/common/pace.h"
 #include "ros/input/transforms.h"
 
 namespace dtsdf {
@@ -25,26 +30,73 @@ class MapFrame {
   bool isLevelled() const { return dtsdf::isLevelled(params_.node); }
 
   /// T_W_M; none where the map is in map_frame, or up is not known yet.
-  std::optional<Eigen::Isometry3d> level() const;
-  void setLevel(const Eigen::Isometry3d& T_W_M);
+  std::optional<Eigen::Isometry3d> level() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return T_W_M_;
+  }
+  void setLevel(const Eigen::Isometry3d& T_W_M) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    T_W_M_ = T_W_M;
+    level_problem_.clear();
+  }
+
   /// Why up is not known, and what to do.
-  std::string levelProblem() const;
-  void setLevelProblem(const std::string& text);
+  std::string levelProblem() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return level_problem_;
+  }
+  void setLevelProblem(const std::string& text) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    level_problem_ = text;
+  }
 
   /// What is in M, in W. @throws std::runtime_error while up is not known.
-  Eigen::Isometry3d inMap(const Eigen::Isometry3d& T_M_F) const;
+  Eigen::Isometry3d inMap(const Eigen::Isometry3d& T_M_F) const {
+    if (!isLevelled()) return T_M_F;
+    if (const auto T_W_M = level()) return *T_W_M * T_M_F;
+    throw std::runtime_error("the map is not level yet: " + levelProblem());
+  }
 
   /// Of a frame, at a time; 0: by the newest transform. An empty name is the frame of the map. A
   /// transform of just now may be on its way; as long as that of an image is waited for.
   /// @throws std::runtime_error where there is none.
-  Eigen::Isometry3d find(const std::string& frame_id, const ros::Time& stamp = ros::Time(0)) const;
+  Eigen::Isometry3d find(const std::string& frame_id, const ros::Time& stamp = ros::Time(0)) const {
+    const std::string frame = stripLeadingSlash(frame_id);
+    if (frame.empty()) return Eigen::Isometry3d::Identity();
+    if (const auto fixed = poseOfFixed(frame)) return *fixed;
+    const SteadyTime end =
+        std::chrono::steady_clock::now() + toSteadyDuration(params_.node.input.tf_timeout_s);
+    for (;;) {
+      const PoseAnswer answer = transforms_.find(params_.node.map_frame, frame, stamp);
+      if (answer.T_W_C) return inMap(*answer.T_W_C);
+      const bool waits = answer.may_come && !stamp.isZero();
+      if (!waits || std::chrono::steady_clock::now() >= end) throw std::runtime_error(answer.text);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
 
   /// Where map/keep_frame is at the stamp, or else now; none where it is not known, or not set.
-  std::optional<Eigen::Vector3d> keepCenterAt(const ros::Time& stamp) const;
+  std::optional<Eigen::Vector3d> keepCenterAt(const ros::Time& stamp) const {
+    const std::string& frame = params_.node.keep_frame;
+    if (frame.empty() || params_.mapper.map.keep_radius_m == 0.0f) return std::nullopt;
+    if (const auto fixed = poseOfFixed(frame)) return fixed->translation();
+    PoseAnswer answer = transforms_.find(params_.node.map_frame, frame, stamp);
+    if (!answer.T_W_C) answer = transforms_.find(params_.node.map_frame, frame, ros::Time(0));
+    if (answer.T_W_C) return inMap(*answer.T_W_C).translation();
+    ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
+                                   "map/keep_radius_m is centred on the camera, because "
+                                   "map/keep_frame is not known: "
+                                       << answer.text);
+    return std::nullopt;
+  }
 
  private:
   /// Of the frames that need no transform.
-  std::optional<Eigen::Isometry3d> poseOfFixed(const std::string& frame) const;
+  std::optional<Eigen::Isometry3d> poseOfFixed(const std::string& frame) const {
+    if (frame == frameOfMap(params_.node)) return Eigen::Isometry3d::Identity();
+    if (frame == params_.node.map_frame) return inMap(Eigen::Isometry3d::Identity());
+    return std::nullopt;
+  }
 
   const MappingParams& params_;
   const Transforms& transforms_;

@@ -14,6 +14,7 @@
 #include "meshing/packed_chunk.h"
 #include "ros/common/chunk_message.h"
 #include "ros/common/topic.h"
+#include "ros/input/conversions.h"
 #include "ros/steps/make_steps.h"
 
 namespace dtsdf {
@@ -40,14 +41,6 @@ std_msgs::ColorRGBA toColour(const std::array<uint8_t, 3>& rgb) {
   colour.b = static_cast<float>(rgb[2]) / 255.0f;
   colour.a = 1.0f;
   return colour;
-}
-
-geometry_msgs::Point toPoint(const std::array<double, 3>& p_W) {
-  geometry_msgs::Point point;
-  point.x = p_W[0];
-  point.y = p_W[1];
-  point.z = p_W[2];
-  return point;
 }
 
 /// What all messages of a mesh have in common.
@@ -85,7 +78,8 @@ void add(const Format& format, const PackedChunk& chunk, int id, MarkerArray& me
   std::vector<geometry_msgs::Point> points;
   std::vector<std_msgs::ColorRGBA> colours;
   for (size_t i = 0; i < chunk.vertexCount(); ++i) {
-    points.push_back(toPoint(positionOf(chunk, format.step_m, i)));
+    const std::array<double, 3> p_W = positionOf(chunk, format.step_m, i);
+    points.push_back(toVector<geometry_msgs::Point>({p_W[0], p_W[1], p_W[2]}));
     colours.push_back(toColour(vertexColour(format.colour, mesh, i)));
   }
   marker.type = Marker::TRIANGLE_LIST;

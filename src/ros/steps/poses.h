@@ -1,51 +1,184 @@
-/// The step of poses/mode: where depth images lie in the map, moved from TF's pose, or found by it.
+/// The step of poses/mode: where depth images lie in the map, moved from TF's pose, or found by it;
+/// published as odometry, as a path and in TF.
 #pragma once
 
 #include <dtsdf_mapping/PoseStatus.h>
-#include <ros/node_handle.h>
-#include <ros/time.h>
+#include <dtsdf_mapping/SaveTrajectory.h>
+#include <dtsdf_mapping/SetPose.h>
+#include <nav_msgs/Odometry.h>
+#include <nav_msgs/Path.h>
+#include <ros/console.h>
+#include <tf2_ros/transform_broadcaster.h>
 
 #include <Eigen/Geometry>
-#include <cstddef>
+#include <algorithm>
+#include <cmath>
 #include <deque>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <string>
-#include <vector>
+#include <stdexcept>
+#include <utility>
+#include <variant>
 
-#include "dtsdf_mapping/mapper.h"
 #include "dtsdf_mapping/pose_refiner.h"
 #include "dtsdf_mapping/pose_tracker.h"
 #include "io/trajectory.h"
-#include "params/node_params.h"
-#include "ros/input/transforms.h"
-#include "ros/steps/pose_publisher.h"
+#include "params/printable.h"
+#include "params/text.h"
+#include "ros/common/requests.h"
+#include "ros/common/service.h"
+#include "ros/common/status_fields.h"
+#include "ros/input/conversions.h"
+#include "ros/steps/live_map.h"
+#include "ros/steps/map_frame.h"
+#include "ros/steps/pose_covariance.h"
 #include "ros/steps/step.h"
 
 namespace dtsdf {
+
+/// Of a depth image that was fused. B is poses/base_frame, or else the frame of its camera.
+struct FoundPose {
+  ros::Time stamp;
+  std::string frame_id;                                     ///< Name of B.
+  Eigen::Isometry3d T_M_B = Eigen::Isometry3d::Identity();  ///< In map_frame.
+  Eigen::Isometry3d T_W_B = Eigen::Isometry3d::Identity();  ///< In the frame of the map.
+  Matrix6d covariance = Matrix6d::Zero();                   ///< Of T_M_B, as odometry has it.
+};
 
 /// With poses/mode refine and track; else poses stay as they are. With refine each camera is
 /// aligned by itself, and the first one is who speaks for all: its correction and its poses are
 /// published. The one place that knows where poses come from; serves set_pose and save_trajectory.
 class PosesStep : public Step {
  public:
-  explicit PosesStep(const Host& host);
+  explicit PosesStep(const Host& host)
+      : host_(host),
+        params_(host.params.node),
+        parent_(parentOfBase(params_)),
+        cameras_(std::max<size_t>(1, params_.cameras.size()),
+                 CameraState{PoseRefiner(params_.poses)}),
+        tracker_(params_.poses),
+        base_frame_(params_.poses.base_frame),
+        report_(cameras_.size()) {
+    path_.header.frame_id = frameOfMap(params_);
+  }
 
-  void advertise(const Handles& handles) override;
+  void advertise(const Handles& handles) override {
+    using namespace dtsdf_mapping;
+    if (isOn()) {
+      ros::NodeHandle nh = handles.prompt;
+      odometry_ = nh.advertise<nav_msgs::Odometry>("odometry", 100);
+      path_topic_ = nh.advertise<nav_msgs::Path>("path", 1, true);
+      broadcaster_.emplace();
+    }
+    servers_.push_back(
+        serve<SetPose>(handles.waiting, "set_pose", [this](const auto& request, auto& response) {
+          requireOn();
+          const Eigen::Isometry3d T_W_B =
+              host_.frame.find(request.frame_id) * readPose(request.pose);
+          host_.map_loop.run([&] { setPose(T_W_B); }).get();
+          response.message = "the next depth image is tracked from there";
+        }));
+    servers_.push_back(serve<SaveTrajectory>(
+        handles.waiting, "save_trajectory",
+        [this](const auto& request, auto& response) { save(request.file_name, response); }));
+  }
+
   /// Gives a frame the pose in M that is expected of it, where it has none by TF: with track.
-  std::optional<Rejection> expect(PosedFrame& frame) override;
+  std::optional<Rejection> expect(PosedFrame& frame) override {
+    if (!tracks()) return std::nullopt;
+    auto* const depth = std::get_if<DepthFrame>(&frame.image);
+    const std::optional<Eigen::Isometry3d> T_W_C =
+        depth != nullptr ? tracker_.lastPose() : tracker_.poseAt(frame.stamp.toSec());
+    if (depth == nullptr && !T_W_C) {
+      return Rejection{DropReason::kLost, "the depth camera is not followed"};
+    }
+    if (depth != nullptr && params_.poses.base_frame.empty()) base_frame_ = frame.frame_id;
+    const PoseAnswer mount = mountOf(frame.frame_id);
+    if (!mount.T_W_C) return Rejection{DropReason::kNoTransform, mount.text};
+    const Eigen::Isometry3d T_M_W = T_W_M().inverse();
+    if (depth == nullptr) {
+      std::get<ColourFrame>(frame.image).T_W_C = T_M_W * *T_W_C * T_B_C_.inverse() * *mount.T_W_C;
+      return std::nullopt;
+    }
+    T_B_C_ = *mount.T_W_C;
+    depth->T_W_C = T_W_C                              ? T_M_W * *T_W_C
+                   : params_.poses.base_frame.empty() ? uprightCamera()
+                                                      : T_B_C_;
+    return std::nullopt;
+  }
+
   /// Brings the pose of a frame from where it was expected, in W, to where it is to be fused or
   /// painted. @throws std::exception when the backend fails.
-  std::optional<Rejection> place(PosedFrame& frame) override;
-  void fused(const PosedFrame& frame, const IntegrationResult& result) override;
+  std::optional<Rejection> place(PosedFrame& frame) override {
+    if (!isOn()) return std::nullopt;
+    const PoseRefiner& refiner = cameras_.at(frame.camera).refiner;
+    auto* const depth = std::get_if<DepthFrame>(&frame.image);
+    if (depth == nullptr) {
+      auto& colour = std::get<ColourFrame>(frame.image);
+      if (!tracks()) colour.T_W_C = refiner.T_W_O() * colour.T_W_C;
+      return std::nullopt;
+    }
+    found_ = tracks() ? track(frame, *depth) : refine(frame, *depth);
+    depth->T_W_C = found_.T_W_C;
+    note(frame, found_);
+    if (tracks() ? tracker_.isToBeFused(found_) : refiner.isToBeFused(found_)) return std::nullopt;
+    const std::string text =
+        formatted("%s: %ld %% of the image lie near surfaces of the map, and %ld %% of these fit",
+                  toString(found_.status), std::lround(100.0 * found_.matched_share),
+                  std::lround(100.0 * found_.inlier_share));
+    return Rejection{tracks() ? DropReason::kLost : DropReason::kMisfit, text};
+  }
+
+  void fused(const PosedFrame& frame, const IntegrationResult& result) override {
+    if (!isOn() || result.status != FrameStatus::kFused) return;
+    const auto* const depth = std::get_if<DepthFrame>(&frame.image);
+    if (depth == nullptr || frame.camera != 0) return;
+    fused_.push_back({frame.stamp.toSec(), depth->T_W_C});
+    if (fused_.size() > kMostPoses) {
+      fused_.pop_front();
+      ++left_out_;
+    }
+    published_ = foundPose(frame);
+    if (published_ && broadcaster_) publish(*published_);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    trajectory_bytes_ = fused_.size() * sizeof(StampedPose);
+  }
+
   /// A camera that is tracked continues from where it is in an empty map; in any other it may be
   /// anywhere, and has to be found.
-  void replaced(const Replacement& replacement) override;
-  void fill(dtsdf_mapping::MapStatus& status) override;
+  void replaced(const Replacement& replacement) override {
+    if (!isOn() || replacement.kind == Replacement::Kind::kCorrected) return;
+    is_elsewhere_ = true;
+    fused_.clear();
+    left_out_ = 0;
+    path_.poses.clear();  // starts over, as the map does
+    if (broadcaster_) path_topic_.publish(path_);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    trajectory_bytes_ = 0;
+  }
+
+  void fill(MapStatus& status) override {
+    if (!isOn()) return;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    addMemory(status, "trajectory", kHost, trajectory_bytes_, kMostPoses * sizeof(StampedPose));
+    for (size_t i = 0; i < std::min(report_.size(), status.cameras.size()); ++i) {
+      status.cameras[i].pose = report_[i];
+      if (report_[i].lost_since.isZero()) continue;
+      report(status, MapStatus::WARN, MapStatus::CAMERA_LOST,
+             "the camera is lost, and nothing is fused: move it back slowly to where it was, or "
+             "call set_pose, or clear_map to begin again");
+    }
+    if (problem_.empty()) return;
+    report(status, MapStatus::WARN, MapStatus::POSES_NOT_PUBLISHED, problem_);
+  }
 
   /// Sets where B is: the next image is there. @throws std::runtime_error unless it tracks.
-  void setPose(const Eigen::Isometry3d& T_W_B);
+  void setPose(const Eigen::Isometry3d& T_W_B) {
+    if (!tracks()) {
+      throw std::runtime_error(
+          "poses come from TF, as poses/mode is refine; only track continues "
+          "from a pose that is set");
+    }
+    given_T_W_B_ = T_W_B;
+  }
 
   /// The trajectory so far: poses of the first camera's frames in the map, in the order of fusing.
   const std::deque<StampedPose>& fusedPoses() const { return fused_; }
@@ -59,29 +192,220 @@ class PosesStep : public Step {
  private:
   /// Of one camera.
   struct CameraState {
-    explicit CameraState(const PoseParams& params) : refiner(params) {}
-
-    PoseRefiner refiner;   ///< With refine.
-    ros::Time last_stamp;  ///< Of its newest depth image.
+    PoseRefiner refiner;        ///< With refine.
+    ros::Time last_stamp = {};  ///< Of its newest depth image.
   };
+
+  /// Of the trajectory: three hours of 30 images a second.
+  static constexpr size_t kMostPoses = 360000;
 
   bool isOn() const { return params_.poses.mode != PoseMode::kTf; }
   bool tracks() const { return params_.poses.mode == PoseMode::kTrack; }
-  void requireOn() const;
-  std::optional<Rejection> expectDepth(PosedFrame& frame, DepthFrame& depth);
-  std::optional<Rejection> expectColour(PosedFrame& frame, ColourFrame& colour);
-  Alignment refine(const PosedFrame& frame, const DepthFrame& depth);
-  Alignment track(const PosedFrame& frame, const DepthFrame& depth);
-  bool isToBeFused(const PosedFrame& frame, const Alignment& alignment) const;
-  std::optional<FoundPose> foundPose(const PosedFrame& frame) const;
+
+  /// @throws std::runtime_error where poses come from TF as they are.
+  void requireOn() const {
+    if (isOn()) return;
+    throw std::runtime_error(
+        "poses come from TF as they are; start the node with poses/mode: track, or refine");
+  }
+
+  static std::string parentOfBase(const NodeParams& params) {
+    const bool tracks = params.poses.mode == PoseMode::kTrack;
+    return tracks && !params.poses.odom_frame.empty() ? params.poses.odom_frame : params.map_frame;
+  }
+
+  /// Of a camera that is held upright, in a frame with x ahead and z up: where tracking begins.
+  static Eigen::Isometry3d uprightCamera() {
+    Eigen::Isometry3d T_B_C = Eigen::Isometry3d::Identity();
+    T_B_C.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
+    return T_B_C;
+  }
+
+  void save(const std::string& file_name, dtsdf_mapping::SaveTrajectory::Response& response) {
+    requireOn();
+    std::vector<StampedPose> poses;
+    size_t left_out = 0;
+    host_.map_loop
+        .run([&] {
+          poses.assign(fused_.begin(), fused_.end());
+          left_out = left_out_;
+        })
+        .get();
+    const std::string path =
+        resolveOutputPath(params_.output_directory, file_name, {".txt", ".tum"});
+    if (poses.empty()) {
+      throw std::runtime_error(
+          "there is no pose yet: no frame has been fused since the start, clear_map or load_map");
+    }
+    saveTrajectory(poses, path);
+    response.path = path;
+    response.poses = poses.size();
+    response.message = "saved " + std::to_string(poses.size()) + " poses to " + path;
+    if (left_out > 0) {
+      response.message += "; " + std::to_string(left_out) + " older ones are no longer kept";
+    }
+  }
+
   /// Pose of a camera in B.
-  PoseAnswer mountOf(const std::string& camera_frame) const;
-  Eigen::Isometry3d T_W_M() const;
-  void note(const PosedFrame& frame, const Alignment& alignment);
+  PoseAnswer mountOf(const std::string& camera_frame) const {
+    if (camera_frame == base_frame_) return {Eigen::Isometry3d::Identity()};
+    return host_.transforms.find(base_frame_, camera_frame, ros::Time(0));
+  }
+
+  Eigen::Isometry3d T_W_M() const {
+    return host_.frame.level().value_or(Eigen::Isometry3d::Identity());
+  }
+
+  /// Where stamps go back, a recording or the odometry starts over, from where it began before.
+  Alignment refine(const PosedFrame& frame, const DepthFrame& depth) {
+    CameraState& camera = cameras_.at(frame.camera);
+    const double back_s = camera.last_stamp.toSec() - frame.stamp.toSec();
+    if (back_s > kTimeJump_s) camera.refiner = PoseRefiner(params_.poses);
+    camera.last_stamp = frame.stamp;
+    Alignment alignment = camera.refiner.refine(host_.map.mapper(), depth);
+    if (frame.camera != 0) return alignment;
+    T_M_O_ = T_W_M().inverse() * camera.refiner.T_W_O() * T_W_M();
+    corrected_at_ = frame.stamp;
+    if (broadcaster_ && !params_.poses.odom_frame.empty()) {
+      sendTransform(params_.map_frame, params_.poses.odom_frame, T_M_O_, corrected_at_);
+    }
+    return alignment;
+  }
+
+  /// Where stamps go back, the camera is still where it was, as far as anybody knows; so it is
+  /// where the map is emptied, in which nothing can be found.
+  Alignment track(const PosedFrame& frame, const DepthFrame& depth) {
+    const std::optional<Eigen::Isometry3d> last_T_W_C = tracker_.lastPose();
+    if (given_T_W_B_) {
+      tracker_.setPose(*given_T_W_B_ * T_B_C_);
+    } else if (host_.map.mapper().stats().voxel_arrays == 0) {
+      if (last_T_W_C) tracker_.setPose(*last_T_W_C);
+    } else if (is_elsewhere_ || !last_T_W_C) {
+      tracker_.seek(depth.T_W_C, frame.stamp.toSec());
+    }
+    given_T_W_B_.reset();
+    is_elsewhere_ = false;
+    return tracker_.track(host_.map.mapper(), depth, frame.stamp.toSec());
+  }
+
+  /// None where it is not known how the camera is fixed to B.
+  std::optional<FoundPose> foundPose(const PosedFrame& frame) const {
+    FoundPose pose;
+    pose.stamp = frame.stamp;
+    pose.frame_id = params_.poses.base_frame.empty() ? frame.frame_id : params_.poses.base_frame;
+    PoseAnswer mount{T_B_C_};
+    if (!tracks() && pose.frame_id != frame.frame_id) {
+      mount = host_.transforms.find(pose.frame_id, frame.frame_id, ros::Time(0));
+      if (!mount.T_W_C) return std::nullopt;
+    }
+    const Eigen::Isometry3d T_M_W = T_W_M().inverse();
+    pose.T_W_B = found_.T_W_C * mount.T_W_C->inverse();
+    pose.T_M_B = T_M_W * pose.T_W_B;
+    pose.covariance =
+        movedCovariance(odometryCovariance(found_, params_.poses), T_M_W.linear(),
+                        T_M_W.linear() * (pose.T_W_B.translation() - found_.T_W_C.translation()));
+    return pose;
+  }
+
+  void note(const PosedFrame& frame, const Alignment& alignment) {
+    const auto toVectors = [](const std::vector<Eigen::Vector3d>& axes) {
+      std::vector<geometry_msgs::Vector3> vectors;
+      for (const Eigen::Vector3d& axis : axes) vectors.push_back(toVector(axis));
+      return vectors;
+    };
+    dtsdf_mapping::PoseStatus status;
+    status.outcome = toString(alignment.status);
+    status.stamp = frame.stamp;
+    status.matched_share = static_cast<float>(alignment.matched_share);
+    status.inlier_share = static_cast<float>(alignment.inlier_share);
+    status.residual_m = static_cast<float>(alignment.residual_m);
+    status.correction_m = static_cast<float>(alignment.shift_m);
+    status.correction_rad = static_cast<float>(alignment.turn_rad);
+    const PoseParams& params = params_.poses;
+    status.free_shifts =
+        toVectors(freeAxes(alignment.covariance.topLeftCorner<3, 3>(), params.sigma_m));
+    status.free_turns =
+        toVectors(freeAxes(alignment.covariance.bottomRightCorner<3, 3>(), params.sigma_rad));
+    status.lost_since = toTime(tracks() ? tracker_.lostSince_s().value_or(0.0) : 0.0);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    dtsdf_mapping::PoseStatus& report = report_.at(frame.camera);
+    status.outcomes.swap(report.outcomes);
+    const auto same =
+        std::find_if(status.outcomes.begin(), status.outcomes.end(),
+                     [&](const auto& known) { return known.reason == status.outcome; });
+    if (same == status.outcomes.end()) {
+      status.outcomes.push_back(dropCount(status.outcome, 1));
+    } else {
+      ++same->count;
+    }
+    report = std::move(status);
+  }
+
+  /// With track also in TF.
+  void publish(const FoundPose& pose) {
+    // Variance of a speed, none of which is measured.
+    constexpr double kNoSpeed = 1e6;
+    nav_msgs::Odometry odometry;
+    odometry.header.stamp = pose.stamp;
+    odometry.header.frame_id = parent_;
+    odometry.child_frame_id = pose.frame_id;
+    odometry.pose.pose = toPose(pose.T_M_B);
+    using RowByRow = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+    Eigen::Map<RowByRow>(odometry.pose.covariance.data()) = pose.covariance;
+    Eigen::Map<RowByRow>(odometry.twist.covariance.data()).diagonal().setConstant(kNoSpeed);
+    odometry_.publish(odometry);
+    addToPath(pose);
+    if (!tracks()) return;
+    if (parent_ != params_.map_frame) {
+      sendTransform(params_.map_frame, parent_, Eigen::Isometry3d::Identity(), pose.stamp);
+    }
+    sendTransform(parent_, pose.frame_id, pose.T_M_B, pose.stamp);
+  }
+
+  /// Poses on the path are so far apart, and so many at most: then every second one goes.
+  void addToPath(const FoundPose& pose) {
+    constexpr double kApart_m = 0.03, kApart_rad = 0.1;
+    constexpr size_t kMostOnPath = 4000;
+    constexpr std::chrono::milliseconds kPathPeriod{500};
+    std::vector<geometry_msgs::PoseStamped>& path = path_.poses;
+    const Eigen::Isometry3d moved = last_on_path_T_W_B_.inverse() * pose.T_W_B;
+    if (path.empty() || moved.translation().norm() >= kApart_m ||
+        Eigen::AngleAxisd(moved.linear()).angle() >= kApart_rad) {
+      path.emplace_back();
+      path.back().header.stamp = pose.stamp;
+      path.back().header.frame_id = path_.header.frame_id;
+      path.back().pose = toPose(pose.T_W_B);
+      last_on_path_T_W_B_ = pose.T_W_B;
+    }
+    if (path.size() > kMostOnPath) {
+      size_t kept = 0;
+      for (size_t i = 0; i < path.size(); i += 2) path[kept++] = path[i];
+      path.resize(kept);
+    }
+    const SteadyTime now = std::chrono::steady_clock::now();
+    if (path_topic_.getNumSubscribers() == 0 || now - path_sent_ < kPathPeriod) return;
+    path_sent_ = now;
+    path_.header.stamp = pose.stamp;
+    path_topic_.publish(path_);
+  }
+
+  /// No frame gets a second parent: where a transform of others has another one, none is sent.
+  void sendTransform(const std::string& parent, const std::string& child,
+                     const Eigen::Isometry3d& T, const ros::Time& stamp) {
+    const std::string other = host_.transforms.otherParentOf(child, parent);
+    if (other.empty()) {
+      return broadcaster_->sendTransform(makeTransform(parent, child, T, stamp));
+    }
+    const std::lock_guard<std::mutex> lock(mutex_);
+    problem_ = "poses are not published in TF, where '" + printable(child) + "' has the parent '" +
+               printable(other) + "' already: set poses/base_frame to the root of the camera's " +
+               "own frames, or end what else publishes the pose";
+    ROS_WARN_STREAM_THROTTLE_NAMED(60.0, "dtsdf_mapping", problem_);
+  }
 
   const Host& host_;
   const NodeParams& params_;
-  const Transforms& transforms_;
+  const std::string parent_;  ///< Of what poses are published of.
   std::vector<CameraState> cameras_;
   PoseTracker tracker_;
   std::string base_frame_;                                   ///< Name of B, once it is known.
@@ -95,12 +419,17 @@ class PosesStep : public Step {
   std::deque<StampedPose> fused_;
   size_t left_out_ = 0;  ///< Of the oldest ones.
 
-  std::unique_ptr<PosePublisher> publisher_;  ///< From advertise() on.
+  ros::Publisher odometry_, path_topic_;
+  std::optional<tf2_ros::TransformBroadcaster> broadcaster_;  ///< From advertise() on, if it is on.
+  nav_msgs::Path path_;
+  Eigen::Isometry3d last_on_path_T_W_B_ = Eigen::Isometry3d::Identity();
+  SteadyTime path_sent_{};
   std::vector<ros::ServiceServer> servers_;
 
   mutable std::mutex mutex_;                       ///< Guards what follows.
   std::vector<dtsdf_mapping::PoseStatus> report_;  ///< Of each camera.
   size_t trajectory_bytes_ = 0;
+  std::string problem_;  ///< Why a transform is not published; empty: all are.
 };
 
 }  // namespace dtsdf

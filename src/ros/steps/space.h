@@ -2,52 +2,33 @@
 /// planners ask for.
 #pragma once
 
-#include <ros/node_handle.h>
-#include <ros/time.h>
+#include <dtsdf_mapping/GetDistances.h>
+#include <map_msgs/OccupancyGridUpdate.h>
+#include <nav_msgs/OccupancyGrid.h>
+#include <ros/console.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <sensor_msgs/point_cloud2_iterator.h>
 
-#include <chrono>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <unordered_map>
+#include <algorithm>
+#include <stdexcept>
+#include <thread>
+#include <utility>
 
 #include "dtsdf_mapping/space.h"
-#include "kernels/core/grid.h"
+#include "map/memory_budget.h"
+#include "params/text.h"
 #include "planning/ground_grid.h"
-#include "ros/common/pace.h"
+#include "ros/common/service.h"
+#include "ros/common/status_fields.h"
 #include "ros/common/topic.h"
+#include "ros/input/conversions.h"
+#include "ros/steps/live_map.h"
+#include "ros/steps/map_frame.h"
 #include "ros/steps/step.h"
 #include "space/space_follower.h"
+#include "space/space_map.h"
 
 namespace dtsdf {
-
-/// The queue from the map's thread to the output's: what has become known. Thread safe. Changes of
-/// one cube become one, so that an output that stands still costs the cells of the map once and no
-/// more.
-class SpaceQueue {
- public:
-  struct Delivery {
-    SpaceChanges changes;
-    double cell_size_m = 0.0;
-    /// Of the newest frame whose surfaces are in it; cells may be free by later ones. 0: none was
-    /// fused, as in a map that was loaded.
-    ros::Time stamp;
-  };
-
-  void add(const SpaceChanges& changes, double cell_size_m, const ros::Time& stamp);
-  /// Whether so much waits that more is better handed over later.
-  bool isFull() const;
-  /// The map has become another one, or empty: drops what waits, and has the output forget all.
-  void clear();
-  /// Nothing, if nothing has changed.
-  std::optional<Delivery> take();
-
- private:
-  mutable std::mutex mutex_;
-  bool has_changes_ = false;
-  Delivery waiting_;  ///< Without its cubes.
-  std::unordered_map<PackedKey, SpaceCube> cubes_;
-};
 
 /// When an update of the grid may be published, so that costmap_2d's StaticLayer, as it is, never
 /// shows a wrong grid.
@@ -87,41 +68,308 @@ class StaticLayerPace {
   SteadyTime not_before_, whole_until_;
 };
 
-/// With space/enabled. Its queries wait for nobody.
+/// With space/enabled. Its queries wait for nobody. What has become known waits in a queue between
+/// the map's thread and the output's; where that is full, the rest stays with the map.
 class SpaceStep : public Step {
  public:
-  explicit SpaceStep(const Host& host);
+  explicit SpaceStep(const Host& host)
+      : host_(host), is_on_(host.params.mapper.space.enabled), pace_(host.rates.space_hz) {
+    if (!is_on_) return;
+    const MapperParams& params = host.params.mapper;
+    // Of cells and distances, with map/page_folder: as much as of the map's, up to this.
+    const size_t most_bytes = std::min(budgetOf(params).free_bytes, size_t{64} << 20);
+    // The map's thread and the output's have something left of the cores.
+    const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 2);
+    follower_ = std::make_unique<SpaceFollower>(params.space.max_distance_m, threads,
+                                                makePages(params, most_bytes));
+  }
 
-  void advertise(const Handles& handles) override;
-  std::optional<double> meshRate_hz() const override;
+  void advertise(const Handles& handles) override {
+    server_ = serve<dtsdf_mapping::GetDistances>(
+        handles.prompt, "get_distances",
+        [this](const auto& request, auto& response) { answer(request, response); });
+    if (!is_on_) return;
+    grids_.advertise<nav_msgs::OccupancyGrid>(handles.prompt, "occupancy_grid", 1);
+    updates_.advertise<map_msgs::OccupancyGridUpdate>(handles.prompt, "occupancy_grid_updates", 1);
+    slices_.advertise<sensor_msgs::PointCloud2>(handles.prompt, "distance_slice", 1);
+  }
+
+  std::optional<double> meshRate_hz() const override {
+    if (!is_on_) return std::nullopt;
+    return std::max<double>(host_.rates.space_hz, kLeastSpaceRate_hz);
+  }
+
   void meshed() override { handOver(); }
-  void replaced(const Replacement& replacement) override;
-  Work hasWork() const override;
   void work() override { handOver(); }
-  SteadyDuration publish(ShownMesh*) override;
-  void fill(dtsdf_mapping::MapStatus& status) override;
+  Work hasWork() const override { return is_part_ && !isFull() ? Work::kWhenIdle : Work::kNone; }
+
+  void replaced(const Replacement& replacement) override {
+    is_part_ = false;
+    Space* const space = host_.map.mapper().space();
+    if (!is_on_ || space == nullptr) return;
+    SpaceChanges changes{true, {}};
+    if (replacement.kind == Replacement::Kind::kCorrected) {
+      // All at once: planners are answered by the space of before until there is the new one.
+      do changes.is_part = addTo(changes, space->takeChanges());
+      while (changes.is_part);
+    }
+    add(std::move(changes), *space);
+  }
+
+  SteadyDuration publish(ShownMesh*) override {
+    if (!is_on_) return SteadyDuration::max();
+    takeChanges();
+    meetListeners();
+    const SteadyTime now = std::chrono::steady_clock::now();
+    pace_.setRate(host_.rates.space_hz, now);
+    if (is_outdated_ && (is_another_ || pace_.isDue(now))) renew(now);
+    if (grid_ && grid_->window()) {
+      if (std::exchange(is_grid_due_, false)) publishGrid(now);
+      if (update_pace_.isDue(now)) publishUpdate(now);
+    }
+    const std::lock_guard<std::mutex> lock(mutex_);
+    bytes_ = follower_->bytes() + (grid_ ? grid_->bytes() : 0);
+    pages_ = follower_->pageStats();
+    constexpr std::chrono::milliseconds kUntilNext{50};  // an update may be due after a grid
+    return kUntilNext;
+  }
+
+  void fill(MapStatus& status) override {
+    if (!is_on_) return;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (const Topic* topic : {&grids_, &updates_, &slices_}) {
+      status.topics.push_back(topic->status());
+    }
+    addMemory(status, "space", kHost, bytes_);
+    addPages(status, pages_);
+    if (pages_.lost == 0) return;
+    report(status, MapStatus::WARN, MapStatus::CELLS_LOST,
+           std::to_string(pages_.lost) +
+               " sectors of cells and distances for planners could not be read back: " +
+               pages_.problem);
+  }
 
   struct Known {
     std::shared_ptr<const SpaceSnapshot> space = std::make_shared<const SpaceSnapshot>();
-    ros::Time stamp;  ///< See SpaceQueue::Delivery.
+    /// Of the newest frame whose surfaces are in it; cells may be free by later ones. 0: none was
+    /// fused, as in a map that was loaded.
+    ros::Time stamp;
   };
-  Known known() const;
+  Known known() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return known_;
+  }
 
  private:
-  void handOver();
-  void takeChanges();
-  void meetListeners();
-  void renew(SteadyTime now);
-  void publishGrid(SteadyTime now);
-  void publishUpdate(SteadyTime now);
-  void publishSlice();
+  void answer(const dtsdf_mapping::GetDistances::Request& request,
+              dtsdf_mapping::GetDistances::Response& response) const {
+    checkPoints(request.points);  // before any frame is looked up
+    const Eigen::Isometry3d T_W_F = host_.frame.find(request.header.frame_id, request.header.stamp);
+    if (!is_on_) {
+      throw std::runtime_error(
+          "the map does not record free space; start the node with space/enabled");
+    }
+    host_.map.throwIfFailed();  // the last frame may be in the map in part
+    const Known known = this->known();
+    if (known.space->isEmpty()) {
+      throw std::runtime_error(
+          "nothing is mapped yet since the start, clear_map or load_map; ask again once a "
+          "frame was fused and meshed");
+    }
+    const Eigen::Matrix3d R_F_W = T_W_F.linear().transpose();
+    for (const geometry_msgs::Point& p : request.points) {
+      const SpaceDistance distance =
+          known.space->distanceAt(T_W_F * Eigen::Vector3d(p.x, p.y, p.z));
+      const Vec3f& g = distance.gradient;
+      response.known.push_back(distance.known ? 1 : 0);
+      response.distances.push_back(distance.distance_m);
+      response.gradients.push_back(toVector(R_F_W * Eigen::Vector3d(g.x, g.y, g.z)));
+    }
+    response.stamp = known.stamp;
+  }
+
+  /// @throws std::runtime_error for too many points, or one that is not finite.
+  static void checkPoints(const std::vector<geometry_msgs::Point>& points) {
+    constexpr size_t kMostPoints = 100000;
+    if (points.size() > kMostPoints) {
+      throw std::runtime_error(
+          formatted("%zu points are more than the %zu allowed per call; "
+                    "split the call",
+                    points.size(), kMostPoints));
+    }
+    for (size_t i = 0; i < points.size(); ++i) {
+      const geometry_msgs::Point& p = points[i];
+      if (Eigen::Vector3d(p.x, p.y, p.z).allFinite()) continue;
+      throw std::runtime_error(formatted("point %zu is not finite; leave such points out", i));
+    }
+  }
+
+  bool isFull() const {
+    constexpr size_t kMostWaiting = size_t{1} << 15;  // cubes: some megabytes
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return waiting_ && waiting_->cubes.size() >= kMostWaiting;
+  }
+
+  /// @return whether there are more.
+  static bool addTo(SpaceChanges& changes, SpaceChanges more) {
+    if (more.begins_anew) changes = {true, {}};
+    changes.cubes.insert(changes.cubes.end(), more.cubes.begin(), more.cubes.end());
+    return more.is_part;
+  }
+
+  void add(SpaceChanges changes, const Space& space) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!waiting_) waiting_.emplace();
+    addTo(*waiting_, std::move(changes));
+    waiting_cell_m_ = space.cellSize_m();
+    waiting_stamp_ = host_.map.meshStamp();
+  }
+
+  /// As an extraction may be finished after one more frame, cells may be free by a later frame than
+  /// surfaces are of; the stamp promises only what has surfaces too. Of much, a part, and more once
+  /// that was taken.
+  void handOver() {
+    Space* const space = host_.map.mapper().space();
+    if (space == nullptr) return;
+    is_part_ = true;
+    if (isFull()) return;
+    SpaceChanges changes = space->takeChanges();
+    is_part_ = changes.is_part;
+    add(std::move(changes), *space);
+  }
+
+  void takeChanges() {
+    std::optional<SpaceChanges> changes;
+    double cell_m = 0.0;
+    Known now;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      changes.swap(waiting_);
+      cell_m = waiting_cell_m_;
+      now.stamp = waiting_stamp_;
+    }
+    if (!changes) return;
+    if (grid_) grid_->apply(*changes, cell_m);
+    follower_->apply(*changes, cell_m);
+    now.space = follower_->snapshot();
+    is_outdated_ = true;
+    is_another_ = is_another_ || changes->begins_anew;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::swap(known_, now);
+  }
+
+  /// Who begins to listen gets all there is; a grid that nobody listens to is forgotten.
+  void meetListeners() {
+    const bool is_followed = grids_.isFollowed() || updates_.isFollowed();
+    const bool is_reader_new = grids_.takeNewcomer();
+    const bool is_grid_new = updates_.takeNewcomer() || is_reader_new;
+    const bool is_slice_new = slices_.takeNewcomer();
+    if (!is_followed) grid_.reset();
+    is_grid_due_ = is_grid_due_ || (is_followed && is_grid_new);
+    const Known now = known();
+    if (now.space->isEmpty()) return;
+    if (is_followed && !grid_) {
+      const GroundParams& ground = host_.params.node.ground;
+      grid_.emplace(
+          GroundHeights{ground.min_height_m, ground.max_height_m, ground.grid_seen_share});
+      grid_->apply({true, {}}, now.space->cellSize_m());
+      now.space->visitCubes([&](std::vector<SpaceCube> cubes) {
+        grid_->apply({false, std::move(cubes)}, now.space->cellSize_m());
+      });
+    }
+    if (is_grid_new || is_slice_new) is_outdated_ = is_another_ = true;
+  }
+
+  /// Rests as long as it took, for others that share the cores.
+  void renew(SteadyTime now) {
+    is_outdated_ = is_another_ = false;
+    if (grid_) {
+      const GroundGrid::Pending pending = grid_->next();
+      if (grid_->tooLarge()) warnOfSize(*grid_->tooLarge());
+      if (pending == GroundGrid::Pending::kGrid) is_grid_due_ = true;
+      if (pending == GroundGrid::Pending::kUpdate) update_pace_.noteChange();
+    }
+    if (slices_.isFollowed()) publishSlice();
+    const SteadyTime end = std::chrono::steady_clock::now();
+    pace_.begin(now);
+    pace_.restUntil(end + (end - now));
+  }
+
+  static void warnOfSize(const GridBox& window) {
+    ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
+                                   "occupancy_grid would have "
+                                       << window.width << " x " << window.height
+                                       << " cells, more than " << GroundGrid::kMostColumns
+                                       << ", so it keeps its present part; use larger cells "
+                                          "(space/cell_voxels) or map/keep_radius_m, and look for "
+                                          "frames with wrong poses");
+  }
+
+  void publishGrid(SteadyTime now) {
+    const GridBox& window = *grid_->window();
+    nav_msgs::OccupancyGrid grid;
+    grid.header = headerOf(known());
+    grid.info.map_load_time = grid.header.stamp;
+    grid.info.resolution = static_cast<float>(grid_->cellSize_m());
+    grid.info.width = static_cast<uint32_t>(window.width);
+    grid.info.height = static_cast<uint32_t>(window.height);
+    grid.info.origin.position.x = window.x * grid_->cellSize_m();
+    grid.info.origin.position.y = window.y * grid_->cellSize_m();
+    grid.info.origin.orientation.w = 1.0;
+    grid.data = grid_->values(window);
+    grids_.publish(grid);
+    update_pace_.startOver(now);
+  }
+
+  void publishUpdate(SteadyTime now) {
+    const bool is_whole = update_pace_.takeUpdate(now);
+    const GridBox& box = is_whole ? *grid_->window() : grid_->changed();
+    if (box.isEmpty() || !updates_.isFollowed()) return;
+    map_msgs::OccupancyGridUpdate update;
+    update.header = headerOf(known());
+    update.x = box.x - grid_->window()->x;
+    update.y = box.y - grid_->window()->y;
+    update.width = static_cast<uint32_t>(box.width);
+    update.height = static_cast<uint32_t>(box.height);
+    update.data = grid_->values(box);
+    updates_.publish(update);
+  }
+
+  void publishSlice() {
+    const Known now = known();
+    const double height_m = host_.params.node.ground.slice_height_m;
+    std::vector<SliceCell> cells;
+    if (!now.space->isEmpty()) cells = sliceAt(*now.space, height_m);
+    sensor_msgs::PointCloud2 cloud;
+    cloud.header = headerOf(now);
+    cloud.height = 1;
+    cloud.is_dense = true;
+    sensor_msgs::PointCloud2Modifier modifier(cloud);
+    constexpr auto kFloat = sensor_msgs::PointField::FLOAT32;
+    modifier.setPointCloud2Fields(4, "x", 1, kFloat, "y", 1, kFloat, "z", 1, kFloat, "intensity", 1,
+                                  kFloat);
+    modifier.resize(cells.size());
+    sensor_msgs::PointCloud2Iterator<float> next(cloud, "x");
+    for (const SliceCell& cell : cells) {
+      const Eigen::Vector3d p = pointInSlice(cell, now.space->cellSize_m(), height_m);
+      for (int axis = 0; axis < 3; ++axis) next[axis] = static_cast<float>(p[axis]);
+      next[3] = cell.distance_m;
+      ++next;
+    }
+    slices_.publish(cloud);
+  }
+
+  std_msgs::Header headerOf(const Known& known) const {
+    std_msgs::Header header;
+    header.frame_id = frameOfMap(host_.params.node);
+    header.stamp = known.stamp;
+    return header;
+  }
 
   const Host& host_;
   const bool is_on_;
 
-  // Map's thread.
-  bool is_part_ = false;  ///< There is more to be handed over.
-  SpaceQueue queue_;
+  bool is_part_ = false;  ///< Map's thread: there is more to be handed over.
 
   // Output's thread.
   std::unique_ptr<SpaceFollower> follower_;
@@ -133,7 +381,10 @@ class SpaceStep : public Step {
   Topic grids_, updates_, slices_;
   ros::ServiceServer server_;
 
-  mutable std::mutex mutex_;  ///< Guards what follows, for a moment.
+  mutable std::mutex mutex_;             ///< Guards what follows, for a moment.
+  std::optional<SpaceChanges> waiting_;  ///< The queue, with the size of its cells
+  double waiting_cell_m_ = 0.0;
+  ros::Time waiting_stamp_;  ///< and the stamp that known_ will have.
   Known known_;
   size_t bytes_ = 0;
   PagedValues::Stats pages_;

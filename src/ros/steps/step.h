@@ -10,6 +10,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "dtsdf_mapping/mapper.h"
@@ -78,6 +79,7 @@ struct Handles {
   ros::NodeHandle prompt;   ///< On the thread of the node's caller: must not wait.
   ros::NodeHandle waiting;  ///< On threads of services, where they may.
   ros::NodeHandle input;    ///< On the input's thread, in the namespace of the caller.
+  std::string ns;           ///< That the node is in, with its input topics; empty for the root.
 };
 
 /// One feature. The node has a vector of them: its order is the order of the work.

@@ -18,8 +18,8 @@ inline void pushPosed(FrameQueue& queue, FrameQueue::Stream stream, PosedFrame f
   const auto image = makeDepthImage(0.0);
   const auto info = makeCameraInfo(0.0);
   image->header.stamp = info->header.stamp = frame.stamp;
-  queue.addImage(stream, image);
-  queue.addInfo(stream, info);
+  queue.add(stream, {image});
+  queue.add(stream, {nullptr, info});
   queue.poseFirst(stream, [&](auto&) { return std::move(frame); });
 }
 

@@ -1,0 +1,63 @@
+/// How well poses that were found are known, as odometry has it.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <vector>
+
+#include "dtsdf_mapping/alignment.h"
+#include "dtsdf_mapping/params/pose_params.h"
+
+namespace dtsdf {
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+/// Axes along (or about) which an image does not hold its pose: there the error is still more than
+/// half of what it was before. `covariance` is the position's or the rotation's, `sigma` the
+/// prior's.
+inline std::vector<Eigen::Vector3d> freeAxes(const Eigen::Matrix3d& covariance, double sigma) {
+  constexpr double kFreeShare = 0.25;  // of the prior's variance
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+  std::vector<Eigen::Vector3d> axes;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (solver.eigenvalues()[i] <= kFreeShare * sigma * sigma) continue;
+    axes.emplace_back(solver.eigenvectors().col(i));
+  }
+  return axes;
+}
+
+/// Of a pose in the map. In track, an error along a free axis adds up from image to image, so that
+/// nothing is known of it after a while: its variance is made large. What was not aligned is where
+/// it was given, such as the first image.
+inline Matrix6d odometryCovariance(const Alignment& alignment, const PoseParams& params) {
+  // Variances of what is not known, which filters still can work with.
+  constexpr double kUnknown_m2 = 1e3, kUnknown_rad2 = 10.0;
+  Matrix6d covariance = alignment.covariance;
+  if (params.mode != PoseMode::kTrack || alignment.status != AlignmentStatus::kAligned) {
+    return covariance;
+  }
+  const auto add = [&](Eigen::Index corner, double sigma, double unknown) {
+    const Eigen::Matrix3d part = alignment.covariance.block<3, 3>(corner, corner);
+    for (const Eigen::Vector3d& axis : freeAxes(part, sigma)) {
+      covariance.block<3, 3>(corner, corner) += unknown * axis * axis.transpose();
+    }
+  };
+  add(0, params.sigma_m, kUnknown_m2);
+  add(3, params.sigma_rad, kUnknown_rad2);
+  return covariance;
+}
+
+/// Of the pose of B in M, from that of C in W, where B is fixed to C: turned by R_M_W, and about B,
+/// which is offset_M from C.
+inline Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Matrix3d& R_M_W,
+                                const Eigen::Vector3d& offset_M) {
+  Eigen::Matrix3d cross;
+  cross << 0.0, -offset_M.z(), offset_M.y(), offset_M.z(), 0.0, -offset_M.x(), -offset_M.y(),
+      offset_M.x(), 0.0;
+  Matrix6d jacobian = Matrix6d::Zero();
+  jacobian.topLeftCorner<3, 3>() = jacobian.bottomRightCorner<3, 3>() = R_M_W;
+  jacobian.topRightCorner<3, 3>() = -cross * R_M_W;
+  return jacobian * covariance * jacobian.transpose();
+}
+
+}  // namespace dtsdf

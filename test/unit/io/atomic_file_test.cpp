@@ -122,19 +122,6 @@ TEST(AtomicFile, LeavesTheOldFileWholeWhenTheDiskIsFull) {
   EXPECT_EQ(folder.entryCount(), 1u);
 }
 
-TEST(AtomicFile, WritesMoreThanItsBuffer) {
-  const TemporaryFolder folder;
-  std::string content;
-  AtomicFile file(folder / "a.bin");
-  for (int i = 0; i < 300000; ++i) {
-    const std::string piece = std::to_string(i) + " ";
-    content += piece;
-    file.write(piece);
-  }
-  file.commit();
-  EXPECT_EQ(readBytes(folder / "a.bin"), content);
-}
-
 TEST(AtomicFile, MakesMissingFolders) {
   const TemporaryFolder folder;
   writeFileAtomically(folder / "one/two/a.txt", "text");

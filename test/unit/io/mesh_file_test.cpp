@@ -221,15 +221,6 @@ TEST_F(MeshFile, GlbKeepsToItsRulesAndShowsWhatPlyShows) {
   expectAlike(MeshColour::kImage);
 }
 
-/// A map far from the origin of its frame: positions in the file stay small.
-TEST_F(MeshFile, GlbCountsFromTheMiddleOfTheMesh) {
-  for (Vec3f& p : mesh_.vertices_m) p = p + Vec3f{5000, -3000, 20};
-  const std::string content = save("mesh.glb");
-  EXPECT_NE(content.find("\"translation\":[5001.0,-2999.0,20.0]"), std::string::npos) << content;
-  FrontOfText body(content.substr(content.size() - 4 * (12 + 12 + 12) - 2 * 12));
-  for (const Vec3f& p : mesh_.vertices_m) expectEqual(body.vector(), p - Vec3f{5001, -2999, 20});
-}
-
 /// Without making one of that size: what is asked before anything is written.
 TEST(Glb, HoldsFourGibibytes) {
   EXPECT_LT(mostGlbBytes(60'000'000, 120'000'000), kMostGlbBytes);

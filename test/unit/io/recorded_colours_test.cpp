@@ -94,16 +94,6 @@ TEST_F(RecordedColoursTest, ADamagedFileIsAnErrorAndAMissingOneIsCounted) {
   EXPECT_EQ(source->skipped().at("colour images: no such file"), 1u);
 }
 
-TEST_F(RecordedColoursTest, MayHaveOtherPoses) {
-  std::filesystem::remove(folder_ / "groundtruth.txt");
-  writeBytes(folder_ / "slam.tum", "100.01 7 8 9 0 0 0 1\n");
-  options_.poses_path = folder_ / "slam.tum";
-  const auto source = openRecordingColours(options_);
-  EXPECT_EQ(source->next()->colour.T_W_C.translation(), Eigen::Vector3d(7, 8, 9));
-  EXPECT_FALSE(source->next());
-  EXPECT_EQ(source->skipped().at("colour images: no pose within 60 ms"), 2u);
-}
-
 /// Whatever PNG and JPEG hold becomes 8 bits of red, green and blue.
 TEST_F(RecordedColoursTest, OtherKindsOfPixels) {
   const auto first = [&](const std::string& name, const cv::Mat& image) {

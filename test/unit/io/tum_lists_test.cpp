@@ -42,13 +42,6 @@ TEST_F(TumListsTest, ReadsPosesAsCameraToWorldWithTheScalarLast) {
   EXPECT_TRUE(p_W.isApprox(Eigen::Vector3d(1, 3, 3), 1e-9)) << p_W;
 }
 
-TEST_F(TumListsTest, ReadsColourWhereThereIsSome) {
-  writeBytes(folder_ / "rgb.txt", "# none\n\n100.0 rgb/0.jpg\n");
-  const std::vector<StampedImage> colour = readTumColourList(folder_.path());
-  ASSERT_EQ(colour.size(), 1u);
-  EXPECT_EQ(colour[0].path, folder_ / "rgb/0.jpg");
-}
-
 TEST_F(TumListsTest, NamesWhatIsMissing) {
   for (const char* name : {"camera_info.yaml", "groundtruth.txt", "depth.txt"}) {
     std::filesystem::remove(folder_ / name);

@@ -76,15 +76,6 @@ TEST(Floor, OfTheTiltedRoomIsFoundExactly) {
   }
 }
 
-TEST(Floor, IsFoundAllAlongTheLap) {
-  const Eigen::Isometry3d T_M_R = tilted(30.0, Vector3d(1.0, 1.0, 0.0), Vector3d(1.0, 1.0, 1.0));
-  for (int i = 0; i < 12; ++i) {
-    const FloorSearch search = searched(lapFrames(T_M_R, FloorSearch::kViews, 2.0 * i));
-    ASSERT_TRUE(search.floor()) << i << ": " << search.problem();
-    expectLevel(*search.floor(), T_M_R, 0.1, 0.001);
-  }
-}
-
 TEST(Floor, IsFoundInNoise) {
   const Eigen::Isometry3d T_M_R = tilted(40.0, Vector3d(0.0, 1.0, 0.0), Vector3d(0.0, 2.0, 0.0));
   std::vector<SceneFrame> frames = lapFrames(T_M_R);

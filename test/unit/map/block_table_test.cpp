@@ -80,23 +80,6 @@ TEST(BlockTable, PassesOverWhatLiesOutsideOfItsExtent) {
   EXPECT_EQ(table.admit({{keyOf(7), 1}}).outside.size(), 1u) << "it outlasts clear()";
 }
 
-TEST(BlockTable, PaintsOnlyWhatTakesColour) {
-  BlockTable table(kPlenty);
-  table.restrictTo({BlockExtent(), {{0, 0, 0}, {1, 5, 5}}, BlockExtent()});
-  std::vector<BlockRequest> requests;
-  std::vector<ColourRequest> colours;
-  for (int x = -3; x < 20; ++x) {
-    requests.push_back({keyOf(x), 1});
-    colours.push_back({keyOf(x), 3});
-  }
-  EXPECT_EQ(table.admit(requests).changed_slots.size(), requests.size());
-  EXPECT_EQ(table.countNewColours(colours), 4u);
-  const ColourAdmission admission = table.admitColours(colours);
-  EXPECT_EQ(admission.refused, 0u);
-  EXPECT_EQ(admission.bricks.size(), 4u);
-  EXPECT_EQ(table.coloursInUse(), 4u);
-}
-
 /// Also where some of the blocks are there already, and the budget ends.
 TEST(BlockTable, HandsOutTheSameBeforeBlocksAreListed) {
   std::mt19937 random(11);
@@ -301,21 +284,6 @@ TEST(BlockTable, PoolsStayWithinTheSizesToldBefore) {
       }
     }
   }
-}
-
-TEST(BlockTable, ClearForgetsEverything) {
-  BlockTable used(kPlenty), fresh(kPlenty);
-  std::mt19937 random(24);
-  used.admit(randomRequests(random, 100));
-  used.clear();
-  EXPECT_EQ(used.bytesInUse(), 0u);
-  EXPECT_EQ(used.slotCount(), 0u);
-  EXPECT_EQ(used.arrayCount(), 0u);
-  EXPECT_TRUE(used.sortedSlots().empty());
-  const std::vector<BlockRequest> requests = randomRequests(random, 50);
-  used.admit(requests);
-  fresh.admit(requests);
-  expectEqual(used, fresh);
 }
 
 /// Bit of a brick of direction 0.

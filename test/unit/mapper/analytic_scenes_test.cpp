@@ -121,21 +121,6 @@ TEST_P(AnalyticScenes, TurnedBoxFaces) {
   EXPECT_LT(worst, projective() ? 0.5 : 0.01);
 }
 
-/// Far from the origin of the map nothing gets worse, but for the rounding of positions to floats:
-/// steps of 1 / 16384 m at 1 km.
-TEST_P(AnalyticScenes, BallOneKilometreAway) {
-  const Vector3d centre(1000.013, -997.007, 503.021);
-  Scene scene;
-  scene.add(Sphere{centre, 0.4});
-  const Mesh mesh = reconstruct(params(), renderFrames(scene, sphereOfPoses(centre, 1.1, 24)));
-  const double rounding = std::sqrt(3.0) * 0.5 / 16384.0 / kSceneVoxel_m;
-  const Bounds near = projective() ? Bounds{0.15, 0.75} : Bounds{0.02, 0.05};
-  expectWithin(measureError(mesh, scene), {near.rms + rounding, near.max + rounding});
-  const MeshTopology topology = measureTopology(mesh);
-  EXPECT_EQ(topology.repeated_corners + topology.crowded_edges + topology.inconsistent_edges, 0u)
-      << topology;
-}
-
 double areaWithin(const Mesh& mesh, const Eigen::AlignedBox3d& box) {
   double area = 0.0;
   for (const auto& triangle : mesh.triangles) {

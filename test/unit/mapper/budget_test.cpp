@@ -52,21 +52,6 @@ TEST_P(Budget, IsKeptAndRefusalsAreCounted) {
   EXPECT_EQ(mapper->stats().refused_blocks, 0u);
 }
 
-/// Neither threads, nor meshes, nor what scratch they take decide what is refused.
-TEST_P(Budget, RefusalsDependOnTheMapAlone) {
-  MapperParams other_params = smallParams(GetParam());
-  other_params.threads = 3;
-  const std::unique_ptr<ProbedMapper> plain = makeProbedMapper(smallParams(GetParam()));
-  const std::unique_ptr<ProbedMapper> meshed = makeProbedMapper(other_params);
-  for (const SceneFrame& frame : lap()) {
-    const size_t refused = plain->integrate(frame.view()).refused_blocks;
-    EXPECT_EQ(meshed->integrate(frame.view()).refused_blocks, refused);
-    meshed->updateMesh();
-    EXPECT_EQ(meshed->stats().map_bytes, plain->stats().map_bytes);
-  }
-  EXPECT_NE(meshed->memory().scratch, plain->memory().scratch) << "nothing else differs";
-}
-
 TEST_P(Budget, WhatIsBesideTheMapIsTold) {
   const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(smallParams(GetParam()));
   EXPECT_FALSE(mapper->memory().on_gpu);

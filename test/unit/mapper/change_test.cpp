@@ -69,17 +69,6 @@ TEST_P(Change, WhatGoesAwayGoesFromTheMap) {
   }
 }
 
-/// Nothing is in range any more: only frames that see farther than the map reaches.
-TEST_P(Change, WhatIsSeenThroughFromAfarGoes) {
-  Session session(params());
-  see(session, look(wallAndBall()), 3);
-  ASSERT_GT(trianglesOfBallNow(session), 300u);
-  Scene far;
-  far.add(Plane{{30.0, 0.0, 0.0}, -Vector3d::UnitX()});
-  see(session, look(far), 24);
-  EXPECT_EQ(trianglesOfBallNow(session), 0u);
-}
-
 /// A frame that only clears is none of those whose support is asked for.
 TEST_P(Change, AFrameFromAfarAsksForNoMoreSupport) {
   Session session(params());
@@ -88,47 +77,6 @@ TEST_P(Change, AFrameFromAfarAsksForNoMoreSupport) {
   see(session, look(far), 2);
   see(session, look(wallAndBall()), 1);
   EXPECT_GT(trianglesOfBallNow(session), 300u);
-}
-
-TEST_P(Change, WhatStaysKeepsItsSurface) {
-  std::vector<Eigen::Isometry3d> poses;
-  for (int i = 0; i < 15; ++i) {
-    const Vector3d eye(0.0, 0.03 * (i % 5 - 2), 0.03 * (i % 3 - 1));
-    poses.push_back(lookAt(eye, eye + Vector3d::UnitX(), Vector3d::UnitZ()));
-  }
-  const std::vector<SceneFrame> frames = renderFrames(wallAndBall(), poses);
-  Session session(params());
-  const auto round = [&] {
-    for (const SceneFrame& frame : frames) session.integrate(frame);
-  };
-  round();
-  round();  // what a single view showed is supported twice now
-  const auto before = static_cast<double>(trianglesOfBallNow(session));
-  round();
-  round();
-  EXPECT_NEAR(static_cast<double>(trianglesOfBallNow(session)) / before, 1.0, 0.01);
-}
-
-/// What is out of view is not doubted.
-TEST_P(Change, WhatIsNotLookedAtStays) {
-  Session session(params());
-  see(session, look(wallAndBall()), 3);
-  const size_t before = trianglesOfBallNow(session);
-  Scene other;
-  other.add(Plane{{0.0, 1.5, 0.0}, -Vector3d::UnitY()});
-  see(session, look(other, 1.57), 60);
-  EXPECT_EQ(trianglesOfBallNow(session), before);
-}
-
-/// Nor what is hidden behind something nearer.
-TEST_P(Change, WhatIsHiddenStays) {
-  Session session(params());
-  see(session, look(wallAndBall()), 3);
-  const size_t before = trianglesOfBallNow(session);
-  Scene nearer;
-  nearer.add(Plane{{0.6, 0.0, 0.0}, -Vector3d::UnitX()});
-  see(session, look(nearer), 60);
-  EXPECT_EQ(trianglesOfBallNow(session), before);
 }
 
 /// It comes back while the update that tells of its going is on its way.

@@ -117,56 +117,12 @@ TEST_P(ClearRegion, EmptiesExactlyTheVoxelsInside) {
   EXPECT_EQ(again.voxels + again.blocks, 0u);
 }
 
-/// The update after it turns the mesh into that of a map which was never meshed before.
-TEST_P(ClearRegion, TheNextUpdateHasAllThatChanges) {
-  Session meshed(params()), fresh(params());
-  seeAll(meshed);
-  meshed.updateMesh();
-  const Mesh whole = meshed.mesh();
-  meshed.mapper().clearRegion(GetParam().region);
-  meshed.updateMesh();
-  seeAll(fresh);
-  fresh.mapper().clearRegion(GetParam().region);
-  fresh.updateMesh();
-  EXPECT_TRUE(sameMaps(meshed.mapper(), fresh.mapper()));
-  EXPECT_EQ(meshed.mapper().stats().blocks, fresh.mapper().stats().blocks);
-  EXPECT_TRUE(sameMeshes(meshed.mesh(), fresh.mesh()));
-  EXPECT_LT(meshed.mesh().triangles.size(), whole.triangles.size());
-  EXPECT_GT(meshed.mesh().triangles.size(), whole.triangles.size() / 4);
-}
-
 INSTANTIATE_TEST_SUITE_P(Regions, ClearRegion,
                          testing::Values(RegionCase{"Sphere", SphereRegion{{1.1, 0.0, 0.0}, 0.33}},
                                          RegionCase{"TiltedBox", tiltedBox()}),
                          [](const testing::TestParamInfo<RegionCase>& info) {
                            return info.param.name;
                          });
-
-/// Also where something is painted, and while nobody has asked for a mesh.
-TEST(ClearAllSpace, LeavesAnEmptyMap) {
-  BoxRegion everything;
-  everything.size_m = Vector3d::Constant(1e9);
-  for (const bool meshed : {false, true}) {
-    Session session(makeCpuParams());
-    seeAll(session);
-    const PaintedFrame image = renderColour(
-        ballAndWall(),
-        [](const Vector3d&) {
-          return Colour{200, 100, 50};
-        },
-        frames()[0].frame.T_W_C);
-    EXPECT_EQ(session.mapper().paint(image.view()).status, FrameStatus::kFused);
-    EXPECT_GT(session.mapper().stats().colour_bytes, 0u);
-    if (meshed) session.updateMesh();
-    const size_t blocks = session.mapper().snapshot().size();
-    EXPECT_EQ(session.mapper().clearRegion(everything).blocks, blocks);
-    session.updateMesh();
-    const MapStats stats = session.mapper().stats();
-    EXPECT_EQ(stats.blocks + stats.voxel_arrays + stats.map_bytes + stats.colour_bytes, 0u);
-    EXPECT_TRUE(session.mapper().snapshot().empty());
-    EXPECT_TRUE(session.mesh().triangles.empty());
-  }
-}
 
 TEST(Clear, LeavesAMapThatCanBeAsked) {
   Session session(makeCpuParams());

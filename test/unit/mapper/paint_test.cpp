@@ -207,29 +207,6 @@ TEST(Paint, WhatTheMapHidesIsLeftAlone) {
   EXPECT_NEAR(seen.mean[1], kGreen[1], 0.5);
 }
 
-/// A patch of another colour in the middle of a grey wall, which tells the exposure.
-PaintedFrame patchFrame(const Colour& patch, const Eigen::Isometry3d& T_W_C) {
-  const auto colour = [&](const Vector3d& p_W) {
-    return std::abs(p_W.x()) < 0.1 && std::abs(p_W.z()) < 0.1 ? patch : kGrey;
-  };
-  return renderColour(wallScene(), colour, T_W_C);
-}
-
-bool isInPatch(const Vec3f& p) { return std::abs(p.x) < 0.06f && std::abs(p.z) < 0.06f; }
-
-TEST(Paint, BetterViewsWinAndWorseOnesHardlyCount) {
-  const auto mapper = makeMapperAt(0.02f);
-  fuse(*mapper, wallScene(), lookingAtWall(Vector3d::Zero()));
-  const PaintedFrame far = patchFrame(kRed, lookingAtWall({0.0, -3.0, 0.0}));
-  const PaintedFrame near = patchFrame(kBlue, lookingAtWall({0.0, 0.7, 0.0}));
-  for (int i = 0; i < 20; ++i) mapper->paint(far.view());
-  EXPECT_NEAR(wallColours(meshOf(*mapper, 0.02f), isInPatch).mean[0], kRed[0], 8.0);
-  for (int i = 0; i < 3; ++i) mapper->paint(near.view());
-  EXPECT_NEAR(wallColours(meshOf(*mapper, 0.02f), isInPatch).mean[2], kBlue[2], 25.0);
-  for (int i = 0; i < 3; ++i) mapper->paint(far.view());
-  EXPECT_NEAR(wallColours(meshOf(*mapper, 0.02f), isInPatch).mean[2], kBlue[2], 40.0);
-}
-
 /// A camera that moves along a wall while its exposure and its white balance change: one colour.
 TEST(Paint, ExposureLeavesNoPatches) {
   const auto mapper = makeMapperAt(0.02f);
@@ -278,23 +255,6 @@ RoomFrames roomFrames(int count) {
 void feed(Mapper& mapper, const RoomFrames& frames, size_t i) {
   mapper.integrate(frames.depth[i].view());
   mapper.paint(frames.colour[i].view());
-}
-
-TEST(Paint, SameBytesInAnyNumberOfThreadsAndHoweverOftenMeshed) {
-  const RoomFrames frames = roomFrames(6);
-  const auto once = makeMapperAt(0.04f, 1), often = makeMapperAt(0.04f, 3);
-  MeshStore often_mesh(0.04f);
-  for (size_t i = 0; i < frames.depth.size(); ++i) {
-    feed(*once, frames, i);
-    often->integrate(frames.depth[i].view());
-    often_mesh.apply(often->updateMesh());
-    often->paint(frames.colour[i].view());
-    often_mesh.apply(often->updateMesh());
-  }
-  EXPECT_TRUE(sameMaps(*once, *often));
-  const Mesh mesh = meshOf(*once, 0.04f);
-  EXPECT_GT(mesh.colours.size(), 1000u);
-  EXPECT_TRUE(sameMeshes(mesh, often_mesh.assemble()));
 }
 
 TEST(Paint, AnImageThatChangesNothingChangesNoMesh) {

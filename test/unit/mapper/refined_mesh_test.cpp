@@ -10,7 +10,6 @@
 
 #include "support/depth_frames.h"
 #include "support/mesh_topology.h"
-#include "support/raw_mesh.h"
 #include "support/session.h"
 
 namespace dtsdf {
@@ -43,12 +42,6 @@ MeshUpdate fuseAndMesh(const MapperParams& params, const std::vector<SceneFrame>
   const auto mapper = makeProbedMapper(params);
   for (const SceneFrame& frame : frames) mapper->integrate(frame.view());
   return mapper->updateMesh();
-}
-
-MeshStore storeOf(const MapperParams& params, const MeshUpdate& update) {
-  MeshStore store(params.map.voxel_size_m);
-  store.apply(update);
-  return store;
 }
 
 /// The middles of the straight sides of a mesh, or the vertices that only the first one has.
@@ -138,48 +131,10 @@ TEST_P(RefinedMesh, KeepsTheVerticesOfThePlainOne) {
   }
 }
 
-/// Blocks that share a side repeat its middle bit for bit: no vertex gets a second place.
-TEST_P(RefinedMesh, HasOnePlaceForEachVertex) {
-  const MapperParams settings = params(1);
-  std::vector<SceneFrame> frames;
-  for (int i = 0; i < 4; ++i) {
-    frames.push_back(renderFrame(makeRoomScene(), roomCameraPose(0.5 * i)));
-  }
-  const MeshUpdate update = fuseAndMesh(settings, frames);
-  const MeshStore store = storeOf(settings, update);
-  std::set<std::array<double, 3>> places;
-  for (const BlockMesh& block : update.blocks) {
-    for (const BlockVertex& vertex : block.vertices) {
-      places.insert(store.positionInMap(block.key, vertex));
-    }
-  }
-  const Mesh mesh = rawMesh(store);
-  EXPECT_GT(mesh.vertices_m.size(), 10000u);
-  const size_t shared_places = measureTopology(mesh).coincident_vertices;
-  EXPECT_LT(shared_places, mesh.vertices_m.size() / 1000);  // few: of two sheets that meet
-  EXPECT_EQ(places.size(), mesh.vertices_m.size() - shared_places);
-}
-
 INSTANTIATE_TEST_SUITE_P(Maps, RefinedMesh, testing::Bool(),
                          [](const testing::TestParamInfo<bool>& info) {
                            return info.param ? "Directional" : "Undirected";
                          });
-
-TEST(RefineSetting, IsZeroOrOne) {
-  EXPECT_EQ(MapperParams().mesh.refine, 0);
-  for (const int refused : {-1, 2}) {
-    MapperParams params;
-    ParamReader reader({{"mesh/refine", refused}});
-    visitParams(params, reader);
-    try {
-      reader.finish();
-      ADD_FAILURE() << refused;
-    } catch (const ParamError& error) {
-      ASSERT_EQ(error.violations().size(), 1u);
-      EXPECT_NE(error.violations()[0].find("mesh/refine"), std::string::npos);
-    }
-  }
-}
 
 }  // namespace
 }  // namespace dtsdf

@@ -190,16 +190,6 @@ TEST(MeshStore, NormalsOfFoldedTrianglesCountTurnedRound) {
   for (const Vec3f& n : store.assemble().normals) EXPECT_FLOAT_EQ(n.z, 1.0f);
 }
 
-TEST(MeshStore, PositionsAreInDouble) {
-  const MeshStore store(0.02f);
-  const BlockKey key{6250, -6250, 0};
-  const std::array<double, 3> p = store.positionInMap(key, {{0.7f, 7.3f, 2.0f}, 0});
-  const double h = 0.02f;
-  EXPECT_EQ(p[0], (50000.0 + double(0.7f)) * h);
-  EXPECT_EQ(p[1], (-50000.0 + double(7.3f)) * h);
-  EXPECT_EQ(p[2], 2.0 * h);
-}
-
 /// Beyond 64 m vertices count from whole metres in the middle of the mesh.
 TEST(MeshStore, MeshesFarAwayHaveAnOriginOfTheirOwn) {
   const auto meshOf = [](std::vector<int> xs) {

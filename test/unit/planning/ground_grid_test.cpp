@@ -133,40 +133,6 @@ TEST(GroundGrid, AColumnIsWhatIsInIt) {
   EXPECT_EQ(valueOf({u, u, f, u, u}), kColumnFree);
 }
 
-TEST(GroundGrid, WindowsGrowBySteps) {
-  const auto expectWindow = [](const GridBox& known, const GridBox& window) {
-    EXPECT_TRUE(windowAround(known) == window) << known.x << " " << known.width;
-  };
-  expectWindow({0, 0, 1, 1}, {0, 0, 256, 256});
-  expectWindow({-1, 255, 1, 1}, {-256, 0, 256, 256});
-  expectWindow({-256, 256, 256, 256}, {-256, 256, 256, 256});
-  expectWindow({-257, 100, 2, 157}, {-512, 0, 512, 512});
-}
-
-/// Updates hold all that has changed since the grid, also what an earlier one has told.
-TEST(GroundGrid, UpdatesAreTheUnionSinceTheGrid) {
-  GroundGrid grid({0.0, 0.4});
-  Cells cells;
-  cells.set(100, 100, 1, CellState::kSurface);
-  grid.apply(cells.take(), kCell_m);
-  ASSERT_EQ(grid.next(), Pending::kGrid);
-  EXPECT_TRUE(grid.changed().isEmpty());
-  cells.set(10, 20, 1, CellState::kSurface);
-  grid.apply(cells.take(), kCell_m);
-  EXPECT_EQ(grid.next(), Pending::kUpdate);
-  EXPECT_TRUE((grid.changed() == GridBox{10, 20, 1, 1}));
-  cells.set(30, 21, 1, CellState::kSurface);
-  grid.apply(cells.take(), kCell_m);
-  EXPECT_EQ(grid.next(), Pending::kUpdate);
-  EXPECT_TRUE((grid.changed() == GridBox{10, 20, 21, 2}));
-  // Beyond the window: a whole grid, and all begins anew.
-  cells.set(-1, 21, 1, CellState::kSurface);
-  grid.apply(cells.take(), kCell_m);
-  EXPECT_EQ(grid.next(), Pending::kGrid);
-  EXPECT_TRUE((*grid.window() == GridBox{-256, 0, 512, 256}));
-  EXPECT_TRUE(grid.changed().isEmpty());
-}
-
 /// Cells come and go at random, near and far: a follower has what is there, and its window is the
 /// least that held all when it was told.
 TEST(GroundGrid, AFollowerHasWhatIsThere) {

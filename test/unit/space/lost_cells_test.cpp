@@ -99,15 +99,6 @@ TEST_F(LostSurfaces, AreFeltUntilTheirCubesAreToldAgain) {
   }
 }
 
-TEST_F(LostSurfaces, AreFeltWhereOneOfTheirCubesIsTold) {
-  ASSERT_NO_FATAL_FAILURE(build());
-  overwritePages(folder_.path());
-  std::vector<SurfaceCube> told;
-  for (int i = 0; i < kWalls; ++i) told.push_back({cubeOfWall(i) - Vec3i{1, 0, 0}, {}});
-  field_.update(told);
-  ASSERT_NO_FATAL_FAILURE(expectSafe());
-}
-
 TEST_F(LostSurfaces, AreExactAgainWhenTheDiskIs) {
   ASSERT_NO_FATAL_FAILURE(build());
   {

@@ -1,38 +1,10 @@
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
-
-#include "benchmark/benchmark_report.h"
 #include "benchmark/flight.h"
 #include "mapper/probed_mapper.h"
-#include "tools/reconstruction_report.h"
 
 namespace dtsdf {
 namespace {
-
-Measurement someMeasurement() {
-  Measurement m;
-  m.backend_name = "cpu (1 thread)";
-  for (int i = 0; i < 4; ++i) {
-    FrameTime time;
-    time.total_ms = i == 0 ? 100.0 : i;
-    time.processor_ms = 2.0 * time.total_ms;
-    m.frames.push_back(time);
-    Profile profile;
-    profile.add(Stage::kFold, 2.0);
-    m.stages.push_back(profile);
-  }
-  m.memory = {{"voxels", MemoryKind::kMap, 10, 20}, {"hash", MemoryKind::kIndices, 1, 2}};
-  return m;
-}
-
-TEST(BenchmarkReport, LeavesTheFirstFrameOut) {
-  const auto json = nlohmann::json::parse(reportMeasurement(someMeasurement()));
-  EXPECT_EQ(json["first_frame_ms"], 100.0);
-  EXPECT_EQ(json["total_ms"]["median"], 2.0);
-  EXPECT_EQ(json["total_ms"]["worst"], 3.0);
-  EXPECT_EQ(json["processor_ms"]["median"], 4.0);
-}
 
 TEST(Flight, DepthLeadsToTheGround) {
   const SourceFrame frame = renderFlightFrame(3.0);

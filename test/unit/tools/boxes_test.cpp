@@ -154,8 +154,6 @@ class Boxes : public testing::Test {
 constexpr char kPlain[] = "colour/enabled=never ";
 constexpr char kFixed[] = "colour/exposure=fixed ", kDepth[] = "colour/max_depth_m=1.8 ";
 
-TEST_F(Boxes, HaveTheBytesOfOneProcess) { expectSame(kPlain, "--count 9"); }
-
 TEST_F(Boxes, HaveThoseOfSpaceAndNarrowBoxesToo) {
   expectSame(std::string(kPlain) + "space/enabled=true space/max_range_m=3 space/cell_voxels=2",
              "--box-m 8");

@@ -161,15 +161,6 @@ TEST_F(MapToolSpace, SaysThatAMapHasNoFreeSpace) {
       << errors_;
 }
 
-TEST_F(MapToolSpace, SettingsOfTheFileAreNotToBeGiven) {
-  EXPECT_EQ(run("slice " + (out_ / "room.dtsdf") + " " + (out_ / "room.png") +
-                " --height 0 --set map/voxel_size_m=0.05"),
-            1);
-  EXPECT_NE(errors_.find("map/voxel_size_m 0.04, not 0.05; leave this setting out"),
-            std::string::npos)
-      << errors_;
-}
-
 TEST_F(MapToolSpace, SaysWhatIsWrong) {
   EXPECT_EQ(run("slice " + (out_ / "room.dtsdf") + " " + (out_ / "room.png")), 2);
   EXPECT_NE(errors_.find("--height"), std::string::npos) << errors_;

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
-
 #include "support/temporary_folder.h"
 #include "tools/reconstruction_report.h"
 
@@ -92,41 +90,18 @@ class FakeColours : public ColourSource {
 
 class ReconstructionTest : public testing::Test {
  protected:
-  ReconstructionResult run(const std::vector<int>& widths, size_t mesh_every) {
-    FakeSource source(widths);
-    return reconstruct(source, mapper_, MapParams(), mesh_every,
-                       [this](size_t done) { progress_.push_back(done); });
+  ReconstructionResult run(const RecordedInput& input) {
+    return reconstruct(input, mapper_, MapParams(), 0, [](size_t) {});
   }
 
   FakeMapper mapper_;
-  std::vector<size_t> progress_;
 };
-
-TEST_F(ReconstructionTest, MeshesOnceAtTheEndByDefault) {
-  const ReconstructionResult result = run({1, 1, 1}, 0);
-  EXPECT_EQ(mapper_.calls, "iiim");
-  EXPECT_EQ(result.frames, 3u);
-  EXPECT_EQ(result.integrate_ms.size(), 3u);
-  EXPECT_EQ(result.mesh_ms.size(), 1u);
-  EXPECT_EQ(progress_, (std::vector<size_t>{4, 5, 6}));
-}
-
-TEST_F(ReconstructionTest, MeshesEachSoManyFramesAndWhatIsLeft) {
-  EXPECT_EQ(run({1, 1, 1, 1, 1}, 2).mesh_ms.size(), 3u);
-  EXPECT_EQ(mapper_.calls, "iimiimim");
-}
-
-TEST_F(ReconstructionTest, DoesNotMeshAgainWhereNothingIsLeft) {
-  EXPECT_EQ(run({1, 1, 1, 1}, 2).mesh_ms.size(), 2u);
-  EXPECT_EQ(mapper_.calls, "iimiim");
-}
 
 /// Frames have the stamps 1, 2, 3.
 TEST_F(ReconstructionTest, PaintsBetweenTheFramesInTheOrderOfStamps) {
   FakeSource source({1, 1, 1});
   FakeColours colours({0.5, 1.0, 1.5, 1.6, 3.0, 3.1});
-  const ReconstructionResult result =
-      reconstruct({source, &colours}, mapper_, MapParams(), 0, [](size_t) {});
+  const ReconstructionResult result = run({source, &colours});
   EXPECT_EQ(mapper_.calls, "ipppiipm");
   EXPECT_EQ(result.images, 4u);
   EXPECT_EQ(result.paint_ms.size(), 4u);
@@ -139,20 +114,14 @@ TEST_F(ReconstructionTest, PaintsBeforeTheFirstFrameWhatTheMapHasNotSeen) {
   FakeColours colours({-2.0, -1.0, 0.5, 1.5});
   RecordedInput input(source, &colours);
   input.map_stamp_s = -1.0;
-  const ReconstructionResult result = reconstruct(input, mapper_, MapParams(), 0, [](size_t) {});
+  const ReconstructionResult result = run(input);
   EXPECT_EQ(mapper_.calls, "pipim");
   EXPECT_EQ(result.stamp_s, 2.0);
 }
 
-TEST_F(ReconstructionTest, MeshesOnceMoreAfterTheLastImage) {
-  FakeSource source({1, 1});
-  FakeColours colours({2.0});
-  reconstruct({source, &colours}, mapper_, MapParams(), 1, [](size_t) {});
-  EXPECT_EQ(mapper_.calls, "imipm");
-}
-
 TEST_F(ReconstructionTest, CountsWhatWasNotFusedByReason) {
-  const ReconstructionResult result = run({1, 0, 1}, 0);
+  FakeSource source({1, 0, 1});
+  const ReconstructionResult result = run(source);
   EXPECT_EQ(result.frames, 2u);
   EXPECT_EQ(result.skipped.at("no pose"), 3u);
   EXPECT_EQ(result.skipped.at(toString(FrameStatus::kBadImage)), 1u);
@@ -160,7 +129,8 @@ TEST_F(ReconstructionTest, CountsWhatWasNotFusedByReason) {
 }
 
 TEST_F(ReconstructionTest, SaysWhyNoFrameWasFused) {
-  const std::string error = errorOf([&] { run({0, 0}, 0); });
+  FakeSource source({0, 0});
+  const std::string error = errorOf([&] { run(source); });
   EXPECT_NE(error.find("no frame was fused"), std::string::npos) << error;
   EXPECT_NE(error.find("3 no pose"), std::string::npos) << error;
 }
@@ -176,34 +146,6 @@ TEST(Summary, IsMeanMedianAndP95) {
   EXPECT_DOUBLE_EQ(summarise(values).worst, 100.0);
   EXPECT_DOUBLE_EQ(summarise(std::vector<double>{5.0}).p95, 5.0);
   EXPECT_DOUBLE_EQ(summarise(std::vector<double>{}).mean, 0.0);
-}
-
-TEST(ReportJson, HasEveryKey) {
-  ReconstructionResult result;
-  result.frames = 2;
-  result.skipped = {{"no pose \xff", 1}};  // not UTF-8
-  result.integrate_ms = {1.0, 3.0};
-  result.mesh_ms = {10.0};
-  result.map.blocks = 3;
-  result.map.voxel_arrays = 7;
-  result.map.map_bytes = 4096;
-  result.map.refused_blocks = 2;
-  result.vertices = 4;
-  result.triangles = 2;
-  const auto report = nlohmann::json::parse(reportJson(result, "cpu (2 threads)"));
-  EXPECT_EQ(report["backend"], "cpu");
-  EXPECT_EQ(report["device"], "cpu (2 threads)");
-  EXPECT_EQ(report["frames"], 2);
-  EXPECT_EQ(report["frames_skipped"].size(), 1u);
-  EXPECT_EQ(report["integrate_ms"]["mean"], 2.0);
-  EXPECT_EQ(report["integrate_ms"]["median"], 2.0);
-  EXPECT_EQ(report["mesh_ms"]["p95"], 10.0);
-  EXPECT_EQ(report["blocks"], 3);
-  EXPECT_EQ(report["voxel_arrays"], 7);
-  EXPECT_EQ(report["map_bytes"], 4096);
-  EXPECT_EQ(report["refused_blocks"], 2);
-  EXPECT_EQ(report["vertices"], 4);
-  EXPECT_EQ(report["triangles"], 2);
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include <exception>
 
 #include "ros/common/chunk_message.h"
+#include "rviz/chunk_visuals.h"
 
 namespace dtsdf {
 

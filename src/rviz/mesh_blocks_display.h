@@ -10,8 +10,6 @@
 #include <memory>
 #include <string>
 
-#include "rviz/chunk_visuals.h"
-
 namespace Ogre {
 class Camera;
 }
@@ -25,6 +23,8 @@ class RosTopicProperty;
 }  // namespace rviz
 
 namespace dtsdf {
+
+class ChunkVisuals;
 
 class MeshBlocksDisplay : public rviz::Display {
   Q_OBJECT

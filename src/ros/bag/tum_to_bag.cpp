@@ -6,7 +6,6 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -52,13 +51,8 @@ sensor_msgs::ImagePtr makeDepthImage(const SourceFrame& frame, const TumToBagOpt
   cv_bridge::CvImage image(makeHeader(frame.stamp_s, options.camera_frame), enc::TYPE_32FC1);
   if (options.millimetres) {
     image.encoding = enc::TYPE_16UC1;
-    cv::Mat_<uint16_t> pixels(raws.size());
-    std::transform(raws.begin(), raws.end(), pixels.begin(), [&](uint16_t raw) {
-      const double depth_mm = 1000.0 * raw / options.units_per_metre;
-      const bool fits = depth_mm < kNoDepth16 - 0.5;
-      return fits ? static_cast<uint16_t>(std::lround(depth_mm)) : uint16_t{0};
-    });
-    image.image = pixels;
+    raws.convertTo(image.image, CV_16UC1, 1000.0 / options.units_per_metre);
+    image.image.setTo(0, image.image == kNoDepth16);  // too far for it
   } else {
     cv::Mat_<float> pixels(raws.size());
     std::transform(raws.begin(), raws.end(), pixels.begin(),
@@ -79,24 +73,19 @@ sensor_msgs::ImagePtr makeColourImage(const SourceColour& source, const TumToBag
 /// Each image with its transform, at the stamp at which the offline program would fuse it.
 class BagWriter {
  public:
+  /// @throws std::runtime_error for a folder that cannot be read.
   BagWriter(const TumToBagOptions& options, const std::string& path)
       : options_(options), bag_(path, rosbag::bagmode::Write) {
     bag_.setCompression(rosbag::compression::LZ4);
-  }
-
-  void writeDepth() {
-    const std::unique_ptr<FrameSource> frames = openRecording(options_.recording);
+    const std::unique_ptr<FrameSource> frames = openRecording(options.recording);
     while (const std::optional<SourceFrame> frame = frames->next()) {
-      write("depth", "image_rect", makeDepthImage(*frame, options_), frame->depth);
+      write("depth", "image_rect", makeDepthImage(*frame, options), frame->depth);
     }
     count(frames->skipped());
-  }
-
-  void writeColour() {
-    const std::unique_ptr<ColourSource> images = openRecordingColours(options_.recording);
+    const std::unique_ptr<ColourSource> images = openRecordingColours(options.recording);
     if (images == nullptr) return;
     while (const std::optional<SourceColour> image = images->next()) {
-      write("rgb", "image_rect_color", makeColourImage(*image, options_), image->colour);
+      write("rgb", "image_rect_color", makeColourImage(*image, options), image->colour);
     }
     count(images->skipped());
   }
@@ -144,8 +133,6 @@ void convert(const TumToBagOptions& options) {
   const std::string unfinished = options.bag + ".unfinished";
   try {
     BagWriter writer(options, unfinished);
-    writer.writeDepth();
-    writer.writeColour();
     writer.close();
     fs::rename(unfinished, options.bag);
     writer.report();

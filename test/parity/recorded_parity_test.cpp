@@ -1,19 +1,16 @@
 // The GPU gives the CPU's mesh on recorded frames, byte for byte. The folder of recordings is named
-// by DTSDF_PARITY_FRAMES (see recorded_frames.h; pack_frames writes them), the voxel sizes in
-// metres by DTSDF_PARITY_VOXELS, by default "0.02 0.01".
+// by DTSDF_PARITY_FRAMES (pack_frames writes them), the voxel sizes in metres by
+// DTSDF_PARITY_VOXELS, by default "0.02 0.01".
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
 #include <filesystem>
-#include <iomanip>
-#include <iostream>
 #include <sstream>
 
+#include "benchmark/raw_frames.h"
 #include "mapper/probed_mapper.h"
 #include "parity/backend_comparison.h"
-#include "parity/recorded_frames.h"
 
 namespace dtsdf {
 namespace {
@@ -43,47 +40,26 @@ std::vector<float> voxelSizes() {
 struct Reconstruction {
   std::unique_ptr<ProbedMapper> mapper;
   Mesh mesh;
-  std::vector<double> frame_ms, mesh_ms;
 };
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values.empty() ? 0.0 : values[values.size() / 2];
-}
-
-template <class Work>
-double timed(const Work& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-      .count();
-}
-
-Reconstruction reconstruct(const std::vector<TestFrame>& frames, MapperParams params,
+Reconstruction reconstruct(const std::vector<SourceFrame>& frames, MapperParams params,
                            Backend backend) {
   params.backend = backend;
-  Reconstruction run;
-  run.mapper = makeProbedMapper(params);
+  Reconstruction run{makeProbedMapper(params), {}};
   MeshStore store(params.map.voxel_size_m);
-  double total_ms = 0.0;
   for (size_t i = 0; i < frames.size(); ++i) {
-    run.frame_ms.push_back(timed(
-        [&] { EXPECT_EQ(run.mapper->integrate(frames[i].view()).status, FrameStatus::kFused); }));
-    total_ms += run.frame_ms.back();
-    if ((i + 1) % kMeshEvery != 0 && i + 1 != frames.size()) continue;
-    MeshUpdate update;
-    run.mesh_ms.push_back(timed([&] { update = run.mapper->updateMesh(); }));
-    total_ms += run.mesh_ms.back();
-    store.apply(update);
+    EXPECT_EQ(run.mapper->integrate(frames[i].depth).status, FrameStatus::kFused);
+    if (i % kMeshEvery == 0 || i + 1 == frames.size()) store.apply(run.mapper->updateMesh());
   }
   run.mesh = store.assemble();
-  std::cout << std::fixed << std::setprecision(2) << "  " << run.mapper->backendName() << ": frame "
-            << median(run.frame_ms) << " ms, mesh update " << median(run.mesh_ms)
-            << " ms (medians of " << run.frame_ms.size() << " and " << run.mesh_ms.size()
-            << "), in all " << total_ms / static_cast<double>(frames.size()) << " ms a frame; "
-            << run.mapper->stats().blocks << " blocks, " << run.mesh.triangles.size()
-            << " triangles" << std::endl;
   return run;
+}
+
+std::vector<SourceFrame> readFrames(const std::string& path) {
+  const auto source = openRawFrames(path, FrameSelection());
+  std::vector<SourceFrame> frames;
+  while (auto frame = source->next()) frames.push_back(std::move(*frame));
+  return frames;
 }
 
 TEST(RecordedParity, CudaEqualsCpu) {
@@ -92,10 +68,9 @@ TEST(RecordedParity, CudaEqualsCpu) {
   const std::string reason = cudaUnavailableReason();
   if (!reason.empty()) GTEST_SKIP() << reason;
   for (const std::string& path : recordings) {
-    const std::vector<TestFrame> frames = readRecordedFrames(path);
+    const std::vector<SourceFrame> frames = readFrames(path);
     for (const float voxel_size_m : voxelSizes()) {
-      std::cout << std::filesystem::path(path).filename().string() << ", " << frames.size()
-                << " frames, " << voxel_size_m << " m voxels" << std::endl;
+      SCOPED_TRACE(path + ", voxels of " + std::to_string(voxel_size_m) + " m");
       MapperParams params;
       params.map.voxel_size_m = voxel_size_m;
       const Reconstruction cuda = reconstruct(frames, params, Backend::kCuda);

@@ -85,15 +85,19 @@ TEST_P(SpaceCellParity, OfATile) {
   pair.compareMaps();
 }
 
+std::string nameOfCells(const testing::TestParamInfo<CellCase>& info) {
+  return toString(std::get<0>(info.param)) + "CellsOf" + std::to_string(std::get<1>(info.param)) +
+         (std::get<2>(info.param) ? "" : "WithoutClearing");
+}
+
+INSTANTIATE_TEST_SUITE_P(TwoThreads, SpaceCellParity,
+                         testing::Combine(testing::Values(Candidate::kCpuTwoThreads),
+                                          testing::Values(1, 4), testing::Values(true)),
+                         nameOfCells);
 INSTANTIATE_TEST_SUITE_P(All, SpaceCellParity,
-                         testing::Combine(testing::Values(Candidate::kCpuTwoThreads,
-                                                          Candidate::kCuda),
+                         testing::Combine(testing::Values(Candidate::kCuda),
                                           testing::Values(1, 2, 4, 8), testing::Bool()),
-                         [](const testing::TestParamInfo<CellCase>& info) {
-                           return toString(std::get<0>(info.param)) + "CellsOf" +
-                                  std::to_string(std::get<1>(info.param)) +
-                                  (std::get<2>(info.param) ? "" : "WithoutClearing");
-                         });
+                         nameOfCells);
 
 class SpaceParity : public testing::TestWithParam<Candidate> {
  protected:

@@ -336,7 +336,7 @@ TEST_F(Correction, MayBeCutOffByAKill) {
   ros::param::set("/second/map/voxel_size_m", 0.05);
   ros::param::set("/second/output_directory", folder_);
   int corrected_maps = 0;
-  for (const double after_s : {0.0, 0.02, 0.1, 0.3, 20.0}) {
+  for (const double after_s : {0.02, 0.2, 20.0}) {
     const std::string folder = "killed" + std::to_string(after_s);
     ros::param::set("/second/journal/folder", in(folder));
     const pid_t node = fork();

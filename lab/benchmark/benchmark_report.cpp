@@ -49,18 +49,6 @@ json totalsOf(const Measurement& m) {
   totals["call_ms"] = summary(&FrameTime::call_ms);
   totals["fetch_ms"] = summary(&FrameTime::fetch_ms);
   totals["distances_ms"] = summary(&FrameTime::distances_ms);
-  const auto of_queries = [&](double QueryTime::*time) {
-    const auto value = [&](const QueryTime& query) { return query.*time; };
-    return toJson(summarise(valuesOf(m.queries, first, value)));
-  };
-  totals["align_ms"] = of_queries(&QueryTime::align_ms);
-  totals["render_ms"] = of_queries(&QueryTime::render_ms);
-  totals["overlapped_ms"] = m.overlapped_ms;
-  totals["pack_ms"] = summary(&FrameTime::pack_ms);
-  totals["packed_bytes"] = toJson(summarise(valuesOf(m.frames, first, [](const FrameTime& frame) {
-    return static_cast<double>(frame.packed.bytes);
-  })));
-  totals["packed_mesh"] = {{"bytes", m.packed.bytes}, {"triangles", m.packed.triangles}};
   return totals;
 }
 

@@ -1,4 +1,4 @@
-/// The runs of `benchmark`: what a frame takes in all, by stages, and with the fetch beside it.
+/// The runs of `benchmark`: what a frame takes in all, and by stages.
 #pragma once
 
 #include <functional>
@@ -8,11 +8,6 @@
 #include "mapper/probed_mapper.h"
 
 namespace dtsdf {
-
-/// What chunks of the mesh take in messages.
-struct PackedSize {
-  size_t bytes = 0, triangles = 0;
-};
 
 /// Wall time of one frame, with nothing else going on.
 struct FrameTime {
@@ -25,28 +20,17 @@ struct FrameTime {
   size_t mapped_bytes = 0;    ///< Of a flight: with what was mapped and dropped by then.
   bool on_return = false;     ///< Of a flight: mapped_bytes are those of the way out at its place.
   size_t resident_bytes = 0;  ///< Of a flight: memory of the process after the frame.
-  double pack_ms = 0.0;       ///< Packing the chunks that changed, as the node sends them.
-  PackedSize packed;          ///< Of these.
-};
-
-/// Wall time of what is asked of a map beside a frame.
-struct QueryTime {
-  double align_ms = 0.0;   ///< Aligning a frame to what was mapped before it; 0 for the first one.
-  double render_ms = 0.0;  ///< A view of the map from the frame's camera, once it is fused.
 };
 
 struct Measurement {
   std::string backend_name;
-  std::vector<FrameTime> frames;   ///< Without a profile.
-  std::vector<Profile> stages;     ///< Of each frame, from a run of its own.
-  std::vector<QueryTime> queries;  ///< Of each frame, from a third one.
-  double overlapped_ms = 0.0;  ///< Mean per frame where a mesh is fetched beside the next frame.
+  std::vector<FrameTime> frames;  ///< Without a profile.
+  std::vector<Profile> stages;    ///< Of each frame, from a run of its own.
   MapStats map;
   std::vector<MemoryPart> memory;
   size_t device_bytes = 0;  ///< Taken from the GPU from the mapper's making to the last frame.
   size_t mesh_bytes = 0;    ///< Of the whole mesh by blocks, on the host.
   size_t triangles = 0;
-  PackedSize packed;  ///< The whole mesh in chunks.
 };
 
 /// Times one frame and the mesh update after it; the update is given to `use`.

@@ -74,24 +74,21 @@ size_t countSmallLoops(const std::vector<MeshEdge>& edges, size_t vertices) {
 
 }  // namespace
 
-MeshBorder measureBorder(const TriangleMesh& mesh) {
-  const TriangleMesh joined = withJoinedVertices(mesh);
-  const std::vector<MeshEdge> border = findEdges(joined).boundary;
-  return {border.size(), countSmallLoops(border, joined.vertices.size())};
-}
-
-MeshEdges findEdges(const TriangleMesh& mesh) {
+std::vector<MeshEdge> boundaryEdges(const TriangleMesh& mesh) {
   std::vector<MeshEdge> sides = sidesOf(mesh);
   std::sort(sides.begin(), sides.end());
-  MeshEdges edges;
-  for (size_t begin = 0; begin < sides.size();) {
-    size_t end = begin;
+  std::vector<MeshEdge> boundary;
+  for (size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
     while (end < sides.size() && sides[end] == sides[begin]) ++end;
-    if (end - begin == 1) edges.boundary.push_back(sides[begin]);
-    if (end - begin > 2) ++edges.non_manifold;
-    begin = end;
+    if (end - begin == 1) boundary.push_back(sides[begin]);
   }
-  return edges;
+  return boundary;
+}
+
+MeshBorder measureBorder(const TriangleMesh& mesh) {
+  const TriangleMesh joined = withJoinedVertices(mesh);
+  const std::vector<MeshEdge> border = boundaryEdges(joined);
+  return {border.size(), countSmallLoops(border, joined.vertices.size())};
 }
 
 }  // namespace dtsdf

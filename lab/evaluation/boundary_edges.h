@@ -12,12 +12,8 @@ namespace dtsdf {
 /// Two vertices, the one with the smaller number first.
 using MeshEdge = std::array<uint32_t, 2>;
 
-/// Edges by vertex index: nothing is welded.
-struct MeshEdges {
-  std::vector<MeshEdge> boundary;  ///< Of one triangle.
-  size_t non_manifold = 0;         ///< Of three triangles or more.
-};
-MeshEdges findEdges(const TriangleMesh& mesh);
+/// Those of one triangle, by vertex index: nothing is welded.
+std::vector<MeshEdge> boundaryEdges(const TriangleMesh& mesh);
 
 /// Where a surface ends, with vertices at the same position taken as one.
 struct MeshBorder {

@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
+#include "io/depth_codes.h"
 #include "io/tum_lists.h"
 #include "simulation/scene.h"
 
@@ -86,16 +85,9 @@ Views readViews(const std::string& tum_folder) {
 
 std::vector<float> readTumDepth(const std::string& path, const ViewCamera& camera) {
   constexpr float kTumUnit_m = 1.0f / 5000.0f;
-  const cv::Mat image = cv::imread(path, cv::IMREAD_UNCHANGED);
-  if (image.type() != CV_16UC1 || image.cols != camera.width || image.rows != camera.height) {
-    throw std::runtime_error(path + ": not a 16-bit depth image of the camera's size");
-  }
   std::vector<float> depth_m;
-  depth_m.reserve(image.total());
-  for (int v = 0; v < image.rows; ++v) {
-    for (int u = 0; u < image.cols; ++u) {
-      depth_m.push_back(kTumUnit_m * static_cast<float>(image.at<uint16_t>(v, u)));
-    }
+  for (const uint16_t units : readDepthPng(path, {camera.width, camera.height})) {
+    depth_m.push_back(kTumUnit_m * static_cast<float>(units));
   }
   return depth_m;
 }

@@ -41,26 +41,27 @@ ColourEvaluation summarise(const std::vector<ColourError>& errors) {
   result.rmse_rgb = std::sqrt(squared_rgb / (3.0 * count));
   result.rmse_lab = std::sqrt(squared_lab / count);
   result.median_lab = lab[lab.size() / 2];
-  result.p95_lab = lab[std::min(lab.size() - 1, static_cast<size_t>(0.95 * count))];
   return result;
 }
 
 }  // namespace
 
 ColourEvaluation evaluateColours(const TriangleMesh& reconstruction,
-                                 const TriangleMesh& ground_truth, const ColourOptions& options) {
+                                 const TriangleMesh& ground_truth, Texture texture,
+                                 size_t sample_count) {
+  constexpr double kReach_m = 0.05;
   checkColours(reconstruction, "reconstruction");
-  if (options.texture == Texture::kVertices) checkColours(ground_truth, "ground truth");
+  if (texture == Texture::kVertices) checkColours(ground_truth, "ground truth");
   const MeshScene truth(ground_truth);
-  const SurfaceSamples samples = sampleSurface(reconstruction, options.samples, options.seed);
+  const SurfaceSamples samples = sampleSurface(reconstruction, sample_count, 1);
   std::vector<ColourError> errors(samples.points.size());
   parallelFor<8>(errors.size(), 0, [&](size_t i) {
     const Eigen::Vector3f& p = samples.points[i];
     const ClosestPoint closest = truth.closestPoint(p);
-    if (closest.distance_m > options.reach_m) return;
+    if (closest.distance_m > kReach_m) return;
     const Eigen::Vector3d own = vertexColourAt(reconstruction, samples.triangles[i], p);
     const Eigen::Vector3d wanted =
-        toVector(textureColour(options.texture, ground_truth, closest.triangle, p));
+        toVector(textureColour(texture, ground_truth, closest.triangle, p));
     errors[i] = {(own - wanted).squaredNorm(), (toLab(own) - toLab(wanted)).norm()};
   });
   return summarise(errors);
@@ -70,8 +71,7 @@ std::string toJson(const ColourEvaluation& evaluation) {
   const nlohmann::json json = {{"samples", evaluation.samples},
                                {"rmse_rgb", evaluation.rmse_rgb},
                                {"rmse_lab", evaluation.rmse_lab},
-                               {"median_lab", evaluation.median_lab},
-                               {"p95_lab", evaluation.p95_lab}};
+                               {"median_lab", evaluation.median_lab}};
   return json.dump(2) + "\n";
 }
 

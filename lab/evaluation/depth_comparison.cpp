@@ -32,57 +32,35 @@ void DepthComparison::merge(const DepthComparison& other) {
                         other.behind_shares_.end());
 }
 
-double DepthComparison::coveredShare() const {
-  return shareOfMeasured(behind_m_, [](double) { return true; });
-}
-
-DistanceStats DepthComparison::errors() const {
+std::string DepthComparison::toJson() const {
+  const auto share = [&](size_t count) {
+    return measured_ == 0 ? 0.0 : static_cast<double>(count) / static_cast<double>(measured_);
+  };
+  const auto shareWhere = [&](const std::vector<double>& values, const auto& holds) {
+    return share(static_cast<size_t>(std::count_if(values.begin(), values.end(), holds)));
+  };
+  const auto within = [&](double by) {
+    return shareWhere(behind_shares_, [by](double value) { return std::abs(value) <= by; });
+  };
+  const auto inFront = [&](const std::vector<double>& values, double by) {
+    return shareWhere(values, [by](double value) { return value < -by; });
+  };
+  const auto behind = [&](const std::vector<double>& values, double by) {
+    return shareWhere(values, [by](double value) { return value > by; });
+  };
   std::vector<double> errors_m = behind_m_;
   for (double& error_m : errors_m) error_m = std::abs(error_m);
-  return distanceStats(std::move(errors_m));
-}
-
-template <class Predicate>
-double DepthComparison::shareOfMeasured(const std::vector<double>& values,
-                                        Predicate predicate) const {
-  if (measured_ == 0) return 0.0;
-  const auto count = std::count_if(values.begin(), values.end(), predicate);
-  return static_cast<double>(count) / static_cast<double>(measured_);
-}
-
-double DepthComparison::shareWithin(double depth_share) const {
-  return shareOfMeasured(behind_shares_,
-                         [&](double share) { return std::abs(share) <= depth_share; });
-}
-
-double DepthComparison::shareInFront(double depth_share) const {
-  return shareOfMeasured(behind_shares_, [&](double share) { return share < -depth_share; });
-}
-
-double DepthComparison::shareBehind(double depth_share) const {
-  return shareOfMeasured(behind_shares_, [&](double share) { return share > depth_share; });
-}
-
-double DepthComparison::shareInFrontBy(double distance_m) const {
-  return shareOfMeasured(behind_m_, [&](double behind_m) { return behind_m < -distance_m; });
-}
-
-double DepthComparison::shareBehindBy(double distance_m) const {
-  return shareOfMeasured(behind_m_, [&](double behind_m) { return behind_m > distance_m; });
-}
-
-std::string DepthComparison::toJson() const {
-  const DistanceStats stats = errors();
+  const DistanceStats stats = distanceStats(std::move(errors_m));
   const nlohmann::json json = {{"images", images_},
                                {"measured_pixels", measured_},
-                               {"covered_share", coveredShare()},
-                               {"share_within_1_percent", shareWithin(0.01)},
-                               {"share_within_2_percent", shareWithin(0.02)},
-                               {"share_within_5_percent", shareWithin(0.05)},
-                               {"share_in_front_5_percent", shareInFront(0.05)},
-                               {"share_in_front_65_mm", shareInFrontBy(0.065)},
-                               {"share_behind_5_percent", shareBehind(0.05)},
-                               {"share_behind_65_mm", shareBehindBy(0.065)},
+                               {"covered_share", share(behind_m_.size())},
+                               {"share_within_1_percent", within(0.01)},
+                               {"share_within_2_percent", within(0.02)},
+                               {"share_within_5_percent", within(0.05)},
+                               {"share_in_front_5_percent", inFront(behind_shares_, 0.05)},
+                               {"share_in_front_65_mm", inFront(behind_m_, 0.065)},
+                               {"share_behind_5_percent", behind(behind_shares_, 0.05)},
+                               {"share_behind_65_mm", behind(behind_m_, 0.065)},
                                {"rmse_mm", 1e3 * stats.rmse_m},
                                {"mean_mm", 1e3 * stats.mean_m},
                                {"median_mm", 1e3 * stats.median_m},

@@ -22,33 +22,12 @@ class DepthComparison {
   /// Takes over what another comparison has gathered.
   void merge(const DepthComparison& other);
 
-  size_t images() const { return images_; }
-  size_t measuredPixels() const { return measured_; }
-
-  /// Share of the measured pixels at which the mesh has a surface.
-  double coveredShare() const;
-
-  /// |measured - predicted| in metres over the covered pixels.
-  DistanceStats errors() const;
-
-  /// Share of the measured pixels at which the mesh is within this share of the depth.
-  double shareWithin(double depth_share) const;
-
-  /// Shares of the measured pixels at which the mesh hangs in front of what was measured, or lies
-  /// behind it, by more than a share of the measured depth or than a distance. In front are skirts
-  /// and floaters: a hole in the mesh shows what is behind it, or nothing.
-  double shareInFront(double depth_share) const;
-  double shareBehind(double depth_share) const;
-  double shareInFrontBy(double distance_m) const;
-  double shareBehindBy(double distance_m) const;
-
-  /// The figures as a JSON object; distances in millimetres, as the keys say.
+  /// As a JSON object: shares of the measured pixels, and distances over those that the mesh
+  /// covers, in millimetres. In front are skirts and floaters: a hole in the mesh shows what is
+  /// behind it, or nothing.
   std::string toJson() const;
 
  private:
-  template <class Predicate>
-  double shareOfMeasured(const std::vector<double>& values, Predicate predicate) const;
-
   int stride_;
   size_t images_ = 0, measured_ = 0;
   std::vector<double> behind_m_;       ///< Predicted - measured, of each covered pixel.

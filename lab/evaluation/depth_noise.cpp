@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <sstream>
 #include <stdexcept>
 
 #include "evaluation/depth_edges.h"
@@ -95,34 +93,16 @@ bool DepthNoise::any() const {
   return axial || lateral || quantisation || loss || tof_axial || mixed || anyStereo();
 }
 
-DepthNoise depthNoiseFromName(const std::string& names) {
-  using Parts = std::vector<bool DepthNoise::*>;
-  using N = DepthNoise;
-  static const std::map<std::string, Parts> known{
-      {"none", {}},
-      {"kinect", {&N::axial, &N::lateral, &N::quantisation, &N::loss}},
-      {"tof", {&N::tof_axial, &N::mixed}},
-      {"stereo", {&N::disparity, &N::subpixel, &N::occlusion, &N::texture, &N::loss}},
-      {"axial", {&N::axial}},
-      {"lateral", {&N::lateral}},
-      {"quantisation", {&N::quantisation}},
-      {"loss", {&N::loss}},
-      {"tof_axial", {&N::tof_axial}},
-      {"mixed", {&N::mixed}},
-      {"disparity", {&N::disparity}},
-      {"subpixel", {&N::subpixel}},
-      {"occlusion", {&N::occlusion}},
-      {"texture", {&N::texture}}};
+DepthNoise depthNoiseFromName(const std::string& name) {
   DepthNoise noise;
-  std::istringstream list(names);
-  std::string name;
-  while (std::getline(list, name, ',')) {
-    const auto parts = known.find(name);
-    if (parts == known.end()) {
-      throw std::invalid_argument("unknown noise '" + name +
-                                  "'; use none, kinect, tof, stereo, or one of their parts");
-    }
-    for (bool DepthNoise::*part : parts->second) noise.*part = true;
+  if (name == "kinect") {
+    noise.axial = noise.lateral = noise.quantisation = noise.loss = true;
+  } else if (name == "tof") {
+    noise.tof_axial = noise.mixed = true;
+  } else if (name == "stereo") {
+    noise.disparity = noise.subpixel = noise.occlusion = noise.texture = noise.loss = true;
+  } else if (name != "none") {
+    throw std::invalid_argument("unknown noise '" + name + "'; use none, kinect, tof or stereo");
   }
   return noise;
 }

@@ -41,10 +41,8 @@ struct DepthNoise {
   bool anyStereo() const { return disparity || subpixel || occlusion || texture; }
 };
 
-/// "none", or names with commas, each a camera or a part: kinect (axial, lateral, quantisation,
-/// loss), tof (tof_axial, mixed), stereo (disparity, subpixel, occlusion, texture, loss).
-/// @throws std::invalid_argument for an unknown name.
-DepthNoise depthNoiseFromName(const std::string& names);
+/// That of none, kinect, tof or stereo. @throws std::invalid_argument for another name.
+DepthNoise depthNoiseFromName(const std::string& name);
 
 /// Of the first Kinect: standard deviation along the optical axis in metres, for a surface whose
 /// normal is `angle_rad` away from the view ray.

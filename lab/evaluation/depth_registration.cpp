@@ -51,20 +51,17 @@ std::vector<PointToPlane> associate(const MeshScene& scene, const ViewCamera& ca
 
 }  // namespace
 
-Registration registerDepth(const MeshScene& scene, const ViewCamera& camera,
-                           const std::vector<float>& depth_m, const Eigen::Isometry3d& T_W_C,
-                           int steps) {
-  Registration result{T_W_C};
+Eigen::Isometry3d registerDepth(const MeshScene& scene, const ViewCamera& camera,
+                                const std::vector<float>& depth_m, const Eigen::Isometry3d& T_W_C,
+                                int steps) {
+  Eigen::Isometry3d best_W_C = T_W_C;
   for (int i = 0; i < steps; ++i) {
     const double reach = std::max(1.0, std::ldexp(kFirstReach, -i));
-    const std::vector<PointToPlane> pairs = associate(scene, camera, depth_m, result.T_W_C, reach);
-    if (pairs.size() < kFewestPoints) return {T_W_C};
-    result.T_W_C = motionOf(pairs) * result.T_W_C;
-    result.points = pairs.size();
+    const std::vector<PointToPlane> pairs = associate(scene, camera, depth_m, best_W_C, reach);
+    if (pairs.size() < kFewestPoints) return T_W_C;
+    best_W_C = motionOf(pairs) * best_W_C;
   }
-  result.shift_m = (result.T_W_C.translation() - T_W_C.translation()).norm();
-  result.turn_rad = Eigen::AngleAxisd(T_W_C.linear().transpose() * result.T_W_C.linear()).angle();
-  return result;
+  return best_W_C;
 }
 
 }  // namespace dtsdf

@@ -1,7 +1,6 @@
 /// Aligns depth images with a mesh, so that errors of poses and errors of the mesh come apart.
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
 #include "evaluation/camera_views.h"
@@ -9,20 +8,14 @@
 
 namespace dtsdf {
 
-/// The pose that fits an image best to the mesh, and its way from the recorded one.
-struct Registration {
-  Eigen::Isometry3d T_W_C;
-  double shift_m = 0.0, turn_rad = 0.0;
-  size_t points = 0;  ///< That counted in the last step; 0: too few, the pose is the recorded one.
-};
-
-/// So many steps of Gauss and Newton on the distances of measured points from the triangles that
-/// their rays hit. Pixels farther from the mesh than a bound do not count, and those near it count
-/// little. It halves with each step, from 20 % of their depth, or 0.4 m, to 5 %, or 0.1 m. The
-/// image keeps its place along what the mesh does not hold it by, as along a single wall. The depth
-/// is row-major, in metres, 0 where there is none.
-Registration registerDepth(const MeshScene& scene, const ViewCamera& camera,
-                           const std::vector<float>& depth_m, const Eigen::Isometry3d& T_W_C,
-                           int steps);
+/// The pose that fits an image best to the mesh, after so many steps of Gauss and Newton on the
+/// distances of measured points from the triangles that their rays hit. Pixels farther from the
+/// mesh than a bound do not count, and those near it count little. It halves with each step, from
+/// 20 % of their depth, or 0.4 m, to 5 %, or 0.1 m. The image keeps its place along what the mesh
+/// does not hold it by, as along a single wall, and its pose where fewer than 50 points count. The
+/// depth is row-major, in metres, 0 where there is none.
+Eigen::Isometry3d registerDepth(const MeshScene& scene, const ViewCamera& camera,
+                                const std::vector<float>& depth_m, const Eigen::Isometry3d& T_W_C,
+                                int steps);
 
 }  // namespace dtsdf

@@ -2,35 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <stdexcept>
 
 #include "io/atomic_file.h"
 #include "io/camera_file.h"
-#include "params/text.h"
+#include "io/colour_codes.h"
+#include "io/depth_codes.h"
+#include "io/trajectory.h"
 
 namespace dtsdf {
 
-namespace {
-
 constexpr float kTumUnitsPerMetre = 5000.0f;
-constexpr double kFirstStamp_s = 1600000000.0;
-
-std::string stampText(double after_first_s) {
-  return formatted("%.6f", kFirstStamp_s + after_first_s);
-}
-
-std::string poseText(const std::string& stamp, const Eigen::Isometry3d& T_W_C) {
-  const Eigen::Vector3d& t = T_W_C.translation();
-  const Eigen::Quaterniond q(T_W_C.linear());
-  return stamp + formatted(" %.9f %.9f %.9f %.12f %.12f %.12f %.12f\n", t.x(), t.y(), t.z(), q.x(),
-                           q.y(), q.z(), q.w());
-}
-
-}  // namespace
 
 DepthView renderView(const MeshScene& scene, const ViewCamera& camera,
                      const Eigen::Isometry3d& T_W_C) {
@@ -99,13 +81,7 @@ TumWriter::TumWriter(const std::string& directory, const ViewCamera& camera,
   std::filesystem::create_directories(directory_ + "/depth");
 }
 
-std::string TumWriter::depthStamp(size_t index) const {
-  return stampText(period_s_ * static_cast<double>(index));
-}
-
-std::string TumWriter::colourStamp(size_t index) const {
-  return stampText(period_s_ * (static_cast<double>(index) + 0.5));
-}
+double TumWriter::stampOf(double index) const { return 1600000000.0 + period_s_ * index; }
 
 void TumWriter::addColours(const std::vector<Eigen::Isometry3d>& poses_W_C) {
   std::filesystem::create_directories(directory_ + "/rgb");
@@ -113,44 +89,35 @@ void TumWriter::addColours(const std::vector<Eigen::Isometry3d>& poses_W_C) {
 }
 
 void TumWriter::writeColours(size_t index, const std::vector<Rgb8>& colours) const {
-  cv::Mat image(camera_.height, camera_.width, CV_8UC3);
-  for (int v = 0; v < camera_.height; ++v) {
-    for (int u = 0; u < camera_.width; ++u) {
-      const Rgb8& colour = colours[camera_.pixelAt(u, v)];
-      image.at<cv::Vec3b>(v, u) = {colour[2], colour[1], colour[0]};
-    }
+  RgbImage image{camera_.width, camera_.height, {}};
+  for (const Rgb8& colour : colours) {
+    image.rgb.insert(image.rgb.end(), colour.begin(), colour.end());
   }
-  const std::string path = directory_ + "/rgb/" + colourStamp(index) + ".png";
-  if (!cv::imwrite(path, image, {cv::IMWRITE_PNG_COMPRESSION, 1})) {
-    throw std::runtime_error(path + ": cannot be written");
-  }
+  const double stamp_s = stampOf(static_cast<double>(index) + 0.5);
+  writeFileAtomically(directory_ + "/rgb/" + stampOfList(stamp_s) + ".png", encodeColourPng(image));
 }
 
 void TumWriter::write(size_t index, const std::vector<uint16_t>& depth) const {
-  const cv::Mat image(camera_.height, camera_.width, CV_16UC1, const_cast<uint16_t*>(depth.data()));
-  const std::string path = directory_ + "/depth/" + depthStamp(index) + ".png";
-  if (!cv::imwrite(path, image, {cv::IMWRITE_PNG_COMPRESSION, 1})) {
-    throw std::runtime_error(path + ": cannot be written");
-  }
+  const double stamp_s = stampOf(static_cast<double>(index));
+  writeFileAtomically(directory_ + "/depth/" + stampOfList(stamp_s) + ".png",
+                      encodeDepthPng({{camera_.width, camera_.height}, depth}));
 }
 
 void TumWriter::finish(const std::string& camera_name) const {
-  std::string depth = "# timestamp filename\n";
-  std::string poses =
-      "# timestamp tx ty tz qx qy qz qw  (camera to world; optical frame: "
-      "x right, y down, z forward)\n";
-  for (size_t i = 0; i < poses_W_C_.size(); ++i) {
-    depth += depthStamp(i) + " depth/" + depthStamp(i) + ".png\n";
-    poses += poseText(depthStamp(i), poses_W_C_[i]);
-  }
-  std::string colours = "# timestamp filename\n";
-  for (size_t i = 0; i < colour_poses_W_C_.size(); ++i) {
-    colours += colourStamp(i) + " rgb/" + colourStamp(i) + ".png\n";
-    poses += poseText(colourStamp(i), colour_poses_W_C_[i]);
-  }
-  writeFileAtomically(directory_ + "/depth.txt", depth);
-  if (!colour_poses_W_C_.empty()) writeFileAtomically(directory_ + "/rgb.txt", colours);
-  writeFileAtomically(directory_ + "/groundtruth.txt", poses);
+  std::vector<StampedPose> poses;
+  const auto list = [&](const std::string& kind, const std::vector<Eigen::Isometry3d>& poses_W_C,
+                        double first) {
+    std::string lines = "# timestamp filename\n";
+    for (size_t i = 0; i < poses_W_C.size(); ++i) {
+      poses.push_back({stampOf(static_cast<double>(i) + first), poses_W_C[i]});
+      const std::string stamp = stampOfList(poses.back().stamp_s);
+      lines += stamp + " " + kind + "/" + stamp + ".png\n";
+    }
+    if (!poses_W_C.empty()) writeFileAtomically(directory_ + "/" + kind + ".txt", lines);
+  };
+  list("depth", poses_W_C_, 0.0);
+  list("rgb", colour_poses_W_C_, 0.5);
+  saveTrajectory(poses, directory_ + "/groundtruth.txt");
   writeFileAtomically(
       directory_ + "/camera_info.yaml",
       cameraInfoText({camera_.width, camera_.height, camera_.intrinsics}, camera_name));

@@ -44,8 +44,7 @@ class TumWriter {
   void finish(const std::string& camera_name) const;
 
  private:
-  std::string depthStamp(size_t index) const;
-  std::string colourStamp(size_t index) const;
+  double stampOf(double index) const;
 
   std::string directory_;
   ViewCamera camera_;

@@ -1,17 +1,14 @@
 /// evaluate_depth: compares a mesh with depth images, where there is no ground truth.
 
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "evaluation/depth_comparison.h"
 #include "evaluation/depth_registration.h"
-#include "evaluation/parallel.h"
 #include "evaluation/shared_options.h"
 #include "program/run_program.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {
@@ -48,24 +45,22 @@ struct Results {
   explicit Results(int stride) : recorded(stride), registered(stride) {}
 
   DepthComparison recorded, registered;
-  std::vector<Registration> registrations;  ///< By image.
 };
 
 Results compare(const EvaluateDepthOptions& options, const MeshScene& scene, const Views& views,
                 const std::vector<size_t>& chosen) {
   Results results(options.stride);
-  results.registrations.resize(chosen.size());
-  std::mutex mutex;  // guards both comparisons
-  forEachImage(chosen.size(), [&](size_t k) {
+  std::mutex mutex;  // guards the results
+  parallelFor(chosen.size(), 0, [&](size_t k) {
     const ViewCamera& camera = views.camera;
     const Eigen::Isometry3d& T_W_C = views.poses_W_C[chosen[k]];
     const std::vector<float> depth_m = readTumDepth(views.depth_paths[chosen[k]], camera);
     Results part(options.stride);
     part.recorded.add(depth_m, renderView(scene, camera, T_W_C).depth_m, camera);
     if (options.registration_steps > 0) {
-      Registration& found = results.registrations[k];
-      found = registerDepth(scene, camera, depth_m, T_W_C, options.registration_steps);
-      part.registered.add(depth_m, renderView(scene, camera, found.T_W_C).depth_m, camera);
+      const Eigen::Isometry3d found =
+          registerDepth(scene, camera, depth_m, T_W_C, options.registration_steps);
+      part.registered.add(depth_m, renderView(scene, camera, found).depth_m, camera);
     }
     const std::lock_guard<std::mutex> lock(mutex);
     results.recorded.merge(part.recorded);
@@ -74,30 +69,15 @@ Results compare(const EvaluateDepthOptions& options, const MeshScene& scene, con
   return results;
 }
 
-/// Figures of the aligned images, and how far they were moved on average.
-nlohmann::json describeRegistered(const Results& results) {
-  size_t aligned = 0;
-  double shifts_m = 0.0, turns_rad = 0.0;
-  for (const Registration& registration : results.registrations) {
-    aligned += registration.points > 0;
-    shifts_m += registration.shift_m;
-    turns_rad += registration.turn_rad;
-  }
-  const double count = static_cast<double>(std::max<size_t>(1, aligned));
-  nlohmann::json json = nlohmann::json::parse(results.registered.toJson());
-  json["images_aligned"] = aligned;
-  json["mean_shift_mm"] = 1e3 * shifts_m / count;
-  json["mean_turn_degrees"] = 180.0 / M_PI * turns_rad / count;
-  return json;
-}
-
 void evaluateDepth(const EvaluateDepthOptions& options) {
   const MeshScene scene(readPly(options.mesh_path));
   const Views views = readViews(options.tum_folder);
   const std::vector<size_t> chosen = selectViews(options.frames, views.poses_W_C.size());
   const Results results = compare(options, scene, views, chosen);
   nlohmann::json json = nlohmann::json::parse(results.recorded.toJson());
-  if (options.registration_steps > 0) json["registered"] = describeRegistered(results);
+  if (options.registration_steps > 0) {
+    json["registered"] = nlohmann::json::parse(results.registered.toJson());
+  }
   std::puts(json.dump(2).c_str());
 }
 

@@ -27,7 +27,6 @@ void addMeasureOptions(CommandLine& line, EvaluateMeshOptions& options) {
       options.views_folder);
   line.addWhole({"--samples", "N", "samples of each surface"}, options.evaluation.samples,
                 {1, 1e9});
-  line.addWhole({"--seed", "N", "seed of the samples"}, options.evaluation.seed, {0, 1e15});
   line.add(
       {"--threshold", "M,...", "distances for the F-score in metres (default 0.005,0.01,0.025)"},
       [&](const std::string& text) { options.evaluation.thresholds_m = readNumbers(text); });
@@ -86,12 +85,9 @@ void drawErrors(const EvaluateMeshOptions& options, TriangleMesh reconstruction,
 }
 
 void compareColours(const EvaluateMeshOptions& options) {
-  ColourOptions colour;
-  colour.texture = *options.texture;
-  colour.samples = options.evaluation.samples;
-  colour.seed = options.evaluation.seed;
   const std::string json = toJson(evaluateColours(readPly(options.reconstruction_path),
-                                                  readPly(options.ground_truth_path), colour));
+                                                  readPly(options.ground_truth_path),
+                                                  *options.texture, options.evaluation.samples));
   std::fputs(json.c_str(), stdout);
 }
 

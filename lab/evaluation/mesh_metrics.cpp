@@ -53,6 +53,14 @@ double shareWithin(const std::vector<double>& distances_m, double threshold_m) {
   return static_cast<double>(near) / static_cast<double>(distances_m.size());
 }
 
+FScore fScore(const std::vector<double>& surface_m, const std::vector<double>& completeness_m,
+              double threshold_m) {
+  const double precision = shareWithin(surface_m, threshold_m);
+  const double recall = shareWithin(completeness_m, threshold_m);
+  const double sum = precision + recall;
+  return {threshold_m, precision, recall, sum > 0.0 ? 2.0 * precision * recall / sum : 0.0};
+}
+
 std::vector<Eigen::Vector3f> select(const std::vector<Eigen::Vector3f>& points,
                                     const std::vector<bool>& selected) {
   std::vector<Eigen::Vector3f> result;
@@ -118,14 +126,6 @@ class View {
   std::vector<float> depth_m_;  ///< Empty: no depth images.
 };
 
-FScore fScore(const std::vector<double>& surface_m, const std::vector<double>& completeness_m,
-              double threshold_m) {
-  const double precision = shareWithin(surface_m, threshold_m);
-  const double recall = shareWithin(completeness_m, threshold_m);
-  const double sum = precision + recall;
-  return {threshold_m, precision, recall, sum > 0.0 ? 2.0 * precision * recall / sum : 0.0};
-}
-
 using Json = nlohmann::json;
 
 Json toJsonValue(const DistanceStats& stats) {
@@ -134,23 +134,13 @@ Json toJsonValue(const DistanceStats& stats) {
           {"p95_mm", 1e3 * stats.p95_m},   {"max_mm", 1e3 * stats.max_m}};
 }
 
-Json toJsonValue(const FScore& score) {
-  return {{"threshold_mm", 1e3 * score.threshold_m},
-          {"precision", score.precision},
-          {"recall", score.recall},
-          {"f_score", score.f_score}};
-}
-
 Json toJsonValue(const MeshTopology& topology) {
   return {{"vertices", topology.vertices},
           {"triangles", topology.triangles},
           {"boundary_edges", topology.boundary_edges},
-          {"non_manifold_edges", topology.non_manifold_edges},
           {"border_edges", topology.border_edges},
           {"small_holes", topology.small_holes},
-          {"components", topology.components},
-          {"degenerate_triangles", topology.degenerate_triangles},
-          {"area_m2", topology.area_m2}};
+          {"components", topology.components}};
 }
 
 }  // namespace
@@ -179,13 +169,7 @@ MeshTopology meshTopology(const TriangleMesh& mesh) {
   topology.vertices = mesh.vertices.size();
   topology.triangles = mesh.triangles.size();
   topology.components = countComponents(mesh);
-  for (const double area_m2 : triangleAreas(mesh)) {
-    topology.area_m2 += area_m2;
-    if (!(area_m2 > 0.0)) ++topology.degenerate_triangles;
-  }
-  const MeshEdges edges = findEdges(mesh);
-  topology.boundary_edges = edges.boundary.size();
-  topology.non_manifold_edges = edges.non_manifold;
+  topology.boundary_edges = boundaryEdges(mesh).size();
   const MeshBorder border = measureBorder(mesh);
   topology.border_edges = border.edges;
   topology.small_holes = border.small_holes;
@@ -226,10 +210,10 @@ Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& 
   Evaluation evaluation;
   evaluation.topology = meshTopology(reconstruction);
   evaluation.vertices = distanceStats(distancesTo(truth_scene, reconstruction.vertices));
-  const SurfaceSamples samples = sampleSurface(reconstruction, options.samples, options.seed);
+  const SurfaceSamples samples = sampleSurface(reconstruction, options.samples, 1);
   const std::vector<double> surface_m = distancesTo(truth_scene, samples.points);
   evaluation.surface = distanceStats(surface_m);
-  const SurfaceSamples truth = sampleSurface(ground_truth, options.samples, options.seed + 1);
+  const SurfaceSamples truth = sampleSurface(ground_truth, options.samples, 2);
   std::vector<Eigen::Vector3f> seen = truth.points;
   if (views != nullptr) {
     const std::vector<bool> is_seen = seenByViews(truth_scene, truth, *views);
@@ -247,7 +231,12 @@ Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& 
 
 std::string toJson(const Evaluation& evaluation) {
   Json scores = Json::array();
-  for (const FScore& score : evaluation.f_scores) scores.push_back(toJsonValue(score));
+  for (const FScore& score : evaluation.f_scores) {
+    scores.push_back({{"threshold_mm", 1e3 * score.threshold_m},
+                      {"precision", score.precision},
+                      {"recall", score.recall},
+                      {"f_score", score.f_score}});
+  }
   const Json json = {{"vertices", toJsonValue(evaluation.vertices)},
                      {"surface", toJsonValue(evaluation.surface)},
                      {"completeness", toJsonValue(evaluation.completeness)},

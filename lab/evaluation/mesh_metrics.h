@@ -21,13 +21,10 @@ DistanceStats distanceStats(std::vector<double> distances_m);
 /// Only border edges and small holes take vertices at the same position as one.
 struct MeshTopology {
   size_t vertices = 0, triangles = 0;
-  size_t boundary_edges = 0;        ///< Edges of one triangle.
-  size_t non_manifold_edges = 0;    ///< Edges of three triangles or more.
-  size_t border_edges = 0;          ///< Edges of one triangle, after joining.
-  size_t small_holes = 0;           ///< Closed loops of 3 to 16 of these.
-  size_t components = 0;            ///< Sets of triangles joined by vertices.
-  size_t degenerate_triangles = 0;  ///< Without area: two corners the same, or all in a line.
-  double area_m2 = 0.0;
+  size_t boundary_edges = 0;  ///< Edges of one triangle.
+  size_t border_edges = 0;    ///< Edges of one triangle, after joining.
+  size_t small_holes = 0;     ///< Closed loops of 3 to 16 of these.
+  size_t components = 0;      ///< Sets of triangles joined by vertices.
 };
 
 MeshTopology meshTopology(const TriangleMesh& mesh);
@@ -45,7 +42,6 @@ struct FScore {
 
 struct EvaluationOptions {
   size_t samples = 1000000;  ///< Of each surface.
-  uint64_t seed = 1;
   std::vector<double> thresholds_m{0.005, 0.01, 0.025};
 };
 

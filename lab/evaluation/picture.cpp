@@ -39,9 +39,8 @@ class Shader {
   Shader(const MeshScene& scene, const PictureOptions& options)
       : scene_(scene),
         options_(options),
-        coloured_(options.own_colours && !scene.mesh().colours.empty()) {
-    if (options.smooth) normals_ = vertexNormals(scene.mesh());
-  }
+        coloured_(options.own_colours && !scene.mesh().colours.empty()),
+        normals_(vertexNormals(scene.mesh())) {}
 
   Eigen::Vector3f colourAt(float u, float v) const {
     const Eigen::Vector3f direction_W =
@@ -62,7 +61,6 @@ class Shader {
   }
 
   Eigen::Vector3f normalAt(const RayHit& hit) const {
-    if (normals_.empty()) return hit.normal;
     const auto& t = scene_.mesh().triangles[hit.triangle];
     const Eigen::Vector3f smooth =
         interpolate(hit, normals_[t[0]], normals_[t[1]], normals_[t[2]]).normalized();
@@ -92,7 +90,7 @@ class Shader {
   const MeshScene& scene_;
   const PictureOptions& options_;
   bool coloured_;
-  std::vector<Eigen::Vector3f> normals_;
+  const std::vector<Eigen::Vector3f> normals_;
 };
 
 cv::Vec3b toBgr(const Eigen::Vector3f& rgb) {
@@ -166,20 +164,16 @@ void colourByError(TriangleMesh& mesh, const std::vector<double>& errors_m, doub
 }
 
 Eigen::Isometry3d framingPose(const Eigen::AlignedBox3f& bounds, const ViewCamera& camera,
-                              double azimuth_deg, double elevation_deg, char up) {
-  if (up < 'x' || up > 'z') throw std::invalid_argument("the up axis must be x, y or z");
-  const int up_axis = up - 'x';
+                              double azimuth_deg, double elevation_deg) {
   const double azimuth = azimuth_deg * M_PI / 180.0, elevation = elevation_deg * M_PI / 180.0;
-  Eigen::Vector3d towards_eye;
-  towards_eye[up_axis] = std::sin(elevation);
-  towards_eye[(up_axis + 1) % 3] = std::cos(elevation) * std::cos(azimuth);
-  towards_eye[(up_axis + 2) % 3] = std::cos(elevation) * std::sin(azimuth);
+  const Eigen::Vector3d towards_eye(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
+                                    std::cos(elevation) * std::cos(azimuth));
   const Eigen::Vector3d centre_W = bounds.center().cast<double>();
   const double radius_m = 0.5 * static_cast<double>(bounds.diagonal().norm());
   const double half_px = 0.5 * static_cast<double>(std::min(camera.width, camera.height));
   const double half_angle = std::atan(half_px / static_cast<double>(camera.intrinsics.fx));
   const Eigen::Vector3d eye_W = centre_W + radius_m / std::sin(half_angle) * towards_eye;
-  return lookAt(eye_W, centre_W, Eigen::Vector3d::Unit(up_axis));
+  return lookAt(eye_W, centre_W, Eigen::Vector3d::UnitY());
 }
 
 void writePicture(const std::string& path, const MeshScene& scene, const PictureOptions& options) {

@@ -29,15 +29,14 @@ struct Legend {
 struct PictureOptions {
   ViewCamera camera;
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
-  bool smooth = true;       ///< Shade by interpolated vertex normals, else triangle by triangle.
   bool own_colours = true;  ///< Use the mesh's colours, if it has some.
   std::optional<Legend> legend;
 };
 
-/// A camera that has the whole mesh in view, from an azimuth about the up axis and an elevation.
-/// @throws std::invalid_argument unless `up` is x, y or z.
+/// A camera that has the whole mesh in view, from an azimuth about y, which points up, and an
+/// elevation.
 Eigen::Isometry3d framingPose(const Eigen::AlignedBox3f& bounds, const ViewCamera& camera,
-                              double azimuth_deg, double elevation_deg, char up);
+                              double azimuth_deg, double elevation_deg);
 
 /// Writes a .png of the mesh on white. The backs of triangles are brown, so that a missing side
 /// shows. @throws std::runtime_error if it cannot be written.

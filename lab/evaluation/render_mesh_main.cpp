@@ -11,7 +11,7 @@ struct RenderMeshOptions {
   PictureRequest picture;
   std::string views_folder;  ///< Empty: the view is that of the options of pictures.
   size_t image = 0;
-  bool plain = false, flat = false;
+  bool plain = false;
 };
 
 RenderMeshOptions readOptions(const std::vector<std::string>& arguments) {
@@ -22,8 +22,6 @@ RenderMeshOptions readOptions(const std::vector<std::string>& arguments) {
   line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
   line.addText({"OUT.png", "", "the picture"}, options.picture_path);
   line.addFlag("--plain", "ignore the mesh's colours", options.plain);
-  line.addFlag("--flat", "shade triangle by triangle instead of by interpolated normals",
-               options.flat);
   addPictureOptions(line, options.picture);
   line.addText({"--views", "DIR", "view from where a depth image of this TUM folder was taken"},
                options.views_folder);
@@ -47,7 +45,6 @@ void renderMesh(const RenderMeshOptions& options) {
   const MeshScene scene(readPly(options.mesh_path));
   PictureOptions picture = makePictureOptions(options.picture, scene.bounds());
   if (!options.views_folder.empty()) viewFrom(options.views_folder, options.image, picture);
-  picture.smooth = !options.flat;
   picture.own_colours = !options.plain;
   writePicture(options.picture_path, scene, picture);
 }

@@ -6,9 +6,9 @@
 
 #include "evaluation/depth_noise.h"
 #include "evaluation/hand_path.h"
-#include "evaluation/parallel.h"
 #include "program/command_line.h"
 #include "program/run_program.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {
@@ -25,7 +25,6 @@ struct RenderOrbitOptions {
   DepthNoise noise = depthNoiseFromName("none");
   uint64_t seed = 1;
   std::optional<Texture> texture;  ///< Of colour images; none: there are none.
-  double colour_offset_m = 0.05;
 };
 
 void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {
@@ -51,10 +50,7 @@ void addCameraOptions(CommandLine& line, RenderOrbitOptions& options) {
   line.addWhole({"--height", "PIXELS", "height of the images"}, options.height, {2, 4096});
   line.addNumber({"--focal", "PIXELS", "focal length; the principal point is the image's middle"},
                  options.focal_px, {1.0, 1e5});
-  line.add({"--noise", "NAMES",
-            "none, or comma-separated cameras and parts: kinect (axial, lateral, quantisation, "
-            "loss), tof (tof_axial, mixed), stereo (disparity, subpixel, occlusion, texture, loss) "
-            "(default none)"},
+  line.add({"--noise", "NAME", "none, or that of a camera: kinect, tof or stereo (default none)"},
            [&](const std::string& text) { options.noise = depthNoiseFromName(text); });
   line.addWhole({"--seed", "N", "seed of the noise and of the hand"}, options.seed, {0, 1e9});
 }
@@ -64,10 +60,6 @@ void addColourOptions(CommandLine& line, RenderOrbitOptions& options) {
             "also render colour images, half a period after each depth image: vertices (the mesh's "
             "own colours), checker (cubes of 50 mm) or gradient (waves of 0.4 m)"},
            [&](const std::string& text) { options.texture = textureFromName(text); });
-  line.addNumber(
-      {"--colour-offset", "METRES", "offset of the colour camera to the right of the depth camera"},
-      options.colour_offset_m, {-10.0, 10.0});
-  line.onlyWith("--colour-offset", "--colour");
 }
 
 RenderOrbitOptions readOptions(const std::vector<std::string>& arguments) {
@@ -83,13 +75,6 @@ RenderOrbitOptions readOptions(const std::vector<std::string>& arguments) {
   addColourOptions(line, options);
   line.parse(arguments);
   return options;
-}
-
-/// Cameras that stand to the right of others and look the same way.
-std::vector<Eigen::Isometry3d> posesBeside(std::vector<Eigen::Isometry3d> poses_W_C,
-                                           double offset_m) {
-  for (Eigen::Isometry3d& T_W_C : poses_W_C) T_W_C.translate(Eigen::Vector3d(offset_m, 0.0, 0.0));
-  return poses_W_C;
 }
 
 /// Where images are taken, and how often.
@@ -145,10 +130,13 @@ void renderOrbit(const RenderOrbitOptions& options) {
 
   const MeshScene scene(mesh);
   TumWriter writer(options.folder, camera, poses_W_C, path.rate_hz);
-  const auto colour_poses_W_C = posesBeside(path.colour_W_C, options.colour_offset_m);
+  std::vector<Eigen::Isometry3d> colour_poses_W_C = path.colour_W_C;
+  for (Eigen::Isometry3d& T_W_C : colour_poses_W_C) {
+    T_W_C.translate(Eigen::Vector3d(0.05, 0.0, 0.0));  // a camera to the right of the other
+  }
   if (options.texture) writer.addColours(colour_poses_W_C);
   writePly(options.folder + "/gt.ply", mesh);
-  forEachImage(poses_W_C.size(), [&](size_t i) {
+  parallelFor(poses_W_C.size(), 0, [&](size_t i) {
     const DepthView view = renderView(scene, camera, poses_W_C[i]);
     const uint64_t frame_seed = options.seed << 32 | i;
     writer.write(i, toTumDepth(addNoise(view, camera, options.noise, frame_seed)));

@@ -13,24 +13,16 @@ Eigen::Vector3d readPoint(const std::string& text) {
   return {numbers[0], numbers[1], numbers[2]};
 }
 
-char readAxis(const std::string& text) {
-  if (text != "x" && text != "y" && text != "z") {
-    throw UsageError("'" + text + "' is not x, y or z");
-  }
-  return text[0];
-}
-
 void addViewOptions(CommandLine& line, PictureRequest& request) {
-  line.add({"--view", "AZ,EL",
-            "view of the whole mesh from azimuth and elevation in degrees (default 30,20)"},
-           [&](const std::string& text) {
-             const std::vector<double> angles = readNumbers(text);
-             if (angles.size() != 2) throw UsageError("'" + text + "' is not of the form AZ,EL");
-             request.azimuth_deg = angles[0];
-             request.elevation_deg = angles[1];
-           });
-  line.add({"--up", "x|y|z", "axis that points up in the picture (default y)"},
-           [&](const std::string& text) { request.up = readAxis(text); });
+  line.add(
+      {"--view", "AZ,EL",
+       "view of the whole mesh, with y up, from azimuth and elevation in degrees (default 30,20)"},
+      [&](const std::string& text) {
+        const std::vector<double> angles = readNumbers(text);
+        if (angles.size() != 2) throw UsageError("'" + text + "' is not of the form AZ,EL");
+        request.azimuth_deg = angles[0];
+        request.elevation_deg = angles[1];
+      });
   line.add({"--eye", "X,Y,Z", "view from this point instead, towards --target, in metres"},
            [&](const std::string& text) { request.eye = readPoint(text); });
   line.add({"--target", "X,Y,Z", "the point that --eye looks at, in metres"},
@@ -43,15 +35,12 @@ void addViewOptions(CommandLine& line, PictureRequest& request) {
 
 void addSelectionOptions(CommandLine& line, FrameSelection& frames) {
   line.addWhole({"--first", "N", "first image to use"}, frames.first, {0, kUnbounded});
-  line.add({"--last", "N", "last image to use (default: the last)"}, [&](const std::string& text) {
-    frames.last = static_cast<size_t>(readWhole(text, {0, kUnbounded}));
-  });
   line.addWhole({"--step", "N", "step from one image to the next"}, frames.step, {1, kUnbounded});
 }
 
 std::vector<size_t> selectViews(const FrameSelection& frames, size_t count) {
   std::vector<size_t> chosen;
-  for (size_t i = frames.first; i < count && i <= frames.last; i += frames.step) {
+  for (size_t i = frames.first; i < count; i += frames.step) {
     chosen.push_back(i);
   }
   if (chosen.empty())
@@ -73,10 +62,9 @@ PictureOptions makePictureOptions(const PictureRequest& request,
   options.camera =
       centredCamera(request.width, request.height, request.focal_px.value_or(1.2 * request.width));
   if (request.eye && request.target) {
-    options.T_W_C = lookAt(*request.eye, *request.target, Eigen::Vector3d::Unit(request.up - 'x'));
+    options.T_W_C = lookAt(*request.eye, *request.target, Eigen::Vector3d::UnitY());
   } else {
-    options.T_W_C =
-        framingPose(bounds, options.camera, request.azimuth_deg, request.elevation_deg, request.up);
+    options.T_W_C = framingPose(bounds, options.camera, request.azimuth_deg, request.elevation_deg);
   }
   return options;
 }

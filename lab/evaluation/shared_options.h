@@ -9,7 +9,7 @@
 
 namespace dtsdf {
 
-/// --first, --last and --step.
+/// --first and --step.
 void addSelectionOptions(CommandLine& line, FrameSelection& frames);
 
 /// The indices of the chosen images out of `count`. @throws UsageError if there is none.
@@ -19,7 +19,6 @@ std::vector<size_t> selectViews(const FrameSelection& frames, size_t count);
 struct PictureRequest {
   int width = 1000, height = 800;
   std::optional<double> focal_px;  ///< 1.2 times the width if none is given.
-  char up = 'y';                   ///< The axis that points up in the picture.
   double azimuth_deg = 30.0, elevation_deg = 20.0;
   std::optional<Eigen::Vector3d> eye, target;  ///< In place of the angles.
 };

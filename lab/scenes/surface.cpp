@@ -5,8 +5,9 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <unordered_map>
 #include <utility>
+
+#include "meshing/surface_distance.h"
 
 namespace dtsdf {
 namespace {
@@ -15,71 +16,14 @@ using Eigen::Vector3d;
 
 using Cell = std::array<int, 3>;
 
-struct CellHash {
-  size_t operator()(const Cell& cell) const {
-    return static_cast<size_t>(cell[0]) * 73856093u ^ static_cast<size_t>(cell[1]) * 19349663u ^
-           static_cast<size_t>(cell[2]) * 83492791u;
-  }
-};
+Vec3f toVec(const Vector3d& p) {
+  return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
+}
 
 Cell cellOf(const Vector3d& p, double side) {
   return {static_cast<int>(std::floor(p.x() / side)), static_cast<int>(std::floor(p.y() / side)),
           static_cast<int>(std::floor(p.z() / side))};
 }
-
-/// Squared distance to the segment from `from` to `to`.
-double segmentDistance2(const Vector3d& p, const Vector3d& from, const Vector3d& to) {
-  const Vector3d span = to - from;
-  const double length2 = span.squaredNorm();
-  const double t = length2 > 0.0 ? std::clamp((p - from).dot(span) / length2, 0.0, 1.0) : 0.0;
-  return (p - from - t * span).squaredNorm();
-}
-
-double triangleDistance2(const Vector3d& p, const FlatTriangle& t) {
-  const Vector3d normal = (t.b - t.a).cross(t.c - t.a);
-  const double length2 = normal.squaredNorm();
-  const bool above = length2 > 0.0 && (t.b - t.a).cross(p - t.a).dot(normal) >= 0.0 &&
-                     (t.c - t.b).cross(p - t.b).dot(normal) >= 0.0 &&
-                     (t.a - t.c).cross(p - t.c).dot(normal) >= 0.0;
-  if (above) {
-    const double height = (p - t.a).dot(normal);
-    return height * height / length2;
-  }
-  return std::min({segmentDistance2(p, t.a, t.b), segmentDistance2(p, t.b, t.c),
-                   segmentDistance2(p, t.c, t.a)});
-}
-
-/// Triangles by the cells that they reach into when they are widened by the radius.
-class TriangleGrid {
- public:
-  TriangleGrid(const Surface& surface, double radius)
-      : surface_(surface), radius_(radius), side_(std::max(radius, 0.01)) {
-    const Vector3d margin = Vector3d::Constant(radius);
-    for (size_t i = 0; i < surface.size(); ++i) {
-      const FlatTriangle& t = surface[i];
-      const Cell low = cellOf(t.a.cwiseMin(t.b).cwiseMin(t.c) - margin, side_);
-      const Cell high = cellOf(t.a.cwiseMax(t.b).cwiseMax(t.c) + margin, side_);
-      for (int z = low[2]; z <= high[2]; ++z) {
-        for (int y = low[1]; y <= high[1]; ++y) {
-          for (int x = low[0]; x <= high[0]; ++x) cells_[{x, y, z}].push_back(i);
-        }
-      }
-    }
-  }
-
-  bool isNear(const Vector3d& p) const {
-    const auto cell = cells_.find(cellOf(p, side_));
-    if (cell == cells_.end()) return false;
-    return std::any_of(cell->second.begin(), cell->second.end(), [&](size_t i) {
-      return triangleDistance2(p, surface_[i]) <= radius_ * radius_;
-    });
-  }
-
- private:
-  const Surface& surface_;
-  const double radius_, side_;
-  std::unordered_map<Cell, std::vector<size_t>, CellHash> cells_;
-};
 
 void addRefined(const FlatTriangle& t, double longest_side_m, Surface& result) {
   const double ab = (t.b - t.a).norm(), bc = (t.c - t.b).norm(), ca = (t.a - t.c).norm();
@@ -178,9 +122,18 @@ Points thinOut(const Points& points, double side_m) {
 
 double coveredPercent(const Points& points, const Surface& surface, double within_m) {
   if (points.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const TriangleGrid grid(surface, within_m);
-  const auto covered = std::count_if(points.begin(), points.end(),
-                                     [&](const Vector3d& p) { return grid.isNear(p); });
+  if (surface.empty()) return 0.0;
+  std::vector<Vec3f> vertices_m;
+  std::vector<std::array<uint32_t, 3>> triangles;
+  for (const FlatTriangle& t : surface) {
+    const auto first = static_cast<uint32_t>(vertices_m.size());
+    triangles.push_back({first, first + 1, first + 2});
+    for (const Vector3d& corner : {t.a, t.b, t.c}) vertices_m.push_back(toVec(corner));
+  }
+  const SurfaceTree tree(vertices_m, triangles);
+  const auto covered = std::count_if(points.begin(), points.end(), [&](const Vector3d& p) {
+    return tree.distance(toVec(p), within_m) < within_m;
+  });
   return 100.0 * static_cast<double>(covered) / static_cast<double>(points.size());
 }
 

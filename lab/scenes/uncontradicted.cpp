@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 
 #include "scenes/cases.h"
 #include "scenes/scene_map.h"
@@ -11,60 +10,27 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Tells which voxels a frame can have to do with: those in its view that do not lie behind what it
-/// measured. Widened in the image and in depth, as samples lie beside the pixels they come from.
-class Reach {
- public:
-  Reach(const SceneView& view, double voxel_m)
-      : view_(view), T_C_W_(view.T_W_C.inverse()), margin_m_(10.0 * voxel_m) {
-    const double nearest_m = nearest();
-    pad_px_ = 3 + static_cast<int>(std::ceil(5.0 * voxel_m * view.camera.focal_px / nearest_m));
-    least_m_ = nearest_m - margin_m_;
-    spread(1, 0);
-    spread(0, 1);
+/// Whether a camera can have to do with what is at a point: it lies ahead, in the image or near its
+/// rim, and not behind something that hides all around it too.
+bool isWithinReach(const Scene& scene, const SceneView& view, const Vector3d& p_W, double voxel_m) {
+  const double margin_m = 10.0 * voxel_m;
+  const Vector3d p_C = view.T_W_C.inverse() * p_W;
+  if (p_C.z() < -margin_m) return false;
+  const double reach_m = 2.0 * margin_m + std::max(0.0, p_C.z());
+  const double half_width = 0.5 * view.camera.width / view.camera.focal_px;
+  if (std::abs(p_C.x()) > half_width * reach_m || std::abs(p_C.y()) > half_width * reach_m) {
+    return false;
   }
-
-  bool contains(const Vector3d& p_W) const {
-    const Vector3d p_C = T_C_W_ * p_W;
-    if (p_C.z() < std::max(least_m_, 0.01)) return false;
-    const Intrinsics K = view_.intrinsics();
-    const double u = static_cast<double>(K.fx) * p_C.x() / p_C.z() + static_cast<double>(K.cx);
-    const double v = static_cast<double>(K.fy) * p_C.y() / p_C.z() + static_cast<double>(K.cy);
-    const int width = view_.camera.width, height = view_.camera.height;
-    if (u < -pad_px_ || v < -pad_px_ || u > width + pad_px_ || v > height + pad_px_) return false;
-    const int column = std::clamp(static_cast<int>(std::lround(u)), 0, width - 1);
-    const int row = std::clamp(static_cast<int>(std::lround(v)), 0, height - 1);
-    const double farthest_m = static_cast<double>(view_.at(column, row));
-    return farthest_m > 0.0 && p_C.z() < farthest_m + margin_m_;
-  }
-
- private:
-  double nearest() const {
-    float nearest = std::numeric_limits<float>::max();
-    for (const float z : view_.depth_m) nearest = z > 0.0f ? std::min(nearest, z) : nearest;
-    return static_cast<double>(nearest);
-  }
-
-  /// Each pixel gets the greatest depth of those so near along one axis of the image.
-  void spread(int du, int dv) {
-    const SceneView before = view_;
-    for (int v = 0; v < view_.camera.height; ++v) {
-      for (int u = 0; u < view_.camera.width; ++u) {
-        for (int k = -pad_px_; k <= pad_px_; ++k) {
-          const int other_u = std::clamp(u + k * du, 0, view_.camera.width - 1);
-          const int other_v = std::clamp(v + k * dv, 0, view_.camera.height - 1);
-          view_.at(u, v) = std::max(view_.at(u, v), before.at(other_u, other_v));
-        }
-      }
+  const Vector3d eye_W = view.T_W_C.translation(), ray_W = p_W - eye_W;
+  for (const double dy : {-margin_m, 0.0, margin_m}) {
+    for (const double dx : {-margin_m, 0.0, margin_m}) {
+      const Vector3d beside_W = ray_W + view.T_W_C.linear() * Vector3d(dx, dy, 0.0);
+      const double hit = scene.intersect(eye_W, beside_W);
+      if (!(hit * beside_W.norm() < beside_W.norm() - margin_m)) return true;
     }
   }
-
-  SceneView view_;
-  const Eigen::Isometry3d T_C_W_;
-  const double margin_m_;
-  double least_m_ = 0.0;
-  int pad_px_ = 0;
-};
+  return false;
+}
 
 struct ByteComparison {
   size_t compared = 0, changed = 0;
@@ -75,18 +41,15 @@ bool isBlank(const Voxel& voxel) {
   return std::memcmp(&voxel, &blank, sizeof voxel) == 0;
 }
 
-/// Compares the voxels of a block that hold something and that none of the frames reaches.
+/// Compares the voxels of a block that hold something and that no frame reaches.
 void compareBlock(const BlockSnapshot& before, const BlockSnapshot* after, double voxel_m,
-                  const std::vector<Reach>& reaches, ByteComparison& result) {
+                  const Zone& isReached, ByteComparison& result) {
   for (int i = 0; i < kBlockSide * kBlockSide * kBlockSide; ++i) {
     const Vector3d offset(i % kBlockSide, i / kBlockSide % kBlockSide,
                           i / (kBlockSide * kBlockSide));
     const Vector3d p =
         voxel_m * (kBlockSide * Vector3d(before.key.x, before.key.y, before.key.z) + offset);
-    if (std::any_of(reaches.begin(), reaches.end(),
-                    [&](const Reach& reach) { return reach.contains(p); })) {
-      continue;
-    }
+    if (isReached(p)) continue;
     const size_t index = static_cast<size_t>(i);
     for (int d = 0; d < kDirectionCount; ++d) {
       if (before.voxels[d].empty() || isBlank(before.voxels[d][index])) continue;
@@ -101,14 +64,14 @@ void compareBlock(const BlockSnapshot& before, const BlockSnapshot* after, doubl
 
 ByteComparison compareOutside(const std::vector<BlockSnapshot>& before,
                               const std::vector<BlockSnapshot>& after, double voxel_m,
-                              const std::vector<Reach>& reaches) {
+                              const Zone& isReached) {
   ByteComparison result;
   size_t other = 0;  // both are sorted by packed key
   for (const BlockSnapshot& block : before) {
     while (other < after.size() && packedKeyOf(after[other].key) < packedKeyOf(block.key)) ++other;
     const bool found =
         other < after.size() && packedKeyOf(after[other].key) == packedKeyOf(block.key);
-    compareBlock(block, found ? &after[other] : nullptr, voxel_m, reaches, result);
+    compareBlock(block, found ? &after[other] : nullptr, voxel_m, isReached, result);
   }
   return result;
 }
@@ -126,14 +89,18 @@ std::vector<Figure> measureBytes(const SceneSetup& setup) {
   }
   const std::vector<BlockSnapshot> before = map.mapper().snapshot();
   scene.add(boardAt(0.0, 0.0, 0.8037, 0.8, 0.8));
-  std::vector<Reach> reaches;
+  std::vector<SceneView> views;
   for (int i = 0; i < 10; ++i) {
-    const SceneView view = look(scene, camera, lookAlongZ(sway(i, 0.02)));
-    map.fuse(view);
-    reaches.emplace_back(view, setup.voxel());
+    views.push_back(look(scene, camera, lookAlongZ(sway(i, 0.02))));
+    map.fuse(views.back());
   }
+  const auto isReached = [&](const Vector3d& p_W) {
+    return std::any_of(views.begin(), views.end(), [&](const SceneView& view) {
+      return isWithinReach(scene, view, p_W, setup.voxel());
+    });
+  };
   const ByteComparison result =
-      compareOutside(before, map.mapper().snapshot(), setup.voxel(), reaches);
+      compareOutside(before, map.mapper().snapshot(), setup.voxel(), isReached);
   return {atLeast("voxels out of reach", 1000.0, "", static_cast<double>(result.compared)),
           atMost("of these changed", 0.0, "", static_cast<double>(result.changed))};
 }

@@ -215,13 +215,6 @@ std::vector<PackedChunk> packChunks(const MeshStore& mesh, const ChunkLattice& l
   return packed;
 }
 
-size_t bytesInMessage(const PackedChunk& chunk) {
-  constexpr size_t kLengths = 5 * sizeof(uint32_t);
-  return sizeof(chunk.origin) + kLengths + sizeof(uint16_t) * chunk.positions.size() +
-         sizeof(int16_t) * chunk.normals.size() + chunk.colours.size() +
-         sizeof(uint16_t) * chunk.triangles16.size() + sizeof(uint32_t) * chunk.triangles32.size();
-}
-
 void checkChunk(const PackedChunk& chunk) {
   const size_t vertices = chunk.vertexCount();
   if (chunk.positions.size() != 3 * vertices || chunk.normals.size() != 2 * vertices ||

@@ -52,9 +52,6 @@ std::vector<PackedChunk> packChunks(const MeshStore& mesh, const ChunkLattice& l
                                     const MeshChunks& chunks, const std::vector<PackedKey>& keys,
                                     int threads);
 
-/// What the chunk takes in a message of the node.
-size_t bytesInMessage(const PackedChunk& chunk);
-
 /// Whether the lengths of its parts, its indices and its origin hold together, as all else here
 /// relies on. For chunks that others have made. @throws std::runtime_error that says what is wrong.
 void checkChunk(const PackedChunk& chunk);

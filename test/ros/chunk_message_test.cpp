@@ -32,15 +32,6 @@ TEST(ChunkMessage, ComesBackAsItWas) {
   EXPECT_TRUE(toMessage(toChunk(removal)) == removal);
 }
 
-TEST(ChunkMessage, TakesTheBytesThatItsChunkTells) {
-  MeshBlock wide = soundBlock();
-  wide.triangles.clear();
-  wide.triangles32 = {0, 1, 2};
-  for (const MeshBlock& block : {soundBlock(), wide, MeshBlock()}) {
-    EXPECT_EQ(bytesInMessage(toChunk(block)), ros::serialization::serializationLength(block));
-  }
-}
-
 TEST(ChunkMessage, IsRefusedWhereItDoesNotHoldTogether) {
   const auto expectRefused = [](const std::string& word, std::function<void(MeshBlock&)> spoil) {
     MeshBlock block = soundBlock();

@@ -35,25 +35,14 @@ Eigen::Isometry3d spoilt(const Eigen::Isometry3d& T_W_C, const Vector3d& shift_W
   return spoilt.pretranslate(shift_W);
 }
 
-/// Of an image of a wall, z = 0, from so far in front of it, recorded with a pose off by a shift.
-Registration registerWall(double distance_m, const Vector3d& shift_W) {
-  const MeshScene scene(makeRectangle(-5, -5, 5, 5, 0));
-  const Eigen::Isometry3d truth = lookAt({0, 0, distance_m}, {0, 0, 0}, Vector3d::UnitY());
-  const std::vector<float> depth_m = renderView(scene, quarterCamera(), truth).depth_m;
-  return registerDepth(scene, quarterCamera(), depth_m, spoilt(truth, shift_W, 0.0), 6);
-}
-
 TEST(DepthRegistration, FindsThePoseInARoomCorner) {
   const MeshScene scene(makeRoomCorner());
   const Eigen::Isometry3d truth = lookIntoCorner();
   const std::vector<float> depth_m = renderView(scene, quarterCamera(), truth).depth_m;
   const Eigen::Isometry3d recorded = spoilt(truth, Vector3d(0.02, -0.015, 0.01), 0.8);
-  const Registration found = registerDepth(scene, quarterCamera(), depth_m, recorded, 6);
-  EXPECT_LT((found.T_W_C.translation() - truth.translation()).norm(), 1e-4);
-  EXPECT_LT(turnBetween_rad(found.T_W_C, truth), 0.005 * kDegree);
-  EXPECT_NEAR(found.shift_m, Vector3d(0.02, -0.015, 0.01).norm(), 1e-4);
-  EXPECT_NEAR(found.turn_rad, 0.8 * kDegree, 0.005 * kDegree);
-  EXPECT_GT(found.points, 300u);
+  const Eigen::Isometry3d found = registerDepth(scene, quarterCamera(), depth_m, recorded, 6);
+  EXPECT_LT((found.translation() - truth.translation()).norm(), 1e-4);
+  EXPECT_LT(turnBetween_rad(found, truth), 0.005 * kDegree);
 }
 
 /// A box that is measured before the corner and is not in the mesh, in a sixth of the image.
@@ -65,23 +54,9 @@ TEST(DepthRegistration, PassesOverWhatTheMeshDoesNotHave) {
     for (size_t u = 50; u < 114; ++u) depth_m[v * 160 + u] -= 0.25f;
   }
   const Eigen::Isometry3d recorded = spoilt(truth, Vector3d(0.02, -0.015, 0.01), 0.3);
-  const Registration found = registerDepth(scene, quarterCamera(), depth_m, recorded, 6);
-  EXPECT_LT((found.T_W_C.translation() - truth.translation()).norm(), 5e-4);
-  EXPECT_LT(turnBetween_rad(found.T_W_C, truth), 0.02 * kDegree);
-}
-
-/// The wall holds the image by one shift and two turns only.
-TEST(DepthRegistration, KeepsItsPlaceAlongAWall) {
-  const Registration found = registerWall(2.0, {0.03, 0.02, 0.015});
-  EXPECT_LT((found.T_W_C.translation() - Vector3d(0.03, 0.02, 2.0)).norm(), 1e-4);
-  EXPECT_LT(found.turn_rad, 0.005 * kDegree);
-}
-
-/// By more than the depth by which a pixel may differ at last, 25 mm.
-TEST(DepthRegistration, FindsAWallCloseByFromFarOff) {
-  const Registration found = registerWall(0.5, {0.0, 0.0, 0.06});
-  EXPECT_GT(found.points, 300u);
-  EXPECT_LT((found.T_W_C.translation() - Vector3d(0.0, 0.0, 0.5)).norm(), 1e-4);
+  const Eigen::Isometry3d found = registerDepth(scene, quarterCamera(), depth_m, recorded, 6);
+  EXPECT_LT((found.translation() - truth.translation()).norm(), 5e-4);
+  EXPECT_LT(turnBetween_rad(found, truth), 0.02 * kDegree);
 }
 
 TEST(DepthRegistration, LeavesThePoseWhereTooLittleIsThere) {
@@ -89,10 +64,8 @@ TEST(DepthRegistration, LeavesThePoseWhereTooLittleIsThere) {
   const Eigen::Isometry3d recorded = lookIntoCorner();
   const std::vector<float> nothing(160 * 120, 0.0f), far(160 * 120, 9.0f);
   for (const std::vector<float>& depth_m : {nothing, far}) {
-    const Registration found = registerDepth(scene, quarterCamera(), depth_m, recorded, 6);
-    EXPECT_EQ(found.points, 0u);
-    EXPECT_EQ(found.shift_m, 0.0);
-    EXPECT_TRUE(found.T_W_C.isApprox(recorded, 0.0));
+    const Eigen::Isometry3d found = registerDepth(scene, quarterCamera(), depth_m, recorded, 6);
+    EXPECT_TRUE(found.isApprox(recorded, 0.0));
   }
 }
 

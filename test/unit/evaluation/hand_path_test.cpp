@@ -45,10 +45,5 @@ TEST(HandPath, IsTheSameForTheSameSeedAtAnyRate) {
   }
 }
 
-TEST(HandPath, NeedsAWay) {
-  EXPECT_THROW(handPoses({}, {}), std::invalid_argument);
-  EXPECT_THROW(handPoses({3, Eigen::Isometry3d::Identity()}, {}), std::invalid_argument);
-}
-
 }  // namespace
 }  // namespace dtsdf

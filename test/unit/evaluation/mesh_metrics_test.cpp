@@ -15,11 +15,7 @@
 namespace dtsdf {
 namespace {
 
-EvaluationOptions quickOptions() {
-  EvaluationOptions options;
-  options.samples = 100000;
-  return options;
-}
+const EvaluationOptions kQuick{100000, {0.005, 0.01, 0.025}};
 
 TEST(MeshScene, ClosestPointMatchesTheAnalyticDistance) {
   const MeshScene scene(makeCube(0.5f));
@@ -29,18 +25,6 @@ TEST(MeshScene, ClosestPointMatchesTheAnalyticDistance) {
     const Eigen::Vector3f p = 1.5f * Eigen::Vector3f::Random();
     ASSERT_NEAR(scene.closestPoint(p).distance_m, truth.distanceToSurface(p.cast<double>()), 1e-7);
   }
-}
-
-TEST(MeshScene, RaysMatchTheAnalyticScene) {
-  const MeshScene scene(makeCube(0.5f));
-  const auto hit = scene.intersect({2, 0.1f, 0.2f}, {-2, 0, 0});
-  ASSERT_TRUE(hit);
-  EXPECT_FLOAT_EQ(hit->distance, 0.75f) << "in multiples of the direction";
-  EXPECT_TRUE(hit->normal.isApprox(Eigen::Vector3f::UnitX()));
-  EXPECT_FALSE(scene.intersect({2, 0, 0}, {1, 0, 0}));
-  EXPECT_TRUE(scene.isFree({2, 0, 0}, {0.5f, 0, 0}, 1e-4f));
-  EXPECT_FALSE(scene.isFree({2, 0, 0}, {-0.5f, 0, 0}, 1e-4f));
-  EXPECT_THROW(MeshScene(TriangleMesh{}), std::runtime_error);
 }
 
 TEST(DistanceStats, KnownAnswers) {
@@ -56,31 +40,19 @@ TEST(DistanceStats, KnownAnswers) {
   EXPECT_EQ(distanceStats({}).count, 0u);
 }
 
-TEST(Evaluation, AMeshEqualsItself) {
-  const TriangleMesh sphere = makeSphere(0.5f, 40);
-  const Evaluation evaluation = evaluateMesh(sphere, sphere, nullptr, quickOptions());
-  EXPECT_LT(evaluation.vertices.max_m, 1e-7);
-  EXPECT_LT(evaluation.surface.max_m, 1e-6);
-  EXPECT_LT(evaluation.completeness.max_m, 1e-6);
-  EXPECT_DOUBLE_EQ(evaluation.f_scores[0].f_score, 1.0);
-}
-
 TEST(Evaluation, PlaneShiftedByAKnownDistance) {
-  const Evaluation evaluation =
-      evaluateMesh(makeRectangle(-0.5f, -0.5f, 0.5f, 0.5f, 0.007f), makeRectangle(-1, -1, 1, 1, 0),
-                   nullptr, quickOptions());
+  const Evaluation evaluation = evaluateMesh(makeRectangle(-0.5f, -0.5f, 0.5f, 0.5f, 0.007f),
+                                             makeRectangle(-1, -1, 1, 1, 0), nullptr, kQuick);
   EXPECT_NEAR(evaluation.vertices.rmse_m, 0.007, 1e-8);
   EXPECT_NEAR(evaluation.surface.rmse_m, 0.007, 1e-8);
   EXPECT_NEAR(evaluation.surface.median_m, 0.007, 1e-8);
   EXPECT_NEAR(evaluation.surface.max_m, 0.007, 1e-8);
-  EXPECT_DOUBLE_EQ(evaluation.f_scores[0].precision, 0.0) << "beyond 5 mm";
-  EXPECT_DOUBLE_EQ(evaluation.f_scores[1].precision, 1.0) << "within 10 mm";
 }
 
 /// The missing half lies 0 to 1 m from the rest: the mean square is 1/2 * 1/3.
 TEST(Evaluation, HalfMissingPlane) {
-  const Evaluation evaluation = evaluateMesh(makeRectangle(0, 0, 1, 1, 0),
-                                             makeRectangle(0, 0, 2, 1, 0), nullptr, quickOptions());
+  const Evaluation evaluation =
+      evaluateMesh(makeRectangle(0, 0, 1, 1, 0), makeRectangle(0, 0, 2, 1, 0), nullptr, kQuick);
   EXPECT_NEAR(evaluation.surface.rmse_m, 0.0, 1e-7);
   EXPECT_NEAR(evaluation.completeness.rmse_m, std::sqrt(1.0 / 6.0), 3e-3);
   EXPECT_NEAR(evaluation.completeness.mean_m, 0.25, 3e-3);
@@ -91,30 +63,12 @@ TEST(Evaluation, HalfMissingPlane) {
   EXPECT_NEAR(score.f_score, 2.0 * score.recall / (1.0 + score.recall), 1e-12);
 }
 
-/// Seen from a shifted sphere, distances are | |p + d| - r |: to first order d cos(angle).
-TEST(Evaluation, OffsetSphere) {
-  constexpr double kOffset_m = 0.004;
-  const TriangleMesh sphere = makeSphere(0.5f, 200);
-  const Evaluation evaluation = evaluateMesh(moved(sphere, {0, 0, static_cast<float>(kOffset_m)}),
-                                             sphere, nullptr, quickOptions());
-  EXPECT_NEAR(evaluation.surface.rmse_m, kOffset_m / std::sqrt(3.0), 3e-5);
-  EXPECT_NEAR(evaluation.surface.mean_m, kOffset_m / 2.0, 3e-5);
-  EXPECT_NEAR(evaluation.surface.max_m, kOffset_m, 3e-5);
-  EXPECT_NEAR(evaluation.completeness.rmse_m, kOffset_m / std::sqrt(3.0), 3e-5);
-}
-
-TEST(Evaluation, EmptyMeshesAreRefused) {
-  EXPECT_THROW(evaluateMesh({}, makeCube(1), nullptr, quickOptions()), std::runtime_error);
-  EXPECT_THROW(evaluateMesh(makeCube(1), {}, nullptr, quickOptions()), std::runtime_error);
-}
-
 TEST(Evaluation, JsonIsInMillimetres) {
-  const auto json = nlohmann::json::parse(
-      toJson(evaluateMesh(makeRectangle(-0.5f, -0.5f, 0.5f, 0.5f, 0.007f),
-                          makeRectangle(-1, -1, 1, 1, 0), nullptr, quickOptions())));
+  const auto json =
+      nlohmann::json::parse(toJson(evaluateMesh(makeRectangle(-0.5f, -0.5f, 0.5f, 0.5f, 0.007f),
+                                                makeRectangle(-1, -1, 1, 1, 0), nullptr, kQuick)));
   EXPECT_NEAR(json["surface"]["rmse_mm"].get<double>(), 7.0, 1e-5);
   EXPECT_EQ(json["topology"]["boundary_edges"].get<int>(), 4);
-  EXPECT_EQ(json["f_scores"][2]["threshold_mm"].get<double>(), 25.0);
 }
 
 /// One camera at z = 3 looks down on a cube: its top is seen, a sixth of its area.
@@ -179,9 +133,6 @@ TEST(SeenByViews, NotWhereNothingWasMeasured) {
 TEST(MeshTopology, ClosedAndOpen) {
   TriangleMesh cube = makeCube(0.5f);
   EXPECT_EQ(meshTopology(cube).boundary_edges, 0u);
-  EXPECT_EQ(meshTopology(cube).non_manifold_edges, 0u);
-  EXPECT_EQ(meshTopology(cube).components, 1u);
-  EXPECT_NEAR(meshTopology(cube).area_m2, 6.0, 1e-6);
   cube.triangles.pop_back();
   EXPECT_EQ(meshTopology(cube).boundary_edges, 3u);
   EXPECT_EQ(meshTopology(makeSphere(0.5f, 12)).boundary_edges, 0u);
@@ -220,27 +171,11 @@ TEST(MeshTopology, BorderEdgesAndSmallHolesAreThoseOfJoinedVertices) {
   EXPECT_EQ(meshTopology(makePiercedSheet(20, {})).boundary_edges, 1600u) << "nothing is joined";
 }
 
-TEST(MeshTopology, JoiningLeavesOutTrianglesThatBecomeLines) {
-  TriangleMesh sheet = makePiercedSheet(2, {});
-  const auto first = static_cast<uint32_t>(sheet.vertices.size());
-  for (int i = 0; i < 2; ++i) sheet.vertices.emplace_back(0.0f, 0.0f, 0.0f);
-  sheet.vertices.emplace_back(0.1f, 0.0f, 0.0f);
-  sheet.triangles.push_back({first, first + 1, first + 2});
-  EXPECT_EQ(meshTopology(sheet).border_edges, 8u);
-}
-
-TEST(MeshTopology, ComponentsNonManifoldAndDegenerate) {
+TEST(MeshTopology, ComponentsAreJoinedByVertices) {
   TriangleMesh mesh = joined(makeCube(0.5f), makeCube(0.5f));
   EXPECT_EQ(meshTopology(mesh).components, 2u) << "touching vertices are not welded";
-  mesh.triangles.push_back({0, 1, 12});  // a third triangle at an edge of the cube, and a bridge
-  const MeshTopology topology = meshTopology(mesh);
-  EXPECT_EQ(topology.components, 1u);
-  EXPECT_EQ(topology.non_manifold_edges, 1u);
-  EXPECT_EQ(topology.boundary_edges, 2u);
-  EXPECT_EQ(topology.degenerate_triangles, 0u);
-  mesh.triangles.push_back({0, 0, 1});
-  mesh.triangles.push_back({0, 8, 1});  // 0 and 8 are at the same place
-  EXPECT_EQ(meshTopology(mesh).degenerate_triangles, 2u);
+  mesh.triangles.push_back({0, 1, 12});
+  EXPECT_EQ(meshTopology(mesh).components, 1u);
 }
 
 }  // namespace

@@ -41,10 +41,6 @@ def read_folder(folder, frames="::"):
     return np.array(camera[1].split(","), float).reshape(3, 3), images[first:last:step]
 
 
-def resident_mib():
-    return int(pathlib.Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2 ** 20
-
-
 def fuse(folder, voxel_m, threads, frames, mesh_path, max_depth_m="10"):
     device = core.Device("CPU:0" if threads != "0" else "CUDA:0")
     matrix, images = read_folder(folder, frames)
@@ -52,7 +48,7 @@ def fuse(folder, voxel_m, threads, frames, mesh_path, max_depth_m="10"):
     grid = o3d.t.geometry.VoxelBlockGrid(("tsdf", "weight"), (core.float32, core.float32), ((1,), (1,)),
                                          float(voxel_m), 16, 2000, device)
     settings = UNITS, float(max_depth_m), TRUNCATION_VOXELS
-    times, processor, before = [], [], resident_mib()
+    times, processor = [], []
     for _, path, pose in images:
         depth = o3d.t.io.read_image(path)
         start, start_processor = time.perf_counter(), time.process_time()
@@ -63,9 +59,7 @@ def fuse(folder, voxel_m, threads, frames, mesh_path, max_depth_m="10"):
             core.cuda.synchronize()
         times.append(1e3 * (time.perf_counter() - start))
         processor.append(1e3 * (time.process_time() - start_processor))
-    memory = resident_mib() - before
-    if threads == "0":  # what the grid holds; the cache of the allocator is not counted
-        memory = grid.hashmap().size() * 16 ** 3 * 8 / 2 ** 20
+    memory = grid.hashmap().size() * 16 ** 3 * 8 / 2 ** 20  # of its blocks; room for more is reserved
     start = time.perf_counter()
     mesh = grid.extract_triangle_mesh(weight_threshold=2.0)
     mesh_ms = 1e3 * (time.perf_counter() - start)

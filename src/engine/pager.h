@@ -120,8 +120,8 @@ class Pager {
   void addBlocksTo(MapContents& contents) const;
 
   /// Copies the voxels and colours of the contents' blocks, wherever they are. Those that are
-  /// damaged, or that a disk does not give which gives others, are 0, counted as lost, and no
-  /// longer in the map then. @throws std::runtime_error where the disk gives nothing.
+  /// lost are 0, and no longer in the map then. @throws std::runtime_error where the disk gives
+  /// nothing.
   void copyWords(MapBackend& backend, MapContents& contents);
 
   void clear();
@@ -148,7 +148,6 @@ class Pager {
   size_t readBatch(MapBackend& backend, std::vector<int32_t> numbers);
   std::vector<PackedKey> keysAhead(const SeenFrame& seen);
   std::vector<PackedKey> allPaged() const;
-  bool diskGives();
 
   const MapperParams params_;
   const FusionRules fusion_rules_;

@@ -236,7 +236,7 @@ void Pager::addBlocksTo(MapContents& contents) const {
 void Pager::copyWords(MapBackend& backend, MapContents& contents) {
   constexpr size_t kAtOnce = 1024;
   Words words(contents);
-  std::vector<PackedKey> lost, unread;
+  std::vector<PackedKey> lost;
   std::vector<char> record;
   for (size_t first = 0; first < contents.blocks.size(); first += kAtOnce) {
     const size_t end = std::min(contents.blocks.size(), first + kAtOnce);
@@ -262,30 +262,13 @@ void Pager::copyWords(MapBackend& backend, MapContents& contents) {
       }
       const auto reading = number < 0 ? Reading::kDamaged : blocks_.read(number, record);
       fill(to, reading == Reading::kIntact ? record.data() : nullptr);
-      if (number < 0 || reading == Reading::kIntact) continue;
-      (reading == Reading::kDamaged ? lost : unread).push_back(key);
+      if (reading == Reading::kUnreadable) {
+        throw std::runtime_error("the map cannot be copied: " + blocks_.store().stats().problem);
+      }
+      if (number >= 0 && reading == Reading::kDamaged) lost.push_back(key);
     }
   }
-  if (!unread.empty() && !diskGives()) {
-    throw std::runtime_error("the map cannot be copied: " + blocks_.store().stats().problem);
-  }
-  for (const PackedKey key : unread) {
-    lost.push_back(key);
-    blocks_.store().countLost();
-  }
   drop(backend, lost);
-}
-
-/// Whether the disk gives any of some blocks: else it may be away.
-bool Pager::diskGives() {
-  constexpr size_t kMostTried = 4096;
-  std::vector<int32_t> numbers = numbersOf(allPaged());
-  numbers.resize(std::min(numbers.size(), kMostTried));
-  std::vector<char> record;
-  return std::any_of(numbers.begin(), numbers.end(), [&](int32_t number) {
-    blocks_.read(number, record);
-    return blocks_.store().gives();
-  });
 }
 
 }  // namespace dtsdf

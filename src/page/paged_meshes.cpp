@@ -73,24 +73,12 @@ void PagedMeshes::forget(PackedKey key) {
   meshes_.erase(found);
 }
 
-/// One that is damaged is there no longer.
 SharedBlockMesh PagedMeshes::find(PackedKey key) {
   const auto found = meshes_.find(key);
   if (found == meshes_.end()) return nullptr;
   SharedBlockMesh mesh = found->second.mesh.peek();
   if (mesh == nullptr) ++missed_;
-  if (mesh == nullptr && found->second.mesh.isLost()) forget(key);
   return mesh;
-}
-
-bool PagedMeshes::diskGives() {
-  constexpr size_t kMostTried = 4096;
-  size_t tried = 0;
-  return std::any_of(meshes_.begin(), meshes_.end(), [&](const auto& one) {
-    if (tried++ >= kMostTried) return false;
-    one.second.mesh.peek();
-    return pages_ == nullptr || pages_->diskGives();
-  });
 }
 
 const MeshStore& PagedMeshes::holding(const std::vector<PackedKey>& keys) {

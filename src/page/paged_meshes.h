@@ -63,7 +63,8 @@ class PagedMeshes {
   bool isPainted() const { return painted_ > 0; }
   size_t triangleCount() const { return triangles_; }
   uint64_t missed() const { return missed_; }  ///< How often one was asked for and did not come.
-  bool diskGives();                            ///< Whether the disk gives any: else it may be away.
+  /// Whether the disk gave something when it was asked last: else it may be away.
+  bool diskGives() const { return pages_ == nullptr || pages_->diskGives(); }
   size_t bytes() const { return pages_ == nullptr ? bytes_ : pages_->bytes(); }  ///< Of memory.
   size_t mostBytes() const { return most_bytes_; }  ///< That stay in memory; 0: no limit.
   Stats stats() const { return pages_ == nullptr ? Stats() : pages_->stats(); }

@@ -125,11 +125,6 @@ bool PagedValues::writeOut(Entry& entry) try {
   return false;
 }
 
-bool PagedValues::isLost(const Entry& entry) const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return entry.is_lost;
-}
-
 bool PagedValues::isFull() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return bytes_ > most_bytes_;

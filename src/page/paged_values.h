@@ -77,10 +77,7 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   /// The same, and the entry has it no longer: if it cannot be read, it is lost.
   std::shared_ptr<const void> take(Entry& entry);
 
-  /// Whether it will not come back, whatever the disk does.
-  bool isLost(const Entry& entry) const;
-
-  /// Whether the disk gave what was read last.
+  /// Whether the disk gave something when it was asked last.
   bool diskGives() const { return store_.gives(); }
 
   /// Whether more is in memory than should, as the disk takes none.
@@ -134,8 +131,6 @@ class Paged {
     if (entry_ == nullptr) return value_;
     return std::static_pointer_cast<const T>(entry_->pages->peek(*entry_));
   }
-
-  bool isLost() const { return entry_ != nullptr && entry_->pages->isLost(*entry_); }
 
   /// The value, to be changed: this has none any more. @pre There are no copies of it.
   std::shared_ptr<T> take() {

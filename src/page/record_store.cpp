@@ -186,28 +186,28 @@ RecordStore::Reading RecordStore::read(const StoredRecord& record, std::vector<c
     }
   }
   to.resize(record.bytes + kSumBytes);
-  for (int tries = gives_ ? kTries : 1, pause_ms = 1;; --tries, pause_ms *= 2) {
-    const std::string problem = transfer(record, to);
-    if (problem.empty()) {
-      gives_ = true;
-      uint64_t sum;
-      std::memcpy(&sum, to.data() + record.bytes, kSumBytes);
-      to.resize(record.bytes);
-      if (XXH3_64bits_withSeed(to.data(), record.bytes, record.number) == sum) {
-        return Reading::kIntact;
-      }
-      const Lock lock(mutex_);
-      stats_.problem = "what was read from map/page_folder is damaged; check the disk";
-      ++stats_.lost;
-      return Reading::kDamaged;
-    }
-    if (tries == 1) {
-      gives_ = false;
-      fail(problem);
-      return Reading::kUnreadable;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(pause_ms));
+  std::string problem = transfer(record, to);
+  for (int tries = gives_ ? kTries : 1, pause_ms = 1; !problem.empty() && tries > 1; --tries) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(std::exchange(pause_ms, 2 * pause_ms)));
+    problem = transfer(record, to);
   }
+  char first;
+  gives_ = problem.empty() || pread(file_, &first, 1, 0) >= 0;
+  uint64_t sum;
+  std::memcpy(&sum, to.data() + record.bytes, kSumBytes);
+  to.resize(record.bytes);
+  if (problem.empty() && XXH3_64bits_withSeed(to.data(), record.bytes, record.number) == sum) {
+    return Reading::kIntact;
+  }
+  const Lock lock(mutex_);
+  if (problem.empty()) {
+    stats_.problem = "what was read from map/page_folder is damaged; check the disk";
+  } else {
+    note(std::move(problem));
+  }
+  if (!gives_) return Reading::kUnreadable;
+  ++stats_.lost;
+  return Reading::kDamaged;
 }
 
 /// Where the file ends before it is full, the rest is 0: that is damaged, whatever is tried.

@@ -56,8 +56,8 @@ class RecordStore {
  public:
   enum class Reading {
     kIntact,      ///< It is what was written.
-    kDamaged,     ///< It is not, or the file ends before it: it is lost, which is counted.
-    kUnreadable,  ///< The disk did not give it after some tries; it may the next time.
+    kDamaged,     ///< It is not, or cannot be read where the disk gives others: it is lost.
+    kUnreadable,  ///< The disk gives nothing, after some tries; it may the next time.
   };
 
   /// Makes the folder where it is missing.
@@ -74,7 +74,7 @@ class RecordStore {
   std::optional<StoredRecord> write(RecordBytes record);
   Reading read(const StoredRecord& record, std::vector<char>& to);
 
-  /// Whether the disk gave what was read from it last: what it does not give beside that is lost.
+  /// Whether the disk gave something when it was asked last.
   bool gives() const { return gives_; }
 
   /// The system reads it while others go on.
@@ -116,8 +116,8 @@ class RecordStore {
   const uint64_t max_bytes_;
   const size_t most_waiting_;
   int file_ = -1;
-  std::atomic<bool> gives_{true};  ///< The last read did not fail.
-  mutable std::mutex mutex_;       ///< Guards what follows.
+  std::atomic<bool> gives_{true};
+  mutable std::mutex mutex_;  ///< Guards what follows.
   std::condition_variable changed_;
   FreeRuns runs_;
   uint64_t file_end_ = 0;

@@ -16,11 +16,6 @@ CubeCells& CellTable::at(const Vec3i& cube) {
   return sector.make(cubeInSector(cube));
 }
 
-bool CellTable::isUnread(const Vec3i& cube) const {
-  const PackedKey key = packKey(sectorOfCube(cube));
-  return sectors_.has(key) && sectors_.find(key) == nullptr && !sectors_.isLost(key);
-}
-
 void CellTable::removeIfEmpty(const Vec3i& cube) {
   const PackedKey key = packKey(sectorOfCube(cube));
   const std::shared_ptr<const CellSector> sector = sectors_.find(key);
@@ -39,11 +34,9 @@ SpaceChanges CellTable::takeTouched(bool all, size_t most) {
   const auto take = [&](const Vec3i& cube, const CubeCells& cells) {
     taken.cubes.push_back(asSpaceCube(cube, cells));
   };
-  std::vector<PackedKey> unread;
   for (; !fresh_.empty() && taken.cubes.size() < most; fresh_.pop_back()) {
     const PackedKey key = fresh_.back();
     const std::shared_ptr<const CellSector> sector = sectors_.find(key);
-    if (sector == nullptr && sectors_.has(key) && !sectors_.isLost(key)) unread.push_back(key);
     if (sector == nullptr) continue;
     const Vec3i at = unpackKey(key);
     sector->visit([&](int i, const CubeCells& cells) { take(cubeOfSector(at, i), cells); });
@@ -57,7 +50,6 @@ SpaceChanges CellTable::takeTouched(bool all, size_t most) {
     }
   }
   taken.is_part = !fresh_.empty() || next != touched_.end();
-  fresh_.insert(fresh_.begin(), unread.begin(), unread.end());
   return taken;
 }
 

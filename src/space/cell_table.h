@@ -41,15 +41,12 @@ class CellTable {
   /// The cube, made if it is not there, until another one is asked for. It counts as touched.
   CubeCells& at(const Vec3i& cube);
 
-  /// Whether a cube's sector cannot be read now, but may be later.
-  bool isUnread(const Vec3i& cube) const;
-
-  /// Calls visit(cube, cells) for these cubes, also for those that have gone, but not for those
-  /// that the disk lost: nobody knows what is there. @return false: they cannot be read now.
+  /// Calls visit(cube, cells) for these cubes, also for those that have gone. @return false: they
+  /// cannot be read, and nobody knows what is there.
   template <class Visit>
   bool visitSome(const CubeSet::value_type& of_sector, const Visit& visit) const;
 
-  /// Sectors that the disk lost, of which only what came since is known now.
+  /// Sectors that could not be read, of which only what came since is known now.
   std::vector<PackedKey> takeLost() {
     std::vector<PackedKey> lost = sectors_.lost();
     sectors_.forgetLost();
@@ -65,13 +62,13 @@ class CellTable {
   void clear();
 
   /// Calls visit(cube, cells) for each cube of the sectors that `takes`, in no order; it may change
-  /// that one. @return whether all could be read, but for those that are lost for good.
+  /// that one. Those that cannot be read are left out.
   template <class TakesSector, class Visit>
-  bool visit(const TakesSector& takes, const Visit& visit) const;
+  void visit(const TakesSector& takes, const Visit& visit) const;
 
   /// Cubes that were touched since the last call, or have gone; at the first one, and with `all`,
-  /// all that there are. About so many at most: the rest with the next calls, as what cannot be
-  /// read now.
+  /// all that there are. About so many at most: the rest with the next calls, as what is touched
+  /// and cannot be read now.
   SpaceChanges takeTouched(bool all, size_t most);
 
   bool isEmpty() const { return sectors_.size() == 0; }
@@ -87,13 +84,11 @@ class CellTable {
 };
 
 template <class TakesSector, class Visit>
-bool CellTable::visit(const TakesSector& takes, const Visit& visit) const {
-  bool is_whole = true;
+void CellTable::visit(const TakesSector& takes, const Visit& visit) const {
   for (const PackedKey key : sectors_.keys()) {
     const Vec3i sector = unpackKey(key);
     if (!takes(sector)) continue;
     const std::shared_ptr<const CellSector> cells = sectors_.find(key);
-    if (cells == nullptr) is_whole = is_whole && sectors_.isLost(key);
     if (cells == nullptr) continue;
     std::vector<std::pair<Vec3i, CubeCells>> cubes;  // which stay while those in the sector change
     cells->visit([&](int number, const CubeCells& cube) {
@@ -101,14 +96,13 @@ bool CellTable::visit(const TakesSector& takes, const Visit& visit) const {
     });
     for (const auto& [cube, of_cube] : cubes) visit(cube, of_cube);
   }
-  return is_whole;
 }
 
 template <class Visit>
 bool CellTable::visitSome(const CubeSet::value_type& of_sector, const Visit& visit) const {
   const PackedKey key = of_sector.first;
   const std::shared_ptr<const CellSector> sector = sectors_.find(key);
-  if (sector == nullptr && sectors_.has(key)) return sectors_.isLost(key);
+  if (sector == nullptr && sectors_.has(key)) return false;
   visitCubes(of_sector, [&](const Vec3i& cube, int number) {
     visit(cube, sector == nullptr ? CubeCells() : sector->at(number));
   });

@@ -39,7 +39,6 @@ int32_t leastBetween(const Vec3i& sector, const Vec3i& cube) {
 struct DistanceField::SectorChange {
   Vec3i key;
   std::shared_ptr<const DistanceSector> sector;
-  bool is_guess = false;  ///< Surfaces could not be read, but may be later.
 };
 
 int squaredAt(const DistanceSectors& sectors, const Vec3i& cell) {
@@ -49,16 +48,7 @@ int squaredAt(const DistanceSectors& sectors, const Vec3i& cell) {
   return sector == nullptr ? 0 : sector->squaredAt(cell);
 }
 
-/// And those that could not be taken over before, but for what has changed again.
-std::vector<SurfaceCube> DistanceField::withWaiting(const std::vector<SurfaceCube>& changed) {
-  std::vector<SurfaceCube> all = changed;
-  for (const SurfaceCube& now : changed) waiting_.erase(packKey(now.cube));
-  for (const auto& [key, surface] : waiting_) all.push_back({unpackKey(key), surface});
-  waiting_.clear();
-  return all;
-}
-
-/// From now on a sector that the disk lost has surfaces everywhere.
+/// From now on a sector that cannot be read has surfaces everywhere.
 void DistanceField::fillLost(PackedKey sector, std::vector<Vec3i>& changed) {
   CellSector& cells = surfaces_.open(sector);
   for (int i = 0; i < kCubesPerSector; ++i) {
@@ -68,8 +58,7 @@ void DistanceField::fillLost(PackedKey sector, std::vector<Vec3i>& changed) {
   surfaces_.forgetLost();
 }
 
-/// Surfaces as they are now, as far as the sectors of them can be read.
-/// @return the cubes with other ones than before.
+/// Surfaces as they are now. @return the cubes with other ones than before.
 std::vector<Vec3i> DistanceField::takeOver(const std::vector<SurfaceCube>& surfaces) {
   std::vector<Vec3i> changed;
   for (const SurfaceCube& now : surfaces) {
@@ -77,11 +66,6 @@ std::vector<Vec3i> DistanceField::takeOver(const std::vector<SurfaceCube>& surfa
     const int number = cubeInSector(now.cube);
     std::shared_ptr<const CellSector> known = surfaces_.find(sector);
     if (known == nullptr && surfaces_.has(sector)) {
-      if (!surfaces_.isLost(sector)) {
-        waiting_[packKey(now.cube)] = now.surface;
-        changed.push_back(now.cube);
-        continue;
-      }
       fillLost(sector, changed);
       known = surfaces_.find(sector);
     }
@@ -100,7 +84,7 @@ std::vector<Vec3i> DistanceField::takeOver(const std::vector<SurfaceCube>& surfa
   return changed;
 }
 
-/// And those that have to be worked out again, in the order of x, then y, then z.
+/// And those that were left out, in the order of x, then y, then z.
 std::vector<DistanceField::SectorChange> DistanceField::sectorsNear(
     const std::vector<Vec3i>& cubes) const {
   const int32_t ring = ringOf(reach_), side = windowSide(reach_);
@@ -112,7 +96,7 @@ std::vector<DistanceField::SectorChange> DistanceField::sectorsNear(
       if (leastBetween(sector, cube) <= reach_ * reach_) order.push_back(packKey(turned(sector)));
     }
   }
-  for (const PackedKey key : guessed_) order.push_back(packKey(turned(unpackKey(key))));
+  for (const PackedKey key : unfinished_) order.push_back(packKey(turned(unpackKey(key))));
   std::sort(order.begin(), order.end());
   order.erase(std::unique(order.begin(), order.end()), order.end());
   std::vector<SectorChange> sectors;
@@ -141,8 +125,7 @@ bool DistanceField::mayOverwrite(const SectorChange& change) const {
 }
 
 void DistanceField::update(const std::vector<SurfaceCube>& changed) {
-  std::vector<SectorChange> sectors =
-      sectorsNear(takeOver(waiting_.empty() ? changed : withWaiting(changed)));
+  std::vector<SectorChange> sectors = sectorsNear(takeOver(changed));
   size_t first = 0;
   try {
     for (size_t count = 0; first < sectors.size(); first += count) {
@@ -152,9 +135,10 @@ void DistanceField::update(const std::vector<SurfaceCube>& changed) {
                   std::make_move_iterator(begin + static_cast<std::ptrdiff_t>(count))});
     }
   } catch (...) {  // the surfaces are taken over, so the next update has to know
-    for (; first < sectors.size(); ++first) guessed_.insert(packKey(sectors[first].key));
+    for (; first < sectors.size(); ++first) unfinished_.push_back(packKey(sectors[first].key));
     throw;
   }
+  unfinished_.clear();
 }
 
 /// All of them by other means than the host's threads.
@@ -168,7 +152,6 @@ bool DistanceField::workOut(std::vector<SectorChange>& sectors) {
   }
   if (!work_out_(task_.gather(surfaces_, wanted, reach_), squares)) return false;
   for (size_t i = 0; i < sectors.size(); ++i) {
-    sectors[i].is_guess = task_.isGuess(wanted[i]);
     if (sectors[i].sector != nullptr && squares[i] == sectors[i].sector->squared) continue;
     auto sector = std::make_shared<DistanceSector>();
     sector->squared = std::move(squares[i]);
@@ -184,7 +167,6 @@ void DistanceField::workOutOnHost(std::vector<SectorChange>& sectors) const {
     auto sector = std::make_shared<DistanceSector>();
     sector->squared = distances.run(surfaces_, sectors[i].key, reach_);
     sectors[i].sector = std::move(sector);
-    sectors[i].is_guess = distances.isGuess();
   });
 }
 
@@ -199,11 +181,6 @@ void DistanceField::updateSome(std::vector<SectorChange> sectors) {
   }
   for (SectorChange& change : sectors) {
     const PackedKey key = packKey(change.key);
-    if (change.is_guess) {
-      guessed_.insert(key);
-    } else {
-      guessed_.erase(key);
-    }
     if (change.sector->isEmpty()) {
       sectors_.erase(key);
     } else {
@@ -215,8 +192,7 @@ void DistanceField::updateSome(std::vector<SectorChange> sectors) {
 void DistanceField::clear() {
   sectors_.clear();
   surfaces_.clear();
-  waiting_.clear();
-  guessed_.clear();
+  unfinished_.clear();
 }
 
 size_t DistanceField::bytes() const {

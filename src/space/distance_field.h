@@ -5,9 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
-#include <map>
 #include <memory>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -26,8 +24,8 @@ inline int reachInCells(double max_distance_m, double cell_size_m) {
 using DistanceSectors = Sectors<DistanceSector>;
 
 /// @return the squared distance, in cells, to the nearest cell with a surface; -1: none in reach; 0
-/// where the disk lost it, so that nobody runs into something. Where it lost surfaces, all cells
-/// count as such, until it is given again what is in their cubes.
+/// where it cannot be read, so that nobody runs into something. Where surfaces cannot be read, all
+/// cells count as such, until it is given again what is in their cubes.
 int squaredAt(const DistanceSectors& sectors, const Vec3i& cell);
 
 /// The surfaces that are in a cube now.
@@ -51,8 +49,7 @@ class DistanceField {
   /// From now on it has whole sectors worked out by this.
   void setBackend(DistanceWork work_out) { work_out_ = std::move(work_out); }
 
-  /// Takes over the cubes in which surfaces may be other ones than before. What cannot be read now
-  /// is done with the next update.
+  /// Takes over the cubes in which surfaces may be other ones than before.
   void update(const std::vector<SurfaceCube>& changed);
 
   const DistanceSectors& sectors() const { return sectors_; }
@@ -64,7 +61,6 @@ class DistanceField {
  private:
   struct SectorChange;
 
-  std::vector<SurfaceCube> withWaiting(const std::vector<SurfaceCube>& changed);
   std::vector<Vec3i> takeOver(const std::vector<SurfaceCube>& surfaces);
   void fillLost(PackedKey sector, std::vector<Vec3i>& changed);
   std::vector<SectorChange> sectorsNear(const std::vector<Vec3i>& cubes) const;
@@ -81,9 +77,8 @@ class DistanceField {
   DistanceWork work_out_;
   TaskOfDistances task_;
   DistanceSectors sectors_;
-  SurfaceTable surfaces_;                  ///< That the sectors know of.
-  std::map<PackedKey, CellMask> waiting_;  ///< Cubes whose surfaces could not be taken over yet.
-  std::set<PackedKey> guessed_;            ///< Sectors that are to be worked out again.
+  SurfaceTable surfaces_;              ///< That the sectors know of.
+  std::vector<PackedKey> unfinished_;  ///< Sectors that an exception left out.
 };
 
 }  // namespace dtsdf

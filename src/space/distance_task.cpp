@@ -54,7 +54,6 @@ void TaskOfDistances::fill(const SurfaceTable& surfaces) {
   places_.assign(volumeOf(box_), -1);
   sectors_.clear();
   cubes_.clear();
-  unread_.clear();
   if (surfaces.size() < places_.size()) {
     for (const PackedKey key : surfaces.keys()) {
       const Vec3i sector = unpackKey(key);
@@ -82,17 +81,10 @@ void TaskOfDistances::add(const SurfaceTable& surfaces, PackedKey key, int32_t& 
       cubes_.push_back(cube.surface);
     });
   } else {
-    if (!surfaces.isLost(key)) unread_.push_back(unpackKey(key));
     sector.known = ~uint64_t{0};
     cubes_.insert(cubes_.end(), kCubesPerSector, kAllCells);
   }
   sectors_.push_back(sector);
-}
-
-bool TaskOfDistances::isGuess(const Vec3i& sector) const {
-  const BlockExtent around = grown({sector, sector}, ring_, ring_);
-  return std::any_of(unread_.begin(), unread_.end(),
-                     [&](const Vec3i& unread) { return around.contains(unread); });
 }
 
 }  // namespace dtsdf

@@ -19,9 +19,6 @@ class TaskOfDistances {
   /// @return valid until the next one is gathered.
   DistanceTask gather(const SurfaceTable& surfaces, const std::vector<Vec3i>& sectors, int reach);
 
-  /// Whether some sector around one could not be read, but may be later.
-  bool isGuess(const Vec3i& sector) const;
-
  private:
   void layOut(const std::vector<Vec3i>& sectors, DistanceTask& task);
   void fill(const SurfaceTable& surfaces);
@@ -34,7 +31,6 @@ class TaskOfDistances {
   std::vector<int32_t> places_;
   std::vector<SurfaceCubes> sectors_;
   std::vector<CellMask> cubes_;
-  std::vector<Vec3i> unread_;  ///< Sectors that may be read later.
 };
 
 }  // namespace dtsdf

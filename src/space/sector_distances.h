@@ -27,9 +27,6 @@ class SectorDistances {
     return combinePlanes();
   }
 
-  /// Whether some sector could not be read, but may be later.
-  bool isGuess() const { return is_guess_; }
-
  private:
   using Line = std::array<Value, kSectorSide>;  ///< A value for each x of the sector.
 
@@ -50,7 +47,6 @@ class SectorDistances {
         squares_[static_cast<size_t>(i)] = static_cast<Value>(aside * aside);
       }
     }
-    is_guess_ = false;
     row_of_.assign(static_cast<size_t>(window_) * static_cast<size_t>(window_), -1);
     rows_.clear();
   }
@@ -72,7 +68,6 @@ class SectorDistances {
         addCube(cubeOfSector(sector, number), cube.surface);
       });
     } else if (surfaces.has(packKey(sector))) {
-      if (!surfaces.isLost(packKey(sector))) is_guess_ = true;
       for (int i = 0; i < kCubesPerSector; ++i) addCube(cubeOfSector(sector, i), kAllCells);
     }
   }
@@ -165,7 +160,6 @@ class SectorDistances {
     }
   }
 
-  bool is_guess_ = false;
   int reach_ = 0;
   Value far_ = 0;  ///< Beyond all that is within reach.
   int32_t window_ = 0;

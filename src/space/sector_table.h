@@ -24,7 +24,7 @@ class SectorTable {
   /// @param pages Null: all stay in memory.
   explicit SectorTable(SharedPagedValues pages) : pages_(std::move(pages)) {}
 
-  /// A sector as it is. @return null: there is none, it was lost, or it cannot be read now.
+  /// A sector as it is. @return null: there is none, or it cannot be read.
   std::shared_ptr<const T> find(PackedKey key) const {
     const auto open = open_.find(key);
     if (open != open_.end() && open->second != nullptr) return open->second;
@@ -32,14 +32,8 @@ class SectorTable {
     return place == sectors_.end() ? nullptr : place->second.get();
   }
 
-  /// Whether there is one, be it lost.
+  /// Whether there is one, also where it cannot be read.
   bool has(PackedKey key) const { return open_.count(key) > 0 || sectors_.count(key) > 0; }
-
-  /// Whether it will not come back. @pre There is one.
-  bool isLost(PackedKey key) const {
-    const auto place = sectors_.find(key);
-    return place != sectors_.end() && place->second.isLost();
-  }
 
   /// A sector that is going to be changed, made if there is none. It stays where it is until
   /// close().
@@ -68,7 +62,7 @@ class SectorTable {
     }
   }
 
-  /// Those that open() had to make anew, as the disk lost them.
+  /// Those that open() had to make anew, as they could not be read.
   const std::vector<PackedKey>& lost() const { return lost_; }
   void forgetLost() { lost_.clear(); }
 

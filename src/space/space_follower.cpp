@@ -58,19 +58,13 @@ SpaceDistance SpaceSnapshot::distanceAt(const Eigen::Vector3d& p_W) const {
 void SpaceFollower::apply(const SpaceChanges& changes, double cell_size_m) {
   if (changes.begins_anew) startOver(cell_size_m);
   CubesOfSectors by_sector;
-  const std::vector<SpaceCube> waited = std::move(waiting_);
-  waiting_.clear();
-  for (const SpaceCube& cube : waited) {
-    by_sector[packKey(sectorOfCell(cube.first))].push_back(&cube);
-  }
   for (const SpaceCube& cube : changes.cubes) {
     by_sector[packKey(sectorOfCell(cube.first))].push_back(&cube);
   }
   std::vector<SurfaceCube> surfaces;
   for (const auto& of_sector : by_sector) {
-    const bool is_done = applyCells(of_sector);
+    applyCells(of_sector);
     for (const SpaceCube* const cube : of_sector.second) {
-      if (!is_done) waiting_.push_back(*cube);
       surfaces.push_back({SpaceCube::cubeOf(cube->first), maskOf(cube->surface)});
     }
     if (surfaces.size() < kMostCubesAtOnce) continue;
@@ -83,18 +77,16 @@ void SpaceFollower::apply(const SpaceChanges& changes, double cell_size_m) {
 
 void SpaceFollower::startOver(double cell_size_m) {
   now_ = SpaceSnapshot();
-  waiting_.clear();
   now_.cell_size_m_ = cell_size_m;
   now_.reach_ = reachInCells(max_distance_m_, cell_size_m);
   field_ = DistanceField(now_.reach_, threads_, pages_);
 }
 
-/// A sector that changes is copied once, whatever changes in it. @return false: it cannot be read
-/// now.
-bool SpaceFollower::applyCells(const CubesOfSectors::value_type& of_sector) {
+/// A sector that changes is copied once, whatever changes in it. Of one that cannot be read only
+/// what changes is known then.
+void SpaceFollower::applyCells(const CubesOfSectors::value_type& of_sector) {
   const auto known = now_.cells_.find(of_sector.first);
   const auto before = known == now_.cells_.end() ? nullptr : known->second.get();
-  if (before == nullptr && known != now_.cells_.end() && !known->second.isLost()) return false;
   const auto cells =
       before == nullptr ? std::make_shared<CellSector>() : std::make_shared<CellSector>(*before);
   for (const SpaceCube* const cube : of_sector.second) {
@@ -111,7 +103,6 @@ bool SpaceFollower::applyCells(const CubesOfSectors::value_type& of_sector) {
   } else {
     now_.cells_[of_sector.first] = Paged<CellSector>(cells, pages_);
   }
-  return true;
 }
 
 size_t SpaceFollower::bytes() const {

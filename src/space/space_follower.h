@@ -73,14 +73,13 @@ class SpaceFollower {
   using CubesOfSectors = std::map<PackedKey, std::vector<const SpaceCube*>>;
 
   void startOver(double cell_size_m);
-  bool applyCells(const CubesOfSectors::value_type& of_sector);
+  void applyCells(const CubesOfSectors::value_type& of_sector);
 
   const double max_distance_m_;
   const int threads_;
   const SharedPagedValues pages_;
   DistanceField field_;
   SpaceSnapshot now_;
-  std::vector<SpaceCube> waiting_;  ///< Whose sectors could not be read when they changed.
 };
 
 }  // namespace dtsdf

@@ -85,8 +85,7 @@ void SpaceMap::addFree(const std::vector<FreeCube>& cubes) {
     const CellMask known = table_.find(seen.key).free;
     if (contains(known, seen.free)) continue;
     if (isEmpty(known)) {
-      if (is_disk_full || freeBytes() + kFreeCubeBudgetBytes > free_budget_ ||
-          table_.isUnread(seen.key)) {
+      if (is_disk_full || freeBytes() + kFreeCubeBudgetBytes > free_budget_) {
         ++refused_cubes_;
         continue;
       }
@@ -194,13 +193,15 @@ void SpaceMap::clear() {
 void SpaceMap::copyTo(MapContents& contents) const {
   contents.cell_voxels = cellSide(grid_);
   contents.free_cubes.reserve(free_cubes_);
-  const bool is_whole = table_.visit(isAnySector, [&](const Vec3i& key, const CubeCells& cube) {
+  table_.visit(isAnySector, [&](const Vec3i& key, const CubeCells& cube) {
     if (isEmpty(cube.free)) return;
     MapFreeCube copy{key, {}};
     std::copy_n(cube.free.word, kWordsPerCube, copy.cells.begin());
     contents.free_cubes.push_back(copy);
   });
-  if (!is_whole) throw std::runtime_error("the map cannot be copied: " + pages_->stats().problem);
+  if (contents.free_cubes.size() < free_cubes_ && !pages_->diskGives()) {
+    throw std::runtime_error("the map cannot be copied: " + pages_->stats().problem);
+  }
   std::sort(contents.free_cubes.begin(), contents.free_cubes.end(),
             [](const MapFreeCube& a, const MapFreeCube& b) { return isKeyBefore(a.key, b.key); });
 }

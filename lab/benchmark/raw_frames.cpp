@@ -33,9 +33,6 @@ class RawFrames : public FrameSource {
     std::getline(list_, rest_of_line);
   }
 
-  std::optional<size_t> size() const override { return std::nullopt; }
-  const std::map<std::string, size_t>& skipped() const override { return skipped_; }
-
   std::optional<SourceFrame> next() override {
     std::string line;
     while (std::getline(list_, line) && readPose(line, frame_.T_W_C)) {
@@ -63,7 +60,6 @@ class RawFrames : public FrameSource {
   std::ifstream list_, images_;
   DepthFrame frame_;  ///< What all frames share, and the last pose.
   size_t index_ = 0;
-  std::map<std::string, size_t> skipped_;
 };
 
 }  // namespace

@@ -27,28 +27,22 @@ IntegrationResult refuseForMemory(const BackendError& error) {
 /// one distance.
 void keepFarthest(const KeptBall& kept, const BlockTable& table, std::vector<int32_t>& slots,
                   std::vector<PackedKey>& on_disk) {
-  struct Beyond {
-    double distance;
-    PackedKey key;
-    int32_t slot;  ///< -1: on disk.
+  std::vector<std::pair<double, PackedKey>> all;  // with the distances below 0
+  const auto add = [&](PackedKey key) {
+    all.emplace_back(-squaredDistance(unpackKey(key), kept.center), key);
   };
-  std::vector<Beyond> all;
-  const auto add = [&](PackedKey key, int32_t slot) {
-    all.push_back({squaredDistance(unpackKey(key), kept.center), key, slot});
-  };
-  for (const int32_t slot : slots) add(packKey(table.block(slot).key), slot);
-  for (const PackedKey key : on_disk) add(key, -1);
-  std::sort(all.begin(), all.end(), [](const Beyond& a, const Beyond& b) {
-    return a.distance != b.distance ? a.distance > b.distance : a.key < b.key;
-  });
+  for (const int32_t slot : slots) add(packKey(table.block(slot).key));
+  for (const PackedKey key : on_disk) add(key);
+  std::sort(all.begin(), all.end());
   if (all.size() > kMostDroppedBlocks) all.resize(kMostDroppedBlocks);
   slots.clear();
   on_disk.clear();
-  for (const Beyond& block : all) {
-    if (block.slot < 0) {
-      on_disk.push_back(block.key);
+  for (const auto& [distance, key] : all) {
+    const int32_t slot = table.find(key);
+    if (slot < 0) {
+      on_disk.push_back(key);
     } else {
-      slots.push_back(block.slot);
+      slots.push_back(slot);
     }
   }
 }
@@ -184,7 +178,14 @@ void Engine::loadPart(const FrameView& view, FramePart& part) {
   if (part.keys.empty()) return;
   const StageTimer timer(profile_, Stage::kAdmit);
   applyPendingWork();  // what the part before left: slots are others now
-  state_.refused += require(part.keys, part.new_bytes);
+  state_.refused += require(part.keys);
+  // Those that are left on disk are none to be made anew.
+  const auto is_paged = [this](const BlockRequest& one) { return pager_->isPaged(one.key); };
+  part.requests.erase(std::remove_if(part.requests.begin(), part.requests.end(), is_paged),
+                      part.requests.end());
+  const PoolSizes lack = table_.countNew(part.requests);
+  part.new_arrays = lack.arrays;
+  makeRoom(bytesOfNew(lack));
   part.in_view = blocksInView(view);
   if (!part.is_whole) {
     const auto is_of_another = [&](int32_t slot) {
@@ -194,11 +195,6 @@ void Engine::loadPart(const FrameView& view, FramePart& part) {
     part.in_view.erase(std::remove_if(part.in_view.begin(), part.in_view.end(), is_of_another),
                        part.in_view.end());
   }
-  // Those that are left on disk are none to be made anew.
-  const auto is_paged = [this](const BlockRequest& one) { return pager_->isPaged(one.key); };
-  part.requests.erase(std::remove_if(part.requests.begin(), part.requests.end(), is_paged),
-                      part.requests.end());
-  part.new_arrays = table_.countNew(part.requests).arrays;
 }
 
 void Engine::fusePart(FramePart& part) {
@@ -307,13 +303,11 @@ std::vector<int32_t> Engine::dropBeyond() {
   if (!state_.kept) return {};
   const StageTimer timer(profile_, Stage::kClear);
   const KeptBall kept = *std::exchange(state_.kept, std::nullopt);
-  std::vector<int32_t> slots = table_.slotsBeyond(kept, kMostDroppedBlocks);
+  std::vector<int32_t> slots = table_.slotsBeyond(kept);
   std::vector<PackedKey> on_disk = pager_ ? pager_->keysBeyond(kept) : std::vector<PackedKey>();
   if (slots.empty() && on_disk.empty()) return {};
-  if (!on_disk.empty()) {
-    keepFarthest(kept, table_, slots, on_disk);
-    finishMeshing();
-  }
+  keepFarthest(kept, table_, slots, on_disk);
+  if (!on_disk.empty()) finishMeshing();
   state_.changed_in.reset();
   backend_->waitForMeshes();
   MemoryDemand demand;
@@ -337,7 +331,7 @@ Alignment Engine::align(const DepthFrame& frame, const PosePrior& prior) {
     size_t left = 0;  // on disk, with some pose
     const auto sums_at = [&](const FrameView& view, float cutoff) {
       if (pager_ && !pager_->isEmpty()) {
-        left = std::max(left, require(backend_->alignedKeys(view, cutoff), 0));
+        left = std::max(left, require(backend_->alignedKeys(view, cutoff)));
       }
       return backend_->sumsAt(view, cutoff);
     };
@@ -367,7 +361,7 @@ IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   const uint64_t refused_before = state_.refused;
   if (pager_) {  // what the image sees something of, and what hides something from it
     const StageTimer timer(profile_, Stage::kPaint);
-    state_.refused += require(pager_->keysInView(view, radius, paint_settings_.max_depth_m), 0);
+    state_.refused += require(pager_->keysInView(view, radius, paint_settings_.max_depth_m));
     in_view = table_.slotsInView(view, radius);
   }
   SeenColours seen = backend_->look({view, leastEvidenceNow(), in_view});
@@ -385,10 +379,7 @@ void Engine::admitColours(std::vector<ColourRequest> requests) {
   backend_->waitForMeshes();
   const size_t new_bricks = table_.countNewColours(requests);
   const size_t bytes = new_bricks * BlockTable::kColourBytes;
-  if (pager_ && !pager_->hasRoom(bytes)) {
-    finishMeshing();
-    pager_->makeRoom(*backend_, bytes);
-  }
+  if (pager_) makeRoom(bytes);
   MemoryDemand demand;
   demand.new_bricks = new_bricks;
   demand.has_colours = true;
@@ -401,9 +392,13 @@ void Engine::admitColours(std::vector<ColourRequest> requests) {
   state_.refused += admission.refused;
 }
 
-/// What was meshed without colours gets them with the first ones. @pre Memory for them is reserved.
+/// What was meshed without colours gets them with the first ones.
 void Engine::keepColours() {
-  if (std::exchange(state_.has_colours, true)) return;
+  if (state_.has_colours) return;
+  MemoryDemand demand;
+  demand.has_colours = true;
+  backend_->reserve(demand);
+  state_.has_colours = true;
   const MeshMarks painted{false, true};
   backend_->markAll(painted);
   if (pager_) pager_->markAll(painted);
@@ -420,7 +415,7 @@ void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
   if (pager_) {
     if (!state_.waiting.empty()) finishMeshing();  // which marks it
     pager_->setMarks(*backend_, std::exchange(state_.undone, {}));
-    if (!pager_->isEmpty() && require(pager_->keysInView(frame, kViewRadius, kAnyDepth_m), 0) > 0) {
+    if (!pager_->isEmpty() && require(pager_->keysInView(frame, kViewRadius, kAnyDepth_m)) > 0) {
       throw std::runtime_error(
           "the view shows more of the map than fits into memory; raise map/max_memory_mb, or "
           "render the saved map");
@@ -430,11 +425,18 @@ void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
   noteStats();
 }
 
-/// Brings blocks in for what follows, and makes room. An extraction under way is fetched before.
+/// Brings blocks in for what follows. An extraction under way is fetched before.
 /// @return how many stay on disk.
-size_t Engine::require(const std::vector<PackedKey>& keys, size_t new_bytes) {
-  if (pager_->moves(keys, new_bytes)) finishMeshing();
-  return pager_->require(*backend_, keys, new_bytes);
+size_t Engine::require(const std::vector<PackedKey>& keys) {
+  if (pager_->isAnyPaged(keys)) finishMeshing();
+  return pager_->require(*backend_, keys);
+}
+
+/// As far as others than what was required last can go.
+void Engine::makeRoom(size_t bytes) {
+  if (pager_->hasRoom(bytes)) return;
+  finishMeshing();
+  pager_->makeRoom(*backend_, bytes);
 }
 
 int32_t Engine::leastEvidenceNow() const {

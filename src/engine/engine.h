@@ -106,7 +106,8 @@ class Engine : public ProbedMapper {
   void finishMeshing();
 
   // Blocks on disk: none of it happens without map/page_folder.
-  size_t require(const std::vector<PackedKey>& keys, size_t new_bytes);
+  size_t require(const std::vector<PackedKey>& keys);
+  void makeRoom(size_t bytes);
   void moveBeside();
 
   // The map as a whole.

@@ -109,7 +109,7 @@ void Engine::loadForMesh() {
     if (state_.made.is_part) state_.next_turn = state_.waiting.front().key;
     marked.resize(count);
   }
-  const size_t left = require(around, 0);
+  const size_t left = require(around);
   if (left > 0) {
     if (!fits || pager_->stats().failures > 0) state_.refused += left;
     state_.undone.insert(state_.undone.end(), marked.begin(), marked.end());
@@ -176,7 +176,7 @@ ClearedRegion Engine::clearRegion(const Region& region) {
     const auto first = keys.end() - static_cast<std::ptrdiff_t>(std::min(keys.size(), kAtOnce));
     const std::vector<PackedKey> some(first, keys.end());
     keys.erase(first, keys.end());
-    require(some, 0);
+    require(some);
     std::vector<int32_t> slots;
     std::vector<PackedKey> staying;
     for (const PackedKey key : some) {
@@ -245,15 +245,11 @@ MapContents Engine::outline() {
 
 /// Where blocks turn out to be damaged, they are no longer in the map: it is copied without them.
 MapContents Engine::contents() {
-  MapContents contents = outline();
-  for (uint64_t lost = stats_.pages.lost;; contents = outline()) {
-    makeRoomForWords(contents);
-    if (!pager_ || pager_->isEmpty()) {
-      backend_->copyOut(orderOf(table_, table_.sortedSlots()), contents);
-      return contents;
-    }
-    pager_->copyWords(*backend_, contents);
-    noteStats();
+  for (uint64_t lost = stats_.pages.lost;;) {
+    MapContents contents = outline();
+    MapContents words = part(contents.blocks);
+    contents.voxels = std::move(words.voxels);
+    contents.colours = std::move(words.colours);
     if (std::exchange(lost, stats_.pages.lost) == stats_.pages.lost) return contents;
   }
 }
@@ -290,19 +286,14 @@ void Engine::restore(const MapParts& parts) {
 void Engine::enterInParts(const MapContents& contents) try {
   ready();
   state_.changed_in.reset();
-  if (contents.painted && !state_.has_colours) {
-    MemoryDemand demand;
-    demand.has_colours = true;
-    backend_->reserve(demand);
-    keepColours();
-  }
+  if (contents.painted) keepColours();
   if (!pager_) {
     enterContents(contents, nullptr, table_, *backend_);
     return;
   }
   visitParts(contents, table_.budgetBytes() / 8, [this](const MapContents& part) {
     const size_t bytes = sizeOf(part.blocks).bytes();
-    require({}, bytes);
+    makeRoom(bytes);
     if (!pager_->hasRoom(bytes)) {
       throw std::runtime_error(
           "the map is larger than map/max_memory_mb, and the rest of it cannot be written: " +
@@ -320,12 +311,7 @@ void Engine::enterInParts(const MapContents& contents) try {
 /// What a map is besides its blocks.
 void Engine::goOnFrom(const MapContents& head) {
   ready();
-  if (head.painted && !state_.has_colours) {  // and it has no blocks
-    MemoryDemand demand;
-    demand.has_colours = true;
-    backend_->reserve(demand);
-    keepColours();
-  }
+  if (head.painted) keepColours();  // also where it has no blocks
   markAllDirty();
   state_.frames = head.frames;
   state_.supporting_frames = head.supporting_frames;

@@ -39,6 +39,10 @@ size_t bytesOnceIn(const MapBlock& block) {
 
 }  // namespace
 
+size_t bytesOfNew(const PoolSizes& lack) {
+  return lack.slots * BlockTable::kBlockBytes + lack.arrays * BlockTable::kArrayBytes;
+}
+
 size_t spareBytes(size_t budget_bytes) {
   return std::min(budget_bytes / kSpareShare, kMostSpareBytes);
 }
@@ -85,13 +89,12 @@ std::vector<int32_t> Pager::numbersOf(const std::vector<PackedKey>& keys) const 
   return numbers;
 }
 
-bool Pager::moves(const std::vector<PackedKey>& keys, size_t new_bytes) const {
-  return !hasRoom(new_bytes) ||
-         (!isEmpty() &&
-          std::any_of(keys.begin(), keys.end(), [this](auto key) { return isPaged(key); }));
+bool Pager::isAnyPaged(const std::vector<PackedKey>& keys) const {
+  return !isEmpty() &&
+         std::any_of(keys.begin(), keys.end(), [this](auto key) { return isPaged(key); });
 }
 
-size_t Pager::require(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes) {
+size_t Pager::require(MapBackend& backend, const std::vector<PackedKey>& keys) {
   ++now_;
   for (const PackedKey key : keys) {
     if (const int32_t slot = table_.find(key); slot >= 0) touch(slot);
@@ -116,7 +119,6 @@ size_t Pager::require(MapBackend& backend, const std::vector<PackedKey>& keys, s
     left += staying;
     first = end;
   }
-  makeRoom(backend, new_bytes);
   return left;
 }
 
@@ -194,12 +196,9 @@ std::vector<int32_t> Pager::leastRecent(size_t bytes, uint64_t before) const {
 std::vector<FramePart> Pager::partsOf(MapBackend& backend, const FrameView& view,
                                       TouchedBlocks touched, std::vector<int32_t> in_view,
                                       uint64_t frame_number) const {
-  const auto is_paged = [this](PackedKey key) { return isPaged(key); };
-  const size_t new_bytes = touched.requests.size() * BlockTable::kBlockBytes +
-                           touched.new_arrays * BlockTable::kArrayBytes;
-  bool moves = !hasRoom(new_bytes) ||
-               std::any_of(touched.requests.begin(), touched.requests.end(),
-                           [&](const BlockRequest& request) { return is_paged(request.key); });
+  const bool moves = !hasRoom(bytesOfNew({touched.requests.size(), touched.new_arrays})) ||
+                     std::any_of(touched.requests.begin(), touched.requests.end(),
+                                 [this](const BlockRequest& one) { return isPaged(one.key); });
   std::vector<PackedKey> others;
   if (clearsFreeSpace(params_) && !isEmpty()) {
     const BlockKey origin = blockOfVoxel(view.origin_voxel);
@@ -216,7 +215,7 @@ std::vector<FramePart> Pager::partsOf(MapBackend& backend, const FrameView& view
   }
   std::vector<PackedKey> keys = backend.neededKeys(others, frame_number);
   keepEachOnce(keys);
-  if (!moves && std::none_of(keys.begin(), keys.end(), is_paged)) {
+  if (!moves && !isAnyPaged(keys)) {
     return {FramePart::whole(std::move(in_view), std::move(touched))};
   }
   return split(keys, std::move(touched.requests));
@@ -236,9 +235,8 @@ std::vector<FramePart> Pager::split(const std::vector<PackedKey>& keys,
     const auto first = next;
     for (; next != requests.end() && next->key <= key; ++next) {
       const uint32_t known = directionsOf(next->key);
-      wanted += static_cast<size_t>(__builtin_popcount(next->directions & ~known)) *
-                    BlockTable::kArrayBytes +
-                (known == 0 ? BlockTable::kBlockBytes : 0);
+      wanted += bytesOfNew({known == 0 ? size_t{1} : 0,
+                            static_cast<size_t>(__builtin_popcount(next->directions & ~known))});
     }
     const size_t had = bytesOf(key);
     if (!parts.back().keys.empty() && bytes + had + wanted > most_bytes) {
@@ -248,7 +246,6 @@ std::vector<FramePart> Pager::split(const std::vector<PackedKey>& keys,
     FramePart& part = parts.back();
     part.keys.push_back(key);
     part.requests.insert(part.requests.end(), first, next);
-    part.new_bytes += wanted;
     bytes += had + wanted;
   }
   for (FramePart& part : parts) part.is_whole = parts.size() == 1;
@@ -277,18 +274,11 @@ void Pager::clear() {
 }
 
 PageStats Pager::stats() const {
-  const PagedStats disk = blocks_.store().stats();
-  PageStats stats;
+  PageStats stats = blocks_.store().stats();
   stats.blocks = blocks_.count();
-  stats.bytes = disk.bytes;
-  stats.index_bytes = disk.index_bytes + blocks_.indexBytes();
+  stats.index_bytes += blocks_.indexBytes();
   stats.written = written_;
   stats.read = read_;
-  stats.waits = disk.waits;
-  stats.wait_ms = disk.wait_ms;
-  stats.failures = disk.failures;
-  stats.lost = disk.lost;
-  stats.problem = disk.problem;
   return stats;
 }
 

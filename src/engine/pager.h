@@ -19,17 +19,19 @@ namespace dtsdf {
 /// that the frame that does has to wait for long.
 size_t spareBytes(size_t budget_bytes);
 
+/// What so many new blocks and arrays take.
+size_t bytesOfNew(const PoolSizes& lack);
+
 /// What a depth image changes at a time: all of it, or blocks that fit into memory together.
 struct FramePart {
   static FramePart whole(std::vector<int32_t> in_view, TouchedBlocks touched) {
-    return {std::move(in_view), std::move(touched.requests), touched.new_arrays, {}, 0, true};
+    return {std::move(in_view), std::move(touched.requests), touched.new_arrays, {}, true};
   }
 
   std::vector<int32_t> in_view;        ///< As FusionPass; of a part with keys: once they are there.
   std::vector<BlockRequest> requests;  ///< What is asked for.
   size_t new_arrays = 0;               ///< That the requests lack, at most.
   std::vector<PackedKey> keys;         ///< What has to come to memory; none: all is there.
-  size_t new_bytes = 0;                ///< That the requests add to it.
   bool is_whole = true;                ///< There is no other part.
 };
 
@@ -56,14 +58,13 @@ class Pager {
 
   // ---- What is needed. An extraction under way has to be fetched before blocks move.
 
-  /// Whether require() would move blocks.
-  bool moves(const std::vector<PackedKey>& keys, size_t new_bytes) const;
+  /// Whether require() would bring any in.
+  bool isAnyPaged(const std::vector<PackedKey>& keys) const;
 
   /// Blocks that are in the map are in memory when this returns, and stay there until the next
-  /// call; then there is room for so many bytes of new ones, as far as others can go.
-  /// @param keys The first ones first, where there is no room for all.
+  /// call. @param keys The first ones first, where there is no room for all.
   /// @return how many of the keys stay on disk for want of room, or as they cannot be read now.
-  size_t require(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes);
+  size_t require(MapBackend& backend, const std::vector<PackedKey>& keys);
 
   /// Others go than those that were required last. @return whether there is so much room now.
   bool makeRoom(MapBackend& backend, size_t bytes);

@@ -44,24 +44,16 @@ fs::path folderOf(const std::string& path) {
   return folder.empty() ? fs::path(".") : folder;
 }
 
-/// A name beside `path` that is given to no other file of this process.
+/// A name beside `path` that no other file has.
 std::string nameBeside(const std::string& path) {
   static std::atomic<unsigned> counter{0};
-  const std::string name = "." + fs::path(path).filename().string() + "." +
-                           std::to_string(getpid()) + "." + std::to_string(counter++) + ".tmp";
-  return (folderOf(path) / name).string();
-}
-
-/// Calls make(name) with names beside `path` until one was free. @return that name.
-template <class Make>
-std::string takeNameBeside(const std::string& path, const Make& make) {
-  constexpr int kMostNames = 1000;
-  for (int i = 0; i < kMostNames; ++i) {
-    const std::string name = nameBeside(path);
-    if (make(name) >= 0) return name;
-    if (errno != EEXIST) break;
-  }
-  return "";
+  std::string name;
+  do {
+    name = (folderOf(path) / ("." + fs::path(path).filename().string() + "." +
+                              std::to_string(getpid()) + "." + std::to_string(counter++) + ".tmp"))
+               .string();
+  } while (access(name.c_str(), F_OK) == 0);
+  return name;
 }
 
 /// The rename is on the disk only once its folder is. Some file systems cannot sync a folder; the
@@ -90,17 +82,10 @@ void prepareOutputFile(const std::string& path) {
   if (access(folderOf(path).c_str(), W_OK | X_OK) != 0) throwCannotWrite(path, errno);
 }
 
-/// Without a name the file goes with the process, however that ends. Where the file system has no
-/// such files, it has a name from the start.
-AtomicFile::AtomicFile(const std::string& path) : path_(path) {
+AtomicFile::AtomicFile(const std::string& path) : path_(path), temporary_path_(nameBeside(path)) {
   prepareOutputFile(path_);
   buffer_.reserve(kBufferBytes);
-  descriptor_ = open(folderOf(path_).c_str(), O_WRONLY | O_TMPFILE | O_CLOEXEC, 0666);
-  if (descriptor_ >= 0) return;
-  temporary_path_ = takeNameBeside(path_, [this](const std::string& name) {
-    descriptor_ = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    return descriptor_;
-  });
+  descriptor_ = open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor_ < 0) throwCannotWrite(path_, errno);
 }
 
@@ -110,7 +95,7 @@ void AtomicFile::closeAndRemove() noexcept {
   if (descriptor_ < 0) return;
   close(descriptor_);
   descriptor_ = -1;
-  if (!temporary_path_.empty()) unlink(temporary_path_.c_str());
+  unlink(temporary_path_.c_str());
 }
 
 void AtomicFile::fail(int error_number) {
@@ -131,13 +116,6 @@ void AtomicFile::flush() {
 void AtomicFile::commit() {
   flush();
   if (fsync(descriptor_) != 0) fail(errno);
-  if (temporary_path_.empty()) {
-    const std::string own = "/proc/self/fd/" + std::to_string(descriptor_);
-    temporary_path_ = takeNameBeside(path_, [&own](const std::string& name) {
-      return linkat(AT_FDCWD, own.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW);
-    });
-    if (temporary_path_.empty()) fail(errno);
-  }
   const bool is_closed = close(std::exchange(descriptor_, -1)) == 0;
   const int error_number =
       is_closed && rename(temporary_path_.c_str(), path_.c_str()) == 0 ? 0 : errno;

@@ -11,9 +11,8 @@ namespace dtsdf {
 /// @throws std::runtime_error that names the path and says what to do.
 void prepareOutputFile(const std::string& path);
 
-/// Writes a file without a name, and puts it in place of the target in commit() by one rename.
-/// Without commit() nothing is left behind, also where the process is killed (on file systems that
-/// have no files without names, as NFS, then a hidden file stays). Every error is a
+/// Writes a hidden file beside the target, and puts it in place in commit() by one rename. Without
+/// commit() it is removed; only where the process is killed, it stays. Every error is a
 /// std::runtime_error that names the path and says what to do.
 class AtomicFile {
  public:
@@ -35,8 +34,8 @@ class AtomicFile {
   [[noreturn]] void fail(int error_number);
 
   std::string path_;
-  std::string temporary_path_;  ///< Empty while the file has no name.
-  std::string buffer_;          ///< Many small writes become few system calls.
+  std::string temporary_path_;
+  std::string buffer_;  ///< Many small writes become few system calls.
   int descriptor_ = -1;
 };
 

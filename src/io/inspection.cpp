@@ -6,6 +6,7 @@
 #include <deque>
 #include <utility>
 
+#include "io/wrapped_images.h"
 #include "params/intrinsics_check.h"
 #include "params/text.h"
 
@@ -16,29 +17,6 @@ namespace {
 constexpr double kFewPixels = 0.05;
 /// Below this share of posed images, they and poses hardly belong together.
 constexpr double kFewPoses = 0.5;
-
-/// Hands out frames that were read before, then those of the source.
-class FramesReadAhead : public FrameSource {
- public:
-  FramesReadAhead(std::deque<SourceFrame> ahead, std::unique_ptr<FrameSource> source)
-      : ahead_(std::move(ahead)), source_(std::move(source)) {}
-
-  std::optional<size_t> size() const override { return source_->size(); }
-  std::optional<size_t> posed() const override { return source_->posed(); }
-  const std::map<std::string, size_t>& skipped() const override { return source_->skipped(); }
-  std::map<std::string, std::string> problems() const override { return source_->problems(); }
-
-  std::optional<SourceFrame> next() override {
-    if (ahead_.empty()) return source_->next();
-    SourceFrame frame = std::move(ahead_.front());
-    ahead_.pop_front();
-    return frame;
-  }
-
- private:
-  std::deque<SourceFrame> ahead_;
-  std::unique_ptr<FrameSource> source_;
-};
 
 template <class Pixel>
 void appendMeasured(const DepthFrame& frame, std::vector<float>& depths_m) {
@@ -133,7 +111,13 @@ std::unique_ptr<FrameSource> inspect(std::unique_ptr<FrameSource> source, size_t
     ahead.push_back(std::move(*frame));
   }
   found = summarise(ahead, *source);
-  return std::make_unique<FramesReadAhead>(std::move(ahead), std::move(source));
+  return std::make_unique<WrappedImages<SourceFrame>>(
+      std::move(source), [ahead = std::move(ahead)](FrameSource& images) mutable {
+        if (ahead.empty()) return images.next();
+        std::optional<SourceFrame> frame = std::move(ahead.front());
+        ahead.pop_front();
+        return frame;
+      });
 }
 
 std::string describe(const Inspection& found) {

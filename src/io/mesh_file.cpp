@@ -11,7 +11,7 @@
 #include "io/atomic_file.h"
 #include "io/glb.h"
 #include "io/little_endian.h"
-#include "io/ply_stream.h"
+#include "io/ply.h"
 #include "kernels/core/vec.h"
 #include "params/text.h"
 

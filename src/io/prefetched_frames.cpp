@@ -17,8 +17,6 @@ class PrefetchedFrames : public FrameSource {
 
   std::optional<size_t> size() const override { return size_; }
   std::optional<size_t> posed() const override { return posed_; }
-  const std::map<std::string, size_t>& skipped() const override { return skipped_; }
-  std::map<std::string, std::string> problems() const override { return problems_; }
 
   std::optional<SourceFrame> next() override {
     helper_.wait();
@@ -47,8 +45,8 @@ class PrefetchedFrames : public FrameSource {
 
   const std::unique_ptr<FrameSource> source_;
   const std::optional<size_t> size_, posed_;
-  std::map<std::string, size_t> skipped_, next_skipped_;
-  std::map<std::string, std::string> problems_, next_problems_;
+  std::map<std::string, size_t> next_skipped_;
+  std::map<std::string, std::string> next_problems_;
   std::optional<SourceFrame> next_;
   std::exception_ptr error_;  ///< Thrown in its turn, and from there on.
   Helper helper_;             ///< Ends before what it works on.

@@ -30,89 +30,157 @@ Intrinsics turnedUpsideDown(const Intrinsics& K, int height) {
   return {K.fx, -K.fy, K.cx, static_cast<float>(height - 1) - K.cy};
 }
 
-/// Counts an image that cannot be read. @throws std::runtime_error with the cures, if it must not
-/// be.
-void skipBad(bool skip_bad, const std::runtime_error& error, const std::string& kind,
-             std::map<std::string, size_t>& skipped, std::map<std::string, std::string>& problems) {
-  if (!skip_bad) {
-    throw std::runtime_error(errorText(error) + "; --skip-bad skips such images" +
-                             (kind.empty() ? "" : ", colour/enabled=never all in colour"));
-  }
-  const std::string reason = kind + "bad_image";
-  ++skipped[reason];
-  problems.emplace(reason, errorText(error));
-}
-
-class RecordedFrames : public FrameSource {
+/// Images as they are asked for.
+template <class Image>
+class ImagesInFiles : public ImageSource<Image> {
  public:
-  RecordedFrames(RecordedImages images, const FrameSelection& selection)
-      : images_(std::move(images)), selection_(selection) {
-    const CameraInfo& camera = images_.camera;
-    upside_down_ = camera.intrinsics.fy < 0.0f;
-    frame_.row_bytes = static_cast<size_t>(camera.width) * sizeof(uint16_t);
-    frame_.width = camera.width;
-    frame_.height = camera.height;
-    frame_.encoding = DepthEncoding::kUint16;
-    frame_.unit_m = static_cast<float>(1.0 / images_.units_per_metre);
-    frame_.intrinsics = camera.intrinsics;
-    if (upside_down_) frame_.intrinsics = turnedUpsideDown(camera.intrinsics, camera.height);
+  /// @param kind Stands before reasons in counts.
+  ImagesInFiles(RecordedImages recorded, const RecordingOptions& options, std::string kind)
+      : recorded_(std::move(recorded)),
+        options_(options),
+        order_(recorded_.images.size()),
+        kind_(std::move(kind)) {
+    std::iota(order_.begin(), order_.end(), size_t{0});
   }
 
-  std::optional<size_t> size() const override { return selection_.countIn(images_.depth.size()); }
-
-  std::optional<size_t> posed() const override {
-    size_t count = 0;
-    for (size_t i = 0; i < images_.poses.size(); ++i) {
-      count += selection_.contains(i) && images_.poses[i].T_W_C;
-    }
-    return count;
-  }
-
-  std::optional<SourceFrame> next() override {
-    while (next_index_ < images_.depth.size()) {
-      const size_t index = next_index_++;
-      if (!selection_.contains(index)) continue;
-      const ImagePose& pose = images_.poses[index];
-      if (!pose.T_W_C) {
-        ++skipped_[pose.missing];
-        continue;
-      }
+  std::optional<Image> next() override {
+    while (next_ < order_.size()) {
+      const size_t place = next_++, index = order_[place];
+      if (!isSelected(place)) continue;
+      std::string problem = whyNot(index);
       try {
-        return makeFrame(index, *pose.T_W_C);
+        if (problem.empty()) {
+          Image image = withoutPixels(index);
+          image.stamp_s = recorded_.images[index].stamp_s;
+          image.index = place;
+          if (!options_.poses_only) problem = read(recorded_.images[index].path, image);
+          if (problem.empty()) return image;
+        }
+        ++this->skipped_[kind_ + problem];
       } catch (const std::runtime_error& error) {
-        skipBad(images_.skip_bad, error, "", skipped_, problems_);
+        skip(error);
       }
     }
     return std::nullopt;
   }
 
-  const std::map<std::string, size_t>& skipped() const override { return skipped_; }
-  std::map<std::string, std::string> problems() const override { return problems_; }
+ protected:
+  virtual bool isSelected(size_t place) const = 0;
+  /// Found out before the image is decoded; empty: nothing is known against it.
+  virtual std::string whyNot(size_t index) const {
+    return recorded_.poses[index].T_W_C ? "" : recorded_.poses[index].missing;
+  }
+  virtual Image withoutPixels(size_t index) const = 0;
+  /// @return what is wrong with the image; empty: nothing is.
+  virtual std::string read(const std::string& path, Image& image) const = 0;
+
+  bool isUpsideDown() const { return recorded_.camera->intrinsics.fy < 0.0f; }
+  template <class Frame>
+  void placeCamera(size_t index, Frame& frame) const {
+    frame.width = recorded_.camera->width;
+    frame.height = recorded_.camera->height;
+    frame.intrinsics = recorded_.camera->intrinsics;
+    if (isUpsideDown()) frame.intrinsics = turnedUpsideDown(frame.intrinsics, frame.height);
+    frame.T_W_C = *recorded_.poses[index].T_W_C;
+  }
+
+  const RecordedImages recorded_;
+  const RecordingOptions options_;
+  std::vector<size_t> order_;  ///< Of the images.
 
  private:
-  SourceFrame makeFrame(size_t index, const Eigen::Isometry3d& T_W_C) const {
-    const StampedImage& image = images_.depth[index];
+  /// @throws std::runtime_error with the cures, where it must not be.
+  void skip(const std::runtime_error& error) {
+    if (!options_.skip_bad) {
+      throw std::runtime_error(errorText(error) + "; --skip-bad skips such images" +
+                               (kind_.empty() ? "" : ", colour/enabled=never all in colour"));
+    }
+    ++this->skipped_[kind_ + "bad_image"];
+    this->problems_.emplace(kind_ + "bad_image", errorText(error));
+  }
+
+  const std::string kind_;
+  size_t next_ = 0;  ///< In `order_`.
+};
+
+class RecordedFrames : public ImagesInFiles<SourceFrame> {
+ public:
+  RecordedFrames(RecordedImages recorded, const RecordingOptions& options)
+      : ImagesInFiles(std::move(recorded), options, "") {}
+
+  std::optional<size_t> size() const override { return options_.selection.countIn(order_.size()); }
+
+  std::optional<size_t> posed() const override {
+    size_t count = 0;
+    for (size_t i = 0; i < order_.size(); ++i) count += isSelected(i) && recorded_.poses[i].T_W_C;
+    return count;
+  }
+
+ private:
+  bool isSelected(size_t place) const override { return options_.selection.contains(place); }
+
+  SourceFrame withoutPixels(size_t index) const override {
     SourceFrame frame;
-    frame.stamp_s = image.stamp_s;
-    frame.index = index;
-    frame.depth = frame_;
-    frame.depth.T_W_C = T_W_C;
-    if (images_.poses_only) return frame;
-    const auto pixels = std::make_shared<std::vector<uint16_t>>(
-        readDepthPng(image.path, {frame_.width, frame_.height}));
-    if (upside_down_) turnUpsideDown(*pixels, static_cast<size_t>(frame_.width));
-    frame.pixels = pixels;
-    frame.depth.data = pixels->data();
+    placeCamera(index, frame.depth);
+    frame.depth.row_bytes = static_cast<size_t>(frame.depth.width) * sizeof(uint16_t);
+    frame.depth.encoding = DepthEncoding::kUint16;
+    frame.depth.unit_m = static_cast<float>(1.0 / recorded_.units_per_metre);
     return frame;
   }
 
-  RecordedImages images_;
-  FrameSelection selection_;
-  bool upside_down_ = false;
-  DepthFrame frame_;  ///< What all frames share.
-  size_t next_index_ = 0;
-  std::map<std::string, size_t> skipped_;
-  std::map<std::string, std::string> problems_;
+  std::string read(const std::string& path, SourceFrame& frame) const override {
+    const auto pixels = std::make_shared<std::vector<uint16_t>>(
+        readDepthPng(path, {frame.depth.width, frame.depth.height}));
+    if (isUpsideDown()) turnUpsideDown(*pixels, static_cast<size_t>(frame.depth.width));
+    frame.pixels = pixels;
+    frame.depth.data = pixels->data();
+    return "";
+  }
+};
+
+class RecordedColours : public ImagesInFiles<SourceColour> {
+ public:
+  RecordedColours(RecordedImages recorded, const RecordingOptions& options)
+      : ImagesInFiles(std::move(recorded), options, "colour images: ") {
+    std::stable_sort(order_.begin(), order_.end(), [this](size_t a, size_t b) {
+      return recorded_.images[a].stamp_s < recorded_.images[b].stamp_s;
+    });
+  }
+
+ private:
+  bool isSelected(size_t place) const override {
+    const auto& listed = options_.listed_colours;
+    if (!options_.selection.containsColour(place)) return false;
+    return listed == nullptr || std::binary_search(listed->begin(), listed->end(), place);
+  }
+
+  std::string whyNot(size_t index) const override {
+    if (!recorded_.camera) return recorded_.missing_camera;
+    const std::string problem = ImagesInFiles::whyNot(index);
+    if (!problem.empty()) return problem;
+    return std::filesystem::exists(recorded_.images[index].path) ? "" : "no such file";
+  }
+
+  SourceColour withoutPixels(size_t index) const override {
+    SourceColour image;
+    placeCamera(index, image.colour);
+    image.colour.row_bytes = 3 * static_cast<size_t>(image.colour.width);
+    image.colour.encoding = ColourEncoding::kRgb8;
+    return image;
+  }
+
+  std::string read(const std::string& path, SourceColour& image) const override {
+    const auto read = std::make_shared<RgbImage>(readColourImage(path));
+    ColourFrame& colour = image.colour;
+    if (read->width != colour.width || read->height != colour.height) {
+      return inWords(ImageSize{read->width, read->height}) + " pixels, but their camera has " +
+             inWords(ImageSize{colour.width, colour.height});
+    }
+    if (isUpsideDown()) turnUpsideDown(read->rgb, colour.row_bytes);
+    image.pixels = read;
+    colour.data = read->rgb.data();
+    return "";
+  }
 };
 
 bool hasPose(const ImagePose& pose) { return pose.T_W_C.has_value(); }
@@ -135,14 +203,19 @@ std::string whyNoneNear(const Trajectory& trajectory, const std::vector<StampedI
 }  // namespace
 
 std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
-                                                const FrameSelection& selection) {
+                                                const RecordingOptions& options) {
   if (std::none_of(images.poses.begin(), images.poses.end(), hasPose)) {
     throw std::runtime_error("none of the " + std::to_string(images.poses.size()) +
                              " depth images has a pose (" + images.poses.front().missing +
                              "); give other poses by --poses FILE");
   }
-  checkSelection(selection, images.depth.size());
-  return std::make_unique<RecordedFrames>(std::move(images), selection);
+  checkSelection(options.selection, images.images.size());
+  return std::make_unique<RecordedFrames>(std::move(images), options);
+}
+
+std::unique_ptr<ColourSource> openRecordedColours(RecordedImages images,
+                                                  const RecordingOptions& options) {
+  return std::make_unique<RecordedColours>(std::move(images), options);
 }
 
 std::vector<ImagePose> posesNear(const Trajectory& trajectory,
@@ -156,114 +229,6 @@ std::vector<ImagePose> posesNear(const Trajectory& trajectory,
     poses.front().missing += ": " + whyNoneNear(trajectory, images);
   }
   return poses;
-}
-
-namespace {
-
-class RecordedColourImages : public ColourSource {
- public:
-  explicit RecordedColourImages(RecordedColours recorded)
-      : recorded_(std::move(recorded)), order_(recorded_.images.size()) {
-    std::iota(order_.begin(), order_.end(), size_t{0});
-    std::stable_sort(order_.begin(), order_.end(), [this](size_t a, size_t b) {
-      return recorded_.images[a].stamp_s < recorded_.images[b].stamp_s;
-    });
-  }
-
-  std::optional<SourceColour> next() override {
-    for (; next_ < order_.size(); ++next_) {
-      if (!isListed(next_)) continue;
-      const size_t index = order_[next_];
-      std::string problem = whyNotPosed(index);
-      if (problem.empty() && recorded_.poses_only) {
-        SourceColour colour = makeColour(index);
-        colour.index = next_++;
-        return colour;
-      }
-      if (problem.empty()) {
-        const std::shared_ptr<RgbImage> image = read(recorded_.images[index].path);
-        if (image == nullptr) continue;
-        problem = whyNotOfItsCamera(*image);
-        if (problem.empty()) {
-          SourceColour colour = makeColour(index);
-          fill(colour, image);
-          colour.index = next_++;
-          return colour;
-        }
-      }
-      ++skipped_["colour images: " + problem];
-    }
-    return std::nullopt;
-  }
-
-  const std::map<std::string, size_t>& skipped() const override { return skipped_; }
-
-  std::map<std::string, std::string> problems() const override { return problems_; }
-
- private:
-  /// Null if it cannot be read, and may be skipped.
-  std::shared_ptr<RgbImage> read(const std::string& path) {
-    try {
-      return std::make_shared<RgbImage>(readColourImage(path));
-    } catch (const std::runtime_error& error) {
-      skipBad(recorded_.skip_bad, error, "colour images: ", skipped_, problems_);
-    }
-    return nullptr;
-  }
-
-  bool isListed(size_t place) const {
-    const auto& listed = recorded_.listed;
-    if (!recorded_.selection.containsColour(place)) return false;
-    return listed == nullptr || std::binary_search(listed->begin(), listed->end(), place);
-  }
-
-  /// Found out before the image is decoded.
-  std::string whyNotPosed(size_t index) const {
-    if (!recorded_.camera) return recorded_.missing_camera;
-    if (!recorded_.poses[index].T_W_C) return recorded_.poses[index].missing;
-    return std::filesystem::exists(recorded_.images[index].path) ? "" : "no such file";
-  }
-
-  std::string whyNotOfItsCamera(const RgbImage& image) const {
-    const CameraInfo& camera = *recorded_.camera;
-    if (image.width == camera.width && image.height == camera.height) return "";
-    return inWords(ImageSize{image.width, image.height}) + " pixels, but their camera has " +
-           inWords(ImageSize{camera.width, camera.height});
-  }
-
-  SourceColour makeColour(size_t index) const {
-    SourceColour result;
-    result.stamp_s = recorded_.images[index].stamp_s;
-    ColourFrame& colour = result.colour;
-    colour.width = recorded_.camera->width;
-    colour.height = recorded_.camera->height;
-    colour.row_bytes = 3 * static_cast<size_t>(colour.width);
-    colour.encoding = ColourEncoding::kRgb8;
-    colour.T_W_C = *recorded_.poses[index].T_W_C;
-    colour.intrinsics = recorded_.camera->intrinsics;
-    if (isUpsideDown()) colour.intrinsics = turnedUpsideDown(colour.intrinsics, colour.height);
-    return result;
-  }
-
-  void fill(SourceColour& colour, const std::shared_ptr<RgbImage>& image) const {
-    if (isUpsideDown()) turnUpsideDown(image->rgb, colour.colour.row_bytes);
-    colour.pixels = image;
-    colour.colour.data = image->rgb.data();
-  }
-
-  bool isUpsideDown() const { return recorded_.camera->intrinsics.fy < 0.0f; }
-
-  RecordedColours recorded_;
-  std::vector<size_t> order_;  ///< Of the images, by stamp.
-  size_t next_ = 0;            ///< In `order_`.
-  std::map<std::string, size_t> skipped_;
-  std::map<std::string, std::string> problems_;
-};
-
-}  // namespace
-
-std::unique_ptr<ColourSource> openRecordedColours(RecordedColours recorded) {
-  return std::make_unique<RecordedColourImages>(std::move(recorded));
 }
 
 }  // namespace dtsdf

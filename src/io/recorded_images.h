@@ -9,8 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "dtsdf_mapping/io/colour_source.h"
-#include "dtsdf_mapping/io/frame_source.h"
+#include "dtsdf_mapping/io/recording.h"
 #include "io/camera_file.h"
 #include "io/trajectory.h"
 #include "io/tum_lists.h"
@@ -23,20 +22,27 @@ struct ImagePose {
   std::string missing;  ///< "no pose within 20 ms"; counted as a reason.
 };
 
+/// Images of one kind.
 struct RecordedImages {
-  std::vector<StampedImage> depth;  ///< In the order of the recording.
-  std::vector<ImagePose> poses;     ///< One for each.
+  std::vector<StampedImage> images;  ///< None: the recording has none.
+  std::vector<ImagePose> poses;      ///< One for each, once they are known.
   /// Of all images. A negative fy is that of a camera whose y axis points up: the images are
   /// turned upside down, and the principal point with them, which leaves every point where it is.
-  CameraInfo camera;
-  double units_per_metre = 0.0;
-  bool poses_only = false;  ///< Images are not decoded.
-  bool skip_bad = false;    ///< Damaged images are skipped.
+  std::optional<CameraInfo> camera;
+  std::string missing_camera;    ///< Why there is none; counted as a reason.
+  double units_per_metre = 0.0;  ///< Of depth.
 };
 
-/// Images are decoded one by one. @throws std::runtime_error if nothing of it has a pose.
+/// Depth images in their order, decoded one by one.
+/// @throws std::runtime_error if nothing of it has a pose.
 std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
-                                                const FrameSelection& selection);
+                                                const RecordingOptions& options);
+
+/// Colour images by stamp, decoded one by one. What has no pose, no file or another size than the
+/// camera is passed over and counted, as the map does without it; a damaged file is an error,
+/// unless skip_bad.
+std::unique_ptr<ColourSource> openRecordedColours(RecordedImages images,
+                                                  const RecordingOptions& options);
 
 /// The poses of images by their stamps; where there are none, the first says how stamps differ.
 std::vector<ImagePose> posesNear(const Trajectory& trajectory,
@@ -50,22 +56,5 @@ inline void checkSelection(const FrameSelection& selection, size_t total) {
                            std::to_string(total) + ", 0 to " + std::to_string(total - 1) +
                            "; give a range of these by --frames");
 }
-
-struct RecordedColours {
-  std::vector<StampedImage> images;  ///< In any order. None: the recording has no colour.
-  std::vector<ImagePose> poses;      ///< One for each, once they are known.
-  std::optional<CameraInfo> camera;  ///< A negative fy turns the images, as RecordedImages says.
-  std::string missing_camera;        ///< Why there is none; counted as a reason.
-  FrameSelection selection;          ///< Of depth images; of these, too, one of each step.
-  /// The others are not looked at, and not counted; null: all are.
-  std::shared_ptr<const std::vector<size_t>> listed;
-  bool poses_only = false;  ///< Images are not decoded.
-  bool skip_bad = false;    ///< Damaged images are skipped.
-};
-
-/// By stamp, decoded one by one. What has no pose, no file or another size than the camera is
-/// passed over and counted, as the map does without it; a damaged file is an error, unless
-/// skip_bad.
-std::unique_ptr<ColourSource> openRecordedColours(RecordedColours recorded);
 
 }  // namespace dtsdf

@@ -178,13 +178,11 @@ std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options) {
   const FolderFormat& format = formatOf(options);
   RecordedImages recorded;
   recorded.units_per_metre = unitsOf(options, format);
-  recorded.depth = format.listDepth(options.path);
-  recorded.camera = cameraOf(options, format, recorded.depth);
-  recorded.poses_only = options.poses_only;
-  recorded.skip_bad = options.skip_bad;
-  recorded.poses = options.first_pose_only ? firstPoseOnly(options, format, recorded.depth)
-                                           : posesOf(options, format, recorded.depth);
-  return openRecordedImages(std::move(recorded), options.selection);
+  recorded.images = format.listDepth(options.path);
+  recorded.camera = cameraOf(options, format, recorded.images);
+  recorded.poses = options.first_pose_only ? firstPoseOnly(options, format, recorded.images)
+                                           : posesOf(options, format, recorded.images);
+  return openRecordedImages(std::move(recorded), options);
 }
 
 std::string assumptionsOf(const RecordingOptions& options) {
@@ -203,17 +201,13 @@ std::unique_ptr<ColourSource> openRecordingColours(const RecordingOptions& optio
   requireFolder(options.path);
   const FolderFormat& format = formatOf(options);
   const CameraInfo depth_camera = cameraOf(options, format, format.listDepth(options.path));
-  RecordedColours recorded = format.findColours(options.path, depth_camera);
+  RecordedImages recorded = format.findColours(options.path, depth_camera);
   if (recorded.images.empty()) return nullptr;
   recorded.poses =
       options.first_pose_only
           ? std::vector<ImagePose>(recorded.images.size(), {Eigen::Isometry3d::Identity(), ""})
           : posesOf(options, format, recorded.images);
-  recorded.selection = options.selection;
-  recorded.listed = options.listed_colours;
-  recorded.poses_only = options.poses_only;
-  recorded.skip_bad = options.skip_bad;
-  return openRecordedColours(std::move(recorded));
+  return openRecordedColours(std::move(recorded), options);
 }
 
 }  // namespace dtsdf

@@ -1,7 +1,6 @@
 #include "io/saved_mesh.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -9,7 +8,8 @@
 #include <vector>
 
 #include "dtsdf_mapping/io/mesh_file.h"
-#include "io/ply_stream.h"
+#include "io/atomic_file.h"
+#include "io/ply.h"
 #include "kernels/core/grid.h"
 #include "map/region_view.h"
 
@@ -35,16 +35,35 @@ std::vector<PackedKey> blocksIn(const BoxRegion& region, const PagedMeshes& mesh
   return keys;
 }
 
-/// The same file as of the whole mesh, block by block.
+/// The same file as of the whole mesh, block by block: once to count, as the format begins with
+/// numbers, once for the vertices, and once for the triangles.
 SavedMesh saveInPieces(PagedMeshes& meshes, MeshColour colour, const std::string& path) {
   const uint64_t missed = meshes.missed();
-  PlyStream file(path, colour);
-  meshes.stream({[&](const Mesh& piece) { file.addVertices(piece); },
-                 [&](const std::array<uint32_t, 3>& corners) { file.addTriangle(corners); }});
-  std::string lack = lackOf(meshes, missed);  // before the file gets its name
-  file.finish();
-  return {static_cast<size_t>(file.vertices()), static_cast<size_t>(file.triangles()), 0.0,
-          std::move(lack), static_cast<size_t>(file.triangles())};
+  size_t vertices = 0, triangles = 0;
+  bool is_far = false;
+  meshes.stream({[&](const Mesh& piece) {
+                   vertices += piece.vertices_m.size();
+                   is_far = isFarFromOrigin(piece);
+                 },
+                 [&](const auto&) { ++triangles; }});
+  std::string lack = lackOf(meshes, missed);
+  const uint64_t lacking = meshes.missed() - missed;
+  checkMeshSize(vertices, triangles, path);
+  AtomicFile file(path);
+  file.write(plyHeader(vertices, triangles, is_far));
+  meshes.stream({[&](const Mesh& piece) {
+                   for (size_t i = 0; i < piece.vertices_m.size(); ++i) {
+                     writePlyVertex(piece, i, colour, file);
+                   }
+                 },
+                 [](const auto&) {}});
+  meshes.stream(
+      {[](const Mesh&) {}, [&](const auto& corners) { writePlyTriangle(corners, file); }});
+  if (meshes.missed() - missed != 3 * lacking) {
+    throw std::runtime_error("no mesh was saved: " + meshes.stats().problem);
+  }
+  file.commit();
+  return {vertices, triangles, 0.0, std::move(lack), triangles};
 }
 
 Mesh assemble(PagedMeshes& meshes, const std::optional<BoxRegion>& region, std::string& lack) {

@@ -50,13 +50,12 @@ ParamValue namesOf(const YAML::Node& sequence, const std::string& key, const std
   return names;
 }
 
-/// More than settings have: what refers to itself, or to others over and over, ends there.
+/// More than settings have: what refers to itself ends there.
 constexpr std::ptrdiff_t kMostLevels = 8;
-constexpr int kMostEntries = 10000;
 
-/// Adds what a node holds under `prefix` ("" or "section/"). @param entries How many came before.
+/// Adds what a node holds under `prefix` ("" or "section/").
 void flatten(const YAML::Node& node, const std::string& prefix, const std::string& name,
-             int& entries, ParamTree& tree) {
+             ParamTree& tree) {
   for (const auto& entry : node) {
     if (!entry.first.IsScalar()) throwAt(name, entry.first.Mark(), "a key must be a string");
     const std::string key = prefix + entry.first.Scalar();
@@ -64,9 +63,8 @@ void flatten(const YAML::Node& node, const std::string& prefix, const std::strin
     if (std::count(key.begin(), key.end(), '/') > kMostLevels) {
       throwAt(name, entry.first.Mark(), "too many levels");
     }
-    if (++entries > kMostEntries) throwAt(name, entry.first.Mark(), "too many entries");
     if (value.IsMap()) {
-      flatten(value, key + "/", name, entries, tree);
+      flatten(value, key + "/", name, tree);
     } else if (!value.IsScalar() && !value.IsSequence()) {
       throwAt(name, entry.first.Mark(), key + " has no value; give one or remove the key");
     } else if (!tree.emplace(key, value.IsSequence() ? namesOf(value, key, name) : valueOf(value))
@@ -84,8 +82,7 @@ ParamTree parseYamlParams(const std::string& text, const std::string& name) {
     const YAML::Node root = loadYaml(text);
     if (root.IsNull()) return tree;
     if (!root.IsMap()) throwAt(name, root.Mark(), "settings must be written as 'key: value'");
-    int entries = 0;
-    flatten(root, "", name, entries, tree);
+    flatten(root, "", name, tree);
   } catch (const YAML::Exception& e) {
     throwAt(name, e.mark, "not valid YAML: " + e.msg);
   }

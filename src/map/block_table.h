@@ -203,9 +203,8 @@ class BlockTable {
   }
   void noteNeed(const BlockKey& block, uint64_t time) { cells_.note(block, time); }
 
-  /// Blocks with arrays that lie wholly outside a ball, the farthest first and those of one
-  /// distance by key: so many at most.
-  std::vector<int32_t> slotsBeyond(const KeptBall& kept, size_t most) const;
+  /// Blocks with arrays that lie wholly outside a ball, in no order.
+  std::vector<int32_t> slotsBeyond(const KeptBall& kept) const;
 
   /// Releases those blocks of a list that have no arrays. @return them.
   std::vector<int32_t> releaseVacant(const std::vector<int32_t>& slots);

@@ -48,31 +48,17 @@ std::vector<int32_t> BlockTable::slotsInView(const FrameView& frame, float radiu
   return slots;
 }
 
-std::vector<int32_t> BlockTable::slotsBeyond(const KeptBall& kept, size_t most) const {
-  struct Candidate {
-    double distance;  // squared
-    PackedKey key;
-    int32_t slot;
-  };
+std::vector<int32_t> BlockTable::slotsBeyond(const KeptBall& kept) const {
   const double limit = kept.radius * kept.radius;
-  std::vector<Candidate> beyond;
+  std::vector<int32_t> beyond;
   for (const BlockCells::Cell& cell : cells_.all()) {
     if (squaredReach(cell, kept.center) <= limit) continue;  // none of its blocks is beyond
     for (const int32_t slot : cell.slots) {
-      const BlockKey& key = blocks_[slot].key;
-      const double distance = squaredDistance(key, kept.center);
-      if (distance > limit && hasArrays(slot)) beyond.push_back({distance, packKey(key), slot});
+      const bool is_far = squaredDistance(blocks_[slot].key, kept.center) > limit;
+      if (is_far && hasArrays(slot)) beyond.push_back(slot);
     }
   }
-  const auto goes_first = [](const Candidate& a, const Candidate& b) {
-    return a.distance != b.distance ? a.distance > b.distance : a.key < b.key;
-  };
-  const size_t count = std::min(most, beyond.size());
-  std::partial_sort(beyond.begin(), beyond.begin() + static_cast<std::ptrdiff_t>(count),
-                    beyond.end(), goes_first);
-  std::vector<int32_t> slots;
-  for (size_t i = 0; i < count; ++i) slots.push_back(beyond[i].slot);
-  return slots;
+  return beyond;
 }
 
 std::vector<int32_t> BlockTable::sortedSlots() const {

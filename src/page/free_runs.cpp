@@ -5,20 +5,6 @@
 
 namespace dtsdf {
 
-/// @return whether there was memory for it; else nothing has changed.
-bool FreeRuns::insert(uint64_t first, uint64_t length) noexcept try {
-  const auto run = free_.emplace(first, length).first;
-  try {
-    by_length_.emplace(length, first);
-  } catch (const std::bad_alloc&) {
-    free_.erase(run);
-    return false;
-  }
-  return true;
-} catch (const std::bad_alloc&) {
-  return false;
-}
-
 void FreeRuns::erase(std::map<uint64_t, uint64_t>::iterator run) {
   by_length_.erase({run->second, run->first});
   free_.erase(run);
@@ -57,7 +43,13 @@ void FreeRuns::give(uint64_t first, uint64_t units) noexcept {
   in_use_ -= units;
   if (end == end_) {
     end_ = begin;
-  } else if (!insert(begin, end - begin)) {
+    return;
+  }
+  try {
+    by_length_.emplace(end - begin, begin);
+    free_.emplace(begin, end - begin);
+  } catch (const std::bad_alloc&) {
+    by_length_.erase({end - begin, begin});
     in_use_ += end - begin;
   }
 }

@@ -30,7 +30,6 @@ class FreeRuns {
   size_t bytes() const;                  ///< Of memory, about.
 
  private:
-  bool insert(uint64_t first, uint64_t length) noexcept;
   void erase(std::map<uint64_t, uint64_t>::iterator run);
 
   const uint64_t most_units_;

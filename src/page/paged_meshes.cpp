@@ -17,32 +17,7 @@ size_t meshBudgetOf(const MapParams& params) {
   return std::min((static_cast<size_t>(params.max_memory_mb) << 20) / kMeshShare, kMostMeshBytes);
 }
 
-template <class Io, class Mesh>
-void visitRecord(Mesh& mesh, Io& io) {
-  size_t sizes[] = {mesh.vertices.size(), mesh.triangles.size(), mesh.colours.size()};
-  io.array(&mesh.key, 1);
-  io.array(sizes, 3);
-  io.array(mesh.vertices, sizes[0]);
-  io.array(mesh.triangles, sizes[1]);
-  io.array(mesh.colours, sizes[2]);
-}
-
 }  // namespace
-
-template <>
-const ValueKind& kindOf<BlockMesh>() {
-  static const ValueKind kind{
-      [](const void* mesh) { return bytesOf(*static_cast<const BlockMesh*>(mesh)); },
-      [](const void* mesh, ByteWriter& out) {
-        visitRecord(*static_cast<const BlockMesh*>(mesh), out);
-      },
-      [](ByteReader in) -> std::shared_ptr<const void> {
-        auto mesh = std::make_shared<BlockMesh>();
-        visitRecord(*mesh, in);
-        return mesh;
-      }};
-  return kind;
-}
 
 PagedMeshes::PagedMeshes(const MapParams& params)
     : most_bytes_(meshBudgetOf(params)),

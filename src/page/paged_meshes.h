@@ -19,13 +19,20 @@ inline size_t bytesOf(const BlockMesh& block) {
          block.triangles.size() * sizeof(uint16_t) + block.colours.size() * sizeof(VertexColour);
 }
 
-template <>
-const ValueKind& kindOf<BlockMesh>();
+template <class Io>
+void visitRecord(Io& io, BlockMesh& mesh) {
+  size_t sizes[] = {mesh.vertices.size(), mesh.triangles.size(), mesh.colours.size()};
+  io.array(&mesh.key, 1);
+  io.array(sizes, 3);
+  io.array(mesh.vertices, sizes[0]);
+  io.array(mesh.triangles, sizes[1]);
+  io.array(mesh.colours, sizes[2]);
+}
 
 /// One thread at a time uses it.
 class PagedMeshes {
  public:
-  using Stats = PagedStats;  ///< Of meshes on disk, since the start or the last clear().
+  using Stats = PageStats;  ///< Of meshes on disk, since the start or the last clear().
 
   /// Without map/page_folder all stay in memory; with it, a share of map/max_memory_mb beside it.
   /// @throws std::runtime_error where map/page_folder cannot be written.

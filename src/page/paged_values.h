@@ -24,17 +24,26 @@ struct ValueKind {
   std::shared_ptr<const void> (*read)(ByteReader in);
 };
 
-/// Of a class that has bytes() and visitRecord(io), which lists its members once for both.
+template <class T>
+size_t bytesOf(const T& value) {
+  return value.bytes();
+}
+template <class Io, class T>
+void visitRecord(Io& io, T& value) {
+  value.visitRecord(io);
+}
+
+/// Of what has bytesOf() and visitRecord(), which lists its members once for both.
 template <class T>
 const ValueKind& kindOf() {
   static const ValueKind kind{
-      [](const void* value) { return static_cast<const T*>(value)->bytes(); },
+      [](const void* value) { return bytesOf(*static_cast<const T*>(value)); },
       [](const void* value, ByteWriter& out) {
-        const_cast<T*>(static_cast<const T*>(value))->visitRecord(out);  // which only reads it
+        visitRecord(out, *const_cast<T*>(static_cast<const T*>(value)));  // which only reads it
       },
       [](ByteReader in) -> std::shared_ptr<const void> {
         auto value = std::make_shared<T>();
-        value->visitRecord(in);
+        visitRecord(in, *value);
         return value;
       }};
   return kind;
@@ -43,7 +52,7 @@ const ValueKind& kindOf() {
 /// Memory and file that values share. Any thread may use it.
 class PagedValues : public std::enable_shared_from_this<PagedValues> {
  public:
-  using Stats = PagedStats;  ///< Of values, since the start or resetCounts().
+  using Stats = PageStats;  ///< Of values, since the start or resetCounts().
 
   /// A value, wherever it is.
   struct Entry {

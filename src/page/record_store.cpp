@@ -39,7 +39,7 @@ constexpr const char* kFull = "map/page_folder has reached map/page_max_gb; rais
 
 using Clock = std::chrono::steady_clock;
 
-void countWait(Clock::time_point start, PagedStats& stats) {
+void countWait(Clock::time_point start, PageStats& stats) {
   const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   if (ms < kLeastWait_ms) return;
   ++stats.waits;
@@ -285,12 +285,12 @@ void RecordStore::countLost() {
 
 void RecordStore::resetCounts() {
   const Lock lock(mutex_);
-  stats_ = PagedStats();
+  stats_ = PageStats();
 }
 
-PagedStats RecordStore::stats() const {
+PageStats RecordStore::stats() const {
   const Lock lock(mutex_);
-  PagedStats stats = stats_;
+  PageStats stats = stats_;
   stats.bytes = runs_.inUse() * kUnitBytes;
   stats.index_bytes = runs_.bytes() + waiting_bytes_;
   return stats;

@@ -15,21 +15,11 @@
 #include <string>
 #include <vector>
 
+#include "dtsdf_mapping/mapper.h"
 #include "page/free_runs.h"
 #include "threads/helper.h"
 
 namespace dtsdf {
-
-/// What became of what lies on disk, since the start or the last clear.
-struct PagedStats {
-  size_t bytes = 0;        ///< Of the disk.
-  size_t index_bytes = 0;  ///< Of memory: the index, about, and what waits to be written.
-  uint64_t failures = 0;   ///< Reads and writes that failed, or found the folder full.
-  uint64_t lost = 0;       ///< Records that did not come back as they were.
-  std::string problem;     ///< What the last failure was; empty: there was none.
-  uint64_t waits = 0;      ///< See DiskWait.
-  double wait_ms = 0.0;
-};
 
 /// Where a record is.
 struct StoredRecord {
@@ -93,7 +83,7 @@ class RecordStore {
   void countLost();
   void countFull();
   void resetCounts();
-  PagedStats stats() const;
+  PageStats stats() const;  ///< But for counts of blocks; index_bytes has what waits.
 
  private:
   friend class DiskWait;
@@ -121,7 +111,7 @@ class RecordStore {
   std::condition_variable changed_;
   FreeRuns runs_;
   uint64_t file_end_ = 0;
-  PagedStats stats_;
+  PageStats stats_;
   uint32_t last_number_ = 0;
   std::map<uint64_t, Waiting> waiting_;  ///< By offset.
   size_t waiting_bytes_ = 0;

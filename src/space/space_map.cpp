@@ -89,7 +89,7 @@ void SpaceMap::addFree(const std::vector<FreeCube>& cubes) {
         ++refused_cubes_;
         continue;
       }
-      countFree(seen.key, 1);
+      ++free_cubes_;
     }
     CubeCells& cube = table_.at(seen.key);
     for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] |= seen.free.word[i];
@@ -98,27 +98,15 @@ void SpaceMap::addFree(const std::vector<FreeCube>& cubes) {
   mendLost();
 }
 
-void SpaceMap::countFree(const Vec3i& cube, int by) {
-  const PackedKey sector = packKey(sectorOfCube(cube));
-  free_cubes_ += static_cast<size_t>(by);
-  if ((free_in_[sector] += by) == 0) free_in_.erase(sector);
-}
-
 /// What the disk lost is free no longer, but surfaces are still known by their blocks.
 void SpaceMap::mendLost() {
   const std::vector<PackedKey> lost = table_.takeLost();
   if (lost.empty()) return;
   for (const Vec3i& cube : surfaces_.restoreLost(lost, table_)) insert(changed_, cube);
-  for (const PackedKey key : lost) {
-    const auto counted = free_in_.find(key);
-    if (counted == free_in_.end()) continue;
-    free_cubes_ -= static_cast<size_t>(counted->second);
-    free_in_.erase(counted);
-    const auto is_it = [&](const Vec3i& sector) { return packKey(sector) == key; };
-    table_.visit(is_it, [&](const Vec3i& cube, const CubeCells& cells) {
-      if (!isEmpty(cells.free)) countFree(cube, 1);
-    });
-  }
+  free_cubes_ = 0;
+  table_.visit(isAnySector, [&](const Vec3i&, const CubeCells& cells) {
+    free_cubes_ += isEmpty(cells.free) ? 0 : 1;
+  });
 }
 
 /// Takes cells out of what is free of a cube; it goes if nothing is known of it then.
@@ -127,7 +115,7 @@ void SpaceMap::forgetFree(const Vec3i& key, const CubeCells& known, const CellMa
   CubeCells& cube = table_.at(key);
   for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] &= ~cells.word[i];
   if (isEmpty(cube.free)) {
-    countFree(key, -1);
+    if (free_cubes_ > 0) --free_cubes_;
     table_.removeIfEmpty(key);
   }
   table_.close();
@@ -185,7 +173,6 @@ void SpaceMap::clear() {
   distances_.clear();
   changed_.clear();
   free_cubes_ = 0;
-  free_in_.clear();
   refused_cubes_ = 0;
   if (pages_ != nullptr) pages_->resetCounts();
 }
@@ -210,7 +197,7 @@ void SpaceMap::restore(const MapContents& contents) {
   size_t entered = 0;
   for (const MapFreeCube& cube : contents.free_cubes) {
     std::copy_n(cube.cells.begin(), kWordsPerCube, table_.at(cube.key).free.word);
-    countFree(cube.key, 1);
+    ++free_cubes_;
     if (++entered % kMostAtOnce == 0) table_.close();
   }
   table_.close();
@@ -278,8 +265,7 @@ size_t SpaceMap::freeBytes() const { return free_cubes_ * kFreeCubeBudgetBytes; 
 
 size_t SpaceMap::bytes() const {
   return table_.bytes() + surfaces_.bytes() + distances_.bytes() +
-         (changed_.size() + free_in_.size()) * CellTable::kSetNodeBytes +
-         (pages_ == nullptr ? 0 : pages_->bytes());
+         changed_.size() * CellTable::kSetNodeBytes + (pages_ == nullptr ? 0 : pages_->bytes());
 }
 
 void SpaceMap::addTo(PageStats& pages) const {

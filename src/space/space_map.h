@@ -1,7 +1,6 @@
 /// What a map knows of space: the cells, and the distances that are made from them when asked for.
 #pragma once
 
-#include <unordered_map>
 #include <vector>
 
 #include "dtsdf_mapping/map_contents.h"
@@ -84,7 +83,6 @@ class SpaceMap : public Space {
  private:
   BlockExtent boundsOfView(const FrameView& frame) const;
   void forgetFree(const Vec3i& key, const CubeCells& known, const CellMask& cells);
-  void countFree(const Vec3i& cube, int by);
   void mendLost();
   Vec3d middleOf(const Vec3i& cell) const;
 
@@ -92,10 +90,9 @@ class SpaceMap : public Space {
   const double voxel_size_m_;
   const float max_range_m_;
   const size_t free_budget_;
-  const SharedPagedValues pages_;               ///< Null without map/page_folder.
-  BlockExtent extent_;                          ///< Of cubes.
-  size_t free_cubes_ = 0;                       ///< Of which something is free.
-  std::unordered_map<PackedKey, int> free_in_;  ///< How many of them, by sector.
+  const SharedPagedValues pages_;  ///< Null without map/page_folder.
+  BlockExtent extent_;             ///< Of cubes.
+  size_t free_cubes_ = 0;          ///< Of which something is free.
   uint64_t refused_cubes_ = 0;
   CellTable table_;
   SurfaceCells surfaces_;

@@ -85,7 +85,7 @@ BlockExtent cubesOf(const BlockExtent& box, int n) {
 /// Finds what the run of a box needs, by poses alone.
 class BoxRunPlanner {
  public:
-  BoxRunPlanner(const InputOptions& options, const RunSettings& settings,
+  BoxRunPlanner(const RunOptions& options, const RunSettings& settings,
                 const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box)
       : options_(options), settings_(settings), T_W_M_(T_W_M) {
     const SpaceParams& space = settings.params.mapper.space;
@@ -128,8 +128,7 @@ class BoxRunPlanner {
       const CameraView view(image->colour);
       if (!mayPaint(view, painted, params(), rules)) continue;
       listed.push_back(image->index);
-      run_.extent.blocks =
-          around(run_.extent.blocks, blocksThatDecide(view, painted, params(), rules));
+      run_.extent.blocks = around(run_.extent.blocks, blocksThatDecide(view, params(), rules));
     }
     if (!listed.empty()) findSupport();
     return listed;
@@ -138,7 +137,7 @@ class BoxRunPlanner {
   /// What an image paints depends on how many frames support the map so far, up to
   /// mesh/min_support: the first ones are all taken.
   void findSupport() {
-    InputOptions options = options_;
+    RunOptions options = options_;
     options.recording.poses_only = false;
     const auto mapper = makeProbedMapper(params(), settings_.rules);
     mapper->restrictTo({noBlocks(), noBlocks(), noBlocks()});
@@ -163,7 +162,7 @@ class BoxRunPlanner {
     return listed;
   }
 
-  InputOptions options_;
+  RunOptions options_;
   const RunSettings& settings_;
   const std::optional<Eigen::Isometry3d> T_W_M_;
   BoxRun run_;
@@ -210,7 +209,7 @@ std::array<Leaf, 2> halvesOf(Leaf leaf) {
 }
 
 /// The blocks that a sample of a recording's images shows.
-std::vector<BlockKey> sampleBlocks(InputOptions options, const RunSettings& settings) {
+std::vector<BlockKey> sampleBlocks(RunOptions options, const RunSettings& settings) {
   const auto T_W_M = lookForLevel(options, settings, "map_tool");
   const MapperParams& params = settings.params.mapper;
   const double block_m = static_cast<double>(params.map.voxel_size_m) * kBlockSide;
@@ -263,22 +262,6 @@ void cutOut(const BlockExtent& box, BlockExtent whole, std::vector<BlockExtent>&
   }
 }
 
-/// Joins pieces that are one box together.
-void joinPieces(std::vector<BlockExtent>& pieces) {
-  constexpr size_t kMostJoined = 2000;  // more would take long, and nobody reads them
-  if (pieces.size() > kMostJoined) return;
-  for (size_t i = 0; i < pieces.size(); ++i) {
-    for (size_t j = 0; j < pieces.size(); ++j) {
-      const BlockExtent both = around(pieces[i], pieces[j]);
-      if (i == j || volumeOf(both) != volumeOf(pieces[i]) + volumeOf(pieces[j])) continue;
-      pieces[std::min(i, j)] = both;
-      pieces.erase(pieces.begin() + static_cast<std::ptrdiff_t>(std::max(i, j)));
-      i = j = 0;
-      if (pieces.size() < 2) return;
-    }
-  }
-}
-
 }  // namespace
 
 std::string boxText(const BlockExtent& box, double block_m) {
@@ -305,13 +288,13 @@ BlockExtent parseBox(const std::string& text, double block_m) {
   return box;
 }
 
-BoxRun planBoxRun(const InputOptions& options, const RunSettings& settings,
+BoxRun planBoxRun(const RunOptions& options, const RunSettings& settings,
                   const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box) {
   checkSettings(settings);
   return BoxRunPlanner(options, settings, T_W_M, box).find();
 }
 
-std::vector<BlockExtent> planBoxes(const InputOptions& options, const RunSettings& settings,
+std::vector<BlockExtent> planBoxes(const RunOptions& options, const RunSettings& settings,
                                    size_t count, double edge_m) {
   const double block_m = static_cast<double>(settings.params.mapper.map.voxel_size_m) * kBlockSide;
   const double edge_blocks = edge_m > 0.0 ? std::max(1.0, edge_m / block_m) : 1e9;
@@ -362,7 +345,6 @@ std::vector<BlockExtent> missingBoxes(const std::vector<BlockExtent>& boxes) {
     volume += volumeOf(piece);
   }
   if (volume == volumeOf(all)) return {all};
-  joinPieces(missing);
   return missing;
 }
 

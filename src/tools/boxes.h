@@ -30,17 +30,17 @@ struct BoxRun {
 
 /// Looks at poses, and decodes next to no image.
 /// @throws std::runtime_error for settings whose rules look at all of the map.
-BoxRun planBoxRun(const InputOptions& options, const RunSettings& settings,
+BoxRun planBoxRun(const RunOptions& options, const RunSettings& settings,
                   const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box);
 
 /// Boxes that cover all of space and share a recording's surfaces about equally, by a sample of its
 /// images. @throws std::runtime_error where there are fewer blocks than boxes.
 /// @param count Of boxes; 0: as many as `edge_m` takes.
 /// @param edge_m What a recording shows of a box is no longer than this; 0: any length.
-std::vector<BlockExtent> planBoxes(const InputOptions& options, const RunSettings& settings,
+std::vector<BlockExtent> planBoxes(const RunOptions& options, const RunSettings& settings,
                                    size_t count, double edge_m);
 
-/// What of space lies in none of these boxes, in as few boxes as it takes.
+/// What of space lies in none of these boxes, in boxes: in one, if it is one.
 /// @throws std::runtime_error where two of them overlap.
 std::vector<BlockExtent> missingBoxes(const std::vector<BlockExtent>& boxes);
 

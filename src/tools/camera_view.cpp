@@ -8,11 +8,9 @@
 namespace dtsdf {
 namespace {
 
-/// A box nearer than this in front of the camera may be anywhere in the image.
-constexpr double kNear_m = 0.05;
 /// Pixels are judged with those around them, and places in the image are rounded.
 constexpr double kMargin_px = 3.0;
-constexpr double kRounding_px = 1.0, kRounding_voxels = 1.0;
+constexpr double kRounding_voxels = 1.0;
 
 Eigen::Vector3d toVector(const BlockKey& key) { return Eigen::Vector3d(key.x, key.y, key.z); }
 
@@ -34,18 +32,13 @@ MetricBox boxOf(const BlockExtent& blocks, double block_m, double margin_m) {
           (toVector(blocks.last) + Eigen::Vector3d::Ones()) * block_m + margin};
 }
 
-CameraView::Corners CameraView::cornersOf(const MetricBox& box) const {
-  Corners corners;
-  for (int i = 0; i < 8; ++i) {
-    corners.col(i) = T_C_W_ * box.corner(static_cast<MetricBox::CornerType>(i));
-  }
-  return corners;
-}
-
 /// What is seen lies between four planes through the camera; a box is not if all of it is beyond
 /// one of them, also where parts are behind the camera.
 bool CameraView::maySee(const MetricBox& box, double depth_m) const {
-  const Corners corners = cornersOf(box);
+  Eigen::Matrix<double, 3, 8> corners;  // in the camera's frame
+  for (int i = 0; i < 8; ++i) {
+    corners.col(i) = T_C_W_ * box.corner(static_cast<MetricBox::CornerType>(i));
+  }
   if (!(corners.row(2).maxCoeff() > 0.0) || corners.row(2).minCoeff() > depth_m) return false;
   const Intrinsics& K = intrinsics_;
   const double left = K.cx + 0.5 + kMargin_px, right = width_ + 2.0 * kMargin_px - left;
@@ -57,31 +50,15 @@ bool CameraView::maySee(const MetricBox& box, double depth_m) const {
          !isBeyond(0.0, -K.fy, bottom);
 }
 
-/// Bounds of where a box is seen, which may go beyond the image. One that comes so near to the
-/// camera that it may be anywhere has the whole image.
-Eigen::AlignedBox2d CameraView::rectOf(const Corners& corners) const {
-  if (!(corners.row(2).minCoeff() > kNear_m))
-    return {Eigen::Vector2d::Zero(), Eigen::Vector2d(width_, height_)};
+MetricBox CameraView::frustum(double depth_m) const {
   const Intrinsics& K = intrinsics_;
-  const Eigen::Array<double, 1, 8> z = corners.row(2).array();
-  const Eigen::Array<double, 1, 8> u = K.fx * corners.row(0).array() / z + (K.cx + 0.5);
-  const Eigen::Array<double, 1, 8> v = K.fy * corners.row(1).array() / z + (K.cy + 0.5);
-  return {Eigen::Vector2d(u.minCoeff(), v.minCoeff()), Eigen::Vector2d(u.maxCoeff(), v.maxCoeff())};
-}
-
-MetricBox CameraView::lineOfSight(const MetricBox& box, double depth_m, double beside_px) const {
-  const Eigen::AlignedBox2d seen = rectOf(cornersOf(box));
-  const Eigen::Array2d first = (seen.min().array() - beside_px).max(0.0);
-  const Eigen::Array2d last = (seen.max().array() + beside_px).min(Eigen::Array2d(width_, height_));
-  const Intrinsics& K = intrinsics_;
-  MetricBox line(T_W_C_.translation());
+  MetricBox seen(T_W_C_.translation());
   for (int i = 0; i < 4; ++i) {
-    const double u = (i & 1 ? last : first).x() - 0.5;
-    const double v = (i & 2 ? last : first).y() - 0.5;
-    const Eigen::Vector3d p_C((u - K.cx) / K.fx, (v - K.cy) / K.fy, 1.0);
-    line.extend(T_W_C_ * (depth_m * p_C));
+    const double u = (i & 1 ? width_ : 0) - 0.5, v = (i & 2 ? height_ : 0) - 0.5;
+    seen.extend(T_W_C_ *
+                Eigen::Vector3d(depth_m * (u - K.cx) / K.fx, depth_m * (v - K.cy) / K.fy, depth_m));
   }
-  return line;
+  return seen;
 }
 
 /// A voxel is changed by what is measured as far from it as the truncation; its foot is within it.
@@ -108,18 +85,13 @@ bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperPa
   return image.maySee(pointsOf(blocks, params.map.voxel_size_m, rules), params.paint.max_depth_m);
 }
 
-/// A point is compared with what is drawn in the cells around it: as far aside as visibilityOf()
-/// looks, and a cell more. What is drawn there is a surface within that part of
-/// the image, or beside it by its own radius, which drawSurface() has in pixels along both axes.
-BlockExtent blocksThatDecide(const CameraView& image, const BlockExtent& painted,
-                             const MapperParams& params, const ColourRules& rules) {
+/// A point is compared with what is drawn in the image: a surface in view, or beside it by its own
+/// radius, which drawSurface() has in pixels along both axes.
+BlockExtent blocksThatDecide(const CameraView& image, const MapperParams& params,
+                             const ColourRules& rules) {
   const double voxel_m = params.map.voxel_size_m;
-  const MetricBox points = pointsOf(painted, voxel_m, rules);
   const Intrinsics& K = image.intrinsics();
-  const double nearest_m = std::max(image.nearest_m(points), voxel_m);
-  const double beside_px =
-      outlineReach(rules, K.fx * voxel_m / nearest_m) + 2.0 * kCellSide + kRounding_px;
-  MetricBox box = image.lineOfSight(points, params.paint.max_depth_m, beside_px);
+  MetricBox box = image.frustum(params.paint.max_depth_m);
   const double stretch = std::max(1.0, static_cast<double>(K.fx) / static_cast<double>(K.fy));
   const double margin_m =
       voxel_m * (rules.surface_distance + kPieceVoxels * stretch + kRounding_voxels);

@@ -32,21 +32,12 @@ class CameraView {
   /// image count too. Errs on the side of yes.
   bool maySee(const MetricBox& box, double depth_m) const;
 
-  /// The least box around what is seen of another one and what lies between it and the camera, or
-  /// up to a depth behind it, so many pixels more to each side.
-  MetricBox lineOfSight(const MetricBox& box, double depth_m, double beside_px) const;
+  /// The least box around what is in view up to a depth.
+  MetricBox frustum(double depth_m) const;
 
-  /// The least depth of a box's corners.
-  double nearest_m(const MetricBox& box) const { return cornersOf(box).row(2).minCoeff(); }
   const Intrinsics& intrinsics() const { return intrinsics_; }
 
  private:
-  using Corners = Eigen::Matrix<double, 3, 8>;  ///< Of a box, in the camera's frame.
-
-  Corners cornersOf(const MetricBox& box) const;
-  /// In pixels from the corner of the first one.
-  Eigen::AlignedBox2d rectOf(const Corners& corners) const;
-
   Intrinsics intrinsics_;
   int width_, height_;
   Eigen::Isometry3d T_W_C_, T_C_W_;
@@ -61,9 +52,8 @@ bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperPar
 bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperParams& params,
               const ColourRules& rules);
 
-/// The blocks that may have to do with how it paints them: what lies between them and the camera,
-/// and what is seen right beside or behind them, up to the depth that images reach.
-BlockExtent blocksThatDecide(const CameraView& image, const BlockExtent& painted,
-                             const MapperParams& params, const ColourRules& rules);
+/// The blocks that may have to do with how it paints: all in view, up to the depth that it reaches.
+BlockExtent blocksThatDecide(const CameraView& image, const MapperParams& params,
+                             const ColourRules& rules);
 
 }  // namespace dtsdf

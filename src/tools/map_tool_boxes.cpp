@@ -169,7 +169,7 @@ void allowManyFiles() {
 }  // namespace
 
 void printBoxes(const std::vector<std::string>& arguments) {
-  InputOptions input;
+  RunOptions input;
   size_t count = 0;
   double edge_m = 0.0;
   CommandLine line(

@@ -11,7 +11,7 @@
 #include "io/atomic_file.h"
 #include "io/colour_codes.h"
 #include "io/depth_codes.h"
-#include "io/ply_stream.h"
+#include "io/ply.h"
 #include "journal/replay.h"
 #include "params/text.h"
 #include "program/run_program.h"

@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-struct ReconstructOptions : InputOptions {
+struct ReconstructOptions : RunOptions {
   size_t mesh_every = 0;          ///< Extract a mesh each so many frames; 0: only at the end.
   std::string mesh_path;          ///< Empty: only the map is saved.
   double simplify_error_m = 0.0;  ///< Of the mesh that is saved; 0: all triangles.

@@ -1,12 +1,12 @@
 #include "tools/recorded_input.h"
 
 #include <cstdio>
-#include <functional>
 #include <stdexcept>
 #include <utility>
 
 #include "io/bag_frames.h"
 #include "io/inspection.h"
+#include "io/wrapped_images.h"
 #include "journal/replay.h"
 #include "level/floor.h"
 #include "level/frame_points.h"
@@ -19,7 +19,7 @@ namespace {
 constexpr size_t kFramesLookedAt = 5;
 
 #ifdef DTSDF_WITH_BAG
-BagOptions bagOptions(const InputOptions& options, const NodeParams& node) {
+BagOptions bagOptions(const RunOptions& options, const NodeParams& node) {
   BagOptions bag;
   static_cast<RecordingOptions&>(bag) = options.recording;
   static_cast<BagTopics&>(bag) = options;
@@ -35,55 +35,31 @@ BagOptions bagOptions(const InputOptions& options, const NodeParams& node) {
   return bag;
 }
 
-std::unique_ptr<FrameSource> openBag(const InputOptions& options, const NodeParams& node) {
+std::unique_ptr<FrameSource> openBag(const RunOptions& options, const NodeParams& node) {
   return openBagFrames(bagOptions(options, node));
 }
 
-std::unique_ptr<ColourSource> openColoursOfBag(const InputOptions& options,
-                                               const NodeParams& node) {
+std::unique_ptr<ColourSource> openColoursOfBag(const RunOptions& options, const NodeParams& node) {
   return openBagColours(bagOptions(options, node));
 }
 
-Eigen::Vector3d measuredUpOfBag(const InputOptions& options, const NodeParams& node) {
+Eigen::Vector3d measuredUpOfBag(const RunOptions& options, const NodeParams& node) {
   return findUpInBag(bagOptions(options, node));
 }
 #else
-std::unique_ptr<FrameSource> openBag(const InputOptions&, const NodeParams&) {
+std::unique_ptr<FrameSource> openBag(const RunOptions&, const NodeParams&) {
   throw std::runtime_error("this build cannot read bags; build the package with -DWITH_ROS=ON");
 }
 
-std::unique_ptr<ColourSource> openColoursOfBag(const InputOptions&, const NodeParams&) {
+std::unique_ptr<ColourSource> openColoursOfBag(const RunOptions&, const NodeParams&) {
   return nullptr;
 }
 
-Eigen::Vector3d measuredUpOfBag(const InputOptions& options, const NodeParams& node) {
+Eigen::Vector3d measuredUpOfBag(const RunOptions& options, const NodeParams& node) {
   openBag(options, node);  // throws
   return {};
 }
 #endif
-
-/// The frames of a source, each of them changed.
-class ChangedFrames : public FrameSource {
- public:
-  using Change = std::function<void(SourceFrame&)>;
-  ChangedFrames(std::unique_ptr<FrameSource> source, Change change)
-      : source_(std::move(source)), change_(std::move(change)) {}
-
-  std::optional<size_t> size() const override { return source_->size(); }
-  std::optional<size_t> posed() const override { return source_->posed(); }
-  const std::map<std::string, size_t>& skipped() const override { return source_->skipped(); }
-  std::map<std::string, std::string> problems() const override { return source_->problems(); }
-
-  std::optional<SourceFrame> next() override {
-    std::optional<SourceFrame> frame = source_->next();
-    if (frame) change_(*frame);
-    return frame;
-  }
-
- private:
-  const std::unique_ptr<FrameSource> source_;
-  const Change change_;
-};
 
 /// Depth along rays becomes depth along the optical axis.
 void turnFrameToAxis(SourceFrame& frame) {
@@ -94,7 +70,7 @@ void turnFrameToAxis(SourceFrame& frame) {
   frame.pixels = pixels;
 }
 
-std::unique_ptr<FrameSource> openAsRecorded(const InputOptions& options, const NodeParams& node) {
+std::unique_ptr<FrameSource> openAsRecorded(const RunOptions& options, const NodeParams& node) {
   if (options.recording.format == "bag") return openBag(options, node);
   if (options.recording.format == "journal") {
     throw std::runtime_error("'" + options.recording.path +
@@ -105,7 +81,7 @@ std::unique_ptr<FrameSource> openAsRecorded(const InputOptions& options, const N
 
 }  // namespace
 
-void completeInput(InputOptions& options) {
+void completeInput(RunOptions& options) {
   std::string& format = options.recording.format;
   if (format.empty()) {
     const std::string& path = options.recording.path;
@@ -114,13 +90,13 @@ void completeInput(InputOptions& options) {
   checkReadingOptions(options);
 }
 
-std::unique_ptr<FrameSource> openFrames(const InputOptions& options, const NodeParams& node) {
+std::unique_ptr<FrameSource> openFrames(const RunOptions& options, const NodeParams& node) {
   std::unique_ptr<FrameSource> source = openAsRecorded(options, node);
   if (node.input.depth == DepthChoice::kAxis) return source;
-  return std::make_unique<ChangedFrames>(std::move(source), turnFrameToAxis);
+  return changed(std::move(source), turnFrameToAxis);
 }
 
-std::unique_ptr<FrameSource> openAndLook(const InputOptions& options, const RunSettings& settings,
+std::unique_ptr<FrameSource> openAndLook(const RunOptions& options, const RunSettings& settings,
                                          const std::string& program) {
   Inspection found;
   auto source = inspect(openFrames(options, settings.params.node), kFramesLookedAt, found);
@@ -137,19 +113,19 @@ std::unique_ptr<FrameSource> openAndLook(const InputOptions& options, const RunS
   return source;
 }
 
-Eigen::Vector3d measuredUp(const InputOptions& options, const NodeParams& node) {
+Eigen::Vector3d measuredUp(const RunOptions& options, const NodeParams& node) {
   if (options.recording.format == "bag") return measuredUpOfBag(options, node);
   throw std::runtime_error("map/level is imu, which needs a bag with an inertial sensor; '" +
                            options.recording.path + "' is read as " + options.recording.format +
                            ": set map/level to floor or none");
 }
 
-std::string nameOfFrame(const InputOptions& options, const RunSettings& settings) {
+std::string nameOfFrame(const RunOptions& options, const RunSettings& settings) {
   const bool is_named = options.recording.format == "bag" || settings.given.count("map_frame") > 0;
   return is_named ? settings.params.node.map_frame : std::string();
 }
 
-std::unique_ptr<ColourSource> openColours(const InputOptions& options, const NodeParams& node) {
+std::unique_ptr<ColourSource> openColours(const RunOptions& options, const NodeParams& node) {
   if (node.colour.enabled == ColourUse::kNever) return nullptr;
   const RecordingOptions& recording = options.recording;
   std::unique_ptr<ColourSource> colours =
@@ -166,25 +142,6 @@ namespace {
 
 /// Ten seconds of most cameras.
 constexpr size_t kFramesSearched = 300;
-
-class LevelledColours : public ColourSource {
- public:
-  LevelledColours(std::unique_ptr<ColourSource> source, const Eigen::Isometry3d& T_W_M)
-      : source_(std::move(source)), T_W_M_(T_W_M) {}
-
-  const std::map<std::string, size_t>& skipped() const override { return source_->skipped(); }
-  std::map<std::string, std::string> problems() const override { return source_->problems(); }
-
-  std::optional<SourceColour> next() override {
-    std::optional<SourceColour> image = source_->next();
-    if (image) image->colour.T_W_C = T_W_M_ * image->colour.T_W_C;
-    return image;
-  }
-
- private:
-  std::unique_ptr<ColourSource> source_;
-  const Eigen::Isometry3d T_W_M_;
-};
 
 Eigen::Isometry3d levelByFloor(FrameSource& source, const std::string& path) {
   FloorSearch search;
@@ -217,7 +174,7 @@ void warnIfNotLevel(FrameSource& source, const std::string& program) {
 
 }  // namespace
 
-std::optional<Eigen::Isometry3d> lookForLevel(const InputOptions& options,
+std::optional<Eigen::Isometry3d> lookForLevel(const RunOptions& options,
                                               const RunSettings& settings,
                                               const std::string& program) {
   const NodeParams& node = settings.params.node;
@@ -231,7 +188,7 @@ std::optional<Eigen::Isometry3d> lookForLevel(const InputOptions& options,
   return std::nullopt;
 }
 
-std::optional<Eigen::Isometry3d> findLevel(const InputOptions& options, const RunSettings& settings,
+std::optional<Eigen::Isometry3d> findLevel(const RunOptions& options, const RunSettings& settings,
                                            const std::string& program) {
   const std::optional<Eigen::Isometry3d> T_W_M = lookForLevel(options, settings, program);
   if (T_W_M) std::printf("levelled: %s\n", describeLevel(*T_W_M).c_str());
@@ -241,7 +198,7 @@ std::optional<Eigen::Isometry3d> findLevel(const InputOptions& options, const Ru
 std::unique_ptr<FrameSource> levelled(std::unique_ptr<FrameSource> source,
                                       const std::optional<Eigen::Isometry3d>& T_W_M) {
   if (!T_W_M) return source;
-  return std::make_unique<ChangedFrames>(std::move(source), [T_W_M = *T_W_M](SourceFrame& frame) {
+  return changed(std::move(source), [T_W_M = *T_W_M](SourceFrame& frame) {
     frame.depth.T_W_C = T_W_M * frame.depth.T_W_C;
   });
 }
@@ -249,7 +206,9 @@ std::unique_ptr<FrameSource> levelled(std::unique_ptr<FrameSource> source,
 std::unique_ptr<ColourSource> levelled(std::unique_ptr<ColourSource> source,
                                        const std::optional<Eigen::Isometry3d>& T_W_M) {
   if (!T_W_M || source == nullptr) return source;
-  return std::make_unique<LevelledColours>(std::move(source), *T_W_M);
+  return changed(std::move(source), [T_W_M = *T_W_M](SourceColour& image) {
+    image.colour.T_W_C = T_W_M * image.colour.T_W_C;
+  });
 }
 
 }  // namespace dtsdf

@@ -252,12 +252,12 @@ Intrinsics parseIntrinsics(const std::string& text) {
 
 }  // namespace
 
-void addFormatOption(CommandLine& line, InputOptions& options) {
+void addFormatOption(CommandLine& line, RunOptions& options) {
   line.add({"--format", joined(formatNames(), "|"), "format of the recording (default: detected)"},
            [&](const std::string& value) { options.recording.format = parseFormat(value); });
 }
 
-void addReadingOptions(CommandLine& line, InputOptions& options) {
+void addReadingOptions(CommandLine& line, RunOptions& options) {
   RecordingOptions& recording = options.recording;
   line.add({"--intrinsics", "FX,FY,CX,CY",
             "camera in pixels, instead of the recording's; a negative FY flips the rows of a "
@@ -301,7 +301,7 @@ void addReadingOptions(CommandLine& line, InputOptions& options) {
                options.imu_topic);
 }
 
-void checkReadingOptions(const InputOptions& options) {
+void checkReadingOptions(const RunOptions& options) {
   const RecordingOptions& recording = options.recording;
   const bool is_bag = recording.format == "bag";
   const std::string read_as = "'" + recording.path + "' is read as " + recording.format;

@@ -25,8 +25,8 @@ std::string listSettings();
 std::string listRules();
 
 /// What the programs have in common.
-struct RunOptions {
-  RecordingOptions recording;
+struct RunOptions : BagTopics {
+  RecordingOptions recording;  ///< Whose format may also be "bag" or "journal".
   std::string config_path;
   std::vector<std::string> settings;  ///< Each key=value, in the order given.
   std::optional<std::string> backend;
@@ -69,15 +69,12 @@ RunSettings readSettings(const RunOptions& options, ParamTree defaults);
 /// The same of settings as files and command lines say them. @throws ParamError
 RunSettings readSettings(ParamTree tree);
 
-/// What is read is RunOptions::recording, whose format may also be "bag" or "journal".
-struct InputOptions : RunOptions, BagTopics {};
-
 // Each adds some of the options to a command line.
-void addFormatOption(CommandLine& line, InputOptions& options);
-void addReadingOptions(CommandLine& line, InputOptions& options);  ///< How it is read.
+void addFormatOption(CommandLine& line, RunOptions& options);
+void addReadingOptions(CommandLine& line, RunOptions& options);  ///< How it is read.
 
 /// Whether the options are for what is read, once its format is known.
 /// @throws UsageError that names the option.
-void checkReadingOptions(const InputOptions& options);
+void checkReadingOptions(const RunOptions& options);
 
 }  // namespace dtsdf

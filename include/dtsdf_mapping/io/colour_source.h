@@ -2,12 +2,10 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
 #include <memory>
-#include <optional>
-#include <string>
 
 #include "dtsdf_mapping/colour_frame.h"
+#include "dtsdf_mapping/io/frame_source.h"
 
 namespace dtsdf {
 
@@ -19,20 +17,7 @@ struct SourceColour {
   size_t index = 0;                    ///< Its place among all of the recording, by stamps.
 };
 
-/// Hands out the colour images of a recording in the order of their stamps. One thread at a time.
-class ColourSource {
- public:
-  virtual ~ColourSource() = default;
-
-  /// The next image that has a pose, or nothing at the end; others are skipped and counted.
-  /// @throws std::runtime_error if the recording is broken: file, place and what to do.
-  virtual std::optional<SourceColour> next() = 0;
-
-  /// Images skipped so far, by reason.
-  virtual const std::map<std::string, size_t>& skipped() const = 0;
-
-  /// What is known of the first image skipped for a reason, in a sentence.
-  virtual std::map<std::string, std::string> problems() const { return {}; }
-};
+/// The colour images of a recording in the order of their stamps.
+using ColourSource = ImageSource<SourceColour>;
 
 }  // namespace dtsdf

@@ -50,27 +50,35 @@ struct FrameSelection {
   }
 };
 
-/// Hands out the selected frames of a recording in order, without loss. One thread at a time.
-class FrameSource {
+/// Hands out images of a recording in order, without loss. One thread at a time.
+template <class Image>
+class ImageSource {
  public:
-  virtual ~FrameSource() = default;
+  virtual ~ImageSource() = default;
 
-  /// Number of selected depth images, skipped ones included, if it is known before reading them.
-  virtual std::optional<size_t> size() const = 0;
+  /// Number of selected images, skipped ones included, if it is known before reading them.
+  virtual std::optional<size_t> size() const { return std::nullopt; }
 
   /// How many of these have a pose, if that is known before reading them.
   virtual std::optional<size_t> posed() const { return std::nullopt; }
 
-  /// The next frame that has a pose, or nothing at the end. A frame that cannot be used (no pose,
-  /// wrong encoding) is skipped and counted.
+  /// The next image that has a pose, or nothing at the end. One that cannot be used (no pose, wrong
+  /// encoding) is skipped and counted.
   /// @throws std::runtime_error if the recording is broken: file, place and what to do.
-  virtual std::optional<SourceFrame> next() = 0;
+  virtual std::optional<Image> next() = 0;
 
-  /// Frames skipped so far, by reason ("no pose within 20 ms").
-  virtual const std::map<std::string, size_t>& skipped() const = 0;
+  /// Images skipped so far, by reason ("no pose within 20 ms").
+  virtual const std::map<std::string, size_t>& skipped() const { return skipped_; }
 
-  /// What is known of the first frame skipped for a reason, in a sentence.
-  virtual std::map<std::string, std::string> problems() const { return {}; }
+  /// What is known of the first image skipped for a reason, in a sentence.
+  virtual std::map<std::string, std::string> problems() const { return problems_; }
+
+ protected:
+  std::map<std::string, size_t> skipped_;
+  std::map<std::string, std::string> problems_;
 };
+
+/// The selected depth images of a recording.
+using FrameSource = ImageSource<SourceFrame>;
 
 }  // namespace dtsdf

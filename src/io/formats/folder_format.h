@@ -32,8 +32,8 @@ struct FolderFormat {
 
   /// Colour images and their camera, which is the depth camera where the layout has but one; no
   /// images where the folder has none. Without their poses.
-  RecordedColours (*findColours)(const std::filesystem::path& folder,
-                                 const CameraInfo& depth_camera);
+  RecordedImages (*findColours)(const std::filesystem::path& folder,
+                                const CameraInfo& depth_camera);
 
   bool has_units = false;  ///< Its files have the units.
 };

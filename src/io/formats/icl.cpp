@@ -51,8 +51,8 @@ CameraInfo readCamera(const fs::path&, const std::vector<StampedImage>&) { retur
 
 double unitsPerMetre(const fs::path&) { return 5000.0; }
 
-RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_camera) {
-  RecordedColours colours;
+RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camera) {
+  RecordedImages colours;
   colours.images = readAssociations(folder.string(), "rgb/");
   colours.camera = depth_camera;
   return colours;

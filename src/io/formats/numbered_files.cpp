@@ -6,8 +6,6 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "io/camera_file.h"
-#include "io/text_file.h"
 #include "params/text.h"
 
 namespace dtsdf {
@@ -63,20 +61,6 @@ std::vector<StampedImage> requireNumberedFiles(const fs::path& folder, const std
     throw std::runtime_error("'" + folder.string() + "' has no " + prefix + "NUMBER" + suffix);
   }
   return files;
-}
-
-std::vector<ImagePose> readPoseFiles(const std::vector<fs::path>& paths) {
-  std::vector<ImagePose> poses;
-  poses.reserve(paths.size());
-  for (const fs::path& path : paths) {
-    if (!fs::exists(path)) {
-      poses.push_back({std::nullopt, "no pose file"});
-      continue;
-    }
-    poses.push_back({rigidMotion(readMatrixFile(path.string(), 4, 4, "a pose is expected there")),
-                     "the camera was lost"});
-  }
-  return poses;
 }
 
 }  // namespace dtsdf

@@ -23,9 +23,4 @@ std::vector<StampedImage> requireNumberedFiles(const std::filesystem::path& fold
                                                const std::string& prefix,
                                                const std::string& suffix);
 
-/// One pose from each file, as a 4 x 4 matrix, camera to world. Where there is no file, or the
-/// tracker had lost the camera, there is none.
-/// @throws std::runtime_error for a file that holds something else.
-std::vector<ImagePose> readPoseFiles(const std::vector<std::filesystem::path>& paths);
-
 }  // namespace dtsdf

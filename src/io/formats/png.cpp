@@ -108,8 +108,8 @@ CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>& i
 
 double unitsPerMetre(const fs::path&) { return 1000.0; }
 
-RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_camera) {
-  RecordedColours colours;
+RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camera) {
+  RecordedImages colours;
   for (const char* const name : {"color", "colour", "rgb", "images", "image"}) {
     if (colours.images.empty()) colours.images = imagesIn(folder / name, {".png", ".jpg", ".jpeg"});
   }

@@ -70,8 +70,8 @@ double unitsPerMetre(const fs::path& folder) {
   return fs::exists(path) ? paramOf(readParams(path), "scale", path) : kUnitsPerMetre;
 }
 
-RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_camera) {
-  RecordedColours colours;
+RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camera) {
+  RecordedImages colours;
   colours.images = listNumberedFiles(folder / "results", "frame", ".jpg");
   colours.camera = depth_camera;
   return colours;

@@ -25,8 +25,8 @@ CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>&) 
 
 double unitsPerMetre(const fs::path&) { return 5000.0; }
 
-RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_camera) {
-  RecordedColours colours;
+RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camera) {
+  RecordedImages colours;
   colours.images = readTumColourList(folder.string());
   colours.camera = colourCameraOf(folder, depth_camera);
   return colours;

@@ -11,10 +11,9 @@
 #include <random>
 
 #include "dtsdf_mapping/io/mesh_file.h"
-#include "io/ply_stream.h"
+#include "io/saved_mesh.h"
 #include "kernels/core/grid.h"
 #include "mapper/probed_mapper.h"
-#include "meshing/mesh_stream.h"
 #include "simulation/scene.h"
 #include "support/depth_frames.h"
 #include "support/temporary_folder.h"
@@ -94,15 +93,7 @@ class PagedMeshesTest : public testing::Test {
 
   /// The file that the node saves, from the file or as a whole.
   std::string savedInPieces() {
-    BlockBounds bounds;
-    for (const PackedKey key : meshes_.keys()) bounds.add(unpackKey(key));
-    PlyStream file(folder_ / "pieces.ply", MeshColour::kAuto);
-    MeshStream stream({kPagedVoxel_m, meshes_.isPainted(), bounds},
-                      {[&](const Mesh& piece) { file.addVertices(piece); },
-                       [&](const std::array<uint32_t, 3>& t) { file.addTriangle(t); }});
-    for (const PackedKey key : meshes_.keys()) stream.add(*meshes_.find(key));
-    stream.finish();
-    file.finish();
+    savePagedMesh(meshes_, MeshColour::kAuto, folder_ / "pieces.ply", {});
     return readBytes(folder_ / "pieces.ply");
   }
   std::string savedAsAWhole() {

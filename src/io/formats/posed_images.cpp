@@ -1,0 +1,134 @@
+// Layouts with a file for each image's pose, a 4 x 4 matrix from camera to world, depth in
+// millimetres, and intrinsics in a matrix.
+//
+// 7-Scenes (microsoft.com/en-us/research/project/rgb-d-dataset-7-scenes): frame-NUMBER.depth.png,
+// 65535 where nothing is measured, and frame-NUMBER.pose.txt. Its cameras are not calibrated; one
+// set of intrinsics is published for all. tsdf-fusion (github.com/andyzeng/tsdf-fusion-python) has
+// the same layout with other cameras, and camera-intrinsics.txt, 3 x 3, beside the images. Colour
+// is in frame-NUMBER.color.png, or .jpg. Of 7-Scenes it is not registered to depth, and as nothing
+// is published of its camera, it is taken for the depth camera's, which is nearly right.
+//
+// ScanNet, as the reader of its .sens files exports it (github.com/ScanNet/ScanNet, SensReader):
+// depth/NUMBER.png, pose/NUMBER.txt, all -inf where the tracker had lost the camera, and
+// intrinsic/intrinsic_depth.txt, 4 x 4. Numbers have no leading zeros. Colour is in
+// color/NUMBER.jpg, of a camera at the same place with another lens, which
+// intrinsic/intrinsic_color.txt has.
+#include <utility>
+
+#include "io/camera_file.h"
+#include "io/colour_codes.h"
+#include "io/depth_codes.h"
+#include "io/formats/folder_format.h"
+#include "io/formats/numbered_files.h"
+
+namespace dtsdf {
+namespace posed_images {
+
+namespace fs = std::filesystem;
+
+const CameraInfo kKinect{640, 480, {585.0f, 585.0f, 320.0f, 240.0f}, true};
+const std::string kPrefix = "frame-", kDepthEnding = ".depth.png";
+
+/// @param fileOf Where an image has its pose.
+template <class FileOf>
+std::vector<ImagePose> readPoses(const std::vector<StampedImage>& images, const FileOf& fileOf) {
+  std::vector<ImagePose> poses;
+  for (const StampedImage& image : images) {
+    const fs::path path = fileOf(fs::path(image.path));
+    if (!fs::exists(path)) {
+      poses.push_back({std::nullopt, "no pose file"});
+      continue;
+    }
+    poses.push_back({rigidMotion(readMatrixFile(path.string(), 4, 4, "a pose is expected there")),
+                     "the camera was lost"});
+  }
+  return poses;
+}
+
+double unitsPerMetre(const fs::path&) { return 1000.0; }
+
+bool isSevenScenes(const fs::path& folder) {
+  return hasNumberedFile(folder, kPrefix, kDepthEnding);
+}
+
+std::vector<StampedImage> listSevenScenes(const fs::path& folder) {
+  return requireNumberedFiles(folder, kPrefix, kDepthEnding);
+}
+
+std::vector<ImagePose> posesOfSevenScenes(const fs::path&, const std::vector<StampedImage>& images,
+                                          double) {
+  return readPoses(images, [](const fs::path& image) {  // of depth, or of colour
+    return image.parent_path() / image.stem().replace_extension(".pose.txt");
+  });
+}
+
+CameraInfo cameraOfSevenScenes(const fs::path& folder, const std::vector<StampedImage>& images) {
+  const fs::path path = folder / "camera-intrinsics.txt";
+  if (!fs::exists(path)) return kKinect;
+  return cameraOfMatrix(readMatrixFile(path.string(), 3, 3, "tsdf-fusion has its camera there"),
+                        readDepthPngSize(images.front().path), path.string());
+}
+
+RecordedImages coloursOfSevenScenes(const fs::path& folder, const CameraInfo& depth_camera) {
+  RecordedImages colours;
+  for (const std::string ending : {".color.png", ".color.jpg"}) {
+    for (StampedImage& image : listNumberedFiles(folder, kPrefix, ending)) {
+      colours.images.push_back(std::move(image));
+    }
+  }
+  colours.camera = depth_camera;
+  return colours;
+}
+
+bool isScanNet(const fs::path& folder) {
+  return fs::is_directory(folder / "pose") && hasNumberedFile(folder / "depth", "", ".png");
+}
+
+std::vector<StampedImage> listScanNet(const fs::path& folder) {
+  return requireNumberedFiles(folder / "depth", "", ".png");
+}
+
+std::vector<ImagePose> posesOfScanNet(const fs::path& folder,
+                                      const std::vector<StampedImage>& images, double) {
+  return readPoses(
+      images, [&](const fs::path& image) { return folder / "pose" / image.stem().concat(".txt"); });
+}
+
+CameraInfo cameraOfScanNet(const fs::path& folder, const std::vector<StampedImage>& images) {
+  const std::string path = (folder / "intrinsic" / "intrinsic_depth.txt").string();
+  return cameraOfMatrix(
+      readMatrixFile(path, 4, 4, "export it too, or give --intrinsics fx,fy,cx,cy"),
+      readDepthPngSize(images.front().path), path);
+}
+
+RecordedImages coloursOfScanNet(const fs::path& folder, const CameraInfo&) {
+  RecordedImages colours;
+  colours.images = listNumberedFiles(folder / "color", "", ".jpg");
+  const std::string path = (folder / "intrinsic" / "intrinsic_color.txt").string();
+  if (!fs::exists(path)) {
+    colours.missing_camera = "no intrinsic/intrinsic_color.txt";
+  } else if (!colours.images.empty()) {
+    const RgbImage first = readColourImage(colours.images.front().path);
+    colours.camera = cameraOfMatrix(readMatrixFile(path, 4, 4, "ScanNet has its camera there"),
+                                    {first.width, first.height}, path);
+  }
+  return colours;
+}
+
+}  // namespace posed_images
+
+FolderFormat sevenScenesFormat() {
+  using namespace posed_images;
+  return {"7scenes",          "frame-NUMBER.depth.png", isSevenScenes, listSevenScenes,
+          posesOfSevenScenes, cameraOfSevenScenes,      unitsPerMetre, coloursOfSevenScenes};
+}
+
+FolderFormat scanNetFormat() {
+  using namespace posed_images;
+  return {"scannet",      "depth/NUMBER.png and pose/",
+          isScanNet,      listScanNet,
+          posesOfScanNet, cameraOfScanNet,
+          unitsPerMetre,  coloursOfScanNet};
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,47 @@
+/// The images of a source, each of them changed, or some before them.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "dtsdf_mapping/io/frame_source.h"
+
+namespace dtsdf {
+
+template <class Image>
+class WrappedImages : public ImageSource<Image> {
+ public:
+  using Next = std::function<std::optional<Image>(ImageSource<Image>&)>;
+
+  /// @param next Gives the next image, of the source or another one.
+  WrappedImages(std::unique_ptr<ImageSource<Image>> source, Next next)
+      : source_(std::move(source)), next_(std::move(next)) {}
+
+  std::optional<size_t> size() const override { return source_->size(); }
+  std::optional<size_t> posed() const override { return source_->posed(); }
+  std::optional<Image> next() override { return next_(*source_); }
+  const std::map<std::string, size_t>& skipped() const override { return source_->skipped(); }
+  std::map<std::string, std::string> problems() const override { return source_->problems(); }
+
+ private:
+  const std::unique_ptr<ImageSource<Image>> source_;
+  const Next next_;
+};
+
+/// @param change Gets each image.
+template <class Image, class Change>
+std::unique_ptr<ImageSource<Image>> changed(std::unique_ptr<ImageSource<Image>> source,
+                                            Change change) {
+  return std::make_unique<WrappedImages<Image>>(
+      std::move(source), [change = std::move(change)](ImageSource<Image>& images) {
+        std::optional<Image> image = images.next();
+        if (image) change(*image);
+        return image;
+      });
+}
+
+}  // namespace dtsdf

@@ -19,10 +19,11 @@ struct PosePrior {
 
 /// Whether an image was aligned.
 enum class AlignmentStatus {
-  kAligned,   ///< `T_W_C` is where the image fits the map best.
-  kUnmapped,  ///< The map holds too little of what the image shows.
-  kMisfit,    ///< The map does not fit there: another place, or a pose too far off.
-  kUnsure,    ///< Fits again after tracking was lost, but not for enough images yet.
+  kAligned,    ///< `T_W_C` is where the image fits the map best.
+  kUnmapped,   ///< The map holds too little of what the image shows.
+  kMisfit,     ///< The map does not fit there: another place, or a pose too far off.
+  kAmbiguous,  ///< Several places of the map look like it (place_search.h).
+  kUnsure,     ///< Fits again after tracking was lost, but not for enough images yet.
 };
 
 /// A short text for messages ("does not fit the map").

@@ -12,11 +12,14 @@ namespace dtsdf {
 
 /// Each image is aligned to the map, starting from the pose that the motion of the last two images
 /// predicts. If an image does not fit, the camera is lost: nothing is fused, and each image is
-/// searched for around earlier poses, until some in a row fit again. Not thread safe.
+/// searched for around earlier poses, until some in a row fit again. What is lost for two seconds,
+/// or was never found in a map, is looked for all over it (place_search.h). Not thread safe.
 class PoseTracker {
  public:
   /// @param params Its sigmas are the errors of predicted poses.
-  explicit PoseTracker(const PoseParams& params) : params_(params) {}
+  /// @param threads That look all over the map; 0: all cores.
+  explicit PoseTracker(const PoseParams& params, int threads = 0)
+      : params_(params), threads_(threads) {}
 
   /// Finds the pose of a frame. The frame's own pose is used for the first one only, as the start
   /// of the track.
@@ -62,6 +65,8 @@ class PoseTracker {
   Alignment begin(Mapper& mapper, const DepthFrame& frame, double stamp_s);
   Alignment follow(Mapper& mapper, const DepthFrame& frame, double stamp_s);
   Alignment search(Mapper& mapper, const DepthFrame& frame, double stamp_s);
+  Alignment lookAllOver(Mapper& mapper, const DepthFrame& frame, double stamp_s,
+                        const Alignment& before);
   Alignment alignAt(Mapper& mapper, DepthFrame frame, const Eigen::Isometry3d& T_W_C);
   void keep(const Eigen::Isometry3d& T_W_C, double stamp_s);
   void rememberPlace(const Eigen::Isometry3d& T_W_C);
@@ -70,14 +75,17 @@ class PoseTracker {
   Eigen::Isometry3d nextGuess();
 
   PoseParams params_;
+  int threads_;
   std::optional<Eigen::Isometry3d> given_T_W_C_;  ///< Where the next frame begins.
   bool may_begin_ = false;                        ///< The last frame's pose was given.
   std::optional<Followed> last_, before_;         ///< The newest frames that fitted.
   std::vector<Eigen::Isometry3d> places_T_W_C_;   ///< Poses of before, apart, the newest last.
   std::optional<double> lost_since_s_;
-  double reach_m_ = 0.0;     ///< Of alignments.
-  int fits_in_a_row_ = 0;    ///< While lost.
-  size_t guesses_made_ = 0;  ///< Since it was lost.
+  bool was_found_ = false;                   ///< Since seek(), if that was called.
+  std::optional<double> looked_all_over_s_;  ///< When, since it was lost.
+  double reach_m_ = 0.0;                     ///< Of alignments.
+  int fits_in_a_row_ = 0;                    ///< While lost.
+  size_t guesses_made_ = 0;                  ///< Since it was lost.
 };
 
 }  // namespace dtsdf

@@ -172,6 +172,7 @@ const char* toString(AlignmentStatus status) {
     case AlignmentStatus::kAligned: return "aligned";
     case AlignmentStatus::kUnmapped: return "too little of the map in view";
     case AlignmentStatus::kMisfit: return "does not fit the map";
+    case AlignmentStatus::kAmbiguous: return "several places of the map look like it";
     case AlignmentStatus::kUnsure: return "fits again, not yet for long enough";
   }
   return "unknown";

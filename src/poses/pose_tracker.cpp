@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "dtsdf_mapping/place_search.h"
 #include "poses/between.h"
 
 namespace dtsdf {
@@ -29,6 +30,10 @@ constexpr int kGuessesAnImage = 6;
 /// Places to look around: at 30 images a second all their guesses take two seconds, for which a
 /// camera that is held still is found.
 constexpr size_t kMostPlaces = 16;
+
+/// A camera that is lost for so long may be anywhere, and is looked for all over the map, as often
+/// as this at most. A camera that was never in the map may be anywhere at once.
+constexpr double kLostFor_s = 2.0, kLookEvery_s = 1.0;
 
 double turnBetween(const Isometry3d& a, const Isometry3d& b) {
   return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
@@ -92,6 +97,7 @@ void PoseTracker::seek(const Isometry3d& near_T_W_C, double stamp_s) {
   before_.reset();
   last_ = Followed{near_T_W_C, -std::numeric_limits<double>::infinity()};
   places_T_W_C_ = {near_T_W_C};
+  was_found_ = false;
   lose(stamp_s);
 }
 
@@ -121,6 +127,7 @@ Alignment PoseTracker::begin(Mapper& mapper, const DepthFrame& frame, double sta
     rememberPlace(alignment.T_W_C);
   }
   if (!map_is_empty) given_T_W_C_.reset();
+  was_found_ = !isLost();
   return alignment;
 }
 
@@ -143,6 +150,7 @@ Alignment PoseTracker::search(Mapper& mapper, const DepthFrame& frame, double st
     const Alignment other = alignAt(mapper, frame, nextGuess());
     if (explainedBy(other) > explainedBy(found)) found = other;
   }
+  if (explainedBy(found) < kFoundShare) found = lookAllOver(mapper, frame, stamp_s, found);
   if (explainedBy(found) >= kFoundShare) {
     if (!goes_on) last_.reset();  // the way to a guess is no motion
     keep(found.T_W_C, stamp_s);
@@ -152,10 +160,24 @@ Alignment PoseTracker::search(Mapper& mapper, const DepthFrame& frame, double st
   }
   if (fits_in_a_row_ >= kFitsToTrust) {
     lost_since_s_.reset();
+    was_found_ = true;
   } else if (found.status == AlignmentStatus::kAligned) {
     found.status = AlignmentStatus::kUnsure;
   }
   return found;
+}
+
+/// What is found all over the map, if it is time to look there; else what was found before.
+Alignment PoseTracker::lookAllOver(Mapper& mapper, const DepthFrame& frame, double stamp_s,
+                                   const Alignment& before) {
+  const bool may_be_anywhere = !was_found_ || stamp_s - *lost_since_s_ >= kLostFor_s;
+  const bool did = looked_all_over_s_ && std::abs(stamp_s - *looked_all_over_s_) < kLookEvery_s;
+  if (!may_be_anywhere || did) return before;
+  looked_all_over_s_ = stamp_s;
+  const FoundPlace place = PlaceSearch(mapper, threads_).find(mapper, frame);
+  const bool says_more = place.alignment.status == AlignmentStatus::kAligned ||
+                         place.alignment.status == AlignmentStatus::kAmbiguous;
+  return says_more ? place.alignment : before;
 }
 
 Alignment PoseTracker::alignAt(Mapper& mapper, DepthFrame frame, const Isometry3d& T_W_C) {
@@ -189,6 +211,7 @@ void PoseTracker::lose(double stamp_s) {
   lost_since_s_ = stamp_s;
   fits_in_a_row_ = 0;
   guesses_made_ = 0;
+  looked_all_over_s_.reset();
 }
 
 /// The motion goes on; over a gap of more than one image, no farther than an alignment reaches.

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "dtsdf_mapping/place_search.h"
 #include "python/mapper_session.h"
 #include "python/module.h"
 #include "python/values.h"
@@ -94,6 +95,22 @@ py::tuple render(MapperSession& self, const py::object& K, const py::object& T_W
   std::memcpy(normals.data(), view.normals_C.data(), normals.size() * sizeof(float));
   return py::make_tuple(takeOver(std::move(view.depth_m), {height, width}),
                         takeOver(std::move(normals), {height, width, 3}), colours);
+}
+
+/// The threads of the mapper search.
+py::dict locate(MapperSession& self, const py::object& depth, const py::object& K, double unit_m) {
+  DepthFrame frame = depthImageOf(depth, unit_m);
+  frame.intrinsics = intrinsicsOf(K);
+  const FoundPlace found = withMapper(self, [&](Mapper& mapper) {
+    return PlaceSearch(mapper, self.params().threads).find(mapper, frame);
+  });
+  const bool is_found = found.alignment.status == AlignmentStatus::kAligned;
+  py::dict result;
+  result["T_W_C"] = is_found ? py::object(matrixOf(found.alignment.T_W_C)) : py::none();
+  result["status"] = toString(found.alignment.status);
+  result["explained"] = found.explained_share;
+  result["other_T_W_C"] = found.other_T_W_C ? py::object(matrixOf(*found.other_T_W_C)) : py::none();
+  return result;
 }
 
 py::object mesh(MapperSession& self, const std::optional<BoxRegion>& box) {
@@ -217,6 +234,13 @@ void bindMapper(py::module& m) {
           "What a camera would see of the map: depth (H, W) in metres, normals (H, W, 3) in the\n"
           "camera's frame, and colours (H, W, 4), red, green, blue and 255 where painted, or None\n"
           "before the map is painted. 0 where there is no surface. K, T_W_C: as for integrate().")
+      .def(
+          "locate", &locate, py::arg("depth"), py::arg("K"), py::arg("unit_m") = 0.0,
+          "Finds where in the map a depth image was taken, without any pose. Takes seconds on a\n"
+          "CPU. Returns a dict: T_W_C, 4 x 4 in metres, or None where it was not found; status;\n"
+          "explained, the share of the image that lies on surfaces at the best pose; other_T_W_C,\n"
+          "where the map looks as much like it, else None. depth, K, unit_m: as for\n"
+          "integrate().")
       .def("mesh", &mesh, py::arg("box") = py::none(),
            "The mesh of the map as it is now, or of its triangles in a Box. A mesh never changes.")
       .def("clear", &MapperSession::clear, py::call_guard<py::gil_scoped_release>(),

@@ -341,6 +341,7 @@ void run(ReconstructOptions options) {
   if (loaded) input.map_stamp_s = loaded->head().stamp_s;
   loaded.reset();  // the mapper has its blocks now
   input.poses = settings.params.node.poses;
+  input.threads = params.threads;
   if (box) {
     mapper->restrictTo(box->extent);
     input.box = &*box;

@@ -29,14 +29,15 @@ size_t sumOf(const std::map<std::string, size_t>& counts) {
 /// The state of one run.
 class Reconstruction {
  public:
-  Reconstruction(Mapper& mapper, const MapParams& map, const PoseParams& poses,
-                 BoxRun* box = nullptr, std::function<uint64_t()> supporting = nullptr)
-      : mapper_(mapper),
-        meshes_(std::make_shared<PagedMeshes>(map)),
-        box_(box),
-        supporting_(std::move(supporting)) {
-    if (poses.mode == PoseMode::kRefine) refiner_.emplace(poses);
-    if (poses.mode == PoseMode::kTrack) tracker_.emplace(poses);
+  /// @param input Of a recording; null for a journal, whose poses are as given.
+  Reconstruction(Mapper& mapper, const MapParams& map, const RecordedInput* input = nullptr)
+      : mapper_(mapper), meshes_(std::make_shared<PagedMeshes>(map)) {
+    if (input == nullptr) return;
+    box_ = input->box;
+    supporting_ = input->supporting;
+    seeks_ = input->map_stamp_s.has_value();
+    if (input->poses.mode == PoseMode::kRefine) refiner_.emplace(input->poses);
+    if (input->poses.mode == PoseMode::kTrack) tracker_.emplace(input->poses, input->threads);
   }
 
   void paint(const SourceColour& source) {
@@ -112,6 +113,7 @@ class Reconstruction {
   /// @return whether the frame is to be fused.
   bool findPose(DepthFrame& depth, double stamp_s) {
     if (!refiner_ && !tracker_) return true;
+    if (tracker_ && std::exchange(seeks_, false)) tracker_->seek(depth.T_W_C, stamp_s);
     Alignment alignment;
     result_.align_ms.push_back(timeMs([&] {
       alignment =
@@ -190,11 +192,12 @@ class Reconstruction {
 
   Mapper& mapper_;
   std::shared_ptr<PagedMeshes> meshes_;
-  BoxRun* const box_;  ///< Null: the run is of all of the map.
-  const std::function<uint64_t()> supporting_;
+  BoxRun* box_ = nullptr;  ///< Null: the run is of all of the map.
+  std::function<uint64_t()> supporting_;
   // Neither where poses are taken as they are.
   std::optional<PoseRefiner> refiner_;
   std::optional<PoseTracker> tracker_;
+  bool seeks_ = false;  ///< In a map that was loaded the first image may be anywhere.
   PoseConvention convention_;
   ReconstructionResult result_;
   size_t frames_seen_ = 0;
@@ -250,7 +253,7 @@ std::string describeSkipped(const std::map<std::string, size_t>& skipped,
 ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, const MapParams& map,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress) {
-  Reconstruction reconstruction(mapper, map, input.poses, input.box, input.supporting);
+  Reconstruction reconstruction(mapper, map, &input);
   ColourQueue images(input.colour, input.max_colour_rate_hz);
   const auto paint = [&](const SourceColour& image) { reconstruction.paint(image); };
   bool is_first = true;
@@ -280,7 +283,7 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, con
 ReconstructionResult reconstruct(JournalReplay& journal, Mapper& mapper, const MapParams& map,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress) {
-  Reconstruction reconstruction(mapper, map, PoseParams());
+  Reconstruction reconstruction(mapper, map);
   while (std::optional<journal::Call> call = journal.next()) {
     const auto* const image = std::get_if<journal::Image>(&*call);
     if (image == nullptr) {

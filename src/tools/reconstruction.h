@@ -36,6 +36,7 @@ struct RecordedInput {
   /// frame, up to a stamp.
   BoxRun* box = nullptr;
   std::function<uint64_t()> supporting;  ///< With a box: frames so far that touched a block.
+  int threads = 0;                       ///< That look for the camera in a map; 0: all cores.
   PoseParams poses;                      ///< Whether frames are fused at the poses given.
 };
 

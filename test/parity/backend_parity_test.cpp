@@ -8,9 +8,11 @@
 #include <limits>
 #include <tuple>
 
+#include "dtsdf_mapping/place_search.h"
 #include "mapper/probed_mapper.h"
 #include "parity/backend_comparison.h"
 #include "parity/test_frames.h"
+#include "support/furnished_room.h"
 
 namespace dtsdf {
 namespace {
@@ -277,6 +279,22 @@ TEST_P(BackendParity, AlignedImages) {
     EXPECT_GE(aligned, 3u);
     pair.compareMaps();
   }
+}
+
+/// Without any pose, in the map of a room.
+TEST_P(BackendParity, ACameraThatIsSearchedFor) {
+  const Scene scene = roomOfAllSorts();
+  BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.04f), GetParam());
+  for (const Eigen::Isometry3d& T_W_C : looksAround()) {
+    ASSERT_NO_FATAL_FAILURE(pair.integrate(renderFrame(scene, T_W_C, 320, 240).view()));
+  }
+  const SceneFrame image = renderFrame(scene, lookFrom({-0.5, 0.4, 1.4}, -0.3), 320, 240);
+  const FoundPlace expected = PlaceSearch(pair.reference(), 2).find(pair.reference(), image.view());
+  const FoundPlace found = PlaceSearch(pair.candidate(), 0).find(pair.candidate(), image.view());
+  EXPECT_EQ(expected.alignment.status, AlignmentStatus::kAligned);
+  EXPECT_EQ(found.alignment.status, expected.alignment.status);
+  EXPECT_TRUE(found.alignment.T_W_C.matrix() == expected.alignment.T_W_C.matrix());
+  EXPECT_EQ(found.explained_share, expected.explained_share);
 }
 
 /// Of growing maps, painted later, by cameras of odd sizes and from within and behind surfaces.

@@ -115,6 +115,20 @@ class Maps(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "empty"):
             mapper.render(K, T_W_C, 0, 60)
 
+    def test_a_camera_is_located(self):
+        u, v = numpy.meshgrid(numpy.arange(160), numpy.arange(120))
+        relief = (2.0 + 0.3 * numpy.sin(u / 23.0) * numpy.cos(v / 31.0 + u / 60.0)
+                  + 0.004 * u).astype(numpy.float32)
+        mapper = dtsdf_mapping.Mapper("cpu", **{"map/voxel_size_m": 0.04})
+        for _ in range(3):
+            mapper.integrate(relief, K, T_W_C)
+        found = mapper.locate(relief, K)
+        self.assertEqual(found["status"], "aligned")
+        self.assertLess(abs(found["T_W_C"] - T_W_C).max(), 0.02)
+        self.assertGreater(found["explained"], 0.9)
+        self.assertIsNone(found["other_T_W_C"])
+        self.assertIsNone(dtsdf_mapping.Mapper("cpu").locate(relief, K)["T_W_C"])
+
     def test_blocks_hold_the_distance_to_the_wall(self):
         blocks = map_of_wall(dtsdf_mapping).blocks()
         known = blocks.weight > 0.0

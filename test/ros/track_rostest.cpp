@@ -1,4 +1,6 @@
 /// A bag of a camera without transforms: it is followed, lost when it is covered, and found again.
+#include <dtsdf_mapping/LoadMap.h>
+#include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveTrajectory.h>
 #include <dtsdf_mapping/SetPose.h>
 #include <gtest/gtest.h>
@@ -148,6 +150,9 @@ TEST_F(Track, TheTrajectoryIsSavedAndAnEmptyMapGoesOnThere) {
                            mapPose(room_bag::poseAt(room_bag::kCarried - 1))),
             kClose_m);
   removeOutputFolder();
+  dtsdf_mapping::SaveMap save;
+  save.request.file_name = "room.dtsdf";
+  ASSERT_TRUE(ros::service::call("/mapping/save_map", save) && save.response.success);
 
   clearMap();
   ASSERT_TRUE(ros::service::call("/mapping/save_trajectory", call));
@@ -156,6 +161,27 @@ TEST_F(Track, TheTrajectoryIsSavedAndAnEmptyMapGoesOnThere) {
   camera_.see(room_bag::poseAt(0), stamp);
   ASSERT_TRUE(way_.waitFor(stamp)) << status_.status().message;
   expectAt(room_bag::poseAt(0));
+}
+
+/// As after a restart: nothing tells where in the map the camera is. It is held still, upside down.
+TEST_F(Track, ItIsFoundAnywhereInASavedMap) {
+  dtsdf_mapping::LoadMap load;
+  load.request.file_name = "room.dtsdf";
+  ASSERT_TRUE(ros::service::call("/mapping/load_map", load) && load.response.success)
+      << load.response.message;
+  removeOutputFolder();
+  Eigen::Isometry3d T_R_C = room_bag::poseAt(room_bag::kCarried / 2);
+  T_R_C.rotate(Eigen::AngleAxisd(3.14, Eigen::Vector3d::UnitZ()));
+  T_R_C.translate(Eigen::Vector3d(0.05, 0.05, 0.2));
+  constexpr double kTimeout_s = 90.0;
+  ros::Time stamp = room_bag::stampOf(room_bag::kCarried + 90);
+  const auto isFound = [&] {
+    ros::WallDuration(0.1).sleep();
+    camera_.see(T_R_C, stamp += ros::Duration(0.1));
+    return way_.odometry().header.stamp > room_bag::stampOf(room_bag::kCarried + 90);
+  };
+  ASSERT_TRUE(waitUntil(isFound, kTimeout_s)) << poseStatus();
+  expectAt(T_R_C);
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ class PosesStep : public Step {
         parent_(parentOfBase(params_)),
         cameras_(std::max<size_t>(1, params_.cameras.size()),
                  CameraState{PoseRefiner(params_.poses)}),
-        tracker_(params_.poses),
+        tracker_(params_.poses, host.params.mapper.threads),
         base_frame_(params_.poses.base_frame),
         report_(cameras_.size()) {
     path_.header.frame_id = frameOfMap(params_);

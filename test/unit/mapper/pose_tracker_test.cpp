@@ -221,6 +221,25 @@ TEST(PoseTracker, FusesNothingBeforeItIsFoundInAMap) {
   EXPECT_LT(shiftBetween_m(*tracking.tracker().poseAt(34 * kPeriod_s), truth), 5e-3);
 }
 
+/// Far from everywhere that it was, after two seconds in the dark.
+TEST(PoseTracker, FindsALostCameraAllOverTheMap) {
+  const Scene scene = furnishedRoom();
+  Tracking tracking;
+  follow(tracking, scene, 60);
+  for (const double stamp_s : {2.0, 3.0, 3.9}) tracking.seeNothing(stamp_s);
+  Isometry3d truth = lookAt({-0.9, 0.5, 1.6}, {1.2, -0.2, 0.6}, Vector3d::UnitZ());
+  truth.rotate(AngleAxisd(1.2, Vector3d::UnitZ()));
+  int image = 0;
+  for (; image < 40 && tracking.tracker().isLost(); ++image) {
+    const Alignment found = tracking.see(scene, truth, 4.1 + kPeriod_s * image);
+    if (tracking.tracker().isToBeFused(found)) {
+      EXPECT_LT(shiftBetween_m(found.T_W_C, truth), 5e-3);
+    }
+  }
+  EXPECT_FALSE(tracking.tracker().isLost());
+  EXPECT_GE(image, 3) << "three images have to agree";
+}
+
 /// Frames without a single measurement neither begin a map nor stop the next from it.
 TEST(PoseTracker, BeginsWithTheFirstImageThatShowsSomething) {
   const Scene scene = furnishedRoom();

@@ -6,6 +6,7 @@
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "io/trajectory.h"
+#include "support/furnished_room.h"
 #include "support/run_program.h"
 #include "support/scene_recording.h"
 #include "support/tum_folder.h"
@@ -311,6 +312,28 @@ TEST_F(ReconstructProgram, MovesPosesToWhereImagesFit) {
   const Outcome tracked = run(command + " --poses-mode track");
   ASSERT_EQ(tracked.exit_code, 0) << tracked.err;
   EXPECT_LT(largestError(), 0.002);
+}
+
+/// Images without poses, of a room that another recording made a map of.
+TEST_F(ReconstructProgram, FindsTheCameraInAMapThatIsLoaded) {
+  TemporaryFolder room, later;
+  const Scene scene = roomOfAllSorts();
+  writeSceneRecording(room.path(), scene, looksAround(), 320, 240);
+  const std::string map = out_ / "room.dtsdf";
+  const std::string settings =
+      " --backend cpu --set map/voxel_size_m=0.04 --trajectory " + (out_ / "poses.txt");
+  ASSERT_EQ(run("--tum " + room.path() + settings + " --poses-mode tf --save-map " + map).exit_code,
+            0);
+  const Eigen::Isometry3d truth = lookFrom({-0.5, 0.4, 1.4}, -0.3);
+  writeSceneRecording(later.path(), scene, std::vector<Eigen::Isometry3d>(4, truth), 320, 240);
+  std::filesystem::remove(later / "groundtruth.txt");
+  const Outcome outcome = run("--tum " + later.path() + settings + " --poses-mode track" +
+                              " --load-map " + map + " --mesh " + (out_ / "mesh.ply"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("2 fits again, not yet for long enough"), std::string::npos);
+  const Trajectory found = readTrajectory(out_ / "poses.txt", "");
+  ASSERT_EQ(found.poses().size(), 2u);
+  EXPECT_LT((found.poses()[0].T_W_C.translation() - truth.translation()).norm(), 0.02);
 }
 
 }  // namespace

@@ -1,0 +1,47 @@
+/// Finds a camera in a map without any pose: where in it a depth image was taken.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <memory>
+#include <optional>
+
+#include "dtsdf_mapping/alignment.h"
+#include "dtsdf_mapping/mapper.h"
+
+namespace dtsdf {
+
+/// Where an image was taken.
+struct FoundPlace {
+  /// kAligned, with the pose, where the camera was found. kAmbiguous where it looks alike somewhere
+  /// else: neither is chosen.
+  Alignment alignment;
+  /// Of what the image measured, the share that the map shows there as far away.
+  double explained_share = 0.0;
+  std::optional<Eigen::Isometry3d> other_T_W_C;  ///< Where it looks alike; optical frame to map.
+};
+
+/// Looks for depth images in a map as it is when the search is made. Coarse views of the map from
+/// everywhere are compared with the image, in all orientations; the best are moved to where the
+/// image fits the map's coarse distances, and the best of these aligned as any image is. The result
+/// is the same on every backend and number of threads. Not thread safe.
+class PlaceSearch {
+ public:
+  /// Reads the map piece by piece, and keeps some 50 MB of what it is like.
+  /// @param threads Of the host; 0: all cores.
+  /// @throws std::exception when the backend fails.
+  PlaceSearch(Mapper& mapper, int threads);
+  ~PlaceSearch();
+  PlaceSearch(const PlaceSearch&) = delete;
+  PlaceSearch& operator=(const PlaceSearch&) = delete;
+
+  /// Finds where a frame was taken; its own pose is not looked at. Takes seconds on a CPU.
+  /// @param mapper Holds that map, maybe with frames more. It is not changed.
+  /// @throws std::exception when the backend fails.
+  FoundPlace find(Mapper& mapper, const DepthFrame& frame) const;
+
+ private:
+  struct Model;
+  std::unique_ptr<Model> model_;
+};
+
+}  // namespace dtsdf

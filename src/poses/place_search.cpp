@@ -1,0 +1,758 @@
+#include "dtsdf_mapping/place_search.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "dtsdf_mapping/map_contents.h"
+#include "poses/between.h"
+#include "threads/parallel.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3f;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+using Eigen::Vector3i;
+
+/// Standpoints that are tried at most: larger maps are searched in larger steps.
+constexpr double kMostStandpoints = 200000.0;
+
+/// An edge of a cell, in voxels: a pose that is a cell off is within reach of an alignment.
+constexpr double kCell_voxels = 3.0;
+
+/// From one standpoint to the next, in cells.
+constexpr double kStep_cells = 4.0;
+
+/// How far outside of what it saw a camera may stand, in cells.
+constexpr int kMargin_cells = 16;
+
+/// Orientations, spread evenly, some ten degrees apart; and how many of these are looked at, of
+/// which the normals of the image are most frequent in the map.
+constexpr int kOrientations = 16384, kLikelyOrientations = 2048;
+
+/// Points of the image: for a look from a standpoint, and for where it fits best.
+constexpr int kLookPoints = 64, kFitPoints = 512;
+
+/// Poses that are moved to where they fit the coarse map, those of them that are aligned, and those
+/// of these from where the map is rendered.
+constexpr int kMovedPoses = 5000, kAlignedPoses = 224, kRenderedPoses = 48;
+
+/// A pose is the place if so much of the image looks as the map does from there, and if from
+/// anywhere else so much more of it does not.
+constexpr double kFoundShare = 0.7, kClearlyMore = 1.5, kClearlyMoreShare = 0.01;
+
+/// Farther depth is too coarse to look at.
+constexpr float kMostDepth_m = 10.0f;
+
+/// An edge of the faces of a cube around a standpoint, in rays.
+constexpr int kFaceSide = 14, kRays = 6 * kFaceSide * kFaceSide;
+
+/// The cell of the cube's faces that a direction leads to.
+int rayOf(const Vector3f& way) {
+  int axis = 0;
+  way.cwiseAbs().maxCoeff(&axis);
+  const float length = std::abs(way[axis]);
+  const auto cell = [&](float along) {
+    const int at = static_cast<int>(0.5f * (along / length + 1.0f) * kFaceSide);
+    return std::min(at, kFaceSide - 1);
+  };
+  const int face = 2 * axis + (way[axis] < 0.0f ? 1 : 0);
+  return (face * kFaceSide + cell(way[(axis + 1) % 3])) * kFaceSide + cell(way[(axis + 2) % 3]);
+}
+
+Vector3f wayOfRay(int ray) {
+  const auto along = [](int cell) {
+    return 2.0f * (static_cast<float>(cell) + 0.5f) / kFaceSide - 1.0f;
+  };
+  const int face = ray / (kFaceSide * kFaceSide), axis = face / 2;
+  Vector3f way;
+  way[axis] = face % 2 == 0 ? 1.0f : -1.0f;
+  way[(axis + 1) % 3] = along(ray / kFaceSide % kFaceSide);
+  way[(axis + 2) % 3] = along(ray % kFaceSide);
+  return way.normalized();
+}
+
+/// Number i of `count` orientations that are spread evenly (Alexa, "Super-Fibonacci Spirals", CVPR
+/// 2022).
+Matrix3f orientation(int i, int count) {
+  constexpr double kPi = 3.14159265358979323846, kPhi = 1.4142135623730951,
+                   kPsi = 1.533751168755204288;
+  const double s = i + 0.5, t = s / count, d = 2.0 * kPi * s;
+  const double r = std::sqrt(t), R = std::sqrt(1.0 - t);
+  const Eigen::Quaterniond q(R * std::cos(d / kPsi), r * std::sin(d / kPhi), r * std::cos(d / kPhi),
+                             R * std::sin(d / kPsi));
+  return q.normalized().toRotationMatrix().cast<float>();
+}
+
+/// A distance along a ray in sixteenths of an octave; what is no distance is above all that are.
+using Octaves = uint8_t;
+constexpr Octaves kNothing = 255, kBackSide = 254;
+
+Octaves octavesOf(float distance_cells) {
+  const float octaves = 16.0f * std::log2(std::max(distance_cells, 1.0f));
+  return static_cast<Octaves>(std::min(octaves, 253.0f));
+}
+
+/// What a point of the image says for a standpoint, by the distance that the map has there and the
+/// one that was measured.
+int agreement(Octaves in_map, Octaves measured) {
+  if (in_map == kNothing) return 0;
+  if (in_map == kBackSide) return -4;
+  const int apart = in_map - measured;
+  if (apart < -6) return -4;  // it was looked through
+  if (apart > 6) return -2;
+  return std::abs(apart) <= 3 ? 4 : 2;
+}
+
+/// A point of the image, in cells, and its normal, in the camera's optical frame.
+struct ImagePoint {
+  Vector3f p_C, normal_C;
+};
+
+float depthAt(const DepthFrame& frame, int u, int v) {
+  const auto* const row =
+      static_cast<const char*>(frame.data) + static_cast<std::ptrdiff_t>(frame.row_bytes) * v;
+  if (frame.encoding == DepthEncoding::kFloat32) {
+    const float value = reinterpret_cast<const float*>(row)[u] * frame.unit_m;
+    return std::isfinite(value) && value > 0.0f ? value : 0.0f;
+  }
+  const uint16_t value = reinterpret_cast<const uint16_t*>(row)[u];
+  return value == kNoDepth16 ? 0.0f : static_cast<float>(value) * frame.unit_m;
+}
+
+/// Whether there is an image to look for; mappers say what is wrong with it.
+bool isImage(const DepthFrame& frame) {
+  const size_t pixel = frame.encoding == DepthEncoding::kFloat32 ? sizeof(float) : sizeof(uint16_t);
+  const Intrinsics& K = frame.intrinsics;
+  return frame.data != nullptr && frame.width >= 16 && frame.height >= 16 &&
+         frame.row_bytes >= static_cast<size_t>(frame.width) * pixel && K.fx > 0.0f &&
+         K.fy > 0.0f && std::isfinite(K.fx + K.fy + K.cx + K.cy);
+}
+
+/// Points all over the image, those of each stretch of the list as well.
+std::vector<ImagePoint> imagePoints(const DepthFrame& frame, double cell_m) {
+  const auto at = [&](int u, int v) {
+    const float z = depthAt(frame, u, v);
+    const Intrinsics& K = frame.intrinsics;
+    return Vector3f((static_cast<float>(u) - K.cx) * z / K.fx,
+                    (static_cast<float>(v) - K.cy) * z / K.fy, z);
+  };
+  const int aside = std::max(1, frame.width / 160);
+  std::vector<ImagePoint> points;
+  constexpr uint32_t kMostTries = 4 * kFitPoints;
+  for (uint32_t i = 0; i < kMostTries && points.size() < kFitPoints; ++i) {
+    // The generalised golden ratio in two dimensions spreads them evenly.
+    const double x = std::fmod(0.5 + 0.7548776662466927 * i, 1.0);
+    const double y = std::fmod(0.5 + 0.5698402909980532 * i, 1.0);
+    const int u = aside + static_cast<int>(x * (frame.width - 2 * aside));
+    const int v = aside + static_cast<int>(y * (frame.height - 2 * aside));
+    if (u < aside || v < aside || u + aside >= frame.width || v + aside >= frame.height) continue;
+    const Vector3f p = at(u, v), left = at(u - aside, v), right = at(u + aside, v),
+                   above = at(u, v - aside), below = at(u, v + aside);
+    const float least = std::min({p.z(), left.z(), right.z(), above.z(), below.z()});
+    const float most = std::max({p.z(), left.z(), right.z(), above.z(), below.z()});
+    if (!(least > 0.0f) || most > kMostDepth_m || most - least > 0.1f * most) continue;
+    const Vector3f normal = (right - left).cross(above - below).normalized();
+    if (normal.allFinite()) points.push_back({p / static_cast<float>(cell_m), normal});
+  }
+  return points;
+}
+
+/// Rise of the distance at a voxel of an array, from its neighbours there that hold one.
+Vector3f slopeIn(const uint64_t* array, const Vector3i& at) {
+  Vector3f slope = Vector3f::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    const int stride = 1 << 3 * axis, i = at.x() + 8 * (at.y() + 8 * at.z());
+    const int before = at[axis] > 0 ? i - stride : i, after = at[axis] < 7 ? i + stride : i;
+    const VoxelValues a = decodeVoxel(array[before]), b = decodeVoxel(array[after]);
+    if (!(a.weight > 0.0f) || !(b.weight > 0.0f)) continue;
+    slope[axis] =
+        (b.distance_voxels - a.distance_voxels) * (after - before == stride ? 1.0f : 0.5f);
+  }
+  return slope;
+}
+
+/// The larger of a shift and of a turn as a shift, in some unit of length, at `lever` away.
+double apart(const Isometry3d& a, const Isometry3d& b, double lever) {
+  const double turn = Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
+  return std::max((a.translation() - b.translation()).norm(), lever * turn);
+}
+
+/// The share of what an image measured that the map shows as far away from there.
+double sameLook(Mapper& mapper, const DepthFrame& frame, const Isometry3d& T_W_C, float tolerance_m,
+                RenderedView& view) {
+  const int step = std::max(1, frame.width / 160);
+  const auto scale = static_cast<float>(step);
+  const Intrinsics& K = frame.intrinsics;
+  const RenderCamera camera{frame.width / step,
+                            frame.height / step,
+                            {K.fx / scale, K.fy / scale, K.cx / scale, K.cy / scale}};
+  mapper.render(camera, T_W_C, view);
+  size_t measured = 0, same = 0;
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
+      const float depth_m = depthAt(frame, u * step, v * step);
+      if (!(depth_m > 0.0f) || depth_m > kMostDepth_m) continue;
+      const float shown_m =
+          view.depth_m[static_cast<size_t>(v) * static_cast<size_t>(camera.width) +
+                       static_cast<size_t>(u)];
+      ++measured;
+      same += std::abs(shown_m - depth_m) < std::max(tolerance_m, 0.03f * depth_m) ? 1 : 0;
+    }
+  }
+  return measured == 0 ? 0.0 : static_cast<double>(same) / static_cast<double>(measured);
+}
+
+/// How the map looks from where an image was aligned: the share of what that measured.
+struct Look {
+  double share;
+  const Alignment* alignment;
+};
+
+/// The place that looks like the image, unless another one does as well.
+FoundPlace choose(std::vector<Look> looks, double same_place_m) {
+  std::stable_sort(looks.begin(), looks.end(),
+                   [](const Look& a, const Look& b) { return a.share > b.share; });
+  const double best_share = looks.front().share;
+  const Isometry3d there = looks.front().alignment->T_W_C;
+  const Alignment* best = looks.front().alignment;
+  FoundPlace found;
+  for (const auto& [share, other] : looks) {
+    constexpr double kSame = 0.01, kLever_m = 1.5;
+    const bool is_there = apart(there, other->T_W_C, kLever_m) < same_place_m;
+    if (is_there && share > best_share - kSame && explainedBy(*other) > explainedBy(*best)) {
+      best = other;  // of one place, the alignment knows better
+    }
+    const double most = kClearlyMore * (1.0 - best_share) + kClearlyMoreShare;
+    if (!is_there && !found.other_T_W_C && 1.0 - share < most) found.other_T_W_C = other->T_W_C;
+  }
+  found.alignment = *best;
+  found.explained_share = best_share;
+  if (!best->is_held || best_share < kFoundShare) {
+    found.alignment.status = AlignmentStatus::kMisfit;
+    found.other_T_W_C.reset();
+  } else if (found.other_T_W_C) {
+    found.alignment.status = AlignmentStatus::kAmbiguous;
+  }
+  return found;
+}
+
+/// The surface in a cell: the plane through the mean of its points; a normal of 0 where they face
+/// different ways.
+struct CellSurface {
+  Vector3f middle = Vector3f::Zero(), normal = Vector3f::Zero();
+  float points = 0.0f;
+  uint8_t faces = 0;  ///< Directions that it faces, a bit each.
+};
+
+/// Orientations to look in, and what a look finds: the rays of a view that the image's first points
+/// lie on, and what each of these says for what is seen there.
+struct LookTable {
+  size_t points = 0;
+  std::vector<Matrix3f> R_W_C;
+  std::vector<uint16_t> rays;  ///< Of each orientation's points in turn.
+  std::vector<std::array<int8_t, 256>> says;
+};
+
+/// That are kept of each standpoint.
+constexpr int kKeptLooks = 3;
+
+}  // namespace
+
+/// The map in coarse cells.
+struct PlaceSearch::Model {
+  double voxel_m = 0.0, cell_m = 0.0;
+  int threads = 0;
+  Vector3i first = Vector3i::Zero(), size = Vector3i::Zero();  ///< In cells; with the margin.
+  std::vector<int32_t> surface_of;  ///< By cell: its surface; none: negative.
+  std::vector<CellSurface> surfaces;
+  std::vector<float> distance;         ///< By cell: to the nearest cell with a surface, in cells.
+  std::vector<uint8_t> free_steps;     ///< By cell: how far is free of surfaces around, in cells.
+  std::array<float, kRays> normals{};  ///< How frequent each is in the map, against the mean.
+
+  struct Candidate {
+    Isometry3d T_W_C = Isometry3d::Identity();  ///< In cells.
+    float score = -std::numeric_limits<float>::infinity();
+  };
+
+  static bool isBetter(const Candidate& a, const Candidate& b) { return a.score > b.score; }
+
+  size_t indexOf(const Vector3i& cell) const {
+    return (static_cast<size_t>(cell.z()) * static_cast<size_t>(size.y()) +
+            static_cast<size_t>(cell.y())) *
+               static_cast<size_t>(size.x()) +
+           static_cast<size_t>(cell.x());
+  }
+  bool holds(const Vector3i& cell) const {
+    return (cell.array() >= 0).all() && (cell.array() < size.array()).all();
+  }
+
+  void read(Mapper& mapper);
+  void addBlocks(const MapContents& part, bool directional);
+  void addPoint(const Vector3d& p_voxels, const Vector3f& normal, unsigned faces);
+  void measureDistances();
+  void smoothNormals();
+  float distanceAt(const Vector3f& p, Vector3f& gradient) const;
+  bool look(const Vector3f& from, std::array<Octaves, kRays>& view) const;
+  float castRay(const Vector3f& from, const Vector3f& way, Octaves& seen) const;
+  float lookOf(const Isometry3d& T_W_C, const std::vector<ImagePoint>& points) const;
+  bool isSeenFrom(const Vector3f& way, uint8_t facing) const;
+  std::vector<int> likelyOrientations(const std::vector<ImagePoint>& points) const;
+  LookTable likelyLooks(const std::vector<ImagePoint>& points) const;
+  void lookFrom(const Vector3f& from, const LookTable& table, Candidate (&best)[kKeptLooks]) const;
+  std::vector<Candidate> lookAround(const std::vector<ImagePoint>& points) const;
+  std::vector<Isometry3d> likelyPlaces(const std::vector<ImagePoint>& points) const;
+  void moveToFit(Candidate& candidate, const std::vector<ImagePoint>& points) const;
+};
+
+void PlaceSearch::Model::read(Mapper& mapper) {
+  MapContents outline = mapper.outline();
+  const MapperParams params = withSettingsOf(outline, MapperParams());
+  voxel_m = params.map.voxel_size_m;
+  cell_m = kCell_voxels * voxel_m;
+  if (outline.blocks.empty()) return;
+  Vector3i low = Vector3i::Constant(std::numeric_limits<int>::max()), high = -low;
+  for (const MapBlock& block : outline.blocks) {
+    const Vector3i key(block.key.x, block.key.y, block.key.z);
+    low = low.cwiseMin(key);
+    high = high.cwiseMax(key);
+  }
+  const Eigen::Array3d extent_m =
+      (high - low + Vector3i::Ones()).cast<double>() * (kBlockSide * voxel_m);
+  const auto standpoints = [&] {
+    return ((extent_m + 2.0 * kMargin_cells * cell_m) / (kStep_cells * cell_m)).prod();
+  };
+  while (standpoints() > kMostStandpoints) cell_m *= 1.1;
+  const double cells_per_block = kBlockSide * voxel_m / cell_m;
+  first = (low.cast<double>() * cells_per_block).array().floor().cast<int>() - kMargin_cells;
+  size = ((high + Vector3i::Ones()).cast<double>() * cells_per_block).array().ceil().cast<int>() +
+         kMargin_cells;
+  size -= first;
+  surface_of.assign(
+      static_cast<size_t>(size.x()) * static_cast<size_t>(size.y()) * static_cast<size_t>(size.z()),
+      -1);
+  constexpr size_t kBlocksAtOnce = 4096;
+  for (size_t i = 0; i < outline.blocks.size(); i += kBlocksAtOnce) {
+    const size_t end = std::min(i + kBlocksAtOnce, outline.blocks.size());
+    addBlocks(mapper.part({outline.blocks.begin() + static_cast<std::ptrdiff_t>(i),
+                           outline.blocks.begin() + static_cast<std::ptrdiff_t>(end)}),
+              params.map.directional);
+  }
+  for (CellSurface& surface : surfaces) {
+    constexpr float kSameWay = 0.9f;
+    surface.middle /= surface.points;
+    const float length = surface.normal.norm();
+    surface.normal =
+        length > kSameWay * surface.points ? Vector3f(surface.normal / length) : Vector3f::Zero();
+  }
+  measureDistances();
+  smoothNormals();
+}
+
+void PlaceSearch::Model::addBlocks(const MapContents& part, bool directional) {
+  const uint64_t* words = part.voxels.data();
+  for (const MapBlock& block : part.blocks) {
+    const Vector3d first_voxel = kBlockSide * Vector3d(block.key.x, block.key.y, block.key.z);
+    for (unsigned d = 0; d < 6; ++d) {
+      if ((block.directions >> d & 1u) == 0) continue;
+      const uint64_t* const array = std::exchange(words, words + 512);
+      for (int i = 0; i < 512; ++i) {
+        constexpr float kNear_voxels = 0.75f, kLeastSlope = 0.3f;
+        const VoxelValues voxel = decodeVoxel(array[i]);
+        if (!(voxel.weight > 0.0f) || voxel.evidence <= 0) continue;
+        if (std::abs(voxel.distance_voxels) > kNear_voxels) continue;
+        const Vector3i at(i & 7, i >> 3 & 7, i >> 6);
+        const Vector3f slope = slopeIn(array, at);
+        if (!(slope.norm() > kLeastSlope)) continue;
+        const Vector3f normal = slope.normalized();
+        const Vector3f off = at.cast<float>() - voxel.distance_voxels * normal;
+        addPoint(first_voxel + off.cast<double>(), normal, directional ? 1u << d : 63u);
+      }
+    }
+  }
+}
+
+/// A point of a surface, in voxels.
+void PlaceSearch::Model::addPoint(const Vector3d& p_voxels, const Vector3f& normal,
+                                  unsigned faces) {
+  normals[static_cast<size_t>(rayOf(normal))] += 1.0f;
+  const Vector3f p = (p_voxels * (voxel_m / cell_m) - first.cast<double>()).cast<float>();
+  const Vector3i cell = p.array().floor().cast<int>();
+  if (!holds(cell)) return;
+  int32_t& number = surface_of[indexOf(cell)];
+  if (number < 0) {
+    number = static_cast<int32_t>(surfaces.size());
+    surfaces.emplace_back();
+  }
+  CellSurface& surface = surfaces[static_cast<size_t>(number)];
+  surface.middle += p;
+  surface.normal += normal;
+  surface.points += 1.0f;
+  surface.faces |= static_cast<uint8_t>(faces);
+}
+
+/// Exact up to rounding, per axis: along x, then of these squares along y, then along z.
+void PlaceSearch::Model::measureDistances() {
+  const float kFar = 1e12f;
+  distance.resize(surface_of.size());
+  for (size_t i = 0; i < distance.size(); ++i) distance[i] = surface_of[i] >= 0 ? 0.0f : kFar;
+  const std::array<size_t, 3> stride = {
+      1, static_cast<size_t>(size.x()),
+      static_cast<size_t>(size.x()) * static_cast<size_t>(size.y())};
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto n = static_cast<size_t>(size[axis]);
+    struct Line {
+      std::vector<float> from, bound;
+      std::vector<size_t> at;
+    };
+    const size_t lines = distance.size() / n;
+    parallelFor<Line, 64>(lines, threads, [&](size_t number, Line& line) {
+      const size_t begin = number % stride[axis] + number / stride[axis] * stride[axis] * n;
+      line.from.resize(n);
+      line.at.resize(n);
+      line.bound.resize(n + 1);
+      for (size_t i = 0; i < n; ++i) line.from[i] = distance[begin + i * stride[axis]];
+      // The lower envelope of parabolas (Felzenszwalb and Huttenlocher, 2012).
+      size_t count = 0;
+      const auto crossing = [&](size_t a, size_t b) {
+        const auto x = static_cast<float>(a), y = static_cast<float>(b);
+        return ((line.from[b] + y * y) - (line.from[a] + x * x)) / (2.0f * (y - x));
+      };
+      for (size_t i = 0; i < n; ++i) {
+        if (line.from[i] >= kFar) continue;
+        while (count > 0 && crossing(line.at[count - 1], i) <= line.bound[count - 1]) --count;
+        line.bound[count] = count == 0 ? -kFar : crossing(line.at[count - 1], i);
+        line.at[count++] = i;
+      }
+      if (count == 0) return;
+      for (size_t i = 0, k = 0; i < n; ++i) {
+        const auto x = static_cast<float>(i);
+        while (k + 1 < count && line.bound[k + 1] < x) ++k;
+        const float away = x - static_cast<float>(line.at[k]);
+        distance[begin + i * stride[axis]] = away * away + line.from[line.at[k]];
+      }
+    });
+  }
+  free_steps.resize(distance.size());
+  for (size_t i = 0; i < distance.size(); ++i) {
+    distance[i] = std::min(std::sqrt(distance[i]), 64.0f);
+    free_steps[i] = static_cast<uint8_t>(distance[i]);
+  }
+}
+
+void PlaceSearch::Model::smoothNormals() {
+  std::array<float, kRays> smooth{};
+  float sum = 0.0f;
+  for (int i = 0; i < kRays; ++i) {
+    const Vector3f way = wayOfRay(i);
+    for (int k = 0; k < kRays; ++k) {
+      constexpr float kSharpness = 40.0f;  // some 9 degrees
+      const float cosine = way.dot(wayOfRay(k));
+      if (cosine > 0.8f && normals[k] > 0.0f)
+        smooth[i] += normals[k] * std::exp(kSharpness * (cosine - 1.0f));
+    }
+    sum += smooth[i];
+  }
+  if (!(sum > 0.0f)) return;
+  for (int i = 0; i < kRays; ++i) normals[i] = std::log(smooth[i] * kRays / sum + 0.05f);
+}
+
+/// Interpolated between the centres of cells; beyond the outermost ones as large as any.
+float PlaceSearch::Model::distanceAt(const Vector3f& p, Vector3f& gradient) const {
+  const Vector3f q = p.array() - 0.5f;
+  const Vector3i cell = q.array().floor().cast<int>();
+  if (!((cell.array() >= 0).all() && (cell.array() + 1 < size.array()).all())) {
+    gradient.setZero();
+    return 64.0f;
+  }
+  const Vector3f f = q - cell.cast<float>();
+  const size_t i = indexOf(cell), y = static_cast<size_t>(size.x()),
+               z = y * static_cast<size_t>(size.y());
+  const float* const d = distance.data() + i;
+  const auto mix = [](float a, float b, float t) { return a + t * (b - a); };
+  const float x00 = mix(d[0], d[1], f.x()), x10 = mix(d[y], d[y + 1], f.x()),
+              x01 = mix(d[z], d[z + 1], f.x()), x11 = mix(d[z + y], d[z + y + 1], f.x());
+  const float y0 = mix(x00, x10, f.y()), y1 = mix(x01, x11, f.y());
+  gradient.z() = y1 - y0;
+  gradient.y() = mix(x10 - x00, x11 - x01, f.z());
+  gradient.x() = mix(mix(d[1] - d[0], d[y + 1] - d[y], f.y()),
+                     mix(d[z + 1] - d[z], d[z + y + 1] - d[z + y], f.y()), f.z());
+  return mix(y0, y1, f.z());
+}
+
+/// A surface is seen from where it faces.
+bool PlaceSearch::Model::isSeenFrom(const Vector3f& way, uint8_t facing) const {
+  for (int axis = 0; axis < 3; ++axis) {
+    if ((facing >> (2 * axis) & 1) != 0 && way[axis] < 0.1f) return true;
+    if ((facing >> (2 * axis + 1) & 1) != 0 && way[axis] > -0.1f) return true;
+  }
+  return false;
+}
+
+/// Sphere tracing: the distance to the nearest surface is the step.
+float PlaceSearch::Model::castRay(const Vector3f& from, const Vector3f& way, Octaves& seen) const {
+  constexpr float kShortest = 0.7f;
+  float along = 0.0f;
+  for (int step = 0; step < 256; ++step) {
+    const Vector3f p = from + along * way;
+    const Vector3i cell = p.array().floor().cast<int>();
+    if (!holds(cell)) break;
+    const size_t i = indexOf(cell);
+    const int free = free_steps[i];
+    if (free > 0) {
+      along += std::max(kShortest, static_cast<float>(free) - 0.8f);
+      continue;
+    }
+    const CellSurface& surface = surfaces[static_cast<size_t>(surface_of[i])];
+    const float facing = way.dot(surface.normal);
+    if (surface.normal.isZero()) {
+      seen = isSeenFrom(way, surface.faces) ? octavesOf(along) : kBackSide;
+      return along;
+    }
+    const float to_plane = surface.normal.dot(surface.middle - from) / facing;
+    if (std::abs(facing) > 0.02f && std::abs(to_plane - along) < 1.0f) {
+      seen = facing < 0.0f ? octavesOf(to_plane) : kBackSide;
+      return to_plane;
+    }
+    along += kShortest;
+  }
+  seen = kNothing;
+  return 0.0f;
+}
+
+/// What is seen from a standpoint. @return false where that is hardly anything, or mostly backs of
+/// surfaces, as from outside of a building.
+bool PlaceSearch::Model::look(const Vector3f& from, std::array<Octaves, kRays>& view) const {
+  static const std::vector<Vector3f> ways = [] {
+    std::vector<Vector3f> all(kRays);
+    for (int i = 0; i < kRays; ++i) all[static_cast<size_t>(i)] = wayOfRay(i);
+    return all;
+  }();
+  constexpr size_t kParts = 7;  // a few rays all around first: most standpoints need no more
+  static_assert(kRays % kParts == 0, "");
+  size_t seen = 0, backs = 0;
+  for (size_t part = 0; part < kParts; ++part) {
+    for (size_t i = part; i < kRays; i += kParts) {
+      castRay(from, ways[i], view[i]);
+      (view[i] == kBackSide ? backs : seen) += view[i] != kNothing ? 1 : 0;
+    }
+    if (part == 0 && (seen < kRays / kParts / 16 || backs > seen)) return false;
+  }
+  return true;
+}
+
+std::vector<int> PlaceSearch::Model::likelyOrientations(
+    const std::vector<ImagePoint>& points) const {
+  std::vector<std::pair<float, int>> ranked(kOrientations);
+  parallelFor<int, 64>(kOrientations, threads, [&](size_t i, int&) {
+    const Matrix3f R_W_C = orientation(static_cast<int>(i), kOrientations);
+    float sum = 0.0f;
+    for (size_t k = 0; k < std::min<size_t>(points.size(), 128); ++k) {
+      sum += normals[static_cast<size_t>(rayOf(R_W_C * points[k].normal_C))];
+    }
+    ranked[i] = {-sum, static_cast<int>(i)};
+  });
+  std::sort(ranked.begin(), ranked.end());
+  std::vector<int> likely;
+  for (int i = 0; i < kLikelyOrientations; ++i)
+    likely.push_back(ranked[static_cast<size_t>(i)].second);
+  return likely;
+}
+
+/// The looks that are likely from any standpoint.
+LookTable PlaceSearch::Model::likelyLooks(const std::vector<ImagePoint>& points) const {
+  LookTable table;
+  table.points = std::min<size_t>(points.size(), kLookPoints);
+  table.says.resize(table.points);
+  for (size_t k = 0; k < table.points; ++k) {
+    const Octaves measured = octavesOf(points[k].p_C.norm());
+    for (size_t d = 0; d < 256; ++d) {
+      table.says[k][d] = static_cast<int8_t>(agreement(static_cast<Octaves>(d), measured));
+    }
+  }
+  for (const int number : likelyOrientations(points)) {
+    table.R_W_C.push_back(orientation(number, kOrientations));
+    for (size_t k = 0; k < table.points; ++k) {
+      table.rays.push_back(static_cast<uint16_t>(rayOf(table.R_W_C.back() * points[k].p_C)));
+    }
+  }
+  return table;
+}
+
+/// Puts the best looks from a standpoint in order.
+void PlaceSearch::Model::lookFrom(const Vector3f& from, const LookTable& table,
+                                  Candidate (&best)[kKeptLooks]) const {
+  const Vector3i cell = from.array().floor().cast<int>();
+  constexpr float kLeastRoom_cells = 1.5f;
+  std::array<Octaves, kRays> view;
+  if (!holds(cell) || distance[indexOf(cell)] < kLeastRoom_cells || !look(from, view)) return;
+  for (size_t i = 0; i < table.R_W_C.size(); ++i) {
+    const uint16_t* const ray = table.rays.data() + i * table.points;
+    constexpr size_t kFirstPoints = 16;
+    constexpr int kPromising = 8;  // of 64
+    int score = 0;
+    for (size_t k = 0; k < kFirstPoints; ++k) score += table.says[k][view[ray[k]]];
+    if (score < kPromising) continue;
+    for (size_t k = kFirstPoints; k < table.points; ++k) score += table.says[k][view[ray[k]]];
+    size_t place = kKeptLooks;
+    while (place > 0 && static_cast<float>(score) > best[place - 1].score) --place;
+    if (place == kKeptLooks) continue;
+    std::move_backward(best + place, best + kKeptLooks - 1, best + kKeptLooks);
+    best[place].score = static_cast<float>(score);
+    best[place].T_W_C.linear() = table.R_W_C[i].cast<double>();
+    best[place].T_W_C.translation() = from.cast<double>();
+  }
+}
+
+/// The best looks from everywhere.
+std::vector<PlaceSearch::Model::Candidate> PlaceSearch::Model::lookAround(
+    const std::vector<ImagePoint>& points) const {
+  const LookTable table = likelyLooks(points);
+  const Vector3i steps = (size.cast<double>() / kStep_cells).array().ceil().cast<int>();
+  const auto nx = static_cast<size_t>(steps.x()), ny = static_cast<size_t>(steps.y());
+  struct Kept {
+    Candidate best[kKeptLooks];
+  };
+  std::vector<Kept> kept(nx * ny * static_cast<size_t>(steps.z()));
+  parallelFor<int, 16>(kept.size(), threads, [&](size_t number, int&) {
+    const Vector3f at(static_cast<float>(number % nx), static_cast<float>(number / nx % ny),
+                      static_cast<float>(number / nx / ny));
+    lookFrom((at.array() + 0.5f) * static_cast<float>(kStep_cells), table, kept[number].best);
+  });
+  std::vector<Candidate> best;
+  for (const Kept& from : kept) {
+    for (const Candidate& candidate : from.best) {
+      if (candidate.score > 0.0f) best.push_back(candidate);
+    }
+  }
+  std::stable_sort(best.begin(), best.end(), isBetter);
+  best.resize(std::min<size_t>(best.size(), kMovedPoses));
+  return best;
+}
+
+/// Gauss-Newton over the coarse distances, with a cutoff that falls. The score is the share of
+/// points that fit.
+void PlaceSearch::Model::moveToFit(Candidate& candidate,
+                                   const std::vector<ImagePoint>& points) const {
+  Isometry3d& T = candidate.T_W_C;
+  constexpr int kSteps = 12;
+  float fitting = 0.0f;
+  for (int step = 0; step <= kSteps; ++step) {
+    const float cutoff = std::max(1.2f, 5.0f * std::pow(0.8f, static_cast<float>(step)));
+    Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Identity();
+    Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
+    const Matrix3f R = T.linear().cast<float>();
+    const Vector3f t = T.translation().cast<float>();
+    fitting = 0.0f;
+    for (const ImagePoint& point : points) {
+      const Vector3f lever = R * point.p_C;
+      Vector3f g;
+      const float d = distanceAt(lever + t, g);
+      if (!(d < cutoff)) continue;
+      fitting += d < 1.2f ? 1.0f : 0.0f;
+      const float share = d / cutoff, weight = (1.0f - share * share) * (1.0f - share * share);
+      Eigen::Matrix<double, 6, 1> J;
+      J << lever.cross(g).cast<double>(), g.cast<double>();
+      A += weight * J * J.transpose();
+      b += weight * static_cast<double>(d) * J;
+    }
+    if (step == kSteps) break;
+    const Eigen::Matrix<double, 6, 1> change = A.ldlt().solve(-b);
+    if (!change.allFinite()) break;
+    const double angle = change.head<3>().norm();
+    if (angle > 0.0)
+      T.linear() = (Eigen::AngleAxisd(angle, change.head<3>() / angle) * T.linear()).eval();
+    T.translation() += change.tail<3>();
+  }
+  T.linear() = Eigen::Quaterniond(T.linear()).normalized().toRotationMatrix();
+  candidate.score = lookOf(T, points);
+}
+
+/// What the image's points say for a pose, at most 1.
+float PlaceSearch::Model::lookOf(const Isometry3d& T_W_C,
+                                 const std::vector<ImagePoint>& points) const {
+  const Matrix3f R = T_W_C.linear().cast<float>();
+  const Vector3f t = T_W_C.translation().cast<float>();
+  float sum = 0.0f;
+  for (const ImagePoint& point : points) {
+    const float measured = point.p_C.norm();
+    Octaves octaves = kNothing;
+    const float shown = castRay(t, R * point.p_C / measured, octaves);
+    if (octaves == kNothing) continue;
+    const float off = shown - measured, width = std::max(1.5f, 0.06f * measured);
+    if (octaves == kBackSide || off < -2.0f * width) {
+      sum -= 0.5f;  // cells are coarse
+    } else if (std::abs(off) < width) {
+      sum += 1.0f;
+    }
+  }
+  return sum / static_cast<float>(points.size());
+}
+
+/// Poses that fit the coarse map best, apart from each other, in W.
+std::vector<Isometry3d> PlaceSearch::Model::likelyPlaces(
+    const std::vector<ImagePoint>& points) const {
+  std::vector<Candidate> candidates = lookAround(points);
+  parallelFor<int, 8>(candidates.size(), threads,
+                      [&](size_t i, int&) { moveToFit(candidates[i], points); });
+  std::stable_sort(candidates.begin(), candidates.end(), isBetter);
+  std::vector<Isometry3d> in_cells, places;
+  for (const Candidate& candidate : candidates) {
+    constexpr double kApart_cells = 3.0, kLever_cells = 20.0;
+    const auto is_near = [&](const Isometry3d& other) {
+      return apart(candidate.T_W_C, other, kLever_cells) < kApart_cells;
+    };
+    if (places.size() >= kAlignedPoses) break;
+    if (std::any_of(in_cells.begin(), in_cells.end(), is_near)) continue;
+    in_cells.push_back(candidate.T_W_C);
+    places.push_back(candidate.T_W_C);
+    places.back().translation() = cell_m * (candidate.T_W_C.translation() + first.cast<double>());
+  }
+  return places;
+}
+
+PlaceSearch::PlaceSearch(Mapper& mapper, int threads) : model_(std::make_unique<Model>()) {
+  model_->threads = threads;
+  model_->read(mapper);
+}
+
+PlaceSearch::~PlaceSearch() = default;
+
+FoundPlace PlaceSearch::find(Mapper& mapper, const DepthFrame& frame) const {
+  FoundPlace found;
+  found.alignment.T_W_C = frame.T_W_C;
+  if (!isImage(frame) || model_->surfaces.empty()) return found;
+  const std::vector<ImagePoint> points = imagePoints(frame, model_->cell_m);
+  if (points.size() < kLookPoints) return found;
+  std::vector<Alignment> aligned;
+  DepthFrame at = frame;
+  PosePrior prior;
+  prior.sigma_m = 6.0 * model_->cell_m;
+  prior.sigma_rad = 0.15;
+  for (const Isometry3d& place : model_->likelyPlaces(points)) {
+    at.T_W_C = place;
+    aligned.push_back(mapper.align(at, prior));
+  }
+  std::stable_sort(aligned.begin(), aligned.end(), [](const Alignment& a, const Alignment& b) {
+    return explainedBy(a) > explainedBy(b);
+  });
+  std::vector<Look> looks;
+  RenderedView view;
+  for (const Alignment& alignment : aligned) {
+    if (looks.size() >= kRenderedPoses || !(explainedBy(alignment) > 0.0)) break;
+    const float tolerance_m = 2.5f * static_cast<float>(model_->voxel_m);
+    looks.push_back({sameLook(mapper, frame, alignment.T_W_C, tolerance_m, view), &alignment});
+  }
+  if (looks.empty()) return found;
+  return choose(looks, std::max(3.0 * model_->cell_m, 0.25));
+}
+
+}  // namespace dtsdf

@@ -47,7 +47,7 @@ constexpr int kMovedPoses = 5000, kAlignedPoses = 224, kRenderedPoses = 48;
 
 /// A pose is the place if so much of the image looks as the map does from there, and if from
 /// anywhere else so much more of it does not.
-constexpr double kFoundShare = 0.7, kClearlyMore = 1.5, kClearlyMoreShare = 0.01;
+constexpr double kPlaceShare = 0.7, kClearlyMore = 1.5, kClearlyMoreShare = 0.01;
 
 /// Farther depth is too coarse to look at.
 constexpr float kMostDepth_m = 10.0f;
@@ -212,15 +212,15 @@ double sameLook(Mapper& mapper, const DepthFrame& frame, const Isometry3d& T_W_C
 }
 
 /// How the map looks from where an image was aligned: the share of what that measured.
-struct Look {
+struct PlaceLook {
   double share;
   const Alignment* alignment;
 };
 
 /// The place that looks like the image, unless another one does as well.
-FoundPlace choose(std::vector<Look> looks, double same_place_m) {
+FoundPlace choose(std::vector<PlaceLook> looks, double same_place_m) {
   std::stable_sort(looks.begin(), looks.end(),
-                   [](const Look& a, const Look& b) { return a.share > b.share; });
+                   [](const PlaceLook& a, const PlaceLook& b) { return a.share > b.share; });
   const double best_share = looks.front().share;
   const Isometry3d there = looks.front().alignment->T_W_C;
   const Alignment* best = looks.front().alignment;
@@ -236,7 +236,7 @@ FoundPlace choose(std::vector<Look> looks, double same_place_m) {
   }
   found.alignment = *best;
   found.explained_share = best_share;
-  if (!best->is_held || best_share < kFoundShare) {
+  if (!best->is_held || best_share < kPlaceShare) {
     found.alignment.status = AlignmentStatus::kMisfit;
     found.other_T_W_C.reset();
   } else if (found.other_T_W_C) {
@@ -245,23 +245,6 @@ FoundPlace choose(std::vector<Look> looks, double same_place_m) {
   return found;
 }
 
-/// The surface in a cell: the plane through the mean of its points; a normal of 0 where they face
-/// different ways.
-struct CellSurface {
-  Vector3f middle = Vector3f::Zero(), normal = Vector3f::Zero();
-  float points = 0.0f;
-  uint8_t faces = 0;  ///< Directions that it faces, a bit each.
-};
-
-/// Orientations to look in, and what a look finds: the rays of a view that the image's first points
-/// lie on, and what each of these says for what is seen there.
-struct LookTable {
-  size_t points = 0;
-  std::vector<Matrix3f> R_W_C;
-  std::vector<uint16_t> rays;  ///< Of each orientation's points in turn.
-  std::vector<std::array<int8_t, 256>> says;
-};
-
 /// That are kept of each standpoint.
 constexpr int kKeptLooks = 3;
 
@@ -269,6 +252,23 @@ constexpr int kKeptLooks = 3;
 
 /// The map in coarse cells.
 struct PlaceSearch::Model {
+  /// The surface in a cell: the plane through the mean of its points; a normal of 0 where they face
+  /// different ways.
+  struct CellSurface {
+    Vector3f middle = Vector3f::Zero(), normal = Vector3f::Zero();
+    float points = 0.0f;
+    uint8_t faces = 0;  ///< Directions that it faces, a bit each.
+  };
+
+  /// Orientations to look in, and what a look finds: the rays of a view that the image's first
+  /// points lie on, and what each of these says for what is seen there.
+  struct LookTable {
+    size_t points = 0;
+    std::vector<Matrix3f> R_W_C;
+    std::vector<uint16_t> rays;  ///< Of each orientation's points in turn.
+    std::vector<std::array<int8_t, 256>> says;
+  };
+
   double voxel_m = 0.0, cell_m = 0.0;
   int threads = 0;
   Vector3i first = Vector3i::Zero(), size = Vector3i::Zero();  ///< In cells; with the margin.
@@ -568,7 +568,8 @@ std::vector<int> PlaceSearch::Model::likelyOrientations(
 }
 
 /// The looks that are likely from any standpoint.
-LookTable PlaceSearch::Model::likelyLooks(const std::vector<ImagePoint>& points) const {
+PlaceSearch::Model::LookTable PlaceSearch::Model::likelyLooks(
+    const std::vector<ImagePoint>& points) const {
   LookTable table;
   table.points = std::min<size_t>(points.size(), kLookPoints);
   table.says.resize(table.points);
@@ -744,7 +745,7 @@ FoundPlace PlaceSearch::find(Mapper& mapper, const DepthFrame& frame) const {
   std::stable_sort(aligned.begin(), aligned.end(), [](const Alignment& a, const Alignment& b) {
     return explainedBy(a) > explainedBy(b);
   });
-  std::vector<Look> looks;
+  std::vector<PlaceLook> looks;
   RenderedView view;
   for (const Alignment& alignment : aligned) {
     if (looks.size() >= kRenderedPoses || !(explainedBy(alignment) > 0.0)) break;

@@ -1,12 +1,32 @@
 /// dtsdf_mapping._core: the public library, for the Python package around it.
 #include "python/module.h"
 
+#include <cstdlib>
+#include <string>
+
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/mapper.h"
 
 namespace py = pybind11;
 
+namespace {
+
+/// Arrays of numpy 2 are laid out in another way.
+void checkNumpy() {
+#if PYBIND11_VERSION_HEX < 0x020C0000
+  const auto version = py::module::import("numpy").attr("__version__").cast<std::string>();
+  if (std::atoi(version.c_str()) < 2) return;
+  throw py::import_error(
+      "dtsdf_mapping was built with a pybind11 before 2.12, which cannot read "
+      "arrays of numpy " +
+      version + ": install numpy<2, or build with a newer pybind11");
+#endif
+}
+
+}  // namespace
+
 PYBIND11_MODULE(_core, m) {
+  checkNumpy();
   m.attr("__version__") = DTSDF_VERSION;
   m.doc() = "The compiled part of dtsdf_mapping; import dtsdf_mapping instead.";
   py::register_exception_translator([](std::exception_ptr pointer) {

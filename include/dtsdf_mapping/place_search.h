@@ -13,7 +13,7 @@ namespace dtsdf {
 /// Where an image was taken.
 struct FoundPlace {
   /// kAligned, with the pose, where the camera was found. kAmbiguous where it looks alike somewhere
-  /// else: neither is chosen.
+  /// else, or all along a way, as in a corridor: neither is chosen.
   Alignment alignment;
   /// Of what the image measured, the share that the map shows there as far away.
   double explained_share = 0.0;

@@ -1,6 +1,7 @@
 #include "dtsdf_mapping/place_search.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -217,6 +218,18 @@ struct PlaceLook {
   const Alignment* alignment;
 };
 
+/// Where else an image fits that does not hold its pose, as along a corridor; none if it holds it.
+std::optional<Isometry3d> placeAlongside(const Alignment& alignment) {
+  constexpr double kHeld_m = 0.05;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
+      alignment.covariance.topLeftCorner<3, 3>());
+  const double sigma_m = std::sqrt(std::max(0.0, axes.eigenvalues()(2)));
+  if (sigma_m < kHeld_m) return std::nullopt;
+  Isometry3d T_W_C = alignment.T_W_C;
+  T_W_C.translation() += sigma_m * axes.eigenvectors().col(2);
+  return T_W_C;
+}
+
 /// The place that looks like the image, unless another one does as well.
 FoundPlace choose(std::vector<PlaceLook> looks, double same_place_m) {
   std::stable_sort(looks.begin(), looks.end(),
@@ -234,6 +247,7 @@ FoundPlace choose(std::vector<PlaceLook> looks, double same_place_m) {
     const double most = kClearlyMore * (1.0 - best_share) + kClearlyMoreShare;
     if (!is_there && !found.other_T_W_C && 1.0 - share < most) found.other_T_W_C = other->T_W_C;
   }
+  if (!found.other_T_W_C) found.other_T_W_C = placeAlongside(*best);
   found.alignment = *best;
   found.explained_share = best_share;
   if (!best->is_held || best_share < kPlaceShare) {

@@ -13,6 +13,7 @@ import tempfile
 import types
 import unittest
 
+import dtsdf_mapping
 from recording_test import FRAMES, write_recording
 
 
@@ -54,6 +55,16 @@ class Examples(unittest.TestCase):
                                    self.folder + "/mesh.ply", "0.04")
         self.assertIn(f"{FRAMES - 1} of {FRAMES} images fused", printed)
 
+    def test_found_again(self):
+        recording, saved = self.folder + "/recording", self.folder + "/map.dtsdf"
+        write_recording(recording)
+        mapper = dtsdf_mapping.Mapper("cpu", **{"map/voxel_size_m": 0.04})
+        dtsdf_mapping.fuse(mapper, dtsdf_mapping.Recording(recording))
+        mapper.save(saved)
+        printed = self.run_example(self.script("04_found_again.py"), saved, recording, "3")
+        # The scene is alike all along the way, so no place is to be chosen.
+        self.assertRegex(printed, r"0 of 2 found, 0 elsewhere")
+
     def test_distances(self):
         printed = self.run_example(self.script("03_distances.py"))
         self.assertRegex(printed, "through the ball: not free")
@@ -81,7 +92,7 @@ class Examples(unittest.TestCase):
     def test_every_script_is_run_here(self):
         scripts = {os.path.basename(path) for path in glob.glob(self.script("*.py"))}
         self.assertEqual(scripts, {"01_mesh_of_recording.py", "02_live.py", "03_distances.py",
-                                   "read_map.py", "simulated_room.py"})
+                                   "04_found_again.py", "read_map.py", "simulated_room.py"})
 
     def test_notebooks(self):
         try:

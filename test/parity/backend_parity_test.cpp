@@ -288,7 +288,7 @@ TEST_P(BackendParity, ACameraThatIsSearchedFor) {
   for (const Eigen::Isometry3d& T_W_C : looksAround()) {
     ASSERT_NO_FATAL_FAILURE(pair.integrate(renderFrame(scene, T_W_C, 320, 240).view()));
   }
-  const SceneFrame image = renderFrame(scene, lookFrom({-0.5, 0.4, 1.4}, -0.3), 320, 240);
+  const SceneFrame image = renderFrame(scene, cameraLooking({-0.5, 0.4, 1.4}, -0.3), 320, 240);
   const FoundPlace expected = PlaceSearch(pair.reference(), 2).find(pair.reference(), image.view());
   const FoundPlace found = PlaceSearch(pair.candidate(), 0).find(pair.candidate(), image.view());
   EXPECT_EQ(expected.alignment.status, AlignmentStatus::kAligned);

@@ -25,8 +25,8 @@ inline Scene roomOfAllSorts() {
   return scene;
 }
 
-inline Eigen::Isometry3d lookFrom(const Eigen::Vector3d& eye, double azimuth,
-                                  double elevation = -0.25) {
+inline Eigen::Isometry3d cameraLooking(const Eigen::Vector3d& eye, double azimuth,
+                                       double elevation = -0.25) {
   const Eigen::Vector3d way(std::cos(azimuth) * std::cos(elevation),
                             std::sin(azimuth) * std::cos(elevation), std::sin(elevation));
   return lookAt(eye, eye + way, Eigen::Vector3d::UnitZ());
@@ -39,7 +39,7 @@ inline std::vector<Eigen::Isometry3d> looksAround() {
        {Eigen::Vector3d(0.2, -0.1, 1.2), Eigen::Vector3d(-1.0, 0.2, 1.5),
         Eigen::Vector3d(0.3, 1.2, 1.6)}) {
     for (int i = 0; i < 16; ++i) {
-      looks.push_back(lookFrom(eye, 0.3927 * i, i % 2 == 0 ? -0.5 : 0.1));
+      looks.push_back(cameraLooking(eye, 0.3927 * i, i % 2 == 0 ? -0.5 : 0.1));
     }
   }
   return looks;

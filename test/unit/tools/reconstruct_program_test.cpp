@@ -324,7 +324,7 @@ TEST_F(ReconstructProgram, FindsTheCameraInAMapThatIsLoaded) {
       " --backend cpu --set map/voxel_size_m=0.04 --trajectory " + (out_ / "poses.txt");
   ASSERT_EQ(run("--tum " + room.path() + settings + " --poses-mode tf --save-map " + map).exit_code,
             0);
-  const Eigen::Isometry3d truth = lookFrom({-0.5, 0.4, 1.4}, -0.3);
+  const Eigen::Isometry3d truth = cameraLooking({-0.5, 0.4, 1.4}, -0.3);
   writeSceneRecording(later.path(), scene, std::vector<Eigen::Isometry3d>(4, truth), 320, 240);
   std::filesystem::remove(later / "groundtruth.txt");
   const Outcome outcome = run("--tum " + later.path() + settings + " --poses-mode track" +

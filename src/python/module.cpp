@@ -1,7 +1,6 @@
 /// dtsdf_mapping._core: the public library, for the Python package around it.
 #include "python/module.h"
 
-#include <cstdlib>
 #include <string>
 
 #include "dtsdf_mapping/io/mesh_file.h"
@@ -15,7 +14,7 @@ namespace {
 void checkNumpy() {
 #if PYBIND11_VERSION_HEX < 0x020C0000
   const auto version = py::module::import("numpy").attr("__version__").cast<std::string>();
-  if (std::atoi(version.c_str()) < 2) return;
+  if (version.compare(0, 2, "1.") == 0) return;
   throw py::import_error(
       "dtsdf_mapping was built with a pybind11 before 2.12, which cannot read "
       "arrays of numpy " +

@@ -74,8 +74,8 @@ class ImageSource {
   virtual std::map<std::string, std::string> problems() const { return problems_; }
 
  protected:
-  std::map<std::string, size_t> skipped_;
-  std::map<std::string, std::string> problems_;
+  std::map<std::string, size_t> skipped_;        ///< See skipped().
+  std::map<std::string, std::string> problems_;  ///< See problems().
 };
 
 /// The selected depth images of a recording.

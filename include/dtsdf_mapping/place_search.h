@@ -27,6 +27,7 @@ struct FoundPlace {
 class PlaceSearch {
  public:
   /// Reads the map piece by piece, and keeps some 50 MB of what it is like.
+  /// @param mapper The map; it is not changed. Waits for its device.
   /// @param threads Of the host; 0: all cores.
   /// @throws std::exception when the backend fails.
   PlaceSearch(Mapper& mapper, int threads);
@@ -35,7 +36,8 @@ class PlaceSearch {
   PlaceSearch& operator=(const PlaceSearch&) = delete;
 
   /// Finds where a frame was taken; its own pose is not looked at. Takes seconds on a CPU.
-  /// @param mapper Holds that map, maybe with frames more. It is not changed.
+  /// @param mapper Holds that map, maybe with frames more. It is not changed; waits for its device.
+  /// @param frame The image, with its camera.
   /// @throws std::exception when the backend fails.
   FoundPlace find(Mapper& mapper, const DepthFrame& frame) const;
 

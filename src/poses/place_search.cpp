@@ -329,10 +329,10 @@ struct PlaceSearch::Model {
 
 void PlaceSearch::Model::read(Mapper& mapper) {
   MapContents outline = mapper.outline();
+  if (outline.blocks.empty()) return;
   const MapperParams params = withSettingsOf(outline, MapperParams());
   voxel_m = params.map.voxel_size_m;
   cell_m = kCell_voxels * voxel_m;
-  if (outline.blocks.empty()) return;
   Vector3i low = Vector3i::Constant(std::numeric_limits<int>::max()), high = -low;
   for (const MapBlock& block : outline.blocks) {
     const Vector3i key(block.key.x, block.key.y, block.key.z);

@@ -18,10 +18,14 @@ find_package(catkin REQUIRED COMPONENTS
   map_msgs message_generation nav_msgs nodelet pluginlib roscpp sensor_msgs std_msgs std_srvs tf2
   tf2_msgs tf2_ros visualization_msgs)
 
-# Not among the components above: their exported libraries (rosbag, with cv_bridge the whole of OpenCV)
-# would end up in every target, and are for dtsdf_bag and dtsdf_ros_conversions.
+# Not among the components above: their exported libraries (VTK, rosbag, with cv_bridge the whole of
+# OpenCV) would end up in every target. Only their headers are used, but for dtsdf_bag
+# and dtsdf_ros_conversions.
 find_package(cv_bridge REQUIRED)
+find_package(pcl_conversions REQUIRED)
+find_package(pcl_ros REQUIRED)
 find_package(rosbag REQUIRED)
+find_package(PCL REQUIRED COMPONENTS common)
 
 # The display for RViz needs RViz's headers, and the Qt that it was built with. Without them the mesh
 # is shown by its markers elsewhere.

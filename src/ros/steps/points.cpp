@@ -1,10 +1,11 @@
 /// The step that publishes the vertices of the mesh as a point cloud, while someone listens.
+#include <pcl/point_types.h>
+#include <pcl_conversions/pcl_conversions.h>
+#include <pcl_ros/point_cloud.h>
 #include <ros/console.h>
-#include <sensor_msgs/PointCloud2.h>
 
+#include <algorithm>
 #include <atomic>
-#include <cstring>
-#include <utility>
 
 #include "dtsdf_mapping/mesh.h"
 #include "ros/common/topic.h"
@@ -13,27 +14,24 @@
 namespace dtsdf {
 namespace {
 
-/// As PCL's PointXYZRGBNormal lies in memory.
-struct Point {
-  float x, y, z, one = 1.0f;
-  Vec3f normal;
-  float zero = 0.0f;
-  uint8_t blue, green, red, alpha = 255;
-  float curvature = 0.0f, unused[2] = {};
-};
-static_assert(sizeof(Point) == 48, "as PCL has it");
+using Point = pcl::PointXYZRGBNormal;
+using Cloud = pcl::PointCloud<Point>;
 
 Point toPoint(const Mesh& mesh, size_t vertex, MeshColour colour) {
   const std::array<double, 3> p_W = positionInMap(mesh, vertex);
-  const auto [red, green, blue] = vertexColour(colour, mesh, vertex);
+  const Vec3f& normal_W = mesh.normals[vertex];
   Point point;
   point.x = static_cast<float>(p_W[0]);
   point.y = static_cast<float>(p_W[1]);
   point.z = static_cast<float>(p_W[2]);
-  point.normal = mesh.normals[vertex];
-  point.red = red;
-  point.green = green;
-  point.blue = blue;
+  point.normal_x = normal_W.x;
+  point.normal_y = normal_W.y;
+  point.normal_z = normal_W.z;
+  const std::array<uint8_t, 3> rgb = vertexColour(colour, mesh, vertex);
+  point.r = rgb[0];
+  point.g = rgb[1];
+  point.b = rgb[2];
+  point.a = 255;
   return point;
 }
 
@@ -43,8 +41,8 @@ class PointsStep : public Step {
   explicit PointsStep(const Host& host) : host_(host), pace_(host.rates.points_hz) {}
 
   void advertise(const Handles& handles) override {
-    topic_.advertise<sensor_msgs::PointCloud2>(handles.prompt, "surface_points", 1,
-                                               [this](const auto&) { is_outdated_ = true; });
+    topic_.advertise<Cloud>(handles.prompt, "surface_points", 1,
+                            [this](const auto&) { is_outdated_ = true; });
   }
 
   std::optional<double> meshRate_hz() const override {
@@ -77,28 +75,14 @@ class PointsStep : public Step {
                                   "origin of the map and 4 mm at 40 km; mesh_blocks and mesh have "
                                   "doubles");
     }
-    sensor_msgs::PointCloud2 cloud;
+    Cloud cloud;
     cloud.header.frame_id = frameOfMap(host_.params.node);
-    cloud.header.stamp = stamp;
-    constexpr std::pair<const char*, uint32_t> kFields[] = {
-        {"x", 0},         {"y", 4},         {"z", 8},         {"rgb", 32},
-        {"normal_x", 16}, {"normal_y", 20}, {"normal_z", 24}, {"curvature", 36}};
-    for (const auto& [name, offset] : kFields) {
-      cloud.fields.emplace_back();
-      cloud.fields.back().name = name;
-      cloud.fields.back().offset = offset;
-      cloud.fields.back().datatype = sensor_msgs::PointField::FLOAT32;
-      cloud.fields.back().count = 1;
-    }
-    cloud.height = 1;
-    cloud.width = static_cast<uint32_t>(mesh.vertices_m.size());
-    cloud.point_step = sizeof(Point);
-    cloud.row_step = cloud.width * cloud.point_step;
-    cloud.is_dense = true;
-    cloud.data.resize(cloud.row_step);
-    for (size_t i = 0; i < cloud.width; ++i) {
-      const Point point = toPoint(mesh, i, host_.params.mapper.mesh.colour);
-      std::memcpy(&cloud.data[i * sizeof(Point)], &point, sizeof(Point));
+    cloud.header.stamp = pcl_conversions::toPCL(stamp);
+    // Of one at least: pcl_ros copies from where they are, even none, and that has to be an
+    // address.
+    cloud.reserve(std::max<size_t>(1, mesh.vertices_m.size()));
+    for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
+      cloud.push_back(toPoint(mesh, i, host_.params.mapper.mesh.colour));
     }
     topic_.publish(cloud);
   }

@@ -26,7 +26,7 @@ struct FoundPlace {
 /// is the same on every backend and number of threads. Not thread safe.
 class PlaceSearch {
  public:
-  /// Reads the map piece by piece, and keeps some 50 MB of what it is like.
+  /// Reads the map piece by piece, and keeps 9 bytes a cell of what it is like, 130 MB at most.
   /// @param mapper The map; it is not changed. Waits for its device.
   /// @param threads Of the host; 0: all cores.
   /// @throws std::exception when the backend fails.

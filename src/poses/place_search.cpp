@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "dtsdf_mapping/map_contents.h"
+#include "level/frame_points.h"
 #include "poses/between.h"
 #include "threads/parallel.h"
 
@@ -52,6 +53,9 @@ constexpr double kPlaceShare = 0.7, kClearlyMore = 1.5, kClearlyMoreShare = 0.01
 
 /// Farther depth is too coarse to look at.
 constexpr float kMostDepth_m = 10.0f;
+
+/// What is farther from any surface counts as so far, in cells.
+constexpr float kFarthest_cells = 64.0f;
 
 /// An edge of the faces of a cube around a standpoint, in rays.
 constexpr int kFaceSide = 14, kRays = 6 * kFaceSide * kFaceSide;
@@ -118,17 +122,6 @@ struct ImagePoint {
   Vector3f p_C, normal_C;
 };
 
-float depthAt(const DepthFrame& frame, int u, int v) {
-  const auto* const row =
-      static_cast<const char*>(frame.data) + static_cast<std::ptrdiff_t>(frame.row_bytes) * v;
-  if (frame.encoding == DepthEncoding::kFloat32) {
-    const float value = reinterpret_cast<const float*>(row)[u] * frame.unit_m;
-    return std::isfinite(value) && value > 0.0f ? value : 0.0f;
-  }
-  const uint16_t value = reinterpret_cast<const uint16_t*>(row)[u];
-  return value == kNoDepth16 ? 0.0f : static_cast<float>(value) * frame.unit_m;
-}
-
 /// Whether there is an image to look for; mappers say what is wrong with it.
 bool isImage(const DepthFrame& frame) {
   const size_t pixel = frame.encoding == DepthEncoding::kFloat32 ? sizeof(float) : sizeof(uint16_t);
@@ -141,7 +134,7 @@ bool isImage(const DepthFrame& frame) {
 /// Points all over the image, those of each stretch of the list as well.
 std::vector<ImagePoint> imagePoints(const DepthFrame& frame, double cell_m) {
   const auto at = [&](int u, int v) {
-    const float z = depthAt(frame, u, v);
+    const auto z = static_cast<float>(depthAt(frame, u, v));
     const Intrinsics& K = frame.intrinsics;
     return Vector3f((static_cast<float>(u) - K.cx) * z / K.fx,
                     (static_cast<float>(v) - K.cy) * z / K.fy, z);
@@ -200,7 +193,7 @@ double sameLook(Mapper& mapper, const DepthFrame& frame, const Isometry3d& T_W_C
   size_t measured = 0, same = 0;
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
-      const float depth_m = depthAt(frame, u * step, v * step);
+      const auto depth_m = static_cast<float>(depthAt(frame, u * step, v * step));
       if (!(depth_m > 0.0f) || depth_m > kMostDepth_m) continue;
       const float shown_m =
           view.depth_m[static_cast<size_t>(v) * static_cast<size_t>(camera.width) +
@@ -259,7 +252,7 @@ FoundPlace choose(std::vector<PlaceLook> looks, double same_place_m) {
   return found;
 }
 
-/// That are kept of each standpoint.
+/// Looks that are kept of each standpoint.
 constexpr int kKeptLooks = 3;
 
 }  // namespace
@@ -413,51 +406,36 @@ void PlaceSearch::Model::addPoint(const Vector3d& p_voxels, const Vector3f& norm
   surface.faces |= static_cast<uint8_t>(faces);
 }
 
-/// Exact up to rounding, per axis: along x, then of these squares along y, then along z.
+/// The minimum of squares along x, of that along y, and of that along z (Saito and Toriwaki,
+/// Pattern Recognition 27, 1994).
 void PlaceSearch::Model::measureDistances() {
-  const float kFar = 1e12f;
   distance.resize(surface_of.size());
-  for (size_t i = 0; i < distance.size(); ++i) distance[i] = surface_of[i] >= 0 ? 0.0f : kFar;
-  const std::array<size_t, 3> stride = {
-      1, static_cast<size_t>(size.x()),
-      static_cast<size_t>(size.x()) * static_cast<size_t>(size.y())};
+  for (size_t i = 0; i < distance.size(); ++i) {
+    distance[i] = surface_of[i] >= 0 ? 0.0f : kFarthest_cells * kFarthest_cells;
+  }
+  size_t stride = 1;
   for (int axis = 0; axis < 3; ++axis) {
     const auto n = static_cast<size_t>(size[axis]);
-    struct Line {
-      std::vector<float> from, bound;
-      std::vector<size_t> at;
-    };
-    const size_t lines = distance.size() / n;
-    parallelFor<Line, 64>(lines, threads, [&](size_t number, Line& line) {
-      const size_t begin = number % stride[axis] + number / stride[axis] * stride[axis] * n;
-      line.from.resize(n);
-      line.at.resize(n);
-      line.bound.resize(n + 1);
-      for (size_t i = 0; i < n; ++i) line.from[i] = distance[begin + i * stride[axis]];
-      // The lower envelope of parabolas (Felzenszwalb and Huttenlocher, 2012).
-      size_t count = 0;
-      const auto crossing = [&](size_t a, size_t b) {
-        const auto x = static_cast<float>(a), y = static_cast<float>(b);
-        return ((line.from[b] + y * y) - (line.from[a] + x * x)) / (2.0f * (y - x));
-      };
+    const auto workOutLine = [&](size_t number, std::vector<float>& from) {
+      const size_t begin = number % stride + number / stride * stride * n;
+      from.resize(n);
+      for (size_t i = 0; i < n; ++i) from[i] = distance[begin + i * stride];
       for (size_t i = 0; i < n; ++i) {
-        if (line.from[i] >= kFar) continue;
-        while (count > 0 && crossing(line.at[count - 1], i) <= line.bound[count - 1]) --count;
-        line.bound[count] = count == 0 ? -kFar : crossing(line.at[count - 1], i);
-        line.at[count++] = i;
+        float least = from[i];
+        for (size_t k = 1; static_cast<float>(k * k) < least; ++k) {
+          const auto square = static_cast<float>(k * k);
+          if (k <= i) least = std::min(least, from[i - k] + square);
+          if (i + k < n) least = std::min(least, from[i + k] + square);
+        }
+        distance[begin + i * stride] = least;
       }
-      if (count == 0) return;
-      for (size_t i = 0, k = 0; i < n; ++i) {
-        const auto x = static_cast<float>(i);
-        while (k + 1 < count && line.bound[k + 1] < x) ++k;
-        const float away = x - static_cast<float>(line.at[k]);
-        distance[begin + i * stride[axis]] = away * away + line.from[line.at[k]];
-      }
-    });
+    };
+    parallelFor<std::vector<float>, 64>(distance.size() / n, threads, workOutLine);
+    stride *= n;
   }
   free_steps.resize(distance.size());
   for (size_t i = 0; i < distance.size(); ++i) {
-    distance[i] = std::min(std::sqrt(distance[i]), 64.0f);
+    distance[i] = std::sqrt(distance[i]);
     free_steps[i] = static_cast<uint8_t>(distance[i]);
   }
 }
@@ -470,8 +448,7 @@ void PlaceSearch::Model::smoothNormals() {
     for (int k = 0; k < kRays; ++k) {
       constexpr float kSharpness = 40.0f;  // some 9 degrees
       const float cosine = way.dot(wayOfRay(k));
-      if (cosine > 0.8f && normals[k] > 0.0f)
-        smooth[i] += normals[k] * std::exp(kSharpness * (cosine - 1.0f));
+      smooth[i] += normals[k] * std::exp(kSharpness * (cosine - 1.0f));
     }
     sum += smooth[i];
   }
@@ -485,7 +462,7 @@ float PlaceSearch::Model::distanceAt(const Vector3f& p, Vector3f& gradient) cons
   const Vector3i cell = q.array().floor().cast<int>();
   if (!((cell.array() >= 0).all() && (cell.array() + 1 < size.array()).all())) {
     gradient.setZero();
-    return 64.0f;
+    return kFarthest_cells;
   }
   const Vector3f f = q - cell.cast<float>();
   const size_t i = indexOf(cell), y = static_cast<size_t>(size.x()),
@@ -576,8 +553,7 @@ std::vector<int> PlaceSearch::Model::likelyOrientations(
   });
   std::sort(ranked.begin(), ranked.end());
   std::vector<int> likely;
-  for (int i = 0; i < kLikelyOrientations; ++i)
-    likely.push_back(ranked[static_cast<size_t>(i)].second);
+  for (size_t i = 0; i < kLikelyOrientations; ++i) likely.push_back(ranked[i].second);
   return likely;
 }
 
@@ -653,38 +629,35 @@ std::vector<PlaceSearch::Model::Candidate> PlaceSearch::Model::lookAround(
   return best;
 }
 
-/// Gauss-Newton over the coarse distances, with a cutoff that falls. The score is the share of
-/// points that fit.
+/// Gauss-Newton over the coarse distances, with a cutoff that falls. The score is how the map looks
+/// from there.
 void PlaceSearch::Model::moveToFit(Candidate& candidate,
                                    const std::vector<ImagePoint>& points) const {
   Isometry3d& T = candidate.T_W_C;
   constexpr int kSteps = 12;
-  float fitting = 0.0f;
-  for (int step = 0; step <= kSteps; ++step) {
+  for (int step = 0; step < kSteps; ++step) {
     const float cutoff = std::max(1.2f, 5.0f * std::pow(0.8f, static_cast<float>(step)));
     Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Identity();
     Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
     const Matrix3f R = T.linear().cast<float>();
     const Vector3f t = T.translation().cast<float>();
-    fitting = 0.0f;
     for (const ImagePoint& point : points) {
       const Vector3f lever = R * point.p_C;
       Vector3f g;
       const float d = distanceAt(lever + t, g);
       if (!(d < cutoff)) continue;
-      fitting += d < 1.2f ? 1.0f : 0.0f;
       const float share = d / cutoff, weight = (1.0f - share * share) * (1.0f - share * share);
       Eigen::Matrix<double, 6, 1> J;
       J << lever.cross(g).cast<double>(), g.cast<double>();
       A += weight * J * J.transpose();
       b += weight * static_cast<double>(d) * J;
     }
-    if (step == kSteps) break;
     const Eigen::Matrix<double, 6, 1> change = A.ldlt().solve(-b);
     if (!change.allFinite()) break;
     const double angle = change.head<3>().norm();
-    if (angle > 0.0)
+    if (angle > 0.0) {
       T.linear() = (Eigen::AngleAxisd(angle, change.head<3>() / angle) * T.linear()).eval();
+    }
     T.translation() += change.tail<3>();
   }
   T.linear() = Eigen::Quaterniond(T.linear()).normalized().toRotationMatrix();

@@ -172,7 +172,8 @@ Alignment PoseTracker::lookAllOver(Mapper& mapper, const DepthFrame& frame, doub
                                    const Alignment& before) {
   const bool may_be_anywhere = !was_found_ || stamp_s - *lost_since_s_ >= kLostFor_s;
   const bool did = looked_all_over_s_ && std::abs(stamp_s - *looked_all_over_s_) < kLookEvery_s;
-  if (!may_be_anywhere || did) return before;
+  const bool shows_nothing = before.witnesses < 1.0;  // a lens that is covered
+  if (!may_be_anywhere || did || shows_nothing) return before;
   looked_all_over_s_ = stamp_s;
   const FoundPlace place = PlaceSearch(mapper, threads_).find(mapper, frame);
   const bool says_more = place.alignment.status == AlignmentStatus::kAligned ||

@@ -34,6 +34,9 @@ class SurfaceTree {
   double distance(const Vec3f& p, double limit_m, const Vec3f& direction,
                   const FacingLimits& facing, Hint& hint) const;
 
+  /// The corners of the triangle that a hint is of.
+  const std::array<uint32_t, 3>& cornersOf(Hint hint) const { return triangles_[hint]; }
+
  private:
   /// A leaf has triangles from `first` on, an inner node its children there.
   struct Node {

@@ -21,6 +21,8 @@ void run(const std::vector<std::string>& arguments) {
               {"render", "renders depth, normals and colours from given poses", renderMap},
               {"boxes", "cuts a recording's space into boxes for reconstruct --only", printBoxes},
               {"join", "joins the maps of boxes", joinBoxes},
+              {"diff", "compares two maps: what was added, and what is gone", compareMaps},
+              {"hash", "prints hashes of a map and its mesh, or of a mesh file", printHash},
               {"export", "writes a journal's images for trainers of splats", exportJournal}},
              arguments);
 }
@@ -45,6 +47,12 @@ std::pair<MapSettings, std::unique_ptr<Mapper>> loadMapOf(const MapToolOptions& 
   MapSettings settings = settingsFor(file->head(), given);
   auto mapper = makeProbedMapper(settings.params, settings.rules, partsOf(file));
   return {std::move(settings), std::move(mapper)};
+}
+
+Mesh meshOf(Mapper& mapper, float voxel_size_m) {
+  MeshStore meshes(voxel_size_m);
+  meshes.apply(mapper.updateMesh());
+  return meshes.assemble();
 }
 
 std::unique_ptr<Mapper> loadWithSpace(const MapToolOptions& options) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dtsdf_mapping/mapper.h"
+#include "dtsdf_mapping/mesh.h"
 #include "program/command_line.h"
 #include "tools/map_settings.h"
 
@@ -23,6 +24,8 @@ void renderMap(const std::vector<std::string>& arguments);
 void printBoxes(const std::vector<std::string>& arguments);
 void joinBoxes(const std::vector<std::string>& arguments);
 void exportJournal(const std::vector<std::string>& arguments);
+void compareMaps(const std::vector<std::string>& arguments);
+void printHash(const std::vector<std::string>& arguments);
 
 /// Of the commands that make something of a map.
 struct MapToolOptions {
@@ -42,6 +45,9 @@ void addSettings(CommandLine& line, const std::string& keys, MapToolOptions& opt
 /// @throws std::runtime_error if the file cannot be read, ParamError for wrong settings.
 std::pair<MapSettings, std::unique_ptr<Mapper>> loadMapOf(const MapToolOptions& options,
                                                           const char* fixed);
+
+/// The mesh of a mapper that was just made: all of it.
+Mesh meshOf(Mapper& mapper, float voxel_size_m);
 
 /// A mapper that was made from the file, with its surfaces, and the space around them: that which
 /// the file holds, and none where it was saved without. @throws as loadMapOf() does.

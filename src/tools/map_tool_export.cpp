@@ -154,9 +154,7 @@ void exportJournal(const std::vector<std::string>& arguments) {
     if (image == nullptr) continue;
     std::visit([&](const auto& frame) { exporter.write(frame, image->stamp_s); }, image->frame);
   }
-  MeshStore meshes(params.map.voxel_size_m);
-  meshes.apply(mapper->updateMesh());
-  exporter.finish(meshes.assemble());
+  exporter.finish(meshOf(*mapper, params.map.voxel_size_m));
 }
 
 }  // namespace dtsdf

@@ -1,0 +1,281 @@
+// map_tool diff: what was added to a place between two maps of it, and what is gone.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "dtsdf_mapping/io/mesh_file.h"
+#include "io/atomic_file.h"
+#include "kernels/core/vec.h"
+#include "meshing/surface_distance.h"
+#include "params/printable.h"
+#include "program/progress_bar.h"
+#include "program/run_program.h"
+#include "tools/map_tool.h"
+
+namespace dtsdf {
+namespace {
+
+/// What the other map has at the place of a surface.
+enum Kind : uint8_t { kSame, kChanged, kUnseen };
+
+struct Tolerances {
+  double near_m;    ///< A surface of the other map as near as this is the same one.
+  double least_m2;  ///< Smaller connected pieces of what changed are noise.
+};
+
+/// A map, and its mesh to look up what is near a place.
+class ComparedMap {
+ public:
+  explicit ComparedMap(const MapToolOptions& options)
+      : info_(readMapInfo(options.map_path)),
+        loaded_(loadMapOf(options, "space/enabled=true")),
+        mesh_(meshOf(*loaded_.second, voxelSize_m())),
+        tree_(mesh_.vertices_m, mesh_.triangles) {
+    if (loaded_.second->stats().free_bytes == 0) {
+      throw std::runtime_error("'" + options.map_path +
+                               "' has no free space, so that nothing is known to be gone; map with "
+                               "--set space/enabled=true");
+    }
+  }
+
+  const MapInfo& info() const { return info_; }
+  const Mesh& mesh() const { return mesh_; }
+  float voxelSize_m() const { return loaded_.first.params.map.voxel_size_m; }
+
+  /// What it has at a place of its frame. @param hint Of the place before.
+  Kind at(const Eigen::Vector3d& p_W, double near_m, SurfaceTree::Hint& hint) const {
+    const Vec3f p{static_cast<float>(p_W.x() - mesh_.origin_m[0]),
+                  static_cast<float>(p_W.y() - mesh_.origin_m[1]),
+                  static_cast<float>(p_W.z() - mesh_.origin_m[2])};
+    const double reach_m = std::max(kReach_m, near_m);
+    const double distance_m = tree_.distance(p, reach_m, {0.0f, 0.0f, 1.0f}, {-2.0f, 2.0f}, hint);
+    if (distance_m <= near_m) return kSame;
+    const Space& space = *loaded_.second->space();
+    if (space.stateOf(space.cellAt(p_W)) == CellState::kFree) return kChanged;
+    return distance_m < reach_m && isSeenThrough(p, p_W, distance_m, hint) ? kChanged : kUnseen;
+  }
+
+ private:
+  /// Cells are free only where an image saw through all of one, less a margin for its noise, which
+  /// at 5 m leaves half a metre above a floor unknown.
+  static constexpr double kReach_m = 0.5;
+
+  /// Whether a place whose cell is not free is so all the same: it is in front of the triangle
+  /// nearest to it and, where that is beyond the truncation distance, lies along an axis between
+  /// free cells, or between a free cell and a surface.
+  bool isSeenThrough(const Vec3f& p, const Eigen::Vector3d& p_W, double distance_m,
+                     SurfaceTree::Hint nearest) const {
+    const auto& corners = tree_.cornersOf(nearest);
+    const Vec3f& a = mesh_.vertices_m[corners[0]];
+    const Vec3f n = cross(mesh_.vertices_m[corners[1]] - a, mesh_.vertices_m[corners[2]] - a);
+    const double cosine = static_cast<double>(dot(n, p - a) / norm(n)) / distance_m;
+    constexpr double kInPlane = 0.5;  // a place beside a surface that ends is not in front of it
+    const MapParams& map = loaded_.first.params.map;
+    const auto truncation_m = static_cast<double>(map.truncation_voxels * map.voxel_size_m);
+    if (!(cosine > 0.0) || distance_m < truncation_m) return cosine > kInPlane;
+    for (int axis = 0; axis < 3; ++axis) {
+      const CellState below = firstKnown(p_W, -Eigen::Vector3d::Unit(axis)),
+                      above = firstKnown(p_W, Eigen::Vector3d::Unit(axis));
+      if ((below == CellState::kFree && above != CellState::kUnknown) ||
+          (above == CellState::kFree && below != CellState::kUnknown)) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  /// What the first cell is that is known, on the way from a place; unknown: none within reach.
+  CellState firstKnown(const Eigen::Vector3d& p_W, const Eigen::Vector3d& direction) const {
+    const Space& space = *loaded_.second->space();
+    CellState state = CellState::kUnknown;
+    for (double at_m = 0.0; at_m < kReach_m && state == CellState::kUnknown;
+         at_m += space.cellSize_m()) {
+      state = space.stateOf(space.cellAt(p_W + at_m * direction));
+    }
+    return state;
+  }
+
+  const MapInfo info_;
+  const std::pair<MapSettings, std::unique_ptr<Mapper>> loaded_;
+  const Mesh mesh_;
+  const SurfaceTree tree_;
+};
+
+double areaOf(const Mesh& mesh, size_t triangle) {
+  const auto& corners = mesh.triangles[triangle];
+  const Vec3f& a = mesh.vertices_m[corners[0]];
+  return 0.5 * static_cast<double>(
+                   norm(cross(mesh.vertices_m[corners[1]] - a, mesh.vertices_m[corners[2]] - a)));
+}
+
+/// The root of a vertex' piece.
+uint32_t rootOf(std::vector<uint32_t>& parents, uint32_t vertex) {
+  while (parents[vertex] != vertex) vertex = parents[vertex] = parents[parents[vertex]];
+  return vertex;
+}
+
+/// Connected pieces of what changed that are smaller than `least_m2` count as the same.
+void dropSmallPieces(const Mesh& mesh, double least_m2, std::vector<Kind>& kinds) {
+  std::vector<uint32_t> parents(mesh.vertices_m.size());
+  std::iota(parents.begin(), parents.end(), 0u);
+  for (size_t i = 0; i < kinds.size(); ++i) {
+    const auto& corners = mesh.triangles[i];
+    if (kinds[i] != kChanged) continue;
+    for (const uint32_t corner : corners) {
+      parents[rootOf(parents, corner)] = rootOf(parents, corners[0]);
+    }
+  }
+  std::vector<double> areas_m2(parents.size());
+  const auto areaAround = [&](size_t i) -> double& {
+    return areas_m2[rootOf(parents, mesh.triangles[i][0])];
+  };
+  for (size_t i = 0; i < kinds.size(); ++i) {
+    if (kinds[i] == kChanged) areaAround(i) += areaOf(mesh, i);
+  }
+  for (size_t i = 0; i < kinds.size(); ++i) {
+    if (kinds[i] == kChanged && areaAround(i) < least_m2) kinds[i] = kSame;
+  }
+}
+
+/// What another map has at each triangle of a mesh, in whose frame it lies at T_O_W.
+std::vector<Kind> compare(const Mesh& mesh, const ComparedMap& other,
+                          const Eigen::Isometry3d& T_O_W, const Tolerances& tolerances) {
+  std::vector<Kind> kinds;
+  kinds.reserve(mesh.triangles.size());
+  ProgressBar progress("triangles", mesh.triangles.size());
+  SurfaceTree::Hint hint = SurfaceTree::kNoHint;
+  for (const auto& triangle : mesh.triangles) {
+    Eigen::Vector3d middle_W = Eigen::Vector3d::Zero();
+    for (const uint32_t corner : triangle) {
+      middle_W += Eigen::Vector3d(positionInMap(mesh, corner).data()) / 3.0;
+    }
+    kinds.push_back(other.at(T_O_W * middle_W, tolerances.near_m, hint));
+    progress.show(kinds.size());
+  }
+  dropSmallPieces(mesh, tolerances.least_m2, kinds);
+  return kinds;
+}
+
+/// The triangles of some kinds, in the frame of map A, each kind in its colour.
+class Drawing {
+ public:
+  explicit Drawing(const std::array<double, 3>& origin_m) { drawn_.origin_m = origin_m; }
+
+  /// @return the area, in square metres.
+  double add(const Mesh& mesh, const Eigen::Isometry3d& T_A_W, const std::vector<Kind>& kinds,
+             Kind kind, std::optional<VertexColour> colour) {
+    double area_m2 = 0.0;
+    constexpr uint32_t kNone = 0xffffffffu;
+    std::vector<uint32_t> numbers(colour ? mesh.vertices_m.size() : 0, kNone);
+    for (size_t i = 0; i < kinds.size(); ++i) {
+      if (kinds[i] != kind) continue;
+      area_m2 += areaOf(mesh, i);
+      if (!colour) continue;
+      std::array<uint32_t, 3> corners = mesh.triangles[i];
+      for (uint32_t& corner : corners) {
+        uint32_t& number = numbers[corner];
+        if (number == kNone) number = addVertex(mesh, T_A_W, corner, *colour);
+        corner = number;
+      }
+      drawn_.triangles.push_back(corners);
+    }
+    return area_m2;
+  }
+
+  const Mesh& mesh() const { return drawn_; }
+
+ private:
+  uint32_t addVertex(const Mesh& mesh, const Eigen::Isometry3d& T_A_W, uint32_t vertex,
+                     const VertexColour& colour) {
+    const auto p_W = positionInMap(mesh, vertex);
+    const Eigen::Vector3d p =
+        T_A_W * Eigen::Vector3d(p_W.data()) - Eigen::Vector3d(drawn_.origin_m.data());
+    const Vec3f& n_W = mesh.normals[vertex];
+    const Eigen::Vector3f n = T_A_W.linear().cast<float>() * Eigen::Vector3f(n_W.x, n_W.y, n_W.z);
+    drawn_.vertices_m.push_back(
+        {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())});
+    drawn_.normals.push_back({n.x(), n.y(), n.z()});
+    drawn_.colours.push_back(colour);
+    return static_cast<uint32_t>(drawn_.vertices_m.size() - 1);
+  }
+
+  Mesh drawn_;
+};
+
+/// Where B's frame lies in A's: that of the poses is the same, and each may be levelled.
+Eigen::Isometry3d frameOfBInA(const MapInfo& a, const MapInfo& b) {
+  if (!a.map_frame.empty() && !b.map_frame.empty() && a.map_frame != b.map_frame) {
+    throw std::runtime_error("the maps are in different frames, '" + printable(a.map_frame) +
+                             "' and '" + printable(b.map_frame) + "'");
+  }
+  const Eigen::Isometry3d none = Eigen::Isometry3d::Identity();
+  return a.T_W_M.value_or(none) * b.T_W_M.value_or(none).inverse();
+}
+
+}  // namespace
+
+void compareMaps(const std::vector<std::string>& arguments) {
+  MapToolOptions a, b;
+  std::optional<double> tolerance_m;
+  double least_cm2 = 100.0;
+  bool changes_only = false;
+  CommandLine line(
+      "map_tool diff", "A B --mesh OUT [options]",
+      "Compares two maps of a place, made with space/enabled in one frame. Green: "
+      "added, a surface of B where A saw free space. Red: gone, a surface of A where B "
+      "saw free space. Blue: a surface of one that the other has not seen. Grey: "
+      "unchanged. Prints the area of each.");
+  line.addText({"A", "", "the map before"}, a.map_path);
+  line.addText({"B", "", "the map after"}, b.map_path);
+  line.addText({"--mesh", "OUT", std::string("the mesh to write: ") + kMeshExtensions}, a.out_path);
+  line.require("--mesh");
+  line.addNumber({"--tolerance", "METRES",
+                  "surfaces as near as this are the same one (default: two of the larger voxels)"},
+                 tolerance_m, {0.0, 10.0});
+  line.addNumber({"--least-area", "CM2", "smaller pieces of what changed count as unchanged"},
+                 least_cm2, {0.0, 1e6});
+  line.addFlag("--changes-only", "leave out what is unchanged", changes_only);
+  addSettings(line, "mesh/..., backend, threads", a);
+  addLoadLimit(line, a.limit);
+  line.parse(arguments);
+  if (!meshFormatOf(a.out_path)) {
+    throw UsageError("'" + a.out_path + "' does not end in " + kMeshExtensions);
+  }
+  prepareOutputFile(a.out_path);
+  b.settings = a.settings;
+  b.limit = a.limit;
+  const ComparedMap before(a), after(b);
+  const Eigen::Isometry3d T_A_B = frameOfBInA(before.info(), after.info());
+  const double voxel_m = static_cast<double>(std::max(before.voxelSize_m(), after.voxelSize_m()));
+  const Tolerances tolerances{tolerance_m.value_or(2.0 * voxel_m), 1e-4 * least_cm2};
+  const std::vector<Kind> in_after = compare(before.mesh(), after, T_A_B.inverse(), tolerances);
+  const std::vector<Kind> in_before = compare(after.mesh(), before, T_A_B, tolerances);
+  constexpr VertexColour kGreen{40, 170, 60, 255}, kRed{215, 45, 40, 255}, kBlue{60, 110, 220, 255},
+      kGrey{190, 190, 190, 255};
+  Drawing drawing(before.mesh().origin_m);
+  const auto add = [&](const char* what, const ComparedMap& map, Kind kind,
+                       std::optional<VertexColour> colour) {
+    const bool is_before = &map == &before;
+    const double area_m2 =
+        drawing.add(map.mesh(), is_before ? Eigen::Isometry3d::Identity() : T_A_B,
+                    is_before ? in_after : in_before, kind, colour);
+    std::printf("%-16s %10.4f m2\n", what, area_m2);
+  };
+  add("added", after, kChanged, kGreen);
+  add("gone", before, kChanged, kRed);
+  add("not seen by A", after, kUnseen, kBlue);
+  add("not seen by B", before, kUnseen, kBlue);
+  add("unchanged", before, kSame, changes_only ? std::nullopt : std::optional(kGrey));
+  if (drawing.mesh().triangles.empty()) {
+    std::printf("nothing to draw: no mesh was written\n");
+    return;
+  }
+  saveMesh(drawing.mesh(), MeshColour::kImage, a.out_path);
+  std::printf("%zu triangles: %s\n", drawing.mesh().triangles.size(), a.out_path.c_str());
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,60 @@
+// map_tool hash: whether two maps, or two meshes, are the same.
+#include <cstdio>
+#include <filesystem>
+
+#include "dtsdf_mapping/io/mesh_file.h"
+#include "io/ply.h"
+#include "io/records.h"
+#include "io/text_file.h"
+#include "program/run_program.h"
+#include "tools/map_tool.h"
+
+namespace dtsdf {
+namespace {
+
+/// Takes what a file would.
+struct Bytes {
+  std::string bytes;
+  void write(const void* data, size_t count) {
+    bytes.append(static_cast<const char*>(data), count);
+  }
+};
+
+/// Of the bytes of the .ply file that `map_tool mesh` saves.
+uint64_t hashOfPly(const Mesh& mesh, MeshColour colour) {
+  const size_t vertices = mesh.vertices_m.size(), triangles = mesh.triangles.size();
+  Bytes file{plyHeader(vertices, triangles, isFarFromOrigin(mesh))};
+  for (size_t i = 0; i < vertices; ++i) writePlyVertex(mesh, i, colour, file);
+  for (const auto& triangle : mesh.triangles) writePlyTriangle(triangle, file);
+  return hashOf(file.bytes.data(), file.bytes.size());
+}
+
+void print(const char* what, uint64_t hash) {
+  std::printf("%-5s %016llx\n", what, static_cast<unsigned long long>(hash));
+}
+
+}  // namespace
+
+void printHash(const std::vector<std::string>& arguments) {
+  MapToolOptions options;
+  CommandLine line("map_tool hash", "FILE [options]",
+                   "Prints a hash (XXH64) of what is in a map file, whichever backend, number of "
+                   "threads or version of the format it is from, and one of its mesh: that of the "
+                   "bytes of the .ply file that map_tool mesh saves. Of a mesh file, that of its "
+                   "bytes.");
+  line.addText({"FILE", "", "a map file or a mesh (.ply, .obj, .stl or .glb)"}, options.map_path);
+  addSettings(line, "mesh/..., backend, threads", options);
+  addLoadLimit(line, options.limit);
+  line.parse(arguments);
+  if (meshFormatOf(options.map_path)) {
+    const std::string bytes = readTextFile(options.map_path, "a mesh or a map is expected there");
+    print("mesh", hashOf(bytes.data(), bytes.size()));
+    return;
+  }
+  const auto [settings, mapper] = loadMapOf(options, "space/enabled=false");
+  print("map", readMapInfo(options.map_path).content_hash);
+  const Mesh mesh = meshOf(*mapper, settings.params.map.voxel_size_m);
+  print("mesh", hashOfPly(mesh, settings.params.mesh.colour));
+}
+
+}  // namespace dtsdf

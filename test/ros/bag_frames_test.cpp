@@ -8,6 +8,7 @@
 
 #include <cmath>
 
+#include "ros/support/cloud.h"
 #include "ros/support/messages.h"
 #include "support/compressed_depth.h"
 #include "support/temporary_folder.h"
@@ -125,6 +126,29 @@ TEST_F(CompressedBag, TopicMayBeNamedEitherWay) {
   expectFrames(read());
   options_.depth_topic = kCompressedTopic;
   expectFrames(read());
+}
+
+/// Where there are no depth images, clouds are read in their place, with or without camera_info.
+TEST_F(CompressedBag, CloudsAreReadAsDepth) {
+  constexpr int kWide = 32, kHigh = 24;
+  const Intrinsics K{30.0f, 31.0f, 15.5f, 11.5f};
+  std::vector<float> depth_m;
+  for (int p = 0; p < kWide * kHigh; ++p) depth_m.push_back(1.0f + 0.01f * static_cast<float>(p));
+  for (int i = 0; i < kFrames; ++i) {
+    bag_.write("/lidar/points", headerOf(i).stamp,
+               makeCloud(headerOf(i), K, kWide * kHigh, 1, depth_m));
+    bag_.write("/kinect/points", headerOf(i).stamp,
+               makeCloud(headerOf(i), K, kWide, kHigh, depth_m));
+  }
+  const std::vector<SourceFrame> frames = read();
+  ASSERT_EQ(frames.size(), static_cast<size_t>(kFrames));
+  EXPECT_EQ(std::memcmp(frames[2].depth.data, depth_m.data(), 4 * depth_m.size()), 0);
+  EXPECT_NEAR(frames[2].depth.intrinsics.fy, 31.0, 1e-4);
+  options_.intrinsics = Intrinsics{33.0f, 34.0f, 15.0f, 11.0f};
+  EXPECT_EQ(read().at(0).depth.intrinsics.fx, 33.0f);
+  options_.depth_topic = "/lidar/points";
+  EXPECT_TRUE(read().empty());
+  EXPECT_EQ(source_->skipped().at("unorganised"), static_cast<size_t>(kFrames));
 }
 
 /// Wrong names are answered with those that the bag has.

@@ -105,6 +105,19 @@ TEST_F(InputStatusTest, TellsWhoCannotBeReachedFromWhoIsNotThere) {
             std::string::npos);
 }
 
+TEST_F(InputStatusTest, SaysThatDepthComesAsClouds) {
+  published.clouds = {depth().topic};
+  publisher = "/driver on host robot123";
+  update();
+  expect(MapStatus::WARN, MapStatus::NO_IMAGES,
+         "no depth image received on '/camera/depth/image_rect': it is published as "
+         "sensor_msgs/PointCloud2; set image_transport:=cloud");
+  depth().is_cloud = true;
+  depth().received = 1;
+  drop(DropReason::kUnorganised, 1);
+  EXPECT_EQ(update().message, "no frame fused yet: frame stamped 1 dropped");
+}
+
 TEST_F(InputStatusTest, SaysWhereColourIsThoughNobodyRequiresIt) {
   input_.streams.resize(2);
   input_.streams[1].kind = "color";

@@ -91,6 +91,16 @@ class PlayBag(unittest.TestCase):
             ("WARNING", "the bag has depth images on '/d/image' not compressed; give "
                         "image_transport:=raw")])
 
+    def test_clouds(self):
+        types = {"/d/image": play_bag.CLOUD, **TF}
+        self.assertEqual(self.problems(types)[0], (
+            "WARNING", "the bag has depth images on '/d/image' as clouds; give "
+                       "image_transport:=cloud"))
+        self.assertEqual(self.problems(types, {"image_transport": "cloud"}), [])
+        self.assertEqual(set(self.played(types, {"image_transport": "cloud"})), set(types))
+        self.assertEqual(self.problems({"/p": play_bag.CLOUD, **DEPTH, **TF}, None,
+                                       ["/d/image", "/p"]), [])
+
     def test_colour_on_another_topic_is_said_and_its_absence_is_not(self):
         self.assertEqual(self.problems({**DEPTH, **TF}), [])
         other = {**DEPTH, **TF, "/rgb/image": IMAGE, "/c/camera_info": INFO}

@@ -3,9 +3,11 @@
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/PointCloud2.h>
 #include <boost/make_shared.hpp>
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <type_traits>
@@ -14,6 +16,7 @@
 #include "io/recorded_images.h"
 #include "params/printable.h"
 #include "ros/bag/bag_messages.h"
+#include "ros/input/clouds.h"
 #include "ros/input/images.h"
 #include "ros/input/rectification.h"
 
@@ -33,11 +36,12 @@ sensor_msgs::ImageConstPtr imageOf(const ImageKind& kind, const rosbag::MessageI
   }
 }
 
-/// Zero of what is no image.
-ros::Time stampOf(const rosbag::MessageInstance& message) {
-  if (const auto image = message.instantiate<sensor_msgs::Image>()) return image->header.stamp;
+/// Empty of what is neither an image nor a cloud.
+std_msgs::Header headerOf(const rosbag::MessageInstance& message) {
+  if (const auto image = message.instantiate<sensor_msgs::Image>()) return image->header;
+  if (const auto cloud = message.instantiate<sensor_msgs::PointCloud2>()) return cloud->header;
   const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
-  return compressed ? compressed->header.stamp : ros::Time();
+  return compressed ? compressed->header : std_msgs::Header();
 }
 
 /// "; its images are on '/a' (64FC1), '/b' (jpeg)"; empty where it has none.
@@ -51,7 +55,7 @@ std::string imagesInList(const rosbag::Bag& bag) {
             "' (" + printable(image ? image->encoding : compressed->format) + ")";
     return true;
   });
-  return list.empty() ? "" : list + "; depth must be 16UC1 or 32FC1";
+  return list.empty() ? "" : list + "; depth must be 16UC1 or 32FC1, or an organised cloud";
 }
 
 /// The topic named, as it is or as it was compressed, or else the only one with images of the kind.
@@ -60,12 +64,18 @@ std::string topicOf(const ImageKind& kind, const rosbag::Bag& bag, const std::st
   for (const char* const ending : {"", kind.compressed_topic, kCompressedTopic}) {
     if (!named.empty() && hasMessages(bag, named + ending)) return named + ending;
   }
-  const std::set<std::string> topics = findImageTopics(bag, [&](const auto& message) {
+  std::set<std::string> topics = findImageTopics(bag, [&](const auto& message) {
     const auto image = message.template instantiate<sensor_msgs::Image>();
     if (image) return kind.has_encoding(image->encoding);
     const auto compressed = message.template instantiate<sensor_msgs::CompressedImage>();
     return compressed && kind.has_format(*compressed);
   });
+  if (topics.empty() && !kind.is_colour) {
+    topics = findImageTopics(bag, [](const auto& message) {
+      const auto cloud = message.template instantiate<sensor_msgs::PointCloud2>();
+      return cloud && cloud->height > 1;
+    });
+  }
   if (named.empty() && topics.size() == 1) return *topics.begin();
   const std::string path = "'" + printable(bag.getFileName()) + "'", name = kind.name;
   if (!named.empty()) {
@@ -101,7 +111,10 @@ class BagImages : public Source {
     if (info_topic_.empty()) {
       info_topic_ = image_topic.substr(0, image_topic.rfind('/') + 1) + "camera_info";
     }
-    if (!kIsColour && !options_.intrinsics) requireInfo();
+    is_cloud_ =
+        rosbag::View(bag_, rosbag::TopicQuery(topic_)).begin()->isType<sensor_msgs::PointCloud2>();
+    clouds_.emplace(topic_);
+    if (!kIsColour && !options_.intrinsics && !is_cloud_) requireInfo();
     if (!options_.mask_topic.empty()) requireMessages(bag_, options_.mask_topic);
     poses_ = std::make_unique<BagPoses>(bag_, options_);
     // All of them, small as they are: an image may be recorded before its camera_info.
@@ -112,7 +125,7 @@ class BagImages : public Source {
     rectification_.emplace(options_.rectify, image_topic, kIsColour);
     rosbag::View view(bag_, rosbag::TopicQuery(topic_));
     for (const rosbag::MessageInstance& message : view) {
-      messages_.emplace(kIsColour ? stampOf(message) : ros::Time(), message);
+      messages_.emplace(kIsColour ? headerOf(message).stamp : ros::Time(), message);
     }
     next_ = messages_.begin();
     if (!kIsColour) checkSelection(options_.selection, messages_.size());
@@ -154,10 +167,9 @@ class BagImages : public Source {
       if (options_.map_frame.empty()) {
         rosbag::View view(bag_,
                           rosbag::TopicQuery(topicOf(kDepthImages, bag_, options_.depth_topic)));
-        for (auto message = view.begin(); message != view.end(); ++message) {
-          const auto image = imageOf(kDepthImages, *message);
-          if (image) options_.map_frame = image->header.frame_id;
-          if (image) break;
+        for (auto message = view.begin(); message != view.end() && options_.map_frame.empty();
+             ++message) {
+          options_.map_frame = headerOf(*message).frame_id;
         }
       }
       options_.poses_path.clear();
@@ -191,9 +203,18 @@ class BagImages : public Source {
   /// The frame of an image; none where it has to be skipped.
   std::optional<Frame> makeFrame(const rosbag::MessageInstance& message) {
     std::string problem = "a message of another type";
-    sensor_msgs::ImageConstPtr image = imageOf(kKind, message, &problem);
+    CameraImage given;
+    if (const auto cloud = message.instantiate<sensor_msgs::PointCloud2>(); cloud && is_cloud_) {
+      const bool has_info = options_.intrinsics || !infos_.empty();
+      auto converted = clouds_->convert(*cloud, has_info, std::numeric_limits<size_t>::max());
+      if (const auto* const bad = std::get_if<Rejection>(&converted)) return skip(*bad);
+      given = std::get<CameraImage>(std::move(converted));
+    } else {
+      given.image = imageOf(kKind, message, &problem);
+    }
+    sensor_msgs::ImageConstPtr image = given.image;
     if (!image) return skip({DropReason::kBadImage, problem});
-    const sensor_msgs::CameraInfoConstPtr info = infoOf(*image);
+    const sensor_msgs::CameraInfoConstPtr info = given.info ? given.info : infoOf(*image);
     if (!info) {
       return skip({DropReason::kNoCameraInfo,
                    noInfoText(printable(info_topic_), options_.latest_camera_info)});
@@ -211,7 +232,8 @@ class BagImages : public Source {
     const auto pixels = std::make_shared<cv_bridge::CvImageConstPtr>();
     Frame frame;
     try {
-      const CameraImage camera = rectification_->apply({image, info});
+      const CameraImage camera =
+          is_cloud_ ? CameraImage{image, info} : rectification_->apply({image, info});
       if constexpr (kIsColour) {
         frame.colour = makeColourFrame(camera.image, *camera.info, *pixels);
         frame.colour.T_W_C = *T_W_C;
@@ -284,6 +306,8 @@ class BagImages : public Source {
   std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> infos_;
   std::optional<Eigen::Isometry3d> first_T_W_C_;  ///< With first_pose_only, once it is known.
   std::optional<Rectification> rectification_;
+  std::optional<CloudImages> clouds_;
+  bool is_cloud_ = false;  ///< Depth is on a topic of clouds.
   ros::Time last_stamp_;
   std::multimap<ros::Time, rosbag::MessageInstance> messages_;
   std::multimap<ros::Time, rosbag::MessageInstance>::const_iterator next_ = messages_.end();

@@ -18,6 +18,7 @@ constexpr ReasonTexts kReasons[kDropReasonCount] = {
     {"no_mask", true},
     {"bad_encoding", true},
     {"too_large", true, "lower the camera's resolution"},
+    {"unorganised", true},
     {"bad_image", true},
     {"size_mismatch", true},
     {"bad_intrinsics", true},

@@ -26,6 +26,7 @@ enum class DropReason {
   kNoMask,            ///< No mask with the image's stamp, where there are masks.
   kBadEncoding,       ///< None that images of this kind have.
   kTooLarge,          ///< More pixels than a map takes, or more bytes than may wait.
+  kUnorganised,       ///< A cloud whose points belong to no pixels.
   kBadImage,          ///< No pixels, or rows and data that do not fit its size.
   kSizeMismatch,      ///< Image and camera_info differ in size.
   kBadIntrinsics,     ///< Focal length not positive, or not finite.
@@ -80,6 +81,7 @@ struct StreamReport : dtsdf_mapping::StreamStatus {
   std::string camera;      ///< Its name; empty for the only one, in the node's own namespace.
   bool is_needed = false;  ///< Colour: it is amiss if there is none.
   bool isColour() const { return kind == "color"; }
+  bool is_cloud = false;  ///< It comes as clouds.
   std::string info_topic;
   size_t image_publishers = 0;
   std::string warning;  ///< What is wrong with all of them, fused or not.

@@ -24,10 +24,12 @@
 #include "params/printable.h"
 #include "params/text.h"
 #include "ros/common/callback_guard.h"
+#include "ros/input/clouds.h"
 #include "ros/input/conversions.h"
 #include "ros/input/frame_accounting.h"
 #include "ros/input/frame_queue.h"
 #include "ros/input/images.h"
+#include "ros/input/input_status.h"
 #include "ros/input/pose_checks.h"
 #include "ros/input/rectification.h"
 #include "ros/input/transforms.h"
@@ -36,8 +38,8 @@ namespace dtsdf {
 
 /// The topics of a kind and, unless it is remapped itself, the camera_info beside what that of the
 /// images is remapped to; `mask/image` where masks are wanted. Images come by image_transport, but
-/// compressed ones are subscribed and decoded here. On the input's thread, but for report() and
-/// restartMotion().
+/// compressed ones are subscribed and decoded here, and depth may come as clouds. On the input's
+/// thread, but for report() and restartMotion().
 class ImageStream {
  public:
   /// `name` is that of the camera, which is empty for a single one, and `camera` its place among
@@ -68,6 +70,7 @@ class ImageStream {
         rate_limit_(kind.is_colour ? params.colour.max_rate_hz : 0.0),
         motion_gate_(params_.max_speed_m_s, params_.max_turn_deg_s),
         rectification_(params_.rectify, image_topic_, kind.is_colour),
+        cloud_images_(image_topic_),
         transport_(nh) {}
 
   /// Images come from now on.
@@ -83,8 +86,12 @@ class ImageStream {
     const image_transport::TransportHints hints("raw", ros::TransportHints(), private_nh,
                                                 kind_.transport_param);
     const std::string ending = "/" + hints.getTransport();
-    if (ending == kind_.compressed_topic || ending == kCompressedTopic) {
-      compressed_ = nh_.subscribe(image_topic_ + ending, kQueue, &ImageStream::onCompressed, this);
+    if (!kind_.is_colour && hints.getTransport() == kCloudTransport) {
+      constexpr int kClouds = 10;  // each has the bytes of several images
+      other_ = nh_.subscribe(topic_, kClouds, &ImageStream::onCloud, this);
+      is_cloud_ = true;
+    } else if (ending == kind_.compressed_topic || ending == kCompressedTopic) {
+      other_ = nh_.subscribe(image_topic_ + ending, kQueue, &ImageStream::onCompressed, this);
     } else {
       by_transport_ = transport_.subscribe(topic_, kQueue, &ImageStream::onImage, this, hints);
     }
@@ -115,15 +122,16 @@ class ImageStream {
   StreamReport report() const {
     StreamReport report = accounting_.counts();
     report.kind = kind_.is_colour ? "color" : "depth";
-    report.topic = compressed_ ? compressed_.getTopic() : image_topic_;
+    report.topic = other_ ? other_.getTopic() : image_topic_;
     report.waiting_for = queue_.waitingFor(stream_);
     report.camera = name_;
     report.is_needed = is_needed_;
     report.info_topic = info_topic_;
-    report.image_publishers =
-        compressed_ ? compressed_.getNumPublishers() : by_transport_.getNumPublishers();
+    report.is_cloud = is_cloud_;
+    report.image_publishers = other_ ? other_.getNumPublishers() : by_transport_.getNumPublishers();
     const std::lock_guard<std::mutex> lock(mutex_);
     report.warning = warning_;
+    report.fitted_camera = fitted_camera_;
     return report;
   }
 
@@ -156,6 +164,27 @@ class ImageStream {
                                    message->header.stamp);
       }
       onImage(image);
+    });
+  }
+
+  /// Where nobody publishes camera_info when the first cloud comes, the camera is fitted for good.
+  void onCloud(const sensor_msgs::PointCloud2ConstPtr& cloud) {
+    guarded("cloud", [&] {
+      const ros::Time stamp = cloud->header.stamp;
+      accounting_.imageReceived(stamp);
+      if (!has_info_) has_info_ = !findPublisher(info_topic_).empty();
+      if (!*has_info_) info_.shutdown();
+      const auto converted = cloud_images_.convert(*cloud, *has_info_, queue_.maxBytes());
+      {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        fitted_camera_ = cloud_images_.camera();
+      }
+      if (const auto* const rejection = std::get_if<Rejection>(&converted)) {
+        return accounting_.dropped(*rejection, stamp);
+      }
+      const auto& [image, info, mask] = std::get<CameraImage>(converted);
+      if (info) onInfo(info);
+      queue_.add(stream_, {image});
     });
   }
 
@@ -288,13 +317,15 @@ class ImageStream {
     try {
       const auto image =
           messages.mask ? applyMask(*messages.mask, *messages.image) : messages.image;
-      const CameraImage camera = rectification_.apply({image, messages.info});
+      // Whatever the distortion in camera_info is, a cloud has none.
+      const CameraImage given{image, messages.info};
+      const CameraImage camera = is_cloud_ ? given : rectification_.apply(given);
       if (kind_.is_colour) {
         posed.image = makeColourFrame(camera.image, *camera.info, posed.pixels);
       } else {
         const DepthUnits units{params_.unit_16uc1_m, params_.unit_32fc1_m};
         DepthFrame depth = makeDepthFrame(camera.image, *camera.info, units, posed.pixels);
-        if (params_.depth == DepthChoice::kRay) {
+        if (params_.depth == DepthChoice::kRay && !is_cloud_) {
           const auto turned = boost::make_shared<cv_bridge::CvImage>();
           turned->image.create(depth.height, depth.width, CV_32FC1);
           turnToAxis(depth, turned->image.ptr<float>());
@@ -348,16 +379,19 @@ class ImageStream {
   MotionGate motion_gate_;
   std::atomic<bool> is_motion_new_{false};
   Rectification rectification_;
+  CloudImages cloud_images_;
+  bool is_cloud_ = false;         ///< Set before anything comes.
+  std::optional<bool> has_info_;  ///< Of clouds: whether somebody publishes camera_info for them.
   PoseConvention convention_;
   ros::Time last_stamp_, last_whole_;
   ros::Time ahead_stamp_;  ///< Of the last image, if far ahead of that; 0: it is not.
 
-  mutable std::mutex mutex_;  ///< Guards the next one.
-  std::string warning_;
+  mutable std::mutex mutex_;  ///< Guards the next ones.
+  std::string warning_, fitted_camera_;
 
   image_transport::ImageTransport transport_;
   image_transport::Subscriber by_transport_;  ///< Images come by one of these two.
-  ros::Subscriber compressed_;
+  ros::Subscriber other_;
   ros::Subscriber info_, mask_;
 };
 

@@ -34,6 +34,7 @@ struct PublishedTopics {
   std::vector<std::string> depth;
   std::vector<std::string> colour;  ///< The same with "color", "colour" or "rgb", and not "depth".
   std::vector<std::string> camera_info;  ///< Without those of views of maps.
+  std::vector<std::string> clouds;       ///< Without those of maps.
 };
 
 /// Asks the master, and waits for it no longer than for its answer; empty without one.
@@ -53,6 +54,10 @@ inline PublishedTopics findPublishedTopics() {
     if (type == "sensor_msgs/CameraInfo" && !endsWith(topic, "/rendered/camera_info")) {
       published.camera_info.push_back(topic);
     }
+    if (type == "sensor_msgs/PointCloud2" && !endsWith(topic, "/surface_points") &&
+        !endsWith(topic, "/distance_slice")) {
+      published.clouds.push_back(topic);
+    }
     const bool is_depth = has("depth");
     if (!is_depth && !has("color") && !has("colour") && !has("rgb")) continue;
     const bool is_compressed = type == "sensor_msgs/CompressedImage" && image != topic &&
@@ -60,7 +65,8 @@ inline PublishedTopics findPublishedTopics() {
     if (type != "sensor_msgs/Image" && !is_compressed) continue;
     (is_depth ? published.depth : published.colour).push_back(topic);
   }
-  for (auto* const list : {&published.depth, &published.colour, &published.camera_info}) {
+  for (auto* const list :
+       {&published.depth, &published.colour, &published.camera_info, &published.clouds}) {
     std::sort(list->begin(), list->end());
   }
   return published;
@@ -292,9 +298,9 @@ class InputStatus {
     if (depth.received == 0) {
       report(status, MapStatus::WARN, MapStatus::NO_IMAGES,
              name + "no depth image received on '" + depth.topic + "': " +
-                 (depth.image_publishers == 0 ? whyNoPublisher(depth.topic)
+                 (depth.image_publishers == 0 ? whyNoPublisher(depth)
                                               : "its publisher has sent nothing yet"));
-    } else if (depth.camera_infos == 0) {
+    } else if (depth.camera_infos == 0 && !depth.is_cloud) {
       const std::vector<std::string> infos = find_topics_().camera_info;
       report(status, MapStatus::WARN, MapStatus::NO_CAMERA_INFO,
              name + "depth images are received, but no camera_info on '" + depth.info_topic + "'" +
@@ -309,7 +315,15 @@ class InputStatus {
   }
 
   /// Why no depth images come.
-  std::string whyNoPublisher(const std::string& topic) const {
+  std::string whyNoPublisher(const StreamReport& depth) const {
+    const std::string& topic = depth.topic;
+    const PublishedTopics topics = find_topics_();
+    const std::vector<std::string>& others = depth.is_cloud ? topics.depth : topics.clouds;
+    if (std::binary_search(others.begin(), others.end(), topic)) {
+      return std::string("it is published as sensor_msgs/") +
+             (depth.is_cloud ? "Image; set image_transport:=raw"
+                             : "PointCloud2; set image_transport:=cloud");
+    }
     constexpr double kConnectPatience_s = 3.0;  // who is not connected to by then cannot be
     const std::string publisher =
         run_clock_.ran_s() < kConnectPatience_s ? "" : find_publisher_(topic);
@@ -317,7 +331,6 @@ class InputStatus {
       return "it is published by " + printable(publisher) +
              ", which cannot be reached: set ROS_HOSTNAME or ROS_IP on both machines";
     }
-    const PublishedTopics topics = find_topics_();
     for (const std::string& other : topics.depth) {
       if (other == topic) return "it is published, but not connected to yet";
       const std::string image = withoutTransport(other);
@@ -326,7 +339,10 @@ class InputStatus {
       return "it is published as sensor_msgs/CompressedImage; set image_transport:=" +
              other.substr(image.size() + 1);
     }
-    return "it has no publisher" + describeOthers("depth", topics.depth);
+    return "it has no publisher" +
+           (depth.is_cloud || topics.depth.empty()
+                ? describeOthers("a cloud (image_transport:=cloud)", topics.clouds)
+                : describeOthers("depth", topics.depth));
   }
 
   /// "'/a' and '/b'".

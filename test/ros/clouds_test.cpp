@@ -1,0 +1,127 @@
+#include "ros/input/clouds.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "ros/support/cloud.h"
+#include "ros/support/messages.h"
+#include "simulation/scene.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr int kCloudWidth = 64, kCloudHeight = 48;
+constexpr size_t kEnoughBytes = 1 << 20;
+constexpr Intrinsics kCloudCamera{60.0f, 61.0f, 31.25f, 22.5f};
+
+std::vector<float> depthOfRoom() {
+  std::vector<float> depth_m =
+      renderDepth(makeRoomScene(), kCloudCamera, kCloudWidth, kCloudHeight, roomCameraPose(1.0));
+  depth_m[100] = 0.0f;
+  return depth_m;
+}
+
+sensor_msgs::PointCloud2 cloudOfRoom(const CloudLayout& layout = {}) {
+  return makeCloud(makeHeader(ros::Time(1.0), "camera"), kCloudCamera, kCloudWidth, kCloudHeight,
+                   depthOfRoom(), layout);
+}
+
+std::vector<float> depthIn(const sensor_msgs::Image& image) {
+  std::vector<float> depth_m(image.data.size() / sizeof(float));
+  std::memcpy(depth_m.data(), image.data.data(), image.data.size());
+  for (float& depth : depth_m) {
+    if (std::isnan(depth)) depth = 0.0f;
+  }
+  return depth_m;
+}
+
+DropReason reasonAgainst(const sensor_msgs::PointCloud2& cloud, bool has_info = false) {
+  CloudImages images("/points");
+  const auto converted = images.convert(cloud, has_info, kEnoughBytes);
+  const auto* const rejection = std::get_if<Rejection>(&converted);
+  EXPECT_NE(rejection, nullptr);
+  return rejection == nullptr ? DropReason::kPaused : rejection->reason;
+}
+
+TEST(Clouds, AreReadInEveryLayout) {
+  using sensor_msgs::PointField;
+  for (const uint8_t datatype : {PointField::FLOAT32, PointField::FLOAT64}) {
+    for (const std::string names : {"xyz", "izyx"}) {
+      for (const bool is_bigendian : {false, true}) {
+        CloudImages images("/points");
+        const auto converted =
+            images.convert(cloudOfRoom({datatype, names, 12, is_bigendian}), false, kEnoughBytes);
+        ASSERT_TRUE(std::holds_alternative<CameraImage>(converted));
+        const auto& [image, info, mask] = std::get<CameraImage>(converted);
+        EXPECT_EQ(depthIn(*image), depthOfRoom()) << names << " " << is_bigendian;
+        EXPECT_FALSE(checkDepthImage(*image, *info));
+      }
+    }
+  }
+}
+
+/// As exactly as the points have been rounded.
+TEST(Clouds, HaveTheCameraThatMadeThem) {
+  CloudImages images("/points");
+  const auto converted = images.convert(cloudOfRoom(), false, kEnoughBytes);
+  const Intrinsics K = intrinsicsOf(*std::get<CameraImage>(converted).info);
+  EXPECT_NEAR(K.fx, kCloudCamera.fx, 1e-4);
+  EXPECT_NEAR(K.fy, kCloudCamera.fy, 1e-4);
+  EXPECT_NEAR(K.cx, kCloudCamera.cx, 1e-4);
+  EXPECT_NEAR(K.cy, kCloudCamera.cy, 1e-4);
+  EXPECT_EQ(images.camera().rfind("64 x 48, fx 60, fy 61, cx 31.25, cy 22.5, ", 0), 0u)
+      << images.camera();
+  // It stays, until clouds have another size.
+  sensor_msgs::PointCloud2 few = cloudOfRoom();
+  std::fill(few.data.begin(), few.data.begin() + 40 * few.row_step, 0xff);  // NaN
+  EXPECT_TRUE(std::holds_alternative<CameraImage>(images.convert(few, false, kEnoughBytes)));
+  few.height = 47;
+  EXPECT_TRUE(std::holds_alternative<Rejection>(images.convert(few, false, kEnoughBytes)));
+}
+
+TEST(Clouds, ThatCannotBeUsedAreRefused) {
+  sensor_msgs::PointCloud2 cloud = cloudOfRoom();
+  cloud.width *= cloud.height;
+  cloud.height = 1;
+  EXPECT_EQ(reasonAgainst(cloud), DropReason::kUnorganised);
+  EXPECT_EQ(reasonAgainst(cloudOfRoom({sensor_msgs::PointField::UINT32})),
+            DropReason::kBadEncoding);
+  EXPECT_EQ(reasonAgainst(cloudOfRoom({sensor_msgs::PointField::FLOAT32, "xyi"})),
+            DropReason::kBadEncoding);
+  cloud = cloudOfRoom();
+  cloud.fields[2].offset = 0xfffffffe;
+  EXPECT_EQ(reasonAgainst(cloud), DropReason::kBadEncoding);
+  for (uint32_t sensor_msgs::PointCloud2::*const member :
+       {&sensor_msgs::PointCloud2::width, &sensor_msgs::PointCloud2::height,
+        &sensor_msgs::PointCloud2::row_step, &sensor_msgs::PointCloud2::point_step}) {
+    cloud = cloudOfRoom();
+    cloud.*member = 0xffffffff;
+    EXPECT_EQ(reasonAgainst(cloud), DropReason::kBadImage);
+    EXPECT_EQ(reasonAgainst(cloud, true), DropReason::kBadImage);
+  }
+  cloud = cloudOfRoom();
+  std::fill(cloud.data.begin(), cloud.data.end(), 0xff);
+  EXPECT_EQ(reasonAgainst(cloud), DropReason::kNoMeasurement);
+}
+
+/// 64 rings of a spinning lidar in its own frame, x ahead and z up.
+TEST(Clouds, OfALidarAreRefused) {
+  sensor_msgs::PointCloud2 cloud = cloudOfRoom();
+  for (int v = 0; v < kCloudHeight; ++v) {
+    for (int u = 0; u < kCloudWidth; ++u) {
+      const double turn = 2.0 * M_PI * u / kCloudWidth, rise = 0.8 * v / kCloudHeight - 0.4;
+      const float point[] = {static_cast<float>(3.0 * std::cos(turn) * std::cos(rise)),
+                             static_cast<float>(3.0 * std::sin(turn) * std::cos(rise)),
+                             static_cast<float>(3.0 * std::sin(rise))};
+      std::memcpy(&cloud.data[static_cast<size_t>(v) * cloud.row_step +
+                              static_cast<size_t>(u) * cloud.point_step + 4],
+                  point, sizeof(point));
+    }
+  }
+  EXPECT_EQ(reasonAgainst(cloud), DropReason::kBadIntrinsics);
+  EXPECT_EQ(reasonAgainst(cloud, true), DropReason::kBadIntrinsics);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,66 @@
+/// Organised clouds, as drivers make them of depth images.
+#pragma once
+
+#include <sensor_msgs/PointCloud2.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "dtsdf_mapping/pinhole.h"
+
+namespace dtsdf {
+
+/// How points lie in a message.
+struct CloudLayout {
+  uint8_t datatype = sensor_msgs::PointField::FLOAT32;
+  std::string names = "xyz";  ///< In the order of their bytes, after 4 others.
+  uint32_t padding = 4;       ///< Bytes after each row.
+  bool is_bigendian = false;
+};
+
+/// Of depth in metres; a depth of 0 becomes NaN.
+inline sensor_msgs::PointCloud2 makeCloud(const std_msgs::Header& header, const Intrinsics& K,
+                                          int width, int height, const std::vector<float>& depth_m,
+                                          const CloudLayout& layout = {}) {
+  const size_t bytes = layout.datatype == sensor_msgs::PointField::FLOAT64 ? 8 : 4;
+  sensor_msgs::PointCloud2 cloud;
+  cloud.header = header;
+  cloud.width = static_cast<uint32_t>(width);
+  cloud.height = static_cast<uint32_t>(height);
+  cloud.is_bigendian = layout.is_bigendian;
+  cloud.point_step = 4;
+  for (const char name : layout.names) {
+    cloud.fields.emplace_back();
+    cloud.fields.back().name = name;
+    cloud.fields.back().offset = cloud.point_step;
+    cloud.fields.back().datatype = layout.datatype;
+    cloud.fields.back().count = 1;
+    cloud.point_step += static_cast<uint32_t>(bytes);
+  }
+  cloud.row_step = cloud.width * cloud.point_step + layout.padding;
+  cloud.data.assign(static_cast<size_t>(cloud.row_step) * cloud.height, 0xee);
+  for (int i = 0; i < width * height; ++i) {
+    const int u = i % width, v = i / width;
+    const float depth = depth_m[static_cast<size_t>(i)];
+    const float z = depth > 0.0f ? depth : std::numeric_limits<float>::quiet_NaN();
+    const float point[] = {(static_cast<float>(u) - K.cx) * z / K.fx,
+                           (static_cast<float>(v) - K.cy) * z / K.fy, z};
+    for (const auto& field : cloud.fields) {
+      const auto axis = static_cast<size_t>(field.name[0] - 'x');
+      const float single = point[axis > 2 ? 0 : axis];
+      const double wide = single;
+      uint8_t value[8];
+      bytes == 8 ? std::memcpy(value, &wide, 8) : std::memcpy(value, &single, 4);
+      if (layout.is_bigendian) std::reverse(value, value + bytes);
+      std::copy_n(value, bytes,
+                  &cloud.data[static_cast<size_t>(v) * cloud.row_step +
+                              static_cast<size_t>(u) * cloud.point_step + field.offset]);
+    }
+  }
+  return cloud;
+}
+
+}  // namespace dtsdf

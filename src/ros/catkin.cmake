@@ -49,7 +49,8 @@ list(FILTER DTSDF_CV_BRIDGE_LIBRARY INCLUDE REGEX "cv_bridge")
 
 add_message_files(FILES Box.msg CameraStatus.msg DropCount.msg MapStatus.msg MemoryPart.msg
   MeshBlock.msg MeshBlocks.msg PoseStatus.msg Sphere.msg StreamStatus.msg TopicStatus.msg)
-add_service_files(FILES ClearRegion.srv CorrectPoses.srv GetDistances.srv LoadMap.srv SaveMap.srv SaveMesh.srv
+add_service_files(FILES ClearRegion.srv CorrectPoses.srv GetDistanceGrid.srv GetDistances.srv
+  LoadMap.srv SaveMap.srv SaveMesh.srv
   SaveTrajectory.srv SetPose.srv)
 generate_messages(DEPENDENCIES geometry_msgs std_msgs)
 generate_dynamic_reconfigure_options(cfg/Publish.cfg)

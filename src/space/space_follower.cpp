@@ -20,6 +20,15 @@ constexpr size_t kMostCubesAtOnce = size_t{1} << 16;
 
 }  // namespace
 
+CellSector SpaceSnapshot::sectorAt(const Vec3i& key) const {
+  const auto place = cells_.find(packKey(key));
+  if (place == cells_.end()) return {};
+  if (const auto sector = place->second.get()) return *sector;
+  CellSector lost;
+  for (int i = 0; i < kCubesPerSector; ++i) lost.make(i).surface = kAllCells;
+  return lost;
+}
+
 CellState SpaceSnapshot::stateOf(const Vec3i& cell) const {
   const auto place = cells_.find(packKey(sectorOfCell(cell)));
   const auto sector = place == cells_.end() ? nullptr : place->second.get();

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "dtsdf_mapping/region.h"
 #include "dtsdf_mapping/space.h"
 #include "space/distance_field.h"
 
@@ -33,7 +34,11 @@ class SpaceSnapshot : public KnownSpace {
 
  private:
   friend class SpaceFollower;
+  friend SpaceSnapshot clearedIn(const BoxRegion& box, const std::vector<Region>& cleared,
+                                 const SpaceSnapshot& space);
 
+  /// One that cannot be read has surfaces everywhere.
+  CellSector sectorAt(const Vec3i& key) const;
   static std::vector<SpaceCube> cubesOf(const Vec3i& sector, const Paged<CellSector>& paged);
 
   double cell_size_m_ = 0.0;

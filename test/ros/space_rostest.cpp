@@ -1,5 +1,6 @@
 /// What planners ask of the node: grid and updates, slices, distances; and how they follow the map.
 #include <dtsdf_mapping/ClearRegion.h>
+#include <dtsdf_mapping/GetDistanceGrid.h>
 #include <dtsdf_mapping/GetDistances.h>
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
@@ -179,6 +180,48 @@ TEST_F(SpaceTest, BadRequestsAreAnsweredWhy) {
   const GetDistances::Response far = ask(good);
   ASSERT_TRUE(far.success) << far.message;
   EXPECT_FALSE(far.known[0]);
+}
+
+/// The wall is at x = 1.02 m; an arm holds what is mapped of it near the camera's axis.
+TEST_F(SpaceTest, AGridIsAskedFor) {
+  fuseFrames(3);
+  GetDistances::Request points;
+  points.points = {pointOf(0.8, 0.0, 0.0)};
+  ASSERT_TRUE(askUpToDate(points).success);
+  dtsdf_mapping::GetDistanceGrid call;
+  auto& request = call.request;
+  const auto& answer = call.response;
+  request.box.pose.position = pointOf(0.8, 0.0, 0.0);
+  request.box.size.x = 0.9;
+  request.box.size.y = request.box.size.z = 0.1;
+  request.resolution = 0.1;
+  ASSERT_TRUE(ros::service::call("/mapping/get_distance_grid", call));
+  ASSERT_TRUE(answer.success) << answer.message;
+  EXPECT_EQ(answer.stamp, last_stamp_);
+  EXPECT_EQ(std::vector<uint32_t>(answer.size.begin(), answer.size.end()),
+            (std::vector<uint32_t>{9, 1, 1}));
+  EXPECT_NEAR(answer.origin.position.x, 0.4, 1e-9);
+  ASSERT_EQ(answer.distances.size(), 9u);
+  ASSERT_EQ(answer.gradients.size(), 27u);
+  EXPECT_EQ(answer.distances[4], askUpToDate(points).distances[0]);
+  EXPECT_NEAR(answer.distances[2], 1.02 - 0.6, kCell_m);
+  EXPECT_NEAR(answer.gradients[6], -1.0, 0.05);
+  EXPECT_TRUE(std::isnan(answer.distances[8])) << "behind the wall";
+  EXPECT_TRUE(std::isnan(answer.gradients[24]));
+
+  request.cleared_spheres.resize(1);
+  request.cleared_spheres[0].center = pointOf(1.02, 0.0, 0.0);
+  request.cleared_spheres[0].radius = 0.3;
+  ASSERT_TRUE(ros::service::call("/mapping/get_distance_grid", call));
+  ASSERT_TRUE(answer.success) << answer.message;
+  EXPECT_NEAR(answer.distances[4], std::hypot(0.22, 0.3), kCell_m);
+  EXPECT_FALSE(std::isnan(answer.distances[8])) << "taken as free";
+  EXPECT_NEAR(askUpToDate(points).distances[0], 0.22, kCell_m) << "the map is as it was";
+
+  request.resolution = 0.001;
+  ASSERT_TRUE(ros::service::call("/mapping/get_distance_grid", call));
+  EXPECT_FALSE(answer.success);
+  EXPECT_NE(answer.message.find("2097152 points"), std::string::npos) << answer.message;
 }
 
 /// Answers are those of the last of the meshes that are made anyhow, two a second: were each

@@ -2,6 +2,7 @@
 /// planners ask for.
 #pragma once
 
+#include <dtsdf_mapping/GetDistanceGrid.h>
 #include <dtsdf_mapping/GetDistances.h>
 #include <map_msgs/OccupancyGridUpdate.h>
 #include <nav_msgs/OccupancyGrid.h>
@@ -18,6 +19,7 @@
 #include "map/memory_budget.h"
 #include "params/text.h"
 #include "planning/ground_grid.h"
+#include "ros/common/requests.h"
 #include "ros/common/service.h"
 #include "ros/common/status_fields.h"
 #include "ros/common/topic.h"
@@ -25,6 +27,7 @@
 #include "ros/steps/live_map.h"
 #include "ros/steps/map_frame.h"
 #include "ros/steps/step.h"
+#include "space/distance_grid.h"
 #include "space/space_follower.h"
 #include "space/space_map.h"
 
@@ -88,6 +91,9 @@ class SpaceStep : public Step {
     server_ = serve<dtsdf_mapping::GetDistances>(
         handles.prompt, "get_distances",
         [this](const auto& request, auto& response) { answer(request, response); });
+    grid_server_ = serve<dtsdf_mapping::GetDistanceGrid>(
+        handles.waiting, "get_distance_grid",
+        [this](const auto& request, auto& response) { answerGrid(request, response); });
     if (!is_on_) return;
     grids_.advertise<nav_msgs::OccupancyGrid>(handles.prompt, "occupancy_grid", 1);
     updates_.advertise<map_msgs::OccupancyGridUpdate>(handles.prompt, "occupancy_grid_updates", 1);
@@ -165,17 +171,7 @@ class SpaceStep : public Step {
               dtsdf_mapping::GetDistances::Response& response) const {
     checkPoints(request.points);  // before any frame is looked up
     const Eigen::Isometry3d T_W_F = host_.frame.find(request.header.frame_id, request.header.stamp);
-    if (!is_on_) {
-      throw std::runtime_error(
-          "the map does not record free space; start the node with space/enabled");
-    }
-    host_.map.throwIfFailed();  // the last frame may be in the map in part
-    const Known known = this->known();
-    if (known.space->isEmpty()) {
-      throw std::runtime_error(
-          "nothing is mapped yet since the start, clear_map or load_map; ask again once a "
-          "frame was fused and meshed");
-    }
+    const Known known = knownToPlanners();
     const Eigen::Matrix3d R_F_W = T_W_F.linear().transpose();
     for (const geometry_msgs::Point& p : request.points) {
       const SpaceDistance distance =
@@ -186,6 +182,51 @@ class SpaceStep : public Step {
       response.gradients.push_back(toVector(R_F_W * Eigen::Vector3d(g.x, g.y, g.z)));
     }
     response.stamp = known.stamp;
+  }
+
+  void answerGrid(const dtsdf_mapping::GetDistanceGrid::Request& request,
+                  dtsdf_mapping::GetDistanceGrid::Response& response) const {
+    constexpr size_t kMostShapes = 1000;
+    if (request.cleared_boxes.size() + request.cleared_spheres.size() > kMostShapes) {
+      throw std::runtime_error(formatted("more than %zu shapes are to be cleared", kMostShapes));
+    }
+    const Eigen::Isometry3d T_W_F = host_.frame.find(request.header.frame_id, request.header.stamp);
+    const auto box = readBox(request.box, T_W_F);
+    if (!box) throw std::runtime_error("the box has no size; give box.size, in metres");
+    std::vector<Region> cleared;
+    for (const auto& shape : request.cleared_boxes) cleared.push_back(readRegion(shape, {}, T_W_F));
+    for (const auto& shape : request.cleared_spheres) {
+      cleared.push_back(readRegion({}, shape, T_W_F));
+      const std::string problem = findProblem(cleared.back());
+      if (!problem.empty()) throw std::runtime_error(problem);
+    }
+    const Known known = knownToPlanners();
+    const PointGrid grid =
+        gridIn(*box, request.resolution != 0.0 ? request.resolution : known.space->cellSize_m());
+    const Eigen::Matrix3d R_F_W = T_W_F.linear().transpose();
+    GridDistances answer = cleared.empty()
+                               ? distancesOn(grid, *known.space, R_F_W)
+                               : distancesOn(grid, clearedIn(*box, cleared, *known.space), R_F_W);
+    std::copy(grid.size.begin(), grid.size.end(), response.size.begin());
+    response.resolution = grid.resolution_m;
+    response.origin = toPose(T_W_F.inverse() * grid.T_W_G);
+    response.distances = std::move(answer.distances_m);
+    response.gradients = std::move(answer.gradients);
+    response.stamp = known.stamp;
+  }
+
+  /// @throws std::runtime_error where there is nothing to answer by.
+  Known knownToPlanners() const {
+    if (!is_on_) {
+      throw std::runtime_error(
+          "the map does not record free space; start the node with space/enabled");
+    }
+    host_.map.throwIfFailed();  // the last frame may be in the map in part
+    const Known known = this->known();
+    if (!known.space->isEmpty()) return known;
+    throw std::runtime_error(
+        "nothing is mapped yet since the start, clear_map or load_map; ask again once a frame was "
+        "fused and meshed");
   }
 
   /// @throws std::runtime_error for too many points, or one that is not finite.
@@ -379,7 +420,7 @@ class SpaceStep : public Step {
   StaticLayerPace update_pace_;
   Pace pace_;
   Topic grids_, updates_, slices_;
-  ros::ServiceServer server_;
+  ros::ServiceServer server_, grid_server_;
 
   mutable std::mutex mutex_;             ///< Guards what follows, for a moment.
   std::optional<SpaceChanges> waiting_;  ///< The queue, with the size of its cells

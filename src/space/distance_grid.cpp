@@ -1,0 +1,135 @@
+#include "space/distance_grid.h"
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "map/region_view.h"
+#include "space/sector_distances.h"
+
+namespace dtsdf {
+namespace {
+
+template <class Visit>
+void visitBetween(const Vec3i& low, const Vec3i& high, const Visit& visit) {
+  for (int32_t z = low.z; z <= high.z; ++z) {
+    for (int32_t y = low.y; y <= high.y; ++y) {
+      for (int32_t x = low.x; x <= high.x; ++x) visit(Vec3i{x, y, z});
+    }
+  }
+}
+
+/// Cells whose centres lie in a region in units of cells become free.
+void clear(const RegionView& region, const Vec3i& sector, CellSector& cells) {
+  for (int number = 0; number < kCubesPerSector; ++number) {
+    const Vec3i first = firstCellOfCube(cubeOfSector(sector, number));
+    constexpr double kMiddle = 0.5 * kCubeSide, kReach = 6.1;  // to the centres at its corners
+    const Vec3d middle{first.x + kMiddle, first.y + kMiddle, first.z + kMiddle};
+    if (!isInside(region, middle, kReach)) continue;
+    CubeCells cube = cells.at(number);
+    for (int i = 0; i < kCellsPerCube; ++i) {
+      const int x = i % kCubeSide, y = i / kCubeSide % kCubeSide, z = i / (kCubeSide * kCubeSide);
+      if (!isInside(region, Vec3d{first.x + x + 0.5, first.y + y + 0.5, first.z + z + 0.5}))
+        continue;
+      const uint64_t bit = uint64_t{1} << (x + kCubeSide * y);
+      cube.surface.word[z] &= ~bit;
+      cube.free.word[z] |= bit;
+    }
+    if (!isEmpty(cube)) cells.make(number) = cube;
+  }
+}
+
+/// The cells of an upright box around another one.
+struct CellBox {
+  Vec3i first, last;
+};
+CellBox cellsAround(const BoxRegion& box, const SpaceSnapshot& space) {
+  const Eigen::Vector3d half_m = 0.5 * (box.T_W_B.linear().cwiseAbs() * box.size_m);
+  const Eigen::Vector3d middle_m = box.T_W_B.translation();
+  const double cell_m = space.cellSize_m();
+  constexpr double kMostCell = static_cast<double>(kMaxBlockCoordinate);  // and room for the reach
+  if (!((middle_m.cwiseAbs() + half_m).maxCoeff() < kMostCell * cell_m)) {
+    throw std::runtime_error("the box is beyond the coordinates of a map");
+  }
+  if ((2.0 * half_m / cell_m).prod() > static_cast<double>(kMostGridPoints)) {
+    throw std::runtime_error("the box holds more than " + std::to_string(kMostGridPoints) +
+                             " cells of the map, too many where something is cleared; split it");
+  }
+  return {space.cellAt(middle_m - half_m), space.cellAt(middle_m + half_m)};
+}
+
+}  // namespace
+
+PointGrid gridIn(const BoxRegion& box, double resolution_m) {
+  if (!(resolution_m > 0.0) || !std::isfinite(resolution_m)) {
+    throw std::runtime_error("the resolution must be above 0, in metres");
+  }
+  constexpr double kRounding = 1e-6;  // 0.3 m are three steps of 0.1 m
+  const Eigen::Vector3d steps = (box.size_m / resolution_m).array() - kRounding;
+  const Eigen::Vector3d points = steps.array().ceil().max(1.0);
+  if (!(points.prod() <= static_cast<double>(kMostGridPoints))) {
+    throw std::runtime_error("the box has more than " + std::to_string(kMostGridPoints) +
+                             " points at this resolution; split it, or use a coarser one");
+  }
+  PointGrid grid{box.T_W_B, {}, resolution_m};
+  for (int axis = 0; axis < 3; ++axis) grid.size[axis] = static_cast<uint32_t>(points[axis]);
+  grid.T_W_G.translate(-0.5 * resolution_m * (points - Eigen::Vector3d::Ones()));
+  return grid;
+}
+
+GridDistances distancesOn(const PointGrid& grid, const KnownSpace& space,
+                          const Eigen::Matrix3d& R_F_W) {
+  GridDistances result;
+  result.distances_m.reserve(grid.count());
+  result.gradients.reserve(3 * grid.count());
+  for (size_t i = 0; i < grid.count(); ++i) {
+    const size_t row = i / grid.size[0];
+    const Eigen::Vector3d p(static_cast<double>(i % grid.size[0]),
+                            static_cast<double>(row % grid.size[1]),
+                            static_cast<double>(row / grid.size[1]));
+    const SpaceDistance distance = space.distanceAt(grid.T_W_G * (p * grid.resolution_m));
+    const Vec3f& g = distance.gradient;
+    const Eigen::Vector3d gradient = R_F_W * Eigen::Vector3d(g.x, g.y, g.z);
+    constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+    result.distances_m.push_back(distance.known ? distance.distance_m : kUnknown);
+    for (int axis = 0; axis < 3; ++axis) {
+      result.gradients.push_back(distance.known ? static_cast<float>(gradient[axis]) : kUnknown);
+    }
+  }
+  return result;
+}
+
+SpaceSnapshot clearedIn(const BoxRegion& box, const std::vector<Region>& cleared,
+                        const SpaceSnapshot& space) {
+  const CellBox cells = cellsAround(box, space);
+  std::vector<RegionView> regions;
+  for (const Region& region : cleared)
+    regions.push_back(makeRegionView(region, space.cell_size_m_));
+  SpaceSnapshot result;
+  result.cell_size_m_ = space.cell_size_m_;
+  result.reach_ = space.reach_;
+  const Vec3i reach{space.reach_ + 1, space.reach_ + 1, space.reach_ + 1}, next{1, 1, 1};
+  SurfaceTable surfaces(nullptr);
+  visitBetween(sectorOfCell(cells.first - reach), sectorOfCell(cells.last + reach),
+               [&](const Vec3i& key) {
+                 CellSector& sector = surfaces.open(packKey(key));
+                 sector = space.sectorAt(key);
+                 for (const RegionView& region : regions) clear(region, key, sector);
+                 result.cells_[packKey(key)] =
+                     Paged<CellSector>(std::make_shared<CellSector>(sector), nullptr);
+               });
+  surfaces.close();
+  SectorDistances<int32_t> distances;
+  visitBetween(sectorOfCell(cells.first - next), sectorOfCell(cells.last + next),
+               [&](const Vec3i& key) {
+                 const auto sector = std::make_shared<DistanceSector>();
+                 sector->squared = distances.run(surfaces, key, space.reach_);
+                 if (sector->isEmpty()) return;
+                 result.distances_[packKey(key)] = Paged<DistanceSector>(sector, nullptr);
+               });
+  return result;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,45 @@
+/// Distances on a grid of points, and with parts of the map taken as empty: for arms.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "dtsdf_mapping/region.h"
+#include "space/space_follower.h"
+
+namespace dtsdf {
+
+/// Of a grid, and of the cells in the box that it fills where something is cleared.
+constexpr size_t kMostGridPoints = size_t{1} << 21;
+
+/// Points along the axes of a box, with its middle in theirs.
+struct PointGrid {
+  Eigen::Isometry3d T_W_G = Eigen::Isometry3d::Identity();  ///< Point (0, 0, 0) is G's origin.
+  std::array<uint32_t, 3> size{};
+  double resolution_m = 0.0;
+
+  size_t count() const { return size_t{size[0]} * size[1] * size[2]; }
+};
+
+/// The points that fill a box without a problem.
+/// @throws std::runtime_error for too many, or a resolution that is not above 0.
+PointGrid gridIn(const BoxRegion& box, double resolution_m);
+
+/// Of each point, x first, the distance in metres, NaN where it is unknown.
+struct GridDistances {
+  std::vector<float> distances_m;
+  std::vector<float> gradients;  ///< Three of each, along the axes of F.
+};
+GridDistances distancesOn(const PointGrid& grid, const KnownSpace& space,
+                          const Eigen::Matrix3d& R_F_W);
+
+/// Space as it would be in a box if all were free whose cells have their centres in `cleared`,
+/// which have no problem. Nothing is known elsewhere.
+/// @throws std::runtime_error for a box that is too large, or beyond the coordinates of a map.
+SpaceSnapshot clearedIn(const BoxRegion& box, const std::vector<Region>& cleared,
+                        const SpaceSnapshot& space);
+
+}  // namespace dtsdf

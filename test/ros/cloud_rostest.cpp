@@ -15,8 +15,8 @@
 namespace dtsdf {
 namespace {
 
-constexpr int kWidth = 96, kHeight = 72;
-const Intrinsics kCamera{80.0f, 80.0f, 47.5f, 35.5f};
+constexpr int kCloudWidth = 96, kCloudHeight = 72;
+const Intrinsics kCloudCamera{80.0f, 80.0f, 47.5f, 35.5f};
 
 class Clouds : public testing::Test {
  protected:
@@ -36,8 +36,8 @@ class Clouds : public testing::Test {
 
 TEST_F(Clouds, UnorganisedOnesAreDroppedWithWhatToDo) {
   sensor_msgs::PointCloud2 cloud =
-      makeCloud(makeHeader(ros::Time::now(), "camera"), kCamera, kWidth, kHeight,
-                std::vector<float>(kWidth * kHeight, 1.0f));
+      makeCloud(makeHeader(ros::Time::now(), "camera"), kCloudCamera, kCloudWidth, kCloudHeight,
+                std::vector<float>(kCloudWidth * kCloudHeight, 1.0f));
   cloud.width *= cloud.height;
   cloud.height = 1;
   clouds_.publish(cloud);
@@ -54,13 +54,15 @@ TEST_F(Clouds, MakeTheMeshOfTheDepthImages) {
   const uint64_t fused = status_.status().frames_fused;
   for (int i = 0; i < 10; ++i) {
     const Eigen::Isometry3d T_W_C = roomCameraPose(0.1 * i, 6.0);
-    const std::vector<float> depth_m = renderDepth(room, kCamera, kWidth, kHeight, T_W_C);
+    const std::vector<float> depth_m =
+        renderDepth(room, kCloudCamera, kCloudWidth, kCloudHeight, T_W_C);
     const ros::Time stamp = ros::Time::now();
     transforms_.publish(makeTfMessage("map", "camera", T_W_C, stamp));
-    clouds_.publish(makeCloud(makeHeader(stamp, "camera"), kCamera, kWidth, kHeight, depth_m));
+    clouds_.publish(
+        makeCloud(makeHeader(stamp, "camera"), kCloudCamera, kCloudWidth, kCloudHeight, depth_m));
     ASSERT_TRUE(status_.waitForFused(fused + 1 + static_cast<uint64_t>(i)))
         << status_.status().message;
-    DepthFrame frame = depthFrameOf(depth_m, kCamera, kWidth, kHeight, T_W_C);
+    DepthFrame frame = depthFrameOf(depth_m, kCloudCamera, kCloudWidth, kCloudHeight, T_W_C);
     // As the quaternion of the transform has it.
     frame.T_W_C = toIsometry(makeTransform("map", "camera", T_W_C, stamp).transform);
     mapper->integrate(frame);

@@ -64,8 +64,6 @@ void visitRules(ColourRules& rules, Visitor& visit) {
   const std::string section = "rules/colour/";
   visit(section + "surface_distance", rules.surface_distance, Range{0.0, 16.0});
   visit(section + "hidden_depth", rules.hidden_depth, Range{0.0, 100.0});
-  visit(section + "outline_voxels", rules.outline_voxels, Range{0.0, 16.0});
-  visit(section + "outline_share", rules.outline_share, Range{0.0, 1.0});
   visit(section + "sample_width", rules.sample_width, Range{0.0, 16.0});
   visit(section + "most_views", rules.most_views, Range{1, 15});
   visit(section + "least_overlap", rules.least_overlap, Range{1, 1e9});

@@ -179,9 +179,8 @@ void Painter::findPoints(const PaintedMap& map) {
 void Painter::sample(BlockView& block) const {
   block.samples.clear();
   for (const FacingPoint& facing : block.points) {
-    const float share = visibilityOf(sensing_.view, sensing_.hiding, facing.point);
-    if (!(share > 0.0f)) continue;
-    const ColourSample sample = sampleAt(sensing_, facing.point, share);
+    if (isHidden(sensing_.view, sensing_.hiding, facing.point)) continue;
+    const ColourSample sample = sampleAt(sensing_, facing.point);
     if (sample.weight > 0.0f) block.samples.push_back({facing.voxel, sample});
   }
 }

@@ -12,13 +12,6 @@ struct ColourRules {
   /// What is off a point's surface by more than this is another surface, in voxels: less is the
   /// roughness of the surface itself.
   float hidden_depth = 2.0f;
-  /// As near as this to another surface, in voxels, and a cell of the hiding image (hiding.h) more,
-  /// a view is beside an outline: pixels mix both surfaces, cameras are not registered to the
-  /// pixel, and where the map's surface ends is known no better.
-  float outline_voxels = 1.5f;
-  /// Such a view counts for this share: a thin thing or a fold has no other, but what was seen from
-  /// another side has a better one.
-  float outline_share = 0.05f;
 
   /// Pixels are averaged over squares of about this side, in voxels: finer detail is lost in the
   /// map anyhow, and would show as noise.

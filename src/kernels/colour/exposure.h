@@ -45,8 +45,8 @@ DTSDF_HD bool isWellExposed(const VoxelColour& colour) {
   return isWellExposed(colour.red) && isWellExposed(colour.green) && isWellExposed(colour.blue);
 }
 
-/// Whether a voxel tells of the exposure: both have seen it about as well. What is at an outline,
-/// or seen much better than before, may differ for other reasons.
+/// Whether a voxel tells of the exposure: both have seen it about as well. What is seen
+/// much better or worse than before may differ for other reasons.
 DTSDF_HD bool tellsExposure(const VoxelColour& map, const VoxelColour& image, float image_weight,
                             const ColourRules& rules) {
   const float views = static_cast<float>(rules.most_views) * image_weight;

@@ -109,10 +109,6 @@ DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, cons
   }
 }
 
-DTSDF_HD float depthAt(const HidingImage& hiding, int32_t u, int32_t v) {
-  return hiding.depth_m[v * hiding.width + u];
-}
-
 /// Where a point's own surface would be in a cell: on its plane.
 DTSDF_HD float ownDepthAt(const SurfacePoint& point, int32_t u, int32_t v) {
   const float centre_u = (static_cast<float>(u) + 0.5f) * kCellSide;
@@ -120,49 +116,14 @@ DTSDF_HD float ownDepthAt(const SurfacePoint& point, int32_t u, int32_t v) {
   return depthBeside(point.plane, centre_u - point.u, centre_v - point.v);
 }
 
-/// Whether another surface than the point's own is seen in a cell.
-struct SeenBeside {
-  bool is_nearer, is_farther;
-};
-
-/// Own is what lies on the point's plane, or as far away as the point, where another surface meets
-/// it, or in between. The point itself is asked first, as that needs no plane.
-DTSDF_HD SeenBeside seenIn(const PointView& view, const SurfacePoint& point, int32_t u, int32_t v,
-                           float seen_m) {
-  const float limit_m = view.rules.hidden_depth * view.frame.voxel_size_m;
-  const bool is_nearer = seen_m < point.depth_m - limit_m;
-  const bool is_farther = seen_m > point.depth_m + limit_m;
-  if (!is_nearer && !is_farther) return {false, false};
-  const float own_m = ownDepthAt(point, u, v);
-  return {is_nearer && seen_m < own_m - limit_m, is_farther && seen_m > own_m + limit_m};
-}
-
-/// How far from a point its outline may be for the view to be beside it, in pixels: where the
-/// hiding image shows it is known to a cell.
-DTSDF_HD float outlineReach(const ColourRules& rules, float voxel_px) {
-  return static_cast<float>(kCellSide) + rules.outline_voxels * voxel_px;
-}
-
-/// What a view of a point counts for by what is seen there and around it: nothing where something
-/// nearer hides it, little where its surface ends or something nearer does.
-DTSDF_HD float visibilityOf(const PointView& view, const HidingImage& hiding,
-                            const SurfacePoint& point) {
-  const ColourRules& rules = view.rules;
-  const float beside = outlineReach(rules, voxelWidth(view.frame, point));
+/// Whether something nearer hides a point: its cell shows what is nearer than the point, and than
+/// the point's plane, which may come nearer within the cell.
+DTSDF_HD bool isHidden(const PointView& view, const HidingImage& hiding,
+                       const SurfacePoint& point) {
   const int32_t u = cellOf(point.u, hiding.width), v = cellOf(point.v, hiding.height);
-  const int32_t us[3] = {u, cellOf(point.u - beside, hiding.width),
-                         cellOf(point.u + beside, hiding.width)};
-  const int32_t vs[3] = {v, cellOf(point.v - beside, hiding.height),
-                         cellOf(point.v + beside, hiding.height)};
-  float seen_m[9];  // read together: most are asked for, and each alone would be waited for
-  for (int n = 0; n < 9; ++n) seen_m[n] = depthAt(hiding, us[n % 3], vs[n / 3]);
-  if (seenIn(view, point, u, v, seen_m[0]).is_nearer) return 0.0f;
-  bool is_outline = false;
-  for (int n = 1; n < 9 && !is_outline; ++n) {
-    const SeenBeside seen = seenIn(view, point, us[n % 3], vs[n / 3], seen_m[n]);
-    is_outline = seen.is_nearer || seen.is_farther;
-  }
-  return is_outline ? rules.outline_share : 1.0f;
+  const float limit_m = view.rules.hidden_depth * view.frame.voxel_size_m;
+  const float farthest_m = hiding.depth_m[v * hiding.width + u] + limit_m;
+  return farthest_m < point.depth_m && farthest_m < ownDepthAt(point, u, v);
 }
 
 }  // namespace dtsdf

@@ -41,14 +41,12 @@ DTSDF_HD float sampleWidth(const PointView& view, const SurfacePoint& point) {
   return view.rules.sample_width * voxelWidth(view.frame, point);
 }
 
-/// The sample of a point that counts for this share.
-DTSDF_HD ColourSample sampleAt(const ColourSensing& sensing, const SurfacePoint& point,
-                               float share) {
+DTSDF_HD ColourSample sampleAt(const ColourSensing& sensing, const SurfacePoint& point) {
   const PointView& view = sensing.view;
   const Rgb colour =
       colourAt(sensing.image, levelOfWidth(sampleWidth(view, point)), point.u, point.v);
   return {roundColour(colour.red), roundColour(colour.green), roundColour(colour.blue),
-          share * viewWeight(view, point)};
+          viewWeight(view, point)};
 }
 
 /// The sample of a voxel, whose index is that in its array.
@@ -62,8 +60,7 @@ DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& fi
       !(point.cosine > 0.0f)) {
     return nothing;
   }
-  const float share = visibilityOf(view, sensing.hiding, point);
-  return share > 0.0f ? sampleAt(sensing, point, share) : nothing;
+  return isHidden(view, sensing.hiding, point) ? nothing : sampleAt(sensing, point);
 }
 
 /// The mean of a voxel's colour and a sample's, by weight. Of the voxel's weight no more counts

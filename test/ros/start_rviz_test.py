@@ -38,6 +38,9 @@ class StartRviz(unittest.TestCase):
         self.assertEqual(self.display(manager, "Surface points")["Topic"],
                          "/robot/mapper/surface_points")
         self.assertEqual(manager["Global Options"]["Fixed Frame"], "odom")
+        self.assertNotEqual(self.display(manager, "Depth")["Enabled"], False)
+        manager = self.adapt("/mapping", "/points", "cloud", "odom", [])
+        self.assertEqual(self.display(manager, "Depth")["Enabled"], False)
 
     def test_each_display_has_a_configuration_of_its_own(self):
         self.config = self.read("blocks")

@@ -27,6 +27,9 @@ find_package(pcl_ros REQUIRED)
 find_package(rosbag REQUIRED)
 find_package(PCL REQUIRED COMPONENTS common)
 
+# Free and occupied space is published as an OctoMap only with it: it is not in Debian's archive.
+find_package(octomap_msgs QUIET)
+
 # The display for RViz needs RViz's headers, and the Qt that it was built with. Without them the mesh
 # is shown by its markers elsewhere.
 set(DTSDF_RVIZ OFF)

@@ -1,6 +1,6 @@
 // map_tool bt: what is known of space as an OctoMap tree.
 #ifdef DTSDF_WITH_OCTOMAP
-#include <octomap/OcTree.h>
+#include "planning/oc_tree.h"
 #endif
 
 #include <cstdio>
@@ -16,25 +16,12 @@ namespace {
 
 #ifdef DTSDF_WITH_OCTOMAP
 
-/// Keys of a tree have 16 bits an axis.
-octomap::key_type keyOf(int32_t cell) {
-  constexpr int32_t kMiddle = 1 << 15;
-  if (cell < -kMiddle || cell >= kMiddle) {
-    throw std::runtime_error(
-        "the map reaches farther than an OctoMap tree can, 32768 cells from "
-        "the origin; use larger cells (space/cell_voxels)");
-  }
-  return static_cast<octomap::key_type>(cell + kMiddle);
-}
-
 void save(const Space& space, const std::string& path) {
   octomap::OcTree tree(space.cellSize_m());
   size_t occupied = 0, free = 0;
   for (const SpaceCell& known : space.cells()) {
-    const bool is_occupied = known.state == CellState::kSurface;
-    const octomap::OcTreeKey key(keyOf(known.cell.x), keyOf(known.cell.y), keyOf(known.cell.z));
-    tree.updateNode(key, is_occupied, true);
-    ++(is_occupied ? occupied : free);
+    addToTree(known, tree);
+    ++(known.state == CellState::kSurface ? occupied : free);
   }
   tree.updateInnerOccupancy();
   std::ostringstream bytes;

@@ -20,7 +20,11 @@ Steps makeSteps(const Host& host) {
   if (journal) steps.push_back(std::move(journal));
   steps.push_back(makeMeshTopicsStep(host.params, host.rates));
   steps.push_back(makePointsStep(host));
-  steps.push_back(std::make_unique<SpaceStep>(host));
+  auto space = std::make_unique<SpaceStep>(host);
+#ifdef DTSDF_WITH_OCTOMAP_MSGS
+  if (host.params.mapper.space.enabled) steps.push_back(makeOctomapStep(host, *space));
+#endif
+  steps.push_back(std::move(space));
   steps.push_back(makeViewStep(host));
   steps.push_back(makeFilesStep(host));
   return steps;

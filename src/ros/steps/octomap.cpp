@@ -1,0 +1,89 @@
+/// The step that publishes free and occupied space as an OctoMap while someone listens; compiled
+/// where octomap_msgs is installed.
+#include <octomap_msgs/Octomap.h>
+
+#include <locale>
+#include <memory>
+#include <sstream>
+
+#include "planning/oc_tree.h"
+#include "ros/common/callback_guard.h"
+#include "ros/steps/make_steps.h"
+#include "ros/steps/space.h"
+
+namespace dtsdf {
+namespace {
+
+class OctomapStep : public Step {
+ public:
+  OctomapStep(const Host& host, const SpaceStep& space)
+      : host_(host), space_(space), pace_(host.rates.space_hz) {}
+
+  void advertise(const Handles& handles) override {
+    topic_.advertise<octomap_msgs::Octomap>(handles.prompt, "octomap", 1);
+  }
+
+  /// The step of space has the output ask again soon. Rests as long as it took.
+  SteadyDuration publish(ShownMesh*) override {
+    const SteadyTime begin = std::chrono::steady_clock::now();
+    const SpaceStep::Known known = space_.known();
+    pace_.setRate(host_.rates.space_hz, begin);
+    is_outdated_ = topic_.takeNewcomer() || known.space != published_.lock() || is_outdated_;
+    const bool is_any = known.space->cellSize_m() > 0.0;  // or was, before clear_map
+    if (!is_any || !is_outdated_ || !topic_.isFollowed() || !pace_.isDue(begin)) {
+      return SteadyDuration::max();
+    }
+    is_outdated_ = false;
+    published_ = known.space;
+    guarded("octomap", [&] { topic_.publish(makeMessage(known)); });
+    const SteadyTime end = std::chrono::steady_clock::now();
+    pace_.begin(begin);
+    pace_.restUntil(end + (end - begin));
+    return SteadyDuration::max();
+  }
+
+  void fill(MapStatus& status) override { status.topics.push_back(topic_.status()); }
+
+ private:
+  /// As octomap_msgs/conversions.h makes it.
+  octomap_msgs::Octomap makeMessage(const SpaceStep::Known& known) const {
+    octomap::OcTree tree(known.space->cellSize_m());
+    known.space->visitCubes([&](const std::vector<SpaceCube>& cubes) {
+      for (const SpaceCube& cube : cubes) {
+        for (int i = 0; i < SpaceCube::kSide * 64; ++i) {
+          const Vec3i cell = cube.cellOf(i / 64, i % 64);
+          const CellState state = cube.stateOf(cell);
+          if (state != CellState::kUnknown) addToTree({cell, state}, tree);
+        }
+      }
+    });
+    tree.updateInnerOccupancy();
+    std::ostringstream bytes;
+    bytes.imbue(std::locale::classic());
+    tree.writeBinaryData(bytes);
+    const std::string data = bytes.str();
+    octomap_msgs::Octomap message;
+    message.header.frame_id = frameOfMap(host_.params.node);
+    message.header.stamp = known.stamp;
+    message.binary = true;
+    message.id = tree.getTreeType();
+    message.resolution = tree.getResolution();
+    message.data.assign(data.begin(), data.end());
+    return message;
+  }
+
+  const Host& host_;
+  const SpaceStep& space_;
+  std::weak_ptr<const SpaceSnapshot> published_;
+  bool is_outdated_ = false;
+  Pace pace_;
+  Topic topic_;
+};
+
+}  // namespace
+
+std::unique_ptr<Step> makeOctomapStep(const Host& host, const SpaceStep& space) {
+  return std::make_unique<OctomapStep>(host, space);
+}
+
+}  // namespace dtsdf

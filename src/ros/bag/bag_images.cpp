@@ -25,13 +25,13 @@ namespace {
 
 /// Null for what is no image, or a damaged one, with what is wrong.
 sensor_msgs::ImageConstPtr imageOf(const ImageKind& kind, const rosbag::MessageInstance& message,
-                                   std::string* problem = nullptr) {
+                                   std::string& problem) {
   const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
   if (!compressed) return message.instantiate<sensor_msgs::Image>();
   try {
     return kind.decode(*compressed);
   } catch (const std::runtime_error& error) {
-    if (problem != nullptr) *problem = errorText(error);
+    problem = errorText(error);
     return nullptr;
   }
 }
@@ -111,10 +111,9 @@ class BagImages : public Source {
     if (info_topic_.empty()) {
       info_topic_ = image_topic.substr(0, image_topic.rfind('/') + 1) + "camera_info";
     }
-    is_cloud_ =
-        rosbag::View(bag_, rosbag::TopicQuery(topic_)).begin()->isType<sensor_msgs::PointCloud2>();
-    clouds_.emplace(topic_);
-    if (!kIsColour && !options_.intrinsics && !is_cloud_) requireInfo();
+    rosbag::View view(bag_, rosbag::TopicQuery(topic_));
+    if (view.begin()->isType<sensor_msgs::PointCloud2>()) clouds_.emplace(topic_);
+    if (!kIsColour && !options_.intrinsics && !clouds_) requireInfo();
     if (!options_.mask_topic.empty()) requireMessages(bag_, options_.mask_topic);
     poses_ = std::make_unique<BagPoses>(bag_, options_);
     // All of them, small as they are: an image may be recorded before its camera_info.
@@ -123,7 +122,6 @@ class BagImages : public Source {
       if (info) infos_[info->header.stamp] = info;
     }
     rectification_.emplace(options_.rectify, image_topic, kIsColour);
-    rosbag::View view(bag_, rosbag::TopicQuery(topic_));
     for (const rosbag::MessageInstance& message : view) {
       messages_.emplace(kIsColour ? headerOf(message).stamp : ros::Time(), message);
     }
@@ -204,13 +202,13 @@ class BagImages : public Source {
   std::optional<Frame> makeFrame(const rosbag::MessageInstance& message) {
     std::string problem = "a message of another type";
     CameraImage given;
-    if (const auto cloud = message.instantiate<sensor_msgs::PointCloud2>(); cloud && is_cloud_) {
+    if (const auto cloud = message.instantiate<sensor_msgs::PointCloud2>(); cloud && clouds_) {
       const bool has_info = options_.intrinsics || !infos_.empty();
       auto converted = clouds_->convert(*cloud, has_info, std::numeric_limits<size_t>::max());
       if (const auto* const bad = std::get_if<Rejection>(&converted)) return skip(*bad);
       given = std::get<CameraImage>(std::move(converted));
     } else {
-      given.image = imageOf(kKind, message, &problem);
+      given.image = imageOf(kKind, message, problem);
     }
     sensor_msgs::ImageConstPtr image = given.image;
     if (!image) return skip({DropReason::kBadImage, problem});
@@ -233,12 +231,12 @@ class BagImages : public Source {
     Frame frame;
     try {
       const CameraImage camera =
-          is_cloud_ ? CameraImage{image, info} : rectification_->apply({image, info});
+          clouds_ ? CameraImage{image, info} : rectification_->apply({image, info});
       if constexpr (kIsColour) {
         frame.colour = makeColourFrame(camera.image, *camera.info, *pixels);
         frame.colour.T_W_C = *T_W_C;
       } else {
-        const DepthUnits units{options_.unit_16uc1_m, options_.unit_32fc1_m};
+        const DepthUnits units{options_.unit_16uc1_m, clouds_ ? 1.0f : options_.unit_32fc1_m};
         frame.depth = makeDepthFrame(camera.image, *camera.info, units, *pixels);
         frame.depth.T_W_C = *T_W_C;
       }
@@ -306,8 +304,7 @@ class BagImages : public Source {
   std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> infos_;
   std::optional<Eigen::Isometry3d> first_T_W_C_;  ///< With first_pose_only, once it is known.
   std::optional<Rectification> rectification_;
-  std::optional<CloudImages> clouds_;
-  bool is_cloud_ = false;  ///< Depth is on a topic of clouds.
+  std::optional<CloudImages> clouds_;  ///< If depth is on a topic of clouds.
   ros::Time last_stamp_;
   std::multimap<ros::Time, rosbag::MessageInstance> messages_;
   std::multimap<ros::Time, rosbag::MessageInstance>::const_iterator next_ = messages_.end();

@@ -323,7 +323,7 @@ class ImageStream {
       if (kind_.is_colour) {
         posed.image = makeColourFrame(camera.image, *camera.info, posed.pixels);
       } else {
-        const DepthUnits units{params_.unit_16uc1_m, params_.unit_32fc1_m};
+        const DepthUnits units{params_.unit_16uc1_m, is_cloud_ ? 1.0f : params_.unit_32fc1_m};
         DepthFrame depth = makeDepthFrame(camera.image, *camera.info, units, posed.pixels);
         if (params_.depth == DepthChoice::kRay && !is_cloud_) {
           const auto turned = boost::make_shared<cv_bridge::CvImage>();

@@ -1,8 +1,8 @@
 #include "align.h"
 
 #include "device_map.cuh"
+#include "kernels/poses/voxel_reader.h"
 #include "launch.h"
-#include "raw_depth.cuh"
 #include "runtime/stage_clock.h"
 
 namespace dtsdf {
@@ -26,37 +26,10 @@ constexpr int kSums = sizeof(AlignmentSums) / sizeof(int64_t);
 static_assert(sizeof(AlignmentSums) % sizeof(int64_t) == 0, "nothing but 64-bit integers");
 static_assert(kSums <= kAlignThreads, "one thread hands over each");
 
-/// Looks voxels up that lie near each other: most are of the block that the last one was of.
-class VoxelReader {
- public:
-  __device__ VoxelReader(const MapView& map, const Vec3i& origin_voxel)
-      : map_(map), origin_(origin_voxel) {}
-
-  __device__ Voxel operator()(int direction, const Vec3i& at_L) {
-    const Vec3i at = at_L + origin_;
-    const BlockKey key = blockOfVoxel(at);
-    if (!is_known_ || key != key_) {
-      slot_ = isRepresentable(key) ? findSlot(map_, packKey(key)) : -1;
-      key_ = key;
-      is_known_ = true;
-    }
-    const int32_t array = slot_ < 0 ? kNoArray : map_.slots[slot_].array[direction];
-    if (array == kNoArray) return makeVoxel(0.0f, 0, 0);
-    constexpr int kMask = kBlockSide - 1;
-    return map_.voxels.record(array)[voxelIndex(at.x & kMask, at.y & kMask, at.z & kMask)];
-  }
-
- private:
-  const MapView& map_;
-  Vec3i origin_;
-  BlockKey key_{0, 0, 0};
-  int32_t slot_ = -1;
-  bool is_known_ = false;
-};
-
 /// findSurface() by the lanes of a point: each looks at another place along the normal.
+template <class VoxelAt>
 __device__ FieldSample findTogether(const Vec3f& p_L, const Vec3f& normal, bool directional,
-                                    float reach, VoxelReader& voxel) {
+                                    float reach, VoxelAt& voxel) {
   const unsigned lane = threadIdx.x % kLanes, first = threadIdx.x % kWarp - lane;
   const unsigned lanes = ((1u << kLanes) - 1u) << first;
   const DirectionSet directions = directionsOf(normal, directional);
@@ -99,7 +72,12 @@ __global__ void __launch_bounds__(kAlignThreads)
   AlignmentSums own = {};
   const size_t i = globalThread() / kLanes;
   if (i < count) {
-    VoxelReader reader(map, view.origin_voxel);
+    const auto slotOf = [&](PackedKey key) { return findSlot(map, key); };
+    const auto arrayOf = [&](int32_t slot, int direction) -> const Voxel* {
+      const int32_t array = map.slots[slot].array[direction];
+      return array == kNoArray ? nullptr : map.voxels.record(array);
+    };
+    VoxelReader reader(view.origin_voxel, slotOf, arrayOf);
     addPoint(own, view, points[i], cutoff, [&](const Vec3f& p_L, const Vec3f& normal) {
       return findTogether(p_L, normal, directional, cutoff, reader);
     });
@@ -134,17 +112,15 @@ void PoseAligner::takePoints(const FrameView& view, const RawDepth& raw) {
   pinned_sums_.reserve(1);
   has_pinned_points_ = false;
   if (point_count_ == 0) return;
-  makeAlignedPointsKernel<<<alignBlocks(point_count_), kAlignThreads, 0, stream_.get()>>>(
-      view, raw, settings_, grid, points_.data());
-  DTSDF_CHECK_LAUNCH("makeAlignedPointsKernel");
+  launch("makeAlignedPointsKernel", makeAlignedPointsKernel, alignBlocks(point_count_),
+         kAlignThreads, 0, stream_, view, raw, settings_, grid, points_.data());
 }
 
 AlignmentSums PoseAligner::sumsAt(const FrameView& view, float cutoff, const MapView& map) {
   if (point_count_ == 0) return AlignmentSums{};
-  addPointsKernel<<<alignBlocks(kLanes * point_count_), kAlignThreads, 0, stream_.get()>>>(
-      view, directional_, cutoff, map, points_.data(), point_count_, sums_.data(),
-      pinned_sums_.data());
-  DTSDF_CHECK_LAUNCH("addPointsKernel");
+  launch("addPointsKernel", addPointsKernel, alignBlocks(kLanes * point_count_), kAlignThreads, 0,
+         stream_, view, directional_, cutoff, map, points_.data(), point_count_, sums_.data(),
+         pinned_sums_.data());
   stream_.synchronize();
   return pinned_sums_[0];
 }
@@ -160,10 +136,7 @@ std::vector<PackedKey> PoseAligner::keysAt(const FrameView& view, float cutoff) 
 }
 
 void PoseAligner::addMemory(std::vector<MemoryPart>& parts) const {
-  const size_t bytes = points_.bytes() + sums_.bytes();
-  parts.push_back({"aligned points", MemoryKind::kScratch, bytes, bytes});
-  const size_t staging = pinned_points_.bytes();
-  parts.push_back({"aligned points", MemoryKind::kStaging, staging, staging});
+  addScratch("aligned points", parts, points_, sums_, pinned_points_);
 }
 
 }  // namespace gpu

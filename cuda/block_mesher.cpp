@@ -17,16 +17,6 @@ namespace {
 constexpr size_t kFirstBlocks = 1 << 14, kFirstVertices = 1 << 16, kFirstTriangles = 1 << 17;
 constexpr int kThreadBlocksPerProcessor = 8;
 
-/// A copy of a table on the device, made by the time the stream is synchronised.
-template <class Table>
-void uploadTable(const Table& table, PinnedBuffer<Table>& staging, DeviceBuffer<Table>& buffer,
-                 const Stream& stream) {
-  staging.reserve(1);
-  staging[0] = table;
-  buffer.reserveExactly(1, stream);
-  buffer.upload(staging.data(), 1, stream);
-}
-
 }  // namespace
 
 BlockMesher::BlockMesher(const MeshSettings& rules, bool directional, bool refined)
@@ -44,20 +34,11 @@ BlockMesher::BlockMesher(const MeshSettings& rules, bool directional, bool refin
       pinned_vertices_(kFirstVertices),
       pinned_triangles_(kFirstTriangles) {
   pinned_totals_[0] = {};
-  PinnedBuffer<MeshTables> tables;
-  PinnedBuffer<RefineTables> refine_tables;
-  uploadTable(kMeshTables, tables, tables_, stream_);
-  if (refined_) {
-    uploadTable(kRefineTables, refine_tables, refine_tables_, stream_);
-    normals_.reserveExactly(vertices_.capacity(), stream_);
-  }
-  stream_.synchronize();
+  if (refined_) normals_.reserveExactly(vertices_.capacity(), stream_);
 }
 
 MeshView BlockMesher::view() {
   MeshView view;
-  view.tables = tables_.data();
-  view.refine_tables = refine_tables_.data();
   view.counters = &totals_.data()->blocks;
   view.size = &totals_.data()->size;
   view.finished = &totals_.data()->finished;
@@ -73,6 +54,7 @@ MeshView BlockMesher::view() {
   view.stamp = stamp_;
   view.least_evidence = least_evidence_;
   view.directional = directional_;
+  view.refined = refined_;
   view.rules = rules_;
   return view;
 }
@@ -82,15 +64,16 @@ void BlockMesher::prepare() {
   is_prepared_ = true;
 }
 
-void BlockMesher::begin(const MapView& map, const Event& map_ready, const Extraction& extraction) {
+void BlockMesher::begin(const MapView& map, const Event& map_ready, size_t most_dirty,
+                        size_t most_painted, int32_t least_evidence) {
   map_ = map;
-  least_evidence_ = extraction.least_evidence;
+  least_evidence_ = least_evidence;
   prepare();
   is_prepared_ = false;
   stream_.waitFor(map_ready);
   stream_.record(begun_);
-  const size_t most_blocks = std::min<size_t>(
-      map.slot_count, extraction.most_dirty * kBlocksAround + extraction.most_painted * kUnitReach);
+  const size_t most_blocks =
+      std::min<size_t>(map.slot_count, most_dirty * kBlocksAround + most_painted * kUnitReach);
   slots_.reserve(most_blocks, stream_);
   records_.reserve(most_blocks, stream_);
   if (hasColours()) colours_.reserveExactly(vertices_.capacity(), stream_);
@@ -216,15 +199,11 @@ void BlockMesher::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"mesh lists", MemoryKind::kMesh,
                    recordCount() * (sizeof(int32_t) + sizeof(MeshRecord)),
                    slots_.bytes() + records_.bytes()});
-  const size_t tables = tables_.bytes() + refine_tables_.bytes();
-  parts.push_back({"mesh tables", MemoryKind::kScratch, tables, tables});
   if (refined_) {
     parts.push_back(
         {"vertex normals", MemoryKind::kScratch, size.vertices * sizeof(Vec3f), normals_.bytes()});
   }
-  const size_t staging = pinned_records_.bytes() + pinned_vertices_.bytes() +
-                         pinned_triangles_.bytes() + pinned_colours_.bytes();
-  parts.push_back({"mesh", MemoryKind::kStaging, staging, staging});
+  addScratch("mesh", parts, pinned_records_, pinned_vertices_, pinned_triangles_, pinned_colours_);
 }
 
 MeshUpdate BlockMesher::finish() {

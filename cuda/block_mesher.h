@@ -13,13 +13,6 @@
 namespace dtsdf {
 namespace gpu {
 
-/// What the host says of an extraction.
-struct Extraction {
-  size_t most_dirty;       ///< Blocks that may have changed, at most.
-  size_t most_painted;     ///< Blocks that may have other colours, at most.
-  int32_t least_evidence;  ///< That a voxel needs to be known.
-};
-
 /// One extraction at a time, on a stream of its own beside the frames: begin() enqueues everything
 /// up to the meshes on the device, complete() waits for them and enqueues their way to the host,
 /// finish() waits for them there.
@@ -32,8 +25,10 @@ class BlockMesher {
   /// a frame. @pre None is under way, or it is complete.
   void prepare();
 
-  /// Enqueues an extraction of what changed up to the event.
-  void begin(const MapView& map, const Event& map_ready, const Extraction& extraction);
+  /// Enqueues an extraction of what changed up to the event: so many blocks at most have other
+  /// voxels, or other colours. @param least_evidence That a voxel needs to be known.
+  void begin(const MapView& map, const Event& map_ready, size_t most_dirty, size_t most_painted,
+             int32_t least_evidence);
   void setClock(StageClock* clock) { stream_.setClock(clock); }
   void addMemory(std::vector<MemoryPart>& parts) const;
 
@@ -83,8 +78,6 @@ class BlockMesher {
   MapView map_ = {};
   uint32_t stamp_ = 0;
   int32_t least_evidence_ = 0;
-  DeviceBuffer<MeshTables> tables_;
-  DeviceBuffer<RefineTables> refine_tables_;
   DeviceBuffer<MeshTotals> totals_;
   PinnedBuffer<MeshTotals> pinned_totals_;  ///< A kernel writes them there.
   DeviceBuffer<int32_t> slots_;

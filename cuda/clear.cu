@@ -7,7 +7,6 @@
 #include "find_blocks.cuh"
 #include "kernels/fusion/free_space.h"
 #include "launch.h"
-#include "look_around.cuh"
 #include "runtime/device.h"
 #include "runtime/stage_clock.h"
 
@@ -37,22 +36,11 @@ struct BlockCover {
   }
 };
 
-/// Whose turn it is.
-struct Turn {
-  uint64_t frame_number;
-  FusionRules rules;
-
-  __device__ bool comesTo(PackedKey key) const { return isInTurn(key, frame_number, rules); }
-};
-
 /// A frame's look at a block.
 struct BlockLook {
   Vec3f first_voxel_L;
   bool in_turn;  ///< It is the block's turn.
   BlockCover cover;
-
-  /// All octants: to find those that are hidden takes longer here than to judge their voxels.
-  __device__ Look rule() const { return {in_turn, in_turn ? kAllOctants : 0u}; }
 };
 
 /// The voxels of a block that the frame judges.
@@ -91,7 +79,6 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   __syncthreads();  // of the block before
   if (threadIdx.x == 0) list.count = list.emptied_directions = 0;
   __syncthreads();
-  const Look rule = look.rule();
   const int i = threadIdx.x;
   const uint32_t lane = i % 32, before = (1u << lane) - 1u;
   Voxel voxel[kDirectionCount];
@@ -108,7 +95,7 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!(looked_at >> d & 1u)) continue;
     const bool is_covered = (covered_word[d] >> lane & 1u) != 0;
-    const bool is_judged = isJudged(voxel[d], i, is_covered, rule, rules);
+    const bool is_judged = isJudged(voxel[d], is_covered, look.in_turn, rules);
     const uint32_t judged = __ballot_sync(~0u, is_judged);
     if (judged == 0) continue;
     uint32_t first = 0;
@@ -187,6 +174,28 @@ __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSett
   return result;
 }
 
+/// The blocks that a frame looks at besides those that it touches, and those among which they are;
+/// FrameCounters counts them.
+struct LookList {
+  const int32_t* in_view;
+  uint32_t in_view_count;
+  int32_t* slots;
+};
+
+/// Lists a block that the frame looks at untouched. One that was released since the host listed it
+/// has no arrays, so that nothing comes of a look at it.
+__device__ void findLook(const FrameView& frame, const FusionRules& rules,
+                         const FusionTarget& target, uint64_t frame_number, const LookList& looks,
+                         uint32_t i) {
+  if (i >= looks.in_view_count) return;
+  const int32_t slot = looks.in_view[i];
+  const PackedKey key = target.map.slots[slot].key;
+  if (key == kNoKey || !isInTurn(key, frame_number, rules)) return;
+  if (!mayBeInView(frame, unpackKey(key) - blockOfVoxel(frame.origin_voxel))) return;
+  if (findTouched(target.touched, key) >= 0) return;
+  looks.slots[atomicAdd(&target.touched.counters->looks, 1u)] = slot;
+}
+
 /// One thread per block that may be in view.
 /// Beside the kernel ahead, if that lets it start early: it folds sums into voxels, and what is
 /// read here was there before it.
@@ -206,7 +215,7 @@ struct VisitedBlock {
 
 /// Number i of the touched blocks.
 __device__ VisitedBlock visitTouched(const FusionTarget& target, const uint32_t* covered,
-                                     const Turn& turn, uint32_t i) {
+                                     const FusionRules& rules, uint64_t frame_number, uint32_t i) {
   const TouchedView& touched = target.touched;
   const TouchedBlock& block = touched.blocks[i];
   const int32_t slot = slotOf(target.map, block);
@@ -216,7 +225,7 @@ __device__ VisitedBlock visitTouched(const FusionTarget& target, const uint32_t*
           true,
           block.empty,
           {toFloat(firstVoxelOfBlock(block.block_L)),
-           turn.comesTo(block.key),
+           isInTurn(block.key, frame_number, rules),
            {covered + static_cast<size_t>(first_sum) * kCoverWords, block.directions}}};
 }
 
@@ -235,10 +244,12 @@ __device__ void dropArrays(SlotEntry& entry, uint32_t directions) {
 }
 
 /// One block of threads per touched block, and further ones for those looked at, in strides. The
-/// one that finishes last hands the number of empty blocks to the host.
+/// one that finishes last hands the number of empty blocks to the host, which finds both lists in
+/// its own memory.
 __global__ void __launch_bounds__(kClearThreads, 3)
     clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion, FusionTarget target,
-                      const uint32_t* covered, Turn turn, const int32_t* looks, EmptyList empty) {
+                      const uint32_t* covered, uint64_t frame_number, const int32_t* looks,
+                      EmptyBlock* empty_blocks, uint32_t* empty_count) {
   waitForTheOneAhead();
   __shared__ JudgedVoxels list;
   const MapView& map = target.map;
@@ -247,7 +258,7 @@ __global__ void __launch_bounds__(kClearThreads, 3)
   const uint32_t touched = counters->touched, count = touched + counters->looks;
   for (uint32_t i = blockIdx.x; i < count; i += gridDim.x) {
     const VisitedBlock block = i < touched
-                                   ? visitTouched(target, covered, turn, i)
+                                   ? visitTouched(target, covered, fusion.rules, frame_number, i)
                                    : visitLook(target, sensing.image.frame, looks[i - touched]);
     if (block.slot < 0) continue;
     ClearedBlock cleared{false, 0};
@@ -257,13 +268,13 @@ __global__ void __launch_bounds__(kClearThreads, 3)
     if (threadIdx.x != 0) continue;
     const uint32_t directions = block.empty | cleared.empty_directions;
     if (directions != 0) {
-      empty.blocks[atomicAdd(&counters->empty_blocks, 1u)] = {block.slot, directions};
+      empty_blocks[atomicAdd(&counters->empty_blocks, 1u)] = {block.slot, directions};
       dropArrays(map.slots[block.slot], directions);
     }
-    if (block.is_touched || cleared.changed) markDirty(map, block.slot);
+    if (block.is_touched || cleared.changed) mark(map.dirty, block.slot);
   }
   if (!isLastBlock(&counters->cleared, gridDim.x)) return;
-  if (threadIdx.x == 0) *empty.count = readShared(&counters->empty_blocks);
+  if (threadIdx.x == 0) *empty_count = readShared(&counters->empty_blocks);
 }
 
 }  // namespace
@@ -295,10 +306,9 @@ void Clearing::findLooks(const DeviceSensing& sensing, const FusionTarget& targe
                          uint64_t frame_number) {
   if (in_view_count_ == 0) return;
   const StageSpan span(stream_, Stage::kClear);
-  launchBehind(findLooksKernel, blocksFor(in_view_count_), kThreads, 0, stream_, sensing.frame(),
-               fusion_.rules, target, frame_number,
+  launchBehind("findLooksKernel", findLooksKernel, blocksFor(in_view_count_), kThreads, 0, stream_,
+               sensing.frame(), fusion_.rules, target, frame_number,
                {in_view_.data(), in_view_count_, looks_.data()});
-  DTSDF_CHECK_LAUNCH("findLooksKernel");
 }
 
 void Clearing::clear(const DeviceSensing& sensing, const FusionTarget& target,
@@ -307,10 +317,9 @@ void Clearing::clear(const DeviceSensing& sensing, const FusionTarget& target,
   const StageSpan span(stream_, Stage::kClear);
   const uint32_t looks = std::min(in_view_count_, static_cast<uint32_t>(thread_blocks_));
   const uint32_t blocks = std::max(counters.touched + looks, 1u);  // one hands over the count
-  launchBehind(clearBlocksKernel, blocks, kClearThreads, 0, stream_, sensing, fusion_, target,
-               covered, {frame_number, fusion_.rules}, looks_.data(),
-               {empty_blocks_.data(), empty_count_.data()});
-  DTSDF_CHECK_LAUNCH("clearBlocksKernel");
+  launchBehind("clearBlocksKernel", clearBlocksKernel, blocks, kClearThreads, 0, stream_, sensing,
+               fusion_, target, covered, frame_number, looks_.data(), empty_blocks_.data(),
+               empty_count_.data());
   stream_.record(cleared_);
   is_cleared_ = true;
 }
@@ -327,9 +336,7 @@ std::vector<EmptyBlock> Clearing::takeEmptyBlocks() {
 }
 
 void Clearing::addMemory(std::vector<MemoryPart>& parts) const {
-  parts.push_back({"looks", MemoryKind::kScratch, looks_.bytes(), looks_.bytes()});
-  const size_t staging = empty_blocks_.bytes() + in_view_.bytes();
-  parts.push_back({"empty blocks and looks", MemoryKind::kStaging, staging, staging});
+  addScratch("looks", parts, looks_, empty_blocks_, in_view_);
 }
 
 }  // namespace gpu

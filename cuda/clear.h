@@ -7,12 +7,6 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Where the host finds the blocks that a frame leaves empty, in its own memory.
-struct EmptyList {
-  EmptyBlock* blocks;
-  uint32_t* count;
-};
-
 class Clearing {
  public:
   Clearing(const MapperParams& params, const Rules& rules, const Stream& stream);

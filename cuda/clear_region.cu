@@ -47,25 +47,17 @@ __global__ void emptyRegionKernel(MapView map, RegionView region, const int32_t*
 std::vector<EmptiedBlock> RegionClearer::clear(const std::vector<int32_t>& slots,
                                                const RegionView& region, const MapView& map) {
   if (slots.empty()) return {};
-  pinned_slots_.reserve(slots.size());
-  slots_.reserve(slots.size(), stream_);
-  emptied_.reserve(slots.size(), stream_);
-  pinned_emptied_.reserve(slots.size());
-  std::copy(slots.begin(), slots.end(), pinned_slots_.data());
-  slots_.upload(pinned_slots_.data(), slots.size(), stream_);
-  emptyRegionKernel<<<static_cast<unsigned>(slots.size()), kThreads, 0, stream_.get()>>>(
-      map, region, slots_.data(), emptied_.data());
-  DTSDF_CHECK_LAUNCH("emptyRegionKernel");
-  emptied_.download(pinned_emptied_.data(), slots.size(), stream_);
+  slots_.reserve(slots.size());
+  emptied_.reserve(slots.size());
+  std::copy(slots.begin(), slots.end(), slots_.data());
+  launch("emptyRegionKernel", emptyRegionKernel, static_cast<unsigned>(slots.size()), kThreads, 0,
+         stream_, map, region, slots_.data(), emptied_.data());
   stream_.synchronize();
-  return {pinned_emptied_.data(), pinned_emptied_.data() + slots.size()};
+  return {emptied_.data(), emptied_.data() + slots.size()};
 }
 
 void RegionClearer::addMemory(std::vector<MemoryPart>& parts) const {
-  const size_t lists = slots_.bytes() + emptied_.bytes();
-  parts.push_back({"cleared region", MemoryKind::kScratch, lists, lists});
-  const size_t staging = pinned_slots_.bytes() + pinned_emptied_.bytes();
-  parts.push_back({"cleared region", MemoryKind::kStaging, staging, staging});
+  addScratch("cleared region", parts, slots_, emptied_);
 }
 
 }  // namespace gpu

@@ -23,10 +23,8 @@ class RegionClearer {
 
  private:
   const Stream& stream_;
-  PinnedBuffer<int32_t> pinned_slots_;
-  DeviceBuffer<int32_t> slots_;
-  DeviceBuffer<EmptiedBlock> emptied_;
-  PinnedBuffer<EmptiedBlock> pinned_emptied_;
+  PinnedBuffer<int32_t> slots_;         ///< The kernel reads them in place,
+  PinnedBuffer<EmptiedBlock> emptied_;  ///< and writes these there.
 };
 
 }  // namespace gpu

@@ -120,7 +120,7 @@ __global__ void __launch_bounds__(kThreads) colourVerticesKernel(MapView map, Me
     }
     findColours(map, unpackKey(record.key), shared);
     colourEdges(mesh, record, shared);
-    if (mesh.refine_tables != nullptr) colourMiddles(mesh, record, shared);
+    if (mesh.refined) colourMiddles(mesh, record, shared);
   }
 }
 
@@ -128,16 +128,15 @@ __global__ void __launch_bounds__(kThreads) colourVerticesKernel(MapView map, Me
 
 void selectPainted(const MapView& map, const MeshView& mesh, int thread_blocks,
                    const Stream& stream) {
-  launchBehind(selectPaintedKernel, thread_blocks, kThreads, 0, stream, map, mesh);
-  DTSDF_CHECK_LAUNCH("selectPaintedKernel");
-  launchBehind(forgetPaintedKernel, 1, 1, 0, stream, map);
-  DTSDF_CHECK_LAUNCH("forgetPaintedKernel");
+  launchBehind("selectPaintedKernel", selectPaintedKernel, thread_blocks, kThreads, 0, stream, map,
+               mesh);
+  launchBehind("forgetPaintedKernel", forgetPaintedKernel, 1, 1, 0, stream, map);
 }
 
 void colourVertices(const MapView& map, const MeshView& mesh, int thread_blocks,
                     const Stream& stream) {
-  launchBehind(colourVerticesKernel, thread_blocks, kThreads, 0, stream, map, mesh);
-  DTSDF_CHECK_LAUNCH("colourVerticesKernel");
+  launchBehind("colourVerticesKernel", colourVerticesKernel, thread_blocks, kThreads, 0, stream,
+               map, mesh);
 }
 
 }  // namespace gpu

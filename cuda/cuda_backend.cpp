@@ -16,7 +16,7 @@
 #include "map/memory_budget.h"
 #include "move_marks.h"
 #include "move_records.h"
-#include "painter.h"
+#include "paint.h"
 #include "raw_image.h"
 #include "render.h"
 #include "runtime/device.h"
@@ -27,11 +27,6 @@
 namespace dtsdf {
 namespace gpu {
 namespace {
-
-/// Lengths, at most, of the lists of dirty and of painted blocks, which are on the device.
-struct MarkBounds {
-  size_t dirty = 0, painted = 0;
-};
 
 /// One map on a device, with all that is needed to fuse images into it and to mesh it.
 class CudaBackend : public MapBackend {
@@ -65,7 +60,7 @@ class CudaBackend : public MapBackend {
 
   void render(const ViewRequest& request, RenderedView& view) override {
     waitForMeshes();  // they read labels, which a view brings up to date
-    const bool is_labelled = bounds_.dirty == 0 && mesher_.hasLabelled(request.least_evidence);
+    const bool is_labelled = most_dirty_ == 0 && mesher_.hasLabelled(request.least_evidence);
     renderer_.render(request, map_.view(), is_labelled, view);
   }
 
@@ -94,7 +89,7 @@ class CudaBackend : public MapBackend {
 
  private:
   void compareBlocks();
-  bool hasMarks() const { return bounds_.dirty + bounds_.painted > 0; }
+  bool hasMarks() const { return most_dirty_ + most_painted_ > 0; }
   std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots);
   void giveStates(const std::vector<int32_t>& slots, const MeshStates& given);
   RawDepth rawDepthOf(const DepthFrame& frame) const;
@@ -128,7 +123,7 @@ class CudaBackend : public MapBackend {
   std::optional<DeviceSensing> sensing_;  ///< Of the last depth image.
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};
-  MarkBounds bounds_;
+  size_t most_dirty_ = 0, most_painted_ = 0;  ///< Lengths, at most, of the device's lists.
 };
 
 CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int device,
@@ -245,7 +240,7 @@ void CudaBackend::castFoldAndClear(const FusionPass& pass) {
   holdForProfile(stream_);
   fusion_.castAndFold(*sensing_, surfels_, target(), counters_);
   clearing_.findLooks(*sensing_, target(), pass.number);
-  bounds_.dirty += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
+  most_dirty_ += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
   clearing_.clear(*sensing_, target(), counters_, fusion_.covered(), pass.number);
   mesher_.prepare();
 }
@@ -259,7 +254,7 @@ SeenColours CudaBackend::look(const PaintView& look) {
 
 void CudaBackend::paint(const Exposure& exposure) {
   painter_.paint(exposure, map_.view());
-  bounds_.painted += std::min(painter_.counters().seen, painter_.counters().blocks);
+  most_painted_ += std::min(painter_.counters().seen, painter_.counters().blocks);
 }
 
 FrameOutcome CudaBackend::takeOutcome() {
@@ -270,14 +265,14 @@ FrameOutcome CudaBackend::takeOutcome() {
 void CudaBackend::markAll(const MeshMarks& marks) {
   if (marks.dirty) map_.markAllDirty();
   if (marks.painted) map_.keepColours();
-  bounds_.dirty += marks.dirty ? table_.slotCount() : 0;
-  bounds_.painted += marks.painted ? table_.slotCount() : 0;
+  most_dirty_ += marks.dirty ? table_.slotCount() : 0;
+  most_painted_ += marks.painted ? table_.slotCount() : 0;
 }
 
 void CudaBackend::beginMesh(int32_t least_evidence) {
   stream_.record(map_ready_);
-  mesher_.begin(map_.view(), map_ready_, {bounds_.dirty, bounds_.painted, least_evidence});
-  bounds_ = MarkBounds();
+  mesher_.begin(map_.view(), map_ready_, most_dirty_, most_painted_, least_evidence);
+  most_dirty_ = most_painted_ = 0;
   block_finder_.prepare();
   map_.reserveAhead(table_);
 }
@@ -315,7 +310,7 @@ void CudaBackend::follow(const TableChanges& changes) {
   for (const int32_t slot : changes.slots) {
     map_.note(makeSlotUpdate(table_.block(slot), slot, changes.dirty));
   }
-  if (changes.dirty) bounds_.dirty += changes.slots.size();
+  if (changes.dirty) most_dirty_ += changes.slots.size();
   if (!mesher_.isUnderWay()) map_.sendChanges();
 }
 
@@ -386,8 +381,8 @@ std::vector<MarkedSlot> CudaBackend::marked(bool taken) {
 
 void CudaBackend::setMarks(const std::vector<MarkedSlot>& marked) {
   mark_mover_.set(map_.view(), marked);
-  bounds_.dirty += marked.size();
-  bounds_.painted += marked.size();
+  most_dirty_ += marked.size();
+  most_painted_ += marked.size();
 }
 
 void CudaBackend::addMemory(std::vector<MemoryPart>& parts) const {
@@ -416,6 +411,12 @@ void CudaBackend::addMemory(std::vector<MemoryPart>& parts) const {
 }  // namespace gpu
 
 std::string findCudaProblem() { return gpu::findDeviceProblem(gpu::anyKernel()); }
+
+size_t cudaMemoryTaken() {
+  size_t free = 0, total = 0;
+  DTSDF_CHECK_CUDA(cudaMemGetInfo(&free, &total));
+  return total - free;
+}
 
 BackendMaker cudaBackends(const MapperParams& params, const Rules& rules) {
   const int device = gpu::currentDevice();

@@ -16,9 +16,6 @@ std::string findCudaProblem();
 /// @pre findCudaProblem() is empty. @throws BackendError if CUDA fails, as making one does.
 BackendMaker cudaBackends(const MapperParams& params, const Rules& rules);
 
-/// The device's name and the rates of its memory. @throws std::runtime_error if CUDA fails.
-GpuReport reportCudaDevice();
-
 /// Bytes of the current device that are taken, by whatever process.
 size_t cudaMemoryTaken();
 

@@ -18,7 +18,7 @@ __global__ void updateSlotsKernel(MapView map, const SlotUpdate* updates, uint32
   if (i >= count) return;
   const SlotUpdate update = updates[i];
   updateSlot(map, update);
-  if (update.in_use && update.dirty) markDirty(map, update.slot);
+  if (update.in_use && update.dirty) mark(map.dirty, update.slot);
 }
 
 /// One block of threads per array, and behind these one thread per slot.
@@ -45,18 +45,10 @@ __global__ void rehashSlotsKernel(MapView map) {
 }
 
 /// One thread per slot.
-__global__ void markAllDirtyKernel(MapView map) {
+__global__ void markAllKernel(MapView map, ChangedBlocks changed) {
   const size_t slot = globalThread();
   if (slot < map.slot_count && map.slots[slot].key != kNoKey) {
-    markDirty(map, static_cast<int32_t>(slot));
-  }
-}
-
-/// One thread per slot.
-__global__ void markAllPaintedKernel(MapView map) {
-  const size_t slot = globalThread();
-  if (slot < map.slot_count && map.slots[slot].key != kNoKey) {
-    markPainted(map, static_cast<int32_t>(slot));
+    mark(changed, static_cast<int32_t>(slot));
   }
 }
 
@@ -87,17 +79,14 @@ SlotUpdate makeSlotUpdate(const BlockEntry& entry, int32_t slot, bool dirty) {
 
 DeviceMap::DeviceMap(const Stream& stream)
     : stream_(stream),
-      dirty_count_(1),
       updates_(kFirstUpdates),
       new_arrays_(kFirstNewArrays),
       changes_(kFirstUpdates) {
-  dirty_count_.zero(stream);
   reserveSlots(kFirstSlots);
   reserveHash(0, 0);
 }
 
 MapView DeviceMap::view() const {
-  const ChangedBlocks painted{painted_.data(), painted_slots_.data(), painted_count_.data()};
   return {hash_keys_.data(),
           hash_slots_.data(),
           static_cast<uint32_t>(hash_size_ - 1),
@@ -107,17 +96,14 @@ MapView DeviceMap::view() const {
           unit_labels_.view(),
           colours_.view(),
           has_colours_ ? colour_of_.data() : nullptr,
-          has_colours_ ? painted : ChangedBlocks{nullptr, nullptr, nullptr},
-          dirty_.data(),
-          dirty_slots_.data(),
-          dirty_count_.data(),
+          dirty_.view(),
+          has_colours_ ? painted_.view() : ChangedBlocks{nullptr, nullptr, nullptr},
           mesh_stamp_.data()};
 }
 
 void DeviceMap::reserveSlots(size_t count) {
   slots_.growZeroed(count, stream_);
-  dirty_.growZeroed(count, stream_);
-  dirty_slots_.growZeroed(count, stream_);
+  dirty_.grow(count, stream_);
   mesh_stamp_.growZeroed(count, stream_);
 }
 
@@ -153,8 +139,7 @@ void DeviceMap::reserveAhead(const BlockTable& table) {
 /// What is kept for each voxel array and slot, once colours are kept at all.
 void DeviceMap::growColours(const PoolSizes& sizes) {
   colour_of_.growZeroed(sizes.arrays * kBricksPerArray, stream_);
-  painted_.growZeroed(sizes.slots, stream_);
-  painted_slots_.growZeroed(sizes.slots, stream_);
+  painted_.grow(sizes.slots, stream_);
 }
 
 void DeviceMap::reserveColours(const BlockTable& table, size_t new_colours) {
@@ -163,7 +148,6 @@ void DeviceMap::reserveColours(const BlockTable& table, size_t new_colours) {
   updates_sent_.wait();
   pinned_bricks_.reserve(new_colours);
   new_bricks_.reserve(new_colours, stream_);
-  painted_count_.growZeroed(1, stream_);
 }
 
 void DeviceMap::enterColours(const std::vector<NewBrick>& bricks) {
@@ -175,16 +159,13 @@ void DeviceMap::enterColours(const std::vector<NewBrick>& bricks) {
   std::copy(bricks.begin(), bricks.end(), pinned_bricks_.data());
   new_bricks_.upload(pinned_bricks_.data(), count, stream_);
   stream_.record(updates_sent_);
-  clearColoursKernel<<<blocksFor(count * kVoxelsPerBrick), kThreads, 0, stream_.get()>>>(
-      view(), new_bricks_.data(), count);
-  DTSDF_CHECK_LAUNCH("clearColoursKernel");
+  launch("clearColoursKernel", clearColoursKernel, blocksFor(count * kVoxelsPerBrick), kThreads, 0,
+         stream_, view(), new_bricks_.data(), count);
 }
 
 void DeviceMap::keepColours() {
   has_colours_ = true;
-  if (slot_count_ == 0) return;
-  markAllPaintedKernel<<<blocksFor(slot_count_), kThreads, 0, stream_.get()>>>(view());
-  DTSDF_CHECK_LAUNCH("markAllPaintedKernel");
+  markAll(painted_.view());
 }
 
 /// Released blocks leave their keys behind: a new table is made when keys, not blocks, fill half.
@@ -203,8 +184,8 @@ void DeviceMap::reserveHash(size_t new_blocks, size_t live_blocks) {
   hash_size_ = size;
   hash_used_ = live_blocks;
   if (slot_count_ == 0) return;
-  rehashSlotsKernel<<<blocksFor(slot_count_), kThreads, 0, stream_.get()>>>(view());
-  DTSDF_CHECK_LAUNCH("rehashSlotsKernel");
+  launch("rehashSlotsKernel", rehashSlotsKernel, blocksFor(slot_count_), kThreads, 0, stream_,
+         view());
 }
 
 void DeviceMap::reserveChanges(size_t count) {
@@ -226,9 +207,9 @@ void DeviceMap::enterBlocks(const BlockTable& table, const std::vector<int32_t>&
   const EnteredBlocks entered{updates_.data(), new_arrays_.data(),
                               static_cast<uint32_t>(slots.size()),
                               static_cast<uint32_t>(arrays.size())};
-  launchBehind(enterBlocksKernel, entered.array_count + blocksFor(entered.update_count), kThreads,
-               0, stream_, view(), entered);
-  DTSDF_CHECK_LAUNCH("enterBlocksKernel");
+  launchBehind("enterBlocksKernel", enterBlocksKernel,
+               entered.array_count + blocksFor(entered.update_count), kThreads, 0, stream_, view(),
+               entered);
   stream_.record(updates_sent_);
 }
 
@@ -236,17 +217,16 @@ void DeviceMap::sendChanges() {
   if (noted_.empty()) return;
   reserveChanges(noted_.size());
   std::copy(noted_.begin(), noted_.end(), changes_.data());
-  launchBehind(updateSlotsKernel, blocksFor(noted_.size()), kThreads, 0, stream_, view(),
-               changes_.data(), static_cast<uint32_t>(noted_.size()));
-  DTSDF_CHECK_LAUNCH("updateSlotsKernel");
+  launchBehind("updateSlotsKernel", updateSlotsKernel, blocksFor(noted_.size()), kThreads, 0,
+               stream_, view(), changes_.data(), static_cast<uint32_t>(noted_.size()));
   stream_.record(changes_sent_);
   noted_.clear();
 }
 
-void DeviceMap::markAllDirty() {
+void DeviceMap::markAll(const ChangedBlocks& changed) {
   if (slot_count_ == 0) return;
-  markAllDirtyKernel<<<blocksFor(slot_count_), kThreads, 0, stream_.get()>>>(view());
-  DTSDF_CHECK_LAUNCH("markAllDirtyKernel");
+  launch("markAllKernel", markAllKernel, blocksFor(slot_count_), kThreads, 0, stream_, view(),
+         changed);
 }
 
 void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& parts) const {
@@ -256,17 +236,14 @@ void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& part
   parts.push_back({"unit indices", kIndices, blocks * kVoxelsPerBlock * sizeof(UnitLabels),
                    unit_labels_.bytes()});
   parts.push_back({"slots", kIndices, blocks * (sizeof(SlotEntry) + 3 * sizeof(uint32_t)),
-                   slots_.bytes() + dirty_.bytes() + dirty_slots_.bytes() + mesh_stamp_.bytes()});
+                   slots_.bytes() + dirty_.bytes() + mesh_stamp_.bytes()});
   const size_t hash = hash_keys_.bytes() + hash_slots_.bytes();
   parts.push_back({"hash table", kIndices, hash, hash});
-  const size_t books = colour_of_.bytes() + painted_.bytes() + painted_slots_.bytes();
+  const size_t books = colour_of_.bytes() + painted_.bytes();
   parts.push_back(
       {"colours", kMap, table.coloursInUse() * BlockTable::kColourBytes, colours_.bytes()});
   parts.push_back({"books of colours", kIndices, books, books});
-  parts.push_back({"map updates", MemoryKind::kScratch, new_bricks_.bytes(), new_bricks_.bytes()});
-  const size_t staging =
-      updates_.bytes() + changes_.bytes() + new_arrays_.bytes() + pinned_bricks_.bytes();
-  parts.push_back({"map updates", MemoryKind::kStaging, staging, staging});
+  addScratch("map updates", parts, new_bricks_, updates_, changes_, new_arrays_, pinned_bricks_);
 }
 
 }  // namespace gpu

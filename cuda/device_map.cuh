@@ -63,18 +63,10 @@ __device__ __forceinline__ void forgetColour(const MapView& map, int32_t array, 
   if (colour != nullptr) *colour = {0, 0, 0, 0};
 }
 
-/// Enters a block into the list of what has to be meshed again, unless it is there.
-__device__ __forceinline__ void markDirty(const MapView& map, int32_t slot) {
-  if (atomicExch(&map.dirty[slot], 1u) == 0) {
-    map.dirty_slots[atomicAdd(map.dirty_count, 1u)] = slot;
-  }
-}
-
-/// Enters a block into the list of those that are to be meshed with other colours.
-__device__ __forceinline__ void markPainted(const MapView& map, int32_t slot) {
-  if (readShared(&map.painted.flags[slot]) != 0) return;
-  if (atomicExch(&map.painted.flags[slot], 1u) == 0) {
-    map.painted.slots[atomicAdd(map.painted.count, 1u)] = slot;
+/// Enters a block into a list, unless it is there.
+__device__ __forceinline__ void mark(const ChangedBlocks& changed, int32_t slot) {
+  if (readShared(&changed.flags[slot]) == 0 && atomicExch(&changed.flags[slot], 1u) == 0) {
+    changed.slots[atomicAdd(changed.count, 1u)] = slot;
   }
 }
 

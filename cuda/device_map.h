@@ -64,13 +64,25 @@ struct MapView {
   /// Numbers of its bricks of colours plus 1, per voxel array; 0: none. Null while nothing is
   /// painted.
   int32_t* colour_of;
+  ChangedBlocks dirty;    ///< Those whose voxels changed.
   ChangedBlocks painted;  ///< Those whose colours changed; null while nothing is painted.
-  /// Blocks whose voxels changed since the last extraction: a flag per slot, and their list.
-  uint32_t* dirty;
-  int32_t* dirty_slots;
-  uint32_t* dirty_count;
   /// Number of the last extraction that selected a slot.
   uint32_t* mesh_stamp;
+};
+
+/// The memory of these lists.
+struct ChangedLists {
+  DeviceBuffer<uint32_t> flags;
+  DeviceBuffer<int32_t> slots;
+  DeviceBuffer<uint32_t> count;
+
+  void grow(size_t slot_count, const Stream& stream) {
+    flags.growZeroed(slot_count, stream);
+    slots.growZeroed(slot_count, stream);
+    count.growZeroed(1, stream);
+  }
+  ChangedBlocks view() const { return {flags.data(), slots.data(), count.data()}; }
+  size_t bytes() const { return flags.bytes() + slots.bytes(); }
 };
 
 class DeviceMap {
@@ -110,7 +122,7 @@ class DeviceMap {
   void sendChanges();
 
   /// Has every block meshed again.
-  void markAllDirty();
+  void markAllDirty() { markAll(dirty_.view()); }
 
   MapView view() const;  ///< Without colours until there are some.
 
@@ -121,6 +133,7 @@ class DeviceMap {
 
  private:
   void reserveSlots(size_t count);
+  void markAll(const ChangedBlocks& changed);
   void growColours(const PoolSizes& sizes);
   void reserveHash(size_t new_blocks, size_t live_blocks);
 
@@ -132,13 +145,12 @@ class DeviceMap {
   DeviceBuffer<int32_t> hash_slots_;
   size_t hash_size_ = 0;  ///< A power of two.
   DeviceBuffer<SlotEntry> slots_;
-  DeviceBuffer<uint32_t> dirty_, mesh_stamp_, dirty_count_;
-  DeviceBuffer<int32_t> dirty_slots_;
+  DeviceBuffer<uint32_t> mesh_stamp_;
+  ChangedLists dirty_, painted_;
   VoxelPool voxels_;
   LabelPool unit_labels_;
   ColourPool colours_;
-  DeviceBuffer<int32_t> colour_of_, painted_slots_;
-  DeviceBuffer<uint32_t> painted_, painted_count_;
+  DeviceBuffer<int32_t> colour_of_;
   bool has_colours_ = false;
   /// Of admissions: the host may write new ones from there on. Kernels read them in place.
   Event updates_sent_;

@@ -229,12 +229,11 @@ bool DistanceMaker::make(const DistanceTask& task,
   const DistanceTask on_device = upload(task, results);
   const auto stacks = static_cast<unsigned>(task.stack_count);
   const int32_t most_sectors = (task.most_planes - 2 * task.reach) / kSectorSide;
-  planeDistancesKernel<<<dim3(task.most_planes, stacks), kThreads, 0, stream_.get()>>>(
-      on_device, planes_.data());
-  DTSDF_CHECK_LAUNCH("planeDistancesKernel");
-  launchBehind(sectorDistancesKernel, dim3(most_sectors * kCubesAlong * kCubesAlong, stacks),
-               kThreads, 0, stream_, on_device, planes_.data(), results, is_near_.data());
-  DTSDF_CHECK_LAUNCH("sectorDistancesKernel");
+  launch("planeDistancesKernel", planeDistancesKernel, dim3(task.most_planes, stacks), kThreads, 0,
+         stream_, on_device, planes_.data());
+  launchBehind("sectorDistancesKernel", sectorDistancesKernel,
+               dim3(most_sectors * kCubesAlong * kCubesAlong, stacks), kThreads, 0, stream_,
+               on_device, planes_.data(), results, is_near_.data());
   stream_.synchronize();
   for (size_t i = 0; i < wanted; ++i) {
     if (is_near_[i] == 0) squares[i].reset();
@@ -243,10 +242,9 @@ bool DistanceMaker::make(const DistanceTask& task,
 }
 
 void DistanceMaker::addMemory(std::vector<MemoryPart>& parts) const {
-  const size_t bytes = task_.bytes() + planes_.bytes() + pool_->bytes();
-  parts.push_back({"distances", MemoryKind::kScratch, bytes, bytes});
-  const size_t staging = pool_->freeBytes() + staged_.bytes() + is_near_.bytes();
-  parts.push_back({"distances (host)", MemoryKind::kStaging, staging, staging});
+  addScratch("distances", parts, task_, planes_, staged_, is_near_);
+  parts.push_back({"squares", MemoryKind::kScratch, pool_->bytes(), pool_->bytes()});
+  parts.push_back({"squares", MemoryKind::kStaging, pool_->freeBytes(), pool_->freeBytes()});
 }
 
 }  // namespace gpu

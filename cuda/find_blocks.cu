@@ -81,12 +81,6 @@ __device__ void reserveSums(const TouchedView& touched, uint32_t block, uint32_t
   }
 }
 
-/// Where the host finds what a frame asks for, in its own memory.
-struct HostRequests {
-  FrameCounters* counters;
-  PackedRequest* requests;
-};
-
 /// One thread per touched block, in strides: their number is known on the device only.
 __device__ void compareWithMap(const Vec3i& origin_block, const MapView& map,
                                const TouchedView& touched, PackedRequest* requests) {
@@ -107,15 +101,16 @@ __device__ void compareWithMap(const Vec3i& origin_block, const MapView& map,
   }
 }
 
-/// The block of threads that finishes last hands the counters to the host.
+/// The block of threads that finishes last hands the counters to the host, which finds these and
+/// the requests in its own memory.
 __global__ void compareWithMapKernel(Vec3i origin_block, MapView map, TouchedView touched,
-                                     HostRequests host) {
+                                     FrameCounters* host_counters, PackedRequest* requests) {
   waitForTheOneAhead();
-  compareWithMap(origin_block, map, touched, host.requests);
+  compareWithMap(origin_block, map, touched, requests);
   if (!isLastBlock(&touched.counters->compared, gridDim.x)) return;
   constexpr unsigned kWords = sizeof(FrameCounters) / sizeof(uint32_t);
   if (threadIdx.x >= kWords) return;
-  reinterpret_cast<uint32_t*>(host.counters)[threadIdx.x] =
+  reinterpret_cast<uint32_t*>(host_counters)[threadIdx.x] =
       readShared(reinterpret_cast<const uint32_t*>(touched.counters) + threadIdx.x);
 }
 
@@ -198,24 +193,21 @@ void BlockFinder::prepare() {
 void BlockFinder::emptyTable(bool counts_surfels) {
   holdForProfile(stream_);
   const StageSpan span(stream_, Stage::kFindBlocks);
-  emptyTableKernel<<<blocksFor(2 * capacity_), kThreads, 0, stream_.get()>>>(view(),
-                                                                             counts_surfels);
-  DTSDF_CHECK_LAUNCH("emptyTableKernel");
+  launch("emptyTableKernel", emptyTableKernel, blocksFor(2 * capacity_), kThreads, 0, stream_,
+         view(), counts_surfels);
 }
 
 void BlockFinder::mark(const DeviceSensing& sensing, const DeviceSurfels& surfels) {
   const StageSpan span(stream_, Stage::kFindBlocks);
-  launchBehind(markBlocksKernel, blocksFor(surfels.room), kThreads, 0, stream_, sensing, fusion_,
-               surfels, view());
-  DTSDF_CHECK_LAUNCH("markBlocksKernel");
+  launchBehind("markBlocksKernel", markBlocksKernel, blocksFor(surfels.room), kThreads, 0, stream_,
+               sensing, fusion_, surfels, view());
 }
 
 void BlockFinder::compare(const DeviceSensing& sensing, const MapView& map) {
   const StageSpan span(stream_, Stage::kFindBlocks);
-  launchBehind(compareWithMapKernel, blocksFor(capacity_), kThreads, 0, stream_,
-               blockOfVoxel(sensing.frame().origin_voxel), map, view(),
-               {pinned_counters_.data(), requests_.data()});
-  DTSDF_CHECK_LAUNCH("compareWithMapKernel");
+  launchBehind("compareWithMapKernel", compareWithMapKernel, blocksFor(capacity_), kThreads, 0,
+               stream_, blockOfVoxel(sensing.frame().origin_voxel), map, view(),
+               pinned_counters_.data(), requests_.data());
   stream_.record(counted_);
 }
 
@@ -246,9 +238,8 @@ std::vector<PackedKey> BlockFinder::fetchTouched() {
   const uint32_t count = pinned_counters_[0].touched;
   if (count == 0) return {};
   touched_keys_.reserve(count);
-  readTouchedKernel<<<blocksFor(count), kThreads, 0, stream_.get()>>>(view(), count,
-                                                                      touched_keys_.data());
-  DTSDF_CHECK_LAUNCH("readTouchedKernel");
+  launch("readTouchedKernel", readTouchedKernel, blocksFor(count), kThreads, 0, stream_, view(),
+         count, touched_keys_.data());
   stream_.synchronize();
   return {touched_keys_.data(), touched_keys_.data() + count};
 }
@@ -263,17 +254,13 @@ void BlockFinder::takePart(const std::vector<PackedKey>& part, const MapView& ma
   part_.upload(pinned_part_.data(), part.size() + 1, stream_);
   stream_.record(keys_sent_);
   const uint32_t blocks = pinned_counters_[0].touched;
-  takePartKernel<<<std::max(blocksFor(blocks), 1u), kThreads, 0, stream_.get()>>>(
-      map, view(), blocks, part_.data(), part.size());
-  DTSDF_CHECK_LAUNCH("takePartKernel");
+  launch("takePartKernel", takePartKernel, std::max(blocksFor(blocks), 1u), kThreads, 0, stream_,
+         map, view(), blocks, part_.data(), part.size());
 }
 
 void BlockFinder::addMemory(std::vector<MemoryPart>& parts) const {
-  const size_t bytes = keys_.bytes() + directions_.bytes() + first_sums_.bytes() + places_.bytes() +
-                       sum_owners_.bytes() + blocks_.bytes() + part_.bytes();
-  parts.push_back({"touched blocks", MemoryKind::kScratch, bytes, bytes});
-  const size_t staging = requests_.bytes() + touched_keys_.bytes() + pinned_part_.bytes();
-  parts.push_back({"requests", MemoryKind::kStaging, staging, staging});
+  addScratch("touched blocks", parts, keys_, directions_, first_sums_, places_, sum_owners_,
+             blocks_, part_, requests_, touched_keys_, pinned_part_);
 }
 
 }  // namespace gpu

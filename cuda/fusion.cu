@@ -194,30 +194,26 @@ void Fusion::castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surf
 void Fusion::cast(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                   const TouchedView& touched, const SumsView& part) {
   const StageSpan span(stream_, Stage::kCast);
-  launchBehind(castSurfelsKernel, blocksFor(surfels.room), kThreads, 0, stream_, sensing, fusion_,
-               surfels, touched, part);
-  DTSDF_CHECK_LAUNCH("castSurfelsKernel");
+  launchBehind("castSurfelsKernel", castSurfelsKernel, blocksFor(surfels.room), kThreads, 0,
+               stream_, sensing, fusion_, surfels, touched, part);
 }
 
 void Fusion::fold(const FrameView& frame, const FusionTarget& target, const SumsView& part) {
   const StageSpan span(stream_, Stage::kFold);
-  launchBehind(foldSumsKernel, part.count, kThreads, 0, stream_, frame, fusion_, target, part,
-               covered_.data());
-  DTSDF_CHECK_LAUNCH("foldSumsKernel");
+  launchBehind("foldSumsKernel", foldSumsKernel, part.count, kThreads, 0, stream_, frame, fusion_,
+               target, part, covered_.data());
 }
 
 /// Every voxel of the touched blocks takes the distance of its pixel.
 void Fusion::project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                      const FusionTarget& target, uint32_t blocks) {
   const StageSpan span(stream_, Stage::kCast);
-  projectVoxelsKernel<<<blocks, kThreads, 0, stream_.get()>>>(sensing.frame(), fusion_,
-                                                              surfels.surfels, target);
-  DTSDF_CHECK_LAUNCH("projectVoxelsKernel");
+  launch("projectVoxelsKernel", projectVoxelsKernel, blocks, kThreads, 0, stream_, sensing.frame(),
+         fusion_, surfels.surfels, target);
 }
 
 void Fusion::addMemory(std::vector<MemoryPart>& parts) const {
-  parts.push_back({"sums", MemoryKind::kScratch, sums_.bytes(), sums_.bytes()});
-  parts.push_back({"cover", MemoryKind::kScratch, covered_.bytes(), covered_.bytes()});
+  addScratch("sums", parts, sums_, covered_);
 }
 
 }  // namespace gpu

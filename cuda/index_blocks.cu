@@ -10,13 +10,15 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
+__device__ const MeshTables kTables = kMeshTables;
+
 /// One thread per dirty block and reach, in strides: their number is known on the device only.
 __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
-  const size_t count = static_cast<size_t>(*map.dirty_count) * kUnitReach;
+  const size_t count = static_cast<size_t>(*map.dirty.count) * kUnitReach;
   for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {
-    const int32_t dirty = map.dirty_slots[i / kUnitReach];
+    const int32_t dirty = map.dirty.slots[i / kUnitReach];
     const int n = static_cast<int>(i % kUnitReach);
-    if (n == 0) map.dirty[dirty] = 0;
+    if (n == 0) map.dirty.flags[dirty] = 0;
     if (map.slots[dirty].key == kNoKey) continue;  // released before anybody asked for a mesh
     const int32_t slot = findSlot(map, packKey(keyOfSlot(map, dirty) + unitReachOffset(n)));
     if (slot < 0 || !select(map, mesh, slot)) continue;
@@ -27,10 +29,10 @@ __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
 /// One thread per dirty block and block around it, in strides: meshes depend on voxels there. From
 /// the end of the grid on, whose threads have the least to index.
 __device__ void selectAround(const MapView& map, const MeshView& mesh) {
-  const size_t count = static_cast<size_t>(*map.dirty_count) * kBlocksAround;
+  const size_t count = static_cast<size_t>(*map.dirty.count) * kBlocksAround;
   const size_t threads = static_cast<size_t>(gridDim.x) * blockDim.x;
   for (size_t i = threads - 1 - globalThread(); i < count; i += threads) {
-    const int32_t dirty = map.dirty_slots[i / kBlocksAround];
+    const int32_t dirty = map.dirty.slots[i / kBlocksAround];
     const Vec3i offset = aroundOffset(static_cast<int>(i % kBlocksAround));
     if (map.slots[dirty].key == kNoKey) continue;
     selectAdjoining(map, mesh, keyOfSlot(map, dirty) + offset);
@@ -126,7 +128,7 @@ __device__ void labelCandidates(const MeshView& mesh, const BlockCorners& block,
     const int unit = block.candidates[k];
     const UnitOfGrid grid{samples + firstCornerOf(unit), sidesOfUnit(block, unit)};
     UnitLabels labels[1];
-    labelUnits(*mesh.tables, mesh.rules, grid, mesh.directional != 0, labels);
+    labelUnits(kTables, mesh.rules, grid, mesh.directional != 0, labels);
     stored[unit] = labels[0];
   }
 }
@@ -169,15 +171,14 @@ size_t cornerGridBytes(bool directional) {
 
 void reachBlocks(const MapView& map, const MeshView& mesh, int thread_blocks,
                  const Stream& stream) {
-  reachBlocksKernel<<<thread_blocks, kThreads, 0, stream.get()>>>(map, mesh);
-  DTSDF_CHECK_LAUNCH("reachBlocksKernel");
+  launch("reachBlocksKernel", reachBlocksKernel, thread_blocks, kThreads, 0, stream, map, mesh);
 }
 
 void indexBlocks(const MapView& map, const MeshView& mesh, int thread_blocks,
                  const Stream& stream) {
   const size_t shared_bytes = cornerGridBytes(mesh.directional != 0);
-  launchBehind(indexBlocksKernel, thread_blocks, kThreads, shared_bytes, stream, map, mesh);
-  DTSDF_CHECK_LAUNCH("indexBlocksKernel");
+  launchBehind("indexBlocksKernel", indexBlocksKernel, thread_blocks, kThreads, shared_bytes,
+               stream, map, mesh);
 }
 
 }  // namespace gpu

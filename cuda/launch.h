@@ -36,12 +36,21 @@ inline bool waitThemselves(const void* kernel) {
   return they_do;
 }
 
-/// Starts a kernel before the one ahead of it on the stream has ended, where device and binary can:
-/// it calls waitForTheOneAhead() first, or endAfterTheOneAhead() last. To be followed by
-/// DTSDF_CHECK_LAUNCH.
+/// Starts a kernel. @throws CudaError with its name if that is refused.
 template <class... Parameters>
-void launchBehind(void (*kernel)(Parameters...), dim3 blocks, int threads, size_t shared_bytes,
-                  const Stream& stream, std::common_type_t<Parameters>... arguments) {
+void launch(const char* name, void (*kernel)(Parameters...), dim3 blocks, int threads,
+            size_t shared_bytes, const Stream& stream,
+            std::common_type_t<Parameters>... arguments) {
+  kernel<<<blocks, threads, shared_bytes, stream.get()>>>(arguments...);
+  checkLaunch(name);
+}
+
+/// The same before the kernel ahead of it on the stream has ended, where device and binary can: it
+/// calls waitForTheOneAhead() first, or endAfterTheOneAhead() last.
+template <class... Parameters>
+void launchBehind(const char* name, void (*kernel)(Parameters...), dim3 blocks, int threads,
+                  size_t shared_bytes, const Stream& stream,
+                  std::common_type_t<Parameters>... arguments) {
   void* addresses[] = {&arguments...};
   const auto* address = reinterpret_cast<const void*>(kernel);
 #if CUDART_VERSION >= 11080
@@ -59,6 +68,7 @@ void launchBehind(void (*kernel)(Parameters...), dim3 blocks, int threads, size_
 #else
   cudaLaunchKernel(address, blocks, dim3(threads), addresses, shared_bytes, stream.get());
 #endif
+  checkLaunch(name);
 }
 
 /// The first thing that all threads of such a kernel do: what the one ahead has written is there

@@ -4,17 +4,20 @@
 #include "corner_arrays.cuh"
 #include "kernels/meshing/emit.h"
 #include "kernels/meshing/gap.h"
+#include "kernels/meshing/make_vertex.h"
 #include "kernels/meshing/refine.h"
 #include "kernels/meshing/regularisation.h"
 #include "kernels/meshing/vertex_normal.h"
 #include "launch.h"
 #include "loose_pieces.cuh"
-#include "make_vertex.cuh"
 #include "mesh_kernels.h"
 
 namespace dtsdf {
 namespace gpu {
 namespace {
+
+__device__ const MeshTables kTables = kMeshTables;
+__device__ const RefineTables kRefineTablesHere = kRefineTables;
 
 constexpr int kUnitsPerThread = kVoxelsPerBlock / kThreads;
 constexpr int kEdgeWords = (kGridEdges + 31) / 32;
@@ -89,8 +92,8 @@ __device__ uint32_t regulariseUnits(const MeshView& mesh, MeshBlockShared& share
       behind |= (shared.behind[cornerIndex(at.x, at.y, at.z)] ? 1u : 0u) << c;
     }
     regular[k] = regularise(shared.window.labels(unit), behind);
-    triangles += countTriangles(*mesh.tables, regular[k]);
-    visitTriangleEdges(*mesh.tables, regular[k], unit, [&](int edge) { shared.edges.add(edge); });
+    triangles += countTriangles(kTables, regular[k]);
+    visitTriangleEdges(kTables, regular[k], unit, [&](int edge) { shared.edges.add(edge); });
   }
   return triangles;
 }
@@ -113,7 +116,7 @@ struct Middles {
 __device__ Middles countMiddles(const MeshView& mesh, const UnitIndices (&regular)[kUnitsPerThread],
                                 MeshBlockShared& shared) {
   uint32_t own = 0;
-  for (const UnitIndices& indices : regular) own += sidesOfUnit(*mesh.refine_tables, indices);
+  for (const UnitIndices& indices : regular) own += sidesOfUnit(kRefineTablesHere, indices);
   Middles middles;
   __syncthreads();  // of the window, whose place is taken
   Scan(shared.listing.scan).ExclusiveSum(own, middles.before, middles.count);
@@ -145,6 +148,25 @@ __device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles, uint3
   if (t < kEdgeWords) listEdges(t, before >> 16, shared);
   __syncthreads();
   return before & kLow;
+}
+
+/// A vertex on an edge of a block, from the device's map.
+__device__ BlockVertex makeVertex(const MeshView& mesh, const ArraysAround& arrays, int edge) {
+  const int lower = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
+  const bool directional = mesh.directional != 0;
+  const Vec3i corner = cornerAt(lower);
+  EdgeSamples samples(arrays, corner, axis, directional);
+#pragma unroll  // so that the samples are in registers, and read all at once
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!directional && d != facedDirection(axis, facing)) continue;
+    samples.lower[d] = arrays.sample(lower, directional ? d : 0);
+    samples.upper[d] = arrays.sample(lower + cornerStride(axis), directional ? d : 0);
+  }
+  const uint32_t crossing = crossingDirections(samples, axis, facing);
+  const auto anchors = [&](int end, int d) {
+    return arrays.voxel(end == 0 ? corner : corner + unitStep(axis), d).anchor;
+  };
+  return dtsdf::makeVertex(mesh.rules, samples, crossing, anchors, edge, directional);
 }
 
 /// The first `count` vertices: those on edges.
@@ -180,7 +202,7 @@ __device__ uint32_t writeTriangles(const MeshView& mesh,
   int corner = 0;
   for (int k = 0; k < kUnitsPerThread; ++k) {
     const Vec3i unit = voxelOffset(threadIdx.x * kUnitsPerThread + k);
-    visitTriangleEdges(*mesh.tables, regular[k], unit, [&](int edge) {
+    visitTriangleEdges(kTables, regular[k], unit, [&](int edge) {
       triangle[corner++] = static_cast<uint16_t>(shared.edges.vertexOf(edge));
       if (corner < 3) return;
       if (isGap(triangle)) triangle[0] = triangle[1] = triangle[2] = kGapVertex;
@@ -223,10 +245,9 @@ __device__ uint32_t writeRefined(const MeshView& mesh,
   const GapCount isGap{mesh.rules, vertices, gaps};
   for (int k = 0; k < kUnitsPerThread; ++k) {
     const Vec3i unit = voxelOffset(threadIdx.x * kUnitsPerThread + k);
-    visitRefinedTriangles(*mesh.tables, *mesh.refine_tables, regular[k], unit, middle, vertexOf,
-                          isGap,
+    visitRefinedTriangles(kTables, kRefineTablesHere, regular[k], unit, middle, vertexOf, isGap,
                           [&](uint32_t vertex) { *corner++ = static_cast<uint16_t>(vertex); });
-    visitSides(*mesh.refine_tables, regular[k], unit, [&](int a, int b) {
+    visitSides(kRefineTablesHere, regular[k], unit, [&](int a, int b) {
       vertices[middle++] = {middleOfSide(endOn(a), endOn(b)), middleNumber(a, b)};
     });
   }
@@ -254,7 +275,7 @@ template <bool kRefined>
 __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, MeshView mesh) {
   waitForTheOneAhead();
   __shared__ MeshBlockShared shared;
-  if (blockIdx.x == 0 && threadIdx.x == 0) *map.dirty_count = 0;  // all selected by now
+  if (blockIdx.x == 0 && threadIdx.x == 0) *map.dirty.count = 0;  // all selected by now
   const uint32_t count = mesh.counters->reached + mesh.counters->adjoining;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
     const int32_t slot = mesh.slots[b];
@@ -305,12 +326,13 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
 }  // namespace
 
 void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream) {
-  if (mesh.refine_tables != nullptr) {
-    launchBehind(makeMeshesKernel<true>, thread_blocks, kThreads, 0, stream, map, mesh);
+  if (mesh.refined) {
+    launchBehind("makeMeshesKernel", makeMeshesKernel<true>, thread_blocks, kThreads, 0, stream,
+                 map, mesh);
   } else {
-    launchBehind(makeMeshesKernel<false>, thread_blocks, kThreads, 0, stream, map, mesh);
+    launchBehind("makeMeshesKernel", makeMeshesKernel<false>, thread_blocks, kThreads, 0, stream,
+                 map, mesh);
   }
-  DTSDF_CHECK_LAUNCH("makeMeshesKernel");
 }
 
 }  // namespace gpu

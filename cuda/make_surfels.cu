@@ -129,9 +129,8 @@ void SurfelMaker::mergePixels(const DeviceSensing& sensing) {
   const size_t patches = patchesOf(sensing.frame());
   patches_.reserveExactly(patches, stream_);
   const StageSpan span(stream_, Stage::kMakeSurfels);
-  launchBehind(mergePatchesKernel, blocksFor(patches * kPatchThreads), kThreads, 0, stream_,
-               sensing.image(), surfel_settings_, patches_.data());
-  DTSDF_CHECK_LAUNCH("mergePatchesKernel");
+  launchBehind("mergePatchesKernel", mergePatchesKernel, blocksFor(patches * kPatchThreads),
+               kThreads, 0, stream_, sensing.image(), surfel_settings_, patches_.data());
 }
 
 DeviceSurfels SurfelMaker::makeSurfels(const DeviceSensing& sensing, uint32_t* count) {
@@ -140,9 +139,8 @@ DeviceSurfels SurfelMaker::makeSurfels(const DeviceSensing& sensing, uint32_t* c
   surfels_.reserveExactly(pixels, stream_);
   if (!merges_) {
     const StageSpan span(stream_, Stage::kMakeSurfels);
-    makePixelSurfelsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
-        sensing, surfel_settings_, surfels_.data(), count);
-    DTSDF_CHECK_LAUNCH("makePixelSurfelsKernel");
+    launch("makePixelSurfelsKernel", makePixelSurfelsKernel, rowGrid(frame), kThreads, 0, stream_,
+           sensing, surfel_settings_, surfels_.data(), count);
     return {surfels_.data(), static_cast<uint32_t>(pixels), nullptr};
   }
   mergePixels(sensing);
@@ -159,15 +157,14 @@ DeviceSurfels SurfelMaker::makeMoreSurfels(const DeviceSensing& sensing, uint32_
 
 DeviceSurfels SurfelMaker::listSurfels(const DeviceSensing& sensing, uint32_t* count) {
   const uint32_t room = static_cast<uint32_t>(surfels_.capacity());
-  launchBehind(makeSurfelsKernel, rowGrid(sensing.frame(), kRowThreads), kRowThreads, 0, stream_,
-               sensing, surfel_settings_, patches_.data(), {surfels_.data(), room, count});
-  DTSDF_CHECK_LAUNCH("makeSurfelsKernel");
+  launchBehind("makeSurfelsKernel", makeSurfelsKernel, rowGrid(sensing.frame(), kRowThreads),
+               kRowThreads, 0, stream_, sensing, surfel_settings_, patches_.data(),
+               {surfels_.data(), room, count});
   return {surfels_.data(), room, count};
 }
 
 void SurfelMaker::addMemory(std::vector<MemoryPart>& parts) const {
-  const size_t bytes = patches_.bytes() + surfels_.bytes();
-  parts.push_back({"surfels", MemoryKind::kScratch, bytes, bytes});
+  addScratch("surfels", parts, patches_, surfels_);
 }
 
 }  // namespace gpu

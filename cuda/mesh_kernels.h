@@ -4,8 +4,6 @@
 #include "device_map.h"
 #include "dtsdf_mapping/block_mesh.h"
 #include "kernels/meshing/mesh_rules.h"
-#include "kernels/meshing/mesh_tables.h"
-#include "kernels/meshing/refine_tables.h"
 #include "launch.h"
 #include "runtime/stream.h"
 
@@ -46,8 +44,6 @@ struct BlockTriangle {
 
 /// What kernels need of an extraction, by value.
 struct MeshView {
-  const MeshTables* tables;
-  const RefineTables* refine_tables;  ///< Null: no refinement.
   MeshCounters* counters;
   MeshSize* size;
   uint32_t* finished;
@@ -61,7 +57,7 @@ struct MeshView {
   MeshSize capacity;
   uint32_t stamp;          ///< Number of this extraction.
   int32_t least_evidence;  ///< That a voxel needs to be known.
-  int32_t directional;
+  int32_t directional, refined;
   MeshSettings rules;
 };
 

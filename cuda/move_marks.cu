@@ -15,7 +15,7 @@ MeshMarks marksFrom(uint32_t bits) { return {(bits & kDirty) != 0, (bits & kPain
 
 __device__ uint32_t marksOf(const MapView& map, int32_t slot) {
   const bool is_painted = map.painted.flags != nullptr && map.painted.flags[slot] != 0;
-  return (map.dirty[slot] != 0 ? kDirty : 0u) | (is_painted ? kPainted : 0u);
+  return (map.dirty.flags[slot] != 0 ? kDirty : 0u) | (is_painted ? kPainted : 0u);
 }
 
 /// One thread per slot.
@@ -30,12 +30,12 @@ __global__ void readMarksKernel(MapView map, uint32_t* marks) {
 __global__ void takeMarksKernel(MapView map, const int32_t* slots, size_t count, uint32_t* marks) {
   const size_t i = globalThread();
   if (i == 0) {
-    *map.dirty_count = 0;
+    *map.dirty.count = 0;
     if (map.painted.count != nullptr) *map.painted.count = 0;
   }
   if (i >= count) return;
   marks[i] = marksOf(map, slots[i]);
-  map.dirty[slots[i]] = 0;
+  map.dirty.flags[slots[i]] = 0;
   if (map.painted.flags != nullptr) map.painted.flags[slots[i]] = 0;
 }
 
@@ -45,7 +45,7 @@ __global__ void listMarkedKernel(MapView map) {
   if (i >= map.slot_count) return;
   const auto slot = static_cast<int32_t>(i);
   const uint32_t marks = marksOf(map, slot);
-  if (marks & kDirty) map.dirty_slots[atomicAdd(map.dirty_count, 1u)] = slot;
+  if (marks & kDirty) map.dirty.slots[atomicAdd(map.dirty.count, 1u)] = slot;
   if (marks & kPainted) map.painted.slots[atomicAdd(map.painted.count, 1u)] = slot;
 }
 
@@ -54,8 +54,8 @@ __global__ void setMarksKernel(MapView map, const int32_t* slots, size_t count,
                                const uint32_t* marks) {
   const size_t i = globalThread();
   if (i >= count) return;
-  if (marks[i] & kDirty) markDirty(map, slots[i]);
-  if ((marks[i] & kPainted) && map.painted.flags != nullptr) markPainted(map, slots[i]);
+  if (marks[i] & kDirty) mark(map.dirty, slots[i]);
+  if ((marks[i] & kPainted) && map.painted.flags != nullptr) mark(map.painted, slots[i]);
 }
 
 }  // namespace
@@ -70,8 +70,8 @@ std::vector<MarkedSlot> MarkMover::marked(const MapView& map) {
   if (map.slot_count == 0) return {};
   done_.wait();
   marks_.reserve(map.slot_count);
-  readMarksKernel<<<blocksFor(map.slot_count), kThreads, 0, stream_.get()>>>(map, marks_.data());
-  DTSDF_CHECK_LAUNCH("readMarksKernel");
+  launch("readMarksKernel", readMarksKernel, blocksFor(map.slot_count), kThreads, 0, stream_, map,
+         marks_.data());
   stream_.record(done_);
   done_.wait();
   std::vector<MarkedSlot> marked;
@@ -85,11 +85,10 @@ std::vector<MeshMarks> MarkMover::take(const MapView& map, const std::vector<int
   if (slots.empty()) return {};
   reserve(slots.size());
   std::copy(slots.begin(), slots.end(), slots_.data());
-  takeMarksKernel<<<blocksFor(slots.size()), kThreads, 0, stream_.get()>>>(
-      map, slots_.data(), slots.size(), marks_.data());
-  DTSDF_CHECK_LAUNCH("takeMarksKernel");
-  listMarkedKernel<<<blocksFor(map.slot_count), kThreads, 0, stream_.get()>>>(map);
-  DTSDF_CHECK_LAUNCH("listMarkedKernel");
+  launch("takeMarksKernel", takeMarksKernel, blocksFor(slots.size()), kThreads, 0, stream_, map,
+         slots_.data(), slots.size(), marks_.data());
+  launch("listMarkedKernel", listMarkedKernel, blocksFor(map.slot_count), kThreads, 0, stream_,
+         map);
   stream_.record(done_);
   done_.wait();
   std::vector<MeshMarks> marks(slots.size());
@@ -105,9 +104,8 @@ void MarkMover::set(const MapView& map, const std::vector<MarkedSlot>& marked) {
     slots_[i] = marked[i].slot;
     marks_[i] = (marked[i].marks.dirty ? kDirty : 0u) | (marked[i].marks.painted ? kPainted : 0u);
   }
-  setMarksKernel<<<blocksFor(count), kThreads, 0, stream_.get()>>>(map, slots_.data(), count,
-                                                                   marks_.data());
-  DTSDF_CHECK_LAUNCH("setMarksKernel");
+  launch("setMarksKernel", setMarksKernel, blocksFor(count), kThreads, 0, stream_, map,
+         slots_.data(), count, marks_.data());
   stream_.record(done_);
 }
 

@@ -14,23 +14,18 @@ constexpr size_t kTurnBytes = size_t{8} << 20;
 constexpr size_t kBytesPerThread = size_t{1} << 20;  ///< Of the host, which copy at a time.
 
 /// One thread per 16 bytes.
-template <class Pool>
-__global__ void gatherRecordsKernel(typename Pool::View pool, const int32_t* records, size_t count,
-                                    uint4* host) {
+template <bool kToHost, class Pool>
+__global__ void moveRecordsKernel(typename Pool::View pool, const int32_t* records, size_t count,
+                                  uint4* host) {
   constexpr size_t kWords = Pool::kRecordBytes / sizeof(uint4);
   const size_t i = globalThread();
   if (i >= count * kWords) return;
-  host[i] = reinterpret_cast<const uint4*>(pool.record(records[i / kWords]))[i % kWords];
-}
-
-/// The same.
-template <class Pool>
-__global__ void scatterRecordsKernel(typename Pool::View pool, const int32_t* records, size_t count,
-                                     const uint4* host) {
-  constexpr size_t kWords = Pool::kRecordBytes / sizeof(uint4);
-  const size_t i = globalThread();
-  if (i >= count * kWords) return;
-  reinterpret_cast<uint4*>(pool.record(records[i / kWords]))[i % kWords] = host[i];
+  uint4& word = reinterpret_cast<uint4*>(pool.record(records[i / kWords]))[i % kWords];
+  if (kToHost) {
+    host[i] = word;
+  } else {
+    word = host[i];
+  }
 }
 
 void copyInParallel(char* to, const char* from, size_t bytes) {
@@ -61,6 +56,14 @@ RecordMover::Turn& RecordMover::begin(size_t turn, const std::vector<int32_t>& r
   return now;
 }
 
+template <bool kToHost, class Pool>
+void RecordMover::move(const Pool& pool, Turn& turn, size_t count) {
+  launch("moveRecordsKernel", moveRecordsKernel<kToHost, Pool>,
+         blocksFor(count * Pool::kRecordBytes / sizeof(uint4)), kThreads, 0, stream_, pool.view(),
+         turn.records.data(), count, reinterpret_cast<uint4*>(turn.bytes.data()));
+  stream_.record(turn.done);
+}
+
 template <class Pool>
 void RecordMover::download(const Pool& pool, const std::vector<int32_t>& records, void* host) {
   constexpr size_t kBytes = Pool::kRecordBytes, kAtOnce = kTurnBytes / kBytes;
@@ -68,13 +71,7 @@ void RecordMover::download(const Pool& pool, const std::vector<int32_t>& records
   for (size_t i = 0; i <= turns; ++i) {
     if (i < turns) {
       const size_t first = i * kAtOnce, end = std::min(count, first + kAtOnce);
-      Turn& now = begin(i, records, first, end, kBytes);
-      gatherRecordsKernel<Pool>
-          <<<blocksFor((end - first) * kBytes / sizeof(uint4)), kThreads, 0, stream_.get()>>>(
-              pool.view(), now.records.data(), end - first,
-              reinterpret_cast<uint4*>(now.bytes.data()));
-      DTSDF_CHECK_LAUNCH("gatherRecordsKernel");
-      stream_.record(now.done);
+      move<true>(pool, begin(i, records, first, end, kBytes), end - first);
     }
     if (i == 0) continue;
     const size_t first = (i - 1) * kAtOnce, end = std::min(count, first + kAtOnce);
@@ -93,12 +90,7 @@ void RecordMover::upload(const Pool& pool, const std::vector<int32_t>& records, 
     Turn& now = begin(i, records, first, end, kBytes);
     copyInParallel(now.bytes.data(), static_cast<const char*>(host) + first * kBytes,
                    (end - first) * kBytes);
-    scatterRecordsKernel<Pool>
-        <<<blocksFor((end - first) * kBytes / sizeof(uint4)), kThreads, 0, stream_.get()>>>(
-            pool.view(), now.records.data(), end - first,
-            reinterpret_cast<const uint4*>(now.bytes.data()));
-    DTSDF_CHECK_LAUNCH("scatterRecordsKernel");
-    stream_.record(now.done);
+    move<false>(pool, now, end - first);
   }
 }
 

@@ -37,6 +37,8 @@ class RecordMover {
     Event done;  ///< With both.
   };
 
+  template <bool kToHost, class Pool>
+  void move(const Pool& pool, Turn& turn, size_t count);
   Turn& begin(size_t turn, const std::vector<int32_t>& records, size_t first, size_t end,
               size_t record_bytes);
 

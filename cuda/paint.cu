@@ -1,11 +1,34 @@
-#include "paint_kernels.h"
+#include "paint.h"
 
+#include <algorithm>
+
+#include "backend/frame_check.h"
 #include "device_map.cuh"
 #include "launch.h"
+#include "map/sort_by_key.h"
+#include "runtime/device.h"
+#include "runtime/stage_clock.h"
 
 namespace dtsdf {
 namespace gpu {
 namespace {
+
+constexpr int kThreadBlocksPerProcessor = 16;
+
+/// One request for each block, of those for its arrays.
+std::vector<ColourRequest> byBlocks(std::vector<ColourRequest> requests) {
+  sortByKey(requests);
+  size_t blocks = 0;
+  for (const ColourRequest& request : requests) {
+    if (blocks > 0 && requests[blocks - 1].key == request.key) {
+      requests[blocks - 1].bricks |= request.bricks;
+    } else {
+      requests[blocks++] = request;
+    }
+  }
+  requests.resize(blocks);
+  return requests;
+}
 
 /// One thread per pixel.
 __global__ void takePixelsKernel(const uint8_t* raw, PixelLayout layout, ColourPixel* pixels,
@@ -248,59 +271,125 @@ __global__ void paintKernel(ColourRules rules, Exposure exposure, MapView map,
   VoxelColour* colour = colourOf(map, array, found.voxel % kVoxelsPerBlock);
   if (colour == nullptr) return;
   const VoxelColour painted = paintedColour(*colour, found.sample, exposure, rules);
-  if (looksDifferent(*colour, painted)) markPainted(map, found.slot);
+  if (looksDifferent(*colour, painted)) mark(map.painted, found.slot);
   *colour = painted;
 }
 
 }  // namespace
 
-void takePixels(const uint8_t* raw, const PixelLayout& layout, ColourPixel* pixels, size_t count,
-                const Stream& stream) {
-  takePixelsKernel<<<blocksFor(count), kThreads, 0, stream.get()>>>(raw, layout, pixels, count);
-  DTSDF_CHECK_LAUNCH("takePixelsKernel");
+Painter::Painter(const PaintSettings& settings, const Stream& stream)
+    : settings_(settings),
+      stream_(stream),
+      thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()),
+      counters_(1),
+      pinned_counters_(1) {}
+
+void Painter::reserveImages(int32_t width, int32_t height) {
+  const int32_t cells_across = cellsFor(width), cells_down = cellsFor(height);
+  const ColourImage layout = layOut(nullptr, width, height);
+  pixels_.reserveExactly(static_cast<size_t>(pixelCount(layout)), image_stream_);
+  hiding_m_.reserveExactly(static_cast<size_t>(cells_across) * cells_down, image_stream_);
+  // Room for a sample a pixel at first: images seldom show more voxels than they have pixels.
+  samples_.reserveExactly(static_cast<size_t>(width) * height, stream_);
+  sensing_.image = layOut(pixels_.data(), width, height);
+  sensing_.hiding = {hiding_m_.data(), cells_across, cells_down};
 }
 
-void halveImage(const ColourImage& image, ColourPixel* pixels, const Stream& stream) {
+/// Nobody reads what the image before has left there: its counters have been waited for, unless
+/// looking at it failed. With a profile nothing runs beside each other.
+void Painter::takeImage(const ColourFrame& frame) {
+  if (is_looking_ || profileOf(image_stream_) != nullptr) stream_.synchronize();
+  is_looking_ = false;
+  reserveImages(frame.width, frame.height);
+  {
+    const StageSpan span(image_stream_, Stage::kPaint);
+    const size_t cells = static_cast<size_t>(sensing_.hiding.width) * sensing_.hiding.height;
+    launch("clearHidingKernel", clearHidingKernel, blocksFor(cells), kThreads, 0, image_stream_,
+           hiding_m_.data(), cells);
+  }
+  raw_image_.upload(rowsOf(frame), image_stream_);
+  const StageSpan span(image_stream_, Stage::kPaint);
+  const size_t pixels = static_cast<size_t>(frame.width) * frame.height;
+  launch("takePixelsKernel", takePixelsKernel, blocksFor(pixels), kThreads, 0, image_stream_,
+         raw_image_.data(), layoutOf(frame.encoding), pixels_.data(), pixels);
   for (int level = 1; level < kColourLevels; ++level) {
-    const size_t count = static_cast<size_t>(image.level[level].width) * image.level[level].height;
-    halveImageKernel<<<blocksFor(count), kThreads, 0, stream.get()>>>(image, pixels, level);
-    DTSDF_CHECK_LAUNCH("halveImageKernel");
+    const ColourLevel& to = sensing_.image.level[level];
+    const size_t count = static_cast<size_t>(to.width) * to.height;
+    launch("halveImageKernel", halveImageKernel, blocksFor(count), kThreads, 0, image_stream_,
+           sensing_.image, pixels_.data(), level);
+  }
+  image_stream_.record(taken_);
+}
+
+void Painter::look(const PaintView& look, const BlockExtent& painted, const MapView& map) {
+  painted_ = painted;
+  sensing_.view = {look.view,       settings_.directional, look.least_evidence,
+                   settings_.rules, settings_.max_depth_m, settings_.full_weight_depth_m};
+  takeCandidates(look.in_view);
+  stream_.waitFor(taken_);
+  findHiding(map);
+  findSamples(map);
+  while (counters().samples > samples_.capacity()) {
+    samples_.reserve(counters().samples, stream_);
+    findHiding(map);
+    findSamples(map);
   }
 }
 
-void clearHiding(const HidingImage& hiding, float* depth_m, const Stream& stream) {
-  const size_t cells = static_cast<size_t>(hiding.width) * hiding.height;
-  clearHidingKernel<<<blocksFor(cells), kThreads, 0, stream.get()>>>(depth_m, cells);
-  DTSDF_CHECK_LAUNCH("clearHidingKernel");
+/// Those of the image before have been read: its counters have been waited for.
+void Painter::takeCandidates(const std::vector<int32_t>& in_view) {
+  candidate_count_ = static_cast<uint32_t>(in_view.size());
+  candidates_.reserve(in_view.size());
+  arrays_.reserve(in_view.size() * kDirectionCount, stream_);
+  requests_.reserve(in_view.size() * kDirectionCount, stream_);
+  std::copy(in_view.begin(), in_view.end(), candidates_.data());
 }
 
-void findArraysInView(const PointView& view, const MapView& map, const LookView& look,
-                      const Stream& stream) {
-  if (look.candidate_count == 0) return;
-  findArraysInViewKernel<<<blocksFor(look.candidate_count), kThreads, 0, stream.get()>>>(view, map,
-                                                                                         look);
-  DTSDF_CHECK_LAUNCH("findArraysInViewKernel");
+void Painter::findHiding(const MapView& map) {
+  is_looking_ = true;
+  const StageSpan span(stream_, Stage::kPaint);
+  counters_.zero(stream_);
+  if (candidate_count_ > 0) {
+    launch("findArraysInViewKernel", findArraysInViewKernel, blocksFor(candidate_count_), kThreads,
+           0, stream_, sensing_.view, map, view());
+  }
+  launchBehind("drawHidingKernel", drawHidingKernel, thread_blocks_, kArrayThreads, 0, stream_,
+               sensing_.view, map, view(), hiding_m_.data());
 }
 
-void drawHiding(const PointView& view, const MapView& map, const LookView& look, float* depth_m,
-                const Stream& stream) {
-  launchBehind(drawHidingKernel, look.thread_blocks, kArrayThreads, 0, stream, view, map, look,
-               depth_m);
-  DTSDF_CHECK_LAUNCH("drawHidingKernel");
+void Painter::findSamples(const MapView& map) {
+  {
+    const StageSpan span(stream_, Stage::kPaint);
+    launchBehind("lookKernel", lookKernel, thread_blocks_, kArrayThreads, 0, stream_, sensing_, map,
+                 view());
+  }
+  counters_.download(pinned_counters_.data(), 1, stream_);
+  stream_.record(looked_);
+  looked_.wait();
+  is_looking_ = false;
 }
 
-void lookAtSurfaces(const ColourSensing& sensing, const MapView& map, const LookView& look,
-                    const Stream& stream) {
-  launchBehind(lookKernel, look.thread_blocks, kArrayThreads, 0, stream, sensing, map, look);
-  DTSDF_CHECK_LAUNCH("lookKernel");
+std::vector<ColourRequest> Painter::fetchRequests() {
+  const size_t count = counters().requests;
+  if (count == 0) return {};
+  pinned_requests_.reserve(count);
+  requests_.download(pinned_requests_.data(), count, stream_);
+  stream_.synchronize();
+  return byBlocks({pinned_requests_.data(), pinned_requests_.data() + count});
 }
 
-void paintSurfaces(const ColourRules& rules, const Exposure& exposure, const MapView& map,
-                   const LookView& look, size_t samples, const Stream& stream) {
+void Painter::paint(const Exposure& exposure, const MapView& map) {
+  const StageSpan span(stream_, Stage::kPaint);
+  const size_t samples = counters().samples;
   if (samples == 0) return;
-  launchBehind(paintKernel, blocksFor(samples), kThreads, 0, stream, rules, exposure, map,
-               look.samples, samples);
-  DTSDF_CHECK_LAUNCH("paintKernel");
+  launchBehind("paintKernel", paintKernel, blocksFor(samples), kThreads, 0, stream_,
+               settings_.rules, exposure, map, samples_.data(), samples);
+}
+
+void Painter::addMemory(std::vector<MemoryPart>& parts) const {
+  addScratch("voxels to paint", parts, pixels_, hiding_m_, samples_, arrays_, requests_, counters_,
+             pinned_counters_, pinned_requests_, candidates_);
+  raw_image_.addMemory("raw colour image", parts);
 }
 
 }  // namespace gpu

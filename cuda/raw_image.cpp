@@ -52,8 +52,7 @@ void RawImage::upload(const ImageRows& rows, const Stream& stream) {
 }
 
 void RawImage::addMemory(const char* name, std::vector<MemoryPart>& parts) const {
-  parts.push_back({name, MemoryKind::kScratch, raw_.bytes(), raw_.bytes()});
-  parts.push_back({name, MemoryKind::kStaging, pinned_raw_.bytes(), pinned_raw_.bytes()});
+  addScratch(name, parts, raw_, pinned_raw_);
 }
 
 }  // namespace gpu

@@ -166,12 +166,13 @@ __global__ void __launch_bounds__(kThreads) drawBlocksKernel(RenderJob job, Mesh
 }
 
 /// One thread per pixel: what a view's keys say, as the view has it.
-__global__ void showKeysKernel(RenderJob job, size_t pixels, ViewImages images) {
+__global__ void showKeysKernel(RenderJob job, size_t pixels, float* depth_m, Vec3f* normals_C,
+                               VertexColour* colours) {
   const size_t i = globalThread();
   if (i >= pixels) return;
-  images.depth_m[i] = job.frame.voxel_size_m * depthOf(job.surfaces[i]);
-  images.normals_C[i] = normalOf(job.surfaces[i]);
-  if (job.painted != 0) images.colours[i] = dtsdf::colourOf(job.colours[i]);
+  depth_m[i] = job.frame.voxel_size_m * depthOf(job.surfaces[i]);
+  normals_C[i] = normalOf(job.surfaces[i]);
+  if (job.painted != 0) colours[i] = dtsdf::colourOf(job.colours[i]);
 }
 
 size_t pixelsOf(const FrameView& frame) {
@@ -200,18 +201,11 @@ void Renderer::reserveMeshes(const MeshSize& size) {
   labelled_.reserveExactly(1, stream_);
   pinned_totals_.reserve(1);
   no_dirty_.reserveExactly(1, stream_);
-  if (tables_.capacity() > 0) return;
-  PinnedBuffer<MeshTables> tables(1);
-  tables[0] = kMeshTables;
-  tables_.reserveExactly(1, stream_);
-  tables_.upload(tables.data(), 1, stream_);
   no_dirty_.zero(stream_);
-  stream_.synchronize();
 }
 
 MeshView Renderer::meshView(const ViewRequest& request) {
   MeshView mesh = {};
-  mesh.tables = tables_.data();
   mesh.counters = &totals_.data()->blocks;
   mesh.size = &totals_.data()->size;
   mesh.finished = &totals_.data()->finished;
@@ -240,9 +234,8 @@ void Renderer::draw(const ViewRequest& request, const MapView& map, bool is_labe
   pinned_totals_[0] = {};
   if (map.slot_count > 0) drawBlocks(request, job, map, is_labelled);
   const size_t pixels = pixelsOf(request.frame);
-  showKeysKernel<<<blocksFor(pixels), kThreads, 0, stream_.get()>>>(
-      job, pixels, {depth_.data(), normals_.data(), view_colours_.data()});
-  DTSDF_CHECK_LAUNCH("showKeysKernel");
+  launch("showKeysKernel", showKeysKernel, blocksFor(pixels), kThreads, 0, stream_, job, pixels,
+         depth_.data(), normals_.data(), view_colours_.data());
   for (size_t band = 0; band < kBands; ++band) {
     const size_t begin = pixels * band / kBands, end = pixels * (band + 1) / kBands;
     depth_.downloadPart(pinned_depth_.data(), begin, end, stream_);
@@ -261,17 +254,15 @@ void Renderer::drawBlocks(const ViewRequest& request, const RenderJob& job, cons
   labelled.slots = labelled_slots_.data();
   labelled.counters = &labelled_.data()->blocks;
   MapView unchanged = map;
-  unchanged.dirty_count = no_dirty_.data();
+  unchanged.dirty.count = no_dirty_.data();
   totals_.zero(stream_);
   labelled_.zero(stream_);
-  selectInViewKernel<<<blocksFor(map.slot_count), kThreads, 0, stream_.get()>>>(unchanged, job,
-                                                                                mesh, labelled);
-  DTSDF_CHECK_LAUNCH("selectInViewKernel");
+  launch("selectInViewKernel", selectInViewKernel, blocksFor(map.slot_count), kThreads, 0, stream_,
+         unchanged, job, mesh, labelled);
   if (!is_labelled) indexBlocks(unchanged, labelled, thread_blocks_, stream_);
   makeMeshes(unchanged, mesh, thread_blocks_, stream_);
   if (request.has_colours) colourVertices(unchanged, mesh, thread_blocks_, stream_);
-  drawBlocksKernel<<<thread_blocks_, kThreads, 0, stream_.get()>>>(job, mesh);
-  DTSDF_CHECK_LAUNCH("drawBlocksKernel");
+  launch("drawBlocksKernel", drawBlocksKernel, thread_blocks_, kThreads, 0, stream_, job, mesh);
 }
 
 /// Copies the images band by band, as soon as each is there: more than one thread should do while
@@ -322,14 +313,9 @@ void Renderer::render(const ViewRequest& request, const MapView& map, bool is_la
 }
 
 void Renderer::addMemory(std::vector<MemoryPart>& parts) const {
-  const size_t bytes = tables_.bytes() + totals_.bytes() + labelled_.bytes() + no_dirty_.bytes() +
-                       slots_.bytes() + labelled_slots_.bytes() + records_.bytes() +
-                       vertices_.bytes() + vertex_colours_.bytes() + shares_.bytes() +
-                       seen_.bytes() + triangles_.bytes() + surfaces_.bytes() + colours_.bytes() +
-                       depth_.bytes() + normals_.bytes() + view_colours_.bytes();
-  parts.push_back({"rendered view", MemoryKind::kScratch, bytes, bytes});
-  const size_t staging = pinned_depth_.bytes() + pinned_normals_.bytes() + pinned_colours_.bytes();
-  parts.push_back({"rendered view", MemoryKind::kStaging, staging, staging});
+  addScratch("rendered view", parts, totals_, labelled_, no_dirty_, slots_, labelled_slots_,
+             records_, vertices_, vertex_colours_, shares_, seen_, triangles_, surfaces_, colours_,
+             depth_, normals_, view_colours_, pinned_depth_, pinned_normals_, pinned_colours_);
 }
 
 }  // namespace gpu

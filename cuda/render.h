@@ -22,13 +22,6 @@ struct RenderJob {
   ViewKey* colours;   ///< and these.
 };
 
-/// The images of a view, on the device.
-struct ViewImages {
-  float* depth_m;
-  Vec3f* normals_C;
-  VertexColour* colours;
-};
-
 /// Labels the blocks in view, makes their triangles and draws them. The buffers are kept from view
 /// to view.
 class Renderer {
@@ -53,7 +46,6 @@ class Renderer {
   const bool directional_;
   const int thread_blocks_;
   const Stream& stream_;
-  DeviceBuffer<MeshTables> tables_;
   DeviceBuffer<MeshTotals> totals_, labelled_;  ///< Of these only the blocks count.
   PinnedBuffer<MeshTotals> pinned_totals_;
   static constexpr size_t kBands = 8;  ///< Of pixels, which come to the host one after the other.

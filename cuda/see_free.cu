@@ -65,18 +65,11 @@ __global__ void __launch_bounds__(kFinishingThreads) finishPyramidKernel(Pyramid
   }
 }
 
-/// Cells as they are asked for.
-struct CellSearch {
-  CellGrid grid;
-  float max_range_m;
-  const Vec3i* cubes;
-};
-
 /// One block of threads per cube.
-__global__ void seeFreeKernel(FrameView frame, FreePyramid free, CellSearch search,
-                              CellMask* masks) {
+__global__ void seeFreeKernel(FrameView frame, FreePyramid free, CellGrid grid, float max_range_m,
+                              const Vec3i* cubes, CellMask* masks) {
   __shared__ VoxelInImage corners[kCornersPerCube];
-  const CubeLook look = lookAt(frame, search.grid, search.cubes[blockIdx.x]);
+  const CubeLook look = lookAt(frame, grid, cubes[blockIdx.x]);
   for (int i = threadIdx.x; i < kCornersPerCube; i += kThreads) {
     const int x = i % kCornersAlong, y = i / kCornersAlong % kCornersAlong,
               z = i / (kCornersAlong * kCornersAlong);
@@ -86,7 +79,7 @@ __global__ void seeFreeKernel(FrameView frame, FreePyramid free, CellSearch sear
   const auto corner = [&](int x, int y, int z) { return corners[cubeCornerIndex(x, y, z)]; };
   CellMask& mask = masks[blockIdx.x];
   for (int cell = threadIdx.x; cell < kCellsPerCube; cell += kThreads) {
-    const bool is_free = isCellSeenFree(free, corner, cell, search.max_range_m);
+    const bool is_free = isCellSeenFree(free, corner, cell, max_range_m);
     const uint32_t free_cells = __ballot_sync(~0u, is_free);  // of 32 cells in a row
     if (cell % 32 == 0) reinterpret_cast<uint32_t*>(mask.word)[cell / 32] = free_cells;
   }
@@ -126,9 +119,8 @@ void FreeCellFinder::find(const FrameView& frame, const float* free_depth,
   const StageSpan span(stream_, Stage::kSeeFree);
   cubes_.upload(pinned_cubes_.data(), keys_.size(), stream_);
   const FreePyramid free = makePyramid(frame, free_depth);
-  seeFreeKernel<<<static_cast<unsigned>(keys_.size()), kThreads, 0, stream_.get()>>>(
-      frame, free, {grid_, max_range_m_, cubes_.data()}, masks_.data());
-  DTSDF_CHECK_LAUNCH("seeFreeKernel");
+  launch("seeFreeKernel", seeFreeKernel, static_cast<unsigned>(keys_.size()), kThreads, 0, stream_,
+         frame, free, grid_, max_range_m_, cubes_.data(), masks_.data());
   masks_.download(pinned_masks_.data(), keys_.size(), stream_);
   stream_.record(fetched_);
 }
@@ -143,10 +135,8 @@ FreePyramid FreeCellFinder::makePyramid(const FrameView& frame, const float* fre
   // In one row, since an image may be higher than a grid.
   const auto patches = static_cast<unsigned>(texelsFor(frame.width, kPatchLevels) *
                                              texelsFor(frame.height, kPatchLevels));
-  makeFreePatchesKernel<<<patches, kThreads, 0, stream_.get()>>>(levels);
-  DTSDF_CHECK_LAUNCH("makeFreePatchesKernel");
-  finishPyramidKernel<<<1, kFinishingThreads, 0, stream_.get()>>>(levels);
-  DTSDF_CHECK_LAUNCH("finishPyramidKernel");
+  launch("makeFreePatchesKernel", makeFreePatchesKernel, patches, kThreads, 0, stream_, levels);
+  launch("finishPyramidKernel", finishPyramidKernel, 1, kFinishingThreads, 0, stream_, levels);
   return free;
 }
 
@@ -161,10 +151,7 @@ std::vector<FreeCube> FreeCellFinder::take() {
 }
 
 void FreeCellFinder::addMemory(std::vector<MemoryPart>& parts) const {
-  const size_t bytes = levels_.bytes() + cubes_.bytes() + masks_.bytes();
-  parts.push_back({"free depths", MemoryKind::kScratch, bytes, bytes});
-  const size_t staging = pinned_cubes_.bytes() + pinned_masks_.bytes();
-  parts.push_back({"free cells", MemoryKind::kStaging, staging, staging});
+  addScratch("free cells", parts, levels_, cubes_, masks_, pinned_cubes_, pinned_masks_);
 }
 
 }  // namespace gpu

@@ -6,7 +6,6 @@
 #include "kernels/fusion/free_space.h"
 #include "kernels/surfels/row_fit.h"
 #include "launch.h"
-#include "raw_depth.cuh"
 #include "runtime/stage_clock.h"
 
 namespace dtsdf {
@@ -216,32 +215,28 @@ DeviceSensing FrameSensor::sense(const FrameView& frame, const RawDepth& raw) {
   const ImageView image{frame, inverse_depth_.data(), row_value_.data(), row_slope_.data(),
                         links_.data()};
   const StageSpan span(stream_, Stage::kSense);
-  invertDepthsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
-      {raw, frame.width, frame.height}, surfel_settings_, measured_.data(), noise_counts_.data(),
-      noise_.data());
-  DTSDF_CHECK_LAUNCH("invertDepthsKernel");
-  launchBehind(fillGapsKernel, rowGrid(frame), kThreads, 0, stream_, measured_.data(), frame.width,
-               frame.height, raw.range, surfel_settings_, noise_.data(), inverse_depth_.data());
-  DTSDF_CHECK_LAUNCH("fillGapsKernel");
-  launchBehind(fitRowsKernel, rowGrid(frame), kThreads, 0, stream_, image, surfel_settings_,
-               noise_.data(), {row_value_.data(), row_slope_.data(), links_.data()});
-  DTSDF_CHECK_LAUNCH("fitRowsKernel");
+  launch("invertDepthsKernel", invertDepthsKernel, rowGrid(frame), kThreads, 0, stream_,
+         {raw, frame.width, frame.height}, surfel_settings_, measured_.data(), noise_counts_.data(),
+         noise_.data());
+  launchBehind("fillGapsKernel", fillGapsKernel, rowGrid(frame), kThreads, 0, stream_,
+               measured_.data(), frame.width, frame.height, raw.range, surfel_settings_,
+               noise_.data(), inverse_depth_.data());
+  launchBehind("fitRowsKernel", fitRowsKernel, rowGrid(frame), kThreads, 0, stream_, image,
+               surfel_settings_, noise_.data(),
+               {row_value_.data(), row_slope_.data(), links_.data()});
   return {image, noise_.data(), clears_ ? free_depth_.data() : nullptr};
 }
 
 void FrameSensor::findFreeDepths(const DeviceSensing& sensing) {
   if (!finds_free_) return;
   const StageSpan span(stream_, Stage::kSense);
-  launchBehind(findFreeDepthsKernel, rowGrid(sensing.frame()), kThreads, 0, stream_, sensing,
-               fusion_settings_, free_depth_.data());
-  DTSDF_CHECK_LAUNCH("findFreeDepthsKernel");
+  launchBehind("findFreeDepthsKernel", findFreeDepthsKernel, rowGrid(sensing.frame()), kThreads, 0,
+               stream_, sensing, fusion_settings_, free_depth_.data());
 }
 
 void FrameSensor::addMemory(std::vector<MemoryPart>& parts) const {
-  const size_t bytes = measured_.bytes() + inverse_depth_.bytes() + row_value_.bytes() +
-                       row_slope_.bytes() + free_depth_.bytes() + links_.bytes() +
-                       noise_counts_.bytes();
-  parts.push_back({"images", MemoryKind::kScratch, bytes, bytes});
+  addScratch("images", parts, measured_, inverse_depth_, row_value_, row_slope_, free_depth_,
+             links_, noise_counts_);
 }
 
 }  // namespace gpu

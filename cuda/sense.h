@@ -5,6 +5,7 @@
 #include "backend/rules.h"
 #include "dtsdf_mapping/params/mapper_params.h"
 #include "kernels/fusion/fusion_rules.h"
+#include "kernels/surfels/depth.h"
 #include "kernels/surfels/noise.h"
 #include "runtime/buffer.h"
 
@@ -37,6 +38,16 @@ struct RawDepth {
   bool is_uint16;  ///< Else float.
   DepthRange range;
 };
+
+#ifdef __CUDACC__
+/// The inverse depth of a pixel of an image so wide.
+__device__ __forceinline__ float inverseDepthAt(const RawDepth& raw, int width, int u, int v) {
+  const int64_t i = static_cast<int64_t>(v) * width + u;
+  const float value = raw.is_uint16 ? static_cast<float>(static_cast<const uint16_t*>(raw.data)[i])
+                                    : static_cast<const float*>(raw.data)[i];
+  return inverseDepth(value, raw.range);
+}
+#endif
 
 /// Lines of a frame by kinds and bins of their variance; all 0 between frames.
 struct NoiseCounts {

@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
+#include "backend/profile.h"
 #include "runtime/stream.h"
 
 namespace dtsdf {
@@ -17,6 +19,8 @@ class PinnedBuffer {
   static_assert(std::is_trivially_copyable<T>::value, "copied as bytes");
 
  public:
+  static constexpr MemoryKind kKind = MemoryKind::kStaging;
+
   PinnedBuffer() = default;
   explicit PinnedBuffer(size_t count) { reserve(count); }
   ~PinnedBuffer() {
@@ -67,6 +71,8 @@ class DeviceBuffer {
   static_assert(std::is_trivially_copyable<T>::value, "copied as bytes");
 
  public:
+  static constexpr MemoryKind kKind = MemoryKind::kScratch;
+
   DeviceBuffer() = default;
   explicit DeviceBuffer(size_t count) { allocate(count); }
   ~DeviceBuffer() {
@@ -120,9 +126,7 @@ class DeviceBuffer {
   }
 
   void upload(const T* pinned, size_t count, const Stream& stream) {
-    if (count == 0) return;
-    DTSDF_CHECK_CUDA(
-        cudaMemcpyAsync(data_, pinned, count * sizeof(T), cudaMemcpyHostToDevice, stream.get()));
+    uploadPart(pinned, 0, count, stream);
   }
   /// Elements `begin` to `end`, from the same place in pinned memory.
   void uploadPart(const T* pinned, size_t begin, size_t end, const Stream& stream) {
@@ -131,9 +135,7 @@ class DeviceBuffer {
                                      cudaMemcpyHostToDevice, stream.get()));
   }
   void download(T* pinned, size_t count, const Stream& stream) const {
-    if (count == 0) return;
-    DTSDF_CHECK_CUDA(
-        cudaMemcpyAsync(pinned, data_, count * sizeof(T), cudaMemcpyDeviceToHost, stream.get()));
+    downloadPart(pinned, 0, count, stream);
   }
   /// Elements `begin` to `end`, to the same place in pinned memory.
   void downloadPart(T* pinned, size_t begin, size_t end, const Stream& stream) const {
@@ -157,6 +159,16 @@ class DeviceBuffer {
   T* data_ = nullptr;
   size_t capacity_ = 0;
 };
+
+/// Adds the memory of buffers that are needed while a frame is fused, or a mesh is made: what is on
+/// the device, and what is beside it.
+template <class... Buffers>
+void addScratch(const char* name, std::vector<MemoryPart>& parts, const Buffers&... buffers) {
+  for (const MemoryKind kind : {MemoryKind::kScratch, MemoryKind::kStaging}) {
+    const size_t bytes = (size_t{0} + ... + (Buffers::kKind == kind ? buffers.bytes() : 0));
+    if (bytes > 0) parts.push_back({name, kind, bytes, bytes});
+  }
+}
 
 }  // namespace gpu
 }  // namespace dtsdf

@@ -11,14 +11,19 @@ namespace {
 std::atomic<uint64_t> calls_to_failure{0};
 std::atomic<cudaError_t> failure{cudaSuccess};
 
-[[noreturn]] void throwFailed(cudaError_t code, const char* call, const char* file, int line) {
-  const char* slash = std::strrchr(file, '/');
-  throw CudaError(code, std::string("CUDA error in ") + call + " (" +
-                            (slash == nullptr ? file : slash + 1) + ":" + std::to_string(line) +
-                            "): " + cudaGetErrorName(code) + ", " + cudaGetErrorString(code) +
+[[noreturn]] void throwFailed(cudaError_t code, const std::string& call) {
+  throw CudaError(code, "CUDA error in " + call + ": " + cudaGetErrorName(code) + ", " +
+                            cudaGetErrorString(code) +
                             (isLost(code) ? "; this process cannot use the GPU any more: save the "
                                             "mesh if there is one, then restart the node"
                                           : ""));
+}
+
+/// With the place of a call.
+std::string placed(const char* call, const char* file, int line) {
+  const char* slash = std::strrchr(file, '/');
+  return std::string(call) + " (" + (slash == nullptr ? file : slash + 1) + ":" +
+         std::to_string(line) + ")";
 }
 
 }  // namespace
@@ -60,13 +65,18 @@ bool isToFail() {
 }
 
 void failAsTold(const char* call, const char* file, int line) {
-  throwFailed(failure, call, file, line);
+  throwFailed(failure, placed(call, file, line));
 }
 
 void checkCall(cudaError_t code, const char* call, const char* file, int line) {
   if (code == cudaSuccess) return;
   cudaGetLastError();  // an error that can be survived must not surface at the next launch again
-  throwFailed(code, call, file, line);
+  throwFailed(code, placed(call, file, line));
+}
+
+void checkLaunch(const char* kernel) {
+  const cudaError_t code = isToFail() ? failure.load() : cudaGetLastError();
+  if (code != cudaSuccess) throwFailed(code, std::string("launch of ") + kernel);
 }
 
 }  // namespace gpu

@@ -36,15 +36,13 @@ bool isToFail();
 /// @throws CudaError unless `code` is success.
 void checkCall(cudaError_t code, const char* call, const char* file, int line);
 
+/// After a launch. @throws CudaError if it was refused; what goes wrong inside the kernel shows in
+/// a later call, since nothing waits here.
+void checkLaunch(const char* kernel);
+
 }  // namespace gpu
 }  // namespace dtsdf
 
 #define DTSDF_CHECK_CUDA(call)                                                    \
   (::dtsdf::gpu::isToFail() ? ::dtsdf::gpu::failAsTold(#call, __FILE__, __LINE__) \
                             : ::dtsdf::gpu::checkCall((call), #call, __FILE__, __LINE__))
-/// Put after a launch: tells a launch that was refused. What goes wrong inside the kernel is told
-/// by a later call, since nothing waits here.
-#define DTSDF_CHECK_LAUNCH(kernel)                                         \
-  (::dtsdf::gpu::isToFail()                                                \
-       ? ::dtsdf::gpu::failAsTold("launch of " kernel, __FILE__, __LINE__) \
-       : ::dtsdf::gpu::checkCall(cudaGetLastError(), "launch of " kernel, __FILE__, __LINE__))

@@ -33,7 +33,7 @@ void StageClock::end(cudaStream_t stream) {
 
 void StageClock::hold(cudaStream_t stream) {
   holdKernel<<<1, 1, 0, stream>>>();
-  DTSDF_CHECK_LAUNCH("holdKernel");
+  checkLaunch("holdKernel");
 }
 
 void StageClock::collect() {

@@ -70,9 +70,8 @@ void run(const BenchmarkOptions& options) {
         "frame of their poses\n",
         stderr);
   }
-  const std::string report = options.gpu_report ? reportGpuRates(reportGpu())
-                             : options.flight   ? measureFlight(options, settings)
-                                                : measureFrames(options, settings);
+  const std::string report =
+      options.flight ? measureFlight(options, settings) : measureFrames(options, settings);
   if (!options.report_path.empty()) writeFileAtomically(options.report_path, report);
   std::fputs(report.c_str(), stdout);
 }

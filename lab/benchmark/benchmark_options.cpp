@@ -28,8 +28,7 @@ void addInputOptions(CommandLine& line, BenchmarkOptions& options) {
                options.raw_name);
   addFrameOptions(line, options);
   addFlightOptions(line, options);
-  line.addFlag("--gpu", "only report on the GPU, with its copy rates", options.gpu_report);
-  line.requireOneOf({"--tum", "--raw", "--flight", "--gpu"});
+  line.requireOneOf({"--tum", "--raw", "--flight"});
 }
 
 }  // namespace
@@ -37,7 +36,7 @@ void addInputOptions(CommandLine& line, BenchmarkOptions& options) {
 BenchmarkOptions parseBenchmarkOptions(const std::vector<std::string>& arguments) {
   BenchmarkOptions options;
   CommandLine line(
-      "benchmark", "(--tum DIR | --raw NAME | --flight | --gpu) [options]",
+      "benchmark", "(--tum DIR | --raw NAME | --flight) [options]",
       "Measures the time and memory of a frame, from its upload to the updated mesh, stage by "
       "stage. Frames are read or made before they are timed.");
   addInputOptions(line, options);
@@ -46,7 +45,7 @@ BenchmarkOptions parseBenchmarkOptions(const std::vector<std::string>& arguments
   line.beginGroup("Output");
   addReportOptions(line, options);
   line.parse(arguments);
-  if (line.given("--frames") && (options.flight || options.gpu_report)) {
+  if (line.given("--frames") && options.flight) {
     throw UsageError("--frames is only for --tum and --raw");
   }
   return options;

@@ -14,7 +14,6 @@ struct BenchmarkOptions : RunOptions {
   double grow_to_gib = 1.0;  ///< Size of the map at which the flight ends.
   double speed_m = 1.0;      ///< Way of the flight from frame to frame.
   bool returns = false;      ///< The flight goes back as well.
-  bool gpu_report = false;   ///< Only what the GPU is, and its rates.
 };
 
 /// @throws UsageError that names the option, TextRequest for --help.

@@ -144,16 +144,4 @@ std::string reportFlight(const std::vector<FrameTime>& times, const Measurement&
   return textOf(report);
 }
 
-std::string reportGpuRates(const GpuReport& gpu) {
-  return textOf({{"name", gpu.name},
-                 {"compute_capability", gpu.compute_capability},
-                 {"multiprocessors", gpu.multiprocessors},
-                 {"driver", gpu.driver},
-                 {"runtime", gpu.runtime},
-                 {"rates_gb_s",
-                  {{"memory", gpu.copy_gb_s},
-                   {"upload", gpu.upload_gb_s},
-                   {"download", gpu.download_gb_s}}}});
-}
-
 }  // namespace dtsdf

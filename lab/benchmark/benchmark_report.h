@@ -14,6 +14,4 @@ std::string reportMeasurement(const Measurement& measurement);
 /// By GiB of the map: does the time of a frame stay the same?
 std::string reportFlight(const std::vector<FrameTime>& times, const Measurement& end);
 
-std::string reportGpuRates(const GpuReport& gpu);
-
 }  // namespace dtsdf

@@ -4,6 +4,7 @@
 #include <mutex>
 
 #include "backend/frame_check.h"
+#include "kernels/poses/voxel_reader.h"
 #include "threads/parallel.h"
 
 namespace dtsdf {
@@ -21,38 +22,6 @@ void add(AlignmentSums& sums, const AlignmentSums& part) {
   sums.matched += part.matched;
   sums.inliers += part.inliers;
 }
-
-/// Looks voxels up that lie near each other: most are of the block that the last one was of.
-class VoxelReader {
- public:
-  VoxelReader(const BlockTable& table, const VoxelStore& voxels, const Vec3i& origin_voxel)
-      : table_(table), voxels_(voxels), origin_(origin_voxel) {}
-
-  Voxel operator()(int direction, const Vec3i& at_L) {
-    const Vec3i at = at_L + origin_;
-    const BlockKey key = blockOfVoxel(at);
-    if (!is_known_ || key != key_) find(key);
-    if (entry_ == nullptr || entry_->array[direction] == kNoArray) return makeVoxel(0.0f, 0, 0);
-    constexpr int kMask = kBlockSide - 1;
-    return voxels_.array(
-        entry_->array[direction])[voxelIndex(at.x & kMask, at.y & kMask, at.z & kMask)];
-  }
-
- private:
-  void find(const BlockKey& key) {
-    const int32_t slot = isRepresentable(key) ? table_.find(packKey(key)) : -1;
-    entry_ = slot < 0 ? nullptr : &table_.block(slot);
-    key_ = key;
-    is_known_ = true;
-  }
-
-  const BlockTable& table_;
-  const VoxelStore& voxels_;
-  Vec3i origin_;
-  BlockKey key_{0, 0, 0};
-  bool is_known_ = false;
-  const BlockEntry* entry_ = nullptr;
-};
 
 }  // namespace
 
@@ -76,8 +45,13 @@ AlignmentSums PoseAligner::sumsAt(const FrameView& view, float cutoff, const Blo
   AlignmentSums sums{};
   std::mutex mutex;
   const size_t batches = (points_.size() + kPointsAtOnce - 1) / kPointsAtOnce;
+  const auto slotOf = [&](PackedKey key) { return table.find(key); };
+  const auto arrayOf = [&](int32_t slot, int direction) {
+    const int32_t array = table.block(slot).array[direction];
+    return array == kNoArray ? nullptr : voxels.array(array);
+  };
   parallelFor(batches, threads_, [&](size_t batch) {
-    VoxelReader reader(table, voxels, view.origin_voxel);
+    VoxelReader reader(view.origin_voxel, slotOf, arrayOf);
     const auto find = [&](const Vec3f& p_L, const Vec3f& normal) {
       return findSurface(p_L, normal, directional_, cutoff, reader);
     };

@@ -1,7 +1,9 @@
-/// The stage "cast" on the CPU: the surfels of a frame into the sums of one block.
+/// The stages "cast" and "fold" on the CPU: the surfels of a frame into the sums of one block, and
+/// these into its voxels.
 #pragma once
 
 #include "cpu/find_blocks.h"
+#include "cpu/voxel_store.h"
 
 namespace dtsdf {
 
@@ -42,5 +44,11 @@ void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSett
 /// Voxel projection: each voxel takes the pixel that it falls on.
 void project(const TouchedBlock& block, const std::vector<Surfel>& surfels, const FrameView& frame,
              const FusionSettings& fusion, BlockSums& sums);
+
+/// Folds the sums of those directions (one bit each) that the block has an array of, and zeroes the
+/// sums of all of them.
+/// @return those of them whose arrays hold nothing.
+uint32_t fold(BlockSums& sums, uint32_t directions, const BlockEntry& entry, float depth_weight,
+              const FusionSettings& fusion, VoxelStore& voxels);
 
 }  // namespace dtsdf

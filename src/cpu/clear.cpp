@@ -54,11 +54,11 @@ class RowJudge {
  public:
   // cppcheck-suppress uninitMemberVar  ; rows, as each is judged
   RowJudge(const FrameSensing& sensing, const Facing& facing, const Vec3f& first_voxel_L,
-           const Look& look, const FusionRules& rules, const std::optional<DistanceGrid>& distances)
+           bool in_turn, const FusionRules& rules, const std::optional<DistanceGrid>& distances)
       : sensing_(sensing),
         facing_(facing),
         first_voxel_L_(first_voxel_L),
-        look_(look),
+        in_turn_(in_turn),
         rules_(rules),
         distances_(distances) {}
 
@@ -67,9 +67,9 @@ class RowJudge {
   void judge(const Voxel* voxels, int row, uint32_t covered, const Visit& visit) {
     const VoxelRow of_row(voxels + row * kBlockSide);
     const LaneInts is_covered = maskOf(covered);
-    if (!findJudged(of_row, row, is_covered)) return;
+    if (!findJudged(of_row, is_covered)) return;
     findOrigins(of_row, row, is_covered);
-    if (look_.in_turn) moveToFeet(of_row, row, is_covered);
+    if (in_turn_) moveToFeet(of_row, row, is_covered);
     findPixels();
     for (uint32_t rest = lookedThrough(); rest != 0; rest &= rest - 1) {
       const int x = __builtin_ctz(rest);
@@ -82,14 +82,13 @@ class RowJudge {
 
  private:
   /// @return whether any are judged.
-  bool findJudged(const VoxelRow& voxels, int row, const LaneInts& covered) {
+  bool findJudged(const VoxelRow& voxels, const LaneInts& covered) {
     const LaneInts nothing(0);
     const LaneInts is_empty = voxels.weightUnits() == nothing;
-    const uint32_t halves = look_.empty >> octantOf(row * kBlockSide);  // of the row, and others
-    const LaneInts may_lose = maskOf((halves & 1u ? 0x0fu : 0u) | (halves & 2u ? 0xf0u : 0u)) &
-                              (voxels.evidence() > LaneInts(-rules_.most_evidence));
-    const LaneInts judged = canChange(covered, voxels.anchor != nothing, is_empty, may_lose,
-                                      LaneInts(look_.in_turn ? -1 : 0));
+    const LaneInts in_turn(in_turn_ ? -1 : 0);
+    const LaneInts may_lose = in_turn & (voxels.evidence() > LaneInts(-rules_.most_evidence));
+    const LaneInts judged =
+        canChange(covered, voxels.anchor != nothing, is_empty, may_lose, in_turn);
     judged.store(judged_);
     covered.store(covered_);
     is_empty.store(is_empty_);
@@ -161,7 +160,7 @@ class RowJudge {
   const FrameSensing sensing_;  // copies of their own, which no result can overlap
   const Facing facing_;
   const Vec3f first_voxel_L_;
-  const Look look_;
+  const bool in_turn_;
   const FusionRules rules_;
   const std::optional<DistanceGrid>& distances_;  ///< Of the array, in turn only.
   int32_t covered_[kBlockSide], judged_[kBlockSide], is_empty_[kBlockSide];
@@ -171,27 +170,22 @@ class RowJudge {
   float pixel_depth_m_[kBlockSide];
 };
 
-Look lookOf(const BlockLook& look, const FrameSensing& sensing) {
-  if (!look.in_turn) return {false, 0};
-  return {true, octantsSeenThrough(sensing, toFloat(firstVoxelOfBlock(look.block_L)))};
-}
-
 /// All voxels are judged before the first one changes: they look at their neighbours.
 /// @return the number of voxels that are contradicted.
-int findContradicted(const BlockLook& look, const Look& rule, int direction,
-                     const FrameSensing& sensing, const FusionRules& rules, const Voxel* voxels,
+int findContradicted(const BlockLook& look, int direction, const FrameSensing& sensing,
+                     const FusionRules& rules, const Voxel* voxels,
                      std::optional<DistanceGrid>& distances,
                      ContradictedVoxel (&found)[kVoxelsPerBlock]) {
   const bool has_sums = look.sums != nullptr && (look.directions >> direction & 1);
   const Facing facing = facingOf(look.directional ? direction : kAnyDirection);
   int count = 0;
   withWidestVectors([&] {
-    RowJudge judge(sensing, facing, toFloat(firstVoxelOfBlock(look.block_L)), rule, rules,
+    RowJudge judge(sensing, facing, toFloat(firstVoxelOfBlock(look.block_L)), look.in_turn, rules,
                    distances);
     if (distances) distances->take(voxels);
     for (int row = 0; row < kRows; ++row) {
       const uint32_t covered = has_sums ? look.sums->covered[direction].row(row) : 0u;
-      if (covered == 0 && !rule.in_turn) continue;
+      if (covered == 0 && !look.in_turn) continue;
       judge.judge(voxels, row, covered, [&](int index, bool is_covered, Sight sight) {
         found[count++] = {index, is_covered, sight};
       });
@@ -205,16 +199,15 @@ int findContradicted(const BlockLook& look, const Look& rule, int direction,
 ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const FrameSensing& sensing,
                         const FusionRules& rules, VoxelStore& voxels) {
   ClearedBlock result{false, 0, 0};
-  const Look rule = lookOf(look, sensing);
   std::optional<DistanceGrid> distances;  // as most blocks need none, and it is large
-  if (rule.in_turn) distances.emplace();
+  if (look.in_turn) distances.emplace();
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;
     const bool has_sums = look.sums != nullptr && (look.directions >> d & 1);
     if (!has_sums && !look.in_turn) continue;
     Voxel* array = voxels.array(entry.array[d]);
     ContradictedVoxel found[kVoxelsPerBlock];
-    const int count = findContradicted(look, rule, d, sensing, rules, array, distances, found);
+    const int count = findContradicted(look, d, sensing, rules, array, distances, found);
     if (count == 0) continue;
     bool has_emptied = false;
     for (int i = 0; i < count; ++i) {

@@ -8,10 +8,9 @@
 
 #include "backend/frame_check.h"
 #include "backend/rule_settings.h"
-#include "cpu/clear_region.h"
-#include "cpu/fold.h"
 #include "cpu/prefetch.h"
 #include "kernels/core/direction.h"
+#include "kernels/core/region.h"
 #include "kernels/fusion/free_space.h"
 #include "kernels/fusion/voxel_update.h"
 #include "threads/parallel.h"
@@ -23,6 +22,29 @@ constexpr size_t kArraysAtATime = 64;  ///< That a thread clears or copies.
 
 bool isInPart(PackedKey key, const FusionPass& pass) {
   return pass.part == nullptr || std::binary_search(pass.part->begin(), pass.part->end(), key);
+}
+
+/// Empties a block's voxels in a region in units of voxels; not their colours.
+EmptiedBlock emptyBlock(const BlockEntry& entry, const RegionView& region, VoxelStore& voxels) {
+  const Vec3i first = firstVoxelOfBlock(entry.key);
+  bool inside[kVoxelsPerBlock];
+  for (int i = 0; i < kVoxelsPerBlock; ++i) inside[i] = isInside(region, first + voxelOffset(i));
+  EmptiedBlock result{0, 0};
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (entry.array[d] == kNoArray) continue;
+    Voxel* array = voxels.array(entry.array[d]);
+    uint32_t emptied = 0;
+    for (int i = 0; i < kVoxelsPerBlock; ++i) {
+      if (!inside[i]) continue;
+      emptied += isEmpty(array[i]) ? 0u : 1u;
+      array[i] = Voxel{};
+    }
+    if (emptied == 0) continue;
+    result.voxels += emptied;
+    const auto holds = [](const Voxel& voxel) { return !isEmpty(voxel); };
+    if (std::none_of(array, array + kVoxelsPerBlock, holds)) result.empty_directions |= 1u << d;
+  }
+  return result;
 }
 
 }  // namespace

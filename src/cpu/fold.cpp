@@ -1,7 +1,6 @@
-#include "cpu/fold.h"
-
 #include <algorithm>
 
+#include "cpu/cast.h"
 #include "cpu/widest_vectors.h"
 #include "kernels/fusion/voxel_update.h"
 

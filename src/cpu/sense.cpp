@@ -60,36 +60,6 @@ void linkRow(const FrameView& frame, const float* inverse_depth, int v, const Pi
   if (span.end == frame.width) links[last] = linksOf(frame, inverse_depth, {last, v}, limits);
 }
 
-/// Which pixels in a span of a row are empty between two that are not, in the row itself, up and
-/// down or along a diagonal. Returns whether there are any.
-bool findGaps(const float* __restrict__ above, const float* __restrict__ own,
-              const float* __restrict__ below, int width, const PixelSpan& span,
-              uint8_t* __restrict__ gaps) {
-  const auto is_gap = [&](int u, int left, int right) {
-    const int in_row = static_cast<int>(own[left] != 0.0f) & static_cast<int>(own[right] != 0.0f);
-    const int in_column = static_cast<int>(above[u] != 0.0f) & static_cast<int>(below[u] != 0.0f);
-    const int falling =
-        static_cast<int>(above[left] != 0.0f) & static_cast<int>(below[right] != 0.0f);
-    const int rising =
-        static_cast<int>(below[left] != 0.0f) & static_cast<int>(above[right] != 0.0f);
-    return static_cast<int>(own[u] == 0.0f) & (in_row | in_column | falling | rising);
-  };
-  const int last = width - 1;
-  const int first = std::max(span.begin, 1), end = std::min(span.end, last);
-  int any = 0;
-  for (int u = first; u < end; ++u) {
-    const int gap = is_gap(u, u - 1, u + 1);
-    gaps[u] = static_cast<uint8_t>(gap);
-    any |= gap;
-  }
-  for (const int u : {0, last}) {  // up and down alone
-    if (u < span.begin || u >= span.end) continue;
-    gaps[u] = static_cast<uint8_t>(is_gap(u, u, u));
-    any |= gaps[u];
-  }
-  return any != 0;
-}
-
 void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const PixelSpan& span,
                          const FusionSettings& settings, float* __restrict__ free_depth) {
   const FrameSensing sensing = of_frame;  // copies of their own, which no result can overlap
@@ -115,22 +85,17 @@ void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const PixelSpan& s
   }
 }
 
-/// The greatest values of squares of a grid that lie side by side, from row `first_v` on, which
-/// are 0 but for a span.
-void findGreatest(const DepthGrid& grid, int first_v, int side, const PixelSpan& span,
-                  std::vector<float>& columns, float* patches) {
-  static_assert(kSpanStep % (1 << kFinePatchLog2) == 0, "spans are of whole squares");
-  std::fill_n(patches, (grid.width + side - 1) / side, 0.0f);
-  if (span.isEmpty()) return;
-  columns.assign(grid.width, 0.0f);
-  withWidestVectors([&, greatest = columns.data()] {
-    for (int v = first_v; v < std::min(first_v + side, grid.height); ++v) {
-      const float* row = grid.values + static_cast<size_t>(v) * grid.width;
-      for (int u = span.begin; u < span.end; ++u) greatest[u] = maximum(greatest[u], row[u]);
+/// The greatest values of the patches of some rows, which are 0 but for a span.
+void findGreatest(const FrameView& frame, const float* free_depth, int first_v,
+                  const PixelSpan& span, float* patches) {
+  const int end_v = std::min(first_v + kFreePatchSide, frame.height);
+  std::fill_n(patches, freePatchesAlong(frame.width), 0.0f);
+  for (int v = first_v; v < end_v; ++v) {
+    const float* const row = free_depth + pixelIndex(frame, {0, v});
+    for (int u = span.begin; u < span.end; ++u) {
+      float& greatest = patches[u >> kFreePatchSideLog2];
+      greatest = maximum(greatest, row[u]);
     }
-  });
-  for (int u = span.begin; u < span.end; u += side) {
-    patches[u / side] = greatestIn({columns.data(), grid.width, 1}, u, 0, side);
   }
 }
 
@@ -232,37 +197,22 @@ DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
   return {combinedNoise(kinds, surfel_settings_.rules), surfel_settings_.noise_in_depth};
 }
 
-/// By filledInverseDepth() only where pixels are empty between two that are not.
 void FrameSensor::fillGaps(const FrameView& view, const DepthRange& range,
                            const DepthNoise& noise) {
   const int width = view.width, height = view.height;
   inverse_depth_.resize(width, height);
   const GapLimits limits = gapLimits(surfel_settings_, range, noise);
   const auto measured = [&](int u, int v) { return measured_.row(v)[u]; };
-  struct GapRow {
-    std::vector<uint8_t> is_gap;
-    std::vector<float> nothing;  // above the first row, and below the last one
-  };
-  parallelFor<GapRow, kRowsAtATime>(height, threads_, [&](size_t v, GapRow& row) {
-    row.is_gap.resize(width);
-    row.nothing.resize(width);
-    const bool is_first = v == 0, is_last = v + 1 == static_cast<size_t>(height);
-    PixelSpan span = measured_.span(v);
-    if (!is_first) span = unite(span, measured_.span(v - 1));
-    if (!is_last) span = unite(span, measured_.span(v + 1));
-    const float* const own = measured_.row(v);
-    const float* const above = is_first ? row.nothing.data() : own - width;
-    const float* const below = is_last ? row.nothing.data() : own + width;
-    float* const filled = inverse_depth_.newRow(v, span);
-    std::copy(own + span.begin, own + span.end, filled + span.begin);
-    bool has_gaps = false;
-    withWidestVectors(
-        [&] { has_gaps = findGaps(above, own, below, width, span, row.is_gap.data()); });
-    for (int u = span.begin; has_gaps && u < span.end; ++u) {
-      if (row.is_gap[u] == 0) continue;
-      filled[u] = filledInverseDepth(measured, width, height, {u, static_cast<int>(v)}, limits);
+  parallelFor<kRowsAtATime>(height, threads_, [&](size_t row) {
+    const int v = static_cast<int>(row);
+    PixelSpan span = measured_.span(row);
+    if (v > 0) span = unite(span, measured_.span(row - 1));
+    if (v + 1 < height) span = unite(span, measured_.span(row + 1));
+    float* const filled = inverse_depth_.newRow(row, span);
+    for (int u = span.begin; u < span.end; ++u) {
+      filled[u] = filledInverseDepth(measured, width, height, {u, v}, limits);
     }
-    inverse_depth_.newRow(v, measuredSpan<float>(filled, width, span));
+    inverse_depth_.newRow(row, measuredSpan<float>(filled, width, span));
   });
 }
 
@@ -307,34 +257,24 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
   });
 }
 
-/// And the greatest ones of fine patches, with the rows of these, and of coarse ones.
+/// And the greatest ones of patches, with the rows of these.
 void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
   const FrameView& view = sensing.image.frame;
-  const int columns = freePatchesAlong(view.width, kFinePatchLog2);
-  const int rows = freePatchesAlong(view.height, kFinePatchLog2);
+  const int columns = freePatchesAlong(view.width), rows = freePatchesAlong(view.height);
   free_depth_.resize(view.width, view.height);
-  most_free_.resize(freePatchCount(view, kFinePatchLog2) + freePatchCount(view, kCoarsePatchLog2));
-  parallelFor<std::vector<float>>(rows, threads_, [&](size_t row, std::vector<float>& greatest) {
-    const int first_v = static_cast<int>(row) << kFinePatchLog2;
+  most_free_.resize(static_cast<size_t>(columns) * rows);
+  parallelFor(rows, threads_, [&](size_t row) {
+    const int first_v = static_cast<int>(row) * kFreePatchSide;
     PixelSpan all{0, 0};
-    for (int v = first_v; v < std::min(first_v + (1 << kFinePatchLog2), view.height); ++v) {
+    for (int v = first_v; v < std::min(first_v + kFreePatchSide, view.height); ++v) {
       const PixelSpan span = inverse_depth_.span(v);
       float* const free_depth = free_depth_.newRow(v, span);
       withWidestVectors(
           [&] { findFreeDepthsOfRow(sensing, v, span, fusion_settings_, free_depth); });
       all = unite(all, span);
     }
-    findGreatest({free_depth_.data(), view.width, view.height}, first_v, 1 << kFinePatchLog2, all,
-                 greatest, &most_free_[row * columns]);
+    findGreatest(view, free_depth_.data(), first_v, all, &most_free_[row * columns]);
   });
-  constexpr int kSideLog2 = kCoarsePatchLog2 - kFinePatchLog2;
-  std::vector<float> greatest;
-  float* coarse = &most_free_[freePatchCount(view, kFinePatchLog2)];
-  for (int row = 0; row < rows; row += 1 << kSideLog2) {
-    findGreatest({most_free_.data(), columns, rows}, row, 1 << kSideLog2, {0, columns}, greatest,
-                 coarse);
-    coarse += freePatchesAlong(view.width, kCoarsePatchLog2);
-  }
 }
 
 size_t FrameSensor::bytes() const {

@@ -6,30 +6,16 @@
 namespace dtsdf {
 namespace {
 
-/// The painted voxels of one brick's corners.
-void enterPainted(int block, int direction, int brick, PaintedCorners& corners) {
-  const VoxelColour* const of_brick = corners.colours[block][direction][brick];
-  const Vec3i first =
-      firstVoxelOfBlock(cornerBlockOffset(block)) + voxelOffset(voxelInBrick(brick, 0));
-  const auto end = [](int at) { return std::min(kBrickSide, kCornerGridSide - at); };
-  for (int z = 0; z < end(first.z); ++z) {
-    for (int y = 0; y < end(first.y); ++y) {
-      const VoxelColour* const of_row = of_brick + kBrickSide * (y + kBrickSide * z);
-      uint32_t painted = 0;
-      for (int x = 0; x < kBrickSide; ++x) painted |= (isPainted(of_row[x]) ? 1u : 0u) << x;
-      corners.rows[direction][first.z + z][first.y + y] |=
-          static_cast<uint16_t>(painted << first.x);
-    }
-  }
-}
-
 PaintedCorners paintedCorners(const ColouredCorners& coloured) {
+  constexpr int kLast = kCornerGridSide - 1;
   PaintedCorners corners = {coloured, {}};
-  for (int n = 0; n < kCornerBlocks; ++n) {
-    for (int brick = 0; brick < kBricksPerArray; ++brick) {
-      visitDirections(corners.kept[n][brick], [&](int d) { enterPainted(n, d, brick, corners); });
+  visitDirections(directionsIn(coloured, {0, 0, 0}, {kLast, kLast, kLast}), [&](int d) {
+    for (int z = 0; z <= kLast; ++z) {
+      for (int y = 0; y <= kLast; ++y) {
+        corners.rows[d][z][y] = static_cast<uint16_t>(paintedInRow(coloured, d, {0, y, z}, kLast));
+      }
     }
-  }
+  });
   return corners;
 }
 

@@ -18,15 +18,8 @@ std::string cudaUnavailableReason() {
   return "this build has no CUDA backend; build with -DWITH_CUDA=ON and the CUDA Toolkit installed";
 }
 static BackendMaker cudaBackends(const MapperParams&, const Rules&) { return nullptr; }
-static GpuReport reportCudaDevice() { return {}; }
 static size_t cudaMemoryTaken() { return 0; }
 #endif
-
-GpuReport reportGpu() {
-  const std::string reason = cudaUnavailableReason();
-  if (!reason.empty()) throw std::runtime_error("no GPU to report on: " + reason);
-  return reportCudaDevice();
-}
 
 size_t gpuMemoryTaken() { return cudaUnavailableReason().empty() ? cudaMemoryTaken() : 0; }
 

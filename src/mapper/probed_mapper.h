@@ -23,9 +23,6 @@ std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,
                                                const MapParts& parts);
 
-/// @throws std::runtime_error if CUDA cannot be used.
-GpuReport reportGpu();
-
 /// Memory of the GPU that is taken at present, by whatever process. 0 without CUDA.
 size_t gpuMemoryTaken();
 

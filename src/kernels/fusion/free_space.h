@@ -151,27 +151,19 @@ DTSDF_HD Vec3f footOf(const Vec3f& voxel, float sdf, const Vec3f& slope, const F
   return voxel - sdf * gradientOf(slope, facing);
 }
 
-/// How a frame looks at a block. What it covers it judges at once, all else when it is the block's
-/// turn.
-struct Look {
-  bool in_turn;
-  Octants empty;  ///< Of which the frame judges empty voxels: in turn, if it may see through them.
-};
-
 /// Which voxels, one or several at once, a frame can change that looks through their places: one
-/// that it covers has to know where its surface was measured, an empty one has to have evidence to
-/// lose, where the frame may see through it.
+/// that it covers has to know where its surface was measured; of the others, which it judges when
+/// it is their block's turn, an empty one has to have evidence to lose.
 template <class Mask>
 DTSDF_HD Mask canChange(const Mask& is_covered, const Mask& has_anchor, const Mask& is_empty,
                         const Mask& may_lose, const Mask& in_turn) {
   return select(is_covered, has_anchor, select(is_empty, may_lose, in_turn));
 }
 
-DTSDF_HD bool isJudged(const Voxel& voxel, int index, bool is_covered, const Look& look,
+DTSDF_HD bool isJudged(const Voxel& voxel, bool is_covered, bool in_turn,
                        const FusionRules& rules) {
-  const bool may_lose =
-      (look.empty >> octantOf(index) & 1u) != 0 && evidenceOf(voxel) > -rules.most_evidence;
-  return canChange(is_covered, voxel.anchor != kNoAnchor, isEmpty(voxel), may_lose, look.in_turn);
+  const bool may_lose = in_turn && evidenceOf(voxel) > -rules.most_evidence;
+  return canChange(is_covered, voxel.anchor != kNoAnchor, isEmpty(voxel), may_lose, in_turn);
 }
 
 /// From where, in voxels from the block's first one, the way to the place leads that a frame has to

@@ -43,10 +43,8 @@ DTSDF_HD float noiseOfStep(const DepthNoise& noise, float nearer, float noise_le
 struct FrameSensing {
   ImageView image;
   DepthNoise noise;
-  const float* free_depth;  ///< freeDepth() per pixel; null where nothing asks for it.
-  /// The greatest of them in patches (fusion/free_patches.h); null where nothing is cleared by
-  /// them.
-  const float* most_free = nullptr;
+  const float* free_depth;           ///< freeDepth() per pixel; null where nothing asks for it.
+  const float* most_free = nullptr;  ///< The greatest of them in patches (fusion/free_patches.h).
 };
 
 /// What the rules that make surfels need to know of the settings.

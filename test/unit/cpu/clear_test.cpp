@@ -54,7 +54,6 @@ TEST(Clear, TakesWhatTheRuleContradicts) {
     const bool has_sums = round % 2 == 0;
     const std::vector<Voxel> before(voxels, voxels + kVoxelsPerBlock);
     const bool in_turn = !has_sums || round % 4 == 0;
-    const Look rule{in_turn, in_turn ? kAllOctants : 0};
     const BlockLook look{
         {0, 0, 6}, in_turn, has_sums ? &sums : nullptr, 1u << array, direction != kAnyDirection};
     clearBlock(look, entry, sensing, rules, store);
@@ -62,7 +61,7 @@ TEST(Clear, TakesWhatTheRuleContradicts) {
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
       const bool is_covered = has_sums && sums.voxel[array][i].weight != 0;
       const Sight sight = judge(sensing, first, before.data(), i, direction, is_covered);
-      const bool expected = isJudged(before[i], i, is_covered, rule, rules) &&
+      const bool expected = isJudged(before[i], is_covered, in_turn, rules) &&
                             isAgainst(sight, before[i], is_covered, rules);
       const int32_t frames = framesAgainst(sight, is_covered, rules);
       const Voxel after =

@@ -336,16 +336,15 @@ TEST(Judge, CoveredVoxelsByTheirAnchors) {
 /// What a frame cannot change it does not judge.
 TEST(IsJudged, WhatItMayChange) {
   const FusionRules rules;
-  const Look look{true, kAllOctants};
   Voxel known = makeVoxel(0.5f, 1 << 16, 3);
-  EXPECT_TRUE(isJudged(known, 0, false, look, rules));
-  EXPECT_FALSE(isJudged(known, 0, true, look, rules));  // has no anchor
+  EXPECT_TRUE(isJudged(known, false, true, rules));
+  EXPECT_FALSE(isJudged(known, true, true, rules));  // has no anchor
   known.anchor = packAnchor({0.25f, 0.0f, 0.0f}, 0.5f);
-  EXPECT_TRUE(isJudged(known, 0, true, look, rules));
-  EXPECT_TRUE(isJudged(kEmpty, 0, false, look, rules));
-  EXPECT_FALSE(isJudged(kEmpty, 0, true, look, rules));
-  EXPECT_TRUE(isJudged(makeVoxel(0.0f, 0, 1 - rules.most_evidence), 0, false, look, rules));
-  EXPECT_FALSE(isJudged(makeVoxel(0.0f, 0, -rules.most_evidence), 0, false, look, rules));
+  EXPECT_TRUE(isJudged(known, true, true, rules));
+  EXPECT_TRUE(isJudged(kEmpty, false, true, rules));
+  EXPECT_FALSE(isJudged(kEmpty, true, true, rules));
+  EXPECT_TRUE(isJudged(makeVoxel(0.0f, 0, 1 - rules.most_evidence), false, true, rules));
+  EXPECT_FALSE(isJudged(makeVoxel(0.0f, 0, -rules.most_evidence), false, true, rules));
 }
 
 /// What a frame covers it judges at once, all else in turn: as many frames count in the end.
@@ -353,15 +352,11 @@ TEST(IsJudged, WhatIsNotCoveredInTurns) {
   const FusionRules rules;
   Voxel known = makeVoxel(0.5f, 1 << 16, 3);
   known.anchor = packAnchor({0.25f, 0.0f, 0.0f}, 0.5f);
-  const Look out_of_turn{false, 0}, in_turn{true, kAllOctants};
-  EXPECT_TRUE(isJudged(known, 0, true, out_of_turn, rules));
-  EXPECT_FALSE(isJudged(known, 0, false, out_of_turn, rules));
-  EXPECT_FALSE(isJudged(kEmpty, 0, false, out_of_turn, rules));
-  EXPECT_TRUE(isJudged(known, 0, false, {true, 0}, rules));
-  for (const int i : {0, 3, 32, 255, 256, 288, 291, 292, 511}) {  // one octant
-    EXPECT_EQ(isJudged(kEmpty, i, false, {true, 1u << 6}, rules), i == 288 || i == 291);
-  }
-  EXPECT_TRUE(isJudged(kEmpty, 0, false, in_turn, rules));
+  EXPECT_TRUE(isJudged(known, true, false, rules));
+  EXPECT_FALSE(isJudged(known, false, false, rules));
+  EXPECT_FALSE(isJudged(kEmpty, false, false, rules));
+  EXPECT_TRUE(isJudged(known, false, true, rules));
+  EXPECT_TRUE(isJudged(kEmpty, false, true, rules));
   EXPECT_EQ(framesAgainst(Sight::kThrough, true, rules), 1);
   EXPECT_EQ(framesAgainst(Sight::kThrough, false, rules), rules.look_turns);
   EXPECT_EQ(framesAgainst(Sight::kOutline, true, rules), 0);

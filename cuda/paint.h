@@ -1,19 +1,47 @@
-/// The stage "paint" on the device, from the host's side: a colour image onto the surfaces that it
-/// sees.
+/// The stage "paint" on the device: a colour image onto the surfaces that it sees.
 #pragma once
 
 #include <vector>
 
 #include "backend/map_backend.h"
 #include "backend/profile.h"
+#include "device_map.h"
 #include "dtsdf_mapping/colour_frame.h"
+#include "kernels/colour/paint.h"
 #include "map/block_table.h"
-#include "paint_kernels.h"
 #include "raw_image.h"
 #include "runtime/buffer.h"
 
 namespace dtsdf {
 namespace gpu {
+
+/// What the host has to know of an image's look at the map.
+struct LookCounters {
+  uint32_t blocks, arrays;  ///< In view: blocks, and their voxel arrays.
+  uint32_t seen;            ///< Arrays of these that something is to be painted in.
+  uint32_t requests;        ///< Of these, arrays that lack bricks of colours for it.
+  ExposureSums sums;
+  uint64_t samples;  ///< Voxels that the image was found to show, also those without room.
+};
+
+/// What an image shows of a voxel, until there are bricks of colours to paint it in.
+struct FoundSample {
+  int32_t slot;    ///< Of its block.
+  uint16_t voxel;  ///< kVoxelsPerBlock * direction + index.
+  ColourSample sample;
+};
+
+/// What kernels need of a look, by value.
+struct LookView {
+  LookCounters* counters;
+  FoundSample* samples;  ///< Room for so many; of those beyond only the number is told.
+  uint64_t most_samples;
+  const int32_t* candidates;  ///< Slots of blocks that may be in view, and others.
+  uint32_t candidate_count;
+  int32_t* arrays;  ///< The voxel arrays in view: kDirectionCount * slot + direction.
+  ColourRequest* requests;
+  BlockExtent painted;  ///< Blocks elsewhere only hide what is behind them.
+};
 
 /// Paints an image in steps: takes it, looks at what it shows, and paints that, once the bricks of
 /// colours are there that it needs. The image comes by a stream of its own: it needs no map, and
@@ -49,9 +77,8 @@ class Painter {
   void findHiding(const MapView& map);
   void findSamples(const MapView& map);
   LookView view() const {
-    return {counters_.data(),   samples_.data(),  samples_.capacity(),
-            candidates_.data(), candidate_count_, arrays_.data(),
-            requests_.data(),   thread_blocks_,   painted_};
+    return {counters_.data(), samples_.data(), samples_.capacity(), candidates_.data(),
+            candidate_count_, arrays_.data(),  requests_.data(),    painted_};
   }
 
   const PaintSettings settings_;

@@ -24,13 +24,13 @@ struct ImagePose {
 
 /// Images of one kind.
 struct RecordedImages {
-  std::vector<StampedImage> images;  ///< None: the recording has none.
-  std::vector<ImagePose> poses;      ///< One for each, once they are known.
+  std::vector<StampedImage> images;   ///< None: the recording has none.
+  std::vector<ImagePose> poses = {};  ///< One for each, once they are known.
   /// Of all images. A negative fy is that of a camera whose y axis points up: the images are
   /// turned upside down, and the principal point with them, which leaves every point where it is.
-  std::optional<CameraInfo> camera;
-  std::string missing_camera;    ///< Why there is none; counted as a reason.
-  double units_per_metre = 0.0;  ///< Of depth.
+  std::optional<CameraInfo> camera = std::nullopt;
+  std::string missing_camera = {};  ///< Why there is none; counted as a reason.
+  double units_per_metre = 0.0;     ///< Of depth.
 };
 
 /// Depth images in their order, decoded one by one.

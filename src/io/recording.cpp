@@ -142,7 +142,9 @@ std::vector<ImagePose> firstPoseOnly(const RecordingOptions& options, const Fold
 }
 
 double unitsOf(const RecordingOptions& options, const FolderFormat& format) {
-  const double units = options.units_per_metre.value_or(format.unitsPerMetre(options.path));
+  const double of_format =
+      format.unitsOf == nullptr ? format.units_per_metre : format.unitsOf(options.path);
+  const double units = options.units_per_metre.value_or(of_format);
   if (units > 0.0 && std::isfinite(units)) return units;
   throw std::runtime_error("the depth scale must be above 0 units per metre");
 }
@@ -191,7 +193,7 @@ std::string assumptionsOf(const RecordingOptions& options) {
   if (!options.intrinsics && cameraOf(options, format, format.listDepth(options.path)).is_assumed) {
     assumed.emplace_back("the camera of the format (--intrinsics)");
   }
-  if (!options.units_per_metre && !format.has_units) {
+  if (!options.units_per_metre && format.unitsOf == nullptr) {
     assumed.push_back(shortestText(unitsOf(options, format)) + " units per metre (--depth-scale)");
   }
   return joined(assumed);

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "io/formats/folder_format.h"
 #include "io/text_file.h"
 #include "io/trajectory.h"
 
@@ -45,9 +46,9 @@ bool isOfTheBenchmark(const fs::path& folder) {
 
 }  // namespace
 
-std::vector<StampedImage> readAssociations(const std::string& folder, const std::string& kind) {
+std::vector<StampedImage> readAssociations(const fs::path& folder, const std::string& kind) {
   std::vector<StampedImage> images;
-  const fs::path path = fs::path(folder) / "associations.txt";
+  const fs::path path = folder / "associations.txt";
   for (const ListLine& line : readList(path.string(), "images are listed there")) {
     const size_t i = line.words.size() == 4 && line.words[1].rfind(kind, 0) == 0 ? 1 : 3;
     if (line.words.size() != 4 || line.words[i].rfind(kind, 0) != 0) {
@@ -59,35 +60,62 @@ std::vector<StampedImage> readAssociations(const std::string& folder, const std:
   return images;
 }
 
-bool isTumFolder(const std::string& folder) {
-  const auto has = [&](const char* name) { return fs::is_regular_file(fs::path(folder) / name); };
+bool isTumFolder(const fs::path& folder) {
+  const auto has = [&](const char* name) { return fs::is_regular_file(folder / name); };
   return has("depth.txt") ||
          (has("associations.txt") && (has("groundtruth.txt") || has("camera_info.yaml")));
 }
 
-std::vector<StampedImage> readTumDepthList(const std::string& folder) {
-  const fs::path path = fs::path(folder) / "depth.txt";
+std::vector<StampedImage> readTumDepthList(const fs::path& folder) {
+  const fs::path path = folder / "depth.txt";
   if (!fs::exists(path) && isTumFolder(folder)) return readAssociations(folder, "depth/");
   std::vector<StampedImage> images = readImageList(path);
   if (images.empty()) throw std::runtime_error(path.string() + ": lists no depth image");
   return images;
 }
 
-std::vector<StampedImage> readTumColourList(const std::string& folder) {
-  const fs::path path = fs::path(folder) / "rgb.txt";
+std::vector<StampedImage> readTumColourList(const fs::path& folder) {
+  const fs::path path = folder / "rgb.txt";
   if (fs::exists(path)) return readImageList(path);
-  const bool has_depth_list = fs::exists(fs::path(folder) / "depth.txt");
+  const bool has_depth_list = fs::exists(folder / "depth.txt");
   return has_depth_list ? std::vector<StampedImage>{} : readAssociations(folder, "rgb/");
 }
 
-Trajectory readTumTrajectory(const std::string& folder) {
-  return readTrajectory((fs::path(folder) / "groundtruth.txt").string(), kAdvice);
+Trajectory readTumTrajectory(const fs::path& folder) {
+  return readTrajectory((folder / "groundtruth.txt").string(), kAdvice);
 }
 
-CameraInfo readTumCamera(const std::string& folder) {
-  const fs::path path = fs::path(folder) / "camera_info.yaml";
+CameraInfo readTumCamera(const fs::path& folder) {
+  const fs::path path = folder / "camera_info.yaml";
   if (!fs::exists(path) && isOfTheBenchmark(folder)) return kFreiburgCamera;
   return loadCameraInfo(path.string());
+}
+
+namespace {
+
+std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,
+                                 double tolerance_s) {
+  return posesNear(readTumTrajectory(folder), images, tolerance_s);
+}
+
+CameraInfo cameraOfFolder(const fs::path& folder, const std::vector<StampedImage>&) {
+  return readTumCamera(folder);
+}
+
+RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camera) {
+  return {readTumColourList(folder), {}, colourCameraOf(folder, depth_camera)};
+}
+
+}  // namespace
+
+/// The TUM RGB-D benchmark (cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats): depth.txt and
+/// groundtruth.txt with stamps of one clock, 16-bit depth in 1/5000 m, registered to colour, and
+/// rgb.txt. Folders whose depth is not registered have the colour camera in colour_info.yaml.
+FolderFormat tumFormat() {
+  return {"tum",       "depth.txt, or associations.txt with groundtruth.txt",
+          isTumFolder, readTumDepthList,
+          findPoses,   cameraOfFolder,
+          findColours, 5000.0};
 }
 
 }  // namespace dtsdf

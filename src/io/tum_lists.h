@@ -1,6 +1,7 @@
 /// The lists of a TUM RGB-D folder: depth images, colour images and poses. Decodes no image.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -19,20 +20,21 @@ struct StampedImage {
 
 /// Whether a folder has depth.txt; or associations.txt and poses or a camera, as ORB-SLAM's users
 /// have it, not ICL-NUIM.
-bool isTumFolder(const std::string& folder);
+bool isTumFolder(const std::filesystem::path& folder);
 /// Of "0 depth/0.png 0 rgb/0.png" in each line of associations.txt, in either order, the image
 /// whose file begins with `kind`; at least one.
-std::vector<StampedImage> readAssociations(const std::string& folder, const std::string& kind);
+std::vector<StampedImage> readAssociations(const std::filesystem::path& folder,
+                                           const std::string& kind);
 
 /// In the order of depth.txt, or else of associations.txt.
-std::vector<StampedImage> readTumDepthList(const std::string& folder);
+std::vector<StampedImage> readTumDepthList(const std::filesystem::path& folder);
 /// In the order of rgb.txt, or else of associations.txt; empty where there is none.
-std::vector<StampedImage> readTumColourList(const std::string& folder);
+std::vector<StampedImage> readTumColourList(const std::filesystem::path& folder);
 /// groundtruth.txt: optical frame to map frame.
-Trajectory readTumTrajectory(const std::string& folder);
+Trajectory readTumTrajectory(const std::filesystem::path& folder);
 
 /// camera_info.yaml; where there is none, the camera of the benchmark's own recordings, all of
 /// which have freiburg in their name.
-CameraInfo readTumCamera(const std::string& folder);
+CameraInfo readTumCamera(const std::filesystem::path& folder);
 
 }  // namespace dtsdf

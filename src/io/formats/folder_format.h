@@ -28,14 +28,14 @@ struct FolderFormat {
   CameraInfo (*readCamera)(const std::filesystem::path& folder,
                            const std::vector<StampedImage>& images);
 
-  double (*unitsPerMetre)(const std::filesystem::path& folder);
-
   /// Colour images and their camera, which is the depth camera where the layout has but one; no
   /// images where the folder has none. Without their poses.
   RecordedImages (*findColours)(const std::filesystem::path& folder,
                                 const CameraInfo& depth_camera);
 
-  bool has_units = false;  ///< Its files have the units.
+  double units_per_metre = 1000.0;  ///< Of depth.
+  /// Where the files of a folder say that.
+  double (*unitsOf)(const std::filesystem::path& folder) = nullptr;
 };
 
 /// The table. A folder is of the first that it belongs to.

@@ -20,11 +20,11 @@ const CameraInfo kRenderer{640, 480, {481.2f, -480.0f, 319.5f, 239.5f}, true};
 const std::string kPosesEnding = ".gt.freiburg";
 
 bool isIcl(const fs::path& folder) {
-  return fs::is_regular_file(folder / "associations.txt") && !isTumFolder(folder.string());
+  return fs::is_regular_file(folder / "associations.txt") && !isTumFolder(folder);
 }
 
 std::vector<StampedImage> listDepth(const fs::path& folder) {
-  return readAssociations(folder.string(), "depth/");
+  return readAssociations(folder, "depth/");
 }
 
 std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,
@@ -41,29 +41,22 @@ std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<Stamp
   const Trajectory trajectory = readTrajectory(paths[0], "ICL-NUIM has its poses there");
   std::vector<ImagePose> poses;
   for (const StampedImage& image : images) {
-    const auto T_W_C = trajectory.poseAt(image.stamp_s, 0.0);
-    poses.push_back({T_W_C, "no pose with its number"});
+    poses.push_back({trajectory.poseAt(image.stamp_s, 0.0), "no pose with its number"});
   }
   return poses;
 }
 
 CameraInfo readCamera(const fs::path&, const std::vector<StampedImage>&) { return kRenderer; }
 
-double unitsPerMetre(const fs::path&) { return 5000.0; }
-
 RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camera) {
-  RecordedImages colours;
-  colours.images = readAssociations(folder.string(), "rgb/");
-  colours.camera = depth_camera;
-  return colours;
+  return {readAssociations(folder, "rgb/"), {}, depth_camera};
 }
 
 }  // namespace icl
 
 FolderFormat iclFormat() {
   using namespace icl;
-  return {"icl",     "associations.txt", isIcl,         listDepth,
-          findPoses, readCamera,         unitsPerMetre, findColours};
+  return {"icl", "associations.txt", isIcl, listDepth, findPoses, readCamera, findColours, 5000.0};
 }
 
 }  // namespace dtsdf

@@ -106,14 +106,11 @@ CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>& i
   return loadCameraInfo(yaml);
 }
 
-double unitsPerMetre(const fs::path&) { return 1000.0; }
-
 RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camera) {
-  RecordedImages colours;
+  RecordedImages colours{{}, {}, colourCameraOf(folder, depth_camera)};
   for (const char* const name : {"color", "colour", "rgb", "images", "image"}) {
     if (colours.images.empty()) colours.images = imagesIn(folder / name, {".png", ".jpg", ".jpeg"});
   }
-  colours.camera = colourCameraOf(folder, depth_camera);
   return colours;
 }
 
@@ -121,8 +118,7 @@ RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camer
 
 FolderFormat pngFormat() {
   using namespace png;
-  return {"png",      "*.png, or depth/*.png", isPng,      listDepth, findPoses,
-          readCamera, unitsPerMetre,           findColours};
+  return {"png", "*.png, or depth/*.png", isPng, listDepth, findPoses, readCamera, findColours};
 }
 
 }  // namespace dtsdf

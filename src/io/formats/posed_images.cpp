@@ -45,8 +45,6 @@ std::vector<ImagePose> readPoses(const std::vector<StampedImage>& images, const 
   return poses;
 }
 
-double unitsPerMetre(const fs::path&) { return 1000.0; }
-
 bool isSevenScenes(const fs::path& folder) {
   return hasNumberedFile(folder, kPrefix, kDepthEnding);
 }
@@ -70,13 +68,12 @@ CameraInfo cameraOfSevenScenes(const fs::path& folder, const std::vector<Stamped
 }
 
 RecordedImages coloursOfSevenScenes(const fs::path& folder, const CameraInfo& depth_camera) {
-  RecordedImages colours;
+  RecordedImages colours{{}, {}, depth_camera};
   for (const std::string ending : {".color.png", ".color.jpg"}) {
     for (StampedImage& image : listNumberedFiles(folder, kPrefix, ending)) {
       colours.images.push_back(std::move(image));
     }
   }
-  colours.camera = depth_camera;
   return colours;
 }
 
@@ -102,8 +99,7 @@ CameraInfo cameraOfScanNet(const fs::path& folder, const std::vector<StampedImag
 }
 
 RecordedImages coloursOfScanNet(const fs::path& folder, const CameraInfo&) {
-  RecordedImages colours;
-  colours.images = listNumberedFiles(folder / "color", "", ".jpg");
+  RecordedImages colours{listNumberedFiles(folder / "color", "", ".jpg")};
   const std::string path = (folder / "intrinsic" / "intrinsic_color.txt").string();
   if (!fs::exists(path)) {
     colours.missing_camera = "no intrinsic/intrinsic_color.txt";
@@ -119,16 +115,16 @@ RecordedImages coloursOfScanNet(const fs::path& folder, const CameraInfo&) {
 
 FolderFormat sevenScenesFormat() {
   using namespace posed_images;
-  return {"7scenes",          "frame-NUMBER.depth.png", isSevenScenes, listSevenScenes,
-          posesOfSevenScenes, cameraOfSevenScenes,      unitsPerMetre, coloursOfSevenScenes};
+  return {"7scenes",          "frame-NUMBER.depth.png", isSevenScenes,       listSevenScenes,
+          posesOfSevenScenes, cameraOfSevenScenes,      coloursOfSevenScenes};
 }
 
 FolderFormat scanNetFormat() {
   using namespace posed_images;
-  return {"scannet",      "depth/NUMBER.png and pose/",
-          isScanNet,      listScanNet,
-          posesOfScanNet, cameraOfScanNet,
-          unitsPerMetre,  coloursOfScanNet};
+  return {"scannet",       "depth/NUMBER.png and pose/",
+          isScanNet,       listScanNet,
+          posesOfScanNet,  cameraOfScanNet,
+          coloursOfScanNet};
 }
 
 }  // namespace dtsdf

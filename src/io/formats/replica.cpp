@@ -65,27 +65,24 @@ CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>&) 
           {pixels("fx"), pixels("fy"), pixels("cx"), pixels("cy")}};
 }
 
-double unitsPerMetre(const fs::path& folder) {
+double unitsOf(const fs::path& folder) {
   const fs::path path = paramsPath(folder);
   return fs::exists(path) ? paramOf(readParams(path), "scale", path) : kUnitsPerMetre;
 }
 
 RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camera) {
-  RecordedImages colours;
-  colours.images = listNumberedFiles(folder / "results", "frame", ".jpg");
-  colours.camera = depth_camera;
-  return colours;
+  return {listNumberedFiles(folder / "results", "frame", ".jpg"), {}, depth_camera};
 }
 
 }  // namespace replica
 
 FolderFormat replicaFormat() {
   using namespace replica;
-  return {"replica",     "results/depthNUMBER.png",
-          isReplica,     listDepth,
-          findPoses,     readCamera,
-          unitsPerMetre, findColours,
-          true};
+  return {"replica",   "results/depthNUMBER.png",
+          isReplica,   listDepth,
+          findPoses,   readCamera,
+          findColours, kUnitsPerMetre,
+          unitsOf};
 }
 
 }  // namespace dtsdf

@@ -11,7 +11,6 @@
 #include "kernels/meshing/refine.h"
 #include "meshing/mesh_stream.h"
 #include "params/text.h"
-#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {
@@ -203,16 +202,6 @@ PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const 
   packer.reserve(vertices, triangles);
   for (const BlockMesh* block : meshes) packer.add(*block);
   return packer.finish();
-}
-
-std::vector<PackedChunk> packChunks(const MeshStore& mesh, const ChunkLattice& lattice,
-                                    const MeshChunks& chunks, const std::vector<PackedKey>& keys,
-                                    int threads) {
-  std::vector<PackedChunk> packed(keys.size());
-  parallelFor(keys.size(), threads, [&](size_t i) {
-    packed[i] = packChunk(mesh, lattice, chunks.cornerOf(keys[i]), chunks.blocksOf(keys[i]));
-  });
-  return packed;
 }
 
 void checkChunk(const PackedChunk& chunk) {

@@ -47,11 +47,6 @@ struct PackedChunk {
 PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const BlockKey& corner,
                       const std::vector<PackedKey>& blocks);
 
-/// Some of a mesh's chunks, each with all of its blocks, on up to threadCount(threads) threads.
-std::vector<PackedChunk> packChunks(const MeshStore& mesh, const ChunkLattice& lattice,
-                                    const MeshChunks& chunks, const std::vector<PackedKey>& keys,
-                                    int threads);
-
 /// Whether the lengths of its parts, its indices and its origin hold together, as all else here
 /// relies on. For chunks that others have made. @throws std::runtime_error that says what is wrong.
 void checkChunk(const PackedChunk& chunk);

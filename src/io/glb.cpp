@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -49,8 +50,8 @@ json accessorOf(int view, uint64_t count, int component, const char* type) {
   return {{"bufferView", view}, {"count", count}, {"componentType", component}, {"type", type}};
 }
 
-std::string describe(const Mesh& mesh, const Vec3f& origin) {
-  const uint64_t vertices = mesh.vertices_m.size(), triangles = mesh.triangles.size();
+/// The scene, with one mesh of these triangles.
+json documentOf(const Mesh& mesh, const Vec3f& origin, const json& primitives) {
   json document;
   document["asset"] = {{"version", "2.0"}, {"generator", "dtsdf_mapping"}};
   document["scene"] = 0;
@@ -64,17 +65,38 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
                                         mesh.origin_m[2] + static_cast<double>(origin.z)});
   const json map = {{"name", "map"}, {"translation", translation}, {"mesh", 0}};
   document["nodes"] = json::array({root, map});
+  document["meshes"] = json::array({json{{"name", "map"}, {"primitives", primitives}}});
+  return document;
+}
+
+json viewOf(uint64_t& at, uint64_t bytes) {
+  const json view = {{"buffer", 0}, {"byteOffset", at}, {"byteLength", bytes}};
+  at += bytes;
+  return view;
+}
+
+const json& dullSurface() {
+  static const json surface = {
+      {"name", "surface"},
+      {"doubleSided", true},
+      {"pbrMetallicRoughness", {{"metallicFactor", 0.0}, {"roughnessFactor", 1.0}}}};
+  return surface;
+}
+
+std::string paddedText(const json& document) {
+  std::string text = document.dump();
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  return text;
+}
+
+std::string describe(const Mesh& mesh, const Vec3f& origin) {
+  const uint64_t vertices = mesh.vertices_m.size(), triangles = mesh.triangles.size();
   const json triangles_of_map = {{"attributes", {{"POSITION", 0}, {"NORMAL", 1}, {"COLOR_0", 2}}},
                                  {"indices", 3},
                                  {"material", 0},
                                  {"mode", 4}};
-  document["meshes"] =
-      json::array({json{{"name", "map"}, {"primitives", json::array({triangles_of_map})}}});
-  const json surface = {
-      {"name", "surface"},
-      {"doubleSided", true},
-      {"pbrMetallicRoughness", {{"metallicFactor", 0.0}, {"roughnessFactor", 1.0}}}};
-  document["materials"] = json::array({surface});
+  json document = documentOf(mesh, origin, json::array({triangles_of_map}));
+  document["materials"] = json::array({dullSurface()});
   json positions = accessorOf(0, vertices, kFloat, "VEC3");
   const auto [low, high] = boundsOf(mesh);  // rounding keeps the order of differences
   positions["min"] = toJson(low - origin);
@@ -87,17 +109,12 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
   json views = json::array();
   uint64_t at = 0;
   for (size_t i = 0; i < bytes.size(); ++i) {
-    views.push_back({{"buffer", 0},
-                     {"byteOffset", at},
-                     {"byteLength", bytes[i]},
-                     {"target", i < 3 ? kArrayBuffer : kElementArrayBuffer}});
-    at += bytes[i];
+    views.push_back(viewOf(at, bytes[i]));
+    views.back()["target"] = i < 3 ? kArrayBuffer : kElementArrayBuffer;
   }
   document["bufferViews"] = views;
   document["buffers"] = json::array({json{{"byteLength", at}}});
-  std::string text = document.dump();
-  text.resize((text.size() + 3) / 4 * 4, ' ');
-  return text;
+  return paddedText(document);
 }
 
 /// glTF has normals of length 1 only; where there is none, up.
@@ -118,6 +135,18 @@ std::array<float, 256> linearLight() {
   return table;
 }
 
+/// Up to the buffer of so many bytes.
+void beginGlb(const std::string& text, uint64_t bytes, AtomicFile& file) {
+  put(file, kGlbMagic);
+  put(file, kGlbVersion);
+  put(file, static_cast<uint32_t>(kHeaderBytes + 2 * kChunkHeaderBytes + text.size() + bytes));
+  put(file, static_cast<uint32_t>(text.size()));
+  put(file, kJsonChunk);
+  file.write(text);
+  put(file, static_cast<uint32_t>(bytes));
+  put(file, kBinChunk);
+}
+
 uint64_t bufferBytes(uint64_t vertices, uint64_t triangles) {
   return 3 * kVectorBytes * vertices + kTriangleBytes * triangles;
 }
@@ -132,14 +161,7 @@ void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
   const Vec3f origin = originOf(mesh);
   const std::string text = describe(mesh, origin);
   const uint64_t bytes = bufferBytes(mesh.vertices_m.size(), mesh.triangles.size());
-  put(file, kGlbMagic);
-  put(file, kGlbVersion);
-  put(file, static_cast<uint32_t>(kHeaderBytes + 2 * kChunkHeaderBytes + text.size() + bytes));
-  put(file, static_cast<uint32_t>(text.size()));
-  put(file, kJsonChunk);
-  file.write(text);
-  put(file, static_cast<uint32_t>(bytes));
-  put(file, kBinChunk);
+  beginGlb(text, bytes, file);
   for (const Vec3f& p : mesh.vertices_m) put(file, p - origin);
   for (const Vec3f& n : mesh.normals) put(file, unitNormal(n));
   const std::array<float, 256> light = linearLight();
@@ -148,6 +170,94 @@ void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
   }
   for (const auto& triangle : mesh.triangles) {
     for (const uint32_t index : triangle) put(file, index);
+  }
+}
+
+namespace {
+
+/// Positions, normals and places of each page's corners, one page after the other, then the images.
+std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t& bytes) {
+  const auto [low, high] = boundsOf(textured.mesh);
+  json primitives, materials, views, accessors, images, textures;
+  uint64_t at = 0;
+  for (size_t i = 0; i < textured.pages.size(); ++i) {
+    const uint64_t corners = 3 * textured.pages[i].triangles;
+    const int first = static_cast<int>(accessors.size());
+    for (const bool is_place : {false, false, true}) {
+      const int view = static_cast<int>(views.size());
+      accessors.push_back(accessorOf(view, corners, kFloat, is_place ? "VEC2" : "VEC3"));
+      views.push_back(viewOf(at, (is_place ? sizeof(TexturePlace) : kVectorBytes) * corners));
+      views.back()["target"] = kArrayBuffer;
+    }
+    accessors[static_cast<size_t>(first)]["min"] = toJson(low - origin);
+    accessors[static_cast<size_t>(first)]["max"] = toJson(high - origin);
+    primitives.push_back(
+        {{"attributes", {{"POSITION", first}, {"NORMAL", first + 1}, {"TEXCOORD_0", first + 2}}},
+         {"material", i},
+         {"mode", 4}});
+    textures.push_back({{"source", i}, {"sampler", 0}});
+    json material = dullSurface();
+    material["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", i}};
+    material["extensions"]["KHR_materials_unlit"] = json::object();
+    materials.push_back(material);
+  }
+  for (const TexturePage& page : textured.pages) {
+    images.push_back({{"bufferView", views.size()}, {"mimeType", "image/png"}});
+    views.push_back(viewOf(at, page.png.size()));
+    at = (at + 3) / 4 * 4;
+  }
+  json document = documentOf(textured.mesh, origin, primitives);
+  document["extensionsUsed"] = json::array({"KHR_materials_unlit"});
+  constexpr int kLinear = 9729, kClampToEdge = 33071;
+  document["samplers"] = json::array({json{{"magFilter", kLinear},
+                                           {"minFilter", kLinear},
+                                           {"wrapS", kClampToEdge},
+                                           {"wrapT", kClampToEdge}}});
+  document["materials"] = materials;
+  document["bufferViews"] = views;
+  document["accessors"] = accessors;
+  document["images"] = images;
+  document["textures"] = textures;
+  document["buffers"] = json::array({json{{"byteLength", at}}});
+  bytes = at;
+  return paddedText(document);
+}
+
+}  // namespace
+
+void writeGlb(const TexturedMesh& textured, AtomicFile& file) {
+  const Mesh& mesh = textured.mesh;
+  const Vec3f origin = originOf(mesh);
+  uint64_t bytes = 0;
+  const std::string text = describe(textured, origin, bytes);
+  if (kHeaderBytes + 2 * kChunkHeaderBytes + text.size() + bytes > kMostGlbBytes) {
+    throw std::runtime_error(
+        "the mesh and its textures do not fit into a .glb file (4 GiB); save "
+        "an .obj file, or use larger texels");
+  }
+  beginGlb(text, bytes, file);
+  size_t begin = 0;
+  for (const TexturePage& page : textured.pages) {
+    const size_t end = begin + page.triangles;
+    const auto put_corners = [&](const auto& put_corner) {
+      for (size_t i = begin; i < end; ++i) {
+        for (size_t corner = 0; corner < 3; ++corner) put_corner(i, corner);
+      }
+    };
+    put_corners([&](size_t i, size_t corner) {
+      put(file, mesh.vertices_m[mesh.triangles[i][corner]] - origin);
+    });
+    put_corners([&](size_t i, size_t corner) {
+      put(file, unitNormal(mesh.normals[mesh.triangles[i][corner]]));
+    });
+    put_corners([&](size_t i, size_t corner) {
+      for (const float share : textured.places[i][corner]) put(file, share);
+    });
+    begin = end;
+  }
+  for (const TexturePage& page : textured.pages) {
+    file.write(page.png);
+    file.write(std::string((4 - page.png.size() % 4) % 4, '\0'));
   }
 }
 

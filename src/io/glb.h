@@ -5,6 +5,7 @@
 
 #include "dtsdf_mapping/mesh.h"
 #include "io/atomic_file.h"
+#include "io/textured_mesh.h"
 
 namespace dtsdf {
 
@@ -19,5 +20,9 @@ constexpr uint64_t kMostGlbBytes = 0xffffffffu;
 /// far from the origin of its frame keeps its precision in programs that work in float.
 /// @pre mostGlbBytes() is at most kMostGlbBytes; the mesh is not empty.
 void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file);
+
+/// The same of a mesh with textures, shown as they are, without light (KHR_materials_unlit). Each
+/// triangle has vertices of its own. @throws std::runtime_error if it is more than a file can hold.
+void writeGlb(const TexturedMesh& textured, AtomicFile& file);
 
 }  // namespace dtsdf

@@ -12,6 +12,7 @@
 #include "io/glb.h"
 #include "io/little_endian.h"
 #include "io/ply.h"
+#include "io/textured_mesh.h"
 #include "kernels/core/vec.h"
 #include "params/text.h"
 
@@ -28,7 +29,31 @@ std::ostream& operator<<(std::ostream& out, const Vec3f& v) {
   return out << v.x << ' ' << v.y << ' ' << v.z;
 }
 
-void writeObj(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
+template <class HandOver>
+void writeTexturedFaces(const TexturedMesh& textured, std::ostream& out,
+                        const HandOver& hand_over) {
+  for (const auto& places : textured.places) {
+    for (const TexturePlace& at : places) out << "vt " << at[0] << ' ' << 1.0f - at[1] << '\n';
+    hand_over();
+  }
+  size_t triangle = 0;
+  for (size_t page = 0; page < textured.pages.size(); ++page) {
+    out << "usemtl page_" << page << '\n';
+    for (const size_t end = triangle + textured.pages[page].triangles; triangle < end; ++triangle) {
+      out << 'f';
+      for (size_t corner = 0; corner < 3; ++corner) {
+        const uint32_t vertex = textured.mesh.triangles[triangle][corner] + 1;  // from 1 on
+        out << ' ' << vertex << '/' << 3 * triangle + corner + 1 << '/' << vertex;
+      }
+      out << '\n';
+      hand_over();
+    }
+  }
+}
+
+/// @param textured Null: without textures. `material` is the name of its file.
+void writeObj(const Mesh& mesh, MeshColour colour, AtomicFile& file,
+              const TexturedMesh* textured = nullptr, const std::string& material = {}) {
   std::ostringstream out;
   out.imbue(std::locale::classic());  // a host program's locale may write commas
   constexpr int kDigits = std::numeric_limits<float>::max_digits10;
@@ -38,6 +63,7 @@ void writeObj(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
     out.str("");
   };
   out << "# metres, map frame\n";
+  if (textured != nullptr) out << "mtllib " << material << '\n';
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
     out << 'v';
     if (isFarFromOrigin(mesh)) {
@@ -57,7 +83,9 @@ void writeObj(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
     out << "vn " << normal << '\n';
     hand_over();
   }
+  if (textured != nullptr) writeTexturedFaces(*textured, out, hand_over);
   for (const auto& triangle : mesh.triangles) {
+    if (textured != nullptr) break;
     out << 'f';
     for (uint32_t index : triangle) out << ' ' << index + 1 << "//" << index + 1;  // from 1 on
     out << '\n';
@@ -161,6 +189,30 @@ void saveMesh(const Mesh& mesh, MeshColour colour, const std::string& path) {
     case MeshFormat::kObj: writeObj(mesh, colour, file); break;
     case MeshFormat::kStl: writeStl(mesh, file); break;
     case MeshFormat::kGlb: writeGlb(mesh, colour, file); break;
+  }
+  file.commit();
+}
+
+void saveTexturedMesh(const TexturedMesh& textured, const std::string& path) {
+  const std::optional<MeshFormat> format = meshFormatOf(path);
+  if (format != MeshFormat::kObj && format != MeshFormat::kGlb) {
+    throw std::runtime_error("cannot save '" + path + "': textures are saved as .obj or .glb");
+  }
+  checkMeshSize(textured.mesh.vertices_m.size(), textured.mesh.triangles.size(), path);
+  AtomicFile file(path);
+  if (format == MeshFormat::kGlb) {
+    writeGlb(textured, file);
+  } else {
+    const std::filesystem::path base = std::filesystem::path(path).replace_extension();
+    std::string materials;
+    for (size_t page = 0; page < textured.pages.size(); ++page) {
+      const std::string number = std::to_string(page), png = base.string() + "_" + number + ".png";
+      writeFileAtomically(png, textured.pages[page].png);
+      materials += "newmtl page_" + number + "\nKa 1 1 1\nKd 1 1 1\nillum 0\nmap_Kd " +
+                   std::filesystem::path(png).filename().string() + "\n";
+    }
+    writeFileAtomically(base.string() + ".mtl", materials);
+    writeObj(textured.mesh, MeshColour::kAuto, file, &textured, base.filename().string() + ".mtl");
   }
   file.commit();
 }

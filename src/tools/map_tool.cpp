@@ -23,6 +23,7 @@ void run(const std::vector<std::string>& arguments) {
               {"join", "joins the maps of boxes", joinBoxes},
               {"diff", "compares two maps: what was added, and what is gone", compareMaps},
               {"hash", "prints hashes of a map and its mesh, or of a mesh file", printHash},
+              {"texture", "saves the mesh with textures from a recording's images", textureMap},
               {"export", "writes a journal's images for trainers of splats", exportJournal}},
              arguments);
 }

@@ -25,6 +25,7 @@ void printBoxes(const std::vector<std::string>& arguments);
 void joinBoxes(const std::vector<std::string>& arguments);
 void exportJournal(const std::vector<std::string>& arguments);
 void compareMaps(const std::vector<std::string>& arguments);
+void textureMap(const std::vector<std::string>& arguments);
 void printHash(const std::vector<std::string>& arguments);
 
 /// Of the commands that make something of a map.

@@ -177,9 +177,9 @@ namespace {
 
 /// Positions, normals and places of each page's corners, one page after the other, then the images.
 std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t& bytes) {
-  const auto [low, high] = boundsOf(textured.mesh);
   json primitives, materials, views, accessors, images, textures;
   uint64_t at = 0;
+  size_t end = 0;  // of the page's triangles
   for (size_t i = 0; i < textured.pages.size(); ++i) {
     const uint64_t corners = 3 * textured.pages[i].triangles;
     const int first = static_cast<int>(accessors.size());
@@ -188,6 +188,15 @@ std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t
       accessors.push_back(accessorOf(view, corners, kFloat, is_place ? "VEC2" : "VEC3"));
       views.push_back(viewOf(at, (is_place ? sizeof(TexturePlace) : kVectorBytes) * corners));
       views.back()["target"] = kArrayBuffer;
+    }
+    const size_t begin = std::exchange(end, end + textured.pages[i].triangles);
+    const Mesh& mesh = textured.mesh;
+    Vec3f low = mesh.vertices_m[mesh.triangles[begin][0]], high = low;
+    for (size_t triangle = begin; triangle < end; ++triangle) {
+      for (const uint32_t corner : mesh.triangles[triangle]) {
+        low = leastOf(low, mesh.vertices_m[corner]);
+        high = greatestOf(high, mesh.vertices_m[corner]);
+      }
     }
     accessors[static_cast<size_t>(first)]["min"] = toJson(low - origin);
     accessors[static_cast<size_t>(first)]["max"] = toJson(high - origin);

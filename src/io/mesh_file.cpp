@@ -204,6 +204,7 @@ void saveTexturedMesh(const TexturedMesh& textured, const std::string& path) {
     writeGlb(textured, file);
   } else {
     const std::filesystem::path base = std::filesystem::path(path).replace_extension();
+    writeObj(textured.mesh, MeshColour::kAuto, file, &textured, base.filename().string() + ".mtl");
     std::string materials;
     for (size_t page = 0; page < textured.pages.size(); ++page) {
       const std::string number = std::to_string(page), png = base.string() + "_" + number + ".png";
@@ -212,7 +213,6 @@ void saveTexturedMesh(const TexturedMesh& textured, const std::string& path) {
                    std::filesystem::path(png).filename().string() + "\n";
     }
     writeFileAtomically(base.string() + ".mtl", materials);
-    writeObj(textured.mesh, MeshColour::kAuto, file, &textured, base.filename().string() + ".mtl");
   }
   file.commit();
 }

@@ -45,7 +45,7 @@ void clear(const RegionView& region, const Vec3i& sector, CellSector& cells) {
 struct CellBox {
   Vec3i first, last;
 };
-CellBox cellsAround(const BoxRegion& box, const SpaceSnapshot& space) {
+CellBox cellsAround(const BoxRegion& box, const SpaceSnapshot& space, int32_t reach) {
   const Eigen::Vector3d half_m = 0.5 * (box.T_W_B.linear().cwiseAbs() * box.size_m);
   const Eigen::Vector3d middle_m = box.T_W_B.translation();
   const double cell_m = space.cellSize_m();
@@ -53,9 +53,15 @@ CellBox cellsAround(const BoxRegion& box, const SpaceSnapshot& space) {
   if (!((middle_m.cwiseAbs() + half_m).maxCoeff() < kMostCell * cell_m)) {
     throw std::runtime_error("the box is beyond the coordinates of a map");
   }
-  if ((2.0 * half_m / cell_m).prod() > static_cast<double>(kMostGridPoints)) {
-    throw std::runtime_error("the box holds more than " + std::to_string(kMostGridPoints) +
-                             " cells of the map, too many where something is cleared; split it");
+  // A flat box has few cells, but as many sectors around them as a thick one.
+  const Eigen::Array3d sectors =
+      (2.0 * (half_m / cell_m).array() + 2.0 * reach) / kSectorSide + 2.0;
+  constexpr double kMostSectors = 4096.0;
+  if ((2.0 * half_m / cell_m).prod() > static_cast<double>(kMostGridPoints) ||
+      sectors.prod() > kMostSectors) {
+    throw std::runtime_error("the box reaches over too many cells of the map (" +
+                             std::to_string(kMostGridPoints) +
+                             " at most, fewer in a flat one) where something is cleared; split it");
   }
   return {space.cellAt(middle_m - half_m), space.cellAt(middle_m + half_m)};
 }
@@ -103,7 +109,7 @@ GridDistances distancesOn(const PointGrid& grid, const KnownSpace& space,
 
 SpaceSnapshot clearedIn(const BoxRegion& box, const std::vector<Region>& cleared,
                         const SpaceSnapshot& space) {
-  const CellBox cells = cellsAround(box, space);
+  const CellBox cells = cellsAround(box, space, space.reach_);
   std::vector<RegionView> regions;
   for (const Region& region : cleared)
     regions.push_back(makeRegionView(region, space.cell_size_m_));

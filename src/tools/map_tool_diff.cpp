@@ -51,7 +51,7 @@ class ComparedMap {
     const Vec3f p{static_cast<float>(p_W.x() - mesh_.origin_m[0]),
                   static_cast<float>(p_W.y() - mesh_.origin_m[1]),
                   static_cast<float>(p_W.z() - mesh_.origin_m[2])};
-    const double reach_m = std::max(kReach_m, near_m);
+    const double reach_m = near_m + kReach_m;
     const double distance_m = tree_.distance(p, reach_m, {0.0f, 0.0f, 1.0f}, {-2.0f, 2.0f}, hint);
     if (distance_m <= near_m) return kSame;
     const Space& space = *loaded_.second->space();

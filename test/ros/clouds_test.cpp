@@ -103,6 +103,11 @@ TEST(Clouds, ThatCannotBeUsedAreRefused) {
   cloud = cloudOfRoom();
   std::fill(cloud.data.begin(), cloud.data.end(), 0xff);
   EXPECT_EQ(reasonAgainst(cloud), DropReason::kNoMeasurement);
+  cloud = cloudOfRoom();  // with x to the left
+  for (size_t at = cloud.fields[0].offset; at < cloud.data.size(); at += cloud.point_step) {
+    cloud.data[at + 3] ^= 0x80;
+  }
+  EXPECT_EQ(reasonAgainst(cloud), DropReason::kBadIntrinsics);
 }
 
 /// 64 rings of a spinning lidar in its own frame, x ahead and z up.

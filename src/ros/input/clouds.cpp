@@ -154,9 +154,16 @@ std::variant<CameraImage, Rejection> CloudImages::convert(const sensor_msgs::Poi
                                  "must be of a rectified depth image, in the optical frame",
                                  error_px)};
     }
+    const Intrinsics fitted = cameraOf(lines);
+    if (!(fitted.fx > 0.0f && fitted.fy > 0.0f)) {
+      return Rejection{
+          DropReason::kBadIntrinsics,
+          "the cloud is mirrored: x must point right and y down in its image, as in an "
+          "optical frame"};
+    }
     width_ = cloud.width;
     height_ = cloud.height;
-    intrinsics_ = cameraOf(lines);
+    intrinsics_ = fitted;
     camera_ = formatted("%u x %u, fx %.6g, fy %.6g, cx %.6g, cy %.6g, %.2g px off%s", width_,
                         height_, intrinsics_.fx, intrinsics_.fy, intrinsics_.cx, intrinsics_.cy,
                         error_px, has_info ? "; that of camera_info is used" : "");

@@ -26,7 +26,7 @@ class CloudImages {
   std::variant<CameraImage, Rejection> convert(const sensor_msgs::PointCloud2& cloud, bool has_info,
                                                size_t most_bytes);
 
-  /// The camera that was found, and how well clouds fit it; empty before.
+  /// The camera that was found, and how well the cloud that it was found by fits it; empty before.
   const std::string& camera() const { return camera_; }
 
  private:

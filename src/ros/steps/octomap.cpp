@@ -58,6 +58,7 @@ class OctomapStep : public Step {
       }
     });
     tree.updateInnerOccupancy();
+    tree.prune();
     std::ostringstream bytes;
     bytes.imbue(std::locale::classic());
     tree.writeBinaryData(bytes);

@@ -108,6 +108,8 @@ TEST(DistanceGrid, IsRefusedWhereItWouldBeTooLarge) {
   for (const double bad : {-1.0, 1e-300, std::nan(""), HUGE_VAL}) EXPECT_NE(errorAt(bad), "");
   box.size_m.setConstant(6.5);
   EXPECT_NE(errorOf([&] { clearedIn(box, {}, *space); }), "");
+  box.size_m = {300.0, 300.0, 1e-3};
+  EXPECT_NE(errorOf([&] { clearedIn(box, {}, *space); }), "");
   box.size_m.setConstant(1.0);
   box.T_W_B.translation().x() = 1e300;
   EXPECT_NE(errorOf([&] { clearedIn(box, {}, *space); }), "");

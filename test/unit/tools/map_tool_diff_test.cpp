@@ -71,6 +71,8 @@ TEST_F(MapToolDiff, WhatIsGoneWasAddedTheOtherWayRound) {
   EXPECT_LT(gone_m2, 1.05 * kBall_m2) << gone.out;
   EXPECT_EQ(valueOf("added", gone.out), 0.0);
   EXPECT_GT(valueOf("unchanged", gone.out), 20.0) << gone.out;
+  const Outcome far = diff("ball", "empty", "--tolerance 0.6");
+  EXPECT_GT(valueOf("gone", far.out), 0.1 * kBall_m2) << far.out;  // what is farther from the walls
   const Outcome added = diff("empty", "ball", "--changes-only");
   ASSERT_EQ(added.exit_code, 0) << added.err;
   EXPECT_EQ(valueOf("added", added.out), gone_m2);

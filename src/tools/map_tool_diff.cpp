@@ -224,15 +224,14 @@ void compareMaps(const std::vector<std::string>& arguments) {
   double least_cm2 = 100.0;
   bool changes_only = false;
   CommandLine line(
-      "map_tool diff", "A B --mesh OUT [options]",
+      "map_tool diff", "A B [--mesh OUT] [options]",
       "Compares two maps of a place, made with space/enabled in one frame. Green: "
       "added, a surface of B where A saw free space. Red: gone, a surface of A where B "
       "saw free space. Blue: a surface of one that the other has not seen. Grey: "
       "unchanged. Prints the area of each.");
   line.addText({"A", "", "the map before"}, a.map_path);
   line.addText({"B", "", "the map after"}, b.map_path);
-  line.addText({"--mesh", "OUT", std::string("the mesh to write: ") + kMeshExtensions}, a.out_path);
-  line.require("--mesh");
+  line.addText({"--mesh", "OUT", std::string("a mesh to write: ") + kMeshExtensions}, a.out_path);
   line.addNumber({"--tolerance", "METRES",
                   "surfaces as near as this are the same one (default: two of the larger voxels)"},
                  tolerance_m, {0.0, 10.0});
@@ -242,10 +241,10 @@ void compareMaps(const std::vector<std::string>& arguments) {
   addSettings(line, "mesh/..., backend, threads", a);
   addLoadLimit(line, a.limit);
   line.parse(arguments);
-  if (!meshFormatOf(a.out_path)) {
+  if (!a.out_path.empty() && !meshFormatOf(a.out_path)) {
     throw UsageError("'" + a.out_path + "' does not end in " + kMeshExtensions);
   }
-  prepareOutputFile(a.out_path);
+  if (!a.out_path.empty()) prepareOutputFile(a.out_path);
   b.settings = a.settings;
   b.limit = a.limit;
   const ComparedMap before(a), after(b);
@@ -264,12 +263,21 @@ void compareMaps(const std::vector<std::string>& arguments) {
         drawing.add(map.mesh(), is_before ? Eigen::Isometry3d::Identity() : T_A_B,
                     is_before ? in_after : in_before, kind, colour);
     std::printf("%-16s %10.4f m2\n", what, area_m2);
+    return area_m2;
   };
-  add("added", after, kChanged, kGreen);
-  add("gone", before, kChanged, kRed);
+  const double added_m2 = add("added", after, kChanged, kGreen);
+  const double gone_m2 = add("gone", before, kChanged, kRed);
   add("not seen by A", after, kUnseen, kBlue);
   add("not seen by B", before, kUnseen, kBlue);
-  add("unchanged", before, kSame, changes_only ? std::nullopt : std::optional(kGrey));
+  const double same_m2 =
+      add("unchanged", before, kSame, changes_only ? std::nullopt : std::optional(kGrey));
+  if (same_m2 <= added_m2 + gone_m2) {
+    std::fprintf(
+        stderr,
+        "map_tool diff: warning: less is unchanged than has changed: are these maps of one "
+        "place, in one frame?\n");
+  }
+  if (a.out_path.empty()) return;
   if (drawing.mesh().triangles.empty()) {
     std::printf("nothing to draw: no mesh was written\n");
     return;

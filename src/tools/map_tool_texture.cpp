@@ -395,10 +395,10 @@ std::string pngOf(const std::vector<Texel>& texels, int32_t height) {
   return encodeColourPng(image);
 }
 
-/// Paints a page from all images, one after the other.
+/// Paints a page from all images, one after the other. @param painted Counts what they show of it.
 std::string paintPage(const Atlas& atlas, const Page& page, const std::string& what,
                       const Images& images, const MapSettings& settings, float texel_m,
-                      Mapper& mapper) {
+                      Mapper& mapper, size_t& painted) {
   std::vector<Texel> texels = beginPage(atlas, page);
   const PaintSettings paint = makePaintSettings(settings.params, settings.rules);
   const Mesh& mesh = atlas.mesh();
@@ -422,6 +422,9 @@ std::string paintPage(const Atlas& atlas, const Page& page, const std::string& w
       image.paint(atlas, i, p_C, n_C, texel_m, texels);
     }
   });
+  constexpr float kLeastOfImage = 1e-20f;
+  painted += static_cast<size_t>(std::count_if(
+      texels.begin(), texels.end(), [](const Texel& of) { return of.weight > kLeastOfImage; }));
   return pngOf(texels, page.height);
 }
 
@@ -459,14 +462,18 @@ void textureMap(const std::vector<std::string>& arguments) {
   const double edge_m = texel_m.value_or(static_cast<double>(voxel_size_m) / 6.0);
   const Atlas atlas(meshOf(*mapper, voxel_size_m), edge_m);
   TexturedMesh textured{atlas.mesh(), atlas.places(), {}};
-  size_t bytes = 0;
+  size_t bytes = 0, painted = 0;
   for (const Page& page : atlas.pages()) {
     const std::string what = "images, page " + std::to_string(textured.pages.size() + 1) + " of " +
                              std::to_string(atlas.pages().size());
     textured.pages.push_back(
-        {page.end - page.begin,
-         paintPage(atlas, page, what, images, settings, static_cast<float>(edge_m), *mapper)});
+        {page.end - page.begin, paintPage(atlas, page, what, images, settings,
+                                          static_cast<float>(edge_m), *mapper, painted)});
     bytes += textured.pages.back().png.size();
+  }
+  if (painted == 0) {
+    throw std::runtime_error(
+        "no image shows the map: are the recording and --poses those that it was made of?");
   }
   saveTexturedMesh(textured, options.out_path);
   std::printf("%zu triangles, %zu textures of %d texels across, %.1f MB: %s\n",

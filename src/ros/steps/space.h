@@ -194,8 +194,14 @@ class SpaceStep : public Step {
     const auto box = readBox(request.box, T_W_F);
     if (!box) throw std::runtime_error("the box has no size; give box.size, in metres");
     std::vector<Region> cleared;
-    for (const auto& shape : request.cleared_boxes) cleared.push_back(readRegion(shape, {}, T_W_F));
+    for (const auto& shape : request.cleared_boxes) {
+      if (!(shape.size.x > 0.0)) throw std::runtime_error("a box of cleared_boxes has no size");
+      cleared.push_back(readRegion(shape, {}, T_W_F));
+    }
     for (const auto& shape : request.cleared_spheres) {
+      if (!(shape.radius > 0.0)) {
+        throw std::runtime_error("a sphere of cleared_spheres has no radius");
+      }
       cleared.push_back(readRegion({}, shape, T_W_F));
       const std::string problem = findProblem(cleared.back());
       if (!problem.empty()) throw std::runtime_error(problem);

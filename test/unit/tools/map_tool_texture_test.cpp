@@ -192,6 +192,13 @@ TEST_F(MapToolTexture, AGlbHoldsTheSame) {
     ASSERT_NEAR(shares[i], corner.u, 1e-6);
     ASSERT_NEAR(shares[i + 1], 1.0 - corner.v, 1e-6);
   }
+  // Poses of another recording.
+  const std::string list = readBytes(out_ / "room/depth.txt");
+  const std::string stamp = list.substr(0, list.find(' '));
+  writeBytes(out_ / "far.txt", stamp + " 100 0 0 0 0 0 1\n");
+  const Outcome far = run("--poses " + (out_ / "far.txt") + " --mesh " + (out_ / "far.obj"));
+  EXPECT_EQ(far.exit_code, 1);
+  EXPECT_NE(far.err.find("no image shows the map"), std::string::npos) << far.err;
 }
 
 TEST_F(MapToolTexture, SaysWhatIsWrong) {

@@ -208,8 +208,8 @@ void bindMapper(py::module& m) {
           "load", &loadSession, py::arg("path"), py::arg("backend") = "",
           py::arg("settings") = py::none(),
           "Continues from a map that save() or the node saved. Voxel size, truncation, mode and\n"
-          "directions are the map's. Raises RuntimeError for a file that is not a map, or for\n"
-          "settings that it was not made with.")
+          "directions are the map's; free space is kept with space/enabled. Raises\n"
+          "RuntimeError for a file that is not a map, or for settings that it was not made with.")
       .def(
           "integrate", &integrate, py::arg("depth"), py::arg("K"), py::arg("T_W_C"),
           py::arg("stamp_s") = 0.0, py::arg("unit_m") = 0.0, py::arg("keep_center_W") = py::none(),

@@ -12,6 +12,7 @@ change of the format or of meshes is meant. Without numpy and zstandard read_map
 import argparse
 import hashlib
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -51,7 +52,9 @@ def figures(tool, backend, path, folder):
     except ImportError:
         return found
     again = folder / "again.dtsdf"
-    dtsdf_mapping.Mapper.load(str(path), backend).save(str(again))
+    cells = re.search(r"cells of (\d+) voxels", run(tool, "info", path))  # of free space, if it has any
+    space = {"space/enabled": True, "space/cell_voxels": int(cells[1])} if cells else {}
+    dtsdf_mapping.Mapper.load(str(path), backend, space).save(str(again))
     if content_hash(tool, again) != found["hash"]:
         found["hash"] += " (saved again by Python: another map)"
     return found

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
-#include <limits>
 #include <numeric>
 #include <utility>
 #include <variant>
@@ -158,39 +157,6 @@ class Atlas {
   std::vector<Page> pages_;
 };
 
-/// The least and the greatest depth around each pixel, of those that have one.
-struct DepthAround {
-  std::vector<float> nearest_m, farthest_m;
-
-  DepthAround(const RenderedView& view, int reach)
-      : nearest_m(view.depth_m), farthest_m(view.depth_m) {
-    constexpr float kFar_m = 1e30f;
-    for (float& depth_m : nearest_m) depth_m = depth_m > 0.0f ? depth_m : kFar_m;
-    const auto w = static_cast<size_t>(view.width), h = static_cast<size_t>(view.height);
-    const auto r = static_cast<size_t>(reach);
-    for (size_t y = 0; y < h; ++y) spread(y * w, 1, w, r);
-    for (size_t x = 0; x < w; ++x) spread(x, w, h, r);
-  }
-
- private:
-  /// Along a row or a column.
-  void spread(size_t first, size_t step, size_t count, size_t reach) {
-    std::vector<float> near(count), far(count);
-    for (size_t i = 0; i < count; ++i) {
-      near[i] = nearest_m[first + i * step];
-      far[i] = farthest_m[first + i * step];
-    }
-    for (size_t i = 0; i < count; ++i) {
-      const size_t begin = i > reach ? i - reach : 0, end = std::min(count, i + reach + 1);
-      const auto at = [](std::vector<float>& values, size_t place) {
-        return values.begin() + static_cast<std::ptrdiff_t>(place);
-      };
-      nearest_m[first + i * step] = *std::min_element(at(near, begin), at(near, end));
-      farthest_m[first + i * step] = *std::max_element(at(far, begin), at(far, end));
-    }
-  }
-};
-
 /// An image, and what the map has in its view.
 class SeenImage {
  public:
@@ -200,8 +166,7 @@ class SeenImage {
       : frame_(frame),
         rules_(settings.rules),
         voxel_size_m_(voxel_size_m),
-        view_(mapper.render({frame.width, frame.height, frame.intrinsics}, frame.T_W_C)),
-        around_(view_, reachOf(view_)) {
+        view_(mapper.render({frame.width, frame.height, frame.intrinsics}, frame.T_W_C)) {
     takePixels();
     before = exposure_ = exposureOf(sumsWithMap(), before, settings);
   }
@@ -230,10 +195,9 @@ class SeenImage {
             v < static_cast<float>(view_.height) - 2.0f)) {
         return;
       }
-      const float share = seenShare(u, v, p.z);
-      if (share == 0.0f) return;
+      if (isHidden(u, v, p.z)) return;
       const Rgb rgb = colourAt(image_, levelOfWidth(K.fx * texel_m / p.z), u + 0.5f, v + 0.5f);
-      addTo(texels[texel], share * quality(facing, p.z),
+      addTo(texels[texel], quality(facing, p.z),
             {minimum(rgb.red * exposure_.gain[0], 255.0f),
              minimum(rgb.green * exposure_.gain[1], 255.0f),
              minimum(rgb.blue * exposure_.gain[2], 255.0f)});
@@ -242,27 +206,11 @@ class SeenImage {
 
  private:
   static constexpr float kLeastDepth_m = 0.05f;
-  /// As near to another surface, in voxels, as cameras and the map's outlines are off, a texel may
-  /// show that surface: such views count for a small share.
-  static constexpr float kOutlineVoxels = 1.5f, kOutlineShare = 0.05f;
-
   /// What a view counts for: good ones for nearly all. As one view gives way to the next by
   /// degrees, there are no seams.
   static float quality(float facing, float depth_m) {
     const float share = facing / (depth_m * depth_m);
     return share * share;
-  }
-
-  /// Pixels beside another surface that may be that surface.
-  int reachOf(const RenderedView& view) const {
-    std::vector<float> depths_m;
-    std::copy_if(view.depth_m.begin(), view.depth_m.end(), std::back_inserter(depths_m),
-                 [](float depth_m) { return depth_m > 0.0f; });
-    if (depths_m.empty()) return 1;
-    const auto middle = depths_m.begin() + static_cast<std::ptrdiff_t>(depths_m.size() / 2);
-    std::nth_element(depths_m.begin(), middle, depths_m.end());
-    const float reach_px = kOutlineVoxels * voxel_size_m_ * frame_.intrinsics.fx / *middle;
-    return static_cast<int>(std::clamp(reach_px, 1.0f, 32.0f));
   }
 
   void takePixels() {
@@ -285,27 +233,21 @@ class SeenImage {
     }
   }
 
-  /// What a view of a place counts for: 0 where the map hides it, little beside an outline.
-  float seenShare(float u, float v, float depth_m) const {
+  bool isHidden(float u, float v, float depth_m) const {
     const size_t pixel = static_cast<size_t>(v + 0.5f) * static_cast<size_t>(view_.width) +
                          static_cast<size_t>(u + 0.5f);
-    const float room_m = rules_.hidden_depth * voxel_size_m_, seen_m = view_.depth_m[pixel];
-    if (seen_m > 0.0f && depth_m > seen_m + room_m) return 0.0f;
-    const bool is_beside =
-        around_.nearest_m[pixel] < depth_m - room_m || around_.farthest_m[pixel] > depth_m + room_m;
-    return is_beside ? kOutlineShare : 1.0f;
+    const float seen_m = view_.depth_m[pixel];
+    return seen_m > 0.0f && depth_m > seen_m + rules_.hidden_depth * voxel_size_m_;
   }
 
-  /// Over the pixels that show what the map has painted, away from outlines.
+  /// Over the pixels that show what the map has painted.
   ExposureSums sumsWithMap() const {
     ExposureSums sums{};
     for (size_t i = 0; i < view_.colours.size(); ++i) {
       const VertexColour& map = view_.colours[i];
       const VoxelColour of_map{map.red, map.green, map.blue, 0};
       const VoxelColour of_image{pixels_[i].red, pixels_[i].green, pixels_[i].blue, 0};
-      const float room_m = rules_.hidden_depth * voxel_size_m_;
-      if (map.painted != 0 && around_.farthest_m[i] - around_.nearest_m[i] < room_m &&
-          isWellExposed(of_map) && isWellExposed(of_image)) {
+      if (map.painted != 0 && isWellExposed(of_map) && isWellExposed(of_image)) {
         addToSums(sums, of_map, of_image);
       }
     }
@@ -316,7 +258,6 @@ class SeenImage {
   const ColourRules& rules_;
   const float voxel_size_m_;
   const RenderedView view_;
-  const DepthAround around_;
   std::vector<ColourPixel> pixels_;
   ColourImage image_;
   Exposure exposure_;

@@ -63,7 +63,7 @@ Eigen::Vector3d measuredUpOfBag(const RunOptions& options, const NodeParams& nod
 
 /// Depth along rays becomes depth along the optical axis.
 void turnFrameToAxis(SourceFrame& frame) {
-  if (frame.depth.data == nullptr) return;
+  if (frame.depth.data == nullptr || frame.is_along_axis) return;
   const auto pixels = std::make_shared<std::vector<float>>(static_cast<size_t>(frame.depth.width) *
                                                            static_cast<size_t>(frame.depth.height));
   turnToAxis(frame.depth, pixels->data());

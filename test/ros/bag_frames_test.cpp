@@ -144,6 +144,7 @@ TEST_F(CompressedBag, CloudsAreReadAsDepth) {
   ASSERT_EQ(frames.size(), static_cast<size_t>(kFrames));
   EXPECT_EQ(std::memcmp(frames[2].depth.data, depth_m.data(), 4 * depth_m.size()), 0);
   EXPECT_NEAR(frames[2].depth.intrinsics.fy, 31.0, 1e-4);
+  EXPECT_TRUE(frames[2].is_along_axis);
   options_.intrinsics = Intrinsics{33.0f, 34.0f, 15.0f, 11.0f};
   EXPECT_EQ(read().at(0).depth.intrinsics.fx, 33.0f);
   options_.depth_topic = "/lidar/points";

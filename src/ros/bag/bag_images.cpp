@@ -239,6 +239,7 @@ class BagImages : public Source {
         const DepthUnits units{options_.unit_16uc1_m, clouds_ ? 1.0f : options_.unit_32fc1_m};
         frame.depth = makeDepthFrame(camera.image, *camera.info, units, *pixels);
         frame.depth.T_W_C = *T_W_C;
+        frame.is_along_axis = clouds_.has_value();
       }
     } catch (const std::exception& error) {  // of OpenCV or cv_bridge
       return skip({DropReason::kBadImage, errorText(error)});

@@ -1,16 +1,18 @@
 #!/usr/bin/env python3
 """Whether small maps of every kind read as they always did, and give the same meshes.
 
-check.py MAP_TOOL [--backend cpu|cuda] [--write]
+check.py MAP_TOOL [--reconstruct RECONSTRUCT] [--backend cpu|cuda] [--write]
 
 Of each file in maps/: the content hash, which all of its bytes were checked against; the sha256 of the
 mesh that map_tool makes of it; of what examples/python/read_map.py prints of it; and, where the
 package's Python module can be imported, the content hash of the map that it loads and saves again. What
-differs from conformance.txt is printed, and the exit code is 1. --write makes the list anew: only where a
+differs from conformance.txt is printed, and the exit code is 1. With --reconstruct, fusion is compared as
+well: of each map that make_maps makes with that program, the content hash and the mesh. --write makes the list anew: only where a
 change of the format or of meshes is meant. Without numpy and zstandard read_map.py is left out.
 """
 import argparse
 import hashlib
+import importlib.util
 import pathlib
 import re
 import subprocess
@@ -38,10 +40,15 @@ def content_hash(tool, path):
 
 
 def figures(tool, backend, path, folder):
-    """What is the same wherever a map is read; none for what cannot be looked at here."""
+    """What is the same wherever a map is read or made."""
     mesh = folder / "mesh.ply"
     run(tool, "mesh", path, mesh, "--set", f"backend={backend}", "threads=1")
-    found = {"hash": content_hash(tool, path), "mesh": sha256(mesh.read_bytes())}
+    return {"hash": content_hash(tool, path), "mesh": sha256(mesh.read_bytes())}
+
+
+def figures_of_readers(tool, backend, path, folder):
+    """Of programs that are not always there, none for those that are missing."""
+    found = {}
     read = subprocess.run([sys.executable, "-B", str(READ_MAP), str(path)], capture_output=True)
     if read.returncode == 0:
         found["sums"] = sha256(read.stdout)
@@ -55,14 +62,15 @@ def figures(tool, backend, path, folder):
     cells = re.search(r"cells of (\d+) voxels", run(tool, "info", path))  # of free space, if it has any
     space = {"space/enabled": True, "space/cell_voxels": int(cells[1])} if cells else {}
     dtsdf_mapping.Mapper.load(str(path), backend, space).save(str(again))
-    if content_hash(tool, again) != found["hash"]:
-        found["hash"] += " (saved again by Python: another map)"
+    if content_hash(tool, again) != content_hash(tool, path):
+        found["hash"] = "another, saved again by Python"
     return found
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("map_tool")
+    parser.add_argument("--reconstruct")
     parser.add_argument("--backend", default="cpu")
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
@@ -71,16 +79,26 @@ def main():
     for line in table.read_text().splitlines() if table.exists() else []:
         name, *pairs = line.split()
         known[name] = dict(pair.split("=") for pair in pairs)
-    differ, lines = 0, []
-    for path in sorted((HERE / "maps").glob("*.dtsdf")):
-        with tempfile.TemporaryDirectory() as folder:
-            found = figures(options.map_tool, options.backend, path, pathlib.Path(folder))
-        if options.write and "sums" not in found:
-            sys.exit("the figures of read_map.py are missing: use a Python with numpy and zstandard")
-        lines.append(" ".join([path.stem] + [f"{key}={value}" for key, value in found.items()]))
-        for key, value in found.items():
-            if known.get(path.stem, {}).get(key) != value and not options.write:
-                print(f"{path.stem}: {key} is {value}, not {known.get(path.stem, {}).get(key)}")
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for path in sorted((HERE / "maps").glob("*.dtsdf")):
+            found[path.stem] = figures(options.map_tool, options.backend, path, pathlib.Path(folder))
+            found[path.stem].update(figures_of_readers(options.map_tool, options.backend, path, pathlib.Path(folder)))
+            if options.write and "sums" not in found[path.stem]:
+                sys.exit("the figures of read_map.py are missing: use a Python with numpy and zstandard")
+        if options.reconstruct and importlib.util.find_spec("numpy"):
+            made = pathlib.Path(folder) / "made"
+            made.mkdir()
+            run(sys.executable, "-B", HERE / "make_maps", options.reconstruct, made)
+            for path in sorted(made.glob("*.dtsdf")):
+                of_made = figures(options.map_tool, options.backend, path, pathlib.Path(folder))
+                found.setdefault(path.stem, of_made).update(of_made)
+    lines = [" ".join([name] + [f"{key}={value}" for key, value in found[name].items()]) for name in sorted(found)]
+    differ = 0
+    for name, of_name in found.items():
+        for key, value in of_name.items():
+            if known.get(name, {}).get(key) != value and not options.write:
+                print(f"{name}: {key} is {value}, not {known.get(name, {}).get(key)}")
                 differ += 1
     if options.write:
         table.write_text("\n".join(lines) + "\n")

@@ -1,10 +1,9 @@
 #!/usr/bin/env python3
-"""Open3D (pip install open3d) on a TUM folder, depth only, to be measured beside this package.
+"""Open3D (pip install open3d) on a TUM folder, depth only, to be measured beside this package:
 
 open3d_peer.py fuse FOLDER VOXEL_M THREADS FIRST:LAST:STEP MESH.ply [MAX_DEPTH_M]
-    fuses with VoxelBlockGrid and prints what scripts/compare reads; THREADS 0: on the GPU
-open3d_peer.py track FOLDER VOXEL_M TRAJECTORY.txt
-    runs the dense SLAM (t.pipelines.slam), its first pose as given
+
+fuses with VoxelBlockGrid and prints what scripts/compare reads; THREADS 0: on the GPU.
 """
 import json
 import os
@@ -13,7 +12,7 @@ import re
 import sys
 import time
 
-if sys.argv[1:2] == ["fuse"] and sys.argv[4] != "0":
+if sys.argv[4] != "0":
     os.environ["OMP_NUM_THREADS"] = sys.argv[4]
 
 import numpy as np  # noqa: E402
@@ -69,35 +68,5 @@ def fuse(folder, voxel_m, threads, frames, mesh_path, max_depth_m="10"):
                       "memory_mib": memory}))
 
 
-def track(folder, voxel_m, out):
-    device, slam = core.Device("CPU:0"), o3d.t.pipelines.slam
-    matrix, images = read_folder(folder)
-    pose = core.Tensor(images[0][2])
-    model = slam.Model(float(voxel_m), 16, 10000, pose, device)
-    frame = view = None
-    limits = {"depth_scale": UNITS, "depth_max": 10.0}
-    with open(out, "w", encoding="utf-8") as file:
-        for i, (stamp, path, _) in enumerate(images):
-            depth = o3d.t.io.read_image(path)
-            if frame is None:
-                black = o3d.t.geometry.Image(core.Tensor.zeros((depth.rows, depth.columns, 3), core.uint8))
-                frame, view = (slam.Frame(depth.rows, depth.columns, core.Tensor(matrix), device) for _ in "ab")
-            frame.set_data_from_image("depth", depth)
-            frame.set_data_from_image("color", black)
-            if i > 0:
-                try:
-                    pose = pose @ model.track_frame_to_model(frame, view, **limits).transformation
-                except RuntimeError:
-                    pass  # it goes on from where it was
-            model.update_frame_pose(i, pose)
-            model.integrate(frame, trunc_voxel_multiplier=TRUNCATION_VOXELS, **limits)
-            model.synthesize_model_frame(view, depth_min=0.1, trunc_voxel_multiplier=TRUNCATION_VOXELS,
-                                         enable_color=False, **limits)
-            T = pose.numpy()
-            w = np.sqrt(max(0.0, 1.0 + np.trace(T[:3, :3]))) / 2 or 1e-9
-            q = [T[2, 1] - T[1, 2], T[0, 2] - T[2, 0], T[1, 0] - T[0, 1]]
-            print(stamp, *T[:3, 3], *(value / (4 * w) for value in q), w, file=file)
-
-
 if __name__ == "__main__":
-    {"fuse": fuse, "track": track}[sys.argv[1]](*sys.argv[2:])
+    fuse(*sys.argv[2:])

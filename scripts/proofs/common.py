@@ -12,7 +12,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 MAPS = {"directional": ["map/directional=true"],
         "undirected": ["map/directional=false", "fusion/mode=voxel_projection"]}
 # Options whose values are places on this machine.
-PLACES = ("--data", "--programs", "--program-dir", "--evaluate-dir", "--work", "--results",
+PLACES = ("--data", "--programs", "--work", "--results",
           "--page", "--voxblox", "--against", "--raw", "--peer", "--gpu-peer")
 
 
@@ -39,7 +39,7 @@ def make_parser(doc, work="", data=""):
                    default=os.environ.get("DTSDF_DATA_DIR", ROOT.parent / "shared" / "data"))
     parser.add_argument("--backend", default="auto",
                         help="auto, cpu or cuda (default: %(default)s)")
-    add_folder("--programs", "--program-dir", default=find_programs(),
+    add_folder("--programs", default=find_programs(),
                what="folder of the programs; ")
     if work:
         add_folder("--work", default=ROOT / "out" / work)
@@ -87,6 +87,12 @@ def markdown_table(header, rows):
 def number(value):
     """Three digits."""
     return f"{value:.2f}" if value < 10 else f"{value:.1f}" if value < 100 else f"{value:.0f}"
+
+
+def cpu_name():
+    lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
+    models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return f"{models[0] if models else 'an unnamed processor'}, {os.cpu_count()} cores"
 
 
 def made_by(device):

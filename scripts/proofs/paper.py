@@ -4,7 +4,6 @@ For each cell: renders an orbit, reconstructs it, and compares the mesh with the
 are there already, made by the same program, are kept, so a run that was stopped can be started
 again. Fills a part of accuracy.md that is named by the set-up.
 """
-import concurrent.futures
 import json
 import re
 
@@ -58,7 +57,6 @@ def main():
     add("--trajectory", default="circle", help="circle, helix or sphere (default: %(default)s)")
     add("--noise", default="none", help="as render_orbit has it (default: %(default)s)")
     add("--set", action="append", default=[], metavar="KEY=VALUE", help="settings for reconstruct")
-    add("--jobs", type=int, default=1, help="cells at a time (default: %(default)s)")
     options = parser.parse_args()
     setup = setup_of(options)
     options.work /= setup
@@ -67,13 +65,10 @@ def main():
         if model != HOUSE:
             render(options, f"models/{model}.ply", options.work / model, "--frames", options.frames,
                    "--trajectory", options.trajectory, "--noise", options.noise)
-    cells = [(model, voxel_mm) for model in options.models for voxel_mm in options.voxels]
     rows = []
-    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-        running = [[pool.submit(measure, options, *cell, mode) for mode in options.modes]
-                   for cell in cells]
-        for (model, voxel_mm), futures in zip(cells, running):
-            found = [future.result() for future in futures]
+    for model in options.models:
+        for voxel_mm in options.voxels:
+            found = [measure(options, model, voxel_mm, mode) for mode in options.modes]
             topology = found[0][1]
             rows.append([model, f"{voxel_mm:g}", *(triple for triple, _ in found),
                          topology["boundary_edges"], topology["components"]])

@@ -13,7 +13,7 @@ import os
 import pathlib
 import shutil
 
-from .common import (MAPS, fill_page, find_programs, made_by, make_parser, markdown_table, number,
+from .common import (MAPS, fill_page, made_by, make_parser, markdown_table, number,
                      reconstruct, run, words)
 
 # Name -> voxel size in mm, and the images that pictures are taken from.
@@ -64,10 +64,10 @@ def fuse(title, folder, voxel_mm, poses, mesh, options):
 def measure(mesh, folder, options):
     """The cells of a row: shares in per cent of the depth of pixels that the mesh covers, gross
     errors in per cent of all measured pixels."""
-    depth = json.loads(run(options.evaluate_dir / "evaluate_depth", mesh, folder, "--first", 1,
+    depth = json.loads(run(options.programs / "evaluate_depth", mesh, folder, "--first", 1,
                            "--step", 2, "--stride", options.stride, "--register",
                            REGISTRATION_STEPS))["registered"]
-    topology = json.loads(run(options.evaluate_dir / "evaluate_mesh", mesh, "--topology"))
+    topology = json.loads(run(options.programs / "evaluate_mesh", mesh, "--topology"))
     covered = depth["covered_share"]
     return [*(f"{100 * depth[key] / covered:.1f}" for key in SHARES.values()),
             number(depth["p95_mm"]), *(f"{100 * depth[key]:.2f}" for key in GROSS.values()),
@@ -75,7 +75,7 @@ def measure(mesh, folder, options):
 
 
 def draw(mesh, folder, image, picture, options):
-    run(options.evaluate_dir / "render_mesh", mesh, picture, "--plain", "--views", folder,
+    run(options.programs / "render_mesh", mesh, picture, "--plain", "--views", folder,
         "--image", image)
 
 
@@ -108,8 +108,6 @@ def read_options():
                                                            "%(default)s)")
     add("--set", action="append", default=[], metavar="KEY=VALUE", help="more settings, for both maps")
     add("--stride", default=1, help="compare each so many pixels (default: %(default)s)")
-    add("--evaluate-dir", type=pathlib.Path, default=find_programs(),
-        help="where the programs are that evaluate (default: %(default)s)")
     add("--voxblox", metavar="PROGRAM", help="measure the meshes of this program, too")
     add("--page", help="default: RESULTS/recordings.md; '-' for none")
     options = parser.parse_args()

@@ -102,33 +102,6 @@ def judge(all_records, codes):
         exit_code = 2
     if "grows" in memory or any(graph["problems"] for graph in graphs.values()):
         exit_code = 1
-    return dict(graphs=graphs, exit_code=exit_code)
-
-
-def describe_memory(name, part):
-    text = f"{name}: median {part['median']} MB, most {part['most']:.0f} MB; {part['verdict']}"
-    if "slope_mb_h" in part:
-        text += (f" ({part['slope_mb_h']:+.1f} +- {part['bound_mb_h']:.1f} MB an hour over "
-                 f"{part['cycles']} cycles; {part['limit_mb_h']:.0f} is allowed)")
-    return text
-
-
-def describe_graph(name, graph):
-    lines = [f"{name}: {graph['seconds']:.0f} s, {graph['cycles']} cycles"]
-    for key, label in (("rss", "resident"), ("gpu", "GPU")):
-        if graph[key] is not None:
-            lines.append("  " + describe_memory(label, graph[key]))
-    for service, counts in sorted(graph["calls"].items()):
-        lines.append(f"  {service}: {counts['done']} done, {counts['refused']} refused, "
-                     f"{counts['failed']} failed; at most {counts['most_s']:.2f} s")
-    lines += [f"  PROBLEM at {problem['t']} s: {problem['what']}" for problem in graph["problems"]]
-    return lines
-
-
-def describe(report):
-    lines = [f"{report['hours']:g} h, begun {report['began']}"]
-    for name, graph in report["graphs"].items():
-        lines += describe_graph(name, graph)
-    verdict = {0: "memory is flat, nothing failed", 1: "FAILED: see above",
-               2: "nothing failed; too short to tell whether memory is flat"}
-    return "\n".join(lines + [verdict[report["exit_code"]]])
+    verdict = {0: "memory is flat, nothing failed", 1: "failed: see problems and memory",
+               2: "nothing failed; too short to tell whether memory is flat"}[exit_code]
+    return dict(graphs=graphs, exit_code=exit_code, verdict=verdict)

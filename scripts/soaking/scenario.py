@@ -3,14 +3,24 @@ random all the while. A cycle of the live graph begins with loading the nodelet 
 ends with unloading it; the node of the bag graph runs from beginning to end."""
 import pathlib
 import random
+import signal
 import threading
 import time
 
+import rosgraph
+import rospy
+import yaml
+from dtsdf_mapping.msg import Box, MapStatus, Sphere
+from dtsdf_mapping.srv import ClearRegion, GetDistances, LoadMap, SaveMap, SaveMesh
+from geometry_msgs.msg import Point, TransformStamped
+from std_srvs.srv import SetBool, Trigger
+from tf2_msgs.msg import TFMessage
+
 from soaking.graph import Graph, gpu_mb, pid_of, program, resident_mb, wait_until
-from soaking.listener import Listener
 from soaking.record import Record
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+STEADY_TOPICS = ("mesh", "surface_points", "occupancy_grid")
 TOPICS = ("mesh", "mesh_blocks", "surface_points", "occupancy_grid", "occupancy_grid_updates",
           "distance_slice")
 CAMERA_TOPICS = ("/camera/depth/image_rect", "/camera/depth/camera_info",
@@ -32,8 +42,6 @@ class Watch:
     """The status of a node, samples of it, and what it shows to be wrong."""
 
     def __init__(self, record, process, sample_s):
-        import rospy
-        from dtsdf_mapping.msg import MapStatus
         self.record, self.process = record, process
         self.status, self.status_time = None, time.monotonic()
         self.expects_status = False
@@ -44,9 +52,6 @@ class Watch:
 
     def on_status(self, status):
         self.status_time, self.status = time.monotonic(), status
-
-    def forget(self):
-        self.status = None
 
     def sample_all(self, sample_s):
         """Whatever ends the sampling ends the run: what nobody watches shows nothing."""
@@ -70,6 +75,7 @@ class Watch:
         if self.expects_status and self.status is not None:
             fields["memory_mb"] = {part.name: round(part.bytes / 1e6, 1)
                                    for part in self.status.memory}
+            fields["status"] = self.status.message
             self.judge(self.status)
         self.record.write("sample", **fields)
 
@@ -102,6 +108,13 @@ def record_bag(graph, options, path):
     graph.end(camera)
 
 
+def has_service(name):
+    try:
+        return rosgraph.Master("/soak").lookupService(name) is not None
+    except rosgraph.MasterException:
+        return False
+
+
 def unaccounted(stream):
     """Images that were received and are neither fused, dropped nor waiting."""
     dropped = sum(drop.count for drop in stream.dropped)
@@ -112,29 +125,27 @@ class Scenario:
     """What both graphs have in common."""
 
     def __init__(self, graph, record, options, folder):
-        import rospy
-        self.rospy, self.graph, self.record, self.options = rospy, graph, record, options
+        self.graph, self.record, self.options = graph, record, options
         self.random = random.Random(1)
-        self.listeners, self.stalled = [], []
+        self.listeners, self.stalled = [], None
         self.files = folder / "files"
         self.watch = None
 
     def set_parameters(self):
-        import yaml
         config = yaml.safe_load((ROOT / "config" / "default.yaml").read_text())
         config["map"]["voxel_size_m"] = self.options.voxel_mm / 1000.0
         config["backend"] = self.options.backend
         config["space"]["enabled"] = True
         config["publish"]["status_rate_hz"] = 2.0
         config["output_directory"] = str(self.files)
-        self.rospy.set_param(NODE, config)
+        rospy.set_param(NODE, config)
 
     def remappings(self):
         return [f"{topic[len('/camera/'):]}:={topic}" for topic in CAMERA_TOPICS]
 
     # ---- services ------------------------------------------------------------------------------
     def call(self, name, kind, refusals=(), **request):
-        proxy = self.rospy.ServiceProxy(f"{NODE}/{name}", kind)
+        proxy = rospy.ServiceProxy(f"{NODE}/{name}", kind)
         begin = time.monotonic()
         try:
             answer = proxy(**request)
@@ -149,8 +160,6 @@ class Scenario:
 
     def ask_distances(self):
         """At places all over the room, as a planner does."""
-        from dtsdf_mapping.srv import GetDistances
-        from geometry_msgs.msg import Point
         points = [Point(self.random.uniform(-2.5, 2.5), self.random.uniform(-2.0, 2.0),
                         self.random.uniform(0.0, 2.0)) for _ in range(POINTS_ASKED)]
         answer = self.call("get_distances", GetDistances, refusals=["nothing is mapped yet"],
@@ -164,13 +173,10 @@ class Scenario:
             self.record.problem("get_distances: an unknown place with a distance, or the reverse")
 
     def save_mesh(self):
-        from dtsdf_mapping.srv import SaveMesh
         self.call("save_mesh", SaveMesh, file_name="mesh.ply")
 
     def save_part(self):
         """Fewer triangles, of a box."""
-        from dtsdf_mapping.msg import Box
-        from dtsdf_mapping.srv import SaveMesh
         box = Box()
         box.pose.position.z = 1.0
         box.size.x = box.size.y = box.size.z = 4.0
@@ -178,100 +184,68 @@ class Scenario:
                   file_name="part.glb", simplify_error_m=0.005, region=box)
 
     def save_map(self):
-        from dtsdf_mapping.srv import SaveMap
         self.call("save_map", SaveMap, file_name="map.dtsdf")
 
     def load_map(self):
-        from dtsdf_mapping.srv import LoadMap
         self.call("load_map", LoadMap, file_name="map.dtsdf")
 
     def clear_region(self):
-        from dtsdf_mapping.srv import ClearRegion
-        from dtsdf_mapping.msg import Sphere
         ball = Sphere(radius=0.8)
         ball.center.z = 0.8
         self.call("clear_region", ClearRegion, sphere=ball)
 
     def clear_map(self):
-        from std_srvs.srv import Trigger
         self.call("clear_map", Trigger)
 
     def pause(self, wanted=True):
-        from std_srvs.srv import SetBool
         self.call("pause", SetBool, data=wanted)
 
     def go_on(self):
         self.pause(False)
 
     # ---- listeners -----------------------------------------------------------------------------
-    def listen(self, topic, reads=True):
-        return Listener(f"{NODE}/{topic}", reads)
+    def listen(self, topic):
+        return rospy.Subscriber(f"{NODE}/{topic}", rospy.AnyMsg, queue_size=1)
 
     def listeners_come(self):
-        self.listeners = [self.listen(topic) for topic in TOPICS]
+        self.listeners = [self.listen(topic) for topic in STEADY_TOPICS]
 
     def listeners_go(self):
-        for listener in self.listeners + self.stalled:
-            listener.close()
-        self.listeners, self.stalled = [], []
+        for listener in self.listeners:
+            listener.unregister()
+        self.listeners_break_off()
 
     def listeners_stall(self):
-        self.stalled = [self.listen(topic, reads=False) for topic in TOPICS]
+        """One that is connected to all and never reads again."""
+        self.stalled = self.graph.start("stalled", ["rostopic", "hz", *(f"{NODE}/{topic}" for topic in TOPICS)])
+        time.sleep(4.0)
+        self.stalled.send_signal(signal.SIGSTOP)
 
     def listeners_break_off(self):
-        for listener in self.stalled:
-            listener.break_off()
-        self.stalled = []
+        """In the middle of a message, if there is one."""
+        if self.stalled is not None:
+            self.stalled.kill()
+            self.stalled = None
 
     def come_and_go(self, ended):
         """One more of a random topic, for some seconds, again and again."""
         while not ended.wait(self.random.uniform(0.5, 3.0)):
-            try:
-                listener = self.listen(self.random.choice(TOPICS), self.random.random() < 0.8)
-            except OSError:
-                continue  # the nodelet is not loaded
-            except Exception as error:
-                if "fault" in type(error).__name__.lower():
-                    continue
-                self.record.problem(f"no more listeners come: {type(error).__name__}: {error}")
-                return
+            listener = self.listen(self.random.choice([topic for topic in TOPICS if topic not in STEADY_TOPICS]))
             ended.wait(self.random.uniform(0.5, 4.0))
-            if self.random.random() < 0.3:
-                listener.break_off()
-            else:
-                listener.close()
+            listener.unregister()
 
     # ---- running -------------------------------------------------------------------------------
     def must_map(self):
         """Whatever was done: frames are fused again, and the status is OK by itself."""
-        def maps():
-            status = self.watch.status
-            return status is not None and status.level == 0 and status.frames_fused > before
-        status = self.watch.status
-        before = status.frames_fused if status is not None else 0
-        try:
-            wait_until(maps, RECOVERS_WITHIN_S, "not mapping")
-        except TimeoutError:
-            text = self.watch.status.message if self.watch.status else "no status"
-            self.record.problem(f"not mapping again within {RECOVERS_WITHIN_S:.0f} s: {text}")
+        before = self.watch.status.frames_fused if self.watch.status else 0
+        wait_until(lambda: self.watch.status and self.watch.status.level == 0 and
+                   self.watch.status.frames_fused > before, RECOVERS_WITHIN_S, "not mapping again")
 
     def must_be_settled(self):
-        """Nothing comes in any more: each image becomes something that is counted. A slow machine
-        may take its time, as long as there is progress."""
-        begin = progress = time.monotonic()
-        left_before = None
-        while time.monotonic() < begin + SETTLES_WITHIN_S:
-            left = [(stream.kind, unaccounted(stream), stream.waiting)
-                    for stream in self.watch.status.cameras[0].streams]
-            # An image whose camera_info never came waits until the next one.
-            if all(missing + waiting <= 1 for _, missing, waiting in left):
-                return
-            if left != left_before:
-                left_before, progress = left, time.monotonic()
-            if time.monotonic() > progress + RECOVERS_WITHIN_S:
-                break
-            time.sleep(0.1)
-        self.record.problem(f"images without a fate (kind, missing, waiting): {left_before}")
+        """Nothing comes in any more: each image becomes something that is counted, but for one whose
+        camera_info never came, which waits until the next one."""
+        wait_until(lambda: all(unaccounted(stream) + stream.waiting <= 1 for stream in
+                               self.watch.status.cameras[0].streams), SETTLES_WITHIN_S, "images without a fate")
 
     def run_cycle(self, seconds):
         begin = time.monotonic()
@@ -308,11 +282,10 @@ class Live(Scenario):
 
     def __init__(self, *arguments):
         super().__init__(*arguments)
-        from tf2_msgs.msg import TFMessage
         self.set_parameters()
         self.tf_passes = True
-        self.tf = self.rospy.Publisher("/tf", TFMessage, queue_size=100)
-        self.rospy.Subscriber("/tf_of_camera", TFMessage, self.on_tf, queue_size=100)
+        self.tf = rospy.Publisher("/tf", TFMessage, queue_size=100)
+        rospy.Subscriber("/tf_of_camera", TFMessage, self.on_tf, queue_size=100)
         self.camera = start_camera(self.graph, self.options, "/tf_of_camera")
         self.manager = self.graph.start(
             "manager", ["rosrun", "nodelet", "nodelet", "manager", f"__name:={MANAGER[1:]}"])
@@ -323,15 +296,8 @@ class Live(Scenario):
             self.tf.publish(message)
 
     def process(self):
-        wait_until(lambda: self.has_service(MANAGER + "/load_nodelet"), 60, "no nodelet manager")
+        wait_until(lambda: has_service(MANAGER + "/load_nodelet"), 60, "no nodelet manager")
         return pid_of(MANAGER)
-
-    def has_service(self, name):
-        import rosgraph
-        try:
-            return rosgraph.Master("/soak").lookupService(name) is not None
-        except rosgraph.MasterException:
-            return False
 
     def course(self):
         return [(0.00, self.load), (0.06, self.listeners_come), (0.10, self.listeners_stall),
@@ -345,7 +311,7 @@ class Live(Scenario):
                 (0.84, self.must_map), (0.94, self.listeners_go), (0.96, self.unload)]
 
     def load(self):
-        self.watch.forget()
+        self.watch.status = None
         self.loader = self.graph.start(
             "nodelet", ["rosrun", "nodelet", "nodelet", "load", "dtsdf_mapping/MappingNodelet",
                         MANAGER[1:], f"__name:={NODE[1:]}"] + self.remappings())
@@ -356,7 +322,7 @@ class Live(Scenario):
         self.watch.expects_status = False
         if not self.graph.end(self.loader):
             self.record.problem("the nodelet's loader had to be killed")
-        wait_until(lambda: not self.has_service(NODE + "/save_mesh"), 30,
+        wait_until(lambda: not has_service(NODE + "/save_mesh"), 30,
                    "the nodelet was not unloaded")
 
     def tf_stops(self):
@@ -367,11 +333,9 @@ class Live(Scenario):
 
     def tf_is_ahead(self):
         """One transform that cannot be true, by decades; the next ones are right."""
-        from geometry_msgs.msg import TransformStamped
-        from tf2_msgs.msg import TFMessage
         ahead = TransformStamped()
         ahead.header.frame_id, ahead.child_frame_id = "map", "camera_depth_optical_frame"
-        ahead.header.stamp = self.rospy.Time.now() + self.rospy.Duration(10 ** 9)
+        ahead.header.stamp = rospy.Time.now() + rospy.Duration(10 ** 9)
         ahead.transform.rotation.w = 1.0
         self.tf.publish(TFMessage([ahead]))
 
@@ -394,16 +358,10 @@ class Bag(Scenario):
 
     def play(self):
         return self.graph.start("play", ["rosbag", "play", "--clock", "--loop", "-q",
-                                         str(bag_path(self.files.parent))])
+                                         str(self.files.parent / "room.bag")])
 
     def process(self):
-        import rosgraph
-        def is_there():
-            try:
-                return bool(rosgraph.Master("/soak").lookupNode(NODE))
-            except rosgraph.MasterException:
-                return False
-        wait_until(is_there, 60, "the node does not come up")
+        wait_until(lambda: has_service(NODE + "/save_mesh"), 60, "the node does not come up")
         return pid_of(NODE)
 
     def run(self):
@@ -425,17 +383,12 @@ class Bag(Scenario):
         self.player = self.play()
 
 
-def bag_path(folder):
-    return folder / "room.bag"
-
-
 def run(name, options):
     folder = options.out / name
     record = Record(folder)
     with Graph(folder) as graph:
-        import rospy
         if name == "bag":
-            record_bag(graph, options, bag_path(folder))
+            record_bag(graph, options, folder / "room.bag")
             rospy.set_param("/use_sim_time", True)  # which rospy asks for when it begins
         rospy.init_node("soak", disable_signals=True)
         (Live if name == "live" else Bag)(graph, record, options, folder).run()

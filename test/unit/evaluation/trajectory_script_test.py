@@ -72,7 +72,7 @@ class EvaluateTrajectory(unittest.TestCase):
     def test_wrong_files_are_named(self):
         write(self.truth, (true for true, _ in helix()))
         self.estimate.write_text("10 1 2 3\n")
-        self.assertIn("estimate.txt:1: expected", evaluate(self.truth, self.estimate).stderr)
+        self.assertIn("estimate.txt: expected", evaluate(self.truth, self.estimate).stderr)
         write(self.estimate, [[99.0, 0, 0, 0, 0, 0, 0, 1]])
         self.assertIn("only 0 poses", evaluate(self.truth, self.estimate).stderr)
 

@@ -36,36 +36,30 @@ std::string DepthComparison::toJson() const {
   const auto share = [&](size_t count) {
     return measured_ == 0 ? 0.0 : static_cast<double>(count) / static_cast<double>(measured_);
   };
-  const auto shareWhere = [&](const std::vector<double>& values, const auto& holds) {
-    return share(static_cast<size_t>(std::count_if(values.begin(), values.end(), holds)));
+  const auto shareWhere = [&](const auto& holds) {
+    return share(
+        static_cast<size_t>(std::count_if(behind_shares_.begin(), behind_shares_.end(), holds)));
   };
   const auto within = [&](double by) {
-    return shareWhere(behind_shares_, [by](double value) { return std::abs(value) <= by; });
-  };
-  const auto inFront = [&](const std::vector<double>& values, double by) {
-    return shareWhere(values, [by](double value) { return value < -by; });
-  };
-  const auto behind = [&](const std::vector<double>& values, double by) {
-    return shareWhere(values, [by](double value) { return value > by; });
+    return shareWhere([by](double value) { return std::abs(value) <= by; });
   };
   std::vector<double> errors_m = behind_m_;
   for (double& error_m : errors_m) error_m = std::abs(error_m);
   const DistanceStats stats = distanceStats(std::move(errors_m));
-  const nlohmann::json json = {{"images", images_},
-                               {"measured_pixels", measured_},
-                               {"covered_share", share(behind_m_.size())},
-                               {"share_within_1_percent", within(0.01)},
-                               {"share_within_2_percent", within(0.02)},
-                               {"share_within_5_percent", within(0.05)},
-                               {"share_in_front_5_percent", inFront(behind_shares_, 0.05)},
-                               {"share_in_front_65_mm", inFront(behind_m_, 0.065)},
-                               {"share_behind_5_percent", behind(behind_shares_, 0.05)},
-                               {"share_behind_65_mm", behind(behind_m_, 0.065)},
-                               {"rmse_mm", 1e3 * stats.rmse_m},
-                               {"mean_mm", 1e3 * stats.mean_m},
-                               {"median_mm", 1e3 * stats.median_m},
-                               {"p95_mm", 1e3 * stats.p95_m},
-                               {"max_mm", 1e3 * stats.max_m}};
+  const nlohmann::json json = {
+      {"images", images_},
+      {"measured_pixels", measured_},
+      {"covered_share", share(behind_m_.size())},
+      {"share_within_1_percent", within(0.01)},
+      {"share_within_2_percent", within(0.02)},
+      {"share_within_5_percent", within(0.05)},
+      {"share_in_front_5_percent", shareWhere([](double value) { return value < -0.05; })},
+      {"share_behind_5_percent", shareWhere([](double value) { return value > 0.05; })},
+      {"rmse_mm", 1e3 * stats.rmse_m},
+      {"mean_mm", 1e3 * stats.mean_m},
+      {"median_mm", 1e3 * stats.median_m},
+      {"p95_mm", 1e3 * stats.p95_m},
+      {"max_mm", 1e3 * stats.max_m}};
   return json.dump(2) + "\n";
 }
 

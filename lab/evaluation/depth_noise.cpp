@@ -29,24 +29,23 @@ double boundedAngle(double angle_rad) { return std::min(angle_rad, 1.5); }
 /// Applies the noise model to the pixels of one view.
 class NoisySensor {
  public:
-  NoisySensor(const DepthView& view, const ViewCamera& camera, const DepthNoise& noise)
+  NoisySensor(const DepthView& view, const ViewCamera& camera, DepthNoise noise)
       : view_(view), camera_(camera), noise_(noise) {}
 
   float measure(int u, int v, Random& random) const {
     // Every pixel draws the same number of times, so that its noise does not depend on the others'.
     const double step_u = random.normal(), step_v = random.normal(), along = random.normal();
     const double luck = random.uniform();
-    if (noise_.lateral) {
+    if (noise_ == DepthNoise::kKinect) {
       const double sigma_px = lateralSigma(angleAt(u, v));
       u = std::clamp(static_cast<int>(std::lround(u + sigma_px * step_u)), 0, camera_.width - 1);
       v = std::clamp(static_cast<int>(std::lround(v + sigma_px * step_v)), 0, camera_.height - 1);
     }
     double z_m = depthAt(u, v);
     if (z_m <= 0.0) return 0.0f;
-    if (noise_.loss && luck < lossProbability(u, v)) return 0.0f;
-    if (noise_.axial) z_m += axialSigma(z_m, angleAt(u, v)) * along;
-    if (noise_.tof_axial) z_m += tofAxialSigma(z_m, angleAt(u, v)) * along;
-    if (noise_.quantisation) z_m = quantise(z_m);
+    if (noise_ != DepthNoise::kTof && luck < lossProbability(u, v)) return 0.0f;
+    if (noise_ == DepthNoise::kKinect) z_m = quantise(z_m + axialSigma(z_m, angleAt(u, v)) * along);
+    if (noise_ == DepthNoise::kTof) z_m += tofAxialSigma(z_m, angleAt(u, v)) * along;
     return static_cast<float>(std::max(z_m, 0.0));
   }
 
@@ -89,22 +88,12 @@ class NoisySensor {
 
 }  // namespace
 
-bool DepthNoise::any() const {
-  return axial || lateral || quantisation || loss || tof_axial || mixed || anyStereo();
-}
-
 DepthNoise depthNoiseFromName(const std::string& name) {
-  DepthNoise noise;
-  if (name == "kinect") {
-    noise.axial = noise.lateral = noise.quantisation = noise.loss = true;
-  } else if (name == "tof") {
-    noise.tof_axial = noise.mixed = true;
-  } else if (name == "stereo") {
-    noise.disparity = noise.subpixel = noise.occlusion = noise.texture = noise.loss = true;
-  } else if (name != "none") {
-    throw std::invalid_argument("unknown noise '" + name + "'; use none, kinect, tof or stereo");
-  }
-  return noise;
+  if (name == "none") return DepthNoise::kNone;
+  if (name == "kinect") return DepthNoise::kKinect;
+  if (name == "tof") return DepthNoise::kTof;
+  if (name == "stereo") return DepthNoise::kStereo;
+  throw std::invalid_argument("unknown noise '" + name + "'; use none, kinect, tof or stereo");
 }
 
 double axialSigma(double z_m, double angle_rad) {
@@ -129,8 +118,8 @@ double lateralSigma(double angle_rad) {
 namespace {
 
 /// What a pixel sees comes first, then what the sensor makes of it, pixel by pixel.
-std::vector<float> addPixelNoise(const DepthView& view, const ViewCamera& camera,
-                                 const DepthNoise& noise, uint64_t seed) {
+std::vector<float> addPixelNoise(const DepthView& view, const ViewCamera& camera, DepthNoise noise,
+                                 uint64_t seed) {
   const NoisySensor sensor(view, camera, noise);
   Random random(seed);
   std::vector<float> depth_m(view.depth_m.size());
@@ -143,13 +132,13 @@ std::vector<float> addPixelNoise(const DepthView& view, const ViewCamera& camera
 
 }  // namespace
 
-std::vector<float> addNoise(const DepthView& view, const ViewCamera& camera,
-                            const DepthNoise& noise, uint64_t seed) {
-  if (!noise.any()) return view.depth_m;
+std::vector<float> addNoise(const DepthView& view, const ViewCamera& camera, DepthNoise noise,
+                            uint64_t seed) {
+  if (noise == DepthNoise::kNone) return view.depth_m;
   DepthView seen = view;
-  if (noise.mixed) seen.depth_m = mixPixels(view.depth_m, camera, seed);
+  if (noise == DepthNoise::kTof) seen.depth_m = mixPixels(view.depth_m, camera, seed);
   std::vector<float> depth_m = addPixelNoise(seen, camera, noise, seed);
-  if (noise.anyStereo()) addStereoNoise(view.depth_m, camera, noise, seed, depth_m);
+  if (noise == DepthNoise::kStereo) addStereoNoise(view.depth_m, camera, seed, depth_m);
   return depth_m;
 }
 

@@ -23,23 +23,7 @@
 
 namespace dtsdf {
 
-struct DepthNoise {
-  bool axial = false;         ///< Gaussian along the optical axis, growing with z^2 and slant.
-  bool lateral = false;       ///< Each pixel looks up its depth a Gaussian step to the side.
-  bool quantisation = false;  ///< Disparity in steps of 1/8 pixel at a baseline of 75 mm.
-  bool loss = false;          ///< No measurement at flat angles and beside depth edges.
-
-  bool tof_axial = false;  ///< Gaussian along the optical axis, as a time-of-flight camera has it.
-  bool mixed = false;      ///< Depths in between at depth edges.
-
-  bool disparity = false;  ///< Gaussian in the disparity, alike within a matching window.
-  bool subpixel = false;   ///< Disparity in steps of 1/32 pixel at a baseline of 50 mm.
-  bool occlusion = false;  ///< No measurement where the second camera sees nothing of it.
-  bool texture = false;    ///< No measurement in patches without texture.
-
-  bool any() const;
-  bool anyStereo() const { return disparity || subpixel || occlusion || texture; }
-};
+enum class DepthNoise { kNone, kKinect, kTof, kStereo };
 
 /// That of none, kinect, tof or stereo. @throws std::invalid_argument for another name.
 DepthNoise depthNoiseFromName(const std::string& name);
@@ -56,7 +40,7 @@ double lateralSigma(double angle_rad);
 double tofAxialSigma(double z_m, double angle_rad);
 
 /// The depth that the sensor would give for a view; the same seed gives the same noise.
-std::vector<float> addNoise(const DepthView& view, const ViewCamera& camera,
-                            const DepthNoise& noise, uint64_t seed);
+std::vector<float> addNoise(const DepthView& view, const ViewCamera& camera, DepthNoise noise,
+                            uint64_t seed);
 
 }  // namespace dtsdf

@@ -1,9 +1,8 @@
 #include "evaluation/depth_registration.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-
-#include "evaluation/point_to_plane.h"
 
 namespace dtsdf {
 
@@ -17,6 +16,52 @@ constexpr double kFarthestShare = 0.05, kFarthest_m = 0.1;
 /// of all where a wall is seen from close by.
 constexpr double kFirstReach = 4.0;
 constexpr size_t kFewestPoints = 50;
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+/// A point and the plane that it belongs on.
+struct PointToPlane {
+  Vector3d p_W, normal_W;
+  double distance_m;  ///< From the point to the plane, along the normal.
+  double weight;
+};
+
+/// One step of Gauss and Newton for all points at once, with no part along which the planes hardly
+/// hold them. @pre There are some.
+Eigen::Isometry3d motionOf(const std::vector<PointToPlane>& pairs) {
+  Vector3d centre_W = Vector3d::Zero();
+  for (const PointToPlane& pair : pairs) centre_W += pair.p_W;
+  centre_W /= static_cast<double>(pairs.size());
+  double squares = 0.0;
+  for (const PointToPlane& pair : pairs) squares += (pair.p_W - centre_W).squaredNorm();
+  // Turns are measured by the way that they move a point at this distance, as shifts are.
+  const double radius_m = std::max(1e-6, std::sqrt(squares / static_cast<double>(pairs.size())));
+  Matrix6d A = Matrix6d::Zero();
+  Vector6d b = Vector6d::Zero();
+  for (const PointToPlane& pair : pairs) {
+    Vector6d row;
+    row << (pair.p_W - centre_W).cross(pair.normal_W) / radius_m, pair.normal_W;
+    A += pair.weight * row * row.transpose();
+    b += pair.weight * pair.distance_m * row;
+  }
+  Eigen::CompleteOrthogonalDecomposition<Matrix6d> held;
+  held.setThreshold(1e-3);
+  const Vector6d x = held.compute(A).solve(b);
+  const Vector3d turn = x.head<3>() / radius_m, shift = x.tail<3>();
+  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+  motion.translate(centre_W + shift);
+  if (turn.norm() > 0.0) motion.rotate(Eigen::AngleAxisd(turn.norm(), turn.normalized()));
+  motion.translate(-centre_W);
+  return motion;
+}
+
+/// Tukey's biweight: 1 for a difference of nothing, 0 from `reach` on.
+double biweight(double difference, double reach) {
+  const double ratio = difference / reach;
+  const double rest = std::max(0.0, 1.0 - ratio * ratio);
+  return rest * rest;
+}
 
 /// From where on a difference says nothing.
 double reachAt(double depth_m, double reach) {

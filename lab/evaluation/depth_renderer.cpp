@@ -1,6 +1,5 @@
 #include "evaluation/depth_renderer.h"
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -76,17 +75,18 @@ std::vector<uint16_t> toTumDepth(const std::vector<float>& depth_m) {
 }
 
 TumWriter::TumWriter(const std::string& directory, const ViewCamera& camera,
-                     const std::vector<Eigen::Isometry3d>& poses_W_C, double rate_hz)
-    : directory_(directory), camera_(camera), poses_W_C_(poses_W_C), period_s_(1.0 / rate_hz) {
+                     const std::vector<Eigen::Isometry3d>& poses_W_C, double rate_hz,
+                     const std::vector<Eigen::Isometry3d>& colour_poses_W_C)
+    : directory_(directory),
+      camera_(camera),
+      poses_W_C_(poses_W_C),
+      period_s_(1.0 / rate_hz),
+      colour_poses_W_C_(colour_poses_W_C) {
   std::filesystem::create_directories(directory_ + "/depth");
+  if (!colour_poses_W_C.empty()) std::filesystem::create_directories(directory_ + "/rgb");
 }
 
 double TumWriter::stampOf(double index) const { return 1600000000.0 + period_s_ * index; }
-
-void TumWriter::addColours(const std::vector<Eigen::Isometry3d>& poses_W_C) {
-  std::filesystem::create_directories(directory_ + "/rgb");
-  colour_poses_W_C_ = poses_W_C;
-}
 
 void TumWriter::writeColours(size_t index, const std::vector<Rgb8>& colours) const {
   RgbImage image{camera_.width, camera_.height, {}};

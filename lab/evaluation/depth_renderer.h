@@ -30,16 +30,14 @@ std::vector<uint16_t> toTumDepth(const std::vector<float>& depth_m);
 /// from several threads at once.
 class TumWriter {
  public:
-  /// Makes the folder, of images at a rate. @throws std::runtime_error if that fails.
+  /// Makes the folder, of images at a rate. With colour poses it has as many colour images too,
+  /// each taken half a period after the depth image of the same number.
+  /// @throws std::runtime_error if that fails.
   TumWriter(const std::string& directory, const ViewCamera& camera,
-            const std::vector<Eigen::Isometry3d>& poses_W_C, double rate_hz = 10.0);
+            const std::vector<Eigen::Isometry3d>& poses_W_C, double rate_hz = 10.0,
+            const std::vector<Eigen::Isometry3d>& colour_poses_W_C = {});
 
   void write(size_t index, const std::vector<uint16_t>& depth) const;
-
-  /// The folder has colour images too, as many, each taken from such a pose half a period after the
-  /// depth image of the same number. To be called before writeColours().
-  /// @throws std::runtime_error if their folder cannot be made.
-  void addColours(const std::vector<Eigen::Isometry3d>& poses_W_C);
   void writeColours(size_t index, const std::vector<Rgb8>& colours) const;
   void finish(const std::string& camera_name) const;
 

@@ -4,9 +4,10 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
+#include "dtsdf_mapping/io/frame_source.h"
 #include "evaluation/depth_comparison.h"
 #include "evaluation/depth_registration.h"
-#include "evaluation/shared_options.h"
+#include "program/command_line.h"
 #include "program/run_program.h"
 #include "threads/parallel.h"
 
@@ -29,7 +30,9 @@ EvaluateDepthOptions readOptions(const std::vector<std::string>& arguments) {
                    "reconstruct --frames ::2, evaluate_depth --first 1 --step 2.");
   line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
   line.addText({"TUM_DIR", "", "folder with depth images and poses"}, options.tum_folder);
-  addSelectionOptions(line, options.frames);
+  line.addWhole({"--first", "N", "first image to use"}, options.frames.first, {0, kUnbounded});
+  line.addWhole({"--step", "N", "step from one image to the next"}, options.frames.step,
+                {1, kUnbounded});
   line.addWhole({"--stride", "N", "use every N-th pixel of each row and column"}, options.stride,
                 {1, 64});
   line.addWhole({"--register", "N",
@@ -38,6 +41,17 @@ EvaluateDepthOptions readOptions(const std::vector<std::string>& arguments) {
                 options.registration_steps, {0, 100});
   line.parse(arguments);
   return options;
+}
+
+/// The indices of the chosen images out of `count`.
+std::vector<size_t> selectViews(const FrameSelection& frames, size_t count) {
+  std::vector<size_t> chosen;
+  for (size_t i = frames.first; i < count; i += frames.step) {
+    chosen.push_back(i);
+  }
+  if (chosen.empty())
+    throw UsageError("the selection contains no image; there are " + std::to_string(count));
+  return chosen;
 }
 
 /// What the images show where they were recorded, and where they fit best.

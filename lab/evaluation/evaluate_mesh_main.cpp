@@ -16,7 +16,7 @@ struct EvaluateMeshOptions {
   bool topology_only = false;
   std::string views_folder, picture_path;  ///< Empty: none.
   EvaluationOptions evaluation;
-  std::optional<double> scale_mm;
+  double scale_mm = 10.0;
   std::optional<Texture> texture;  ///< Colours are compared; the ground truth has this one.
   PictureRequest picture;
 };
@@ -40,10 +40,9 @@ void addMeasureOptions(CommandLine& line, EvaluateMeshOptions& options) {
 void addOutputOptions(CommandLine& line, EvaluateMeshOptions& options) {
   line.addText({"--picture", "OUT.png",
                 "a picture of the reconstruction, coloured by its vertices' distance to the "
-                "ground truth, with a scale"},
+                "ground truth"},
                options.picture_path);
-  line.addNumber({"--scale-mm", "S",
-                  "full scale of the colours (default: a round number above the 95th percentile)"},
+  line.addNumber({"--scale-mm", "S", "distance of dark red, the last of the colours"},
                  options.scale_mm, {1e-6, 1e6});
 }
 
@@ -74,14 +73,9 @@ void drawErrors(const EvaluateMeshOptions& options, TriangleMesh reconstruction,
                 const TriangleMesh& ground_truth) {
   const std::vector<double> errors_m =
       distancesTo(MeshScene(ground_truth), reconstruction.vertices);
-  const double scale_mm = options.scale_mm.value_or(1e3 * niceErrorScale(errors_m));
-  colourByError(reconstruction, errors_m, 1e-3 * scale_mm);
+  colourByError(reconstruction, errors_m, 1e-3 * options.scale_mm);
   const MeshScene scene(reconstruction);
-  PictureOptions picture = makePictureOptions(options.picture, scene.bounds());
-  picture.legend = Legend{"error, mm", scale_mm};
-  // Room for the scale at the right.
-  picture.camera.intrinsics.cx -= 0.06f * static_cast<float>(picture.camera.width);
-  writePicture(options.picture_path, scene, picture);
+  writePicture(options.picture_path, scene, makePictureOptions(options.picture, scene.bounds()));
 }
 
 void compareColours(const EvaluateMeshOptions& options) {

@@ -11,18 +11,16 @@ namespace dtsdf {
 namespace {
 
 struct EvaluateSpaceOptions {
-  std::string scene;
   ParamTree settings;
   size_t samples = 100000;
 };
 
 EvaluateSpaceOptions readOptions(const std::vector<std::string>& arguments) {
   EvaluateSpaceOptions options;
-  CommandLine line("evaluate_space", "SCENE [options]",
-                   "Makes a map of images of an analytic scene and compares its free space and "
+  CommandLine line("evaluate_space", "[options]",
+                   "Makes a map of images of a room with shapes and compares its free space and "
                    "distances with the truth: errors of distances, cells that are called free but "
                    "are not, and the share of truly free cells that were found, as JSON.");
-  line.addText({"SCENE", "", "shapes or room"}, options.scene);
   line.addList({"--set", "KEY=VALUE ...", "settings of the map, as in config/default.yaml"},
                [&](const std::string& text) {
                  try {
@@ -37,7 +35,7 @@ EvaluateSpaceOptions readOptions(const std::vector<std::string>& arguments) {
 }
 
 void evaluateSpace(const EvaluateSpaceOptions& options) {
-  const ViewedScene viewed = viewedSceneFromName(options.scene);
+  const ViewedScene viewed = viewedShapes();
   ParamTree settings = options.settings;
   settings["space/enabled"] = true;
   const MapperParams params = readMapperParams(settings);

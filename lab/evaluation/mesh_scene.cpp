@@ -7,33 +7,13 @@
 #include <limits>
 #include <stdexcept>
 
+#include "meshing/surface_distance.h"
+
 namespace dtsdf {
 
 namespace {
 
-/// Closest point of a triangle (Ericson 2004, "Real-Time Collision Detection", Sec. 5.1.5).
-Eigen::Vector3d closestOnTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
-                                  const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-  const Eigen::Vector3d ab = b - a, ac = c - a, ap = p - a;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0.0 && d2 <= 0.0) return a;
-  const Eigen::Vector3d bp = p - b;
-  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0.0 && d4 <= d3) return b;
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return a + d1 / (d1 - d3) * ab;
-  const Eigen::Vector3d cp = p - c;
-  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0.0 && d5 <= d6) return c;
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return a + d2 / (d2 - d6) * ac;
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
-    return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
-  }
-  const double total = va + vb + vc;
-  return a + vb / total * ab + vc / total * ac;
-}
+Vec3f toVec(const Eigen::Vector3f& p) { return {p.x(), p.y(), p.z()}; }
 
 RTCRay rayFrom(const Eigen::Vector3f& from, const Eigen::Vector3f& direction, float end) {
   RTCRay ray{};
@@ -51,7 +31,7 @@ RTCRay rayFrom(const Eigen::Vector3f& from, const Eigen::Vector3f& direction, fl
 /// State of one closest-point query, narrowed triangle by triangle.
 struct Query {
   const TriangleMesh* mesh;
-  Eigen::Vector3d p;
+  Vec3f p;
   double squared_distance;
   uint32_t triangle;
 };
@@ -59,11 +39,9 @@ struct Query {
 bool visitTriangle(RTCPointQueryFunctionArguments* arguments) {
   Query& query = *static_cast<Query*>(arguments->userPtr);
   const auto& triangle = query.mesh->triangles[arguments->primID];
-  const auto corner = [&](int i) -> Eigen::Vector3d {
-    return query.mesh->vertices[triangle[static_cast<size_t>(i)]].cast<double>();
-  };
-  const Eigen::Vector3d nearest = closestOnTriangle(query.p, corner(0), corner(1), corner(2));
-  const double squared_distance = (nearest - query.p).squaredNorm();
+  const auto corner = [&](size_t i) { return toVec(query.mesh->vertices[triangle[i]]); };
+  const double squared_distance =
+      squaredDistanceOfTriangle(query.p, corner(0), corner(1), corner(2));
   if (!(squared_distance < query.squared_distance)) return false;
   query.squared_distance = squared_distance;
   query.triangle = arguments->primID;
@@ -135,7 +113,7 @@ bool MeshScene::isFree(const Eigen::Vector3f& from, const Eigen::Vector3f& to, f
 }
 
 ClosestPoint MeshScene::closestPoint(const Eigen::Vector3f& p) const {
-  Query found{&mesh_, p.cast<double>(), std::numeric_limits<double>::infinity(), 0};
+  Query found{&mesh_, toVec(p), std::numeric_limits<double>::infinity(), 0};
   RTCPointQuery query{};
   query.x = p.x();
   query.y = p.y();

@@ -4,11 +4,8 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "evaluation/mesh_metrics.h"
-#include "params/text.h"
 #include "simulation/scene.h"
 #include "threads/parallel.h"
 
@@ -113,27 +110,6 @@ Eigen::Vector3f pixelColour(const Shader& shader, int u, int v) {
   return sum / static_cast<float>(kSamplesPerSide * kSamplesPerSide);
 }
 
-void drawLegend(cv::Mat& image, const Legend& legend) {
-  const int height = image.rows / 2, width = std::max(8, image.cols / 50);
-  const int left = image.cols - image.cols / 8, top = image.rows / 4;
-  for (int y = 0; y < height; ++y) {
-    const double share = 1.0 - static_cast<double>(y) / static_cast<double>(height - 1);
-    const Colour c = errorColour(share, 1.0);
-    cv::line(image, {left, top + y}, {left + width, top + y}, cv::Scalar(c[2], c[1], c[0]));
-  }
-  cv::rectangle(image, {left, top}, {left + width, top + height}, cv::Scalar::all(60));
-  const double size = static_cast<double>(image.rows) / 1000.0 + 0.1;
-  const auto write = [&](const std::string& text, cv::Point at) {
-    cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, size, cv::Scalar::all(40), 1,
-                cv::LINE_AA);
-  };
-  for (int tick = 0; tick <= 4; ++tick) {
-    write(formatted("%.3g%s", legend.maximum * tick / 4.0, tick == 4 ? "+" : ""),
-          {left + width + 6, top + height - height * tick / 4 + 5});
-  }
-  write(legend.title, {left - image.cols / 40, top - image.rows / 30});
-}
-
 }  // namespace
 
 Colour errorColour(double error_m, double scale_m) {
@@ -147,15 +123,6 @@ Colour errorColour(double error_m, double scale_m) {
     colour[i] = static_cast<uint8_t>(low + (at - stop) * (high - low) + 0.5);
   }
   return colour;
-}
-
-double niceErrorScale(const std::vector<double>& errors_m) {
-  const double p95_m = std::max(distanceStats(errors_m).p95_m, 1e-6);
-  const double decade = std::pow(10.0, std::floor(std::log10(p95_m)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (factor * decade >= p95_m) return factor * decade;
-  }
-  return 10.0 * decade;
 }
 
 void colourByError(TriangleMesh& mesh, const std::vector<double>& errors_m, double scale_m) {
@@ -185,7 +152,6 @@ void writePicture(const std::string& path, const MeshScene& scene, const Picture
       image.at<cv::Vec3b>(v, u) = toBgr(pixelColour(shader, u, v));
     }
   });
-  if (options.legend) drawLegend(image, *options.legend);
   if (!cv::imwrite(path, image)) throw std::runtime_error(path + ": cannot be written");
 }
 

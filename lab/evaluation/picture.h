@@ -1,7 +1,6 @@
-/// Pictures of meshes: shaded, with their own colours or coloured by error beside a scale.
+/// Pictures of meshes: shaded, with their own colours or coloured by error.
 #pragma once
 
-#include <optional>
 #include <string>
 
 #include "evaluation/camera_views.h"
@@ -14,23 +13,13 @@ using Colour = std::array<uint8_t, 3>;  ///< RGB.
 /// From light grey (no error) over yellow and orange to dark red (full scale and beyond).
 Colour errorColour(double error_m, double scale_m);
 
-/// 1, 2 or 5 times a power of ten that is not below the 95th percentile of the errors.
-double niceErrorScale(const std::vector<double>& errors_m);
-
 /// Colours the mesh's vertices by error.
 void colourByError(TriangleMesh& mesh, const std::vector<double>& errors_m, double scale_m);
-
-/// A colour bar from 0 to `maximum` with its unit.
-struct Legend {
-  std::string title;
-  double maximum;
-};
 
 struct PictureOptions {
   ViewCamera camera;
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   bool own_colours = true;  ///< Use the mesh's colours, if it has some.
-  std::optional<Legend> legend;
 };
 
 /// A camera that has the whole mesh in view, from an azimuth about y, which points up, and an

@@ -22,7 +22,7 @@ struct RenderOrbitOptions {
   std::string views_folder;     ///< Empty, or whose poses there are in place of a trajectory.
   int width = 640, height = 480;
   double focal_px = 525.0;
-  DepthNoise noise = depthNoiseFromName("none");
+  DepthNoise noise = DepthNoise::kNone;
   uint64_t seed = 1;
   std::optional<Texture> texture;  ///< Of colour images; none: there are none.
 };
@@ -129,12 +129,12 @@ void renderOrbit(const RenderOrbitOptions& options) {
   }
 
   const MeshScene scene(mesh);
-  TumWriter writer(options.folder, camera, poses_W_C, path.rate_hz);
-  std::vector<Eigen::Isometry3d> colour_poses_W_C = path.colour_W_C;
+  std::vector<Eigen::Isometry3d> colour_poses_W_C;
+  if (options.texture) colour_poses_W_C = path.colour_W_C;
   for (Eigen::Isometry3d& T_W_C : colour_poses_W_C) {
     T_W_C.translate(Eigen::Vector3d(0.05, 0.0, 0.0));  // a camera to the right of the other
   }
-  if (options.texture) writer.addColours(colour_poses_W_C);
+  const TumWriter writer(options.folder, camera, poses_W_C, path.rate_hz, colour_poses_W_C);
   writePly(options.folder + "/gt.ply", mesh);
   parallelFor(poses_W_C.size(), 0, [&](size_t i) {
     const DepthView view = renderView(scene, camera, poses_W_C[i]);

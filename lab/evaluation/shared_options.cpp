@@ -33,21 +33,6 @@ void addViewOptions(CommandLine& line, PictureRequest& request) {
 
 }  // namespace
 
-void addSelectionOptions(CommandLine& line, FrameSelection& frames) {
-  line.addWhole({"--first", "N", "first image to use"}, frames.first, {0, kUnbounded});
-  line.addWhole({"--step", "N", "step from one image to the next"}, frames.step, {1, kUnbounded});
-}
-
-std::vector<size_t> selectViews(const FrameSelection& frames, size_t count) {
-  std::vector<size_t> chosen;
-  for (size_t i = frames.first; i < count; i += frames.step) {
-    chosen.push_back(i);
-  }
-  if (chosen.empty())
-    throw UsageError("the selection contains no image; there are " + std::to_string(count));
-  return chosen;
-}
-
 void addPictureOptions(CommandLine& line, PictureRequest& request) {
   addViewOptions(line, request);
   line.addWhole({"--width", "PIXELS", "width of the picture"}, request.width, {64, 8192});

@@ -3,17 +3,10 @@
 
 #include <optional>
 
-#include "dtsdf_mapping/io/frame_source.h"
 #include "evaluation/picture.h"
 #include "program/command_line.h"
 
 namespace dtsdf {
-
-/// --first and --step.
-void addSelectionOptions(CommandLine& line, FrameSelection& frames);
-
-/// The indices of the chosen images out of `count`. @throws UsageError if there is none.
-std::vector<size_t> selectViews(const FrameSelection& frames, size_t count);
 
 /// A picture as it is asked for; its view follows once the mesh is known.
 struct PictureRequest {

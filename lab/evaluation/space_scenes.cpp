@@ -3,8 +3,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "program/command_line.h"
-
 namespace dtsdf {
 namespace {
 
@@ -45,24 +43,9 @@ std::vector<Eigen::Isometry3d> posesInShapes() {
   return poses_W_C;
 }
 
-std::vector<Eigen::Isometry3d> posesInRoom() {
-  constexpr double kLap_s = 24.0, kPeriod_s = 0.2;
-  std::vector<Eigen::Isometry3d> poses_W_C;
-  const auto periods = static_cast<size_t>(std::lround(kLap_s / kPeriod_s));
-  poses_W_C.reserve(periods + 1);
-  for (size_t i = 0; i <= periods; ++i) {  // it ends where it began
-    poses_W_C.push_back(roomCameraPose(static_cast<double>(i) * kPeriod_s, kLap_s));
-  }
-  return poses_W_C;
-}
-
 }  // namespace
 
-ViewedScene viewedSceneFromName(const std::string& name) {
-  if (name == "shapes") return {makeShapes(), {smallCamera(), posesInShapes(), {}}};
-  if (name == "room") return {makeRoomScene(), {smallCamera(), posesInRoom(), {}}};
-  throw UsageError("'" + name + "': no such scene; scenes: shapes, room");
-}
+ViewedScene viewedShapes() { return {makeShapes(), {smallCamera(), posesInShapes(), {}}}; }
 
 void fuseScene(const ViewedScene& viewed, Mapper& mapper) {
   const ViewCamera& camera = viewed.views.camera;

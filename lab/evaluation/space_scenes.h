@@ -1,9 +1,6 @@
 /// Analytic scenes for the space around surfaces, and the images of them.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <string>
-
 #include "dtsdf_mapping/mapper.h"
 #include "evaluation/camera_views.h"
 #include "simulation/scene.h"
@@ -16,9 +13,8 @@ struct ViewedScene {
   Views views;
 };
 
-/// "shapes": a closed room with a ball, a tilted block and a thin tilted plate in it, seen from all
-/// round; "room": the furnished room of the demo, one lap. @throws UsageError for another name.
-ViewedScene viewedSceneFromName(const std::string& name);
+/// A closed room with a ball, a tilted block and a thin tilted plate in it, seen from all round.
+ViewedScene viewedShapes();
 
 /// Fuses all images of a scene. @throws std::runtime_error if one is refused.
 void fuseScene(const ViewedScene& viewed, Mapper& mapper);

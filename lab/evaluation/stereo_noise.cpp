@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 
-#include "evaluation/depth_noise.h"
 #include "simulation/random.h"
 
 namespace dtsdf {
@@ -93,26 +92,21 @@ std::vector<bool> seenByBoth(const std::vector<float>& depth_m, const ViewCamera
   return seen;
 }
 
-void addStereoNoise(const std::vector<float>& true_m, const ViewCamera& camera,
-                    const DepthNoise& noise, uint64_t seed, std::vector<float>& measured_m) {
+void addStereoNoise(const std::vector<float>& true_m, const ViewCamera& camera, uint64_t seed,
+                    std::vector<float>& measured_m) {
   const auto normals = [&](int window, uint64_t stream) {
     return correlatedNormals(camera.width, camera.height, window, seed ^ stream);
   };
-  const std::vector<double> error =
-      noise.disparity ? normals(kMatchingWindow_px, kDisparityStream) : std::vector<double>{};
-  const std::vector<double> texture =
-      noise.texture ? normals(kTexturePatch_px, kTextureStream) : std::vector<double>{};
-  const std::vector<bool> seen = noise.occlusion ? seenByBoth(true_m, camera) : std::vector<bool>{};
+  const std::vector<double> error = normals(kMatchingWindow_px, kDisparityStream),
+                            texture = normals(kTexturePatch_px, kTextureStream);
+  const std::vector<bool> seen = seenByBoth(true_m, camera);
   const double scale = disparityScale(camera);
   for (size_t i = 0; i < measured_m.size(); ++i) {
     if (measured_m[i] <= 0.0f) continue;
-    double disparity_px = scale / static_cast<double>(measured_m[i]);
-    if (noise.disparity) disparity_px += kDisparitySigma_px * error[i];
-    if (noise.subpixel) {
-      disparity_px = std::round(disparity_px / kStereoStep_px) * kStereoStep_px;
-    }
-    const bool lost = disparity_px <= 0.0 || (noise.occlusion && !seen[i]) ||
-                      (noise.texture && texture[i] < kLeastTexture);
+    const double off_px =
+        scale / static_cast<double>(measured_m[i]) + kDisparitySigma_px * error[i];
+    const double disparity_px = std::round(off_px / kStereoStep_px) * kStereoStep_px;
+    const bool lost = disparity_px <= 0.0 || !seen[i] || texture[i] < kLeastTexture;
     measured_m[i] = lost ? 0.0f : static_cast<float>(scale / disparity_px);
   }
 }

@@ -21,8 +21,6 @@
 
 namespace dtsdf {
 
-struct DepthNoise;
-
 /// Standard normal for each pixel, row-major: white noise averaged over window x window pixels, so
 /// that pixels as far apart as the window is wide are independent.
 std::vector<double> correlatedNormals(int width, int height, int window, uint64_t seed);
@@ -32,7 +30,7 @@ std::vector<double> correlatedNormals(int width, int height, int window, uint64_
 std::vector<bool> seenByBoth(const std::vector<float>& depth_m, const ViewCamera& camera);
 
 /// Adds the parts for stereo to what is measured so far; `true_m` is the depth without noise.
-void addStereoNoise(const std::vector<float>& true_m, const ViewCamera& camera,
-                    const DepthNoise& noise, uint64_t seed, std::vector<float>& measured_m);
+void addStereoNoise(const std::vector<float>& true_m, const ViewCamera& camera, uint64_t seed,
+                    std::vector<float>& measured_m);
 
 }  // namespace dtsdf

@@ -19,7 +19,7 @@ struct ProveOptions {
   std::vector<std::string> scenes;
   int image_width = 320;
   int jobs = 1;
-  bool quick = false, list = false;
+  bool quick = false;
   RunOptions run;
 };
 
@@ -33,7 +33,6 @@ ProveOptions parseOptions(const std::vector<std::string>& arguments) {
   line.addList({"--scene", "TEXT ...", "only cases whose \"scene: variant\" contains one of these"},
                [&](const std::string& text) { options.scenes.push_back(text); });
   line.addFlag("--quick", "only the cases that the tests run", options.quick);
-  line.addFlag("--list", "list the cases", options.list);
   line.addWhole({"--width", "PIXELS", "width of images of rooms; wider ones see more"},
                 options.image_width, {64, 4096});
   line.addWhole({"--jobs", "N", "cases run at a time"}, options.jobs, {1, 1024});
@@ -54,7 +53,7 @@ std::vector<SceneCase> selectCases(const ProveOptions& options) {
             std::none_of(options.scenes.begin(), options.scenes.end(), isNamed));
   };
   cases.erase(std::remove_if(cases.begin(), cases.end(), isOut), cases.end());
-  if (cases.empty()) throw UsageError("no case matches; --list prints them");
+  if (cases.empty()) throw UsageError("no case matches");
   return cases;
 }
 
@@ -158,10 +157,6 @@ void printKept(const ProveOptions& options, const Results& results) {
 
 void run(const ProveOptions& options) {
   const std::vector<SceneCase> cases = selectCases(options);
-  if (options.list) {
-    for (const SceneCase& c : cases) std::printf("%s\n", c.name().c_str());
-    return;
-  }
   const RunSettings settings = readSettings(options.run);
   const Results results = measureCases(options, settings, cases);
   printTable(options, cases, results);

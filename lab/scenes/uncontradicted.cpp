@@ -160,9 +160,7 @@ std::vector<Figure> measureRods(const SceneSetup& setup) {
     const double reach_m = 0.0005 * diameter_mm + 2.0 * setup.voxel();
     const double was_m2 = areaNearRod(before, x_m, reach_m);
     const double is_m2 = areaNearRod(after, x_m, reach_m);
-    const double half_m2 = 3.14159265 * 0.0005 * diameter_mm * 0.14;
     const std::string of = " of " + std::to_string(static_cast<int>(diameter_mm)) + " mm";
-    figures.push_back(reported("seen half before" + of, "%", 100.0 * was_m2 / half_m2));
     figures.push_back(atLeast("left" + of, 95.0, "%", was_m2 > 0.0 ? 100.0 * is_m2 / was_m2 : 0.0));
   }
   return figures;

@@ -1,4 +1,4 @@
-"""Holds what a map says of the space around surfaces to the truth of analytic scenes.
+"""Holds what a map says of the space around surfaces to the truth of an analytic scene.
 
 Compares distances and free cells with exact ones, at several sizes of cells. Fills space.md. Exits
 0 only if no cell that is called free is taken or unseen, the RMSE of distances is half a cell at
@@ -10,25 +10,25 @@ from .common import fill_page, made_by, make_parser, markdown_table, number, run
 
 # Edge of a cell in mm: size of a voxel in m, voxels along an edge of a cell, reach of distances.
 CELLS = {50: (0.025, 2, 2.0), 100: (0.025, 4, 2.0), 200: (0.025, 8, 2.0), 20: (0.02, 1, 0.3)}
-HEADER = ["scene", "cell mm", "reach m", "RMSE", "mean", "least to greatest",
+HEADER = ["cell mm", "reach m", "RMSE", "mean", "least to greatest",
           "off by more than 1.5", "RMSE anywhere", "free, but taken", "free, but not seen",
           "of what is seen free"]
 
 
-def measure(options, scene, cell_mm):
+def measure(options, cell_mm):
     voxel_m, cell_voxels, reach_m = CELLS[cell_mm]
     # What one image shows is in the map as well, as in the truth.
     return json.loads(run(
-        options.programs / "evaluate_space", scene, "--samples", options.samples, "--set",
+        options.programs / "evaluate_space", "--samples", options.samples, "--set",
         f"backend={options.backend}", f"map/voxel_size_m={voxel_m}",
         f"space/cell_voxels={cell_voxels}", f"space/max_distance_m={reach_m}",
         "mesh/min_support=1"))
 
 
-def row_of(scene, cell_mm, figures):
+def row_of(cell_mm, figures):
     middles, points = figures["at_middles"], figures["at_points"]
     share = figures["found_free"] / max(1, figures["truly_free"])
-    return [scene, cell_mm, f"{CELLS[cell_mm][2]:g}", number(middles["rmse_mm"] / cell_mm),
+    return [cell_mm, f"{CELLS[cell_mm][2]:g}", number(middles["rmse_mm"] / cell_mm),
             number(middles["mean_mm"] / cell_mm),
             f"{middles['least_mm'] / cell_mm:.2f} to {middles['greatest_mm'] / cell_mm:.2f}",
             f"{middles['far_off']} of {middles['count']}", number(points["rmse_mm"] / cell_mm),
@@ -46,16 +46,14 @@ def main():
     parser = make_parser(__doc__)
     add = parser.add_argument
     add("--cells", default=",".join(map(str, CELLS)), help="in mm (default: %(default)s)")
-    add("--scenes", default="shapes,room", help="default: %(default)s")
     add("--samples", type=int, default=20000,
         help="cells looked at for each figure (default: %(default)s)")
     options = parser.parse_args()
     rows, is_all_sound = [], True
-    for scene in words(options.scenes):
-        for cell_mm in map(int, words(options.cells)):
-            figures = measure(options, scene, cell_mm)
-            rows.append(row_of(scene, cell_mm, figures))
-            is_all_sound = is_all_sound and is_sound(cell_mm, figures)
+    for cell_mm in map(int, words(options.cells)):
+        figures = measure(options, cell_mm)
+        rows.append(row_of(cell_mm, figures))
+        is_all_sound = is_all_sound and is_sound(cell_mm, figures)
     fill_page(options.results / "space.md",
               figures=f"{markdown_table(HEADER, rows)}\n{made_by(options.backend)}")
     return 0 if is_all_sound else "a figure breaks its bound"

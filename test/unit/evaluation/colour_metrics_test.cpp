@@ -62,8 +62,7 @@ TEST(RenderColours, GoThroughAFolder) {
   const Eigen::Isometry3d T_W_C = lookAt({0, 0, 4}, {0, 0, 0}, Eigen::Vector3d::UnitY());
   const Eigen::Isometry3d T_W_colour = T_W_C * Eigen::Translation3d(0.1, 0.0, 0.0);
   const TemporaryFolder folder;
-  TumWriter writer(folder.path(), camera, {T_W_C});
-  writer.addColours({T_W_colour});
+  const TumWriter writer(folder.path(), camera, {T_W_C}, 10.0, {T_W_colour});
   writer.write(0, toTumDepth(renderView(scene, camera, T_W_C).depth_m));
   writer.writeColours(0, renderColours(scene, Texture::kVertices, camera, T_W_colour));
   writer.finish("test");

@@ -56,7 +56,7 @@ TEST(SpaceTruth, KnowsWhatIsSolidAndWhatIsSeenThrough) {
 }
 
 TEST(SpaceFigures, HoldForShapesSeenFromAllRound) {
-  const ViewedScene viewed = thinned(viewedSceneFromName("shapes"), 4);
+  const ViewedScene viewed = thinned(viewedShapes(), 4);
   const MapperParams params = mapParams(0.05, 2, 1.0);
   const auto mapper = mapOf(viewed, params);
   const Space& space = *mapper->space();

@@ -17,7 +17,7 @@ if(EXISTS /opt/ros/noetic)
       "ros-noetic-cv-bridge, ros-noetic-diagnostic-updater, ros-noetic-dynamic-reconfigure, \
 ros-noetic-image-transport, ros-noetic-nodelet, ros-noetic-pcl-ros, ros-noetic-rosbag, \
 ros-noetic-roscpp, ros-noetic-roslaunch, ros-noetic-rospy, ros-noetic-tf2-ros, \
-ros-noetic-visualization-msgs, python3-numpy, liboctomap1.9, libpng16-16, \
+ros-noetic-visualization-msgs, python3-numpy, python3-pil, liboctomap1.9, libpng16-16, \
 libxxhash0, libyaml-cpp0.6, libzstd1")
   set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "ros-noetic-rviz, openmpi-bin")
 else()
@@ -25,7 +25,7 @@ else()
   set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
   set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
   set(CPACK_DEBIAN_PACKAGE_DEPENDS
-      "libnodeletlib-tools, python3-numpy, python3-roslaunch, python3-rospy, python3-sensor-msgs, \
+      "libnodeletlib-tools, python3-numpy, python3-pil, python3-roslaunch, python3-rospy, python3-sensor-msgs, \
 python3-visualization-msgs, python3-nav-msgs, python3-map-msgs, python3-diagnostic-msgs, \
 python3-rosbag, rosout, tf2-tools")
   set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "rviz, openmpi-bin")

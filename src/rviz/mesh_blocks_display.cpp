@@ -1,8 +1,10 @@
-#include "rviz/mesh_blocks_display.h"
-
+/// Shows the topic mesh_blocks in RViz.
 #include <OgreCamera.h>
 #include <OgreSceneNode.h>
+#include <dtsdf_mapping/MeshBlocks.h>
 #include <ros/message_traits.h>
+#include <ros/subscriber.h>
+#include <rviz/display.h>
 #include <rviz/display_context.h>
 #include <rviz/frame_manager.h>
 #include <rviz/properties/bool_property.h>
@@ -15,6 +17,8 @@
 #include <pluginlib/class_list_macros.hpp>
 
 #include <exception>
+#include <memory>
+#include <string>
 
 #include "ros/common/chunk_message.h"
 #include "rviz/chunk_visuals.h"
@@ -30,162 +34,165 @@ namespace {
 /// Messages that may wait while a picture is drawn. They hold changes: none may get lost.
 constexpr uint32_t kQueue = 1000;
 
-/// While the view turns, triangles may be so many times larger; until it has been still so long.
-constexpr float kCoarserInMotion = 2.0f;
-constexpr float kStill_s = 0.3f;
-
 constexpr char kTopicStatus[] = "Topic";
 constexpr char kMeshStatus[] = "Mesh";
 constexpr char kFrameStatus[] = "Transform";
 
 }  // namespace
 
-MeshBlocksDisplay::MeshBlocksDisplay() {
-  const auto datatype = QString::fromStdString(ros::message_traits::datatype<MeshBlocks>());
-  topic_ = new rviz::RosTopicProperty("Topic", "", datatype, "Of type " + datatype + ".", this,
-                                      SLOT(updateTopic()));
-  colour_ = new rviz::EnumProperty("Colour", "Auto",
-                                   "Auto: colour images if the map has any, else normals.", this,
-                                   SLOT(updateStyle()));
-  colour_->addOption("Auto", static_cast<int>(MeshColour::kAuto));
-  colour_->addOption("Image", static_cast<int>(MeshColour::kImage));
-  colour_->addOption("Normal", static_cast<int>(MeshColour::kNormal));
-  colour_->addOption("Height", static_cast<int>(MeshColour::kHeight));
-  colour_->addOption("Plain", static_cast<int>(MeshColour::kPlain));
-  plain_ =
-      new rviz::ColorProperty("Plain colour", QColor(200, 200, 200),
-                              "Colour of the mesh if Colour is Plain.", this, SLOT(updateStyle()));
-  alpha_ = new rviz::FloatProperty("Alpha", 1.0f, "0: transparent, 1: opaque.", this,
-                                   SLOT(updateStyle()));
-  alpha_->setMin(0.0f);
-  alpha_->setMax(1.0f);
-  backfaces_ = new rviz::BoolProperty("Backfaces", true,
-                                      "Also show surfaces from behind; drawing is faster without.",
-                                      this, SLOT(updateStyle()));
-  wireframe_ = new rviz::BoolProperty("Wireframe", false, "Show the edges of the triangles only.",
-                                      this, SLOT(updateStyle()));
-  detail_ = new rviz::FloatProperty("Detail", 2.0f,
-                                    "Distant parts are drawn with larger triangles, of about this "
-                                    "many pixels (twice as many while the view turns); 0: always "
-                                    "all triangles.",
-                                    this);
-  detail_->setMin(0.0f);
-  detail_->setMax(20.0f);
-}
-
-MeshBlocksDisplay::~MeshBlocksDisplay() { unsubscribe(); }
-
-void MeshBlocksDisplay::setTopic(const QString& topic, const QString&) { topic_->setString(topic); }
-
-void MeshBlocksDisplay::onInitialize() {
-  visuals_ = std::make_unique<ChunkVisuals>(*scene_manager_, *scene_node_);
-  updateStyle();
-}
-
-void MeshBlocksDisplay::onEnable() { subscribe(); }
-
-void MeshBlocksDisplay::onDisable() {
-  unsubscribe();
-  visuals_->clear();
-}
-
-/// A new subscription brings the whole mesh again.
-void MeshBlocksDisplay::reset() {
-  rviz::Display::reset();
-  updateTopic();
-}
-
-void MeshBlocksDisplay::updateTopic() {
-  unsubscribe();
-  if (visuals_) visuals_->clear();
-  frame_.clear();
-  if (isEnabled()) subscribe();
-}
-
-void MeshBlocksDisplay::subscribe() {
-  if (topic_->getTopicStd().empty()) return;
-  try {
-    subscriber_ =
-        update_nh_.subscribe(topic_->getTopicStd(), kQueue, &MeshBlocksDisplay::onBlocks, this);
-    setStatus(StatusProperty::Warn, kTopicStatus, "nothing received yet");
-  } catch (const ros::Exception& error) {
-    setStatus(StatusProperty::Error, kTopicStatus, error.what());
+class MeshBlocksDisplay : public rviz::Display {
+  Q_OBJECT
+ public:
+  MeshBlocksDisplay() {
+    const auto datatype = QString::fromStdString(ros::message_traits::datatype<MeshBlocks>());
+    topic_ = new rviz::RosTopicProperty("Topic", "", datatype, "Of type " + datatype + ".", this,
+                                        SLOT(updateTopic()));
+    colour_ = new rviz::EnumProperty("Colour", "Auto",
+                                     "Auto: colour images if the map has any, else normals.", this,
+                                     SLOT(updateStyle()));
+    colour_->addOption("Auto", static_cast<int>(MeshColour::kAuto));
+    colour_->addOption("Image", static_cast<int>(MeshColour::kImage));
+    colour_->addOption("Normal", static_cast<int>(MeshColour::kNormal));
+    colour_->addOption("Height", static_cast<int>(MeshColour::kHeight));
+    colour_->addOption("Plain", static_cast<int>(MeshColour::kPlain));
+    plain_ = new rviz::ColorProperty("Plain colour", QColor(200, 200, 200),
+                                     "Colour of the mesh if Colour is Plain.", this,
+                                     SLOT(updateStyle()));
+    alpha_ = new rviz::FloatProperty("Alpha", 1.0f, "0: transparent, 1: opaque.", this,
+                                     SLOT(updateStyle()));
+    alpha_->setMin(0.0f);
+    alpha_->setMax(1.0f);
+    backfaces_ = new rviz::BoolProperty(
+        "Backfaces", true, "Also show surfaces from behind; drawing is faster without.", this,
+        SLOT(updateStyle()));
+    wireframe_ = new rviz::BoolProperty("Wireframe", false, "Show the edges of the triangles only.",
+                                        this, SLOT(updateStyle()));
+    detail_ =
+        new rviz::FloatProperty("Detail", 2.0f,
+                                "Distant parts are drawn with larger triangles, of about this "
+                                "many pixels; 0: always all triangles.",
+                                this);
+    detail_->setMin(0.0f);
+    detail_->setMax(20.0f);
   }
-}
 
-void MeshBlocksDisplay::unsubscribe() { subscriber_.shutdown(); }
+  ~MeshBlocksDisplay() override { unsubscribe(); }
 
-void MeshBlocksDisplay::onBlocks(const MeshBlocks::ConstPtr& message) {
-  try {
-    checkStep(message->step_m);
-    if (message->begins_anew) visuals_->clear();
-    for (const MeshBlock& block : message->blocks) visuals_->put(toChunk(block), message->step_m);
-    setStatus(StatusProperty::Ok, kTopicStatus, "OK");
-  } catch (const std::exception& error) {
-    setStatus(StatusProperty::Error, kTopicStatus, error.what());
+  void setTopic(const QString& topic, const QString&) override { topic_->setString(topic); }
+
+ protected:
+  void onInitialize() override {
+    visuals_ = std::make_unique<ChunkVisuals>(*scene_manager_, *scene_node_);
+    updateStyle();
   }
-  frame_ = message->header.frame_id;
-  placeMap();
-  showCount();
-  context_->queueRender();
-}
 
-void MeshBlocksDisplay::showCount() {
-  setStatus(StatusProperty::Ok, kMeshStatus,
-            QString("%1 triangles in %2 blocks")
-                .arg(static_cast<qulonglong>(visuals_->triangles()))
-                .arg(static_cast<qulonglong>(visuals_->chunks())));
-}
+  void onEnable() override { subscribe(); }
 
-void MeshBlocksDisplay::fixedFrameChanged() { placeMap(); }
-
-void MeshBlocksDisplay::update(float wall_dt, float) {
-  placeMap();
-  const rviz::ViewController* const view = context_->getViewManager()->getCurrent();
-  if (view == nullptr) return;
-  const bool is_turning = isTurning(*view->getCamera(), wall_dt);
-  visuals_->chooseLevels(*view->getCamera(),
-                         is_turning ? kCoarserInMotion * detail_->getFloat() : detail_->getFloat());
-}
-
-bool MeshBlocksDisplay::isTurning(const Ogre::Camera& camera, float wall_dt) {
-  still_s_ += wall_dt;
-  const Ogre::Vector3 eye = camera.getDerivedPosition();
-  const Ogre::Quaternion looks = camera.getDerivedOrientation();
-  if (eye != eye_ || looks != looks_) still_s_ = 0.0f;
-  eye_ = eye;
-  looks_ = looks;
-  return still_s_ < kStill_s;
-}
-
-void MeshBlocksDisplay::placeMap() {
-  if (frame_.empty()) return;
-  Ogre::Vector3 position;
-  Ogre::Quaternion orientation;
-  if (context_->getFrameManager()->getTransform(frame_, ros::Time(), position, orientation)) {
-    scene_node_->setPosition(position);
-    scene_node_->setOrientation(orientation);
-    setStatus(StatusProperty::Ok, kFrameStatus, "OK");
-  } else {
-    setStatus(StatusProperty::Error, kFrameStatus,
-              QString("no transform from '%1' to '%2'")
-                  .arg(QString::fromStdString(frame_), fixed_frame_));
+  void onDisable() override {
+    unsubscribe();
+    visuals_->clear();
   }
-}
 
-void MeshBlocksDisplay::updateStyle() {
-  if (!visuals_) return;
-  ChunkStyle style;
-  style.colour = static_cast<MeshColour>(colour_->getOptionInt());
-  style.plain = plain_->getOgreColor();
-  style.alpha = alpha_->getFloat();
-  style.backfaces = backfaces_->getBool();
-  style.wireframe = wireframe_->getBool();
-  plain_->setHidden(style.colour != MeshColour::kPlain);
-  visuals_->setStyle(style);
-  context_->queueRender();
-}
+  void fixedFrameChanged() override { placeMap(); }
+
+  void update(float, float) override {
+    placeMap();
+    const rviz::ViewController* const view = context_->getViewManager()->getCurrent();
+    if (view != nullptr) visuals_->chooseLevels(*view->getCamera(), detail_->getFloat());
+  }
+
+  /// A new subscription brings the whole mesh again.
+  void reset() override {
+    rviz::Display::reset();
+    updateTopic();
+  }
+
+ private Q_SLOTS:
+  void updateTopic() {
+    unsubscribe();
+    if (visuals_) visuals_->clear();
+    frame_.clear();
+    if (isEnabled()) subscribe();
+  }
+
+  void updateStyle() {
+    if (!visuals_) return;
+    ChunkStyle style;
+    style.colour = static_cast<MeshColour>(colour_->getOptionInt());
+    style.plain = plain_->getOgreColor();
+    style.alpha = alpha_->getFloat();
+    style.backfaces = backfaces_->getBool();
+    style.wireframe = wireframe_->getBool();
+    plain_->setHidden(style.colour != MeshColour::kPlain);
+    visuals_->setStyle(style);
+    context_->queueRender();
+  }
+
+ private:
+  void subscribe() {
+    if (topic_->getTopicStd().empty()) return;
+    try {
+      subscriber_ =
+          update_nh_.subscribe(topic_->getTopicStd(), kQueue, &MeshBlocksDisplay::onBlocks, this);
+      setStatus(StatusProperty::Warn, kTopicStatus, "nothing received yet");
+    } catch (const ros::Exception& error) {
+      setStatus(StatusProperty::Error, kTopicStatus, error.what());
+    }
+  }
+
+  void unsubscribe() { subscriber_.shutdown(); }
+
+  void onBlocks(const MeshBlocks::ConstPtr& message) {
+    try {
+      checkStep(message->step_m);
+      if (message->begins_anew) visuals_->clear();
+      for (const MeshBlock& block : message->blocks) visuals_->put(toChunk(block), message->step_m);
+      setStatus(StatusProperty::Ok, kTopicStatus, "OK");
+    } catch (const std::exception& error) {
+      setStatus(StatusProperty::Error, kTopicStatus, error.what());
+    }
+    frame_ = message->header.frame_id;
+    placeMap();
+    showCount();
+    context_->queueRender();
+  }
+
+  void showCount() {
+    setStatus(StatusProperty::Ok, kMeshStatus,
+              QString("%1 triangles in %2 blocks")
+                  .arg(static_cast<qulonglong>(visuals_->triangles()))
+                  .arg(static_cast<qulonglong>(visuals_->chunks())));
+  }
+
+  void placeMap() {
+    if (frame_.empty()) return;
+    Ogre::Vector3 position;
+    Ogre::Quaternion orientation;
+    if (context_->getFrameManager()->getTransform(frame_, ros::Time(), position, orientation)) {
+      scene_node_->setPosition(position);
+      scene_node_->setOrientation(orientation);
+      setStatus(StatusProperty::Ok, kFrameStatus, "OK");
+    } else {
+      setStatus(StatusProperty::Error, kFrameStatus,
+                QString("no transform from '%1' to '%2'")
+                    .arg(QString::fromStdString(frame_), fixed_frame_));
+    }
+  }
+
+  rviz::RosTopicProperty* topic_;
+  rviz::EnumProperty* colour_;
+  rviz::ColorProperty* plain_;
+  rviz::FloatProperty* alpha_;
+  rviz::BoolProperty* backfaces_;
+  rviz::BoolProperty* wireframe_;
+  rviz::FloatProperty* detail_;
+
+  ros::Subscriber subscriber_;
+  std::unique_ptr<ChunkVisuals> visuals_;
+  std::string frame_;  ///< Of the map; empty before the first message.
+};
 
 }  // namespace dtsdf
 
 PLUGINLIB_EXPORT_CLASS(dtsdf::MeshBlocksDisplay, rviz::Display)
+#include "mesh_blocks_display.moc"

@@ -64,7 +64,7 @@ std::vector<int> firstPixel(const sensor_msgs::ImageConstPtr& image) {
 DropReason colourReason(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) {
   const auto rejection = checkColourImage(image, info);
   EXPECT_TRUE(rejection.has_value());
-  return rejection ? rejection->reason : DropReason::kPaused;
+  return rejection ? rejection->reason : drop::kPaused;
 }
 
 TEST(ColourImage, TakesWhatTheMapperKnowsAsItIs) {
@@ -113,21 +113,20 @@ TEST(ColourImage, UndoesBayerPatterns) {
 }
 
 TEST(ColourImage, RefusesWhatIsNoColourImage) {
-  EXPECT_EQ(colourReason(*makeImage("16UC1", {0, 1}), colourInfo()), DropReason::kBadEncoding);
-  EXPECT_EQ(colourReason(*makeImage("32FC1", {0, 0, 0, 0}), colourInfo()),
-            DropReason::kBadEncoding);
-  EXPECT_EQ(colourReason(*makeImage("", {0, 1}), colourInfo()), DropReason::kBadEncoding);
-  EXPECT_EQ(colourReason(*makeImage("rgb8", {1, 2}), colourInfo()), DropReason::kBadImage);
-  EXPECT_EQ(colourReason(*makeImage("rgb8", {1, 2, 3}), colourInfo(5)), DropReason::kSizeMismatch);
-  EXPECT_EQ(colourReason(*makeImage("yuv422", {1, 2}, 3), colourInfo(3)), DropReason::kBadImage);
-  EXPECT_EQ(colourReason(*makeImage("rgb8", {1, 2, 3}, 0), colourInfo(0)), DropReason::kBadImage);
+  EXPECT_EQ(colourReason(*makeImage("16UC1", {0, 1}), colourInfo()), drop::kBadEncoding);
+  EXPECT_EQ(colourReason(*makeImage("32FC1", {0, 0, 0, 0}), colourInfo()), drop::kBadEncoding);
+  EXPECT_EQ(colourReason(*makeImage("", {0, 1}), colourInfo()), drop::kBadEncoding);
+  EXPECT_EQ(colourReason(*makeImage("rgb8", {1, 2}), colourInfo()), drop::kBadImage);
+  EXPECT_EQ(colourReason(*makeImage("rgb8", {1, 2, 3}), colourInfo(5)), drop::kSizeMismatch);
+  EXPECT_EQ(colourReason(*makeImage("yuv422", {1, 2}, 3), colourInfo(3)), drop::kBadImage);
+  EXPECT_EQ(colourReason(*makeImage("rgb8", {1, 2, 3}, 0), colourInfo(0)), drop::kBadImage);
   sensor_msgs::CameraInfo uncalibrated = colourInfo();
   uncalibrated.P = {};
   uncalibrated.K = {};
-  EXPECT_EQ(colourReason(*makeImage("rgb8", {1, 2, 3}), uncalibrated), DropReason::kBadIntrinsics);
+  EXPECT_EQ(colourReason(*makeImage("rgb8", {1, 2, 3}), uncalibrated), drop::kBadIntrinsics);
   const auto unstamped = makeImage("rgb8", {1, 2, 3});
   unstamped->header.stamp = ros::Time();
-  EXPECT_EQ(colourReason(*unstamped, colourInfo()), DropReason::kNoStamp);
+  EXPECT_EQ(colourReason(*unstamped, colourInfo()), drop::kNoStamp);
 }
 
 TEST(ColourImage, RowsMayHaveOddLengths) {

@@ -219,28 +219,6 @@ class CorrectTest : public testing::Test {
   ros::Time mesh_stamp_;
 };
 
-TEST(CatchUp, TheJournalGoesFirstOnlyOnceItFallsBehind) {
-  CatchUp even;
-  for (int i = 0; i < 1000; ++i) {
-    EXPECT_FALSE(even.newFrame());
-    even.turn(true);
-    EXPECT_FALSE(even.isJournalsTurn());
-  }
-  CatchUp late;
-  int frames = 1;
-  while (!late.newFrame() && frames < 1000) {
-    if (++frames % 10 == 0) late.turn(true);
-  }
-  EXPECT_GT(frames, 20);
-  EXPECT_LT(frames, 50);
-  int turns = 0;
-  for (int i = 0; i < 100; ++i) {  // the disk may take its time, which is not forever
-    for (; late.isJournalsTurn(); ++turns) late.turn(i % 2 == 0);
-    EXPECT_FALSE(late.newFrame()) << "said once";
-  }
-  EXPECT_EQ(turns, 50 * 2 + 50 * 4);
-}
-
 TEST_F(CorrectTest, ACorrectedMapIsThatOfTheCorrectedPoses) {
   begin();
   correct(corrected(0.0));
@@ -287,7 +265,6 @@ TEST_F(CorrectTest, EndsAlsoWhereAFrameAlwaysWaits) {
   }
   ASSERT_EQ(answers_.size(), 1u);
   ASSERT_TRUE(answers_[0].success) << answers_[0].message;
-  EXPECT_GT(answers_[0].fused, 40u) << "frames went first before";
   work();
   EXPECT_EQ(host_.depth.counts().fused, static_cast<uint64_t>(next));
   expectMapOf(truths(next));

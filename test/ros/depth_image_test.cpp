@@ -58,7 +58,7 @@ const std::vector<uint16_t> kPixels{1000, 1001, 1002, 1003, 1004, 1005};
 DropReason depthReason(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) {
   const auto rejection = checkDepthImage(image, info);
   EXPECT_TRUE(rejection.has_value());
-  return rejection ? rejection->reason : DropReason::kPaused;
+  return rejection ? rejection->reason : drop::kPaused;
 }
 
 TEST(DepthImage, TakesEveryByteOrderAndPadding) {
@@ -134,46 +134,46 @@ TEST(DepthImage, RefusesWhatItCannotUse) {
   const sensor_msgs::CameraInfo info = depthInfo();
   sensor_msgs::Image image = makeImage();
   image.encoding = "bgr8";
-  EXPECT_EQ(depthReason(image, info), DropReason::kBadEncoding);
+  EXPECT_EQ(depthReason(image, info), drop::kBadEncoding);
 
   image = makeImage();
   image.data.pop_back();
-  EXPECT_EQ(depthReason(image, info), DropReason::kBadImage);
+  EXPECT_EQ(depthReason(image, info), drop::kBadImage);
   image = makeImage();
   image.step = 5;
-  EXPECT_EQ(depthReason(image, info), DropReason::kBadImage);
+  EXPECT_EQ(depthReason(image, info), drop::kBadImage);
   image = makeImage();
   image.width = 0;
-  EXPECT_EQ(depthReason(image, info), DropReason::kBadImage);
+  EXPECT_EQ(depthReason(image, info), drop::kBadImage);
   image = makeImage();
   image.width = image.height = 0x80000000u;  // times 2 bytes: 0 in 32 bits
   image.step = 0;
-  EXPECT_EQ(depthReason(image, info), DropReason::kBadImage);
+  EXPECT_EQ(depthReason(image, info), drop::kBadImage);
   image = makeImage();
   image.height = 0x40000000u;
-  EXPECT_EQ(depthReason(image, info), DropReason::kBadImage);
+  EXPECT_EQ(depthReason(image, info), drop::kBadImage);
   image = makeImage();
   image.height = 0;
-  EXPECT_EQ(depthReason(image, info), DropReason::kBadImage);
+  EXPECT_EQ(depthReason(image, info), drop::kBadImage);
 
   image = makeImage();
   image.header.stamp = ros::Time();
-  EXPECT_EQ(depthReason(image, info), DropReason::kNoStamp);
+  EXPECT_EQ(depthReason(image, info), drop::kNoStamp);
 }
 
 TEST(DepthImage, RefusesForeignCameraInfo) {
   sensor_msgs::CameraInfo info = depthInfo();
   info.width = 4;
-  EXPECT_EQ(depthReason(makeImage(), info), DropReason::kSizeMismatch);
+  EXPECT_EQ(depthReason(makeImage(), info), drop::kSizeMismatch);
   info = depthInfo();
   info.P[0] = info.K[0] = 0.0;
-  EXPECT_EQ(depthReason(makeImage(), info), DropReason::kBadIntrinsics);
+  EXPECT_EQ(depthReason(makeImage(), info), drop::kBadIntrinsics);
   info = depthInfo();
   info.P[6] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(depthReason(makeImage(), info), DropReason::kBadIntrinsics);
+  EXPECT_EQ(depthReason(makeImage(), info), drop::kBadIntrinsics);
   info = depthInfo();
   info.D = {std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0, 0.0, 0.0};
-  EXPECT_EQ(depthReason(makeImage(), info), DropReason::kBadIntrinsics);
+  EXPECT_EQ(depthReason(makeImage(), info), drop::kBadIntrinsics);
 }
 
 TEST(Intrinsics, AreThoseOfTheRectifiedImage) {
@@ -203,14 +203,14 @@ TEST(Intrinsics, FollowBinningAndRegionOfInterest) {
 TEST(ImageArrival, WhatAMapDoesNotTakeMayNotWait) {
   sensor_msgs::Image image = makeImage();
   EXPECT_FALSE(checkArrival(image, 1000));
-  EXPECT_EQ(checkArrival(image, 10).value().reason, DropReason::kTooLarge);
+  EXPECT_EQ(checkArrival(image, 10).value().reason, drop::kTooLarge);
   image.width = 8192;
   image.height = 1024;
   EXPECT_FALSE(checkArrival(image, 1000)) << "2^23 pixels are the most there may be";
   image.height = 1025;
-  EXPECT_EQ(checkArrival(image, 1000).value().reason, DropReason::kTooLarge);
+  EXPECT_EQ(checkArrival(image, 1000).value().reason, drop::kTooLarge);
   image.width = image.height = 0xffffffffu;
-  EXPECT_EQ(checkArrival(image, 1000).value().reason, DropReason::kTooLarge);
+  EXPECT_EQ(checkArrival(image, 1000).value().reason, drop::kTooLarge);
   image.height = 0;
   EXPECT_FALSE(checkArrival(image, 1000)) << "another check says what is wrong with that";
 }

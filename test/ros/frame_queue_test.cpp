@@ -66,8 +66,8 @@ class FrameQueueTest : public testing::Test {
     }
     return stamps;
   }
-  uint64_t dropped(DropReason reason, size_t stream = 0) const {
-    return accounting_[stream].counts().dropped_by[static_cast<size_t>(reason)];
+  uint64_t dropped(const DropReason& reason, size_t stream = 0) const {
+    return accounting_[stream].counts().dropped_by[reason];
   }
   using Stamps = std::vector<double>;
 
@@ -90,7 +90,7 @@ TEST_F(FrameQueueTest, MessagesOfOneStampMakeAFrameInAnyOrder) {
   image(3.0);
   info(3.0);
   EXPECT_TRUE(pose()) << "and the one before it is given up";
-  EXPECT_EQ(dropped(DropReason::kNoCameraInfo), 1u);
+  EXPECT_EQ(dropped(drop::kNoCameraInfo), 1u);
   EXPECT_EQ(taken(), (Stamps{1.0, 3.0}));
   EXPECT_EQ(queue_->bytes(), 0u);
 }
@@ -107,7 +107,7 @@ TEST_F(FrameQueueTest, TheLatestCameraInfoMayDoAndMasksAreWaitedFor) {
   image(3.0);
   queue_->add(0, {nullptr, nullptr, makeMask(3.0, std::vector<uint8_t>(8, 0))});
   EXPECT_TRUE(pose());
-  EXPECT_EQ(dropped(DropReason::kNoMask), 1u);
+  EXPECT_EQ(dropped(drop::kNoMask), 1u);
 }
 
 TEST_F(FrameQueueTest, WhatWaitsInTheFutureIsInNobodysWay) {
@@ -137,7 +137,7 @@ TEST_F(FrameQueueTest, OneFarAheadDropsNoneThatComeLater) {
 TEST_F(FrameQueueTest, TheOldestIsDroppedWhereThereAreTooMany) {
   make({3, 1 << 20, 0.1});
   for (int i = 1; i <= 5; ++i) posed(i);
-  EXPECT_EQ(dropped(DropReason::kQueueFull), 2u);
+  EXPECT_EQ(dropped(drop::kQueueFull), 2u);
   EXPECT_EQ(taken(), (Stamps{3.0, 4.0, 5.0}));
 }
 
@@ -159,7 +159,7 @@ TEST_F(FrameQueueTest, AllThatWaitsIsCountedInBytes) {
     image(i);
     EXPECT_LE(queue_->bytes(), 4000u);
   }
-  EXPECT_GT(dropped(DropReason::kQueueFull) + dropped(DropReason::kNoCameraInfo), 200u);
+  EXPECT_GT(dropped(drop::kQueueFull) + dropped(drop::kNoCameraInfo), 200u);
 }
 
 TEST_F(FrameQueueTest, CamerasAreMergedByStamp) {
@@ -174,7 +174,7 @@ TEST_F(FrameQueueTest, CamerasAreMergedByStamp) {
   clock_.advance(0.11);
   EXPECT_EQ(taken(), (Stamps{2.0})) << "it has waited long enough";
   posed(1.5, 1);
-  EXPECT_EQ(dropped(DropReason::kOutOfOrder, 1), 1u);
+  EXPECT_EQ(dropped(drop::kOutOfOrder, 1), 1u);
 }
 
 TEST_F(FrameQueueTest, ColourIsWaitedForFromItsFirstFrameOnAndMayComeLate) {
@@ -211,15 +211,17 @@ TEST_F(FrameQueueTest, ColourNeverDelaysDepthForGood) {
   EXPECT_GT(accounting_[0].counts().fused, 100u);
 }
 
-/// Colour that comes more seldom is later: depth would never have its turn.
-TEST_F(FrameQueueTest, WhereFramesAreTooManyColourBeforeThemIsDroppedToo) {
-  make({3, 1 << 20, 0.1});
-  for (const double stamp_s : {1.05, 1.15, 1.35}) posed(stamp_s, colour_);
-  for (const double stamp_s : {1.1, 1.2, 1.3, 1.4, 1.5}) posed(stamp_s);
-  EXPECT_EQ(dropped(DropReason::kQueueFull), 2u);
-  EXPECT_EQ(dropped(DropReason::kQueueFull, colour_), 2u);
-  clock_.advance(1.0);  // nobody waits for later colour any more
-  EXPECT_EQ(taken(), (Stamps{1.3, 1.35, 1.4, 1.5}));
+/// The map takes one of three that come, of which one is colour and always the first.
+TEST_F(FrameQueueTest, ColourThatComesMoreSeldomLeavesDepthItsTurn) {
+  make({5, 1 << 20, 0.1});
+  for (int i = 1; i <= 400; ++i) {
+    posed(i, colour_);
+    posed(i + 0.1);
+    posed(i + 0.6);
+    if (const auto frame = queue_->take()) frame->accounting->fused(frame->stamp);
+  }
+  EXPECT_GT(accounting_[0].counts().fused, 100u);
+  EXPECT_GT(accounting_[1].counts().fused, 20u);
 }
 
 /// However messages of cameras interleave, what comes in time is taken in one and the same order.
@@ -242,69 +244,24 @@ TEST_F(FrameQueueTest, TheOrderDoesNotDependOnTheArrival) {
 }
 
 /// A map that is too slow gets a short queue, so that it shows what is new.
-TEST_F(FrameQueueTest, ALastingBacklogIsShortenedUntilItIsWorkedOff) {
-  make({30, 1 << 20, 0.1});
-  size_t most = 0;
+TEST_F(FrameQueueTest, OnceFullTheQueueIsKeptShortUntilItIsWorkedOff) {
+  make({10, 1 << 20, 0.1});
   for (int i = 0; i < 200; ++i) {
     posed(1.0 + 0.1 * i);
-    most = std::max(most, queue_->bytes() / kImageBytes);
     if (i % 10 != 0) queue_->take();
-    if (i == 60) {
-      EXPECT_EQ(dropped(DropReason::kQueueFull), 0u);
+    if (i == 80) {
+      EXPECT_EQ(dropped(drop::kQueueFull), 0u);
     }
   }
-  EXPECT_GE(most, 6u);
-  EXPECT_LE(most, 8u)
-      << "one more waits after each nine that are taken, of which 30 are, past three";
+  EXPECT_LE(queue_->bytes() / kImageBytes, 4u);
 
   // Once it has caught up there is room for a burst again.
   taken();
-  const uint64_t dropped_before = dropped(DropReason::kQueueFull);
+  const uint64_t dropped_before = dropped(drop::kQueueFull);
   EXPECT_GT(dropped_before, 0u);
-  for (int i = 200; i < 230; ++i) posed(1.0 + 0.1 * i);
-  EXPECT_EQ(queue_->bytes(), 30 * kImageBytes);
-  EXPECT_EQ(dropped(DropReason::kQueueFull), dropped_before);
-}
-
-/// A map that takes so many images for each that comes, but none while it stands still.
-struct MapPace {
-  double taken_an_image;
-  size_t room;
-  int stall_begin, stall_end;
-};
-
-class FrameQueueAtPace : public FrameQueueTest, public testing::WithParamInterface<MapPace> {};
-
-TEST_P(FrameQueueAtPace, LosesNothing) {
-  const MapPace& pace = GetParam();
-  make({pace.room, 1 << 20, 0.1});
-  double due = 0.0;
-  for (int i = 0; i < 200; ++i) {
-    posed(1.0 + 0.1 * i);
-    if (i >= pace.stall_begin && i < pace.stall_end) continue;
-    for (due += pace.taken_an_image; due >= 1.0; due -= 1.0) queue_->take();
-  }
-  EXPECT_EQ(dropped(DropReason::kQueueFull), 0u);
-}
-
-/// As while a map is saved.
-INSTANTIATE_TEST_SUITE_P(CatchingUpAfterAStall, FrameQueueAtPace,
-                         testing::Values(MapPace{1.25, 30, 20, 35}, MapPace{1.5, 30, 20, 35},
-                                         MapPace{2.0, 30, 20, 35}, MapPace{10.0, 30, 20, 35}));
-
-/// Who has room for a whole recording wants all of it.
-INSTANTIATE_TEST_SUITE_P(WithRoomForAll, FrameQueueAtPace,
-                         testing::Values(MapPace{0.25, 200, 0, 0}, MapPace{0.5, 200, 0, 0},
-                                         MapPace{0.75, 200, 0, 0}, MapPace{0.9, 200, 0, 0}));
-
-/// What a stall leaves no room for is lost, and no more.
-TEST_F(FrameQueueTest, AfterALongStallAFastMapLosesOnlyWhatThereIsNoRoomFor) {
-  make({20, 1 << 20, 0.1});
-  for (int i = 0; i < 60; ++i) {
-    posed(1.0 + 0.1 * i);
-    for (int k = 0; i >= 40 && k < 2; ++k) queue_->take();
-  }
-  EXPECT_EQ(dropped(DropReason::kQueueFull), 21u) << "41 came until the first was taken";
+  for (int i = 200; i < 210; ++i) posed(1.0 + 0.1 * i);
+  EXPECT_EQ(queue_->bytes(), 10 * kImageBytes);
+  EXPECT_EQ(dropped(drop::kQueueFull), dropped_before);
 }
 
 TEST_F(FrameQueueTest, StampsThatGoBackDropWhatIsLater) {
@@ -313,7 +270,7 @@ TEST_F(FrameQueueTest, StampsThatGoBackDropWhatIsLater) {
   image(11.0);
   image(1.0);
   queue_->restart(0, ros::Time(1.0));
-  EXPECT_EQ(dropped(DropReason::kTimeJump), 2u);
+  EXPECT_EQ(dropped(drop::kTimeJump), 2u);
   info(1.0);
   EXPECT_TRUE(pose());
   EXPECT_EQ(taken(), (Stamps{1.0}));
@@ -325,12 +282,12 @@ TEST_F(FrameQueueTest, NothingIsTakenWhilePausedOrAtTheEnd) {
   image(2.0);
   queue_->setPaused(true);
   image(3.0);
-  EXPECT_EQ(dropped(DropReason::kPaused), 3u);
+  EXPECT_EQ(dropped(drop::kPaused), 3u);
   queue_->setPaused(false);
   posed(4.0);
   queue_->end();
   image(5.0);
-  EXPECT_EQ(dropped(DropReason::kEnding), 2u);
+  EXPECT_EQ(dropped(drop::kEnding), 2u);
   EXPECT_TRUE(taken().empty());
   EXPECT_EQ(queue_->bytes(), 0u);
 }

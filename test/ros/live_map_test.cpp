@@ -62,8 +62,8 @@ class LiveMapTest : public testing::Test {
 
   void work() { host_.work(); }
 
-  uint64_t dropped(DropReason reason = DropReason::kBackendError) const {
-    return host_.depth.counts().dropped_by[static_cast<size_t>(reason)];
+  uint64_t dropped(const DropReason& reason = drop::kBackendError) const {
+    return host_.depth.counts().dropped_by[reason];
   }
   bool hasFailed() const { return host_.status().code == dtsdf_mapping::MapStatus::BACKEND_FAILED; }
 
@@ -342,7 +342,7 @@ TEST_F(LiveMapTest, PaintsAndCountsColourForItself) {
   pushColour();
   work();
   EXPECT_EQ(dropped(), 0u);
-  EXPECT_EQ(host_.colour.counts().dropped_by[static_cast<size_t>(DropReason::kBackendError)], 1u);
+  EXPECT_EQ(host_.colour.counts().dropped_by[drop::kBackendError], 1u);
 }
 
 /// A map that is to be level: frames wait for it, by being dropped, and then go into its frame.
@@ -361,7 +361,7 @@ TEST(LevelMap, FramesAreFusedInTheLevelFrame) {
     host.work();
   };
   push(1.0);
-  EXPECT_EQ(host.depth.counts().dropped_by[static_cast<size_t>(DropReason::kNotLevel)], 1u);
+  EXPECT_EQ(host.depth.counts().dropped_by[drop::kNotLevel], 1u);
   EXPECT_NE(host.depth.counts().last_drop.find("not level yet"), std::string::npos);
   EXPECT_FALSE(host.map.origin().T_W_M);
 
@@ -388,7 +388,7 @@ class HalfSpaceStep : public Step {
     const auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (depth == nullptr || depth->T_W_C.translation().x() >= 0.0) return std::nullopt;
     ++rejected_;
-    return Rejection{DropReason::kBadPose, "it lies behind the plane"};
+    return Rejection{drop::kBadPose, "it lies behind the plane"};
   }
   void fused(const PosedFrame&, const IntegrationResult&) override { ++fused_; }
   void meshed() override { ++meshes_; }
@@ -409,7 +409,7 @@ TEST_F(LiveMapTest, AFeatureIsAStep) {
   pushFrame(-1);
   work();
   EXPECT_EQ(mapper_->frames, 1);
-  EXPECT_EQ(dropped(DropReason::kBadPose), 1u);
+  EXPECT_EQ(dropped(drop::kBadPose), 1u);
   EXPECT_EQ(step.fused_, 1);
   EXPECT_EQ(step.meshes_, 1);
   dtsdf_mapping::MapStatus status;

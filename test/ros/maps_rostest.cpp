@@ -136,17 +136,19 @@ TEST_F(MapsTest, AreWhatTheirJournalLeadsTo) {
   })) << readBytes(in("reconstruct.log"));
 }
 
-/// A camera that is somewhere else in the map that was loaded has not jumped there.
+/// A camera that is somewhere else in the map that was loaded loses one frame.
 TEST_F(MapsTest, LetTheCameraBeAnywhere) {
   ASSERT_TRUE(saveMapAs("wall.dtsdf").success);
   ASSERT_TRUE(loadMapFrom("wall.dtsdf").success);
-  const uint64_t fused = status_.status().frames_fused, jumps = status_.dropped("pose_jump");
-  const ros::Time stamp = camera_.nextStamp();
-  camera_.sendTransform(stamp, {30.0, 0.0, 0.0});
-  camera_.send(camera_.image(stamp), camera_.info(stamp));
-  EXPECT_TRUE(status_.waitForFused(fused + 1)) << status_.status().message;
-  EXPECT_EQ(status_.dropped("pose_jump"), jumps);
-  ASSERT_TRUE(loadMapFrom("wall.dtsdf").success) << "and back again";
+  for (const double x_m : {30.0, 0.0}) {
+    const uint64_t fused = status_.status().frames_fused;
+    for (int i = 0; i < 2; ++i) {
+      const ros::Time stamp = camera_.nextStamp();
+      camera_.sendTransform(stamp, {x_m, 0.0, 0.0});
+      camera_.send(camera_.image(stamp), camera_.info(stamp));
+    }
+    EXPECT_TRUE(status_.waitForFused(fused + 1)) << status_.status().message;
+  }
 }
 
 TEST_F(MapsTest, AreSavedAndLoadedWhilePaused) {

@@ -188,6 +188,7 @@ TEST(Rectification, LeavesAloneWhatIsRectified) {
 }
 
 TEST(Rectification, WarnsOfBentGeometry) {
+  ros::Time::init();  // for the log
   Rectification never(RectifyChoice::kNever, "/image_raw");
   EXPECT_EQ(never.warning(), "");
   for (int i = 0; i < 2; ++i) never.apply({makeRawImage(), makeInfo("plumb_bob", kPlumbBob)});

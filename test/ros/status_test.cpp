@@ -116,11 +116,10 @@ TEST(Status, SaysWhichMeshesAreLostOrStayInMemory) {
   pages.failures = 1;
   pages.problem = "the disk is full";
   EXPECT_EQ(statusOf(pages, 1000).code, MapStatus::MAPPING) << "there is room";
-  expect(statusOf(pages, 1001), MapStatus::MESHES_IN_MEMORY,
-         "meshes stay in memory: the disk is full");
+  expect(statusOf(pages, 1001), MapStatus::DISK_FULL, "meshes stay in memory: the disk is full");
   pages.lost = 8;
-  expect(statusOf(pages, 1001), MapStatus::MESHES_LOST,
-         "the meshes of 8 blocks could not be read back and are not shown: the disk is full");
+  expect(statusOf(pages, 1001), MapStatus::PAGES_LOST,
+         "8 blocks of the mesh could not be read back: the disk is full");
 }
 
 TEST(Status, GivesEachPartOfMemoryWithItsPlaceAndLimit) {

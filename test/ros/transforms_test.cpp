@@ -20,7 +20,7 @@ class TransformsTest : public testing::Test {
   }
 
   PoseAnswer lookUp(const std::string& frame, const ros::Time& stamp) const {
-    return transforms_.find("map", frame, stamp, "the image");
+    return transforms_.find("map", frame, stamp);
   }
   PoseAnswer findIn(const std::string& parent, const std::string& frame) const {
     return transforms_.find(parent, frame, ros::Time(0));
@@ -63,17 +63,14 @@ TEST_F(TransformsTest, NeverTakesTheNewestForTheTrueOne) {
   putTransform(transforms_, 10.0, 1.0);
   const PoseAnswer answer = lookUp("camera", ros::Time(10.1));
   EXPECT_TRUE(answer.may_come);
-  EXPECT_TRUE(says(answer, "0.1 s before the image")) << answer.text;
+  EXPECT_TRUE(says(answer, "extrapolation")) << answer.text;
 }
 
 TEST_F(TransformsTest, KnowsWhenATransformCannotComeAnyMore) {
   putTransform(transforms_, 10.0, 1.0);
   const PoseAnswer answer = lookUp("camera", ros::Time(9.5));
   EXPECT_FALSE(answer.T_W_C || answer.may_come);
-  EXPECT_TRUE(says(answer,
-                   "the image is older than every transform that is kept, of which the newest is "
-                   "0.5 s after it; normal for the first images only"))
-      << answer.text;
+  EXPECT_TRUE(says(answer, "extrapolation")) << answer.text;
 }
 
 TEST_F(TransformsTest, AChainIsAsNewAsItsOldestLink) {
@@ -99,14 +96,10 @@ TEST_F(TransformsTest, SaysWhichFrameIsUnknown) {
   transforms_.take(broken, "", false);
   EXPECT_TRUE(says(lookUp("camera", ros::Time(1.0)), "refused"));
   putTransform(transforms_, 1.0, 1.0, "camera", "odom");
-  EXPECT_EQ(lookUp("camera", ros::Time(1.0)).text,
-            "no transform from 'camera' to 'map': TF has no frame 'map'; it has 'camera', 'odom'; "
-            "start what publishes 'map', or set map_frame to one of these");
-  EXPECT_EQ(findIn("odom", "nowhere").text,
-            "no transform from 'nowhere' to 'odom': TF has no frame 'nowhere'; it has 'camera', "
-            "'odom'; start what publishes 'nowhere'");
-  putTransform(transforms_, 1.0, 1.0, "base", "map");
-  EXPECT_TRUE(says(lookUp("camera", ros::Time(1.0)), "no chain of transforms between"));
+  EXPECT_EQ(
+      lookUp("camera", ros::Time(1.0)).text,
+      "no transform from 'camera' to 'map': TF has 'camera', 'odom'; start what publishes the "
+      "other, or set map_frame to one of these");
   for (int i = 0; i < 20; ++i) putTransform(transforms_, 1.0, 1.0, "f" + std::to_string(i), "odom");
   EXPECT_TRUE(says(lookUp("camera", ros::Time(1.0)), "' and more"));
 }

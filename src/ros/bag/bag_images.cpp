@@ -1,8 +1,9 @@
-/// Depth and colour images of a bag.
+/// Depth and colour images of a bag, and where up is in it.
 #include <ros/console.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Imu.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <boost/make_shared.hpp>
 
@@ -14,9 +15,11 @@
 #include <utility>
 
 #include "io/recorded_images.h"
+#include "level/still_gravity.h"
 #include "params/printable.h"
 #include "ros/bag/bag_messages.h"
 #include "ros/input/clouds.h"
+#include "ros/input/conversions.h"
 #include "ros/input/images.h"
 #include "ros/input/rectification.h"
 
@@ -211,15 +214,15 @@ class BagImages : public Source {
       given.image = imageOf(kKind, message, problem);
     }
     sensor_msgs::ImageConstPtr image = given.image;
-    if (!image) return skip({DropReason::kBadImage, problem});
+    if (!image) return skip({drop::kBadImage, problem});
     const sensor_msgs::CameraInfoConstPtr info = given.info ? given.info : infoOf(*image);
     if (!info) {
-      return skip({DropReason::kNoCameraInfo,
-                   noInfoText(printable(info_topic_), options_.latest_camera_info)});
+      return skip(
+          {drop::kNoCameraInfo, noInfoText(printable(info_topic_), options_.latest_camera_info)});
     }
     if (const auto rejection = kKind.check(*image, *info)) return skip(*rejection);
     if (!kIsColour && std::exchange(last_stamp_, image->header.stamp) == image->header.stamp) {
-      return skip({DropReason::kRepeatedStamp, kRepeatedStampText});
+      return skip({drop::kRepeatedStamp, kRepeatedStampText});
     }
     if (const auto rejection = hideMasked(image, message.getTime())) return skip(*rejection);
     const std::optional<Eigen::Isometry3d> T_W_C = poseOf(image->header, problem);
@@ -242,7 +245,7 @@ class BagImages : public Source {
         frame.is_along_axis = clouds_.has_value();
       }
     } catch (const std::exception& error) {  // of OpenCV or cv_bridge
-      return skip({DropReason::kBadImage, errorText(error)});
+      return skip({drop::kBadImage, errorText(error)});
     }
     frame.pixels = pixels;
     frame.stamp_s = image->header.stamp.toSec();
@@ -250,7 +253,7 @@ class BagImages : public Source {
   }
 
   std::nullopt_t skip(const Rejection& rejection) {
-    return skip(toString(rejection.reason), rejection.text);
+    return skip(rejection.reason.name, rejection.text);
   }
   std::nullopt_t skip(const std::string& name, const std::string& text) {
     const std::string reason = (kIsColour ? "colour images: " : "") + name;
@@ -288,7 +291,7 @@ class BagImages : public Source {
       image = applyMask(*mask, *image);
       return std::nullopt;
     }
-    return Rejection{DropReason::kNoMask, noMaskText(printable(options_.mask_topic))};
+    return Rejection{drop::kNoMask, noMaskText(printable(options_.mask_topic))};
   }
 
   std::optional<Eigen::Isometry3d> poseOf(const std_msgs::Header& header, std::string& why_none) {
@@ -327,6 +330,65 @@ std::unique_ptr<ColourSource> openBagColours(const BagOptions& options) {
   });
   if (colours->isEmpty()) return nullptr;
   return colours;
+}
+
+// Up in the map frame, as an inertial sensor of a bag measures it.
+
+namespace {
+
+bool isInertial(const rosbag::MessageInstance& message) {
+  return message.isType<sensor_msgs::Imu>();
+}
+
+std::string chooseTopic(const rosbag::Bag& bag, const BagOptions& options) {
+  if (!options.imu_topic.empty()) {
+    requireMessages(bag, options.imu_topic);
+    return options.imu_topic;
+  }
+  const std::set<std::string> topics = findImageTopics(bag, isInertial);
+  if (topics.size() == 1) return *topics.begin();
+  throw std::runtime_error("map/level is imu, and '" + options.path + "' has " +
+                           (topics.empty() ? "no topic of type sensor_msgs/Imu; set map/level to "
+                                             "floor or none"
+                                           : "several topics of type sensor_msgs/Imu:" +
+                                                 inList(topics) + "; choose one with --imu-topic"));
+}
+
+Eigen::Vector3d findUp(const rosbag::Bag& bag, const BagOptions& options) {
+  const std::string topic = chooseTopic(bag, options);
+  BagOptions of_sensor = options;
+  of_sensor.camera_frame.clear();  // the frame is that of the messages
+  const BagPoses poses(bag, of_sensor);
+  StillGravity gravity;
+  bool was_still = false;
+  for (const rosbag::MessageInstance& message : rosbag::View(bag, rosbag::TopicQuery(topic))) {
+    const auto imu = message.instantiate<sensor_msgs::Imu>();
+    const auto sample = imu ? sampleOf(*imu) : std::nullopt;
+    const auto up_I = sample ? gravity.add(*sample) : std::nullopt;
+    if (!up_I) continue;
+    was_still = true;
+    if (const auto T_M_I = poses.of(imu->header)) return T_M_I->linear() * *up_I;
+  }
+  throw std::runtime_error(
+      "map/level is imu, but '" + printable(topic) + "' of '" + options.path + "' " +
+      (was_still ? "has no transform to '" + printable(options.map_frame) + "' while at rest"
+                 : std::string("is never at rest (9.8 m/s^2) for a second")) +
+      "; set map/level to floor or none");
+}
+
+}  // namespace
+
+Eigen::Vector3d findUpInBag(const BagOptions& options) {
+  if (!options.poses_path.empty()) {
+    throw std::runtime_error(
+        "map/level is imu, which needs the bag's transforms; leave --poses out, or set map/level "
+        "to floor or none");
+  }
+  return readingBag(options.path, [&] {
+    rosbag::Bag bag;
+    bag.open(options.path, rosbag::bagmode::Read);
+    return findUp(bag, options);
+  });
 }
 
 }  // namespace dtsdf

@@ -16,23 +16,6 @@
 namespace dtsdf {
 namespace {
 
-/// What a node adds to the error of its settings: those it does not know which are on the parameter
-/// server, though not among its arguments. ROS keeps there what an earlier run was given. The
-/// arguments are those of before ros::init(), which takes settings out of them.
-std::string leftoversText(const std::vector<std::string>& arguments, const std::string& ns,
-                          const ParamTree& on_server, const ParamTree& settings) {
-  std::string text;
-  for (const auto& [key, value] : on_server) {
-    const bool is_argument = std::any_of(
-        arguments.begin(), arguments.end(),
-        [name = key](const std::string& given) { return given.rfind("_" + name + ":=", 0) == 0; });
-    if (settings.count(key) > 0 || is_argument) continue;
-    text += "\n  " + printable(key) + ": left by an earlier run? rosparam delete " + ns + "/" +
-            printable(key);
-  }
-  return text;
-}
-
 /// Read by image_transport and its plugins, diagnostic_updater and a standalone nodelet manager.
 bool belongsToRos(const std::string& key) {
   const std::string name = key.substr(0, key.find('/'));
@@ -81,8 +64,7 @@ ServerParams readParamServer(const ros::NodeHandle& private_nh) {
 int runNode(int argc, char** argv, const std::string& node_name, const std::string& usage,
             const ParamTree& defaults,
             const std::function<void(const ros::NodeHandle&, const ros::NodeHandle&)>& run) {
-  const std::vector<std::string> arguments(argv, argv + argc);
-  for (const std::string& argument : arguments) {
+  for (const std::string argument : std::vector<std::string>(argv, argv + argc)) {
     if (argument == "--help" || argument == "-h") {
       std::printf("%s\nSettings, with their defaults:\n", usage.c_str());
       for (const auto& [key, value] : defaults) {
@@ -106,16 +88,11 @@ int runNode(int argc, char** argv, const std::string& node_name, const std::stri
   }
   // ROS, and with it the log, ends with the last handle.
   const ros::NodeHandle nh, private_nh("~");
-  const std::string& name = private_nh.getNamespace();
   try {
     run(nh, private_nh);
     return 0;
   } catch (const std::exception& error) {
-    const bool is_of_settings = dynamic_cast<const ParamError*>(&error) != nullptr;
-    const std::string leftovers =
-        is_of_settings ? leftoversText(arguments, name, readParamServer(private_nh).tree, defaults)
-                       : "";
-    ROS_FATAL_STREAM(name << " cannot start: " << startErrorText(error) << leftovers);
+    ROS_FATAL_STREAM(private_nh.getNamespace() << " cannot start: " << startErrorText(error));
     return 1;
   }
 }

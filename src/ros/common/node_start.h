@@ -17,8 +17,7 @@ namespace dtsdf {
 
 /// Runs a program that is a node. `--help` is answered before ROS looks for a master, and arguments
 /// are refused that ROS cannot read, or would take for topics: settings without the _ that they
-/// begin with. What `run` throws says why the node cannot start, with settings that an earlier run
-/// has left on the parameter server.
+/// begin with. What `run` throws says why the node cannot start.
 /// @return its exit code: 0, 1 where it cannot start, 2 for wrong arguments.
 /// @param defaults Of its settings: see toTree().
 int runNode(
@@ -36,8 +35,8 @@ ServerParams readParamServer(const ros::NodeHandle& private_nh);
 
 /// Wrong settings in a line each, whose names and values are printable; else one sentence.
 inline std::string startErrorText(const std::exception& error) {
-  const bool is_list = dynamic_cast<const ParamError*>(&error) != nullptr;
-  return is_list ? error.what() : errorText(error);
+  if (dynamic_cast<const ParamError*>(&error) == nullptr) return errorText(error);
+  return error.what() + std::string("\n  (ROS keeps settings of earlier runs: rosparam delete)");
 }
 
 }  // namespace dtsdf

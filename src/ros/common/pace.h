@@ -70,6 +70,12 @@ class Pace {
   void beginInStep(SteadyTime now) {
     next_ = now - next_ < period_ ? next_ + period_ : now + period_;
   }
+  /// What has begun then ends now; rests at least so many times as long as it took.
+  void end(SteadyTime begun, int rests = 1) {
+    const SteadyTime now = std::chrono::steady_clock::now();
+    begin(begun);
+    restUntil(now + rests * (now - begun));
+  }
   void restUntil(SteadyTime time) {
     if (time > next_) next_ = time;
   }

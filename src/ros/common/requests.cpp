@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 
 #include "params/printable.h"
 #include "params/text.h"
@@ -69,16 +68,8 @@ bool liesIn(const fs::path& path, const fs::path& directory) {
   return end == directory.end() && rest != path.end();
 }
 
-/// The path with its links resolved, as far as it exists.
-fs::path resolved(const fs::path& path, const std::string& advice) try {
-  const fs::path canonical = fs::weakly_canonical(fs::absolute(path));
-  // Of a name that is too long only the whole path says so.
-  static_cast<void>(fs::exists(canonical));
-  return canonical;
-} catch (const fs::filesystem_error& error) {
-  throw std::runtime_error("'" + printable(path.string()) +
-                           "' cannot be used: " + error.code().message() + "; " + advice);
-}
+/// With its links resolved, as far as it exists.
+fs::path resolved(const fs::path& path) { return fs::weakly_canonical(fs::absolute(path)); }
 
 }  // namespace
 
@@ -102,11 +93,10 @@ std::string resolveOutputPath(const std::string& output_directory, const std::st
     throw std::runtime_error("'" + printable(file_name) + "' contains a control character; " +
                              "give a plain name such as 'name" + extensions.front() + "'");
   }
-  fs::path directory = resolved(expandHome(output_directory, "output_directory"),
-                                "set output_directory to another folder");
+  fs::path directory = resolved(expandHome(output_directory, "output_directory"));
   if (!directory.has_filename()) directory = directory.parent_path();  // "a/" -> "a"
   // An absolute file_name replaces the directory here, and has to lie in it like any other.
-  const fs::path path = resolved(directory / file_name, "give another name");
+  const fs::path path = resolved(directory / file_name);
   if (!is_read && !liesIn(path, directory)) {
     throw std::runtime_error("'" + printable(file_name) + "' is outside output_directory (" +
                              printable(directory.string()) + "); give a name under it");

@@ -39,10 +39,14 @@ inline void addMemory(MapStatus& status, const char* name, const char* place, ui
   status.memory.push_back(part);
 }
 
-/// Of what is kept on disk, with its index in memory.
+/// Of what is kept on disk, with its index in memory, and whether some of it is lost.
 template <class PageStats>
-void addPages(MapStatus& status, const PageStats& pages) {
+void addPages(MapStatus& status, const PageStats& pages, const std::string& what) {
   status.page_failures += pages.failures;
+  if (pages.lost > 0) {
+    report(status, MapStatus::WARN, MapStatus::PAGES_LOST,
+           std::to_string(pages.lost) + " " + what + " could not be read back: " + pages.problem);
+  }
   if (pages.bytes == 0) return;
   addMemory(status, "page_index", kHost, pages.index_bytes);
   addMemory(status, "pages", "disk", pages.bytes);

@@ -46,9 +46,9 @@ std::optional<Rejection> findCoordinates(const sensor_msgs::PointCloud2& cloud, 
     const size_t bytes = is_wide ? 8 : 4;
     if (field == cloud.fields.end() || (!is_wide && field->datatype != PointField::FLOAT32) ||
         field->offset + bytes > cloud.point_step) {
-      return Rejection{DropReason::kBadEncoding, "its points have no field '" + name +
-                                                     "' of type FLOAT32 or FLOAT64; the cloud must "
-                                                     "have x, y and z"};
+      return Rejection{drop::kBadEncoding, "its points have no field '" + name +
+                                               "' of type FLOAT32 or FLOAT64; the cloud must "
+                                               "have x, y and z"};
     }
     constexpr bool kIsBigEndian = __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__;
     xyz[i] = {field->offset, bytes, (cloud.is_bigendian != 0) != kIsBigEndian};
@@ -58,7 +58,7 @@ std::optional<Rejection> findCoordinates(const sensor_msgs::PointCloud2& cloud, 
 
 std::optional<Rejection> checkRows(const sensor_msgs::PointCloud2& cloud) {
   if (cloud.height <= 1) {
-    return Rejection{DropReason::kUnorganised,
+    return Rejection{drop::kUnorganised,
                      formatted("the cloud has %u points in %u rows, so it is not known which pixel "
                                "a point is of; have the driver publish organised clouds, with a "
                                "row for each row of pixels, or depth images",
@@ -69,7 +69,7 @@ std::optional<Rejection> checkRows(const sensor_msgs::PointCloud2& cloud) {
       cloud.data.size() >= size_t{cloud.row_step} * (cloud.height - 1) + row) {
     return std::nullopt;
   }
-  return Rejection{DropReason::kBadImage,
+  return Rejection{drop::kBadImage,
                    formatted("rows of %u bytes and %zu bytes in all do not make a cloud of %u x %u",
                              cloud.row_step, cloud.data.size(), cloud.width, cloud.height)};
 }
@@ -148,18 +148,13 @@ std::variant<CameraImage, Rejection> CloudImages::convert(const sensor_msgs::Poi
   if (!is_known && lines.u.isWide(cloud.width) && lines.v.isWide(cloud.height)) {
     const double error_px = std::sqrt(std::max(0.0, lines.u.error_px2() + lines.v.error_px2()));
     constexpr double kMostError_px = 1.0;
-    if (!(error_px <= kMostError_px)) {
-      return Rejection{DropReason::kBadIntrinsics,
-                       formatted("no pinhole camera fits the cloud: its points are %.3g px off; it "
-                                 "must be of a rectified depth image, in the optical frame",
-                                 error_px)};
-    }
     const Intrinsics fitted = cameraOf(lines);
-    if (!(fitted.fx > 0.0f && fitted.fy > 0.0f)) {
-      return Rejection{
-          DropReason::kBadIntrinsics,
-          "the cloud is mirrored: x must point right and y down in its image, as in an "
-          "optical frame"};
+    if (!(error_px <= kMostError_px && fitted.fx > 0.0f && fitted.fy > 0.0f)) {
+      return Rejection{drop::kBadIntrinsics,
+                       formatted("no pinhole camera fits the cloud: its points are %.3g px off%s; "
+                                 "it must be of a rectified depth image, in the optical frame (x "
+                                 "right, y down)",
+                                 error_px, error_px <= kMostError_px ? ", but mirrored" : "")};
     }
     width_ = cloud.width;
     height_ = cloud.height;
@@ -170,7 +165,7 @@ std::variant<CameraImage, Rejection> CloudImages::convert(const sensor_msgs::Poi
     ROS_INFO_STREAM_NAMED("dtsdf_mapping",
                           "camera fitted to a cloud on '" << printable(topic_) << "': " << camera_);
   } else if (!is_known && !has_info) {
-    return Rejection{DropReason::kNoMeasurement,
+    return Rejection{drop::kNoMeasurement,
                      "there is no camera_info, and too few points to fit a camera to the cloud"};
   }
   if (has_info) return CameraImage{image};

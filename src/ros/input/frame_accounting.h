@@ -6,13 +6,15 @@
 #include <ros/console.h>
 #include <ros/time.h>
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <mutex>
+#include <numeric>
 #include <optional>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "dtsdf_mapping/mapper.h"
@@ -21,49 +23,91 @@
 
 namespace dtsdf {
 
-enum class DropReason {
-  kNoCameraInfo,      ///< No camera_info with the image's stamp.
-  kNoMask,            ///< No mask with the image's stamp, where there are masks.
-  kBadEncoding,       ///< None that images of this kind have.
-  kTooLarge,          ///< More pixels than a map takes, or more bytes than may wait.
-  kUnorganised,       ///< A cloud whose points belong to no pixels.
-  kBadImage,          ///< No pixels, or rows and data that do not fit its size.
-  kSizeMismatch,      ///< Image and camera_info differ in size.
-  kBadIntrinsics,     ///< Focal length not positive, or not finite.
-  kNoStamp,           ///< Stamp 0: no transform belongs to it.
-  kBadStamp,          ///< At the end of the time that ROS can represent.
-  kRepeatedStamp,     ///< That of the image before, which one transform cannot both belong to.
-  kLongName,          ///< The name of its frame or its encoding is longer than any real one.
-  kNoTransform,       ///< None within the timeout.
-  kBeforeTransforms,  ///< Older than the transforms known: none can come.
-  kQueueFull,         ///< The oldest that waited when a newer one came.
-  kOutOfOrder,        ///< Older than what another camera's frame has made of the map meanwhile.
-  kTimeJump,          ///< In the queue when the stamps jumped back.
-  kPoseJump,          ///< The camera would have moved faster than allowed.
-  kBadPose,           ///< Not finite, not a rotation, or out of the map's range.
-  kNoMeasurement,     ///< No pixel with a depth in range.
-  kNoMemory,          ///< On the GPU, for this frame.
-  kOverRate,          ///< Left out, as more come than are wanted.
-  kNotLevel,          ///< Up is not known yet, and the map is to be level.
-  kMisfit,            ///< Does not fit the map, and poses/on_misfit is drop.
-  kLost,              ///< The camera is not followed: it does not fit the map, or not yet again.
-  kPaused,
-  kEnding,        ///< The node ends.
-  kBackendError,  ///< The map's backend has failed.
+struct DropReason {
+  const char* name;         ///< In the status.
+  bool is_fault = true;     ///< Frames that are dropped for it are amiss: not as mapping is paused.
+  const char* remedy = "";  ///< Empty where the text of the last drop has to do.
+
+  bool operator==(const DropReason& other) const { return name == std::string_view(other.name); }
+  bool operator<(const DropReason& other) const { return name < std::string_view(other.name); }
 };
-constexpr int kDropReasonCount = static_cast<int>(DropReason::kBackendError) + 1;
 
-/// In the spelling of the status message: "no_transform".
-const char* toString(DropReason reason);
-
-/// What to do against drops for a reason; empty where the text of the last drop has to do.
-const char* remedyFor(DropReason reason);
-
-/// Whether frames that are dropped for it are amiss: not as mapping is paused.
-bool isFault(DropReason reason);
+namespace drop {
+/// No camera_info with the image's stamp.
+inline constexpr DropReason kNoCameraInfo{"no_camera_info"};
+/// No mask with the image's stamp, where there are masks.
+inline constexpr DropReason kNoMask{"no_mask"};
+/// None that images of this kind have.
+inline constexpr DropReason kBadEncoding{"bad_encoding"};
+/// More pixels than a map takes, or more bytes than may wait.
+inline constexpr DropReason kTooLarge{"too_large", true, "lower the camera's resolution"};
+/// A cloud whose points belong to no pixels.
+inline constexpr DropReason kUnorganised{"unorganised"};
+/// No pixels, or rows and data that do not fit its size.
+inline constexpr DropReason kBadImage{"bad_image"};
+/// Image and camera_info differ in size.
+inline constexpr DropReason kSizeMismatch{"size_mismatch"};
+/// Focal length not positive, or not finite.
+inline constexpr DropReason kBadIntrinsics{"bad_intrinsics"};
+/// Stamp 0: no transform belongs to it.
+inline constexpr DropReason kNoStamp{"no_stamp"};
+/// At the end of the time that ROS can represent.
+inline constexpr DropReason kBadStamp{"bad_stamp"};
+/// That of the image before, which one transform cannot both belong to.
+inline constexpr DropReason kRepeatedStamp{"repeated_stamp"};
+/// The name of its frame or its encoding is longer than any real one.
+inline constexpr DropReason kLongName{"long_name"};
+/// None within the timeout.
+inline constexpr DropReason kNoTransform{
+    "no_transform", true, "raise input/tf_timeout_s, or check what publishes the poses"};
+/// Older than the transforms known: none can come.
+inline constexpr DropReason kBeforeTransforms{"before_transforms", false};
+/// The oldest that waited when a newer one came.
+inline constexpr DropReason kQueueFull{
+    "queue_full", true, "use larger voxels (map/voxel_size_m), a GPU, or fewer frames"};
+/// Older than what another camera's frame has made of the map meanwhile.
+inline constexpr DropReason kOutOfOrder{"out_of_order", true, "raise input/merge_wait_s"};
+/// In the queue when the stamps jumped back.
+inline constexpr DropReason kTimeJump{"time_jump", false};
+/// The camera would have moved faster than allowed.
+inline constexpr DropReason kPoseJump{"pose_jump", true,
+                                      "check the pose estimate, or raise input/max_speed_m_s"};
+/// Not finite, not a rotation, or out of the map's range.
+inline constexpr DropReason kBadPose{"bad_pose", true,
+                                     "check the pose estimate, or raise input/max_speed_m_s"};
+/// No pixel with a depth in range.
+inline constexpr DropReason kNoMeasurement{"no_measurement"};
+/// On the GPU, for this frame.
+inline constexpr DropReason kNoMemory{"no_memory"};
+/// Left out, as more come than are wanted.
+inline constexpr DropReason kOverRate{"over_rate", false};
+/// Up is not known yet, and the map is to be level.
+inline constexpr DropReason kNotLevel{"not_level", false};
+/// Does not fit the map, and poses/on_misfit is drop.
+inline constexpr DropReason kMisfit{
+    "misfit", true, "check the pose estimate, or raise poses/sigma_m and poses/sigma_rad"};
+/// The camera is not followed: it does not fit the map, or not yet again.
+inline constexpr DropReason kLost{
+    "lost", true, "move the camera back to where it was, and then more slowly; or call set_pose"};
+inline constexpr DropReason kPaused{"paused", false};
+/// The node ends.
+inline constexpr DropReason kEnding{"ending", false};
+/// The map's backend has failed.
+inline constexpr DropReason kBackendError{"backend_error"};
+}  // namespace drop
 
 /// The reason for a frame that the mapper did not fuse; `status` is not kFused.
-DropReason dropReasonOf(FrameStatus status);
+inline DropReason dropReasonOf(FrameStatus status) {
+  switch (status) {
+    case FrameStatus::kBadIntrinsics: return drop::kBadIntrinsics;
+    case FrameStatus::kBadPose: return drop::kBadPose;
+    case FrameStatus::kNoMeasurement: return drop::kNoMeasurement;
+    case FrameStatus::kNoMemory: return drop::kNoMemory;
+    case FrameStatus::kBadImage:
+    case FrameStatus::kFused: break;
+  }
+  return drop::kBadImage;
+}
 
 /// What a check has to say against a frame.
 struct Rejection {
@@ -75,8 +119,11 @@ struct Rejection {
 struct StreamReport : dtsdf_mapping::StreamStatus {
   StreamReport() { received_age_s = camera_info_age_s = fused_age_s = -1.0f; }
 
-  std::array<uint64_t, kDropReasonCount> dropped_by{};  ///< By reason, in place of `dropped`.
-  uint64_t droppedSum() const;
+  std::map<DropReason, uint64_t> dropped_by;  ///< In place of `dropped`.
+  uint64_t droppedSum() const {
+    return std::accumulate(dropped_by.begin(), dropped_by.end(), uint64_t{0},
+                           [](uint64_t sum, const auto& of) { return sum + of.second; });
+  }
 
   std::string camera;      ///< Its name; empty for the only one, in the node's own namespace.
   bool is_needed = false;  ///< Colour: it is amiss if there is none.
@@ -120,9 +167,9 @@ class FrameAccounting {
     std::ostringstream message;
     message.imbue(std::locale::classic());
     message << (name_.empty() ? "" : name_ + ": ") << "frame stamped " << stamp << " dropped ("
-            << toString(rejection.reason) << "): " << printableMessage(rejection.text);
+            << rejection.reason.name << "): " << printableMessage(rejection.text);
     const std::lock_guard<std::mutex> lock(mutex_);
-    const uint64_t count = ++counts_.dropped_by[static_cast<size_t>(rejection.reason)];
+    const uint64_t count = ++counts_.dropped_by[rejection.reason];
     counts_.last_drop = message.str();
     if (mayWarn(rejection.reason)) {
       ROS_WARN_STREAM_NAMED("dtsdf_mapping",
@@ -142,12 +189,12 @@ class FrameAccounting {
   }
 
  private:
-  bool mayWarn(DropReason reason) {
-    const bool is_asked_for = reason == DropReason::kPaused || reason == DropReason::kOverRate ||
-                              reason == DropReason::kEnding;
+  bool mayWarn(const DropReason& reason) {
+    const bool is_asked_for =
+        reason == drop::kPaused || reason == drop::kOverRate || reason == drop::kEnding;
     if (is_asked_for) return false;
     constexpr double kPeriod_s = 60.0;
-    ros::WallTime& last = last_warning_[static_cast<size_t>(reason)];
+    ros::WallTime& last = last_warning_[reason];
     const ros::WallTime now = ros::WallTime::now();
     if (!last.isZero() && (now - last).toSec() < kPeriod_s) return false;
     last = now;
@@ -163,7 +210,7 @@ class FrameAccounting {
   mutable std::mutex mutex_;
   StreamReport counts_;  ///< Without ages.
   std::optional<SteadyTime> image_at_, camera_info_at_, fused_at_;
-  std::array<ros::WallTime, kDropReasonCount> last_warning_{};
+  std::map<DropReason, ros::WallTime> last_warning_;
 };
 
 }  // namespace dtsdf

@@ -12,6 +12,7 @@
 #include <mutex>
 #include <numeric>
 #include <optional>
+#include <random>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -54,7 +55,7 @@ struct PosedFrame {
 /// when no other stream can bring an earlier one, or when it has waited for that long enough.
 ///
 /// All that waits is counted in bytes, over all streams. Where there is no room, the oldest frame
-/// of the stream with the most bytes is dropped. Every image that is taken is dropped with a
+/// of a stream is dropped, of one with many more often. Every image that is taken is dropped with a
 /// reason, or comes out by take(). Thread safe; streams are added first.
 class FrameQueue {
  public:
@@ -95,8 +96,8 @@ class FrameQueue {
     const auto& [image, info, mask] = message;
     const ros::Time stamp = info ? info->header.stamp : (image ? image : mask)->header.stamp;
     if (is_paused_ || is_ending_) {
-      const Rejection rejection = is_ending_ ? Rejection{DropReason::kEnding, "the node ends"}
-                                             : Rejection{DropReason::kPaused, "mapping is paused"};
+      const Rejection rejection = is_ending_ ? Rejection{drop::kEnding, "the node ends"}
+                                             : Rejection{drop::kPaused, "mapping is paused"};
       if (image) state.accounting->dropped(rejection, stamp);
       return;
     }
@@ -122,9 +123,8 @@ class FrameQueue {
     if (image) messages.image = image;
     if (info) messages.info = info;
     if (mask) messages.mask = mask;
-    const bool is_whole = completeIfWhole(place);
-    makeRoom();
-    if (is_whole) shorten(stream);
+    if (completeIfWhole(place)) shorten(stream);
+    makeRoom(stream);
   }
 
   /// A frame that is whole, and what its stream notes of it.
@@ -132,7 +132,6 @@ class FrameQueue {
     CameraImage messages;
     SteadyTime since;
     bool is_checked = false;
-    bool may_be_ahead = false;  ///< Its stamp may be wrong, so that it says nothing of the others.
   };
   /// What becomes of a frame: it waits for what a text says, is dropped, or has its pose.
   using Decision = std::variant<std::string, Rejection, PosedFrame>;
@@ -160,13 +159,6 @@ class FrameQueue {
     return true;
   }
 
-  /// Drops a frame that waits for its pose still.
-  void dropStamp(Stream stream, const ros::Time& stamp, const Rejection& rejection) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    const auto place = find(stream, State::kWhole, stamp);
-    if (place != entries_.end()) drop(place, rejection);
-  }
-
   /// Stamps of a stream have jumped back to this one: drops its frames with later ones.
   void restart(Stream stream, const ros::Time& stamp) {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -174,7 +166,7 @@ class FrameQueue {
     state.waiting_for.clear();
     state.heard = ros::Time();
     if (!state.options.is_colour) last_taken_ = ros::Time();
-    dropAll({DropReason::kTimeJump, "stamps went back while it waited"}, [&](const auto& entry) {
+    dropAll({drop::kTimeJump, "stamps went back while it waited"}, [&](const auto& entry) {
       return entry.second.stream == stream && entry.first.stamp > stamp;
     });
   }
@@ -186,7 +178,6 @@ class FrameQueue {
     const auto first = firstThat(isPosed);
     StreamState& stream = streams_[first->second.stream];
     if (!stream.options.is_colour) last_taken_ = std::max(last_taken_, first->first.stamp);
-    ++stream.taken;
     PosedFrame frame = std::move(first->second.posed);
     entries_.erase(first);
     return frame;
@@ -205,7 +196,7 @@ class FrameQueue {
     is_paused_ = paused;
     if (!paused) return;
     for (StreamState& stream : streams_) stream.waiting_for.clear();
-    dropAll({DropReason::kPaused, "mapping was paused while it waited"},
+    dropAll({drop::kPaused, "mapping was paused while it waited"},
             [](const auto&) { return true; });
   }
 
@@ -217,14 +208,12 @@ class FrameQueue {
   void end() {
     const std::lock_guard<std::mutex> lock(mutex_);
     is_ending_ = true;
-    dropAll({DropReason::kEnding, "the node ends"}, [](const auto&) { return true; });
+    dropAll({drop::kEnding, "the node ends"}, [](const auto&) { return true; });
   }
 
   size_t bytes() const {
     const std::lock_guard<std::mutex> lock(mutex_);
-    return std::accumulate(
-        entries_.begin(), entries_.end(), size_t{0},
-        [](size_t sum, const auto& entry) { return sum + bytesOf(entry.second); });
+    return bytesOfAll();
   }
 
   size_t maxBytes() const { return limits_.bytes; }
@@ -233,7 +222,7 @@ class FrameQueue {
     const std::lock_guard<std::mutex> lock(mutex_);
     const StreamState& state = streams_[stream];
     if (!state.waiting_for.empty()) return state.waiting_for;
-    const auto images = std::count_if(entries_.begin(), entries_.end(), [&](const auto& entry) {
+    const size_t images = countOf([&](const auto& entry) {
       return entry.second.stream == stream && entry.second.state == State::kIncomplete &&
              entry.second.hasImage();
     });
@@ -257,7 +246,7 @@ class FrameQueue {
   };
   /// Messages without an image that may wait, of one stream: as where camera_info comes by another
   /// connection and images are late.
-  static constexpr int kMostStamps = 50;
+  static constexpr size_t kMostStamps = 50;
   /// So many frames keep the map busy until more come.
   static constexpr size_t kBusy = 3;
 
@@ -276,12 +265,9 @@ class FrameQueue {
     FrameAccounting* accounting;
     ros::Time heard = {};   ///< No frame of this stamp or before can come.
     bool has_come = false;  ///< A posed frame of it.
-    size_t taken = 0;
     sensor_msgs::CameraInfoConstPtr latest_info = nullptr;
     std::string waiting_for = {};
-    size_t seen_waiting = 0, seen_taken = 0;  ///< The backlog once it had taken so many.
-    int behind = 0;                           ///< So often in a row the backlog had not shrunk.
-    bool is_overloaded = false;               ///< Until none waits.
+    bool is_overloaded = false;  ///< It had no room, until none waits for the map.
 
     bool isWaitedFor() const { return !options.is_colour || has_come; }
   };
@@ -314,14 +300,20 @@ class FrameQueue {
     return bytes;
   }
 
+  size_t bytesOfAll() const {
+    return std::accumulate(
+        entries_.begin(), entries_.end(), size_t{0},
+        [](size_t sum, const auto& entry) { return sum + bytesOf(entry.second); });
+  }
+
   /// What keeps a frame from being whole; camera_info before the mask.
   std::optional<DropReason> missingOf(const Entry& entry) const {
     const StreamState& stream = streams_[entry.stream];
     const CameraImage& messages = entry.whole.messages;
     const bool has_info =
         stream.options.any_info ? stream.latest_info != nullptr : messages.info != nullptr;
-    if (stream.options.wants_mask && !messages.mask && has_info) return DropReason::kNoMask;
-    return has_info ? std::nullopt : std::optional<DropReason>(DropReason::kNoCameraInfo);
+    if (stream.options.wants_mask && !messages.mask && has_info) return drop::kNoMask;
+    return has_info ? std::nullopt : std::optional<DropReason>(drop::kNoCameraInfo);
   }
 
   /// @return whether it has just become whole.
@@ -354,11 +346,10 @@ class FrameQueue {
     StreamState& stream = streams_[entry.stream];
     stream.waiting_for.clear();
     const auto* const rejection = std::get_if<Rejection>(&decision);
-    const bool is_sure = rejection == nullptr || !entry.whole.may_be_ahead;
-    if (is_sure) stream.heard = std::max(stream.heard, stamp);
+    stream.heard = std::max(stream.heard, stamp);
     if (rejection != nullptr) return drop(place, *rejection);
     if (isTooLate(entry.stream, stamp)) {
-      return drop(place, {DropReason::kOutOfOrder,
+      return drop(place, {drop::kOutOfOrder,
                           "a later frame of another camera has already been fused; raise "
                           "input/merge_wait_s above this camera's delay"});
     }
@@ -395,9 +386,8 @@ class FrameQueue {
 
   void dropIncomplete(Entries::iterator place) {
     const StreamOptions& options = streams_[place->second.stream].options;
-    const DropReason reason = missingOf(place->second).value_or(DropReason::kNoCameraInfo);
-    drop(place,
-         {reason, reason == DropReason::kNoMask ? options.no_mask_text : options.no_info_text});
+    const DropReason reason = missingOf(place->second).value_or(drop::kNoCameraInfo);
+    drop(place, {reason, reason == drop::kNoMask ? options.no_mask_text : options.no_info_text});
   }
 
   template <class Wanted>
@@ -408,42 +398,48 @@ class FrameQueue {
     }
   }
 
-  void makeRoom() {
-    for (Stream stream = 0; stream < streams_.size(); ++stream) {
-      const auto isOther = [&](const auto& entry) {
-        return entry.second.stream == stream && !entry.second.hasImage();
-      };
-      const auto others = std::count_if(entries_.begin(), entries_.end(), isOther);
-      if (others > kMostStamps) entries_.erase(firstArrived(isOther));
-      while (imagesOf(stream) > limits_.images) dropOldest(mostServed(stream));
-    }
-    for (;;) {
-      std::vector<size_t> bytes(streams_.size());
-      for (const auto& [key, entry] : entries_) bytes[entry.stream] += bytesOf(entry);
-      if (std::accumulate(bytes.begin(), bytes.end(), size_t{0}) <= limits_.bytes) return;
-      const auto most = std::max_element(bytes.begin(), bytes.end());
-      dropOldest(static_cast<Stream>(most - bytes.begin()));
-    }
+  template <class Wanted>
+  size_t countOf(const Wanted& wanted) const {
+    return static_cast<size_t>(std::count_if(entries_.begin(), entries_.end(), wanted));
   }
 
   size_t imagesOf(Stream stream) const {
-    return static_cast<size_t>(
-        std::count_if(entries_.begin(), entries_.end(), [&](const auto& entry) {
-          return entry.second.stream == stream && entry.second.hasImage();
-        }));
+    return countOf([&](const auto& entry) {
+      return entry.second.stream == stream && entry.second.hasImage();
+    });
   }
 
-  /// Of cameras with about as many frames waiting, the one that was served most gives one up: else
-  /// one that always comes second would lose each frame just before its turn.
-  Stream mostServed(Stream stream) const {
-    if (streams_[stream].options.is_colour) return stream;
-    const size_t images = imagesOf(stream);
-    Stream most = stream;
-    for (Stream other = 0; other < streams_.size(); ++other) {
-      const bool is_rival = !streams_[other].options.is_colour && imagesOf(other) + 1 >= images;
-      if (is_rival && streams_[other].taken > streams_[most].taken) most = other;
+  void makeRoom(Stream stream) {
+    const auto isOther = [&](const auto& entry) {
+      return entry.second.stream == stream && !entry.second.hasImage();
+    };
+    if (countOf(isOther) > kMostStamps) entries_.erase(firstArrived(isOther));
+    while (imagesOf(stream) > limits_.images) {
+      streams_[stream].is_overloaded = true;
+      dropOldest(streamToDropFrom(stream));
     }
-    return most;
+    while (bytesOfAll() > limits_.bytes) dropOldest(streamToDropFrom(stream));
+  }
+
+  /// After it has been full, the queue is kept short until the map has caught up, by one frame for
+  /// each that comes, so that what the map shows is new.
+  void shorten(Stream stream) {
+    const size_t waiting = countOf([&](const auto& entry) {
+      return entry.second.stream == stream && isPosed(entry) && !canComeBefore(entry.first.stamp);
+    });
+    bool& is_overloaded = streams_[stream].is_overloaded;
+    is_overloaded = is_overloaded && waiting > 0;
+    if (is_overloaded && waiting > kBusy) dropOldest(streamToDropFrom(stream));
+  }
+
+  /// The stream of a random image, or else this one. By a fixed rule a camera, or its colour, could
+  /// lose each frame just before its turn.
+  Stream streamToDropFrom(Stream stream) {
+    std::vector<Stream> of_images;
+    for (const auto& [key, entry] : entries_) {
+      if (entry.hasImage()) of_images.push_back(entry.stream);
+    }
+    return of_images.empty() ? stream : of_images[random_() % of_images.size()];
   }
 
   void dropOldest(Stream stream) {
@@ -455,57 +451,14 @@ class FrameQueue {
           firstArrived([&](const auto& entry) { return entry.second.stream == stream; }));
       return;
     }
-    const ros::Time stamp = place->first.stamp;
-    const StreamState& state = streams_[stream];
-    if (place->second.state == State::kIncomplete) {
-      dropIncomplete(place);
-    } else {
-      const bool waits_for_pose =
-          place->second.state == State::kWhole && !state.waiting_for.empty();
-      const std::string why = waits_for_pose ? "the oldest image still waits for its transform (" +
-                                                   state.waiting_for + ")"
-                                             : "fusing takes longer than the time between images";
-      drop(place, {DropReason::kQueueFull, "the queue is full: " + why});
-    }
-    if (!state.options.is_colour) dropColourUpTo(stamp);
-  }
-
-  /// Colour that is before the next depth image would have its turn before that, and be painted
-  /// without the one dropped: depth that comes second would never be fused.
-  void dropColourUpTo(ros::Time stamp) {
-    const auto depth = firstThat(
-        [](const auto& entry) { return !entry.first.is_colour && entry.second.hasImage(); });
-    if (depth != entries_.end() && depth->first.stamp < stamp) return;
-    if (depth != entries_.end()) stamp = depth->first.stamp - ros::Duration(0, 1);
-    dropAll(
-        {DropReason::kQueueFull, "the queue is full, and the depth image before it was dropped"},
-        [&](const auto& entry) {
-          return entry.first.is_colour && entry.second.state == State::kPosed &&
-                 entry.first.stamp <= stamp;
-        });
-  }
-
-  /// A backlog that does not get shorter while the map takes as many frames as there is room for is
-  /// shortened, one frame for each that comes, so that what the map shows is new. It is looked at
-  /// each time the map has taken half as many: after a stall, as while a map is saved, there are
-  /// more than before once, and then fewer, as a fast map works them off.
-  void shorten(Stream stream) {
-    StreamState& state = streams_[stream];
-    const auto waits = [&](const auto& entry) {
-      return entry.second.stream == stream && entry.second.state == State::kPosed &&
-             !canComeBefore(entry.first.stamp);
-    };
-    const auto waiting =
-        static_cast<size_t>(std::count_if(entries_.begin(), entries_.end(), waits));
-    if (waiting == 0) state.is_overloaded = false;
-    const bool is_short = waiting <= kBusy;
-    if (is_short || 2 * (state.taken - state.seen_taken) >= limits_.images) {
-      state.behind = is_short || waiting < state.seen_waiting ? 0 : state.behind + 1;
-      state.seen_waiting = waiting;
-      state.seen_taken = state.taken;
-    }
-    if (state.behind >= 2) state.is_overloaded = true;
-    if (state.is_overloaded && !is_short) dropOldest(mostServed(stream));
+    if (place->second.state == State::kIncomplete) return dropIncomplete(place);
+    const std::string& waiting_for = streams_[stream].waiting_for;
+    const bool waits_for_pose = place->second.state == State::kWhole && !waiting_for.empty();
+    drop(place, {drop::kQueueFull,
+                 "the queue is full: " +
+                     (waits_for_pose
+                          ? "the oldest image still waits for its transform (" + waiting_for + ")"
+                          : "fusing takes longer than the time between images")});
   }
 
   /// Whether some stream may still bring an earlier frame.
@@ -544,6 +497,7 @@ class FrameQueue {
   std::vector<StreamState> streams_;
   Entries entries_;
   uint64_t arrivals_ = 0;
+  std::minstd_rand random_;
   ros::Time last_taken_;
   bool is_paused_ = false, is_ending_ = false;
 };

@@ -9,7 +9,6 @@
 #include <boost/make_shared.hpp>
 
 #include <algorithm>
-#include <atomic>
 #include <exception>
 #include <functional>
 #include <mutex>
@@ -39,7 +38,7 @@ namespace dtsdf {
 /// The topics of a kind and, unless it is remapped itself, the camera_info beside what that of the
 /// images is remapped to; `mask/image` where masks are wanted. Images come by image_transport, but
 /// compressed ones are subscribed and decoded here, and depth may come as clouds. On the input's
-/// thread, but for report() and restartMotion().
+/// thread, but for report().
 class ImageStream {
  public:
   /// `name` is that of the camera, which is empty for a single one, and `camera` its place among
@@ -113,11 +112,9 @@ class ImageStream {
 
   /// Stamps have jumped back to this one.
   void restartStamps(const ros::Time& stamp) {
-    last_stamp_ = ahead_stamp_ = last_whole_ = ros::Time();
+    last_stamp_ = last_whole_ = ros::Time();
     queue_.restart(stream_, stamp);
   }
-  /// The next pose may be anywhere, as after a map was loaded.
-  void restartMotion() { is_motion_new_ = true; }
 
   StreamReport report() const {
     StreamReport report = accounting_.counts();
@@ -160,8 +157,7 @@ class ImageStream {
         image = kind_.decode(*message);
       } catch (const std::exception& error) {
         accounting_.imageReceived(message->header.stamp);
-        return accounting_.dropped({DropReason::kBadImage, errorText(error)},
-                                   message->header.stamp);
+        return accounting_.dropped({drop::kBadImage, errorText(error)}, message->header.stamp);
       }
       onImage(image);
     });
@@ -172,7 +168,7 @@ class ImageStream {
     guarded("cloud", [&] {
       const ros::Time stamp = cloud->header.stamp;
       accounting_.imageReceived(stamp);
-      if (!has_info_) has_info_ = !findPublisher(info_topic_).empty();
+      if (!has_info_) has_info_ = findPublishedTopics().count(info_topic_) > 0;
       if (!*has_info_) info_.shutdown();
       const auto converted = cloud_images_.convert(*cloud, *has_info_, queue_.maxBytes());
       {
@@ -222,26 +218,23 @@ class ImageStream {
     if (!frame.is_checked) {
       if (const auto rejection = check(frame.messages)) return *rejection;
       frame.is_checked = true;
-      frame.may_be_ahead = handleTimeJump(stamp);
+      handleTimeJump(stamp);
     }
     PoseAnswer pose{Eigen::Isometry3d::Identity()};
     if (!pose_frame_.empty()) {
-      pose = transforms_.find(pose_frame_, cameraFrame(image), stamp, "the image");
+      pose = transforms_.find(pose_frame_, cameraFrame(image), stamp);
     }
     const auto waited = waitingTime() - frame.since;
     if (pose.may_come && waited < toSteadyDuration(params_.tf_timeout_s)) return pose.text;
     transforms_.notePose(pose.T_W_C.has_value());
     if (pose.may_come) {
       return Rejection{
-          DropReason::kNoTransform,
+          drop::kNoTransform,
           pose.text + formatted("; waited %g s (input/tf_timeout_s)", params_.tf_timeout_s)};
     }
-    if (!pose.T_W_C) return Rejection{DropReason::kBeforeTransforms, pose.text};
-    if (is_motion_new_.exchange(false)) {
-      motion_gate_ = MotionGate(params_.max_speed_m_s, params_.max_turn_deg_s);
-    }
+    if (!pose.T_W_C) return Rejection{drop::kBeforeTransforms, pose.text};
     if (const auto jump = motion_gate_.check(stamp.toSec(), *pose.T_W_C)) {
-      return Rejection{DropReason::kPoseJump, *jump};
+      return Rejection{drop::kPoseJump, *jump};
     }
     return makePosed(frame.messages, *pose.T_W_C);
   }
@@ -253,15 +246,15 @@ class ImageStream {
       if (auto rejection = checkMask(*frame.mask, *frame.image)) return rejection;
     }
     if (cameraFrame(*frame.image).empty()) {
-      return Rejection{DropReason::kNoTransform,
+      return Rejection{drop::kNoTransform,
                        "the image has no frame_id; set it in the driver, or input/camera_frame"};
     }
     const ros::Time stamp = frame.image->header.stamp;
     if (std::exchange(last_whole_, stamp) == stamp) {
-      return Rejection{DropReason::kRepeatedStamp, kRepeatedStampText};
+      return Rejection{drop::kRepeatedStamp, kRepeatedStampText};
     }
     if (rate_limit_.takes(stamp.toSec())) return std::nullopt;
-    return Rejection{DropReason::kOverRate, "more than colour/max_rate_hz"};
+    return Rejection{drop::kOverRate, "more than colour/max_rate_hz"};
   }
 
   std::string cameraFrame(const sensor_msgs::Image& image) const {
@@ -269,44 +262,16 @@ class ImageStream {
     return is_given ? params_.camera_frame : stripLeadingSlash(image.header.frame_id);
   }
 
-  /// Whether the stamp is so far ahead of those before that it may be wrong, or come after a gap:
-  /// the next one shows which.
-  bool handleTimeJump(const ros::Time& stamp) {
-    constexpr double kGap_s = 30.0;
-    endGap(stamp);
+  void handleTimeJump(const ros::Time& stamp) {
     const ros::Time last = last_stamp_;
-    if (!last.isZero() && stamp.toSec() - last.toSec() > kGap_s) {
-      ahead_stamp_ = stamp;
-      return true;
-    }
-    if (last.isZero() || last.toSec() - stamp.toSec() < kTimeJump_s) {
-      last_stamp_ = std::max(last, stamp);
-      return false;
-    }
+    last_stamp_ = std::max(last, stamp);
+    if (last.isZero() || last.toSec() - stamp.toSec() < kTimeJump_s) return;
     ROS_WARN_STREAM_NAMED("dtsdf_mapping", "the images' stamps went back from "
                                                << last << " to " << stamp
                                                << ": waiting frames and transforms are discarded, "
                                                   "the map is kept (clear_map empties it)");
     on_time_jump_ ? on_time_jump_(stamp) : restartStamps(stamp);
     last_stamp_ = stamp;
-    return false;
-  }
-
-  /// After a stamp far ahead: where the next one continues before it, that one was wrong, and
-  /// nothing else is.
-  void endGap(const ros::Time& stamp) {
-    const ros::Time ahead = std::exchange(ahead_stamp_, ros::Time());
-    if (ahead.isZero()) return;
-    const double gap_s = ahead.toSec() - last_stamp_.toSec();
-    const bool continues_there = stamp.toSec() > ahead.toSec() - kTimeJump_s;
-    if (continues_there || stamp.toSec() < last_stamp_.toSec() - kTimeJump_s) {
-      last_stamp_ = ahead;
-      return;
-    }
-    queue_.dropStamp(
-        stream_, ahead,
-        {DropReason::kTimeJump,
-         formatted("its stamp was %g s ahead of the images before it and of the next one", gap_s)});
   }
 
   FrameQueue::Decision makePosed(const CameraImage& messages, const Eigen::Isometry3d& T_W_C) {
@@ -334,7 +299,7 @@ class ImageStream {
         posed.image = depth;
       }
     } catch (const std::exception& error) {  // of OpenCV or cv_bridge, or no memory for a copy
-      return Rejection{DropReason::kBadImage, errorText(error)};
+      return Rejection{drop::kBadImage, errorText(error)};
     }
     std::visit([&](auto& image) { image.T_W_C = T_W_C; }, posed.image);
     noteDoubts(posed);
@@ -377,14 +342,12 @@ class ImageStream {
   FrameQueue::Stream stream_;
   RateLimit rate_limit_;
   MotionGate motion_gate_;
-  std::atomic<bool> is_motion_new_{false};
   Rectification rectification_;
   CloudImages cloud_images_;
   bool is_cloud_ = false;         ///< Set before anything comes.
   std::optional<bool> has_info_;  ///< Of clouds: whether somebody publishes camera_info for them.
   PoseConvention convention_;
   ros::Time last_stamp_, last_whole_;
-  ros::Time ahead_stamp_;  ///< Of the last image, if far ahead of that; 0: it is not.
 
   mutable std::mutex mutex_;  ///< Guards the next ones.
   std::string warning_, fitted_camera_;

@@ -41,7 +41,7 @@ std::optional<Rejection> checkSize(const sensor_msgs::Image& image,
   const uint32_t width = region.width / pixelsBinned(info.binning_x);
   const uint32_t height = region.height / pixelsBinned(info.binning_y);
   if (image.width == width && image.height == height) return std::nullopt;
-  return Rejection{DropReason::kSizeMismatch,
+  return Rejection{drop::kSizeMismatch,
                    formatted("the image is %u x %u, but its camera_info is for %u x %u",
                              image.width, image.height, width, height)};
 }
@@ -54,7 +54,7 @@ std::optional<Rejection> checkIntrinsics(const sensor_msgs::Image& image,
     text = "coefficients of the distortion (D) are not finite";
   }
   if (text.empty()) return std::nullopt;
-  return Rejection{DropReason::kBadIntrinsics, "camera_info: " + text};
+  return Rejection{drop::kBadIntrinsics, "camera_info: " + text};
 }
 
 std::optional<Rejection> checkPixels(const sensor_msgs::Image& image, size_t pixel_bytes) {
@@ -65,7 +65,7 @@ std::optional<Rejection> checkPixels(const sensor_msgs::Image& image, size_t pix
     return std::nullopt;
   }
   return Rejection{
-      DropReason::kBadImage,
+      drop::kBadImage,
       formatted("rows of %u bytes and %zu bytes in all do not make an image of %u x %u, ",
                 image.step, image.data.size(), image.width, image.height) +
           printable(image.encoding)};
@@ -101,23 +101,22 @@ sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const In
 
 std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t most_bytes) {
   if (image.height != 0 && image.width > mostImagePixels() / image.height) {
-    return Rejection{DropReason::kTooLarge,
+    return Rejection{drop::kTooLarge,
                      formatted("the image has %u x %u pixels; at most %zu are supported",
                                image.width, image.height, mostImagePixels())};
   }
   if (image.data.size() > most_bytes) {
-    return Rejection{DropReason::kTooLarge,
+    return Rejection{drop::kTooLarge,
                      formatted("the image has %zu bytes; at most %zu may wait (input/queue_mb)",
                                image.data.size(), most_bytes)};
   }
   if (image.header.frame_id.size() > kLongestName || image.encoding.size() > kLongestName) {
     return Rejection{
-        DropReason::kLongName,
+        drop::kLongName,
         formatted("its frame_id or its encoding has more than %zu bytes", kLongestName)};
   }
   if (image.header.stamp.toSec() >= kLatestStamp_s) {
-    return Rejection{DropReason::kBadStamp,
-                     "its stamp is at the end of the time that ROS can represent"};
+    return Rejection{drop::kBadStamp, "its stamp is at the end of the time that ROS can represent"};
   }
   return std::nullopt;
 }
@@ -133,7 +132,7 @@ std::string findProblem(const sensor_msgs::CameraInfo& info) {
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,
                                     const sensor_msgs::CameraInfo& info, size_t pixel_bytes) {
   if (image.header.stamp.isZero()) {
-    return Rejection{DropReason::kNoStamp, "the image has no stamp, so its pose is unknown"};
+    return Rejection{drop::kNoStamp, "the image has no stamp, so its pose is unknown"};
   }
   if (auto rejection = checkPixels(image, pixel_bytes)) return rejection;
   if (auto rejection = checkSize(image, info)) return rejection;
@@ -165,7 +164,7 @@ bool isDepthEncoding(const std::string& encoding) { return depthEncodingOf(encod
 std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
                                          const sensor_msgs::CameraInfo& info) {
   if (!isDepthEncoding(image.encoding)) {
-    return Rejection{DropReason::kBadEncoding,
+    return Rejection{drop::kBadEncoding,
                      "encoding '" + printable(image.encoding) + "'; depth must be 16UC1 or 32FC1"};
   }
   return checkImage(image, info, image.encoding == enc::TYPE_32FC1 ? 4 : 2);
@@ -238,13 +237,13 @@ bool isColourEncoding(const std::string& encoding) {
 std::optional<Rejection> checkColourImage(const sensor_msgs::Image& image,
                                           const sensor_msgs::CameraInfo& info) {
   if (!isColourEncoding(image.encoding)) {
-    return Rejection{DropReason::kBadEncoding,
+    return Rejection{drop::kBadEncoding,
                      "encoding '" + printable(image.encoding) +
                          "'; colour must be rgb8, bgr8, rgba8, bgra8, mono8, mono16, Bayer or YUV "
                          "4:2:2"};
   }
   if (isYuv(image.encoding) && image.width % 2 != 0) {
-    return Rejection{DropReason::kBadImage,
+    return Rejection{drop::kBadImage,
                      "YUV 4:2:2 needs rows of an even number of pixels, "
                      "not " +
                          std::to_string(image.width)};
@@ -266,41 +265,28 @@ ColourFrame makeColourFrame(const sensor_msgs::ImageConstPtr& image,
   return frame;
 }
 
-namespace {
-
-bool hasAllRows(const sensor_msgs::Image& mask) {
-  return mask.step >= mask.width &&
-         mask.data.size() >= static_cast<size_t>(mask.step) * (mask.height - 1) + mask.width;
-}
-
-}  // namespace
-
 std::optional<Rejection> checkMask(const sensor_msgs::Image& mask,
                                    const sensor_msgs::Image& depth) {
   if (mask.encoding != enc::MONO8 && mask.encoding != enc::TYPE_8UC1) {
-    return Rejection{DropReason::kBadEncoding,
+    return Rejection{drop::kBadEncoding,
                      "a mask of encoding '" + printable(mask.encoding) + "'; it must be mono8"};
   }
   if (mask.width != depth.width || mask.height != depth.height) {
-    return Rejection{DropReason::kSizeMismatch,
+    return Rejection{drop::kSizeMismatch,
                      formatted("the mask is %u x %u, but its image %u x %u", mask.width,
                                mask.height, depth.width, depth.height)};
   }
-  if (hasAllRows(mask)) return std::nullopt;
-  return Rejection{DropReason::kBadImage, "the mask has fewer bytes than pixels"};
+  return checkPixels(mask, 1);
 }
 
 sensor_msgs::ImageConstPtr applyMask(const sensor_msgs::Image& mask,
                                      const sensor_msgs::Image& depth) {
-  const size_t pixel_bytes = static_cast<size_t>(enc::bitDepth(depth.encoding)) / 8;
+  const cv::Size size(static_cast<int>(depth.width), static_cast<int>(depth.height));
   const auto masked = boost::make_shared<sensor_msgs::Image>(depth);
-  for (size_t v = 0; v < depth.height; ++v) {
-    for (size_t u = 0; u < depth.width; ++u) {
-      if (mask.data[v * mask.step + u] == 0) continue;
-      // 0 is no measurement in each encoding and byte order, and its bytes are all 0.
-      std::fill_n(&masked->data[v * depth.step + u * pixel_bytes], pixel_bytes, uint8_t{0});
-    }
-  }
+  const int type = depth.encoding == enc::TYPE_32FC1 ? CV_32FC1 : CV_16UC1;
+  const cv::Mat hidden(size, CV_8UC1, const_cast<uint8_t*>(mask.data.data()), mask.step);
+  // 0 is no measurement in each encoding and byte order, and its bytes are all 0.
+  cv::Mat(size, type, masked->data.data(), masked->step).setTo(0, hidden);
   return masked;
 }
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <ros/master.h>
-#include <ros/network.h>
 #include <ros/this_node.h>
 #include <ros/time.h>
 
@@ -12,7 +11,7 @@
 #include <cmath>
 #include <cstdint>
 #include <deque>
-#include <optional>
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -28,14 +27,8 @@
 
 namespace dtsdf {
 
-/// Sorted, each once.
-struct PublishedTopics {
-  /// Images with "depth" in their name; what is only compressed with the ending of its transport.
-  std::vector<std::string> depth;
-  std::vector<std::string> colour;  ///< The same with "color", "colour" or "rgb", and not "depth".
-  std::vector<std::string> camera_info;  ///< Without those of views of maps.
-  std::vector<std::string> clouds;       ///< Without those of maps.
-};
+/// Types by topic, without those of maps.
+using PublishedTopics = std::map<std::string, std::string>;
 
 /// Asks the master, and waits for it no longer than for its answer; empty without one.
 inline PublishedTopics findPublishedTopics() {
@@ -44,51 +37,13 @@ inline PublishedTopics findPublishedTopics() {
   arguments[1] = "";
   if (!ros::master::execute("getPublishedTopics", arguments, result, topics, false)) return {};
   PublishedTopics published;
-  std::set<std::string> raw;
   for (int i = 0; i < topics.size(); ++i) {
-    if (topics[i][1] == "sensor_msgs/Image") raw.insert(topics[i][0]);
-  }
-  for (int i = 0; i < topics.size(); ++i) {
-    const std::string topic = topics[i][0], type = topics[i][1], image = withoutTransport(topic);
-    const auto has = [&](const char* part) { return topic.find(part) != std::string::npos; };
-    if (type == "sensor_msgs/CameraInfo" && !endsWith(topic, "/rendered/camera_info")) {
-      published.camera_info.push_back(topic);
-    }
-    if (type == "sensor_msgs/PointCloud2" && !endsWith(topic, "/surface_points") &&
-        !endsWith(topic, "/distance_slice")) {
-      published.clouds.push_back(topic);
-    }
-    const bool is_depth = has("depth");
-    if (!is_depth && !has("color") && !has("colour") && !has("rgb")) continue;
-    const bool is_compressed = type == "sensor_msgs/CompressedImage" && image != topic &&
-                               raw.count(image) == 0 && (is_depth || !has("compressedDepth"));
-    if (type != "sensor_msgs/Image" && !is_compressed) continue;
-    (is_depth ? published.depth : published.colour).push_back(topic);
-  }
-  for (auto* const list :
-       {&published.depth, &published.colour, &published.camera_info, &published.clouds}) {
-    std::sort(list->begin(), list->end());
+    const std::string topic = topics[i][0], type = topics[i][1];
+    const bool is_of_map = endsWith(topic, "/rendered/camera_info") ||
+                           endsWith(topic, "/surface_points") || endsWith(topic, "/distance_slice");
+    if (!is_of_map) published[topic] = type;
   }
   return published;
-}
-
-/// Who publishes a topic, and where: "/play on host robot123"; empty: nobody.
-inline std::string findPublisher(const std::string& topic) {
-  XmlRpc::XmlRpcValue arguments, result, state, uri;
-  arguments[0] = ros::this_node::getName();
-  if (!ros::master::execute("getSystemState", arguments, result, state, false)) return "";
-  for (int i = 0; i < state[0].size(); ++i) {
-    if (static_cast<std::string&>(state[0][i][0]) != topic) continue;
-    const std::string node = state[0][i][1][0];
-    arguments[1] = node;
-    std::string host;
-    uint32_t port = 0;
-    if (ros::master::execute("lookupNode", arguments, result, uri, false)) {
-      ros::network::splitURI(uri, host, port);
-    }
-    return node + " on host " + host;
-  }
-  return "";
 }
 
 /// Since when frames could have come: what is silent in a pause is no fault. Updated at each
@@ -133,9 +88,8 @@ class InputStatus {
  public:
   /// @param stale_s See StatusParams. @param find_topics Those that could be meant where one has no
   /// publisher.
-  explicit InputStatus(double stale_s, PublishedTopics (*find_topics)() = findPublishedTopics,
-                       std::string (*find_publisher)(const std::string&) = findPublisher)
-      : stale_s_(stale_s), find_topics_(find_topics), find_publisher_(find_publisher) {}
+  explicit InputStatus(double stale_s, PublishedTopics (*find_topics)() = findPublishedTopics)
+      : stale_s_(stale_s), find_topics_(find_topics) {}
 
   void fill(const InputReport& input, MapStatus& status) {
     run_clock_.update(input.at, input.now, input.paused);
@@ -155,7 +109,6 @@ class InputStatus {
              "discarded, and are received again; look for a publisher with a wrong clock, or of a "
              "frame that another one publishes");
     }
-    hintAtColour(input, status);
   }
 
  private:
@@ -163,9 +116,8 @@ class InputStatus {
 
   static std::vector<dtsdf_mapping::DropCount> dropCounts(const StreamReport& stream) {
     std::vector<dtsdf_mapping::DropCount> counts;
-    for (int i = 0; i < kDropReasonCount; ++i) {
-      if (stream.dropped_by[i] == 0) continue;
-      counts.push_back(dropCount(toString(static_cast<DropReason>(i)), stream.dropped_by[i]));
+    for (const auto& [reason, count] : stream.dropped_by) {
+      counts.push_back(dropCount(reason.name, count));
     }
     return counts;
   }
@@ -174,7 +126,7 @@ class InputStatus {
     StreamReport sum;
     for (const StreamReport& stream : input.streams) {
       if (!stream.isColour()) {
-        for (int i = 0; i < kDropReasonCount; ++i) sum.dropped_by[i] += stream.dropped_by[i];
+        for (const auto& [reason, count] : stream.dropped_by) sum.dropped_by[reason] += count;
         status.images_received += stream.received;
         status.frames_fused += stream.fused;
         status.last_fused_stamp = std::max(status.last_fused_stamp, stream.last_fused_stamp);
@@ -194,21 +146,11 @@ class InputStatus {
     addMemory(status, "images", kHost, input.waiting_bytes, input.max_waiting_bytes);
   }
 
-  /// Keeps what was reported in the last while; of slow images, so many that a share means
-  /// something.
+  /// Keeps what was reported in the last while.
   void addMoment(const InputReport& input) {
     constexpr std::chrono::seconds kWindow{30};
-    constexpr size_t kMostMoments = 600;
     moments_.emplace_back(input.at, input.streams);
-    const auto isOld = [&](const Moment& moment) {
-      uint64_t images = 0;
-      for (size_t i = 0; i < input.streams.size(); ++i) {
-        images += input.streams[i].received - moment.second[i].received;
-      }
-      return input.at - moment.first >= kWindow &&
-             (images >= kLeastImages || moments_.size() > kMostMoments);
-    };
-    while (moments_.size() > 2 && isOld(moments_[1])) moments_.pop_front();
+    while (moments_.size() > 2 && input.at - moments_[1].first >= kWindow) moments_.pop_front();
   }
 
   void judgeCamera(const InputReport& input, size_t index, MapStatus& status) const {
@@ -220,33 +162,28 @@ class InputStatus {
     // Of drops that are a fault, in the last while: how many, and the most common reason.
     const StreamReport& first = moments_.front().second[index];
     uint64_t dropped = 0, most = 0;
-    DropReason most_common = DropReason::kQueueFull;
-    for (int i = 0; i < kDropReasonCount; ++i) {
-      const auto reason = static_cast<DropReason>(i);
-      const uint64_t count = isFault(reason) ? depth.dropped_by[i] - first.dropped_by[i] : 0;
-      dropped += count;
-      if (count > most) most_common = reason;
-      most = std::max(most, count);
+    DropReason most_common = drop::kQueueFull;
+    for (const auto& [reason, count] : depth.dropped_by) {
+      const auto before = first.dropped_by.find(reason);
+      const uint64_t lately = count - (before == first.dropped_by.end() ? 0 : before->second);
+      if (!reason.is_fault) continue;
+      dropped += lately;
+      if (lately > most) most_common = reason;
+      most = std::max(most, lately);
     }
-    const bool is_lost = dropped > 0 && most_common == DropReason::kLost;
+    const bool is_lost = dropped > 0 && most_common == drop::kLost;
     if (judgeSilence(depth, is_lost, name, input, status)) return;
     if (depth.fused == 0) return judgeNoFrame(depth, name, status);
-    const std::string remedy = dropped > 0 ? remedyFor(most_common) : "";
-    const StreamReport& before =
-        moments_[moments_.size() < 2 ? 0 : moments_.size() - 2].second[index];
-    if (depth.droppedSum() - before.droppedSum() > depth.fused - before.fused) {
-      warn(MapStatus::MOST_DROPPED,
-           "most frames are dropped: " + depth.last_drop + (remedy.empty() ? "" : "; " + remedy));
-    }
     if (!depth.warning.empty()) warn(MapStatus::DOUBTFUL_INPUT, depth.warning);
     // Drops that are worth a word, though most frames are fused.
     constexpr double kReportedShare = 0.02;
     const uint64_t received = depth.received - first.received;
     const double share = static_cast<double>(dropped) / static_cast<double>(received);
     if (received >= kLeastImages && share > kReportedShare) {
+      const std::string remedy = most_common.remedy;
       warn(MapStatus::SOME_DROPPED, std::to_string(std::lround(100.0 * share)) +
                                         " % of the depth images were dropped lately, most as " +
-                                        toString(most_common) + ": " +
+                                        most_common.name + ": " +
                                         (remedy.empty() ? depth.last_drop : remedy));
     }
     if (index + 1 == input.streams.size() || !input.streams[index + 1].isColour()) return;
@@ -301,11 +238,10 @@ class InputStatus {
                  (depth.image_publishers == 0 ? whyNoPublisher(depth)
                                               : "its publisher has sent nothing yet"));
     } else if (depth.camera_infos == 0 && !depth.is_cloud) {
-      const std::vector<std::string> infos = find_topics_().camera_info;
+      const std::string others = whereElse(find_topics_(), "camera_info", "CameraInfo");
       report(status, MapStatus::WARN, MapStatus::NO_CAMERA_INFO,
              name + "depth images are received, but no camera_info on '" + depth.info_topic + "'" +
-                 describeOthers("camera_info", infos) +
-                 (infos.empty() ? "" : "; set camera_info:="));
+                 others + (others.empty() ? "" : "; set camera_info:="));
     } else if (!why.empty()) {
       report(status, MapStatus::WARN, MapStatus::NO_FRAME_YET, name + "no frame fused yet: " + why);
     } else {
@@ -316,72 +252,46 @@ class InputStatus {
 
   /// Why no depth images come.
   std::string whyNoPublisher(const StreamReport& depth) const {
-    const std::string& topic = depth.topic;
     const PublishedTopics topics = find_topics_();
-    const std::vector<std::string>& others = depth.is_cloud ? topics.depth : topics.clouds;
-    if (std::binary_search(others.begin(), others.end(), topic)) {
-      return std::string("it is published as sensor_msgs/") +
-             (depth.is_cloud ? "Image; set image_transport:=raw"
-                             : "PointCloud2; set image_transport:=cloud");
+    const std::string image = withoutTransport(depth.topic);
+    const char* const kCloud = "sensor_msgs/PointCloud2";
+    const auto same = topics.find(depth.topic);
+    if (same != topics.end() && (same->second == kCloud) == depth.is_cloud) {
+      constexpr double kConnectPatience_s = 3.0;  // who is not connected to by then cannot be
+      return run_clock_.ran_s() < kConnectPatience_s
+                 ? "it is published, but not connected to yet"
+                 : "it is published, but cannot be reached: set ROS_HOSTNAME or ROS_IP on both "
+                   "machines";
     }
-    constexpr double kConnectPatience_s = 3.0;  // who is not connected to by then cannot be
-    const std::string publisher =
-        run_clock_.ran_s() < kConnectPatience_s ? "" : find_publisher_(topic);
-    if (!publisher.empty()) {
-      return "it is published by " + printable(publisher) +
-             ", which cannot be reached: set ROS_HOSTNAME or ROS_IP on both machines";
+    for (const auto& [topic, type] : topics) {
+      if (withoutTransport(topic) != image) continue;
+      const std::string transport = type == kCloud   ? "cloud"
+                                    : topic == image ? "raw"
+                                                     : topic.substr(image.size() + 1);
+      return "it is published as " + type + "; set image_transport:=" + transport;
     }
-    for (const std::string& other : topics.depth) {
-      if (other == topic) return "it is published, but not connected to yet";
-      const std::string image = withoutTransport(other);
-      if (image != withoutTransport(topic)) continue;
-      if (other == image) return "it is published as sensor_msgs/Image; set image_transport:=raw";
-      return "it is published as sensor_msgs/CompressedImage; set image_transport:=" +
-             other.substr(image.size() + 1);
-    }
+    const std::string images = whereElse(topics, "depth", "Image", "depth");
     return "it has no publisher" +
-           (depth.is_cloud || topics.depth.empty()
-                ? describeOthers("a cloud (image_transport:=cloud)", topics.clouds)
-                : describeOthers("depth", topics.depth));
+           (depth.is_cloud || images.empty()
+                ? whereElse(topics, "a cloud (image_transport:=cloud)", "PointCloud2")
+                : images);
   }
 
-  /// "'/a' and '/b'".
-  static std::string inQuotes(const std::vector<std::string>& topics) {
+  /// "; depth is published on '/a' and '/b'": topics with these parts of their types and names,
+  /// without the endings of transports; empty if there are none.
+  static std::string whereElse(const PublishedTopics& topics, const std::string& what,
+                               const char* part_of_type, const char* part_of_name = "") {
+    std::set<std::string> names;
+    for (const auto& [topic, type] : topics) {
+      const bool is_meant = type.find(part_of_type) != std::string::npos &&
+                            topic.find(part_of_name) != std::string::npos;
+      if (is_meant) names.insert(printable(withoutTransport(topic)));
+    }
     std::string text;
-    for (const std::string& topic : topics) {
-      text += (text.empty() ? "'" : " and '") + printable(topic) + "'";
+    for (const std::string& name : names) {
+      text += (text.empty() ? "; " + what + " is published on '" : " and '") + name + "'";
     }
     return text;
-  }
-
-  /// "; depth is published on '/a' and '/b'"; empty without topics.
-  static std::string describeOthers(const std::string& what,
-                                    const std::vector<std::string>& topics) {
-    return topics.empty() ? "" : "; " + what + " is published on " + inQuotes(topics);
-  }
-
-  /// That colour is published, but not on the topic that is waited for. Most depth cameras come
-  /// without colour, so a map without is no trouble; but who set a wrong topic would never learn
-  /// why the mesh is grey. Colour may start later than depth.
-  void hintAtColour(const InputReport& input, MapStatus& status) {
-    constexpr double kColourPatience_s = 10.0;
-    for (size_t i = 1; i < input.streams.size(); ++i) {
-      const StreamReport& colour = input.streams[i];
-      const bool is_silent = colour.received == 0 && colour.image_publishers == 0;
-      // Colour that is required is a matter of the verdict.
-      if (!colour.isColour() || colour.is_needed || !is_silent) continue;
-      if (input.streams[i - 1].fused == 0 || run_clock_.ran_s() < kColourPatience_s) continue;
-      if (!colour_topics_) colour_topics_ = find_topics_().colour;
-      if (colour_topics_->empty()) continue;
-      const bool is_compressed =
-          std::any_of(colour_topics_->begin(), colour_topics_->end(),
-                      [&](const auto& topic) { return withoutTransport(topic) == colour.topic; });
-      report(status, MapStatus::OK, MapStatus::NO_COLOUR,
-             "mapping; no colour image received on '" + colour.topic + "': it has no publisher; " +
-                 (is_compressed
-                      ? "it is published compressed; set color_image_transport:=compressed"
-                      : "colour is published on " + inQuotes(*colour_topics_) + " (color:=)"));
-    }
   }
 
   /// Of fewer images than that no share of drops is reported.
@@ -389,11 +299,9 @@ class InputStatus {
 
   const double stale_s_;
   PublishedTopics (*const find_topics_)();
-  std::string (*const find_publisher_)(const std::string&);
   RunClock run_clock_;
   std::deque<Moment> moments_;  ///< Of the last while.
   uint64_t restarts_ = 0;
-  std::optional<std::vector<std::string>> colour_topics_;  ///< Once they were asked for.
 };
 
 }  // namespace dtsdf

@@ -18,9 +18,6 @@ namespace {
 
 using Matrix = cv::Matx33d;
 
-/// Another camera_info in each message is another warning.
-constexpr double kWarningPeriod_s = 5.0;
-
 /// Not in the message headers of every distribution.
 const std::string kEquidistant = "equidistant";
 
@@ -128,16 +125,6 @@ std::string Rectification::obstacle(const sensor_msgs::CameraInfo& info) const {
          std::to_string(info.D.size()) + " coefficients is not supported";
 }
 
-/// Once for each reason, and not too often where each image has another one.
-void Rectification::warn(const std::string& text) {
-  const ros::WallTime now = ros::WallTime::now();
-  warning_ = text;
-  if (text == logged_ || (now - warned_at_).toSec() < kWarningPeriod_s) return;
-  warned_at_ = now;
-  logged_ = text;
-  ROS_WARN_STREAM_NAMED("dtsdf_mapping", text);
-}
-
 void Rectification::makeTable(const CameraImage& raw) {
   const cv::Size size(static_cast<int>(raw.image->width), static_cast<int>(raw.image->height));
   const auto [from_u, from_v] = sourcesOf(*raw.info, size);
@@ -153,8 +140,9 @@ CameraImage Rectification::apply(const CameraImage& raw) {
   if (!isToBeUndone(*raw.info)) return raw;
   const std::string problem = obstacle(*raw.info);
   if (!problem.empty()) {
-    warn("the images of '" + topic_ +
-         "' are distorted and not rectified, so the map will be bent: " + problem);
+    warning_ = "the images of '" + topic_ +
+               "' are distorted and not rectified, so the map will be bent: " + problem;
+    ROS_WARN_STREAM_THROTTLE_NAMED(60.0, "dtsdf_mapping", warning_);
     return raw;
   }
   sensor_msgs::CameraInfo camera = *raw.info;

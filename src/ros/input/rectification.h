@@ -1,7 +1,6 @@
 /// Undoes the distortion of raw images.
 #pragma once
 
-#include <ros/time.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 
@@ -29,13 +28,12 @@ class Rectification {
   /// The image as it is, or rectified: one that has passed checkDepthImage() or checkColourImage().
   CameraImage apply(const CameraImage& raw);
 
-  /// Why the geometry of the last image is bent, which the log says once; else empty.
+  /// Why the geometry of the last image is bent, which the log says; else empty.
   const std::string& warning() const { return warning_; }
 
  private:
   /// Why the image stays as it is although it is distorted; empty if it does not.
   std::string obstacle(const sensor_msgs::CameraInfo& info) const;
-  void warn(const std::string& text);
   bool isToBeUndone(const sensor_msgs::CameraInfo& info) const;
   void makeTable(const CameraImage& raw);
   sensor_msgs::ImageConstPtr rectified(const CameraImage& raw) const;
@@ -43,8 +41,7 @@ class Rectification {
   RectifyChoice choice_;
   std::string topic_;
   bool is_colour_;
-  ros::WallTime warned_at_;
-  std::string warning_, logged_;
+  std::string warning_;
 
   sensor_msgs::CameraInfo table_info_;              ///< What the table was made for.
   sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Without stamp.

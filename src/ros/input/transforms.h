@@ -17,7 +17,6 @@
 #include <mutex>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,7 +32,7 @@ namespace dtsdf {
 struct PoseAnswer {
   std::optional<Eigen::Isometry3d> T_W_C = std::nullopt;  ///< Nothing if it is not known.
   bool may_come = false;  ///< Unless the transforms that are known are all newer than the stamp.
-  std::string text = {};  ///< What is missing, and what the newest transform is.
+  std::string text = {};  ///< What is missing.
 };
 
 /// What the status reports about transforms.
@@ -49,8 +48,9 @@ struct TransformReport {
 /// are on /tf too, which are ignored from then on. Thread safe.
 class Transforms {
  public:
-  explicit Transforms(SteadyClock clock = std::chrono::steady_clock::now)
-      : clock_(std::move(clock)), core_(makeCore()) {}
+  /// By default they are kept for longer than any frame waits in a queue that keeps up.
+  explicit Transforms(SteadyClock clock = std::chrono::steady_clock::now, double kept_s = 30.0)
+      : clock_(std::move(clock)), kept_(kept_s), core_(makeCore()) {}
 
   /// Receives /tf and /tf_static, on the queue of the node handle.
   void subscribe(ros::NodeHandle nh) {
@@ -69,35 +69,23 @@ class Transforms {
             bool is_static = false) {
     const std::lock_guard<std::mutex> lock(mutex_);
     const std::string child = stripLeadingSlash(transform.child_frame_id);
-    std::string problem;  // tf2 itself says what it refuses
-    if (child.empty() || isLong(child) || isLong(transform.header.frame_id)) {
-      problem = formatted("the name of a frame is empty or longer than %zu bytes", kLongestName);
-    } else {
-      if (is_static && ignored_statics_.count(child) > 0) return;
-      if (is_static) {
-        statics_[child] = transform;
-      } else {
-        moving_.insert(child);
-        received_at_ = clock_();
-      }
-      try {
-        if (core_->setTransform(transform, publisher, is_static)) return;
-      } catch (const std::exception& error) {  // for a stamp at the end of time, or no memory
-        problem = errorText(error);
-      }
+    if (is_static && ignored_statics_.count(child) > 0) return;
+    const bool is_named = !child.empty() && !isLong(child) && !isLong(transform.header.frame_id);
+    if (is_named && is_static) statics_[child] = transform;
+    if (is_named && !is_static) {
+      moving_.insert(child);
+      received_at_ = clock_();
+    }
+    try {
+      if (is_named && core_->setTransform(transform, publisher, is_static)) return;
+    } catch (const std::exception&) {  // for a stamp at the end of time, or no memory
     }
     ++report_.refused;
-    if (problem.empty()) return;
-    ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping",
-                                   "a transform of " << printable(publisher)
-                                                     << " was refused: " << problem << " ["
-                                                     << report_.refused << " refused so far]");
   }
 
-  /// The pose of a frame in another one at a stamp; 0: by the newest transform. `what` is of the
-  /// stamp, in words.
-  PoseAnswer find(const std::string& parent, const std::string& frame, const ros::Time& stamp,
-                  const char* what = "the request") const {
+  /// The pose of a frame in another one at a stamp; 0: by the newest transform.
+  PoseAnswer find(const std::string& parent, const std::string& frame,
+                  const ros::Time& stamp) const {
     PoseAnswer answer;
     if (isLong(frame) || isLong(parent)) {
       answer.text = formatted("the name of a frame is longer than %zu bytes", kLongestName);
@@ -110,14 +98,12 @@ class Transforms {
     try {
       answer.T_W_C = toIsometry(core->lookupTransform(parent, frame, stamp).transform);
       return answer;
-    } catch (const std::runtime_error&) {
+    } catch (const std::runtime_error& error) {
       // tf2's own exceptions, and that of ros::Duration where stamps lie over 68 years apart.
+      answer.text = "no transform from '" + printable(frame) + "' to '" + printable(parent) +
+                    "': " + (newest ? errorText(error) : describeFrames(*core));
     }
     answer.may_come = !newest || *newest < stamp;
-    answer.text = describe(*core, newest, parent, frame, stamp, what);
-    if (core->allFramesAsString().empty() && report().refused > 0) {
-      answer.text = "all transforms received were refused: NaN, no rotation, or no name of a frame";
-    }
     return answer;
   }
 
@@ -186,8 +172,7 @@ class Transforms {
   }
 
   Core makeCore() const {
-    constexpr double kKept_s = 30.0;  // longer than any frame waits in a queue that keeps up
-    auto core = std::make_shared<tf2::BufferCore>(ros::Duration(kKept_s));
+    auto core = std::make_shared<tf2::BufferCore>(kept_);
     for (const auto& [child, transform] : statics_) core->setTransform(transform, "static", true);
     return core;
   }
@@ -214,42 +199,22 @@ class Transforms {
     }
   }
 
-  static std::string describe(const tf2::BufferCore& core, const std::optional<ros::Time>& newest,
-                              const std::string& parent, const std::string& frame,
-                              const ros::Time& stamp, const char* what) {
-    std::ostringstream text;
-    text.imbue(std::locale::classic());
-    text << "no transform from '" << printable(frame) << "' to '" << printable(parent) << "': ";
-    if (!newest) {
-      text << describeFrames(core, parent, frame);
-    } else if (*newest >= stamp) {
-      text << what << " is older than every transform that is kept, of which the newest is "
-           << newest->toSec() - stamp.toSec() << " s after it; normal for the first images only";
-    } else {
-      text << "the newest is stamped " << *newest << ", " << stamp.toSec() - newest->toSec()
-           << " s before " << what << " of " << stamp;
-    }
-    return text.str();
-  }
-
-  /// Which frame TF lacks, and what to do.
-  static std::string describeFrames(const tf2::BufferCore& core, const std::string& parent,
-                                    const std::string& frame) {
+  /// What TF lacks is not among these.
+  std::string describeFrames(const tf2::BufferCore& core) const {
     std::vector<std::string> frames;
     core._getFrameStrings(frames);
-    if (frames.empty()) return "nothing has been received on /tf or /tf_static";
     std::sort(frames.begin(), frames.end());
-    const std::string names = listOfFrames(frames);
-    for (const std::string& name : {parent, frame}) {
-      if (std::binary_search(frames.begin(), frames.end(), name)) continue;
-      return "TF has no frame '" + printable(name) + "'; it has " + names +
-             "; start what publishes '" + printable(name) + "'" +
-             (name == parent ? ", or set map_frame to one of these" : "");
+    if (!frames.empty()) {
+      return "TF has " + listOfFrames(frames) +
+             "; start what publishes the other, or set map_frame to one of these";
     }
-    return "TF has both frames, but no chain of transforms between them; it has " + names;
+    return report().refused > 0
+               ? "all transforms received were refused: NaN, no rotation, or no name of a frame"
+               : "nothing has been received on /tf or /tf_static";
   }
 
   const SteadyClock clock_;
+  const ros::Duration kept_;
   mutable std::mutex mutex_;                                        ///< Guards what follows.
   std::map<std::string, geometry_msgs::TransformStamped> statics_;  ///< By child.
   std::set<std::string> moving_;                                    ///< Children on /tf.

@@ -18,7 +18,7 @@ constexpr char kUsage[] =
 int main(int argc, char** argv) {
   return dtsdf::runNode(argc, argv, "mapping", kUsage, dtsdf::toTree(dtsdf::MappingParams()),
                         [](const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
-                          const dtsdf::Pipeline node(nh, private_nh);
+                          const auto node = dtsdf::startPipeline(nh, private_nh);
                           ros::spin();
                         });
 }

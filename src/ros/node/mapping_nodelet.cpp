@@ -21,7 +21,7 @@ class MappingNodelet : public nodelet::Nodelet {
  private:
   void onInit() override {
     try {
-      node_ = std::make_unique<Pipeline>(getNodeHandle(), getPrivateNodeHandle());
+      node_ = startPipeline(getNodeHandle(), getPrivateNodeHandle());
     } catch (const std::exception& error) {
       // The manager refuses the nodelet, but prints this text nowhere.
       NODELET_FATAL_STREAM(getName() << " cannot start: " << startErrorText(error));
@@ -29,7 +29,7 @@ class MappingNodelet : public nodelet::Nodelet {
     }
   }
 
-  std::unique_ptr<Pipeline> node_;
+  std::shared_ptr<void> node_;
 };
 
 }  // namespace dtsdf

@@ -20,14 +20,9 @@ namespace dtsdf {
 inline void fillMeshes(const PagedMeshes::Stats& pages, size_t bytes, size_t max_bytes,
                        MapStatus& status) {
   addMemory(status, "mesh", kHost, bytes, max_bytes);
-  addPages(status, pages);
-  if (pages.lost > 0) {
-    report(status, MapStatus::WARN, MapStatus::MESHES_LOST,
-           "the meshes of " + std::to_string(pages.lost) +
-               " blocks could not be read back and are not shown: " + pages.problem);
-  }
+  addPages(status, pages, "blocks of the mesh");
   if (pages.failures > 0 && bytes > max_bytes) {
-    report(status, MapStatus::WARN, MapStatus::MESHES_IN_MEMORY,
+    report(status, MapStatus::WARN, MapStatus::DISK_FULL,
            "meshes stay in memory: " + pages.problem);
   }
 }

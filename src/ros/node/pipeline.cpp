@@ -1,20 +1,33 @@
 #include "ros/node/pipeline.h"
 
 #include <dtsdf_mapping/ClearRegion.h>
+#include <dtsdf_mapping/PublishConfig.h>
+#include <dynamic_reconfigure/server.h>
 #include <ros/console.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "ros/common/callback_guard.h"
 #include "ros/common/free_memory.h"
 #include "ros/common/node_start.h"
 #include "ros/common/requests.h"
 #include "ros/common/service.h"
-#include "ros/common/status_fields.h"
+#include "ros/common/worker_thread.h"
+#include "ros/input/image_stream.h"
+#include "ros/input/input_status.h"
+#include "ros/node/output.h"
+#include "ros/node/status.h"
+#include "ros/steps/live_map.h"
 #include "ros/steps/make_steps.h"
+#include "ros/steps/map_frame.h"
 
 namespace dtsdf {
 namespace {
@@ -38,162 +51,190 @@ FrameQueue::Limits queueLimits(const InputParams& input) {
   return {static_cast<size_t>(input.queue_size), queueBytesOf(input), input.merge_wait_s};
 }
 
+/// Its threads: dtsdf_input (messages, poses), dtsdf_map (fuse, mesh), dtsdf_output (what is
+/// published) and two of dtsdf_service. What waits for a loop throws what the loop's work throws,
+/// and std::future_error once the loops have stopped. The thread(s) of the caller's node handles
+/// publish the status, pause and answer queries. It loads map/load_file, and then receives images.
+class Pipeline {
+ public:
+  Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
+      : params_(readParams(private_nh)),
+        rates_(params_.node.publish),
+        output_loop_("dtsdf_output", kLowNiceness),
+        map_loop_("dtsdf_map"),
+        services_("dtsdf_service", kLowNiceness),
+        input_("dtsdf_input"),
+        frame_(params_, transforms_),
+        queue_(queueLimits(params_.node.input), [this] { map_loop_.wake(); }),
+        output_(params_, steps_, [this] { output_loop_.wake(); }),
+        map_(makeMapper(params_.mapper), params_, queue_, frame_, output_.queue(), steps_),
+        host_{params_,
+              rates_,
+              transforms_,
+              frame_,
+              map_,
+              output_.mesh(),
+              map_loop_,
+              [this] { output_.takeChanges(); },
+              [this] { settle(); },
+              is_ending_},
+        input_status_(params_.node.status.stale_s) {
+    try {
+      start(nh, private_nh);
+    } catch (...) {
+      stop();
+      throw;
+    }
+  }
+  ~Pipeline() { stop(); }
+
+ private:
+  void start(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
+    const std::string& name = private_nh.getNamespace();
+    const Handles handles{private_nh, services_.serve(private_nh), input_.serve(nh),
+                          name.substr(0, name.rfind('/'))};
+    addStreams(handles.input, handles.ns);
+    steps_ = makeSteps(host_);
+    for (const auto& step : steps_) step->advertise(handles);
+    advertise(handles);
+    output_loop_.start([this] { return output_.step(); });
+    map_loop_.start([this] { return map_.step(); });
+    MapStatus status;
+    map_.fill(status);
+    ROS_INFO_STREAM_NAMED("dtsdf_mapping", "backend: " << status.backend << ", voxels of "
+                                                       << params_.mapper.map.voxel_size_m << " m");
+    for (const auto& step : steps_) step->begin();
+    transforms_.subscribe(input_.serve(nh));
+    for (const auto& stream : streams_) stream->subscribe(private_nh);
+    input_.start([this] { return poseFrames(); });
+    services_.start(nullptr, kServiceThreads);
+    status_.emplace(nh, private_nh, frameOfMap(params_.node), params_.node.publish.status_rate_hz,
+                    [this](MapStatus& current) { fill(current); });
+    rates_server_.emplace(ros::NodeHandle(private_nh, "publish"));
+    rates_server_->setCallback([this](const dtsdf_mapping::PublishConfig& config, uint32_t) {
+      guarded("rates", [&] { setRates(config); });
+    });
+  }
+
+  /// Each camera of the setting `cameras` has its topics in its namespace; without that setting
+  /// there is one camera in the node's own. Colour whose stamps go back restarts alone: what is
+  /// mapped does not depend on it.
+  void addStreams(const ros::NodeHandle& nh, const std::string& ns) {
+    const std::vector<std::string>& names = params_.node.cameras;
+    const auto restart = [this](const ros::Time& stamp) { restartStamps(stamp); };
+    for (size_t camera = 0; camera < std::max<size_t>(1, names.size()); ++camera) {
+      const std::string name = names.empty() ? "" : names[camera];
+      const auto add = [&](const ImageKind& kind, std::function<void(const ros::Time&)> on_jump) {
+        streams_.push_back(std::make_unique<ImageStream>(
+            kind, name, camera, names.empty() ? ns : ns + "/" + name, nh, params_.node, transforms_,
+            queue_, std::move(on_jump)));
+      };
+      add(kDepthImages, restart);
+      if (params_.node.colour.enabled != ColourUse::kNever) add(kColourImages, nullptr);
+    }
+  }
+
+  /// Input's thread. Returns how long there will be nothing to do unless a message comes.
+  std::chrono::milliseconds poseFrames() noexcept {
+    bool waits = false;
+    guarded("input", [&] {
+      for (const auto& stream : streams_) waits = stream->step() || waits;
+    });
+    return waits ? kTransformPoll : kUntilNextImage;
+  }
+
+  void restartStamps(const ros::Time& stamp) {
+    for (const auto& stream : streams_) stream->restartStamps(stamp);
+    // Under simulated time it was done when the transforms came, and new ones may be in by now.
+    if (!ros::Time::isSimTime()) transforms_.clear();
+  }
+
+  /// Who waits for a loop is answered that it has ended. Frames that wait are dropped.
+  void stop() {
+    rates_server_.reset();
+    status_.reset();
+    is_ending_ = true;
+    queue_.end();
+    map_loop_.stop();
+    output_loop_.stop();
+    services_.stop();
+    input_.stop();
+    steps_.clear();
+  }
+
+  void advertise(const Handles& handles) {
+    servers_.push_back(serve<std_srvs::SetBool>(
+        handles.prompt, "pause", [this](const auto& request, auto& response) {
+          queue_.setPaused(request.data != 0);
+          response.message = request.data ? "paused: frames are dropped" : "mapping";
+        }));
+    servers_.push_back(
+        serve<std_srvs::Trigger>(handles.waiting, "clear_map", [this](const auto&, auto& response) {
+          map_loop_.run([this] { map_.clear(); }).get();
+          settle();
+          returnFreeMemory();
+          response.message = "the map is empty";
+        }));
+    servers_.push_back(serve<dtsdf_mapping::ClearRegion>(
+        handles.waiting, "clear_region", [this](const auto& request, auto& response) {
+          const Region region =
+              readRegion(request.box, request.sphere, frame_.find(request.frame_id));
+          const ClearedRegion cleared =
+              map_loop_.run([&] { return map_.clearRegion(region); }).get();
+          response.voxels = cleared.voxels;
+          response.blocks = cleared.blocks;
+          response.message = "emptied " + std::to_string(cleared.voxels) + " voxels, freed " +
+                             std::to_string(cleared.blocks) + " blocks";
+        }));
+  }
+
+  /// Waits until the output has taken over what was handed to it.
+  void settle() {
+    output_loop_.run([this] { output_.settle(); }).get();
+  }
+
+  void setRates(const dtsdf_mapping::PublishConfig& config) {
+    rates_.mesh_hz = config.mesh_rate_hz;
+    rates_.points_hz = config.points_rate_hz;
+    rates_.space_hz = config.space_rate_hz;
+    status_->setRate(config.status_rate_hz);
+  }
+
+  void fill(MapStatus& status) {
+    std::vector<StreamReport> streams;
+    for (const auto& stream : streams_) streams.push_back(stream->report());
+    map_.fill(status);
+    input_status_.fill({streams, transforms_.report(), queue_.bytes(), queue_.maxBytes(),
+                        queue_.isPaused(), std::chrono::steady_clock::now(), ros::Time::now()},
+                       status);
+    for (const auto& step : steps_) step->fill(status);
+    output_.fill(status);
+  }
+
+  const MappingParams params_;
+  Rates rates_;
+  std::atomic<bool> is_ending_{false};
+  WorkerThread output_loop_, map_loop_, services_, input_;
+  Transforms transforms_;
+  MapFrame frame_;
+  FrameQueue queue_;
+  Steps steps_;  ///< Empty until start().
+  Output output_;
+  LiveMap map_;
+  const Host host_;
+  /// Of each camera its depth, and its colour where that is wanted.
+  std::vector<std::unique_ptr<ImageStream>> streams_;
+  InputStatus input_status_;
+  std::vector<ros::ServiceServer> servers_;
+  std::optional<StatusPublisher> status_;
+  /// Below `publish/`, so that its keys are those of the settings.
+  std::optional<dynamic_reconfigure::Server<dtsdf_mapping::PublishConfig>> rates_server_;
+};
+
 }  // namespace
 
-Pipeline::Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
-    : params_(readParams(private_nh)),
-      rates_(params_.node.publish),
-      output_loop_("dtsdf_output", kLowNiceness),
-      map_loop_("dtsdf_map"),
-      services_("dtsdf_service", kLowNiceness),
-      input_("dtsdf_input"),
-      frame_(params_, transforms_),
-      queue_(queueLimits(params_.node.input), [this] { map_loop_.wake(); }),
-      output_(params_, steps_, [this] { output_loop_.wake(); }),
-      map_(makeMapper(params_.mapper), params_, queue_, frame_, output_.queue(), steps_),
-      host_{params_,
-            rates_,
-            transforms_,
-            frame_,
-            map_,
-            output_.mesh(),
-            map_loop_,
-            [this] {
-              for (const auto& stream : streams_) stream->restartMotion();
-            },
-            [this] { output_.takeChanges(); },
-            [this] { settle(); },
-            is_ending_},
-      input_status_(params_.node.status.stale_s) {
-  try {
-    start(nh, private_nh);
-  } catch (...) {
-    stop();
-    throw;
-  }
-}
-
-void Pipeline::start(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
-  const std::string& name = private_nh.getNamespace();
-  const Handles handles{private_nh, services_.serve(private_nh), input_.serve(nh),
-                        name.substr(0, name.rfind('/'))};
-  addStreams(handles.input, handles.ns);
-  steps_ = makeSteps(host_);
-  for (const auto& step : steps_) step->advertise(handles);
-  advertise(handles);
-  output_loop_.start([this] { return output_.step(); });
-  map_loop_.start([this] { return map_.step(); });
-  MapStatus status;
-  map_.fill(status);
-  ROS_INFO_STREAM_NAMED("dtsdf_mapping", "backend: " << status.backend << ", voxels of "
-                                                     << params_.mapper.map.voxel_size_m << " m");
-  for (const auto& step : steps_) step->begin();
-  transforms_.subscribe(input_.serve(nh));
-  for (const auto& stream : streams_) stream->subscribe(private_nh);
-  input_.start([this] { return poseFrames(); });
-  services_.start(nullptr, kServiceThreads);
-  status_.emplace(nh, private_nh, frameOfMap(params_.node), params_.node.publish.status_rate_hz,
-                  [this](MapStatus& current) { fill(current); });
-  rates_server_.emplace(ros::NodeHandle(private_nh, "publish"));
-  rates_server_->setCallback([this](const dtsdf_mapping::PublishConfig& config, uint32_t) {
-    guarded("rates", [&] { setRates(config); });
-  });
-}
-
-/// Each camera of the setting `cameras` has its topics in its namespace; without that setting there
-/// is one camera in the node's own. Colour whose stamps go back restarts alone: what is mapped does
-/// not depend on it.
-void Pipeline::addStreams(const ros::NodeHandle& nh, const std::string& ns) {
-  const std::vector<std::string>& names = params_.node.cameras;
-  const auto restart = [this](const ros::Time& stamp) { restartStamps(stamp); };
-  for (size_t camera = 0; camera < std::max<size_t>(1, names.size()); ++camera) {
-    const std::string name = names.empty() ? "" : names[camera];
-    const auto add = [&](const ImageKind& kind, std::function<void(const ros::Time&)> on_jump) {
-      streams_.push_back(
-          std::make_unique<ImageStream>(kind, name, camera, names.empty() ? ns : ns + "/" + name,
-                                        nh, params_.node, transforms_, queue_, std::move(on_jump)));
-    };
-    add(kDepthImages, restart);
-    if (params_.node.colour.enabled != ColourUse::kNever) add(kColourImages, nullptr);
-  }
-}
-
-/// Input's thread. Returns how long there will be nothing to do unless a message comes.
-std::chrono::milliseconds Pipeline::poseFrames() noexcept {
-  bool waits = false;
-  guarded("input", [&] {
-    for (const auto& stream : streams_) waits = stream->step() || waits;
-  });
-  return waits ? kTransformPoll : kUntilNextImage;
-}
-
-void Pipeline::restartStamps(const ros::Time& stamp) {
-  for (const auto& stream : streams_) stream->restartStamps(stamp);
-  // Under simulated time it was done when the transforms came, and new ones may be in by now.
-  if (!ros::Time::isSimTime()) transforms_.clear();
-}
-
-Pipeline::~Pipeline() { stop(); }
-
-/// Who waits for a loop is answered that it has ended. Frames that wait are dropped.
-void Pipeline::stop() {
-  rates_server_.reset();
-  status_.reset();
-  is_ending_ = true;
-  queue_.end();
-  map_loop_.stop();
-  output_loop_.stop();
-  services_.stop();
-  input_.stop();
-  steps_.clear();
-}
-
-void Pipeline::advertise(const Handles& handles) {
-  servers_.push_back(serve<std_srvs::SetBool>(
-      handles.prompt, "pause", [this](const auto& request, auto& response) {
-        queue_.setPaused(request.data != 0);
-        response.message = request.data ? "paused: frames are dropped" : "mapping";
-      }));
-  servers_.push_back(
-      serve<std_srvs::Trigger>(handles.waiting, "clear_map", [this](const auto&, auto& response) {
-        map_loop_.run([this] { map_.clear(); }).get();
-        settle();
-        returnFreeMemory();
-        response.message = "the map is empty";
-      }));
-  servers_.push_back(serve<dtsdf_mapping::ClearRegion>(
-      handles.waiting, "clear_region", [this](const auto& request, auto& response) {
-        const Region region =
-            readRegion(request.box, request.sphere, frame_.find(request.frame_id));
-        const ClearedRegion cleared = map_loop_.run([&] { return map_.clearRegion(region); }).get();
-        response.voxels = cleared.voxels;
-        response.blocks = cleared.blocks;
-        response.message = "emptied " + std::to_string(cleared.voxels) + " voxels, freed " +
-                           std::to_string(cleared.blocks) + " blocks";
-      }));
-}
-
-/// Waits until the output has taken over what was handed to it.
-void Pipeline::settle() {
-  output_loop_.run([this] { output_.settle(); }).get();
-}
-
-void Pipeline::setRates(const dtsdf_mapping::PublishConfig& config) {
-  rates_.mesh_hz = config.mesh_rate_hz;
-  rates_.points_hz = config.points_rate_hz;
-  rates_.space_hz = config.space_rate_hz;
-  status_->setRate(config.status_rate_hz);
-}
-
-void Pipeline::fill(MapStatus& status) {
-  std::vector<StreamReport> streams;
-  for (const auto& stream : streams_) streams.push_back(stream->report());
-  map_.fill(status);
-  input_status_.fill({streams, transforms_.report(), queue_.bytes(), queue_.maxBytes(),
-                      queue_.isPaused(), std::chrono::steady_clock::now(), ros::Time::now()},
-                     status);
-  for (const auto& step : steps_) step->fill(status);
-  output_.fill(status);
+std::shared_ptr<void> startPipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
+  return std::make_shared<Pipeline>(nh, private_nh);
 }
 
 }  // namespace dtsdf

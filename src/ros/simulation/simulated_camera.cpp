@@ -4,7 +4,6 @@
 #include <image_transport/image_transport.h>
 #include <ros/ros.h>
 #include <sensor_msgs/image_encodings.h>
-#include <tf2_ros/static_transform_broadcaster.h>
 #include <tf2_ros/transform_broadcaster.h>
 
 #include <cmath>
@@ -23,16 +22,14 @@ constexpr char kUsage[] =
     "usage: rosrun dtsdf_mapping simulated_camera [_SETTING:=VALUE...] [TOPIC:=OTHER_TOPIC...]\n\n"
     "Publishes depth and colour images of a simulated room, with camera_info and TF, for the\n"
     "demo and for tests. Needs a ROS master.\n\n"
-    "Topics: depth/image_rect, depth/camera_info, color/image_rect, color/camera_info, /tf,\n"
-    "/tf_static.\n";
+    "Topics: depth/image_rect, depth/camera_info, color/image_rect, color/camera_info, /tf.\n";
 
 enum class DepthFormat { k32FC1, k16UC1 };
 
 struct SimulatedCameraParams {
   std::string map_frame = "map";
   std::string camera_frame = "camera_depth_optical_frame";
-  std::string color_frame = "camera_color_optical_frame";
-  bool color = true;  ///< A colour camera beside the depth camera, every second frame.
+  bool color = true;                           ///< Every second frame has a colour image.
   DepthFormat encoding = DepthFormat::k16UC1;  ///< 16UC1 in millimetres, or 32FC1 in metres.
   int width_px = 320;
   int height_px = 240;
@@ -48,7 +45,6 @@ template <class Visitor>
 void visitParams(SimulatedCameraParams& p, Visitor& visit) {
   visit("map_frame", p.map_frame);
   visit("camera_frame", p.camera_frame);
-  visit("color_frame", p.color_frame);
   visit("color", p.color);
   visit("encoding", p.encoding,
         EnumNames<DepthFormat>{{"16UC1", DepthFormat::k16UC1}, {"32FC1", DepthFormat::k32FC1}});
@@ -64,14 +60,9 @@ void visitParams(SimulatedCameraParams& p, Visitor& visit) {
 
 namespace enc = sensor_msgs::image_encodings;
 
-/// The colour camera in the depth camera's frame: 5 cm to the right.
-Eigen::Isometry3d colourCameraBeside() {
-  return Eigen::Isometry3d(Eigen::Translation3d(0.05, 0.0, 0.0));
-}
-
 /// Publishes `depth/image_rect`, `depth/camera_info` and the camera's transform in the map frame;
-/// and, of a colour camera 5 cm beside it, `color/image_rect` and `color/camera_info`: half as
-/// often, between the depth images, larger, and with a wider view.
+/// and, with every second of them, what it sees in colour on `color/image_rect` and
+/// `color/camera_info`.
 class SimulatedCamera {
  public:
   SimulatedCamera(ros::NodeHandle nh, const SimulatedCameraParams& params)
@@ -83,8 +74,6 @@ class SimulatedCamera {
     if (!params_.color) return;
     colour_images_ = transport_.advertise("color/image_rect", 5);
     colour_infos_ = nh.advertise<sensor_msgs::CameraInfo>("color/camera_info", 5);
-    static_broadcaster_.sendTransform(makeTransform(params_.camera_frame, params_.color_frame,
-                                                    colourCameraBeside(), ros::Time::now()));
   }
 
   /// Publishes until the frames are used up or ROS ends.
@@ -113,39 +102,28 @@ class SimulatedCamera {
     if (index == 0) first_stamp_ = stamp;
     // By the clock: poses of an image that is late would otherwise jump.
     const double time_s = (stamp - first_stamp_).toSec();
-    if (params_.color && index % 2 == 1) {
-      const double before_s = 0.4 / params_.rate_hz;
-      publishColour(time_s - before_s, stamp - ros::Duration(before_s));
-    }
     const Eigen::Isometry3d T_W_C = roomCameraPose(time_s, params_.lap_s);
-    publishPose(T_W_C, stamp);
-    const Intrinsics K = intrinsicsOf(params_.width_px, params_.height_px);
+    broadcaster_.sendTransform(
+        makeTransform(params_.map_frame, params_.camera_frame, T_W_C, stamp));
+    const auto focal_px = static_cast<float>(params_.focal_px);
+    const Intrinsics K{focal_px, focal_px, 0.5f * static_cast<float>(params_.width_px - 1),
+                       0.5f * static_cast<float>(params_.height_px - 1)};
     const std::vector<float> depth_m =
         renderDepth(sceneAt(time_s), K, params_.width_px, params_.height_px, T_W_C);
     const sensor_msgs::ImagePtr image = makeImage(depth_m, stamp);
     images_.publish(image);
-    infos_.publish(makeCameraInfo(*image, K));
+    const sensor_msgs::CameraInfo info = makeCameraInfo(*image, K);
+    infos_.publish(info);
+    if (params_.color && index % 2 == 1) publishColour(time_s, T_W_C, info);
   }
 
-  void publishPose(const Eigen::Isometry3d& T_W_C, const ros::Time& stamp) {
-    broadcaster_.sendTransform(
-        makeTransform(params_.map_frame, params_.camera_frame, T_W_C, stamp));
-  }
-
-  void publishColour(double time_s, const ros::Time& stamp) {
-    const Eigen::Isometry3d T_W_C = roomCameraPose(time_s, params_.lap_s);
-    publishPose(T_W_C, stamp);
-    const int width = params_.width_px * 4 / 3, height = params_.height_px;
-    const Intrinsics K = intrinsicsOf(width, height);
-    std::vector<Paint> paint =
-        renderPaint(sceneAt(time_s), K, width, height, T_W_C * colourCameraBeside());
-    std_msgs::Header header;
-    header.stamp = stamp;
-    header.frame_id = params_.color_frame;
-    const cv::Mat pixels(height, width, CV_8UC3, paint.data());
-    const sensor_msgs::ImagePtr image = cv_bridge::CvImage(header, enc::RGB8, pixels).toImageMsg();
-    colour_images_.publish(image);
-    colour_infos_.publish(makeCameraInfo(*image, K));
+  void publishColour(double time_s, const Eigen::Isometry3d& T_W_C,
+                     const sensor_msgs::CameraInfo& info) {
+    std::vector<Paint> paint = renderPaint(sceneAt(time_s), intrinsicsOf(info), params_.width_px,
+                                           params_.height_px, T_W_C);
+    const cv::Mat pixels(params_.height_px, params_.width_px, CV_8UC3, paint.data());
+    colour_images_.publish(cv_bridge::CvImage(info.header, enc::RGB8, pixels).toImageMsg());
+    colour_infos_.publish(info);
   }
 
   sensor_msgs::ImagePtr makeImage(std::vector<float> depth_m, const ros::Time& stamp) const {
@@ -163,12 +141,6 @@ class SimulatedCamera {
     return image.toImageMsg();
   }
 
-  Intrinsics intrinsicsOf(int width, int height) const {
-    const float focal_px = static_cast<float>(params_.focal_px);
-    return {focal_px, focal_px, 0.5f * static_cast<float>(width - 1),
-            0.5f * static_cast<float>(height - 1)};
-  }
-
   Scene sceneAt(double time_s) const {
     Scene scene = room_;
     for (const Sphere& ball : roomBalls(params_.moving, time_s)) scene.add(ball);
@@ -182,7 +154,6 @@ class SimulatedCamera {
   image_transport::Publisher images_, colour_images_;
   ros::Publisher infos_, colour_infos_;
   tf2_ros::TransformBroadcaster broadcaster_;
-  tf2_ros::StaticTransformBroadcaster static_broadcaster_;
 };
 
 SimulatedCameraParams readParams(const ros::NodeHandle& private_nh) {
@@ -191,12 +162,6 @@ SimulatedCameraParams readParams(const ros::NodeHandle& private_nh) {
   ParamReader reader(server.tree);
   visitParams(params, reader);
   for (const auto& [key, rule] : server.violations) reader.addViolation(key, rule);
-  for (const char* key : {"map_frame", "camera_frame", "color_frame"}) {
-    const auto value = server.tree.find(key);
-    if (value != server.tree.end() && value->second == ParamValue(std::string())) {
-      reader.addViolation(key, "must not be empty");
-    }
-  }
   reader.finish();
   return params;
 }

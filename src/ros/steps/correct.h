@@ -35,39 +35,6 @@
 
 namespace dtsdf {
 
-/// Whether frames of the journal are fused again faster than new ones are added to it. New frames
-/// go first, which leaves the others what time there is. Where that is too little to ever end, two
-/// of the journal go before each new one.
-class CatchUp {
- public:
-  /// A new frame is fused. @return whether it is now that the journal falls too far behind.
-  bool newFrame() {
-    work_since_frame_ = 0;
-    --lead_;
-    const bool begins = !falls_behind_ && lead_ <= -kMostBehind;
-    falls_behind_ = falls_behind_ || begins;  // for good, so that it is certain to end
-    return begins;
-  }
-
-  /// It was the journal's turn. @param has_fused Else it has waited for the disk, or ended.
-  void turn(bool has_fused) {
-    if (has_fused) lead_ = std::min(lead_ + 1, 0);
-    work_since_frame_ += has_fused ? 2 : 1;
-  }
-
-  /// Whether the journal's next turn is before the next new frame.
-  bool isJournalsTurn() const { return falls_behind_ && work_since_frame_ < kWorkPerFrame; }
-
- private:
-  static constexpr int kMostBehind = 30;  ///< New frames more than those fused again meanwhile.
-  static constexpr int kWorkPerFrame =
-      4;  ///< Two frames, and time to see that these were the last.
-
-  int lead_ = 0;
-  int work_since_frame_ = 0;
-  bool falls_behind_ = false;
-};
-
 /// What became of a correction.
 using CorrectionResult = dtsdf_mapping::CorrectPoses::Response;
 
@@ -123,7 +90,7 @@ class CorrectStep : public Step {
 
   std::optional<Rejection> place(PosedFrame& frame) override {
     if (journal_ == nullptr) return std::nullopt;
-    noteFrame();
+    work_since_frame_ = 0;
     auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (depth != nullptr && frame.camera == 0) {
       const StampedPose given{frame.stamp.toSec(), depth->T_W_C};
@@ -164,7 +131,11 @@ class CorrectStep : public Step {
       const std::lock_guard<std::mutex> lock(mutex_);
       if (path_) return Work::kBeforeFrames;
     }
-    if (refusion_) return catch_up_.isJournalsTurn() ? Work::kBeforeFrames : Work::kWhenIdle;
+    // Two frames, and time to see that these were the last: so it is certain to end.
+    constexpr int kWorkPerFrame = 4;
+    if (refusion_) {
+      return work_since_frame_ < kWorkPerFrame ? Work::kBeforeFrames : Work::kWhenIdle;
+    }
     const bool is_due = opening_.valid() ? isOpened() : waiting_.has_value();
     return is_due ? Work::kBeforeFrames : Work::kNone;
   }
@@ -194,11 +165,6 @@ class CorrectStep : public Step {
     status.last_correction = printableMessage(last_);
     const bool on_gpu = status.backend.rfind("cuda", 0) == 0;
     if (bytes_ > 0) addMemory(status, "correction", on_gpu ? kGpu : kHost, bytes_);
-    const std::string obstacle =
-        whyTooLarge(status.map_bytes, status.map_bytes, status.max_map_bytes);
-    if (obstacle.empty() || status.frames_fused == 0) return;
-    report(status, MapStatus::OK, MapStatus::NOT_CORRECTABLE,
-           "mapping; poses cannot be corrected: " + obstacle);
   }
 
   /// Map's thread: corrects the images that were fused so far. Only poses of images are kept; a
@@ -343,13 +309,13 @@ class CorrectStep : public Step {
       answer(*current_, kNothingMoves);
       return endCurrent();
     }
-    catch_up_ = CatchUp();
+    work_since_frame_ = 0;
     noteProgress();
   }
 
   void fuseAgain() {
     const bool has_fused = refusion_->step(host_.map.mapBytes());
-    catch_up_.turn(has_fused);
+    work_since_frame_ += has_fused ? 2 : 1;  // else it has waited for the disk, or ended
     if (!has_fused && hasCaughtUp()) return finish();
     noteProgress();
   }
@@ -399,16 +365,6 @@ class CorrectStep : public Step {
     T_W_S_ = Eigen::Isometry3d::Identity();
   }
 
-  /// Once it is known that the journal grows faster, its frames go first.
-  void noteFrame() {
-    if (!refusion_ || !catch_up_.newFrame()) return;
-    ROS_WARN_STREAM_NAMED(
-        "dtsdf_mapping",
-        "frames arrive faster than the correction of those before can fuse them as well: until it "
-        "is done, two frames of the journal are fused for each new one, and new ones may be "
-        "dropped");
-  }
-
   void answer(const Request& request, const std::string& message, size_t moved = 0,
               size_t fused = 0) {
     CorrectionResult result;
@@ -449,7 +405,7 @@ class CorrectStep : public Step {
   std::optional<Request> waiting_, current_;
   std::future<std::unique_ptr<Refusion>> opening_;  ///< Of `current_`, and then
   std::unique_ptr<Refusion> refusion_;
-  CatchUp catch_up_;
+  int work_since_frame_ = 0;  ///< With the journal.
   std::future<void> freeing_;
 
   // Of the first camera.

@@ -173,7 +173,6 @@ class FilesStep : public Step {
     // The old mapper comes back, so that the map's thread need not wait until its memory is freed.
     host_.map_loop.run(replace).get().reset();
     params_ = params;
-    host_.restart_motion();
     host_.await_output();
     returnFreeMemory();  // that of the old map
     return contents.blocks.size();

@@ -1,8 +1,6 @@
 /// The step that writes what happens to the map into the journal.
 #pragma once
 
-#include <ros/console.h>
-
 #include <memory>
 #include <optional>
 #include <utility>
@@ -42,11 +40,6 @@ class JournalStep : public Step {
     const std::shared_ptr<const void> pixels(frame.pixels.get(), [keep = frame.pixels](auto*) {});
     writer_.add(journal::Image{frame.stamp.toSec(), static_cast<uint32_t>(frame.camera),
                                frame.given_T_W_C, frame.image, pixels});
-    const JournalReport report = writer_.report();
-    if (report.problem.empty()) return;
-    ROS_WARN_STREAM_THROTTLE_NAMED(
-        60.0, "dtsdf_mapping",
-        "journal: " << report.problem << " (" << report.lost << " images and calls so far)");
   }
 
   void regionCleared(const Region& region) override { writer_.add(region); }

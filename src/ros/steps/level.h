@@ -112,7 +112,7 @@ class LevelStep : public Step {
     if (looks && !isByImu()) lookForFloor(*depth);
     const std::optional<Eigen::Isometry3d> T_W_M = frame_.level();
     if (looks || !T_W_M) {
-      return Rejection{DropReason::kNotLevel, "the map is not level yet: " + frame_.levelProblem()};
+      return Rejection{drop::kNotLevel, "the map is not level yet: " + frame_.levelProblem()};
     }
     frame.move(*T_W_M);
     return std::nullopt;

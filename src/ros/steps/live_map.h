@@ -321,12 +321,12 @@ class LiveMap {
     std::optional<PosedFrame> frame = frames_.take();
     if (!frame) return;  // was dropped meanwhile
     if (hasFailed()) {
-      return frame->accounting->dropped({DropReason::kBackendError, failure_}, frame->stamp);
+      return frame->accounting->dropped({drop::kBackendError, failure_}, frame->stamp);
     }
     try {
       takeFrame(*frame);
     } catch (const std::exception& error) {
-      frame->accounting->dropped({DropReason::kBackendError, errorText(error)}, frame->stamp);
+      frame->accounting->dropped({drop::kBackendError, errorText(error)}, frame->stamp);
       throw;
     }
   }
@@ -346,11 +346,6 @@ class LiveMap {
       frame.accounting->dropped({dropReasonOf(result.status), result.message}, frame.stamp);
     }
     for (const auto& step : steps_) step->fused(frame, result);
-    if (result.refused_blocks == 0) return;
-    ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
-                                   "the map is full: " << result.refused_blocks
-                                                       << " blocks of the last frame were refused; "
-                                                          "raise map/max_memory_mb, or clear_map");
   }
 
   std::optional<Rejection> place(PosedFrame& frame) const {
@@ -412,10 +407,6 @@ class LiveMap {
     {
       const std::lock_guard<std::mutex> lock(report_mutex_);
       report_.loaded_map.clear();
-      if (hasFailed()) {
-        ROS_INFO_NAMED("dtsdf_mapping",
-                       "the map was restarted after a failure; frames are fused again");
-      }
       failure_.clear();
     }
     updateReport();

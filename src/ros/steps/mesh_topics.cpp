@@ -224,9 +224,7 @@ class MeshTopicsStep : public Step {
       blocks_.publishRound(chunks_, lattice, format_, *mesh);
       mesh->meshes.dropFetched();
       // Of the thread's time at least half is for others that share the cores.
-      const SteadyTime end = std::chrono::steady_clock::now();
-      round_pace_.begin(now);
-      round_pace_.restUntil(end + (end - now));
+      round_pace_.end(now);
     }
     if (markers_.isBehind() || blocks_.isBehind()) return round_pace_.next() - now;
     return chunks_.changed().empty() ? SteadyDuration::max() : mesh_pace_.next() - now;

@@ -36,9 +36,7 @@ class OctomapStep : public Step {
     is_outdated_ = false;
     published_ = known.space;
     guarded("octomap", [&] { topic_.publish(makeMessage(known)); });
-    const SteadyTime end = std::chrono::steady_clock::now();
-    pace_.begin(begin);
-    pace_.restUntil(end + (end - begin));
+    pace_.end(begin);
     return SteadyDuration::max();
   }
 

@@ -2,7 +2,6 @@
 #include <pcl/point_types.h>
 #include <pcl_conversions/pcl_conversions.h>
 #include <pcl_ros/point_cloud.h>
-#include <ros/console.h>
 
 #include <algorithm>
 #include <atomic>
@@ -68,13 +67,6 @@ class PointsStep : public Step {
 
  private:
   void publish(const Mesh& mesh, const ros::Time& stamp) {
-    if (isFarFromOrigin(mesh)) {
-      ROS_WARN_STREAM_ONCE_NAMED(
-          "dtsdf_mapping", topic_.status().topic
-                               << " has float positions, which are 0.5 mm apart 8 km from the "
-                                  "origin of the map and 4 mm at 40 km; mesh_blocks and mesh have "
-                                  "doubles");
-    }
     Cloud cloud;
     cloud.header.frame_id = frameOfMap(host_.params.node);
     cloud.header.stamp = pcl_conversions::toPCL(stamp);

@@ -88,11 +88,11 @@ class PosesStep : public Step {
     const std::optional<Eigen::Isometry3d> T_W_C =
         depth != nullptr ? tracker_.lastPose() : tracker_.poseAt(frame.stamp.toSec());
     if (depth == nullptr && !T_W_C) {
-      return Rejection{DropReason::kLost, "the depth camera is not followed"};
+      return Rejection{drop::kLost, "the depth camera is not followed"};
     }
     if (depth != nullptr && params_.poses.base_frame.empty()) base_frame_ = frame.frame_id;
     const PoseAnswer mount = mountOf(frame.frame_id);
-    if (!mount.T_W_C) return Rejection{DropReason::kNoTransform, mount.text};
+    if (!mount.T_W_C) return Rejection{drop::kNoTransform, mount.text};
     const Eigen::Isometry3d T_M_W = T_W_M().inverse();
     if (depth == nullptr) {
       std::get<ColourFrame>(frame.image).T_W_C = T_M_W * *T_W_C * T_B_C_.inverse() * *mount.T_W_C;
@@ -124,7 +124,7 @@ class PosesStep : public Step {
         formatted("%s: %ld %% of the image lie near surfaces of the map, and %ld %% of these fit",
                   toString(found_.status), std::lround(100.0 * found_.matched_share),
                   std::lround(100.0 * found_.inlier_share));
-    return Rejection{tracks() ? DropReason::kLost : DropReason::kMisfit, text};
+    return Rejection{tracks() ? drop::kLost : drop::kMisfit, text};
   }
 
   void fused(const PosedFrame& frame, const IntegrationResult& result) override {
@@ -132,14 +132,9 @@ class PosesStep : public Step {
     const auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (depth == nullptr || frame.camera != 0) return;
     fused_.push_back({frame.stamp.toSec(), depth->T_W_C});
-    if (fused_.size() > kMostPoses) {
-      fused_.pop_front();
-      ++left_out_;
-    }
+    if (fused_.size() > kMostPoses) fused_.pop_front();
     published_ = foundPose(frame);
     if (published_ && broadcaster_) publish(*published_);
-    const std::lock_guard<std::mutex> lock(mutex_);
-    trajectory_bytes_ = fused_.size() * sizeof(StampedPose);
   }
 
   /// A camera that is tracked continues from where it is in an empty map; in any other it may be
@@ -148,17 +143,13 @@ class PosesStep : public Step {
     if (!isOn() || replacement.kind == Replacement::Kind::kCorrected) return;
     is_elsewhere_ = true;
     fused_.clear();
-    left_out_ = 0;
     path_.poses.clear();  // starts over, as the map does
     if (broadcaster_) path_topic_.publish(path_);
-    const std::lock_guard<std::mutex> lock(mutex_);
-    trajectory_bytes_ = 0;
   }
 
   void fill(MapStatus& status) override {
     if (!isOn()) return;
     const std::lock_guard<std::mutex> lock(mutex_);
-    addMemory(status, "trajectory", kHost, trajectory_bytes_, kMostPoses * sizeof(StampedPose));
     for (size_t i = 0; i < std::min(report_.size(), status.cameras.size()); ++i) {
       status.cameras[i].pose = report_[i];
       if (report_[i].lost_since.isZero()) continue;
@@ -224,13 +215,7 @@ class PosesStep : public Step {
   void save(const std::string& file_name, dtsdf_mapping::SaveTrajectory::Response& response) {
     requireOn();
     std::vector<StampedPose> poses;
-    size_t left_out = 0;
-    host_.map_loop
-        .run([&] {
-          poses.assign(fused_.begin(), fused_.end());
-          left_out = left_out_;
-        })
-        .get();
+    host_.map_loop.run([&] { poses.assign(fused_.begin(), fused_.end()); }).get();
     const std::string path =
         resolveOutputPath(params_.output_directory, file_name, {".txt", ".tum"});
     if (poses.empty()) {
@@ -241,9 +226,6 @@ class PosesStep : public Step {
     response.path = path;
     response.poses = poses.size();
     response.message = "saved " + std::to_string(poses.size()) + " poses to " + path;
-    if (left_out > 0) {
-      response.message += "; " + std::to_string(left_out) + " older ones are no longer kept";
-    }
   }
 
   /// Pose of a camera in B.
@@ -417,7 +399,6 @@ class PosesStep : public Step {
   Eigen::Isometry3d T_M_O_ = Eigen::Isometry3d::Identity();
   ros::Time corrected_at_;
   std::deque<StampedPose> fused_;
-  size_t left_out_ = 0;  ///< Of the oldest ones.
 
   ros::Publisher odometry_, path_topic_;
   std::optional<tf2_ros::TransformBroadcaster> broadcaster_;  ///< From advertise() on, if it is on.
@@ -428,7 +409,6 @@ class PosesStep : public Step {
 
   mutable std::mutex mutex_;                       ///< Guards what follows.
   std::vector<dtsdf_mapping::PoseStatus> report_;  ///< Of each camera.
-  size_t trajectory_bytes_ = 0;
   std::string problem_;  ///< Why a transform is not published; empty: all are.
 };
 

@@ -33,44 +33,6 @@
 
 namespace dtsdf {
 
-/// When an update of the grid may be published, so that costmap_2d's StaticLayer, as it is, never
-/// shows a wrong grid.
-///
-/// That layer adds an update to the last grid without a look at bounds, and gets both by
-/// connections of their own: an update that overtook its grid would write beside it. And of what
-/// comes between two of its cycles it hands on the place of the last message only: an update soon
-/// after a grid would hide the rest of the grid. So an update is published a moment after the grid
-/// that it is counted from; and for some cycles after a grid, updates are all of it.
-class StaticLayerPace {
- public:
-  /// An update is published no sooner after a grid.
-  static constexpr std::chrono::milliseconds kGap{200};
-  /// For so long after a grid, updates are all of it.
-  static constexpr std::chrono::milliseconds kSettling{2000};
-
-  /// A grid is published now.
-  void startOver(SteadyTime now) {
-    lacks_ = true;
-    not_before_ = now + kGap;
-    whole_until_ = now + kSettling;
-  }
-
-  /// Something has changed since.
-  void noteChange() { lacks_ = true; }
-
-  bool isDue(SteadyTime now) const { return lacks_ && now >= not_before_; }
-
-  /// The update that is due is published. @return whether it has to be all of the grid.
-  bool takeUpdate(SteadyTime now) {
-    lacks_ = false;
-    return now < whole_until_;
-  }
-
- private:
-  bool lacks_ = false;
-  SteadyTime not_before_, whole_until_;
-};
-
 /// With space/enabled. Its queries wait for nobody. What has become known waits in a queue between
 /// the map's thread and the output's; where that is full, the rest stays with the map.
 class SpaceStep : public Step {
@@ -131,7 +93,7 @@ class SpaceStep : public Step {
     if (is_outdated_ && (is_another_ || pace_.isDue(now))) renew(now);
     if (grid_ && grid_->window()) {
       if (std::exchange(is_grid_due_, false)) publishGrid(now);
-      if (update_pace_.isDue(now)) publishUpdate(now);
+      if (lacks_update_ && now - grid_at_ >= kUpdateGap) publishUpdate(now);
     }
     const std::lock_guard<std::mutex> lock(mutex_);
     bytes_ = follower_->bytes() + (grid_ ? grid_->bytes() : 0);
@@ -147,12 +109,7 @@ class SpaceStep : public Step {
       status.topics.push_back(topic->status());
     }
     addMemory(status, "space", kHost, bytes_);
-    addPages(status, pages_);
-    if (pages_.lost == 0) return;
-    report(status, MapStatus::WARN, MapStatus::CELLS_LOST,
-           std::to_string(pages_.lost) +
-               " sectors of cells and distances for planners could not be read back: " +
-               pages_.problem);
+    addPages(status, pages_, "sectors of cells and distances for planners");
   }
 
   struct Known {
@@ -334,12 +291,10 @@ class SpaceStep : public Step {
       const GroundGrid::Pending pending = grid_->next();
       if (grid_->tooLarge()) warnOfSize(*grid_->tooLarge());
       if (pending == GroundGrid::Pending::kGrid) is_grid_due_ = true;
-      if (pending == GroundGrid::Pending::kUpdate) update_pace_.noteChange();
+      if (pending == GroundGrid::Pending::kUpdate) lacks_update_ = true;
     }
     if (slices_.isFollowed()) publishSlice();
-    const SteadyTime end = std::chrono::steady_clock::now();
-    pace_.begin(now);
-    pace_.restUntil(end + (end - now));
+    pace_.end(now);
   }
 
   static void warnOfSize(const GridBox& window) {
@@ -365,12 +320,13 @@ class SpaceStep : public Step {
     grid.info.origin.orientation.w = 1.0;
     grid.data = grid_->values(window);
     grids_.publish(grid);
-    update_pace_.startOver(now);
+    grid_at_ = now;
+    lacks_update_ = true;
   }
 
   void publishUpdate(SteadyTime now) {
-    const bool is_whole = update_pace_.takeUpdate(now);
-    const GridBox& box = is_whole ? *grid_->window() : grid_->changed();
+    lacks_update_ = false;
+    const GridBox& box = now - grid_at_ < kSettling ? *grid_->window() : grid_->changed();
     if (box.isEmpty() || !updates_.isFollowed()) return;
     map_msgs::OccupancyGridUpdate update;
     update.header = headerOf(known());
@@ -406,6 +362,12 @@ class SpaceStep : public Step {
     slices_.publish(cloud);
   }
 
+  // costmap_2d's StaticLayer adds an update to the last grid without a look at bounds, and gets
+  // both by connections of their own; of what comes between two of its cycles it hands on the place
+  // of the last message only. So an update comes a moment after its grid, and for some cycles it is
+  // all of it.
+  static constexpr std::chrono::milliseconds kUpdateGap{200}, kSettling{2000};
+
   std_msgs::Header headerOf(const Known& known) const {
     std_msgs::Header header;
     header.frame_id = frameOfMap(host_.params.node);
@@ -423,7 +385,8 @@ class SpaceStep : public Step {
   std::optional<GroundGrid> grid_;  ///< While somebody listens to it.
   bool is_grid_due_ = false, is_outdated_ = false;
   bool is_another_ = false;  ///< Listeners are not to wait: it is of another map, or they are new.
-  StaticLayerPace update_pace_;
+  SteadyTime grid_at_{};     ///< When it was published last.
+  bool lacks_update_ = false;  ///< What was published.
   Pace pace_;
   Topic grids_, updates_, slices_;
   ros::ServiceServer server_, grid_server_;

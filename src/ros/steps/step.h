@@ -65,7 +65,6 @@ struct Host {
   LiveMap& map;
   ShownMesh& mesh;
   WorkerThread& map_loop;
-  std::function<void()> restart_motion;  ///< The camera may be anywhere in the map by now.
   /// Has the output take over what was handed to it.
   std::function<void()> take_changes;
   /// The same, on the output's thread: once it returns, nothing of a map of before is published or

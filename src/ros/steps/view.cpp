@@ -61,9 +61,7 @@ class ViewStep : public Step {
     const sensor_msgs::ImagePtr image = imageOf(header, view_);
     infos_.publish(makeCameraInfo(*image, camera.intrinsics));
     images_.publish(image);
-    const SteadyTime end = std::chrono::steady_clock::now();
-    pace_.begin(begin);
-    pace_.restUntil(end + kFramesPerView * (end - begin));
+    pace_.end(begin, kFramesPerView);
   }
 
  private:

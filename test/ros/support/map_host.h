@@ -66,8 +66,7 @@ struct MapHost {
   ShownMesh mesh{params.mapper.map};
   WorkerThread map_loop{"test"};
   std::atomic<bool> is_ending{false};
-  const Host host{params,   rates, transforms, frame, map,      mesh,
-                  map_loop, [] {}, [] {},      [] {}, is_ending};
+  const Host host{params, rates, transforms, frame, map, mesh, map_loop, [] {}, [] {}, is_ending};
 };
 
 }  // namespace dtsdf

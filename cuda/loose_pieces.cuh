@@ -125,9 +125,9 @@ struct LabelNeighbourhood {
   const UnitLabels* block[kBlocksAround];
 
   __device__ UnitLabels operator()(const Vec3i& unit) const {
-    const UnitSource source = unitSource(unit);
+    const CornerSource source = unitSource(unit);
     const UnitLabels* labels = block[source.block];
-    return labels == nullptr ? UnitLabels{0, 0} : labels[source.unit];
+    return labels == nullptr ? UnitLabels{0, 0} : labels[source.voxel];
   }
 };
 
@@ -156,9 +156,9 @@ __device__ inline uint32_t takeLabels(const LabelNeighbourhood& around, CornerLa
   uint64_t four[kWindowSide / 4];
 #pragma unroll  // reads all before it waits for any
   for (int n = 0; n < kWindowSide / 4; ++n) {
-    const UnitSource source = unitSource(first + gridStep(0, 4 * n));
+    const CornerSource source = unitSource(first + gridStep(0, 4 * n));
     const UnitLabels* block = around.block[source.block];
-    four[n] = block == nullptr ? 0 : *reinterpret_cast<const uint64_t*>(block + source.unit);
+    four[n] = block == nullptr ? 0 : *reinterpret_cast<const uint64_t*>(block + source.voxel);
   }
   uint32_t surface = 0;
 #pragma unroll

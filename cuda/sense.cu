@@ -4,7 +4,7 @@
 
 #include "backend/rule_settings.h"
 #include "kernels/fusion/free_space.h"
-#include "kernels/surfels/row_fit.h"
+#include "kernels/surfels/line_fit.h"
 #include "launch.h"
 #include "runtime/stage_clock.h"
 

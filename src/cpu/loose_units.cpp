@@ -72,10 +72,10 @@ WindowRows surfaceAround(const LabelNeighbourhood& labels) {
   WindowRows rows = {};
   for (int row = 0; row < kWindowRows; ++row) {
     for (int first = 0; first < kWindowSide; first += 4) {
-      const UnitSource source = unitSource(firstOfRow(row) + gridStep(0, first));
+      const CornerSource source = unitSource(firstOfRow(row) + gridStep(0, first));
       if (labels[source.block] == nullptr) continue;
       uint64_t four;
-      std::memcpy(&four, labels[source.block] + source.unit, sizeof(four));
+      std::memcpy(&four, labels[source.block] + source.voxel, sizeof(four));
       rows[row] = static_cast<uint16_t>(rows[row] | surfaceBits(four) << first);
     }
   }
@@ -104,9 +104,9 @@ WindowRows widened(const WindowRows& units, int most_units) {
 Piece pieceOverEdges(WindowRows surface, const LabelNeighbourhood& labels, int row, uint32_t unit,
                      int most_units) {
   const auto labelsAt = [&](const Vec3i& at) {
-    const UnitSource source = unitSource(at);
+    const CornerSource source = unitSource(at);
     const UnitLabels* block = labels[source.block];
-    return block == nullptr ? UnitLabels{0, 0} : block[source.unit];
+    return block == nullptr ? UnitLabels{0, 0} : block[source.voxel];
   };
   Piece piece;
   movePiece(surface, row, unit, piece);

@@ -5,8 +5,8 @@
 
 #include <random>
 
-#include "kernels/meshing/sheets.h"
 #include "support/random_seed.h"
+#include "support/unit_samples.h"
 
 namespace dtsdf {
 namespace {

@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "kernels/surfels/row_fit.h"
+#include "kernels/surfels/line_fit.h"
 #include "support/links_of_image.h"
 
 namespace dtsdf {

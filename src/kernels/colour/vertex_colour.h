@@ -239,13 +239,4 @@ DTSDF_HD VertexColour meanColour(const VertexColour& a, const VertexColour& b) {
   return {mean(a.red, b.red), mean(a.green, b.green), mean(a.blue, b.blue), 255};
 }
 
-/// The colour of a block's vertex, by its BlockVertex::edge: the middle of a refined triangle's
-/// side has that between its ends.
-DTSDF_HD VertexColour vertexColourOf(const ColouredCorners& corners, uint32_t number,
-                                     bool directional) {
-  if (!isMiddle(number)) return edgeColour(corners, static_cast<int>(number), directional);
-  return meanColour(edgeColour(corners, middleFirst(number), directional),
-                    edgeColour(corners, middleSecond(number), directional));
-}
-
 }  // namespace dtsdf

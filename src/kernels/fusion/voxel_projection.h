@@ -3,7 +3,7 @@
 
 #include "kernels/core/direction.h"
 #include "kernels/core/voxel.h"
-#include "kernels/fusion/fusion_rules.h"
+#include "kernels/fusion/free_space.h"
 #include "kernels/surfels/surfel.h"
 
 namespace dtsdf {
@@ -14,10 +14,7 @@ template <class Add>
 DTSDF_HD void projectVoxel(const FrameView& frame, const FusionSettings& fusion,
                            const Surfel* surfels, const Vec3i& voxel_L, Add& add) {
   const VoxelInImage at = projectToImage(frame, toFloat(voxel_L));
-  if (!(at.depth_m > 0.0f && at.u >= 0.0f && at.v >= 0.0f &&
-        at.u < static_cast<float>(frame.width) && at.v < static_cast<float>(frame.height))) {
-    return;
-  }
+  if (!isInImage(frame, at)) return;
   const Surfel& surfel =
       surfels[static_cast<int64_t>(at.v) * frame.width + static_cast<int64_t>(at.u)];
   if (!(surfel.weight > 0.0f)) return;

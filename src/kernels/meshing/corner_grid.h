@@ -61,10 +61,9 @@ struct CornerSource {
 };
 
 DTSDF_HD CornerSource cornerSource(const Vec3i& corner) {
-  constexpr int kMask = kBlockSide - 1;
   return {corner.x >> kBlockSideLog2 | (corner.y >> kBlockSideLog2) << 1 |
               (corner.z >> kBlockSideLog2) << 2,
-          voxelIndex(corner.x & kMask, corner.y & kMask, corner.z & kMask)};
+          indexInBlock(corner)};
 }
 DTSDF_HD CornerSource cornerSource(int corner) { return cornerSource(cornerAt(corner)); }
 
@@ -84,10 +83,8 @@ struct ArraysAround {
   int32_t least_evidence;  ///< That a voxel needs to be known.
 
   DTSDF_HD Voxel voxel(const Vec3i& corner, int direction) const {
-    constexpr int kMask = kBlockSide - 1;
     const Voxel* voxels = array[blockAround(corner)][direction];
-    if (voxels == nullptr) return {0, kNoAnchor, 0};
-    return voxels[voxelIndex(corner.x & kMask, corner.y & kMask, corner.z & kMask)];
+    return voxels == nullptr ? Voxel{0, kNoAnchor, 0} : voxels[indexInBlock(corner)];
   }
   DTSDF_HD Sample sample(const Vec3i& corner, int direction) const {
     return sampleOf(voxel(corner, direction), least_evidence);

@@ -120,11 +120,6 @@ DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, uint32_t cro
   return minimum(maximum(offset, kVertexMargin), 1.0f - kVertexMargin);
 }
 
-template <class Edge>
-DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, int axis, int facing) {
-  return edgeOffset(rules, edge, crossingDirections(edge, axis, facing), axis, facing);
-}
-
 /// Position of an edge's vertex in voxels, relative to the block's first voxel.
 DTSDF_HD Vec3f vertexPosition(int edge, float offset) {
   const Vec3i corner = cornerAt(edgeCorner(edge));

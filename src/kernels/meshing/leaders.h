@@ -25,30 +25,12 @@ DTSDF_HD Real riseAlong(const Samples& samples, int direction, int axis, const R
   return select(total > zero, rise / total, zero);
 }
 
-/// Rise of a direction's distance along the axes, and its length.
-template <class Real>
-struct Rise {
-  Real along[3], length;
-};
-
-template <class Samples, class Real>
-DTSDF_HD Rise<Real> riseOf(const Samples& samples, int direction, const Real& least_weight) {
-  Rise<Real> rise{{riseAlong(samples, direction, 0, least_weight),
-                   riseAlong(samples, direction, 1, least_weight),
-                   riseAlong(samples, direction, 2, least_weight)},
-                  Real{0.0f}};
-  rise.length = squareRoot(rise.along[0] * rise.along[0] + rise.along[1] * rise.along[1] +
-                           rise.along[2] * rise.along[2]);
-  return rise;
-}
-
 /// How strongly a direction speaks for a surface in the unit; 0 if it does not. It has to see both
 /// sides of the surface (or that it touches a corner), and the gradient of its distance has to lie
 /// in its range (the gradient check of the paper's intra-directional filter). Only the gradient's
 /// direction counts: noise makes it shorter.
 template <class Samples, class Real>
-DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const Real& least_weight,
-                                  Rise<Real>& rise) {
+DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const Real& least_weight) {
   const Real zero{0.0f};
   Real weight = zero;
   auto in_front = zero > zero, behind = in_front;
@@ -61,17 +43,13 @@ DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const R
   }
   const auto sees_both = in_front & behind;
   if (!any(sees_both)) return zero;
-  rise = riseOf(samples, direction, least_weight);
-  const Real along = rise.along[directionAxis(direction)] * Real{directionSign(direction)};
-  const Real cosine = along / rise.length;
-  return select(sees_both & (rise.length > zero) & (cosine > Real{kDirectionThreshold}),
-                weight * cosine, zero);
-}
-
-template <class Samples, class Real>
-DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const Real& least_weight) {
-  Rise<Real> rise{{Real{0.0f}, Real{0.0f}, Real{0.0f}}, Real{0.0f}};
-  return directionConfidence(samples, direction, least_weight, rise);
+  const Real rise[3] = {riseAlong(samples, direction, 0, least_weight),
+                        riseAlong(samples, direction, 1, least_weight),
+                        riseAlong(samples, direction, 2, least_weight)};
+  const Real length = squareRoot(rise[0] * rise[0] + rise[1] * rise[1] + rise[2] * rise[2]);
+  const Real cosine = rise[directionAxis(direction)] * Real{directionSign(direction)} / length;
+  return select(sees_both & (length > zero) & (cosine > Real{kDirectionThreshold}), weight * cosine,
+                zero);
 }
 
 /// Which directions speak (bit d), and which lead the unit's sheets; -1 for no sheet.

@@ -20,11 +20,8 @@ constexpr int kCubeEdges = 12;
 constexpr int kMaxComponents = 4;
 constexpr int kMaxTriangles = 5;
 
-/// Corner at the lower end of an edge; the upper end is that corner with bit (e / 4) set.
-constexpr int kEdgeLowerCorner[kCubeEdges] = {0, 2, 4, 6, 0, 1, 4, 5, 0, 1, 2, 3};
-
-/// The same without memory, for device code: bits i of the edge's number within its axis, with a 0
-/// put in at the axis.
+/// Corner at the lower end of an edge; the upper end is that corner with bit (e / 4) set. Bits i of
+/// the edge's number within its axis, with a 0 put in at the axis.
 DTSDF_HD constexpr int edgeLowerCorner(int e) {
   return e < 4 ? (e & 3) << 1 : (e < 8 ? (e & 1) | (e & 2) << 1 : e & 3);
 }
@@ -53,7 +50,7 @@ constexpr int edgeBetween(int a, int b) {
   const int axis = (a ^ b) == 1 ? 0 : ((a ^ b) == 2 ? 1 : 2);
   const int lower = a < b ? a : b;
   for (int e = 4 * axis; e < 4 * axis + 4; ++e) {
-    if (kEdgeLowerCorner[e] == lower) return e;
+    if (edgeLowerCorner(e) == lower) return e;
   }
   return -1;
 }
@@ -108,7 +105,7 @@ constexpr Loop followLoop(const Contours& contours, int start) {
 constexpr unsigned facesOfEdge(int e) {
   unsigned faces = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    if (axis != e / 4) faces |= 1u << (2 * axis + (kEdgeLowerCorner[e] >> axis & 1));
+    if (axis != e / 4) faces |= 1u << (2 * axis + (edgeLowerCorner(e) >> axis & 1));
   }
   return faces;
 }
@@ -131,13 +128,13 @@ constexpr int fanStart(const Loop& loop) {
 constexpr int componentIndex(int index, unsigned loop_edges) {
   int behind = 0;
   for (int e = 0; e < kCubeEdges; ++e) {
-    const int lower = kEdgeLowerCorner[e], upper = lower | 1 << (e / 4);
+    const int lower = edgeLowerCorner(e), upper = lower | 1 << (e / 4);
     if (loop_edges >> e & 1) behind |= (index >> lower & 1) ? 1 << lower : 1 << upper;
   }
   for (int pass = 0; pass < kCubeCorners; ++pass) {
     for (int e = 0; e < kCubeEdges; ++e) {
       if (loop_edges >> e & 1) continue;
-      const int both = 1 << kEdgeLowerCorner[e] | 1 << (kEdgeLowerCorner[e] | 1 << (e / 4));
+      const int both = 1 << edgeLowerCorner(e) | 1 << (edgeLowerCorner(e) | 1 << (e / 4));
       if (behind & both) behind |= both;
     }
   }

@@ -30,11 +30,6 @@ DTSDF_HD uint32_t middleNumber(int edge_a, int edge_b) {
 }
 DTSDF_HD bool isMiddle(uint32_t number) { return number >= kFirstMiddle; }
 
-/// Whether a number is that of an edge, or of a middle: files may be damaged.
-DTSDF_HD bool isVertexNumber(uint32_t number) {
-  return number < kFirstMiddle + static_cast<uint32_t>(kGridEdges) * kGridEdges;
-}
-
 /// The edges at both ends of the middle's side, the lower one first.
 DTSDF_HD int middleFirst(uint32_t number) {
   return static_cast<int>((number - kFirstMiddle) / kGridEdges);

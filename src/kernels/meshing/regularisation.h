@@ -47,15 +47,10 @@ DTSDF_HD UnitIndices regularise(const UnitLabels& own, unsigned behind_for_most)
                                   settled(static_cast<uint8_t>(~own.in_front_of_last))));
 }
 
-/// Where the labels of a unit lie that is in a block or in one of those around it: its number among
-/// them (aroundOffset), and the unit's number there.
-struct UnitSource {
-  int block, unit;
-};
-
-DTSDF_HD UnitSource unitSource(const Vec3i& unit) {
-  constexpr int kMask = kBlockSide - 1;
-  return {blockAround(unit), voxelIndex(unit.x & kMask, unit.y & kMask, unit.z & kMask)};
+/// Where the labels of a unit lie that is in a block or in one of those around it: the number of
+/// that (aroundOffset), and the unit's number there.
+DTSDF_HD CornerSource unitSource(const Vec3i& unit) {
+  return {blockAround(unit), indexInBlock(unit)};
 }
 
 }  // namespace dtsdf

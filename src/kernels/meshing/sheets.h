@@ -126,12 +126,4 @@ DTSDF_HD void labelUnits(const MeshTables& tables, const MeshRules& rules, const
   for (int k = 0; k < kUnits; ++k) result[k] = joinSheets(first[k], second[k]);
 }
 
-/// The same for a single unit.
-DTSDF_HD UnitLabels labelUnit(const MeshTables& tables, const MeshRules& rules,
-                              const UnitSamples& samples, bool directional) {
-  UnitLabels result[1];
-  labelUnits(tables, rules, samples, directional, result);
-  return result[0];
-}
-
 }  // namespace dtsdf

@@ -73,24 +73,11 @@ DTSDF_HD UnitIndices indicesOf(const UnitLabels& labels) {
   return {{labels.behind_first, last}};
 }
 
-/// Distances and weights at the eight corners of a unit, per direction. A sample counts as observed
-/// if its weight is above 0.
-///
-/// The rules take this or any other `Samples` with the same members: one whose Real holds the
-/// values of several neighbouring units works on all of them at once.
-struct UnitSamples {
-  using Real = float;    ///< A value per unit.
-  using Bits = int32_t;  ///< An integer per unit.
-  static constexpr int kUnits = 1;
-
-  Sample corner[kDirectionCount][kCubeCorners];
-
-  DTSDF_HD float sdf(int direction, int c) const { return corner[direction][c].sdf; }
-  DTSDF_HD float weight(int direction, int c) const { return corner[direction][c].weight; }
-  /// May be false where the direction has no weight, or does not see both sides of a surface.
-  DTSDF_HD bool isObserved(int) const { return true; }
-  DTSDF_HD bool maySpeak(int) const { return true; }
-};
+// Samples are distances and weights at the eight corners of a unit, per direction; a sample counts
+// as observed if its weight is above 0. The rules take any type with the members of UnitOfGrid
+// (cuda/index_blocks.cu); one whose Real holds the values of several neighbouring units works on
+// all of them at once (UnitsOfRow, src/cpu/block_indexer.cpp). isObserved() and maySpeak() may be
+// false where a direction has no weight, or does not see both sides of a surface.
 
 /// A surface nearer to a corner than this, in voxels, touches it: its direction has seen both of
 /// its sides there. On which side the corner is, the vote decides (vote.h), in which another

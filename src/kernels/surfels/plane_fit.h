@@ -13,7 +13,7 @@
 /// it.
 #pragma once
 
-#include "kernels/surfels/row_fit.h"
+#include "kernels/surfels/line_fit.h"
 
 namespace dtsdf {
 

@@ -83,7 +83,7 @@ class VertexColourAround : public testing::Test {
   }
 
   VertexColour at(int y, int z, int facing = 0) const {
-    return vertexColourOf(corners_, edgeNumber(cornerIndex(3, y, z), 0, facing), true);
+    return edgeColour(corners_, edgeNumber(cornerIndex(3, y, z), 0, facing), true);
   }
 
   Voxel voxels_[kVoxelsPerBlock] = {};
@@ -117,7 +117,7 @@ TEST_F(VertexColourAround, AMiddleIsBetweenItsEnds) {
   const int beside = edgeNumber(cornerIndex(3, 6, 3), 0, 0);
   const int far = edgeNumber(cornerIndex(3, 6, 6), 0, 0);
   const auto middle = [this](int a, int b) {
-    return vertexColourOf(corners_, middleNumber(a, b), true);
+    return meanColour(edgeColour(corners_, a, true), edgeColour(corners_, b, true));
   };
   EXPECT_EQ(middle(painted, beside).red, 200);
   EXPECT_EQ(middle(beside, painted).painted, 255);

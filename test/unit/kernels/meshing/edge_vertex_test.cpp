@@ -11,6 +11,10 @@
 namespace dtsdf {
 namespace edge_vertex_test {
 
+float offsetOn(const EdgeSamples& edge, int axis, int facing) {
+  return edgeOffset(MeshRules(), edge, crossingDirections(edge, axis, facing), axis, facing);
+}
+
 TEST(EdgeVertex, IsExactOnAPlane) {
   std::mt19937 random(21);
   int crossed = 0;
@@ -27,7 +31,7 @@ TEST(EdgeVertex, IsExactOnAPlane) {
         edge.upper[d] = samples.corner[d][b];
       }
       const double expected = plane.at(a) / (double(plane.at(a)) - plane.at(b));
-      const float offset = edgeOffset(MeshRules(), edge, e / 4, plane.at(a) < 0.0f ? 0 : 1);
+      const float offset = offsetOn(edge, e / 4, plane.at(a) < 0.0f ? 0 : 1);
       EXPECT_NEAR(offset, expected, kVertexMargin + 1e-5);
       ++crossed;
     }
@@ -44,13 +48,13 @@ TEST(EdgeVertex, IsExactWhereDistancesAreQuadratic) {
     EdgeSamples edge = {};
     edge.lower[0] = {-0.5f * sign, 1.0f};
     edge.upper[0] = {0.75f * sign, 1.0f};
-    EXPECT_NEAR(edgeOffset(MeshRules(), edge, 1, facing), 0.4f, 1e-6f);
+    EXPECT_NEAR(offsetOn(edge, 1, facing), 0.4f, 1e-6f);
     edge.below[0] = {-1.25f * sign, 1.0f};  // one second difference is enough
-    EXPECT_NEAR(edgeOffset(MeshRules(), edge, 1, facing), exact, 1e-6f);
+    EXPECT_NEAR(offsetOn(edge, 1, facing), exact, 1e-6f);
     edge.above[0] = {2.5f * sign, 1.0f};
-    EXPECT_NEAR(edgeOffset(MeshRules(), edge, 1, facing), exact, 1e-6f);
+    EXPECT_NEAR(offsetOn(edge, 1, facing), exact, 1e-6f);
     edge.below[0] = {9.0f, 0.0f};
-    EXPECT_NEAR(edgeOffset(MeshRules(), edge, 1, facing), exact, 1e-6f);
+    EXPECT_NEAR(offsetOn(edge, 1, facing), exact, 1e-6f);
   }
 }
 
@@ -61,10 +65,10 @@ TEST(EdgeVertex, IsANumberWhereADirectionTouchesTheLowerEnd) {
   edge.below[5] = {-0.9f, 1.0f};
   edge.lower[5] = {0.0f, 1.0f};
   edge.upper[5] = {-0.1f, 1.0f};
-  EXPECT_EQ(edgeOffset(MeshRules(), edge, 2, 1), kVertexMargin);
+  EXPECT_EQ(offsetOn(edge, 2, 1), kVertexMargin);
   edge.lower[0] = {0.3f, 1.0f};
   edge.upper[0] = {-0.3f, 1.0f};
-  EXPECT_NEAR(edgeOffset(MeshRules(), edge, 2, 1), 0.25f, 1e-6f);
+  EXPECT_NEAR(offsetOn(edge, 2, 1), 0.25f, 1e-6f);
 }
 
 /// What bends more than a ball of two voxels is limited to that.
@@ -83,18 +87,18 @@ TEST(EdgeVertex, TellsTheTwoSidesOfAWallApart) {
   edge.upper[0] = {0.3f, 2.0f};
   edge.lower[1] = {0.4f, 5.0f};  // x- sees the side at 0.4
   edge.upper[1] = {-0.6f, 5.0f};
-  EXPECT_NEAR(edgeOffset(MeshRules(), edge, 0, 0), 0.7f, 1e-6f);
-  EXPECT_NEAR(edgeOffset(MeshRules(), edge, 0, 1), 0.4f, 1e-6f);
+  EXPECT_NEAR(offsetOn(edge, 0, 0), 0.7f, 1e-6f);
+  EXPECT_NEAR(offsetOn(edge, 0, 1), 0.4f, 1e-6f);
 }
 
 TEST(EdgeVertex, KeepsOffTheCorners) {
   EdgeSamples edge = {};
   edge.lower[4] = {-1e-9f, 1.0f};
   edge.upper[4] = {1.0f, 1.0f};
-  EXPECT_EQ(edgeOffset(MeshRules(), edge, 2, 0), kVertexMargin);
+  EXPECT_EQ(offsetOn(edge, 2, 0), kVertexMargin);
   edge.lower[4] = {-1.0f, 1.0f};
   edge.upper[4] = {0.0f, 1.0f};
-  EXPECT_EQ(edgeOffset(MeshRules(), edge, 2, 0), 1.0f - kVertexMargin);
+  EXPECT_EQ(offsetOn(edge, 2, 0), 1.0f - kVertexMargin);
 }
 
 /// A sample without weight, or one that free space took more from than it had, crosses nothing.
@@ -105,7 +109,7 @@ TEST(EdgeVertex, UnobservedEndsCrossNothing) {
     edge.upper[4] = {0.75f, 1.0f};
     edge.lower[0] = {-0.75f, 100.0f};
     edge.upper[0] = {0.25f, weight};
-    EXPECT_EQ(edgeOffset(MeshRules(), edge, 2, 0), 0.25f);
+    EXPECT_EQ(offsetOn(edge, 2, 0), 0.25f);
   }
 }
 

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "kernels/meshing/unit_samples.h"
+#include "support/unit_samples.h"
 #include "unit/kernels/meshing/cube_geometry.h"
 
 namespace dtsdf {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "support/unit_samples.h"
+
 namespace dtsdf {
 namespace vote_test {
 

@@ -22,7 +22,7 @@ inline bool overlap(const BlockExtent& a, const BlockExtent& b) {
          b.first.y <= a.last.y && a.first.z <= b.last.z && b.first.z <= a.last.z;
 }
 
-/// The least box around both, each of which contains something.
+/// The least box around both; one of them may be noBlocks().
 inline BlockExtent around(const BlockExtent& a, const BlockExtent& b) {
   return {leastOf(a.first, b.first), greatestOf(a.last, b.last)};
 }
@@ -48,7 +48,8 @@ inline uint64_t volumeOf(const BlockExtent& box) {
 }
 
 /// One that contains nothing.
-inline BlockExtent noBlocks() { return {{1, 1, 1}, {0, 0, 0}}; }
+inline BlockExtent noBlocks() { return {BlockExtent().last, BlockExtent().first}; }
+inline bool holdsNone(const BlockExtent& box) { return box.first.x > box.last.x; }
 
 /// What a map has of what frames and images show.
 struct MapExtent {

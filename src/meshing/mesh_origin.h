@@ -1,43 +1,24 @@
 /// What the vertices of a mesh count from: one rule for meshes as a whole and in pieces.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
-#include "kernels/core/grid.h"
+#include "map/block_extent.h"
 
 namespace dtsdf {
 
-/// The blocks between which a mesh lies.
-struct BlockBounds {
-  static constexpr int32_t kNone = std::numeric_limits<int32_t>::max();
-
-  std::array<int32_t, 3> first = {kNone, kNone, kNone};
-  std::array<int32_t, 3> last = {-kNone, -kNone, -kNone};
-
-  bool isEmpty() const { return first[0] > last[0]; }
-  void add(const BlockKey& key) { add(BlockBounds{{key.x, key.y, key.z}, {key.x, key.y, key.z}}); }
-  void add(const BlockBounds& other) {
-    for (size_t axis = 0; axis < 3; ++axis) {
-      first[axis] = std::min(first[axis], other.first[axis]);
-      last[axis] = std::max(last[axis], other.last[axis]);
-    }
-  }
-};
-
 /// The origin of W for what lies within 64 m of it, else the middle, in whole metres: see Mesh.
-inline std::array<double, 3> originOf(const BlockBounds& bounds, double voxel_size_m) {
+inline std::array<double, 3> originOf(const BlockExtent& bounds, double voxel_size_m) {
   constexpr double kNear_m = 64.0;  // floats are 0.008 mm apart there
   const double block_m = kBlockSide * voxel_size_m;
   std::array<double, 3> middle_m = {0.0, 0.0, 0.0};
   bool is_near = true;
-  for (size_t axis = 0; axis < 3 && !bounds.isEmpty(); ++axis) {
-    const double low_m = block_m * bounds.first[axis];
-    const double high_m = block_m * (bounds.last[axis] + 1.0);
+  for (int axis = 0; axis < 3 && !holdsNone(bounds); ++axis) {
+    const double low_m = block_m * component(bounds.first, axis);
+    const double high_m = block_m * (component(bounds.last, axis) + 1.0);
     is_near = is_near && low_m >= -kNear_m && high_m <= kNear_m;
-    middle_m[axis] = std::round(0.5 * (low_m + high_m));
+    middle_m[static_cast<size_t>(axis)] = std::round(0.5 * (low_m + high_m));
   }
   return is_near ? std::array<double, 3>{0.0, 0.0, 0.0} : middle_m;
 }

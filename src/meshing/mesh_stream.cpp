@@ -48,14 +48,14 @@ const std::array<OwnedEdge, kGridEdges>& ownedEdges() {
 
 }  // namespace
 
-BlockJoiner::BlockJoiner(bool in_order) : in_order_(in_order) {
+BlockJoiner::BlockJoiner() {
   for (Owner& owner : owners_) owner.number.resize(kSharedPlaces, kNone);
 }
 
 const JoinedBlock& BlockJoiner::add(const BlockMesh& block) {
   // An edge is listed by its owner and by blocks below it, along each axis: none of them comes
   // once the owner is through.
-  if (in_order_) shared_.erase(shared_.begin(), shared_.lower_bound(packKey(block.key)));
+  shared_.erase(shared_.begin(), shared_.lower_bound(packKey(block.key)));
   open(block.key);
   joined_.fresh.clear();
   joined_.number.resize(block.vertices.size());
@@ -83,13 +83,13 @@ void BlockJoiner::open(const BlockKey& block) {
   }
 }
 
-/// Enters what the block was the first to list, for blocks to come. In order none of these lists an
-/// edge of this one.
+/// Enters what the block was the first to list, for blocks to come, none of which lists an edge of
+/// this one.
 void BlockJoiner::close(const BlockKey& block) {
   for (int n = 0; n < kCornerBlocks; ++n) {
     Owner& owner = owners_[n];
     for (const SharedEdge& edge : owner.known) owner.number[edge.place] = kNone;
-    if (owner.known.size() > owner.entered && !(n == 0 && in_order_)) {
+    if (owner.known.size() > owner.entered && n != 0) {
       shared_[packKey(block + cornerBlockOffset(n))].edges = owner.known;
     }
     owner.known.clear();

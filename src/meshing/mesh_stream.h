@@ -25,13 +25,11 @@ struct JoinedBlock {
   std::vector<Vec3f> faced;      ///< The way that each vertex's edge faces, see facedWays().
 };
 
-/// Numbers the vertices of blocks in the order in which they are added. Keeps only which vertices
+/// Numbers the vertices of blocks, which are added by rising packed keys. Keeps only which vertices
 /// later blocks may share, so that a mesh that fills the memory can be joined.
 class BlockJoiner {
  public:
-  /// `in_order`: blocks will be added by rising packed keys, and what none shares any more is
-  /// forgotten.
-  explicit BlockJoiner(bool in_order);
+  BlockJoiner();
 
   /// The result is valid until the next call.
   const JoinedBlock& add(const BlockMesh& block);
@@ -74,7 +72,6 @@ class BlockJoiner {
   void open(const BlockKey& block);
   void close(const BlockKey& block);
 
-  const bool in_order_;
   uint32_t next_ = 0;  ///< The number of the next vertex that is new.
   JoinedBlock joined_;
   std::map<PackedKey, SharedVertices> shared_;
@@ -119,7 +116,7 @@ class MeshStream {
   struct Whole {
     float voxel_size_m;
     bool is_painted;     ///< Some of the blocks have colours.
-    BlockBounds bounds;  ///< Of the blocks.
+    BlockExtent bounds;  ///< Of the blocks.
   };
 
   MeshStream(const Whole& whole, Sink sink);
@@ -144,7 +141,7 @@ class MeshStream {
   const MeshStore positions_;
   const bool is_painted_;
   const Sink sink_;
-  BlockJoiner joiner_{true};
+  BlockJoiner joiner_;
   Mesh window_;                             ///< From vertex number first_ on.
   Outline outline_;                         ///< Of these.
   std::vector<Outline::Triangle> closing_;  ///< Of holes; they come last.

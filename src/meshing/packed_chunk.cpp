@@ -31,11 +31,10 @@ int16_t roundToUnits(float units) {
 /// Joins the blocks of a chunk.
 class ChunkPacker {
  public:
-  ChunkPacker(const ChunkLattice& lattice, const BlockKey& corner, bool in_order)
+  ChunkPacker(const ChunkLattice& lattice, const BlockKey& corner)
       : steps_per_voxel_(lattice.steps_per_voxel),
         voxels_(lattice.chunk_blocks * kBlockSide),
-        corner_(firstVoxelOfBlock(corner)),
-        joiner_(in_order) {
+        corner_(firstVoxelOfBlock(corner)) {
     const std::array<int, 3> first{corner_.x, corner_.y, corner_.z};
     for (int axis = 0; axis < 3; ++axis) {
       chunk_.origin[axis] = (static_cast<int64_t>(first[axis]) - kVoxelsBeyond) * steps_per_voxel_;
@@ -198,7 +197,7 @@ PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const 
     vertices += it->second->vertices.size();
     triangles += it->second->triangles.size() / 3;
   }
-  ChunkPacker packer(lattice, corner, std::is_sorted(blocks.begin(), blocks.end()));
+  ChunkPacker packer(lattice, corner);
   packer.reserve(vertices, triangles);
   for (const BlockMesh* block : meshes) packer.add(*block);
   return packer.finish();

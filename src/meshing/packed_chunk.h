@@ -42,8 +42,8 @@ struct PackedChunk {
   }
 };
 
-/// The chunk whose lowest block is `corner`, of the blocks with these packed keys (unknown ones are
-/// skipped). Without triangles it has its origin only.
+/// The chunk whose lowest block is `corner`, of the blocks with these packed keys, in their order
+/// (unknown ones are skipped). Without triangles it has its origin only.
 PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const BlockKey& corner,
                       const std::vector<PackedKey>& blocks);
 

@@ -66,8 +66,8 @@ const MeshStore& PagedMeshes::holding(const std::vector<PackedKey>& keys) {
 
 void PagedMeshes::stream(const MeshStream::Sink& sink) {
   const std::vector<PackedKey> in_order = keys();
-  BlockBounds bounds;
-  for (const PackedKey key : in_order) bounds.add(unpackKey(key));
+  BlockExtent bounds = noBlocks();
+  for (const PackedKey key : in_order) bounds = around(bounds, {unpackKey(key), unpackKey(key)});
   MeshStream stream({voxelSize(), isPainted(), bounds}, sink);
   for (const PackedKey key : in_order) {
     if (const SharedBlockMesh block = find(key)) stream.add(*block);

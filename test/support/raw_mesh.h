@@ -12,7 +12,7 @@ namespace dtsdf {
 /// out.
 inline Mesh rawMesh(const MeshStore& store, const std::vector<PackedKey>& keys) {
   Mesh mesh;
-  BlockJoiner joiner(true);
+  BlockJoiner joiner;
   for (const PackedKey key : keys) {
     const auto found = store.blocks().find(key);
     if (found == store.blocks().end()) continue;

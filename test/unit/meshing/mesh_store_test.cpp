@@ -113,7 +113,7 @@ TEST(MeshStore, AssemblyWeldsAcrossBlocks) {
 /// More vertices than are kept at a time, with holes everywhere: outlines lead from piece to piece.
 TEST(MeshStore, IsTheSameInPieces) {
   MeshStore store(kVoxelSize);
-  MeshStream::Whole whole{kVoxelSize, false, {}};
+  MeshStream::Whole whole{kVoxelSize, false, noBlocks()};
   std::mt19937 random(4);
   for (int y = 0; y < 60; ++y) {
     for (int x = 0; x < 60; ++x) {
@@ -124,7 +124,7 @@ TEST(MeshStore, IsTheSameInPieces) {
         kept.insert(kept.end(), &block.triangles[t], &block.triangles[t] + 3);
       }
       block.triangles = kept;
-      whole.bounds.add(block.key);
+      whole.bounds = around(whole.bounds, {block.key, block.key});
       store.apply(updateOf({block}));
     }
   }

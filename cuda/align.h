@@ -1,7 +1,7 @@
 /// The stage "align" on the device: what an image's points say of its pose.
 #pragma once
 
-#include "backend/aligned_keys.h"
+#include "backend/pose_solver.h"
 #include "backend/profile.h"
 #include "device_map.h"
 #include "kernels/poses/alignment_sums.h"

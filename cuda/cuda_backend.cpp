@@ -209,8 +209,7 @@ TouchedBlocks CudaBackend::lookUpBlocks() {
   compareBlocks();
   counters_ = block_finder_.waitForCounters();
   while (counters_.table_full || counters_.usable_surfels > surfels_.room) findMore();
-  return {counters_.usable_surfels, counters_.touched, block_finder_.fetchRequests(),
-          counters_.requested_arrays};
+  return {counters_.touched, block_finder_.fetchRequests(), counters_.requested_arrays};
 }
 
 /// Once more with larger buffers: there were more surfels or blocks than expected.

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "backend/view_images.h"
+#include "backend/frame_check.h"
 #include "device_map.cuh"
 #include "kernels/meshing/gap.h"
 #include "launch.h"

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <map>
+#include <utility>
 
 #include "scenes/cases.h"
 #include "scenes/scene_map.h"
@@ -36,42 +37,42 @@ struct ByteComparison {
   size_t compared = 0, changed = 0;
 };
 
-bool isBlank(const Voxel& voxel) {
-  const Voxel blank{};
-  return std::memcmp(&voxel, &blank, sizeof voxel) == 0;
-}
+/// The words of voxel arrays, by block and direction.
+using ArrayWords = std::map<std::pair<PackedKey, int>, const uint64_t*>;
 
-/// Compares the voxels of a block that hold something and that no frame reaches.
-void compareBlock(const BlockSnapshot& before, const BlockSnapshot* after, double voxel_m,
-                  const Zone& isReached, ByteComparison& result) {
-  for (int i = 0; i < kBlockSide * kBlockSide * kBlockSide; ++i) {
-    const Vector3d offset(i % kBlockSide, i / kBlockSide % kBlockSide,
-                          i / (kBlockSide * kBlockSide));
-    const Vector3d p =
-        voxel_m * (kBlockSide * Vector3d(before.key.x, before.key.y, before.key.z) + offset);
-    if (isReached(p)) continue;
-    const size_t index = static_cast<size_t>(i);
-    for (int d = 0; d < kDirectionCount; ++d) {
-      if (before.voxels[d].empty() || isBlank(before.voxels[d][index])) continue;
-      ++result.compared;
-      const bool same =
-          after != nullptr && !after->voxels[d].empty() &&
-          std::memcmp(&before.voxels[d][index], &after->voxels[d][index], sizeof(Voxel)) == 0;
-      result.changed += !same;
+ArrayWords arraysOf(const MapContents& contents) {
+  ArrayWords arrays;
+  const uint64_t* words = contents.voxels.data();
+  for (const MapBlock& block : contents.blocks) {
+    for (int d = 0; d < 6; ++d) {
+      if (!(block.directions >> d & 1)) continue;
+      arrays[{packedKeyOf(block.key), d}] = words;
+      words += kBlockSide * kBlockSide * kBlockSide;
     }
   }
+  return arrays;
 }
 
-ByteComparison compareOutside(const std::vector<BlockSnapshot>& before,
-                              const std::vector<BlockSnapshot>& after, double voxel_m,
+/// Compares the voxels that hold something and that no frame reaches.
+ByteComparison compareOutside(const MapContents& before, const MapContents& after, double voxel_m,
                               const Zone& isReached) {
   ByteComparison result;
-  size_t other = 0;  // both are sorted by packed key
-  for (const BlockSnapshot& block : before) {
-    while (other < after.size() && packedKeyOf(after[other].key) < packedKeyOf(block.key)) ++other;
-    const bool found =
-        other < after.size() && packedKeyOf(after[other].key) == packedKeyOf(block.key);
-    compareBlock(block, found ? &after[other] : nullptr, voxel_m, isReached, result);
+  const ArrayWords then = arraysOf(before), now = arraysOf(after);
+  for (const MapBlock& block : before.blocks) {
+    for (int i = 0; i < kBlockSide * kBlockSide * kBlockSide; ++i) {
+      const Vector3d offset(i % kBlockSide, i / kBlockSide % kBlockSide,
+                            i / (kBlockSide * kBlockSide));
+      const Vector3d p =
+          voxel_m * (kBlockSide * Vector3d(block.key.x, block.key.y, block.key.z) + offset);
+      if (isReached(p)) continue;
+      for (int d = 0; d < 6; ++d) {
+        const std::pair<PackedKey, int> place{packedKeyOf(block.key), d};
+        const auto was = then.find(place), is = now.find(place);
+        if (was == then.end() || was->second[i] == 0) continue;
+        ++result.compared;
+        result.changed += is == now.end() || is->second[i] != was->second[i];
+      }
+    }
   }
   return result;
 }
@@ -87,7 +88,7 @@ std::vector<Figure> measureBytes(const SceneSetup& setup) {
     const Vector3d eye = sway(i, 0.02), ahead(std::sin(0.5236 * i), 0.1, std::cos(0.5236 * i));
     map.fuse(look(scene, camera, lookFrom(eye, eye + ahead)));
   }
-  const std::vector<BlockSnapshot> before = map.mapper().snapshot();
+  const MapContents before = map.mapper().contents();
   scene.add(boardAt(0.0, 0.0, 0.8037, 0.8, 0.8));
   std::vector<SceneView> views;
   for (int i = 0; i < 10; ++i) {
@@ -100,7 +101,7 @@ std::vector<Figure> measureBytes(const SceneSetup& setup) {
     });
   };
   const ByteComparison result =
-      compareOutside(before, map.mapper().snapshot(), setup.voxel(), isReached);
+      compareOutside(before, map.mapper().contents(), setup.voxel(), isReached);
   return {atLeast("voxels out of reach", 1000.0, "", static_cast<double>(result.compared)),
           atMost("of these changed", 0.0, "", static_cast<double>(result.changed))};
 }

@@ -28,10 +28,6 @@ Raw elementOf(const char* row, int u) {
   return raw;
 }
 
-std::optional<FrameProblem> problem(FrameStatus status, const std::string& message) {
-  return FrameProblem{status, message};
-}
-
 size_t bytesPerPixel(ColourEncoding encoding) {
   return static_cast<size_t>(layoutOf(encoding).bytes);
 }
@@ -44,45 +40,45 @@ ImageRows rowsOfImage(const Frame& frame) {
 
 /// What depth and colour images have in common; `kind` is a word for messages.
 template <class Frame>
-std::optional<FrameProblem> findImageProblem(const Frame& frame, const char* kind) {
+std::optional<IntegrationResult> findImageProblem(const Frame& frame, const char* kind) {
   if (frame.data == nullptr || frame.width <= 0 || frame.height <= 0) {
-    return problem(FrameStatus::kBadImage, formatted("the %s image is empty", kind));
+    return refuse(FrameStatus::kBadImage, formatted("the %s image is empty", kind));
   }
   if (static_cast<int64_t>(frame.width) * frame.height > kMaxPixels) {
-    return problem(FrameStatus::kBadImage,
-                   formatted("the %s image has %d x %d pixels; at most %lld are supported", kind,
-                             frame.width, frame.height, static_cast<long long>(kMaxPixels)));
+    return refuse(FrameStatus::kBadImage,
+                  formatted("the %s image has %d x %d pixels; at most %lld are supported", kind,
+                            frame.width, frame.height, static_cast<long long>(kMaxPixels)));
   }
   const size_t row = rowsOfImage(frame).packed_bytes;
   if (frame.row_bytes < row) {
-    return problem(FrameStatus::kBadImage,
-                   formatted("rows of %zu bytes are too short for %d pixels, which take %zu",
-                             frame.row_bytes, frame.width, row));
+    return refuse(FrameStatus::kBadImage,
+                  formatted("rows of %zu bytes are too short for %d pixels, which take %zu",
+                            frame.row_bytes, frame.width, row));
   }
   return std::nullopt;
 }
 
-std::optional<FrameProblem> findIntrinsicsProblem(const Intrinsics& K, int width, int height) {
+std::optional<IntegrationResult> findIntrinsicsProblem(const Intrinsics& K, int width, int height) {
   const std::string text = findProblem(K, width, height);
   if (text.empty()) return std::nullopt;
-  return problem(FrameStatus::kBadIntrinsics, text);
+  return refuse(FrameStatus::kBadIntrinsics, text);
 }
 
 /// Everything that lies within `reach_m` of the camera has to have representable block coordinates.
-std::optional<FrameProblem> findPoseProblem(const Eigen::Isometry3d& T_W_C, double reach_m,
-                                            const MapperParams& params) {
+std::optional<IntegrationResult> findPoseProblem(const Eigen::Isometry3d& T_W_C, double reach_m,
+                                                 const MapperParams& params) {
   if (!T_W_C.matrix().allFinite()) {
-    return problem(FrameStatus::kBadPose, "the camera pose is not finite");
+    return refuse(FrameStatus::kBadPose, "the camera pose is not finite");
   }
   const Eigen::Matrix3d R = T_W_C.linear();
   constexpr double kRotationTolerance = 1e-3;
   if (!(R * R.transpose()).isIdentity(kRotationTolerance) || R.determinant() < 0.0) {
-    return problem(FrameStatus::kBadPose, "the camera pose is not a rotation and a translation");
+    return refuse(FrameStatus::kBadPose, "the camera pose is not a rotation and a translation");
   }
   const double limit_m =
       static_cast<double>(kMaxBlockCoordinate - 2) * kBlockSide * params.map.voxel_size_m;
   if (T_W_C.translation().cwiseAbs().maxCoeff() + reach_m > limit_m) {
-    return problem(
+    return refuse(
         FrameStatus::kBadPose,
         formatted("the camera is outside the %g m around the map frame's origin that "
                   "%g m voxels can cover; of UTM coordinates, subtract those of the place",
@@ -137,19 +133,19 @@ const char* toString(FrameStatus status) {
   return "unknown";
 }
 
-std::optional<FrameProblem> findProblem(const DepthFrame& frame, const MapperParams& params) {
+std::optional<IntegrationResult> findProblem(const DepthFrame& frame, const MapperParams& params) {
   if (auto image_problem = findImageProblem(frame, "depth")) return image_problem;
   if (!(frame.unit_m > 0.0f) || !std::isfinite(frame.unit_m)) {
-    return problem(FrameStatus::kBadImage, "the unit of depth is not a positive number");
+    return refuse(FrameStatus::kBadImage, "the unit of depth is not a positive number");
   }
   if (auto found = findIntrinsicsProblem(frame.intrinsics, frame.width, frame.height)) return found;
   if (frame.keep_center_W && !frame.keep_center_W->allFinite()) {
-    return problem(FrameStatus::kBadPose, "the centre of map/keep_radius_m is not finite");
+    return refuse(FrameStatus::kBadPose, "the centre of map/keep_radius_m is not finite");
   }
   return findPoseProblem(frame.T_W_C, reachOf(frame, params), params);
 }
 
-std::optional<FrameProblem> findProblem(const ColourFrame& frame, const MapperParams& params) {
+std::optional<IntegrationResult> findProblem(const ColourFrame& frame, const MapperParams& params) {
   if (auto image_problem = findImageProblem(frame, "colour")) return image_problem;
   if (auto found = findIntrinsicsProblem(frame.intrinsics, frame.width, frame.height)) return found;
   return findPoseProblem(frame.T_W_C, 0.0, params);
@@ -179,6 +175,15 @@ FrameView checkedFrameView(const RenderCamera& camera, const Eigen::Isometry3d& 
   if (!found) found = findPoseProblem(T_W_C, 0.0, params);
   if (found) throw std::invalid_argument(found->message);
   return frameViewOf(frame, params.map.voxel_size_m);
+}
+
+void resizeView(const FrameView& frame, bool has_colours, RenderedView& view) {
+  const size_t pixels = static_cast<size_t>(frame.width) * static_cast<size_t>(frame.height);
+  view.width = frame.width;
+  view.height = frame.height;
+  view.depth_m.resize(pixels);
+  view.normals_C.resize(pixels);
+  view.colours.resize(has_colours ? pixels : 0);
 }
 
 /// What claims to be farther is no measurement: space up to there is not free. No camera measures
@@ -240,10 +245,10 @@ bool clearsFromAfar(const DepthFrame& frame, const MapperParams& params) {
   return false;
 }
 
-IntegrationResult refuse(const FrameProblem& problem) {
+IntegrationResult refuse(FrameStatus status, const std::string& message) {
   IntegrationResult result;
-  result.status = problem.status;
-  result.message = problem.message;
+  result.status = status;
+  result.message = message;
   return result;
 }
 
@@ -258,24 +263,23 @@ IntegrationResult noMeasurement(const DepthFrame& frame, const MapperParams& par
     }
   }
   if (2 * too_far > measured) {
-    return refuse(
-        {FrameStatus::kNoMeasurement,
-         formatted("most depths are more than %g m, which no camera measures: are they in "
-                   "millimetres? Their unit is %g m (input/unit_32fc1_m or "
-                   "input/unit_16uc1_m, --depth-scale, or unit_m of the frame)",
-                   static_cast<double>(kFarthest_m), static_cast<double>(frame.unit_m))});
+    return refuse(FrameStatus::kNoMeasurement,
+                  formatted("most depths are more than %g m, which no camera measures: are they in "
+                            "millimetres? Their unit is %g m (input/unit_32fc1_m or "
+                            "input/unit_16uc1_m, --depth-scale, or unit_m of the frame)",
+                            static_cast<double>(kFarthest_m), static_cast<double>(frame.unit_m)));
   }
   return refuse(
-      {FrameStatus::kNoMeasurement,
-       formatted("no pixel has a usable depth: all are empty, isolated, or outside [%g, %g] m",
-                 static_cast<double>(params.fusion.min_depth_m),
-                 static_cast<double>(params.fusion.max_depth_m))});
+      FrameStatus::kNoMeasurement,
+      formatted("no pixel has a usable depth: all are empty, isolated, or outside [%g, %g] m",
+                static_cast<double>(params.fusion.min_depth_m),
+                static_cast<double>(params.fusion.max_depth_m)));
 }
 
 IntegrationResult nothingToPaint() {
-  return refuse({FrameStatus::kNoMeasurement,
-                 "no surface of the map is seen well enough to paint it: none is in view, or all "
-                 "are hidden or seen at a grazing angle"});
+  return refuse(FrameStatus::kNoMeasurement,
+                "no surface of the map is seen well enough to paint it: none is in view, or all "
+                "are hidden or seen at a grazing angle");
 }
 
 }  // namespace dtsdf

@@ -6,20 +6,16 @@
 #include <string>
 
 #include "dtsdf_mapping/mapper.h"
+#include "dtsdf_mapping/rendered_view.h"
 #include "kernels/colour/colour_image.h"
 #include "kernels/surfels/depth.h"
 #include "map/block_table.h"
 
 namespace dtsdf {
 
-/// What is wrong with a frame, or nothing.
-struct FrameProblem {
-  FrameStatus status;
-  std::string message;
-};
-
-std::optional<FrameProblem> findProblem(const DepthFrame& frame, const MapperParams& params);
-std::optional<FrameProblem> findProblem(const ColourFrame& frame, const MapperParams& params);
+/// The result of a frame with a problem; none: it has none.
+std::optional<IntegrationResult> findProblem(const DepthFrame& frame, const MapperParams& params);
+std::optional<IntegrationResult> findProblem(const ColourFrame& frame, const MapperParams& params);
 
 /// The frame for the rules. The local frame's origin is the block that the camera is in.
 /// @pre findProblem() found nothing.
@@ -31,13 +27,16 @@ FrameView makeFrameView(const ColourFrame& frame, float voxel_size_m);
 FrameView checkedFrameView(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
                            const MapperParams& params);
 
-DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params);
+/// Makes room for a view's images, with or without colours.
+void resizeView(const FrameView& frame, bool has_colours, RenderedView& view);
 
-/// What is kept of the map once a frame is in it. @pre map/keep_radius_m is not 0.
-KeptBall keptBallOf(const DepthFrame& frame, const MapParams& params);
+DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params);
 
 /// Blocks beyond it that a frame drops at most, so that none takes long.
 constexpr size_t kMostDroppedBlocks = 4096;
+
+/// What is kept of the map once a frame is in it. @pre map/keep_radius_m is not 0.
+KeptBall keptBallOf(const DepthFrame& frame, const MapParams& params);
 
 /// A region in units of voxels.
 /// @throws std::invalid_argument if it has a problem.
@@ -64,8 +63,8 @@ ImageRows rowsOf(const ColourFrame& frame);
 /// fused, which shows what is free before it.
 bool clearsFromAfar(const DepthFrame& frame, const MapperParams& params);
 
-/// The result of a frame with a problem.
-IntegrationResult refuse(const FrameProblem& problem);
+/// The result of a frame that is refused.
+IntegrationResult refuse(FrameStatus status, const std::string& message);
 
 /// The result of a frame that shows nothing to fuse.
 IntegrationResult noMeasurement(const DepthFrame& frame, const MapperParams& params);

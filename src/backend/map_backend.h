@@ -22,7 +22,6 @@ namespace dtsdf {
 
 /// What a depth image touches, and what the map lacks of it.
 struct TouchedBlocks {
-  size_t surfels = 0;                  ///< With a weight.
   size_t blocks = 0;                   ///< That surfels reach.
   std::vector<BlockRequest> requests;  ///< Those that are missing or miss arrays.
   size_t new_arrays = 0;               ///< That these miss.

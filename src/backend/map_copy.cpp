@@ -29,24 +29,6 @@ void eraseSection(const std::string& section, ParamTree& tree) {
   }
 }
 
-/// Colours of a voxel array by voxel, from those of its bricks; moves on to the next array's.
-std::vector<VoxelColour> takeColours(uint64_t bricks, const uint32_t*& words) {
-  std::vector<VoxelColour> colours;
-  if (bricks == 0) return colours;
-  colours.resize(kVoxelsPerBlock);
-  const uint32_t* brick_words[kBricksPerArray] = {};
-  for (int b = 0; b < kBricksPerArray; ++b) {
-    if (!(bricks >> b & 1)) continue;
-    brick_words[b] = words;
-    words += kVoxelsPerBrick;
-  }
-  for (int voxel = 0; voxel < kVoxelsPerBlock; ++voxel) {
-    const uint32_t* brick = brick_words[brickOf(voxel)];
-    if (brick != nullptr) std::memcpy(&colours[voxel], brick + placeInBrick(voxel), 4);
-  }
-  return colours;
-}
-
 }  // namespace
 
 MapContents contentsOf(MapperParams params, Rules rules) {
@@ -100,52 +82,6 @@ void makeRoomForWords(MapContents& contents) {
   }
   contents.voxels = PlainArray<uint64_t>(voxels);
   contents.colours = PlainArray<uint32_t>(colours);
-}
-
-ContentsOrder EnteredBlocks::order() const {
-  ContentsOrder order;
-  order.arrays = blocks.new_arrays;
-  order.slots = blocks.changed_slots;
-  order.bricks.reserve(colours.bricks.size());
-  for (const NewBrick& brick : colours.bricks) order.bricks.push_back(brick.colours);
-  return order;
-}
-
-/// A table admits by keys, directions and bricks, which is the order of contents.
-EnteredBlocks enterBlocks(const std::vector<MapBlock>& blocks, BlockTable& table) {
-  std::vector<BlockRequest> requests;
-  std::vector<ColourRequest> colours;
-  requests.reserve(blocks.size());
-  for (const MapBlock& block : blocks) {
-    requests.push_back({packKey(block.key), block.directions});
-    if (block.bricks != 0) colours.push_back({packKey(block.key), block.bricks});
-  }
-  EnteredBlocks entered{table.admit(std::move(requests)), table.admitColours(std::move(colours))};
-  if (entered.blocks.refused > 0 || entered.colours.refused > 0) {
-    throw std::logic_error("the contents of a map do not fit its budget, which was not checked");
-  }
-  return entered;
-}
-
-std::vector<BlockSnapshot> ProbedMapper::snapshot() {
-  const MapContents contents = this->contents();
-  std::vector<BlockSnapshot> blocks;
-  blocks.reserve(contents.blocks.size());
-  const uint64_t* voxels = contents.voxels.data();
-  const uint32_t* colours = contents.colours.data();
-  for (const MapBlock& block : contents.blocks) {
-    BlockSnapshot copy;
-    copy.key = block.key;
-    for (int d = 0; d < kDirectionCount; ++d) {
-      if (!(block.directions >> d & 1)) continue;
-      copy.voxels[d].resize(kVoxelsPerBlock);
-      std::memcpy(copy.voxels[d].data(), voxels, BlockTable::kArrayBytes);
-      voxels += kVoxelsPerBlock;
-      copy.colours[d] = takeColours(block.bricks >> (kBricksPerArray * d) & 255u, colours);
-    }
-    blocks.push_back(std::move(copy));
-  }
-  return blocks;
 }
 
 MapperMemory ProbedMapper::memory() const {

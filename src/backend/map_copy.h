@@ -44,16 +44,4 @@ ContentsOrder orderOf(const BlockTable& table, const std::vector<int32_t>& slots
 /// Makes room for the voxels and colours of the contents' blocks. @throws std::bad_alloc
 void makeRoomForWords(MapContents& contents);
 
-/// Blocks that contents have brought into a table.
-struct EnteredBlocks {
-  Admission blocks;
-  ColourAdmission colours;
-
-  /// Where their voxels and colours go.
-  ContentsOrder order() const;
-};
-
-/// @pre None of them is in the table, and its budget holds them.
-EnteredBlocks enterBlocks(const std::vector<MapBlock>& blocks, BlockTable& table);
-
 }  // namespace dtsdf

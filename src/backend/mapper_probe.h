@@ -6,27 +6,13 @@
 #include "backend/profile.h"
 #include "dtsdf_mapping/map_parts.h"
 #include "dtsdf_mapping/mapper.h"
-#include "kernels/core/direction.h"
-#include "kernels/core/voxel.h"
-#include "kernels/core/voxel_colour.h"
 #include "map/block_extent.h"
-#include "map/block_table.h"
 
 namespace dtsdf {
 
-/// A copy of one block's voxels.
-struct BlockSnapshot {
-  BlockKey key;
-  /// kVoxelsPerBlock voxels per direction in use, empty otherwise.
-  std::vector<Voxel> voxels[kDirectionCount];
-  /// As many colours per direction in which something is painted.
-  std::vector<VoxelColour> colours[kDirectionCount];
-};
-
-class MapperProbe {
+/// A mapper with a view inside, and what a box of a larger map needs beside it.
+class ProbedMapper : public Mapper {
  public:
-  virtual ~MapperProbe() = default;
-
   /// Waits until the meshes of the extraction that was begun are made, where the map lives; on a
   /// GPU they are on their way to the host then. finishMeshUpdate() waits by itself.
   virtual void waitForMeshes() = 0;
@@ -39,16 +25,9 @@ class MapperProbe {
   /// What holds how much memory now; the parts of a GPU's map are on the GPU, but for staging. It
   /// costs no more in a large map than in a small one.
   virtual std::vector<MemoryPart> memoryParts() const = 0;
-};
 
-/// A mapper with a view inside, and what a box of a larger map needs beside it.
-class ProbedMapper : public Mapper, public MapperProbe {
- public:
   /// The sums of memoryParts().
   MapperMemory memory() const override;
-
-  /// All blocks by packed key; waits for the work under way.
-  std::vector<BlockSnapshot> snapshot();
 
   /// Takes contents in that were checked. @pre The map is empty.
   /// @throws std::exception without memory; the mapper is of no use then.

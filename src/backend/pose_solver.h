@@ -3,9 +3,11 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "dtsdf_mapping/alignment.h"
 #include "dtsdf_mapping/depth_frame.h"
+#include "kernels/core/grid.h"
 #include "kernels/poses/alignment_sums.h"
 
 namespace dtsdf {
@@ -20,5 +22,9 @@ Alignment unalignedPose(const DepthFrame& frame, const PosePrior& prior,
 /// @param frame With the pose around which the prior lies.
 Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const AlignmentRules& rules,
                    float voxel_size_m, const SumsAtPose& sums_at);
+
+/// Blocks that addPoint() may look at for these points at a pose, by key, each once.
+std::vector<PackedKey> alignedKeys(const FrameView& view, float cutoff, const AlignedPoint* points,
+                                   size_t count);
 
 }  // namespace dtsdf

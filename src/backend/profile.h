@@ -19,7 +19,7 @@ enum class Stage {
   kFindBlocks,   ///< Blocks that surfels touch, and what of them the map lacks.
   kSeeFree,      ///< Which cells of space the image sees through.
   kAdmit,        ///< New blocks and arrays, and their memory (host, with waiting for the device).
-  kCast,         ///< Surfels into sums.
+  kCast,         ///< Surfels into sums; on a CPU also fold and clear of the blocks that they touch.
   kFold,         ///< Sums into voxels.
   kClear,        ///< Voxels that were seen as free, what changed, and what is empty.
   kPaint,        ///< A colour image onto the surfaces that it sees.
@@ -34,16 +34,9 @@ constexpr int kStageCount = static_cast<int>(Stage::kFindCells) + 1;
 
 const char* toString(Stage stage);
 
-/// What there was to do.
-struct WorkCounts {
-  uint64_t pixels = 0;
-  uint64_t surfels = 0;  ///< With a weight.
-};
-
-/// Times and counts, added up until whoever asked for them sets them back.
+/// Times, added up until whoever asked for them sets them back.
 struct Profile {
   double ms[kStageCount] = {};
-  WorkCounts work;
 
   void add(Stage stage, double duration_ms) { ms[static_cast<int>(stage)] += duration_ms; }
   double of(Stage stage) const { return ms[static_cast<int>(stage)]; }

@@ -40,15 +40,14 @@ void PoseAligner::takePoints(const DepthFrame& frame, const FrameView& view,
   });
 }
 
-AlignmentSums PoseAligner::sumsAt(const FrameView& view, float cutoff, const BlockTable& table,
-                                  const VoxelStore& voxels) const {
+AlignmentSums PoseAligner::sumsAt(const FrameView& view, float cutoff, const CpuMap& map) const {
   AlignmentSums sums{};
   std::mutex mutex;
   const size_t batches = (points_.size() + kPointsAtOnce - 1) / kPointsAtOnce;
-  const auto slotOf = [&](PackedKey key) { return table.find(key); };
+  const auto slotOf = [&](PackedKey key) { return map.table.find(key); };
   const auto arrayOf = [&](int32_t slot, int direction) {
-    const int32_t array = table.block(slot).array[direction];
-    return array == kNoArray ? nullptr : voxels.array(array);
+    const int32_t array = map.table.block(slot).array[direction];
+    return array == kNoArray ? nullptr : map.voxels.array(array);
   };
   parallelFor(batches, threads_, [&](size_t batch) {
     VoxelReader reader(view.origin_voxel, slotOf, arrayOf);

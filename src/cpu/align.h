@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "backend/aligned_keys.h"
+#include "backend/pose_solver.h"
 #include "cpu/voxel_store.h"
 #include "dtsdf_mapping/depth_frame.h"
 #include "kernels/poses/alignment_sums.h"
@@ -21,8 +21,7 @@ class PoseAligner {
   void takePoints(const DepthFrame& frame, const FrameView& view, const DepthRange& range);
 
   /// The sums of these points at another pose of the same image.
-  AlignmentSums sumsAt(const FrameView& view, float cutoff, const BlockTable& table,
-                       const VoxelStore& voxels) const;
+  AlignmentSums sumsAt(const FrameView& view, float cutoff, const CpuMap& map) const;
 
   /// Blocks that these sums may look at, each once.
   std::vector<PackedKey> keysAt(const FrameView& view, float cutoff) const {

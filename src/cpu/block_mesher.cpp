@@ -6,20 +6,12 @@
 
 #include "backend/gaps.h"
 #include "cpu/block_indexer.h"
-#include "cpu/block_refiner.h"
 #include "cpu/block_surface.h"
-#include "cpu/prefetch.h"
 #include "kernels/meshing/regularisation.h"
 #include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {
-
-/// What the make stage works in; one per thread.
-struct MeshScratch {
-  BlockSurface surface;
-  BlockRefiner refiner;
-};
 
 /// Those slots of a list that are still marked, each once; takes the marks and empties the list.
 template <class State>
@@ -36,11 +28,10 @@ std::vector<int32_t> takeMarked(std::vector<int32_t>& list, std::vector<State>& 
 
 }  // namespace
 
-BlockMesher::BlockMesher(const MeshedMap& map, const MeshSettings& rules, bool directional,
+BlockMesher::BlockMesher(const CpuMap& map, const MeshSettings& rules, bool directional,
                          int threads, bool refined)
     : map_(map),
       table_(map.table),
-      voxels_(map.voxels),
       rules_(rules),
       directional_(directional),
       threads_(threads),
@@ -158,10 +149,10 @@ void BlockMesher::indexBlocks(std::vector<int32_t> slots, bool with_vertices) {
       slots.end());
   ++indexings_;
   parallelFor<BlockIndexer>(slots.size(), threads_, [&](size_t i, BlockIndexer& indexer) {
-    if (i + 1 < slots.size()) prefetchBlock(table_.block(slots[i + 1]), voxels_);
+    if (i + 1 < slots.size()) prefetchBlock(table_.block(slots[i + 1]), map_);
     SlotState& state = state_[slots[i]];
-    const ArraysAround arrays = arraysAround(
-        table_, voxels_, slotsAround(table_, table_.block(slots[i]).key), least_evidence_);
+    const ArraysAround arrays =
+        arraysAround(map_, slotsAround(table_, table_.block(slots[i]).key), least_evidence_);
     IndexedBlock block = indexer.index(rules_, arrays, directional_);
     if (!with_vertices) block.vertices.clear();
     if (refined_) state.normals = vertexNormals(arrays, block.vertices, directional_);
@@ -173,7 +164,7 @@ void BlockMesher::indexBlocks(std::vector<int32_t> slots, bool with_vertices) {
   });
 }
 
-bool BlockMesher::makeSurface(int32_t slot, BlockSurface& surface, BlockRefiner* refiner,
+bool BlockMesher::makeSurface(int32_t slot, BlockSurface& surface, bool refined,
                               BlockMesh& mesh) const {
   mesh.key = table_.block(slot).key;
   mesh.vertices.clear();
@@ -185,12 +176,10 @@ bool BlockMesher::makeSurface(int32_t slot, BlockSurface& surface, BlockRefiner*
     const bool empty = around[n] < 0 || state_[around[n]].labels.empty();
     labels[n] = empty ? nullptr : state_[around[n]].labels.data();
   }
-  const ArraysAround arrays = arraysAround(table_, voxels_, around, least_evidence_);
+  const ArraysAround arrays = arraysAround(map_, around, least_evidence_);
   surface.regularise(labels, rules_.most_loose_units);
   surface.emit(rules_, arrays, state.vertices, directional_, mesh);
-  if (refiner != nullptr) {
-    refiner->refine(rules_, arrays, surface, {state.vertices, state.normals}, directional_, mesh);
-  }
+  if (refined) surface.refine(rules_, arrays, state.vertices, state.normals, directional_, mesh);
   return true;
 }
 
@@ -231,7 +220,7 @@ void BlockMesher::show(int32_t slot, std::unique_ptr<const BlockMesh> mesh) {
 const BlockMesh* BlockMesher::shownMesh(int32_t slot, BlockSurface& surface) {
   if (isOutdated(slot)) {
     auto mesh = std::make_unique<BlockMesh>();
-    const bool has_surface = makeSurface(slot, surface, nullptr, *mesh);
+    const bool has_surface = makeSurface(slot, surface, false, *mesh);
     dropGaps(*mesh);
     mesh->colours = coloursOf(*mesh);
     if (!has_surface) mesh.reset();
@@ -243,16 +232,15 @@ const BlockMesh* BlockMesher::shownMesh(int32_t slot, BlockSurface& surface) {
 std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots) {
   const StageTimer timer(profile_, Stage::kMake);
   std::vector<BlockMesh> meshes(slots.size());
-  parallelFor<MeshScratch>(slots.size(), threads_, [&](size_t i, MeshScratch& scratch) {
+  parallelFor<BlockSurface>(slots.size(), threads_, [&](size_t i, BlockSurface& surface) {
     if (i + 1 < slots.size() && makingReadsVoxels(slots[i + 1])) {
-      prefetchBlock(table_.block(slots[i + 1]), voxels_);
-      if (has_colours_) prefetchColours(table_.block(slots[i + 1]), table_, map_.colours);
+      prefetchBlock(table_.block(slots[i + 1]), map_);
+      if (has_colours_) prefetchColours(table_.block(slots[i + 1]), map_);
     }
     BlockMesh& mesh = meshes[i];
     if (shows_) show(slots[i], nullptr);
     if (refined_) state_[slots[i]].made = 0;  // views want it as it was before
-    BlockRefiner* const refiner = refined_ ? &scratch.refiner : nullptr;
-    if (!makeSurface(slots[i], scratch.surface, refiner, mesh)) return;
+    if (!makeSurface(slots[i], surface, refined_, mesh)) return;
     dropGaps(mesh);
     mesh.colours = coloursOf(mesh);
     if (shows_ && !refined_) show(slots[i], std::make_unique<BlockMesh>(mesh));

@@ -16,11 +16,9 @@
 
 namespace dtsdf {
 
-class BlockRefiner;
-
 class BlockMesher {
  public:
-  BlockMesher(const MeshedMap& map, const MeshSettings& rules, bool directional, int threads,
+  BlockMesher(const CpuMap& map, const MeshSettings& rules, bool directional, int threads,
               bool refined);
 
   /// Makes room for the states of so many slots. @throws std::bad_alloc
@@ -110,10 +108,8 @@ class BlockMesher {
   /// Whether labels or colours that a block's shown mesh depends on changed since it was made.
   bool isOutdated(int32_t slot) const;
 
-  /// The mesh of a block without colours, refined if there is a refiner. @return whether it has a
-  /// surface.
-  bool makeSurface(int32_t slot, BlockSurface& surface, BlockRefiner* refiner,
-                   BlockMesh& mesh) const;
+  /// The mesh of a block without colours. @return whether it has a surface.
+  bool makeSurface(int32_t slot, BlockSurface& surface, bool refined, BlockMesh& mesh) const;
   std::vector<VertexColour> coloursOf(const BlockMesh& mesh) const {
     if (!has_colours_) return {};
     return vertexColours(colouredCorners(map_, mesh.key, least_evidence_), mesh.vertices,
@@ -142,9 +138,8 @@ class BlockMesher {
   /// Whether makeMeshes() will read a block's voxels.
   bool makingReadsVoxels(int32_t slot) const;
 
-  const MeshedMap map_;
+  const CpuMap& map_;
   const BlockTable& table_;
-  const VoxelStore& voxels_;
   MeshSettings rules_;
   bool directional_;
   int threads_;

@@ -9,9 +9,15 @@
 #include "cpu/loose_units.h"
 #include "dtsdf_mapping/block_mesh.h"
 #include "kernels/meshing/gap.h"
+#include "kernels/meshing/refine.h"
 #include "kernels/meshing/regularisation.h"
+#include "kernels/meshing/vertex_normal.h"
 
 namespace dtsdf {
+
+/// Normals of a block's edge vertices, in their order.
+std::vector<Vec3f> vertexNormals(const ArraysAround& arrays,
+                                 const std::vector<BlockVertex>& vertices, bool directional);
 
 /// A unit that holds a part of the surface, and its indices after regularisation.
 struct SurfaceUnit {
@@ -31,15 +37,20 @@ class BlockSurface {
   void emit(const MeshSettings& rules, const ArraysAround& arrays,
             const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh);
 
-  /// Of what was regularised: its units, and, once it is emitted, the vertices of its edges.
-  const std::vector<SurfaceUnit>& units() const { return surface_units_; }
-  uint16_t vertexOf(int edge) const { return vertex_of_edge_[edge]; }
+  /// Refines the mesh that was emitted: four triangles for each one. The known vertices are given
+  /// with their normals.
+  void refine(const MeshSettings& rules, const ArraysAround& arrays,
+              const std::vector<BlockVertex>& known, const std::vector<Vec3f>& normals,
+              bool directional, BlockMesh& mesh);
 
  private:
   void weighCorners(const LabelNeighbourhood& labels);
   void addSides(const UnitLabels& labels, const Vec3i& unit);
   void addUnits(const UnitLabels* labels, const BlockBits& loose);
   void addTriangles(const UnitIndices& regular, const Vec3i& unit);
+  void findNormals(const ArraysAround& arrays, const std::vector<BlockVertex>& known,
+                   const std::vector<Vec3f>& normals, bool directional, const BlockMesh& mesh);
+  void addMiddles(const SurfaceUnit& unit, BlockMesh& mesh) const;
 
   int8_t balance_[kGridCorners];  ///< Of each corner, see cornerBalance().
   BlockBits holding_surface_;     ///< Units that do before they are regularised.
@@ -49,6 +60,7 @@ class BlockSurface {
   std::vector<uint16_t> triangle_edges_;
   std::vector<DrawnVertex> drawn_vertices_;  ///< Of each vertex.
   std::vector<uint8_t> is_drawn_;            ///< isDrawn() of each: no other stands at a gap.
+  std::vector<Vec3f> normals_;               ///< Of the edge vertices, where they are refined.
 };
 
 }  // namespace dtsdf

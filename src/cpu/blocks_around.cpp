@@ -8,14 +8,13 @@ SlotsAround slotsAround(const BlockTable& table, const BlockKey& key) {
   return slots;
 }
 
-ArraysAround arraysAround(const BlockTable& table, const VoxelStore& voxels,
-                          const SlotsAround& slots, int32_t least_evidence) {
+ArraysAround arraysAround(const CpuMap& map, const SlotsAround& slots, int32_t least_evidence) {
   ArraysAround around;
   around.least_evidence = least_evidence;
   for (int n = 0; n < kBlocksAround; ++n) {
     for (int d = 0; d < kDirectionCount; ++d) {
-      const int32_t array = slots[n] < 0 ? kNoArray : table.block(slots[n]).array[d];
-      around.array[n][d] = array == kNoArray ? nullptr : voxels.array(array);
+      const int32_t array = slots[n] < 0 ? kNoArray : map.table.block(slots[n]).array[d];
+      around.array[n][d] = array == kNoArray ? nullptr : map.voxels.array(array);
     }
   }
   return around;

@@ -15,8 +15,7 @@ using SlotsAround = std::array<int32_t, kBlocksAround>;
 SlotsAround slotsAround(const BlockTable& table, const BlockKey& key);
 
 /// Their voxel arrays; `least_evidence` is what a voxel needs to be known.
-ArraysAround arraysAround(const BlockTable& table, const VoxelStore& voxels,
-                          const SlotsAround& slots, int32_t least_evidence);
+ArraysAround arraysAround(const CpuMap& map, const SlotsAround& slots, int32_t least_evidence);
 
 /// The voxels at both ends of an edge, each read once.
 class EdgeVoxels {

@@ -8,7 +8,6 @@
 
 #include "backend/frame_check.h"
 #include "backend/rule_settings.h"
-#include "cpu/prefetch.h"
 #include "kernels/core/direction.h"
 #include "kernels/core/region.h"
 #include "kernels/fusion/free_space.h"
@@ -61,15 +60,15 @@ CpuBackend::CpuBackend(const MapperParams& params, const Rules& rules, const Blo
       rules_(rules),
       fusion_(makeFusionSettings(params, rules)),
       threads_(cpuThreads(params)),
-      table_(table),
+      map_{table, {}, {}},
       aligner_(makeAlignmentSettings(params, rules), params.map.directional, threads_),
       sensor_(params, rules, threads_),
       surfel_maker_(params, rules.surfels, threads_),
       block_finder_(fusion_, threads_),
       painter_(makePaintSettings(params, rules), threads_),
-      mesher_({table_, voxels_, colours_}, makeMeshSettings(params, rules), params.map.directional,
-              threads_, params.mesh.refine != 0),
-      renderer_({table_, voxels_, colours_}, mesher_, threads_),
+      mesher_(map_, makeMeshSettings(params, rules), params.map.directional, threads_,
+              params.mesh.refine != 0),
+      renderer_(map_, mesher_, threads_),
       free_cell_finder_(params, threads_) {}
 
 BackendTraits CpuBackend::traits() const {
@@ -89,7 +88,7 @@ void CpuBackend::takePoints(const DepthFrame& frame, const FrameView& view) {
 }
 
 AlignmentSums CpuBackend::sumsAt(const FrameView& view, float cutoff) {
-  return aligner_.sumsAt(view, cutoff, table_, voxels_);
+  return aligner_.sumsAt(view, cutoff, map_);
 }
 
 void CpuBackend::sense(const DepthFrame& frame, const FrameView&) {
@@ -110,15 +109,14 @@ void CpuBackend::findBlocks() {
 TouchedBlocks CpuBackend::lookUpBlocks() {
   const StageTimer timer(profile_, Stage::kFindBlocks);
   TouchedBlocks touched;
-  touched.surfels = surfel_maker_.count();
   touched.blocks = block_finder_.touched().size();
   for (const TouchedBlock& block : block_finder_.touched()) {
-    const int32_t slot = table_.find(block.key);
+    const int32_t slot = map_.table.find(block.key);
     uint32_t missing = block.directions;
-    if (slot >= 0) missing &= ~directionsWithArrays(table_.block(slot));
+    if (slot >= 0) missing &= ~directionsWithArrays(map_.table.block(slot));
     if (missing != 0) touched.requests.push_back({block.key, block.directions});
   }
-  touched.new_arrays = table_.countNew(touched.requests).arrays;
+  touched.new_arrays = map_.table.countNew(touched.requests).arrays;
   return touched;
 }
 
@@ -127,22 +125,20 @@ void CpuBackend::seeFree(std::vector<Vec3i> cubes) {
   free_cubes_ = free_cell_finder_.find(sensing_, cubes);
 }
 
-/// Three stages in one loop over the blocks: the sums of a block stay in a thread's cache.
+/// Three stages in one loop over the blocks: the sums of a block stay in a thread's cache. In a
+/// profile all of it is cast.
 void CpuBackend::castFoldAndClear(const FusionPass& pass) {
   const std::vector<TouchedBlock>& blocks = block_finder_.touched();
   std::vector<EmptyBlock> outcome(blocks.size(), EmptyBlock{-1, 0});
-  last_touched_.resize(table_.slotCount(), 0);
-  BlockTimes times(profile_);
+  last_touched_.resize(map_.table.slotCount(), 0);
+  std::optional<StageTimer> timer(std::in_place, profile_, Stage::kCast);
   parallelFor<BlockSums>(blocks.size(), threads_, [&](size_t i, BlockSums& sums) {
-    const int32_t slot = table_.find(blocks[i].key);
+    const int32_t slot = map_.table.find(blocks[i].key);
     if (slot < 0 || !isInPart(blocks[i].key, pass)) return;
-    BlockTimes::Lap lap(times);
-    outcome[i] = {slot, fuseBlock(blocks[i], table_.block(slot), pass, sums, lap)};
+    outcome[i] = {slot, fuseBlock(blocks[i], map_.table.block(slot), pass, sums)};
     last_touched_[slot] = pass.number;
-    lap.end(Stage::kClear);
   });
-  times.addTo(profile_);
-  const StageTimer timer(profile_, Stage::kClear);
+  timer.emplace(profile_, Stage::kClear);
   for (const EmptyBlock& block : outcome) {
     if (block.slot < 0) continue;
     mesher_.markDirty(block.slot);
@@ -154,21 +150,19 @@ void CpuBackend::castFoldAndClear(const FusionPass& pass) {
 
 /// Safe to call for different blocks from different threads. @return directions left empty.
 uint32_t CpuBackend::fuseBlock(const TouchedBlock& block, const BlockEntry& entry,
-                               const FusionPass& pass, BlockSums& sums, BlockTimes::Lap& lap) {
+                               const FusionPass& pass, BlockSums& sums) {
   const FrameView& frame = sensing_.image.frame;
   const bool casts = castsSurfels(params_);
   // A voxel is projected to whichever surfel it falls on, also to one that touches other blocks.
   const uint32_t directions = casts ? block.directions : kAllDirections;
-  prefetchBlock(entry, voxels_, directions);
+  prefetchBlock(entry, map_, directions);
   if (casts) {
     cast(block, block_finder_, fusion_, sums);
   } else {
     project(block, surfel_maker_.lists().front(), frame, fusion_, sums);
   }
-  lap.end(Stage::kCast);
   const float depth_weight = blockDepthWeight(frame, block.block_L, rules_.fusion);
-  uint32_t empty = fold(sums, directions, entry, depth_weight, fusion_, voxels_);
-  lap.end(Stage::kFold);
+  uint32_t empty = fold(sums, directions, entry, depth_weight, fusion_, map_.voxels);
   if (clearsFreeSpace(params_)) {
     const BlockLook look{block.block_L, isInTurn(block.key, pass.number, rules_.fusion), &sums,
                          directions, params_.map.directional};
@@ -179,9 +173,9 @@ uint32_t CpuBackend::fuseBlock(const TouchedBlock& block, const BlockEntry& entr
 
 /// Safe to call for different blocks from different threads.
 ClearedBlock CpuBackend::clear(const BlockLook& look, const BlockEntry& entry) {
-  const ClearedBlock cleared = clearBlock(look, entry, sensing_, rules_.fusion, voxels_);
-  if (cleared.emptied_directions != 0 && table_.coloursInUse() > 0) {
-    forgetColours(entry, cleared.emptied_directions, map());
+  const ClearedBlock cleared = clearBlock(look, entry, sensing_, rules_.fusion, map_.voxels);
+  if (cleared.emptied_directions != 0 && map_.table.coloursInUse() > 0) {
+    forgetColours(entry, cleared.emptied_directions, map_);
   }
   return cleared;
 }
@@ -192,7 +186,7 @@ void CpuBackend::lookAround(const FusionPass& pass) {
   std::vector<ClearedBlock> cleared(slots.size());
   const BlockKey origin = blockOfVoxel(sensing_.image.frame.origin_voxel);
   parallelFor(slots.size(), threads_, [&](size_t i) {
-    const BlockEntry& entry = table_.block(slots[i]);
+    const BlockEntry& entry = map_.table.block(slots[i]);
     const BlockLook look{entry.key - origin, true, nullptr, 0, params_.map.directional};
     cleared[i] = clear(look, entry);
   });
@@ -207,7 +201,7 @@ std::vector<int32_t> CpuBackend::blocksInTurn(const FusionPass& pass) const {
   std::vector<int32_t> slots;
   for (const int32_t slot : pass.in_view) {
     if (last_touched_[slot] == pass.number) continue;
-    const BlockEntry& entry = table_.block(slot);
+    const BlockEntry& entry = map_.table.block(slot);
     if (!entry.in_use || !isInTurnToBeSeenThrough(entry.key, pass.number)) continue;
     slots.push_back(slot);
   }
@@ -230,14 +224,14 @@ void CpuBackend::takeColours(const ColourFrame& frame) {
 
 SeenColours CpuBackend::look(const PaintView& look) {
   const StageTimer timer(profile_, Stage::kPaint);
-  SeenColours seen = painter_.look(look, map());
-  seen.requests = painter_.requests(map());
+  SeenColours seen = painter_.look(look, map_);
+  seen.requests = painter_.requests(map_);
   return seen;
 }
 
 void CpuBackend::paint(const Exposure& exposure) {
   const StageTimer timer(profile_, Stage::kPaint);
-  for (const int32_t slot : painter_.paint(exposure, map())) mesher_.markPainted(slot);
+  for (const int32_t slot : painter_.paint(exposure, map_)) mesher_.markPainted(slot);
 }
 
 void CpuBackend::render(const ViewRequest& request, RenderedView& view) {
@@ -264,14 +258,14 @@ MeshUpdate CpuBackend::finishMesh() {
 }
 
 void CpuBackend::reserve(const MemoryDemand& demand) {
-  voxels_.resize(demand.map.after.arrays);
+  map_.voxels.resize(demand.map.after.arrays);
   mesher_.resize(demand.map.after.slots);
-  colours_.resize(table_.colourCount() + demand.new_bricks);
+  map_.colours.resize(map_.table.colourCount() + demand.new_bricks);
 }
 
 void CpuBackend::follow(const TableChanges& changes) {
   for (const int32_t slot : changes.slots) {
-    if (!table_.block(slot).in_use) {
+    if (!map_.table.block(slot).in_use) {
       mesher_.forget(slot);
       if (static_cast<size_t>(slot) < last_touched_.size()) last_touched_[slot] = 0;
     } else if (changes.dirty) {
@@ -281,12 +275,12 @@ void CpuBackend::follow(const TableChanges& changes) {
   if (changes.new_arrays != nullptr) {
     const std::vector<int32_t>& arrays = *changes.new_arrays;
     parallelFor<kArraysAtATime>(arrays.size(), threads_, [&](size_t i) {
-      std::memset(voxels_.array(arrays[i]), 0, BlockTable::kArrayBytes);
+      std::memset(map_.voxels.array(arrays[i]), 0, BlockTable::kArrayBytes);
     });
   }
   if (changes.new_bricks == nullptr) return;
   for (const NewBrick& brick : *changes.new_bricks) {
-    std::memset(colours_.array(brick.colours), 0, BlockTable::kColourBytes);
+    std::memset(map_.colours.array(brick.colours), 0, BlockTable::kColourBytes);
   }
 }
 
@@ -294,10 +288,10 @@ std::vector<EmptiedBlock> CpuBackend::emptyRegion(const std::vector<int32_t>& sl
                                                   const RegionView& region) {
   std::vector<EmptiedBlock> emptied(slots.size());
   parallelFor(slots.size(), threads_, [&](size_t i) {
-    const BlockEntry& entry = table_.block(slots[i]);
-    emptied[i] = emptyBlock(entry, region, voxels_);
-    if (emptied[i].voxels > 0 && table_.coloursInUse() > 0) {
-      forgetColours(entry, kAllDirections, map());
+    const BlockEntry& entry = map_.table.block(slots[i]);
+    emptied[i] = emptyBlock(entry, region, map_.voxels);
+    if (emptied[i].voxels > 0 && map_.table.coloursInUse() > 0) {
+      forgetColours(entry, kAllDirections, map_);
     }
   });
   return emptied;
@@ -305,11 +299,11 @@ std::vector<EmptiedBlock> CpuBackend::emptyRegion(const std::vector<int32_t>& sl
 
 void CpuBackend::copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) {
   parallelFor<kArraysAtATime>(order.arrays.size(), threads_, [&](size_t i) {
-    std::memcpy(contents.voxels.data() + i * kVoxelsPerBlock, voxels_.array(order.arrays[i]),
+    std::memcpy(contents.voxels.data() + i * kVoxelsPerBlock, map_.voxels.array(order.arrays[i]),
                 BlockTable::kArrayBytes);
   });
   parallelFor<kArraysAtATime>(order.bricks.size(), threads_, [&](size_t i) {
-    std::memcpy(contents.colours.data() + i * kVoxelsPerBrick, colours_.array(order.bricks[i]),
+    std::memcpy(contents.colours.data() + i * kVoxelsPerBrick, map_.colours.array(order.bricks[i]),
                 BlockTable::kColourBytes);
   });
   if (taken != nullptr) *taken = mesher_.takeStates(order.slots);
@@ -318,11 +312,11 @@ void CpuBackend::copyOut(const ContentsOrder& order, MapContents& contents, Mesh
 void CpuBackend::copyIn(const ContentsOrder& order, const MapContents& contents,
                         const MeshStates* given) {
   parallelFor<kArraysAtATime>(order.arrays.size(), threads_, [&](size_t i) {
-    std::memcpy(voxels_.array(order.arrays[i]), contents.voxels.data() + i * kVoxelsPerBlock,
+    std::memcpy(map_.voxels.array(order.arrays[i]), contents.voxels.data() + i * kVoxelsPerBlock,
                 BlockTable::kArrayBytes);
   });
   parallelFor<kArraysAtATime>(order.bricks.size(), threads_, [&](size_t i) {
-    std::memcpy(colours_.array(order.bricks[i]), contents.colours.data() + i * kVoxelsPerBrick,
+    std::memcpy(map_.colours.array(order.bricks[i]), contents.colours.data() + i * kVoxelsPerBrick,
                 BlockTable::kColourBytes);
   });
   if (given != nullptr) mesher_.enterStates(order.slots, *given);
@@ -353,11 +347,13 @@ void CpuBackend::setMarks(const std::vector<MarkedSlot>& marked) {
 void CpuBackend::addMemory(std::vector<MemoryPart>& parts) const {
   constexpr auto kMap = MemoryKind::kMap, kIndices = MemoryKind::kIndices,
                  kScratch = MemoryKind::kScratch;
-  const size_t books = table_.memoryBytes() + last_touched_.capacity() * sizeof(last_touched_[0]);
+  const size_t books =
+      map_.table.memoryBytes() + last_touched_.capacity() * sizeof(last_touched_[0]);
   parts.insert(
       parts.end(),
-      {{"voxels", kMap, table_.arraysInUse() * BlockTable::kArrayBytes, voxels_.bytes()},
-       {"colours", kMap, table_.coloursInUse() * BlockTable::kColourBytes, colours_.bytes()},
+      {{"voxels", kMap, map_.table.arraysInUse() * BlockTable::kArrayBytes, map_.voxels.bytes()},
+       {"colours", kMap, map_.table.coloursInUse() * BlockTable::kColourBytes,
+        map_.colours.bytes()},
        {"block table", kIndices, books, books},
        {"unit indices", kIndices, mesher_.bytes(), mesher_.bytes()},
        {"images", kScratch, sensor_.bytes(), sensor_.bytes()},

@@ -7,7 +7,6 @@
 #include "backend/rules.h"
 #include "cpu/align.h"
 #include "cpu/block_mesher.h"
-#include "cpu/block_times.h"
 #include "cpu/clear.h"
 #include "cpu/find_blocks.h"
 #include "cpu/make_surfels.h"
@@ -72,9 +71,8 @@ class CpuBackend : public MapBackend {
 
  private:
   bool isInTurnToBeSeenThrough(const BlockKey& key, uint64_t frame_number) const;
-  PaintedMap map() { return {table_, voxels_, colours_}; }
   uint32_t fuseBlock(const TouchedBlock& block, const BlockEntry& entry, const FusionPass& pass,
-                     BlockSums& sums, BlockTimes::Lap& lap);
+                     BlockSums& sums);
   ClearedBlock clear(const BlockLook& look, const BlockEntry& entry);
   void lookAround(const FusionPass& pass);
   std::vector<int32_t> blocksInTurn(const FusionPass& pass) const;
@@ -83,9 +81,7 @@ class CpuBackend : public MapBackend {
   const Rules rules_;
   const FusionSettings fusion_;
   const int threads_;
-  const BlockTable& table_;
-  VoxelStore voxels_;
-  ColourStore colours_;
+  CpuMap map_;
   PoseAligner aligner_;
   FrameSensor sensor_;
   SurfelMaker surfel_maker_;

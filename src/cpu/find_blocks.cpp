@@ -2,42 +2,85 @@
 
 #include <algorithm>
 
+#include "cpu/columns.h"
+#include "cpu/widest_vectors.h"
 #include "threads/parallel.h"
 
 namespace dtsdf {
 
+/// Surfels of a stretch, and their lines; one per thread.
+class LineBatch {
+ public:
+  bool isFull() const { return count_ == kMost; }
+  int count() const { return count_; }
+  void clear() { count_ = 0; }
+
+  /// @pre it has a weight, and the batch is not full.
+  void add(const Surfel& surfel, uint32_t number) {
+    surfels_.set(count_, surfel);
+    numbers_[count_++] = number;
+  }
+
+  /// The lines of all that were added; same bits as makeCastLine(). In three loops, which compilers
+  /// turn into vector instructions.
+  void compute(const FrameSensing& sensing, const FusionSettings& fusion) {
+    withWidestVectors([&] { computeAll(sensing, fusion); });
+  }
+
+  uint32_t number(int i) const { return numbers_[i]; }
+  CastLine line(int i, const FrameView& frame) const {
+    const SampleLine line = lines_[i];
+    return {line, measuredSides(surfels_[i], frame, line.axis), directions_[i]};
+  }
+
+ private:
+  void computeAll(const FrameSensing& of_frame, const FusionSettings& of_fusion) {
+    const FrameSensing sensing = of_frame;  // copies of its own, which no result can overlap
+    const FusionSettings fusion = of_fusion;
+    const int count = count_;
+    for (int i = 0; i < count; ++i) ways_.set(i, castWayOf(surfels_[i], sensing, fusion));
+    for (int i = 0; i < count; ++i) lines_.set(i, sampleLineOf(surfels_[i], ways_[i]));
+    const bool directional = fusion.directional != 0;
+    for (int i = 0; i < count; ++i) directions_.set(i, lineDirections(surfels_[i], directional));
+  }
+
+  static constexpr int kMost = 64;
+
+  int count_ = 0;
+  uint32_t numbers_[kMost];
+  Columns<Surfel, kMost> surfels_;
+  Columns<CastWay, kMost> ways_;
+  Columns<SampleLine, kMost> lines_;
+  Columns<DirectionSet, kMost> directions_;
+};
+
 void BlockFinder::Share::reset() {
-  bins.clear();
-  entries.clear();
-  index.clear();
+  used = 0;
+  index_.clear();
   for (CacheLine& line : cache_) line = {{INT32_MAX, 0, 0}, 0};
 }
 
-uint32_t BlockFinder::Share::findBin(const Vec3i& block_L, const Vec3i& origin_block) {
+BlockFinder::Bin& BlockFinder::Share::findBin(const Vec3i& block_L, const Vec3i& origin_block) {
   CacheLine& line = cache_[(block_L.x & 3) | (block_L.y & 3) << 2 | (block_L.z & 3) << 4];
-  if (line.block_L == block_L) return line.bin;
+  if (line.block_L == block_L) return bins[line.bin];
   const PackedKey key = packKey(block_L + origin_block);
-  const auto [it, is_new] = index.emplace(key, static_cast<uint32_t>(bins.size()));
-  if (is_new) bins.push_back({block_L, key, 0, 0});
+  const auto [it, is_new] = index_.emplace(key, used);
   line = {block_L, it->second};
-  return it->second;
+  if (!is_new) return bins[it->second];
+  if (used == bins.size()) bins.emplace_back();
+  Bin& bin = bins[used++];
+  bin.block_L = block_L;
+  bin.key = key;
+  bin.directions = 0;
+  bin.surfels.clear();
+  return bin;
 }
 
 void BlockFinder::Share::add(const Vec3i& block_L, const Vec3i& origin_block, uint32_t directions,
                              uint32_t surfel) {
-  const uint32_t at = findBin(block_L, origin_block);
-  Bin& bin = bins[at];
+  Bin& bin = findBin(block_L, origin_block);
   bin.directions |= directions;
-  ++bin.count;
-  entries.push_back({at, surfel});
-}
-
-void BlockFinder::Share::order() {
-  begin.assign(bins.size() + 1, 0);
-  for (size_t b = 0; b < bins.size(); ++b) begin[b + 1] = begin[b] + bins[b].count;
-  ordered.resize(entries.size());
-  std::vector<uint32_t> next(begin.begin(), begin.end());
-  for (const Entry& entry : entries) ordered[next[entry.bin]++] = entry.surfel;
+  bin.surfels.push_back(surfel);
 }
 
 void BlockFinder::addLines(const FrameSensing& sensing, LineBatch& batch, Share& share) {
@@ -62,8 +105,8 @@ void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
                              const FrameSensing& sensing) {
   size_t count = 0;
   for (const std::vector<Surfel>& list : lists) count += list.size();
-  lines_.makeRoom(count);
-  sides_.makeRoom(count);
+  if (lines_.size() < count) lines_.resize(count);
+  if (sides_.size() < count) sides_.resize(count);
   shares_.resize(threads_);
   parallelFor(shares_.size(), threads_, [&](size_t part) {
     Share& share = shares_[part];
@@ -81,15 +124,14 @@ void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
       begin += list.size();
     }
     addLines(sensing, batch, share);
-    share.order();
   });
   merge();
 }
 
 size_t BlockFinder::bytes() const {
-  size_t bytes = lines_.bytes() + sides_.bytes();
+  size_t bytes = lines_.capacity() * sizeof(KeptLine) + sides_.capacity() * sizeof(MeasuredSides);
   for (const Share& share : shares_) {
-    bytes += share.entries.capacity() * sizeof(Entry) + share.ordered.capacity() * sizeof(uint32_t);
+    for (const Bin& bin : share.bins) bytes += bin.surfels.capacity() * sizeof(uint32_t);
   }
   return bytes;
 }
@@ -98,14 +140,13 @@ void BlockFinder::merge() {
   touched_.clear();
   std::unordered_map<PackedKey, size_t, KeyHash> index;
   for (const Share& share : shares_) {
-    for (size_t b = 0; b < share.bins.size(); ++b) {
+    for (size_t b = 0; b < share.used; ++b) {
       const Bin& bin = share.bins[b];
       const auto [it, is_new] = index.emplace(bin.key, touched_.size());
       if (is_new) touched_.push_back({bin.block_L, bin.key, 0, {}});
       TouchedBlock& block = touched_[it->second];
       block.directions |= bin.directions;
-      block.surfels.push_back(
-          {share.ordered.data() + share.begin[b], share.ordered.data() + share.begin[b + 1]});
+      block.surfels.push_back({bin.surfels.data(), bin.surfels.data() + bin.surfels.size()});
     }
   }
 }

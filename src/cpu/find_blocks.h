@@ -3,39 +3,13 @@
 /// the cache.
 #pragma once
 
-#include <algorithm>
-#include <memory>
 #include <unordered_map>
 #include <vector>
 
-#include "cpu/line_batch.h"
 #include "kernels/fusion/cast.h"
 #include "map/block_table.h"
 
 namespace dtsdf {
-
-/// Room for what is written anew for each frame. Unlike a vector it neither copies nor clears
-/// anything where it grows: its pages come to the threads that write to them.
-template <class T>
-class ScratchArray {
- public:
-  /// What it held is lost.
-  void makeRoom(size_t count) {
-    if (count <= size_) return;
-    const size_t size = std::max(count, size_ + size_ / 2);
-    *this = ScratchArray();  // both would be more than it takes
-    elements_.reset(new T[size]);
-    size_ = size;
-  }
-  T& operator[](size_t i) { return elements_[i]; }
-  const T& operator[](size_t i) const { return elements_[i]; }
-  const T* begin() const { return elements_.get(); }
-  size_t bytes() const { return size_ * sizeof(T); }
-
- private:
-  std::unique_ptr<T[]> elements_;
-  size_t size_ = 0;
-};
 
 /// What casting needs of a line, in one line of the cache: surfels of a block lie apart in memory.
 struct alignas(64) KeptLine {
@@ -59,6 +33,8 @@ struct TouchedBlock {
   uint32_t directions;  ///< Bit d: some surfel belongs to direction d.
   std::vector<SurfelRange> surfels;
 };
+
+class LineBatch;
 
 class BlockFinder {
  public:
@@ -85,31 +61,28 @@ class BlockFinder {
   struct Bin {
     Vec3i block_L;
     PackedKey key;
-    uint32_t directions, count;
-  };
-  struct Entry {
-    uint32_t bin, surfel;
+    uint32_t directions;
+    std::vector<uint32_t> surfels;
   };
   /// One thread's share; the buffers are kept from frame to frame.
-  struct Share {
-    std::vector<Bin> bins;
-    std::vector<Entry> entries;
-    std::vector<uint32_t> ordered, begin;
-    std::unordered_map<PackedKey, uint32_t, KeyHash> index;
-
+  class Share {
+   public:
+    void reset();
     void add(const Vec3i& block_L, const Vec3i& origin_block, uint32_t directions, uint32_t surfel);
-    void order();
+
+    std::vector<Bin> bins;  ///< Those of the last frame first.
+    size_t used = 0;        ///< So many.
 
    private:
-    uint32_t findBin(const Vec3i& block_L, const Vec3i& origin_block);
+    Bin& findBin(const Vec3i& block_L, const Vec3i& origin_block);
+
     static constexpr int kCacheSize = 64;
     struct CacheLine {
       Vec3i block_L;
-      uint32_t bin;
+      size_t bin;
     };
     CacheLine cache_[kCacheSize];
-    friend class BlockFinder;
-    void reset();
+    std::unordered_map<PackedKey, size_t, KeyHash> index_;
   };
 
   void addLines(const FrameSensing& sensing, LineBatch& batch, Share& share);
@@ -117,8 +90,8 @@ class BlockFinder {
 
   const FusionSettings fusion_;
   const int threads_;
-  ScratchArray<KeptLine> lines_;
-  ScratchArray<MeasuredSides> sides_;
+  std::vector<KeptLine> lines_;  ///< Of the last frame, and room for more.
+  std::vector<MeasuredSides> sides_;
   std::vector<Share> shares_;
   std::vector<TouchedBlock> touched_;
 };

@@ -63,8 +63,7 @@ void SurfelMaker::visitColumnFits(const FrameSensing& sensing, const Pixel& firs
   }
 }
 
-/// @return the number of surfels with a weight.
-size_t SurfelMaker::makeRow(const FrameSensing& sensing, int v) {
+void SurfelMaker::makeRow(const FrameSensing& sensing, int v) {
   const FrameView& frame = sensing.image.frame;
   Surfel* surfels = &lists_.front()[static_cast<size_t>(v) * frame.width];
   for (int first = 0; first < frame.width && surfel_settings_.normal_radius_px > 0;
@@ -79,18 +78,13 @@ size_t SurfelMaker::makeRow(const FrameSensing& sensing, int v) {
   for (int u = 0; u < frame.width && surfel_settings_.normal_radius_px == 0; ++u) {
     surfels[u] = makePointSurfel(sensing.image, {u, v});
   }
-  return std::count_if(surfels, surfels + frame.width,
-                       [](const Surfel& surfel) { return surfel.weight > 0.0f; });
 }
 
 void SurfelMaker::makePixelSurfels(const FrameSensing& sensing) {
   const FrameView& frame = sensing.image.frame;
   lists_.resize(1);
   lists_.front().resize(static_cast<size_t>(frame.width) * frame.height);
-  std::vector<size_t> counts(frame.height, 0);
-  parallelFor(frame.height, threads_,
-              [&](size_t row) { counts[row] = makeRow(sensing, static_cast<int>(row)); });
-  count_ = std::accumulate(counts.begin(), counts.end(), size_t{0});
+  parallelFor(frame.height, threads_, [&](size_t row) { makeRow(sensing, static_cast<int>(row)); });
 }
 
 void SurfelMaker::makeListOfSurfels(const FrameSensing& sensing) {
@@ -100,8 +94,6 @@ void SurfelMaker::makeListOfSurfels(const FrameSensing& sensing) {
     lists_[row].clear();
     makePatches(sensing, static_cast<int>(row) * kPatchSide, patches, lists_[row]);
   });
-  count_ = 0;
-  for (const std::vector<Surfel>& list : lists_) count_ += list.size();
 }
 
 void SurfelMaker::makePatches(const FrameSensing& sensing, int first_v,

@@ -30,14 +30,11 @@ class SurfelMaker {
   /// Those that were made last, in lists one after the other. For voxel projection there is one.
   const std::vector<std::vector<Surfel>>& lists() const { return lists_; }
 
-  /// Surfels of the last frame with a weight.
-  size_t count() const { return count_; }
-
   size_t bytes() const;
 
  private:
   void makePixelSurfels(const FrameSensing& sensing);
-  size_t makeRow(const FrameSensing& sensing, int v);
+  void makeRow(const FrameSensing& sensing, int v);
   void makeListOfSurfels(const FrameSensing& sensing);
   /// Appends the surfels of the patches whose first row is `first_v`; `patches` is scratch.
   void makePatches(const FrameSensing& sensing, int first_v, std::vector<MergedPatch>& patches,
@@ -51,7 +48,6 @@ class SurfelMaker {
   const bool merges_;  ///< And subdivides: surfels are cast.
   const SurfelSettings surfel_settings_;
   const int threads_;
-  size_t count_ = 0;
   std::vector<std::vector<Surfel>> lists_;  ///< Of surfels to be cast one per row of patches.
 };
 

@@ -4,7 +4,6 @@
 #include <atomic>
 
 #include "backend/frame_check.h"
-#include "cpu/prefetch.h"
 #include "cpu/surface_points.h"
 #include "cpu/widest_vectors.h"
 #include "threads/parallel.h"
@@ -21,7 +20,7 @@ void visitArrays(const BlockEntry& entry, const VoxelStore& voxels, const Visit&
 }
 
 /// Where the colour of an array's voxel is kept, or null.
-VoxelColour* findColour(const PaintedMap& map, int32_t array, int voxel) {
+VoxelColour* findColour(CpuMap& map, int32_t array, int voxel) {
   const int32_t number = map.table.colourOf(array, brickOf(voxel));
   return number == kNoArray ? nullptr : map.colours.array(number) + placeInBrick(voxel);
 }
@@ -70,7 +69,7 @@ void addToSums(ExposureSums& sums, const ExposureSums& parts) {
 
 }  // namespace
 
-void forgetColours(const BlockEntry& entry, uint32_t directions, const PaintedMap& map) {
+void forgetColours(const BlockEntry& entry, uint32_t directions, CpuMap& map) {
   visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
     if (!(directions >> direction & 1)) return;
     for (int brick = 0; brick < kBricksPerArray; ++brick) {
@@ -123,7 +122,7 @@ void Painter::findBlocksInView(const std::vector<int32_t>& candidates, const Blo
 }
 
 /// Draws what of a block hides others, and keeps the points that may be seen.
-void Painter::findPoints(const PaintedMap& map, BlockView& block, float* hiding_m) const {
+void Painter::findPoints(CpuMap& map, BlockView& block, float* hiding_m) const {
   const PointView& view = sensing_.view;
   const BlockEntry& entry = map.table.block(block.slot);
   const Vec3f first_voxel_L = firstVoxelOf(entry);
@@ -153,7 +152,7 @@ void Painter::findPoints(const PaintedMap& map, BlockView& block, float* hiding_
 }
 
 /// Each thread has an image of its own; the nearest depth of all of them stays.
-void Painter::findPoints(const PaintedMap& map) {
+void Painter::findPoints(CpuMap& map) {
   const int32_t width = cellsFor(sensing_.view.frame.width);
   const int32_t height = cellsFor(sensing_.view.frame.height);
   hiding_m_.resize(threads_);
@@ -162,7 +161,7 @@ void Painter::findPoints(const PaintedMap& map) {
     hiding_m_[part].assign(static_cast<size_t>(width) * height + kCells, kNoSurface_m);
     for (size_t i = next++; i < blocks_in_view_; i = next++) {
       const size_t ahead = i + hiding_m_.size();  // this thread's next one, most likely
-      if (ahead < blocks_in_view_) prefetchBlock(map.table.block(blocks_[ahead].slot), map.voxels);
+      if (ahead < blocks_in_view_) prefetchBlock(map.table.block(blocks_[ahead].slot), map);
       findPoints(map, blocks_[i], hiding_m_[part].data());
     }
   });
@@ -186,7 +185,7 @@ void Painter::sample(BlockView& block) const {
 }
 
 /// And lists the bricks that samples lie in.
-void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
+void Painter::sumExposure(CpuMap& map, BlockView& block) const {
   const BlockEntry& entry = map.table.block(block.slot);
   block.sums = {};
   block.bricks = 0;
@@ -202,13 +201,13 @@ void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
 }
 
 /// The colours of the block that a thread comes to after this one, most likely.
-void Painter::prefetchNext(const PaintedMap& map, size_t i) const {
+void Painter::prefetchNext(CpuMap& map, size_t i) const {
   const size_t next = i + 1;
   if (next >= blocks_in_view_ || blocks_[next].points.empty()) return;
-  prefetchColours(map.table.block(blocks_[next].slot), map.table, map.colours);
+  prefetchColours(map.table.block(blocks_[next].slot), map);
 }
 
-SeenColours Painter::look(const PaintView& look, const PaintedMap& map) {
+SeenColours Painter::look(const PaintView& look, CpuMap& map) {
   sensing_.view = {look.view,       settings_.directional, look.least_evidence,
                    settings_.rules, settings_.max_depth_m, settings_.full_weight_depth_m};
   findBlocksInView(look.in_view, map.table);
@@ -226,7 +225,7 @@ SeenColours Painter::look(const PaintView& look, const PaintedMap& map) {
   return seen;
 }
 
-std::vector<ColourRequest> Painter::requests(const PaintedMap& map) const {
+std::vector<ColourRequest> Painter::requests(CpuMap& map) const {
   std::vector<ColourRequest> requests;
   for (size_t i = 0; i < blocks_in_view_; ++i) {
     const BlockView& block = blocks_[i];
@@ -236,8 +235,7 @@ std::vector<ColourRequest> Painter::requests(const PaintedMap& map) const {
   return requests;
 }
 
-bool Painter::paintBlock(const Exposure& exposure, const PaintedMap& map,
-                         const BlockView& block) const {
+bool Painter::paintBlock(const Exposure& exposure, CpuMap& map, const BlockView& block) const {
   const BlockEntry& entry = map.table.block(block.slot);
   bool changed = false;
   for (const VoxelSample& seen : block.samples) {
@@ -251,7 +249,7 @@ bool Painter::paintBlock(const Exposure& exposure, const PaintedMap& map,
   return changed;
 }
 
-std::vector<int32_t> Painter::paint(const Exposure& exposure, const PaintedMap& map) {
+std::vector<int32_t> Painter::paint(const Exposure& exposure, CpuMap& map) {
   std::vector<uint8_t> changed(blocks_in_view_, 0);
   parallelFor(blocks_in_view_, threads_, [&](size_t i) {
     prefetchNext(map, i);

@@ -12,16 +12,9 @@
 
 namespace dtsdf {
 
-/// A map whose surfaces are painted.
-struct PaintedMap {
-  const BlockTable& table;
-  const VoxelStore& voxels;
-  ColourStore& colours;
-};
-
 /// Takes the colour from those of a block's voxels, of some directions, a bit each, that hold
 /// nothing any more: what comes there next has a colour of its own.
-void forgetColours(const BlockEntry& entry, uint32_t directions, const PaintedMap& map);
+void forgetColours(const BlockEntry& entry, uint32_t directions, CpuMap& map);
 
 /// Paints an image in steps: takes it, looks at what it shows, and paints that, once the bricks of
 /// colours are there that it needs.
@@ -33,14 +26,14 @@ class Painter {
   void takeImage(const ColourFrame& frame);
 
   /// Finds what it shows of the map's surfaces.
-  SeenColours look(const PaintView& look, const PaintedMap& map);
+  SeenColours look(const PaintView& look, CpuMap& map);
 
   /// The bricks that it is to be painted in.
-  std::vector<ColourRequest> requests(const PaintedMap& map) const;
+  std::vector<ColourRequest> requests(CpuMap& map) const;
 
   /// Paints what was found, as far as there are bricks of colours for it.
   /// @return the slots of the blocks that look different now.
-  std::vector<int32_t> paint(const Exposure& exposure, const PaintedMap& map);
+  std::vector<int32_t> paint(const Exposure& exposure, CpuMap& map);
 
   size_t bytes() const;
 
@@ -66,12 +59,12 @@ class Painter {
   };
 
   void findBlocksInView(const std::vector<int32_t>& candidates, const BlockTable& table);
-  void findPoints(const PaintedMap& map);
-  void findPoints(const PaintedMap& map, BlockView& block, float* hiding_m) const;
+  void findPoints(CpuMap& map);
+  void findPoints(CpuMap& map, BlockView& block, float* hiding_m) const;
   void sample(BlockView& block) const;
-  void prefetchNext(const PaintedMap& map, size_t i) const;
-  void sumExposure(const PaintedMap& map, BlockView& block) const;
-  bool paintBlock(const Exposure& exposure, const PaintedMap& map, const BlockView& block) const;
+  void prefetchNext(CpuMap& map, size_t i) const;
+  void sumExposure(CpuMap& map, BlockView& block) const;
+  bool paintBlock(const Exposure& exposure, CpuMap& map, const BlockView& block) const;
   Vec3f firstVoxelOf(const BlockEntry& entry) const;
 
   const PaintSettings settings_;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "backend/view_images.h"
+#include "backend/frame_check.h"
 #include "threads/parallel.h"
 
 namespace dtsdf {
@@ -38,6 +38,19 @@ void seeVertices(const FrameView& frame, const BlockMesh& mesh, std::vector<Vec3
     seen.push_back(seeVertex(frame, first + mesh.vertices[i].position));
     seen.back().normal_C = normalOfShares(frame, shares[i]);
   }
+}
+
+/// Fills rows of a view's images. `colours` is null without colours.
+void fillRows(const FrameView& frame, int32_t begin, int32_t end, const ViewKey* surfaces,
+              const ViewKey* colours, RenderedView& view) {
+  const auto first = static_cast<size_t>(pixelIndex(frame, {0, begin}));
+  const auto last = static_cast<size_t>(pixelIndex(frame, {0, end}));
+  for (size_t i = first; i < last; ++i) {
+    view.depth_m[i] = frame.voxel_size_m * depthOf(surfaces[i]);
+    view.normals_C[i] = normalOf(surfaces[i]);
+  }
+  if (colours == nullptr) return;
+  for (size_t i = first; i < last; ++i) view.colours[i] = colourOf(colours[i]);
 }
 
 }  // namespace

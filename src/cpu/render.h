@@ -20,9 +20,9 @@ class DrawnImage {
 
   ViewKey at(size_t pixel) const { return keys_[pixel].load(std::memory_order_relaxed); }
   void draw(size_t pixel, ViewKey key);
-
   /// @pre No thread draws.
   const ViewKey* data() const { return reinterpret_cast<const ViewKey*>(keys_.get()); }
+
   size_t bytes() const { return room_ * sizeof(ViewKey); }
 
  private:
@@ -33,7 +33,7 @@ class DrawnImage {
 /// Makes the triangles of the blocks in view, and draws them.
 class Renderer {
  public:
-  Renderer(const MeshedMap& map, BlockMesher& mesher, int threads)
+  Renderer(const CpuMap& map, BlockMesher& mesher, int threads)
       : map_(map), mesher_(mesher), threads_(threads) {}
 
   /// Renders the surfaces of voxels with so much evidence.
@@ -53,7 +53,7 @@ class Renderer {
   std::vector<int32_t> slotsWithin(const FrameView& frame, float reach) const;
   void drawBlock(const FrameView& frame, const BlockMesh& mesh, bool painted, Scratch& scratch);
 
-  const MeshedMap map_;
+  const CpuMap& map_;
   BlockMesher& mesher_;
   const int threads_;
   DrawnImage surfaces_, colours_;

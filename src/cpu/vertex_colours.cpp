@@ -50,7 +50,7 @@ void colourMiddles(const ColouredCorners& corners, const std::vector<BlockVertex
 
 }  // namespace
 
-ColouredCorners colouredCorners(const MeshedMap& map, const BlockKey& key, int32_t least_evidence) {
+ColouredCorners colouredCorners(const CpuMap& map, const BlockKey& key, int32_t least_evidence) {
   ColouredCorners corners = {};
   corners.voxels.least_evidence = least_evidence;
   for (int n = 0; n < kCornerBlocks; ++n) {

@@ -6,22 +6,14 @@
 #include "cpu/voxel_store.h"
 #include "dtsdf_mapping/block_mesh.h"
 #include "kernels/colour/vertex_colour.h"
-#include "map/block_table.h"
 
 namespace dtsdf {
 
-/// What a mesh is made of.
-struct MeshedMap {
-  const BlockTable& table;
-  const VoxelStore& voxels;
-  const ColourStore& colours;
-};
-
 /// What the vertices of a block take their colours from. `least_evidence` is what a voxel needs to
 /// be known.
-ColouredCorners colouredCorners(const MeshedMap& map, const BlockKey& key, int32_t least_evidence);
+ColouredCorners colouredCorners(const CpuMap& map, const BlockKey& key, int32_t least_evidence);
 
-/// The vertexColourOf() of each of a block's vertices.
+/// The colours of a block's vertices; the middle of a side has that between its ends.
 std::vector<VertexColour> vertexColours(const ColouredCorners& corners,
                                         const std::vector<BlockVertex>& vertices, bool directional);
 

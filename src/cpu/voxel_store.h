@@ -9,6 +9,7 @@
 #include "kernels/core/grid.h"
 #include "kernels/core/voxel.h"
 #include "kernels/core/voxel_colour.h"
+#include "map/block_table.h"
 
 namespace dtsdf {
 
@@ -23,7 +24,6 @@ class ArrayStore {
       slabs_.push_back(std::move(slab));
     }
   }
-  void clear() { slabs_.clear(); }
   size_t bytes() const { return slabs_.size() * kArraysPerSlab * kSize * sizeof(T); }
 
   const T* array(int32_t index) const {
@@ -46,5 +46,33 @@ class ArrayStore {
 
 using VoxelStore = ArrayStore<Voxel, kVoxelsPerBlock>;
 using ColourStore = ArrayStore<VoxelColour, kVoxelsPerBrick>;
+
+/// A map on the CPU.
+struct CpuMap {
+  const BlockTable& table;
+  VoxelStore voxels;
+  ColourStore colours;
+};
+
+/// Brings the voxel arrays of a block nearer, of some directions, a bit each, while other work is
+/// done. Inlined in any case, since GCC drops calls of functions that do nothing else.
+__attribute__((always_inline)) inline void prefetchBlock(const BlockEntry& entry, const CpuMap& map,
+                                                         uint32_t directions = kAllDirections) {
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (entry.array[d] != kNoArray && (directions >> d & 1)) map.voxels.prefetch(entry.array[d]);
+  }
+}
+
+/// The colours of a block, of all directions, likewise.
+__attribute__((always_inline)) inline void prefetchColours(const BlockEntry& entry,
+                                                           const CpuMap& map) {
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (entry.array[d] == kNoArray) continue;
+    for (int brick = 0; brick < kBricksPerArray; ++brick) {
+      const int32_t number = map.table.colourOf(entry.array[d], brick);
+      if (number != kNoArray) map.colours.prefetch(number);
+    }
+  }
+}
 
 }  // namespace dtsdf

@@ -17,10 +17,10 @@ namespace dtsdf {
 namespace {
 
 IntegrationResult refuseForMemory(const BackendError& error) {
-  return refuse({FrameStatus::kNoMemory,
-                 std::string("the GPU has too little memory for this frame, which was not fused; "
-                             "lower map/max_memory_mb or use larger voxels. ") +
-                     error.what()});
+  return refuse(FrameStatus::kNoMemory,
+                std::string("the GPU has too little memory for this frame, which was not fused; "
+                            "lower map/max_memory_mb or use larger voxels. ") +
+                    error.what());
 }
 
 /// Of all blocks beyond what is kept, so many are left in the lists: the farthest, by key those of
@@ -103,23 +103,20 @@ IntegrationResult Engine::timed(const std::function<IntegrationResult()>& take) 
 }
 
 IntegrationResult Engine::integrate(const DepthFrame& frame) {
-  if (const auto problem = findProblem(frame, params_)) return refuse(*problem);
+  if (const auto problem = findProblem(frame, params_)) return *problem;
   return timed([&] { return fuse(frame); });
 }
 
 /// The way of a depth image, stage by stage, as the table in docs/method.md has it.
 IntegrationResult Engine::fuse(const DepthFrame& frame) {
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
-  if (profile_ != nullptr) {
-    profile_->work.pixels += static_cast<uint64_t>(frame.width) * frame.height;
-  }
   made().sense(frame, view);
   backend_->makeSurfels();
   backend_->findBlocks();
   std::vector<int32_t> in_view = prepareForFrame(view);
   const auto cubes = space_ ? space_->cubesInView(view) : std::vector<Vec3i>();
   TouchedBlocks touched = backend_->lookUpBlocks();
-  const size_t surfels = touched.surfels, blocks = touched.blocks;
+  const size_t blocks = touched.blocks;
   if (blocks == 0 && !clearsFromAfar(frame, params_)) return noMeasurement(frame, params_);
   if (space_) backend_->seeFree(cubes);
   std::vector<FramePart> parts;
@@ -147,7 +144,6 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   }
   ++state_.frames;
   if (blocks > 0) ++state_.supporting_frames;
-  if (profile_ != nullptr) profile_->work.surfels += surfels;
   keep(frame, view, !parts.front().keys.empty());
   result.refused_blocks = state_.refused - refused_before;
   return result;
@@ -211,7 +207,7 @@ void Engine::admit(FramePart& part, const FusionPass& pass) {
   backend_->waitForMeshes();
   const StageTimer timer(profile_, Stage::kAdmit);
   backend_->reserveFrame(pass);
-  const size_t blocks = state_.requests = part.requests.size();
+  const size_t blocks = part.requests.size();
   if (blocks == 0) return;
   try {
     backend_->reserve({{blocks, part.new_arrays, table_.sizesAfter(blocks, part.new_arrays)}});
@@ -345,7 +341,7 @@ Alignment Engine::align(const DepthFrame& frame, const PosePrior& prior) {
 }
 
 IntegrationResult Engine::paint(const ColourFrame& frame) {
-  if (const auto problem = findProblem(frame, params_)) return refuse(*problem);
+  if (const auto problem = findProblem(frame, params_)) return *problem;
   return timed([&] { return paintSurfaces(frame); });
 }
 

@@ -56,7 +56,6 @@ class Engine : public ProbedMapper {
     uint64_t refused = 0, dropped = 0;
     uint64_t frames = 0;                 ///< Fused, those included that only clear.
     uint64_t supporting_frames = 0;      ///< Those that touched a block.
-    size_t requests = 0;                 ///< For blocks, of the last frame.
     std::optional<KeptBall> kept;        ///< Of the last frame, until what lies beyond is dropped.
     Exposure exposure = sameExposure();  ///< Of the last colour image.
     bool has_colours = false;            ///< Something was painted.

@@ -58,7 +58,6 @@ void Engine::beginMeshUpdate() {
   backend_->beginMesh(least);
   state_.is_meshing = true;
   if (prepares_behind) prepareForMesh();
-  table_.prepare(state_.requests);  // while a device is busy
   noteStats();
 }
 

@@ -71,10 +71,20 @@ std::vector<int32_t> enterContents(const MapContents& contents, const MeshStates
        size.bricks,
        has_colours,
        states == nullptr ? 0 : size.blocks});
-  const EnteredBlocks entered = enterBlocks(contents.blocks, table);
-  const std::vector<int32_t>& slots = entered.blocks.changed_slots;
-  backend.follow({slots, false, &entered.blocks.new_arrays, &entered.colours.bricks});
-  backend.copyIn(entered.order(), contents, states);
+  std::vector<BlockRequest> requests;
+  std::vector<ColourRequest> colours;
+  for (const MapBlock& block : contents.blocks) {
+    requests.push_back({packKey(block.key), block.directions});
+    if (block.bricks != 0) colours.push_back({packKey(block.key), block.bricks});
+  }
+  const Admission admission = table.admit(std::move(requests));
+  const ColourAdmission painted = table.admitColours(std::move(colours));
+  if (admission.refused > 0 || painted.refused > 0) {
+    throw std::logic_error("the contents of a map do not fit its budget, which was not checked");
+  }
+  const std::vector<int32_t>& slots = admission.changed_slots;
+  backend.follow({slots, false, &admission.new_arrays, &painted.bricks});
+  backend.copyIn(orderOf(table, slots), contents, states);
   return slots;
 }
 

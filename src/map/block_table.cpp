@@ -77,15 +77,6 @@ Admission BlockTable::admit(std::vector<BlockRequest> requests) {
   return admission;
 }
 
-void BlockTable::prepare(size_t new_blocks) noexcept {
-  slots_.prepare();
-  const size_t free = free_slots_.size();
-  try {
-    if (new_blocks > free) blocks_.reserve(blocks_.size() + new_blocks - free);
-  } catch (const std::bad_alloc&) {  // then each block takes its own memory
-  }
-}
-
 Admission BlockTable::allocate(std::vector<BlockRequest> requests) {
   unlisted_.reserve(requests.size());
   sortByKey(requests);
@@ -99,10 +90,7 @@ Admission BlockTable::allocate(std::vector<BlockRequest> requests) {
     while (i + 1 < requests.size() && requests[i + 1].key == request.key) {
       request.directions |= requests[++i].directions;
     }
-    if (!extent_.blocks.contains(unpackKey(request.key))) {
-      admission.outside.push_back(request);
-      continue;
-    }
+    if (!extent_.blocks.contains(unpackKey(request.key))) continue;
     const Lack lack = lackOf(request, slot);
     if (lack.bytes == 0) continue;
     if (bytesInUse() + lack.bytes > budget_bytes_) {

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <vector>
 
 #include "kernels/core/direction.h"
@@ -14,7 +15,6 @@
 #include "kernels/core/voxel_colour.h"
 #include "map/block_cells.h"
 #include "map/block_extent.h"
-#include "map/slab_list.h"
 #include "map/slot_index.h"
 
 namespace dtsdf {
@@ -59,7 +59,6 @@ struct Admission {
   std::vector<int32_t> changed_slots;  ///< Blocks that are new or got new arrays, in key order.
   std::vector<int32_t> new_arrays;     ///< Arrays that were assigned; their memory is to be zeroed.
   size_t refused = 0;                  ///< Requests beyond the budget.
-  std::vector<BlockRequest> outside;   ///< Those passed over, as they lie outside of the extent.
 };
 
 /// A block of which something is painted: bit kBricksPerArray * d + b for brick b of direction d.
@@ -116,7 +115,7 @@ class BlockTable {
   explicit BlockTable(size_t budget_bytes);
 
   /// From now on only blocks of this extent are made, and painted. Requests for others are passed
-  /// over, those for blocks returned: they are not refused. It outlasts clear().
+  /// over, and not refused. It outlasts clear().
   void restrictTo(const MapExtent& extent) { extent_ = extent; }
   bool takesColour(const BlockKey& key) const { return extent_.painted.contains(key); }
   const BlockExtent& paintedExtent() const { return extent_.painted; }
@@ -138,9 +137,6 @@ class BlockTable {
   /// before publish(), which takes as long again.
   Admission allocate(std::vector<BlockRequest> requests);
   void publish();
-
-  /// Makes ready for so many more blocks, where nobody waits for it.
-  void prepare(size_t new_blocks) noexcept;
 
   /// Gives bricks of colours to voxel arrays that lack them, smallest key first, as long as the
   /// budget lasts. What is not in the map, or takes no colour, is passed over.
@@ -234,7 +230,7 @@ class BlockTable {
 
   /// Memory of the table itself.
   size_t memoryBytes() const {
-    return slots_.memoryBytes() + cells_.memoryBytes() + blocks_.memoryBytes() +
+    return slots_.memoryBytes() + cells_.memoryBytes() + blocks_.size() * sizeof(BlockEntry) +
            (free_slots_.capacity() + free_arrays_.capacity() + colour_of_.capacity() +
             free_colours_.capacity()) *
                sizeof(int32_t);
@@ -260,7 +256,7 @@ class BlockTable {
   MapExtent extent_;
   SlotIndex slots_;
   BlockCells cells_;
-  SlabList<BlockEntry> blocks_;    ///< By slot.
+  std::deque<BlockEntry> blocks_;  ///< By slot: it grows without moving what is there.
   std::vector<int32_t> unlisted_;  ///< New blocks that are not in slots_ and cells_ yet.
   std::vector<int32_t> free_slots_, free_arrays_;
   std::vector<int32_t> vacant_;  ///< May have got arrays again since.

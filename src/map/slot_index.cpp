@@ -1,7 +1,6 @@
 #include "map/slot_index.h"
 
 #include <algorithm>
-#include <new>
 #include <utility>
 
 namespace dtsdf {
@@ -9,13 +8,10 @@ namespace {
 
 constexpr size_t kSmallestTable = 64;
 
-/// The table grows at this many eighths, or ahead at those.
-constexpr size_t kMostEighths = 4, kEighthsAhead = 3;
-
 }  // namespace
 
 void SlotIndex::insert(PackedKey key, int32_t slot) {
-  if (isFullTo(kMostEighths)) grow();
+  if (2 * used_ >= table_.size()) grow();
   Cube& cube = table_[placeOf(nameOf(key))];
   if (cube.marks == nullptr) {
     cube.marks = std::make_unique<int32_t[]>(kBlocksPerCube);
@@ -39,15 +35,6 @@ void SlotIndex::erase(PackedKey key) noexcept {
   if (--cube.held > 0) return;
   cube.marks.reset();
   --cubes_;
-}
-
-void SlotIndex::prepare() noexcept {
-  if (!isFullTo(kEighthsAhead)) return;
-  try {
-    grow();
-  } catch (const std::bad_alloc&) {
-    return;
-  }
 }
 
 /// A table with room for twice as many cubes.

@@ -27,9 +27,6 @@ class SlotIndex {
     if (marks != nullptr) __builtin_prefetch(marks + numberInCube(key));
   }
 
-  /// Grows where nobody waits for it, if that is due soon. Without memory for it insert() does it.
-  void prepare() noexcept;
-
   /// @pre The key is not there. @throws std::bad_alloc and nothing has changed then.
   void insert(PackedKey key, int32_t slot);
 
@@ -73,7 +70,6 @@ class SlotIndex {
     while (table_[at].name != 0 && table_[at].name != name) at = (at + 1) & last;
     return at;
   }
-  bool isFullTo(size_t eighths) const { return 8 * used_ >= eighths * table_.size(); }
   void grow();
 
   std::vector<Cube> table_;  ///< Open addressing, of a size that is a power of two, or 0.

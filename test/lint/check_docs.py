@@ -124,7 +124,8 @@ def check_visits(root):
     """Numbers of the rules that nobody can set, and that no map file keeps."""
     text = (root / "src" / "backend" / "rules.h").read_text(encoding="utf-8")
     visited = {section + name for section, body in
-               re.findall(r'section = "(rules/\w+/)";(.*?)^\}', text, flags=re.DOTALL | re.MULTILINE)
+               re.findall(r'section = "(rules/\w+/)";(.*?)(?=section = |^\})', text,
+                          flags=re.DOTALL | re.MULTILINE)
                for name in re.findall(r'visit\(section \+ "(\w+)"', body)}
     for key in sorted(rules_in_code(root).keys() - visited):
         yield f"{key} is not visited"

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <sstream>
 
+#include "support/block_snapshot.h"
 #include "support/same_bytes.h"
 
 namespace dtsdf {
@@ -227,7 +228,7 @@ void expectEqualMeshes(const Mesh& expected, const Mesh& actual) {
 }
 
 void expectEqualMaps(ProbedMapper& expected, ProbedMapper& actual) {
-  const std::vector<BlockSnapshot> a = expected.snapshot(), b = actual.snapshot();
+  const std::vector<BlockSnapshot> a = snapshotOf(expected), b = snapshotOf(actual);
   ASSERT_EQ(b.size(), a.size());
   for (size_t i = 0; i < a.size(); ++i) {
     ASSERT_TRUE(a[i].key == b[i].key) << describe(a[i].key) << " and " << describe(b[i].key);

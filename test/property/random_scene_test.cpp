@@ -6,6 +6,7 @@
 #include <random>
 
 #include "mapper/probed_mapper.h"
+#include "support/block_snapshot.h"
 #include "support/depth_frames.h"
 #include "support/map_equality.h"
 #include "support/mesh_topology.h"
@@ -141,7 +142,7 @@ TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(c.params);
   for (const SceneFrame& frame : c.frames) mapper->integrate(frame.view());
   const float truncation = c.params.map.truncation_voxels;
-  for (const BlockSnapshot& block : mapper->snapshot()) {
+  for (const BlockSnapshot& block : snapshotOf(*mapper)) {
     for (const auto& voxels : block.voxels) {
       for (const Voxel& voxel : voxels) {
         ASSERT_LE(std::abs(sdfOf(voxel)), truncation + 1.0f / 2048.0f);
@@ -188,7 +189,7 @@ TEST_P(RandomScenes, RegionsMayBeClearedAtAnyTime) {
   EXPECT_TRUE(sameMaps(*often, *once));
   EXPECT_TRUE(sameMeshes(often_mesh.assemble(), once_mesh.assemble()));
 
-  const size_t blocks = often->snapshot().size();
+  const size_t blocks = snapshotOf(*often).size();
   EXPECT_EQ(often->clearRegion(SphereRegion{Vector3d::Zero(), 1e5}).blocks, blocks);
   often_mesh.apply(often->updateMesh());
   EXPECT_EQ(often_mesh.triangleCount(), 0u);

@@ -1,4 +1,5 @@
 #include "support/map_equality.h"
+#include "support/block_snapshot.h"
 
 #include <vector>
 
@@ -7,7 +8,7 @@
 namespace dtsdf {
 
 testing::AssertionResult sameMaps(ProbedMapper& a, ProbedMapper& b) {
-  const std::vector<BlockSnapshot> x = a.snapshot(), y = b.snapshot();
+  const std::vector<BlockSnapshot> x = snapshotOf(a), y = snapshotOf(b);
   if (x.size() != y.size()) {
     return testing::AssertionFailure() << x.size() << " blocks and " << y.size();
   }

@@ -38,7 +38,7 @@ class Recorder : public MapBackend {
   void findBlocks() override {}
   TouchedBlocks lookUpBlocks() override {
     const size_t count = script_.requests.size();
-    return {count, count, script_.requests, count};
+    return {count, script_.requests, count};
   }
   void seeFree(std::vector<Vec3i>) override {}
   void reserveFrame(const FusionPass&) override { need(!script_.lacks_frame); }

@@ -8,6 +8,7 @@
 
 #include "kernels/core/grid.h"
 #include "mapper/probed_mapper.h"
+#include "support/block_snapshot.h"
 #include "support/depth_frames.h"
 #include "support/map_equality.h"
 #include "support/mesh_topology.h"
@@ -83,9 +84,9 @@ TEST_P(Budget, WhatIsMappedIsRight) {
   EXPECT_GT(small->integrate(frame.view()).refused_blocks, 0u);
   EXPECT_EQ(plenty->integrate(frame.view()).refused_blocks, 0u);
   std::map<PackedKey, BlockSnapshot> all;
-  for (const BlockSnapshot& block : plenty->snapshot()) all.emplace(packKey(block.key), block);
+  for (const BlockSnapshot& block : snapshotOf(*plenty)) all.emplace(packKey(block.key), block);
   size_t compared = 0;
-  for (const BlockSnapshot& block : small->snapshot()) {
+  for (const BlockSnapshot& block : snapshotOf(*small)) {
     const BlockSnapshot& whole = all.at(packKey(block.key));
     for (int d = 0; d < kDirectionCount; ++d) {
       if (block.voxels[d].empty()) continue;
@@ -110,7 +111,7 @@ TEST_P(Budget, AFullMapIsStillUpdatedAndMeshed) {
   EXPECT_GT(triangles, 100u);
   const auto weight = [&] {
     double sum = 0.0;
-    for (const BlockSnapshot& block : mapper->snapshot()) {
+    for (const BlockSnapshot& block : snapshotOf(*mapper)) {
       for (const auto& voxels : block.voxels) {
         for (const Voxel& voxel : voxels) sum += weightOf(voxel);
       }
@@ -140,7 +141,7 @@ TEST(Recycling, NoArrayIsEmpty) {
     const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(makeCpuParams(mode, true, 0.04f));
     size_t arrays = 0;
     for (const SceneFrame& frame : lap()) mapper->integrate(frame.view());
-    for (const BlockSnapshot& block : mapper->snapshot()) {
+    for (const BlockSnapshot& block : snapshotOf(*mapper)) {
       for (const auto& voxels : block.voxels) {
         if (voxels.empty()) continue;
         ++arrays;

@@ -4,6 +4,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "support/block_snapshot.h"
 #include "support/colour_frames.h"
 #include "support/map_equality.h"
 #include "support/session.h"
@@ -76,11 +77,11 @@ class ClearRegion : public testing::TestWithParam<RegionCase> {
 TEST_P(ClearRegion, EmptiesExactlyTheVoxelsInside) {
   Session session(params());
   seeAll(session);
-  const std::vector<BlockSnapshot> before = session.mapper().snapshot();
+  const std::vector<BlockSnapshot> before = snapshotOf(session.mapper());
   const size_t arrays_before = session.mapper().stats().voxel_arrays;
   const ClearedRegion cleared = session.mapper().clearRegion(GetParam().region);
   std::map<PackedKey, BlockSnapshot> after;
-  for (BlockSnapshot& block : session.mapper().snapshot()) {
+  for (BlockSnapshot& block : snapshotOf(session.mapper())) {
     after.emplace(packKey(block.key), std::move(block));
   }
   size_t emptied = 0, kept = 0, arrays = 0;
@@ -147,7 +148,7 @@ TEST(ClearRegionOfAPaintedMap, ForgetsColoursInside) {
   session.mapper().clearRegion(ball);
   seeAll(session);
   size_t painted = 0, unpainted = 0;
-  for (const BlockSnapshot& block : session.mapper().snapshot()) {
+  for (const BlockSnapshot& block : snapshotOf(session.mapper())) {
     for (int d = 0; d < kDirectionCount; ++d) {
       for (size_t i = 0; i < block.voxels[d].size(); ++i) {
         const bool is_painted = !block.colours[d].empty() && isPainted(block.colours[d][i]);

@@ -5,6 +5,7 @@
 
 #include "backend/frame_check.h"
 #include "dtsdf_mapping/params/param_set.h"
+#include "support/block_snapshot.h"
 #include "support/map_equality.h"
 #include "support/session.h"
 
@@ -48,8 +49,8 @@ TEST(KeepRadius, KeepsExactlyTheBlocksThatReachInto) {
   }
   const Vector3d camera(x - 0.1, 0.0, 0.0);
   size_t kept = 0, dropped = 0;
-  std::vector<BlockSnapshot> rest = near.mapper().snapshot();
-  for (const BlockSnapshot& block : all.mapper().snapshot()) {
+  std::vector<BlockSnapshot> rest = snapshotOf(near.mapper());
+  for (const BlockSnapshot& block : snapshotOf(all.mapper())) {
     if (distanceOf(block.key, camera) > kKeptRadius_m) {
       ++dropped;
       continue;
@@ -122,8 +123,8 @@ TEST(KeepRadius, GoesByTheCenterThatAFrameGives) {
   away.frame.keep_center_W = Vector3d::Zero();
   session.integrate(away);
   const Vector3d origin = Vector3d::Zero();
-  EXPECT_GT(session.mapper().snapshot().size(), 20u);
-  for (const BlockSnapshot& block : session.mapper().snapshot()) {
+  EXPECT_GT(snapshotOf(session.mapper()).size(), 20u);
+  for (const BlockSnapshot& block : snapshotOf(session.mapper())) {
     ASSERT_LE(distanceOf(block.key, origin), kKeptRadius_m);
   }
   away.frame.keep_center_W = Vector3d(0.0, std::nan(""), 0.0);

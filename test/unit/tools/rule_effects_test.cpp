@@ -78,7 +78,8 @@ struct NumberSetter {
 
   template <class Number>
   void operator()(const std::string& its_key, Number& number, const Range& range) {
-    if (visited++ != wanted) return;
+    const bool shapes = its_key.rfind("rules/colour/") != 0 && its_key.rfind("rules/poses/") != 0;
+    if (!shapes || visited++ != wanted) return;
     key = its_key;
     number = static_cast<Number>(to_greatest ? range.max : range.min);
   }
@@ -88,9 +89,7 @@ struct NumberSetter {
 std::pair<Rules, std::string> rulesWith(int wanted, bool to_greatest) {
   Rules rules;
   NumberSetter set{wanted, to_greatest, {}};
-  visitRules(rules.surfels, set);
-  visitRules(rules.fusion, set);
-  visitRules(rules.mesh, set);
+  visitRules(rules, set);
   return {rules, set.key};
 }
 

@@ -1,0 +1,49 @@
+/// The voxels and colours of a map, block by block, for the tests.
+#pragma once
+
+#include <cstring>
+#include <utility>
+#include <vector>
+
+#include "dtsdf_mapping/mapper.h"
+#include "map/block_table.h"
+
+namespace dtsdf {
+
+/// A copy of one block's voxels.
+struct BlockSnapshot {
+  BlockKey key;
+  /// kVoxelsPerBlock voxels per direction in use, empty otherwise.
+  std::vector<Voxel> voxels[kDirectionCount];
+  /// As many colours per direction in which something is painted.
+  std::vector<VoxelColour> colours[kDirectionCount];
+};
+
+/// All blocks by packed key.
+inline std::vector<BlockSnapshot> snapshotOf(Mapper& mapper) {
+  const MapContents contents = mapper.contents();
+  std::vector<BlockSnapshot> blocks;
+  const uint64_t* voxels = contents.voxels.data();
+  const uint32_t* colours = contents.colours.data();
+  for (const MapBlock& block : contents.blocks) {
+    BlockSnapshot copy;
+    copy.key = block.key;
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (!(block.directions >> d & 1)) continue;
+      copy.voxels[d].resize(kVoxelsPerBlock);
+      std::memcpy(copy.voxels[d].data(), voxels, BlockTable::kArrayBytes);
+      voxels += kVoxelsPerBlock;
+      for (int brick = 0; brick < kBricksPerArray; ++brick) {
+        if (!(block.bricks >> (kBricksPerArray * d + brick) & 1)) continue;
+        copy.colours[d].resize(kVoxelsPerBlock);
+        for (int place = 0; place < kVoxelsPerBrick; ++place) {
+          std::memcpy(&copy.colours[d][voxelInBrick(brick, place)], colours++, sizeof(VoxelColour));
+        }
+      }
+    }
+    blocks.push_back(std::move(copy));
+  }
+  return blocks;
+}
+
+}  // namespace dtsdf

@@ -6,7 +6,6 @@
 #include <ros/param.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <string>
 #include <vector>

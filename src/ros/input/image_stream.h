@@ -112,7 +112,7 @@ class ImageStream {
 
   /// Stamps have jumped back to this one.
   void restartStamps(const ros::Time& stamp) {
-    last_stamp_ = last_whole_ = ros::Time();
+    last_stamp_ = ros::Time();
     queue_.restart(stream_, stamp);
   }
 
@@ -250,7 +250,7 @@ class ImageStream {
                        "the image has no frame_id; set it in the driver, or input/camera_frame"};
     }
     const ros::Time stamp = frame.image->header.stamp;
-    if (std::exchange(last_whole_, stamp) == stamp) {
+    if (stamp == last_stamp_) {
       return Rejection{drop::kRepeatedStamp, kRepeatedStampText};
     }
     if (rate_limit_.takes(stamp.toSec())) return std::nullopt;
@@ -347,7 +347,7 @@ class ImageStream {
   bool is_cloud_ = false;         ///< Set before anything comes.
   std::optional<bool> has_info_;  ///< Of clouds: whether somebody publishes camera_info for them.
   PoseConvention convention_;
-  ros::Time last_stamp_, last_whole_;
+  ros::Time last_stamp_;
 
   mutable std::mutex mutex_;  ///< Guards the next ones.
   std::string warning_, fitted_camera_;

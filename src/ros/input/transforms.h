@@ -109,16 +109,14 @@ class Transforms {
 
   /// What became of the look-up for an image that has waited for its pose.
   void notePose(bool is_found) {
-    constexpr int kMostMissing = 5;  // images in a row
     constexpr std::chrono::seconds kMissing{2};
     constexpr SteadyDuration kLongestWait = std::chrono::seconds(600);
     const std::lock_guard<std::mutex> lock(mutex_);
     const SteadyTime now = clock_();
-    if (missing_ == 0 || is_found) missing_since_ = now;
-    missing_ = is_found ? 0 : missing_ + 1;
-    const bool is_lasting = missing_ >= kMostMissing && now - missing_since_ >= kMissing;
-    const bool tf_comes = received_at_ && *received_at_ > missing_since_;
-    if (!is_lasting || !tf_comes || now < next_restart_) return;
+    if (is_found) return missing_since_.reset();
+    if (!missing_since_) missing_since_ = now;
+    const bool tf_comes = received_at_ && received_at_ > missing_since_;
+    if (now - *missing_since_ < kMissing || !tf_comes || now < next_restart_) return;
     next_restart_ = now + wait_after_restart_;
     wait_after_restart_ = std::min(2 * wait_after_restart_, kLongestWait);
     restart();
@@ -221,8 +219,8 @@ class Transforms {
   std::set<std::string> ignored_statics_;
   Core core_;
   std::optional<SteadyTime> received_at_;
-  int missing_ = 0;  ///< Images in a row, without a pose.
-  SteadyTime missing_since_, next_restart_;
+  std::optional<SteadyTime> missing_since_;  ///< Images have found no pose.
+  SteadyTime next_restart_;
   SteadyDuration wait_after_restart_ = std::chrono::seconds(5);
   TransformReport report_;  ///< Without age.
   ros::Time last_now_;

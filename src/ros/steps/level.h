@@ -7,7 +7,6 @@
 #include <tf2_ros/static_transform_broadcaster.h>
 
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <string>
 #include <variant>

@@ -56,9 +56,7 @@ class PosesStep : public Step {
                  CameraState{PoseRefiner(params_.poses)}),
         tracker_(params_.poses, host.params.mapper.threads),
         base_frame_(params_.poses.base_frame),
-        report_(cameras_.size()) {
-    path_.header.frame_id = frameOfMap(params_);
-  }
+        report_(cameras_.size()) {}
 
   void advertise(const Handles& handles) override {
     using namespace dtsdf_mapping;
@@ -143,8 +141,7 @@ class PosesStep : public Step {
     if (!isOn() || replacement.kind == Replacement::Kind::kCorrected) return;
     is_elsewhere_ = true;
     fused_.clear();
-    path_.poses.clear();  // starts over, as the map does
-    if (broadcaster_) path_topic_.publish(path_);
+    if (broadcaster_) path_topic_.publish(emptyPath());  // it starts over, as the map does
   }
 
   void fill(MapStatus& status) override {
@@ -336,7 +333,7 @@ class PosesStep : public Step {
     Eigen::Map<RowByRow>(odometry.pose.covariance.data()) = pose.covariance;
     Eigen::Map<RowByRow>(odometry.twist.covariance.data()).diagonal().setConstant(kNoSpeed);
     odometry_.publish(odometry);
-    addToPath(pose);
+    publishPath(pose);
     if (!tracks()) return;
     if (parent_ != params_.map_frame) {
       sendTransform(params_.map_frame, parent_, Eigen::Isometry3d::Identity(), pose.stamp);
@@ -344,31 +341,29 @@ class PosesStep : public Step {
     sendTransform(parent_, pose.frame_id, pose.T_M_B, pose.stamp);
   }
 
-  /// Poses on the path are so far apart, and so many at most: then every second one goes.
-  void addToPath(const FoundPose& pose) {
-    constexpr double kApart_m = 0.03, kApart_rad = 0.1;
+  /// The trajectory so far, thinned to so many poses at most.
+  void publishPath(const FoundPose& pose) {
     constexpr size_t kMostOnPath = 4000;
     constexpr std::chrono::milliseconds kPathPeriod{500};
-    std::vector<geometry_msgs::PoseStamped>& path = path_.poses;
-    const Eigen::Isometry3d moved = last_on_path_T_W_B_.inverse() * pose.T_W_B;
-    if (path.empty() || moved.translation().norm() >= kApart_m ||
-        Eigen::AngleAxisd(moved.linear()).angle() >= kApart_rad) {
-      path.emplace_back();
-      path.back().header.stamp = pose.stamp;
-      path.back().header.frame_id = path_.header.frame_id;
-      path.back().pose = toPose(pose.T_W_B);
-      last_on_path_T_W_B_ = pose.T_W_B;
-    }
-    if (path.size() > kMostOnPath) {
-      size_t kept = 0;
-      for (size_t i = 0; i < path.size(); i += 2) path[kept++] = path[i];
-      path.resize(kept);
-    }
     const SteadyTime now = std::chrono::steady_clock::now();
     if (path_topic_.getNumSubscribers() == 0 || now - path_sent_ < kPathPeriod) return;
     path_sent_ = now;
-    path_.header.stamp = pose.stamp;
-    path_topic_.publish(path_);
+    const Eigen::Isometry3d T_C_B = found_.T_W_C.inverse() * pose.T_W_B;
+    nav_msgs::Path path = emptyPath();
+    path.header.stamp = pose.stamp;
+    for (size_t i = 0; i < fused_.size(); i += 1 + fused_.size() / kMostOnPath) {
+      path.poses.emplace_back();
+      path.poses.back().header.frame_id = path.header.frame_id;
+      path.poses.back().header.stamp = toTime(fused_[i].stamp_s);
+      path.poses.back().pose = toPose(fused_[i].T_W_C * T_C_B);
+    }
+    path_topic_.publish(path);
+  }
+
+  nav_msgs::Path emptyPath() const {
+    nav_msgs::Path path;
+    path.header.frame_id = frameOfMap(params_);
+    return path;
   }
 
   /// No frame gets a second parent: where a transform of others has another one, none is sent.
@@ -402,8 +397,6 @@ class PosesStep : public Step {
 
   ros::Publisher odometry_, path_topic_;
   std::optional<tf2_ros::TransformBroadcaster> broadcaster_;  ///< From advertise() on, if it is on.
-  nav_msgs::Path path_;
-  Eigen::Isometry3d last_on_path_T_W_B_ = Eigen::Isometry3d::Identity();
   SteadyTime path_sent_{};
   std::vector<ros::ServiceServer> servers_;
 

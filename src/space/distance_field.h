@@ -2,6 +2,7 @@
 /// All squared distances are whole numbers, so that any order of work gives the same.
 #pragma once
 
+#include <Eigen/Core>
 #include <cmath>
 #include <cstddef>
 #include <functional>
@@ -9,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "dtsdf_mapping/space.h"
 #include "space/distance_sector.h"
 #include "space/distance_task.h"
 
@@ -27,6 +29,12 @@ using DistanceSectors = Sectors<DistanceSector>;
 /// where it cannot be read, so that nobody runs into something. Where surfaces cannot be read, all
 /// cells count as such, until it is given again what is in their cubes.
 int squaredAt(const DistanceSectors& sectors, const Vec3i& cell);
+
+/// As KnownSpace::distanceAt() says, between the middles of cells, by the squared distances of
+/// those around a point.
+/// @param reach Of distances, in cells.
+SpaceDistance interpolatedDistance(const KnownSpace& space, const DistanceSectors& sectors,
+                                   int reach, const Eigen::Vector3d& p_W);
 
 /// The surfaces that are in a cube now.
 struct SurfaceCube {

@@ -4,8 +4,6 @@
 #include <memory>
 #include <vector>
 
-#include "space/distance_interpolation.h"
-
 namespace dtsdf {
 namespace {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "kernels/space/see_free.h"
 #include "map/memory_budget.h"
-#include "space/distance_interpolation.h"
 
 namespace dtsdf {
 namespace {
@@ -54,6 +54,9 @@ Vec3d middleOfBox(const Vec3i& key, int32_t side) {
 /// From there to its corners.
 double reachOf(int32_t side) { return 1.7321 * 0.5 * side; }  // the root of 3
 
+/// Times the range: an image of 120 degrees along its diagonal has its corners there.
+constexpr float kMostAside = 2.0f;
+
 }  // namespace
 
 CellGrid cellGridOf(const MapperParams& params) { return {log2Of(params.space.cell_voxels)}; }
@@ -78,6 +81,56 @@ SpaceMap::SpaceMap(const MapperParams& params, int threads)
       table_(pages_),
       surfaces_(grid_, threads, pages_),
       distances_(reachInCells(params), threads, pages_) {}
+
+std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
+  const BlockExtent bounds = inBoth(boundsOfView(frame), extent_);
+  const auto side = static_cast<float>(cubeSideInVoxels(grid_));
+  const float radius = 0.8661f * side;  // half the root of 3
+  const float range = max_range_m_ / frame.voxel_size_m;
+  const float* const R = frame.T_L_C.R;
+  const Vec3f ahead{R[2], R[5], R[8]};
+  std::vector<Vec3i> keys;
+  for (int32_t z = bounds.first.z; z <= bounds.last.z; ++z) {
+    for (int32_t y = bounds.first.y; y <= bounds.last.y; ++y) {
+      for (int32_t x = bounds.first.x; x <= bounds.last.x; ++x) {
+        const Vec3i cube{x, y, z};
+        const Vec3f middle =
+            lookAt(frame, grid_, cube).first_L + 0.5f * side * Vec3f{1.0f, 1.0f, 1.0f};
+        if (dot(ahead, middle - frame.T_L_C.t) - radius > range) continue;
+        if (mayBeInView(frame, middle, radius)) keys.push_back(cube);
+      }
+    }
+  }
+  return keys;
+}
+
+/// Bounds of the pyramid that the image looks into, cut off where an image looks so far aside that
+/// it would go on for ever.
+BlockExtent SpaceMap::boundsOfView(const FrameView& frame) const {
+  const float range = max_range_m_ / frame.voxel_size_m;
+  const Vec3f& eye = frame.T_L_C.t;
+  Vec3f low = eye, high = eye;
+  for (int corner = 0; corner < 4; ++corner) {
+    const float u = corner % 2 == 0 ? -0.5f : static_cast<float>(frame.width) - 0.5f;
+    const float v = corner / 2 == 0 ? -0.5f : static_cast<float>(frame.height) - 0.5f;
+    const Vec3f p = transform(frame.T_L_C, backProject(frame.intrinsics, u, v, range));
+    low = leastOf(low, p);
+    high = greatestOf(high, p);
+  }
+  const float aside = kMostAside * range;
+  const auto cubeOf = [&](float x, float y, float z) {
+    const Vec3i voxel = frame.origin_voxel + Vec3i{floorToInt(x), floorToInt(y), floorToInt(z)};
+    const Vec3i cube = shiftDown(voxel, grid_.side_log2 + kCubeSideLog2);
+    const auto within = [](int32_t at) {
+      return std::clamp(at, -kMaxBlockCoordinate, kMaxBlockCoordinate);
+    };
+    return Vec3i{within(cube.x), within(cube.y), within(cube.z)};
+  };
+  return {cubeOf(maximum(low.x, eye.x - aside), maximum(low.y, eye.y - aside),
+                 maximum(low.z, eye.z - aside)),
+          cubeOf(minimum(high.x, eye.x + aside), minimum(high.y, eye.y + aside),
+                 minimum(high.z, eye.z + aside))};
+}
 
 void SpaceMap::addFree(const std::vector<FreeCube>& cubes) {
   const bool is_disk_full = pages_ != nullptr && pages_->isFull();

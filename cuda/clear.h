@@ -1,7 +1,10 @@
 /// The stage "clear" on the device: what a frame contradicts, and what it leaves empty.
 #pragma once
 
+#include <vector>
+
 #include "fusion.h"
+#include "kernels/core/region.h"
 #include "map/block_table.h"
 
 namespace dtsdf {
@@ -48,6 +51,11 @@ class Clearing {
   PinnedBuffer<EmptyBlock> empty_blocks_;  ///< and write these there.
   PinnedBuffer<uint32_t> empty_count_{1};
 };
+
+/// Empties the blocks' voxels in a region in units of voxels, with their colours, and waits.
+/// @return what became of each. @throws CudaError without memory; the map is untouched then.
+std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots, const RegionView& region,
+                                      const MapView& map, const Stream& stream);
 
 }  // namespace gpu
 }  // namespace dtsdf

@@ -3,7 +3,6 @@
 #include "kernels/colour/vertex_colour.h"
 #include "launch.h"
 #include "mesh_kernels.h"
-#include "select_blocks.cuh"
 
 namespace dtsdf {
 namespace gpu {

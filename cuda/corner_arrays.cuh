@@ -1,9 +1,11 @@
-/// The voxels at the corners of a block's mesh units, looked up in the device's map. For .cu files.
+/// What meshing looks up in the device's map: which blocks an extraction has, and the voxels at the
+/// corners of a block's mesh units. For .cu files.
 #pragma once
 
 #include "device_map.cuh"
 #include "kernels/meshing/corner_grid.h"
 #include "kernels/meshing/regularisation.h"
+#include "mesh_kernels.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -42,6 +44,19 @@ __device__ inline FoundArrays findArraysAround(const MapView& map, const BlockKe
                                                ArraysAround& arrays) {
   const int32_t slot = findSlot(map, packKey(key + aroundOffset(n)));
   return {slot, findArrays(map, slot, arrays.array[n])};
+}
+
+/// Enters a block into the extraction, unless it is there. @return whether it is new.
+__device__ __forceinline__ bool select(const MapView& map, const MeshView& mesh, int32_t slot) {
+  return atomicExch(&map.mesh_stamp[slot], mesh.stamp) != mesh.stamp;
+}
+
+/// Enters a block to be meshed, if there is one and it is not there, behind those that are reached.
+__device__ __forceinline__ void selectAdjoining(const MapView& map, const MeshView& mesh,
+                                                const BlockKey& key) {
+  const int32_t slot = findSlot(map, packKey(key));
+  if (slot < 0 || !select(map, mesh, slot)) return;
+  mesh.slots[mesh.counters->reached + atomicAdd(&mesh.counters->adjoining, 1u)] = slot;
 }
 
 }  // namespace gpu

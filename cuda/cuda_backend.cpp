@@ -9,12 +9,10 @@
 #include "backend/rule_settings.h"
 #include "block_mesher.h"
 #include "clear.h"
-#include "clear_region.h"
 #include "distances.h"
 #include "fusion.h"
 #include "kernels/fusion/free_space.h"
 #include "map/memory_budget.h"
-#include "move_marks.h"
 #include "move_records.h"
 #include "paint.h"
 #include "raw_image.h"
@@ -73,7 +71,7 @@ class CudaBackend : public MapBackend {
   void follow(const TableChanges& changes) override;
   std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots,
                                         const RegionView& region) override {
-    return region_clearer_.clear(slots, region, map_.view());
+    return gpu::emptyRegion(slots, region, map_.view(), stream_);
   }
   void copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) override;
   void copyIn(const ContentsOrder& order, const MapContents& contents,
@@ -114,11 +112,9 @@ class CudaBackend : public MapBackend {
   Painter painter_;
   BlockMesher mesher_;
   Renderer renderer_;
-  RegionClearer region_clearer_;
   FreeCellFinder free_cell_finder_;
   std::shared_ptr<DistanceMaker> distance_maker_;
   RecordMover record_mover_;
-  MarkMover mark_mover_;
   size_t in_view_count_ = 0;              ///< Of the part of a frame that is fused.
   std::optional<DeviceSensing> sensing_;  ///< Of the last depth image.
   DeviceSurfels surfels_ = {};
@@ -142,11 +138,9 @@ CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int dev
       painter_(makePaintSettings(params, rules), stream_),
       mesher_(makeMeshSettings(params, rules), params.map.directional, params.mesh.refine != 0),
       renderer_(makeMeshSettings(params, rules), params.map.directional, stream_),
-      region_clearer_(stream_),
       free_cell_finder_(cellGridOf(params), params.space.max_range_m, stream_),
       distance_maker_(std::make_shared<DistanceMaker>(budgetOf(params).free_bytes)),
-      record_mover_(stream_),
-      mark_mover_(stream_) {
+      record_mover_(stream_) {
   stream_.setClock(&clock_);
   mesher_.setClock(&clock_);
   painter_.setClock(&clock_);
@@ -299,7 +293,7 @@ void CudaBackend::reserve(const MemoryDemand& demand) {
   map_.reserveChanges(demand.changed);
   if (params_.map.page_folder.empty()) return;
   record_mover_.reserve();
-  mark_mover_.reserve(demand.changed);
+  map_.reserveMarks(demand.changed);
 }
 
 void CudaBackend::follow(const TableChanges& changes) {
@@ -344,7 +338,7 @@ void CudaBackend::giveStates(const std::vector<int32_t>& slots, const MeshStates
   for (size_t i = 0; i < slots.size(); ++i) {
     const MeshState& state = given.states[i];
     mesher_.setHasMesh(slots[i], state.has_mesh);
-    if (state.marks.dirty || state.marks.painted) marked.push_back({slots[i], state.marks});
+    if (state.marks.any()) marked.push_back({slots[i], state.marks});
   }
   setMarks(marked);
 }
@@ -365,12 +359,12 @@ std::vector<PackedKey> CudaBackend::neededKeys(const std::vector<PackedKey>& oth
 
 /// The host knows where nothing is marked.
 std::vector<MeshMarks> CudaBackend::takeMarks(const std::vector<int32_t>& slots) {
-  return hasMarks() ? mark_mover_.take(map_.view(), slots) : std::vector<MeshMarks>(slots.size());
+  return hasMarks() ? map_.takeMarks(slots) : std::vector<MeshMarks>(slots.size());
 }
 
 std::vector<MarkedSlot> CudaBackend::marked(bool taken) {
   if (!hasMarks()) return {};
-  const std::vector<MarkedSlot> marked = mark_mover_.marked(map_.view());
+  const std::vector<MarkedSlot> marked = map_.marked();
   if (!taken) return marked;
   std::vector<int32_t> slots;
   for (const MarkedSlot& one : marked) slots.push_back(one.slot);
@@ -379,7 +373,7 @@ std::vector<MarkedSlot> CudaBackend::marked(bool taken) {
 }
 
 void CudaBackend::setMarks(const std::vector<MarkedSlot>& marked) {
-  mark_mover_.set(map_.view(), marked);
+  map_.setMarks(marked);
   most_dirty_ += marked.size();
   most_painted_ += marked.size();
 }
@@ -396,7 +390,6 @@ void CudaBackend::addMemory(std::vector<MemoryPart>& parts) const {
   clearing_.addMemory(parts);
   painter_.addMemory(parts);
   renderer_.addMemory(parts);
-  region_clearer_.addMemory(parts);
   record_mover_.addMemory(parts);
   if (params_.space.enabled) {
     free_cell_finder_.addMemory(parts);

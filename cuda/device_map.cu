@@ -12,22 +12,16 @@ namespace {
 constexpr size_t kFirstHash = 1 << 17, kFirstSlots = 1 << 15;
 constexpr size_t kFirstUpdates = 1 << 13, kFirstNewArrays = 1 << 14;
 
-__global__ void updateSlotsKernel(MapView map, const SlotUpdate* updates, uint32_t count) {
-  waitForTheOneAhead();
-  const size_t i = globalThread();
-  if (i >= count) return;
-  const SlotUpdate update = updates[i];
-  updateSlot(map, update);
-  if (update.in_use && update.dirty) mark(map.dirty, update.slot);
-}
-
 /// One block of threads per array, and behind these one thread per slot.
 __global__ void enterBlocksKernel(MapView map, EnteredBlocks entered) {
   waitForTheOneAhead();
   const uint32_t block = blockIdx.x;
   if (block >= entered.array_count) {
     const uint32_t i = (block - entered.array_count) * blockDim.x + threadIdx.x;
-    if (i < entered.update_count) updateSlot(map, entered.updates[i]);
+    if (i >= entered.update_count) return;
+    const SlotUpdate update = entered.updates[i];
+    updateSlot(map, update);
+    if (update.in_use && update.dirty) mark(map.dirty, update.slot);
     return;
   }
   const int32_t array = entered.arrays[block];
@@ -65,7 +59,7 @@ __global__ void clearColoursKernel(MapView map, const NewBrick* bricks, size_t c
 
 }  // namespace
 
-const void* anyKernel() { return reinterpret_cast<const void*>(&updateSlotsKernel); }
+const void* anyKernel() { return reinterpret_cast<const void*>(&enterBlocksKernel); }
 
 SlotUpdate makeSlotUpdate(const BlockEntry& entry, int32_t slot, bool dirty) {
   SlotUpdate update;
@@ -217,8 +211,9 @@ void DeviceMap::sendChanges() {
   if (noted_.empty()) return;
   reserveChanges(noted_.size());
   std::copy(noted_.begin(), noted_.end(), changes_.data());
-  launchBehind("updateSlotsKernel", updateSlotsKernel, blocksFor(noted_.size()), kThreads, 0,
-               stream_, view(), changes_.data(), static_cast<uint32_t>(noted_.size()));
+  const EnteredBlocks changed{changes_.data(), nullptr, static_cast<uint32_t>(noted_.size()), 0};
+  launchBehind("enterBlocksKernel", enterBlocksKernel, blocksFor(noted_.size()), kThreads, 0,
+               stream_, view(), changed);
   stream_.record(changes_sent_);
   noted_.clear();
 }
@@ -243,7 +238,8 @@ void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& part
   parts.push_back(
       {"colours", kMap, table.coloursInUse() * BlockTable::kColourBytes, colours_.bytes()});
   parts.push_back({"books of colours", kIndices, books, books});
-  addScratch("map updates", parts, new_bricks_, updates_, changes_, new_arrays_, pinned_bricks_);
+  addScratch("map updates", parts, new_bricks_, updates_, changes_, new_arrays_, pinned_bricks_,
+             marked_slots_, marks_);
 }
 
 }  // namespace gpu

@@ -9,6 +9,7 @@
 #include "kernels/meshing/unit_samples.h"
 #include "launch.h"
 #include "map/block_table.h"
+#include "map/mesh_state.h"
 #include "runtime/slab_pool.h"
 
 namespace dtsdf {
@@ -37,7 +38,7 @@ struct SlotUpdate {
   int32_t dirty;  ///< The block is to be meshed again.
 };
 
-/// What an admission changes, in the host's memory: these slots, and these arrays, to be zeroed.
+/// What changes of the table, in the host's memory: these slots, and these arrays, to be zeroed.
 struct EnteredBlocks {
   const SlotUpdate* updates;
   const int32_t* arrays;
@@ -124,6 +125,16 @@ class DeviceMap {
   /// Has every block meshed again.
   void markAllDirty() { markAll(dirty_.view()); }
 
+  /// Makes room for so many slots in takeMarks() and setMarks(). None of these is called while an
+  /// extraction is under way.
+  void reserveMarks(size_t slots);
+  /// All that is marked for the next extraction; waits for it.
+  std::vector<MarkedSlot> marked();
+  /// Takes the marks of slots; waits for them.
+  std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots);
+  /// Sets them; others stay.
+  void setMarks(const std::vector<MarkedSlot>& marked);
+
   MapView view() const;  ///< Without colours until there are some.
 
   VoxelPool& voxels() { return voxels_; }
@@ -160,6 +171,10 @@ class DeviceMap {
   Event changes_sent_;
   PinnedBuffer<SlotUpdate> changes_;
   std::vector<SlotUpdate> noted_;  ///< Changes that are still to be sent.
+  Event
+      marks_moved_;  ///< With the lists that kernels read, and the marks that they read and write.
+  PinnedBuffer<int32_t> marked_slots_;
+  PinnedBuffer<MeshMarks> marks_;
   PinnedBuffer<NewBrick> pinned_bricks_;
   DeviceBuffer<NewBrick> new_bricks_;
 };

@@ -4,7 +4,6 @@
 #include "kernels/meshing/sheets.h"
 #include "launch.h"
 #include "mesh_kernels.h"
-#include "select_blocks.cuh"
 
 namespace dtsdf {
 namespace gpu {

@@ -8,15 +8,16 @@
 
 #include "backend/backend_error.h"
 #include "backend/map_copy.h"
-#include "backend/mesh_state.h"
 #include "backend/profile.h"
 #include "dtsdf_mapping/mapper.h"
 #include "kernels/colour/exposure.h"
 #include "kernels/core/camera.h"
 #include "kernels/core/region.h"
+#include "kernels/meshing/unit_samples.h"
 #include "kernels/poses/alignment_sums.h"
 #include "kernels/space/squared_distances.h"
 #include "map/block_table.h"
+#include "map/mesh_state.h"
 
 namespace dtsdf {
 
@@ -69,6 +70,13 @@ struct TableChanges {
   bool dirty = false;                 ///< The others are to be meshed again.
   const std::vector<int32_t>* new_arrays = nullptr;   ///< Admitted: to be zeroed.
   const std::vector<NewBrick>* new_bricks = nullptr;  ///< The same.
+};
+
+/// What meshing knows of some blocks, with the labels of all units, block by block, of those that
+/// have some.
+struct MeshStates {
+  std::vector<MeshState> states;
+  PlainArray<UnitLabels> labels;
 };
 
 /// Upper bounds of what a change of the table takes.

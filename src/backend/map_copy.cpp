@@ -42,21 +42,17 @@ MapContents contentsOf(MapperParams params, Rules rules) {
   return contents;
 }
 
-MapBlock mapBlockOf(const BlockTable& table, int32_t slot) {
-  const BlockEntry& entry = table.block(slot);
-  MapBlock block{entry.key, directionsWithArrays(entry), 0};
-  visitBricks(table, entry, [&](int direction, int brick, int32_t) {
-    block.bricks |= uint64_t{1} << (kBricksPerArray * direction + brick);
-  });
-  return block;
-}
-
 std::vector<MapBlock> mapBlocks(const BlockTable& table, const std::vector<int32_t>& slots) {
   std::vector<MapBlock> blocks;
   blocks.reserve(slots.size());
   for (const int32_t slot : slots) {
-    const MapBlock block = mapBlockOf(table, slot);
-    if (block.directions != 0) blocks.push_back(block);
+    const BlockEntry& entry = table.block(slot);
+    MapBlock block{entry.key, directionsWithArrays(entry), 0};
+    if (block.directions == 0) continue;
+    visitBricks(table, entry, [&](int direction, int brick, int32_t) {
+      block.bricks |= uint64_t{1} << (kBricksPerArray * direction + brick);
+    });
+    blocks.push_back(block);
   }
   return blocks;
 }

@@ -31,9 +31,6 @@ void visitBricks(const BlockTable& table, const BlockEntry& entry, const Visit& 
 /// Contents with the settings of a mapper, and nothing else yet.
 MapContents contentsOf(MapperParams params, Rules rules);
 
-/// What contents say of a block of a table.
-MapBlock mapBlockOf(const BlockTable& table, int32_t slot);
-
 /// What contents say of blocks of a table, in this order; those without voxels are left out: their
 /// mesh is all of them.
 std::vector<MapBlock> mapBlocks(const BlockTable& table, const std::vector<int32_t>& slots);

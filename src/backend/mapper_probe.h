@@ -29,11 +29,8 @@ class ProbedMapper : public Mapper {
   /// The sums of memoryParts().
   MapperMemory memory() const override;
 
-  /// Takes contents in that were checked. @pre The map is empty.
+  /// Takes contents in whose head was checked. @pre The map is empty.
   /// @throws std::exception without memory; the mapper is of no use then.
-  virtual void restore(const MapContents& contents) = 0;
-
-  /// The same of contents that come part by part.
   virtual void restore(const MapParts& parts) = 0;
 
   /// From now on the map is a box: only what lies in this extent is made, and the rest is not

@@ -306,9 +306,7 @@ std::vector<int32_t> Engine::dropBeyond() {
   if (!on_disk.empty()) finishMeshing();
   state_.changed_in.reset();
   backend_->waitForMeshes();
-  MemoryDemand demand;
-  demand.changed = slots.size();
-  backend_->reserve(demand);
+  backend_->reserve({{}, 0, false, slots.size()});
   for (const int32_t slot : slots) table_.vacate(slot, kAllDirections);
   if (!on_disk.empty()) pager_->drop(*backend_, on_disk);
   state_.dropped += slots.size() + on_disk.size();
@@ -376,10 +374,7 @@ void Engine::admitColours(std::vector<ColourRequest> requests) {
   const size_t new_bricks = table_.countNewColours(requests);
   const size_t bytes = new_bricks * BlockTable::kColourBytes;
   if (pager_) makeRoom(bytes);
-  MemoryDemand demand;
-  demand.new_bricks = new_bricks;
-  demand.has_colours = true;
-  backend_->reserve(demand);
+  backend_->reserve({{}, new_bricks, true});
   const ColourAdmission admission = table_.admitColours(std::move(requests));
   if (!admission.bricks.empty()) {
     keepColours();
@@ -391,9 +386,7 @@ void Engine::admitColours(std::vector<ColourRequest> requests) {
 /// What was meshed without colours gets them with the first ones.
 void Engine::keepColours() {
   if (state_.has_colours) return;
-  MemoryDemand demand;
-  demand.has_colours = true;
-  backend_->reserve(demand);
+  backend_->reserve({{}, 0, true});
   state_.has_colours = true;
   const MeshMarks painted{false, true};
   backend_->markAll(painted);

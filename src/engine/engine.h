@@ -40,7 +40,6 @@ class Engine : public ProbedMapper {
   MapContents contents() override;
   MapContents outline() override;
   MapContents part(const std::vector<MapBlock>& blocks) override;
-  void restore(const MapContents& contents) override;
   void restore(const MapParts& parts) override;
   Space* space() override;
   MapStats stats() const override { return stats_; }
@@ -112,7 +111,6 @@ class Engine : public ProbedMapper {
   // The map as a whole.
   void clearSlots(const std::vector<int32_t>& slots, const RegionView& view, ClearedRegion& result);
   void enterInParts(const MapContents& contents);
-  void goOnFrom(const MapContents& head);
 
   const MapperParams params_;
   const Rules rules_;

@@ -200,9 +200,7 @@ ClearedRegion Engine::clearRegion(const Region& region) {
 void Engine::clearSlots(const std::vector<int32_t>& slots, const RegionView& view,
                         ClearedRegion& result) {
   state_.changed_in.reset();
-  MemoryDemand demand;
-  demand.changed = slots.size();
-  backend_->reserve(demand);
+  backend_->reserve({{}, 0, false, slots.size()});
   const std::vector<EmptiedBlock> emptied = backend_->emptyRegion(slots, view);
   std::vector<int32_t> changed;
   for (size_t i = 0; i < slots.size(); ++i) {
@@ -271,14 +269,17 @@ MapContents Engine::part(const std::vector<MapBlock>& blocks) {
   return part;
 }
 
-void Engine::restore(const MapContents& contents) {
-  enterInParts(contents);
-  goOnFrom(contents);
-}
-
 void Engine::restore(const MapParts& parts) {
   parts.visit([this](const MapContents& part) { enterInParts(part); });
-  goOnFrom(*parts.head);
+  ready();
+  const MapContents& head = *parts.head;  // what the map is besides its blocks
+  if (head.painted) keepColours();        // also where it has no blocks
+  markAllDirty();
+  state_.frames = head.frames;
+  state_.supporting_frames = head.supporting_frames;
+  std::copy_n(head.exposure.begin(), 3, state_.exposure.gain);
+  if (space_ != nullptr) space_->restore(head);
+  noteStats();
 }
 
 /// With map/page_folder they may be more than fits.
@@ -305,18 +306,6 @@ void Engine::enterInParts(const MapContents& contents) try {
   throw std::runtime_error(std::string("the GPU has too little memory for this map, which was not "
                                        "loaded; clear_map frees that of the old one. ") +
                            error.what());
-}
-
-/// What a map is besides its blocks.
-void Engine::goOnFrom(const MapContents& head) {
-  ready();
-  if (head.painted) keepColours();  // also where it has no blocks
-  markAllDirty();
-  state_.frames = head.frames;
-  state_.supporting_frames = head.supporting_frames;
-  std::copy_n(head.exposure.begin(), 3, state_.exposure.gain);
-  if (space_ != nullptr) space_->restore(head);
-  noteStats();
 }
 
 void Engine::noteStats() {

@@ -90,9 +90,7 @@ std::vector<int32_t> enterContents(const MapContents& contents, const MeshStates
 
 /// @return whether they are released; else some or all are as they were.
 bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
-  MemoryDemand demand;
-  demand.changed = slots.size();
-  backend.reserve(demand);
+  backend.reserve({{}, 0, false, slots.size()});
   const auto batch = std::make_shared<std::pair<MapContents, MeshStates>>();
   auto& [contents, states] = *batch;
   contents.blocks = mapBlocks(table_, slots);
@@ -102,12 +100,10 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
   const UnitLabels* labels = words.labels;  // of the first one that stays
   std::vector<int32_t> released;
   for (size_t i = 0; i < slots.size(); ++i) {
-    const MeshState& state = states.states[i];
     labels = words.labels;
     const PagedBlock block{contents.blocks[i], table_.block(slots[i]).extractions,
-                           state.marks.dirty,  state.marks.painted,
-                           state.has_mesh,     state.has_labels};
-    if (!blocks_.put(block, words.next(block.block, block.has_labels, batch))) break;
+                           states.states[i]};
+    if (!blocks_.put(block, words.next(block.block, block.mesh.has_labels, batch))) break;
     released.push_back(slots[i]);
   }
   if (released.size() < slots.size()) {
@@ -136,8 +132,8 @@ size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
   for (const int32_t number : numbers) {
     const PagedBlock& block = blocks_.block(number);
     contents.blocks.push_back(block.block);
-    states.states.push_back({{block.dirty, block.painted}, block.has_mesh, block.has_labels});
-    labelled += block.has_labels ? 1 : 0;
+    states.states.push_back(block.mesh);
+    labelled += block.mesh.has_labels ? 1 : 0;
   }
   makeRoomForWords(contents);
   states.labels = PlainArray<UnitLabels>(labelled * kVoxelsPerBlock);
@@ -197,9 +193,9 @@ MeshUpdate Pager::takeDropped() {
 
 void Pager::markAll(const MeshMarks& marks) {
   for (const int32_t number : numbersOf(allPaged())) {
-    const PagedBlock& block = blocks_.block(number);
-    blocks_.setMarks(number, block.dirty || marks.dirty,
-                     block.painted || (marks.painted && block.has_mesh));
+    const MeshState& mesh = blocks_.block(number).mesh;
+    blocks_.setMarks(number, {mesh.marks.dirty || marks.dirty,
+                              mesh.marks.painted || (marks.painted && mesh.has_mesh)});
   }
 }
 
@@ -214,10 +210,10 @@ std::vector<MarkedKey> Pager::marked(MapBackend& backend, bool taken) {
   }
   if (!hasMarks()) return all;
   for (const int32_t number : numbersOf(allPaged())) {
-    const PagedBlock& block = blocks_.block(number);
-    if (!block.dirty && !block.painted) continue;
-    all.push_back({blocks_.keyOf(number), {block.dirty, block.painted}});
-    if (taken) blocks_.setMarks(number, false, false);
+    const MeshMarks marks = blocks_.block(number).mesh.marks;
+    if (!marks.any()) continue;
+    all.push_back({blocks_.keyOf(number), marks});
+    if (taken) blocks_.setMarks(number, {});
   }
   return all;
 }
@@ -228,8 +224,8 @@ void Pager::setMarks(MapBackend& backend, const std::vector<MarkedKey>& marked) 
     const int32_t slot = table_.find(key), number = slot < 0 ? blocks_.find(key) : -1;
     if (slot >= 0) slots.push_back({slot, marks});
     if (number < 0) continue;
-    const PagedBlock& block = blocks_.block(number);
-    blocks_.setMarks(number, block.dirty || marks.dirty, block.painted || marks.painted);
+    const MeshMarks known = blocks_.block(number).mesh.marks;
+    blocks_.setMarks(number, {known.dirty || marks.dirty, known.painted || marks.painted});
   }
   backend.setMarks(slots);
 }

@@ -59,10 +59,8 @@ std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,
                                                const MapContents& contents) {
   checkContents(contents);
-  checkFits(contents, params);
-  std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(params, rules);
-  mapper->restore(contents);
-  return mapper;
+  const std::shared_ptr<const MapContents> head(std::shared_ptr<void>(), &contents);
+  return makeProbedMapper(params, rules, MapParts{head, [&](const auto& take) { take(contents); }});
 }
 
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,

@@ -6,7 +6,7 @@
 namespace dtsdf {
 namespace {
 
-size_t isMarked(const PagedBlock& block) { return block.dirty || block.painted ? 1 : 0; }
+size_t isMarked(const PagedBlock& block) { return block.mesh.marks.any() ? 1 : 0; }
 
 }  // namespace
 
@@ -59,11 +59,10 @@ void PagedBlocks::erase(int32_t number) {
   free_numbers_.push_back(number);
 }
 
-void PagedBlocks::setMarks(int32_t number, bool dirty, bool painted) {
+void PagedBlocks::setMarks(int32_t number, const MeshMarks& marks) {
   PagedBlock& block = blocks_[static_cast<size_t>(number)];
   marked_ -= isMarked(block);
-  block.dirty = dirty;
-  block.painted = painted;
+  block.mesh.marks = marks;
   marked_ += isMarked(block);
 }
 

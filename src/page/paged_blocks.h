@@ -9,6 +9,7 @@
 
 #include "dtsdf_mapping/map_contents.h"
 #include "map/block_cells.h"
+#include "map/mesh_state.h"
 #include "map/slot_index.h"
 #include "page/record_store.h"
 
@@ -17,10 +18,9 @@ namespace dtsdf {
 /// What is known of a block on disk without reading it.
 struct PagedBlock {
   MapBlock block;
-  uint32_t extractions;           ///< Of its BlockEntry.
-  bool dirty, painted, has_mesh;  ///< As meshing left it.
-  bool has_labels;                ///< Labels of its units lie behind its voxels and colours.
-  StoredRecord record = {};       ///< Where what it holds lies, once it is put there.
+  uint32_t extractions;      ///< Of its BlockEntry.
+  MeshState mesh;            ///< Its labels lie behind its voxels and colours.
+  StoredRecord record = {};  ///< Where what it holds lies, once it is put there.
 };
 
 /// By numbers, which a block keeps as long as it is there.
@@ -48,7 +48,7 @@ class PagedBlocks {
   size_t count() const { return index_.size(); }
 
   /// Marks of a block for the next extraction, and how many blocks have any.
-  void setMarks(int32_t number, bool dirty, bool painted);
+  void setMarks(int32_t number, const MeshMarks& marks);
   size_t marked() const { return marked_; }
 
   /// Keys of blocks that something holds for, in no order: by coarse cells, then one by one.

@@ -127,7 +127,8 @@ TEST_F(RecordStoreTest, WaitsForADiskThatIsAway) {
 TEST_F(RecordStoreTest, HoldsBlocks) {
   PagedBlocks blocks(folder_.path(), size_t{1} << 20, kMostWaiting);
   const auto put = [&](int32_t x) {
-    return blocks.put({{{x, 0, 0}, 3, 0}, 7, x % 2 == 0, false, true, false}, bytesOf(recordOf(1)));
+    return blocks.put({{{x, 0, 0}, 3, 0}, 7, {{x % 2 == 0, false}, true, false}},
+                      bytesOf(recordOf(1)));
   };
   int32_t count = 0;
   while (put(count)) ++count;
@@ -138,7 +139,7 @@ TEST_F(RecordStoreTest, HoldsBlocks) {
   const int32_t number = blocks.find(packKey({4, 0, 0}));
   ASSERT_GE(number, 0);
   EXPECT_EQ(blocks.block(number).extractions, 7u);
-  blocks.setMarks(number, false, false);
+  blocks.setMarks(number, {});
   EXPECT_EQ(blocks.marked(), static_cast<size_t>((count + 1) / 2 - 1));
   blocks.erase(number);
   EXPECT_EQ(blocks.find(packKey({4, 0, 0})), -1);

@@ -1,11 +1,9 @@
 /// What belongs to a block beside its voxels and colours: what meshing knows of it.
 #pragma once
 
-#include <vector>
+#include <cstdint>
 
-#include "dtsdf_mapping/map_contents.h"
 #include "kernels/core/grid.h"
-#include "kernels/meshing/unit_samples.h"
 
 namespace dtsdf {
 
@@ -13,6 +11,8 @@ namespace dtsdf {
 struct MeshMarks {
   bool dirty = false;    ///< Its voxels changed.
   bool painted = false;  ///< Its colours changed.
+
+  DTSDF_HD bool any() const { return dirty || painted; }
 };
 
 /// A block of the map that is to be meshed again.
@@ -26,12 +26,6 @@ struct MeshState {
   MeshMarks marks;
   bool has_mesh = false;    ///< The last one that was handed out has triangles.
   bool has_labels = false;  ///< Its units have labels; else none of them says anything.
-};
-
-/// The same of some blocks, with the labels of all units, block by block, of those that have some.
-struct MeshStates {
-  std::vector<MeshState> states;
-  PlainArray<UnitLabels> labels;
 };
 
 }  // namespace dtsdf

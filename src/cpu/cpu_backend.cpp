@@ -251,12 +251,6 @@ void CpuBackend::beginMesh(int32_t least_evidence) {
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-MeshUpdate CpuBackend::finishMesh() {
-  MeshUpdate made = std::move(meshes_);
-  meshes_ = MeshUpdate();
-  return made;
-}
-
 void CpuBackend::reserve(const MemoryDemand& demand) {
   map_.voxels.resize(demand.map.after.arrays);
   mesher_.resize(demand.map.after.slots);

@@ -51,7 +51,7 @@ class CpuBackend : public MapBackend {
   void markAll(const MeshMarks& marks) override;
   void beginMesh(int32_t least_evidence) override;
   void waitForMeshes() override {}
-  MeshUpdate finishMesh() override;
+  MeshUpdate finishMesh() override { return std::exchange(meshes_, MeshUpdate()); }
 
   void reserve(const MemoryDemand& demand) override;
   void follow(const TableChanges& changes) override;

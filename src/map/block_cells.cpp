@@ -62,13 +62,7 @@ void BlockCells::renumber(const BlockKey& block, int32_t slot, int32_t new_slot)
   places_[static_cast<size_t>(new_slot)] = place;
 }
 
-void BlockCells::clear() {
-  cells_ = {};
-  last_ = 0;
-  numbers_.clear();
-  places_ = {};
-  if (groups_) groups_->clear();
-}
+void BlockCells::clear() { *this = BlockCells(); }
 
 size_t BlockCells::memoryBytes() const {
   return (groups_ ? groups_->memoryBytes() : 0) + numbers_.memoryBytes() +
@@ -76,13 +70,8 @@ size_t BlockCells::memoryBytes() const {
          2 * places_.capacity() * sizeof(uint32_t);  // the lists hold each slot once as well
 }
 
-bool mayBeInView(const FrameView& frame, const BlockCells::Cell& cell, float radius) {
-  constexpr int kSide = BlockCells::kSide;
-  return mayBeInView(frame, {cell.key.x * kSide, cell.key.y * kSide, cell.key.z * kSide}, kSide,
-                     radius);
-}
-
-bool mayBeInView(const FrameView& frame, const BlockKey& first, int side, float radius) {
+bool mayBeInView(const FrameView& frame, const Vec3i& cube, int side, float radius) {
+  const BlockKey first{cube.x * side, cube.y * side, cube.z * side};
   const auto voxels = static_cast<float>(side * kBlockSide);
   // Middles of blocks are at most so far from the cube's: half the root of 3.
   const float reach = 0.8661f * (voxels - static_cast<float>(kBlockSide));

@@ -68,23 +68,19 @@ inline Vec3i cellOfBlock(const BlockKey& block) {
   return {block.x >> kShift, block.y >> kShift, block.z >> kShift};
 }
 
-/// Whether a frame may see anything of balls, `radius` voxels wide, around the middles of a cell's
-/// blocks: true wherever mayBeInView() is for one of them.
-bool mayBeInView(const FrameView& frame, const BlockCells::Cell& cell, float radius);
-
-/// The same for the blocks of a cube, so many along each side of it.
-bool mayBeInView(const FrameView& frame, const BlockKey& first, int side, float radius);
+/// Whether a frame may see anything of balls, `radius` voxels wide, around the middles of the blocks
+/// of a cube, so many along each side of it: true wherever mayBeInView() is for one of them.
+/// @param cube Coordinates of its first block, divided by `side`.
+bool mayBeInView(const FrameView& frame, const Vec3i& cube, int side, float radius);
 
 template <class Visit>
 void BlockCells::visitInView(const FrameView& frame, float radius, const Visit& visit) const {
   constexpr int kGroupSide = kSide * kSide;
   for (const Cell& group : groups_->cells_) {
-    const Vec3i& key = group.key;
-    const BlockKey first{key.x * kGroupSide, key.y * kGroupSide, key.z * kGroupSide};
-    if (!mayBeInView(frame, first, kGroupSide, radius)) continue;
+    if (!mayBeInView(frame, group.key, kGroupSide, radius)) continue;
     for (const int32_t number : group.slots) {
       const Cell& cell = cells_[static_cast<size_t>(number)];
-      if (mayBeInView(frame, cell, radius)) visit(cell);
+      if (mayBeInView(frame, cell.key, kSide, radius)) visit(cell);
     }
   }
 }

@@ -186,10 +186,7 @@ PoolSizes BlockTable::countNew(const std::vector<BlockRequest>& requests) const 
 }
 
 bool BlockTable::release(int32_t slot, uint32_t directions) {
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if (directions >> d & 1) releaseArray(slot, d);
-  }
-  if (hasArrays(slot)) return false;
+  if (!releaseArrays(slot, directions)) return false;
   releaseBlock(slot);
   return true;
 }
@@ -197,10 +194,7 @@ bool BlockTable::release(int32_t slot, uint32_t directions) {
 bool BlockTable::hasArrays(int32_t slot) const { return directionsWithArrays(blocks_[slot]) != 0; }
 
 bool BlockTable::vacate(int32_t slot, uint32_t directions) {
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if (directions >> d & 1) releaseArray(slot, d);
-  }
-  if (hasArrays(slot)) return false;
+  if (!releaseArrays(slot, directions)) return false;
   if (!blocks_[slot].is_vacant) {
     blocks_[slot].is_vacant = true;
     (blocks_[slot].extractions == extractions_ ? unseen_ : vacant_).push_back(slot);
@@ -234,13 +228,17 @@ std::vector<int32_t> BlockTable::releaseVacant(const std::vector<int32_t>& slots
   return released;
 }
 
-void BlockTable::releaseArray(int32_t slot, int direction) {
-  int32_t& array = blocks_[slot].array[direction];
-  if (array == kNoArray) return;
-  releaseColours(array);
-  free_arrays_.push_back(array);
-  array = kNoArray;
-  --arrays_in_use_;
+/// @return whether the block has none now.
+bool BlockTable::releaseArrays(int32_t slot, uint32_t directions) {
+  for (int d = 0; d < kDirectionCount; ++d) {
+    int32_t& array = blocks_[slot].array[d];
+    if (array == kNoArray || !(directions >> d & 1)) continue;
+    releaseColours(array);
+    free_arrays_.push_back(array);
+    array = kNoArray;
+    --arrays_in_use_;
+  }
+  return !hasArrays(slot);
 }
 
 void BlockTable::releaseBlock(int32_t slot) {
@@ -251,22 +249,9 @@ void BlockTable::releaseBlock(int32_t slot) {
 }
 
 void BlockTable::clear() {
-  slots_.clear();
-  cells_.clear();
-  unlisted_.clear();
-  blocks_.clear();
-  free_slots_.clear();
-  free_arrays_.clear();
-  vacant_.clear();
-  unseen_.clear();
-  extractions_ = 0;
-  array_count_ = 0;
-  arrays_in_use_ = 0;
-  colour_of_.clear();
-  free_colours_.clear();
-  colour_count_ = 0;
-  colours_in_use_ = 0;
-  bytes_peak_ = 0;
+  const MapExtent extent = extent_;
+  *this = BlockTable(budget_bytes_);
+  extent_ = extent;
 }
 
 size_t BlockTable::bytesOf(int32_t slot) const {

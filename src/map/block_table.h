@@ -205,11 +205,6 @@ class BlockTable {
   /// Releases those blocks of a list that have no arrays. @return them.
   std::vector<int32_t> releaseVacant(const std::vector<int32_t>& slots);
 
-  void releaseArray(int32_t slot, int direction);
-
-  /// Releases a block that has no arrays left.
-  void releaseBlock(int32_t slot);
-
   void clear();
 
   /// Slots of all blocks, by packed key.
@@ -240,6 +235,8 @@ class BlockTable {
   bool hasArrays(int32_t slot) const;
   template <class Visit>
   void visitLacking(const std::vector<ColourRequest>& requests, const Visit& visit) const;
+  bool releaseArrays(int32_t slot, uint32_t directions);
+  void releaseBlock(int32_t slot);
   int32_t makeColour(int32_t array, int brick);
   void releaseColours(int32_t array);
   /// What a request wants beyond what is there.

@@ -155,9 +155,9 @@ TEST(BlockTable, ReleasedSlotsAndArraysAreUsedAgain) {
   const size_t slots = table.slotCount(), arrays = table.arrayCount();
   for (int round = 0; round < 10; ++round) {
     const int32_t slot = table.find(keyOf(1 + round));
-    for (int d = 0; d < kDirectionCount; ++d) table.releaseArray(slot, d);
-    table.releaseArray(slot, 0);  // twice is once
-    table.releaseBlock(slot);
+    table.vacate(slot, 0x01);
+    table.vacate(slot, 0x01);  // twice is once
+    EXPECT_TRUE(table.release(slot, 0x3f));
     EXPECT_EQ(table.find(keyOf(1 + round)), -1);
     EXPECT_EQ(table.blocksInUse(), 2u);
     EXPECT_EQ(table.arraysInUse(), 12u);

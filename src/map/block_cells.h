@@ -68,8 +68,8 @@ inline Vec3i cellOfBlock(const BlockKey& block) {
   return {block.x >> kShift, block.y >> kShift, block.z >> kShift};
 }
 
-/// Whether a frame may see anything of balls, `radius` voxels wide, around the middles of the blocks
-/// of a cube, so many along each side of it: true wherever mayBeInView() is for one of them.
+/// Whether a frame may see anything of balls, `radius` voxels wide, around the middles of the
+/// blocks of a cube, so many along each side of it: true wherever mayBeInView() is for one of them.
 /// @param cube Coordinates of its first block, divided by `side`.
 bool mayBeInView(const FrameView& frame, const Vec3i& cube, int side, float radius);
 

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "map/region_view.h"
-#include "meshing/mesh_origin.h"
 #include "meshing/mesh_stream.h"
 
 namespace dtsdf {

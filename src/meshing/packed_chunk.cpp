@@ -292,78 +292,51 @@ int facedWayOf(const Vec3f& normal) {
   return normal.z < 0.0f ? 5 : 4;
 }
 
-class Coarsener {
- public:
-  Coarsener(const PackedChunk& chunk, int cell_log2) : chunk_(chunk), cell_log2_(cell_log2) {
-    coarse_.origin = chunk.origin;
-  }
-
-  PackedChunk run() {
-    std::vector<uint32_t> number(chunk_.vertexCount());
-    for (size_t i = 0; i < number.size(); ++i) number[i] = numberOf(i);
-    for (size_t t = 0; t < chunk_.triangleCount(); ++t) {
-      const uint32_t a = number[chunk_.corner(3 * t)], b = number[chunk_.corner(3 * t + 1)],
-                     c = number[chunk_.corner(3 * t + 2)];
-      if (a != b && b != c && c != a) add({a, b, c});
-    }
-    return std::move(coarse_);
-  }
-
- private:
-  /// There are never more vertices than in the chunk, which checkChunk() has looked at: indices are
-  /// as wide as there.
-  void add(const std::array<uint32_t, 3>& triangle) {
-    for (const uint32_t vertex : triangle) {
-      if (chunk_.triangles32.empty()) {
-        coarse_.triangles16.push_back(static_cast<uint16_t>(vertex));
-      } else {
-        coarse_.triangles32.push_back(vertex);
-      }
-    }
-  }
-
-  uint32_t numberOf(size_t i) {
-    const int way = facedWayOf(normalOfPacked(chunk_.normals[2 * i], chunk_.normals[2 * i + 1]));
-    uint64_t key = static_cast<uint64_t>(way);
-    std::array<uint16_t, 3> middle;
-    for (int axis = 0; axis < 3; ++axis) {
-      const int64_t cell = (chunk_.origin[axis] + chunk_.positions[3 * i + axis]) >> cell_log2_;
-      const int64_t first = chunk_.origin[axis] >> cell_log2_;
-      key = key << 17 | static_cast<uint64_t>(cell - first);
-      middle[axis] = middleOf(axis, cell, way);
-    }
-    const auto next = static_cast<uint32_t>(coarse_.vertexCount());
-    const auto [entry, is_new] = numbers_.emplace(key, next);
-    if (is_new) addVertex(i, middle);
-    return entry->second;
-  }
-
-  uint16_t middleOf(int axis, int64_t cell, int way) const {
-    const int64_t size = int64_t{1} << cell_log2_;
-    int64_t middle = cell * size + size / 2 - chunk_.origin[axis];
-    if (way / 2 == axis) middle += way % 2 == 0 ? size / 4 : -size / 4;
-    return static_cast<uint16_t>(std::clamp<int64_t>(middle, 0, 65535));
-  }
-
-  void addVertex(size_t i, const std::array<uint16_t, 3>& position) {
-    coarse_.positions.insert(coarse_.positions.end(), position.begin(), position.end());
-    coarse_.normals.push_back(chunk_.normals[2 * i]);
-    coarse_.normals.push_back(chunk_.normals[2 * i + 1]);
-    if (chunk_.colours.empty()) return;
-    const auto colour = chunk_.colours.begin() + static_cast<std::ptrdiff_t>(3 * i);
-    coarse_.colours.insert(coarse_.colours.end(), colour, colour + 3);
-  }
-
-  const PackedChunk& chunk_;
-  int cell_log2_;
-  PackedChunk coarse_;
-  std::unordered_map<uint64_t, uint32_t> numbers_;
-};
-
 }  // namespace
 
 PackedChunk coarsen(const PackedChunk& chunk, int cell_log2) {
-  return Coarsener(chunk, cell_log2).run();
+  const int64_t size = int64_t{1} << cell_log2;
+  PackedChunk coarse;
+  coarse.origin = chunk.origin;
+  std::unordered_map<uint64_t, uint32_t> vertex_of_cell;
+  std::vector<uint32_t> number(chunk.vertexCount());
+  for (size_t i = 0; i < number.size(); ++i) {
+    const int way = facedWayOf(normalOfPacked(chunk.normals[2 * i], chunk.normals[2 * i + 1]));
+    uint64_t key = static_cast<uint64_t>(way);
+    for (int axis = 0; axis < 3; ++axis) {
+      const int64_t origin = chunk.origin[axis];
+      const int64_t cell = (origin + chunk.positions[3 * i + axis]) >> cell_log2;
+      key = key << 17 | static_cast<uint64_t>(cell - (origin >> cell_log2));
+    }
+    const auto next = static_cast<uint32_t>(coarse.vertexCount());
+    const auto [known, is_new] = vertex_of_cell.emplace(key, next);
+    number[i] = known->second;
+    if (!is_new) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      const int64_t origin = chunk.origin[axis];
+      const int64_t cell = (origin + chunk.positions[3 * i + axis]) >> cell_log2;
+      int64_t middle = cell * size + size / 2 - origin;
+      if (way / 2 == axis) middle += way % 2 == 0 ? size / 4 : -size / 4;
+      coarse.positions.push_back(static_cast<uint16_t>(std::clamp<int64_t>(middle, 0, 65535)));
+    }
+    coarse.normals.insert(coarse.normals.end(), &chunk.normals[2 * i], &chunk.normals[2 * i] + 2);
+    if (chunk.colours.empty()) continue;
+    coarse.colours.insert(coarse.colours.end(), &chunk.colours[3 * i], &chunk.colours[3 * i] + 3);
+  }
+  for (size_t t = 0; t < chunk.triangleCount(); ++t) {
+    const uint32_t a = number[chunk.corner(3 * t)], b = number[chunk.corner(3 * t + 1)],
+                   c = number[chunk.corner(3 * t + 2)];
+    if (a == b || b == c || c == a) continue;
+    // There are never more vertices than in the chunk: indices are as wide as there.
+    for (const uint32_t vertex : {a, b, c}) {
+      if (chunk.triangles32.empty()) {
+        coarse.triangles16.push_back(static_cast<uint16_t>(vertex));
+      } else {
+        coarse.triangles32.push_back(vertex);
+      }
+    }
+  }
+  return coarse;
 }
 
 }  // namespace dtsdf

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "dtsdf_mapping/space.h"
-#include "kernels/space/sectors.h"
+#include "kernels/space/cells.h"
 
 namespace dtsdf {
 

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "dtsdf_mapping/space.h"
-#include "space/distance_sector.h"
 #include "space/distance_task.h"
 
 namespace dtsdf {

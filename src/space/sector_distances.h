@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "space/distance_sector.h"
+#include "space/distance_task.h"
 
 namespace dtsdf {
 

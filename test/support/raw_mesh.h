@@ -3,7 +3,6 @@
 
 #include <vector>
 
-#include "meshing/mesh_origin.h"
 #include "meshing/mesh_stream.h"
 
 namespace dtsdf {

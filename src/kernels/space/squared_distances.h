@@ -3,7 +3,7 @@
 /// 27, 1994). They are whole numbers, so that any order of work gives the same.
 #pragma once
 
-#include "kernels/space/sectors.h"
+#include "kernels/space/cells.h"
 
 namespace dtsdf {
 

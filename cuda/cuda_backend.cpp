@@ -29,32 +29,145 @@ namespace {
 /// One map on a device, with all that is needed to fuse images into it and to mesh it.
 class CudaBackend : public MapBackend {
  public:
-  CudaBackend(const MapperParams& params, const Rules& rules, int device, const BlockTable& table);
+  CudaBackend(const MapperParams& params, const Rules& rules, int device, const BlockTable& table)
+      : params_(params),
+        fusion_rules_(rules.fusion),
+        device_(device),
+        table_(table),
+        map_(stream_),
+        aligner_(makeAlignmentSettings(params, rules), params.map.directional, stream_),
+        sensor_(params, rules, stream_),
+        surfel_maker_(params, rules.surfels, stream_),
+        block_finder_(makeFusionSettings(params, rules), stream_),
+        fusion_(params, rules, stream_),
+        clearing_(params, rules, stream_),
+        painter_(makePaintSettings(params, rules), stream_),
+        mesher_(makeMeshSettings(params, rules), params.map.directional, params.mesh.refine != 0),
+        renderer_(makeMeshSettings(params, rules), params.map.directional, stream_),
+        free_cell_finder_(cellGridOf(params), params.space.max_range_m, stream_),
+        distance_maker_(std::make_shared<DistanceMaker>(budgetOf(params).free_bytes)),
+        record_mover_(stream_) {
+    stream_.setClock(&clock_);
+    mesher_.setClock(&clock_);
+    painter_.setClock(&clock_);
+  }
+
   ~CudaBackend() override { stream_.drain(); }
 
-  BackendTraits traits() const override;
-  void enter() override { useDevice(device_); }
-  void profileTo(Profile* profile) override;
-  void addMemory(std::vector<MemoryPart>& parts) const override;
+  /// Where the device lacks memory for distances the host's threads work them out.
+  BackendTraits traits() const override {
+    BackendTraits traits;
+    traits.name = "cuda (" + deviceName() + ")";
+    traits.indexes_blocks_itself = true;
+    traits.distance_work = [maker = distance_maker_, device = device_](const DistanceTask& task,
+                                                                       auto& squares) {
+      useDevice(device);
+      try {
+        return maker->make(task, squares);
+      } catch (const BackendError& error) {
+        if (!error.lacksMemory()) throw;
+        return false;
+      }
+    };
+    return traits;
+  }
 
-  void takePoints(const DepthFrame& frame, const FrameView& view) override;
+  void enter() override { useDevice(device_); }
+  void profileTo(Profile* profile) override {
+    stream_.synchronize();
+    painter_.finishImage();
+    mesher_.complete();
+    clock_.profileTo(profile);
+  }
+
+  void addMemory(std::vector<MemoryPart>& parts) const override {
+    map_.addMemory(table_, parts);
+    mesher_.addMemory(parts);
+    raw_image_.addMemory("raw image", parts);
+    aligner_.addMemory(parts);
+    sensor_.addMemory(parts);
+    surfel_maker_.addMemory(parts);
+    block_finder_.addMemory(parts);
+    fusion_.addMemory(parts);
+    clearing_.addMemory(parts);
+    painter_.addMemory(parts);
+    renderer_.addMemory(parts);
+    record_mover_.addMemory(parts);
+    if (params_.space.enabled) {
+      free_cell_finder_.addMemory(parts);
+      distance_maker_->addMemory(parts);
+    }
+    parts.push_back(
+        {"block table (host)", MemoryKind::kStaging, table_.memoryBytes(), table_.memoryBytes()});
+  }
+
+  void takePoints(const DepthFrame& frame, const FrameView& view) override {
+    raw_image_.upload(rowsOf(frame), stream_);
+    aligner_.takePoints(view, rawDepthOf(frame));
+  }
+
   AlignmentSums sumsAt(const FrameView& view, float cutoff) override {
     return aligner_.sumsAt(view, cutoff, map_.view());
   }
-  void sense(const DepthFrame& frame, const FrameView& view) override;
+
+  void sense(const DepthFrame& frame, const FrameView& view) override {
+    raw_image_.upload(rowsOf(frame), stream_);
+    sensing_ = sensor_.sense(view, rawDepthOf(frame));
+    block_finder_.begin();
+  }
+
   void makeSurfels() override {
     surfels_ = surfel_maker_.makeSurfels(*sensing_, block_finder_.usableSurfels());
   }
+
   void findBlocks() override { block_finder_.mark(*sensing_, surfels_); }
-  TouchedBlocks lookUpBlocks() override;
-  void seeFree(std::vector<Vec3i> cubes) override;
-  void reserveFrame(const FusionPass& pass) override;
-  void castFoldAndClear(const FusionPass& pass) override;
-  FrameOutcome takeOutcome() override;
+  TouchedBlocks lookUpBlocks() override {
+    compareBlocks();
+    counters_ = block_finder_.waitForCounters();
+    while (counters_.table_full || counters_.usable_surfels > surfels_.room) findMore();
+    return {counters_.touched, block_finder_.fetchRequests(), counters_.requested_arrays};
+  }
+
+  /// The device works that off while the host admits blocks.
+  void seeFree(std::vector<Vec3i> cubes) override {
+    free_cell_finder_.find(sensing_->frame(), sensor_.freeDepth(), std::move(cubes));
+  }
+
+  void reserveFrame(const FusionPass& pass) override {
+    if (pass.part != nullptr) block_finder_.takePart(*pass.part, map_.view());
+    in_view_count_ = pass.in_view.size();
+    map_.noteDemand({counters_.requests, counters_.requested_arrays});
+    fusion_.reserve(counters_);
+    clearing_.reserve(counters_, in_view_count_);
+    clearing_.noteInView(*sensing_, pass.in_view);
+  }
+
+  void castFoldAndClear(const FusionPass& pass) override {
+    holdForProfile(stream_);
+    fusion_.castAndFold(*sensing_, surfels_, target(), counters_);
+    clearing_.findLooks(*sensing_, target(), pass.number);
+    most_dirty_ += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
+    clearing_.clear(*sensing_, target(), counters_, fusion_.covered(), pass.number);
+    mesher_.prepare();
+  }
+
+  FrameOutcome takeOutcome() override {
+    if (!clearing_.hasOutcome()) return {};
+    return {clearing_.takeEmptyBlocks(), free_cell_finder_.take()};
+  }
 
   void takeColours(const ColourFrame& frame) override { painter_.takeImage(frame); }
-  SeenColours look(const PaintView& look) override;
-  void paint(const Exposure& exposure) override;
+  SeenColours look(const PaintView& look) override {
+    painter_.look(look, table_.paintedExtent(), map_.view());
+    const LookCounters& seen = painter_.counters();
+    if (seen.seen == 0) return {};
+    return {true, seen.sums, painter_.fetchRequests()};
+  }
+
+  void paint(const Exposure& exposure) override {
+    painter_.paint(exposure, map_.view());
+    most_painted_ += std::min(painter_.counters().seen, painter_.counters().blocks);
+  }
 
   void render(const ViewRequest& request, RenderedView& view) override {
     waitForMeshes();  // they read labels, which a view brings up to date
@@ -62,36 +175,166 @@ class CudaBackend : public MapBackend {
     renderer_.render(request, map_.view(), is_labelled, view);
   }
 
-  void markAll(const MeshMarks& marks) override;
-  void beginMesh(int32_t least_evidence) override;
-  void waitForMeshes() override;
-  MeshUpdate finishMesh() override;
+  void markAll(const MeshMarks& marks) override {
+    if (marks.dirty) map_.markAllDirty();
+    if (marks.painted) map_.keepColours();
+    most_dirty_ += marks.dirty ? table_.slotCount() : 0;
+    most_painted_ += marks.painted ? table_.slotCount() : 0;
+  }
 
-  void reserve(const MemoryDemand& demand) override;
-  void follow(const TableChanges& changes) override;
+  void beginMesh(int32_t least_evidence) override {
+    stream_.record(map_ready_);
+    mesher_.begin(map_.view(), map_ready_, most_dirty_, most_painted_, least_evidence);
+    most_dirty_ = most_painted_ = 0;
+    block_finder_.prepare();
+    map_.reserveAhead(table_);
+  }
+
+  void waitForMeshes() override {
+    mesher_.complete();
+    map_.sendChanges();
+  }
+
+  MeshUpdate finishMesh() override {
+    waitForMeshes();
+    MeshUpdate made = mesher_.finish();
+    if (clock_.profile() != nullptr) {
+      stream_.synchronize();
+      painter_.finishImage();
+      clock_.collect();
+    }
+    return made;
+  }
+
+  void reserve(const MemoryDemand& demand) override {
+    if (demand.map.new_blocks > 0) map_.reserve(table_, demand.map);
+    if (demand.has_colours) map_.reserveColours(table_, demand.new_bricks);
+    if (demand.changed == 0) return;
+    map_.reserveChanges(demand.changed);
+    if (params_.map.page_folder.empty()) return;
+    record_mover_.reserve();
+    map_.reserveMarks(demand.changed);
+  }
+
+  void follow(const TableChanges& changes) override {
+    if (changes.new_arrays != nullptr) map_.enterBlocks(table_, changes.slots, *changes.new_arrays);
+    if (changes.new_bricks != nullptr) map_.enterColours(*changes.new_bricks);
+    if (changes.new_arrays != nullptr || changes.new_bricks != nullptr) return;
+    for (const int32_t slot : changes.slots) {
+      map_.note(makeSlotUpdate(table_.block(slot), slot, changes.dirty));
+    }
+    if (changes.dirty) most_dirty_ += changes.slots.size();
+    if (!mesher_.isUnderWay()) map_.sendChanges();
+  }
+
   std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots,
                                         const RegionView& region) override {
     return gpu::emptyRegion(slots, region, map_.view(), stream_);
   }
-  void copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) override;
-  void copyIn(const ContentsOrder& order, const MapContents& contents,
-              const MeshStates* given) override;
 
+  /// Whether labels say anything only the device knows: they always come along. Marks are taken
+  /// once nothing can lack memory any more.
+  void copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) override {
+    record_mover_.download(map_.voxels(), order.arrays, contents.voxels.data());
+    record_mover_.download(map_.colours(), order.bricks, contents.colours.data());
+    if (taken == nullptr) return;
+    const std::vector<int32_t>& slots = order.slots;
+    taken->labels = PlainArray<UnitLabels>(slots.size() * kVoxelsPerBlock);
+    taken->states.resize(slots.size());
+    record_mover_.download(map_.labels(), slots, taken->labels.data());
+    const std::vector<MeshMarks> marks = takeMarks(slots);
+    for (size_t i = 0; i < slots.size(); ++i) {
+      taken->states[i] = {marks[i], mesher_.takeHasMesh(slots[i]), true};
+    }
+  }
+
+  void copyIn(const ContentsOrder& order, const MapContents& contents,
+              const MeshStates* given) override {
+    record_mover_.upload(map_.voxels(), order.arrays, contents.voxels.data());
+    record_mover_.upload(map_.colours(), order.bricks, contents.colours.data());
+    if (given != nullptr) giveStates(order.slots, *given);
+  }
+
+  /// By the frustum alone: some of the others show nothing of what is free.
   std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
-                                    uint64_t frame_number) override;
+                                    uint64_t frame_number) override {
+    std::vector<PackedKey> keys = block_finder_.fetchTouched();
+    if (!sensing_->hasFreeDepth()) return keys;
+    const FrameView& frame = sensing_->frame();
+    const BlockKey origin = blockOfVoxel(frame.origin_voxel);
+    for (const PackedKey key : others) {
+      const bool is_in_turn = isInTurn(key, frame_number, fusion_rules_);
+      if (is_in_turn && mayBeInView(frame, unpackKey(key) - origin)) keys.push_back(key);
+    }
+    return keys;
+  }
+
   std::vector<PackedKey> alignedKeys(const FrameView& view, float cutoff) override {
     return aligner_.keysAt(view, cutoff);
   }
-  std::vector<MarkedSlot> marked(bool taken) override;
-  void setMarks(const std::vector<MarkedSlot>& marked) override;
+
+  std::vector<MarkedSlot> marked(bool taken) override {
+    if (!hasMarks()) return {};
+    const std::vector<MarkedSlot> marked = map_.marked();
+    if (!taken) return marked;
+    std::vector<int32_t> slots;
+    for (const MarkedSlot& one : marked) slots.push_back(one.slot);
+    takeMarks(slots);
+    return marked;
+  }
+
+  void setMarks(const std::vector<MarkedSlot>& marked) override {
+    map_.setMarks(marked);
+    most_dirty_ += marked.size();
+    most_painted_ += marked.size();
+  }
 
  private:
-  void compareBlocks();
+  /// Surfels are cast while the host admits blocks: nothing before needs them, nor free depths.
+  void compareBlocks() {
+    block_finder_.compare(*sensing_, map_.view());
+    fusion_.castAhead(*sensing_, surfels_, block_finder_.view());
+    sensor_.findFreeDepths(*sensing_);
+  }
+
   bool hasMarks() const { return most_dirty_ + most_painted_ > 0; }
-  std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots);
-  void giveStates(const std::vector<int32_t>& slots, const MeshStates& given);
-  RawDepth rawDepthOf(const DepthFrame& frame) const;
-  void findMore();
+  /// The host knows where nothing is marked.
+  std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots) {
+    return hasMarks() ? map_.takeMarks(slots) : std::vector<MeshMarks>(slots.size());
+  }
+
+  /// Marks are those of the slots from now on, whatever had these before.
+  void giveStates(const std::vector<int32_t>& slots, const MeshStates& given) {
+    record_mover_.upload(map_.labels(), slots, given.labels.data());
+    takeMarks(slots);
+    std::vector<MarkedSlot> marked;
+    for (size_t i = 0; i < slots.size(); ++i) {
+      const MeshState& state = given.states[i];
+      mesher_.setHasMesh(slots[i], state.has_mesh);
+      if (state.marks.any()) marked.push_back({slots[i], state.marks});
+    }
+    setMarks(marked);
+  }
+
+  RawDepth rawDepthOf(const DepthFrame& frame) const {
+    return {raw_image_.data(), frame.encoding == DepthEncoding::kUint16,
+            depthRangeOf(frame, params_)};
+  }
+
+  /// Once more with larger buffers: there were more surfels or blocks than expected.
+  void findMore() {
+    if (counters_.usable_surfels > surfels_.room) {
+      block_finder_.begin();
+      surfels_ = surfel_maker_.makeMoreSurfels(*sensing_, counters_.usable_surfels,
+                                               block_finder_.usableSurfels());
+    } else {
+      block_finder_.grow();
+    }
+    findBlocks();
+    compareBlocks();
+    counters_ = block_finder_.waitForCounters();
+  }
+
   FusionTarget target() const { return {map_.view(), block_finder_.view()}; }
 
   const MapperParams params_;
@@ -121,283 +364,6 @@ class CudaBackend : public MapBackend {
   FrameCounters counters_ = {};
   size_t most_dirty_ = 0, most_painted_ = 0;  ///< Lengths, at most, of the device's lists.
 };
-
-CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int device,
-                         const BlockTable& table)
-    : params_(params),
-      fusion_rules_(rules.fusion),
-      device_(device),
-      table_(table),
-      map_(stream_),
-      aligner_(makeAlignmentSettings(params, rules), params.map.directional, stream_),
-      sensor_(params, rules, stream_),
-      surfel_maker_(params, rules.surfels, stream_),
-      block_finder_(makeFusionSettings(params, rules), stream_),
-      fusion_(params, rules, stream_),
-      clearing_(params, rules, stream_),
-      painter_(makePaintSettings(params, rules), stream_),
-      mesher_(makeMeshSettings(params, rules), params.map.directional, params.mesh.refine != 0),
-      renderer_(makeMeshSettings(params, rules), params.map.directional, stream_),
-      free_cell_finder_(cellGridOf(params), params.space.max_range_m, stream_),
-      distance_maker_(std::make_shared<DistanceMaker>(budgetOf(params).free_bytes)),
-      record_mover_(stream_) {
-  stream_.setClock(&clock_);
-  mesher_.setClock(&clock_);
-  painter_.setClock(&clock_);
-}
-
-void CudaBackend::profileTo(Profile* profile) {
-  stream_.synchronize();
-  painter_.finishImage();
-  mesher_.complete();
-  clock_.profileTo(profile);
-}
-
-void CudaBackend::takePoints(const DepthFrame& frame, const FrameView& view) {
-  raw_image_.upload(rowsOf(frame), stream_);
-  aligner_.takePoints(view, rawDepthOf(frame));
-}
-
-RawDepth CudaBackend::rawDepthOf(const DepthFrame& frame) const {
-  return {raw_image_.data(), frame.encoding == DepthEncoding::kUint16,
-          depthRangeOf(frame, params_)};
-}
-
-void CudaBackend::sense(const DepthFrame& frame, const FrameView& view) {
-  raw_image_.upload(rowsOf(frame), stream_);
-  sensing_ = sensor_.sense(view, rawDepthOf(frame));
-  block_finder_.begin();
-}
-
-/// Surfels are cast while the host admits blocks: nothing before needs them, nor free depths.
-void CudaBackend::compareBlocks() {
-  block_finder_.compare(*sensing_, map_.view());
-  fusion_.castAhead(*sensing_, surfels_, block_finder_.view());
-  sensor_.findFreeDepths(*sensing_);
-}
-
-/// The device works that off while the host admits blocks.
-void CudaBackend::seeFree(std::vector<Vec3i> cubes) {
-  free_cell_finder_.find(sensing_->frame(), sensor_.freeDepth(), std::move(cubes));
-}
-
-/// Where the device lacks memory for distances the host's threads work them out.
-BackendTraits CudaBackend::traits() const {
-  BackendTraits traits;
-  traits.name = "cuda (" + deviceName() + ")";
-  traits.indexes_blocks_itself = true;
-  traits.distance_work = [maker = distance_maker_, device = device_](const DistanceTask& task,
-                                                                     auto& squares) {
-    useDevice(device);
-    try {
-      return maker->make(task, squares);
-    } catch (const BackendError& error) {
-      if (!error.lacksMemory()) throw;
-      return false;
-    }
-  };
-  return traits;
-}
-
-TouchedBlocks CudaBackend::lookUpBlocks() {
-  compareBlocks();
-  counters_ = block_finder_.waitForCounters();
-  while (counters_.table_full || counters_.usable_surfels > surfels_.room) findMore();
-  return {counters_.touched, block_finder_.fetchRequests(), counters_.requested_arrays};
-}
-
-/// Once more with larger buffers: there were more surfels or blocks than expected.
-void CudaBackend::findMore() {
-  if (counters_.usable_surfels > surfels_.room) {
-    block_finder_.begin();
-    surfels_ = surfel_maker_.makeMoreSurfels(*sensing_, counters_.usable_surfels,
-                                             block_finder_.usableSurfels());
-  } else {
-    block_finder_.grow();
-  }
-  findBlocks();
-  compareBlocks();
-  counters_ = block_finder_.waitForCounters();
-}
-
-void CudaBackend::reserveFrame(const FusionPass& pass) {
-  if (pass.part != nullptr) block_finder_.takePart(*pass.part, map_.view());
-  in_view_count_ = pass.in_view.size();
-  map_.noteDemand({counters_.requests, counters_.requested_arrays});
-  fusion_.reserve(counters_);
-  clearing_.reserve(counters_, in_view_count_);
-  clearing_.noteInView(*sensing_, pass.in_view);
-}
-
-void CudaBackend::castFoldAndClear(const FusionPass& pass) {
-  holdForProfile(stream_);
-  fusion_.castAndFold(*sensing_, surfels_, target(), counters_);
-  clearing_.findLooks(*sensing_, target(), pass.number);
-  most_dirty_ += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
-  clearing_.clear(*sensing_, target(), counters_, fusion_.covered(), pass.number);
-  mesher_.prepare();
-}
-
-SeenColours CudaBackend::look(const PaintView& look) {
-  painter_.look(look, table_.paintedExtent(), map_.view());
-  const LookCounters& seen = painter_.counters();
-  if (seen.seen == 0) return {};
-  return {true, seen.sums, painter_.fetchRequests()};
-}
-
-void CudaBackend::paint(const Exposure& exposure) {
-  painter_.paint(exposure, map_.view());
-  most_painted_ += std::min(painter_.counters().seen, painter_.counters().blocks);
-}
-
-FrameOutcome CudaBackend::takeOutcome() {
-  if (!clearing_.hasOutcome()) return {};
-  return {clearing_.takeEmptyBlocks(), free_cell_finder_.take()};
-}
-
-void CudaBackend::markAll(const MeshMarks& marks) {
-  if (marks.dirty) map_.markAllDirty();
-  if (marks.painted) map_.keepColours();
-  most_dirty_ += marks.dirty ? table_.slotCount() : 0;
-  most_painted_ += marks.painted ? table_.slotCount() : 0;
-}
-
-void CudaBackend::beginMesh(int32_t least_evidence) {
-  stream_.record(map_ready_);
-  mesher_.begin(map_.view(), map_ready_, most_dirty_, most_painted_, least_evidence);
-  most_dirty_ = most_painted_ = 0;
-  block_finder_.prepare();
-  map_.reserveAhead(table_);
-}
-
-void CudaBackend::waitForMeshes() {
-  mesher_.complete();
-  map_.sendChanges();
-}
-
-MeshUpdate CudaBackend::finishMesh() {
-  waitForMeshes();
-  MeshUpdate made = mesher_.finish();
-  if (clock_.profile() != nullptr) {
-    stream_.synchronize();
-    painter_.finishImage();
-    clock_.collect();
-  }
-  return made;
-}
-
-void CudaBackend::reserve(const MemoryDemand& demand) {
-  if (demand.map.new_blocks > 0) map_.reserve(table_, demand.map);
-  if (demand.has_colours) map_.reserveColours(table_, demand.new_bricks);
-  if (demand.changed == 0) return;
-  map_.reserveChanges(demand.changed);
-  if (params_.map.page_folder.empty()) return;
-  record_mover_.reserve();
-  map_.reserveMarks(demand.changed);
-}
-
-void CudaBackend::follow(const TableChanges& changes) {
-  if (changes.new_arrays != nullptr) map_.enterBlocks(table_, changes.slots, *changes.new_arrays);
-  if (changes.new_bricks != nullptr) map_.enterColours(*changes.new_bricks);
-  if (changes.new_arrays != nullptr || changes.new_bricks != nullptr) return;
-  for (const int32_t slot : changes.slots) {
-    map_.note(makeSlotUpdate(table_.block(slot), slot, changes.dirty));
-  }
-  if (changes.dirty) most_dirty_ += changes.slots.size();
-  if (!mesher_.isUnderWay()) map_.sendChanges();
-}
-
-/// Whether labels say anything only the device knows: they always come along. Marks are taken once
-/// nothing can lack memory any more.
-void CudaBackend::copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) {
-  record_mover_.download(map_.voxels(), order.arrays, contents.voxels.data());
-  record_mover_.download(map_.colours(), order.bricks, contents.colours.data());
-  if (taken == nullptr) return;
-  const std::vector<int32_t>& slots = order.slots;
-  taken->labels = PlainArray<UnitLabels>(slots.size() * kVoxelsPerBlock);
-  taken->states.resize(slots.size());
-  record_mover_.download(map_.labels(), slots, taken->labels.data());
-  const std::vector<MeshMarks> marks = takeMarks(slots);
-  for (size_t i = 0; i < slots.size(); ++i) {
-    taken->states[i] = {marks[i], mesher_.takeHasMesh(slots[i]), true};
-  }
-}
-
-void CudaBackend::copyIn(const ContentsOrder& order, const MapContents& contents,
-                         const MeshStates* given) {
-  record_mover_.upload(map_.voxels(), order.arrays, contents.voxels.data());
-  record_mover_.upload(map_.colours(), order.bricks, contents.colours.data());
-  if (given != nullptr) giveStates(order.slots, *given);
-}
-
-/// Marks are those of the slots from now on, whatever had these before.
-void CudaBackend::giveStates(const std::vector<int32_t>& slots, const MeshStates& given) {
-  record_mover_.upload(map_.labels(), slots, given.labels.data());
-  takeMarks(slots);
-  std::vector<MarkedSlot> marked;
-  for (size_t i = 0; i < slots.size(); ++i) {
-    const MeshState& state = given.states[i];
-    mesher_.setHasMesh(slots[i], state.has_mesh);
-    if (state.marks.any()) marked.push_back({slots[i], state.marks});
-  }
-  setMarks(marked);
-}
-
-/// By the frustum alone: some of the others show nothing of what is free.
-std::vector<PackedKey> CudaBackend::neededKeys(const std::vector<PackedKey>& others,
-                                               uint64_t frame_number) {
-  std::vector<PackedKey> keys = block_finder_.fetchTouched();
-  if (!sensing_->hasFreeDepth()) return keys;
-  const FrameView& frame = sensing_->frame();
-  const BlockKey origin = blockOfVoxel(frame.origin_voxel);
-  for (const PackedKey key : others) {
-    const bool is_in_turn = isInTurn(key, frame_number, fusion_rules_);
-    if (is_in_turn && mayBeInView(frame, unpackKey(key) - origin)) keys.push_back(key);
-  }
-  return keys;
-}
-
-/// The host knows where nothing is marked.
-std::vector<MeshMarks> CudaBackend::takeMarks(const std::vector<int32_t>& slots) {
-  return hasMarks() ? map_.takeMarks(slots) : std::vector<MeshMarks>(slots.size());
-}
-
-std::vector<MarkedSlot> CudaBackend::marked(bool taken) {
-  if (!hasMarks()) return {};
-  const std::vector<MarkedSlot> marked = map_.marked();
-  if (!taken) return marked;
-  std::vector<int32_t> slots;
-  for (const MarkedSlot& one : marked) slots.push_back(one.slot);
-  takeMarks(slots);
-  return marked;
-}
-
-void CudaBackend::setMarks(const std::vector<MarkedSlot>& marked) {
-  map_.setMarks(marked);
-  most_dirty_ += marked.size();
-  most_painted_ += marked.size();
-}
-
-void CudaBackend::addMemory(std::vector<MemoryPart>& parts) const {
-  map_.addMemory(table_, parts);
-  mesher_.addMemory(parts);
-  raw_image_.addMemory("raw image", parts);
-  aligner_.addMemory(parts);
-  sensor_.addMemory(parts);
-  surfel_maker_.addMemory(parts);
-  block_finder_.addMemory(parts);
-  fusion_.addMemory(parts);
-  clearing_.addMemory(parts);
-  painter_.addMemory(parts);
-  renderer_.addMemory(parts);
-  record_mover_.addMemory(parts);
-  if (params_.space.enabled) {
-    free_cell_finder_.addMemory(parts);
-    distance_maker_->addMemory(parts);
-  }
-  parts.push_back(
-      {"block table (host)", MemoryKind::kStaging, table_.memoryBytes(), table_.memoryBytes()});
-}
 
 }  // namespace
 }  // namespace gpu

@@ -5,9 +5,25 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <memory>
+#include <optional>
+#include <utility>
 
 #include "backend/frame_check.h"
+#include "backend/map_backend.h"
 #include "backend/rule_settings.h"
+#include "backend/rules.h"
+#include "cpu/align.h"
+#include "cpu/block_mesher.h"
+#include "cpu/clear.h"
+#include "cpu/find_blocks.h"
+#include "cpu/make_surfels.h"
+#include "cpu/paint.h"
+#include "cpu/render.h"
+#include "cpu/see_free.h"
+#include "cpu/sense.h"
+#include "cpu/voxel_store.h"
+#include "dtsdf_mapping/params/mapper_params.h"
 #include "kernels/core/direction.h"
 #include "kernels/core/region.h"
 #include "kernels/fusion/free_space.h"
@@ -46,6 +62,348 @@ EmptiedBlock emptyBlock(const BlockEntry& entry, const RegionView& region, Voxel
   return result;
 }
 
+/// One map in the host's memory, with all that is needed to fuse images into it and to mesh it.
+class CpuBackend : public MapBackend {
+ public:
+  CpuBackend(const MapperParams& params, const Rules& rules, const BlockTable& table)
+      : params_(params),
+        rules_(rules),
+        fusion_(makeFusionSettings(params, rules)),
+        threads_(cpuThreads(params)),
+        map_{table, {}, {}},
+        aligner_(makeAlignmentSettings(params, rules), params.map.directional, threads_),
+        sensor_(params, rules, threads_),
+        surfel_maker_(params, rules.surfels, threads_),
+        block_finder_(fusion_, threads_),
+        painter_(makePaintSettings(params, rules), threads_),
+        mesher_(map_, makeMeshSettings(params, rules), params.map.directional, threads_,
+                params.mesh.refine != 0),
+        renderer_(map_, mesher_, threads_),
+        free_cell_finder_(params, threads_) {}
+
+  BackendTraits traits() const override {
+    BackendTraits traits;
+    traits.name = "cpu (" + std::to_string(threads_) + (threads_ == 1 ? " thread)" : " threads)");
+    traits.meshes_at_once = true;
+    return traits;
+  }
+
+  void enter() override {}
+  void profileTo(Profile* profile) override {
+    profile_ = profile;
+    mesher_.profileTo(profile);
+  }
+
+  void addMemory(std::vector<MemoryPart>& parts) const override {
+    constexpr auto kMap = MemoryKind::kMap, kIndices = MemoryKind::kIndices,
+                   kScratch = MemoryKind::kScratch;
+    const size_t books =
+        map_.table.memoryBytes() + last_touched_.capacity() * sizeof(last_touched_[0]);
+    parts.insert(
+        parts.end(),
+        {{"voxels", kMap, map_.table.arraysInUse() * BlockTable::kArrayBytes, map_.voxels.bytes()},
+         {"colours", kMap, map_.table.coloursInUse() * BlockTable::kColourBytes,
+          map_.colours.bytes()},
+         {"block table", kIndices, books, books},
+         {"unit indices", kIndices, mesher_.bytes(), mesher_.bytes()},
+         {"images", kScratch, sensor_.bytes(), sensor_.bytes()},
+         {"surfels", kScratch, surfel_maker_.bytes(), surfel_maker_.bytes()},
+         {"surfels by block", kScratch, block_finder_.bytes(), block_finder_.bytes()},
+         {"colour image", kScratch, painter_.bytes(), painter_.bytes()},
+         {"rendered view", kScratch, renderer_.bytes(), renderer_.bytes()}});
+    if (!params_.space.enabled) return;
+    parts.push_back(
+        {"free depths", kScratch, free_cell_finder_.bytes(), free_cell_finder_.bytes()});
+  }
+
+  void takePoints(const DepthFrame& frame, const FrameView& view) override {
+    aligner_.takePoints(frame, view, depthRangeOf(frame, params_));
+  }
+
+  AlignmentSums sumsAt(const FrameView& view, float cutoff) override {
+    return aligner_.sumsAt(view, cutoff, map_);
+  }
+
+  void sense(const DepthFrame& frame, const FrameView&) override {
+    const StageTimer timer(profile_, Stage::kSense);
+    sensing_ = sensor_.sense(frame);
+  }
+
+  void makeSurfels() override {
+    const StageTimer timer(profile_, Stage::kMakeSurfels);
+    surfel_maker_.makeSurfels(sensing_);
+  }
+
+  void findBlocks() override {
+    const StageTimer timer(profile_, Stage::kFindBlocks);
+    block_finder_.findBlocks(surfel_maker_.lists(), sensing_);
+  }
+
+  TouchedBlocks lookUpBlocks() override {
+    const StageTimer timer(profile_, Stage::kFindBlocks);
+    TouchedBlocks touched;
+    touched.blocks = block_finder_.touched().size();
+    for (const TouchedBlock& block : block_finder_.touched()) {
+      const int32_t slot = map_.table.find(block.key);
+      uint32_t missing = block.directions;
+      if (slot >= 0) missing &= ~directionsWithArrays(map_.table.block(slot));
+      if (missing != 0) touched.requests.push_back({block.key, block.directions});
+    }
+    touched.new_arrays = map_.table.countNew(touched.requests).arrays;
+    return touched;
+  }
+
+  void seeFree(std::vector<Vec3i> cubes) override {
+    const StageTimer timer(profile_, Stage::kSeeFree);
+    free_cubes_ = free_cell_finder_.find(sensing_, cubes);
+  }
+
+  void reserveFrame(const FusionPass&) override {}
+
+  /// Three stages in one loop over the blocks: the sums of a block stay in a thread's cache. In a
+  /// profile all of it is cast.
+  void castFoldAndClear(const FusionPass& pass) override {
+    const std::vector<TouchedBlock>& blocks = block_finder_.touched();
+    std::vector<EmptyBlock> outcome(blocks.size(), EmptyBlock{-1, 0});
+    last_touched_.resize(map_.table.slotCount(), 0);
+    std::optional<StageTimer> timer(std::in_place, profile_, Stage::kCast);
+    parallelFor<BlockSums>(blocks.size(), threads_, [&](size_t i, BlockSums& sums) {
+      const int32_t slot = map_.table.find(blocks[i].key);
+      if (slot < 0 || !isInPart(blocks[i].key, pass)) return;
+      outcome[i] = {slot, fuseBlock(blocks[i], map_.table.block(slot), pass, sums)};
+      last_touched_[slot] = pass.number;
+    });
+    timer.emplace(profile_, Stage::kClear);
+    for (const EmptyBlock& block : outcome) {
+      if (block.slot < 0) continue;
+      mesher_.markDirty(block.slot);
+      if (block.directions != 0) outcome_.empty.push_back(block);
+    }
+    if (!free_cubes_.empty()) outcome_.free = std::exchange(free_cubes_, {});
+    if (clearsFreeSpace(params_)) lookAround(pass);
+  }
+
+  FrameOutcome takeOutcome() override { return std::exchange(outcome_, FrameOutcome()); }
+
+  void takeColours(const ColourFrame& frame) override {
+    const StageTimer timer(profile_, Stage::kPaint);
+    painter_.takeImage(frame);
+  }
+
+  SeenColours look(const PaintView& look) override {
+    const StageTimer timer(profile_, Stage::kPaint);
+    SeenColours seen = painter_.look(look, map_);
+    seen.requests = painter_.requests(map_);
+    return seen;
+  }
+
+  void paint(const Exposure& exposure) override {
+    const StageTimer timer(profile_, Stage::kPaint);
+    for (const int32_t slot : painter_.paint(exposure, map_)) mesher_.markPainted(slot);
+  }
+
+  void render(const ViewRequest& request, RenderedView& view) override {
+    const StageTimer timer(profile_, Stage::kRender);
+    renderer_.render(request.frame, request.least_evidence, request.has_colours, view);
+  }
+
+  void markAll(const MeshMarks& marks) override {
+    if (marks.dirty) mesher_.markAllDirty();
+    if (marks.painted) mesher_.keepColours();
+  }
+
+  void beginMesh(int32_t least_evidence) override {
+    const auto start = std::chrono::steady_clock::now();
+    meshes_ = mesher_.update(least_evidence);
+    meshes_.duration_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  }
+
+  void waitForMeshes() override {}
+  MeshUpdate finishMesh() override { return std::exchange(meshes_, MeshUpdate()); }
+
+  void reserve(const MemoryDemand& demand) override {
+    map_.voxels.resize(demand.map.after.arrays);
+    mesher_.resize(demand.map.after.slots);
+    map_.colours.resize(map_.table.colourCount() + demand.new_bricks);
+  }
+
+  void follow(const TableChanges& changes) override {
+    for (const int32_t slot : changes.slots) {
+      if (!map_.table.block(slot).in_use) {
+        mesher_.forget(slot);
+        if (static_cast<size_t>(slot) < last_touched_.size()) last_touched_[slot] = 0;
+      } else if (changes.dirty) {
+        mesher_.markDirty(slot);
+      }
+    }
+    if (changes.new_arrays != nullptr) {
+      const std::vector<int32_t>& arrays = *changes.new_arrays;
+      parallelFor<kArraysAtATime>(arrays.size(), threads_, [&](size_t i) {
+        std::memset(map_.voxels.array(arrays[i]), 0, BlockTable::kArrayBytes);
+      });
+    }
+    if (changes.new_bricks == nullptr) return;
+    for (const NewBrick& brick : *changes.new_bricks) {
+      std::memset(map_.colours.array(brick.colours), 0, BlockTable::kColourBytes);
+    }
+  }
+
+  std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots,
+                                        const RegionView& region) override {
+    std::vector<EmptiedBlock> emptied(slots.size());
+    parallelFor(slots.size(), threads_, [&](size_t i) {
+      const BlockEntry& entry = map_.table.block(slots[i]);
+      emptied[i] = emptyBlock(entry, region, map_.voxels);
+      if (emptied[i].voxels > 0 && map_.table.coloursInUse() > 0) {
+        forgetColours(entry, kAllDirections, map_);
+      }
+    });
+    return emptied;
+  }
+
+  void copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) override {
+    parallelFor<kArraysAtATime>(order.arrays.size(), threads_, [&](size_t i) {
+      std::memcpy(contents.voxels.data() + i * kVoxelsPerBlock, map_.voxels.array(order.arrays[i]),
+                  BlockTable::kArrayBytes);
+    });
+    parallelFor<kArraysAtATime>(order.bricks.size(), threads_, [&](size_t i) {
+      std::memcpy(contents.colours.data() + i * kVoxelsPerBrick,
+                  map_.colours.array(order.bricks[i]), BlockTable::kColourBytes);
+    });
+    if (taken != nullptr) *taken = mesher_.takeStates(order.slots);
+  }
+
+  void copyIn(const ContentsOrder& order, const MapContents& contents,
+              const MeshStates* given) override {
+    parallelFor<kArraysAtATime>(order.arrays.size(), threads_, [&](size_t i) {
+      std::memcpy(map_.voxels.array(order.arrays[i]), contents.voxels.data() + i * kVoxelsPerBlock,
+                  BlockTable::kArrayBytes);
+    });
+    parallelFor<kArraysAtATime>(order.bricks.size(), threads_, [&](size_t i) {
+      std::memcpy(map_.colours.array(order.bricks[i]),
+                  contents.colours.data() + i * kVoxelsPerBrick, BlockTable::kColourBytes);
+    });
+    if (given != nullptr) mesher_.enterStates(order.slots, *given);
+  }
+
+  std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
+                                    uint64_t frame_number) override {
+    std::vector<PackedKey> keys;
+    for (const TouchedBlock& block : block_finder_.touched()) keys.push_back(block.key);
+    for (const PackedKey key : others) {
+      if (isInTurnToBeSeenThrough(unpackKey(key), frame_number)) keys.push_back(key);
+    }
+    return keys;
+  }
+
+  std::vector<PackedKey> alignedKeys(const FrameView& view, float cutoff) override {
+    return aligner_.keysAt(view, cutoff);
+  }
+
+  std::vector<MarkedSlot> marked(bool taken) override {
+    std::vector<MarkedSlot> marked;
+    for (const int32_t slot : mesher_.marked()) {
+      marked.push_back({slot, taken ? mesher_.takeMarks(slot) : mesher_.marksOf(slot)});
+    }
+    return marked;
+  }
+
+  void setMarks(const std::vector<MarkedSlot>& marked) override {
+    for (const MarkedSlot& one : marked) mesher_.setMarks(one.slot, one.marks);
+  }
+
+ private:
+  bool isInTurnToBeSeenThrough(const BlockKey& key, uint64_t frame_number) const {
+    if (!isInTurn(packKey(key), frame_number, rules_.fusion)) return false;
+    const FrameView& frame = sensing_.image.frame;
+    const Vec3i block_L = key - blockOfVoxel(frame.origin_voxel);
+    return mayBeInView(frame, block_L) &&
+           maySeeThroughBlock(sensing_, toFloat(firstVoxelOfBlock(block_L)),
+                              fusion_.truncation_voxels);
+  }
+
+  /// Safe to call for different blocks from different threads. @return directions left empty.
+  uint32_t fuseBlock(const TouchedBlock& block, const BlockEntry& entry, const FusionPass& pass,
+                     BlockSums& sums) {
+    const FrameView& frame = sensing_.image.frame;
+    const bool casts = castsSurfels(params_);
+    // A voxel is projected to whichever surfel it falls on, also to one that touches other blocks.
+    const uint32_t directions = casts ? block.directions : kAllDirections;
+    prefetchBlock(entry, map_, directions);
+    if (casts) {
+      cast(block, block_finder_, fusion_, sums);
+    } else {
+      project(block, surfel_maker_.lists().front(), frame, fusion_, sums);
+    }
+    const float depth_weight = blockDepthWeight(frame, block.block_L, rules_.fusion);
+    uint32_t empty = fold(sums, directions, entry, depth_weight, fusion_, map_.voxels);
+    if (clearsFreeSpace(params_)) {
+      const BlockLook look{block.block_L, isInTurn(block.key, pass.number, rules_.fusion), &sums,
+                           directions, params_.map.directional};
+      empty |= clear(look, entry).empty_directions;
+    }
+    return empty;
+  }
+
+  /// Safe to call for different blocks from different threads.
+  ClearedBlock clear(const BlockLook& look, const BlockEntry& entry) {
+    const ClearedBlock cleared = clearBlock(look, entry, sensing_, rules_.fusion, map_.voxels);
+    if (cleared.emptied_directions != 0 && map_.table.coloursInUse() > 0) {
+      forgetColours(entry, cleared.emptied_directions, map_);
+    }
+    return cleared;
+  }
+
+  /// Clears blocks that the frame does not touch, those whose turn it is.
+  void lookAround(const FusionPass& pass) {
+    const std::vector<int32_t> slots = blocksInTurn(pass);
+    std::vector<ClearedBlock> cleared(slots.size());
+    const BlockKey origin = blockOfVoxel(sensing_.image.frame.origin_voxel);
+    parallelFor(slots.size(), threads_, [&](size_t i) {
+      const BlockEntry& entry = map_.table.block(slots[i]);
+      const BlockLook look{entry.key - origin, true, nullptr, 0, params_.map.directional};
+      cleared[i] = clear(look, entry);
+    });
+    for (size_t i = 0; i < slots.size(); ++i) {
+      if (cleared[i].changed) mesher_.markDirty(slots[i]);
+      if (cleared[i].empty_directions == 0) continue;
+      outcome_.empty.push_back({slots[i], cleared[i].empty_directions});
+    }
+  }
+
+  std::vector<int32_t> blocksInTurn(const FusionPass& pass) const {
+    std::vector<int32_t> slots;
+    for (const int32_t slot : pass.in_view) {
+      if (last_touched_[slot] == pass.number) continue;
+      const BlockEntry& entry = map_.table.block(slot);
+      if (!entry.in_use || !isInTurnToBeSeenThrough(entry.key, pass.number)) continue;
+      slots.push_back(slot);
+    }
+    return slots;
+  }
+
+  const MapperParams params_;
+  const Rules rules_;
+  const FusionSettings fusion_;
+  const int threads_;
+  CpuMap map_;
+  PoseAligner aligner_;
+  FrameSensor sensor_;
+  SurfelMaker surfel_maker_;
+  BlockFinder block_finder_;
+  Painter painter_;
+  BlockMesher mesher_;
+  Renderer renderer_;
+  FreeCellFinder free_cell_finder_;
+  FrameSensing sensing_ = {};           ///< Of the last depth image.
+  std::vector<uint64_t> last_touched_;  ///< Number of the last frame that did, by slot; 0: none.
+  std::vector<FreeCube> free_cubes_;    ///< Of an image that is not fused yet.
+  FrameOutcome outcome_;
+  MeshUpdate meshes_;
+  Profile* profile_ = nullptr;
+};
+
 }  // namespace
 
 /// 0: one for each core that this process may use.
@@ -55,308 +413,9 @@ int cpuThreads(const MapperParams& params) {
   return asks ? CPU_COUNT(&cores) : threadCount(params.threads);
 }
 
-CpuBackend::CpuBackend(const MapperParams& params, const Rules& rules, const BlockTable& table)
-    : params_(params),
-      rules_(rules),
-      fusion_(makeFusionSettings(params, rules)),
-      threads_(cpuThreads(params)),
-      map_{table, {}, {}},
-      aligner_(makeAlignmentSettings(params, rules), params.map.directional, threads_),
-      sensor_(params, rules, threads_),
-      surfel_maker_(params, rules.surfels, threads_),
-      block_finder_(fusion_, threads_),
-      painter_(makePaintSettings(params, rules), threads_),
-      mesher_(map_, makeMeshSettings(params, rules), params.map.directional, threads_,
-              params.mesh.refine != 0),
-      renderer_(map_, mesher_, threads_),
-      free_cell_finder_(params, threads_) {}
-
-BackendTraits CpuBackend::traits() const {
-  BackendTraits traits;
-  traits.name = "cpu (" + std::to_string(threads_) + (threads_ == 1 ? " thread)" : " threads)");
-  traits.meshes_at_once = true;
-  return traits;
-}
-
-void CpuBackend::profileTo(Profile* profile) {
-  profile_ = profile;
-  mesher_.profileTo(profile);
-}
-
-void CpuBackend::takePoints(const DepthFrame& frame, const FrameView& view) {
-  aligner_.takePoints(frame, view, depthRangeOf(frame, params_));
-}
-
-AlignmentSums CpuBackend::sumsAt(const FrameView& view, float cutoff) {
-  return aligner_.sumsAt(view, cutoff, map_);
-}
-
-void CpuBackend::sense(const DepthFrame& frame, const FrameView&) {
-  const StageTimer timer(profile_, Stage::kSense);
-  sensing_ = sensor_.sense(frame);
-}
-
-void CpuBackend::makeSurfels() {
-  const StageTimer timer(profile_, Stage::kMakeSurfels);
-  surfel_maker_.makeSurfels(sensing_);
-}
-
-void CpuBackend::findBlocks() {
-  const StageTimer timer(profile_, Stage::kFindBlocks);
-  block_finder_.findBlocks(surfel_maker_.lists(), sensing_);
-}
-
-TouchedBlocks CpuBackend::lookUpBlocks() {
-  const StageTimer timer(profile_, Stage::kFindBlocks);
-  TouchedBlocks touched;
-  touched.blocks = block_finder_.touched().size();
-  for (const TouchedBlock& block : block_finder_.touched()) {
-    const int32_t slot = map_.table.find(block.key);
-    uint32_t missing = block.directions;
-    if (slot >= 0) missing &= ~directionsWithArrays(map_.table.block(slot));
-    if (missing != 0) touched.requests.push_back({block.key, block.directions});
-  }
-  touched.new_arrays = map_.table.countNew(touched.requests).arrays;
-  return touched;
-}
-
-void CpuBackend::seeFree(std::vector<Vec3i> cubes) {
-  const StageTimer timer(profile_, Stage::kSeeFree);
-  free_cubes_ = free_cell_finder_.find(sensing_, cubes);
-}
-
-/// Three stages in one loop over the blocks: the sums of a block stay in a thread's cache. In a
-/// profile all of it is cast.
-void CpuBackend::castFoldAndClear(const FusionPass& pass) {
-  const std::vector<TouchedBlock>& blocks = block_finder_.touched();
-  std::vector<EmptyBlock> outcome(blocks.size(), EmptyBlock{-1, 0});
-  last_touched_.resize(map_.table.slotCount(), 0);
-  std::optional<StageTimer> timer(std::in_place, profile_, Stage::kCast);
-  parallelFor<BlockSums>(blocks.size(), threads_, [&](size_t i, BlockSums& sums) {
-    const int32_t slot = map_.table.find(blocks[i].key);
-    if (slot < 0 || !isInPart(blocks[i].key, pass)) return;
-    outcome[i] = {slot, fuseBlock(blocks[i], map_.table.block(slot), pass, sums)};
-    last_touched_[slot] = pass.number;
-  });
-  timer.emplace(profile_, Stage::kClear);
-  for (const EmptyBlock& block : outcome) {
-    if (block.slot < 0) continue;
-    mesher_.markDirty(block.slot);
-    if (block.directions != 0) outcome_.empty.push_back(block);
-  }
-  if (!free_cubes_.empty()) outcome_.free = std::exchange(free_cubes_, {});
-  if (clearsFreeSpace(params_)) lookAround(pass);
-}
-
-/// Safe to call for different blocks from different threads. @return directions left empty.
-uint32_t CpuBackend::fuseBlock(const TouchedBlock& block, const BlockEntry& entry,
-                               const FusionPass& pass, BlockSums& sums) {
-  const FrameView& frame = sensing_.image.frame;
-  const bool casts = castsSurfels(params_);
-  // A voxel is projected to whichever surfel it falls on, also to one that touches other blocks.
-  const uint32_t directions = casts ? block.directions : kAllDirections;
-  prefetchBlock(entry, map_, directions);
-  if (casts) {
-    cast(block, block_finder_, fusion_, sums);
-  } else {
-    project(block, surfel_maker_.lists().front(), frame, fusion_, sums);
-  }
-  const float depth_weight = blockDepthWeight(frame, block.block_L, rules_.fusion);
-  uint32_t empty = fold(sums, directions, entry, depth_weight, fusion_, map_.voxels);
-  if (clearsFreeSpace(params_)) {
-    const BlockLook look{block.block_L, isInTurn(block.key, pass.number, rules_.fusion), &sums,
-                         directions, params_.map.directional};
-    empty |= clear(look, entry).empty_directions;
-  }
-  return empty;
-}
-
-/// Safe to call for different blocks from different threads.
-ClearedBlock CpuBackend::clear(const BlockLook& look, const BlockEntry& entry) {
-  const ClearedBlock cleared = clearBlock(look, entry, sensing_, rules_.fusion, map_.voxels);
-  if (cleared.emptied_directions != 0 && map_.table.coloursInUse() > 0) {
-    forgetColours(entry, cleared.emptied_directions, map_);
-  }
-  return cleared;
-}
-
-/// Clears blocks that the frame does not touch, those whose turn it is.
-void CpuBackend::lookAround(const FusionPass& pass) {
-  const std::vector<int32_t> slots = blocksInTurn(pass);
-  std::vector<ClearedBlock> cleared(slots.size());
-  const BlockKey origin = blockOfVoxel(sensing_.image.frame.origin_voxel);
-  parallelFor(slots.size(), threads_, [&](size_t i) {
-    const BlockEntry& entry = map_.table.block(slots[i]);
-    const BlockLook look{entry.key - origin, true, nullptr, 0, params_.map.directional};
-    cleared[i] = clear(look, entry);
-  });
-  for (size_t i = 0; i < slots.size(); ++i) {
-    if (cleared[i].changed) mesher_.markDirty(slots[i]);
-    if (cleared[i].empty_directions == 0) continue;
-    outcome_.empty.push_back({slots[i], cleared[i].empty_directions});
-  }
-}
-
-std::vector<int32_t> CpuBackend::blocksInTurn(const FusionPass& pass) const {
-  std::vector<int32_t> slots;
-  for (const int32_t slot : pass.in_view) {
-    if (last_touched_[slot] == pass.number) continue;
-    const BlockEntry& entry = map_.table.block(slot);
-    if (!entry.in_use || !isInTurnToBeSeenThrough(entry.key, pass.number)) continue;
-    slots.push_back(slot);
-  }
-  return slots;
-}
-
-bool CpuBackend::isInTurnToBeSeenThrough(const BlockKey& key, uint64_t frame_number) const {
-  if (!isInTurn(packKey(key), frame_number, rules_.fusion)) return false;
-  const FrameView& frame = sensing_.image.frame;
-  const Vec3i block_L = key - blockOfVoxel(frame.origin_voxel);
-  return mayBeInView(frame, block_L) &&
-         maySeeThroughBlock(sensing_, toFloat(firstVoxelOfBlock(block_L)),
-                            fusion_.truncation_voxels);
-}
-
-void CpuBackend::takeColours(const ColourFrame& frame) {
-  const StageTimer timer(profile_, Stage::kPaint);
-  painter_.takeImage(frame);
-}
-
-SeenColours CpuBackend::look(const PaintView& look) {
-  const StageTimer timer(profile_, Stage::kPaint);
-  SeenColours seen = painter_.look(look, map_);
-  seen.requests = painter_.requests(map_);
-  return seen;
-}
-
-void CpuBackend::paint(const Exposure& exposure) {
-  const StageTimer timer(profile_, Stage::kPaint);
-  for (const int32_t slot : painter_.paint(exposure, map_)) mesher_.markPainted(slot);
-}
-
-void CpuBackend::render(const ViewRequest& request, RenderedView& view) {
-  const StageTimer timer(profile_, Stage::kRender);
-  renderer_.render(request.frame, request.least_evidence, request.has_colours, view);
-}
-
-void CpuBackend::markAll(const MeshMarks& marks) {
-  if (marks.dirty) mesher_.markAllDirty();
-  if (marks.painted) mesher_.keepColours();
-}
-
-void CpuBackend::beginMesh(int32_t least_evidence) {
-  const auto start = std::chrono::steady_clock::now();
-  meshes_ = mesher_.update(least_evidence);
-  meshes_.duration_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
-
-void CpuBackend::reserve(const MemoryDemand& demand) {
-  map_.voxels.resize(demand.map.after.arrays);
-  mesher_.resize(demand.map.after.slots);
-  map_.colours.resize(map_.table.colourCount() + demand.new_bricks);
-}
-
-void CpuBackend::follow(const TableChanges& changes) {
-  for (const int32_t slot : changes.slots) {
-    if (!map_.table.block(slot).in_use) {
-      mesher_.forget(slot);
-      if (static_cast<size_t>(slot) < last_touched_.size()) last_touched_[slot] = 0;
-    } else if (changes.dirty) {
-      mesher_.markDirty(slot);
-    }
-  }
-  if (changes.new_arrays != nullptr) {
-    const std::vector<int32_t>& arrays = *changes.new_arrays;
-    parallelFor<kArraysAtATime>(arrays.size(), threads_, [&](size_t i) {
-      std::memset(map_.voxels.array(arrays[i]), 0, BlockTable::kArrayBytes);
-    });
-  }
-  if (changes.new_bricks == nullptr) return;
-  for (const NewBrick& brick : *changes.new_bricks) {
-    std::memset(map_.colours.array(brick.colours), 0, BlockTable::kColourBytes);
-  }
-}
-
-std::vector<EmptiedBlock> CpuBackend::emptyRegion(const std::vector<int32_t>& slots,
-                                                  const RegionView& region) {
-  std::vector<EmptiedBlock> emptied(slots.size());
-  parallelFor(slots.size(), threads_, [&](size_t i) {
-    const BlockEntry& entry = map_.table.block(slots[i]);
-    emptied[i] = emptyBlock(entry, region, map_.voxels);
-    if (emptied[i].voxels > 0 && map_.table.coloursInUse() > 0) {
-      forgetColours(entry, kAllDirections, map_);
-    }
-  });
-  return emptied;
-}
-
-void CpuBackend::copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) {
-  parallelFor<kArraysAtATime>(order.arrays.size(), threads_, [&](size_t i) {
-    std::memcpy(contents.voxels.data() + i * kVoxelsPerBlock, map_.voxels.array(order.arrays[i]),
-                BlockTable::kArrayBytes);
-  });
-  parallelFor<kArraysAtATime>(order.bricks.size(), threads_, [&](size_t i) {
-    std::memcpy(contents.colours.data() + i * kVoxelsPerBrick, map_.colours.array(order.bricks[i]),
-                BlockTable::kColourBytes);
-  });
-  if (taken != nullptr) *taken = mesher_.takeStates(order.slots);
-}
-
-void CpuBackend::copyIn(const ContentsOrder& order, const MapContents& contents,
-                        const MeshStates* given) {
-  parallelFor<kArraysAtATime>(order.arrays.size(), threads_, [&](size_t i) {
-    std::memcpy(map_.voxels.array(order.arrays[i]), contents.voxels.data() + i * kVoxelsPerBlock,
-                BlockTable::kArrayBytes);
-  });
-  parallelFor<kArraysAtATime>(order.bricks.size(), threads_, [&](size_t i) {
-    std::memcpy(map_.colours.array(order.bricks[i]), contents.colours.data() + i * kVoxelsPerBrick,
-                BlockTable::kColourBytes);
-  });
-  if (given != nullptr) mesher_.enterStates(order.slots, *given);
-}
-
-std::vector<PackedKey> CpuBackend::neededKeys(const std::vector<PackedKey>& others,
-                                              uint64_t frame_number) {
-  std::vector<PackedKey> keys;
-  for (const TouchedBlock& block : block_finder_.touched()) keys.push_back(block.key);
-  for (const PackedKey key : others) {
-    if (isInTurnToBeSeenThrough(unpackKey(key), frame_number)) keys.push_back(key);
-  }
-  return keys;
-}
-
-std::vector<MarkedSlot> CpuBackend::marked(bool taken) {
-  std::vector<MarkedSlot> marked;
-  for (const int32_t slot : mesher_.marked()) {
-    marked.push_back({slot, taken ? mesher_.takeMarks(slot) : mesher_.marksOf(slot)});
-  }
-  return marked;
-}
-
-void CpuBackend::setMarks(const std::vector<MarkedSlot>& marked) {
-  for (const MarkedSlot& one : marked) mesher_.setMarks(one.slot, one.marks);
-}
-
-void CpuBackend::addMemory(std::vector<MemoryPart>& parts) const {
-  constexpr auto kMap = MemoryKind::kMap, kIndices = MemoryKind::kIndices,
-                 kScratch = MemoryKind::kScratch;
-  const size_t books =
-      map_.table.memoryBytes() + last_touched_.capacity() * sizeof(last_touched_[0]);
-  parts.insert(
-      parts.end(),
-      {{"voxels", kMap, map_.table.arraysInUse() * BlockTable::kArrayBytes, map_.voxels.bytes()},
-       {"colours", kMap, map_.table.coloursInUse() * BlockTable::kColourBytes,
-        map_.colours.bytes()},
-       {"block table", kIndices, books, books},
-       {"unit indices", kIndices, mesher_.bytes(), mesher_.bytes()},
-       {"images", kScratch, sensor_.bytes(), sensor_.bytes()},
-       {"surfels", kScratch, surfel_maker_.bytes(), surfel_maker_.bytes()},
-       {"surfels by block", kScratch, block_finder_.bytes(), block_finder_.bytes()},
-       {"colour image", kScratch, painter_.bytes(), painter_.bytes()},
-       {"rendered view", kScratch, renderer_.bytes(), renderer_.bytes()}});
-  if (!params_.space.enabled) return;
-  parts.push_back({"free depths", kScratch, free_cell_finder_.bytes(), free_cell_finder_.bytes()});
+BackendMaker cpuBackends(const MapperParams& params, const Rules& rules) {
+  return
+      [=](const BlockTable& table) { return std::make_unique<CpuBackend>(params, rules, table); };
 }
 
 }  // namespace dtsdf

@@ -41,13 +41,10 @@ MeshUpdate Mapper::updateMesh() {
 }
 
 static BackendMaker backendsFor(const MapperParams& params, const Rules& rules) {
-  BackendMaker on_cpu = [=](const BlockTable& table) {
-    return std::make_unique<CpuBackend>(params, rules, table);
-  };
-  if (params.backend == Backend::kCpu) return on_cpu;
+  if (params.backend == Backend::kCpu) return cpuBackends(params, rules);
   const std::string reason = cudaUnavailableReason();
   if (reason.empty()) return cudaBackends(params, rules);
-  if (params.backend == Backend::kAuto) return on_cpu;
+  if (params.backend == Backend::kAuto) return cpuBackends(params, rules);
   throw std::runtime_error("backend 'cuda' cannot be used: " + reason);
 }
 

@@ -1,17 +1,497 @@
 #include "dtsdf_mapping/simplify.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kernels/core/vec.h"
-#include "meshing/collapser.h"
+#include "meshing/surface_distance.h"
 #include "params/text.h"
 
 namespace dtsdf {
 namespace {
+
+/// Squared distances from many planes, as one polynomial. The sum of squared distances from planes,
+/// weighted.
+struct Quadric {
+  double xx = 0, xy = 0, xz = 0, xd = 0, yy = 0, yz = 0, yd = 0, zz = 0, zd = 0, dd = 0, weight = 0;
+
+  void add(const Vec3f& unit_normal, const Vec3f& point, double w) {
+    const double x = unit_normal.x, y = unit_normal.y, z = unit_normal.z;
+    const double d = -(x * point.x + y * point.y + z * point.z);
+    xx += w * x * x, xy += w * x * y, xz += w * x * z, xd += w * x * d;
+    yy += w * y * y, yz += w * y * z, yd += w * y * d;
+    zz += w * z * z, zd += w * z * d, dd += w * d * d, weight += w;
+  }
+
+  void add(const Quadric& q) {
+    xx += q.xx, xy += q.xy, xz += q.xz, xd += q.xd, yy += q.yy, yz += q.yz, yd += q.yd;
+    zz += q.zz, zd += q.zd, dd += q.dd, weight += q.weight;
+  }
+
+  double at(const Vec3f& p) const {
+    const double x = p.x, y = p.y, z = p.z;
+    return x * (xx * x + 2 * (xy * y + xz * z + xd)) + y * (yy * y + 2 * (yz * z + yd)) +
+           z * (zz * z + 2 * zd) + dd;
+  }
+};
+
+/// Vertices between two reports of progress.
+constexpr size_t kReportEach = 4096;
+
+/// What each of two opposing sides may use of what is between them.
+constexpr double kShareBetween = 0.45;
+
+/// Errors up to so many mean edges are common enough to measure gaps for them beforehand.
+constexpr double kNearEdges = 2.0;
+
+/// How far vertices may move before surfaces that face each other could meet. For some vertices of
+/// a mesh, which outlives it, almost half of their distance from an opposing surface. Wide gaps are
+/// measured only where a large error asks for them: most vertices never do.
+class Tolerances {
+ public:
+  /// Errors are at most `max_error_m`; `report` is called now and then with the share that is done.
+  Tolerances(const Mesh& mesh, const std::vector<uint32_t>& vertices, const FacingLimits& opposing,
+             double mean_edge_m, double max_error_m,
+             const std::function<void(double share)>& report)
+      : mesh_(mesh),
+        opposing_(opposing),
+        near_m_(std::min(max_error_m, kNearEdges * mean_edge_m)),
+        max_error_m_(max_error_m),
+        tree_(mesh.vertices_m, mesh.triangles),
+        tolerance_m_(mesh.vertices_m.size()) {
+    for (size_t i = 0; i < vertices.size(); ++i) {
+      if (i % kReportEach == 0)
+        report(static_cast<double>(i) / static_cast<double>(vertices.size()));
+      tolerance_m_[vertices[i]] = measure(vertices[i], near_m_);
+    }
+  }
+
+  /// What one of the vertices may move within an error.
+  double within(uint32_t vertex, double error_m) {
+    const float tolerance_m = tolerance_m_[vertex];
+    if (tolerance_m >= 0.0f)
+      return error_m < tolerance_m ? error_m : static_cast<double>(tolerance_m);
+    return error_m <= near_m_ ? error_m : measured(vertex, error_m);
+  }
+
+ private:
+  /// Negative where no gap is found within what errors up to `error_m` need.
+  float measure(uint32_t vertex, double error_m) {
+    const double limit_m = 1.01 * error_m / kShareBetween;
+    const double gap_m =
+        tree_.distance(mesh_.vertices_m[vertex], limit_m, mesh_.normals[vertex], opposing_, hint_);
+    const auto tolerance_m = static_cast<float>(kShareBetween * gap_m);
+    return gap_m < limit_m || error_m >= max_error_m_ ? tolerance_m : -tolerance_m;
+  }
+
+  double measured(uint32_t vertex, double error_m) {
+    tolerance_m_[vertex] = measure(vertex, max_error_m_);
+    return std::min(error_m, static_cast<double>(tolerance_m_[vertex]));
+  }
+
+  const Mesh& mesh_;
+  const FacingLimits opposing_;
+  const double near_m_, max_error_m_;
+  const SurfaceTree tree_;
+  SurfaceTree::Hint hint_ = SurfaceTree::kNoHint;  ///< Neighbours have neighbouring numbers.
+  std::vector<float> tolerance_m_;  ///< Negative: none found within what errors up to near_m_ need.
+};
+
+/// A triangle at a vertex: the two others, in its order.
+struct Wing {
+  uint32_t triangle, from, to;
+};
+
+/// Which triangles meet at each vertex of a mesh, while vertices merge into their neighbours.
+class TriangleFans {
+ public:
+  using Triangle = std::array<uint32_t, 3>;
+
+  static constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
+
+  explicit TriangleFans(const Mesh& mesh)
+      : ends_(mesh.vertices_m.size()), mark_(mesh.vertices_m.size(), 0) {
+    const Triangle none{kNone, kNone, kNone};
+    faces_.reserve(mesh.triangles.size());
+    for (const Triangle& corners : mesh.triangles) {
+      const auto first = static_cast<uint32_t>(4 * faces_.size());
+      faces_.push_back({corners, none, kNone});
+      for (uint32_t at = 0; at < 3; ++at) {
+        Ends& ends = ends_[corners[at]];
+        (ends.head == kNone ? ends.head : next(ends.tail)) = first + at;
+        ends.tail = first + at;
+      }
+    }
+  }
+
+  /// The triangles at a vertex; those that have gone are unlinked on the way.
+  void list(uint32_t vertex, std::vector<Wing>& wings) {
+    wings.clear();
+    Ends& ends = ends_[vertex];
+    uint32_t before = kNone;
+    for (uint32_t link = ends.head; link != kNone;) {
+      const Face& face = faces_[link / 4];
+      const uint32_t at = link % 4, after = face.next[at];
+      if (face.corners[0] != kNone) {
+        wings.push_back(
+            {link / 4, face.corners[at == 2 ? 0 : at + 1], face.corners[at == 0 ? 2 : at - 1]});
+        before = link;
+      } else {
+        (before == kNone ? ends.head : next(before)) = after;
+        if (ends.tail == link) ends.tail = before;
+      }
+      link = after;
+    }
+  }
+
+  /// Whether these triangles of one vertex close to a single fan.
+  bool isClosed(const std::vector<Wing>& wings) {
+    for (const Wing& wing : wings) mark_[wing.from] = mark_[wing.to] = 0;
+    for (const Wing& wing : wings) {
+      mark_[wing.from] += 1;
+      mark_[wing.to] += 1u << 16;
+    }
+    const bool is_closed =
+        wings.size() >= 3 && std::all_of(wings.begin(), wings.end(), [&](const Wing& wing) {
+          return mark_[wing.from] == 0x10001u && mark_[wing.to] == 0x10001u;
+        });
+    for (const Wing& wing : wings) mark_[wing.from] = mark_[wing.to] = 0;
+    return is_closed;
+  }
+
+  /// Whether u, with these wings, and v have no neighbours in common but those of the two triangles
+  /// between them, so that the surface stays one when u merges into v.
+  bool staysManifold(uint32_t u, const std::vector<Wing>& wings, uint32_t v) {
+    list(v, wings_);
+    ++stamp_;
+    for (const Wing& wing : wings_) mark_[wing.from] = mark_[wing.to] = stamp_;
+    int common = 0, between = 0;
+    for (const Wing& wing : wings) {
+      if (wing.from != v && mark_[wing.from] == stamp_) ++common;
+      if (wing.from == v || wing.to == v) ++between;
+    }
+    mark_[u] = 0;
+    return common == 2 && between == 2;
+  }
+
+  /// Gives v the triangles of u but those between the two, which go.
+  void merge(uint32_t u, const std::vector<Wing>& wings, uint32_t v) {
+    for (const Wing& wing : wings) {
+      Triangle& corners = faces_[wing.triangle].corners;
+      if (wing.from == v || wing.to == v) {
+        corners = {kNone, kNone, kNone};
+      } else {
+        *std::find(corners.begin(), corners.end(), u) = v;
+      }
+    }
+    Ends &from = ends_[u], &to = ends_[v];
+    next(to.tail) = from.head;
+    to.tail = from.tail;
+    from = {};
+  }
+
+  bool hasGone(uint32_t vertex) const { return ends_[vertex].head == kNone; }
+  bool triangleHasGone(uint32_t triangle) const { return faces_[triangle].corners[0] == kNone; }
+  const Triangle& corners(uint32_t triangle) const { return faces_[triangle].corners; }
+
+  /// For whoever uses the fans: a number for each triangle, kNone at first.
+  uint32_t& note(uint32_t triangle) { return faces_[triangle].note; }
+
+ private:
+  /// What is looked up together lies together: meshes are larger than caches.
+  struct alignas(32) Face {
+    Triangle corners;  ///< Of a triangle that has gone: kNone.
+    Triangle next;     ///< The next link at each of them.
+    uint32_t note;
+  };
+  /// Of a list of links, which are 4 * triangle + corner.
+  struct Ends {
+    uint32_t head = kNone, tail = kNone;
+  };
+
+  uint32_t& next(uint32_t link) { return faces_[link / 4].next[link % 4]; }
+
+  std::vector<Face> faces_;
+  std::vector<Ends> ends_;  ///< Of each vertex.
+  std::vector<uint32_t> mark_;
+  uint32_t stamp_ = 0;
+  std::vector<Wing> wings_;
+};
+
+/// A vertex and the neighbour that takes over its triangles.
+struct Merge {
+  uint32_t from, to;
+};
+
+/// Normals that differ by more than this face each other: cosine of 105 degrees.
+constexpr float kOpposite = -0.25f;
+
+/// A triangle turns no further than this when a vertex goes: cosine of 70 degrees.
+constexpr float kLeastTurn = 0.34f;
+
+/// The height of a triangle is at least this share of its longest side.
+constexpr float kLeastHeight = 0.01f;
+
+std::vector<uint32_t> closedVertices(TriangleFans& fans, size_t vertices) {
+  std::vector<uint32_t> closed;
+  std::vector<Wing> wings;
+  for (uint32_t v = 0; v < vertices; ++v) {
+    fans.list(v, wings);
+    if (fans.isClosed(wings)) closed.push_back(v);
+  }
+  return closed;
+}
+
+/// Each vertex that has gone keeps a triangle that stands for it, and every later change has to
+/// find one near enough again, out of those that take its place.
+class Collapser {
+ public:
+  /// The mesh outlives it. `report` is called now and then with the share that is prepared.
+  Collapser(const Mesh& mesh, double mean_edge_m, double max_error_m,
+            const std::function<void(double share)>& report)
+      : mesh_(mesh),
+        p_(mesh.vertices_m),
+        fans_(mesh),
+        removable_(closedVertices(fans_, p_.size())),
+        states_(p_.size(), State{0.0, 0, kNone, 0, kNone}),
+        quadrics_(p_.size()),
+        tolerances_(mesh, removable_, FacingLimits{-1.01f, kOpposite}, mean_edge_m, max_error_m,
+                    report) {
+    points_.reserve(p_.size());
+    for (size_t i = 0; i < p_.size(); ++i) points_.push_back({p_[i], mesh.normals[i], kNone, 0.0f});
+    sumQuadrics();
+  }
+
+  /// Vertices that may go. Borders stay, and where more than two triangles meet: only a vertex goes
+  /// whose triangles close to one fan.
+  const std::vector<uint32_t>& removable() const { return removable_; }
+
+  bool hasGone(uint32_t vertex) const { return fans_.hasGone(vertex); }
+
+  /// Has merges tried again that failed.
+  void forgetTries() {
+    for (State& state : states_) state.tried = kNone;
+  }
+
+  /// With the neighbour that costs least, as it was when the triangles at the vertex changed last;
+  /// with the vertex itself if that costs too much, or was tried already.
+  Merge cheapest(uint32_t vertex, double error_m) {
+    State& state = states_[vertex];
+    if (state.tried == state.changes) return {vertex, vertex};  // nothing is new about it
+    if (state.known != state.changes || hasGone(state.to)) findCheapest(vertex);
+    return {vertex, state.cost > error_m * error_m ? vertex : state.to};
+  }
+
+  /// False, and nothing changes, where something would be off by more than the error.
+  bool tryMerge(const Merge& merge, double error_m) {
+    const auto [u, v] = merge;
+    fans_.list(u, wings_);
+    const bool is_neighbour = std::any_of(wings_.begin(), wings_.end(),
+                                          [v = v](const Wing& wing) { return wing.from == v; });
+    if (!is_neighbour) return false;  // it has gone meanwhile; another one is for the next pass
+    states_[u].tried = states_[u].changes;
+    if (!keepsDirections(v) || !fans_.staysManifold(u, wings_, v) || !rehost(u, v, error_m)) {
+      return false;
+    }
+    commit(u, v);
+    return true;
+  }
+
+  /// The mesh of the triangles that are left, with its vertices in their old order.
+  Mesh remaining() const {
+    std::vector<uint32_t> number(p_.size(), kNone);
+    const auto triangles = static_cast<uint32_t>(mesh_.triangles.size());
+    for (uint32_t i = 0; i < triangles; ++i) {
+      if (fans_.triangleHasGone(i)) continue;
+      for (const uint32_t v : fans_.corners(i)) number[v] = 0;
+    }
+    Mesh result;
+    result.origin_m = mesh_.origin_m;
+    for (size_t i = 0; i < number.size(); ++i) {
+      if (number[i] == kNone) continue;
+      number[i] = static_cast<uint32_t>(result.vertices_m.size());
+      result.vertices_m.push_back(p_[i]);
+      result.normals.push_back(mesh_.normals[i]);
+      if (!mesh_.colours.empty()) result.colours.push_back(mesh_.colours[i]);
+    }
+    for (uint32_t i = 0; i < triangles; ++i) {
+      if (fans_.triangleHasGone(i)) continue;
+      const auto& t = fans_.corners(i);
+      result.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
+    }
+    return result;
+  }
+
+  /// The largest distance of a vertex that has gone from any triangle of what is left.
+  /// What each vertex was off when it was looked at last is no less than what it is off, so that
+  /// few need another look.
+  double largestDistance_m(const Mesh& simple) const {
+    std::vector<uint32_t> order;
+    for (uint32_t v = 0; v < points_.size(); ++v) {
+      if (points_[v].off_m > 0.0f) order.push_back(v);
+    }
+    std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+      const float of_a = points_[a].off_m, of_b = points_[b].off_m;
+      return of_a != of_b ? of_a > of_b : a < b;
+    });
+    const SurfaceTree tree(simple.vertices_m, simple.triangles);
+    double largest_m = 0.0;
+    for (const uint32_t v : order) {
+      const auto bound_m = static_cast<double>(points_[v].off_m);
+      if (bound_m <= largest_m) break;
+      largest_m = std::max(largest_m, tree.distance(p_[v], bound_m));
+    }
+    return largest_m;
+  }
+
+ private:
+  static constexpr uint32_t kNone = TriangleFans::kNone;
+
+  /// A vertex as one that has gone; the next one that the same triangle stands for.
+  struct Point {
+    Vec3f p, normal;
+    uint32_t next;
+    float off_m;  ///< From its triangle, when that was chosen.
+  };
+  struct State {
+    double cost;
+    uint32_t to;           ///< The cheapest neighbour,
+    uint32_t known;        ///< of these changes.
+    uint32_t changes = 0;  ///< Of the triangles at the vertex.
+    uint32_t tried;        ///< At these.
+  };
+  /// A triangle at v as it would be.
+  struct WingAfter {
+    uint32_t triangle;
+    Vec3f from, to, normal;
+  };
+  struct Move {
+    uint32_t point, triangle;
+    float off_m;
+  };
+
+  void sumQuadrics() {
+    for (const auto& t : mesh_.triangles) {
+      const Vec3f n = cross(p_[t[1]] - p_[t[0]], p_[t[2]] - p_[t[0]]);
+      const float length = norm(n);
+      if (length == 0.0f) continue;
+      for (const uint32_t v : t) {
+        quadrics_[v].add((1.0f / length) * n, p_[t[0]], static_cast<double>(length));
+      }
+    }
+  }
+
+  void findCheapest(uint32_t vertex) {
+    const Quadric& q = quadrics_[vertex];
+    State& state = states_[vertex];
+    state.known = state.changes;
+    state.to = vertex;
+    state.cost = std::numeric_limits<double>::infinity();
+    fans_.list(vertex, wings_);
+    for (const Wing& wing : wings_) {
+      const uint32_t v = wing.from;  // each neighbour is that of one triangle
+      const double weight = q.weight + quadrics_[v].weight;
+      if (weight <= 0.0) continue;
+      const double cost = std::max(0.0, (q.at(p_[v]) + quadrics_[v].at(p_[v])) / weight);
+      if (cost < state.cost || (cost == state.cost && v < state.to)) {
+        state.cost = cost;
+        state.to = v;
+      }
+    }
+  }
+
+  /// Whether no triangle that is left turns over, or loses its area.
+  bool keepsDirections(uint32_t v) const {
+    for (const Wing& wing : wings_) {
+      if (wing.from == v || wing.to == v) continue;
+      const auto& t = fans_.corners(wing.triangle);
+      const Vec3f before = cross(p_[t[1]] - p_[t[0]], p_[t[2]] - p_[t[0]]);
+      const Vec3f edge = p_[wing.to] - p_[wing.from];
+      const Vec3f after = cross(edge, p_[v] - p_[wing.from]);
+      const float length = norm(after), length_before = norm(before);
+      const Vec3f a = p_[v] - p_[wing.from], b = p_[v] - p_[wing.to];
+      const float longest = maximum(dot(edge, edge), maximum(dot(a, a), dot(b, b)));
+      if (!(length > kLeastHeight * longest)) return false;
+      if (length_before == 0.0f) continue;
+      if (dot(before, after) < kLeastTurn * length * length_before) return false;
+    }
+    return true;
+  }
+
+  /// Finds a triangle for each vertex that has gone, among those that there would be; false if one
+  /// has none near enough.
+  bool rehost(uint32_t u, uint32_t v, double error_m) {
+    moves_.clear();
+    wings_after_.clear();
+    for (const Wing& wing : wings_) {
+      if (wing.from == v || wing.to == v) continue;
+      const Vec3f from = p_[wing.from], to = p_[wing.to];
+      const Vec3f n = cross(to - from, p_[v] - from);
+      wings_after_.push_back({wing.triangle, from, to, (1.0f / norm(n)) * n});
+    }
+    if (!moveTo(u, p_[v], error_m)) return false;
+    for (const Wing& wing : wings_) {
+      for (uint32_t i = fans_.note(wing.triangle); i != kNone; i = points_[i].next) {
+        if (!moveTo(i, p_[v], error_m)) return false;
+      }
+    }
+    return true;
+  }
+
+  bool moveTo(uint32_t point, const Vec3f& v, double error_m) {
+    const double limit_m = tolerances_.within(point, error_m);
+    const Vec3f p = points_[point].p, normal = points_[point].normal;
+    double nearest = limit_m * limit_m;
+    Move move{point, kNone, 0.0f};
+    for (const WingAfter& after : wings_after_) {
+      const double height = static_cast<double>(dot(after.normal, p - v));
+      if (height * height > nearest) continue;
+      if (dot(after.normal, normal) < kOpposite) continue;
+      const double distance = squaredDistanceOfTriangle(p, v, after.from, after.to);
+      if (distance > nearest) continue;
+      nearest = distance;
+      move.triangle = after.triangle;
+    }
+    if (move.triangle == kNone) return false;
+    move.off_m = static_cast<float>(std::sqrt(nearest));
+    moves_.push_back(move);
+    return true;
+  }
+
+  void commit(uint32_t u, uint32_t v) {
+    for (const Wing& wing : wings_) {
+      fans_.note(wing.triangle) = kNone;
+      ++states_[wing.from].changes;
+    }
+    for (const Move& move : moves_) {
+      Point& point = points_[move.point];
+      point.next = std::exchange(fans_.note(move.triangle), move.point);
+      point.off_m = move.off_m;
+    }
+    fans_.merge(u, wings_, v);
+    quadrics_[v].add(quadrics_[u]);
+  }
+
+  const Mesh& mesh_;
+  const std::vector<Vec3f>& p_;
+  TriangleFans fans_;  ///< Its notes: the first vertex that a triangle stands for.
+  std::vector<uint32_t> removable_;
+  std::vector<Point> points_;
+  std::vector<State> states_;
+  std::vector<Quadric> quadrics_;
+  Tolerances tolerances_;
+  std::vector<Wing> wings_;
+  std::vector<WingAfter> wings_after_;
+  std::vector<Move> moves_;
+};
 
 /// Errors in each decade: a mesh is simplified within one after the other, up to the one that is
 /// asked for. So whoever asks for more gets what all before have left, and less of it.
@@ -33,7 +513,6 @@ constexpr double kMostEdges = 24.0;
 /// Below this share of it errors may be too small for what there is.
 constexpr double kSmallShareOfEdge = 3.0;
 
-constexpr size_t kReportEach = 4096;
 constexpr size_t kMostErrors = 200;
 
 /// Of the time, as far as progress is concerned.

@@ -1,43 +1,140 @@
 /// Incremental meshing on the device: room for it, its stages in turn, and the way to the host.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <utility>
 #include <vector>
 
+#include "backend/gaps.h"
 #include "backend/map_backend.h"
 #include "backend/profile.h"
 #include "dtsdf_mapping/block_mesh.h"
+#include "kernels/meshing/corner_grid.h"
+#include "kernels/meshing/regularisation.h"
 #include "mesh_kernels.h"
 #include "runtime/buffer.h"
+#include "runtime/device.h"
+#include "runtime/stage_clock.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace gpu {
+
+constexpr size_t kFirstBlocks = 1 << 14, kFirstVertices = 1 << 16, kFirstTriangles = 1 << 17;
+constexpr int kThreadBlocksPerProcessor = 8;
 
 /// One extraction at a time, on a stream of its own beside the frames: begin() enqueues everything
 /// up to the meshes on the device, complete() waits for them and enqueues their way to the host,
 /// finish() waits for them there.
 class BlockMesher {
  public:
-  BlockMesher(const MeshSettings& rules, bool directional, bool refined);
+  BlockMesher(const MeshSettings& rules, bool directional, bool refined)
+      : rules_(rules),
+        directional_(directional),
+        refined_(refined),
+        thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()),
+        totals_(1),
+        pinned_totals_(1),
+        slots_(kFirstBlocks),
+        records_(kFirstBlocks),
+        vertices_(kFirstVertices),
+        triangles_(kFirstTriangles),
+        pinned_records_(kFirstBlocks),
+        pinned_vertices_(kFirstVertices),
+        pinned_triangles_(kFirstTriangles) {
+    pinned_totals_[0] = {};
+    if (refined_) normals_.reserveExactly(vertices_.capacity(), stream_);
+  }
+
   ~BlockMesher() { stream_.drain(); }
 
   /// Enqueues what an extraction needs that the map has no part in, while the device is busy with
   /// a frame. @pre None is under way, or it is complete.
-  void prepare();
+  void prepare() {
+    if (!is_prepared_) totals_.zero(stream_);
+    is_prepared_ = true;
+  }
 
   /// Enqueues an extraction of what changed up to the event: so many blocks at most have other
   /// voxels, or other colours. @param least_evidence That a voxel needs to be known.
   void begin(const MapView& map, const Event& map_ready, size_t most_dirty, size_t most_painted,
-             int32_t least_evidence);
+             int32_t least_evidence) {
+    map_ = map;
+    least_evidence_ = least_evidence;
+    prepare();
+    is_prepared_ = false;
+    stream_.waitFor(map_ready);
+    stream_.record(begun_);
+    const size_t most_blocks =
+        std::min<size_t>(map.slot_count, most_dirty * kBlocksAround + most_painted * kUnitReach);
+    slots_.reserve(most_blocks, stream_);
+    records_.reserve(most_blocks, stream_);
+    if (hasColours()) colours_.reserveExactly(vertices_.capacity(), stream_);
+    ++stamp_;
+    holdForProfile(stream_);
+    enqueueIndices();
+    enqueueMeshes();
+    state_ = State::kBegun;
+  }
+
   void setClock(StageClock* clock) { stream_.setClock(clock); }
-  void addMemory(std::vector<MemoryPart>& parts) const;
+  void addMemory(std::vector<MemoryPart>& parts) const {
+    const MeshSize size = pinned_totals_[0].size;
+    parts.push_back({"vertices and triangles", MemoryKind::kMesh,
+                     size.vertices * sizeof(BlockVertex) + size.triangles * sizeof(BlockTriangle),
+                     vertices_.bytes() + triangles_.bytes()});
+    parts.push_back({"colours of vertices", MemoryKind::kMesh,
+                     hasColours() ? size.vertices * sizeof(VertexColour) : 0, colours_.bytes()});
+    parts.push_back({"mesh lists", MemoryKind::kMesh,
+                     recordCount() * (sizeof(int32_t) + sizeof(MeshRecord)),
+                     slots_.bytes() + records_.bytes()});
+    if (refined_) {
+      parts.push_back({"vertex normals", MemoryKind::kScratch, size.vertices * sizeof(Vec3f),
+                       normals_.bytes()});
+    }
+    addScratch("mesh", parts, pinned_records_, pinned_vertices_, pinned_triangles_,
+               pinned_colours_);
+  }
 
   /// To be called before the map changes: waits until an extraction under way has read what it
   /// needs. Fetching the meshes goes on beside what follows.
-  void complete();
+  void complete() {
+    if (state_ != State::kBegun) return;
+    counted_.wait();
+    const MeshSize size = pinned_totals_[0].size;
+    if (size.vertices > vertices_.capacity() || size.triangles > triangles_.capacity()) {
+      // Vertices last: without memory for the others, what lacks room still shows by them.
+      const size_t with_spare = size.vertices + size.vertices / 2;
+      const size_t vertices =
+          size.vertices > vertices_.capacity() ? with_spare : vertices_.capacity();
+      triangles_.reserve(size.triangles, stream_);
+      if (refined_) normals_.reserveExactly(vertices, stream_);
+      if (hasColours()) colours_.reserveExactly(vertices, stream_);
+      vertices_.reserveExactly(vertices, stream_);
+      DTSDF_CHECK_CUDA(cudaMemsetAsync(&totals_.data()->size, 0,
+                                       sizeof(MeshTotals) - offsetof(MeshTotals, size),
+                                       stream_.get()));
+      enqueueMeshes();
+      counted_.wait();
+    }
+    fetch();
+    state_ = State::kComplete;
+  }
 
   /// Waits for the extraction. @return its changes; none if none was begun.
-  MeshUpdate finish();
+  MeshUpdate finish() {
+    MeshUpdate made;
+    if (state_ == State::kIdle) return made;
+    complete();
+    fetched_.wait();
+    state_ = State::kIdle;
+    const StageTimer timer(profileOf(stream_), Stage::kHandOut);
+    const std::vector<MeshRecord> records = changedRecords();
+    made.blocks = copyBlocks(records);
+    made.duration_ms = fetched_.millisecondsSince(begun_);
+    return made;
+  }
 
   /// Whether an extraction may still read the map.
   bool isUnderWay() const { return state_ == State::kBegun; }
@@ -55,18 +152,116 @@ class BlockMesher {
  private:
   enum class State { kIdle, kBegun, kComplete };
 
-  MeshView view();
-  void enqueueIndices();
-  void enqueueMeshes();
+  MeshView view() {
+    MeshView view;
+    view.counters = &totals_.data()->blocks;
+    view.size = &totals_.data()->size;
+    view.finished = &totals_.data()->finished;
+    view.host_totals = pinned_totals_.data();
+    view.slots = slots_.data();
+    view.records = records_.data();
+    view.vertices = vertices_.data();
+    view.normals = normals_.data();
+    view.triangles = triangles_.data();
+    view.colours = colours_.data();
+    view.capacity = {static_cast<uint32_t>(vertices_.capacity()),
+                     static_cast<uint32_t>(triangles_.capacity())};
+    view.stamp = stamp_;
+    view.least_evidence = least_evidence_;
+    view.directional = directional_;
+    view.refined = refined_;
+    view.rules = rules_;
+    return view;
+  }
+
+  void enqueueIndices() {
+    {
+      const StageSpan span(stream_, Stage::kIndex);
+      reachBlocks(map_, view(), thread_blocks_, stream_);
+    }
+    const StageSpan span(stream_, Stage::kIndex);
+    indexBlocks(map_, view(), thread_blocks_, stream_);
+    if (hasColours()) selectPainted(map_, view(), thread_blocks_, stream_);
+  }
+
+  void enqueueMeshes() {
+    {
+      const StageSpan span(stream_, Stage::kMake);
+      makeMeshes(map_, view(), thread_blocks_, stream_);
+      if (hasColours()) colourVertices(map_, view(), thread_blocks_, stream_);
+    }
+    stream_.record(counted_);
+  }
+
   bool hasColours() const { return map_.colour_of != nullptr; }
-  void fetch();
-  uint8_t& hasMesh(int32_t slot);
+  void fetch() {
+    const MeshSize size = pinned_totals_[0].size;
+    pinned_records_.reserve(recordCount());
+    pinned_vertices_.reserve(size.vertices);
+    pinned_triangles_.reserve(size.triangles);
+    const StageSpan span(stream_, Stage::kFetch);
+    records_.download(pinned_records_.data(), recordCount(), stream_);
+    vertices_.download(pinned_vertices_.data(), size.vertices, stream_);
+    triangles_.download(pinned_triangles_.data(), size.triangles, stream_);
+    if (hasColours()) {
+      pinned_colours_.reserve(size.vertices);
+      colours_.download(pinned_colours_.data(), size.vertices, stream_);
+    }
+    stream_.record(fetched_);
+  }
+
+  uint8_t& hasMesh(int32_t slot) {
+    const auto place = static_cast<size_t>(slot);
+    if (has_mesh_.size() <= place) has_mesh_.resize(place + 1, 0);
+    return has_mesh_[place];
+  }
+
   size_t recordCount() const {
     return pinned_totals_[0].blocks.reached + pinned_totals_[0].blocks.adjoining;
   }
-  std::vector<MeshRecord> changedRecords();
-  BlockMesh copyBlock(const MeshRecord& record) const;
-  std::vector<BlockMesh> copyBlocks(const std::vector<MeshRecord>& records) const;
+
+  std::vector<MeshRecord> changedRecords() {
+    std::vector<MeshRecord> changed;
+    changed.reserve(recordCount());
+    for (size_t i = 0; i < recordCount(); ++i) {
+      const MeshRecord& record = pinned_records_[i];
+      uint8_t& has_mesh = hasMesh(record.slot);
+      const bool has_triangles = record.triangles > record.gaps;
+      if (has_triangles || has_mesh) changed.push_back(record);
+      has_mesh = has_triangles;
+    }
+    std::sort(changed.begin(), changed.end(),
+              [](const MeshRecord& a, const MeshRecord& b) { return a.key < b.key; });
+    return changed;
+  }
+
+  BlockMesh copyBlock(const MeshRecord& record) const {
+    BlockMesh mesh;
+    mesh.key = unpackKey(record.key);
+    const BlockVertex* vertex = pinned_vertices_.data() + record.first_vertex;
+    mesh.vertices.assign(vertex, vertex + record.vertices);
+    const uint16_t* corner = pinned_triangles_[record.first_triangle].vertex;
+    mesh.triangles.assign(corner, corner + 3 * static_cast<size_t>(record.triangles));
+    if (hasColours()) {
+      const VertexColour* colour = pinned_colours_.data() + record.first_vertex;
+      mesh.colours.assign(colour, colour + record.vertices);
+    }
+    if (record.gaps > 0) dropGaps(mesh);
+    return mesh;
+  }
+
+  /// Many of them on several threads.
+  std::vector<BlockMesh> copyBlocks(const std::vector<MeshRecord>& records) const {
+    constexpr size_t kLeastOfThread = 512, kMostThreads = 4;
+    std::vector<BlockMesh> blocks(records.size());
+    const size_t parts = std::clamp<size_t>(records.size() / kLeastOfThread, 1, kMostThreads);
+    parallelFor(parts, 0, [&](size_t part) {
+      const size_t end = records.size() * (part + 1) / parts;
+      for (size_t i = records.size() * part / parts; i < end; ++i)
+        blocks[i] = copyBlock(records[i]);
+    });
+    return blocks;
+  }
 
   MeshSettings rules_;
   bool directional_, refined_;

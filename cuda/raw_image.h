@@ -1,14 +1,15 @@
 /// The stages "copy" and "upload": a frame's raw image to the device.
 #pragma once
 
+#include <cstring>
 #include <vector>
 
+#include "backend/frame_check.h"
 #include "backend/profile.h"
 #include "runtime/buffer.h"
+#include "runtime/stage_clock.h"
 
 namespace dtsdf {
-
-struct ImageRows;
 
 namespace gpu {
 
@@ -17,15 +18,50 @@ class RawImage {
  public:
   /// Enqueues the upload of an image, which is not needed any more on return. The last upload must
   /// be done.
-  void upload(const ImageRows& rows, const Stream& stream);
+  /// In bands, so that each is on its way while the host copies the next. A profile tells the two
+  /// apart: with it, the image is one band.
+  void upload(const ImageRows& rows, const Stream& stream) {
+    constexpr int kBandEnds[] = {3, 5, 6};  // in sixths: the device waits for the last, small one
+    const size_t row = rows.packed_bytes;
+    bytes_ = row * rows.height;
+    pinned_raw_.reserve(bytes_);
+    raw_.reserveExactly(bytes_, stream);
+    const bool in_bands = profileOf(stream) == nullptr;
+    int begin = 0;
+    for (const int sixths : kBandEnds) {
+      if (!in_bands && sixths < 6) continue;
+      const int end = rows.height * sixths / 6;
+      {
+        const StageTimer timer(profileOf(stream), Stage::kCopy);
+        copyRows(rows, begin, end);
+      }
+      holdForProfile(stream);
+      const StageSpan span(stream, Stage::kUpload);
+      raw_.uploadPart(pinned_raw_.data(), begin * row, end * row, stream);
+      begin = end;
+    }
+  }
 
   const unsigned char* data() const { return raw_.data(); }  ///< On the device.
   size_t bytes() const { return bytes_; }
   /// `name` tells what image it is.
-  void addMemory(const char* name, std::vector<MemoryPart>& parts) const;
+  void addMemory(const char* name, std::vector<MemoryPart>& parts) const {
+    addScratch(name, parts, raw_, pinned_raw_);
+  }
 
  private:
-  void copyRows(const ImageRows& rows, int begin, int end);
+  /// Copies rows of the image to pinned memory, packed.
+  void copyRows(const ImageRows& rows, int begin, int end) {
+    const size_t packed = rows.packed_bytes;
+    if (rows.row_bytes == packed) {
+      std::memcpy(pinned_raw_.data() + begin * packed, rows.data + begin * packed,
+                  (end - begin) * packed);
+      return;
+    }
+    for (int v = begin; v < end; ++v) {
+      std::memcpy(pinned_raw_.data() + v * packed, rows.data + v * rows.row_bytes, packed);
+    }
+  }
 
   PinnedBuffer<unsigned char> pinned_raw_;
   DeviceBuffer<unsigned char> raw_;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dtsdf_mapping/mesh.h"
+#include "kernels/meshing/corner_grid.h"
 
 namespace dtsdf {
 
@@ -15,23 +16,53 @@ class MeshChunks {
   explicit MeshChunks(int chunk_blocks) : chunk_blocks_(chunk_blocks) {}
 
   /// The chunk of this block has changed.
-  void markChanged(const BlockKey& block);
-  void markAllChanged();
+  void markChanged(const BlockKey& block) {
+    const PackedKey chunk = chunkOf(block);
+    ids_.emplace(chunk, static_cast<int>(ids_.size()));
+    changed_.insert(chunk);
+  }
+
+  void markAllChanged() {
+    for (const auto& [chunk, id] : ids_) changed_.insert(chunk);
+  }
 
   const std::set<PackedKey>& changed() const { return changed_; }
   void forgetChanges() { changed_.clear(); }
 
-  std::vector<PackedKey> all() const;
+  std::vector<PackedKey> all() const {
+    std::vector<PackedKey> chunks;
+    for (const auto& [chunk, id] : ids_) chunks.push_back(chunk);
+    return chunks;
+  }
+
   int idOf(PackedKey chunk) const { return ids_.at(chunk); }
 
   /// The lowest block a chunk may have.
-  BlockKey cornerOf(PackedKey chunk) const;
+  BlockKey cornerOf(PackedKey chunk) const {
+    const BlockKey place = unpackKey(chunk);
+    return {place.x * chunk_blocks_, place.y * chunk_blocks_, place.z * chunk_blocks_};
+  }
 
   /// The keys of all blocks a chunk may have, in canonical order.
-  std::vector<PackedKey> blocksOf(PackedKey chunk) const;
+  std::vector<PackedKey> blocksOf(PackedKey chunk) const {
+    const BlockKey corner = cornerOf(chunk);
+    std::vector<PackedKey> blocks;
+    for (int z = 0; z < chunk_blocks_; ++z) {
+      for (int y = 0; y < chunk_blocks_; ++y) {
+        for (int x = 0; x < chunk_blocks_; ++x) {
+          const BlockKey block{corner.x + x, corner.y + y, corner.z + z};
+          if (isRepresentable(block)) blocks.push_back(packKey(block));
+        }
+      }
+    }
+    return blocks;
+  }
 
  private:
-  PackedKey chunkOf(const BlockKey& block) const;
+  PackedKey chunkOf(const BlockKey& block) const {
+    return packKey({floorDivided(block.x, chunk_blocks_), floorDivided(block.y, chunk_blocks_),
+                    floorDivided(block.z, chunk_blocks_)});
+  }
 
   int chunk_blocks_;
   std::map<PackedKey, int> ids_;

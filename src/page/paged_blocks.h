@@ -3,8 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <new>
 #include <string>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/map_contents.h"
@@ -23,6 +25,8 @@ struct PagedBlock {
   StoredRecord record = {};  ///< Where what it holds lies, once it is put there.
 };
 
+inline size_t isMarked(const PagedBlock& block) { return block.mesh.marks.any() ? 1 : 0; }
+
 /// By numbers, which a block keeps as long as it is there.
 class PagedBlocks {
  public:
@@ -31,14 +35,57 @@ class PagedBlocks {
       : store_(folder, max_bytes, most_waiting) {}
 
   /// @return whether it is there now: the store took it, and there was memory for it.
-  bool put(const PagedBlock& block, RecordBytes record);
+  bool put(const PagedBlock& block, RecordBytes record) try {
+    if (free_numbers_.empty()) {
+      if (free_numbers_.capacity() <= blocks_.size()) {
+        free_numbers_.reserve(2 * blocks_.size() + 1);  // for all: who leaves takes no memory
+      }
+      blocks_.emplace_back();
+      free_numbers_.push_back(static_cast<int32_t>(blocks_.size() - 1));
+    }
+    const auto stored = store_.write(std::move(record));
+    if (!stored) return false;
+    const int32_t number = free_numbers_.back();
+    try {
+      enter(block.block.key, number);
+    } catch (const std::bad_alloc&) {
+      store_.erase(*stored);
+      throw;
+    }
+    PagedBlock& put = blocks_[static_cast<size_t>(number)] = block;
+    put.record = *stored;
+    free_numbers_.pop_back();
+    marked_ += isMarked(block);
+    return true;
+  } catch (const std::bad_alloc&) {
+    store_.fail("out of memory");
+    return false;
+  }
+
   /// Any thread may.
   RecordStore::Reading read(int32_t number, std::vector<char>& record) {
     return store_.read(block(number).record, record);
   }
+
   void readAhead(int32_t number) const { store_.readAhead(block(number).record); }
-  void erase(int32_t number);
-  void clear();
+  void erase(int32_t number) {
+    const PagedBlock& gone = block(number);
+    store_.erase(gone.record);
+    index_.erase(keyOf(number));
+    cells_.erase(gone.block.key, number);
+    marked_ -= isMarked(gone);
+    free_numbers_.push_back(number);
+  }
+
+  void clear() {
+    store_.clear();
+    store_.resetCounts();
+    index_.clear();
+    cells_.clear();
+    blocks_.clear();
+    free_numbers_.clear();
+    marked_ = 0;
+  }
 
   /// Number of a block, or -1.
   int32_t find(PackedKey key) const { return index_.find(key); }
@@ -48,7 +95,13 @@ class PagedBlocks {
   size_t count() const { return index_.size(); }
 
   /// Marks of a block for the next extraction, and how many blocks have any.
-  void setMarks(int32_t number, const MeshMarks& marks);
+  void setMarks(int32_t number, const MeshMarks& marks) {
+    PagedBlock& block = blocks_[static_cast<size_t>(number)];
+    marked_ -= isMarked(block);
+    block.mesh.marks = marks;
+    marked_ += isMarked(block);
+  }
+
   size_t marked() const { return marked_; }
 
   /// Keys of blocks that something holds for, in no order: by coarse cells, then one by one.
@@ -63,6 +116,7 @@ class PagedBlocks {
     }
     return keys;
   }
+
   /// All in coarse cells that a frame may see something of, and that are asked for.
   template <class CellTest>
   std::vector<PackedKey> keysInView(const FrameView& view, float radius,
@@ -74,14 +128,35 @@ class PagedBlocks {
     });
     return keys;
   }
-  std::vector<PackedKey> keysInCells(const std::unordered_set<PackedKey>& cells) const;
+
+  std::vector<PackedKey> keysInCells(const std::unordered_set<PackedKey>& cells) const {
+    std::vector<PackedKey> keys;
+    for (const PackedKey cell_key : cells) {
+      const BlockCells::Cell* const cell = cells_.find(cell_key);
+      if (cell == nullptr) continue;
+      for (const int32_t number : cell->slots) keys.push_back(keyOf(number));
+    }
+    return keys;
+  }
 
   RecordStore& store() { return store_; }
   const RecordStore& store() const { return store_; }
-  size_t indexBytes() const;
+  size_t indexBytes() const {
+    return index_.memoryBytes() + cells_.memoryBytes() + blocks_.capacity() * sizeof(PagedBlock) +
+           free_numbers_.capacity() * sizeof(int32_t);
+  }
 
  private:
-  bool enter(const BlockKey& key, int32_t number);
+  /// Without memory for it nothing has changed.
+  void enter(const BlockKey& key, int32_t number) {
+    cells_.insert(key, number);
+    try {
+      index_.insert(packKey(key), number);
+    } catch (const std::bad_alloc&) {
+      cells_.erase(key, number);
+      throw;
+    }
+  }
 
   RecordStore store_;
   SlotIndex index_;

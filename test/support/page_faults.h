@@ -1,10 +1,12 @@
-/// What a disk does to the page files in a folder: it reads nothing for a while, or gives back
-/// other bytes than were written.
+/// What disks do: to the page files in a folder, that they read nothing for a while or give back
+/// other bytes than were written; to all files, that they are full.
 #pragma once
 
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -21,6 +23,15 @@ inline std::vector<int> openFilesIn(const std::string& folder) {
     files.push_back(std::stoi(entry.path().filename().string()));
   }
   return files;
+}
+
+/// The first bytes of each of so many pieces of so many bytes.
+inline void damagePages(const std::string& folder, int pieces, off_t bytes) {
+  for (const int file : openFilesIn(folder)) {
+    for (int i = 0; i < pieces; ++i) {
+      if (pwrite(file, "xyz", 3, i * bytes) < 0) return;
+    }
+  }
 }
 
 /// All that was written there.
@@ -57,6 +68,24 @@ class DiskOutage {
 
  private:
   std::vector<std::pair<int, int>> saved_;
+};
+
+/// While it is alive, this process cannot write files beyond a size: that fails with EFBIG, as a
+/// full disk does with ENOSPC.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limited{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limited);
+  }
+  ~FileSizeLimit() { setrlimit(RLIMIT_FSIZE, &before_); }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit before_{};
 };
 
 }  // namespace dtsdf

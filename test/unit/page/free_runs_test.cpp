@@ -9,20 +9,6 @@
 namespace dtsdf {
 namespace {
 
-TEST(FreeRuns, TakesTheShortestThatIsLongEnough) {
-  FreeRuns runs(1000);
-  EXPECT_EQ(runs.take(10), 0u);
-  EXPECT_EQ(runs.take(3), 10u);
-  EXPECT_EQ(runs.take(20), 13u);
-  EXPECT_EQ(runs.take(1), 33u);
-  runs.give(13, 20);
-  runs.give(0, 10);
-  EXPECT_EQ(runs.take(8), 0u) << "of the run of 10";
-  EXPECT_EQ(runs.take(2), 8u);
-  EXPECT_EQ(runs.take(21), 34u) << "none is long enough: the file grows";
-  EXPECT_EQ(runs.inUse(), 35u);
-}
-
 TEST(FreeRuns, JoinsWhatIsGivenBack) {
   FreeRuns runs(30);
   for (uint64_t i = 0; i < 3; ++i) EXPECT_EQ(runs.take(10), 10 * i);

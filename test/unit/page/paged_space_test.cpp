@@ -251,28 +251,6 @@ TEST_F(PagedSpace, CountsNoCubesThatTheDiskLost) {
   EXPECT_EQ(map.freeBytes(), left.free_cubes.size() * kFreeCubeBudgetBytes);
 }
 
-TEST_F(PagedSpace, IsClearedAndDroppedOnDiskToo) {
-  for (const float keep_radius_m : {0.0f, 12.0f}) {
-    SCOPED_TRACE(keep_radius_m);
-    MapperParams params = plainParams();
-    params.map.keep_radius_m = keep_radius_m;
-    Walk whole(params), near(pagedParams(params, 4, folder_.path()));
-    BoxRegion region;
-    region.T_W_B.translation() = Vector3d(9.0, 0.0, 0.0);
-    region.size_m = Vector3d(7.0, 1.7, 1.1);
-    for (Walk* const walk : {&whole, &near}) {
-      ASSERT_NO_FATAL_FAILURE(walk->go(0, kStepsOut));
-      walk->mapper().clearRegion(region);
-      ASSERT_NO_FATAL_FAILURE(walk->go(kStepsOut, 2 * kStepsOut - 20));
-      walk->look();
-    }
-    ASSERT_NO_FATAL_FAILURE(expectSameSpace(whole, near));
-    near.mapper().clear();
-    EXPECT_TRUE(near.space().cells().empty());
-    EXPECT_EQ(near.mapper().stats().pages.space_bytes, 0u);
-  }
-}
-
 /// Cells that find no room stay unknown, which is counted; surfaces are known all the same.
 TEST_F(PagedSpace, GoesOnWithWhatFitsWhereTheDiskIsFull) {
   MapperParams params = pagedParams(plainParams(), 64, folder_.path());

@@ -3,16 +3,13 @@
 #include "page/paged_values.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <atomic>
-#include <csignal>
-#include <filesystem>
-#include <fstream>
 #include <random>
 #include <thread>
 
+#include "support/page_faults.h"
 #include "support/temporary_folder.h"
 
 namespace dtsdf {
@@ -54,15 +51,6 @@ class PagedValuesTest : public testing::Test {
     const auto value = values_[i].get();
     return value != nullptr && value->words == valueOf(i)->words;
   }
-  void damage() const {
-    for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
-      std::error_code error;
-      const std::string target = std::filesystem::read_symlink(entry.path(), error).string();
-      if (error || target.rfind(folder_.path(), 0) != 0) continue;
-      std::fstream file(entry.path(), std::ios::in | std::ios::out | std::ios::binary);
-      for (int i = 0; i < 60; ++i) file.seekp(100 + i * 40000).put('x').put('y').put('z');
-    }
-  }
 };
 
 TEST_F(PagedValuesTest, ComeBackAsTheyWere) {
@@ -77,20 +65,6 @@ TEST_F(PagedValuesTest, ComeBackAsTheyWere) {
   values_.clear();
   EXPECT_EQ(pages_->stats().bytes, 0u);
   EXPECT_EQ(pages_->bytes(), 0u);
-}
-
-TEST_F(PagedValuesTest, AreTakenToBeChanged) {
-  keep(100);
-  for (uint32_t i = 0; i < 100; ++i) {
-    const std::shared_ptr<Value> value = values_[i].take();
-    ASSERT_NE(value, nullptr);
-    ASSERT_EQ(value->words, valueOf(i)->words);
-    EXPECT_EQ(values_[i].get(), nullptr);
-    value->words = valueOf(i + 1000)->words;
-    values_[i] = Paged<Value>(value, pages_);
-  }
-  for (uint32_t i = 0; i < 100; ++i) ASSERT_EQ(values_[i].get()->words, valueOf(i + 1000)->words);
-  EXPECT_EQ(pages_->stats().lost, 0u);
 }
 
 /// As planners ask on threads of their own.
@@ -114,7 +88,7 @@ TEST_F(PagedValuesTest, AreReadByManyThreads) {
 TEST_F(PagedValuesTest, FindDamage) {
   keep(300);
   while (pages_->bytes() > kMostBytes) std::this_thread::yield();  // until all is written
-  damage();
+  damagePages(folder_.path(), 60, 40000);
   uint64_t missing = 0;
   for (uint32_t i = 0; i < 300; ++i) {
     if (values_[i].get() == nullptr) {
@@ -129,18 +103,8 @@ TEST_F(PagedValuesTest, FindDamage) {
 }
 
 TEST_F(PagedValuesTest, StayInMemoryWhereTheDiskTakesNone) {
-  const bool both[] = {false, true};
-  for (const bool is_limited : both) {
-    values_.clear();
-    pages_ =
-        std::make_shared<PagedValues>(folder_.path(), is_limited ? 2 << 20 : 64 << 20, kMostBytes);
-    rlimit before{};
-    getrlimit(RLIMIT_FSIZE, &before);
-    if (!is_limited) {
-      std::signal(SIGXFSZ, SIG_IGN);
-      const rlimit none{0, before.rlim_max};
-      setrlimit(RLIMIT_FSIZE, &none);
-    }
+  {
+    const FileSizeLimit disk(0);
     keep(200);
     EXPECT_TRUE(pages_->isFull());
     const PagedValues::Stats stats = pages_->stats();
@@ -148,21 +112,10 @@ TEST_F(PagedValuesTest, StayInMemoryWhereTheDiskTakesNone) {
     EXPECT_LT(stats.failures, 40u) << "the disk is left alone between tries";
     EXPECT_NE(stats.problem.find("map/page_folder"), std::string::npos);
     for (uint32_t i = 0; i < 200; ++i) ASSERT_TRUE(isThere(i)) << i;
-    setrlimit(RLIMIT_FSIZE, &before);
-    if (is_limited) continue;
-    for (uint32_t i = 0; i < 200; ++i) ASSERT_TRUE(isThere(i)) << i;
-    for (uint32_t i = 200; i < 400; ++i) values_.push_back({valueOf(i), pages_});
-    EXPECT_FALSE(pages_->isFull()) << "the disk is used again";
-    for (uint32_t i = 0; i < 400; ++i) ASSERT_TRUE(isThere(i)) << i;
-    EXPECT_EQ(pages_->stats().lost, 0u);
   }
-}
-
-TEST(PagedValues, NeedNoFile) {
-  Paged<Value> value(valueOf(1), nullptr);
-  EXPECT_EQ(value.get()->words, valueOf(1)->words);
-  EXPECT_EQ(value.take()->words, valueOf(1)->words);
-  EXPECT_EQ(value.get(), nullptr);
+  keep(400);
+  EXPECT_FALSE(pages_->isFull()) << "the disk is used again";
+  EXPECT_EQ(pages_->stats().lost, 0u);
 }
 
 }  // namespace

@@ -2,18 +2,13 @@
 // the map that it would be with more memory, to the last bit.
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
 #include <chrono>
-#include <csignal>
-#include <filesystem>
-#include <fstream>
 #include <mutex>
-#include <optional>
 #include <thread>
 
 #include "dtsdf_mapping/partly_cleared.h"
@@ -21,6 +16,7 @@
 #include "engine/pager.h"
 #include "io/map_chunks.h"
 #include "support/map_equality.h"
+#include "support/page_faults.h"
 #include "support/saved_maps.h"
 #include "support/temporary_folder.h"
 
@@ -92,41 +88,17 @@ const RoomRecording& tour() {
   return recording;
 }
 
-/// From one place, turning a little; boxes go away one after the other.
-const RoomRecording& lookAround() {
-  static const RoomRecording recording = [] {
-    RoomRecording made;
-    for (int i = 0; i < kFlightFrames; ++i) {
-      Scene scene;
-      scene.add(Room{{-1.5, -1.2, -0.9}, {6.0, 1.2, 0.9}});
-      for (int k = i / 3; k < 12; ++k) {
-        scene.add(makeBox({1.2 + 0.25 * k, k % 3 * 0.7 - 0.7, k % 2 * 0.4 - 0.3}, {0.2, 0.3, 0.4},
-                          0.3 * k));
-      }
-      const double turn = 0.08 * (i % 12 < 6 ? i % 12 : 12 - i % 12) - 0.2;
-      const Eigen::Vector3d eye(-1.0, 0.0, 0.0);
-      const Eigen::Isometry3d pose =
-          lookAt(eye, eye + Eigen::Vector3d(1.0, turn, 0.0), Eigen::Vector3d::UnitZ());
-      made.depth.push_back(renderFrame(scene, pose, 96, 72));
-    }
-    return made;
-  }();
-  return recording;
-}
-
 /// What is done on the tour besides fusing.
 struct Way {
-  int mesh_every = 3;         ///< Frames; 0: once, at the end.
-  bool looks_around = false;  ///< In place of the tour, with time to read between frames.
+  int mesh_every = 3;  ///< Frames; 0: once, at the end.
   bool painted = false;
   bool space = false;
   float keep_radius_m = 0.0f;
-  std::optional<int> cleared_at;  ///< After this frame, a region is.
 };
 
 MapperParams paramsOf(const Way& way) {
   MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
-  params.fusion.max_depth_m = way.looks_around ? 7.0f : 2.0f;
+  params.fusion.max_depth_m = 2.0f;
   params.paint.max_depth_m = 2.0f;
   params.map.keep_radius_m = way.keep_radius_m;
   params.space.enabled = way.space;
@@ -158,11 +130,9 @@ class Tour {
   void go(int first = 0, int last = kFlightFrames) {
     for (int i = first; i < last; ++i) {
       const size_t n = static_cast<size_t>(i);
-      if (way_.looks_around) std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      const DepthFrame frame = (way_.looks_around ? lookAround() : tour()).depth[n].view();
+      const DepthFrame frame = tour().depth[n].view();
       ASSERT_EQ(mapper_->integrate(frame).status, FrameStatus::kFused);
       if (way_.painted) mapper_->paint(tour().colour[n].view());
-      if (way_.cleared_at == i) cleared_ = mapper_->clearRegion(boxInTheRoom());
       if (way_.mesh_every > 0 && i % way_.mesh_every == 0) updateMesh();
       most_ = std::max(most_, mapper_->stats().map_bytes);
     }
@@ -186,60 +156,18 @@ class Tour {
   Mesh meshSoFar() const { return store_.assemble(); }
   ProbedMapper& mapper() { return *mapper_; }
   size_t most() const { return most_; }
-  const ClearedRegion& cleared() const { return cleared_; }
 
  private:
   const Way way_;
   std::unique_ptr<ProbedMapper> mapper_;
   MeshStore store_;
   size_t most_ = 0, most_made_ = 0;
-  ClearedRegion cleared_;
 };
 
 class Paging : public testing::Test {
  protected:
   TemporaryFolder folder_;
-
-  /// Some of those in the folder.
-  void damagePages() const {
-    for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
-      std::error_code error;
-      const std::string target = std::filesystem::read_symlink(entry.path(), error).string();
-      if (error || target.rfind(folder_.path(), 0) != 0) continue;
-      std::fstream file(entry.path(), std::ios::in | std::ios::out | std::ios::binary);
-      for (int i = 0; i < 20; ++i) file.seekp(i * 100000).put('x').put('y').put('z');
-    }
-  }
-
-  /// Goes with several budgets, and compares with a map that has room for all of it.
-  void compare(const Way& way, const std::vector<int>& budgets_mb) {
-    Tour whole(way, paramsOf(way));
-    ASSERT_NO_FATAL_FAILURE(whole.go());
-    const MapContents contents = whole.mapper().contents();
-    const Mesh mesh = whole.mesh();
-    ASSERT_GT(mesh.triangles.size(), 1000u);
-    for (const int budget_mb : budgets_mb) {
-      SCOPED_TRACE(std::to_string(budget_mb) + " MB of " + std::to_string(whole.most() >> 20));
-      ASSERT_GT(whole.most() >> 20, static_cast<size_t>(budget_mb)) << "else nothing is tested";
-      Tour near(way, pagedParams(paramsOf(way), budget_mb, folder_.path()));
-      ASSERT_NO_FATAL_FAILURE(near.go());
-      const MapStats stats = near.mapper().stats();
-      EXPECT_EQ(stats.refused_blocks, 0u);
-      EXPECT_LE(stats.map_bytes_peak, stats.max_map_bytes);
-      EXPECT_GT(stats.pages.blocks, 0u);
-      EXPECT_GT(stats.pages.read, 100u);
-      EXPECT_EQ(stats.pages.lost + stats.pages.failures, 0u) << stats.pages.problem;
-      EXPECT_EQ(stats.dropped_blocks, whole.mapper().stats().dropped_blocks);
-      EXPECT_TRUE(sameContents(near.mapper().contents(), contents));
-      EXPECT_TRUE(sameMeshes(near.mesh(), mesh));
-      EXPECT_EQ(near.cleared().voxels, whole.cleared().voxels);
-      EXPECT_EQ(near.cleared().blocks, whole.cleared().blocks);
-      EXPECT_EQ(folder_.entryCount(), 0u) << "the file has no name";
-    }
-  }
 };
-
-TEST_F(Paging, ChangesNothingHoweverSmallTheBudget) { compare(Way(), {5, 3, 2, 1}); }
 
 /// A mesh that nobody has asked for so far does not have to be in memory at once.
 TEST_F(Paging, HandsOutAMeshInParts) {
@@ -270,22 +198,6 @@ TEST_F(Paging, HandsOutAMeshInPartsThatLosesBlocks) {
     EXPECT_TRUE(map->updateMeshInParts() > 3 || map == &whole);
   }
   EXPECT_TRUE(sameMeshes(near.meshSoFar(), whole.meshSoFar()));
-}
-
-/// Blocks that were read ahead come to memory within a frame then, which may clear them.
-TEST_F(Paging, ChangesNothingWhereNoMeshIsMadeBetweenFrames) {
-  Way way;
-  way.mesh_every = 0;
-  way.looks_around = true;
-  compare(way, {5, 2, 1});
-}
-
-TEST_F(Paging, ClearsRegionsOnDisk) {
-  Way way;
-  way.cleared_at = kWayOut;
-  compare(way, {5, 3});
-  way.painted = true;
-  compare(way, {5});
 }
 
 TEST_F(Paging, RendersWhatIsOnDisk) {
@@ -348,11 +260,6 @@ TEST_F(Paging, WritesWhatIsOldestFirst) {
     }
     EXPECT_EQ(mapper->stats().pages.read, 0u) << "what was mapped before has gone";
   }
-}
-
-TEST(Spare, IsAShareOfSmallBudgetsAndBoundedForGreatOnes) {
-  EXPECT_EQ(spareBytes(size_t{64} << 20), size_t{4} << 20);
-  EXPECT_EQ(spareBytes(size_t{64} << 30), size_t{32} << 20) << "no frame writes gigabytes";
 }
 
 TEST_F(Paging, EndsWithTheMap) {
@@ -451,21 +358,6 @@ TEST_F(Paging, WaitsForASlowDisk) {
   EXPECT_EQ(near.mapper().stats().refused_blocks, 0u);
 }
 
-/// While it is alive, this process cannot make files longer.
-class DiskThatRefuses {
- public:
-  DiskThatRefuses() {
-    std::signal(SIGXFSZ, SIG_IGN);
-    getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit none{0, before_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &none);
-  }
-  ~DiskThatRefuses() { setrlimit(RLIMIT_FSIZE, &before_); }
-
- private:
-  rlimit before_{};
-};
-
 /// What can come back is cleared, and what is known of space goes with it; it is said that there is
 /// more.
 TEST_F(Paging, ClearsInPartWhereTheDiskRefuses) {
@@ -486,7 +378,7 @@ TEST_F(Paging, ClearsInPartWhereTheDiskRefuses) {
   };
   ASSERT_GT(free_cells(), 0u);
   {
-    const DiskThatRefuses disk;
+    const FileSizeLimit disk(0);
     for (; near.mapper().stats().refused_blocks == 0; ++seen) {  // until memory is full
       ASSERT_LT(seen, kFlightFrames);
       near.go(seen, seen + 1);
@@ -511,7 +403,7 @@ TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
   const size_t blocks = near.mapper().contents().blocks.size();
   ASSERT_EQ(near.mapper().stats().refused_blocks, 0u);
   {
-    const DiskThatRefuses disk;
+    const FileSizeLimit disk(0);
     near.go(8, 14);
     near.go(0, 7);  // next to blocks that cannot come back
     const uint64_t counted = near.mapper().stats().refused_blocks;
@@ -543,21 +435,10 @@ TEST_F(Paging, OutlivesADiskThatCannotBeReadForAWhile) {
   near.go(0, kWayOut);
   near.updateMesh();
   const size_t blocks = near.mapper().contents().blocks.size();
-  int file = -1;
-  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
-    std::error_code error;
-    const std::string target = std::filesystem::read_symlink(entry.path(), error).string();
-    if (!error && target.rfind(folder_.path(), 0) == 0) {
-      file = std::stoi(entry.path().filename().string());
-    }
+  {
+    const DiskOutage outage(folder_.path());
+    near.go(0, 2);
   }
-  ASSERT_GE(file, 0);
-  const int kept = dup(file), directory = open("/", O_RDONLY | O_CLOEXEC);
-  ASSERT_EQ(dup2(directory, file), file);  // cannot be read, nor written
-  near.go(0, 2);
-  ASSERT_EQ(dup2(kept, file), file);
-  close(kept);
-  close(directory);
   const MapStats stats = near.mapper().stats();
   EXPECT_EQ(stats.pages.lost, 0u);
   EXPECT_GT(stats.pages.failures, 0u);
@@ -589,7 +470,7 @@ TEST_F(Paging, OutlivesDamage) {
   near.go(0, kWayOut);
   near.updateMesh();
   const size_t before = near.mapper().contents().blocks.size();
-  damagePages();
+  damagePages(folder_.path(), 20, 100000);
   const MapContents copy = near.mapper().contents();
   MapStats stats = near.mapper().stats();
   EXPECT_GT(stats.pages.lost, 0u) << "no copy leaves blocks out silently";
@@ -613,7 +494,7 @@ TEST_F(Paging, CopiesAPartAgainWithoutWhatIsDamaged) {
   near.go(0, kWayOut);
   near.updateMesh();
   near.go(kWayOut, kWayOut + 1);  // after which all blocks on disk have been met by an extraction
-  damagePages();
+  damagePages(folder_.path(), 20, 100000);
   const std::vector<MapBlock> blocks = near.mapper().outline().blocks;
   const MapContents first = near.mapper().part(blocks);
   ASSERT_GT(near.mapper().stats().pages.lost, 0u) << "else nothing is tested";

@@ -3,9 +3,7 @@
 #include "page/record_store.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
-#include <csignal>
 #include <memory>
 #include <random>
 #include <thread>

@@ -33,14 +33,6 @@ TEST(Anchor, IsKeptToHalfAStep) {
   }
 }
 
-TEST(Anchor, StaysWithinReach) {
-  for (const float end : {-1.0f, 1.0f, -1.2f, 1.2f}) {
-    const Vec3f kept = anchorOffset(packAnchor({end, -end, end}, end > 0 ? 0.999f : 0.0f));
-    EXPECT_NEAR(kept.x, end > 0 ? 0.975f : -0.975f, 1e-6f);
-    EXPECT_NEAR(kept.y, end > 0 ? -0.975f : 0.975f, 1e-6f);
-  }
-}
-
 /// Rounded with dithers that are spread evenly, an anchor is right on average.
 TEST(Anchor, DitheredIsRightOnAverage) {
   for (const float offset : {-0.51f, -0.013f, 0.3f, 0.862f}) {
@@ -50,34 +42,6 @@ TEST(Anchor, DitheredIsRightOnAverage) {
     }
     EXPECT_NEAR(sum / 256.0, offset, 3e-4);
   }
-}
-
-TEST(PointKey, TellsTheOffset) {
-  std::mt19937 random(4);
-  for (int i = 0; i < 10000; ++i) {
-    const Vec3f offset = randomOffset(random, 1.0f);
-    const uint32_t key = keyOf(offset, 0.1f);
-    ASSERT_NE(key, 0u);
-    const Vec3f kept = pointOffset(key);
-    for (int axis = 0; axis < 3; ++axis) {
-      ASSERT_NEAR(component(kept, axis), component(offset, axis), 0.5f / 127.0f + 1e-6f);
-    }
-  }
-}
-
-/// The parts may come in another order, each with its shift.
-TEST(PointKey, TheOrderOfTheAxesDoesNotMatter) {
-  const Vec3f offset{0.25f, -0.5f, 0.75f};
-  EXPECT_EQ(
-      pointKey({offset.y, offset.z, offset.x}, {pointShift(1), pointShift(2), pointShift(0)}, 0.2f),
-      keyOf(offset, 0.2f));
-}
-
-TEST(PointKey, BeyondReachThereIsNone) {
-  EXPECT_NE(keyOf({1.0f, -1.0f, 1.0f}, 0.0f), 0u);
-  EXPECT_EQ(keyOf({1.01f, 0.0f, 0.0f}, 0.0f), 0u);
-  EXPECT_EQ(keyOf({0.0f, -1.01f, 0.0f}, 0.0f), 0u);
-  EXPECT_EQ(keyOf({0.0f, 0.0f, 1.5f}, 0.0f), 0u);
 }
 
 /// The distance along the surface decides, not the one across it: a corner half a voxel in front of

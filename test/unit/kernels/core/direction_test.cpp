@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <random>
 #include <set>
 
@@ -10,20 +9,6 @@
 
 namespace dtsdf {
 namespace direction_test {
-
-TEST(Direction, AxisAndSign) {
-  const float axes[6][3] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-  for (int d = 0; d < kDirectionCount; ++d) {
-    const Vec3f v{axes[d][0], axes[d][1], axes[d][2]};
-    EXPECT_EQ(component(v, directionAxis(d)), directionSign(d));
-    EXPECT_EQ(directionCosine(v, d), 1.0f);
-    EXPECT_EQ(directionCosine(v, d ^ 1), -1.0f);
-    const DirectionSet set = directionsOf(v, true);
-    ASSERT_EQ(set.count, 1) << "direction " << d;
-    EXPECT_EQ(set.direction[0], d);
-    EXPECT_EQ(set.weight[0], 1.0f);
-  }
-}
 
 /// The set holds every direction whose cosine exceeds the threshold, once, with the cosine.
 TEST(Direction, SetsAreWhatTheThresholdSays) {
@@ -43,13 +28,6 @@ TEST(Direction, SetsAreWhatTheThresholdSays) {
       EXPECT_EQ(set.weight[k], cosines[set.direction[k]]);
     }
   }
-}
-
-TEST(Direction, TheUndirectedMapHasOneWithFullWeight) {
-  const DirectionSet set = directionsOf({-0.6f, 0.0f, 0.8f}, false);
-  ASSERT_EQ(set.count, 1);
-  EXPECT_EQ(set.direction[0], 0);
-  EXPECT_EQ(set.weight[0], 1.0f);
 }
 
 }  // namespace direction_test

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <random>
-#include <set>
 #include <tuple>
 #include <vector>
 
@@ -64,19 +63,6 @@ TEST(Grid, VoxelsBelongToTheBlockBelowThem) {
     const Vec3i inside = Vec3i{x, -x, x / 3} - firstVoxelOfBlock(block);
     EXPECT_TRUE(voxelOffset(voxelIndex(inside.x, inside.y, inside.z)) == inside);
   }
-}
-
-/// A room's worth of neighbouring keys lands evenly in a table of any power of two.
-TEST(Grid, HashSpreadsNeighbouringKeys) {
-  constexpr int kBuckets = 1 << 12, kSide = 32;
-  std::vector<int> load(kBuckets, 0);
-  for (int z = 0; z < kSide; ++z) {
-    for (int y = 0; y < kSide; ++y) {
-      for (int x = 0; x < kSide; ++x) ++load[hashKey(packKey({x - 16, y - 16, z - 16})) % kBuckets];
-    }
-  }
-  // 8 keys a bucket on average; 30 would be 8 standard deviations off for a random placement.
-  for (const int keys : load) EXPECT_LT(keys, 30);
 }
 
 }  // namespace grid_test

@@ -66,19 +66,6 @@ TEST(Region, HoldsThePointsThatLieInIt) {
   }
 }
 
-TEST(Region, FacesAndSurfaceBelongToIt) {
-  BoxRegion box;
-  box.size_m = {4.0, 2.0, 2.0};
-  const RegionView in_voxels = makeRegionView(box, 0.5);
-  EXPECT_TRUE(isInside(in_voxels, Vec3i{4, 2, -2}));
-  EXPECT_FALSE(isInside(in_voxels, Vec3i{5, 2, -2}));
-  EXPECT_FALSE(isInside(in_voxels, Vec3i{4, 3, -2}));
-  const RegionView ball = makeRegionView(SphereRegion{{1.0, 0.0, 0.0}, 2.5}, 0.5);
-  EXPECT_TRUE(isInside(ball, Vec3i{7, 0, 0}));
-  EXPECT_TRUE(isInside(ball, Vec3i{2, 3, 4}));
-  EXPECT_FALSE(isInside(ball, Vec3i{7, 1, 0}));
-}
-
 /// A block is passed over only if none of its voxels is inside, and most that have none are.
 TEST(Region, BlocksThatMayReachIntoItHoldAllThatDo) {
   std::mt19937 random(8);

@@ -2,11 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
-#include <random>
-#include <vector>
 
 namespace dtsdf {
 namespace voxel_test {
@@ -54,26 +50,6 @@ TEST(VoxelSums, TheWorstFrameFits) {
   addToSums(sums, static_cast<int32_t>(weight), static_cast<int32_t>(sdf), 0);
   EXPECT_EQ(sums.weight, weight * kMaxPixels);
   EXPECT_EQ(sums.weighted_sdf, weight * sdf * kMaxPixels);
-}
-
-TEST(VoxelSums, QuantisingRoundsToTheNearest) {
-  std::mt19937 random(8);
-  std::uniform_real_distribution<float> uniform(-1.0f, 1.0f);
-  for (int i = 0; i < 10000; ++i) {
-    const float x = uniform(random);
-    EXPECT_NEAR(quantiseSdf(x) / 32768.0, x, 0.5 / 32768.0 + 1e-9);
-    EXPECT_NEAR(quantiseWeight(std::abs(x)) / 1048576.0, std::abs(x), 0.5 / 1048576.0 + 1e-7);
-  }
-}
-
-/// The greatest key stays, but for samples of weight 0, which add nothing.
-TEST(VoxelSums, KeepTheNearestPoint) {
-  VoxelSums sums{};
-  addToSums(sums, 5, 0, 700);
-  addToSums(sums, 5, 0, 900);
-  addToSums(sums, 5, 0, 800);
-  addToSums(sums, 0, 0, 1000);
-  EXPECT_EQ(sums.nearest, 900u);
 }
 
 }  // namespace voxel_test

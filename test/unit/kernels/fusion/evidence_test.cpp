@@ -68,16 +68,5 @@ TEST(LeastEvidence, IsThatOfSoManyFramesButForAContradiction) {
   EXPECT_EQ(leastEvidence(10, kMany, kRules), 24);  // what no voxel could have is not asked for
 }
 
-TEST(LeastEvidence, AsksForNoMoreFramesThanWereFused) {
-  for (const int32_t min_support : {1, 2, 3}) {
-    EXPECT_EQ(leastEvidence(min_support, 0, kRules), 1);
-    EXPECT_EQ(leastEvidence(min_support, 1, kRules), 1);
-  }
-  EXPECT_EQ(leastEvidence(1, 2, kRules), 1);
-  EXPECT_EQ(leastEvidence(2, 2, kRules), 4);
-  EXPECT_EQ(leastEvidence(3, 2, kRules), 4);
-  EXPECT_EQ(leastEvidence(3, 3, kRules), 7);
-}
-
 }  // namespace evidence_test
 }  // namespace dtsdf

@@ -88,8 +88,6 @@ TEST(FreeDepth, IsZeroWhereTheMarginLeavesNothing) {
   for (const int v : {40, 43, 46}) EXPECT_EQ(image.freeDepthAt(30, v), 0.0f);
 }
 
-const Voxel kEmpty = makeVoxel(0.0f, 0, 0);
-
 /// The voxels of one block and direction.
 struct Array {
   Voxel voxel[kVoxelsPerBlock] = {};
@@ -149,37 +147,6 @@ TEST(Foot, WithNeighboursMissing) {
   expectNear(lonely.foot(3, 4, 5, 5), {3, 4, 3.5f});
 }
 
-Array ramp(const Vec3f& slope) {
-  return Array([=](const Vec3f& p) { return dot(slope, p - Vec3f{3, 3, 3}) + 1.0f; });
-}
-
-/// Noise may turn the distances of a few voxels any way: then they tell no gradient.
-TEST(Foot, IgnoresSlopesThatNoSurfaceOfTheDirectionHas) {
-  const Vec3f along_axis{2, 3, 3};
-  expectNear(ramp({-1, 0, 0}).foot(3, 3, 3, 0), along_axis);         // faces the other way
-  expectNear(ramp({0.28f, 0.96f, 0}).foot(3, 3, 3, 0), along_axis);  // too far off
-  expectNear(ramp({0.17f, 0.24f, 0}).foot(3, 3, 3, 0), along_axis);  // too flat: 0.294
-  for (const Vec3f& slope : {Vec3f{0.35f, 0.94f, 0}, Vec3f{0.24f, 0.18f, 0.144f}}) {  // 0.333
-    expectNear(ramp(slope).foot(3, 3, 3, 0), Vec3f{3, 3, 3} - (1.0f / norm(slope)) * slope);
-  }
-}
-
-/// The undirected map holds surfaces of any direction in one array: none of them is held to an
-/// axis, nor made up where the gradient is not known.
-TEST(Foot, OfAnyDirection) {
-  for (const Vec3f& n : {Vec3f{-1, 0, 0}, Vec3f{0, 0, 1}, Vec3f{-0.6f, 0.48f, -0.64f}}) {
-    const Array array([&](const Vec3f& p) { return dot(n, p) - 2.25; });
-    for (int i = 0; i < kVoxelsPerBlock; ++i) {
-      if (std::abs(sdfOf(array.voxel[i])) > kFarthest) continue;
-      expectNear(placeOf(array.voxel, i, kAnyDirection, false),
-                 Array::at(i) - sdfOf(array.voxel[i]) * n);
-    }
-  }
-  Array lonely;
-  lonely.set(voxelIndex(3, 4, 5), -1.5f);
-  expectNear(lonely.foot(3, 4, 5, kAnyDirection), {3, 4, 5});
-}
-
 /// 9 x 9 pixels, all of which see 2 m; a point straight ahead at 1 m falls on the middle one.
 class SeesThrough : public testing::Test {
  protected:
@@ -232,63 +199,6 @@ TEST_F(SeesThrough, KnowsItsSideOfAnOutline) {
   EXPECT_EQ(sightAt(5), Sight::kThrough);
 }
 
-/// Images whose outlines lie on either side of a place: those that cover a voxel and see the
-/// outline short of its anchor give no support, and take none away from others.
-TEST(IsAgainst, AtAnOutlineOnlyOwnSupport) {
-  const FusionRules rules;
-  const Voxel few = makeVoxel(0.0f, 1 << 16, rules.most_evidence - rules.support_gain);
-  const Voxel full = makeVoxel(0.0f, 1 << 16, rules.most_evidence - rules.support_gain + 1);
-  EXPECT_FALSE(isAgainst(Sight::kSurface, few, true, rules));
-  EXPECT_FALSE(isAgainst(Sight::kOutline, few, false, rules));
-  EXPECT_TRUE(isAgainst(Sight::kOutline, few, true, rules));
-  EXPECT_FALSE(isAgainst(Sight::kOutline, full, true, rules));
-  for (const Voxel& voxel : {few, full}) {
-    EXPECT_TRUE(isAgainst(Sight::kThrough, voxel, false, rules));
-    EXPECT_TRUE(isAgainst(Sight::kThrough, voxel, true, rules));
-  }
-  const Voxel before = makeVoxel(-0.75f, 12345, 9);
-  const Voxel supported = makeVoxel(-0.75f, 12345, supportedEvidence(9, rules));
-  const int32_t frames = framesAgainst(Sight::kOutline, true, rules);
-  EXPECT_EQ(evidenceOf(contradictedVoxel(supported, frames, true, rules)), evidenceOf(before));
-  EXPECT_EQ(framesAgainst(Sight::kThrough, true, rules), 1);
-}
-
-/// A voxel is 3 pixels wide at a third of a metre, and one beyond a metre: an empty one wants all
-/// of its cells seen through.
-TEST_F(SeesThrough, AllCellsOfAnEmptyVoxel) {
-  const auto seesOnlyBut = [&](const Vec3f& p_L, int u, int v) {
-    free_.assign(81, 2.0f);
-    at(u, v) = 0.1f;
-    return sees(p_L, kEmpty);
-  };
-  const Vec3f near{0, 0, 10.0f / 3.01f};
-  for (int u = 0; u < 9; ++u) {
-    EXPECT_EQ(seesOnlyBut(near, u, 4), u != 1 && u != 4 && u != 7) << u;
-    EXPECT_EQ(seesOnlyBut(near, 4, u), u != 1 && u != 4 && u != 7) << u;
-    EXPECT_EQ(seesOnlyBut(ahead_, u, 4), u < 3 || u > 5) << u;
-    EXPECT_EQ(seesOnlyBut({0, 0, 15}, u, 4), u < 3 || u > 5) << u;
-  }
-}
-
-/// At 1 m a voxel is a pixel wide. In the outermost ring the pixels around that there are decide,
-/// and none of those that follow in memory.
-TEST_F(SeesThrough, GoesByWhatIsInTheImageAtItsRim) {
-  for (int offset = -6; offset <= 6; ++offset) {
-    const auto along = static_cast<float>(offset);
-    EXPECT_EQ(sees({along, 0, 10}), std::abs(offset) <= 4) << offset;
-    EXPECT_EQ(sees({0, along, 10}), std::abs(offset) <= 4) << offset;
-  }
-  for (int i = 0; i < 81; ++i) {
-    const int u = i % 9, v = i / 9;
-    at(u, v) = 0.9f;
-    EXPECT_EQ(sees({4, 0, 10}), u < 7 || std::abs(v - 4) > 1) << u << ", " << v;
-    EXPECT_EQ(sees({-4, 0, 10}), u > 1 || std::abs(v - 4) > 1) << u << ", " << v;
-    EXPECT_EQ(sees({0, 4, 10}), v < 7 || std::abs(u - 4) > 1) << u << ", " << v;
-    EXPECT_EQ(sees({0, -4, 10}), v > 1 || std::abs(u - 4) > 1) << u << ", " << v;
-    at(u, v) = 2.0f;
-  }
-}
-
 /// A wall at 51.2 voxels, 1.024 m, in block (0, 0, 6), seen from the front.
 constexpr int kZMinus = 5;
 size_t contradicted(const FreeSpaceImage& image, const Array& array) {
@@ -331,36 +241,6 @@ TEST(Judge, CoveredVoxelsByTheirAnchors) {
   EXPECT_TRUE(isAt(1.04, false));  // the foot is at 1.024 m
   EXPECT_FALSE(isAt(1.04, true));
   EXPECT_TRUE(isAt(1.05, true));
-}
-
-/// What a frame cannot change it does not judge.
-TEST(IsJudged, WhatItMayChange) {
-  const FusionRules rules;
-  Voxel known = makeVoxel(0.5f, 1 << 16, 3);
-  EXPECT_TRUE(isJudged(known, false, true, rules));
-  EXPECT_FALSE(isJudged(known, true, true, rules));  // has no anchor
-  known.anchor = packAnchor({0.25f, 0.0f, 0.0f}, 0.5f);
-  EXPECT_TRUE(isJudged(known, true, true, rules));
-  EXPECT_TRUE(isJudged(kEmpty, false, true, rules));
-  EXPECT_FALSE(isJudged(kEmpty, true, true, rules));
-  EXPECT_TRUE(isJudged(makeVoxel(0.0f, 0, 1 - rules.most_evidence), false, true, rules));
-  EXPECT_FALSE(isJudged(makeVoxel(0.0f, 0, -rules.most_evidence), false, true, rules));
-}
-
-/// What a frame covers it judges at once, all else in turn: as many frames count in the end.
-TEST(IsJudged, WhatIsNotCoveredInTurns) {
-  const FusionRules rules;
-  Voxel known = makeVoxel(0.5f, 1 << 16, 3);
-  known.anchor = packAnchor({0.25f, 0.0f, 0.0f}, 0.5f);
-  EXPECT_TRUE(isJudged(known, true, false, rules));
-  EXPECT_FALSE(isJudged(known, false, false, rules));
-  EXPECT_FALSE(isJudged(kEmpty, false, false, rules));
-  EXPECT_TRUE(isJudged(known, false, true, rules));
-  EXPECT_TRUE(isJudged(kEmpty, false, true, rules));
-  EXPECT_EQ(framesAgainst(Sight::kThrough, true, rules), 1);
-  EXPECT_EQ(framesAgainst(Sight::kThrough, false, rules), rules.look_turns);
-  EXPECT_EQ(framesAgainst(Sight::kOutline, true, rules), 0);
-  EXPECT_EQ(framesAgainst(Sight::kSurface, false, rules), 0);
 }
 
 /// Some camera: turned any way, its middle anywhere in the image or beside it.
@@ -414,32 +294,6 @@ TEST(MayBeInView, LeavesOutWhatIsFarOutside) {
   for (const int beside : {-12, 11}) {
     EXPECT_FALSE(mayBeInView(frame, {beside, 0, 12})) << beside;
     EXPECT_FALSE(mayBeInView(frame, {0, beside, 12})) << beside;
-  }
-}
-
-TEST(IsInTurn, EachBlockOnceInSoManyFrames) {
-  for (const int32_t turns : {1, 3, 8}) {
-    FusionRules rules;
-    rules.look_turns = turns;
-    for (int i = 0; i < 500; ++i) {
-      const PackedKey key = packKey({i % 8 - 4, i / 8 % 8 - 4, i / 64});
-      for (const uint64_t first : {uint64_t{1}, uint64_t{6}, uint64_t{1} << 33}) {
-        int looks = 0;
-        for (int frame = 0; frame < turns; ++frame) looks += isInTurn(key, first + frame, rules);
-        ASSERT_EQ(looks, 1) << turns << " turns, block " << i << ", from frame " << first;
-      }
-    }
-  }
-}
-
-/// Blocks side by side come up in different frames, or one frame would do the work of all.
-TEST(IsInTurn, SpreadsTheWork) {
-  for (uint64_t frame = 0; frame < 8; ++frame) {
-    int looks = 0;
-    for (int i = 0; i < 4096; ++i) {
-      looks += isInTurn(packKey({i % 16, i / 16 % 16, i / 256}), frame, FusionRules());
-    }
-    EXPECT_NEAR(looks, 1024, 150) << "frame " << frame;
   }
 }
 

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <map>
 #include <random>
-#include <set>
 #include <tuple>
 
 #include "kernels/fusion/cast.h"
@@ -115,57 +114,6 @@ TEST(SampleLine, VisitsEachSampleOnceWithItsShareAndDistance) {
       }
     }
     EXPECT_EQ(found, samples.size()) << "samples far from the point";
-  }
-}
-
-/// The blocks of all corners between which a line crosses its planes.
-std::set<VoxelId> blocksOfCorners(const SampleLine& line) {
-  std::set<VoxelId> blocks;
-  for (int plane = line.first_plane; plane <= line.last_plane; ++plane) {
-    const PlaneCrossing at = crossPlane(line, plane);
-    for (int corner = 0; corner < 4; ++corner) {
-      const int du = corner & 1, dv = corner >> 1;
-      if ((du && !(at.fraction_u > 0.0f)) || (dv && !(at.fraction_v > 0.0f))) continue;
-      blocks.insert(idOf(blockOfVoxel(unpermute(line.axis, plane, at.u + du, at.v + dv))));
-    }
-  }
-  return blocks;
-}
-
-/// Long lines too, as in noisy images: each block that holds samples comes up, and each once.
-TEST(SampleLine, BlocksVisitedHoldAllSamplesAndComeUpOnce) {
-  std::mt19937 random(16);
-  for (int i = 0; i < 2000; ++i) {
-    const Cast cast = randomCast(random, i);
-    const SampleLine line =
-        i % 3 == 0 ? makeSampleLine(cast.p, cast.normal, cast.direction, 9.0f) : lineOf(cast);
-    std::set<VoxelId> blocks;
-    visitBlocks(line, [&](const Vec3i& block) {
-      EXPECT_TRUE(blocks.insert(idOf(block)).second) << "twice in cast " << i;
-    });
-    EXPECT_EQ(blocks, blocksOfCorners(line)) << "cast " << i;
-    for (const auto& [id, sample] : samplesOf(line)) {
-      const auto [x, y, z] = id;
-      EXPECT_EQ(blocks.count(idOf(blockOfVoxel({x, y, z}))), 1u) << "cast " << i;
-    }
-  }
-}
-
-TEST(SampleLine, IsCastSampleBySample) {
-  std::mt19937 random(17);
-  for (int i = 0; i < 1000; ++i) {
-    const Cast cast = randomCast(random, i);
-    const SampleLine line = lineOf(cast);
-    const FusionSettings fusion{1, 1, cast.truncation, 64.0f, FusionRules()};
-    std::map<VoxelId, std::pair<float, int32_t>> expected, actual;
-    for (const auto& [id, sample] : samplesOf(line)) {
-      expected[id] = {sample.share, roundSdf(sample.distance * (kSdfScale / cast.truncation))};
-    }
-    auto add = [&](const Vec3i& voxel, const CornerSample& sample, int32_t sdf) {
-      EXPECT_TRUE(actual.emplace(idOf(voxel), std::make_pair(sample.share, sdf)).second);
-    };
-    castSurfel({line, noSides(), directionsOf(cast.normal, true)}, fusion, add);
-    EXPECT_EQ(actual, expected) << "cast " << i;
   }
 }
 

@@ -99,14 +99,6 @@ TEST(FoldSums, TheGreatestCapFits) {
   EXPECT_NEAR(sdfOf(voxel), 0.5f, 1e-4f);
 }
 
-/// What is measured weighs at least a unit: weight 0 would mean that nothing was.
-TEST(FoldSums, TheLeastMeasurementIsAUnit) {
-  const Voxel voxel = foldSums(kEmpty, {-(1 << 15), 1, 0, 0}, 1e-3f, kFusion);
-  EXPECT_EQ(weightUnits(voxel), 1u);
-  EXPECT_EQ(sdfOf(voxel), -kTruncation);
-  EXPECT_FALSE(isEmpty(voxel));
-}
-
 /// The far fringe of a surfel averages with the rest, but is no surface on its own.
 TEST(FoldSums, LittleCoverAveragesButSupportsNothing) {
   const float least = kFusion.rules.support_share;
@@ -137,12 +129,6 @@ TEST(FoldSums, FarFromItsSurfaceAFrameAveragesButSupportsNothing) {
   EXPECT_EQ(evidenceOf(foldSums(kEmpty, sumsOf(3.9f, 1.0f), 1.0f, projecting)), 3);
 }
 
-/// By the share alone: what is far away is as much there as what is near.
-TEST(FoldSums, DepthTakesNoEvidence) {
-  const float least = kFusion.rules.support_share;
-  EXPECT_EQ(evidenceOf(fold(kEmpty, 0.5f, 1.1f * least, 0.01f)), 3);
-}
-
 VoxelSums sumsWithPoint(float sdf_voxels, float weight, const Vec3f& point) {
   VoxelSums sums{};
   const uint32_t key = pointKey(point, {pointShift(0), pointShift(1), pointShift(2)}, sdf_voxels);
@@ -160,12 +146,6 @@ TEST(FoldAnchor, IsTheFirstPointThatWasMeasured) {
   EXPECT_NEAR(offset.x, 0.5f, 0.055f);
   EXPECT_NEAR(offset.y, -0.25f, 0.055f);
   EXPECT_NEAR(offset.z, 0.0f, 0.055f);
-}
-
-TEST(FoldAnchor, StaysWhereAFrameHasNoPoint) {
-  const Voxel voxel = foldPoint(kEmpty, 0.0f, 1.0f, {0.5f, -0.25f, 0.0f});
-  EXPECT_EQ(fold(voxel, 0.2f, 1.0f).anchor, voxel.anchor);
-  EXPECT_EQ(fold(kEmpty, 0.2f, 1.0f).anchor, kNoAnchor);
 }
 
 /// Points of equal distance from the foot count by their frames' weights; one that is nearer counts
@@ -197,19 +177,6 @@ TEST(DepthWeight, FallsWithTheSquareFromOneMetreOn) {
   FusionRules farther;
   farther.full_weight_depth_m = 2.0f;
   EXPECT_FLOAT_EQ(depthWeight(4.0f, farther), 0.25f);
-}
-
-/// A camera at x = 20 that looks along -x: the middle of block (-10, 3, 5) is at x = -76, that is
-/// 96 voxels of 2 cm away, 1.92 m; its other coordinates do not matter. What is behind the camera
-/// is not near to it, but nothing is measured there.
-TEST(DepthWeight, OfABlockIsThatOfItsMiddle) {
-  FrameView frame{};
-  frame.voxel_size_m = 0.02f;
-  frame.T_L_C = {{0, 0, -1, 1, 0, 0, 0, -1, 0}, {20.0f, 1.0f, 2.0f}};
-  const float expected = 1.0f / (1.92f * 1.92f);
-  EXPECT_FLOAT_EQ(blockDepthWeight(frame, {-10, 3, 5}, FusionRules()), expected);
-  EXPECT_FLOAT_EQ(blockDepthWeight(frame, {-10, -2, 0}, FusionRules()), expected);
-  EXPECT_EQ(blockDepthWeight(frame, {1, 0, 0}, FusionRules()), 1.0f);
 }
 
 }  // namespace voxel_update_test

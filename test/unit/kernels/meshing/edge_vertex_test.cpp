@@ -71,15 +71,6 @@ TEST(EdgeVertex, IsANumberWhereADirectionTouchesTheLowerEnd) {
   EXPECT_NEAR(offsetOn(edge, 2, 1), 0.25f, 1e-6f);
 }
 
-/// What bends more than a ball of two voxels is limited to that.
-TEST(EdgeVertex, BendsNoMoreThanASmallBall) {
-  const Sample none{0.0f, 0.0f}, low{-0.5f, 1.0f}, high{0.5f, 1.0f};
-  EXPECT_EQ(bendOnEdge(none, low, high, none), 0.0f);
-  EXPECT_NEAR(bendOnEdge({-1.4f, 1.0f}, low, high, none), 0.1f, 1e-6f);
-  EXPECT_EQ(bendOnEdge({9.0f, 1.0f}, low, high, none), 0.5f);
-  EXPECT_EQ(bendOnEdge(none, low, high, {-9.0f, 1.0f}), -0.5f);
-}
-
 /// A wall that an edge passes through: each side by its own facing.
 TEST(EdgeVertex, TellsTheTwoSidesOfAWallApart) {
   EdgeSamples edge = {};
@@ -89,28 +80,6 @@ TEST(EdgeVertex, TellsTheTwoSidesOfAWallApart) {
   edge.upper[1] = {-0.6f, 5.0f};
   EXPECT_NEAR(offsetOn(edge, 0, 0), 0.7f, 1e-6f);
   EXPECT_NEAR(offsetOn(edge, 0, 1), 0.4f, 1e-6f);
-}
-
-TEST(EdgeVertex, KeepsOffTheCorners) {
-  EdgeSamples edge = {};
-  edge.lower[4] = {-1e-9f, 1.0f};
-  edge.upper[4] = {1.0f, 1.0f};
-  EXPECT_EQ(offsetOn(edge, 2, 0), kVertexMargin);
-  edge.lower[4] = {-1.0f, 1.0f};
-  edge.upper[4] = {0.0f, 1.0f};
-  EXPECT_EQ(offsetOn(edge, 2, 0), 1.0f - kVertexMargin);
-}
-
-/// A sample without weight, or one that free space took more from than it had, crosses nothing.
-TEST(EdgeVertex, UnobservedEndsCrossNothing) {
-  for (const float weight : {0.0f, -1.0f}) {
-    EdgeSamples edge = {};
-    edge.lower[4] = {-0.25f, 1.0f};
-    edge.upper[4] = {0.75f, 1.0f};
-    edge.lower[0] = {-0.75f, 100.0f};
-    edge.upper[0] = {0.25f, weight};
-    EXPECT_EQ(offsetOn(edge, 2, 0), 0.25f);
-  }
 }
 
 }  // namespace edge_vertex_test

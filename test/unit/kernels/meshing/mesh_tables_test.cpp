@@ -11,15 +11,6 @@
 namespace dtsdf {
 namespace mesh_tables_test {
 
-std::set<std::array<int, 3>> triangleSet(int index) {
-  std::set<std::array<int, 3>> result;
-  for (std::array<int, 3> t : trianglesOf(index)) {
-    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-    result.insert(t);
-  }
-  return result;
-}
-
 TEST(MeshTables, TrianglesUseExactlyTheCrossedEdges) {
   for (int index = 0; index < 256; ++index) {
     std::set<int> used;
@@ -88,39 +79,6 @@ TEST(MeshTables, NeighboursAgreeOnTheirSharedFace) {
       }
       ASSERT_EQ(segmentsOn(left, 1.0, false), segmentsOn(right, -1.0, true))
           << "indices " << left << " and " << right << " across axis " << axis;
-    }
-  }
-}
-
-TEST(MeshTables, ComponentsMakeUpTheIndex) {
-  for (int index = 0; index < 256; ++index) {
-    std::set<std::array<int, 3>> triangles;
-    size_t count = 0;
-    for (int i = 0; i < kMeshTables.component_count[index]; ++i) {
-      const auto part = triangleSet(kMeshTables.component[index][i]);
-      triangles.insert(part.begin(), part.end());
-      count += part.size();
-    }
-    EXPECT_EQ(triangles, triangleSet(index)) << "index " << index;
-    EXPECT_EQ(count, triangles.size()) << "components of index " << index << " overlap";
-  }
-}
-
-/// A direction sees a surface from its +D side: walking along D from behind to in front.
-TEST(MeshTables, VerdictsFollowTheEdgesAlongTheDirection) {
-  for (int index = 1; index < 255; ++index) {
-    for (int d = 0; d < 6; ++d) {
-      bool right = false, wrong = false;
-      for (const auto& [lower, upper] : cubeEdges()) {
-        if (upper - lower != 1 << (d / 2)) continue;
-        const int start = d % 2 == 0 ? lower : upper, end = d % 2 == 0 ? upper : lower;
-        right |= isBehind(index, start) && !isBehind(index, end);
-        wrong |= !isBehind(index, start) && isBehind(index, end);
-      }
-      const Verdict expected =
-          wrong ? Verdict::kReject : (right ? Verdict::kAccept : Verdict::kAskGradient);
-      EXPECT_EQ(judgeComponent(static_cast<uint8_t>(index), d), expected)
-          << "index " << index << ", direction " << d;
     }
   }
 }

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
 #include <vector>
 
 #include "unit/kernels/meshing/unit_planes.h"
@@ -59,34 +58,6 @@ TEST(Regularisation, TheMajorityDecidesACorner) {
       }
     }
   }
-}
-
-/// What random units of one sheet say, settled: labels of a face are the same from both sides, so
-/// that the surface has no boundary but where units say nothing.
-TEST(Regularisation, UnitsSideBySideAgreeAboutTheFaceBetweenThem) {
-  constexpr int kSide = 6;
-  std::mt19937 random(21);
-  Units units(kSide);
-  int disagreed = 0;
-  for (int i = 0; i < kSide * kSide * kSide; ++i) {
-    units.at({i % kSide, i / kSide % kSide, i / kSide / kSide}) =
-        single(static_cast<int>(random() % 256));
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    for (int i = 0; i < kSide * kSide * kSide; ++i) {
-      const Vec3i unit{i % kSide, i / kSide % kSide, i / kSide / kSide};
-      const Vec3i next = unit + unitStep(axis);
-      if (next.x >= kSide || next.y >= kSide || next.z >= kSide) continue;
-      for (int c = 0; c < 8; ++c) {
-        if (!(c >> axis & 1)) continue;
-        const int across = c ^ 1 << axis;
-        EXPECT_EQ(units.regular(unit).sheet[0] >> c & 1,
-                  units.regular(next).sheet[0] >> across & 1);
-        disagreed += sideGiven(units(unit), c) != sideGiven(units(next), across);
-      }
-    }
-  }
-  EXPECT_GT(disagreed, 100);
 }
 
 }  // namespace regularisation_test

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <functional>
 #include <random>
 
@@ -71,28 +70,6 @@ TEST(VertexNormal, OfAQuadraticFieldIsExact) {
     expectNear(vertexNormal(crossed, edge, vertexPosition(edge, t), false),
                (1.0f / norm(gradient)) * gradient, 1e-5f);
   }
-}
-
-const int kEdge = edgeNumber(cornerIndex(4, 4, 4), 2, 0);
-const Vec3f kVertex{4.0f, 4.0f, 4.25f};
-
-/// Slopes of -1/2 along x and 0 along y, but for a bend on the far side of x.
-float bentAlongX(const Vec3f& p, int) {
-  return p.z - 4.25f - 0.5f * (p.x - 4.0f) + (p.x > 4.5f ? 3.0f : 0.0f);
-}
-
-TEST(VertexNormal, IsOfOneSideWhereTheOtherIsNotKnown) {
-  Fields fields{bentAlongX, [](const Vec3i& c, int) { return c.x > 4 ? 0.0f : 1.0f; }};
-  const Vec3f expected = (1.0f / std::sqrt(1.25f)) * Vec3f{-0.5f, 0.0f, 1.0f};
-  expectNear(vertexNormal(fields, kEdge, kVertex, false), expected, 1e-5f);
-  fields.weight = [](const Vec3i& c, int) { return c.x != 4 && c.z == 4 ? 0.0f : 1.0f; };
-  expectNear(vertexNormal(fields, kEdge, kVertex, false),  // of the upper end: slope -0.5 + 1.5
-             (1.0f / std::sqrt(2.0f)) * Vec3f{1.0f, 0.0f, 1.0f}, 1e-5f);
-}
-
-TEST(VertexNormal, IsNotKnownWithoutASlope) {
-  const Fields fields{bentAlongX, [](const Vec3i& c, int) { return c.x != 4 ? 0.0f : 1.0f; }};
-  expectNear(vertexNormal(fields, kEdge, kVertex, false), {0.0f, 0.0f, 0.0f}, 1e-9f);
 }
 
 }  // namespace vertex_normal_test

@@ -73,72 +73,6 @@ TEST(DepthGap, IsNoSurfaceAcrossADepthEdge) {
   EXPECT_NEAR(image.filledAt(3, 3), 0.99f, 1e-6f);
 }
 
-/// A slit between two fingers: both sides fall away towards it.
-TEST(DepthGap, IsNoSurfaceWhereBothSidesCurveAway) {
-  Image image;
-  for (const int side : {-1, 1}) {
-    image.setColumn(3 + side, 0.99f);
-    image.setColumn(3 + 2 * side, 1.0f);
-  }
-  EXPECT_EQ(image.filledAt(3, 3), -0.99f);
-  for (const int side : {-1, 1}) image.setColumn(3 + 2 * side, 0.99f + 4.2f * kSigma);
-  EXPECT_EQ(image.filledAt(3, 3), 0.99f) << "noise explains it";
-  for (const int side : {-1, 1}) image.setColumn(3 + 2 * side, 0.99f + 4.3f * kSigma);
-  EXPECT_EQ(image.filledAt(3, 3), -0.99f);
-}
-
-TEST(DepthGap, IsFilledAlongEachPair) {
-  for (const auto& [du, dv] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
-    Image image;
-    image.at(3 - du, 3 - dv) = 0.50f;
-    image.at(3 + du, 3 + dv) = 0.504f;
-    EXPECT_EQ(image.filledAt(3, 3), -0.504f) << du << ", " << dv << ": alone";
-    image.at(3 + dv, 3 - du) = 0.50f;
-    image.at(3 - dv, 3 + du) = 0.51f;
-    EXPECT_FLOAT_EQ(image.filledAt(3, 3), 0.502f) << du << ", " << dv;
-  }
-}
-
-/// Beside it lies the surface, above it nothing.
-TEST(DepthGap, IsNoNotchInAnOutline) {
-  Image image;
-  for (int v = 2; v < kSide; ++v) {
-    for (int u = 0; u < kSide; ++u) image.at(u, v) = onPlane(u, v);
-  }
-  image.at(3, 2) = 0.0f;
-  EXPECT_EQ(image.filledAt(3, 2), -image.at(4, 2));
-  for (const int u : {2, 4}) image.at(u, 1) = onPlane(u, 1);
-  EXPECT_NEAR(image.filledAt(3, 2), onPlane(3, 2), 1e-6f) << "a line that begins there";
-}
-
-TEST(DepthGap, WiderThanAPixelStays) {
-  Image image;
-  for (int v = 0; v < kSide; ++v) {
-    for (int u = 0; u < kSide; ++u) image.at(u, v) = u == 3 || u == 4 ? 0.0f : 1.0f;
-  }
-  EXPECT_EQ(image.filledAt(3, 3), 0.0f);
-  EXPECT_EQ(image.filledAt(4, 3), 0.0f);
-}
-
-/// What is measured beyond the range has a negative inverse depth, and so has the gap.
-TEST(DepthGap, BeyondTheRangeIsBeyondTheRange) {
-  Image image;
-  for (const int u : {2, 4}) image.setColumn(u, -0.05f);
-  EXPECT_EQ(image.filledAt(3, 3), -0.05f);
-  image.setColumn(4, 0.05f);
-  EXPECT_EQ(image.filledAt(3, 3), -0.05f);
-}
-
-/// The plane passes the end of the range behind the gap's neighbour.
-TEST(DepthGap, IsFilledWhereTheRangeEnds) {
-  Image image;
-  image.setColumn(1, 0.102f);
-  image.setColumn(2, 0.101f);
-  image.setColumn(4, 0.1005f);
-  image.setColumn(5, -0.0998f);
-  EXPECT_NEAR(image.filledAt(3, 3), 0.10075f, 1e-6f);
-}
-
 /// A floor in millimetres has no noise, but steps of a millimetre.
 TEST(DepthGap, IsFilledInRoundedDepths) {
   const GapLimits rounded =
@@ -150,13 +84,6 @@ TEST(DepthGap, IsFilledInRoundedDepths) {
     };
     EXPECT_GT(filledInverseDepth(measured, kSide, kSide, {3, 3}, rounded), 0.9f) << first_mm;
   }
-}
-
-TEST(DepthGap, LeavesWhatIsMeasured) {
-  Image image;
-  image.inverse_depth.fill(1.0f);
-  image.at(3, 3) = 0.7f;
-  EXPECT_EQ(image.filledAt(3, 3), 0.7f);
 }
 
 }  // namespace depth_test

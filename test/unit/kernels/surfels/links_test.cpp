@@ -78,35 +78,6 @@ TEST(Links, StepsThatTheRowsBesideDoNotShareAreNone) {
   EXPECT_EQ(linksWithSmallVoxels({side, side, other}), parted);
 }
 
-/// So is a side that differs from row to row by less than the map can tell. Noise that explains a
-/// larger difference, but not the step, proves nothing.
-TEST(Links, SidesMayBeAsRoughAsTheMapCannotTell) {
-  const std::vector<float> side{1.0f, 1.0f, 0.95f, 0.89f, 0.85f, 0.85f};
-  const std::vector<float> beside{1.0f, 1.0f, 0.945f, 0.895f, 0.85f, 0.85f};
-  const auto isLinked = [](const std::vector<std::vector<float>>& rows, float same_m) -> bool {
-    return linksAlong(rows, 0.0f, 0, false, same_m / SurfelRules().same_voxels)[2];
-  };
-  EXPECT_TRUE(isLinked({beside, side, side}, 0.0121f));  // 0.0102 1/m between 0.95 and 0.89
-  EXPECT_FALSE(isLinked({beside, side, side}, 0.0115f));
-  EXPECT_FALSE(isLinked({side, side, beside}, 0.0115f));
-  EXPECT_FALSE(linksAlong({beside, side, beside}, 0.01f, 0, false, 0.001f)[2]);
-}
-
-/// From 1 m to 0.98 of inverse depth are 20.4 mm.
-TEST(Links, DifferencesThatTheMapCannotTellDoNotMatter) {
-  const LineInImage line = [] {
-    static const float row[] = {1.0f, 0.98f};
-    return LineInImage{row, 1, 2, 0, 2, 0, 1};
-  }();
-  const SurfelSettings surfels{5, 0.03f, SurfelRules(), 0};
-  FrameView frame{};
-  frame.intrinsics.fx = kFocal;
-  frame.voxel_size_m = 0.0205f / SurfelRules().same_voxels;
-  EXPECT_TRUE(areLinked(line, linkLimits(frame, {0.0f, 0}, surfels)));
-  frame.voxel_size_m = 0.0203f / SurfelRules().same_voxels;
-  EXPECT_FALSE(areLinked(line, linkLimits(frame, {0.0f, 0}, surfels)));
-}
-
 /// A depth in between is linked to neither side, unless it lies in the middle in all three rows.
 TEST(Links, MixedPixelsBelongToNeitherSide) {
   const auto row = [](float mixed) { return std::vector<float>{1, 1, mixed, 0.8f, 0.8f}; };
@@ -130,36 +101,6 @@ TEST(Links, SurfacesThatCurveOutOfSightEndWithASteepStep) {
                 Links({behind > 0.0f, false, true, true, false}))
           << behind;
     }
-  }
-}
-
-/// A step of more than a tenth of the jump, one that is nearer to the back, one wider than
-/// depth_jump, and one at the image's border, behind which nobody knows what there is.
-/// A gap that is not filled says how far it is free, which is nothing behind the rim.
-TEST(Links, SurfacesThatCurveOutOfSightEndBesideAGap) {
-  for (const float gap : {0.0f, -0.49f}) {
-    EXPECT_EQ(linksWithSmallVoxels({{0.5f, 0.5f, 0.49f, gap, 0.2f, 0.2f}}),
-              Links({true, true, false, false, true, false}))
-        << gap;
-  }
-}
-
-TEST(Links, MixedPixelsAreNoSurfaceThatCurvesOutOfSight) {
-  EXPECT_EQ(linksAlong({{1.0f, 1.0f, 0.98f, 0.79f, 0.79f}}),
-            Links({true, false, false, true, false}));
-  EXPECT_EQ(linksAlong({{1.0f, 1.0f, 0.78f, 0.77f, 0.77f}}),
-            Links({true, false, false, true, false}));
-  EXPECT_EQ(linksAlong({{1.0f, 1.0f, 0.96f, 0.0f, 0.0f}}),
-            Links({true, false, false, false, false}));
-  EXPECT_EQ(linksAlong({{1.0f, 1.0f, 0.98f}}), Links({true, false, false}));
-  EXPECT_EQ(linksAlong({{0.98f, 1.0f, 1.0f}}), Links({false, true, false}));
-}
-
-/// Nothing is linked to what is not measured, nor to what is beyond the range that is fused.
-TEST(Links, NeedMeasurements) {
-  for (const float none : {0.0f, -0.5f}) {
-    const std::vector<float> row{0.5f, none, 0.5f, 0.5f};
-    EXPECT_EQ(linksAlong({row, row, row}), Links({false, false, true, false}));
   }
 }
 

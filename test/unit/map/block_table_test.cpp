@@ -97,32 +97,6 @@ TEST(BlockTable, HandsOutTheSameBeforeBlocksAreListed) {
   }
 }
 
-/// Threads find blocks in any order and several times: slots and arrays must not depend on it.
-TEST(BlockTable, OrderAndRepetitionOfRequestsDoNotMatter) {
-  std::mt19937 random(22);
-  for (const size_t budget : {kPlenty, 40 * (kBlock + 2 * kArray)}) {
-    BlockTable first(budget), second(budget);
-    for (int frame = 0; frame < 20; ++frame) {
-      std::vector<BlockRequest> requests = randomRequests(random, 40);
-      const Admission a = first.admit(requests);
-      // The same once more in pieces: every direction on its own, shuffled.
-      std::vector<BlockRequest> pieces;
-      for (const BlockRequest& request : requests) {
-        for (int d = 0; d < kDirectionCount; ++d) {
-          if (request.directions >> d & 1) pieces.push_back({request.key, 1u << d});
-        }
-      }
-      std::shuffle(pieces.begin(), pieces.end(), random);
-      const Admission b = second.admit(pieces);
-      EXPECT_EQ(a.changed_slots, b.changed_slots);
-      EXPECT_EQ(a.new_arrays, b.new_arrays);
-      EXPECT_EQ(a.refused, b.refused);
-    }
-    expectEqual(first, second);
-    expectConsistent(first);
-  }
-}
-
 TEST(BlockTable, TheBudgetIsExact) {
   BlockTable table(2 * (kBlock + 3 * kArray));
   EXPECT_EQ(table.admit({{keyOf(1), 0x07}, {keyOf(2), 0x38}}).refused, 0u);
@@ -147,26 +121,6 @@ TEST(BlockTable, ARefusedRequestLeavesNothingBehind) {
   EXPECT_EQ(table.admit({{keyOf(1), 0x01}}).refused, 0u);
   EXPECT_EQ(table.admit({{keyOf(1), 0x03}}).refused, 0u);
   expectConsistent(table);
-}
-
-TEST(BlockTable, ReleasedSlotsAndArraysAreUsedAgain) {
-  BlockTable table(kPlenty);
-  table.admit({{keyOf(1), 0x3f}, {keyOf(2), 0x3f}, {keyOf(3), 0x3f}});
-  const size_t slots = table.slotCount(), arrays = table.arrayCount();
-  for (int round = 0; round < 10; ++round) {
-    const int32_t slot = table.find(keyOf(1 + round));
-    table.vacate(slot, 0x01);
-    table.vacate(slot, 0x01);  // twice is once
-    EXPECT_TRUE(table.release(slot, 0x3f));
-    EXPECT_EQ(table.find(keyOf(1 + round)), -1);
-    EXPECT_EQ(table.blocksInUse(), 2u);
-    EXPECT_EQ(table.arraysInUse(), 12u);
-    const Admission admission = table.admit({{keyOf(4 + round), 0x3f}});
-    EXPECT_EQ(admission.new_arrays.size(), 6u);  // to be zeroed, used before or not
-    expectConsistent(table);
-  }
-  EXPECT_EQ(table.slotCount(), slots);
-  EXPECT_EQ(table.arrayCount(), arrays);
 }
 
 /// The arrays go at once, the block when whoever shows a mesh of it has learnt that it is gone.

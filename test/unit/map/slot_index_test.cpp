@@ -62,18 +62,6 @@ TEST(SlotIndex, FollowsInsertionsAndErasures) {
   }
 }
 
-/// A block's neighbours have numbers of their own, in all directions.
-TEST(SlotIndex, TellsAllKeysOfACubeApart) {
-  SlotIndex index;
-  std::unordered_map<PackedKey, int32_t> truth;
-  for (int32_t i = 0; i < 10 * 10 * 10; ++i) {
-    const PackedKey key = packKey({i % 10 - 5, i / 10 % 10 - 5, i / 100 - 5});
-    index.insert(key, i);
-    truth[key] = i;
-  }
-  for (const auto& [key, slot] : truth) EXPECT_EQ(index.find(key), slot) << key;
-}
-
 /// A camera that moves on, and keeps what is near.
 TEST(SlotIndex, TakesNoMoreMemoryForWhatHasGone) {
   constexpr int32_t kKept = 20, kApart = 8;

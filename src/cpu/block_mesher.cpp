@@ -37,10 +37,6 @@ BlockMesher::BlockMesher(const CpuMap& map, const MeshSettings& rules, bool dire
       threads_(threads),
       refined_(refined) {}
 
-void BlockMesher::resize(size_t slots) {
-  if (state_.size() < slots) state_.resize(slots);
-}
-
 void BlockMesher::markAllDirty() {
   for (size_t i = 0; i < table_.slotCount(); ++i) {
     const auto slot = static_cast<int32_t>(i);
@@ -262,33 +258,13 @@ void BlockMesher::sortByKey(std::vector<int32_t>& slots) const {
   for (size_t i = 0; i < slots.size(); ++i) slots[i] = by_key[i].second;
 }
 
-std::vector<int32_t> BlockMesher::reachBlocks(const std::vector<int32_t>& dirty) {
+void BlockMesher::selectAround(const std::vector<int32_t>& changed, int count, Vec3i (*offset)(int),
+                               std::vector<int32_t>& slots) {
   const StageTimer timer(profile_, Stage::kIndex);
-  std::vector<int32_t> slots;
-  for (const int32_t slot : dirty) {
-    for (int n = 0; n < kUnitReach; ++n) select(table_.block(slot).key + unitReachOffset(n), slots);
+  for (const int32_t slot : changed) {
+    for (int n = 0; n < count; ++n) select(table_.block(slot).key + offset(n), slots);
   }
   sortByKey(slots);  // what neighbours read is likely to be in the cache then
-  return slots;
-}
-
-void BlockMesher::selectAround(const std::vector<int32_t>& dirty, std::vector<int32_t>& slots) {
-  const StageTimer timer(profile_, Stage::kIndex);
-  for (const int32_t slot : dirty) {
-    for (int n = 0; n < kBlocksAround; ++n) {
-      select(table_.block(slot).key + aroundOffset(n), slots);
-    }
-  }
-  sortByKey(slots);
-}
-
-void BlockMesher::selectPainted(std::vector<int32_t>& slots) {
-  if (!has_colours_) return;
-  const StageTimer timer(profile_, Stage::kIndex);
-  for (const int32_t slot : takeMarked(painted_, state_, &SlotState::painted)) {
-    for (int n = 0; n < kUnitReach; ++n) select(table_.block(slot).key + unitReachOffset(n), slots);
-  }
-  sortByKey(slots);
 }
 
 size_t BlockMesher::bytes() const {
@@ -314,10 +290,16 @@ MeshUpdate BlockMesher::update(int32_t least_evidence) {
   ++update_;
   least_evidence_ = least_evidence;
   const std::vector<int32_t> dirty = takeMarked(dirty_, state_, &SlotState::dirty);
-  std::vector<int32_t> slots = reachBlocks(dirty);
+  std::vector<int32_t> slots;  // first those whose units have a corner in a block that changed
+  selectAround(dirty, kUnitReach, unitReachOffset, slots);
   indexBlocks(slots, true);
-  selectAround(dirty, slots);
-  selectPainted(slots);
+  // And those whose vertices depend on voxels that changed, or whose surface on labels; or whose
+  // vertices have a painted voxel at an end of their edge.
+  selectAround(dirty, kBlocksAround, aroundOffset, slots);
+  if (has_colours_) {
+    selectAround(takeMarked(painted_, state_, &SlotState::painted), kUnitReach, unitReachOffset,
+                 slots);
+  }
   std::vector<BlockMesh> meshes = makeMeshes(slots);
   return {takeChanges(slots, meshes)};
 }

@@ -22,7 +22,9 @@ class BlockMesher {
               bool refined);
 
   /// Makes room for the states of so many slots. @throws std::bad_alloc
-  void resize(size_t slots);
+  void resize(size_t slots) {
+    if (state_.size() < slots) state_.resize(slots);
+  }
 
   /// The block's voxels changed.
   void markDirty(int32_t slot) {
@@ -96,9 +98,6 @@ class BlockMesher {
 
   void forgetTakenMarks(std::vector<int32_t>& list, bool SlotState::*mark);
 
-  /// The blocks whose units have a corner in one that changed.
-  std::vector<int32_t> reachBlocks(const std::vector<int32_t>& dirty);
-
   /// Enters the block, if there is one, into this update's slots, unless it is there.
   void select(const BlockKey& key, std::vector<int32_t>& slots);
 
@@ -120,11 +119,9 @@ class BlockMesher {
   /// The index stage, of those whose labels are stale.
   void indexBlocks(std::vector<int32_t> slots, bool with_vertices);
 
-  /// Enters the blocks whose vertices depend on voxels that changed, or whose surface on labels.
-  void selectAround(const std::vector<int32_t>& dirty, std::vector<int32_t>& slots);
-
-  /// Enters the blocks whose vertices have a painted voxel at an end of their edge.
-  void selectPainted(std::vector<int32_t>& slots);
+  /// Enters the blocks at so many offsets around those that changed. In the order of keys then.
+  void selectAround(const std::vector<int32_t>& changed, int count, Vec3i (*offset)(int),
+                    std::vector<int32_t>& slots);
 
   /// What of the meshes is new: all but those that were empty and still are.
   std::vector<BlockMesh> takeChanges(const std::vector<int32_t>& slots,

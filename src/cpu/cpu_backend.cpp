@@ -357,7 +357,13 @@ class CpuBackend : public MapBackend {
 
   /// Clears blocks that the frame does not touch, those whose turn it is.
   void lookAround(const FusionPass& pass) {
-    const std::vector<int32_t> slots = blocksInTurn(pass);
+    std::vector<int32_t> slots;
+    for (const int32_t slot : pass.in_view) {
+      if (last_touched_[slot] == pass.number) continue;
+      const BlockEntry& entry = map_.table.block(slot);
+      if (!entry.in_use || !isInTurnToBeSeenThrough(entry.key, pass.number)) continue;
+      slots.push_back(slot);
+    }
     std::vector<ClearedBlock> cleared(slots.size());
     const BlockKey origin = blockOfVoxel(sensing_.image.frame.origin_voxel);
     parallelFor(slots.size(), threads_, [&](size_t i) {
@@ -370,17 +376,6 @@ class CpuBackend : public MapBackend {
       if (cleared[i].empty_directions == 0) continue;
       outcome_.empty.push_back({slots[i], cleared[i].empty_directions});
     }
-  }
-
-  std::vector<int32_t> blocksInTurn(const FusionPass& pass) const {
-    std::vector<int32_t> slots;
-    for (const int32_t slot : pass.in_view) {
-      if (last_touched_[slot] == pass.number) continue;
-      const BlockEntry& entry = map_.table.block(slot);
-      if (!entry.in_use || !isInTurnToBeSeenThrough(entry.key, pass.number)) continue;
-      slots.push_back(slot);
-    }
-    return slots;
   }
 
   const MapperParams params_;

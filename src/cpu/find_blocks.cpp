@@ -60,7 +60,7 @@ void BlockFinder::Share::reset() {
   for (CacheLine& line : cache_) line = {{INT32_MAX, 0, 0}, 0};
 }
 
-BlockFinder::Bin& BlockFinder::Share::findBin(const Vec3i& block_L, const Vec3i& origin_block) {
+BlockFinder::Bin& BlockFinder::Share::find(const Vec3i& block_L, const Vec3i& origin_block) {
   CacheLine& line = cache_[(block_L.x & 3) | (block_L.y & 3) << 2 | (block_L.z & 3) << 4];
   if (line.block_L == block_L) return bins[line.bin];
   const PackedKey key = packKey(block_L + origin_block);
@@ -76,13 +76,6 @@ BlockFinder::Bin& BlockFinder::Share::findBin(const Vec3i& block_L, const Vec3i&
   return bin;
 }
 
-void BlockFinder::Share::add(const Vec3i& block_L, const Vec3i& origin_block, uint32_t directions,
-                             uint32_t surfel) {
-  Bin& bin = findBin(block_L, origin_block);
-  bin.directions |= directions;
-  bin.surfels.push_back(surfel);
-}
-
 void BlockFinder::addLines(const FrameSensing& sensing, LineBatch& batch, Share& share) {
   batch.compute(sensing, fusion_);
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
@@ -95,8 +88,11 @@ void BlockFinder::addLines(const FrameSensing& sensing, LineBatch& batch, Share&
     lines_[number] = {
         cast.line, {weight[0], weight[1], weight[2]}, static_cast<uint8_t>(directions), has_sides};
     if (has_sides) sides_[number] = cast.sides;
-    visitBlocks(cast.line,
-                [&](const Vec3i& block) { share.add(block, origin_block, directions, number); });
+    visitBlocks(cast.line, [&](const Vec3i& block) {
+      Bin& bin = share.find(block, origin_block);
+      bin.directions |= directions;
+      bin.surfels.push_back(number);
+    });
   }
   batch.clear();
 }

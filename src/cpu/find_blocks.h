@@ -68,14 +68,12 @@ class BlockFinder {
   class Share {
    public:
     void reset();
-    void add(const Vec3i& block_L, const Vec3i& origin_block, uint32_t directions, uint32_t surfel);
+    Bin& find(const Vec3i& block_L, const Vec3i& origin_block);
 
     std::vector<Bin> bins;  ///< Those of the last frame first.
     size_t used = 0;        ///< So many.
 
    private:
-    Bin& findBin(const Vec3i& block_L, const Vec3i& origin_block);
-
     static constexpr int kCacheSize = 64;
     struct CacheLine {
       Vec3i block_L;

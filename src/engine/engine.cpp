@@ -135,7 +135,10 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   for (FramePart& part : parts) {
     try {
       loadPart(view, part);
-      fusePart(part);  // admit, cast, fold, clear
+      const FusionPass pass{state_.frames + 1, part.in_view, part.is_whole ? nullptr : &part.keys};
+      admit(part, pass);
+      backend_->castFoldAndClear(pass);
+      table_.publish();  // a device is busy
     } catch (const BackendError& error) {
       if (!error.lacksMemory() || &part == &parts.front()) throw;
       state_.refused += part.keys.size();
@@ -191,13 +194,6 @@ void Engine::loadPart(const FrameView& view, FramePart& part) {
     part.in_view.erase(std::remove_if(part.in_view.begin(), part.in_view.end(), is_of_another),
                        part.in_view.end());
   }
-}
-
-void Engine::fusePart(FramePart& part) {
-  const FusionPass pass{state_.frames + 1, part.in_view, part.is_whole ? nullptr : &part.keys};
-  admit(part, pass);
-  backend_->castFoldAndClear(pass);
-  table_.publish();  // a device is busy
 }
 
 /// All memory is taken before the table changes: without it, the map stays as it was. Without a

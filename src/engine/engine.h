@@ -84,7 +84,6 @@ class Engine : public ProbedMapper {
   std::vector<int32_t> prepareForFrame(const FrameView& view);
   std::vector<int32_t> blocksInView(const FrameView& view) const;
   void loadPart(const FrameView& view, FramePart& part);
-  void fusePart(FramePart& part);
   void admit(FramePart& part, const FusionPass& pass);
   void keep(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks);
   void applyPendingWork();

@@ -178,11 +178,6 @@ size_t Pager::require(MapBackend& backend, const std::vector<PackedKey>& keys) {
   return left;
 }
 
-bool Pager::makeRoom(MapBackend& backend, size_t bytes) {
-  return makeRoom(backend, bytes, Reserve::kLeave);
-}
-
-/// Some more than that, unless the reserve of the disk has to be used for it.
 bool Pager::makeRoom(MapBackend& backend, size_t bytes, Reserve reserve) {
   if (hasRoom(bytes)) return true;
   evict(backend, bytes + spareBytes(table_.budgetBytes()), Reserve::kLeave, now_ + 1);

@@ -66,8 +66,12 @@ class Pager {
   /// @return how many of the keys stay on disk for want of room, or as they cannot be read now.
   size_t require(MapBackend& backend, const std::vector<PackedKey>& keys);
 
-  /// Others go than those that were required last. @return whether there is so much room now.
-  bool makeRoom(MapBackend& backend, size_t bytes);
+  /// Of the disk, an eighth is left for what makes room for blocks that come back, or used for it.
+  enum class Reserve { kLeave, kUse };
+
+  /// Others go than those that were required last: some more than that, unless the reserve has to
+  /// be used for it. @return whether there is so much room now.
+  bool makeRoom(MapBackend& backend, size_t bytes, Reserve reserve = Reserve::kLeave);
 
   /// Blocks that were made since are needed as those that were required last.
   void noteNew(const std::vector<int32_t>& slots);
@@ -129,7 +133,6 @@ class Pager {
   PageStats stats() const;
 
  private:
-  enum class Reserve { kLeave, kUse };
   /// A frame that is to be read ahead of, whose image may have gone by then.
   struct SeenFrame {
     DepthFrame frame;
@@ -141,7 +144,6 @@ class Pager {
   std::vector<FramePart> split(const std::vector<PackedKey>& keys,
                                std::vector<BlockRequest> requests) const;
   void touch(int32_t slot);
-  bool makeRoom(MapBackend& backend, size_t bytes, Reserve reserve);
   void evict(MapBackend& backend, size_t bytes, Reserve reserve, uint64_t before);
   uint64_t roomOnDisk(Reserve reserve) const;
   std::vector<int32_t> leastRecent(size_t bytes, uint64_t before) const;

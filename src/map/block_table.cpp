@@ -31,10 +31,6 @@ double squaredReach(const BlockCells::Cell& cell, const Vec3d& p) {
 
 }  // namespace
 
-BlockTable::BlockTable(size_t budget_bytes) : budget_bytes_(budget_bytes) {}
-
-int32_t BlockTable::find(PackedKey key) const { return slots_.find(key); }
-
 BlockTable::Lack BlockTable::lackOf(const BlockRequest& request, int32_t slot) const {
   const uint32_t there = slot < 0 ? 0 : directionsWithArrays(blocks_[static_cast<size_t>(slot)]);
   const uint32_t directions = request.directions & kAllDirections & ~there;
@@ -203,8 +199,6 @@ bool BlockTable::release(int32_t slot, uint32_t directions) {
   return true;
 }
 
-bool BlockTable::hasArrays(int32_t slot) const { return directionsWithArrays(blocks_[slot]) != 0; }
-
 bool BlockTable::vacate(int32_t slot, uint32_t directions) {
   if (!releaseArrays(slot, directions)) return false;
   if (!blocks_[slot].is_vacant) {
@@ -213,8 +207,6 @@ bool BlockTable::vacate(int32_t slot, uint32_t directions) {
   }
   return true;
 }
-
-std::vector<int32_t> BlockTable::takeUnseen() { return std::exchange(unseen_, {}); }
 
 std::vector<int32_t> BlockTable::takeVacant() {
   std::vector<int32_t> slots;

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <utility>
 #include <vector>
 
 #include "kernels/core/direction.h"
@@ -112,7 +113,7 @@ class BlockTable {
   /// And a brick of colours, which a voxel array has once something in it is painted.
   static constexpr size_t kColourBytes = kVoxelsPerBrick * sizeof(VoxelColour);
 
-  explicit BlockTable(size_t budget_bytes);
+  explicit BlockTable(size_t budget_bytes) : budget_bytes_(budget_bytes) {}
 
   /// From now on only blocks of this extent are made, and painted. Requests for others are passed
   /// over, and not refused. It outlasts clear().
@@ -121,7 +122,7 @@ class BlockTable {
   const BlockExtent& paintedExtent() const { return extent_.painted; }
 
   /// Slot of a block, or -1.
-  int32_t find(PackedKey key) const;
+  int32_t find(PackedKey key) const { return slots_.find(key); }
   const BlockEntry& block(int32_t slot) const { return blocks_[slot]; }
 
   /// One more than the largest slot or array index in use so far: the size that pools must have.
@@ -178,7 +179,7 @@ class BlockTable {
 
   /// Of the blocks that have lost their last array since the last call, those that no extraction
   /// has met: nobody has to learn that they are gone.
-  std::vector<int32_t> takeUnseen();
+  std::vector<int32_t> takeUnseen() { return std::exchange(unseen_, {}); }
 
   /// Blocks that have lost their last array since the last call. They are still in the table: what
   /// shows a mesh of them has to learn first that it is gone.
@@ -232,7 +233,7 @@ class BlockTable {
   }
 
  private:
-  bool hasArrays(int32_t slot) const;
+  bool hasArrays(int32_t slot) const { return directionsWithArrays(blocks_[slot]) != 0; }
   template <class Visit>
   void visitLacking(const std::vector<ColourRequest>& requests, const Visit& visit) const;
   bool releaseArrays(int32_t slot, uint32_t directions);

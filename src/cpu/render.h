@@ -1,14 +1,17 @@
 /// The stage "render" on the CPU: views of the map from any pose.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <memory>
 #include <vector>
 
+#include "backend/frame_check.h"
 #include "cpu/block_mesher.h"
 #include "cpu/block_surface.h"
 #include "dtsdf_mapping/rendered_view.h"
 #include "kernels/render/drawn_triangle.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 
@@ -16,10 +19,23 @@ namespace dtsdf {
 class DrawnImage {
  public:
   /// Nothing is drawn.
-  void clear(size_t pixels);
+  void clear(size_t pixels) {
+    if (pixels > room_) {
+      keys_ = std::make_unique<std::atomic<ViewKey>[]>(pixels);
+      room_ = pixels;
+    }
+    for (size_t i = 0; i < pixels; ++i) keys_[i].store(kNothingSeen, std::memory_order_relaxed);
+  }
 
   ViewKey at(size_t pixel) const { return keys_[pixel].load(std::memory_order_relaxed); }
-  void draw(size_t pixel, ViewKey key);
+  void draw(size_t pixel, ViewKey key) {
+    static_assert(sizeof(std::atomic<ViewKey>) == sizeof(ViewKey), "read as plain numbers at last");
+    ViewKey found = at(pixel);
+    while (key < found &&
+           !keys_[pixel].compare_exchange_weak(found, key, std::memory_order_relaxed)) {
+    }
+  }
+
   /// @pre No thread draws.
   const ViewKey* data() const { return reinterpret_cast<const ViewKey*>(keys_.get()); }
 
@@ -30,6 +46,51 @@ class DrawnImage {
   size_t room_ = 0;
 };
 
+/// Calls visit(pixel, weights) for each pixel that a triangle covers.
+template <class Visit>
+inline void visitPixels(const FrameView& frame, const DrawnTriangle& drawn, const Visit& visit) {
+  for (int32_t v = drawn.v0; v <= drawn.v1; ++v) {
+    CornerWeights weights = weightsAt(drawn, 0, v - drawn.v0);
+    const auto row = static_cast<size_t>(pixelIndex(frame, {0, v}));
+    for (int32_t u = drawn.u0; u <= drawn.u1; ++u) {
+      if (covers(drawn, weights)) visit(row + static_cast<size_t>(u), weights);
+      for (int k = 0; k < 3; ++k) weights.of[k] += drawn.right.of[k];
+    }
+  }
+}
+
+/// Where a block's vertices are seen, and their normals, from the triangles of the block.
+inline void seeVertices(const FrameView& frame, const BlockMesh& mesh, std::vector<Vec3i>& shares,
+                        std::vector<SeenVertex>& seen) {
+  shares.assign(mesh.vertices.size(), Vec3i{0, 0, 0});
+  for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
+    const uint16_t* corner = mesh.triangles.data() + i;
+    const Vec3i share =
+        normalShare(mesh.vertices[corner[0]].position, mesh.vertices[corner[1]].position,
+                    mesh.vertices[corner[2]].position);
+    for (int k = 0; k < 3; ++k) shares[corner[k]] = shares[corner[k]] + share;
+  }
+  const Vec3f first = toFloat(firstVoxelOfBlock(mesh.key) - frame.origin_voxel);
+  seen.clear();
+  for (size_t i = 0; i < mesh.vertices.size(); ++i) {
+    seen.push_back(seeVertex(frame, first + mesh.vertices[i].position));
+    seen.back().normal_C = normalOfShares(frame, shares[i]);
+  }
+}
+
+/// Fills rows of a view's images. `colours` is null without colours.
+inline void fillRows(const FrameView& frame, int32_t begin, int32_t end, const ViewKey* surfaces,
+                     const ViewKey* colours, RenderedView& view) {
+  const auto first = static_cast<size_t>(pixelIndex(frame, {0, begin}));
+  const auto last = static_cast<size_t>(pixelIndex(frame, {0, end}));
+  for (size_t i = first; i < last; ++i) {
+    view.depth_m[i] = frame.voxel_size_m * depthOf(surfaces[i]);
+    view.normals_C[i] = normalOf(surfaces[i]);
+  }
+  if (colours == nullptr) return;
+  for (size_t i = first; i < last; ++i) view.colours[i] = colourOf(colours[i]);
+}
+
 /// Makes the triangles of the blocks in view, and draws them.
 class Renderer {
  public:
@@ -38,7 +99,25 @@ class Renderer {
 
   /// Renders the surfaces of voxels with so much evidence.
   /// @param painted Whether the view has colours.
-  void render(const FrameView& frame, int32_t least_evidence, bool painted, RenderedView& view);
+  void render(const FrameView& frame, int32_t least_evidence, bool painted, RenderedView& view) {
+    const size_t pixels = static_cast<size_t>(frame.width) * static_cast<size_t>(frame.height);
+    surfaces_.clear(pixels);
+    if (painted) colours_.clear(pixels);
+    mesher_.labelBlocks(slotsWithin(frame, kLabelledReach), least_evidence);
+    const std::vector<int32_t> slots = slotsWithin(frame, kDrawnReach);
+    parallelFor<Scratch>(slots.size(), threads_, [&](size_t i, Scratch& scratch) {
+      const BlockMesh* mesh = mesher_.shownMesh(slots[i], scratch.surface);
+      if (mesh != nullptr) drawBlock(frame, *mesh, painted, scratch);
+    });
+    resizeView(frame, painted, view);
+    constexpr int32_t kRows = 16;
+    const int32_t bands = (frame.height + kRows - 1) / kRows;
+    parallelFor(static_cast<size_t>(bands), threads_, [&](size_t i) {
+      const int32_t begin = static_cast<int32_t>(i) * kRows;
+      fillRows(frame, begin, std::min(begin + kRows, frame.height), surfaces_.data(),
+               painted ? colours_.data() : nullptr, view);
+    });
+  }
 
   size_t bytes() const { return surfaces_.bytes() + colours_.bytes(); }
 
@@ -50,8 +129,36 @@ class Renderer {
     std::vector<SeenVertex> vertices;
   };
 
-  std::vector<int32_t> slotsWithin(const FrameView& frame, float reach) const;
-  void drawBlock(const FrameView& frame, const BlockMesh& mesh, bool painted, Scratch& scratch);
+  std::vector<int32_t> slotsWithin(const FrameView& frame, float reach) const {
+    const BlockKey origin = blockOfVoxel(frame.origin_voxel);
+    std::vector<int32_t> slots = map_.table.slotsInView(frame, reach);
+    const auto stays_out = [&](int32_t slot) {
+      return !mayReachView(frame, map_.table.block(slot).key - origin, reach);
+    };
+    slots.erase(std::remove_if(slots.begin(), slots.end(), stays_out), slots.end());
+    return slots;
+  }
+
+  void drawBlock(const FrameView& frame, const BlockMesh& mesh, bool painted, Scratch& scratch) {
+    seeVertices(frame, mesh, scratch.shares, scratch.vertices);
+    for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
+      const uint16_t* corner = mesh.triangles.data() + i;
+      const SeenVertex& a = scratch.vertices[corner[0]];
+      const SeenVertex& b = scratch.vertices[corner[1]];
+      const SeenVertex& c = scratch.vertices[corner[2]];
+      const DrawnTriangle drawn = drawTriangle(frame, a, b, c);
+      if (!drawn.is_drawn) continue;
+      visitPixels(frame, drawn, [&](size_t pixel, const CornerWeights& weights) {
+        const TrianglePlace place = placeOn(a, b, c, weights);
+        if (!mayBeBefore(place.depth, surfaces_.at(pixel))) return;
+        surfaces_.draw(pixel, viewKey(place.depth, normalAt(a, b, c, place)));
+        if (!painted) return;
+        colours_.draw(
+            pixel, viewKey(place.depth, colourAt(mesh.colours[corner[0]], mesh.colours[corner[1]],
+                                                 mesh.colours[corner[2]], place)));
+      });
+    }
+  }
 
   const CpuMap& map_;
   BlockMesher& mesher_;

@@ -2,9 +2,11 @@
 /// lies side by side, and the table stays so small that no frame notices when it grows.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "kernels/core/grid.h"
@@ -28,13 +30,34 @@ class SlotIndex {
   }
 
   /// @pre The key is not there. @throws std::bad_alloc and nothing has changed then.
-  void insert(PackedKey key, int32_t slot);
+  void insert(PackedKey key, int32_t slot) {
+    if (2 * used_ >= table_.size()) grow();
+    Cube& cube = table_[placeOf(nameOf(key))];
+    if (cube.marks == nullptr) {
+      cube.marks = std::make_unique<int32_t[]>(kBlocksPerCube);
+      used_ += cube.name == 0;
+      cube.name = nameOf(key);
+      ++cubes_;
+    }
+    cube.marks[numberInCube(key)] = slot + 1;
+    ++cube.held;
+    ++size_;
+  }
 
   /// Gives a key another slot. @pre It is there.
-  void assign(PackedKey key, int32_t slot) noexcept;
+  void assign(PackedKey key, int32_t slot) noexcept {
+    table_[placeOf(nameOf(key))].marks[numberInCube(key)] = slot + 1;
+  }
 
   /// @pre The key is there.
-  void erase(PackedKey key) noexcept;
+  void erase(PackedKey key) noexcept {
+    Cube& cube = table_[placeOf(nameOf(key))];
+    cube.marks[numberInCube(key)] = 0;
+    --size_;
+    if (--cube.held > 0) return;
+    cube.marks.reset();
+    --cubes_;
+  }
 
   void clear() { *this = SlotIndex(); }
   size_t size() const { return size_; }
@@ -70,7 +93,18 @@ class SlotIndex {
     while (table_[at].name != 0 && table_[at].name != name) at = (at + 1) & last;
     return at;
   }
-  void grow();
+
+  /// A table with room for twice as many cubes.
+  void grow() {
+    size_t size = 64;  // of the smallest
+    while (size < 4 * cubes_) size *= 2;
+    std::vector<Cube> old(size);
+    old.swap(table_);
+    used_ = cubes_;
+    for (Cube& cube : old) {
+      if (cube.marks != nullptr) table_[placeOf(cube.name)] = std::move(cube);
+    }
+  }
 
   std::vector<Cube> table_;  ///< Open addressing, of a size that is a power of two, or 0.
   size_t used_ = 0;          ///< Places with a name, those included of which all keys went.

@@ -2,12 +2,16 @@
 /// last in memory, the others in a file.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/mesh.h"
 #include "dtsdf_mapping/params/map_params.h"
+#include "kernels/core/grid.h"
+#include "map/memory_budget.h"
 #include "meshing/mesh_stream.h"
 #include "page/paged_values.h"
 
@@ -29,6 +33,14 @@ void visitRecord(Io& io, BlockMesh& mesh) {
   io.array(mesh.colours, sizes[2]);
 }
 
+/// What stays in memory: a share of the budget, beside it.
+constexpr size_t kMeshShare = 8, kMostMeshBytes = size_t{64} << 20;
+
+inline size_t meshBudgetOf(const MapParams& params) {
+  if (params.page_folder.empty()) return 0;
+  return std::min((static_cast<size_t>(params.max_memory_mb) << 20) / kMeshShare, kMostMeshBytes);
+}
+
 /// One thread at a time uses it.
 class PagedMeshes {
  public:
@@ -36,33 +48,81 @@ class PagedMeshes {
 
   /// Without map/page_folder all stay in memory; with it, a share of map/max_memory_mb beside it.
   /// @throws std::runtime_error where map/page_folder cannot be written.
-  explicit PagedMeshes(const MapParams& params);
+  explicit PagedMeshes(const MapParams& params)
+      : most_bytes_(meshBudgetOf(params)),
+        pages_(params.page_folder.empty()
+                   ? nullptr
+                   : std::make_shared<PagedValues>(params.page_folder, pageBytesOf(params),
+                                                   most_bytes_)),
+        fetched_(params.voxel_size_m) {}
 
   float voxelSize() const { return fetched_.voxelSize(); }
 
   /// Replaces the mesh of a block; one without triangles removes it. Where the disk fails or is
   /// full, more stay in memory.
-  void put(const SharedBlockMesh& block);
+  void put(const SharedBlockMesh& block) {
+    const PackedKey key = packedKeyOf(block->key);
+    forget(key);
+    if (block->triangles.empty()) return;
+    const Kept kept{Paged<BlockMesh>(block, pages_), bytesOf(*block), block->triangles.size() / 3,
+                    !block->colours.empty()};
+    meshes_.emplace(key, kept);
+    bytes_ += kept.bytes;
+    triangles_ += kept.triangles;
+    painted_ += kept.is_painted ? 1 : 0;
+  }
 
   /// Forgets all, of a map whose voxels are of this size from now on.
-  void clear(float voxel_size_m);
+  void clear(float voxel_size_m) {
+    fetched_ = MeshStore(voxel_size_m);
+    meshes_.clear();
+    bytes_ = triangles_ = painted_ = missed_ = 0;
+    if (pages_ != nullptr) pages_->resetCounts();
+  }
 
   /// Of a block, wherever it is; null where there is none. What cannot be read is left out too, and
   /// counted: see stats().
-  SharedBlockMesh find(PackedKey key);
+  SharedBlockMesh find(PackedKey key) {
+    const auto found = meshes_.find(key);
+    if (found == meshes_.end()) return nullptr;
+    SharedBlockMesh mesh = found->second.mesh.peek();
+    if (mesh == nullptr) ++missed_;
+    return mesh;
+  }
 
   /// A store that has the meshes of these blocks, until this is used again.
-  const MeshStore& holding(const std::vector<PackedKey>& keys);
+  const MeshStore& holding(const std::vector<PackedKey>& keys) {
+    fetched_.clear();
+    for (const PackedKey key : keys) {
+      if (SharedBlockMesh block = find(key)) fetched_.put(std::move(block));
+    }
+    return fetched_;
+  }
+
   void dropFetched() { fetched_.clear(); }  ///< That store.
 
   /// Hands the whole mesh out, piece by piece: what all() would assemble.
-  void stream(const MeshStream::Sink& sink);
+  void stream(const MeshStream::Sink& sink) {
+    const std::vector<PackedKey> in_order = keys();
+    BlockExtent bounds = noBlocks();
+    for (const PackedKey key : in_order) bounds = around(bounds, {unpackKey(key), unpackKey(key)});
+    MeshStream stream({voxelSize(), isPainted(), bounds}, sink);
+    for (const PackedKey key : in_order) {
+      if (const SharedBlockMesh block = find(key)) stream.add(*block);
+    }
+    stream.finish();
+  }
 
   /// A store that has them all, until this is used again.
   const MeshStore& all() { return holding(keys()); }
 
   /// All blocks that have a mesh, by packed key.
-  std::vector<PackedKey> keys() const;
+  std::vector<PackedKey> keys() const {
+    std::vector<PackedKey> all;
+    all.reserve(meshes_.size());
+    for (const auto& [key, kept] : meshes_) all.push_back(key);
+    return all;
+  }
 
   /// Whether some are on disk.
   bool isPaged() const { return stats().bytes > 0; }
@@ -83,7 +143,14 @@ class PagedMeshes {
     bool is_painted;
   };
 
-  void forget(PackedKey key);
+  void forget(PackedKey key) {
+    const auto found = meshes_.find(key);
+    if (found == meshes_.end()) return;
+    bytes_ -= found->second.bytes;
+    triangles_ -= found->second.triangles;
+    painted_ -= found->second.is_painted ? 1 : 0;
+    meshes_.erase(found);
+  }
 
   const size_t most_bytes_;
   const SharedPagedValues pages_;  ///< Null without map/page_folder.

@@ -64,7 +64,9 @@ void Outline::findEnds(size_t vertex) const {
 size_t Outline::endOfFan(size_t vertex, Way way) const {
   if (!vertices_[vertex].has_ends) findEnds(vertex);
   const int32_t end = vertices_[vertex].ends[way];
-  return end == 0 ? kNone : static_cast<size_t>(static_cast<int64_t>(vertex) + end);
+  const int64_t number = static_cast<int64_t>(vertex) + end;
+  // What the sums of two fans say may be a vertex that is forgotten by now.
+  return end == 0 || number < 0 ? kNone : static_cast<size_t>(number);
 }
 
 /// The next vertex on the outline; kNone: the line ends there, or meets another one.

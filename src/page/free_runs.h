@@ -73,8 +73,7 @@ class FreeRuns {
 
   uint64_t inUse() const { return in_use_; }
   uint64_t end() const { return end_; }  ///< Units that the file has.
-  /// Of memory, about.
-  /// A run is a node in each of both trees.
+  /// About what it takes of memory: a run is a node in each of both trees.
   size_t bytes() const {
     constexpr size_t kNodeBytes = 4 * sizeof(void*) + 2 * sizeof(uint64_t) + sizeof(size_t);
     return 2 * kNodeBytes * free_.size();

@@ -55,13 +55,13 @@ def figures_of_readers(tool, backend, path, folder):
     elif b"No module named" not in read.stderr:
         raise RuntimeError(read.stderr.decode())
     try:
-        import dtsdf_mapping
+        from dtsdf_mapping import Mapper
     except ImportError:
         return found
     again = folder / "again.dtsdf"
     cells = re.search(r"cells of (\d+) voxels", run(tool, "info", path))  # of free space, if it has any
     space = {"space/enabled": True, "space/cell_voxels": int(cells[1])} if cells else {}
-    dtsdf_mapping.Mapper.load(str(path), backend, space).save(str(again))
+    Mapper.load(str(path), backend, space).save(str(again))
     if content_hash(tool, again) != content_hash(tool, path):
         found["hash"] = "another, saved again by Python"
     return found

@@ -86,10 +86,14 @@ class WorkerThread {
     // Linux keeps a niceness for each thread, and takes more than its greatest as that. Where it
     // cannot be set, only the order is lost.
     if (niceness_ > 0) setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + niceness_);
+    constexpr int kCallbacksPerStep = 50;  // so that calls do not pile up behind steps
     constexpr std::chrono::hours kWithoutStep{1};
     std::chrono::milliseconds wait{0};
     while (!is_stopping_) {
-      queue_.callOne(ros::WallDuration(std::chrono::duration<double>(wait).count()));
+      auto result = queue_.callOne(ros::WallDuration(std::chrono::duration<double>(wait).count()));
+      for (int i = 1; i < kCallbacksPerStep && result == ros::CallbackQueue::Called; ++i) {
+        result = queue_.callOne();
+      }
       wait = step_ && !is_stopping_ ? step_() : kWithoutStep;
     }
   }

@@ -403,11 +403,13 @@ class FrameQueue {
     return static_cast<size_t>(std::count_if(entries_.begin(), entries_.end(), wanted));
   }
 
-  size_t imagesOf(Stream stream) const {
-    return countOf([&](const auto& entry) {
+  static auto isImageOf(Stream stream) {
+    return [stream](const Entries::value_type& entry) {
       return entry.second.stream == stream && entry.second.hasImage();
-    });
+    };
   }
+
+  size_t imagesOf(Stream stream) const { return countOf(isImageOf(stream)); }
 
   void makeRoom(Stream stream) {
     const auto isOther = [&](const auto& entry) {
@@ -416,9 +418,15 @@ class FrameQueue {
     if (countOf(isOther) > kMostStamps) entries_.erase(firstArrived(isOther));
     while (imagesOf(stream) > limits_.images) {
       streams_[stream].is_overloaded = true;
-      dropOldest(streamToDropFrom(stream));
+      const auto oldest = firstArrived(isImageOf(stream));
+      // What waits for messages or its pose takes no room of those that wait for the map.
+      dropOldest(isPosed(*oldest) ? streamToDropFrom(stream, isPosed) : stream);
     }
-    while (bytesOfAll() > limits_.bytes) dropOldest(streamToDropFrom(stream));
+    while (bytesOfAll() > limits_.bytes) {
+      streams_[stream].is_overloaded = true;
+      dropOldest(
+          streamToDropFrom(stream, [](const auto& entry) { return entry.second.hasImage(); }));
+    }
   }
 
   /// After it has been full, the queue is kept short until the map has caught up, by one frame for
@@ -429,23 +437,22 @@ class FrameQueue {
     });
     bool& is_overloaded = streams_[stream].is_overloaded;
     is_overloaded = is_overloaded && waiting > 0;
-    if (is_overloaded && waiting > kBusy) dropOldest(streamToDropFrom(stream));
+    if (is_overloaded && waiting > kBusy) dropOldest(streamToDropFrom(stream, isPosed));
   }
 
-  /// The stream of a random image, or else this one. By a fixed rule a camera, or its colour, could
-  /// lose each frame just before its turn.
-  Stream streamToDropFrom(Stream stream) {
+  /// The stream of a random one of the images that are wanted, or else this one. By a fixed rule a
+  /// camera, or its colour, could lose each frame just before its turn.
+  template <class Wanted>
+  Stream streamToDropFrom(Stream stream, const Wanted& wanted) {
     std::vector<Stream> of_images;
-    for (const auto& [key, entry] : entries_) {
-      if (entry.hasImage()) of_images.push_back(entry.stream);
+    for (const auto& entry : entries_) {
+      if (wanted(entry)) of_images.push_back(entry.second.stream);
     }
     return of_images.empty() ? stream : of_images[random_() % of_images.size()];
   }
 
   void dropOldest(Stream stream) {
-    const auto place = firstArrived([&](const auto& entry) {
-      return entry.second.stream == stream && entry.second.hasImage();
-    });
+    const auto place = firstArrived(isImageOf(stream));
     if (place == entries_.end()) {  // messages without an image
       entries_.erase(
           firstArrived([&](const auto& entry) { return entry.second.stream == stream; }));

@@ -295,7 +295,7 @@ class InputStatus {
   }
 
   /// Of fewer images than that no share of drops is reported.
-  static constexpr uint64_t kLeastImages = 50;
+  static constexpr uint64_t kLeastImages = 20;
 
   const double stale_s_;
   PublishedTopics (*const find_topics_)();

@@ -142,7 +142,9 @@ CameraImage Rectification::apply(const CameraImage& raw) {
   if (!problem.empty()) {
     warning_ = "the images of '" + topic_ +
                "' are distorted and not rectified, so the map will be bent: " + problem;
-    ROS_WARN_STREAM_THROTTLE_NAMED(60.0, "dtsdf_mapping", warning_);
+    if (std::exchange(logged_, warning_) != warning_) {
+      ROS_WARN_STREAM_NAMED("dtsdf_mapping", warning_);
+    }
     return raw;
   }
   sensor_msgs::CameraInfo camera = *raw.info;

@@ -41,7 +41,7 @@ class Rectification {
   RectifyChoice choice_;
   std::string topic_;
   bool is_colour_;
-  std::string warning_;
+  std::string warning_, logged_;
 
   sensor_msgs::CameraInfo table_info_;              ///< What the table was made for.
   sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Without stamp.

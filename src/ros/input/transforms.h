@@ -204,7 +204,7 @@ class Transforms {
     std::sort(frames.begin(), frames.end());
     if (!frames.empty()) {
       return "TF has " + listOfFrames(frames) +
-             "; start what publishes the other, or set map_frame to one of these";
+             "; start what connects the two, or set map_frame to one of these";
     }
     return report().refused > 0
                ? "all transforms received were refused: NaN, no rotation, or no name of a frame"

@@ -1,5 +1,5 @@
-/// A depth camera, and a colour camera beside it, that move through an analytic room: input for the
-/// demo and the tests.
+/// A depth camera, with colour at the same pixels, that moves through an analytic room: input for
+/// the demo and the tests.
 #include <cv_bridge/cv_bridge.h>
 #include <image_transport/image_transport.h>
 #include <ros/ros.h>

@@ -182,6 +182,20 @@ TEST(Outline, GoesOnWhereTheFirstVerticesAreForgotten) {
   }
 }
 
+/// The ends that the sums of two fans at the last vertex stand for, 0.3 and 0.4 of the way there,
+/// are not beside it.
+TEST(Outline, StaysWhereTwoFansSeemToLeadToForgottenVertices) {
+  Outline outline;
+  constexpr uint32_t kTenth = 100000;
+  std::vector<Vec3f> positions(10 * kTenth + 1, {1.0f, 2.0f, 3.0f});
+  for (size_t i = 0; i < positions.size(); ++i) outline.addVertex(Kind::kPlain);
+  outline.addTriangle({10 * kTenth, 5 * kTenth, 7 * kTenth});
+  outline.addTriangle({10 * kTenth, 9 * kTenth, 8 * kTenth});
+  EXPECT_EQ(outline.smoothed(10 * kTenth, positions).x, 1.0f);
+  outline.drop(5 * kTenth);
+  EXPECT_EQ(outline.smoothed(5 * kTenth, positions).x, 1.0f);
+}
+
 constexpr size_t kRim = 2 * (kColumns - 1 + kRows - 1);
 
 TEST(Outline, ClosesHolesOfUpToEightEdges) {

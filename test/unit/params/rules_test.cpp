@@ -7,29 +7,26 @@
 namespace dtsdf {
 namespace {
 
-template <class StageRules>
-StageRules readRules(const ParamTree& tree) {
-  StageRules rules;
+Rules readRules(const ParamTree& tree) {
+  Rules rules;
   ParamReader reader(tree);
   visitRules(rules, reader);
   reader.finish();
   return rules;
 }
 
-template <class StageRules>
-ParamTree treeOf(StageRules rules) {
+ParamTree treeOf(Rules rules) {
   ParamWriter writer;
   visitRules(rules, writer);
   return writer.tree;
 }
 
 /// Each key sets a number of its own: after a change of one, one differs from the defaults. There
-/// are as many keys as numbers, all of four bytes, but for those that settings decide.
-template <class StageRules>
-void expectEachKeySetsItsOwn(size_t decided_by_settings = 0) {
-  const ParamTree defaults = treeOf(StageRules());
-  EXPECT_EQ(defaults.size() + decided_by_settings, sizeof(StageRules) / sizeof(float));
-  EXPECT_EQ(treeOf(readRules<StageRules>(defaults)), defaults);
+/// are as many keys as numbers, all of four bytes, but for one that a setting decides.
+TEST(Rules, EachKeySetsItsOwn) {
+  const ParamTree defaults = treeOf(Rules());
+  EXPECT_EQ(defaults.size() + 1, sizeof(Rules) / sizeof(float));
+  EXPECT_EQ(treeOf(readRules(defaults)), defaults);
   for (const auto& [key, value] : defaults) {
     ParamTree changed = defaults;
     if (const int* whole = std::get_if<int>(&value)) {
@@ -37,24 +34,18 @@ void expectEachKeySetsItsOwn(size_t decided_by_settings = 0) {
     } else {
       changed[key] = 0.5 * std::get<double>(value);
     }
-    EXPECT_EQ(treeOf(readRules<StageRules>(changed)), changed) << key;
+    EXPECT_EQ(treeOf(readRules(changed)), changed) << key;
   }
 }
 
-TEST(SurfelRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<SurfelRules>(); }
-TEST(FusionRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<FusionRules>(1); }
-TEST(MeshRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<MeshRules>(); }
-TEST(ColourRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<ColourRules>(); }
-TEST(AlignmentRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<AlignmentRules>(); }
-
 /// With a depth, a turn, or a number of turns of 0 a rule would divide by 0; a surface
 /// that gains no evidence is never shown.
-TEST(SurfelRules, WhatNoRuleCouldWorkWithIsRefused) {
-  EXPECT_THROW(readRules<SurfelRules>({{"rules/surfels/largest_noise_turn", 0.0}}), ParamError);
-  EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/sample_reach", 0.0}}), ParamError);
-  EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/full_weight_depth_m", 0.0}}), ParamError);
-  EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/look_turns", 0}}), ParamError);
-  EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/support_gain", 0}}), ParamError);
+TEST(Rules, WhatNoRuleCouldWorkWithIsRefused) {
+  EXPECT_THROW(readRules({{"rules/surfels/largest_noise_turn", 0.0}}), ParamError);
+  EXPECT_THROW(readRules({{"rules/fusion/sample_reach", 0.0}}), ParamError);
+  EXPECT_THROW(readRules({{"rules/fusion/full_weight_depth_m", 0.0}}), ParamError);
+  EXPECT_THROW(readRules({{"rules/fusion/look_turns", 0}}), ParamError);
+  EXPECT_THROW(readRules({{"rules/fusion/support_gain", 0}}), ParamError);
 }
 
 TEST(FusionRules, MostEvidenceIsThatOfTheFramesRemembered) {
@@ -70,11 +61,11 @@ TEST(FusionRules, MostEvidenceIsThatOfTheFramesRemembered) {
 
 /// A nearness of 0 would divide by 0, and a negative share would mesh what nobody saw.
 TEST(MeshRules, WhatNoRuleCouldWorkWithIsRefused) {
-  EXPECT_THROW(readRules<MeshRules>({{"rules/mesh/least_weight_share", -0.1}}), ParamError);
-  EXPECT_THROW(readRules<MeshRules>({{"rules/mesh/least_weight_share", 1.0}}), ParamError);
-  EXPECT_THROW(readRules<MeshRules>({{"rules/mesh/least_crossing_share", -0.1}}), ParamError);
-  EXPECT_THROW(readRules<MeshRules>({{"rules/mesh/voted_crossing_share", 1.5}}), ParamError);
-  EXPECT_THROW(readRules<MeshRules>({{"rules/mesh/nearness_voxels", 0.0}}), ParamError);
+  EXPECT_THROW(readRules({{"rules/mesh/least_weight_share", -0.1}}), ParamError);
+  EXPECT_THROW(readRules({{"rules/mesh/least_weight_share", 1.0}}), ParamError);
+  EXPECT_THROW(readRules({{"rules/mesh/least_crossing_share", -0.1}}), ParamError);
+  EXPECT_THROW(readRules({{"rules/mesh/voted_crossing_share", 1.5}}), ParamError);
+  EXPECT_THROW(readRules({{"rules/mesh/nearness_voxels", 0.0}}), ParamError);
 }
 
 }  // namespace

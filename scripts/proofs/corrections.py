@@ -1,0 +1,81 @@
+"""Measures what a map is worth after its poses were corrected, in three ways.
+
+A camera moves through a house; its poses drift as odometry does, and are then corrected to the true ones.
+The map is fused again at them, as the node and `reconstruct JOURNAL --poses` do; or it is made of submaps,
+fused at drifted poses and moved as a whole to where their first image belongs, as in voxgraph; or of single
+images a second apart, as in rtabmap. The last two are stand-ins of each idea, by maps of this package.
+Fills the part `corrections` of poses.md, and draws each mesh below --work. Needs numpy.
+"""
+import json
+
+import numpy as np
+
+from .common import fill_page, made_by, make_parser, markdown_table, number, reconstruct, render, run
+from .ply import read_ply
+
+STEP_M, STEP_DEG = 0.002, 0.05  # deviations an image: after 20 s and 10 m some 5 cm and 1 degree
+
+
+def drift(truth, seed, restart):
+    """Rows of a TUM file that drift, from the true pose on at each `restart`-th one."""
+    rng, poses = np.random.default_rng(seed), truth.copy()
+    for i, row in enumerate(poses):
+        if i % restart == 0:
+            angle, before = 0.0, i
+            row_m = truth[i, 1:4]
+        else:
+            angle += np.radians(rng.normal(0, STEP_DEG))
+            turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+            row_m = row_m + turn @ (truth[i, 1:4] - truth[before, 1:4]) + rng.normal(0, STEP_M, 3)
+            before = i
+        s, c = np.sin(angle / 2), np.cos(angle / 2)
+        x, y, z, w = truth[i, 4:8]
+        row[1:] = *row_m, c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z
+    return poses
+
+
+def join(meshes, path):
+    """Writes several meshes as one."""
+    parts = [read_ply(mesh) for mesh in meshes]
+    vertices = np.array([[v["x"], v["y"], v["z"]] for part, _ in parts for v in part], "<f4")
+    firsts = np.cumsum([0] + [len(part) for part, _ in parts])
+    triangles = np.concatenate([np.array(part) + first for (_, part), first in zip(parts, firsts)])
+    faces = np.array([(3, row) for row in triangles], [("n", "u1"), ("v", "<u4", 3)])
+    path.write_bytes(f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\nproperty float x\n"
+                     f"property float y\nproperty float z\nelement face {len(faces)}\n"
+                     "property list uchar int vertex_indices\nend_header\n".encode() + vertices.tobytes() + faces.tobytes())
+
+
+def main():
+    parser = make_parser(__doc__, "corrections", "scenes/ and sequences/")
+    parser.add_argument("--voxel-mm", type=float, default=20.0, help="default: %(default)s")
+    parser.add_argument("--images", type=int, default=600, help="30 a second (default: %(default)s)")
+    parser.add_argument("--seed", type=int, default=1, help="of path, noise and drift (default: %(default)s)")
+    options = parser.parse_args()
+    options.work.mkdir(parents=True, exist_ok=True)
+    count = options.images
+    folder = render(options, "scenes/house.ply", options.work / f"hand_{count}_{options.seed}", "--trajectory", "hand",
+                    "--views", options.data / "sequences/house_noisy", "--frames", count, "--noise", "kinect",
+                    "--longest-side", 0, "--seed", options.seed)
+    truth = np.loadtxt(folder / "groundtruth.txt")
+    rows, device = [], ""
+    # Name, images of each part, and from one to the next.
+    for name, length, step in (("as it drifted", count, count), ("fused again", count, count),
+                               ("submaps of 5 s, moved", 150, 150), ("submaps of 1 s, moved", 30, 30),
+                               ("an image a second, moved", 1, 30)):
+        poses, mesh = options.work / "poses.txt", options.work / f"{name.split(',')[0].replace(' ', '_')}.ply"
+        np.savetxt(poses, truth if name == "fused again" else drift(truth, options.seed, step), fmt="%.9f")
+        parts = []
+        for first in range(0, count, step):
+            parts.append(options.work / f"part_{first}.ply")
+            settings = ["colour/enabled=never", "fusion/max_depth_m=4", f"mesh/min_support={min(length, 2)}"]
+            device = reconstruct(options, folder, options.voxel_mm, settings, parts[-1], "--poses", poses, "--frames",
+                                 f"{first}:{first + length - 1}")["device"]
+        join(parts, mesh)
+        found = json.loads(run(options.programs / "evaluate_mesh", mesh, folder / "gt.ply"))
+        rows.append([name, number(found["surface"]["rmse_mm"])])
+        run(options.programs / "render_mesh", mesh, mesh.with_suffix(".png"), "--plain", "--views", folder, "--image",
+            count // 2)
+    table = markdown_table(["map", "surface, mm"], rows)
+    fill_page(options.results / "poses.md", corrections=f"{table}\n{made_by(device)}")
+    return 0

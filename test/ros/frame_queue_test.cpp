@@ -244,25 +244,60 @@ TEST_F(FrameQueueTest, TheOrderDoesNotDependOnTheArrival) {
 }
 
 /// A map that is too slow gets a short queue, so that it shows what is new.
-TEST_F(FrameQueueTest, OnceFullTheQueueIsKeptShortUntilItIsWorkedOff) {
-  make({10, 1 << 20, 0.1});
+TEST_F(FrameQueueTest, ALastingBacklogIsShortenedUntilItIsWorkedOff) {
+  make({30, 1 << 20, 0.1});
+  size_t most = 0;
   for (int i = 0; i < 200; ++i) {
     posed(1.0 + 0.1 * i);
+    most = std::max(most, queue_->bytes() / kImageBytes);
     if (i % 10 != 0) queue_->take();
-    if (i == 80) {
+    if (i == 60) {
       EXPECT_EQ(dropped(drop::kQueueFull), 0u);
     }
   }
-  EXPECT_LE(queue_->bytes() / kImageBytes, 4u);
+  EXPECT_GE(most, 6u);
+  EXPECT_LE(most, 8u)
+      << "one more waits after each nine that are taken, of which 30 are, past three";
 
   // Once it has caught up there is room for a burst again.
   taken();
   const uint64_t dropped_before = dropped(drop::kQueueFull);
   EXPECT_GT(dropped_before, 0u);
-  for (int i = 200; i < 210; ++i) posed(1.0 + 0.1 * i);
-  EXPECT_EQ(queue_->bytes(), 10 * kImageBytes);
+  for (int i = 200; i < 230; ++i) posed(1.0 + 0.1 * i);
+  EXPECT_EQ(queue_->bytes(), 30 * kImageBytes);
   EXPECT_EQ(dropped(drop::kQueueFull), dropped_before);
 }
+
+/// A map that takes so many images for each that comes, but none while it stands still.
+struct MapPace {
+  double taken_an_image;
+  size_t room;
+  int stall_begin, stall_end;
+};
+
+class FrameQueueAtPace : public FrameQueueTest, public testing::WithParamInterface<MapPace> {};
+
+TEST_P(FrameQueueAtPace, LosesNothing) {
+  const MapPace& pace = GetParam();
+  make({pace.room, 1 << 20, 0.1});
+  double due = 0.0;
+  for (int i = 0; i < 200; ++i) {
+    posed(1.0 + 0.1 * i);
+    if (i >= pace.stall_begin && i < pace.stall_end) continue;
+    for (due += pace.taken_an_image; due >= 1.0; due -= 1.0) queue_->take();
+  }
+  EXPECT_EQ(dropped(drop::kQueueFull), 0u);
+}
+
+/// As while a map is saved.
+INSTANTIATE_TEST_SUITE_P(CatchingUpAfterAStall, FrameQueueAtPace,
+                         testing::Values(MapPace{1.25, 30, 20, 35}, MapPace{1.5, 30, 20, 35},
+                                         MapPace{2.0, 30, 20, 35}, MapPace{10.0, 30, 20, 35}));
+
+/// Who has room for a whole recording wants all of it.
+INSTANTIATE_TEST_SUITE_P(WithRoomForAll, FrameQueueAtPace,
+                         testing::Values(MapPace{0.25, 200, 0, 0}, MapPace{0.5, 200, 0, 0},
+                                         MapPace{0.75, 200, 0, 0}, MapPace{0.9, 200, 0, 0}));
 
 TEST_F(FrameQueueTest, StampsThatGoBackDropWhatIsLater) {
   make({});

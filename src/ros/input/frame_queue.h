@@ -178,6 +178,7 @@ class FrameQueue {
     const auto first = firstThat(isPosed);
     StreamState& stream = streams_[first->second.stream];
     if (!stream.options.is_colour) last_taken_ = std::max(last_taken_, first->first.stamp);
+    ++stream.taken;
     PosedFrame frame = std::move(first->second.posed);
     entries_.erase(first);
     return frame;
@@ -267,7 +268,10 @@ class FrameQueue {
     bool has_come = false;  ///< A posed frame of it.
     sensor_msgs::CameraInfoConstPtr latest_info = nullptr;
     std::string waiting_for = {};
-    bool is_overloaded = false;  ///< It had no room, until none waits for the map.
+    size_t taken = 0;
+    size_t seen_waiting = 0, seen_taken = 0;  ///< The backlog once it had taken so many.
+    int behind = 0;                           ///< So often in a row the backlog had not shrunk.
+    bool is_overloaded = false;               ///< Until none waits.
 
     bool isWaitedFor() const { return !options.is_colour || has_come; }
   };
@@ -417,27 +421,34 @@ class FrameQueue {
     };
     if (countOf(isOther) > kMostStamps) entries_.erase(firstArrived(isOther));
     while (imagesOf(stream) > limits_.images) {
-      streams_[stream].is_overloaded = true;
       const auto oldest = firstArrived(isImageOf(stream));
       // What waits for messages or its pose takes no room of those that wait for the map.
       dropOldest(isPosed(*oldest) ? streamToDropFrom(stream, isPosed) : stream);
     }
     while (bytesOfAll() > limits_.bytes) {
-      streams_[stream].is_overloaded = true;
       dropOldest(
           streamToDropFrom(stream, [](const auto& entry) { return entry.second.hasImage(); }));
     }
   }
 
-  /// After it has been full, the queue is kept short until the map has caught up, by one frame for
-  /// each that comes, so that what the map shows is new.
+  /// A backlog that does not get shorter while the map takes as many frames as there is room for is
+  /// shortened, one frame for each that comes, so that what the map shows is new. It is looked at
+  /// each time the map has taken half as many: after a stall, as while a map is saved, there are
+  /// more than before once, and then fewer, as a fast map works them off.
   void shorten(Stream stream) {
+    StreamState& state = streams_[stream];
     const size_t waiting = countOf([&](const auto& entry) {
       return entry.second.stream == stream && isPosed(entry) && !canComeBefore(entry.first.stamp);
     });
-    bool& is_overloaded = streams_[stream].is_overloaded;
-    is_overloaded = is_overloaded && waiting > 0;
-    if (is_overloaded && waiting > kBusy) dropOldest(streamToDropFrom(stream, isPosed));
+    if (waiting == 0) state.is_overloaded = false;
+    const bool is_short = waiting <= kBusy;
+    if (is_short || 2 * (state.taken - state.seen_taken) >= limits_.images) {
+      state.behind = is_short || waiting < state.seen_waiting ? 0 : state.behind + 1;
+      state.seen_waiting = waiting;
+      state.seen_taken = state.taken;
+    }
+    if (state.behind >= 2) state.is_overloaded = true;
+    if (state.is_overloaded && !is_short) dropOldest(streamToDropFrom(stream, isPosed));
   }
 
   /// The stream of a random one of the images that are wanted, or else this one. By a fixed rule a

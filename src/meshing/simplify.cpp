@@ -18,8 +18,7 @@
 namespace dtsdf {
 namespace {
 
-/// Squared distances from many planes, as one polynomial. The sum of squared distances from planes,
-/// weighted.
+/// The weighted sum of squared distances from planes, as one polynomial.
 struct Quadric {
   double xx = 0, xy = 0, xz = 0, xd = 0, yy = 0, yz = 0, yd = 0, zz = 0, zd = 0, dd = 0, weight = 0;
 

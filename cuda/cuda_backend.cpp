@@ -133,21 +133,20 @@ class CudaBackend : public MapBackend {
     free_cell_finder_.find(sensing_->frame(), sensor_.freeDepth(), std::move(cubes));
   }
 
-  void reserveFrame(const FusionPass& pass) override {
-    if (pass.part != nullptr) block_finder_.takePart(*pass.part, map_.view());
-    in_view_count_ = pass.in_view.size();
+  void reserveFrame(const std::vector<int32_t>& in_view) override {
+    in_view_count_ = in_view.size();
     map_.noteDemand({counters_.requests, counters_.requested_arrays});
     fusion_.reserve(counters_);
     clearing_.reserve(counters_, in_view_count_);
-    clearing_.noteInView(*sensing_, pass.in_view);
+    clearing_.noteInView(*sensing_, in_view);
   }
 
-  void castFoldAndClear(const FusionPass& pass) override {
+  void castFoldAndClear(uint64_t frame_number, const std::vector<int32_t>&) override {
     holdForProfile(stream_);
     fusion_.castAndFold(*sensing_, surfels_, target(), counters_);
-    clearing_.findLooks(*sensing_, target(), pass.number);
+    clearing_.findLooks(*sensing_, target(), frame_number);
     most_dirty_ += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
-    clearing_.clear(*sensing_, target(), counters_, fusion_.covered(), pass.number);
+    clearing_.clear(*sensing_, target(), counters_, fusion_.covered(), frame_number);
     mesher_.prepare();
   }
 
@@ -358,7 +357,7 @@ class CudaBackend : public MapBackend {
   FreeCellFinder free_cell_finder_;
   std::shared_ptr<DistanceMaker> distance_maker_;
   RecordMover record_mover_;
-  size_t in_view_count_ = 0;              ///< Of the part of a frame that is fused.
+  size_t in_view_count_ = 0;              ///< Of the frame.
   std::optional<DeviceSensing> sensing_;  ///< Of the last depth image.
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};

@@ -120,33 +120,6 @@ __global__ void readTouchedKernel(TouchedView touched, uint32_t count, PackedKey
   if (i < count) keys[i] = touched.blocks[i].key;
 }
 
-__device__ bool isAmong(PackedKey key, const PackedKey* sorted, size_t count) {
-  size_t first = 0;
-  while (count > 0) {
-    const size_t half = count / 2;
-    if (sorted[first + half] < key) {
-      first += half + 1;
-      count -= half + 1;
-    } else {
-      count = half;
-    }
-  }
-  return sorted[first] == key;
-}
-
-/// One thread per touched block. What the part before has counted begins anew.
-__global__ void takePartKernel(MapView map, TouchedView touched, uint32_t blocks,
-                               const PackedKey* part, size_t part_count) {
-  const size_t i = globalThread();
-  if (i == 0) {
-    touched.counters->looks = touched.counters->empty_blocks = touched.counters->cleared = 0;
-  }
-  if (i >= blocks) return;
-  TouchedBlock& block = touched.blocks[i];
-  block.empty = 0;
-  block.slot = isAmong(block.key, part, part_count) ? findSlot(map, block.key) : kNotInPart;
-}
-
 }  // namespace
 
 BlockFinder::BlockFinder(const FusionSettings& fusion, const Stream& stream)
@@ -244,23 +217,9 @@ std::vector<PackedKey> BlockFinder::fetchTouched() {
   return {touched_keys_.data(), touched_keys_.data() + count};
 }
 
-/// The list ends with a key that no block has.
-void BlockFinder::takePart(const std::vector<PackedKey>& part, const MapView& map) {
-  keys_sent_.wait();
-  pinned_part_.reserve(part.size() + 1);
-  part_.reserve(part.size() + 1, stream_);
-  std::copy(part.begin(), part.end(), pinned_part_.data());
-  pinned_part_[part.size()] = kNoKey;
-  part_.upload(pinned_part_.data(), part.size() + 1, stream_);
-  stream_.record(keys_sent_);
-  const uint32_t blocks = pinned_counters_[0].touched;
-  launch("takePartKernel", takePartKernel, std::max(blocksFor(blocks), 1u), kThreads, 0, stream_,
-         map, view(), blocks, part_.data(), part.size());
-}
-
 void BlockFinder::addMemory(std::vector<MemoryPart>& parts) const {
   addScratch("touched blocks", parts, keys_, directions_, first_sums_, places_, sum_owners_,
-             blocks_, part_, requests_, touched_keys_, pinned_part_);
+             blocks_, requests_, touched_keys_);
 }
 
 }  // namespace gpu

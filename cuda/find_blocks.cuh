@@ -42,7 +42,6 @@ __device__ __forceinline__ int32_t findTouched(const TouchedView& touched, Packe
 /// Slot of a touched block, or -1, by the map after the admission: a block that was missing has one
 /// now, and one without arrays may have been released since, and its slot be another one's.
 __device__ __forceinline__ int32_t slotOf(const MapView& map, const TouchedBlock& block) {
-  if (block.slot == kNotInPart) return -1;
   const bool is_there = block.slot >= 0 && map.slots[block.slot].key == block.key;
   return is_there ? block.slot : findSlot(map, block.key);
 }

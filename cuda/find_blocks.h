@@ -29,14 +29,11 @@ struct PackedRequest {
   uint64_t directions;
 };
 
-/// Slot of a block that the part of the frame which is fused leaves out.
-constexpr int32_t kNotInPart = -2;
-
 struct TouchedBlock {
   PackedKey key;
   Vec3i block_L;        ///< Coordinates relative to the frame's origin.
   uint32_t directions;  ///< Bit d: some surfel belongs to direction d.
-  int32_t slot;         ///< -1: not in the map before the frame. kNotInPart: left out for now.
+  int32_t slot;         ///< -1: not in the map before the frame.
   uint32_t empty;       ///< Bit d: after the fold, the array of direction d holds nothing.
 };
 
@@ -84,10 +81,6 @@ class BlockFinder {
   /// The keys of the touched blocks; waits for them.
   std::vector<PackedKey> fetchTouched();
 
-  /// The frame comes in parts: what follows sees those of the touched blocks that are in this list,
-  /// by key, where they are in the map now.
-  void takePart(const std::vector<PackedKey>& part, const MapView& map);
-
   TouchedView view() const;
   void addMemory(std::vector<MemoryPart>& parts) const;
 
@@ -107,9 +100,6 @@ class BlockFinder {
   PinnedBuffer<FrameCounters> pinned_counters_;  ///< A kernel writes them there,
   PinnedBuffer<PackedRequest> requests_;         ///< and these,
   PinnedBuffer<PackedKey> touched_keys_;         ///< and these.
-  Event keys_sent_;                              ///< The host may write another part from there on.
-  PinnedBuffer<PackedKey> pinned_part_;
-  DeviceBuffer<PackedKey> part_;
 };
 
 }  // namespace gpu

@@ -28,15 +28,6 @@ struct TouchedBlocks {
   size_t new_arrays = 0;               ///< That these miss.
 };
 
-/// A change of voxels by a depth image.
-struct FusionPass {
-  uint64_t number;                      ///< Of the frame, from 1.
-  const std::vector<int32_t>& in_view;  ///< Slots of blocks that may be in view, and others.
-  /// Where it comes in parts: those blocks that it changes in this one, by key; of others none is
-  /// in `in_view`. Null: all.
-  const std::vector<PackedKey>* part = nullptr;
-};
-
 /// What a depth image left.
 struct FrameOutcome {
   std::vector<EmptyBlock> empty;  ///< Blocks of which arrays are empty now.
@@ -139,12 +130,14 @@ class MapBackend {
 
   /// Takes what the stages below need for the blocks that were looked up, in the map that an
   /// admission leaves. @throws BackendError without memory.
-  virtual void reserveFrame(const FusionPass& pass) = 0;
+  /// @param in_view Slots of blocks that may be in view, and others.
+  virtual void reserveFrame(const std::vector<int32_t>& in_view) = 0;
 
   /// Three stages, which a backend may fuse: surfels into sums, sums into voxels, evidence from
   /// voxels that the image contradicts; those too that are in view, whose turn it is, and that it
   /// does not touch.
-  virtual void castFoldAndClear(const FusionPass& pass) = 0;
+  /// @param frame_number From 1. @param in_view As above.
+  virtual void castFoldAndClear(uint64_t frame_number, const std::vector<int32_t>& in_view) = 0;
 
   /// Waits for the last image, if it was fused. @return what it left; reported once.
   virtual FrameOutcome takeOutcome() = 0;

@@ -35,10 +35,6 @@ namespace {
 
 constexpr size_t kArraysAtATime = 64;  ///< That a thread clears or copies.
 
-bool isInPart(PackedKey key, const FusionPass& pass) {
-  return pass.part == nullptr || std::binary_search(pass.part->begin(), pass.part->end(), key);
-}
-
 /// Empties a block's voxels in a region in units of voxels; not their colours.
 EmptiedBlock emptyBlock(const BlockEntry& entry, const RegionView& region, VoxelStore& voxels) {
   const Vec3i first = firstVoxelOfBlock(entry.key);
@@ -158,20 +154,20 @@ class CpuBackend : public MapBackend {
     free_cubes_ = free_cell_finder_.find(sensing_, cubes);
   }
 
-  void reserveFrame(const FusionPass&) override {}
+  void reserveFrame(const std::vector<int32_t>&) override {}
 
   /// Three stages in one loop over the blocks: the sums of a block stay in a thread's cache. In a
   /// profile all of it is cast.
-  void castFoldAndClear(const FusionPass& pass) override {
+  void castFoldAndClear(uint64_t frame_number, const std::vector<int32_t>& in_view) override {
     const std::vector<TouchedBlock>& blocks = block_finder_.touched();
     std::vector<EmptyBlock> outcome(blocks.size(), EmptyBlock{-1, 0});
     last_touched_.resize(map_.table.slotCount(), 0);
     std::optional<StageTimer> timer(std::in_place, profile_, Stage::kCast);
     parallelFor<BlockSums>(blocks.size(), threads_, [&](size_t i, BlockSums& sums) {
       const int32_t slot = map_.table.find(blocks[i].key);
-      if (slot < 0 || !isInPart(blocks[i].key, pass)) return;
-      outcome[i] = {slot, fuseBlock(blocks[i], map_.table.block(slot), pass, sums)};
-      last_touched_[slot] = pass.number;
+      if (slot < 0) return;
+      outcome[i] = {slot, fuseBlock(blocks[i], map_.table.block(slot), frame_number, sums)};
+      last_touched_[slot] = frame_number;
     });
     timer.emplace(profile_, Stage::kClear);
     for (const EmptyBlock& block : outcome) {
@@ -180,7 +176,7 @@ class CpuBackend : public MapBackend {
       if (block.directions != 0) outcome_.empty.push_back(block);
     }
     if (!free_cubes_.empty()) outcome_.free = std::exchange(free_cubes_, {});
-    if (clearsFreeSpace(params_)) lookAround(pass);
+    if (clearsFreeSpace(params_)) lookAround(frame_number, in_view);
   }
 
   FrameOutcome takeOutcome() override { return std::exchange(outcome_, FrameOutcome()); }
@@ -324,7 +320,7 @@ class CpuBackend : public MapBackend {
   }
 
   /// Safe to call for different blocks from different threads. @return directions left empty.
-  uint32_t fuseBlock(const TouchedBlock& block, const BlockEntry& entry, const FusionPass& pass,
+  uint32_t fuseBlock(const TouchedBlock& block, const BlockEntry& entry, uint64_t frame_number,
                      BlockSums& sums) {
     const FrameView& frame = sensing_.image.frame;
     const bool casts = castsSurfels(params_);
@@ -339,7 +335,7 @@ class CpuBackend : public MapBackend {
     const float depth_weight = blockDepthWeight(frame, block.block_L, rules_.fusion);
     uint32_t empty = fold(sums, directions, entry, depth_weight, fusion_, map_.voxels);
     if (clearsFreeSpace(params_)) {
-      const BlockLook look{block.block_L, isInTurn(block.key, pass.number, rules_.fusion), &sums,
+      const BlockLook look{block.block_L, isInTurn(block.key, frame_number, rules_.fusion), &sums,
                            directions, params_.map.directional};
       empty |= clear(look, entry).empty_directions;
     }
@@ -356,12 +352,12 @@ class CpuBackend : public MapBackend {
   }
 
   /// Clears blocks that the frame does not touch, those whose turn it is.
-  void lookAround(const FusionPass& pass) {
+  void lookAround(uint64_t frame_number, const std::vector<int32_t>& in_view) {
     std::vector<int32_t> slots;
-    for (const int32_t slot : pass.in_view) {
-      if (last_touched_[slot] == pass.number) continue;
+    for (const int32_t slot : in_view) {
+      if (last_touched_[slot] == frame_number) continue;
       const BlockEntry& entry = map_.table.block(slot);
-      if (!entry.in_use || !isInTurnToBeSeenThrough(entry.key, pass.number)) continue;
+      if (!entry.in_use || !isInTurnToBeSeenThrough(entry.key, frame_number)) continue;
       slots.push_back(slot);
     }
     std::vector<ClearedBlock> cleared(slots.size());

@@ -116,38 +116,21 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   std::vector<int32_t> in_view = prepareForFrame(view);
   const auto cubes = space_ ? space_->cubesInView(view) : std::vector<Vec3i>();
   TouchedBlocks touched = backend_->lookUpBlocks();
-  const size_t blocks = touched.blocks;
-  if (blocks == 0 && !clearsFromAfar(frame, params_)) return noMeasurement(frame, params_);
+  if (touched.blocks == 0 && !clearsFromAfar(frame, params_)) return noMeasurement(frame, params_);
   if (space_) backend_->seeFree(cubes);
-  std::vector<FramePart> parts;
-  if (pager_) {
-    parts =
-        pager_->partsOf(*backend_, view, std::move(touched), std::move(in_view), state_.frames + 1);
-  } else {
-    parts.push_back(FramePart::whole(std::move(in_view), std::move(touched)));
-  }
   IntegrationResult result;
   convention_.add(frame);
   result.message = convention_.doubt().empty()
                        ? doubtAbout(frame.intrinsics, frame.width, frame.height)
                        : convention_.doubt();
   const uint64_t refused_before = state_.refused;
-  for (FramePart& part : parts) {
-    try {
-      loadPart(view, part);
-      const FusionPass pass{state_.frames + 1, part.in_view, part.is_whole ? nullptr : &part.keys};
-      admit(part, pass);
-      backend_->castFoldAndClear(pass);
-      table_.publish();  // a device is busy
-    } catch (const BackendError& error) {
-      if (!error.lacksMemory() || &part == &parts.front()) throw;
-      state_.refused += part.keys.size();
-      result.message = error.what();
-    }
-  }
+  const bool has_moved_blocks = pager_ && loadForFrame(view, touched, in_view);
+  admit(touched, in_view);
+  backend_->castFoldAndClear(state_.frames + 1, in_view);
+  table_.publish();  // a device is busy
   ++state_.frames;
-  if (blocks > 0) ++state_.supporting_frames;
-  keep(frame, view, !parts.front().keys.empty());
+  if (touched.blocks > 0) ++state_.supporting_frames;
+  keep(frame, view, has_moved_blocks);
   result.refused_blocks = state_.refused - refused_before;
   return result;
 }
@@ -172,47 +155,44 @@ std::vector<int32_t> Engine::blocksInView(const FrameView& view) const {
   return table_.slotsInView(view, kFootRadius);
 }
 
-/// Where not all of a part is in memory. Blocks that stay on disk are counted as refused.
-void Engine::loadPart(const FrameView& view, FramePart& part) {
-  if (part.keys.empty()) return;
+/// What the image needs comes to memory where some of it is on disk, or new blocks lack room. What
+/// stays on disk is counted as refused. @return whether it was so.
+bool Engine::loadForFrame(const FrameView& view, TouchedBlocks& touched,
+                          std::vector<int32_t>& in_view) {
+  const std::vector<PackedKey> keys =
+      pager_->neededKeys(*backend_, view, touched, in_view, state_.frames + 1);
+  if (keys.empty()) return false;
   const StageTimer timer(profile_, Stage::kAdmit);
-  applyPendingWork();  // what the part before left: slots are others now
-  state_.refused += require(part.keys);
+  state_.refused += require(keys);
   // Those that are left on disk are none to be made anew.
+  std::vector<BlockRequest>& requests = touched.requests;
   const auto is_paged = [this](const BlockRequest& one) { return pager_->isPaged(one.key); };
-  part.requests.erase(std::remove_if(part.requests.begin(), part.requests.end(), is_paged),
-                      part.requests.end());
-  const PoolSizes lack = table_.countNew(part.requests);
-  part.new_arrays = lack.arrays;
+  requests.erase(std::remove_if(requests.begin(), requests.end(), is_paged), requests.end());
+  const PoolSizes lack = table_.countNew(requests);
+  touched.new_arrays = lack.arrays;
   makeRoom(bytesOfNew(lack));
-  part.in_view = blocksInView(view);
-  if (!part.is_whole) {
-    const auto is_of_another = [&](int32_t slot) {
-      const PackedKey key = packKey(table_.block(slot).key);
-      return !std::binary_search(part.keys.begin(), part.keys.end(), key);
-    };
-    part.in_view.erase(std::remove_if(part.in_view.begin(), part.in_view.end(), is_of_another),
-                       part.in_view.end());
-  }
+  in_view = blocksInView(view);
+  return true;
 }
 
 /// All memory is taken before the table changes: without it, the map stays as it was. Without a
 /// device's memory for new blocks they are refused, as those beyond the budget are, and the frame
 /// goes into what is there.
-void Engine::admit(FramePart& part, const FusionPass& pass) {
+void Engine::admit(TouchedBlocks& touched, const std::vector<int32_t>& in_view) {
   backend_->waitForMeshes();
   const StageTimer timer(profile_, Stage::kAdmit);
-  backend_->reserveFrame(pass);
-  const size_t blocks = part.requests.size();
+  backend_->reserveFrame(in_view);
+  const size_t blocks = touched.requests.size();
   if (blocks == 0) return;
   try {
-    backend_->reserve({{blocks, part.new_arrays, table_.sizesAfter(blocks, part.new_arrays)}});
+    backend_->reserve(
+        {{blocks, touched.new_arrays, table_.sizesAfter(blocks, touched.new_arrays)}});
   } catch (const BackendError& error) {
     if (!error.lacksMemory()) throw;
     state_.refused += blocks;
     return;
   }
-  const Admission admission = table_.allocate(std::move(part.requests));
+  const Admission admission = table_.allocate(std::move(touched.requests));
   if (pager_ || !traits_.indexes_blocks_itself) table_.publish();
   backend_->follow({admission.changed_slots, false, &admission.new_arrays});
   if (pager_) pager_->noteNew(admission.changed_slots);
@@ -351,7 +331,9 @@ IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   const uint64_t refused_before = state_.refused;
   if (pager_) {  // what the image sees something of, and what hides something from it
     const StageTimer timer(profile_, Stage::kPaint);
-    state_.refused += require(pager_->keysInView(view, radius, paint_settings_.max_depth_m));
+    std::vector<PackedKey> keys = pager_->keysInView(view, radius, paint_settings_.max_depth_m);
+    state_.refused += pager_->trim(keys);
+    state_.refused += require(keys);
     in_view = table_.slotsInView(view, radius);
   }
   SeenColours seen = backend_->look({view, leastEvidenceNow(), in_view});
@@ -400,7 +382,8 @@ void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
   if (pager_) {
     if (!state_.waiting.empty()) finishMeshing();  // which marks it
     pager_->setMarks(*backend_, std::exchange(state_.undone, {}));
-    if (!pager_->isEmpty() && require(pager_->keysInView(frame, kViewRadius, kAnyDepth_m)) > 0) {
+    std::vector<PackedKey> keys = pager_->keysInView(frame, kViewRadius, kAnyDepth_m);
+    if (pager_->isAnyPaged(keys) && (pager_->trim(keys) > 0 || require(keys) > 0)) {
       throw std::runtime_error(
           "the view shows more of the map than fits into memory; raise map/max_memory_mb, or "
           "render the saved map");

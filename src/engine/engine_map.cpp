@@ -89,9 +89,9 @@ void Engine::loadForMesh() {
                                std::any_of(views->begin(), views->end(), may_show);
   if (pager_->isEmpty() || !depends_on_disk) return;
   std::vector<MarkedKey> marked = pager_->marked(*backend_, false);
-  if (pager_->pagedAround(marked).empty()) return;
-  const size_t beside = state_.vacant.size() * BlockTable::kBlockBytes;
   std::vector<PackedKey> around = blocksAround(keysOf(marked));
+  if (!pager_->isAnyPaged(around)) return;
+  const size_t beside = state_.vacant.size() * BlockTable::kBlockBytes;
   bool fits = pager_->fits(around, beside);
   const bool in_parts = !fits;
   if (in_parts) {

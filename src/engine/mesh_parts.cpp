@@ -38,25 +38,6 @@ std::vector<PackedKey> blocksAround(std::vector<PackedKey> keys) {
   return keys;
 }
 
-std::unordered_set<PackedKey> cellsAround(const std::vector<MarkedKey>& marked) {
-  constexpr Vec3i kReach{kMeshReach, kMeshReach, kMeshReach};
-  std::unordered_set<PackedKey> cells;
-  Vec3i last_low{}, last_high{};
-  for (const MarkedKey& block : marked) {
-    const Vec3i low = cellOfBlock(unpackKey(block.key) - kReach);
-    const Vec3i high = cellOfBlock(unpackKey(block.key) + kReach);
-    if (!cells.empty() && low == last_low && high == last_high) continue;
-    last_low = low;
-    last_high = high;
-    for (int32_t z = low.z; z <= high.z; ++z) {
-      for (int32_t y = low.y; y <= high.y; ++y) {
-        for (int32_t x = low.x; x <= high.x; ++x) cells.insert(packKey({x, y, z}));
-      }
-    }
-  }
-  return cells;
-}
-
 std::vector<PackedKey> keysOf(const std::vector<MarkedKey>& marked) {
   std::vector<PackedKey> keys;
   keys.reserve(marked.size());

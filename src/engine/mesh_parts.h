@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <unordered_set>
 #include <vector>
 
 #include "backend/map_backend.h"
@@ -34,9 +33,6 @@ struct MarkedKey {
 /// By key, each once.
 std::vector<PackedKey> blocksAround(std::vector<PackedKey> keys);
 std::vector<PackedKey> keysOf(const std::vector<MarkedKey>& marked);
-
-/// Coarse cells that some of these may lie in, by packed key.
-std::unordered_set<PackedKey> cellsAround(const std::vector<MarkedKey>& marked);
 
 /// Puts blocks into the order in which they are meshed: cell by cell, from a block's key on, so
 /// that all get their turn, whatever a camera changes meanwhile.

@@ -13,7 +13,7 @@
 namespace dtsdf {
 namespace {
 
-/// Of blocks that move at once, about: what is in memory twice meanwhile.
+/// Of blocks that move at once, about, at most: what is in memory twice meanwhile.
 constexpr size_t kBatchBytes = size_t{8} << 20;
 
 /// See spareBytes(): a share of the budget.
@@ -28,7 +28,6 @@ constexpr size_t kMostWaitingBytes = 4 * kBatchBytes;
 constexpr uint64_t kCallsBetweenTries = 16;
 
 /// What is read of a block, at most.
-constexpr size_t kLabelBytes = kVoxelsPerBlock * sizeof(UnitLabels);
 constexpr size_t kMostBytesOfBlock =
     BlockTable::kBlockBytes +
     kDirectionCount * (BlockTable::kArrayBytes + kBricksPerArray * BlockTable::kColourBytes);
@@ -69,30 +68,6 @@ float depthOf(const FrameView& view, const BlockKey& block) {
   return rotateInverse(view.T_L_C, middle - view.T_L_C.t).z;
 }
 
-/// Whether one of a cell's outermost blocks is beyond a ball: no other one is farther away.
-bool reachesBeyond(const BlockCells::Cell& cell, const KeptBall& kept) {
-  constexpr int32_t kLast = BlockCells::kSide - 1;
-  const BlockKey first{cell.key.x * BlockCells::kSide, cell.key.y * BlockCells::kSide,
-                       cell.key.z * BlockCells::kSide};
-  for (int32_t i = 0; i < 8; ++i) {
-    const BlockKey corner = first + Vec3i{kLast * (i & 1), kLast * (i >> 1 & 1), kLast * (i >> 2)};
-    if (squaredDistance(corner, kept.center) > kept.radius * kept.radius) return true;
-  }
-  return false;
-}
-
-/// Whether a voxel of a cell's blocks may lie in a region in units of voxels.
-bool mayReachInto(const RegionView& region, const BlockCells::Cell& cell) {
-  constexpr int kVoxels = BlockCells::kSide * kBlockSide;
-  constexpr double kMiddle = 0.5 * (kVoxels - 1), kReach = 1.7321 * kMiddle + 0.1;
-  const Vec3i& key = cell.key;
-  return isInside(region,
-                  Vec3d{static_cast<double>(key.x) * kVoxels + kMiddle,
-                        static_cast<double>(key.y) * kVoxels + kMiddle,
-                        static_cast<double>(key.z) * kVoxels + kMiddle},
-                  kReach);
-}
-
 }  // namespace
 
 size_t bytesOfNew(const PoolSizes& lack) {
@@ -108,8 +83,10 @@ Pager::Pager(const MapperParams& params, const Rules& rules, int threads, BlockT
       fusion_rules_(rules.fusion),
       threads_(threads),
       table_(table),
+      budget_bytes_(table.budgetBytes()),
+      batch_bytes_(std::min(kBatchBytes, spareBytes(budget_bytes_))),
       blocks_(params.map.page_folder, pageBytesOf(params.map),
-              std::min(table.budgetBytes() / kWaitingShare, kMostWaitingBytes)) {}
+              std::min(budget_bytes_ / kWaitingShare, kMostWaitingBytes)) {}
 
 size_t Pager::bytesOf(PackedKey key) const {
   const int32_t slot = table_.find(key);
@@ -120,9 +97,19 @@ size_t Pager::bytesOf(PackedKey key) const {
 
 bool Pager::fits(const std::vector<PackedKey>& keys, size_t other_bytes) const {
   size_t bytes = other_bytes;
-  if (bytes + keys.size() * kMostBytesOfBlock <= table_.budgetBytes()) return true;
+  if (bytes + keys.size() * kMostBytesOfBlock <= budget_bytes_) return true;
   for (const PackedKey key : keys) bytes += bytesOf(key);
-  return bytes <= table_.budgetBytes();
+  return bytes <= budget_bytes_;
+}
+
+size_t Pager::trim(std::vector<PackedKey>& keys) const {
+  size_t bytes = 0;
+  const auto first = std::find_if(keys.begin(), keys.end(), [&](PackedKey key) {
+    return (bytes += bytesOf(key)) > budget_bytes_;
+  });
+  const auto count = static_cast<size_t>(keys.end() - first);
+  keys.erase(first, keys.end());
+  return count;
 }
 
 void Pager::touch(int32_t slot) {
@@ -157,49 +144,44 @@ size_t Pager::require(MapBackend& backend, const std::vector<PackedKey>& keys) {
   }
   const std::vector<int32_t> numbers = numbersOf(keys);
   for (const int32_t number : numbers) blocks_.readAhead(number);
-  size_t left = 0;
   for (size_t first = 0; first < numbers.size();) {
     size_t end = first, bytes = 0;
-    for (; end < numbers.size() && (end == first || bytes < kBatchBytes); ++end) {
+    for (; end < numbers.size() && (end == first || bytes < batch_bytes_); ++end) {
       bytes += bytesOnceIn(blocks_.block(numbers[end]).block);
     }
-    makeRoom(backend, bytes, Reserve::kUse);
-    while (end > first && !hasRoom(bytes)) {
-      bytes -= bytesOnceIn(blocks_.block(numbers[--end]).block);
-    }
-    if (end == first) return left + numbers.size() - first;
+    // A full disk takes others once these have left it.
+    if (!makeRoom(backend, bytes) && !hasRoom(0)) break;
+    table_.setBudget(std::max(budget_bytes_, table_.bytesInUse() + bytes));
     const size_t staying = readBatch(backend, {numbers.begin() + static_cast<std::ptrdiff_t>(first),
                                                numbers.begin() + static_cast<std::ptrdiff_t>(end)});
-    // Nothing leaves memory for what does not come.
-    if (staying == end - first) no_writing_before_ = now_ + kCallsBetweenTries;
-    left += staying;
+    // Nothing leaves memory for what does not come; what has come leaves room on the disk.
+    no_writing_before_ = staying == end - first ? now_ + kCallsBetweenTries : 0;
     first = end;
   }
-  return left;
+  makeRoom(backend, 0);
+  return numbersOf(keys).size();
 }
 
-bool Pager::makeRoom(MapBackend& backend, size_t bytes, Reserve reserve) {
+bool Pager::makeRoom(MapBackend& backend, size_t bytes) {
   if (hasRoom(bytes)) return true;
-  evict(backend, bytes + spareBytes(table_.budgetBytes()), Reserve::kLeave, now_ + 1);
-  if (!hasRoom(bytes) && reserve == Reserve::kUse) evict(backend, bytes, reserve, now_ + 1);
-  return hasRoom(bytes);
+  evict(backend, bytes + spareBytes(budget_bytes_), now_ + 1);
+  const bool exceeds = !hasRoom(bytes) && leastRecent(1, now_ + 1).empty();
+  table_.setBudget(exceeds ? table_.bytesInUse() + bytes : budget_bytes_);
+  return exceeds || hasRoom(bytes);
 }
 
-/// Until there is room for so many bytes, or nothing more can go. Batches get smaller where the
-/// disk has little room, so that it is used up to the last block.
+/// Until there is room for so many bytes, or nothing more can go.
 /// @param before Only what lies where nothing was needed since then.
-void Pager::evict(MapBackend& backend, size_t bytes, Reserve reserve, uint64_t before) {
+void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
   if (now_ < no_writing_before_) return;
   const std::vector<int32_t> slots =
-      leastRecent(table_.bytesInUse() + bytes - table_.budgetBytes(), before);
+      leastRecent(table_.bytesInUse() + bytes - budget_bytes_, before);
   std::vector<int32_t> batch;
   size_t batch_bytes = 0;
-  for (size_t i = 0; i < slots.size(); ++i) {
-    batch.push_back(slots[i]);
-    batch_bytes += table_.bytesOf(slots[i]);
-    const uint64_t room = roomOnDisk(reserve);
-    if (batch_bytes < std::min<uint64_t>(kBatchBytes, room / 4) && i + 1 < slots.size()) continue;
-    if (batch_bytes + batch.size() * kLabelBytes > room) return blocks_.store().countFull();
+  for (const int32_t slot : slots) {
+    batch.push_back(slot);
+    batch_bytes += table_.bytesOf(slot);
+    if (batch_bytes < batch_bytes_ && slot != slots.back()) continue;
     if (!writeBatch(backend, batch)) {
       no_writing_before_ = now_ + kCallsBetweenTries;
       return;
@@ -207,15 +189,6 @@ void Pager::evict(MapBackend& backend, size_t bytes, Reserve reserve, uint64_t b
     batch.clear();
     batch_bytes = 0;
   }
-}
-
-/// An eighth of the disk is left for what makes room for blocks that come back: a full disk would
-/// hold on to these else.
-uint64_t Pager::roomOnDisk(Reserve reserve) const {
-  constexpr uint64_t kMostReserve = uint64_t{32} << 20;
-  const uint64_t room = blocks_.store().room();
-  const uint64_t left = std::min<uint64_t>(pageBytesOf(params_.map) / 8, kMostReserve);
-  return reserve == Reserve::kUse ? room : room - std::min(room, left);
 }
 
 /// Blocks that were not required last, at least so many bytes of them if there are: coarse cell by
@@ -244,9 +217,10 @@ std::vector<int32_t> Pager::leastRecent(size_t bytes, uint64_t before) const {
   return slots;
 }
 
-std::vector<FramePart> Pager::partsOf(MapBackend& backend, const FrameView& view,
-                                      TouchedBlocks touched, std::vector<int32_t> in_view,
-                                      uint64_t frame_number) const {
+std::vector<PackedKey> Pager::neededKeys(MapBackend& backend, const FrameView& view,
+                                         const TouchedBlocks& touched,
+                                         const std::vector<int32_t>& in_view,
+                                         uint64_t frame_number) const {
   const bool moves = !hasRoom(bytesOfNew({touched.requests.size(), touched.new_arrays})) ||
                      std::any_of(touched.requests.begin(), touched.requests.end(),
                                  [this](const BlockRequest& one) { return isPaged(one.key); });
@@ -260,56 +234,14 @@ std::vector<FramePart> Pager::partsOf(MapBackend& backend, const FrameView& view
     };
     others.erase(std::remove_if(others.begin(), others.end(), is_unseen), others.end());
   }
-  if (!moves && others.empty()) return {FramePart::whole(std::move(in_view), std::move(touched))};
+  if (!moves && others.empty()) return {};
   for (const int32_t slot : in_view) {
     if (table_.block(slot).in_use) others.push_back(packKey(table_.block(slot).key));
   }
   std::vector<PackedKey> keys = backend.neededKeys(others, frame_number);
   keepEachOnce(keys);
-  if (!moves && !isAnyPaged(keys)) {
-    return {FramePart::whole(std::move(in_view), std::move(touched))};
-  }
-  return split(keys, std::move(touched.requests));
-}
-
-/// By key: each block with all that is asked for of it.
-std::vector<FramePart> Pager::split(const std::vector<PackedKey>& keys,
-                                    std::vector<BlockRequest> requests) const {
-  const size_t most_bytes = table_.budgetBytes() - table_.budgetBytes() / 8;
-  std::sort(requests.begin(), requests.end(),
-            [](const BlockRequest& a, const BlockRequest& b) { return a.key < b.key; });
-  std::vector<FramePart> parts(1);
-  size_t bytes = 0;
-  auto next = requests.begin();
-  for (const PackedKey key : keys) {
-    size_t wanted = 0;
-    const auto first = next;
-    for (; next != requests.end() && next->key <= key; ++next) {
-      const uint32_t known = directionsOf(next->key);
-      wanted += bytesOfNew({known == 0 ? size_t{1} : 0,
-                            static_cast<size_t>(__builtin_popcount(next->directions & ~known))});
-    }
-    const size_t had = bytesOf(key);
-    if (!parts.back().keys.empty() && bytes + had + wanted > most_bytes) {
-      parts.emplace_back();
-      bytes = 0;
-    }
-    FramePart& part = parts.back();
-    part.keys.push_back(key);
-    part.requests.insert(part.requests.end(), first, next);
-    bytes += had + wanted;
-  }
-  for (FramePart& part : parts) part.is_whole = parts.size() == 1;
-  return parts;
-}
-
-/// Directions that it has voxels of.
-uint32_t Pager::directionsOf(PackedKey key) const {
-  if (const int32_t slot = table_.find(key); slot >= 0) {
-    return directionsWithArrays(table_.block(slot));
-  }
-  const int32_t number = blocks_.find(key);
-  return number < 0 ? 0 : blocks_.block(number).block.directions;
+  if (!moves && !isAnyPaged(keys)) keys.clear();
+  return keys;
 }
 
 std::vector<PackedKey> Pager::keysInView(const FrameView& view, float radius,
@@ -346,17 +278,20 @@ bool Pager::mayShow(const FrameView& view, float radius) const {
 
 std::vector<PackedKey> Pager::keysIn(const RegionView& region) const {
   return blocks_.keysWhere(
-      [&](const BlockCells::Cell& cell) { return mayReachInto(region, cell); },
+      [](const auto&) { return true; },
       [&](int32_t number) { return mayBeInside(region, blocks_.block(number).block.key); });
 }
 
 std::vector<PackedKey> Pager::keysBeyond(const KeptBall& kept) const {
-  const double limit = kept.radius * kept.radius;
-  return blocks_.keysWhere([&](const BlockCells::Cell& cell) { return reachesBeyond(cell, kept); },
-                           [&](int32_t number) {
-                             return squaredDistance(blocks_.block(number).block.key, kept.center) >
-                                    limit;
-                           });
+  const double cell_radius = std::max(kept.radius - double{kCellReach}, 0.0);
+  const auto distance = [&kept](const BlockKey& block) {
+    return squaredDistance(block, kept.center);
+  };
+  return blocks_.keysWhere(
+      [&](const auto& cell) { return distance(middleOf(cell)) >= cell_radius * cell_radius; },
+      [&](int32_t number) {
+        return distance(blocks_.block(number).block.key) > kept.radius * kept.radius;
+      });
 }
 
 void Pager::noteFrame(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks) {
@@ -381,7 +316,7 @@ void Pager::noteFrame(const DepthFrame& frame, const FrameView& view, bool has_m
 /// what comes first first, some more than are worth asking for. Those around it in memory stay.
 std::vector<PackedKey> Pager::keysAhead(const SeenFrame& seen) {
   const size_t most =
-      spareBytes(table_.budgetBytes()) / (BlockTable::kBlockBytes + BlockTable::kArrayBytes);
+      spareBytes(budget_bytes_) / (BlockTable::kBlockBytes + BlockTable::kArrayBytes);
   std::vector<PackedKey> keys;
   std::unordered_set<PackedKey> known;
   DepthFrame ahead = seen.frame;
@@ -416,9 +351,8 @@ void Pager::moveBetween(MapBackend& backend) {
         seen->motion ? (ahead_.size() + kFramesBetweenReads - 1) / kFramesBetweenReads : 0;
     kept_since_ = std::exchange(ahead_now_, now_);
   }
-  const size_t spare = spareBytes(table_.budgetBytes());
-  if (!hasRoom(spare))
-    evict(backend, spare, Reserve::kLeave, kept_since_ == 0 ? now_ : kept_since_);
+  const size_t spare = spareBytes(budget_bytes_);
+  if (!hasRoom(spare)) evict(backend, spare, kept_since_ == 0 ? now_ : kept_since_);
   const size_t end = std::min(ahead_.size(), next_ahead_ + ahead_at_once_);
   if (next_ahead_ == end) return;
   const auto at = [this](size_t i) { return ahead_.begin() + static_cast<std::ptrdiff_t>(i); };

@@ -22,19 +22,6 @@ size_t spareBytes(size_t budget_bytes);
 /// What so many new blocks and arrays take.
 size_t bytesOfNew(const PoolSizes& lack);
 
-/// What a depth image changes at a time: all of it, or blocks that fit into memory together.
-struct FramePart {
-  static FramePart whole(std::vector<int32_t> in_view, TouchedBlocks touched) {
-    return {std::move(in_view), std::move(touched.requests), touched.new_arrays, {}, true};
-  }
-
-  std::vector<int32_t> in_view;        ///< As FusionPass; of a part with keys: once they are there.
-  std::vector<BlockRequest> requests;  ///< What is asked for.
-  size_t new_arrays = 0;               ///< That the requests lack, at most.
-  std::vector<PackedKey> keys;         ///< What has to come to memory; none: all is there.
-  bool is_whole = true;                ///< There is no other part.
-};
-
 /// Brings blocks into a table and its backend, as a frame does: memory first, then the table, then
 /// what the backend knows of it. @param states Of meshing; null: they are new to it.
 /// @return their slots.
@@ -49,12 +36,14 @@ class Pager {
 
   bool isEmpty() const { return blocks_.isEmpty(); }
   bool isPaged(PackedKey key) const { return blocks_.find(key) >= 0; }
-  /// Whether so much more can be in memory as it is.
-  bool hasRoom(size_t bytes) const { return table_.bytesInUse() + bytes <= table_.budgetBytes(); }
+  /// Whether so much more fits into the budget as it is.
+  bool hasRoom(size_t bytes) const { return table_.bytesInUse() + bytes <= budget_bytes_; }
   /// What a block takes in memory, wherever it is; 0 where there is none.
   size_t bytesOf(PackedKey key) const;
   /// Whether these fit beside so much else.
   bool fits(const std::vector<PackedKey>& keys, size_t other_bytes) const;
+  /// Takes the last keys away that do not fit. @return how many.
+  size_t trim(std::vector<PackedKey>& keys) const;
 
   // ---- What is needed. An extraction under way has to be fetched before blocks move.
 
@@ -62,23 +51,25 @@ class Pager {
   bool isAnyPaged(const std::vector<PackedKey>& keys) const;
 
   /// Blocks that are in the map are in memory when this returns, and stay there until the next
-  /// call. @param keys The first ones first, where there is no room for all.
-  /// @return how many of the keys stay on disk for want of room, or as they cannot be read now.
+  /// call; what they lack room for goes after them. @param keys The first ones first, where the
+  /// disk takes nothing in exchange. @return how many of the keys stay on disk, for that or as they
+  /// cannot be read now.
   size_t require(MapBackend& backend, const std::vector<PackedKey>& keys);
 
-  /// Of the disk, an eighth is left for what makes room for blocks that come back, or used for it.
-  enum class Reserve { kLeave, kUse };
-
-  /// Others go than those that were required last: some more than that, unless the reserve has to
-  /// be used for it. @return whether there is so much room now.
-  bool makeRoom(MapBackend& backend, size_t bytes, Reserve reserve = Reserve::kLeave);
+  /// Others go than those that were required last, some more than that. Where no others are left,
+  /// the table may exceed the budget until the next call.
+  /// @return whether there is so much room now.
+  bool makeRoom(MapBackend& backend, size_t bytes);
 
   /// Blocks that were made since are needed as those that were required last.
   void noteNew(const std::vector<int32_t>& slots);
 
-  /// What a depth image touches, and what it may clear: where that is too much at once, in parts.
-  std::vector<FramePart> partsOf(MapBackend& backend, const FrameView& view, TouchedBlocks touched,
-                                 std::vector<int32_t> in_view, uint64_t frame_number) const;
+  /// What a depth image touches, and what it may clear, by key; none: all of it is in memory, with
+  /// room for what is new.
+  std::vector<PackedKey> neededKeys(MapBackend& backend, const FrameView& view,
+                                    const TouchedBlocks& touched,
+                                    const std::vector<int32_t>& in_view,
+                                    uint64_t frame_number) const;
 
   /// Blocks in memory and on disk of which a view may show something, the nearest first.
   std::vector<PackedKey> keysInView(const FrameView& view, float radius, float max_depth_m) const;
@@ -108,10 +99,6 @@ class Pager {
   std::vector<MarkedKey> marked(MapBackend& backend, bool taken);
   /// Of blocks in memory or on disk; of others there are none.
   void setMarks(MapBackend& backend, const std::vector<MarkedKey>& marked);
-  /// Blocks on disk that meshes around these may depend on, and some others.
-  std::vector<PackedKey> pagedAround(const std::vector<MarkedKey>& marked) const {
-    return blocks_.keysInCells(cellsAround(marked));
-  }
 
   // ---- The map as a whole.
 
@@ -139,13 +126,9 @@ class Pager {
     std::optional<Eigen::Isometry3d> motion;  ///< Since the one before; none: it is no motion.
   };
 
-  uint32_t directionsOf(PackedKey key) const;
   std::vector<int32_t> numbersOf(const std::vector<PackedKey>& keys) const;
-  std::vector<FramePart> split(const std::vector<PackedKey>& keys,
-                               std::vector<BlockRequest> requests) const;
   void touch(int32_t slot);
-  void evict(MapBackend& backend, size_t bytes, Reserve reserve, uint64_t before);
-  uint64_t roomOnDisk(Reserve reserve) const;
+  void evict(MapBackend& backend, size_t bytes, uint64_t before);
   std::vector<int32_t> leastRecent(size_t bytes, uint64_t before) const;
   bool writeBatch(MapBackend& backend, const std::vector<int32_t>& slots);
   size_t readBatch(MapBackend& backend, std::vector<int32_t> numbers);
@@ -156,6 +139,7 @@ class Pager {
   const FusionRules fusion_rules_;
   const int threads_;
   BlockTable& table_;
+  const size_t budget_bytes_, batch_bytes_;
   PagedBlocks blocks_;
   uint64_t now_ = 1;                 ///< Number of the last call of require() or noteFrame().
   uint64_t no_writing_before_ = 0;   ///< After a failure the disk is left alone at first.

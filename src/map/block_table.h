@@ -220,6 +220,7 @@ class BlockTable {
   }
   size_t bytesPeak() const { return bytes_peak_; }  ///< The most that were in use.
   size_t budgetBytes() const { return budget_bytes_; }
+  void setBudget(size_t bytes) { budget_bytes_ = bytes; }
 
   /// Bytes that a block counts towards the budget.
   size_t bytesOf(int32_t slot) const;

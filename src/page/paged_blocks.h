@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <new>
 #include <string>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -126,16 +125,6 @@ class PagedBlocks {
       if (!takes(cell)) return;
       for (const int32_t number : cell.slots) keys.push_back(keyOf(number));
     });
-    return keys;
-  }
-
-  std::vector<PackedKey> keysInCells(const std::unordered_set<PackedKey>& cells) const {
-    std::vector<PackedKey> keys;
-    for (const PackedKey cell_key : cells) {
-      const BlockCells::Cell* const cell = cells_.find(cell_key);
-      if (cell == nullptr) continue;
-      for (const int32_t number : cell->slots) keys.push_back(keyOf(number));
-    }
     return keys;
   }
 

@@ -254,12 +254,6 @@ void RecordStore::shrink() noexcept {
   if (ftruncate(file_, static_cast<off_t>(end)) == 0) file_end_ = end;
 }
 
-uint64_t RecordStore::room() const {
-  const Lock lock(mutex_);
-  const uint64_t in_use = runs_.inUse() * kUnitBytes;
-  return max_bytes_ > in_use ? max_bytes_ - in_use : 0;
-}
-
 size_t RecordStore::waitingBytes() const {
   const Lock lock(mutex_);
   return waiting_bytes_;
@@ -275,8 +269,6 @@ void RecordStore::fail(std::string problem) {
   const Lock lock(mutex_);
   note(std::move(problem));
 }
-
-void RecordStore::countFull() { fail(kFull); }
 
 void RecordStore::countLost() {
   const Lock lock(mutex_);

@@ -74,14 +74,11 @@ class RecordStore {
   void erase(const StoredRecord& record) noexcept;
   void clear() noexcept;
 
-  /// How much more may be written, and what waits for it.
-  uint64_t room() const;
-  size_t waitingBytes() const;
+  size_t waitingBytes() const;  ///< To be written.
 
   /// Counts a failure of one who uses it; a record that nobody will get any more.
   void fail(std::string problem);
   void countLost();
-  void countFull();
   void resetCounts();
   PageStats stats() const;  ///< But for counts of blocks; index_bytes has what waits.
 

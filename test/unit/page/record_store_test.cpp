@@ -62,9 +62,7 @@ TEST_F(RecordStoreTest, GivesBackWhatWasWritten) {
     ASSERT_EQ(read(i), RecordStore::Reading::kIntact);
   }
   EXPECT_EQ(folder_.entryCount(), 0u) << "the file has no name";
-  const uint64_t room = store_.room();
   for (const StoredRecord& record : records_) store_.erase(record);
-  EXPECT_GT(store_.room(), room);
   EXPECT_EQ(store_.stats().bytes, 0u);
   EXPECT_EQ(lseek(openFilesIn(folder_.path()).front(), 0, SEEK_END), 0) << "its space is back";
 }

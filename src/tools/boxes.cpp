@@ -8,10 +8,10 @@
 #include <stdexcept>
 #include <unordered_set>
 
-#include "backend/frame_check.h"
 #include "dtsdf_mapping/io/rate_limit.h"
 #include "io/text_file.h"
 #include "kernels/space/cells.h"
+#include "level/frame_points.h"
 #include "mapper/probed_mapper.h"
 #include "params/text.h"
 #include "tools/camera_view.h"
@@ -225,20 +225,11 @@ std::vector<BlockKey> sampleBlocks(RunOptions options, const RunSettings& settin
   const auto source = levelled(openFrames(options, settings.params.node), T_W_M);
   std::unordered_set<PackedKey> keys;
   while (const std::optional<SourceFrame> frame = source->next()) {
-    const DepthFrame& depth = frame->depth;
-    const DepthRange range = depthRangeOf(depth, params);
-    const Intrinsics& K = depth.intrinsics;
-    for (int v = 0; v < depth.height; v += std::max(1, depth.height / kSampledPixels)) {
-      for (int u = 0; u < depth.width; u += std::max(1, depth.width / kSampledPixels)) {
-        const float inverse_depth = inverseDepth(rawDepth(depth, u, v), range);
-        if (!(inverse_depth > 0.0f)) continue;
-        const double z = 1.0 / static_cast<double>(inverse_depth);
-        const Eigen::Vector3d p_W =
-            depth.T_W_C * Eigen::Vector3d(z * (u - K.cx) / K.fx, z * (v - K.cy) / K.fy, z);
-        const Eigen::Vector3d block = (p_W / block_m).array().floor();
-        if (!(block.cwiseAbs().maxCoeff() <= kMost)) continue;
-        keys.insert(packKey(BlockKey{int32_t(block.x()), int32_t(block.y()), int32_t(block.z())}));
-      }
+    for (const Eigen::Vector3d& p_C : thinnedPoints(frame->depth, kSampledPixels, kSampledPixels)) {
+      if (p_C.z() > static_cast<double>(params.fusion.max_depth_m)) continue;
+      const Eigen::Vector3d block = (frame->depth.T_W_C * p_C / block_m).array().floor();
+      if (!(block.cwiseAbs().maxCoeff() <= kMost)) continue;
+      keys.insert(packKey(BlockKey{int32_t(block.x()), int32_t(block.y()), int32_t(block.z())}));
     }
   }
   std::vector<BlockKey> blocks;

@@ -3,38 +3,25 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <list>
+#include <filesystem>
 #include <memory>
 #include <numeric>
 #include <stdexcept>
 
 #include "io/atomic_file.h"
 #include "io/map_chunks.h"
-#include "io/map_format.h"
 #include "map/map_head.h"
+#include "mapper/probed_mapper.h"
 #include "params/printable.h"
 #include "program/run_program.h"
 #include "tools/boxes.h"
+#include "tools/map_settings.h"
 #include "tools/map_tool.h"
 
 namespace dtsdf {
 namespace {
 
-/// A block of the joined map, and where its words are.
-struct JoinedBlock {
-  MapBlock block;
-  uint32_t file, index;
-};
-
-/// A chunk of a box, and where the words of its blocks begin.
-struct OpenChunk {
-  uint32_t file;
-  size_t chunk;
-  MapContents part;
-  std::vector<size_t> voxel_at, colour_at;
-};
-
-/// Joins boxes. Lists of all blocks are in memory, and some chunks of their words.
+/// Joins boxes in a mapper that holds all of them, on disk where they are many.
 class BoxJoiner {
  public:
   void add(const std::string& path) {
@@ -52,12 +39,11 @@ class BoxJoiner {
     head_.stamp_s = std::max(head_.stamp_s, head.stamp_s);
     if (head.painted) head_.exposure = head.exposure;
     head_.painted |= head.painted;  // so is the map, once anything of it is
-    const auto file = static_cast<uint32_t>(files_.size() - 1);
     for (const MapBlock& block : head.blocks) {
       if (!boxes_.back().contains(block.key)) {
         throw std::runtime_error("'" + printable(path) + "' has blocks outside of its box");
       }
-      blocks_.push_back({block, file, static_cast<uint32_t>(&block - head.blocks.data())});
+      head_.blocks.push_back(block);
     }
     head_.free_cubes.insert(head_.free_cubes.end(), head.free_cubes.begin(), head.free_cubes.end());
   }
@@ -78,19 +64,30 @@ class BoxJoiner {
                              "; make them with reconstruct --only");
   }
 
+  /// Beside the file there may be one of the mapper's meanwhile.
   SavedMap save(const std::string& path) {
-    const auto isBefore = [](const auto& a, const auto& b) { return packKey(a) < packKey(b); };
-    std::sort(blocks_.begin(), blocks_.end(), [&](const JoinedBlock& a, const JoinedBlock& b) {
-      return isBefore(a.block.key, b.block.key);
-    });
-    std::sort(head_.free_cubes.begin(), head_.free_cubes.end(),
-              [&](const MapFreeCube& a, const MapFreeCube& b) { return isBefore(a.key, b.key); });
-    head_.blocks.reserve(blocks_.size());
-    for (const JoinedBlock& joined : blocks_) head_.blocks.push_back(joined.block);
+    const auto sort = [](auto& values) {
+      std::sort(values.begin(), values.end(),
+                [](const auto& a, const auto& b) { return packKey(a.key) < packKey(b.key); });
+    };
+    sort(head_.blocks);
+    sort(head_.free_cubes);
     head_.frames = countOfUnion(std::move(fused_));
     head_.supporting_frames = countOfUnion(std::move(supporting_));
-    return saveMapInChunks(
-        head_, [this](size_t chunk) { return wordsOf(chunk); }, path);
+    std::vector<std::string> given{"backend=cpu"};
+    if (head_.cell_voxels != 0) given.emplace_back("space/enabled=true");
+    MapSettings settings = settingsFor(head_, given);
+    MapParams& map = settings.params.map;
+    if (const MapParams by_default; map.max_memory_mb > by_default.max_memory_mb) {
+      map.max_memory_mb = by_default.max_memory_mb;
+      map.page_folder = std::filesystem::absolute(path).parent_path().string();
+      map.page_max_gb = 1000.0f;
+    }
+    const MapParts parts{{std::shared_ptr<void>(), &head_}, [this](const auto& take) {
+                           for (const auto& file : files_) file->visit(take);
+                         }};
+    const auto mapper = makeProbedMapper(settings.params, settings.rules, parts);
+    return saveMapOf(*mapper, head_, path);
   }
 
  private:
@@ -109,53 +106,10 @@ class BoxJoiner {
     supporting_.insert(supporting_.end(), box.supporting.begin(), box.supporting.end());
   }
 
-  MapContents wordsOf(size_t chunk) {
-    const MapSize size = sizeOf(blocksOfChunk(head_.blocks, chunk));
-    MapContents part;
-    part.voxels = PlainArray<uint64_t>(size.voxel_arrays * map_format::kArrayWords);
-    part.colours = PlainArray<uint32_t>(size.bricks * map_format::kBrickWords);
-    uint64_t* voxels = part.voxels.data();
-    uint32_t* colours = part.colours.data();
-    const size_t end = std::min(blocks_.size(), (chunk + 1) * kBlocksPerChunk);
-    for (size_t i = chunk * kBlocksPerChunk; i < end; ++i) {
-      const JoinedBlock& block = blocks_[i];
-      const OpenChunk& open = opened(block.file, block.index / kBlocksPerChunk);
-      const size_t at = block.index % kBlocksPerChunk;
-      const auto copy = [at](const auto* words, const std::vector<size_t>& begin, auto* to) {
-        return std::copy(words + begin[at], words + begin[at + 1], to);
-      };
-      voxels = copy(open.part.voxels.data(), open.voxel_at, voxels);
-      colours = copy(open.part.colours.data(), open.colour_at, colours);
-    }
-    return part;
-  }
-
-  /// Boxes side by side have blocks in turn: the chunks used last stay open.
-  const OpenChunk& opened(uint32_t file, size_t chunk) {
-    constexpr size_t kMostOpen = 128;
-    const auto found = std::find_if(open_.begin(), open_.end(), [&](const OpenChunk& open) {
-      return open.file == file && open.chunk == chunk;
-    });
-    if (found != open_.end()) {
-      open_.splice(open_.begin(), open_, found);
-      return open_.front();
-    }
-    if (open_.size() == kMostOpen) open_.pop_back();
-    OpenChunk open{file, chunk, files_[file]->part(chunk), {0}, {0}};
-    for (const MapBlock& block : open.part.blocks) {
-      open.voxel_at.push_back(open.voxel_at.back() + voxelWordsOf(block));
-      open.colour_at.push_back(open.colour_at.back() + colourWordsOf(block));
-    }
-    open_.push_front(std::move(open));
-    return open_.front();
-  }
-
   std::vector<std::unique_ptr<MapChunks>> files_;
   std::vector<BlockExtent> boxes_;
-  std::vector<JoinedBlock> blocks_;
   IndexRanges fused_, supporting_;
   MapContents head_;
-  std::list<OpenChunk> open_;
 };
 
 /// All boxes are open at once.

@@ -4,14 +4,15 @@
 compare_glb.py MESH.glb MESH.ply: exits 0 if the .glb keeps to the specification as far as it is
 used here, and both have the same vertices, normals, colours and triangles, the .glb's with y up.
 """
-import array
 import json
-import math
 import struct
 import sys
 
-COMPONENTS = {5121: ("B", 1), 5123: ("H", 2), 5125: ("I", 4), 5126: ("f", 4)}
-SIZES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+import numpy as np
+
+WIDTHS = {"SCALAR": 1, "VEC3": 3}
+MATERIAL = {"name": "surface", "doubleSided": True,
+            "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 1.0}}
 
 
 def require(condition, text):
@@ -21,136 +22,90 @@ def require(condition, text):
 
 def read_chunks(data):
     """The JSON and the binary chunk."""
-    magic, version, length = struct.unpack_from("<III", data, 0)
-    require(magic == 0x46546C67 and version == 2, "no glTF 2.0")
-    require(length == len(data), f"says {length} bytes, has {len(data)}")
-    at, chunks = 12, []
-    while at < length:
-        size, kind = struct.unpack_from("<II", data, at)
-        require(size % 4 == 0, "a chunk is not aligned")
-        chunks.append((kind, data[at + 8:at + 8 + size]))
-        at += 8 + size
-    require([kind for kind, _ in chunks] == [0x4E4F534A, 0x004E4942], "wrong chunks")
-    return json.loads(chunks[0][1].decode("utf-8")), chunks[1][1]
+    magic, version, length, json_bytes, json_kind = struct.unpack_from("<5I", data)
+    require((magic, version, length) == (0x46546C67, 2, len(data)), "no glTF 2.0, or another length")
+    binary_bytes, binary_kind = struct.unpack_from("<2I", data, 20 + json_bytes)
+    require((json_kind, binary_kind) == (0x4E4F534A, 0x004E4942), "wrong chunks")
+    require(json_bytes % 4 == 0 and 28 + json_bytes + binary_bytes == length, "chunks are not aligned")
+    return json.loads(data[20:20 + json_bytes]), data[28 + json_bytes:]
 
 
-def check_document(document, binary):
-    """What is there, and nothing else; the views lie one behind the other."""
-    require(document["asset"]["version"] == "2.0", "wrong version")
-    require(set(document) == {"asset", "scene", "scenes", "nodes", "meshes", "materials",
-                              "accessors", "bufferViews", "buffers"}, "other properties")
-    require([len(document[part]) for part in ("scenes", "nodes", "meshes", "materials", "accessors",
-                                              "bufferViews", "buffers")] == [1, 2, 1, 1, 4, 4, 1],
-            "a part is not used, or missing")
+def check_views(document, binary):
+    """The views lie one behind the other."""
     end = 0
     for view in document["bufferViews"]:
         require(view["byteOffset"] == end and end % 4 == 0, "views overlap or leave bytes out")
         end += view["byteLength"]
     require(document["buffers"][0]["byteLength"] == end == len(binary), "wrong buffer size")
-    material, = document["materials"]  # a viewer multiplies colours with it; metal would be black
-    require(material == {"name": "surface", "doubleSided": True, "pbrMetallicRoughness":
-                         {"metallicFactor": 0.0, "roughnessFactor": 1.0}}, "another material")
 
 
 def read_accessor(document, binary, number, kind):
-    """Its elements as tuples; normalised whole numbers as shares of 1."""
+    """Its elements as rows."""
     accessor = document["accessors"][number]
-    require(accessor["type"] == kind, f"accessor {number} is {accessor['type']}")
     view = document["bufferViews"][accessor["bufferView"]]
-    require(view["target"] == (34963 if kind == "SCALAR" else 34962), "wrong target of a view")
-    code, bytes_each = COMPONENTS[accessor["componentType"]]
-    width = SIZES[kind]
-    begin = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
-    require(begin % bytes_each == 0 and width * bytes_each % (4 if kind != "SCALAR" else 1) == 0,
-            f"accessor {number} is not aligned")
-    size = accessor["count"] * width * bytes_each
-    require(size == view["byteLength"], f"accessor {number} is not its view")
-    values = array.array(code, binary[begin:begin + size])
-    if sys.byteorder == "big":
-        values.byteswap()
-    if accessor.get("normalized"):
-        values = [value / (256 ** bytes_each - 1) for value in values]
-    return list(zip(*[iter(values)] * width))
+    index = kind == "SCALAR"
+    require((accessor["type"], accessor["componentType"], view["target"]) ==
+            (kind, *((5125, 34963) if index else (5126, 34962))), f"accessor {number} is another one")
+    values = np.frombuffer(binary, "<u4" if index else "<f4", view["byteLength"] // 4, view["byteOffset"])
+    require(len(values) == WIDTHS[kind] * accessor["count"], f"accessor {number} is not its view")
+    return values.reshape(-1, WIDTHS[kind])
 
 
 def rotated(q, v):
-    """v turned by the quaternion q = (x, y, z, w)."""
-    x, y, z, w = q
-    cross = (y * v[2] - z * v[1] + w * v[0], z * v[0] - x * v[2] + w * v[1],
-             x * v[1] - y * v[0] + w * v[2])
-    return tuple(v[i] + 2.0 * d for i, d in enumerate(
-        (y * cross[2] - z * cross[1], z * cross[0] - x * cross[2], x * cross[1] - y * cross[0])))
+    """Rows turned by the quaternion q = (x, y, z, w)."""
+    return v + 2.0 * np.cross(q[:3], np.cross(q[:3], v) + q[3] * v)
 
 
 def read_glb(path):
     with open(path, "rb") as file:
         document, binary = read_chunks(file.read())
-    check_document(document, binary)
-    scene = document["scenes"][document["scene"]]
-    require(len(scene["nodes"]) == 1, "one root is expected")
-    root = document["nodes"][scene["nodes"][0]]
+    check_views(document, binary)
+    require(document["asset"]["version"] == "2.0", "wrong version")
+    # A viewer multiplies colours with it; metal would be black.
+    require(document["materials"] == [MATERIAL], "another material")
+    root = document["nodes"][document["scenes"][document["scene"]]["nodes"][0]]
     node = document["nodes"][root["children"][0]]
     primitive, = document["meshes"][node["mesh"]]["primitives"]
-    require(primitive.get("mode", 4) == 4, "no triangles")
-    require(primitive["material"] == 0, "no material")
+    require(primitive.get("mode", 4) == 4 and primitive["material"] == 0, "no triangles of the material")
     attributes = primitive["attributes"]
-    positions = read_accessor(document, binary, attributes["POSITION"], "VEC3")
+    positions, normals, colours = (read_accessor(document, binary, attributes[name], "VEC3")
+                                   for name in ("POSITION", "NORMAL", "COLOR_0"))
     bounds = document["accessors"][attributes["POSITION"]]
-    for axis in range(3):
-        values = [p[axis] for p in positions]
-        require(min(values) == bounds["min"][axis] and max(values) == bounds["max"][axis],
-                "wrong bounds")
-    origin = node["translation"]
-    place = [rotated(root["rotation"], tuple(a + b for a, b in zip(p, origin))) for p in positions]
-    normals = [rotated(root["rotation"], n)
-               for n in read_accessor(document, binary, attributes["NORMAL"], "VEC3")]
-    colours = read_accessor(document, binary, attributes["COLOR_0"], "VEC3")
-    indices = [i for i, in read_accessor(document, binary, primitive["indices"], "SCALAR")]
-    require(len(indices) % 3 == 0, "a triangle lacks a corner")
-    require(set(indices) == set(range(len(positions))), "a vertex is in no triangle, or missing")
-    return place, normals, colours, list(zip(*[iter(indices)] * 3)), max(
-        max(map(abs, p)) for p in positions)
+    require((positions.min(axis=0) == bounds["min"]).all() and
+            (positions.max(axis=0) == bounds["max"]).all(), "wrong bounds")
+    turn = np.array(root["rotation"])
+    triangles = read_accessor(document, binary, primitive["indices"], "SCALAR").reshape(-1, 3)
+    require(np.array_equal(np.unique(triangles), np.arange(len(positions))), "a vertex is in no triangle, or missing")
+    return (rotated(turn, positions + np.array(node["translation"])), rotated(turn, normals), colours,
+            triangles, abs(positions).max())
 
 
 def read_ply(path):
     with open(path, "rb") as file:
-        header = b""
-        while not header.endswith(b"end_header\n"):
-            header += file.readline()
-        body = file.read()
-    counts = [int(line.split()[2]) for line in header.decode().splitlines()
-              if line.startswith("element")]
-    scalar = "d" if b"property double x" in header else "f"
-    row = struct.Struct(f"<3{scalar}3f3B")
-    vertices = [row.unpack_from(body, i * row.size) for i in range(counts[0])]
-    faces = struct.Struct("<B3i")
-    at = counts[0] * row.size
-    triangles = [faces.unpack_from(body, at + i * faces.size)[1:] for i in range(counts[1])]
-    return vertices, triangles
-
-
-def srgb(light):
-    value = 12.92 * light if light <= 0.0031308 else 1.055 * light ** (1 / 2.4) - 0.055
-    return round(255.0 * value)
+        header, _, body = file.read().partition(b"end_header\n")
+    vertices, faces = (int(line.split()[2]) for line in header.splitlines() if line.startswith(b"element"))
+    scalar = "<f8" if b"property double x" in header else "<f4"
+    row = np.dtype([("p", scalar, 3), ("n", "<f4", 3), ("rgb", "u1", 3)])
+    return np.frombuffer(body, row, vertices), np.frombuffer(
+        body, [("count", "u1"), ("face", "<u4", 3)], faces, vertices * row.itemsize)["face"]
 
 
 def main():
     places, normals, colours, triangles, reach = read_glb(sys.argv[1])
     vertices, faces = read_ply(sys.argv[2])
-    require(len(places) == len(vertices), f"{len(places)} vertices, not {len(vertices)}")
-    require(triangles == faces, "other triangles")
-    extent = max(max(v[i] for v in vertices) - min(v[i] for v in vertices) for i in range(3))
-    require(reach <= extent + 1.0, "positions do not count from the middle of the mesh")
-    for place, normal, colour, vertex in zip(places, normals, colours, vertices):
-        # y is up in glTF, z in the map; x stays.
-        x, y, z, nx, ny, nz, *rgb = vertex
-        error = max(abs(a - b) for a, b in zip(place, (x, z, -y)))
-        require(error <= 1e-6 * (1.0 + reach), f"a vertex is {error} m off")
-        length = math.hypot(nx, ny, nz)  # glTF has normals of length 1 only
-        upright = (nx / length, nz / length, -ny / length) if length > 0 else (0, 1, 0)
-        require(math.dist(normal, upright) < 1e-6, "another normal")
-        require([srgb(c) for c in colour] == rgb, "another colour")
-    print(f"{len(vertices)} vertices, {len(faces)} triangles alike")
+    require(len(places) == len(vertices) and np.array_equal(triangles, faces), "another mesh")
+    require(reach <= np.ptp(vertices["p"], axis=0).max() + 1.0, "positions do not count from the middle of the mesh")
+
+    def upright(rows):
+        """The same with y up, as in glTF; z is up in the map."""
+        return rows[:, [0, 2, 1]] * [1, 1, -1]
+
+    require(abs(places - upright(vertices["p"])).max() <= 1e-6 * (1.0 + reach), "a vertex is off")
+    length = np.linalg.norm(vertices["n"], axis=1, keepdims=True)  # glTF has normals of length 1 only
+    unit = np.where(length > 0, upright(vertices["n"]) / np.maximum(length, 1e-9), [0, 1, 0])
+    require(np.linalg.norm(normals - unit, axis=1).max() < 1e-6, "another normal")
+    srgb = np.where(colours <= 0.0031308, 12.92 * colours, 1.055 * colours ** (1 / 2.4) - 0.055)
+    require((np.round(255.0 * srgb) == vertices["rgb"]).all(), "another colour")
 
 
 if __name__ == "__main__":

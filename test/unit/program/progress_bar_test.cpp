@@ -6,9 +6,8 @@ namespace dtsdf {
 namespace {
 
 TEST(ProgressLine, ShowsWhatIsKnown) {
-  const std::string line = progressLine("frames", 25, 100, 5.0);
-  EXPECT_NE(line.find("25 %"), std::string::npos) << line;
-  EXPECT_NE(line.find("25/100 frames, 5.0/s, 15 s left"), std::string::npos) << line;
+  EXPECT_NE(progressLine("frames", 25, 100, 5.0).find("25/100 frames, 5.0/s, 15 s left"),
+            std::string::npos);
   EXPECT_EQ(progressLine("frames", 7, std::nullopt, 2.0), "7 frames, 3.5/s");
   EXPECT_NE(progressLine("frames", 0, 10, 0.0), "");
   EXPECT_NE(progressLine("frames", 0, 0, 0.0), "");

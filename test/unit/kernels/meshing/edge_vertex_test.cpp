@@ -5,11 +5,16 @@
 #include <cmath>
 #include <random>
 
-#include "support/edge_samples.h"
 #include "unit/kernels/meshing/unit_planes.h"
 
 namespace dtsdf {
 namespace edge_vertex_test {
+
+/// An edge as the rules of kernels/meshing/edge_vertex.h take it.
+struct EdgeSamples {
+  Sample lower[kDirectionCount], upper[kDirectionCount];
+  Sample below[kDirectionCount], above[kDirectionCount];
+};
 
 float offsetOn(const EdgeSamples& edge, int axis, int facing) {
   return edgeOffset(MeshRules(), edge, crossingDirections(edge, axis, facing), axis, facing);

@@ -10,59 +10,13 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Levels that one launch makes, of patches that a block of threads has to itself; and its first
-/// one has as many texels as there are threads.
-constexpr int kPatchLevels = 5;
-static_assert((1 << (kPatchLevels - 1)) * (1 << (kPatchLevels - 1)) == kThreads, "a texel each");
-
-constexpr int kFinishingThreads = 1024;
-
-/// The pyramid while it is made.
-struct PyramidLevels {
-  const float* free_depth;
-  float* level[kFreeLevels];  ///< From the second one on.
-  int32_t width, height;
-
-  DTSDF_HD int32_t widthOf(int k) const { return texelsFor(width, k); }
-  DTSDF_HD int32_t heightOf(int k) const { return texelsFor(height, k); }
-
-#ifdef __CUDACC__
-  /// Makes a texel, if there is one.
-  __device__ __forceinline__ void make(int k, int32_t u, int32_t v) const {
-    if (u >= widthOf(k) || v >= heightOf(k)) return;
-    const float* const below = k == 1 ? free_depth : level[k - 1];
-    level[k][static_cast<int64_t>(v) * widthOf(k) + u] =
-        leastBelow(below, widthOf(k - 1), heightOf(k - 1), u, v);
-  }
-#endif
-};
-
-/// One block of threads per patch: what it makes of a level is all that its next level takes.
-__global__ void makeFreePatchesKernel(PyramidLevels levels) {
-  const int32_t patches_along = levels.widthOf(kPatchLevels);
-  const int32_t patch_u = static_cast<int32_t>(blockIdx.x) % patches_along,
-                patch_v = static_cast<int32_t>(blockIdx.x) / patches_along;
-  for (int k = 1; k <= kPatchLevels; ++k) {
-    const int side_log2 = kPatchLevels - k;
-    if (threadIdx.x < 1u << (2 * side_log2)) {
-      const int32_t x = static_cast<int32_t>(threadIdx.x) & ((1 << side_log2) - 1);
-      const int32_t y = static_cast<int32_t>(threadIdx.x) >> side_log2;
-      levels.make(k, (patch_u << side_log2) + x, (patch_v << side_log2) + y);
-    }
-    __syncthreads();
-  }
-}
-
-/// What is left of the levels, with one block of threads.
-__global__ void __launch_bounds__(kFinishingThreads) finishPyramidKernel(PyramidLevels levels) {
-  for (int k = kPatchLevels + 1; k < kFreeLevels; ++k) {
-    const int32_t width = levels.widthOf(k);
-    const int64_t texels = static_cast<int64_t>(width) * levels.heightOf(k);
-    for (int64_t i = threadIdx.x; i < texels; i += kFinishingThreads) {
-      levels.make(k, static_cast<int32_t>(i % width), static_cast<int32_t>(i / width));
-    }
-    __syncthreads();
-  }
+/// One thread per texel of a level.
+__global__ void makeFreeLevelKernel(const float* below, int32_t width_below, int32_t height_below,
+                                    int32_t width, int32_t height, float* texels) {
+  const auto i = static_cast<int64_t>(globalThread());
+  if (i >= static_cast<int64_t>(width) * height) return;
+  texels[i] = leastBelow(below, width_below, height_below, static_cast<int32_t>(i % width),
+                         static_cast<int32_t>(i / width));
 }
 
 /// One block of threads per cube.
@@ -71,15 +25,12 @@ __global__ void seeFreeKernel(FrameView frame, FreePyramid free, CellGrid grid, 
   __shared__ VoxelInImage corners[kCornersPerCube];
   const CubeLook look = lookAt(frame, grid, cubes[blockIdx.x]);
   for (int i = threadIdx.x; i < kCornersPerCube; i += kThreads) {
-    const int x = i % kCornersAlong, y = i / kCornersAlong % kCornersAlong,
-              z = i / (kCornersAlong * kCornersAlong);
-    corners[i] = cornerInImage(frame, look, x, y, z);
+    corners[i] = cornerInImage(frame, look, i);
   }
   __syncthreads();
-  const auto corner = [&](int x, int y, int z) { return corners[cubeCornerIndex(x, y, z)]; };
   CellMask& mask = masks[blockIdx.x];
   for (int cell = threadIdx.x; cell < kCellsPerCube; cell += kThreads) {
-    const bool is_free = isCellSeenFree(free, corner, cell, max_range_m);
+    const bool is_free = isCellSeenFree(free, corners, cell, max_range_m);
     const uint32_t free_cells = __ballot_sync(~0u, is_free);  // of 32 cells in a row
     if (cell % 32 == 0) reinterpret_cast<uint32_t*>(mask.word)[cell / 32] = free_cells;
   }
@@ -126,17 +77,15 @@ void FreeCellFinder::find(const FrameView& frame, const float* free_depth,
 }
 
 FreePyramid FreeCellFinder::makePyramid(const FrameView& frame, const float* free_depth) {
-  PyramidLevels levels{free_depth, {}, frame.width, frame.height};
   FreePyramid free{{free_depth}, frame.width, frame.height};
   for (int k = 1; k < kFreeLevels; ++k) {
-    levels.level[k] = levels_.data() + beginOf(k, frame);
-    free.level[k] = levels.level[k];
+    const int32_t width = texelsFor(frame.width, k), height = texelsFor(frame.height, k);
+    float* const texels = levels_.data() + beginOf(k, frame);
+    launch("makeFreeLevelKernel", makeFreeLevelKernel,
+           blocksFor(static_cast<size_t>(width) * height), kThreads, 0, stream_, free.level[k - 1],
+           texelsFor(frame.width, k - 1), texelsFor(frame.height, k - 1), width, height, texels);
+    free.level[k] = texels;
   }
-  // In one row, since an image may be higher than a grid.
-  const auto patches = static_cast<unsigned>(texelsFor(frame.width, kPatchLevels) *
-                                             texelsFor(frame.height, kPatchLevels));
-  launch("makeFreePatchesKernel", makeFreePatchesKernel, patches, kThreads, 0, stream_, levels);
-  launch("finishPyramidKernel", finishPyramidKernel, 1, kFinishingThreads, 0, stream_, levels);
   return free;
 }
 

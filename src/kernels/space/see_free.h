@@ -79,38 +79,27 @@ DTSDF_HD CubeLook lookAt(const FrameView& frame, const CellGrid& grid, const Vec
 constexpr int kCornersAlong = kCubeSide + 1;
 constexpr int kCornersPerCube = kCornersAlong * kCornersAlong * kCornersAlong;
 
-DTSDF_HD int cubeCornerIndex(int x, int y, int z) {
-  return x + kCornersAlong * (y + kCornersAlong * z);
+/// Where corner number `i` of a cube's cells is seen, counted along x, then y, then z.
+DTSDF_HD VoxelInImage cornerInImage(const FrameView& frame, const CubeLook& look, int i) {
+  const Vec3i steps{i % kCornersAlong, i / kCornersAlong % kCornersAlong,
+                    i / (kCornersAlong * kCornersAlong)};
+  return projectToImage(frame, look.first_L + look.side * toFloat(steps));
 }
 
-/// Where corner (x, y, z) of a cube's cells is seen, each from 0 to 8.
-DTSDF_HD VoxelInImage cornerInImage(const FrameView& frame, const CubeLook& look, int x, int y,
-                                    int z) {
-  const Vec3f steps{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
-  return projectToImage(frame, look.first_L + look.side * steps);
-}
-
-/// The bounds of a cell's eight corners; `corner(x, y, z)` is where one of the cube's is seen.
-template <class Corner>
-DTSDF_HD SeenBounds boundsOfCell(const Corner& corner, int x, int y, int z) {
-  SeenBounds bounds = boundsOf(corner(x, y, z));
-  for (int i = 1; i < 8; ++i) {
-    bounds = unite(bounds, boundsOf(corner(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2))));
-  }
-  return bounds;
-}
-
-/// Whether the image sees through all of what ends within so many metres.
-DTSDF_HD bool isSeenFreeWithin(const FreePyramid& free, const SeenBounds& seen, float max_range_m) {
-  return seen.far_m <= max_range_m && isSeenFree(free, seen);
-}
-
-/// The same of a cell of a cube.
-template <class Corner>
-DTSDF_HD bool isCellSeenFree(const FreePyramid& free, const Corner& corner, int cell,
+/// Whether the image sees through all of a cell that ends within so many metres, given where the
+/// corners of its cube's cells are seen.
+DTSDF_HD bool isCellSeenFree(const FreePyramid& free,
+                             const VoxelInImage (&corners)[kCornersPerCube], int cell,
                              float max_range_m) {
   const Vec3i at = voxelOffset(cell);
-  return isSeenFreeWithin(free, boundsOfCell(corner, at.x, at.y, at.z), max_range_m);
+  const VoxelInImage* first = corners + at.x + kCornersAlong * (at.y + kCornersAlong * at.z);
+  SeenBounds bounds = boundsOf(*first);
+  if (!isSeenFree(free, bounds)) return false;  // as most, by a single pixel
+  for (int i = 1; i < 8; ++i) {
+    const int step = (i & 1) + kCornersAlong * ((i >> 1 & 1) + kCornersAlong * (i >> 2));
+    bounds = unite(bounds, boundsOf(first[step]));
+  }
+  return bounds.far_m <= max_range_m && isSeenFree(free, bounds);
 }
 
 }  // namespace dtsdf

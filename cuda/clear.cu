@@ -19,28 +19,21 @@ constexpr int kThreadBlocksPerProcessor = 8;
 /// Blocks in view for which there is room at the start.
 constexpr size_t kFirstInView = 1 << 14;
 
-/// What became of a block.
-struct ClearedBlock {
-  bool changed;
-  uint32_t empty_directions;
-};
-
-/// Which of a touched block's voxels are covered, for the directions that it has sums of.
-struct BlockCover {
-  const uint32_t* words;  ///< Of its first array of sums; null: the frame does not touch it.
-  uint32_t directions;
-
-  __device__ const uint32_t* of(int direction) const {
-    if (words == nullptr || !(directions >> direction & 1)) return nullptr;
-    return words + __popc(directions & ((1u << direction) - 1u)) * kCoverWords;
-  }
-};
-
-/// A frame's look at a block.
-struct BlockLook {
+/// A block that the stage visits.
+struct VisitedBlock {
+  int32_t slot;     ///< -1: not in the map.
+  bool is_touched;  ///< Else the frame only looks at it.
+  uint32_t empty;   ///< Bit d: the array of direction d held nothing after the fold.
   Vec3f first_voxel_L;
-  bool in_turn;  ///< It is the block's turn.
-  BlockCover cover;
+  bool in_turn;             ///< It is the block's turn.
+  const uint32_t* covered;  ///< Voxels, of its first array of sums; null: it is not touched.
+  uint32_t directions;      ///< That it has sums of.
+
+  /// Which voxels are covered, for a direction that it has sums of; else null.
+  __device__ const uint32_t* coveredOf(int direction) const {
+    if (covered == nullptr || !(directions >> direction & 1)) return nullptr;
+    return covered + __popc(directions & ((1u << direction) - 1u)) * kCoverWords;
+  }
 };
 
 /// The voxels of a block that the frame judges.
@@ -75,7 +68,7 @@ __device__ JudgedVoxel unpackJudged(uint16_t packed) {
 
 /// A warp takes as long for one of them as for 32: so they are listed first.
 __device__ void listJudged(const MapView& map, const FusionRules& rules, const SlotEntry& entry,
-                           const BlockLook& look, JudgedVoxels& list) {
+                           const VisitedBlock& block, JudgedVoxels& list) {
   __syncthreads();  // of the block before
   if (threadIdx.x == 0) list.count = list.emptied_directions = 0;
   __syncthreads();
@@ -85,8 +78,8 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   uint32_t covered_word[kDirectionCount], looked_at = 0;
 #pragma unroll  // reads all before it waits for any
   for (int d = 0; d < kDirectionCount; ++d) {
-    const uint32_t* covered = look.cover.of(d);
-    if (entry.array[d] == kNoArray || (covered == nullptr && !look.in_turn)) continue;
+    const uint32_t* covered = block.coveredOf(d);
+    if (entry.array[d] == kNoArray || (covered == nullptr && !block.in_turn)) continue;
     looked_at |= 1u << d;
     voxel[d] = map.voxels.record(entry.array[d])[i];
     covered_word[d] = covered == nullptr ? 0 : covered[i / 32];
@@ -95,7 +88,7 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!(looked_at >> d & 1u)) continue;
     const bool is_covered = (covered_word[d] >> lane & 1u) != 0;
-    const bool is_judged = isJudged(voxel[d], is_covered, look.in_turn, rules);
+    const bool is_judged = isJudged(voxel[d], is_covered, block.in_turn, rules);
     const uint32_t judged = __ballot_sync(~0u, is_judged);
     if (judged == 0) continue;
     uint32_t first = 0;
@@ -106,24 +99,12 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   __syncthreads();
 }
 
-/// What the frame makes of the voxels on this thread's turn.
-class Sights {
- public:
-  __device__ void set(uint32_t turn, Sight sight) {
-    bits_ |= static_cast<uint32_t>(sight) << (2 * turn);
-  }
-  __device__ Sight of(uint32_t turn) const { return static_cast<Sight>(bits_ >> (2 * turn) & 3u); }
-  __device__ bool any() const { return bits_ != 0; }
-
- private:
-  uint32_t bits_ = 0;
-};
-
-/// Holds only what changes a voxel.
-__device__ Sights judgeVoxels(const FrameSensing& sensing, const FusionSettings& fusion,
-                              const MapView& map, const SlotEntry& entry,
-                              const Vec3f& first_voxel_L, const JudgedVoxels& list) {
-  Sights sights;
+/// What the frame makes of the voxels on this thread's turns, two bits each: only what changes a
+/// voxel.
+__device__ uint32_t judgeVoxels(const FrameSensing& sensing, const FusionSettings& fusion,
+                                const MapView& map, const SlotEntry& entry,
+                                const Vec3f& first_voxel_L, const JudgedVoxels& list) {
+  uint32_t sights = 0;
   for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kClearThreads, ++turn) {
     const JudgedVoxel voxel = unpackJudged(list.voxel[k]);
     const Voxel* voxels = map.voxels.record(entry.array[voxel.direction]);
@@ -131,7 +112,7 @@ __device__ Sights judgeVoxels(const FrameSensing& sensing, const FusionSettings&
         judge(sensing, first_voxel_L, voxels, voxel.index,
               fusion.directional ? voxel.direction : kAnyDirection, voxel.is_covered);
     if (isAgainst(sight, voxels[voxel.index], voxel.is_covered, fusion.rules)) {
-      sights.set(turn, sight);
+      sights |= static_cast<uint32_t>(sight) << (2 * turn);
     }
   }
   return sights;
@@ -146,72 +127,59 @@ __device__ bool isArrayEmpty(const Voxel* voxels) {
 
 /// Takes evidence from the voxels that the frame sees through, with a block of threads: all are
 /// judged before the first one changes.
-__device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSettings& fusion,
-                                   const MapView& map, const SlotEntry& entry,
-                                   const BlockLook& look, JudgedVoxels& list) {
-  listJudged(map, fusion.rules, entry, look, list);
-  const Sights sights = judgeVoxels(sensing, fusion, map, entry, look.first_voxel_L, list);
-  if (!__syncthreads_or(sights.any())) return {false, 0};  // as most
-  int changed = 0;
+/// @param changed Whether a voxel with a distance lost some.
+/// @return the directions whose arrays are empty now.
+__device__ uint32_t clearBlock(const FrameSensing& sensing, const FusionSettings& fusion,
+                               const MapView& map, const SlotEntry& entry,
+                               const VisitedBlock& block, JudgedVoxels& list, bool& changed) {
+  listJudged(map, fusion.rules, entry, block, list);
+  const uint32_t sights = judgeVoxels(sensing, fusion, map, entry, block.first_voxel_L, list);
+  if (!__syncthreads_or(sights != 0)) return 0;  // as most
+  int own_changed = 0;
   for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kClearThreads, ++turn) {
-    const Sight sight = sights.of(turn);
+    const auto sight = static_cast<Sight>(sights >> (2 * turn) & 3u);
     if (sight == Sight::kSurface) continue;
     const auto [d, i, is_covered] = unpackJudged(list.voxel[k]);
     Voxel& voxel = map.voxels.record(entry.array[d])[i];
     const bool was_empty = isEmpty(voxel);
     const int32_t frames = framesAgainst(sight, is_covered, fusion.rules);
     voxel = contradictedVoxel(voxel, frames, is_covered, fusion.rules);
-    changed |= !was_empty;
+    own_changed |= !was_empty;
     if (was_empty || !isEmpty(voxel)) continue;
     forgetColour(map, entry.array[d], i);
     atomicOr(&list.emptied_directions, 1u << d);
   }
-  ClearedBlock result{__syncthreads_or(changed) != 0, 0};
+  changed = __syncthreads_or(own_changed) != 0;
+  uint32_t empty_directions = 0;
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!(list.emptied_directions >> d & 1u)) continue;
-    if (isArrayEmpty(map.voxels.record(entry.array[d]))) result.empty_directions |= 1u << d;
+    if (isArrayEmpty(map.voxels.record(entry.array[d]))) empty_directions |= 1u << d;
   }
-  return result;
+  return empty_directions;
 }
 
-/// The blocks that a frame looks at besides those that it touches, and those among which they are;
-/// FrameCounters counts them.
-struct LookList {
-  const int32_t* in_view;
-  uint32_t in_view_count;
-  int32_t* slots;
-};
-
-/// Lists a block that the frame looks at untouched. One that was released since the host listed it
-/// has no arrays, so that nothing comes of a look at it.
+/// Lists a block in view that the frame looks at untouched; FrameCounters counts them. One that was
+/// released since the host listed it has no arrays, so that nothing comes of a look at it.
 __device__ void findLook(const FrameView& frame, const FusionRules& rules,
-                         const FusionTarget& target, uint64_t frame_number, const LookList& looks,
-                         uint32_t i) {
-  if (i >= looks.in_view_count) return;
-  const int32_t slot = looks.in_view[i];
+                         const FusionTarget& target, uint64_t frame_number, int32_t slot,
+                         int32_t* looks) {
   const PackedKey key = target.map.slots[slot].key;
   if (key == kNoKey || !isInTurn(key, frame_number, rules)) return;
   if (!mayBeInView(frame, unpackKey(key) - blockOfVoxel(frame.origin_voxel))) return;
   if (findTouched(target.touched, key) >= 0) return;
-  looks.slots[atomicAdd(&target.touched.counters->looks, 1u)] = slot;
+  looks[atomicAdd(&target.touched.counters->looks, 1u)] = slot;
 }
 
 /// One thread per block that may be in view.
 /// Beside the kernel ahead, if that lets it start early: it folds sums into voxels, and what is
 /// read here was there before it.
 __global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget target,
-                                uint64_t frame_number, LookList looks) {
-  findLook(frame, rules, target, frame_number, looks, static_cast<uint32_t>(globalThread()));
+                                uint64_t frame_number, const int32_t* in_view,
+                                uint32_t in_view_count, int32_t* looks) {
+  const auto i = static_cast<uint32_t>(globalThread());
+  if (i < in_view_count) findLook(frame, rules, target, frame_number, in_view[i], looks);
   endAfterTheOneAhead();
 }
-
-/// A block that the stage visits.
-struct VisitedBlock {
-  int32_t slot;     ///< -1: not in the map.
-  bool is_touched;  ///< Else the frame only looks at it.
-  uint32_t empty;   ///< Bit d: the array of direction d held nothing after the fold.
-  BlockLook look;
-};
 
 /// Number i of the touched blocks.
 __device__ VisitedBlock visitTouched(const FusionTarget& target, const uint32_t* covered,
@@ -219,21 +187,22 @@ __device__ VisitedBlock visitTouched(const FusionTarget& target, const uint32_t*
   const TouchedView& touched = target.touched;
   const TouchedBlock& block = touched.blocks[i];
   const int32_t slot = slotOf(target.map, block);
-  if (slot < 0) return {-1, true, 0, {}};
+  if (slot < 0) return {-1, true, 0, {}, false, nullptr, 0};
   const uint32_t first_sum = touched.first_sums[touched.places[i]];
   return {slot,
           true,
           block.empty,
-          {toFloat(firstVoxelOfBlock(block.block_L)),
-           isInTurn(block.key, frame_number, rules),
-           {covered + static_cast<size_t>(first_sum) * kCoverWords, block.directions}}};
+          toFloat(firstVoxelOfBlock(block.block_L)),
+          isInTurn(block.key, frame_number, rules),
+          covered + static_cast<size_t>(first_sum) * kCoverWords,
+          block.directions};
 }
 
 /// One of the others.
 __device__ VisitedBlock visitLook(const FusionTarget& target, const FrameView& frame,
                                   int32_t slot) {
   const Vec3i block_L = unpackKey(target.map.slots[slot].key) - blockOfVoxel(frame.origin_voxel);
-  return {slot, false, 0, {toFloat(firstVoxelOfBlock(block_L)), true, {nullptr, 0}}};
+  return {slot, false, 0, toFloat(firstVoxelOfBlock(block_L)), true, nullptr, 0};
 }
 
 /// The host's table follows.
@@ -261,17 +230,17 @@ __global__ void __launch_bounds__(kClearThreads, 3)
                                    ? visitTouched(target, covered, fusion.rules, frame_number, i)
                                    : visitLook(target, sensing.image.frame, looks[i - touched]);
     if (block.slot < 0) continue;
-    ClearedBlock cleared{false, 0};
+    bool changed = false;
+    uint32_t directions = block.empty;
     if (on_device.hasFreeDepth()) {
-      cleared = clearBlock(sensing, fusion, map, map.slots[block.slot], block.look, list);
+      directions |= clearBlock(sensing, fusion, map, map.slots[block.slot], block, list, changed);
     }
     if (threadIdx.x != 0) continue;
-    const uint32_t directions = block.empty | cleared.empty_directions;
     if (directions != 0) {
       empty_blocks[atomicAdd(&counters->empty_blocks, 1u)] = {block.slot, directions};
       dropArrays(map.slots[block.slot], directions);
     }
-    if (block.is_touched || cleared.changed) mark(map.dirty, block.slot);
+    if (block.is_touched || changed) mark(map.dirty, block.slot);
   }
   if (!isLastBlock(&counters->cleared, gridDim.x)) return;
   if (threadIdx.x == 0) *empty_count = readShared(&counters->empty_blocks);
@@ -340,8 +309,8 @@ void Clearing::findLooks(const DeviceSensing& sensing, const FusionTarget& targe
   if (in_view_count_ == 0) return;
   const StageSpan span(stream_, Stage::kClear);
   launchBehind("findLooksKernel", findLooksKernel, blocksFor(in_view_count_), kThreads, 0, stream_,
-               sensing.frame(), fusion_.rules, target, frame_number,
-               {in_view_.data(), in_view_count_, looks_.data()});
+               sensing.frame(), fusion_.rules, target, frame_number, in_view_.data(),
+               in_view_count_, looks_.data());
 }
 
 void Clearing::clear(const DeviceSensing& sensing, const FusionTarget& target,

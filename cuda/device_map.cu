@@ -12,19 +12,21 @@ namespace {
 constexpr size_t kFirstHash = 1 << 17, kFirstSlots = 1 << 15;
 constexpr size_t kFirstUpdates = 1 << 13, kFirstNewArrays = 1 << 14;
 
-/// One block of threads per array, and behind these one thread per slot.
-__global__ void enterBlocksKernel(MapView map, EnteredBlocks entered) {
+/// Updates slots, and zeroes arrays: one block of threads per array, and behind these one thread
+/// per slot. Both lists are in the host's memory.
+__global__ void enterBlocksKernel(MapView map, const SlotUpdate* updates, uint32_t update_count,
+                                  const int32_t* arrays, uint32_t array_count) {
   waitForTheOneAhead();
   const uint32_t block = blockIdx.x;
-  if (block >= entered.array_count) {
-    const uint32_t i = (block - entered.array_count) * blockDim.x + threadIdx.x;
-    if (i >= entered.update_count) return;
-    const SlotUpdate update = entered.updates[i];
+  if (block >= array_count) {
+    const uint32_t i = (block - array_count) * blockDim.x + threadIdx.x;
+    if (i >= update_count) return;
+    const SlotUpdate update = updates[i];
     updateSlot(map, update);
     if (update.in_use && update.dirty) mark(map.dirty, update.slot);
     return;
   }
-  const int32_t array = entered.arrays[block];
+  const int32_t array = arrays[block];
   Voxel* voxels = map.voxels.record(array);
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) voxels[i] = Voxel{};
   if (threadIdx.x < kBricksPerArray && map.colour_of != nullptr) {  // it may have had colours
@@ -198,12 +200,11 @@ void DeviceMap::enterBlocks(const BlockTable& table, const std::vector<int32_t>&
     updates_[i] = makeSlotUpdate(table.block(slots[i]), slots[i]);
   }
   std::copy(arrays.begin(), arrays.end(), new_arrays_.data());
-  const EnteredBlocks entered{updates_.data(), new_arrays_.data(),
-                              static_cast<uint32_t>(slots.size()),
-                              static_cast<uint32_t>(arrays.size())};
-  launchBehind("enterBlocksKernel", enterBlocksKernel,
-               entered.array_count + blocksFor(entered.update_count), kThreads, 0, stream_, view(),
-               entered);
+  const auto update_count = static_cast<uint32_t>(slots.size());
+  const auto array_count = static_cast<uint32_t>(arrays.size());
+  launchBehind("enterBlocksKernel", enterBlocksKernel, array_count + blocksFor(update_count),
+               kThreads, 0, stream_, view(), updates_.data(), update_count, new_arrays_.data(),
+               array_count);
   stream_.record(updates_sent_);
 }
 
@@ -211,9 +212,8 @@ void DeviceMap::sendChanges() {
   if (noted_.empty()) return;
   reserveChanges(noted_.size());
   std::copy(noted_.begin(), noted_.end(), changes_.data());
-  const EnteredBlocks changed{changes_.data(), nullptr, static_cast<uint32_t>(noted_.size()), 0};
   launchBehind("enterBlocksKernel", enterBlocksKernel, blocksFor(noted_.size()), kThreads, 0,
-               stream_, view(), changed);
+               stream_, view(), changes_.data(), static_cast<uint32_t>(noted_.size()), nullptr, 0);
   stream_.record(changes_sent_);
   noted_.clear();
 }

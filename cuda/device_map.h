@@ -38,13 +38,6 @@ struct SlotUpdate {
   int32_t dirty;  ///< The block is to be meshed again.
 };
 
-/// What changes of the table, in the host's memory: these slots, and these arrays, to be zeroed.
-struct EnteredBlocks {
-  const SlotUpdate* updates;
-  const int32_t* arrays;
-  uint32_t update_count, array_count;
-};
-
 /// Blocks that changed in some way since the last extraction: a flag per slot, and their list.
 struct ChangedBlocks {
   uint32_t* flags;

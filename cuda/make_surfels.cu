@@ -48,13 +48,6 @@ __global__ void makePixelSurfelsKernel(DeviceSensing on_device, SurfelSettings s
   if (found > 0) atomicAdd(count, static_cast<uint32_t>(found));
 }
 
-/// A list of surfels that may find no room in it; `count` takes how many there are.
-struct SurfelList {
-  Surfel* surfels;
-  uint32_t room;
-  uint32_t* count;
-};
-
 /// The place of each lane's `wanted` surfels in the list, taken by a full warp with one atomic.
 __device__ uint32_t takePlaces(uint32_t wanted, uint32_t* count) {
   using Scan = cub::WarpScan<uint32_t>;
@@ -94,19 +87,20 @@ __device__ __forceinline__ PixelSurfels measurePixel(const FrameSensing& sensing
 }
 
 /// One surfel per square of merged pixels, per pixel, or per subpixel; their order does not matter,
-/// since sums are integers.
+/// since sums are integers. `count` takes how many there are; those for which there is no room are
+/// left out.
 __global__ void __launch_bounds__(kRowThreads, 8)
     makeSurfelsKernel(DeviceSensing on_device, SurfelSettings settings, const uint8_t* patches,
-                      SurfelList list) {
+                      Surfel* surfels, uint32_t room, uint32_t* count) {
   waitForTheOneAhead();
   const FrameSensing sensing = on_device.load();
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; v < sensing.image.frame.height; v += gridDim.y) {
     PixelSurfels found{noSurfel(), {}, 0};
     if (u < sensing.image.frame.width) found = measurePixel(sensing, {u, v}, settings, patches);
-    const uint32_t place = takePlaces(found.count, list.count);
-    for (uint32_t i = 0; i < found.count && place + i < list.room; ++i) {
-      list.surfels[place + i] =
+    const uint32_t place = takePlaces(found.count, count);
+    for (uint32_t i = 0; i < found.count && place + i < room; ++i) {
+      surfels[place + i] =
           found.merged.weight > 0.0f
               ? found.merged
               : makeSubpixelSurfel(sensing.image, found.single, static_cast<int>(i));
@@ -158,8 +152,8 @@ DeviceSurfels SurfelMaker::makeMoreSurfels(const DeviceSensing& sensing, uint32_
 DeviceSurfels SurfelMaker::listSurfels(const DeviceSensing& sensing, uint32_t* count) {
   const uint32_t room = static_cast<uint32_t>(surfels_.capacity());
   launchBehind("makeSurfelsKernel", makeSurfelsKernel, rowGrid(sensing.frame(), kRowThreads),
-               kRowThreads, 0, stream_, sensing, surfel_settings_, patches_.data(),
-               {surfels_.data(), room, count});
+               kRowThreads, 0, stream_, sensing, surfel_settings_, patches_.data(), surfels_.data(),
+               room, count);
   return {surfels_.data(), room, count};
 }
 

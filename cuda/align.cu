@@ -59,7 +59,7 @@ __global__ void __launch_bounds__(kAlignThreads)
   if (i >= static_cast<size_t>(grid.columns) * grid.rows) return;
   const Pixel pixel = pixelOfPoint(grid, static_cast<int32_t>(i));
   points[i] = makeAlignedPoint(view, pixel, settings, [&](int32_t du, int32_t dv) {
-    return inverseDepthAt(raw, view.width, pixel.u + du, pixel.v + dv);
+    return inverseDepthAt(raw, pixel.u + du, pixel.v + dv);
   });
 }
 
@@ -67,8 +67,8 @@ __global__ void __launch_bounds__(kAlignThreads)
 /// to the host and leaves zeros: a step of the alignment is one kernel.
 __global__ void __launch_bounds__(kAlignThreads)
     addPointsKernel(FrameView view, bool directional, float cutoff, MapView map,
-                    const AlignedPoint* points, size_t count, SharedSums* shared,
-                    AlignmentSums* host) {
+                    const AlignedPoint* points, size_t count, AlignmentSums* sums,
+                    uint32_t* finished, AlignmentSums* host) {
   AlignmentSums own = {};
   const size_t i = globalThread() / kLanes;
   if (i < count) {
@@ -83,7 +83,7 @@ __global__ void __launch_bounds__(kAlignThreads)
     });
   }
   const auto* values = reinterpret_cast<const int64_t*>(&own);
-  auto* totals = reinterpret_cast<unsigned long long*>(&shared->sums);
+  auto* totals = reinterpret_cast<unsigned long long*>(sums);
   for (int k = 0; k < kSums; ++k) {
     auto value = static_cast<unsigned long long>(values[k]);
     for (int step = kWarp / 2; step >= kLanes; step /= 2) {  // the lanes of a point have the same
@@ -91,8 +91,8 @@ __global__ void __launch_bounds__(kAlignThreads)
     }
     if (threadIdx.x % kWarp == 0 && value != 0) atomicAdd(&totals[k], value);
   }
-  if (!isLastBlock(&shared->finished, gridDim.x)) return;
-  if (threadIdx.x == 0) shared->finished = 0;
+  if (!isLastBlock(finished, gridDim.x)) return;
+  if (threadIdx.x == 0) *finished = 0;
   if (threadIdx.x >= kSums) return;
   reinterpret_cast<unsigned long long*>(host)[threadIdx.x] = readShared(&totals[threadIdx.x]);
   totals[threadIdx.x] = 0;
@@ -109,6 +109,8 @@ void PoseAligner::takePoints(const FrameView& view, const RawDepth& raw) {
   points_.reserveExactly(point_count_, stream_);
   sums_.reserveExactly(1, stream_);
   sums_.zero(stream_);
+  finished_.reserveExactly(1, stream_);
+  finished_.zero(stream_);
   pinned_sums_.reserve(1);
   has_pinned_points_ = false;
   if (point_count_ == 0) return;
@@ -120,7 +122,7 @@ AlignmentSums PoseAligner::sumsAt(const FrameView& view, float cutoff, const Map
   if (point_count_ == 0) return AlignmentSums{};
   launch("addPointsKernel", addPointsKernel, alignBlocks(kLanes * point_count_), kAlignThreads, 0,
          stream_, view, directional_, cutoff, map, points_.data(), point_count_, sums_.data(),
-         pinned_sums_.data());
+         finished_.data(), pinned_sums_.data());
   stream_.synchronize();
   return pinned_sums_[0];
 }

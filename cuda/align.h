@@ -11,12 +11,6 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Sums that blocks of threads add up, and how many of these have finished; all 0 between kernels.
-struct SharedSums {
-  AlignmentSums sums;
-  uint32_t finished;
-};
-
 /// The buffers are kept from image to image.
 class PoseAligner {
  public:
@@ -39,7 +33,8 @@ class PoseAligner {
   const Stream& stream_;
   size_t point_count_ = 0;
   DeviceBuffer<AlignedPoint> points_;
-  DeviceBuffer<SharedSums> sums_;
+  DeviceBuffer<AlignmentSums> sums_;  ///< That blocks of threads add up,
+  DeviceBuffer<uint32_t> finished_;   ///< and how many have; all 0 between kernels.
   PinnedBuffer<AlignmentSums> pinned_sums_;
   PinnedBuffer<AlignedPoint> pinned_points_;  ///< A copy on the host, once it is asked for.
   bool has_pinned_points_ = false;

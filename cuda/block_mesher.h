@@ -154,9 +154,7 @@ class BlockMesher {
 
   MeshView view() {
     MeshView view;
-    view.counters = &totals_.data()->blocks;
-    view.size = &totals_.data()->size;
-    view.finished = &totals_.data()->finished;
+    view.totals = totals_.data();
     view.host_totals = pinned_totals_.data();
     view.slots = slots_.data();
     view.records = records_.data();
@@ -216,9 +214,7 @@ class BlockMesher {
     return has_mesh_[place];
   }
 
-  size_t recordCount() const {
-    return pinned_totals_[0].blocks.reached + pinned_totals_[0].blocks.adjoining;
-  }
+  size_t recordCount() const { return pinned_totals_[0].reached + pinned_totals_[0].adjoining; }
 
   std::vector<MeshRecord> changedRecords() {
     std::vector<MeshRecord> changed;

@@ -29,17 +29,18 @@ __global__ void forgetPaintedKernel(MapView map) {
 
 /// What a block of threads needs to colour the vertices of a block.
 struct ColourShared {
-  PaintedCorners corners;
+  ColouredCorners corners;
   int32_t slots[kCornerBlocks];  ///< Of the blocks that these lie in.
   uint16_t vertex_of[kGridEdges];
 };
 
 /// All threads of the block have to call it.
 __device__ void findColours(const MapView& map, const BlockKey& key, ColourShared& shared) {
-  PaintedCorners& corners = shared.corners;
+  ColouredCorners& corners = shared.corners;
   const auto t = static_cast<int>(threadIdx.x);
   if (t < kCornerBlocks) {
-    shared.slots[t] = findCornerArrays(map, key, t, corners.voxels).slot;
+    shared.slots[t] = findSlot(map, packKey(key + cornerBlockOffset(t)));
+    findArrays(map, shared.slots[t], corners.voxels.array[t]);
     corners.clearBlock(t);
   }
   __syncthreads();
@@ -55,14 +56,8 @@ __device__ void findColours(const MapView& map, const BlockKey& key, ColourShare
 }
 
 /// Finds which corners are painted. All threads of the block have to call it.
-__device__ void findPainted(PaintedCorners& corners) {
-  const ColouredCorners& coloured = corners;  // which look at colours, not at rows
-  constexpr int kSide = kCornerGridSide;
-  for (int i = threadIdx.x; i < kDirectionCount * kSide * kSide; i += kThreads) {
-    const int d = i / (kSide * kSide), z = i / kSide % kSide, y = i % kSide;
-    corners.rows[d][z][y] =
-        static_cast<uint16_t>(paintedInRow(coloured, d, Vec3i{0, y, z}, kSide - 1));
-  }
+__device__ void findPainted(ColouredCorners& corners) {
+  for (int i = threadIdx.x; i < kPaintedRows; i += kThreads) findPaintedRow(corners, i);
   __syncthreads();
 }
 
@@ -110,7 +105,7 @@ __global__ void __launch_bounds__(kThreads) colourVerticesKernel(MapView map, Me
   waitForTheOneAhead();
   __shared__ ColourShared shared;
   if (threadIdx.x == 0) shared.corners.voxels.least_evidence = mesh.least_evidence;
-  const uint32_t count = mesh.counters->reached + mesh.counters->adjoining;
+  const uint32_t count = mesh.totals->reached + mesh.totals->adjoining;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
     const MeshRecord record = mesh.records[b];
     if (record.vertices == 0 || record.first_vertex + record.vertices > mesh.capacity.vertices ||

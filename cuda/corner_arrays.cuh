@@ -26,26 +26,6 @@ __device__ inline uint32_t findArrays(const MapView& map, int32_t slot,
   return present;
 }
 
-/// What one thread has found of a block.
-struct FoundArrays {
-  int32_t slot;
-  uint32_t present;  ///< The directions that it has.
-};
-
-/// Done by one thread for each n.
-__device__ inline FoundArrays findCornerArrays(const MapView& map, const BlockKey& key, int n,
-                                               CornerArrays& arrays) {
-  const int32_t slot = findSlot(map, packKey(key + cornerBlockOffset(n)));
-  return {slot, findArrays(map, slot, arrays.array[n])};
-}
-
-/// The same for the blocks around one.
-__device__ inline FoundArrays findArraysAround(const MapView& map, const BlockKey& key, int n,
-                                               ArraysAround& arrays) {
-  const int32_t slot = findSlot(map, packKey(key + aroundOffset(n)));
-  return {slot, findArrays(map, slot, arrays.array[n])};
-}
-
 /// Enters a block into the extraction, unless it is there. @return whether it is new.
 __device__ __forceinline__ bool select(const MapView& map, const MeshView& mesh, int32_t slot) {
   return atomicExch(&map.mesh_stamp[slot], mesh.stamp) != mesh.stamp;
@@ -56,7 +36,7 @@ __device__ __forceinline__ void selectAdjoining(const MapView& map, const MeshVi
                                                 const BlockKey& key) {
   const int32_t slot = findSlot(map, packKey(key));
   if (slot < 0 || !select(map, mesh, slot)) return;
-  mesh.slots[mesh.counters->reached + atomicAdd(&mesh.counters->adjoining, 1u)] = slot;
+  mesh.slots[mesh.totals->reached + atomicAdd(&mesh.totals->adjoining, 1u)] = slot;
 }
 
 }  // namespace gpu

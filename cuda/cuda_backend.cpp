@@ -316,7 +316,7 @@ class CudaBackend : public MapBackend {
   }
 
   RawDepth rawDepthOf(const DepthFrame& frame) const {
-    return {raw_image_.data(), frame.encoding == DepthEncoding::kUint16,
+    return {raw_image_.data(), frame.width, frame.height, frame.encoding == DepthEncoding::kUint16,
             depthRangeOf(frame, params_)};
   }
 

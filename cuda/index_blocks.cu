@@ -21,7 +21,7 @@ __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
     if (map.slots[dirty].key == kNoKey) continue;  // released before anybody asked for a mesh
     const int32_t slot = findSlot(map, packKey(keyOfSlot(map, dirty) + unitReachOffset(n)));
     if (slot < 0 || !select(map, mesh, slot)) continue;
-    mesh.slots[atomicAdd(&mesh.counters->reached, 1u)] = slot;
+    mesh.slots[atomicAdd(&mesh.totals->reached, 1u)] = slot;
   }
 }
 
@@ -139,7 +139,7 @@ __global__ void __launch_bounds__(kThreads, 4) indexBlocksKernel(MapView map, Me
   extern __shared__ Sample samples[];
   __shared__ BlockCorners block;
   selectAround(map, mesh);
-  const uint32_t reached = mesh.counters->reached;
+  const uint32_t reached = mesh.totals->reached;
   for (uint32_t b = blockIdx.x; b < reached; b += gridDim.x) {
     const int32_t slot = mesh.slots[b];
     const BlockKey key = keyOfSlot(map, slot);
@@ -149,7 +149,9 @@ __global__ void __launch_bounds__(kThreads, 4) indexBlocksKernel(MapView map, Me
     }
     __syncthreads();
     if (threadIdx.x < kCornerBlocks) {
-      atomicOr(&block.present, findCornerArrays(map, key, threadIdx.x, block.arrays).present);
+      const int n = static_cast<int>(threadIdx.x);
+      const int32_t beside = findSlot(map, packKey(key + cornerBlockOffset(n)));
+      atomicOr(&block.present, findArrays(map, beside, block.arrays.array[n]));
     }
     __syncthreads();
     collectCorners(block, samples);

@@ -62,7 +62,8 @@ __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t lea
   const int t = threadIdx.x;
   if (t == 0) shared.arrays.least_evidence = least_evidence;
   if (t < kBlocksAround) {
-    const int32_t slot = findArraysAround(map, key, t, shared.arrays).slot;
+    const int32_t slot = findSlot(map, packKey(key + aroundOffset(t)));
+    findArrays(map, slot, shared.arrays.array[t]);
     shared.labels_around.block[t] = slot < 0 ? nullptr : map.unit_labels.record(slot);
   }
   if (t < kEdgeWords) shared.edges.bits[t] = 0;
@@ -106,21 +107,16 @@ __device__ void listEdges(int word, uint32_t rank, MeshBlockShared& shared) {
   }
 }
 
-/// Middles of refined triangles' sides: those of a block, and how many of them are before those of
-/// this thread's units.
-struct Middles {
-  uint32_t count, before;
-};
-
-/// All threads of the block have to call it.
-__device__ Middles countMiddles(const MeshView& mesh, const UnitIndices (&regular)[kUnitsPerThread],
-                                MeshBlockShared& shared) {
-  uint32_t own = 0;
+/// Middles of refined triangles' sides. All threads of the block have to call it.
+/// @param before How many of them are before those of this thread's units.
+/// @return those of the block.
+__device__ uint32_t countMiddles(const UnitIndices (&regular)[kUnitsPerThread],
+                                 MeshBlockShared& shared, uint32_t& before) {
+  uint32_t own = 0, count;
   for (const UnitIndices& indices : regular) own += sidesOfUnit(kRefineTablesHere, indices);
-  Middles middles;
   __syncthreads();  // of the window, whose place is taken
-  Scan(shared.listing.scan).ExclusiveSum(own, middles.before, middles.count);
-  return middles;
+  Scan(shared.listing.scan).ExclusiveSum(own, before, count);
+  return count;
 }
 
 /// Counts a block's vertices on edges and triangles, and takes room for them, for the middles that
@@ -142,8 +138,8 @@ __device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles, uint3
     MeshRecord& record = shared.record;
     record.vertices = vertices;
     record.triangles = triangles;
-    record.first_vertex = vertices == 0 ? 0 : atomicAdd(&mesh.size->vertices, vertices);
-    record.first_triangle = triangles == 0 ? 0 : atomicAdd(&mesh.size->triangles, triangles);
+    record.first_vertex = vertices == 0 ? 0 : atomicAdd(&mesh.totals->size.vertices, vertices);
+    record.first_triangle = triangles == 0 ? 0 : atomicAdd(&mesh.totals->size.triangles, triangles);
   }
   if (t < kEdgeWords) listEdges(t, before >> 16, shared);
   __syncthreads();
@@ -177,27 +173,22 @@ __device__ void writeVertices(const MeshView& mesh, uint32_t count, const MeshBl
   }
 }
 
-/// Tells triangles that stand in gaps by their vertices, which have to be written, and counts them.
-struct GapCount {
-  const MeshSettings& rules;
-  const BlockVertex* vertices;
-  uint32_t& gaps;
-
-  template <class Index>
-  __device__ bool operator()(const Index* corner) const {
-    const bool is_gap =
-        standsInGap(rules, vertices[corner[0]], vertices[corner[1]], vertices[corner[2]]);
-    if (is_gap) ++gaps;
-    return is_gap;
-  }
-};
+/// Whether a triangle stands in a gap, by its vertices, which have to be written; counts it then.
+template <class Index>
+__device__ bool countGap(const MeshSettings& rules, const BlockVertex* vertices,
+                         const Index* corner, uint32_t& gaps) {
+  const bool is_gap =
+      standsInGap(rules, vertices[corner[0]], vertices[corner[1]], vertices[corner[2]]);
+  if (is_gap) ++gaps;
+  return is_gap;
+}
 
 /// @return how many of them stand in gaps.
 __device__ uint32_t writeTriangles(const MeshView& mesh,
                                    const UnitIndices (&regular)[kUnitsPerThread],
                                    uint32_t first_triangle, const MeshBlockShared& shared) {
   uint32_t gaps = 0;
-  const GapCount isGap{mesh.rules, mesh.vertices + shared.record.first_vertex, gaps};
+  const BlockVertex* vertices = mesh.vertices + shared.record.first_vertex;
   uint16_t* triangle = mesh.triangles[shared.record.first_triangle + first_triangle].vertex;
   int corner = 0;
   for (int k = 0; k < kUnitsPerThread; ++k) {
@@ -205,7 +196,8 @@ __device__ uint32_t writeTriangles(const MeshView& mesh,
     visitTriangleEdges(kTables, regular[k], unit, [&](int edge) {
       triangle[corner++] = static_cast<uint16_t>(shared.edges.vertexOf(edge));
       if (corner < 3) return;
-      if (isGap(triangle)) triangle[0] = triangle[1] = triangle[2] = kGapVertex;
+      if (countGap(mesh.rules, vertices, triangle, gaps))
+        triangle[0] = triangle[1] = triangle[2] = kGapVertex;
       triangle += 3;
       corner = 0;
     });
@@ -223,16 +215,13 @@ __device__ void writeNormals(const MeshView& mesh, uint32_t count, const MeshBlo
   }
 }
 
-/// Where the refined mesh of a thread's units begins in that of the block.
-struct RefinedPlace {
-  uint32_t middle, triangle;
-};
-
-/// The middles and the refined triangles of this thread's units.
-/// @return how many of these stand in gaps.
+/// The middles and the refined triangles of this thread's units, of which the first ones are given
+/// by their numbers in the block.
+/// @return how many of the triangles stand in gaps.
 __device__ uint32_t writeRefined(const MeshView& mesh,
                                  const UnitIndices (&regular)[kUnitsPerThread],
-                                 const RefinedPlace& first, const MeshBlockShared& shared) {
+                                 uint32_t first_middle, uint32_t first_triangle,
+                                 const MeshBlockShared& shared) {
   BlockVertex* vertices = mesh.vertices + shared.record.first_vertex;
   const Vec3f* normals = mesh.normals + shared.record.first_vertex;
   const auto vertexOf = [&](int edge) { return shared.edges.vertexOf(edge); };
@@ -240,9 +229,11 @@ __device__ uint32_t writeRefined(const MeshView& mesh,
     const uint32_t vertex = vertexOf(edge);
     return SideEnd{vertices[vertex].position, normals[vertex]};
   };
-  uint16_t* corner = mesh.triangles[shared.record.first_triangle + first.triangle].vertex;
-  uint32_t middle = first.middle, gaps = 0;
-  const GapCount isGap{mesh.rules, vertices, gaps};
+  uint16_t* corner = mesh.triangles[shared.record.first_triangle + first_triangle].vertex;
+  uint32_t middle = first_middle, gaps = 0;
+  const auto isGap = [&](const uint32_t* triangle) {
+    return countGap(mesh.rules, vertices, triangle, gaps);
+  };
   for (int k = 0; k < kUnitsPerThread; ++k) {
     const Vec3i unit = voxelOffset(threadIdx.x * kUnitsPerThread + k);
     visitRefinedTriangles(kTables, kRefineTablesHere, regular[k], unit, middle, vertexOf, isGap,
@@ -264,8 +255,9 @@ __device__ bool anyUnitSpeaks(const UnitLabels* labels) {
 /// Of the last block of threads.
 __device__ void handOverTotals(const MeshView& mesh) {
   MeshTotals& totals = *mesh.host_totals;
-  totals.blocks = *mesh.counters;
-  totals.size = {readShared(&mesh.size->vertices), readShared(&mesh.size->triangles)};
+  totals.reached = mesh.totals->reached;
+  totals.adjoining = mesh.totals->adjoining;
+  totals.size = {readShared(&mesh.totals->size.vertices), readShared(&mesh.totals->size.triangles)};
 }
 
 /// One block of threads per block to mesh, in strides. What does not fit is counted, not written.
@@ -276,7 +268,7 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
   waitForTheOneAhead();
   __shared__ MeshBlockShared shared;
   if (blockIdx.x == 0 && threadIdx.x == 0) *map.dirty.count = 0;  // all selected by now
-  const uint32_t count = mesh.counters->reached + mesh.counters->adjoining;
+  const uint32_t count = mesh.totals->reached + mesh.totals->adjoining;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
     const int32_t slot = mesh.slots[b];
     if (!anyUnitSpeaks(map.unit_labels.record(slot))) {
@@ -296,22 +288,22 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
     settleCorners(shared);
     UnitIndices regular[kUnitsPerThread];
     const uint32_t own_triangles = regulariseUnits(mesh, shared, regular);
-    Middles middles = {};
-    if (kRefined) middles = countMiddles(mesh, regular, shared);
+    uint32_t middles = 0, middles_before = 0;
+    if (kRefined) middles = countMiddles(regular, shared, middles_before);
     const uint32_t first_triangle =
-        takeRoom(mesh, own_triangles, middles.count, kRefined ? kRefinedTriangles : 1, shared);
+        takeRoom(mesh, own_triangles, middles, kRefined ? kRefinedTriangles : 1, shared);
     const MeshRecord& record = shared.record;
     uint32_t gaps = 0;
     if (record.first_vertex + record.vertices <= mesh.capacity.vertices &&
         record.first_triangle + record.triangles <= mesh.capacity.triangles) {
-      const uint32_t on_edges = record.vertices - middles.count;
+      const uint32_t on_edges = record.vertices - middles;
       writeVertices(mesh, on_edges, shared);
       __syncthreads();  // of the vertices, which other threads have written
       if (kRefined) {
         writeNormals(mesh, on_edges, shared);
         __syncthreads();
-        gaps = writeRefined(
-            mesh, regular, {on_edges + middles.before, kRefinedTriangles * first_triangle}, shared);
+        gaps = writeRefined(mesh, regular, on_edges + middles_before,
+                            kRefinedTriangles * first_triangle, shared);
       } else {
         gaps = writeTriangles(mesh, regular, first_triangle, shared);
       }
@@ -320,7 +312,7 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
     __syncthreads();
     if (threadIdx.x == 0) mesh.records[b] = shared.record;
   }
-  if (isLastBlock(mesh.finished, gridDim.x) && threadIdx.x == 0) handOverTotals(mesh);
+  if (isLastBlock(&mesh.totals->finished, gridDim.x) && threadIdx.x == 0) handOverTotals(mesh);
 }
 
 }  // namespace

@@ -10,12 +10,6 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Counts of one extraction.
-struct MeshCounters {
-  uint32_t reached;    ///< Blocks whose units have a corner in a changed block.
-  uint32_t adjoining;  ///< Further ones that depend on changed voxels, indices or colours.
-};
-
 /// Space that the meshes take, whether they could be written or not.
 struct MeshSize {
   uint32_t vertices, triangles;
@@ -23,7 +17,8 @@ struct MeshSize {
 
 /// All that the host has to know of an extraction.
 struct MeshTotals {
-  MeshCounters blocks;
+  uint32_t reached;    ///< Blocks whose units have a corner in a changed block.
+  uint32_t adjoining;  ///< Further ones that depend on changed voxels, indices or colours.
   MeshSize size;
   uint32_t finished;  ///< Blocks of threads that have made their meshes.
 };
@@ -44,9 +39,7 @@ struct BlockTriangle {
 
 /// What kernels need of an extraction, by value.
 struct MeshView {
-  MeshCounters* counters;
-  MeshSize* size;
-  uint32_t* finished;
+  MeshTotals* totals;
   MeshTotals* host_totals;  ///< Where the host finds them, in its own memory.
   int32_t* slots;           ///< First the reached blocks, then the adjoining ones.
   MeshRecord* records;      ///< One per block of `slots`.

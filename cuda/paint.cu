@@ -285,14 +285,13 @@ Painter::Painter(const PaintSettings& settings, const Stream& stream)
       pinned_counters_(1) {}
 
 void Painter::reserveImages(int32_t width, int32_t height) {
-  const int32_t cells_across = cellsFor(width), cells_down = cellsFor(height);
   const ColourImage layout = layOut(nullptr, width, height);
   pixels_.reserveExactly(static_cast<size_t>(pixelCount(layout)), image_stream_);
-  hiding_m_.reserveExactly(static_cast<size_t>(cells_across) * cells_down, image_stream_);
+  hiding_m_.reserveExactly(static_cast<size_t>(cellsFor(width)) * cellsFor(height), image_stream_);
   // Room for a sample a pixel at first: images seldom show more voxels than they have pixels.
   samples_.reserveExactly(static_cast<size_t>(width) * height, stream_);
   sensing_.image = layOut(pixels_.data(), width, height);
-  sensing_.hiding = {hiding_m_.data(), cells_across, cells_down};
+  sensing_.hiding_m = hiding_m_.data();
 }
 
 /// Nobody reads what the image before has left there: its counters have been waited for, unless
@@ -303,7 +302,7 @@ void Painter::takeImage(const ColourFrame& frame) {
   reserveImages(frame.width, frame.height);
   {
     const StageSpan span(image_stream_, Stage::kPaint);
-    const size_t cells = static_cast<size_t>(sensing_.hiding.width) * sensing_.hiding.height;
+    const size_t cells = static_cast<size_t>(cellsFor(frame.width)) * cellsFor(frame.height);
     launch("clearHidingKernel", clearHidingKernel, blocksFor(cells), kThreads, 0, image_stream_,
            hiding_m_.data(), cells);
   }

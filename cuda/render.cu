@@ -30,7 +30,7 @@ __global__ void __launch_bounds__(kThreads)
   const BlockKey block_L = unpackKey(map.slots[slot].key) - blockOfVoxel(job.frame.origin_voxel);
   const auto select = [&](const MeshView& mesh, float reach) {
     if (!mayReachView(job.frame, block_L, reach)) return;
-    mesh.slots[atomicAdd(&mesh.counters->reached, 1u)] = static_cast<int32_t>(slot);
+    mesh.slots[atomicAdd(&mesh.totals->reached, 1u)] = static_cast<int32_t>(slot);
   };
   select(drawn, kDrawnReach);
   select(labelled, kLabelledReach);
@@ -146,7 +146,7 @@ __device__ void drawTriangles(const RenderJob& job, const DrawnBlock& block, uin
 /// One block of threads per block of the map, in strides, and kLanes per triangle. What found no
 /// room is drawn once there is some.
 __global__ void __launch_bounds__(kThreads) drawBlocksKernel(RenderJob job, MeshView mesh) {
-  const uint32_t count = mesh.counters->reached;
+  const uint32_t count = mesh.totals->reached;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
     const MeshRecord record = mesh.records[b];
     if (record.triangles == 0 || record.first_vertex + record.vertices > mesh.capacity.vertices ||
@@ -206,9 +206,7 @@ void Renderer::reserveMeshes(const MeshSize& size) {
 
 MeshView Renderer::meshView(const ViewRequest& request) {
   MeshView mesh = {};
-  mesh.counters = &totals_.data()->blocks;
-  mesh.size = &totals_.data()->size;
-  mesh.finished = &totals_.data()->finished;
+  mesh.totals = totals_.data();
   mesh.host_totals = pinned_totals_.data();
   mesh.slots = slots_.data();
   mesh.records = records_.data();
@@ -252,7 +250,7 @@ void Renderer::drawBlocks(const ViewRequest& request, const RenderJob& job, cons
   const MeshView mesh = meshView(request);
   MeshView labelled = mesh;
   labelled.slots = labelled_slots_.data();
-  labelled.counters = &labelled_.data()->blocks;
+  labelled.totals = labelled_.data();
   MapView unchanged = map;
   unchanged.dirty.count = no_dirty_.data();
   totals_.zero(stream_);

@@ -14,29 +14,24 @@ namespace {
 
 constexpr int kStretchWidth = kThreads + 2 * kMaxNormalRadius_px;
 
-struct DepthImage {
-  RawDepth raw;
-  int32_t width, height;
-};
-
 /// One thread per pixel.
-__device__ void invertDepths(const DepthImage& image, float* measured) {
+__device__ void invertDepths(const RawDepth& raw, float* measured) {
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
-  for (int v = blockIdx.y; u < image.width && v < image.height; v += gridDim.y) {
-    measured[static_cast<int64_t>(v) * image.width + u] =
-        inverseDepthAt(image.raw, image.width, u, v);
+  for (int v = blockIdx.y; u < raw.width && v < raw.height; v += gridDim.y) {
+    measured[static_cast<int64_t>(v) * raw.width + u] = inverseDepthAt(raw, u, v);
   }
 }
 
 constexpr int kNoiseLines = kNoisePoints * kNoiseSteps;
 
 /// Counts a line, if it lies in the image, by the bin of its variance.
-__device__ void countNoiseLine(const DepthImage& image, const SurfelSettings& surfels, int i,
+__device__ void countNoiseLine(const RawDepth& raw, const SurfelSettings& surfels, int i,
                                NoiseCounts& counts) {
-  const auto measured = [&](int u, int v) { return inverseDepthAt(image.raw, image.width, u, v); };
+  const auto measured = [&](int u, int v) { return inverseDepthAt(raw, u, v); };
   const NoiseLinePlace place =
-      noiseLinePlace(i % kNoisePoints, i / kNoisePoints, image.width, image.height);
-  const NoiseLine line = noiseLine(measured, image.width, image.height, place);
+      noiseLinePlace(i % kNoisePoints, i / kNoisePoints, raw.width, raw.height);
+  float line[kNoiseLength];
+  if (!takeNoiseLine(measured, raw.width, raw.height, place, line)) return;
   const float variance = noiseVariance(line, surfels);
   if (variance >= 0.0f) atomicAdd(&counts.bins[place.kind][noiseBin(variance)], 1u);
 }
@@ -102,15 +97,15 @@ static_assert(kNoiseLines % kThreads == 0, "each thread has a line");
 /// noise, first of all, as the quartiles wait for these; the one of them that finishes last takes
 /// the quartiles.
 __global__ void __launch_bounds__(kThreads)
-    invertDepthsKernel(DepthImage image, SurfelSettings surfels, float* measured,
-                       NoiseCounts* counts, DepthNoise* noise) {
+    invertDepthsKernel(RawDepth raw, SurfelSettings surfels, float* measured, NoiseCounts* counts,
+                       DepthNoise* noise) {
   __shared__ NoiseOfLines kinds[kNoiseKinds];
   const unsigned blocks = gridDim.x * gridDim.y, block = blockIdx.x + gridDim.x * blockIdx.y;
   const unsigned noise_blocks = blocks < kNoiseBlocks ? blocks : kNoiseBlocks;
   for (unsigned part = block; part < kNoiseBlocks; part += noise_blocks) {
-    countNoiseLine(image, surfels, static_cast<int>(part * kThreads + threadIdx.x), *counts);
+    countNoiseLine(raw, surfels, static_cast<int>(part * kThreads + threadIdx.x), *counts);
   }
-  invertDepths(image, measured);
+  invertDepths(raw, measured);
   if (block >= noise_blocks || !isLastBlock(&counts->finished, noise_blocks)) return;
   takeQuartiles(*counts, kinds);
   __syncthreads();
@@ -124,28 +119,21 @@ __global__ void fillGapsKernel(const float* measured, int32_t width, int32_t hei
                                DepthRange range, SurfelSettings surfels, const DepthNoise* noise,
                                float* inverse_depth) {
   waitForTheOneAhead();
-  const GapLimits limits = gapLimits(surfels, range, *noise);
+  const DepthNoise of_image = *noise;
   const auto measured_at = [&](int u, int v) {
     return measured[static_cast<int64_t>(v) * width + u];
   };
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; u < width && v < height; v += gridDim.y) {
-    inverse_depth[static_cast<int64_t>(v) * width + u] =
-        filledInverseDepth(measured_at, width, height, {u, v}, limits);
+    inverse_depth[static_cast<int64_t>(v) * width + u] = filledInverseDepth(
+        measured_at, width, height, {u, v}, surfels, of_image, range.rounded_to_m);
   }
 }
-
-/// The images that the row pass writes.
-struct RowImages {
-  float* row_value;
-  float* row_slope;
-  PixelLinks* links;
-};
 
 /// A block of threads links and fits a stretch of one row. It has a margin in which pixels
 /// outside the image count as unmeasured, which ends a walk just as the image's border does.
 __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const DepthNoise* noise,
-                              RowImages rows) {
+                              float* row_value, float* row_slope, PixelLinks* row_links) {
   waitForTheOneAhead();
   __shared__ float stretch[kStretchWidth];
   __shared__ PixelLinks links[kStretchWidth];
@@ -164,11 +152,11 @@ __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const Dep
     __syncthreads();
     if (u < frame.width) {
       const int in_stretch = threadIdx.x + kMaxNormalRadius_px;
-      const RowFit fit = fitRow(stretch, links, kStretchWidth, in_stretch, window);
+      const LineFit fit = fitRow(stretch, links, kStretchWidth, in_stretch, window);
       const int64_t at = pixelIndex(frame, {u, v});
-      rows.row_value[at] = fit.value;
-      rows.row_slope[at] = fit.slope;
-      rows.links[at] = links[in_stretch];
+      row_value[at] = fit.value;
+      row_slope[at] = fit.slope;
+      row_links[at] = links[in_stretch];
     }
     __syncthreads();
   }
@@ -215,15 +203,14 @@ DeviceSensing FrameSensor::sense(const FrameView& frame, const RawDepth& raw) {
   const ImageView image{frame, inverse_depth_.data(), row_value_.data(), row_slope_.data(),
                         links_.data()};
   const StageSpan span(stream_, Stage::kSense);
-  launch("invertDepthsKernel", invertDepthsKernel, rowGrid(frame), kThreads, 0, stream_,
-         {raw, frame.width, frame.height}, surfel_settings_, measured_.data(), noise_counts_.data(),
-         noise_.data());
+  launch("invertDepthsKernel", invertDepthsKernel, rowGrid(frame), kThreads, 0, stream_, raw,
+         surfel_settings_, measured_.data(), noise_counts_.data(), noise_.data());
   launchBehind("fillGapsKernel", fillGapsKernel, rowGrid(frame), kThreads, 0, stream_,
                measured_.data(), frame.width, frame.height, raw.range, surfel_settings_,
                noise_.data(), inverse_depth_.data());
   launchBehind("fitRowsKernel", fitRowsKernel, rowGrid(frame), kThreads, 0, stream_, image,
-               surfel_settings_, noise_.data(),
-               {row_value_.data(), row_slope_.data(), links_.data()});
+               surfel_settings_, noise_.data(), row_value_.data(), row_slope_.data(),
+               links_.data());
   return {image, noise_.data(), clears_ ? free_depth_.data() : nullptr};
 }
 

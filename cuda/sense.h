@@ -35,14 +35,15 @@ class DeviceSensing {
 /// A raw depth image on the device, with its rows packed.
 struct RawDepth {
   const void* data;
+  int32_t width, height;
   bool is_uint16;  ///< Else float.
   DepthRange range;
 };
 
 #ifdef __CUDACC__
-/// The inverse depth of a pixel of an image so wide.
-__device__ __forceinline__ float inverseDepthAt(const RawDepth& raw, int width, int u, int v) {
-  const int64_t i = static_cast<int64_t>(v) * width + u;
+/// The inverse depth of a pixel.
+__device__ __forceinline__ float inverseDepthAt(const RawDepth& raw, int u, int v) {
+  const int64_t i = static_cast<int64_t>(v) * raw.width + u;
   const float value = raw.is_uint16 ? static_cast<float>(static_cast<const uint16_t*>(raw.data)[i])
                                     : static_cast<const float*>(raw.data)[i];
   return inverseDepth(value, raw.range);

@@ -155,27 +155,27 @@ BlockVertex BlockIndexer::makeVertex(const MeshSettings& rules, const ArraysArou
   return voxels.vertex(rules, directional ? crossing : voxels.crossing());
 }
 
-IndexedBlock BlockIndexer::index(const MeshSettings& rules, const ArraysAround& arrays,
-                                 bool directional) {
+void BlockIndexer::index(const MeshSettings& rules, const ArraysAround& arrays, bool directional,
+                         std::vector<UnitLabels>& labels, std::vector<BlockVertex>& vertices) {
+  labels = std::vector<UnitLabels>();  // which others keep: no room to spare
+  vertices = std::vector<BlockVertex>();
   findArrays(arrays);
   withWidestVectors([&] {
     collect(arrays.least_evidence);
     markSides();
     findCandidates();
   });
-  IndexedBlock result;
-  if (!hasCandidates()) return result;
-  result.labels.resize(kVoxelsPerBlock, UnitLabels{0, 0});
-  withWidestVectors([&] { labelRows(rules, directional, result.labels.data()); });
+  if (!hasCandidates()) return;
+  labels.resize(kVoxelsPerBlock, UnitLabels{0, 0});
+  withWidestVectors([&] { labelRows(rules, directional, labels.data()); });
   edges_.clear();
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    if (!saysNothing(result.labels[i])) edges_.addUnit(indicesOf(result.labels[i]), voxelOffset(i));
+    if (!saysNothing(labels[i])) edges_.addUnit(indicesOf(labels[i]), voxelOffset(i));
   }
-  result.vertices.reserve(edges_.count());
+  vertices.reserve(edges_.count());
   edges_.forEach(
-      [&](int edge) { result.vertices.push_back(makeVertex(rules, arrays, edge, directional)); });
-  if (std::all_of(result.labels.begin(), result.labels.end(), saysNothing)) result.labels.clear();
-  return result;
+      [&](int edge) { vertices.push_back(makeVertex(rules, arrays, edge, directional)); });
+  if (std::all_of(labels.begin(), labels.end(), saysNothing)) labels.clear();
 }
 
 }  // namespace dtsdf

@@ -47,17 +47,15 @@ class EdgeSet {
   uint64_t bits_[kWords] = {};
 };
 
-/// A block's units before regularisation.
-struct IndexedBlock {
-  std::vector<UnitLabels> labels;     ///< One per unit; empty where none of them says anything.
-  std::vector<BlockVertex> vertices;  ///< On the edges of their sheets, sorted by edge.
-};
-
 /// Room for indexing one block after the other; one per thread.
 class BlockIndexer {
  public:
+  /// Indexes a block's units before regularisation.
   /// @param arrays Around the block.
-  IndexedBlock index(const MeshSettings& rules, const ArraysAround& arrays, bool directional);
+  /// @param labels One per unit; empty where none of them says anything.
+  /// @param vertices On the edges of their sheets, sorted by edge.
+  void index(const MeshSettings& rules, const ArraysAround& arrays, bool directional,
+             std::vector<UnitLabels>& labels, std::vector<BlockVertex>& vertices);
 
  private:
   /// With room behind the last corner for the last one's neighbours, so that loops need no cases.

@@ -149,12 +149,11 @@ void BlockMesher::indexBlocks(std::vector<int32_t> slots, bool with_vertices) {
     SlotState& state = state_[slots[i]];
     const ArraysAround arrays =
         arraysAround(map_, slotsAround(table_, table_.block(slots[i]).key), least_evidence_);
-    IndexedBlock block = indexer.index(rules_, arrays, directional_);
-    if (!with_vertices) block.vertices.clear();
-    if (refined_) state.normals = vertexNormals(arrays, block.vertices, directional_);
-    held_bytes_ += bytesOf(block.labels) - bytesOf(state.labels);  // wraps round and back
-    state.labels = std::move(block.labels);
-    state.vertices = std::move(block.vertices);
+    const size_t before = bytesOf(state.labels);
+    indexer.index(rules_, arrays, directional_, state.labels, state.vertices);
+    if (!with_vertices) state.vertices.clear();
+    if (refined_) state.normals = vertexNormals(arrays, state.vertices, directional_);
+    held_bytes_ += bytesOf(state.labels) - before;  // wraps round and back
     state.indexed = indexings_;
     state.least_evidence = least_evidence_;
   });

@@ -15,14 +15,10 @@ bool anySpeaks(const UnitLabels* row) {
   return (words[0] | words[1]) != 0;
 }
 
-/// Along an axis: the units of a block at such an offset that have corners in the block's grid.
-struct UnitRange {
-  int first, end;
-};
-UnitRange rangeOf(int offset) {
-  if (offset < 0) return {kBlockSide - 1, kBlockSide};
-  return {0, offset > 0 ? 1 : kBlockSide};
-}
+/// Along an axis: the first of the units of a block at such an offset that have corners in the
+/// block's grid, and the end of them.
+int firstBeside(int offset) { return offset < 0 ? kBlockSide - 1 : 0; }
+int endBeside(int offset) { return offset > 0 ? 1 : kBlockSide; }
 
 /// The vertex of an edge of which nothing is known.
 BlockVertex makeVertex(const MeshSettings& rules, const ArraysAround& arrays, int edge,
@@ -40,12 +36,11 @@ void BlockSurface::weighCorners(const LabelNeighbourhood& labels) {
   for (int n = 0; n < kBlocksAround; ++n) {
     if (labels[n] == nullptr) continue;
     const Vec3i at = aroundOffset(n);
-    const UnitRange xs = rangeOf(at.x), ys = rangeOf(at.y), zs = rangeOf(at.z);
-    for (int z = zs.first; z < zs.end; ++z) {
-      for (int y = ys.first; y < ys.end; ++y) {
+    for (int z = firstBeside(at.z); z < endBeside(at.z); ++z) {
+      for (int y = firstBeside(at.y); y < endBeside(at.y); ++y) {
         const UnitLabels* row = labels[n] + voxelIndex(0, y, z);
         if (!anySpeaks(row)) continue;
-        for (int x = xs.first; x < xs.end; ++x) {
+        for (int x = firstBeside(at.x); x < endBeside(at.x); ++x) {
           addSides(row[x], {x + kBlockSide * at.x, y + kBlockSide * at.y, z + kBlockSide * at.z});
         }
       }
@@ -118,7 +113,6 @@ void BlockSurface::regularise(const LabelNeighbourhood& labels, int most_loose_u
 void BlockSurface::emit(const MeshSettings& rules, const ArraysAround& arrays,
                         const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh) {
   mesh.vertices.reserve(edges_.count());
-  drawn_vertices_.clear();
   is_drawn_.clear();
   auto next = known.begin();
   edges_.forEach([&](int edge) {
@@ -126,8 +120,7 @@ void BlockSurface::emit(const MeshSettings& rules, const ArraysAround& arrays,
     while (next != known.end() && next->edge < static_cast<uint32_t>(edge)) ++next;
     const bool is_known = next != known.end() && next->edge == static_cast<uint32_t>(edge);
     mesh.vertices.push_back(is_known ? *next : makeVertex(rules, arrays, edge, directional));
-    drawn_vertices_.push_back(drawnVertex(mesh.vertices.back()));
-    is_drawn_.push_back(isDrawn(drawn_vertices_.back()));
+    is_drawn_.push_back(isDrawn(mesh.vertices.back()));
   });
   mesh.triangles.resize(triangle_edges_.size());
   std::transform(triangle_edges_.begin(), triangle_edges_.end(), mesh.triangles.begin(),
@@ -136,8 +129,7 @@ void BlockSurface::emit(const MeshSettings& rules, const ArraysAround& arrays,
     uint16_t* triangle = mesh.triangles.data() + i;
     const uint16_t a = triangle[0], b = triangle[1], c = triangle[2];
     const bool may_be_gap = is_drawn_[a] | is_drawn_[b] | is_drawn_[c];
-    if (may_be_gap &&
-        standsInGap(rules, drawn_vertices_[a], drawn_vertices_[b], drawn_vertices_[c])) {
+    if (may_be_gap && standsInGap(rules, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c])) {
       std::fill(triangle, triangle + 3, kGapVertex);
     }
   }

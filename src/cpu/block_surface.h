@@ -58,9 +58,8 @@ class BlockSurface {
   EdgeSet edges_;  ///< That carry a vertex.
   uint16_t vertex_of_edge_[kGridEdges];
   std::vector<uint16_t> triangle_edges_;
-  std::vector<DrawnVertex> drawn_vertices_;  ///< Of each vertex.
-  std::vector<uint8_t> is_drawn_;            ///< isDrawn() of each: no other stands at a gap.
-  std::vector<Vec3f> normals_;               ///< Of the edge vertices, where they are refined.
+  std::vector<uint8_t> is_drawn_;  ///< isDrawn() of each vertex: no other stands at a gap.
+  std::vector<Vec3f> normals_;     ///< Of the edge vertices, where they are refined.
 };
 
 }  // namespace dtsdf

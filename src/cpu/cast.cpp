@@ -28,7 +28,7 @@ class PlanePair {
       // One outside the block is made any of its voxels, without a weight: no branches, which
       // nobody could foresee.
       const bool is_held = at.holds(du, dv);
-      const int index = at.index + du * block.strides.u + dv * block.strides.v;
+      const int index = at.index + du * block.stride_u + dv * block.stride_v;
       index_[i] = index & (kVoxelsPerBlock - 1);
       const float share = is_held ? sample.share : 0.0f;
       const int32_t sdf = roundSdf(sample.distance * sdf_scale);
@@ -81,9 +81,10 @@ void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSett
     const BlockFrame frames[3] = {blockFrameOf(0, block.block_L), blockFrameOf(1, block.block_L),
                                   blockFrameOf(2, block.block_L)};
     const float sdf_scale = sdfScale(fusion);
-    for (const SurfelRange& range : block.surfels) {
-      for (const uint32_t* i = range.begin; i != range.end; ++i) {
-        if (range.end - i > kAhead) {
+    for (const std::vector<uint32_t>* surfels : block.surfels) {
+      const uint32_t* const end = surfels->data() + surfels->size();
+      for (const uint32_t* i = surfels->data(); i != end; ++i) {
+        if (end - i > kAhead) {
           __builtin_prefetch(&finder.line(i[kAhead]));
           __builtin_prefetch(&finder.sides(i[kAhead]));
         }

@@ -57,15 +57,16 @@ class LineBatch {
 void BlockFinder::Share::reset() {
   used = 0;
   index_.clear();
-  for (CacheLine& line : cache_) line = {{INT32_MAX, 0, 0}, 0};
+  for (Vec3i& block_L : cached_block_L_) block_L = {INT32_MAX, 0, 0};
 }
 
 BlockFinder::Bin& BlockFinder::Share::find(const Vec3i& block_L, const Vec3i& origin_block) {
-  CacheLine& line = cache_[(block_L.x & 3) | (block_L.y & 3) << 2 | (block_L.z & 3) << 4];
-  if (line.block_L == block_L) return bins[line.bin];
+  const int line = (block_L.x & 3) | (block_L.y & 3) << 2 | (block_L.z & 3) << 4;
+  if (cached_block_L_[line] == block_L) return bins[cached_bin_[line]];
   const PackedKey key = packKey(block_L + origin_block);
   const auto [it, is_new] = index_.emplace(key, used);
-  line = {block_L, it->second};
+  cached_block_L_[line] = block_L;
+  cached_bin_[line] = it->second;
   if (!is_new) return bins[it->second];
   if (used == bins.size()) bins.emplace_back();
   Bin& bin = bins[used++];
@@ -134,7 +135,7 @@ size_t BlockFinder::bytes() const {
 
 void BlockFinder::merge() {
   touched_.clear();
-  std::unordered_map<PackedKey, size_t, KeyHash> index;
+  std::unordered_map<PackedKey, size_t> index;
   for (const Share& share : shares_) {
     for (size_t b = 0; b < share.used; ++b) {
       const Bin& bin = share.bins[b];
@@ -142,7 +143,7 @@ void BlockFinder::merge() {
       if (is_new) touched_.push_back({bin.block_L, bin.key, 0, {}});
       TouchedBlock& block = touched_[it->second];
       block.directions |= bin.directions;
-      block.surfels.push_back({bin.surfels.data(), bin.surfels.data() + bin.surfels.size()});
+      block.surfels.push_back(&bin.surfels);
     }
   }
 }

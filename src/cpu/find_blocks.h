@@ -20,18 +20,12 @@ struct alignas(64) KeptLine {
 };
 static_assert(sizeof(KeptLine) == 64, "");
 
-/// A stretch of surfel indices.
-struct SurfelRange {
-  const uint32_t* begin;
-  const uint32_t* end;
-};
-
 /// A block that a frame touches.
 struct TouchedBlock {
   Vec3i block_L;        ///< Coordinates relative to the frame's origin.
   PackedKey key;        ///< Coordinates in the map.
   uint32_t directions;  ///< Bit d: some surfel belongs to direction d.
-  std::vector<SurfelRange> surfels;
+  std::vector<const std::vector<uint32_t>*> surfels;  ///< Lists of their numbers.
 };
 
 class LineBatch;
@@ -55,9 +49,6 @@ class BlockFinder {
   size_t bytes() const;
 
  private:
-  struct KeyHash {
-    size_t operator()(PackedKey key) const { return static_cast<size_t>(hashKey(key)); }
-  };
   struct Bin {
     Vec3i block_L;
     PackedKey key;
@@ -75,12 +66,9 @@ class BlockFinder {
 
    private:
     static constexpr int kCacheSize = 64;
-    struct CacheLine {
-      Vec3i block_L;
-      size_t bin;
-    };
-    CacheLine cache_[kCacheSize];
-    std::unordered_map<PackedKey, size_t, KeyHash> index_;
+    Vec3i cached_block_L_[kCacheSize];
+    size_t cached_bin_[kCacheSize];
+    std::unordered_map<PackedKey, size_t> index_;
   };
 
   void addLines(const FrameSensing& sensing, LineBatch& batch, Share& share);

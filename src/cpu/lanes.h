@@ -14,35 +14,25 @@ namespace dtsdf {
 
 constexpr int kLanes = 8;
 
-/// Integers, or masks: all bits of a lane are set where a condition holds.
-struct LaneInts {
-  using Vector = int32_t __attribute__((vector_size(32)));
+template <class T>
+struct Lanes {
+  typedef T Vector __attribute__((vector_size(32)));  // GCC ignores it in a `using`
   Vector v;
 
   // cppcheck-suppress uninitMemberVar  ; as an int or a float is
-  LaneInts() = default;
-  explicit LaneInts(int32_t all) : v(all - Vector{}) {}
-  explicit LaneInts(const Vector& vector) : v(vector) {}
+  Lanes() = default;
+  explicit Lanes(T all) : v(all - Vector{}) {}
+  explicit Lanes(const Vector& vector) : v(vector) {}
 
-  void store(int32_t* values) const { std::memcpy(values, &v, sizeof(v)); }
-};
-
-struct LaneFloats {
-  using Vector = float __attribute__((vector_size(32)));
-  Vector v;
-
-  // cppcheck-suppress uninitMemberVar  ; as an int or a float is
-  LaneFloats() = default;
-  explicit LaneFloats(float all) : v(all - Vector{}) {}
-  explicit LaneFloats(const Vector& vector) : v(vector) {}
-
-  static LaneFloats load(const float* values) {
-    LaneFloats result;
+  static Lanes load(const T* values) {
+    Lanes result;
     std::memcpy(&result.v, values, sizeof(result.v));
     return result;
   }
-  void store(float* values) const { std::memcpy(values, &v, sizeof(v)); }
+  void store(T* values) const { std::memcpy(values, &v, sizeof(v)); }
 };
+using LaneInts = Lanes<int32_t>;  ///< Or masks: all bits of a lane are set where a condition holds.
+using LaneFloats = Lanes<float>;
 
 inline LaneInts operator&(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v & b.v); }
 inline LaneInts operator|(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v | b.v); }

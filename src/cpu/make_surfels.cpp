@@ -55,7 +55,7 @@ void SurfelMaker::visitColumnFits(const FrameSensing& sensing, const Pixel& firs
   const int32_t largest = surfel_settings_.normal_radius_px;
   const LineSamples samples{sensing.image.row_value + at, sensing.image.row_slope + at,
                             sensing.image.links + at};
-  fits.compute({std::min(kStretch, frame.width - first.u), samples},
+  fits.compute(std::min(kStretch, frame.width - first.u), samples,
                columnAround(first.v, frame, {largest, largest}),
                fitWindow(frame, sensing.noise, surfel_settings_));
   for (int i = 0; i < wanted.count; ++i) {

@@ -261,14 +261,14 @@ void Painter::findPoints(CpuMap& map) {
       nearest_m[i] = minimum(nearest_m[i], hiding_m_[part][i]);
     }
   }
-  sensing_.hiding = {nearest_m.data(), width, height};
+  sensing_.hiding_m = nearest_m.data();
 }
 
 /// Samples the image at those points that nothing hides.
 void Painter::sample(BlockView& block) const {
   block.samples.clear();
   for (const FacingPoint& facing : block.points) {
-    if (isHidden(sensing_.view, sensing_.hiding, facing.point)) continue;
+    if (isHidden(sensing_.view, sensing_.hiding_m, facing.point)) continue;
     const ColourSample sample = sampleAt(sensing_, facing.point);
     if (sample.weight > 0.0f) block.samples.push_back({facing.voxel, sample});
   }

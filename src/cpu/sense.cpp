@@ -1,7 +1,6 @@
 #include "cpu/sense.h"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 
 #include "backend/frame_check.h"
@@ -26,34 +25,29 @@ void invertRow(const void* __restrict__ row, const PixelSpan& span, const DepthR
   }
 }
 
-/// What the steps of neighbouring pixels to the next ones tell.
-struct StretchSteps {
-  int32_t link[kStretch];
-
-  void compute(const float* pixels, int64_t stride, int count, const LinkLimits& limits) {
-    for (int i = 0; i < count; ++i) link[i] = linkByStep(pixels[i], pixels[i + stride], limits);
-  }
-};
-
 /// The links of a row, by linksOf() only where the steps alone do not tell.
 void linkRow(const FrameView& frame, const float* inverse_depth, int v, const PixelSpan& span,
              const LinkLimits& limits, PixelLinks* links) {
   const float* row = inverse_depth + pixelIndex(frame, {0, v});
   const int last = std::min(span.end, frame.width - 1);
-  StretchSteps right{}, down{};
+  int32_t right[kStretch], down[kStretch] = {};  // what the steps to the next pixels tell
   for (int first = span.begin; first < last; first += kStretch) {
     const int count = std::min(kStretch, last - first);
-    right.compute(row + first, 1, count, limits);
-    if (v + 1 < frame.height) down.compute(row + first, frame.width, count, limits);
+    const float* const pixels = row + first;
+    for (int i = 0; i < count; ++i) right[i] = linkByStep(pixels[i], pixels[i + 1], limits);
+    if (v + 1 < frame.height) {
+      const float* const below = pixels + frame.width;
+      for (int i = 0; i < count; ++i) down[i] = linkByStep(pixels[i], below[i], limits);
+    }
     int32_t steps = 0;
     for (int i = 0; i < count; ++i) {
-      steps |= right.link[i] | down.link[i];
-      links[first + i] = static_cast<PixelLinks>((right.link[i] & kLinked) * kLinkRight |
-                                                 (down.link[i] & kLinked) * kLinkDown);
+      steps |= right[i] | down[i];
+      links[first + i] = static_cast<PixelLinks>((right[i] & kLinked) * kLinkRight |
+                                                 (down[i] & kLinked) * kLinkDown);
     }
     if (!(steps & kOpenStep)) continue;
     for (int i = 0; i < count; ++i) {
-      if (!((right.link[i] | down.link[i]) & kOpenStep)) continue;
+      if (!((right[i] | down[i]) & kOpenStep)) continue;
       links[first + i] = linksOf(frame, inverse_depth, {first + i, v}, limits);
     }
   }
@@ -99,29 +93,17 @@ void findGreatest(const FrameView& frame, const float* free_depth, int first_v,
   }
 }
 
-/// How often each variance of noise comes up.
-struct NoiseBins {
-  std::array<uint32_t, kNoiseBins> count{};
-  uint32_t lines = 0;
-
-  void add(float variance) {
-    ++count[noiseBin(variance)];
-    ++lines;
+/// The quartiles of so many lines, counted by bins. @pre There are some.
+NoiseOfLines noiseOf(const uint32_t (&lines_in_bin)[kNoiseBins], uint32_t lines) {
+  NoiseOfLines noise{{}, lines};
+  uint32_t up_to = lines_in_bin[0];  // lines
+  int bin = 0;
+  for (int quartile = 0; quartile < kNoiseQuartiles; ++quartile) {
+    while (up_to <= quartileRank(lines, quartile)) up_to += lines_in_bin[++bin];
+    noise.quartiles[quartile] = noiseOfBin(bin, quartile);
   }
-
-  /// @pre there are lines.
-  NoiseOfLines noise() const {
-    NoiseOfLines noise{};
-    noise.lines = lines;
-    uint32_t up_to = count[0];  // lines
-    int bin = 0;
-    for (int quartile = 0; quartile < kNoiseQuartiles; ++quartile) {
-      while (up_to <= quartileRank(lines, quartile)) up_to += count[++bin];
-      noise.quartiles[quartile] = noiseOfBin(bin, quartile);
-    }
-    return noise;
-  }
-};
+  return noise;
+}
 
 constexpr size_t kRowsAtATime = 8;  ///< That a thread takes.
 
@@ -178,20 +160,23 @@ DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
   NoiseOfLines kinds[kNoiseKinds] = {};
   const auto measured = [&](int u, int v) { return measured_.row(v)[u]; };
   parallelFor(kNoiseSteps, threads_, [&](size_t step) {
-    NoiseBins bins[kNoiseKinds];
+    uint32_t lines_in_bin[kNoiseKinds][kNoiseBins] = {}, lines[kNoiseKinds] = {};
     for (int row = 0; row < kNoiseRows; ++row) {
       const PixelSpan& span = measured_.span(noisePoint(0, row, view.width, view.height).v);
       for (int column = 0; column < kNoiseColumns && !span.isEmpty(); ++column) {
         const Pixel middle = noisePoint(column, row, view.width, view.height);
         if (middle.u < span.begin || middle.u >= span.end) continue;
         const NoiseLinePlace place = noiseLinePlace(column, row, middle, static_cast<int>(step));
-        const NoiseLine line = noiseLine(measured, view.width, view.height, place);
+        float line[kNoiseLength];
+        if (!takeNoiseLine(measured, view.width, view.height, place, line)) continue;
         const float variance = noiseVariance(line, surfel_settings_);
-        if (variance >= 0.0f) bins[place.kind].add(variance);
+        if (!(variance >= 0.0f)) continue;
+        ++lines_in_bin[place.kind][noiseBin(variance)];
+        ++lines[place.kind];
       }
     }
     for (int kind = 0; kind < kNoiseKinds; ++kind) {
-      if (bins[kind].lines > 0) kinds[kind] = bins[kind].noise();
+      if (lines[kind] > 0) kinds[kind] = noiseOf(lines_in_bin[kind], lines[kind]);
     }
   });
   return {combinedNoise(kinds, surfel_settings_.rules), surfel_settings_.noise_in_depth};
@@ -201,7 +186,6 @@ void FrameSensor::fillGaps(const FrameView& view, const DepthRange& range,
                            const DepthNoise& noise) {
   const int width = view.width, height = view.height;
   inverse_depth_.resize(width, height);
-  const GapLimits limits = gapLimits(surfel_settings_, range, noise);
   const auto measured = [&](int u, int v) { return measured_.row(v)[u]; };
   parallelFor<kRowsAtATime>(height, threads_, [&](size_t row) {
     const int v = static_cast<int>(row);
@@ -210,7 +194,8 @@ void FrameSensor::fillGaps(const FrameView& view, const DepthRange& range,
     if (v + 1 < height) span = unite(span, measured_.span(row + 1));
     float* const filled = inverse_depth_.newRow(row, span);
     for (int u = span.begin; u < span.end; ++u) {
-      filled[u] = filledInverseDepth(measured, width, height, {u, v}, limits);
+      filled[u] = filledInverseDepth(measured, width, height, {u, v}, surfel_settings_, noise,
+                                     range.rounded_to_m);
     }
     inverse_depth_.newRow(row, measuredSpan<float>(filled, width, span));
   });
@@ -246,10 +231,10 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
     for (int first = span.begin; first < span.end; first += kStretch) {
       const int count = std::min(kStretch, span.end - first);
       const float* centres = padded.values.data() + margin + first;
-      fits.compute({count, {centres, centres, padded.links.data() + margin + first}},
+      fits.compute(count, {centres, centres, padded.links.data() + margin + first},
                    {1, kLinkRight, margin, margin, margin}, window);
       for (int i = 0; i < count; ++i) {
-        const RowFit fit = rowFitOf(fits.fit(i));
+        const LineFit fit = rowFitOf(fits.fit(i));
         values[first + i] = fit.value;
         slopes[first + i] = fit.slope;
       }

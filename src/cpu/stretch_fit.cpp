@@ -6,11 +6,11 @@
 
 namespace dtsdf {
 
-inline int StretchFit::begin(const PixelStretch& stretch, const FitWindow& window) {
+inline int StretchFit::begin(int pixels, const LineSamples& first, const FitWindow& window) {
   constexpr float kLeast = 1e-6f;  // inverse depths of 0 and below have no window
   int32_t widest = 0;              // whole numbers: the largest of several is found at once
-  for (int i = 0; i < stretch.pixels; ++i) {
-    const float value = stretch.first.value[i];
+  for (int i = 0; i < pixels; ++i) {
+    const float value = first.value[i];
     const WindowRadius radius = windowRadius(maximum(value, kLeast), window);
     const int32_t both = radius.both * static_cast<int32_t>(value > 0.0f);
     radius_[i] = both;
@@ -18,60 +18,57 @@ inline int StretchFit::begin(const PixelStretch& stretch, const FitWindow& windo
     widest = widest > both ? widest : both;
     before_open_[i] = after_open_[i] = 1;
     before_[i] = after_[i] = sum_y_[i] = sum_ky_[i] = 0.0f;
-    sum_companion_[i] = stretch.first.companion[i];
+    sum_companion_[i] = first.companion[i];
   }
   return widest;
 }
 
-inline StretchFit::Side StretchFit::sideAt(const PixelStretch& stretch, const PixelLine& line,
-                                           int offset) {
-  const bool is_there = -line.before <= offset && offset <= line.after;
-  const int64_t at = is_there ? offset * line.stride : 0;
-  return {is_there ? 1 : 0, stretch.first.value + at, stretch.first.companion + at,
-          stretch.first.links + (offset > 0 && is_there ? at - line.stride : at)};
-}
-
-inline void StretchFit::takeStep(const PixelStretch& stretch, const PixelLine& line, int step) {
-  const Side before = sideAt(stretch, line, -step), after = sideAt(stretch, line, step);
-  const float* values = stretch.first.value;
+inline void StretchFit::takeStep(int pixels, const LineSamples& first, const PixelLine& line,
+                                 int step) {
+  // Samples at the step to both sides; beyond the end of the line those of the centres.
+  const int32_t has_before = step <= line.before ? 1 : 0, has_after = step <= line.after ? 1 : 0;
+  const int64_t to_before = -has_before * step * line.stride;
+  const int64_t to_after = has_after * step * line.stride;
+  const LineSamples before{first.value + to_before, first.companion + to_before,
+                           first.links + to_before};
+  const LineSamples after{first.value + to_after, first.companion + to_after,
+                          first.links + (to_after - has_after * line.stride)};
+  const float* values = first.value;
   const PixelLinks link = line.link;
-  for (int i = 0; i < stretch.pixels; ++i) {
-    LineWalk walk{before_open_[i],
-                  after_open_[i],
-                  before_[i],
-                  after_[i],
-                  {sum_y_[i], sum_ky_[i], sum_companion_[i]}};
+  for (int i = 0; i < pixels; ++i) {
+    LineWalk walk{before_open_[i], after_open_[i], before_[i],       after_[i],
+                  sum_y_[i],       sum_ky_[i],     sum_companion_[i]};
     const auto in_reach = static_cast<int32_t>(step <= radius_[i]);
-    const auto sample = [&](const Side& side) {
+    const auto sample = [&](const LineSamples& side, int32_t is_there) {
       const int32_t continues =
-          in_reach & side.is_there & continuesWalk(side.value[i], side.links[i], link);
+          in_reach & is_there & continuesWalk(side.value[i], side.links[i], link);
       return SideSample{continues, side.value[i] - values[i], side.companion[i]};
     };
     dtsdf::takeStep(walk, static_cast<float>(step), static_cast<int32_t>(step <= one_side_[i]),
-                    sample(before), sample(after));
+                    sample(before, has_before), sample(after, has_after));
     before_open_[i] = walk.before_open;
     after_open_[i] = walk.after_open;
     before_[i] = walk.before;
     after_[i] = walk.after;
-    sum_y_[i] = walk.sums.y;
-    sum_ky_[i] = walk.sums.ky;
-    sum_companion_[i] = walk.sums.companion;
+    sum_y_[i] = walk.y;
+    sum_ky_[i] = walk.ky;
+    sum_companion_[i] = walk.companion;
   }
 }
 
-void StretchFit::compute(const PixelStretch& stretch, const PixelLine& line,
+void StretchFit::compute(int pixels, const LineSamples& first, const PixelLine& line,
                          const FitWindow& window) {
   withWidestVectors([&] {
-    const int widest = begin(stretch, window);
-    for (int step = 1; step <= widest; ++step) takeStep(stretch, line, step);
-    finish(stretch);
+    const int widest = begin(pixels, first, window);
+    for (int step = 1; step <= widest; ++step) takeStep(pixels, first, line, step);
+    finish(pixels, first.value);
   });
 }
 
-inline void StretchFit::finish(const PixelStretch& stretch) {
-  for (int i = 0; i < stretch.pixels; ++i) {
-    const LineFit fit = finishLine(stretch.first.value[i], before_[i], after_[i],
-                                   {sum_y_[i], sum_ky_[i], sum_companion_[i]});
+inline void StretchFit::finish(int pixels, const float* values) {
+  for (int i = 0; i < pixels; ++i) {
+    const LineFit fit = finishLine(
+        values[i], {0, 0, before_[i], after_[i], sum_y_[i], sum_ky_[i], sum_companion_[i]});
     value_[i] = fit.value;
     slope_[i] = fit.slope;
     mean_companion_[i] = fit.mean_companion;

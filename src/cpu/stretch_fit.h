@@ -9,12 +9,6 @@ namespace dtsdf {
 /// Pixels that are fitted at once, at most.
 constexpr int kStretch = 64;
 
-/// Neighbouring pixels, and what lines are fitted to, from the first one on.
-struct PixelStretch {
-  int pixels;  ///< kStretch at most.
-  LineSamples first;
-};
-
 /// The fits of the pixels of a stretch.
 class StretchFit {
  public:
@@ -22,23 +16,16 @@ class StretchFit {
     return {value_[i], slope_[i], mean_companion_[i], static_cast<int32_t>(count_[i])};
   }
 
-  /// Fits lines around the pixels, along lines that reach as far as `line` says at most.
-  void compute(const PixelStretch& stretch, const PixelLine& line, const FitWindow& window);
+  /// Fits lines around neighbouring pixels, up to kStretch, along lines that reach as far as `line`
+  /// says at most; `first` are the samples from the first pixel on.
+  void compute(int pixels, const LineSamples& first, const PixelLine& line,
+               const FitWindow& window);
 
  private:
-  /// The samples of all pixels at an offset, and the links that lead there.
-  struct Side {
-    int32_t is_there;  ///< 0 beyond the end of the line; the pointers are the centres' then.
-    const float* value;
-    const float* companion;
-    const PixelLinks* links;
-  };
-
   /// @return the largest radius.
-  int begin(const PixelStretch& stretch, const FitWindow& window);
-  static Side sideAt(const PixelStretch& stretch, const PixelLine& line, int offset);
-  void takeStep(const PixelStretch& stretch, const PixelLine& line, int step);
-  void finish(const PixelStretch& stretch);
+  int begin(int pixels, const LineSamples& first, const FitWindow& window);
+  void takeStep(int pixels, const LineSamples& first, const PixelLine& line, int step);
+  void finish(int pixels, const float* values);
 
   float value_[kStretch], slope_[kStretch], mean_companion_[kStretch], count_[kStretch];
   int32_t radius_[kStretch], one_side_[kStretch];

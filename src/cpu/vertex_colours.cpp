@@ -4,52 +4,6 @@
 #include <optional>
 
 namespace dtsdf {
-namespace {
-
-PaintedCorners paintedCorners(const ColouredCorners& coloured) {
-  constexpr int kLast = kCornerGridSide - 1;
-  PaintedCorners corners = {coloured, {}};
-  visitDirections(directionsIn(coloured, {0, 0, 0}, {kLast, kLast, kLast}), [&](int d) {
-    for (int z = 0; z <= kLast; ++z) {
-      for (int y = 0; y <= kLast; ++y) {
-        corners.rows[d][z][y] = static_cast<uint16_t>(paintedInRow(coloured, d, {0, y, z}, kLast));
-      }
-    }
-  });
-  return corners;
-}
-
-/// The first `count` vertices, which are those of edges.
-void colourEdges(const ColouredCorners& corners, const std::vector<BlockVertex>& vertices,
-                 size_t count, bool directional, std::vector<VertexColour>& colours) {
-  std::optional<PaintedCorners> painted;  // as most vertices have a colour of their own
-  for (size_t i = 0; i < count; ++i) {
-    const auto edge = static_cast<int>(vertices[i].edge);
-    colours[i] = ownColour(corners, edge, directional);
-    if (colours[i].painted != 0) continue;
-    if (!painted) painted = paintedCorners(corners);
-    colours[i] = colourBeside(*painted, edge, directional);
-  }
-}
-
-/// All that follow, which are the middles of sides between edges.
-void colourMiddles(const ColouredCorners& corners, const std::vector<BlockVertex>& vertices,
-                   size_t edges, bool directional, std::vector<VertexColour>& colours) {
-  uint16_t vertex_of[kGridEdges] = {};
-  for (size_t i = 0; i < edges; ++i) vertex_of[vertices[i].edge] = static_cast<uint16_t>(i);
-  const auto colourOn = [&](int edge) {
-    const size_t i = vertex_of[edge];
-    const bool is_known = vertices[i].edge == static_cast<uint32_t>(edge);
-    return is_known ? colours[i] : edgeColour(corners, edge, directional);  // it stands in gaps
-  };
-  for (size_t i = edges; i < vertices.size(); ++i) {
-    const uint32_t number = vertices[i].edge;
-    colours[i] = meanColour(colourOn(middleFirst(number)), colourOn(middleSecond(number)));
-  }
-}
-
-}  // namespace
-
 ColouredCorners colouredCorners(const CpuMap& map, const BlockKey& key, int32_t least_evidence) {
   ColouredCorners corners = {};
   corners.voxels.least_evidence = least_evidence;
@@ -69,15 +23,33 @@ ColouredCorners colouredCorners(const CpuMap& map, const BlockKey& key, int32_t 
   return corners;
 }
 
-std::vector<VertexColour> vertexColours(const ColouredCorners& corners,
+std::vector<VertexColour> vertexColours(ColouredCorners corners,
                                         const std::vector<BlockVertex>& vertices,
                                         bool directional) {
-  const auto isMiddleOf = [](const BlockVertex& vertex) { return isMiddle(vertex.edge); };
-  const auto middles = std::find_if(vertices.begin(), vertices.end(), isMiddleOf);
-  const auto edges = static_cast<size_t>(middles - vertices.begin());
+  bool knows_painted = false;  // as most vertices have a colour of their own
+  const auto colourOn = [&](int edge) {
+    const VertexColour own = ownColour(corners, edge, directional);
+    if (own.painted != 0) return own;
+    for (int i = 0; i < kPaintedRows && !knows_painted; ++i) findPaintedRow(corners, i);
+    knows_painted = true;
+    return colourBeside(corners, edge, directional);
+  };
   std::vector<VertexColour> colours(vertices.size());
-  colourEdges(corners, vertices, edges, directional, colours);
-  if (edges < vertices.size()) colourMiddles(corners, vertices, edges, directional, colours);
+  uint16_t vertex_of[kGridEdges] = {};  // the edges' come first
+  const auto colourOfEnd = [&](int edge) {
+    const size_t i = vertex_of[edge];
+    const bool is_known = vertices[i].edge == static_cast<uint32_t>(edge);
+    return is_known ? colours[i] : colourOn(edge);  // it stands in gaps
+  };
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    const uint32_t number = vertices[i].edge;
+    if (isMiddle(number)) {
+      colours[i] = meanColour(colourOfEnd(middleFirst(number)), colourOfEnd(middleSecond(number)));
+    } else {
+      colours[i] = colourOn(static_cast<int>(number));
+      vertex_of[number] = static_cast<uint16_t>(i);
+    }
+  }
   return colours;
 }
 

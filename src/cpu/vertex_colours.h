@@ -14,7 +14,7 @@ namespace dtsdf {
 ColouredCorners colouredCorners(const CpuMap& map, const BlockKey& key, int32_t least_evidence);
 
 /// The colours of a block's vertices; the middle of a side has that between its ends.
-std::vector<VertexColour> vertexColours(const ColouredCorners& corners,
+std::vector<VertexColour> vertexColours(ColouredCorners corners,
                                         const std::vector<BlockVertex>& vertices, bool directional);
 
 }  // namespace dtsdf

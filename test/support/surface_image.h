@@ -39,8 +39,8 @@ class SurfaceImage {
     const FitWindow window = fitWindow(frame, noise_, surfels);
     for (int v = 0; v < frame.height; ++v) {
       for (int u = 0; u < frame.width; ++u) {
-        const RowFit row = fitRow(inverse_depth_.data() + v * frame.width,
-                                  links_.data() + v * frame.width, frame.width, u, window);
+        const LineFit row = fitRow(inverse_depth_.data() + v * frame.width,
+                                   links_.data() + v * frame.width, frame.width, u, window);
         row_value_.push_back(row.value);
         row_slope_.push_back(row.slope);
       }

@@ -12,13 +12,7 @@ namespace dtsdf {
 constexpr int kCellSideLog2 = 1;
 constexpr int kCellSide = 1 << kCellSideLog2;  ///< In pixels.
 
-/// Depth of the nearest surface in each cell, in metres, row by row.
-struct HidingImage {
-  const float* depth_m;
-  int32_t width, height;  ///< In cells.
-};
-
-/// Where there is no surface.
+/// Depth where there is no surface.
 constexpr float kNoSurface_m = 1e30f;
 
 DTSDF_HD int32_t cellsFor(int32_t pixels) { return (pixels + kCellSide - 1) >> kCellSideLog2; }
@@ -53,8 +47,7 @@ constexpr float kPieceVoxels = 0.5f;
 
 /// The piece of the surface around a point.
 struct SurfacePiece {
-  PointPlane plane;
-  float u, v, depth_m;      ///< Of the point.
+  SurfacePoint point;
   float nearest_m, last_m;  ///< Depths that it has.
   float reach_m;
   int32_t own_u, own_v;                      ///< The point's cell.
@@ -67,10 +60,7 @@ DTSDF_HD SurfacePiece pieceOf(const PointView& view, const SurfacePoint& point) 
   const float reach_px = kPieceVoxels * voxelWidth(frame, point);
   const float reach_m = frame.voxel_size_m;
   SurfacePiece piece;
-  piece.plane = point.plane;
-  piece.u = point.u;
-  piece.v = point.v;
-  piece.depth_m = point.depth_m;
+  piece.point = point;
   piece.nearest_m = maximum(point.depth_m - reach_m, 0.0f);  // so that depths sort as bits do
   piece.last_m = point.depth_m + reach_m;
   piece.reach_m = reach_m;
@@ -83,15 +73,20 @@ DTSDF_HD SurfacePiece pieceOf(const PointView& view, const SurfacePoint& point) 
   return piece;
 }
 
+/// Depth of a point's plane in a cell.
+DTSDF_HD float depthInCell(const SurfacePoint& point, int32_t u, int32_t v) {
+  const float centre_u = (static_cast<float>(u) + 0.5f) * kCellSide;
+  const float centre_v = (static_cast<float>(v) + 0.5f) * kCellSide;
+  return depthBeside(point, centre_u - point.u, centre_v - point.v);
+}
+
 /// Depth of a piece in cell (u, v), or kNoSurface_m: it covers its own cell, and those where its
 /// plane is within a voxel of its depth. Seen at a grazing angle that is a stripe; more would hide
 /// the surface behind it.
 DTSDF_HD float depthOfPiece(const SurfacePiece& piece, int32_t u, int32_t v) {
-  const float du = (static_cast<float>(u) + 0.5f) * kCellSide - piece.u;
-  const float dv = (static_cast<float>(v) + 0.5f) * kCellSide - piece.v;
-  const float depth_m = depthBeside(piece.plane, du, dv);
+  const float depth_m = depthInCell(piece.point, u, v);
   const bool is_own = (u == piece.own_u) & (v == piece.own_v);
-  const bool is_beside = fabsf(depth_m - piece.depth_m) > piece.reach_m;
+  const bool is_beside = fabsf(depth_m - piece.point.depth_m) > piece.reach_m;
   const float of_piece_m = minimum(maximum(depth_m, piece.nearest_m), piece.last_m);
   return is_beside & !is_own ? kNoSurface_m : of_piece_m;
 }
@@ -109,21 +104,15 @@ DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, cons
   }
 }
 
-/// Where a point's own surface would be in a cell: on its plane.
-DTSDF_HD float ownDepthAt(const SurfacePoint& point, int32_t u, int32_t v) {
-  const float centre_u = (static_cast<float>(u) + 0.5f) * kCellSide;
-  const float centre_v = (static_cast<float>(v) + 0.5f) * kCellSide;
-  return depthBeside(point.plane, centre_u - point.u, centre_v - point.v);
-}
-
 /// Whether something nearer hides a point: its cell shows what is nearer than the point, and than
-/// the point's plane, which may come nearer within the cell.
-DTSDF_HD bool isHidden(const PointView& view, const HidingImage& hiding,
-                       const SurfacePoint& point) {
-  const int32_t u = cellOf(point.u, hiding.width), v = cellOf(point.v, hiding.height);
+/// the point's plane, which may come nearer within the cell. `hiding_m` has the depth of the
+/// nearest surface in each cell, in metres, row by row.
+DTSDF_HD bool isHidden(const PointView& view, const float* hiding_m, const SurfacePoint& point) {
+  const int32_t width = cellsFor(view.frame.width), height = cellsFor(view.frame.height);
+  const int32_t u = cellOf(point.u, width), v = cellOf(point.v, height);
   const float limit_m = view.rules.hidden_depth * view.frame.voxel_size_m;
-  const float farthest_m = hiding.depth_m[v * hiding.width + u] + limit_m;
-  return farthest_m < point.depth_m && farthest_m < ownDepthAt(point, u, v);
+  const float farthest_m = hiding_m[v * width + u] + limit_m;
+  return farthest_m < point.depth_m && farthest_m < depthInCell(point, u, v);
 }
 
 }  // namespace dtsdf

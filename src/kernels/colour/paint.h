@@ -12,7 +12,7 @@ namespace dtsdf {
 struct ColourSensing {
   PointView view;
   ColourImage image;
-  HidingImage hiding;
+  const float* hiding_m;  ///< See isHidden().
 };
 
 /// What an image says of a voxel; weight 0: nothing.
@@ -60,7 +60,7 @@ DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& fi
       !(point.cosine > 0.0f)) {
     return nothing;
   }
-  return isHidden(view, sensing.hiding, point) ? nothing : sampleAt(sensing, point);
+  return isHidden(view, sensing.hiding_m, point) ? nothing : sampleAt(sensing, point);
 }
 
 /// The mean of a voxel's colour and a sample's, by weight. Of the voxel's weight no more counts

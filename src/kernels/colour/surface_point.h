@@ -7,17 +7,14 @@
 
 namespace dtsdf {
 
-/// The plane through a point: its inverse depth is affine in the pixel.
-struct PointPlane {
-  float inverse_depth, per_u, per_v;  ///< At the point, in 1/m, and its change per pixel.
-};
-
 /// The foot of a voxel, as it is seen.
 struct SurfacePoint {
   float depth_m;
   float cosine;  ///< Between the normal and the ray to the camera; below 0 seen from behind.
   float u, v;    ///< In pixels from the corner of the first one.
-  PointPlane plane;
+  /// Inverse depth in 1/m, and its change per pixel on the plane through the point, on which it is
+  /// affine in the pixel.
+  float inverse_depth, per_u, per_v;
 };
 
 /// What points are made of: the camera, and how the surfaces of an array face.
@@ -49,20 +46,17 @@ DTSDF_HD bool hasPoint(const PointView& view, const Vec3f& normal, int direction
 /// taken to face the camera there.
 constexpr float kLeastPlaneCosine = 0.02f;
 
-/// Of a point in metres with a unit normal, seen at this cosine.
-DTSDF_HD PointPlane planeOf(const Intrinsics& K, const Vec3f& p_C, const Vec3f& normal_C,
-                            float cosine) {
-  const bool is_seen = fabsf(cosine) > kLeastPlaneCosine;
-  const float offset = dot(normal_C, p_C);
-  return {1.0f / p_C.z, is_seen ? normal_C.x / (K.fx * offset) : 0.0f,
-          is_seen ? normal_C.y / (K.fy * offset) : 0.0f};
-}
-
 /// Where a point in metres with a unit normal is seen; it may be nowhere in the image.
 DTSDF_HD SurfacePoint seenPoint(const Intrinsics& K, const Vec3f& p_C, const Vec3f& normal_C) {
-  const float cosine = -dot(normal_C, p_C) / norm(p_C);
-  return {p_C.z, cosine, K.fx * p_C.x / p_C.z + K.cx + 0.5f, K.fy * p_C.y / p_C.z + K.cy + 0.5f,
-          planeOf(K, p_C, normal_C, cosine)};
+  const float offset = dot(normal_C, p_C), cosine = -offset / norm(p_C);
+  const bool has_plane = fabsf(cosine) > kLeastPlaneCosine;
+  return {p_C.z,
+          cosine,
+          K.fx * p_C.x / p_C.z + K.cx + 0.5f,
+          K.fy * p_C.y / p_C.z + K.cy + 0.5f,
+          1.0f / p_C.z,
+          has_plane ? normal_C.x / (K.fx * offset) : 0.0f,
+          has_plane ? normal_C.y / (K.fy * offset) : 0.0f};
 }
 
 /// The same of a foot, in voxels from its block's first one.
@@ -99,9 +93,9 @@ DTSDF_HD float voxelWidth(const FrameView& frame, const SurfacePoint& point) {
 }
 
 /// Depth in metres of the plane so many pixels beside the point; not behind the horizon.
-DTSDF_HD float depthBeside(const PointPlane& plane, float du, float dv) {
-  const float inverse_depth = plane.inverse_depth + du * plane.per_u + dv * plane.per_v;
-  return 1.0f / maximum(inverse_depth, 0.01f * plane.inverse_depth);
+DTSDF_HD float depthBeside(const SurfacePoint& point, float du, float dv) {
+  const float inverse_depth = point.inverse_depth + du * point.per_u + dv * point.per_v;
+  return 1.0f / maximum(inverse_depth, 0.01f * point.inverse_depth);
 }
 
 }  // namespace dtsdf

@@ -43,6 +43,9 @@ struct ColouredCorners {
   CornerArrays voxels;
   const VoxelColour* colours[kCornerBlocks][kDirectionCount][kBricksPerArray];
   uint8_t kept[kCornerBlocks][kBricksPerArray];  ///< Directions that have them, bit d for d.
+  /// Which corners are painted, by z and y: bit x for x. Found by findPaintedRow(), once for all
+  /// vertices of a block, where colourBeside() is asked.
+  uint16_t painted_rows[kDirectionCount][kCornerGridSide][kCornerGridSide];
 
   /// Before the bricks of a block are set, where memory is not zero.
   DTSDF_HD void clearBlock(int block) {
@@ -84,37 +87,29 @@ DTSDF_HD uint32_t directionsIn(const ColouredCorners& corners, const Vec3i& firs
   return directions;
 }
 
-/// The painted voxels in a row of corners along x, from `first` to a last one: bit x for x.
-DTSDF_HD uint32_t paintedInRow(const ColouredCorners& corners, int direction, const Vec3i& first,
-                               int last_x) {
+/// Finds the painted voxels in one of the rows of corners along x, of all directions.
+constexpr int kPaintedRows = kDirectionCount * kCornerGridSide * kCornerGridSide;
+DTSDF_HD void findPaintedRow(ColouredCorners& corners, int number) {
+  constexpr int kLast = kCornerGridSide - 1;
+  const int y = number % kCornerGridSide, z = number / kCornerGridSide % kCornerGridSide;
+  const int direction = number / (kCornerGridSide * kCornerGridSide);
   uint32_t painted = 0;
-  for (int x = first.x; x <= last_x; x = (x | (kBrickSide - 1)) + 1) {
-    const CornerSource source = cornerSource(Vec3i{x, first.y, first.z});
+  for (int x = 0; x <= kLast; x += kBrickSide) {
+    const CornerSource source = cornerSource(Vec3i{x, y, z});
     const VoxelColour* colours = corners.brick(source, direction);
-    const int end = last_x < (x | (kBrickSide - 1)) ? last_x : x | (kBrickSide - 1);
+    const int end = kLast < x + kBrickSide - 1 ? kLast : x + kBrickSide - 1;
     for (int i = 0; colours != nullptr && x + i <= end; ++i) {  // along the brick's row
       painted |= (isPainted(colours[placeInBrick(source.voxel) + i]) ? 1u : 0u) << (x + i);
     }
   }
-  return painted;
-}
-
-/// The same corners, and which of them are painted, found once for all vertices of a block.
-struct PaintedCorners : ColouredCorners {
-  uint16_t rows[kDirectionCount][kCornerGridSide][kCornerGridSide];  ///< By z and y: bit x for x.
-};
-
-/// For colourBeside().
-DTSDF_HD uint32_t paintedInRow(const PaintedCorners& corners, int direction, const Vec3i& first,
-                               int last_x) {
-  return corners.rows[direction][first.z][first.y] & ((2u << last_x) - (1u << first.x));
+  corners.painted_rows[direction][z][y] = static_cast<uint16_t>(painted);
 }
 
 /// What is painted so many voxels around the ends of an edge, of directions that may speak on it,
 /// as far as the block's own corners go: the colour of a vertex whose own voxels no image has
 /// painted, as happens in folds and at the rim of what was seen.
-template <class Corners>
-DTSDF_HD VertexColour colourAround(const Corners& corners, int edge, bool directional, int reach) {
+DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, bool directional,
+                                   int reach) {
   const int axis = edgeAxis(edge);
   const Vec3i at = cornerAt(edgeCorner(edge)), end = at + unitStep(axis);
   const auto from = [&](int corner) { return corner > reach ? corner - reach : 0; };
@@ -127,7 +122,7 @@ DTSDF_HD VertexColour colourAround(const Corners& corners, int edge, bool direct
   visitDirections(directional ? kept & speakingOnEdge(axis, edgeFacing(edge)) : kept, [&](int d) {
     for (int z = first.z; z <= last.z; ++z) {
       for (int y = first.y; y <= last.y; ++y) {
-        const uint32_t painted = paintedInRow(corners, d, {first.x, y, z}, last.x);
+        const uint32_t painted = corners.painted_rows[d][z][y] & ((2u << last.x) - 1u);
         for (int x = first.x; painted >> x != 0; ++x) {
           if (!(painted >> x & 1)) continue;
           const CornerSource source = cornerSource(Vec3i{x, y, z});
@@ -137,22 +132,6 @@ DTSDF_HD VertexColour colourAround(const Corners& corners, int edge, bool direct
     }
   });
   return colourOf(mean);
-}
-
-/// Where an edge's ends lie, and which directions are asked for the colour of its vertex, a bit
-/// each: of those that have colours kept there those with a say. The undirected map's only array
-/// has it anywhere.
-struct AskedEdge {
-  CornerSource lower, upper;
-  uint32_t directions;
-};
-
-DTSDF_HD AskedEdge askedEdge(const ColouredCorners& corners, int edge, bool directional) {
-  const int corner = edgeCorner(edge), axis = edgeAxis(edge);
-  const CornerSource lower = cornerSource(corner),
-                     upper = cornerSource(corner + cornerStride(axis));
-  const uint32_t kept = corners.directionsAt(lower) | corners.directionsAt(upper);
-  return {lower, upper, directional ? kept & speakingOnEdge(axis, edgeFacing(edge)) : kept};
 }
 
 /// What one direction has at an end of an edge.
@@ -196,22 +175,21 @@ DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const Ends& ends) {
   return crossing.weight > 0.0f ? crossing : speaking;  // as most are
 }
 
-/// For meanOnEdge().
+/// What an edge has at its ends, for meanOnEdge().
 struct EdgeColours {
   const ColouredCorners& corners;
-  const AskedEdge& edge;
+  CornerSource lower, upper;
 
-  DTSDF_HD VoxelColour colour(int direction, bool upper) const {
-    return corners.colourAt(upper ? edge.upper : edge.lower, direction);
+  DTSDF_HD VoxelColour colour(int direction, bool is_upper) const {
+    return corners.colourAt(is_upper ? upper : lower, direction);
   }
-  DTSDF_HD Sample sample(int direction, bool upper) const {
-    return corners.voxels.sample(upper ? edge.upper : edge.lower, direction);
+  DTSDF_HD Sample sample(int direction, bool is_upper) const {
+    return corners.voxels.sample(is_upper ? upper : lower, direction);
   }
 };
 
-/// The colour of a vertex whose own voxels are not painted.
-template <class Corners>
-DTSDF_HD VertexColour colourBeside(const Corners& corners, int edge, bool directional) {
+/// The colour of a vertex whose own voxels are not painted. @pre The painted rows were found.
+DTSDF_HD VertexColour colourBeside(const ColouredCorners& corners, int edge, bool directional) {
   VertexColour around{0, 0, 0, 0};
   for (int reach = 1; reach <= kFillReach && around.painted == 0; ++reach) {
     around = colourAround(corners, edge, directional, reach);
@@ -219,16 +197,15 @@ DTSDF_HD VertexColour colourBeside(const Corners& corners, int edge, bool direct
   return around;
 }
 
-/// That of the vertex on an edge, by the voxels at its ends.
+/// The colour of the vertex on an edge of a block, by the voxels at its ends: of those directions
+/// that have colours kept there, those with a say are asked. The undirected map's only array has it
+/// anywhere.
 DTSDF_HD VertexColour ownColour(const ColouredCorners& corners, int edge, bool directional) {
-  const AskedEdge asked = askedEdge(corners, edge, directional);
-  return colourOf(meanOnEdge(asked.directions, edgeFacing(edge), EdgeColours{corners, asked}));
-}
-
-/// The colour of the vertex on an edge of a block.
-DTSDF_HD VertexColour edgeColour(const ColouredCorners& corners, int edge, bool directional) {
-  const VertexColour own = ownColour(corners, edge, directional);
-  return own.painted != 0 ? own : colourBeside(corners, edge, directional);
+  const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
+  const EdgeColours ends{corners, cornerSource(corner), cornerSource(corner + cornerStride(axis))};
+  const uint32_t kept = corners.directionsAt(ends.lower) | corners.directionsAt(ends.upper);
+  return colourOf(
+      meanOnEdge(directional ? kept & speakingOnEdge(axis, facing) : kept, facing, ends));
 }
 
 /// Between two vertices, of which one may not be painted.

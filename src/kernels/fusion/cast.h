@@ -96,28 +96,18 @@ DTSDF_HD CastLine makeCastLine(const Surfel& surfel, const FrameSensing& sensing
           lineDirections(surfel, fusion.directional != 0)};
 }
 
-/// How far apart in a block's memory neighbours along the axes k, u and v of a line lie.
-struct VoxelStrides {
-  int k, u, v;
-};
-
-DTSDF_HD VoxelStrides stridesOf(int axis) {
-  constexpr int kX = 1, kY = kBlockSide, kZ = kBlockSide * kBlockSide;
-  return axis == 0 ? VoxelStrides{kX, kY, kZ}
-                   : (axis == 1 ? VoxelStrides{kY, kZ, kX} : VoxelStrides{kZ, kX, kY});
-}
-
 /// Where the axes of lines along one axis lie in a block.
 struct BlockFrame {
-  int k0, u0, v0;  ///< The block's first voxel along the lines' axes.
-  VoxelStrides strides;
+  int k0, u0, v0;                    ///< The block's first voxel along the lines' axes.
+  int stride_k, stride_u, stride_v;  ///< From a voxel to the next one along these, in memory.
 };
 
 DTSDF_HD BlockFrame blockFrameOf(int axis, const Vec3i& block_L) {
   const Vec3i first = firstVoxelOfBlock(block_L);
+  const Vec3i strides{1, kBlockSide, kBlockSide * kBlockSide};
   const int u_axis = axis == 2 ? 0 : axis + 1, v_axis = u_axis == 2 ? 0 : u_axis + 1;
-  return {component(first, axis), component(first, u_axis), component(first, v_axis),
-          stridesOf(axis)};
+  return {component(first, axis),   component(first, u_axis),   component(first, v_axis),
+          component(strides, axis), component(strides, u_axis), component(strides, v_axis)};
 }
 
 /// A line's planes inside a block.
@@ -143,9 +133,9 @@ struct PlaneInBlock {
 };
 
 DTSDF_HD PlaneInBlock planeInBlock(const BlockFrame& block, int plane, int u, int v) {
-  const VoxelStrides& strides = block.strides;
   const int in_u = u - block.u0, in_v = v - block.v0;
-  return {in_u, in_v, (plane - block.k0) * strides.k + in_u * strides.u + in_v * strides.v};
+  return {in_u, in_v,
+          (plane - block.k0) * block.stride_k + in_u * block.stride_u + in_v * block.stride_v};
 }
 
 template <bool kHasSides, class Add>

@@ -45,21 +45,6 @@ DTSDF_HD PlaneAround planeAround(const ImageView& image, const Pixel& pixel) {
           has_above ? image.links[at - width] : PixelLinks{0}};
 }
 
-/// A slope that may not be known.
-struct MaybeSlope {
-  float slope;
-  int32_t known;  ///< 1 or 0: GCC makes no vectors of a bool in a struct.
-};
-
-/// Slope of inverse depth down a column, between the row fits on the sides that are linked.
-DTSDF_HD MaybeSlope slopeDown(const PlaneAround& plane) {
-  const int32_t to_above = (plane.above > 0.0f) & ((plane.links_above & kLinkDown) != 0);
-  const int32_t to_below = (plane.below > 0.0f) & ((plane.links & kLinkDown) != 0);
-  const float upper = plane.row_value - plane.above, lower = plane.below - plane.row_value;
-  const float from_above = to_below != 0 ? 0.5f * (upper + lower) : upper;
-  return {to_above != 0 ? from_above : lower, to_above | to_below};
-}
-
 /// Depth in metres up to which the ray of a pixel is free: that of its plane, less a margin across
 /// it; 0 where it is empty. What lies before a measurement beyond the range that is fused is free
 /// as well. Branch-free, for vectors.
@@ -71,15 +56,19 @@ DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel, const 
   const float margin_m =
       frame.voxel_size_m *
       (fusion.rules.free_margin + fusion.noise_level * noiseInVoxels(sensing, depth_m));
-  const MaybeSlope down = slopeDown(plane);
+  // Down the column the slope is that between the row fits on the sides that are linked.
+  const int32_t to_above = (plane.above > 0.0f) & ((plane.links_above & kLinkDown) != 0);
+  const int32_t to_below = (plane.below > 0.0f) & ((plane.links & kLinkDown) != 0);
+  const float upper = plane.row_value - plane.above, lower = plane.below - plane.row_value;
+  const float from_above = to_below != 0 ? 0.5f * (upper + lower) : upper;
   // With the plane 1 / z = n^T (x, y, 1), a point at depth z on the pixel's ray is
   // (1 - z / depth) / |n| off.
   const Intrinsics& K = frame.intrinsics;
-  const float slope_u = plane.row_slope, slope_v = down.slope;
+  const float slope_u = plane.row_slope, slope_v = to_above != 0 ? from_above : lower;
   const Vec3f n{K.fx * slope_u, K.fy * slope_v,
                 1.0f / depth_m - (static_cast<float>(pixel.u) - K.cx) * slope_u -
                     (static_cast<float>(pixel.v) - K.cy) * slope_v};
-  const bool has_plane = (plane.row_value > 0.0f) & (down.known != 0);
+  const bool has_plane = (plane.row_value > 0.0f) & ((to_above | to_below) != 0);
   const float free_m = depth_m - (has_plane ? margin_m * norm(n) * depth_m : margin_m);
   return (inverse_depth > 0.0f) & (free_m > 0.0f) ? free_m : 0.0f;
 }

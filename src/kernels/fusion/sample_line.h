@@ -89,45 +89,31 @@ DTSDF_HD Vec3i unpermute(int axis, int k, int u, int v) {
   return axis == 0 ? Vec3i{k, u, v} : (axis == 1 ? Vec3i{v, k, u} : Vec3i{u, v, k});
 }
 
-/// Where a line crosses one grid plane: the corner at the lower end of the cell, and the position
-/// inside the cell in [0, 1).
-struct PlaneCrossing {
-  int u, v;
-  float fraction_u, fraction_v;
-};
-
-DTSDF_HD PlaneCrossing crossPlane(const SampleLine& line, int plane) {
-  const float step = static_cast<float>(plane) - line.p_k;
-  const float u = line.p_u + step * line.slope_u;
-  const float v = line.p_v + step * line.slope_v;
-  const int floor_u = floorToInt(u), floor_v = floorToInt(v);
-  return {floor_u, floor_v, u - static_cast<float>(floor_u), v - static_cast<float>(floor_v)};
-}
-
 /// Where in a point's key the parts along the axes k, u and v lie of a line along `axis`.
 DTSDF_HD Vec3i pointShifts(int axis) {
   const int u = axis == 2 ? 0 : axis + 1, v = u == 2 ? 0 : u + 1;
   return {pointShift(axis), pointShift(u), pointShift(v)};
 }
 
-/// Where a line crosses a plane, as seen from the lower corner of the cell: the crossing, the
-/// measured point, and the corner's distance.
+/// Where a line crosses one grid plane.
 struct CellCrossing {
-  int u, v;
-  float fraction_u, fraction_v;
-  float point_k, point_u, point_v;
-  float distance;
+  int u, v;                         ///< The corner at the lower end of the cell.
+  float fraction_u, fraction_v;     ///< Position inside the cell, in [0, 1).
+  float point_k, point_u, point_v;  ///< The measured point, from that corner.
+  float distance;                   ///< The corner's.
 };
 
 DTSDF_HD CellCrossing crossCell(const SampleLine& line, int plane) {
-  const PlaneCrossing cell = crossPlane(line, plane);
+  const float step = static_cast<float>(plane) - line.p_k;
+  const float at_u = line.p_u + step * line.slope_u, at_v = line.p_v + step * line.slope_v;
+  const int u = floorToInt(at_u), v = floorToInt(at_v);
   const float point_k = line.p_k - static_cast<float>(plane),
-              point_u = line.p_u - static_cast<float>(cell.u),
-              point_v = line.p_v - static_cast<float>(cell.v);
-  return {cell.u,
-          cell.v,
-          cell.fraction_u,
-          cell.fraction_v,
+              point_u = line.p_u - static_cast<float>(u),
+              point_v = line.p_v - static_cast<float>(v);
+  return {u,
+          v,
+          at_u - static_cast<float>(u),
+          at_v - static_cast<float>(v),
           point_k,
           point_u,
           point_v,
@@ -186,7 +172,7 @@ DTSDF_HD bool contains(const Span& span, int at) { return span.first <= at && at
 /// Whether one of a stretch of planes in a layer of blocks has samples in the layer's block (u, v).
 DTSDF_HD bool hasSamplesIn(const SampleLine& line, const Span& planes, int block_u, int block_v) {
   for (int plane = planes.first; plane <= planes.last; ++plane) {
-    const PlaneCrossing at = crossPlane(line, plane);
+    const CellCrossing at = crossCell(line, plane);
     const Span u = cornersOf(at.u, at.fraction_u), v = cornersOf(at.v, at.fraction_v);
     if (contains(blocksOf(u, u), block_u) && contains(blocksOf(v, v), block_v)) return true;
   }
@@ -205,7 +191,7 @@ DTSDF_HD void visitBlocks(const SampleLine& line, const Visit& visit) {
     const int begin = layer * kBlockSide, end = begin + kBlockSide - 1;
     const Span planes{line.first_plane > begin ? line.first_plane : begin,
                       line.last_plane < end ? line.last_plane : end};
-    const PlaneCrossing a = crossPlane(line, planes.first), b = crossPlane(line, planes.last);
+    const CellCrossing a = crossCell(line, planes.first), b = crossCell(line, planes.last);
     const Span u = blocksOf(cornersOf(a.u, a.fraction_u), cornersOf(b.u, b.fraction_u));
     const Span v = blocksOf(cornersOf(a.v, a.fraction_v), cornersOf(b.v, b.fraction_v));
     const bool takes_all = u.first == u.last || v.first == v.last;

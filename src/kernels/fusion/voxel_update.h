@@ -43,23 +43,6 @@ DTSDF_HD RoundedSums roundSums(const VoxelSums& sums) {
           sums.nearest};
 }
 
-/// What a frame's sums say of a voxel.
-struct FrameSample {
-  float sdf;      ///< Mean of the distances, in voxels.
-  float covered;  ///< Share of the voxel that the frame's surfels cover, or more.
-  float weight;   ///< That of the frame, in units of 2^-16.
-};
-
-DTSDF_HD FrameSample sampleOfSums(const RoundedSums& sums, float depth_weight,
-                                  const FusionSettings& fusion) {
-  FrameSample sample;
-  sample.covered = sums.weight / kWeightScale;
-  sample.sdf = sums.weighted_sdf / (sums.weight * kSdfScale) * fusion.truncation_voxels;
-  const float share = minimum(sample.covered, 1.0f) * depth_weight * kStoredWeightScale;
-  sample.weight = maximum(share, 1.0f);
-  return sample;
-}
-
 /// How much a point counts for an anchor, by its squared distance from the corner's foot: the
 /// nearer, the more.
 DTSDF_HD float anchorCloseness(float squared_distance) {
@@ -68,15 +51,15 @@ DTSDF_HD float anchorCloseness(float squared_distance) {
   return closeness * closeness;
 }
 
-/// The anchor after a frame: the mean of the points that were nearest in each, by how near they
-/// were. So it comes to where the surface was seen from nearest by, and noise is averaged.
-DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, const FrameSample& frame,
-                             const RoundedSums& sums) {
+/// The anchor after a frame of the given distance and weight: the mean of the points that were
+/// nearest in each, by how near they were. So it comes to where the surface was seen from nearest
+/// by, and noise is averaged.
+DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, float sdf, float weight, const RoundedSums& sums) {
   const Vec3f point = pointOffset(sums.nearest), anchor = anchorOffset(voxel.anchor);
   const float from_foot = dot(anchor, anchor) - sdfOf(voxel) * sdfOf(voxel);
   const float old_weight = weightOf(voxel) * anchorCloseness(from_foot);
-  const float new_weight = frame.weight * (1.0f / kStoredWeightScale) *
-                           anchorCloseness(dot(point, point) - frame.sdf * frame.sdf);
+  const float new_weight =
+      weight * (1.0f / kStoredWeightScale) * anchorCloseness(dot(point, point) - sdf * sdf);
   const float share = new_weight / (old_weight + new_weight);
   const auto has_none = static_cast<float>(static_cast<int32_t>(voxel.anchor == kNoAnchor));
   const auto mean = [&](float of_anchor, float of_point) {
@@ -88,28 +71,27 @@ DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, const FrameSample& frame,
   return static_cast<uint16_t>((voxel.anchor & keeps) | (folded & ~keeps));
 }
 
-/// Whether a frame supports a surface: it covers enough of the voxel, and measures it as near as
-/// meshing needs samples. What only noise reaches is averaged, but proves nothing.
-DTSDF_HD bool supports(const FrameSample& frame, const FusionSettings& fusion) {
-  return (frame.covered >= fusion.rules.support_share) & (fabsf(frame.sdf) <= fusion.support_reach);
-}
-
 /// D = (W D + w d) / (W + w), W = min(W + w, max), the fold of the paper's two-pass scheme, where d
 /// is the mean of the frame's distances, and its weight w is the share of the voxel that it covers,
 /// 1 at most, times its weight by depth. Of sums with a weight. Branch-free, for vectors.
 DTSDF_HD Voxel foldRoundedSums(const Voxel& voxel, const RoundedSums& sums, float depth_weight,
                                const FusionSettings& fusion) {
-  const FrameSample frame = sampleOfSums(sums, depth_weight, fusion);
-  const auto added = static_cast<int32_t>(frame.weight + 0.5f);
+  const float covered = sums.weight / kWeightScale;  // of the voxel, or more
+  const float sdf = sums.weighted_sdf / (sums.weight * kSdfScale) * fusion.truncation_voxels;
+  const float weight = maximum(minimum(covered, 1.0f) * depth_weight * kStoredWeightScale, 1.0f);
+  const auto added = static_cast<int32_t>(weight + 0.5f);
   const auto before = static_cast<int32_t>(weightUnits(voxel));
   const auto most = static_cast<int32_t>(fusion.max_weight * kStoredWeightScale);
   const int32_t total = before + added;
   const float share = static_cast<float>(added) / static_cast<float>(total);
-  const float mean = sdfOf(voxel) + share * (frame.sdf - sdfOf(voxel));
+  const float mean = sdfOf(voxel) + share * (sdf - sdfOf(voxel));
+  // A frame supports a surface if it covers enough of the voxel, and measures it as near as meshing
+  // needs samples. What only noise reaches is averaged, but proves nothing.
+  const bool supports =
+      (covered >= fusion.rules.support_share) & (fabsf(sdf) <= fusion.support_reach);
   const int32_t evidence =
-      select(supports(frame, fusion), supportedEvidence(evidenceOf(voxel), fusion.rules),
-             evidenceOf(voxel));
-  return makeVoxel(storedSdf(mean, sums.dither), foldAnchor(voxel, frame, sums),
+      select(supports, supportedEvidence(evidenceOf(voxel), fusion.rules), evidenceOf(voxel));
+  return makeVoxel(storedSdf(mean, sums.dither), foldAnchor(voxel, sdf, weight, sums),
                    static_cast<uint32_t>(select(total < most, total, most)), evidence);
 }
 

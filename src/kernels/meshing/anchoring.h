@@ -17,20 +17,6 @@
 
 namespace dtsdf {
 
-/// The anchor nearest to a vertex, from there, and how far that is, in voxels; none: negative.
-struct NearestAnchor {
-  Vec3f offset{0.0f, 0.0f, 0.0f};
-  float distance = -1.0f;
-};
-
-DTSDF_HD void considerAnchor(NearestAnchor& nearest, uint16_t anchor,
-                             const Vec3f& corner_from_vertex) {
-  if (anchor == kNoAnchor) return;
-  const Vec3f offset = corner_from_vertex + anchorOffset(anchor);
-  const float distance = norm(offset);
-  if (nearest.distance < 0.0f || distance < nearest.distance) nearest = {offset, distance};
-}
-
 /// How far a corner's foot lies from where the surface was measured, in voxels, squared: the least
 /// that it can be, with an anchor that is a step higher than it says, since the root makes much of
 /// that; below 0 where that can be at the foot. Without an anchor it is as far as can be.
@@ -76,19 +62,6 @@ DTSDF_HD float measuredGap(const MeshSettings& rules, const Edge& edge, uint32_t
   return sqrtf(maximum(squared, 0.0f));
 }
 
-/// The anchor nearest to an edge's vertex, of the directions that visitAnchors() visits.
-template <class Edge, class Anchors>
-DTSDF_HD NearestAnchor nearestAnchor(const Edge& edge, uint32_t telling, const Anchors& anchors,
-                                     int axis, float edge_offset) {
-  const Vec3f along = toFloat(unitStep(axis));
-  NearestAnchor nearest;
-  visitAnchors(edge, telling, anchors, [&](int, uint16_t at_lower, uint16_t at_upper) {
-    considerAnchor(nearest, at_lower, -edge_offset * along);
-    considerAnchor(nearest, at_upper, (1.0f - edge_offset) * along);
-  });
-  return nearest;
-}
-
 /// A multiple of 2^-12 voxels, so that blocks on both sides of a face come to the very same place.
 DTSDF_HD float roundShift(float shift) {
   constexpr float kSteps = 4096.0f;
@@ -103,13 +76,27 @@ DTSDF_HD Vec3f anchoringShift(const MeshSettings& rules, const Edge& edge, uint3
   const float gap = measuredGap(rules, edge, crossing, anchors, edge_offset);
   if (!(gap > rules.measured_gap)) return {0.0f, 0.0f, 0.0f};  // as most
   const uint32_t telling = crossing != 0 ? crossing : speakingOnEdge(axis, facing);
-  const NearestAnchor nearest = nearestAnchor(edge, telling, anchors, axis, edge_offset);
-  const float beyond = nearest.distance - rules.measured_reach;
+  const Vec3f along = toFloat(unitStep(axis));
+  Vec3f nearest{0.0f, 0.0f, 0.0f};  // anchor, from the vertex
+  float least_distance = -1.0f;     // none
+  const auto consider = [&](uint16_t anchor, const Vec3f& corner_from_vertex) {
+    if (anchor == kNoAnchor) return;
+    const Vec3f offset = corner_from_vertex + anchorOffset(anchor);
+    const float distance = norm(offset);
+    if (!(least_distance < 0.0f || distance < least_distance)) return;
+    nearest = offset;
+    least_distance = distance;
+  };
+  visitAnchors(edge, telling, anchors, [&](int, uint16_t at_lower, uint16_t at_upper) {
+    consider(at_lower, -edge_offset * along);
+    consider(at_upper, (1.0f - edge_offset) * along);
+  });
+  const float beyond = least_distance - rules.measured_reach;
   if (!(beyond > 0.0f)) return {0.0f, 0.0f, 0.0f};
   const float ramp = minimum(gap / rules.measured_gap - 1.0f, 1.0f);
-  const float share = rules.measured_pull * ramp * beyond / nearest.distance;
-  return {roundShift(share * nearest.offset.x), roundShift(share * nearest.offset.y),
-          roundShift(share * nearest.offset.z)};
+  const float share = rules.measured_pull * ramp * beyond / least_distance;
+  return {roundShift(share * nearest.x), roundShift(share * nearest.y),
+          roundShift(share * nearest.z)};
 }
 
 }  // namespace dtsdf

@@ -11,19 +11,14 @@
 namespace dtsdf {
 
 /// How much is known of a crossing: the greatest product of the weights at an edge's two ends, of
-/// those directions that cross zero there; and the weight of all that have a say, at each end.
-template <class Real>
-struct CrossingWeights {
-  Real product{0.0f}, lower{0.0f}, upper{0.0f};
-};
-
-/// The edge's lower end is corner `c`. Facing 0 is where `behind_below`.
-template <class Samples, class Mask>
-DTSDF_HD CrossingWeights<typename Samples::Real> weighCrossing(const Samples& samples, int c,
-                                                               int axis, const Mask& behind_below) {
-  using Real = typename Samples::Real;
+/// those directions that cross zero there; or the product of the weights of all that have a say, of
+/// which so large a share counts. The edge's lower end is corner `c`. Facing 0 is where
+/// `behind_below`.
+template <class Samples, class Mask, class Real>
+DTSDF_HD Real weighCrossing(const Samples& samples, int c, int axis, const Mask& behind_below,
+                            const Real& voted_share) {
   const Real zero{0.0f};
-  CrossingWeights<Real> known;
+  Real greatest = zero, all_lower = zero, all_upper = zero;
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!samples.isObserved(d)) continue;
     const Real lower = samples.weight(d, c), upper = samples.weight(d, c | 1 << axis);
@@ -35,11 +30,11 @@ DTSDF_HD CrossingWeights<typename Samples::Real> weighCrossing(const Samples& sa
                             ? any_facing
                             : ((d & 1) == 0 ? behind_below : behind_below != any_facing);
     const auto crosses = speaks & (lower_behind == behind_below) & (upper_behind != behind_below);
-    known.product = maximum(known.product, select(crosses, lower * upper, zero));
-    known.lower = known.lower + select(speaks, lower, zero);
-    known.upper = known.upper + select(speaks, upper, zero);
+    greatest = maximum(greatest, select(crosses, lower * upper, zero));
+    all_lower = all_lower + select(speaks, lower, zero);
+    all_upper = all_upper + select(speaks, upper, zero);
   }
-  return known;
+  return maximum(greatest, voted_share * (all_lower * all_upper));
 }
 
 /// Crossings of a sheet with the given labels that are too weak, for each axis a bit by the edge's
@@ -57,8 +52,7 @@ DTSDF_HD Bits weakCrossings(const MeshRules& rules, const Samples& samples, cons
     const auto upper = (labels & Bits{1 << (c | 1 << axis)}) != none;
     const auto crossed = lower != upper;
     if (!any(crossed)) continue;
-    const CrossingWeights<Real> known = weighCrossing(samples, c, axis, lower);
-    const Real strength = maximum(known.product, by_vote * (known.lower * known.upper));
+    const Real strength = weighCrossing(samples, c, axis, lower, by_vote);
     const auto is_weak = crossed & (least * least >= strength);
     weak = weak | select(is_weak, Bits{1 << (8 * axis + c)}, none);
   }

@@ -25,37 +25,23 @@ DTSDF_HD Vec3f placeOnEdge(const BlockVertex& vertex) {
   return place;
 }
 
-/// A vertex before and after it was drawn to an anchor.
-struct DrawnVertex {
-  Vec3f before, after;
-};
-
-DTSDF_HD DrawnVertex drawnVertex(const BlockVertex& vertex) {
-  return {placeOnEdge(vertex), vertex.position};
-}
-
-/// Branch-free, as no processor could predict the branch.
-DTSDF_HD bool isDrawn(const DrawnVertex& vertex) {
-  return (vertex.before.x != vertex.after.x) | (vertex.before.y != vertex.after.y) |
-         (vertex.before.z != vertex.after.z);
+/// Whether a vertex was drawn. Branch-free, as no processor could predict the branch.
+DTSDF_HD bool isDrawn(const BlockVertex& vertex) {
+  const Vec3f before = placeOnEdge(vertex), &after = vertex.position;
+  return (before.x != after.x) | (before.y != after.y) | (before.z != after.z);
 }
 
 /// By how much anchoring makes a side longer, in voxels.
-DTSDF_HD float stretchOf(const DrawnVertex& a, const DrawnVertex& b) {
-  return norm(b.after - a.after) - norm(b.before - a.before);
+DTSDF_HD float stretchOf(const BlockVertex& a, const BlockVertex& b) {
+  return norm(b.position - a.position) - norm(placeOnEdge(b) - placeOnEdge(a));
 }
 
 /// Whether the triangle of three edges' vertices stands in a gap.
-DTSDF_HD bool standsInGap(const MeshRules& rules, const DrawnVertex& a, const DrawnVertex& b,
-                          const DrawnVertex& c) {
+DTSDF_HD bool standsInGap(const MeshRules& rules, const BlockVertex& a, const BlockVertex& b,
+                          const BlockVertex& c) {
   if (!isDrawn(a) && !isDrawn(b) && !isDrawn(c)) return false;  // most are not: no roots
   return stretchOf(a, b) > rules.most_stretch || stretchOf(b, c) > rules.most_stretch ||
          stretchOf(c, a) > rules.most_stretch;
-}
-
-DTSDF_HD bool standsInGap(const MeshRules& rules, const BlockVertex& a, const BlockVertex& b,
-                          const BlockVertex& c) {
-  return standsInGap(rules, drawnVertex(a), drawnVertex(b), drawnVertex(c));
 }
 
 /// In a block's list of triangles, one that stands in a gap has one vertex three times until it is

@@ -52,44 +52,29 @@ DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const R
                 zero);
 }
 
-/// Which directions speak (bit d), and which lead the unit's sheets; -1 for no sheet.
-template <class Bits>
-struct Leaders {
-  Bits speaking{0};
-  Bits direction[kMaxSheets] = {Bits{-1}, Bits{-1}};
-};
-
-/// The strongest direction leads, of equal ones the first; the second sheet is for its opposite, if
-/// that speaks as well.
-template <class Bits, class Real>
-DTSDF_HD Leaders<Bits> chooseLeaders(const Real (&confidence)[kDirectionCount]) {
+/// Which directions lead the unit's sheets; -1 for no sheet. The strongest one leads, of equal ones
+/// the first; the second sheet is for its opposite, if that speaks as well.
+/// @return which directions speak, bit d for direction d.
+template <class Samples, class Real, class Bits>
+DTSDF_HD Bits findLeaders(const Samples& samples, const Real& least_weight,
+                          Bits (&leader)[kMaxSheets]) {
   const Real zero{0.0f};
   const Bits none{0};
-  Leaders<Bits> leaders;
-  Real greatest = zero;
+  Bits speaking = none;
+  Real confidence[kDirectionCount], greatest = zero;
+  leader[0] = leader[1] = Bits{-1};
   for (int d = 0; d < kDirectionCount; ++d) {
+    confidence[d] = samples.maySpeak(d) ? directionConfidence(samples, d, least_weight) : zero;
     const auto leads = confidence[d] > greatest;
-    leaders.speaking = leaders.speaking | select(confidence[d] > zero, Bits{1 << d}, none);
-    leaders.direction[0] = select(leads, Bits{d}, leaders.direction[0]);
+    speaking = speaking | select(confidence[d] > zero, Bits{1 << d}, none);
+    leader[0] = select(leads, Bits{d}, leader[0]);
     greatest = select(leads, confidence[d], greatest);
   }
   for (int d = 0; d < kDirectionCount; ++d) {
-    const auto opposes = (confidence[d] > zero) & (leaders.direction[0] == Bits{d ^ 1});
-    leaders.direction[1] = select(opposes, Bits{d}, leaders.direction[1]);
+    const auto opposes = (confidence[d] > zero) & (leader[0] == Bits{d ^ 1});
+    leader[1] = select(opposes, Bits{d}, leader[1]);
   }
-  return leaders;
-}
-
-/// The leaders of a unit's sheets.
-template <class Samples, class Real>
-DTSDF_HD Leaders<typename Samples::Bits> findLeaders(const Samples& samples,
-                                                     const Real& least_weight) {
-  Real confidence[kDirectionCount];
-  for (int d = 0; d < kDirectionCount; ++d) {
-    confidence[d] =
-        samples.maySpeak(d) ? directionConfidence(samples, d, least_weight) : Real{0.0f};
-  }
-  return chooseLeaders<typename Samples::Bits>(confidence);
+  return speaking;
 }
 
 }  // namespace dtsdf

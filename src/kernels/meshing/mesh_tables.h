@@ -65,12 +65,8 @@ constexpr int faceCorner(int axis, int high, int i) {
 }
 
 /// For each crossed edge of an index the next edge of its contour loop, or -1.
-struct Contours {
-  int next[kCubeEdges];
-};
-
-constexpr Contours traceContours(int index) {
-  Contours contours{{-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1}};
+constexpr void traceContours(int index, int (&next)[kCubeEdges]) {
+  for (int& edge : next) edge = -1;
   for (int face = 0; face < 6; ++face) {
     int corner[4] = {};
     for (int i = 0; i < 4; ++i) corner[i] = faceCorner(face / 2, face % 2, i);
@@ -79,26 +75,10 @@ constexpr Contours traceContours(int index) {
       if (!enters) continue;
       int last = (i + 1) % 4;  // last corner of this run of behind corners
       while (index >> corner[(last + 1) % 4] & 1) last = (last + 1) % 4;
-      contours.next[edgeBetween(corner[i], corner[(i + 1) % 4])] =
+      next[edgeBetween(corner[i], corner[(i + 1) % 4])] =
           edgeBetween(corner[last], corner[(last + 1) % 4]);
     }
   }
-  return contours;
-}
-
-struct Loop {
-  int length;
-  int edge[kCubeEdges];
-};
-
-constexpr Loop followLoop(const Contours& contours, int start) {
-  Loop loop{};
-  int e = start;
-  do {
-    loop.edge[loop.length++] = e;
-    e = contours.next[e];
-  } while (e != start);
-  return loop;
 }
 
 /// Bit f for each face (-x, +x, -y, +y, -z, +z) that an edge lies on.
@@ -111,12 +91,12 @@ constexpr unsigned facesOfEdge(int e) {
 }
 
 /// First position in a loop from where a fan has no diagonal on a face of the cube.
-constexpr int fanStart(const Loop& loop) {
-  for (int start = 0; start < loop.length; ++start) {
+constexpr int fanStart(const int (&loop)[kCubeEdges], int length) {
+  for (int start = 0; start < length; ++start) {
     bool on_face = false;
-    for (int i = 2; i + 1 < loop.length; ++i) {
-      const int other = loop.edge[(start + i) % loop.length];
-      on_face = on_face || (facesOfEdge(loop.edge[start]) & facesOfEdge(other)) != 0;
+    for (int i = 2; i + 1 < length; ++i) {
+      const int other = loop[(start + i) % length];
+      on_face = on_face || (facesOfEdge(loop[start]) & facesOfEdge(other)) != 0;
     }
     if (!on_face) return start;
   }
@@ -144,18 +124,22 @@ constexpr int componentIndex(int index, unsigned loop_edges) {
 constexpr MeshTables make() {
   MeshTables tables{};
   for (int index = 0; index < 256; ++index) {
-    const Contours contours = traceContours(index);
+    int next[kCubeEdges] = {};
+    traceContours(index, next);
     unsigned done = 0;
     for (int start = 0; start < kCubeEdges; ++start) {
-      if (contours.next[start] < 0 || (done >> start & 1)) continue;
-      const Loop loop = followLoop(contours, start);
-      const int fan = fanStart(loop);
+      if (next[start] < 0 || (done >> start & 1)) continue;
+      int loop[kCubeEdges] = {}, length = 0;
       unsigned loop_edges = 0;
-      for (int i = 0; i < loop.length; ++i) loop_edges |= 1u << loop.edge[i];
-      for (int i = 1; i + 1 < loop.length; ++i) {
+      for (int e = start; length == 0 || e != start; e = next[e]) {
+        loop[length++] = e;
+        loop_edges |= 1u << e;
+      }
+      const int fan = fanStart(loop, length);
+      for (int i = 1; i + 1 < length; ++i) {
         const int first = 3 * tables.triangle_count[index]++;
         for (int k = 0; k < 3; ++k) {
-          const int e = loop.edge[(k == 0 ? fan : fan + i + k - 1) % loop.length];
+          const int e = loop[(k == 0 ? fan : fan + i + k - 1) % length];
           tables.triangle_edge[index][first + k] = static_cast<uint8_t>(e);
           tables.grid_edge[index][first + k] = static_cast<uint16_t>(firstUnitEdge(e, index));
         }
@@ -193,17 +177,12 @@ DTSDF_HD ParallelCrossings parallelCrossings(uint8_t index, int axis) {
   return {static_cast<uint8_t>(lower & ~upper), static_cast<uint8_t>(upper & ~lower)};
 }
 
-enum class Verdict { kReject, kAccept, kAskGradient };
-
 /// Intra-directional filter (paper, Sec. V-B): a component is impossible in direction D if an edge
-/// along D is behind at its +D end and in front at its -D end; if no edge along D is crossed, the
-/// gradient has to decide.
-DTSDF_HD Verdict judgeComponent(uint8_t component, int direction) {
+/// along D is behind at its +D end and in front at its -D end. If no edge along D is crossed, the
+/// gradient has to decide, which it has by then (leaders.h).
+DTSDF_HD bool mayBeSeen(uint8_t component, int direction) {
   const ParallelCrossings crossings = parallelCrossings(component, direction >> 1);
-  const uint8_t right = (direction & 1) ? crossings.falling : crossings.rising;
-  const uint8_t wrong = (direction & 1) ? crossings.rising : crossings.falling;
-  if (wrong) return Verdict::kReject;
-  return right ? Verdict::kAccept : Verdict::kAskGradient;
+  return ((direction & 1) ? crossings.rising : crossings.falling) == 0;
 }
 
 }  // namespace dtsdf

@@ -12,13 +12,10 @@
 
 namespace dtsdf {
 
-/// Whether some speaking direction of a sheet can see a component; where no parallel edge is
-/// crossed, the direction's own gradient has already spoken.
+/// Whether some speaking direction of a sheet can see a component.
 DTSDF_HD bool isVisible(uint8_t component, unsigned speaking) {
   for (unsigned d = 0, rest = speaking; rest != 0; ++d, rest >>= 1) {
-    if ((rest & 1) && judgeComponent(component, static_cast<int>(d)) != Verdict::kReject) {
-      return true;
-    }
+    if ((rest & 1) && mayBeSeen(component, static_cast<int>(d))) return true;
   }
   return false;
 }
@@ -57,26 +54,21 @@ DTSDF_HD void undirectedLabels(const Samples& samples, UnitLabels (&result)[Samp
   }
 }
 
-/// Labels of the units' sheets with the given leaders; kNotKnown where there is none (-1).
-template <class Samples, class Real, class Bits>
-DTSDF_HD Bits sheetLabels(const Samples& samples, const Bits& leader,
-                          const VoteLimits<Real>& limits) {
-  const Bits not_known{kNotKnown};
-  const auto has_leader = leader != Bits{-1};
-  if (!any(has_leader)) return not_known;
-  return select(has_leader, voteOnCorners(samples, leader ^ Bits{1}, limits), not_known);
-}
-
 /// Indices of the units' sheets with the given leaders, one per unit; kNotKnown where there is
-/// none.
+/// none (-1). `greatest_weight` and `least_weight` are those at the units' corners: of any
+/// direction, and what a corner needs more than.
 template <class Samples, class Real, class Bits>
 DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules, const Samples& samples,
-                           const VoteLimits<Real>& limits, const Bits& leader, const Bits& speaking,
+                           const Real& greatest_weight, const Real& least_weight,
+                           const Bits& leader, const Bits& speaking,
                            int (&result)[Samples::kUnits]) {
   for (int& index : result) index = kNotKnown;
-  const Bits labels = sheetLabels(samples, leader, limits);
+  const auto has_leader = leader != Bits{-1};
+  if (!any(has_leader)) return;
+  const Bits voted = voteOnCorners(rules, samples, leader ^ Bits{1}, least_weight);
+  const Bits labels = select(has_leader, voted, Bits{kNotKnown});
   if (!any(labels != Bits{kNotKnown})) return;
-  const Bits weak = weakCrossings(rules, samples, labels, limits.greatest_weight);
+  const Bits weak = weakCrossings(rules, samples, labels, greatest_weight);
   const Bits opposite = leader ^ Bits { 1 };
   for (int k = 0; k < Samples::kUnits; ++k) {
     if (lane(labels, k) == kNotKnown) continue;
@@ -118,11 +110,13 @@ DTSDF_HD void labelUnits(const MeshTables& tables, const MeshRules& rules, const
                          bool directional, UnitLabels (&result)[Samples::kUnits]) {
   constexpr int kUnits = Samples::kUnits;
   if (!directional) return undirectedLabels(samples, result);
-  const auto limits = makeVoteLimits(rules, samples);
-  const auto leaders = findLeaders(samples, limits.least_weight);
+  const auto greatest = greatestWeight(samples);
+  const auto least = typename Samples::Real{rules.least_weight_share} * greatest;
+  typename Samples::Bits leader[kMaxSheets];
+  const auto speaking = findLeaders(samples, least, leader);
   int first[kUnits], second[kUnits];
-  sheetIndices(tables, rules, samples, limits, leaders.direction[0], leaders.speaking, first);
-  sheetIndices(tables, rules, samples, limits, leaders.direction[1], leaders.speaking, second);
+  sheetIndices(tables, rules, samples, greatest, least, leader[0], speaking, first);
+  sheetIndices(tables, rules, samples, greatest, least, leader[1], speaking, second);
   for (int k = 0; k < kUnits; ++k) result[k] = joinSheets(first[k], second[k]);
 }
 

@@ -31,47 +31,42 @@ DTSDF_HD Slope slopeBetween(const Slope& lower, const Slope& upper, float t) {
   return {(1.0f - t) * lower.value + t * upper.value, true};
 }
 
-/// An edge of the grid around a block, from its lower corner, and where on it a vertex is.
+/// An edge of the grid around a block, from its lower corner, where on it a vertex is, and the
+/// samples of a direction at its two ends.
 struct PlaceOnEdge {
   Vec3i corner;
   int axis;
   float t;  ///< Share of the edge from its lower end.
-};
-
-/// The samples of a direction at the two ends of the edge.
-struct EndSamples {
+  int direction;
   Sample lower, upper;
 };
 
 template <class Corners>
-DTSDF_HD Slope slopeAcross(const Corners& corners, int direction, const PlaceOnEdge& at,
-                           const EndSamples& ends, int across) {
+DTSDF_HD Slope slopeAcross(const Corners& corners, const PlaceOnEdge& at, int across) {
   const Vec3i upper = at.corner + gridStep(at.axis, 1);
   const Vec3i down = gridStep(across, -1), up = gridStep(across, 1);
-  return slopeBetween(slopeAt(corners.sample(at.corner + down, direction), ends.lower,
-                              corners.sample(at.corner + up, direction)),
-                      slopeAt(corners.sample(upper + down, direction), ends.upper,
-                              corners.sample(upper + up, direction)),
+  return slopeBetween(slopeAt(corners.sample(at.corner + down, at.direction), at.lower,
+                              corners.sample(at.corner + up, at.direction)),
+                      slopeAt(corners.sample(upper + down, at.direction), at.upper,
+                              corners.sample(upper + up, at.direction)),
                       at.t);
 }
 
 template <class Corners>
-DTSDF_HD float slopeAlong(const Corners& corners, int direction, const PlaceOnEdge& at,
-                          const EndSamples& ends) {
+DTSDF_HD float slopeAlong(const Corners& corners, const PlaceOnEdge& at) {
   const float bend =
-      bendOnEdge(corners.sample(at.corner + gridStep(at.axis, -1), direction), ends.lower,
-                 ends.upper, corners.sample(at.corner + gridStep(at.axis, 2), direction));
-  return ends.upper.sdf - ends.lower.sdf + bend * (at.t - 0.5f);
+      bendOnEdge(corners.sample(at.corner + gridStep(at.axis, -1), at.direction), at.lower,
+                 at.upper, corners.sample(at.corner + gridStep(at.axis, 2), at.direction));
+  return at.upper.sdf - at.lower.sdf + bend * (at.t - 0.5f);
 }
 
 /// Gradient of a direction's field at a place on an edge; 0 where a component is not known.
 template <class Corners>
-DTSDF_HD Vec3f gradientOnEdge(const Corners& corners, int direction, const PlaceOnEdge& at,
-                              const EndSamples& ends) {
+DTSDF_HD Vec3f gradientOnEdge(const Corners& corners, const PlaceOnEdge& at) {
   Vec3f gradient{0.0f, 0.0f, 0.0f};
   for (int axis = 0; axis < 3; ++axis) {
-    const Slope slope = axis == at.axis ? Slope{slopeAlong(corners, direction, at, ends), true}
-                                        : slopeAcross(corners, direction, at, ends, axis);
+    const Slope slope =
+        axis == at.axis ? Slope{slopeAlong(corners, at), true} : slopeAcross(corners, at, axis);
     if (!slope.is_known) return {0.0f, 0.0f, 0.0f};
     gradient = gradient + slope.value * toFloat(gridStep(axis, 1));
   }
@@ -87,14 +82,19 @@ DTSDF_HD Vec3f vertexNormal(const Corners& corners, int edge, const Vec3f& posit
   const Vec3i corner = cornerAt(edgeCorner(edge));
   const int axis = edgeAxis(edge), facing = edgeFacing(edge);
   const float offset = component(position, axis) - component(toFloat(corner), axis);
-  const PlaceOnEdge at{corner, axis, minimum(maximum(offset, 0.0f), 1.0f)};
+  const float t = minimum(maximum(offset, 0.0f), 1.0f);
   Vec3f sum{0.0f, 0.0f, 0.0f};
   for (int d = 0; d < (directional ? kDirectionCount : 1); ++d) {
     if (directional && !speaksOnEdge(d, axis, facing)) continue;
-    const EndSamples ends{corners.sample(corner, d), corners.sample(corner + gridStep(axis, 1), d)};
-    if (!crosses(ends.lower, ends.upper, facing)) continue;
-    const float weight = ends.lower.weight * ends.upper.weight;
-    sum = sum + weight * gradientOnEdge(corners, d, at, ends);
+    const PlaceOnEdge at{corner,
+                         axis,
+                         t,
+                         d,
+                         corners.sample(corner, d),
+                         corners.sample(corner + gridStep(axis, 1), d)};
+    if (!crosses(at.lower, at.upper, facing)) continue;
+    const float weight = at.lower.weight * at.upper.weight;
+    sum = sum + weight * gradientOnEdge(corners, at);
   }
   const float length = norm(sum);
   return length > 0.0f ? (1.0f / length) * sum : Vec3f{0.0f, 0.0f, 0.0f};

@@ -41,29 +41,14 @@ DTSDF_HD Real votedSdf(const CornerVote<Real>& vote) {
   return select(vote.votes > zero, vote.sum / vote.votes, zero);
 }
 
-/// The rules' numbers as they are in a unit.
-template <class Real>
-struct VoteLimits {
-  Real greatest_weight;  ///< Of any direction, at any corner.
-  Real least_weight;     ///< What a corner needs more than.
-  Real nearness;
-};
-
-template <class Samples>
-DTSDF_HD VoteLimits<typename Samples::Real> makeVoteLimits(const MeshRules& rules,
-                                                           const Samples& samples) {
-  using Real = typename Samples::Real;
-  const Real greatest = greatestWeight(samples);
-  return {greatest, Real{rules.least_weight_share} * greatest, Real{rules.nearness_voxels}};
-}
-
 constexpr int kNotKnown = -1;
 
 /// Marching cubes labels of a sheet (bit c: corner c is behind), by the vote of all directions but
-/// one; kNotKnown where some corner has too little weight.
+/// one; kNotKnown where some corner has no more than the least weight.
 template <class Samples, class Real, class Bits>
-DTSDF_HD Bits voteOnCorners(const Samples& samples, const Bits& excluded_direction,
-                            const VoteLimits<Real>& limits) {
+DTSDF_HD Bits voteOnCorners(const MeshRules& rules, const Samples& samples,
+                            const Bits& excluded_direction, const Real& least_weight) {
+  const Real nearness{rules.nearness_voxels};
   const Bits none{0}, not_known{kNotKnown};
   Bits labels = none;
   auto known = none == none;
@@ -72,9 +57,9 @@ DTSDF_HD Bits voteOnCorners(const Samples& samples, const Bits& excluded_directi
     for (int d = 0; d < kDirectionCount; ++d) {
       if (!samples.isObserved(d)) continue;
       castVote(vote, samples.sdf(d, c), samples.weight(d, c), excluded_direction != Bits{d},
-               limits.nearness);
+               nearness);
     }
-    known = known & (vote.weight > limits.least_weight);
+    known = known & (vote.weight > least_weight);
     if (!any(known)) return not_known;
     labels = labels | select(votedSdf(vote) < Real{0.0f}, Bits{1 << c}, none);
   }

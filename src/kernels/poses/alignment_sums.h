@@ -41,13 +41,6 @@ DTSDF_HD Pixel pixelOfPoint(const AlignmentGrid& grid, int32_t index) {
           (index / grid.columns) * grid.stride + grid.stride / 2};
 }
 
-/// Sums of a plane fit of inverse depths over pairs of pixels on opposite sides of the middle one,
-/// which part its value from its slopes.
-struct PairSums {
-  float value, uu, uv, vv, u, v;
-  int32_t pairs;
-};
-
 /// The plane in inverse depth around a pixel: value and slopes per pixel.
 struct AlignedPlane {
   float value, slope_u, slope_v;
@@ -62,7 +55,9 @@ DTSDF_HD AlignedPlane fitAlignedPlane(const AlignmentSettings& settings,
                                       const InverseDepth& inverse_depth) {
   const float middle = inverse_depth(0, 0);
   if (!(middle > 0.0f)) return {0.0f, 0.0f, 0.0f, false};
-  PairSums sums{middle, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0};
+  // Sums over pairs of pixels on opposite sides of the middle one part its value from its slopes.
+  float sum = middle, sum_uu = 0.0f, sum_uv = 0.0f, sum_vv = 0.0f, sum_u = 0.0f, sum_v = 0.0f;
+  int32_t pairs = 0;
   const int32_t r = settings.rules.window_px;
   for (int32_t dv = 0; dv <= r; ++dv) {
     for (int32_t du = dv == 0 ? 1 : -r; du <= r; ++du) {
@@ -71,21 +66,20 @@ DTSDF_HD AlignedPlane fitAlignedPlane(const AlignmentSettings& settings,
       const float mean = 0.5f * (ahead + behind), half = 0.5f * (ahead - behind);
       if (fabsf(mean - middle) > settings.depth_jump * middle) continue;
       const auto u = static_cast<float>(du), v = static_cast<float>(dv);
-      sums.value += mean;
-      sums.uu += u * u;
-      sums.uv += u * v;
-      sums.vv += v * v;
-      sums.u += u * half;
-      sums.v += v * half;
-      ++sums.pairs;
+      sum += mean;
+      sum_uu += u * u;
+      sum_uv += u * v;
+      sum_vv += v * v;
+      sum_u += u * half;
+      sum_v += v * half;
+      ++pairs;
     }
   }
   const int32_t all = 2 * r * (r + 1);
-  const float determinant = sums.uu * sums.vv - sums.uv * sums.uv;
-  if (2 * sums.pairs < all || !(determinant > 0.0f)) return {0.0f, 0.0f, 0.0f, false};
-  return {sums.value / static_cast<float>(sums.pairs + 1),
-          (sums.u * sums.vv - sums.v * sums.uv) / determinant,
-          (sums.v * sums.uu - sums.u * sums.uv) / determinant, true};
+  const float determinant = sum_uu * sum_vv - sum_uv * sum_uv;
+  if (2 * pairs < all || !(determinant > 0.0f)) return {0.0f, 0.0f, 0.0f, false};
+  return {sum / static_cast<float>(pairs + 1), (sum_u * sum_vv - sum_v * sum_uv) / determinant,
+          (sum_v * sum_uu - sum_u * sum_uv) / determinant, true};
 }
 
 /// The point of a pixel. A point counts by how squarely it is seen, and less the farther it is:

@@ -30,25 +30,13 @@ DTSDF_HD bool isEdgeBetween(float a, float b, float depth_jump) {
   return fabsf(b - a) > depth_jump * maximum(fabsf(a), fabsf(b));
 }
 
-/// What a gap is filled by.
-struct GapLimits {
-  float depth_jump;  ///< Largest share by which depths on both sides of it may differ.
-  float noise_level;
-  DepthNoise noise;
-  float unit_m;  ///< Of whole numbers, which depths are rounded to; else 0.
-};
-
-DTSDF_HD GapLimits gapLimits(const SurfelSettings& surfels, const DepthRange& range,
-                             const DepthNoise& noise) {
-  return {surfels.depth_jump, surfels.rules.noise_level, noise, range.rounded_to_m};
-}
-
 /// How far a plane that goes through a gap may be off, in 1/m: what noise explains of a difference,
 /// rounding to whole units, as in predictsGap(), and that of floats.
-DTSDF_HD float gapTolerance(const GapLimits& limits, float inverse_depth) {
+DTSDF_HD float gapTolerance(const SurfelSettings& surfels, const DepthNoise& noise,
+                            float rounded_to_m, float inverse_depth) {
   constexpr float kUnits = 1.5f, kRounding = 2e-6f;
-  return noiseOfStep(limits.noise, inverse_depth, limits.noise_level) +
-         inverse_depth * (kUnits * limits.unit_m * inverse_depth + kRounding);
+  return noiseOfStep(noise, inverse_depth, surfels.rules.noise_level) +
+         inverse_depth * (kUnits * rounded_to_m * inverse_depth + kRounding);
 }
 
 /// Whether the pixels on one side of a gap predict it; one that is not measured does not object.
@@ -81,10 +69,12 @@ DTSDF_HD bool isOnALine(const float* before, const float* after) {
 /// that these and those behind them predict: the mean of the two, of the pair across it that
 /// differs least. Else 0. Registered and rectified images have lines of such pixels all over. Where
 /// it is on no line, two pairs have to fit: one alone may be the sides of a notch in an outline,
-/// which lies outside of the surface. `measured(u, v)` is inverseDepth() of a pixel.
+/// which lies outside of the surface. `measured(u, v)` is inverseDepth() of a pixel; depths were
+/// rounded to so many metres.
 template <class Measured>
 DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int height,
-                                  const Pixel& pixel, const GapLimits& limits) {
+                                  const Pixel& pixel, const SurfelSettings& surfels,
+                                  const DepthNoise& noise, float rounded_to_m) {
   const float own = measured(pixel.u, pixel.v);
   if (own != 0.0f) return own;
   constexpr int kPairs = 4;
@@ -104,8 +94,8 @@ DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int heigh
     const float a = before[i], b = after[i], step = fabsf(b - a), in_gap = 0.5f * (a + b);
     if (a == 0.0f || b == 0.0f) continue;
     nearest = maximum(nearest, maximum(fabsf(a), fabsf(b)));
-    if (isEdgeBetween(a, b, limits.depth_jump)) continue;
-    const float tolerance = gapTolerance(limits, fabsf(in_gap));
+    if (isEdgeBetween(a, b, surfels.depth_jump)) continue;
+    const float tolerance = gapTolerance(surfels, noise, rounded_to_m, fabsf(in_gap));
     // Measurements beyond the range are negative, on both sides of it or on none.
     if (!predictsGap(fabsf(a), at(i, -2), fabsf(in_gap), tolerance) ||
         !predictsGap(fabsf(b), at(i, 2), fabsf(in_gap), tolerance)) {

@@ -77,17 +77,15 @@ struct LineFit {
   int32_t count;         ///< Samples taken, the centre included; a slope needs two.
 };
 
-/// Sums over the samples that were taken, each at an offset k and with a value y relative to the
-/// centre's, and over another value of the same pixel, its companion.
-struct LineSums {
-  float y, ky, companion;
-};
+DTSDF_HD LineFit noFit() { return {0.0f, 0.0f, 0.0f, 0}; }
 
-/// A walk from the centre to both sides.
+/// A walk from the centre to both sides, with sums over the samples that were taken, each at an
+/// offset k and with a value y relative to the centre's, and over another value of the same pixel,
+/// its companion.
 struct LineWalk {
   int32_t before_open, after_open;  ///< 1 until that side ends, then 0.
   float before, after;              ///< Samples taken.
-  LineSums sums;
+  float y, ky, companion;
 };
 
 /// A sample on one side: whether the walk goes on to it (1 or 0), its value relative to the
@@ -112,9 +110,9 @@ DTSDF_HD void takeStep(LineWalk& walk, float step, int32_t may_part, const SideS
   walk.before += takes_before;
   walk.after += takes_after;
   const float y_before = takes_before * before.y, y_after = takes_after * after.y;
-  walk.sums.y += y_before + y_after;
-  walk.sums.ky += step * (y_after - y_before);
-  walk.sums.companion += takes_before * before.companion + takes_after * after.companion;
+  walk.y += y_before + y_after;
+  walk.ky += step * (y_after - y_before);
+  walk.companion += takes_before * before.companion + takes_after * after.companion;
 }
 
 /// 1 where a walk goes on to a pixel: it has a value, and is linked to the one before. `links` are
@@ -123,17 +121,18 @@ DTSDF_HD int32_t continuesWalk(float current, PixelLinks links, PixelLinks link)
   return static_cast<int32_t>(current > 0.0f) & static_cast<int32_t>((links & link) != 0);
 }
 
-/// The line through the samples at offsets -before..after around one with the value `origin`.
-DTSDF_HD LineFit finishLine(float origin, float before, float after, const LineSums& sums) {
+/// The line through the samples of a walk around one with the value `origin`.
+DTSDF_HD LineFit finishLine(float origin, const LineWalk& walk) {
+  const float before = walk.before, after = walk.after;
   const float n = 1.0f + before + after;
   const float sum_k = 0.5f * (after * (after + 1.0f) - before * (before + 1.0f));
   const float sum_kk = (after * (after + 1.0f) * (2.0f * after + 1.0f) +
                         before * (before + 1.0f) * (2.0f * before + 1.0f)) /
                        6.0f;
   const float spread = n * sum_kk - sum_k * sum_k;
-  const float slope = (n * sums.ky - sum_k * sums.y) / (n > 1.0f ? spread : 1.0f);
-  const float value = origin + (sums.y - slope * sum_k) / n;
-  return {value, slope, sums.companion / n, static_cast<int32_t>(n)};
+  const float slope = (n * walk.ky - sum_k * walk.y) / (n > 1.0f ? spread : 1.0f);
+  const float value = origin + (walk.y - slope * sum_k) / n;
+  return {value, slope, walk.companion / n, static_cast<int32_t>(n)};
 }
 
 /// What a line is fitted to: pointers to the centre's in images of inverse depth, of companions,
@@ -157,7 +156,7 @@ DTSDF_HD SideSample sideSample(const LineSamples& centre, const PixelLine& line,
 /// Fits a line to the inverse depths around a centre, ending at pixels without one and where pixels
 /// are not linked.
 DTSDF_HD LineFit fitLine(const LineSamples& centre, const PixelLine& line) {
-  LineWalk walk{1, 1, 0.0f, 0.0f, {0.0f, 0.0f, *centre.companion}};
+  LineWalk walk{1, 1, 0.0f, 0.0f, 0.0f, 0.0f, *centre.companion};
   for (int step = 1; (walk.before_open | walk.after_open) != 0; ++step) {
     const SideSample before =
         sideSample(centre, line, -step, walk.before_open != 0 && step <= line.before);
@@ -166,24 +165,17 @@ DTSDF_HD LineFit fitLine(const LineSamples& centre, const PixelLine& line) {
     takeStep(walk, static_cast<float>(step), static_cast<int32_t>(step <= line.one_side), before,
              after);
   }
-  return finishLine(*centre.value, walk.before, walk.after, walk.sums);
+  return finishLine(*centre.value, walk);
 }
 
-/// What the row pass leaves for the column pass, one image each.
-struct RowFit {
-  float value;  ///< Fitted inverse depth; 0 where there is none, or no slope.
-  float slope;
-};
-
-DTSDF_HD RowFit rowFitOf(const LineFit& fit) {
-  return fit.count < 2 ? RowFit{0.0f, 0.0f} : RowFit{fit.value, fit.slope};
-}
+/// What the row pass leaves for the column pass: nothing where a fit has no slope.
+DTSDF_HD LineFit rowFitOf(const LineFit& fit) { return fit.count < 2 ? noFit() : fit; }
 
 /// The fit around pixel u of a row of inverse depths.
-DTSDF_HD RowFit fitRow(const float* row, const PixelLinks* links, int width, int u,
-                       const FitWindow& window) {
+DTSDF_HD LineFit fitRow(const float* row, const PixelLinks* links, int width, int u,
+                        const FitWindow& window) {
   const float* centre = row + u;
-  if (!(*centre > 0.0f)) return {0.0f, 0.0f};
+  if (!(*centre > 0.0f)) return noFit();
   const PixelLine line = rowAround(u, width, windowRadius(*centre, window));
   return rowFitOf(fitLine({centre, centre, links + u}, line));
 }

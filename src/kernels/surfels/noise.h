@@ -54,51 +54,46 @@ DTSDF_HD NoiseLinePlace noiseLinePlace(int index, int step, int width, int heigh
   return noiseLinePlace(column, row, noisePoint(column, row, width, height), step);
 }
 
-/// Samples of a line.
-struct NoiseLine {
-  float inverse_depth[kNoiseLength];
-};
-
 /// What lies in a gap between two pixels on one line, if both are measured; else 0.
 DTSDF_HD float meanOfBoth(float a, float b) { return a > 0.0f && b > 0.0f ? 0.5f * (a + b) : 0.0f; }
 
-/// The line at a place, of zeros where it does not lie in the image, its middle is not measured, or
-/// another pixel of it is neither measured nor between two along it. `measured(u, v)` is
-/// inverseDepth() of a pixel.
+/// Takes the inverse depths of the line at a place. @return false where it does not lie in the
+/// image, its middle is not measured, or another pixel of it is neither measured nor between two
+/// along it. `measured(u, v)` is inverseDepth() of a pixel.
 template <class Measured>
-DTSDF_HD NoiseLine noiseLine(const Measured& measured, int width, int height,
-                             const NoiseLinePlace& place) {
+DTSDF_HD bool takeNoiseLine(const Measured& measured, int width, int height,
+                            const NoiseLinePlace& place, float (&inverse_depth)[kNoiseLength]) {
   const Pixel& middle = place.middle;
   const int step_px = place.step_px;
   const bool is_column = place.is_column;
   const int reach_px = step_px * kNoiseRadius;
   const int at = is_column ? middle.v : middle.u, count = is_column ? height : width;
-  NoiseLine line{};
-  if (at < reach_px || at + reach_px >= count || !(measured(middle.u, middle.v) > 0.0f))
-    return line;
+  if (at < reach_px || at + reach_px >= count || !(measured(middle.u, middle.v) > 0.0f)) {
+    return false;
+  }
   const int along_u = is_column ? 0 : 1, along_v = is_column ? 1 : 0;
   const auto sampleAt = [&](int offset_px) {
     return measured(middle.u + along_u * offset_px, middle.v + along_v * offset_px);
   };
   for (int i = 0; i < kNoiseLength; ++i) {  // all at once: most are measured
-    line.inverse_depth[i] = sampleAt((i - kNoiseRadius) * step_px);
+    inverse_depth[i] = sampleAt((i - kNoiseRadius) * step_px);
   }
   for (int i = 0; i < kNoiseLength; ++i) {
-    float& value = line.inverse_depth[i];
+    float& value = inverse_depth[i];
     const int offset_px = (i - kNoiseRadius) * step_px;
     if (value == 0.0f && at + offset_px > 0 && at + offset_px + 1 < count) {
       value = meanOfBoth(sampleAt(offset_px - 1), sampleAt(offset_px + 1));
     }
-    if (!(value > 0.0f)) return NoiseLine{};
+    if (!(value > 0.0f)) return false;
   }
-  return line;
+  return true;
 }
 
 /// Variance of a line's samples at 1 m (DepthNoise), of what no polynomial of fourth degree
 /// explains; negative where they are not all measured on one surface. That is what the orthogonal
 /// polynomials of fifth and sixth degree take up; their squares add up to 84 and 924.
-DTSDF_HD float noiseVariance(const NoiseLine& line, const SurfelSettings& surfels) {
-  const auto& inverse_depth = line.inverse_depth;
+DTSDF_HD float noiseVariance(const float (&inverse_depth)[kNoiseLength],
+                             const SurfelSettings& surfels) {
   for (int i = 0; i < kNoiseLength; ++i) {
     if (!(inverse_depth[i] > 0.0f)) return -1.0f;
     const float before = inverse_depth[i > 0 ? i - 1 : 0];

@@ -22,41 +22,21 @@ struct PixelSquare {
   int32_t side;
 };
 
-/// Pixels to a side of a square that its surface is looked at: as many as it has.
-DTSDF_HD int besideOf(const PixelSquare& square) { return square.side; }
-
 /// Whether the surface turns little from one side of a square to the other: along the rows with
 /// `along` 1, down the columns with the width of the image. By the slopes before and after it, of
-/// the row fits' values.
+/// the row fits' values, over as many pixels as the square has to a side.
 DTSDF_HD bool turnsLittle(const ImageView& image, const PixelSquare& square, int64_t along,
                           int64_t across, float largest_turn) {
   const float* line = image.row_value + pixelIndex(image.frame, square.first);
-  const int64_t to_last = (square.side - 1) * along, to_beside = besideOf(square) * along;
+  const int64_t to_last = (square.side - 1) * along, to_beside = square.side * along;
   for (int i = 0; i < square.side; ++i, line += across) {
     const float before = line[-to_beside], first = line[0];
     const float last = line[to_last], after = line[to_last + to_beside];
     if (!(before > 0.0f && first > 0.0f && last > 0.0f && after > 0.0f)) return false;
     const float turn = (first - before) - (after - last);
-    if (!(fabsf(turn) <= largest_turn * static_cast<float>(besideOf(square)))) return false;
+    if (!(fabsf(turn) <= largest_turn * static_cast<float>(square.side))) return false;
   }
   return true;
-}
-
-/// Least and most inverse depth.
-struct InverseDepthRange {
-  float least, most;
-};
-
-DTSDF_HD InverseDepthRange rangeOf(const ImageView& image, const PixelSquare& square) {
-  const float* row = image.inverse_depth + pixelIndex(image.frame, square.first);
-  InverseDepthRange range{row[0], row[0]};
-  for (int y = 0; y < square.side; ++y, row += image.frame.width) {
-    for (int x = 0; x < square.side; ++x) {
-      range.least = minimum(range.least, row[x]);
-      range.most = maximum(range.most, row[x]);
-    }
-  }
-  return range;
 }
 
 /// Whether all neighbours in a square are linked.
@@ -75,7 +55,7 @@ DTSDF_HD bool isLinked(const ImageView& image, const PixelSquare& square) {
 /// Whether a square, with as much to each side of it, lies in the image.
 DTSDF_HD bool hasSurroundings(const FrameView& frame, const PixelSquare& square) {
   const auto& [u, v] = square.first;
-  const int beside = besideOf(square), beyond = square.side + beside;
+  const int beside = square.side, beyond = square.side + beside;
   return u >= beside && v >= beside && u + beyond <= frame.width && v + beyond <= frame.height;
 }
 
@@ -88,8 +68,15 @@ DTSDF_HD bool isMerged(const ImageView& image, const PixelSquare& square,
   if (!hasSurroundings(frame, square)) return false;
   const float width_px_m = rules.merged_width * frame.intrinsics.fx * frame.voxel_size_m;
   const float side = static_cast<float>(square.side);
-  if (!(side <= width_px_m * image.inverse_depth[pixelIndex(frame, square.first)])) return false;
-  const auto [least, most] = rangeOf(image, square);
+  const float* row = image.inverse_depth + pixelIndex(frame, square.first);
+  if (!(side <= width_px_m * *row)) return false;
+  float least = *row, most = *row;
+  for (int y = 0; y < square.side; ++y, row += frame.width) {
+    for (int x = 0; x < square.side; ++x) {
+      least = minimum(least, row[x]);
+      most = maximum(most, row[x]);
+    }
+  }
   const float same_m = rules.same_voxels * frame.voxel_size_m;
   if (!(side <= width_px_m * least) || !isLinked(image, square) ||
       !(most - least <= same_m * least * most)) {  // the range of z, times least * most

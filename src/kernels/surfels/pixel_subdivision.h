@@ -85,28 +85,22 @@ DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pi
   return subdivision;
 }
 
-/// Centre of a subpixel relative to the pixel's, in pixels: less than half a pixel to either side.
-struct SubpixelOffset {
-  float u, v;
-};
-
-DTSDF_HD SubpixelOffset subpixelOffset(const Subdivision& subdivision, int subpixel) {
-  const int column = subpixel % subdivision.across, row = subpixel / subdivision.across;
-  return {
-      static_cast<float>(column - subdivision.across / 2) / static_cast<float>(subdivision.across),
-      static_cast<float>(row - subdivision.down / 2) / static_cast<float>(subdivision.down)};
+/// Offset of a subpixel's centre from the pixel's along an axis of the image, in pixels: less than
+/// half a pixel. It is number `subpixel` of `count` along the axis.
+DTSDF_HD float subpixelOffset(int subpixel, int count) {
+  return static_cast<float>(subpixel - count / 2) / static_cast<float>(count);
 }
 
-/// Inverse depth of a pixel's plane at an offset, but no farther away than the pixel and its
-/// neighbours on the sides that the offset leads to, which have to be measured.
+/// Inverse depth of a pixel's plane at an offset (du, dv), but no farther away than the pixel and
+/// its neighbours on the sides that the offset leads to, which have to be measured.
 DTSDF_HD float inverseDepthBeside(const ImageView& image, const Pixel& pixel,
-                                  const PixelPlane& plane, const SubpixelOffset& offset) {
+                                  const PixelPlane& plane, float du, float dv) {
   const int width = image.frame.width;
   const float* at = image.inverse_depth + pixelIndex(image.frame, pixel);
   float least = *at;
-  if (offset.u != 0.0f) least = minimum(least, at[offset.u < 0.0f ? -1 : 1]);
-  if (offset.v != 0.0f) least = minimum(least, at[offset.v < 0.0f ? -width : width]);
-  return maximum(*at + offset.u * plane.slope_u + offset.v * plane.slope_v, least);
+  if (du != 0.0f) least = minimum(least, at[du < 0.0f ? -1 : 1]);
+  if (dv != 0.0f) least = minimum(least, at[dv < 0.0f ? -width : width]);
+  return maximum(*at + du * plane.slope_u + dv * plane.slope_v, least);
 }
 
 }  // namespace dtsdf

@@ -17,16 +17,12 @@
 
 namespace dtsdf {
 
-/// An affine function of the image: 1 / z at a point, and its slopes.
-struct InverseDepthPlane {
-  float value, slope_u, slope_v;
-};
-
-/// The unit normal of the plane with the given 1 / z at (u, v), facing the camera; zero where there
-/// is none.
-DTSDF_HD Vec3f planeNormal(float u, float v, const InverseDepthPlane& plane, const Intrinsics& K) {
-  const float du = plane.slope_u, dv = plane.slope_v;
-  const Vec3f n{-(K.fx * du), -(K.fy * dv), (u - K.cx) * du + (v - K.cy) * dv - plane.value};
+/// The unit normal of the plane with the given 1 / z at (u, v), and its slopes there, facing the
+/// camera; zero where there is none.
+DTSDF_HD Vec3f planeNormal(float u, float v, float value, float slope_u, float slope_v,
+                           const Intrinsics& K) {
+  const Vec3f n{-(K.fx * slope_u), -(K.fy * slope_v),
+                (u - K.cx) * slope_u + (v - K.cy) * slope_v - value};
   const float length = norm(n);
   if (!(length > 0.0f)) return {0.0f, 0.0f, 0.0f};
   return (1.0f / length) * n;
@@ -41,10 +37,11 @@ struct PixelPlane {
 
 DTSDF_HD PixelPlane noPlane() { return {{0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0.0f}; }
 
-DTSDF_HD PixelPlane makePixelPlane(const Pixel& pixel, const InverseDepthPlane& plane,
+DTSDF_HD PixelPlane makePixelPlane(const Pixel& pixel, float value, float slope_u, float slope_v,
                                    const Intrinsics& K, float trust) {
-  return {planeNormal(static_cast<float>(pixel.u), static_cast<float>(pixel.v), plane, K),
-          plane.slope_u, plane.slope_v, trust};
+  return {planeNormal(static_cast<float>(pixel.u), static_cast<float>(pixel.v), value, slope_u,
+                      slope_v, K),
+          slope_u, slope_v, trust};
 }
 
 /// The fit along a pixel's column, through the values of the row fits, with their slopes as
@@ -54,7 +51,7 @@ DTSDF_HD LineFit fitColumn(const FrameSensing& sensing, const Pixel& pixel,
   const FrameView& frame = sensing.image.frame;
   const int64_t at = pixelIndex(frame, pixel);
   const float* centre = sensing.image.row_value + at;
-  if (!(*centre > 0.0f)) return {0.0f, 0.0f, 0.0f, 0};
+  if (!(*centre > 0.0f)) return noFit();
   const WindowRadius radius = windowRadius(*centre, fitWindow(frame, sensing.noise, surfels));
   return fitLine({centre, sensing.image.row_slope + at, sensing.image.links + at},
                  columnAround(pixel.v, frame, radius));
@@ -95,9 +92,8 @@ DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, 
   if (fit.count < kFewestOnALine || !standsAloneAcross(sensing.image, pixel, along_row)) {
     return noPlane();
   }
-  const InverseDepthPlane plane{fit.value, along_row ? fit.slope : 0.0f,
-                                along_row ? 0.0f : fit.slope};
-  return makePixelPlane(pixel, plane, frame.intrinsics, surfels.rules.strip_weight);
+  return makePixelPlane(pixel, fit.value, along_row ? fit.slope : 0.0f,
+                        along_row ? 0.0f : fit.slope, frame.intrinsics, surfels.rules.strip_weight);
 }
 
 /// The plane at a measured pixel, given the fit along its column.
@@ -106,30 +102,8 @@ DTSDF_HD PixelPlane pixelPlane(const FrameSensing& sensing, const Pixel& pixel,
   const FrameView& frame = sensing.image.frame;
   const bool has_row = sensing.image.row_value[pixelIndex(frame, pixel)] > 0.0f;
   if (!has_row || column.count < 2) return stripPlane(sensing, pixel, has_row, surfels);
-  return makePixelPlane(pixel, {column.value, column.mean_companion, column.slope},
-                        frame.intrinsics, 1.0f);
-}
-
-/// Sums of a line fit whose samples lie at any offsets, with the row's slope as companion.
-struct ColumnSums {
-  float n, k, kk, y, ky, slope;
-};
-
-DTSDF_HD void addRow(ColumnSums& sums, float offset, float y, float slope) {
-  sums.n += 1.0f;
-  sums.k += offset;
-  sums.kk += offset * offset;
-  sums.y += y;
-  sums.ky += offset * y;
-  sums.slope += slope;
-}
-
-/// Adds the mean of two row fits side by side, so many rows from the centre.
-DTSDF_HD void addRowBetween(const ImageView& image, int64_t at, float offset, float origin,
-                            ColumnSums& sums) {
-  const float left = image.row_value[at], right = image.row_value[at + 1];
-  addRow(sums, offset, 0.5f * ((left - origin) + (right - origin)),
-         0.5f * (image.row_slope[at] + image.row_slope[at + 1]));
+  return makePixelPlane(pixel, column.value, column.mean_companion, column.slope, frame.intrinsics,
+                        1.0f);
 }
 
 /// Whether two pixels side by side have row fits and are linked.
@@ -148,7 +122,18 @@ DTSDF_HD Vec3f fitNormalBetween(const FrameSensing& sensing, const Pixel& pixel,
   if (!(origin > 0.0f)) return {0.0f, 0.0f, 0.0f};
   const WindowRadius radius = windowRadius(origin, fitWindow(image.frame, sensing.noise, surfels));
   const int rows_above = pixel.v + 1, rows_below = image.frame.height - 1 - pixel.v;
-  ColumnSums sums{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+  // Sums of a line fit whose samples lie at any offsets, and of the slopes along the rows.
+  float n = 0.0f, k = 0.0f, kk = 0.0f, y = 0.0f, ky = 0.0f, slopes = 0.0f;
+  const auto addRowBetween = [&](int64_t at, float offset) {
+    const float left = image.row_value[at], right = image.row_value[at + 1];
+    const float mean = 0.5f * ((left - origin) + (right - origin));
+    n += 1.0f;
+    k += offset;
+    kk += offset * offset;
+    y += mean;
+    ky += offset * mean;
+    slopes += 0.5f * (image.row_slope[at] + image.row_slope[at + 1]);
+  };
   bool above = true, below = true;
   for (int row = 0; row < radius.both && (above || below); ++row) {
     const int64_t up = first - row * stride, down = first + (row + 1) * stride;
@@ -158,14 +143,13 @@ DTSDF_HD Vec3f fitNormalBetween(const FrameSensing& sensing, const Pixel& pixel,
             hasRowBetween(image, down);
     if (row >= radius.one_side && !(above && below)) break;
     const float offset = static_cast<float>(row) + 0.5f;
-    if (above) addRowBetween(image, up, -offset, origin, sums);
-    if (below) addRowBetween(image, down, offset, origin, sums);
+    if (above) addRowBetween(up, -offset);
+    if (below) addRowBetween(down, offset);
   }
-  if (sums.n < 2.0f) return {0.0f, 0.0f, 0.0f};
-  const float slope = (sums.n * sums.ky - sums.k * sums.y) / (sums.n * sums.kk - sums.k * sums.k);
-  const float value = origin + (sums.y - slope * sums.k) / sums.n;
+  if (n < 2.0f) return {0.0f, 0.0f, 0.0f};
+  const float slope = (n * ky - k * y) / (n * kk - k * k);
   return planeNormal(static_cast<float>(pixel.u) + 0.5f, static_cast<float>(pixel.v) + 0.5f,
-                     {value, sums.slope / sums.n, slope}, image.frame.intrinsics);
+                     origin + (y - slope * k) / n, slopes / n, slope, image.frame.intrinsics);
 }
 
 }  // namespace dtsdf

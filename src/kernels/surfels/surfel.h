@@ -31,27 +31,16 @@ DTSDF_HD float angleWeight(const Vec3f& p_C, const Vec3f& normal_C) {
 
 DTSDF_HD Surfel noSurfel() { return {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f}; }
 
-/// A point in the image, in pixels from the centre of the first one, and its depth.
-struct ImagePoint {
-  float u, v, depth_m;
-};
-
-/// What is seen of a surfel: its point, the normal there, in the camera's frame, how much of a
-/// voxel it covers, and its footprint.
-struct SeenSurfel {
-  ImagePoint point;
-  Vec3f normal_C;
-  float share;
-  Footprint footprint_px = {0.0f, 0.0f};
-};
-
-DTSDF_HD Surfel makeSurfel(const FrameView& frame, const SeenSurfel& seen) {
-  const auto& [u, v, depth_m] = seen.point;
-  if (!(dot(seen.normal_C, seen.normal_C) > 0.0f)) return noSurfel();
+/// The surfel that is seen at a point (u, v) of the image, in pixels from the centre of the first
+/// one, and of which `share` of a voxel is covered.
+DTSDF_HD Surfel makeSurfel(const FrameView& frame, float u, float v, float depth_m,
+                           const Vec3f& normal_C, float share,
+                           const Footprint& footprint_px = {0.0f, 0.0f}) {
+  if (!(dot(normal_C, normal_C) > 0.0f)) return noSurfel();
   const Vec3f p_C = backProject(frame.intrinsics, u, v, depth_m);
   const Vec3f p_voxels = (1.0f / frame.voxel_size_m) * p_C;
-  return {transform(frame.T_L_C, p_voxels), seen.share * angleWeight(p_C, seen.normal_C),
-          rotate(frame.T_L_C, seen.normal_C), depth_m, seen.footprint_px};
+  return {transform(frame.T_L_C, p_voxels), share * angleWeight(p_C, normal_C),
+          rotate(frame.T_L_C, normal_C), depth_m, footprint_px};
 }
 
 /// A measurement without a normal: all that the undirected map needs for voxel projection.
@@ -91,30 +80,25 @@ DTSDF_HD PixelMeasurement subdividedPixel(const FrameSensing& sensing, const Pix
   return measured;
 }
 
-/// What is seen of a subpixel; number 0 of a pixel in one piece is the pixel.
-DTSDF_HD SeenSurfel seenSubpixel(const ImageView& image, const PixelMeasurement& measured,
-                                 int subpixel) {
-  const SubpixelOffset offset = subpixelOffset(measured.subdivision, subpixel);
-  const float inverse_depth = inverseDepthBeside(image, measured.pixel, measured.plane, offset);
-  const ImagePoint point{static_cast<float>(measured.pixel.u) + offset.u,
-                         static_cast<float>(measured.pixel.v) + offset.v, 1.0f / inverse_depth};
-  const float count = static_cast<float>(subpixelCount(measured.subdivision));
-  const float share = minimum(coveredShare(image.frame, point.depth_m) / count, 1.0f);
-  return {point, measured.plane.normal_C, share * measured.plane.trust,
-          measured.subdivision.footprint_px};
-}
-
+/// The surfel of a subpixel; number 0 of a pixel in one piece is the pixel.
 DTSDF_HD Surfel makeSubpixelSurfel(const ImageView& image, const PixelMeasurement& measured,
                                    int subpixel) {
-  return makeSurfel(image.frame, seenSubpixel(image, measured, subpixel));
+  const auto& [pixel, plane, subdivision] = measured;
+  const float du = subpixelOffset(subpixel % subdivision.across, subdivision.across);
+  const float dv = subpixelOffset(subpixel / subdivision.across, subdivision.down);
+  const float depth_m = 1.0f / inverseDepthBeside(image, pixel, plane, du, dv);
+  const float count = static_cast<float>(subpixelCount(subdivision));
+  const float share = minimum(coveredShare(image.frame, depth_m) / count, 1.0f);
+  return makeSurfel(image.frame, static_cast<float>(pixel.u) + du, static_cast<float>(pixel.v) + dv,
+                    depth_m, plane.normal_C, share * plane.trust, subdivision.footprint_px);
 }
 
 /// The surfel of a pixel for voxel projection, where each voxel takes one pixel and no more.
 DTSDF_HD Surfel makeWholePixelSurfel(const ImageView& image, const PixelMeasurement& measured) {
-  const float inverse_depth = image.inverse_depth[pixelIndex(image.frame, measured.pixel)];
-  const ImagePoint point{static_cast<float>(measured.pixel.u), static_cast<float>(measured.pixel.v),
-                         1.0f / inverse_depth};
-  return makeSurfel(image.frame, {point, measured.plane.normal_C, measured.plane.trust});
+  const auto& [u, v] = measured.pixel;
+  const float depth_m = 1.0f / image.inverse_depth[pixelIndex(image.frame, measured.pixel)];
+  return makeSurfel(image.frame, static_cast<float>(u), static_cast<float>(v), depth_m,
+                    measured.plane.normal_C, measured.plane.trust);
 }
 
 /// The one surfel of a pixel that is neither merged nor subdivided.
@@ -125,9 +109,9 @@ DTSDF_HD Surfel makePixelSurfel(const FrameSensing& sensing, const Pixel& pixel,
   return makeWholePixelSurfel(sensing.image, wholePixel(sensing, pixel, column, surfels));
 }
 
-/// What is seen of merged pixels. The mean of 1 / z is that of a plane at the square's centre.
-DTSDF_HD SeenSurfel seenSquare(const FrameSensing& sensing, const PixelSquare& square,
-                               const SurfelSettings& surfels) {
+/// The surfel of merged pixels. The mean of 1 / z is that of a plane at the square's centre.
+DTSDF_HD Surfel makeMergedSurfel(const FrameSensing& sensing, const PixelSquare& square,
+                                 const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
   const float* row = image.inverse_depth + pixelIndex(image.frame, square.first);
   float sum = 0.0f;
@@ -139,15 +123,10 @@ DTSDF_HD SeenSurfel seenSquare(const FrameSensing& sensing, const PixelSquare& s
   const int half = square.side / 2 - 1;
   const Vec3f normal_C =
       fitNormalBetween(sensing, {square.first.u + half, square.first.v + half}, surfels);
-  const ImagePoint centre{static_cast<float>(square.first.u) + to_centre,
-                          static_cast<float>(square.first.v) + to_centre, pixels / sum};
-  const float share = minimum(pixels * coveredShare(image.frame, centre.depth_m), 1.0f);
-  return {centre, normal_C, share};
-}
-
-DTSDF_HD Surfel makeMergedSurfel(const FrameSensing& sensing, const PixelSquare& square,
-                                 const SurfelSettings& surfels) {
-  return makeSurfel(sensing.image.frame, seenSquare(sensing, square, surfels));
+  const float depth_m = pixels / sum;
+  const float share = minimum(pixels * coveredShare(image.frame, depth_m), 1.0f);
+  return makeSurfel(image.frame, static_cast<float>(square.first.u) + to_centre,
+                    static_cast<float>(square.first.v) + to_centre, depth_m, normal_C, share);
 }
 
 }  // namespace dtsdf

@@ -11,8 +11,8 @@ namespace dtsdf {
 namespace depth_test {
 
 constexpr DepthRange kRange{0.001f, 0.1f, 10.0f, 65535.0f, 0.0f};
-constexpr float kSigma = 0.0005f;  // 1/m
-const GapLimits kLimits = gapLimits({5, 0.03f, SurfelRules(), 0}, kRange, {kSigma, 0});
+constexpr DepthNoise kNoise{0.0005f, 0};  // 1/m
+const SurfelSettings kSurfels{5, 0.03f, SurfelRules(), 0};
 
 TEST(InverseDepth, TellsWhatIsNoMeasurement) {
   const float nan = std::nanf(""), infinity = std::numeric_limits<float>::infinity();
@@ -35,7 +35,7 @@ struct Image {
   }
   float filledAt(int u, int v) const {
     const auto at = [&](int column, int row) { return inverse_depth[row * kSide + column]; };
-    return filledInverseDepth(at, kSide, kSide, {u, v}, kLimits);
+    return filledInverseDepth(at, kSide, kSide, {u, v}, kSurfels, kNoise, 0.0f);
   }
 };
 
@@ -75,14 +75,14 @@ TEST(DepthGap, IsNoSurfaceAcrossADepthEdge) {
 
 /// A floor in millimetres has no noise, but steps of a millimetre.
 TEST(DepthGap, IsFilledInRoundedDepths) {
-  const GapLimits rounded =
-      gapLimits({5, 0.03f, SurfelRules(), 0}, {0.001f, 0.1f, 10.0f, 65535.0f, 0.001f}, {0.0f, 0});
   for (int first_mm = 1000; first_mm < 1100; ++first_mm) {
     const auto measured = [&](int u, int) {
       const double inverse_depth = 1000.0 / first_mm + 0.0037 * u;
       return u == 3 ? 0.0f : static_cast<float>(1.0 / (std::round(1000.0 / inverse_depth) * 0.001));
     };
-    EXPECT_GT(filledInverseDepth(measured, kSide, kSide, {3, 3}, rounded), 0.9f) << first_mm;
+    const float filled =
+        filledInverseDepth(measured, kSide, kSide, {3, 3}, kSurfels, {0.0f, 0}, 0.001f);
+    EXPECT_GT(filled, 0.9f) << first_mm;
   }
 }
 

@@ -55,7 +55,7 @@ std::vector<PixelPlane> planesOf(const Image& image, const SurfelSettings& surfe
   std::vector<float> value, slope;
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) {
-      const RowFit fit =
+      const LineFit fit =
           fitRow(&image.inverse_depth[v * kWidth], &links[v * kWidth], kWidth, u, window);
       value.push_back(fit.value);
       slope.push_back(fit.slope);

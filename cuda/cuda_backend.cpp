@@ -45,7 +45,7 @@ class CudaBackend : public MapBackend {
         mesher_(makeMeshSettings(params, rules), params.map.directional, params.mesh.refine != 0),
         renderer_(makeMeshSettings(params, rules), params.map.directional, stream_),
         free_cell_finder_(cellGridOf(params), params.space.max_range_m, stream_),
-        distance_maker_(std::make_shared<DistanceMaker>(budgetOf(params).free_bytes)),
+        distance_maker_(std::make_shared<DistanceMaker>(freeBudgetOf(params))),
         record_mover_(stream_) {
     stream_.setClock(&clock_);
     mesher_.setClock(&clock_);
@@ -156,8 +156,9 @@ class CudaBackend : public MapBackend {
   }
 
   void takeColours(const ColourFrame& frame) override { painter_.takeImage(frame); }
-  SeenColours look(const PaintView& look) override {
-    painter_.look(look, table_.paintedExtent(), map_.view());
+  SeenColours look(const FrameView& view, int32_t least_evidence,
+                   const std::vector<int32_t>& in_view) override {
+    painter_.look(view, least_evidence, in_view, table_.paintedExtent(), map_.view());
     const LookCounters& seen = painter_.counters();
     if (seen.seen == 0) return {};
     return {true, seen.sums, painter_.fetchRequests()};
@@ -206,7 +207,7 @@ class CudaBackend : public MapBackend {
   }
 
   void reserve(const MemoryDemand& demand) override {
-    if (demand.map.new_blocks > 0) map_.reserve(table_, demand.map);
+    if (demand.new_blocks > 0) map_.reserve(table_, demand.new_blocks, demand.new_arrays);
     if (demand.has_colours) map_.reserveColours(table_, demand.new_bricks);
     if (demand.changed == 0) return;
     map_.reserveChanges(demand.changed);

@@ -103,15 +103,16 @@ void DeviceMap::reserveSlots(size_t count) {
   mesh_stamp_.growZeroed(count, stream_);
 }
 
-void DeviceMap::reserve(const BlockTable& table, const MapDemand& demand) {
-  reserveSlots(demand.after.slots);
-  unit_labels_.reserve(demand.after.slots, stream_);
-  voxels_.reserve(demand.after.arrays, stream_);
+void DeviceMap::reserve(const BlockTable& table, size_t new_blocks, size_t new_arrays) {
+  const PoolSizes after = table.sizesAfter(new_blocks, new_arrays);
+  reserveSlots(after.slots);
+  unit_labels_.reserve(after.slots, stream_);
+  voxels_.reserve(after.arrays, stream_);
   updates_sent_.wait();
-  updates_.reserve(demand.new_blocks);
-  new_arrays_.reserve(demand.new_arrays);
-  if (has_colours_) growColours(demand.after);
-  reserveHash(demand.new_blocks, table.blocksInUse());
+  updates_.reserve(new_blocks);
+  new_arrays_.reserve(new_arrays);
+  if (has_colours_) growColours(after);
+  reserveHash(new_blocks, table.blocksInUse());
 }
 
 void DeviceMap::noteDemand(const PoolSizes& asked) {

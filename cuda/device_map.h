@@ -85,7 +85,7 @@ class DeviceMap {
 
   /// Makes room for an admission; nothing that follows it can then fail for want of memory.
   /// @throws CudaError without device memory; what is mapped stays intact.
-  void reserve(const BlockTable& table, const MapDemand& demand);
+  void reserve(const BlockTable& table, size_t new_blocks, size_t new_arrays);
 
   /// What a frame asks for: reserveAhead() makes room for another one like those of late, where
   /// memory is plenty. It is called while the device has other work, which may read the map.

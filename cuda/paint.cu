@@ -320,11 +320,17 @@ void Painter::takeImage(const ColourFrame& frame) {
   image_stream_.record(taken_);
 }
 
-void Painter::look(const PaintView& look, const BlockExtent& painted, const MapView& map) {
+void Painter::look(const FrameView& view, int32_t least_evidence,
+                   const std::vector<int32_t>& in_view, const BlockExtent& painted,
+                   const MapView& map) {
   painted_ = painted;
-  sensing_.view = {look.view,       settings_.directional, look.least_evidence,
-                   settings_.rules, settings_.max_depth_m, settings_.full_weight_depth_m};
-  takeCandidates(look.in_view);
+  sensing_.view = {view,
+                   settings_.directional,
+                   least_evidence,
+                   settings_.rules,
+                   settings_.max_depth_m,
+                   settings_.full_weight_depth_m};
+  takeCandidates(in_view);
   stream_.waitFor(taken_);
   findHiding(map);
   findSamples(map);

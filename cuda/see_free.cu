@@ -89,8 +89,8 @@ FreePyramid FreeCellFinder::makePyramid(const FrameView& frame, const float* fre
   return free;
 }
 
-std::vector<FreeCube> FreeCellFinder::take() {
-  std::vector<FreeCube> seen;
+std::vector<CubeMask> FreeCellFinder::take() {
+  std::vector<CubeMask> seen;
   if (!keys_.empty()) fetched_.wait();
   for (size_t i = 0; i < keys_.size(); ++i) {
     if (!isEmpty(pinned_masks_[i])) seen.push_back({keys_[i], pinned_masks_[i]});

@@ -21,7 +21,7 @@ class FreeCellFinder {
   void find(const FrameView& frame, const float* free_depth, std::vector<Vec3i> cubes);
 
   /// Waits for it. @return the cubes of which something is seen free, in the order given.
-  std::vector<FreeCube> take();
+  std::vector<CubeMask> take();
 
   void addMemory(std::vector<MemoryPart>& parts) const;
 

@@ -31,14 +31,7 @@ struct TouchedBlocks {
 /// What a depth image left.
 struct FrameOutcome {
   std::vector<EmptyBlock> empty;  ///< Blocks of which arrays are empty now.
-  std::vector<FreeCube> free;     ///< Cells that it saw through, in the order of the cubes given.
-};
-
-/// How a colour image looks at the map.
-struct PaintView {
-  FrameView view;
-  int32_t least_evidence;               ///< That a surface needs.
-  const std::vector<int32_t>& in_view;  ///< Slots of blocks that may be in view, and others.
+  std::vector<CubeMask> free;     ///< Cells that it saw through, in the order of the cubes given.
 };
 
 /// What a colour image shows of surfaces.
@@ -72,7 +65,7 @@ struct MeshStates {
 
 /// Upper bounds of what a change of the table takes.
 struct MemoryDemand {
-  MapDemand map{0, 0, {0, 0}};
+  size_t new_blocks = 0, new_arrays = 0;  ///< That an admission makes.
   size_t new_bricks = 0;
   bool has_colours = false;  ///< Of the map, from now on.
   size_t changed = 0;        ///< Blocks that change otherwise, or move.
@@ -148,8 +141,10 @@ class MapBackend {
   /// what is left of the frame before.
   virtual void takeColours(const ColourFrame& frame) = 0;
 
-  /// Finds what the image that was taken shows of surfaces.
-  virtual SeenColours look(const PaintView& look) = 0;
+  /// Finds what the image that was taken shows of surfaces. @param least_evidence That one needs.
+  /// @param in_view Slots of blocks that may be in view, and others.
+  virtual SeenColours look(const FrameView& view, int32_t least_evidence,
+                           const std::vector<int32_t>& in_view) = 0;
 
   /// Paints what was found, where there are bricks.
   virtual void paint(const Exposure& exposure) = 0;

@@ -186,9 +186,10 @@ class CpuBackend : public MapBackend {
     painter_.takeImage(frame);
   }
 
-  SeenColours look(const PaintView& look) override {
+  SeenColours look(const FrameView& view, int32_t least_evidence,
+                   const std::vector<int32_t>& in_view) override {
     const StageTimer timer(profile_, Stage::kPaint);
-    SeenColours seen = painter_.look(look, map_);
+    SeenColours seen = painter_.look(view, least_evidence, in_view, map_);
     seen.requests = painter_.requests(map_);
     return seen;
   }
@@ -219,8 +220,9 @@ class CpuBackend : public MapBackend {
   MeshUpdate finishMesh() override { return std::exchange(meshes_, MeshUpdate()); }
 
   void reserve(const MemoryDemand& demand) override {
-    map_.voxels.resize(demand.map.after.arrays);
-    mesher_.resize(demand.map.after.slots);
+    const PoolSizes after = map_.table.sizesAfter(demand.new_blocks, demand.new_arrays);
+    map_.voxels.resize(after.arrays);
+    mesher_.resize(after.slots);
     map_.colours.resize(map_.table.colourCount() + demand.new_bricks);
   }
 
@@ -389,7 +391,7 @@ class CpuBackend : public MapBackend {
   FreeCellFinder free_cell_finder_;
   FrameSensing sensing_ = {};           ///< Of the last depth image.
   std::vector<uint64_t> last_touched_;  ///< Number of the last frame that did, by slot; 0: none.
-  std::vector<FreeCube> free_cubes_;    ///< Of an image that is not fused yet.
+  std::vector<CubeMask> free_cubes_;    ///< Of an image that is not fused yet.
   FrameOutcome outcome_;
   MeshUpdate meshes_;
   Profile* profile_ = nullptr;

@@ -297,10 +297,15 @@ void Painter::prefetchNext(CpuMap& map, size_t i) const {
   prefetchColours(map.table.block(blocks_[next].slot), map);
 }
 
-SeenColours Painter::look(const PaintView& look, CpuMap& map) {
-  sensing_.view = {look.view,       settings_.directional, look.least_evidence,
-                   settings_.rules, settings_.max_depth_m, settings_.full_weight_depth_m};
-  findBlocksInView(look.in_view, map.table);
+SeenColours Painter::look(const FrameView& view, int32_t least_evidence,
+                          const std::vector<int32_t>& in_view, CpuMap& map) {
+  sensing_.view = {view,
+                   settings_.directional,
+                   least_evidence,
+                   settings_.rules,
+                   settings_.max_depth_m,
+                   settings_.full_weight_depth_m};
+  findBlocksInView(in_view, map.table);
   findPoints(map);
   parallelFor(blocks_in_view_, threads_, [&](size_t i) {
     prefetchNext(map, i);

@@ -26,7 +26,8 @@ class Painter {
   void takeImage(const ColourFrame& frame);
 
   /// Finds what it shows of the map's surfaces.
-  SeenColours look(const PaintView& look, CpuMap& map);
+  SeenColours look(const FrameView& view, int32_t least_evidence,
+                   const std::vector<int32_t>& in_view, CpuMap& map);
 
   /// The bricks that it is to be painted in.
   std::vector<ColourRequest> requests(CpuMap& map) const;

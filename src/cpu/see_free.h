@@ -21,21 +21,21 @@ class FreeCellFinder {
         levels_(kFreeLevels) {}
 
   /// Of those cubes, the ones of which something is seen free. @pre The frame has free depths.
-  std::vector<FreeCube> find(const FrameSensing& sensing, const std::vector<Vec3i>& cubes) {
+  std::vector<CubeMask> find(const FrameSensing& sensing, const std::vector<Vec3i>& cubes) {
     const FrameView& frame = sensing.image.frame;
     const FreePyramid free = makePyramid(sensing);
-    std::vector<FreeCube> seen(cubes.size());
+    std::vector<CubeMask> seen(cubes.size());
     parallelFor(cubes.size(), threads_, [&](size_t i) {
       const CubeLook look = lookAt(frame, grid_, cubes[i]);
       VoxelInImage corners[kCornersPerCube];
       for (int k = 0; k < kCornersPerCube; ++k) corners[k] = cornerInImage(frame, look, k);
       seen[i] = {cubes[i], {}};
       for (int cell = 0; cell < kCellsPerCube; ++cell) {
-        if (isCellSeenFree(free, corners, cell, max_range_m_)) add(seen[i].free, cell);
+        if (isCellSeenFree(free, corners, cell, max_range_m_)) add(seen[i].cells, cell);
       }
     });
     seen.erase(std::remove_if(seen.begin(), seen.end(),
-                              [](const FreeCube& cube) { return isEmpty(cube.free); }),
+                              [](const CubeMask& cube) { return isEmpty(cube.cells); }),
                seen.end());
     return seen;
   }

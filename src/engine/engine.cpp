@@ -58,7 +58,7 @@ Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
       rules_(rules),
       paint_settings_(makePaintSettings(params, rules)),
       make_backend_(std::move(make_backend)),
-      table_(budgetOf(params).map_bytes) {
+      table_(mapBudgetOf(params)) {
   if (params.space.enabled) space_ = std::make_unique<SpaceMap>(params, threads);
   ready();  // what a device lacks shows at the start
   if (!params.map.page_folder.empty()) {
@@ -185,8 +185,7 @@ void Engine::admit(TouchedBlocks& touched, const std::vector<int32_t>& in_view) 
   const size_t blocks = touched.requests.size();
   if (blocks == 0) return;
   try {
-    backend_->reserve(
-        {{blocks, touched.new_arrays, table_.sizesAfter(blocks, touched.new_arrays)}});
+    backend_->reserve({blocks, touched.new_arrays});
   } catch (const BackendError& error) {
     if (!error.lacksMemory()) throw;
     state_.refused += blocks;
@@ -282,7 +281,7 @@ std::vector<int32_t> Engine::dropBeyond() {
   if (!on_disk.empty()) finishMeshing();
   state_.changed_in.reset();
   backend_->waitForMeshes();
-  backend_->reserve({{}, 0, false, slots.size()});
+  backend_->reserve({0, 0, 0, false, slots.size()});
   for (const int32_t slot : slots) table_.vacate(slot, kAllDirections);
   if (!on_disk.empty()) pager_->drop(*backend_, on_disk);
   state_.dropped += slots.size() + on_disk.size();
@@ -336,7 +335,7 @@ IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
     state_.refused += require(keys);
     in_view = table_.slotsInView(view, radius);
   }
-  SeenColours seen = backend_->look({view, leastEvidenceNow(), in_view});
+  SeenColours seen = backend_->look(view, leastEvidenceNow(), in_view);
   state_.exposure = exposureOf(seen.sums, state_.exposure, paint_settings_);
   if (!seen.any) return nothingToPaint();
   admitColours(std::move(seen.requests));
@@ -352,8 +351,8 @@ void Engine::admitColours(std::vector<ColourRequest> requests) {
   const size_t new_bricks = table_.countNewColours(requests);
   const size_t bytes = new_bricks * BlockTable::kColourBytes;
   if (pager_) makeRoom(bytes);
-  backend_->reserve({{}, new_bricks, true});
-  const ColourAdmission admission = table_.admitColours(std::move(requests));
+  backend_->reserve({0, 0, new_bricks, true});
+  const Admission admission = table_.admitColours(std::move(requests));
   if (!admission.bricks.empty()) {
     keepColours();
     backend_->follow({{}, false, nullptr, &admission.bricks});
@@ -364,7 +363,7 @@ void Engine::admitColours(std::vector<ColourRequest> requests) {
 /// What was meshed without colours gets them with the first ones.
 void Engine::keepColours() {
   if (state_.has_colours) return;
-  backend_->reserve({{}, 0, true});
+  backend_->reserve({0, 0, 0, true});
   state_.has_colours = true;
   const MeshMarks painted{false, true};
   backend_->markAll(painted);

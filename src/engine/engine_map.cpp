@@ -200,7 +200,7 @@ ClearedRegion Engine::clearRegion(const Region& region) {
 void Engine::clearSlots(const std::vector<int32_t>& slots, const RegionView& view,
                         ClearedRegion& result) {
   state_.changed_in.reset();
-  backend_->reserve({{}, 0, false, slots.size()});
+  backend_->reserve({0, 0, 0, false, slots.size()});
   const std::vector<EmptiedBlock> emptied = backend_->emptyRegion(slots, view);
   std::vector<int32_t> changed;
   for (size_t i = 0; i < slots.size(); ++i) {
@@ -309,7 +309,6 @@ void Engine::enterInParts(const MapContents& contents) try {
 }
 
 void Engine::noteStats() {
-  const MemoryBudget budget = budgetOf(params_);
   PageStats pages = pager_ == nullptr ? PageStats() : pager_->stats();
   if (space_ != nullptr) space_->addTo(pages);
   stats_ = {table_.blocksInUse(),
@@ -318,9 +317,9 @@ void Engine::noteStats() {
             state_.refused,
             table_.coloursInUse() * BlockTable::kColourBytes,
             state_.dropped,
-            space_ == nullptr ? 0 : std::min(space_->freeBytes(), budget.free_bytes),
+            space_ == nullptr ? 0 : std::min(space_->freeBytes(), freeBudgetOf(params_)),
             space_ == nullptr ? 0 : space_->refusedCubes(),
-            budget.map_bytes,
+            mapBudgetOf(params_),
             table_.bytesPeak(),
             std::move(pages)};
 }

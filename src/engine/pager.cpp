@@ -306,22 +306,22 @@ void Pager::noteFrame(const DepthFrame& frame, const FrameView& view, bool has_m
   const bool is_time = has_moved_blocks || ++frames_ % kFramesBetweenReads == 0;
   if (is_time && T_W_C_before_) {
     const Eigen::Isometry3d motion = T_W_C_before_->inverse() * frame.T_W_C;
-    ahead_of_ = {frame, std::nullopt};
-    if (isMotion(motion, params_.fusion.max_depth_m)) ahead_of_->motion = motion;
+    ahead_of_ = frame;
+    motion_.reset();
+    if (isMotion(motion, params_.fusion.max_depth_m)) motion_ = motion;
   }
   T_W_C_before_ = frame.T_W_C;
 }
 
 /// Blocks on disk around what the camera comes to see if it moves on as it did, by coarse cells:
 /// what comes first first, some more than are worth asking for. Those around it in memory stay.
-std::vector<PackedKey> Pager::keysAhead(const SeenFrame& seen) {
+std::vector<PackedKey> Pager::keysAhead(DepthFrame ahead) {
   const size_t most =
       spareBytes(budget_bytes_) / (BlockTable::kBlockBytes + BlockTable::kArrayBytes);
   std::vector<PackedKey> keys;
   std::unordered_set<PackedKey> known;
-  DepthFrame ahead = seen.frame;
   for (int step = 0; step <= kFramesAhead && keys.size() < most; ++step) {
-    if (step > 0 && seen.motion) ahead.T_W_C = ahead.T_W_C * *seen.motion;
+    if (step > 0 && motion_) ahead.T_W_C = ahead.T_W_C * *motion_;
     if (step % kFramesBetween != 0 || findProblem(ahead, params_)) continue;
     const FrameView view = makeFrameView(ahead, params_.map.voxel_size_m);
     table_.visitCellsInView(view, kMeshedRadius, [this](const BlockCells::Cell& cell) {
@@ -335,7 +335,7 @@ std::vector<PackedKey> Pager::keysAhead(const SeenFrame& seen) {
                  known.insert(packKey(cell.key)).second;
         });
     keys.insert(keys.end(), some.begin(), some.end());
-    if (!seen.motion) break;
+    if (!motion_) break;
   }
   return keys;
 }
@@ -343,12 +343,11 @@ std::vector<PackedKey> Pager::keysAhead(const SeenFrame& seen) {
 /// What is read is often in the memory of the system already; where it is not, it is read while
 /// other frames go on.
 void Pager::moveBetween(MapBackend& backend) {
-  if (const auto seen = std::exchange(ahead_of_, std::nullopt); seen && !isEmpty()) {
-    ahead_ = keysAhead(*seen);
+  if (const auto frame = std::exchange(ahead_of_, std::nullopt); frame && !isEmpty()) {
+    ahead_ = keysAhead(*frame);
     for (const int32_t number : numbersOf(ahead_)) blocks_.readAhead(number);
     next_ahead_ = 0;
-    ahead_at_once_ =
-        seen->motion ? (ahead_.size() + kFramesBetweenReads - 1) / kFramesBetweenReads : 0;
+    ahead_at_once_ = motion_ ? (ahead_.size() + kFramesBetweenReads - 1) / kFramesBetweenReads : 0;
     kept_since_ = std::exchange(ahead_now_, now_);
   }
   const size_t spare = spareBytes(budget_bytes_);

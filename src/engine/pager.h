@@ -120,19 +120,13 @@ class Pager {
   PageStats stats() const;
 
  private:
-  /// A frame that is to be read ahead of, whose image may have gone by then.
-  struct SeenFrame {
-    DepthFrame frame;
-    std::optional<Eigen::Isometry3d> motion;  ///< Since the one before; none: it is no motion.
-  };
-
   std::vector<int32_t> numbersOf(const std::vector<PackedKey>& keys) const;
   void touch(int32_t slot);
   void evict(MapBackend& backend, size_t bytes, uint64_t before);
   std::vector<int32_t> leastRecent(size_t bytes, uint64_t before) const;
   bool writeBatch(MapBackend& backend, const std::vector<int32_t>& slots);
   size_t readBatch(MapBackend& backend, std::vector<int32_t> numbers);
-  std::vector<PackedKey> keysAhead(const SeenFrame& seen);
+  std::vector<PackedKey> keysAhead(DepthFrame ahead);
   std::vector<PackedKey> allPaged() const;
 
   const MapperParams params_;
@@ -145,8 +139,9 @@ class Pager {
   uint64_t no_writing_before_ = 0;   ///< After a failure the disk is left alone at first.
   std::vector<uint64_t> last_need_;  ///< Such a number, by slot.
   std::optional<Eigen::Isometry3d> T_W_C_before_;  ///< Of the last frame.
-  std::optional<SeenFrame> ahead_of_;
-  std::vector<PackedKey> ahead_;               ///< What is read ahead, the first ones first,
+  std::optional<DepthFrame> ahead_of_;       ///< To be read ahead of; its image may have gone.
+  std::optional<Eigen::Isometry3d> motion_;  ///< Of that frame since the one before, if it is one.
+  std::vector<PackedKey> ahead_;             ///< What is read ahead, the first ones first,
   size_t next_ahead_ = 0, ahead_at_once_ = 0;  ///< and what of it comes next.
   uint64_t kept_since_ = 0, ahead_now_ = 0;    ///< What was needed since then does not go between.
   std::vector<PackedKey> dropped_;

@@ -66,11 +66,8 @@ std::vector<int32_t> enterContents(const MapContents& contents, const MeshStates
                                    BlockTable& table, MapBackend& backend) {
   const MapSize size = sizeOf(contents.blocks);
   const bool has_colours = size.bricks > 0 || contents.painted;
-  backend.reserve(
-      {{size.blocks, size.voxel_arrays, table.sizesAfter(size.blocks, size.voxel_arrays)},
-       size.bricks,
-       has_colours,
-       states == nullptr ? 0 : size.blocks});
+  backend.reserve({size.blocks, size.voxel_arrays, size.bricks, has_colours,
+                   states == nullptr ? 0 : size.blocks});
   std::vector<BlockRequest> requests;
   std::vector<ColourRequest> colours;
   for (const MapBlock& block : contents.blocks) {
@@ -78,7 +75,7 @@ std::vector<int32_t> enterContents(const MapContents& contents, const MeshStates
     if (block.bricks != 0) colours.push_back({packKey(block.key), block.bricks});
   }
   const Admission admission = table.admit(std::move(requests));
-  const ColourAdmission painted = table.admitColours(std::move(colours));
+  const Admission painted = table.admitColours(std::move(colours));
   if (admission.refused > 0 || painted.refused > 0) {
     throw std::logic_error("the contents of a map do not fit its budget, which was not checked");
   }
@@ -90,7 +87,7 @@ std::vector<int32_t> enterContents(const MapContents& contents, const MeshStates
 
 /// @return whether they are released; else some or all are as they were.
 bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
-  backend.reserve({{}, 0, false, slots.size()});
+  backend.reserve({0, 0, 0, false, slots.size()});
   const auto batch = std::make_shared<std::pair<MapContents, MeshStates>>();
   auto& [contents, states] = *batch;
   contents.blocks = mapBlocks(table_, slots);

@@ -31,11 +31,10 @@ double squaredReach(const BlockCells::Cell& cell, const Vec3d& p) {
 
 }  // namespace
 
-BlockTable::Lack BlockTable::lackOf(const BlockRequest& request, int32_t slot) const {
+/// What a request wants beyond what is there.
+uint32_t BlockTable::lackedDirections(const BlockRequest& request, int32_t slot) const {
   const uint32_t there = slot < 0 ? 0 : directionsWithArrays(blocks_[static_cast<size_t>(slot)]);
-  const uint32_t directions = request.directions & kAllDirections & ~there;
-  const auto arrays = static_cast<size_t>(__builtin_popcount(directions));
-  return {directions, arrays, (slot < 0 ? kBlockBytes : 0) + arrays * kArrayBytes};
+  return request.directions & kAllDirections & ~there;
 }
 
 int32_t BlockTable::makeBlock(PackedKey key) {
@@ -99,20 +98,22 @@ Admission BlockTable::allocate(std::vector<BlockRequest> requests) {
       request.directions |= requests[++i].directions;
     }
     if (!extent_.blocks.contains(unpackKey(request.key))) continue;
-    const Lack lack = lackOf(request, slot);
-    if (lack.bytes == 0) continue;
-    if (bytesInUse() + lack.bytes > budget_bytes_) {
+    const uint32_t lacked = lackedDirections(request, slot);
+    const auto arrays = static_cast<size_t>(__builtin_popcount(lacked));
+    const size_t bytes = (slot < 0 ? kBlockBytes : 0) + arrays * kArrayBytes;
+    if (bytes == 0) continue;
+    if (bytesInUse() + bytes > budget_bytes_) {
       ++admission.refused;
       continue;
     }
     if (slot < 0) slot = makeBlock(request.key);
     BlockEntry& entry = blocks_[static_cast<size_t>(slot)];
-    for (uint32_t bits = lack.directions; bits != 0; bits &= bits - 1) {
+    for (uint32_t bits = lacked; bits != 0; bits &= bits - 1) {
       int32_t& array = entry.array[__builtin_ctz(bits)];
       array = takeNumber(free_arrays_, array_count_);
       admission.new_arrays.push_back(array);
     }
-    arrays_in_use_ += lack.arrays;
+    arrays_in_use_ += arrays;
     admission.changed_slots.push_back(slot);
   }
   bytes_peak_ = std::max(bytes_peak_, bytesInUse());
@@ -141,9 +142,9 @@ size_t BlockTable::countNewColours(const std::vector<ColourRequest>& requests) c
   return std::min(count, budget_bytes_ / kColourBytes);
 }
 
-ColourAdmission BlockTable::admitColours(std::vector<ColourRequest> requests) {
+Admission BlockTable::admitColours(std::vector<ColourRequest> requests) {
   sortByKey(requests);
-  ColourAdmission admission;
+  Admission admission;
   visitLacking(requests, [&](int32_t array, int brick) {
     if (bytesInUse() + kColourBytes > budget_bytes_) {
       ++admission.refused;
@@ -188,7 +189,7 @@ PoolSizes BlockTable::countNew(const std::vector<BlockRequest>& requests) const 
     if (!extent_.blocks.contains(unpackKey(request.key))) continue;
     const int32_t slot = find(request.key);
     count.slots += slot < 0;
-    count.arrays += lackOf(request, slot).arrays;
+    count.arrays += static_cast<size_t>(__builtin_popcount(lackedDirections(request, slot)));
   }
   return count;
 }

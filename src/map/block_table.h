@@ -55,13 +55,6 @@ struct BlockRequest {
   uint32_t directions;
 };
 
-/// Outcome of BlockTable::admit().
-struct Admission {
-  std::vector<int32_t> changed_slots;  ///< Blocks that are new or got new arrays, in key order.
-  std::vector<int32_t> new_arrays;     ///< Arrays that were assigned; their memory is to be zeroed.
-  size_t refused = 0;                  ///< Requests beyond the budget.
-};
-
 /// A block of which something is painted: bit kBricksPerArray * d + b for brick b of direction d.
 struct ColourRequest {
   PackedKey key;
@@ -75,21 +68,17 @@ struct NewBrick {
   int32_t colours;  ///< Number of the brick among all; its memory is to be zeroed.
 };
 
-/// Outcome of BlockTable::admitColours().
-struct ColourAdmission {
-  std::vector<NewBrick> bricks;  ///< In the order of keys.
-  size_t refused = 0;            ///< Bricks beyond the budget.
+/// Outcome of BlockTable::admit(), or of admitColours().
+struct Admission {
+  std::vector<int32_t> changed_slots;  ///< Blocks that are new or got new arrays, in key order.
+  std::vector<int32_t> new_arrays;     ///< Arrays that were assigned; their memory is to be zeroed.
+  std::vector<NewBrick> bricks;        ///< In the order of keys.
+  size_t refused = 0;                  ///< Requests, or bricks, beyond the budget.
 };
 
 /// Sizes of the pools of slots and arrays.
 struct PoolSizes {
   size_t slots, arrays;
-};
-
-/// Upper bounds of what an admission may take.
-struct MapDemand {
-  size_t new_blocks, new_arrays;
-  PoolSizes after;  ///< BlockTable::sizesAfter() it.
 };
 
 /// A block of which arrays (bit d for direction d) hold nothing: new ones that turned out so, and
@@ -141,7 +130,7 @@ class BlockTable {
 
   /// Gives bricks of colours to voxel arrays that lack them, smallest key first, as long as the
   /// budget lasts. What is not in the map, or takes no colour, is passed over.
-  ColourAdmission admitColours(std::vector<ColourRequest> requests);
+  Admission admitColours(std::vector<ColourRequest> requests);
 
   /// Bricks that requests want beyond what is there, at most.
   size_t countNewColours(const std::vector<ColourRequest>& requests) const;
@@ -241,12 +230,7 @@ class BlockTable {
   void releaseBlock(int32_t slot);
   int32_t makeColour(int32_t array, int brick);
   void releaseColours(int32_t array);
-  /// What a request wants beyond what is there.
-  struct Lack {
-    uint32_t directions;
-    size_t arrays, bytes;
-  };
-  Lack lackOf(const BlockRequest& request, int32_t slot) const;
+  uint32_t lackedDirections(const BlockRequest& request, int32_t slot) const;
   template <class Request>
   std::vector<int32_t> findAll(const std::vector<Request>& requests) const;
   int32_t makeBlock(PackedKey key);

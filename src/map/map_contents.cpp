@@ -75,11 +75,10 @@ MapSize sizeTaken(const MapContents& contents, const MapperParams& params) {
 }
 
 bool isWithinBudget(const MapSize& size, const MapperParams& params) {
-  const MemoryBudget budget = budgetOf(params);
   const size_t free_bytes = size.free_cubes * kFreeCubeBudgetBytes;
   const size_t on_disk = pageBytesOf(params.map);
-  return size.bytes() - free_bytes <= budget.map_bytes + on_disk &&
-         free_bytes <= budget.free_bytes + on_disk;
+  return size.bytes() - free_bytes <= mapBudgetOf(params) + on_disk &&
+         free_bytes <= freeBudgetOf(params) + on_disk;
 }
 
 }  // namespace

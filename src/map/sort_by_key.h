@@ -11,41 +11,6 @@
 
 namespace dtsdf {
 
-/// Packed keys as small numbers in the same order: the coordinates from the least ones on, in no
-/// more bits than they need.
-class KeyRange {
- public:
-  template <class Record>
-  explicit KeyRange(const std::vector<Record>& records) {
-    for (const Record& record : records) {
-      const BlockKey key = unpackKey(record.key);
-      least_ = leastOf(least_, key);
-      most_ = greatestOf(most_, key);
-    }
-    bits_x_ = bitsFor(most_.x - least_.x);
-    bits_y_ = bitsFor(most_.y - least_.y);
-    bits_ = bits_x_ + bits_y_ + bitsFor(most_.z - least_.z);
-  }
-
-  int bits() const { return bits_; }  ///< Of the greatest number, at most.
-
-  uint64_t numberOf(PackedKey packed) const {
-    const BlockKey key = unpackKey(packed);
-    const auto from = [](int32_t at, int32_t least) { return static_cast<uint64_t>(at - least); };
-    return (from(key.z, least_.z) << bits_y_ | from(key.y, least_.y)) << bits_x_ |
-           from(key.x, least_.x);
-  }
-
- private:
-  static int bitsFor(int32_t greatest) {
-    return greatest <= 0 ? 0 : 32 - __builtin_clz(static_cast<uint32_t>(greatest));
-  }
-
-  BlockKey least_ = {kMaxBlockCoordinate, kMaxBlockCoordinate, kMaxBlockCoordinate};
-  BlockKey most_ = {-kMaxBlockCoordinate, -kMaxBlockCoordinate, -kMaxBlockCoordinate};
-  int bits_x_ = 0, bits_y_ = 0, bits_ = 0;
-};
-
 /// Sorts numbers below 2^bits, each with 32 bits below it that go along, digit by digit.
 inline void sortByDigits(std::vector<uint64_t>& numbers, int bits) {
   constexpr int kDigitBits = 8, kBelow = 32;
@@ -61,13 +26,24 @@ inline void sortByDigits(std::vector<uint64_t>& numbers, int bits) {
   }
 }
 
-/// Sorts records by their `key`; those of one key stay in their order.
+/// Sorts records by their `key`; those of one key stay in their order. Packed keys are sorted as
+/// small numbers: the coordinates from the least ones on, in no more bits than they need.
 template <class Record>
 void sortByKey(std::vector<Record>& records) {
   constexpr size_t kFew = 32;
   constexpr int kMostBits = 32;
-  const KeyRange range(records);
-  if (records.size() < kFew || range.bits() > kMostBits) {
+  BlockKey least{kMaxBlockCoordinate, kMaxBlockCoordinate, kMaxBlockCoordinate};
+  BlockKey most{-kMaxBlockCoordinate, -kMaxBlockCoordinate, -kMaxBlockCoordinate};
+  for (const Record& record : records) {
+    least = leastOf(least, unpackKey(record.key));
+    most = greatestOf(most, unpackKey(record.key));
+  }
+  const auto bitsFor = [](int32_t greatest) {
+    return greatest <= 0 ? 0 : 32 - __builtin_clz(static_cast<uint32_t>(greatest));
+  };
+  const int bits_x = bitsFor(most.x - least.x), bits_y = bitsFor(most.y - least.y);
+  const int bits = bits_x + bits_y + bitsFor(most.z - least.z);
+  if (records.size() < kFew || bits > kMostBits) {
     std::stable_sort(records.begin(), records.end(),
                      [](const Record& a, const Record& b) { return a.key < b.key; });
     return;
@@ -75,9 +51,13 @@ void sortByKey(std::vector<Record>& records) {
   std::vector<uint64_t> numbers;
   numbers.reserve(records.size());
   for (const Record& record : records) {
-    numbers.push_back(range.numberOf(record.key) << 32 | numbers.size());
+    const BlockKey at = unpackKey(record.key) - least;
+    const auto number = (static_cast<uint64_t>(at.z) << bits_y | static_cast<uint64_t>(at.y))
+                            << bits_x |
+                        static_cast<uint64_t>(at.x);
+    numbers.push_back(number << 32 | numbers.size());
   }
-  sortByDigits(numbers, range.bits());
+  sortByDigits(numbers, bits);
   std::vector<Record> sorted;
   sorted.reserve(records.size());
   for (const uint64_t number : numbers) sorted.push_back(records[static_cast<uint32_t>(number)]);

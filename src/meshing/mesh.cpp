@@ -11,63 +11,6 @@
 namespace dtsdf {
 namespace {
 
-/// Joins block meshes that come by rising packed keys, as MeshStream does, in no more memory than
-/// the mesh takes.
-class Assembler {
- public:
-  Assembler(const MeshStore& store, const std::array<double, 3>& origin_m) : store_(store) {
-    mesh_.origin_m = origin_m;
-  }
-
-  /// Room for these blocks, so that nothing moves as they are added. Memory that is never touched
-  /// costs nothing.
-  void reserve(size_t vertices, size_t triangles) {
-    mesh_.vertices_m.reserve(vertices);
-    mesh_.normals.reserve(vertices);
-    mesh_.triangles.reserve(triangles + vertices);  // a hole takes fewer than it has vertices
-    outline_.reserve(vertices);
-  }
-
-  void add(const BlockMesh& block) {
-    const JoinedBlock& joined = joiner_.add(block);
-    for (const uint32_t i : joined.fresh) addVertex(block, i);
-    for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
-      const uint16_t* const corner = &block.triangles[t];
-      mesh_.triangles.push_back(
-          {joined.number[corner[0]], joined.number[corner[1]], joined.number[corner[2]]});
-      addNormal(block, joined, corner, mesh_.triangles.back(), mesh_.normals);
-      outline_.addTriangle(mesh_.triangles.back());
-    }
-  }
-
-  Mesh finish() {
-    if (!mesh_.colours.empty()) mesh_.colours.resize(mesh_.vertices_m.size());
-    outline_.closeHoles(0, mesh_.vertices_m.size(), mesh_.vertices_m, mesh_.normals,
-                        [this](const auto& triangle) { mesh_.triangles.push_back(triangle); });
-    makeUnit(mesh_.normals);
-    for (const auto& [i, p] : outline_.smoothed(mesh_.vertices_m)) mesh_.vertices_m[i] = p;
-    return std::move(mesh_);
-  }
-
- private:
-  /// Blocks that were meshed before the map was first painted have no colours.
-  void addVertex(const BlockMesh& block, size_t i) {
-    mesh_.vertices_m.push_back(
-        positionFrom(mesh_.origin_m, store_.positionInMap(block.key, block.vertices[i])));
-    mesh_.normals.push_back({0.0f, 0.0f, 0.0f});
-    outline_.addVertex(outlineKind(block.vertices[i]));
-    if (block.colours.empty()) return;
-    if (mesh_.colours.empty()) mesh_.colours.reserve(mesh_.vertices_m.capacity());
-    mesh_.colours.resize(mesh_.vertices_m.size() - 1);
-    mesh_.colours.push_back(block.colours[i]);
-  }
-
-  const MeshStore& store_;
-  BlockJoiner joiner_;
-  Mesh mesh_;
-  Outline outline_;
-};
-
 /// Keeps the triangles whose corners all lie in a region in metres, and the vertices that they use.
 void crop(const RegionView& region, Mesh& mesh) {
   constexpr uint32_t kUnused = std::numeric_limits<uint32_t>::max(), kInside = kUnused - 1;
@@ -159,6 +102,8 @@ std::array<double, 3> MeshStore::positionInMap(const BlockKey& key,
           (first.z + static_cast<double>(vertex.position.z)) * h};
 }
 
+/// Joins block meshes that come by rising packed keys, as MeshStream does, in no more memory than
+/// the mesh takes.
 Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
   size_t vertices = 0, triangles = 0;
   BlockExtent bounds = noBlocks();
@@ -167,10 +112,41 @@ Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
     triangles += block->triangles.size() / 3;
     bounds = around(bounds, {block->key, block->key});
   }
-  Assembler assembler(*this, originOf(bounds, voxel_size_m_));
-  assembler.reserve(vertices, triangles);
-  for (const BlockMesh* block : blocks) assembler.add(*block);
-  return assembler.finish();
+  Mesh mesh;
+  BlockJoiner joiner;
+  Outline outline;
+  mesh.origin_m = originOf(bounds, voxel_size_m_);
+  // Room for all, so that nothing moves. Memory that is never touched costs nothing.
+  mesh.vertices_m.reserve(vertices);
+  mesh.normals.reserve(vertices);
+  mesh.triangles.reserve(triangles + vertices);  // a hole takes fewer than it has vertices
+  outline.reserve(vertices);
+  for (const BlockMesh* block : blocks) {
+    const JoinedBlock& joined = joiner.add(*block);
+    for (const uint32_t i : joined.fresh) {
+      const BlockVertex& vertex = block->vertices[i];
+      mesh.vertices_m.push_back(positionFrom(mesh.origin_m, positionInMap(block->key, vertex)));
+      mesh.normals.push_back({0.0f, 0.0f, 0.0f});
+      outline.addVertex(outlineKind(vertex));
+      if (block->colours.empty()) continue;  // it was meshed before the map was first painted
+      if (mesh.colours.empty()) mesh.colours.reserve(vertices);
+      mesh.colours.resize(mesh.vertices_m.size() - 1);
+      mesh.colours.push_back(block->colours[i]);
+    }
+    for (size_t t = 0; t + 2 < block->triangles.size(); t += 3) {
+      const uint16_t* const corner = &block->triangles[t];
+      mesh.triangles.push_back(
+          {joined.number[corner[0]], joined.number[corner[1]], joined.number[corner[2]]});
+      addNormal(*block, joined, corner, mesh.triangles.back(), mesh.normals);
+      outline.addTriangle(mesh.triangles.back());
+    }
+  }
+  if (!mesh.colours.empty()) mesh.colours.resize(mesh.vertices_m.size());
+  outline.closeHoles(0, mesh.vertices_m.size(), mesh.vertices_m, mesh.normals,
+                     [&](const auto& triangle) { mesh.triangles.push_back(triangle); });
+  makeUnit(mesh.normals);
+  for (const auto& [i, p] : outline.smoothed(mesh.vertices_m)) mesh.vertices_m[i] = p;
+  return mesh;
 }
 
 Mesh MeshStore::assemble() const {

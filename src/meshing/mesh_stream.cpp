@@ -106,7 +106,7 @@ uint32_t BlockJoiner::numberOf(const BlockMesh& block, uint32_t edge) {
   };
   const PackedKey last = std::min(ownerOf(first), ownerOf(second));
   // Also those that no other block lists: units side by side in this one both list them.
-  return shared_[last].sides.emplace(GlobalSide{low, high}, next_).first->second;
+  return shared_[last].sides.emplace(uint64_t{low} << 32 | high, next_).first->second;
 }
 
 uint32_t BlockJoiner::numberOfEdge(uint32_t edge) {
@@ -161,9 +161,9 @@ std::vector<T> part(const std::vector<T>& values, size_t first, size_t count) {
 
 }  // namespace
 
-MeshStream::MeshStream(const Whole& whole, Sink sink)
-    : positions_(whole.voxel_size_m), is_painted_(whole.is_painted), sink_(std::move(sink)) {
-  window_.origin_m = originOf(whole.bounds, whole.voxel_size_m);
+MeshStream::MeshStream(float voxel_size_m, bool is_painted, const BlockExtent& bounds, Sink sink)
+    : positions_(voxel_size_m), is_painted_(is_painted), sink_(std::move(sink)) {
+  window_.origin_m = originOf(bounds, voxel_size_m);
 }
 
 void MeshStream::add(const BlockMesh& block) {

@@ -57,19 +57,6 @@ class BlockJoiner {
   const JoinedBlock& add(const BlockMesh& block);
 
  private:
-  /// The middle of a side: the numbers of its two ends in the whole mesh, the lower one first.
-  struct GlobalSide {
-    uint32_t first, second;
-    bool operator==(const GlobalSide& other) const {
-      return first == other.first && second == other.second;
-    }
-  };
-  struct GlobalSideHash {
-    size_t operator()(const GlobalSide& s) const {
-      return static_cast<size_t>(hashKey(uint64_t{s.first} << 32 | s.second));
-    }
-  };
-
   /// A vertex on one of the lower faces of the block that owns its edge.
   struct SharedEdge {
     uint16_t place;  ///< Of the edge among those on these faces.
@@ -79,7 +66,8 @@ class BlockJoiner {
   /// Vertices that more than one block may list, by the block that is the last to list them.
   struct SharedVertices {
     std::vector<SharedEdge> edges;
-    std::unordered_map<GlobalSide, uint32_t, GlobalSideHash> sides;
+    /// Middles of sides, by the numbers of their ends: the lower one in the upper 32 bits.
+    std::unordered_map<uint64_t, uint32_t> sides;
   };
 
   /// What a block above one, or this itself, shares with it, while this is added.
@@ -134,14 +122,9 @@ class MeshStream {
     std::function<void(const std::array<uint32_t, 3>&)> triangle;
   };
 
-  /// What is known of the mesh before it comes.
-  struct Whole {
-    float voxel_size_m;
-    bool is_painted;     ///< Some of the blocks have colours.
-    BlockExtent bounds;  ///< Of the blocks.
-  };
-
-  MeshStream(const Whole& whole, Sink sink);
+  /// @param is_painted Some of the blocks have colours.
+  /// @param bounds Of the blocks.
+  MeshStream(float voxel_size_m, bool is_painted, const BlockExtent& bounds, Sink sink);
 
   void add(const BlockMesh& block);
 

@@ -51,17 +51,18 @@ constexpr double kShareBetween = 0.45;
 /// Errors up to so many mean edges are common enough to measure gaps for them beforehand.
 constexpr double kNearEdges = 2.0;
 
+/// Normals that differ by more than this face each other: cosine of 105 degrees.
+constexpr float kOpposite = -0.25f;
+
 /// How far vertices may move before surfaces that face each other could meet. For some vertices of
 /// a mesh, which outlives it, almost half of their distance from an opposing surface. Wide gaps are
 /// measured only where a large error asks for them: most vertices never do.
 class Tolerances {
  public:
   /// Errors are at most `max_error_m`; `report` is called now and then with the share that is done.
-  Tolerances(const Mesh& mesh, const std::vector<uint32_t>& vertices, const FacingLimits& opposing,
-             double mean_edge_m, double max_error_m,
-             const std::function<void(double share)>& report)
+  Tolerances(const Mesh& mesh, const std::vector<uint32_t>& vertices, double mean_edge_m,
+             double max_error_m, const std::function<void(double share)>& report)
       : mesh_(mesh),
-        opposing_(opposing),
         near_m_(std::min(max_error_m, kNearEdges * mean_edge_m)),
         max_error_m_(max_error_m),
         tree_(mesh.vertices_m, mesh.triangles),
@@ -86,7 +87,7 @@ class Tolerances {
   float measure(uint32_t vertex, double error_m) {
     const double limit_m = 1.01 * error_m / kShareBetween;
     const double gap_m =
-        tree_.distance(mesh_.vertices_m[vertex], limit_m, mesh_.normals[vertex], opposing_, hint_);
+        tree_.distance(mesh_.vertices_m[vertex], limit_m, mesh_.normals[vertex], kOpposite, hint_);
     const auto tolerance_m = static_cast<float>(kShareBetween * gap_m);
     return gap_m < limit_m || error_m >= max_error_m_ ? tolerance_m : -tolerance_m;
   }
@@ -97,7 +98,6 @@ class Tolerances {
   }
 
   const Mesh& mesh_;
-  const FacingLimits opposing_;
   const double near_m_, max_error_m_;
   const SurfaceTree tree_;
   SurfaceTree::Hint hint_ = SurfaceTree::kNoHint;  ///< Neighbours have neighbouring numbers.
@@ -230,9 +230,6 @@ struct Merge {
   uint32_t from, to;
 };
 
-/// Normals that differ by more than this face each other: cosine of 105 degrees.
-constexpr float kOpposite = -0.25f;
-
 /// A triangle turns no further than this when a vertex goes: cosine of 70 degrees.
 constexpr float kLeastTurn = 0.34f;
 
@@ -262,8 +259,7 @@ class Collapser {
         removable_(closedVertices(fans_, p_.size())),
         states_(p_.size(), State{0.0, 0, kNone, 0, kNone}),
         quadrics_(p_.size()),
-        tolerances_(mesh, removable_, FacingLimits{-1.01f, kOpposite}, mean_edge_m, max_error_m,
-                    report) {
+        tolerances_(mesh, removable_, mean_edge_m, max_error_m, report) {
     points_.reserve(p_.size());
     for (size_t i = 0; i < p_.size(); ++i) points_.push_back({p_[i], mesh.normals[i], kNone, 0.0f});
     sumQuadrics();
@@ -545,74 +541,31 @@ std::vector<double> errorsUpTo(double max_error_m, double mean_edge_m) {
   return errors;
 }
 
-class Simplifier {
- public:
-  Simplifier(const Mesh& mesh, double max_error_m, const SimplifyProgress& go_on)
-      : mean_edge_m_(meanEdge_m(mesh)),
-        max_error_m_(std::min(max_error_m, kMostEdges * mean_edge_m_)),
-        go_on_(go_on),
-        collapser_(mesh, mean_edge_m_, max_error_m_,
-                   [this](double share) { report(kSharePrepared * share); }),
-        live_(collapser_.removable()) {}
-
-  SimplifiedMesh run() {
-    const std::vector<double> errors = errorsUpTo(max_error_m_, mean_edge_m_);
-    for (size_t i = 0; i < errors.size(); ++i) {
-      const double begin = kSharePrepared + (1.0 - kSharePrepared) * i / errors.size();
-      if (!simplifyWithin(errors[i], begin)) break;
-    }
-    SimplifiedMesh result;
-    result.mesh = collapser_.remaining();
-    result.error_m = collapser_.largestDistance_m(result.mesh);
-    report(1.0);
-    return result;
-  }
-
- private:
-  void report(double share) const {
-    if (go_on_ && !go_on_(share)) throw SimplifyCancelled();
-  }
-
-  /// False once there is nothing more to gain.
-  bool simplifyWithin(double error_m, double progress) {
-    const size_t before = live_.size();
-    collapser_.forgetTries();
-    for (int pass = 0; pass < kPasses; ++pass) {
-      size_t done = 0;
-      const std::vector<Merge> merges = listMerges(error_m, progress);
-      for (size_t i = 0; i < merges.size(); ++i) {
-        if (i % kReportEach == 0) report(progress);
-        done += collapser_.tryMerge(merges[i], error_m) ? 1 : 0;
-      }
-      live_.erase(std::remove_if(live_.begin(), live_.end(),
-                                 [&](uint32_t v) { return collapser_.hasGone(v); }),
-                  live_.end());
-      if (static_cast<double>(done) < kLeastGain * static_cast<double>(live_.size())) break;
-    }
-    const bool is_small = error_m < kSmallShareOfEdge * mean_edge_m_;
-    return is_small ||
-           static_cast<double>(before - live_.size()) > kEndGain * static_cast<double>(before);
-  }
-
-  /// All are chosen before the first is made: where each would follow what the one before it left,
-  /// a plane would turn into slivers. They stay in the order of the vertices, as neighbours lie
-  /// together in memory.
-  std::vector<Merge> listMerges(double error_m, double progress) {
+/// Merges vertices within an error. All merges are chosen before the first is made: where each
+/// would follow what the one before it left, a plane would turn into slivers. They stay in the
+/// order of the vertices, as neighbours lie together in memory.
+/// @param live Vertices that may still go.
+template <class Report>
+void simplifyWithin(double error_m, Collapser& collapser, std::vector<uint32_t>& live,
+                    const Report& report) {
+  collapser.forgetTries();
+  for (int pass = 0; pass < kPasses; ++pass) {
     std::vector<Merge> merges;
-    for (size_t i = 0; i < live_.size(); ++i) {
-      if (i % kReportEach == 0) report(progress);
-      const Merge merge = collapser_.cheapest(live_[i], error_m);
+    for (size_t i = 0; i < live.size(); ++i) {
+      if (i % kReportEach == 0) report();
+      const Merge merge = collapser.cheapest(live[i], error_m);
       if (merge.from != merge.to) merges.push_back(merge);
     }
-    return merges;
+    size_t done = 0;
+    for (size_t i = 0; i < merges.size(); ++i) {
+      if (i % kReportEach == 0) report();
+      done += collapser.tryMerge(merges[i], error_m) ? 1 : 0;
+    }
+    const auto has_gone = [&](uint32_t v) { return collapser.hasGone(v); };
+    live.erase(std::remove_if(live.begin(), live.end(), has_gone), live.end());
+    if (static_cast<double>(done) < kLeastGain * static_cast<double>(live.size())) break;
   }
-
-  const double mean_edge_m_;
-  const double max_error_m_;
-  const SimplifyProgress& go_on_;
-  Collapser collapser_;
-  std::vector<uint32_t> live_;  ///< Vertices that may still go.
-};
+}
 
 double diagonalOf(const Mesh& mesh) {
   Vec3f low = mesh.vertices_m.front(), high = low;
@@ -636,7 +589,28 @@ SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m, const Simplify
                                 " m is more than the whole mesh, which is " +
                                 shortestText(diagonal_m) + " m across");
   }
-  return Simplifier(mesh, max_error_m, go_on).run();
+  const double mean_edge_m = meanEdge_m(mesh);
+  max_error_m = std::min(max_error_m, kMostEdges * mean_edge_m);
+  const auto report = [&](double share) {
+    if (go_on && !go_on(share)) throw SimplifyCancelled();
+  };
+  Collapser collapser(mesh, mean_edge_m, max_error_m,
+                      [&](double share) { report(kSharePrepared * share); });
+  std::vector<uint32_t> live = collapser.removable();  // vertices that may still go
+  const std::vector<double> errors = errorsUpTo(max_error_m, mean_edge_m);
+  for (size_t i = 0; i < errors.size(); ++i) {
+    const double progress = kSharePrepared + (1.0 - kSharePrepared) * i / errors.size();
+    const size_t before = live.size();
+    simplifyWithin(errors[i], collapser, live, [&] { report(progress); });
+    const bool is_small = errors[i] < kSmallShareOfEdge * mean_edge_m;
+    const auto gone = static_cast<double>(before - live.size());
+    if (!is_small && gone <= kEndGain * static_cast<double>(before)) break;
+  }
+  SimplifiedMesh result;
+  result.mesh = collapser.remaining();
+  result.error_m = collapser.largestDistance_m(result.mesh);
+  report(1.0);
+  return result;
 }
 
 }  // namespace dtsdf

@@ -158,23 +158,19 @@ double SurfaceTree::distance(const Vec3f& p, double limit_m) const {
 }
 
 double SurfaceTree::distance(const Vec3f& p, double limit_m, const Vec3f& direction,
-                             const FacingLimits& facing, Hint& hint) const {
-  // Of a box of normals a corner turns least from the direction, and the one opposite most.
+                             float greatest_cosine, Hint& hint) const {
+  // Of a box of normals a corner turns most from the direction.
   const auto mayCount = [&](const Node& node) {
     const Vec3f &low = node.least_normal, &high = node.greatest_normal;
-    const Vec3f most{direction.x > 0.0f ? high.x : low.x, direction.y > 0.0f ? high.y : low.y,
-                     direction.z > 0.0f ? high.z : low.z};
     const Vec3f most_away{direction.x > 0.0f ? low.x : high.x, direction.y > 0.0f ? low.y : high.y,
                           direction.z > 0.0f ? low.z : high.z};
     constexpr float kRounding = 1e-5f;
-    return dot(most, direction) >= facing.least_cosine - kRounding &&
-           dot(most_away, direction) <= facing.greatest_cosine + kRounding;
+    return dot(most_away, direction) <= greatest_cosine + kRounding;
   };
   const auto counts = [&](const Vec3f& a, const Vec3f& b, const Vec3f& c) {
     const Vec3f n = cross(b - a, c - a);
-    const float length = norm(n), along = dot(n, direction);
-    return length > 0.0f && along >= facing.least_cosine * length &&
-           along <= facing.greatest_cosine * length;
+    const float length = norm(n);
+    return length > 0.0f && dot(n, direction) <= greatest_cosine * length;
   };
   return search(p, limit_m, mayCount, counts, hint);
 }

@@ -9,11 +9,6 @@
 
 namespace dtsdf {
 
-/// Which triangles count, by how far their normals turn from a direction.
-struct FacingLimits {
-  float least_cosine, greatest_cosine;
-};
-
 double squaredDistanceOfTriangle(const Vec3f& p, const Vec3f& a, const Vec3f& b, const Vec3f& c);
 
 /// A tree of boxes over the triangles of a mesh, whose vertices outlive it and do not change.
@@ -29,10 +24,11 @@ class SurfaceTree {
   using Hint = uint32_t;
   static constexpr Hint kNoHint = 0xffffffffu;
 
-  /// The same for triangles whose normals have such cosines with `direction`, a unit vector; those
-  /// without area do not count. A hint makes it faster where it is near, and changes nothing else.
-  double distance(const Vec3f& p, double limit_m, const Vec3f& direction,
-                  const FacingLimits& facing, Hint& hint) const;
+  /// The same for triangles whose normals have no greater cosine than this with `direction`, a unit
+  /// vector; those without area do not count. A hint makes it faster where it is near, and changes
+  /// nothing else.
+  double distance(const Vec3f& p, double limit_m, const Vec3f& direction, float greatest_cosine,
+                  Hint& hint) const;
 
   /// The corners of the triangle that a hint is of.
   const std::array<uint32_t, 3>& cornersOf(Hint hint) const { return triangles_[hint]; }

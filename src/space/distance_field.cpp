@@ -77,25 +77,25 @@ void DistanceField::fillLost(PackedKey sector, std::vector<Vec3i>& changed) {
 }
 
 /// Surfaces as they are now. @return the cubes with other ones than before.
-std::vector<Vec3i> DistanceField::takeOver(const std::vector<SurfaceCube>& surfaces) {
+std::vector<Vec3i> DistanceField::takeOver(const std::vector<CubeMask>& surfaces) {
   std::vector<Vec3i> changed;
-  for (const SurfaceCube& now : surfaces) {
-    const PackedKey sector = packKey(sectorOfCube(now.cube));
-    const int number = cubeInSector(now.cube);
+  for (const CubeMask& now : surfaces) {
+    const PackedKey sector = packKey(sectorOfCube(now.key));
+    const int number = cubeInSector(now.key);
     std::shared_ptr<const CellSector> known = surfaces_.find(sector);
     if (known == nullptr && surfaces_.has(sector)) {
       fillLost(sector, changed);
       known = surfaces_.find(sector);
     }
     const CellMask before = known == nullptr ? CellMask{} : known->at(number).surface;
-    if (std::equal(before.word, before.word + kWordsPerCube, now.surface.word)) continue;
-    changed.push_back(now.cube);
+    if (std::equal(before.word, before.word + kWordsPerCube, now.cells.word)) continue;
+    changed.push_back(now.key);
     surfaces_.open(sector);
     if (!surfaces_.lost().empty()) fillLost(sector, changed);
-    if (isEmpty(now.surface)) {
+    if (isEmpty(now.cells)) {
       surfaces_.open(sector).erase(number);
     } else {
-      surfaces_.open(sector).make(number).surface = now.surface;
+      surfaces_.open(sector).make(number).surface = now.cells;
     }
   }
   surfaces_.close();
@@ -142,7 +142,7 @@ bool DistanceField::mayOverwrite(const SectorChange& change) const {
   return pages_ == nullptr && change.sector.use_count() == kHereAndInTheTable;
 }
 
-void DistanceField::update(const std::vector<SurfaceCube>& changed) {
+void DistanceField::update(const std::vector<CubeMask>& changed) {
   std::vector<SectorChange> sectors = sectorsNear(takeOver(changed));
   size_t first = 0;
   try {

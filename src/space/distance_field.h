@@ -35,12 +35,6 @@ int squaredAt(const DistanceSectors& sectors, const Vec3i& cell);
 SpaceDistance interpolatedDistance(const KnownSpace& space, const DistanceSectors& sectors,
                                    int reach, const Eigen::Vector3d& p_W);
 
-/// The surfaces that are in a cube now.
-struct SurfaceCube {
-  Vec3i cube;
-  CellMask surface;
-};
-
 /// Works out the distances of a task's sectors. @param squares What each of them had, if it may be
 /// overwritten; null after it where all are far. @return false: the host is to do it.
 using DistanceWork =
@@ -56,8 +50,9 @@ class DistanceField {
   /// From now on it has whole sectors worked out by this.
   void setBackend(DistanceWork work_out) { work_out_ = std::move(work_out); }
 
-  /// Takes over the cubes in which surfaces may be other ones than before.
-  void update(const std::vector<SurfaceCube>& changed);
+  /// Takes over the cubes in which surfaces may be other ones than before: those that are there
+  /// now.
+  void update(const std::vector<CubeMask>& changed);
 
   const DistanceSectors& sectors() const { return sectors_; }
   int reach() const { return reach_; }
@@ -68,7 +63,7 @@ class DistanceField {
  private:
   struct SectorChange;
 
-  std::vector<Vec3i> takeOver(const std::vector<SurfaceCube>& surfaces);
+  std::vector<Vec3i> takeOver(const std::vector<CubeMask>& surfaces);
   void fillLost(PackedKey sector, std::vector<Vec3i>& changed);
   std::vector<SectorChange> sectorsNear(const std::vector<Vec3i>& cubes) const;
   size_t countAtOnce(const std::vector<SectorChange>& sectors, size_t first) const;

@@ -42,10 +42,7 @@ void clear(const RegionView& region, const Vec3i& sector, CellSector& cells) {
 }
 
 /// The cells of an upright box around another one.
-struct CellBox {
-  Vec3i first, last;
-};
-CellBox cellsAround(const BoxRegion& box, const SpaceSnapshot& space, int32_t reach) {
+BlockExtent cellsAround(const BoxRegion& box, const SpaceSnapshot& space, int32_t reach) {
   const Eigen::Vector3d half_m = 0.5 * (box.T_W_B.linear().cwiseAbs() * box.size_m);
   const Eigen::Vector3d middle_m = box.T_W_B.translation();
   const double cell_m = space.cellSize_m();
@@ -109,7 +106,7 @@ GridDistances distancesOn(const PointGrid& grid, const KnownSpace& space,
 
 SpaceSnapshot clearedIn(const BoxRegion& box, const std::vector<Region>& cleared,
                         const SpaceSnapshot& space) {
-  const CellBox cells = cellsAround(box, space, space.reach_);
+  const BlockExtent cells = cellsAround(box, space, space.reach_);
   std::vector<RegionView> regions;
   for (const Region& region : cleared)
     regions.push_back(makeRegionView(region, space.cell_size_m_));

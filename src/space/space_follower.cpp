@@ -68,7 +68,7 @@ void SpaceFollower::apply(const SpaceChanges& changes, double cell_size_m) {
   for (const SpaceCube& cube : changes.cubes) {
     by_sector[packKey(sectorOfCell(cube.first))].push_back(&cube);
   }
-  std::vector<SurfaceCube> surfaces;
+  std::vector<CubeMask> surfaces;
   for (const auto& of_sector : by_sector) {
     applyCells(of_sector);
     for (const SpaceCube* const cube : of_sector.second) {

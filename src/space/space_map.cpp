@@ -76,8 +76,8 @@ SpaceMap::SpaceMap(const MapperParams& params, int threads)
     : grid_(cellGridOf(params)),
       voxel_size_m_(params.map.voxel_size_m),
       max_range_m_(params.space.max_range_m),
-      free_budget_(budgetOf(params).free_bytes + pageBytesOf(params.map)),
-      pages_(makePages(params, budgetOf(params).free_bytes)),
+      free_budget_(freeBudgetOf(params) + pageBytesOf(params.map)),
+      pages_(makePages(params, freeBudgetOf(params))),
       table_(pages_),
       surfaces_(grid_, threads, pages_),
       distances_(reachInCells(params), threads, pages_) {}
@@ -132,11 +132,11 @@ BlockExtent SpaceMap::boundsOfView(const FrameView& frame) const {
                  minimum(high.z, eye.z + aside))};
 }
 
-void SpaceMap::addFree(const std::vector<FreeCube>& cubes) {
+void SpaceMap::addFree(const std::vector<CubeMask>& cubes) {
   const bool is_disk_full = pages_ != nullptr && pages_->isFull();
-  for (const FreeCube& seen : cubes) {
+  for (const CubeMask& seen : cubes) {
     const CellMask known = table_.find(seen.key).free;
-    if (contains(known, seen.free)) continue;
+    if (contains(known, seen.cells)) continue;
     if (isEmpty(known)) {
       if (is_disk_full || freeBytes() + kFreeCubeBudgetBytes > free_budget_) {
         ++refused_cubes_;
@@ -145,7 +145,7 @@ void SpaceMap::addFree(const std::vector<FreeCube>& cubes) {
       ++free_cubes_;
     }
     CubeCells& cube = table_.at(seen.key);
-    for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] |= seen.free.word[i];
+    for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] |= seen.cells.word[i];
   }
   table_.close();
   mendLost();
@@ -294,7 +294,7 @@ std::vector<SpaceCube> SpaceMap::cubes(int32_t first_z, int32_t last_z) const {
 SpaceChanges SpaceMap::takeChanges(bool all) { return table_.takeTouched(all, kMostChanges); }
 
 void SpaceMap::updateDistances() {
-  std::vector<SurfaceCube> changed;
+  std::vector<CubeMask> changed;
   CubeSet unread;
   for (const auto& of_sector : changed_) {
     const bool is_read =

@@ -42,7 +42,7 @@ class SpaceMap : public Space {
 
   /// Takes over what an image saw through. Cubes come in the order of their keys; those beyond the
   /// budget are refused.
-  void addFree(const std::vector<FreeCube>& cubes);
+  void addFree(const std::vector<CubeMask>& cubes);
 
   /// Takes over what a mesh update has changed.
   void addSurfaces(const std::vector<BlockMesh>& blocks);

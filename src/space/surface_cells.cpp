@@ -159,20 +159,17 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, const CellGrid& grid) {
 }
 
 std::vector<Vec3i> SurfaceCells::apply(const std::vector<BlockMesh>& blocks, CellTable& cells) {
-  struct Found {
-    std::vector<Vec3i> cells;
-    bool is_other = false;
-  };
   // Surfaces move a little all the time, but seldom into other cells: that is found out side by
   // side as well, so that what is left to do one by one is only what changes.
-  std::vector<Found> found(blocks.size());
+  std::vector<std::vector<Vec3i>> found(blocks.size());
+  std::vector<uint8_t> is_other(blocks.size());
   parallelFor(blocks.size(), threads_, [&](size_t i) {
-    found[i].cells = cellsOfMesh(blocks[i], grid_);
-    found[i].is_other = isOther(blocks[i].key, found[i].cells);
+    found[i] = cellsOfMesh(blocks[i], grid_);
+    is_other[i] = isOther(blocks[i].key, found[i]);
   });
   changed_.clear();
   for (size_t i = 0; i < blocks.size(); ++i) {
-    if (found[i].is_other) replace(blocks[i].key, std::move(found[i].cells), cells);
+    if (is_other[i]) replace(blocks[i].key, std::move(found[i]), cells);
   }
   sectors_.close();
   sectors_.forgetLost();

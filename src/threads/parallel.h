@@ -90,8 +90,8 @@ void parallelFor(size_t count, int threads, const Body& body) {
 /// Calls body(i) for each i below `count`, in the same way.
 template <size_t kGrain = 1, class Body>
 void parallelFor(size_t count, int threads, const Body& body) {
-  struct Nothing {};
-  parallelFor<Nothing, kGrain>(count, threads, [&](size_t i, Nothing&) { body(i); });
+  using NoScratch = char;
+  parallelFor<NoScratch, kGrain>(count, threads, [&](size_t i, NoScratch&) { body(i); });
 }
 
 /// Makes products 0 to count - 1 in parallel and passes them on in their order, one at a time:

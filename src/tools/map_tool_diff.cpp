@@ -52,7 +52,7 @@ class ComparedMap {
                   static_cast<float>(p_W.y() - mesh_.origin_m[1]),
                   static_cast<float>(p_W.z() - mesh_.origin_m[2])};
     const double reach_m = near_m + kReach_m;
-    const double distance_m = tree_.distance(p, reach_m, {0.0f, 0.0f, 1.0f}, {-2.0f, 2.0f}, hint);
+    const double distance_m = tree_.distance(p, reach_m, {0.0f, 0.0f, 1.0f}, 2.0f, hint);
     if (distance_m <= near_m) return kSame;
     const Space& space = *loaded_.second->space();
     if (space.stateOf(space.cellAt(p_W)) == CellState::kFree) return kChanged;

@@ -33,10 +33,10 @@ DTSDF_HD bool isEmpty(const CellMask& mask) {
   return any == 0;
 }
 
-/// A cube, and which of its cells are free.
-struct FreeCube {
+/// Some cells of a cube: those that are free, or those with surfaces.
+struct CubeMask {
   Vec3i key;
-  CellMask free;
+  CellMask cells;
 };
 
 /// How large cells are: 1 << side_log2 voxels.

@@ -42,7 +42,7 @@ class SpaceStep : public Step {
     if (!is_on_) return;
     const MapperParams& params = host.params.mapper;
     // Of cells and distances, with map/page_folder: as much as of the map's, up to this.
-    const size_t most_bytes = std::min(budgetOf(params).free_bytes, size_t{64} << 20);
+    const size_t most_bytes = std::min(freeBudgetOf(params), size_t{64} << 20);
     // The map's thread and the output's have something left of the cores.
     const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 2);
     follower_ = std::make_unique<SpaceFollower>(params.space.max_distance_m, threads,

@@ -243,7 +243,7 @@ constexpr uint64_t brick(int number) { return uint64_t{1} << number; }
 TEST(BlockTableColours, GoWithTheirVoxels) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 3}, {keyOf(2), 1}});
-  const ColourAdmission admission =
+  const Admission admission =
       table.admitColours({{keyOf(2), brick(5)}, {keyOf(1), brick(0) | brick(7)}});
   const BlockEntry first = table.block(table.find(keyOf(1)));
   const BlockEntry second = table.block(table.find(keyOf(2)));
@@ -277,7 +277,7 @@ TEST(BlockTableColours, StayWithinTheBudget) {
   const std::vector<ColourRequest> requests{
       {keyOf(3), brick(0)}, {keyOf(1), brick(0)}, {keyOf(2), brick(0)}};
   EXPECT_EQ(table.countNewColours(requests), 3u);
-  const ColourAdmission admission = table.admitColours(requests);
+  const Admission admission = table.admitColours(requests);
   EXPECT_EQ(admission.bricks.size(), 2u);
   EXPECT_EQ(admission.refused, 1u);
   EXPECT_EQ(table.colourOf(table.block(table.find(keyOf(3))).array[0], 0), kNoArray);

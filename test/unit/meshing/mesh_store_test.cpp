@@ -113,7 +113,7 @@ TEST(MeshStore, AssemblyWeldsAcrossBlocks) {
 /// More vertices than are kept at a time, with holes everywhere: outlines lead from piece to piece.
 TEST(MeshStore, IsTheSameInPieces) {
   MeshStore store(kVoxelSize);
-  MeshStream::Whole whole{kVoxelSize, false, noBlocks()};
+  BlockExtent bounds = noBlocks();
   std::mt19937 random(4);
   for (int y = 0; y < 60; ++y) {
     for (int x = 0; x < 60; ++x) {
@@ -124,17 +124,18 @@ TEST(MeshStore, IsTheSameInPieces) {
         kept.insert(kept.end(), &block.triangles[t], &block.triangles[t] + 3);
       }
       block.triangles = kept;
-      whole.bounds = around(whole.bounds, {block.key, block.key});
+      bounds = around(bounds, {block.key, block.key});
       store.apply(updateOf({block}));
     }
   }
   Mesh in_pieces;
-  MeshStream stream(whole, {[&](const Mesh& piece) {
-                              in_pieces.vertices_m.insert(in_pieces.vertices_m.end(),
-                                                          piece.vertices_m.begin(),
-                                                          piece.vertices_m.end());
-                            },
-                            [&](const auto& t) { in_pieces.triangles.push_back(t); }});
+  MeshStream stream(kVoxelSize, false, bounds,
+                    {[&](const Mesh& piece) {
+                       in_pieces.vertices_m.insert(in_pieces.vertices_m.end(),
+                                                   piece.vertices_m.begin(),
+                                                   piece.vertices_m.end());
+                     },
+                     [&](const auto& t) { in_pieces.triangles.push_back(t); }});
   for (const auto& [key, block] : store.blocks()) stream.add(*block);
   stream.finish();
 

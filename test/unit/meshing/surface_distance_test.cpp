@@ -78,9 +78,9 @@ TEST(SurfaceTree, CountsWhatFacesAsAskedOnly) {
   const Vec3f p{0.5f, 0.4f, 0.25f}, up{0, 0, 1};
   EXPECT_NEAR(tree.distance(p, 9.0), 0.25, 1e-6);
   SurfaceTree::Hint hint = SurfaceTree::kNoHint;
-  EXPECT_NEAR(tree.distance(p, 9.0, up, {0.5f, 1.01f}, hint), 0.25, 1e-6);
-  EXPECT_NEAR(tree.distance(p, 9.0, up, {-1.01f, -0.5f}, hint), 0.75, 1e-6);
-  EXPECT_EQ(tree.distance(p, 9.0, up, {-0.5f, 0.5f}, hint), 9.0);
+  EXPECT_NEAR(tree.distance(p, 9.0, up, 1.01f, hint), 0.25, 1e-6);
+  EXPECT_NEAR(tree.distance(p, 9.0, up, -0.5f, hint), 0.75, 1e-6);
+  EXPECT_EQ(tree.distance(p, 9.0, up, -1.01f, hint), 9.0);
 }
 
 TEST(SurfaceTree, AHintChangesNothing) {
@@ -91,10 +91,10 @@ TEST(SurfaceTree, AHintChangesNothing) {
   SurfaceTree::Hint last = SurfaceTree::kNoHint;
   for (int n = 0; n < 200; ++n) {
     const Vec3f p{place(random), place(random), place(random)};
-    const FacingLimits facing{-1.01f, n % 2 == 0 ? -0.25f : 0.5f};
+    const float greatest_cosine = n % 2 == 0 ? -0.25f : 0.5f;
     SurfaceTree::Hint none = SurfaceTree::kNoHint;
-    const double expected = tree.distance(p, 0.7, {0, 0, 1}, facing, none);
-    EXPECT_EQ(tree.distance(p, 0.7, {0, 0, 1}, facing, last), expected);
+    const double expected = tree.distance(p, 0.7, {0, 0, 1}, greatest_cosine, none);
+    EXPECT_EQ(tree.distance(p, 0.7, {0, 0, 1}, greatest_cosine, last), expected);
     if (expected < 0.7) {
       EXPECT_EQ(last, none);
     }

@@ -240,7 +240,7 @@ TEST_F(PagedSpace, CountsNoCubesThatTheDiskLost) {
   const size_t all = map.freeBytes();
   EXPECT_EQ(all, contents.free_cubes.size() * kFreeCubeBudgetBytes);
   overwritePages(folder_.path());
-  std::vector<FreeCube> seen;
+  std::vector<CubeMask> seen;
   for (int32_t i = 0; i < 13 * 13 * 7; ++i) {
     seen.push_back({{i % 13 * 4, i / 13 % 13 * 4, i / 169 * 4}, {{~uint64_t{0}}}});
   }

@@ -36,7 +36,7 @@ class Surfaces {
   }
 
   void updateAll(DistanceField& field) {
-    std::vector<SurfaceCube> cubes;
+    std::vector<CubeMask> cubes;
     for (const PackedKey key : changed_) cubes.push_back({unpackKey(key), table_[key]});
     field.update(cubes);
     changed_.clear();
@@ -167,7 +167,7 @@ TEST(DistanceField, WhatFailedIsWorkedOutByTheNextUpdate) {
   for (int i = 0; i < 4; ++i) {
     CellMask surface{};
     add(surface, 7 * i);
-    const std::vector<SurfaceCube> cubes{{{5 * i, 0, 1}, surface}};
+    const std::vector<CubeMask> cubes{{{5 * i, 0, 1}, surface}};
     fails = i % 2 == 1;
     if (fails) {
       EXPECT_THROW(field.update(cubes), std::runtime_error);

@@ -30,9 +30,9 @@ Vec3i cellBefore(int i) { return firstCellOfCube(cubeOfWall(i)) + Vec3i{4, 4, 4}
 Vec3i cellIn(int i) { return firstCellOfCube(cubeOfWall(i)) + Vec3i{7, 4, 4}; }
 
 /// In the sector behind, within reach.
-SurfaceCube cubeBehind(int i) {
-  SurfaceCube behind{cubeOfWall(i) + Vec3i{1, 0, 0}, {}};
-  add(behind.surface, cellIndex(4, 4, 4));
+CubeMask cubeBehind(int i) {
+  CubeMask behind{cubeOfWall(i) + Vec3i{1, 0, 0}, {}};
+  add(behind.cells, cellIndex(4, 4, 4));
   return behind;
 }
 
@@ -54,14 +54,14 @@ class LostSurfaces : public LostCells {
   DistanceField field_{kReach, 2, pages_};
 
   void build() {
-    std::vector<SurfaceCube> walls;
+    std::vector<CubeMask> walls;
     for (int i = 0; i < kWalls; ++i) walls.push_back({cubeOfWall(i), wall()});
     field_.update(walls);
     for (int i = 0; i < kWalls; ++i) ASSERT_EQ(squaredAt(field_.sectors(), cellBefore(i)), 9);
     waitUntilWritten();
   }
   void updateBehind() {
-    std::vector<SurfaceCube> behind;
+    std::vector<CubeMask> behind;
     for (int i = 0; i < kWalls; ++i) behind.push_back(cubeBehind(i));
     field_.update(behind);
   }
@@ -79,7 +79,7 @@ TEST_F(LostSurfaces, AreFeltUntilTheirCubesAreToldAgain) {
   overwritePages(folder_.path());
   updateBehind();
   ASSERT_NO_FATAL_FAILURE(expectSafe());
-  std::vector<SurfaceCube> one, all;
+  std::vector<CubeMask> one, all;
   for (int i = 0; i < kWalls; ++i) {
     const Vec3i sector = sectorOfCube(cubeOfWall(i));
     one.push_back({cubeOfSector(sector, 0), wall()});
@@ -101,7 +101,7 @@ TEST_F(LostSurfaces, AreFeltWhileTheDiskIsAway) {
   ASSERT_NO_FATAL_FAILURE(build());
   CellMask moved{};
   add(moved, cellIndex(5, 4, 4));
-  std::vector<SurfaceCube> changed;
+  std::vector<CubeMask> changed;
   for (int i = 0; i < kWalls; ++i) changed.push_back({cubeOfWall(i), moved});
   {
     const DiskOutage outage(folder_.path());

@@ -79,8 +79,11 @@ def render(options, model, folder, *arguments):
 
 
 def markdown_table(header, rows):
-    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
-    lines += ["| " + " | ".join(str(cell) for cell in row) + " |" for row in rows]
+    """A first cell that is the one above is left blank."""
+    lines, above = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)], None
+    for first, *cells in rows:
+        lines.append(" | ".join(["|" if first == above else f"| {first}", *map(str, cells)]) + " |")
+        above = first
     return "\n".join(lines) + "\n"
 
 

@@ -11,7 +11,7 @@ import json
 import numpy as np
 
 from .common import fill_page, made_by, make_parser, markdown_table, number, reconstruct, render, run, words
-from .ply import read_ply
+from .ply import columns, read_ply
 
 # Way -> images of each part, and from one part to the next; all at most.
 WAYS = {"as it drifted": (10**6, 10**6), "**fused again**": (10**6, 10**6), "submaps of 5 s, moved": (150, 150),
@@ -40,9 +40,9 @@ def drift(truth, seed, restart):
 def join(meshes, path):
     """Writes several meshes as one."""
     parts = [read_ply(mesh) for mesh in meshes]
-    vertices = np.array([[v["x"], v["y"], v["z"]] for part, _ in parts for v in part], "<f4")
+    vertices = np.concatenate([columns(part, "xyz") for part, _ in parts]).astype("<f4")
     firsts = np.cumsum([0] + [len(part) for part, _ in parts])
-    triangles = np.concatenate([np.array(part) + first for (_, part), first in zip(parts, firsts)])
+    triangles = np.concatenate([part + first for (_, part), first in zip(parts, firsts)])
     faces = np.array([(3, row) for row in triangles], [("n", "u1"), ("v", "<u4", 3)])
     path.write_bytes(f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\nproperty float x\n"
                      f"property float y\nproperty float z\nelement face {len(faces)}\n"

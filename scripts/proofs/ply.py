@@ -1,25 +1,21 @@
 """A reader for the binary .ply files that this package writes."""
-import struct
+import numpy as np
 
-FORMATS = {"char": "b", "uchar": "B", "short": "h", "ushort": "H", "int": "i", "uint": "I",
-           "float": "f", "double": "d"}
-FACE = struct.Struct("<B3I")
+FORMATS = {"char": "i1", "uchar": "u1", "short": "<i2", "ushort": "<u2", "int": "<i4", "uint": "<u4",
+           "float": "<f4", "double": "<f8"}
 
 
 def read_ply(path):
-    """(vertices, triangles): a dict by property name for each vertex, and index triples. Raises
-    ValueError for what is not such a file, or not whole."""
+    """(vertices, triangles): an array with a field for each property, and rows of indices."""
     with open(path, "rb") as file:
-        head, mark, data = file.read().partition(b"end_header\n")
-    lines = [line.split() for line in head.decode("ascii", "replace").splitlines()]
-    if not mark or lines[:2] != [["ply"], ["format", "binary_little_endian", "1.0"]]:
-        raise ValueError(f"{path}: not a binary .ply file")
+        head, _, data = file.read().partition(b"end_header\n")
+    lines = [line.split() for line in head.decode("ascii").splitlines()]
     counts = {words[1]: int(words[2]) for words in lines if words[0] == "element"}
-    properties = [words for words in lines if words[0] == "property" and words[1] != "list"]
-    row = struct.Struct("<" + "".join(FORMATS[words[1]] for words in properties))
-    faces = row.size * counts["vertex"]
-    if len(data) != faces + FACE.size * counts["face"]:
-        raise ValueError(f"{path}: cut short, or not all triangles")
-    names = [words[2] for words in properties]
-    return ([dict(zip(names, values)) for values in row.iter_unpack(data[:faces])],
-            [face[1:] for face in FACE.iter_unpack(data[faces:])])
+    vertices = np.frombuffer(data, [(words[2], FORMATS[words[1]]) for words in lines
+                                    if words[0] == "property" and words[1] != "list"], counts["vertex"])
+    faces = np.frombuffer(data, [("count", "u1"), ("corners", "<u4", 3)], counts["face"], vertices.nbytes)
+    return vertices, faces["corners"]
+
+
+def columns(vertices, names):
+    return np.stack([vertices[name] for name in names], axis=1)

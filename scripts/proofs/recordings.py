@@ -14,7 +14,7 @@ import pathlib
 import shutil
 
 from .common import (MAPS, fill_page, made_by, make_parser, markdown_table, number,
-                     reconstruct, run, words)
+                     reconstruct, run)
 
 # Name -> voxel size in mm, and the images that pictures are taken from.
 RECORDINGS = {"redkitchen": (20, [31, 101]), "cabinet": (20, [9, 29]), "box": (5, [1, 25]),
@@ -50,15 +50,13 @@ def fuse(title, folder, voxel_mm, poses, mesh, options):
         run(options.voxblox, folder, voxel_mm / 1000, "fast", 1, len(os.sched_getaffinity(0)), mesh,
             f"0:{10**9}:2")
         return None
-    settings = MAPS[title] + ["colour/enabled=never"] + options.set
-    more = ["--frames", "::2"]
-    mode = "tf"
-    if poses == "refined" and title == "directional":
-        mode = "refine"
-        more += ["--trajectory", trajectory]
-    elif poses == "refined":
-        more += ["--poses", trajectory]
-    return reconstruct(options, folder, voxel_mm, settings, mesh, *more, poses=mode)["device"]
+    more, mode = [], "tf"
+    if poses == "refined":
+        more = ["--poses", trajectory]
+        if title == "directional":
+            more, mode = ["--trajectory", trajectory], "refine"
+    return reconstruct(options, folder, voxel_mm, [*MAPS[title], "colour/enabled=never"], mesh,
+                       "--frames", "::2", *more, poses=mode)["device"]
 
 
 def measure(mesh, folder, options):
@@ -72,11 +70,6 @@ def measure(mesh, folder, options):
     return [*(f"{100 * depth[key] / covered:.1f}" for key in SHARES.values()),
             number(depth["p95_mm"]), *(f"{100 * depth[key]:.2f}" for key in GROSS.values()),
             f"{100 * covered:.1f}", topology["border_edges"], topology["small_holes"]]
-
-
-def draw(mesh, folder, image, picture, options):
-    run(options.programs / "render_mesh", mesh, picture, "--plain", "--views", folder,
-        "--image", image)
 
 
 def measure_recording(name, options):
@@ -95,7 +88,8 @@ def measure_recording(name, options):
             for image in images if options.page != "-" else []:
                 folder_of_pictures.mkdir(parents=True, exist_ok=True)
                 picture = folder_of_pictures / f"{name}_{image}_{title}_{poses}.png"
-                draw(mesh, folder, image, picture, options)
+                run(options.programs / "render_mesh", mesh, picture, "--plain", "--views", folder,
+                    "--image", image)
                 drawn[image].append(f"![](pictures/{picture.name})")
         pictures += drawn.values()
     return rows, pictures, device
@@ -104,9 +98,6 @@ def measure_recording(name, options):
 def read_options():
     parser = make_parser(__doc__, "recordings", "sequences/")
     add = parser.add_argument
-    add("--recordings", default=",".join(RECORDINGS), help="names with commas (default: "
-                                                           "%(default)s)")
-    add("--set", action="append", default=[], metavar="KEY=VALUE", help="more settings, for both maps")
     add("--stride", default=1, help="compare each so many pixels (default: %(default)s)")
     add("--voxblox", metavar="PROGRAM", help="measure the meshes of this program, too")
     add("--page", help="default: RESULTS/recordings.md; '-' for none")
@@ -120,7 +111,7 @@ def main():
     options = read_options()
     options.work.mkdir(parents=True, exist_ok=True)
     published, pictures, device = [], [], ""
-    for name in words(options.recordings):
+    for name in RECORDINGS:
         rows, drawn, device = measure_recording(name, options)
         if name not in UNPUBLISHED:
             published += rows

@@ -12,14 +12,11 @@ from .common import fill_page, made_by, make_parser, run
 def main():
     parser = make_parser(__doc__)
     add = parser.add_argument
-    add("--voxels", default="20,10,5", help="in millimetres (default: %(default)s)")
-    add("--scene", nargs="+", default=[], help="only cases with one of these texts in their name")
     add("--width", type=int, default=320, help="of the room camera's images (default: %(default)s)")
     add("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="cases at the same time")
     options = parser.parse_args()
-    output = run(options.programs / "prove_scenes", "--voxels", options.voxels, "--width",
-                 options.width, "--jobs", options.jobs, "--backend", options.backend, "--threads",
-                 1, *(["--scene", *options.scene] if options.scene else []))
+    output = run(options.programs / "prove_scenes", "--voxels", "20,10,5", "--width", options.width,
+                 "--jobs", options.jobs, "--backend", options.backend, "--threads", 1)
     table, _, end = output.partition("\n\n")
     print(table)
     lines = table.splitlines()

@@ -6,7 +6,7 @@ most, and no distance is off by more than one and a half cells.
 """
 import json
 
-from .common import fill_page, made_by, make_parser, markdown_table, number, run, words
+from .common import fill_page, made_by, make_parser, markdown_table, number, run
 
 # Edge of a cell in mm: size of a voxel in m, voxels along an edge of a cell, reach of distances.
 CELLS = {50: (0.025, 2, 2.0), 100: (0.025, 4, 2.0), 200: (0.025, 8, 2.0), 20: (0.02, 1, 0.3)}
@@ -44,13 +44,11 @@ def is_sound(cell_mm, figures):
 
 def main():
     parser = make_parser(__doc__)
-    add = parser.add_argument
-    add("--cells", default=",".join(map(str, CELLS)), help="in mm (default: %(default)s)")
-    add("--samples", type=int, default=20000,
-        help="cells looked at for each figure (default: %(default)s)")
+    parser.add_argument("--samples", type=int, default=20000,
+                        help="cells looked at for each figure (default: %(default)s)")
     options = parser.parse_args()
     rows, is_all_sound = [], True
-    for cell_mm in map(int, words(options.cells)):
+    for cell_mm in CELLS:
         figures = measure(options, cell_mm)
         rows.append(row_of(cell_mm, figures))
         is_all_sound = is_all_sound and is_sound(cell_mm, figures)

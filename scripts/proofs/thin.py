@@ -10,8 +10,9 @@ import numpy as np
 
 from .common import (MAPS, fill_page, made_by, make_parser, markdown_table, reconstruct, render,
                      run)
-from .ply import read_ply
+from .ply import columns, read_ply
 
+FRAMES, VOXEL_MM = 300, 20.0
 SQUARE_M = 0.025         # a square of a face is there if a point lies on it
 INSET_M = 0.025          # left out along the face's rim, where it turns into the narrow sides
 FACING_COSINE = 0.9      # a point belongs to a face if its normal does
@@ -65,15 +66,10 @@ class Part:
         return (min(1.0, len(squares) / total), offsets[chosen].mean(), abs(offsets[chosen]).max())
 
 
-def columns(vertices, names):
-    return np.array([[vertex[name] for name in names] for vertex in vertices])
-
-
 def points_of(path):
     """Positions and normals of a mesh's vertices and of points inside its triangles."""
     vertices, triangles = read_ply(path)
     positions, normals = columns(vertices, "xyz"), columns(vertices, ("nx", "ny", "nz"))
-    triangles = np.array(triangles)
     inside = [[np.tensordot(weights, values[triangles], axes=(0, 1)) for weights in WEIGHTS]
               for values in (positions, normals)]
     positions, normals = np.vstack([positions, *inside[0]]), np.vstack([normals, *inside[1]])
@@ -84,7 +80,6 @@ def parts_of(path):
     """The connected parts of the ground truth, thinnest first."""
     vertices, triangles = read_ply(path)
     positions, part = columns(vertices, "xyz"), np.arange(len(vertices))
-    triangles = np.array(triangles)
     while True:
         least = part[triangles].min(axis=1)
         joined = part.copy()
@@ -99,7 +94,7 @@ def parts_of(path):
 def measure(options, variant, parts):
     """Rows of the table, and whether the sides of all but the thinnest parts are sound."""
     mesh, frames = options.work / f"{variant}.ply", options.work / "frames"
-    report = reconstruct(options, frames, options.voxel_mm, MAPS[variant], mesh)
+    report = reconstruct(options, frames, VOXEL_MM, MAPS[variant], mesh)
     run(options.programs / "evaluate_mesh", mesh, frames / "gt.ply", "--picture",
         options.results / f"{options.stem}_{variant}.png", "--view", "35,20", "--scale-mm", "10",
         "--width", "720", "--height", "448")
@@ -118,15 +113,12 @@ def main():
     parser = make_parser(__doc__, "thin", "models/")
     add = parser.add_argument
     add("--model", default="syn_plates", help="name of DATA/models/*.ply (default: %(default)s)")
-    add("--voxel-mm", type=float, default=20.0, help="default: %(default)s")
-    add("--frames", type=int, default=300, help="default: %(default)s")
-    add("--noise", default="none", help="as render_orbit has it (default: %(default)s)")
     options = parser.parse_args()
     options.stem = options.model.replace("syn_", "thin_")
     options.work /= options.stem
     options.results.mkdir(parents=True, exist_ok=True)
     frames = render(options, f"models/{options.model}.ply", options.work / "frames", "--frames",
-                    options.frames, "--trajectory", "sphere", "--noise", options.noise)
+                    FRAMES, "--trajectory", "sphere")
     parts, rows, sound, device = parts_of(frames / "gt.ply"), [], {}, ""
     for variant in MAPS:
         more, sound[variant], device = measure(options, variant, parts)
@@ -134,7 +126,7 @@ def main():
     rows.sort(key=lambda row: float(row[0]))
     header = ["thickness mm", "side", "map", "share there", "mean offset mm", "largest offset mm"]
     fill_page(options.results / "thin.md", **{options.stem: (
-        f"{options.frames} images, {options.voxel_mm:g} mm voxels.\n\n"
+        f"{FRAMES} images, {VOXEL_MM:g} mm voxels.\n\n"
         f"{markdown_table(header, rows)}\n{made_by(device)}")})
     if not sound["directional"]:
         return "the directional map lost a side of a part of 10 mm or more"

@@ -1,11 +1,9 @@
 """A ROS graph with a master of its own: its programs, their logs and their memory."""
 import os
 import pathlib
-import shutil
 import signal
 import socket
 import subprocess
-import sys
 import time
 
 
@@ -25,15 +23,6 @@ def free_port():
         return free.getsockname()[1]
 
 
-def run_in_build(build, command, **env):
-    """Starts a script with a build's environment."""
-    wrapper = pathlib.Path(build) / "devel" / "env.sh"
-    if not wrapper.exists():
-        sys.exit(f"{wrapper} does not exist: build with ROS first (scripts/test), or give --build")
-    env = dict(os.environ, ROS_HOSTNAME="localhost", PATH="/usr/bin:" + os.environ["PATH"], **env)
-    return subprocess.Popen([str(wrapper), "/usr/bin/python3", *command], env=env)
-
-
 def wait_until(condition, timeout_s, what):
     deadline = time.monotonic() + timeout_s
     while not condition():
@@ -50,7 +39,8 @@ class Graph:
         self.logs.mkdir(parents=True, exist_ok=True)
         self.programs = []
         self.port = free_port()
-        os.environ["ROS_MASTER_URI"] = f"http://localhost:{self.port}"
+        os.environ.update(ROS_HOSTNAME="localhost", ROS_HOME=str(self.logs),
+                          ROS_MASTER_URI=f"http://localhost:{self.port}")
 
     def __enter__(self):
         self.start("master", ["roscore", "-p", str(self.port)])
@@ -76,18 +66,14 @@ class Graph:
 
 
 def stop(program):
-    if program.poll() is not None:
+    program.send_signal(signal.SIGINT)
+    try:
+        program.wait(timeout=30)
         return True
-    for what, seconds in ((signal.SIGINT, 30), (signal.SIGTERM, 10)):
-        program.send_signal(what)
-        try:
-            program.wait(timeout=seconds)
-            return what == signal.SIGINT
-        except subprocess.TimeoutExpired:
-            continue
-    program.kill()
-    program.wait()
-    return False
+    except subprocess.TimeoutExpired:
+        program.kill()
+        program.wait()
+        return False
 
 
 def pid_of(node):
@@ -100,21 +86,5 @@ def pid_of(node):
 
 def resident_mb(pid):
     """None if the process has ended."""
-    try:
-        with open(f"/proc/{pid}/status") as status:
-            for line in status:
-                if line.startswith("VmRSS:"):
-                    return int(line.split()[1]) / 1024.0
-    except (FileNotFoundError, ProcessLookupError):
-        pass
-    return None
-
-
-def gpu_mb():
-    """Memory in use on all GPUs; None where there is none."""
-    if shutil.which("nvidia-smi") is None:
-        return None
-    answer = subprocess.run(["nvidia-smi", "--query-gpu=memory.used", "--format=csv,noheader,nounits"],
-                            capture_output=True, text=True, check=False)
-    numbers = [word for word in answer.stdout.split() if word.isdigit()]
-    return float(sum(map(int, numbers))) if numbers else None
+    answer = subprocess.run(["ps", "-o", "rss=", "-p", str(pid)], capture_output=True, text=True, check=False)
+    return int(answer.stdout) / 1024.0 if answer.stdout else None

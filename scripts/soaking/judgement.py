@@ -4,6 +4,8 @@ import json
 import math
 import statistics
 
+import numpy as np
+
 # Student's t for 95 % on both sides, by degrees of freedom; beyond, that of many.
 T_95 = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13]
 T_95_MANY = 2.0
@@ -14,25 +16,22 @@ FLAT_MB_H, FLAT_SHARE_H, DOUBT_SHARE_H = 10.0, 0.05, 0.2
 
 
 def read(folder):
-    path = folder / "record.jsonl"
-    if not path.exists():
-        return []
-    return [json.loads(line) for line in path.read_text().splitlines()]
+    return [json.loads(line) for line in (folder / "record.jsonl").read_text().splitlines()]
 
 
 def of_kind(records, kind):
     return [record for record in records if record["kind"] == kind]
 
 
-def least_of_cycles(records, key):
+def least_of_cycles(records):
     """(seconds, least) of each cycle of the second half. What is never given back raises the least of
     all cycles; what a cycle does with its memory, and when, raises the others. In the first half all is
     used for the first time, and pools grow until each has met its most."""
     begins = [record["t"] for record in of_kind(records, "event") if record["what"] == "cycle"]
-    samples = [record for record in of_kind(records, "sample") if key in record]
+    samples = of_kind(records, "sample")
     least = []
     for begin, end in list(zip(begins, begins[1:] + [math.inf]))[(len(begins) + 1) // 2:]:
-        values = [s[key] for s in samples if begin <= s["t"] < end]
+        values = [s["rss_mb"] for s in samples if begin <= s["t"] < end]
         if values:
             least.append((begin, min(values)))
     return least
@@ -42,18 +41,15 @@ def slope_per_hour(points):
     """Slope of a line through the points and the bound of its error; None below three points."""
     if len(points) < 3:
         return None
-    t0, y0 = (statistics.fmean(column) for column in zip(*points))
-    spread = sum((t - t0) ** 2 for t, _ in points)
-    slope = sum((t - t0) * (y - y0) for t, y in points) / spread
-    rest = sum((y - y0 - slope * (t - t0)) ** 2 for t, y in points)
+    line, variances = np.polyfit(*zip(*points), 1, cov=True)
     freedom = len(points) - 2
     t_95 = T_95[freedom - 1] if freedom <= len(T_95) else T_95_MANY
-    return 3600.0 * slope, 3600.0 * t_95 * math.sqrt(rest / freedom / spread)
+    return 3600.0 * float(line[0]), 3600.0 * t_95 * math.sqrt(variances[0][0])
 
 
-def judge_memory(records, key):
-    least = least_of_cycles(records, key)
-    values = [record[key] for record in of_kind(records, "sample") if key in record]
+def judge_memory(records):
+    least = least_of_cycles(records)
+    values = [sample["rss_mb"] for sample in of_kind(records, "sample")]
     if not values:
         return None
     result = dict(median=round(statistics.median(values), 1), most=max(values), cycles=len(least))
@@ -80,28 +76,17 @@ def judge_calls(records):
     return services
 
 
-def judge_graph(records, code):
+def judge(records):
     problems = [dict(t=record["t"], what=record["what"]) for record in of_kind(records, "problem")]
-    if code != 0:
-        problems.append(dict(t=None, what=f"the scenario ended with {code}"))
     if not of_kind(records, "sample"):
         problems.append(dict(t=None, what="nothing was recorded"))
-    return dict(
-        seconds=records[-1]["t"] if records else 0.0,
-        cycles=sum(record["what"] == "cycle" for record in of_kind(records, "event")),
-        rss=judge_memory(records, "rss_mb"), gpu=judge_memory(records, "gpu_mb"),
-        calls=judge_calls(records), problems=problems)
-
-
-def judge(all_records, codes):
-    graphs = {name: judge_graph(records, codes[name]) for name, records in all_records.items()}
-    memory = [part["verdict"] for graph in graphs.values() for part in (graph["rss"], graph["gpu"])
-              if part is not None]
-    exit_code = 0
-    if "too short to tell" in memory:
-        exit_code = 2
-    if "grows" in memory or any(graph["problems"] for graph in graphs.values()):
+    rss = judge_memory(records)
+    exit_code = {"flat": 0, "too short to tell": 2}.get(rss["verdict"] if rss else "", 1)
+    if problems:
         exit_code = 1
     verdict = {0: "memory is flat, nothing failed", 1: "failed: see problems and memory",
                2: "nothing failed; too short to tell whether memory is flat"}[exit_code]
-    return dict(graphs=graphs, exit_code=exit_code, verdict=verdict)
+    return dict(
+        seconds=records[-1]["t"] if records else 0.0,
+        cycles=sum(record["what"] == "cycle" for record in of_kind(records, "event")),
+        rss=rss, calls=judge_calls(records), problems=problems, exit_code=exit_code, verdict=verdict)

@@ -1,22 +1,21 @@
-"""What is done to a graph: cycles of a fixed course of events, and listeners that come and go at
-random all the while. A cycle of the live graph begins with loading the nodelet into its manager and
-ends with unloading it; the node of the bag graph runs from beginning to end."""
+"""What is done to a graph: cycles of a fixed course of events, from loading the nodelet into its
+manager to unloading it."""
 import pathlib
 import random
 import signal
 import threading
 import time
 
-import rosgraph
 import rospy
+import rosservice
 import yaml
-from dtsdf_mapping.msg import Box, MapStatus, Sphere
+from dtsdf_mapping.msg import MapStatus, Sphere
 from dtsdf_mapping.srv import ClearRegion, GetDistances, LoadMap, SaveMap, SaveMesh
-from geometry_msgs.msg import Point, TransformStamped
+from geometry_msgs.msg import Point
 from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
-from soaking.graph import Graph, gpu_mb, pid_of, program, resident_mb, wait_until
+from soaking.graph import Graph, pid_of, program, resident_mb, wait_until
 from soaking.record import Record
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
@@ -26,7 +25,6 @@ TOPICS = ("mesh", "mesh_blocks", "surface_points", "occupancy_grid", "occupancy_
 CAMERA_TOPICS = ("/camera/depth/image_rect", "/camera/depth/camera_info",
                  "/camera/color/image_rect", "/camera/color/camera_info")
 MANAGER, NODE = "/mapping_manager", "/mapping"
-LAP_S = 20.0
 POINTS_ASKED = 1000
 RECOVERS_WITHIN_S = 30.0
 SETTLES_WITHIN_S = 180.0
@@ -69,9 +67,6 @@ class Watch:
             self.ended.set()
             return
         fields = dict(rss_mb=round(mb, 1))
-        gpu = gpu_mb()
-        if gpu is not None:
-            fields["gpu_mb"] = gpu
         if self.expects_status and self.status is not None:
             fields["memory_mb"] = {part.name: round(part.bytes / 1e6, 1)
                                    for part in self.status.memory}
@@ -91,30 +86,6 @@ class Watch:
                                     "counted")
 
 
-def start_camera(graph, options, tf_topic="/tf"):
-    return graph.start("camera", [
-        program("simulated_camera"), "__name:=simulated_camera", "__ns:=/camera",
-        f"/tf:={tf_topic}", f"_rate_hz:={options.rate_hz}", f"_lap_s:={LAP_S}", "_moving:=3"])
-
-
-def record_bag(graph, options, path):
-    """A lap of the camera."""
-    camera = start_camera(graph, options)
-    recorder = graph.start("record", ["rosbag", "record", "-O", str(path),
-                                      f"--duration={LAP_S:.0f}", "/tf", "/tf_static",
-                                      *CAMERA_TOPICS])
-    recorder.wait(timeout=LAP_S + 60)
-    graph.end(recorder)
-    graph.end(camera)
-
-
-def has_service(name):
-    try:
-        return rosgraph.Master("/soak").lookupService(name) is not None
-    except rosgraph.MasterException:
-        return False
-
-
 def unaccounted(stream):
     """Images that were received and are neither fused, dropped nor waiting."""
     dropped = sum(drop.count for drop in stream.dropped)
@@ -122,26 +93,25 @@ def unaccounted(stream):
 
 
 class Scenario:
-    """What both graphs have in common."""
+    """A camera, and a nodelet in a manager, loaded and unloaded in each cycle."""
 
-    def __init__(self, graph, record, options, folder):
+    def __init__(self, graph, record, options):
         self.graph, self.record, self.options = graph, record, options
         self.random = random.Random(1)
-        self.listeners, self.stalled = [], None
-        self.files = folder / "files"
-        self.watch = None
-
-    def set_parameters(self):
+        self.listeners, self.stalled, self.loader = [], None, None
         config = yaml.safe_load((ROOT / "config" / "default.yaml").read_text())
-        config["map"]["voxel_size_m"] = self.options.voxel_mm / 1000.0
-        config["backend"] = self.options.backend
+        config["backend"] = options.backend
         config["space"]["enabled"] = True
         config["publish"]["status_rate_hz"] = 2.0
-        config["output_directory"] = str(self.files)
+        config["output_directory"] = str(options.out / "files")
         rospy.set_param(NODE, config)
-
-    def remappings(self):
-        return [f"{topic[len('/camera/'):]}:={topic}" for topic in CAMERA_TOPICS]
+        self.tf_passes = True
+        self.tf = rospy.Publisher("/tf", TFMessage, queue_size=100)
+        rospy.Subscriber("/tf_of_camera", TFMessage, self.on_tf, queue_size=100)
+        self.camera_returns()
+        graph.start("manager", ["rosrun", "nodelet", "nodelet", "manager", f"__name:={MANAGER[1:]}"])
+        rospy.wait_for_service(MANAGER + "/load_nodelet", 60)
+        self.watch = Watch(record, pid_of(MANAGER), max(1.0, options.hours))
 
     # ---- services ------------------------------------------------------------------------------
     def call(self, name, kind, refusals=(), **request):
@@ -175,14 +145,6 @@ class Scenario:
     def save_mesh(self):
         self.call("save_mesh", SaveMesh, file_name="mesh.ply")
 
-    def save_part(self):
-        """Fewer triangles, of a box."""
-        box = Box()
-        box.pose.position.z = 1.0
-        box.size.x = box.size.y = box.size.z = 4.0
-        self.call("save_mesh", SaveMesh, refusals=["this build cannot simplify"],
-                  file_name="part.glb", simplify_error_m=0.005, region=box)
-
     def save_map(self):
         self.call("save_map", SaveMap, file_name="map.dtsdf")
 
@@ -197,11 +159,11 @@ class Scenario:
     def clear_map(self):
         self.call("clear_map", Trigger)
 
-    def pause(self, wanted=True):
-        self.call("pause", SetBool, data=wanted)
+    def pause(self):
+        self.call("pause", SetBool, data=True)
 
-    def go_on(self):
-        self.pause(False)
+    def resume(self):
+        self.call("pause", SetBool, data=False)
 
     # ---- listeners -----------------------------------------------------------------------------
     def listen(self, topic):
@@ -226,13 +188,6 @@ class Scenario:
         if self.stalled is not None:
             self.stalled.kill()
             self.stalled = None
-
-    def come_and_go(self, ended):
-        """One more of a random topic, for some seconds, again and again."""
-        while not ended.wait(self.random.uniform(0.5, 3.0)):
-            listener = self.listen(self.random.choice([topic for topic in TOPICS if topic not in STEADY_TOPICS]))
-            ended.wait(self.random.uniform(0.5, 4.0))
-            listener.unregister()
 
     # ---- running -------------------------------------------------------------------------------
     def must_map(self):
@@ -260,53 +215,27 @@ class Scenario:
                 self.record.problem(f"{step.__name__}: {type(error).__name__}: {error}")
         time.sleep(max(0.0, begin + seconds - time.monotonic()))
 
-    def run(self, is_loaded=False):
-        hours = self.options.hours
-        end = time.monotonic() + 3600.0 * hours
-        self.watch = Watch(self.record, self.process(), max(1.0, hours))
-        self.watch.expects_status = is_loaded
-        ended = threading.Event()
-        visitors = threading.Thread(target=self.come_and_go, args=(ended,), daemon=True)
-        visitors.start()
+    def run(self):
+        end = time.monotonic() + 3600.0 * self.options.hours
         while time.monotonic() < end and not self.watch.ended.is_set():
             self.record.event("cycle")
-            self.run_cycle(cycle_seconds(hours))
-        ended.set()
-        visitors.join(timeout=30)
+            self.run_cycle(cycle_seconds(self.options.hours))
         self.watch.ended.set()
         self.watch.thread.join(timeout=30)
 
 
-class Live(Scenario):
-    """A camera in wall time; a nodelet in a manager, loaded and unloaded in each cycle."""
-
-    def __init__(self, *arguments):
-        super().__init__(*arguments)
-        self.set_parameters()
-        self.tf_passes = True
-        self.tf = rospy.Publisher("/tf", TFMessage, queue_size=100)
-        rospy.Subscriber("/tf_of_camera", TFMessage, self.on_tf, queue_size=100)
-        self.camera = start_camera(self.graph, self.options, "/tf_of_camera")
-        self.manager = self.graph.start(
-            "manager", ["rosrun", "nodelet", "nodelet", "manager", f"__name:={MANAGER[1:]}"])
-        self.loader = None
-
     def on_tf(self, message):
         if self.tf_passes:
             self.tf.publish(message)
-
-    def process(self):
-        wait_until(lambda: has_service(MANAGER + "/load_nodelet"), 60, "no nodelet manager")
-        return pid_of(MANAGER)
 
     def course(self):
         return [(0.00, self.load), (0.06, self.listeners_come), (0.10, self.listeners_stall),
                 (0.16, self.ask_distances), (0.20, self.save_mesh), (0.24, self.save_map),
                 (0.28, self.ask_distances), (0.30, self.tf_stops), (0.36, self.tf_goes_on),
                 (0.42, self.listeners_break_off), (0.46, self.clear_region),
-                (0.50, self.save_part), (0.54, self.load_map),
-                (0.56, self.ask_distances), (0.58, self.pause), (0.61, self.go_on),
-                (0.64, self.tf_is_ahead), (0.66, self.ask_distances), (0.68, self.clear_map),
+                (0.54, self.load_map),
+                (0.56, self.ask_distances), (0.58, self.pause), (0.61, self.resume),
+                (0.66, self.ask_distances), (0.68, self.clear_map),
                 (0.72, self.camera_dies), (0.74, self.must_be_settled), (0.80, self.camera_returns),
                 (0.84, self.must_map), (0.94, self.listeners_go), (0.96, self.unload)]
 
@@ -314,7 +243,8 @@ class Live(Scenario):
         self.watch.status = None
         self.loader = self.graph.start(
             "nodelet", ["rosrun", "nodelet", "nodelet", "load", "dtsdf_mapping/MappingNodelet",
-                        MANAGER[1:], f"__name:={NODE[1:]}"] + self.remappings())
+                        MANAGER[1:], f"__name:={NODE[1:]}",
+                        *(f"{topic[len('/camera/'):]}:={topic}" for topic in CAMERA_TOPICS)])
         wait_until(lambda: self.watch.status is not None, 60, "the nodelet does not come up")
         self.watch.expects_status = True
 
@@ -322,7 +252,7 @@ class Live(Scenario):
         self.watch.expects_status = False
         if not self.graph.end(self.loader):
             self.record.problem("the nodelet's loader had to be killed")
-        wait_until(lambda: not has_service(NODE + "/save_mesh"), 30,
+        wait_until(lambda: rosservice.get_service_node(NODE + "/save_mesh") is None, 30,
                    "the nodelet was not unloaded")
 
     def tf_stops(self):
@@ -331,65 +261,17 @@ class Live(Scenario):
     def tf_goes_on(self):
         self.tf_passes = True
 
-    def tf_is_ahead(self):
-        """One transform that cannot be true, by decades; the next ones are right."""
-        ahead = TransformStamped()
-        ahead.header.frame_id, ahead.child_frame_id = "map", "camera_depth_optical_frame"
-        ahead.header.stamp = rospy.Time.now() + rospy.Duration(10 ** 9)
-        ahead.transform.rotation.w = 1.0
-        self.tf.publish(TFMessage([ahead]))
-
     def camera_dies(self):
         self.graph.end(self.camera)
 
     def camera_returns(self):
-        self.camera = start_camera(self.graph, self.options, "/tf_of_camera")
+        self.camera = self.graph.start("camera", [
+            program("simulated_camera"), "__name:=simulated_camera", "__ns:=/camera",
+            "/tf:=/tf_of_camera", f"_rate_hz:={self.options.rate_hz}", "_lap_s:=20", "_moving:=3"])
 
 
-class Bag(Scenario):
-    """A node that maps a bag, which loops under simulated time."""
-
-    def __init__(self, *arguments):
-        super().__init__(*arguments)
-        self.set_parameters()
-        self.node = self.graph.start(
-            "node", [program("mapping_node"), f"__name:={NODE[1:]}"] + self.remappings())
-        self.player = self.play()
-
-    def play(self):
-        return self.graph.start("play", ["rosbag", "play", "--clock", "--loop", "-q",
-                                         str(self.files.parent / "room.bag")])
-
-    def process(self):
-        wait_until(lambda: has_service(NODE + "/save_mesh"), 60, "the node does not come up")
-        return pid_of(NODE)
-
-    def run(self):
-        super().run(is_loaded=True)
-
-    def course(self):
-        return [(0.02, self.must_map), (0.05, self.listeners_come), (0.10, self.listeners_stall),
-                (0.18, self.ask_distances), (0.24, self.save_mesh), (0.30, self.save_map),
-                (0.38, self.listeners_break_off), (0.46, self.clear_region),
-                (0.49, self.ask_distances), (0.52, self.save_part), (0.58, self.load_map),
-                (0.61, self.ask_distances), (0.64, self.player_dies), (0.70, self.must_be_settled),
-                (0.72, self.player_returns), (0.80, self.clear_map), (0.84, self.must_map),
-                (0.92, self.ask_distances), (0.95, self.listeners_go)]
-
-    def player_dies(self):
-        self.graph.end(self.player)
-
-    def player_returns(self):
-        self.player = self.play()
-
-
-def run(name, options):
-    folder = options.out / name
-    record = Record(folder)
-    with Graph(folder) as graph:
-        if name == "bag":
-            record_bag(graph, options, folder / "room.bag")
-            rospy.set_param("/use_sim_time", True)  # which rospy asks for when it begins
+def run(options):
+    with Graph(options.out) as graph:
+        record = Record(options.out)
         rospy.init_node("soak", disable_signals=True)
-        (Live if name == "live" else Bag)(graph, record, options, folder).run()
-    return 0
+        Scenario(graph, record, options).run()

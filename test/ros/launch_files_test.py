@@ -419,7 +419,7 @@ class Running(unittest.TestCase):
                 ([], "no bag to play: give one"),
                 (["bag:=none.bag"], f"no such file: '{folder}/none.bag'"),
                 (["bag:=tum.bag", "depth:=/d"], "it has depth images on: '/camera/depth/image'"),
-                (["bag:=packed.bag", depth], "give image_transport:=compressedDepth"),
+                (["bag:=packed.bag", depth], "image_transport:=compressedDepth"),
                 (["bag:=tum.bag", depth, "voxel_size_m:=5"], "map/voxel_size_m = 5"),
                 (["bag:=tum.bag", depth, "voxel_size_m:=5", "nodelet:=false"],
                  "map/voxel_size_m = 5"))

@@ -68,8 +68,8 @@ class StartRviz(unittest.TestCase):
 
     def test_corners_of_a_block(self):
         block = types.SimpleNamespace(origin=[1000, -1000, 0], positions=[0, 0, 0, 8, 2, 4])
-        self.assertEqual(start_rviz.corners_of(block, 0.5),
-                         [(500.0, -500.0, 0.0), (504.0, -499.0, 2.0)])
+        message = types.SimpleNamespace(blocks=[block], step_m=0.5)
+        self.assertEqual(start_rviz.points_of(message), [(500.0, -500.0, 0.0), (504.0, -499.0, 2.0)])
 
     def test_the_view_is_where_the_mesh_is(self):
         view = self.adapt("/mapping", "/d", "raw", "map", [(1, 2, 3), (3, 2, 3)])["Views"]["Current"]

@@ -31,7 +31,7 @@ def records(kept_mb, cycles=12, rest_mb=1.0):
 
 class JudgementTest(unittest.TestCase):
     def verdict(self, kept_mb, **more):
-        return judgement.judge_memory(records(kept_mb, **more), "rss_mb")["verdict"]
+        return judgement.judge_memory(records(kept_mb, **more))["verdict"]
 
     def test_what_comes_and_goes_is_flat(self):
         self.assertEqual(self.verdict(lambda t: 150.0), "flat")

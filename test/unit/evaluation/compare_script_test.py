@@ -39,10 +39,10 @@ class Compare(unittest.TestCase):
                 capture_output=True, text=True, check=False)
             self.assertEqual(result.returncode, 0, result.stderr)
             page = (folder / "compare.md").read_text(encoding="utf-8")
-            self.assertIn("Not measured: nobody.", page)
+            self.assertIn("Not measured: nobody, 1 thread (asian_dragon, 20 mm).", page)
             self.assertNotIn(name, page)
             rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in page.splitlines()
-                    if line.startswith("| asian_dragon, 20 mm")]
+                    if line.startswith(("| asian_dragon, 20 mm", "| |"))]
             mappers = ["**directional**", "**undirected**", "truth"]
             self.assertEqual([row[1] for row in rows], mappers + mappers)
             self.assertEqual(rows[2][2:], ["2.50", "–", "40.0", "7.00", "0.00", "0.00", "–"])

@@ -1,19 +1,20 @@
-"""scripts/evaluate_trajectory against errors that are known, and on recordings of a room in the layouts
-of TUM RGB-D, ICL-NUIM and Replica. The folder of the programs is in $DTSDF_PROGRAMS."""
+"""scripts/evaluate_trajectory against errors that are known, and on recordings of a room. The folder of
+the programs is in $DTSDF_PROGRAMS."""
 import math
 import os
 import pathlib
-import struct
 import subprocess
 import sys
 import tempfile
 import unittest
-import zlib
 
 try:
     import numpy as np
 except ImportError:
     sys.exit(77)  # skipped
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
+import tum_folder  # noqa: E402
 
 SCRIPT = pathlib.Path(__file__).resolve().parents[3] / "scripts" / "evaluate_trajectory"
 WIDTH, HEIGHT, FOCAL, CX, CY = 160, 120, 130.0, 79.5, 59.5
@@ -77,17 +78,6 @@ class EvaluateTrajectory(unittest.TestCase):
         self.assertIn("only 0 poses", evaluate(self.truth, self.estimate).stderr)
 
 
-def write_png(path, image):
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    path.parent.mkdir(parents=True, exist_ok=True)
-    rows = b"".join(b"\0" + row.tobytes() for row in image.astype(">u2"))
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(
-        ">IIBBBBB", WIDTH, HEIGHT, 16, 0, 0, 0, 0)) + chunk(b"IDAT", zlib.compress(rows, 1)) +
-        chunk(b"IEND", b""))
-
-
 def pose_of(step):
     """The camera moves by 25 mm and turns by a degree an image."""
     turn = math.radians(step)
@@ -110,32 +100,16 @@ def render(pose):
     return depth
 
 
-def record(folder, layout, poses, noise):
-    """A recording as its benchmark publishes it. ICL-NUIM's y axes point upwards, and its images
-    begin at 1, one earlier than its poses."""
-    random, lines, pairs = np.random.default_rng(1), [], []
-    units = 6553.5 if layout == "replica" else 5000.0
+def record(folder, poses, noise):
+    random, images = np.random.default_rng(1), []
     for i, pose in enumerate(poses):
         depth = render(pose)
         depth += noise * depth ** 2 * random.standard_normal(depth.shape)
-        name = f"results/depth{i:06d}.png" if layout == "replica" else f"depth/{i}.png"
-        write_png(folder / name, np.round(units * depth))
         turn = math.atan2(pose[0, 2], pose[0, 0])
-        x, y, z = pose[:3, 3]
-        stamp, up = (f"{100 + i / 30:.6f}", 1) if layout == "tum" else (i, -1)
-        lines.append(f"{stamp} {x} {up * y} {z} 0 {math.sin(turn / 2)} 0 {math.cos(turn / 2)}")
-        pairs.append(f"{stamp} {name}" + (f" {i} rgb/{i}.png" if layout == "icl" else ""))
-        if layout == "replica":
-            lines[-1] = " ".join(map(str, pose.ravel()))
-    (folder / {"tum": "groundtruth.txt", "icl": "livingroom.gt.freiburg",
-               "replica": "traj.txt"}[layout]).write_text("\n".join(lines) + "\n")
-    if layout == "replica":
-        (folder.parent / "cam_params.json").write_text(
-            f'{{"camera": {{"w": {WIDTH}, "h": {HEIGHT}, "fx": {FOCAL}, "fy": {FOCAL}, "cx": {CX}, '
-            f'"cy": {CY}, "scale": {units}}}}}')
-    else:
-        (folder / ("depth.txt" if layout == "tum" else "associations.txt")).write_text(
-            "\n".join(pairs) + "\n")
+        images.append((f"{100 + i / 30:.6f}",
+                       tum_folder.png([row.tobytes() for row in np.round(5000.0 * depth).astype(">u2")]),
+                       (*pose[:3, 3], 0, math.sin(turn / 2), 0, math.cos(turn / 2))))
+    tum_folder.write(folder, images)
 
 
 class Recordings(unittest.TestCase):
@@ -143,33 +117,30 @@ class Recordings(unittest.TestCase):
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
 
-    def rows(self, layout, poses, noise=0.0):
-        folder = pathlib.Path(self.folder.name) / layout / "room"
-        record(folder, layout, poses, noise)
-        up = -1 if layout == "icl" else 1
+    def rows(self, poses, noise=0.0):
+        folder = pathlib.Path(self.folder.name) / f"room_{noise}"
+        record(folder, poses, noise)
         result = evaluate(folder, "--programs", os.environ["DTSDF_PROGRAMS"], "--backend", "cpu",
                           "--work", folder.parent / "work", "--voxel-mm", 40,
-                          f"--options=--intrinsics={FOCAL},{up * FOCAL},{CX},{CY}")
+                          f"--options=--intrinsics={FOCAL},{FOCAL},{CX},{CY}")
         self.assertEqual(result.returncode, 0, result.stderr)
         lines = result.stdout.splitlines()
         return [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines
-                if line.startswith("|")], [line for line in lines if line.startswith("  lost")]
+                if line.startswith("| room")], [line for line in lines if line.startswith("  lost")]
 
-    def test_each_layout_is_tracked_and_refined(self):
-        for layout in ("tum", "icl", "replica"):
-            for noise, most_cm in ((0.0, 0.2), (0.0015, 0.6)):
-                with self.subTest(layout=layout, noise=noise):
-                    (track, refine), lost = self.rows(layout, [pose_of(i) for i in range(8)], noise)
-                    self.assertEqual(track[1:3], ["track", "8 of 8"])
-                    self.assertEqual(refine[1:3], ["refine", "8 of 8"])
-                    self.assertLess(float(track[3]), most_cm)
-                    self.assertLess(float(refine[3]), most_cm)
-                    self.assertEqual(lost, [])
+    def test_a_recording_is_tracked_and_refined(self):
+        for noise, most_cm in ((0.0, 0.2), (0.0015, 0.6)):
+            (track, refine), lost = self.rows([pose_of(i) for i in range(8)], noise)
+            self.assertEqual(track[1:3], ["track", "8 of 8"])
+            self.assertEqual(refine[1:3], ["refine", "8 of 8"])
+            self.assertLess(float(track[3]), most_cm)
+            self.assertLess(float(refine[3]), most_cm)
+            self.assertEqual(lost, [])
 
     def test_a_camera_that_jumps_is_lost(self):
         poses = [pose_of(i) for i in range(6)]
         poses += [pose_of(i + 80) for i in range(3)]
-        (track, _), lost = self.rows("tum", poses)
+        (track, _), lost = self.rows(poses)
         self.assertEqual(track[1:3], ["track", "6 of 9"])
         self.assertRegex(lost[0], r"lost from image 6 \(0.2 s\) for 3: .*; moved by .* and 75.0 degrees")
 

@@ -263,7 +263,7 @@ class BlockMesher {
   bool directional_, refined_;
   int thread_blocks_;  ///< That fill the device, for kernels whose work is counted there.
   Stream stream_;
-  Event begun_{Timing::kOn}, fetched_{Timing::kOn}, counted_;
+  Event begun_{cudaEventDefault}, fetched_{cudaEventDefault}, counted_;
   State state_ = State::kIdle;
   bool is_prepared_ = false;
   MapView map_ = {};

@@ -44,7 +44,7 @@ class CudaBackend : public MapBackend {
         painter_(makePaintSettings(params, rules), stream_),
         mesher_(makeMeshSettings(params, rules), params.map.directional, params.mesh.refine != 0),
         renderer_(makeMeshSettings(params, rules), params.map.directional, stream_),
-        free_cell_finder_(cellGridOf(params), params.space.max_range_m, stream_),
+        free_cell_finder_(cellLog2Of(params), params.space.max_range_m, stream_),
         distance_maker_(std::make_shared<DistanceMaker>(freeBudgetOf(params))),
         record_mover_(stream_) {
     stream_.setClock(&clock_);

@@ -83,7 +83,7 @@ __device__ void reserveSums(const TouchedView& touched, uint32_t block, uint32_t
 
 /// One thread per touched block, in strides: their number is known on the device only.
 __device__ void compareWithMap(const Vec3i& origin_block, const MapView& map,
-                               const TouchedView& touched, PackedRequest* requests) {
+                               const TouchedView& touched, BlockRequest* requests) {
   if (touched.counters->table_full) return;
   const uint32_t count = touched.counters->touched;
   for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {
@@ -104,7 +104,7 @@ __device__ void compareWithMap(const Vec3i& origin_block, const MapView& map,
 /// The block of threads that finishes last hands the counters to the host, which finds these and
 /// the requests in its own memory.
 __global__ void compareWithMapKernel(Vec3i origin_block, MapView map, TouchedView touched,
-                                     FrameCounters* host_counters, PackedRequest* requests) {
+                                     FrameCounters* host_counters, BlockRequest* requests) {
   waitForTheOneAhead();
   compareWithMap(origin_block, map, touched, requests);
   if (!isLastBlock(&touched.counters->compared, gridDim.x)) return;
@@ -199,12 +199,7 @@ void BlockFinder::grow() {
 }
 
 std::vector<BlockRequest> BlockFinder::fetchRequests() const {
-  const size_t count = pinned_counters_[0].requests;
-  std::vector<BlockRequest> requests(count);
-  for (size_t i = 0; i < count; ++i) {
-    requests[i] = {requests_[i].key, static_cast<uint32_t>(requests_[i].directions)};
-  }
-  return requests;
+  return {requests_.data(), requests_.data() + pinned_counters_[0].requests};
 }
 
 std::vector<PackedKey> BlockFinder::fetchTouched() {

@@ -23,12 +23,6 @@ struct FrameCounters {
   uint32_t compared, cleared;  ///< Blocks of threads that have finished these stages.
 };
 
-/// A BlockRequest without padding, whose bytes nothing would write.
-struct PackedRequest {
-  PackedKey key;
-  uint64_t directions;
-};
-
 struct TouchedBlock {
   PackedKey key;
   Vec3i block_L;        ///< Coordinates relative to the frame's origin.
@@ -98,7 +92,7 @@ class BlockFinder {
   DeviceBuffer<TouchedBlock> blocks_;
   DeviceBuffer<FrameCounters> counters_;
   PinnedBuffer<FrameCounters> pinned_counters_;  ///< A kernel writes them there,
-  PinnedBuffer<PackedRequest> requests_;         ///< and these,
+  PinnedBuffer<BlockRequest> requests_;          ///< and these,
   PinnedBuffer<PackedKey> touched_keys_;         ///< and these.
 };
 

@@ -89,8 +89,8 @@ struct PieceTrees {
   __device__ bool isSmallRoot(uint32_t root, int most_units) const {
     constexpr uint32_t kPlaces = (1u << kFoldedPlaces) - 1u;
     const uint32_t piece = runs[root];
-    const Shadow shadow{piece >> kShadowX & kPlaces, piece >> kShadowY & kPlaces, 0};
-    return (piece & kTooManyLayers) == 0 && isSmall(shadow, most_units);
+    return (piece & kTooManyLayers) == 0 &&
+           isSmall(piece >> kShadowX & kPlaces, piece >> kShadowY & kPlaces, 0, most_units);
   }
 };
 

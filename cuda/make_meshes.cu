@@ -146,30 +146,12 @@ __device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles, uint3
   return before & kLow;
 }
 
-/// A vertex on an edge of a block, from the device's map.
-__device__ BlockVertex makeVertex(const MeshView& mesh, const ArraysAround& arrays, int edge) {
-  const int lower = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
-  const bool directional = mesh.directional != 0;
-  const Vec3i corner = cornerAt(lower);
-  EdgeSamples samples(arrays, corner, axis, directional);
-#pragma unroll  // so that the samples are in registers, and read all at once
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if (!directional && d != facedDirection(axis, facing)) continue;
-    samples.lower[d] = arrays.sample(lower, directional ? d : 0);
-    samples.upper[d] = arrays.sample(lower + cornerStride(axis), directional ? d : 0);
-  }
-  const uint32_t crossing = crossingDirections(samples, axis, facing);
-  const auto anchors = [&](int end, int d) {
-    return arrays.voxel(end == 0 ? corner : corner + unitStep(axis), d).anchor;
-  };
-  return dtsdf::makeVertex(mesh.rules, samples, crossing, anchors, edge, directional);
-}
-
 /// The first `count` vertices: those on edges.
 __device__ void writeVertices(const MeshView& mesh, uint32_t count, const MeshBlockShared& shared) {
   BlockVertex* vertices = mesh.vertices + shared.record.first_vertex;
   for (uint32_t i = threadIdx.x; i < count; i += blockDim.x) {
-    vertices[i] = makeVertex(mesh, shared.arrays, shared.listing.vertex_edge[i]);
+    vertices[i] = makeVertex(mesh.rules, shared.arrays, shared.listing.vertex_edge[i],
+                             mesh.directional != 0, kAllDirections);
   }
 }
 

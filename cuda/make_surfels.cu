@@ -59,33 +59,6 @@ __device__ uint32_t takePlaces(uint32_t wanted, uint32_t* count) {
   return __shfl_sync(0xffffffffu, first, 0) + before;
 }
 
-/// What becomes of a pixel: the surfel of the square that it is the first of, or its own.
-struct PixelSurfels {
-  Surfel merged;
-  PixelMeasurement single;
-  uint32_t count;
-};
-
-__device__ __forceinline__ PixelSurfels measurePixel(const FrameSensing& sensing,
-                                                     const Pixel& pixel,
-                                                     const SurfelSettings& settings,
-                                                     const uint8_t* patches) {
-  PixelSurfels found{noSurfel(), {}, 0};
-  const size_t patch =
-      static_cast<size_t>(pixel.v / kPatchSide) * patchesAlong(sensing.image.frame.width) +
-      pixel.u / kPatchSide;
-  const int side = mergedSide(patches[patch], pixel);
-  if (side > 1) {
-    found.merged = makeMergedSurfel(sensing, {pixel, side}, settings);
-    found.count = found.merged.weight > 0.0f;
-  }
-  if (side == 1) {
-    found.single = subdividedPixel(sensing, pixel, fitColumn(sensing, pixel, settings), settings);
-    found.count = found.single.plane.trust > 0.0f ? subpixelCount(found.single.subdivision) : 0;
-  }
-  return found;
-}
-
 /// One surfel per square of merged pixels, per pixel, or per subpixel; their order does not matter,
 /// since sums are integers. `count` takes how many there are; those for which there is no room are
 /// left out.
@@ -94,16 +67,28 @@ __global__ void __launch_bounds__(kRowThreads, 8)
                       Surfel* surfels, uint32_t room, uint32_t* count) {
   waitForTheOneAhead();
   const FrameSensing sensing = on_device.load();
+  const FrameView& frame = sensing.image.frame;
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
-  for (int v = blockIdx.y; v < sensing.image.frame.height; v += gridDim.y) {
-    PixelSurfels found{noSurfel(), {}, 0};
-    if (u < sensing.image.frame.width) found = measurePixel(sensing, {u, v}, settings, patches);
-    const uint32_t place = takePlaces(found.count, count);
-    for (uint32_t i = 0; i < found.count && place + i < room; ++i) {
-      surfels[place + i] =
-          found.merged.weight > 0.0f
-              ? found.merged
-              : makeSubpixelSurfel(sensing.image, found.single, static_cast<int>(i));
+  for (int v = blockIdx.y; v < frame.height; v += gridDim.y) {
+    const size_t patch =
+        static_cast<size_t>(v / kPatchSide) * patchesAlong(frame.width) + u / kPatchSide;
+    const int side = u < frame.width ? mergedSide(patches[patch], {u, v}) : 0;
+    Surfel merged = noSurfel();  // of the square that the pixel is the first of, or its own:
+    PixelMeasurement single{};
+    uint32_t found = 0;
+    if (side > 1) {
+      merged = makeMergedSurfel(sensing, {{u, v}, side}, settings);
+      found = merged.weight > 0.0f;
+    }
+    if (side == 1) {
+      single = subdividedPixel(sensing, {u, v}, fitColumn(sensing, {u, v}, settings), settings);
+      found = single.plane.trust > 0.0f ? subpixelCount(single.subdivision) : 0;
+    }
+    const uint32_t place = takePlaces(found, count);
+    for (uint32_t i = 0; i < found && place + i < room; ++i) {
+      surfels[place + i] = merged.weight > 0.0f
+                               ? merged
+                               : makeSubpixelSurfel(sensing.image, single, static_cast<int>(i));
     }
   }
 }

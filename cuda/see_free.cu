@@ -20,12 +20,12 @@ __global__ void makeFreeLevelKernel(const float* below, int32_t width_below, int
 }
 
 /// One block of threads per cube.
-__global__ void seeFreeKernel(FrameView frame, FreePyramid free, CellGrid grid, float max_range_m,
-                              const Vec3i* cubes, CellMask* masks) {
+__global__ void seeFreeKernel(FrameView frame, FreePyramid free, int32_t cell_log2,
+                              float max_range_m, const Vec3i* cubes, CellMask* masks) {
   __shared__ VoxelInImage corners[kCornersPerCube];
-  const CubeLook look = lookAt(frame, grid, cubes[blockIdx.x]);
+  const Vec3f first_L = cornerOfCube(frame, cell_log2, cubes[blockIdx.x]);
   for (int i = threadIdx.x; i < kCornersPerCube; i += kThreads) {
-    corners[i] = cornerInImage(frame, look, i);
+    corners[i] = cornerInImage(frame, first_L, cell_log2, i);
   }
   __syncthreads();
   CellMask& mask = masks[blockIdx.x];
@@ -48,8 +48,8 @@ size_t beginOf(int level, const FrameView& frame) {
 
 }  // namespace
 
-FreeCellFinder::FreeCellFinder(const CellGrid& grid, float max_range_m, const Stream& stream)
-    : grid_(grid), max_range_m_(max_range_m), stream_(stream) {}
+FreeCellFinder::FreeCellFinder(int32_t cell_log2, float max_range_m, const Stream& stream)
+    : cell_log2_(cell_log2), max_range_m_(max_range_m), stream_(stream) {}
 
 void FreeCellFinder::reserve(const FrameView& frame) {
   levels_.reserveExactly(beginOf(kFreeLevels, frame), stream_);
@@ -71,7 +71,7 @@ void FreeCellFinder::find(const FrameView& frame, const float* free_depth,
   cubes_.upload(pinned_cubes_.data(), keys_.size(), stream_);
   const FreePyramid free = makePyramid(frame, free_depth);
   launch("seeFreeKernel", seeFreeKernel, static_cast<unsigned>(keys_.size()), kThreads, 0, stream_,
-         frame, free, grid_, max_range_m_, cubes_.data(), masks_.data());
+         frame, free, cell_log2_, max_range_m_, cubes_.data(), masks_.data());
   masks_.download(pinned_masks_.data(), keys_.size(), stream_);
   stream_.record(fetched_);
 }

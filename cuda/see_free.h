@@ -14,7 +14,7 @@ namespace gpu {
 /// frame to frame.
 class FreeCellFinder {
  public:
-  FreeCellFinder(const CellGrid& grid, float max_range_m, const Stream& stream);
+  FreeCellFinder(int32_t cell_log2, float max_range_m, const Stream& stream);
 
   /// Enqueues the search in those cubes, and its way to the host. What was not taken of the frame
   /// before is lost. @throws CudaError without memory.
@@ -29,7 +29,7 @@ class FreeCellFinder {
   void reserve(const FrameView& frame);
   FreePyramid makePyramid(const FrameView& frame, const float* free_depth);
 
-  const CellGrid grid_;
+  const int32_t cell_log2_;
   const float max_range_m_;
   const Stream& stream_;
   Event fetched_;

@@ -29,7 +29,7 @@ class StageClock {
  private:
   struct Interval {
     Stage stage;
-    Event begin{Timing::kOn}, end{Timing::kOn};
+    Event begin{cudaEventDefault}, end{cudaEventDefault};
   };
 
   Profile* profile_ = nullptr;

@@ -8,16 +8,14 @@
 namespace dtsdf {
 namespace gpu {
 
-enum class Timing { kOff, kOn };
-
 class StageClock;
 
 /// A point in a stream's work. Waiting for an event that was never recorded returns at once.
 class Event {
  public:
-  explicit Event(Timing timing = Timing::kOff) {
-    DTSDF_CHECK_CUDA(cudaEventCreateWithFlags(
-        &event_, timing == Timing::kOn ? cudaEventDefault : cudaEventDisableTiming));
+  /// @param flags cudaEventDefault for one that has timing.
+  explicit Event(unsigned flags = cudaEventDisableTiming) {
+    DTSDF_CHECK_CUDA(cudaEventCreateWithFlags(&event_, flags));
   }
   ~Event() {
     if (event_ != nullptr) cudaEventDestroy(event_);
@@ -33,7 +31,7 @@ class Event {
   /// Blocks the calling thread until the work before the event is done.
   void wait() const { DTSDF_CHECK_CUDA(cudaEventSynchronize(event_)); }
 
-  /// Time between two events that are done and have timing on.
+  /// Time between two events that are done and have timing.
   float millisecondsSince(const Event& start) const {
     float elapsed_ms = 0.0f;
     DTSDF_CHECK_CUDA(cudaEventElapsedTime(&elapsed_ms, start.event_, event_));

@@ -42,9 +42,9 @@ int cornerOfRow(int row) { return cornerIndex(0, row % kBlockSide, row / kBlockS
 
 /// Takes a row of voxels apart, as sampleOf() does.
 void copyRow(const Voxel* from, int32_t least_evidence, float* sdf, float* weight) {
-  const SampleOf<LaneFloats> samples = VoxelRow(from).samples(least_evidence);
-  samples.sdf.store(sdf);
-  samples.weight.store(weight);
+  const VoxelRow row(from);
+  row.sdf().store(sdf);
+  row.knownWeight(least_evidence).store(weight);
 }
 
 /// Copies the part of a voxel array that lies in the corner grid's n-th block.
@@ -144,15 +144,12 @@ bool BlockIndexer::hasCandidates() const {
   return row < kRows;
 }
 
-/// Most edges are crossed by few directions: no others are read.
-BlockVertex BlockIndexer::makeVertex(const MeshSettings& rules, const ArraysAround& arrays,
-                                     int edge, bool directional) const {
+/// The directions that are read to make a vertex: most edges are crossed by few.
+uint32_t BlockIndexer::directionsOn(int edge) const {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const uint32_t crossing =
       crossingDirections(sides_[corner], sides_[corner + cornerStride(axis)], axis, facing);
-  const uint32_t read = crossing != 0 ? crossing : speakingOnEdge(axis, facing);
-  const EdgeVoxels voxels(arrays, edge, directional, read);
-  return voxels.vertex(rules, directional ? crossing : voxels.crossing());
+  return crossing != 0 ? crossing : speakingOnEdge(axis, facing);
 }
 
 void BlockIndexer::index(const MeshSettings& rules, const ArraysAround& arrays, bool directional,
@@ -173,8 +170,9 @@ void BlockIndexer::index(const MeshSettings& rules, const ArraysAround& arrays, 
     if (!saysNothing(labels[i])) edges_.addUnit(indicesOf(labels[i]), voxelOffset(i));
   }
   vertices.reserve(edges_.count());
-  edges_.forEach(
-      [&](int edge) { vertices.push_back(makeVertex(rules, arrays, edge, directional)); });
+  edges_.forEach([&](int edge) {
+    vertices.push_back(makeVertex(rules, arrays, edge, directional, directionsOn(edge)));
+  });
   if (std::all_of(labels.begin(), labels.end(), saysNothing)) labels.clear();
 }
 

@@ -5,9 +5,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "cpu/blocks_around.h"
+#include "cpu/voxel_store.h"
 #include "dtsdf_mapping/block_mesh.h"
 #include "kernels/meshing/emit.h"
+#include "kernels/meshing/make_vertex.h"
 #include "kernels/meshing/unit_samples.h"
 
 namespace dtsdf {
@@ -68,8 +69,7 @@ class BlockIndexer {
   void labelRows(const MeshSettings& rules, bool directional, UnitLabels* labels);
   bool rowHasCandidates(int row) const;
   bool hasCandidates() const;
-  BlockVertex makeVertex(const MeshSettings& rules, const ArraysAround& arrays, int edge,
-                         bool directional) const;
+  uint32_t directionsOn(int edge) const;
 
   const Voxel* const* corner_arrays_[kCornerBlocks] = {};  ///< Of the corner grid, by direction.
   uint32_t present_ = 0;               ///< Bit d: some corner has samples of direction d.

@@ -1,6 +1,7 @@
 #include "cpu/block_mesher.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <utility>
 
@@ -12,6 +13,28 @@
 
 namespace dtsdf {
 namespace {
+
+/// The slots of a block and of those around it, by aroundOffset(); -1 where there is none.
+using SlotsAround = std::array<int32_t, kBlocksAround>;
+
+SlotsAround slotsAround(const BlockTable& table, const BlockKey& key) {
+  SlotsAround slots;
+  for (int n = 0; n < kBlocksAround; ++n) slots[n] = table.find(packKey(key + aroundOffset(n)));
+  return slots;
+}
+
+/// Their voxel arrays; `least_evidence` is what a voxel needs to be known.
+ArraysAround arraysAround(const CpuMap& map, const SlotsAround& slots, int32_t least_evidence) {
+  ArraysAround around;
+  around.least_evidence = least_evidence;
+  for (int n = 0; n < kBlocksAround; ++n) {
+    for (int d = 0; d < kDirectionCount; ++d) {
+      const int32_t array = slots[n] < 0 ? kNoArray : map.table.block(slots[n]).array[d];
+      around.array[n][d] = array == kNoArray ? nullptr : map.voxels.array(array);
+    }
+  }
+  return around;
+}
 
 /// Those slots of a list that are still marked, each once; takes the marks and empties the list.
 template <class State>

@@ -20,14 +20,6 @@ bool anySpeaks(const UnitLabels* row) {
 int firstBeside(int offset) { return offset < 0 ? kBlockSide - 1 : 0; }
 int endBeside(int offset) { return offset > 0 ? 1 : kBlockSide; }
 
-/// The vertex of an edge of which nothing is known.
-BlockVertex makeVertex(const MeshSettings& rules, const ArraysAround& arrays, int edge,
-                       bool directional) {
-  const uint32_t may_cross = speakingOnEdge(edgeAxis(edge), edgeFacing(edge));
-  const EdgeVoxels voxels(arrays, edge, directional, may_cross);
-  return voxels.vertex(rules, voxels.crossing());
-}
-
 }  // namespace
 
 /// What cornerBalance() gathers for a corner, spread by the units, of which most say nothing.
@@ -119,7 +111,9 @@ void BlockSurface::emit(const MeshSettings& rules, const ArraysAround& arrays,
     vertex_of_edge_[edge] = static_cast<uint16_t>(mesh.vertices.size());
     while (next != known.end() && next->edge < static_cast<uint32_t>(edge)) ++next;
     const bool is_known = next != known.end() && next->edge == static_cast<uint32_t>(edge);
-    mesh.vertices.push_back(is_known ? *next : makeVertex(rules, arrays, edge, directional));
+    const uint32_t may_cross = speakingOnEdge(edgeAxis(edge), edgeFacing(edge));
+    mesh.vertices.push_back(is_known ? *next
+                                     : makeVertex(rules, arrays, edge, directional, may_cross));
     is_drawn_.push_back(isDrawn(mesh.vertices.back()));
   });
   mesh.triangles.resize(triangle_edges_.size());

@@ -24,11 +24,14 @@ class PlanePair {
       const int plane = first + (i >> 2), du = i & 1, dv = i >> 1 & 1;
       const CellCrossing crossing = crossCell(line, plane);
       const CornerSample sample = sampleCorner<kHasSides>(line, sides, shifts, crossing, du, dv);
-      const PlaneInBlock at = planeInBlock(block, plane, crossing.u, crossing.v);
+      const int u = crossing.u + du - block.u0, v = crossing.v + dv - block.v0;
       // One outside the block is made any of its voxels, without a weight: no branches, which
       // nobody could foresee.
-      const bool is_held = at.holds(du, dv);
-      const int index = at.index + du * block.stride_u + dv * block.stride_v;
+      constexpr uint32_t kLast = kBlockSide - 1;
+      const bool is_held =
+          (static_cast<uint32_t>(u) <= kLast) & (static_cast<uint32_t>(v) <= kLast);
+      const int index =
+          (plane - block.k0) * block.stride_k + u * block.stride_u + v * block.stride_v;
       index_[i] = index & (kVoxelsPerBlock - 1);
       const float share = is_held ? sample.share : 0.0f;
       const int32_t sdf = roundSdf(sample.distance * sdf_scale);

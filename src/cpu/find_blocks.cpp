@@ -21,7 +21,7 @@ class LineBatch {
     numbers_[count_++] = number;
   }
 
-  /// The lines of all that were added; same bits as makeCastLine(). In three loops, which compilers
+  /// The lines of all that were added; same bits as makeCastLine(). In loops, which compilers
   /// turn into vector instructions.
   void compute(const FrameSensing& sensing, const FusionSettings& fusion) {
     withWidestVectors([&] { computeAll(sensing, fusion); });
@@ -38,8 +38,7 @@ class LineBatch {
     const FrameSensing sensing = of_frame;  // copies of its own, which no result can overlap
     const FusionSettings fusion = of_fusion;
     const int count = count_;
-    for (int i = 0; i < count; ++i) ways_.set(i, castWayOf(surfels_[i], sensing, fusion));
-    for (int i = 0; i < count; ++i) lines_.set(i, sampleLineOf(surfels_[i], ways_[i]));
+    for (int i = 0; i < count; ++i) lines_.set(i, sampleLineOf(surfels_[i], sensing, fusion));
     const bool directional = fusion.directional != 0;
     for (int i = 0; i < count; ++i) directions_.set(i, lineDirections(surfels_[i], directional));
   }
@@ -49,7 +48,6 @@ class LineBatch {
   int count_ = 0;
   uint32_t numbers_[kMost];
   Columns<Surfel, kMost> surfels_;
-  Columns<CastWay, kMost> ways_;
   Columns<SampleLine, kMost> lines_;
   Columns<DirectionSet, kMost> directions_;
 };

@@ -19,10 +19,14 @@ void visitOwnRows(const Visit& visit) {
   }
 }
 
-/// Units that hang together, and where along each axis they are.
+/// Units that hang together, and where along each axis they are, a bit for each place.
 struct Piece {
   WindowRows rows = {};
-  Shadow shadow = {0, 0, 0};
+  uint32_t along_x = 0, along_y = 0, along_z = 0;
+
+  bool isSmall(int most_units) const {
+    return dtsdf::isSmall(along_x, along_y, along_z, most_units);
+  }
 };
 
 /// Moves all that hangs together over faces with some units of a row from a surface to a piece.
@@ -36,7 +40,9 @@ void movePiece(WindowRows& surface, int row, uint32_t units, Piece& piece) {
   const int y = row % kWindowSide, z = row / kWindowSide;
   surface[row] = static_cast<uint16_t>(surface[row] & ~units);
   piece.rows[row] = static_cast<uint16_t>(piece.rows[row] | units);
-  piece.shadow = {piece.shadow.x | units, piece.shadow.y | 1u << y, piece.shadow.z | 1u << z};
+  piece.along_x |= units;
+  piece.along_y |= 1u << y;
+  piece.along_z |= 1u << z;
   if (y > 0) movePiece(surface, row - 1, units, piece);
   if (y + 1 < kWindowSide) movePiece(surface, row + 1, units, piece);
   if (z > 0) movePiece(surface, row - kWindowSide, units, piece);
@@ -52,7 +58,7 @@ WindowRows smallPieces(WindowRows surface, int most_units) {
     while (surface[row] != 0) {
       Piece piece;
       movePiece(surface, row, firstUnit(surface[row]), piece);
-      if (!isSmall(piece.shadow, most_units)) continue;
+      if (!piece.isSmall(most_units)) continue;
       for (int i = 0; i < kWindowRows; ++i) small[i] |= piece.rows[i];
     }
   }
@@ -110,7 +116,7 @@ Piece pieceOverEdges(WindowRows surface, const LabelNeighbourhood& labels, int r
   };
   Piece piece;
   movePiece(surface, row, unit, piece);
-  for (bool grows = true; grows && isSmall(piece.shadow, most_units);) {
+  for (bool grows = true; grows && piece.isSmall(most_units);) {
     const WindowRows before = piece.rows;
     for (int i = 0; i < kWindowRows; ++i) {
       for (uint32_t rest = before[i]; rest != 0; rest &= rest - 1) {
@@ -146,7 +152,7 @@ BlockBits looseUnits(const BlockBits& surface, const LabelNeighbourhood& labels,
       const Piece piece =
           pieceOverEdges(around, labels, row, firstUnit(small[row] & kOwnUnits), most_units);
       for (int i = 0; i < kWindowRows; ++i) small[i] &= static_cast<uint16_t>(~piece.rows[i]);
-      if (!isSmall(piece.shadow, most_units) || !haveCommon(piece.rows, beside_larger)) continue;
+      if (!piece.isSmall(most_units) || !haveCommon(piece.rows, beside_larger)) continue;
       visitOwnRows([&](int own, int y, int z) {
         const uint64_t units = piece.rows[own] >> kMostLooseUnits & 0xffu;
         loose[z] |= units << (kBlockSide * y);

@@ -9,17 +9,17 @@
 namespace dtsdf {
 namespace {
 
-/// The measured pixels of a stretch of a row, up to some column, that are not merged.
-ListedPixels singlesOf(const ImageView& image, const Pixel& first, int end_u,
-                       const std::vector<MergedPatch>& patches) {
+/// The measured pixels of a stretch of a row, up to some column, that are not merged: a bit each.
+static_assert(kStretch <= 64, "a bit for each pixel");
+uint64_t singlesOf(const ImageView& image, const Pixel& first, int end_u,
+                   const std::vector<MergedPatch>& patches) {
   const float* measured = image.inverse_depth + pixelIndex(image.frame, first);
   const int pixels = std::min(kStretch, end_u - first.u);
-  ListedPixels listed;
+  uint64_t listed = 0;
   for (int u = 0; u < pixels; u += kPatchSide) {
     uint32_t singles = singlesInRow(patches[(first.u + u) / kPatchSide], first.v);
     for (int i = u; singles != 0 && i < pixels; ++i, singles >>= 1) {
-      listed.index[listed.count] = i;
-      listed.count += static_cast<int>((singles & 1) != 0 && measured[i] > 0.0f);
+      listed |= static_cast<uint64_t>((singles & 1) != 0 && measured[i] > 0.0f) << i;
     }
   }
   return listed;
@@ -44,11 +44,11 @@ void SurfelMaker::makeSurfels(const FrameSensing& sensing) {
   }
 }
 
-/// Calls visit(u, fit along the column) for listed pixels of a stretch of a row.
+/// Calls visit(u, fit along the column) for pixels of a stretch of a row, a bit each.
 template <class Visit>
-void SurfelMaker::visitColumnFits(const FrameSensing& sensing, const Pixel& first,
-                                  const ListedPixels& wanted, const Visit& visit) const {
-  if (wanted.count == 0) return;
+void SurfelMaker::visitColumnFits(const FrameSensing& sensing, const Pixel& first, uint64_t wanted,
+                                  const Visit& visit) const {
+  if (wanted == 0) return;
   const FrameView& frame = sensing.image.frame;
   const int64_t at = pixelIndex(frame, first);
   StretchFit fits;
@@ -58,8 +58,9 @@ void SurfelMaker::visitColumnFits(const FrameSensing& sensing, const Pixel& firs
   fits.compute(std::min(kStretch, frame.width - first.u), samples,
                columnAround(first.v, frame, {largest, largest}),
                fitWindow(frame, sensing.noise, surfel_settings_));
-  for (int i = 0; i < wanted.count; ++i) {
-    visit(first.u + wanted.index[i], fits.fit(wanted.index[i]));
+  for (; wanted != 0; wanted &= wanted - 1) {
+    const int i = __builtin_ctzll(wanted);
+    visit(first.u + i, fits.fit(i));
   }
 }
 
@@ -68,8 +69,7 @@ void SurfelMaker::makeRow(const FrameSensing& sensing, int v) {
   Surfel* surfels = &lists_.front()[static_cast<size_t>(v) * frame.width];
   for (int first = 0; first < frame.width && surfel_settings_.normal_radius_px > 0;
        first += kStretch) {
-    ListedPixels all{std::min(kStretch, frame.width - first), {}};
-    std::iota(all.index, all.index + all.count, 0);
+    const uint64_t all = ~uint64_t{0} >> (64 - std::min(kStretch, frame.width - first));
     visitColumnFits(sensing, {first, v}, all, [&](int u, const LineFit& column) {
       const PixelMeasurement pixel = wholePixel(sensing, {u, v}, column, surfel_settings_);
       surfels[u] = makeWholePixelSurfel(sensing.image, pixel);

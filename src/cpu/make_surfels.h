@@ -11,12 +11,6 @@
 
 namespace dtsdf {
 
-/// Some pixels of a stretch of a row, counted from its first.
-struct ListedPixels {
-  int count = 0;
-  int index[kStretch];
-};
-
 /// The buffers are kept from frame to frame.
 class SurfelMaker {
  public:
@@ -42,7 +36,7 @@ class SurfelMaker {
   void makeSingles(const FrameSensing& sensing, int v, const PixelSpan& span,
                    const std::vector<MergedPatch>& patches, std::vector<Surfel>& surfels) const;
   template <class Visit>
-  void visitColumnFits(const FrameSensing& sensing, const Pixel& first, const ListedPixels& wanted,
+  void visitColumnFits(const FrameSensing& sensing, const Pixel& first, uint64_t wanted,
                        const Visit& visit) const;
 
   const bool merges_;  ///< And subdivides: surfels are cast.

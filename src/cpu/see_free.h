@@ -15,7 +15,7 @@ namespace dtsdf {
 class FreeCellFinder {
  public:
   explicit FreeCellFinder(const MapperParams& params, int threads)
-      : grid_(cellGridOf(params)),
+      : cell_log2_(cellLog2Of(params)),
         max_range_m_(params.space.max_range_m),
         threads_(threads),
         levels_(kFreeLevels) {}
@@ -26,9 +26,11 @@ class FreeCellFinder {
     const FreePyramid free = makePyramid(sensing);
     std::vector<CubeMask> seen(cubes.size());
     parallelFor(cubes.size(), threads_, [&](size_t i) {
-      const CubeLook look = lookAt(frame, grid_, cubes[i]);
+      const Vec3f first_L = cornerOfCube(frame, cell_log2_, cubes[i]);
       VoxelInImage corners[kCornersPerCube];
-      for (int k = 0; k < kCornersPerCube; ++k) corners[k] = cornerInImage(frame, look, k);
+      for (int k = 0; k < kCornersPerCube; ++k) {
+        corners[k] = cornerInImage(frame, first_L, cell_log2_, k);
+      }
       seen[i] = {cubes[i], {}};
       for (int cell = 0; cell < kCellsPerCube; ++cell) {
         if (isCellSeenFree(free, corners, cell, max_range_m_)) add(seen[i].cells, cell);
@@ -66,7 +68,7 @@ class FreeCellFinder {
     return free;
   }
 
-  const CellGrid grid_;
+  const int32_t cell_log2_;
   const float max_range_m_;
   const int threads_;
   std::vector<std::vector<float>> levels_;  ///< From the second one on.

@@ -35,15 +35,13 @@ struct VoxelRow {
 
   LaneFloats sdf() const { return toFloats(sdf_units) * LaneFloats(1.0f / kStoredSdfScale); }
   LaneInts weightUnits() const { return LaneInts(state.v >> 8 & 0xffffff); }
-  LaneFloats weight() const {
-    return toFloats(weightUnits()) * LaneFloats(1.0f / kStoredWeightScale);
-  }
   LaneInts evidence() const { return LaneInts(state.v << 24 >> 24); }
 
   /// As sampleOf() of each.
-  SampleOf<LaneFloats> samples(int32_t least_evidence) const {
+  LaneFloats knownWeight(int32_t least_evidence) const {
     const LaneInts known = evidence() > LaneInts(least_evidence - 1);
-    return {sdf(), select(known, weight(), LaneFloats(0.0f))};
+    const LaneFloats weight = toFloats(weightUnits()) * LaneFloats(1.0f / kStoredWeightScale);
+    return select(known, weight, LaneFloats(0.0f));
   }
 };
 

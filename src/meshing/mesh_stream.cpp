@@ -55,7 +55,9 @@ BlockJoiner::BlockJoiner() {
 const JoinedBlock& BlockJoiner::add(const BlockMesh& block) {
   // An edge is listed by its owner and by blocks below it, along each axis: none of them comes
   // once the owner is through.
-  shared_.erase(shared_.begin(), shared_.lower_bound(packKey(block.key)));
+  const PackedKey key = packKey(block.key);
+  shared_edges_.erase(shared_edges_.begin(), shared_edges_.lower_bound(key));
+  shared_sides_.erase(shared_sides_.begin(), shared_sides_.lower_bound(key));
   open(block.key);
   joined_.fresh.clear();
   joined_.number.resize(block.vertices.size());
@@ -76,8 +78,8 @@ const JoinedBlock& BlockJoiner::add(const BlockMesh& block) {
 void BlockJoiner::open(const BlockKey& block) {
   for (int n = 0; n < kCornerBlocks; ++n) {
     Owner& owner = owners_[n];
-    const auto shared = shared_.find(packKey(block + cornerBlockOffset(n)));
-    if (shared != shared_.end()) owner.known = shared->second.edges;
+    const auto shared = shared_edges_.find(packKey(block + cornerBlockOffset(n)));
+    if (shared != shared_edges_.end()) owner.known = shared->second;
     owner.entered = owner.known.size();
     for (const SharedEdge& edge : owner.known) owner.number[edge.place] = edge.number;
   }
@@ -90,7 +92,7 @@ void BlockJoiner::close(const BlockKey& block) {
     Owner& owner = owners_[n];
     for (const SharedEdge& edge : owner.known) owner.number[edge.place] = kNone;
     if (owner.known.size() > owner.entered && n != 0) {
-      shared_[packKey(block + cornerBlockOffset(n))].edges = owner.known;
+      shared_edges_[packKey(block + cornerBlockOffset(n))] = owner.known;
     }
     owner.known.clear();
   }
@@ -106,7 +108,7 @@ uint32_t BlockJoiner::numberOf(const BlockMesh& block, uint32_t edge) {
   };
   const PackedKey last = std::min(ownerOf(first), ownerOf(second));
   // Also those that no other block lists: units side by side in this one both list them.
-  return shared_[last].sides.emplace(uint64_t{low} << 32 | high, next_).first->second;
+  return shared_sides_[last].emplace(uint64_t{low} << 32 | high, next_).first->second;
 }
 
 uint32_t BlockJoiner::numberOfEdge(uint32_t edge) {

@@ -63,13 +63,6 @@ class BlockJoiner {
     uint32_t number;
   };
 
-  /// Vertices that more than one block may list, by the block that is the last to list them.
-  struct SharedVertices {
-    std::vector<SharedEdge> edges;
-    /// Middles of sides, by the numbers of their ends: the lower one in the upper 32 bits.
-    std::unordered_map<uint64_t, uint32_t> sides;
-  };
-
   /// What a block above one, or this itself, shares with it, while this is added.
   struct Owner {
     std::vector<uint32_t> number;   ///< By the places of edges; all kNone between blocks.
@@ -84,7 +77,10 @@ class BlockJoiner {
 
   uint32_t next_ = 0;  ///< The number of the next vertex that is new.
   JoinedBlock joined_;
-  std::map<PackedKey, SharedVertices> shared_;
+  /// Vertices that more than one block may list, by the block that is the last to list them: on
+  /// edges, and middles of sides by the numbers of their ends, the lower one in the upper 32 bits.
+  std::map<PackedKey, std::vector<SharedEdge>> shared_edges_;
+  std::map<PackedKey, std::unordered_map<uint64_t, uint32_t>> shared_sides_;
   std::array<Owner, kCornerBlocks> owners_;  ///< By cornerBlockOffset().
   /// Of those in the block that is being added.
   std::array<uint32_t, kGridEdges> number_of_edge_ = {};

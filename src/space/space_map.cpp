@@ -59,7 +59,7 @@ constexpr float kMostAside = 2.0f;
 
 }  // namespace
 
-CellGrid cellGridOf(const MapperParams& params) { return {log2Of(params.space.cell_voxels)}; }
+int32_t cellLog2Of(const MapperParams& params) { return log2Of(params.space.cell_voxels); }
 
 int reachInCells(const MapperParams& params) {
   return reachInCells(params.space.max_distance_m,
@@ -73,18 +73,18 @@ SharedPagedValues makePages(const MapperParams& params, size_t most_bytes) {
 }
 
 SpaceMap::SpaceMap(const MapperParams& params, int threads)
-    : grid_(cellGridOf(params)),
+    : cell_log2_(cellLog2Of(params)),
       voxel_size_m_(params.map.voxel_size_m),
       max_range_m_(params.space.max_range_m),
       free_budget_(freeBudgetOf(params) + pageBytesOf(params.map)),
       pages_(makePages(params, freeBudgetOf(params))),
       table_(pages_),
-      surfaces_(grid_, threads, pages_),
+      surfaces_(cell_log2_, threads, pages_),
       distances_(reachInCells(params), threads, pages_) {}
 
 std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
   const BlockExtent bounds = inBoth(boundsOfView(frame), extent_);
-  const auto side = static_cast<float>(cubeSideInVoxels(grid_));
+  const auto side = static_cast<float>(cubeSideInVoxels(cell_log2_));
   const float radius = 0.8661f * side;  // half the root of 3
   const float range = max_range_m_ / frame.voxel_size_m;
   const float* const R = frame.T_L_C.R;
@@ -95,7 +95,7 @@ std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
       for (int32_t x = bounds.first.x; x <= bounds.last.x; ++x) {
         const Vec3i cube{x, y, z};
         const Vec3f middle =
-            lookAt(frame, grid_, cube).first_L + 0.5f * side * Vec3f{1.0f, 1.0f, 1.0f};
+            cornerOfCube(frame, cell_log2_, cube) + 0.5f * side * Vec3f{1.0f, 1.0f, 1.0f};
         if (dot(ahead, middle - frame.T_L_C.t) - radius > range) continue;
         if (mayBeInView(frame, middle, radius)) keys.push_back(cube);
       }
@@ -120,7 +120,7 @@ BlockExtent SpaceMap::boundsOfView(const FrameView& frame) const {
   const float aside = kMostAside * range;
   const auto cubeOf = [&](float x, float y, float z) {
     const Vec3i voxel = frame.origin_voxel + Vec3i{floorToInt(x), floorToInt(y), floorToInt(z)};
-    const Vec3i cube = shiftDown(voxel, grid_.side_log2 + kCubeSideLog2);
+    const Vec3i cube = shiftDown(voxel, cell_log2_ + kCubeSideLog2);
     const auto within = [](int32_t at) {
       return std::clamp(at, -kMaxBlockCoordinate, kMaxBlockCoordinate);
     };
@@ -181,12 +181,12 @@ void SpaceMap::addSurfaces(const std::vector<BlockMesh>& blocks) {
 }
 
 Vec3d SpaceMap::middleOf(const Vec3i& cell) const {
-  const double side = cellSide(grid_);
+  const double side = cellSide(cell_log2_);
   return {side * (cell.x + 0.5), side * (cell.y + 0.5), side * (cell.z + 0.5)};
 }
 
 void SpaceMap::clearRegion(const RegionView& region) {
-  const int32_t cube_side = cubeSideInVoxels(grid_), sector_side = cube_side * kCubesAlong;
+  const int32_t cube_side = cubeSideInVoxels(cell_log2_), sector_side = cube_side * kCubesAlong;
   const auto may_reach = [&](const Vec3i& key, int32_t side) {
     return isInside(region, middleOfBox(key, side), reachOf(side));
   };
@@ -202,7 +202,7 @@ void SpaceMap::clearRegion(const RegionView& region) {
 }
 
 void SpaceMap::dropBeyond(const KeptBall& kept) {
-  const int32_t cube_side = cubeSideInVoxels(grid_), sector_side = cube_side * kCubesAlong;
+  const int32_t cube_side = cubeSideInVoxels(cell_log2_), sector_side = cube_side * kCubesAlong;
   const auto squared = [&](const Vec3i& key, int32_t side) {
     const Vec3d middle = middleOfBox(key, side);
     const double dx = middle.x - kept.center.x, dy = middle.y - kept.center.y,
@@ -231,7 +231,7 @@ void SpaceMap::clear() {
 }
 
 void SpaceMap::copyTo(MapContents& contents) const {
-  contents.cell_voxels = cellSide(grid_);
+  contents.cell_voxels = cellSide(cell_log2_);
   contents.free_cubes.reserve(free_cubes_);
   table_.visit(isAnySector, [&](const Vec3i& key, const CubeCells& cube) {
     if (isEmpty(cube.free)) return;
@@ -257,7 +257,7 @@ void SpaceMap::restore(const MapContents& contents) {
   mendLost();
 }
 
-double SpaceMap::cellSize_m() const { return voxel_size_m_ * cellSide(grid_); }
+double SpaceMap::cellSize_m() const { return voxel_size_m_ * cellSide(cell_log2_); }
 
 CellState SpaceMap::stateOf(const Vec3i& cell) const {
   return stateIn(table_.find(cubeOfCell(cell)), indexInCube(cell));

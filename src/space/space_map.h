@@ -18,7 +18,7 @@
 namespace dtsdf {
 
 /// Settings in units of cells and voxels.
-CellGrid cellGridOf(const MapperParams& params);
+int32_t cellLog2Of(const MapperParams& params);
 /// @return cells that distances reach.
 int reachInCells(const MapperParams& params);
 
@@ -86,7 +86,7 @@ class SpaceMap : public Space {
   void mendLost();
   Vec3d middleOf(const Vec3i& cell) const;
 
-  const CellGrid grid_;
+  const int32_t cell_log2_;  ///< Of voxels along a cell.
   const double voxel_size_m_;
   const float max_range_m_;
   const size_t free_budget_;

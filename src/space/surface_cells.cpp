@@ -31,39 +31,25 @@ Corner cornerAt(const Vec3f& at) {
           {ceilToInt(at.x) - 1, ceilToInt(at.y) - 1, ceilToInt(at.z) - 1}};
 }
 
-/// Where a triangle reaches, by the axes that separate convex bodies: its normal and the products
-/// of its edges with those of a cube. The cube's own axes are left to who asks, by the triangle's
-/// bounds.
-class TriangleReach {
- public:
-  TriangleReach(const Vec3f& a, const Vec3f& b, const Vec3f& c)
-      : a_(a), b_(b), c_(c), edges_{b - a, c - b, a - c}, normal_(cross(edges_[0], edges_[1])) {}
-
-  /// Whether that is into a unit cube around a middle.
-  bool isInto(const Vec3f& middle) const {
-    const Vec3f a = a_ - middle, b = b_ - middle, c = c_ - middle;
-    const auto separates = [&](const Vec3f& axis) {
-      constexpr float kHalf = 0.5f;
-      const float reach = kHalf * (std::abs(axis.x) + std::abs(axis.y) + std::abs(axis.z));
-      const float at_a = dot(axis, a), at_b = dot(axis, b), at_c = dot(axis, c);
-      return minimum(minimum(at_a, at_b), at_c) > reach ||
-             maximum(maximum(at_a, at_b), at_c) < -reach;
-    };
-    if (separates(normal_)) return false;
-    for (const Vec3f& e : edges_) {
-      if (separates({0.0f, -e.z, e.y}) || separates({e.z, 0.0f, -e.x}) ||
-          separates({-e.y, e.x, 0.0f})) {
-        return false;
-      }
-    }
-    return true;
-  }
-
- private:
-  const Vec3f a_, b_, c_;
-  const std::array<Vec3f, 3> edges_;
-  const Vec3f normal_;
-};
+/// Whether a triangle reaches into a unit cube around a middle, by the axes that separate convex
+/// bodies: its normal and the products of its edges with those of a cube. The cube's own axes are
+/// left to who asks, by the triangle's bounds.
+bool reachesInto(const Vec3f& middle, const Vec3f& first, const Vec3f& second, const Vec3f& third) {
+  const Vec3f a = first - middle, b = second - middle, c = third - middle;
+  const auto separates = [&](const Vec3f& axis) {
+    constexpr float kHalf = 0.5f;
+    const float reach = kHalf * (std::abs(axis.x) + std::abs(axis.y) + std::abs(axis.z));
+    const float at_a = dot(axis, a), at_b = dot(axis, b), at_c = dot(axis, c);
+    return minimum(minimum(at_a, at_b), at_c) > reach ||
+           maximum(maximum(at_a, at_b), at_c) < -reach;
+  };
+  const Vec3f edges[] = {second - first, third - second, first - third};
+  if (separates(cross(edges[0], edges[1]))) return false;
+  return std::none_of(std::begin(edges), std::end(edges), [&](const Vec3f& e) {
+    return separates({0.0f, -e.z, e.y}) || separates({e.z, 0.0f, -e.x}) ||
+           separates({-e.y, e.x, 0.0f});
+  });
+}
 
 /// Calls visit(cell) for the cells of a triangle. One in the face between two is in the upper one.
 template <class Visit>
@@ -74,12 +60,12 @@ void visitCells(const Corner& a, const Corner& b, const Corner& c, const Visit& 
   if (steps == Vec3i{0, 0, 0}) return visit(first);  // most
   // Along one axis alone a triangle passes through all of them.
   const bool is_in_all = (steps.x > 0) + (steps.y > 0) + (steps.z > 0) <= 1;
-  const TriangleReach reach(a.at, b.at, c.at);
   for (int32_t z = first.z; z <= last.z; ++z) {
     for (int32_t y = first.y; y <= last.y; ++y) {
       for (int32_t x = first.x; x <= last.x; ++x) {
         const Vec3i cell{x, y, z};
-        if (is_in_all || reach.isInto(toFloat(cell) + Vec3f{0.5f, 0.5f, 0.5f})) visit(cell);
+        const Vec3f middle = toFloat(cell) + Vec3f{0.5f, 0.5f, 0.5f};
+        if (is_in_all || reachesInto(middle, a.at, b.at, c.at)) visit(cell);
       }
     }
   }
@@ -135,15 +121,15 @@ void visitLacking(const std::vector<Vec3i>& list, const std::vector<Vec3i>& othe
 }
 
 /// A block begins with a cell, since neither is larger than the other's multiples.
-Vec3i firstCellOfBlock(const BlockKey& block, const CellGrid& grid) {
-  return shiftDown(firstVoxelOfBlock(block), grid.side_log2);
+Vec3i firstCellOfBlock(const BlockKey& block, int32_t cell_log2) {
+  return shiftDown(firstVoxelOfBlock(block), cell_log2);
 }
 
 }  // namespace
 
-std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, const CellGrid& grid) {
-  const Vec3i first = firstCellOfBlock(mesh.key, grid);
-  const float per_voxel = 1.0f / static_cast<float>(cellSide(grid));
+std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2) {
+  const Vec3i first = firstCellOfBlock(mesh.key, cell_log2);
+  const float per_voxel = 1.0f / static_cast<float>(cellSide(cell_log2));
   std::vector<Corner> corners;
   corners.reserve(mesh.vertices.size());
   for (const BlockVertex& vertex : mesh.vertices) {
@@ -164,7 +150,7 @@ std::vector<Vec3i> SurfaceCells::apply(const std::vector<BlockMesh>& blocks, Cel
   std::vector<std::vector<Vec3i>> found(blocks.size());
   std::vector<uint8_t> is_other(blocks.size());
   parallelFor(blocks.size(), threads_, [&](size_t i) {
-    found[i] = cellsOfMesh(blocks[i], grid_);
+    found[i] = cellsOfMesh(blocks[i], cell_log2_);
     is_other[i] = isOther(blocks[i].key, found[i]);
   });
   changed_.clear();
@@ -198,7 +184,7 @@ std::vector<Vec3i> SurfaceCells::restoreLost(const std::vector<PackedKey>& lost,
 }
 
 PackedKey SurfaceCells::sectorOf(const BlockKey& block) const {
-  return packKey(sectorOfCell(firstCellOfBlock(block, grid_)));
+  return packKey(sectorOfCell(firstCellOfBlock(block, cell_log2_)));
 }
 
 bool SurfaceCells::isOther(const BlockKey& block, const std::vector<Vec3i>& now) const {

@@ -15,7 +15,7 @@ namespace dtsdf {
 
 /// Cells that the triangles of a block pass through, sorted, each once. A triangle that lies in the
 /// face between two cells is in the upper one.
-std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, const CellGrid& grid);
+std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2);
 
 /// The cells that blocks of a sector have triangles in, and how many blocks have some in its cells.
 struct SurfaceSector {
@@ -38,8 +38,8 @@ struct SurfaceSector {
 class SurfaceCells {
  public:
   /// @param pages Null: all stays in memory.
-  SurfaceCells(const CellGrid& grid, int threads, SharedPagedValues pages = nullptr)
-      : grid_(grid), threads_(threads), sectors_(std::move(pages)) {}
+  SurfaceCells(int32_t cell_log2, int threads, SharedPagedValues pages = nullptr)
+      : cell_log2_(cell_log2), threads_(threads), sectors_(std::move(pages)) {}
 
   /// Takes over what a mesh update has changed. @return the cubes whose surfaces changed, by key.
   std::vector<Vec3i> apply(const std::vector<BlockMesh>& blocks, CellTable& cells);
@@ -57,7 +57,7 @@ class SurfaceCells {
   void take(const Vec3i& cell, CellTable& cells);
   void put(const Vec3i& cell, CellTable& cells);
 
-  const CellGrid grid_;
+  const int32_t cell_log2_;  ///< Of voxels along a cell.
   const int threads_;
   SectorTable<SurfaceSector> sectors_;  ///< By the first cells of blocks, and by cells.
   std::vector<Vec3i> changed_;          ///< Cubes, while an update is taken over.

@@ -134,43 +134,31 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, boo
   return colourOf(mean);
 }
 
-/// What one direction has at an end of an edge.
-struct ColouredSample {
-  Sample sample;
-  VoxelColour colour;
-};
-
-/// Adds one direction's colours on an edge that its surface crosses. The colour there is between
-/// those of the ends, as the surface is: colours stand at the feet of voxels, and the foot of the
-/// vertex divides the way between theirs in the same ratio.
-DTSDF_HD void addCrossing(ColourMean& mean, const ColouredSample& lower,
-                          const ColouredSample& upper) {
-  const float from_lower = fabsf(lower.sample.sdf), from_upper = fabsf(upper.sample.sdf);
-  const float length = from_lower + from_upper;
-  const float at = length > 0.0f ? from_lower / length : 0.5f;
-  const float weight = lower.sample.weight * upper.sample.weight;
-  const float least = 1e-3f;  // an end that is the only painted one counts even if far off
-  addTo(mean, lower.colour, weight * maximum(1.0f - at, least));
-  addTo(mean, upper.colour, weight * maximum(at, least));
-}
-
 /// The colour of a vertex; without weight if no voxel is painted that tells.
 /// `ends.colour(direction, upper)` gives what a direction has at the edge's lower or upper end,
 /// `ends.sample(direction, upper)` its sample. The directions that cross the edge as the vertex
 /// does tell, as for its position; where none does, all that are asked, a bit each. Those without
-/// paint there add nothing, so their samples are not read.
+/// paint there add nothing, so their samples are not read. The colour of a direction that crosses
+/// is between those of the ends, as the surface is: colours stand at the feet of voxels, and the
+/// foot of the vertex divides the way between theirs in the same ratio.
 template <class Ends>
 DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const Ends& ends) {
   ColourMean crossing, speaking;
   visitDirections(asked, [&](int d) {
     const VoxelColour lower_colour = ends.colour(d, false), upper_colour = ends.colour(d, true);
     if (!isPainted(lower_colour) && !isPainted(upper_colour)) return;
-    const ColouredSample lower{ends.sample(d, false), lower_colour},
-        upper{ends.sample(d, true), upper_colour};
-    if (crosses(lower.sample, upper.sample, facing)) addCrossing(crossing, lower, upper);
+    const Sample lower = ends.sample(d, false), upper = ends.sample(d, true);
+    if (crosses(lower, upper, facing)) {
+      const float from_lower = fabsf(lower.sdf), length = from_lower + fabsf(upper.sdf);
+      const float at = length > 0.0f ? from_lower / length : 0.5f;
+      const float weight = lower.weight * upper.weight;
+      const float least = 1e-3f;  // an end that is the only painted one counts even if far off
+      addTo(crossing, lower_colour, weight * maximum(1.0f - at, least));
+      addTo(crossing, upper_colour, weight * maximum(at, least));
+    }
     if (crossing.weight > 0.0f) return;  // then the others do not count
-    addTo(speaking, lower.colour, lower.sample.weight);
-    addTo(speaking, upper.colour, upper.sample.weight);
+    addTo(speaking, lower_colour, lower.weight);
+    addTo(speaking, upper_colour, upper.weight);
   });
   return crossing.weight > 0.0f ? crossing : speaking;  // as most are
 }

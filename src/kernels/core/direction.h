@@ -63,6 +63,7 @@ DTSDF_HD uint32_t directionMask(const DirectionSet& set) {
 template <class Visit>
 DTSDF_HD void visitDirections(uint32_t mask, const Visit& visit) {
 #ifdef __CUDA_ARCH__
+#pragma unroll
   for (int d = 0; d < kDirectionCount; ++d) {
     if (mask >> d & 1u) visit(d);
   }

@@ -57,14 +57,10 @@ DTSDF_HD int32_t evidenceOf(const Voxel& voxel) {
 /// Whether a voxel holds no distance. It may hold evidence of free space.
 DTSDF_HD bool isEmpty(const Voxel& voxel) { return weightUnits(voxel) == 0; }
 
-/// What the mesh is made of: distance and weight of a voxel, or of several at once; weight 0 where
-/// nothing is known.
-template <class Real>
-struct SampleOf {
-  Real sdf;
-  Real weight;
+/// What the mesh is made of: distance and weight of a voxel; weight 0 where nothing is known.
+struct Sample {
+  float sdf, weight;
 };
-using Sample = SampleOf<float>;
 
 /// A voxel as the mesh sees it: known from so much evidence on.
 DTSDF_HD Sample sampleOf(const Voxel& voxel, int32_t least_evidence) {

@@ -30,28 +30,15 @@ DTSDF_HD Vec3f likelyDirection(const Vec3f& normal, const Vec3f& ray, float nois
   return (1.0f / norm(C_n)) * C_n;
 }
 
-/// Where a surfel is cast: along a unit vector, up to a reach (sampleReach()) to both sides.
-struct CastWay {
-  Vec3f direction;
-  float reach;
-};
-
-DTSDF_HD CastWay castWayOf(const Surfel& surfel, const FrameSensing& sensing,
-                           const FusionSettings& fusion) {
-  const float noise_voxels = noiseInVoxels(sensing, surfel.depth_m);
-  const Vec3f ray = surfel.p_L - sensing.image.frame.T_L_C.t;
-  return {fusion.cast_along_normal ? likelyDirection(surfel.normal_L, ray, noise_voxels)
-                                   : (1.0f / norm(ray)) * ray,
-          sampleReach(noise_voxels, fusion)};
-}
-
-/// The line that a surfel is cast along.
-DTSDF_HD SampleLine sampleLineOf(const Surfel& surfel, const CastWay& way) {
-  return makeSampleLine(surfel.p_L, surfel.normal_L, way.direction, way.reach);
-}
+/// The line that a surfel is cast along, up to sampleReach() to both sides.
 DTSDF_HD SampleLine sampleLineOf(const Surfel& surfel, const FrameSensing& sensing,
                                  const FusionSettings& fusion) {
-  return sampleLineOf(surfel, castWayOf(surfel, sensing, fusion));
+  const float noise_voxels = noiseInVoxels(sensing, surfel.depth_m);
+  const Vec3f ray = surfel.p_L - sensing.image.frame.T_L_C.t;
+  const Vec3f direction = fusion.cast_along_normal
+                              ? likelyDirection(surfel.normal_L, ray, noise_voxels)
+                              : (1.0f / norm(ray)) * ray;
+  return makeSampleLine(surfel.p_L, surfel.normal_L, direction, sampleReach(noise_voxels, fusion));
 }
 
 /// The axes k, u and v of a line along `axis`.
@@ -118,24 +105,6 @@ DTSDF_HD Span planesInside(const Span& planes, const BlockFrame& block) {
 
 DTSDF_HD float sdfScale(const FusionSettings& fusion) {
   return kSdfScale / fusion.truncation_voxels;
-}
-
-/// Where a plane of a line crosses a block: the lower corner of the cell, from the block's first
-/// voxel, and that voxel's index if it lies in the block.
-struct PlaneInBlock {
-  int u, v, index;
-
-  /// Whether the corner of the cell that is so far up from the lower one lies in the block.
-  DTSDF_HD bool holds(int du, int dv) const {
-    constexpr uint32_t kLast = kBlockSide - 1;
-    return (static_cast<uint32_t>(u + du) <= kLast) & (static_cast<uint32_t>(v + dv) <= kLast);
-  }
-};
-
-DTSDF_HD PlaneInBlock planeInBlock(const BlockFrame& block, int plane, int u, int v) {
-  const int in_u = u - block.u0, in_v = v - block.v0;
-  return {in_u, in_v,
-          (plane - block.k0) * block.stride_k + in_u * block.stride_u + in_v * block.stride_v};
 }
 
 template <bool kHasSides, class Add>

@@ -18,8 +18,8 @@ namespace dtsdf {
 /// array (0) holds surfaces of any facing; on an edge it counts as this one.
 DTSDF_HD int facedDirection(int axis, int facing) { return 2 * axis + facing; }
 
-// An Edge has four members, each of which gives the sample of a direction by []: lower and upper at
-// its two ends, below and above one voxel beyond them.
+// An Edge has two members that give the sample of a direction by [], lower and upper at its two
+// ends; and beyond(end, direction) gives that one voxel beyond its lower (0) or upper (1) end.
 
 /// The directions that have a say on an edge: all but the one that faces against it.
 DTSDF_HD uint32_t speakingOnEdge(int axis, int facing) {
@@ -51,17 +51,8 @@ DTSDF_HD bool crosses(const Sample& lower, const Sample& upper, int facing) {
          (lower.weight > 0.0f) & (upper.weight > 0.0f);
 }
 
-/// The directions that cross an edge on their own, bit d for direction d.
-template <class Edge>
-DTSDF_HD uint32_t crossingDirections(const Edge& edge, int axis, int facing) {
-  uint32_t crossing = 0;
-  for (int d = 0; d < kDirectionCount; ++d) {
-    crossing |= (crosses(edge.lower[d], edge.upper[d], facing) ? 1u : 0u) << d;
-  }
-  return crossing & speakingOnEdge(axis, facing);
-}
-
-/// The same where all directions' sides of the edge's ends are known (possible_leaders.h).
+/// The directions that cross an edge on their own, bit d for direction d, by all directions' sides
+/// at the edge's ends (possible_leaders.h).
 DTSDF_HD uint32_t crossingDirections(uint32_t lower_sides, uint32_t upper_sides, int axis,
                                      int facing) {
   const uint32_t behind = facing == 0 ? lower_sides : upper_sides;
@@ -111,7 +102,7 @@ DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, uint32_t cro
   visitDirections(crossing, [&](int d) {
     const Sample a = edge.lower[d], b = edge.upper[d];
     const float weight = a.weight * b.weight;
-    const float bend = bendOnEdge(edge.below[d], a, b, edge.above[d]);
+    const float bend = bendOnEdge(edge.beyond(0, d), a, b, edge.beyond(1, d));
     sum += weight * zeroOfParabola(a.sdf, b.sdf, bend);
     sum_weight += weight;
   });

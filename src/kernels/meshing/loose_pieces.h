@@ -58,26 +58,22 @@ DTSDF_HD uint32_t surfaceBits(uint64_t labels) {
   return static_cast<uint32_t>(carried * kToTop >> 48 & 15u);
 }
 
-/// An edge of a unit: along an axis, at the lower (0) or upper (1) end of the two others.
-struct UnitEdge {
-  int axis, end_a, end_b;
-};
+/// An edge of a unit has a number: four times its axis, and bits that say whether it is at the
+/// lower (0) or upper (1) end of the two others. That of the opposite one has other bits.
 constexpr int kUnitEdges = 12;
-DTSDF_HD UnitEdge unitEdge(int n) { return {n / 4, n & 1, n >> 1 & 1}; }
-DTSDF_HD UnitEdge opposite(const UnitEdge& edge) {
-  return {edge.axis, 1 - edge.end_a, 1 - edge.end_b};
-}
+DTSDF_HD int opposite(int edge) { return edge ^ 3; }
 
 /// The step to the unit that only shares that edge, of which it is the opposite one.
-DTSDF_HD Vec3i stepOver(const UnitEdge& edge) {
-  return gridStep(edge.axis == 0 ? 1 : 0, 2 * edge.end_a - 1) +
-         gridStep(edge.axis == 2 ? 1 : 2, 2 * edge.end_b - 1);
+DTSDF_HD Vec3i stepOver(int edge) {
+  return gridStep(edge / 4 == 0 ? 1 : 0, 2 * (edge & 1) - 1) +
+         gridStep(edge / 4 == 2 ? 1 : 2, 2 * (edge >> 1 & 1) - 1);
 }
 
 /// Whether a sheet of the unit crosses the edge.
-DTSDF_HD bool crosses(const UnitLabels& labels, const UnitEdge& edge) {
-  const int lower = edge.end_a << (edge.axis == 0 ? 1 : 0) | edge.end_b << (edge.axis == 2 ? 1 : 2);
-  const int upper = lower | 1 << edge.axis;
+DTSDF_HD bool crosses(const UnitLabels& labels, int edge) {
+  const int axis = edge / 4;
+  const int lower = (edge & 1) << (axis == 0 ? 1 : 0) | (edge >> 1 & 1) << (axis == 2 ? 1 : 2);
+  const int upper = lower | 1 << axis;
   const UnitIndices indices = indicesOf(labels);
   const auto differ = [&](unsigned index) { return (index >> lower ^ index >> upper) & 1u; };
   return (differ(indices.sheet[0]) | differ(indices.sheet[1])) != 0;
@@ -88,23 +84,17 @@ DTSDF_HD bool crosses(const UnitLabels& labels, const UnitEdge& edge) {
 template <class At, class Visit>
 DTSDF_HD void visitOverEdges(const At& at, const Vec3i& unit, const Visit& visit) {
   const UnitLabels own = at(unit);
-  for (int n = 0; n < kUnitEdges; ++n) {
-    const UnitEdge edge = unitEdge(n);
+  for (int edge = 0; edge < kUnitEdges; ++edge) {
     const Vec3i step = stepOver(edge), other = unit + step;
     if (!isInWindow(other) || !crosses(own, edge)) continue;
     const UnitLabels labels = at(other);
     if (!holdsSurface(labels) || !crosses(labels, opposite(edge))) continue;
-    const Vec3i first = edge.axis == 0 ? Vec3i{0, step.y, 0} : Vec3i{step.x, 0, 0};
+    const Vec3i first = edge / 4 == 0 ? Vec3i{0, step.y, 0} : Vec3i{step.x, 0, 0};
     if (!holdsSurface(at(unit + first)) && !holdsSurface(at(other - first))) visit(other);
   }
 }
 
-/// Where along each axis of the window a piece has units: a bit per place.
-struct Shadow {
-  uint32_t x, y, z;
-};
-
-/// One axis of a shadow, folded to fewer places.
+/// The places along an axis of the window where a piece has units, a bit each, folded to fewer.
 constexpr int kFoldedPlaces = 8;
 static_assert(kFoldedPlaces > kMostLooseUnits && kWindowSide == 2 * kFoldedPlaces, "folded once");
 DTSDF_HD uint32_t folded(uint32_t bits) {
@@ -119,10 +109,10 @@ DTSDF_HD bool spansMore(uint32_t bits, int most) {
   return bits != 0;
 }
 
-/// By its shadow, of which each axis may be folded.
-DTSDF_HD bool isSmall(const Shadow& piece, int most_units) {
-  return !(spansMore(piece.x, most_units) || spansMore(piece.y, most_units) ||
-           spansMore(piece.z, most_units));
+/// By its places along each axis, which may be folded.
+DTSDF_HD bool isSmall(uint32_t along_x, uint32_t along_y, uint32_t along_z, int most_units) {
+  return !(spansMore(along_x, most_units) || spansMore(along_y, most_units) ||
+           spansMore(along_z, most_units));
 }
 
 }  // namespace dtsdf

@@ -6,36 +6,49 @@
 
 namespace dtsdf {
 
-/// Samples beyond an end of an edge, of which few are asked for: they are read then.
-struct SamplesBeyond {
-  const ArraysAround& arrays;
-  Vec3i corner;
-  bool directional;
-
-  DTSDF_HD Sample operator[](int d) const { return arrays.sample(corner, directional ? d : 0); }
-};
-
 /// An edge of the corner grid as the rules want it. The undirected map's only array counts as the
 /// direction that the edge faces.
 struct EdgeSamples {
+  const ArraysAround& arrays;
+  Vec3i corner;
+  int axis;
+  bool directional;
   Sample lower[kDirectionCount] = {}, upper[kDirectionCount] = {};
-  SamplesBeyond below, above;
 
-  DTSDF_HD EdgeSamples(const ArraysAround& arrays, const Vec3i& corner, int axis, bool directional)
-      : below{arrays, corner - unitStep(axis), directional},
-        above{arrays, corner + gridStep(axis, 2), directional} {}
+  /// Of few directions these are asked for: they are read then.
+  DTSDF_HD Sample beyond(int end, int d) const {
+    return arrays.sample(corner + gridStep(axis, end == 0 ? -1 : 2), directional ? d : 0);
+  }
 };
 
-/// The vertex of an edge; in the directional map held to what was measured. `crossing` is from
-/// crossingDirections(); `anchors(end, direction)` gives that of the lower (0) or the upper end.
-template <class Anchors>
-DTSDF_HD BlockVertex makeVertex(const MeshSettings& rules, const EdgeSamples& samples,
-                                uint32_t crossing, const Anchors& anchors, int edge,
-                                bool directional) {
+/// The vertex of an edge; in the directional map held to what was measured.
+/// @param read The directions whose samples are read, a bit each: those that cross the edge, or, if
+/// none does, all that have a say; or more.
+DTSDF_HD BlockVertex makeVertex(const MeshSettings& rules, const ArraysAround& arrays, int edge,
+                                bool directional, uint32_t read) {
   const int axis = edgeAxis(edge), facing = edgeFacing(edge);
+  const Vec3i lower = cornerAt(edgeCorner(edge)), upper = lower + unitStep(axis);
+  EdgeSamples samples{arrays, lower, axis, directional};
+  const Voxel* const* const arrays_at[] = {arrays.array[blockAround(lower)],
+                                           arrays.array[blockAround(upper)]};
+  const int index_at[] = {indexInBlock(lower), indexInBlock(upper)};
+  const auto voxel = [&](int end, int array) {
+    const Voxel* voxels = arrays_at[end][array];
+    return voxels == nullptr ? Voxel{0, kNoAnchor, 0} : voxels[index_at[end]];
+  };
+  uint32_t crossing = 0;
+  visitDirections(directional ? read : 1u << facedDirection(axis, facing), [&](int d) {
+    const Sample a = sampleOf(voxel(0, directional ? d : 0), arrays.least_evidence);
+    const Sample b = sampleOf(voxel(1, directional ? d : 0), arrays.least_evidence);
+    samples.lower[d] = a;
+    samples.upper[d] = b;
+    crossing |= (crosses(a, b, facing) ? 1u : 0u) << d;
+  });
+  crossing &= speakingOnEdge(axis, facing);
   const float offset = edgeOffset(rules, samples, crossing, axis, facing);
   Vec3f position = vertexPosition(edge, offset);
   if (directional) {
+    const auto anchors = [&](int end, int d) { return voxel(end, d).anchor; };
     position = position + anchoringShift(rules, samples, crossing, anchors, axis, facing, offset);
   }
   return {position, static_cast<uint32_t>(edge)};

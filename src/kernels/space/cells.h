@@ -39,13 +39,9 @@ struct CubeMask {
   CellMask cells;
 };
 
-/// How large cells are: 1 << side_log2 voxels.
-struct CellGrid {
-  int32_t side_log2;
-};
-
-DTSDF_HD int32_t cellSide(const CellGrid& grid) { return 1 << grid.side_log2; }
-DTSDF_HD int32_t cubeSideInVoxels(const CellGrid& grid) { return kCubeSide << grid.side_log2; }
+/// Sides of cells of 1 << cell_log2 voxels, and of their cubes, in voxels.
+DTSDF_HD int32_t cellSide(int32_t cell_log2) { return 1 << cell_log2; }
+DTSDF_HD int32_t cubeSideInVoxels(int32_t cell_log2) { return kCubeSide << cell_log2; }
 
 /// Arithmetic shifts round towards minus infinity.
 DTSDF_HD Vec3i shiftDown(const Vec3i& a, int bits) {

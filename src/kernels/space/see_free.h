@@ -63,16 +63,10 @@ DTSDF_HD bool isSeenFree(const FreePyramid& free, const SeenBounds& seen) {
   return true;
 }
 
-/// A cube of cells, as a frame looks at it.
-struct CubeLook {
-  Vec3f first_L;  ///< Its lowest corner in the local frame, in voxels.
-  float side;     ///< Of a cell, in voxels.
-};
-
-DTSDF_HD CubeLook lookAt(const FrameView& frame, const CellGrid& grid, const Vec3i& cube) {
-  const int32_t side = cubeSideInVoxels(grid);
-  const Vec3i first{cube.x * side, cube.y * side, cube.z * side};
-  return {toFloat(first - frame.origin_voxel), static_cast<float>(cellSide(grid))};
+/// The lowest corner of a cube of cells in the local frame, in voxels.
+DTSDF_HD Vec3f cornerOfCube(const FrameView& frame, int32_t cell_log2, const Vec3i& cube) {
+  const int32_t side = cubeSideInVoxels(cell_log2);
+  return toFloat(Vec3i{cube.x * side, cube.y * side, cube.z * side} - frame.origin_voxel);
 }
 
 /// Corners of the cells of a cube, along an edge.
@@ -80,10 +74,12 @@ constexpr int kCornersAlong = kCubeSide + 1;
 constexpr int kCornersPerCube = kCornersAlong * kCornersAlong * kCornersAlong;
 
 /// Where corner number `i` of a cube's cells is seen, counted along x, then y, then z.
-DTSDF_HD VoxelInImage cornerInImage(const FrameView& frame, const CubeLook& look, int i) {
+/// `first_L` is cornerOfCube().
+DTSDF_HD VoxelInImage cornerInImage(const FrameView& frame, const Vec3f& first_L, int32_t cell_log2,
+                                    int i) {
   const Vec3i steps{i % kCornersAlong, i / kCornersAlong % kCornersAlong,
                     i / (kCornersAlong * kCornersAlong)};
-  return projectToImage(frame, look.first_L + look.side * toFloat(steps));
+  return projectToImage(frame, first_L + static_cast<float>(cellSide(cell_log2)) * toFloat(steps));
 }
 
 /// Whether the image sees through all of a cell that ends within so many metres, given where the

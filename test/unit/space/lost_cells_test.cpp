@@ -158,8 +158,8 @@ TEST_F(LostCubes, AreNotHandedOutAsEmpty) {
 
 /// Blocks know where their surfaces are.
 TEST_F(LostCubes, GetTheirSurfacesBack) {
-  const CellGrid grid{0};
-  SurfaceCells surfaces(grid, 1);
+  constexpr int32_t kCellLog2 = 0;
+  SurfaceCells surfaces(kCellLog2, 1);
   BlockMesh mesh;
   mesh.key = {0, 0, 0};
   for (const Vec3f at :

@@ -31,13 +31,12 @@ TEST(CellsOfMesh, AreThoseThatPointsOfTheTriangleLieIn) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<float> any(-1.9f, 9.9f);
   for (const int log2 : {0, 1, 2, 3}) {
-    const CellGrid grid{log2};
-    const auto side = static_cast<float>(cellSide(grid));
+    const auto side = static_cast<float>(cellSide(log2));
     for (int round = 0; round < 20; ++round) {
       const BlockKey key{round - 10, 3, -round};
       const auto point = [&] { return Vec3f{any(random), any(random), any(random)}; };
       const Vec3f a = point(), b = point(), c = point();
-      const std::vector<Vec3i> cells = cellsOfMesh(meshOf(key, {a, b, c}), grid);
+      const std::vector<Vec3i> cells = cellsOfMesh(meshOf(key, {a, b, c}), log2);
       std::vector<Vec3i> near;
       constexpr int kSteps = 200;
       for (int i = 0; i <= kSteps; ++i) {
@@ -68,7 +67,7 @@ TEST(CellsOfMesh, ATriangleBetweenTwoCellsIsInTheUpperOne) {
 
 /// Two blocks have a triangle in one cell: it stays until both have gone.
 TEST(SurfaceCells, FollowTheMeshBlockByBlock) {
-  SurfaceCells surfaces(CellGrid{3}, 2);
+  SurfaceCells surfaces(3, 2);
   CellTable cells;
   const std::vector<Vec3f> beyond = {{8.5f, 1, 1}, {9.5f, 1, 1}, {8.5f, 2, 1}};
   const std::vector<Vec3f> own = {{0.5f, 1, 1}, {1.5f, 1, 1}, {0.5f, 2, 1}};

@@ -5,6 +5,11 @@
 namespace dtsdf {
 namespace vertex_colour_test {
 
+struct ColouredSample {
+  Sample sample;
+  VoxelColour colour;
+};
+
 /// What each direction has at the ends of an edge along x.
 struct Ends {
   ColouredSample lower[kDirectionCount] = {}, upper[kDirectionCount] = {};

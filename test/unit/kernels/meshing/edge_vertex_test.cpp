@@ -14,10 +14,16 @@ namespace edge_vertex_test {
 struct EdgeSamples {
   Sample lower[kDirectionCount], upper[kDirectionCount];
   Sample below[kDirectionCount], above[kDirectionCount];
+
+  Sample beyond(int end, int d) const { return (end == 0 ? below : above)[d]; }
 };
 
 float offsetOn(const EdgeSamples& edge, int axis, int facing) {
-  return edgeOffset(MeshRules(), edge, crossingDirections(edge, axis, facing), axis, facing);
+  uint32_t crossing = 0;
+  visitDirections(speakingOnEdge(axis, facing), [&](int d) {
+    crossing |= (crosses(edge.lower[d], edge.upper[d], facing) ? 1u : 0u) << d;
+  });
+  return edgeOffset(MeshRules(), edge, crossing, axis, facing);
 }
 
 TEST(EdgeVertex, IsExactOnAPlane) {

@@ -6,7 +6,9 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -205,12 +207,6 @@ double sameLook(Mapper& mapper, const DepthFrame& frame, const Isometry3d& T_W_C
   return measured == 0 ? 0.0 : static_cast<double>(same) / static_cast<double>(measured);
 }
 
-/// How the map looks from where an image was aligned: the share of what that measured.
-struct PlaceLook {
-  double share;
-  const Alignment* alignment;
-};
-
 /// Where else an image fits that does not hold its pose, as along a corridor; none if it holds it.
 std::optional<Isometry3d> placeAlongside(const Alignment& alignment) {
   constexpr double kHeld_m = 0.05;
@@ -223,13 +219,14 @@ std::optional<Isometry3d> placeAlongside(const Alignment& alignment) {
   return T_W_C;
 }
 
+/// Where an image was aligned, by the share of what it measured that the map shows from there.
+using Looks = std::multimap<double, const Alignment*, std::greater<>>;
+
 /// The place that looks like the image, unless another one does as well.
-FoundPlace choose(std::vector<PlaceLook> looks, double same_place_m) {
-  std::stable_sort(looks.begin(), looks.end(),
-                   [](const PlaceLook& a, const PlaceLook& b) { return a.share > b.share; });
-  const double best_share = looks.front().share;
-  const Isometry3d there = looks.front().alignment->T_W_C;
-  const Alignment* best = looks.front().alignment;
+FoundPlace choose(const Looks& looks, double same_place_m) {
+  const auto& [best_share, first] = *looks.begin();
+  const Isometry3d there = first->T_W_C;
+  const Alignment* best = first;
   FoundPlace found;
   for (const auto& [share, other] : looks) {
     constexpr double kSame = 0.01, kLever_m = 1.5;
@@ -251,9 +248,6 @@ FoundPlace choose(std::vector<PlaceLook> looks, double same_place_m) {
   }
   return found;
 }
-
-/// Looks that are kept of each standpoint.
-constexpr int kKeptLooks = 3;
 
 }  // namespace
 
@@ -289,6 +283,7 @@ struct PlaceSearch::Model {
     Isometry3d T_W_C = Isometry3d::Identity();  ///< In cells.
     float score = -std::numeric_limits<float>::infinity();
   };
+  using BestLooks = std::array<Candidate, 3>;  ///< That are kept of a standpoint.
 
   static bool isBetter(const Candidate& a, const Candidate& b) { return a.score > b.score; }
 
@@ -314,7 +309,7 @@ struct PlaceSearch::Model {
   bool isSeenFrom(const Vector3f& way, uint8_t facing) const;
   std::vector<int> likelyOrientations(const std::vector<ImagePoint>& points) const;
   LookTable likelyLooks(const std::vector<ImagePoint>& points) const;
-  void lookFrom(const Vector3f& from, const LookTable& table, Candidate (&best)[kKeptLooks]) const;
+  void lookFrom(const Vector3f& from, const LookTable& table, BestLooks& best) const;
   std::vector<Candidate> lookAround(const std::vector<ImagePoint>& points) const;
   std::vector<Isometry3d> likelyPlaces(const std::vector<ImagePoint>& points) const;
   void moveToFit(Candidate& candidate, const std::vector<ImagePoint>& points) const;
@@ -580,7 +575,7 @@ PlaceSearch::Model::LookTable PlaceSearch::Model::likelyLooks(
 
 /// Puts the best looks from a standpoint in order.
 void PlaceSearch::Model::lookFrom(const Vector3f& from, const LookTable& table,
-                                  Candidate (&best)[kKeptLooks]) const {
+                                  BestLooks& best) const {
   const Vector3i cell = from.array().floor().cast<int>();
   constexpr float kLeastRoom_cells = 1.5f;
   std::array<Octaves, kRays> view;
@@ -593,10 +588,10 @@ void PlaceSearch::Model::lookFrom(const Vector3f& from, const LookTable& table,
     for (size_t k = 0; k < kFirstPoints; ++k) score += table.says[k][view[ray[k]]];
     if (score < kPromising) continue;
     for (size_t k = kFirstPoints; k < table.points; ++k) score += table.says[k][view[ray[k]]];
-    size_t place = kKeptLooks;
+    size_t place = best.size();
     while (place > 0 && static_cast<float>(score) > best[place - 1].score) --place;
-    if (place == kKeptLooks) continue;
-    std::move_backward(best + place, best + kKeptLooks - 1, best + kKeptLooks);
+    if (place == best.size()) continue;
+    std::move_backward(best.begin() + place, best.end() - 1, best.end());
     best[place].score = static_cast<float>(score);
     best[place].T_W_C.linear() = table.R_W_C[i].cast<double>();
     best[place].T_W_C.translation() = from.cast<double>();
@@ -609,18 +604,15 @@ std::vector<PlaceSearch::Model::Candidate> PlaceSearch::Model::lookAround(
   const LookTable table = likelyLooks(points);
   const Vector3i steps = (size.cast<double>() / kStep_cells).array().ceil().cast<int>();
   const auto nx = static_cast<size_t>(steps.x()), ny = static_cast<size_t>(steps.y());
-  struct Kept {
-    Candidate best[kKeptLooks];
-  };
-  std::vector<Kept> kept(nx * ny * static_cast<size_t>(steps.z()));
+  std::vector<BestLooks> kept(nx * ny * static_cast<size_t>(steps.z()));
   parallelFor<int, 16>(kept.size(), threads, [&](size_t number, int&) {
     const Vector3f at(static_cast<float>(number % nx), static_cast<float>(number / nx % ny),
                       static_cast<float>(number / nx / ny));
-    lookFrom((at.array() + 0.5f) * static_cast<float>(kStep_cells), table, kept[number].best);
+    lookFrom((at.array() + 0.5f) * static_cast<float>(kStep_cells), table, kept[number]);
   });
   std::vector<Candidate> best;
-  for (const Kept& from : kept) {
-    for (const Candidate& candidate : from.best) {
+  for (const BestLooks& from : kept) {
+    for (const Candidate& candidate : from) {
       if (candidate.score > 0.0f) best.push_back(candidate);
     }
   }
@@ -732,12 +724,12 @@ FoundPlace PlaceSearch::find(Mapper& mapper, const DepthFrame& frame) const {
   std::stable_sort(aligned.begin(), aligned.end(), [](const Alignment& a, const Alignment& b) {
     return explainedBy(a) > explainedBy(b);
   });
-  std::vector<PlaceLook> looks;
+  Looks looks;
   RenderedView view;
   for (const Alignment& alignment : aligned) {
     if (looks.size() >= kRenderedPoses || !(explainedBy(alignment) > 0.0)) break;
     const float tolerance_m = 2.5f * static_cast<float>(model_->voxel_m);
-    looks.push_back({sameLook(mapper, frame, alignment.T_W_C, tolerance_m, view), &alignment});
+    looks.emplace(sameLook(mapper, frame, alignment.T_W_C, tolerance_m, view), &alignment);
   }
   if (looks.empty()) return found;
   return choose(looks, std::max(3.0 * model_->cell_m, 0.25));

@@ -63,7 +63,7 @@ std::vector<Hit> findHits(const Scene& scene, const Intrinsics& K, int width, in
     const auto draw = [&](const auto& s) {
       for (int v = rect.v_begin; v < rect.v_end; ++v) {
         for (int u = rect.u_begin; u < rect.u_end; ++u) {
-          const Ray ray{T_W_C.translation(), R_W_C * directionOf(K, u, v)};
+          const Ray ray(T_W_C.translation(), R_W_C * directionOf(K, u, v));
           const auto z_m = static_cast<float>(intersect(s, ray));
           Hit& nearest =
               hits[static_cast<size_t>(v) * static_cast<size_t>(width) + static_cast<size_t>(u)];

@@ -62,21 +62,21 @@ double boxDistance(const Eigen::Vector3d& excess) {
 }  // namespace
 
 double intersect(const Plane& plane, const Ray& ray) {
-  const double approach = ray.direction.dot(plane.normal_W);
+  const double approach = ray.direction().dot(plane.normal_W);
   if (approach >= 0.0) return kInfinity;
-  const double s = (plane.point_W - ray.origin).dot(plane.normal_W) / approach;
+  const double s = (plane.point_W - ray.origin()).dot(plane.normal_W) / approach;
   return s > 0.0 ? s : kInfinity;
 }
 
 double intersect(const Sphere& sphere, const Ray& ray) {
-  const Eigen::Vector3d offset = ray.origin - sphere.centre_W;
-  return entry(insideQuadric(ray.direction.squaredNorm(), offset.dot(ray.direction),
+  const Eigen::Vector3d offset = ray.origin() - sphere.centre_W;
+  return entry(insideQuadric(ray.direction().squaredNorm(), offset.dot(ray.direction()),
                              offset.squaredNorm() - sphere.radius_m * sphere.radius_m));
 }
 
 double intersect(const Box& box, const Ray& ray) {
   const Eigen::Matrix3d R_B_W = box.T_W_B.linear().transpose();
-  return entry(insideBox(R_B_W * (ray.origin - box.T_W_B.translation()), R_B_W * ray.direction,
+  return entry(insideBox(R_B_W * (ray.origin() - box.T_W_B.translation()), R_B_W * ray.direction(),
                          -box.half_size_m, box.half_size_m));
 }
 
@@ -84,10 +84,10 @@ double intersect(const Rod& rod, const Ray& ray) {
   const Eigen::Vector3d span = rod.end_W - rod.start_W;
   const double length = span.norm();
   const Eigen::Vector3d axis = span / length;
-  const Eigen::Vector3d offset = ray.origin - rod.start_W;
-  const double along_origin = offset.dot(axis), along_direction = ray.direction.dot(axis);
+  const Eigen::Vector3d offset = ray.origin() - rod.start_W;
+  const double along_origin = offset.dot(axis), along_direction = ray.direction().dot(axis);
   const Eigen::Vector3d across_origin = offset - along_origin * axis;
-  const Eigen::Vector3d across_direction = ray.direction - along_direction * axis;
+  const Eigen::Vector3d across_direction = ray.direction() - along_direction * axis;
   Interval inside = slab(along_origin, along_direction, 0.0, length);
   inside.clip(insideQuadric(across_direction.squaredNorm(), across_origin.dot(across_direction),
                             across_origin.squaredNorm() - rod.radius_m * rod.radius_m));
@@ -95,7 +95,7 @@ double intersect(const Rod& rod, const Ray& ray) {
 }
 
 double intersect(const Room& room, const Ray& ray) {
-  const Interval inside = insideBox(ray.origin, ray.direction, room.min_W, room.max_W);
+  const Interval inside = insideBox(ray.origin(), ray.direction(), room.min_W, room.max_W);
   // Seen from outside, the walls are entered at once: nothing is there to be measured.
   const bool within = !inside.empty() && inside.enter <= 0.0 && inside.exit > 0.0;
   return within ? inside.exit : kInfinity;
@@ -156,7 +156,7 @@ Box makeBox(const Eigen::Vector3d& centre_W, const Eigen::Vector3d& size_m, doub
 double Scene::intersect(const Eigen::Vector3d& origin_W, const Eigen::Vector3d& direction_W) const {
   double nearest = kInfinity;
   for (const Shape& shape : shapes_) {
-    const auto hit = [&](const auto& s) { return dtsdf::intersect(s, Ray{origin_W, direction_W}); };
+    const auto hit = [&](const auto& s) { return dtsdf::intersect(s, Ray(origin_W, direction_W)); };
     nearest = std::min(nearest, std::visit(hit, shape));
   }
   return nearest;
@@ -252,21 +252,15 @@ int faceOf(const Eigen::Vector3d& p, const Eigen::Vector3d& half_size) {
   return 2 * axis + (p[axis] > 0.0 ? 1 : 0);
 }
 
-struct BasePaint {
-  Eigen::Vector3d p_W;
-
-  Paint operator()(const Box& box) const {
-    return kFacePaint[faceOf(box.T_W_B.inverse() * p_W, box.half_size_m)];
+Paint basePaint(const Shape& shape, const Eigen::Vector3d& p_W) {
+  if (const auto* box = std::get_if<Box>(&shape)) {
+    return kFacePaint[faceOf(box->T_W_B.inverse() * p_W, box->half_size_m)];
   }
-  Paint operator()(const Room& room) const {
-    const Eigen::Vector3d half = 0.5 * (room.max_W - room.min_W);
-    return kFacePaint[faceOf(p_W - (room.min_W + half), half)];
-  }
-  template <class Shape>
-  Paint operator()(const Shape&) const {
-    return kRoundPaint;
-  }
-};
+  const auto* room = std::get_if<Room>(&shape);
+  if (room == nullptr) return kRoundPaint;
+  const Eigen::Vector3d half = 0.5 * (room->max_W - room->min_W);
+  return kFacePaint[faceOf(p_W - (room->min_W + half), half)];
+}
 
 /// Whether a point lies in a dark square. Surfaces lie on whole quarters of a metre: a bit off, so
 /// that none lies between two layers of squares.
@@ -278,7 +272,7 @@ bool isDark(const Eigen::Vector3d& p_W) {
 }  // namespace
 
 Paint paintAt(const Scene& scene, size_t shape, const Eigen::Vector3d& p_W) {
-  Paint paint = std::visit(BasePaint{p_W}, scene.shapes()[shape]);
+  Paint paint = basePaint(scene.shapes()[shape], p_W);
   if (!isDark(p_W)) return paint;
   for (uint8_t& channel : paint) {
     channel = static_cast<uint8_t>(std::lround(kDarkShade * channel));

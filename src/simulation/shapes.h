@@ -7,10 +7,8 @@
 
 namespace dtsdf {
 
-/// Origin and direction (any length) of a ray in W.
-struct Ray {
-  Eigen::Vector3d origin, direction;
-};
+/// In W; its direction has any length.
+using Ray = Eigen::ParametrizedLine<double, 3>;
 
 /// Smallest s > 0 at which the ray enters the shape's solid, or infinity.
 double intersect(const Plane& plane, const Ray& ray);

@@ -28,7 +28,7 @@ class PoseRefiner {
 
   /// Whether a frame with this outcome is to be fused.
   bool isToBeFused(const Alignment& alignment) const {
-    return alignment.status != AlignmentStatus::kMisfit || params_.on_misfit == OnMisfit::kPrior;
+    return alignment.status != AlignmentStatus::kMisfit || !params_.drop_misfits;
   }
 
   /// The correction, O to W; identity at first.

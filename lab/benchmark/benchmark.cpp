@@ -64,7 +64,7 @@ std::string measureFlight(const BenchmarkOptions& options, const RunSettings& se
 void run(const BenchmarkOptions& options) {
   if (!options.report_path.empty()) prepareOutputFile(options.report_path);
   const RunSettings settings = readSettings(options);
-  if (isLevelled(settings.params.node)) {
+  if (isLevelled(settings.params)) {
     std::fputs(
         "benchmark: warning: map/level is not for measurements: frames are fused in the "
         "frame of their poses\n",

@@ -86,7 +86,7 @@ Views readViews(const std::string& tum_folder) {
 std::vector<float> readTumDepth(const std::string& path, const ViewCamera& camera) {
   constexpr float kTumUnit_m = 1.0f / 5000.0f;
   std::vector<float> depth_m;
-  for (const uint16_t units : readDepthPng(path, {camera.width, camera.height})) {
+  for (const uint16_t units : readDepthPng(path, camera.width, camera.height)) {
     depth_m.push_back(kTumUnit_m * static_cast<float>(units));
   }
   return depth_m;

@@ -91,7 +91,7 @@ double TumWriter::stampOf(double index) const { return 1600000000.0 + period_s_ 
 void TumWriter::writeColours(size_t index, const std::vector<Rgb8>& colours) const {
   RgbImage image{camera_.width, camera_.height, {}};
   for (const Rgb8& colour : colours) {
-    image.rgb.insert(image.rgb.end(), colour.begin(), colour.end());
+    image.values.insert(image.values.end(), colour.begin(), colour.end());
   }
   const double stamp_s = stampOf(static_cast<double>(index) + 0.5);
   writeFileAtomically(directory_ + "/rgb/" + stampOfList(stamp_s) + ".png", encodeColourPng(image));
@@ -100,7 +100,7 @@ void TumWriter::writeColours(size_t index, const std::vector<Rgb8>& colours) con
 void TumWriter::write(size_t index, const std::vector<uint16_t>& depth) const {
   const double stamp_s = stampOf(static_cast<double>(index));
   writeFileAtomically(directory_ + "/depth/" + stampOfList(stamp_s) + ".png",
-                      encodeDepthPng({{camera_.width, camera_.height}, depth}));
+                      encodeDepthPng({camera_.width, camera_.height, depth}));
 }
 
 void TumWriter::finish(const std::string& camera_name) const {

@@ -34,7 +34,7 @@ inline bool needsNormals(const MapperParams& params) {
 
 inline SurfelSettings makeSurfelSettings(const MapperParams& params, const SurfelRules& rules) {
   return {needsNormals(params) ? params.fusion.normal_radius_px : 0, params.fusion.depth_jump,
-          rules, params.sensor.kind == Sensor::kTimeOfFlight ? 1 : 0};
+          rules, params.sensor == Sensor::kTimeOfFlight ? 1 : 0};
 }
 
 /// The rules with the evidence that the settings let frames bring at most.
@@ -66,7 +66,7 @@ inline AlignmentSettings makeAlignmentSettings(const MapperParams& params, const
 inline PaintSettings makePaintSettings(const MapperParams& params, const Rules& rules) {
   constexpr float kAnyDepth_m = 1e30f;
   const float max_depth_m = params.paint.max_depth_m;
-  return {params.map.directional, params.paint.exposure == ImageExposure::kFixed,
+  return {params.map.directional, !params.paint.adapt_exposure,
           max_depth_m > 0.0f ? max_depth_m : kAnyDepth_m, rules.fusion.full_weight_depth_m,
           rules.colour};
 }

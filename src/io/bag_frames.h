@@ -12,25 +12,17 @@
 
 namespace dtsdf {
 
-struct BagTopics {
-  std::string depth_topic;   ///< Empty: the bag's only topic with depth images.
-  std::string info_topic;    ///< Empty: camera_info beside the depth topic.
-  std::string mask_topic;    ///< Masks with the images' stamps; empty: none.
-  std::string colour_topic;  ///< Empty: the bag's only topic with images in colour.
-  std::string tf_topic;      ///< Empty: /tf; static ones on this with _static, too.
-  std::string imu_topic;     ///< Empty: the bag's only topic of type sensor_msgs/Imu.
-};
-
 /// With intrinsics, camera_info need not be there.
-struct BagOptions : RecordingOptions, BagTopics {
-  std::string map_frame = "map";    ///< Frame W.
-  std::string camera_frame;         ///< Camera's optical frame; empty: the images' frame_id.
-  float unit_16uc1_m = 0.001f;      ///< Metres per unit of a 16UC1 image.
-  float unit_32fc1_m = 1.0f;        ///< Metres per unit of a 32FC1 image.
-  bool latest_camera_info = false;  ///< The newest before an image will do, or else the first.
-  /// `auto`: distorted images whose topic does not say "rect".
-  RectifyChoice rectify = RectifyChoice::kAuto;
+struct BagOptions : RecordingOptions {
+  std::string depth_topic;        ///< Empty: the bag's only topic with depth images.
+  std::string info_topic;         ///< Empty: camera_info beside the depth topic.
+  std::string mask_topic;         ///< Masks with the images' stamps; empty: none.
+  std::string colour_topic;       ///< Empty: the bag's only topic with images in colour.
   std::string colour_info_topic;  ///< Empty: camera_info beside the colour topic.
+  std::string tf_topic;           ///< Empty: /tf; static ones on this with _static, too.
+  std::string imu_topic;          ///< Empty: the bag's only topic of type sensor_msgs/Imu.
+  std::string map_frame = "map";  ///< Frame W.
+  InputParams input;              ///< Camera's frame and its camera_info, units, rectification.
 };
 
 /// Opens a bag and reads its transforms; images are read one by one.

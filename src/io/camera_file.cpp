@@ -154,7 +154,8 @@ std::optional<Eigen::Isometry3d> rigidMotion(const Eigen::Matrix4d& matrix) {
   return T_W_C;
 }
 
-CameraInfo cameraOfMatrix(const Eigen::MatrixXd& matrix, ImageSize size, const std::string& place) {
+CameraInfo cameraOfMatrix(const Eigen::MatrixXd& matrix, int width, int height,
+                          const std::string& place) {
   const Eigen::MatrixXf m = matrix.cast<float>();
   const Intrinsics K{m(0, 0), m(1, 1), m(0, 2), m(1, 2)};
   if (!m.allFinite() || !(K.fx > 0.0f && K.fy > 0.0f)) {
@@ -162,7 +163,7 @@ CameraInfo cameraOfMatrix(const Eigen::MatrixXd& matrix, ImageSize size, const s
                              ": expected a matrix of intrinsics (fx 0 cx, 0 fy cy); or "
                              "give --intrinsics fx,fy,cx,cy");
   }
-  return {size.width, size.height, K};
+  return {width, height, K};
 }
 
 }  // namespace dtsdf

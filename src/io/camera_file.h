@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "dtsdf_mapping/pinhole.h"
-#include "io/depth_codes.h"
 
 namespace dtsdf {
 
@@ -45,6 +44,7 @@ std::optional<Eigen::Isometry3d> rigidMotion(const Eigen::Matrix4d& matrix);
 
 /// The camera of a matrix that begins with fx 0 cx, 0 fy cy.
 /// @throws std::runtime_error that begins with `place`, if it is none.
-CameraInfo cameraOfMatrix(const Eigen::MatrixXd& matrix, ImageSize size, const std::string& place);
+CameraInfo cameraOfMatrix(const Eigen::MatrixXd& matrix, int width, int height,
+                          const std::string& place);
 
 }  // namespace dtsdf

@@ -37,8 +37,8 @@ bool readPng(const uint8_t* data, size_t bytes, const std::string& name, RgbImag
   image.width = static_cast<int>(png.width());
   image.height = static_cast<int>(png.height());
   const size_t row_bytes = 3 * png.width();
-  image.rgb.resize(row_bytes * png.height());
-  return png.readRows(askForRgb, row_bytes, image.rgb.data());
+  image.values.resize(row_bytes * png.height());
+  return png.readRows(askForRgb, row_bytes, image.values.data());
 }
 
 struct JpegErrors {
@@ -64,9 +64,9 @@ bool readRows(jpeg_decompress_struct& jpeg, JpegErrors& errors, const uint8_t* d
   image.width = static_cast<int>(jpeg.output_width);
   image.height = static_cast<int>(jpeg.output_height);
   const size_t row_bytes = 3 * static_cast<size_t>(image.width);
-  image.rgb.resize(row_bytes * image.height);
+  image.values.resize(row_bytes * image.height);
   while (jpeg.output_scanline < jpeg.output_height) {
-    JSAMPROW row = image.rgb.data() + jpeg.output_scanline * row_bytes;
+    JSAMPROW row = image.values.data() + jpeg.output_scanline * row_bytes;
     jpeg_read_scanlines(&jpeg, &row, 1);
   }
   jpeg_finish_decompress(&jpeg);
@@ -105,7 +105,7 @@ RgbImage readColourImage(const std::string& path) {
 }
 
 std::string encodeColourPng(const RgbImage& image) {
-  return pngBytes(image.width, image.height, PNG_FORMAT_RGB, image.rgb.data());
+  return pngBytes(image.width, image.height, PNG_FORMAT_RGB, image.values.data());
 }
 
 }  // namespace dtsdf

@@ -5,15 +5,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <vector>
+
+#include "io/raster.h"
 
 namespace dtsdf {
-
-/// Red, green and blue of each pixel, row by row from the top.
-struct RgbImage {
-  int width = 0, height = 0;
-  std::vector<uint8_t> rgb;
-};
 
 /// The format is known by the first bytes. Grey images become coloured, 16 bits become 8,
 /// transparency is left out. `name` is what stands for the image in messages.

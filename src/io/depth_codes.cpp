@@ -14,34 +14,37 @@
 namespace dtsdf {
 namespace {
 
-ImageSize sizeOf(const PngReader& png) {
-  return {static_cast<int>(png.width()), static_cast<int>(png.height())};
+std::string inWords(int width, int height) {
+  return std::to_string(width) + " x " + std::to_string(height);
 }
 
-/// `name` is what stands for the image in messages. @throws std::runtime_error
-void readHeader(PngReader& png, const std::string& name) {
+/// `name` is what stands for the image in messages. @return its size alone.
+/// @throws std::runtime_error
+DepthImage readHeader(PngReader& png, const std::string& name) {
   if (!png.readHeader()) {
     throw std::runtime_error("cannot decode " + name + ": not a PNG image, or damaged");
   }
   if (!png.is16BitGrey()) {
     throw std::runtime_error(name + " is not a 16-bit grey image, so it is not a depth image");
   }
+  const DepthImage image{static_cast<int>(png.width()), static_cast<int>(png.height()), {}};
   if (png.height() > kMaxPixels / png.width()) {  // libpng refuses widths of 0
-    throw std::runtime_error(name + " has " + inWords(sizeOf(png)) + " pixels, more than the " +
-                             std::to_string(kMaxPixels) + " that are supported");
+    throw std::runtime_error(name + " has " + inWords(image.width, image.height) +
+                             " pixels, more than the " + std::to_string(kMaxPixels) +
+                             " that are supported");
   }
+  return image;
 }
 
-std::vector<uint16_t> readPixels(PngReader& png, const std::string& name) {
-  std::vector<uint16_t> pixels(png.width() * png.height());
+void readPixels(PngReader& png, const std::string& name, DepthImage& image) {
+  image.values.resize(png.width() * png.height());
   const auto prepare = [](png_structp reader, png_infop) {
     png_set_swap(reader);  // the file is big-endian
   };
   if (!png.readRows(prepare, png.width() * sizeof(uint16_t),
-                    reinterpret_cast<uint8_t*>(pixels.data()))) {
+                    reinterpret_cast<uint8_t*>(image.values.data()))) {
     throw std::runtime_error("cannot decode " + name + ": not a PNG image, or damaged");
   }
-  return pixels;
 }
 
 std::string readDepthFile(const std::string& path) {
@@ -50,96 +53,74 @@ std::string readDepthFile(const std::string& path) {
 
 }  // namespace
 
-std::string inWords(ImageSize size) {
-  return std::to_string(size.width) + " x " + std::to_string(size.height);
-}
-
-std::vector<uint16_t> readDepthPng(const std::string& path, ImageSize expected) {
+std::vector<uint16_t> readDepthPng(const std::string& path, int width, int height) {
   const std::string bytes = readDepthFile(path), name = "'" + path + "'";
   PngReader png(bytes.data(), bytes.size());
-  readHeader(png, name);
-  const ImageSize size = sizeOf(png);
-  if (size.width != expected.width || size.height != expected.height) {
-    throw std::runtime_error(name + " is " + inWords(size) + " pixels, but the camera has " +
-                             inWords(expected));
+  DepthImage image = readHeader(png, name);
+  if (image.width != width || image.height != height) {
+    throw std::runtime_error(name + " is " + inWords(image.width, image.height) +
+                             " pixels, but the camera has " + inWords(width, height));
   }
-  return readPixels(png, name);
+  readPixels(png, name, image);
+  return std::move(image.values);
 }
 
-ImageSize readDepthPngSize(const std::string& path) {
+DepthImage readDepthPngSize(const std::string& path) {
   const std::string bytes = readDepthFile(path);
   PngReader png(bytes.data(), bytes.size());
-  readHeader(png, "'" + path + "'");
-  return sizeOf(png);
+  return readHeader(png, "'" + path + "'");
 }
 
 DepthImage decodeDepthPng(const uint8_t* data, size_t bytes) {
   const std::string name = "the compressed image";
   PngReader png(data, bytes);
-  readHeader(png, name);
-  return {sizeOf(png), readPixels(png, name)};
+  DepthImage image = readHeader(png, name);
+  readPixels(png, name, image);
+  return image;
 }
 
 std::string encodeDepthPng(const DepthImage& image) {
   constexpr png_uint_32 kAsTheyAre = PNG_FORMAT_LINEAR_Y;  // 16 bits of grey
-  return pngBytes(image.size.width, image.size.height, kAsTheyAre, image.pixels.data(),
-                  PNG_IMAGE_FLAG_FAST);
+  return pngBytes(image.width, image.height, kAsTheyAre, image.values.data(), PNG_IMAGE_FLAG_FAST);
 }
 
 namespace {
-
-/// Numbers of a stream of groups.
-class GroupReader {
- public:
-  GroupReader(const uint8_t* data, size_t bytes) : data_(data), groups_(2 * (bytes / 4 * 4)) {}
-
-  uint32_t readNumber() {
-    uint32_t number = 0;
-    for (int shift = 0; shift < kBits; shift += 3) {
-      const uint32_t group = readGroup();
-      number |= (group & 7u) << shift;
-      if ((group & 8u) == 0) return number;
-    }
-    throw std::runtime_error("the RVL data contain a number of more than 32 bits");
-  }
-
- private:
-  static constexpr int kBits = 32;
-
-  uint32_t readGroup() {
-    if (next_ == groups_) throw std::runtime_error("the RVL data end before the image does");
-    const size_t word = next_ / 8, in_word = next_ % 8;
-    ++next_;
-    // The highest byte of a little-endian word is its last one.
-    const uint8_t byte = data_[4 * word + 3 - in_word / 2];
-    return in_word % 2 == 0 ? byte >> 4 : byte & 15u;
-  }
-
-  const uint8_t* data_;
-  size_t groups_, next_ = 0;
-};
 
 /// The difference that a zigzag number stands for, modulo 2^16, as the pixels are.
 uint16_t unfold(uint32_t zigzag) {
   return static_cast<uint16_t>((zigzag >> 1) ^ (0u - (zigzag & 1u)));
 }
 
-size_t readRun(GroupReader& groups, size_t left) {
-  const uint32_t length = groups.readNumber();
-  if (length > left) throw std::runtime_error("the RVL data have a run that exceeds the image");
-  return length;
-}
-
 }  // namespace
 
 std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels) {
+  const size_t groups = 2 * (bytes / 4 * 4);
+  size_t next_group = 0;
+  const auto readNumber = [&] {
+    uint32_t number = 0;
+    for (int shift = 0; shift < 32; shift += 3) {
+      if (next_group == groups) throw std::runtime_error("the RVL data end before the image does");
+      // The highest byte of a little-endian word is its last one.
+      const size_t in_word = next_group % 8;
+      const uint8_t byte = data[4 * (next_group / 8) + 3 - in_word / 2];
+      const uint32_t group = in_word % 2 == 0 ? byte >> 4 : byte & 15u;
+      ++next_group;
+      number |= (group & 7u) << shift;
+      if ((group & 8u) == 0) return number;
+    }
+    throw std::runtime_error("the RVL data contain a number of more than 32 bits");
+  };
+  const auto readRun = [&](size_t left) -> size_t {
+    const uint32_t length = readNumber();
+    if (length > left) throw std::runtime_error("the RVL data have a run that exceeds the image");
+    return length;
+  };
   std::vector<uint16_t> image(pixels, 0);
-  GroupReader groups(data, bytes);
   uint16_t value = 0;
   for (size_t next = 0; next < pixels;) {
-    next += readRun(groups, pixels - next);  // zeros, which the image holds from the start
-    for (size_t left = readRun(groups, pixels - next); left > 0; --left) {
-      value = static_cast<uint16_t>(value + unfold(groups.readNumber()));
+    next += readRun(pixels - next);  // zeros, which the image holds from the start
+    for (size_t left = readRun(pixels - next); left > 0; --left) {
+      value = static_cast<uint16_t>(value + unfold(readNumber()));
       image[next++] = value;
     }
   }
@@ -191,7 +172,7 @@ DepthImage decodeRvlImage(ByteReader& in) {
     throw std::runtime_error("compressed depth of " + std::to_string(columns) + " x " +
                              std::to_string(rows) + " pixels");
   }
-  return {{static_cast<int>(columns), static_cast<int>(rows)},
+  return {static_cast<int>(columns), static_cast<int>(rows),
           decodeRvl(in.takeBytes(0), in.left(), size_t{columns} * rows)};
 }
 
@@ -224,7 +205,7 @@ std::string encodingOfCompressedDepth(const std::string& format) {
   return parsed.is_depth ? parsed.encoding : "";
 }
 
-DecodedDepth decodeCompressedDepth(const std::string& text, const std::vector<uint8_t>& data) {
+Raster<uint8_t> decodeCompressedDepth(const std::string& text, const std::vector<uint8_t>& data) {
   const Format format = parseFormat(text);
   if (!format.is_depth) {
     throw std::runtime_error("format '" + printable(text) +
@@ -238,7 +219,7 @@ DecodedDepth decodeCompressedDepth(const std::string& text, const std::vector<ui
   }
   if (format.is_file) {
     const DepthImage image = decodeDepthPng(data.data(), data.size());
-    return {format.encoding, image.size, bytesOf(image.pixels)};
+    return {image.width, image.height, bytesOf(image.values)};
   }
   const bool is_rvl = isRvl(format);
   constexpr size_t kHeaderBytes = 12, kRvlHeaderBytes = 20;
@@ -249,8 +230,8 @@ DecodedDepth decodeCompressedDepth(const std::string& text, const std::vector<ui
   in.take<uint32_t>();  // a code of the transport's own, the same for all
   const auto scale = in.take<float>(), offset = in.take<float>();
   const DepthImage image = is_rvl ? decodeRvlImage(in) : decodeDepthPng(in.takeBytes(0), in.left());
-  return {format.encoding, image.size,
-          is_float ? bytesOf(depthsOfInverse(image.pixels, scale, offset)) : bytesOf(image.pixels)};
+  return {image.width, image.height,
+          is_float ? bytesOf(depthsOfInverse(image.values, scale, offset)) : bytesOf(image.values)};
 }
 
 }  // namespace dtsdf

@@ -7,29 +7,18 @@
 #include <string>
 #include <vector>
 
+#include "io/raster.h"
+
 namespace dtsdf {
-
-struct ImageSize {
-  int width = 0, height = 0;  ///< In pixels.
-};
-
-/// "640 x 480".
-std::string inWords(ImageSize size);
-
-/// 16-bit pixels, row by row.
-struct DepthImage {
-  ImageSize size;
-  std::vector<uint16_t> pixels;
-};
 
 /// The pixels of a depth image in a file, row by row.
 /// @throws std::runtime_error that names the file, if it is missing, damaged, not 16-bit grey, or
 /// not of the expected size.
-std::vector<uint16_t> readDepthPng(const std::string& path, ImageSize expected);
+std::vector<uint16_t> readDepthPng(const std::string& path, int width, int height);
 
-/// The size of a depth image in a file, without decoding it.
+/// A depth image in a file without its pixels, for its size.
 /// @throws std::runtime_error that names the file, if it is missing, damaged or not 16-bit grey.
-ImageSize readDepthPngSize(const std::string& path);
+DepthImage readDepthPngSize(const std::string& path);
 
 /// A depth image in memory. What its header announces is checked before memory is taken for it.
 /// @throws std::runtime_error if it is damaged, not 16-bit grey, or larger than images may be.
@@ -53,12 +42,6 @@ std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels
 // Depth images as image_transport's compressedDepth sends them: 12 bytes of header, then PNG, or
 // columns, rows and RVL. No plugin and no image library beside libpng is needed to read them.
 
-struct DecodedDepth {
-  std::string encoding;  ///< "16UC1", "mono16" or "32FC1".
-  ImageSize size;
-  std::vector<uint8_t> pixels;  ///< In the machine's byte order, rows without padding.
-};
-
 /// The encoding that a message's format announces ("16UC1; compressedDepth png": "16UC1"), of any
 /// kind, or that of a 16-bit PNG ("16UC1; png compressed "); empty if it is none of these.
 std::string encodingOfCompressedDepth(const std::string& format);
@@ -68,7 +51,8 @@ size_t mostImagePixels();
 
 /// Decodes a message: 16-bit depth exactly, 32-bit depth from the inverse depths that the transport
 /// rounds it to. Memory is taken for kMaxPixels at most.
+/// @return its bytes, in the machine's order, of the encoding that encodingOfCompressedDepth() has.
 /// @throws std::runtime_error that says what is wrong with the message.
-DecodedDepth decodeCompressedDepth(const std::string& format, const std::vector<uint8_t>& data);
+Raster<uint8_t> decodeCompressedDepth(const std::string& format, const std::vector<uint8_t>& data);
 
 }  // namespace dtsdf

@@ -35,7 +35,7 @@ Number numberOf(const uint8_t* bytes) {
 template <class File, class Number>
 void put(File& file, Number number) {
   static_assert(std::is_arithmetic_v<Number>);
-  file.write(&number, sizeof(number));
+  file.write(reinterpret_cast<const char*>(&number), sizeof(number));
 }
 template <class File>
 void put(File& file, const Vec3f& v) {

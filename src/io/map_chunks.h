@@ -35,22 +35,19 @@ SavedMap writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& 
 SavedMap saveMapInChunks(const MapContents& head, const ReadChunk& read, const std::string& path,
                          int threads = 0, const MapBox* box = nullptr);
 
-/// What a map may take.
-struct MapLimit {
-  size_t bytes = kNoMapLimit;
-  bool adds_free = true;  ///< Whether what was seen free counts too, or has the same limit alone.
-};
-
 /// A map in an open file. Its structure and small records are checked at once, and each chunk
 /// against its checksum when it is read.
 class MapChunks {
  public:
+  /// @param adds_free Whether what was seen free counts too, or has the same limit alone.
   /// @throws std::runtime_error as loadMap()
-  explicit MapChunks(const std::string& path, const MapLimit& limit = {});
+  explicit MapChunks(const std::string& path, size_t most_bytes = kNoMapLimit,
+                     bool adds_free = true);
   /// For a mapper of these settings: what it may hold, in memory and on disk.
   MapChunks(const std::string& path, const MapperParams& params);
   /// A map among the records of a file, from this one on.
-  MapChunks(std::shared_ptr<const RecordFile> file, size_t first, const MapLimit& limit = {});
+  MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_t most_bytes = kNoMapLimit,
+            bool adds_free = true);
 
   const std::string& path() const { return file_->path(); }
 
@@ -88,7 +85,8 @@ class MapChunks {
   void readWords(const Record& record, uint64_t sum, size_t count, PlainArray<Word>& words) const;
 
   const std::shared_ptr<const RecordFile> file_;
-  const MapLimit limit_;
+  const size_t most_bytes_;
+  const bool adds_free_;
   const size_t first_;  ///< Record, and that of the end.
   size_t end_ = 0;
   MapContents head_;

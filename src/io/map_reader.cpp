@@ -26,8 +26,9 @@ bool isKnown(const Record& record) {
 
 }  // namespace
 
-MapChunks::MapChunks(std::shared_ptr<const RecordFile> file, size_t first, const MapLimit& limit)
-    : file_(std::move(file)), limit_(limit), first_(first) {
+MapChunks::MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_t most_bytes,
+                     bool adds_free)
+    : file_(std::move(file)), most_bytes_(most_bytes), adds_free_(adds_free), first_(first) {
   findRecords();
   checkEnd();
   soundly([&] { readSettings(); });
@@ -157,7 +158,7 @@ void MapChunks::readColourIndex() {
 void MapChunks::readFree(MapSize known) {
   const Record* const record = find(kFree);
   if (record == nullptr) return;
-  const size_t most = std::min(limit_.bytes, kNoMapLimit / 2);
+  const size_t most = std::min(most_bytes_, kNoMapLimit / 2);
   const Bytes content = file_->readAny(*record, most + kFreeHeadBytes);
   if (content.size() % kFreeRecordBytes != kFreeHeadBytes) throwWrongSizes();
   known.free_cubes = content.size() / kFreeRecordBytes;
@@ -171,11 +172,11 @@ void MapChunks::readFree(MapSize known) {
 void MapChunks::checkRoom(const MapSize& taken) const {
   MapSize free, map = taken;
   free.free_cubes = std::exchange(map.free_cubes, 0);
-  const size_t bytes = limit_.adds_free ? taken.bytes() : std::max(map.bytes(), free.bytes());
-  if (bytes <= limit_.bytes) return;
+  const size_t bytes = adds_free_ ? taken.bytes() : std::max(map.bytes(), free.bytes());
+  if (bytes <= most_bytes_) return;
   throw std::runtime_error("the map of '" + file_->path() + "' takes " +
                            std::to_string((bytes >> 20) + 1) + " MiB, and " +
-                           std::to_string(limit_.bytes >> 20) +
+                           std::to_string(most_bytes_ >> 20) +
                            " MiB are allowed; raise map/max_memory_mb (map_tool: --max-memory-mb)");
 }
 
@@ -189,14 +190,15 @@ void MapChunks::readWords(const Record& record, uint64_t sum, size_t count,
   file_->throwDamaged("the content of a record " + record.name() + " does not match its checksum");
 }
 
-MapChunks::MapChunks(const std::string& path, const MapLimit& limit)
-    : MapChunks(std::make_shared<const RecordFile>(path, kPurpose, "map file"), 0, limit) {
+MapChunks::MapChunks(const std::string& path, size_t most_bytes, bool adds_free)
+    : MapChunks(std::make_shared<const RecordFile>(path, kPurpose, "map file"), 0, most_bytes,
+                adds_free) {
   if (file_->end() == file_->bytes() && endRecord() == file_->records().size()) return;
   file_->throwDamaged("there is data after its end");
 }
 
 MapChunks::MapChunks(const std::string& path, const MapperParams& params)
-    : MapChunks(path, MapLimit{mostMapBytes(params), params.space.enabled}) {}
+    : MapChunks(path, mostMapBytes(params), params.space.enabled) {}
 
 MapContents MapChunks::part(size_t chunk) const {
   MapContents part;
@@ -262,7 +264,7 @@ MapContents loadAll(const MapChunks& file, int threads) {
 }  // namespace
 
 MapContents loadMap(const std::string& path, size_t max_bytes, int threads) {
-  return loadAll(MapChunks(path, MapLimit{max_bytes, true}), threads);
+  return loadAll(MapChunks(path, max_bytes), threads);
 }
 
 MapContents loadMap(const std::string& path, const MapperParams& params, int threads) {

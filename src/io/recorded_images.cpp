@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <numeric>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 #include "io/colour_codes.h"
@@ -30,17 +31,29 @@ Intrinsics turnedUpsideDown(const Intrinsics& K, int height) {
   return {K.fx, -K.fy, K.cx, static_cast<float>(height - 1) - K.cy};
 }
 
-/// Images as they are asked for.
+/// Depth images in the recording's order, or colour images in that of their stamps.
 template <class Image>
-class ImagesInFiles : public ImageSource<Image> {
+class RecordedSource : public ImageSource<Image> {
  public:
-  /// @param kind Stands before reasons in counts.
-  ImagesInFiles(RecordedImages recorded, const RecordingOptions& options, std::string kind)
-      : recorded_(std::move(recorded)),
-        options_(options),
-        order_(recorded_.images.size()),
-        kind_(std::move(kind)) {
+  RecordedSource(RecordedImages recorded, const RecordingOptions& options)
+      : recorded_(std::move(recorded)), options_(options), order_(recorded_.images.size()) {
     std::iota(order_.begin(), order_.end(), size_t{0});
+    if (!kIsColour) return;
+    std::stable_sort(order_.begin(), order_.end(), [this](size_t a, size_t b) {
+      return recorded_.images[a].stamp_s < recorded_.images[b].stamp_s;
+    });
+  }
+
+  std::optional<size_t> size() const override {
+    if (kIsColour) return std::nullopt;
+    return options_.selection.countIn(order_.size());
+  }
+
+  std::optional<size_t> posed() const override {
+    if (kIsColour) return std::nullopt;
+    size_t count = 0;
+    for (size_t i = 0; i < order_.size(); ++i) count += isSelected(i) && recorded_.poses[i].T_W_C;
+    return count;
   }
 
   std::optional<Image> next() override {
@@ -64,123 +77,88 @@ class ImagesInFiles : public ImageSource<Image> {
     return std::nullopt;
   }
 
- protected:
-  virtual bool isSelected(size_t place) const = 0;
-  /// Found out before the image is decoded; empty: nothing is known against it.
-  virtual std::string whyNot(size_t index) const {
-    return recorded_.poses[index].T_W_C ? "" : recorded_.poses[index].missing;
+ private:
+  static constexpr bool kIsColour = std::is_same_v<Image, SourceColour>;
+  /// Stands before reasons in counts.
+  const std::string kind_ = kIsColour ? "colour images: " : "";
+
+  bool isSelected(size_t place) const {
+    if (!kIsColour) return options_.selection.contains(place);
+    const auto& listed = options_.listed_colours;
+    return options_.selection.containsColour(place) &&
+           (listed == nullptr || std::binary_search(listed->begin(), listed->end(), place));
   }
-  virtual Image withoutPixels(size_t index) const = 0;
-  /// @return what is wrong with the image; empty: nothing is.
-  virtual std::string read(const std::string& path, Image& image) const = 0;
+
+  /// Found out before the image is decoded; empty: nothing is known against it.
+  std::string whyNot(size_t index) const {
+    if (!recorded_.camera) return recorded_.missing_camera;
+    if (!recorded_.poses[index].T_W_C) return recorded_.poses[index].missing;
+    const bool may_lack = kIsColour && !std::filesystem::exists(recorded_.images[index].path);
+    return may_lack ? "no such file" : "";
+  }
 
   bool isUpsideDown() const { return recorded_.camera->intrinsics.fy < 0.0f; }
+
   template <class Frame>
-  void placeCamera(size_t index, Frame& frame) const {
+  void placeCamera(size_t index, size_t pixel_bytes, Frame& frame) const {
     frame.width = recorded_.camera->width;
     frame.height = recorded_.camera->height;
+    frame.row_bytes = static_cast<size_t>(frame.width) * pixel_bytes;
     frame.intrinsics = recorded_.camera->intrinsics;
     if (isUpsideDown()) frame.intrinsics = turnedUpsideDown(frame.intrinsics, frame.height);
     frame.T_W_C = *recorded_.poses[index].T_W_C;
   }
 
-  const RecordedImages recorded_;
-  const RecordingOptions options_;
-  std::vector<size_t> order_;  ///< Of the images.
-
- private:
-  /// @throws std::runtime_error with the cures, where it must not be.
-  void skip(const std::runtime_error& error) {
-    if (!options_.skip_bad) {
-      throw std::runtime_error(errorText(error) + "; --skip-bad skips such images" +
-                               (kind_.empty() ? "" : ", colour/enabled=never all in colour"));
+  Image withoutPixels(size_t index) const {
+    Image image;
+    if constexpr (kIsColour) {
+      placeCamera(index, 3, image.colour);
+      image.colour.encoding = ColourEncoding::kRgb8;
+    } else {
+      placeCamera(index, sizeof(uint16_t), image.depth);
+      image.depth.encoding = DepthEncoding::kUint16;
+      image.depth.unit_m = static_cast<float>(1.0 / recorded_.units_per_metre);
     }
-    ++this->skipped_[kind_ + "bad_image"];
-    this->problems_.emplace(kind_ + "bad_image", errorText(error));
+    return image;
   }
 
-  const std::string kind_;
-  size_t next_ = 0;  ///< In `order_`.
-};
-
-class RecordedFrames : public ImagesInFiles<SourceFrame> {
- public:
-  RecordedFrames(RecordedImages recorded, const RecordingOptions& options)
-      : ImagesInFiles(std::move(recorded), options, "") {}
-
-  std::optional<size_t> size() const override { return options_.selection.countIn(order_.size()); }
-
-  std::optional<size_t> posed() const override {
-    size_t count = 0;
-    for (size_t i = 0; i < order_.size(); ++i) count += isSelected(i) && recorded_.poses[i].T_W_C;
-    return count;
-  }
-
- private:
-  bool isSelected(size_t place) const override { return options_.selection.contains(place); }
-
-  SourceFrame withoutPixels(size_t index) const override {
-    SourceFrame frame;
-    placeCamera(index, frame.depth);
-    frame.depth.row_bytes = static_cast<size_t>(frame.depth.width) * sizeof(uint16_t);
-    frame.depth.encoding = DepthEncoding::kUint16;
-    frame.depth.unit_m = static_cast<float>(1.0 / recorded_.units_per_metre);
-    return frame;
-  }
-
-  std::string read(const std::string& path, SourceFrame& frame) const override {
+  /// @return what is wrong with the image; empty: nothing is.
+  std::string read(const std::string& path, SourceFrame& frame) const {
     const auto pixels = std::make_shared<std::vector<uint16_t>>(
-        readDepthPng(path, {frame.depth.width, frame.depth.height}));
+        readDepthPng(path, frame.depth.width, frame.depth.height));
     if (isUpsideDown()) turnUpsideDown(*pixels, static_cast<size_t>(frame.depth.width));
     frame.pixels = pixels;
     frame.depth.data = pixels->data();
     return "";
   }
-};
 
-class RecordedColours : public ImagesInFiles<SourceColour> {
- public:
-  RecordedColours(RecordedImages recorded, const RecordingOptions& options)
-      : ImagesInFiles(std::move(recorded), options, "colour images: ") {
-    std::stable_sort(order_.begin(), order_.end(), [this](size_t a, size_t b) {
-      return recorded_.images[a].stamp_s < recorded_.images[b].stamp_s;
-    });
-  }
-
- private:
-  bool isSelected(size_t place) const override {
-    const auto& listed = options_.listed_colours;
-    if (!options_.selection.containsColour(place)) return false;
-    return listed == nullptr || std::binary_search(listed->begin(), listed->end(), place);
-  }
-
-  std::string whyNot(size_t index) const override {
-    if (!recorded_.camera) return recorded_.missing_camera;
-    const std::string problem = ImagesInFiles::whyNot(index);
-    if (!problem.empty()) return problem;
-    return std::filesystem::exists(recorded_.images[index].path) ? "" : "no such file";
-  }
-
-  SourceColour withoutPixels(size_t index) const override {
-    SourceColour image;
-    placeCamera(index, image.colour);
-    image.colour.row_bytes = 3 * static_cast<size_t>(image.colour.width);
-    image.colour.encoding = ColourEncoding::kRgb8;
-    return image;
-  }
-
-  std::string read(const std::string& path, SourceColour& image) const override {
+  std::string read(const std::string& path, SourceColour& image) const {
     const auto read = std::make_shared<RgbImage>(readColourImage(path));
     ColourFrame& colour = image.colour;
     if (read->width != colour.width || read->height != colour.height) {
-      return inWords(ImageSize{read->width, read->height}) + " pixels, but their camera has " +
-             inWords(ImageSize{colour.width, colour.height});
+      return formatted("%d x %d pixels, but their camera has %d x %d", read->width, read->height,
+                       colour.width, colour.height);
     }
-    if (isUpsideDown()) turnUpsideDown(read->rgb, colour.row_bytes);
+    if (isUpsideDown()) turnUpsideDown(read->values, colour.row_bytes);
     image.pixels = read;
-    colour.data = read->rgb.data();
+    colour.data = read->values.data();
     return "";
   }
+
+  /// @throws std::runtime_error with the cures, where it must not be.
+  void skip(const std::runtime_error& error) {
+    if (!options_.skip_bad) {
+      throw std::runtime_error(errorText(error) + "; --skip-bad skips such images" +
+                               (kIsColour ? ", colour/enabled=never all in colour" : ""));
+    }
+    ++this->skipped_[kind_ + "bad_image"];
+    this->problems_.emplace(kind_ + "bad_image", errorText(error));
+  }
+
+  const RecordedImages recorded_;
+  const RecordingOptions options_;
+  std::vector<size_t> order_;  ///< Of the images.
+  size_t next_ = 0;            ///< In `order_`.
 };
 
 bool hasPose(const ImagePose& pose) { return pose.T_W_C.has_value(); }
@@ -210,12 +188,12 @@ std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
                              "); give other poses by --poses FILE");
   }
   checkSelection(options.selection, images.images.size());
-  return std::make_unique<RecordedFrames>(std::move(images), options);
+  return std::make_unique<RecordedSource<SourceFrame>>(std::move(images), options);
 }
 
 std::unique_ptr<ColourSource> openRecordedColours(RecordedImages images,
                                                   const RecordingOptions& options) {
-  return std::make_unique<RecordedColours>(std::move(images), options);
+  return std::make_unique<RecordedSource<SourceColour>>(std::move(images), options);
 }
 
 std::vector<ImagePose> posesNear(const Trajectory& trajectory,

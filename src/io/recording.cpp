@@ -103,7 +103,7 @@ CameraInfo cameraOf(const RecordingOptions& options, const FolderFormat& format,
   }
   if (!options.intrinsics) return format.readCamera(options.path, images);
   checkIntrinsics(*options.intrinsics);
-  const ImageSize size = readDepthPngSize(images.front().path);
+  const DepthImage size = readDepthPngSize(images.front().path);
   return {size.width, size.height, *options.intrinsics};
 }
 

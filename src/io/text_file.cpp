@@ -63,24 +63,16 @@ std::vector<std::string> splitWords(const std::string& text) {
   return words;
 }
 
-void visitList(const std::string& path, const std::string& advice,
-               const std::function<void(const ListLine&)>& take) {
-  requireRegularFile(path, advice);
-  std::ifstream text(path, std::ios::binary);
+std::vector<ListLine> readList(const std::string& path, const std::string& advice) {
+  std::istringstream text(readTextFile(path, advice));
+  std::vector<ListLine> lines;
   int number = 0;
   for (std::string line; std::getline(text, line);) {
     ++number;
     std::vector<std::string> words = splitWords(line);  // takes a carriage return as a space
     if (words.empty() || words[0][0] == '#') continue;
-    take({std::move(words), path + ":" + std::to_string(number)});
+    lines.push_back({std::move(words), path + ":" + std::to_string(number)});
   }
-  if (text.eof() && !text.bad()) return;
-  throw std::runtime_error("cannot read '" + path + "': read error; " + advice);
-}
-
-std::vector<ListLine> readList(const std::string& path, const std::string& advice) {
-  std::vector<ListLine> lines;
-  visitList(path, advice, [&](const ListLine& line) { lines.push_back(line); });
   return lines;
 }
 

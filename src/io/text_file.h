@@ -1,7 +1,6 @@
 /// Small text files, their words and the numbers in them.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -28,12 +27,7 @@ struct ListLine {
 /// The words of a text, between white space of any kind.
 std::vector<std::string> splitWords(const std::string& text);
 
-/// Calls `take` with one line of a file after the other, of those that hold something.
-/// @throws std::runtime_error that names the file and `advice`, if it cannot be read.
-void visitList(const std::string& path, const std::string& advice,
-               const std::function<void(const ListLine&)>& take);
-
-/// These lines, all at once. @throws as visitList()
+/// The lines of a file that hold something. @throws as readTextFile()
 std::vector<ListLine> readList(const std::string& path, const std::string& advice);
 
 /// @throws std::runtime_error with the line's place.

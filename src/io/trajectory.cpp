@@ -66,7 +66,7 @@ StampedPose readPose(const ListLine& line) {
 
 Trajectory readTrajectory(const std::string& path, const std::string& advice) {
   std::vector<StampedPose> poses;
-  visitList(path, advice, [&](const ListLine& line) { poses.push_back(readPose(line)); });
+  for (const ListLine& line : readList(path, advice)) poses.push_back(readPose(line));
   return Trajectory(std::move(poses));
 }
 

@@ -32,10 +32,6 @@ constexpr int kRounds = 8;        // of the refinement
 /// Of the tolerance: as near as points have to be at least, where there is hardly any noise.
 constexpr double kLeastScale = 0.1;
 
-double heightAbove(const FloorPlane& plane, const Vector3d& p) {
-  return plane.normal.dot(p) - plane.offset_m;
-}
-
 struct Counts {
   size_t on = 0, below = 0;
 };
@@ -43,7 +39,7 @@ struct Counts {
 Counts count(const FloorPlane& plane, const std::vector<Point>& points) {
   Counts counts;
   for (const Point& point : points) {
-    const double height_m = heightAbove(plane, point.p);
+    const double height_m = plane.signedDistance(point.p);
     if (std::abs(height_m) <= point.tolerance_m) ++counts.on;
     if (height_m < -kFarBelow * point.tolerance_m) ++counts.below;
   }
@@ -59,19 +55,15 @@ bool isLarge(const Counts& counts, size_t points) {
 }
 
 /// The weighted least squares of the points nearer than `scale` tolerances.
-struct PlaneFit {
-  FloorPlane plane;
-  double median_error;  ///< In tolerances.
-};
-
-std::optional<PlaneFit> fitNear(const FloorPlane& start, const std::vector<Point>& points,
-                                double scale) {
+/// @param median_error In tolerances.
+std::optional<FloorPlane> fitNear(const FloorPlane& start, const std::vector<Point>& points,
+                                  double scale, double& median_error) {
   Vector3d sum = Vector3d::Zero();
   Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
   double weights = 0.0;
   std::vector<const Point*> near;
   for (const Point& point : points) {
-    if (std::abs(heightAbove(start, point.p)) > scale * point.tolerance_m) continue;
+    if (std::abs(start.signedDistance(point.p)) > scale * point.tolerance_m) continue;
     near.push_back(&point);
     const double weight = 1.0 / (point.tolerance_m * point.tolerance_m);
     weights += weight;
@@ -84,44 +76,40 @@ std::optional<PlaneFit> fitNear(const FloorPlane& start, const std::vector<Point
     squares += d * d.transpose() / (point->tolerance_m * point->tolerance_m);
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(squares / weights);
-  PlaneFit fit;
-  fit.plane.normal = axes.eigenvectors().col(0);
-  if (fit.plane.normal.dot(start.normal) < 0.0) fit.plane.normal *= -1.0;
-  fit.plane.offset_m = fit.plane.normal.dot(centre);
+  Vector3d normal = axes.eigenvectors().col(0);
+  if (normal.dot(start.normal()) < 0.0) normal *= -1.0;
+  const FloorPlane plane(normal, centre);
   std::vector<double> errors;
   errors.reserve(near.size());
   for (const Point* point : near) {
-    errors.push_back(std::abs(heightAbove(fit.plane, point->p)) / point->tolerance_m);
+    errors.push_back(std::abs(plane.signedDistance(point->p)) / point->tolerance_m);
   }
   const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
   std::nth_element(errors.begin(), middle, errors.end());
-  fit.median_error = *middle;
-  return fit;
+  median_error = *middle;
+  return plane;
 }
 
 /// What stands on the floor is within its tolerance, too, at its foot; so the tolerance shrinks to
 /// the noise that there is.
-std::optional<PlaneFit> refine(const FloorPlane& start, const std::vector<Point>& points) {
+std::optional<FloorPlane> refine(const FloorPlane& start, const std::vector<Point>& points) {
   constexpr double kSigmaOfMedian = 1.4826;
-  std::optional<PlaneFit> fit;
-  FloorPlane plane = start;
-  double scale = 1.0;
-  for (int round = 0; round < kRounds; ++round) {
-    fit = fitNear(plane, points, scale);
-    if (!fit) return std::nullopt;
-    plane = fit->plane;
-    scale = std::min(1.0, std::max(kLeastScale, 3.0 * kSigmaOfMedian * fit->median_error));
+  std::optional<FloorPlane> plane = start;
+  double scale = 1.0, median_error = 0.0;
+  for (int round = 0; round < kRounds && plane; ++round) {
+    plane = fitNear(*plane, points, scale, median_error);
+    scale = std::min(1.0, std::max(kLeastScale, 3.0 * kSigmaOfMedian * median_error));
   }
-  return fit;
+  return plane;
 }
 
 /// How wide the points on a plane lie, in the direction in which they lie closest: between the
 /// tenths at either side, so that a few, as where a tilted plane cuts a wall, do not count.
 double widthOf(const FloorPlane& plane, const std::vector<Point>& points) {
-  const Vector3d u = plane.normal.unitOrthogonal(), v = plane.normal.cross(u);
+  const Vector3d u = plane.normal().unitOrthogonal(), v = plane.normal().cross(u);
   std::vector<Eigen::Vector2d> on;
   for (const Point& point : points) {
-    if (std::abs(heightAbove(plane, point.p)) > point.tolerance_m) continue;
+    if (std::abs(plane.signedDistance(point.p)) > point.tolerance_m) continue;
     on.emplace_back(u.dot(point.p), v.dot(point.p));
   }
   double width_m = std::numeric_limits<double>::infinity();
@@ -161,7 +149,7 @@ std::optional<FloorPlane> drawPlane(const std::vector<Point>& candidates,
     if (area < kMinArea_m2) continue;
     normal /= normal.dot(up) < 0.0 ? -area : area;
     if (normal.dot(up) < kMinCosine) continue;
-    const FloorPlane plane{normal, normal.dot(a)};
+    const FloorPlane plane(normal, a);
     const Counts counts = count(plane, scored);
     if (counts.on <= best_on || !isLowest(counts, scored.size())) continue;
     best_on = counts.on;
@@ -170,11 +158,13 @@ std::optional<FloorPlane> drawPlane(const std::vector<Point>& candidates,
   return best;
 }
 
-FloorFit without(const std::string& problem) { return {std::nullopt, problem}; }
-
 }  // namespace
 
-FloorFit fitFloor(const std::vector<FloorView>& views) {
+std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::string& problem) {
+  const auto without = [&](const char* why) {
+    problem = why;
+    return std::nullopt;
+  };
   std::vector<Point> points, below_camera;
   Vector3d up = Vector3d::Zero();
   for (const FloorView& view : views) {
@@ -194,17 +184,18 @@ FloorFit fitFloor(const std::vector<FloorView>& views) {
   if (!drawn) {
     return without("no plane within 45 degrees of the camera's x and z axes is the lowest");
   }
-  const std::optional<PlaneFit> fit = refine(*drawn, points);
-  const Counts counts = fit ? count(fit->plane, points) : Counts();
+  const std::optional<FloorPlane> fit = refine(*drawn, points);
+  const Counts counts = fit ? count(*fit, points) : Counts();
   if (counts.on < kMinPoints || !isLarge(counts, points.size())) {
     return without("the largest plane below has less than a twentieth of the measured points");
   }
-  if (widthOf(fit->plane, points) < kMinWidth_m)
+  if (widthOf(*fit, points) < kMinWidth_m)
     return without("only a strip of a possible floor is visible");
-  if (fit->plane.normal.dot(up) < kMinCosine || !isLowest(counts, points.size())) {
+  if (fit->normal().dot(up) < kMinCosine || !isLowest(counts, points.size())) {
     return without("another plane lies below the largest one");
   }
-  return {fit->plane, ""};
+  problem.clear();
+  return fit;
 }
 
 namespace {
@@ -230,7 +221,7 @@ FloorView viewOf(const DepthFrame& frame) {
 }  // namespace
 
 bool FloorSearch::add(const DepthFrame& frame) {
-  if (fit_.floor || !frame.T_W_C.matrix().allFinite()) return false;
+  if (floor_ || !frame.T_W_C.matrix().allFinite()) return false;
   FloorView view = viewOf(frame);
   if (view.points.empty()) return false;
   views_.push_back(std::move(view));
@@ -240,8 +231,8 @@ bool FloorSearch::add(const DepthFrame& frame) {
 }
 
 void FloorSearch::finish() {
-  if (fit_.floor || (views_.empty() && !fit_.problem.empty())) return;
-  fit_ = fitFloor(views_);
+  if (floor_ || (views_.empty() && !problem_.empty())) return;
+  floor_ = fitFloor(views_, problem_);
   views_.clear();
 }
 

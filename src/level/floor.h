@@ -1,7 +1,7 @@
 /// The floor among points that depth images show: the lowest large plane below the camera.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -11,11 +11,8 @@
 
 namespace dtsdf {
 
-/// The points p with normal . p = offset_m.
-struct FloorPlane {
-  Eigen::Vector3d normal;  ///< Unit, to the side of the camera.
-  double offset_m;
-};
+/// With a unit normal to the side of the camera.
+using FloorPlane = Eigen::Hyperplane<double, 3>;
 
 /// What one image shows, all in one frame.
 struct FloorView {
@@ -28,16 +25,11 @@ struct FloorView {
   std::vector<Point> points;
 };
 
-/// The plane, or why there is none.
-struct FloorFit {
-  std::optional<FloorPlane> floor;
-  std::string problem;  ///< Without a floor; what to do is left to the caller.
-};
-
 /// A plane counts as the floor if its normal is within 45 degrees of the cameras' mean up, a
 /// twentieth of all points lie on it, over more than a strip, and hardly any below. Of several, it
 /// is the one with most points. The same points always give the same plane.
-FloorFit fitFloor(const std::vector<FloorView>& views);
+/// @param problem Why there is none; what to do is left to the caller.
+std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::string& problem);
 
 /// Looks for the floor in depth images, a few at a time, until there is one. One thread at a time.
 class FloorSearch {
@@ -53,14 +45,15 @@ class FloorSearch {
   void finish();
 
   /// In M, once there is one; what comes after that is not looked at.
-  const std::optional<FloorPlane>& floor() const { return fit_.floor; }
+  const std::optional<FloorPlane>& floor() const { return floor_; }
 
   /// Why the last look found none; empty before it was complete.
-  const std::string& problem() const { return fit_.problem; }
+  const std::string& problem() const { return problem_; }
 
  private:
   std::vector<FloorView> views_;
-  FloorFit fit_;
+  std::optional<FloorPlane> floor_;
+  std::string problem_;
 };
 
 }  // namespace dtsdf

@@ -50,7 +50,7 @@ std::string adviceOn(const std::string& finding) {
 }
 
 std::string doubtAboutFloor(const FloorPlane& floor) {
-  const double tilt_deg = tiltOf(levelPose(floor.normal));
+  const double tilt_deg = tiltOf(levelPose(floor.normal()));
   if (tilt_deg <= kMaxTilt_deg) return "";
   return adviceOn(formatted("the floor of the first images is %.0f degrees from level", tilt_deg));
 }

@@ -41,8 +41,8 @@ void checkCameras(const NodeParams& node, ParamReader& reader) {
 
 /// Each frame has one place in TF.
 void checkPoseFrames(const NodeParams& node, ParamReader& reader) {
-  const std::string& odom = node.poses.odom_frame;
-  const std::string& base = node.poses.base_frame;
+  const std::string& odom = node.odom_frame;
+  const std::string& base = node.base_frame;
   const auto isMap = [&](const std::string& frame) {
     return !frame.empty() && (frame == node.map_frame || frame == frameOfMap(node));
   };
@@ -65,7 +65,7 @@ void checkPoses(const NodeParams& node, ParamReader& reader) {
                         "is track, which follows a single camera, but the setting "
                         "`cameras` has several; use refine, or one camera");
   }
-  if (node.level.from == LevelChoice::kImu) {
+  if (node.level == LevelChoice::kImu) {
     reader.addViolation("map/level",
                         "cannot be imu where poses/mode is track, as there is no "
                         "transform to the sensor yet; use floor");
@@ -82,35 +82,32 @@ void settleMemory(const PoseParams& poses, FusionParams& fusion) {
 
 void readFrames(NodeParams& node, ParamReader& reader) {
   for (std::string* name :
-       {&node.map_frame, &node.level.frame, &node.keep_frame, &node.input.camera_frame,
-        &node.poses.odom_frame, &node.poses.base_frame, &node.corrections.path_frame}) {
+       {&node.map_frame, &node.level_frame, &node.keep_frame, &node.input.camera_frame,
+        &node.odom_frame, &node.base_frame, &node.path_frame}) {
     *name = stripLeadingSlash(*name);
   }
   if (node.map_frame.empty()) reader.addViolation("map_frame", "must not be empty");
-  if (isLevelled(node) && node.level.frame == node.map_frame) {
+  if (isLevelled(node) && node.level_frame == node.map_frame) {
     reader.addViolation("map/level_frame", "must differ from map_frame, the frame of the poses");
   }
 }
 
-MappingParams readMappingParams(const ParamTree& tree,
-                                const std::vector<ParamViolation>& violations) {
-  MappingParams params;
+NodeParams readNodeParams(const ParamTree& tree, const std::vector<ParamViolation>& violations) {
+  NodeParams node;
   ParamReader reader(copyOf(tree));
-  visitParams(params, reader);
-  checkParams(params.mapper, reader);
+  visitParams(node, reader);
+  checkParams(node.mapper, reader);
   for (const auto& [key, rule] : violations) reader.addViolation(key, rule);
-
-  NodeParams& node = params.node;
   readFrames(node, reader);
   if (node.output_directory.empty()) reader.addViolation("output_directory", "must not be empty");
-  if (node.ground.min_height_m >= node.ground.max_height_m) {
+  if (node.min_height_m >= node.max_height_m) {
     reader.addViolation("space/min_height_m", "must be less than space/max_height_m");
   }
   checkCameras(node, reader);
   checkPoses(node, reader);
   reader.finish();
-  settleMemory(node.poses, params.mapper.fusion);
-  return params;
+  settleMemory(node.poses, node.mapper.fusion);
+  return node;
 }
 
 }  // namespace dtsdf

@@ -12,12 +12,6 @@
 
 namespace dtsdf {
 
-/// Which camera_info an image gets.
-enum class CameraInfoChoice {
-  kExact,   ///< That of its very stamp.
-  kLatest,  ///< The newest one received, for drivers that send it rarely or once.
-};
-
 /// Whether raw images are rectified.
 enum class RectifyChoice {
   kAuto,    ///< Where the topic's name does not say that they are, and they are distorted.
@@ -25,47 +19,28 @@ enum class RectifyChoice {
   kNever,
 };
 
-/// What the depth of a pixel is the distance along.
-enum class DepthChoice {
-  kAxis,  ///< The optical axis, as nearly all cameras have it.
-  kRay,   ///< The pixel's ray, as some simulators have it.
-};
-
 struct InputParams {
-  double merge_wait_s = 0.1;    ///< How long a frame waits for earlier ones of other cameras.
-  std::string camera_frame;     ///< Camera's optical frame; empty: the frame_id of the images.
-  int queue_size = 30;          ///< Images of one kind of a camera that may wait in the node.
-  int queue_mb = 256;           ///< Memory that images may take while they wait, over all.
-  double tf_timeout_s = 1.0;    ///< That a frame waits for its transform at most.
-  float unit_16uc1_m = 0.001f;  ///< Metres per unit of a 16UC1 image.
-  float unit_32fc1_m = 1.0f;    ///< Metres per unit of a 32FC1 image.
-  DepthChoice depth = DepthChoice::kAxis;
+  double merge_wait_s = 0.1;      ///< How long a frame waits for earlier ones of other cameras.
+  std::string camera_frame;       ///< Camera's optical frame; empty: the frame_id of the images.
+  int queue_size = 30;            ///< Images of one kind of a camera that may wait in the node.
+  int queue_mb = 256;             ///< Memory that images may take while they wait, over all.
+  double tf_timeout_s = 1.0;      ///< That a frame waits for its transform at most.
+  float unit_16uc1_m = 0.001f;    ///< Metres per unit of a 16UC1 image.
+  float unit_32fc1_m = 1.0f;      ///< Metres per unit of a 32FC1 image.
+  bool depth_along_ray = false;   ///< As some simulators have it; else along the optical axis.
   double max_speed_m_s = 10.0;    ///< A faster camera is a jump of its pose; 0: any speed is fine.
   double max_turn_deg_s = 720.0;  ///< The same for its rotation.
-  CameraInfoChoice camera_info = CameraInfoChoice::kExact;  ///< Which one an image gets.
-  RectifyChoice rectify = RectifyChoice::kAuto;             ///< Whether raw images are rectified.
+  /// An image gets the newest camera_info, for drivers that send it rarely; else that of its stamp.
+  bool latest_camera_info = false;
+  RectifyChoice rectify = RectifyChoice::kAuto;
   bool mask = false;  ///< Each image has a mask with its stamp, on `mask/image`.
 };
-
-/// Memory that images may take while they wait, over all cameras.
-inline size_t queueBytesOf(const InputParams& input) {
-  return static_cast<size_t>(input.queue_mb) << 20;
-}
 
 /// Whether colour images are taken.
 enum class ColourUse {
   kAuto,    ///< Where there are some.
   kAlways,  ///< They have to be there.
   kNever,
-};
-
-struct ColourParams {
-  ColourUse enabled = ColourUse::kAuto;
-  double max_rate_hz = 0.0;  ///< Colour images per second, by their stamps, at most; 0: all.
-};
-
-struct StatusParams {
-  double stale_s = 5.0;  ///< What is silent for so long is warned about, three times so: an error.
 };
 
 struct PublishParams {
@@ -77,14 +52,6 @@ struct PublishParams {
   double mesh_refresh_s = 60.0;  ///< The whole mesh is published once in so long; 0: not again.
 };
 
-/// What of space is published, by heights along z of the map frame, which has to be level for it.
-struct GroundParams {
-  double min_height_m = 0.1;     ///< A column of the grid begins here,
-  double max_height_m = 1.5;     ///< and ends here.
-  double grid_seen_share = 1.0;  ///< Of a column's cells, that have to be seen free to call it so.
-  double slice_height_m = 0.5;   ///< Of the distances that are published.
-};
-
 /// Where up is known from, for maps whose map frame is not level.
 enum class LevelChoice {
   kNone,   ///< The map is in map_frame.
@@ -92,85 +59,75 @@ enum class LevelChoice {
   kImu,    ///< From an inertial sensor at rest.
 };
 
-/// Turns the map so that z is up.
-struct LevelParams {
-  LevelChoice from = LevelChoice::kNone;
-  std::string frame;  ///< Name of the frame of the map then; empty: that of map_frame and "_level".
-};
+/// All settings of the node.
+struct NodeParams {
+  MapperParams mapper;
 
-/// Where poses come from, and the frames that they are between.
-struct FramePoseParams : PoseParams {
+  std::string map_frame = "map";  ///< Frame that poses are of, and the map, unless it is levelled.
+  LevelChoice level = LevelChoice::kNone;
+  std::string level_frame;  ///< Of a levelled map; empty: that of map_frame and "_level".
+  std::string load_file;    ///< Map to begin with; empty: none. "~/" is the home.
+  std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files; "~/" is the home.
+  std::vector<std::string> cameras;  ///< Their namespaces; empty: one camera in the node's own.
+  std::string keep_frame;            ///< Centre of map/keep_radius_m; empty: the camera.
+  PoseParams poses;
   /// With refine, the frame that TF's poses are in; its place in map_frame is what is published.
   /// With track, the parent of the base. Empty: map_frame.
   std::string odom_frame;
   std::string base_frame;  ///< Whose pose is published; empty: the depth camera's frame.
-};
-
-/// The recording that the node writes.
-struct JournalParams {
-  std::string folder;    ///< Empty: there is none. "~/" is the home.
-  double max_gb = 16.0;  ///< Of 10^9 bytes, of all journals of the folder; then it stops.
-};
-
-/// Corrections of poses that a SLAM publishes.
-struct CorrectionParams {
-  std::string path_frame;  ///< Whose poses corrected_path has; empty: the depth camera's frame.
-  double least_m = 0.01;   ///< Nothing is done unless a frame moves as far, or as many radians.
-};
-
-struct NodeParams {
-  std::string map_frame = "map";  ///< Frame that poses are of, and the map, unless it is levelled.
-  LevelParams level;
-  std::string load_file;  ///< Map to begin with; empty: none. "~/" is the home.
-  std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files; "~/" is the home.
-  std::vector<std::string> cameras;  ///< Their namespaces; empty: one camera in the node's own.
-  std::string keep_frame;            ///< Centre of map/keep_radius_m; empty: the camera.
-  FramePoseParams poses;
   InputParams input;
-  ColourParams colour;
+  ColourUse colour = ColourUse::kAuto;
+  double max_colour_rate_hz = 0.0;  ///< Colour images per second, by their stamps; 0: all.
   PublishParams publish;
-  StatusParams status;
-  GroundParams ground;
-  JournalParams journal;
-  CorrectionParams corrections;
+  double stale_s = 5.0;  ///< What is silent for so long is warned about, three times so: an error.
+
+  // What of space is published, by heights along z of the map frame, which has to be level for it.
+  double min_height_m = 0.1;     ///< A column of the grid begins here,
+  double max_height_m = 1.5;     ///< and ends here.
+  double grid_seen_share = 1.0;  ///< Of a column's cells, that have to be seen free to call it so.
+  double slice_height_m = 0.5;   ///< Of the distances that are published.
+
+  std::string journal_folder;    ///< Empty: there is none. "~/" is the home.
+  double journal_max_gb = 16.0;  ///< Of 10^9 bytes, of all journals of the folder; then it stops.
+
+  // Corrections of poses that a SLAM publishes.
+  std::string path_frame;  ///< Whose poses corrected_path has; empty: the depth camera's frame.
+  double least_correction_m = 0.01;  ///< Nothing is done unless a frame moves as far, or as many
+                                     ///< radians.
 };
 
 /// Whether the map is in a frame of its own, which is level.
-inline bool isLevelled(const NodeParams& node) { return node.level.from != LevelChoice::kNone; }
+inline bool isLevelled(const NodeParams& node) { return node.level != LevelChoice::kNone; }
 
 /// The frame that images' poses are looked up in; empty: nowhere.
 inline std::string frameOfPoses(const NodeParams& node) {
   if (node.poses.mode == PoseMode::kTrack) return "";
-  const bool has_odom = node.poses.mode == PoseMode::kRefine && !node.poses.odom_frame.empty();
-  return has_odom ? node.poses.odom_frame : node.map_frame;
+  const bool has_odom = node.poses.mode == PoseMode::kRefine && !node.odom_frame.empty();
+  return has_odom ? node.odom_frame : node.map_frame;
 }
 
 /// The name of the frame that the map is in.
 inline std::string frameOfMap(const NodeParams& node) {
   if (!isLevelled(node)) return node.map_frame;
-  return node.level.frame.empty() ? node.map_frame + "_level" : node.level.frame;
+  return node.level_frame.empty() ? node.map_frame + "_level" : node.level_frame;
 }
-
-struct MappingParams {
-  MapperParams mapper;
-  NodeParams node;
-};
 
 template <class Visitor>
 void visitParams(NodeParams& p, Visitor& visit) {
+  visitParams(p.mapper, visit);
   visit("map_frame", p.map_frame);
-  visit("map/level", p.level.from,
+  visit("map/level", p.level,
         EnumNames<LevelChoice>{{"none", LevelChoice::kNone},
                                {"floor", LevelChoice::kFloor},
                                {"imu", LevelChoice::kImu}});
-  visit("map/level_frame", p.level.frame);
+  visit("map/level_frame", p.level_frame);
   visit("map/load_file", p.load_file);
   visit("output_directory", p.output_directory);
   visit("cameras", p.cameras);
   visit("map/keep_frame", p.keep_frame);
-  visitParams(static_cast<PoseParams&>(p.poses), visit);
-  visit("poses/odom_frame", p.poses.odom_frame);
-  visit("poses/base_frame", p.poses.base_frame);
+  visitParams(p.poses, visit);
+  visit("poses/odom_frame", p.odom_frame);
+  visit("poses/base_frame", p.base_frame);
   visit("input/merge_wait_s", p.input.merge_wait_s, Range{0.0, 60.0});
   visit("input/camera_frame", p.input.camera_frame);
   visit("input/queue_size", p.input.queue_size, Range{1, 10000});
@@ -178,44 +135,36 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("input/tf_timeout_s", p.input.tf_timeout_s, Range{0.0, 3600.0});
   visit("input/unit_16uc1_m", p.input.unit_16uc1_m, Range{1e-6, 1.0});
   visit("input/unit_32fc1_m", p.input.unit_32fc1_m, Range{1e-6, 1000.0});
-  visit("input/depth", p.input.depth,
-        EnumNames<DepthChoice>{{"axis", DepthChoice::kAxis}, {"ray", DepthChoice::kRay}});
+  visit("input/depth", p.input.depth_along_ray, EnumNames<bool>{{"axis", false}, {"ray", true}});
   visit("input/max_speed_m_s", p.input.max_speed_m_s, Range{0.0, 1e6});
   visit("input/max_turn_deg_s", p.input.max_turn_deg_s, Range{0.0, 1e6});
-  visit("colour/enabled", p.colour.enabled,
+  visit("colour/enabled", p.colour,
         EnumNames<ColourUse>{{"auto", ColourUse::kAuto},
                              {"always", ColourUse::kAlways},
                              {"never", ColourUse::kNever}});
-  visit("colour/max_rate_hz", p.colour.max_rate_hz, Range{0.0, 1000.0});
-  visit("input/camera_info", p.input.camera_info,
-        EnumNames<CameraInfoChoice>{{"exact", CameraInfoChoice::kExact},
-                                    {"latest", CameraInfoChoice::kLatest}});
+  visit("colour/max_rate_hz", p.max_colour_rate_hz, Range{0.0, 1000.0});
+  visit("input/camera_info", p.input.latest_camera_info,
+        EnumNames<bool>{{"exact", false}, {"latest", true}});
   visit("input/rectify", p.input.rectify,
         EnumNames<RectifyChoice>{{"auto", RectifyChoice::kAuto},
                                  {"always", RectifyChoice::kAlways},
                                  {"never", RectifyChoice::kNever}});
   visit("input/mask", p.input.mask);
-  visit("journal/folder", p.journal.folder);
-  visit("journal/max_gb", p.journal.max_gb, Range{0.1, 1e6});
-  visit("corrections/path_frame", p.corrections.path_frame);
-  visit("corrections/least_m", p.corrections.least_m, Range{0.0, 1000.0});
+  visit("journal/folder", p.journal_folder);
+  visit("journal/max_gb", p.journal_max_gb, Range{0.1, 1e6});
+  visit("corrections/path_frame", p.path_frame);
+  visit("corrections/least_m", p.least_correction_m, Range{0.0, 1000.0});
   visit("publish/chunk_blocks", p.publish.chunk_blocks, Range{1, 64});
   visit("publish/mesh_rate_hz", p.publish.mesh_rate_hz, Range{0.01, 100.0});
   visit("publish/points_rate_hz", p.publish.points_rate_hz, Range{0.01, 100.0});
   visit("publish/status_rate_hz", p.publish.status_rate_hz, Range{0.01, 100.0});
   visit("publish/space_rate_hz", p.publish.space_rate_hz, Range{0.01, 100.0});
   visit("mesh_topics/refresh_s", p.publish.mesh_refresh_s, Range{0.0, 1e6});
-  visit("status/stale_s", p.status.stale_s, Range{0.0, 1e6});
-  visit("space/min_height_m", p.ground.min_height_m, Range{-1e4, 1e4});
-  visit("space/max_height_m", p.ground.max_height_m, Range{-1e4, 1e4});
-  visit("space/grid_seen_share", p.ground.grid_seen_share, Range{0.0, 1.0});
-  visit("space/slice_height_m", p.ground.slice_height_m, Range{-1e4, 1e4});
-}
-
-template <class Visitor>
-void visitParams(MappingParams& p, Visitor& visit) {
-  visitParams(p.mapper, visit);
-  visitParams(p.node, visit);
+  visit("status/stale_s", p.stale_s, Range{0.0, 1e6});
+  visit("space/min_height_m", p.min_height_m, Range{-1e4, 1e4});
+  visit("space/max_height_m", p.max_height_m, Range{-1e4, 1e4});
+  visit("space/grid_seen_share", p.grid_seen_share, Range{0.0, 1.0});
+  visit("space/slice_height_m", p.slice_height_m, Range{-1e4, 1e4});
 }
 
 /// Takes the leading slash of old tf off the frames' names, and checks those that a map may have.
@@ -230,7 +179,7 @@ using ParamViolation = std::pair<std::string, std::string>;
 
 /// Reads the node's settings strictly. `violations` are found before, by whoever made the tree.
 /// @throws ParamError with every violation.
-MappingParams readMappingParams(const ParamTree& tree,
-                                const std::vector<ParamViolation>& violations = {});
+NodeParams readNodeParams(const ParamTree& tree,
+                          const std::vector<ParamViolation>& violations = {});
 
 }  // namespace dtsdf

@@ -211,7 +211,23 @@ void ParamReader::finish() {
   if (!violations_.empty()) throw ParamError(violations_);
 }
 
-void ParamWriter::operator()(const std::string& key, float& member, Range) {
+namespace {
+
+std::string inWords(Range range) {
+  return toString(ParamValue(range.min)) + " to " + toString(ParamValue(range.max));
+}
+
+}  // namespace
+
+void ParamWriter::operator()(const std::string& key, int& member, Range range) {
+  put(key, member, inWords(range));
+}
+
+void ParamWriter::operator()(const std::string& key, double& member, Range range) {
+  put(key, member, inWords(range));
+}
+
+void ParamWriter::operator()(const std::string& key, float& member, Range range) {
   // The shortest decimal that reads back as the same float: 0.02, not 0.0199999996.
   double number = member;
   for (int digits = 6; digits <= 9; ++digits) {
@@ -219,7 +235,7 @@ void ParamWriter::operator()(const std::string& key, float& member, Range) {
       break;
     }
   }
-  tree[key] = number;
+  put(key, number, inWords(range));
 }
 
 }  // namespace dtsdf

@@ -43,58 +43,31 @@ bool isZero(const SpaceCube::Mask& mask) {
 GridBox columnOf(int32_t stack_x, int32_t stack_y, size_t bit) {
   const SpaceCube stack{{stack_x * SpaceCube::kSide, stack_y * SpaceCube::kSide, 0}, {}, {}};
   const Vec3i cell = stack.cellOf(0, static_cast<int>(bit));
-  return {cell.x, cell.y, 1, 1};
+  return GridBox(Eigen::Vector2i(cell.x, cell.y));
 }
 
 }  // namespace
 
-bool GridBox::contains(const GridBox& other) const {
-  return other.isEmpty() || (other.x >= x && other.y >= y && other.x + other.width <= x + width &&
-                             other.y + other.height <= y + height);
-}
-
-GridBox unite(const GridBox& a, const GridBox& b) {
-  if (a.isEmpty()) return b;
-  if (b.isEmpty()) return a;
-  const int32_t x = std::min(a.x, b.x), y = std::min(a.y, b.y);
-  return {x, y, std::max(a.x + a.width, b.x + b.width) - x,
-          std::max(a.y + a.height, b.y + b.height) - y};
-}
-
-GridBox intersect(const GridBox& a, const GridBox& b) {
-  const int32_t x = std::max(a.x, b.x), y = std::max(a.y, b.y);
-  const int32_t width = std::min(a.x + a.width, b.x + b.width) - x,
-                height = std::min(a.y + a.height, b.y + b.height) - y;
-  if (width <= 0 || height <= 0) return {};
-  return {x, y, width, height};
-}
-
 GridBox windowAround(const GridBox& known) {
-  constexpr int32_t kStep = GroundGrid::kStep;
-  const int32_t x = floorToStep(known.x), y = floorToStep(known.y);
-  return {x, y, floorToStep(known.x + known.width - 1) + kStep - x,
-          floorToStep(known.y + known.height - 1) + kStep - y};
+  const auto floored = [](const Eigen::Vector2i& cell) {
+    return Eigen::Vector2i(floorToStep(cell.x()), floorToStep(cell.y()));
+  };
+  constexpr int32_t kRest = GroundGrid::kStep - 1;
+  return {floored(known.min()), floored(known.max()) + Eigen::Vector2i(kRest, kRest)};
 }
 
-CellLayers layersBetween(const GroundHeights& heights, double cell_size_m) {
-  // Sizes come from floats: a height that is a multiple of the cell's may be a little beside it.
-  constexpr double kTolerance = 1e-3;
-  const auto first = static_cast<int32_t>(std::floor(heights.min_m / cell_size_m + kTolerance));
-  const auto last = static_cast<int32_t>(std::ceil(heights.max_m / cell_size_m - kTolerance)) - 1;
-  return {first, std::max(first, last)};
-}
-
-uint64_t GroundColumns::keyOf(int32_t stack_x, int32_t stack_y) {
+uint64_t GroundGrid::keyOf(int32_t stack_x, int32_t stack_y) {
   return static_cast<uint64_t>(static_cast<uint32_t>(stack_y)) << 32 |
          static_cast<uint32_t>(stack_x);
 }
 
-GridBox GroundColumns::put(const SpaceCube& cube) {
-  if (cube.first.z > layers_.last || cube.first.z + kSide - 1 < layers_.first) return {};
+/// Takes a cube over as it is now. @return the columns whose values have changed by that.
+GridBox GroundGrid::put(const SpaceCube& cube) {
+  if (cube.first.z > last_layer_ || cube.first.z + kSide - 1 < first_layer_) return {};
   SpaceCube part{cube.first, {}, {}};
   for (int z = 0; z < kSide; ++z) {
     const int32_t layer = cube.first.z + z;
-    if (layer < layers_.first || layer > layers_.last) continue;
+    if (layer < first_layer_ || layer > last_layer_) continue;
     part.free[static_cast<size_t>(z)] = cube.free[static_cast<size_t>(z)];
     part.surface[static_cast<size_t>(z)] = cube.surface[static_cast<size_t>(z)];
   }
@@ -118,7 +91,7 @@ GridBox GroundColumns::put(const SpaceCube& cube) {
   return changed;
 }
 
-GridBox GroundColumns::evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) const {
+GridBox GroundGrid::evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) const {
   std::array<int, kSide * kSide> free{};  // cells of each column
   uint64_t surface = 0;
   for (const SpaceCube& part : stack.parts) {
@@ -134,32 +107,30 @@ GridBox GroundColumns::evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) 
                                                   : kColumnUnknown;
     if (value == stack.values[i]) continue;
     stack.values[i] = value;
-    changed = unite(changed, columnOf(stack_x, stack_y, i));
+    changed.extend(columnOf(stack_x, stack_y, i));
   }
   return changed;
 }
 
-int8_t GroundColumns::at(int32_t x, int32_t y) const {
-  const auto place = stacks_.find(keyOf(x >> kCubeLog2, y >> kCubeLog2));
-  if (place == stacks_.end()) return kColumnUnknown;
-  return place->second.values[static_cast<size_t>(SpaceCube::bitOf(x, y))];
-}
-
 /// Stack by stack, so that what is unknown costs nothing.
-std::vector<int8_t> GroundColumns::values(const GridBox& box) const {
-  std::vector<int8_t> values(box.size(), kColumnUnknown);
-  if (box.isEmpty()) return values;
-  const int32_t last_x = (box.x + box.width - 1) >> kCubeLog2,
-                last_y = (box.y + box.height - 1) >> kCubeLog2;
-  for (int32_t stack_y = box.y >> kCubeLog2; stack_y <= last_y; ++stack_y) {
-    for (int32_t stack_x = box.x >> kCubeLog2; stack_x <= last_x; ++stack_x) {
+std::vector<int8_t> GroundGrid::values(const GridBox& box) const {
+  if (box.isEmpty()) return {};
+  const Eigen::Vector2i size = sizeOf(box);
+  const auto width = static_cast<size_t>(size.x());
+  std::vector<int8_t> values(width * static_cast<size_t>(size.y()), kColumnUnknown);
+  for (int32_t stack_y = box.min().y() >> kCubeLog2; stack_y <= box.max().y() >> kCubeLog2;
+       ++stack_y) {
+    for (int32_t stack_x = box.min().x() >> kCubeLog2; stack_x <= box.max().x() >> kCubeLog2;
+         ++stack_x) {
       const auto place = stacks_.find(keyOf(stack_x, stack_y));
       if (place == stacks_.end()) continue;
-      const GridBox part = intersect(box, {stack_x * kSide, stack_y * kSide, kSide, kSide});
-      for (int32_t y = part.y; y < part.y + part.height; ++y) {
-        for (int32_t x = part.x; x < part.x + part.width; ++x) {
-          values[static_cast<size_t>(y - box.y) * static_cast<size_t>(box.width) +
-                 static_cast<size_t>(x - box.x)] =
+      const Eigen::Vector2i corner(stack_x * kSide, stack_y * kSide);
+      const GridBox part =
+          box.intersection(GridBox(corner, corner + Eigen::Vector2i(kSide - 1, kSide - 1)));
+      for (int32_t y = part.min().y(); y <= part.max().y(); ++y) {
+        for (int32_t x = part.min().x(); x <= part.max().x(); ++x) {
+          values[static_cast<size_t>(y - box.min().y()) * width +
+                 static_cast<size_t>(x - box.min().x())] =
               place->second.values[static_cast<size_t>(SpaceCube::bitOf(x, y))];
         }
       }
@@ -168,20 +139,21 @@ std::vector<int8_t> GroundColumns::values(const GridBox& box) const {
   return values;
 }
 
-GridBox GroundColumns::known() const {
+/// The least box with all columns that are not unknown.
+GridBox GroundGrid::known() const {
   GridBox known;
   for (const auto& [key, stack] : stacks_) {
     const auto x = static_cast<int32_t>(static_cast<uint32_t>(key)),
                y = static_cast<int32_t>(static_cast<uint32_t>(key >> 32));
     for (size_t i = 0; i < stack.values.size(); ++i) {
       if (stack.values[i] == kColumnUnknown) continue;
-      known = unite(known, columnOf(x, y, i));
+      known.extend(columnOf(x, y, i));
     }
   }
   return known;
 }
 
-size_t GroundColumns::bytes() const {
+size_t GroundGrid::bytes() const {
   size_t parts = 0;
   for (const auto& [key, stack] : stacks_) parts += stack.parts.capacity();
   return stacks_.size() * (sizeof(uint64_t) + sizeof(Stack)) + parts * sizeof(SpaceCube);
@@ -196,31 +168,39 @@ void GroundGrid::beginAnew(double cell_size_m) {
   }
   if (window_) note(*window_);
   cell_size_m_ = cell_size_m;
-  columns_.emplace(heights_, cell_size_m);
+  stacks_.clear();
+  // Sizes come from floats: a height that is a multiple of the cell's may be a little beside it.
+  constexpr double kTolerance = 1e-3;
+  first_layer_ = static_cast<int32_t>(std::floor(min_m_ / cell_size_m + kTolerance));
+  last_layer_ = std::max(first_layer_,
+                         static_cast<int32_t>(std::ceil(max_m_ / cell_size_m - kTolerance)) - 1);
+  const int layers = last_layer_ - first_layer_ + 1;
+  least_free_ = std::max(1, static_cast<int>(std::ceil(seen_share_ * layers - 1e-6)));
 }
 
 void GroundGrid::note(const GridBox& columns) {
   if (columns.isEmpty()) return;
   is_outdated_ = true;
   if (!window_ || !window_->contains(columns)) is_outgrown_ = true;
-  if (window_) changed_ = unite(changed_, intersect(*window_, columns));
+  const GridBox inside = window_ ? window_->intersection(columns) : GridBox();
+  if (!inside.isEmpty()) changed_.extend(inside);
 }
 
 void GroundGrid::apply(const SpaceChanges& changes, double cell_size_m) {
-  if (changes.begins_anew || !columns_) beginAnew(cell_size_m);
-  for (const SpaceCube& cube : changes.cubes) note(columns_->put(cube));
+  if (changes.begins_anew || cell_size_m_ == 0.0) beginAnew(cell_size_m);
+  for (const SpaceCube& cube : changes.cubes) note(put(cube));
 }
 
 /// The window of all that is known, if the one that followers have does not hold it.
 std::optional<GridBox> GroundGrid::outgrownTo() {
   if (!is_outgrown_) return std::nullopt;
-  const GridBox known = columns_->known();
+  const GridBox known = this->known();
   if (window_ && window_->contains(known)) {
     is_outgrown_ = false;
     return std::nullopt;
   }
   // One of nothing takes the place of a grid of other cells.
-  return windowAround(known.isEmpty() ? GridBox{0, 0, 1, 1} : known);
+  return windowAround(known.isEmpty() ? GridBox(Eigen::Vector2i::Zero()) : known);
 }
 
 GroundGrid::Pending GroundGrid::next() {
@@ -228,7 +208,7 @@ GroundGrid::Pending GroundGrid::next() {
   if (!is_outdated_) return Pending::kNothing;
   is_outdated_ = false;
   if (const std::optional<GridBox> window = outgrownTo()) {
-    if (window->size() <= kMostColumns) {
+    if (sizeOf(*window).cast<size_t>().prod() <= kMostColumns) {
       is_outgrown_ = false;
       window_ = window;
       changed_ = {};
@@ -237,10 +217,6 @@ GroundGrid::Pending GroundGrid::next() {
     too_large_ = window;
   }
   return window_ && !changed_.isEmpty() ? Pending::kUpdate : Pending::kNothing;
-}
-
-std::vector<int8_t> GroundGrid::values(const GridBox& box) const {
-  return columns_ ? columns_->values(box) : std::vector<int8_t>(box.size(), kColumnUnknown);
 }
 
 }  // namespace dtsdf

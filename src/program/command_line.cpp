@@ -20,6 +20,11 @@ std::string describe(Range range) {
 }
 
 bool isOption(const std::string& text) { return text.rfind("--", 0) == 0; }
+bool isFlag(const ProgramOption& option) { return option.read == nullptr; }
+/// As Boost has it, without dashes.
+std::string keyOf(const ProgramOption& option) {
+  return isOption(option.name) ? option.name.substr(2) : option.name;
+}
 bool isShort(const std::string& text) { return text.size() > 1 && text[0] == '-'; }
 
 /// Breaks a text into indented lines for a terminal.
@@ -38,15 +43,14 @@ std::string wrap(const std::string& text, size_t indent) {
   return wrapped + line + "\n";
 }
 
-void readValue(const OptionText& text, const std::string& value,
-               const std::function<void(const std::string&)>& read) {
-  if (value.empty()) throw UsageError(text.name + " needs a value (" + text.value + ")");
+void readValue(const ProgramOption& option, const std::string& value) {
+  if (value.empty()) throw UsageError(option.name + " needs a value (" + option.value + ")");
   try {
-    read(value);
+    option.read(value);
   } catch (const UsageError& error) {
-    throw UsageError(text.name + ": " + error.what());
+    throw UsageError(option.name + ": " + error.what());
   } catch (const std::invalid_argument& error) {
-    throw UsageError(text.name + ": " + error.what());
+    throw UsageError(option.name + ": " + error.what());
   }
 }
 
@@ -81,39 +85,9 @@ std::vector<double> readNumbers(const std::string& text) {
   return numbers;
 }
 
-/// An option, an argument without dashes, or a flag, which takes no value.
-struct CommandLine::Option {
-  OptionText text;
-  std::string group;
-  bool is_list = false, is_required = false;
-  std::function<void(const std::string&)> read;  ///< For each value; null of a flag.
-  std::function<void()> set;                     ///< Of a flag.
-  std::string needs;                             ///< Another option, or empty.
-  std::vector<std::string> values;               ///< Given; of a flag, an empty one.
-
-  bool isArgument() const { return !isOption(text.name); }
-  bool isFlag() const { return read == nullptr; }
-  /// As Boost has it, without dashes.
-  std::string key() const { return isArgument() ? text.name : text.name.substr(2); }
-
-  /// An option that has to be given has no default, whatever its target was.
-  std::string help() const {
-    if (is_required || text.default_value.empty()) return text.help;
-    return text.help + " (default " + text.default_value + ")";
-  }
-};
-
-CommandLine::Option& CommandLine::addOption(const OptionText& text) {
-  options_.push_back({});
-  options_.back().text = text;
-  options_.back().group = isOption(text.name) ? headline_ : "Arguments";
-  options_.back().is_required = !isOption(text.name);
-  return options_.back();
-}
-
-CommandLine::Option& CommandLine::get(const std::string& name) {
+ProgramOption& CommandLine::get(const std::string& name) {
   const auto found = std::find_if(options_.begin(), options_.end(),
-                                  [&](const Option& option) { return option.text.name == name; });
+                                  [&](const ProgramOption& option) { return option.name == name; });
   if (found == options_.end()) throw std::logic_error("unknown option " + name);
   return *found;
 }
@@ -127,12 +101,12 @@ void CommandLine::distribute(const std::vector<std::string>& arguments) {
   po::options_description all;
   po::positional_options_description places;
   all.add_options()("help", po::bool_switch())("...", po::value<std::vector<std::string>>());
-  for (const Option& option : options_) {
+  for (const ProgramOption& option : options_) {
     const po::value_semantic* value = po::value<std::string>();
     if (option.is_list) value = po::value<std::vector<std::string>>()->multitoken();
-    if (option.isFlag()) value = po::bool_switch();
-    all.add_options()(option.key().c_str(), value);
-    if (option.isArgument()) places.add(option.key().c_str(), option.is_list ? -1 : 1);
+    if (isFlag(option)) value = po::bool_switch();
+    all.add_options()(keyOf(option).c_str(), value);
+    if (!isOption(option.name)) places.add(keyOf(option).c_str(), option.is_list ? -1 : 1);
   }
   if (places.max_total_count() != std::numeric_limits<unsigned>::max()) places.add("...", -1);
   const po::parsed_options parsed =
@@ -148,24 +122,24 @@ void CommandLine::distribute(const std::vector<std::string>& arguments) {
   }
   po::variables_map values;
   po::store(parsed, values);
-  for (Option& option : options_) {
+  for (ProgramOption& option : options_) {
     option.values.clear();
-    const po::variable_value& value = values[option.key()];
+    const po::variable_value& value = values[keyOf(option)];
     if (value.empty() || value.defaulted()) continue;
-    if (option.isFlag()) option.values = {""};
-    if (!option.isFlag() && !option.is_list) option.values = {value.as<std::string>()};
+    if (isFlag(option)) option.values = {""};
+    if (!isFlag(option) && !option.is_list) option.values = {value.as<std::string>()};
     if (option.is_list) option.values = value.as<std::vector<std::string>>();
   }
 }
 
 /// Flags first: one that asks for a text is answered whatever is wrong with the values.
 void CommandLine::readValues() const {
-  for (const Option& option : options_) {
-    if (option.isFlag() && !option.values.empty()) option.set();
+  for (const ProgramOption& option : options_) {
+    if (isFlag(option) && !option.values.empty()) option.set();
   }
-  for (const Option& option : options_) {
-    if (option.isFlag()) continue;
-    for (const std::string& value : option.values) readValue(option.text, value, option.read);
+  for (const ProgramOption& option : options_) {
+    if (isFlag(option)) continue;
+    for (const std::string& value : option.values) readValue(option, value);
   }
 }
 
@@ -175,12 +149,12 @@ void CommandLine::checkRules() {
     for (const std::string& name : names) given += get(name).values.empty() ? 0 : 1;
     if (given != 1) throw UsageError("give one of " + joined(names, ", ", " and "));
   }
-  for (const Option& option : options_) {
+  for (const ProgramOption& option : options_) {
     if (option.is_required && option.values.empty()) {
-      throw UsageError(option.text.name + " is required");
+      throw UsageError(option.name + " is required");
     }
     if (!option.needs.empty() && !option.values.empty() && get(option.needs).values.empty()) {
-      throw UsageError(option.text.name + " requires " + option.needs);
+      throw UsageError(option.name + " requires " + option.needs);
     }
   }
 }
@@ -189,45 +163,48 @@ CommandLine::CommandLine(const std::string& program, const std::string& usage,
                          const std::string& about)
     : program_(program), usage_(usage), about_(about) {}
 
-CommandLine::~CommandLine() = default;
-
 void CommandLine::beginGroup(const std::string& headline) { headline_ = headline; }
 
-void CommandLine::add(const OptionText& text, const std::function<void(const std::string&)>& read) {
-  addOption(text).read = read;
-}
-
-void CommandLine::addList(const OptionText& text,
-                          const std::function<void(const std::string&)>& read) {
-  Option& option = addOption(text);
+void CommandLine::add(ProgramOption option, const std::function<void(const std::string&)>& read) {
   option.read = read;
+  option.group = isOption(option.name) ? headline_ : "Arguments";
+  option.is_required = !isOption(option.name);
+  options_.push_back(std::move(option));
+}
+
+void CommandLine::addList(ProgramOption option,
+                          const std::function<void(const std::string&)>& read) {
   option.is_list = true;
+  add(std::move(option), read);
 }
 
-void CommandLine::addText(const OptionText& text, std::string& target) {
-  OptionText with_default = text;
-  with_default.default_value = target;
-  add(with_default, [&target](const std::string& value) { target = value; });
+void CommandLine::addText(ProgramOption option, std::string& target) {
+  option.default_value = target;
+  add(std::move(option), [&target](const std::string& value) { target = value; });
 }
 
-void CommandLine::addNumber(const OptionText& text, double& target, Range range) {
-  OptionText with_default = text;
-  with_default.default_value = shortestText(target);
-  add(with_default,
+void CommandLine::addNumber(ProgramOption option, double& target, Range range) {
+  option.default_value = shortestText(target);
+  add(std::move(option),
       [&target, range](const std::string& value) { target = readNumber(value, range); });
 }
 
-void CommandLine::addNumber(const OptionText& text, std::optional<double>& target, Range range) {
-  add(text, [&target, range](const std::string& value) { target = readNumber(value, range); });
+void CommandLine::addNumber(ProgramOption option, std::optional<double>& target, Range range) {
+  add(std::move(option),
+      [&target, range](const std::string& value) { target = readNumber(value, range); });
 }
 
 void CommandLine::addFlag(const std::string& name, const std::string& help, bool& target) {
-  addOption({name, "", help}).set = [&target] { target = true; };
+  ProgramOption option{name, "", help};
+  option.set = [&target] { target = true; };
+  add(std::move(option), nullptr);
 }
 
 void CommandLine::addTextRequest(const std::string& name, const std::string& help,
                                  const std::function<std::string()>& text) {
-  addOption({name, "", help}).set = [text] { throw TextRequest(text()); };
+  ProgramOption option{name, "", help};
+  option.set = [text] { throw TextRequest(text()); };
+  add(std::move(option), nullptr);
 }
 
 void CommandLine::require(const std::string& name) { get(name).is_required = true; }
@@ -262,17 +239,19 @@ std::string CommandLine::help() const {
   const auto note = [&](const std::string& group) {
     if (std::find(groups.begin(), groups.end(), group) == groups.end()) groups.push_back(group);
   };
-  for (const Option& option : options_) note(option.group);
+  for (const ProgramOption& option : options_) note(option.group);
   note(headline_);
   std::string text = "usage: " + program_ + " " + usage_ + "\n\n";
   text += wrap(about_, 0);
   for (const std::string& group : groups) {
     std::string entries;
-    for (const Option& option : options_) {
+    for (const ProgramOption& option : options_) {
       if (option.group != group) continue;
-      const std::string& value = option.text.value;
-      entries += "  " + option.text.name + (value.empty() ? "" : " " + value) + "\n" +
-                 wrap(option.help(), 6);
+      // What has to be given has no default, whatever its target was.
+      const bool has_default = !option.is_required && !option.default_value.empty();
+      entries +=
+          "  " + option.name + (option.value.empty() ? "" : " " + option.value) + "\n" +
+          wrap(option.help + (has_default ? " (default " + option.default_value + ")" : ""), 6);
     }
     if (group == headline_) {
       entries += "  -h,--help\n" + wrap("print this help", 6);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/params/param_set.h"
@@ -39,13 +40,20 @@ class TextRequest : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// How an option is called and explained. What has no dashes in its name is an argument, known from
-/// others by its place.
-struct OptionText {
+/// An option, an argument without dashes, which is known from others by its place, or a flag, which
+/// takes no value. Whoever adds one gives the first members.
+struct ProgramOption {
   std::string name;
   std::string value;  ///< What stands for its value in the help.
   std::string help;
   std::string default_value = {};  ///< Shown where the option is not required; empty: none.
+
+  std::string group = {};
+  bool is_list = false, is_required = false;
+  std::function<void(const std::string&)> read = nullptr;  ///< For each value; null of a flag.
+  std::function<void()> set = nullptr;                     ///< Of a flag.
+  std::string needs = {};                                  ///< Another option, or empty.
+  std::vector<std::string> values = {};                    ///< Given; of a flag, an empty one.
 };
 
 /// The options of one program. Each is bound to a variable, whose value at that time is its
@@ -54,22 +62,21 @@ class CommandLine {
  public:
   /// `usage` follows the program's name in the help, `about` says what the program does.
   CommandLine(const std::string& program, const std::string& usage, const std::string& about);
-  ~CommandLine();
 
   /// The headline in the help of the options to come.
   void beginGroup(const std::string& headline);
 
   /// An option whose value is given to `read`; what that throws as UsageError or
   /// std::invalid_argument becomes a UsageError with the option's name.
-  void add(const OptionText& text, const std::function<void(const std::string&)>& read);
-  void addText(const OptionText& text, std::string& target);
-  void addNumber(const OptionText& text, double& target, Range range);
-  void addNumber(const OptionText& text, std::optional<double>& target, Range range);
+  void add(ProgramOption option, const std::function<void(const std::string&)>& read);
+  void addText(ProgramOption option, std::string& target);
+  void addNumber(ProgramOption option, double& target, Range range);
+  void addNumber(ProgramOption option, std::optional<double>& target, Range range);
   template <class Whole>
-  void addWhole(const OptionText& text, Whole& target, Range range);
+  void addWhole(ProgramOption option, Whole& target, Range range);
 
   /// Takes one value or more, and may be repeated; `read` is called for each.
-  void addList(const OptionText& text, const std::function<void(const std::string&)>& read);
+  void addList(ProgramOption option, const std::function<void(const std::string&)>& read);
 
   void addFlag(const std::string& name, const std::string& help, bool& target);
 
@@ -91,25 +98,21 @@ class CommandLine {
   std::string help() const;
 
  private:
-  struct Option;
-
-  Option& addOption(const OptionText& text);
-  Option& get(const std::string& name);
+  ProgramOption& get(const std::string& name);
   void distribute(const std::vector<std::string>& arguments);
   void readValues() const;
   void checkRules();
 
   const std::string program_, usage_, about_;
   std::string headline_ = "Options";
-  std::vector<Option> options_;                    ///< In the order of the help.
+  std::vector<ProgramOption> options_;             ///< In the order of the help.
   std::vector<std::vector<std::string>> choices_;  ///< Of each, one has to be given.
 };
 
 template <class Whole>
-void CommandLine::addWhole(const OptionText& text, Whole& target, Range range) {
-  OptionText with_default = text;
-  with_default.default_value = std::to_string(target);
-  add(with_default, [&target, range](const std::string& value) {
+void CommandLine::addWhole(ProgramOption option, Whole& target, Range range) {
+  option.default_value = std::to_string(target);
+  add(std::move(option), [&target, range](const std::string& value) {
     target = static_cast<Whole>(readWhole(value, range));
   });
 }

@@ -52,7 +52,7 @@ void checkSettings(const RunSettings& settings) {
         "map/keep_radius_m depends on the whole map, so --only cannot apply "
         "it; leave it at 0");
   }
-  if (settings.params.node.poses.mode != PoseMode::kTf) {
+  if (settings.params.poses.mode != PoseMode::kTf) {
     throw std::runtime_error(
         "--only fuses images at the poses given: poses/mode has to be tf, as "
         "others are found by the whole map");
@@ -61,7 +61,7 @@ void checkSettings(const RunSettings& settings) {
 
 /// @throws std::runtime_error where what an image paints depends on all of the map.
 void checkPainting(const PaintParams& paint) {
-  if (paint.exposure == ImageExposure::kFixed && paint.max_depth_m > 0.0f) return;
+  if (!paint.adapt_exposure && paint.max_depth_m > 0.0f) return;
   throw std::runtime_error(
       "the recording has colour images, which --only needs at a fixed exposure and with a depth "
       "limit: give --set colour/exposure=fixed colour/max_depth_m=5 (to reconstruct of the whole "
@@ -82,93 +82,48 @@ BlockExtent cubesOf(const BlockExtent& box, int n) {
   return cubes;
 }
 
-/// Finds what the run of a box needs, by poses alone.
-class BoxRunPlanner {
- public:
-  BoxRunPlanner(const RunOptions& options, const RunSettings& settings,
-                const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box)
-      : options_(options), settings_(settings), T_W_M_(T_W_M) {
-    const SpaceParams& space = settings.params.mapper.space;
-    run_.box = {box.first, box.last, 1, {}, {}};
-    run_.extent = {box, box, cubesOf(box, blocksPerCube(space))};
-    options_.recording.poses_only = true;
+/// The images that may paint, by their place; they widen what is fused by what may hide the
+/// painted.
+std::vector<size_t> imagesFor(BoxRun& run, double first_stamp_s, const RunOptions& options,
+                              const RunSettings& settings,
+                              const std::optional<Eigen::Isometry3d>& T_W_M) {
+  std::vector<size_t> listed;
+  const auto images = levelled(openColours(options, settings.params), T_W_M);
+  if (images == nullptr) return listed;
+  const MapperParams& params = settings.params.mapper;
+  const ColourRules& rules = settings.rules.colour;
+  checkPainting(params.paint);
+  RateLimit rate(settings.params.max_colour_rate_hz);
+  run.extent.blocks = grown(run.extent.painted, 1, 1);
+  while (const std::optional<SourceColour> image = images->next()) {
+    if (!rate.takes(image->stamp_s)) continue;
+    if (image->stamp_s < first_stamp_s || image->stamp_s > run.last_stamp_s) continue;
+    const CameraView view(image->colour);
+    if (!mayPaint(view, run.extent.painted, params, rules)) continue;
+    listed.push_back(image->index);
+    run.extent.blocks = around(run.extent.blocks, blocksThatDecide(view, params, rules));
   }
+  return listed;
+}
 
-  BoxRun find() {
-    const auto frames = levelled(openFrames(options_, settings_.params.node), T_W_M_);
-    std::optional<double> first_stamp_s;
-    while (const std::optional<SourceFrame> frame = frames->next()) {
-      if (!first_stamp_s) first_stamp_s = frame->stamp_s;
-      run_.last_stamp_s = frame->stamp_s;
-      views_.emplace_back(frame->index, frame->depth);
-    }
-    run_.images = std::make_shared<std::vector<size_t>>(imagesFrom(first_stamp_s.value_or(0.0)));
-    run_.frames = std::make_shared<std::vector<size_t>>(framesInView());
-    return std::move(run_);
+/// What an image paints depends on how many frames support the map so far, up to mesh/min_support:
+/// the first ones are all taken, whatever they see. @return the first that is not.
+size_t endOfSupport(RunOptions options, const RunSettings& settings,
+                    const std::optional<Eigen::Isometry3d>& T_W_M) {
+  const MapperParams& params = settings.params.mapper;
+  options.recording.poses_only = false;
+  const auto mapper = makeProbedMapper(params, settings.rules);
+  mapper->restrictTo({noBlocks(), noBlocks(), noBlocks()});
+  const auto frames = levelled(openFrames(options, settings.params), T_W_M);
+  size_t end = 0;
+  while (mapper->supportingFrames() < static_cast<uint64_t>(params.mesh.min_support)) {
+    const std::optional<SourceFrame> frame = frames->next();
+    if (!frame) break;
+    mapper->integrate(frame->depth);
+    end = frame->index + 1;
   }
-
- private:
-  using NumberedView = std::pair<size_t, CameraView>;
-
-  const MapperParams& params() const { return settings_.params.mapper; }
-
-  /// Those that may paint, which widens what is fused by what may hide the painted.
-  std::vector<size_t> imagesFrom(double first_stamp_s) {
-    std::vector<size_t> listed;
-    const auto images = levelled(openColours(options_, settings_.params.node), T_W_M_);
-    if (images == nullptr) return listed;
-    checkPainting(params().paint);
-    const BlockExtent painted = run_.extent.painted;
-    const ColourRules& rules = settings_.rules.colour;
-    RateLimit rate(settings_.params.node.colour.max_rate_hz);
-    run_.extent.blocks = grown(painted, 1, 1);
-    while (const std::optional<SourceColour> image = images->next()) {
-      if (!rate.takes(image->stamp_s)) continue;
-      if (image->stamp_s < first_stamp_s || image->stamp_s > run_.last_stamp_s) continue;
-      const CameraView view(image->colour);
-      if (!mayPaint(view, painted, params(), rules)) continue;
-      listed.push_back(image->index);
-      run_.extent.blocks = around(run_.extent.blocks, blocksThatDecide(view, params(), rules));
-    }
-    if (!listed.empty()) findSupport();
-    return listed;
-  }
-
-  /// What an image paints depends on how many frames support the map so far, up to
-  /// mesh/min_support: the first ones are all taken.
-  void findSupport() {
-    RunOptions options = options_;
-    options.recording.poses_only = false;
-    const auto mapper = makeProbedMapper(params(), settings_.rules);
-    mapper->restrictTo({noBlocks(), noBlocks(), noBlocks()});
-    const auto frames = levelled(openFrames(options, settings_.params.node), T_W_M_);
-    const auto wanted = static_cast<uint64_t>(params().mesh.min_support);
-    while (mapper->supportingFrames() < wanted) {
-      const std::optional<SourceFrame> frame = frames->next();
-      if (!frame) return;
-      mapper->integrate(frame->depth);
-      first_needed_ = frame->index + 1;
-    }
-  }
-
-  std::vector<size_t> framesInView() const {
-    const BlockExtent& box = run_.extent.painted;
-    const int beyond = params().space.enabled ? blocksPerCube(params().space) - 1 : 0;
-    const BlockExtent fused = around(run_.extent.blocks, grown(box, 0, beyond));
-    std::vector<size_t> listed;
-    for (const auto& [index, view] : views_) {
-      if (index < first_needed_ || mayFuse(view, fused, params())) listed.push_back(index);
-    }
-    return listed;
-  }
-
-  RunOptions options_;
-  const RunSettings& settings_;
-  const std::optional<Eigen::Isometry3d> T_W_M_;
-  BoxRun run_;
-  std::vector<NumberedView> views_;
-  size_t first_needed_ = 0;  ///< Frames before it are taken whatever they see.
-};
+  return end;
+}
 
 /// A part of space, and the blocks of it that were seen.
 struct Leaf {
@@ -215,14 +170,14 @@ std::vector<BlockKey> sampleBlocks(RunOptions options, const RunSettings& settin
   const double block_m = static_cast<double>(params.map.voxel_size_m) * kBlockSide;
   std::vector<size_t> indices;
   options.recording.poses_only = true;
-  const auto poses = openFrames(options, settings.params.node);
+  const auto poses = openFrames(options, settings.params);
   while (const std::optional<SourceFrame> frame = poses->next()) indices.push_back(frame->index);
   const size_t step = std::max<size_t>(1, indices.size() / kSampledImages);
   std::vector<size_t> sampled;
   for (size_t i = 0; i < indices.size(); i += step) sampled.push_back(indices[i]);
   options.recording.poses_only = false;
   options.recording.selection.listed = std::make_shared<std::vector<size_t>>(sampled);
-  const auto source = levelled(openFrames(options, settings.params.node), T_W_M);
+  const auto source = levelled(openFrames(options, settings.params), T_W_M);
   std::unordered_set<PackedKey> keys;
   while (const std::optional<SourceFrame> frame = source->next()) {
     for (const Eigen::Vector3d& p_C : thinnedPoints(frame->depth, kSampledPixels, kSampledPixels)) {
@@ -279,10 +234,33 @@ BlockExtent parseBox(const std::string& text, double block_m) {
   return box;
 }
 
-BoxRun planBoxRun(const RunOptions& options, const RunSettings& settings,
+BoxRun planBoxRun(RunOptions options, const RunSettings& settings,
                   const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box) {
   checkSettings(settings);
-  return BoxRunPlanner(options, settings, T_W_M, box).find();
+  options.recording.poses_only = true;
+  const MapperParams& params = settings.params.mapper;
+  BoxRun run;
+  run.box = {box.first, box.last, 1, {}, {}};
+  run.extent = {box, box, cubesOf(box, blocksPerCube(params.space))};
+  std::vector<std::pair<size_t, CameraView>> views;
+  double first_stamp_s = 0.0;
+  const auto source = levelled(openFrames(options, settings.params), T_W_M);
+  while (const std::optional<SourceFrame> frame = source->next()) {
+    if (views.empty()) first_stamp_s = frame->stamp_s;
+    run.last_stamp_s = frame->stamp_s;
+    views.emplace_back(frame->index, frame->depth);
+  }
+  const std::vector<size_t> images = imagesFor(run, first_stamp_s, options, settings, T_W_M);
+  const size_t first_needed = images.empty() ? 0 : endOfSupport(options, settings, T_W_M);
+  const int beyond = params.space.enabled ? blocksPerCube(params.space) - 1 : 0;
+  const BlockExtent fused = around(run.extent.blocks, grown(box, 0, beyond));
+  std::vector<size_t> frames;
+  for (const auto& [index, view] : views) {
+    if (index < first_needed || mayFuse(view, fused, params)) frames.push_back(index);
+  }
+  run.images = std::make_shared<std::vector<size_t>>(images);
+  run.frames = std::make_shared<std::vector<size_t>>(frames);
+  return run;
 }
 
 std::vector<BlockExtent> planBoxes(const RunOptions& options, const RunSettings& settings,

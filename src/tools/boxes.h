@@ -30,7 +30,7 @@ struct BoxRun {
 
 /// Looks at poses, and decodes next to no image.
 /// @throws std::runtime_error for settings whose rules look at all of the map.
-BoxRun planBoxRun(const RunOptions& options, const RunSettings& settings,
+BoxRun planBoxRun(RunOptions options, const RunSettings& settings,
                   const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box);
 
 /// Boxes that cover all of space and share a recording's surfaces about equally, by a sample of its

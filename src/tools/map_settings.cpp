@@ -6,14 +6,16 @@
 #include <utility>
 
 #include "dtsdf_mapping/io/yaml_params.h"
+#include "io/map_chunks.h"
 #include "program/progress_bar.h"
 
 namespace dtsdf {
 
-MapSettings settingsFor(const MapContents& contents, const std::vector<std::string>& given) {
-  MapSettings settings;
+RunSettings settingsFor(const MapContents& contents, const std::vector<std::string>& given) {
+  RunSettings settings;
+  MapperParams& params = settings.params.mapper;
   ParamWriter known;
-  visitParams(settings.params, known);
+  visitParams(params, known);
   visitRules(settings.rules, known);
   ParamTree tree;
   for (const auto& [key, value] : contents.settings) {
@@ -21,20 +23,18 @@ MapSettings settingsFor(const MapContents& contents, const std::vector<std::stri
   }
   for (const std::string& setting : given) setParam(setting, tree);
   ParamReader reader(std::move(tree));
-  visitParams(settings.params, reader);
+  visitParams(params, reader);
   visitRules(settings.rules, reader);
-  checkParams(settings.params, reader);
+  checkParams(params, reader);
   reader.finish();
   // None is added. With map/page_folder the rest is on disk, and the budget is what was given.
-  if (settings.params.map.page_folder.empty()) {
-    settings.params.map.max_memory_mb = leastMemoryMb(contents, settings.params);
-  }
-  checkFits(contents, settings.params, kLeaveSettingOut);
+  if (params.map.page_folder.empty()) params.map.max_memory_mb = leastMemoryMb(contents, params);
+  checkFits(contents, params, kLeaveSettingOut);
   return settings;
 }
 
-void addLoadLimit(CommandLine& line, MapLimit& limit) {
-  const auto set = [&limit](double mib) { limit.bytes = static_cast<size_t>(mib) << 20; };
+void addLoadLimit(CommandLine& line, size_t& most_bytes) {
+  const auto set = [&most_bytes](double mib) { most_bytes = static_cast<size_t>(mib) << 20; };
   const int by_default = MapParams().max_memory_mb;
   set(by_default);
   line.add(

@@ -6,28 +6,20 @@
 #include <string>
 #include <vector>
 
-#include "backend/rules.h"
 #include "dtsdf_mapping/map_contents.h"
-#include "dtsdf_mapping/params/mapper_params.h"
-#include "io/map_chunks.h"
 #include "io/saved_mesh.h"
-#include "program/command_line.h"
+#include "tools/run_options.h"
 
 namespace dtsdf {
 
-/// What a mapper of a saved map is made with.
-struct MapSettings {
-  MapperParams params;
-  Rules rules;
-};
-
-/// Those of the file, as far as this version knows them, and then those that are given, each
-/// key=value. The budget is what the map needs. @throws ParamError with every violation.
-MapSettings settingsFor(const MapContents& contents, const std::vector<std::string>& given);
+/// What a mapper of a saved map is made with: the settings of the file, as far as this version
+/// knows them, and then those that are given, each key=value. The budget is what the map needs.
+/// @throws ParamError with every violation.
+RunSettings settingsFor(const MapContents& contents, const std::vector<std::string>& given);
 
 /// Adds --max-memory-mb: how large a map may be that a program loads, as a small file can ask for
 /// much memory. The limit is the default then.
-void addLoadLimit(CommandLine& line, MapLimit& limit);
+void addLoadLimit(CommandLine& line, size_t& most_bytes);
 
 /// Adds --simplify-error.
 void addSimplifyOption(CommandLine& line, double& error_m);

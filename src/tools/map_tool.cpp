@@ -40,13 +40,13 @@ void addSettings(CommandLine& line, const std::string& keys, MapToolOptions& opt
                [&](const std::string& value) { options.settings.push_back(value); });
 }
 
-std::pair<MapSettings, std::unique_ptr<Mapper>> loadMapOf(const MapToolOptions& options,
+std::pair<RunSettings, std::unique_ptr<Mapper>> loadMapOf(const MapToolOptions& options,
                                                           const char* fixed) {
-  const auto file = std::make_shared<const MapChunks>(options.map_path, options.limit);
+  const auto file = std::make_shared<const MapChunks>(options.map_path, options.most_bytes);
   std::vector<std::string> given = options.settings;
   given.emplace_back(fixed);
-  MapSettings settings = settingsFor(file->head(), given);
-  auto mapper = makeProbedMapper(settings.params, settings.rules, partsOf(file));
+  RunSettings settings = settingsFor(file->head(), given);
+  auto mapper = makeProbedMapper(settings.params.mapper, settings.rules, partsOf(file));
   return {std::move(settings), std::move(mapper)};
 }
 
@@ -73,7 +73,7 @@ void parseSpaceOutput(CommandLine& line, const std::vector<std::string>& argumen
   options.what = what;
   addPaths(line, what + ": " + ending, options);
   addSettings(line, "space/..., backend, threads", options);
-  addLoadLimit(line, options.limit);
+  addLoadLimit(line, options.most_bytes);
   line.parse(arguments);
   if (!endsWith(options.out_path, ending)) {
     throw UsageError("'" + options.out_path + "' does not end in " + ending);

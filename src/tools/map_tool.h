@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/mapper.h"
 #include "dtsdf_mapping/mesh.h"
 #include "program/command_line.h"
@@ -33,7 +34,7 @@ struct MapToolOptions {
   std::string map_path, out_path;
   std::string what;                   ///< Is written, in words.
   std::vector<std::string> settings;  ///< Each key=value.
-  MapLimit limit;
+  size_t most_bytes = kNoMapLimit;    ///< That the map may take.
 };
 
 /// Adds FILE and OUT, which `out` explains.
@@ -44,7 +45,7 @@ void addSettings(CommandLine& line, const std::string& keys, MapToolOptions& opt
 
 /// A mapper that was made from the file, and its settings: those given, and then `fixed`.
 /// @throws std::runtime_error if the file cannot be read, ParamError for wrong settings.
-std::pair<MapSettings, std::unique_ptr<Mapper>> loadMapOf(const MapToolOptions& options,
+std::pair<RunSettings, std::unique_ptr<Mapper>> loadMapOf(const MapToolOptions& options,
                                                           const char* fixed);
 
 /// The mesh of a mapper that was just made: all of it.

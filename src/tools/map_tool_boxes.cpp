@@ -76,8 +76,8 @@ class BoxJoiner {
     head_.supporting_frames = countOfUnion(std::move(supporting_));
     std::vector<std::string> given{"backend=cpu"};
     if (head_.cell_voxels != 0) given.emplace_back("space/enabled=true");
-    MapSettings settings = settingsFor(head_, given);
-    MapParams& map = settings.params.map;
+    RunSettings settings = settingsFor(head_, given);
+    MapParams& map = settings.params.mapper.map;
     if (const MapParams by_default; map.max_memory_mb > by_default.max_memory_mb) {
       map.max_memory_mb = by_default.max_memory_mb;
       map.page_folder = std::filesystem::absolute(path).parent_path().string();
@@ -86,7 +86,7 @@ class BoxJoiner {
     const MapParts parts{{std::shared_ptr<void>(), &head_}, [this](const auto& take) {
                            for (const auto& file : files_) file->visit(take);
                          }};
-    const auto mapper = makeProbedMapper(settings.params, settings.rules, parts);
+    const auto mapper = makeProbedMapper(settings.params.mapper, settings.rules, parts);
     return saveMapOf(*mapper, head_, path);
   }
 

@@ -22,11 +22,6 @@ namespace {
 /// What the other map has at the place of a surface.
 enum Kind : uint8_t { kSame, kChanged, kUnseen };
 
-struct Tolerances {
-  double near_m;    ///< A surface of the other map as near as this is the same one.
-  double least_m2;  ///< Smaller connected pieces of what changed are noise.
-};
-
 /// A map, and its mesh to look up what is near a place.
 class ComparedMap {
  public:
@@ -44,7 +39,7 @@ class ComparedMap {
 
   const MapInfo& info() const { return info_; }
   const Mesh& mesh() const { return mesh_; }
-  float voxelSize_m() const { return loaded_.first.params.map.voxel_size_m; }
+  float voxelSize_m() const { return loaded_.first.params.mapper.map.voxel_size_m; }
 
   /// What it has at a place of its frame. @param hint Of the place before.
   Kind at(const Eigen::Vector3d& p_W, double near_m, SurfaceTree::Hint& hint) const {
@@ -74,7 +69,7 @@ class ComparedMap {
     const Vec3f n = cross(mesh_.vertices_m[corners[1]] - a, mesh_.vertices_m[corners[2]] - a);
     const double cosine = static_cast<double>(dot(n, p - a) / norm(n)) / distance_m;
     constexpr double kInPlane = 0.5;  // a place beside a surface that ends is not in front of it
-    const MapParams& map = loaded_.first.params.map;
+    const MapParams& map = loaded_.first.params.mapper.map;
     const auto truncation_m = static_cast<double>(map.truncation_voxels * map.voxel_size_m);
     if (!(cosine > 0.0) || distance_m < truncation_m) return cosine > kInPlane;
     for (int axis = 0; axis < 3; ++axis) {
@@ -100,7 +95,7 @@ class ComparedMap {
   }
 
   const MapInfo info_;
-  const std::pair<MapSettings, std::unique_ptr<Mapper>> loaded_;
+  const std::pair<RunSettings, std::unique_ptr<Mapper>> loaded_;
   const Mesh mesh_;
   const SurfaceTree tree_;
 };
@@ -142,8 +137,10 @@ void dropSmallPieces(const Mesh& mesh, double least_m2, std::vector<Kind>& kinds
 }
 
 /// What another map has at each triangle of a mesh, in whose frame it lies at T_O_W.
+/// @param near_m A surface of the other map as near as this is the same one.
+/// @param least_m2 Smaller connected pieces of what changed are noise.
 std::vector<Kind> compare(const Mesh& mesh, const ComparedMap& other,
-                          const Eigen::Isometry3d& T_O_W, const Tolerances& tolerances) {
+                          const Eigen::Isometry3d& T_O_W, double near_m, double least_m2) {
   std::vector<Kind> kinds;
   kinds.reserve(mesh.triangles.size());
   ProgressBar progress("triangles", mesh.triangles.size());
@@ -153,58 +150,46 @@ std::vector<Kind> compare(const Mesh& mesh, const ComparedMap& other,
     for (const uint32_t corner : triangle) {
       middle_W += Eigen::Vector3d(positionInMap(mesh, corner).data()) / 3.0;
     }
-    kinds.push_back(other.at(T_O_W * middle_W, tolerances.near_m, hint));
+    kinds.push_back(other.at(T_O_W * middle_W, near_m, hint));
     progress.show(kinds.size());
   }
-  dropSmallPieces(mesh, tolerances.least_m2, kinds);
+  dropSmallPieces(mesh, least_m2, kinds);
   return kinds;
 }
 
-/// The triangles of some kinds, in the frame of map A, each kind in its colour.
-class Drawing {
- public:
-  explicit Drawing(const std::array<double, 3>& origin_m) { drawn_.origin_m = origin_m; }
-
-  /// @return the area, in square metres.
-  double add(const Mesh& mesh, const Eigen::Isometry3d& T_A_W, const std::vector<Kind>& kinds,
-             Kind kind, std::optional<VertexColour> colour) {
-    double area_m2 = 0.0;
-    constexpr uint32_t kNone = 0xffffffffu;
-    std::vector<uint32_t> numbers(colour ? mesh.vertices_m.size() : 0, kNone);
-    for (size_t i = 0; i < kinds.size(); ++i) {
-      if (kinds[i] != kind) continue;
-      area_m2 += areaOf(mesh, i);
-      if (!colour) continue;
-      std::array<uint32_t, 3> corners = mesh.triangles[i];
-      for (uint32_t& corner : corners) {
-        uint32_t& number = numbers[corner];
-        if (number == kNone) number = addVertex(mesh, T_A_W, corner, *colour);
-        corner = number;
+/// Adds the triangles of one kind to a drawing in the frame of map A, if they have a colour there.
+/// @return their area, in square metres.
+double addTriangles(const Mesh& mesh, const Eigen::Isometry3d& T_A_W,
+                    const std::vector<Kind>& kinds, Kind kind,
+                    const std::optional<VertexColour>& colour, Mesh& drawing) {
+  double area_m2 = 0.0;
+  constexpr uint32_t kNone = 0xffffffffu;
+  std::vector<uint32_t> numbers(colour ? mesh.vertices_m.size() : 0, kNone);
+  for (size_t i = 0; i < kinds.size(); ++i) {
+    if (kinds[i] != kind) continue;
+    area_m2 += areaOf(mesh, i);
+    if (!colour) continue;
+    std::array<uint32_t, 3> corners = mesh.triangles[i];
+    for (uint32_t& corner : corners) {
+      uint32_t& number = numbers[corner];
+      if (number == kNone) {
+        number = static_cast<uint32_t>(drawing.vertices_m.size());
+        const Eigen::Vector3d p_W(positionInMap(mesh, corner).data());
+        const Eigen::Vector3f p =
+            (T_A_W * p_W - Eigen::Vector3d(drawing.origin_m.data())).cast<float>();
+        const Vec3f& n_W = mesh.normals[corner];
+        const Eigen::Vector3f n =
+            T_A_W.linear().cast<float>() * Eigen::Vector3f(n_W.x, n_W.y, n_W.z);
+        drawing.vertices_m.push_back({p.x(), p.y(), p.z()});
+        drawing.normals.push_back({n.x(), n.y(), n.z()});
+        drawing.colours.push_back(*colour);
       }
-      drawn_.triangles.push_back(corners);
+      corner = number;
     }
-    return area_m2;
+    drawing.triangles.push_back(corners);
   }
-
-  const Mesh& mesh() const { return drawn_; }
-
- private:
-  uint32_t addVertex(const Mesh& mesh, const Eigen::Isometry3d& T_A_W, uint32_t vertex,
-                     const VertexColour& colour) {
-    const auto p_W = positionInMap(mesh, vertex);
-    const Eigen::Vector3d p =
-        T_A_W * Eigen::Vector3d(p_W.data()) - Eigen::Vector3d(drawn_.origin_m.data());
-    const Vec3f& n_W = mesh.normals[vertex];
-    const Eigen::Vector3f n = T_A_W.linear().cast<float>() * Eigen::Vector3f(n_W.x, n_W.y, n_W.z);
-    drawn_.vertices_m.push_back(
-        {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())});
-    drawn_.normals.push_back({n.x(), n.y(), n.z()});
-    drawn_.colours.push_back(colour);
-    return static_cast<uint32_t>(drawn_.vertices_m.size() - 1);
-  }
-
-  Mesh drawn_;
-};
+  return area_m2;
+}
 
 /// Where B's frame lies in A's: that of the poses is the same, and each may be levelled.
 Eigen::Isometry3d frameOfBInA(const MapInfo& a, const MapInfo& b) {
@@ -239,29 +224,31 @@ void compareMaps(const std::vector<std::string>& arguments) {
                  least_cm2, {0.0, 1e6});
   line.addFlag("--changes-only", "leave out what is unchanged", changes_only);
   addSettings(line, "mesh/..., backend, threads", a);
-  addLoadLimit(line, a.limit);
+  addLoadLimit(line, a.most_bytes);
   line.parse(arguments);
   if (!a.out_path.empty() && !meshFormatOf(a.out_path)) {
     throw UsageError("'" + a.out_path + "' does not end in " + kMeshExtensions);
   }
   if (!a.out_path.empty()) prepareOutputFile(a.out_path);
   b.settings = a.settings;
-  b.limit = a.limit;
+  b.most_bytes = a.most_bytes;
   const ComparedMap before(a), after(b);
   const Eigen::Isometry3d T_A_B = frameOfBInA(before.info(), after.info());
   const double voxel_m = static_cast<double>(std::max(before.voxelSize_m(), after.voxelSize_m()));
-  const Tolerances tolerances{tolerance_m.value_or(2.0 * voxel_m), 1e-4 * least_cm2};
-  const std::vector<Kind> in_after = compare(before.mesh(), after, T_A_B.inverse(), tolerances);
-  const std::vector<Kind> in_before = compare(after.mesh(), before, T_A_B, tolerances);
+  const double near_m = tolerance_m.value_or(2.0 * voxel_m), least_m2 = 1e-4 * least_cm2;
+  const std::vector<Kind> in_after =
+      compare(before.mesh(), after, T_A_B.inverse(), near_m, least_m2);
+  const std::vector<Kind> in_before = compare(after.mesh(), before, T_A_B, near_m, least_m2);
   constexpr VertexColour kGreen{40, 170, 60, 255}, kRed{215, 45, 40, 255}, kBlue{60, 110, 220, 255},
       kGrey{190, 190, 190, 255};
-  Drawing drawing(before.mesh().origin_m);
+  Mesh drawing;
+  drawing.origin_m = before.mesh().origin_m;
   const auto add = [&](const char* what, const ComparedMap& map, Kind kind,
                        std::optional<VertexColour> colour) {
     const bool is_before = &map == &before;
     const double area_m2 =
-        drawing.add(map.mesh(), is_before ? Eigen::Isometry3d::Identity() : T_A_B,
-                    is_before ? in_after : in_before, kind, colour);
+        addTriangles(map.mesh(), is_before ? Eigen::Isometry3d::Identity() : T_A_B,
+                     is_before ? in_after : in_before, kind, colour, drawing);
     std::printf("%-16s %10.4f m2\n", what, area_m2);
     return area_m2;
   };
@@ -278,12 +265,12 @@ void compareMaps(const std::vector<std::string>& arguments) {
         "place, in one frame?\n");
   }
   if (a.out_path.empty()) return;
-  if (drawing.mesh().triangles.empty()) {
+  if (drawing.triangles.empty()) {
     std::printf("nothing to draw: no mesh was written\n");
     return;
   }
-  saveMesh(drawing.mesh(), MeshColour::kImage, a.out_path);
-  std::printf("%zu triangles: %s\n", drawing.mesh().triangles.size(), a.out_path.c_str());
+  saveMesh(drawing, MeshColour::kImage, a.out_path);
+  std::printf("%zu triangles: %s\n", drawing.triangles.size(), a.out_path.c_str());
 }
 
 }  // namespace dtsdf

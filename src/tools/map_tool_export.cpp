@@ -46,12 +46,12 @@ Json entryOf(const Frame& frame, double stamp_s) {
 }
 
 DepthImage millimetresOf(const DepthFrame& frame) {
-  DepthImage image{{frame.width, frame.height}, {}};
+  DepthImage image{frame.width, frame.height, {}};
   constexpr float kMost = std::numeric_limits<uint16_t>::max() - 1;
   for (int v = 0; v < frame.height; ++v) {
     for (int u = 0; u < frame.width; ++u) {
       const float mm = std::floor(1000.0f * frame.unit_m * rawDepth(frame, u, v) + 0.5f);
-      image.pixels.push_back(static_cast<uint16_t>(mm > 0.0f && mm <= kMost ? mm : 0.0f));
+      image.values.push_back(static_cast<uint16_t>(mm > 0.0f && mm <= kMost ? mm : 0.0f));
     }
   }
   return image;
@@ -65,7 +65,7 @@ RgbImage rgbOf(const ColourFrame& frame) {
     for (int u = 0; u < frame.width; ++u) {
       const uint8_t* const pixel = row + u * layout.bytes;
       for (const int byte : {layout.red, layout.green, layout.blue}) {
-        image.rgb.push_back(pixel[byte]);
+        image.values.push_back(pixel[byte]);
       }
     }
   }

@@ -1,6 +1,7 @@
 // map_tool hash: whether two maps, or two meshes, are the same.
 #include <cstdio>
-#include <filesystem>
+#include <locale>
+#include <sstream>
 
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "io/ply.h"
@@ -12,21 +13,16 @@
 namespace dtsdf {
 namespace {
 
-/// Takes what a file would.
-struct Bytes {
-  std::string bytes;
-  void write(const void* data, size_t count) {
-    bytes.append(static_cast<const char*>(data), count);
-  }
-};
-
 /// Of the bytes of the .ply file that `map_tool mesh` saves.
 uint64_t hashOfPly(const Mesh& mesh, MeshColour colour) {
   const size_t vertices = mesh.vertices_m.size(), triangles = mesh.triangles.size();
-  Bytes file{plyHeader(vertices, triangles, isFarFromOrigin(mesh))};
+  std::ostringstream file;
+  file.imbue(std::locale::classic());
+  file << plyHeader(vertices, triangles, isFarFromOrigin(mesh));
   for (size_t i = 0; i < vertices; ++i) writePlyVertex(mesh, i, colour, file);
   for (const auto& triangle : mesh.triangles) writePlyTriangle(triangle, file);
-  return hashOf(file.bytes.data(), file.bytes.size());
+  const std::string bytes = file.str();
+  return hashOf(bytes.data(), bytes.size());
 }
 
 void print(const char* what, uint64_t hash) {
@@ -44,7 +40,7 @@ void printHash(const std::vector<std::string>& arguments) {
                    "bytes.");
   line.addText({"FILE", "", "a map file or a mesh (.ply, .obj, .stl or .glb)"}, options.map_path);
   addSettings(line, "mesh/..., backend, threads", options);
-  addLoadLimit(line, options.limit);
+  addLoadLimit(line, options.most_bytes);
   line.parse(arguments);
   if (meshFormatOf(options.map_path)) {
     const std::string bytes = readTextFile(options.map_path, "a mesh or a map is expected there");
@@ -53,8 +49,8 @@ void printHash(const std::vector<std::string>& arguments) {
   }
   const auto [settings, mapper] = loadMapOf(options, "space/enabled=false");
   print("map", readMapInfo(options.map_path).content_hash);
-  const Mesh mesh = meshOf(*mapper, settings.params.map.voxel_size_m);
-  print("mesh", hashOfPly(mesh, settings.params.mesh.colour));
+  const Mesh mesh = meshOf(*mapper, settings.params.mapper.map.voxel_size_m);
+  print("mesh", hashOfPly(mesh, settings.params.mapper.mesh.colour));
 }
 
 }  // namespace dtsdf

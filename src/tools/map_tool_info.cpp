@@ -72,7 +72,7 @@ void printSettings(const MapInfo& info) {
 void printMapInfo(const std::vector<std::string>& arguments) {
   std::string path;
   bool with_settings = false, verify = false;
-  MapLimit limit;
+  size_t most_bytes = 0;
   CommandLine line("map_tool info", "FILE [options]",
                    "Prints what is in a map file. Without --verify it does not read voxels and "
                    "colours.");
@@ -80,7 +80,7 @@ void printMapInfo(const std::vector<std::string>& arguments) {
   line.addFlag("--settings", "also print every setting and rule number that the map was made with",
                with_settings);
   line.addFlag("--verify", "read the whole file and check its checksums", verify);
-  addLoadLimit(line, limit);
+  addLoadLimit(line, most_bytes);
   line.onlyWith("--max-memory-mb", "--verify");
   line.parse(arguments);
   const MapInfo info = readMapInfo(path);
@@ -89,7 +89,7 @@ void printMapInfo(const std::vector<std::string>& arguments) {
   printMap(info);
   if (with_settings) printSettings(info);
   if (verify) {
-    MapChunks(path, limit).visit([](const MapContents&) {});  // which checks it
+    MapChunks(path, most_bytes).visit([](const MapContents&) {});  // which checks it
     std::printf("\nall checksums match\n");
   }
 }

@@ -17,7 +17,7 @@ void meshMap(const std::vector<std::string>& arguments) {
   addPaths(line, "mesh to write: .ply or .glb (normals, colours), .obj or .stl", options);
   addSettings(line, "mesh/..., backend, threads", options);
   addSimplifyOption(line, simplify_error_m);
-  addLoadLimit(line, options.limit);
+  addLoadLimit(line, options.most_bytes);
   line.parse(arguments);
   if (!meshFormatOf(options.out_path)) {
     throw UsageError("'" + options.out_path + "' does not end in " + kMeshExtensions);
@@ -25,7 +25,7 @@ void meshMap(const std::vector<std::string>& arguments) {
   prepareOutputFile(options.out_path);
   // The mesh does not depend on space.
   const auto [settings, mapper] = loadMapOf(options, "space/enabled=false");
-  PagedMeshes meshes(settings.params.map);
+  PagedMeshes meshes(settings.params.mapper.map);
   for (bool is_part = true; is_part;) {
     mapper->beginMeshUpdate();
     MeshUpdate update = mapper->finishMeshUpdate();
@@ -34,8 +34,8 @@ void meshMap(const std::vector<std::string>& arguments) {
       meshes.put(std::make_shared<const BlockMesh>(std::move(block)));
     }
   }
-  const SavedMesh saved =
-      saveSimplified(meshes, settings.params.mesh.colour, options.out_path, simplify_error_m);
+  const SavedMesh saved = saveSimplified(meshes, settings.params.mapper.mesh.colour,
+                                         options.out_path, simplify_error_m);
   std::printf("%zu vertices, %zu triangles: %s\n", saved.vertices, saved.triangles,
               options.out_path.c_str());
   if (!saved.loss.empty()) std::printf("%s\n", saved.loss.c_str());

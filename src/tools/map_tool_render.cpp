@@ -44,11 +44,9 @@ RenderCamera cameraOf(const std::string& path) {
 
 /// As depth cameras have it; 0 for no surface and for what 16 bits cannot hold.
 DepthImage depthImageOf(const RenderedView& view) {
-  DepthImage image;
-  image.size = {view.width, view.height};
-  image.pixels.resize(view.depth_m.size());
+  DepthImage image{view.width, view.height, std::vector<uint16_t>(view.depth_m.size())};
   constexpr float kMost = std::numeric_limits<uint16_t>::max() - 1;  // 65535 means no depth too
-  std::transform(view.depth_m.begin(), view.depth_m.end(), image.pixels.begin(), [](float depth_m) {
+  std::transform(view.depth_m.begin(), view.depth_m.end(), image.values.begin(), [](float depth_m) {
     const float units = std::floor(kUnitsPerMetre * depth_m + 0.5f);
     return static_cast<uint16_t>(units <= kMost ? units : 0.0f);
   });
@@ -61,7 +59,7 @@ RgbImage normalImageOf(const RenderedView& view) {
   for (size_t i = 0; i < view.normals_C.size(); ++i) {
     const bool is_seen = view.depth_m[i] > 0.0f;
     const Vec3f& n = view.normals_C[i];
-    for (const float x : {n.x, n.y, n.z}) image.rgb.push_back(is_seen ? code(x) : uint8_t{0});
+    for (const float x : {n.x, n.y, n.z}) image.values.push_back(is_seen ? code(x) : uint8_t{0});
   }
   return image;
 }
@@ -74,7 +72,7 @@ RgbImage colourImageOf(const RenderedView& view) {
     const VertexColour& colour = view.colours[i];
     const bool is_grey = view.depth_m[i] > 0.0f && colour.painted == 0;
     for (const uint8_t x : {colour.red, colour.green, colour.blue}) {
-      image.rgb.push_back(is_grey ? kUnpainted : x);
+      image.values.push_back(is_grey ? kUnpainted : x);
     }
   }
   return image;
@@ -135,7 +133,7 @@ void renderMap(const std::vector<std::string>& arguments) {
                 "pixels, focal length 525)"},
                camera_path);
   addSettings(line, "mesh/..., backend, threads", options);
-  addLoadLimit(line, options.limit);
+  addLoadLimit(line, options.most_bytes);
   line.parse(arguments);
   if (!trajectory_path.empty()) poses = readTrajectory(trajectory_path, "").poses();
   if (poses.empty()) throw std::runtime_error("'" + trajectory_path + "' has no poses");

@@ -36,9 +36,10 @@ Colour colourOf(double share) {
 
 RgbImage draw(const std::vector<SliceCell>& slice, double most_m, int pixels) {
   GridBox bounds;  // of the cells that the picture shows
-  for (const SliceCell& cell : slice) bounds = unite(bounds, {cell.cell.x, cell.cell.y, 1, 1});
+  for (const SliceCell& cell : slice) bounds.extend(Eigen::Vector2i(cell.cell.x, cell.cell.y));
   constexpr int64_t kMostPixels = int64_t{1} << 28;
-  const int64_t width = int64_t{bounds.width} * pixels, height = int64_t{bounds.height} * pixels;
+  const Eigen::Vector2i cells = sizeOf(bounds);
+  const int64_t width = int64_t{cells.x()} * pixels, height = int64_t{cells.y()} * pixels;
   if (width > kMostPixels / height) {
     throw std::runtime_error("the picture would have " + std::to_string(width) + " x " +
                              std::to_string(height) +
@@ -49,19 +50,20 @@ RgbImage draw(const std::vector<SliceCell>& slice, double most_m, int pixels) {
   image.height = static_cast<int>(height);
   const size_t row_bytes = 3 * static_cast<size_t>(image.width);
   for (int64_t i = 0; i < int64_t{image.width} * image.height; ++i) {
-    image.rgb.insert(image.rgb.end(), kUnknown.begin(), kUnknown.end());
+    image.values.insert(image.values.end(), kUnknown.begin(), kUnknown.end());
   }
   for (const SliceCell& cell : slice) {
     const Colour colour = cell.state == CellState::kSurface
                               ? kSurface
                               : colourOf(static_cast<double>(cell.distance_m) / most_m);
-    const auto left = static_cast<size_t>(cell.cell.x - bounds.x) * static_cast<size_t>(pixels),
-               top = static_cast<size_t>(bounds.y + bounds.height - 1 - cell.cell.y) *
+    const auto left = static_cast<size_t>(cell.cell.x - bounds.min().x()) *
+                      static_cast<size_t>(pixels),
+               top = static_cast<size_t>(bounds.max().y() - cell.cell.y) *
                      static_cast<size_t>(pixels);
     for (size_t v = top; v < top + static_cast<size_t>(pixels); ++v) {
       for (size_t u = left; u < left + static_cast<size_t>(pixels); ++u) {
         std::copy(colour.begin(), colour.end(),
-                  image.rgb.begin() + static_cast<std::ptrdiff_t>(v * row_bytes + 3 * u));
+                  image.values.begin() + static_cast<std::ptrdiff_t>(v * row_bytes + 3 * u));
       }
     }
   }

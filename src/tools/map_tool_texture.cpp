@@ -1,5 +1,6 @@
 // map_tool texture: the mesh of a map with textures from a recording's images.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -42,16 +43,14 @@ struct Page {
   int32_t height = 0;
 };
 
-/// Colours by weights.
-struct Texel {
-  float weight, red, green, blue;
-};
+/// The sum of weights, and those of red, green and blue by weight.
+using Texel = std::array<float, 4>;
 
 void addTo(Texel& texel, float weight, const Rgb& rgb) {
-  texel.weight += weight;
-  texel.red += weight * rgb.red;
-  texel.green += weight * rgb.green;
-  texel.blue += weight * rgb.blue;
+  texel[0] += weight;
+  texel[1] += weight * rgb.red;
+  texel[2] += weight * rgb.green;
+  texel[3] += weight * rgb.blue;
 }
 
 int32_t sideOf(const Mesh& mesh, size_t triangle, double texel_m) {
@@ -263,44 +262,34 @@ class SeenImage {
   Exposure exposure_;
 };
 
-/// The colour images of a recording or a journal, as often as they are needed.
-class Images {
- public:
-  Images(RunOptions options, const MapInfo& map) : options_(std::move(options)), T_W_M_(map.T_W_M) {
-    completeInput(options_);
-    node_ = readSettings(options_, {{"colour/enabled", std::string("always")}}).params.node;
-  }
-
-  /// Calls `take` for each, with its place among them.
-  void visit(const std::string& what, const std::function<void(const ColourFrame&)>& take) const {
-    size_t count = 0;
-    if (options_.recording.format == "journal") {
-      JournalReplay journal(options_.recording.path);
-      if (!options_.recording.poses_path.empty()) {
-        journal.correctGiven(readTrajectory(options_.recording.poses_path, "").poses());
-      }
-      ProgressBar progress(what, std::nullopt);
-      while (const std::optional<journal::Call> call = journal.next()) {
-        const auto* const image = std::get_if<journal::Image>(&*call);
-        if (image == nullptr || !std::holds_alternative<ColourFrame>(image->frame)) continue;
-        take(std::get<ColourFrame>(image->frame));
-        progress.show(++count);
-      }
-      return;
+/// Calls `take` for each colour image of a recording or a journal.
+/// @param what Is counted, for who waits. @param T_W_M The level of the map.
+void visitImages(const RunOptions& options, const std::optional<Eigen::Isometry3d>& T_W_M,
+                 const std::string& what, const std::function<void(const ColourFrame&)>& take) {
+  size_t count = 0;
+  if (options.recording.format == "journal") {
+    JournalReplay journal(options.recording.path);
+    if (!options.recording.poses_path.empty()) {
+      journal.correctGiven(readTrajectory(options.recording.poses_path, "").poses());
     }
-    const auto source = levelled(openColours(options_, node_), T_W_M_);
-    ProgressBar progress(what, source->size());
-    while (const std::optional<SourceColour> image = source->next()) {
-      take(image->colour);
+    ProgressBar progress(what, std::nullopt);
+    while (const std::optional<journal::Call> call = journal.next()) {
+      const auto* const image = std::get_if<journal::Image>(&*call);
+      if (image == nullptr || !std::holds_alternative<ColourFrame>(image->frame)) continue;
+      take(std::get<ColourFrame>(image->frame));
       progress.show(++count);
     }
+    return;
   }
-
- private:
-  RunOptions options_;
-  NodeParams node_;
-  const std::optional<Eigen::Isometry3d> T_W_M_;
-};
+  const NodeParams params =
+      readSettings(options, {{"colour/enabled", std::string("always")}}).params;
+  const auto source = levelled(openColours(options, params), T_W_M);
+  ProgressBar progress(what, source->size());
+  while (const std::optional<SourceColour> image = source->next()) {
+    take(image->colour);
+    progress.show(++count);
+  }
+}
 
 /// What no image sees has the colours of the map, or is grey, with a weight next to nothing.
 std::vector<Texel> beginPage(const Atlas& atlas, const Page& page) {
@@ -326,27 +315,27 @@ std::vector<Texel> beginPage(const Atlas& atlas, const Page& page) {
 
 std::string pngOf(const std::vector<Texel>& texels, int32_t height) {
   RgbImage image{kPageSide, height, {}};
-  image.rgb.reserve(3 * texels.size());
+  image.values.reserve(3 * texels.size());
   for (const Texel& texel : texels) {
-    const float scale = texel.weight > 0.0f ? 1.0f / texel.weight : 0.0f;
-    for (const float sum : {texel.red, texel.green, texel.blue}) {
-      image.rgb.push_back(static_cast<uint8_t>(std::min(scale * sum + 0.5f, 255.0f)));
+    const float scale = texel[0] > 0.0f ? 1.0f / texel[0] : 0.0f;
+    for (const float sum : {texel[1], texel[2], texel[3]}) {
+      image.values.push_back(static_cast<uint8_t>(std::min(scale * sum + 0.5f, 255.0f)));
     }
   }
   return encodeColourPng(image);
 }
 
 /// Paints a page from all images, one after the other. @param painted Counts what they show of it.
-std::string paintPage(const Atlas& atlas, const Page& page, const std::string& what,
-                      const Images& images, const MapSettings& settings, float texel_m,
-                      Mapper& mapper, size_t& painted) {
+template <class VisitImages>
+std::string paintPage(const Atlas& atlas, const Page& page, const VisitImages& visit_images,
+                      const RunSettings& settings, float texel_m, Mapper& mapper, size_t& painted) {
   std::vector<Texel> texels = beginPage(atlas, page);
-  const PaintSettings paint = makePaintSettings(settings.params, settings.rules);
+  const PaintSettings paint = makePaintSettings(settings.params.mapper, settings.rules);
   const Mesh& mesh = atlas.mesh();
   Exposure exposure = sameExposure();
-  images.visit(what, [&](const ColourFrame& frame) {
-    if (findProblem(frame, settings.params)) return;
-    const SeenImage image(frame, mapper, paint, settings.params.map.voxel_size_m, exposure);
+  visit_images([&](const ColourFrame& frame) {
+    if (findProblem(frame, settings.params.mapper)) return;
+    const SeenImage image(frame, mapper, paint, settings.params.mapper.map.voxel_size_m, exposure);
     const Eigen::Isometry3d T_C_W = frame.T_W_C.inverse();
     const Eigen::Matrix3f R = T_C_W.linear().cast<float>();
     const Eigen::Vector3f t = (T_C_W * Eigen::Vector3d(mesh.origin_m.data())).cast<float>();
@@ -365,7 +354,7 @@ std::string paintPage(const Atlas& atlas, const Page& page, const std::string& w
   });
   constexpr float kLeastOfImage = 1e-20f;
   painted += static_cast<size_t>(std::count_if(
-      texels.begin(), texels.end(), [](const Texel& of) { return of.weight > kLeastOfImage; }));
+      texels.begin(), texels.end(), [](const Texel& of) { return of[0] > kLeastOfImage; }));
   return pngOf(texels, page.height);
 }
 
@@ -387,7 +376,7 @@ void textureMap(const std::vector<std::string>& arguments) {
   line.addNumber({"--texel", "METRES", "edge of a texel (default: a sixth of a voxel)"}, texel_m,
                  {1e-4, 1.0});
   addSettings(line, "mesh/..., colour/exposure, backend, threads", options);
-  addLoadLimit(line, options.limit);
+  addLoadLimit(line, options.most_bytes);
   addFormatOption(line, input);
   addReadingOptions(line, input);
   addFrameOptions(line, input);
@@ -397,9 +386,10 @@ void textureMap(const std::vector<std::string>& arguments) {
     throw UsageError("'" + options.out_path + "' does not end in .obj or .glb");
   }
   prepareOutputFile(options.out_path);
-  const Images images(input, readMapInfo(options.map_path));
+  completeInput(input);
+  const std::optional<Eigen::Isometry3d> T_W_M = readMapInfo(options.map_path).T_W_M;
   const auto [settings, mapper] = loadMapOf(options, "space/enabled=false");
-  const float voxel_size_m = settings.params.map.voxel_size_m;
+  const float voxel_size_m = settings.params.mapper.map.voxel_size_m;
   const double edge_m = texel_m.value_or(static_cast<double>(voxel_size_m) / 6.0);
   const Atlas atlas(meshOf(*mapper, voxel_size_m), edge_m);
   TexturedMesh textured{atlas.mesh(), atlas.places(), {}};
@@ -408,8 +398,10 @@ void textureMap(const std::vector<std::string>& arguments) {
     const std::string what = "images, page " + std::to_string(textured.pages.size() + 1) + " of " +
                              std::to_string(atlas.pages().size());
     textured.pages.push_back(
-        {page.end - page.begin, paintPage(atlas, page, what, images, settings,
-                                          static_cast<float>(edge_m), *mapper, painted)});
+        {page.end - page.begin,
+         paintPage(
+             atlas, page, [&](const auto& take) { visitImages(input, T_W_M, what, take); },
+             settings, static_cast<float>(edge_m), *mapper, painted)});
     bytes += textured.pages.back().png.size();
   }
   if (painted == 0) {

@@ -39,9 +39,8 @@ MapperParams settingsWith(const MapContents& loaded, const RunSettings& settings
     if (given != settings.given.end()) value = given->second;
   }
   checkFits(loaded, readMapperParams(tree), kLeaveSettingOut);
-  if (settings.given.count("map/level")) checkLevel(loaded, isLevelled(settings.params.node));
-  checkFrame(loaded,
-             settings.given.count("map_frame") ? settings.params.node.map_frame : std::string());
+  if (settings.given.count("map/level")) checkLevel(loaded, isLevelled(settings.params));
+  checkFrame(loaded, settings.given.count("map_frame") ? settings.params.map_frame : std::string());
   return params;
 }
 
@@ -53,7 +52,7 @@ MapOrigin originOf(const ReconstructOptions& options, const RunSettings& setting
   const bool goes_on = loaded != nullptr && loaded->frames > 0;
   return {is_named ? loaded->map_frame : nameOfFrame(options, settings),
           goes_on ? loaded->T_W_M : findLevel(options, settings, "reconstruct"), 0.0,
-          settings.params.node.poses};
+          settings.params.poses};
 }
 
 /// Saves the map of a run, and says so.
@@ -214,7 +213,7 @@ void checkJournalOptions(const ReconstructOptions& options) {
         "--load-map, --only and --poses-mode are for recordings; a journal has a map to "
         "begin with and poses of its own");
   }
-  const ParamTree of_mapper = toTree(MapperParams()), of_all = toTree(MappingParams());
+  const ParamTree of_mapper = toTree(MapperParams()), of_all = toTree(NodeParams());
   for (const std::string& setting : options.settings) {
     const std::string key = setting.substr(0, setting.find('='));
     if (of_all.count(key) == 0 || of_mapper.count(key) > 0) continue;
@@ -314,7 +313,7 @@ void run(ReconstructOptions options) {
   if (options.recording.format == "journal") return runJournal(options);
   if (!options.poses_frame.empty()) throw UsageError("--poses-frame is for journals");
   const RunSettings settings = readSettings(options, defaultsFor(options));
-  options.recording.first_pose_only = settings.params.node.poses.mode == PoseMode::kTrack;
+  options.recording.first_pose_only = settings.params.poses.mode == PoseMode::kTrack;
   checkOutputs(options);
   std::shared_ptr<const MapChunks> loaded;
   MapperParams params = settings.params.mapper;
@@ -328,19 +327,19 @@ void run(ReconstructOptions options) {
   }
   const MapOrigin origin = originOf(options, settings, loaded ? &loaded->head() : nullptr);
   std::optional<BoxRun> box = prepareBox(options, settings, loaded.get(), params.map, origin);
-  if (box) frames = openFrames(options, settings.params.node);
+  if (box) frames = openFrames(options, settings.params);
 
   const auto source = prefetchFrames(levelled(std::move(frames), origin.T_W_M));
-  auto colours = openColours(options, settings.params.node);
+  auto colours = openColours(options, settings.params);
   // Those without poses of their own follow the depth camera.
   if (!options.recording.first_pose_only) colours = levelled(std::move(colours), origin.T_W_M);
   const auto mapper = loaded ? makeProbedMapper(params, settings.rules, partsOf(loaded))
                              : makeProbedMapper(params, settings.rules);
   // Images of a box are chosen by now.
-  RecordedInput input(*source, colours.get(), box ? 0.0 : settings.params.node.colour.max_rate_hz);
+  RecordedInput input(*source, colours.get(), box ? 0.0 : settings.params.max_colour_rate_hz);
   if (loaded) input.map_stamp_s = loaded->head().stamp_s;
   loaded.reset();  // the mapper has its blocks now
-  input.poses = settings.params.node.poses;
+  input.poses = settings.params.poses;
   input.threads = params.threads;
   if (box) {
     mapper->restrictTo(box->extent);

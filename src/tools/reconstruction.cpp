@@ -205,38 +205,6 @@ class Reconstruction {
   bool painted_since_mesh_ = false;
 };
 
-/// The colour images of a recording, one ahead.
-class ColourQueue {
- public:
-  ColourQueue(ColourSource* source, double max_rate_hz)
-      : source_(source), rate_limit_(max_rate_hz) {
-    advance();
-  }
-
-  /// Images left out, as more come than are wanted.
-  size_t leftOut() const { return left_out_; }
-
-  /// Hands those with a stamp before this one, or at it, to `take`.
-  template <class Take>
-  void takeUpTo(double stamp_s, bool with_it, const Take& take) {
-    for (; next_ && (next_->stamp_s < stamp_s || (with_it && next_->stamp_s == stamp_s));
-         advance()) {
-      take(*next_);
-    }
-  }
-
- private:
-  void advance() {
-    next_ = source_ == nullptr ? std::nullopt : source_->next();
-    for (; next_ && !rate_limit_.takes(next_->stamp_s); next_ = source_->next()) ++left_out_;
-  }
-
-  ColourSource* source_;
-  RateLimit rate_limit_;
-  size_t left_out_ = 0;
-  std::optional<SourceColour> next_;
-};
-
 }  // namespace
 
 std::string describeSkipped(const std::map<std::string, size_t>& skipped,
@@ -254,28 +222,38 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, con
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress) {
   Reconstruction reconstruction(mapper, map, &input);
-  ColourQueue images(input.colour, input.max_colour_rate_hz);
-  const auto paint = [&](const SourceColour& image) { reconstruction.paint(image); };
+  RateLimit rate_limit(input.max_colour_rate_hz);
+  size_t over_rate = 0;
+  std::optional<SourceColour> image;  // one ahead
+  const auto readImage = [&] {
+    image = input.colour == nullptr ? std::nullopt : input.colour->next();
+    for (; image && !rate_limit.takes(image->stamp_s); image = input.colour->next()) ++over_rate;
+  };
+  readImage();
+  // Those with a stamp before this one, and at it.
+  const auto paintUpTo = [&](double stamp_s) {
+    for (; image && image->stamp_s <= stamp_s; readImage()) reconstruction.paint(*image);
+  };
   bool is_first = true;
   while (const std::optional<SourceFrame> frame = input.depth.next()) {
-    images.takeUpTo(frame->stamp_s, false, [&](const SourceColour& image) {
-      const bool follows_map = input.map_stamp_s && image.stamp_s > *input.map_stamp_s;
-      if (!is_first || follows_map || input.box != nullptr) paint(image);
-    });
+    for (; image && image->stamp_s < frame->stamp_s; readImage()) {
+      const bool follows_map = input.map_stamp_s && image->stamp_s > *input.map_stamp_s;
+      if (!is_first || follows_map || input.box != nullptr) reconstruction.paint(*image);
+    }
     is_first = false;
     reconstruction.fuse(*frame);
-    images.takeUpTo(frame->stamp_s, true, paint);
+    paintUpTo(frame->stamp_s);
     if (mesh_every > 0) reconstruction.updateMeshIfDue(mesh_every);
     show_progress(reconstruction.frames() + reconstruction.framesNotFused() +
                   sumOf(input.depth.skipped()));
   }
-  if (input.box != nullptr) images.takeUpTo(input.box->last_stamp_s, true, paint);
+  if (input.box != nullptr) paintUpTo(input.box->last_stamp_s);
   std::map<std::string, size_t> skipped = input.depth.skipped();
   std::map<std::string, std::string> problems = input.depth.problems();
   if (input.colour != nullptr) {
     for (const auto& [reason, count] : input.colour->skipped()) skipped[reason] += count;
     problems.merge(input.colour->problems());
-    if (images.leftOut() > 0) skipped["colour images: over_rate"] = images.leftOut();
+    if (over_rate > 0) skipped["colour images: over_rate"] = over_rate;
   }
   return reconstruction.finish(skipped, problems);
 }

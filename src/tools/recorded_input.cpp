@@ -20,15 +20,9 @@ constexpr size_t kFramesLookedAt = 5;
 
 #ifdef DTSDF_WITH_BAG
 BagOptions bagOptions(const RunOptions& options, const NodeParams& node) {
-  BagOptions bag;
-  static_cast<RecordingOptions&>(bag) = options.recording;
-  static_cast<BagTopics&>(bag) = options;
+  BagOptions bag = options.recording;
   bag.map_frame = node.map_frame;
-  bag.camera_frame = node.input.camera_frame;
-  bag.unit_16uc1_m = node.input.unit_16uc1_m;
-  bag.unit_32fc1_m = node.input.unit_32fc1_m;
-  bag.latest_camera_info = node.input.camera_info == CameraInfoChoice::kLatest;
-  bag.rectify = node.input.rectify;
+  bag.input = node.input;
   if (node.input.mask && bag.mask_topic.empty()) {
     throw UsageError("input/mask requires masks; give the bag's topic by --mask-topic");
   }
@@ -63,7 +57,7 @@ Eigen::Vector3d measuredUpOfBag(const RunOptions& options, const NodeParams& nod
 
 /// Depth along rays becomes depth along the optical axis.
 void turnFrameToAxis(SourceFrame& frame) {
-  if (frame.depth.data == nullptr || frame.is_along_axis) return;
+  if (frame.depth.data == nullptr) return;
   const auto pixels = std::make_shared<std::vector<float>>(static_cast<size_t>(frame.depth.width) *
                                                            static_cast<size_t>(frame.depth.height));
   turnToAxis(frame.depth, pixels->data());
@@ -92,14 +86,14 @@ void completeInput(RunOptions& options) {
 
 std::unique_ptr<FrameSource> openFrames(const RunOptions& options, const NodeParams& node) {
   std::unique_ptr<FrameSource> source = openAsRecorded(options, node);
-  if (node.input.depth == DepthChoice::kAxis) return source;
+  if (!node.input.depth_along_ray || options.recording.format == "bag") return source;
   return changed(std::move(source), turnFrameToAxis);
 }
 
 std::unique_ptr<FrameSource> openAndLook(const RunOptions& options, const RunSettings& settings,
                                          const std::string& program) {
   Inspection found;
-  auto source = inspect(openFrames(options, settings.params.node), kFramesLookedAt, found);
+  auto source = inspect(openFrames(options, settings.params), kFramesLookedAt, found);
   std::printf("%s: %s\n", options.recording.format.c_str(), describe(found).c_str());
   const bool is_folder = options.recording.format != "bag";
   const std::string assumed = is_folder ? assumptionsOf(options.recording) : "";
@@ -122,15 +116,15 @@ Eigen::Vector3d measuredUp(const RunOptions& options, const NodeParams& node) {
 
 std::string nameOfFrame(const RunOptions& options, const RunSettings& settings) {
   const bool is_named = options.recording.format == "bag" || settings.given.count("map_frame") > 0;
-  return is_named ? settings.params.node.map_frame : std::string();
+  return is_named ? settings.params.map_frame : std::string();
 }
 
 std::unique_ptr<ColourSource> openColours(const RunOptions& options, const NodeParams& node) {
-  if (node.colour.enabled == ColourUse::kNever) return nullptr;
+  if (node.colour == ColourUse::kNever) return nullptr;
   const RecordingOptions& recording = options.recording;
   std::unique_ptr<ColourSource> colours =
       recording.format == "bag" ? openColoursOfBag(options, node) : openRecordingColours(recording);
-  if (colours == nullptr && node.colour.enabled == ColourUse::kAlways) {
+  if (colours == nullptr && node.colour == ColourUse::kAlways) {
     throw std::runtime_error("colour/enabled is 'always', but '" + recording.path +
                              "' has no colour images where the format " + recording.format +
                              " has them");
@@ -153,7 +147,7 @@ Eigen::Isometry3d levelByFloor(FrameSource& source, const std::string& path) {
     ++looked_at;
   }
   search.finish();
-  if (search.floor()) return levelPose(search.floor()->normal, search.floor()->offset_m);
+  if (search.floor()) return levelPose(search.floor()->normal(), -search.floor()->offset());
   throw std::runtime_error("map/level is floor, but the first " + std::to_string(looked_at) +
                            " images of '" + path + "' show none (" + search.problem() +
                            "); start where it is in view, with --frames FIRST:, or set map/level "
@@ -177,8 +171,8 @@ void warnIfNotLevel(FrameSource& source, const std::string& program) {
 std::optional<Eigen::Isometry3d> lookForLevel(const RunOptions& options,
                                               const RunSettings& settings,
                                               const std::string& program) {
-  const NodeParams& node = settings.params.node;
-  switch (node.level.from) {
+  const NodeParams& node = settings.params;
+  switch (node.level) {
     case LevelChoice::kFloor:
       return levelByFloor(*openFrames(options, node), options.recording.path);
     case LevelChoice::kImu: return levelPose(measuredUp(options, node));

@@ -16,63 +16,32 @@
 namespace dtsdf {
 namespace {
 
-/// Visitor that writes one line for each setting: key, default, unit, and what it may be.
-class SettingLister {
- public:
-  void operator()(const std::string& key, bool& member) { add(key, "true or false", member); }
-  void operator()(const std::string& key, std::string& member) { add(key, "a string", member); }
-  void operator()(const std::string& key, std::vector<std::string>& member) {
-    add(key, "a list of names", member);
+/// A line for each setting: key, default, unit, and what it may be.
+std::string listOf(const ParamWriter& written) {
+  std::string text;
+  for (const auto& [key, value] : written.tree) {
+    const std::string unit = unitOf(key);
+    text += formatted("%-28s %-20s %s\n", key.c_str(),
+                      (toString(value) + (unit.empty() ? "" : " " + unit)).c_str(),
+                      written.choices.at(key).c_str());
   }
-  template <class Number>
-  void operator()(const std::string& key, Number& member, Range range) {
-    add(key, toString(ParamValue(range.min)) + " to " + toString(ParamValue(range.max)), member,
-        range);
-  }
-  template <class Enum>
-  void operator()(const std::string& key, Enum& member, const EnumNames<Enum>& names) {
-    std::string words;
-    for (const auto& [name, value] : names) words += (words.empty() ? "" : ", ") + name;
-    add(key, words, member, names);
-  }
-
-  std::string text() const {
-    std::string text;
-    for (const auto& [key, value_and_choices] : lines_) {
-      const std::string unit = unitOf(key);
-      const std::string value = value_and_choices.first + (unit.empty() ? "" : " " + unit);
-      text += formatted("%-28s %-20s %s\n", key.c_str(), value.c_str(),
-                        value_and_choices.second.c_str());
-    }
-    return text;
-  }
-
- private:
-  /// Behind what the setting may be: what ParamWriter takes.
-  template <class... Member>
-  void add(const std::string& key, const std::string& choices, Member&&... member) {
-    ParamWriter writer;
-    writer(key, member...);
-    lines_[key] = {toString(writer.tree.at(key)), choices};
-  }
-
-  std::map<std::string, std::pair<std::string, std::string>> lines_;  ///< Values and choices.
-};
+  return text;
+}
 
 }  // namespace
 
 std::string listSettings() {
-  MappingParams params;
-  SettingLister lister;
-  visitParams(params, lister);
-  return lister.text();
+  NodeParams params;
+  ParamWriter writer;
+  visitParams(params, writer);
+  return listOf(writer);
 }
 
 std::string listRules() {
   Rules rules;
-  SettingLister lister;
-  visitRules(rules, lister);
-  return lister.text();
+  ParamWriter writer;
+  visitRules(rules, writer);
+  return listOf(writer);
 }
 
 namespace {
@@ -217,9 +186,9 @@ RunSettings readSettings(ParamTree tree) {
   visitParams(settings.params, reader);
   visitRules(settings.rules, reader);
   checkParams(settings.params.mapper, reader);
-  readFrames(settings.params.node, reader);
+  readFrames(settings.params, reader);
   reader.finish();
-  settleMemory(settings.params.node.poses, settings.params.mapper.fusion);
+  settleMemory(settings.params.poses, settings.params.mapper.fusion);
   return settings;
 }
 
@@ -258,7 +227,7 @@ void addFormatOption(CommandLine& line, RunOptions& options) {
 }
 
 void addReadingOptions(CommandLine& line, RunOptions& options) {
-  RecordingOptions& recording = options.recording;
+  BagOptions& recording = options.recording;
   line.add({"--intrinsics", "FX,FY,CX,CY",
             "camera in pixels, instead of the recording's; a negative FY flips the rows of a "
             "folder's images, for cameras whose y axis points up"},
@@ -283,26 +252,26 @@ void addReadingOptions(CommandLine& line, RunOptions& options) {
                recording.skip_bad);
   addFolderOptions(line, options);
   line.addText({"--depth-topic", "T", "a bag's depth images (default: the only such topic)"},
-               options.depth_topic);
+               recording.depth_topic);
   line.addText({"--info-topic", "T", "their camera_info (default: beside the depth topic)"},
-               options.info_topic);
+               recording.info_topic);
   line.addText({"--mask-topic", "T",
                 "a bag's masks: mono8, not 0 where the image shows what is not part of the scene "
                 "(default: none)"},
-               options.mask_topic);
+               recording.mask_topic);
   line.addText({"--color-topic", "T",
                 "a bag's colour images, with camera_info beside them (default: the only such "
                 "topic)"},
-               options.colour_topic);
+               recording.colour_topic);
   line.addText({"--tf-topic", "T", "a bag's transforms; static ones on T_static (default: /tf)"},
-               options.tf_topic);
+               recording.tf_topic);
   line.addText({"--imu-topic", "T",
                 "a bag's sensor_msgs/Imu for map/level: imu (default: the only such topic)"},
-               options.imu_topic);
+               recording.imu_topic);
 }
 
 void checkReadingOptions(const RunOptions& options) {
-  const RecordingOptions& recording = options.recording;
+  const BagOptions& recording = options.recording;
   const bool is_bag = recording.format == "bag";
   const std::string read_as = "'" + recording.path + "' is read as " + recording.format;
   if (is_bag && recording.units_per_metre) {
@@ -313,9 +282,9 @@ void checkReadingOptions(const RunOptions& options) {
     throw UsageError("--intrinsics: a negative FY is for folders, and " + read_as);
   }
   const std::pair<const char*, const std::string&> topics[] = {
-      {"--depth-topic", options.depth_topic}, {"--info-topic", options.info_topic},
-      {"--mask-topic", options.mask_topic},   {"--color-topic", options.colour_topic},
-      {"--tf-topic", options.tf_topic},       {"--imu-topic", options.imu_topic}};
+      {"--depth-topic", recording.depth_topic}, {"--info-topic", recording.info_topic},
+      {"--mask-topic", recording.mask_topic},   {"--color-topic", recording.colour_topic},
+      {"--tf-topic", recording.tf_topic},       {"--imu-topic", recording.imu_topic}};
   for (const auto& [option, topic] : topics) {
     if (!is_bag && !topic.empty()) {
       throw UsageError(std::string(option) + " is for bags, and " + read_as);

@@ -25,8 +25,8 @@ std::string listSettings();
 std::string listRules();
 
 /// What the programs have in common.
-struct RunOptions : BagTopics {
-  RecordingOptions recording;  ///< Whose format may also be "bag" or "journal".
+struct RunOptions {
+  BagOptions recording;  ///< Whose format may also be "bag" or "journal".
   std::string config_path;
   std::vector<std::string> settings;  ///< Each key=value, in the order given.
   std::optional<std::string> backend;
@@ -55,7 +55,7 @@ void addSaveMapOption(CommandLine& line, const std::string& help, std::string& p
 /// Settings for everyone, and the rules' numbers for experiments.
 struct RunSettings {
   ParamTree given;  ///< What files and command line say; all else is a default.
-  MappingParams params;
+  NodeParams params;
   Rules rules;
 };
 

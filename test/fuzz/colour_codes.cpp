@@ -11,7 +11,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (size > 8 && data[0] == 0x89) bytes = withSums(std::move(bytes));
   expectAnswer([&] {
     const RgbImage image = decodeColour(bytes.data(), bytes.size(), "the image");
-    require(image.rgb.size() == 3 * size_t(image.width) * image.height, "all pixels");
+    require(image.values.size() == 3 * size_t(image.width) * image.height, "all pixels");
   });
   return 0;
 }

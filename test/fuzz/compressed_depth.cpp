@@ -27,10 +27,10 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     std::copy(png.begin(), png.end(), message.begin() + kHeader);
   }
   expectAnswer([&] {
-    encodingOfCompressedDepth(format);
-    const DecodedDepth depth = decodeCompressedDepth(format, message);
-    const size_t bytes = depth.encoding == "32FC1" ? 4 : 2;
-    require(depth.pixels.size() == bytes * depth.size.width * depth.size.height, "all pixels");
+    const bool is_float = encodingOfCompressedDepth(format) == "32FC1";
+    const Raster<uint8_t> depth = decodeCompressedDepth(format, message);
+    const size_t bytes = is_float ? 4 : 2;
+    require(depth.values.size() == bytes * depth.width * depth.height, "all pixels");
   });
   return 0;
 }

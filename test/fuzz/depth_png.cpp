@@ -10,9 +10,12 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::vector<uint8_t> png = withSums({data, data + size});
   expectAnswer([&] {
     const DepthImage image = decodeDepthPng(png.data(), png.size());
-    require(image.pixels.size() == size_t(image.size.width) * image.size.height, "all pixels");
+    require(image.values.size() == size_t(image.width) * image.height, "all pixels");
   });
   const InputFile file(png.data(), png.size());
-  expectAnswer([&] { readDepthPng(file.path(), readDepthPngSize(file.path())); });
+  expectAnswer([&] {
+    const DepthImage size = readDepthPngSize(file.path());
+    readDepthPng(file.path(), size.width, size.height);
+  });
   return 0;
 }

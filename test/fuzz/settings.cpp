@@ -8,8 +8,8 @@ using namespace dtsdf;
 int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string text(data, data + size);
   expectAnswer([&] {
-    const MappingParams params = readMappingParams(parseYamlParams(text, "settings"));
-    require(params.mapper.map.voxel_size_m > 0.0f && params.node.input.queue_size > 0, "the rules");
+    const NodeParams params = readNodeParams(parseYamlParams(text, "settings"));
+    require(params.mapper.map.voxel_size_m > 0.0f && params.input.queue_size > 0, "the rules");
   });
   expectAnswer([&] {
     ParamTree tree;

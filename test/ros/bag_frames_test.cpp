@@ -144,7 +144,8 @@ TEST_F(CompressedBag, CloudsAreReadAsDepth) {
   ASSERT_EQ(frames.size(), static_cast<size_t>(kFrames));
   EXPECT_EQ(std::memcmp(frames[2].depth.data, depth_m.data(), 4 * depth_m.size()), 0);
   EXPECT_NEAR(frames[2].depth.intrinsics.fy, 31.0, 1e-4);
-  EXPECT_TRUE(frames[2].is_along_axis);
+  options_.input.depth_along_ray = true;  // which clouds never have
+  EXPECT_EQ(std::memcmp(read()[2].depth.data, depth_m.data(), 4 * depth_m.size()), 0);
   options_.intrinsics = Intrinsics{33.0f, 34.0f, 15.0f, 11.0f};
   EXPECT_EQ(read().at(0).depth.intrinsics.fx, 33.0f);
   options_.depth_topic = "/lidar/points";
@@ -225,7 +226,7 @@ TEST_F(CompressedBag, MasksTakeMeasurementsAway) {
 
 TEST_F(CompressedBag, ImagesAreRectifiedWhereThatIsAsked) {
   writeCompressed();
-  options_.rectify = RectifyChoice::kAlways;
+  options_.input.rectify = RectifyChoice::kAlways;
   const std::vector<SourceFrame> frames = read();
   ASSERT_EQ(frames.size(), static_cast<size_t>(kFrames));
   const DepthFrame& depth = frames[1].depth;
@@ -243,7 +244,7 @@ TEST_F(CompressedBag, LatestCameraInfoMayBeAsked) {
   bag_.write("/tf", ros::Time(200.0), shiftOf("camera", 0.0, ros::Time(200.0)));
   EXPECT_EQ(read().size(), 3u);
   EXPECT_EQ(source_->skipped(), (std::map<std::string, size_t>{{"no_camera_info", 1}}));
-  options_.latest_camera_info = true;
+  options_.input.latest_camera_info = true;
   EXPECT_EQ(read().size(), 4u);
 }
 

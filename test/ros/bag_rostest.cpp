@@ -30,7 +30,7 @@ std::string pathOf(const std::string& name) {
 
 /// The mesh of the first `count` frames, made offline and saved.
 std::string bytesOfflineAfter(uint64_t count) {
-  const MappingParams params = nodeParams();
+  const NodeParams params = nodeParams();
   const std::unique_ptr<Mapper> mapper = makeMapper(params.mapper);
   const std::unique_ptr<FrameSource> frames = openBag();
   for (uint64_t i = 0; i < count; ++i) mapper->integrate(frames->next()->depth);

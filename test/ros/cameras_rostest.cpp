@@ -44,13 +44,13 @@ SentFrame makeFrame(const std::string& camera, const ros::Time& stamp, double la
 
 /// The mesh of the frames, fused in this order without a node, as a file.
 std::string bytesOffline(const std::vector<SentFrame>& frames) {
-  const MappingParams params = nodeParams();
+  const NodeParams params = nodeParams();
   const std::unique_ptr<Mapper> mapper = makeMapper(params.mapper);
   Transforms transforms;
   for (const SentFrame& frame : frames) transforms.take(frame.transform, "test");
   for (const SentFrame& frame : frames) {
     cv_bridge::CvImageConstPtr pixels;
-    DepthFrame depth = makeDepthFrame(frame.image, frame.info, {}, pixels);
+    DepthFrame depth = makeDepthFrame(frame.image, frame.info, pixels);
     depth.T_W_C = *transforms.find("map", frame.camera, frame.image->header.stamp).T_W_C;
     EXPECT_EQ(mapper->integrate(depth).status, FrameStatus::kFused);
   }

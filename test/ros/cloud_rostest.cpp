@@ -48,7 +48,7 @@ TEST_F(Clouds, UnorganisedOnesAreDroppedWithWhatToDo) {
 }
 
 TEST_F(Clouds, MakeTheMeshOfTheDepthImages) {
-  const MappingParams params = nodeParams();
+  const NodeParams params = nodeParams();
   const std::unique_ptr<Mapper> mapper = makeMapper(params.mapper);
   const Scene room = makeRoomScene();
   const uint64_t fused = status_.status().frames_fused;

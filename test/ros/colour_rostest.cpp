@@ -151,7 +151,7 @@ void writeBag(const std::string& path, const std::vector<Sent>& depth,
 }
 
 std::string bytesOfBag(const std::string& bag_path) {
-  const MappingParams params = nodeParams();
+  const NodeParams params = nodeParams();
   BagOptions options;
   options.path = bag_path;
   const std::unique_ptr<FrameSource> depth = openBagFrames(options);

@@ -23,8 +23,8 @@ namespace {
 
 constexpr int kCount = 20, kBefore = 12;
 
-MappingParams mapped() {
-  MappingParams params;
+NodeParams mapped() {
+  NodeParams params;
   params.mapper = makeCpuParams();
   params.mapper.map.voxel_size_m = 0.05f;
   params.mapper.map.max_memory_mb = 256;
@@ -32,9 +32,9 @@ MappingParams mapped() {
   return params;
 }
 
-MappingParams journaledIn(const std::string& folder) {
-  MappingParams params = mapped();
-  params.node.journal.folder = folder;
+NodeParams journaledIn(const std::string& folder) {
+  NodeParams params = mapped();
+  params.journal_folder = folder;
   return params;
 }
 

@@ -67,7 +67,7 @@ TEST(DepthImage, TakesEveryByteOrderAndPadding) {
       const sensor_msgs::Image image = makeImage(big_endian, padding);
       ASSERT_FALSE(checkDepthImage(image, depthInfo())) << big_endian << " " << padding;
       cv_bridge::CvImageConstPtr pixels;
-      EXPECT_EQ(pixelsOf(makeDepthFrame(share(image), depthInfo(), {}, pixels)), kPixels)
+      EXPECT_EQ(pixelsOf(makeDepthFrame(share(image), depthInfo(), pixels)), kPixels)
           << big_endian << " " << padding;
     }
   }
@@ -76,7 +76,7 @@ TEST(DepthImage, TakesEveryByteOrderAndPadding) {
 TEST(DepthImage, DoesNotCopyWhatIsFineAsItIs) {
   const sensor_msgs::ImageConstPtr image = share(makeImage(false, 2));
   cv_bridge::CvImageConstPtr pixels;
-  const DepthFrame frame = makeDepthFrame(image, depthInfo(), {}, pixels);
+  const DepthFrame frame = makeDepthFrame(image, depthInfo(), pixels);
   EXPECT_EQ(frame.data, image->data.data());
   EXPECT_EQ(frame.row_bytes, 8u);
 }
@@ -86,7 +86,7 @@ TEST(DepthImage, DataThatEndEarlyOrRowsOfHalfPixelsAreNoFrame) {
     sensor_msgs::Image image = makeImage(false, padding);
     if (padding == 2) image.data.resize(image.data.size() - 2);
     cv_bridge::CvImageConstPtr pixels;
-    EXPECT_THROW(makeDepthFrame(share(image), depthInfo(), {}, pixels), std::exception);
+    EXPECT_THROW(makeDepthFrame(share(image), depthInfo(), pixels), std::exception);
   }
 }
 
@@ -96,7 +96,7 @@ TEST(DepthImage, TakesMono16AsDepth) {
     image.encoding = "mono16";
     ASSERT_FALSE(checkDepthImage(image, depthInfo()));
     cv_bridge::CvImageConstPtr pixels;
-    const DepthFrame frame = makeDepthFrame(share(image), depthInfo(), {}, pixels);
+    const DepthFrame frame = makeDepthFrame(share(image), depthInfo(), pixels);
     EXPECT_EQ(frame.encoding, DepthEncoding::kUint16);
     EXPECT_EQ(pixelsOf(frame), kPixels);
   }
@@ -112,7 +112,7 @@ TEST(DepthImage, SwapsFloats) {
     image.data[i] = reinterpret_cast<const uint8_t*>(&depth_m)[3 - i % 4];
   }
   cv_bridge::CvImageConstPtr pixels;
-  const DepthFrame frame = makeDepthFrame(share(image), depthInfo(), {}, pixels);
+  const DepthFrame frame = makeDepthFrame(share(image), depthInfo(), pixels);
   EXPECT_EQ(frame.row_bytes, 12u);
   for (int i = 0; i < 6; ++i) EXPECT_EQ(static_cast<const float*>(frame.data)[i], depth_m);
 }
@@ -120,12 +120,11 @@ TEST(DepthImage, SwapsFloats) {
 TEST(DepthImage, UnitFollowsTheEncoding) {
   cv_bridge::CvImageConstPtr pixels;
   sensor_msgs::Image image = makeImage();
-  EXPECT_FLOAT_EQ(makeDepthFrame(share(image), depthInfo(), {0.0002f, 1.0f}, pixels).unit_m,
-                  0.0002f);
+  EXPECT_FLOAT_EQ(makeDepthFrame(share(image), depthInfo(), pixels, 0.0002f).unit_m, 0.0002f);
   image.encoding = "32FC1";
   image.step = 12;
   image.data.assign(24, 0);
-  const DepthFrame frame = makeDepthFrame(share(image), depthInfo(), {0.0002f, 1.0f}, pixels);
+  const DepthFrame frame = makeDepthFrame(share(image), depthInfo(), pixels, 0.0002f);
   EXPECT_FLOAT_EQ(frame.unit_m, 1.0f);
   EXPECT_EQ(frame.encoding, DepthEncoding::kFloat32);
 }
@@ -239,7 +238,7 @@ TEST(CompressedImage, BecomesTheImageThatWasSent) {
   info.K = {100.0, 0.0, 1.0, 0.0, 100.0, 0.5, 0.0, 0.0, 1.0};
   EXPECT_FALSE(checkDepthImage(*image, info));
   cv_bridge::CvImageConstPtr pixels;
-  const DepthFrame frame = makeDepthFrame(image, info, {}, pixels);
+  const DepthFrame frame = makeDepthFrame(image, info, pixels);
   EXPECT_EQ(static_cast<const uint16_t*>(frame.data)[4], 400);
 }
 

@@ -14,14 +14,20 @@ namespace {
 
 constexpr size_t kImageBytes = 4 * 2 * sizeof(uint16_t);
 
+struct Limits {
+  size_t images = 30;
+  size_t bytes = 256u << 20;
+  double merge_wait_s = 0.1;
+};
+
 class FrameQueueTest : public testing::Test {
  protected:
   FrameQueueTest() { ros::Time::init(); }
 
-  void make(FrameQueue::Limits limits, int cameras = 1, bool any_info = false, bool mask = false) {
+  void make(Limits limits, int cameras = 1, bool any_info = false, bool mask = false) {
     limits_ = limits;
     queue_ = std::make_unique<FrameQueue>(
-        limits, [] {}, clock_.reader());
+        limits.images, limits.bytes, limits.merge_wait_s, [] {}, clock_.reader());
     for (int i = 0; i < cameras; ++i) {
       FrameQueue::StreamOptions options;
       options.name = std::string(1, static_cast<char>('a' + i));
@@ -43,9 +49,9 @@ class FrameQueueTest : public testing::Test {
   }
   /// The first whole frame of the stream gets its pose.
   bool pose(size_t stream = 0) {
-    return queue_->poseFirst(stream, [](const FrameQueue::Whole& whole) {
+    return queue_->poseFirst(stream, [](const CameraImage& messages, auto&&...) {
       PosedFrame frame;
-      frame.stamp = whole.messages.image->header.stamp;
+      frame.stamp = messages.image->header.stamp;
       DepthFrame depth;
       depth.height = 2;
       depth.row_bytes = kImageBytes / 2;
@@ -73,7 +79,7 @@ class FrameQueueTest : public testing::Test {
 
   FakeClock clock_;
   FrameAccounting accounting_[4];
-  FrameQueue::Limits limits_;
+  Limits limits_;
   std::unique_ptr<FrameQueue> queue_;
   size_t colour_ = 1;
 };

@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 class LevelTest : public testing::Test {
  protected:
   void make(LevelChoice from, bool space = false) {
-    params_.node.level.from = from;
+    params_.level = from;
     params_.mapper.space.enabled = space;
     step_ = std::make_unique<LevelStep>(params_, transforms_, frame_);
   }
@@ -59,7 +59,7 @@ class LevelTest : public testing::Test {
     return imu;
   }
 
-  MappingParams params_;
+  NodeParams params_;
   Transforms transforms_;
   MapFrame frame_{params_, transforms_};
   std::unique_ptr<LevelStep> step_;
@@ -109,7 +109,7 @@ TEST_F(LevelTest, ALoadedMapBringsItsOwn) {
   const Eigen::Isometry3d T_W_M = levelPose(Vector3d(0.0, -1.0, 0.2).normalized(), 0.7);
   auto head = std::make_shared<MapContents>();
   head->T_W_M = T_W_M;
-  step_->replaced({Replacement::Kind::kLoaded, head});
+  step_->replaced({head});
   PosedFrame frame = frameAt(0.0);
   ASSERT_TRUE(bring(frame)) << "no floor is looked for any more";
   EXPECT_TRUE(poseOf(frame).isApprox(T_W_M, 1e-12));

@@ -21,7 +21,7 @@ double asNumber(const ParamValue& value) {
 
 std::vector<std::string> violationsOf(const ParamTree& tree) {
   try {
-    readMappingParams(tree);
+    readNodeParams(tree);
   } catch (const ParamError& error) {
     return error.violations();
   }
@@ -31,7 +31,7 @@ std::vector<std::string> violationsOf(const ParamTree& tree) {
 TEST(NodeParams, DocumentationNamesEveryKeyAndDropReason) {
   std::ifstream file(DTSDF_DOCS_FOLDER "/ros.md");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  for (const auto& [key, value] : toTree(MappingParams())) {
+  for (const auto& [key, value] : toTree(NodeParams())) {
     EXPECT_NE(text.find("`" + key + "`"), std::string::npos) << key << " is not in docs/ros.md";
   }
   std::ifstream header(DTSDF_DOCS_FOLDER "/../src/ros/input/frame_accounting.h");
@@ -46,9 +46,7 @@ TEST(NodeParams, DocumentationNamesEveryKeyAndDropReason) {
 }
 
 TEST(NodeParams, LevelledMapsHaveAFrameOfTheirOwn) {
-  const auto frameOf = [](const ParamTree& tree) {
-    return frameOfMap(readMappingParams(tree).node);
-  };
+  const auto frameOf = [](const ParamTree& tree) { return frameOfMap(readNodeParams(tree)); };
   const std::string floor = "floor";
   EXPECT_EQ(frameOf({{"map_frame", std::string("odom")}}), "odom");
   EXPECT_EQ(frameOf({{"map_frame", std::string("odom")}, {"map/level", floor}}), "odom_level");
@@ -83,10 +81,8 @@ TEST(NodeParams, PosesAreBetweenFramesThatDiffer) {
 
 TEST(NodeParams, PosesAreLookedUpInTheFrameThatTheyAreGivenIn) {
   const auto frameOf = [](const std::string& mode, const std::string& odom) {
-    return frameOfPoses(
-        readMappingParams(
-            {{"poses/mode", mode}, {"poses/odom_frame", odom}, {"map_frame", std::string("world")}})
-            .node);
+    return frameOfPoses(readNodeParams(
+        {{"poses/mode", mode}, {"poses/odom_frame", odom}, {"map_frame", std::string("world")}}));
   };
   EXPECT_EQ(frameOf("tf", "/odom"), "world");
   EXPECT_EQ(frameOf("refine", "/odom"), "odom");
@@ -96,7 +92,7 @@ TEST(NodeParams, PosesAreLookedUpInTheFrameThatTheyAreGivenIn) {
 
 TEST(NodeParams, CamerasAreNamespacesAndDiffer) {
   using Names = std::vector<std::string>;
-  EXPECT_EQ(readMappingParams({{"cameras", Names{"front", "left/rear_2"}}}).node.cameras,
+  EXPECT_EQ(readNodeParams({{"cameras", Names{"front", "left/rear_2"}}}).cameras,
             (Names{"front", "left/rear_2"}));
   for (const std::string bad : {"", "/front", "2nd", "front/", "a//b", "a b", "a-b"}) {
     EXPECT_EQ(violationsOf({{"cameras", Names{bad}}}).size(), 1u) << bad;
@@ -113,7 +109,7 @@ TEST(NodeParams, RatesThatMayChangeAreThoseOfTheSettings) {
   const auto least = dtsdf_mapping::PublishConfig::__getMin__();
   const auto usual = dtsdf_mapping::PublishConfig::__getDefault__();
   const auto most = dtsdf_mapping::PublishConfig::__getMax__();
-  const ParamTree settings = toTree(MappingParams());
+  const ParamTree settings = toTree(NodeParams());
   size_t rates = 0;
   for (const auto& [key, value] : settings) {
     if (key.rfind("publish/", 0) == 0 && key.find("_rate_hz") != std::string::npos) ++rates;
@@ -139,10 +135,10 @@ TEST(NodeParams, RatesThatMayChangeAreThoseOfTheSettings) {
 }
 
 TEST(NodeParams, StripsTheSlashOfOldFrames) {
-  const MappingParams params = readMappingParams(
+  const NodeParams params = readNodeParams(
       {{"map_frame", std::string("/odom")}, {"input/camera_frame", std::string("/cam")}});
-  EXPECT_EQ(params.node.map_frame, "odom");
-  EXPECT_EQ(params.node.input.camera_frame, "cam");
+  EXPECT_EQ(params.map_frame, "odom");
+  EXPECT_EQ(params.input.camera_frame, "cam");
 }
 
 }  // namespace

@@ -42,9 +42,7 @@ class PosesTest : public testing::Test {
 
   void start(PoseMode mode) {
     params_.poses.mode = mode;
-    MappingParams settings;
-    settings.node = params_;
-    host_ = std::make_unique<MapHost>(std::unique_ptr<Mapper>(mapper_), settings);
+    host_ = std::make_unique<MapHost>(std::unique_ptr<Mapper>(mapper_), params_);
     auto poses = std::make_unique<PosesStep>(host_->host);
     poses_ = poses.get();
     host_->steps.push_back(std::move(poses));
@@ -91,7 +89,7 @@ class PosesTest : public testing::Test {
     }
     return 0;
   }
-  double foundX_m() const { return poses_->published()->T_M_B.translation().x(); }
+  double foundX_m() const { return poses_->published()->pose.pose.position.x; }
 
   void expectAccounted() const {
     const StreamReport counts = host_->depth.counts();
@@ -114,7 +112,7 @@ TEST_F(PosesTest, ARefinedFrameIsFusedWhereItFits) {
   push(1.1, 0.04);
   EXPECT_EQ(fused(), 2u);
   EXPECT_NEAR(foundX_m(), 0.0, 1e-9);
-  EXPECT_EQ(poses_->published()->frame_id, "camera");
+  EXPECT_EQ(poses_->published()->child_frame_id, "camera");
   EXPECT_EQ(poses_->correctedAt(), ros::Time(1.1));
   EXPECT_EQ(poses_->fusedPoses().size(), 2u);
   expectAccounted();
@@ -139,7 +137,7 @@ TEST_F(PosesTest, OneThatDoesNotFitIsFusedAsGiven) {
 }
 
 TEST_F(PosesTest, OrItIsDropped) {
-  params_.poses.on_misfit = OnMisfit::kDrop;
+  params_.poses.drop_misfits = true;
   start(PoseMode::kRefine);
   push(1.0);
   camera_x_m_ = 5.0;
@@ -204,7 +202,7 @@ TEST_F(PosesTest, ATrackedCameraBeginsUprightAndNeedsNoPose) {
   start(PoseMode::kTrack);
   push(1.0, 77.0);  // what TF says does not count
   ASSERT_EQ(fused(), 1u);
-  const Isometry3d T_M_C = poses_->published()->T_M_B;
+  const Isometry3d T_M_C = readPose(poses_->published()->pose.pose);
   EXPECT_EQ(T_M_C.translation(), Vector3d::Zero());
   EXPECT_TRUE((T_M_C.linear() * Vector3d::UnitZ()).isApprox(Vector3d::UnitX()));  // looks ahead
   EXPECT_TRUE((T_M_C.linear() * -Vector3d::UnitY()).isApprox(Vector3d::UnitZ()));
@@ -263,7 +261,7 @@ TEST_F(PosesTest, InAMapThatWasLoadedACameraHasToBeFound) {
   camera_x_m_ = 7.0;
   mapper_ = loaded.get();
   host_->map.replace(std::move(loaded), 0.02f, "map.dtsdf",
-                     {Replacement::Kind::kLoaded, std::make_shared<const MapContents>()});
+                     {std::make_shared<const MapContents>()});
   push(1.1);
   EXPECT_EQ(dropped(drop::kLost), 1u);
   EXPECT_FALSE(statusOf(0).lost_since.isZero());
@@ -274,7 +272,7 @@ TEST_F(PosesTest, InAMapThatWasLoadedACameraHasToBeFound) {
 }
 
 TEST_F(PosesTest, ABaseBeginsAtTheOriginOnceItsCameraIsKnown) {
-  params_.poses.base_frame = "base";
+  params_.base_frame = "base";
   start(PoseMode::kTrack);
   push(1.0);
   EXPECT_EQ(dropped(drop::kNoTransform), 1u) << "it is not waited for";
@@ -284,7 +282,7 @@ TEST_F(PosesTest, ABaseBeginsAtTheOriginOnceItsCameraIsKnown) {
   EXPECT_EQ(fused(), 1u);
   EXPECT_NEAR(foundX_m(), 0.0, 1e-9);
   push(1.2);
-  EXPECT_EQ(poses_->published()->frame_id, "base");
+  EXPECT_EQ(poses_->published()->child_frame_id, "base");
   EXPECT_NEAR(foundX_m(), 0.05, 1e-9);
   EXPECT_NEAR(poses_->fusedPoses().back().T_W_C.translation().x(), 0.45, 1e-9);
   putTransform(host_->transforms, 1.0, 0.3, "colour", "base");
@@ -322,7 +320,7 @@ Alignment slidingAlong(const Vector3d& axis) {
   return alignment;
 }
 
-TEST(FoundPose, AnAxisThatIsNotHeldIsFree) {
+TEST(PoseCovariance, AnAxisThatIsNotHeldIsFree) {
   const Vector3d along = Vector3d(1.0, 2.0, -0.5).normalized();
   const Alignment alignment = slidingAlong(along);
   const Matrix3d shifts = alignment.covariance.topLeftCorner<3, 3>();
@@ -334,7 +332,7 @@ TEST(FoundPose, AnAxisThatIsNotHeldIsFree) {
   EXPECT_EQ(freeAxes(kSigma_m * kSigma_m * Matrix3d::Identity(), kSigma_m).size(), 3u);
 }
 
-TEST(FoundPose, TrackedPosesAreUnknownAlongWhatIsFree) {
+TEST(PoseCovariance, TrackedPosesAreUnknownAlongWhatIsFree) {
   const Vector3d along = Vector3d(3.0, 4.0, 0.0) / 5.0;
   PoseParams params;
   params.mode = PoseMode::kTrack;
@@ -352,7 +350,7 @@ TEST(FoundPose, TrackedPosesAreUnknownAlongWhatIsFree) {
 }
 
 /// Against the errors themselves: those of the camera, moved as a rigid body moves.
-TEST(FoundPose, ErrorsMoveWithTheBody) {
+TEST(PoseCovariance, ErrorsMoveWithTheBody) {
   Eigen::Matrix<double, 6, 1> error;
   error << 0.01, -0.02, 0.03, 0.001, 0.002, -0.003;
   const Matrix3d R_M_W = Eigen::AngleAxisd(0.7, Vector3d(1, 2, 3).normalized()).matrix();

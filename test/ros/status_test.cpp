@@ -162,8 +162,8 @@ TEST(Status, GivesEachPartOfMemoryWithItsPlaceAndLimit) {
 }
 
 TEST(Status, SaysThatTheCameraIsLostAndHowImagesFit) {
-  MappingParams params;
-  params.node.poses.mode = PoseMode::kTrack;
+  NodeParams params;
+  params.poses.mode = PoseMode::kTrack;
   auto mapper = std::make_unique<FakeMapper>();
   mapper->aligns = [](const DepthFrame& frame) {
     Alignment alignment;

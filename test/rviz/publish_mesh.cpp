@@ -40,9 +40,9 @@ BlockMesh sheetIn(const BlockKey& key) {
 void publishSheet(size_t triangles) {
   const auto side = static_cast<int>(std::ceil(std::sqrt(triangles / kTrianglesOfBlock + 1.0)));
   ros::NodeHandle private_nh("~");
-  MappingParams params;
+  NodeParams params;
   params.mapper.map.voxel_size_m = kVoxelSize;
-  const Rates rates(params.node.publish);
+  const Rates rates(params.publish);
   const std::unique_ptr<Step> topics = makeMeshTopicsStep(params, rates);
   topics->advertise({private_nh, private_nh, private_nh, ""});
   ShownMesh mesh(params.mapper.map);

@@ -20,7 +20,6 @@ struct SourceFrame {
   std::shared_ptr<const void> pixels;  ///< Keeps the image alive, whatever library it came from.
   double stamp_s = 0.0;                ///< Stamp of the depth image.
   size_t index = 0;                    ///< Its place in the recording, from 0 on.
-  bool is_along_axis = false;          ///< Whatever `input/depth` says, as in clouds.
 };
 
 /// Which depth images of a recording are used, by their index in it: first, first + step, ... up to

@@ -5,7 +5,6 @@
 #include "dtsdf_mapping/params/map_params.h"
 #include "dtsdf_mapping/params/mesh_params.h"
 #include "dtsdf_mapping/params/paint_params.h"
-#include "dtsdf_mapping/params/sensor_params.h"
 #include "dtsdf_mapping/params/space_params.h"
 
 namespace dtsdf {
@@ -17,16 +16,23 @@ enum class Backend {
   kCpu,   ///< The CPU, on `threads` threads.
 };
 
+/// How the noise of depth grows with depth; its scale is estimated from the images.
+enum class Sensor {
+  kStructuredLight,  ///< Noise uniform in inverse depth, as triangulation has it (z^2).
+  kStereo,           ///< The same.
+  kTimeOfFlight,     ///< Noise uniform in depth.
+};
+
 /// What a mapper is made with. The defaults are those of config/default.yaml.
 struct MapperParams {
-  Backend backend = Backend::kAuto;  ///< Where the work is done.
-  int threads = 0;                   ///< CPU threads; 0: all cores.
-  SensorParams sensor;               ///< "input/sensor" of a file.
-  MapParams map;                     ///< Section "map" of a file.
-  FusionParams fusion;               ///< Section "fusion".
-  MeshParams mesh;                   ///< Section "mesh".
-  PaintParams paint;                 ///< Section "colour".
-  SpaceParams space;                 ///< Section "space".
+  Backend backend = Backend::kAuto;          ///< Where the work is done.
+  int threads = 0;                           ///< CPU threads; 0: all cores.
+  Sensor sensor = Sensor::kStructuredLight;  ///< That depth images come from.
+  MapParams map;                             ///< Section "map" of a file.
+  FusionParams fusion;                       ///< Section "fusion".
+  MeshParams mesh;                           ///< Section "mesh".
+  PaintParams paint;                         ///< Section "colour".
+  SpaceParams space;                         ///< Section "space".
 };
 
 /// Visits each member, those of the sections too, with its key and its rule.
@@ -37,7 +43,10 @@ void visitParams(MapperParams& p, Visitor& visit) {
         EnumNames<Backend>{
             {"auto", Backend::kAuto}, {"cuda", Backend::kCuda}, {"cpu", Backend::kCpu}});
   visit("threads", p.threads, Range{0, 1024});
-  visitParams(p.sensor, visit);
+  visit("input/sensor", p.sensor,
+        EnumNames<Sensor>{{"structured_light", Sensor::kStructuredLight},
+                          {"stereo", Sensor::kStereo},
+                          {"time_of_flight", Sensor::kTimeOfFlight}});
   visitParams(p.map, visit);
   visitParams(p.fusion, visit);
   visitParams(p.mesh, visit);

@@ -5,15 +5,11 @@
 
 namespace dtsdf {
 
-/// How to treat images that differ in brightness.
-enum class ImageExposure {
-  kAdaptive,  ///< Match each to the brightness of the same surface in the map.
-  kFixed,     ///< Use them as they are: the camera's exposure and white balance are locked.
-};
-
 /// How colour images are painted.
 struct PaintParams {
-  ImageExposure exposure = ImageExposure::kAdaptive;  ///< What is done about their brightness.
+  /// Match each to the brightness of the same surface in the map; false: exposure and white balance
+  /// of the camera are locked.
+  bool adapt_exposure = true;
   float max_depth_m = 0.0f;  ///< Surfaces farther from an image are not painted by it; 0: all are.
 };
 
@@ -21,9 +17,7 @@ struct PaintParams {
 /// @relates PaintParams
 template <class Visitor>
 void visitParams(PaintParams& p, Visitor& visit) {
-  visit("colour/exposure", p.exposure,
-        EnumNames<ImageExposure>{{"adaptive", ImageExposure::kAdaptive},
-                                 {"fixed", ImageExposure::kFixed}});
+  visit("colour/exposure", p.adapt_exposure, EnumNames<bool>{{"adaptive", true}, {"fixed", false}});
   visit("colour/max_depth_m", p.max_depth_m, Range{0.0, 1000.0});
 }
 

@@ -92,29 +92,40 @@ class ParamReader {
   std::vector<std::string> violations_;
 };
 
-/// Visitor that writes every member into a tree: the struct's values by key.
+/// Visitor that writes every member into a tree: the struct's values by key; and what each may be.
 class ParamWriter {
  public:
   /// @name Writing one member
   /// @{
 
   /// Sets the key to the member's value.
-  void operator()(const std::string& key, bool& member) { tree[key] = member; }
-  void operator()(const std::string& key, int& member, Range) { tree[key] = member; }
-  void operator()(const std::string& key, float& member, Range);
-  void operator()(const std::string& key, double& member, Range) { tree[key] = member; }
-  void operator()(const std::string& key, std::string& member) { tree[key] = member; }
-  void operator()(const std::string& key, std::vector<std::string>& member) { tree[key] = member; }
+  void operator()(const std::string& key, bool& member) { put(key, member, "true or false"); }
+  void operator()(const std::string& key, int& member, Range range);
+  void operator()(const std::string& key, float& member, Range range);
+  void operator()(const std::string& key, double& member, Range range);
+  void operator()(const std::string& key, std::string& member) { put(key, member, "a string"); }
+  void operator()(const std::string& key, std::vector<std::string>& member) {
+    put(key, member, "a list of names");
+  }
 
   template <class Enum>
   void operator()(const std::string& key, Enum& member, const EnumNames<Enum>& names) {
+    std::string words;
+    for (const auto& [name, value] : names) words += (words.empty() ? "" : ", ") + name;
     for (const auto& [name, value] : names) {
-      if (value == member) tree[key] = name;
+      if (value == member) put(key, name, words);
     }
   }
   /// @}
 
-  ParamTree tree;  ///< What was written.
+  ParamTree tree;                              ///< What was written.
+  std::map<std::string, std::string> choices;  ///< In words, as in "0.1 to 100".
+
+ private:
+  void put(const std::string& key, ParamValue value, const std::string& choice) {
+    tree[key] = std::move(value);
+    choices[key] = choice;
+  }
 };
 
 /// A settings struct's values by key.

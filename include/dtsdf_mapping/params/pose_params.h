@@ -12,12 +12,6 @@ enum class PoseMode {
   kTrack,   ///< Tracked against the map, from image to image; only the first may be given.
 };
 
-/// What to do with a depth image that does not fit the map.
-enum class OnMisfit {
-  kPrior,  ///< Fuse it at the given pose, with the current correction.
-  kDrop,   ///< Drop it.
-};
-
 /// How poses are found.
 struct PoseParams {
   PoseMode mode = PoseMode::kTf;  ///< Where poses come from.
@@ -28,7 +22,8 @@ struct PoseParams {
   /// Drift of given poses, in metres and radians per metre travelled: errors that last from image
   /// to image, beside those above, which are new in each. 0: none.
   double drift = 0.05;
-  OnMisfit on_misfit = OnMisfit::kPrior;  ///< What becomes of an image that does not fit.
+  bool drop_misfits = false;  ///< Images that do not fit the map; else they are fused at the given
+                              ///< pose, with the current correction.
 };
 
 /// Visits each member with its key and its rule.
@@ -41,8 +36,7 @@ void visitParams(PoseParams& p, Visitor& visit) {
   visit("poses/sigma_m", p.sigma_m, Range{1e-6, 100.0});
   visit("poses/sigma_rad", p.sigma_rad, Range{1e-6, 3.2});
   visit("poses/drift", p.drift, Range{0.0, 10.0});
-  visit("poses/on_misfit", p.on_misfit,
-        EnumNames<OnMisfit>{{"prior", OnMisfit::kPrior}, {"drop", OnMisfit::kDrop}});
+  visit("poses/on_misfit", p.drop_misfits, EnumNames<bool>{{"prior", false}, {"drop", true}});
 }
 
 }  // namespace dtsdf

@@ -46,14 +46,6 @@ std::vector<StampedImage> listNumberedFiles(const fs::path& folder, const std::s
   return files;
 }
 
-bool hasNumberedFile(const fs::path& folder, const std::string& prefix, const std::string& suffix) {
-  if (!fs::is_directory(folder)) return false;
-  const fs::directory_iterator entries(folder);
-  return std::any_of(begin(entries), end(entries), [&](const fs::directory_entry& entry) {
-    return numberIn(entry.path().filename().string(), prefix, suffix).has_value();
-  });
-}
-
 std::vector<StampedImage> requireNumberedFiles(const fs::path& folder, const std::string& prefix,
                                                const std::string& suffix) {
   std::vector<StampedImage> files = listNumberedFiles(folder, prefix, suffix);

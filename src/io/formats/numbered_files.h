@@ -14,10 +14,6 @@ namespace dtsdf {
 std::vector<StampedImage> listNumberedFiles(const std::filesystem::path& folder,
                                             const std::string& prefix, const std::string& suffix);
 
-/// Whether there is any such file.
-bool hasNumberedFile(const std::filesystem::path& folder, const std::string& prefix,
-                     const std::string& suffix);
-
 /// The same list. @throws std::runtime_error that names the files if there is none.
 std::vector<StampedImage> requireNumberedFiles(const std::filesystem::path& folder,
                                                const std::string& prefix,

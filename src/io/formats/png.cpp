@@ -77,7 +77,7 @@ std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<Stamp
 }
 
 /// Of transforms.json, where the principal point counts from the corner of the first pixel.
-std::optional<CameraInfo> cameraOfTransforms(const std::string& path, const ImageSize& size) try {
+std::optional<CameraInfo> cameraOfTransforms(const std::string& path, const DepthImage& size) try {
   const nlohmann::json root = readJsonFile(path, "the camera is expected there");
   for (const char* const list : {"depth_frames", "frames", ""}) {
     const nlohmann::json frames = root.value(list, nlohmann::json::array());
@@ -98,8 +98,10 @@ CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>& i
   const std::string yaml = (folder / "camera_info.yaml").string();
   const std::string matrix = (folder / "camera-intrinsics.txt").string();
   const std::string transforms = (folder / "transforms.json").string();
-  const ImageSize size = readDepthPngSize(images.front().path);
-  if (fs::exists(matrix)) return cameraOfMatrix(readMatrixFile(matrix, 3, 3, ""), size, matrix);
+  const DepthImage size = readDepthPngSize(images.front().path);
+  if (fs::exists(matrix)) {
+    return cameraOfMatrix(readMatrixFile(matrix, 3, 3, ""), size.width, size.height, matrix);
+  }
   if (!fs::exists(yaml) && fs::exists(transforms)) {
     if (const auto camera = cameraOfTransforms(transforms, size)) return *camera;
   }

@@ -46,7 +46,7 @@ std::vector<ImagePose> readPoses(const std::vector<StampedImage>& images, const 
 }
 
 bool isSevenScenes(const fs::path& folder) {
-  return hasNumberedFile(folder, kPrefix, kDepthEnding);
+  return !listNumberedFiles(folder, kPrefix, kDepthEnding).empty();
 }
 
 std::vector<StampedImage> listSevenScenes(const fs::path& folder) {
@@ -63,8 +63,9 @@ std::vector<ImagePose> posesOfSevenScenes(const fs::path&, const std::vector<Sta
 CameraInfo cameraOfSevenScenes(const fs::path& folder, const std::vector<StampedImage>& images) {
   const fs::path path = folder / "camera-intrinsics.txt";
   if (!fs::exists(path)) return kKinect;
+  const DepthImage size = readDepthPngSize(images.front().path);
   return cameraOfMatrix(readMatrixFile(path.string(), 3, 3, "tsdf-fusion has its camera there"),
-                        readDepthPngSize(images.front().path), path.string());
+                        size.width, size.height, path.string());
 }
 
 RecordedImages coloursOfSevenScenes(const fs::path& folder, const CameraInfo& depth_camera) {
@@ -78,7 +79,8 @@ RecordedImages coloursOfSevenScenes(const fs::path& folder, const CameraInfo& de
 }
 
 bool isScanNet(const fs::path& folder) {
-  return fs::is_directory(folder / "pose") && hasNumberedFile(folder / "depth", "", ".png");
+  return fs::is_directory(folder / "pose") &&
+         !listNumberedFiles(folder / "depth", "", ".png").empty();
 }
 
 std::vector<StampedImage> listScanNet(const fs::path& folder) {
@@ -93,9 +95,10 @@ std::vector<ImagePose> posesOfScanNet(const fs::path& folder,
 
 CameraInfo cameraOfScanNet(const fs::path& folder, const std::vector<StampedImage>& images) {
   const std::string path = (folder / "intrinsic" / "intrinsic_depth.txt").string();
+  const DepthImage size = readDepthPngSize(images.front().path);
   return cameraOfMatrix(
-      readMatrixFile(path, 4, 4, "export it too, or give --intrinsics fx,fy,cx,cy"),
-      readDepthPngSize(images.front().path), path);
+      readMatrixFile(path, 4, 4, "export it too, or give --intrinsics fx,fy,cx,cy"), size.width,
+      size.height, path);
 }
 
 RecordedImages coloursOfScanNet(const fs::path& folder, const CameraInfo&) {
@@ -106,7 +109,7 @@ RecordedImages coloursOfScanNet(const fs::path& folder, const CameraInfo&) {
   } else if (!colours.images.empty()) {
     const RgbImage first = readColourImage(colours.images.front().path);
     colours.camera = cameraOfMatrix(readMatrixFile(path, 4, 4, "ScanNet has its camera there"),
-                                    {first.width, first.height}, path);
+                                    first.width, first.height, path);
   }
   return colours;
 }

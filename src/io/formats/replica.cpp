@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 constexpr double kUnitsPerMetre = 6553.5;
 
 bool isReplica(const fs::path& folder) {
-  return hasNumberedFile(folder / "results", "depth", ".png");
+  return !listNumberedFiles(folder / "results", "depth", ".png").empty();
 }
 
 std::vector<StampedImage> listDepth(const fs::path& folder) {

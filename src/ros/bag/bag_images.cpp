@@ -101,8 +101,8 @@ std::string topicOf(const ImageKind& kind, const rosbag::Bag& bag, const std::st
 
 /// The images of one kind of a bag: depth in the order in which it was recorded, colour in that of
 /// its stamps.
-template <class Source, class Frame>
-class BagImages : public Source {
+template <class Frame>
+class BagImages : public ImageSource<Frame> {
  public:
   explicit BagImages(const BagOptions& options) : options_(options) {
     bag_.open(options.path, rosbag::bagmode::Read);
@@ -124,7 +124,7 @@ class BagImages : public Source {
       const auto info = message.instantiate<sensor_msgs::CameraInfo>();
       if (info) infos_[info->header.stamp] = info;
     }
-    rectification_.emplace(options_.rectify, image_topic, kIsColour);
+    rectification_.emplace(options_.input.rectify, image_topic, kIsColour);
     for (const rosbag::MessageInstance& message : view) {
       messages_.emplace(kIsColour ? headerOf(message).stamp : ros::Time(), message);
     }
@@ -134,8 +134,10 @@ class BagImages : public Source {
 
   bool isEmpty() const { return topic_.empty(); }
 
-  /// Of FrameSource alone.
-  std::optional<size_t> size() const { return options_.selection.countIn(messages_.size()); }
+  std::optional<size_t> size() const override {
+    if (kIsColour) return std::nullopt;
+    return options_.selection.countIn(messages_.size());
+  }
 
   /// The next frame that is wanted and can be made.
   /// @throws std::runtime_error where the bag is damaged.
@@ -153,18 +155,15 @@ class BagImages : public Source {
     });
   }
 
-  const std::map<std::string, size_t>& skipped() const override { return skipped_; }
-  std::map<std::string, std::string> problems() const override { return problems_; }
-
  private:
-  static constexpr bool kIsColour = std::is_same_v<Source, ColourSource>;
+  static constexpr bool kIsColour = std::is_same_v<Frame, SourceColour>;
   static constexpr const ImageKind& kKind = kIsColour ? kColourImages : kDepthImages;
 
   /// The frame of colour images is their own; with first_pose_only, poses are in that of the depth
   /// camera, by the options or by its first image.
   void chooseForColour() {
     if (options_.first_pose_only) {
-      options_.map_frame = options_.camera_frame;
+      options_.map_frame = options_.input.camera_frame;
       if (options_.map_frame.empty()) {
         rosbag::View view(bag_,
                           rosbag::TopicQuery(topicOf(kDepthImages, bag_, options_.depth_topic)));
@@ -176,7 +175,7 @@ class BagImages : public Source {
       options_.poses_path.clear();
       options_.first_pose_only = false;
     }
-    options_.camera_frame.clear();
+    options_.input.camera_frame.clear();
     options_.mask_topic.clear();
     options_.intrinsics.reset();
   }
@@ -217,8 +216,8 @@ class BagImages : public Source {
     if (!image) return skip({drop::kBadImage, problem});
     const sensor_msgs::CameraInfoConstPtr info = given.info ? given.info : infoOf(*image);
     if (!info) {
-      return skip(
-          {drop::kNoCameraInfo, noInfoText(printable(info_topic_), options_.latest_camera_info)});
+      return skip({drop::kNoCameraInfo,
+                   noInfoText(printable(info_topic_), options_.input.latest_camera_info)});
     }
     if (const auto rejection = kKind.check(*image, *info)) return skip(*rejection);
     if (!kIsColour && std::exchange(last_stamp_, image->header.stamp) == image->header.stamp) {
@@ -233,16 +232,13 @@ class BagImages : public Source {
     const auto pixels = std::make_shared<cv_bridge::CvImageConstPtr>();
     Frame frame;
     try {
-      const CameraImage camera =
-          clouds_ ? CameraImage{image, info} : rectification_->apply({image, info});
+      auto made =
+          rectification_->frameOf({image, info}, clouds_.has_value(), options_.input, *pixels);
+      std::visit([&](auto& of) { of.T_W_C = *T_W_C; }, made);
       if constexpr (kIsColour) {
-        frame.colour = makeColourFrame(camera.image, *camera.info, *pixels);
-        frame.colour.T_W_C = *T_W_C;
+        frame.colour = std::get<ColourFrame>(made);
       } else {
-        const DepthUnits units{options_.unit_16uc1_m, clouds_ ? 1.0f : options_.unit_32fc1_m};
-        frame.depth = makeDepthFrame(camera.image, *camera.info, units, *pixels);
-        frame.depth.T_W_C = *T_W_C;
-        frame.is_along_axis = clouds_.has_value();
+        frame.depth = std::get<DepthFrame>(made);
       }
     } catch (const std::exception& error) {  // of OpenCV or cv_bridge
       return skip({drop::kBadImage, errorText(error)});
@@ -257,8 +253,8 @@ class BagImages : public Source {
   }
   std::nullopt_t skip(const std::string& name, const std::string& text) {
     const std::string reason = (kIsColour ? "colour images: " : "") + name;
-    ++skipped_[reason];
-    if (!text.empty()) problems_.emplace(reason, text);
+    ++this->skipped_[reason];
+    if (!text.empty()) this->problems_.emplace(reason, text);
     return std::nullopt;
   }
 
@@ -270,7 +266,7 @@ class BagImages : public Source {
     }
     const auto info = infos_.find(image.header.stamp);
     if (info != infos_.end()) return info->second;
-    if (!options_.latest_camera_info || infos_.empty()) return nullptr;
+    if (!options_.input.latest_camera_info || infos_.empty()) return nullptr;
     const auto after = infos_.upper_bound(image.header.stamp);
     return after == infos_.begin() ? after->second : std::prev(after)->second;
   }
@@ -313,21 +309,18 @@ class BagImages : public Source {
   std::multimap<ros::Time, rosbag::MessageInstance> messages_;
   std::multimap<ros::Time, rosbag::MessageInstance>::const_iterator next_ = messages_.end();
   size_t index_ = 0;  ///< Of the message at `next_`.
-  std::map<std::string, size_t> skipped_;
-  std::map<std::string, std::string> problems_;
 };
 
 }  // namespace
 
 std::unique_ptr<FrameSource> openBagFrames(const BagOptions& options) {
   return readingBag(options.path,
-                    [&] { return std::make_unique<BagImages<FrameSource, SourceFrame>>(options); });
+                    [&] { return std::make_unique<BagImages<SourceFrame>>(options); });
 }
 
 std::unique_ptr<ColourSource> openBagColours(const BagOptions& options) {
-  auto colours = readingBag(options.path, [&] {
-    return std::make_unique<BagImages<ColourSource, SourceColour>>(options);
-  });
+  auto colours =
+      readingBag(options.path, [&] { return std::make_unique<BagImages<SourceColour>>(options); });
   if (colours->isEmpty()) return nullptr;
   return colours;
 }
@@ -357,7 +350,7 @@ std::string chooseTopic(const rosbag::Bag& bag, const BagOptions& options) {
 Eigen::Vector3d findUp(const rosbag::Bag& bag, const BagOptions& options) {
   const std::string topic = chooseTopic(bag, options);
   BagOptions of_sensor = options;
-  of_sensor.camera_frame.clear();  // the frame is that of the messages
+  of_sensor.input.camera_frame.clear();  // the frame is that of the messages
   const BagPoses poses(bag, of_sensor);
   StillGravity gravity;
   bool was_still = false;

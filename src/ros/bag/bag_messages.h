@@ -78,7 +78,7 @@ class BagPoses {
   /// @throws std::runtime_error if the trajectory cannot be read.
   BagPoses(const rosbag::Bag& bag, const BagOptions& options) : options_(options) {
     ros::Time::init();  // for the log
-    for (std::string* frame : {&options_.map_frame, &options_.camera_frame}) {
+    for (std::string* frame : {&options_.map_frame, &options_.input.camera_frame}) {
       *frame = stripLeadingSlash(*frame);
     }
     if (options_.tf_topic.empty()) options_.tf_topic = "/tf";
@@ -134,8 +134,9 @@ class BagPoses {
 
  private:
   PoseAnswer find(const std_msgs::Header& header, const ros::Time& stamp) const {
-    const std::string frame =
-        options_.camera_frame.empty() ? stripLeadingSlash(header.frame_id) : options_.camera_frame;
+    const std::string frame = options_.input.camera_frame.empty()
+                                  ? stripLeadingSlash(header.frame_id)
+                                  : options_.input.camera_frame;
     return transforms_.find(options_.map_frame, frame, stamp);
   }
 

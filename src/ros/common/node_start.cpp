@@ -25,39 +25,41 @@ bool belongsToRos(const std::string& key) {
   return false;
 }
 
-void flatten(const std::string& key, XmlRpc::XmlRpcValue& value, ServerParams& params) {
+void flatten(const std::string& key, XmlRpc::XmlRpcValue& value, ParamTree& tree,
+             std::vector<ParamViolation>& violations) {
   using XmlRpc::XmlRpcValue;
   if (belongsToRos(key)) return;
   std::vector<std::string> names;
   switch (value.getType()) {
     case XmlRpcValue::TypeStruct:
       for (auto& [name, child] : value) {
-        flatten(key.empty() ? name : key + "/" + name, child, params);
+        flatten(key.empty() ? name : key + "/" + name, child, tree, violations);
       }
       return;
-    case XmlRpcValue::TypeBoolean: params.tree[key] = static_cast<bool>(value); return;
-    case XmlRpcValue::TypeInt: params.tree[key] = static_cast<int>(value); return;
-    case XmlRpcValue::TypeDouble: params.tree[key] = static_cast<double>(value); return;
-    case XmlRpcValue::TypeString: params.tree[key] = static_cast<std::string>(value); return;
+    case XmlRpcValue::TypeBoolean: tree[key] = static_cast<bool>(value); return;
+    case XmlRpcValue::TypeInt: tree[key] = static_cast<int>(value); return;
+    case XmlRpcValue::TypeDouble: tree[key] = static_cast<double>(value); return;
+    case XmlRpcValue::TypeString: tree[key] = static_cast<std::string>(value); return;
     case XmlRpcValue::TypeArray:
       for (int i = 0; i < value.size() && value[i].getType() == XmlRpcValue::TypeString; ++i) {
         names.push_back(static_cast<std::string>(value[i]));
       }
       if (static_cast<int>(names.size()) < value.size()) break;
-      params.tree[key] = names;
+      tree[key] = names;
       return;
     default: break;
   }
-  params.violations.emplace_back(key, "must be a single value or a list of names");
+  violations.emplace_back(key, "must be a single value or a list of names");
 }
 
 }  // namespace
 
-ServerParams readParamServer(const ros::NodeHandle& private_nh) {
-  ServerParams params;
+ParamTree readParamServer(const ros::NodeHandle& private_nh,
+                          std::vector<ParamViolation>& violations) {
+  ParamTree tree;
   XmlRpc::XmlRpcValue value;
-  if (ros::param::get(private_nh.getNamespace(), value)) flatten("", value, params);
-  return params;
+  if (ros::param::get(private_nh.getNamespace(), value)) flatten("", value, tree, violations);
+  return tree;
 }
 
 int runNode(int argc, char** argv, const std::string& node_name, const std::string& usage,

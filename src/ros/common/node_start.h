@@ -26,12 +26,9 @@ int runNode(
     const std::function<void(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)>& run);
 
 /// What a namespace holds, flattened; without the keys that ROS itself reads there.
-struct ServerParams {
-  ParamTree tree;
-  std::vector<ParamViolation> violations;  ///< Values that no setting can have, such as lists.
-};
-
-ServerParams readParamServer(const ros::NodeHandle& private_nh);
+/// @param violations Gets values that no setting can have, such as lists.
+ParamTree readParamServer(const ros::NodeHandle& private_nh,
+                          std::vector<ParamViolation>& violations);
 
 /// Wrong settings in a line each, whose names and values are printable; else one sentence.
 inline std::string startErrorText(const std::exception& error) {

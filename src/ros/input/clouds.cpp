@@ -20,22 +20,21 @@ using sensor_msgs::PointField;
 
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
-/// A coordinate of points, wherever it lies in them.
-struct Coordinate {
-  size_t offset, bytes;
-  bool is_swapped;  ///< Its bytes are not in the machine's order.
+using Coordinates = std::array<PointField, 3>;
 
-  double of(const uint8_t* point) const {
-    uint8_t value[8];
-    std::copy_n(point + offset, bytes, value);
-    if (is_swapped) std::reverse(value, value + bytes);
-    float single = 0.0f;
-    double wide = 0.0;
-    if (bytes == sizeof(wide)) return std::memcpy(&wide, value, sizeof(wide)), wide;
-    return std::memcpy(&single, value, sizeof(single)), single;
-  }
-};
-using Coordinates = std::array<Coordinate, 3>;
+/// A coordinate of a point, wherever it lies in it.
+double coordinateOf(const sensor_msgs::PointCloud2& cloud, const PointField& field,
+                    const uint8_t* point) {
+  constexpr bool kIsBigEndian = __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__;
+  const size_t bytes = field.datatype == PointField::FLOAT64 ? sizeof(double) : sizeof(float);
+  uint8_t value[sizeof(double)];
+  std::copy_n(point + field.offset, bytes, value);
+  if ((cloud.is_bigendian != 0) != kIsBigEndian) std::reverse(value, value + bytes);
+  float single = 0.0f;
+  double wide = 0.0;
+  if (bytes == sizeof(wide)) return std::memcpy(&wide, value, sizeof(wide)), wide;
+  return std::memcpy(&single, value, sizeof(single)), single;
+}
 
 std::optional<Rejection> findCoordinates(const sensor_msgs::PointCloud2& cloud, Coordinates& xyz) {
   for (size_t i = 0; i < xyz.size(); ++i) {
@@ -43,15 +42,13 @@ std::optional<Rejection> findCoordinates(const sensor_msgs::PointCloud2& cloud, 
     const auto field = std::find_if(cloud.fields.begin(), cloud.fields.end(),
                                     [&](const PointField& of) { return of.name == name; });
     const bool is_wide = field != cloud.fields.end() && field->datatype == PointField::FLOAT64;
-    const size_t bytes = is_wide ? 8 : 4;
     if (field == cloud.fields.end() || (!is_wide && field->datatype != PointField::FLOAT32) ||
-        field->offset + bytes > cloud.point_step) {
+        size_t{field->offset} + (is_wide ? 8 : 4) > cloud.point_step) {
       return Rejection{drop::kBadEncoding, "its points have no field '" + name +
                                                "' of type FLOAT32 or FLOAT64; the cloud must "
                                                "have x, y and z"};
     }
-    constexpr bool kIsBigEndian = __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__;
-    xyz[i] = {field->offset, bytes, (cloud.is_bigendian != 0) != kIsBigEndian};
+    xyz[i] = *field;
   }
   return std::nullopt;
 }
@@ -98,15 +95,7 @@ struct Line {
   }
 };
 
-/// Along rows and columns.
-struct Lines {
-  Line u, v;
-};
-
-Intrinsics cameraOf(const Lines& lines) {
-  return {static_cast<float>(lines.u.focal_px()), static_cast<float>(lines.v.focal_px()),
-          static_cast<float>(lines.u.center_px()), static_cast<float>(lines.v.center_px())};
-}
+using Lines = std::array<Line, 2>;  ///< Along rows, and along columns.
 
 /// Writes depth, and adds what is measured to the lines unless they are null.
 void readPoints(const sensor_msgs::PointCloud2& cloud, const Coordinates& xyz, uint8_t* pixel,
@@ -114,15 +103,16 @@ void readPoints(const sensor_msgs::PointCloud2& cloud, const Coordinates& xyz, u
   for (uint32_t v = 0; v < cloud.height; ++v) {
     const uint8_t* point = &cloud.data[size_t{v} * cloud.row_step];
     for (uint32_t u = 0; u < cloud.width; ++u, point += cloud.point_step, pixel += sizeof(float)) {
-      const double z = xyz[2].of(point);
+      const double z = coordinateOf(cloud, xyz[2], point);
       const bool is_measured = std::isfinite(z) && z > 0.0;
       const float depth = is_measured ? static_cast<float>(z) : kNone;
       std::memcpy(pixel, &depth, sizeof(depth));
       if (lines == nullptr || !is_measured) continue;
-      const double x = xyz[0].of(point) / z, y = xyz[1].of(point) / z;
+      const double x = coordinateOf(cloud, xyz[0], point) / z,
+                   y = coordinateOf(cloud, xyz[1], point) / z;
       if (!std::isfinite(x) || !std::isfinite(y)) continue;
-      lines->u.add(x, u);
-      lines->v.add(y, v);
+      (*lines)[0].add(x, u);
+      (*lines)[1].add(y, v);
     }
   }
 }
@@ -144,11 +134,14 @@ std::variant<CameraImage, Rejection> CloudImages::convert(const sensor_msgs::Poi
   if (const auto rejection = checkArrival(*image, most_bytes)) return *rejection;
   const bool is_known = width_ == cloud.width && height_ == cloud.height;
   Lines lines;
+  const auto& [along_u, along_v] = lines;
   readPoints(cloud, xyz, image->data.data(), is_known ? nullptr : &lines);
-  if (!is_known && lines.u.isWide(cloud.width) && lines.v.isWide(cloud.height)) {
-    const double error_px = std::sqrt(std::max(0.0, lines.u.error_px2() + lines.v.error_px2()));
+  if (!is_known && along_u.isWide(cloud.width) && along_v.isWide(cloud.height)) {
+    const double error_px = std::sqrt(std::max(0.0, along_u.error_px2() + along_v.error_px2()));
     constexpr double kMostError_px = 1.0;
-    const Intrinsics fitted = cameraOf(lines);
+    const Intrinsics fitted{
+        static_cast<float>(along_u.focal_px()), static_cast<float>(along_v.focal_px()),
+        static_cast<float>(along_u.center_px()), static_cast<float>(along_v.center_px())};
     if (!(error_px <= kMostError_px && fitted.fx > 0.0f && fitted.fy > 0.0f)) {
       return Rejection{drop::kBadIntrinsics,
                        formatted("no pinhole camera fits the cloud: its points are %.3g px off%s; "

@@ -61,12 +61,6 @@ class FrameQueue {
  public:
   using Stream = size_t;
 
-  struct Limits {
-    size_t images = 30;         ///< Of one stream.
-    size_t bytes = 256u << 20;  ///< Of all.
-    double merge_wait_s = 0.1;  ///< That a frame waits for earlier ones of other streams.
-  };
-
   struct StreamOptions {
     std::string name;  ///< Orders streams with one stamp.
     /// Colour may never come, so it is waited for from its first frame on only, and may come late.
@@ -77,9 +71,16 @@ class FrameQueue {
     std::string no_mask_text;  ///< and without its mask.
   };
 
+  /// @param most_images That wait, of one stream. @param most_bytes That wait, of all.
+  /// @param merge_wait_s That a frame waits for earlier ones of other streams.
   /// `on_ready` is called when there may be something to take, by the thread that brought it.
-  FrameQueue(Limits limits, std::function<void()> on_ready, SteadyClock clock = waitingTime)
-      : limits_(limits), on_ready_(std::move(on_ready)), clock_(std::move(clock)) {}
+  FrameQueue(size_t most_images, size_t most_bytes, double merge_wait_s,
+             std::function<void()> on_ready, SteadyClock clock = waitingTime)
+      : most_images_(most_images),
+        most_bytes_(most_bytes),
+        merge_wait_(toSteadyDuration(merge_wait_s)),
+        on_ready_(std::move(on_ready)),
+        clock_(std::move(clock)) {}
 
   /// `accounting` outlives the queue.
   Stream addStream(StreamOptions options, FrameAccounting& accounting) {
@@ -109,17 +110,16 @@ class FrameQueue {
       return;
     }
     auto place = find(stream, State::kIncomplete, stamp);
-    if (place != entries_.end() && image &&
-        place->second.whole.messages.image) {  // two of one stamp
+    if (place != entries_.end() && image && place->second.messages.image) {  // two of one stamp
       dropIncomplete(place);
       place = entries_.end();
     }
     if (place == entries_.end()) {
       const Key key{stamp, state.options.is_colour, state.options.name, ++arrivals_};
       place = entries_.emplace(key, Entry{stream}).first;
-      place->second.whole.since = clock_();
+      place->second.since = clock_();
     }
-    CameraImage& messages = place->second.whole.messages;
+    CameraImage& messages = place->second.messages;
     if (image) messages.image = image;
     if (info) messages.info = info;
     if (mask) messages.mask = mask;
@@ -127,28 +127,27 @@ class FrameQueue {
     makeRoom(stream);
   }
 
-  /// A frame that is whole, and what its stream notes of it.
-  struct Whole {
-    CameraImage messages;
-    SteadyTime since;
-    bool is_checked = false;
-  };
   /// What becomes of a frame: it waits for what a text says, is dropped, or has its pose.
   using Decision = std::variant<std::string, Rejection, PosedFrame>;
+  /// Decides by a frame's messages, since when they are whole, and a note of its own.
+  using Decide =
+      std::function<Decision(const CameraImage& messages, SteadyTime since, bool& is_checked)>;
   /// Has it decided what becomes of the first frame of a stream that is whole, without the lock.
   /// @return false if there is none, or it waits.
-  bool poseFirst(Stream stream, const std::function<Decision(Whole&)>& decide) {
+  bool poseFirst(Stream stream, const Decide& decide) {
     std::unique_lock<std::mutex> lock(mutex_);
     const auto first = find(stream, State::kWhole);
     if (first == entries_.end()) return false;
     const Key key = first->first;
-    Whole frame = first->second.whole;
+    const CameraImage messages = first->second.messages;
+    const SteadyTime since = first->second.since;
+    bool is_checked = first->second.is_checked;
     lock.unlock();
-    Decision decision = decide(frame);
+    Decision decision = decide(messages, since, is_checked);
     lock.lock();
     const auto place = entries_.find(key);
     if (place == entries_.end()) return true;  // was dropped meanwhile
-    place->second.whole = std::move(frame);
+    place->second.is_checked = is_checked;
     if (const auto* const text = std::get_if<std::string>(&decision)) {
       streams_[stream].waiting_for = *text;
       return false;
@@ -217,7 +216,7 @@ class FrameQueue {
     return bytesOfAll();
   }
 
-  size_t maxBytes() const { return limits_.bytes; }
+  size_t maxBytes() const { return most_bytes_; }
   /// What the first frame of the stream waits for, in words; empty: for nothing, or its turn.
   std::string waitingFor(Stream stream) const {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -255,10 +254,12 @@ class FrameQueue {
   struct Entry {
     Stream stream;
     State state = State::kIncomplete;
-    Whole whole = {};  ///< It is since when it came, became whole or got its pose.
+    CameraImage messages = {};  ///< Until it has its pose.
+    SteadyTime since = {};      ///< When it came, became whole or got its pose.
+    bool is_checked = false;    ///< Noted by whoever decides.
     PosedFrame posed = {};
 
-    bool hasImage() const { return state == State::kPosed || whole.messages.image != nullptr; }
+    bool hasImage() const { return state == State::kPosed || messages.image != nullptr; }
   };
   using Entries = std::map<Key, Entry>;
   struct StreamState {
@@ -292,7 +293,7 @@ class FrameQueue {
           [](const auto& image) { return image.row_bytes * static_cast<size_t>(image.height); },
           entry.posed.image);
     }
-    const auto& [image, info, mask] = entry.whole.messages;
+    const auto& [image, info, mask] = entry.messages;
     size_t bytes = 0;
     if (info) {
       bytes = info->D.size() * sizeof(double) + info->distortion_model.size() +
@@ -313,7 +314,7 @@ class FrameQueue {
   /// What keeps a frame from being whole; camera_info before the mask.
   std::optional<DropReason> missingOf(const Entry& entry) const {
     const StreamState& stream = streams_[entry.stream];
-    const CameraImage& messages = entry.whole.messages;
+    const CameraImage& messages = entry.messages;
     const bool has_info =
         stream.options.any_info ? stream.latest_info != nullptr : messages.info != nullptr;
     if (stream.options.wants_mask && !messages.mask && has_info) return drop::kNoMask;
@@ -323,10 +324,10 @@ class FrameQueue {
   /// @return whether it has just become whole.
   bool completeIfWhole(Entries::iterator place) {
     Entry& entry = place->second;
-    CameraImage& messages = entry.whole.messages;
+    CameraImage& messages = entry.messages;
     if (entry.state != State::kIncomplete || !messages.image || missingOf(entry)) return false;
     entry.state = State::kWhole;
-    entry.whole.since = clock_();
+    entry.since = clock_();
     if (!messages.info) messages.info = streams_[entry.stream].latest_info;
     for (auto it = entries_.begin(); it != place;) {
       const auto before = it++;
@@ -360,7 +361,8 @@ class FrameQueue {
     entry.state = State::kPosed;
     entry.posed = std::move(std::get<PosedFrame>(decision));
     entry.posed.accounting = stream.accounting;
-    entry.whole = {{}, clock_()};  // what the frame needs of its messages, its pixels keep
+    entry.messages = {};  // what the frame needs of them, its pixels keep
+    entry.since = clock_();
     stream.has_come = true;
   }
 
@@ -420,12 +422,12 @@ class FrameQueue {
       return entry.second.stream == stream && !entry.second.hasImage();
     };
     if (countOf(isOther) > kMostStamps) entries_.erase(firstArrived(isOther));
-    while (imagesOf(stream) > limits_.images) {
+    while (imagesOf(stream) > most_images_) {
       const auto oldest = firstArrived(isImageOf(stream));
       // What waits for messages or its pose takes no room of those that wait for the map.
       dropOldest(isPosed(*oldest) ? streamToDropFrom(stream, isPosed) : stream);
     }
-    while (bytesOfAll() > limits_.bytes) {
+    while (bytesOfAll() > most_bytes_) {
       dropOldest(
           streamToDropFrom(stream, [](const auto& entry) { return entry.second.hasImage(); }));
     }
@@ -442,7 +444,7 @@ class FrameQueue {
     });
     if (waiting == 0) state.is_overloaded = false;
     const bool is_short = waiting <= kBusy;
-    if (is_short || 2 * (state.taken - state.seen_taken) >= limits_.images) {
+    if (is_short || 2 * (state.taken - state.seen_taken) >= most_images_) {
       state.behind = is_short || waiting < state.seen_waiting ? 0 : state.behind + 1;
       state.seen_waiting = waiting;
       state.seen_taken = state.taken;
@@ -501,13 +503,14 @@ class FrameQueue {
     // One that has waited long enough has its turn, and those before it have theirs first.
     SteadyTime since = SteadyTime::max();
     for (const auto& [key, entry] : entries_) {
-      if (entry.state == State::kPosed) since = std::min(since, entry.whole.since);
+      if (entry.state == State::kPosed) since = std::min(since, entry.since);
     }
-    const SteadyTime end = since + toSteadyDuration(limits_.merge_wait_s);
+    const SteadyTime end = since + merge_wait_;
     return std::max(SteadyDuration::zero(), end - clock_());
   }
 
-  const Limits limits_;
+  const size_t most_images_, most_bytes_;
+  const SteadyDuration merge_wait_;
   const std::function<void()> on_ready_;
   const SteadyClock clock_;
 

@@ -6,7 +6,6 @@
 #include <image_transport/image_transport.h>
 #include <ros/console.h>
 #include <ros/node_handle.h>
-#include <boost/make_shared.hpp>
 
 #include <algorithm>
 #include <exception>
@@ -17,7 +16,6 @@
 #include <utility>
 
 #include "dtsdf_mapping/io/rate_limit.h"
-#include "level/frame_points.h"
 #include "level/pose_convention.h"
 #include "params/intrinsics_check.h"
 #include "params/printable.h"
@@ -57,7 +55,7 @@ class ImageStream {
         on_time_jump_(std::move(on_time_jump)),
         pose_frame_(frameOfPoses(params)),
         camera_(camera),
-        is_needed_(kind.is_colour && params.colour.enabled == ColourUse::kAlways),
+        is_needed_(kind.is_colour && params.colour == ColourUse::kAlways),
         nh_(nh),
         mask_topic_(params_.mask && !kind.is_colour ? nh.resolveName(ns + "/mask/image") : ""),
         topic_(ns + "/" + kind.ns + "/image_rect"),
@@ -66,7 +64,7 @@ class ImageStream {
         accounting_(name + (kind.is_colour && !name.empty() ? ", " : "") +
                     (kind.is_colour ? "colour" : "")),
         stream_(queue.addStream(queueOptions(), accounting_)),
-        rate_limit_(kind.is_colour ? params.colour.max_rate_hz : 0.0),
+        rate_limit_(kind.is_colour ? params.max_colour_rate_hz : 0.0),
         motion_gate_(params_.max_speed_m_s, params_.max_turn_deg_s),
         rectification_(params_.rectify, image_topic_, kind.is_colour),
         cloud_images_(image_topic_),
@@ -100,8 +98,8 @@ class ImageStream {
   /// one waits for its pose.
   bool step() {
     bool waits = false;
-    const auto decide = [&](Whole& frame) {
-      FrameQueue::Decision decision = this->decide(frame);
+    const auto decide = [&](const CameraImage& messages, SteadyTime since, bool& is_checked) {
+      FrameQueue::Decision decision = this->decide(messages, since, is_checked);
       waits = std::holds_alternative<std::string>(decision);
       return decision;
     };
@@ -133,15 +131,13 @@ class ImageStream {
   }
 
  private:
-  using Whole = FrameQueue::Whole;
-
   std::string infoTopic(const std::string& name) const {
     const std::string remapped = nh_.resolveName(name, true);
     return remapped != name ? remapped : image_transport::getCameraInfoTopic(image_topic_);
   }
 
   FrameQueue::StreamOptions queueOptions() const {
-    const bool any_info = params_.camera_info == CameraInfoChoice::kLatest;
+    const bool any_info = params_.latest_camera_info;
     return {name_,
             kind_.is_colour,
             any_info,
@@ -212,19 +208,19 @@ class ImageStream {
     });
   }
 
-  FrameQueue::Decision decide(Whole& frame) {
-    const sensor_msgs::Image& image = *frame.messages.image;
+  FrameQueue::Decision decide(const CameraImage& messages, SteadyTime since, bool& is_checked) {
+    const sensor_msgs::Image& image = *messages.image;
     const ros::Time stamp = image.header.stamp;
-    if (!frame.is_checked) {
-      if (const auto rejection = check(frame.messages)) return *rejection;
-      frame.is_checked = true;
+    if (!is_checked) {
+      if (const auto rejection = check(messages)) return *rejection;
+      is_checked = true;
       handleTimeJump(stamp);
     }
     PoseAnswer pose{Eigen::Isometry3d::Identity()};
     if (!pose_frame_.empty()) {
       pose = transforms_.find(pose_frame_, cameraFrame(image), stamp);
     }
-    const auto waited = waitingTime() - frame.since;
+    const auto waited = waitingTime() - since;
     if (pose.may_come && waited < toSteadyDuration(params_.tf_timeout_s)) return pose.text;
     transforms_.notePose(pose.T_W_C.has_value());
     if (pose.may_come) {
@@ -236,7 +232,7 @@ class ImageStream {
     if (const auto jump = motion_gate_.check(stamp.toSec(), *pose.T_W_C)) {
       return Rejection{drop::kPoseJump, *jump};
     }
-    return makePosed(frame.messages, *pose.T_W_C);
+    return makePosed(messages, *pose.T_W_C);
   }
 
   /// Checks of a frame that has just become whole.
@@ -282,22 +278,8 @@ class ImageStream {
     try {
       const auto image =
           messages.mask ? applyMask(*messages.mask, *messages.image) : messages.image;
-      // Whatever the distortion in camera_info is, a cloud has none.
-      const CameraImage given{image, messages.info};
-      const CameraImage camera = is_cloud_ ? given : rectification_.apply(given);
-      if (kind_.is_colour) {
-        posed.image = makeColourFrame(camera.image, *camera.info, posed.pixels);
-      } else {
-        const DepthUnits units{params_.unit_16uc1_m, is_cloud_ ? 1.0f : params_.unit_32fc1_m};
-        DepthFrame depth = makeDepthFrame(camera.image, *camera.info, units, posed.pixels);
-        if (params_.depth == DepthChoice::kRay && !is_cloud_) {
-          const auto turned = boost::make_shared<cv_bridge::CvImage>();
-          turned->image.create(depth.height, depth.width, CV_32FC1);
-          turnToAxis(depth, turned->image.ptr<float>());
-          posed.pixels = turned;
-        }
-        posed.image = depth;
-      }
+      posed.image =
+          rectification_.frameOf({image, messages.info}, is_cloud_, params_, posed.pixels);
     } catch (const std::exception& error) {  // of OpenCV or cv_bridge, or no memory for a copy
       return Rejection{drop::kBadImage, errorText(error)};
     }

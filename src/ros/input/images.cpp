@@ -171,15 +171,15 @@ std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
 }
 
 DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
-                          const sensor_msgs::CameraInfo& info, const DepthUnits& units,
-                          cv_bridge::CvImageConstPtr& pixels) {
+                          const sensor_msgs::CameraInfo& info, cv_bridge::CvImageConstPtr& pixels,
+                          float unit_16uc1_m, float unit_32fc1_m) {
   pixels = cv_bridge::toCvShare(image);
   DepthFrame frame;
   // Size and type by the message: cv_bridge leaves a matrix of bytes where it has swapped them.
   frame.width = static_cast<int>(image->width);
   frame.height = static_cast<int>(image->height);
   frame.encoding = *depthEncodingOf(image->encoding);
-  frame.unit_m = frame.encoding == DepthEncoding::kUint16 ? units.unit_16uc1_m : units.unit_32fc1_m;
+  frame.unit_m = frame.encoding == DepthEncoding::kUint16 ? unit_16uc1_m : unit_32fc1_m;
   frame.intrinsics = intrinsicsOf(info);
   frame.data = pixels->image.data;
   frame.row_bytes = pixels->image.step[0];
@@ -297,23 +297,22 @@ bool holdsDepth(const sensor_msgs::CompressedImage& message) {
 namespace {
 
 sensor_msgs::ImageConstPtr makeImage(const std_msgs::Header& header, const std::string& encoding,
-                                     int width, int height, std::vector<uint8_t> bytes) {
+                                     Raster<uint8_t> decoded) {
   const auto image = boost::make_shared<sensor_msgs::Image>();
   image->header = header;
   image->encoding = encoding;
-  image->width = static_cast<uint32_t>(width);
-  image->height = static_cast<uint32_t>(height);
-  image->step = static_cast<uint32_t>(bytes.size() / image->height);
-  image->data = std::move(bytes);
+  image->width = static_cast<uint32_t>(decoded.width);
+  image->height = static_cast<uint32_t>(decoded.height);
+  image->step = static_cast<uint32_t>(decoded.values.size() / image->height);
+  image->data = std::move(decoded.values);
   return image;
 }
 
 }  // namespace
 
 sensor_msgs::ImageConstPtr decodeDepth(const sensor_msgs::CompressedImage& message) {
-  DecodedDepth decoded = decodeCompressedDepth(message.format, message.data);
-  return makeImage(message.header, decoded.encoding, decoded.size.width, decoded.size.height,
-                   std::move(decoded.pixels));
+  return makeImage(message.header, encodingOfCompressedDepth(message.format),
+                   decodeCompressedDepth(message.format, message.data));
 }
 
 bool holdsColour(const sensor_msgs::CompressedImage& message) {
@@ -326,9 +325,8 @@ bool holdsColour(const sensor_msgs::CompressedImage& message) {
 }
 
 sensor_msgs::ImageConstPtr decodeColour(const sensor_msgs::CompressedImage& message) {
-  RgbImage decoded = decodeColour(message.data.data(), message.data.size(), "the compressed image");
-  return makeImage(message.header, enc::RGB8, decoded.width, decoded.height,
-                   std::move(decoded.rgb));
+  return makeImage(message.header, enc::RGB8,
+                   decodeColour(message.data.data(), message.data.size(), "the compressed image"));
 }
 
 }  // namespace dtsdf

@@ -44,11 +44,6 @@ std::string findProblem(const sensor_msgs::CameraInfo& info);
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,
                                     const sensor_msgs::CameraInfo& info, size_t pixel_bytes);
 
-struct DepthUnits {
-  float unit_16uc1_m = 0.001f;
-  float unit_32fc1_m = 1.0f;
-};
-
 /// 16UC1, mono16 or 32FC1.
 bool isDepthEncoding(const std::string& encoding);
 
@@ -61,8 +56,8 @@ std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
 /// machine's or the rows are of no whole pixels.
 /// @throws cv_bridge::Exception or cv::Exception for what the check should have refused.
 DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
-                          const sensor_msgs::CameraInfo& info, const DepthUnits& units,
-                          cv_bridge::CvImageConstPtr& pixels);
+                          const sensor_msgs::CameraInfo& info, cv_bridge::CvImageConstPtr& pixels,
+                          float unit_16uc1_m = 0.001f, float unit_32fc1_m = 1.0f);
 
 /// rgb8, bgr8, rgba8, bgra8, mono8, mono16, Bayer of 8 and 16 bits, YUV 4:2:2 (yuv422,
 /// yuv422_yuy2).

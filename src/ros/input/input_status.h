@@ -73,37 +73,32 @@ class RunClock {
   double ran_s_ = 0.0;
 };
 
-/// The input at one moment.
-struct InputReport {
-  std::vector<StreamReport> streams;  ///< Of each camera depth, and then colour where it is wanted.
-  TransformReport transforms;
-  size_t waiting_bytes = 0, max_waiting_bytes = 0;
-  bool paused = false;
-  SteadyTime at;
-  ros::Time now;  ///< ROS's clock.
-};
-
-/// Writes the input's part of the status, one after the other: it remembers what was reported.
+/// Writes the input's part of the status, but for transforms and memory, one after the other: it
+/// remembers what was reported.
 class InputStatus {
  public:
-  /// @param stale_s See StatusParams. @param find_topics Those that could be meant where one has no
+  /// @param stale_s See NodeParams. @param find_topics Those that could be meant where one has no
   /// publisher.
   explicit InputStatus(double stale_s, PublishedTopics (*find_topics)() = findPublishedTopics)
       : stale_s_(stale_s), find_topics_(find_topics) {}
 
-  void fill(const InputReport& input, MapStatus& status) {
-    run_clock_.update(input.at, input.now, input.paused);
-    fillCounts(input, status);
-    addMoment(input);
-    for (size_t i = 0; i < input.streams.size() && !input.paused; ++i) {
-      if (!input.streams[i].isColour()) judgeCamera(input, i, status);
+  /// @pre That of transforms is written.
+  /// @param streams Of each camera depth, and then colour where it is wanted. @param now Of ROS.
+  void fill(const std::vector<StreamReport>& streams, bool paused, SteadyTime at,
+            const ros::Time& now, MapStatus& status) {
+    run_clock_.update(at, now, paused);
+    status.paused = paused;
+    fillCounts(streams, status);
+    addMoment(at, streams);
+    for (size_t i = 0; i < streams.size() && !paused; ++i) {
+      if (!streams[i].isColour()) judgeCamera(streams, i, status);
     }
-    if (input.paused) report(status, MapStatus::OK, MapStatus::PAUSED, "paused");
+    if (paused) report(status, MapStatus::OK, MapStatus::PAUSED, "paused");
     if (run_clock_.timeStands() && status.frames_fused > 0) {
       report(status, MapStatus::OK, MapStatus::TIME_STANDS,
              "mapping; no new images: /clock is not advancing (the bag ended or is paused)");
     }
-    if (std::exchange(restarts_, input.transforms.restarts) < input.transforms.restarts) {
+    if (std::exchange(restarts_, status.transform_restarts) < status.transform_restarts) {
       report(status, MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED,
              "images found no pose although transforms are received: all transforms were "
              "discarded, and are received again; look for a publisher with a wrong clock, or of a "
@@ -122,9 +117,9 @@ class InputStatus {
     return counts;
   }
 
-  static void fillCounts(const InputReport& input, MapStatus& status) {
+  static void fillCounts(const std::vector<StreamReport>& streams, MapStatus& status) {
     StreamReport sum;
-    for (const StreamReport& stream : input.streams) {
+    for (const StreamReport& stream : streams) {
       if (!stream.isColour()) {
         for (const auto& [reason, count] : stream.dropped_by) sum.dropped_by[reason] += count;
         status.images_received += stream.received;
@@ -139,22 +134,18 @@ class InputStatus {
     }
     status.frames_dropped = sum.droppedSum();
     status.dropped = dropCounts(sum);
-    status.transforms_refused = input.transforms.refused;
-    status.transform_restarts = input.transforms.restarts;
-    status.transform_age_s = static_cast<float>(input.transforms.age_s.value_or(-1.0));
-    status.paused = input.paused;
-    addMemory(status, "images", kHost, input.waiting_bytes, input.max_waiting_bytes);
   }
 
   /// Keeps what was reported in the last while.
-  void addMoment(const InputReport& input) {
+  void addMoment(SteadyTime at, const std::vector<StreamReport>& streams) {
     constexpr std::chrono::seconds kWindow{30};
-    moments_.emplace_back(input.at, input.streams);
-    while (moments_.size() > 2 && input.at - moments_[1].first >= kWindow) moments_.pop_front();
+    moments_.emplace_back(at, streams);
+    while (moments_.size() > 2 && at - moments_[1].first >= kWindow) moments_.pop_front();
   }
 
-  void judgeCamera(const InputReport& input, size_t index, MapStatus& status) const {
-    const StreamReport& depth = input.streams[index];
+  void judgeCamera(const std::vector<StreamReport>& streams, size_t index,
+                   MapStatus& status) const {
+    const StreamReport& depth = streams[index];
     const std::string name = depth.camera.empty() ? "" : depth.camera + ": ";
     const auto warn = [&](uint8_t code, const std::string& text) {
       report(status, MapStatus::WARN, code, name + text);
@@ -172,7 +163,7 @@ class InputStatus {
       most = std::max(most, lately);
     }
     const bool is_lost = dropped > 0 && most_common == drop::kLost;
-    if (judgeSilence(depth, is_lost, name, input, status)) return;
+    if (judgeSilence(depth, is_lost, name, status)) return;
     if (depth.fused == 0) return judgeNoFrame(depth, name, status);
     if (!depth.warning.empty()) warn(MapStatus::DOUBTFUL_INPUT, depth.warning);
     // Drops that are worth a word, though most frames are fused.
@@ -186,9 +177,9 @@ class InputStatus {
                                         most_common.name + ": " +
                                         (remedy.empty() ? depth.last_drop : remedy));
     }
-    if (index + 1 == input.streams.size() || !input.streams[index + 1].isColour()) return;
+    if (index + 1 == streams.size() || !streams[index + 1].isColour()) return;
     // Colour that is required, or comes and cannot be used.
-    const StreamReport& colour = input.streams[index + 1];
+    const StreamReport& colour = streams[index + 1];
     if (colour.fused > 0) return;
     if (colour.received == 0 && colour.is_needed) {
       warn(MapStatus::NO_COLOUR, "no colour image received on '" + colour.topic +
@@ -203,7 +194,7 @@ class InputStatus {
 
   /// An input that has fallen silent, or of which nothing is fused any longer.
   bool judgeSilence(const StreamReport& depth, bool is_lost, const std::string& name,
-                    const InputReport& input, MapStatus& status) const {
+                    MapStatus& status) const {
     // For how long nothing has come while it could have; 0 if nothing ever has.
     const auto silence = [this](float age_s) {
       return age_s < 0.0f ? 0.0 : std::min<double>(age_s, run_clock_.ran_s());
@@ -224,8 +215,7 @@ class InputStatus {
     report(status, silent_s < kErrorAfter * stale_s_ ? MapStatus::WARN : MapStatus::ERROR,
            has_images ? MapStatus::NOT_FUSED : MapStatus::SILENT,
            name + what + "; last image " + ago(depth.received_age_s) + ", last transform " +
-               ago(input.transforms.age_s.value_or(-1.0)) + ", last fused frame " +
-               ago(depth.fused_age_s));
+               ago(status.transform_age_s) + ", last fused frame " + ago(depth.fused_age_s));
     return true;
   }
 

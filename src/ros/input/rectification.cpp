@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "level/frame_points.h"
 #include "params/printable.h"
 
 namespace dtsdf {
@@ -154,6 +155,22 @@ CameraImage Rectification::apply(const CameraImage& raw) {
   return {rectified(raw), rectified_info_};
 }
 
+std::variant<DepthFrame, ColourFrame> Rectification::frameOf(const CameraImage& raw, bool is_cloud,
+                                                             const InputParams& input,
+                                                             cv_bridge::CvImageConstPtr& pixels) {
+  const CameraImage camera = is_cloud ? raw : apply(raw);
+  if (is_colour_) return makeColourFrame(camera.image, *camera.info, pixels);
+  DepthFrame depth = makeDepthFrame(camera.image, *camera.info, pixels, input.unit_16uc1_m,
+                                    is_cloud ? 1.0f : input.unit_32fc1_m);
+  if (input.depth_along_ray && !is_cloud) {
+    const auto turned = boost::make_shared<cv_bridge::CvImage>();
+    turned->image.create(depth.height, depth.width, CV_32FC1);
+    turnToAxis(depth, turned->image.ptr<float>());
+    pixels = turned;
+  }
+  return depth;
+}
+
 /// Each pixel takes that of the raw image where its ray comes from; 0, no measurement, where that
 /// is outside.
 sensor_msgs::ImageConstPtr Rectification::rectified(const CameraImage& raw) const {
@@ -163,7 +180,7 @@ sensor_msgs::ImageConstPtr Rectification::rectified(const CameraImage& raw) cons
     makeColourFrame(raw.image, *raw.info, pixels);
     source = pixels->image;
   } else {
-    const DepthFrame frame = makeDepthFrame(raw.image, *raw.info, {}, pixels);
+    const DepthFrame frame = makeDepthFrame(raw.image, *raw.info, pixels);
     // Not the matrix of cv_bridge, which is one of bytes where it has swapped them.
     source = cv::Mat(frame.height, frame.width,
                      frame.encoding == DepthEncoding::kUint16 ? CV_16UC1 : CV_32FC1,

@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "params/node_params.h"
@@ -27,6 +28,14 @@ class Rectification {
 
   /// The image as it is, or rectified: one that has passed checkDepthImage() or checkColourImage().
   CameraImage apply(const CameraImage& raw);
+
+  /// The frame of an image that has passed its checks, rectified, in the units and along the axis
+  /// that the settings have; without its pose. Clouds are in metres along the axis, and have no
+  /// distortion. Its data live in `pixels`, as those of makeDepthFrame() and makeColourFrame().
+  /// @throws std::exception of OpenCV or cv_bridge, or for no memory.
+  std::variant<DepthFrame, ColourFrame> frameOf(const CameraImage& raw, bool is_cloud,
+                                                const InputParams& input,
+                                                cv_bridge::CvImageConstPtr& pixels);
 
   /// Why the geometry of the last image is bent, which the log says; else empty.
   const std::string& warning() const { return warning_; }

@@ -1,6 +1,7 @@
 /// The transforms that poses are made of: received, kept by tf2, and looked up in words.
 #pragma once
 
+#include <dtsdf_mapping/MapStatus.h>
 #include <ros/console.h>
 #include <ros/message_event.h>
 #include <ros/node_handle.h>
@@ -33,13 +34,6 @@ struct PoseAnswer {
   std::optional<Eigen::Isometry3d> T_W_C = std::nullopt;  ///< Nothing if it is not known.
   bool may_come = false;  ///< Unless the transforms that are known are all newer than the stamp.
   std::string text = {};  ///< What is missing.
-};
-
-/// What the status reports about transforms.
-struct TransformReport {
-  uint64_t refused = 0;         ///< Without a usable name, a rotation, or a stamp.
-  uint64_t restarts = 0;        ///< How often the buffer was made new.
-  std::optional<double> age_s;  ///< Wall time since the last one was received.
 };
 
 /// tf2's buffer. It takes every transform as it comes, so a single one with a wrong stamp can make
@@ -80,7 +74,7 @@ class Transforms {
       if (is_named && core_->setTransform(transform, publisher, is_static)) return;
     } catch (const std::exception&) {  // for a stamp at the end of time, or no memory
     }
-    ++report_.refused;
+    ++refused_;
   }
 
   /// The pose of a frame in another one at a stamp; 0: by the newest transform.
@@ -135,11 +129,12 @@ class Transforms {
     return has_parent && other != parent ? other : "";
   }
 
-  TransformReport report() const {
+  void fill(dtsdf_mapping::MapStatus& status) const {
     const std::lock_guard<std::mutex> lock(mutex_);
-    TransformReport report = report_;
-    if (received_at_) report.age_s = toSeconds(clock_() - *received_at_);
-    return report;
+    status.transforms_refused = refused_;
+    status.transform_restarts = restarts_;
+    status.transform_age_s =
+        received_at_ ? static_cast<float>(toSeconds(clock_() - *received_at_)) : -1.0f;
   }
 
  private:
@@ -176,7 +171,7 @@ class Transforms {
   }
 
   void restart() {
-    ++report_.restarts;
+    ++restarts_;
     ROS_WARN_STREAM_NAMED("dtsdf_mapping",
                           "images find no pose although transforms are received: all transforms "
                           "are discarded, and received again");
@@ -206,7 +201,8 @@ class Transforms {
       return "TF has " + listOfFrames(frames) +
              "; start what connects the two, or set map_frame to one of these";
     }
-    return report().refused > 0
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return refused_ > 0
                ? "all transforms received were refused: NaN, no rotation, or no name of a frame"
                : "nothing has been received on /tf or /tf_static";
   }
@@ -222,7 +218,8 @@ class Transforms {
   std::optional<SteadyTime> missing_since_;  ///< Images have found no pose.
   SteadyTime next_restart_;
   SteadyDuration wait_after_restart_ = std::chrono::seconds(5);
-  TransformReport report_;  ///< Without age.
+  uint64_t refused_ = 0;   ///< Without a usable name, a rotation, or a stamp.
+  uint64_t restarts_ = 0;  ///< How often the buffer was made new.
   ros::Time last_now_;
   ros::Subscriber tf_, tf_static_;
 };

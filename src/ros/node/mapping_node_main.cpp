@@ -16,7 +16,7 @@ constexpr char kUsage[] =
 }  // namespace
 
 int main(int argc, char** argv) {
-  return dtsdf::runNode(argc, argv, "mapping", kUsage, dtsdf::toTree(dtsdf::MappingParams()),
+  return dtsdf::runNode(argc, argv, "mapping", kUsage, dtsdf::toTree(dtsdf::NodeParams()),
                         [](const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
                           const auto node = dtsdf::startPipeline(nh, private_nh);
                           ros::spin();

@@ -31,7 +31,7 @@ inline void fillMeshes(const PagedMeshes::Stats& pages, size_t bytes, size_t max
 class Output {
  public:
   /// `params` and `steps` outlive it. @param wake Has the loop look for changes.
-  Output(const MappingParams& params, const Steps& steps, std::function<void()> wake)
+  Output(const NodeParams& params, const Steps& steps, std::function<void()> wake)
       : steps_(steps), queue_(std::move(wake)), mesh_(params.mapper.map) {}
 
   MeshQueue& queue() { return queue_; }

@@ -39,16 +39,13 @@ constexpr std::chrono::milliseconds kTransformPoll{5};
 /// A message wakes the thread.
 constexpr std::chrono::milliseconds kUntilNextImage{1000};
 
-MappingParams readParams(const ros::NodeHandle& private_nh) {
-  const ServerParams server = readParamServer(private_nh);
-  MappingParams params = readMappingParams(server.tree, server.violations);
+NodeParams readParams(const ros::NodeHandle& private_nh) {
+  std::vector<ParamViolation> violations;
+  const ParamTree tree = readParamServer(private_nh, violations);
+  NodeParams params = readNodeParams(tree, violations);
   std::string& page_folder = params.mapper.map.page_folder;
   page_folder = expandHome(page_folder, "map/page_folder");
   return params;
-}
-
-FrameQueue::Limits queueLimits(const InputParams& input) {
-  return {static_cast<size_t>(input.queue_size), queueBytesOf(input), input.merge_wait_s};
 }
 
 /// Its threads: dtsdf_input (messages, poses), dtsdf_map (fuse, mesh), dtsdf_output (what is
@@ -59,13 +56,15 @@ class Pipeline {
  public:
   Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
       : params_(readParams(private_nh)),
-        rates_(params_.node.publish),
+        rates_(params_.publish),
         output_loop_("dtsdf_output", kLowNiceness),
         map_loop_("dtsdf_map"),
         services_("dtsdf_service", kLowNiceness),
         input_("dtsdf_input"),
         frame_(params_, transforms_),
-        queue_(queueLimits(params_.node.input), [this] { map_loop_.wake(); }),
+        queue_(static_cast<size_t>(params_.input.queue_size),
+               static_cast<size_t>(params_.input.queue_mb) << 20, params_.input.merge_wait_s,
+               [this] { map_loop_.wake(); }),
         output_(params_, steps_, [this] { output_loop_.wake(); }),
         map_(makeMapper(params_.mapper), params_, queue_, frame_, output_.queue(), steps_),
         host_{params_,
@@ -78,7 +77,7 @@ class Pipeline {
               [this] { output_.takeChanges(); },
               [this] { settle(); },
               is_ending_},
-        input_status_(params_.node.status.stale_s) {
+        input_status_(params_.stale_s) {
     try {
       start(nh, private_nh);
     } catch (...) {
@@ -108,7 +107,7 @@ class Pipeline {
     for (const auto& stream : streams_) stream->subscribe(private_nh);
     input_.start([this] { return poseFrames(); });
     services_.start(nullptr, kServiceThreads);
-    status_.emplace(nh, private_nh, frameOfMap(params_.node), params_.node.publish.status_rate_hz,
+    status_.emplace(nh, private_nh, frameOfMap(params_), params_.publish.status_rate_hz,
                     [this](MapStatus& current) { fill(current); });
     rates_server_.emplace(ros::NodeHandle(private_nh, "publish"));
     rates_server_->setCallback([this](const dtsdf_mapping::PublishConfig& config, uint32_t) {
@@ -120,17 +119,17 @@ class Pipeline {
   /// there is one camera in the node's own. Colour whose stamps go back restarts alone: what is
   /// mapped does not depend on it.
   void addStreams(const ros::NodeHandle& nh, const std::string& ns) {
-    const std::vector<std::string>& names = params_.node.cameras;
+    const std::vector<std::string>& names = params_.cameras;
     const auto restart = [this](const ros::Time& stamp) { restartStamps(stamp); };
     for (size_t camera = 0; camera < std::max<size_t>(1, names.size()); ++camera) {
       const std::string name = names.empty() ? "" : names[camera];
       const auto add = [&](const ImageKind& kind, std::function<void(const ros::Time&)> on_jump) {
-        streams_.push_back(std::make_unique<ImageStream>(
-            kind, name, camera, names.empty() ? ns : ns + "/" + name, nh, params_.node, transforms_,
-            queue_, std::move(on_jump)));
+        streams_.push_back(
+            std::make_unique<ImageStream>(kind, name, camera, names.empty() ? ns : ns + "/" + name,
+                                          nh, params_, transforms_, queue_, std::move(on_jump)));
       };
       add(kDepthImages, restart);
-      if (params_.node.colour.enabled != ColourUse::kNever) add(kColourImages, nullptr);
+      if (params_.colour != ColourUse::kNever) add(kColourImages, nullptr);
     }
   }
 
@@ -204,14 +203,15 @@ class Pipeline {
     std::vector<StreamReport> streams;
     for (const auto& stream : streams_) streams.push_back(stream->report());
     map_.fill(status);
-    input_status_.fill({streams, transforms_.report(), queue_.bytes(), queue_.maxBytes(),
-                        queue_.isPaused(), std::chrono::steady_clock::now(), ros::Time::now()},
-                       status);
+    transforms_.fill(status);
+    addMemory(status, "images", kHost, queue_.bytes(), queue_.maxBytes());
+    input_status_.fill(streams, queue_.isPaused(), std::chrono::steady_clock::now(),
+                       ros::Time::now(), status);
     for (const auto& step : steps_) step->fill(status);
     output_.fill(status);
   }
 
-  const MappingParams params_;
+  const NodeParams params_;
   Rates rates_;
   std::atomic<bool> is_ending_{false};
   WorkerThread output_loop_, map_loop_, services_, input_;

@@ -24,13 +24,11 @@ constexpr char kUsage[] =
     "demo and for tests. Needs a ROS master.\n\n"
     "Topics: depth/image_rect, depth/camera_info, color/image_rect, color/camera_info, /tf.\n";
 
-enum class DepthFormat { k32FC1, k16UC1 };
-
 struct SimulatedCameraParams {
   std::string map_frame = "map";
   std::string camera_frame = "camera_depth_optical_frame";
-  bool color = true;                           ///< Every second frame has a colour image.
-  DepthFormat encoding = DepthFormat::k16UC1;  ///< 16UC1 in millimetres, or 32FC1 in metres.
+  bool color = true;           ///< Every second frame has a colour image.
+  bool in_millimetres = true;  ///< Depth is 16UC1; else 32FC1, in metres.
   int width_px = 320;
   int height_px = 240;
   double focal_px = 277.0;           ///< 60 degrees across at 320 pixels.
@@ -46,8 +44,7 @@ void visitParams(SimulatedCameraParams& p, Visitor& visit) {
   visit("map_frame", p.map_frame);
   visit("camera_frame", p.camera_frame);
   visit("color", p.color);
-  visit("encoding", p.encoding,
-        EnumNames<DepthFormat>{{"16UC1", DepthFormat::k16UC1}, {"32FC1", DepthFormat::k32FC1}});
+  visit("encoding", p.in_millimetres, EnumNames<bool>{{"16UC1", true}, {"32FC1", false}});
   visit("width_px", p.width_px, Range{8, 4096});
   visit("height_px", p.height_px, Range{8, 4096});
   visit("focal_px", p.focal_px, Range{1.0, 1e5});
@@ -131,7 +128,7 @@ class SimulatedCamera {
     image.header.stamp = stamp;
     image.header.frame_id = params_.camera_frame;
     image.image = cv::Mat(params_.height_px, params_.width_px, CV_32FC1, depth_m.data());
-    if (params_.encoding == DepthFormat::k16UC1) {
+    if (params_.in_millimetres) {
       image.encoding = enc::TYPE_16UC1;
       image.image.convertTo(image.image, CV_16UC1, 1000.0);
     } else {
@@ -157,11 +154,11 @@ class SimulatedCamera {
 };
 
 SimulatedCameraParams readParams(const ros::NodeHandle& private_nh) {
-  const ServerParams server = readParamServer(private_nh);
+  std::vector<ParamViolation> violations;
+  ParamReader reader(readParamServer(private_nh, violations));
   SimulatedCameraParams params;
-  ParamReader reader(server.tree);
   visitParams(params, reader);
-  for (const auto& [key, rule] : server.violations) reader.addViolation(key, rule);
+  for (const auto& [key, rule] : violations) reader.addViolation(key, rule);
   reader.finish();
   return params;
 }

@@ -61,7 +61,7 @@ class CorrectStep : public Step {
   CorrectStep(const Host& host, JournalWriter* journal)
       : host_(host),
         journal_(journal),
-        is_by_tf_(host.params.node.poses.mode == PoseMode::kTf),
+        is_by_tf_(host.params.poses.mode == PoseMode::kTf),
         is_on_(journal != nullptr && is_by_tf_) {}
   ~CorrectStep() override { giveUp("the node ends"); }
 
@@ -69,7 +69,7 @@ class CorrectStep : public Step {
     using dtsdf_mapping::CorrectPoses;
     server_ = serve<CorrectPoses>(
         handles.waiting, "correct_poses", [this](const auto& request, auto& response) {
-          const std::string path = resolveOutputPath(host_.params.node.output_directory,
+          const std::string path = resolveOutputPath(host_.params.output_directory,
                                                      request.file_name, {".txt", ".tum"}, true);
           const Trajectory poses = readTrajectory(path, "give a TUM file");
           response = correctByCall(poses.poses(), request.frame_id, request.child_frame);
@@ -119,18 +119,14 @@ class CorrectStep : public Step {
   }
 
   void replaced(const Replacement& replacement) override {
-    if (replacement.kind == Replacement::Kind::kCorrected) return;
-    giveUp(replacement.kind == Replacement::Kind::kCleared ? "the map was emptied meanwhile"
-                                                           : "another map was loaded meanwhile");
+    if (replacement.is_corrected) return;
+    giveUp(replacement.head == nullptr ? "the map was emptied meanwhile"
+                                       : "another map was loaded meanwhile");
   }
   void failed() override { giveUp("the map's backend failed"); }
 
   /// What is done by another thread takes no time of this one, so it goes before frames.
   Work hasWork() const override {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      if (path_) return Work::kBeforeFrames;
-    }
     // Two frames, and time to see that these were the last: so it is certain to end.
     constexpr int kWorkPerFrame = 4;
     if (refusion_) {
@@ -141,12 +137,6 @@ class CorrectStep : public Step {
   }
 
   void work() override {
-    std::optional<Request> by_path;
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      by_path.swap(path_);
-    }
-    if (by_path) add(std::move(*by_path));
     try {
       if (refusion_) return fuseAgain();
       if (isOpened()) return takeOpened();
@@ -196,7 +186,7 @@ class CorrectStep : public Step {
   static constexpr char kNothingMoves[] = "no frame moves";
   static constexpr char kReplaced[] = "a newer correction has taken its place before it began";
 
-  /// Input's thread. A path that was not taken yet is replaced.
+  /// Input's thread.
   void followPath(const nav_msgs::Path& path) try {
     if (path.header.frame_id.size() > kLongestName) {
       throw std::runtime_error("the name of its frame is too long");
@@ -206,10 +196,9 @@ class CorrectStep : public Step {
     for (const geometry_msgs::PoseStamped& pose : path.poses) {
       poses.push_back({pose.header.stamp.toSec(), readPose(pose.pose)});
     }
-    const CorrectionParams& params = host_.params.node.corrections;
     Request request;
-    request.correction.poses = cameraPoses(poses, path.header.frame_id, params.path_frame);
-    request.least = params.least_m;
+    request.correction.poses = cameraPoses(poses, path.header.frame_id, host_.params.path_frame);
+    request.least = host_.params.least_correction_m;
     request.answer = [](const CorrectionResult& result) {
       if (result.success && result.moved > 0) {
         ROS_INFO_STREAM_NAMED("dtsdf_mapping", "corrected_path: " << result.message);
@@ -218,11 +207,7 @@ class CorrectStep : public Step {
                                        "corrected_path is refused: " << result.message);
       }
     };
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      path_ = std::move(request);
-    }
-    host_.map_loop.wake();
+    host_.map_loop.run([this, request = std::move(request)]() mutable { add(std::move(request)); });
   } catch (const std::exception& error) {
     noteRefused(errorText(error));
   }
@@ -255,7 +240,7 @@ class CorrectStep : public Step {
                                        const std::string& frame,
                                        const std::string& child_frame) const {
     const Eigen::Isometry3d T_W_F =
-        host_.frame.find(frame.empty() ? host_.params.node.map_frame : frame);
+        host_.frame.find(frame.empty() ? host_.params.map_frame : frame);
     Eigen::Isometry3d T_B_C = Eigen::Isometry3d::Identity();
     if (!child_frame.empty()) {
       std::unique_lock<std::mutex> lock(mutex_);
@@ -418,7 +403,6 @@ class CorrectStep : public Step {
   size_t bytes_ = 0;                      ///< Of the map that is made.
   std::string last_;                      ///< What became of the last one; empty: there was none.
   std::string camera_frame_;              ///< Of the first camera's images.
-  std::optional<Request> path_;           ///< The newest one that came, until it is taken.
 
   ros::Subscriber path_input_;
   ros::ServiceServer server_;

@@ -78,8 +78,8 @@ class FilesStep : public Step {
   }
 
   void begin() override {
-    if (host_.params.node.load_file.empty()) return;
-    const std::string path = expandHome(host_.params.node.load_file, "map/load_file");
+    if (host_.params.load_file.empty()) return;
+    const std::string path = expandHome(host_.params.load_file, "map/load_file");
     const size_t blocks = loadMap(path);
     ROS_INFO_STREAM_NAMED("dtsdf_mapping",
                           "loaded " << blocks << " blocks from " << printable(path));
@@ -96,7 +96,7 @@ class FilesStep : public Step {
           const std::lock_guard<std::mutex> lock(mutex_);
           turn_ = number;
           const std::string path =
-              resolveOutputPath(host_.params.node.output_directory, request.file_name, extensions,
+              resolveOutputPath(host_.params.output_directory, request.file_name, extensions,
                                 std::is_same<Service, dtsdf_mapping::LoadMap>::value);
           work(request, response, path);
           response.path = path;
@@ -135,7 +135,7 @@ class FilesStep : public Step {
   SavedMap saveMap(const std::string& path) {
     std::optional<MapContents> contents;
     const auto copy_or_save = [&] {
-      const MapOrigin origin = host_.map.origin(host_.params.node.map_frame);
+      const MapOrigin origin = host_.map.origin(host_.params.map_frame);
       Mapper& mapper = host_.map.mapper();
       if (!host_.map.hasRoomFor(mapper.stats().map_bytes)) return saveMapOf(mapper, origin, path);
       contents = contentsWith(origin, mapper);
@@ -151,7 +151,7 @@ class FilesStep : public Step {
   size_t loadMap(const std::string& path) {
     const auto file = std::make_shared<const MapChunks>(path, params_);
     const MapContents& contents = file->head();
-    checkFrame(contents, host_.params.node.map_frame);
+    checkFrame(contents, host_.params.map_frame);
     checkLevel(contents, host_.frame.isLevelled());
     const bool is_empty = host_.map_loop.run([this] { return host_.map.isEmpty(); }).get();
     if (!is_empty) checkFitsCurrent(contents);
@@ -168,7 +168,7 @@ class FilesStep : public Step {
       // Frames may have come meanwhile, with the settings that the map had.
       if (!host_.map.isEmpty()) checkFitsCurrent(contents);
       return host_.map.replace(std::move(mapper), params.map.voxel_size_m, path,
-                               {Replacement::Kind::kLoaded, partsOf(file).head, file});
+                               {partsOf(file).head, file});
     };
     // The old mapper comes back, so that the map's thread need not wait until its memory is freed.
     host_.map_loop.run(replace).get().reset();

@@ -22,8 +22,8 @@ class JournalStep : public Step {
   explicit JournalStep(const Host& host)
       : host_(host),
         params_(host.params.mapper),
-        writer_({expandHome(host.params.node.journal.folder, "journal/folder"),
-                 static_cast<uint64_t>(host.params.node.journal.max_gb * 1e9)}) {
+        writer_({expandHome(host.params.journal_folder, "journal/folder"),
+                 static_cast<uint64_t>(host.params.journal_max_gb * 1e9)}) {
     begin(nullptr);
   }
 
@@ -45,7 +45,7 @@ class JournalStep : public Step {
   void regionCleared(const Region& region) override { writer_.add(region); }
 
   void replaced(const Replacement& replacement) override {
-    if (replacement.kind == Replacement::Kind::kCorrected) return;  // who corrects it writes it
+    if (replacement.is_corrected) return;  // who corrects it writes it
     if (replacement.head) params_ = withSettingsOf(*replacement.head, params_);
     begin(replacement.file);
   }
@@ -67,7 +67,7 @@ class JournalStep : public Step {
   void begin(std::shared_ptr<const MapChunks> map) {
     ParamTree settings = toTree(params_);
     for (const char* key : {"backend", "threads"}) settings.erase(key);  // do not change its map
-    const NodeParams& node = host_.params.node;
+    const NodeParams& node = host_.params;
     writer_.begin({std::move(settings), node.poses, node.map_frame, frameOfMap(node)},
                   std::move(map));
     level_.reset();

@@ -27,7 +27,7 @@ namespace dtsdf {
 /// which brings its own. It is published on /tf_static.
 class LevelStep : public Step {
  public:
-  LevelStep(const MappingParams& params, const Transforms& transforms, MapFrame& frame)
+  LevelStep(const NodeParams& params, const Transforms& transforms, MapFrame& frame)
       : params_(params), transforms_(transforms), frame_(frame) {
     if (!frame_.isLevelled() && params.mapper.space.enabled) doubt_.emplace();
     frame_.setLevelProblem(isByImu() ? "no message of the inertial sensor received; remap the "
@@ -58,7 +58,7 @@ class LevelStep : public Step {
   }
 
   void replaced(const Replacement& replacement) override {
-    if (replacement.kind != Replacement::Kind::kLoaded || !frame_.isLevelled()) return;
+    if (replacement.head == nullptr || !frame_.isLevelled()) return;
     if (replacement.head->T_W_M) set(*replacement.head->T_W_M);
   }
 
@@ -69,32 +69,26 @@ class LevelStep : public Step {
     if (!sample || imu.header.frame_id.size() > kLongestName) {
       return frame_.setLevelProblem("messages on imu have no stamp, no frame or no acceleration");
     }
-    if (const auto up_I = gravity_.add(*sample); up_I && !measured_) {
-      measured_ = MeasuredUp{*up_I, stripLeadingSlash(imu.header.frame_id), imu.header.stamp};
+    if (const auto up_I = gravity_.add(*sample); up_I && !up_I_) {
+      up_I_ = up_I;
+      measured_ = imu.header;
     }
-    if (!measured_) {
+    if (!up_I_) {
       return frame_.setLevelProblem(
           "the inertial sensor has not been still, at 9.8 m/s^2, for a second; hold it still");
     }
-    const PoseAnswer answer =
-        transforms_.find(frameOfPoses(params_.node), measured_->frame, measured_->stamp);
-    if (answer.T_W_C) return set(levelPose(answer.T_W_C->linear() * measured_->up_I));
+    const PoseAnswer answer = transforms_.find(
+        frameOfPoses(params_), stripLeadingSlash(measured_.frame_id), measured_.stamp);
+    if (answer.T_W_C) return set(levelPose(answer.T_W_C->linear() * *up_I_));
     frame_.setLevelProblem("inertial sensor: " + answer.text);
     // Also where stamps have gone back; the next still second may have a transform.
     constexpr double kMaxWait_s = 10.0;
-    const double waited_s = std::abs(imu.header.stamp.toSec() - measured_->stamp.toSec());
-    if (!answer.may_come || waited_s > kMaxWait_s) measured_.reset();
+    const double waited_s = std::abs(imu.header.stamp.toSec() - measured_.stamp.toSec());
+    if (!answer.may_come || waited_s > kMaxWait_s) up_I_.reset();
   }
 
  private:
-  /// Up in the frame of the sensor, which waits for its transform.
-  struct MeasuredUp {
-    Eigen::Vector3d up_I;
-    std::string frame;
-    ros::Time stamp;
-  };
-
-  bool isByImu() const { return params_.node.level.from == LevelChoice::kImu; }
+  bool isByImu() const { return params_.level == LevelChoice::kImu; }
   bool isKnown() const { return !frame_.isLevelled() || frame_.level().has_value(); }
 
   /// Brings it into the level frame.
@@ -119,7 +113,7 @@ class LevelStep : public Step {
 
   void lookForFloor(const DepthFrame& frame) {
     if (!floor_.add(frame)) return;
-    if (floor_.floor()) return set(levelPose(floor_.floor()->normal, floor_.floor()->offset_m));
+    if (floor_.floor()) return set(levelPose(floor_.floor()->normal(), -floor_.floor()->offset()));
     frame_.setLevelProblem(floor_.problem() +
                            "; hold the camera upright, within 45 degrees, and let it see the "
                            "floor, or set map/level to imu or none");
@@ -130,17 +124,19 @@ class LevelStep : public Step {
     ROS_INFO_STREAM_NAMED("dtsdf_mapping", "levelled: " << describeLevel(T_W_M));
     if (!ros::isInitialized()) return;  // as in tests without ROS
     if (!broadcaster_) broadcaster_.emplace();
-    broadcaster_->sendTransform(makeTransform(params_.node.map_frame, frameOfMap(params_.node),
-                                              T_W_M.inverse(), ros::Time::now()));
+    broadcaster_->sendTransform(
+        makeTransform(params_.map_frame, frameOfMap(params_), T_W_M.inverse(), ros::Time::now()));
   }
 
-  const MappingParams& params_;
+  const NodeParams& params_;
   const Transforms& transforms_;
   MapFrame& frame_;
-  FloorSearch floor_;                   ///< Map's thread only.
-  std::optional<LevelDoubt> doubt_;     ///< The same; where space is kept without a level.
-  StillGravity gravity_;                ///< Input's thread only.
-  std::optional<MeasuredUp> measured_;  ///< The same.
+  FloorSearch floor_;                ///< Map's thread only.
+  std::optional<LevelDoubt> doubt_;  ///< The same; where space is kept without a level.
+  // Input's thread only.
+  StillGravity gravity_;
+  std::optional<Eigen::Vector3d> up_I_;  ///< In the frame of the sensor, which waits for its
+  std_msgs::Header measured_;            ///< transform at this stamp.
   ros::Subscriber imu_;
   std::optional<tf2_ros::StaticTransformBroadcaster> broadcaster_;
 };

@@ -108,7 +108,7 @@ inline void judgeBudget(const MapStats& stats, MapStatus& status) {
 class LiveMap {
  public:
   /// What is given by reference outlives it.
-  LiveMap(std::unique_ptr<Mapper> mapper, const MappingParams& params, FrameQueue& frames,
+  LiveMap(std::unique_ptr<Mapper> mapper, const NodeParams& params, FrameQueue& frames,
           const MapFrame& frame, MeshQueue& mesh_changes, const Steps& steps,
           SteadyClock clock = std::chrono::steady_clock::now)
       : mapper_(std::move(mapper)),
@@ -140,7 +140,7 @@ class LiveMap {
 
   /// What the map's file says beside what the mapper knows.
   MapOrigin origin(const std::string& map_frame = std::string()) const {
-    const PoseParams& poses = params_.node.poses;
+    const PoseParams& poses = params_.poses;
     return {map_frame, frame_.level(), map_stamp_.isZero() ? loaded_stamp_s_ : map_stamp_.toSec(),
             poses.mode == PoseMode::kTf ? PoseParams() : poses};
   }
@@ -231,7 +231,7 @@ class LiveMap {
     mesh_whole_ = true;
     mesh_stamp_ = surfaces_stamp_ = map_stamp_;
     mesh_changes_.replaceAll(mesh, mesh_stamp_);
-    for (const auto& step : steps_) step->replaced({Replacement::Kind::kCorrected});
+    for (const auto& step : steps_) step->replaced({nullptr, nullptr, true});
     updateReport();
     return mapper;
   }
@@ -243,7 +243,7 @@ class LiveMap {
     loaded_stamp_s_ = 0.0;
     fused_since_mesh_ = false;
     mesh_changes_.clear();
-    startOver({Replacement::Kind::kCleared});
+    startOver({});
   }
 
   /// Any thread: its part of the status, in place of what is in it.
@@ -442,7 +442,7 @@ class LiveMap {
   }
 
   std::unique_ptr<Mapper> mapper_;
-  const MappingParams& params_;
+  const NodeParams& params_;
   FrameQueue& frames_;
   const MapFrame& frame_;
   MeshQueue& mesh_changes_;

@@ -11,7 +11,7 @@
 namespace dtsdf {
 
 Steps makeSteps(const Host& host) {
-  const bool has_journal = !host.params.node.journal.folder.empty();
+  const bool has_journal = !host.params.journal_folder.empty();
   auto journal = has_journal ? std::make_unique<JournalStep>(host) : nullptr;
   Steps steps;
   steps.push_back(std::make_unique<LevelStep>(host.params, host.transforms, host.frame));

@@ -13,7 +13,7 @@ class SpaceStep;
 Steps makeSteps(const Host& host);
 
 // Each in the file of its name.
-std::unique_ptr<Step> makeMeshTopicsStep(const MappingParams& params, const Rates& rates);
+std::unique_ptr<Step> makeMeshTopicsStep(const NodeParams& params, const Rates& rates);
 std::unique_ptr<Step> makePointsStep(const Host& host);
 std::unique_ptr<Step> makeOctomapStep(const Host& host, const SpaceStep& space);  ///< Maybe not.
 std::unique_ptr<Step> makeViewStep(const Host& host);

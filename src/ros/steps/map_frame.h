@@ -23,11 +23,11 @@ namespace dtsdf {
 class MapFrame {
  public:
   /// Both outlive it.
-  MapFrame(const MappingParams& params, const Transforms& transforms)
+  MapFrame(const NodeParams& params, const Transforms& transforms)
       : params_(params), transforms_(transforms) {}
 
   /// Whether the map has a frame of its own.
-  bool isLevelled() const { return dtsdf::isLevelled(params_.node); }
+  bool isLevelled() const { return dtsdf::isLevelled(params_); }
 
   /// T_W_M; none where the map is in map_frame, or up is not known yet.
   std::optional<Eigen::Isometry3d> level() const {
@@ -65,9 +65,9 @@ class MapFrame {
     if (frame.empty()) return Eigen::Isometry3d::Identity();
     if (const auto fixed = poseOfFixed(frame)) return *fixed;
     const SteadyTime end =
-        std::chrono::steady_clock::now() + toSteadyDuration(params_.node.input.tf_timeout_s);
+        std::chrono::steady_clock::now() + toSteadyDuration(params_.input.tf_timeout_s);
     for (;;) {
-      const PoseAnswer answer = transforms_.find(params_.node.map_frame, frame, stamp);
+      const PoseAnswer answer = transforms_.find(params_.map_frame, frame, stamp);
       if (answer.T_W_C) return inMap(*answer.T_W_C);
       const bool waits = answer.may_come && !stamp.isZero();
       if (!waits || std::chrono::steady_clock::now() >= end) throw std::runtime_error(answer.text);
@@ -77,11 +77,11 @@ class MapFrame {
 
   /// Where map/keep_frame is at the stamp, or else now; none where it is not known, or not set.
   std::optional<Eigen::Vector3d> keepCenterAt(const ros::Time& stamp) const {
-    const std::string& frame = params_.node.keep_frame;
+    const std::string& frame = params_.keep_frame;
     if (frame.empty() || params_.mapper.map.keep_radius_m == 0.0f) return std::nullopt;
     if (const auto fixed = poseOfFixed(frame)) return fixed->translation();
-    PoseAnswer answer = transforms_.find(params_.node.map_frame, frame, stamp);
-    if (!answer.T_W_C) answer = transforms_.find(params_.node.map_frame, frame, ros::Time(0));
+    PoseAnswer answer = transforms_.find(params_.map_frame, frame, stamp);
+    if (!answer.T_W_C) answer = transforms_.find(params_.map_frame, frame, ros::Time(0));
     if (answer.T_W_C) return inMap(*answer.T_W_C).translation();
     ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
                                    "map/keep_radius_m is centred on the camera, because "
@@ -93,12 +93,12 @@ class MapFrame {
  private:
   /// Of the frames that need no transform.
   std::optional<Eigen::Isometry3d> poseOfFixed(const std::string& frame) const {
-    if (frame == frameOfMap(params_.node)) return Eigen::Isometry3d::Identity();
-    if (frame == params_.node.map_frame) return inMap(Eigen::Isometry3d::Identity());
+    if (frame == frameOfMap(params_)) return Eigen::Isometry3d::Identity();
+    if (frame == params_.map_frame) return inMap(Eigen::Isometry3d::Identity());
     return std::nullopt;
   }
 
-  const MappingParams& params_;
+  const NodeParams& params_;
   const Transforms& transforms_;
 
   mutable std::mutex mutex_;  ///< Guards what follows.

@@ -188,10 +188,10 @@ class ChunkTopic {
 /// published once more; and all of it again within mesh_topics/refresh_s, for who has lost a piece.
 class MeshTopicsStep : public Step {
  public:
-  MeshTopicsStep(const MappingParams& params, const Rates& rates)
-      : params_(params.node.publish),
+  MeshTopicsStep(const NodeParams& params, const Rates& rates)
+      : params_(params.publish),
         rates_(rates),
-        format_{frameOfMap(params.node), params.mapper.mesh.colour,
+        format_{frameOfMap(params), params.mapper.mesh.colour,
                 ChunkLattice(params.mapper.map.voxel_size_m, params_.chunk_blocks).step_m},
         chunks_(params_.chunk_blocks),
         mesh_pace_(rates.mesh_hz),
@@ -276,7 +276,7 @@ class MeshTopicsStep : public Step {
 
 }  // namespace
 
-std::unique_ptr<Step> makeMeshTopicsStep(const MappingParams& params, const Rates& rates) {
+std::unique_ptr<Step> makeMeshTopicsStep(const NodeParams& params, const Rates& rates) {
   return std::make_unique<MeshTopicsStep>(params, rates);
 }
 

@@ -62,7 +62,7 @@ class OctomapStep : public Step {
     tree.writeBinaryData(bytes);
     const std::string data = bytes.str();
     octomap_msgs::Octomap message;
-    message.header.frame_id = frameOfMap(host_.params.node);
+    message.header.frame_id = frameOfMap(host_.params);
     message.header.stamp = known.stamp;
     message.binary = true;
     message.id = tree.getTreeType();

@@ -68,7 +68,7 @@ class PointsStep : public Step {
  private:
   void publish(const Mesh& mesh, const ros::Time& stamp) {
     Cloud cloud;
-    cloud.header.frame_id = frameOfMap(host_.params.node);
+    cloud.header.frame_id = frameOfMap(host_.params);
     cloud.header.stamp = pcl_conversions::toPCL(stamp);
     // Of one at least: pcl_ros copies from where they are, even none, and that has to be an
     // address.

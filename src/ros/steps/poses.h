@@ -34,15 +34,6 @@
 
 namespace dtsdf {
 
-/// Of a depth image that was fused. B is poses/base_frame, or else the frame of its camera.
-struct FoundPose {
-  ros::Time stamp;
-  std::string frame_id;                                     ///< Name of B.
-  Eigen::Isometry3d T_M_B = Eigen::Isometry3d::Identity();  ///< In map_frame.
-  Eigen::Isometry3d T_W_B = Eigen::Isometry3d::Identity();  ///< In the frame of the map.
-  Matrix6d covariance = Matrix6d::Zero();                   ///< Of T_M_B, as odometry has it.
-};
-
 /// With poses/mode refine and track; else poses stay as they are. With refine each camera is
 /// aligned by itself, and the first one is who speaks for all: its correction and its poses are
 /// published. The one place that knows where poses come from; serves set_pose and save_trajectory.
@@ -50,13 +41,13 @@ class PosesStep : public Step {
  public:
   explicit PosesStep(const Host& host)
       : host_(host),
-        params_(host.params.node),
+        params_(host.params),
         parent_(parentOfBase(params_)),
-        cameras_(std::max<size_t>(1, params_.cameras.size()),
-                 CameraState{PoseRefiner(params_.poses)}),
+        refiners_(std::max<size_t>(1, params_.cameras.size()), PoseRefiner(params_.poses)),
+        last_stamps_(refiners_.size()),
         tracker_(params_.poses, host.params.mapper.threads),
-        base_frame_(params_.poses.base_frame),
-        report_(cameras_.size()) {}
+        base_frame_(params_.base_frame),
+        report_(refiners_.size()) {}
 
   void advertise(const Handles& handles) override {
     using namespace dtsdf_mapping;
@@ -88,7 +79,7 @@ class PosesStep : public Step {
     if (depth == nullptr && !T_W_C) {
       return Rejection{drop::kLost, "the depth camera is not followed"};
     }
-    if (depth != nullptr && params_.poses.base_frame.empty()) base_frame_ = frame.frame_id;
+    if (depth != nullptr && params_.base_frame.empty()) base_frame_ = frame.frame_id;
     const PoseAnswer mount = mountOf(frame.frame_id);
     if (!mount.T_W_C) return Rejection{drop::kNoTransform, mount.text};
     const Eigen::Isometry3d T_M_W = T_W_M().inverse();
@@ -97,9 +88,7 @@ class PosesStep : public Step {
       return std::nullopt;
     }
     T_B_C_ = *mount.T_W_C;
-    depth->T_W_C = T_W_C                              ? T_M_W * *T_W_C
-                   : params_.poses.base_frame.empty() ? uprightCamera()
-                                                      : T_B_C_;
+    depth->T_W_C = T_W_C ? T_M_W * *T_W_C : params_.base_frame.empty() ? uprightCamera() : T_B_C_;
     return std::nullopt;
   }
 
@@ -107,7 +96,7 @@ class PosesStep : public Step {
   /// painted. @throws std::exception when the backend fails.
   std::optional<Rejection> place(PosedFrame& frame) override {
     if (!isOn()) return std::nullopt;
-    const PoseRefiner& refiner = cameras_.at(frame.camera).refiner;
+    const PoseRefiner& refiner = refiners_.at(frame.camera);
     auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (depth == nullptr) {
       auto& colour = std::get<ColourFrame>(frame.image);
@@ -131,14 +120,20 @@ class PosesStep : public Step {
     if (depth == nullptr || frame.camera != 0) return;
     fused_.push_back({frame.stamp.toSec(), depth->T_W_C});
     if (fused_.size() > kMostPoses) fused_.pop_front();
-    published_ = foundPose(frame);
-    if (published_ && broadcaster_) publish(*published_);
+    // B is poses/base_frame, or else the frame of the camera.
+    const std::string& base = params_.base_frame.empty() ? frame.frame_id : params_.base_frame;
+    PoseAnswer mount{T_B_C_};
+    if (!tracks() && base != frame.frame_id) {
+      mount = host_.transforms.find(base, frame.frame_id, ros::Time(0));
+    }
+    published_.reset();
+    if (mount.T_W_C) publish(frame.stamp, base, mount.T_W_C->inverse());
   }
 
   /// A camera that is tracked continues from where it is in an empty map; in any other it may be
   /// anywhere, and has to be found.
   void replaced(const Replacement& replacement) override {
-    if (!isOn() || replacement.kind == Replacement::Kind::kCorrected) return;
+    if (!isOn() || replacement.is_corrected) return;
     is_elsewhere_ = true;
     fused_.clear();
     if (broadcaster_) path_topic_.publish(emptyPath());  // it starts over, as the map does
@@ -171,19 +166,13 @@ class PosesStep : public Step {
   /// The trajectory so far: poses of the first camera's frames in the map, in the order of fusing.
   const std::deque<StampedPose>& fusedPoses() const { return fused_; }
   /// What was published last, whoever listens.
-  const std::optional<FoundPose>& published() const { return published_; }
+  const std::optional<nav_msgs::Odometry>& published() const { return published_; }
   /// With refine, what moves the given poses of the first camera.
   const Eigen::Isometry3d& T_M_O() const { return T_M_O_; }
   /// Stamp of the image for which that was published last.
   const ros::Time& correctedAt() const { return corrected_at_; }
 
  private:
-  /// Of one camera.
-  struct CameraState {
-    PoseRefiner refiner;        ///< With refine.
-    ros::Time last_stamp = {};  ///< Of its newest depth image.
-  };
-
   /// Of the trajectory: three hours of 30 images a second.
   static constexpr size_t kMostPoses = 360000;
 
@@ -199,7 +188,7 @@ class PosesStep : public Step {
 
   static std::string parentOfBase(const NodeParams& params) {
     const bool tracks = params.poses.mode == PoseMode::kTrack;
-    return tracks && !params.poses.odom_frame.empty() ? params.poses.odom_frame : params.map_frame;
+    return tracks && !params.odom_frame.empty() ? params.odom_frame : params.map_frame;
   }
 
   /// Of a camera that is held upright, in a frame with x ahead and z up: where tracking begins.
@@ -237,16 +226,15 @@ class PosesStep : public Step {
 
   /// Where stamps go back, a recording or the odometry starts over, from where it began before.
   Alignment refine(const PosedFrame& frame, const DepthFrame& depth) {
-    CameraState& camera = cameras_.at(frame.camera);
-    const double back_s = camera.last_stamp.toSec() - frame.stamp.toSec();
-    if (back_s > kTimeJump_s) camera.refiner = PoseRefiner(params_.poses);
-    camera.last_stamp = frame.stamp;
-    Alignment alignment = camera.refiner.refine(host_.map.mapper(), depth);
+    PoseRefiner& refiner = refiners_.at(frame.camera);
+    const ros::Time last = std::exchange(last_stamps_.at(frame.camera), frame.stamp);
+    if (last.toSec() - frame.stamp.toSec() > kTimeJump_s) refiner = PoseRefiner(params_.poses);
+    Alignment alignment = refiner.refine(host_.map.mapper(), depth);
     if (frame.camera != 0) return alignment;
-    T_M_O_ = T_W_M().inverse() * camera.refiner.T_W_O() * T_W_M();
+    T_M_O_ = T_W_M().inverse() * refiner.T_W_O() * T_W_M();
     corrected_at_ = frame.stamp;
-    if (broadcaster_ && !params_.poses.odom_frame.empty()) {
-      sendTransform(params_.map_frame, params_.poses.odom_frame, T_M_O_, corrected_at_);
+    if (broadcaster_ && !params_.odom_frame.empty()) {
+      sendTransform(params_.map_frame, params_.odom_frame, T_M_O_, corrected_at_);
     }
     return alignment;
   }
@@ -265,25 +253,6 @@ class PosesStep : public Step {
     given_T_W_B_.reset();
     is_elsewhere_ = false;
     return tracker_.track(host_.map.mapper(), depth, frame.stamp.toSec());
-  }
-
-  /// None where it is not known how the camera is fixed to B.
-  std::optional<FoundPose> foundPose(const PosedFrame& frame) const {
-    FoundPose pose;
-    pose.stamp = frame.stamp;
-    pose.frame_id = params_.poses.base_frame.empty() ? frame.frame_id : params_.poses.base_frame;
-    PoseAnswer mount{T_B_C_};
-    if (!tracks() && pose.frame_id != frame.frame_id) {
-      mount = host_.transforms.find(pose.frame_id, frame.frame_id, ros::Time(0));
-      if (!mount.T_W_C) return std::nullopt;
-    }
-    const Eigen::Isometry3d T_M_W = T_W_M().inverse();
-    pose.T_W_B = found_.T_W_C * mount.T_W_C->inverse();
-    pose.T_M_B = T_M_W * pose.T_W_B;
-    pose.covariance =
-        movedCovariance(odometryCovariance(found_, params_.poses), T_M_W.linear(),
-                        T_M_W.linear() * (pose.T_W_B.translation() - found_.T_W_C.translation()));
-    return pose;
   }
 
   void note(const PosedFrame& frame, const Alignment& alignment) {
@@ -321,36 +290,40 @@ class PosesStep : public Step {
   }
 
   /// With track also in TF.
-  void publish(const FoundPose& pose) {
+  void publish(const ros::Time& stamp, const std::string& base, const Eigen::Isometry3d& T_C_B) {
     // Variance of a speed, none of which is measured.
     constexpr double kNoSpeed = 1e6;
-    nav_msgs::Odometry odometry;
-    odometry.header.stamp = pose.stamp;
+    const Eigen::Isometry3d T_M_W = T_W_M().inverse();
+    const Eigen::Isometry3d T_W_B = found_.T_W_C * T_C_B, T_M_B = T_M_W * T_W_B;
+    nav_msgs::Odometry& odometry = published_.emplace();
+    odometry.header.stamp = stamp;
     odometry.header.frame_id = parent_;
-    odometry.child_frame_id = pose.frame_id;
-    odometry.pose.pose = toPose(pose.T_M_B);
+    odometry.child_frame_id = base;
+    odometry.pose.pose = toPose(T_M_B);
     using RowByRow = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
-    Eigen::Map<RowByRow>(odometry.pose.covariance.data()) = pose.covariance;
+    Eigen::Map<RowByRow>(odometry.pose.covariance.data()) =
+        movedCovariance(odometryCovariance(found_, params_.poses), T_M_W.linear(),
+                        T_M_W.linear() * (T_W_B.translation() - found_.T_W_C.translation()));
     Eigen::Map<RowByRow>(odometry.twist.covariance.data()).diagonal().setConstant(kNoSpeed);
+    if (!broadcaster_) return;
     odometry_.publish(odometry);
-    publishPath(pose);
+    publishPath(stamp, T_C_B);
     if (!tracks()) return;
     if (parent_ != params_.map_frame) {
-      sendTransform(params_.map_frame, parent_, Eigen::Isometry3d::Identity(), pose.stamp);
+      sendTransform(params_.map_frame, parent_, Eigen::Isometry3d::Identity(), stamp);
     }
-    sendTransform(parent_, pose.frame_id, pose.T_M_B, pose.stamp);
+    sendTransform(parent_, base, T_M_B, stamp);
   }
 
   /// The trajectory so far, thinned to so many poses at most.
-  void publishPath(const FoundPose& pose) {
+  void publishPath(const ros::Time& stamp, const Eigen::Isometry3d& T_C_B) {
     constexpr size_t kMostOnPath = 4000;
     constexpr std::chrono::milliseconds kPathPeriod{500};
     const SteadyTime now = std::chrono::steady_clock::now();
     if (path_topic_.getNumSubscribers() == 0 || now - path_sent_ < kPathPeriod) return;
     path_sent_ = now;
-    const Eigen::Isometry3d T_C_B = found_.T_W_C.inverse() * pose.T_W_B;
     nav_msgs::Path path = emptyPath();
-    path.header.stamp = pose.stamp;
+    path.header.stamp = stamp;
     for (size_t i = 0; i < fused_.size(); i += 1 + fused_.size() / kMostOnPath) {
       path.poses.emplace_back();
       path.poses.back().header.frame_id = path.header.frame_id;
@@ -383,14 +356,16 @@ class PosesStep : public Step {
   const Host& host_;
   const NodeParams& params_;
   const std::string parent_;  ///< Of what poses are published of.
-  std::vector<CameraState> cameras_;
+  // Of each camera: with refine, and the stamp of its newest depth image.
+  std::vector<PoseRefiner> refiners_;
+  std::vector<ros::Time> last_stamps_;
   PoseTracker tracker_;
   std::string base_frame_;                                   ///< Name of B, once it is known.
   Eigen::Isometry3d T_B_C_ = Eigen::Isometry3d::Identity();  ///< With track, of the newest image.
   std::optional<Eigen::Isometry3d> given_T_W_B_;             ///< By setPose(), for the next image.
   bool is_elsewhere_ = false;  ///< Until the next image: see replaced().
   Alignment found_;            ///< Of the newest image.
-  std::optional<FoundPose> published_;
+  std::optional<nav_msgs::Odometry> published_;
   Eigen::Isometry3d T_M_O_ = Eigen::Isometry3d::Identity();
   ros::Time corrected_at_;
   std::deque<StampedPose> fused_;

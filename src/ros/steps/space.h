@@ -76,7 +76,7 @@ class SpaceStep : public Step {
     Space* const space = host_.map.mapper().space();
     if (!is_on_ || space == nullptr) return;
     SpaceChanges changes{true, {}};
-    if (replacement.kind == Replacement::Kind::kCorrected) {
+    if (replacement.is_corrected) {
       // All at once: planners are answered by the space of before until there is the new one.
       do changes.is_part = addTo(changes, space->takeChanges());
       while (changes.is_part);
@@ -273,9 +273,8 @@ class SpaceStep : public Step {
     const Known now = known();
     if (now.space->isEmpty()) return;
     if (is_followed && !grid_) {
-      const GroundParams& ground = host_.params.node.ground;
-      grid_.emplace(
-          GroundHeights{ground.min_height_m, ground.max_height_m, ground.grid_seen_share});
+      const NodeParams& params = host_.params;
+      grid_.emplace(params.min_height_m, params.max_height_m, params.grid_seen_share);
       grid_->apply({true, {}}, now.space->cellSize_m());
       now.space->visitCubes([&](std::vector<SpaceCube> cubes) {
         grid_->apply({false, std::move(cubes)}, now.space->cellSize_m());
@@ -300,7 +299,7 @@ class SpaceStep : public Step {
   static void warnOfSize(const GridBox& window) {
     ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
                                    "occupancy_grid would have "
-                                       << window.width << " x " << window.height
+                                       << sizeOf(window).x() << " x " << sizeOf(window).y()
                                        << " cells, more than " << GroundGrid::kMostColumns
                                        << ", so it keeps its present part; use larger cells "
                                           "(space/cell_voxels) or map/keep_radius_m, and look for "
@@ -313,10 +312,10 @@ class SpaceStep : public Step {
     grid.header = headerOf(known());
     grid.info.map_load_time = grid.header.stamp;
     grid.info.resolution = static_cast<float>(grid_->cellSize_m());
-    grid.info.width = static_cast<uint32_t>(window.width);
-    grid.info.height = static_cast<uint32_t>(window.height);
-    grid.info.origin.position.x = window.x * grid_->cellSize_m();
-    grid.info.origin.position.y = window.y * grid_->cellSize_m();
+    grid.info.width = static_cast<uint32_t>(sizeOf(window).x());
+    grid.info.height = static_cast<uint32_t>(sizeOf(window).y());
+    grid.info.origin.position.x = window.min().x() * grid_->cellSize_m();
+    grid.info.origin.position.y = window.min().y() * grid_->cellSize_m();
     grid.info.origin.orientation.w = 1.0;
     grid.data = grid_->values(window);
     grids_.publish(grid);
@@ -330,17 +329,17 @@ class SpaceStep : public Step {
     if (box.isEmpty() || !updates_.isFollowed()) return;
     map_msgs::OccupancyGridUpdate update;
     update.header = headerOf(known());
-    update.x = box.x - grid_->window()->x;
-    update.y = box.y - grid_->window()->y;
-    update.width = static_cast<uint32_t>(box.width);
-    update.height = static_cast<uint32_t>(box.height);
+    update.x = box.min().x() - grid_->window()->min().x();
+    update.y = box.min().y() - grid_->window()->min().y();
+    update.width = static_cast<uint32_t>(sizeOf(box).x());
+    update.height = static_cast<uint32_t>(sizeOf(box).y());
     update.data = grid_->values(box);
     updates_.publish(update);
   }
 
   void publishSlice() {
     const Known now = known();
-    const double height_m = host_.params.node.ground.slice_height_m;
+    const double height_m = host_.params.slice_height_m;
     std::vector<SliceCell> cells;
     if (!now.space->isEmpty()) cells = sliceAt(*now.space, height_m);
     sensor_msgs::PointCloud2 cloud;
@@ -370,7 +369,7 @@ class SpaceStep : public Step {
 
   std_msgs::Header headerOf(const Known& known) const {
     std_msgs::Header header;
-    header.frame_id = frameOfMap(host_.params.node);
+    header.frame_id = frameOfMap(host_.params);
     header.stamp = known.stamp;
     return header;
   }

@@ -28,12 +28,11 @@ class LiveMap;
 class MapChunks;
 class MapFrame;
 
-/// What has taken the place of the map.
+/// What has taken the place of the map: one that was loaded, or corrected, or else an empty one.
 struct Replacement {
-  enum class Kind { kCleared, kLoaded, kCorrected };
-  Kind kind = Kind::kCleared;
   std::shared_ptr<const MapContents> head = nullptr;  ///< If loaded: of the file, without voxels.
   std::shared_ptr<const MapChunks> file = nullptr;    ///< The same, for the journal.
+  bool is_corrected = false;                          ///< The map is made again, of other poses.
 };
 
 /// The mesh as it was handed over last. The output's thread holds the mutex while it uses it, and
@@ -58,7 +57,7 @@ struct Rates {
 
 /// What steps work with; all of it outlives them.
 struct Host {
-  const MappingParams& params;
+  const NodeParams& params;
   const Rates& rates;
   Transforms& transforms;
   MapFrame& frame;

@@ -20,14 +20,14 @@ inline void pushPosed(FrameQueue& queue, FrameQueue::Stream stream, PosedFrame f
   image->header.stamp = info->header.stamp = frame.stamp;
   queue.add(stream, {image});
   queue.add(stream, {nullptr, info});
-  queue.poseFirst(stream, [&](auto&) { return std::move(frame); });
+  queue.poseFirst(stream, [&](auto&&...) { return std::move(frame); });
 }
 
 struct MapHost {
   /// With streams 0 of depth and 1 of colour.
-  explicit MapHost(std::unique_ptr<Mapper> mapper, MappingParams settings = {})
+  explicit MapHost(std::unique_ptr<Mapper> mapper, NodeParams settings = {})
       : params(std::move(settings)),
-        rates(params.node.publish),
+        rates(params.publish),
         map(std::move(mapper), params, queue, frame, mesh_changes, steps, clock.reader()) {
     ros::Time::init();  // warnings have a rate
     queue.addStream({}, depth);
@@ -54,12 +54,12 @@ struct MapHost {
   }
 
   FakeClock clock;
-  MappingParams params;
+  NodeParams params;
   Rates rates;
   Transforms transforms{clock.reader()};
   MapFrame frame{params, transforms};
   FrameAccounting depth, colour;
-  FrameQueue queue{{}, [] {}, clock.reader()};
+  FrameQueue queue{30, size_t{256} << 20, 0.1, [] {}, clock.reader()};
   MeshQueue mesh_changes{[] {}};
   Steps steps;
   LiveMap map;

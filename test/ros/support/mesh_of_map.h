@@ -21,7 +21,7 @@ struct MeshOfMap {
 
 inline MeshOfMap meshOfMap(const std::string& path) {
   const MapContents contents = loadMap(path);
-  const MapperParams params = settingsFor(contents, {"backend=cpu"}).params;
+  const MapperParams params = settingsFor(contents, {"backend=cpu"}).params.mapper;
   MeshStore mesh(params.map.voxel_size_m);
   mesh.apply(makeMapper(params, contents)->updateMesh());
   const int chunk_blocks = PublishParams().chunk_blocks;

@@ -22,8 +22,9 @@
 namespace dtsdf {
 
 /// What the node was started with.
-inline MappingParams nodeParams() {
-  return readMappingParams(readParamServer(ros::NodeHandle("/mapping")).tree);
+inline NodeParams nodeParams() {
+  std::vector<ParamViolation> violations;
+  return readNodeParams(readParamServer(ros::NodeHandle("/mapping"), violations));
 }
 
 /// The file that save_mesh makes of such a mesh.

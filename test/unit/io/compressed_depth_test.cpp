@@ -25,9 +25,9 @@ std::vector<uint16_t> pixelsOf(const cv::Mat& image) {
 }
 
 template <class Pixel>
-std::vector<Pixel> pixelsOf(const DecodedDepth& decoded) {
-  std::vector<Pixel> pixels(decoded.pixels.size() / sizeof(Pixel));
-  std::memcpy(pixels.data(), decoded.pixels.data(), decoded.pixels.size());
+std::vector<Pixel> pixelsOf(const Raster<uint8_t>& decoded) {
+  std::vector<Pixel> pixels(decoded.values.size() / sizeof(Pixel));
+  std::memcpy(pixels.data(), decoded.values.data(), decoded.values.size());
   return pixels;
 }
 
@@ -41,10 +41,11 @@ TEST(CompressedDepth, SixteenBitsAreExact) {
   for (const char* encoding : {"16UC1", "mono16"}) {
     for (const std::string& code : {kPng, kRvl, std::string("; compressedDepth"), std::string(),
                                     std::string(";compressedDepth ")}) {
-      const DecodedDepth decoded = decodeCompressedDepth(encoding + code, code == kRvl ? rvl : png);
-      EXPECT_EQ(decoded.encoding, encoding);
-      EXPECT_EQ(decoded.size.width, 6);
-      EXPECT_EQ(decoded.size.height, 4);
+      const Raster<uint8_t> decoded =
+          decodeCompressedDepth(encoding + code, code == kRvl ? rvl : png);
+      EXPECT_EQ(encodingOfCompressedDepth(encoding + code), encoding);
+      EXPECT_EQ(decoded.width, 6);
+      EXPECT_EQ(decoded.height, 4);
       EXPECT_EQ(pixelsOf<uint16_t>(decoded), pixelsOf(image)) << code;
     }
   }

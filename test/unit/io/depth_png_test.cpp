@@ -32,9 +32,8 @@ TEST(DepthPng, SizesAreCheckedBeforeMemoryIsTaken) {
   const TemporaryFolder folder;
   writeBytes(folder / "large.png", {bytes.begin(), bytes.end()});
   for (const std::string& error :
-       {errorOf([&] { readDepthPngSize(folder / "large.png"); }), errorOf([&] {
-          readDepthPng(folder / "large.png", {2048, 4097});
-        })}) {
+       {errorOf([&] { readDepthPngSize(folder / "large.png"); }),
+        errorOf([&] { readDepthPng(folder / "large.png", 2048, 4097); })}) {
     EXPECT_NE(error.find("large.png' has 2048 x 4097 pixels"), std::string::npos) << error;
   }
 }
@@ -43,7 +42,7 @@ TEST(DepthPng, SizeIsReadWithoutDecoding) {
   const TemporaryFolder folder;
   const std::vector<uint8_t> bytes = encode(cv::Mat(3, 5, CV_16UC1, cv::Scalar(7)));
   writeBytes(folder / "a.png", std::string(bytes.begin(), bytes.begin() + 45));
-  const ImageSize size = readDepthPngSize(folder / "a.png");
+  const DepthImage size = readDepthPngSize(folder / "a.png");
   EXPECT_EQ(size.width, 5);
   EXPECT_EQ(size.height, 3);
   EXPECT_NE(errorOf([&] { readDepthPngSize(folder / "none.png"); }).find("no such file"),

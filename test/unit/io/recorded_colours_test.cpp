@@ -100,8 +100,8 @@ TEST_F(RecordedColoursTest, OtherKindsOfPixels) {
     cv::imwrite(folder_ / name, image);
     const RgbImage file = readColourImage(folder_ / name);
     EXPECT_EQ(file.width, image.cols);
-    EXPECT_EQ(file.rgb.size(), 3 * image.total());
-    return std::vector<int>(file.rgb.begin(), file.rgb.begin() + 3);
+    EXPECT_EQ(file.values.size(), 3 * image.total());
+    return std::vector<int>(file.values.begin(), file.values.begin() + 3);
   };
   EXPECT_EQ(first("grey.png", cv::Mat(4, 5, CV_8UC1, {77})), (std::vector<int>{77, 77, 77}));
   EXPECT_EQ(first("grey.jpg", cv::Mat(4, 5, CV_8UC1, {77})), (std::vector<int>{77, 77, 77}));

@@ -50,7 +50,7 @@ FloorSearch searched(const std::vector<SceneFrame>& frames) {
 /// As after levelling: where the room's z and its floor are in W.
 void expectLevel(const FloorPlane& floor, const Eigen::Isometry3d& T_M_R, double max_deg,
                  double max_m) {
-  const Eigen::Isometry3d T_W_R = levelPose(floor.normal, floor.offset_m) * T_M_R;
+  const Eigen::Isometry3d T_W_R = levelPose(floor.normal(), -floor.offset()) * T_M_R;
   const Vector3d up_W = T_W_R.linear().col(2);
   EXPECT_LT(std::atan2(std::hypot(up_W.x(), up_W.y()), up_W.z()) / kDegree, max_deg);
   for (const double x : {-2.5, 2.5}) {
@@ -140,17 +140,21 @@ FloorView viewOfStrip(double width_m, int on_floor, int on_wall) {
 }
 
 TEST(Floor, HasToBeWideAndLargeEnough) {
-  EXPECT_TRUE(fitFloor({viewOfStrip(1.0, 400, 2000)}).floor);
-  const auto problemOf = [](const FloorView& view) { return fitFloor({view}).problem; };
-  EXPECT_NE(problemOf(viewOfStrip(0.05, 400, 2000)).find("only a strip"), std::string::npos)
-      << problemOf(viewOfStrip(0.05, 400, 2000));
-  EXPECT_NE(problemOf(viewOfStrip(1.0, 400, 12000)).find("a twentieth"), std::string::npos);
-  EXPECT_NE(problemOf(viewOfStrip(1.0, 60, 0)).find("hardly any depth"), std::string::npos);
+  std::string problem;
+  EXPECT_TRUE(fitFloor({viewOfStrip(1.0, 400, 2000)}, problem));
+  const auto problemOf = [&](const std::vector<FloorView>& views) {
+    EXPECT_FALSE(fitFloor(views, problem));
+    return problem;
+  };
+  EXPECT_NE(problemOf({viewOfStrip(0.05, 400, 2000)}).find("only a strip"), std::string::npos)
+      << problemOf({viewOfStrip(0.05, 400, 2000)});
+  EXPECT_NE(problemOf({viewOfStrip(1.0, 400, 12000)}).find("a twentieth"), std::string::npos);
+  EXPECT_NE(problemOf({viewOfStrip(1.0, 60, 0)}).find("hardly any depth"), std::string::npos);
   FloorView down = viewOfStrip(1.0, 400, 2000);
   down.camera_up *= -1.0;
-  EXPECT_NE(fitFloor({viewOfStrip(1.0, 400, 2000), down}).problem.find("turns too much"),
+  EXPECT_NE(problemOf({viewOfStrip(1.0, 400, 2000), down}).find("turns too much"),
             std::string::npos);
-  EXPECT_FALSE(fitFloor({}).floor);
+  problemOf({});
 }
 
 TEST(Floor, NeedsACameraThatIsUpright) {
@@ -158,7 +162,7 @@ TEST(Floor, NeedsACameraThatIsUpright) {
   EXPECT_TRUE(searchedFrom(makeRoomScene(), eye, target, Vector3d(0.0, 0.4, 1.0)).floor());
   const FloorSearch portrait = searchedFrom(makeRoomScene(), eye, target, Vector3d(0.0, 1.0, 0.0));
   if (portrait.floor()) {  // never the floor itself
-    EXPECT_LT(portrait.floor()->normal.z(), 0.8);
+    EXPECT_LT(portrait.floor()->normal().z(), 0.8);
   }
 }
 
@@ -180,7 +184,7 @@ TEST(FloorSearch, LooksAnewUntilThereIsOne) {
   EXPECT_TRUE(search.problem().empty());
   const FloorPlane found = *search.floor();
   for (size_t i = 0; i < FloorSearch::kViews; ++i) EXPECT_FALSE(search.add(no_floor.view()));
-  EXPECT_EQ(search.floor()->offset_m, found.offset_m) << "it stays the one that was found first";
+  EXPECT_EQ(search.floor()->offset(), found.offset()) << "it stays the one that was found first";
 }
 
 TEST(FloorSearch, PassesOverWhatShowsNothing) {

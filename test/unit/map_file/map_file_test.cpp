@@ -236,7 +236,7 @@ TEST_F(MapFile, SaysHowPosesWereFound) {
   EXPECT_TRUE(readBytes(path_) == bytes_);
 
   contents.poses.mode = PoseMode::kRefine;
-  contents.poses.on_misfit = OnMisfit::kDrop;
+  contents.poses.drop_misfits = true;
   saveMap(contents, path_);
   settings.merge(toTree(contents.poses));
   const MapInfo info = readMapInfo(path_);

@@ -328,7 +328,7 @@ TEST(PoseRefiner, AFrameThatDoesNotFitIsFusedOrDroppedAsAskedFor) {
   Alignment unmapped;
   PoseParams params;
   EXPECT_TRUE(PoseRefiner(params).isToBeFused(misfit));
-  params.on_misfit = OnMisfit::kDrop;
+  params.drop_misfits = true;
   EXPECT_FALSE(PoseRefiner(params).isToBeFused(misfit));
   EXPECT_TRUE(PoseRefiner(params).isToBeFused(unmapped));
 }

@@ -11,7 +11,7 @@ namespace {
 
 TEST(ConfigFiles, DefaultFileHasEveryDefault) {
   const ParamTree file = loadYamlParams(std::string(DTSDF_CONFIG_FOLDER) + "/default.yaml");
-  const ParamTree expected = toTree(MappingParams());
+  const ParamTree expected = toTree(NodeParams());
   for (const auto& [key, value] : expected) {
     ASSERT_EQ(file.count(key), 1u) << key << " is missing";
     EXPECT_EQ(file.at(key), value) << key << ": " << toString(file.at(key)) << " in the file, "
@@ -24,7 +24,7 @@ TEST(ConfigFiles, EveryFileCanBeLoaded) {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(DTSDF_CONFIG_FOLDER)) {
     if (entry.path().extension() != ".yaml") continue;
-    EXPECT_NO_THROW(readMappingParams(loadYamlParams(entry.path().string()))) << entry.path();
+    EXPECT_NO_THROW(readNodeParams(loadYamlParams(entry.path().string()))) << entry.path();
     ++count;
   }
   EXPECT_GT(count, 0);

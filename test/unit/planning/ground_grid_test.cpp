@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <random>
 #include <tuple>
@@ -32,11 +33,12 @@ class Cells {
 
   /// The values of all columns in a box, cell by cell.
   std::vector<int8_t> columns(const GridBox& box, int first_z, int last_z) const {
-    std::vector<int> surfaces(box.size()), free(box.size());
+    const auto count = static_cast<size_t>(sizeOf(box).prod());
+    std::vector<int> surfaces(count), free(count);
     for (const auto& [key, state] : cells_) {
       const auto [x, y, z] = key;
-      if (z < first_z || z > last_z || !box.contains({x, y, 1, 1})) continue;
-      const auto i = static_cast<size_t>((y - box.y) * box.width + x - box.x);
+      if (z < first_z || z > last_z || !box.contains(Eigen::Vector2i(x, y))) continue;
+      const auto i = static_cast<size_t>((y - box.min().y()) * sizeOf(box).x() + x - box.min().x());
       if (state == CellState::kSurface) ++surfaces[i];
       if (state == CellState::kFree) ++free[i];
     }
@@ -78,10 +80,10 @@ struct GridFollower {
     }
     ASSERT_TRUE(window.contains(box));
     size_t next = 0;
-    for (int y = 0; y < box.height; ++y) {
-      for (int x = 0; x < box.width; ++x) {
-        const int column = box.x - window.x + x, row = box.y - window.y + y;
-        values[static_cast<size_t>(row) * static_cast<size_t>(window.width) +
+    for (int y = box.min().y(); y <= box.max().y(); ++y) {
+      for (int x = box.min().x(); x <= box.max().x(); ++x) {
+        const int column = x - window.min().x(), row = y - window.min().y();
+        values[static_cast<size_t>(row) * static_cast<size_t>(sizeOf(window).x()) +
                static_cast<size_t>(column)] = sent[next++];
       }
     }
@@ -89,9 +91,18 @@ struct GridFollower {
 };
 
 TEST(GroundGrid, LayersAreTheCellsThatReachBetweenTheHeights) {
+  // The first and the last layer in which a surface makes its column occupied.
   const auto layers = [](double min_m, double max_m, double cell_m) {
-    const CellLayers found = layersBetween({min_m, max_m}, cell_m);
-    return std::make_pair(found.first, found.last);
+    GroundGrid grid(min_m, max_m, 1.0);
+    Cells cells;
+    for (int z = -20; z < 20; ++z) cells.set(z, 0, z, CellState::kSurface);
+    grid.apply(cells.take(), cell_m);
+    const std::vector<int8_t> values =
+        grid.values({Eigen::Vector2i(-20, 0), Eigen::Vector2i(19, 0)});
+    const auto first = std::find(values.begin(), values.end(), kColumnOccupied);
+    const auto last = std::find(values.rbegin(), values.rend(), kColumnOccupied);
+    return std::make_pair(static_cast<int>(first - values.begin()) - 20,
+                          19 - static_cast<int>(last - values.rbegin()));
   };
   EXPECT_EQ(layers(0.15, 0.35, 0.1), std::make_pair(1, 3));
   EXPECT_EQ(layers(0.1, 0.3, 0.1), std::make_pair(1, 2));
@@ -108,12 +119,14 @@ TEST(GroundGrid, LayersAreTheCellsThatReachBetweenTheHeights) {
 TEST(GroundGrid, AColumnIsWhatIsInIt) {
   double share = 0.5;
   const auto valueOf = [&](std::vector<CellState> layers) {
-    GroundColumns columns({0.1, 0.4, share}, kCell_m);
+    GroundGrid grid(0.1, 0.4, share);
     Cells cells;
     for (size_t z = 0; z < layers.size(); ++z) cells.set(-3, 5, static_cast<int>(z), layers[z]);
-    for (const SpaceCube& cube : cells.take().cubes) columns.put(cube);
-    EXPECT_EQ(columns.at(-2, 5), kColumnUnknown);
-    return columns.at(-3, 5);
+    grid.apply(cells.take(), kCell_m);
+    const std::vector<int8_t> values =
+        grid.values({Eigen::Vector2i(-3, 5), Eigen::Vector2i(-2, 5)});
+    EXPECT_EQ(values[1], kColumnUnknown);
+    return values[0];
   };
   const CellState u = CellState::kUnknown, f = CellState::kFree, s = CellState::kSurface;
   EXPECT_EQ(valueOf({u, u, u, u, u}), kColumnUnknown);
@@ -140,8 +153,7 @@ TEST(GroundGrid, AFollowerHasWhatIsThere) {
   const auto pick = [&](int low, int high) {
     return std::uniform_int_distribution<int>(low, high)(random);
   };
-  const GroundHeights heights{-0.35, 0.52, 0.5};  // layers -4 to 5
-  GroundGrid grid(heights);
+  GroundGrid grid(-0.35, 0.52, 0.5);  // layers -4 to 5
   Cells cells;
   GridFollower follower;
   size_t grids = 0, updates = 0;
@@ -167,7 +179,7 @@ TEST(GroundGrid, AFollowerHasWhatIsThere) {
 }
 
 TEST(GroundGrid, CellsOfAnotherSizeAreAnotherGrid) {
-  GroundGrid grid({0.0, 0.4});
+  GroundGrid grid(0.0, 0.4, 1.0);
   Cells cells;
   cells.set(3, 4, 1, CellState::kSurface);
   SpaceChanges changes = cells.take();
@@ -183,7 +195,7 @@ TEST(GroundGrid, CellsOfAnotherSizeAreAnotherGrid) {
 
 /// A single cell at the end of the world must not cost the memory of all between.
 TEST(GroundGrid, WhatIsTooLargeIsSaid) {
-  GroundGrid grid({0.0, 0.4});
+  GroundGrid grid(0.0, 0.4, 1.0);
   Cells cells;
   cells.set(0, 0, 1, CellState::kSurface);
   grid.apply(cells.take(), kCell_m);
@@ -192,12 +204,12 @@ TEST(GroundGrid, WhatIsTooLargeIsSaid) {
   grid.apply(cells.take(), kCell_m);
   grid.next();
   EXPECT_TRUE(grid.tooLarge());
-  EXPECT_EQ(grid.window()->width, 256);
+  EXPECT_EQ(sizeOf(*grid.window()).x(), 256);
   cells.set(7, 7, 1, CellState::kSurface);  // what is in the window is told all the same
   grid.apply(cells.take(), kCell_m);
   EXPECT_EQ(grid.next(), Pending::kUpdate);
   EXPECT_TRUE(grid.tooLarge());
-  EXPECT_TRUE(grid.changed().contains({7, 7, 1, 1}));
+  EXPECT_TRUE(grid.changed().contains(Eigen::Vector2i(7, 7)));
   cells.set(1 << 22, 1 << 22, 1, CellState::kUnknown);
   grid.apply(cells.take(), kCell_m);
   cells.set(2, 0, 1, CellState::kSurface);

@@ -107,7 +107,7 @@ TEST_F(MapToolSpace, ASliceShowsUnknownSurfacesAndDistances) {
   const auto pixelAt = [&](int u, int v) {
     const size_t at =
         3 * (static_cast<size_t>(v) * static_cast<size_t>(picture.width) + static_cast<size_t>(u));
-    return std::array<int, 3>{picture.rgb[at], picture.rgb[at + 1], picture.rgb[at + 2]};
+    return std::array<int, 3>{picture.values[at], picture.values[at + 1], picture.values[at + 2]};
   };
   size_t near_m = 0, far_m = 0;
   for (int v = 0; v < picture.height; ++v) {

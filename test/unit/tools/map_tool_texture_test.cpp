@@ -70,7 +70,7 @@ Vector3d colourAtMiddle(const ObjTriangle& triangle, const RgbImage& texture) {
   }
   const auto x = static_cast<size_t>(u * texture.width);
   const auto y = static_cast<size_t>((1.0 - v) * texture.height);
-  const uint8_t* const rgb = &texture.rgb.at(3 * (y * static_cast<size_t>(texture.width) + x));
+  const uint8_t* const rgb = &texture.values.at(3 * (y * static_cast<size_t>(texture.width) + x));
   return {static_cast<double>(rgb[0]), static_cast<double>(rgb[1]), static_cast<double>(rgb[2])};
 }
 

@@ -19,8 +19,8 @@ TEST(ReconstructOptions, ReadsBagOptions) {
       {"--bag", "a.bag", "--depth-topic", "/d", "--info-topic", "/i", "--mesh", "o.stl"});
   EXPECT_EQ(options.recording.path, "a.bag");
   EXPECT_EQ(options.recording.format, "bag");
-  EXPECT_EQ(options.depth_topic, "/d");
-  EXPECT_EQ(options.info_topic, "/i");
+  EXPECT_EQ(options.recording.depth_topic, "/d");
+  EXPECT_EQ(options.recording.info_topic, "/i");
 }
 
 TEST(ReconstructOptions, ReadsARecordingOfAnyFormat) {

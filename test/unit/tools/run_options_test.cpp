@@ -32,7 +32,7 @@ TEST(RunSettings, ReportsSettingsAndRulesTogether) {
 TEST(RunSettings, FramesHaveNoLeadingSlash) {
   RunOptions options;
   options.settings = {"map_frame=/odom", "input/camera_frame=/camera"};
-  const NodeParams node = readSettings(options).params.node;
+  const NodeParams node = readSettings(options).params;
   EXPECT_EQ(node.map_frame, "odom");
   EXPECT_EQ(node.input.camera_frame, "camera");
   options.settings = {"map_frame=/"};
@@ -46,7 +46,7 @@ TEST(SettingList, HasEveryKeyWithDefaultUnitAndRange) {
         "colour/enabled               'auto'               auto, always, never\n"}) {
     EXPECT_NE(list.find(line), std::string::npos) << line << list;
   }
-  MappingParams params;
+  NodeParams params;
   ParamWriter writer;
   visitParams(params, writer);
   PoseParams poses;

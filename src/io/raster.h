@@ -1,0 +1,18 @@
+/// Pixels of an image in memory, by their rows from the top.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace dtsdf {
+
+template <class Value>
+struct Raster {
+  int width = 0, height = 0;  ///< In pixels, which may have several values each.
+  std::vector<Value> values;
+};
+
+using RgbImage = Raster<uint8_t>;     ///< Red, green and blue of each pixel.
+using DepthImage = Raster<uint16_t>;  ///< One value a pixel.
+
+}  // namespace dtsdf

@@ -8,11 +8,6 @@ namespace dtsdf {
 
 namespace {
 
-/// Pixels [u_begin, u_end) x [v_begin, v_end).
-struct PixelRect {
-  int u_begin, u_end, v_begin, v_end;
-};
-
 /// Range of the image coordinate of points within `radius` of (x, z), for one axis of a pinhole.
 /// Widened by a pixel; the exact tangents are not needed, as each pixel is tested anyway.
 void boundAxis(double x, double z, double radius, double f, double c, int size, int& begin,
@@ -25,19 +20,18 @@ void boundAxis(double x, double z, double radius, double f, double c, int size, 
   end = static_cast<int>(std::clamp(std::ceil(f * last + c) + 1.0, 0.0, limit));
 }
 
-/// The pixels that a shape can be seen in.
-PixelRect projectedRect(const Shape& shape, const Intrinsics& K, int width, int height,
-                        const Eigen::Isometry3d& T_C_W) {
-  PixelRect rect{0, width, 0, height};
+/// The pixels that a shape can be seen in, from min() up to max().
+Eigen::AlignedBox2i projectedRect(const Shape& shape, const Intrinsics& K, int width, int height,
+                                  const Eigen::Isometry3d& T_C_W) {
+  Eigen::AlignedBox2i rect(Eigen::Vector2i(0, 0), Eigen::Vector2i(width, height));
   const std::optional<Sphere> bound = boundingSphere(shape);
   if (!bound) return rect;
-  const Eigen::Vector3d centre_C = T_C_W * bound->centre_W;
-  if (centre_C.z() + bound->radius_m <= 0.0) return {0, 0, 0, 0};
-  if (centre_C.z() - bound->radius_m <= 0.0) return rect;
-  boundAxis(centre_C.x(), centre_C.z(), bound->radius_m, K.fx, K.cx, width, rect.u_begin,
-            rect.u_end);
-  boundAxis(centre_C.y(), centre_C.z(), bound->radius_m, K.fy, K.cy, height, rect.v_begin,
-            rect.v_end);
+  const Eigen::Vector3d p = T_C_W * bound->centre_W;
+  const double radius_m = bound->radius_m;
+  if (p.z() + radius_m <= 0.0) return {};
+  if (p.z() - radius_m <= 0.0) return rect;
+  boundAxis(p.x(), p.z(), radius_m, K.fx, K.cx, width, rect.min().x(), rect.max().x());
+  boundAxis(p.y(), p.z(), radius_m, K.fy, K.cy, height, rect.min().y(), rect.max().y());
   return rect;
 }
 
@@ -59,10 +53,10 @@ std::vector<Hit> findHits(const Scene& scene, const Intrinsics& K, int width, in
   const Eigen::Matrix3d& R_W_C = T_W_C.linear();
   for (size_t number = 0; number < scene.shapes().size(); ++number) {
     const Shape& shape = scene.shapes()[number];
-    const PixelRect rect = projectedRect(shape, K, width, height, T_C_W);
+    const Eigen::AlignedBox2i rect = projectedRect(shape, K, width, height, T_C_W);
     const auto draw = [&](const auto& s) {
-      for (int v = rect.v_begin; v < rect.v_end; ++v) {
-        for (int u = rect.u_begin; u < rect.u_end; ++u) {
+      for (int v = rect.min().y(); v < rect.max().y(); ++v) {
+        for (int u = rect.min().x(); u < rect.max().x(); ++u) {
           const Ray ray(T_W_C.translation(), R_W_C * directionOf(K, u, v));
           const auto z_m = static_cast<float>(intersect(s, ray));
           Hit& nearest =

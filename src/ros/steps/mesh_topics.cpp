@@ -43,19 +43,12 @@ std_msgs::ColorRGBA toColour(const std::array<uint8_t, 3>& rgb) {
   return colour;
 }
 
-/// What all messages of a mesh have in common.
-struct Format {
-  std::string map_frame;
-  MeshColour colour;
-  std::atomic<double> step_m;  ///< See ChunkLattice.
-};
-
 // `mesh`: a TRIANGLE_LIST for each chunk, with a colour per vertex. Stamp 0: it is shown with the
 // newest transforms of the viewer.
 
-Marker makeMarker(const Format& format, int id, int action) {
+Marker makeMarker(const NodeParams& params, int id, int action) {
   Marker marker;
-  marker.header.frame_id = format.map_frame;
+  marker.header.frame_id = frameOfMap(params);
   marker.ns = "mesh";
   marker.id = id;
   marker.action = action;
@@ -63,24 +56,25 @@ Marker makeMarker(const Format& format, int id, int action) {
   return marker;
 }
 
-void begin(const Format&, const ros::Time&, MarkerArray&) {}
+void begin(const NodeParams&, double, const ros::Time&, MarkerArray&) {}
 
-void startOver(const Format& format, MarkerArray& message) {
-  message.markers.push_back(makeMarker(format, 0, Marker::DELETEALL));
+void startOver(const NodeParams& params, double, MarkerArray& message) {
+  message.markers.push_back(makeMarker(params, 0, Marker::DELETEALL));
 }
 
-void add(const Format& format, const PackedChunk& chunk, int id, MarkerArray& message) {
+void add(const NodeParams& params, double step_m, const PackedChunk& chunk, int id,
+         MarkerArray& message) {
   const size_t corners = 3 * chunk.triangleCount();
-  message.markers.push_back(makeMarker(format, id, corners == 0 ? Marker::DELETE : Marker::ADD));
+  message.markers.push_back(makeMarker(params, id, corners == 0 ? Marker::DELETE : Marker::ADD));
   if (corners == 0) return;
   Marker& marker = message.markers.back();
-  const Mesh mesh = unpackChunk(chunk, format.step_m);
+  const Mesh mesh = unpackChunk(chunk, step_m);
   std::vector<geometry_msgs::Point> points;
   std::vector<std_msgs::ColorRGBA> colours;
   for (size_t i = 0; i < chunk.vertexCount(); ++i) {
-    const std::array<double, 3> p_W = positionOf(chunk, format.step_m, i);
+    const std::array<double, 3> p_W = positionOf(chunk, step_m, i);
     points.push_back(toVector<geometry_msgs::Point>({p_W[0], p_W[1], p_W[2]}));
-    colours.push_back(toColour(vertexColour(format.colour, mesh, i)));
+    colours.push_back(toColour(vertexColour(params.mapper.mesh.colour, mesh, i)));
   }
   marker.type = Marker::TRIANGLE_LIST;
   marker.scale.x = marker.scale.y = marker.scale.z = 1.0;
@@ -95,18 +89,18 @@ void add(const Format& format, const PackedChunk& chunk, int id, MarkerArray& me
 
 // `mesh_blocks`: chunks as they are packed.
 
-void begin(const Format& format, const ros::Time& stamp, MeshBlocks& message) {
-  message.header.frame_id = format.map_frame;
+void begin(const NodeParams& params, double step_m, const ros::Time& stamp, MeshBlocks& message) {
+  message.header.frame_id = frameOfMap(params);
   message.header.stamp = stamp;
-  message.step_m = format.step_m;
+  message.step_m = step_m;
 }
 
-void startOver(const Format& format, MeshBlocks& message) {
-  begin(format, ros::Time(), message);
+void startOver(const NodeParams& params, double step_m, MeshBlocks& message) {
+  begin(params, step_m, ros::Time(), message);
   message.begins_anew = true;
 }
 
-void add(const Format&, PackedChunk chunk, int, MeshBlocks& message) {
+void add(const NodeParams&, double, PackedChunk chunk, int, MeshBlocks& message) {
   message.blocks.push_back(toMessage(std::move(chunk)));
 }
 
@@ -117,10 +111,11 @@ template <class Message>
 class ChunkTopic {
  public:
   /// A newcomer gets first what makes it forget what a node before has published.
-  void advertise(const ros::NodeHandle& nh, const std::string& name, const Format& format) {
-    topic_.advertise<Message>(nh, name, kWaitingPieces, [&format](const auto& newcomer) {
+  void advertise(const ros::NodeHandle& nh, const std::string& name, const NodeParams& params,
+                 const std::atomic<double>& step_m) {
+    topic_.advertise<Message>(nh, name, kWaitingPieces, [&](const auto& newcomer) {
       Message message;
-      startOver(format, message);
+      startOver(params, step_m, message);
       newcomer.publish(message);
     });
   }
@@ -143,12 +138,12 @@ class ChunkTopic {
   }
 
   /// Publishes some pieces of what is pending.
-  void publishRound(const MeshChunks& chunks, const ChunkLattice& lattice, const Format& format,
+  void publishRound(const MeshChunks& chunks, const ChunkLattice& lattice, const NodeParams& params,
                     ShownMesh& mesh) {
     auto next = pending_.begin();
     for (int piece = 0; piece < kPiecesPerRound && next != pending_.end(); ++piece) {
       Message message;
-      begin(format, mesh.stamp, message);
+      begin(params, lattice.step_m, mesh.stamp, message);
       bool is_empty = true;
       while (next != pending_.end() &&
              ros::serialization::serializationLength(message) < kPieceBytes) {
@@ -164,7 +159,7 @@ class ChunkTopic {
         next = pending_.erase(next);
         if (chunk.triangleCount() > 0) shown_.insert(key);
         if (shown_.count(key) == 0) continue;
-        add(format, std::move(chunk), chunks.idOf(key), message);
+        add(params, lattice.step_m, std::move(chunk), chunks.idOf(key), message);
         is_empty = false;
       }
       if (!is_empty) topic_.publish(message);
@@ -189,17 +184,16 @@ class ChunkTopic {
 class MeshTopicsStep : public Step {
  public:
   MeshTopicsStep(const NodeParams& params, const Rates& rates)
-      : params_(params.publish),
+      : params_(params),
         rates_(rates),
-        format_{frameOfMap(params), params.mapper.mesh.colour,
-                ChunkLattice(params.mapper.map.voxel_size_m, params_.chunk_blocks).step_m},
-        chunks_(params_.chunk_blocks),
+        step_m_(ChunkLattice(params.mapper.map.voxel_size_m, params.publish.chunk_blocks).step_m),
+        chunks_(params.publish.chunk_blocks),
         mesh_pace_(rates.mesh_hz),
         round_pace_(kRoundRate_hz) {}
 
   void advertise(const Handles& handles) override {
-    markers_.advertise(handles.prompt, "mesh", format_);
-    blocks_.advertise(handles.prompt, "mesh_blocks", format_);
+    markers_.advertise(handles.prompt, "mesh", params_, step_m_);
+    blocks_.advertise(handles.prompt, "mesh_blocks", params_, step_m_);
   }
 
   std::optional<double> meshRate_hz() const override {
@@ -218,10 +212,10 @@ class MeshTopicsStep : public Step {
     mesh_pace_.setRate(rates_.mesh_hz, now);
     addPending(now);
     if (round_pace_.isDue(now)) {
-      const ChunkLattice lattice(mesh->meshes.voxelSize(), params_.chunk_blocks);
-      format_.step_m = lattice.step_m;
-      markers_.publishRound(chunks_, lattice, format_, *mesh);
-      blocks_.publishRound(chunks_, lattice, format_, *mesh);
+      const ChunkLattice lattice(mesh->meshes.voxelSize(), params_.publish.chunk_blocks);
+      step_m_ = lattice.step_m;
+      markers_.publishRound(chunks_, lattice, params_, *mesh);
+      blocks_.publishRound(chunks_, lattice, params_, *mesh);
       mesh->meshes.dropFetched();
       // Of the thread's time at least half is for others that share the cores.
       round_pace_.end(now);
@@ -247,7 +241,7 @@ class MeshTopicsStep : public Step {
   }
 
   std::vector<PackedKey> nextToRefresh(SteadyTime now) {
-    const double refresh_s = params_.mesh_refresh_s;
+    const double refresh_s = params_.publish.mesh_refresh_s;
     if (refresh_s <= 0.0 || toSeconds(now - refreshed_at_) < kRefreshPeriod_s) return {};
     refreshed_at_ = now;
     const std::vector<PackedKey> all = chunks_.all();
@@ -263,9 +257,9 @@ class MeshTopicsStep : public Step {
     return keys;
   }
 
-  const PublishParams params_;
+  const NodeParams& params_;
   const Rates& rates_;
-  Format format_;
+  std::atomic<double> step_m_;  ///< Of the map's lattice: see ChunkLattice.
   MeshChunks chunks_;
   ChunkTopic<MarkerArray> markers_;
   ChunkTopic<MeshBlocks> blocks_;

@@ -2,7 +2,7 @@
 """Checks that the documentation agrees with the code: check_docs.py ROOT.
 
 - Relative links of the Markdown files lead to files that exist, and to headings that exist.
-- Source files, scripts and kernels that are named in them exist, and pages that the code names.
+- Source files and scripts that are named in them exist, and pages that the code names.
 - The table of docs/method.md names every number of the rules, with its default, and no other.
 - Its table of stages has those of the profile.
 - docs/ros.md names every key of config/default.yaml.
@@ -74,15 +74,6 @@ def check_named_pages(root):
             for name in sorted(set(re.findall(r"\bdocs/[\w/]+\.md\b", text))):
                 if not (root / name).exists():
                     yield f"{path.relative_to(root)}: names {name}, which does not exist"
-
-
-def check_kernels(root):
-    """Pages of results may name what was measured at the time."""
-    code = "".join(path.read_text(encoding="utf-8") for path in (root / "cuda").glob("*.cu"))
-    for path in sorted((root / "docs").glob("*.md")):
-        for name in sorted(set(re.findall(r"`(\w+Kernel)`", path.read_text(encoding="utf-8")))):
-            if name not in code:
-                yield f"docs/{path.name}: names {name}, which does not exist"
 
 
 def value_of(text):
@@ -191,7 +182,6 @@ def problems(root):
         yield from (f"{name}: {text}" for text in check_links(path))
         yield from (f"{name}: {text}" for text in check_named_files(path, root))
     yield from check_named_pages(root)
-    yield from check_kernels(root)
     yield from (f"docs/method.md: {text}" for text in check_rules(root))
     yield from (f"src/backend/rules.h: {text}" for text in check_visits(root))
     yield from (f"docs/method.md: {text}" for text in check_stages(root))

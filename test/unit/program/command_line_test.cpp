@@ -99,20 +99,6 @@ TEST(CommandLine, NamesWhatIsWrong) {
   }
 }
 
-TEST(CommandLine, ChoicesTakeExactlyOne) {
-  const auto errorFor = [](const Arguments& arguments) {
-    std::string a, b;
-    CommandLine line("program", "", "");
-    line.addText({"--a", "A", ""}, a);
-    line.addText({"--b", "B", ""}, b);
-    line.requireOneOf({"--a", "--b"});
-    return errorOf<UsageError>([&] { line.parse(arguments); });
-  };
-  EXPECT_EQ(errorFor({"--b", "1"}), "");
-  EXPECT_EQ(errorFor({}), "give one of --a and --b");
-  EXPECT_EQ(errorFor({"--a", "1", "--b", "1"}), "give one of --a and --b");
-}
-
 TEST(CommandLine, ShowsTextsWhateverIsMissing) {
   EXPECT_EQ(textAskedFor({"--show"}), "shown");
   const std::string help = textAskedFor({"--flag", "-h"});

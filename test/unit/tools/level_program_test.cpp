@@ -124,7 +124,6 @@ TEST_F(LevelProgram, EndsWhereUpCannotBeFound) {
   EXPECT_TRUE(contains(floor.err, "--frames FIRST:")) << floor.err;
   EXPECT_FALSE(std::filesystem::exists(in("mesh.ply"))) << "nothing is fused by a guess";
   EXPECT_EQ(reconstruct(input + " --set map/level=imu").exit_code, 1);
-  EXPECT_EQ(reconstruct(input + " --imu-topic /imu").exit_code, 2);
 }
 
 TEST_F(LevelProgram, WarnsWhereSpaceIsKeptInAFrameThatIsNotLevel) {

@@ -53,6 +53,7 @@ TEST(ReconstructOptions, OptionsOfAnotherKindOfInputAreRefused) {
   EXPECT_NE(errorFor({"--tum", "d", "--mesh", "o.ply", "--depth-topic", "/d"}), "");
   EXPECT_NE(errorFor({"d", "--format", "icl", "--mesh", "o.ply", "--info-topic", "/d"}), "");
   EXPECT_NE(errorFor({"--tum", "d", "--mesh", "o.ply", "--mask-topic", "/m"}), "");
+  EXPECT_NE(errorFor({"--tum", "d", "--mesh", "o.ply", "--imu-topic", "/i"}), "");
 }
 
 TEST(ReconstructOptions, NamesWhatIsWrong) {

@@ -56,16 +56,6 @@ __device__ uint16_t packJudged(int direction, int voxel, bool is_covered) {
          static_cast<uint16_t>(is_covered ? kCoveredBit : 0u);
 }
 
-struct JudgedVoxel {
-  int direction, index;
-  bool is_covered;
-};
-
-__device__ JudgedVoxel unpackJudged(uint16_t packed) {
-  const int voxel = static_cast<int>(packed & (kCoveredBit - 1u));
-  return {voxel / kVoxelsPerBlock, voxel % kVoxelsPerBlock, (packed & kCoveredBit) != 0};
-}
-
 /// A warp takes as long for one of them as for 32: so they are listed first.
 __device__ void listJudged(const MapView& map, const FusionRules& rules, const SlotEntry& entry,
                            const VisitedBlock& block, JudgedVoxels& list) {
@@ -106,12 +96,13 @@ __device__ uint32_t judgeVoxels(const FrameSensing& sensing, const FusionSetting
                                 const Vec3f& first_voxel_L, const JudgedVoxels& list) {
   uint32_t sights = 0;
   for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kClearThreads, ++turn) {
-    const JudgedVoxel voxel = unpackJudged(list.voxel[k]);
-    const Voxel* voxels = map.voxels.record(entry.array[voxel.direction]);
-    const Sight sight =
-        judge(sensing, first_voxel_L, voxels, voxel.index,
-              fusion.directional ? voxel.direction : kAnyDirection, voxel.is_covered);
-    if (isAgainst(sight, voxels[voxel.index], voxel.is_covered, fusion.rules)) {
+    const uint32_t judged = list.voxel[k] & (kCoveredBit - 1u);
+    const bool is_covered = (list.voxel[k] & kCoveredBit) != 0;
+    const int d = judged / kVoxelsPerBlock, i = judged % kVoxelsPerBlock;
+    const Voxel* voxels = map.voxels.record(entry.array[d]);
+    const Sight sight = judge(sensing, first_voxel_L, voxels, i,
+                              fusion.directional ? d : kAnyDirection, is_covered);
+    if (isAgainst(sight, voxels[i], is_covered, fusion.rules)) {
       sights |= static_cast<uint32_t>(sight) << (2 * turn);
     }
   }
@@ -139,7 +130,9 @@ __device__ uint32_t clearBlock(const FrameSensing& sensing, const FusionSettings
   for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kClearThreads, ++turn) {
     const auto sight = static_cast<Sight>(sights >> (2 * turn) & 3u);
     if (sight == Sight::kSurface) continue;
-    const auto [d, i, is_covered] = unpackJudged(list.voxel[k]);
+    const uint32_t judged = list.voxel[k] & (kCoveredBit - 1u);
+    const bool is_covered = (list.voxel[k] & kCoveredBit) != 0;
+    const int d = judged / kVoxelsPerBlock, i = judged % kVoxelsPerBlock;
     Voxel& voxel = map.voxels.record(entry.array[d])[i];
     const bool was_empty = isEmpty(voxel);
     const int32_t frames = framesAgainst(sight, is_covered, fusion.rules);

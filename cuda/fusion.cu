@@ -32,34 +32,6 @@ __device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf, uint
   if (sample.nearest != 0) atomicMax(&sums->nearest, sample.nearest);
 }
 
-/// The sums of a touched block, looked up only where samples pass to another one.
-class TouchedSums {
- public:
-  __device__ TouchedSums(const TouchedView& touched, const Vec3i& origin_block)
-      : touched_(touched), origin_block_(origin_block) {}
-
-  __device__ void moveTo(const Vec3i& block_L) {
-    const PackedKey key = packKey(block_L + origin_block_);
-    if (key == key_) return;
-    key_ = key;
-    const int32_t place = findTouched(touched_, key);
-    first_ = place < 0 ? kNone : touched_.first_sums[place];
-    directions_ = place < 0 ? 0 : touched_.directions[place];
-  }
-
-  /// The array of sums of a direction that the block has.
-  __device__ uint32_t of(int direction) const {
-    return first_ + __popc(directions_ & ((1u << direction) - 1u));
-  }
-
- private:
-  static constexpr uint32_t kNone = 1u << 31;  ///< Beyond all sums.
-  const TouchedView& touched_;
-  const Vec3i origin_block_;
-  PackedKey key_ = kNoKey;
-  uint32_t first_ = kNone, directions_ = 0;
-};
-
 /// One thread per part of a surfel's line, four blocks of them at a time on a multiprocessor, since
 /// atomics make them wait. In a table that was too small nothing would be found.
 __global__ void __launch_bounds__(kThreads, 4)
@@ -71,15 +43,27 @@ __global__ void __launch_bounds__(kThreads, 4)
   const FrameSensing sensing = on_device.load();
   CastLine cast = makeCastLine(surfels.surfels[part_of_line.surfel], sensing, fusion);
   part_of_line.takeFrom(cast.line);
-  TouchedSums sums(touched, blockOfVoxel(sensing.image.frame.origin_voxel));
+  const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
+  // The touched block that samples lie in, looked up only where they pass to another one: its first
+  // array of sums, of those directions.
+  constexpr uint32_t kBeyondAll = 1u << 31;
+  PackedKey key = kNoKey;
+  uint32_t first_sum = kBeyondAll, summed = 0;
   const DirectionSet& directions = cast.directions;
   auto add = [&](const Vec3i& voxel_L, const CornerSample& sample, int32_t sdf) {
-    sums.moveTo(blockOfVoxel(voxel_L));
+    const PackedKey sample_key = packKey(blockOfVoxel(voxel_L) + origin_block);
+    if (sample_key != key) {
+      key = sample_key;
+      const int32_t place = findTouched(touched, key);
+      first_sum = place < 0 ? kBeyondAll : touched.first_sums[place];
+      summed = place < 0 ? 0 : touched.directions[place];
+    }
     const int index = indexInBlock(voxel_L);
     for (int d = 0; d < 3; ++d) {
       if (d >= directions.count) break;
       const int32_t weight = roundWeight(sample.share * directions.weight[d]);
-      const uint32_t sum = sums.of(directions.direction[d]) - part.first;
+      const uint32_t before = summed & ((1u << directions.direction[d]) - 1u);
+      const uint32_t sum = first_sum + __popc(before) - part.first;
       if (weight == 0 || sum >= part.count) continue;
       addAtomically(&part.sums[static_cast<size_t>(sum) * kVoxelsPerBlock + index], weight, sdf,
                     sample.point_key);

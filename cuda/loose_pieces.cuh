@@ -120,17 +120,6 @@ __device__ void forEachRun(uint32_t surface, const Visit& visit) {
   }
 }
 
-/// Labels of the units in a block and in those around it, in the map; null where there is no block.
-struct LabelNeighbourhood {
-  const UnitLabels* block[kBlocksAround];
-
-  __device__ UnitLabels operator()(const Vec3i& unit) const {
-    const CornerSource source = unitSource(unit);
-    const UnitLabels* labels = block[source.block];
-    return labels == nullptr ? UnitLabels{0, 0} : labels[source.voxel];
-  }
-};
-
 /// The labels of the units around a block's corners, which its threads ask for again and again: its
 /// own and one more on each side. Along x as many as the window has.
 struct CornerLabels {
@@ -157,7 +146,7 @@ __device__ inline uint32_t takeLabels(const LabelNeighbourhood& around, CornerLa
 #pragma unroll  // reads all before it waits for any
   for (int n = 0; n < kWindowSide / 4; ++n) {
     const CornerSource source = unitSource(first + gridStep(0, 4 * n));
-    const UnitLabels* block = around.block[source.block];
+    const UnitLabels* block = around[source.block];
     four[n] = block == nullptr ? 0 : *reinterpret_cast<const uint64_t*>(block + source.voxel);
   }
   uint32_t surface = 0;

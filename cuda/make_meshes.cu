@@ -64,7 +64,7 @@ __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t lea
   if (t < kBlocksAround) {
     const int32_t slot = findSlot(map, packKey(key + aroundOffset(t)));
     findArrays(map, slot, shared.arrays.array[t]);
-    shared.labels_around.block[t] = slot < 0 ? nullptr : map.unit_labels.record(slot);
+    shared.labels_around[t] = slot < 0 ? nullptr : map.unit_labels.record(slot);
   }
   if (t < kEdgeWords) shared.edges.bits[t] = 0;
   __syncthreads();

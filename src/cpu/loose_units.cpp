@@ -109,11 +109,6 @@ WindowRows widened(const WindowRows& units, int most_units) {
 /// The piece of a unit, joined over edges as well; once it is not small, a part of it.
 Piece pieceOverEdges(WindowRows surface, const LabelNeighbourhood& labels, int row, uint32_t unit,
                      int most_units) {
-  const auto labelsAt = [&](const Vec3i& at) {
-    const CornerSource source = unitSource(at);
-    const UnitLabels* block = labels[source.block];
-    return block == nullptr ? UnitLabels{0, 0} : block[source.voxel];
-  };
   Piece piece;
   movePiece(surface, row, unit, piece);
   for (bool grows = true; grows && piece.isSmall(most_units);) {
@@ -121,7 +116,7 @@ Piece pieceOverEdges(WindowRows surface, const LabelNeighbourhood& labels, int r
     for (int i = 0; i < kWindowRows; ++i) {
       for (uint32_t rest = before[i]; rest != 0; rest &= rest - 1) {
         const Vec3i at = firstOfRow(i) + gridStep(0, __builtin_ctz(rest));
-        visitOverEdges(labelsAt, at, [&](const Vec3i& other) {
+        visitOverEdges(labels, at, [&](const Vec3i& other) {
           movePiece(surface, windowRow(other.y, other.z), 1u << (other.x + kMostLooseUnits), piece);
         });
       }

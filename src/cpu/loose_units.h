@@ -19,10 +19,6 @@ inline void addUnit(BlockBits& bits, const Vec3i& unit) {
   bits[unit.z] |= uint64_t{1} << (unit.x + kBlockSide * unit.y);
 }
 
-/// Labels of the units in a block and in those around it, by aroundOffset(); null where none of
-/// them says anything.
-using LabelNeighbourhood = const UnitLabels* [kBlocksAround];
-
 /// Of a block's units that hold a surface, those of loose pieces.
 BlockBits looseUnits(const BlockBits& surface, const LabelNeighbourhood& labels, int most_units);
 

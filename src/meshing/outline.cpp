@@ -61,7 +61,7 @@ void Outline::findEnds(size_t vertex) const {
 }
 
 /// One end of the fan of triangles around a vertex; kNone: they are no fan, or a closed one.
-size_t Outline::endOfFan(size_t vertex, Way way) const {
+size_t Outline::endOfFan(size_t vertex, int way) const {
   if (!vertices_[vertex].has_ends) findEnds(vertex);
   const int32_t end = vertices_[vertex].ends[way];
   const int64_t number = static_cast<int64_t>(vertex) + end;
@@ -70,7 +70,7 @@ size_t Outline::endOfFan(size_t vertex, Way way) const {
 }
 
 /// The next vertex on the outline; kNone: the line ends there, or meets another one.
-size_t Outline::beside(size_t vertex, Way way) const {
+size_t Outline::beside(size_t vertex, int way) const {
   if (kindOf(vertex) == Kind::kFixed) return kNone;
   const size_t next = endOfFan(vertex, way);
   if (next == kNone || kindOf(next) == Kind::kFixed) return next;
@@ -78,7 +78,7 @@ size_t Outline::beside(size_t vertex, Way way) const {
 }
 
 /// The same, past the middle of a side.
-size_t Outline::nextOnEdge(size_t vertex, Way way) const {
+size_t Outline::nextOnEdge(size_t vertex, int way) const {
   const size_t next = beside(vertex, way);
   return next != kNone && kindOf(next) == Kind::kMiddle ? beside(next, way) : next;
 }
@@ -148,9 +148,9 @@ Vec3f Outline::shiftOf(size_t vertex, const std::vector<Vec3f>& positions) const
   float length = 0.0f;
   int steps = 0;
   while (steps < kStepsAlong) {
-    for (const Way way : {kForwards, kBackwards}) at[way] = nextOnEdge(at[way], way);
+    for (const int way : {kForwards, kBackwards}) at[way] = nextOnEdge(at[way], way);
     if (at[kForwards] == kNone || at[kBackwards] == kNone) break;
-    for (const Way way : {kForwards, kBackwards}) {
+    for (const int way : {kForwards, kBackwards}) {
       length += norm(positions[at[way]] - ends[way]);
       ends[way] = positions[at[way]];
     }

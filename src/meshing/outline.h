@@ -55,7 +55,7 @@ class Outline {
   std::vector<std::pair<size_t, Vec3f>> smoothed(const std::vector<Vec3f>& positions) const;
 
  private:
-  enum Way { kForwards, kBackwards };
+  static constexpr int kForwards = 0, kBackwards = 1;  ///< Ways along an outline.
   static constexpr size_t kNone = SIZE_MAX;
 
   /// What the triangles around a vertex say of the vertices beside it: each triangle has one after
@@ -75,9 +75,9 @@ class Outline {
   bool isInside(size_t vertex) const { return vertices_[vertex].sum == 0; }
   Kind kindOf(size_t vertex) const { return vertices_[vertex].kind; }
   void findEnds(size_t vertex) const;
-  size_t endOfFan(size_t vertex, Way way) const;
-  size_t beside(size_t vertex, Way way) const;
-  size_t nextOnEdge(size_t vertex, Way way) const;
+  size_t endOfFan(size_t vertex, int way) const;
+  size_t beside(size_t vertex, int way) const;
+  size_t nextOnEdge(size_t vertex, int way) const;
   void followLoop(size_t lowest, std::vector<uint32_t>& loop) const;
   bool cutCorner(std::vector<uint32_t>& loop, const std::vector<Vec3f>& positions,
                  const std::vector<Vec3f>& normals, std::vector<Triangle>& triangles) const;

@@ -174,7 +174,7 @@ std::vector<Vec3i> SurfaceCells::restoreLost(const std::vector<PackedKey>& lost,
     for (const auto& [cube, counts] : sector->counts) {
       CubeCells& restored = cells.at(unpackKey(cube));
       for (int i = 0; i < kCellsPerCube; ++i) {
-        if (counts.blocks[static_cast<size_t>(i)] > 0) add(restored.surface, i);
+        if (counts[static_cast<size_t>(i)] > 0) add(restored.surface, i);
       }
       cubes.push_back(unpackKey(cube));
     }
@@ -211,10 +211,9 @@ void SurfaceCells::replace(const BlockKey& block, std::vector<Vec3i> now, CellTa
 
 void SurfaceCells::put(const Vec3i& cell, CellTable& cells) {
   const Vec3i cube = cubeOfCell(cell);
-  SurfaceSector::Counts& counts = sectors_.open(packKey(sectorOfCell(cell))).counts[packKey(cube)];
+  auto& counts = sectors_.open(packKey(sectorOfCell(cell))).counts[packKey(cube)];
   const int index = indexInCube(cell);
-  if (counts.blocks[index]++ > 0) return;
-  ++counts.cells;
+  if (counts[index]++ > 0) return;
   add(cells.at(cube).surface, index);
   changed_.push_back(cube);
 }
@@ -224,17 +223,18 @@ void SurfaceCells::take(const Vec3i& cell, CellTable& cells) {
   const int index = indexInCube(cell);
   auto& all_counts = sectors_.open(packKey(sectorOfCell(cell))).counts;
   const auto place = all_counts.find(packKey(cube));
-  if (place == all_counts.end() || place->second.blocks[index] == 0) return;  // the disk lost it
-  SurfaceSector::Counts& counts = place->second;
-  if (--counts.blocks[index] > 0) return;
+  if (place == all_counts.end() || place->second[index] == 0) return;  // the disk lost it
+  auto& counts = place->second;
+  if (--counts[index] > 0) return;
   remove(cells.at(cube).surface, index);
   changed_.push_back(cube);
-  if (--counts.cells == 0) all_counts.erase(place);
+  const auto has_none = [](uint8_t blocks) { return blocks == 0; };
+  if (std::all_of(counts.begin(), counts.end(), has_none)) all_counts.erase(place);
 }
 
 size_t SurfaceSector::bytes() const {
   constexpr size_t kNode = sizeof(PackedKey) + 3 * sizeof(void*), kHeap = 2 * sizeof(void*);
-  return sizeof(*this) + counts.size() * (kNode + sizeof(Counts)) + listed * sizeof(Vec3i) +
+  return sizeof(*this) + counts.size() * (kNode + kCellsPerCube) + listed * sizeof(Vec3i) +
          cells_of_block.size() * (kNode + kHeap + sizeof(std::vector<Vec3i>));
 }
 

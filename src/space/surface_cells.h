@@ -19,15 +19,10 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2);
 
 /// The cells that blocks of a sector have triangles in, and how many blocks have some in its cells.
 struct SurfaceSector {
-  /// Of a cube.
-  struct Counts {
-    std::array<uint8_t, kCellsPerCube> blocks{};  ///< By cell: how many have a triangle in it.
-    int cells = 0;                                ///< With any.
-  };
-
   std::unordered_map<PackedKey, std::vector<Vec3i>> cells_of_block;
-  std::unordered_map<PackedKey, Counts> counts;  ///< By cube; none without surfaces.
-  size_t listed = 0;                             ///< Cells in all lists.
+  /// By cube and cell: how many blocks have a triangle in it. None of cubes without surfaces.
+  std::unordered_map<PackedKey, std::array<uint8_t, kCellsPerCube>> counts;
+  size_t listed = 0;  ///< Cells in all lists.
 
   bool isEmpty() const { return cells_of_block.empty() && counts.empty(); }
   size_t bytes() const;

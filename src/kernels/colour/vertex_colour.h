@@ -135,19 +135,20 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, boo
 }
 
 /// The colour of a vertex; without weight if no voxel is painted that tells.
-/// `ends.colour(direction, upper)` gives what a direction has at the edge's lower or upper end,
-/// `ends.sample(direction, upper)` its sample. The directions that cross the edge as the vertex
+/// `colour(direction, upper)` gives what a direction has at the edge's lower or upper end,
+/// `sample(direction, upper)` its sample. The directions that cross the edge as the vertex
 /// does tell, as for its position; where none does, all that are asked, a bit each. Those without
 /// paint there add nothing, so their samples are not read. The colour of a direction that crosses
 /// is between those of the ends, as the surface is: colours stand at the feet of voxels, and the
 /// foot of the vertex divides the way between theirs in the same ratio.
-template <class Ends>
-DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const Ends& ends) {
+template <class ColourAt, class SampleAt>
+DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const ColourAt& colour,
+                               const SampleAt& sample) {
   ColourMean crossing, speaking;
   visitDirections(asked, [&](int d) {
-    const VoxelColour lower_colour = ends.colour(d, false), upper_colour = ends.colour(d, true);
+    const VoxelColour lower_colour = colour(d, false), upper_colour = colour(d, true);
     if (!isPainted(lower_colour) && !isPainted(upper_colour)) return;
-    const Sample lower = ends.sample(d, false), upper = ends.sample(d, true);
+    const Sample lower = sample(d, false), upper = sample(d, true);
     if (crosses(lower, upper, facing)) {
       const float from_lower = fabsf(lower.sdf), length = from_lower + fabsf(upper.sdf);
       const float at = length > 0.0f ? from_lower / length : 0.5f;
@@ -163,19 +164,6 @@ DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const Ends& ends) {
   return crossing.weight > 0.0f ? crossing : speaking;  // as most are
 }
 
-/// What an edge has at its ends, for meanOnEdge().
-struct EdgeColours {
-  const ColouredCorners& corners;
-  CornerSource lower, upper;
-
-  DTSDF_HD VoxelColour colour(int direction, bool is_upper) const {
-    return corners.colourAt(is_upper ? upper : lower, direction);
-  }
-  DTSDF_HD Sample sample(int direction, bool is_upper) const {
-    return corners.voxels.sample(is_upper ? upper : lower, direction);
-  }
-};
-
 /// The colour of a vertex whose own voxels are not painted. @pre The painted rows were found.
 DTSDF_HD VertexColour colourBeside(const ColouredCorners& corners, int edge, bool directional) {
   VertexColour around{0, 0, 0, 0};
@@ -190,10 +178,13 @@ DTSDF_HD VertexColour colourBeside(const ColouredCorners& corners, int edge, boo
 /// anywhere.
 DTSDF_HD VertexColour ownColour(const ColouredCorners& corners, int edge, bool directional) {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
-  const EdgeColours ends{corners, cornerSource(corner), cornerSource(corner + cornerStride(axis))};
-  const uint32_t kept = corners.directionsAt(ends.lower) | corners.directionsAt(ends.upper);
-  return colourOf(
-      meanOnEdge(directional ? kept & speakingOnEdge(axis, facing) : kept, facing, ends));
+  const CornerSource lower = cornerSource(corner),
+                     upper = cornerSource(corner + cornerStride(axis));
+  const uint32_t kept = corners.directionsAt(lower) | corners.directionsAt(upper);
+  return colourOf(meanOnEdge(
+      directional ? kept & speakingOnEdge(axis, facing) : kept, facing,
+      [&](int d, bool is_upper) { return corners.colourAt(is_upper ? upper : lower, d); },
+      [&](int d, bool is_upper) { return corners.voxels.sample(is_upper ? upper : lower, d); }));
 }
 
 /// Between two vertices, of which one may not be painted.

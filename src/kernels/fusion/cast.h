@@ -61,11 +61,10 @@ DTSDF_HD float perSquare(const Vec3f& side) {
 }
 
 DTSDF_HD MeasuredSides measuredSides(const Surfel& surfel, const FrameView& frame, int axis) {
-  const Footprint& footprint_px = surfel.footprint_px;
-  if (!(footprint_px.across + footprint_px.down > 0.0f)) return noSides();
+  if (!(surfel.half_across_px + surfel.half_down_px > 0.0f)) return noSides();
   const Intrinsics& K = frame.intrinsics;
-  const Vec3f across = stepOnPlane(surfel, frame, {1.0f, 0.0f, 0.0f}, K.fx, footprint_px.across);
-  const Vec3f down = stepOnPlane(surfel, frame, {0.0f, 1.0f, 0.0f}, K.fy, footprint_px.down);
+  const Vec3f across = stepOnPlane(surfel, frame, {1.0f, 0.0f, 0.0f}, K.fx, surfel.half_across_px);
+  const Vec3f down = stepOnPlane(surfel, frame, {0.0f, 1.0f, 0.0f}, K.fy, surfel.half_down_px);
   return {permute(across, axis), permute(down, axis), perSquare(across), perSquare(down)};
 }
 

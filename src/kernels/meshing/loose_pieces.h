@@ -79,10 +79,20 @@ DTSDF_HD bool crosses(const UnitLabels& labels, int edge) {
   return (differ(indices.sheet[0]) | differ(indices.sheet[1])) != 0;
 }
 
+/// Labels of the units in a block and in those around it, by aroundOffset(); null where there is no
+/// block, or none of its units says anything.
+using LabelNeighbourhood = const UnitLabels* [kBlocksAround];
+
 /// Visits the units of the window that a unit is joined to over an edge, but for those that it is
-/// joined to over two faces. `at(unit)` gives labels.
-template <class At, class Visit>
-DTSDF_HD void visitOverEdges(const At& at, const Vec3i& unit, const Visit& visit) {
+/// joined to over two faces.
+template <class Visit>
+DTSDF_HD void visitOverEdges(const LabelNeighbourhood& around, const Vec3i& unit,
+                             const Visit& visit) {
+  const auto at = [&](const Vec3i& of) {
+    const CornerSource source = unitSource(of);
+    const UnitLabels* labels = around[source.block];
+    return labels == nullptr ? UnitLabels{0, 0} : labels[source.voxel];
+  };
   const UnitLabels own = at(unit);
   for (int edge = 0; edge < kUnitEdges; ++edge) {
     const Vec3i step = stepOver(edge), other = unit + step;

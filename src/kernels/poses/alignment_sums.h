@@ -41,20 +41,15 @@ DTSDF_HD Pixel pixelOfPoint(const AlignmentGrid& grid, int32_t index) {
           (index / grid.columns) * grid.stride + grid.stride / 2};
 }
 
-/// The plane in inverse depth around a pixel: value and slopes per pixel.
-struct AlignedPlane {
-  float value, slope_u, slope_v;
-  bool known;
-};
-
-/// Fits a plane to the window around a pixel, of those pairs of opposite pixels that lie on one
-/// surface with it: the mean of their inverse depths hardly differs from its own.
-/// `inverse_depth(du, dv)` is above 0 where something is measured.
+/// Fits a plane in inverse depth, with slopes per pixel, to the window around a pixel, of those
+/// pairs of opposite pixels that lie on one surface with it: the mean of their inverse depths
+/// hardly differs from its own. @return false where there is none. `inverse_depth(du, dv)` is above
+/// 0 where something is measured.
 template <class InverseDepth>
-DTSDF_HD AlignedPlane fitAlignedPlane(const AlignmentSettings& settings,
-                                      const InverseDepth& inverse_depth) {
+DTSDF_HD bool fitAlignedPlane(const AlignmentSettings& settings, const InverseDepth& inverse_depth,
+                              float& value, float& slope_u, float& slope_v) {
   const float middle = inverse_depth(0, 0);
-  if (!(middle > 0.0f)) return {0.0f, 0.0f, 0.0f, false};
+  if (!(middle > 0.0f)) return false;
   // Sums over pairs of pixels on opposite sides of the middle one part its value from its slopes.
   float sum = middle, sum_uu = 0.0f, sum_uv = 0.0f, sum_vv = 0.0f, sum_u = 0.0f, sum_v = 0.0f;
   int32_t pairs = 0;
@@ -77,9 +72,11 @@ DTSDF_HD AlignedPlane fitAlignedPlane(const AlignmentSettings& settings,
   }
   const int32_t all = 2 * r * (r + 1);
   const float determinant = sum_uu * sum_vv - sum_uv * sum_uv;
-  if (2 * pairs < all || !(determinant > 0.0f)) return {0.0f, 0.0f, 0.0f, false};
-  return {sum / static_cast<float>(pairs + 1), (sum_u * sum_vv - sum_v * sum_uv) / determinant,
-          (sum_v * sum_uu - sum_u * sum_uv) / determinant, true};
+  if (2 * pairs < all || !(determinant > 0.0f)) return false;
+  value = sum / static_cast<float>(pairs + 1);
+  slope_u = (sum_u * sum_vv - sum_v * sum_uv) / determinant;
+  slope_v = (sum_v * sum_uu - sum_u * sum_uv) / determinant;
+  return true;
 }
 
 /// The point of a pixel. A point counts by how squarely it is seen, and less the farther it is:
@@ -92,18 +89,18 @@ DTSDF_HD AlignedPoint makeAlignedPoint(const FrameView& frame, const Pixel& pixe
   if (pixel.u < r || pixel.v < r || pixel.u + r >= frame.width || pixel.v + r >= frame.height) {
     return noAlignedPoint();
   }
-  const AlignedPlane plane = fitAlignedPlane(settings, inverse_depth);
-  if (!plane.known) return noAlignedPoint();
+  float value, slope_u, slope_v;
+  if (!fitAlignedPlane(settings, inverse_depth, value, slope_u, slope_v)) return noAlignedPoint();
   const Intrinsics& K = frame.intrinsics;
   const float u = static_cast<float>(pixel.u), v = static_cast<float>(pixel.v);
-  const float depth_m = 1.0f / plane.value;
+  const float depth_m = 1.0f / value;
   const Vec3f p_C = backProject(K, u, v, depth_m);
-  const Vec3f away{K.fx * plane.slope_u, K.fy * plane.slope_v,
-                   plane.value - (u - K.cx) * plane.slope_u - (v - K.cy) * plane.slope_v};
+  const Vec3f away{K.fx * slope_u, K.fy * slope_v,
+                   value - (u - K.cx) * slope_u - (v - K.cy) * slope_v};
   const Vec3f normal_C = (-1.0f / norm(away)) * away;
   const float cosine = -dot(p_C, normal_C) / norm(p_C);
   if (!(cosine > 0.0f)) return noAlignedPoint();
-  const float near = minimum(plane.value * settings.full_weight_depth_m, 1.0f);
+  const float near = minimum(value * settings.full_weight_depth_m, 1.0f);
   return {(1.0f / frame.voxel_size_m) * p_C, normal_C, cosine * near * near};
 }
 

@@ -10,17 +10,11 @@
 
 namespace dtsdf {
 
-/// How far a surfel's surface is known to go on to both sides of its point, along the image's rows
-/// and columns, in pixels.
-struct Footprint {
-  float across, down;
-};
-
 /// Subpixels along the rows and along the columns of the image: 1 or kThirds.
 struct Subdivision {
   int32_t across, down;
   /// Of each: half of it where the pixel's neighbours continue its plane, else 0.
-  Footprint footprint_px = {0.0f, 0.0f};
+  float half_across_px = 0.0f, half_down_px = 0.0f;
 };
 
 /// A surfel updates the samples to both sides of it, so thirds leave none out in a pixel as wide as
@@ -74,13 +68,13 @@ DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pi
       continuesPlane(sensing, pixel, {u - 1, v}, kLinkRight, -plane.slope_u, surfels) &&
       continuesPlane(sensing, pixel, {u + 1, v}, kLinkRight, plane.slope_u, surfels)) {
     subdivision.across = isWiderThan(across, wide) ? kThirds : 1;
-    subdivision.footprint_px.across = 0.5f / static_cast<float>(subdivision.across);
+    subdivision.half_across_px = 0.5f / static_cast<float>(subdivision.across);
   }
   if (isWiderThan(down, narrow) &&
       continuesPlane(sensing, pixel, {u, v - 1}, kLinkDown, -plane.slope_v, surfels) &&
       continuesPlane(sensing, pixel, {u, v + 1}, kLinkDown, plane.slope_v, surfels)) {
     subdivision.down = isWiderThan(down, wide) ? kThirds : 1;
-    subdivision.footprint_px.down = 0.5f / static_cast<float>(subdivision.down);
+    subdivision.half_down_px = 0.5f / static_cast<float>(subdivision.down);
   }
   return subdivision;
 }

@@ -13,7 +13,9 @@ struct Surfel {
   float weight;
   Vec3f normal_L;
   float depth_m;
-  Footprint footprint_px = {0.0f, 0.0f};
+  /// How far its surface is known to go on to both sides of the point, along the image's rows and
+  /// columns.
+  float half_across_px = 0.0f, half_down_px = 0.0f;
 };
 
 /// Share of a voxel's face that a pixel covers at a depth, seen face on: so that what a frame says
@@ -34,13 +36,17 @@ DTSDF_HD Surfel noSurfel() { return {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f
 /// The surfel that is seen at a point (u, v) of the image, in pixels from the centre of the first
 /// one, and of which `share` of a voxel is covered.
 DTSDF_HD Surfel makeSurfel(const FrameView& frame, float u, float v, float depth_m,
-                           const Vec3f& normal_C, float share,
-                           const Footprint& footprint_px = {0.0f, 0.0f}) {
+                           const Vec3f& normal_C, float share, float half_across_px = 0.0f,
+                           float half_down_px = 0.0f) {
   if (!(dot(normal_C, normal_C) > 0.0f)) return noSurfel();
   const Vec3f p_C = backProject(frame.intrinsics, u, v, depth_m);
   const Vec3f p_voxels = (1.0f / frame.voxel_size_m) * p_C;
-  return {transform(frame.T_L_C, p_voxels), share * angleWeight(p_C, normal_C),
-          rotate(frame.T_L_C, normal_C), depth_m, footprint_px};
+  return {transform(frame.T_L_C, p_voxels),
+          share * angleWeight(p_C, normal_C),
+          rotate(frame.T_L_C, normal_C),
+          depth_m,
+          half_across_px,
+          half_down_px};
 }
 
 /// A measurement without a normal: all that the undirected map needs for voxel projection.
@@ -90,7 +96,8 @@ DTSDF_HD Surfel makeSubpixelSurfel(const ImageView& image, const PixelMeasuremen
   const float count = static_cast<float>(subpixelCount(subdivision));
   const float share = minimum(coveredShare(image.frame, depth_m) / count, 1.0f);
   return makeSurfel(image.frame, static_cast<float>(pixel.u) + du, static_cast<float>(pixel.v) + dv,
-                    depth_m, plane.normal_C, share * plane.trust, subdivision.footprint_px);
+                    depth_m, plane.normal_C, share * plane.trust, subdivision.half_across_px,
+                    subdivision.half_down_px);
 }
 
 /// The surfel of a pixel for voxel projection, where each voxel takes one pixel and no more.

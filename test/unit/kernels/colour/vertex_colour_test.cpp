@@ -14,11 +14,11 @@ struct ColouredSample {
 struct Ends {
   ColouredSample lower[kDirectionCount] = {}, upper[kDirectionCount] = {};
 
-  VoxelColour colour(int d, bool is_upper) const { return (is_upper ? upper : lower)[d].colour; }
-  Sample sample(int d, bool is_upper) const { return (is_upper ? upper : lower)[d].sample; }
-
   VertexColour colour(int facing) const {
-    return colourOf(meanOnEdge(speakingOnEdge(0, facing), facing, *this));
+    return colourOf(meanOnEdge(
+        speakingOnEdge(0, facing), facing,
+        [&](int d, bool is_upper) { return (is_upper ? upper : lower)[d].colour; },
+        [&](int d, bool is_upper) { return (is_upper ? upper : lower)[d].sample; }));
   }
 };
 

@@ -78,7 +78,7 @@ TEST(PixelSubdivision, StopAtStepsAndHoles) {
     const SubdividedImage image([&](double x, double) { return x < x_edge ? 2.0 : beyond_m; },
                                 0.003f);
     EXPECT_EQ(image.subdivisionAt(kMiddleU, kMiddleV).across, 1) << beyond_m;
-    EXPECT_EQ(image.subdivisionAt(kMiddleU, kMiddleV).footprint_px.across, 0.0f) << beyond_m;
+    EXPECT_EQ(image.subdivisionAt(kMiddleU, kMiddleV).half_across_px, 0.0f) << beyond_m;
     EXPECT_EQ(image.subdivisionAt(kMiddleU, kMiddleV).down, 3) << beyond_m;
     EXPECT_EQ(image.subdivisionAt(kMiddleU - 6, kMiddleV).across, 3) << beyond_m;
   }

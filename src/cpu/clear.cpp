@@ -140,9 +140,8 @@ class RowJudge {
       depth_m_[x] = at.depth_m;
       u_[x] = at.u;
       v_[x] = at.v;
-      const JudgingPixel pixel = judgingPixel(frame, is_empty_[x] != 0, at);
-      pixel_[x] = pixel.index;
-      pixel_depth_m_[x] = pixel.depth_m;
+      pixel_[x] = judgingPixel(frame, at);
+      pixel_depth_m_[x] = judgedDepth(frame, is_empty_[x] != 0, at);
     }
   }
 
@@ -151,7 +150,7 @@ class RowJudge {
   uint32_t lookedThrough() const {
     uint32_t through = 0;
     for (int x = 0; x < kBlockSide; ++x) {
-      const bool looks_through = looksThrough(sensing_, {pixel_[x], pixel_depth_m_[x]});
+      const bool looks_through = pixel_depth_m_[x] < sensing_.free_depth[pixel_[x]];
       through |= (static_cast<uint32_t>(judged_[x]) & static_cast<uint32_t>(looks_through)) << x;
     }
     return through;

@@ -60,9 +60,8 @@ inline void visitPixels(const FrameView& frame, const DrawnTriangle& drawn, cons
 }
 
 /// Where a block's vertices are seen, and their normals, from the triangles of the block.
-inline void seeVertices(const FrameView& frame, const BlockMesh& mesh, std::vector<Vec3i>& shares,
-                        std::vector<SeenVertex>& seen) {
-  shares.assign(mesh.vertices.size(), Vec3i{0, 0, 0});
+inline std::vector<SeenVertex> seeVertices(const FrameView& frame, const BlockMesh& mesh) {
+  std::vector<Vec3i> shares(mesh.vertices.size(), Vec3i{0, 0, 0});
   for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
     const uint16_t* corner = mesh.triangles.data() + i;
     const Vec3i share =
@@ -71,11 +70,13 @@ inline void seeVertices(const FrameView& frame, const BlockMesh& mesh, std::vect
     for (int k = 0; k < 3; ++k) shares[corner[k]] = shares[corner[k]] + share;
   }
   const Vec3f first = toFloat(firstVoxelOfBlock(mesh.key) - frame.origin_voxel);
-  seen.clear();
+  std::vector<SeenVertex> seen;
+  seen.reserve(mesh.vertices.size());
   for (size_t i = 0; i < mesh.vertices.size(); ++i) {
     seen.push_back(seeVertex(frame, first + mesh.vertices[i].position));
     seen.back().normal_C = normalOfShares(frame, shares[i]);
   }
+  return seen;
 }
 
 /// Fills rows of a view's images. `colours` is null without colours.
@@ -105,9 +106,9 @@ class Renderer {
     if (painted) colours_.clear(pixels);
     mesher_.labelBlocks(slotsWithin(frame, kLabelledReach), least_evidence);
     const std::vector<int32_t> slots = slotsWithin(frame, kDrawnReach);
-    parallelFor<Scratch>(slots.size(), threads_, [&](size_t i, Scratch& scratch) {
-      const BlockMesh* mesh = mesher_.shownMesh(slots[i], scratch.surface);
-      if (mesh != nullptr) drawBlock(frame, *mesh, painted, scratch);
+    parallelFor<BlockSurface>(slots.size(), threads_, [&](size_t i, BlockSurface& surface) {
+      const BlockMesh* mesh = mesher_.shownMesh(slots[i], surface);
+      if (mesh != nullptr) drawBlock(frame, *mesh, painted);
     });
     resizeView(frame, painted, view);
     constexpr int32_t kRows = 16;
@@ -122,13 +123,6 @@ class Renderer {
   size_t bytes() const { return surfaces_.bytes() + colours_.bytes(); }
 
  private:
-  /// What a thread needs to draw one block after the other.
-  struct Scratch {
-    BlockSurface surface;
-    std::vector<Vec3i> shares;
-    std::vector<SeenVertex> vertices;
-  };
-
   std::vector<int32_t> slotsWithin(const FrameView& frame, float reach) const {
     const BlockKey origin = blockOfVoxel(frame.origin_voxel);
     std::vector<int32_t> slots = map_.table.slotsInView(frame, reach);
@@ -139,13 +133,13 @@ class Renderer {
     return slots;
   }
 
-  void drawBlock(const FrameView& frame, const BlockMesh& mesh, bool painted, Scratch& scratch) {
-    seeVertices(frame, mesh, scratch.shares, scratch.vertices);
+  void drawBlock(const FrameView& frame, const BlockMesh& mesh, bool painted) {
+    const std::vector<SeenVertex> vertices = seeVertices(frame, mesh);
     for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
       const uint16_t* corner = mesh.triangles.data() + i;
-      const SeenVertex& a = scratch.vertices[corner[0]];
-      const SeenVertex& b = scratch.vertices[corner[1]];
-      const SeenVertex& c = scratch.vertices[corner[2]];
+      const SeenVertex& a = vertices[corner[0]];
+      const SeenVertex& b = vertices[corner[1]];
+      const SeenVertex& c = vertices[corner[2]];
       const DrawnTriangle drawn = drawTriangle(frame, a, b, c);
       if (!drawn.is_drawn) continue;
       visitPixels(frame, drawn, [&](size_t pixel, const CornerWeights& weights) {

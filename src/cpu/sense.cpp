@@ -210,12 +210,7 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
   const LinkLimits limits = linkLimits(view, noise, surfel_settings_);
   const FitWindow window = fitWindow(view, noise, surfel_settings_);
   const int margin = surfel_settings_.normal_radius_px;
-  // In the margin pixels count as unmeasured, which ends a walk just as the image's border does.
-  struct PaddedRow {
-    std::vector<float> values;
-    std::vector<PixelLinks> links;
-  };
-  parallelFor<PaddedRow, kRowsAtATime>(view.height, threads_, [&](size_t v, PaddedRow& padded) {
+  parallelFor<kRowsAtATime>(view.height, threads_, [&](size_t v) {
     const PixelSpan span = inverse_depth_.span(v);
     PixelLinks* const links = links_.newRow(v, span);
     float* const values = row_value_.newRow(v, span);
@@ -223,15 +218,16 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
     if (span.isEmpty()) return;
     withWidestVectors(
         [&] { linkRow(view, inverse_depth_.data(), static_cast<int>(v), span, limits, links); });
-    padded.values.assign(width + 2 * margin, 0.0f);
-    padded.links.assign(width + 2 * margin, 0);
-    std::copy_n(inverse_depth_.row(v), width, padded.values.data() + margin);
-    std::copy_n(links, width, padded.links.data() + margin);
+    // In the margin pixels count as unmeasured, which ends a walk just as the image's border does.
+    std::vector<float> padded(width + 2 * margin, 0.0f);
+    std::vector<PixelLinks> padded_links(width + 2 * margin, 0);
+    std::copy_n(inverse_depth_.row(v), width, padded.data() + margin);
+    std::copy_n(links, width, padded_links.data() + margin);
     StretchFit fits;
     for (int first = span.begin; first < span.end; first += kStretch) {
       const int count = std::min(kStretch, span.end - first);
-      const float* centres = padded.values.data() + margin + first;
-      fits.compute(count, {centres, centres, padded.links.data() + margin + first},
+      const float* centres = padded.data() + margin + first;
+      fits.compute(count, {centres, centres, padded_links.data() + margin + first},
                    {1, kLinkRight, margin, margin, margin}, window);
       for (int i = 0; i < count; ++i) {
         const LineFit fit = rowFitOf(fits.fit(i));

@@ -30,11 +30,6 @@ class SectorDistances {
  private:
   using Line = std::array<Value, kSectorSide>;  ///< A value for each x of the sector.
 
-  struct Plane {
-    int32_t z;  ///< In the window.
-    std::array<Line, kSectorSide> line;
-  };
-
   void begin(const Vec3i& first, int reach) {
     first_ = first - Vec3i{reach, reach, reach};
     if (reach != reach_) {
@@ -109,6 +104,7 @@ class SectorDistances {
   /// Minima over y, for each plane of the window that has surfaces.
   void combineRows() {
     planes_.clear();
+    plane_z_.clear();
     for (int32_t z = 0; z < window_; ++z) {
       const int32_t* const rows =
           row_of_.data() + static_cast<size_t>(z) * static_cast<size_t>(window_);
@@ -118,15 +114,15 @@ class SectorDistances {
         if (!is_any) beginPlane(z);
         is_any = true;
         const Line& row = rows_[static_cast<size_t>(rows[y])];
-        for (int i = 0; i < kSectorSide; ++i) lower(planes_.back().line[i], row, i + reach_ - y);
+        for (int i = 0; i < kSectorSide; ++i) lower(planes_.back()[i], row, i + reach_ - y);
       }
     }
   }
 
   void beginPlane(int32_t z) {
     planes_.emplace_back();
-    planes_.back().z = z;
-    for (Line& line : planes_.back().line) line.fill(far_);
+    plane_z_.push_back(z);
+    for (Line& line : planes_.back()) line.fill(far_);
   }
 
   /// Minima over z.
@@ -137,7 +133,9 @@ class SectorDistances {
       for (int32_t y = 0; y < kSectorSide; ++y) {
         Line line;
         line.fill(far_);
-        for (const Plane& plane : planes_) lower(line, plane.line[y], z + reach_ - plane.z);
+        for (size_t i = 0; i < planes_.size(); ++i) {
+          lower(line, planes_[i][y], z + reach_ - plane_z_[i]);
+        }
         for (const Value value : line) is_any_near |= value < far_;
         for (int32_t x = 0; x < kSectorSide; x += kCubeSide) {
           std::transform(&line[x], &line[x] + kCubeSide, &squares[placeInSector({x, y, z})],
@@ -167,7 +165,8 @@ class SectorDistances {
   std::vector<Value> squares_;
   std::vector<int32_t> row_of_;  ///< By y and z of the window; -1: there is none.
   std::vector<Line> rows_;       ///< Lines along x that have surfaces: squared distances to them.
-  std::vector<Plane> planes_;
+  std::vector<std::array<Line, kSectorSide>> planes_;  ///< With surfaces,
+  std::vector<int32_t> plane_z_;                       ///< and where in the window they are.
 };
 
 }  // namespace dtsdf

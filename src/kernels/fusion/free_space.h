@@ -212,29 +212,20 @@ enum class Sight : uint32_t {
   kThrough,  ///< All look through it.
 };
 
-/// The pixel that a voxel's place is seen in, by its index, and how far it has to look to see
-/// through it; outside the image farther than any does.
-struct JudgingPixel {
-  int32_t index;
-  float depth_m;
-};
-
-/// An empty voxel speaks for all cells that it is a corner of: they reach a voxel farther.
+/// How far a frame has to look to see through a voxel's place: an empty voxel speaks for all cells
+/// that it is a corner of, which reach a voxel farther. Outside the image farther than any does.
 DTSDF_HD float judgedDepth(const FrameView& frame, bool is_empty, const VoxelInImage& at) {
-  return is_empty ? at.depth_m + frame.voxel_size_m : at.depth_m;
+  constexpr float kFartherThanAll_m = 1e30f;
+  const float depth_m = is_empty ? at.depth_m + frame.voxel_size_m : at.depth_m;
+  return isInImage(frame, at) ? depth_m : kFartherThanAll_m;
 }
 
-/// Branch-free, for vectors.
-DTSDF_HD JudgingPixel judgingPixel(const FrameView& frame, bool is_empty, const VoxelInImage& at) {
-  constexpr float kFartherThanAll_m = 1e30f;
+/// The index of the pixel that looks through it; outside the image any. Branch-free, for vectors.
+DTSDF_HD int32_t judgingPixel(const FrameView& frame, const VoxelInImage& at) {
   const bool is_inside = isInImage(frame, at);
   const auto u = static_cast<int32_t>(is_inside ? at.u : 0.0f);
   const auto v = static_cast<int32_t>(is_inside ? at.v : 0.0f);
-  return {v * frame.width + u, is_inside ? judgedDepth(frame, is_empty, at) : kFartherThanAll_m};
-}
-
-DTSDF_HD bool looksThrough(const FrameSensing& sensing, const JudgingPixel& pixel) {
-  return pixel.depth_m < sensing.free_depth[pixel.index];
+  return v * frame.width + u;
 }
 
 /// What a frame sees at the place of a voxel whose pixel looks through it.
@@ -248,8 +239,10 @@ DTSDF_HD Sight judgeFree(const FrameSensing& sensing, const Voxel& voxel, const 
 
 /// The same once it is known where the place is seen.
 DTSDF_HD Sight judge(const FrameSensing& sensing, const Voxel& voxel, const VoxelInImage& at) {
-  const JudgingPixel pixel = judgingPixel(sensing.image.frame, isEmpty(voxel), at);
-  return looksThrough(sensing, pixel) ? judgeFree(sensing, voxel, at) : Sight::kSurface;
+  const FrameView& frame = sensing.image.frame;
+  const float free_m = sensing.free_depth[judgingPixel(frame, at)];
+  return judgedDepth(frame, isEmpty(voxel), at) < free_m ? judgeFree(sensing, voxel, at)
+                                                         : Sight::kSurface;
 }
 
 /// What a frame sees of a voxel that it judges.

@@ -65,8 +65,8 @@ inline AlignmentSettings makeAlignmentSettings(const MapperParams& params, const
 
 inline PaintSettings makePaintSettings(const MapperParams& params, const Rules& rules) {
   constexpr float kAnyDepth_m = 1e30f;
-  const float max_depth_m = params.paint.max_depth_m;
-  return {params.map.directional, !params.paint.adapt_exposure,
+  const float max_depth_m = params.max_paint_depth_m;
+  return {params.map.directional, !params.adapt_exposure,
           max_depth_m > 0.0f ? max_depth_m : kAnyDepth_m, rules.fusion.full_weight_depth_m,
           rules.colour};
 }

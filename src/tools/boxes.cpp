@@ -60,8 +60,8 @@ void checkSettings(const RunSettings& settings) {
 }
 
 /// @throws std::runtime_error where what an image paints depends on all of the map.
-void checkPainting(const PaintParams& paint) {
-  if (!paint.adapt_exposure && paint.max_depth_m > 0.0f) return;
+void checkPainting(const MapperParams& params) {
+  if (!params.adapt_exposure && params.max_paint_depth_m > 0.0f) return;
   throw std::runtime_error(
       "the recording has colour images, which --only needs at a fixed exposure and with a depth "
       "limit: give --set colour/exposure=fixed colour/max_depth_m=5 (to reconstruct of the whole "
@@ -92,7 +92,7 @@ std::vector<size_t> imagesFor(BoxRun& run, double first_stamp_s, const RunOption
   if (images == nullptr) return listed;
   const MapperParams& params = settings.params.mapper;
   const ColourRules& rules = settings.rules.colour;
-  checkPainting(params.paint);
+  checkPainting(params);
   RateLimit rate(settings.params.max_colour_rate_hz);
   run.extent.blocks = grown(run.extent.painted, 1, 1);
   while (const std::optional<SourceColour> image = images->next()) {

@@ -82,7 +82,7 @@ MetricBox pointsOf(const BlockExtent& blocks, double voxel_m, const ColourRules&
 
 bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperParams& params,
               const ColourRules& rules) {
-  return image.maySee(pointsOf(blocks, params.map.voxel_size_m, rules), params.paint.max_depth_m);
+  return image.maySee(pointsOf(blocks, params.map.voxel_size_m, rules), params.max_paint_depth_m);
 }
 
 /// A point is compared with what is drawn in the image: a surface in view, or beside it by its own
@@ -91,7 +91,7 @@ BlockExtent blocksThatDecide(const CameraView& image, const MapperParams& params
                              const ColourRules& rules) {
   const double voxel_m = params.map.voxel_size_m;
   const Intrinsics& K = image.intrinsics();
-  MetricBox box = image.frustum(params.paint.max_depth_m);
+  MetricBox box = image.frustum(params.max_paint_depth_m);
   const double stretch = std::max(1.0, static_cast<double>(K.fx) / static_cast<double>(K.fy));
   const double margin_m =
       voxel_m * (rules.surface_distance + kPieceVoxels * stretch + kRounding_voxels);

@@ -376,8 +376,8 @@ TEST_P(BackendParity, PaintedUpToTheBudgetAndCleared) {
 /// the depth does not.
 TEST_P(BackendParity, PaintedInPartAsItIs) {
   MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.03f);
-  params.paint.adapt_exposure = false;
-  params.paint.max_depth_m = 2.0f;
+  params.adapt_exposure = false;
+  params.max_paint_depth_m = 2.0f;
   const BlockExtent fused{{-9, -9, -9}, {4, 9, 9}}, painted{{-3, -9, -9}, {3, 9, 9}};
   BackendPair pair(params, GetParam());
   pair.reference().restrictTo({fused, painted, BlockExtent()});

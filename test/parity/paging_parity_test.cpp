@@ -31,7 +31,7 @@ MapperParams paramsOf(const Way& way) {
   params.map.voxel_size_m = 0.04f;
   params.map.keep_radius_m = way.keep_radius_m;
   params.fusion.max_depth_m = 4.0f;
-  params.paint.max_depth_m = 2.0f;
+  params.max_paint_depth_m = 2.0f;
   params.space.enabled = way.space;
   params.mesh.refine = way.refined ? 1 : 0;
   return params;

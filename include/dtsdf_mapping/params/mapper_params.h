@@ -4,7 +4,6 @@
 #include "dtsdf_mapping/params/fusion_params.h"
 #include "dtsdf_mapping/params/map_params.h"
 #include "dtsdf_mapping/params/mesh_params.h"
-#include "dtsdf_mapping/params/paint_params.h"
 #include "dtsdf_mapping/params/space_params.h"
 
 namespace dtsdf {
@@ -31,8 +30,11 @@ struct MapperParams {
   MapParams map;                             ///< Section "map" of a file.
   FusionParams fusion;                       ///< Section "fusion".
   MeshParams mesh;                           ///< Section "mesh".
-  PaintParams paint;                         ///< Section "colour".
   SpaceParams space;                         ///< Section "space".
+  /// Match each colour image to the brightness of the same surface in the map; false: exposure and
+  /// white balance of the camera are locked.
+  bool adapt_exposure = true;
+  float max_paint_depth_m = 0.0f;  ///< Farther surfaces are not painted by an image; 0: all are.
 };
 
 /// Visits each member, those of the sections too, with its key and its rule.
@@ -50,8 +52,9 @@ void visitParams(MapperParams& p, Visitor& visit) {
   visitParams(p.map, visit);
   visitParams(p.fusion, visit);
   visitParams(p.mesh, visit);
-  visitParams(p.paint, visit);
   visitParams(p.space, visit);
+  visit("colour/exposure", p.adapt_exposure, EnumNames<bool>{{"adaptive", true}, {"fixed", false}});
+  visit("colour/max_depth_m", p.max_paint_depth_m, Range{0.0, 1000.0});
 }
 
 /// Rules between settings, added to the reader's violations before its finish().

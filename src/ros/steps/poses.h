@@ -169,8 +169,6 @@ class PosesStep : public Step {
   const std::optional<nav_msgs::Odometry>& published() const { return published_; }
   /// With refine, what moves the given poses of the first camera.
   const Eigen::Isometry3d& T_M_O() const { return T_M_O_; }
-  /// Stamp of the image for which that was published last.
-  const ros::Time& correctedAt() const { return corrected_at_; }
 
  private:
   /// Of the trajectory: three hours of 30 images a second.
@@ -232,9 +230,8 @@ class PosesStep : public Step {
     Alignment alignment = refiner.refine(host_.map.mapper(), depth);
     if (frame.camera != 0) return alignment;
     T_M_O_ = T_W_M().inverse() * refiner.T_W_O() * T_W_M();
-    corrected_at_ = frame.stamp;
     if (broadcaster_ && !params_.odom_frame.empty()) {
-      sendTransform(params_.map_frame, params_.odom_frame, T_M_O_, corrected_at_);
+      sendTransform(params_.map_frame, params_.odom_frame, T_M_O_, frame.stamp);
     }
     return alignment;
   }
@@ -367,7 +364,6 @@ class PosesStep : public Step {
   Alignment found_;            ///< Of the newest image.
   std::optional<nav_msgs::Odometry> published_;
   Eigen::Isometry3d T_M_O_ = Eigen::Isometry3d::Identity();
-  ros::Time corrected_at_;
   std::deque<StampedPose> fused_;
 
   ros::Publisher odometry_, path_topic_;

@@ -99,7 +99,7 @@ struct Way {
 MapperParams paramsOf(const Way& way) {
   MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
   params.fusion.max_depth_m = 2.0f;
-  params.paint.max_depth_m = 2.0f;
+  params.max_paint_depth_m = 2.0f;
   params.map.keep_radius_m = way.keep_radius_m;
   params.space.enabled = way.space;
   return params;
@@ -296,7 +296,7 @@ TEST_F(Paging, ExceedsABudgetThatIsTooSmallForAnImage) {
     Way way;
     way.painted = painted;
     MapperParams params = paramsOf(way);
-    params.paint.max_depth_m = 0.0f;
+    params.max_paint_depth_m = 0.0f;
     Tour whole(way, params), near(way, pagedParams(params, 1, folder_.path()));
     for (Tour* map : {&whole, &near}) map->go();
     const MapStats stats = near.mapper().stats();

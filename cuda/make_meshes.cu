@@ -46,7 +46,8 @@ struct MeshBlockShared {
   union {  // the one after the other, with a barrier between
     struct {
       CornerLabels labels;
-      PieceTrees pieces;
+      LooseWindow pieces;
+      WarpBits warps;
     } window;  ///< Until units are regularised.
     struct {
       typename Scan::TempStorage scan;
@@ -86,7 +87,7 @@ __device__ uint32_t regulariseUnits(const MeshView& mesh, MeshBlockShared& share
   for (int k = 0; k < kUnitsPerThread; ++k) {
     const Vec3i unit = voxelOffset(static_cast<int>(threadIdx.x * kUnitsPerThread + k));
     regular[k] = {{0, 0}};
-    if (shared.window.pieces.isLoose(unit)) continue;
+    if (isLoose(shared.window.pieces, unit)) continue;
     unsigned behind = 0;
     for (int c = 0; c < kCubeCorners; ++c) {
       const Vec3i at = unit + cornerOffset(c);
@@ -259,7 +260,7 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
     }
     gatherBlock(map, keyOfSlot(map, slot), mesh.least_evidence, shared);
     const uint32_t surface = takeLabels(shared.labels_around, shared.window.labels);
-    findLoosePieces(shared.labels_around, surface, mesh.rules.most_loose_units,
+    findLoosePieces(shared.labels_around, surface, mesh.rules.most_loose_units, shared.window.warps,
                     shared.window.pieces);
     __syncthreads();
     if (threadIdx.x == 0) {

@@ -101,29 +101,5 @@ class CudaPagingFaults : public testing::Test {
 
 TEST_F(CudaPagingFaults, BlocksThatComeBack) { compare({0, 1}, 0, {1, 0}); }
 
-/// Blocks that are refused in a part of the frame are no others, and count once.
-TEST_F(CudaPagingFaults, BlocksRefusedInParts) {
-  params_.map.max_memory_mb = 1;
-  const auto mapper = makeProbedMapper(params_);
-  ASSERT_NO_FATAL_FAILURE(go(*mapper, {0}));
-  const size_t all = mapper->contents().blocks.size();
-  ASSERT_GT(mapper->stats().pages.written, 0u) << "else it came in one";
-  int refused = 0;
-  for (uint64_t call = 1, unmet = 0; unmet < 10 && call < kMostCalls; ++call) {
-    SCOPED_TRACE("call " + std::to_string(call));
-    mapper->clear();
-    const IntegrationResult result = integrateFailing(*mapper, rooms_[0], call);
-    const bool is_fused = result.status == FrameStatus::kFused;
-    unmet = is_fused && result.refused_blocks == 0 ? unmet + 1 : 0;
-    if (!is_fused || result.refused_blocks == 0) continue;
-    if (!result.message.empty() && !isAllocation(result.message)) continue;
-    ++refused;
-    ASSERT_EQ(mapper->stats().refused_blocks, result.refused_blocks);
-    const size_t blocks = mapper->contents().blocks.size() + result.refused_blocks;
-    ASSERT_LE(blocks, all + all / 10) << "some would have been left empty";
-  }
-  EXPECT_GT(refused, 0);
-}
-
 }  // namespace
 }  // namespace dtsdf

@@ -5,9 +5,9 @@
 /// lie far off. Pieces are left out that are no larger than a few units along any axis, and no
 /// farther from a larger one. Small things on their own stay, however small.
 ///
-/// A piece is what units with a surface form that share a face, or an edge that the surface
-/// crosses in both. It is looked for in a window of as many units around a block: a small piece
-/// that reaches into the block lies there as a whole. Of the larger one only what is in the window
+/// A piece is what units with a surface form that share a face, or an edge that the surface crosses
+/// in both. It is looked for in a window of as many units around a block: a small piece that
+/// reaches into the block lies there as a whole. Of the larger one only what is in the window
 /// counts, so where a piece crosses a face between blocks, one of them may keep its part.
 #pragma once
 
@@ -20,18 +20,24 @@ namespace dtsdf {
 /// The largest pieces that may be left out, in units along an axis.
 constexpr int kMostLooseUnits = 4;
 
-/// The units of a block and of its surroundings up to there, in rows along x.
+/// The units of a block and of its surroundings up to there.
 constexpr int kWindowSide = kBlockSide + 2 * kMostLooseUnits;
-constexpr int kWindowRows = kWindowSide * kWindowSide;
 static_assert(kWindowSide == 16, "rows fill 16 bits");
 
-/// The row of units, given from the block's first one; and back, to the row's first unit.
+/// Rows of the window along x, of which each bit is a unit, with empty ones on each side; a power
+/// of two in a layer.
+constexpr int kRowStride = 2 * kWindowSide, kWindowRows = kRowStride * (kWindowSide + 2);
+using WindowUnits = uint16_t[kWindowRows];
+constexpr uint32_t kOwnUnits = 0xffu << kMostLooseUnits;  ///< Those of the block.
+
+/// The row of units, given from the block's first one.
 DTSDF_HD int windowRow(int y, int z) {
-  return y + kMostLooseUnits + kWindowSide * (z + kMostLooseUnits);
+  return y + kMostLooseUnits + 1 + kRowStride * (z + kMostLooseUnits + 1);
 }
+/// And back, to the row's first unit.
 DTSDF_HD Vec3i firstOfRow(int row) {
-  return {-kMostLooseUnits, row % kWindowSide - kMostLooseUnits,
-          row / kWindowSide - kMostLooseUnits};
+  return {-kMostLooseUnits, row % kRowStride - kMostLooseUnits - 1,
+          row / kRowStride - kMostLooseUnits - 1};
 }
 
 DTSDF_HD bool isInWindow(const Vec3i& unit) {
@@ -104,25 +110,206 @@ DTSDF_HD void visitOverEdges(const LabelNeighbourhood& around, const Vec3i& unit
   }
 }
 
-/// The places along an axis of the window where a piece has units, a bit each, folded to fewer.
-constexpr int kFoldedPlaces = 8;
-static_assert(kFoldedPlaces > kMostLooseUnits && kWindowSide == 2 * kFoldedPlaces, "folded once");
-DTSDF_HD uint32_t folded(uint32_t bits) {
-  return (bits | bits >> kFoldedPlaces) & ((1u << kFoldedPlaces) - 1u);
-}
-
-/// Whether a piece spans more than `most` places along an axis, given as bits. It has no gaps
-/// there, as its units share faces or edges: so it has as many places as it spans, and still has
-/// more than kMostLooseUnits once they are folded.
+/// Whether bits span more than so many places. They have no gaps.
 DTSDF_HD bool spansMore(uint32_t bits, int most) {
   for (; most > 0; --most) bits &= bits - 1u;
   return bits != 0;
 }
 
-/// By its places along each axis, which may be folded.
-DTSDF_HD bool isSmall(uint32_t along_x, uint32_t along_y, uint32_t along_z, int most_units) {
-  return !(spansMore(along_x, most_units) || spansMore(along_y, most_units) ||
-           spansMore(along_z, most_units));
-}
+/// Units of a window, the one row beside the other.
+struct LooseWindow {
+  WindowUnits surface, small, left, piece, near;
+};
+
+/// Finds the loose pieces in the window of a block. `Team` works on its rows: each(f) calls f(row)
+/// for each of them, any(f) says whether one is true, allOf(f) joins the bits that they return,
+/// firstOf(f) is the first one with any, or -1, and add() is for rows of others; what was written
+/// before is seen. With kAtOnce it has a thread for each.
+template <class Team>
+class LoosePieces {
+ public:
+  DTSDF_HD LoosePieces(const Team& team, const LabelNeighbourhood& labels, int most_units,
+                       LooseWindow& window)
+      : team_(team), labels_(labels), most_units_(most_units), window_(window) {}
+
+  /// Leaves those that reach into the block in `small`.
+  DTSDF_HD void find() const {
+    if (!findSmall()) return;
+    findNear();
+    team_.each([&](int row) {
+      window_.left[row] = window_.small[row];
+      window_.small[row] = 0;
+    });
+    while (takePiece(true, true)) {
+      const bool is_near =
+          team_.any([&](int row) { return (window_.piece[row] & window_.near[row]) != 0; });
+      if (is_near && isSmall()) addTo(window_.small);
+    }
+  }
+
+  /// Leaves in `small` the units of small pieces, joined over faces alone. @return whether some are
+  /// in the block; without, others may be left out.
+  DTSDF_HD bool findSmall() const {
+    if (Team::kAtOnce) {
+      takeLongRows();
+    } else {
+      team_.each([&](int row) {
+        window_.left[row] = window_.surface[row];
+        window_.small[row] = 0;
+      });
+    }
+    bool any = false;
+    for (const bool in_block : {true, false}) {
+      while (takePiece(in_block, false)) {
+        if (!isSmall()) continue;
+        any = true;
+        addTo(window_.small);
+      }
+      if (!any) return false;
+    }
+    return true;
+  }
+
+ private:
+  /// Leaves out all that hangs together with more units in a row than a small piece has, which is
+  /// most of the surface: where all rows are worked on at once, that is sooner done than the same
+  /// piece by piece.
+  DTSDF_HD void takeLongRows() const {
+    team_.each([&](int row) {
+      window_.small[row] = 0;
+      window_.piece[row] = 0;
+      uint32_t longer = window_.surface[row];
+      for (int i = 0; i < most_units_; ++i) longer &= longer >> 1;
+      for (int i = 0; i < most_units_; ++i) longer |= longer << 1;
+      window_.near[row] = static_cast<uint16_t>(longer);
+    });
+    addRows(1);
+    addRows(kRowStride);
+    team_.each([&](int row) { window_.piece[row] = window_.near[row]; });
+    while (growsOverFaces()) continue;
+    team_.each([&](int row) { window_.left[row] = window_.surface[row] & ~window_.piece[row]; });
+  }
+
+  /// Adds those along another axis to `near`.
+  DTSDF_HD void addRows(int stride) const {
+    team_.each([&](int row) {
+      const int at = stride == 1 ? lineOf(row) : layerOf(row);
+      uint32_t longer = at + most_units_ < kWindowSide ? window_.surface[row] : 0u;
+      for (int i = 1; i <= most_units_ && longer != 0; ++i) {
+        longer &= window_.surface[row + i * stride];
+      }
+      window_.left[row] = static_cast<uint16_t>(longer);
+    });
+    team_.each([&](int row) {
+      const int at = stride == 1 ? lineOf(row) : layerOf(row);
+      uint32_t longer = window_.near[row];
+      for (int i = 0; i <= most_units_ && i <= at; ++i) longer |= window_.left[row - i * stride];
+      window_.near[row] = static_cast<uint16_t>(longer);
+    });
+  }
+
+  /// The places that are no farther along any axis from a larger piece.
+  DTSDF_HD void findNear() const {
+    team_.each([&](int row) {
+      uint32_t larger = window_.surface[row] & ~window_.small[row];
+      for (int i = 0; i < most_units_; ++i) larger |= larger << 1 | larger >> 1;
+      window_.near[row] = static_cast<uint16_t>(larger);
+    });
+    widen(window_.near, window_.piece, 1);
+    widen(window_.piece, window_.near, kRowStride);
+  }
+
+  /// All that are so many rows apart, at most.
+  DTSDF_HD void widen(const WindowUnits& from, WindowUnits& to, int stride) const {
+    team_.each([&](int row) {
+      const int at = stride == 1 ? lineOf(row) : layerOf(row);
+      uint32_t places = from[row];
+      for (int i = 1; i <= most_units_; ++i) {
+        if (at >= i) places |= from[row - i * stride];
+        if (at + i < kWindowSide) places |= from[row + i * stride];
+      }
+      to[row] = static_cast<uint16_t>(places);
+    });
+  }
+
+  DTSDF_HD void addTo(WindowUnits& units) const {
+    team_.each([&](int row) { units[row] = units[row] | window_.piece[row]; });
+  }
+
+  /// Moves the first piece that is left, or the first that is in the block. @return whether there
+  /// was one. Over edges, of one that turns out not to be small only a part.
+  DTSDF_HD bool takePiece(bool in_block, bool over_edges) const {
+    const auto unitsOf = [&](int row) {
+      if (!in_block) return uint32_t{window_.left[row]};
+      return isOwn(lineOf(row)) && isOwn(layerOf(row)) ? window_.left[row] & kOwnUnits : 0u;
+    };
+    const int first = team_.firstOf(unitsOf);
+    if (first < 0) return false;
+    team_.each([&](int row) {
+      const uint32_t units = row == first ? unitsOf(row) : 0u;
+      window_.piece[row] = static_cast<uint16_t>(units & (0u - units));
+    });
+    do {
+      while (growsOverFaces()) continue;
+    } while (over_edges && isSmall() && growsOverEdges());
+    team_.each([&](int row) { window_.left[row] = window_.left[row] & ~window_.piece[row]; });
+    return true;
+  }
+
+  DTSDF_HD bool growsOverFaces() const {
+    return team_.any([&](int row) {
+      const volatile uint16_t* const piece = window_.piece;
+      const uint32_t before = piece[row], surface = window_.surface[row];
+      if (before == surface) return false;
+      uint32_t now = (before | piece[row + 1] | piece[row - 1] | piece[row + kRowStride] |
+                      piece[row - kRowStride]) &
+                     surface;
+      for (uint32_t last = 0; last != now;) {
+        last = now;
+        now |= (now << 1 | now >> 1) & surface;
+      }
+      window_.piece[row] = static_cast<uint16_t>(now);
+      return now != before;
+    });
+  }
+
+  DTSDF_HD bool growsOverEdges() const {
+    return team_.any([&](int row) {
+      bool grows = false;
+      const uint32_t units = window_.piece[row];
+      for (int x = 0; units >> x != 0; ++x) {
+        if ((units >> x & 1u) == 0) continue;
+        visitOverEdges(labels_, firstOfRow(row) + gridStep(0, x), [&](const Vec3i& other) {
+          const uint32_t bit = 1u << (other.x + kMostLooseUnits);
+          grows |= team_.add(bit, window_.piece[windowRow(other.y, other.z)]);
+        });
+      }
+      return grows;
+    });
+  }
+
+  DTSDF_HD bool isSmall() const {
+    const uint64_t places = team_.allOf([&](int row) {
+      const uint64_t units = window_.piece[row];
+      const uint64_t across = 1u << layerOf(row) | 1u << (16 + lineOf(row));
+      return units == 0 ? uint64_t{0} : units << 32 | across;
+    });
+    const auto spans = [&](uint64_t from) {
+      return spansMore(static_cast<uint32_t>(places >> from) & 0xffffu, most_units_);
+    };
+    return !(spans(0) || spans(16) || spans(32));
+  }
+
+  static DTSDF_HD int lineOf(int row) { return row % kRowStride - 1; }
+  static DTSDF_HD int layerOf(int row) { return row / kRowStride - 1; }
+  static DTSDF_HD bool isOwn(int at) {
+    return at >= kMostLooseUnits && at < kMostLooseUnits + kBlockSide;
+  }
+
+  const Team& team_;
+  const LabelNeighbourhood& labels_;
+  const int most_units_;
+  LooseWindow& window_;
+};
 
 }  // namespace dtsdf

@@ -9,8 +9,8 @@ namespace dtsdf {
 /// How far a pose may be off: standard deviations of a normal distribution around it, per axis.
 /// Directions that the image does not constrain, as along a plain corridor, stay at the prior.
 struct PosePrior {
-  double sigma_m = 0.05;     ///< Of the position, in metres.
-  double sigma_rad = 0.035;  ///< Of the orientation, in radians.
+  double sigma_m = 0.05;     ///< Deviation of the position, in metres.
+  double sigma_rad = 0.035;  ///< Deviation of the orientation, in radians.
   /// Where to start from, if not there: an image may fit at more poses than one.
   std::optional<Eigen::Isometry3d> start_T_W_C = std::nullopt;
   /// A pose to compare the aligned one with, if any.
@@ -34,9 +34,9 @@ struct Alignment {
   AlignmentStatus status = AlignmentStatus::kUnmapped;  ///< Whether T_W_C was found.
   /// Optical frame to map frame, in metres. That of the frame unless it was aligned.
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
-  double matched_share = 0.0;  ///< Of the image's points, those that lie near a surface of the map.
-  double inlier_share = 0.0;   ///< Of the matched points, those that fit.
-  /// Of the image's points, those that fit at the pose to compare with; 0 if there is none.
+  double matched_share = 0.0;  ///< Share of the image's points that lie near a surface of the map.
+  double inlier_share = 0.0;   ///< Share of the matched points that fit.
+  /// Share of the image's points that fit at the pose to compare with; 0 if there is none.
   double compared_share = 0.0;
   /// So many fit that it has not slid along plain surfaces, which fit all along.
   bool is_held = false;
@@ -44,7 +44,7 @@ struct Alignment {
   double witnesses = 0.0;   ///< Points with independent errors that would say as much as all.
   double residual_m = 0.0;  ///< Root mean square of their distances to the surface, in metres.
   double shift_m = 0.0;     ///< From the frame's pose, in metres.
-  double turn_rad = 0.0;    ///< The same in radians.
+  double turn_rad = 0.0;    ///< Turn from the frame's pose, in radians.
   /// How far the image's points lie off the map at the frame's pose, along their normals, root mean
   /// square, in metres: small if the pose is off along a wall only.
   double misplacement_m = 0.0;

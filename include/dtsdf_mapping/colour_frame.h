@@ -27,7 +27,7 @@ struct ColourFrame {
   int width = 0;                                    ///< In pixels.
   int height = 0;                                   ///< In pixels.
   ColourEncoding encoding = ColourEncoding::kRgb8;  ///< What its pixels are.
-  Intrinsics intrinsics{0, 0, 0, 0};                ///< Of this image, which is rectified.
+  Intrinsics intrinsics{0, 0, 0, 0};                ///< Camera of this image, which is rectified.
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< Optical frame to map frame, metres.
 };
 

@@ -31,10 +31,10 @@ class PlainArray {
   /// @name Its elements
   /// @{
   T* data() { return data_.get(); }              ///< The first one.
-  const T* data() const { return data_.get(); }  ///< The same.
+  const T* data() const { return data_.get(); }  ///< The first one.
   size_t size() const { return size_; }          ///< How many there are.
   T& operator[](size_t i) { return data_[i]; }   ///< One of them.
-  /// The same.
+  /// One of them.
   const T& operator[](size_t i) const { return data_[i]; }
   /// @}
 
@@ -70,9 +70,9 @@ struct MapSize {
 /// What the caller knows of a map, not the mapper.
 struct MapOrigin {
   std::string map_frame;  ///< Name of the frame that poses are of; empty: it has none.
-  /// Of a levelled map: from the frame of poses, M, to the frame of the map, W.
+  /// From the frame of poses, M, to that of a levelled map, W; none: the map is not levelled.
   std::optional<Eigen::Isometry3d> T_W_M;
-  double stamp_s = 0.0;  ///< Of the newest frame fused, in seconds; 0: not known.
+  double stamp_s = 0.0;  ///< Stamp of the newest frame fused, in seconds; 0: not known.
   PoseParams poses;      ///< How the poses of frames were found.
 };
 
@@ -83,7 +83,7 @@ struct MapHead : MapOrigin {
   /// unless poses were taken as given.
   ParamTree settings;
   uint64_t frames = 0;             ///< Depth frames that were fused.
-  uint64_t supporting_frames = 0;  ///< Of these, those that did more than clear.
+  uint64_t supporting_frames = 0;  ///< Depth frames that did more than clear.
   bool painted = false;            ///< Whether the map was ever painted; meshes then have colours.
   std::array<float, 3> exposure = {1.0f, 1.0f, 1.0f};  ///< Gains of the last colour image.
   int cell_voxels = 0;  ///< Edge of a cell of space, in voxels; 0: without space/enabled.
@@ -93,7 +93,7 @@ struct MapHead : MapOrigin {
 /// backend. A mapper made from contents continues as their mapper would have, byte for byte, given
 /// equal settings and enough budget.
 struct MapContents : MapHead {
-  std::vector<MapBlock> blocks;  ///< By packed key, each once; none without voxels.
+  std::vector<MapBlock> blocks;  ///< Sorted by packed key, each once; none without voxels.
   /// 512 words of each voxel array, x fastest: of each block in turn, and of its directions. Bits 0
   /// to 15 are the signed distance in 2^-11 voxels (two's complement), 16 to 31 the anchor, 32 to
   /// 39 the evidence, 40 to 63 the weight in 2^-16.
@@ -109,7 +109,7 @@ struct MapContents : MapHead {
 /// The values in a word of MapContents::voxels.
 struct VoxelValues {
   float distance_voxels = 0.0f;  ///< Signed distance, in voxels; positive in front of the surface.
-  float weight = 0.0f;           ///< Of the average, in frames; 0: no distance is known.
+  float weight = 0.0f;           ///< Weight of the average, in frames; 0: no distance is known.
   int evidence = 0;              ///< Above 0: frames support a surface here; below 0: free space.
 };
 

@@ -82,7 +82,7 @@ struct MapStats {
 struct MapperMemory {
   bool on_gpu = false;  ///< Where the map and all of this is, except `staging` and `space`.
   size_t spare = 0;     ///< Room for future voxels and colours.
-  size_t indices = 0;   ///< Of blocks and mesh units, beyond what map_bytes counts of them.
+  size_t indices = 0;   ///< Tables of blocks and mesh units, beyond what map_bytes counts of them.
   size_t meshes = 0;    ///< On a GPU: the meshes made last.
   size_t scratch = 0;   ///< Buffers of a frame, kept for the next one.
   size_t staging = 0;   ///< On the host beside a GPU.
@@ -132,7 +132,7 @@ class Mapper {
   virtual void render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
                       RenderedView& view) = 0;
 
-  /// The same, into new images.
+  /// A view of the map in new images.
   RenderedView render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C) {
     RenderedView view;
     render(camera, T_W_C, view);

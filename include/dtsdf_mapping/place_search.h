@@ -15,7 +15,7 @@ struct FoundPlace {
   /// kAligned, with the pose, where the camera was found. kAmbiguous where it looks alike somewhere
   /// else, or all along a way, as in a corridor: neither is chosen.
   Alignment alignment;
-  /// Of what the image measured, the share that the map shows there as far away.
+  /// Share of what the image measured that the map shows there as far away.
   double explained_share = 0.0;
   std::optional<Eigen::Isometry3d> other_T_W_C;  ///< Where it looks alike; optical frame to map.
 };

@@ -43,10 +43,10 @@ class PoseRefiner {
 
   PoseParams params_;
   Eigen::Isometry3d T_W_O_ = Eigen::Isometry3d::Identity();
-  double variance_m2_ = 0.0, variance_rad2_ = 0.0;  ///< Of T_W_O, at the camera.
+  double variance_m2_ = 0.0, variance_rad2_ = 0.0;  ///< Variances of T_W_O, at the camera.
   std::optional<Eigen::Isometry3d> last_T_O_C_;
-  std::optional<Eigen::Isometry3d> last_T_W_C_;  ///< Of the newest image that was aligned.
-  double last_share_ = 0.0;                      ///< Of its points, those that lay on surfaces.
+  std::optional<Eigen::Isometry3d> last_T_W_C_;  ///< Pose of the newest image that was aligned.
+  double last_share_ = 0.0;                      ///< Share of its points that lay on surfaces.
   AlignmentGain gain_;
   bool has_aligned_ = false;
 };

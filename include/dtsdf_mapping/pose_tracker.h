@@ -83,7 +83,7 @@ class PoseTracker {
   std::optional<double> lost_since_s_;
   bool was_found_ = false;                   ///< Since seek(), if that was called.
   std::optional<double> looked_all_over_s_;  ///< When, since it was lost.
-  double reach_m_ = 0.0;                     ///< Of alignments.
+  double reach_m_ = 0.0;                     ///< How far an alignment reaches.
   int fits_in_a_row_ = 0;                    ///< While lost.
   size_t guesses_made_ = 0;                  ///< Since it was lost.
 };

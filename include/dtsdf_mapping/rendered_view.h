@@ -14,7 +14,7 @@ namespace dtsdf {
 struct RenderCamera {
   int width = 640;                                        ///< In pixels.
   int height = 480;                                       ///< In pixels.
-  Intrinsics intrinsics{525.0f, 525.0f, 319.5f, 239.5f};  ///< Of this image.
+  Intrinsics intrinsics{525.0f, 525.0f, 319.5f, 239.5f};  ///< Camera of this image.
 };
 
 /// A view of the map: three images of the camera's size, row by row without gaps. Where a pixel's

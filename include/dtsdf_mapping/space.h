@@ -25,8 +25,8 @@ struct SpaceDistance {
   /// To the nearest surface, in metres; negative if the point's cell is unknown. Its magnitude is
   /// at most space/max_distance_m, rounded up to whole cells.
   float distance_m = 0.0f;
-  /// Of distance_m, per axis of W; 0 at the largest distance. If `known`, it points towards more
-  /// room; if not, as distance_m is negative, to the nearest surface.
+  /// Gradient of distance_m, per axis of W; 0 at the largest distance. If `known`, it points
+  /// towards more room; if not, as distance_m is negative, to the nearest surface.
   Vec3f gradient{};
 };
 
@@ -39,7 +39,7 @@ struct SpaceCell {
 /// What is known of 8 x 8 x 8 cells at once. Of a mask's word z, bit x + 8 y is the cell
 /// `first` + (x, y, z).
 struct SpaceCube {
-  static constexpr int kSideLog2 = 3;           ///< Of kSide.
+  static constexpr int kSideLog2 = 3;           ///< Binary logarithm of kSide.
   static constexpr int kSide = 1 << kSideLog2;  ///< Cells along an edge.
   using Mask = std::array<uint64_t, kSide>;     ///< A bit for each cell.
 

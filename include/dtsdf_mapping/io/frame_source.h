@@ -28,7 +28,7 @@ struct FrameSelection {
   size_t first = 0;                                  ///< Index of the first one.
   size_t last = std::numeric_limits<size_t>::max();  ///< None after this index.
   size_t step = 1;                                   ///< At least 1.
-  /// Of these, only those listed here, in rising order; null: all.
+  /// Only these of the selected ones, in rising order; null: all.
   std::shared_ptr<const std::vector<size_t>> listed;
 
   /// Whether an image of the recording is selected.

@@ -15,7 +15,7 @@ constexpr char kMapExtension[] = ".dtsdf";
 
 /// What saveMap() wrote.
 struct SavedMap {
-  MapSize size;               ///< Of the map.
+  MapSize size;               ///< Size of the map.
   uint64_t file_bytes = 0;    ///< Length of the file.
   uint64_t content_hash = 0;  ///< See contentHash().
 };
@@ -42,7 +42,7 @@ MapContents loadMap(const std::string& path, const MapperParams& params, int thr
 
 /// What is in a map file, except voxels and colours.
 struct MapInfo : MapHead {
-  MapSize size;                ///< Of the map.
+  MapSize size;                ///< Size of the map.
   uint64_t file_bytes = 0;     ///< Length of the file.
   uint64_t content_hash = 0;   ///< As it stands in the file.
   BlockKey least = {0, 0, 0};  ///< Smallest block coordinates; 0 for an empty map.

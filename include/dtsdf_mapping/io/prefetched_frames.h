@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// The same frames in the same order, the next one decoded in advance.
+/// The frames of a source in their order, the next one decoded in advance.
 /// An error of the inner source is thrown by next() in its turn, after the frames before it.
 /// skipped() counts what was skipped before the frame handed out last.
 std::unique_ptr<FrameSource> prefetchFrames(std::unique_ptr<FrameSource> source);

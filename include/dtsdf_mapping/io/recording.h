@@ -13,9 +13,9 @@ namespace dtsdf {
 
 /// A folder with depth images and poses, and what is read of it.
 struct RecordingOptions {
-  std::string path;    ///< Of the folder.
+  std::string path;    ///< Path of the folder.
   std::string format;  ///< One of recordingFormats(); empty: detected from its files.
-  std::optional<double> units_per_metre;  ///< Of the 16-bit images; empty: as the format has it.
+  std::optional<double> units_per_metre;  ///< Scale of 16-bit images; empty: the format's.
   /// Instead of the intrinsics of the format. With a negative fy the y axis points up: rows are
   /// flipped, and points stay where they are.
   std::optional<Intrinsics> intrinsics;

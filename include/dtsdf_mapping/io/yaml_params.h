@@ -13,7 +13,7 @@ namespace dtsdf {
 /// lists, keys without a value and keys given twice.
 ParamTree loadYamlParams(const std::string& path);
 
-/// The same from a string; `name` stands for the file in error messages.
+/// Reads settings from a string; `name` stands for the file in error messages.
 ParamTree parseYamlParams(const std::string& text, const std::string& name);
 
 /// Sets one key from "map/voxel_size_m=0.01", in place of what the tree has for it.

@@ -9,7 +9,7 @@ namespace dtsdf {
 enum class FusionMode {
   kVoxelProjection,   ///< Each voxel takes the projective distance of the pixel that it falls on.
   kRayCasting,        ///< Samples along the view ray, point-to-plane distance.
-  kNormalRayCasting,  ///< The same along the normal, or towards the ray as far as depth is noisy.
+  kNormalRayCasting,  ///< Samples along the normal, or towards the ray as far as depth is noisy.
 };
 
 /// Bound of FusionParams::normal_radius_px; margins of images on the GPU are as wide.

@@ -18,7 +18,7 @@ enum class Backend {
 /// How the noise of depth grows with depth; its scale is estimated from the images.
 enum class Sensor {
   kStructuredLight,  ///< Noise uniform in inverse depth, as triangulation has it (z^2).
-  kStereo,           ///< The same.
+  kStereo,           ///< Noise uniform in inverse depth, as of kStructuredLight.
   kTimeOfFlight,     ///< Noise uniform in depth.
 };
 

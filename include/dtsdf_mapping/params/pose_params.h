@@ -18,7 +18,7 @@ struct PoseParams {
   /// Standard deviation of given positions, in metres; when tracking, of those predicted from the
   /// motion of the last images.
   double sigma_m = 0.05;
-  double sigma_rad = 0.035;  ///< The same of orientations, in radians.
+  double sigma_rad = 0.035;  ///< Standard deviation of orientations, in radians.
   /// Drift of given poses, in metres and radians per metre travelled: errors that last from image
   /// to image, beside those above, which are new in each. 0: none.
   double drift = 0.05;

@@ -21,7 +21,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   expectAnswer([&] { rigidMotion(readMatrixFile(file.path(), 4, 4, "give a matrix")); });
   expectAnswer([&] {
     const Eigen::MatrixXd matrix = readMatrixFile(file.path(), 3, 3, "give a matrix");
-    const CameraInfo camera = cameraOfMatrix(matrix, {640, 480}, file.path());
+    const CameraInfo camera = cameraOfMatrix(matrix, 640, 480, file.path());
     require(camera.intrinsics.fx > 0.0f, "a camera that can be used");
   });
   return 0;

@@ -94,19 +94,19 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
 __device__ uint32_t judgeVoxels(const FrameSensing& sensing, const FusionSettings& fusion,
                                 const MapView& map, const SlotEntry& entry,
                                 const Vec3f& first_voxel_L, const JudgedVoxels& list) {
-  uint32_t sights = 0;
+  uint32_t observations = 0;
   for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kClearThreads, ++turn) {
     const uint32_t judged = list.voxel[k] & (kCoveredBit - 1u);
     const bool is_covered = (list.voxel[k] & kCoveredBit) != 0;
     const int d = judged / kVoxelsPerBlock, i = judged % kVoxelsPerBlock;
     const Voxel* voxels = map.voxels.record(entry.array[d]);
-    const Sight sight = judge(sensing, first_voxel_L, voxels, i,
-                              fusion.directional ? d : kAnyDirection, is_covered);
-    if (isAgainst(sight, voxels[i], is_covered, fusion.rules)) {
-      sights |= static_cast<uint32_t>(sight) << (2 * turn);
+    const Observation observation = judge(sensing, first_voxel_L, voxels, i,
+                                          fusion.directional ? d : kAnyDirection, is_covered);
+    if (contradicts(observation, voxels[i], is_covered, fusion.rules)) {
+      observations |= static_cast<uint32_t>(observation) << (2 * turn);
     }
   }
-  return sights;
+  return observations;
 }
 
 /// Whether an array holds nothing. By all threads of a block.
@@ -124,18 +124,18 @@ __device__ uint32_t clearBlock(const FrameSensing& sensing, const FusionSettings
                                const MapView& map, const SlotEntry& entry,
                                const VisitedBlock& block, JudgedVoxels& list, bool& changed) {
   listJudged(map, fusion.rules, entry, block, list);
-  const uint32_t sights = judgeVoxels(sensing, fusion, map, entry, block.first_voxel_L, list);
-  if (!__syncthreads_or(sights != 0)) return 0;  // as most
+  const uint32_t observations = judgeVoxels(sensing, fusion, map, entry, block.first_voxel_L, list);
+  if (!__syncthreads_or(observations != 0)) return 0;  // as most
   int own_changed = 0;
   for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kClearThreads, ++turn) {
-    const auto sight = static_cast<Sight>(sights >> (2 * turn) & 3u);
-    if (sight == Sight::kSurface) continue;
+    const auto observation = static_cast<Observation>(observations >> (2 * turn) & 3u);
+    if (observation == Observation::kOccupied) continue;
     const uint32_t judged = list.voxel[k] & (kCoveredBit - 1u);
     const bool is_covered = (list.voxel[k] & kCoveredBit) != 0;
     const int d = judged / kVoxelsPerBlock, i = judged % kVoxelsPerBlock;
     Voxel& voxel = map.voxels.record(entry.array[d])[i];
     const bool was_empty = isEmpty(voxel);
-    const int32_t frames = framesAgainst(sight, is_covered, fusion.rules);
+    const int32_t frames = contradictionWeight(observation, is_covered, fusion.rules);
     voxel = contradictedVoxel(voxel, frames, is_covered, fusion.rules);
     own_changed |= !was_empty;
     if (was_empty || !isEmpty(voxel)) continue;
@@ -171,7 +171,7 @@ __global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget
                                 uint32_t in_view_count, int32_t* looks) {
   const auto i = static_cast<uint32_t>(globalThread());
   if (i < in_view_count) findLook(frame, rules, target, frame_number, in_view[i], looks);
-  endAfterTheOneAhead();
+  waitAtEnd();
 }
 
 /// Number i of the touched blocks.
@@ -212,7 +212,7 @@ __global__ void __launch_bounds__(kClearThreads, 3)
     clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion, FusionTarget target,
                       const uint32_t* covered, uint64_t frame_number, const int32_t* looks,
                       EmptyBlock* empty_blocks, uint32_t* empty_count) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   __shared__ JudgedVoxels list;
   const MapView& map = target.map;
   FrameCounters* counters = target.touched.counters;
@@ -301,9 +301,9 @@ void Clearing::findLooks(const DeviceSensing& sensing, const FusionTarget& targe
                          uint64_t frame_number) {
   if (in_view_count_ == 0) return;
   const StageSpan span(stream_, Stage::kClear);
-  launchBehind("findLooksKernel", findLooksKernel, blocksFor(in_view_count_), kThreads, 0, stream_,
-               sensing.frame(), fusion_.rules, target, frame_number, in_view_.data(),
-               in_view_count_, looks_.data());
+  launchOverlapped("findLooksKernel", findLooksKernel, blocksFor(in_view_count_), kThreads, 0,
+                   stream_, sensing.frame(), fusion_.rules, target, frame_number, in_view_.data(),
+                   in_view_count_, looks_.data());
 }
 
 void Clearing::clear(const DeviceSensing& sensing, const FusionTarget& target,
@@ -312,9 +312,9 @@ void Clearing::clear(const DeviceSensing& sensing, const FusionTarget& target,
   const StageSpan span(stream_, Stage::kClear);
   const uint32_t looks = std::min(in_view_count_, static_cast<uint32_t>(thread_blocks_));
   const uint32_t blocks = std::max(counters.touched + looks, 1u);  // one hands over the count
-  launchBehind("clearBlocksKernel", clearBlocksKernel, blocks, kClearThreads, 0, stream_, sensing,
-               fusion_, target, covered, frame_number, looks_.data(), empty_blocks_.data(),
-               empty_count_.data());
+  launchOverlapped("clearBlocksKernel", clearBlocksKernel, blocks, kClearThreads, 0, stream_,
+                   sensing, fusion_, target, covered, frame_number, looks_.data(),
+                   empty_blocks_.data(), empty_count_.data());
   stream_.record(cleared_);
   is_cleared_ = true;
 }

@@ -10,7 +10,7 @@ namespace {
 
 /// One thread per painted block and reach, in strides.
 __global__ void selectPaintedKernel(MapView map, MeshView mesh) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   const size_t count = static_cast<size_t>(*map.painted.count) * kUnitReach;
   for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {
     const int32_t painted = map.painted.slots[i / kUnitReach];
@@ -23,7 +23,7 @@ __global__ void selectPaintedKernel(MapView map, MeshView mesh) {
 
 /// One thread: the list is done with.
 __global__ void forgetPaintedKernel(MapView map) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   *map.painted.count = 0;
 }
 
@@ -102,7 +102,7 @@ __device__ void colourMiddles(const MeshView& mesh, const MeshRecord& record,
 /// One block of threads per block that was meshed, in strides. Vertices that found no room have no
 /// colours either.
 __global__ void __launch_bounds__(kThreads) colourVerticesKernel(MapView map, MeshView mesh) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   __shared__ ColourShared shared;
   if (threadIdx.x == 0) shared.corners.voxels.least_evidence = mesh.least_evidence;
   const uint32_t count = mesh.totals->reached + mesh.totals->adjoining;
@@ -122,15 +122,15 @@ __global__ void __launch_bounds__(kThreads) colourVerticesKernel(MapView map, Me
 
 void selectPainted(const MapView& map, const MeshView& mesh, int thread_blocks,
                    const Stream& stream) {
-  launchBehind("selectPaintedKernel", selectPaintedKernel, thread_blocks, kThreads, 0, stream, map,
-               mesh);
-  launchBehind("forgetPaintedKernel", forgetPaintedKernel, 1, 1, 0, stream, map);
+  launchOverlapped("selectPaintedKernel", selectPaintedKernel, thread_blocks, kThreads, 0, stream,
+                   map, mesh);
+  launchOverlapped("forgetPaintedKernel", forgetPaintedKernel, 1, 1, 0, stream, map);
 }
 
 void colourVertices(const MapView& map, const MeshView& mesh, int thread_blocks,
                     const Stream& stream) {
-  launchBehind("colourVerticesKernel", colourVerticesKernel, thread_blocks, kThreads, 0, stream,
-               map, mesh);
+  launchOverlapped("colourVerticesKernel", colourVerticesKernel, thread_blocks, kThreads, 0, stream,
+                   map, mesh);
 }
 
 }  // namespace gpu

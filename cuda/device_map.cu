@@ -16,7 +16,7 @@ constexpr size_t kFirstUpdates = 1 << 13, kFirstNewArrays = 1 << 14;
 /// per slot. Both lists are in the host's memory.
 __global__ void enterBlocksKernel(MapView map, const SlotUpdate* updates, uint32_t update_count,
                                   const int32_t* arrays, uint32_t array_count) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   const uint32_t block = blockIdx.x;
   if (block >= array_count) {
     const uint32_t i = (block - array_count) * blockDim.x + threadIdx.x;
@@ -203,9 +203,9 @@ void DeviceMap::enterBlocks(const BlockTable& table, const std::vector<int32_t>&
   std::copy(arrays.begin(), arrays.end(), new_arrays_.data());
   const auto update_count = static_cast<uint32_t>(slots.size());
   const auto array_count = static_cast<uint32_t>(arrays.size());
-  launchBehind("enterBlocksKernel", enterBlocksKernel, array_count + blocksFor(update_count),
-               kThreads, 0, stream_, view(), updates_.data(), update_count, new_arrays_.data(),
-               array_count);
+  launchOverlapped("enterBlocksKernel", enterBlocksKernel, array_count + blocksFor(update_count),
+                   kThreads, 0, stream_, view(), updates_.data(), update_count, new_arrays_.data(),
+                   array_count);
   stream_.record(updates_sent_);
 }
 
@@ -213,8 +213,9 @@ void DeviceMap::sendChanges() {
   if (noted_.empty()) return;
   reserveChanges(noted_.size());
   std::copy(noted_.begin(), noted_.end(), changes_.data());
-  launchBehind("enterBlocksKernel", enterBlocksKernel, blocksFor(noted_.size()), kThreads, 0,
-               stream_, view(), changes_.data(), static_cast<uint32_t>(noted_.size()), nullptr, 0);
+  launchOverlapped("enterBlocksKernel", enterBlocksKernel, blocksFor(noted_.size()), kThreads, 0,
+                   stream_, view(), changes_.data(), static_cast<uint32_t>(noted_.size()), nullptr,
+                   0);
   stream_.record(changes_sent_);
   noted_.clear();
 }

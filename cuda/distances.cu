@@ -77,7 +77,7 @@ __global__ void __launch_bounds__(kThreads)
                           uint32_t* is_near) {
   constexpr int kPad = 8;  // so that lanes write to banks of their own
   __shared__ __align__(16) uint16_t cubes[kCubesAlong][kCellsPerCube + kPad];
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   const SectorStack stack = task.stacks[blockIdx.y];
   const auto sector = static_cast<int32_t>(blockIdx.x) / (kCubesAlong * kCubesAlong);
   if (sector >= stack.count) return;
@@ -231,9 +231,9 @@ bool DistanceMaker::make(const DistanceTask& task,
   const int32_t most_sectors = (task.most_planes - 2 * task.reach) / kSectorSide;
   launch("planeDistancesKernel", planeDistancesKernel, dim3(task.most_planes, stacks), kThreads, 0,
          stream_, on_device, planes_.data());
-  launchBehind("sectorDistancesKernel", sectorDistancesKernel,
-               dim3(most_sectors * kCubesAlong * kCubesAlong, stacks), kThreads, 0, stream_,
-               on_device, planes_.data(), results, is_near_.data());
+  launchOverlapped("sectorDistancesKernel", sectorDistancesKernel,
+                   dim3(most_sectors * kCubesAlong * kCubesAlong, stacks), kThreads, 0, stream_,
+                   on_device, planes_.data(), results, is_near_.data());
   stream_.synchronize();
   for (size_t i = 0; i < wanted; ++i) {
     if (is_near_[i] == 0) squares[i].reset();

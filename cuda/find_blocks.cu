@@ -55,7 +55,7 @@ __device__ void touchBlock(const TouchedView& touched, PackedKey key, uint32_t d
 __global__ void __launch_bounds__(kThreads, 8)
     markBlocksKernel(DeviceSensing on_device, FusionSettings fusion, DeviceSurfels surfels,
                      TouchedView touched) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   const LinePart part = linePartOf(surfels);
   if (part.surfel >= surfels.size()) return;
   const Surfel surfel = surfels.surfels[part.surfel];
@@ -105,7 +105,7 @@ __device__ void compareWithMap(const Vec3i& origin_block, const MapView& map,
 /// the requests in its own memory.
 __global__ void compareWithMapKernel(Vec3i origin_block, MapView map, TouchedView touched,
                                      FrameCounters* host_counters, BlockRequest* requests) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   compareWithMap(origin_block, map, touched, requests);
   if (!isLastBlock(&touched.counters->compared, gridDim.x)) return;
   constexpr unsigned kWords = sizeof(FrameCounters) / sizeof(uint32_t);
@@ -172,15 +172,15 @@ void BlockFinder::emptyTable(bool counts_surfels) {
 
 void BlockFinder::mark(const DeviceSensing& sensing, const DeviceSurfels& surfels) {
   const StageSpan span(stream_, Stage::kFindBlocks);
-  launchBehind("markBlocksKernel", markBlocksKernel, blocksFor(surfels.room), kThreads, 0, stream_,
-               sensing, fusion_, surfels, view());
+  launchOverlapped("markBlocksKernel", markBlocksKernel, blocksFor(surfels.room), kThreads, 0,
+                   stream_, sensing, fusion_, surfels, view());
 }
 
 void BlockFinder::compare(const DeviceSensing& sensing, const MapView& map) {
   const StageSpan span(stream_, Stage::kFindBlocks);
-  launchBehind("compareWithMapKernel", compareWithMapKernel, blocksFor(capacity_), kThreads, 0,
-               stream_, blockOfVoxel(sensing.frame().origin_voxel), map, view(),
-               pinned_counters_.data(), requests_.data());
+  launchOverlapped("compareWithMapKernel", compareWithMapKernel, blocksFor(capacity_), kThreads, 0,
+                   stream_, blockOfVoxel(sensing.frame().origin_voxel), map, view(),
+                   pinned_counters_.data(), requests_.data());
   stream_.record(counted_);
 }
 

@@ -37,7 +37,7 @@ __device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf, uint
 __global__ void __launch_bounds__(kThreads, 4)
     castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion, DeviceSurfels surfels,
                       TouchedView touched, SumsView part) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   const LinePart part_of_line = linePartOf(surfels);
   if (part_of_line.surfel >= surfels.size() || touched.counters->table_full) return;
   const FrameSensing sensing = on_device.load();
@@ -75,7 +75,7 @@ __global__ void __launch_bounds__(kThreads, 4)
 /// One block of threads per array of sums, which it leaves zeroed.
 __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, FusionTarget target,
                                SumsView part, uint32_t* covered) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   const MapView& map = target.map;
   const uint32_t owner = target.touched.sum_owners[part.first + blockIdx.x];
   TouchedBlock& block = target.touched.blocks[owner / 8];
@@ -178,14 +178,14 @@ void Fusion::castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surf
 void Fusion::cast(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                   const TouchedView& touched, const SumsView& part) {
   const StageSpan span(stream_, Stage::kCast);
-  launchBehind("castSurfelsKernel", castSurfelsKernel, blocksFor(surfels.room), kThreads, 0,
-               stream_, sensing, fusion_, surfels, touched, part);
+  launchOverlapped("castSurfelsKernel", castSurfelsKernel, blocksFor(surfels.room), kThreads, 0,
+                   stream_, sensing, fusion_, surfels, touched, part);
 }
 
 void Fusion::fold(const FrameView& frame, const FusionTarget& target, const SumsView& part) {
   const StageSpan span(stream_, Stage::kFold);
-  launchBehind("foldSumsKernel", foldSumsKernel, part.count, kThreads, 0, stream_, frame, fusion_,
-               target, part, covered_.data());
+  launchOverlapped("foldSumsKernel", foldSumsKernel, part.count, kThreads, 0, stream_, frame,
+                   fusion_, target, part, covered_.data());
 }
 
 /// Every voxel of the touched blocks takes the distance of its pixel.

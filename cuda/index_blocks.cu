@@ -135,7 +135,7 @@ __device__ void labelCandidates(const MeshView& mesh, const BlockCorners& block,
 /// One block of threads per reached block, in strides; selects the others to be meshed before.
 /// Several at a time on a multiprocessor: each waits for memory most of the time.
 __global__ void __launch_bounds__(kThreads, 4) indexBlocksKernel(MapView map, MeshView mesh) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   extern __shared__ Sample samples[];
   __shared__ BlockCorners block;
   selectAround(map, mesh);
@@ -178,8 +178,8 @@ void reachBlocks(const MapView& map, const MeshView& mesh, int thread_blocks,
 void indexBlocks(const MapView& map, const MeshView& mesh, int thread_blocks,
                  const Stream& stream) {
   const size_t shared_bytes = cornerGridBytes(mesh.directional != 0);
-  launchBehind("indexBlocksKernel", indexBlocksKernel, thread_blocks, kThreads, shared_bytes,
-               stream, map, mesh);
+  launchOverlapped("indexBlocksKernel", indexBlocksKernel, thread_blocks, kThreads, shared_bytes,
+                   stream, map, mesh);
 }
 
 }  // namespace gpu

@@ -46,11 +46,11 @@ void launch(const char* name, void (*kernel)(Parameters...), dim3 blocks, int th
 }
 
 /// The same before the kernel ahead of it on the stream has ended, where device and binary can: it
-/// calls waitForTheOneAhead() first, or endAfterTheOneAhead() last.
+/// calls waitForPreviousKernel() first, or waitAtEnd() last.
 template <class... Parameters>
-void launchBehind(const char* name, void (*kernel)(Parameters...), dim3 blocks, int threads,
-                  size_t shared_bytes, const Stream& stream,
-                  std::common_type_t<Parameters>... arguments) {
+void launchOverlapped(const char* name, void (*kernel)(Parameters...), dim3 blocks, int threads,
+                      size_t shared_bytes, const Stream& stream,
+                      std::common_type_t<Parameters>... arguments) {
   void* addresses[] = {&arguments...};
   const auto* address = reinterpret_cast<const void*>(kernel);
 #if CUDART_VERSION >= 11080
@@ -73,7 +73,7 @@ void launchBehind(const char* name, void (*kernel)(Parameters...), dim3 blocks, 
 
 /// The first thing that all threads of such a kernel do: what the one ahead has written is there
 /// then, and the next one may start.
-__device__ __forceinline__ void waitForTheOneAhead() {
+__device__ __forceinline__ void waitForPreviousKernel() {
 #if CUDART_VERSION >= 11080 && __CUDA_ARCH__ >= 900
   cudaGridDependencySynchronize();
   cudaTriggerProgrammaticLaunchCompletion();
@@ -83,8 +83,8 @@ __device__ __forceinline__ void waitForTheOneAhead() {
 /// The last thing that they do in a kernel that works beside the one ahead, since it has no part in
 /// what that does: all ahead of that one have ended by then. Few wait, so that the others make
 /// room.
-__device__ __forceinline__ void endAfterTheOneAhead() {
-  if (blockIdx.x + blockIdx.y == 0) waitForTheOneAhead();
+__device__ __forceinline__ void waitAtEnd() {
+  if (blockIdx.x + blockIdx.y == 0) waitForPreviousKernel();
 }
 
 __device__ __forceinline__ size_t globalThread() {

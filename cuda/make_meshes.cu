@@ -248,7 +248,7 @@ __device__ void handOverTotals(const MeshView& mesh) {
 /// Four at a time on a multiprocessor, at the price of a few registers.
 template <bool kRefined>
 __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, MeshView mesh) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   __shared__ MeshBlockShared shared;
   if (blockIdx.x == 0 && threadIdx.x == 0) *map.dirty.count = 0;  // all selected by now
   const uint32_t count = mesh.totals->reached + mesh.totals->adjoining;
@@ -302,11 +302,11 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
 
 void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream) {
   if (mesh.refined) {
-    launchBehind("makeMeshesKernel", makeMeshesKernel<true>, thread_blocks, kThreads, 0, stream,
-                 map, mesh);
+    launchOverlapped("makeMeshesKernel", makeMeshesKernel<true>, thread_blocks, kThreads, 0, stream,
+                     map, mesh);
   } else {
-    launchBehind("makeMeshesKernel", makeMeshesKernel<false>, thread_blocks, kThreads, 0, stream,
-                 map, mesh);
+    launchOverlapped("makeMeshesKernel", makeMeshesKernel<false>, thread_blocks, kThreads, 0,
+                     stream, map, mesh);
   }
 }
 

@@ -19,7 +19,7 @@ constexpr uint32_t kPatchThreads = 8;
 static_assert(kPatchBit < kPatchThreads && 32 % kPatchThreads == 0, "a warp takes whole patches");
 
 __global__ void mergePatchesKernel(ImageView image, SurfelSettings settings, uint8_t* patches) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   const int patches_across = patchesAlong(image.frame.width);
   const size_t patch = globalThread() / kPatchThreads;
   const bool is_patch =
@@ -65,7 +65,7 @@ __device__ uint32_t takePlaces(uint32_t wanted, uint32_t* count) {
 __global__ void __launch_bounds__(kRowThreads, 8)
     makeSurfelsKernel(DeviceSensing on_device, SurfelSettings settings, const uint8_t* patches,
                       Surfel* surfels, uint32_t room, uint32_t* count) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   const FrameSensing sensing = on_device.load();
   const FrameView& frame = sensing.image.frame;
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
@@ -108,8 +108,8 @@ void SurfelMaker::mergePixels(const DeviceSensing& sensing) {
   const size_t patches = patchesOf(sensing.frame());
   patches_.reserveExactly(patches, stream_);
   const StageSpan span(stream_, Stage::kMakeSurfels);
-  launchBehind("mergePatchesKernel", mergePatchesKernel, blocksFor(patches * kPatchThreads),
-               kThreads, 0, stream_, sensing.image(), surfel_settings_, patches_.data());
+  launchOverlapped("mergePatchesKernel", mergePatchesKernel, blocksFor(patches * kPatchThreads),
+                   kThreads, 0, stream_, sensing.image(), surfel_settings_, patches_.data());
 }
 
 DeviceSurfels SurfelMaker::makeSurfels(const DeviceSensing& sensing, uint32_t* count) {
@@ -136,9 +136,9 @@ DeviceSurfels SurfelMaker::makeMoreSurfels(const DeviceSensing& sensing, uint32_
 
 DeviceSurfels SurfelMaker::listSurfels(const DeviceSensing& sensing, uint32_t* count) {
   const uint32_t room = static_cast<uint32_t>(surfels_.capacity());
-  launchBehind("makeSurfelsKernel", makeSurfelsKernel, rowGrid(sensing.frame(), kRowThreads),
-               kRowThreads, 0, stream_, sensing, surfel_settings_, patches_.data(), surfels_.data(),
-               room, count);
+  launchOverlapped("makeSurfelsKernel", makeSurfelsKernel, rowGrid(sensing.frame(), kRowThreads),
+                   kRowThreads, 0, stream_, sensing, surfel_settings_, patches_.data(),
+                   surfels_.data(), room, count);
   return {surfels_.data(), room, count};
 }
 

@@ -149,7 +149,7 @@ __device__ void lowerTo(float* depth_m, float value) {
 /// One block of threads per array in view, in strides.
 __global__ void __launch_bounds__(kArrayThreads, 8)
     drawHidingKernel(PointView view, MapView map, LookView look, float* depth_m) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   __shared__ VoxelList list;
   visitArrays(view.frame, map, look, [&](const ArrayInView& array) {
     listNearSurface(
@@ -239,7 +239,7 @@ __device__ void lookAt(const ColourSensing& sensing, const MapView& map, const L
 /// One block of threads per array in view, in strides.
 __global__ void __launch_bounds__(kArrayThreads, 8)
     lookKernel(ColourSensing sensing, MapView map, LookView look) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   __shared__ ArrayLook found;
   __shared__ VoxelList list;
   const PointView& view = sensing.view;
@@ -263,7 +263,7 @@ __global__ void __launch_bounds__(kArrayThreads, 8)
 /// One thread per sample, now that there are bricks.
 __global__ void paintKernel(ColourRules rules, Exposure exposure, MapView map,
                             const FoundSample* samples, size_t count) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   const size_t n = globalThread();
   if (n >= count) return;
   const FoundSample found = samples[n];
@@ -358,15 +358,15 @@ void Painter::findHiding(const MapView& map) {
     launch("findArraysInViewKernel", findArraysInViewKernel, blocksFor(candidate_count_), kThreads,
            0, stream_, sensing_.view, map, view());
   }
-  launchBehind("drawHidingKernel", drawHidingKernel, thread_blocks_, kArrayThreads, 0, stream_,
-               sensing_.view, map, view(), hiding_m_.data());
+  launchOverlapped("drawHidingKernel", drawHidingKernel, thread_blocks_, kArrayThreads, 0, stream_,
+                   sensing_.view, map, view(), hiding_m_.data());
 }
 
 void Painter::findSamples(const MapView& map) {
   {
     const StageSpan span(stream_, Stage::kPaint);
-    launchBehind("lookKernel", lookKernel, thread_blocks_, kArrayThreads, 0, stream_, sensing_, map,
-                 view());
+    launchOverlapped("lookKernel", lookKernel, thread_blocks_, kArrayThreads, 0, stream_, sensing_,
+                     map, view());
   }
   counters_.download(pinned_counters_.data(), 1, stream_);
   stream_.record(looked_);
@@ -387,8 +387,8 @@ void Painter::paint(const Exposure& exposure, const MapView& map) {
   const StageSpan span(stream_, Stage::kPaint);
   const size_t samples = counters().samples;
   if (samples == 0) return;
-  launchBehind("paintKernel", paintKernel, blocksFor(samples), kThreads, 0, stream_,
-               settings_.rules, exposure, map, samples_.data(), samples);
+  launchOverlapped("paintKernel", paintKernel, blocksFor(samples), kThreads, 0, stream_,
+                   settings_.rules, exposure, map, samples_.data(), samples);
 }
 
 void Painter::addMemory(std::vector<MemoryPart>& parts) const {

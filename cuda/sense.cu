@@ -118,7 +118,7 @@ __global__ void __launch_bounds__(kThreads)
 __global__ void fillGapsKernel(const float* measured, int32_t width, int32_t height,
                                DepthRange range, SurfelSettings surfels, const DepthNoise* noise,
                                float* inverse_depth) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   const DepthNoise of_image = *noise;
   const auto measured_at = [&](int u, int v) {
     return measured[static_cast<int64_t>(v) * width + u];
@@ -134,7 +134,7 @@ __global__ void fillGapsKernel(const float* measured, int32_t width, int32_t hei
 /// outside the image count as unmeasured, which ends a walk just as the image's border does.
 __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const DepthNoise* noise,
                               float* row_value, float* row_slope, PixelLinks* row_links) {
-  waitForTheOneAhead();
+  waitForPreviousKernel();
   __shared__ float stretch[kStretchWidth];
   __shared__ PixelLinks links[kStretchWidth];
   const FrameView& frame = image.frame;
@@ -173,7 +173,7 @@ __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fus
   for (int v = blockIdx.y; u < frame.width && v < frame.height; v += gridDim.y) {
     free_depth[pixelIndex(frame, {u, v})] = freeDepth(sensing, {u, v}, fusion);
   }
-  endAfterTheOneAhead();
+  waitAtEnd();
 }
 
 }  // namespace
@@ -205,20 +205,20 @@ DeviceSensing FrameSensor::sense(const FrameView& frame, const RawDepth& raw) {
   const StageSpan span(stream_, Stage::kSense);
   launch("invertDepthsKernel", invertDepthsKernel, rowGrid(frame), kThreads, 0, stream_, raw,
          surfel_settings_, measured_.data(), noise_counts_.data(), noise_.data());
-  launchBehind("fillGapsKernel", fillGapsKernel, rowGrid(frame), kThreads, 0, stream_,
-               measured_.data(), frame.width, frame.height, raw.range, surfel_settings_,
-               noise_.data(), inverse_depth_.data());
-  launchBehind("fitRowsKernel", fitRowsKernel, rowGrid(frame), kThreads, 0, stream_, image,
-               surfel_settings_, noise_.data(), row_value_.data(), row_slope_.data(),
-               links_.data());
+  launchOverlapped("fillGapsKernel", fillGapsKernel, rowGrid(frame), kThreads, 0, stream_,
+                   measured_.data(), frame.width, frame.height, raw.range, surfel_settings_,
+                   noise_.data(), inverse_depth_.data());
+  launchOverlapped("fitRowsKernel", fitRowsKernel, rowGrid(frame), kThreads, 0, stream_, image,
+                   surfel_settings_, noise_.data(), row_value_.data(), row_slope_.data(),
+                   links_.data());
   return {image, noise_.data(), clears_ ? free_depth_.data() : nullptr};
 }
 
 void FrameSensor::findFreeDepths(const DeviceSensing& sensing) {
   if (!finds_free_) return;
   const StageSpan span(stream_, Stage::kSense);
-  launchBehind("findFreeDepthsKernel", findFreeDepthsKernel, rowGrid(sensing.frame()), kThreads, 0,
-               stream_, sensing, fusion_settings_, free_depth_.data());
+  launchOverlapped("findFreeDepthsKernel", findFreeDepthsKernel, rowGrid(sensing.frame()), kThreads,
+                   0, stream_, sensing, fusion_settings_, free_depth_.data());
 }
 
 void FrameSensor::addMemory(std::vector<MemoryPart>& parts) const {

@@ -167,13 +167,13 @@ void BlockIndexer::index(const MeshSettings& rules, const ArraysAround& arrays, 
   withWidestVectors([&] { labelRows(rules, directional, labels.data()); });
   edges_.clear();
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    if (!saysNothing(labels[i])) edges_.addUnit(indicesOf(labels[i]), voxelOffset(i));
+    if (!isEmpty(labels[i])) edges_.addUnit(indicesOf(labels[i]), voxelOffset(i));
   }
   vertices.reserve(edges_.count());
   edges_.forEach([&](int edge) {
     vertices.push_back(makeVertex(rules, arrays, edge, directional, directionsOn(edge)));
   });
-  if (std::all_of(labels.begin(), labels.end(), saysNothing)) labels.clear();
+  if (std::all_of(labels.begin(), labels.end(), isEmpty)) labels.clear();
 }
 
 }  // namespace dtsdf

@@ -42,7 +42,7 @@ void BlockSurface::weighCorners(const LabelNeighbourhood& labels) {
 
 /// The sides that a unit gives those of its corners that lie in the block's grid.
 void BlockSurface::addSides(const UnitLabels& labels, const Vec3i& unit) {
-  if (saysNothing(labels)) return;
+  if (isEmpty(labels)) return;
   const auto add = [&](int c, int corner) {
     balance_[corner] = static_cast<int8_t>(balance_[corner] + sideGiven(labels, c));
   };
@@ -80,7 +80,7 @@ void BlockSurface::addUnits(const UnitLabels* labels, const BlockBits& loose) {
       i += kBlockSide - 1;
       continue;
     }
-    if (saysNothing(labels[i])) continue;
+    if (isEmpty(labels[i])) continue;
     const Vec3i unit = voxelOffset(i);
     if (hasUnit(loose, unit)) continue;
     if (holdsSurface(labels[i])) addUnit(holding_surface_, unit);

@@ -14,7 +14,7 @@ namespace {
 struct ContradictedVoxel {
   int index;
   bool is_covered;
-  Sight sight;
+  Observation observation;
 };
 
 constexpr int kRows = kBlockSide * kBlockSide;
@@ -74,9 +74,9 @@ class RowJudge {
     for (uint32_t rest = lookedThrough(); rest != 0; rest &= rest - 1) {
       const int x = __builtin_ctz(rest);
       const Voxel& voxel = voxels[row * kBlockSide + x];
-      const Sight sight = judgeFree(sensing_, voxel, {depth_m_[x], u_[x], v_[x]});
-      if (!isAgainst(sight, voxel, covered_[x] != 0, rules_)) continue;
-      visit(row * kBlockSide + x, covered_[x] != 0, sight);
+      const Observation observation = judgeFree(sensing_, voxel, {depth_m_[x], u_[x], v_[x]});
+      if (!contradicts(observation, voxel, covered_[x] != 0, rules_)) continue;
+      visit(row * kBlockSide + x, covered_[x] != 0, observation);
     }
   }
 
@@ -185,8 +185,8 @@ int findContradicted(const BlockLook& look, int direction, const FrameSensing& s
     for (int row = 0; row < kRows; ++row) {
       const uint32_t covered = has_sums ? look.sums->covered[direction].row(row) : 0u;
       if (covered == 0 && !look.in_turn) continue;
-      judge.judge(voxels, row, covered, [&](int index, bool is_covered, Sight sight) {
-        found[count++] = {index, is_covered, sight};
+      judge.judge(voxels, row, covered, [&](int index, bool is_covered, Observation observation) {
+        found[count++] = {index, is_covered, observation};
       });
     }
   });
@@ -212,7 +212,7 @@ ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const Fr
     for (int i = 0; i < count; ++i) {
       Voxel& voxel = array[found[i].index];
       const bool was_empty = isEmpty(voxel);
-      const int32_t frames = framesAgainst(found[i].sight, found[i].is_covered, rules);
+      const int32_t frames = contradictionWeight(found[i].observation, found[i].is_covered, rules);
       voxel = contradictedVoxel(voxel, frames, found[i].is_covered, rules);
       result.changed |= !was_empty;
       has_emptied |= !was_empty && isEmpty(voxel);

@@ -89,7 +89,7 @@ inline bool any(const LaneInts& mask) {
 }
 
 /// Of several units some will most likely have it: that is quicker done than asked.
-inline bool isWorthABranch(const LaneInts&) { return true; }
+inline bool shouldBranch(const LaneInts&) { return true; }
 
 inline LaneFloats maximum(const LaneFloats& a, const LaneFloats& b) { return select(a > b, a, b); }
 inline LaneFloats magnitude(const LaneFloats& a) {

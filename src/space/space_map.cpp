@@ -148,11 +148,11 @@ void SpaceMap::addFree(const std::vector<CubeMask>& cubes) {
     for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] |= seen.cells.word[i];
   }
   table_.close();
-  mendLost();
+  recountAfterReadError();
 }
 
 /// What the disk lost is free no longer, but surfaces are still known by their blocks.
-void SpaceMap::mendLost() {
+void SpaceMap::recountAfterReadError() {
   const std::vector<PackedKey> lost = table_.takeLost();
   if (lost.empty()) return;
   for (const Vec3i& cube : surfaces_.restoreLost(lost, table_)) insert(changed_, cube);
@@ -172,12 +172,12 @@ void SpaceMap::forgetFree(const Vec3i& key, const CubeCells& known, const CellMa
     table_.removeIfEmpty(key);
   }
   table_.close();
-  mendLost();
+  recountAfterReadError();
 }
 
 void SpaceMap::addSurfaces(const std::vector<BlockMesh>& blocks) {
   for (const Vec3i& cube : surfaces_.apply(blocks, table_)) insert(changed_, cube);
-  mendLost();
+  recountAfterReadError();
 }
 
 Vec3d SpaceMap::middleOf(const Vec3i& cell) const {
@@ -254,7 +254,7 @@ void SpaceMap::restore(const MapContents& contents) {
     if (++entered % kMostAtOnce == 0) table_.close();
   }
   table_.close();
-  mendLost();
+  recountAfterReadError();
 }
 
 double SpaceMap::cellSize_m() const { return voxel_size_m_ * cellSide(cell_log2_); }

@@ -83,7 +83,7 @@ class SpaceMap : public Space {
  private:
   BlockExtent boundsOfView(const FrameView& frame) const;
   void forgetFree(const Vec3i& key, const CubeCells& known, const CellMask& cells);
-  void mendLost();
+  void recountAfterReadError();
   Vec3d middleOf(const Vec3i& cell) const;
 
   const int32_t cell_log2_;  ///< Of voxels along a cell.

@@ -14,7 +14,7 @@ DTSDF_HD int32_t select(bool condition, int32_t yes, int32_t no) { return condit
 DTSDF_HD bool select(bool condition, bool yes, bool no) { return condition ? yes : no; }
 DTSDF_HD bool any(bool condition) { return condition; }
 /// Before what changes nothing where the condition does not hold: asks of one unit only.
-DTSDF_HD bool isWorthABranch(bool condition) { return condition; }
+DTSDF_HD bool shouldBranch(bool condition) { return condition; }
 DTSDF_HD float magnitude(float a) { return fabsf(a); }
 DTSDF_HD float squareRoot(float a) { return sqrtf(a); }
 

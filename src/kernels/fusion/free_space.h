@@ -206,10 +206,10 @@ DTSDF_HD bool isInImage(const FrameView& frame, const VoxelInImage& at) {
 }
 
 /// What a frame sees at the place of a voxel.
-enum class Sight : uint32_t {
-  kSurface,  ///< It may be there.
-  kOutline,  ///< Its pixel looks through the place, but not all around it do.
-  kThrough,  ///< All look through it.
+enum class Observation : uint32_t {
+  kOccupied,   ///< The surface may be there.
+  kAtOutline,  ///< Its pixel looks through the place, but not all around it do.
+  kFree,       ///< All look through it.
 };
 
 /// How far a frame has to look to see through a voxel's place: an empty voxel speaks for all cells
@@ -229,43 +229,46 @@ DTSDF_HD int32_t judgingPixel(const FrameView& frame, const VoxelInImage& at) {
 }
 
 /// What a frame sees at the place of a voxel whose pixel looks through it.
-DTSDF_HD Sight judgeFree(const FrameSensing& sensing, const Voxel& voxel, const VoxelInImage& at) {
+DTSDF_HD Observation judgeFree(const FrameSensing& sensing, const Voxel& voxel,
+                               const VoxelInImage& at) {
   const FrameView& frame = sensing.image.frame;
   const float depth_m = judgedDepth(frame, isEmpty(voxel), at);
   return seesThroughAround(sensing, {depth_m, at.u, at.v}, lookSpread(frame, voxel, at.depth_m))
-             ? Sight::kThrough
-             : Sight::kOutline;
+             ? Observation::kFree
+             : Observation::kAtOutline;
 }
 
 /// The same once it is known where the place is seen.
-DTSDF_HD Sight judge(const FrameSensing& sensing, const Voxel& voxel, const VoxelInImage& at) {
+DTSDF_HD Observation judge(const FrameSensing& sensing, const Voxel& voxel,
+                           const VoxelInImage& at) {
   const FrameView& frame = sensing.image.frame;
   const float free_m = sensing.free_depth[judgingPixel(frame, at)];
   return judgedDepth(frame, isEmpty(voxel), at) < free_m ? judgeFree(sensing, voxel, at)
-                                                         : Sight::kSurface;
+                                                         : Observation::kOccupied;
 }
 
 /// What a frame sees of a voxel that it judges.
-DTSDF_HD Sight judge(const FrameSensing& sensing, const Vec3f& first_voxel_L, const Voxel* voxels,
-                     int index, int direction, bool is_covered) {
+DTSDF_HD Observation judge(const FrameSensing& sensing, const Vec3f& first_voxel_L,
+                           const Voxel* voxels, int index, int direction, bool is_covered) {
   const Vec3f place = placeOf(voxels, index, direction, is_covered);
   return judge(sensing, voxels[index], projectToImage(sensing.image.frame, first_voxel_L + place));
 }
 
-/// Whether a sight takes evidence from a voxel. At an outline it takes no more than a
-/// support: images whose outlines lie on either side of a place balance there. As
-/// supports of a full voxel do not count, nor do outlines: round a thing the horizon passes over
-/// every place, in more images the closer they follow each other.
-DTSDF_HD bool isAgainst(Sight sight, const Voxel& voxel, bool is_covered,
-                        const FusionRules& rules) {
-  return sight == Sight::kThrough ||
-         (sight == Sight::kOutline && is_covered && !isFull(voxel, rules));
+/// Whether an observation takes evidence from a voxel. At an outline it takes no more than a
+/// support: images whose outlines lie on either side of a place balance there. As supports of a
+/// full voxel do not count, nor do outlines: round a thing the horizon passes over every place, in
+/// more images the closer they follow each other.
+DTSDF_HD bool contradicts(Observation observation, const Voxel& voxel, bool is_covered,
+                          const FusionRules& rules) {
+  return observation == Observation::kFree ||
+         (observation == Observation::kAtOutline && is_covered && !isFull(voxel, rules));
 }
 
-/// How many frames a sight contradicts a voxel for. A look in turns counts for all the frames from
-/// one turn to the next.
-DTSDF_HD int32_t framesAgainst(Sight sight, bool is_covered, const FusionRules& rules) {
-  if (sight != Sight::kThrough) return 0;
+/// How many frames an observation contradicts a voxel for. A look in turns counts for all the
+/// frames from one turn to the next.
+DTSDF_HD int32_t contradictionWeight(Observation observation, bool is_covered,
+                                     const FusionRules& rules) {
+  if (observation != Observation::kFree) return 0;
   return is_covered ? 1 : rules.look_turns;
 }
 

@@ -54,7 +54,7 @@ DTSDF_HD UnitLabels labelsOfSheets(unsigned first, unsigned last) {
   return {static_cast<uint8_t>(first), static_cast<uint8_t>(~last)};
 }
 
-DTSDF_HD bool saysNothing(const UnitLabels& labels) {
+DTSDF_HD bool isEmpty(const UnitLabels& labels) {
   return (labels.behind_first | labels.in_front_of_last) == 0;
 }
 
@@ -69,7 +69,7 @@ DTSDF_HD unsigned cornersInFront(const UnitLabels& labels) {
 /// The labels as indices; two sheets that are the same are one.
 DTSDF_HD UnitIndices indicesOf(const UnitLabels& labels) {
   const auto last = static_cast<uint8_t>(~labels.in_front_of_last);
-  if (saysNothing(labels) || last == labels.behind_first) return {{labels.behind_first, 0}};
+  if (isEmpty(labels) || last == labels.behind_first) return {{labels.behind_first, 0}};
   return {{labels.behind_first, last}};
 }
 

@@ -31,7 +31,7 @@ template <class Real, class Mask>
 DTSDF_HD void castVote(CornerVote<Real>& vote, const Real& sdf, const Real& weight,
                        const Mask& takes_part, const Real& nearness) {
   const auto counts = takes_part & (weight > Real{0.0f});
-  if (isWorthABranch(counts)) addVote(vote, sdf, weight, counts, nearness);
+  if (shouldBranch(counts)) addVote(vote, sdf, weight, counts, nearness);
 }
 
 /// In voxels; 0 where nobody voted.

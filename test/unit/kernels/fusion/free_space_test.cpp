@@ -151,9 +151,10 @@ TEST(Foot, WithNeighboursMissing) {
 class SeesThrough : public testing::Test {
  protected:
   bool sees(const Vec3f& p_L, const Voxel& voxel = makeVoxel(0.0f, 1 << 16, 3)) const {
-    return sight(p_L, voxel) == Sight::kThrough;
+    return observation(p_L, voxel) == Observation::kFree;
   }
-  Sight sight(const Vec3f& p_L, const Voxel& voxel = makeVoxel(0.0f, 1 << 16, 3)) const {
+  Observation observation(const Vec3f& p_L,
+                          const Voxel& voxel = makeVoxel(0.0f, 1 << 16, 3)) const {
     const FrameView frame = frontalFrame(9, 9, {10.0f, 10.0f, 4.0f, 4.0f}, kVoxel);
     const FrameSensing sensing{
         {frame, nullptr, nullptr, nullptr, nullptr}, {0.0f, 0}, free_.data()};
@@ -193,10 +194,12 @@ TEST_F(SeesThrough, KnowsItsSideOfAnOutline) {
   for (int v = 0; v < 9; ++v) {
     for (int u = 0; u < 4; ++u) at(u, v) = 0.9f;
   }
-  const auto sightAt = [&](int u) { return sight({1.0f * static_cast<float>(u - 4), 0, 10}); };
-  EXPECT_EQ(sightAt(3), Sight::kSurface);
-  EXPECT_EQ(sightAt(4), Sight::kOutline);
-  EXPECT_EQ(sightAt(5), Sight::kThrough);
+  const auto observationAt = [&](int u) {
+    return observation({1.0f * static_cast<float>(u - 4), 0, 10});
+  };
+  EXPECT_EQ(observationAt(3), Observation::kOccupied);
+  EXPECT_EQ(observationAt(4), Observation::kAtOutline);
+  EXPECT_EQ(observationAt(5), Observation::kFree);
 }
 
 /// A wall at 51.2 voxels, 1.024 m, in block (0, 0, 6), seen from the front.
@@ -204,7 +207,8 @@ constexpr int kZMinus = 5;
 size_t contradicted(const FreeSpaceImage& image, const Array& array) {
   size_t count = 0;
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    count += judge(image.sensing(), {0, 0, 48}, array.voxel, i, kZMinus, false) == Sight::kThrough;
+    count +=
+        judge(image.sensing(), {0, 0, 48}, array.voxel, i, kZMinus, false) == Observation::kFree;
   }
   return count;
 }
@@ -236,7 +240,7 @@ TEST(Judge, CoveredVoxelsByTheirAnchors) {
   voxel.anchor = packAnchor({0.0f, 0.0f, 0.75f}, 0.5f);  // at 51.75 voxels, 1.035 m
   const auto isAt = [&](double wall_m, bool is_covered) {
     return judge(FreeSpaceImage(plane(0, 0, 1, wall_m)).sensing(), {0, 0, 48}, wall.voxel,
-                 voxelIndex(3, 3, 3), kZMinus, is_covered) == Sight::kThrough;
+                 voxelIndex(3, 3, 3), kZMinus, is_covered) == Observation::kFree;
   };
   EXPECT_TRUE(isAt(1.04, false));  // the foot is at 1.024 m
   EXPECT_FALSE(isAt(1.04, true));

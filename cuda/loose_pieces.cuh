@@ -41,6 +41,15 @@ class RowsAtOnce {
     visit(row_);
     __syncthreads();
   }
+  template <class Visit>
+  __device__ void begin(int row, const Visit& visit) const {
+    if (row == row_) visit(row_);
+    __syncthreads();
+  }
+  template <class Visit>
+  __device__ void eachOfPiece(const Visit& visit) const {
+    each(visit);
+  }
   template <class Holds>
   __device__ bool any(const Holds& holds) const {
     return __syncthreads_or(holds(row_)) != 0;

@@ -71,7 +71,8 @@ struct MapStats {
   /// How often a cube of 8 x 8 x 8 cells stayed unknown, although an image saw some of it free,
   /// because the budget was spent; since the start or the last clear().
   uint64_t refused_cubes = 0;
-  /// Limit of map_bytes: map/max_memory_mb, less an eighth with space/enabled.
+  /// Limit of map_bytes: map/max_memory_mb, less an eighth with space/enabled. With map/page_folder
+  /// what one image needs may exceed it.
   size_t max_map_bytes = 0;
   size_t map_bytes_peak = 0;  ///< The most that map_bytes was, since the start or the last clear().
   PageStats pages;            ///< All 0 without map/page_folder.

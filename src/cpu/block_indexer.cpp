@@ -173,7 +173,8 @@ void BlockIndexer::index(const MeshSettings& rules, const ArraysAround& arrays, 
   edges_.forEach([&](int edge) {
     vertices.push_back(makeVertex(rules, arrays, edge, directional, directionsOn(edge)));
   });
-  if (std::all_of(labels.begin(), labels.end(), isEmpty)) labels.clear();
+  const auto is_empty = [](const UnitLabels& unit) { return isEmpty(unit); };
+  if (std::all_of(labels.begin(), labels.end(), is_empty)) labels.clear();
 }
 
 }  // namespace dtsdf

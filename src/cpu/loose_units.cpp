@@ -1,47 +1,77 @@
 #include "cpu/loose_units.h"
 
+#include <algorithm>
 #include <cstring>
 
 namespace dtsdf {
 namespace {
 
-/// One thread works on rows of the window, which are given from the block's first one.
-struct RowsInTurn {
+/// One thread works on rows of the window, whose places along y and z are given from the block's
+/// first one.
+class RowsInTurn {
+ public:
   static constexpr bool kAtOnce = false;
-  int first, end;
+  RowsInTurn(int first, int end) : first_(first), end_(end) {}
 
   template <class Visit>
   void each(const Visit& visit) const {
-    for (int z = first; z < end; ++z) {
-      for (int y = first; y < end; ++y) visit(windowRow(y, z));
+    for (int z = first_; z < end_; ++z) eachOfLayer(z, visit);
+  }
+  template <class Bits>
+  int firstOf(const Bits& bits) const {
+    for (int z = first_; z < end_; ++z) {
+      for (int y = first_; y < end_; ++y) {
+        if (bits(windowRow(y, z)) != 0) return windowRow(y, z);
+      }
+    }
+    return -1;
+  }
+  template <class Visit>
+  void begin(int row, const Visit& visit) const {
+    low_ = high_ = firstOfRow(row).z;
+    visit(row);
+  }
+  template <class Visit>
+  void eachOfPiece(const Visit& visit) const {
+    for (int z = std::max(low_ - 1, first_); z < std::min(high_ + 2, end_); ++z) {
+      eachOfLayer(z, visit);
     }
   }
+  /// A row for which it is true has grown, or those beside it.
   template <class Holds>
   bool any(const Holds& holds) const {
     bool any = false;
-    each([&](int row) { any |= holds(row); });
+    int low = low_, high = high_;
+    eachOfPiece([&](int row) {
+      if (!holds(row)) return;
+      any = true;
+      low = std::min(low, firstOfRow(row).z - 1);
+      high = std::max(high, firstOfRow(row).z + 1);
+    });
+    low_ = low;
+    high_ = high;
     return any;
   }
   template <class Bits>
   uint64_t allOf(const Bits& bits) const {
     uint64_t all = 0;
-    each([&](int row) { all |= bits(row); });
+    eachOfPiece([&](int row) { all |= bits(row); });
     return all;
-  }
-  template <class Bits>
-  int firstOf(const Bits& bits) const {
-    for (int z = first; z < end; ++z) {
-      for (int y = first; y < end; ++y) {
-        if (bits(windowRow(y, z)) != 0) return windowRow(y, z);
-      }
-    }
-    return -1;
   }
   bool add(uint32_t bits, uint16_t& row) const {
     const bool adds = (bits & ~uint32_t{row}) != 0;
     row = static_cast<uint16_t>(row | bits);
     return adds;
   }
+
+ private:
+  template <class Visit>
+  void eachOfLayer(int z, const Visit& visit) const {
+    for (int y = first_; y < end_; ++y) visit(windowRow(y, z));
+  }
+
+  const int first_, end_;
+  mutable int low_ = 0, high_ = 0;  ///< Layers that the piece may have units in.
 };
 
 /// Calls visit(row of the window, units of a layer, their place there) for the rows of the block.
@@ -75,7 +105,7 @@ BlockBits looseUnits(const BlockBits& surface, const LabelNeighbourhood& labels,
   visitOwnRows(surface, [&](int row, uint64_t layer, int at) {
     window.surface[row] = static_cast<uint16_t>((layer >> at & 0xffu) << kMostLooseUnits);
   });
-  const RowsInTurn own{0, kBlockSide}, all{-kMostLooseUnits, kBlockSide + kMostLooseUnits};
+  const RowsInTurn own(0, kBlockSide), all(-kMostLooseUnits, kBlockSide + kMostLooseUnits);
   if (!LoosePieces(own, labels, most_units, window).findSmall()) return loose;
   all.each([&](int row) { window.surface[row] = surfaceInRow(labels, row); });
   LoosePieces(all, labels, most_units, window).find();

@@ -331,8 +331,10 @@ IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   if (pager_) {  // what the image sees something of, and what hides something from it
     const StageTimer timer(profile_, Stage::kPaint);
     std::vector<PackedKey> keys = pager_->keysInView(view, radius, paint_settings_.max_depth_m);
-    state_.refused += pager_->trim(keys);
-    state_.refused += require(keys);
+    const std::vector<PackedKey> seen = keys;
+    pager_->trim(keys);
+    require(keys);
+    state_.refused += pager_->countPaged(seen);
     in_view = table_.slotsInView(view, radius);
   }
   SeenColours seen = backend_->look(view, leastEvidenceNow(), in_view);

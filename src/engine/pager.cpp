@@ -159,10 +159,11 @@ size_t Pager::require(MapBackend& backend, const std::vector<PackedKey>& keys) {
     first = end;
   }
   makeRoom(backend, 0);
-  return numbersOf(keys).size();
+  return countPaged(keys);
 }
 
 bool Pager::makeRoom(MapBackend& backend, size_t bytes) {
+  table_.setBudget(budget_bytes_);
   if (hasRoom(bytes)) return true;
   evict(backend, bytes + spareBytes(budget_bytes_), now_ + 1);
   const bool exceeds = !hasRoom(bytes) && leastRecent(1, now_ + 1).empty();
@@ -178,11 +179,12 @@ void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
       leastRecent(table_.bytesInUse() + bytes - budget_bytes_, before);
   std::vector<int32_t> batch;
   size_t batch_bytes = 0;
+  int tries = 4;  // a disk without room for a large block may have some for others
   for (const int32_t slot : slots) {
     batch.push_back(slot);
     batch_bytes += table_.bytesOf(slot);
     if (batch_bytes < batch_bytes_ && slot != slots.back()) continue;
-    if (!writeBatch(backend, batch)) {
+    if (!writeBatch(backend, batch) && --tries == 0) {
       no_writing_before_ = now_ + kCallsBetweenTries;
       return;
     }

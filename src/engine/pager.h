@@ -47,6 +47,7 @@ class Pager {
 
   // ---- What is needed. An extraction under way has to be fetched before blocks move.
 
+  size_t countPaged(const std::vector<PackedKey>& keys) const { return numbersOf(keys).size(); }
   /// Whether require() would bring any in.
   bool isAnyPaged(const std::vector<PackedKey>& keys) const;
 

@@ -181,7 +181,8 @@ std::vector<BlockKey> sampleBlocks(RunOptions options, const RunSettings& settin
   std::unordered_set<PackedKey> keys;
   while (const std::optional<SourceFrame> frame = source->next()) {
     for (const Eigen::Vector3d& p_C : thinnedPoints(frame->depth, kSampledPixels, kSampledPixels)) {
-      if (p_C.z() > static_cast<double>(params.fusion.max_depth_m)) continue;
+      const auto depth_m = static_cast<float>(p_C.z());
+      if (depth_m < params.fusion.min_depth_m || depth_m > params.fusion.max_depth_m) continue;
       const Eigen::Vector3d block = (frame->depth.T_W_C * p_C / block_m).array().floor();
       if (!(block.cwiseAbs().maxCoeff() <= kMost)) continue;
       keys.insert(packKey(BlockKey{int32_t(block.x()), int32_t(block.y()), int32_t(block.z())}));

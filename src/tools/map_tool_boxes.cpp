@@ -87,7 +87,13 @@ class BoxJoiner {
                            for (const auto& file : files_) file->visit(take);
                          }};
     const auto mapper = makeProbedMapper(settings.params.mapper, settings.rules, parts);
-    return saveMapOf(*mapper, head_, path);
+    const SavedMap saved = saveMapOf(*mapper, head_, path);
+    if (const PageStats pages = mapper->stats().pages; pages.lost > 0) {
+      throw std::runtime_error(std::to_string(pages.lost) +
+                               " blocks were lost, which the saved map lacks: " + pages.problem +
+                               "; join the boxes again");
+    }
+    return saved;
   }
 
  private:

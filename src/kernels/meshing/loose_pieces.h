@@ -5,10 +5,11 @@
 /// lie far off. Pieces are left out that are no larger than a few units along any axis, and no
 /// farther from a larger one. Small things on their own stay, however small.
 ///
-/// A piece is what units with a surface form that share a face, or an edge that the surface crosses
-/// in both. It is looked for in a window of as many units around a block: a small piece that
-/// reaches into the block lies there as a whole. Of the larger one only what is in the window
-/// counts, so where a piece crosses a face between blocks, one of them may keep its part.
+/// A piece is what units with a surface form that share a face, or, if it is small by that, an edge
+/// that the surface crosses in both. It is looked for in a window of as many units around a block:
+/// a small piece that reaches into the block lies there as a whole. Of the larger one only what is
+/// in the window counts, so where a piece crosses a face between blocks, one of them may keep its
+/// part.
 #pragma once
 
 #include "kernels/core/grid.h"
@@ -122,9 +123,11 @@ struct LooseWindow {
 };
 
 /// Finds the loose pieces in the window of a block. `Team` works on its rows: each(f) calls f(row)
-/// for each of them, any(f) says whether one is true, allOf(f) joins the bits that they return,
-/// firstOf(f) is the first one with any, or -1, and add() is for rows of others; what was written
-/// before is seen. With kAtOnce it has a thread for each.
+/// for each of them, and firstOf(f) is the first one for which it has bits, or -1. begin(row, f)
+/// calls it for the row that a piece begins with. For the rows that this may have by now
+/// eachOfPiece(f) calls it, any(f) says whether one is true, and allOf(f) joins their bits; add()
+/// is for rows of others. What was written before is seen. With kAtOnce it has a thread for each
+/// row.
 template <class Team>
 class LoosePieces {
  public:
@@ -138,13 +141,13 @@ class LoosePieces {
     findNear();
     team_.each([&](int row) {
       window_.left[row] = window_.small[row];
-      window_.small[row] = 0;
+      window_.small[row] = window_.piece[row] = 0;
     });
-    while (takePiece(true, true)) {
-      const bool is_near =
-          team_.any([&](int row) { return (window_.piece[row] & window_.near[row]) != 0; });
-      if (is_near && isSmall()) addTo(window_.small);
-    }
+    const auto isLoose = [&] {
+      return isSmall() &&
+             team_.any([&](int row) { return (window_.piece[row] & window_.near[row]) != 0; });
+    };
+    while (takePiece(true, true, isLoose)) continue;
   }
 
   /// Leaves in `small` the units of small pieces, joined over faces alone. @return whether some are
@@ -155,16 +158,17 @@ class LoosePieces {
     } else {
       team_.each([&](int row) {
         window_.left[row] = window_.surface[row];
-        window_.small[row] = 0;
+        window_.small[row] = window_.piece[row] = 0;
       });
     }
     bool any = false;
+    const auto isOneMore = [&] {
+      const bool is_small = isSmall();
+      any = any || is_small;
+      return is_small;
+    };
     for (const bool in_block : {true, false}) {
-      while (takePiece(in_block, false)) {
-        if (!isSmall()) continue;
-        any = true;
-        addTo(window_.small);
-      }
+      while (takePiece(in_block, false, isOneMore)) continue;
       if (!any) return false;
     }
     return true;
@@ -187,7 +191,10 @@ class LoosePieces {
     addRows(kRowStride);
     team_.each([&](int row) { window_.piece[row] = window_.near[row]; });
     while (growsOverFaces()) continue;
-    team_.each([&](int row) { window_.left[row] = window_.surface[row] & ~window_.piece[row]; });
+    team_.each([&](int row) {
+      window_.left[row] = window_.surface[row] & ~window_.piece[row];
+      window_.piece[row] = 0;
+    });
   }
 
   /// Adds those along another axis to `near`.
@@ -232,30 +239,37 @@ class LoosePieces {
     });
   }
 
-  DTSDF_HD void addTo(WindowUnits& units) const {
-    team_.each([&](int row) { units[row] = units[row] | window_.piece[row]; });
-  }
-
-  /// Moves the first piece that is left, or the first that is in the block. @return whether there
-  /// was one. Over edges, of one that turns out not to be small only a part.
-  DTSDF_HD bool takePiece(bool in_block, bool over_edges) const {
+  /// Takes the first piece that is left, or the first that reaches into the block, away, and adds
+  /// it to `small` if it `isOne()`. @return whether there was one. Over edges, of one that turns
+  /// out not to be small only a part. @pre No row has a piece; so it is after it.
+  template <class IsOne>
+  DTSDF_HD bool takePiece(bool in_block, bool over_edges, const IsOne& isOne) const {
     const auto unitsOf = [&](int row) {
       if (!in_block) return uint32_t{window_.left[row]};
       return isOwn(lineOf(row)) && isOwn(layerOf(row)) ? window_.left[row] & kOwnUnits : 0u;
     };
     const int first = team_.firstOf(unitsOf);
     if (first < 0) return false;
-    team_.each([&](int row) {
-      const uint32_t units = row == first ? unitsOf(row) : 0u;
+    team_.begin(first, [&](int row) {
+      const uint32_t units = unitsOf(row);
       window_.piece[row] = static_cast<uint16_t>(units & (0u - units));
     });
     do {
       while (growsOverFaces()) continue;
     } while (over_edges && isSmall() && growsOverEdges());
-    team_.each([&](int row) { window_.left[row] = window_.left[row] & ~window_.piece[row]; });
+    const bool is_one = isOne();
+    team_.eachOfPiece([&](int row) {
+      const uint16_t piece = window_.piece[row];
+      if (piece == 0) return;
+      if (is_one) window_.small[row] |= piece;
+      window_.left[row] &= static_cast<uint16_t>(~piece);
+      window_.piece[row] = 0;
+    });
     return true;
   }
 
+  /// Rows that are worked on at once may see others before or after they grow: volatile, as both
+  /// lead to the same piece once no row grows any more.
   DTSDF_HD bool growsOverFaces() const {
     return team_.any([&](int row) {
       const volatile uint16_t* const piece = window_.piece;

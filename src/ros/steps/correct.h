@@ -127,6 +127,10 @@ class CorrectStep : public Step {
 
   /// What is done by another thread takes no time of this one, so it goes before frames.
   Work hasWork() const override {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (path_) return Work::kBeforeFrames;
+    }
     // Two frames, and time to see that these were the last: so it is certain to end.
     constexpr int kWorkPerFrame = 4;
     if (refusion_) {
@@ -137,6 +141,12 @@ class CorrectStep : public Step {
   }
 
   void work() override {
+    std::optional<Request> by_path;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      by_path.swap(path_);
+    }
+    if (by_path) add(std::move(*by_path));
     try {
       if (refusion_) return fuseAgain();
       if (isOpened()) return takeOpened();
@@ -186,7 +196,7 @@ class CorrectStep : public Step {
   static constexpr char kNothingMoves[] = "no frame moves";
   static constexpr char kReplaced[] = "a newer correction has taken its place before it began";
 
-  /// Input's thread.
+  /// Input's thread. A path that was not taken yet is replaced.
   void followPath(const nav_msgs::Path& path) try {
     if (path.header.frame_id.size() > kLongestName) {
       throw std::runtime_error("the name of its frame is too long");
@@ -207,7 +217,11 @@ class CorrectStep : public Step {
                                        "corrected_path is refused: " << result.message);
       }
     };
-    host_.map_loop.run([this, request = std::move(request)]() mutable { add(std::move(request)); });
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      path_ = std::move(request);
+    }
+    host_.map_loop.wake();
   } catch (const std::exception& error) {
     noteRefused(errorText(error));
   }
@@ -403,6 +417,7 @@ class CorrectStep : public Step {
   size_t bytes_ = 0;                      ///< Of the map that is made.
   std::string last_;                      ///< What became of the last one; empty: there was none.
   std::string camera_frame_;              ///< Of the first camera's images.
+  std::optional<Request> path_;           ///< The newest one that came, until it is taken.
 
   ros::Subscriber path_input_;
   ros::ServiceServer server_;

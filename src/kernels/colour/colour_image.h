@@ -15,7 +15,7 @@ struct ColourPixel {
 
 /// Where a pixel of an image as it comes has its bytes.
 struct PixelLayout {
-  int32_t bytes;             ///< Of a pixel.
+  int32_t bytes;             ///< Per pixel.
   int32_t red, green, blue;  ///< Their places in it; all the same in grey images.
 };
 
@@ -28,11 +28,11 @@ constexpr int kColourLevels = 4;
 
 struct ColourLevel {
   int32_t width, height;
-  int64_t first;  ///< Of its pixels among those of all levels.
+  int64_t first;  ///< Index of its first pixel among those of all levels.
 };
 
 struct ColourImage {
-  const ColourPixel* pixels;  ///< Of all levels, row by row without gaps.
+  const ColourPixel* pixels;  ///< All levels, row by row without gaps.
   ColourLevel level[kColourLevels];
 };
 

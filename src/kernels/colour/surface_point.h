@@ -59,7 +59,7 @@ DTSDF_HD SurfacePoint seenPoint(const Intrinsics& K, const Vec3f& p_C, const Vec
           has_plane ? normal_C.y / (K.fy * offset) : 0.0f};
 }
 
-/// The same of a foot, in voxels from its block's first one.
+/// Where a foot is seen; it is given in voxels from its block's first voxel.
 DTSDF_HD SurfacePoint placePoint(const FrameView& frame, const Vec3f& first_voxel_L,
                                  const Vec3f& foot, const Vec3f& normal) {
   return seenPoint(

@@ -52,7 +52,7 @@ constexpr float kPointRings = 84.0f;  ///< Per squared voxel: 3 are the farthest
 /// How many bits the part for an axis is shifted by.
 DTSDF_HD int pointShift(int axis) { return 16 - 8 * axis; }
 
-/// Of an offset that fits: what is rounded is positive.
+/// Packs the offset along an axis. It has to fit: what is rounded is positive.
 DTSDF_HD uint32_t packPoint(float offset) {
   return static_cast<uint32_t>(static_cast<int32_t>(offset * kPointSteps + 128.5f));
 }

@@ -36,7 +36,7 @@ struct VoxelInImage {
   float u, v;  ///< In pixels from the corner of the first one, whose centre is (0.5, 0.5).
 };
 
-/// Of a point in the local frame, in voxels.
+/// Projects a point of the local frame, in voxels.
 DTSDF_HD VoxelInImage projectToImage(const FrameView& frame, const Vec3f& p_L) {
   const Vec3f p_C = frame.voxel_size_m * rotateInverse(frame.T_L_C, p_L - frame.T_L_C.t);
   const Intrinsics& K = frame.intrinsics;

@@ -57,7 +57,7 @@ DTSDF_HD Vec3i firstVoxelOfBlock(const BlockKey& key) {
 /// Index of a voxel inside its block, x fastest.
 DTSDF_HD int voxelIndex(int x, int y, int z) { return x + kBlockSide * (y + kBlockSide * z); }
 
-/// The same of a voxel anywhere.
+/// Index of any voxel inside the block that holds it.
 DTSDF_HD int indexInBlock(const Vec3i& voxel) {
   constexpr int kMask = kBlockSide - 1;
   return voxelIndex(voxel.x & kMask, voxel.y & kMask, voxel.z & kMask);

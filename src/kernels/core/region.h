@@ -12,10 +12,10 @@ struct Vec3d {
 
 /// A box or a ball, in any unit of length: the rules ask with points of the same unit.
 struct RegionView {
-  double R_B_W[9];  ///< Row-major: the directions of the box's edges. Not of a ball.
+  double R_B_W[9];  ///< Row-major: the directions of a box's edges.
   Vec3d center;
   Vec3d half;         ///< Half the extents of a box.
-  double radius;      ///< Of a ball.
+  double radius;      ///< Balls only.
   int32_t is_sphere;  ///< Else a box.
 };
 

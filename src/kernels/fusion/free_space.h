@@ -238,7 +238,7 @@ DTSDF_HD Observation judgeFree(const FrameSensing& sensing, const Voxel& voxel,
              : Observation::kAtOutline;
 }
 
-/// The same once it is known where the place is seen.
+/// What a frame sees at the place of a voxel that projects to `at`.
 DTSDF_HD Observation judge(const FrameSensing& sensing, const Voxel& voxel,
                            const VoxelInImage& at) {
   const FrameView& frame = sensing.image.frame;
@@ -278,8 +278,8 @@ DTSDF_HD bool isInTurn(PackedKey key, uint64_t frame_number, const FusionRules& 
   return (hashKey(key) >> 32) % turns == frame_number % turns;
 }
 
-/// Of the feet around the middle of their block: 7 voxels of the block, and 16 that truncation may
-/// take them off.
+/// Radius of the ball around a block's middle that holds the feet of its voxels: 7 voxels for the
+/// block, and 16 that truncation may add.
 constexpr float kFootRadius = 3.0f * static_cast<float>(kBlockSide);
 
 /// Whether a frame may see anything of what lies around the middle of a block: false only if all of

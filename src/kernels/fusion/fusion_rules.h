@@ -38,9 +38,9 @@ struct FusionRules {
   /// measured, with 1 / 2 / 3: cabinet at 20 mm 1.76 / 1.66 / 1.50 %, behind 1.03 / 1.15 / 1.44 %.)
   int32_t contradiction_cost = 2;
   /// The most evidence, of a surface and, below zero, of free space: fusion/memory_frames supports.
-  /// Of eight, what is taken away is gone after twelve frames that see through it, however long it
-  /// was there, and what appears is shown after ten, however long the place was free; of nineteen
-  /// after 30, as those are looked at in turns, and 21.
+  /// With eight, what is taken away is gone after twelve frames that see through it, however long
+  /// it was there, and what appears is shown after ten, however long the place was free; with
+  /// nineteen after 30, as those are looked at in turns, and 21.
   int32_t most_evidence{24};  // no number to set: the setting decides it
 
   /// Distance of free space from what was measured, in voxels, besides what noise explains.

@@ -14,7 +14,7 @@ DTSDF_HD float depthWeight(float depth_m, const FusionRules& rules) {
   return depth_m <= full_m ? 1.0f : full_m * full_m / (depth_m * depth_m);
 }
 
-/// The same for all voxels of a block, by the depth of its middle.
+/// Weight of a frame for all voxels of a block, by the depth of the block's middle.
 DTSDF_HD float blockDepthWeight(const FrameView& frame, const Vec3i& block_L,
                                 const FusionRules& rules) {
   constexpr float kHalf = 0.5f * static_cast<float>(kBlockSide);
@@ -73,7 +73,7 @@ DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, float sdf, float weight, const 
 
 /// D = (W D + w d) / (W + w), W = min(W + w, max), the fold of the paper's two-pass scheme, where d
 /// is the mean of the frame's distances, and its weight w is the share of the voxel that it covers,
-/// 1 at most, times its weight by depth. Of sums with a weight. Branch-free, for vectors.
+/// 1 at most, times its weight by depth. The sums need a weight. Branch-free, for vectors.
 DTSDF_HD Voxel foldRoundedSums(const Voxel& voxel, const RoundedSums& sums, float depth_weight,
                                const FusionSettings& fusion) {
   const float covered = sums.weight / kWeightScale;  // of the voxel, or more
@@ -95,7 +95,7 @@ DTSDF_HD Voxel foldRoundedSums(const Voxel& voxel, const RoundedSums& sums, floa
                    static_cast<uint32_t>(select(total < most, total, most)), evidence);
 }
 
-/// The same of any sums: those of weight 0 leave the voxel alone.
+/// Folds any sums; those of weight 0 leave the voxel alone.
 DTSDF_HD Voxel foldSums(const Voxel& voxel, const VoxelSums& sums, float depth_weight,
                         const FusionSettings& fusion) {
   if (sums.weight == 0) return voxel;

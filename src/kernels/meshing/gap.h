@@ -31,7 +31,7 @@ DTSDF_HD bool isDrawn(const BlockVertex& vertex) {
   return (before.x != after.x) | (before.y != after.y) | (before.z != after.z);
 }
 
-/// By how much anchoring makes a side longer, in voxels.
+/// How much longer anchoring makes a side, in voxels.
 DTSDF_HD float stretchOf(const BlockVertex& a, const BlockVertex& b) {
   return norm(b.position - a.position) - norm(placeOnEdge(b) - placeOnEdge(a));
 }

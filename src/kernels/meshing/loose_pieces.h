@@ -35,7 +35,7 @@ constexpr uint32_t kOwnUnits = 0xffu << kMostLooseUnits;  ///< Those of the bloc
 DTSDF_HD int windowRow(int y, int z) {
   return y + kMostLooseUnits + 1 + kRowStride * (z + kMostLooseUnits + 1);
 }
-/// And back, to the row's first unit.
+/// The first unit of a row: the inverse of windowRow().
 DTSDF_HD Vec3i firstOfRow(int row) {
   return {-kMostLooseUnits, row % kRowStride - kMostLooseUnits - 1,
           row / kRowStride - kMostLooseUnits - 1};

@@ -15,7 +15,7 @@ struct EdgeSamples {
   bool directional;
   Sample lower[kDirectionCount] = {}, upper[kDirectionCount] = {};
 
-  /// Of few directions these are asked for: they are read then.
+  /// Reads the sample beyond an end: on demand, as few directions need it.
   DTSDF_HD Sample beyond(int end, int d) const {
     return arrays.sample(corner + gridStep(axis, end == 0 ? -1 : 2), directional ? d : 0);
   }

@@ -17,10 +17,11 @@ namespace dtsdf {
 
 /// How a corner is seen: in front (bit d) and behind (bit 8 + d) by direction d; and which
 /// directions can lead no sheet around it (bit 16 + d). The sides of a unit are those of its
-/// corners, joined by a bitwise or. Of a corner alone, bit 24 + d tells whose distance is negative.
+/// corners, joined by a bitwise or. For a single corner, bit 24 + d tells whose distance is
+/// negative.
 constexpr int kBehindBit = 8, kBarredBit = 16, kNegativeBit = 24;
 
-/// Of one direction's sample; both sides where the surface touches the corner.
+/// The sides that one direction's sample shows; both where the surface touches the corner.
 DTSDF_HD uint32_t sidesOfSample(int direction, float sdf, float weight) {
   const uint32_t in_front = sdf >= -kTouching ? 1u << direction : 0u;
   const uint32_t behind = sdf < kTouching ? 1u << (kBehindBit + direction) : 0u;

@@ -36,9 +36,9 @@ struct AlignmentRules {
 
 /// What the rules of alignment need to know of other rules.
 struct AlignmentSettings {
-  /// That of fusion: points farther than this count less, by the square.
+  /// Fusion's setting: points farther than this count less, by the square.
   float full_weight_depth_m;
-  /// And pixels whose depths differ by a larger share are not of one surface.
+  /// Pixels whose depths differ by a larger share are not of one surface.
   float depth_jump;
   AlignmentRules rules;
 };

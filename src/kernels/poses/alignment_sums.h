@@ -142,7 +142,8 @@ DTSDF_HD FieldSample sampleField(const Vec3f& p_L, VoxelAt&& voxel) {
   return {mix(y0, y1, f.z), {dx, dy, y1 - y0}, true};
 }
 
-/// The same over the directions that a normal belongs to, by their weights. `voxel(direction, at)`.
+/// Samples the directions that a normal belongs to, and averages them by their weights.
+/// `voxel(direction, at)` is that of a direction's grid.
 template <class VoxelAt>
 DTSDF_HD FieldSample sampleDirections(const Vec3f& p_L, const DirectionSet& directions,
                                       VoxelAt&& voxel) {
@@ -207,12 +208,12 @@ constexpr int kPoseTerms = 21;
 
 /// Sums over points in fixed point, so that they do not depend on the order.
 struct AlignmentSums {
-  int64_t normal[kPoseTerms];  ///< Of weight * J^T J.
-  int64_t right[6];            ///< Of weight * J^T residual.
-  int64_t squares;             ///< Of weight * residual^2.
+  int64_t normal[kPoseTerms];  ///< Sum of weight * J^T J.
+  int64_t right[6];            ///< Sum of weight * J^T residual.
+  int64_t squares;             ///< Sum of weight * residual^2.
   int64_t weight;
-  int64_t points;            ///< Of the image.
-  int64_t matched, inliers;  ///< Of these: that meet a surface, and that fit it.
+  int64_t points;            ///< Points of the image.
+  int64_t matched, inliers;  ///< Points that meet a surface, and those that fit it.
 };
 
 /// Units of the sums. A lever is at most 2^12 voxels long, a point's weight at most 1: a term stays

@@ -48,7 +48,7 @@ constexpr float kNormalSteps = 65535.0f;
 
 DTSDF_HD float signOf(float a) { return select(a < 0.0f, -1.0f, 1.0f); }
 
-/// Of a vector of any length; without one it is taken to face the camera.
+/// Packs a normal of any length; one of length 0 faces the camera.
 DTSDF_HD uint32_t packNormal(const Vec3f& normal_C) {
   const float length = fabsf(normal_C.x) + fabsf(normal_C.y) + fabsf(normal_C.z);
   float x = 0.0f, y = 0.0f;
@@ -67,7 +67,7 @@ DTSDF_HD uint32_t packNormal(const Vec3f& normal_C) {
   return step(x) << 16 | step(y);
 }
 
-/// Of length one. Without branches, which cost more than all it computes.
+/// Unpacks a unit normal. Branch-free: branches cost more than all it computes.
 DTSDF_HD Vec3f unpackNormal(uint32_t packed) {
   const auto place = [](uint32_t step) {
     return static_cast<float>(static_cast<int32_t>(step)) * (2.0f / kNormalSteps) - 1.0f;
@@ -89,7 +89,7 @@ DTSDF_HD VertexColour unpackColour(uint32_t packed) {
           static_cast<uint8_t>(packed >> 8), static_cast<uint8_t>(packed)};
 }
 
-/// What a key shows; 0 of nothing.
+/// The normal or colour that a key holds; 0 where nothing is seen.
 DTSDF_HD Vec3f normalOf(ViewKey key) {
   const Vec3f normal = unpackNormal(static_cast<uint32_t>(key));
   return select(key == kNothingSeen, 0.0f, 1.0f) * normal;
@@ -100,10 +100,10 @@ DTSDF_HD VertexColour colourOf(ViewKey key) {
 
 /// From the middle of a block to its farthest vertex, in voxels: see BlockVertex.
 constexpr float kDrawnReach = 11.3f;
-/// And to what the labels of the units around it depend on: one block more.
+/// From the middle to what the labels of the units around it depend on: one block more.
 constexpr float kLabelledReach = kDrawnReach + 13.9f;
 
-/// Whether what lies so far around a block's middle may be in view; false only if not.
+/// Whether anything within `reach` of a block's middle may be in view; false only if nothing is.
 DTSDF_HD bool mayReachView(const FrameView& frame, const BlockKey& block_L, float reach) {
   constexpr float kMiddle = 0.5f * (kBlockSide - 1);
   return mayBeInView(frame, toFloat(firstVoxelOfBlock(block_L)) + Vec3f{kMiddle, kMiddle, kMiddle},
@@ -119,7 +119,7 @@ struct SeenVertex {
   Vec3f normal_C;       ///< Longer the larger its triangles are.
 };
 
-/// Of a point in the local frame.
+/// Projects a point of the local frame; its normal is 0 for now.
 DTSDF_HD SeenVertex seeVertex(const FrameView& frame, const Vec3f& p_L) {
   constexpr float kLeastDepth = 0.1f;      // in voxels
   constexpr float kFarthest = 2097152.0f;  // pixels: products of steps fit 64 bits
@@ -162,8 +162,8 @@ struct DrawnTriangle {
   int32_t u0, v0, u1, v1;     ///< It lies within these pixels.
   CornerWeights first;        ///< At pixel (u0, v0).
   CornerWeights right, down;  ///< What changes from pixel to pixel.
-  int64_t least[3];           ///< Of a pixel that is covered: 0 or 1, a side has one owner.
-  bool is_drawn;              ///< Faces the camera, and may cover some pixel.
+  int64_t least[3];  ///< Least weights of a covered pixel: 0 or 1, as a side has one owner.
+  bool is_drawn;     ///< Faces the camera, and may cover some pixel.
 };
 
 DTSDF_HD int32_t least3(int32_t a, int32_t b, int32_t c) {
@@ -175,7 +175,7 @@ DTSDF_HD int32_t greatest3(int32_t a, int32_t b, int32_t c) {
   return greatest > c ? greatest : c;
 }
 
-/// Of corners that are counter-clockwise seen from the front.
+/// Sets up a triangle whose corners are counter-clockwise seen from the front.
 DTSDF_HD DrawnTriangle drawTriangle(const FrameView& frame, const SeenVertex& a,
                                     const SeenVertex& b, const SeenVertex& c) {
   DrawnTriangle drawn{};

@@ -18,7 +18,7 @@ constexpr int kFreeLevels = 14;
 /// Least free depths in metres; 0 where a pixel does not tell. Level 0 has freeDepth() of pixels.
 struct FreePyramid {
   const float* level[kFreeLevels];
-  int32_t width, height;  ///< Of level 0.
+  int32_t width, height;  ///< Size of level 0.
 };
 
 /// Texels of a level along an edge of so many pixels.

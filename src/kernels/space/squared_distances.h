@@ -20,9 +20,9 @@ struct SurfaceCubes {
 /// Sectors to be worked out, one on top of the other.
 struct SectorStack {
   int32_t count;
-  int32_t place;        ///< Of its first one in the box.
-  int32_t first;        ///< The number of its first one among all that are to be worked out.
-  int32_t first_plane;  ///< Of its planes of cells, with those within reach above and below.
+  int32_t place;        ///< Place of its first sector in the box.
+  int32_t first;        ///< Number of its first sector among all that are to be worked out.
+  int32_t first_plane;  ///< Its first plane of cells, counting those in reach above and below.
 };
 
 /// Sectors whose distances are to be worked out, and the surfaces in a box around them.

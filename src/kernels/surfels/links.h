@@ -19,7 +19,7 @@ struct LinkLimits {
   float same_m;     ///< Difference of depth that the map cannot tell.
   float rim_slope;  ///< Share of inverse depth by which a surface that curves out of sight may end.
   float turn;       ///< Share of a step by which the next one in line may differ.
-  float rim_share;  ///< Of the jump behind it, what a step there may be.
+  float rim_share;  ///< Share of the jump behind it that a step at the rim may have.
 };
 
 DTSDF_HD LinkLimits linkLimits(const FrameView& frame, const DepthNoise& noise,
@@ -48,7 +48,7 @@ DTSDF_HD bool isPredicted(float from, float to, float step, const LinkLimits& li
 /// Inverse depths along a line, and where it runs: pixel number `at` of `count` in line, and number
 /// `beside` of `lines` beside each other.
 struct LineInImage {
-  const float* inverse_depth;  ///< Of the pixel.
+  const float* inverse_depth;  ///< At the pixel.
   int64_t stride, to_beside;
   int at, count, beside, lines;
 };

@@ -48,7 +48,7 @@ DTSDF_HD NoiseLinePlace noiseLinePlace(int column, int row, const Pixel& middle,
   return {middle, step_px, odd == 1, step < 2 ? 2 * step + odd : kShortLines};
 }
 
-/// The same by the point's index, from 0 to kNoisePoints - 1.
+/// The line of a step at a point by its index, from 0 to kNoisePoints - 1.
 DTSDF_HD NoiseLinePlace noiseLinePlace(int index, int step, int width, int height) {
   const int column = index % kNoiseColumns, row = index / kNoiseColumns;
   return noiseLinePlace(column, row, noisePoint(column, row, width, height), step);
@@ -123,8 +123,8 @@ DTSDF_HD int noiseBin(float variance) {
 
 constexpr int kNoiseQuartiles = 3;
 
-/// Of so many lines in the order of their variances, the rank at the lower quartile, the median or
-/// the upper quartile.
+/// Rank of the lower quartile, the median or the upper quartile (0, 1, 2) among so many lines in
+/// the order of their variances.
 DTSDF_HD uint32_t quartileRank(uint32_t lines, int quartile) { return lines * (quartile + 1) / 4; }
 
 /// Variance of the noise of which lines at a quartile have the lower end of a bin. With two degrees

@@ -82,7 +82,7 @@ DTSDF_HD bool isMerged(const ImageView& image, const PixelSquare& square,
       !(most - least <= same_m * least * most)) {  // the range of z, times least * most
     return false;
   }
-  // Of a frontal surface, as a slope of 1 / z.
+  // The largest turn as a slope of 1 / z, for a frontal surface.
   const float turn = rules.merged_turn * most / frame.intrinsics.fx;
   return turnsLittle(image, square, 1, frame.width, turn) &&
          turnsLittle(image, square, frame.width, 1, turn);

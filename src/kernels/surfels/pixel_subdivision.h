@@ -13,7 +13,7 @@ namespace dtsdf {
 /// Subpixels along the rows and along the columns of the image: 1 or kThirds.
 struct Subdivision {
   int32_t across, down;
-  /// Of each: half of it where the pixel's neighbours continue its plane, else 0.
+  /// Half a subpixel's width and height where the pixel's neighbours continue its plane, else 0.
   float half_across_px = 0.0f, half_down_px = 0.0f;
 };
 

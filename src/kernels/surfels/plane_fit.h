@@ -31,7 +31,7 @@ DTSDF_HD Vec3f planeNormal(float u, float v, float value, float slope_u, float s
 /// The plane that stands for the surface at a pixel.
 struct PixelPlane {
   Vec3f normal_C;          ///< Unit, facing the camera; zero: there is none.
-  float slope_u, slope_v;  ///< Of its inverse depth, per pixel.
+  float slope_u, slope_v;  ///< Slopes of inverse depth, per pixel.
   float trust;             ///< Share of the weight that it deserves.
 };
 
@@ -64,7 +64,7 @@ DTSDF_HD bool standsAlone(float before, float inverse_depth, float after) {
   return before > 0.0f && after > 0.0f && (before > inverse_depth) == (after > inverse_depth);
 }
 
-/// The same for a pixel across the image's columns, or its rows.
+/// Whether a pixel stands alone along its row, or across the rows.
 DTSDF_HD bool standsAloneAcross(const ImageView& image, const Pixel& pixel, bool across_rows) {
   const FrameView& frame = image.frame;
   const float* centre = image.inverse_depth + pixelIndex(frame, pixel);

@@ -76,7 +76,7 @@ DTSDF_HD PixelMeasurement wholePixel(const FrameSensing& sensing, const Pixel& p
   return {pixel, is_measured ? pixelPlane(sensing, pixel, column, surfels) : noPlane(), {1, 1}};
 }
 
-/// The same, subdivided where it is wide.
+/// A pixel subdivided where it is wide, given the fit along its column.
 DTSDF_HD PixelMeasurement subdividedPixel(const FrameSensing& sensing, const Pixel& pixel,
                                           const LineFit& column, const SurfelSettings& surfels) {
   PixelMeasurement measured = wholePixel(sensing, pixel, column, surfels);

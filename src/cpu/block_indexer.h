@@ -71,13 +71,13 @@ class BlockIndexer {
   bool hasCandidates() const;
   uint32_t directionsOn(int edge) const;
 
-  const Voxel* const* corner_arrays_[kCornerBlocks] = {};  ///< Of the corner grid, by direction.
+  const Voxel* const* corner_arrays_[kCornerBlocks] = {};  ///< Per corner block, by direction.
   uint32_t present_ = 0;               ///< Bit d: some corner has samples of direction d.
   uint32_t held_[kCornerBlocks] = {};  ///< Bit d: the block's part of the samples is not all 0.
   float sdf_[kDirectionCount][kGridCorners] = {};
   float weight_[kDirectionCount][kGridCorners] = {};
   uint32_t sides_[kRoom] = {};       ///< Per corner, see sidesOfCorner().
-  uint32_t unit_sides_[kRoom] = {};  ///< Of all corners of the unit that starts at a corner.
+  uint32_t unit_sides_[kRoom] = {};  ///< Joined sides of the unit that starts at a corner.
   uint8_t candidate_[kGridCorners];  ///< Whether that unit can hold a surface.
   EdgeSet edges_;
 };

@@ -132,7 +132,7 @@ void BlockMesher::enterStates(const std::vector<int32_t>& slots, const MeshState
   if (painted_.size() > 2 * state_.size()) forgetTakenMarks(painted_, &SlotState::painted);
 }
 
-/// Of blocks that come and go, marks are listed each time.
+/// Drops entries whose marks were taken: blocks that come and go are listed each time.
 void BlockMesher::forgetTakenMarks(std::vector<int32_t>& list, bool SlotState::*mark) {
   list = takeMarked(list, state_, mark);
   for (const int32_t slot : list) state_[slot].*mark = true;
@@ -315,7 +315,7 @@ MeshUpdate BlockMesher::update(int32_t least_evidence) {
   std::vector<int32_t> slots;  // first those whose units have a corner in a block that changed
   selectAround(dirty, kUnitReach, unitReachOffset, slots);
   indexBlocks(slots, true);
-  // And those whose vertices depend on voxels that changed, or whose surface on labels; or whose
+  // Then those whose vertices depend on voxels that changed, or whose surface on labels; or whose
   // vertices have a painted voxel at an end of their edge.
   selectAround(dirty, kBlocksAround, aroundOffset, slots);
   if (has_colours_) {

@@ -81,13 +81,13 @@ class BlockMesher {
   struct SlotState {
     bool dirty = false, painted = false;
     bool has_mesh = false;
-    uint32_t update = 0;  ///< The latest that selected the block.
+    uint32_t update = 0;  ///< Number of the latest update that selected the block.
     /// Voxels, colours, labels and `shown` are as they came to be after so many indexings.
     uint64_t changed = 0, repainted = 0, indexed = 0, made = 0;
-    int32_t least_evidence = 0;              ///< Of the labels.
+    int32_t least_evidence = 0;              ///< What the labels were made with.
     std::vector<UnitLabels> labels;          ///< One per unit; empty: none says anything.
-    std::vector<BlockVertex> vertices;       ///< Of their sheets, during an update only.
-    std::vector<Vec3f> normals;              ///< Of these vertices, where meshes are refined.
+    std::vector<BlockVertex> vertices;       ///< On the sheets' edges, during an update only.
+    std::vector<Vec3f> normals;              ///< One per vertex, where meshes are refined.
     std::unique_ptr<const BlockMesh> shown;  ///< See shownMesh(); null: none, or not yet.
   };
 
@@ -143,8 +143,8 @@ class BlockMesher {
   bool refined_;
   std::vector<SlotState> state_;
   std::vector<int32_t> dirty_, painted_;  ///< Slots so marked; blocks may have gone since.
-  std::atomic<size_t> held_bytes_{0};     ///< Of the labels and shown meshes of all slots.
-  uint32_t update_ = 0;                   ///< Number of the latest.
+  std::atomic<size_t> held_bytes_{0};     ///< Memory of all slots' labels and shown meshes.
+  uint32_t update_ = 0;                   ///< Number of the latest update.
   uint64_t indexings_ = 0;
   int32_t least_evidence_ = 0;
   bool has_colours_ = false;  ///< Something was painted.

@@ -52,14 +52,14 @@ class BlockSurface {
                    const std::vector<Vec3f>& normals, bool directional, const BlockMesh& mesh);
   void addMiddles(const SurfaceUnit& unit, BlockMesh& mesh) const;
 
-  int8_t balance_[kGridCorners];  ///< Of each corner, see cornerBalance().
-  BlockBits holding_surface_;     ///< Units that do before they are regularised.
+  int8_t balance_[kGridCorners];  ///< Per corner, see cornerBalance().
+  BlockBits holding_surface_;     ///< Units that hold a surface before they are regularised.
   std::vector<SurfaceUnit> surface_units_;
-  EdgeSet edges_;  ///< That carry a vertex.
+  EdgeSet edges_;  ///< Those that carry a vertex.
   uint16_t vertex_of_edge_[kGridEdges];
   std::vector<uint16_t> triangle_edges_;
   std::vector<uint8_t> is_drawn_;  ///< isDrawn() of each vertex: no other stands at a gap.
-  std::vector<Vec3f> normals_;     ///< Of the edge vertices, where they are refined.
+  std::vector<Vec3f> normals_;     ///< One per edge vertex, where meshes are refined.
 };
 
 }  // namespace dtsdf

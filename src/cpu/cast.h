@@ -12,7 +12,7 @@ struct VoxelSet {
   static constexpr int kWordBits = 64, kWords = kVoxelsPerBlock / kWordBits;
   uint64_t word[kWords];
 
-  /// Of a row along x, a bit each.
+  /// The bits of a row along x.
   uint32_t row(int number) const {
     static_assert(kWordBits == kBlockSide * kBlockSide, "a layer each");
     return word[number / kBlockSide] >> (number % kBlockSide * kBlockSide) & 255u;

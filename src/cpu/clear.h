@@ -13,7 +13,7 @@ namespace dtsdf {
 struct BlockLook {
   Vec3i block_L;          ///< Its coordinates relative to the frame's origin.
   bool in_turn;           ///< It is the block's turn.
-  const BlockSums* sums;  ///< Of the frame, folded; null if it does not touch the block.
+  const BlockSums* sums;  ///< The frame's, folded; null if it does not touch the block.
   uint32_t directions;    ///< Bit d: the frame has sums of direction d.
   bool directional;       ///< Else the only array holds surfaces of any direction.
 };

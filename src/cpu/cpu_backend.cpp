@@ -389,9 +389,9 @@ class CpuBackend : public MapBackend {
   BlockMesher mesher_;
   Renderer renderer_;
   FreeCellFinder free_cell_finder_;
-  FrameSensing sensing_ = {};           ///< Of the last depth image.
-  std::vector<uint64_t> last_touched_;  ///< Number of the last frame that did, by slot; 0: none.
-  std::vector<CubeMask> free_cubes_;    ///< Of an image that is not fused yet.
+  FrameSensing sensing_ = {};           ///< From the last depth image.
+  std::vector<uint64_t> last_touched_;  ///< Per slot, the last frame that touched it; 0: none.
+  std::vector<CubeMask> free_cubes_;    ///< From an image that is not fused yet.
   FrameOutcome outcome_;
   MeshUpdate meshes_;
   Profile* profile_ = nullptr;

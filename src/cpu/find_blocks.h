@@ -14,7 +14,7 @@ namespace dtsdf {
 /// What casting needs of a line, in one line of the cache: surfels of a block lie apart in memory.
 struct alignas(64) KeptLine {
   SampleLine line;
-  float weight[3];     ///< Of the directions.
+  float weight[3];     ///< One per direction.
   uint8_t directions;  ///< A bit each.
   bool has_sides;      ///< Which are kept apart: those of narrow pixels have none.
 };
@@ -45,7 +45,7 @@ class BlockFinder {
   const KeptLine& line(uint32_t surfel) const { return lines_[surfel]; }
   const MeasuredSides& sides(uint32_t surfel) const { return sides_[surfel]; }
 
-  /// Of the lists of surfels and their lines, which are by far the most of it.
+  /// Memory of the lists of surfels and their lines, by far the most of it.
   size_t bytes() const;
 
  private:
@@ -76,7 +76,7 @@ class BlockFinder {
 
   const FusionSettings fusion_;
   const int threads_;
-  std::vector<KeptLine> lines_;  ///< Of the last frame, and room for more.
+  std::vector<KeptLine> lines_;  ///< Lines of the last frame, and room for more.
   std::vector<MeasuredSides> sides_;
   std::vector<Share> shares_;
   std::vector<TouchedBlock> touched_;

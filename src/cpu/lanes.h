@@ -69,7 +69,7 @@ inline LaneFloats floatsOf(const LaneInts& a) {
   return LaneFloats(reinterpret_cast<LaneFloats::Vector>(a.v));
 }
 
-/// Of the lowest bits of a number, one for each lane.
+/// A mask from the lowest bits of a number, one bit for each lane.
 inline LaneInts maskOf(uint32_t bits) {
   constexpr LaneInts::Vector kBit = {1, 2, 4, 8, 16, 32, 64, 128};
   return LaneInts((LaneInts(static_cast<int32_t>(bits)).v & kBit) != 0);
@@ -88,7 +88,7 @@ inline bool any(const LaneInts& mask) {
   return (pairs[0] | pairs[1] | pairs[2] | pairs[3]) != 0;
 }
 
-/// Of several units some will most likely have it: that is quicker done than asked.
+/// Some of the lanes most likely need the branch: to take it is quicker than to ask.
 inline bool shouldBranch(const LaneInts&) { return true; }
 
 inline LaneFloats maximum(const LaneFloats& a, const LaneFloats& b) { return select(a > b, a, b); }

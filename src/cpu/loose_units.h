@@ -19,7 +19,7 @@ inline void addUnit(BlockBits& bits, const Vec3i& unit) {
   bits[unit.z] |= uint64_t{1} << (unit.x + kBlockSide * unit.y);
 }
 
-/// Of a block's units that hold a surface, those of loose pieces.
+/// Those units of a block's surface that belong to loose pieces.
 BlockBits looseUnits(const BlockBits& surface, const LabelNeighbourhood& labels, int most_units);
 
 }  // namespace dtsdf

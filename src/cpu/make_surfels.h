@@ -39,10 +39,10 @@ class SurfelMaker {
   void visitColumnFits(const FrameSensing& sensing, const Pixel& first, uint64_t wanted,
                        const Visit& visit) const;
 
-  const bool merges_;  ///< And subdivides: surfels are cast.
+  const bool merges_;  ///< Merges and subdivides pixels, as surfels are cast.
   const SurfelSettings surfel_settings_;
   const int threads_;
-  std::vector<std::vector<Surfel>> lists_;  ///< Of surfels to be cast one per row of patches.
+  std::vector<std::vector<Surfel>> lists_;  ///< One per row of patches if surfels are cast.
 };
 
 }  // namespace dtsdf

@@ -33,8 +33,8 @@ bool isBlank(const char* row, int first, int width) {
   return any == 0;
 }
 
-/// From the first value that is not 0 to the last, and some beside them. @param row Of any
-/// alignment. @param within All others are 0.
+/// From the first value that is not 0 to the last, and some beside them. @param row Any alignment
+/// will do. @param within All others are 0.
 template <class T>
 PixelSpan measuredSpan(const void* row, int width, const PixelSpan& within) {
   const auto* const bytes = static_cast<const char*>(row);
@@ -87,7 +87,7 @@ class SpanImage {
  private:
   int width_ = 0;
   std::vector<T> pixels_;
-  std::vector<PixelSpan> spans_;  ///< Of each row.
+  std::vector<PixelSpan> spans_;  ///< One per row.
 };
 
 }  // namespace dtsdf

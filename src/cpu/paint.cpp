@@ -274,7 +274,7 @@ void Painter::sample(BlockView& block) const {
   }
 }
 
-/// And lists the bricks that samples lie in.
+/// Adds up what the samples tell of the exposure, and lists the bricks that they lie in.
 void Painter::sumExposure(CpuMap& map, BlockView& block) const {
   const BlockEntry& entry = map.table.block(block.slot);
   block.sums = {};

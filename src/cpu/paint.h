@@ -71,8 +71,8 @@ class Painter {
   const PaintSettings settings_;
   const int threads_;
   ColourSensing sensing_ = {};
-  std::vector<ColourPixel> pixels_;           ///< Of all sizes of the image.
-  std::vector<std::vector<float>> hiding_m_;  ///< Per thread; the first one has it all then.
+  std::vector<ColourPixel> pixels_;           ///< The image in all its sizes.
+  std::vector<std::vector<float>> hiding_m_;  ///< One per thread, merged into the first.
   std::vector<BlockView> blocks_;             ///< Those in view first.
   size_t blocks_in_view_ = 0;
 };

@@ -20,7 +20,8 @@ class FreeCellFinder {
         threads_(threads),
         levels_(kFreeLevels) {}
 
-  /// Of those cubes, the ones of which something is seen free. @pre The frame has free depths.
+  /// Masks of the cells that are seen free, for those of the cubes that have any.
+  /// @pre The frame has free depths.
   std::vector<CubeMask> find(const FrameSensing& sensing, const std::vector<Vec3i>& cubes) {
     const FrameView& frame = sensing.image.frame;
     const FreePyramid free = makePyramid(sensing);

@@ -154,8 +154,8 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
   });
 }
 
-/// By lines of one step after the other; no two steps have a kind in common. Lines whose middle is
-/// not measured are not looked at.
+/// Estimates the noise from lines, each step on its own: no two steps have a kind in common. Lines
+/// whose middle is not measured are skipped.
 DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
   NoiseOfLines kinds[kNoiseKinds] = {};
   const auto measured = [&](int u, int v) { return measured_.row(v)[u]; };
@@ -238,7 +238,7 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
   });
 }
 
-/// And the greatest ones of patches, with the rows of these.
+/// Finds how far the pixels are free, and the greatest of each patch in the same pass.
 void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
   const FrameView& view = sensing.image.frame;
   const int columns = freePatchesAlong(view.width), rows = freePatchesAlong(view.height);

@@ -34,7 +34,7 @@ class Clearing {
 
   /// Waits for the frame. @return its empty blocks, by slot; reported once.
   std::vector<EmptyBlock> takeEmptyBlocks();
-  bool hasOutcome() const { return is_cleared_; }  ///< Of a frame, not taken yet.
+  bool hasOutcome() const { return is_cleared_; }  ///< A frame's empty blocks were not taken yet.
 
   void addMemory(std::vector<MemoryPart>& parts) const;
 

@@ -30,7 +30,7 @@ __global__ void forgetPaintedKernel(MapView map) {
 /// What a block of threads needs to colour the vertices of a block.
 struct ColourShared {
   ColouredCorners corners;
-  int32_t slots[kCornerBlocks];  ///< Of the blocks that these lie in.
+  int32_t slots[kCornerBlocks];  ///< Slots of the blocks that these lie in.
   uint16_t vertex_of[kGridEdges];
 };
 

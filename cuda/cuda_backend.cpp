@@ -255,7 +255,7 @@ class CudaBackend : public MapBackend {
     if (given != nullptr) giveStates(order.slots, *given);
   }
 
-  /// By the frustum alone: some of the others show nothing of what is free.
+  /// Selects by the frustum alone: some of the others show nothing that is free.
   std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
                                     uint64_t frame_number) override {
     std::vector<PackedKey> keys = block_finder_.fetchTouched();
@@ -342,7 +342,7 @@ class CudaBackend : public MapBackend {
   const int device_;
   const BlockTable& table_;
   StageClock clock_;
-  Stream stream_;  ///< Of the images; the mesher has its own.
+  Stream stream_;  ///< For the images; the mesher has its own.
   Event map_ready_;
   DeviceMap map_;
   RawImage raw_image_;
@@ -358,8 +358,8 @@ class CudaBackend : public MapBackend {
   FreeCellFinder free_cell_finder_;
   std::shared_ptr<DistanceMaker> distance_maker_;
   RecordMover record_mover_;
-  size_t in_view_count_ = 0;              ///< Of the frame.
-  std::optional<DeviceSensing> sensing_;  ///< Of the last depth image.
+  size_t in_view_count_ = 0;              ///< Blocks in the frame's view.
+  std::optional<DeviceSensing> sensing_;  ///< From the last depth image.
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};
   size_t most_dirty_ = 0, most_painted_ = 0;  ///< Lengths, at most, of the device's lists.

@@ -156,11 +156,11 @@ class DeviceMap {
   ColourPool colours_;
   DeviceBuffer<int32_t> colour_of_;
   bool has_colours_ = false;
-  /// Of admissions: the host may write new ones from there on. Kernels read them in place.
+  /// Recorded after admissions, which kernels read in place: after it the host may write new ones.
   Event updates_sent_;
   PinnedBuffer<SlotUpdate> updates_;
   PinnedBuffer<int32_t> new_arrays_;
-  /// The same for other changes of the table, which no admission has to wait for.
+  /// Recorded after other changes of the table, which no admission has to wait for.
   Event changes_sent_;
   PinnedBuffer<SlotUpdate> changes_;
   std::vector<SlotUpdate> noted_;  ///< Changes that are still to be sent.

@@ -18,8 +18,7 @@ constexpr int kRowsPerThread = kSectorSide / kWarps, kCellsPerThread = kCubeSide
 
 constexpr int kMostRing = 8;  // 255 cells
 constexpr int kMostWords = 2 * kMostRing + 1;
-constexpr int kRowsAtOnce =
-    3 * kWarp;  ///< Of a window: all of them if no more than 32 are in reach.
+constexpr int kRowsAtOnce = 3 * kWarp;  ///< All of a window if the reach is 32 at most.
 
 /// The least squares of a plane along x and y: a block of threads for each plane of each stack.
 __global__ void __launch_bounds__(kThreads)

@@ -30,7 +30,7 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
   bool hasRoomFor(const std::vector<std::shared_ptr<uint16_t[]>>& squares, size_t most_bytes) const;
 
   size_t bytes() const;      ///< On the host, and as many on the device.
-  size_t freeBytes() const;  ///< Of these, what nobody has.
+  size_t freeBytes() const;  ///< The part of these that nobody has.
 
  private:
   static constexpr size_t kChunkSectors = 16;
@@ -56,7 +56,7 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
 
 class DistanceMaker {
  public:
-  /// @param most_bytes Of squares on the device, and as many on the host.
+  /// @param most_bytes Limit of squares on the device, and as many on the host.
   explicit DistanceMaker(size_t most_bytes) : most_bytes_(most_bytes) {}
   ~DistanceMaker() { stream_.drain(); }
 

@@ -52,7 +52,7 @@ class BlockFinder {
   /// Begins a frame: zeroes the counters, empties the table, unless that was prepared.
   void begin();
 
-  /// The same ahead, after all that looks at the last frame's blocks.
+  /// Prepares the next frame early, after all that looks at the last frame's blocks.
   void prepare();
   uint32_t* usableSurfels() { return &counters_.data()->usable_surfels; }
 

@@ -53,7 +53,7 @@ struct UnitOfGrid {
   using Real = float;
   using Bits = int32_t;
   static constexpr int kUnits = 1;
-  const Sample* first;  ///< Of direction 0, at corner 0 of the unit.
+  const Sample* first;  ///< Sample of direction 0 at corner 0 of the unit.
   uint32_t sides;
 
   __device__ __forceinline__ const Sample& at(int d, int c) const {

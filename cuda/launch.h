@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace gpu {
 
-constexpr int kThreads = 256;  ///< Of a block of threads.
+constexpr int kThreads = 256;  ///< Threads per block.
 
 /// Blocks of threads for so many items, one thread each.
 inline unsigned blocksFor(size_t items) {
@@ -45,8 +45,8 @@ void launch(const char* name, void (*kernel)(Parameters...), dim3 blocks, int th
   checkLaunch(name);
 }
 
-/// The same before the kernel ahead of it on the stream has ended, where device and binary can: it
-/// calls waitForPreviousKernel() first, or waitAtEnd() last.
+/// Starts a kernel before the one ahead of it on the stream has ended, where device and binary can:
+/// it calls waitForPreviousKernel() first, or waitAtEnd() last.
 template <class... Parameters>
 void launchOverlapped(const char* name, void (*kernel)(Parameters...), dim3 blocks, int threads,
                       size_t shared_bytes, const Stream& stream,

@@ -141,7 +141,7 @@ __device__ inline void findLoosePieces(const LabelNeighbourhood& labels, uint32_
   LoosePieces(rows, labels, most_units, window).find();
 }
 
-/// @param unit Of the block.
+/// @param unit One of the block.
 __device__ inline bool isLoose(const LooseWindow& window, const Vec3i& unit) {
   return (window.small[windowRow(unit.y, unit.z)] >> (unit.x + kMostLooseUnits) & 1) != 0;
 }

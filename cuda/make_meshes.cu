@@ -229,13 +229,13 @@ __device__ uint32_t writeRefined(const MeshView& mesh,
 }
 
 /// Whether some unit of a block says something; else the block has no mesh, as most that only
-/// adjoin a change. By all threads of a block.
+/// adjoin a change. All threads of the block call it.
 __device__ bool anyUnitSpeaks(const UnitLabels* labels) {
   static_assert(sizeof(uint32_t) == kUnitsPerThread * sizeof(UnitLabels), "a word for a thread");
   return __syncthreads_or(reinterpret_cast<const uint32_t*>(labels)[threadIdx.x] != 0) != 0;
 }
 
-/// Of the last block of threads.
+/// Called by the last block of threads.
 __device__ void handOverTotals(const MeshView& mesh) {
   MeshTotals& totals = *mesh.host_totals;
   totals.reached = mesh.totals->reached;

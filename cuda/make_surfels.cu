@@ -10,7 +10,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Of a block of threads that makes surfels: rows of most images are multiples of it.
+/// Threads per block that makes surfels: rows of most images are multiples of it.
 constexpr int kRowThreads = 128;
 
 /// Threads for each patch of pixels, one for each bit of what is merged: the patch and its four

@@ -31,7 +31,7 @@ class SurfelMaker {
   /// the image's order, and `count` takes the number of those with a weight.
   DeviceSurfels makeSurfels(const DeviceSensing& sensing, uint32_t* count);
 
-  /// The same once more for the same frame, with room for more.
+  /// Makes the surfels of the same frame once more, with room for more.
   DeviceSurfels makeMoreSurfels(const DeviceSensing& sensing, uint32_t surfels, uint32_t* count);
 
   void addMemory(std::vector<MemoryPart>& parts) const;
@@ -40,7 +40,7 @@ class SurfelMaker {
   void mergePixels(const DeviceSensing& sensing);
   DeviceSurfels listSurfels(const DeviceSensing& sensing, uint32_t* count);
 
-  const bool merges_;  ///< And subdivides: surfels are cast.
+  const bool merges_;  ///< Merges and subdivides pixels, as surfels are cast.
   const SurfelSettings surfel_settings_;
   const Stream& stream_;
   DeviceBuffer<uint8_t> patches_;  ///< MergedPatch per patch.

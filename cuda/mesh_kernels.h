@@ -29,7 +29,7 @@ struct MeshRecord {
   int32_t slot;
   uint32_t first_vertex, vertices;
   uint32_t first_triangle, triangles;
-  uint32_t gaps;  ///< Of the triangles: those that stand in gaps, which are marked.
+  uint32_t gaps;  ///< Triangles that stand in gaps, which are marked.
 };
 
 /// Triangle of three 16-bit indices into the block's vertices.
@@ -44,7 +44,7 @@ struct MeshView {
   int32_t* slots;           ///< First the reached blocks, then the adjoining ones.
   MeshRecord* records;      ///< One per block of `slots`.
   BlockVertex* vertices;
-  Vec3f* normals;  ///< Of the vertices on edges, at their places; null: no refinement.
+  Vec3f* normals;  ///< One per vertex on an edge, at its place; null: no refinement.
   BlockTriangle* triangles;
   VertexColour* colours;  ///< One per vertex; null while nothing is painted.
   MeshSize capacity;

@@ -11,7 +11,7 @@ namespace gpu {
 namespace {
 
 constexpr size_t kTurnBytes = size_t{8} << 20;
-constexpr size_t kBytesPerThread = size_t{1} << 20;  ///< Of the host, which copy at a time.
+constexpr size_t kBytesPerThread = size_t{1} << 20;  ///< What a host thread copies at a time.
 
 /// One thread per 16 bytes.
 template <bool kToHost, class Pool>

@@ -74,7 +74,7 @@ __device__ Vec3f firstVoxelOf(const FrameView& frame, const SlotEntry& entry) {
   return toFloat(firstVoxelOfBlock(unpackKey(entry.key) - blockOfVoxel(frame.origin_voxel)));
 }
 
-/// Of a block of threads that works on one voxel array: few of its voxels are worth the work.
+/// Threads per block, which works on one voxel array: few of its voxels are worth the work.
 constexpr int kArrayThreads = 128;
 
 /// A voxel array in view.

@@ -18,15 +18,15 @@ namespace gpu {
 /// What the host has to know of an image's look at the map.
 struct LookCounters {
   uint32_t blocks, arrays;  ///< In view: blocks, and their voxel arrays.
-  uint32_t seen;            ///< Arrays of these that something is to be painted in.
-  uint32_t requests;        ///< Of these, arrays that lack bricks of colours for it.
+  uint32_t seen;            ///< Arrays in view that something is to be painted in.
+  uint32_t requests;        ///< Such arrays that lack bricks of colours for it.
   ExposureSums sums;
   uint64_t samples;  ///< Voxels that the image was found to show, also those without room.
 };
 
 /// What an image shows of a voxel, until there are bricks of colours to paint it in.
 struct FoundSample {
-  int32_t slot;    ///< Of its block.
+  int32_t slot;    ///< Slot of its block.
   uint16_t voxel;  ///< kVoxelsPerBlock * direction + index.
   ColourSample sample;
 };

@@ -17,12 +17,12 @@ namespace {
 constexpr int kThreadBlocksPerProcessor = 8;
 constexpr MeshSize kFirstMeshes = {1 << 17, 1 << 18};
 
-/// Of the threads that draw a triangle each has its pixel of a patch.
+/// The threads that draw a triangle: each has its pixel of a patch.
 constexpr int kPatchWidth = 4, kPatchHeight = 2, kLanes = kPatchWidth * kPatchHeight;
 static_assert(4 * kLanes == 32, "a warp draws large ones, by patches twice as wide and high");
-constexpr int kMostPatches = 8;  ///< Of a triangle that is not large.
+constexpr int kMostPatches = 8;  ///< A triangle of more patches is large.
 
-/// One thread per slot: blocks that a view may show, and those whose labels that depends on.
+/// One thread per slot: selects blocks that a view may show, and those whose labels it needs.
 __global__ void __launch_bounds__(kThreads)
     selectInViewKernel(MapView map, RenderJob job, MeshView drawn, MeshView labelled) {
   const size_t slot = globalThread();
@@ -100,7 +100,7 @@ __device__ SeenTriangle seeTriangle(const RenderJob& job, const DrawnBlock& bloc
   return triangle;
 }
 
-/// By kWidth x kHeight threads, each of which has its pixel of a patch.
+/// Fills a triangle with kWidth x kHeight threads, each of which has its pixel of a patch.
 template <int kWidth, int kHeight>
 __device__ void fillTriangle(const RenderJob& job, const DrawnBlock& block,
                              const SeenTriangle& triangle) {
@@ -123,8 +123,8 @@ __device__ void fillTriangle(const RenderJob& job, const DrawnBlock& block,
   }
 }
 
-/// By a warp, all of whose threads come here: kLanes of them draw a triangle each, and all of them
-/// those that are large, so that few do not keep the others waiting.
+/// Draws triangles with a warp, all of whose threads come here: kLanes of them draw a triangle
+/// each, and all of them together the large ones, so that few do not keep the others waiting.
 __device__ void drawTriangles(const RenderJob& job, const DrawnBlock& block, uint32_t first,
                               uint32_t count) {
   const uint32_t own = first + threadIdx.x % 32 / kLanes;

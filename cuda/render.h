@@ -16,10 +16,10 @@ namespace gpu {
 struct RenderJob {
   FrameView frame;
   int32_t painted;  ///< Colours are asked for.
-  Vec3i* shares;    ///< Of normals, by vertex.
+  Vec3i* shares;    ///< Sums of triangles' normals, per vertex.
   SeenVertex* seen;
-  ViewKey* surfaces;  ///< By pixel,
-  ViewKey* colours;   ///< and these.
+  ViewKey* surfaces;  ///< Per pixel.
+  ViewKey* colours;   ///< Per pixel, if colours are asked for.
 };
 
 /// Labels the blocks in view, makes their triangles and draws them. The buffers are kept from view
@@ -46,9 +46,9 @@ class Renderer {
   const bool directional_;
   const int thread_blocks_;
   const Stream& stream_;
-  DeviceBuffer<MeshTotals> totals_, labelled_;  ///< Of these only the blocks count.
+  DeviceBuffer<MeshTotals> totals_, labelled_;  ///< In labelled_ only the blocks count.
   PinnedBuffer<MeshTotals> pinned_totals_;
-  static constexpr size_t kBands = 8;  ///< Of pixels, which come to the host one after the other.
+  static constexpr size_t kBands = 8;  ///< Bands of pixels come to the host one after the other.
   Event drawn_[kBands];                ///< The band is there.
   DeviceBuffer<uint32_t> no_dirty_;    ///< 0: views leave marks alone.
   DeviceBuffer<int32_t> slots_, labelled_slots_;

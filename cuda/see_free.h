@@ -33,8 +33,8 @@ class FreeCellFinder {
   const float max_range_m_;
   const Stream& stream_;
   Event fetched_;
-  std::vector<Vec3i> keys_;     ///< Of the frame's cubes.
-  DeviceBuffer<float> levels_;  ///< Of the pyramid, from the second one on, one after the other.
+  std::vector<Vec3i> keys_;     ///< Keys of the frame's cubes.
+  DeviceBuffer<float> levels_;  ///< The pyramid's levels from the second on, one after the other.
   DeviceBuffer<Vec3i> cubes_;
   DeviceBuffer<CellMask> masks_;
   PinnedBuffer<Vec3i> pinned_cubes_;

@@ -20,7 +20,7 @@ class DeviceSensing {
 
   DTSDF_HD const ImageView& image() const { return image_; }
   DTSDF_HD const FrameView& frame() const { return image_.frame; }
-  /// Of a frame that clears; one that does not has none, even if space asks for it.
+  /// Only a frame that clears has free depths: another one has none, even if space asks for it.
   DTSDF_HD bool hasFreeDepth() const { return free_depth_ != nullptr; }
 #ifdef __CUDACC__
   __device__ __forceinline__ FrameSensing load() const { return {image_, *noise_, free_depth_}; }
@@ -68,7 +68,7 @@ class FrameSensor {
   /// ahead, which has waited for what it works on.
   void findFreeDepths(const DeviceSensing& sensing);
 
-  /// Of the last frame, how far each pixel is free, whether or not the frame clears by it.
+  /// How far each pixel of the last frame is free, whether or not the frame clears by it.
   /// @pre needsFreeDepth().
   const float* freeDepth() const { return free_depth_.data(); }
 

@@ -44,7 +44,7 @@ class PinnedBuffer {
     if (count > capacity_) reserveExactly(count + count / 2);
   }
 
-  /// The same without more to spare.
+  /// Makes room without any to spare; the contents are lost when it has to grow.
   void reserveExactly(size_t capacity) {
     if (capacity <= capacity_) return;
     PinnedBuffer larger;

@@ -52,10 +52,10 @@ class SlabPool {
     slabs_ = std::move(slabs);
   }
 
-  /// The same before the room is needed, while kernels may read the pool: only where that takes
-  /// little of the device's memory, and its table need not grow. Where `count` records lack room,
-  /// there is some for `most` then, as far as that is half as much again: to be given memory takes
-  /// as long as half a frame, however little it is.
+  /// Makes room before it is needed, while kernels may read the pool: only where that takes little
+  /// of the device's memory, and the table need not grow. Where `count` records lack room, it makes
+  /// some for `most`, up to half as much again: an allocation takes as long as half a frame,
+  /// however little it is.
   void reserveAhead(size_t count, size_t most, const Stream& stream) {
     constexpr size_t kLeastLeft = 8;  // times what is taken
     const size_t there = slabs_.size(), least = slabsFor(count);

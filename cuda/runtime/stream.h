@@ -77,7 +77,7 @@ class Stream {
   /// Blocks the calling thread until all enqueued work is done.
   void synchronize() const { DTSDF_CHECK_CUDA(cudaStreamSynchronize(stream_)); }
 
-  /// The same for destructors, before memory goes that the work may use.
+  /// Waits without a check for errors: for destructors, before memory goes that the work may use.
   void drain() const noexcept { cudaStreamSynchronize(stream_); }
 
  private:

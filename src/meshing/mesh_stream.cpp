@@ -36,7 +36,7 @@ OwnedEdge ownedEdge(int edge) {
   return {owner, kInside};
 }
 
-/// Of all edges of the corner grid.
+/// Owners of all edges of the corner grid.
 const std::array<OwnedEdge, kGridEdges>& ownedEdges() {
   static const std::array<OwnedEdge, kGridEdges> edges = [] {
     std::array<OwnedEdge, kGridEdges> all;

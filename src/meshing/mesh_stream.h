@@ -42,7 +42,7 @@ inline Vec3f positionFrom(const std::array<double, 3>& origin_m, const std::arra
 
 /// What has become of a block's vertices.
 struct JoinedBlock {
-  std::vector<uint32_t> number;  ///< Of each vertex among those of all blocks.
+  std::vector<uint32_t> number;  ///< Per vertex, its number among those of all blocks.
   std::vector<uint32_t> fresh;   ///< Which of them no block before had; numbered in this order.
   std::vector<Vec3f> faced;      ///< The way that each vertex's edge faces, see facedWays().
 };
@@ -59,13 +59,13 @@ class BlockJoiner {
  private:
   /// A vertex on one of the lower faces of the block that owns its edge.
   struct SharedEdge {
-    uint16_t place;  ///< Of the edge among those on these faces.
+    uint16_t place;  ///< Place of the edge among those on these faces.
     uint32_t number;
   };
 
   /// What a block above one, or this itself, shares with it, while this is added.
   struct Owner {
-    std::vector<uint32_t> number;   ///< By the places of edges; all kNone between blocks.
+    std::vector<uint32_t> number;   ///< Indexed by the places of edges; all kNone between blocks.
     std::vector<SharedEdge> known;  ///< What `number` has.
     size_t entered = 0;             ///< So many of them the owner had before.
   };
@@ -81,8 +81,8 @@ class BlockJoiner {
   /// edges, and middles of sides by the numbers of their ends, the lower one in the upper 32 bits.
   std::map<PackedKey, std::vector<SharedEdge>> shared_edges_;
   std::map<PackedKey, std::unordered_map<uint64_t, uint32_t>> shared_sides_;
-  std::array<Owner, kCornerBlocks> owners_;  ///< By cornerBlockOffset().
-  /// Of those in the block that is being added.
+  std::array<Owner, kCornerBlocks> owners_;  ///< Indexed as cornerBlockOffset().
+  /// Vertex numbers of the edges of the block that is being added.
   std::array<uint32_t, kGridEdges> number_of_edge_ = {};
 };
 
@@ -113,13 +113,13 @@ class MeshStream {
  public:
   /// Whoever takes the mesh.
   struct Sink {
-    std::function<void(const Mesh& piece)> vertices;  ///< Behind those before; no triangles.
-    /// By the numbers of vertices in the whole mesh; some come before their vertices do.
+    std::function<void(const Mesh& piece)> vertices;  ///< Takes the next vertices; no triangles.
+    /// Takes numbers of vertices in the whole mesh; some come before their vertices do.
     std::function<void(const std::array<uint32_t, 3>&)> triangle;
   };
 
   /// @param is_painted Some of the blocks have colours.
-  /// @param bounds Of the blocks.
+  /// @param bounds Bounds of the blocks.
   MeshStream(float voxel_size_m, bool is_painted, const BlockExtent& bounds, Sink sink);
 
   void add(const BlockMesh& block);
@@ -130,7 +130,7 @@ class MeshStream {
  private:
   struct AddedBlock {
     BlockKey key;
-    uint64_t vertices;  ///< Of all blocks up to this one.
+    uint64_t vertices;  ///< Vertices of all blocks up to this one.
   };
 
   uint64_t end() const { return first_ + window_.vertices_m.size(); }
@@ -144,8 +144,8 @@ class MeshStream {
   const Sink sink_;
   BlockJoiner joiner_;
   Mesh window_;                             ///< From vertex number first_ on.
-  Outline outline_;                         ///< Of these.
-  std::vector<Outline::Triangle> closing_;  ///< Of holes; they come last.
+  Outline outline_;                         ///< Outlines through these vertices.
+  std::vector<Outline::Triangle> closing_;  ///< Triangles that close holes; they come last.
   uint64_t first_ = 0, written_ = 0;
   std::deque<AddedBlock> open_;    ///< Triangles of blocks to come may have vertices of these.
   std::deque<AddedBlock> needed_;  ///< Outlines through blocks to come may lead to these.

@@ -22,7 +22,7 @@ constexpr float kWeightsAlong[kStepsAlong + 1][kStepsAlong + 1] = {
 /// end of something narrow, which would become shorter.
 constexpr float kLeastExtent = 0.4f;
 
-/// Of the longest outline around a hole that is closed: it is two voxels across.
+/// The longest outline around a hole that is closed: it is two voxels across.
 constexpr int kMostEdgesOfHole = 8;
 
 }  // namespace
@@ -43,7 +43,7 @@ void Outline::drop(size_t count) {
   vertices_.erase(vertices_.begin(), vertices_.begin() + static_cast<std::ptrdiff_t>(count));
 }
 
-/// By the sums of the triangles around a vertex.
+/// Works out the ends of a fan from the sums of the triangles around its vertex.
 void Outline::findEnds(size_t vertex) const {
   Vertex& v = vertices_[vertex];
   v.has_ends = true;
@@ -77,7 +77,7 @@ size_t Outline::beside(size_t vertex, int way) const {
   return endOfFan(next, way == kForwards ? kBackwards : kForwards) == vertex ? next : kNone;
 }
 
-/// The same, past the middle of a side.
+/// The next vertex on the outline that is not the middle of a side.
 size_t Outline::nextOnEdge(size_t vertex, int way) const {
   const size_t next = beside(vertex, way);
   return next != kNone && kindOf(next) == Kind::kMiddle ? beside(next, way) : next;

@@ -41,14 +41,14 @@ class Outline {
   /// Closes the holes whose lowest vertex is one of [first, end): outlines of at most eight edges,
   /// not counting middles, inside which triangles face as the vertices do. So the rim of a small
   /// piece of mesh is none. @pre All triangles were added around the vertices that are at most four
-  /// edges from these. @param normals Of all vertices, of any length. @param add Takes the
+  /// edges from these. @param normals One per vertex, of any length. @param add Takes the
   /// triangles.
   void closeHoles(size_t first, size_t end, const std::vector<Vec3f>& positions,
                   const std::vector<Vec3f>& normals,
                   const std::function<void(const Triangle&)>& add);
 
   /// Where a vertex goes. @pre All triangles around it and around the next two vertices each way
-  /// were added. @param positions Of all vertices, as they were before.
+  /// were added. @param positions One per vertex, as they were before.
   Vec3f smoothed(size_t vertex, const std::vector<Vec3f>& positions) const;
 
   /// The vertices on outlines of a mesh that is here as a whole, and where they go.
@@ -66,9 +66,9 @@ class Outline {
   struct Vertex {
     uint64_t squares;
     uint32_t sum;
-    int32_t ends[2];  ///< By ways, once they are worked out; 0: the triangles are no fan.
+    int32_t ends[2];  ///< Per way, once they are worked out; 0: the triangles are no fan.
     Kind kind;
-    uint8_t triangles;  ///< Around it; 2 for more.
+    uint8_t triangles;  ///< How many are around it; 2: two or more.
     bool has_ends;
   };
 

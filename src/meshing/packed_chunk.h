@@ -26,9 +26,9 @@ struct ChunkLattice {
 
 /// Vertices and triangles of one chunk.
 struct PackedChunk {
-  std::array<int64_t, 3> origin = {};  ///< That positions count from: steps from that of W.
+  std::array<int64_t, 3> origin = {};  ///< Where positions count from, in steps from W's origin.
   std::vector<uint16_t> positions;     ///< x, y, z of each vertex, in steps from the origin.
-  std::vector<int16_t> normals;        ///< Of each vertex two numbers, see packedNormal().
+  std::vector<int16_t> normals;        ///< Two numbers per vertex, see packedNormal().
   std::vector<uint8_t> colours;        ///< Red, green, blue of each vertex; none if unpainted.
   std::vector<uint16_t> triangles16;   ///< Three vertices each, counter-clockwise from the free
                                        ///< side; or else
@@ -51,7 +51,7 @@ PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const 
 /// relies on. For chunks that others have made. @throws std::runtime_error that says what is wrong.
 void checkChunk(const PackedChunk& chunk);
 
-/// The same of a lattice's step.
+/// Checks a lattice's step. @throws std::runtime_error that says what is wrong.
 void checkStep(double step_m);
 
 /// Position of a vertex in W, in metres. Chunks that share a vertex give the same bits.

@@ -207,11 +207,11 @@ class TriangleFans {
  private:
   /// What is looked up together lies together: meshes are larger than caches.
   struct alignas(32) Face {
-    Triangle corners;  ///< Of a triangle that has gone: kNone.
+    Triangle corners;  ///< kNone once the triangle has gone.
     Triangle next;     ///< The next link at each of them.
     uint32_t note;
   };
-  /// Of a list of links, which are 4 * triangle + corner.
+  /// Ends of a list of links, which are 4 * triangle + corner.
   struct Ends {
     uint32_t head = kNone, tail = kNone;
   };
@@ -219,7 +219,7 @@ class TriangleFans {
   uint32_t& next(uint32_t link) { return faces_[link / 4].next[link % 4]; }
 
   std::vector<Face> faces_;
-  std::vector<Ends> ends_;  ///< Of each vertex.
+  std::vector<Ends> ends_;  ///< One per vertex.
   std::vector<uint32_t> mark_;
   uint32_t stamp_ = 0;
   std::vector<Wing> wings_;
@@ -358,10 +358,10 @@ class Collapser {
   };
   struct State {
     double cost;
-    uint32_t to;           ///< The cheapest neighbour,
-    uint32_t known;        ///< of these changes.
-    uint32_t changes = 0;  ///< Of the triangles at the vertex.
-    uint32_t tried;        ///< At these.
+    uint32_t to;           ///< The cheapest neighbour.
+    uint32_t known;        ///< `changes` when it was found.
+    uint32_t changes = 0;  ///< How often the triangles at the vertex have changed.
+    uint32_t tried;        ///< `changes` at the last try.
   };
   /// A triangle at v as it would be.
   struct WingAfter {
@@ -510,7 +510,7 @@ constexpr double kSmallShareOfEdge = 3.0;
 
 constexpr size_t kMostErrors = 200;
 
-/// Of the time, as far as progress is concerned.
+/// Share of the progress that preparation makes.
 constexpr double kSharePrepared = 0.3;
 
 double meanEdge_m(const Mesh& mesh) {

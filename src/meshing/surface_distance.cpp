@@ -159,7 +159,7 @@ double SurfaceTree::distance(const Vec3f& p, double limit_m) const {
 
 double SurfaceTree::distance(const Vec3f& p, double limit_m, const Vec3f& direction,
                              float greatest_cosine, Hint& hint) const {
-  // Of a box of normals a corner turns most from the direction.
+  // The corner of a box of normals that turns most from the direction decides.
   const auto mayCount = [&](const Node& node) {
     const Vec3f &low = node.least_normal, &high = node.greatest_normal;
     const Vec3f most_away{direction.x > 0.0f ? low.x : high.x, direction.y > 0.0f ? low.y : high.y,

@@ -24,9 +24,9 @@ class SurfaceTree {
   using Hint = uint32_t;
   static constexpr Hint kNoHint = 0xffffffffu;
 
-  /// The same for triangles whose normals have no greater cosine than this with `direction`, a unit
-  /// vector; those without area do not count. A hint makes it faster where it is near, and changes
-  /// nothing else.
+  /// Distance of a point from the nearest triangle whose normal has no greater cosine than this
+  /// with `direction`, a unit vector, or `limit_m` if none is nearer; triangles without area do not
+  /// count. A hint makes it faster where it is near, and changes nothing else.
   double distance(const Vec3f& p, double limit_m, const Vec3f& direction, float greatest_cosine,
                   Hint& hint) const;
 
@@ -37,7 +37,7 @@ class SurfaceTree {
   /// A leaf has triangles from `first` on, an inner node its children there.
   struct Node {
     Vec3f low, high;
-    Vec3f least_normal, greatest_normal;  ///< Of the triangles, by components.
+    Vec3f least_normal, greatest_normal;  ///< Bounds of the triangles' normals, per component.
     uint32_t first;
     uint32_t triangles;  ///< 0: an inner node.
   };

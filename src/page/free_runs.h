@@ -87,7 +87,7 @@ class FreeRuns {
 
   const uint64_t most_units_;
   std::map<uint64_t, uint64_t> free_;  ///< Lengths of free runs by their first units; none touch.
-  std::set<std::pair<uint64_t, uint64_t>> by_length_;  ///< The same: length, first unit.
+  std::set<std::pair<uint64_t, uint64_t>> by_length_;  ///< Free runs as (length, first unit).
   uint64_t end_ = 0, in_use_ = 0;
 };
 

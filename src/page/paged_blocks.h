@@ -19,14 +19,14 @@ namespace dtsdf {
 /// What is known of a block on disk without reading it.
 struct PagedBlock {
   MapBlock block;
-  uint32_t extractions;      ///< Of its BlockEntry.
+  uint32_t extractions;      ///< As in its BlockEntry.
   MeshState mesh;            ///< Its labels lie behind its voxels and colours.
   StoredRecord record = {};  ///< Where what it holds lies, once it is put there.
 };
 
 inline size_t isMarked(const PagedBlock& block) { return block.mesh.marks.any() ? 1 : 0; }
 
-/// By numbers, which a block keeps as long as it is there.
+/// Blocks on disk by numbers, which a block keeps as long as it is there.
 class PagedBlocks {
  public:
   /// @throws std::runtime_error where the folder cannot be written.
@@ -150,7 +150,7 @@ class PagedBlocks {
   RecordStore store_;
   SlotIndex index_;
   BlockCells cells_;
-  std::vector<PagedBlock> blocks_;  ///< By number.
+  std::vector<PagedBlock> blocks_;  ///< Indexed by number.
   std::vector<int32_t> free_numbers_;
   size_t marked_ = 0;
 };

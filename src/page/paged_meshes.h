@@ -44,7 +44,7 @@ inline size_t meshBudgetOf(const MapParams& params) {
 /// One thread at a time uses it.
 class PagedMeshes {
  public:
-  using Stats = PageStats;  ///< Of meshes on disk, since the start or the last clear().
+  using Stats = PageStats;  ///< Counts for meshes on disk since the start or the last clear().
 
   /// Without map/page_folder all stay in memory; with it, a share of map/max_memory_mb beside it.
   /// @throws std::runtime_error where map/page_folder cannot be written.
@@ -80,8 +80,8 @@ class PagedMeshes {
     if (pages_ != nullptr) pages_->resetCounts();
   }
 
-  /// Of a block, wherever it is; null where there is none. What cannot be read is left out too, and
-  /// counted: see stats().
+  /// The mesh of a block, wherever it is; null: there is none, or it cannot be read, which missed()
+  /// counts.
   SharedBlockMesh find(PackedKey key) {
     const auto found = meshes_.find(key);
     if (found == meshes_.end()) return nullptr;
@@ -99,7 +99,7 @@ class PagedMeshes {
     return fetched_;
   }
 
-  void dropFetched() { fetched_.clear(); }  ///< That store.
+  void dropFetched() { fetched_.clear(); }  ///< Empties that store.
 
   /// Hands the whole mesh out, piece by piece: what all() would assemble.
   void stream(const MeshStream::Sink& sink) {
@@ -132,8 +132,8 @@ class PagedMeshes {
   uint64_t missed() const { return missed_; }  ///< How often one was asked for and did not come.
   /// Whether the disk gave something when it was asked last: else it may be away.
   bool diskGives() const { return pages_ == nullptr || pages_->diskGives(); }
-  size_t bytes() const { return pages_ == nullptr ? bytes_ : pages_->bytes(); }  ///< Of memory.
-  size_t mostBytes() const { return most_bytes_; }  ///< That stay in memory; 0: no limit.
+  size_t bytes() const { return pages_ == nullptr ? bytes_ : pages_->bytes(); }  ///< In memory.
+  size_t mostBytes() const { return most_bytes_; }  ///< What may stay in memory; 0: no limit.
   Stats stats() const { return pages_ == nullptr ? Stats() : pages_->stats(); }
 
  private:
@@ -155,9 +155,9 @@ class PagedMeshes {
   const size_t most_bytes_;
   const SharedPagedValues pages_;  ///< Null without map/page_folder.
   std::map<PackedKey, Kept> meshes_;
-  size_t bytes_ = 0, triangles_ = 0, painted_ = 0;  ///< Of them all.
+  size_t bytes_ = 0, triangles_ = 0, painted_ = 0;  ///< Totals of all meshes.
   uint64_t missed_ = 0;
-  MeshStore fetched_;  ///< Of holding().
+  MeshStore fetched_;  ///< What holding() returns.
 };
 
 }  // namespace dtsdf

@@ -19,7 +19,7 @@ namespace dtsdf {
 
 /// How a value becomes a record, and comes back from one.
 struct ValueKind {
-  size_t (*bytes)(const void* value);  ///< Of memory.
+  size_t (*bytes)(const void* value);  ///< What it takes in memory.
   void (*write)(const void* value, ByteWriter& out);
   std::shared_ptr<const void> (*read)(ByteReader in);
 };
@@ -33,7 +33,7 @@ void visitRecord(Io& io, T& value) {
   value.visitRecord(io);
 }
 
-/// Of what has bytesOf() and visitRecord(), which lists its members once for both.
+/// The kind of a type with bytesOf() and visitRecord(), which lists its members once for both.
 template <class T>
 const ValueKind& kindOf() {
   static const ValueKind kind{
@@ -52,7 +52,7 @@ const ValueKind& kindOf() {
 /// Memory and file that values share. Any thread may use it.
 class PagedValues : public std::enable_shared_from_this<PagedValues> {
  public:
-  using Stats = PageStats;  ///< Of values, since the start or resetCounts().
+  using Stats = PageStats;  ///< Counts for values since the start or resetCounts().
 
   /// A value, wherever it is.
   struct Entry {
@@ -65,12 +65,12 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
     const ValueKind* kind = nullptr;
     std::shared_ptr<const void> value;  ///< Null: it is on disk alone.
     std::list<Entry*>::iterator place;  ///< In the order of use, with a value.
-    size_t bytes = 0;                   ///< Of memory, with a value.
+    size_t bytes = 0;                   ///< What it takes in memory, with a value.
     std::optional<StoredRecord> record;
     bool is_lost = false;
   };
 
-  /// @param max_bytes Of the file.
+  /// @param max_bytes Limit of the file.
   /// @param most_bytes What stays in memory.
   /// @throws std::runtime_error where the folder cannot be written.
   PagedValues(const std::string& folder, uint64_t max_bytes, size_t most_bytes);
@@ -80,10 +80,10 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   /// The value, which comes to memory. @return null: it is lost, or cannot be read now.
   std::shared_ptr<const void> get(Entry& entry);
 
-  /// The same, but one on disk stays there alone.
+  /// Like get(), but a value on disk stays there alone.
   std::shared_ptr<const void> peek(Entry& entry);
 
-  /// The same, and the entry has it no longer: if it cannot be read, it is lost.
+  /// Like get(), and the entry has it no longer: if it cannot be read, it is lost.
   std::shared_ptr<const void> take(Entry& entry);
 
   /// Whether the disk gave something when it was asked last.
@@ -92,7 +92,7 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   /// Whether more is in memory than should, as the disk takes none.
   bool isFull() const;
 
-  size_t bytes() const;  ///< Of memory.
+  size_t bytes() const;  ///< What the values take in memory.
   Stats stats() const;
   void resetCounts();
 
@@ -107,8 +107,8 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   mutable std::mutex mutex_;  ///< Guards all, entries included.
   RecordStore store_;
   const size_t most_bytes_;
-  std::list<Entry*> order_;  ///< Of those in memory, those that were used longest ago first.
-  size_t bytes_ = 0;         ///< Of these.
+  std::list<Entry*> order_;  ///< Values in memory, those that were used longest ago first.
+  size_t bytes_ = 0;         ///< What these take in memory.
   size_t entries_ = 0;
   size_t calls_until_try_ = 0;  ///< After a failure the disk is left alone at first.
 };
@@ -135,7 +135,7 @@ class Paged {
     return std::static_pointer_cast<const T>(entry_->pages->get(*entry_));
   }
 
-  /// The same, and where it is on disk it stays there alone.
+  /// Like get(), but a value on disk stays there alone.
   std::shared_ptr<const T> peek() const {
     if (entry_ == nullptr) return value_;
     return std::static_pointer_cast<const T>(entry_->pages->peek(*entry_));

@@ -20,19 +20,19 @@
 namespace dtsdf {
 namespace {
 
-/// Of the file. Records are filled up to it.
+/// Unit of the file's space. Records are filled up to it.
 constexpr uint64_t kUnitBytes = 256;
 
 /// The end of the file is given back to the disk in steps.
 constexpr uint64_t kShrinkBytes = uint64_t{1} << 20;
 
-/// Of a read that fails, with pauses of 1, 2, 4 and 8 ms: one that fails for a moment loses
+/// How often a record is read, with pauses of 1, 2, 4 and 8 ms: a failure that passes loses
 /// nothing.
 constexpr int kTries = 5;
 
 constexpr double kLeastWait_ms = 1.0;
 
-/// Behind each record.
+/// Size of the checksum behind each record.
 constexpr size_t kSumBytes = sizeof(uint64_t);
 
 constexpr const char* kFull = "map/page_folder has reached map/page_max_gb; raise it";

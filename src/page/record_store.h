@@ -25,7 +25,7 @@ namespace dtsdf {
 struct StoredRecord {
   uint64_t offset;
   uint32_t bytes;
-  uint32_t number;  ///< Of the write: the checksum has it, so that no older record passes for this.
+  uint32_t number;  ///< Number of the write, in the checksum: no older record passes for this.
 };
 
 /// A record in memory: its pieces, and what keeps them there.
@@ -110,7 +110,7 @@ class RecordStore {
   uint64_t file_end_ = 0;
   PageStats stats_;
   uint32_t last_number_ = 0;
-  std::map<uint64_t, Waiting> waiting_;  ///< By offset.
+  std::map<uint64_t, Waiting> waiting_;  ///< Keyed by file offset.
   size_t waiting_bytes_ = 0;
   std::optional<uint64_t> writing_;                 ///< Which of them is written now.
   bool is_writing_ = false, disk_refuses_ = false;  ///< The helper is at it; the last try failed.

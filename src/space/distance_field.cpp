@@ -39,7 +39,7 @@ constexpr double kMostCell = static_cast<double>(kMaxBlockCoordinate) * kCubeSid
 
 double between(double low, double high, double share) { return low + share * (high - low); }
 
-/// Of the cells `low` + (i & 1, i >> 1 & 1, i >> 2); mostly all are in one sector.
+/// Squared distances of the cells `low` + (i & 1, i >> 1 & 1, i >> 2), mostly of one sector.
 void findSquares(const DistanceSectors& sectors, const Vec3i& low, int (&squared)[8]) {
   const PackedKey key = packKey(sectorOfCell(low));
   const auto place = sectors.find(key);
@@ -102,7 +102,7 @@ std::vector<Vec3i> DistanceField::takeOver(const std::vector<CubeMask>& surfaces
   return changed;
 }
 
-/// And those that were left out, in the order of x, then y, then z.
+/// Sectors within reach of the cubes, and those left unfinished, in the order of x, then y, then z.
 std::vector<DistanceField::SectorChange> DistanceField::sectorsNear(
     const std::vector<Vec3i>& cubes) const {
   const int32_t ring = ringOf(reach_), side = windowSide(reach_);

@@ -31,7 +31,7 @@ int squaredAt(const DistanceSectors& sectors, const Vec3i& cell);
 
 /// As KnownSpace::distanceAt() says, between the middles of cells, by the squared distances of
 /// those around a point.
-/// @param reach Of distances, in cells.
+/// @param reach How far distances reach, in cells.
 SpaceDistance interpolatedDistance(const KnownSpace& space, const DistanceSectors& sectors,
                                    int reach, const Eigen::Vector3d& p_W);
 

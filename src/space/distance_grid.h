@@ -12,7 +12,7 @@
 
 namespace dtsdf {
 
-/// Of a grid, and of the cells in the box that it fills where something is cleared.
+/// Most points of a grid, and most cells in the box that it fills where something is cleared.
 constexpr size_t kMostGridPoints = size_t{1} << 21;
 
 /// Points along the axes of a box, with its middle in theirs.
@@ -28,10 +28,10 @@ struct PointGrid {
 /// @throws std::runtime_error for too many, or a resolution that is not above 0.
 PointGrid gridIn(const BoxRegion& box, double resolution_m);
 
-/// Of each point, x first, the distance in metres, NaN where it is unknown.
+/// Distances of the points in metres, x fastest; NaN where they are unknown.
 struct GridDistances {
   std::vector<float> distances_m;
-  std::vector<float> gradients;  ///< Three of each, along the axes of F.
+  std::vector<float> gradients;  ///< Three numbers per point, along the axes of F.
 };
 GridDistances distancesOn(const PointGrid& grid, const KnownSpace& space,
                           const Eigen::Matrix3d& R_F_W);

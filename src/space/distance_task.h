@@ -14,7 +14,7 @@
 
 namespace dtsdf {
 
-/// Of all cells of a sector, cube by cube, as cells of cubes.
+/// Squared distances of all cells of a sector, cube by cube, as cells of cubes.
 using SectorSquares = std::shared_ptr<uint16_t[]>;
 constexpr size_t kSquaresBytes = kCellsPerSector * sizeof(uint16_t);
 

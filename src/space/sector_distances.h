@@ -161,12 +161,12 @@ class SectorDistances {
   int reach_ = 0;
   Value far_ = 0;  ///< Beyond all that is within reach.
   int32_t window_ = 0;
-  Vec3i first_{};  ///< Of the window, which reaches beyond the sector on all sides.
+  Vec3i first_{};  ///< First cell of the window, which reaches beyond the sector on all sides.
   std::vector<Value> squares_;
-  std::vector<int32_t> row_of_;  ///< By y and z of the window; -1: there is none.
+  std::vector<int32_t> row_of_;  ///< Per y and z of the window, its row; -1: none.
   std::vector<Line> rows_;       ///< Lines along x that have surfaces: squared distances to them.
-  std::vector<std::array<Line, kSectorSide>> planes_;  ///< With surfaces,
-  std::vector<int32_t> plane_z_;                       ///< and where in the window they are.
+  std::vector<std::array<Line, kSectorSide>> planes_;  ///< Planes with surfaces.
+  std::vector<int32_t> plane_z_;                       ///< Where in the window they are.
 };
 
 }  // namespace dtsdf

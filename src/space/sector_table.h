@@ -12,7 +12,7 @@
 
 namespace dtsdf {
 
-/// By packed key. A copy stays as it is, for any thread.
+/// Sectors by packed key. A copy stays as it is, for any thread.
 template <class T>
 using Sectors = std::unordered_map<PackedKey, Paged<T>>;
 
@@ -81,7 +81,7 @@ class SectorTable {
 
   size_t size() const { return sectors_.size(); }
 
-  /// Of memory, but for what its pages count.
+  /// Memory that it takes, but for what its pages count.
   size_t bytes() const {
     constexpr size_t kNode = sizeof(PackedKey) + sizeof(Paged<T>) + 3 * sizeof(void*);
     size_t bytes = sectors_.size() * kNode;

@@ -42,7 +42,7 @@ class SpaceSnapshot : public KnownSpace {
   static std::vector<SpaceCube> cubesOf(const Vec3i& sector, const Paged<CellSector>& paged);
 
   double cell_size_m_ = 0.0;
-  int reach_ = 0;  ///< Of distances, in cells.
+  int reach_ = 0;  ///< How far distances reach, in cells.
   Sectors<CellSector> cells_;
   DistanceSectors distances_;
 };

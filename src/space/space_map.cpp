@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace {
 
-/// Of a power of two.
+/// The exponent of a power of two.
 int log2Of(int cell_voxels) {
   int log2 = 0;
   while (1 << log2 < cell_voxels) ++log2;

@@ -86,13 +86,13 @@ class SpaceMap : public Space {
   void recountAfterReadError();
   Vec3d middleOf(const Vec3i& cell) const;
 
-  const int32_t cell_log2_;  ///< Of voxels along a cell.
+  const int32_t cell_log2_;  ///< Log2 of the voxels along a cell.
   const double voxel_size_m_;
   const float max_range_m_;
   const size_t free_budget_;
   const SharedPagedValues pages_;  ///< Null without map/page_folder.
-  BlockExtent extent_;             ///< Of cubes.
-  size_t free_cubes_ = 0;          ///< Of which something is free.
+  BlockExtent extent_;             ///< Where cubes may be.
+  size_t free_cubes_ = 0;          ///< Cubes of which something is free.
   uint64_t refused_cubes_ = 0;
   CellTable table_;
   SurfaceCells surfaces_;

@@ -21,8 +21,8 @@ void sortEachOnce(std::vector<Vec3i>& all) {
 /// A corner of a triangle.
 struct Corner {
   Vec3f at;    ///< In cells, from the cell that the block begins in.
-  Vec3i low;   ///< The cell that it is in; of those beside a face, the upper one.
-  Vec3i high;  ///< The same, of those beside a face the lower one.
+  Vec3i low;   ///< The cell that it is in; at a face, the upper one.
+  Vec3i high;  ///< The cell that it is in; at a face, the lower one.
 };
 
 Corner cornerAt(const Vec3f& at) {

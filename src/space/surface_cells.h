@@ -20,7 +20,7 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2);
 /// The cells that blocks of a sector have triangles in, and how many blocks have some in its cells.
 struct SurfaceSector {
   std::unordered_map<PackedKey, std::vector<Vec3i>> cells_of_block;
-  /// By cube and cell: how many blocks have a triangle in it. None of cubes without surfaces.
+  /// Per cube and cell, how many blocks have a triangle in it; cubes without surfaces are left out.
   std::unordered_map<PackedKey, std::array<uint8_t, kCellsPerCube>> counts;
   size_t listed = 0;  ///< Cells in all lists.
 
@@ -52,9 +52,9 @@ class SurfaceCells {
   void take(const Vec3i& cell, CellTable& cells);
   void put(const Vec3i& cell, CellTable& cells);
 
-  const int32_t cell_log2_;  ///< Of voxels along a cell.
+  const int32_t cell_log2_;  ///< Log2 of the voxels along a cell.
   const int threads_;
-  SectorTable<SurfaceSector> sectors_;  ///< By the first cells of blocks, and by cells.
+  SectorTable<SurfaceSector> sectors_;  ///< A block's list is in the sector of its first cell.
   std::vector<Vec3i> changed_;          ///< Cubes, while an update is taken over.
 };
 

@@ -23,8 +23,7 @@ IntegrationResult refuseForMemory(const BackendError& error) {
                     error.what());
 }
 
-/// Of all blocks beyond what is kept, so many are left in the lists: the farthest, by key those of
-/// one distance.
+/// Leaves the farthest blocks in the lists, at most kMostDroppedBlocks; keys decide between ties.
 void keepFarthest(const KeptBall& kept, const BlockTable& table, std::vector<int32_t>& slots,
                   std::vector<PackedKey>& on_disk) {
   std::vector<std::pair<double, PackedKey>> all;  // with the distances below 0

@@ -23,7 +23,7 @@ namespace dtsdf {
 
 class Engine : public ProbedMapper {
  public:
-  /// @param threads Of the host, for space.
+  /// @param threads Threads of the host, for space.
   Engine(const MapperParams& params, const Rules& rules, int threads, BackendMaker make_backend);
 
   IntegrationResult integrate(const DepthFrame& frame) override;
@@ -55,13 +55,13 @@ class Engine : public ProbedMapper {
     uint64_t refused = 0, dropped = 0;
     uint64_t frames = 0;                 ///< Fused, those included that only clear.
     uint64_t supporting_frames = 0;      ///< Those that touched a block.
-    std::optional<KeptBall> kept;        ///< Of the last frame, until what lies beyond is dropped.
-    Exposure exposure = sameExposure();  ///< Of the last colour image.
+    std::optional<KeptBall> kept;        ///< After a frame, until what lies beyond is dropped.
+    Exposure exposure = sameExposure();  ///< From the last colour image.
     bool has_colours = false;            ///< Something was painted.
 
     bool is_meshing = false;      ///< An extraction was begun, and not fetched.
-    MeshUpdate made;              ///< Of that extraction: what is known early.
-    int32_t least_evidence = 0;   ///< Of the last extraction.
+    MeshUpdate made;              ///< What is known early of that extraction.
+    int32_t least_evidence = 0;   ///< What the last extraction asked for.
     std::vector<int32_t> vacant;  ///< Released when all parts of an extraction are fetched.
     bool was_viewed = false;      ///< Since the last extraction.
 

@@ -29,8 +29,8 @@ struct MarkedKey {
   MeshMarks marks;
 };
 
-/// All blocks that the meshes around these depend on: no rule of meshing reaches beyond two blocks.
-/// By key, each once.
+/// All blocks that the meshes around these depend on, sorted, each once: no rule of meshing reaches
+/// beyond two blocks.
 std::vector<PackedKey> blocksAround(std::vector<PackedKey> keys);
 std::vector<PackedKey> keysOf(const std::vector<MarkedKey>& marked);
 

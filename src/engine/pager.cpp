@@ -13,7 +13,7 @@
 namespace dtsdf {
 namespace {
 
-/// Of blocks that move at once, about, at most: what is in memory twice meanwhile.
+/// About the most that moves at once: it is in memory twice meanwhile.
 constexpr size_t kBatchBytes = size_t{8} << 20;
 
 /// See spareBytes(): a share of the budget.

@@ -23,7 +23,7 @@ size_t spareBytes(size_t budget_bytes);
 size_t bytesOfNew(const PoolSizes& lack);
 
 /// Brings blocks into a table and its backend, as a frame does: memory first, then the table, then
-/// what the backend knows of it. @param states Of meshing; null: they are new to it.
+/// what the backend knows of it. @param states Their states of meshing; null: new.
 /// @return their slots.
 std::vector<int32_t> enterContents(const MapContents& contents, const MeshStates* states,
                                    BlockTable& table, MapBackend& backend);
@@ -78,7 +78,7 @@ class Pager {
   /// Whether a view may show something of blocks on disk, by coarse cells.
   bool mayShow(const FrameView& view, float radius) const;
 
-  /// Of the blocks on disk, those that may be inside a region; those beyond a ball.
+  /// Blocks on disk that may be inside a region; those beyond a ball.
   std::vector<PackedKey> keysIn(const RegionView& region) const;
   std::vector<PackedKey> keysBeyond(const KeptBall& kept) const;
 
@@ -98,7 +98,7 @@ class Pager {
   bool hasMarks() const { return blocks_.marked() > 0; }
   /// Marks of all blocks in memory and on disk. @param taken They are marked no longer.
   std::vector<MarkedKey> marked(MapBackend& backend, bool taken);
-  /// Of blocks in memory or on disk; of others there are none.
+  /// Sets marks of blocks in memory or on disk, and passes over other keys.
   void setMarks(MapBackend& backend, const std::vector<MarkedKey>& marked);
 
   // ---- The map as a whole.
@@ -139,11 +139,11 @@ class Pager {
   uint64_t now_ = 1;                 ///< Number of the last call of require() or noteFrame().
   uint64_t no_writing_before_ = 0;   ///< After a failure the disk is left alone at first.
   std::vector<uint64_t> last_need_;  ///< Such a number, by slot.
-  std::optional<Eigen::Isometry3d> T_W_C_before_;  ///< Of the last frame.
-  std::optional<DepthFrame> ahead_of_;       ///< To be read ahead of; its image may have gone.
-  std::optional<Eigen::Isometry3d> motion_;  ///< Of that frame since the one before, if it is one.
-  std::vector<PackedKey> ahead_;             ///< What is read ahead, the first ones first,
-  size_t next_ahead_ = 0, ahead_at_once_ = 0;  ///< and what of it comes next.
+  std::optional<Eigen::Isometry3d> T_W_C_before_;  ///< Pose of the last frame.
+  std::optional<DepthFrame> ahead_of_;         ///< Frame to read ahead of; its image may have gone.
+  std::optional<Eigen::Isometry3d> motion_;    ///< Motion from the one before; none after a jump.
+  std::vector<PackedKey> ahead_;               ///< What is read ahead, the first ones first.
+  size_t next_ahead_ = 0, ahead_at_once_ = 0;  ///< What of it comes next.
   uint64_t kept_since_ = 0, ahead_now_ = 0;    ///< What was needed since then does not go between.
   std::vector<PackedKey> dropped_;
   uint64_t frames_ = 0, written_ = 0, read_ = 0;

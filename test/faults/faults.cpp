@@ -30,7 +30,7 @@ bool fails(const char* call) {
   if (calls_left.load(std::memory_order_relaxed) <= 0) return false;
   if (std::strcmp(call, chosen) != 0) return false;
   if (calls_left.fetch_sub(1) != 1) return false;
-  // By the kernel's own call, as ours would be counted.
+  // Uses the kernel's own call, as ours would be counted.
   const char* const met = std::getenv("DTSDF_FAULT_MET");
   if (met != nullptr) {
     const long file = syscall(SYS_openat, AT_FDCWD, met, O_CREAT | O_WRONLY, 0600);

@@ -24,7 +24,7 @@ inline void checkMesh(const Mesh& mesh) {
   }
 }
 
-/// And for its chunks, as they are sent.
+/// What holds for the chunks of a mesh, as they are sent.
 inline void checkChunks(const MeshStore& store) {
   constexpr int kChunkBlocks = 2;
   const ChunkLattice lattice(store.voxelSize(), kChunkBlocks);

@@ -295,7 +295,8 @@ TEST_P(BackendParity, ACameraThatIsSearchedFor) {
   EXPECT_EQ(found.explained_share, expected.explained_share);
 }
 
-/// Of growing maps, painted later, by cameras of odd sizes and from within and behind surfaces.
+/// Views of growing maps, painted later, by cameras of odd sizes and from within and behind
+/// surfaces.
 TEST_P(BackendParity, RenderedViews) {
   for (const bool directional : {true, false}) {
     BackendPair pair(makeParams(FusionMode::kNormalRayCasting, directional, 0.03f), GetParam());

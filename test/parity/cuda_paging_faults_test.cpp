@@ -87,7 +87,7 @@ class CudaPagingFaults : public testing::Test {
     EXPECT_GT(compared, 0);
   }
 
-  /// The same frames, as if nothing had failed.
+  /// Goes on with the frame that failed and those after it, as if nothing had failed.
   void goOn(Mapper& mapper, size_t room, const std::vector<size_t>& after) const {
     ASSERT_EQ(mapper.integrate(large_[room].view()).status, FrameStatus::kFused);
     ASSERT_NO_FATAL_FAILURE(go(mapper, after));
@@ -95,7 +95,7 @@ class CudaPagingFaults : public testing::Test {
 
   TemporaryFolder folder_;
   std::vector<TestFrame> rooms_;
-  std::vector<TestFrame> large_;  ///< Of the same rooms: they take more memory.
+  std::vector<TestFrame> large_;  ///< Frames of these rooms that take more memory.
   MapperParams params_;
 };
 

@@ -41,7 +41,7 @@ sensor_msgs::Image rawOf(int i) {
                           std::vector<uint8_t>(depth.datastart, depth.dataend));
 }
 
-/// By turns in the codes that there are.
+/// Depth image `i`, as PNG and as RVL by turns.
 sensor_msgs::CompressedImage compressedOf(int i) {
   const cv::Mat depth = depthOf(i);
   sensor_msgs::CompressedImage image;

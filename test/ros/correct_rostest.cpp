@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 constexpr double kPeriod_s = 1.0 / 15.0;
 
-/// By which the camera's poses are off: more and more sideways.
+/// How far the camera's poses are off: more and more sideways.
 Eigen::Isometry3d drift(int i) {
   Eigen::Isometry3d T(Eigen::AngleAxisd(0.001 * i, Eigen::Vector3d::UnitZ()));
   T.translation() = Eigen::Vector3d(0.0, 0.005 * i, 0.0);

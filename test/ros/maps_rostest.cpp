@@ -176,7 +176,7 @@ TEST_F(MapsTest, GiveAnEmptyMapTheirSettings) {
     for (const geometry_msgs::Point& point : marker.points) EXPECT_NEAR(point.z, 1.0, 0.02);
   }
   fuseFrames(2);
-  // And back.
+  // The map is saved with the settings it was given, and takes others once it is empty.
   ASSERT_TRUE(saveMapAs("coarse_too.dtsdf").success);
   EXPECT_NEAR(std::get<double>(readMapInfo(in("coarse_too.dtsdf")).settings["map/voxel_size_m"]),
               0.08, 1e-9);

@@ -140,7 +140,7 @@ TEST_F(MeshTest, OnlyChunksThatChangedAreSent) {
   for (const auto& [id, marker] : mesh.shown()) old_ids.insert(id);
   const uint64_t added = mesh.addedMarkers();
 
-  // The same camera elsewhere sees other chunks only. The first frame after the jump is dropped,
+  // From elsewhere the camera sees other chunks only. The first frame after the jump is dropped,
   // and a surface is shown when two have seen it.
   const uint64_t fused = status_.status().frames_fused;
   for (int i = 0; i < 3; ++i) {
@@ -181,7 +181,7 @@ TEST_F(MeshTest, ExampleWritesTheBlocksThatItReads) {
   EXPECT_NE(header.find("element face " + std::to_string(saved.triangles) + "\n"),
             std::string::npos);
   EXPECT_NE(header.find("property double x\n"), std::string::npos);
-  // Of the first vertex: 1 m ahead, facing the camera.
+  // The first vertex: 1 m ahead, facing the camera.
   const size_t begin = header.find("end_header\n") + 11;
   double p_W[3];
   float normal[3];

@@ -147,7 +147,7 @@ TEST_F(Simplify, IsCancelledByTheNextMeshWhichIsSaved) {
   EXPECT_TRUE(readBytes(folder_ + "/next.ply") == readBytes(folder_ + "/whole.ply"));
 }
 
-/// Of a node of its own, which has the same map.
+/// A node of its own, with that map, ends while it simplifies.
 TEST_F(Simplify, EndsWithTheNode) {
   ros::param::set("/ending/backend", "cpu");
   ros::param::set("/ending/output_directory", folder_);

@@ -36,7 +36,7 @@ TEST_F(SlowOutput, DoesNotStopFusing) {
   EXPECT_GE(fused_while_saving, 5);
   EXPECT_EQ(status_.status().frames_dropped, 0u);
 
-  // And when it has caught up, everything is there.
+  // Once it has caught up, everything is there.
   const auto saved = saveMesh("large.obj");
   EXPECT_TRUE(waitUntil([&] { return mesh.triangles() == saved.triangles; }));
   EXPECT_TRUE(waitUntil([&] { return clouds > 0; }));

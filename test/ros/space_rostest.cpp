@@ -117,7 +117,7 @@ class SpaceTest : public WallCamera {
     EXPECT_EQ(reader.misplaced(), 0u);
   }
 
-  ros::Time last_stamp_;  ///< Of the frames fused.
+  ros::Time last_stamp_;  ///< Stamp of the last frame fused.
 };
 
 /// Corners of a robot, in its own frame; the wall is at its right side.

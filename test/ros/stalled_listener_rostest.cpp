@@ -92,7 +92,7 @@ TEST_F(StalledListener, TakesLittleMemoryAndHoldsUpNobody) {
   }));
   EXPECT_TRUE(waitUntil([&] { return cornersOf(mesh) == blocks.state().corners(); }));
 
-  // And who reads again has them once all was refreshed, whatever it has lost.
+  // A listener that reads again has them once all was refreshed, whatever it has lost.
   BlocksState late;
   const auto deadline = Clock::now() + std::chrono::seconds(60);
   while (Clock::now() < deadline) {

@@ -49,7 +49,7 @@ MapperParams makeCpuParams(FusionMode mode = FusionMode::kNormalRayCasting, bool
 /// "NormalRayCastingDirectional" and so on.
 std::string modeName(FusionMode mode, bool directional);
 
-/// The same with a folder for what does not fit into so much memory.
+/// These settings with a folder for what does not fit into so much memory.
 MapperParams pagedParams(MapperParams params, int max_memory_mb, const std::string& folder);
 
 /// Fuses all frames and meshes once; every frame has to be fused.

@@ -130,7 +130,7 @@ class FakeMapper : public Mapper {
   std::function<Alignment(const DepthFrame&)> aligns;
   std::function<void(const ColourFrame&)> paints;
   int frames = 0, images = 0, meshes = 0, cleared_regions = 0;
-  Eigen::Isometry3d last_T_W_C = Eigen::Isometry3d::Identity();  ///< Of the newest frame.
+  Eigen::Isometry3d last_T_W_C = Eigen::Isometry3d::Identity();  ///< Pose of the newest frame.
   int parts_left = 0;  ///< Extractions that leave something to the next one.
   double mesh_ms = 0.0;
   MapStats counts;  ///< But for what the frames make of them.

@@ -123,7 +123,7 @@ inline std::vector<SceneFrame> roomImages(int count, double step_s = 0.1) {
   return renderFrames(makeRoomScene(), poses, 80, 60);
 }
 
-/// The same image elsewhere.
+/// A frame's image at another pose.
 inline SceneFrame movedTo(const SceneFrame& frame, const Eigen::Isometry3d& T_W_C) {
   SceneFrame moved = frame;
   moved.frame.T_W_C = T_W_C;

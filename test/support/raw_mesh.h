@@ -7,8 +7,8 @@
 
 namespace dtsdf {
 
-/// Of the blocks with these packed keys, by rising keys; those that a store does not have are left
-/// out.
+/// Joins the blocks with these packed keys, by rising keys; those that a store does not have are
+/// left out.
 inline Mesh rawMesh(const MeshStore& store, const std::vector<PackedKey>& keys) {
   Mesh mesh;
   BlockJoiner joiner;

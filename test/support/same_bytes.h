@@ -6,7 +6,7 @@
 
 namespace dtsdf {
 
-/// Of vectors and PlainArrays.
+/// Compares vectors or PlainArrays bytewise.
 template <class Array>
 bool sameBytes(const Array& a, const Array& b) {
   return a.size() == b.size() &&

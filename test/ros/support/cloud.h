@@ -21,7 +21,7 @@ struct CloudLayout {
   bool is_bigendian = false;
 };
 
-/// Of depth in metres; a depth of 0 becomes NaN.
+/// A cloud of depths in metres; a depth of 0 becomes NaN.
 inline sensor_msgs::PointCloud2 makeCloud(const std_msgs::Header& header, const Intrinsics& K,
                                           int width, int height, const std::vector<float>& depth_m,
                                           const CloudLayout& layout = {}) {

@@ -35,7 +35,7 @@ bool liesInFolder(int file) {
   return liesInFolder(path);
 }
 
-/// By the kernel's own calls, as ours would come here.
+/// Whether a fault of this kind is set. Uses the kernel's own calls, as ours would come here.
 bool isFault(const char* kind) {
   const int error = errno;
   char path[4096], told[32] = "";

@@ -23,7 +23,7 @@ constexpr double kPeriod_s = 0.05;
 
 inline ros::Time stampOf(int frame) { return ros::Time(1000.0) + ros::Duration(kPeriod_s * frame); }
 
-/// Of the camera in the room, R.
+/// Pose of the camera in the room, R.
 inline Eigen::Isometry3d poseAt(int frame) { return roomCameraPose(kPeriod_s * frame); }
 
 /// With transforms from odom to base that drift: where odom would have to lie in the room at the

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kWidth = 320, kHeight = 240;
 
-/// Of an image of these inverse depths, around 0.5 1/m.
+/// Noise estimated in an image whose inverse depths differ by so much from 0.5 1/m.
 float estimatedNoise(const std::vector<float>& offsets) {
   std::vector<float> depth_m;
   for (const float offset : offsets) depth_m.push_back(1.0f / (0.5f + offset));
@@ -93,7 +93,7 @@ TEST(SensedNoise, IsThatOfRowsOrColumns) {
   }
 }
 
-/// Of an object 20 pixels wide, which has few lines.
+/// An object 20 pixels wide has few lines.
 TEST(SensedNoise, IsThatOfASmallObject) {
   std::vector<float> offsets = whiteNoise(0.001f);
   for (int i = 0; i < kWidth * kHeight; ++i) {

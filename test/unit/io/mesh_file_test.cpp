@@ -196,7 +196,7 @@ TEST_F(MeshFile, ExtensionChoosesTheFormatInAnyCase) {
   }
 }
 
-/// By a reader of its own, in another language, which knows nothing but the specification.
+/// The files are compared by a reader in another language that knows nothing but the specification.
 TEST_F(MeshFile, GlbKeepsToItsRulesAndShowsWhatPlyShows) {
   const auto expectAlike = [&](MeshColour colour) {
     const std::string glb = folder_ / "mesh.glb", ply = folder_ / "mesh.ply";

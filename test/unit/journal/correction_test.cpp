@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kCount = 8;
 
-/// By which a lap's images were off: nothing at first, then more and more sideways.
+/// How far a lap's images were off: nothing at first, then more and more sideways.
 Eigen::Isometry3d drift(int i) {
   Eigen::Isometry3d T(Eigen::AngleAxisd(0.002 * i, Eigen::Vector3d::UnitZ()));
   T.translation() = Eigen::Vector3d(0.0, 0.01 * i, 0.0);

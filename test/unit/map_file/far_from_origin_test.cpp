@@ -84,7 +84,7 @@ ReadMesh throughChunks(const MeshStore& store) {
 
 /// How well a mesh shows the wall, but for the rims of what was seen.
 struct Quality {
-  size_t triangles = 0, without_area = 0;  ///< Of all.
+  size_t triangles = 0, without_area = 0;  ///< In the whole mesh.
   size_t inner_vertices = 0;
   double most_m = 0.0, least_cosine = 1.0;
 };

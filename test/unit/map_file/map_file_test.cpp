@@ -55,7 +55,7 @@ struct TakenApart {
     Bytes content;
   };
   std::vector<Part> parts;
-  Bytes end_of_content;  ///< Of the last record: content hash and checksums.
+  Bytes end_of_content;  ///< End of the last record: content hash and checksums.
 
   explicit TakenApart(const std::string& path) {
     const RecordFile file(path, map_format::kPurpose, "map file");

@@ -18,7 +18,7 @@ const Box kSmall = makeBox({0.09, 0.08, kFront_m - 0.01}, {0.04, 0.04, 0.02});
 const Box kLarge = makeBox({0.405, 0.08, kFront_m - 0.01}, {0.43, 0.4, 0.02});
 constexpr BlockKey kSmallsBlock{0, 0, 0};
 
-/// Of a camera that looks along -z, with nothing else to see.
+/// Frames of a camera that looks along -z, with nothing but the box to see.
 std::vector<SceneFrame> framesOf(const Box& box) {
   Scene scene;
   scene.add(box);

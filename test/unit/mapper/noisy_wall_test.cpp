@@ -42,8 +42,8 @@ TEST(NoisyWall, AveragesToOneSurface) {
   EXPECT_LT(found.rms_m, 0.5 * kVoxel_m);
 }
 
-/// Of the same wall with noise of 8 mm, more lies beyond the truncation: small
-/// pieces, beside the wall and apart from it.
+/// With noise of 8 mm more of that wall lies beyond the truncation: small pieces, beside the wall
+/// and apart from it.
 TEST(NoisyWall, LosesSmallPiecesBesideIt) {
   constexpr float kVoxel_m = 0.005f, kNoise = 0.008f;
   Scene scene;

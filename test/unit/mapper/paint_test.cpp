@@ -161,7 +161,7 @@ struct WallColours {
   double mean[3] = {};
 };
 
-/// Of the vertices of the wall that a test chooses.
+/// Colours of those vertices of the wall that `choose` selects.
 template <class Choose>
 WallColours wallColours(const Mesh& mesh, const Choose& choose) {
   WallColours result;
@@ -369,7 +369,7 @@ TEST(Paint, BadImagesAreRefusedAndChangeNothing) {
   EXPECT_EQ(makeMapperAt(0.02f)->paint(good.view()).status, FrameStatus::kNoMeasurement);
 }
 
-/// The same picture in every encoding, with room at the end of its rows.
+/// One picture in every encoding, with room at the end of its rows.
 TEST(Paint, EncodingsSayTheSame) {
   const PaintedFrame rgb = plainFrame({200, 100, 50}, lookingAtWall(Vector3d::Zero()));
   const auto colours = [&](ColourEncoding encoding, const std::vector<uint8_t>& pixel) {

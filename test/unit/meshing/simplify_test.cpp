@@ -38,7 +38,7 @@ void addSheet(Mesh& mesh, float side_m, float step_m, bool up, const Height& hei
 
 class Simplify : public testing::Test {};
 
-/// By brute force.
+/// Largest distance of a vertex from the other mesh, by brute force.
 double largestDistance(const Mesh& from, const Mesh& to) {
   const SurfaceTree tree(to.vertices_m, to.triangles);
   double largest = 0.0;

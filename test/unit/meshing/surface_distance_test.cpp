@@ -16,7 +16,7 @@ Vector3d toEigen(const Vec3f& v) {
   return Vector3d(static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z));
 }
 
-/// By brute force: the least over a fine grid of points of the triangle.
+/// Distance by brute force: the least over a fine grid of points of the triangle.
 double sampledDistance(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   constexpr int kSteps = 60;
   double least = 1e9;

@@ -20,7 +20,7 @@ namespace {
 
 constexpr float kPagedVoxel_m = 0.04f;
 
-/// Of a room, in the order of a few views of it.
+/// Meshes of a room, in the order of a few views of it.
 const std::vector<SharedBlockMesh>& meshesOfARoom() {
   static const std::vector<SharedBlockMesh> meshes = [] {
     Scene scene;

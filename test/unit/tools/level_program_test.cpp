@@ -76,7 +76,7 @@ TEST_F(LevelProgram, PutsTheFloorAtZero) {
   const Vector3d up_W = T_W_R.linear().col(2);
   EXPECT_LT(std::hypot(up_W.x(), up_W.y()), 0.1 * M_PI / 180.0);
   EXPECT_NEAR((T_W_R * Vector3d::Zero()).z(), 0.0, 0.002);
-  // And the map: nothing below the floor, nothing above the ceiling.
+  // The map is level, too: nothing lies below the floor, nothing above the ceiling.
   const double block_m = 0.04 * kBlockSide;
   int lowest = 1000, highest = -1000;
   for (const MapBlock& block : map.blocks) {
@@ -103,7 +103,7 @@ TEST_F(LevelProgram, GoesOnInTheFrameOfTheMap) {
   const std::string input = "--tum " + in("first") + " ";
   mapOf(input + "--set map/level=floor", "whole.dtsdf");
   mapOf(input + "--set map/level=floor --frames 0:11", "half.dtsdf");
-  // By itself, the second half would find a floor that differs in the last digits.
+  // Alone, the second half would find a floor that differs in the last digits.
   const std::string second = input + "--frames 12: --save-map " + in("joined.dtsdf");
   for (const char* level : {"", " --set map/level=floor", " --set map/level=imu"}) {
     const Outcome outcome =

@@ -94,7 +94,8 @@ TEST_F(ReconstructProgram, SaysThatTheFolderOfPagesIsFullAndThatNothingIsLost) {
   EXPECT_EQ(outcome.err.find("lost"), std::string::npos) << outcome.err;
 }
 
-/// Of which memory holds an eighth of the budget: whole or simplified, it is the same file.
+/// An eighth of the budget holds meshes in memory, and the rest lies on disk; whole or simplified,
+/// the file is the same.
 TEST_F(ReconstructProgram, SavesAMeshThatLiesOnDisk) {
   const TemporaryFolder room;
   std::vector<Eigen::Isometry3d> poses;

@@ -22,8 +22,7 @@ Vec3f rayOnto(const Vec3f& normal, std::mt19937& random) {
   return 80.0f * ray;
 }
 
-/// Of all ways that take the point a voxel across the surface, it is the one with the least
-/// Mahalanobis distance.
+/// No other way that takes the point a voxel across the surface has a smaller Mahalanobis distance.
 TEST(LikelyDirection, NoOtherWayAcrossTheSurfaceIsMoreLikely) {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> noise(0.0f, 3.0f);

@@ -16,13 +16,13 @@ struct UnitPlane {
   float at(int corner) const { return static_cast<float>(n.dot(cornerPoint(corner)) - offset); }
 };
 
-/// The plane's distance on all corners, in one direction.
+/// Adds the plane's distance on all corners, in one direction.
 inline void addPlaneTo(UnitSamples& samples, int direction, const UnitPlane& plane,
                        float weight = 1.0f) {
   for (int c = 0; c < kCubeCorners; ++c) samples.corner[direction][c] = {plane.at(c), weight};
 }
 
-/// The same in every direction that the plane's normal belongs to.
+/// Adds the plane's distance in every direction that its normal belongs to.
 inline void addPlane(UnitSamples& samples, const UnitPlane& plane, float weight = 1.0f) {
   const Vec3f n{static_cast<float>(plane.n.x()), static_cast<float>(plane.n.y()),
                 static_cast<float>(plane.n.z())};

@@ -69,7 +69,7 @@ TEST(Links, SteepSidesAreOneSurface) {
   }
 }
 
-/// The same side once where the next rows have other depths, above or below.
+/// That side in one row alone: the next rows have other depths, above or below.
 TEST(Links, StepsThatTheRowsBesideDoNotShareAreNone) {
   const std::vector<float> side{1.0f, 1.0f, 0.98f, 0.93f, 0.88f, 0.87f, 0.87f};
   const std::vector<float> other{1.0f, 1.0f, 0.99f, 0.90f, 0.875f, 0.87f, 0.87f};

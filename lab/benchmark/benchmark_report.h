@@ -11,7 +11,7 @@ namespace dtsdf {
 /// Median, p95 and worst leave out the first frame, which takes all memory for the first time.
 std::string reportMeasurement(const Measurement& measurement);
 
-/// By GiB of the map: does the time of a frame stay the same?
+/// Frame times per GiB of the map: do they stay the same?
 std::string reportFlight(const std::vector<FrameTime>& times, const Measurement& end);
 
 }  // namespace dtsdf

@@ -17,7 +17,7 @@ std::vector<MeshEdge> boundaryEdges(const TriangleMesh& mesh);
 
 /// Where a surface ends, with vertices at the same position taken as one.
 struct MeshBorder {
-  size_t edges = 0;        ///< Of one triangle.
+  size_t edges = 0;        ///< Edges of one triangle only.
   size_t small_holes = 0;  ///< Closed loops in connected sets of 3 to 16 such edges.
 };
 MeshBorder measureBorder(const TriangleMesh& mesh);

@@ -15,7 +15,7 @@ struct ViewCamera {
   int width = 640;
   int height = 480;
 
-  /// Of images whose pixels are kept row by row.
+  /// Pixels of an image, which are kept row by row.
   size_t pixelCount() const { return static_cast<size_t>(width) * static_cast<size_t>(height); }
   size_t pixelAt(int u, int v) const {
     return static_cast<size_t>(v) * static_cast<size_t>(width) + static_cast<size_t>(u);
@@ -46,7 +46,7 @@ std::vector<Eigen::Isometry3d> orbitPoses(OrbitShape shape, size_t count, double
 struct Views {
   ViewCamera camera;
   std::vector<Eigen::Isometry3d> poses_W_C;
-  std::vector<std::string> depth_paths;  ///< By view; empty where there are no depth images.
+  std::vector<std::string> depth_paths;  ///< Per view; empty where there are no depth images.
 };
 
 /// Reads the camera and the poses of a TUM folder's depth images.

@@ -10,8 +10,8 @@ namespace dtsdf {
 /// Over area-uniform samples of the reconstruction.
 struct ColourEvaluation {
   size_t samples = 0;
-  double rmse_rgb = 0.0;  ///< Of a channel, from 0 to 255.
-  double rmse_lab = 0.0;  ///< Of the distance in CIE L*a*b* (1976).
+  double rmse_rgb = 0.0;  ///< Over all channels, from 0 to 255.
+  double rmse_lab = 0.0;  ///< Distance in CIE L*a*b* (1976).
   double median_lab = 0.0;
 };
 

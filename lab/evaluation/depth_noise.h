@@ -25,17 +25,17 @@ namespace dtsdf {
 
 enum class DepthNoise { kNone, kKinect, kTof, kStereo };
 
-/// That of none, kinect, tof or stereo. @throws std::invalid_argument for another name.
+/// The model named none, kinect, tof or stereo. @throws std::invalid_argument for another name.
 DepthNoise depthNoiseFromName(const std::string& name);
 
-/// Of the first Kinect: standard deviation along the optical axis in metres, for a surface whose
+/// Standard deviation of the first Kinect along the optical axis in metres, for a surface whose
 /// normal is `angle_rad` away from the view ray.
 double axialSigma(double z_m, double angle_rad);
 
-/// Of the first Kinect: standard deviation across the optical axis in pixels.
+/// Standard deviation of the first Kinect across the optical axis in pixels.
 double lateralSigma(double angle_rad);
 
-/// Of a time-of-flight camera: standard deviation along the optical axis in metres. It grows with
+/// Standard deviation of a time-of-flight camera along the optical axis in metres. It grows with
 /// the distance and the slant, both of which take light from the signal.
 double tofAxialSigma(double z_m, double angle_rad);
 

@@ -9,7 +9,7 @@
 
 namespace dtsdf {
 
-/// Of a set of distances, in metres; all zero for an empty set.
+/// Statistics of a set of distances, in metres; all zero for an empty set.
 struct DistanceStats {
   size_t count = 0;
   double rmse_m = 0.0, mean_m = 0.0, median_m = 0.0, p95_m = 0.0, max_m = 0.0;
@@ -41,7 +41,7 @@ struct FScore {
 };
 
 struct EvaluationOptions {
-  size_t samples = 1000000;  ///< Of each surface.
+  size_t samples = 1000000;  ///< Per surface.
   std::vector<double> thresholds_m{0.005, 0.01, 0.025};
 };
 

@@ -15,7 +15,7 @@ namespace dtsdf {
 struct RayHit {
   float distance;  ///< In multiples of the direction's length.
   uint32_t triangle;
-  Eigen::Vector3f normal;       ///< Of the triangle by its winding order, unit; zero without area.
+  Eigen::Vector3f normal;       ///< Unit, by the triangle's winding order; zero without area.
   Eigen::Vector2f barycentric;  ///< Weights of the triangle's second and third corner.
 };
 

@@ -39,7 +39,7 @@ struct Header {
   bool is_ascii = false;
   size_t vertices = 0, faces = 0;
   std::vector<Property> vertex_properties;
-  NumberType corner_count, corner;  ///< Of the list of a face's corners.
+  NumberType corner_count, corner;  ///< Types in the list of a face's corners.
 };
 
 NumberType numberType(const std::string& name) {

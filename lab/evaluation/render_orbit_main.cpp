@@ -24,7 +24,7 @@ struct RenderOrbitOptions {
   double focal_px = 525.0;
   DepthNoise noise = DepthNoise::kNone;
   uint64_t seed = 1;
-  std::optional<Texture> texture;  ///< Of colour images; none: there are none.
+  std::optional<Texture> texture;  ///< For colour images; none: there are none.
 };
 
 void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {

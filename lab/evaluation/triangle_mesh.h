@@ -37,7 +37,7 @@ struct SurfaceSamples {
   std::vector<uint32_t> triangles;
 };
 
-/// The same seed gives the same samples on every machine. Empty for a mesh without area.
+/// A seed gives the same samples on every machine; none for a mesh without area.
 SurfaceSamples sampleSurface(const TriangleMesh& mesh, size_t count, uint64_t seed);
 
 }  // namespace dtsdf

@@ -17,7 +17,7 @@ namespace dtsdf {
 struct SceneSetup {
   MapperParams params;
   Rules rules;
-  int image_width = 320;  ///< Of the room camera; smaller ones see less, pixels are the same.
+  int image_width = 320;  ///< The room camera's; fewer pixels see less, each as wide as before.
 
   double voxel() const { return static_cast<double>(params.map.voxel_size_m); }
   std::unique_ptr<ProbedMapper> makeMapper() const { return makeProbedMapper(params, rules); }

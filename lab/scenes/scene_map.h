@@ -24,7 +24,7 @@ struct SceneCamera {
 /// many pixels across.
 SceneCamera roomCamera(const SceneSetup& setup);
 
-/// The same view in a quarter of the pixels, whatever the setup, for long runs.
+/// The room camera's view in a quarter of the pixels, whatever the setup, for long runs.
 SceneCamera coarseCamera();
 
 /// A depth image in metres with its camera and pose.

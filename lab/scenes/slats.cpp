@@ -73,7 +73,7 @@ class SlatMesh {
     }
   }
 
-  /// Of the slat's front.
+  /// Area of the mesh in percent of the slat's front.
   double areaPercent() const { return 100.0 * sum() / (slat_.width_m * 0.001 * kBins); }
   double longestGap_mm() const {
     int run = 0, longest = 0;

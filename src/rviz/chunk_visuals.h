@@ -31,7 +31,7 @@ namespace dtsdf {
 /// How chunks are shown.
 struct ChunkStyle {
   MeshColour colour = MeshColour::kAuto;
-  Ogre::ColourValue plain = Ogre::ColourValue(0.78f, 0.78f, 0.78f);  ///< Of the colour kPlain.
+  Ogre::ColourValue plain = Ogre::ColourValue(0.78f, 0.78f, 0.78f);  ///< Colour for kPlain.
   float alpha = 1.0f;
   bool backfaces = true;
   bool wireframe = false;

@@ -189,7 +189,7 @@ class MeshBlocksDisplay : public rviz::Display {
 
   ros::Subscriber subscriber_;
   std::unique_ptr<ChunkVisuals> visuals_;
-  std::string frame_;  ///< Of the map; empty before the first message.
+  std::string frame_;  ///< Frame of the map; empty before the first message.
 };
 
 }  // namespace dtsdf

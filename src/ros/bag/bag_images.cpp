@@ -240,7 +240,7 @@ class BagImages : public ImageSource<Frame> {
       } else {
         frame.depth = std::get<DepthFrame>(made);
       }
-    } catch (const std::exception& error) {  // of OpenCV or cv_bridge
+    } catch (const std::exception& error) {  // from OpenCV or cv_bridge
       return skip({drop::kBadImage, errorText(error)});
     }
     frame.pixels = pixels;
@@ -308,7 +308,7 @@ class BagImages : public ImageSource<Frame> {
   ros::Time last_stamp_;
   std::multimap<ros::Time, rosbag::MessageInstance> messages_;
   std::multimap<ros::Time, rosbag::MessageInstance>::const_iterator next_ = messages_.end();
-  size_t index_ = 0;  ///< Of the message at `next_`.
+  size_t index_ = 0;  ///< Index of the message at `next_`.
 };
 
 }  // namespace

@@ -99,7 +99,7 @@ class BagPoses {
         bag, [](const auto& m) { return m.template isType<tf2_msgs::TFMessage>(); });
   }
 
-  /// Of the image with this header; if there is none, why.
+  /// Pose of the image with this header; `why_none` says why there is none.
   std::optional<Eigen::Isometry3d> of(const std_msgs::Header& header,
                                       std::string* why_none = nullptr) const {
     PoseAnswer pose;

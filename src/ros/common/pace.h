@@ -57,7 +57,7 @@ class Pace {
   bool isDue(SteadyTime now) const { return now >= next_; }
   SteadyTime next() const { return next_; }
 
-  /// The same rate once more changes nothing.
+  /// Setting the present rate again changes nothing.
   void setRate(double rate_hz, SteadyTime now) {
     const SteadyDuration period = toSteadyDuration(1.0 / rate_hz);
     if (period == period_) return;

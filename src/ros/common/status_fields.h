@@ -39,7 +39,7 @@ inline void addMemory(MapStatus& status, const char* name, const char* place, ui
   status.memory.push_back(part);
 }
 
-/// Of what is kept on disk, with its index in memory, and whether some of it is lost.
+/// Adds what is kept on disk, with its index in memory, and reports whether some of it is lost.
 template <class PageStats>
 void addPages(MapStatus& status, const PageStats& pages, const std::string& what) {
   status.page_failures += pages.failures;

@@ -18,8 +18,8 @@
 
 namespace dtsdf {
 
-/// Of threads that leave the cores to others where they are short: a tenth of a core that others of
-/// the process want as well; all of one that nobody wants.
+/// Niceness of threads that leave the cores to others where they are short: they get a tenth of a
+/// core that others of the process want as well, and all of one that nobody wants.
 constexpr int kLowNiceness = 10;
 
 /// Does some work and returns how long to wait before the next call.

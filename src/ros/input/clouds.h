@@ -31,7 +31,7 @@ class CloudImages {
 
  private:
   const std::string topic_;
-  uint32_t width_ = 0, height_ = 0;  ///< Of the cloud that the camera was found by.
+  uint32_t width_ = 0, height_ = 0;  ///< Size of the cloud that gave the camera.
   Intrinsics intrinsics_{};
   std::string camera_;
 };

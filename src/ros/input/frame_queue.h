@@ -36,9 +36,9 @@ struct PosedFrame {
   std::variant<DepthFrame, ColourFrame> image;
   cv_bridge::CvImageConstPtr pixels;
   Eigen::Isometry3d given_T_W_C = Eigen::Isometry3d::Identity();  ///< Before steps move it.
-  std::string frame_id;                                           ///< Of its camera.
+  std::string frame_id;                                           ///< Frame of its camera.
   size_t camera = 0;                                              ///< Its place among the cameras.
-  FrameAccounting* accounting = nullptr;                          ///< Of its stream.
+  FrameAccounting* accounting = nullptr;                          ///< Accounts of its stream.
 
   const Eigen::Isometry3d& T_W_C() const {
     return std::visit([](const auto& of) -> const Eigen::Isometry3d& { return of.T_W_C; }, image);
@@ -67,8 +67,8 @@ class FrameQueue {
     bool is_colour = false;
     bool any_info = false;     ///< The latest camera_info will do.
     bool wants_mask = false;   ///< Each image has a mask with its stamp.
-    std::string no_info_text;  ///< What is said of an image without camera_info,
-    std::string no_mask_text;  ///< and without its mask.
+    std::string no_info_text;  ///< What is said of an image without camera_info.
+    std::string no_mask_text;  ///< What is said of an image without its mask.
   };
 
   /// @param most_images That wait, of one stream. @param most_bytes That wait, of all.

@@ -280,7 +280,7 @@ class ImageStream {
           messages.mask ? applyMask(*messages.mask, *messages.image) : messages.image;
       posed.image =
           rectification_.frameOf({image, messages.info}, is_cloud_, params_, posed.pixels);
-    } catch (const std::exception& error) {  // of OpenCV or cv_bridge, or no memory for a copy
+    } catch (const std::exception& error) {  // from OpenCV or cv_bridge, or no memory for a copy
       return Rejection{drop::kBadImage, errorText(error)};
     }
     std::visit([&](auto& image) { image.T_W_C = T_W_C; }, posed.image);
@@ -308,7 +308,7 @@ class ImageStream {
   }
 
   const ImageKind& kind_;
-  const std::string name_;  ///< Of the camera.
+  const std::string name_;  ///< Name of the camera.
   const InputParams& params_;
   Transforms& transforms_;
   FrameQueue& queue_;
@@ -318,7 +318,7 @@ class ImageStream {
   const bool is_needed_;
   ros::NodeHandle nh_;
   const std::string mask_topic_;  ///< Empty: there are no masks.
-  const std::string topic_;       ///< Of the images, before remapping.
+  const std::string topic_;       ///< Topic of the images, before remapping.
   const std::string image_topic_, info_topic_;
   FrameAccounting accounting_;
   FrameQueue::Stream stream_;
@@ -327,7 +327,7 @@ class ImageStream {
   Rectification rectification_;
   CloudImages cloud_images_;
   bool is_cloud_ = false;         ///< Set before anything comes.
-  std::optional<bool> has_info_;  ///< Of clouds: whether somebody publishes camera_info for them.
+  std::optional<bool> has_info_;  ///< Whether clouds come with a camera_info, once known.
   PoseConvention convention_;
   ros::Time last_stamp_;
 

@@ -20,7 +20,7 @@ namespace {
 
 /// More than any model of OpenCV has.
 constexpr size_t kMostCoefficients = 64;
-/// Of an image: what is added to it must not be beyond the end of ROS's time.
+/// Latest stamp of an image: what is added to it must not pass the end of ROS's time.
 constexpr double kLatestStamp_s = kEndOfTime_s - 3600.0;
 
 /// The region of interest; the whole image unless it is set.

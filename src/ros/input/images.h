@@ -126,9 +126,9 @@ constexpr char kRepeatedStampText[] =
 /// What distinguishes depth images from colour images, which all else treats alike.
 struct ImageKind {
   const char* name;
-  const char* ns;                ///< Of the topics image_rect and camera_info.
-  const char* transport_param;   ///< The private parameter that has the transport of the images.
-  const char* compressed_topic;  ///< Ending of the topic of those that are decoded here.
+  const char* ns;                ///< Namespace of the topics image_rect and camera_info.
+  const char* transport_param;   ///< Private parameter with the transport of the images.
+  const char* compressed_topic;  ///< Ending of the topic of images that are decoded here.
   sensor_msgs::ImageConstPtr (*decode)(const sensor_msgs::CompressedImage&);
   /// Whether images in a bag are hardly anything else, by encoding or by format.
   bool (*has_encoding)(const std::string&);

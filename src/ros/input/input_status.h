@@ -150,7 +150,7 @@ class InputStatus {
     const auto warn = [&](uint8_t code, const std::string& text) {
       report(status, MapStatus::WARN, code, name + text);
     };
-    // Of drops that are a fault, in the last while: how many, and the most common reason.
+    // Drops that are a fault, in the last while: how many, and the most common reason.
     const StreamReport& first = moments_.front().second[index];
     uint64_t dropped = 0, most = 0;
     DropReason most_common = drop::kQueueFull;
@@ -284,13 +284,13 @@ class InputStatus {
     return text;
   }
 
-  /// Of fewer images than that no share of drops is reported.
+  /// No share of drops is reported for fewer images.
   static constexpr uint64_t kLeastImages = 20;
 
   const double stale_s_;
   PublishedTopics (*const find_topics_)();
   RunClock run_clock_;
-  std::deque<Moment> moments_;  ///< Of the last while.
+  std::deque<Moment> moments_;  ///< Reports of the last while.
   uint64_t restarts_ = 0;
 };
 

@@ -79,8 +79,8 @@ std::pair<cv::Mat, cv::Mat> sourcesOf(const sensor_msgs::CameraInfo& info, cv::S
   return uv;
 }
 
-/// By how much depth along the rectified axis differs from that along the raw one, for each pixel;
-/// 0, no measurement, for rays that the raw camera has behind it. Empty where the axes are equal.
+/// Ratio of depth along the rectified axis to depth along the raw one, for each pixel; 0, no
+/// measurement, for rays that the raw camera has behind it. Empty where the axes are equal.
 std::vector<float> scalesOf(const sensor_msgs::CameraInfo& info, cv::Size size) {
   const Matrix R = rotationOf(info);
   if (R == Matrix::eye()) return {};
@@ -97,7 +97,7 @@ std::vector<float> scalesOf(const sensor_msgs::CameraInfo& info, cv::Size size) 
 }
 
 uint16_t scaled(uint16_t raw, float scale) {
-  if (raw == kNoDepth16) return raw;  // and stays that
+  if (raw == kNoDepth16) return raw;  // no measurement stays that
   return static_cast<uint16_t>(
       std::lround(std::min(static_cast<float>(raw) * scale, static_cast<float>(kNoDepth16))));
 }

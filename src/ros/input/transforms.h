@@ -42,7 +42,7 @@ struct PoseAnswer {
 /// are on /tf too, which are ignored from then on. Thread safe.
 class Transforms {
  public:
-  /// By default they are kept for longer than any frame waits in a queue that keeps up.
+  /// Keeps transforms for `kept_s`, by default longer than a frame waits in a queue that keeps up.
   explicit Transforms(SteadyClock clock = std::chrono::steady_clock::now, double kept_s = 30.0)
       : clock_(std::move(clock)), kept_(kept_s), core_(makeCore()) {}
 
@@ -210,7 +210,7 @@ class Transforms {
   const SteadyClock clock_;
   const ros::Duration kept_;
   mutable std::mutex mutex_;                                        ///< Guards what follows.
-  std::map<std::string, geometry_msgs::TransformStamped> statics_;  ///< By child.
+  std::map<std::string, geometry_msgs::TransformStamped> statics_;  ///< Keyed by child.
   std::set<std::string> moving_;                                    ///< Children on /tf.
   std::set<std::string> ignored_statics_;
   Core core_;

@@ -222,7 +222,7 @@ class Pipeline {
   Output output_;
   LiveMap map_;
   const Host host_;
-  /// Of each camera its depth, and its colour where that is wanted.
+  /// The depth of each camera, and its colour where that is wanted.
   std::vector<std::unique_ptr<ImageStream>> streams_;
   InputStatus input_status_;
   std::vector<ros::ServiceServer> servers_;

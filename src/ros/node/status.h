@@ -79,7 +79,7 @@ class StatusPublisher {
     std::stringstream text;
     text.imbue(std::locale::classic());
     text << status;
-    std::vector<std::pair<size_t, std::string>> parts;  // by their depth
+    std::vector<std::pair<size_t, std::string>> parts;  // names with their depth
     for (std::string line; std::getline(text, line);) {
       const size_t depth = line.find_first_not_of(' '), colon = line.find(": ");
       if (colon == std::string::npos) continue;

@@ -86,7 +86,7 @@ class SimulatedCamera {
 
  private:
   bool waitForSubscriber() const {
-    // Of both: a mapper's two connections come one after the other.
+    // Waits for both: a mapper's two connections come one after the other.
     while (ros::ok() && (images_.getNumSubscribers() == 0 || infos_.getNumSubscribers() == 0)) {
       ros::spinOnce();
       ros::WallDuration(0.02).sleep();
@@ -97,7 +97,7 @@ class SimulatedCamera {
   void publishFrame(int index) {
     const ros::Time stamp = ros::Time::now();
     if (index == 0) first_stamp_ = stamp;
-    // By the clock: poses of an image that is late would otherwise jump.
+    // Poses follow the clock: those of an image that is late would otherwise jump.
     const double time_s = (stamp - first_stamp_).toSec();
     const Eigen::Isometry3d T_W_C = roomCameraPose(time_s, params_.lap_s);
     broadcaster_.sendTransform(

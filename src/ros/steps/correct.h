@@ -50,8 +50,8 @@ using CorrectionResult = dtsdf_mapping::CorrectPoses::Response;
 class CorrectStep : public Step {
  public:
   struct Request {
-    journal::Correction
-        correction;      ///< Of the first camera, in W; once looked at, of images alone.
+    /// Poses of the first camera in W; once looked at, only those of images.
+    journal::Correction correction;
     double least = 0.0;  ///< Nothing is done if no image moves as far, in metres or radians.
     std::function<void(const CorrectionResult&)> answer;  ///< Called once; does not throw.
     SteadyTime came = std::chrono::steady_clock::now();
@@ -83,7 +83,7 @@ class CorrectStep : public Step {
         [this](const nav_msgs::Path::ConstPtr& path) {
           guarded("corrected_path", [&] { followPath(*path); });
         };
-    // Of several that wait only the newest counts.
+    // Only the newest of several that wait counts.
     ros::NodeHandle nh = handles.input;
     path_input_ = nh.subscribe<nav_msgs::Path>(handles.ns + "/corrected_path", 1, callback);
   }
@@ -402,22 +402,22 @@ class CorrectStep : public Step {
   JournalWriter* const journal_;
   const bool is_by_tf_, is_on_;
   std::optional<Request> waiting_, current_;
-  std::future<std::unique_ptr<Refusion>> opening_;  ///< Of `current_`, and then
+  std::future<std::unique_ptr<Refusion>> opening_;  ///< Opens the journal for `current_`.
   std::unique_ptr<Refusion> refusion_;
   int work_since_frame_ = 0;  ///< With the journal.
   std::future<void> freeing_;
 
-  // Of the first camera.
-  std::vector<StampedPose> fused_;  ///< Of the newest recording, with rising stamps.
+  // What is known of the first camera.
+  std::vector<StampedPose> fused_;  ///< Poses of the newest recording, with rising stamps.
   GivenMotion given_;
-  Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();  ///< From where frames are given.
+  Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();  ///< Moves frames from given poses.
 
   mutable std::mutex mutex_;              ///< Guards what follows.
   size_t fused_again_ = 0, to_fuse_ = 0;  ///< Frames, and all of them; 0 while none are.
-  size_t bytes_ = 0;                      ///< Of the map that is made.
-  std::string last_;                      ///< What became of the last one; empty: there was none.
-  std::string camera_frame_;              ///< Of the first camera's images.
-  std::optional<Request> path_;           ///< The newest one that came, until it is taken.
+  size_t bytes_ = 0;                      ///< Size of the map that is made.
+  std::string last_;                      ///< Outcome of the last correction; empty: none yet.
+  std::string camera_frame_;              ///< Frame of the first camera's images.
+  std::optional<Request> path_;           ///< Newest path that came, until it is taken.
 
   ros::Subscriber path_input_;
   ros::ServiceServer server_;

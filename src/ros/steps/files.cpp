@@ -185,10 +185,10 @@ class FilesStep : public Step {
   }
 
   const Host& host_;
-  MapperParams params_;             ///< Of the map as it is.
-  std::mutex mutex_;                ///< Held while a file is written or read,
-  uint64_t turn_ = 0;               ///< by the call with this number,
-  std::atomic<uint64_t> calls_{0};  ///< which sees by the newest one that another waits.
+  MapperParams params_;             ///< Settings of the map as it is.
+  std::mutex mutex_;                ///< Held while a file is written or read.
+  uint64_t turn_ = 0;               ///< Number of the call that holds the mutex.
+  std::atomic<uint64_t> calls_{0};  ///< Number of the newest call: if larger, another one waits.
   std::vector<ros::ServiceServer> servers_;
 };
 

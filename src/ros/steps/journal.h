@@ -74,8 +74,8 @@ class JournalStep : public Step {
   }
 
   const Host& host_;
-  MapperParams params_;                     ///< Of the map as it is.
-  std::optional<Eigen::Isometry3d> level_;  ///< That is in the journal.
+  MapperParams params_;                     ///< Settings of the map as it is.
+  std::optional<Eigen::Isometry3d> level_;  ///< Level that is in the journal.
   JournalWriter writer_;
 };
 

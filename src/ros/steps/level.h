@@ -22,9 +22,9 @@
 
 namespace dtsdf {
 
-/// By map/level: `none` leaves all poses as they are. Else frames are dropped until the floor or
-/// gravity is known; from then on the level is the same until the node ends or a map is loaded,
-/// which brings its own. It is published on /tf_static.
+/// Levels as map/level says: `none` leaves all poses as they are. Else frames are dropped until the
+/// floor or gravity is known; from then on the level is the same until the node ends or a map is
+/// loaded, which brings its own. It is published on /tf_static.
 class LevelStep : public Step {
  public:
   LevelStep(const NodeParams& params, const Transforms& transforms, MapFrame& frame)
@@ -131,12 +131,13 @@ class LevelStep : public Step {
   const NodeParams& params_;
   const Transforms& transforms_;
   MapFrame& frame_;
-  FloorSearch floor_;                ///< Map's thread only.
-  std::optional<LevelDoubt> doubt_;  ///< The same; where space is kept without a level.
+  // Map's thread only.
+  FloorSearch floor_;
+  std::optional<LevelDoubt> doubt_;  ///< Where space is kept without a level.
   // Input's thread only.
   StillGravity gravity_;
-  std::optional<Eigen::Vector3d> up_I_;  ///< In the frame of the sensor, which waits for its
-  std_msgs::Header measured_;            ///< transform at this stamp.
+  std::optional<Eigen::Vector3d> up_I_;  ///< In the sensor's frame; waits for its transform.
+  std_msgs::Header measured_;            ///< Frame and stamp of up_I_.
   ros::Subscriber imu_;
   std::optional<tf2_ros::StaticTransformBroadcaster> broadcaster_;
 };

@@ -145,9 +145,9 @@ class LiveMap {
             poses.mode == PoseMode::kTf ? PoseParams() : poses};
   }
 
-  /// Of the newest frame whose surfaces are in the extraction finished last.
+  /// Stamp of the newest frame whose surfaces are in the extraction finished last.
   const ros::Time& meshStamp() const { return surfaces_stamp_; }
-  /// As it was counted last.
+  /// Size of the map, as it was counted last.
   size_t mapBytes() const { return report_.map_bytes; }
 
   /// Hands over what the mesh lacks, or a part of it, also after a failure that has left the map
@@ -201,7 +201,7 @@ class LiveMap {
 
   /// Whether nothing is mapped; no map that has failed counts as empty.
   bool isEmpty() const {
-    if (hasFailed()) return false;  // and asking could fail
+    if (hasFailed()) return false;  // asking could fail
     const MapStats stats = mapper_->stats();
     return stats.blocks + stats.pages.blocks == 0;
   }
@@ -456,14 +456,14 @@ class LiveMap {
   bool report_outdated_ = false;
   bool mesh_is_part_ = false;
   bool mesh_whole_ = true;       ///< False while an extraction is under way, and once one was lost.
-  ros::Time map_stamp_;          ///< Of the newest frame in the map, but for those of a loaded one.
-  double loaded_stamp_s_ = 0.0;  ///< Of those; 0: none.
-  ros::Time mesh_stamp_;         ///< The same when the last extraction was begun.
-  ros::Time surfaces_stamp_;     ///< That of the last one that was finished.
+  ros::Time map_stamp_;          ///< Stamp of the newest frame in the map, but for a loaded one's.
+  double loaded_stamp_s_ = 0.0;  ///< Stamp of a loaded map's newest frame; 0: none.
+  ros::Time mesh_stamp_;         ///< The map's stamp when the last extraction was begun.
+  ros::Time surfaces_stamp_;     ///< The map's stamp when the last finished one was begun.
 
   mutable std::mutex report_mutex_;
   // Only this thread writes.
-  std::string failure_;  ///< Of the backend; empty while it works.
+  std::string failure_;  ///< Failure of the backend; empty while it works.
   MapStatus report_;     ///< What it says of the map.
 };
 

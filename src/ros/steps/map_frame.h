@@ -57,8 +57,8 @@ class MapFrame {
     throw std::runtime_error("the map is not level yet: " + levelProblem());
   }
 
-  /// Of a frame, at a time; 0: by the newest transform. An empty name is the frame of the map. A
-  /// transform of just now may be on its way; as long as that of an image is waited for.
+  /// Pose of a frame in the map at a time; 0: by the newest transform. An empty name is the frame
+  /// of the map. A transform of just now may be on its way: it is waited for as long as an image's.
   /// @throws std::runtime_error where there is none.
   Eigen::Isometry3d find(const std::string& frame_id, const ros::Time& stamp = ros::Time(0)) const {
     const std::string frame = stripLeadingSlash(frame_id);
@@ -91,7 +91,7 @@ class MapFrame {
   }
 
  private:
-  /// Of the frames that need no transform.
+  /// Pose of a frame that needs no transform; none for others.
   std::optional<Eigen::Isometry3d> poseOfFixed(const std::string& frame) const {
     if (frame == frameOfMap(params_)) return Eigen::Isometry3d::Identity();
     if (frame == params_.map_frame) return inMap(Eigen::Isometry3d::Identity());

@@ -22,10 +22,10 @@ namespace dtsdf {
 /// What has happened to the mesh since it was last asked for, in the order of its members.
 struct MeshChanges {
   bool cleared = false;                 ///< First, the whole mesh was forgotten.
-  bool is_whole = false;                ///< Or: what is not in `blocks` was.
-  std::optional<float> voxel_size_m;    ///< Of the map from there on, if it is a new one.
+  bool is_whole = false;                ///< Or all of it but `blocks` was forgotten.
+  std::optional<float> voxel_size_m;    ///< Size from there on, if the map is a new one.
   std::vector<SharedBlockMesh> blocks;  ///< Then these were replaced, in no order.
-  ros::Time stamp;                      ///< Of the newest frame in them; zero if there are none.
+  ros::Time stamp;                      ///< Stamp of the newest frame in them; zero if none.
 };
 
 /// Thread safe. Changes of one block become one, so that an output that stands still costs one mesh

@@ -28,7 +28,7 @@ namespace {
 /// Pieces that wait for a listener at most, and how large one is, about.
 constexpr uint32_t kWaitingPieces = 20;
 constexpr size_t kPieceBytes = 1 << 20;
-/// Of one round; ten of them a second are 40 MB/s.
+/// Limit of one round; ten rounds a second are 40 MB/s.
 constexpr int kPiecesPerRound = 4;
 constexpr double kRoundRate_hz = 10.0;
 /// How often a part of the mesh is refreshed.
@@ -175,8 +175,8 @@ class ChunkTopic {
 
  private:
   Topic topic_;
-  std::set<PackedKey> pending_, shown_;  ///< Of the latter, triangles were published.
-  std::atomic<size_t> lacking_{0};       ///< As many are pending, for the status.
+  std::set<PackedKey> pending_, shown_;  ///< Chunks that wait, and those with triangles published.
+  std::atomic<size_t> lacking_{0};       ///< Number of chunks that wait, for the status.
 };
 
 /// `mesh` and `mesh_blocks`. Changes go to all; after somebody has connected, the whole mesh is
@@ -217,7 +217,7 @@ class MeshTopicsStep : public Step {
       markers_.publishRound(chunks_, lattice, params_, *mesh);
       blocks_.publishRound(chunks_, lattice, params_, *mesh);
       mesh->meshes.dropFetched();
-      // Of the thread's time at least half is for others that share the cores.
+      // At least half of the thread's time is left to others that share the cores.
       round_pace_.end(now);
     }
     if (markers_.isBehind() || blocks_.isBehind()) return round_pace_.next() - now;
@@ -259,7 +259,7 @@ class MeshTopicsStep : public Step {
 
   const NodeParams& params_;
   const Rates& rates_;
-  std::atomic<double> step_m_;  ///< Of the map's lattice: see ChunkLattice.
+  std::atomic<double> step_m_;  ///< Step of the map's ChunkLattice.
   MeshChunks chunks_;
   ChunkTopic<MarkerArray> markers_;
   ChunkTopic<MeshBlocks> blocks_;

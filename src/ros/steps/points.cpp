@@ -70,8 +70,8 @@ class PointsStep : public Step {
     Cloud cloud;
     cloud.header.frame_id = frameOfMap(host_.params);
     cloud.header.stamp = pcl_conversions::toPCL(stamp);
-    // Of one at least: pcl_ros copies from where they are, even none, and that has to be an
-    // address.
+    // Room for at least one: pcl_ros copies from the points' address, even if there are none, and
+    // it must not be null.
     cloud.reserve(std::max<size_t>(1, mesh.vertices_m.size()));
     for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
       cloud.push_back(toPoint(mesh, i, host_.params.mapper.mesh.colour));

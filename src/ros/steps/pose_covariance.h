@@ -16,7 +16,7 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 /// half of what it was before. `covariance` is the position's or the rotation's, `sigma` the
 /// prior's.
 inline std::vector<Eigen::Vector3d> freeAxes(const Eigen::Matrix3d& covariance, double sigma) {
-  constexpr double kFreeShare = 0.25;  // of the prior's variance
+  constexpr double kFreeShare = 0.25;  // share of the prior's variance
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
   std::vector<Eigen::Vector3d> axes;
   for (Eigen::Index i = 0; i < 3; ++i) {
@@ -26,9 +26,9 @@ inline std::vector<Eigen::Vector3d> freeAxes(const Eigen::Matrix3d& covariance, 
   return axes;
 }
 
-/// Of a pose in the map. In track, an error along a free axis adds up from image to image, so that
-/// nothing is known of it after a while: its variance is made large. What was not aligned is where
-/// it was given, such as the first image.
+/// Covariance of a pose in the map. In track, an error along a free axis adds up from image to
+/// image, so that nothing is known of it after a while: its variance is made large. What was not
+/// aligned is where it was given, such as the first image.
 inline Matrix6d odometryCovariance(const Alignment& alignment, const PoseParams& params) {
   // Variances of what is not known, which filters still can work with.
   constexpr double kUnknown_m2 = 1e3, kUnknown_rad2 = 10.0;
@@ -47,8 +47,8 @@ inline Matrix6d odometryCovariance(const Alignment& alignment, const PoseParams&
   return covariance;
 }
 
-/// Of the pose of B in M, from that of C in W, where B is fixed to C: turned by R_M_W, and about B,
-/// which is offset_M from C.
+/// Covariance of the pose of B in M, from that of C in W, where B is fixed to C: turned by R_M_W,
+/// and about B, which is offset_M from C.
 inline Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Matrix3d& R_M_W,
                                 const Eigen::Vector3d& offset_M) {
   Eigen::Matrix3d cross;

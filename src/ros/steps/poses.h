@@ -171,7 +171,7 @@ class PosesStep : public Step {
   const Eigen::Isometry3d& T_M_O() const { return T_M_O_; }
 
  private:
-  /// Of the trajectory: three hours of 30 images a second.
+  /// Limit of the trajectory: three hours of 30 images a second.
   static constexpr size_t kMostPoses = 360000;
 
   bool isOn() const { return params_.poses.mode != PoseMode::kTf; }
@@ -189,7 +189,7 @@ class PosesStep : public Step {
     return tracks && !params.odom_frame.empty() ? params.odom_frame : params.map_frame;
   }
 
-  /// Of a camera that is held upright, in a frame with x ahead and z up: where tracking begins.
+  /// Pose of an upright camera, in a frame with x ahead and z up: where tracking begins.
   static Eigen::Isometry3d uprightCamera() {
     Eigen::Isometry3d T_B_C = Eigen::Isometry3d::Identity();
     T_B_C.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
@@ -352,16 +352,16 @@ class PosesStep : public Step {
 
   const Host& host_;
   const NodeParams& params_;
-  const std::string parent_;  ///< Of what poses are published of.
-  // Of each camera: with refine, and the stamp of its newest depth image.
+  const std::string parent_;  ///< Name of the frame that published poses are in.
+  // One for each camera: with refine its refiner, and the stamp of its newest depth image.
   std::vector<PoseRefiner> refiners_;
   std::vector<ros::Time> last_stamps_;
   PoseTracker tracker_;
   std::string base_frame_;                                   ///< Name of B, once it is known.
-  Eigen::Isometry3d T_B_C_ = Eigen::Isometry3d::Identity();  ///< With track, of the newest image.
-  std::optional<Eigen::Isometry3d> given_T_W_B_;             ///< By setPose(), for the next image.
-  bool is_elsewhere_ = false;  ///< Until the next image: see replaced().
-  Alignment found_;            ///< Of the newest image.
+  Eigen::Isometry3d T_B_C_ = Eigen::Isometry3d::Identity();  ///< With track, for the newest image.
+  std::optional<Eigen::Isometry3d> given_T_W_B_;  ///< Set by setPose(), for the next image.
+  bool is_elsewhere_ = false;                     ///< Until the next image: see replaced().
+  Alignment found_;                               ///< Alignment of the newest image.
   std::optional<nav_msgs::Odometry> published_;
   Eigen::Isometry3d T_M_O_ = Eigen::Isometry3d::Identity();
   std::deque<StampedPose> fused_;
@@ -372,7 +372,7 @@ class PosesStep : public Step {
   std::vector<ros::ServiceServer> servers_;
 
   mutable std::mutex mutex_;                       ///< Guards what follows.
-  std::vector<dtsdf_mapping::PoseStatus> report_;  ///< Of each camera.
+  std::vector<dtsdf_mapping::PoseStatus> report_;  ///< One for each camera.
   std::string problem_;  ///< Why a transform is not published; empty: all are.
 };
 

@@ -41,7 +41,8 @@ class SpaceStep : public Step {
       : host_(host), is_on_(host.params.mapper.space.enabled), pace_(host.rates.space_hz) {
     if (!is_on_) return;
     const MapperParams& params = host.params.mapper;
-    // Of cells and distances, with map/page_folder: as much as of the map's, up to this.
+    // Limit of the pages in memory, with map/page_folder: as much as the map's cells may take, up
+    // to this.
     const size_t most_bytes = std::min(freeBudgetOf(params), size_t{64} << 20);
     // The map's thread and the output's have something left of the cores.
     const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 2);
@@ -114,8 +115,8 @@ class SpaceStep : public Step {
 
   struct Known {
     std::shared_ptr<const SpaceSnapshot> space = std::make_shared<const SpaceSnapshot>();
-    /// Of the newest frame whose surfaces are in it; cells may be free by later ones. 0: none was
-    /// fused, as in a map that was loaded.
+    /// Stamp of the newest frame whose surfaces are in it; later ones may have freed cells. 0: none
+    /// was fused, as in a map that was loaded.
     ros::Time stamp;
   };
   Known known() const {
@@ -391,9 +392,9 @@ class SpaceStep : public Step {
   ros::ServiceServer server_, grid_server_;
 
   mutable std::mutex mutex_;             ///< Guards what follows, for a moment.
-  std::optional<SpaceChanges> waiting_;  ///< The queue, with the size of its cells
-  double waiting_cell_m_ = 0.0;
-  ros::Time waiting_stamp_;  ///< and the stamp that known_ will have.
+  std::optional<SpaceChanges> waiting_;  ///< The queue.
+  double waiting_cell_m_ = 0.0;          ///< Size of its cells.
+  ros::Time waiting_stamp_;              ///< Stamp that known_ will have with it.
   Known known_;
   size_t bytes_ = 0;
   PagedValues::Stats pages_;

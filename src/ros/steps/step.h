@@ -30,9 +30,9 @@ class MapFrame;
 
 /// What has taken the place of the map: one that was loaded, or corrected, or else an empty one.
 struct Replacement {
-  std::shared_ptr<const MapContents> head = nullptr;  ///< If loaded: of the file, without voxels.
-  std::shared_ptr<const MapChunks> file = nullptr;    ///< The same, for the journal.
-  bool is_corrected = false;                          ///< The map is made again, of other poses.
+  std::shared_ptr<const MapContents> head = nullptr;  ///< If loaded: the file without voxels.
+  std::shared_ptr<const MapChunks> file = nullptr;    ///< If loaded: the file, for the journal.
+  bool is_corrected = false;                          ///< The map was fused again, at other poses.
 };
 
 /// The mesh as it was handed over last. The output's thread holds the mutex while it uses it, and
@@ -42,7 +42,7 @@ struct ShownMesh {
 
   std::mutex mutex;
   PagedMeshes meshes;
-  ros::Time stamp;  ///< Of the newest frame in it.
+  ros::Time stamp;  ///< Stamp of the newest frame in it.
 };
 
 /// The rates of the settings, which may change while the node runs.
@@ -66,8 +66,8 @@ struct Host {
   WorkerThread& map_loop;
   /// Has the output take over what was handed to it.
   std::function<void()> take_changes;
-  /// The same, on the output's thread: once it returns, nothing of a map of before is published or
-  /// answered.
+  /// Waits until the output's thread has taken it over: from then on nothing of an earlier map is
+  /// published or answered.
   std::function<void()> await_output;
   std::atomic<bool>& is_ending;  ///< Who waits for something gives up.
 };

@@ -19,7 +19,7 @@ namespace dtsdf {
 namespace {
 
 constexpr double kMostViews_hz = 5.0;
-/// Of the map's time frames get at least so many times as much as views.
+/// Frames get at least so many times as much of the map's time as views.
 constexpr int kFramesPerView = 4;
 
 /// As REP 118 has it: metres, and NaN where there is no surface.
@@ -50,7 +50,7 @@ class ViewStep : public Step {
     const RenderCamera camera{depth->width, depth->height, depth->intrinsics};
     try {
       host_.map.mapper().render(camera, depth->T_W_C, view_);
-    } catch (const std::exception& error) {  // of a GPU that is lost the next frame says so
+    } catch (const std::exception& error) {  // the next frame reports a lost GPU
       ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
                                      "no image on rendered/image: " << errorText(error));
       return;

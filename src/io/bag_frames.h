@@ -29,8 +29,8 @@ struct BagOptions : RecordingOptions {
 /// @throws std::runtime_error if it cannot be read or has no such topic.
 std::unique_ptr<FrameSource> openBagFrames(const BagOptions& options);
 
-/// The same for its colour images, in the order of their stamps, each with the pose of its own
-/// frame at its own stamp; null if there are none, or of several cameras, and no topic is named.
+/// Opens a bag's colour images, in the order of their stamps, each with the pose of its own frame
+/// at its own stamp; null if no topic is named and there are none, or those of several cameras.
 /// @throws std::runtime_error if the bag cannot be read or lacks the topic that is named.
 std::unique_ptr<ColourSource> openBagColours(const BagOptions& options);
 

@@ -14,8 +14,8 @@ namespace dtsdf {
 
 struct CameraInfo {
   int width = 0, height = 0;          ///< In pixels.
-  Intrinsics intrinsics{0, 0, 0, 0};  ///< Of the rectified image.
-  bool is_assumed = false;            ///< Those of a format, which no file of the folder says.
+  Intrinsics intrinsics{0, 0, 0, 0};  ///< Those of the rectified image.
+  bool is_assumed = false;            ///< They come from the format, not from a file of the folder.
 };
 
 /// Reads size and intrinsics: projection_matrix, which describes the rectified image, or
@@ -35,7 +35,8 @@ std::string cameraInfoText(const CameraInfo& camera, const std::string& camera_n
 Eigen::MatrixXd parseMatrix(const std::vector<std::string>& words, int rows, int columns,
                             const std::string& place);
 
-/// The same for all words of a file. @throws std::runtime_error also if it cannot be read.
+/// Parses all words of a file in the same way.
+/// @throws std::runtime_error also if it cannot be read.
 Eigen::MatrixXd readMatrixFile(const std::string& path, int rows, int columns,
                                const std::string& advice);
 

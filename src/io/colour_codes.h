@@ -15,7 +15,7 @@ namespace dtsdf {
 /// @throws std::runtime_error if it is damaged, of another format, or larger than a map takes.
 RgbImage decodeColour(const uint8_t* data, size_t bytes, const std::string& name);
 
-/// The same for a file. @throws std::runtime_error that names it, also if it is missing.
+/// Decodes a file in the same way. @throws std::runtime_error that names it, also if it is missing.
 RgbImage readColourImage(const std::string& path);
 
 /// The bytes of a PNG file. @throws std::runtime_error if libpng cannot make them.

@@ -21,8 +21,8 @@ constexpr int kUnsignedInt = 5125, kFloat = 5126;
 constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 constexpr uint64_t kHeaderBytes = 12, kChunkHeaderBytes = 8;
 
-// Of a vertex: position, normal and colour as floats. 8 bits of linear light are too few for what
-// is dark, and of 16 bits, trimesh takes the lower 8. Of a triangle: indices.
+// A vertex has position, normal and colour as floats, and a triangle its indices. 8 bits of linear
+// light are too few for what is dark, and trimesh takes only the lower 8 of 16 bits.
 constexpr uint64_t kVectorBytes = 12, kTriangleBytes = 12;
 constexpr uint64_t kMostJsonBytes = 4096;
 
@@ -179,7 +179,7 @@ namespace {
 std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t& bytes) {
   json primitives, materials, views, accessors, images, textures;
   uint64_t at = 0;
-  size_t end = 0;  // of the page's triangles
+  size_t end = 0;  // end of the page's triangles
   for (size_t i = 0; i < textured.pages.size(); ++i) {
     const uint64_t corners = 3 * textured.pages[i].triangles;
     const int first = static_cast<int>(accessors.size());

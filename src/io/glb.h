@@ -21,7 +21,7 @@ constexpr uint64_t kMostGlbBytes = 0xffffffffu;
 /// @pre mostGlbBytes() is at most kMostGlbBytes; the mesh is not empty.
 void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file);
 
-/// The same of a mesh with textures, shown as they are, without light (KHR_materials_unlit). Each
+/// Writes a mesh with textures, shown as they are, without light (KHR_materials_unlit). Each
 /// triangle has vertices of its own. @throws std::runtime_error if it is more than a file can hold.
 void writeGlb(const TexturedMesh& textured, AtomicFile& file);
 

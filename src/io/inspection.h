@@ -13,14 +13,14 @@ namespace dtsdf {
 
 /// What the first frames show. 0, negative values, NaN, infinity and 65535 are no measurement.
 struct Inspection {
-  size_t frames = 0;                     ///< Looked at.
-  std::optional<size_t> images, posed;   ///< Of the whole recording, as far as known.
+  size_t frames = 0;                     ///< Frames looked at.
+  std::optional<size_t> images, posed;   ///< In the whole recording, as far as known.
   size_t images_passed_over = 0;         ///< Before and between the frames looked at.
-  int width = 0, height = 0;             ///< Of the first frame.
-  Intrinsics intrinsics{0, 0, 0, 0};     ///< Of the first frame.
-  double units_per_metre = 0.0;          ///< Of the first frame.
-  double measured_share = 0.0;           ///< Of their pixels.
-  std::optional<double> median_depth_m;  ///< Of what is measured.
+  int width = 0, height = 0;             ///< Size of the first frame.
+  Intrinsics intrinsics{0, 0, 0, 0};     ///< Camera of the first frame.
+  double units_per_metre = 0.0;          ///< Depth units of the first frame.
+  double measured_share = 0.0;           ///< Share of their pixels that measure depth.
+  std::optional<double> median_depth_m;  ///< Median of what is measured.
 };
 
 /// Looks at up to `frames` frames. @return the same frames, from the first on.

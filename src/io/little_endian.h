@@ -22,7 +22,7 @@ std::array<uint8_t, sizeof(Number)> littleEndianBytes(Number number) {
   return bytes;
 }
 
-/// And back. @pre There are as many bytes.
+/// The number that such bytes stand for. @pre There are as many bytes.
 template <class Number>
 Number numberOf(const uint8_t* bytes) {
   static_assert(std::is_arithmetic_v<Number>);

@@ -31,7 +31,7 @@ using ReadChunk = std::function<MapContents(size_t chunk)>;
 SavedMap writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& out,
                   int threads = 0, const MapBox* box = nullptr);
 
-/// The same as a file. @throws std::runtime_error as saveMap()
+/// Saves such a map as a file. @throws std::runtime_error as saveMap()
 SavedMap saveMapInChunks(const MapContents& head, const ReadChunk& read, const std::string& path,
                          int threads = 0, const MapBox* box = nullptr);
 
@@ -93,7 +93,7 @@ class MapChunks {
   std::optional<MapBox> box_;
   MapSize size_;
   uint64_t content_hash_ = 0;
-  std::vector<uint64_t> sums_;            ///< Of voxels, and colours, of one chunk after the other.
+  std::vector<uint64_t> sums_;            ///< Checksums of voxels, and colours, chunk by chunk.
   std::vector<Record> voxels_, colours_;  ///< Copies: a journal grows while its map is read.
 };
 
@@ -107,7 +107,7 @@ MapContents contentsWith(const MapOrigin& origin, Mapper& mapper);
 /// @throws std::runtime_error as saveMap() does, and where blocks on disk cannot be read.
 SavedMap saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path);
 
-/// The same of its blocks that lie in a box, and all free cells.
+/// Saves those of its blocks that lie in a box, and all free cells, in the same way.
 SavedMap saveBoxOf(Mapper& mapper, const MapOrigin& origin, const MapBox& box,
                    const std::string& path);
 

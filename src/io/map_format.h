@@ -27,9 +27,9 @@ constexpr size_t kArrayWords = 512, kBrickWords = 64;
 constexpr size_t kStateBytes = 40, kBlockBytes = 16, kEndBytes = 24;
 constexpr size_t kColourHeadBytes = 16, kBlockBricksBytes = 8;
 constexpr size_t kFreeHeadBytes = 8, kFreeRecordBytes = 80;
-/// Of settings and of the frame's name, in bytes: no more is written or read.
+/// Limit of the settings and of the frame's name, in bytes: no more is written or read.
 constexpr uint64_t kMostText = 1 << 20;
-/// Of the numbers of a box's frames, in bytes.
+/// Limit of the numbers of a box's frames, in bytes.
 constexpr uint64_t kMostBox = 1 << 28;
 
 /// The settings of a file: those of the map, and poses/... unless poses were taken as given.

@@ -75,7 +75,7 @@ class PngReader {
     self->left_ -= bytes;
   }
 
-  const uint8_t* next_;  ///< Of what is left to be read.
+  const uint8_t* next_;  ///< Start of what is left to be read.
   size_t left_;
   png_structp png_;
   png_infop info_ = nullptr;

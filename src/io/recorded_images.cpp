@@ -26,7 +26,7 @@ void turnUpsideDown(std::vector<Value>& values, size_t row) {
   }
 }
 
-/// Of a camera whose images are turned upside down, as its y axis points up.
+/// Intrinsics once images are turned upside down, as the camera's y axis points up.
 Intrinsics turnedUpsideDown(const Intrinsics& K, int height) {
   return {K.fx, -K.fy, K.cx, static_cast<float>(height - 1) - K.cy};
 }
@@ -157,8 +157,8 @@ class RecordedSource : public ImageSource<Image> {
 
   const RecordedImages recorded_;
   const RecordingOptions options_;
-  std::vector<size_t> order_;  ///< Of the images.
-  size_t next_ = 0;            ///< In `order_`.
+  std::vector<size_t> order_;  ///< Indices of the images, as they are read.
+  size_t next_ = 0;            ///< Place in `order_`.
 };
 
 bool hasPose(const ImagePose& pose) { return pose.T_W_C.has_value(); }

@@ -26,11 +26,11 @@ struct ImagePose {
 struct RecordedImages {
   std::vector<StampedImage> images;   ///< None: the recording has none.
   std::vector<ImagePose> poses = {};  ///< One for each, once they are known.
-  /// Of all images. A negative fy is that of a camera whose y axis points up: the images are
-  /// turned upside down, and the principal point with them, which leaves every point where it is.
+  /// Camera of all images. A negative fy says that its y axis points up: the images are turned
+  /// upside down, and the principal point with them, which leaves every point where it is.
   std::optional<CameraInfo> camera = std::nullopt;
-  std::string missing_camera = {};  ///< Why there is none; counted as a reason.
-  double units_per_metre = 0.0;     ///< Of depth.
+  std::string missing_camera = {};  ///< Why there is no camera; counted as a reason.
+  double units_per_metre = 0.0;     ///< Scale of depth.
 };
 
 /// Depth images in their order, decoded one by one.

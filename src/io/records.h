@@ -53,14 +53,14 @@ struct Record {
   std::array<char, 4> kind = {};
   uint32_t flags = 0;
   uint64_t stored_bytes = 0;
-  uint64_t checksum = 0;  ///< Of the bytes as they are stored and of the head before it.
-  uint64_t offset = 0;    ///< Of its bytes in the file.
+  uint64_t checksum = 0;  ///< Checksum of the stored bytes and of the head before it.
+  uint64_t offset = 0;    ///< Where its bytes begin in the file.
 
   bool is(const char* name) const { return std::equal(kind.begin(), kind.end(), name); }
   std::string name() const { return {kind.begin(), kind.end()}; }
 };
 
-/// Of a content, uncompressed, with the kind as seed: what content hashes are made of.
+/// Checksum of an uncompressed content, seeded by the kind: what content hashes are made of.
 uint64_t checksumOf(const char* kind, const void* content, size_t bytes);
 
 /// The head of a file whose records are of this purpose, four letters.
@@ -69,7 +69,8 @@ Bytes fileHead(const char* purpose);
 /// A record with its head, of bytes as they are to be stored.
 Bytes encodeStored(const char* kind, uint32_t flags, const void* stored, size_t bytes);
 
-/// The same of a content. @throws std::runtime_error where it cannot be compressed.
+/// A record with its head, of a content that is compressed if `flags` say so.
+/// @throws std::runtime_error where it cannot be compressed.
 Bytes encodeRecord(const char* kind, uint32_t flags, const void* content, size_t bytes);
 
 /// Writes records one after the other, and keeps account of them for their end.
@@ -84,7 +85,7 @@ class RecordWriter {
   }
   uint64_t bytes() const { return bytes_; }
   uint64_t records() const { return records_; }
-  /// Of the heads of all records so far.
+  /// Hash of the heads of all records so far.
   uint64_t headHash() const { return hashOf(heads_.data(), heads_.size()); }
 
  private:
@@ -119,10 +120,10 @@ class RecordFile {
   void read(const Record& record, void* content, uint64_t bytes) const;
   Bytes read(const Record& record, uint64_t bytes) const;
 
-  /// The same of whatever size up to `most` bytes.
+  /// The content of a record, of any size up to `most` bytes.
   Bytes readAny(const Record& record, uint64_t most) const;
 
-  /// Of the heads of these records, as RecordWriter::headHash() has it.
+  /// Hash of the heads of these records, as RecordWriter::headHash() has it.
   uint64_t headHash(size_t first, size_t end) const;
 
   [[noreturn]] void throwDamaged(const std::string& how) const;

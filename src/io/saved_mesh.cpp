@@ -35,8 +35,8 @@ std::vector<PackedKey> blocksIn(const BoxRegion& region, const PagedMeshes& mesh
   return keys;
 }
 
-/// The same file as of the whole mesh, block by block: once to count, as the format begins with
-/// numbers, once for the vertices, and once for the triangles.
+/// Saves the file that the whole mesh would give, block by block: once to count, as the format
+/// begins with numbers, once for the vertices, and once for the triangles.
 SavedMesh saveInPieces(PagedMeshes& meshes, MeshColour colour, const std::string& path) {
   const uint64_t missed = meshes.missed();
   size_t vertices = 0, triangles = 0;

@@ -17,15 +17,15 @@ namespace dtsdf {
 struct SaveChoice {
   std::optional<BoxRegion> region = std::nullopt;  ///< Only triangles wholly in it.
   double simplify_error_m = 0.0;                   ///< 0: all triangles.
-  SimplifyProgress go_on = nullptr;                ///< Of the simplification; false cancels it.
+  SimplifyProgress go_on = nullptr;                ///< Progress of simplifying; false cancels it.
 };
 
 /// What a file holds.
 struct SavedMesh {
   size_t vertices = 0, triangles = 0;
-  double error_m = 0.0;         ///< Of a simplified mesh.
+  double error_m = 0.0;         ///< Error of a simplified mesh.
   std::string loss;             ///< What the format cannot hold, in words; empty: nothing.
-  size_t joined_triangles = 0;  ///< Before it was simplified.
+  size_t joined_triangles = 0;  ///< Triangles before it was simplified.
 };
 
 /// Nothing is saved where some of it cannot be read now; without what is damaged it is.

@@ -21,7 +21,7 @@ using TexturePlace = std::array<float, 2>;
 
 struct TexturedMesh {
   Mesh mesh;  ///< The triangles of each page follow those of the one before.
-  std::vector<std::array<TexturePlace, 3>> places;  ///< Of the corners of each triangle.
+  std::vector<std::array<TexturePlace, 3>> places;  ///< Places of each triangle's corners.
   std::vector<TexturePage> pages;
 };
 

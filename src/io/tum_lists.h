@@ -21,8 +21,8 @@ struct StampedImage {
 /// Whether a folder has depth.txt; or associations.txt and poses or a camera, as ORB-SLAM's users
 /// have it, not ICL-NUIM.
 bool isTumFolder(const std::filesystem::path& folder);
-/// Of "0 depth/0.png 0 rgb/0.png" in each line of associations.txt, in either order, the image
-/// whose file begins with `kind`; at least one.
+/// The images whose files begin with `kind`, at least one: associations.txt has lines such as
+/// "0 depth/0.png 0 rgb/0.png", in either order.
 std::vector<StampedImage> readAssociations(const std::filesystem::path& folder,
                                            const std::string& kind);
 

@@ -33,8 +33,8 @@ struct FolderFormat {
   RecordedImages (*findColours)(const std::filesystem::path& folder,
                                 const CameraInfo& depth_camera);
 
-  double units_per_metre = 1000.0;  ///< Of depth.
-  /// Where the files of a folder say that.
+  double units_per_metre = 1000.0;  ///< Scale of depth.
+  /// Reads the scale of depth from a folder's files; null where they do not say it.
   double (*unitsOf)(const std::filesystem::path& folder) = nullptr;
 };
 

@@ -14,7 +14,7 @@ namespace dtsdf {
 std::vector<StampedImage> listNumberedFiles(const std::filesystem::path& folder,
                                             const std::string& prefix, const std::string& suffix);
 
-/// The same list. @throws std::runtime_error that names the files if there is none.
+/// Lists them in the same way. @throws std::runtime_error that names the files if there is none.
 std::vector<StampedImage> requireNumberedFiles(const std::filesystem::path& folder,
                                                const std::string& prefix,
                                                const std::string& suffix);

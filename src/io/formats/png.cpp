@@ -34,7 +34,7 @@ std::vector<StampedImage> imagesIn(const fs::path& folder,
   std::sort(images.begin(), images.end(), [](const StampedImage& a, const StampedImage& b) {
     return std::tie(a.stamp_s, a.path) < std::tie(b.stamp_s, b.path);
   });
-  for (size_t i = 0; i < images.size(); ++i) {  // of names without numbers, in their order
+  for (size_t i = 0; i < images.size(); ++i) {  // names without numbers count in their order
     if (images.front().stamp_s < 0.0) images[i].stamp_s = static_cast<double>(i);
   }
   return images;
@@ -76,7 +76,7 @@ std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<Stamp
                            kPoses[2] + "; give them by --poses, or none with --poses-mode track");
 }
 
-/// Of transforms.json, where the principal point counts from the corner of the first pixel.
+/// Camera in transforms.json, whose principal point counts from the corner of the first pixel.
 std::optional<CameraInfo> cameraOfTransforms(const std::string& path, const DepthImage& size) try {
   const nlohmann::json root = readJsonFile(path, "the camera is expected there");
   for (const char* const list : {"depth_frames", "frames", ""}) {

@@ -55,7 +55,7 @@ std::vector<StampedImage> listSevenScenes(const fs::path& folder) {
 
 std::vector<ImagePose> posesOfSevenScenes(const fs::path&, const std::vector<StampedImage>& images,
                                           double) {
-  return readPoses(images, [](const fs::path& image) {  // of depth, or of colour
+  return readPoses(images, [](const fs::path& image) {  // depth or colour
     return image.parent_path() / image.stem().replace_extension(".pose.txt");
   });
 }

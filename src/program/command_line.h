@@ -50,10 +50,10 @@ struct ProgramOption {
 
   std::string group = {};
   bool is_list = false, is_required = false;
-  std::function<void(const std::string&)> read = nullptr;  ///< For each value; null of a flag.
-  std::function<void()> set = nullptr;                     ///< Of a flag.
+  std::function<void(const std::string&)> read = nullptr;  ///< For each value; null for a flag.
+  std::function<void()> set = nullptr;                     ///< For a flag.
   std::string needs = {};                                  ///< Another option, or empty.
-  std::vector<std::string> values = {};                    ///< Given; of a flag, an empty one.
+  std::vector<std::string> values = {};  ///< Values given; for a flag, an empty one.
 };
 
 /// The options of one program. Each is bound to a variable, whose value at that time is its
@@ -106,7 +106,7 @@ class CommandLine {
   const std::string program_, usage_, about_;
   std::string headline_ = "Options";
   std::vector<ProgramOption> options_;             ///< In the order of the help.
-  std::vector<std::vector<std::string>> choices_;  ///< Of each, one has to be given.
+  std::vector<std::vector<std::string>> choices_;  ///< One of each has to be given.
 };
 
 template <class Whole>

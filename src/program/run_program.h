@@ -13,7 +13,7 @@ namespace dtsdf {
 int runProgram(const std::string& name, int argc, const char* const* argv,
                const std::function<void(const std::vector<std::string>&)>& program);
 
-/// The same of a program whose options are read first.
+/// Runs a program whose options are read first.
 template <class Read, class Run>
 int runProgram(const std::string& name, int argc, const char* const* argv, const Read& read,
                const Run& run) {

@@ -17,7 +17,7 @@ class Stopwatch {
   const Clock::time_point start_ = Clock::now();
 };
 
-/// Of all threads so far: on a machine with other work it says more than the time on the wall.
+/// Time of all threads so far: on a machine with other work it says more than wall time.
 inline double processorSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 }  // namespace dtsdf

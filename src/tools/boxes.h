@@ -17,15 +17,15 @@ namespace dtsdf {
 /// A box as text: "x=..3.2,y=-1.6..0,z=..", in metres; open where nothing stands.
 std::string boxText(const BlockExtent& box, double block_m);
 
-/// And back, rounded to whole blocks. @throws UsageError
+/// Box of such a text, rounded to whole blocks. @throws UsageError
 BlockExtent parseBox(const std::string& text, double block_m);
 
 /// A run for one box of a map.
 struct BoxRun {
   MapBox box;        ///< With the account of the frames in it.
-  MapExtent extent;  ///< That is fused and painted for it.
+  MapExtent extent;  ///< What is fused and painted for it.
   std::shared_ptr<const std::vector<size_t>> frames, images;  ///< What is read, by their place.
-  double last_stamp_s = 0.0;  ///< Of the recording's frames: images are painted up to it.
+  double last_stamp_s = 0.0;  ///< Stamp of the last frame: images are painted up to it.
 };
 
 /// Looks at poses, and decodes next to no image.
@@ -35,7 +35,7 @@ BoxRun planBoxRun(RunOptions options, const RunSettings& settings,
 
 /// Boxes that cover all of space and share a recording's surfaces about equally, by a sample of its
 /// images. @throws std::runtime_error where there are fewer blocks than boxes.
-/// @param count Of boxes; 0: as many as `edge_m` takes.
+/// @param count Number of boxes; 0: as many as `edge_m` takes.
 /// @param edge_m What a recording shows of a box is no longer than this; 0: any length.
 std::vector<BlockExtent> planBoxes(const RunOptions& options, const RunSettings& settings,
                                    size_t count, double edge_m);

@@ -14,12 +14,12 @@ namespace dtsdf {
 /// A box along the axes of the map frame, in metres.
 using MetricBox = Eigen::AlignedBox3d;
 
-/// Of blocks with this edge, and so much more to each side.
+/// Box around blocks with this edge, and so much more to each side.
 MetricBox boxOf(const BlockExtent& blocks, double block_m, double margin_m);
 
 class CameraView {
  public:
-  /// Of a depth or colour image.
+  /// View of a depth or colour image.
   template <class Frame>
   explicit CameraView(const Frame& frame)
       : intrinsics_(frame.intrinsics),

@@ -29,12 +29,12 @@ void compareMaps(const std::vector<std::string>& arguments);
 void textureMap(const std::vector<std::string>& arguments);
 void printHash(const std::vector<std::string>& arguments);
 
-/// Of the commands that make something of a map.
+/// Options of the commands that make something of a map.
 struct MapToolOptions {
   std::string map_path, out_path;
-  std::string what;                   ///< Is written, in words.
+  std::string what;                   ///< What is written, in words.
   std::vector<std::string> settings;  ///< Each key=value.
-  size_t most_bytes = kNoMapLimit;    ///< That the map may take.
+  size_t most_bytes = kNoMapLimit;    ///< Memory that the map may take.
 };
 
 /// Adds FILE and OUT, which `out` explains.

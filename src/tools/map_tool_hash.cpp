@@ -13,7 +13,7 @@
 namespace dtsdf {
 namespace {
 
-/// Of the bytes of the .ply file that `map_tool mesh` saves.
+/// Hash of the bytes of the .ply file that `map_tool mesh` saves.
 uint64_t hashOfPly(const Mesh& mesh, MeshColour colour) {
   const size_t vertices = mesh.vertices_m.size(), triangles = mesh.triangles.size();
   std::ostringstream file;

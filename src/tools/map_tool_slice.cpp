@@ -35,7 +35,7 @@ Colour colourOf(double share) {
 }
 
 RgbImage draw(const std::vector<SliceCell>& slice, double most_m, int pixels) {
-  GridBox bounds;  // of the cells that the picture shows
+  GridBox bounds;  // cells that the picture shows
   for (const SliceCell& cell : slice) bounds.extend(Eigen::Vector2i(cell.cell.x, cell.cell.y));
   constexpr int64_t kMostPixels = int64_t{1} << 28;
   const Eigen::Vector2i cells = sizeOf(bounds);

@@ -34,12 +34,12 @@ struct Chart {
 
 constexpr int32_t kBorder = 3, kMostTexels = 253, kPageSide = 4096;
 
-/// Of a triangle's first two edges.
+/// Length of a triangle's first two edges.
 int32_t texelsAlong(const Chart& chart) { return chart.side - kBorder; }
 
 /// Charts of triangles that share a page.
 struct Page {
-  size_t begin, end;  ///< Of the triangles.
+  size_t begin, end;  ///< Range of its triangles.
   int32_t height = 0;
 };
 

@@ -28,15 +28,15 @@ struct RecordedInput {
       : depth(frames), colour(images), max_colour_rate_hz(images_per_s) {}
   FrameSource& depth;
   ColourSource* colour;
-  double max_colour_rate_hz;  ///< Of what is painted; 0: all.
-  /// Of the newest frame in the map that the run begins with: of the images before the first frame,
-  /// those that come later are painted. None where the map is empty.
+  double max_colour_rate_hz;  ///< Most images painted a second; 0: all.
+  /// Stamp of the newest frame in the map that the run begins with; none where it is empty. Images
+  /// between that frame and the first one of the run are painted.
   std::optional<double> map_stamp_s;
   /// With --only: gets the account of frames. All images are painted, also those after the last
   /// frame, up to a stamp.
   BoxRun* box = nullptr;
   std::function<uint64_t()> supporting;  ///< With a box: frames so far that touched a block.
-  int threads = 0;                       ///< That look for the camera in a map; 0: all cores.
+  int threads = 0;                       ///< Threads to look for the camera in a map; 0: all cores.
   PoseParams poses;                      ///< Whether frames are fused at the poses given.
 };
 
@@ -45,30 +45,30 @@ struct LostRun {
   double from_s;            ///< Stamp of the first one.
   size_t fused_before = 0;  ///< Frames that were fused by then.
   size_t images = 0;
-  std::string why;  ///< Of the first one, with the shares that were matched and that fit.
+  std::string why;  ///< Reason for the first one, with the shares that were matched and that fit.
 };
 
 struct ReconstructionResult {
-  size_t frames = 0;                            ///< Fused.
-  size_t images = 0;                            ///< Painted.
-  double stamp_s = 0.0;                         ///< Of the newest frame that was fused.
+  size_t frames = 0;                            ///< Frames fused.
+  size_t images = 0;                            ///< Images painted.
+  double stamp_s = 0.0;                         ///< Stamp of the newest one fused or painted.
   std::map<std::string, size_t> skipped;        ///< Not fused, by reason.
   std::map<std::string, std::string> problems;  ///< The first message of a reason.
-  std::vector<StampedPose> trajectory;          ///< Of the frames that were fused.
+  std::vector<StampedPose> trajectory;          ///< Poses of the frames that were fused.
   std::map<std::string, size_t> aligned;  ///< Frames by how they were aligned, if they were to be.
   std::vector<LostRun> lost;
-  /// Of each frame that was refined: how far it moved from its given pose.
+  /// How far each refined frame moved from its given pose.
   std::vector<double> shift_mm, turn_degrees;
-  /// The mean share of the points of these that lie on surfaces, as they are fused and before they
-  /// were aligned, with the correction so far.
+  /// The mean share of the points of refined frames that lie on surfaces, as they are fused and
+  /// before they were aligned, with the correction so far.
   double on_surfaces = 0.0, on_surfaces_before = 0.0;
   std::vector<double> align_ms;      ///< Wall time of each alignment.
   std::vector<double> integrate_ms;  ///< Wall time of each call, fused or refused.
   std::vector<double> paint_ms;      ///< Wall time of each colour image.
   std::vector<double> mesh_ms;       ///< Wall time of each extraction.
   MapStats map;
-  std::shared_ptr<PagedMeshes> meshes;  ///< Of all blocks, on disk as the map is.
-  size_t vertices = 0, triangles = 0;   ///< Of the mesh that is saved.
+  std::shared_ptr<PagedMeshes> meshes;  ///< Meshes of all blocks, on disk as the map is.
+  size_t vertices = 0, triangles = 0;   ///< In the mesh that is saved.
   std::string doubt;                    ///< What the poses seem to be instead; empty: nothing.
 };
 
@@ -82,7 +82,7 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, con
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress);
 
-/// The same of a journal, with its calls in their order.
+/// Fuses a journal in the same way, with its calls in their order.
 ReconstructionResult reconstruct(JournalReplay& journal, Mapper& mapper, const MapParams& map,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress);

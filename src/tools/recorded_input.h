@@ -20,8 +20,8 @@ void completeInput(RunOptions& options);
 /// The depth images. @pre The options are complete. @throws std::runtime_error
 std::unique_ptr<FrameSource> openFrames(const RunOptions& options, const NodeParams& node);
 
-/// The same after one look: what is there goes to standard output, what is implausible to standard
-/// error, as a warning of `program`.
+/// The depth images, after one look: what is there goes to standard output, what is implausible to
+/// standard error, as a warning of `program`.
 std::unique_ptr<FrameSource> openAndLook(const RunOptions& options, const RunSettings& settings,
                                          const std::string& program);
 
@@ -43,16 +43,16 @@ std::unique_ptr<ColourSource> openColours(const RunOptions& options, const NodeP
 std::optional<Eigen::Isometry3d> findLevel(const RunOptions& options, const RunSettings& settings,
                                            const std::string& program);
 
-/// The same without a word, but for the warning.
+/// Finds the level in the same way, and prints nothing but the warning.
 std::optional<Eigen::Isometry3d> lookForLevel(const RunOptions& options,
                                               const RunSettings& settings,
                                               const std::string& program);
 
-/// The same frames with poses in W; `source` itself where there is no level.
+/// The frames of `source` with poses in W; `source` itself where there is no level.
 std::unique_ptr<FrameSource> levelled(std::unique_ptr<FrameSource> source,
                                       const std::optional<Eigen::Isometry3d>& T_W_M);
 
-/// The same of colour images; null stays null.
+/// Colour images with poses in W in the same way; null stays null.
 std::unique_ptr<ColourSource> levelled(std::unique_ptr<ColourSource> source,
                                        const std::optional<Eigen::Isometry3d>& T_W_M);
 

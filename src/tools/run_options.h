@@ -46,7 +46,7 @@ void addFrameOptions(CommandLine& line, RunOptions& options);
 void addMapperOptions(CommandLine& line, RunOptions& options);
 void addReportOptions(CommandLine& line, RunOptions& options);
 
-// The same, one option each, with the help that the program has for it.
+// Each adds one option, with the help that the program has for it.
 void addBackendOption(CommandLine& line, const std::string& help,
                       std::optional<std::string>& backend);
 void addThreadsOption(CommandLine& line, const std::string& help, std::optional<int>& threads);
@@ -63,10 +63,10 @@ struct RunSettings {
 /// @throws ParamError with every violation, std::runtime_error for a file that cannot be read.
 RunSettings readSettings(const RunOptions& options);
 
-/// The same with settings of what is read, where neither files nor command line say otherwise.
+/// Settings of a command line, over `defaults` that come from what is read.
 RunSettings readSettings(const RunOptions& options, ParamTree defaults);
 
-/// The same of settings as files and command lines say them. @throws ParamError
+/// Settings from a tree, as files and command lines give them. @throws ParamError
 RunSettings readSettings(ParamTree tree);
 
 // Each adds some of the options to a command line.

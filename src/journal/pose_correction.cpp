@@ -32,8 +32,8 @@ bool isSame(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
          (a.linear() - b.linear()).norm() <= PoseCorrection::kLeast;
 }
 
-/// By stamp. @throws std::runtime_error where one stamp has two poses, as in a path of which each
-/// has the time at which it was published.
+/// Sorts poses by stamp. @throws std::runtime_error where one stamp has two poses, as in a path
+/// whose poses all have the time at which it was published.
 Trajectory sortedByStamp(std::vector<StampedPose> poses) {
   std::stable_sort(poses.begin(), poses.end(),
                    [](const auto& a, const auto& b) { return a.stamp_s < b.stamp_s; });
@@ -53,8 +53,8 @@ bool hasPoseOf(const StampedPose& image, const std::vector<StampedPose>& correct
   return next != corrected.end() && next->stamp_s <= image.stamp_s + PoseCorrection::kSameStamp_s;
 }
 
-/// Of the camera at the stamp of a corrected pose, between its images; nothing beyond them, or in a
-/// gap.
+/// Pose of the camera at the stamp of a corrected pose, between its images; none beyond them, or in
+/// a gap.
 std::optional<Eigen::Isometry3d> poseAt(double stamp_s, const std::vector<StampedPose>& fused,
                                         const std::vector<StampedPose>& corrected) {
   const auto after = std::lower_bound(fused.begin(), fused.end(), stamp_s, isBefore);
@@ -167,12 +167,12 @@ namespace {
 constexpr double kFarthestAhead = 3.0;
 /// A jump is that of a correction if it differs from it by less than this share of it.
 constexpr double kSameJump = 1.0 / 3.0;
-/// And if it is so many times as large as what else may be.
+/// Such a jump has to be so many times as large as the doubt about the motion.
 constexpr double kStandsOut = 2.0;
-/// By this the unevenness of a motion fades with each image.
+/// Factor by which the unevenness of a motion fades with each image.
 constexpr double kFades = 0.8;
 
-/// In metres, and of a metre's lever.
+/// Distance in metres, plus that of the rotations on a lever of one metre.
 double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm() + (a.linear() - b.linear()).norm();
 }
@@ -199,13 +199,13 @@ bool GivenMotion::takesOver(const Eigen::Isometry3d& T_W_S, const StampedPose& g
   return takes_over;
 }
 
-/// Of the length of the last one.
+/// Number of steps to this stamp, each as long as the last one.
 double GivenMotion::stepsTo(double stamp_s) const {
   if (!before_ || newest_->stamp_s <= before_->stamp_s) return 0.0;
   return std::max(0.0, (stamp_s - newest_->stamp_s) / (newest_->stamp_s - before_->stamp_s));
 }
 
-/// By the motion of before, for as long.
+/// Continues the last motion up to this stamp, but not beyond kFarthestAhead steps.
 Eigen::Isometry3d GivenMotion::expectedAt(double stamp_s) const {
   const double steps = std::min(stepsTo(stamp_s), kFarthestAhead);
   if (steps == 0.0) return newest_->T_W_C;
@@ -217,8 +217,8 @@ Eigen::Isometry3d GivenMotion::expectedAt(double stamp_s) const {
   return newest_->T_W_C * motion;
 }
 
-/// How far from there it may be, as uneven as the motion is, and as it may go on while nothing is
-/// seen of it.
+/// How far the camera may be from where it is expected, as uneven as the motion is, and as it may
+/// go on while nothing is seen of it.
 double GivenMotion::doubtAt(double stamp_s) const {
   const double unseen = stepsTo(stamp_s) - kFarthestAhead;
   if (unseen <= 0.0) return unevenness_;

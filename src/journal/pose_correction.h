@@ -60,7 +60,7 @@ class PoseCorrection {
   void checkFrame() const;
   Eigen::Isometry3d moved(const Anchor& anchor, const Eigen::Isometry3d& T_W_C) const;
 
-  std::vector<Anchor> anchors_;  ///< By stamp.
+  std::vector<Anchor> anchors_;  ///< Sorted by stamp.
 };
 
 /// Whether who gives the poses of images has taken a correction over: a SLAM does, odometry never.

@@ -60,8 +60,8 @@ size_t bytesPerPixel(const ColourFrame& frame) {
   return std::array<size_t, 5>{3, 3, 4, 4, 1}.at(static_cast<size_t>(frame.encoding));
 }
 
-/// Of its rows, without what may follow each: the differences of bytes that lie a pixel apart,
-/// which zstd makes small.
+/// Record of an image's rows, without what may follow each: the differences of bytes that lie a
+/// pixel apart, which zstd compresses well.
 template <class Frame>
 Bytes encodePixels(const Frame& frame) {
   const size_t apart = bytesPerPixel(frame), row = apart * static_cast<size_t>(frame.width);

@@ -28,11 +28,11 @@ constexpr char kBegin[] = "BEGN", kDepth[] = "DIMG", kColour[] = "CIMG", kPixels
 
 /// The map that what follows goes into.
 struct Begin {
-  ParamTree settings;       ///< Of the mapper.
+  ParamTree settings;       ///< Settings of the mapper.
   PoseParams poses;         ///< How the poses of images were found.
   std::string map_frame;    ///< Name of the frame that poses are given in.
   std::string level_frame;  ///< Name of the frame that the map is in; the same unless levelled.
-  bool has_map = false;     ///< Its records follow; else it is empty.
+  bool has_map = false;     ///< Records of the map follow; else it is empty.
 };
 
 /// An image that was fused or painted, at the pose of its frame.
@@ -62,7 +62,7 @@ using Call = std::variant<Image, Region, Level, Correction>;
 Bytes encode(const Begin& begin);
 Bytes encode(const Call& call);
 
-// And back, from a record of a file. @throws std::exception for one that is damaged or another.
+// Each reads a record of a file back. @throws std::exception if it is damaged, or of another kind.
 Begin readBegin(const RecordFile& file, size_t record);
 /// An image without pixels has no data; with them, the record that follows is read as well.
 Call readCall(const RecordFile& file, size_t record, bool with_pixels = true);

@@ -29,9 +29,9 @@ class Refusion {
   /// @throws std::runtime_error if there is too little memory, or the journal is damaged.
   bool step(size_t live_bytes);
 
-  size_t fused() const { return fused_; }                 ///< Depth images.
-  size_t total() const { return replay_.depthImages(); }  ///< Of those that are known of.
-  size_t bytes() const { return bytes_; }  ///< Of the map, when it was last measured.
+  size_t fused() const { return fused_; }                 ///< Depth images fused.
+  size_t total() const { return replay_.depthImages(); }  ///< Depth images known of.
+  size_t bytes() const { return bytes_; }                 ///< Size of the map, when last measured.
   /// Records of the journal that it has done, once step() has nothing to do.
   uint64_t count() const { return replay_.count(); }
   /// What an image that is not in the journal yet would be moved by.

@@ -116,8 +116,8 @@ void JournalReplay::add(size_t record) {
   items_.push_back(item);
 }
 
-/// By the poses so far and what is known of the images before it, so that an image has the same
-/// pose whether it is in the journal when the correction comes, or is added later.
+/// Corrects an image by the poses so far and what is known of the images before it, so that it has
+/// the same pose whether it is in the journal when the correction comes, or is added later.
 Eigen::Isometry3d JournalReplay::correctNext(Running& running, const Item& item) {
   const StampedPose given{item.stamp_s, item.T_W_C};
   const bool is_named = given.stamp_s <= running.poses.last_s();

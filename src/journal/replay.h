@@ -22,11 +22,12 @@ bool isJournal(const std::string& path);
 
 /// What a correction does.
 struct CorrectionEffect {
-  size_t moved = 0;                             ///< Depth images.
-  double farthest_m = 0.0, farthest_rad = 0.0;  ///< Of them.
+  size_t moved = 0;                             ///< Depth images that it moves.
+  double farthest_m = 0.0, farthest_rad = 0.0;  ///< How far the farthest moves.
 };
 
-/// Of the newest map in a journal: all since it was emptied or loaded last. One thread at a time.
+/// Replays the newest map in a journal: all since it was emptied or loaded last. For one thread at
+/// a time.
 ///
 /// A correction moves the images that its poses are of and those between, and with the first and
 /// the last of them all others, but not those after the source of poses has taken it over.
@@ -39,7 +40,7 @@ class JournalReplay {
   const journal::Begin& begin() const { return begin_; }
   /// The map that the first image goes into; null: it is empty.
   std::shared_ptr<const MapChunks> map() const { return map_; }
-  /// Of the map, as it was known last.
+  /// Level of the map, as it was known last.
   const std::optional<Eigen::Isometry3d>& level() const { return T_W_M_; }
   /// What of the file cannot be read, in words; empty if nothing.
   std::string cutOff() const;
@@ -52,7 +53,7 @@ class JournalReplay {
   /// @throws std::runtime_error for a correction that makes no sense; all is as it was then.
   CorrectionEffect correct(const journal::Correction& correction);
 
-  /// The same of all images, by poses in the frame that poses are given in.
+  /// Corrects all images, by poses in the frame that poses are given in.
   CorrectionEffect correctGiven(std::vector<StampedPose> poses_M);
 
   /// What the next image would be moved by.
@@ -73,7 +74,7 @@ class JournalReplay {
  private:
   struct Item {
     size_t record;
-    double stamp_s = 0.0;                                     ///< Of an image, as what follows.
+    double stamp_s = 0.0;                                     ///< For an image, as what follows.
     Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< As corrected.
     bool is_image = false, is_depth = false, is_of_first = false;  ///< The first camera's depth.
   };
@@ -81,7 +82,7 @@ class JournalReplay {
   struct Running {
     PoseCorrection poses;
     GivenMotion given = {};
-    bool is_taken_over = false;  ///< By the source of poses.
+    bool is_taken_over = false;  ///< The source of poses has taken it over.
   };
 
   void findBegin();

@@ -21,11 +21,11 @@ namespace dtsdf {
 
 /// What is known of a journal.
 struct JournalReport {
-  uint64_t bytes = 0;                   ///< Of the file.
-  uint64_t waiting_bytes = 0;           ///< Of images that wait for the disk.
-  std::optional<double> first_stamp_s;  ///< Of the first image that can be corrected.
+  uint64_t bytes = 0;                   ///< Size of the file.
+  uint64_t waiting_bytes = 0;           ///< Size of images that wait for the disk.
+  std::optional<double> first_stamp_s;  ///< Stamp of the first image that can be corrected.
   uint64_t lost = 0;                    ///< Images and calls that were not written.
-  std::string problem;                  ///< Why, and since when; empty: nothing is missing.
+  std::string problem;                  ///< Why some are lost, and since when; empty: none are.
 };
 
 /// One file per writer, with a name of its own: no other file of the folder is touched. Where it
@@ -37,8 +37,8 @@ class JournalWriter {
  public:
   struct Options {
     std::string folder;
-    uint64_t max_bytes = 0;           ///< Of all journals of the folder.
-    size_t max_waiting = 256u << 20;  ///< Bytes of images that wait.
+    uint64_t max_bytes = 0;           ///< Limit for all journals of the folder.
+    size_t max_waiting = 256u << 20;  ///< Limit for the bytes of images that wait.
     /// write(2), or what stands for it in tests.
     std::function<ssize_t(int descriptor, const void* data, size_t bytes)> write = ::write;
   };
@@ -68,8 +68,8 @@ class JournalWriter {
     std::function<void()> write;  ///< On the thread; throws std::exception.
     size_t bytes = 0;
     bool begins = false;
-    std::optional<double> stamp_s;              ///< Of an image that can be corrected.
-    std::optional<std::promise<bool>> written;  ///< In place of `write`.
+    std::optional<double> stamp_s;              ///< Stamp of an image that can be corrected.
+    std::optional<std::promise<bool>> written;  ///< Set in place of `write`.
   };
 
   void openFile();

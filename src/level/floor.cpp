@@ -15,21 +15,21 @@ namespace {
 using Eigen::Vector3d;
 using Point = FloorView::Point;
 
-constexpr double kMinCosine = 0.70710678118654752;  // of 45 degrees, between normal and up
-constexpr double kMinShare = 0.05;                  // of the points, on the floor
-constexpr size_t kMinPoints = 100;                  // on the floor
-constexpr double kMaxBelow = 0.02;   // of the points, below it by several tolerances: reflections
+constexpr double kMinCosine = 0.70710678118654752;  // cosine of 45 degrees, between normal and up
+constexpr double kMinShare = 0.05;                  // share of points on the floor
+constexpr size_t kMinPoints = 100;                  // points on the floor
+constexpr double kMaxBelow = 0.02;   // share of points below it by several tolerances: reflections
 constexpr double kFarBelow = 3.0;    // tolerances
-constexpr double kMinWidth_m = 0.3;  // that eight tenths of what is on it take, whatever way
+constexpr double kMinWidth_m = 0.3;  // width that eight tenths of what is on it take, whatever way
 constexpr int kWidths = 18;          // directions that the width is measured in
 /// Where a tenth of the points below the camera are of the floor, all but one in 3000 searches draw
 /// three of them.
 constexpr int kDraws = 8000;
-constexpr double kMinArea_m2 = 0.01;  // of the parallelogram of three points
+constexpr double kMinArea_m2 = 0.01;  // area of the parallelogram of three points
 constexpr unsigned kSeed = 1;
 constexpr size_t kScored = 2000;  // points that a drawn plane is judged by
-constexpr int kRounds = 8;        // of the refinement
-/// Of the tolerance: as near as points have to be at least, where there is hardly any noise.
+constexpr int kRounds = 8;        // rounds of the refinement
+/// The refinement narrows to no less than this share of the tolerance, even without noise.
 constexpr double kLeastScale = 0.1;
 
 struct Counts {

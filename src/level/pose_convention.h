@@ -24,13 +24,13 @@ class PoseConvention {
   const std::string& doubt() const { return doubt_; }
 
  private:
-  static constexpr size_t kWays = 4;  ///< As given first.
+  static constexpr size_t kWays = 4;  ///< The first one is as given.
 
   void judge(const DepthFrame& frame);
 
-  std::vector<Eigen::Vector3d> points_;  ///< Of a thinned earlier image.
+  std::vector<Eigen::Vector3d> points_;  ///< Points of a thinned earlier image.
   Eigen::Isometry3d T_W_C_ = Eigen::Isometry3d::Identity();
-  std::array<int, kWays> pairs_{};  ///< Of images, by the way that fits them best.
+  std::array<int, kWays> pairs_{};  ///< Pairs of images, by the way that fits them best.
   bool is_done_ = false;
   std::string doubt_;
 };

@@ -6,7 +6,7 @@ namespace dtsdf {
 namespace {
 
 constexpr size_t kLeastSamples = 20, kMostSamples = 4000;
-/// Of a second's mean from standard gravity: the scale of cheap sensors is off by some percent.
+/// Deviation of a second's mean from standard gravity: cheap sensors are off by some percent.
 constexpr double kMaxScaleError_m_s2 = 0.5;
 /// Root mean square of what differs from the mean: vibration of a robot at rest is below.
 constexpr double kMaxNoise_m_s2 = 0.3;

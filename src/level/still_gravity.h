@@ -26,7 +26,7 @@ class StillGravity {
  private:
   std::optional<Eigen::Vector3d> upIfStill() const;
 
-  std::deque<InertialSample> samples_;  ///< Of the last kSpan_s, in the order of stamps.
+  std::deque<InertialSample> samples_;  ///< Samples of the last kSpan_s, in the order of stamps.
 };
 
 }  // namespace dtsdf

@@ -7,11 +7,11 @@
 namespace dtsdf {
 namespace {
 
-/// Of its width: a focal length with which an image shows more than 175 degrees.
+/// Share of an image's width: a shorter focal length would show more than 175 degrees.
 constexpr double kShortestFocalLength = 0.02;
-/// Of smaller images, the principal point may be in the first pixel.
+/// Smaller images may have the principal point in the first pixel.
 constexpr int kSmallImage = 16;
-/// Of its width: how far from its middle an image hardly has its principal point.
+/// Share of an image's width: the principal point is hardly farther from the middle than that.
 constexpr double kFarFromMiddle = 0.2;
 
 bool isInFirstPixel(float c) { return c > 0.0f && c < 1.0f; }

@@ -24,12 +24,12 @@ struct InputParams {
   std::string camera_frame;       ///< Camera's optical frame; empty: the frame_id of the images.
   int queue_size = 30;            ///< Images of one kind of a camera that may wait in the node.
   int queue_mb = 256;             ///< Memory that images may take while they wait, over all.
-  double tf_timeout_s = 1.0;      ///< That a frame waits for its transform at most.
+  double tf_timeout_s = 1.0;      ///< How long a frame waits for its transform at most.
   float unit_16uc1_m = 0.001f;    ///< Metres per unit of a 16UC1 image.
   float unit_32fc1_m = 1.0f;      ///< Metres per unit of a 32FC1 image.
   bool depth_along_ray = false;   ///< As some simulators have it; else along the optical axis.
   double max_speed_m_s = 10.0;    ///< A faster camera is a jump of its pose; 0: any speed is fine.
-  double max_turn_deg_s = 720.0;  ///< The same for its rotation.
+  double max_turn_deg_s = 720.0;  ///< A faster turn is a jump, too; 0: any is fine.
   /// An image gets the newest camera_info, for drivers that send it rarely; else that of its stamp.
   bool latest_camera_info = false;
   RectifyChoice rectify = RectifyChoice::kAuto;
@@ -65,7 +65,7 @@ struct NodeParams {
 
   std::string map_frame = "map";  ///< Frame that poses are of, and the map, unless it is levelled.
   LevelChoice level = LevelChoice::kNone;
-  std::string level_frame;  ///< Of a levelled map; empty: that of map_frame and "_level".
+  std::string level_frame;  ///< Frame of a levelled map; empty: map_frame and "_level".
   std::string load_file;    ///< Map to begin with; empty: none. "~/" is the home.
   std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files; "~/" is the home.
   std::vector<std::string> cameras;  ///< Their namespaces; empty: one camera in the node's own.
@@ -82,13 +82,13 @@ struct NodeParams {
   double stale_s = 5.0;  ///< What is silent for so long is warned about, three times so: an error.
 
   // What of space is published, by heights along z of the map frame, which has to be level for it.
-  double min_height_m = 0.1;     ///< A column of the grid begins here,
-  double max_height_m = 1.5;     ///< and ends here.
-  double grid_seen_share = 1.0;  ///< Of a column's cells, that have to be seen free to call it so.
-  double slice_height_m = 0.5;   ///< Of the distances that are published.
+  double min_height_m = 0.1;     ///< A column of the grid begins here.
+  double max_height_m = 1.5;     ///< A column of the grid ends here.
+  double grid_seen_share = 1.0;  ///< Share of a free column's cells that have to be seen free.
+  double slice_height_m = 0.5;   ///< Height of the distances that are published.
 
   std::string journal_folder;    ///< Empty: there is none. "~/" is the home.
-  double journal_max_gb = 16.0;  ///< Of 10^9 bytes, of all journals of the folder; then it stops.
+  double journal_max_gb = 16.0;  ///< Limit of the folder's journals, in 10^9 bytes; then it stops.
 
   // Corrections of poses that a SLAM publishes.
   std::string path_frame;  ///< Whose poses corrected_path has; empty: the depth camera's frame.

@@ -38,7 +38,7 @@ std::string lastOf(const std::string& key) { return key.substr(key.rfind('/') + 
 
 /// As where a unit was left out, or a section.
 bool oneContainsTheOther(const std::string& a, const std::string& b) {
-  constexpr size_t kShortest = 3;  // of fewer letters, many words are made
+  constexpr size_t kShortest = 3;  // many words contain fewer letters
   if (std::min(a.size(), b.size()) < kShortest) return false;
   return a.find(b) != std::string::npos || b.find(a) != std::string::npos;
 }
@@ -192,7 +192,7 @@ void ParamReader::operator()(const std::string& key, std::vector<std::string>& m
     member = *names;
     return;
   }
-  const auto* text = std::get_if<std::string>(value);  // of a command line of ROS
+  const auto* text = std::get_if<std::string>(value);  // from a command line of ROS
   if (text == nullptr || text->size() < 2 || text->front() != '[' || text->back() != ']') {
     addViolation(key, "must be a list of names, as in [front, rear]");
     return;

@@ -15,7 +15,7 @@ constexpr size_t kLongestShownName = 200;
 /// controls) and those that are not UTF-8 become \xHH. Cut after so many characters, with "...".
 std::string printable(const std::string& text, size_t most_characters = kLongestShownName);
 
-/// The same for a whole message in which names from outside stand.
+/// Makes a whole message printable, with the names from outside that stand in it.
 std::string printableMessage(const std::string& text);
 
 /// Whether printable() would change it, but for its length.

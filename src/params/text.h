@@ -32,7 +32,7 @@ inline std::string stripLeadingSlash(const std::string& frame) {
   return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
 }
 
-/// Of ASCII; all else is left alone.
+/// Letters of ASCII in lower case; all else is left alone.
 inline std::string inLowerCase(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

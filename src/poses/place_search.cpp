@@ -232,7 +232,7 @@ FoundPlace choose(const Looks& looks, double same_place_m) {
     constexpr double kSame = 0.01, kLever_m = 1.5;
     const bool is_there = apart(there, other->T_W_C, kLever_m) < same_place_m;
     if (is_there && share > best_share - kSame && explainedBy(*other) > explainedBy(*best)) {
-      best = other;  // of one place, the alignment knows better
+      best = other;  // within one place, the alignment knows better
     }
     const double most = kClearlyMore * (1.0 - best_share) + kClearlyMoreShare;
     if (!is_there && !found.other_T_W_C && 1.0 - share < most) found.other_T_W_C = other->T_W_C;
@@ -266,17 +266,17 @@ struct PlaceSearch::Model {
   struct LookTable {
     size_t points = 0;
     std::vector<Matrix3f> R_W_C;
-    std::vector<uint16_t> rays;  ///< Of each orientation's points in turn.
+    std::vector<uint16_t> rays;  ///< Ray of each point, orientation by orientation.
     std::vector<std::array<int8_t, 256>> says;
   };
 
   double voxel_m = 0.0, cell_m = 0.0;
   int threads = 0;
   Vector3i first = Vector3i::Zero(), size = Vector3i::Zero();  ///< In cells; with the margin.
-  std::vector<int32_t> surface_of;  ///< By cell: its surface; none: negative.
+  std::vector<int32_t> surface_of;  ///< Surface of each cell; none: negative.
   std::vector<CellSurface> surfaces;
-  std::vector<float> distance;         ///< By cell: to the nearest cell with a surface, in cells.
-  std::vector<uint8_t> free_steps;     ///< By cell: how far is free of surfaces around, in cells.
+  std::vector<float> distance;      ///< From each cell to the nearest one with a surface, in cells.
+  std::vector<uint8_t> free_steps;  ///< How far around each cell is free of surfaces, in cells.
   std::array<float, kRays> normals{};  ///< How frequent each is in the map, against the mean.
 
   struct Candidate {
@@ -583,7 +583,7 @@ void PlaceSearch::Model::lookFrom(const Vector3f& from, const LookTable& table,
   for (size_t i = 0; i < table.R_W_C.size(); ++i) {
     const uint16_t* const ray = table.rays.data() + i * table.points;
     constexpr size_t kFirstPoints = 16;
-    constexpr int kPromising = 8;  // of 64
+    constexpr int kPromising = 8;  // 64 is the most
     int score = 0;
     for (size_t k = 0; k < kFirstPoints; ++k) score += table.says[k][view[ray[k]]];
     if (score < kPromising) continue;

@@ -52,7 +52,7 @@ PixelLayout layoutOf(ColourEncoding encoding);
 struct ImageRows {
   const char* data;  ///< First row; rows are `row_bytes` apart.
   size_t row_bytes;
-  size_t packed_bytes;  ///< Of a row without what may follow its last pixel.
+  size_t packed_bytes;  ///< Length of a row without what may follow its last pixel.
   int height;
 };
 

@@ -44,7 +44,7 @@ struct SeenColours {
 /// A view of the map to be rendered.
 struct ViewRequest {
   FrameView frame;
-  int32_t least_evidence;  ///< That a surface needs.
+  int32_t least_evidence;  ///< Evidence that a surface needs.
   bool has_colours;
 };
 
@@ -53,7 +53,7 @@ struct TableChanges {
   const std::vector<int32_t>& slots;  ///< Each once. Those not in use any more are released.
   bool dirty = false;                 ///< The others are to be meshed again.
   const std::vector<int32_t>* new_arrays = nullptr;   ///< Admitted: to be zeroed.
-  const std::vector<NewBrick>* new_bricks = nullptr;  ///< The same.
+  const std::vector<NewBrick>* new_bricks = nullptr;  ///< Admitted: to be zeroed.
 };
 
 /// What meshing knows of some blocks, with the labels of all units, block by block, of those that
@@ -65,9 +65,9 @@ struct MeshStates {
 
 /// Upper bounds of what a change of the table takes.
 struct MemoryDemand {
-  size_t new_blocks = 0, new_arrays = 0;  ///< That an admission makes.
+  size_t new_blocks = 0, new_arrays = 0;  ///< Made by an admission.
   size_t new_bricks = 0;
-  bool has_colours = false;  ///< Of the map, from now on.
+  bool has_colours = false;  ///< The map has colours from now on.
   size_t changed = 0;        ///< Blocks that change otherwise, or move.
 };
 

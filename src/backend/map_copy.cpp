@@ -19,7 +19,7 @@ static_assert(sizeof(Voxel) == sizeof(uint64_t) && sizeof(VoxelColour) == sizeof
 constexpr const char* kNotOfTheMap[] = {"backend",         "threads",         "map/max_memory_mb",
                                         "map/page_folder", "map/page_max_gb", "mesh/colour"};
 
-/// Of the rules, those that find poses do not say what a map is either.
+/// Rules that find poses do not say what a map is either.
 constexpr const char* kRulesOfPoses = "rules/poses/";
 
 void eraseSection(const std::string& section, ParamTree& tree) {

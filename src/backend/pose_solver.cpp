@@ -15,9 +15,9 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 /// Rotations about the camera along the axes of the map, then translation in voxels.
 struct NormalEquations {
-  Matrix6d information;  ///< Of the points, in units of one point.
+  Matrix6d information;  ///< What the points say, in units of one point.
   Vector6d right;
-  double variance;  ///< Of a point's residual, in voxels^2.
+  double variance;  ///< Variance of a point's residual, in voxels^2.
 };
 
 /// Smaller residuals say no more: surfaces of a map are no more exact, and without noise a scene
@@ -98,8 +98,8 @@ bool isStill(const Vector6d& change) {
   return change.tail<3>().norm() < kStill_voxels && change.head<3>().norm() < kStill_rad;
 }
 
-/// By how much an offset of the pose moves the points along the normals of what they meet, root
-/// mean square, in voxels.
+/// How far an offset of the pose moves the points along the normals of what they meet: root mean
+/// square, in voxels.
 double movedAlongNormals(const AlignmentSums& sums, const Vector6d& offset) {
   const double weight = std::max(1.0, static_cast<double>(sums.weight)) / kAlignmentScale;
   const double squares = offset.dot(equationsOf(sums).information * offset);

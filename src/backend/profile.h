@@ -64,7 +64,7 @@ class StageTimer {
 
 enum class MemoryKind {
   kMap,      ///< Voxels and their colours.
-  kIndices,  ///< Of blocks and of mesh units, and the books.
+  kIndices,  ///< Indices of blocks and of mesh units, and the books.
   kMesh,     ///< Meshes that were made last, where they are made.
   kScratch,  ///< What a frame needs while it is fused.
   kSpace,    ///< Cells of space and distances: on the host, also beside a GPU.
@@ -75,7 +75,7 @@ const char* toString(MemoryKind kind);
 struct MemoryPart {
   std::string name;
   MemoryKind kind;
-  size_t used_bytes;      ///< By what the map holds now, or the last frame needed.
+  size_t used_bytes;      ///< What the map holds now, or the last frame needed.
   size_t reserved_bytes;  ///< Taken from the system.
 };
 

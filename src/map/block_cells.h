@@ -19,7 +19,7 @@ class BlockCells {
 
   struct Cell {
     Vec3i key;                   ///< Coordinates of its first block, divided by kSide.
-    std::vector<int32_t> slots;  ///< Of its blocks, in no order.
+    std::vector<int32_t> slots;  ///< Slots of its blocks, in no order.
     uint64_t last_need = 0;      ///< The latest note() of one of its blocks.
   };
 
@@ -56,10 +56,10 @@ class BlockCells {
   void renumber(const BlockKey& block, int32_t slot, int32_t new_slot) noexcept;
 
   std::vector<Cell> cells_;
-  size_t last_ = 0;                     ///< Number of the one that was asked for last.
-  SlotIndex numbers_;                   ///< Of cells, by the packed key.
-  std::vector<uint32_t> places_;        ///< Of blocks in their cell's list, by slot.
-  std::unique_ptr<BlockCells> groups_;  ///< Of cells, as if those were blocks; null for a group's.
+  size_t last_ = 0;                     ///< Number of the cell that was asked for last.
+  SlotIndex numbers_;                   ///< Numbers of cells, by the packed key.
+  std::vector<uint32_t> places_;        ///< Places of blocks in their cell's list, by slot.
+  std::unique_ptr<BlockCells> groups_;  ///< Groups of cells, as cells are of blocks; null in these.
 };
 
 /// Key of the cell that a block lies in.

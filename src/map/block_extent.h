@@ -53,9 +53,9 @@ inline bool holdsNone(const BlockExtent& box) { return box.first.x > box.last.x;
 
 /// What a map has of what frames and images show.
 struct MapExtent {
-  BlockExtent blocks;   ///< Those that are made.
-  BlockExtent painted;  ///< Those that take colour; the others only hide what is behind them.
-  BlockExtent cubes;    ///< Of cells of space, by their keys.
+  BlockExtent blocks;   ///< Blocks that are made.
+  BlockExtent painted;  ///< Blocks that take colour; the others only hide what is behind them.
+  BlockExtent cubes;    ///< Cubes of space's cells, by their keys.
 };
 
 }  // namespace dtsdf

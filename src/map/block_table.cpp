@@ -18,7 +18,7 @@ int32_t takeNumber(std::vector<int32_t>& free, size_t& count) {
   return number;
 }
 
-/// Of a point from the farthest one of a cell, in voxels, at most.
+/// Upper bound of a point's squared distance from the farthest one of a cell, in voxels^2.
 double squaredReach(const BlockCells::Cell& cell, const Vec3d& p) {
   constexpr double kHalf = 0.5 * BlockCells::kSide * kBlockSide;
   const auto outermost = [](int32_t key, double at) {

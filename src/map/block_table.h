@@ -46,7 +46,7 @@ struct KeptBall {
   double radius;
 };
 
-/// Of a point from the nearest one of a block, in voxels.
+/// Squared distance of a point from the nearest one of a block, in voxels^2.
 double squaredDistance(const BlockKey& block, const Vec3d& p);
 
 /// A block that a frame wants to write to, and in which directions (bit d for direction d).
@@ -99,7 +99,7 @@ class BlockTable {
   /// Bytes that a voxel array and a block count towards the budget.
   static constexpr size_t kArrayBytes = kVoxelsPerBlock * sizeof(Voxel);
   static constexpr size_t kBlockBytes = 2 * kVoxelsPerBlock + 64;  // labels of units, entry, hash
-  /// And a brick of colours, which a voxel array has once something in it is painted.
+  /// Bytes of a brick of colours, which a voxel array has once something in it is painted.
   static constexpr size_t kColourBytes = kVoxelsPerBrick * sizeof(VoxelColour);
 
   explicit BlockTable(size_t budget_bytes) : budget_bytes_(budget_bytes) {}
@@ -123,8 +123,8 @@ class BlockTable {
   /// the budget lasts. A request is admitted whole or refused whole.
   Admission admit(std::vector<BlockRequest> requests);
 
-  /// The same where a device waits for it: nothing finds the new blocks by their keys or in view
-  /// before publish(), which takes as long again.
+  /// Admits them in the same way where a device waits for it: nothing finds the new blocks by their
+  /// keys or in view before publish(), which takes as long again.
   Admission allocate(std::vector<BlockRequest> requests);
   void publish();
 
@@ -166,8 +166,8 @@ class BlockTable {
     blocks_[static_cast<size_t>(slot)].extractions = extractions;
   }
 
-  /// Of the blocks that have lost their last array since the last call, those that no extraction
-  /// has met: nobody has to learn that they are gone.
+  /// Blocks that have lost their last array since the last call and that no extraction has met:
+  /// nobody has to learn that they are gone.
   std::vector<int32_t> takeUnseen() { return std::exchange(unseen_, {}); }
 
   /// Blocks that have lost their last array since the last call. They are still in the table: what
@@ -239,14 +239,14 @@ class BlockTable {
   MapExtent extent_;
   SlotIndex slots_;
   BlockCells cells_;
-  std::deque<BlockEntry> blocks_;  ///< By slot: it grows without moving what is there.
+  std::deque<BlockEntry> blocks_;  ///< Indexed by slot; it grows without moving what is there.
   std::vector<int32_t> unlisted_;  ///< New blocks that are not in slots_ and cells_ yet.
   std::vector<int32_t> free_slots_, free_arrays_;
   std::vector<int32_t> vacant_;  ///< May have got arrays again since.
   std::vector<int32_t> unseen_;  ///< Those of them that are in no mesh.
   uint32_t extractions_ = 0;
   size_t array_count_ = 0, arrays_in_use_ = 0;
-  std::vector<int32_t> colour_of_;  ///< By voxel array and brick; none while nothing is painted.
+  std::vector<int32_t> colour_of_;  ///< Indexed by voxel array and brick; empty until painted.
   std::vector<int32_t> free_colours_;
   size_t colour_count_ = 0, colours_in_use_ = 0;
   size_t bytes_peak_ = 0;

@@ -96,7 +96,7 @@ class SlotIndex {
 
   /// A table with room for twice as many cubes.
   void grow() {
-    size_t size = 64;  // of the smallest
+    size_t size = 64;  // the smallest table
     while (size < 4 * cubes_) size *= 2;
     std::vector<Cube> old(size);
     old.swap(table_);

@@ -16,7 +16,7 @@ namespace dtsdf {
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params,
                                                const Rules& rules = Rules());
 
-/// The same, from the contents of another one.
+/// A mapper that begins with the contents of another one.
 /// @throws std::runtime_error like makeMapper().
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,
                                                const MapContents& contents);

@@ -104,7 +104,7 @@ class GroundGrid {
 
   double min_m_, max_m_, seen_share_;
   double cell_size_m_ = 0.0;                  ///< 0: nothing has come yet.
-  int32_t first_layer_ = 0, last_layer_ = 0;  ///< Of the cells that reach between the heights.
+  int32_t first_layer_ = 0, last_layer_ = 0;  ///< Layers of cells that reach between the heights.
   int least_free_ = 0;                        ///< Cells of a column that have to be free.
   std::unordered_map<uint64_t, Stack> stacks_;
   std::optional<GridBox> window_, too_large_;

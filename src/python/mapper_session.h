@@ -26,7 +26,7 @@ class OneProcess {
  public:
   /// @throws std::runtime_error in a process that was forked from one with such objects.
   explicit OneProcess(const std::string& what) : what_(what), pid_(getpid()) {
-    static const pid_t first = getpid();  // of the first that was made; a fork inherits it
+    static const pid_t first = getpid();  // made with the first one; a fork inherits it
     if (pid_ != first) {
       throw std::runtime_error("a " + what +
                                " cannot be made in a process that was forked after "

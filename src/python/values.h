@@ -55,8 +55,8 @@ std::string describe(const py::array& array);
 /// 1 for float32. @throws py::value_error, py::type_error for what is no depth image.
 DepthFrame depthImageOf(const py::object& depth, double unit_m);
 
-/// The same of a colour image, (H, W, 3) or (H, W, 4) in the order of `encoding`, or (H, W) of
-/// grey.
+/// A colour image without camera and pose, in the memory of the array: (H, W, 3) or (H, W, 4) in
+/// the order of `encoding`, or (H, W) of grey.
 ColourFrame colourImageOf(const py::object& colour, const std::string& encoding);
 
 /// The camera, from a 3 x 3 matrix or from fx, fy, cx, cy. @throws py::value_error
@@ -80,7 +80,7 @@ py::array_t<double> pointsOf(const py::object& points);
 /// @throws py::type_error for other things, std::runtime_error for a file that is not YAML.
 ParamTree settingsOf(const pybind11::object& settings, const pybind11::kwargs& keywords);
 
-/// The same as a dict.
+/// A dict with the keys and values of such a tree.
 pybind11::dict dictOf(const ParamTree& tree);
 
 }  // namespace dtsdf::python

@@ -41,7 +41,7 @@ class Helper {
     if (error_ != nullptr) std::rethrow_exception(std::exchange(error_, nullptr));
   }
 
-  /// The same, where what it did does not matter any more.
+  /// Waits until the task is done, if there is one, and forgets what it did.
   void finish() {
     std::unique_lock<std::mutex> lock(mutex_);
     changed_.wait(lock, [this] { return !is_busy_; });

@@ -3,9 +3,11 @@
 import importlib.machinery
 import importlib.util
 import os
+import sys
 import tempfile
 import types
 import unittest
+import unittest.mock
 
 import yaml
 
@@ -70,6 +72,23 @@ class StartRviz(unittest.TestCase):
         block = types.SimpleNamespace(origin=[1000, -1000, 0], positions=[0, 0, 0, 8, 2, 4])
         message = types.SimpleNamespace(blocks=[block], step_m=0.5)
         self.assertEqual(start_rviz.points_of(message), [(500.0, -500.0, 0.0), (504.0, -499.0, 2.0)])
+
+    def test_waits_for_triangles(self):
+        """The first message that a newcomer gets has none."""
+        def message(*points):
+            header = types.SimpleNamespace(frame_id="level")
+            return types.SimpleNamespace(markers=[types.SimpleNamespace(header=header, points=list(points))])
+
+        def subscribe(topic, _, callback):
+            self.assertEqual(topic, "/mapping/mesh")
+            callback(message())
+            callback(message(types.SimpleNamespace(x=1.0, y=2.0, z=3.0)))
+            return types.SimpleNamespace(unregister=lambda: None)
+        rospy = types.SimpleNamespace(Subscriber=subscribe, is_shutdown=lambda: False)
+        messages = types.SimpleNamespace(MarkerArray=object)
+        with unittest.mock.patch.dict(sys.modules, {"visualization_msgs": messages, "visualization_msgs.msg": messages}):
+            self.assertEqual(start_rviz.wait_for_mesh(rospy, "/mapping", "markers", 1.0),
+                             ("level", [(1.0, 2.0, 3.0)]))
 
     def test_the_view_is_where_the_mesh_is(self):
         view = self.adapt("/mapping", "/d", "raw", "map", [(1, 2, 3), (3, 2, 3)])["Views"]["Current"]

@@ -16,6 +16,11 @@ namespace dtsdf {
 /// lies above or below that of M.
 Eigen::Isometry3d levelPose(const Eigen::Vector3d& up_M, double floor_offset_m = 0.0);
 
+/// T_W_M with up along the normal of a floor, which lies at z = 0.
+inline Eigen::Isometry3d levelPose(const FloorPlane& floor) {
+  return levelPose(floor.normal(), -floor.offset());
+}
+
 /// How far z of M is from up, in degrees.
 double tiltOf(const Eigen::Isometry3d& T_W_M);
 

@@ -147,7 +147,7 @@ Eigen::Isometry3d levelByFloor(FrameSource& source, const std::string& path) {
     ++looked_at;
   }
   search.finish();
-  if (search.floor()) return levelPose(search.floor()->normal(), -search.floor()->offset());
+  if (search.floor()) return levelPose(*search.floor());
   throw std::runtime_error("map/level is floor, but the first " + std::to_string(looked_at) +
                            " images of '" + path + "' show none (" + search.problem() +
                            "); start where it is in view, with --frames FIRST:, or set map/level "

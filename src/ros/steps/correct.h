@@ -119,9 +119,9 @@ class CorrectStep : public Step {
   }
 
   void replaced(const Replacement& replacement) override {
-    if (replacement.is_corrected) return;
-    giveUp(replacement.head == nullptr ? "the map was emptied meanwhile"
-                                       : "another map was loaded meanwhile");
+    if (replacement.kind == Replacement::Kind::kCorrected) return;
+    giveUp(replacement.kind == Replacement::Kind::kCleared ? "the map was emptied meanwhile"
+                                                           : "another map was loaded meanwhile");
   }
   void failed() override { giveUp("the map's backend failed"); }
 

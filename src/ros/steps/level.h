@@ -58,7 +58,7 @@ class LevelStep : public Step {
   }
 
   void replaced(const Replacement& replacement) override {
-    if (replacement.head == nullptr || !frame_.isLevelled()) return;
+    if (replacement.kind != Replacement::Kind::kLoaded || !frame_.isLevelled()) return;
     if (replacement.head->T_W_M) set(*replacement.head->T_W_M);
   }
 
@@ -113,7 +113,7 @@ class LevelStep : public Step {
 
   void lookForFloor(const DepthFrame& frame) {
     if (!floor_.add(frame)) return;
-    if (floor_.floor()) return set(levelPose(floor_.floor()->normal(), -floor_.floor()->offset()));
+    if (floor_.floor()) return set(levelPose(*floor_.floor()));
     frame_.setLevelProblem(floor_.problem() +
                            "; hold the camera upright, within 45 degrees, and let it see the "
                            "floor, or set map/level to imu or none");

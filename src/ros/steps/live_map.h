@@ -231,7 +231,7 @@ class LiveMap {
     mesh_whole_ = true;
     mesh_stamp_ = surfaces_stamp_ = map_stamp_;
     mesh_changes_.replaceAll(mesh, mesh_stamp_);
-    for (const auto& step : steps_) step->replaced({nullptr, nullptr, true});
+    for (const auto& step : steps_) step->replaced({Replacement::Kind::kCorrected});
     updateReport();
     return mapper;
   }

@@ -6,21 +6,19 @@
 namespace dtsdf {
 namespace {
 
-/// One thread works on rows of the window, whose places along y and z are given from the block's
-/// first one.
+/// One thread works on the rows of a window, one after the other.
 class RowsInTurn {
  public:
   static constexpr bool kAtOnce = false;
-  RowsInTurn(int first, int end) : first_(first), end_(end) {}
 
   template <class Visit>
   void each(const Visit& visit) const {
-    for (int z = first_; z < end_; ++z) eachOfLayer(z, visit);
+    for (int z = kFirst; z < kEnd; ++z) eachOfLayer(z, visit);
   }
   template <class Bits>
   int firstOf(const Bits& bits) const {
-    for (int z = first_; z < end_; ++z) {
-      for (int y = first_; y < end_; ++y) {
+    for (int z = kFirst; z < kEnd; ++z) {
+      for (int y = kFirst; y < kEnd; ++y) {
         if (bits(windowRow(y, z)) != 0) return windowRow(y, z);
       }
     }
@@ -33,7 +31,7 @@ class RowsInTurn {
   }
   template <class Visit>
   void eachOfPiece(const Visit& visit) const {
-    for (int z = std::max(low_ - 1, first_); z < std::min(high_ + 2, end_); ++z) {
+    for (int z = std::max(low_ - 1, kFirst); z < std::min(high_ + 2, kEnd); ++z) {
       eachOfLayer(z, visit);
     }
   }
@@ -67,19 +65,59 @@ class RowsInTurn {
  private:
   template <class Visit>
   void eachOfLayer(int z, const Visit& visit) const {
-    for (int y = first_; y < end_; ++y) visit(windowRow(y, z));
+    for (int y = kFirst; y < kEnd; ++y) visit(windowRow(y, z));
   }
 
-  const int first_, end_;
+  /// Places along y and z, from the block's first one.
+  static constexpr int kFirst = -kMostLooseUnits, kEnd = kBlockSide + kMostLooseUnits;
+
   mutable int low_ = 0, high_ = 0;  ///< Layers that the piece may have units in.
 };
 
-/// Calls visit(row of the window, units of a layer, their place there) for the rows of the block.
-template <class Layers, class Visit>
-void visitOwnRows(Layers& layers, const Visit& visit) {
-  for (int z = 0; z < kBlockSide; ++z) {
-    for (int y = 0; y < kBlockSide; ++y) visit(windowRow(y, z), layers[z], kBlockSide * y);
+/// All units that hang over faces together with the first one.
+BlockBits firstPiece(const BlockBits& units) {
+  constexpr uint64_t kFirstColumn = 0x0101010101010101u, kLastColumn = kFirstColumn << 7;
+  BlockBits piece = {};
+  const auto layer =
+      std::find_if(units.begin(), units.end(), [](uint64_t bits) { return bits != 0; });
+  piece[static_cast<size_t>(layer - units.begin())] = *layer & (uint64_t{0} - *layer);
+  for (bool grows = true; grows;) {
+    grows = false;
+    for (size_t z = 0; z < kBlockSide; ++z) {
+      const uint64_t own = piece[z];
+      const uint64_t below = z > 0 ? piece[z - 1] : 0,
+                     above = z + 1 < kBlockSide ? piece[z + 1] : 0;
+      const uint64_t beside = (own & ~kLastColumn) << 1 | (own & ~kFirstColumn) >> 1 |
+                              own << kBlockSide | own >> kBlockSide;
+      piece[z] |= (below | above | beside) & units[z];
+      grows |= piece[z] != own;
+    }
   }
+  return piece;
+}
+
+bool isSmall(const BlockBits& piece, int most_units) {
+  uint32_t along_x = 0, along_y = 0, along_z = 0;
+  for (int z = 0; z < kBlockSide; ++z) {
+    along_z |= (piece[z] != 0 ? 1u : 0u) << z;
+    for (int y = 0; y < kBlockSide; ++y) {
+      const auto row = static_cast<uint32_t>(piece[z] >> (kBlockSide * y) & 0xffu);
+      along_x |= row;
+      along_y |= (row != 0 ? 1u : 0u) << y;
+    }
+  }
+  return !(spansMore(along_x, most_units) || spansMore(along_y, most_units) ||
+           spansMore(along_z, most_units));
+}
+
+/// Whether a block by itself has a small piece. Without one it has no loose one, as most blocks.
+bool hasSmallPiece(BlockBits units, int most_units) {
+  while (units != BlockBits{}) {
+    const BlockBits piece = firstPiece(units);
+    if (isSmall(piece, most_units)) return true;
+    for (size_t z = 0; z < kBlockSide; ++z) units[z] &= ~piece[z];
+  }
+  return false;
 }
 
 /// Which units of a row hold a surface.
@@ -97,21 +135,19 @@ uint16_t surfaceInRow(const LabelNeighbourhood& labels, int row) {
 
 }  // namespace
 
-/// In most blocks the block by itself shows that it has none.
 BlockBits looseUnits(const BlockBits& surface, const LabelNeighbourhood& labels, int most_units) {
   BlockBits loose = {};
-  if (most_units == 0) return loose;
+  if (most_units == 0 || !hasSmallPiece(surface, most_units)) return loose;
   LooseWindow window = {};
-  visitOwnRows(surface, [&](int row, uint64_t layer, int at) {
-    window.surface[row] = static_cast<uint16_t>((layer >> at & 0xffu) << kMostLooseUnits);
-  });
-  const RowsInTurn own(0, kBlockSide), all(-kMostLooseUnits, kBlockSide + kMostLooseUnits);
-  if (!LoosePieces(own, labels, most_units, window).findSmall()) return loose;
-  all.each([&](int row) { window.surface[row] = surfaceInRow(labels, row); });
-  LoosePieces(all, labels, most_units, window).find();
-  visitOwnRows(loose, [&](int row, uint64_t& layer, int at) {
-    layer |= uint64_t{window.small[row] >> kMostLooseUnits & 0xffu} << at;
-  });
+  const RowsInTurn rows;
+  rows.each([&](int row) { window.surface[row] = surfaceInRow(labels, row); });
+  LoosePieces(rows, labels, most_units, window).find();
+  for (int z = 0; z < kBlockSide; ++z) {
+    for (int y = 0; y < kBlockSide; ++y) {
+      const uint64_t units = window.small[windowRow(y, z)] >> kMostLooseUnits & 0xffu;
+      loose[z] |= units << (kBlockSide * y);
+    }
+  }
   return loose;
 }
 

@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <map>
+#include <memory>
 #include <vector>
 
 #include "dtsdf_mapping/space.h"
 #include "kernels/space/cells.h"
+#include "space/sector_table.h"
 
 namespace dtsdf {
 
@@ -61,7 +64,15 @@ class CellSector {
   }
 
   bool has(int number) const { return (known_ & bit(number)) != 0; }
-  bool isEmpty() const { return known_ == 0; }
+  bool isEmpty() const { return known_ == 0 && !is_lost_; }
+
+  /// What is left of a sector that cannot be read: of its cells only what comes later is known.
+  static CellSector lost() {
+    CellSector sector;
+    sector.is_lost_ = true;
+    return sector;
+  }
+  bool isLost() const { return is_lost_; }
 
   /// Calls visit(number, cells) for each.
   template <class Visit>
@@ -76,7 +87,7 @@ class CellSector {
 
   template <class Io>
   void visitRecord(Io& io) {
-    io(known_);
+    io(known_, is_lost_);
     io.array(cubes_, static_cast<size_t>(__builtin_popcountll(known_)));
   }
 
@@ -89,7 +100,76 @@ class CellSector {
   }
 
   uint64_t known_ = 0;
+  bool is_lost_ = false;
   std::vector<CubeCells> cubes_;
 };
+
+using CellSectors = Sectors<CellSector>;
+
+/// Surfaces in a sector, for distances; null: none. One that was lost, or cannot be read, has them
+/// everywhere, so that no distance is too large.
+inline std::shared_ptr<const CellSector> surfacesIn(const CellSectors& sectors, PackedKey key) {
+  static const auto everywhere = [] {
+    const auto sector = std::make_shared<CellSector>();
+    for (int i = 0; i < kCubesPerSector; ++i) sector->make(i).surface = kAllCells;
+    return sector;
+  }();
+  const auto place = sectors.find(key);
+  if (place == sectors.end()) return nullptr;
+  std::shared_ptr<const CellSector> sector = place->second.get();
+  return sector == nullptr || sector->isLost() ? everywhere : sector;
+}
+
+/// What is known of a cell.
+inline CellState stateIn(const CellSectors& sectors, const Vec3i& cell) {
+  const auto place = sectors.find(packKey(sectorOfCell(cell)));
+  const auto sector = place == sectors.end() ? nullptr : place->second.get();
+  if (sector == nullptr) return CellState::kUnknown;
+  return stateIn(sector->at(cubeInSector(cubeOfCell(cell))), indexInCube(cell));
+}
+
+/// What is known of a sector.
+inline std::vector<SpaceCube> cubesOf(const CellSectors::value_type& of_sector) {
+  std::vector<SpaceCube> cubes;
+  if (const auto cells = of_sector.second.get()) {
+    cells->visit([&](int number, const CubeCells& cube) {
+      cubes.push_back(asSpaceCube(cubeOfSector(unpackKey(of_sector.first), number), cube));
+    });
+  }
+  return cubes;
+}
+
+/// As KnownSpace::cubes() says.
+inline std::vector<SpaceCube> cubesIn(const CellSectors& sectors, int32_t first_z, int32_t last_z) {
+  const int32_t low = first_z >> kCubeSideLog2, high = last_z >> kCubeSideLog2;
+  std::vector<SpaceCube> found;
+  for (const auto& of_sector : sectors) {
+    const int32_t z = unpackKey(of_sector.first).z;
+    if (z < first_z >> kSectorSideLog2 || z > last_z >> kSectorSideLog2) continue;
+    for (const SpaceCube& cube : cubesOf(of_sector)) {
+      const int32_t cube_z = SpaceCube::cubeOf(cube.first).z;
+      if (cube_z >= low && cube_z <= high) found.push_back(cube);
+    }
+  }
+  return found;
+}
+
+/// Cubes, by their sectors, in order: a bit for each.
+using CubeSet = std::map<PackedKey, uint64_t>;
+constexpr size_t kCubeSetNodeBytes = sizeof(CubeSet::value_type) + 3 * sizeof(void*);
+
+inline void insert(CubeSet& cubes, const Vec3i& cube) {
+  cubes[packKey(sectorOfCube(cube))] |= uint64_t{1} << cubeInSector(cube);
+}
+
+/// Calls visit(cube, number) for each of a sector.
+template <class Visit>
+void visitCubes(const CubeSet::value_type& of_sector, const Visit& visit) {
+  const Vec3i sector = unpackKey(of_sector.first);
+  for (uint64_t left = of_sector.second; left != 0; left &= left - 1) {
+    const int number = __builtin_ctzll(left);
+    visit(cubeOfSector(sector, number), number);
+  }
+}
 
 }  // namespace dtsdf

@@ -3,8 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
-#include <map>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -13,23 +11,6 @@
 #include "space/sector_table.h"
 
 namespace dtsdf {
-
-/// Cubes, by their sectors, in order: a bit for each.
-using CubeSet = std::map<PackedKey, uint64_t>;
-
-inline void insert(CubeSet& cubes, const Vec3i& cube) {
-  cubes[packKey(sectorOfCube(cube))] |= uint64_t{1} << cubeInSector(cube);
-}
-
-/// Calls visit(cube, number) for each of a sector.
-template <class Visit>
-void visitCubes(const CubeSet::value_type& of_sector, const Visit& visit) {
-  const Vec3i sector = unpackKey(of_sector.first);
-  for (uint64_t left = of_sector.second; left != 0; left &= left - 1) {
-    const int number = __builtin_ctzll(left);
-    visit(cubeOfSector(sector, number), number);
-  }
-}
 
 class CellTable {
  public:
@@ -43,32 +24,8 @@ class CellTable {
 
   /// The cube, made if it is not there, until another one is asked for. It counts as touched.
   CubeCells& at(const Vec3i& cube) {
-    const PackedKey key = packKey(sectorOfCube(cube));
-    const size_t lost = sectors_.lost().size();
-    CellSector& sector = sectors_.open(key);
-    if (sectors_.lost().size() > lost) touched_.erase(key);  // nobody knows what is in the others
     if (is_followed_) insert(touched_, cube);
-    return sector.make(cubeInSector(cube));
-  }
-
-  /// Calls visit(cube, cells) for these cubes, also for those that have gone. @return false: they
-  /// cannot be read, and nobody knows what is there.
-  template <class Visit>
-  bool visitSome(const CubeSet::value_type& of_sector, const Visit& visit) const {
-    const PackedKey key = of_sector.first;
-    const std::shared_ptr<const CellSector> sector = sectors_.find(key);
-    if (sector == nullptr && sectors_.has(key)) return false;
-    visitCubes(of_sector, [&](const Vec3i& cube, int number) {
-      visit(cube, sector == nullptr ? CubeCells() : sector->at(number));
-    });
-    return true;
-  }
-
-  /// Sectors that could not be read, of which only what came since is known now.
-  std::vector<PackedKey> takeLost() {
-    std::vector<PackedKey> lost = sectors_.lost();
-    sectors_.forgetLost();
-    return lost;
+    return sectors_.open(packKey(sectorOfCube(cube))).make(cubeInSector(cube));
   }
 
   /// Removes a cube of which nothing is known any more.
@@ -98,12 +55,9 @@ class CellTable {
       if (!takes(sector)) continue;
       const std::shared_ptr<const CellSector> cells = sectors_.find(key);
       if (cells == nullptr) continue;
-      std::vector<std::pair<Vec3i, CubeCells>>
-          cubes;  // which stay while those in the sector change
-      cells->visit([&](int number, const CubeCells& cube) {
-        cubes.emplace_back(cubeOfSector(sector, number), cube);
-      });
-      for (const auto& [cube, of_cube] : cubes) visit(cube, of_cube);
+      const CellSector before = *cells;  // which stays while the sector changes
+      before.visit(
+          [&](int number, const CubeCells& cube) { visit(cubeOfSector(sector, number), cube); });
     }
   }
 
@@ -118,32 +72,31 @@ class CellTable {
       touched_.clear();
       is_followed_ = true;
     }
-    const auto take = [&](const Vec3i& cube, const CubeCells& cells) {
-      taken.cubes.push_back(asSpaceCube(cube, cells));
-    };
     for (; !fresh_.empty() && taken.cubes.size() < most; fresh_.pop_back()) {
-      const PackedKey key = fresh_.back();
-      const std::shared_ptr<const CellSector> sector = sectors_.find(key);
-      if (sector == nullptr) continue;
-      const Vec3i at = unpackKey(key);
-      sector->visit([&](int i, const CubeCells& cells) { take(cubeOfSector(at, i), cells); });
+      const auto place = sectors_.all().find(fresh_.back());
+      if (place == sectors_.all().end()) continue;
+      for (const SpaceCube& cube : cubesOf(*place)) taken.cubes.push_back(cube);
     }
     auto next = touched_.begin();
     while (next != touched_.end() && taken.cubes.size() < most) {
-      if (visitSome(*next, take)) {
-        next = touched_.erase(next);
-      } else {
+      const std::shared_ptr<const CellSector> sector = sectors_.find(next->first);
+      if (sector == nullptr && sectors_.all().count(next->first) > 0) {
         ++next;
+        continue;
       }
+      visitCubes(*next, [&](const Vec3i& cube, int number) {
+        taken.cubes.push_back(
+            asSpaceCube(cube, sector == nullptr ? CubeCells() : sector->at(number)));
+      });
+      next = touched_.erase(next);
     }
     taken.is_part = !fresh_.empty() || next != touched_.end();
     return taken;
   }
 
-  bool isEmpty() const { return sectors_.size() == 0; }
-  size_t bytes() const { return sectors_.bytes() + touched_.size() * kSetNodeBytes; }
-
-  static constexpr size_t kSetNodeBytes = sizeof(CubeSet::value_type) + 3 * sizeof(void*);
+  /// All that is known, by sectors. @pre close() was called.
+  const CellSectors& all() const { return sectors_.all(); }
+  size_t bytes() const { return sectors_.bytes() + touched_.size() * kCubeSetNodeBytes; }
 
  private:
   SectorTable<CellSector> sectors_;

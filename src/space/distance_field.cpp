@@ -20,6 +20,9 @@ constexpr size_t kMostSectorsAtOnce = 256;
 constexpr int kMostPlanesAtOnce = 1 << 15;
 constexpr uint64_t kMostPlaces = uint64_t{1} << 15;  ///< In the box around them.
 
+/// Cubes whose distances are worked out before memory is made for others.
+constexpr int kMostCubesAtOnce = 1 << 16;
+
 /// Packed keys are in the order of z first.
 Vec3i turned(const Vec3i& key) { return {key.z, key.y, key.x}; }
 
@@ -66,55 +69,21 @@ int squaredAt(const DistanceSectors& sectors, const Vec3i& cell) {
   return sector == nullptr ? 0 : sector->squaredAt(cell);
 }
 
-/// From now on a sector that cannot be read has surfaces everywhere.
-void DistanceField::fillLost(PackedKey sector, std::vector<Vec3i>& changed) {
-  CellSector& cells = surfaces_.open(sector);
-  for (int i = 0; i < kCubesPerSector; ++i) {
-    cells.make(i).surface = kAllCells;
-    changed.push_back(cubeOfSector(unpackKey(sector), i));
-  }
-  surfaces_.forgetLost();
-}
-
-/// Surfaces as they are now. @return the cubes with other ones than before.
-std::vector<Vec3i> DistanceField::takeOver(const std::vector<CubeMask>& surfaces) {
-  std::vector<Vec3i> changed;
-  for (const CubeMask& now : surfaces) {
-    const PackedKey sector = packKey(sectorOfCube(now.key));
-    const int number = cubeInSector(now.key);
-    std::shared_ptr<const CellSector> known = surfaces_.find(sector);
-    if (known == nullptr && surfaces_.has(sector)) {
-      fillLost(sector, changed);
-      known = surfaces_.find(sector);
-    }
-    const CellMask before = known == nullptr ? CellMask{} : known->at(number).surface;
-    if (std::equal(before.word, before.word + kWordsPerCube, now.cells.word)) continue;
-    changed.push_back(now.key);
-    surfaces_.open(sector);
-    if (!surfaces_.lost().empty()) fillLost(sector, changed);
-    if (isEmpty(now.cells)) {
-      surfaces_.open(sector).erase(number);
-    } else {
-      surfaces_.open(sector).make(number).surface = now.cells;
-    }
-  }
-  surfaces_.close();
-  return changed;
-}
-
-/// Sectors within reach of the cubes, and those left unfinished, in the order of x, then y, then z.
+/// Sectors within reach of cubes that changed, up to those of a sector, in the order of x, then y,
+/// then z.
 std::vector<DistanceField::SectorChange> DistanceField::sectorsNear(
-    const std::vector<Vec3i>& cubes) const {
+    CubeSet::const_iterator end) const {
   const int32_t ring = ringOf(reach_), side = windowSide(reach_);
   std::vector<PackedKey> order;  // of keys, by x first
-  for (const Vec3i& cube : cubes) {
-    for (int32_t i = 0; i < side * side * side; ++i) {
-      const Vec3i aside{i % side - ring, i / side % side - ring, i / (side * side) - ring};
-      const Vec3i sector = sectorOfCube(cube) + aside;
-      if (leastBetween(sector, cube) <= reach_ * reach_) order.push_back(packKey(turned(sector)));
-    }
+  for (auto of_sector = changed_.begin(); of_sector != end; ++of_sector) {
+    visitCubes(*of_sector, [&](const Vec3i& cube, int) {
+      for (int32_t i = 0; i < side * side * side; ++i) {
+        const Vec3i aside{i % side - ring, i / side % side - ring, i / (side * side) - ring};
+        const Vec3i sector = sectorOfCube(cube) + aside;
+        if (leastBetween(sector, cube) <= reach_ * reach_) order.push_back(packKey(turned(sector)));
+      }
+    });
   }
-  for (const PackedKey key : unfinished_) order.push_back(packKey(turned(unpackKey(key))));
   std::sort(order.begin(), order.end());
   order.erase(std::unique(order.begin(), order.end()), order.end());
   std::vector<SectorChange> sectors;
@@ -142,25 +111,26 @@ bool DistanceField::mayOverwrite(const SectorChange& change) const {
   return pages_ == nullptr && change.sector.use_count() == kHereAndInTheTable;
 }
 
-void DistanceField::update(const std::vector<CubeMask>& changed) {
-  std::vector<SectorChange> sectors = sectorsNear(takeOver(changed));
-  size_t first = 0;
-  try {
-    for (size_t count = 0; first < sectors.size(); first += count) {
-      count = countAtOnce(sectors, first);
-      const auto begin = sectors.begin() + static_cast<std::ptrdiff_t>(first);
-      updateSome({std::make_move_iterator(begin),
-                  std::make_move_iterator(begin + static_cast<std::ptrdiff_t>(count))});
+/// What an exception leaves out is left to the next update.
+void DistanceField::update(const CellSectors& cells) {
+  while (!changed_.empty()) {
+    auto end = changed_.begin();
+    for (int cubes = 0; end != changed_.end() && cubes < kMostCubesAtOnce; ++end) {
+      cubes += __builtin_popcountll(end->second);
     }
-  } catch (...) {  // the surfaces are taken over, so the next update has to know
-    for (; first < sectors.size(); ++first) unfinished_.push_back(packKey(sectors[first].key));
-    throw;
+    std::vector<SectorChange> sectors = sectorsNear(end);
+    for (size_t first = 0, count = 0; first < sectors.size(); first += count) {
+      count = countAtOnce(sectors, first);
+      const auto begin =
+          std::make_move_iterator(sectors.begin()) + static_cast<std::ptrdiff_t>(first);
+      updateSome(cells, {begin, begin + static_cast<std::ptrdiff_t>(count)});
+    }
+    changed_.erase(changed_.begin(), end);
   }
-  unfinished_.clear();
 }
 
 /// All of them by other means than the host's threads.
-bool DistanceField::workOut(std::vector<SectorChange>& sectors) {
+bool DistanceField::workOut(const CellSectors& cells, std::vector<SectorChange>& sectors) {
   if (!work_out_) return false;
   std::vector<Vec3i> wanted(sectors.size());
   std::vector<SectorSquares> squares(sectors.size());
@@ -168,7 +138,7 @@ bool DistanceField::workOut(std::vector<SectorChange>& sectors) {
     wanted[i] = sectors[i].key;
     if (mayOverwrite(sectors[i])) squares[i] = sectors[i].sector->squared;
   }
-  if (!work_out_(task_.gather(surfaces_, wanted, reach_), squares)) return false;
+  if (!work_out_(task_.gather(cells, wanted, reach_), squares)) return false;
   for (size_t i = 0; i < sectors.size(); ++i) {
     if (sectors[i].sector != nullptr && squares[i] == sectors[i].sector->squared) continue;
     auto sector = std::make_shared<DistanceSector>();
@@ -179,23 +149,24 @@ bool DistanceField::workOut(std::vector<SectorChange>& sectors) {
 }
 
 template <class Value>
-void DistanceField::workOutOnHost(std::vector<SectorChange>& sectors) const {
+void DistanceField::workOutOnHost(const CellSectors& cells,
+                                  std::vector<SectorChange>& sectors) const {
   using Distances = SectorDistances<Value>;
   parallelFor<Distances>(sectors.size(), threads_, [&](size_t i, Distances& distances) {
     auto sector = std::make_shared<DistanceSector>();
-    sector->squared = distances.run(surfaces_, sectors[i].key, reach_);
+    sector->squared = distances.run(cells, sectors[i].key, reach_);
     sectors[i].sector = std::move(sector);
   });
 }
 
-void DistanceField::updateSome(std::vector<SectorChange> sectors) {
+void DistanceField::updateSome(const CellSectors& cells, std::vector<SectorChange> sectors) {
   for (SectorChange& change : sectors) {
     const auto known = sectors_.find(packKey(change.key));
     if (known != sectors_.end()) change.sector = known->second.get();
   }
-  if (!workOut(sectors)) {
-    reach_ <= kMostReachOf16Bits ? workOutOnHost<int16_t>(sectors)
-                                 : workOutOnHost<int32_t>(sectors);
+  if (!workOut(cells, sectors)) {
+    reach_ <= kMostReachOf16Bits ? workOutOnHost<int16_t>(cells, sectors)
+                                 : workOutOnHost<int32_t>(cells, sectors);
   }
   for (SectorChange& change : sectors) {
     const PackedKey key = packKey(change.key);
@@ -209,14 +180,13 @@ void DistanceField::updateSome(std::vector<SectorChange> sectors) {
 
 void DistanceField::clear() {
   sectors_.clear();
-  surfaces_.clear();
-  unfinished_.clear();
+  changed_.clear();
 }
 
 size_t DistanceField::bytes() const {
   constexpr size_t kNode = sizeof(DistanceSectors::value_type) + sizeof(void*);
   return sectors_.size() * (kNode + (pages_ ? 0 : kSquaresBytes + sizeof(DistanceSector))) +
-         surfaces_.bytes();
+         changed_.size() * kCubeSetNodeBytes;
 }
 
 SpaceDistance interpolatedDistance(const KnownSpace& space, const DistanceSectors& sectors,

@@ -25,8 +25,7 @@ inline int reachInCells(double max_distance_m, double cell_size_m) {
 using DistanceSectors = Sectors<DistanceSector>;
 
 /// @return the squared distance, in cells, to the nearest cell with a surface; -1: none in reach; 0
-/// where it cannot be read, so that nobody runs into something. Where surfaces cannot be read, all
-/// cells count as such, until it is given again what is in their cubes.
+/// where it cannot be read, so that nobody runs into something.
 int squaredAt(const DistanceSectors& sectors, const Vec3i& cell);
 
 /// As KnownSpace::distanceAt() says, between the middles of cells, by the squared distances of
@@ -45,14 +44,16 @@ class DistanceField {
   /// Distances are known up to `reach` cells, 255 at most: their squares are kept in 16 bits.
   /// @param pages Null: all stays in memory.
   DistanceField(int reach, int threads, const SharedPagedValues& pages = nullptr)
-      : reach_(reach), threads_(threads), pages_(pages), surfaces_(pages) {}
+      : reach_(reach), threads_(threads), pages_(pages) {}
 
   /// From now on it has whole sectors worked out by this.
   void setBackend(DistanceWork work_out) { work_out_ = std::move(work_out); }
 
-  /// Takes over the cubes in which surfaces may be other ones than before: those that are there
-  /// now.
-  void update(const std::vector<CubeMask>& changed);
+  /// Surfaces in this cube may be other ones than before.
+  void noteChange(const Vec3i& cube) { insert(changed_, cube); }
+
+  /// Works out the distances that changes since the last update have made other ones.
+  void update(const CellSectors& cells);
 
   const DistanceSectors& sectors() const { return sectors_; }
   int reach() const { return reach_; }
@@ -63,15 +64,13 @@ class DistanceField {
  private:
   struct SectorChange;
 
-  std::vector<Vec3i> takeOver(const std::vector<CubeMask>& surfaces);
-  void fillLost(PackedKey sector, std::vector<Vec3i>& changed);
-  std::vector<SectorChange> sectorsNear(const std::vector<Vec3i>& cubes) const;
+  std::vector<SectorChange> sectorsNear(CubeSet::const_iterator end) const;
   size_t countAtOnce(const std::vector<SectorChange>& sectors, size_t first) const;
   bool mayOverwrite(const SectorChange& change) const;
-  bool workOut(std::vector<SectorChange>& sectors);
+  bool workOut(const CellSectors& cells, std::vector<SectorChange>& sectors);
   template <class Value>
-  void workOutOnHost(std::vector<SectorChange>& sectors) const;
-  void updateSome(std::vector<SectorChange> sectors);
+  void workOutOnHost(const CellSectors& cells, std::vector<SectorChange>& sectors) const;
+  void updateSome(const CellSectors& cells, std::vector<SectorChange> sectors);
 
   int reach_;
   int threads_;
@@ -79,8 +78,7 @@ class DistanceField {
   DistanceWork work_out_;
   TaskOfDistances task_;
   DistanceSectors sectors_;
-  SurfaceTable surfaces_;              ///< That the sectors know of.
-  std::vector<PackedKey> unfinished_;  ///< Sectors that an exception left out.
+  CubeSet changed_;  ///< Cubes with surfaces that the sectors do not know yet.
 };
 
 }  // namespace dtsdf

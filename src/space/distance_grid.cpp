@@ -114,21 +114,19 @@ SpaceSnapshot clearedIn(const BoxRegion& box, const std::vector<Region>& cleared
   result.cell_size_m_ = space.cell_size_m_;
   result.reach_ = space.reach_;
   const Vec3i reach{space.reach_ + 1, space.reach_ + 1, space.reach_ + 1}, next{1, 1, 1};
-  SurfaceTable surfaces(nullptr);
   visitBetween(sectorOfCell(cells.first - reach), sectorOfCell(cells.last + reach),
                [&](const Vec3i& key) {
-                 CellSector& sector = surfaces.open(packKey(key));
-                 sector = space.sectorAt(key);
-                 for (const RegionView& region : regions) clear(region, key, sector);
-                 result.cells_[packKey(key)] =
-                     Paged<CellSector>(std::make_shared<CellSector>(sector), nullptr);
+                 const auto before = surfacesIn(space.cells_, packKey(key));
+                 const auto sector = before == nullptr ? std::make_shared<CellSector>()
+                                                       : std::make_shared<CellSector>(*before);
+                 for (const RegionView& region : regions) clear(region, key, *sector);
+                 result.cells_[packKey(key)] = Paged<CellSector>(sector, nullptr);
                });
-  surfaces.close();
   SectorDistances<int32_t> distances;
   visitBetween(sectorOfCell(cells.first - next), sectorOfCell(cells.last + next),
                [&](const Vec3i& key) {
                  const auto sector = std::make_shared<DistanceSector>();
-                 sector->squared = distances.run(surfaces, key, space.reach_);
+                 sector->squared = distances.run(result.cells_, key, space.reach_);
                  if (sector->isEmpty()) return;
                  result.distances_[packKey(key)] = Paged<DistanceSector>(sector, nullptr);
                });

@@ -45,22 +45,17 @@ struct DistanceSector {
   }
 };
 
-/// Cells with surfaces; cubes without any are not there.
-using SurfaceTable = SectorTable<CellSector>;
-
 /// The buffers are kept from task to task.
 class TaskOfDistances {
  public:
-  /// Sectors that cannot be read count as if they had surfaces everywhere, to be on the safe side.
-  /// @param sectors In the order of x, then y, then z.
-  /// The box around them must not be large.
+  /// @param sectors In the order of x, then y, then z. The box around them must not be large.
   /// @return valid until the next one is gathered.
-  DistanceTask gather(const SurfaceTable& surfaces, const std::vector<Vec3i>& sectors, int reach) {
+  DistanceTask gather(const CellSectors& cells, const std::vector<Vec3i>& sectors, int reach) {
     DistanceTask task{};
     task.reach = reach;
     ring_ = ringOf(reach);
     layOut(sectors, task);
-    fill(surfaces);
+    fill(cells);
     task.stack_count = static_cast<int32_t>(stacks_.size());
     task.place_count = static_cast<int32_t>(places_.size());
     task.sector_count = static_cast<int32_t>(sectors_.size());
@@ -95,41 +90,31 @@ class TaskOfDistances {
   }
 
   /// The surfaces in the box.
-  void fill(const SurfaceTable& surfaces) {
+  void fill(const CellSectors& cells) {
     places_.assign(volumeOf(box_), -1);
     sectors_.clear();
     cubes_.clear();
-    if (surfaces.size() < places_.size()) {
-      for (const PackedKey key : surfaces.keys()) {
-        const Vec3i sector = unpackKey(key);
-        if (box_.contains(sector))
-          add(surfaces, key, places_[static_cast<size_t>(placeOf(sector))]);
-      }
-      return;
-    }
     size_t place = 0;
     for (int32_t z = box_.first.z; z <= box_.last.z; ++z) {
       for (int32_t y = box_.first.y; y <= box_.last.y; ++y) {
         for (int32_t x = box_.first.x; x <= box_.last.x; ++x, ++place) {
-          const PackedKey key = packKey({x, y, z});
-          if (surfaces.has(key)) add(surfaces, key, places_[place]);
+          if (const auto sector = surfacesIn(cells, packKey({x, y, z}))) {
+            add(*sector, places_[place]);
+          }
         }
       }
     }
   }
 
-  void add(const SurfaceTable& surfaces, PackedKey key, int32_t& place) {
-    place = static_cast<int32_t>(sectors_.size());
+  void add(const CellSector& cells, int32_t& place) {
     SurfaceCubes sector{0, static_cast<int32_t>(cubes_.size())};
-    if (const std::shared_ptr<const CellSector> cells = surfaces.find(key)) {
-      cells->visit([&](int number, const CubeCells& cube) {
-        sector.known |= uint64_t{1} << number;
-        cubes_.push_back(cube.surface);
-      });
-    } else {
-      sector.known = ~uint64_t{0};
-      cubes_.insert(cubes_.end(), kCubesPerSector, kAllCells);
-    }
+    cells.visit([&](int number, const CubeCells& cube) {
+      if (isEmpty(cube.surface)) return;
+      sector.known |= uint64_t{1} << number;
+      cubes_.push_back(cube.surface);
+    });
+    if (sector.known == 0) return;
+    place = static_cast<int32_t>(sectors_.size());
     sectors_.push_back(sector);
   }
 

@@ -17,11 +17,10 @@ namespace dtsdf {
 template <class Value>
 class SectorDistances {
  public:
-  /// Sectors that cannot be read count as if they had surfaces everywhere, to be on the safe side.
   /// @return null where no cell of the sector is within reach of a surface.
-  SectorSquares run(const SurfaceTable& surfaces, const Vec3i& sector, int reach) {
+  SectorSquares run(const CellSectors& cells, const Vec3i& sector, int reach) {
     begin(firstCellOfCube(cubeOfSector(sector, 0)), reach);
-    findRows(surfaces);
+    findRows(cells);
     if (rows_.empty()) return nullptr;
     combineRows();
     return combinePlanes();
@@ -46,25 +45,22 @@ class SectorDistances {
     rows_.clear();
   }
 
-  void findRows(const SurfaceTable& surfaces) {
+  void findRows(const CellSectors& cells) {
     const Vec3i low = sectorOfCell(first_);
     const Vec3i high = sectorOfCell(first_ + Vec3i{window_ - 1, window_ - 1, window_ - 1});
     for (int32_t z = low.z; z <= high.z; ++z) {
       for (int32_t y = low.y; y <= high.y; ++y) {
-        for (int32_t x = low.x; x <= high.x; ++x) addSector(surfaces, {x, y, z});
+        for (int32_t x = low.x; x <= high.x; ++x) addSector(cells, {x, y, z});
       }
     }
   }
 
-  void addSector(const SurfaceTable& surfaces, const Vec3i& sector) {
-    const std::shared_ptr<const CellSector> cells = surfaces.find(packKey(sector));
-    if (cells != nullptr) {
-      cells->visit([&](int number, const CubeCells& cube) {
-        addCube(cubeOfSector(sector, number), cube.surface);
-      });
-    } else if (surfaces.has(packKey(sector))) {
-      for (int i = 0; i < kCubesPerSector; ++i) addCube(cubeOfSector(sector, i), kAllCells);
-    }
+  void addSector(const CellSectors& cells, const Vec3i& sector) {
+    const std::shared_ptr<const CellSector> surfaces = surfacesIn(cells, packKey(sector));
+    if (surfaces == nullptr) return;
+    surfaces->visit([&](int number, const CubeCells& cube) {
+      addCube(cubeOfSector(sector, number), cube.surface);
+    });
   }
 
   void addCube(const Vec3i& cube, const CellMask& surface) {

@@ -32,20 +32,16 @@ class SectorTable {
     return place == sectors_.end() ? nullptr : place->second.get();
   }
 
-  /// Whether there is one, also where it cannot be read.
-  bool has(PackedKey key) const { return open_.count(key) > 0 || sectors_.count(key) > 0; }
-
-  /// A sector that is going to be changed, made if there is none. It stays where it is until
-  /// close().
+  /// A sector that is going to be changed, made if there is none; one that cannot be read is lost.
+  /// It stays where it is until close().
   T& open(PackedKey key) {
     std::shared_ptr<T>& sector = open_[key];
     if (sector != nullptr) return *sector;
     const auto place = sectors_.find(key);
-    if (place != sectors_.end()) {
-      sector = place->second.take();
-      if (sector == nullptr) lost_.push_back(key);
+    if (place != sectors_.end()) sector = place->second.take();
+    if (sector == nullptr) {
+      sector = std::make_shared<T>(place == sectors_.end() ? T() : T::lost());
     }
-    if (sector == nullptr) sector = std::make_shared<T>();
     return *sector;
   }
 
@@ -62,14 +58,9 @@ class SectorTable {
     }
   }
 
-  /// Those that open() had to make anew, as they could not be read.
-  const std::vector<PackedKey>& lost() const { return lost_; }
-  void forgetLost() { lost_.clear(); }
-
   void clear() {
     open_.clear();
     sectors_.clear();
-    lost_.clear();
   }
 
   std::vector<PackedKey> keys() const {
@@ -79,7 +70,8 @@ class SectorTable {
     return keys;
   }
 
-  size_t size() const { return sectors_.size(); }
+  /// All of them. @pre None is open.
+  const Sectors<T>& all() const { return sectors_; }
 
   /// Memory that it takes, but for what its pages count.
   size_t bytes() const {
@@ -96,7 +88,6 @@ class SectorTable {
   SharedPagedValues pages_;
   Sectors<T> sectors_;
   std::unordered_map<PackedKey, std::shared_ptr<T>> open_;
-  std::vector<PackedKey> lost_;
 };
 
 }  // namespace dtsdf

@@ -13,54 +13,7 @@ CellMask maskOf(const SpaceCube::Mask& words) {
   return mask;
 }
 
-/// Whose distances are worked out before memory is made for others.
-constexpr size_t kMostCubesAtOnce = size_t{1} << 16;
-
 }  // namespace
-
-CellSector SpaceSnapshot::sectorAt(const Vec3i& key) const {
-  const auto place = cells_.find(packKey(key));
-  if (place == cells_.end()) return {};
-  if (const auto sector = place->second.get()) return *sector;
-  CellSector lost;
-  for (int i = 0; i < kCubesPerSector; ++i) lost.make(i).surface = kAllCells;
-  return lost;
-}
-
-CellState SpaceSnapshot::stateOf(const Vec3i& cell) const {
-  const auto place = cells_.find(packKey(sectorOfCell(cell)));
-  const auto sector = place == cells_.end() ? nullptr : place->second.get();
-  if (sector == nullptr) return CellState::kUnknown;
-  return stateIn(sector->at(cubeInSector(cubeOfCell(cell))), indexInCube(cell));
-}
-
-std::vector<SpaceCube> SpaceSnapshot::cubesOf(const Vec3i& sector, const Paged<CellSector>& paged) {
-  std::vector<SpaceCube> cubes;
-  if (const auto cells = paged.get()) {
-    cells->visit([&](int number, const CubeCells& cube) {
-      cubes.push_back(asSpaceCube(cubeOfSector(sector, number), cube));
-    });
-  }
-  return cubes;
-}
-
-std::vector<SpaceCube> SpaceSnapshot::cubes(int32_t first_z, int32_t last_z) const {
-  const int32_t low = first_z >> kCubeSideLog2, high = last_z >> kCubeSideLog2;
-  std::vector<SpaceCube> found;
-  for (const auto& [key, paged] : cells_) {
-    const Vec3i sector = unpackKey(key);
-    if (sector.z < first_z >> kSectorSideLog2 || sector.z > last_z >> kSectorSideLog2) continue;
-    for (const SpaceCube& cube : cubesOf(sector, paged)) {
-      const int32_t z = SpaceCube::cubeOf(cube.first).z;
-      if (z >= low && z <= high) found.push_back(cube);
-    }
-  }
-  return found;
-}
-
-SpaceDistance SpaceSnapshot::distanceAt(const Eigen::Vector3d& p_W) const {
-  return interpolatedDistance(*this, distances_, reach_, p_W);
-}
 
 void SpaceFollower::apply(const SpaceChanges& changes, double cell_size_m) {
   if (changes.begins_anew) startOver(cell_size_m);
@@ -68,17 +21,8 @@ void SpaceFollower::apply(const SpaceChanges& changes, double cell_size_m) {
   for (const SpaceCube& cube : changes.cubes) {
     by_sector[packKey(sectorOfCell(cube.first))].push_back(&cube);
   }
-  std::vector<CubeMask> surfaces;
-  for (const auto& of_sector : by_sector) {
-    applyCells(of_sector);
-    for (const SpaceCube* const cube : of_sector.second) {
-      surfaces.push_back({SpaceCube::cubeOf(cube->first), maskOf(cube->surface)});
-    }
-    if (surfaces.size() < kMostCubesAtOnce) continue;
-    field_.update(surfaces);
-    surfaces.clear();
-  }
-  field_.update(surfaces);
+  for (const auto& of_sector : by_sector) applyCells(of_sector);
+  field_.update(now_.cells_);
   now_.distances_ = field_.sectors();
 }
 
@@ -89,16 +33,21 @@ void SpaceFollower::startOver(double cell_size_m) {
   field_ = DistanceField(now_.reach_, threads_, pages_);
 }
 
-/// A sector that changes is copied once, whatever changes in it. Of one that cannot be read only
-/// what changes is known then.
+/// A sector that changes is copied once, whatever changes in it.
 void SpaceFollower::applyCells(const CubesOfSectors::value_type& of_sector) {
   const auto known = now_.cells_.find(of_sector.first);
-  const auto before = known == now_.cells_.end() ? nullptr : known->second.get();
-  const auto cells =
-      before == nullptr ? std::make_shared<CellSector>() : std::make_shared<CellSector>(*before);
+  const auto cells = std::make_shared<CellSector>();
+  if (known != now_.cells_.end()) {
+    const auto before = known->second.get();
+    *cells = before == nullptr ? CellSector::lost() : *before;
+  }
   for (const SpaceCube* const cube : of_sector.second) {
-    const int number = cubeInSector(SpaceCube::cubeOf(cube->first));
-    const CubeCells now{maskOf(cube->free), maskOf(cube->surface)};
+    const Vec3i key = SpaceCube::cubeOf(cube->first);
+    const int number = cubeInSector(key);
+    const CubeCells now{maskOf(cube->free), maskOf(cube->surface)}, before = cells->at(number);
+    if (!std::equal(now.surface.word, now.surface.word + kWordsPerCube, before.surface.word)) {
+      field_.noteChange(key);
+    }
     if (isEmpty(now)) {
       cells->erase(number);
     } else {

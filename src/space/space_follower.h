@@ -23,27 +23,27 @@ class SpaceSnapshot : public KnownSpace {
   /// Calls `visit` with cubes of which something is known, some at a time, in no order.
   template <class Visit>
   void visitCubes(const Visit& visit) const {
-    for (const auto& [key, sector] : cells_) visit(cubesOf(unpackKey(key), sector));
+    for (const auto& of_sector : cells_) visit(cubesOf(of_sector));
   }
 
   double cellSize_m() const override { return cell_size_m_; }
-  CellState stateOf(const Vec3i& cell) const override;
-  std::vector<SpaceCube> cubes(int32_t first_z, int32_t last_z) const override;
+  CellState stateOf(const Vec3i& cell) const override { return stateIn(cells_, cell); }
+  std::vector<SpaceCube> cubes(int32_t first_z, int32_t last_z) const override {
+    return cubesIn(cells_, first_z, last_z);
+  }
   int squaredDistance(const Vec3i& cell) const override { return squaredAt(distances_, cell); }
-  SpaceDistance distanceAt(const Eigen::Vector3d& p_W) const override;
+  SpaceDistance distanceAt(const Eigen::Vector3d& p_W) const override {
+    return interpolatedDistance(*this, distances_, reach_, p_W);
+  }
 
  private:
   friend class SpaceFollower;
   friend SpaceSnapshot clearedIn(const BoxRegion& box, const std::vector<Region>& cleared,
                                  const SpaceSnapshot& space);
 
-  /// One that cannot be read has surfaces everywhere.
-  CellSector sectorAt(const Vec3i& key) const;
-  static std::vector<SpaceCube> cubesOf(const Vec3i& sector, const Paged<CellSector>& paged);
-
   double cell_size_m_ = 0.0;
   int reach_ = 0;  ///< How far distances reach, in cells.
-  Sectors<CellSector> cells_;
+  CellSectors cells_;
   DistanceSectors distances_;
 };
 

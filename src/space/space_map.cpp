@@ -16,7 +16,7 @@ int log2Of(int cell_voxels) {
   return log2;
 }
 
-/// Cubes that are changed, or whose distances are worked out, before memory is made for others.
+/// Cubes that are changed before memory is made for others.
 constexpr size_t kMostAtOnce = size_t{1} << 16;
 
 /// Cubes that are handed out at once: some megabytes.
@@ -148,18 +148,6 @@ void SpaceMap::addFree(const std::vector<CubeMask>& cubes) {
     for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] |= seen.cells.word[i];
   }
   table_.close();
-  recountAfterReadError();
-}
-
-/// What the disk lost is free no longer, but surfaces are still known by their blocks.
-void SpaceMap::recountAfterReadError() {
-  const std::vector<PackedKey> lost = table_.takeLost();
-  if (lost.empty()) return;
-  for (const Vec3i& cube : surfaces_.restoreLost(lost, table_)) insert(changed_, cube);
-  free_cubes_ = 0;
-  table_.visit(isAnySector, [&](const Vec3i&, const CubeCells& cells) {
-    free_cubes_ += isEmpty(cells.free) ? 0 : 1;
-  });
 }
 
 /// Takes cells out of what is free of a cube; it goes if nothing is known of it then.
@@ -172,12 +160,10 @@ void SpaceMap::forgetFree(const Vec3i& key, const CubeCells& known, const CellMa
     table_.removeIfEmpty(key);
   }
   table_.close();
-  recountAfterReadError();
 }
 
 void SpaceMap::addSurfaces(const std::vector<BlockMesh>& blocks) {
-  for (const Vec3i& cube : surfaces_.apply(blocks, table_)) insert(changed_, cube);
-  recountAfterReadError();
+  for (const Vec3i& cube : surfaces_.apply(blocks, table_)) distances_.noteChange(cube);
 }
 
 Vec3d SpaceMap::middleOf(const Vec3i& cell) const {
@@ -224,7 +210,6 @@ void SpaceMap::clear() {
   table_.clear();
   surfaces_.clear();
   distances_.clear();
-  changed_.clear();
   free_cubes_ = 0;
   refused_cubes_ = 0;
   if (pages_ != nullptr) pages_->resetCounts();
@@ -254,14 +239,9 @@ void SpaceMap::restore(const MapContents& contents) {
     if (++entered % kMostAtOnce == 0) table_.close();
   }
   table_.close();
-  recountAfterReadError();
 }
 
 double SpaceMap::cellSize_m() const { return voxel_size_m_ * cellSide(cell_log2_); }
-
-CellState SpaceMap::stateOf(const Vec3i& cell) const {
-  return stateIn(table_.find(cubeOfCell(cell)), indexInCube(cell));
-}
 
 std::vector<SpaceCell> SpaceMap::cells() const {
   std::vector<Vec3i> keys;
@@ -279,36 +259,7 @@ std::vector<SpaceCell> SpaceMap::cells() const {
   return all;
 }
 
-std::vector<SpaceCube> SpaceMap::cubes(int32_t first_z, int32_t last_z) const {
-  const int32_t low = first_z >> kCubeSideLog2, high = last_z >> kCubeSideLog2;
-  const auto takes = [&](const Vec3i& sector) {
-    return sector.z >= first_z >> kSectorSideLog2 && sector.z <= last_z >> kSectorSideLog2;
-  };
-  std::vector<SpaceCube> found;
-  table_.visit(takes, [&](const Vec3i& key, const CubeCells& cube) {
-    if (key.z >= low && key.z <= high) found.push_back(asSpaceCube(key, cube));
-  });
-  return found;
-}
-
 SpaceChanges SpaceMap::takeChanges(bool all) { return table_.takeTouched(all, kMostChanges); }
-
-void SpaceMap::updateDistances() {
-  std::vector<CubeMask> changed;
-  CubeSet unread;
-  for (const auto& of_sector : changed_) {
-    const bool is_read =
-        table_.visitSome(of_sector, [&](const Vec3i& cube, const CubeCells& cells) {
-          changed.push_back({cube, cells.surface});
-        });
-    if (!is_read) unread.insert(of_sector);
-    if (changed.size() < kMostAtOnce) continue;
-    distances_.update(changed);
-    changed.clear();
-  }
-  distances_.update(changed);
-  changed_ = std::move(unread);
-}
 
 SpaceDistance SpaceMap::distanceAt(const Eigen::Vector3d& p_W) const {
   return interpolatedDistance(*this, distances_.sectors(), distances_.reach(), p_W);
@@ -318,7 +269,7 @@ size_t SpaceMap::freeBytes() const { return free_cubes_ * kFreeCubeBudgetBytes; 
 
 size_t SpaceMap::bytes() const {
   return table_.bytes() + surfaces_.bytes() + distances_.bytes() +
-         changed_.size() * CellTable::kSetNodeBytes + (pages_ == nullptr ? 0 : pages_->bytes());
+         (pages_ == nullptr ? 0 : pages_->bytes());
 }
 
 void SpaceMap::addTo(PageStats& pages) const {

@@ -69,11 +69,13 @@ class SpaceMap : public Space {
   void addTo(PageStats& pages) const;
 
   double cellSize_m() const override;
-  CellState stateOf(const Vec3i& cell) const override;
+  CellState stateOf(const Vec3i& cell) const override { return stateIn(table_.all(), cell); }
   std::vector<SpaceCell> cells() const override;
-  std::vector<SpaceCube> cubes(int32_t first_z, int32_t last_z) const override;
+  std::vector<SpaceCube> cubes(int32_t first_z, int32_t last_z) const override {
+    return cubesIn(table_.all(), first_z, last_z);
+  }
   SpaceChanges takeChanges(bool all) override;
-  void updateDistances() override;
+  void updateDistances() override { distances_.update(table_.all()); }
   int squaredDistance(const Vec3i& cell) const override {
     return squaredAt(distances_.sectors(), cell);
   }
@@ -83,7 +85,6 @@ class SpaceMap : public Space {
  private:
   BlockExtent boundsOfView(const FrameView& frame) const;
   void forgetFree(const Vec3i& key, const CubeCells& known, const CellMask& cells);
-  void recountAfterReadError();
   Vec3d middleOf(const Vec3i& cell) const;
 
   const int32_t cell_log2_;  ///< Log2 of the voxels along a cell.
@@ -97,7 +98,6 @@ class SpaceMap : public Space {
   CellTable table_;
   SurfaceCells surfaces_;
   DistanceField distances_;
-  CubeSet changed_;  ///< Those with surfaces that distances do not know yet.
 };
 
 }  // namespace dtsdf

@@ -13,11 +13,6 @@ namespace {
 
 bool isBefore(const Vec3i& a, const Vec3i& b) { return packKey(a) < packKey(b); }
 
-void sortEachOnce(std::vector<Vec3i>& all) {
-  std::sort(all.begin(), all.end(), isBefore);
-  all.erase(std::unique(all.begin(), all.end()), all.end());
-}
-
 /// A corner of a triangle.
 struct Corner {
   Vec3f at;    ///< In cells, from the cell that the block begins in.
@@ -72,20 +67,17 @@ void visitCells(const Corner& a, const Corner& b, const Corner& c, const Visit& 
 }
 
 /// Cells of a block's triangles, counted from its first cell: a bit for each of those around it,
-/// and a list for others.
+/// beyond which no triangle reaches.
 class CellSet {
  public:
   void put(const Vec3i& cell) {
     const Vec3i at = cell - kFirst;
-    if (((at.x | at.y | at.z) & ~(kSide - 1)) != 0) {
-      far_.push_back(cell);
-      return;
-    }
+    if (((at.x | at.y | at.z) & ~(kSide - 1)) != 0) return;
     const auto index = static_cast<uint32_t>(at.x + kSide * (at.y + kSide * at.z));
     words_[index >> 6] |= uint64_t{1} << (index & 63u);
   }
 
-  /// All of them, sorted, each once, moved by so much.
+  /// All of them, sorted, moved by so much.
   std::vector<Vec3i> list(const Vec3i& by) const {
     std::vector<Vec3i> cells;
     for (size_t i = 0; i < words_.size(); ++i) {
@@ -95,10 +87,7 @@ class CellSet {
                         Vec3i{index % kSide, index / kSide % kSide, index / (kSide * kSide)});
       }
     }
-    if (far_.empty()) return cells;  // by z, then y, then x as it is
-    for (const Vec3i& cell : far_) cells.push_back(by + cell);
-    sortEachOnce(cells);
-    return cells;
+    return cells;  // by z, then y, then x as it is
   }
 
  private:
@@ -106,7 +95,6 @@ class CellSet {
   static constexpr Vec3i kFirst{-4, -4, -4};
 
   std::array<uint64_t, kSide * kSide * kSide / 64> words_{};
-  std::vector<Vec3i> far_;
 };
 
 /// Calls visit(cell) for each cell of a sorted list that another one lacks.
@@ -151,113 +139,86 @@ std::vector<Vec3i> SurfaceCells::apply(const std::vector<BlockMesh>& blocks, Cel
   std::vector<uint8_t> is_other(blocks.size());
   parallelFor(blocks.size(), threads_, [&](size_t i) {
     found[i] = cellsOfMesh(blocks[i], cell_log2_);
-    is_other[i] = isOther(blocks[i].key, found[i]);
+    const auto before = cellsOf(blocks[i].key);
+    is_other[i] = before == nullptr ? !found[i].empty() : *before != found[i];
   });
   changed_.clear();
   for (size_t i = 0; i < blocks.size(); ++i) {
     if (is_other[i]) replace(blocks[i].key, std::move(found[i]), cells);
   }
   sectors_.close();
-  sectors_.forgetLost();
-  sortEachOnce(changed_);
+  std::sort(changed_.begin(), changed_.end(), isBefore);
+  changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
   for (const Vec3i& cube : changed_) cells.removeIfEmpty(cube);
   cells.close();
   return std::move(changed_);
-}
-
-std::vector<Vec3i> SurfaceCells::restoreLost(const std::vector<PackedKey>& lost,
-                                             CellTable& cells) const {
-  std::vector<Vec3i> cubes;
-  for (const PackedKey key : lost) {
-    const std::shared_ptr<const SurfaceSector> sector = sectors_.find(key);
-    if (sector == nullptr) continue;
-    for (const auto& [cube, counts] : sector->counts) {
-      CubeCells& restored = cells.at(unpackKey(cube));
-      for (int i = 0; i < kCellsPerCube; ++i) {
-        if (counts[static_cast<size_t>(i)] > 0) add(restored.surface, i);
-      }
-      cubes.push_back(unpackKey(cube));
-    }
-  }
-  cells.close();
-  return cubes;
 }
 
 PackedKey SurfaceCells::sectorOf(const BlockKey& block) const {
   return packKey(sectorOfCell(firstCellOfBlock(block, cell_log2_)));
 }
 
-bool SurfaceCells::isOther(const BlockKey& block, const std::vector<Vec3i>& now) const {
+/// @return null: none.
+std::shared_ptr<const std::vector<Vec3i>> SurfaceCells::cellsOf(const BlockKey& block) const {
   const std::shared_ptr<const SurfaceSector> sector = sectors_.find(sectorOf(block));
-  if (sector == nullptr) return !now.empty();
-  const auto before = sector->cells_of_block.find(packKey(block));
-  return before == sector->cells_of_block.end() ? !now.empty() : before->second != now;
+  if (sector == nullptr) return nullptr;
+  const auto cells = sector->cells_of_block.find(packKey(block));
+  if (cells == sector->cells_of_block.end()) return nullptr;
+  return {sector, &cells->second};
 }
 
 /// A block has other cells from now on.
 void SurfaceCells::replace(const BlockKey& block, std::vector<Vec3i> now, CellTable& cells) {
   SurfaceSector& sector = sectors_.open(sectorOf(block));
-  std::vector<Vec3i>& before = sector.cells_of_block[packKey(block)];
-  visitLacking(now, before, [&](const Vec3i& cell) { put(cell, cells); });
-  visitLacking(before, now, [&](const Vec3i& cell) { take(cell, cells); });
+  const std::vector<Vec3i> before = std::exchange(sector.cells_of_block[packKey(block)], now);
   sector.listed += now.size();
   sector.listed -= before.size();
-  if (now.empty()) {
-    sector.cells_of_block.erase(packKey(block));
-  } else {
-    before = std::move(now);
+  if (now.empty()) sector.cells_of_block.erase(packKey(block));
+  visitLacking(now, before, [&](const Vec3i& cell) {
+    const Vec3i cube = cubeOfCell(cell);
+    if (isIn(cells.find(cube).surface, indexInCube(cell))) return;
+    add(cells.at(cube).surface, indexInCube(cell));
+    changed_.push_back(cube);
+  });
+  visitLacking(before, now, [&](const Vec3i& cell) {
+    const Vec3i cube = cubeOfCell(cell);
+    if (!isIn(cells.find(cube).surface, indexInCube(cell)) || isListed(cell)) return;
+    remove(cells.at(cube).surface, indexInCube(cell));
+    changed_.push_back(cube);
+  });
+}
+
+/// Whether some block has triangles in a cell: no mesh reaches beyond the blocks beside its own.
+bool SurfaceCells::isListed(const Vec3i& cell) const {
+  const int32_t side = cellSide(cell_log2_);
+  const BlockKey block = blockOfVoxel({side * cell.x, side * cell.y, side * cell.z});
+  for (int i = 0; i < 27; ++i) {
+    const auto cells = cellsOf(block + Vec3i{i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1});
+    if (cells && std::binary_search(cells->begin(), cells->end(), cell, isBefore)) return true;
   }
-}
-
-void SurfaceCells::put(const Vec3i& cell, CellTable& cells) {
-  const Vec3i cube = cubeOfCell(cell);
-  auto& counts = sectors_.open(packKey(sectorOfCell(cell))).counts[packKey(cube)];
-  const int index = indexInCube(cell);
-  if (counts[index]++ > 0) return;
-  add(cells.at(cube).surface, index);
-  changed_.push_back(cube);
-}
-
-void SurfaceCells::take(const Vec3i& cell, CellTable& cells) {
-  const Vec3i cube = cubeOfCell(cell);
-  const int index = indexInCube(cell);
-  auto& all_counts = sectors_.open(packKey(sectorOfCell(cell))).counts;
-  const auto place = all_counts.find(packKey(cube));
-  if (place == all_counts.end() || place->second[index] == 0) return;  // the disk lost it
-  auto& counts = place->second;
-  if (--counts[index] > 0) return;
-  remove(cells.at(cube).surface, index);
-  changed_.push_back(cube);
-  const auto has_none = [](uint8_t blocks) { return blocks == 0; };
-  if (std::all_of(counts.begin(), counts.end(), has_none)) all_counts.erase(place);
+  return false;
 }
 
 size_t SurfaceSector::bytes() const {
   constexpr size_t kNode = sizeof(PackedKey) + 3 * sizeof(void*), kHeap = 2 * sizeof(void*);
-  return sizeof(*this) + counts.size() * (kNode + kCellsPerCube) + listed * sizeof(Vec3i) +
+  return sizeof(*this) + listed * sizeof(Vec3i) +
          cells_of_block.size() * (kNode + kHeap + sizeof(std::vector<Vec3i>));
 }
 
 void SurfaceSector::visitRecord(ByteWriter& out) const {
-  out(cells_of_block.size(), counts.size());
+  out(cells_of_block.size());
   for (const auto& [block, cells] : cells_of_block) {
     out(block, cells.size());
     out.array(cells, cells.size());
   }
-  for (const auto& [cube, count] : counts) {
-    out(cube);
-    out.array(&count, 1);
-  }
 }
 
 void SurfaceSector::visitRecord(ByteReader& in) {
-  const auto blocks = in.take<size_t>(), cubes = in.take<size_t>();
-  for (size_t i = 0; i < blocks; ++i) {
+  for (auto blocks = in.take<size_t>(); blocks > 0; --blocks) {
     std::vector<Vec3i>& cells = cells_of_block[in.take<PackedKey>()];
     in.array(cells, in.take<size_t>());
     listed += cells.size();
   }
-  for (size_t i = 0; i < cubes; ++i) in.array(&counts[in.take<PackedKey>()], 1);
 }
 
 }  // namespace dtsdf

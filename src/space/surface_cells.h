@@ -2,9 +2,9 @@
 /// the border of blocks stays as long as any of them has a triangle in it.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <unordered_map>
 #include <vector>
 
@@ -17,14 +17,13 @@ namespace dtsdf {
 /// face between two cells is in the upper one.
 std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2);
 
-/// The cells that blocks of a sector have triangles in, and how many blocks have some in its cells.
+/// The cells that blocks of a sector have triangles in.
 struct SurfaceSector {
-  std::unordered_map<PackedKey, std::vector<Vec3i>> cells_of_block;
-  /// Per cube and cell, how many blocks have a triangle in it; cubes without surfaces are left out.
-  std::unordered_map<PackedKey, std::array<uint8_t, kCellsPerCube>> counts;
-  size_t listed = 0;  ///< Cells in all lists.
+  std::unordered_map<PackedKey, std::vector<Vec3i>> cells_of_block;  ///< Sorted, as above.
+  size_t listed = 0;                                                 ///< Cells in all lists.
 
-  bool isEmpty() const { return cells_of_block.empty() && counts.empty(); }
+  static SurfaceSector lost() { return {}; }
+  bool isEmpty() const { return cells_of_block.empty(); }
   size_t bytes() const;
   void visitRecord(ByteWriter& out) const;
   void visitRecord(ByteReader& in);
@@ -39,18 +38,14 @@ class SurfaceCells {
   /// Takes over what a mesh update has changed. @return the cubes whose surfaces changed, by key.
   std::vector<Vec3i> apply(const std::vector<BlockMesh>& blocks, CellTable& cells);
 
-  /// Puts surfaces back into sectors of cells that the disk lost. @return their cubes.
-  std::vector<Vec3i> restoreLost(const std::vector<PackedKey>& lost, CellTable& cells) const;
-
   void clear() { sectors_.clear(); }
   size_t bytes() const { return sectors_.bytes(); }
 
  private:
   PackedKey sectorOf(const BlockKey& block) const;
-  bool isOther(const BlockKey& block, const std::vector<Vec3i>& now) const;
+  std::shared_ptr<const std::vector<Vec3i>> cellsOf(const BlockKey& block) const;
+  bool isListed(const Vec3i& cell) const;
   void replace(const BlockKey& block, std::vector<Vec3i> now, CellTable& cells);
-  void take(const Vec3i& cell, CellTable& cells);
-  void put(const Vec3i& cell, CellTable& cells);
 
   const int32_t cell_log2_;  ///< Log2 of the voxels along a cell.
   const int threads_;

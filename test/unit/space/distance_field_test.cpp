@@ -5,7 +5,6 @@
 #include <random>
 #include <set>
 #include <stdexcept>
-#include <unordered_map>
 #include <utility>
 
 #include "space/distance_field.h"
@@ -21,14 +20,12 @@ class Surfaces {
  public:
   void put(const Vec3i& cell) {
     if (!isThere(cell)) sites_.push_back(cell);
-    add(table_[packKey(cubeOfCell(cell))], indexInCube(cell));
-    changed_.insert(packKey(cubeOfCell(cell)));
+    add(maskAt(cell), indexInCube(cell));
   }
   void take(size_t i) {
     const Vec3i cell = sites_[i];
     sites_.erase(sites_.begin() + static_cast<std::ptrdiff_t>(i));
-    remove(table_[packKey(cubeOfCell(cell))], indexInCube(cell));
-    changed_.insert(packKey(cubeOfCell(cell)));
+    remove(maskAt(cell), indexInCube(cell));
   }
   void changeSome(std::mt19937& random, int round);
   bool isThere(const Vec3i& cell) const {
@@ -36,12 +33,13 @@ class Surfaces {
   }
 
   void updateAll(DistanceField& field) {
-    std::vector<CubeMask> cubes;
-    for (const PackedKey key : changed_) cubes.push_back({unpackKey(key), table_[key]});
-    field.update(cubes);
+    table_.close();
+    for (const PackedKey key : changed_) field.noteChange(unpackKey(key));
+    field.update(table_.all());
     changed_.clear();
   }
 
+  const CellSectors& cells() const { return table_.all(); }
   int squaredDistance(const Vec3i& cell, int reach) const {
     int least = reach * reach + 1;
     for (const Vec3i& site : sites_) {
@@ -52,7 +50,13 @@ class Surfaces {
   }
 
  private:
-  std::unordered_map<PackedKey, CellMask> table_;
+  CellMask& maskAt(const Vec3i& cell) {
+    const Vec3i cube = cubeOfCell(cell);
+    changed_.insert(packKey(cube));
+    return table_.open(packKey(sectorOfCube(cube))).make(cubeInSector(cube)).surface;
+  }
+
+  SectorTable<CellSector> table_{nullptr};
   std::vector<Vec3i> sites_;
   std::set<PackedKey> changed_;
 };
@@ -164,18 +168,18 @@ TEST(DistanceField, WhatFailedIsWorkedOutByTheNextUpdate) {
     if (std::exchange(fails, false)) throw std::runtime_error("lost");
     return false;
   });
+  Surfaces surfaces;
   for (int i = 0; i < 4; ++i) {
-    CellMask surface{};
-    add(surface, 7 * i);
-    const std::vector<CubeMask> cubes{{{5 * i, 0, 1}, surface}};
+    surfaces.put(firstCellOfCube({5 * i, 0, 1}) + voxelOffset(7 * i));
+    Surfaces again = surfaces;
     fails = i % 2 == 1;
     if (fails) {
-      EXPECT_THROW(field.update(cubes), std::runtime_error);
-      field.update({});
+      EXPECT_THROW(surfaces.updateAll(field), std::runtime_error);
+      field.update(surfaces.cells());
     } else {
-      field.update(cubes);
+      surfaces.updateAll(field);
     }
-    undisturbed.update(cubes);
+    again.updateAll(undisturbed);
     for (int32_t x = -30; x < 180; ++x) {
       const Vec3i cell{x, 2, 9};
       ASSERT_EQ(squaredAt(field.sectors(), cell), squaredAt(undisturbed.sectors(), cell)) << x;

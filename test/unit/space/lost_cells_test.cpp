@@ -7,7 +7,6 @@
 
 #include "space/cell_table.h"
 #include "space/distance_field.h"
-#include "space/surface_cells.h"
 #include "support/page_faults.h"
 #include "support/temporary_folder.h"
 
@@ -27,7 +26,6 @@ CellMask wall() {
 }
 /// Three cells before a wall.
 Vec3i cellBefore(int i) { return firstCellOfCube(cubeOfWall(i)) + Vec3i{4, 4, 4}; }
-Vec3i cellIn(int i) { return firstCellOfCube(cubeOfWall(i)) + Vec3i{7, 4, 4}; }
 
 /// In the sector behind, within reach.
 CubeMask cubeBehind(int i) {
@@ -51,19 +49,26 @@ class LostCells : public testing::Test {
 
 class LostSurfaces : public LostCells {
  protected:
+  CellTable table_{pages_};
   DistanceField field_{kReach, 2, pages_};
 
+  void put(const Vec3i& cube, const CellMask& surface) {
+    table_.at(cube).surface = surface;
+    field_.noteChange(cube);
+  }
+  void update() {
+    table_.close();
+    field_.update(table_.all());
+  }
   void build() {
-    std::vector<CubeMask> walls;
-    for (int i = 0; i < kWalls; ++i) walls.push_back({cubeOfWall(i), wall()});
-    field_.update(walls);
+    for (int i = 0; i < kWalls; ++i) put(cubeOfWall(i), wall());
+    update();
     for (int i = 0; i < kWalls; ++i) ASSERT_EQ(squaredAt(field_.sectors(), cellBefore(i)), 9);
     waitUntilWritten();
   }
   void updateBehind() {
-    std::vector<CubeMask> behind;
-    for (int i = 0; i < kWalls; ++i) behind.push_back(cubeBehind(i));
-    field_.update(behind);
+    for (int i = 0; i < kWalls; ++i) put(cubeBehind(i).key, cubeBehind(i).cells);
+    update();
   }
   void expectSafe() const {
     for (int i = 0; i < kWalls; ++i) {
@@ -74,40 +79,26 @@ class LostSurfaces : public LostCells {
   }
 };
 
-TEST_F(LostSurfaces, AreFeltUntilTheirCubesAreToldAgain) {
+TEST_F(LostSurfaces, AreFeltForGood) {
   ASSERT_NO_FATAL_FAILURE(build());
   overwritePages(folder_.path());
   updateBehind();
   ASSERT_NO_FATAL_FAILURE(expectSafe());
-  std::vector<CubeMask> one, all;
-  for (int i = 0; i < kWalls; ++i) {
-    const Vec3i sector = sectorOfCube(cubeOfWall(i));
-    one.push_back({cubeOfSector(sector, 0), wall()});
-    for (int k = 0; k < kCubesPerSector; ++k) {
-      const Vec3i cube = cubeOfSector(sector, k);
-      all.push_back({cube, cube == cubeOfWall(i) ? wall() : CellMask{}});
-    }
-  }
-  field_.update(one);
+  for (int i = 0; i < kWalls; ++i) put(cubeOfSector(sectorOfCube(cubeOfWall(i)), 0), wall());
+  update();
   ASSERT_NO_FATAL_FAILURE(expectSafe());
-  field_.update(all);
-  for (int i = 0; i < kWalls; ++i) {
-    ASSERT_EQ(squaredAt(field_.sectors(), cellBefore(i)), 9);
-    ASSERT_EQ(squaredAt(field_.sectors(), cellIn(i) - Vec3i{11, 0, 0}), -1);
-  }
 }
 
 TEST_F(LostSurfaces, AreFeltWhileTheDiskIsAway) {
   ASSERT_NO_FATAL_FAILURE(build());
   CellMask moved{};
   add(moved, cellIndex(5, 4, 4));
-  std::vector<CubeMask> changed;
-  for (int i = 0; i < kWalls; ++i) changed.push_back({cubeOfWall(i), moved});
   {
     const DiskOutage outage(folder_.path());
     updateBehind();
     ASSERT_NO_FATAL_FAILURE(expectSafe());
-    field_.update(changed);
+    for (int i = 0; i < kWalls; ++i) put(cubeOfWall(i), moved);
+    update();
     for (int i = 0; i < kWalls; ++i) ASSERT_LE(squaredAt(field_.sectors(), cellBefore(i)), 1);
   }
   ASSERT_NO_FATAL_FAILURE(expectSafe());
@@ -145,40 +136,14 @@ TEST_F(LostCubes, AreHandedOutWhenTheyCanBeRead) {
   EXPECT_EQ(take(false), 0);
 }
 
-TEST_F(LostCubes, AreNotHandedOutAsEmpty) {
-  ASSERT_NO_FATAL_FAILURE(touch());
-  EXPECT_EQ(take(true), kWalls);
+TEST_F(LostCubes, AreUnknown) {
   ASSERT_NO_FATAL_FAILURE(touch());
   overwritePages(folder_.path());
-  table_.at(cubeOfWall(0) - Vec3i{1, 0, 0}).surface = wall();  // in a sector that was lost
+  const Vec3i beside = cubeOfWall(0) - Vec3i{1, 0, 0};  // in a sector that was lost
+  table_.at(beside).surface = wall();
   table_.close();
-  EXPECT_EQ(take(false), 1) << "only what came since";
-  EXPECT_EQ(table_.takeLost().size(), 1u);
-}
-
-/// Blocks know where their surfaces are.
-TEST_F(LostCubes, GetTheirSurfacesBack) {
-  constexpr int32_t kCellLog2 = 0;
-  SurfaceCells surfaces(kCellLog2, 1);
-  BlockMesh mesh;
-  mesh.key = {0, 0, 0};
-  for (const Vec3f at :
-       {Vec3f{1.5f, 1.5f, 1.5f}, Vec3f{5.5f, 1.5f, 1.5f}, Vec3f{1.5f, 5.5f, 1.5f}}) {
-    mesh.vertices.emplace_back();
-    mesh.vertices.back().position = at;
-  }
-  mesh.triangles = {0, 1, 2};
-  const std::vector<Vec3i> cubes = surfaces.apply({mesh}, table_);
-  ASSERT_FALSE(cubes.empty());
-  const CellMask before = table_.find(cubes[0]).surface;
-  ASSERT_FALSE(isEmpty(before));
-  waitUntilWritten();
-  overwritePages(folder_.path());
-  add(table_.at(cubes[0]).free, 0);
-  table_.close();
-  EXPECT_EQ(surfaces.restoreLost(table_.takeLost(), table_).size(), cubes.size());
-  EXPECT_TRUE(
-      std::equal(before.word, before.word + kWordsPerCube, table_.find(cubes[0]).surface.word));
+  EXPECT_TRUE(isEmpty(table_.find(cubeOfWall(0))));
+  EXPECT_FALSE(isEmpty(table_.find(beside))) << "what comes later is known";
 }
 
 }  // namespace

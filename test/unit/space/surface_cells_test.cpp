@@ -82,7 +82,7 @@ TEST(SurfaceCells, FollowTheMeshBlockByBlock) {
   EXPECT_TRUE(isThere());
   EXPECT_EQ(surfaces.apply({meshOf({1, 0, 0}, {})}, cells).size(), 1u);
   EXPECT_FALSE(isThere());
-  EXPECT_TRUE(cells.isEmpty()) << "cubes of which nothing is known go";
+  EXPECT_TRUE(cells.all().empty()) << "cubes of which nothing is known go";
 }
 
 }  // namespace

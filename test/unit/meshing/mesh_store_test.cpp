@@ -129,7 +129,7 @@ TEST(MeshStore, IsTheSameInPieces) {
     }
   }
   Mesh in_pieces;
-  MeshStream stream(kVoxelSize, false, bounds,
+  MeshStream stream(placesInMap(kVoxelSize, bounds), false,
                     {[&](const Mesh& piece) {
                        in_pieces.vertices_m.insert(in_pieces.vertices_m.end(),
                                                    piece.vertices_m.begin(),

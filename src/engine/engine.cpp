@@ -400,11 +400,11 @@ size_t Engine::require(const std::vector<PackedKey>& keys) {
   return pager_->require(*backend_, keys);
 }
 
-/// As far as others than what was required last can go.
-void Engine::makeRoom(size_t bytes) {
-  if (pager_->hasRoom(bytes)) return;
+/// As far as others than what was required last can go. @return whether there is so much room now.
+bool Engine::makeRoom(size_t bytes) {
+  if (pager_->hasRoom(bytes)) return true;
   finishMeshing();
-  pager_->makeRoom(*backend_, bytes);
+  return pager_->makeRoom(*backend_, bytes);
 }
 
 int32_t Engine::leastEvidenceNow() const {

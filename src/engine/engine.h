@@ -104,12 +104,12 @@ class Engine : public ProbedMapper {
 
   // Blocks on disk: none of it happens without map/page_folder.
   size_t require(const std::vector<PackedKey>& keys);
-  void makeRoom(size_t bytes);
+  bool makeRoom(size_t bytes);
   void moveBeside();
 
   // The map as a whole.
   void clearSlots(const std::vector<int32_t>& slots, const RegionView& view, ClearedRegion& result);
-  void enterInParts(const MapContents& contents);
+  void enterPart(const MapContents& part);
 
   const MapperParams params_;
   const Rules rules_;

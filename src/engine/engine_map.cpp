@@ -1,48 +1,13 @@
 // The map as a whole: its meshes, its sizes, copies of it, and what is taken out of it.
 #include <algorithm>
-#include <cstring>
 #include <stdexcept>
 #include <utility>
 
 #include "dtsdf_mapping/partly_cleared.h"
 #include "engine/engine.h"
-#include "map/map_head.h"
 #include "map/memory_budget.h"
 
 namespace dtsdf {
-namespace {
-
-template <class Word>
-PlainArray<Word> copyOf(const Word*& from, size_t count) {
-  PlainArray<Word> copy(count);
-  std::copy_n(from, count, copy.data());
-  from += count;
-  return copy;
-}
-
-/// Calls visit(part) for parts of contents, of so many bytes each.
-template <class Visit>
-void visitParts(const MapContents& contents, size_t most_bytes, const Visit& visit) {
-  const uint64_t* voxels = contents.voxels.data();
-  const uint32_t* colours = contents.colours.data();
-  for (size_t first = 0; first < contents.blocks.size();) {
-    MapContents part = headOf(contents);
-    size_t voxel_words = 0, colour_words = 0, bytes = 0;
-    for (; first < contents.blocks.size() && bytes < most_bytes; ++first) {
-      const MapBlock& block = contents.blocks[first];
-      part.blocks.push_back(block);
-      voxel_words += voxelWordsOf(block);
-      colour_words += colourWordsOf(block);
-      bytes += BlockTable::kBlockBytes + voxelWordsOf(block) * sizeof(uint64_t);
-    }
-    part.voxels = copyOf(voxels, voxel_words);
-    part.colours = copyOf(colours, colour_words);
-    visit(part);
-  }
-}
-
-}  // namespace
-
 void Engine::beginMeshUpdate() {
   ready();
   finishMeshing();
@@ -161,7 +126,7 @@ void Engine::moveBeside() {
   });
 }
 
-/// Blocks on disk come back to be emptied, some at a time: those that are make room for the rest.
+/// Blocks on disk come back to be emptied, some at a time.
 ClearedRegion Engine::clearRegion(const Region& region) {
   constexpr size_t kAtOnce = 256;
   const RegionView view = checkedRegionView(region, params_.map);
@@ -175,19 +140,12 @@ ClearedRegion Engine::clearRegion(const Region& region) {
     const auto first = keys.end() - static_cast<std::ptrdiff_t>(std::min(keys.size(), kAtOnce));
     const std::vector<PackedKey> some(first, keys.end());
     keys.erase(first, keys.end());
-    require(some);
+    left += require(some);
     std::vector<int32_t> slots;
-    std::vector<PackedKey> staying;
     for (const PackedKey key : some) {
-      if (pager_->isPaged(key)) staying.push_back(key);
       if (const int32_t slot = table_.find(key); slot >= 0) slots.push_back(slot);
     }
     clearSlots(slots, view, result);
-    if (slots.empty()) {
-      left += staying.size();
-    } else {
-      keys.insert(keys.end(), staying.begin(), staying.end());
-    }
   }
   if (space_ != nullptr) space_->clearRegion(view);
   noteStats();
@@ -270,7 +228,7 @@ MapContents Engine::part(const std::vector<MapBlock>& blocks) {
 }
 
 void Engine::restore(const MapParts& parts) {
-  parts.visit([this](const MapContents& part) { enterInParts(part); });
+  parts.visit([this](const MapContents& part) { enterPart(part); });
   ready();
   const MapContents& head = *parts.head;  // what the map is besides its blocks
   if (head.painted) keepColours();        // also where it has no blocks
@@ -282,25 +240,20 @@ void Engine::restore(const MapParts& parts) {
   noteStats();
 }
 
-/// With map/page_folder they may be more than fits.
-void Engine::enterInParts(const MapContents& contents) try {
+/// With map/page_folder it may be more than fits, and goes to the disk then.
+void Engine::enterPart(const MapContents& part) try {
   ready();
   state_.changed_in.reset();
-  if (contents.painted) keepColours();
-  if (!pager_) {
-    enterContents(contents, nullptr, table_, *backend_);
-    return;
-  }
-  visitParts(contents, table_.budgetBytes() / 8, [this](const MapContents& part) {
-    const size_t bytes = sizeOf(part.blocks).bytes();
-    makeRoom(bytes);
-    if (!pager_->hasRoom(bytes)) {
-      throw std::runtime_error(
-          "the map is larger than map/max_memory_mb, and the rest of it cannot be written: " +
-          pager_->stats().problem);
-    }
-    enterContents(part, nullptr, table_, *backend_);
-  });
+  if (part.painted) keepColours();
+  const auto take = [this](size_t bytes) {
+    if (pager_ == nullptr || makeRoom(bytes)) return;
+    throw std::runtime_error(
+        "the map is larger than map/max_memory_mb, and the rest of it cannot be written: " +
+        pager_->stats().problem);
+  };
+  take(sizeOf(part.blocks).bytes());
+  enterContents(part, nullptr, table_, *backend_);
+  take(0);
 } catch (const BackendError& error) {
   if (!error.lacksMemory()) throw;
   throw std::runtime_error(std::string("the GPU has too little memory for this map, which was not "

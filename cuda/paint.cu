@@ -324,12 +324,7 @@ void Painter::look(const FrameView& view, int32_t least_evidence,
                    const std::vector<int32_t>& in_view, const BlockExtent& painted,
                    const MapView& map) {
   painted_ = painted;
-  sensing_.view = {view,
-                   settings_.directional,
-                   least_evidence,
-                   settings_.rules,
-                   settings_.max_depth_m,
-                   settings_.full_weight_depth_m};
+  sensing_.view = {settings_, view, least_evidence};
   takeCandidates(in_view);
   stream_.waitFor(taken_);
   findHiding(map);

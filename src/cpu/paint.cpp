@@ -299,12 +299,7 @@ void Painter::prefetchNext(CpuMap& map, size_t i) const {
 
 SeenColours Painter::look(const FrameView& view, int32_t least_evidence,
                           const std::vector<int32_t>& in_view, CpuMap& map) {
-  sensing_.view = {view,
-                   settings_.directional,
-                   least_evidence,
-                   settings_.rules,
-                   settings_.max_depth_m,
-                   settings_.full_weight_depth_m};
+  sensing_.view = {settings_, view, least_evidence};
   findBlocksInView(in_view, map.table);
   findPoints(map);
   parallelFor(blocks_in_view_, threads_, [&](size_t i) {

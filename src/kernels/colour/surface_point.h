@@ -17,14 +17,10 @@ struct SurfacePoint {
   float inverse_depth, per_u, per_v;
 };
 
-/// What points are made of: the camera, and how the surfaces of an array face.
-struct PointView {
+/// What points are made of: the settings, and the camera.
+struct PointView : PaintSettings {
   FrameView frame;
-  int32_t directional;
   int32_t least_evidence;  ///< That a voxel needs to be known, as in the mesh.
-  ColourRules rules;
-  float max_depth_m;          ///< What is farther away is not there for the image.
-  float full_weight_depth_m;  ///< Up to there a view has its full weight.
 };
 
 /// Whether the voxel is known, and near to its surface. Most are not: a test before the work.

@@ -23,7 +23,6 @@ template <class Visitor>
 void visitRules(Rules& rules, Visitor& visit) {
   std::string section = "rules/surfels/";
   visit(section + "noise_level", rules.surfels.noise_level, Range{0.0, 100.0});
-  visit(section + "same_voxels", rules.surfels.same_voxels, Range{0.0, 100.0});
   visit(section + "linked_turn", rules.surfels.linked_turn, Range{0.0, 10.0});
   visit(section + "linked_rim_share", rules.surfels.linked_rim_share, Range{0.0, 1.0});
   visit(section + "largest_shared_noise", rules.surfels.largest_shared_noise, Range{1.0, 100.0});

@@ -27,7 +27,7 @@ DTSDF_HD LinkLimits linkLimits(const FrameView& frame, const DepthNoise& noise,
   const SurfelRules& rules = surfels.rules;
   return {noise,
           rules.noise_level,
-          rules.same_voxels * frame.voxel_size_m,
+          frame.voxel_size_m,
           surfels.depth_jump,
           rules.linked_turn,
           rules.linked_rim_share};

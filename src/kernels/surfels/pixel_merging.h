@@ -77,9 +77,8 @@ DTSDF_HD bool isMerged(const ImageView& image, const PixelSquare& square,
       most = maximum(most, row[x]);
     }
   }
-  const float same_m = rules.same_voxels * frame.voxel_size_m;
   if (!(side <= width_px_m * least) || !isLinked(image, square) ||
-      !(most - least <= same_m * least * most)) {  // the range of z, times least * most
+      !(most - least <= frame.voxel_size_m * least * most)) {  // the range of z, times least * most
     return false;
   }
   // The largest turn as a slope of 1 / z, for a frontal surface.

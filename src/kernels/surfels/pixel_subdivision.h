@@ -62,18 +62,17 @@ DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pi
     const float width_m = voxels * frame.voxel_size_m;
     return dot(step_m, step_m) > width_m * width_m;
   };
-  const float wide = surfels.rules.same_voxels, narrow = 0.5f * wide;
   Subdivision subdivision{1, 1};
-  if (isWiderThan(across, narrow) &&
+  if (isWiderThan(across, 0.5f) &&
       continuesPlane(sensing, pixel, {u - 1, v}, kLinkRight, -plane.slope_u, surfels) &&
       continuesPlane(sensing, pixel, {u + 1, v}, kLinkRight, plane.slope_u, surfels)) {
-    subdivision.across = isWiderThan(across, wide) ? kThirds : 1;
+    subdivision.across = isWiderThan(across, 1.0f) ? kThirds : 1;
     subdivision.half_across_px = 0.5f / static_cast<float>(subdivision.across);
   }
-  if (isWiderThan(down, narrow) &&
+  if (isWiderThan(down, 0.5f) &&
       continuesPlane(sensing, pixel, {u, v - 1}, kLinkDown, -plane.slope_v, surfels) &&
       continuesPlane(sensing, pixel, {u, v + 1}, kLinkDown, plane.slope_v, surfels)) {
-    subdivision.down = isWiderThan(down, wide) ? kThirds : 1;
+    subdivision.down = isWiderThan(down, 1.0f) ? kThirds : 1;
     subdivision.half_down_px = 0.5f / static_cast<float>(subdivision.down);
   }
   return subdivision;

@@ -2,7 +2,7 @@
 /// What a measurement chose names it; "by judgement" says that none did.
 ///
 /// A plane predicts a pixel that is off by no more than noise_level deviations, which noise
-/// explains, and same_voxels voxels, which the map cannot tell.
+/// explains, and a voxel, within which the map does not tell surfaces apart.
 #pragma once
 
 namespace dtsdf {
@@ -10,8 +10,6 @@ namespace dtsdf {
 struct SurfelRules {
   /// So many standard deviations are noise, of a difference those of a difference.
   float noise_level = 3.0f;
-  /// Within so many voxels the map does not tell surfaces apart.
-  float same_voxels = 1.0f;
 
   /// A steep surface goes on in line with a step that differs by no more than this share: sides two
   /// pixels wide end in steps of which one is half as large at least.

@@ -81,7 +81,7 @@ void BlockJoiner::open(const BlockKey& block) {
     const auto shared = shared_edges_.find(packKey(block + cornerBlockOffset(n)));
     if (shared != shared_edges_.end()) owner.known = shared->second;
     owner.entered = owner.known.size();
-    for (const SharedEdge& edge : owner.known) owner.number[edge.place] = edge.number;
+    for (const auto& [place, number] : owner.known) owner.number[place] = number;
   }
 }
 
@@ -90,7 +90,7 @@ void BlockJoiner::open(const BlockKey& block) {
 void BlockJoiner::close(const BlockKey& block) {
   for (int n = 0; n < kCornerBlocks; ++n) {
     Owner& owner = owners_[n];
-    for (const SharedEdge& edge : owner.known) owner.number[edge.place] = kNone;
+    for (const auto& [place, number] : owner.known) owner.number[place] = kNone;
     if (owner.known.size() > owner.entered && n != 0) {
       shared_edges_[packKey(block + cornerBlockOffset(n))] = owner.known;
     }
@@ -118,7 +118,7 @@ uint32_t BlockJoiner::numberOfEdge(uint32_t edge) {
   uint32_t& number = owner.number[owned.place];
   if (number == kNone) {
     number = next_;
-    owner.known.push_back({owned.place, next_});
+    owner.known.emplace_back(owned.place, next_);
   }
   return number;
 }
@@ -153,9 +153,9 @@ constexpr size_t kVerticesAtOnce = 65536;
 /// number of vertices up to the last of them, or `before`.
 template <class Blocks>
 uint64_t passBlocks(Blocks& blocks, int32_t distance, PackedKey key, uint64_t before) {
-  for (; !blocks.empty() && packKey(blocks.front().key + Vec3i{distance, distance, distance}) < key;
-       blocks.pop_front()) {
-    before = blocks.front().vertices;
+  const Vec3i beyond{distance, distance, distance};
+  for (; !blocks.empty() && packKey(blocks.front().first + beyond) < key; blocks.pop_front()) {
+    before = blocks.front().second;
   }
   return before;
 }
@@ -188,8 +188,8 @@ void MeshStream::add(const BlockMesh& block) {
     addNormal(block, joined, corner, local, window_.normals);
     outline_.addTriangle(local);
   }
-  open_.push_back({block.key, end()});
-  needed_.push_back({block.key, end()});
+  open_.emplace_back(block.key, end());
+  needed_.emplace_back(block.key, end());
   // A vertex is listed by blocks side by side only: by none beyond the next one on each axis. An
   // outline is followed to vertices in blocks side by side, from those that are not written yet.
   const PackedKey key = packKey(block.key);

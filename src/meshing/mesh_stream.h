@@ -9,6 +9,7 @@
 #include <functional>
 #include <map>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/block_mesh.h"
@@ -57,11 +58,9 @@ class BlockJoiner {
   const JoinedBlock& add(const BlockMesh& block);
 
  private:
-  /// A vertex on one of the lower faces of the block that owns its edge.
-  struct SharedEdge {
-    uint16_t place;  ///< Place of the edge among those on these faces.
-    uint32_t number;
-  };
+  /// The place of an edge among those on the lower faces of the block that owns it, and the number
+  /// of the vertex on it.
+  using SharedEdge = std::pair<uint16_t, uint32_t>;
 
   /// What a block above one, or this itself, shares with it, while this is added.
   struct Owner {
@@ -136,10 +135,8 @@ class MeshStream {
   void finish();
 
  private:
-  struct AddedBlock {
-    BlockKey key;
-    uint64_t vertices;  ///< Vertices of all blocks up to this one.
-  };
+  /// A block, and the vertices of all up to this one.
+  using AddedBlock = std::pair<BlockKey, uint64_t>;
 
   uint64_t end() const { return first_ + window_.vertices_m.size(); }
   std::array<uint32_t, 3> inWindow(const std::array<uint32_t, 3>& triangle) const;

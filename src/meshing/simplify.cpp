@@ -115,39 +115,30 @@ class TriangleFans {
   using Triangle = std::array<uint32_t, 3>;
 
   static constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
+  static constexpr size_t kMostlyAtVertex = 8;  ///< Few vertices have more triangles.
 
   explicit TriangleFans(const Mesh& mesh)
-      : ends_(mesh.vertices_m.size()), mark_(mesh.vertices_m.size(), 0) {
-    const Triangle none{kNone, kNone, kNone};
+      : triangles_(mesh.vertices_m.size()), mark_(mesh.vertices_m.size(), 0) {
     faces_.reserve(mesh.triangles.size());
     for (const Triangle& corners : mesh.triangles) {
-      const auto first = static_cast<uint32_t>(4 * faces_.size());
-      faces_.push_back({corners, none, kNone});
-      for (uint32_t at = 0; at < 3; ++at) {
-        Ends& ends = ends_[corners[at]];
-        (ends.head == kNone ? ends.head : next(ends.tail)) = first + at;
-        ends.tail = first + at;
+      for (const uint32_t v : corners) {
+        if (triangles_[v].empty()) triangles_[v].reserve(kMostlyAtVertex);
+        triangles_[v].push_back(static_cast<uint32_t>(faces_.size()));
       }
+      faces_.push_back({corners, kNone});
     }
   }
 
-  /// The triangles at a vertex; those that have gone are unlinked on the way.
+  /// The triangles at a vertex; those that have gone are dropped on the way.
   void list(uint32_t vertex, std::vector<Wing>& wings) {
     wings.clear();
-    Ends& ends = ends_[vertex];
-    uint32_t before = kNone;
-    for (uint32_t link = ends.head; link != kNone;) {
-      const Face& face = faces_[link / 4];
-      const uint32_t at = link % 4, after = face.next[at];
-      if (face.corners[0] != kNone) {
-        wings.push_back(
-            {link / 4, face.corners[at == 2 ? 0 : at + 1], face.corners[at == 0 ? 2 : at - 1]});
-        before = link;
-      } else {
-        (before == kNone ? ends.head : next(before)) = after;
-        if (ends.tail == link) ends.tail = before;
-      }
-      link = after;
+    std::vector<uint32_t>& triangles = triangles_[vertex];
+    const auto has_gone = [this](uint32_t triangle) { return triangleHasGone(triangle); };
+    triangles.erase(std::remove_if(triangles.begin(), triangles.end(), has_gone), triangles.end());
+    for (const uint32_t triangle : triangles) {
+      const Triangle& t = corners(triangle);
+      const int at = t[0] == vertex ? 0 : (t[1] == vertex ? 1 : 2);
+      wings.push_back({triangle, t[at == 2 ? 0 : at + 1], t[at == 0 ? 2 : at - 1]});
     }
   }
 
@@ -191,13 +182,12 @@ class TriangleFans {
         *std::find(corners.begin(), corners.end(), u) = v;
       }
     }
-    Ends &from = ends_[u], &to = ends_[v];
-    next(to.tail) = from.head;
-    to.tail = from.tail;
-    from = {};
+    const std::vector<uint32_t> moved = std::move(triangles_[u]);
+    triangles_[v].insert(triangles_[v].end(), moved.begin(), moved.end());
+    triangles_[u].clear();
   }
 
-  bool hasGone(uint32_t vertex) const { return ends_[vertex].head == kNone; }
+  bool hasGone(uint32_t vertex) const { return triangles_[vertex].empty(); }
   bool triangleHasGone(uint32_t triangle) const { return faces_[triangle].corners[0] == kNone; }
   const Triangle& corners(uint32_t triangle) const { return faces_[triangle].corners; }
 
@@ -206,28 +196,16 @@ class TriangleFans {
 
  private:
   /// What is looked up together lies together: meshes are larger than caches.
-  struct alignas(32) Face {
+  struct alignas(16) Face {
     Triangle corners;  ///< kNone once the triangle has gone.
-    Triangle next;     ///< The next link at each of them.
     uint32_t note;
   };
-  /// Ends of a list of links, which are 4 * triangle + corner.
-  struct Ends {
-    uint32_t head = kNone, tail = kNone;
-  };
-
-  uint32_t& next(uint32_t link) { return faces_[link / 4].next[link % 4]; }
 
   std::vector<Face> faces_;
-  std::vector<Ends> ends_;  ///< One per vertex.
+  std::vector<std::vector<uint32_t>> triangles_;  ///< At each vertex.
   std::vector<uint32_t> mark_;
   uint32_t stamp_ = 0;
   std::vector<Wing> wings_;
-};
-
-/// A vertex and the neighbour that takes over its triangles.
-struct Merge {
-  uint32_t from, to;
 };
 
 /// A triangle turns no further than this when a vertex goes: cosine of 70 degrees.
@@ -276,21 +254,21 @@ class Collapser {
     for (State& state : states_) state.tried = kNone;
   }
 
-  /// With the neighbour that costs least, as it was when the triangles at the vertex changed last;
-  /// with the vertex itself if that costs too much, or was tried already.
-  Merge cheapest(uint32_t vertex, double error_m) {
+  /// The neighbour that a vertex merges into at the least cost, as it was when the triangles at the
+  /// vertex changed last; the vertex itself if that costs too much, or was tried already.
+  uint32_t cheapest(uint32_t vertex, double error_m) {
     State& state = states_[vertex];
-    if (state.tried == state.changes) return {vertex, vertex};  // nothing is new about it
+    if (state.tried == state.changes) return vertex;  // nothing is new about it
     if (state.known != state.changes || hasGone(state.to)) findCheapest(vertex);
-    return {vertex, state.cost > error_m * error_m ? vertex : state.to};
+    return state.cost > error_m * error_m ? vertex : state.to;
   }
 
-  /// False, and nothing changes, where something would be off by more than the error.
-  bool tryMerge(const Merge& merge, double error_m) {
-    const auto [u, v] = merge;
+  /// Merges u into v. @return false, and nothing changes, where something would be off by more than
+  /// the error.
+  bool tryMerge(uint32_t u, uint32_t v, double error_m) {
     fans_.list(u, wings_);
-    const bool is_neighbour = std::any_of(wings_.begin(), wings_.end(),
-                                          [v = v](const Wing& wing) { return wing.from == v; });
+    const bool is_neighbour =
+        std::any_of(wings_.begin(), wings_.end(), [v](const Wing& wing) { return wing.from == v; });
     if (!is_neighbour) return false;  // it has gone meanwhile; another one is for the next pass
     states_[u].tried = states_[u].changes;
     if (!keepsDirections(v) || !fans_.staysManifold(u, wings_, v) || !rehost(u, v, error_m)) {
@@ -550,16 +528,15 @@ void simplifyWithin(double error_m, Collapser& collapser, std::vector<uint32_t>&
                     const Report& report) {
   collapser.forgetTries();
   for (int pass = 0; pass < kPasses; ++pass) {
-    std::vector<Merge> merges;
+    std::vector<uint32_t> into(live.size());
     for (size_t i = 0; i < live.size(); ++i) {
       if (i % kReportEach == 0) report();
-      const Merge merge = collapser.cheapest(live[i], error_m);
-      if (merge.from != merge.to) merges.push_back(merge);
+      into[i] = collapser.cheapest(live[i], error_m);
     }
     size_t done = 0;
-    for (size_t i = 0; i < merges.size(); ++i) {
+    for (size_t i = 0; i < live.size(); ++i) {
       if (i % kReportEach == 0) report();
-      done += collapser.tryMerge(merges[i], error_m) ? 1 : 0;
+      done += into[i] != live[i] && collapser.tryMerge(live[i], into[i], error_m) ? 1 : 0;
     }
     const auto has_gone = [&](uint32_t v) { return collapser.hasGone(v); };
     live.erase(std::remove_if(live.begin(), live.end(), has_gone), live.end());

@@ -1,5 +1,6 @@
 // How blocks go to the disk and come back, and what of the map lies there.
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <memory>
 #include <stdexcept>
@@ -98,8 +99,7 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
   std::vector<int32_t> released;
   for (size_t i = 0; i < slots.size(); ++i) {
     labels = words.labels;
-    const PagedBlock block{contents.blocks[i], table_.block(slots[i]).extractions,
-                           states.states[i]};
+    PagedBlock block{contents.blocks[i], table_.block(slots[i]).extractions, states.states[i]};
     if (!blocks_.put(block, words.next(block.block, block.mesh.has_labels, batch))) break;
     released.push_back(slots[i]);
   }
@@ -120,7 +120,7 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
 
 /// What the disk does not give stays there. @pre There is room for them. @return how many stay.
 size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
-  const DiskWait wait(blocks_.store());
+  const auto start = std::chrono::steady_clock::now();
   std::sort(numbers.begin(), numbers.end(),
             [this](int32_t a, int32_t b) { return blocks_.keyOf(a) < blocks_.keyOf(b); });
   MapContents contents;
@@ -146,6 +146,7 @@ size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
                                                 if (readings[i] == Reading::kIntact)
                                                   fill(places[i], record.data());
                                               });
+  blocks_.store().noteWait(start);
   std::vector<int32_t> read;
   std::vector<PackedKey> damaged;
   for (size_t i = 0; i < numbers.size(); ++i) {

@@ -85,7 +85,7 @@ class PagedMeshes {
   SharedBlockMesh find(PackedKey key) {
     const auto found = meshes_.find(key);
     if (found == meshes_.end()) return nullptr;
-    SharedBlockMesh mesh = found->second.mesh.peek();
+    SharedBlockMesh mesh = found->second.mesh.get();
     if (mesh == nullptr) ++missed_;
     return mesh;
   }

@@ -1,7 +1,5 @@
 #include "page/paged_values.h"
 
-#include <new>
-
 namespace dtsdf {
 namespace {
 
@@ -49,11 +47,6 @@ std::shared_ptr<const void> PagedValues::get(Entry& entry) {
   return value;
 }
 
-std::shared_ptr<const void> PagedValues::peek(Entry& entry) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return entry.value != nullptr ? entry.value : load(entry);
-}
-
 std::shared_ptr<const void> PagedValues::take(Entry& entry) {
   const std::lock_guard<std::mutex> lock(mutex_);
   std::shared_ptr<const void> value = entry.value != nullptr ? entry.value : load(entry);
@@ -87,9 +80,10 @@ void PagedValues::leaveDisk(Entry& entry) {
 /// From the disk. @return null: it is lost, or cannot be read now.
 std::shared_ptr<const void> PagedValues::load(Entry& entry) {
   if (entry.is_lost) return nullptr;
-  const DiskWait wait(store_);
+  const auto start = std::chrono::steady_clock::now();
   std::vector<char> bytes;
   const RecordStore::Reading reading = store_.read(*entry.record, bytes);
+  store_.noteWait(start);
   entry.is_lost = reading == RecordStore::Reading::kDamaged;
   return reading == RecordStore::Reading::kIntact
              ? entry.kind->read(
@@ -114,15 +108,12 @@ void PagedValues::makeRoom() {
 }
 
 /// @return whether it is on disk now.
-bool PagedValues::writeOut(Entry& entry) try {
+bool PagedValues::writeOut(Entry& entry) {
   if (entry.record) return true;
   const auto out = std::make_shared<ByteWriter>();
   entry.kind->write(entry.value.get(), *out);
   entry.record = store_.write({out, {{out->bytes.data(), out->bytes.size()}}});
   return entry.record.has_value();
-} catch (const std::bad_alloc&) {
-  store_.fail("out of memory");
-  return false;
 }
 
 bool PagedValues::isFull() const {

@@ -80,9 +80,6 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   /// The value, which comes to memory. @return null: it is lost, or cannot be read now.
   std::shared_ptr<const void> get(Entry& entry);
 
-  /// Like get(), but a value on disk stays there alone.
-  std::shared_ptr<const void> peek(Entry& entry);
-
   /// Like get(), and the entry has it no longer: if it cannot be read, it is lost.
   std::shared_ptr<const void> take(Entry& entry);
 
@@ -133,12 +130,6 @@ class Paged {
   std::shared_ptr<const T> get() const {
     if (entry_ == nullptr) return value_;
     return std::static_pointer_cast<const T>(entry_->pages->get(*entry_));
-  }
-
-  /// Like get(), but a value on disk stays there alone.
-  std::shared_ptr<const T> peek() const {
-    if (entry_ == nullptr) return value_;
-    return std::static_pointer_cast<const T>(entry_->pages->peek(*entry_));
   }
 
   /// The value, to be changed: this has none any more. @pre There are no copies of it.

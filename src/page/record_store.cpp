@@ -85,10 +85,7 @@ void RecordBytes::copyTo(std::vector<char>& to) const {
 }
 
 RecordStore::RecordStore(const std::string& folder, uint64_t max_bytes, size_t most_waiting)
-    : folder_(printable(folder)),
-      max_bytes_(max_bytes),
-      most_waiting_(most_waiting),
-      runs_(max_bytes / kUnitBytes) {
+    : folder_(printable(folder)), most_waiting_(most_waiting), runs_(max_bytes / kUnitBytes) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   file_ = openUnnamed(folder);
@@ -265,9 +262,9 @@ void RecordStore::note(std::string problem) {
   ++stats_.failures;
 }
 
-void RecordStore::fail(std::string problem) {
+void RecordStore::noteWait(Clock::time_point start) {
   const Lock lock(mutex_);
-  note(std::move(problem));
+  countWait(start, stats_);
 }
 
 void RecordStore::countLost() {
@@ -287,10 +284,4 @@ PageStats RecordStore::stats() const {
   stats.index_bytes = runs_.bytes() + waiting_bytes_;
   return stats;
 }
-
-DiskWait::~DiskWait() {
-  const std::lock_guard<std::mutex> lock(store_.mutex_);
-  countWait(start_, store_.stats_);
-}
-
 }  // namespace dtsdf

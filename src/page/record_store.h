@@ -76,14 +76,14 @@ class RecordStore {
 
   size_t waitingBytes() const;  ///< To be written.
 
-  /// Counts a failure of one who uses it; a record that nobody will get any more.
-  void fail(std::string problem);
+  /// Counts a record that nobody will get any more.
   void countLost();
+  /// Counts a wait for the disk since then, if it was long enough to be felt.
+  void noteWait(std::chrono::steady_clock::time_point start);
   void resetCounts();
   PageStats stats() const;  ///< But for counts of blocks; index_bytes has what waits.
 
  private:
-  friend class DiskWait;
   using Lock = std::unique_lock<std::mutex>;
 
   /// To be written.
@@ -100,7 +100,6 @@ class RecordStore {
   void shrink() noexcept;
 
   const std::string folder_;
-  const uint64_t max_bytes_;
   const size_t most_waiting_;
   int file_ = -1;
   std::atomic<bool> gives_{true};
@@ -115,19 +114,6 @@ class RecordStore {
   std::optional<uint64_t> writing_;                 ///< Which of them is written now.
   bool is_writing_ = false, disk_refuses_ = false;  ///< The helper is at it; the last try failed.
   Helper helper_;                                   ///< Ends before what it works on.
-};
-
-/// Counts its own life as a wait for the disk, if that was long enough to be felt.
-class DiskWait {
- public:
-  explicit DiskWait(RecordStore& store) : store_(store) {}
-  ~DiskWait();
-  DiskWait(const DiskWait&) = delete;
-  DiskWait& operator=(const DiskWait&) = delete;
-
- private:
-  RecordStore& store_;
-  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace dtsdf

@@ -38,9 +38,8 @@ constexpr double kStep_cells = 4.0;
 /// How far outside of what it saw a camera may stand, in cells.
 constexpr int kMargin_cells = 16;
 
-/// Orientations, spread evenly, some ten degrees apart; and how many of these are looked at, of
-/// which the normals of the image are most frequent in the map.
-constexpr int kOrientations = 16384, kLikelyOrientations = 2048;
+/// Orientations, spread evenly, some twenty degrees apart.
+constexpr int kOrientations = 2048;
 
 /// Points of the image: for a look from a standpoint, and for where it fits best.
 constexpr int kLookPoints = 64, kFitPoints = 512;
@@ -87,12 +86,11 @@ Vector3f wayOfRay(int ray) {
   return way.normalized();
 }
 
-/// Number i of `count` orientations that are spread evenly (Alexa, "Super-Fibonacci Spirals", CVPR
-/// 2022).
-Matrix3f orientation(int i, int count) {
+/// Number i of the orientations (Alexa, "Super-Fibonacci Spirals", CVPR 2022).
+Matrix3f orientation(int i) {
   constexpr double kPi = 3.14159265358979323846, kPhi = 1.4142135623730951,
                    kPsi = 1.533751168755204288;
-  const double s = i + 0.5, t = s / count, d = 2.0 * kPi * s;
+  const double s = i + 0.5, t = s / kOrientations, d = 2.0 * kPi * s;
   const double r = std::sqrt(t), R = std::sqrt(1.0 - t);
   const Eigen::Quaterniond q(R * std::cos(d / kPsi), r * std::sin(d / kPhi), r * std::cos(d / kPhi),
                              R * std::sin(d / kPsi));
@@ -119,11 +117,6 @@ int agreement(Octaves in_map, Octaves measured) {
   return std::abs(apart) <= 3 ? 4 : 2;
 }
 
-/// A point of the image, in cells, and its normal, in the camera's optical frame.
-struct ImagePoint {
-  Vector3f p_C, normal_C;
-};
-
 /// Whether there is an image to look for; mappers say what is wrong with it.
 bool isImage(const DepthFrame& frame) {
   const size_t pixel = frame.encoding == DepthEncoding::kFloat32 ? sizeof(float) : sizeof(uint16_t);
@@ -133,16 +126,12 @@ bool isImage(const DepthFrame& frame) {
          K.fy > 0.0f && std::isfinite(K.fx + K.fy + K.cx + K.cy);
 }
 
-/// Points all over the image, those of each stretch of the list as well.
-std::vector<ImagePoint> imagePoints(const DepthFrame& frame, double cell_m) {
-  const auto at = [&](int u, int v) {
-    const auto z = static_cast<float>(depthAt(frame, u, v));
-    const Intrinsics& K = frame.intrinsics;
-    return Vector3f((static_cast<float>(u) - K.cx) * z / K.fx,
-                    (static_cast<float>(v) - K.cy) * z / K.fy, z);
-  };
+/// Points all over the image, those of each stretch of the list as well, in cells, in the camera's
+/// optical frame; none at edges of depth.
+std::vector<Vector3f> imagePoints(const DepthFrame& frame, double cell_m) {
+  const Intrinsics& K = frame.intrinsics;
   const int aside = std::max(1, frame.width / 160);
-  std::vector<ImagePoint> points;
+  std::vector<Vector3f> points;
   constexpr uint32_t kMostTries = 4 * kFitPoints;
   for (uint32_t i = 0; i < kMostTries && points.size() < kFitPoints; ++i) {
     // The generalised golden ratio in two dimensions spreads them evenly.
@@ -151,13 +140,15 @@ std::vector<ImagePoint> imagePoints(const DepthFrame& frame, double cell_m) {
     const int u = aside + static_cast<int>(x * (frame.width - 2 * aside));
     const int v = aside + static_cast<int>(y * (frame.height - 2 * aside));
     if (u < aside || v < aside || u + aside >= frame.width || v + aside >= frame.height) continue;
-    const Vector3f p = at(u, v), left = at(u - aside, v), right = at(u + aside, v),
-                   above = at(u, v - aside), below = at(u, v + aside);
-    const float least = std::min({p.z(), left.z(), right.z(), above.z(), below.z()});
-    const float most = std::max({p.z(), left.z(), right.z(), above.z(), below.z()});
+    const auto at = [&](int du, int dv) {
+      return static_cast<float>(depthAt(frame, u + du * aside, v + dv * aside));
+    };
+    const float z = at(0, 0);
+    const auto [least, most] = std::minmax({z, at(-1, 0), at(1, 0), at(0, -1), at(0, 1)});
     if (!(least > 0.0f) || most > kMostDepth_m || most - least > 0.1f * most) continue;
-    const Vector3f normal = (right - left).cross(above - below).normalized();
-    if (normal.allFinite()) points.push_back({p / static_cast<float>(cell_m), normal});
+    const Vector3f p((static_cast<float>(u) - K.cx) * z / K.fx,
+                     (static_cast<float>(v) - K.cy) * z / K.fy, z);
+    points.push_back(p / static_cast<float>(cell_m));
   }
   return points;
 }
@@ -277,7 +268,6 @@ struct PlaceSearch::Model {
   std::vector<CellSurface> surfaces;
   std::vector<float> distance;      ///< From each cell to the nearest one with a surface, in cells.
   std::vector<uint8_t> free_steps;  ///< How far around each cell is free of surfaces, in cells.
-  std::array<float, kRays> normals{};  ///< How frequent each is in the map, against the mean.
 
   struct Candidate {
     Isometry3d T_W_C = Isometry3d::Identity();  ///< In cells.
@@ -301,18 +291,16 @@ struct PlaceSearch::Model {
   void addBlocks(const MapContents& part, bool directional);
   void addPoint(const Vector3d& p_voxels, const Vector3f& normal, unsigned faces);
   void measureDistances();
-  void smoothNormals();
   float distanceAt(const Vector3f& p, Vector3f& gradient) const;
   bool look(const Vector3f& from, std::array<Octaves, kRays>& view) const;
   float castRay(const Vector3f& from, const Vector3f& way, Octaves& seen) const;
-  float lookOf(const Isometry3d& T_W_C, const std::vector<ImagePoint>& points) const;
+  float lookOf(const Isometry3d& T_W_C, const std::vector<Vector3f>& points) const;
   bool isSeenFrom(const Vector3f& way, uint8_t facing) const;
-  std::vector<int> likelyOrientations(const std::vector<ImagePoint>& points) const;
-  LookTable likelyLooks(const std::vector<ImagePoint>& points) const;
+  static LookTable looksOf(const std::vector<Vector3f>& points);
   void lookFrom(const Vector3f& from, const LookTable& table, BestLooks& best) const;
-  std::vector<Candidate> lookAround(const std::vector<ImagePoint>& points) const;
-  std::vector<Isometry3d> likelyPlaces(const std::vector<ImagePoint>& points) const;
-  void moveToFit(Candidate& candidate, const std::vector<ImagePoint>& points) const;
+  std::vector<Candidate> lookAround(const std::vector<Vector3f>& points) const;
+  std::vector<Isometry3d> likelyPlaces(const std::vector<Vector3f>& points) const;
+  void moveToFit(Candidate& candidate, const std::vector<Vector3f>& points) const;
 };
 
 void PlaceSearch::Model::read(Mapper& mapper) {
@@ -356,7 +344,6 @@ void PlaceSearch::Model::read(Mapper& mapper) {
         length > kSameWay * surface.points ? Vector3f(surface.normal / length) : Vector3f::Zero();
   }
   measureDistances();
-  smoothNormals();
 }
 
 void PlaceSearch::Model::addBlocks(const MapContents& part, bool directional) {
@@ -385,7 +372,6 @@ void PlaceSearch::Model::addBlocks(const MapContents& part, bool directional) {
 /// A point of a surface, in voxels.
 void PlaceSearch::Model::addPoint(const Vector3d& p_voxels, const Vector3f& normal,
                                   unsigned faces) {
-  normals[static_cast<size_t>(rayOf(normal))] += 1.0f;
   const Vector3f p = (p_voxels * (voxel_m / cell_m) - first.cast<double>()).cast<float>();
   const Vector3i cell = p.array().floor().cast<int>();
   if (!holds(cell)) return;
@@ -433,22 +419,6 @@ void PlaceSearch::Model::measureDistances() {
     distance[i] = std::sqrt(distance[i]);
     free_steps[i] = static_cast<uint8_t>(distance[i]);
   }
-}
-
-void PlaceSearch::Model::smoothNormals() {
-  std::array<float, kRays> smooth{};
-  float sum = 0.0f;
-  for (int i = 0; i < kRays; ++i) {
-    const Vector3f way = wayOfRay(i);
-    for (int k = 0; k < kRays; ++k) {
-      constexpr float kSharpness = 40.0f;  // some 9 degrees
-      const float cosine = way.dot(wayOfRay(k));
-      smooth[i] += normals[k] * std::exp(kSharpness * (cosine - 1.0f));
-    }
-    sum += smooth[i];
-  }
-  if (!(sum > 0.0f)) return;
-  for (int i = 0; i < kRays; ++i) normals[i] = std::log(smooth[i] * kRays / sum + 0.05f);
 }
 
 /// Interpolated between the centres of cells; beyond the outermost ones as large as any.
@@ -535,39 +505,20 @@ bool PlaceSearch::Model::look(const Vector3f& from, std::array<Octaves, kRays>& 
   return true;
 }
 
-std::vector<int> PlaceSearch::Model::likelyOrientations(
-    const std::vector<ImagePoint>& points) const {
-  std::vector<std::pair<float, int>> ranked(kOrientations);
-  parallelFor<int, 64>(kOrientations, threads, [&](size_t i, int&) {
-    const Matrix3f R_W_C = orientation(static_cast<int>(i), kOrientations);
-    float sum = 0.0f;
-    for (size_t k = 0; k < std::min<size_t>(points.size(), 128); ++k) {
-      sum += normals[static_cast<size_t>(rayOf(R_W_C * points[k].normal_C))];
-    }
-    ranked[i] = {-sum, static_cast<int>(i)};
-  });
-  std::sort(ranked.begin(), ranked.end());
-  std::vector<int> likely;
-  for (size_t i = 0; i < kLikelyOrientations; ++i) likely.push_back(ranked[i].second);
-  return likely;
-}
-
-/// The looks that are likely from any standpoint.
-PlaceSearch::Model::LookTable PlaceSearch::Model::likelyLooks(
-    const std::vector<ImagePoint>& points) const {
+PlaceSearch::Model::LookTable PlaceSearch::Model::looksOf(const std::vector<Vector3f>& points) {
   LookTable table;
   table.points = std::min<size_t>(points.size(), kLookPoints);
   table.says.resize(table.points);
   for (size_t k = 0; k < table.points; ++k) {
-    const Octaves measured = octavesOf(points[k].p_C.norm());
+    const Octaves measured = octavesOf(points[k].norm());
     for (size_t d = 0; d < 256; ++d) {
       table.says[k][d] = static_cast<int8_t>(agreement(static_cast<Octaves>(d), measured));
     }
   }
-  for (const int number : likelyOrientations(points)) {
-    table.R_W_C.push_back(orientation(number, kOrientations));
+  for (int number = 0; number < kOrientations; ++number) {
+    table.R_W_C.push_back(orientation(number));
     for (size_t k = 0; k < table.points; ++k) {
-      table.rays.push_back(static_cast<uint16_t>(rayOf(table.R_W_C.back() * points[k].p_C)));
+      table.rays.push_back(static_cast<uint16_t>(rayOf(table.R_W_C.back() * points[k])));
     }
   }
   return table;
@@ -600,8 +551,8 @@ void PlaceSearch::Model::lookFrom(const Vector3f& from, const LookTable& table,
 
 /// The best looks from everywhere.
 std::vector<PlaceSearch::Model::Candidate> PlaceSearch::Model::lookAround(
-    const std::vector<ImagePoint>& points) const {
-  const LookTable table = likelyLooks(points);
+    const std::vector<Vector3f>& points) const {
+  const LookTable table = looksOf(points);
   const Vector3i steps = (size.cast<double>() / kStep_cells).array().ceil().cast<int>();
   const auto nx = static_cast<size_t>(steps.x()), ny = static_cast<size_t>(steps.y());
   std::vector<BestLooks> kept(nx * ny * static_cast<size_t>(steps.z()));
@@ -624,7 +575,7 @@ std::vector<PlaceSearch::Model::Candidate> PlaceSearch::Model::lookAround(
 /// Gauss-Newton over the coarse distances, with a cutoff that falls. The score is how the map looks
 /// from there.
 void PlaceSearch::Model::moveToFit(Candidate& candidate,
-                                   const std::vector<ImagePoint>& points) const {
+                                   const std::vector<Vector3f>& points) const {
   Isometry3d& T = candidate.T_W_C;
   constexpr int kSteps = 12;
   for (int step = 0; step < kSteps; ++step) {
@@ -633,8 +584,8 @@ void PlaceSearch::Model::moveToFit(Candidate& candidate,
     Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
     const Matrix3f R = T.linear().cast<float>();
     const Vector3f t = T.translation().cast<float>();
-    for (const ImagePoint& point : points) {
-      const Vector3f lever = R * point.p_C;
+    for (const Vector3f& point : points) {
+      const Vector3f lever = R * point;
       Vector3f g;
       const float d = distanceAt(lever + t, g);
       if (!(d < cutoff)) continue;
@@ -658,14 +609,14 @@ void PlaceSearch::Model::moveToFit(Candidate& candidate,
 
 /// What the image's points say for a pose, at most 1.
 float PlaceSearch::Model::lookOf(const Isometry3d& T_W_C,
-                                 const std::vector<ImagePoint>& points) const {
+                                 const std::vector<Vector3f>& points) const {
   const Matrix3f R = T_W_C.linear().cast<float>();
   const Vector3f t = T_W_C.translation().cast<float>();
   float sum = 0.0f;
-  for (const ImagePoint& point : points) {
-    const float measured = point.p_C.norm();
+  for (const Vector3f& point : points) {
+    const float measured = point.norm();
     Octaves octaves = kNothing;
-    const float shown = castRay(t, R * point.p_C / measured, octaves);
+    const float shown = castRay(t, R * point / measured, octaves);
     if (octaves == kNothing) continue;
     const float off = shown - measured, width = std::max(1.5f, 0.06f * measured);
     if (octaves == kBackSide || off < -2.0f * width) {
@@ -679,7 +630,7 @@ float PlaceSearch::Model::lookOf(const Isometry3d& T_W_C,
 
 /// Poses that fit the coarse map best, apart from each other, in W.
 std::vector<Isometry3d> PlaceSearch::Model::likelyPlaces(
-    const std::vector<ImagePoint>& points) const {
+    const std::vector<Vector3f>& points) const {
   std::vector<Candidate> candidates = lookAround(points);
   parallelFor<int, 8>(candidates.size(), threads,
                       [&](size_t i, int&) { moveToFit(candidates[i], points); });
@@ -710,7 +661,7 @@ FoundPlace PlaceSearch::find(Mapper& mapper, const DepthFrame& frame) const {
   FoundPlace found;
   found.alignment.T_W_C = frame.T_W_C;
   if (!isImage(frame) || model_->surfaces.empty()) return found;
-  const std::vector<ImagePoint> points = imagePoints(frame, model_->cell_m);
+  const std::vector<Vector3f> points = imagePoints(frame, model_->cell_m);
   if (points.size() < kLookPoints) return found;
   std::vector<Alignment> aligned;
   DepthFrame at = frame;

@@ -14,57 +14,17 @@ namespace {
 
 constexpr int kDigits = 7;
 
-/// How many characters have to be put in, taken out, changed or swapped with the next.
-size_t editsBetween(const std::string& a, const std::string& b) {
-  std::vector<std::vector<size_t>> edits(a.size() + 1, std::vector<size_t>(b.size() + 1));
-  for (size_t i = 0; i <= a.size(); ++i) {
-    for (size_t j = 0; j <= b.size(); ++j) {
-      if (i == 0 || j == 0) {
-        edits[i][j] = i + j;
-        continue;
-      }
-      const size_t change = a[i - 1] == b[j - 1] ? 0 : 1;
-      edits[i][j] =
-          std::min({edits[i - 1][j] + 1, edits[i][j - 1] + 1, edits[i - 1][j - 1] + change});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
-        edits[i][j] = std::min(edits[i][j], edits[i - 2][j - 2] + 1);
-      }
-    }
+/// "; known: map/voxel_size_m": what has the same name in another section, or else the section.
+std::string othersThan(const std::string& key, const std::set<std::string>& known) {
+  const auto nameIn = [](const std::string& of) { return of.rfind('/') + 1; };
+  const std::string section = key.substr(0, nameIn(key)), name = key.substr(nameIn(key));
+  std::vector<std::string> namesakes, in_section;
+  for (const std::string& other : known) {
+    if (other.substr(nameIn(other)) == name) namesakes.push_back(other);
+    if (!section.empty() && other.substr(0, nameIn(other)) == section) in_section.push_back(other);
   }
-  return edits[a.size()][b.size()];
-}
-
-std::string lastOf(const std::string& key) { return key.substr(key.rfind('/') + 1); }
-
-/// As where a unit was left out, or a section.
-bool oneContainsTheOther(const std::string& a, const std::string& b) {
-  constexpr size_t kShortest = 3;  // many words contain fewer letters
-  if (std::min(a.size(), b.size()) < kShortest) return false;
-  return a.find(b) != std::string::npos || b.find(a) != std::string::npos;
-}
-
-/// "; did you mean map/voxel_size_m?" where a known key is near: by the whole key, or by its last
-/// part alone, as where the section was left out.
-std::string suggestionFor(const std::string& key, const std::set<std::string>& known) {
-  constexpr size_t kLongestKey = 100;
-  if (key.size() > kLongestKey) return "";
-  const size_t other_section = key.find('/') == std::string::npos ? 0 : 1;
-  std::string nearest, related;
-  size_t least = lastOf(key).size() / 4 + 2, least_related = kLongestKey;
-  for (const std::string& candidate : known) {
-    const size_t edits = std::min(editsBetween(key, candidate),
-                                  editsBetween(lastOf(key), lastOf(candidate)) + other_section);
-    if (edits < least) {
-      least = edits;
-      nearest = candidate;
-    }
-    if (edits < least_related && oneContainsTheOther(lastOf(key), lastOf(candidate))) {
-      least_related = edits;
-      related = candidate;
-    }
-  }
-  if (nearest.empty()) nearest = related;
-  return nearest.empty() ? "" : "; did you mean " + nearest + "?";
+  const std::string others = joined(namesakes.empty() ? in_section : namesakes);
+  return others.empty() ? "" : "; known: " + others;
 }
 
 }  // namespace
@@ -206,7 +166,7 @@ void ParamReader::operator()(const std::string& key, std::vector<std::string>& m
 void ParamReader::finish() {
   for (const auto& [key, value] : tree_) {
     if (known_.count(key) > 0) continue;
-    addViolation(key, "no such setting" + suggestionFor(key, known_));
+    addViolation(key, "no such setting" + othersThan(key, known_));
   }
   if (!violations_.empty()) throw ParamError(violations_);
 }

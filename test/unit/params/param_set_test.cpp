@@ -86,22 +86,15 @@ TEST(ParamSet, KeepsRangesClosed) {
   }
 }
 
-TEST(ParamSet, RefusesUnknownKeys) {
+TEST(ParamSet, RefusesUnknownKeysAndListsKnownOnes) {
   const auto violations = violationsOf({{"part/cuont", 5}});
   ASSERT_EQ(violations.size(), 1u);
-  EXPECT_EQ(violations[0], "part/cuont = 5: no such setting; did you mean part/count?");
-  EXPECT_EQ(violationsOf({{"count", 5}})[0],
-            "count = 5: no such setting; did you mean part/count?");
+  EXPECT_EQ(violations[0].find("part/cuont = 5: no such setting; known: part/count, part/"), 0u)
+      << violations[0];
+  EXPECT_EQ(violationsOf({{"count", 5}})[0], "count = 5: no such setting; known: part/count");
   EXPECT_EQ(violationsOf({{"prat/count", 5}})[0],
-            "prat/count = 5: no such setting; did you mean part/count?");
+            "prat/count = 5: no such setting; known: part/count");
   EXPECT_EQ(violationsOf({{"something/else", 5}})[0], "something/else = 5: no such setting");
-}
-
-TEST(ParamSet, AWordThatContainsTheKeyIsNearIt) {
-  EXPECT_EQ(violationsOf({{"pre", 5}})[0], "pre = 5: no such setting; did you mean part/precise?");
-  EXPECT_EQ(violationsOf({{"part/size_of_it_all", 5}})[0],
-            "part/size_of_it_all = 5: no such setting; did you mean part/size?");
-  EXPECT_EQ(violationsOf({{"z", 5}})[0], "z = 5: no such setting");
 }
 
 TEST(ParamSet, RangesHaveTheUnitOfTheSetting) {

@@ -24,55 +24,46 @@ std::string whyTooLarge(size_t live_bytes, size_t second_bytes, size_t max_bytes
          " of map/max_memory_mb; raise it";
 }
 
-Refusion::Refusion(const std::string& path, const MapperParams& run, journal::Correction correction)
-    : replay_(path), correction_(std::move(correction)) {
-  if (replay_.count() < correction_.before) {
+Refusion::Refusion(const std::string& path, const MapperParams& run, journal::Correction by)
+    : replay(path), correction(std::move(by)) {
+  if (replay.count() < correction.before) {
     throw std::runtime_error("the journal lacks a part of the map");
   }
-  effect_ = replay_.correct(correction_);
-  MapperParams params = readMapperParams(replay_.begin().settings);
+  effect = replay.correct(correction);
+  MapperParams params = readMapperParams(replay.begin().settings);
   params.backend = run.backend;
   params.threads = run.threads;
-  if (effect_.moved == 0) return;
-  mapper_ = mapperOf(replay_, params);
-  calls_since_mesh_ = replay_.map() == nullptr ? 0 : 1;
+  if (effect.moved == 0) return;
+  mapper = mapperOf(replay, params);
+  calls_since_mesh = replay.map() == nullptr ? 0 : 1;
 }
 
 bool Refusion::step(size_t live_bytes) {
-  std::optional<journal::Call> call = replay_.next();
-  if (!call && replay_.readOn()) call = replay_.next();
+  std::optional<journal::Call> call = replay.next();
+  if (!call && replay.readOn()) call = replay.next();
+  if (!call && calls_since_mesh < kFewCalls) return false;
   if (call) {
-    const IntegrationResult result = doAgain(*call, *mapper_);
+    const IntegrationResult result = doAgain(*call, *mapper);
     if (result.status == FrameStatus::kNoMemory) throw std::runtime_error(result.message);
     const auto* const image = std::get_if<journal::Image>(&*call);
-    fused_ += image != nullptr && std::holds_alternative<DepthFrame>(image->frame);
-    if (++calls_since_mesh_ % kCallsPerCheck == 0) checkMemory(live_bytes);
-    if (calls_since_mesh_ >= kCallsPerMesh) extract();
-    return true;
+    fused += image != nullptr && std::holds_alternative<DepthFrame>(image->frame);
+    if (++calls_since_mesh % kCallsPerCheck == 0) {
+      const MapStats stats = mapper->stats();
+      bytes = stats.map_bytes;
+      const std::string problem = whyTooLarge(live_bytes, bytes, stats.max_map_bytes);
+      if (!problem.empty()) throw std::runtime_error(problem);
+    }
   }
-  if (calls_since_mesh_ < kFewCalls) return false;
-  extract();
+  if (!call || calls_since_mesh >= kCallsPerMesh) extract();
   return true;
 }
 
-void Refusion::checkMemory(size_t live_bytes) {
-  const MapStats stats = mapper_->stats();
-  bytes_ = stats.map_bytes;
-  const std::string problem = whyTooLarge(live_bytes, stats.map_bytes, stats.max_map_bytes);
-  if (!problem.empty()) throw std::runtime_error(problem);
-}
-
 void Refusion::extract() {
-  MeshUpdate update = mapper_->updateMesh();
+  MeshUpdate update = mapper->updateMesh();
   for (BlockMesh& block : update.blocks) {
-    mesh_.put(std::make_shared<const BlockMesh>(std::move(block)));
+    mesh.put(std::make_shared<const BlockMesh>(std::move(block)));
   }
-  calls_since_mesh_ = 0;
-}
-
-const std::map<PackedKey, SharedBlockMesh>& Refusion::takeMesh() {
-  if (calls_since_mesh_ > 0) extract();
-  return mesh_.blocks();
+  calls_since_mesh = 0;
 }
 
 }  // namespace dtsdf

@@ -1,30 +1,174 @@
-/// Depth and colour images of a bag, and where up is in it.
+/// Depth and colour images of a bag with their camera_info and poses, and where up is in it.
 #include <ros/console.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/PointCloud2.h>
+#include <std_msgs/Header.h>
+#include <tf2_msgs/TFMessage.h>
 #include <boost/make_shared.hpp>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <functional>
+#include <iterator>
 #include <limits>
+#include <map>
 #include <memory>
+#include <optional>
+#include <set>
 #include <stdexcept>
+#include <string>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
+#include "io/bag_frames.h"
+#include "io/pose_files.h"
 #include "io/recorded_images.h"
+#include "io/trajectory.h"
 #include "level/still_gravity.h"
 #include "params/printable.h"
-#include "ros/bag/bag_messages.h"
+#include "params/text.h"
 #include "ros/input/clouds.h"
 #include "ros/input/conversions.h"
 #include "ros/input/images.h"
 #include "ros/input/rectification.h"
+#include "ros/input/transforms.h"
 
 namespace dtsdf {
 namespace {
+
+bool hasMessages(const rosbag::Bag& bag, const std::string& topic) {
+  return rosbag::View(bag, rosbag::TopicQuery(topic)).size() > 0;
+}
+
+/// "; its topics are '/a' (sensor_msgs/Image), '/b' (tf2_msgs/TFMessage)".
+std::string topicsOf(const rosbag::Bag& bag) {
+  std::set<std::string> topics;
+  for (const rosbag::ConnectionInfo* connection : rosbag::View(bag).getConnections()) {
+    topics.insert("'" + printable(connection->topic) + "' (" + printable(connection->datatype) +
+                  ")");
+  }
+  return "; its topics are " + joined({topics.begin(), topics.end()});
+}
+
+/// @throws std::runtime_error if it has none, with its topics, and what else helps.
+void requireMessages(const rosbag::Bag& bag, const std::string& topic,
+                     const std::string& help = "") {
+  if (hasMessages(bag, topic)) return;
+  throw std::runtime_error("'" + printable(bag.getFileName()) + "' has no messages on '" +
+                           printable(topic) + "'" + topicsOf(bag) + help);
+}
+
+/// The topics whose first message is wanted. An image that was recorded both ways counts once, as
+/// it was before it was compressed.
+std::set<std::string> findImageTopics(
+    const rosbag::Bag& bag, const std::function<bool(const rosbag::MessageInstance&)>& is_wanted) {
+  std::set<std::string> topics;
+  rosbag::View all(bag);
+  for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
+    rosbag::View messages(bag, rosbag::TopicQuery(connection->topic));
+    if (messages.size() > 0 && is_wanted(*messages.begin())) topics.insert(connection->topic);
+  }
+  for (auto topic = topics.begin(); topic != topics.end();) {
+    const std::string raw = withoutTransport(*topic);
+    const bool twice = raw != *topic && topics.count(raw) > 0;
+    topic = twice ? topics.erase(topic) : std::next(topic);
+  }
+  return topics;
+}
+
+/// The only topic. @throws std::runtime_error where there are none, or several.
+std::string onlyOneOf(const std::set<std::string>& topics, const rosbag::Bag& bag,
+                      const std::string& content, const std::string& option) {
+  if (topics.size() == 1) return *topics.begin();
+  throw std::runtime_error("'" + printable(bag.getFileName()) + "' has " +
+                           (topics.empty() ? "no topic" : "several topics") + " with " + content +
+                           topicsOf(bag) + "; choose one by " + option);
+}
+
+/// What `read` returns. @throws std::runtime_error in place of an exception of rosbag.
+template <class Read>
+auto readingBag(const std::string& path, const Read& read) {
+  try {
+    return read();
+  } catch (const rosbag::BagException& error) {
+    throw std::runtime_error("cannot read the bag '" + path + "': " + errorText(error) +
+                             "; try rosbag reindex, or rosbag fix");
+  }
+}
+
+/// The poses of cameras: from the transforms of the whole bag, or a trajectory in their place.
+class BagPoses {
+ public:
+  /// @throws std::runtime_error if the trajectory cannot be read.
+  BagPoses(const rosbag::Bag& bag, const BagOptions& options) : options_(options) {
+    ros::Time::init();  // for the log
+    for (std::string* frame : {&options_.map_frame, &options_.input.camera_frame}) {
+      *frame = stripLeadingSlash(*frame);
+    }
+    if (options_.tf_topic.empty()) options_.tf_topic = "/tf";
+    if (!options.poses_path.empty()) {
+      trajectory_ = readTrajectory(options.poses_path, "poses are expected there");
+      return;
+    }
+    const std::vector<std::string> topics{options_.tf_topic, options_.tf_topic + "_static",
+                                          "/tf_static", "tf", "tf_static"};
+    for (const auto& message : rosbag::View(bag, rosbag::TopicQuery(topics))) {
+      const auto tf = message.instantiate<tf2_msgs::TFMessage>();
+      if (!tf) continue;
+      const bool is_static = message.getTopic().find("tf_static") != std::string::npos;
+      for (const auto& transform : tf->transforms) transforms_.take(transform, "bag", is_static);
+    }
+  }
+
+  /// Pose of the image with this header; `why_none` says why there is none.
+  std::optional<Eigen::Isometry3d> of(const std_msgs::Header& header,
+                                      std::string* why_none = nullptr) const {
+    PoseAnswer pose;
+    if (trajectory_) {
+      pose.T_W_C = trajectory_->poseAt(header.stamp.toSec(), options_.pose_tolerance_s);
+    } else {
+      pose = find(header, header.stamp);
+    }
+    if (why_none != nullptr) *why_none = pose.text;
+    if (pose.T_W_C) pose.T_W_C = opticalPose(*pose.T_W_C, options_.pose_convention);
+    return pose.T_W_C;
+  }
+
+  /// Why an image has no pose.
+  std::string whyNone() const {
+    return trajectory_ ? noPoseWithin(options_.pose_tolerance_s) : drop::kNoTransform;
+  }
+
+  /// @throws std::runtime_error if no image with this header can have one, as no transforms of the
+  /// bag lead from its frame to the map's.
+  void requireFrames(const std_msgs::Header& header, const rosbag::Bag& bag) const {
+    if (trajectory_) return;
+    const PoseAnswer newest = find(header, ros::Time(0));
+    if (newest.T_W_C) return;
+    throw std::runtime_error("'" + printable(bag.getFileName()) + "': " + newest.text +
+                             topicsOf(bag) +
+                             "; give --tf-topic, or poses by --poses, or none with --poses-mode "
+                             "track");
+  }
+
+ private:
+  PoseAnswer find(const std_msgs::Header& header, const ros::Time& stamp) const {
+    const std::string frame = options_.input.camera_frame.empty()
+                                  ? stripLeadingSlash(header.frame_id)
+                                  : options_.input.camera_frame;
+    return transforms_.find(options_.map_frame, frame, stamp);
+  }
+
+  static constexpr double kKeepAll_s = 1.0e8;  ///< Longer than any recording.
+
+  BagOptions options_;  ///< Frames without leading slashes.
+  Transforms transforms_{std::chrono::steady_clock::now, kKeepAll_s};
+  std::optional<Trajectory> trajectory_;  ///< In place of the transforms.
+};
 
 /// Null for what is no image, or a damaged one, with what is wrong.
 sensor_msgs::ImageConstPtr imageOf(const ImageKind& kind, const rosbag::MessageInstance& message,
@@ -47,26 +191,13 @@ std_msgs::Header headerOf(const rosbag::MessageInstance& message) {
   return compressed ? compressed->header : std_msgs::Header();
 }
 
-/// "; its images are on '/a' (64FC1), '/b' (jpeg)"; empty where it has none.
-std::string imagesInList(const rosbag::Bag& bag) {
-  std::string list;
-  findImageTopics(bag, [&](const rosbag::MessageInstance& message) {
-    const auto image = message.instantiate<sensor_msgs::Image>();
-    const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
-    if (!image && !compressed) return false;
-    list += (list.empty() ? "; its images are on '" : ", '") + printable(message.getTopic()) +
-            "' (" + printable(image ? image->encoding : compressed->format) + ")";
-    return true;
-  });
-  return list.empty() ? "" : list + "; depth must be 16UC1 or 32FC1, or an organised cloud";
-}
-
 /// The topic named, as it is or as it was compressed, or else the only one with images of the kind.
 /// Empty for colour where there is none, or nobody has said which.
 std::string topicOf(const ImageKind& kind, const rosbag::Bag& bag, const std::string& named) {
   for (const char* const ending : {"", kind.compressed_topic, kCompressedTopic}) {
     if (!named.empty() && hasMessages(bag, named + ending)) return named + ending;
   }
+  if (!named.empty()) requireMessages(bag, named);
   std::set<std::string> topics = findImageTopics(bag, [&](const auto& message) {
     const auto image = message.template instantiate<sensor_msgs::Image>();
     if (image) return kind.has_encoding(image->encoding);
@@ -79,24 +210,18 @@ std::string topicOf(const ImageKind& kind, const rosbag::Bag& bag, const std::st
       return cloud && cloud->height > 1;
     });
   }
-  if (named.empty() && topics.size() == 1) return *topics.begin();
-  const std::string path = "'" + printable(bag.getFileName()) + "'", name = kind.name;
-  if (!named.empty()) {
-    throw std::runtime_error(path + " has no messages on '" + printable(named) + "'" +
-                             (topics.empty() ? ", nor any topic with " + name + " images"
-                                             : "; " + name + " is on" + inList(topics)));
+  if (!kind.is_colour) {
+    return onlyOneOf(topics, bag, "depth images (16UC1 or 32FC1) or organised clouds",
+                     "--depth-topic");
   }
-  if (kind.is_colour && topics.empty()) return "";
-  if (kind.is_colour) {
-    ROS_WARN_STREAM_NAMED("dtsdf_mapping", "several topics with colour images, so none is used:"
-                                               << inList(topics)
-                                               << "; choose one by --color-topic");
-    return "";
+  if (topics.size() == 1) return *topics.begin();
+  if (!topics.empty()) {
+    ROS_WARN_STREAM_NAMED("dtsdf_mapping",
+                          "several topics with colour images, so none is used: "
+                              << printableMessage(joined({topics.begin(), topics.end()}))
+                              << "; choose one by --color-topic");
   }
-  throw std::runtime_error(topics.empty()
-                               ? path + " has no topic with depth images" + imagesInList(bag)
-                               : path + " has several topics with depth images:" + inList(topics) +
-                                     "; choose one by --depth-topic");
+  return "";
 }
 
 /// The images of one kind of a bag: depth in the order in which it was recorded, colour in that of
@@ -116,7 +241,11 @@ class BagImages : public ImageSource<Frame> {
     }
     rosbag::View view(bag_, rosbag::TopicQuery(topic_));
     if (view.begin()->isType<sensor_msgs::PointCloud2>()) clouds_.emplace(topic_);
-    if (!kIsColour && !options_.intrinsics && !clouds_) requireInfo();
+    if (!kIsColour && !options_.intrinsics && !clouds_) {
+      requireMessages(bag_, info_topic_,
+                      "; choose by --info-topic (where it is sent once, with --set "
+                      "input/camera_info=latest), or give --intrinsics");
+    }
     if (!options_.mask_topic.empty()) requireMessages(bag_, options_.mask_topic);
     poses_ = std::make_unique<BagPoses>(bag_, options_);
     // All of them, small as they are: an image may be recorded before its camera_info.
@@ -180,19 +309,6 @@ class BagImages : public ImageSource<Frame> {
     options_.intrinsics.reset();
   }
 
-  void requireInfo() const {
-    if (hasMessages(bag_, info_topic_)) return;
-    const std::set<std::string> infos = findImageTopics(bag_, [](const auto& message) {
-      return message.template isType<sensor_msgs::CameraInfo>();
-    });
-    throw std::runtime_error(
-        "'" + printable(options_.path) + "' has no camera_info on '" + printable(info_topic_) +
-        (infos.empty() ? "'; give --intrinsics"
-                       : "', but on" + inList(infos) +
-                             "; choose by --info-topic (where it is sent once, with --set "
-                             "input/camera_info=latest), or give --intrinsics"));
-  }
-
   bool isWanted(size_t index) const {
     if (!kIsColour) return options_.selection.contains(index);
     if (!options_.selection.containsColour(index)) return false;
@@ -226,7 +342,7 @@ class BagImages : public ImageSource<Frame> {
     if (const auto rejection = hideMasked(image, message.getTime())) return skip(*rejection);
     const std::optional<Eigen::Isometry3d> T_W_C = poseOf(image->header, problem);
     if (!T_W_C) {
-      if (!kIsColour) poses_->requireFrames(image->header, options_.path);
+      if (!kIsColour) poses_->requireFrames(image->header, bag_);
       return skip(poses_->whyNone(), problem);
     }
     const auto pixels = std::make_shared<cv_bridge::CvImageConstPtr>();
@@ -248,9 +364,7 @@ class BagImages : public ImageSource<Frame> {
     return frame;
   }
 
-  std::nullopt_t skip(const Rejection& rejection) {
-    return skip(rejection.reason.name, rejection.text);
-  }
+  std::nullopt_t skip(const Rejection& rejection) { return skip(rejection.reason, rejection.text); }
   std::nullopt_t skip(const std::string& name, const std::string& text) {
     const std::string reason = (kIsColour ? "colour images: " : "") + name;
     ++this->skipped_[reason];
@@ -338,13 +452,9 @@ std::string chooseTopic(const rosbag::Bag& bag, const BagOptions& options) {
     requireMessages(bag, options.imu_topic);
     return options.imu_topic;
   }
-  const std::set<std::string> topics = findImageTopics(bag, isInertial);
-  if (topics.size() == 1) return *topics.begin();
-  throw std::runtime_error("map/level is imu, and '" + options.path + "' has " +
-                           (topics.empty() ? "no topic of type sensor_msgs/Imu; set map/level to "
-                                             "floor or none"
-                                           : "several topics of type sensor_msgs/Imu:" +
-                                                 inList(topics) + "; choose one with --imu-topic"));
+  return onlyOneOf(findImageTopics(bag, isInertial), bag,
+                   "messages of an inertial sensor (sensor_msgs/Imu), which map/level: imu needs",
+                   "--imu-topic");
 }
 
 Eigen::Vector3d findUp(const rosbag::Bag& bag, const BagOptions& options) {

@@ -4,6 +4,7 @@
 #include <sensor_msgs/image_encodings.h>
 #include <boost/make_shared.hpp>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -71,35 +72,22 @@ std::optional<Rejection> checkRows(const sensor_msgs::PointCloud2& cloud) {
                              cloud.row_step, cloud.data.size(), cloud.width, cloud.height)};
 }
 
-/// The line that fits pixels, by the slopes of their rays, best.
-struct Line {
-  double n = 0.0, a = 0.0, p = 0.0, aa = 0.0, ap = 0.0, pp = 0.0;  ///< Sums.
+/// Sums of the products of 1, a ray's slope and its pixel: along rows, and along columns.
+using Sums = std::array<Eigen::Matrix3d, 2>;
 
-  void add(double slope, double pixel) {
-    n += 1.0;
-    a += slope;
-    p += pixel;
-    aa += slope * slope;
-    ap += slope * pixel;
-    pp += pixel * pixel;
-  }
-  double focal_px() const { return (ap - a * p / n) / (aa - a * a / n); }
-  double center_px() const { return (p - focal_px() * a) / n; }
-  double variance_px2() const { return (pp - p * p / n) / n; }
-  /// What is left of the variance.
-  double error_px2() const { return variance_px2() - focal_px() * (ap - a * p / n) / n; }
-  /// Whether the pixels reach over enough of so many.
-  bool isWide(uint32_t pixels) const {
-    constexpr double kLeastPoints = 100.0, kLeastShare = 0.05;  // those of a whole image: 0.29
-    return n >= kLeastPoints && std::sqrt(variance_px2()) >= kLeastShare * pixels;
-  }
-};
+/// Focal length and centre of the line that fits the pixels best by the slopes of their rays, and
+/// the variance of the pixels and what is left of it.
+std::array<double, 4> fitLine(const Eigen::Matrix3d& sums) {
+  const Eigen::Vector3d mean = sums.col(0) / sums(0, 0);
+  const Eigen::Matrix3d covariance = sums / sums(0, 0) - mean * mean.transpose();
+  const double focal_px = covariance(1, 2) / covariance(1, 1);
+  return {focal_px, mean[2] - focal_px * mean[1], covariance(2, 2),
+          covariance(2, 2) - focal_px * covariance(1, 2)};
+}
 
-using Lines = std::array<Line, 2>;  ///< Along rows, and along columns.
-
-/// Writes depth, and adds what is measured to the lines unless they are null.
+/// Writes depth, and adds what is measured to the sums unless they are null.
 void readPoints(const sensor_msgs::PointCloud2& cloud, const Coordinates& xyz, uint8_t* pixel,
-                Lines* lines) {
+                Sums* sums) {
   for (uint32_t v = 0; v < cloud.height; ++v) {
     const uint8_t* point = &cloud.data[size_t{v} * cloud.row_step];
     for (uint32_t u = 0; u < cloud.width; ++u, point += cloud.point_step, pixel += sizeof(float)) {
@@ -107,12 +95,13 @@ void readPoints(const sensor_msgs::PointCloud2& cloud, const Coordinates& xyz, u
       const bool is_measured = std::isfinite(z) && z > 0.0;
       const float depth = is_measured ? static_cast<float>(z) : kNone;
       std::memcpy(pixel, &depth, sizeof(depth));
-      if (lines == nullptr || !is_measured) continue;
+      if (sums == nullptr || !is_measured) continue;
       const double x = coordinateOf(cloud, xyz[0], point) / z,
                    y = coordinateOf(cloud, xyz[1], point) / z;
       if (!std::isfinite(x) || !std::isfinite(y)) continue;
-      (*lines)[0].add(x, u);
-      (*lines)[1].add(y, v);
+      const Eigen::Vector3d along_u(1.0, x, u), along_v(1.0, y, v);
+      (*sums)[0] += along_u * along_u.transpose();
+      (*sums)[1] += along_v * along_v.transpose();
     }
   }
 }
@@ -133,15 +122,20 @@ std::variant<CameraImage, Rejection> CloudImages::convert(const sensor_msgs::Poi
   image->data.resize(size_t{image->step} * cloud.height);
   if (const auto rejection = checkArrival(*image, most_bytes)) return *rejection;
   const bool is_known = width_ == cloud.width && height_ == cloud.height;
-  Lines lines;
-  const auto& [along_u, along_v] = lines;
-  readPoints(cloud, xyz, image->data.data(), is_known ? nullptr : &lines);
-  if (!is_known && along_u.isWide(cloud.width) && along_v.isWide(cloud.height)) {
-    const double error_px = std::sqrt(std::max(0.0, along_u.error_px2() + along_v.error_px2()));
+  Sums sums{Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
+  readPoints(cloud, xyz, image->data.data(), is_known ? nullptr : &sums);
+  const auto [fx, cx, variance_u, rest_u] = fitLine(sums[0]);
+  const auto [fy, cy, variance_v, rest_v] = fitLine(sums[1]);
+  // Whether the pixels reach over enough of the image: those of a whole one have a share of 0.29.
+  constexpr double kLeastPoints = 100.0, kLeastShare = 0.05;
+  const bool is_wide = sums[0](0, 0) >= kLeastPoints &&
+                       std::sqrt(variance_u) >= kLeastShare * cloud.width &&
+                       std::sqrt(variance_v) >= kLeastShare * cloud.height;
+  if (!is_known && is_wide) {
+    const double error_px = std::sqrt(std::max(0.0, rest_u + rest_v));
     constexpr double kMostError_px = 1.0;
-    const Intrinsics fitted{
-        static_cast<float>(along_u.focal_px()), static_cast<float>(along_v.focal_px()),
-        static_cast<float>(along_u.center_px()), static_cast<float>(along_v.center_px())};
+    const Intrinsics fitted{static_cast<float>(fx), static_cast<float>(fy), static_cast<float>(cx),
+                            static_cast<float>(cy)};
     if (!(error_px <= kMostError_px && fitted.fx > 0.0f && fitted.fy > 0.0f)) {
       return Rejection{drop::kBadIntrinsics,
                        formatted("no pinhole camera fits the cloud: its points are %.3g px off%s; "

@@ -27,9 +27,6 @@ inline ros::Time toTime(double stamp_s) {
                                 : ros::Time();
 }
 
-/// Names of frames are no longer than this: else a few would fill the memory.
-constexpr size_t kLongestName = 200;
-
 /// "'a', 'b'", and no more than a few of them.
 inline std::string listOfFrames(const std::vector<std::string>& frames) {
   constexpr size_t kShown = 10;

@@ -173,12 +173,10 @@ class LiveMap {
   /// Whether the last extraction has left something to the next one.
   bool isMeshPart() const { return mesh_is_part_; }
 
-  /// Empties a part of the map.
-  /// @throws std::runtime_error if the region has a problem, or the backend has failed, or fails.
+  /// Empties a part of the map. @pre The region has no problem.
+  /// @throws std::runtime_error if the backend has failed, or fails.
   ClearedRegion clearRegion(const Region& region) {
     throwIfFailed();
-    const std::string problem = findProblem(region);
-    if (!problem.empty()) throw std::runtime_error(problem);  // the caller's, not the backend's
     try {
       const ClearedRegion cleared = mapper_->clearRegion(region);
       regionCleared(region);
@@ -209,31 +207,30 @@ class LiveMap {
   /// Goes on with a map that was loaded, in a mapper of its own, and starts over after a failure;
   /// the whole mesh is handed over again. @return the mapper so far.
   std::unique_ptr<Mapper> replace(std::unique_ptr<Mapper> mapper, float voxel_size_m,
-                                  const std::string& path, const Replacement& loaded) {
+                                  const std::string& path, const MapContents& head,
+                                  const std::shared_ptr<const MapChunks>& file = nullptr) {
     mapper_.swap(mapper);
-    loaded_stamp_s_ = loaded.head->stamp_s;
+    loaded_stamp_s_ = head.stamp_s;
     fused_since_mesh_ = true;
     mesh_changes_.clear(voxel_size_m);
-    startOver(loaded);
+    startOver(&head, file);
     const std::lock_guard<std::mutex> lock(report_mutex_);
     report_.loaded_map = printableMessage(path);
     report_.voxel_size_m = voxel_size_m;
     return mapper;
   }
 
-  /// The map of corrected poses, with all frames that this one has, and its whole mesh. @return the
-  /// mapper so far.
-  std::unique_ptr<Mapper> replaceCorrected(std::unique_ptr<Mapper> mapper,
-                                           const std::map<PackedKey, SharedBlockMesh>& mesh) {
+  /// The map of corrected poses, with all frames that this one has, and its whole mesh.
+  void replaceCorrected(std::unique_ptr<Mapper> mapper,
+                        const std::map<PackedKey, SharedBlockMesh>& mesh) {
     if (mesh_under_way_) finishMesh();
     mapper_.swap(mapper);
     fused_since_mesh_ = mesh_is_part_ = false;
     mesh_whole_ = true;
     mesh_stamp_ = surfaces_stamp_ = map_stamp_;
     mesh_changes_.replaceAll(mesh, mesh_stamp_);
-    for (const auto& step : steps_) step->replaced({Replacement::Kind::kCorrected});
+    for (const auto& step : steps_) step->corrected();
     updateReport();
-    return mapper;
   }
 
   /// Empties map and mesh, and starts over after a failure.
@@ -243,7 +240,7 @@ class LiveMap {
     loaded_stamp_s_ = 0.0;
     fused_since_mesh_ = false;
     mesh_changes_.clear();
-    startOver({});
+    startOver(nullptr, nullptr);
   }
 
   /// Any thread: its part of the status, in place of what is in it.
@@ -276,9 +273,7 @@ class LiveMap {
       return true;
     }
     for (const auto& step : steps_) {
-      const Step::Work work = step->hasWork();
-      if (work == Step::Work::kNone) continue;
-      if (frame_ready && work == Step::Work::kWhenIdle) continue;
+      if (!step->hasWork(frame_ready)) continue;
       step->work();
       return true;
     }
@@ -399,11 +394,11 @@ class LiveMap {
   }
 
   /// With another map, of which nothing was handed over.
-  void startOver(const Replacement& replacement) {
+  void startOver(const MapContents* head, const std::shared_ptr<const MapChunks>& file) {
     mesh_under_way_ = mesh_is_part_ = false;
     mesh_whole_ = report_outdated_ = true;
     map_stamp_ = mesh_stamp_ = surfaces_stamp_ = ros::Time();
-    for (const auto& step : steps_) step->replaced(replacement);
+    for (const auto& step : steps_) step->replaced(head, file);
     {
       const std::lock_guard<std::mutex> lock(report_mutex_);
       report_.loaded_map.clear();

@@ -70,18 +70,22 @@ class SpaceStep : public Step {
 
   void meshed() override { handOver(); }
   void work() override { handOver(); }
-  Work hasWork() const override { return is_part_ && !isFull() ? Work::kWhenIdle : Work::kNone; }
+  bool hasWork(bool frame_waits) const override { return !frame_waits && is_part_ && !isFull(); }
 
-  void replaced(const Replacement& replacement) override {
+  void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) override {
+    is_part_ = false;
+    const Space* const space = host_.map.mapper().space();
+    if (space != nullptr) add({true, {}}, *space);
+  }
+
+  /// All at once: planners are answered by the space of before until there is the new one.
+  void corrected() override {
     is_part_ = false;
     Space* const space = host_.map.mapper().space();
-    if (!is_on_ || space == nullptr) return;
+    if (space == nullptr) return;
     SpaceChanges changes{true, {}};
-    if (replacement.kind == Replacement::Kind::kCorrected) {
-      // All at once: planners are answered by the space of before until there is the new one.
-      do changes.is_part = addTo(changes, space->takeChanges());
-      while (changes.is_part);
-    }
+    do changes.is_part = addTo(changes, space->takeChanges());
+    while (changes.is_part);
     add(std::move(changes), *space);
   }
 
@@ -144,25 +148,13 @@ class SpaceStep : public Step {
 
   void answerGrid(const dtsdf_mapping::GetDistanceGrid::Request& request,
                   dtsdf_mapping::GetDistanceGrid::Response& response) const {
-    constexpr size_t kMostShapes = 1000;
-    if (request.cleared_boxes.size() + request.cleared_spheres.size() > kMostShapes) {
-      throw std::runtime_error(formatted("more than %zu shapes are to be cleared", kMostShapes));
-    }
     const Eigen::Isometry3d T_W_F = host_.frame.find(request.header.frame_id, request.header.stamp);
     const auto box = readBox(request.box, T_W_F);
     if (!box) throw std::runtime_error("the box has no size; give box.size, in metres");
     std::vector<Region> cleared;
-    for (const auto& shape : request.cleared_boxes) {
-      if (!(shape.size.x > 0.0)) throw std::runtime_error("a box of cleared_boxes has no size");
-      cleared.push_back(readRegion(shape, {}, T_W_F));
-    }
+    for (const auto& shape : request.cleared_boxes) cleared.push_back(readRegion(shape, {}, T_W_F));
     for (const auto& shape : request.cleared_spheres) {
-      if (!(shape.radius > 0.0)) {
-        throw std::runtime_error("a sphere of cleared_spheres has no radius");
-      }
       cleared.push_back(readRegion({}, shape, T_W_F));
-      const std::string problem = findProblem(cleared.back());
-      if (!problem.empty()) throw std::runtime_error(problem);
     }
     const Known known = knownToPlanners();
     const PointGrid grid =

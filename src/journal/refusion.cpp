@@ -6,12 +6,8 @@
 namespace dtsdf {
 namespace {
 
-/// So that the whole mesh need not be made at once when the maps are swapped.
-constexpr size_t kCallsPerMesh = 64;
-/// How often the memory is measured, for which a GPU has to be waited for.
-constexpr size_t kCallsPerCheck = 8;
-/// The mesh of so few is made when the maps are swapped.
-constexpr size_t kFewCalls = 8;
+/// After how many images the memory is measured, for which a GPU has to be waited for.
+constexpr size_t kImagesPerCheck = 8;
 
 std::string inMb(size_t bytes) { return std::to_string(bytes >> 20) + " MB"; }
 
@@ -33,37 +29,23 @@ Refusion::Refusion(const std::string& path, const MapperParams& run, journal::Co
   MapperParams params = readMapperParams(replay.begin().settings);
   params.backend = run.backend;
   params.threads = run.threads;
-  if (effect.moved == 0) return;
-  mapper = mapperOf(replay, params);
-  calls_since_mesh = replay.map() == nullptr ? 0 : 1;
+  if (effect.moved > 0) mapper = mapperOf(replay, params);
 }
 
 bool Refusion::step(size_t live_bytes) {
   std::optional<journal::Call> call = replay.next();
   if (!call && replay.readOn()) call = replay.next();
-  if (!call && calls_since_mesh < kFewCalls) return false;
-  if (call) {
-    const IntegrationResult result = doAgain(*call, *mapper);
-    if (result.status == FrameStatus::kNoMemory) throw std::runtime_error(result.message);
-    const auto* const image = std::get_if<journal::Image>(&*call);
-    fused += image != nullptr && std::holds_alternative<DepthFrame>(image->frame);
-    if (++calls_since_mesh % kCallsPerCheck == 0) {
-      const MapStats stats = mapper->stats();
-      bytes = stats.map_bytes;
-      const std::string problem = whyTooLarge(live_bytes, bytes, stats.max_map_bytes);
-      if (!problem.empty()) throw std::runtime_error(problem);
-    }
-  }
-  if (!call || calls_since_mesh >= kCallsPerMesh) extract();
+  if (!call) return false;
+  const IntegrationResult result = doAgain(*call, *mapper);
+  if (result.status == FrameStatus::kNoMemory) throw std::runtime_error(result.message);
+  const auto* const image = std::get_if<journal::Image>(&*call);
+  if (image == nullptr || !std::holds_alternative<DepthFrame>(image->frame)) return true;
+  if (++fused % kImagesPerCheck != 0) return true;
+  const MapStats stats = mapper->stats();
+  bytes = stats.map_bytes;
+  const std::string problem = whyTooLarge(live_bytes, bytes, stats.max_map_bytes);
+  if (!problem.empty()) throw std::runtime_error(problem);
   return true;
-}
-
-void Refusion::extract() {
-  MeshUpdate update = mapper->updateMesh();
-  for (BlockMesh& block : update.blocks) {
-    mesh.put(std::make_shared<const BlockMesh>(std::move(block)));
-  }
-  calls_since_mesh = 0;
 }
 
 }  // namespace dtsdf

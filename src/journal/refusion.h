@@ -2,12 +2,9 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
 #include <memory>
 #include <string>
-#include <vector>
 
-#include "dtsdf_mapping/mesh.h"
 #include "journal/replay.h"
 
 namespace dtsdf {
@@ -25,17 +22,12 @@ struct Refusion {
   /// @throws std::runtime_error if there is too little memory, or the journal is damaged.
   bool step(size_t live_bytes);
 
-  /// Brings the mesh up to date.
-  void extract();
-
   JournalReplay replay;
   const journal::Correction correction;
   CorrectionEffect effect;
   std::unique_ptr<Mapper> mapper;
-  MeshStore mesh{1.0f};  ///< Only its blocks.
-  size_t fused = 0;      ///< Depth images fused.
-  size_t bytes = 0;      ///< Size of the map, when last measured.
-  size_t calls_since_mesh = 0;
+  size_t fused = 0;  ///< Depth images fused.
+  size_t bytes = 0;  ///< Size of the map, when last measured.
 };
 
 /// Why a second map of so many bytes does not fit into the budget beside the live one; empty if it

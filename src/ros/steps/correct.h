@@ -280,8 +280,7 @@ class CorrectStep : public Step {
 
   /// The map takes the place of the live one.
   void finish() {
-    refusion_->extract();
-    host_.map.replaceCorrected(std::move(refusion_->mapper), refusion_->mesh.blocks());
+    host_.map.replaceCorrected(std::move(refusion_->mapper));
     journal_->add(refusion_->correction);
     T_W_S_ = refusion_->replay.motion() * T_W_S_;
     fused_ = refusion_->replay.firstCamera();

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -220,15 +219,12 @@ class LiveMap {
     return mapper;
   }
 
-  /// The map of corrected poses, with all frames that this one has, and its whole mesh.
-  void replaceCorrected(std::unique_ptr<Mapper> mapper,
-                        const std::map<PackedKey, SharedBlockMesh>& mesh) {
-    if (mesh_under_way_) finishMesh();
+  /// The map of corrected poses, with all frames that this one has. Once its mesh is extracted it
+  /// takes the place of the one so far.
+  void replaceCorrected(std::unique_ptr<Mapper> mapper) {
     mapper_.swap(mapper);
-    fused_since_mesh_ = mesh_is_part_ = false;
-    mesh_whole_ = true;
-    mesh_stamp_ = surfaces_stamp_ = map_stamp_;
-    mesh_changes_.replaceAll(mesh, mesh_stamp_);
+    mesh_under_way_ = mesh_is_part_ = false;
+    mesh_whole_ = fused_since_mesh_ = mesh_is_another_ = true;
     for (const auto& step : steps_) step->corrected();
     updateReport();
   }
@@ -387,7 +383,7 @@ class LiveMap {
       const std::lock_guard<std::mutex> lock(report_mutex_);
       report_.mesh_ms = static_cast<float>(update.duration_ms);
     }
-    mesh_changes_.add(std::move(update), mesh_stamp_);
+    mesh_changes_.add(std::move(update), mesh_stamp_, std::exchange(mesh_is_another_, false));
     mesh_whole_ = true;
     surfaces_stamp_ = mesh_stamp_;
     for (const auto& step : steps_) step->meshed();
@@ -395,7 +391,7 @@ class LiveMap {
 
   /// With another map, of which nothing was handed over.
   void startOver(const MapContents* head, const std::shared_ptr<const MapChunks>& file) {
-    mesh_under_way_ = mesh_is_part_ = false;
+    mesh_under_way_ = mesh_is_part_ = mesh_is_another_ = false;
     mesh_whole_ = report_outdated_ = true;
     map_stamp_ = mesh_stamp_ = surfaces_stamp_ = ros::Time();
     for (const auto& step : steps_) step->replaced(head, file);
@@ -450,6 +446,7 @@ class LiveMap {
   bool fused_since_mesh_ = false;  ///< Since the last extraction was begun.
   bool report_outdated_ = false;
   bool mesh_is_part_ = false;
+  bool mesh_is_another_ = false;  ///< What is extracted next is of another map than the last one.
   bool mesh_whole_ = true;       ///< False while an extraction is under way, and once one was lost.
   ros::Time map_stamp_;          ///< Stamp of the newest frame in the map, but for a loaded one's.
   double loaded_stamp_s_ = 0.0;  ///< Stamp of a loaded map's newest frame; 0: none.

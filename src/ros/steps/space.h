@@ -73,20 +73,15 @@ class SpaceStep : public Step {
   bool hasWork(bool frame_waits) const override { return !frame_waits && is_part_ && !isFull(); }
 
   void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) override {
-    is_part_ = false;
+    is_part_ = begins_anew_ = false;
     const Space* const space = host_.map.mapper().space();
     if (space != nullptr) add({true, {}}, *space);
   }
 
-  /// All at once: planners are answered by the space of before until there is the new one.
+  /// Planners are answered by the space of before until the new one has its surfaces.
   void corrected() override {
     is_part_ = false;
-    Space* const space = host_.map.mapper().space();
-    if (space == nullptr) return;
-    SpaceChanges changes{true, {}};
-    do changes.is_part = addTo(changes, space->takeChanges());
-    while (changes.is_part);
-    add(std::move(changes), *space);
+    begins_anew_ = true;
   }
 
   SteadyDuration publish(ShownMesh*) override {
@@ -229,9 +224,11 @@ class SpaceStep : public Step {
     Space* const space = host_.map.mapper().space();
     if (space == nullptr) return;
     is_part_ = true;
-    if (isFull()) return;
-    SpaceChanges changes = space->takeChanges();
-    is_part_ = changes.is_part;
+    if (isFull() && !begins_anew_) return;
+    SpaceChanges changes{begins_anew_, {}};
+    do is_part_ = addTo(changes, space->takeChanges());
+    while (is_part_ && begins_anew_);
+    begins_anew_ = false;
     add(std::move(changes), *space);
   }
 
@@ -370,7 +367,9 @@ class SpaceStep : public Step {
   const Host& host_;
   const bool is_on_;
 
-  bool is_part_ = false;  ///< Map's thread: there is more to be handed over.
+  // Map's thread.
+  bool is_part_ = false;      ///< There is more to be handed over.
+  bool begins_anew_ = false;  ///< What is handed over next is all of another space.
 
   // Output's thread.
   std::unique_ptr<SpaceFollower> follower_;

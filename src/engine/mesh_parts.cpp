@@ -60,18 +60,13 @@ void addMeshes(MeshUpdate part, MeshUpdate& made) {
     all = std::move(part.blocks);
     return;
   }
-  std::vector<BlockMesh> merged;
-  merged.reserve(all.size() + part.blocks.size());
-  auto earlier = all.begin();
-  for (BlockMesh& mesh : part.blocks) {
-    const PackedKey key = packKey(mesh.key);
-    for (; earlier != all.end() && packKey(earlier->key) <= key; ++earlier) {
-      if (packKey(earlier->key) < key) merged.push_back(std::move(*earlier));
-    }
-    merged.push_back(std::move(mesh));
-  }
-  std::move(earlier, all.end(), std::back_inserter(merged));
-  all = std::move(merged);
+  std::move(part.blocks.begin(), part.blocks.end(), std::back_inserter(all));
+  std::stable_sort(all.begin(), all.end(), [](const BlockMesh& a, const BlockMesh& b) {
+    return packKey(a.key) < packKey(b.key);
+  });
+  const auto earlier = std::unique(all.rbegin(), all.rend(),
+                                   [](const auto& a, const auto& b) { return a.key == b.key; });
+  all.erase(all.begin(), earlier.base());
 }
 
 }  // namespace dtsdf

@@ -16,9 +16,9 @@ namespace {
 /// About the most that moves at once: it is in memory twice meanwhile.
 constexpr size_t kBatchBytes = size_t{8} << 20;
 
-/// See spareBytes(): a share of the budget.
-constexpr size_t kSpareShare = 16;
-constexpr size_t kMostSpareBytes = 4 * kBatchBytes;
+/// Room that is made beyond what is asked for, so that not every frame has to write; not so much
+/// that the frame that does has to wait for long.
+size_t spareBytes(size_t budget_bytes) { return std::min(budget_bytes / 16, 4 * kBatchBytes); }
 
 /// What waits to be written, beside the budget: a share of it.
 constexpr size_t kWaitingShare = 8;
@@ -72,10 +72,6 @@ float depthOf(const FrameView& view, const BlockKey& block) {
 
 size_t bytesOfNew(const PoolSizes& lack) {
   return lack.slots * BlockTable::kBlockBytes + lack.arrays * BlockTable::kArrayBytes;
-}
-
-size_t spareBytes(size_t budget_bytes) {
-  return std::min(budget_bytes / kSpareShare, kMostSpareBytes);
 }
 
 Pager::Pager(const MapperParams& params, const Rules& rules, int threads, BlockTable& table)

@@ -15,10 +15,6 @@
 
 namespace dtsdf {
 
-/// Room that is made beyond what is asked for, so that not every frame has to write; not so much
-/// that the frame that does has to wait for long.
-size_t spareBytes(size_t budget_bytes);
-
 /// What so many new blocks and arrays take.
 size_t bytesOfNew(const PoolSizes& lack);
 

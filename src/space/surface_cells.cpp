@@ -1,7 +1,7 @@
 #include "space/surface_cells.h"
 
 #include <algorithm>
-#include <array>
+#include <bitset>
 #include <cmath>
 #include <utility>
 
@@ -66,37 +66,6 @@ void visitCells(const Corner& a, const Corner& b, const Corner& c, const Visit& 
   }
 }
 
-/// Cells of a block's triangles, counted from its first cell: a bit for each of those around it,
-/// beyond which no triangle reaches.
-class CellSet {
- public:
-  void put(const Vec3i& cell) {
-    const Vec3i at = cell - kFirst;
-    if (((at.x | at.y | at.z) & ~(kSide - 1)) != 0) return;
-    const auto index = static_cast<uint32_t>(at.x + kSide * (at.y + kSide * at.z));
-    words_[index >> 6] |= uint64_t{1} << (index & 63u);
-  }
-
-  /// All of them, sorted, moved by so much.
-  std::vector<Vec3i> list(const Vec3i& by) const {
-    std::vector<Vec3i> cells;
-    for (size_t i = 0; i < words_.size(); ++i) {
-      for (uint64_t word = words_[i]; word != 0; word &= word - 1) {
-        const auto index = static_cast<int32_t>(64 * i) + __builtin_ctzll(word);
-        cells.push_back(by + kFirst +
-                        Vec3i{index % kSide, index / kSide % kSide, index / (kSide * kSide)});
-      }
-    }
-    return cells;  // by z, then y, then x as it is
-  }
-
- private:
-  static constexpr int32_t kSide = 16;  ///< A block has 8 at most, and triangles end near it.
-  static constexpr Vec3i kFirst{-4, -4, -4};
-
-  std::array<uint64_t, kSide * kSide * kSide / 64> words_{};
-};
-
 /// Calls visit(cell) for each cell of a sorted list that another one lacks.
 template <class Visit>
 void visitLacking(const std::vector<Vec3i>& list, const std::vector<Vec3i>& other,
@@ -123,13 +92,26 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2) {
   for (const BlockVertex& vertex : mesh.vertices) {
     corners.push_back(cornerAt(per_voxel * vertex.position));
   }
-  CellSet cells;
+  // A bit for each cell around the block, which has 8 along an edge at most: no triangle reaches
+  // farther.
+  constexpr int32_t kSide = 16;
+  constexpr Vec3i kFirst{-4, -4, -4};
+  std::bitset<kSide * kSide * kSide> is_in;
   const auto& triangles = mesh.triangles;
   for (size_t i = 0; i + 2 < triangles.size(); i += 3) {
     visitCells(corners[triangles[i]], corners[triangles[i + 1]], corners[triangles[i + 2]],
-               [&](const Vec3i& cell) { cells.put(cell); });
+               [&](const Vec3i& cell) {
+                 const Vec3i at = cell - kFirst;
+                 if (((at.x | at.y | at.z) & ~(kSide - 1)) != 0) return;
+                 is_in.set(static_cast<size_t>(at.x + kSide * (at.y + kSide * at.z)));
+               });
   }
-  return cells.list(first);
+  std::vector<Vec3i> cells;
+  for (size_t i = is_in._Find_first(); i < is_in.size(); i = is_in._Find_next(i)) {
+    const auto at = static_cast<int32_t>(i);
+    cells.push_back(first + kFirst + Vec3i{at % kSide, at / kSide % kSide, at / (kSide * kSide)});
+  }
+  return cells;  // by z, then y, then x as it is
 }
 
 std::vector<Vec3i> SurfaceCells::apply(const std::vector<BlockMesh>& blocks, CellTable& cells) {

@@ -5,8 +5,7 @@
 
 #include "io/atomic_file.h"
 #include "io/camera_file.h"
-#include "io/colour_codes.h"
-#include "io/depth_codes.h"
+#include "io/image_codes.h"
 #include "io/trajectory.h"
 
 namespace dtsdf {

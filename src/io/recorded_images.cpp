@@ -7,8 +7,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "io/colour_codes.h"
-#include "io/depth_codes.h"
+#include "io/image_codes.h"
 #include "params/printable.h"
 #include "params/text.h"
 

@@ -7,8 +7,8 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "io/depth_codes.h"
 #include "io/formats/folder_format.h"
+#include "io/image_codes.h"
 #include "io/pose_files.h"
 #include "io/recorded_images.h"
 #include "params/text.h"

@@ -1,5 +1,4 @@
 #include <pybind11/stl.h>
-#include <cstring>
 
 #include <cmath>
 #include <memory>
@@ -61,44 +60,41 @@ IntegrationResult checked(IntegrationResult result) {
   }
 }
 
-IntegrationResult integrate(MapperSession& self, const py::object& depth, const py::object& K,
-                            const py::object& T_W_C, double stamp_s, double unit_m,
-                            const py::object& keep_center_W) {
+IntegrationResult integrate(MapperSession& self, const py::array& depth, const Eigen::MatrixXd& K,
+                            const Matrix4& T_W_C, double stamp_s, double unit_m,
+                            const std::optional<Eigen::Vector3d>& keep_center_W) {
   DepthFrame frame = depthImageOf(depth, unit_m);
   frame.intrinsics = intrinsicsOf(K);
-  frame.T_W_C = poseOf(T_W_C, "T_W_C");
+  frame.T_W_C = poseOf(T_W_C);
   if (!std::isfinite(stamp_s)) throw py::value_error("stamp_s must be a finite number of seconds");
-  if (!keep_center_W.is_none()) frame.keep_center_W = vectorOf(keep_center_W, "keep_center_W");
+  frame.keep_center_W = keep_center_W;
   return checked(withoutGil([&] { return self.integrate(frame, stamp_s); }));
 }
 
-IntegrationResult paint(MapperSession& self, const py::object& colour, const py::object& K,
-                        const py::object& T_W_C, const std::string& encoding) {
+IntegrationResult paint(MapperSession& self, const py::array& colour, const Eigen::MatrixXd& K,
+                        const Matrix4& T_W_C, const std::string& encoding) {
   ColourFrame frame = colourImageOf(colour, encoding);
   frame.intrinsics = intrinsicsOf(K);
-  frame.T_W_C = poseOf(T_W_C, "T_W_C");
+  frame.T_W_C = poseOf(T_W_C);
   return checked(withMapper(self, [&](Mapper& mapper) { return mapper.paint(frame); }));
 }
 
-py::tuple render(MapperSession& self, const py::object& K, const py::object& T_W_C, int width,
+py::tuple render(MapperSession& self, const Eigen::MatrixXd& K, const Matrix4& T_W_C, int width,
                  int height) {
   const RenderCamera camera{width, height, intrinsicsOf(K)};
-  const Eigen::Isometry3d pose = poseOf(T_W_C, "T_W_C");
+  const Eigen::Isometry3d pose = poseOf(T_W_C);
   RenderedView view = withMapper(self, [&](Mapper& mapper) { return mapper.render(camera, pose); });
   py::object colours = py::none();
   if (!view.colours.empty()) {
-    std::vector<uint8_t> rgba(4 * view.colours.size());
-    std::memcpy(rgba.data(), view.colours.data(), rgba.size());
-    colours = takeOver(std::move(rgba), {height, width, 4});
+    colours = takeOver<uint8_t>(std::move(view.colours), {height, width, 4});
   }
-  std::vector<float> normals(3 * view.normals_C.size());
-  std::memcpy(normals.data(), view.normals_C.data(), normals.size() * sizeof(float));
   return py::make_tuple(takeOver(std::move(view.depth_m), {height, width}),
-                        takeOver(std::move(normals), {height, width, 3}), colours);
+                        takeOver<float>(std::move(view.normals_C), {height, width, 3}), colours);
 }
 
 /// The threads of the mapper search.
-py::dict locate(MapperSession& self, const py::object& depth, const py::object& K, double unit_m) {
+py::dict locate(MapperSession& self, const py::array& depth, const Eigen::MatrixXd& K,
+                double unit_m) {
   DepthFrame frame = depthImageOf(depth, unit_m);
   frame.intrinsics = intrinsicsOf(K);
   const FoundPlace found = withMapper(self, [&](Mapper& mapper) {
@@ -106,10 +102,10 @@ py::dict locate(MapperSession& self, const py::object& depth, const py::object& 
   });
   const bool is_found = found.alignment.status == AlignmentStatus::kAligned;
   py::dict result;
-  result["T_W_C"] = is_found ? py::object(matrixOf(found.alignment.T_W_C)) : py::none();
+  result["T_W_C"] = matrixOf(is_found ? std::optional(found.alignment.T_W_C) : std::nullopt);
   result["status"] = toString(found.alignment.status);
   result["explained"] = found.explained_share;
-  result["other_T_W_C"] = found.other_T_W_C ? py::object(matrixOf(*found.other_T_W_C)) : py::none();
+  result["other_T_W_C"] = matrixOf(found.other_T_W_C);
   return result;
 }
 
@@ -149,13 +145,6 @@ py::dict saveSession(MapperSession& self, const py::object& path,
   result["file_bytes"] = saved.file_bytes;
   result["content_hash"] = saved.content_hash;
   return result;
-}
-
-py::dict settingsDict(const MapperSession& self) { return dictOf(toTree(self.params())); }
-
-py::object levelPose(const MapperSession& self) {
-  if (!self.levelPose()) return py::none();
-  return matrixOf(*self.levelPose());
 }
 
 SpaceView spaceOf(const Session& self) {
@@ -264,11 +253,14 @@ void bindMapper(py::module& m) {
       .def_property_readonly("space", &spaceOf,
                              "The Space around the surfaces. Raises RuntimeError unless\n"
                              "space/enabled.")
-      .def_property_readonly("settings", &settingsDict, "All settings, as a flat dict.")
+      .def_property_readonly(
+          "settings", [](const MapperSession& self) { return toTree(self.params()); },
+          "All settings, as a flat dict.")
       .def_property_readonly("stats", &statsOf, "Sizes of the map, as a dict; memory in bytes.")
-      .def_property_readonly("T_W_M", &levelPose,
-                             "4 x 4, metres: the pose of a levelled map; apply it to the poses of\n"
-                             "later frames. None if it was not.")
+      .def_property_readonly(
+          "T_W_M", [](const MapperSession& self) { return matrixOf(self.levelPose()); },
+          "4 x 4, metres: the pose of a levelled map; apply it to the poses of\n"
+          "later frames. None if it was not.")
       .def_property_readonly(
           "backend",
           [](MapperSession& self) {

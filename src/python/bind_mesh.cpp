@@ -18,16 +18,16 @@ Shape checkedShape(const Shape& shape) {
   return shape;
 }
 
-BoxRegion makeBox(const py::object& size_m, const py::object& T_W_B) {
+BoxRegion makeBox(const Eigen::Vector3d& size_m, const std::optional<Matrix4>& T_W_B) {
   BoxRegion box;
-  box.size_m = vectorOf(size_m, "size_m");
-  if (!T_W_B.is_none()) box.T_W_B = poseOf(T_W_B, "T_W_B");
+  box.size_m = size_m;
+  if (T_W_B) box.T_W_B = poseOf(*T_W_B);
   return checkedShape(box);
 }
 
-SphereRegion makeSphere(const py::object& center_W, double radius_m) {
+SphereRegion makeSphere(const Eigen::Vector3d& center_W, double radius_m) {
   SphereRegion sphere;
-  sphere.center_W = vectorOf(center_W, "center_W");
+  sphere.center_W = center_W;
   sphere.radius_m = radius_m;
   return checkedShape(sphere);
 }

@@ -1,5 +1,3 @@
-#include <pybind11/stl.h>
-
 #include <memory>
 #include <mutex>
 
@@ -36,7 +34,8 @@ struct Images {
 using DepthImages = Images<FrameSource>;
 using ColourImages = Images<ColourSource>;
 
-RecordingOptions optionsOf(const py::object& path, const std::string& format, const py::object& K,
+RecordingOptions optionsOf(const py::object& path, const std::string& format,
+                           const std::optional<Eigen::MatrixXd>& K,
                            std::optional<double> units_per_metre, const py::object& poses,
                            double pose_tolerance_s, size_t first, std::optional<size_t> last,
                            size_t step, const std::string& pose_convention, bool skip_bad) {
@@ -44,7 +43,7 @@ RecordingOptions optionsOf(const py::object& path, const std::string& format, co
   RecordingOptions options;
   options.path = pathOf(path);
   options.format = format;
-  if (!K.is_none()) options.intrinsics = intrinsicsOf(K);
+  if (K) options.intrinsics = intrinsicsOf(*K);
   options.units_per_metre = units_per_metre;
   if (!poses.is_none()) options.poses_path = pathOf(poses);
   options.pose_tolerance_s = pose_tolerance_s;
@@ -94,14 +93,7 @@ py::array depthOf(const py::object& self) {
 }
 
 const char* encodingName(ColourEncoding encoding) {
-  switch (encoding) {
-    case ColourEncoding::kRgb8: return "rgb8";
-    case ColourEncoding::kBgr8: return "bgr8";
-    case ColourEncoding::kRgba8: return "rgba8";
-    case ColourEncoding::kBgra8: return "bgra8";
-    case ColourEncoding::kMono8: return "mono8";
-  }
-  return "";
+  return kEncodings[static_cast<size_t>(encoding)];
 }
 
 py::array colourOf(const py::object& self) {
@@ -122,7 +114,8 @@ void bindCommon(py::class_<Image>& image, Frame Image::*frame) {
           "K", [frame](const Image& self) { return matrixOf((self.*frame).intrinsics); },
           "(3, 3) float64, in pixels.")
       .def_property_readonly(
-          "T_W_C", [frame](const Image& self) { return matrixOf((self.*frame).T_W_C); },
+          "T_W_C",
+          [frame](const Image& self) { return matrixOf(std::optional((self.*frame).T_W_C)); },
           "(4, 4) float64: optical frame to map frame, in metres.")
       .def_readonly("stamp_s", &Image::stamp_s, "In seconds.")
       .def_readonly("index", &Image::index, "Its place in the recording, from 0 on.");

@@ -5,26 +5,25 @@
 namespace dtsdf::python {
 namespace {
 
+using Points = Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>;
+
 /// Runs `ask` for the space and each of N points, without the GIL.
 template <class Ask>
-void askAt(const SpaceView& view, const py::array_t<double>& points, const Ask& ask) {
-  const double* const p = points.data();
-  const auto count = static_cast<size_t>(points.shape(0));
+void askAt(const SpaceView& view, const Points& points_W, const Ask& ask) {
   const py::gil_scoped_release release;
   view.session->withSpace([&](Space& space) {
-    for (size_t i = 0; i < count; ++i) {
-      ask(space, i, Eigen::Vector3d(p[3 * i], p[3 * i + 1], p[3 * i + 2]));
+    for (Eigen::Index i = 0; i < points_W.rows(); ++i) {
+      ask(space, static_cast<size_t>(i), Eigen::Vector3d(points_W.row(i)));
     }
   });
 }
 
-py::tuple query(const SpaceView& view, const py::object& points_W) {
-  const py::array_t<double> points = pointsOf(points_W);
-  const auto count = static_cast<size_t>(points.shape(0));
-  const py::ssize_t rows = points.shape(0);
+py::tuple query(const SpaceView& view, const Points& points_W) {
+  const py::ssize_t rows = points_W.rows();
+  const auto count = static_cast<size_t>(rows);
   std::vector<float> distance_m(count), gradient(3 * count);
   std::vector<uint8_t> known(count);
-  askAt(view, points, [&](const Space& space, size_t i, const Eigen::Vector3d& p_W) {
+  askAt(view, points_W, [&](const Space& space, size_t i, const Eigen::Vector3d& p_W) {
     const SpaceDistance at = space.distanceAt(p_W);
     known[i] = at.known ? 1 : 0;
     distance_m[i] = at.distance_m;
@@ -37,15 +36,14 @@ py::tuple query(const SpaceView& view, const py::object& points_W) {
                         takeOver(std::move(gradient), {rows, 3}));
 }
 
-py::array states(const SpaceView& view, const py::object& points_W) {
-  const py::array_t<double> points = pointsOf(points_W);
-  std::vector<uint8_t> state(static_cast<size_t>(points.shape(0)));
-  askAt(view, points, [&](const Space& space, size_t i, const Eigen::Vector3d& p_W) {
+py::array states(const SpaceView& view, const Points& points_W) {
+  std::vector<uint8_t> state(static_cast<size_t>(points_W.rows()));
+  askAt(view, points_W, [&](const Space& space, size_t i, const Eigen::Vector3d& p_W) {
     // Points that no map can have are unknown; distanceAt() knows which.
     state[i] = space.distanceAt(p_W).known ? static_cast<uint8_t>(space.stateOf(space.cellAt(p_W)))
                                            : uint8_t{0};
   });
-  return takeOver(std::move(state), {points.shape(0)});
+  return takeOver(std::move(state), {points_W.rows()});
 }
 
 py::tuple cells(const SpaceView& view) {
@@ -94,21 +92,17 @@ void bindSpace(py::module& m) {
           "Gradient of it in W: where known it points to more room, elsewhere to the surface.")
       .def(
           "free",
-          [](const SpaceView& view, const py::object& points_W) {
+          [](const SpaceView& view, const Points& points_W) {
             return states(view, points_W).attr("__eq__")(1);
           },
           py::arg("points_W"), "(N,) bool: whether the cells of the points are free.")
       .def(
           "distance",
-          [](const SpaceView& view, const py::object& points_W) {
-            return query(view, points_W)[1];
-          },
+          [](const SpaceView& view, const Points& points_W) { return query(view, points_W)[1]; },
           py::arg("points_W"), "(N,) float32: the distances of query(), in metres.")
       .def(
           "gradient",
-          [](const SpaceView& view, const py::object& points_W) {
-            return query(view, points_W)[2];
-          },
+          [](const SpaceView& view, const Points& points_W) { return query(view, points_W)[2]; },
           py::arg("points_W"), "(N, 3) float32: the gradients of query().")
       .def("cells", &cells,
            "(cells, states): (N, 3) int32 and (N,) uint8, of all cells that are not unknown; a "

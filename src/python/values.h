@@ -2,11 +2,15 @@
 /// words.
 #pragma once
 
+#include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
 #include <Eigen/Geometry>
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -34,53 +38,50 @@ py::array viewOf(const T* data, std::vector<py::ssize_t> shape, py::handle owner
   return view;
 }
 
-/// Takes over a vector, without copying it.
-template <class T>
-py::array takeOver(std::vector<T>&& values, std::vector<py::ssize_t> shape) {
-  auto* const kept = new std::vector<T>(std::move(values));
-  const py::capsule owner(kept, [](void* p) { delete static_cast<std::vector<T>*>(p); });
-  return py::array(py::dtype::of<T>(), std::move(shape), {}, kept->data(), owner);
+/// Takes over a vector, without copying it. @tparam T What the array has, if not the same.
+template <class T = void, class Value>
+py::array takeOver(std::vector<Value>&& values, std::vector<py::ssize_t> shape) {
+  using Number = std::conditional_t<std::is_void_v<T>, Value, T>;
+  auto* const kept = new std::vector<Value>(std::move(values));
+  const py::capsule owner(kept, [](void* p) { delete static_cast<std::vector<Value>*>(p); });
+  return py::array(py::dtype::of<Number>(), std::move(shape), {},
+                   reinterpret_cast<const Number*>(kept->data()), owner);
 }
-
-/// The name of a value's type, for messages.
-inline std::string typeName(py::handle value) { return Py_TYPE(value.ptr())->tp_name; }
 
 /// The text of a path, from str, bytes or os.PathLike. @throws py::type_error for other things.
 std::string pathOf(const py::object& path);
 
-/// What an array is, for messages: "float64 of shape (480, 640)".
-std::string describe(const py::array& array);
-
 /// A depth image without camera and pose, in the memory of the array. `unit_m` 0: 0.001 for uint16,
 /// 1 for float32. @throws py::value_error, py::type_error for what is no depth image.
-DepthFrame depthImageOf(const py::object& depth, double unit_m);
+DepthFrame depthImageOf(const py::array& depth, double unit_m);
+
+/// The names of ColourEncoding's values, in their order.
+constexpr const char* kEncodings[] = {"rgb8", "bgr8", "rgba8", "bgra8", "mono8"};
 
 /// A colour image without camera and pose, in the memory of the array: (H, W, 3) or (H, W, 4) in
 /// the order of `encoding`, or (H, W) of grey.
-ColourFrame colourImageOf(const py::object& colour, const std::string& encoding);
+ColourFrame colourImageOf(const py::array& colour, const std::string& encoding);
+
+/// As numpy lays them out.
+using Matrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+using Matrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 /// The camera, from a 3 x 3 matrix or from fx, fy, cx, cy. @throws py::value_error
-Intrinsics intrinsicsOf(const py::object& camera);
+Intrinsics intrinsicsOf(const Eigen::MatrixXd& K);
 /// The 3 x 3 matrix of a camera.
-py::array matrixOf(const Intrinsics& intrinsics);
+Matrix3 matrixOf(const Intrinsics& intrinsics);
 
-/// A pose from a 4 x 4 matrix; `name` is for messages.
-/// @throws py::value_error unless it is finite, a rotation and a translation.
-Eigen::Isometry3d poseOf(const py::object& matrix, const std::string& name);
-/// The 4 x 4 matrix of a pose.
-py::array matrixOf(const Eigen::Isometry3d& pose);
+/// A pose, whose rotation others check. @throws py::value_error for another last row than 0 0 0 1.
+Eigen::Isometry3d poseOf(const Matrix4& matrix);
 
-/// Three finite numbers. @throws py::value_error
-Eigen::Vector3d vectorOf(const py::object& vector, const std::string& name);
-
-/// N points, (N, 3), converted to double. @throws py::value_error
-py::array_t<double> pointsOf(const py::object& points);
+/// Null stays None.
+inline std::optional<Matrix4> matrixOf(const std::optional<Eigen::Isometry3d>& pose) {
+  return pose ? std::optional<Matrix4>(pose->matrix()) : std::nullopt;
+}
 
 /// A flat tree of what `settings` (None, a dict or a path) and then `keywords` give.
-/// @throws py::type_error for other things, std::runtime_error for a file that is not YAML.
-ParamTree settingsOf(const pybind11::object& settings, const pybind11::kwargs& keywords);
-
-/// A dict with the keys and values of such a tree.
-pybind11::dict dictOf(const ParamTree& tree);
+/// @throws py::type_error, py::value_error for other things, std::runtime_error for a file that is
+/// not YAML.
+ParamTree settingsOf(const py::object& settings, const py::kwargs& keywords);
 
 }  // namespace dtsdf::python

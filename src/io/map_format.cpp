@@ -1,9 +1,7 @@
 #include "io/map_format.h"
 
-#include <sstream>
-
-#include "io/text_file.h"
 #include "params/param_copy.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace map_format {
@@ -25,29 +23,13 @@ std::string textOf(double number) {
 }
 
 std::string textOf(const ParamValue& value) {
+  if (const auto* const word = std::get_if<std::string>(&value)) {
+    std::string text = "'";
+    for (const char c : *word) text.append(c == '\'' ? 2 : 1, c);  // as YAML has it
+    return text + "'";
+  }
   if (const double* number = std::get_if<double>(&value)) return textOf(*number);
   return toString(value);
-}
-
-bool parseValue(const std::string& text, ParamValue& value) {
-  if (text == "true" || text == "false") {
-    value = text == "true";
-    return true;
-  }
-  if (text.size() >= 2 && text.front() == '\'' && text.back() == '\'') {
-    value = text.substr(1, text.size() - 2);
-    return true;
-  }
-  int whole = 0;
-  double number = 0.0;
-  if (parseNumber(text, whole)) {
-    value = whole;
-  } else if (parseNumber(text, number)) {
-    value = number;
-  } else {
-    return false;
-  }
-  return true;
 }
 
 }  // namespace
@@ -78,16 +60,6 @@ std::string settingsText(const ParamTree& settings) {
   std::string text;
   for (const auto& [key, value] : settings) text += key + ": " + textOf(value) + "\n";
   return text;
-}
-
-bool parseSettings(const std::string& text, ParamTree& settings) {
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    const size_t colon = line.find(": ");
-    if (colon == std::string::npos || colon == 0) return false;
-    if (!parseValue(line.substr(colon + 2), settings[line.substr(0, colon)])) return false;
-  }
-  return true;
 }
 
 std::string boundSettingsText(const ParamTree& settings) {

@@ -38,11 +38,9 @@ ParamTree settingsOfFile(const ParamTree& of_map, const PoseParams& poses);
 /// The settings poses/... among these. @throws ParamError if a value is invalid.
 PoseParams posesOf(const ParamTree& settings);
 
-/// Settings as lines "key: value" in the order of their keys; numbers read back as they were.
+/// Settings as lines "key: value" in the order of their keys, which parseYamlParams() reads back as
+/// they were.
 std::string settingsText(const ParamTree& settings);
-
-/// False if a line is not of that form.
-bool parseSettings(const std::string& text, ParamTree& settings);
 
 /// The settings that a map is bound to, as they enter its content hash.
 std::string boundSettingsText(const ParamTree& settings);

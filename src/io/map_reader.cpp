@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dtsdf_mapping/io/yaml_params.h"
 #include "io/map_chunks.h"
 #include "io/map_format.h"
 #include "params/printable.h"
@@ -108,9 +109,7 @@ const Record& MapChunks::get(const char* kind) const {
 void MapChunks::readSettings() {
   const Bytes settings = file_->readAny(get(kSettings), kMostText);
   const Bytes frame = file_->readAny(get(kFrame), kMostText);
-  if (!parseSettings({settings.begin(), settings.end()}, head_.settings)) {
-    file_->throwDamaged("its settings are malformed");
-  }
+  head_.settings = parseYamlParams({settings.begin(), settings.end()}, "its settings");
   head_.map_frame.assign(frame.begin(), frame.end());
   withSettingsOf(head_, {});
   head_.poses = posesOf(head_.settings);

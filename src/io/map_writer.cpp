@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dtsdf_mapping/io/yaml_params.h"
 #include "io/atomic_file.h"
 #include "io/map_chunks.h"
 #include "io/map_format.h"
@@ -38,9 +39,7 @@ std::string checkedSettings(const MapContents& head) {
         "the map cannot be saved: its settings or the name of its frame are "
         "longer than 1 MiB");
   }
-  if (!parseSettings(text, back.settings)) {
-    throw std::runtime_error("the map cannot be saved: a setting is not of one line");
-  }
+  back.settings = parseYamlParams(text, "the map cannot be saved: its settings");
   withSettingsOf(back, {});
   posesOf(back.settings);
   return text;

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "dtsdf_mapping/io/yaml_params.h"
 #include "io/depth_codes.h"
 #include "io/map_format.h"
 #include "params/printable.h"
@@ -162,10 +163,9 @@ Begin readBegin(const RecordFile& file, size_t record) {
   const Bytes content = file.readAny(file.records()[record], kMostBytes);
   ByteReader in(content);
   Begin begin;
-  ParamTree settings;
   std::string text;
   in(text, begin.map_frame, begin.level_frame, begin.has_map);
-  if (!map_format::parseSettings(text, settings)) throw std::runtime_error("it has no settings");
+  const ParamTree settings = parseYamlParams(text, "its settings");
   begin.poses = map_format::posesOf(settings);
   begin.settings = map_format::settingsOfFile(settings, PoseParams());  // without those of poses
   return begin;

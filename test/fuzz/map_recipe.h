@@ -6,6 +6,7 @@
 #include <array>
 #include <vector>
 
+#include "dtsdf_mapping/io/yaml_params.h"
 #include "fuzz/fuzz_input.h"
 #include "io/map_chunks.h"
 #include "io/map_format.h"
@@ -192,9 +193,9 @@ class MapRecipe {
     using namespace map_format;
     ByteWriter sums, counts;
     if (const Part* const part = find(kSettings)) {
-      MapContents told;
-      parseSettings({part->content.begin(), part->content.end()}, told.settings);
-      counts.putText(boundSettingsText(told.settings));
+      const ParamTree told =
+          parseYamlParams({part->content.begin(), part->content.end()}, "settings");
+      counts.putText(boundSettingsText(told));
     }
     if (const Part* const part = find(kState)) {
       counts.bytes.insert(counts.bytes.end(), part->content.begin(),

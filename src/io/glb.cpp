@@ -46,12 +46,8 @@ Vec3f originOf(const Mesh& mesh) {
 
 json toJson(const Vec3f& v) { return json::array({v.x, v.y, v.z}); }
 
-json accessorOf(int view, uint64_t count, int component, const char* type) {
-  return {{"bufferView", view}, {"count", count}, {"componentType", component}, {"type", type}};
-}
-
-/// The scene, with one mesh of these triangles.
-json documentOf(const Mesh& mesh, const Vec3f& origin, const json& primitives) {
+/// The scene, with one mesh that has no triangles yet.
+json documentOf(const Mesh& mesh, const Vec3f& origin) {
   json document;
   document["asset"] = {{"version", "2.0"}, {"generator", "dtsdf_mapping"}};
   document["scene"] = 0;
@@ -65,14 +61,27 @@ json documentOf(const Mesh& mesh, const Vec3f& origin, const json& primitives) {
                                         mesh.origin_m[2] + static_cast<double>(origin.z)});
   const json map = {{"name", "map"}, {"translation", translation}, {"mesh", 0}};
   document["nodes"] = json::array({root, map});
-  document["meshes"] = json::array({json{{"name", "map"}, {"primitives", primitives}}});
+  document["meshes"] = json::array({json{{"name", "map"}}});
   return document;
 }
 
-json viewOf(uint64_t& at, uint64_t bytes) {
-  const json view = {{"buffer", 0}, {"byteOffset", at}, {"byteLength", bytes}};
-  at += bytes;
-  return view;
+/// Adds a view of bytes behind those of the views before.
+json& addView(uint64_t bytes, json& document) {
+  json& buffer = document["buffers"][0]["byteLength"];
+  const uint64_t at = buffer.is_null() ? 0 : buffer.get<uint64_t>();
+  buffer = at + bytes;
+  document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", at}, {"byteLength", bytes}});
+  return document["bufferViews"].back();
+}
+
+/// Adds vectors of floats. @return their accessor.
+json& addVectors(uint64_t count, uint64_t dimensions, json& document) {
+  document["accessors"].push_back({{"bufferView", document["bufferViews"].size()},
+                                   {"count", count},
+                                   {"componentType", kFloat},
+                                   {"type", "VEC" + std::to_string(dimensions)}});
+  addView(sizeof(float) * dimensions * count, document)["target"] = kArrayBuffer;
+  return document["accessors"].back();
 }
 
 const json& dullSurface() {
@@ -91,29 +100,24 @@ std::string paddedText(const json& document) {
 
 std::string describe(const Mesh& mesh, const Vec3f& origin) {
   const uint64_t vertices = mesh.vertices_m.size(), triangles = mesh.triangles.size();
-  const json triangles_of_map = {{"attributes", {{"POSITION", 0}, {"NORMAL", 1}, {"COLOR_0", 2}}},
-                                 {"indices", 3},
-                                 {"material", 0},
-                                 {"mode", 4}};
-  json document = documentOf(mesh, origin, json::array({triangles_of_map}));
+  json document = documentOf(mesh, origin);
+  document["meshes"][0]["primitives"].push_back(
+      {{"attributes", {{"POSITION", 0}, {"NORMAL", 1}, {"COLOR_0", 2}}},
+       {"indices", 3},
+       {"material", 0},
+       {"mode", 4}});
   document["materials"] = json::array({dullSurface()});
-  json positions = accessorOf(0, vertices, kFloat, "VEC3");
+  json& positions = addVectors(vertices, 3, document);
   const auto [low, high] = boundsOf(mesh);  // rounding keeps the order of differences
   positions["min"] = toJson(low - origin);
   positions["max"] = toJson(high - origin);
-  document["accessors"] = json::array({positions, accessorOf(1, vertices, kFloat, "VEC3"),
-                                       accessorOf(2, vertices, kFloat, "VEC3"),
-                                       accessorOf(3, 3 * triangles, kUnsignedInt, "SCALAR")});
-  const std::array<uint64_t, 4> bytes = {kVectorBytes * vertices, kVectorBytes * vertices,
-                                         kVectorBytes * vertices, kTriangleBytes * triangles};
-  json views = json::array();
-  uint64_t at = 0;
-  for (size_t i = 0; i < bytes.size(); ++i) {
-    views.push_back(viewOf(at, bytes[i]));
-    views.back()["target"] = i < 3 ? kArrayBuffer : kElementArrayBuffer;
-  }
-  document["bufferViews"] = views;
-  document["buffers"] = json::array({json{{"byteLength", at}}});
+  addVectors(vertices, 3, document);
+  addVectors(vertices, 3, document);
+  document["accessors"].push_back({{"bufferView", 3},
+                                   {"count", 3 * triangles},
+                                   {"componentType", kUnsignedInt},
+                                   {"type", "SCALAR"}});
+  addView(kTriangleBytes * triangles, document)["target"] = kElementArrayBuffer;
   return paddedText(document);
 }
 
@@ -177,18 +181,11 @@ namespace {
 
 /// Positions, normals and places of each page's corners, one page after the other, then the images.
 std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t& bytes) {
-  json primitives, materials, views, accessors, images, textures;
-  uint64_t at = 0;
+  json document = documentOf(textured.mesh, origin);
+  json& primitives = document["meshes"][0]["primitives"];
   size_t end = 0;  // end of the page's triangles
   for (size_t i = 0; i < textured.pages.size(); ++i) {
     const uint64_t corners = 3 * textured.pages[i].triangles;
-    const int first = static_cast<int>(accessors.size());
-    for (const bool is_place : {false, false, true}) {
-      const int view = static_cast<int>(views.size());
-      accessors.push_back(accessorOf(view, corners, kFloat, is_place ? "VEC2" : "VEC3"));
-      views.push_back(viewOf(at, (is_place ? sizeof(TexturePlace) : kVectorBytes) * corners));
-      views.back()["target"] = kArrayBuffer;
-    }
     const size_t begin = std::exchange(end, end + textured.pages[i].triangles);
     const Mesh& mesh = textured.mesh;
     Vec3f low = mesh.vertices_m[mesh.triangles[begin][0]], high = low;
@@ -198,37 +195,36 @@ std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t
         high = greatestOf(high, mesh.vertices_m[corner]);
       }
     }
-    accessors[static_cast<size_t>(first)]["min"] = toJson(low - origin);
-    accessors[static_cast<size_t>(first)]["max"] = toJson(high - origin);
+    json& positions = addVectors(corners, 3, document);
+    positions["min"] = toJson(low - origin);
+    positions["max"] = toJson(high - origin);
+    addVectors(corners, 3, document);
+    addVectors(corners, 2, document);
+    const size_t first = 3 * i;
     primitives.push_back(
         {{"attributes", {{"POSITION", first}, {"NORMAL", first + 1}, {"TEXCOORD_0", first + 2}}},
          {"material", i},
          {"mode", 4}});
-    textures.push_back({{"source", i}, {"sampler", 0}});
+    document["textures"].push_back({{"source", i}, {"sampler", 0}});
     json material = dullSurface();
     material["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", i}};
     material["extensions"]["KHR_materials_unlit"] = json::object();
-    materials.push_back(material);
+    document["materials"].push_back(material);
   }
   for (const TexturePage& page : textured.pages) {
-    images.push_back({{"bufferView", views.size()}, {"mimeType", "image/png"}});
-    views.push_back(viewOf(at, page.png.size()));
-    at = (at + 3) / 4 * 4;
+    document["images"].push_back(
+        {{"bufferView", document["bufferViews"].size()}, {"mimeType", "image/png"}});
+    addView(page.png.size(), document);
+    json& buffer = document["buffers"][0]["byteLength"];
+    buffer = (buffer.get<uint64_t>() + 3) / 4 * 4;
   }
-  json document = documentOf(textured.mesh, origin, primitives);
   document["extensionsUsed"] = json::array({"KHR_materials_unlit"});
   constexpr int kLinear = 9729, kClampToEdge = 33071;
   document["samplers"] = json::array({json{{"magFilter", kLinear},
                                            {"minFilter", kLinear},
                                            {"wrapS", kClampToEdge},
                                            {"wrapT", kClampToEdge}}});
-  document["materials"] = materials;
-  document["bufferViews"] = views;
-  document["accessors"] = accessors;
-  document["images"] = images;
-  document["textures"] = textures;
-  document["buffers"] = json::array({json{{"byteLength", at}}});
-  bytes = at;
+  bytes = document["buffers"][0]["byteLength"].get<uint64_t>();
   return paddedText(document);
 }
 

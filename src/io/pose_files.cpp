@@ -49,10 +49,8 @@ NamedPoses posesOfColmap(const std::vector<ListLine>& lines) {
     if (line.words.size() != 10) continue;  // points in the image, in threes
     double v[8];
     for (size_t i = 1; i < 8; ++i) v[i] = numberAt(line, i);
-    const Eigen::Quaterniond q(v[1], v[2], v[3], v[4]);
-    if (std::abs(q.norm() - 1.0) > 0.01) throwAt(line, "the quaternion's length is not 1");
-    Eigen::Isometry3d T_C_W(q.normalized());
-    T_C_W.translation() = Eigen::Vector3d(v[5], v[6], v[7]);
+    const Pose T_C_W = poseOf({v[5], v[6], v[7]}, {v[1], v[2], v[3], v[4]});
+    if (!T_C_W) throwAt(line, "the quaternion's length is not 1");
     named.add(line.words[9], T_C_W);
   }
   return named;

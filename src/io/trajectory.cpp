@@ -43,6 +43,11 @@ std::optional<Eigen::Isometry3d> Trajectory::poseAt(double stamp_s, double toler
                  (stamp_s - before.stamp_s) / (after->stamp_s - before.stamp_s));
 }
 
+std::optional<Eigen::Isometry3d> poseOf(const Eigen::Vector3d& t, const Eigen::Quaterniond& q) {
+  if (!(std::abs(q.norm() - 1.0) <= 0.01)) return std::nullopt;
+  return Eigen::Translation3d(t) * q.normalized();
+}
+
 std::string noPoseWithin(double tolerance_s) {
   return "no pose within " + std::to_string(std::lround(1000.0 * tolerance_s)) + " ms";
 }
@@ -53,13 +58,9 @@ StampedPose readPose(const ListLine& line) {
   if (line.words.size() != 8) throwAt(line, "expected 'stamp tx ty tz qx qy qz qw'");
   double v[8];
   for (size_t i = 0; i < 8; ++i) v[i] = numberAt(line, i);
-  Eigen::Quaterniond q(v[7], v[4], v[5], v[6]);
-  // Rounding to a few decimals leaves a small error; anything larger is not a rotation.
-  if (std::abs(q.norm() - 1.0) > 0.01) throwAt(line, "the quaternion's length is not 1");
-  StampedPose pose{v[0], Eigen::Isometry3d::Identity()};
-  pose.T_W_C.linear() = q.normalized().toRotationMatrix();
-  pose.T_W_C.translation() = Eigen::Vector3d(v[1], v[2], v[3]);
-  return pose;
+  const auto T_W_C = poseOf({v[1], v[2], v[3]}, {v[7], v[4], v[5], v[6]});
+  if (!T_W_C) throwAt(line, "the quaternion's length is not 1");
+  return {v[0], *T_W_C};
 }
 
 }  // namespace

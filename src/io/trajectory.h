@@ -32,6 +32,10 @@ class Trajectory {
   std::vector<StampedPose> poses_;
 };
 
+/// The pose of a translation and a quaternion; none where its length is not 1: what rounding to a
+/// few decimals leaves is no more than a hundredth.
+std::optional<Eigen::Isometry3d> poseOf(const Eigen::Vector3d& t, const Eigen::Quaterniond& q);
+
 /// Why poseAt() has none: "no pose within 20 ms".
 std::string noPoseWithin(double tolerance_s);
 

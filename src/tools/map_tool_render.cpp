@@ -26,12 +26,10 @@ constexpr float kUnitsPerMetre = 5000.0f;
 StampedPose readPose(const std::string& text) {
   const std::vector<double> numbers = readNumbers(text);
   if (numbers.size() != 7) throw UsageError("a pose has seven numbers: TX,TY,TZ,QX,QY,QZ,QW");
-  const Eigen::Quaterniond q(numbers[6], numbers[3], numbers[4], numbers[5]);
-  if (!(std::abs(q.norm() - 1.0) < 1e-3)) throw UsageError("the quaternion's length is not 1");
-  StampedPose pose{0.0, Eigen::Isometry3d::Identity()};
-  pose.T_W_C.linear() = q.normalized().toRotationMatrix();
-  pose.T_W_C.translation() << numbers[0], numbers[1], numbers[2];
-  return pose;
+  const auto T_W_C = poseOf({numbers[0], numbers[1], numbers[2]},
+                            {numbers[6], numbers[3], numbers[4], numbers[5]});
+  if (!T_W_C) throw UsageError("the quaternion's length is not 1");
+  return {0.0, *T_W_C};
 }
 
 RenderCamera cameraOf(const std::string& path) {

@@ -55,18 +55,9 @@ std::string parseSetting(const std::string& text) {
   return text;
 }
 
-/// "5-10" is what many people type.
-void checkNotDashed(const std::string& text) {
-  const size_t dash = text.find('-', 1);
-  if (dash == std::string::npos || text.find(':') != std::string::npos) return;
-  throw UsageError("'" + text + "' is not of the form FIRST:LAST:STEP; give " +
-                   text.substr(0, dash) + ":" + text.substr(dash + 1));
-}
-
 }  // namespace
 
 FrameSelection parseFrameSelection(const std::string& text) {
-  checkNotDashed(text);
   FrameSelection selection;
   size_t* const parts[] = {&selection.first, &selection.last, &selection.step};
   size_t begin = 0;
@@ -281,15 +272,9 @@ void checkReadingOptions(const RunOptions& options) {
   if (is_bag && recording.intrinsics && recording.intrinsics->fy < 0.0f) {
     throw UsageError("--intrinsics: a negative FY is for folders, and " + read_as);
   }
-  const std::pair<const char*, const std::string&> topics[] = {
-      {"--depth-topic", recording.depth_topic}, {"--info-topic", recording.info_topic},
-      {"--mask-topic", recording.mask_topic},   {"--color-topic", recording.colour_topic},
-      {"--tf-topic", recording.tf_topic},       {"--imu-topic", recording.imu_topic}};
-  for (const auto& [option, topic] : topics) {
-    if (!is_bag && !topic.empty()) {
-      throw UsageError(std::string(option) + " is for bags, and " + read_as);
-    }
-  }
+  const std::string topics = recording.depth_topic + recording.info_topic + recording.mask_topic +
+                             recording.colour_topic + recording.tf_topic + recording.imu_topic;
+  if (!is_bag && !topics.empty()) throw UsageError("topics are for bags, and " + read_as);
 }
 
 }  // namespace dtsdf

@@ -44,26 +44,12 @@ fs::path depthFolder(const fs::path& folder) {
   return fs::is_directory(folder / "depth") ? folder / "depth" : folder;
 }
 
-/// What cannot be read, but may be depth.
-std::string otherImagesIn(const fs::path& folder) {
-  const auto others =
-      imagesIn(depthFolder(folder), {".tif", ".tiff", ".npy", ".npz", ".exr", ".pgm"});
-  return others.empty() ? "" : others.front().path;
-}
-
-bool isPng(const fs::path& folder) {
-  return !imagesIn(depthFolder(folder), {".png"}).empty() || !otherImagesIn(folder).empty();
-}
+bool isPng(const fs::path& folder) { return !imagesIn(depthFolder(folder), {".png"}).empty(); }
 
 std::vector<StampedImage> listDepth(const fs::path& folder) {
   std::vector<StampedImage> images = imagesIn(depthFolder(folder), {".png"});
   if (!images.empty()) return images;
-  const std::string other = otherImagesIn(folder);
-  throw std::runtime_error(other.empty()
-                               ? "'" + depthFolder(folder).string() + "' has no depth images *.png"
-                               : "'" + other +
-                                     "' cannot be read: convert depth to 16-bit PNG, or use Python "
-                                     "(docs/recordings.md, Other images)");
+  throw std::runtime_error("'" + depthFolder(folder).string() + "' has no depth images *.png");
 }
 
 std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,

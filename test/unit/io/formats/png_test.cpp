@@ -107,13 +107,6 @@ TEST_F(OwnImages, DamagedOnesMayBeSkipped) {
   EXPECT_EQ(readAllColours(options_).size(), 2u);
 }
 
-TEST_F(OwnImages, OtherFilesAreNamedWithTheCure) {
-  std::filesystem::remove_all(folder_ / "depth");
-  writeBytes(folder_ / "depth/1.tiff", "");
-  EXPECT_EQ(guessRecordingFormat(options_.path), "png");
-  EXPECT_NE(readingErrorOf(options_).find("1.tiff' cannot be read: convert"), std::string::npos);
-}
-
 TEST(TumAssociations, AreNotThoseOfIclNuim) {
   const TemporaryFolder folder;
   std::string list;

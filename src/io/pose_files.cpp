@@ -94,23 +94,18 @@ std::vector<Pose> posesInOrder(const std::vector<ListLine>& lines) {
   return poses;
 }
 
-std::vector<ImagePose> inOrder(const std::vector<Pose>& poses,
-                               const std::vector<StampedImage>& images) {
+void findInOrder(const std::vector<Pose>& poses, std::vector<StampedImage>& images) {
   const bool is_each = poses.size() == images.size();
-  std::vector<ImagePose> result;
   for (size_t i = 0; i < images.size(); ++i) {
     const double number = is_each ? static_cast<double>(i) : images[i].stamp_s;
-    if (number >= 0.0 && number < static_cast<double>(poses.size())) {
-      result.push_back({poses[static_cast<size_t>(number)], "the camera was lost"});
-    } else {
-      result.push_back({std::nullopt, "no pose of its number"});
-    }
+    const bool has_pose = number >= 0.0 && number < static_cast<double>(poses.size());
+    if (has_pose) images[i].T_W_C = poses[static_cast<size_t>(number)];
+    images[i].missing = has_pose ? "the camera was lost" : "no pose of its number";
   }
-  return result;
 }
 
-std::vector<ImagePose> readAsGiven(const std::string& path, const std::vector<StampedImage>& images,
-                                   double tolerance_s, std::string& convention) {
+void findAsGiven(const std::string& path, double tolerance_s, std::vector<StampedImage>& images,
+                 std::string& convention) {
   NamedPoses named;
   if (fs::is_directory(path)) {
     for (const auto& file : fs::directory_iterator(path)) {
@@ -124,28 +119,30 @@ std::vector<ImagePose> readAsGiven(const std::string& path, const std::vector<St
     const std::vector<ListLine> lines = readList(path, kPosesAdvice);
     const size_t words = lines.empty() ? 8 : lines.front().words.size();
     if (words != 10 && words != 3 && words != 4 && words != 12 && words != 16) {
-      return posesNear(readTrajectory(path, kPosesAdvice), images, tolerance_s);
+      return findPosesNear(readTrajectory(path, kPosesAdvice), tolerance_s, images);
     }
-    if (words != 10) return inOrder(posesInOrder(lines), images);
+    if (words != 10) return findInOrder(posesInOrder(lines), images);
     named = posesOfColmap(lines);
   }
   if (convention.empty()) convention = named.convention;
-  std::vector<ImagePose> poses;
-  for (const StampedImage& image : images)
-    poses.push_back({named.of(image.path), "no pose of its name"});
-  return poses;
+  for (StampedImage& image : images) {
+    image.T_W_C = named.of(image.path);
+    image.missing = "no pose of its name";
+  }
 }
 
 }  // namespace
 
-std::vector<ImagePose> readPosesOf(const std::string& path, const std::vector<StampedImage>& images,
-                                   double tolerance_s, const std::string& convention) try {
-  std::string used = convention;
-  std::vector<ImagePose> poses = readAsGiven(path, images, tolerance_s, used);
-  for (ImagePose& pose : poses) {
-    if (pose.T_W_C) pose.T_W_C = opticalPose(*pose.T_W_C, used);
+void turnToOptical(const std::string& convention, std::vector<StampedImage>& images) {
+  for (StampedImage& image : images) {
+    if (image.T_W_C) image.T_W_C = opticalPose(*image.T_W_C, convention);
   }
-  return poses;
+}
+
+void findPosesIn(const std::string& path, double tolerance_s, std::vector<StampedImage>& images,
+                 std::string convention) try {
+  findAsGiven(path, tolerance_s, images, convention);
+  turnToOptical(convention, images);
 } catch (const nlohmann::json::exception& error) {
   throw std::runtime_error(path + ": " + error.what());
 }

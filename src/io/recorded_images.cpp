@@ -51,7 +51,8 @@ class RecordedSource : public ImageSource<Image> {
   std::optional<size_t> posed() const override {
     if (kIsColour) return std::nullopt;
     size_t count = 0;
-    for (size_t i = 0; i < order_.size(); ++i) count += isSelected(i) && recorded_.poses[i].T_W_C;
+    for (size_t i = 0; i < order_.size(); ++i)
+      count += isSelected(i) && recorded_.images[i].T_W_C.has_value();
     return count;
   }
 
@@ -91,7 +92,7 @@ class RecordedSource : public ImageSource<Image> {
   /// Found out before the image is decoded; empty: nothing is known against it.
   std::string whyNot(size_t index) const {
     if (!recorded_.camera) return recorded_.missing_camera;
-    if (!recorded_.poses[index].T_W_C) return recorded_.poses[index].missing;
+    if (!recorded_.images[index].T_W_C) return recorded_.images[index].missing;
     const bool may_lack = kIsColour && !std::filesystem::exists(recorded_.images[index].path);
     return may_lack ? "no such file" : "";
   }
@@ -105,7 +106,7 @@ class RecordedSource : public ImageSource<Image> {
     frame.row_bytes = static_cast<size_t>(frame.width) * pixel_bytes;
     frame.intrinsics = recorded_.camera->intrinsics;
     if (isUpsideDown()) frame.intrinsics = turnedUpsideDown(frame.intrinsics, frame.height);
-    frame.T_W_C = *recorded_.poses[index].T_W_C;
+    frame.T_W_C = *recorded_.images[index].T_W_C;
   }
 
   Image withoutPixels(size_t index) const {
@@ -160,7 +161,7 @@ class RecordedSource : public ImageSource<Image> {
   size_t next_ = 0;            ///< Place in `order_`.
 };
 
-bool hasPose(const ImagePose& pose) { return pose.T_W_C.has_value(); }
+bool hasPose(const StampedImage& image) { return image.T_W_C.has_value(); }
 
 std::string describeRange(double first_s, double last_s) {
   return formatted("%.3f to %.3f s", first_s, last_s);
@@ -181,9 +182,9 @@ std::string whyNoneNear(const Trajectory& trajectory, const std::vector<StampedI
 
 std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
                                                 const RecordingOptions& options) {
-  if (std::none_of(images.poses.begin(), images.poses.end(), hasPose)) {
-    throw std::runtime_error("none of the " + std::to_string(images.poses.size()) +
-                             " depth images has a pose (" + images.poses.front().missing +
+  if (std::none_of(images.images.begin(), images.images.end(), hasPose)) {
+    throw std::runtime_error("none of the " + std::to_string(images.images.size()) +
+                             " depth images has a pose (" + images.images.front().missing +
                              "); give other poses by --poses FILE");
   }
   checkSelection(options.selection, images.images.size());
@@ -195,17 +196,15 @@ std::unique_ptr<ColourSource> openRecordedColours(RecordedImages images,
   return std::make_unique<RecordedSource<SourceColour>>(std::move(images), options);
 }
 
-std::vector<ImagePose> posesNear(const Trajectory& trajectory,
-                                 const std::vector<StampedImage>& images, double tolerance_s) {
-  std::vector<ImagePose> poses;
-  poses.reserve(images.size());
-  for (const StampedImage& image : images) {
-    poses.push_back({trajectory.poseAt(image.stamp_s, tolerance_s), noPoseWithin(tolerance_s)});
+void findPosesNear(const Trajectory& trajectory, double tolerance_s,
+                   std::vector<StampedImage>& images) {
+  for (StampedImage& image : images) {
+    image.T_W_C = trajectory.poseAt(image.stamp_s, tolerance_s);
+    image.missing = noPoseWithin(tolerance_s);
   }
-  if (!images.empty() && std::none_of(poses.begin(), poses.end(), hasPose)) {
-    poses.front().missing += ": " + whyNoneNear(trajectory, images);
+  if (!images.empty() && std::none_of(images.begin(), images.end(), hasPose)) {
+    images.front().missing += ": " + whyNoneNear(trajectory, images);
   }
-  return poses;
 }
 
 }  // namespace dtsdf

@@ -16,16 +16,9 @@
 
 namespace dtsdf {
 
-/// The pose of an image, or why there is none.
-struct ImagePose {
-  std::optional<Eigen::Isometry3d> T_W_C;
-  std::string missing;  ///< "no pose within 20 ms"; counted as a reason.
-};
-
 /// Images of one kind.
 struct RecordedImages {
-  std::vector<StampedImage> images;   ///< None: the recording has none.
-  std::vector<ImagePose> poses = {};  ///< One for each, once they are known.
+  std::vector<StampedImage> images;  ///< None: the recording has none.
   /// Camera of all images. A negative fy says that its y axis points up: the images are turned
   /// upside down, and the principal point with them, which leaves every point where it is.
   std::optional<CameraInfo> camera = std::nullopt;
@@ -44,9 +37,10 @@ std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
 std::unique_ptr<ColourSource> openRecordedColours(RecordedImages images,
                                                   const RecordingOptions& options);
 
-/// The poses of images by their stamps; where there are none, the first says how stamps differ.
-std::vector<ImagePose> posesNear(const Trajectory& trajectory,
-                                 const std::vector<StampedImage>& images, double tolerance_s);
+/// Finds the poses of images by their stamps; where there are none, the first says how stamps
+/// differ.
+void findPosesNear(const Trajectory& trajectory, double tolerance_s,
+                   std::vector<StampedImage>& images);
 
 /// Whether any of a recording's images is selected; images of a list of its own may be none.
 /// @throws std::runtime_error that says how many there are.

@@ -92,38 +92,30 @@ CameraInfo cameraOf(const RecordingOptions& options, const FolderFormat& format,
   return {size.width, size.height, *options.intrinsics};
 }
 
-std::vector<ImagePose> posesOf(const RecordingOptions& options, const FolderFormat& format,
-                               const std::vector<StampedImage>& images) {
-  if (options.poses_path.empty()) {
-    std::vector<ImagePose> poses = format.findPoses(options.path, images, options.pose_tolerance_s);
-    for (ImagePose& pose : poses) {
-      if (pose.T_W_C) pose.T_W_C = opticalPose(*pose.T_W_C, options.pose_convention);
-    }
-    return poses;
+void findPoses(const RecordingOptions& options, const FolderFormat& format,
+               std::vector<StampedImage>& images) {
+  if (!options.poses_path.empty()) {
+    return findPosesIn(options.poses_path, options.pose_tolerance_s, images,
+                       options.pose_convention);
   }
-  return readPosesOf(options.poses_path, images, options.pose_tolerance_s, options.pose_convention);
+  format.findPoses(options.path, options.pose_tolerance_s, images);
+  turnToOptical(options.pose_convention, images);
 }
 
-/// Where a recording begins; the identity where it does not say.
-Eigen::Isometry3d firstPoseOf(const RecordingOptions& options, const FolderFormat& format,
-                              const StampedImage& image) {
-  std::vector<ImagePose> poses;
+/// All images get the pose of the first one that is selected; the identity where it has none.
+void findFirstPose(const RecordingOptions& options, const FolderFormat& format,
+                   std::vector<StampedImage>& images) {
+  size_t first = 0;
+  while (first + 1 < images.size() && !options.selection.contains(first)) ++first;
+  std::vector<StampedImage> one{images[first]};
   try {
-    poses = posesOf(options, format, {image});
+    findPoses(options, format, one);
   } catch (const std::runtime_error&) {
     if (!options.poses_path.empty()) throw;  // asked for by name
   }
-  const bool is_known = !poses.empty() && poses.front().T_W_C;
-  return is_known ? *poses.front().T_W_C : Eigen::Isometry3d::Identity();
-}
-
-/// That of the first image that is selected, for all of them.
-std::vector<ImagePose> firstPoseOnly(const RecordingOptions& options, const FolderFormat& format,
-                                     const std::vector<StampedImage>& images) {
-  size_t first = 0;
-  while (first + 1 < images.size() && !options.selection.contains(first)) ++first;
-  const ImagePose pose{firstPoseOf(options, format, images[first]), ""};
-  return std::vector<ImagePose>(images.size(), pose);
+  for (StampedImage& image : images) {
+    image.T_W_C = one.front().T_W_C.value_or(Eigen::Isometry3d::Identity());
+  }
 }
 
 double unitsOf(const RecordingOptions& options, const FolderFormat& format) {
@@ -167,8 +159,7 @@ std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options) {
   recorded.units_per_metre = unitsOf(options, format);
   recorded.images = format.listDepth(options.path);
   recorded.camera = cameraOf(options, format, recorded.images);
-  recorded.poses = options.first_pose_only ? firstPoseOnly(options, format, recorded.images)
-                                           : posesOf(options, format, recorded.images);
+  (options.first_pose_only ? findFirstPose : findPoses)(options, format, recorded.images);
   return openRecordedImages(std::move(recorded), options);
 }
 
@@ -190,10 +181,10 @@ std::unique_ptr<ColourSource> openRecordingColours(const RecordingOptions& optio
   const CameraInfo depth_camera = cameraOf(options, format, format.listDepth(options.path));
   RecordedImages recorded = format.findColours(options.path, depth_camera);
   if (recorded.images.empty()) return nullptr;
-  recorded.poses =
-      options.first_pose_only
-          ? std::vector<ImagePose>(recorded.images.size(), {Eigen::Isometry3d::Identity(), ""})
-          : posesOf(options, format, recorded.images);
+  if (!options.first_pose_only) findPoses(options, format, recorded.images);
+  for (StampedImage& image : recorded.images) {
+    if (options.first_pose_only) image.T_W_C = Eigen::Isometry3d::Identity();
+  }
   return openRecordedColours(std::move(recorded), options);
 }
 

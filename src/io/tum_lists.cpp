@@ -93,9 +93,8 @@ CameraInfo readTumCamera(const fs::path& folder) {
 
 namespace {
 
-std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,
-                                 double tolerance_s) {
-  return posesNear(readTumTrajectory(folder), images, tolerance_s);
+void findPoses(const fs::path& folder, double tolerance_s, std::vector<StampedImage>& images) {
+  findPosesNear(readTumTrajectory(folder), tolerance_s, images);
 }
 
 CameraInfo cameraOfFolder(const fs::path& folder, const std::vector<StampedImage>&) {
@@ -103,7 +102,7 @@ CameraInfo cameraOfFolder(const fs::path& folder, const std::vector<StampedImage
 }
 
 RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camera) {
-  return {readTumColourList(folder), {}, colourCameraOf(folder, depth_camera)};
+  return {readTumColourList(folder), colourCameraOf(folder, depth_camera)};
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,9 +11,12 @@
 
 namespace dtsdf {
 
+/// An image of a recording, and its pose once it is known, or why there is none.
 struct StampedImage {
   double stamp_s;
   std::string path;
+  std::optional<Eigen::Isometry3d> T_W_C = std::nullopt;
+  std::string missing = {};  ///< "no pose within 20 ms"; counted as a reason.
 };
 
 // Lines that begin with # are comments.

@@ -20,10 +20,10 @@ struct FolderFormat {
   /// stamp.
   std::vector<StampedImage> (*listDepth)(const std::filesystem::path& folder);
 
-  /// One pose for each image, of depth or of colour. The tolerance is for layouts that match by
+  /// Finds the poses of images, of depth or of colour. The tolerance is for layouts that match by
   /// stamps.
-  std::vector<ImagePose> (*findPoses)(const std::filesystem::path& folder,
-                                      const std::vector<StampedImage>& images, double tolerance_s);
+  void (*findPoses)(const std::filesystem::path& folder, double tolerance_s,
+                    std::vector<StampedImage>& images);
 
   CameraInfo (*readCamera)(const std::filesystem::path& folder,
                            const std::vector<StampedImage>& images);

@@ -27,8 +27,7 @@ std::vector<StampedImage> listDepth(const fs::path& folder) {
   return readAssociations(folder, "depth/");
 }
 
-std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,
-                                 double) {
+void findPoses(const fs::path& folder, double, std::vector<StampedImage>& images) {
   std::vector<std::string> paths;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string path = entry.path().string();
@@ -39,17 +38,16 @@ std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<Stamp
                              " files *.gt.freiburg; select the poses with --poses FILE");
   }
   const Trajectory trajectory = readTrajectory(paths[0], "ICL-NUIM has its poses there");
-  std::vector<ImagePose> poses;
-  for (const StampedImage& image : images) {
-    poses.push_back({trajectory.poseAt(image.stamp_s, 0.0), "no pose with its number"});
+  for (StampedImage& image : images) {
+    image.T_W_C = trajectory.poseAt(image.stamp_s, 0.0);
+    image.missing = "no pose with its number";
   }
-  return poses;
 }
 
 CameraInfo readCamera(const fs::path&, const std::vector<StampedImage>&) { return kRenderer; }
 
 RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camera) {
-  return {readAssociations(folder, "rgb/"), {}, depth_camera};
+  return {readAssociations(folder, "rgb/"), depth_camera};
 }
 
 }  // namespace icl

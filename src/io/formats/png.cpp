@@ -52,11 +52,11 @@ std::vector<StampedImage> listDepth(const fs::path& folder) {
   throw std::runtime_error("'" + depthFolder(folder).string() + "' has no depth images *.png");
 }
 
-std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,
-                                 double tolerance_s) {
+void findPoses(const fs::path& folder, double tolerance_s, std::vector<StampedImage>& images) {
   for (const char* const name : kPoses) {
-    if (fs::exists(folder / name))
-      return readPosesOf((folder / name).string(), images, tolerance_s);
+    if (fs::exists(folder / name)) {
+      return findPosesIn((folder / name).string(), tolerance_s, images);
+    }
   }
   throw std::runtime_error("'" + folder.string() + "' has no poses, such as poses.txt or " +
                            kPoses[2] + "; give them by --poses, or none with --poses-mode track");
@@ -95,7 +95,7 @@ CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>& i
 }
 
 RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camera) {
-  RecordedImages colours{{}, {}, colourCameraOf(folder, depth_camera)};
+  RecordedImages colours{{}, colourCameraOf(folder, depth_camera)};
   for (const char* const name : {"color", "colour", "rgb", "images", "image"}) {
     if (colours.images.empty()) colours.images = imagesIn(folder / name, {".png", ".jpg", ".jpeg"});
   }

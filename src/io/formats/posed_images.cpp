@@ -30,18 +30,14 @@ const std::string kPrefix = "frame-", kDepthEnding = ".depth.png";
 
 /// @param fileOf Where an image has its pose.
 template <class FileOf>
-std::vector<ImagePose> readPoses(const std::vector<StampedImage>& images, const FileOf& fileOf) {
-  std::vector<ImagePose> poses;
-  for (const StampedImage& image : images) {
+void readPoses(const FileOf& fileOf, std::vector<StampedImage>& images) {
+  for (StampedImage& image : images) {
     const fs::path path = fileOf(fs::path(image.path));
-    if (!fs::exists(path)) {
-      poses.push_back({std::nullopt, "no pose file"});
-      continue;
-    }
-    poses.push_back({rigidMotion(readMatrixFile(path.string(), 4, 4, "a pose is expected there")),
-                     "the camera was lost"});
+    image.missing = "no pose file";
+    if (!fs::exists(path)) continue;
+    image.missing = "the camera was lost";
+    image.T_W_C = rigidMotion(readMatrixFile(path.string(), 4, 4, "a pose is expected there"));
   }
-  return poses;
 }
 
 bool isSevenScenes(const fs::path& folder) {
@@ -52,11 +48,11 @@ std::vector<StampedImage> listSevenScenes(const fs::path& folder) {
   return requireNumberedFiles(folder, kPrefix, kDepthEnding);
 }
 
-std::vector<ImagePose> posesOfSevenScenes(const fs::path&, const std::vector<StampedImage>& images,
-                                          double) {
-  return readPoses(images, [](const fs::path& image) {  // depth or colour
+void posesOfSevenScenes(const fs::path&, double, std::vector<StampedImage>& images) {
+  const auto fileOf = [](const fs::path& image) {  // depth or colour
     return image.parent_path() / image.stem().replace_extension(".pose.txt");
-  });
+  };
+  readPoses(fileOf, images);
 }
 
 CameraInfo cameraOfSevenScenes(const fs::path& folder, const std::vector<StampedImage>& images) {
@@ -68,7 +64,7 @@ CameraInfo cameraOfSevenScenes(const fs::path& folder, const std::vector<Stamped
 }
 
 RecordedImages coloursOfSevenScenes(const fs::path& folder, const CameraInfo& depth_camera) {
-  RecordedImages colours{{}, {}, depth_camera};
+  RecordedImages colours{{}, depth_camera};
   for (const std::string ending : {".color.png", ".color.jpg"}) {
     for (StampedImage& image : listNumberedFiles(folder, kPrefix, ending)) {
       colours.images.push_back(std::move(image));
@@ -86,10 +82,9 @@ std::vector<StampedImage> listScanNet(const fs::path& folder) {
   return requireNumberedFiles(folder / "depth", "", ".png");
 }
 
-std::vector<ImagePose> posesOfScanNet(const fs::path& folder,
-                                      const std::vector<StampedImage>& images, double) {
-  return readPoses(
-      images, [&](const fs::path& image) { return folder / "pose" / image.stem().concat(".txt"); });
+void posesOfScanNet(const fs::path& folder, double, std::vector<StampedImage>& images) {
+  readPoses([&](const fs::path& image) { return folder / "pose" / image.stem().concat(".txt"); },
+            images);
 }
 
 CameraInfo cameraOfScanNet(const fs::path& folder, const std::vector<StampedImage>& images) {

@@ -27,9 +27,8 @@ std::vector<StampedImage> listDepth(const fs::path& folder) {
   return requireNumberedFiles(folder / "results", "depth", ".png");
 }
 
-std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,
-                                 double tolerance_s) {
-  return readPosesOf((folder / "traj.txt").string(), images, tolerance_s);
+void findPoses(const fs::path& folder, double tolerance_s, std::vector<StampedImage>& images) {
+  findPosesIn((folder / "traj.txt").string(), tolerance_s, images);
 }
 
 fs::path paramsPath(const fs::path& folder) { return folder / ".." / "cam_params.json"; }
@@ -71,7 +70,7 @@ double unitsOf(const fs::path& folder) {
 }
 
 RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camera) {
-  return {listNumberedFiles(folder / "results", "frame", ".jpg"), {}, depth_camera};
+  return {listNumberedFiles(folder / "results", "frame", ".jpg"), depth_camera};
 }
 
 }  // namespace replica

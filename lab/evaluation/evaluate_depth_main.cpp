@@ -30,15 +30,15 @@ EvaluateDepthOptions readOptions(const std::vector<std::string>& arguments) {
                    "reconstruct --frames ::2, evaluate_depth --first 1 --step 2.");
   line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
   line.addText({"TUM_DIR", "", "folder with depth images and poses"}, options.tum_folder);
-  line.addWhole({"--first", "N", "first image to use"}, options.frames.first, {0, kUnbounded});
-  line.addWhole({"--step", "N", "step from one image to the next"}, options.frames.step,
-                {1, kUnbounded});
-  line.addWhole({"--stride", "N", "use every N-th pixel of each row and column"}, options.stride,
-                {1, 64});
-  line.addWhole({"--register", "N",
-                 "also align each image with the mesh in N steps and print those figures; 0: do "
-                 "not"},
-                options.registration_steps, {0, 100});
+  line.addNumber({"--first", "N", "first image to use"}, options.frames.first, {0, kUnbounded});
+  line.addNumber({"--step", "N", "step from one image to the next"}, options.frames.step,
+                 {1, kUnbounded});
+  line.addNumber({"--stride", "N", "use every N-th pixel of each row and column"}, options.stride,
+                 {1, 64});
+  line.addNumber({"--register", "N",
+                  "also align each image with the mesh in N steps and print those figures; 0: do "
+                  "not"},
+                 options.registration_steps, {0, 100});
   line.parse(arguments);
   return options;
 }

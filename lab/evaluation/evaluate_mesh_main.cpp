@@ -25,8 +25,8 @@ void addMeasureOptions(CommandLine& line, EvaluateMeshOptions& options) {
   line.addText(
       {"--views", "DIR", "count only the ground truth that some view of this TUM folder sees"},
       options.views_folder);
-  line.addWhole({"--samples", "N", "samples of each surface"}, options.evaluation.samples,
-                {1, 1e9});
+  line.addNumber({"--samples", "N", "samples of each surface"}, options.evaluation.samples,
+                 {1, 1e9});
   line.add(
       {"--threshold", "M,...", "distances for the F-score in metres (default 0.005,0.01,0.025)"},
       [&](const std::string& text) { options.evaluation.thresholds_m = readNumbers(text); });

@@ -29,7 +29,7 @@ EvaluateSpaceOptions readOptions(const std::vector<std::string>& arguments) {
                    throw UsageError(error.what());
                  }
                });
-  line.addWhole({"--samples", "N", "number of cells for each figure"}, options.samples, {1, 1e9});
+  line.addNumber({"--samples", "N", "number of cells for each figure"}, options.samples, {1, 1e9});
   line.parse(arguments);
   return options;
 }

@@ -25,7 +25,7 @@ RenderMeshOptions readOptions(const std::vector<std::string>& arguments) {
   addPictureOptions(line, options.picture);
   line.addText({"--views", "DIR", "view from where a depth image of this TUM folder was taken"},
                options.views_folder);
-  line.addWhole({"--image", "N", "that image"}, options.image, {0, kUnbounded});
+  line.addNumber({"--image", "N", "that image"}, options.image, {0, kUnbounded});
   line.onlyWith("--image", "--views");
   line.parse(arguments);
   return options;

@@ -28,7 +28,7 @@ struct RenderOrbitOptions {
 };
 
 void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {
-  line.addWhole({"--frames", "N", "number of images"}, options.frames, {1, 1e6});
+  line.addNumber({"--frames", "N", "number of images"}, options.frames, {1, 1e6});
   line.addNumber({"--radius", "METRES", "distance of the camera from the origin"}, options.radius_m,
                  {0.01, 1000.0});
   line.add({"--trajectory", "NAME",
@@ -46,13 +46,13 @@ void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {
 }
 
 void addCameraOptions(CommandLine& line, RenderOrbitOptions& options) {
-  line.addWhole({"--width", "PIXELS", "width of the images"}, options.width, {2, 4096});
-  line.addWhole({"--height", "PIXELS", "height of the images"}, options.height, {2, 4096});
+  line.addNumber({"--width", "PIXELS", "width of the images"}, options.width, {2, 4096});
+  line.addNumber({"--height", "PIXELS", "height of the images"}, options.height, {2, 4096});
   line.addNumber({"--focal", "PIXELS", "focal length; the principal point is the image's middle"},
                  options.focal_px, {1.0, 1e5});
   line.add({"--noise", "NAME", "none, or that of a camera: kinect, tof or stereo (default none)"},
            [&](const std::string& text) { options.noise = depthNoiseFromName(text); });
-  line.addWhole({"--seed", "N", "seed of the noise and of the hand"}, options.seed, {0, 1e9});
+  line.addNumber({"--seed", "N", "seed of the noise and of the hand"}, options.seed, {0, 1e9});
 }
 
 void addColourOptions(CommandLine& line, RenderOrbitOptions& options) {

@@ -35,8 +35,8 @@ void addViewOptions(CommandLine& line, PictureRequest& request) {
 
 void addPictureOptions(CommandLine& line, PictureRequest& request) {
   addViewOptions(line, request);
-  line.addWhole({"--width", "PIXELS", "width of the picture"}, request.width, {64, 8192});
-  line.addWhole({"--height", "PIXELS", "height of the picture"}, request.height, {64, 8192});
+  line.addNumber({"--width", "PIXELS", "width of the picture"}, request.width, {64, 8192});
+  line.addNumber({"--height", "PIXELS", "height of the picture"}, request.height, {64, 8192});
   line.addNumber({"--focal", "PIXELS", "focal length (default: 1.2 times the width)"},
                  request.focal_px, {1.0, 1e5});
 }

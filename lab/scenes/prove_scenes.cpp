@@ -33,9 +33,9 @@ ProveOptions parseOptions(const std::vector<std::string>& arguments) {
   line.addList({"--scene", "TEXT ...", "only cases whose \"scene: variant\" contains one of these"},
                [&](const std::string& text) { options.scenes.push_back(text); });
   line.addFlag("--quick", "only the cases that the tests run", options.quick);
-  line.addWhole({"--width", "PIXELS", "width of images of rooms; wider ones see more"},
-                options.image_width, {64, 4096});
-  line.addWhole({"--jobs", "N", "cases run at a time"}, options.jobs, {1, 1024});
+  line.addNumber({"--width", "PIXELS", "width of images of rooms; wider ones see more"},
+                 options.image_width, {64, 4096});
+  line.addNumber({"--jobs", "N", "cases run at a time"}, options.jobs, {1, 1024});
   line.beginGroup("Settings");
   addMapperOptions(line, options.run);
   line.parse(arguments);

@@ -122,9 +122,9 @@ void writeStl(const Mesh& mesh, AtomicFile& file) {
 }
 
 /// What the formats can hold.
-void checkSize(const Mesh& mesh, MeshFormat format, const std::string& path) {
+void checkSize(const Mesh& mesh, const std::string& format, const std::string& path) {
   checkMeshSize(mesh.vertices_m.size(), mesh.triangles.size(), path);
-  if (format == MeshFormat::kGlb &&
+  if (format == ".glb" &&
       mostGlbBytes(mesh.vertices_m.size(), mesh.triangles.size()) > kMostGlbBytes) {
     throw std::runtime_error("cannot save '" + path +
                              "': the mesh does not fit into a .glb file (4 GiB); save it as .ply, "
@@ -153,17 +153,14 @@ const std::vector<std::string>& meshExtensions() {
   return extensions;
 }
 
-std::optional<MeshFormat> meshFormatOf(const std::string& path) {
+std::string meshFormatOf(const std::string& path) {
   const std::string extension = inLowerCase(std::filesystem::path(path).extension().string());
-  if (extension == ".ply") return MeshFormat::kPly;
-  if (extension == ".obj") return MeshFormat::kObj;
-  if (extension == ".stl") return MeshFormat::kStl;
-  if (extension == ".glb") return MeshFormat::kGlb;
-  return std::nullopt;
+  const std::vector<std::string>& known = meshExtensions();
+  return std::count(known.begin(), known.end(), extension) > 0 ? extension : "";
 }
 
 std::string lossInFormat(const Mesh& mesh, const std::string& path) {
-  if (!isFarFromOrigin(mesh) || meshFormatOf(path) != MeshFormat::kStl) return "";
+  if (!isFarFromOrigin(mesh) || meshFormatOf(path) != ".stl") return "";
   double farthest_m = 0.0;
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
     for (const double x_m : positionInMap(mesh, i)) {
@@ -177,30 +174,28 @@ std::string lossInFormat(const Mesh& mesh, const std::string& path) {
 }
 
 void saveMesh(const Mesh& mesh, MeshColour colour, const std::string& path) {
-  const std::optional<MeshFormat> format = meshFormatOf(path);
-  if (!format) {
+  const std::string format = meshFormatOf(path);
+  if (format.empty()) {
     throw std::runtime_error("cannot save '" + path +
                              "': unknown format; give a name that ends in " + kMeshExtensions);
   }
-  checkSize(mesh, *format, path);
+  checkSize(mesh, format, path);
   AtomicFile file(path);
-  switch (*format) {
-    case MeshFormat::kPly: writePly(mesh, colour, file); break;
-    case MeshFormat::kObj: writeObj(mesh, colour, file); break;
-    case MeshFormat::kStl: writeStl(mesh, file); break;
-    case MeshFormat::kGlb: writeGlb(mesh, colour, file); break;
-  }
+  if (format == ".ply") writePly(mesh, colour, file);
+  if (format == ".obj") writeObj(mesh, colour, file);
+  if (format == ".stl") writeStl(mesh, file);
+  if (format == ".glb") writeGlb(mesh, colour, file);
   file.commit();
 }
 
 void saveTexturedMesh(const TexturedMesh& textured, const std::string& path) {
-  const std::optional<MeshFormat> format = meshFormatOf(path);
-  if (format != MeshFormat::kObj && format != MeshFormat::kGlb) {
+  const std::string format = meshFormatOf(path);
+  if (format != ".obj" && format != ".glb") {
     throw std::runtime_error("cannot save '" + path + "': textures are saved as .obj or .glb");
   }
   checkMeshSize(textured.mesh.vertices_m.size(), textured.mesh.triangles.size(), path);
   AtomicFile file(path);
-  if (format == MeshFormat::kGlb) {
+  if (format == ".glb") {
     writeGlb(textured, file);
   } else {
     const std::filesystem::path base = std::filesystem::path(path).replace_extension();

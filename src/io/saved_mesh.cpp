@@ -80,7 +80,7 @@ Mesh assemble(PagedMeshes& meshes, const std::optional<BoxRegion>& region, std::
 SavedMesh savePagedMesh(PagedMeshes& meshes, MeshColour colour, const std::string& path,
                         const SaveChoice& choice) {
   const bool is_plain = !choice.region && choice.simplify_error_m == 0.0;
-  if (meshes.isPaged() && is_plain && meshFormatOf(path) == MeshFormat::kPly) {
+  if (meshes.isPaged() && is_plain && meshFormatOf(path) == ".ply") {
     return saveInPieces(meshes, colour, path);
   }
   std::string lack;

@@ -25,7 +25,6 @@ bool isFlag(const ProgramOption& option) { return option.read == nullptr; }
 std::string keyOf(const ProgramOption& option) {
   return isOption(option.name) ? option.name.substr(2) : option.name;
 }
-bool isShort(const std::string& text) { return text.size() > 1 && text[0] == '-'; }
 
 /// Breaks a text into indented lines for a terminal.
 std::string wrap(const std::string& text, size_t indent) {
@@ -47,8 +46,6 @@ void readValue(const ProgramOption& option, const std::string& value) {
   if (value.empty()) throw UsageError(option.name + " needs a value (" + option.value + ")");
   try {
     option.read(value);
-  } catch (const UsageError& error) {
-    throw UsageError(option.name + ": " + error.what());
   } catch (const std::invalid_argument& error) {
     throw UsageError(option.name + ": " + error.what());
   }
@@ -77,10 +74,9 @@ double readWhole(const std::string& text, Range range) {
 
 std::vector<double> readNumbers(const std::string& text) {
   std::vector<double> numbers;
-  for (size_t begin = 0; begin <= text.size();) {
-    const size_t end = std::min(text.find(',', begin), text.size());
-    numbers.push_back(readNumber(text.substr(begin, end - begin), {-kUnbounded, kUnbounded}));
-    begin = end + 1;
+  std::istringstream parts(text);
+  for (std::string part; std::getline(parts, part, ',');) {
+    numbers.push_back(readNumber(part, {-kUnbounded, kUnbounded}));
   }
   return numbers;
 }
@@ -113,11 +109,9 @@ void CommandLine::distribute(const std::vector<std::string>& arguments) {
       po::command_line_parser(arguments).options(all).positional(places).style(style).run();
   for (const po::option& given : parsed.options) {
     const std::vector<std::string>& tokens = given.original_tokens;
-    if (given.position_key >= 0 && isShort(tokens[0])) {
-      throw UsageError("unknown option " + tokens[0]);
+    if (given.string_key == "..." || (given.position_key >= 0 && tokens[0].rfind('-', 0) == 0)) {
+      throw UsageError("'" + tokens[0] + "' is not expected here");
     }
-    if (given.string_key == "...")
-      throw UsageError("'" + given.value[0] + "' is not expected here");
     if (tokens.size() > 1 && isOption(tokens[1])) throw UsageError(tokens[0] + " needs a value");
   }
   po::variables_map values;
@@ -183,17 +177,6 @@ void CommandLine::addText(ProgramOption option, std::string& target) {
   add(std::move(option), [&target](const std::string& value) { target = value; });
 }
 
-void CommandLine::addNumber(ProgramOption option, double& target, Range range) {
-  option.default_value = shortestText(target);
-  add(std::move(option),
-      [&target, range](const std::string& value) { target = readNumber(value, range); });
-}
-
-void CommandLine::addNumber(ProgramOption option, std::optional<double>& target, Range range) {
-  add(std::move(option),
-      [&target, range](const std::string& value) { target = readNumber(value, range); });
-}
-
 void CommandLine::addFlag(const std::string& name, const std::string& help, bool& target) {
   ProgramOption option{name, "", help};
   option.set = [&target] { target = true; };
@@ -235,30 +218,18 @@ void CommandLine::parse(const std::vector<std::string>& arguments) {
 bool CommandLine::given(const std::string& name) { return !get(name).values.empty(); }
 
 std::string CommandLine::help() const {
-  std::vector<std::string> groups = {"Arguments"};
-  const auto note = [&](const std::string& group) {
-    if (std::find(groups.begin(), groups.end(), group) == groups.end()) groups.push_back(group);
-  };
-  for (const ProgramOption& option : options_) note(option.group);
-  note(headline_);
-  std::string text = "usage: " + program_ + " " + usage_ + "\n\n";
-  text += wrap(about_, 0);
-  for (const std::string& group : groups) {
-    std::string entries;
+  std::string text = "usage: " + program_ + " " + usage_ + "\n\n" + wrap(about_, 0), group;
+  for (const bool is_option : {false, true}) {
     for (const ProgramOption& option : options_) {
-      if (option.group != group) continue;
+      if (isOption(option.name) != is_option) continue;
+      if (std::exchange(group, option.group) != option.group) text += "\n" + group + ":\n";
+      text += "  " + option.name + (option.value.empty() ? "" : " " + option.value) + "\n";
       // What has to be given has no default, whatever its target was.
       const bool has_default = !option.is_required && !option.default_value.empty();
-      entries +=
-          "  " + option.name + (option.value.empty() ? "" : " " + option.value) + "\n" +
-          wrap(option.help + (has_default ? " (default " + option.default_value + ")" : ""), 6);
+      text += wrap(option.help + (has_default ? " (default " + option.default_value + ")" : ""), 6);
     }
-    if (group == headline_) {
-      entries += "  -h,--help\n" + wrap("print this help", 6);
-    }
-    if (!entries.empty()) text += "\n" + group + ":\n" + entries;
   }
-  return text + "\n" + kExitCodes + "\n";
+  return text + "  -h,--help\n" + wrap("print this help", 6) + "\n" + kExitCodes + "\n";
 }
 
 }  // namespace dtsdf

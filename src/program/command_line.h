@@ -4,20 +4,21 @@
 
 #include <functional>
 #include <limits>
-#include <optional>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/params/param_set.h"
+#include "params/text.h"
 
 namespace dtsdf {
 
 /// The command line is wrong; the program ends with exit code 2.
-class UsageError : public std::runtime_error {
+class UsageError : public std::invalid_argument {
  public:
-  using std::runtime_error::runtime_error;
+  using std::invalid_argument::invalid_argument;
 };
 
 /// Bounds of a Range: the least of all numbers above 0, and none.
@@ -66,14 +67,13 @@ class CommandLine {
   /// The headline in the help of the options to come.
   void beginGroup(const std::string& headline);
 
-  /// An option whose value is given to `read`; what that throws as UsageError or
-  /// std::invalid_argument becomes a UsageError with the option's name.
+  /// An option whose value is given to `read`; what that throws as std::invalid_argument becomes a
+  /// UsageError with the option's name.
   void add(ProgramOption option, const std::function<void(const std::string&)>& read);
   void addText(ProgramOption option, std::string& target);
-  void addNumber(ProgramOption option, double& target, Range range);
-  void addNumber(ProgramOption option, std::optional<double>& target, Range range);
-  template <class Whole>
-  void addWhole(ProgramOption option, Whole& target, Range range);
+  /// Of a whole number, a double, or std::optional<double>, which has no default.
+  template <class Number>
+  void addNumber(ProgramOption option, Number& target, Range range);
 
   /// Takes one value or more, and may be repeated; `read` is called for each.
   void addList(ProgramOption option, const std::function<void(const std::string&)>& read);
@@ -109,11 +109,14 @@ class CommandLine {
   std::vector<std::vector<std::string>> choices_;  ///< One of each has to be given.
 };
 
-template <class Whole>
-void CommandLine::addWhole(ProgramOption option, Whole& target, Range range) {
-  option.default_value = std::to_string(target);
+template <class Number>
+void CommandLine::addNumber(ProgramOption option, Number& target, Range range) {
+  constexpr bool kIsWhole = std::is_integral_v<Number>;
+  if constexpr (std::is_arithmetic_v<Number>) {
+    option.default_value = shortestText(static_cast<double>(target), kIsWhole ? 15 : 6);
+  }
   add(std::move(option), [&target, range](const std::string& value) {
-    target = static_cast<Whole>(readWhole(value, range));
+    target = static_cast<Number>((kIsWhole ? readWhole : readNumber)(value, range));
   });
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/yaml_params.h"
 #include "io/map_chunks.h"
 #include "program/progress_bar.h"
@@ -42,6 +43,11 @@ void addLoadLimit(CommandLine& line, size_t& most_bytes) {
       [set](const std::string& value) {
         set(readWhole(value, {1, 1 << 22}));
       });
+}
+
+void checkMeshPath(const std::string& path) {
+  if (!meshFormatOf(path).empty()) return;
+  throw UsageError("'" + path + "' does not end in " + kMeshExtensions);
 }
 
 namespace {

@@ -21,6 +21,9 @@ RunSettings settingsFor(const MapContents& contents, const std::vector<std::stri
 /// much memory. The limit is the default then.
 void addLoadLimit(CommandLine& line, size_t& most_bytes);
 
+/// @throws UsageError unless a mesh can be saved under this name.
+void checkMeshPath(const std::string& path);
+
 /// Adds --simplify-error.
 void addSimplifyOption(CommandLine& line, double& error_m);
 

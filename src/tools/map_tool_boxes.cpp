@@ -138,7 +138,7 @@ void printBoxes(const std::vector<std::string>& arguments) {
       "prints them, one a line, for reconstruct --only. A sample of the images is "
       "looked at; whatever it misses, the boxes cover all of space.");
   line.addText({"RECORDING", "", "a recording that reconstruct reads"}, input.recording.path);
-  line.addWhole({"--count", "N", "number of boxes"}, count, {1, 1e6});
+  line.addNumber({"--count", "N", "number of boxes"}, count, {1, 1e6});
   line.addNumber({"--box-m", "METRES", "or as many that none is longer where there are surfaces"},
                  edge_m, {0.01, 1e6});
   line.requireOneOf({"--count", "--box-m"});

@@ -226,10 +226,10 @@ void compareMaps(const std::vector<std::string>& arguments) {
   addSettings(line, "mesh/..., backend, threads", a);
   addLoadLimit(line, a.most_bytes);
   line.parse(arguments);
-  if (!a.out_path.empty() && !meshFormatOf(a.out_path)) {
-    throw UsageError("'" + a.out_path + "' does not end in " + kMeshExtensions);
+  if (!a.out_path.empty()) {
+    checkMeshPath(a.out_path);
+    prepareOutputFile(a.out_path);
   }
-  if (!a.out_path.empty()) prepareOutputFile(a.out_path);
   b.settings = a.settings;
   b.most_bytes = a.most_bytes;
   const ComparedMap before(a), after(b);

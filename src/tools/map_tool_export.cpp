@@ -71,57 +71,46 @@ RgbImage rgbOf(const ColourFrame& frame) {
   return image;
 }
 
-/// Writes a journal's images one by one, and the lists of them at last.
-class Exporter {
- public:
-  explicit Exporter(std::string out_path) : out_path_(std::move(out_path)) {}
-
-  void write(const DepthFrame& frame, double stamp_s) {
-    depth_path_ = "depth/" + formatted("%06zu.png", depths_.size());
-    depth_stamp_s_ = stamp_s;
-    writeFileAtomically(out_path_ + "/" + depth_path_, encodeDepthPng(millimetresOf(frame)));
-    Json entry = entryOf(frame, stamp_s);
-    entry["depth_file_path"] = depth_path_;
-    depths_.push_back(std::move(entry));
+/// The vertices of a mesh as points.
+void writePoints(const Mesh& mesh, const std::string& path) {
+  AtomicFile file(path);
+  file.write(plyHeader(mesh.vertices_m.size(), 0, isFarFromOrigin(mesh)));
+  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
+    writePlyVertex(mesh, i, MeshColour::kImage, file);
   }
+  file.commit();
+}
 
-  void write(const ColourFrame& frame, double stamp_s) {
-    const std::string path = "images/" + formatted("%06zu.png", frames_.size());
-    writeFileAtomically(out_path_ + "/" + path, encodeColourPng(rgbOf(frame)));
-    Json entry = entryOf(frame, stamp_s);
+/// Writes a journal's images one by one, as its map is made. @return the lists of them.
+Json writeImages(JournalReplay& journal, Mapper& mapper, const std::string& out_path) {
+  Json frames = Json::array(), depth_frames = Json::array();
+  double depth_stamp_s = -1.0;
+  while (const std::optional<journal::Call> call = journal.next()) {
+    doAgain(*call, mapper);
+    const auto* const image = std::get_if<journal::Image>(&*call);
+    if (image == nullptr) continue;
+    Json entry =
+        std::visit([&](const auto& frame) { return entryOf(frame, image->stamp_s); }, image->frame);
+    if (const auto* const depth = std::get_if<DepthFrame>(&image->frame)) {
+      const std::string path = formatted("depth/%06zu.png", depth_frames.size());
+      writeFileAtomically(out_path + "/" + path, encodeDepthPng(millimetresOf(*depth)));
+      entry["depth_file_path"] = path;
+      depth_stamp_s = image->stamp_s;
+      depth_frames.push_back(std::move(entry));
+      continue;
+    }
+    const std::string path = formatted("images/%06zu.png", frames.size());
+    writeFileAtomically(out_path + "/" + path,
+                        encodeColourPng(rgbOf(std::get<ColourFrame>(image->frame))));
     entry["file_path"] = path;
     // Trainers take depth only of the very image: cameras apart have lists apart.
-    if (std::abs(stamp_s - depth_stamp_s_) < PoseCorrection::kSameStamp_s) {
-      entry["depth_file_path"] = depth_path_;
+    if (std::abs(image->stamp_s - depth_stamp_s) < PoseCorrection::kSameStamp_s) {
+      entry["depth_file_path"] = depth_frames.back()["depth_file_path"];
     }
-    frames_.push_back(std::move(entry));
+    frames.push_back(std::move(entry));
   }
-
-  /// With the vertices of a mesh as points; none of an empty one.
-  void finish(const Mesh& mesh) {
-    Json transforms;
-    const size_t points = mesh.vertices_m.size();
-    if (points > 0) {
-      AtomicFile file(out_path_ + "/points.ply");
-      file.write(plyHeader(points, 0, isFarFromOrigin(mesh)));
-      for (size_t i = 0; i < points; ++i) writePlyVertex(mesh, i, MeshColour::kImage, file);
-      file.commit();
-      transforms["ply_file_path"] = "points.ply";
-    }
-    transforms["frames"] = frames_;
-    transforms["depth_frames"] = depths_;
-    transforms["depth_unit_scale_factor"] = 0.001;
-    writeFileAtomically(out_path_ + "/transforms.json", transforms.dump(1) + "\n");
-    std::printf("%zu colour images, %zu depth images, %zu points: %s\n", frames_.size(),
-                depths_.size(), points, out_path_.c_str());
-  }
-
- private:
-  const std::string out_path_;
-  std::vector<Json> frames_, depths_;
-  std::string depth_path_;
-  double depth_stamp_s_ = -1.0;
-};
+  return {{"frames", frames}, {"depth_frames", depth_frames}, {"depth_unit_scale_factor", 0.001}};
+}
 
 }  // namespace
 
@@ -146,14 +135,16 @@ void exportJournal(const std::vector<std::string>& arguments) {
   }
   const MapperParams params = readMapperParams(journal.begin().settings);
   const std::unique_ptr<Mapper> mapper = mapperOf(journal, params);
-  Exporter exporter(out_path);
-  while (const std::optional<journal::Call> call = journal.next()) {
-    doAgain(*call, *mapper);
-    const auto* const image = std::get_if<journal::Image>(&*call);
-    if (image == nullptr) continue;
-    std::visit([&](const auto& frame) { exporter.write(frame, image->stamp_s); }, image->frame);
+  Json transforms = writeImages(journal, *mapper, out_path);
+  const Mesh mesh = meshOf(*mapper, params.map.voxel_size_m);
+  const size_t points = mesh.vertices_m.size();
+  if (points > 0) {
+    writePoints(mesh, out_path + "/points.ply");
+    transforms["ply_file_path"] = "points.ply";
   }
-  exporter.finish(meshOf(*mapper, params.map.voxel_size_m));
+  writeFileAtomically(out_path + "/transforms.json", transforms.dump(1) + "\n");
+  std::printf("%zu colour images, %zu depth images, %zu points: %s\n", transforms["frames"].size(),
+              transforms["depth_frames"].size(), points, out_path.c_str());
 }
 
 }  // namespace dtsdf

@@ -19,9 +19,7 @@ void meshMap(const std::vector<std::string>& arguments) {
   addSimplifyOption(line, simplify_error_m);
   addLoadLimit(line, options.most_bytes);
   line.parse(arguments);
-  if (!meshFormatOf(options.out_path)) {
-    throw UsageError("'" + options.out_path + "' does not end in " + kMeshExtensions);
-  }
+  checkMeshPath(options.out_path);
   prepareOutputFile(options.out_path);
   // The mesh does not depend on space.
   const auto [settings, mapper] = loadMapOf(options, "space/enabled=false");

@@ -91,7 +91,7 @@ void drawSlice(const std::vector<std::string>& arguments) {
   line.addNumber({"--height", "METRES", "height of the slice, along z of the map frame"}, height_m,
                  {-1e4, 1e4});
   line.require("--height");
-  line.addWhole({"--pixels", "N", "pixels per edge of a cell"}, pixels, {1, 64});
+  line.addNumber({"--pixels", "N", "pixels per edge of a cell"}, pixels, {1, 64});
   parseSpaceOutput(line, arguments, "the picture", ".png", options);
   prepareOutputFile(options.out_path);
   const auto mapper = loadWithSpace(options);

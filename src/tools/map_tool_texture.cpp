@@ -381,8 +381,8 @@ void textureMap(const std::vector<std::string>& arguments) {
   addReadingOptions(line, input);
   addFrameOptions(line, input);
   line.parse(arguments);
-  const auto format = meshFormatOf(options.out_path);
-  if (format != MeshFormat::kObj && format != MeshFormat::kGlb) {
+  const std::string format = meshFormatOf(options.out_path);
+  if (format != ".obj" && format != ".glb") {
     throw UsageError("'" + options.out_path + "' does not end in .obj or .glb");
   }
   prepareOutputFile(options.out_path);

@@ -8,13 +8,6 @@
 namespace dtsdf {
 namespace {
 
-std::string parseMeshPath(const std::string& path) {
-  if (!meshFormatOf(path)) {
-    throw UsageError("'" + path + "' does not end in " + kMeshExtensions);
-  }
-  return path;
-}
-
 void addInputOptions(CommandLine& line, ReconstructOptions& options) {
   RecordingOptions& recording = options.recording;
   line.addText({"INPUT", "",
@@ -39,7 +32,10 @@ void addMeshOptions(CommandLine& line, ReconstructOptions& options) {
            });
   line.add({"--mesh", "OUT",
             "mesh to write: .ply or .glb (normals, colours), .obj or .stl; folders are created"},
-           [&](const std::string& value) { options.mesh_path = parseMeshPath(value); });
+           [&](const std::string& value) {
+             checkMeshPath(value);
+             options.mesh_path = value;
+           });
   addSimplifyOption(line, options.simplify_error_m);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -59,24 +60,18 @@ std::string parseSetting(const std::string& text) {
 
 FrameSelection parseFrameSelection(const std::string& text) {
   FrameSelection selection;
-  size_t* const parts[] = {&selection.first, &selection.last, &selection.step};
-  size_t begin = 0;
-  for (size_t i = 0; i < 3; ++i) {
-    const size_t colon = text.find(':', begin);
-    const std::string part = text.substr(begin, colon - begin);
-    if (!part.empty()) {
-      *parts[i] = static_cast<size_t>(readWhole(part, {i == 2 ? 1.0 : 0.0, kUnbounded}));
-    }
-    if (colon == std::string::npos) {
-      if (i == 0) break;  // no colon at all
-      if (selection.first > selection.last) {
-        throw UsageError("LAST comes before FIRST in '" + text + "'");
-      }
-      return selection;
-    }
-    begin = colon + 1;
+  size_t* const numbers[] = {&selection.first, &selection.last, &selection.step};
+  size_t count = 0;
+  std::istringstream parts(text);
+  for (std::string part; count < 4 && std::getline(parts, part, ':'); ++count) {
+    if (part.empty() || count == 3) continue;
+    *numbers[count] = static_cast<size_t>(readWhole(part, {count == 2 ? 1.0 : 0.0, kUnbounded}));
   }
-  throw UsageError("'" + text + "' is not of the form FIRST:LAST:STEP; one image is N:N");
+  if (count > 3 || text.find(':') == std::string::npos) {
+    throw UsageError("'" + text + "' is not of the form FIRST:LAST:STEP; one image is N:N");
+  }
+  if (selection.first <= selection.last) return selection;
+  throw UsageError("LAST comes before FIRST in '" + text + "'");
 }
 
 void addTumOption(CommandLine& line, RunOptions& options) {

@@ -1,7 +1,6 @@
 /// Saves a mesh as .ply, .obj, .stl or .glb.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,22 +8,16 @@
 
 namespace dtsdf {
 
-/// Kinds of files that a mesh can be saved as.
-enum class MeshFormat {
-  kPly,  ///< Binary little-endian, with normals and colours.
-  kObj,  ///< Text, with normals; colours follow the positions, as many programs read them.
-  kStl,  ///< Binary, triangles and their normals only.
-  kGlb,  ///< Binary glTF 2.0, with normals and colours; turned so that y is up, as glTF has it.
-};
-
-/// The extensions of these formats.
+/// The extensions of the formats: .ply, binary little-endian, and .glb, binary glTF 2.0, turned so
+/// that y is up, have normals and colours; .obj, text, has colours behind the positions, as many
+/// programs read them; .stl, binary, has triangles and their normals only.
 const std::vector<std::string>& meshExtensions();
 
 /// The extensions, for messages.
 constexpr const char* kMeshExtensions = ".ply, .obj, .stl or .glb";
 
-/// Format by the extension of a file name, in any case; nothing if it is not one of ours.
-std::optional<MeshFormat> meshFormatOf(const std::string& path);
+/// The extension of a file name, in lower case; empty if it is not one of these.
+std::string meshFormatOf(const std::string& path);
 
 /// What a file of this name cannot hold of the mesh, in words; empty if it holds all. Where the
 /// mesh is far from the origin of the map frame, .ply has positions in double, .obj all their

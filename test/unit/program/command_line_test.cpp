@@ -24,7 +24,7 @@ void addAll(CommandLine& line, Options& options) {
   line.addText({"--text", "TEXT", "a text"}, options.text);
   line.addNumber({"--size", "METRES", "a number"}, options.size, {kAboveZero, 10.0});
   line.addNumber({"--scale", "S", "another"}, options.scale, {-1.0, kUnbounded});
-  line.addWhole({"--count", "N", "a whole number"}, options.count, {1, 9});
+  line.addNumber({"--count", "N", "a whole number"}, options.count, {1, 9});
   line.addList({"--list", "ITEM ...", "a list"},
                [&](const std::string& text) { options.list.push_back(text); });
   line.add({"--numbers", "A,B,...", "numbers"},

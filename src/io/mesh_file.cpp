@@ -161,16 +161,9 @@ std::string meshFormatOf(const std::string& path) {
 
 std::string lossInFormat(const Mesh& mesh, const std::string& path) {
   if (!isFarFromOrigin(mesh) || meshFormatOf(path) != ".stl") return "";
-  double farthest_m = 0.0;
-  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
-    for (const double x_m : positionInMap(mesh, i)) {
-      farthest_m = std::max(farthest_m, std::abs(x_m));
-    }
-  }
-  const auto x = static_cast<float>(farthest_m);
-  const double error_m = 0.5 * static_cast<double>(std::nextafter(x, 2.0f * x) - x);
-  return "positions in .stl files are floats, here up to " + shortestText(1000.0 * error_m, 2) +
-         " mm off, so far from the map's origin; .ply has doubles";
+  return "positions in .stl files are floats, which are coarse so far from the map's origin; .ply "
+         "has "
+         "doubles";
 }
 
 void saveMesh(const Mesh& mesh, MeshColour colour, const std::string& path) {

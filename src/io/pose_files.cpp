@@ -18,47 +18,38 @@ using Pose = std::optional<Eigen::Isometry3d>;
 
 const char* const kPosesAdvice = "poses are expected there";
 
-/// Poses of images by name: with the folder, without it, and by the number at its end.
-struct NamedPoses {
-  std::map<std::string, Pose> poses;
-  const char* convention = "optical";
+using NamedPoses = std::map<std::string, Pose>;
 
-  static std::vector<std::string> keysOf(const std::string& path) {
-    const fs::path name = fs::path(path).replace_extension();
-    const std::string last = name.filename().string();
-    std::vector<std::string> keys{name.parent_path().filename().string() + "/" + last, last};
-    if (const auto number = numberAtEnd(path)) keys.push_back("#" + shortestText(*number, 17));
-    return keys;
-  }
-  void add(const std::string& path, const Pose& pose) {
-    for (const std::string& key : keysOf(path)) poses.emplace(key, pose);
-  }
-  Pose of(const std::string& path) const {
-    for (const std::string& key : keysOf(path)) {
-      const auto found = poses.find(key);
-      if (found != poses.end()) return found->second;
-    }
-    return std::nullopt;
-  }
-};
+/// What an image is found by: its name with the folder, without it, and the number at its end.
+std::vector<std::string> keysOf(const std::string& path) {
+  const fs::path name = fs::path(path).replace_extension();
+  const std::string last = name.filename().string();
+  std::vector<std::string> keys{name.parent_path().filename().string() + "/" + last, last};
+  if (const auto number = numberAtEnd(path)) keys.push_back("#" + shortestText(*number, 17));
+  return keys;
+}
+
+void add(const std::string& path, const Pose& pose, NamedPoses& named) {
+  for (const std::string& key : keysOf(path)) named.emplace(key, pose);
+}
 
 /// COLMAP: number, qw qx qy qz, tx ty tz from world to camera, camera, name.
 NamedPoses posesOfColmap(const std::vector<ListLine>& lines) {
-  NamedPoses named{{}, "inverted"};
+  NamedPoses named;
   for (const ListLine& line : lines) {
     if (line.words.size() != 10) continue;  // points in the image, in threes
     double v[8];
     for (size_t i = 1; i < 8; ++i) v[i] = numberAt(line, i);
     const Pose T_C_W = poseOf({v[5], v[6], v[7]}, {v[1], v[2], v[3], v[4]});
     if (!T_C_W) throwAt(line, "the quaternion's length is not 1");
-    named.add(line.words[9], T_C_W);
+    add(line.words[9], T_C_W, named);
   }
   return named;
 }
 
 /// As nerfstudio, instant-ngp and `map_tool export` have it.
 NamedPoses posesOfTransforms(const std::string& path) {
-  NamedPoses named{{}, "opengl"};
+  NamedPoses named;
   const nlohmann::json root = readJsonFile(path, kPosesAdvice);
   for (const char* const list : {"depth_frames", "frames"}) {
     for (const nlohmann::json& frame : root.value(list, nlohmann::json::array())) {
@@ -67,7 +58,7 @@ NamedPoses posesOfTransforms(const std::string& path) {
         words.push_back(number.dump());
       const Pose pose = rigidMotion(parseMatrix(words, 4, 4, path));
       for (const char* const name : {"depth_file_path", "file_path"}) {
-        if (frame.contains(name)) named.add(frame[name].get<std::string>(), pose);
+        if (frame.contains(name)) add(frame[name].get<std::string>(), pose, named);
       }
     }
   }
@@ -107,14 +98,16 @@ void findInOrder(const std::vector<Pose>& poses, std::vector<StampedImage>& imag
 void findAsGiven(const std::string& path, double tolerance_s, std::vector<StampedImage>& images,
                  std::string& convention) {
   NamedPoses named;
+  const char* as_written = "optical";
   if (fs::is_directory(path)) {
     for (const auto& file : fs::directory_iterator(path)) {
       if (file.path().extension() != ".txt") continue;
       const std::string name = file.path().string();
-      named.add(name, rigidMotion(readMatrixFile(name, 4, 4, kPosesAdvice)));
+      add(name, rigidMotion(readMatrixFile(name, 4, 4, kPosesAdvice)), named);
     }
   } else if (endsWith(path, ".json")) {
     named = posesOfTransforms(path);
+    as_written = "opengl";
   } else {
     const std::vector<ListLine> lines = readList(path, kPosesAdvice);
     const size_t words = lines.empty() ? 8 : lines.front().words.size();
@@ -123,11 +116,17 @@ void findAsGiven(const std::string& path, double tolerance_s, std::vector<Stampe
     }
     if (words != 10) return findInOrder(posesInOrder(lines), images);
     named = posesOfColmap(lines);
+    as_written = "inverted";
   }
-  if (convention.empty()) convention = named.convention;
+  if (convention.empty()) convention = as_written;
   for (StampedImage& image : images) {
-    image.T_W_C = named.of(image.path);
     image.missing = "no pose of its name";
+    for (const std::string& key : keysOf(image.path)) {
+      const auto found = named.find(key);
+      if (found == named.end()) continue;
+      image.T_W_C = found->second;
+      break;
+    }
   }
 }
 

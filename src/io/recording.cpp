@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 
 #include "io/formats/folder_format.h"
@@ -23,14 +21,6 @@ const FolderFormat* formatIn(const fs::path& folder) {
     if (format.isIn(folder)) return &format;
   }
   return nullptr;
-}
-
-bool isBag(const fs::path& file) {
-  constexpr char kMark[] = "#ROSBAG V";
-  if (!fs::is_regular_file(file)) return false;  // a pipe would have to be waited for
-  char begin[sizeof(kMark) - 1] = {};
-  std::ifstream(file, std::ios::binary).read(begin, sizeof(begin));
-  return file.extension() == ".bag" || std::memcmp(begin, kMark, sizeof(begin)) == 0;
 }
 
 /// What is looked for: "tum (depth.txt), icl (associations.txt), ...".
@@ -62,17 +52,6 @@ void requireFolder(const std::string& path) {
   }
 }
 
-/// @throws std::runtime_error
-void checkIntrinsics(const Intrinsics& K) {
-  if (K.fx > 0.0f && K.fy != 0.0f && std::isfinite(K.fx) && std::isfinite(K.fy) &&
-      std::isfinite(K.cx) && std::isfinite(K.cy)) {
-    return;
-  }
-  throw std::runtime_error(
-      "intrinsics must be fx,fy,cx,cy in pixels, with fx above 0 and fy not "
-      "0");
-}
-
 bool isReadable(const StampedImage& image) try {
   readDepthPngSize(image.path);
   return true;
@@ -87,7 +66,6 @@ CameraInfo cameraOf(const RecordingOptions& options, const FolderFormat& format,
     if (first != images.end()) images = {*first};
   }
   if (!options.intrinsics) return format.readCamera(options.path, images);
-  checkIntrinsics(*options.intrinsics);
   const DepthImage size = readDepthPngSize(images.front().path);
   return {size.width, size.height, *options.intrinsics};
 }
@@ -144,7 +122,7 @@ std::string guessRecordingFormat(const std::string& path) {
   if (!fs::exists(path)) {
     throw std::runtime_error("'" + path + "': no such file or directory");
   }
-  if (fs::is_regular_file(path) && isBag(path)) return "bag";
+  if (fs::is_regular_file(path) && fs::path(path).extension() == ".bag") return "bag";
   requireFolder(path);
   if (const FolderFormat* const format = formatIn(path)) return format->name;
   throw std::runtime_error(

@@ -21,13 +21,9 @@ constexpr uintmax_t kMaxBytes = uintmax_t{1} << 30;
 std::string whyUnreadable(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (error == std::errc::too_many_symbolic_link_levels) return "it is a link to itself";
   if (!fs::exists(status)) return "no such file";
-  if (fs::is_directory(status)) return "it is a folder";
-  if (!fs::is_regular_file(status)) return "it is a device or a pipe, not a file";
-  const uintmax_t bytes = fs::file_size(path, error);
-  if (!error && bytes > kMaxBytes) return "it is larger than 1 GiB";
-  return "";
+  if (!fs::is_regular_file(status)) return "it is a folder, a device or a pipe";
+  return fs::file_size(path, error) > kMaxBytes ? "it is larger than 1 GiB" : "";
 }
 
 /// False if it cannot be opened, or a read fails on the way.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <utility>
 
 #include "level/frame_points.h"
 
@@ -32,26 +33,19 @@ constexpr int kRounds = 8;        // rounds of the refinement
 /// The refinement narrows to no less than this share of the tolerance, even without noise.
 constexpr double kLeastScale = 0.1;
 
-struct Counts {
+/// How many points lie on a plane, and far below it.
+std::pair<size_t, size_t> count(const FloorPlane& plane, const std::vector<Point>& points) {
   size_t on = 0, below = 0;
-};
-
-Counts count(const FloorPlane& plane, const std::vector<Point>& points) {
-  Counts counts;
   for (const Point& point : points) {
     const double height_m = plane.signedDistance(point.p);
-    if (std::abs(height_m) <= point.tolerance_m) ++counts.on;
-    if (height_m < -kFarBelow * point.tolerance_m) ++counts.below;
+    if (std::abs(height_m) <= point.tolerance_m) ++on;
+    if (height_m < -kFarBelow * point.tolerance_m) ++below;
   }
-  return counts;
+  return {on, below};
 }
 
-bool isLowest(const Counts& counts, size_t points) {
-  return static_cast<double>(counts.below) <= kMaxBelow * static_cast<double>(points);
-}
-
-bool isLarge(const Counts& counts, size_t points) {
-  return static_cast<double>(counts.on) >= kMinShare * static_cast<double>(points);
+bool isLowest(size_t below, size_t points) {
+  return static_cast<double>(below) <= kMaxBelow * static_cast<double>(points);
 }
 
 /// The weighted least squares of the points nearer than `scale` tolerances.
@@ -150,9 +144,9 @@ std::optional<FloorPlane> drawPlane(const std::vector<Point>& candidates,
     normal /= normal.dot(up) < 0.0 ? -area : area;
     if (normal.dot(up) < kMinCosine) continue;
     const FloorPlane plane(normal, a);
-    const Counts counts = count(plane, scored);
-    if (counts.on <= best_on || !isLowest(counts, scored.size())) continue;
-    best_on = counts.on;
+    const auto [on, below] = count(plane, scored);
+    if (on <= best_on || !isLowest(below, scored.size())) continue;
+    best_on = on;
     best = plane;
   }
   return best;
@@ -185,13 +179,14 @@ std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::str
     return without("no plane within 45 degrees of the camera's x and z axes is the lowest");
   }
   const std::optional<FloorPlane> fit = refine(*drawn, points);
-  const Counts counts = fit ? count(*fit, points) : Counts();
-  if (counts.on < kMinPoints || !isLarge(counts, points.size())) {
+  const auto [on, below] = fit ? count(*fit, points) : std::pair<size_t, size_t>();
+  const double least = kMinShare * static_cast<double>(points.size());
+  if (on < kMinPoints || static_cast<double>(on) < least) {
     return without("the largest plane below has less than a twentieth of the measured points");
   }
   if (widthOf(*fit, points) < kMinWidth_m)
     return without("only a strip of a possible floor is visible");
-  if (fit->normal().dot(up) < kMinCosine || !isLowest(counts, points.size())) {
+  if (fit->normal().dot(up) < kMinCosine || !isLowest(below, points.size())) {
     return without("another plane lies below the largest one");
   }
   problem.clear();

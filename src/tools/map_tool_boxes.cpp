@@ -35,7 +35,8 @@ class BoxJoiner {
     boxes_.push_back({box->first, box->last});
     if (files_.size() == 1) head_ = headOf(head);
     checkSame(head, path);
-    addFrames(*box);
+    fused_.insert(fused_.end(), box->fused.begin(), box->fused.end());
+    supporting_.insert(supporting_.end(), box->supporting.begin(), box->supporting.end());
     head_.stamp_s = std::max(head_.stamp_s, head.stamp_s);
     if (head.painted) head_.exposure = head.exposure;
     head_.painted |= head.painted;  // so is the map, once anything of it is
@@ -105,11 +106,6 @@ class BoxJoiner {
     }
     throw std::runtime_error("'" + printable(path) +
                              "' was made with other settings than the boxes before it");
-  }
-
-  void addFrames(const MapBox& box) {
-    fused_.insert(fused_.end(), box.fused.begin(), box.fused.end());
-    supporting_.insert(supporting_.end(), box.supporting.begin(), box.supporting.end());
   }
 
   std::vector<std::unique_ptr<MapChunks>> files_;

@@ -180,22 +180,6 @@ RunSettings readSettings(ParamTree tree) {
 
 namespace {
 
-/// The formats' names, "bag" and "journal" included.
-std::vector<std::string> formatNames() {
-  std::vector<std::string> names = recordingFormats();
-  names.push_back("bag");
-  names.push_back("journal");
-  return names;
-}
-
-std::string parseFormat(const std::string& text) {
-  const std::vector<std::string> names = formatNames();
-  if (std::find(names.begin(), names.end(), text) == names.end()) {
-    throw UsageError("'" + text + "' is not one of " + joined(names, "|"));
-  }
-  return text;
-}
-
 Intrinsics parseIntrinsics(const std::string& text) {
   const std::vector<double> numbers = readNumbers(text);
   if (numbers.size() != 4 || numbers[0] <= 0.0 || numbers[1] == 0.0) {
@@ -208,8 +192,9 @@ Intrinsics parseIntrinsics(const std::string& text) {
 }  // namespace
 
 void addFormatOption(CommandLine& line, RunOptions& options) {
-  line.add({"--format", joined(formatNames(), "|"), "format of the recording (default: detected)"},
-           [&](const std::string& value) { options.recording.format = parseFormat(value); });
+  line.addText({"--format", joined(recordingFormats(), "|") + "|bag|journal",
+                "format of the recording (default: detected)"},
+               options.recording.format);
 }
 
 void addReadingOptions(CommandLine& line, RunOptions& options) {

@@ -193,6 +193,22 @@ std::vector<BlockKey> sampleBlocks(RunOptions options, const RunSettings& settin
   return blocks;
 }
 
+/// What of `whole` lies outside of `box`, cut along its faces.
+void cutOut(const BlockExtent& box, BlockExtent whole, std::vector<BlockExtent>& left) {
+  for (const auto axis : kAxes) {
+    if (whole.first.*axis < box.first.*axis) {
+      left.push_back(whole);
+      left.back().last.*axis = box.first.*axis - 1;
+      whole.first.*axis = box.first.*axis;
+    }
+    if (whole.last.*axis > box.last.*axis) {
+      left.push_back(whole);
+      left.back().first.*axis = box.last.*axis + 1;
+      whole.last.*axis = box.last.*axis;
+    }
+  }
+}
+
 }  // namespace
 
 std::string boxText(const BlockExtent& box, double block_m) {
@@ -273,6 +289,33 @@ std::vector<BlockExtent> planBoxes(const RunOptions& options, const RunSettings&
   if (boxes.size() >= count) return boxes;
   throw std::runtime_error("the recording shows too few blocks for " + std::to_string(count) +
                            " boxes; ask for " + std::to_string(boxes.size()) + " at most");
+}
+
+std::vector<BlockExtent> missingBoxes(const std::vector<BlockExtent>& boxes) {
+  std::vector<BlockExtent> missing{BlockExtent()};
+  for (const BlockExtent& box : boxes) {
+    uint64_t covered = 0;
+    std::vector<BlockExtent> left;
+    for (const BlockExtent& piece : missing) {
+      if (!overlap(piece, box)) {
+        left.push_back(piece);
+        continue;
+      }
+      covered += volumeOf(inBoth(piece, box));
+      cutOut(box, piece, left);
+    }
+    if (covered != volumeOf(box)) throw std::runtime_error("it overlaps another box");
+    missing = std::move(left);
+  }
+  if (missing.empty()) return missing;
+  BlockExtent all = missing.front();
+  uint64_t volume = 0;
+  for (const BlockExtent& piece : missing) {
+    all = around(all, piece);
+    volume += volumeOf(piece);
+  }
+  if (volume == volumeOf(all)) return {all};
+  return missing;
 }
 
 }  // namespace dtsdf

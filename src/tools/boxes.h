@@ -40,4 +40,8 @@ BoxRun planBoxRun(RunOptions options, const RunSettings& settings,
 std::vector<BlockExtent> planBoxes(const RunOptions& options, const RunSettings& settings,
                                    size_t count, double edge_m);
 
+/// What of space lies in none of these boxes, in boxes: in one, if it is one.
+/// @throws std::runtime_error where two of them overlap.
+std::vector<BlockExtent> missingBoxes(const std::vector<BlockExtent>& boxes);
+
 }  // namespace dtsdf

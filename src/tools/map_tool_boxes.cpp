@@ -49,20 +49,20 @@ class BoxJoiner {
     head_.free_cubes.insert(head_.free_cubes.end(), head.free_cubes.begin(), head.free_cubes.end());
   }
 
-  /// @throws std::runtime_error where boxes overlap, or do not cover all of space.
+  /// @throws std::runtime_error that names the boxes to make.
   void checkWhole() const {
-    uint64_t covered = 0;
-    for (size_t i = 0; i < boxes_.size(); ++i) {
-      covered += volumeOf(boxes_[i]);
-      for (size_t j = 0; j < i; ++j) {
-        if (!overlap(boxes_[i], boxes_[j])) continue;
-        throw std::runtime_error("the box of '" + printable(files_[i]->path()) +
-                                 "' overlaps that of '" + printable(files_[j]->path()) + "'");
-      }
+    constexpr size_t kMostNamed = 10;
+    const std::vector<BlockExtent> missing = missingBoxes(boxes_);
+    if (missing.empty()) return;
+    const MapperParams params = withSettingsOf(head_, {});
+    const double block_m = static_cast<double>(params.map.voxel_size_m) * kBlockSide;
+    std::string list;
+    for (size_t i = 0; i < std::min(missing.size(), kMostNamed); ++i) {
+      list += (i == 0 ? "" : " ") + boxText(missing[i], block_m);
     }
-    if (covered == volumeOf(BlockExtent())) return;
-    throw std::runtime_error(
-        "boxes are missing: join the maps of all boxes that map_tool boxes has printed");
+    throw std::runtime_error("boxes are missing: " + list +
+                             (missing.size() > kMostNamed ? " ..." : "") +
+                             "; make them with reconstruct --only");
   }
 
   /// Beside the file there may be one of the mapper's meanwhile.
@@ -158,7 +158,8 @@ void joinBoxes(const std::vector<std::string>& arguments) {
   std::string map_path;
   CommandLine line("map_tool join", "BOX.dtsdf ... --save-map OUT.dtsdf",
                    "Joins the maps of boxes, as reconstruct --only saves them, into the map of one "
-                   "process. The boxes have to cover all of space.");
+                   "process. The boxes have to cover all of space: what is missing is an error "
+                   "that names the boxes to make.");
   line.addList({"BOXES", "", "maps of boxes"},
                [&](const std::string& path) { paths.push_back(path); });
   addSaveMapOption(line, "map of all of them", map_path);

@@ -150,16 +150,25 @@ TEST_F(FrameQueueTest, TheOldestIsDroppedWhereThereAreTooMany) {
   EXPECT_EQ(taken(), (Stamps{3.0, 4.0, 5.0}));
 }
 
-/// In whatever state the frame is.
-TEST_F(FrameQueueTest, PixelsThatWaitAreCountedInBytes) {
-  make({100, 10 * kImageBytes, 0.1});
-  for (int i = 1; i < 40; ++i) {
-    image(i);
-    if (i % 3 == 0) info(i);
-    if (i % 6 == 0) pose();
-    EXPECT_LE(queue_->bytes(), 10 * kImageBytes);
+/// Pixels, coefficients of distortion, names: in whatever state the frame is.
+TEST_F(FrameQueueTest, AllThatWaitsIsCountedInBytes) {
+  make({100, 4000, 0.1});
+  const auto large = makeCameraInfo(1.0);
+  large->D.assign(64, 0.1);
+  large->header.frame_id.assign(200, 'x');
+  queue_->add(0, {nullptr, large});
+  EXPECT_GE(queue_->bytes(), 64 * sizeof(double) + 200);
+  for (int i = 2; i < 100; ++i) {
+    const auto next = makeCameraInfo(i);
+    next->D.assign(64, 0.1);
+    queue_->add(0, {nullptr, next});
+    EXPECT_LE(queue_->bytes(), 4000u);
   }
-  EXPECT_GT(dropped(drop::kQueueFull) + dropped(drop::kNoCameraInfo), 20u);
+  for (int i = 100; i < 500; ++i) {
+    image(i);
+    EXPECT_LE(queue_->bytes(), 4000u);
+  }
+  EXPECT_GT(dropped(drop::kQueueFull) + dropped(drop::kNoCameraInfo), 200u);
 }
 
 TEST_F(FrameQueueTest, CamerasAreMergedByStamp) {

@@ -218,18 +218,36 @@ TEST_F(Input, AJumpingPoseCostsOneFrame) {
   expectGoodFrameFused();
 }
 
-// Names of 20 MB were kept: 40 images took close to a gigabyte.
-TEST_F(Input, ImagesWithLongNamesAreRefusedAtTheDoor) {
+// Names of 20 MB were kept: 30 service calls, or 40 images, took close to a gigabyte.
+TEST_F(Input, LongNamesAreRefusedAtTheDoor) {
   expectGoodFrameFused();
   const int process = publishingProcess("/mapping/status");
+  const std::string name(20 << 20, 'x');
+  dtsdf_mapping::ClearRegion call;
+  call.request.frame_id = name;
+  call.request.sphere.radius = 1.0;
+  ASSERT_TRUE(ros::service::call("/mapping/clear_region", call));
   const size_t before = residentBytes(process);
+  for (int i = 0; i < 10; ++i) {
+    ASSERT_TRUE(ros::service::call("/mapping/clear_region", call));
+    EXPECT_FALSE(call.response.success);
+    EXPECT_NE(call.response.message.find("longer than 200 bytes"), std::string::npos);
+  }
   for (int i = 0; i < 10; ++i) {
     const ros::Time stamp = camera_.nextStamp();
     sensor_msgs::Image image = camera_.image(stamp);
-    image.header.frame_id.assign(20 << 20, 'x');
+    image.header.frame_id = name;
     const uint64_t dropped = status_.dropped("long_name");
-    camera_.send(image, camera_.info(stamp));
+    sensor_msgs::CameraInfo info = camera_.info(stamp);
+    info.D.assign(2 << 20, 0.1);
+    camera_.send(image, info);
     EXPECT_TRUE(status_.waitForDrop("long_name", dropped));
+    tf2_msgs::TFMessage transforms;
+    transforms.transforms.push_back(
+        makeTransform("map", name, Eigen::Isometry3d::Identity(), stamp));
+    const uint64_t refused = status_.status().transforms_refused;
+    tf_.publish(transforms);
+    EXPECT_TRUE(waitUntil([&] { return status_.status().transforms_refused > refused; }));
   }
   EXPECT_LT(residentBytes(process), before + (100u << 20));
   expectGoodFrameFused();

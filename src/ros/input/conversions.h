@@ -18,6 +18,9 @@
 
 namespace dtsdf {
 
+/// Names of frames are no longer than this: else a few would fill the memory.
+constexpr size_t kLongestName = 200;
+
 /// The stamps of ROS end here; ros::Time throws for what rounds to it.
 constexpr double kEndOfTime_s = 4294967296.0;
 

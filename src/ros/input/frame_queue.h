@@ -276,9 +276,10 @@ class FrameQueue {
           [](const auto& image) { return image.row_bytes * static_cast<size_t>(image.height); },
           entry.posed->image);
     }
-    size_t bytes = 0;
-    for (const auto& of : {entry.messages.image, entry.messages.mask}) {
-      if (of) bytes += of->data.size();
+    const auto& [image, info, mask] = entry.messages;
+    size_t bytes = info ? info->D.size() * sizeof(double) + info->header.frame_id.size() : 0;
+    for (const auto& of : {image, mask}) {
+      if (of) bytes += of->data.size() + of->header.frame_id.size();
     }
     return bytes;
   }

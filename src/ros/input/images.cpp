@@ -18,8 +18,6 @@
 namespace dtsdf {
 namespace {
 
-/// Names of frames and encodings are no longer than this: else a few would fill the memory.
-constexpr size_t kLongestName = 200;
 /// Latest stamp of an image: what is added to it must not pass the end of ROS's time.
 constexpr double kLatestStamp_s = kEndOfTime_s - 3600.0;
 

@@ -58,11 +58,12 @@ class Transforms {
     const std::string child = stripLeadingSlash(transform.child_frame_id);
     if (is_static && moving_.count(child) > 0) return;  // which would hide where it moves
     if (!is_static) {
-      moving_.insert(child);
+      if (!isLong(child)) moving_.insert(child);
       received_at_ = clock_();
     }
     try {
-      if (core_->setTransform(transform, publisher, is_static)) return;
+      const bool is_long = isLong(child) || isLong(transform.header.frame_id);
+      if (!is_long && core_->setTransform(transform, publisher, is_static)) return;
     } catch (const std::exception&) {  // for a stamp at the end of time, or no memory
     }
     ++refused_;
@@ -72,6 +73,10 @@ class Transforms {
   PoseAnswer find(const std::string& parent, const std::string& frame,
                   const ros::Time& stamp) const {
     PoseAnswer answer;
+    if (isLong(frame) || isLong(parent)) {
+      answer.text = formatted("the name of a frame is longer than %zu bytes", kLongestName);
+      return answer;
+    }
     const Core core = this->core();
     // Before the look-up itself: a transform that arrives in between may not count as one that has
     // passed the image.
@@ -124,6 +129,8 @@ class Transforms {
  private:
   using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
   using Core = std::shared_ptr<tf2::BufferCore>;
+
+  static bool isLong(const std::string& name) { return name.size() > kLongestName; }
 
   ros::Subscriber subscribe(const char* topic, bool is_static) {
     const boost::function<void(const Event&)> callback = [this, is_static](const Event& event) {

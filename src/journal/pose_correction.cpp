@@ -53,21 +53,25 @@ bool hasPoseOf(const StampedPose& image, const std::vector<StampedPose>& correct
   return next != corrected.end() && next->stamp_s <= image.stamp_s + PoseCorrection::kSameStamp_s;
 }
 
-/// The camera's image at the stamp of a corrected pose, or its pose between two; none beyond them,
-/// or in a gap.
-std::optional<StampedPose> imageAt(double stamp_s, const std::vector<StampedPose>& fused,
-                                   const std::vector<StampedPose>& corrected) {
-  const auto after = std::lower_bound(fused.begin(), fused.end(),
-                                      stamp_s - PoseCorrection::kSameStamp_s, isBefore);
-  if (after == fused.end()) return std::nullopt;
-  if (after->stamp_s <= stamp_s + PoseCorrection::kSameStamp_s) return *after;
-  if (after == fused.begin()) return std::nullopt;
-  const StampedPose& before = *(after - 1);
-  const double gap_s = after->stamp_s - before.stamp_s;
+/// Pose of the camera at the stamp of a corrected pose, between its images; none beyond them, or in
+/// a gap.
+std::optional<Eigen::Isometry3d> poseAt(double stamp_s, const std::vector<StampedPose>& fused,
+                                        const std::vector<StampedPose>& corrected) {
+  const auto after = std::lower_bound(fused.begin(), fused.end(), stamp_s, isBefore);
+  const auto isAt = [&](auto pose) {
+    return std::abs(pose->stamp_s - stamp_s) <= PoseCorrection::kSameStamp_s;
+  };
+  const bool has_after = after != fused.end(), has_before = after != fused.begin();
+  if (has_before && isAt(after - 1) &&
+      !(has_after && after->stamp_s - stamp_s < stamp_s - (after - 1)->stamp_s)) {
+    return (after - 1)->T_W_C;
+  }
+  if (has_after && isAt(after)) return after->T_W_C;
+  if (!has_after || !has_before) return std::nullopt;
+  const double gap_s = after->stamp_s - (after - 1)->stamp_s;
   if (gap_s > PoseCorrection::kWidestGap_s) return std::nullopt;
-  if (hasPoseOf(before, corrected) || hasPoseOf(*after, corrected)) return std::nullopt;
-  const double share = (stamp_s - before.stamp_s) / gap_s;
-  return StampedPose{stamp_s, between(before.T_W_C, after->T_W_C, share)};
+  if (hasPoseOf(*(after - 1), corrected) || hasPoseOf(*after, corrected)) return std::nullopt;
+  return between((after - 1)->T_W_C, after->T_W_C, (stamp_s - (after - 1)->stamp_s) / gap_s);
 }
 
 std::string describe(const std::vector<StampedPose>& poses) {
@@ -82,9 +86,9 @@ PoseCorrection::PoseCorrection(std::vector<StampedPose> corrected,
   for (const StampedPose& pose : corrected) checkRigid(pose);
   const Trajectory sorted = sortedByStamp(std::move(corrected));
   for (const StampedPose& pose : sorted.poses()) {
-    const std::optional<StampedPose> image = imageAt(pose.stamp_s, fused, sorted.poses());
-    if (!image) continue;
-    anchors_.push_back({image->stamp_s, image->T_W_C, pose.T_W_C});
+    const std::optional<Eigen::Isometry3d> from = poseAt(pose.stamp_s, fused, sorted.poses());
+    if (!from) continue;
+    anchors_.push_back({pose.stamp_s, *from, pose.T_W_C});
     const double distance_m = anchors_.back().distance_m();
     if (distance_m > kFarthest_m) {
       throw std::runtime_error("the corrected pose at " + inSeconds(pose.stamp_s) + " is " +
@@ -117,6 +121,12 @@ void PoseCorrection::checkFrame() const {
       most->angle_rad()));
 }
 
+std::vector<StampedPose> PoseCorrection::used() const {
+  std::vector<StampedPose> poses;
+  for (const Anchor& anchor : anchors_) poses.push_back({anchor.stamp_s, anchor.to});
+  return poses;
+}
+
 double PoseCorrection::farthest() const {
   double farthest = 0.0;
   for (const Anchor& anchor : anchors_) {
@@ -136,21 +146,24 @@ Eigen::Isometry3d PoseCorrection::correct(double stamp_s, const Eigen::Isometry3
       std::lower_bound(anchors_.begin(), anchors_.end(), stamp_s,
                        [](const Anchor& anchor, double stamp) { return anchor.stamp_s < stamp; });
   Eigen::Isometry3d pose;
-  if (after == anchors_.end()) {
-    pose = moved(anchors_.back(), T_W_C);
-  } else if (after == anchors_.begin() || after->stamp_s == stamp_s) {
+  if (after == anchors_.begin()) {
     pose = moved(*after, T_W_C);
+  } else if (after == anchors_.end()) {
+    pose = moved(anchors_.back(), T_W_C);
   } else {
     const Anchor& before = *(after - 1);
     const double share = (stamp_s - before.stamp_s) / (after->stamp_s - before.stamp_s);
-    pose = between(moved(before, T_W_C), moved(*after, T_W_C), share);
+    const Eigen::Isometry3d by_before = moved(before, T_W_C), by_after = moved(*after, T_W_C);
+    const bool is_of_one = std::abs(stamp_s - before.stamp_s) <= kSameStamp_s ||
+                           std::abs(after->stamp_s - stamp_s) <= kSameStamp_s;
+    pose = !is_of_one ? between(by_before, by_after, share) : share < 0.5 ? by_before : by_after;
   }
   return isSame(pose, T_W_C) ? T_W_C : pose;
 }
 
 namespace {
 
-/// A motion is seen to be continued for so many times as long as it was seen.
+/// A motion is continued for so many times as long as it was seen, at most.
 constexpr double kFarthestAhead = 3.0;
 /// A jump is that of a correction if it differs from it by less than this share of it.
 constexpr double kSameJump = 1.0 / 3.0;
@@ -166,36 +179,42 @@ double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 
 }  // namespace
 
-bool GivenMotion::takesOver(const Eigen::Isometry3d& T_W_S, const StampedPose& given) {
-  const bool is_new = newest_ && given.stamp_s < newest_->stamp_s - kBegin_s;
-  bool is_moved = false;
-  if (is_new) {
+void GivenMotion::add(const StampedPose& given) {
+  if (isNewRecording(given)) {
     *this = GivenMotion();
-  } else if (newest_) {
-    const Eigen::Isometry3d expected = expectedAt(given.stamp_s), moved = T_W_S * expected;
-    const double jump = distance(moved, expected);
-    is_moved = jump > kStandsOut * doubtAt(given.stamp_s) &&
-               distance(given.T_W_C, moved) < kSameJump * jump;
-    if (is_moved) newest_->T_W_C = T_W_S * newest_->T_W_C;  // the jump is no part of the motion
-    if (is_moved && before_) before_->T_W_C = T_W_S * before_->T_W_C;
-    const double off = distance(given.T_W_C, is_moved ? moved : expected);
-    if (before_) unevenness_ = std::max(kFades * unevenness_, off);
+  } else if (before_) {
+    unevenness_ = std::max(kFades * unevenness_, distance(given.T_W_C, expectedAt(given.stamp_s)));
   }
   before_ = newest_;
   newest_ = given;
-  return is_new || is_moved;
+}
+
+bool GivenMotion::takesOver(const Eigen::Isometry3d& T_W_S, const StampedPose& given) {
+  const bool takes_over = isNewRecording(given) || isMovedBy(T_W_S, given);
+  if (takes_over) {  // so that the jump is no part of the motion
+    if (before_) before_->T_W_C = T_W_S * before_->T_W_C;
+    if (newest_) newest_->T_W_C = T_W_S * newest_->T_W_C;
+  }
+  add(given);
+  return takes_over;
 }
 
 /// Number of steps to this stamp, each as long as the last one.
 double GivenMotion::stepsTo(double stamp_s) const {
   if (!before_ || newest_->stamp_s <= before_->stamp_s) return 0.0;
-  return (stamp_s - newest_->stamp_s) / (newest_->stamp_s - before_->stamp_s);
+  return std::max(0.0, (stamp_s - newest_->stamp_s) / (newest_->stamp_s - before_->stamp_s));
 }
 
-/// Continues the last motion up to this stamp.
+/// Continues the last motion up to this stamp, but not beyond kFarthestAhead steps.
 Eigen::Isometry3d GivenMotion::expectedAt(double stamp_s) const {
-  const double steps = stepsTo(stamp_s);
-  return steps == 0.0 ? newest_->T_W_C : between(before_->T_W_C, newest_->T_W_C, 1.0 + steps);
+  const double steps = std::min(stepsTo(stamp_s), kFarthestAhead);
+  if (steps == 0.0) return newest_->T_W_C;
+  const Eigen::Isometry3d seen = before_->T_W_C.inverse() * newest_->T_W_C;
+  Eigen::AngleAxisd turn(seen.linear());
+  turn.angle() *= steps;
+  Eigen::Isometry3d motion(turn);
+  motion.translation() = steps * seen.translation();
+  return newest_->T_W_C * motion;
 }
 
 /// How far the camera may be from where it is expected, as uneven as the motion is, and as it may
@@ -204,6 +223,14 @@ double GivenMotion::doubtAt(double stamp_s) const {
   const double unseen = stepsTo(stamp_s) - kFarthestAhead;
   if (unseen <= 0.0) return unevenness_;
   return std::max(unevenness_, unseen * distance(before_->T_W_C, newest_->T_W_C));
+}
+
+bool GivenMotion::isMovedBy(const Eigen::Isometry3d& T_W_S, const StampedPose& next) const {
+  if (!newest_) return false;
+  const Eigen::Isometry3d expected = expectedAt(next.stamp_s), moved = T_W_S * expected;
+  const double jump = distance(moved, expected);
+  return jump > kStandsOut * doubtAt(next.stamp_s) &&
+         distance(next.T_W_C, moved) < kSameJump * jump;
 }
 
 }  // namespace dtsdf

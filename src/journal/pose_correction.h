@@ -38,9 +38,11 @@ class PoseCorrection {
   /// very pose given where that does not change.
   Eigen::Isometry3d correct(double stamp_s, const Eigen::Isometry3d& T_W_C) const;
 
-  /// How far the farthest corrected pose moves its image, in metres or radians.
+  /// The corrected poses that belong to images: these alone give the same correction.
+  std::vector<StampedPose> used() const;
+  /// How far the farthest of them moves, in metres or radians.
   double farthest() const;
-  /// Stamp of the last image with a corrected pose.
+  /// Stamp of the last one.
   double last_s() const { return anchors_.back().stamp_s; }
   /// What moves the images after the last one: T_W_C becomes lastMotion() * T_W_C.
   Eigen::Isometry3d lastMotion() const {
@@ -49,7 +51,7 @@ class PoseCorrection {
 
  private:
   struct Anchor {
-    double stamp_s;              ///< Stamp of the image.
+    double stamp_s;
     Eigen::Isometry3d from, to;  ///< T_W_C of the image, as fused and corrected.
     double distance_m() const { return (to.translation() - from.translation()).norm(); }
     double angle_rad() const;
@@ -71,10 +73,20 @@ class GivenMotion {
   /// Stamps that go back by more than this begin a new recording.
   static constexpr double kBegin_s = 0.5;
 
+  void add(const StampedPose& given);
+
   /// Adds a pose. @return whether the source of poses has taken over with it what `T_W_S` moves: a
-  /// new recording begins, or the pose continues the motion from where `T_W_S` moves the newest one
-  /// to, as far as the motion so far is even enough to see that.
+  /// new recording begins, or it is moved.
   bool takesOver(const Eigen::Isometry3d& T_W_S, const StampedPose& given);
+
+  /// Whether the next pose continues the motion from where `T_W_S` moves the newest one to: as far
+  /// as the motion so far is even enough, and the time between them short enough, to see that.
+  bool isMovedBy(const Eigen::Isometry3d& T_W_S, const StampedPose& next) const;
+
+  /// Whether a new recording begins with it.
+  bool isNewRecording(const StampedPose& next) const {
+    return newest_ && next.stamp_s < newest_->stamp_s - kBegin_s;
+  }
 
  private:
   double stepsTo(double stamp_s) const;

@@ -44,15 +44,19 @@ struct Image {
   std::shared_ptr<const void> pixels;  ///< What those of the frame live in.
 };
 
+/// Where the frame that poses are given in lies in that of the map, from here on.
+struct Level {
+  Eigen::Isometry3d T_W_M;
+};
+
 /// Poses of the first camera's images that were corrected.
 struct Correction {
   uint64_t before = 0;  ///< Records since kBegin when it came: only those were fused by then.
   std::vector<StampedPose> poses;
 };
 
-/// What happened to the map: an image, a region that was emptied, where the frame that poses are
-/// given in lies in that of the map from here on, or a correction.
-using Call = std::variant<Image, Region, Eigen::Isometry3d, Correction>;
+/// What happened to the map; a region was emptied.
+using Call = std::variant<Image, Region, Level, Correction>;
 
 /// Records with their heads, ready to be written; an image is two, the second one its pixels.
 Bytes encode(const Begin& begin);

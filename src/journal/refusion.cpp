@@ -6,8 +6,12 @@
 namespace dtsdf {
 namespace {
 
-/// After how many images the memory is measured, for which a GPU has to be waited for.
-constexpr size_t kImagesPerCheck = 8;
+/// So that the whole mesh need not be made at once when the maps are swapped.
+constexpr size_t kCallsPerMesh = 64;
+/// How often the memory is measured, for which a GPU has to be waited for.
+constexpr size_t kCallsPerCheck = 8;
+/// The mesh of so few is made when the maps are swapped.
+constexpr size_t kFewCalls = 8;
 
 std::string inMb(size_t bytes) { return std::to_string(bytes >> 20) + " MB"; }
 
@@ -20,32 +24,55 @@ std::string whyTooLarge(size_t live_bytes, size_t second_bytes, size_t max_bytes
          " of map/max_memory_mb; raise it";
 }
 
-Refusion::Refusion(const std::string& path, const MapperParams& run, journal::Correction by)
-    : replay(path), correction(std::move(by)) {
-  if (replay.count() < correction.before) {
+Refusion::Refusion(const std::string& path, const MapperParams& run, journal::Correction correction)
+    : replay_(path), correction_(std::move(correction)) {
+  if (replay_.count() < correction_.before) {
     throw std::runtime_error("the journal lacks a part of the map");
   }
-  effect = replay.correct(correction);
-  MapperParams params = readMapperParams(replay.begin().settings);
+  effect_ = replay_.correct(correction_);
+  MapperParams params = readMapperParams(replay_.begin().settings);
   params.backend = run.backend;
   params.threads = run.threads;
-  if (effect.moved > 0) mapper = mapperOf(replay, params);
+  if (effect_.moved == 0) return;
+  mapper_ = mapperOf(replay_, params);
+  calls_since_mesh_ = replay_.map() == nullptr ? 0 : 1;
 }
 
 bool Refusion::step(size_t live_bytes) {
-  std::optional<journal::Call> call = replay.next();
-  if (!call && replay.readOn()) call = replay.next();
-  if (!call) return false;
-  const IntegrationResult result = doAgain(*call, *mapper);
-  if (result.status == FrameStatus::kNoMemory) throw std::runtime_error(result.message);
-  const auto* const image = std::get_if<journal::Image>(&*call);
-  if (image == nullptr || !std::holds_alternative<DepthFrame>(image->frame)) return true;
-  if (++fused % kImagesPerCheck != 0) return true;
-  const MapStats stats = mapper->stats();
-  bytes = stats.map_bytes;
-  const std::string problem = whyTooLarge(live_bytes, bytes, stats.max_map_bytes);
-  if (!problem.empty()) throw std::runtime_error(problem);
+  std::optional<journal::Call> call = replay_.next();
+  if (!call && replay_.readOn()) call = replay_.next();
+  if (call) {
+    const IntegrationResult result = doAgain(*call, *mapper_);
+    if (result.status == FrameStatus::kNoMemory) throw std::runtime_error(result.message);
+    const auto* const image = std::get_if<journal::Image>(&*call);
+    fused_ += image != nullptr && std::holds_alternative<DepthFrame>(image->frame);
+    if (++calls_since_mesh_ % kCallsPerCheck == 0) checkMemory(live_bytes);
+    if (calls_since_mesh_ >= kCallsPerMesh) extract();
+    return true;
+  }
+  if (calls_since_mesh_ < kFewCalls) return false;
+  extract();
   return true;
+}
+
+void Refusion::checkMemory(size_t live_bytes) {
+  const MapStats stats = mapper_->stats();
+  bytes_ = stats.map_bytes;
+  const std::string problem = whyTooLarge(live_bytes, stats.map_bytes, stats.max_map_bytes);
+  if (!problem.empty()) throw std::runtime_error(problem);
+}
+
+void Refusion::extract() {
+  MeshUpdate update = mapper_->updateMesh();
+  for (BlockMesh& block : update.blocks) {
+    mesh_.put(std::make_shared<const BlockMesh>(std::move(block)));
+  }
+  calls_since_mesh_ = 0;
+}
+
+const std::map<PackedKey, SharedBlockMesh>& Refusion::takeMesh() {
+  if (calls_since_mesh_ > 0) extract();
+  return mesh_.blocks();
 }
 
 }  // namespace dtsdf

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <utility>
 
 #include "params/printable.h"
 
@@ -106,28 +105,29 @@ void JournalReplay::add(size_t record) {
     item.is_of_first = item.is_depth && image->camera == 0;
     item.stamp_s = image->stamp_s;
     item.T_W_C = std::visit([](const auto& frame) { return frame.T_W_C; }, image->frame);
-    if (running_) item.T_W_C = correctNext(item);
+    if (running_) item.T_W_C = correctNext(*running_, item);
     depth_images_ += item.is_depth;
   } else if (const auto* const correction = std::get_if<journal::Correction>(&call)) {
     correct(*correction);
     running_.reset();  // what follows it came when it was known
-  } else if (const auto* const level = std::get_if<Eigen::Isometry3d>(&call)) {
-    T_W_M_ = *level;
+  } else if (const auto* const level = std::get_if<journal::Level>(&call)) {
+    T_W_M_ = level->T_W_M;
   }
   items_.push_back(item);
 }
 
 /// Corrects an image by the poses so far and what is known of the images before it, so that it has
 /// the same pose whether it is in the journal when the correction comes, or is added later.
-Eigen::Isometry3d JournalReplay::correctNext(const Item& item) {
+Eigen::Isometry3d JournalReplay::correctNext(Running& running, const Item& item) {
   const StampedPose given{item.stamp_s, item.T_W_C};
-  const bool is_named = given.stamp_s <= running_->last_s();
+  const bool is_named = given.stamp_s <= running.poses.last_s();
   if (item.is_of_first) {
     const Eigen::Isometry3d motion =
-        is_named ? Eigen::Isometry3d::Identity() : running_->lastMotion();
-    if (given_.takesOver(motion, given)) is_taken_over_ = true;
+        is_named ? Eigen::Isometry3d::Identity() : running.poses.lastMotion();
+    if (running.given.takesOver(motion, given)) running.is_taken_over = true;
   }
-  return is_taken_over_ ? item.T_W_C : running_->correct(given.stamp_s, item.T_W_C);
+  if (running.is_taken_over) return item.T_W_C;
+  return running.poses.correct(given.stamp_s, item.T_W_C);
 }
 
 /// The first image of the recording that the first `before` records end with.
@@ -152,17 +152,19 @@ std::vector<StampedPose> JournalReplay::firstCamera(size_t pass, uint64_t before
 
 CorrectionEffect JournalReplay::correct(const journal::Correction& correction) {
   const size_t pass = beginOfPass(correction.before);
-  running_ = PoseCorrection(correction.poses, firstCamera(pass, correction.before));
-  given_ = GivenMotion();
-  is_taken_over_ = false;
+  Running running{PoseCorrection(correction.poses, firstCamera(pass, correction.before))};
   CorrectionEffect effect;
+  std::vector<std::pair<size_t, Eigen::Isometry3d>> moves;
   for (size_t i = pass; i < items_.size(); ++i) {
-    Item& item = items_[i];
+    const Item& item = items_[i];
     if (!item.is_image) continue;
-    const Eigen::Isometry3d before = std::exchange(item.T_W_C, correctNext(item));
-    const bool is_moved = item.T_W_C.matrix() != before.matrix();
-    if (is_moved && item.is_depth) noteMove(before, item.T_W_C, effect);
+    const Eigen::Isometry3d T_W_C = correctNext(running, item);
+    if (T_W_C.matrix() == item.T_W_C.matrix()) continue;
+    moves.emplace_back(i, T_W_C);
+    if (item.is_depth) noteMove(item.T_W_C, T_W_C, effect);
   }
+  for (const auto& [i, T_W_C] : moves) items_[i].T_W_C = T_W_C;
+  running_.emplace(std::move(running));
   return effect;
 }
 
@@ -174,8 +176,8 @@ CorrectionEffect JournalReplay::correctGiven(std::vector<StampedPose> poses_M) {
 }
 
 Eigen::Isometry3d JournalReplay::motion() const {
-  if (!running_ || is_taken_over_) return Eigen::Isometry3d::Identity();
-  return running_->lastMotion();
+  if (!running_ || running_->is_taken_over) return Eigen::Isometry3d::Identity();
+  return running_->poses.lastMotion();
 }
 
 std::optional<journal::Call> JournalReplay::next() {

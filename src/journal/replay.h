@@ -78,11 +78,18 @@ class JournalReplay {
     Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< As corrected.
     bool is_image = false, is_depth = false, is_of_first = false;  ///< The first camera's depth.
   };
+  /// A correction on its way along the images.
+  struct Running {
+    PoseCorrection poses;
+    GivenMotion given = {};
+    bool is_taken_over = false;  ///< The source of poses has taken it over.
+  };
+
   void findBegin();
   void takeBegin(size_t record);
   bool isWhole(size_t record) const;
   void add(size_t record);
-  Eigen::Isometry3d correctNext(const Item& item);
+  static Eigen::Isometry3d correctNext(Running& running, const Item& item);
   size_t beginOfPass(uint64_t before) const;
   std::vector<StampedPose> firstCamera(size_t pass, uint64_t before) const;
 
@@ -92,9 +99,7 @@ class JournalReplay {
   std::shared_ptr<const MapChunks> map_;
   std::optional<Eigen::Isometry3d> T_W_M_;
   std::vector<Item> items_;
-  std::optional<PoseCorrection> running_;  ///< On its way along the images.
-  GivenMotion given_;                      ///< Poses that these were given so far.
-  bool is_taken_over_ = false;             ///< The source of poses has taken it over.
+  std::optional<Running> running_;
   size_t depth_images_ = 0, next_ = 0;
 };
 

@@ -90,6 +90,7 @@ JournalWriter::~JournalWriter() {
 void JournalWriter::begin(const journal::Begin& begin, std::shared_ptr<const MapChunks> map) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
+    if (!can_go_on_) return;
     is_stopped_ = false;
     count_ = 0;
     report_.problem.clear();
@@ -106,16 +107,18 @@ void JournalWriter::writeBegin(const journal::Begin& begin, const MapChunks* map
   journal::Begin with_map = begin;
   with_map.has_map = map != nullptr;
   const Bytes head = journal::encode(with_map);
-  append(head.data(), head.size());
+  append(head.data(), head.size(), 1);
   if (map == nullptr) return;
-  RecordWriter out([this](const void* data, size_t bytes) { append(data, bytes); });
+  RecordWriter out([this](const void* data, size_t bytes) { append(data, bytes, 1); });
   writeMap(
       map->head(), [map](size_t chunk) { return map->part(chunk); }, out, 1);
 }
 
 void JournalWriter::add(journal::Call call) {
   Entry entry;
+  size_t records = 1;
   if (const auto* const image = std::get_if<journal::Image>(&call)) {
+    records = 2;
     entry.bytes = std::visit(
         [](const auto& frame) { return frame.row_bytes * static_cast<size_t>(frame.height); },
         image->frame);
@@ -123,9 +126,9 @@ void JournalWriter::add(journal::Call call) {
     const bool is_depth = std::holds_alternative<DepthFrame>(image->frame);
     if (is_depth && image->camera == 0) entry.stamp_s = image->stamp_s;
   }
-  entry.write = [this, call = std::move(call)] {
+  entry.write = [this, call = std::move(call), records] {
     const Bytes encoded = journal::encode(call);
-    append(encoded.data(), encoded.size());
+    append(encoded.data(), encoded.size(), records);
   };
   push(std::move(entry));
 }
@@ -206,18 +209,17 @@ void JournalWriter::write(const Entry& entry) {
   // So that it ends with a whole record.
   whole_bytes_ = begin;
   const auto end = static_cast<off_t>(begin);
-  if (ftruncate(descriptor_, end) != 0 || lseek(descriptor_, end, SEEK_SET) != end) {
-    problem += "; its end is damaged";
-  }
+  const bool is_whole =
+      ftruncate(descriptor_, end) == 0 && lseek(descriptor_, end, SEEK_SET) == end;
   const std::lock_guard<std::mutex> lock(mutex_);
+  can_go_on_ = is_whole;
   ++report_.lost;
   report_.bytes = begin;
   stop(problem);
 }
 
-/// An image is two records.
-void JournalWriter::append(const void* data, size_t bytes) {
-  if ((records_ += 2) > kMostRecords) {
+void JournalWriter::append(const void* data, size_t bytes, size_t records) {
+  if (records_ + records > kMostRecords) {
     throw std::runtime_error("the journal has as many records as are read; start the node again");
   }
   if (bytes_of_others_ + whole_bytes_ + bytes + kRoomForHeads > options_.max_bytes) {
@@ -228,6 +230,7 @@ void JournalWriter::append(const void* data, size_t bytes) {
     throw std::runtime_error("cannot write '" + printable(path_) + "': " + reasonOf(error));
   }
   whole_bytes_ += bytes;
+  records_ += records;
 }
 
 /// @pre mutex_ is held.

@@ -77,7 +77,7 @@ class JournalWriter {
   void loop();
   void write(const Entry& entry);
   void writeBegin(const journal::Begin& begin, const MapChunks* map);
-  void append(const void* data, size_t bytes);
+  void append(const void* data, size_t bytes, size_t records);
   void stop(const std::string& why);
 
   const Options options_;
@@ -85,7 +85,7 @@ class JournalWriter {
   int descriptor_ = -1;
   uint64_t bytes_of_others_ = 0;  ///< Journals in the folder.
   uint64_t whole_bytes_ = 0;      ///< The thread's: where the last whole record ends.
-  size_t records_ = 0;            ///< The thread's: in the file, at most.
+  size_t records_ = 0;            ///< The thread's: in the file.
 
   mutable std::mutex mutex_;  ///< Guards what follows.
   std::condition_variable changed_;
@@ -93,6 +93,7 @@ class JournalWriter {
   size_t waiting_bytes_ = 0;
   bool is_ending_ = false;
   bool is_stopped_ = false;  ///< What is pushed now is lost, until begin().
+  bool can_go_on_ = true;    ///< False once the file may end within a record.
   uint64_t count_ = 0;
   JournalReport report_;
   std::thread thread_;

@@ -1,5 +1,6 @@
 #include "params/node_params.h"
 
+#include <cctype>
 #include <set>
 
 #include "params/param_copy.h"
@@ -8,7 +9,25 @@
 namespace dtsdf {
 namespace {
 
+/// A relative name of ROS, as its topics' names begin with it: a letter, then letters, digits and
+/// underscores, in parts divided by slashes.
+bool isNamespace(const std::string& name) {
+  bool begins = true;
+  for (const char c : name) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (begins ? !std::isalpha(byte) : !std::isalnum(byte) && c != '_' && c != '/') return false;
+    begins = c == '/';
+  }
+  return !begins;
+}
+
 void checkCameras(const NodeParams& node, ParamReader& reader) {
+  for (const std::string& name : node.cameras) {
+    if (isNamespace(name)) continue;
+    reader.addViolation("cameras", "'" + name +
+                                       "' is not a namespace; use letters, digits, _ and "
+                                       "/, starting with a letter");
+  }
   if (std::set<std::string>(node.cameras.begin(), node.cameras.end()).size() <
       node.cameras.size()) {
     reader.addViolation("cameras", "must be different");
@@ -22,12 +41,19 @@ void checkCameras(const NodeParams& node, ParamReader& reader) {
 
 /// Each frame has one place in TF.
 void checkPoseFrames(const NodeParams& node, ParamReader& reader) {
-  std::set<std::string> frames{frameOfMap(node), node.map_frame};
-  const std::pair<std::string, std::string> given[] = {{"poses/odom_frame", node.odom_frame},
-                                                       {"poses/base_frame", node.base_frame}};
-  for (const auto& [key, frame] : given) {
-    if (frame.empty() || frames.insert(frame).second) continue;
-    reader.addViolation(key, "must differ from the map's frame and poses/odom_frame");
+  const std::string& odom = node.odom_frame;
+  const std::string& base = node.base_frame;
+  const auto isMap = [&](const std::string& frame) {
+    return !frame.empty() && (frame == node.map_frame || frame == frameOfMap(node));
+  };
+  if (isMap(odom)) {
+    reader.addViolation("poses/odom_frame",
+                        "must differ from the map's frame; leave it empty for "
+                        "poses in map_frame");
+  }
+  if (isMap(base)) reader.addViolation("poses/base_frame", "must differ from the map's frame");
+  if (!base.empty() && base == odom) {
+    reader.addViolation("poses/base_frame", "must differ from poses/odom_frame");
   }
 }
 

@@ -12,7 +12,12 @@
 
 namespace dtsdf {
 
-enum class Choice { kAuto, kAlways, kNever };
+/// Whether raw images are rectified.
+enum class RectifyChoice {
+  kAuto,    ///< Where the topic's name does not say that they are, and they are distorted.
+  kAlways,  ///< Where they are distorted, whatever the topic's name.
+  kNever,
+};
 
 struct InputParams {
   double merge_wait_s = 0.1;      ///< How long a frame waits for earlier ones of other cameras.
@@ -27,9 +32,24 @@ struct InputParams {
   double max_turn_deg_s = 720.0;  ///< A faster turn is a jump, too; 0: any is fine.
   /// An image gets the newest camera_info, for drivers that send it rarely; else that of its stamp.
   bool latest_camera_info = false;
-  /// Whether distorted images are rectified; kAuto: unless their topic's name says that they are.
-  Choice rectify = Choice::kAuto;
+  RectifyChoice rectify = RectifyChoice::kAuto;
   bool mask = false;  ///< Each image has a mask with its stamp, on `mask/image`.
+};
+
+/// Whether colour images are taken.
+enum class ColourUse {
+  kAuto,    ///< Where there are some.
+  kAlways,  ///< They have to be there.
+  kNever,
+};
+
+struct PublishParams {
+  int chunk_blocks = 4;          ///< Edge of a marker's chunk of the map, in blocks of 8 voxels.
+  double mesh_rate_hz = 2.0;     ///< Maximum rate of `mesh`, in wall time.
+  double points_rate_hz = 1.0;   ///< Maximum rate of `surface_points`, in wall time.
+  double status_rate_hz = 1.0;   ///< Rate of `status` and the diagnostics, in wall time.
+  double space_rate_hz = 1.0;    ///< Maximum rate of grid updates and slice, in wall time.
+  double mesh_refresh_s = 60.0;  ///< The whole mesh is published once in so long; 0: not again.
 };
 
 /// Where up is known from, for maps whose map frame is not level.
@@ -56,15 +76,9 @@ struct NodeParams {
   std::string odom_frame;
   std::string base_frame;  ///< Whose pose is published; empty: the depth camera's frame.
   InputParams input;
-  /// Whether colour images are taken; kAuto: where there are some, which kAlways requires.
-  Choice colour = Choice::kAuto;
+  ColourUse colour = ColourUse::kAuto;
   double max_colour_rate_hz = 0.0;  ///< Colour images per second, by their stamps; 0: all.
-  int chunk_blocks = 4;             ///< Edge of a marker's chunk of the map, in blocks of 8 voxels.
-  double mesh_rate_hz = 2.0;        ///< Maximum rate of `mesh`, in wall time.
-  double points_rate_hz = 1.0;      ///< Maximum rate of `surface_points`, in wall time.
-  double status_rate_hz = 1.0;      ///< Rate of `status` and the diagnostics, in wall time.
-  double space_rate_hz = 1.0;       ///< Maximum rate of grid updates and slice, in wall time.
-  double mesh_refresh_s = 60.0;     ///< The whole mesh is published once in so long; 0: not again.
+  PublishParams publish;
   double stale_s = 5.0;  ///< What is silent for so long is warned about, three times so: an error.
 
   // What of space is published, by heights along z of the map frame, which has to be level for it.
@@ -100,8 +114,6 @@ inline std::string frameOfMap(const NodeParams& node) {
 
 template <class Visitor>
 void visitParams(NodeParams& p, Visitor& visit) {
-  const EnumNames<Choice> choices{
-      {"auto", Choice::kAuto}, {"always", Choice::kAlways}, {"never", Choice::kNever}};
   visitParams(p.mapper, visit);
   visit("map_frame", p.map_frame);
   visit("map/level", p.level,
@@ -126,22 +138,28 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("input/depth", p.input.depth_along_ray, EnumNames<bool>{{"axis", false}, {"ray", true}});
   visit("input/max_speed_m_s", p.input.max_speed_m_s, Range{0.0, 1e6});
   visit("input/max_turn_deg_s", p.input.max_turn_deg_s, Range{0.0, 1e6});
-  visit("colour/enabled", p.colour, choices);
+  visit("colour/enabled", p.colour,
+        EnumNames<ColourUse>{{"auto", ColourUse::kAuto},
+                             {"always", ColourUse::kAlways},
+                             {"never", ColourUse::kNever}});
   visit("colour/max_rate_hz", p.max_colour_rate_hz, Range{0.0, 1000.0});
   visit("input/camera_info", p.input.latest_camera_info,
         EnumNames<bool>{{"exact", false}, {"latest", true}});
-  visit("input/rectify", p.input.rectify, choices);
+  visit("input/rectify", p.input.rectify,
+        EnumNames<RectifyChoice>{{"auto", RectifyChoice::kAuto},
+                                 {"always", RectifyChoice::kAlways},
+                                 {"never", RectifyChoice::kNever}});
   visit("input/mask", p.input.mask);
   visit("journal/folder", p.journal_folder);
   visit("journal/max_gb", p.journal_max_gb, Range{0.1, 1e6});
   visit("corrections/path_frame", p.path_frame);
   visit("corrections/least_m", p.least_correction_m, Range{0.0, 1000.0});
-  visit("publish/chunk_blocks", p.chunk_blocks, Range{1, 64});
-  visit("publish/mesh_rate_hz", p.mesh_rate_hz, Range{0.01, 100.0});
-  visit("publish/points_rate_hz", p.points_rate_hz, Range{0.01, 100.0});
-  visit("publish/status_rate_hz", p.status_rate_hz, Range{0.01, 100.0});
-  visit("publish/space_rate_hz", p.space_rate_hz, Range{0.01, 100.0});
-  visit("mesh_topics/refresh_s", p.mesh_refresh_s, Range{0.0, 1e6});
+  visit("publish/chunk_blocks", p.publish.chunk_blocks, Range{1, 64});
+  visit("publish/mesh_rate_hz", p.publish.mesh_rate_hz, Range{0.01, 100.0});
+  visit("publish/points_rate_hz", p.publish.points_rate_hz, Range{0.01, 100.0});
+  visit("publish/status_rate_hz", p.publish.status_rate_hz, Range{0.01, 100.0});
+  visit("publish/space_rate_hz", p.publish.space_rate_hz, Range{0.01, 100.0});
+  visit("mesh_topics/refresh_s", p.publish.mesh_refresh_s, Range{0.0, 1e6});
   visit("status/stale_s", p.stale_s, Range{0.0, 1e6});
   visit("space/min_height_m", p.min_height_m, Range{-1e4, 1e4});
   visit("space/max_height_m", p.max_height_m, Range{-1e4, 1e4});

@@ -36,7 +36,7 @@ std::vector<float> depthIn(const sensor_msgs::Image& image) {
   return depth_m;
 }
 
-std::string reasonAgainst(const sensor_msgs::PointCloud2& cloud, bool has_info = false) {
+DropReason reasonAgainst(const sensor_msgs::PointCloud2& cloud, bool has_info = false) {
   CloudImages images("/points");
   const auto converted = images.convert(cloud, has_info, kEnoughBytes);
   const auto* const rejection = std::get_if<Rejection>(&converted);

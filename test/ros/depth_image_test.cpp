@@ -55,7 +55,7 @@ std::vector<uint16_t> pixelsOf(const DepthFrame& frame) {
 
 const std::vector<uint16_t> kPixels{1000, 1001, 1002, 1003, 1004, 1005};
 
-std::string depthReason(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) {
+DropReason depthReason(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) {
   const auto rejection = checkDepthImage(image, info);
   EXPECT_TRUE(rejection.has_value());
   return rejection ? rejection->reason : drop::kPaused;

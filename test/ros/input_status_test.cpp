@@ -10,6 +10,40 @@
 namespace dtsdf {
 namespace {
 
+class RunClockTest : public testing::Test {
+ protected:
+  double update(double wall_s, double ros_s, bool paused = false) {
+    clock_.update(SteadyTime() + toSteadyDuration(1000.0 + wall_s), ros::Time(ros_s), paused);
+    return clock_.ran_s();
+  }
+
+  RunClock clock_;
+};
+
+TEST_F(RunClockTest, RunsAsLongAsTimeDoes) {
+  EXPECT_EQ(update(0.0, 50.0), 0.0);
+  EXPECT_NEAR(update(2.0, 51.0), 2.0, 1e-9) << "wall time, though simulated time is slow";
+  EXPECT_NEAR(update(2.9, 51.0), 2.9, 1e-9) << "between two steps of simulated time";
+  EXPECT_FALSE(clock_.timeStands());
+}
+
+TEST_F(RunClockTest, BeginsAnewAfterAPause) {
+  update(0.0, 1.0);
+  EXPECT_EQ(update(10.0, 2.0, true), 0.0);
+  EXPECT_NEAR(update(11.0, 3.0), 1.0, 1e-9);
+}
+
+TEST_F(RunClockTest, BeginsAnewAfterAStandOfSimulatedTime) {
+  update(0.0, 1.0);
+  update(10.0, 2.0);
+  EXPECT_NEAR(update(10.5, 2.0), 10.5, 1e-9);
+  EXPECT_EQ(update(11.0, 2.0), 0.0);
+  EXPECT_TRUE(clock_.timeStands());
+  EXPECT_EQ(update(99.0, 2.0), 0.0);
+  EXPECT_NEAR(update(100.0, 2.1), 1.0, 1e-9);
+  EXPECT_FALSE(clock_.timeStands());
+}
+
 PublishedTopics published;
 constexpr char kImage[] = "sensor_msgs/Image", kCompressed[] = "sensor_msgs/CompressedImage";
 
@@ -26,8 +60,8 @@ class InputStatusTest : public testing::Test {
   }
 
   StreamReport& depth() { return streams_[0]; }
-  void drop(const std::string& reason, uint64_t count) {
-    countOf(depth().dropped, reason) += count;
+  void drop(const DropReason& reason, uint64_t count) {
+    depth().dropped_by[reason] += count;
     depth().received += count;
     depth().last_drop = "frame stamped 1 dropped";
   }
@@ -151,7 +185,7 @@ TEST_F(InputStatusTest, NamesTheTransportThatIsPublished) {
 }
 
 TEST_F(InputStatusTest, DropsAreReportedForAWhileIfTheyAreAFault) {
-  const auto statusAfter = [&](uint64_t fused, const std::string& reason, uint64_t dropped) {
+  const auto statusAfter = [&](uint64_t fused, const DropReason& reason, uint64_t dropped) {
     fuse(fused);
     if (dropped > 0) drop(reason, dropped);
     return update(10.0).code;
@@ -216,7 +250,7 @@ TEST_F(InputStatusTest, EachCameraIsNamedAndCounted) {
   rear = depth();
   rear.camera = "rear";
   rear.waiting = 0;
-  countOf(rear.dropped, drop::kQueueFull) = 2;
+  rear.dropped_by[drop::kQueueFull] = 2;
   rear.received = 12;
   rear.last_fused_stamp = ros::Time(6.0);
   rear.received_age_s = 0.25;

@@ -62,8 +62,8 @@ class LiveMapTest : public testing::Test {
 
   void work() { host_.work(); }
 
-  uint64_t dropped(const std::string& reason = drop::kBackendError) const {
-    return droppedFor(host_.depth, reason);
+  uint64_t dropped(const DropReason& reason = drop::kBackendError) const {
+    return host_.depth.counts().dropped_by[reason];
   }
   bool hasFailed() const { return host_.status().code == dtsdf_mapping::MapStatus::BACKEND_FAILED; }
 
@@ -111,6 +111,12 @@ TEST_F(LiveMapTest, ClearingARegionOutdatesTheMesh) {
   const int meshes = mapper_->meshes;
   work();
   EXPECT_EQ(mapper_->meshes, meshes + 1);
+}
+
+TEST_F(LiveMapTest, ARegionWithAProblemIsNoFailureOfTheBackend) {
+  EXPECT_THROW(map_.clearRegion(SphereRegion{{0, 0, 0}, -1.0}), std::runtime_error);
+  EXPECT_FALSE(hasFailed());
+  EXPECT_EQ(mapper_->cleared_regions, 0);
 }
 
 TEST_F(LiveMapTest, GoesOnWhereARegionIsClearedInPart) {
@@ -287,7 +293,8 @@ TEST_F(LiveMapTest, GoesOnWithAMapThatWasLoaded) {
   EXPECT_FALSE(map_.isEmpty());
   auto* const loaded = new FakeMapper;
   loaded->frames = 7;
-  const auto old = map_.replace(std::unique_ptr<Mapper>(loaded), 0.08f, "/a.dtsdf", *mapOf(5.0));
+  const auto old = map_.replace(std::unique_ptr<Mapper>(loaded), 0.08f, "/a.dtsdf",
+                                {Replacement::Kind::kLoaded, mapOf(5.0)});
   EXPECT_EQ(old.get(), mapper_);
   EXPECT_EQ(host_.status().blocks, 7u);
   EXPECT_EQ(host_.status().loaded_map, "/a.dtsdf");
@@ -312,7 +319,8 @@ TEST_F(LiveMapTest, AMapThatIsLoadedStartsOverAfterAFailure) {
   work();
   mapper_->fails_to_count = true;
   EXPECT_FALSE(map_.isEmpty()) << "who knows what it holds";
-  map_.replace(std::make_unique<FakeMapper>(), 0.05f, "/a.dtsdf", *mapOf(0.0));
+  map_.replace(std::make_unique<FakeMapper>(), 0.05f, "/a.dtsdf",
+               {Replacement::Kind::kLoaded, mapOf(0.0)});
   EXPECT_FALSE(hasFailed());
   pushFrame();
   work();
@@ -334,7 +342,7 @@ TEST_F(LiveMapTest, PaintsAndCountsColourForItself) {
   pushColour();
   work();
   EXPECT_EQ(dropped(), 0u);
-  EXPECT_EQ(droppedFor(host_.colour, drop::kBackendError), 1u);
+  EXPECT_EQ(host_.colour.counts().dropped_by[drop::kBackendError], 1u);
 }
 
 /// A map that is to be level: frames wait for it, by being dropped, and then go into its frame.
@@ -353,14 +361,15 @@ TEST(LevelMap, FramesAreFusedInTheLevelFrame) {
     host.work();
   };
   push(1.0);
-  EXPECT_EQ(droppedFor(host.depth, drop::kNotLevel), 1u);
+  EXPECT_EQ(host.depth.counts().dropped_by[drop::kNotLevel], 1u);
   EXPECT_NE(host.depth.counts().last_drop.find("not level yet"), std::string::npos);
   EXPECT_FALSE(host.map.origin().T_W_M);
 
   Eigen::Isometry3d T_W_M = Eigen::Isometry3d::Identity();
   T_W_M.translation().x() = 5.0;
   auto* const loaded = new FakeMapper;
-  host.map.replace(std::unique_ptr<Mapper>(loaded), 0.02f, "map.dtsdf", *mapOf(0.0, T_W_M));
+  host.map.replace(std::unique_ptr<Mapper>(loaded), 0.02f, "map.dtsdf",
+                   {Replacement::Kind::kLoaded, mapOf(0.0, T_W_M)});
   push(2.0);
   EXPECT_EQ(loaded->frames, 1);
   loaded->beginMeshUpdate();
@@ -383,9 +392,7 @@ class HalfSpaceStep : public Step {
   }
   void fused(const PosedFrame&, const IntegrationResult&) override { ++fused_; }
   void meshed() override { ++meshes_; }
-  void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) override {
-    rejected_ = 0;
-  }
+  void replaced(const Replacement&) override { rejected_ = 0; }
   void fill(dtsdf_mapping::MapStatus& status) override {
     if (rejected_ == 0) return;
     report(status, dtsdf_mapping::MapStatus::WARN, dtsdf_mapping::MapStatus::SOME_DROPPED,

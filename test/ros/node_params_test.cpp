@@ -36,7 +36,7 @@ TEST(NodeParams, DocumentationNamesEveryKeyAndDropReason) {
   }
   std::ifstream header(DTSDF_DOCS_FOLDER "/../src/ros/input/frame_accounting.h");
   const std::string code{std::istreambuf_iterator<char>(header), std::istreambuf_iterator<char>()};
-  const std::regex reason(R"x(constexpr char k\w+\[\] = "(\w+)")x");
+  const std::regex reason(R"x(constexpr DropReason k\w+\{\s*"(\w+)")x");
   size_t reasons = 0;
   for (std::sregex_iterator it(code.begin(), code.end(), reason), end; it != end; ++it) {
     ++reasons;
@@ -90,10 +90,13 @@ TEST(NodeParams, PosesAreLookedUpInTheFrameThatTheyAreGivenIn) {
   EXPECT_EQ(frameOf("track", "/odom"), "");
 }
 
-TEST(NodeParams, CamerasDiffer) {
+TEST(NodeParams, CamerasAreNamespacesAndDiffer) {
   using Names = std::vector<std::string>;
   EXPECT_EQ(readNodeParams({{"cameras", Names{"front", "left/rear_2"}}}).cameras,
             (Names{"front", "left/rear_2"}));
+  for (const std::string bad : {"", "/front", "2nd", "front/", "a//b", "a b", "a-b"}) {
+    EXPECT_EQ(violationsOf({{"cameras", Names{bad}}}).size(), 1u) << bad;
+  }
   EXPECT_EQ(violationsOf({{"cameras", Names{"a", "a"}}}).size(), 1u);
   EXPECT_EQ(violationsOf({{"cameras", std::string("front")}}).size(), 1u);
   EXPECT_EQ(

@@ -73,7 +73,9 @@ class PosesTest : public testing::Test {
     host_->work();
   }
 
-  uint64_t dropped(const std::string& reason) const { return droppedFor(host_->depth, reason); }
+  uint64_t dropped(const DropReason& reason) const {
+    return host_->depth.counts().dropped_by[reason];
+  }
   uint64_t fused() const { return host_->depth.counts().fused; }
   dtsdf_mapping::PoseStatus statusOf(size_t camera) {
     dtsdf_mapping::MapStatus status;
@@ -217,7 +219,7 @@ TEST_F(PosesTest, ALostCameraFusesNothingUntilItFitsAgain) {
   EXPECT_EQ(dropped(drop::kLost), 4u);
   EXPECT_NEAR(statusOf(0).lost_since.toSec(), 1.2, 1e-6);
   pushColour(1.55, "camera");
-  EXPECT_EQ(droppedFor(host_->colour, drop::kLost), 1u);
+  EXPECT_EQ(host_->colour.counts().dropped_by[drop::kLost], 1u);
   camera_x_m_ = 0.02;
   for (int i = 6; i < 12; ++i) push(1.0 + 0.1 * i);
   EXPECT_TRUE(statusOf(0).lost_since.isZero());
@@ -256,7 +258,8 @@ TEST_F(PosesTest, InAMapThatWasLoadedACameraHasToBeFound) {
   loaded->frames = 10;
   camera_x_m_ = 7.0;
   mapper_ = loaded.get();
-  host_->map.replace(std::move(loaded), 0.02f, "map.dtsdf", MapContents());
+  host_->map.replace(std::move(loaded), 0.02f, "map.dtsdf",
+                     {Replacement::Kind::kLoaded, std::make_shared<const MapContents>()});
   push(1.1);
   EXPECT_EQ(dropped(drop::kLost), 1u);
   EXPECT_FALSE(statusOf(0).lost_since.isZero());
@@ -284,7 +287,7 @@ TEST_F(PosesTest, ABaseBeginsAtTheOriginOnceItsCameraIsKnown) {
   pushColour(1.25, "colour");
   EXPECT_EQ(host_->colour.counts().fused, 1u);
   pushColour(1.26, "elsewhere");
-  EXPECT_EQ(droppedFor(host_->colour, drop::kNoTransform), 1u);
+  EXPECT_EQ(host_->colour.counts().dropped_by[drop::kNoTransform], 1u);
   expectAccounted();
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <boost/make_shared.hpp>
 #include <cmath>
 #include <cstring>
@@ -97,7 +98,7 @@ TEST(Rectification, UndoesEachModel) {
         std::pair("plumb_bob", padded({}, 5)), std::pair("", std::vector<double>()),
         std::pair("equidistant", kFisheye)}) {
     const auto info = makeInfo(model, D);
-    Rectification rectification(Choice::kAuto, "/camera/depth/image_raw");
+    Rectification rectification(RectifyChoice::kAuto, "/camera/depth/image_raw");
     const CameraImage camera = rectification.apply({makeRawImage(), info});
     EXPECT_EQ(rectification.warning(), "");
     const int measured = checkPixels(*info, *camera.image, {50, 52, 29, 19}, {45, 46, 30, 20});
@@ -118,54 +119,77 @@ TEST(Rectification, MindsBinningAndTheRegionOfInterest) {
   info->roi.x_offset = info->roi.y_offset = 20;
   info->roi.width = 2 * kSensorWidth;
   info->roi.height = 2 * kSensorHeight;
-  Rectification rectification(Choice::kAuto, "image_raw");
+  Rectification rectification(RectifyChoice::kAuto, "image_raw");
   const CameraImage camera = rectification.apply({makeRawImage(), info});
   EXPECT_GT(checkPixels(*info, *camera.image, {50, 52, 29, 19}, {45, 46, 30, 20}), 1200);
   EXPECT_EQ(camera.info->P[0], 45.0);
   EXPECT_EQ(camera.info->binning_x, 0u);
 }
 
-/// Depth would be along another axis then.
-TEST(Rectification, TurnsColourOnly) {
-  ros::Time::init();  // for the log
-  const auto info = makeInfo("plumb_bob", {});
-  info->R = {0.8, 0.0, 0.6, 0.0, 1.0, 0.0, -0.6, 0.0, 0.8};
+TEST(Rectification, TurnedCamerasKeepTheirPoints) {
+  const auto info = makeInfo("plumb_bob", kPlumbBob);
+  const Eigen::Matrix3d R =
+      Eigen::AngleAxisd(0.05, Eigen::Vector3d(1, 2, 0.5).normalized()).toRotationMatrix();
+  for (int i = 0; i < 9; ++i) info->R[static_cast<size_t>(i)] = R(i / 3, i % 3);
   const auto image = makeRawImage();
-  Rectification depth(Choice::kAuto, "image_raw");
-  EXPECT_EQ(depth.apply({image, info}).image, image);
-  EXPECT_NE(depth.warning().find("R of camera_info is not 1"), std::string::npos);
-  image->encoding = "mono16";
-  Rectification colour(Choice::kAuto, "image_raw", true);
-  EXPECT_NE(colour.apply({image, info}).image, image);
-  EXPECT_EQ(colour.warning(), "");
+  image->encoding = "32FC1";  // a wall two metres along the raw axis
+  image->step = 4 * kSensorWidth;
+  image->data.resize(image->step * kSensorHeight);
+  const float depth_m = 2.0f;
+  for (size_t i = 0; i < image->data.size(); i += 4) std::memcpy(&image->data[i], &depth_m, 4);
+  Rectification rectification(RectifyChoice::kAuto, "image_raw");
+  const CameraImage camera = rectification.apply({image, info});
+  int measured = 0;
+  for (int v = 0; v < kSensorHeight; ++v) {
+    for (int u = 0; u < kSensorWidth; ++u) {
+      float z = 0.0f;
+      std::memcpy(&z, &camera.image->data[static_cast<size_t>(v * kSensorWidth + u) * 4], 4);
+      if (z == 0.0f) continue;
+      ++measured;
+      const Eigen::Vector3d p = Eigen::Vector3d((u - 30) / 45.0, (v - 20) / 46.0, 1.0) * z;
+      EXPECT_NEAR((R.transpose() * p).z(), 2.0, 1e-5);
+    }
+  }
+  EXPECT_GT(measured, kSensorWidth * kSensorHeight / 2);
+}
+
+/// Whatever a camera_info says: what lies behind the raw camera was not measured by it.
+TEST(Rectification, NothingIsMeasuredBehindTheCamera) {
+  const auto info = makeInfo("plumb_bob", kPlumbBob);
+  info->R = {-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0};
+  const CameraImage camera =
+      Rectification(RectifyChoice::kAuto, "image_raw").apply({makeRawImage(), info});
+  const auto& bytes = camera.image->data;
+  EXPECT_EQ(std::count(bytes.begin(), bytes.end(), 0), static_cast<std::ptrdiff_t>(bytes.size()));
 }
 
 TEST(Rectification, LeavesAloneWhatIsRectified) {
   const auto image = makeRawImage();
-  const auto isChanged = [&](Choice choice, const std::string& topic,
+  const auto isChanged = [&](RectifyChoice choice, const std::string& topic,
                              const sensor_msgs::CameraInfoPtr& info) {
     return Rectification(choice, topic).apply({image, info}).image != image;
   };
   const auto distorted = makeInfo("plumb_bob", kPlumbBob), plain = makeInfo("plumb_bob", {});
   const auto zeros = makeInfo("plumb_bob", std::vector<double>(5, 0.0));
-  EXPECT_TRUE(isChanged(Choice::kAuto, "/camera/depth/image_raw", distorted));
-  EXPECT_TRUE(isChanged(Choice::kAuto, "/rectified/image", distorted)) << "the last name";
-  EXPECT_FALSE(isChanged(Choice::kAuto, "/camera/depth/image_rect_raw", distorted));
-  EXPECT_FALSE(isChanged(Choice::kAuto, "/d/image_rect/compressedDepth", distorted));
-  EXPECT_FALSE(isChanged(Choice::kAuto, "image_rect", zeros));
-  EXPECT_TRUE(isChanged(Choice::kAuto, "image_raw", plain)) << "P is not K";
+  EXPECT_TRUE(isChanged(RectifyChoice::kAuto, "/camera/depth/image_raw", distorted));
+  EXPECT_TRUE(isChanged(RectifyChoice::kAuto, "/rectified/image", distorted)) << "the last name";
+  EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "/camera/depth/image_rect_raw", distorted));
+  EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "/d/image_rect/compressedDepth", distorted));
+  EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "image_rect", zeros));
+  EXPECT_TRUE(isChanged(RectifyChoice::kAuto, "image_raw", plain)) << "P is not K";
   plain->P = {50.0, 0.0, 29.0, 0.0, 0.0, 52.0, 19.0, 0.0, 0.0, 0.0, 1.0, 0.0};
-  EXPECT_FALSE(isChanged(Choice::kAuto, "image_raw", plain));
-  plain->P[0] = 45.0;
+  EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "image_raw", plain));
+  plain->R = {0.8, 0.0, 0.6, 0.0, 1.0, 0.0, -0.6, 0.0, 0.8};
+  EXPECT_TRUE(isChanged(RectifyChoice::kAuto, "image_raw", plain)) << "other axes";
   plain->K.fill(0.0);
-  EXPECT_FALSE(isChanged(Choice::kAuto, "image_raw", plain)) << "K is not given";
-  EXPECT_TRUE(isChanged(Choice::kAlways, "image_rect", distorted));
-  EXPECT_FALSE(isChanged(Choice::kNever, "image_raw", distorted));
+  EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "image_raw", plain)) << "K is not given";
+  EXPECT_TRUE(isChanged(RectifyChoice::kAlways, "image_rect", distorted));
+  EXPECT_FALSE(isChanged(RectifyChoice::kNever, "image_raw", distorted));
 }
 
 TEST(Rectification, WarnsOfBentGeometry) {
   ros::Time::init();  // for the log
-  Rectification never(Choice::kNever, "/image_raw");
+  Rectification never(RectifyChoice::kNever, "/image_raw");
   EXPECT_EQ(never.warning(), "");
   for (int i = 0; i < 2; ++i) never.apply({makeRawImage(), makeInfo("plumb_bob", kPlumbBob)});
   EXPECT_NE(never.warning().find("'/image_raw' are distorted"), std::string::npos);
@@ -174,7 +198,7 @@ TEST(Rectification, WarnsOfBentGeometry) {
                                                                  {"equidistant", kPlumbBob},
                                                                  {"", kPlumbBob}};
   for (const auto& [model, D] : unknown) {
-    Rectification automatic(Choice::kAuto, "/image_raw");
+    Rectification automatic(RectifyChoice::kAuto, "/image_raw");
     const auto image = makeRawImage();
     EXPECT_EQ(automatic.apply({image, makeInfo(model, D)}).image, image);
     EXPECT_NE(automatic.warning().find("distortion model '" + model + "' with " +
@@ -186,12 +210,12 @@ TEST(Rectification, WarnsOfBentGeometry) {
 TEST(Rectification, CoefficientsThatAreNoNumbersLeaveNoMeasurement) {
   const auto info = makeInfo("plumb_bob", {NAN, INFINITY, 1e300, 0.0, 0.0});
   const CameraImage camera =
-      Rectification(Choice::kAuto, "image_raw").apply({makeRawImage(), info});
+      Rectification(RectifyChoice::kAuto, "image_raw").apply({makeRawImage(), info});
   for (const uint8_t byte : camera.image->data) EXPECT_EQ(byte, 0);
 }
 
 TEST(Rectification, FollowsACameraThatChanges) {
-  Rectification rectification(Choice::kAuto, "image_raw");
+  Rectification rectification(RectifyChoice::kAuto, "image_raw");
   const auto first = makeInfo("plumb_bob", kPlumbBob), second = makeInfo("plumb_bob", kPlumbBob);
   second->P[0] = 40.0;
   const CameraImage a = rectification.apply({makeRawImage(), first});

@@ -4,7 +4,7 @@
 
 #include <chrono>
 
-#include "ros/input/image_stream.h"
+#include "ros/input/pose_checks.h"
 #include "ros/support/fake_clock.h"
 #include "ros/support/transforms.h"
 
@@ -109,14 +109,11 @@ TEST_F(TransformsTest, SaysWhichFrameIsUnknown) {
   EXPECT_TRUE(says(lookUp("camera", ros::Time(1.0)), "' and more"));
 }
 
-TEST_F(TransformsTest, ForgetsOnDemandWhatIsNotStatic) {
+TEST_F(TransformsTest, ForgetsOnDemand) {
   putTransform(transforms_, 10.0, 1.0);
-  transforms_.take(makeTransform("camera", "lens", Eigen::Isometry3d::Identity(), ros::Time(1.0)),
-                   "test", true);
   EXPECT_TRUE(lookUp("camera", ros::Time(10.0)).T_W_C);
   transforms_.clear();
   EXPECT_TRUE(lookUp("camera", ros::Time(10.0)).may_come);
-  EXPECT_TRUE(findIn("camera", "lens").T_W_C);
 }
 
 TEST_F(TransformsTest, StampsFarApartAreNoError) {
@@ -131,11 +128,19 @@ geometry_msgs::TransformStamped cameraAt(double stamp_s) {
   return makeTransform("map", "camera", Eigen::Isometry3d::Identity(), ros::Time(stamp_s));
 }
 
-TEST_F(TransformsTest, AStaticOneOfAMovingFrameIsIgnored) {
+// One message on /tf_static of a frame that is on /tf too, an hour ahead, ended mapping for good.
+TEST_F(TransformsTest, AStaticOneOfAMovingFrameEndsNothingForGood) {
+  transforms_.take(makeTransform("camera", "lens", Eigen::Isometry3d::Identity(), ros::Time(1.0)),
+                   "test", true);
   EXPECT_EQ(map(100.0, 2.0), 20);
   transforms_.take(cameraAt(3700.0), "rogue", true);
-  EXPECT_EQ(map(102.0, 3.0), 30);
-  EXPECT_EQ(status().transform_restarts, 0u);
+  EXPECT_LT(map(102.0, 3.0), 15);
+  EXPECT_EQ(status().transform_restarts, 1u);
+  EXPECT_GE(map(105.0, 5.0), 49);
+  transforms_.take(cameraAt(3800.0), "rogue", true);  // as a latched one that is sent again
+  EXPECT_GE(map(110.0, 5.0), 49);
+  EXPECT_EQ(status().transform_restarts, 1u);
+  EXPECT_TRUE(findIn("camera", "lens").T_W_C) << "valid static ones are kept";
 }
 
 TEST_F(TransformsTest, OneAheadOfTimeEndsNothingForGood) {
@@ -157,6 +162,15 @@ TEST_F(TransformsTest, IsNotMadeNewAgainAndAgain) {
   EXPECT_LE(status().transform_restarts, 9u);
 }
 
+TEST_F(TransformsTest, LongNamesAreRefused) {
+  const std::string name(201, 'x');
+  putTransform(transforms_, 1.0, 1.0, name, "map");
+  putTransform(transforms_, 1.0, 1.0, "camera", name);
+  EXPECT_EQ(status().transforms_refused, 2u);
+  EXPECT_TRUE(says(lookUp("camera", ros::Time(1.0)), "all transforms received were refused"));
+  EXPECT_TRUE(says(lookUp(name, ros::Time(1.0)), "longer than 200 bytes"));
+}
+
 TEST_F(TransformsTest, AFrameWithAnotherParentIsKnown) {
   EXPECT_EQ(transforms_.otherParentOf("camera", "map"), "");
   putTransform(transforms_, 1.0, 1.0, "camera", "odom");
@@ -172,25 +186,28 @@ Eigen::Isometry3d poseAt(double x_m, double turn_deg = 0.0) {
   return T;
 }
 
-/// Each pose is at most 10 m and 720 degrees from the one before, for each second between them.
-bool isJump(const StampedPose& last, const StampedPose& next) {
-  return !findJump(last, next, InputParams()).empty();
+TEST(MotionGate, LosesOneFrameWhenThePoseJumpsAndStays) {
+  MotionGate gate(10.0, 720.0);
+  EXPECT_FALSE(gate.check(1.0, poseAt(0.0)));
+  EXPECT_FALSE(gate.check(1.1, poseAt(0.9)));
+  EXPECT_TRUE(gate.check(1.2, poseAt(2.0)));
+  EXPECT_FALSE(gate.check(1.3, poseAt(2.1)));
 }
 
-TEST(FindJump, IsFasterThanTheLimits) {
-  EXPECT_EQ(findJump(std::nullopt, {1.0, poseAt(50.0)}, {}), "");
-  EXPECT_FALSE(isJump({1.0, poseAt(0.0)}, {1.1, poseAt(0.9)}));
-  EXPECT_TRUE(isJump({1.1, poseAt(0.9)}, {1.2, poseAt(2.0)}));
-  EXPECT_FALSE(isJump({1.2, poseAt(2.0)}, {1.3, poseAt(2.1)}));
-  EXPECT_FALSE(isJump({1.0, poseAt(0.0)}, {1.1, poseAt(0.0, 70.0)}));
-  EXPECT_TRUE(isJump({1.1, poseAt(0.0, 70.0)}, {1.2, poseAt(0.0, 150.0)}));
+TEST(MotionGate, SeesTurns) {
+  MotionGate gate(10.0, 720.0);
+  EXPECT_FALSE(gate.check(1.0, poseAt(0.0)));
+  EXPECT_FALSE(gate.check(1.1, poseAt(0.0, 70.0)));
+  EXPECT_TRUE(gate.check(1.2, poseAt(0.0, 150.0)));
 }
 
-TEST(FindJump, IsNoneWhereStampsGoBackOrLimitsAreOff) {
-  EXPECT_FALSE(isJump({100.0, poseAt(0.0)}, {1.0, poseAt(50.0)}));
-  InputParams off;
-  off.max_speed_m_s = off.max_turn_deg_s = 0.0;
-  EXPECT_EQ(findJump(StampedPose{1.0, poseAt(0.0)}, {1.1, poseAt(500.0, 180.0)}, off), "");
+TEST(MotionGate, StartsAnewWhenStampsGoBackAndCanBeSwitchedOff) {
+  MotionGate gate(10.0, 720.0);
+  EXPECT_FALSE(gate.check(100.0, poseAt(0.0)));
+  EXPECT_FALSE(gate.check(1.0, poseAt(50.0)));
+  MotionGate off(0.0, 0.0);
+  EXPECT_FALSE(off.check(1.0, poseAt(0.0)));
+  EXPECT_FALSE(off.check(1.1, poseAt(500.0, 180.0)));
 }
 
 }  // namespace

@@ -140,7 +140,7 @@ class BagPoses {
 
   /// Why an image has no pose.
   std::string whyNone() const {
-    return trajectory_ ? noPoseWithin(options_.pose_tolerance_s) : drop::kNoTransform;
+    return trajectory_ ? noPoseWithin(options_.pose_tolerance_s) : drop::kNoTransform.name;
   }
 
   /// @throws std::runtime_error if no image with this header can have one, as no transforms of the
@@ -364,7 +364,9 @@ class BagImages : public ImageSource<Frame> {
     return frame;
   }
 
-  std::nullopt_t skip(const Rejection& rejection) { return skip(rejection.reason, rejection.text); }
+  std::nullopt_t skip(const Rejection& rejection) {
+    return skip(rejection.reason.name, rejection.text);
+  }
   std::nullopt_t skip(const std::string& name, const std::string& text) {
     const std::string reason = (kIsColour ? "colour images: " : "") + name;
     ++this->skipped_[reason];

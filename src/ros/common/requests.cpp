@@ -55,10 +55,7 @@ Region readRegion(const dtsdf_mapping::Box& box_message, const dtsdf_mapping::Sp
         "neither a box nor a sphere is given; give box.size, or sphere.radius, in metres");
   }
   const Eigen::Vector3d center_F(sphere.center.x, sphere.center.y, sphere.center.z);
-  const SphereRegion region{T_W_F * center_F, sphere.radius};
-  const std::string problem = findProblem(region);
-  if (!problem.empty()) throw std::runtime_error(problem);
-  return region;
+  return SphereRegion{T_W_F * center_F, sphere.radius};
 }
 
 namespace {

@@ -22,8 +22,8 @@ Eigen::Isometry3d readPose(const geometry_msgs::Pose& pose);
 /// box with a problem, with what it is.
 std::optional<BoxRegion> readBox(const dtsdf_mapping::Box& box, const Eigen::Isometry3d& T_W_F);
 
-/// The one of both that is given.
-/// @throws std::runtime_error if none is, both are, or it has a problem; the text says what to do.
+/// The one of both that is given, which may have a problem.
+/// @throws std::runtime_error if none is, or both are; the text says what to do.
 Region readRegion(const dtsdf_mapping::Box& box, const dtsdf_mapping::Sphere& sphere,
                   const Eigen::Isometry3d& T_W_F);
 

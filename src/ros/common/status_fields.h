@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 namespace dtsdf {
 
@@ -53,14 +52,11 @@ void addPages(MapStatus& status, const PageStats& pages, const std::string& what
   addMemory(status, "pages", "disk", pages.bytes);
 }
 
-/// The count of this name, which begins with 0.
-inline uint64_t& countOf(std::vector<dtsdf_mapping::DropCount>& counts, const std::string& name) {
-  for (dtsdf_mapping::DropCount& of : counts) {
-    if (of.reason == name) return of.count;
-  }
-  counts.emplace_back();
-  counts.back().reason = name;
-  return counts.back().count;
+inline dtsdf_mapping::DropCount dropCount(const std::string& reason, uint64_t count) {
+  dtsdf_mapping::DropCount drop;
+  drop.reason = reason;
+  drop.count = count;
+  return drop;
 }
 
 }  // namespace dtsdf

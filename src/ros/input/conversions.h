@@ -18,9 +18,6 @@
 
 namespace dtsdf {
 
-/// Names of frames are no longer than this: else a few would fill the memory.
-constexpr size_t kLongestName = 200;
-
 /// The stamps of ROS end here; ros::Time throws for what rounds to it.
 constexpr double kEndOfTime_s = 4294967296.0;
 
@@ -29,6 +26,9 @@ inline ros::Time toTime(double stamp_s) {
   return std::isfinite(stamp_s) ? ros::Time(std::clamp(stamp_s, 0.0, kEndOfTime_s - 1.0))
                                 : ros::Time();
 }
+
+/// Names of frames are no longer than this: else a few would fill the memory.
+constexpr size_t kLongestName = 200;
 
 /// "'a', 'b'", and no more than a few of them.
 inline std::string listOfFrames(const std::vector<std::string>& frames) {

@@ -14,76 +14,90 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "dtsdf_mapping/mapper.h"
 #include "params/printable.h"
 #include "ros/common/pace.h"
-#include "ros/common/status_fields.h"
 
 namespace dtsdf {
 
-/// Why frames are dropped, as the status has it.
+struct DropReason {
+  const char* name;         ///< In the status.
+  bool is_fault = true;     ///< Frames that are dropped for it are amiss: not as mapping is paused.
+  const char* remedy = "";  ///< Empty where the text of the last drop has to do.
+
+  bool operator==(const DropReason& other) const { return name == std::string_view(other.name); }
+  bool operator<(const DropReason& other) const { return name < std::string_view(other.name); }
+};
+
 namespace drop {
 /// No camera_info with the image's stamp.
-inline constexpr char kNoCameraInfo[] = "no_camera_info";
+inline constexpr DropReason kNoCameraInfo{"no_camera_info"};
 /// No mask with the image's stamp, where there are masks.
-inline constexpr char kNoMask[] = "no_mask";
+inline constexpr DropReason kNoMask{"no_mask"};
 /// None that images of this kind have.
-inline constexpr char kBadEncoding[] = "bad_encoding";
+inline constexpr DropReason kBadEncoding{"bad_encoding"};
 /// More pixels than a map takes, or more bytes than may wait.
-inline constexpr char kTooLarge[] = "too_large";
+inline constexpr DropReason kTooLarge{"too_large", true, "lower the camera's resolution"};
 /// A cloud whose points belong to no pixels.
-inline constexpr char kUnorganised[] = "unorganised";
+inline constexpr DropReason kUnorganised{"unorganised"};
 /// No pixels, or rows and data that do not fit its size.
-inline constexpr char kBadImage[] = "bad_image";
+inline constexpr DropReason kBadImage{"bad_image"};
 /// Image and camera_info differ in size.
-inline constexpr char kSizeMismatch[] = "size_mismatch";
+inline constexpr DropReason kSizeMismatch{"size_mismatch"};
 /// Focal length not positive, or not finite.
-inline constexpr char kBadIntrinsics[] = "bad_intrinsics";
+inline constexpr DropReason kBadIntrinsics{"bad_intrinsics"};
 /// Stamp 0: no transform belongs to it.
-inline constexpr char kNoStamp[] = "no_stamp";
+inline constexpr DropReason kNoStamp{"no_stamp"};
 /// At the end of the time that ROS can represent.
-inline constexpr char kBadStamp[] = "bad_stamp";
+inline constexpr DropReason kBadStamp{"bad_stamp"};
 /// That of the image before, which one transform cannot both belong to.
-inline constexpr char kRepeatedStamp[] = "repeated_stamp";
+inline constexpr DropReason kRepeatedStamp{"repeated_stamp"};
 /// The name of its frame or its encoding is longer than any real one.
-inline constexpr char kLongName[] = "long_name";
+inline constexpr DropReason kLongName{"long_name"};
 /// None within the timeout.
-inline constexpr char kNoTransform[] = "no_transform";
+inline constexpr DropReason kNoTransform{
+    "no_transform", true, "raise input/tf_timeout_s, or check what publishes the poses"};
 /// Older than the transforms known: none can come.
-inline constexpr char kBeforeTransforms[] = "before_transforms";
+inline constexpr DropReason kBeforeTransforms{"before_transforms", false};
 /// The oldest that waited when a newer one came.
-inline constexpr char kQueueFull[] = "queue_full";
+inline constexpr DropReason kQueueFull{
+    "queue_full", true, "use larger voxels (map/voxel_size_m), a GPU, or fewer frames"};
 /// Older than what another camera's frame has made of the map meanwhile.
-inline constexpr char kOutOfOrder[] = "out_of_order";
+inline constexpr DropReason kOutOfOrder{"out_of_order", true, "raise input/merge_wait_s"};
 /// In the queue when the stamps jumped back.
-inline constexpr char kTimeJump[] = "time_jump";
+inline constexpr DropReason kTimeJump{"time_jump", false};
 /// The camera would have moved faster than allowed.
-inline constexpr char kPoseJump[] = "pose_jump";
+inline constexpr DropReason kPoseJump{"pose_jump", true,
+                                      "check the pose estimate, or raise input/max_speed_m_s"};
 /// Not finite, not a rotation, or out of the map's range.
-inline constexpr char kBadPose[] = "bad_pose";
+inline constexpr DropReason kBadPose{"bad_pose", true,
+                                     "check the pose estimate, or raise input/max_speed_m_s"};
 /// No pixel with a depth in range.
-inline constexpr char kNoMeasurement[] = "no_measurement";
+inline constexpr DropReason kNoMeasurement{"no_measurement"};
 /// On the GPU, for this frame.
-inline constexpr char kNoMemory[] = "no_memory";
+inline constexpr DropReason kNoMemory{"no_memory"};
 /// Left out, as more come than are wanted.
-inline constexpr char kOverRate[] = "over_rate";
+inline constexpr DropReason kOverRate{"over_rate", false};
 /// Up is not known yet, and the map is to be level.
-inline constexpr char kNotLevel[] = "not_level";
+inline constexpr DropReason kNotLevel{"not_level", false};
 /// Does not fit the map, and poses/on_misfit is drop.
-inline constexpr char kMisfit[] = "misfit";
+inline constexpr DropReason kMisfit{
+    "misfit", true, "check the pose estimate, or raise poses/sigma_m and poses/sigma_rad"};
 /// The camera is not followed: it does not fit the map, or not yet again.
-inline constexpr char kLost[] = "lost";
-inline constexpr char kPaused[] = "paused";
+inline constexpr DropReason kLost{
+    "lost", true, "move the camera back to where it was, and then more slowly; or call set_pose"};
+inline constexpr DropReason kPaused{"paused", false};
 /// The node ends.
-inline constexpr char kEnding[] = "ending";
+inline constexpr DropReason kEnding{"ending", false};
 /// The map's backend has failed.
-inline constexpr char kBackendError[] = "backend_error";
+inline constexpr DropReason kBackendError{"backend_error"};
 }  // namespace drop
 
 /// The reason for a frame that the mapper did not fuse; `status` is not kFused.
-inline const char* dropReasonOf(FrameStatus status) {
+inline DropReason dropReasonOf(FrameStatus status) {
   switch (status) {
     case FrameStatus::kBadIntrinsics: return drop::kBadIntrinsics;
     case FrameStatus::kBadPose: return drop::kBadPose;
@@ -97,7 +111,7 @@ inline const char* dropReasonOf(FrameStatus status) {
 
 /// What a check has to say against a frame.
 struct Rejection {
-  std::string reason;  ///< Of namespace drop.
+  DropReason reason;
   std::string text;
 };
 
@@ -105,9 +119,10 @@ struct Rejection {
 struct StreamReport : dtsdf_mapping::StreamStatus {
   StreamReport() { received_age_s = camera_info_age_s = fused_age_s = -1.0f; }
 
+  std::map<DropReason, uint64_t> dropped_by;  ///< In place of `dropped`.
   uint64_t droppedSum() const {
-    return std::accumulate(dropped.begin(), dropped.end(), uint64_t{0},
-                           [](uint64_t sum, const auto& of) { return sum + of.count; });
+    return std::accumulate(dropped_by.begin(), dropped_by.end(), uint64_t{0},
+                           [](uint64_t sum, const auto& of) { return sum + of.second; });
   }
 
   std::string camera;      ///< Its name; empty for the only one, in the node's own namespace.
@@ -152,9 +167,9 @@ class FrameAccounting {
     std::ostringstream message;
     message.imbue(std::locale::classic());
     message << (name_.empty() ? "" : name_ + ": ") << "frame stamped " << stamp << " dropped ("
-            << rejection.reason << "): " << printableMessage(rejection.text);
+            << rejection.reason.name << "): " << printableMessage(rejection.text);
     const std::lock_guard<std::mutex> lock(mutex_);
-    const uint64_t count = ++countOf(counts_.dropped, rejection.reason);
+    const uint64_t count = ++counts_.dropped_by[rejection.reason];
     counts_.last_drop = message.str();
     if (mayWarn(rejection.reason)) {
       ROS_WARN_STREAM_NAMED("dtsdf_mapping",
@@ -174,7 +189,7 @@ class FrameAccounting {
   }
 
  private:
-  bool mayWarn(const std::string& reason) {
+  bool mayWarn(const DropReason& reason) {
     const bool is_asked_for =
         reason == drop::kPaused || reason == drop::kOverRate || reason == drop::kEnding;
     if (is_asked_for) return false;
@@ -195,7 +210,7 @@ class FrameAccounting {
   mutable std::mutex mutex_;
   StreamReport counts_;  ///< Without ages.
   std::optional<SteadyTime> image_at_, camera_info_at_, fused_at_;
-  std::map<std::string, ros::WallTime> last_warning_;
+  std::map<DropReason, ros::WallTime> last_warning_;
 };
 
 }  // namespace dtsdf

@@ -109,16 +109,15 @@ class FrameQueue {
       }
       return;
     }
-    auto place = firstThat([&](const auto& entry) {
-      return entry.second.stream == stream && entry.second.stamp == stamp && !entry.second.is_whole;
-    });
+    auto place = find(stream, State::kIncomplete, stamp);
     if (place != entries_.end() && image && place->second.messages.image) {  // two of one stamp
       dropIncomplete(place);
       place = entries_.end();
     }
     if (place == entries_.end()) {
       const Key key{stamp, state.options.is_colour, state.options.name, ++arrivals_};
-      place = entries_.emplace(key, Entry{stream, stamp, arrivals_, clock_()}).first;
+      place = entries_.emplace(key, Entry{stream}).first;
+      place->second.since = clock_();
     }
     CameraImage& messages = place->second.messages;
     if (image) messages.image = image;
@@ -137,9 +136,7 @@ class FrameQueue {
   /// @return false if there is none, or it waits.
   bool poseFirst(Stream stream, const Decide& decide) {
     std::unique_lock<std::mutex> lock(mutex_);
-    const auto first = firstThat([&](const auto& entry) {
-      return entry.second.stream == stream && entry.second.is_whole && !entry.second.posed;
-    });
+    const auto first = find(stream, State::kWhole);
     if (first == entries_.end()) return false;
     const Key key = first->first;
     const CameraImage messages = first->second.messages;
@@ -169,7 +166,7 @@ class FrameQueue {
     state.heard = ros::Time();
     if (!state.options.is_colour) last_taken_ = ros::Time();
     dropAll({drop::kTimeJump, "stamps went back while it waited"}, [&](const auto& entry) {
-      return entry.second.stream == stream && entry.second.stamp > stamp;
+      return entry.second.stream == stream && entry.first.stamp > stamp;
     });
   }
 
@@ -179,9 +176,9 @@ class FrameQueue {
     if (timeToTurn() > SteadyDuration::zero()) return std::nullopt;
     const auto first = firstThat(isPosed);
     StreamState& stream = streams_[first->second.stream];
-    if (!stream.options.is_colour) last_taken_ = std::max(last_taken_, first->second.stamp);
+    if (!stream.options.is_colour) last_taken_ = std::max(last_taken_, first->first.stamp);
     ++stream.taken;
-    PosedFrame frame = std::move(*first->second.posed);
+    PosedFrame frame = std::move(first->second.posed);
     entries_.erase(first);
     return frame;
   }
@@ -225,33 +222,44 @@ class FrameQueue {
     const std::lock_guard<std::mutex> lock(mutex_);
     const StreamState& state = streams_[stream];
     if (!state.waiting_for.empty()) return state.waiting_for;
-    const auto image = std::find_if(entries_.begin(), entries_.end(), [&](const auto& entry) {
-      return entry.second.stream == stream && !entry.second.is_whole && entry.second.hasImage();
+    const size_t images = countOf([&](const auto& entry) {
+      return entry.second.stream == stream && entry.second.state == State::kIncomplete &&
+             entry.second.hasImage();
     });
-    if (image == entries_.end()) return "";
-    return hasInfo(image->second) ? state.options.no_mask_text : state.options.no_info_text;
+    if (images == 0) return "";
+    const std::string also = state.options.wants_mask ? " or mask: " : ": ";
+    return (images == 1 ? "1 image waits" : std::to_string(images) + " images wait") +
+           std::string(" for camera_info") + also + state.options.no_info_text;
   }
 
  private:
-  /// Stamp, whether it is of colour, name of the stream, and number in the order of arrival.
-  using Key = std::tuple<ros::Time, bool, std::string, uint64_t>;
+  struct Key {
+    ros::Time stamp;
+    bool is_colour;
+    std::string name;
+    uint64_t number;  ///< In the order of arrival.
+
+    bool operator<(const Key& other) const {
+      return std::tie(stamp, is_colour, name, number) <
+             std::tie(other.stamp, other.is_colour, other.name, other.number);
+    }
+  };
   /// Messages without an image that may wait, of one stream: as where camera_info comes by another
   /// connection and images are late.
   static constexpr size_t kMostStamps = 50;
   /// So many frames keep the map busy until more come.
   static constexpr size_t kBusy = 3;
 
+  enum class State { kIncomplete, kWhole, kPosed };
   struct Entry {
     Stream stream;
-    ros::Time stamp;
-    uint64_t number;            ///< In the order of arrival.
-    SteadyTime since = {};      ///< When it came, became whole or got its pose.
+    State state = State::kIncomplete;
     CameraImage messages = {};  ///< Until it has its pose.
-    bool is_whole = false;
-    bool is_checked = false;  ///< Noted by whoever decides.
-    std::optional<PosedFrame> posed = {};
+    SteadyTime since = {};      ///< When it came, became whole or got its pose.
+    bool is_checked = false;    ///< Noted by whoever decides.
+    PosedFrame posed = {};
 
-    bool hasImage() const { return posed || messages.image; }
+    bool hasImage() const { return state == State::kPosed || messages.image != nullptr; }
   };
   using Entries = std::map<Key, Entry>;
   struct StreamState {
@@ -270,16 +278,29 @@ class FrameQueue {
   };
 
   // With mutex_ held.
+  /// The first, or the one with this stamp.
+  Entries::iterator find(Stream stream, State state,
+                         std::optional<ros::Time> stamp = std::nullopt) {
+    return firstThat([&](const auto& entry) {
+      return entry.second.stream == stream && entry.second.state == state &&
+             (!stamp || entry.first.stamp == *stamp);
+    });
+  }
+
   static size_t bytesOf(const Entry& entry) {
-    if (entry.posed) {
+    if (entry.state == State::kPosed) {
       return std::visit(
           [](const auto& image) { return image.row_bytes * static_cast<size_t>(image.height); },
-          entry.posed->image);
+          entry.posed.image);
     }
     const auto& [image, info, mask] = entry.messages;
-    size_t bytes = info ? info->D.size() * sizeof(double) + info->header.frame_id.size() : 0;
+    size_t bytes = 0;
+    if (info) {
+      bytes = info->D.size() * sizeof(double) + info->distortion_model.size() +
+              info->header.frame_id.size();
+    }
     for (const auto& of : {image, mask}) {
-      if (of) bytes += of->data.size() + of->header.frame_id.size();
+      if (of) bytes += of->data.size() + of->encoding.size() + of->header.frame_id.size();
     }
     return bytes;
   }
@@ -290,36 +311,43 @@ class FrameQueue {
         [](size_t sum, const auto& entry) { return sum + bytesOf(entry.second); });
   }
 
-  bool hasInfo(const Entry& entry) const {
+  /// What keeps a frame from being whole; camera_info before the mask.
+  std::optional<DropReason> missingOf(const Entry& entry) const {
     const StreamState& stream = streams_[entry.stream];
-    return (stream.options.any_info ? stream.latest_info : entry.messages.info) != nullptr;
+    const CameraImage& messages = entry.messages;
+    const bool has_info =
+        stream.options.any_info ? stream.latest_info != nullptr : messages.info != nullptr;
+    if (stream.options.wants_mask && !messages.mask && has_info) return drop::kNoMask;
+    return has_info ? std::nullopt : std::optional<DropReason>(drop::kNoCameraInfo);
   }
 
   /// @return whether it has just become whole.
   bool completeIfWhole(Entries::iterator place) {
     Entry& entry = place->second;
     CameraImage& messages = entry.messages;
-    const bool lacks_mask = streams_[entry.stream].options.wants_mask && !messages.mask;
-    if (entry.is_whole || !messages.image) return false;
-    if (!hasInfo(entry) || lacks_mask) return false;
-    entry.is_whole = true;
+    if (entry.state != State::kIncomplete || !messages.image || missingOf(entry)) return false;
+    entry.state = State::kWhole;
     entry.since = clock_();
     if (!messages.info) messages.info = streams_[entry.stream].latest_info;
     for (auto it = entries_.begin(); it != place;) {
       const auto before = it++;
-      const bool came_before = before->second.number < entry.number;  // else this one is ahead
       const bool is_its = before->second.stream == entry.stream;
-      if (is_its && came_before && !before->second.is_whole) dropIncomplete(before);
+      const bool came_before =
+          before->first.number < place->first.number;  // else this one is ahead
+      if (is_its && came_before && before->second.state == State::kIncomplete)
+        dropIncomplete(before);
     }
     return true;
   }
 
-  static bool isPosed(const Entries::value_type& entry) { return entry.second.posed.has_value(); }
+  static bool isPosed(const Entries::value_type& entry) {
+    return entry.second.state == State::kPosed;
+  }
 
   /// Drops a frame, or gives it its pose.
   void apply(Entries::iterator place, Decision decision) {
     Entry& entry = place->second;
-    const ros::Time stamp = place->second.stamp;
+    const ros::Time stamp = place->first.stamp;
     StreamState& stream = streams_[entry.stream];
     stream.waiting_for.clear();
     const auto* const rejection = std::get_if<Rejection>(&decision);
@@ -330,8 +358,9 @@ class FrameQueue {
                           "a later frame of another camera has already been fused; raise "
                           "input/merge_wait_s above this camera's delay"});
     }
+    entry.state = State::kPosed;
     entry.posed = std::move(std::get<PosedFrame>(decision));
-    entry.posed->accounting = stream.accounting;
+    entry.posed.accounting = stream.accounting;
     entry.messages = {};  // what the frame needs of them, its pixels keep
     entry.since = clock_();
     stream.has_come = true;
@@ -348,13 +377,13 @@ class FrameQueue {
     auto first = entries_.end();
     for (auto it = entries_.begin(); it != entries_.end(); ++it) {
       if (!wanted(*it)) continue;
-      if (first == entries_.end() || it->second.number < first->second.number) first = it;
+      if (first == entries_.end() || it->first.number < first->first.number) first = it;
     }
     return first;
   }
 
   void drop(Entries::iterator place, const Rejection& rejection) {
-    const ros::Time stamp = place->second.stamp;
+    const ros::Time stamp = place->first.stamp;
     FrameAccounting& accounting = *streams_[place->second.stream].accounting;
     const bool has_image = place->second.hasImage();
     entries_.erase(place);
@@ -363,8 +392,8 @@ class FrameQueue {
 
   void dropIncomplete(Entries::iterator place) {
     const StreamOptions& options = streams_[place->second.stream].options;
-    drop(place, hasInfo(place->second) ? Rejection{drop::kNoMask, options.no_mask_text}
-                                       : Rejection{drop::kNoCameraInfo, options.no_info_text});
+    const DropReason reason = missingOf(place->second).value_or(drop::kNoCameraInfo);
+    drop(place, {reason, reason == drop::kNoMask ? options.no_mask_text : options.no_info_text});
   }
 
   template <class Wanted>
@@ -411,7 +440,7 @@ class FrameQueue {
   void shorten(Stream stream) {
     StreamState& state = streams_[stream];
     const size_t waiting = countOf([&](const auto& entry) {
-      return entry.second.stream == stream && isPosed(entry) && !canComeBefore(entry.second.stamp);
+      return entry.second.stream == stream && isPosed(entry) && !canComeBefore(entry.first.stamp);
     });
     if (waiting == 0) state.is_overloaded = false;
     const bool is_short = waiting <= kBusy;
@@ -442,9 +471,9 @@ class FrameQueue {
           firstArrived([&](const auto& entry) { return entry.second.stream == stream; }));
       return;
     }
-    if (!place->second.is_whole) return dropIncomplete(place);
+    if (place->second.state == State::kIncomplete) return dropIncomplete(place);
     const std::string& waiting_for = streams_[stream].waiting_for;
-    const bool waits_for_pose = !place->second.posed && !waiting_for.empty();
+    const bool waits_for_pose = place->second.state == State::kWhole && !waiting_for.empty();
     drop(place, {drop::kQueueFull,
                  "the queue is full: " +
                      (waits_for_pose
@@ -470,11 +499,11 @@ class FrameQueue {
   SteadyDuration timeToTurn() const {
     const auto first = std::find_if(entries_.begin(), entries_.end(), isPosed);
     if (first == entries_.end()) return SteadyDuration::max();
-    if (!canComeBefore(first->second.stamp)) return SteadyDuration::zero();
+    if (!canComeBefore(first->first.stamp)) return SteadyDuration::zero();
     // One that has waited long enough has its turn, and those before it have theirs first.
     SteadyTime since = SteadyTime::max();
     for (const auto& [key, entry] : entries_) {
-      if (entry.posed) since = std::min(since, entry.since);
+      if (entry.state == State::kPosed) since = std::min(since, entry.since);
     }
     const SteadyTime end = since + merge_wait_;
     return std::max(SteadyDuration::zero(), end - clock_());

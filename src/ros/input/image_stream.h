@@ -7,9 +7,7 @@
 #include <ros/console.h>
 #include <ros/node_handle.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <exception>
 #include <functional>
 #include <mutex>
@@ -18,7 +16,6 @@
 #include <utility>
 
 #include "dtsdf_mapping/io/rate_limit.h"
-#include "io/trajectory.h"
 #include "level/pose_convention.h"
 #include "params/intrinsics_check.h"
 #include "params/printable.h"
@@ -30,30 +27,11 @@
 #include "ros/input/frame_queue.h"
 #include "ros/input/images.h"
 #include "ros/input/input_status.h"
+#include "ros/input/pose_checks.h"
 #include "ros/input/rectification.h"
 #include "ros/input/transforms.h"
 
 namespace dtsdf {
-
-/// What is wrong with the way to a pose from the one before, whether that was dropped or not;
-/// empty: nothing. When an estimate jumps to another place and stays there, only the first frame
-/// after the jump is lost.
-inline std::string findJump(const std::optional<StampedPose>& last, const StampedPose& next,
-                            const InputParams& limits) {
-  if (!last || next.stamp_s < last->stamp_s) return "";  // also where stamps go back
-  constexpr double kMinInterval_s = 1e-3;                // stamps nearer than this show no speed
-  const double interval_s = next.stamp_s - last->stamp_s, dt = std::max(interval_s, kMinInterval_s);
-  const Eigen::Isometry3d way = last->T_W_C.inverse() * next.T_W_C;
-  const double distance_m = way.translation().norm();
-  const double turn_deg = Eigen::AngleAxisd(way.linear()).angle() * 180.0 / M_PI;
-  const bool too_fast = limits.max_speed_m_s > 0.0 && distance_m > limits.max_speed_m_s * dt;
-  const bool turns_too_fast = limits.max_turn_deg_s > 0.0 && turn_deg > limits.max_turn_deg_s * dt;
-  if (!too_fast && !turns_too_fast) return "";
-  return formatted(
-      "the pose jumped by %g m and %g degrees in %g s (limits: input/max_speed_m_s = %g, "
-      "input/max_turn_deg_s = %g)",
-      distance_m, turn_deg, interval_s, limits.max_speed_m_s, limits.max_turn_deg_s);
-}
 
 /// The topics of a kind and, unless it is remapped itself, the camera_info beside what that of the
 /// images is remapped to; `mask/image` where masks are wanted. Images come by image_transport, but
@@ -77,7 +55,7 @@ class ImageStream {
         on_time_jump_(std::move(on_time_jump)),
         pose_frame_(frameOfPoses(params)),
         camera_(camera),
-        is_needed_(kind.is_colour && params.colour == Choice::kAlways),
+        is_needed_(kind.is_colour && params.colour == ColourUse::kAlways),
         nh_(nh),
         mask_topic_(params_.mask && !kind.is_colour ? nh.resolveName(ns + "/mask/image") : ""),
         topic_(ns + "/" + kind.ns + "/image_rect"),
@@ -87,6 +65,7 @@ class ImageStream {
                     (kind.is_colour ? "colour" : "")),
         stream_(queue.addStream(queueOptions(), accounting_)),
         rate_limit_(kind.is_colour ? params.max_colour_rate_hz : 0.0),
+        motion_gate_(params_.max_speed_m_s, params_.max_turn_deg_s),
         rectification_(params_.rectify, image_topic_, kind.is_colour),
         cloud_images_(image_topic_),
         transport_(nh) {}
@@ -213,12 +192,20 @@ class ImageStream {
   void onInfo(const sensor_msgs::CameraInfoConstPtr& info) {
     guarded("camera_info", [&] {
       accounting_.cameraInfoReceived();
-      queue_.add(stream_, {nullptr, info});
+      const std::string problem = findProblem(*info);
+      if (problem.empty()) return queue_.add(stream_, {nullptr, info});
+      ROS_WARN_STREAM_THROTTLE_NAMED(
+          5.0, "dtsdf_mapping", "camera_info on '" << info_topic_ << "' is ignored: " << problem);
     });
   }
 
   void onMask(const sensor_msgs::ImageConstPtr& mask) {
-    guarded("mask", [&] { queue_.add(stream_, {nullptr, nullptr, mask}); });
+    guarded("mask", [&] {
+      const auto rejection = checkArrival(*mask, queue_.maxBytes());
+      if (!rejection) return queue_.add(stream_, {nullptr, nullptr, mask});
+      ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping",
+                                     "a mask is ignored: " << rejection->text);
+    });
   }
 
   FrameQueue::Decision decide(const CameraImage& messages, SteadyTime since, bool& is_checked) {
@@ -242,9 +229,9 @@ class ImageStream {
           pose.text + formatted("; waited %g s (input/tf_timeout_s)", params_.tf_timeout_s)};
     }
     if (!pose.T_W_C) return Rejection{drop::kBeforeTransforms, pose.text};
-    const StampedPose given{stamp.toSec(), *pose.T_W_C};
-    const std::string jump = findJump(std::exchange(last_pose_, given), given, params_);
-    if (!jump.empty()) return Rejection{drop::kPoseJump, jump};
+    if (const auto jump = motion_gate_.check(stamp.toSec(), *pose.T_W_C)) {
+      return Rejection{drop::kPoseJump, *jump};
+    }
     return makePosed(messages, *pose.T_W_C);
   }
 
@@ -336,7 +323,7 @@ class ImageStream {
   FrameAccounting accounting_;
   FrameQueue::Stream stream_;
   RateLimit rate_limit_;
-  std::optional<StampedPose> last_pose_;
+  MotionGate motion_gate_;
   Rectification rectification_;
   CloudImages cloud_images_;
   bool is_cloud_ = false;         ///< Set before anything comes.

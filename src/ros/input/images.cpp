@@ -18,6 +18,8 @@
 namespace dtsdf {
 namespace {
 
+/// More than any model of OpenCV has.
+constexpr size_t kMostCoefficients = 64;
 /// Latest stamp of an image: what is added to it must not pass the end of ROS's time.
 constexpr double kLatestStamp_s = kEndOfTime_s - 3600.0;
 
@@ -117,6 +119,14 @@ std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t mo
     return Rejection{drop::kBadStamp, "its stamp is at the end of the time that ROS can represent"};
   }
   return std::nullopt;
+}
+
+std::string findProblem(const sensor_msgs::CameraInfo& info) {
+  if (info.header.frame_id.size() > kLongestName || info.distortion_model.size() > kLongestName) {
+    return formatted("its frame_id or its distortion_model has more than %zu bytes", kLongestName);
+  }
+  if (info.D.size() <= kMostCoefficients) return "";
+  return formatted("it has %zu coefficients of distortion", info.D.size());
 }
 
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,

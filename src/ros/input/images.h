@@ -37,6 +37,9 @@ sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const In
 /// is all the room.
 std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t most_bytes);
 
+/// Why a camera_info may not wait, by what it holds; empty if it may.
+std::string findProblem(const sensor_msgs::CameraInfo& info);
+
 /// What is wrong with an image of so many bytes a pixel and its camera_info; nothing if they fit.
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,
                                     const sensor_msgs::CameraInfo& info, size_t pixel_bytes);

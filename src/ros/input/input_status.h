@@ -12,7 +12,6 @@
 #include <cstdint>
 #include <deque>
 #include <map>
-#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -47,6 +46,33 @@ inline PublishedTopics findPublishedTopics() {
   return published;
 }
 
+/// Since when frames could have come: what is silent in a pause is no fault. Updated at each
+/// status; wall time. While mapping is paused or simulated time stands still, nothing is expected
+/// to come, and afterwards the waiting begins again.
+class RunClock {
+ public:
+  void update(SteadyTime at, const ros::Time& now, bool paused) {
+    if (!has_begun_ || now != now_) changed_at_ = at;
+    now_ = now;
+    // Simulated time comes in steps: that of a slow simulator is not at a stand at once.
+    stands_ = at - changed_at_ >= std::chrono::seconds(1);
+    if (!has_begun_ || paused || stands_) begun_ = at;
+    has_begun_ = true;
+    ran_s_ = toSeconds(at - begun_);
+  }
+
+  /// How long there was neither a pause nor a stand of time.
+  double ran_s() const { return ran_s_; }
+  bool timeStands() const { return stands_; }
+
+ private:
+  bool has_begun_ = false;
+  SteadyTime begun_{}, changed_at_{};
+  ros::Time now_;
+  bool stands_ = false;
+  double ran_s_ = 0.0;
+};
+
 /// Writes the input's part of the status, but for transforms and memory, one after the other: it
 /// remembers what was reported.
 class InputStatus {
@@ -60,7 +86,7 @@ class InputStatus {
   /// @param streams Of each camera depth, and then colour where it is wanted. @param now Of ROS.
   void fill(const std::vector<StreamReport>& streams, bool paused, SteadyTime at,
             const ros::Time& now, MapStatus& status) {
-    updateRun(at, now, paused);
+    run_clock_.update(at, now, paused);
     status.paused = paused;
     fillCounts(streams, status);
     addMoment(at, streams);
@@ -68,7 +94,7 @@ class InputStatus {
       if (!streams[i].isColour()) judgeCamera(streams, i, status);
     }
     if (paused) report(status, MapStatus::OK, MapStatus::PAUSED, "paused");
-    if (time_stands_ && status.frames_fused > 0) {
+    if (run_clock_.timeStands() && status.frames_fused > 0) {
       report(status, MapStatus::OK, MapStatus::TIME_STANDS,
              "mapping; no new images: /clock is not advancing (the bag ended or is paused)");
     }
@@ -83,11 +109,19 @@ class InputStatus {
  private:
   using Moment = std::pair<SteadyTime, std::vector<StreamReport>>;
 
+  static std::vector<dtsdf_mapping::DropCount> dropCounts(const StreamReport& stream) {
+    std::vector<dtsdf_mapping::DropCount> counts;
+    for (const auto& [reason, count] : stream.dropped_by) {
+      counts.push_back(dropCount(reason.name, count));
+    }
+    return counts;
+  }
+
   static void fillCounts(const std::vector<StreamReport>& streams, MapStatus& status) {
+    StreamReport sum;
     for (const StreamReport& stream : streams) {
       if (!stream.isColour()) {
-        for (const auto& of : stream.dropped) countOf(status.dropped, of.reason) += of.count;
-        status.frames_dropped += stream.droppedSum();
+        for (const auto& [reason, count] : stream.dropped_by) sum.dropped_by[reason] += count;
         status.images_received += stream.received;
         status.frames_fused += stream.fused;
         status.last_fused_stamp = std::max(status.last_fused_stamp, stream.last_fused_stamp);
@@ -96,18 +130,10 @@ class InputStatus {
         status.cameras.back().name = stream.camera;
       }
       status.cameras.back().streams.push_back(stream);
+      status.cameras.back().streams.back().dropped = dropCounts(stream);
     }
-  }
-
-  /// Since when frames could have come: while mapping is paused or simulated time stands still,
-  /// nothing is expected to come, and afterwards the waiting begins again. Wall time.
-  void updateRun(SteadyTime at, const ros::Time& now, bool paused) {
-    if (now_ != now) changed_at_ = at;
-    // Simulated time comes in steps: that of a slow simulator is not at a stand at once.
-    time_stands_ = at - changed_at_ >= std::chrono::seconds(1);
-    if (!now_ || paused || time_stands_) run_since_ = at;
-    now_ = now;
-    ran_s_ = toSeconds(at - run_since_);
+    status.frames_dropped = sum.droppedSum();
+    status.dropped = dropCounts(sum);
   }
 
   /// Keeps what was reported in the last while.
@@ -125,14 +151,15 @@ class InputStatus {
       report(status, MapStatus::WARN, code, name + text);
     };
     // Drops that are a fault, in the last while: how many, and the most common reason.
-    StreamReport first = moments_.front().second[index];
+    const StreamReport& first = moments_.front().second[index];
     uint64_t dropped = 0, most = 0;
-    std::string most_common;
-    for (const auto& of : depth.dropped) {
-      const uint64_t lately = of.count - countOf(first.dropped, of.reason);
-      if (kNoFaults.count(of.reason) > 0) continue;
+    DropReason most_common = drop::kQueueFull;
+    for (const auto& [reason, count] : depth.dropped_by) {
+      const auto before = first.dropped_by.find(reason);
+      const uint64_t lately = count - (before == first.dropped_by.end() ? 0 : before->second);
+      if (!reason.is_fault) continue;
       dropped += lately;
-      if (lately > most) most_common = of.reason;
+      if (lately > most) most_common = reason;
       most = std::max(most, lately);
     }
     const bool is_lost = dropped > 0 && most_common == drop::kLost;
@@ -144,11 +171,11 @@ class InputStatus {
     const uint64_t received = depth.received - first.received;
     const double share = static_cast<double>(dropped) / static_cast<double>(received);
     if (received >= kLeastImages && share > kReportedShare) {
-      const auto remedy = kRemedies.find(most_common);
-      warn(MapStatus::SOME_DROPPED,
-           std::to_string(std::lround(100.0 * share)) +
-               " % of the depth images were dropped lately, most as " + most_common + ": " +
-               (remedy == kRemedies.end() ? depth.last_drop : remedy->second));
+      const std::string remedy = most_common.remedy;
+      warn(MapStatus::SOME_DROPPED, std::to_string(std::lround(100.0 * share)) +
+                                        " % of the depth images were dropped lately, most as " +
+                                        most_common.name + ": " +
+                                        (remedy.empty() ? depth.last_drop : remedy));
     }
     if (index + 1 == streams.size() || !streams[index + 1].isColour()) return;
     // Colour that is required, or comes and cannot be used.
@@ -170,7 +197,7 @@ class InputStatus {
                     MapStatus& status) const {
     // For how long nothing has come while it could have; 0 if nothing ever has.
     const auto silence = [this](float age_s) {
-      return age_s < 0.0f ? 0.0 : std::min<double>(age_s, ran_s_);
+      return age_s < 0.0f ? 0.0 : std::min<double>(age_s, run_clock_.ran_s());
     };
     const auto ago = [](double age_s) {
       return age_s < 0.0 ? "never" : std::to_string(std::lround(age_s)) + " s ago";
@@ -221,7 +248,7 @@ class InputStatus {
     const auto same = topics.find(depth.topic);
     if (same != topics.end() && (same->second == kCloud) == depth.is_cloud) {
       constexpr double kConnectPatience_s = 3.0;  // who is not connected to by then cannot be
-      return ran_s_ < kConnectPatience_s
+      return run_clock_.ran_s() < kConnectPatience_s
                  ? "it is published, but not connected to yet"
                  : "it is published, but cannot be reached: set ROS_HOSTNAME or ROS_IP on both "
                    "machines";
@@ -259,28 +286,10 @@ class InputStatus {
 
   /// No share of drops is reported for fewer images.
   static constexpr uint64_t kLeastImages = 20;
-  /// Reasons for which frames are dropped although nothing is amiss.
-  inline static const std::set<std::string> kNoFaults = {drop::kBeforeTransforms, drop::kTimeJump,
-                                                         drop::kOverRate,         drop::kNotLevel,
-                                                         drop::kPaused,           drop::kEnding};
-  /// Where the text of the last drop does not say what to do.
-  inline static const std::map<std::string, std::string> kRemedies = {
-      {drop::kTooLarge, "lower the camera's resolution"},
-      {drop::kNoTransform, "raise input/tf_timeout_s, or check what publishes the poses"},
-      {drop::kQueueFull, "use larger voxels (map/voxel_size_m), a GPU, or fewer frames"},
-      {drop::kOutOfOrder, "raise input/merge_wait_s"},
-      {drop::kBadPose, "check the pose estimate, or raise input/max_speed_m_s"},
-      {drop::kPoseJump, "check the pose estimate, or raise input/max_speed_m_s"},
-      {drop::kMisfit, "check the pose estimate, or raise poses/sigma_m and poses/sigma_rad"},
-      {drop::kLost,
-       "move the camera back to where it was, and then more slowly; or call set_pose"}};
 
   const double stale_s_;
   PublishedTopics (*const find_topics_)();
-  std::optional<ros::Time> now_;  ///< At the last status.
-  SteadyTime changed_at_, run_since_;
-  bool time_stands_ = false;
-  double ran_s_ = 0.0;          ///< How long there was neither a pause nor a stand of time.
+  RunClock run_clock_;
   std::deque<Moment> moments_;  ///< Reports of the last while.
   uint64_t restarts_ = 0;
 };

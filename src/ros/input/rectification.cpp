@@ -10,7 +10,6 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <utility>
-#include <vector>
 
 #include "level/frame_points.h"
 #include "params/printable.h"
@@ -59,16 +58,12 @@ Matrix rotationOf(const sensor_msgs::CameraInfo& info) {
   return std::abs(cv::determinant(R)) > 0.5 ? R : Matrix::eye();  // all 0: none is given
 }
 
-bool isTurned(const sensor_msgs::CameraInfo& info) {
-  constexpr double kSameAxes = 1e-6;
-  return cv::norm(rotationOf(info), Matrix::eye(), cv::NORM_INF) > kSameAxes;
-}
-
 /// Whether the rectified image has other intrinsics than the raw one, or other axes.
 bool isMoved(const sensor_msgs::CameraInfo& info) {
   const Matrix K = rawCamera(info), P = matrixOf(intrinsicsOf(info));
-  constexpr double kSamePixel = 0.01;
-  return K(0, 0) > 0.0 && (cv::norm(K, P, cv::NORM_INF) > kSamePixel || isTurned(info));
+  constexpr double kSamePixel = 0.01, kSameAxes = 1e-6;
+  return K(0, 0) > 0.0 && (cv::norm(K, P, cv::NORM_INF) > kSamePixel ||
+                           cv::norm(rotationOf(info), Matrix::eye(), cv::NORM_INF) > kSameAxes);
 }
 
 /// Where in the raw image each pixel of the rectified one comes from.
@@ -84,16 +79,47 @@ std::pair<cv::Mat, cv::Mat> sourcesOf(const sensor_msgs::CameraInfo& info, cv::S
   return uv;
 }
 
+/// Ratio of depth along the rectified axis to depth along the raw one, for each pixel; 0, no
+/// measurement, for rays that the raw camera has behind it. Empty where the axes are equal.
+std::vector<float> scalesOf(const sensor_msgs::CameraInfo& info, cv::Size size) {
+  const Matrix R = rotationOf(info);
+  if (R == Matrix::eye()) return {};
+  const Matrix ray_of_pixel = R.t() * matrixOf(intrinsicsOf(info)).inv();
+  std::vector<float> scales;
+  scales.reserve(static_cast<size_t>(size.area()));
+  for (int v = 0; v < size.height; ++v) {
+    for (int u = 0; u < size.width; ++u) {
+      const double along_axis = (ray_of_pixel * cv::Vec3d(u, v, 1.0))[2];
+      scales.push_back(along_axis > 0.0 ? static_cast<float>(1.0 / along_axis) : 0.0f);
+    }
+  }
+  return scales;
+}
+
+uint16_t scaled(uint16_t raw, float scale) {
+  if (raw == kNoDepth16) return raw;  // no measurement stays that
+  return static_cast<uint16_t>(
+      std::lround(std::min(static_cast<float>(raw) * scale, static_cast<float>(kNoDepth16))));
+}
+
+float scaled(float raw, float scale) { return raw * scale; }
+
+/// Depth along the rectified axis, in place of that along the raw one.
+template <class Pixel>
+void scale(cv::Mat& depth, const std::vector<float>& scales) {
+  auto* const pixels = depth.ptr<Pixel>();
+  for (size_t i = 0; i < scales.size(); ++i) pixels[i] = scaled(pixels[i], scales[i]);
+}
+
 }  // namespace
 
 bool Rectification::isToBeUndone(const sensor_msgs::CameraInfo& info) const {
   if (!isDistorted(info) && !isMoved(info)) return false;
-  return choice_ == Choice::kAlways || !isNamedRectified(topic_);
+  return choice_ == RectifyChoice::kAlways || !isNamedRectified(topic_);
 }
 
 std::string Rectification::obstacle(const sensor_msgs::CameraInfo& info) const {
-  if (choice_ == Choice::kNever) return "input/rectify is never";
-  if (!is_colour_ && isTurned(info)) return "R of camera_info is not 1; depth cannot be turned";
+  if (choice_ == RectifyChoice::kNever) return "input/rectify is never";
   if (isDistorted(info) && !(rawCamera(info)(0, 0) > 0.0)) return "K of camera_info is 0";
   if (!isDistorted(info) || isKnownModel(info)) return "";
   return "distortion model '" + printable(info.distortion_model) + "' with " +
@@ -105,6 +131,7 @@ void Rectification::makeTable(const CameraImage& raw) {
   const auto [from_u, from_v] = sourcesOf(*raw.info, size);
   cv::Mat unused;
   cv::convertMaps(from_u, from_v, source_, unused, CV_16SC2, true);
+  scales_ = scalesOf(*raw.info, size);
   rectified_info_ = boost::make_shared<sensor_msgs::CameraInfo>(
       makeCameraInfo(*raw.image, intrinsicsOf(*raw.info)));
 }
@@ -160,6 +187,9 @@ sensor_msgs::ImageConstPtr Rectification::rectified(const CameraImage& raw) cons
                      const_cast<void*>(frame.data), frame.row_bytes);
   }
   cv::remap(source, image, source_, cv::noArray(), cv::INTER_NEAREST, cv::BORDER_CONSTANT);
+  if (!is_colour_ && !scales_.empty()) {
+    source.type() == CV_16UC1 ? scale<uint16_t>(image, scales_) : scale<float>(image, scales_);
+  }
   const std::string& encoding = is_colour_ ? pixels->encoding : raw.image->encoding;
   return cv_bridge::CvImage(raw.image->header, encoding, image).toImageMsg();
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "params/node_params.h"
 #include "ros/input/images.h"
@@ -22,7 +23,7 @@ class Rectification {
  public:
   /// `topic` shows whether images are raw, where that is left open. 16 bits of grey may be depth or
   /// colour.
-  Rectification(Choice choice, std::string topic, bool is_colour = false)
+  Rectification(RectifyChoice choice, std::string topic, bool is_colour = false)
       : choice_(choice), topic_(std::move(topic)), is_colour_(is_colour) {}
 
   /// The image as it is, or rectified: one that has passed checkDepthImage() or checkColourImage().
@@ -46,14 +47,15 @@ class Rectification {
   void makeTable(const CameraImage& raw);
   sensor_msgs::ImageConstPtr rectified(const CameraImage& raw) const;
 
-  Choice choice_;
+  RectifyChoice choice_;
   std::string topic_;
   bool is_colour_;
   std::string warning_, logged_;
 
   sensor_msgs::CameraInfo table_info_;              ///< What the table was made for.
   sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Without stamp.
-  cv::Mat source_;  ///< For each pixel the raw one, as cv::remap() takes it.
+  cv::Mat source_;             ///< For each pixel the raw one, as cv::remap() takes it.
+  std::vector<float> scales_;  ///< From its depth to that along the new axis; empty: 1.
 };
 
 }  // namespace dtsdf

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <exception>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -37,8 +38,8 @@ struct PoseAnswer {
 
 /// tf2's buffer. It takes every transform as it comes, so a single one with a wrong stamp can make
 /// it refuse all true ones. Where images find no pose for a while although transforms are received,
-/// the buffer is therefore made new, and those of /tf_static, which are latched, come again. Thread
-/// safe.
+/// the buffer is therefore made new: with the static transforms so far, except those of frames that
+/// are on /tf too, which are ignored from then on. Thread safe.
 class Transforms {
  public:
   /// Keeps transforms for `kept_s`, by default longer than a frame waits in a queue that keeps up.
@@ -46,8 +47,14 @@ class Transforms {
       : clock_(std::move(clock)), kept_(kept_s), core_(makeCore()) {}
 
   /// Receives /tf and /tf_static, on the queue of the node handle.
-  void subscribe(const ros::NodeHandle& nh) {
-    nh_ = nh;
+  void subscribe(ros::NodeHandle nh) {
+    const auto subscribe = [&](const char* topic, bool is_static) {
+      const boost::function<void(const Event&)> callback = [this, is_static](const Event& event) {
+        guarded("transforms", [&] { onMessage(event, is_static); });
+      };
+      constexpr uint32_t kQueue = 100;  // as many as tf2's own listener lets wait
+      return nh.subscribe<tf2_msgs::TFMessage>(topic, kQueue, callback);
+    };
     tf_ = subscribe("/tf", false);
     tf_static_ = subscribe("/tf_static", true);
   }
@@ -56,14 +63,15 @@ class Transforms {
             bool is_static = false) {
     const std::lock_guard<std::mutex> lock(mutex_);
     const std::string child = stripLeadingSlash(transform.child_frame_id);
-    if (is_static && moving_.count(child) > 0) return;  // which would hide where it moves
-    if (!is_static) {
-      if (!isLong(child)) moving_.insert(child);
+    if (is_static && ignored_statics_.count(child) > 0) return;
+    const bool is_named = !child.empty() && !isLong(child) && !isLong(transform.header.frame_id);
+    if (is_named && is_static) statics_[child] = transform;
+    if (is_named && !is_static) {
+      moving_.insert(child);
       received_at_ = clock_();
     }
     try {
-      const bool is_long = isLong(child) || isLong(transform.header.frame_id);
-      if (!is_long && core_->setTransform(transform, publisher, is_static)) return;
+      if (is_named && core_->setTransform(transform, publisher, is_static)) return;
     } catch (const std::exception&) {  // for a stamp at the end of time, or no memory
     }
     ++refused_;
@@ -109,7 +117,10 @@ class Transforms {
   }
 
   /// Forgets the transforms that are not static, after a jump of time.
-  void clear() { core()->clear(); }
+  void clear() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    core_ = makeCore();
+  }
 
   /// The parent that a frame has, if it is another one; else empty.
   std::string otherParentOf(const std::string& frame, const std::string& parent) const {
@@ -132,14 +143,6 @@ class Transforms {
 
   static bool isLong(const std::string& name) { return name.size() > kLongestName; }
 
-  ros::Subscriber subscribe(const char* topic, bool is_static) {
-    const boost::function<void(const Event&)> callback = [this, is_static](const Event& event) {
-      guarded("transforms", [&] { onMessage(event, is_static); });
-    };
-    constexpr uint32_t kQueue = 100;  // as many as tf2's own listener lets wait
-    return nh_->subscribe<tf2_msgs::TFMessage>(topic, kQueue, callback);
-  }
-
   void onMessage(const Event& event, bool is_static) {
     if (ros::Time::isSimTime()) {
       const ros::Time now = ros::Time::now();
@@ -161,15 +164,22 @@ class Transforms {
     return core_;
   }
 
-  Core makeCore() const { return std::make_shared<tf2::BufferCore>(kept_); }
+  Core makeCore() const {
+    auto core = std::make_shared<tf2::BufferCore>(kept_);
+    for (const auto& [child, transform] : statics_) core->setTransform(transform, "static", true);
+    return core;
+  }
 
   void restart() {
     ++restarts_;
     ROS_WARN_STREAM_NAMED("dtsdf_mapping",
                           "images find no pose although transforms are received: all transforms "
                           "are discarded, and received again");
+    for (const std::string& child : moving_) {
+      if (statics_.erase(child) > 0) ignored_statics_.insert(child);
+    }
+    moving_.clear();
     core_ = makeCore();
-    if (nh_) tf_static_ = subscribe("/tf_static", true);
   }
 
   /// The stamp of the newest transform between two frames: the oldest of the newest of its links.
@@ -199,8 +209,10 @@ class Transforms {
 
   const SteadyClock clock_;
   const ros::Duration kept_;
-  mutable std::mutex mutex_;      ///< Guards what follows.
-  std::set<std::string> moving_;  ///< Children on /tf.
+  mutable std::mutex mutex_;                                        ///< Guards what follows.
+  std::map<std::string, geometry_msgs::TransformStamped> statics_;  ///< Keyed by child.
+  std::set<std::string> moving_;                                    ///< Children on /tf.
+  std::set<std::string> ignored_statics_;
   Core core_;
   std::optional<SteadyTime> received_at_;
   std::optional<SteadyTime> missing_since_;  ///< Images have found no pose.
@@ -209,7 +221,6 @@ class Transforms {
   uint64_t refused_ = 0;   ///< Without a usable name, a rotation, or a stamp.
   uint64_t restarts_ = 0;  ///< How often the buffer was made new.
   ros::Time last_now_;
-  std::optional<ros::NodeHandle> nh_;
   ros::Subscriber tf_, tf_static_;
 };
 

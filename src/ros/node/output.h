@@ -83,9 +83,13 @@ class Output {
  private:
   void takeChangesLocked() {
     MeshChanges changes = queue_.take();
-    if (!changes.cleared && changes.blocks.empty()) return;
+    if (!changes.cleared && !changes.is_whole && changes.blocks.empty()) return;
     PagedMeshes& meshes = mesh_.meshes;
     if (changes.cleared) meshes.clear(changes.voxel_size_m.value_or(meshes.voxelSize()));
+    if (changes.is_whole) {
+      changes.blocks = differences(meshes.all(), std::move(changes.blocks));
+      meshes.dropFetched();
+    }
     for (const SharedBlockMesh& block : changes.blocks) meshes.put(block);
     if (!changes.blocks.empty()) mesh_.stamp = changes.stamp;
     for (const auto& step : steps_) step->changed(changes);

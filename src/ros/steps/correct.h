@@ -16,6 +16,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -40,16 +41,16 @@ using CorrectionResult = dtsdf_mapping::CorrectPoses::Response;
 /// With a journal and poses/mode tf: corrected poses, by the service correct_poses and the topic
 /// corrected_path.
 ///
-/// One is under way at a time. The map's thread opens the journal once that holds all frames so
-/// far; then records are done again, one with each work(), while frames are fused and written. Once
-/// that has caught up with the journal, its map takes the place of the live one, and the correction
-/// is written to the journal.
+/// One is under way at a time. A thread waits until the journal holds all frames before it, opens
+/// it and makes the map to begin with (`opening_`); then records are done again, one with each
+/// work(), while frames are fused and written (`refusion_`). Once that has caught up with the
+/// journal, its map takes the place of the live one, and the correction is written to the journal.
 ///
 /// What comes meanwhile waits; a newer one takes the place of the one that waits.
 class CorrectStep : public Step {
  public:
   struct Request {
-    /// Poses of the first camera in W.
+    /// Poses of the first camera in W; once looked at, only those of images.
     journal::Correction correction;
     double least = 0.0;  ///< Nothing is done if no image moves as far, in metres or radians.
     std::function<void(const CorrectionResult&)> answer;  ///< Called once; does not throw.
@@ -110,32 +111,50 @@ class CorrectStep : public Step {
     const auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (depth == nullptr || frame.camera != 0) return;
     const double stamp_s = frame.stamp.toSec();
+    if (!journal_->report().problem.empty()) return fused_.clear();  // it bounds them
     if (!fused_.empty() && stamp_s < fused_.back().stamp_s - GivenMotion::kBegin_s) fused_.clear();
     if (fused_.empty() || stamp_s > fused_.back().stamp_s) {
       fused_.push_back({stamp_s, depth->T_W_C});
     }
   }
 
-  void replaced(const MapContents* head, const std::shared_ptr<const MapChunks>&) override {
-    giveUp(head == nullptr ? "the map was emptied meanwhile" : "another map was loaded meanwhile");
+  void replaced(const Replacement& replacement) override {
+    if (replacement.kind == Replacement::Kind::kCorrected) return;
+    giveUp(replacement.kind == Replacement::Kind::kCleared ? "the map was emptied meanwhile"
+                                                           : "another map was loaded meanwhile");
   }
   void failed() override { giveUp("the map's backend failed"); }
 
-  bool hasWork(bool frame_waits) const override {
+  /// What is done by another thread takes no time of this one, so it goes before frames.
+  Work hasWork() const override {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (path_) return Work::kBeforeFrames;
+    }
     // Two frames, and time to see that these were the last: so it is certain to end.
     constexpr int kWorkPerFrame = 4;
-    if (refusion_ == nullptr) return waiting_.has_value();
-    return !frame_waits || work_since_frame_ < kWorkPerFrame;
+    if (refusion_) {
+      return work_since_frame_ < kWorkPerFrame ? Work::kBeforeFrames : Work::kWhenIdle;
+    }
+    const bool is_due = opening_.valid() ? isOpened() : waiting_.has_value();
+    return is_due ? Work::kBeforeFrames : Work::kNone;
   }
 
   void work() override {
+    std::optional<Request> by_path;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      by_path.swap(path_);
+    }
+    if (by_path) add(std::move(*by_path));
     try {
-      refusion_ == nullptr ? open() : fuseAgain();
+      if (refusion_) return fuseAgain();
+      if (isOpened()) return takeOpened();
+      if (!opening_.valid() && waiting_) return open();
     } catch (const std::exception& error) {
       refuse(current_, errorText(error));
       endCurrent();
     }
-    noteProgress();
   }
 
   void fill(MapStatus& status) override {
@@ -148,8 +167,8 @@ class CorrectStep : public Step {
     if (bytes_ > 0) addMemory(status, "correction", on_gpu ? kGpu : kHost, bytes_);
   }
 
-  /// Map's thread: corrects the images that were fused so far. A SLAM may say every second that
-  /// nothing has changed.
+  /// Map's thread: corrects the images that were fused so far. Only poses of images are kept; a
+  /// SLAM may say every second that nothing has changed.
   void add(Request request) {
     try {
       host_.map.throwIfFailed();
@@ -157,18 +176,19 @@ class CorrectStep : public Step {
       if (fused_.empty()) {
         throw std::runtime_error("no frame has been fused since the start, clear_map or load_map");
       }
-      const PoseCorrection correction(request.correction.poses, fused_);
+      const PoseCorrection correction(std::move(request.correction.poses), fused_);
       if (!current_ && correction.farthest() < request.least) return answer(request, kNothingMoves);
       const MapStats stats = host_.map.mapper().stats();
       const std::string problem =
           whyTooLarge(stats.map_bytes, stats.map_bytes, stats.max_map_bytes);
       if (!problem.empty()) throw std::runtime_error(problem);
-      request.correction.before = journal_->count();
+      request.correction = {journal_->count(), correction.used()};
     } catch (const std::exception& error) {
       return refuse(request, errorText(error));
     }
     refuse(waiting_, kReplaced);
     waiting_ = std::move(request);
+    noteProgress();
   }
 
  private:
@@ -176,10 +196,18 @@ class CorrectStep : public Step {
   static constexpr char kNothingMoves[] = "no frame moves";
   static constexpr char kReplaced[] = "a newer correction has taken its place before it began";
 
-  /// Input's thread.
-  void followPath(const nav_msgs::Path& path) {
+  /// Input's thread. A path that was not taken yet is replaced.
+  void followPath(const nav_msgs::Path& path) try {
+    if (path.header.frame_id.size() > kLongestName) {
+      throw std::runtime_error("the name of its frame is too long");
+    }
     if (path.poses.empty()) return;
+    std::vector<StampedPose> poses;
+    for (const geometry_msgs::PoseStamped& pose : path.poses) {
+      poses.push_back({pose.header.stamp.toSec(), readPose(pose.pose)});
+    }
     Request request;
+    request.correction.poses = cameraPoses(poses, path.header.frame_id, host_.params.path_frame);
     request.least = host_.params.least_correction_m;
     request.answer = [](const CorrectionResult& result) {
       if (result.success && result.moved > 0) {
@@ -189,16 +217,13 @@ class CorrectStep : public Step {
                                        "corrected_path is refused: " << result.message);
       }
     };
-    try {
-      std::vector<StampedPose> poses;
-      for (const geometry_msgs::PoseStamped& pose : path.poses) {
-        poses.push_back({pose.header.stamp.toSec(), readPose(pose.pose)});
-      }
-      request.correction.poses = cameraPoses(poses, path.header.frame_id, host_.params.path_frame);
-    } catch (const std::exception& error) {
-      return refuse(request, errorText(error));
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      path_ = std::move(request);
     }
-    host_.map_loop.run([this, request = std::move(request)]() mutable { add(std::move(request)); });
+    host_.map_loop.wake();
+  } catch (const std::exception& error) {
+    noteRefused(errorText(error));
   }
 
   /// Waits until it is answered. @throws std::runtime_error where it is refused.
@@ -248,6 +273,11 @@ class CorrectStep : public Step {
     return poses;
   }
 
+  bool isOpened() const {
+    return opening_.valid() &&
+           opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  }
+
   /// @throws std::runtime_error where the journal lacks frames of the map
   void requireWhole() const {
     const std::string problem = journal_->report().problem;
@@ -258,45 +288,71 @@ class CorrectStep : public Step {
 
   void open() {
     current_ = std::exchange(waiting_, std::nullopt);
-    if (!journal_->written().get()) requireWhole();
-    refusion_ =
-        std::make_unique<Refusion>(journal_->path(), host_.params.mapper, current_->correction);
-    work_since_frame_ = 0;
-    const CorrectionEffect& effect = refusion_->effect;
-    if (effect.moved > 0 && std::max(effect.farthest_m, effect.farthest_rad) >= current_->least) {
-      return;
+    opening_ = std::async(
+        std::launch::async,
+        [written = journal_->written(), path = journal_->path(), run = host_.params.mapper,
+         correction = current_->correction]() mutable -> std::unique_ptr<Refusion> {
+          if (!written.get()) return nullptr;
+          return std::make_unique<Refusion>(path, run, std::move(correction));
+        });
+  }
+
+  /// In vain where the map is another one by now.
+  void takeOpened() {
+    refusion_ = opening_.get();
+    if (!current_) return endCurrent();
+    requireWhole();
+    if (!refusion_) throw std::runtime_error("the journal cannot be written");
+    const CorrectionEffect& effect = refusion_->effect();
+    if (effect.moved == 0 || std::max(effect.farthest_m, effect.farthest_rad) < current_->least) {
+      answer(*current_, kNothingMoves);
+      return endCurrent();
     }
-    answer(*current_, kNothingMoves);
-    endCurrent();
+    work_since_frame_ = 0;
+    noteProgress();
   }
 
   void fuseAgain() {
     const bool has_fused = refusion_->step(host_.map.mapBytes());
     work_since_frame_ += has_fused ? 2 : 1;  // else it has waited for the disk, or ended
-    if (has_fused) return;
-    if (!journal_->written().get()) requireWhole();
-    if (journal_->count() == refusion_->replay.count()) finish();
+    if (!has_fused && hasCaughtUp()) return finish();
+    noteProgress();
+  }
+
+  /// While it waits, for the last records to be in the file, nothing is added to the journal.
+  bool hasCaughtUp() {
+    std::future<bool> written = journal_->written();
+    constexpr std::chrono::milliseconds kJournalWait{20};
+    if (written.wait_for(kJournalWait) != std::future_status::ready) return false;
+    if (!written.get()) requireWhole();
+    return journal_->count() == refusion_->count();
   }
 
   /// The map takes the place of the live one.
   void finish() {
-    host_.map.replaceCorrected(std::move(refusion_->mapper));
-    journal_->add(refusion_->correction);
-    T_W_S_ = refusion_->replay.motion() * T_W_S_;
-    fused_ = refusion_->replay.firstCamera();
-    const CorrectionEffect& effect = refusion_->effect;
+    const auto& mesh = refusion_->takeMesh();
+    std::unique_ptr<Mapper> before = host_.map.replaceCorrected(refusion_->takeMapper(), mesh);
+    journal_->add(refusion_->correction());
+    T_W_S_ = refusion_->motion() * T_W_S_;
+    fused_ = refusion_->firstCamera();
+    const CorrectionEffect& effect = refusion_->effect();
     const double took_s = toSeconds(std::chrono::steady_clock::now() - current_->came);
     answer(*current_,
            formatted("%zu frames moved, by up to %g m and %g rad; %zu fused again in %g s",
-                     effect.moved, effect.farthest_m, effect.farthest_rad, refusion_->fused,
+                     effect.moved, effect.farthest_m, effect.farthest_rad, refusion_->fused(),
                      std::round(100.0 * took_s) / 100.0),
-           effect.moved, refusion_->fused);
-    endCurrent();
+           effect.moved, refusion_->fused());
+    endCurrent(std::move(before));
   }
 
-  void endCurrent() {
+  /// Large maps take long to be freed: another thread does it.
+  void endCurrent(std::unique_ptr<Mapper> map = nullptr) {
     current_.reset();
-    refusion_.reset();
+    if (refusion_ == nullptr) return noteProgress();
+    freeing_ = std::async(
+        std::launch::async,
+        [maps = std::make_tuple(std::move(map), std::move(refusion_))]() mutable { maps = {}; });
+    noteProgress();
   }
 
   void giveUp(const std::string& reason) {
@@ -304,7 +360,6 @@ class CorrectStep : public Step {
     refuse(waiting_, reason);
     waiting_.reset();
     endCurrent();
-    noteProgress();
     fused_.clear();
     T_W_S_ = Eigen::Isometry3d::Identity();
   }
@@ -328,24 +383,29 @@ class CorrectStep : public Step {
     CorrectionResult result;
     result.message = reason;
     request->answer(result);
-    if (reason == kReplaced) return;
+    if (reason != kReplaced) noteRefused(reason);
+  }
+
+  void noteRefused(const std::string& reason) {
     const std::lock_guard<std::mutex> lock(mutex_);
     last_ = "refused: " + reason;
   }
 
   void noteProgress() {
     const std::lock_guard<std::mutex> lock(mutex_);
-    fused_again_ = refusion_ == nullptr ? 0 : refusion_->fused;
-    to_fuse_ = refusion_ == nullptr ? 0 : refusion_->replay.depthImages();
-    bytes_ = refusion_ == nullptr ? 0 : refusion_->bytes;
+    fused_again_ = refusion_ == nullptr ? 0 : refusion_->fused();
+    to_fuse_ = refusion_ == nullptr ? 0 : refusion_->total();
+    bytes_ = refusion_ == nullptr ? 0 : refusion_->bytes();
   }
 
   const Host& host_;
   JournalWriter* const journal_;
   const bool is_by_tf_, is_on_;
   std::optional<Request> waiting_, current_;
+  std::future<std::unique_ptr<Refusion>> opening_;  ///< Opens the journal for `current_`.
   std::unique_ptr<Refusion> refusion_;
   int work_since_frame_ = 0;  ///< With the journal.
+  std::future<void> freeing_;
 
   // What is known of the first camera.
   std::vector<StampedPose> fused_;  ///< Poses of the newest recording, with rising stamps.
@@ -357,6 +417,7 @@ class CorrectStep : public Step {
   size_t bytes_ = 0;                      ///< Size of the map that is made.
   std::string last_;                      ///< Outcome of the last correction; empty: none yet.
   std::string camera_frame_;              ///< Frame of the first camera's images.
+  std::optional<Request> path_;           ///< Newest path that came, until it is taken.
 
   ros::Subscriber path_input_;
   ros::ServiceServer server_;

@@ -34,7 +34,7 @@ class JournalStep : public Step {
     }
     const std::optional<Eigen::Isometry3d> level = host_.frame.level();
     if (level && (!level_ || level_->matrix() != level->matrix())) {
-      writer_.add(*level);
+      writer_.add(journal::Level{*level});
       level_ = level;
     }
     const std::shared_ptr<const void> pixels(frame.pixels.get(), [keep = frame.pixels](auto*) {});
@@ -44,9 +44,10 @@ class JournalStep : public Step {
 
   void regionCleared(const Region& region) override { writer_.add(region); }
 
-  void replaced(const MapContents* head, const std::shared_ptr<const MapChunks>& file) override {
-    if (head != nullptr) params_ = withSettingsOf(*head, params_);
-    begin(file);
+  void replaced(const Replacement& replacement) override {
+    if (replacement.kind == Replacement::Kind::kCorrected) return;  // who corrects it writes it
+    if (replacement.head) params_ = withSettingsOf(*replacement.head, params_);
+    begin(replacement.file);
   }
 
   void fill(MapStatus& status) override {

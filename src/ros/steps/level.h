@@ -57,15 +57,18 @@ class LevelStep : public Step {
     return std::nullopt;
   }
 
-  void replaced(const MapContents* head, const std::shared_ptr<const MapChunks>&) override {
-    if (head != nullptr && frame_.isLevelled() && head->T_W_M) set(*head->T_W_M);
+  void replaced(const Replacement& replacement) override {
+    if (replacement.kind != Replacement::Kind::kLoaded || !frame_.isLevelled()) return;
+    if (replacement.head->T_W_M) set(*replacement.head->T_W_M);
   }
 
   /// Input's thread: a message of the inertial sensor.
   void add(const sensor_msgs::Imu& imu) {
     if (isKnown()) return;
     const std::optional<InertialSample> sample = sampleOf(imu);
-    if (!sample) return frame_.setLevelProblem("messages on imu have no stamp or no acceleration");
+    if (!sample || imu.header.frame_id.size() > kLongestName) {
+      return frame_.setLevelProblem("messages on imu have no stamp, no frame or no acceleration");
+    }
     if (const auto up_I = gravity_.add(*sample); up_I && !up_I_) {
       up_I_ = up_I;
       measured_ = imu.header;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -172,10 +173,12 @@ class LiveMap {
   /// Whether the last extraction has left something to the next one.
   bool isMeshPart() const { return mesh_is_part_; }
 
-  /// Empties a part of the map. @pre The region has no problem.
-  /// @throws std::runtime_error if the backend has failed, or fails.
+  /// Empties a part of the map.
+  /// @throws std::runtime_error if the region has a problem, or the backend has failed, or fails.
   ClearedRegion clearRegion(const Region& region) {
     throwIfFailed();
+    const std::string problem = findProblem(region);
+    if (!problem.empty()) throw std::runtime_error(problem);  // the caller's, not the backend's
     try {
       const ClearedRegion cleared = mapper_->clearRegion(region);
       regionCleared(region);
@@ -206,27 +209,31 @@ class LiveMap {
   /// Goes on with a map that was loaded, in a mapper of its own, and starts over after a failure;
   /// the whole mesh is handed over again. @return the mapper so far.
   std::unique_ptr<Mapper> replace(std::unique_ptr<Mapper> mapper, float voxel_size_m,
-                                  const std::string& path, const MapContents& head,
-                                  const std::shared_ptr<const MapChunks>& file = nullptr) {
+                                  const std::string& path, const Replacement& loaded) {
     mapper_.swap(mapper);
-    loaded_stamp_s_ = head.stamp_s;
+    loaded_stamp_s_ = loaded.head->stamp_s;
     fused_since_mesh_ = true;
     mesh_changes_.clear(voxel_size_m);
-    startOver(&head, file);
+    startOver(loaded);
     const std::lock_guard<std::mutex> lock(report_mutex_);
     report_.loaded_map = printableMessage(path);
     report_.voxel_size_m = voxel_size_m;
     return mapper;
   }
 
-  /// The map of corrected poses, with all frames that this one has. Once its mesh is extracted it
-  /// takes the place of the one so far.
-  void replaceCorrected(std::unique_ptr<Mapper> mapper) {
+  /// The map of corrected poses, with all frames that this one has, and its whole mesh. @return the
+  /// mapper so far.
+  std::unique_ptr<Mapper> replaceCorrected(std::unique_ptr<Mapper> mapper,
+                                           const std::map<PackedKey, SharedBlockMesh>& mesh) {
+    if (mesh_under_way_) finishMesh();
     mapper_.swap(mapper);
-    mesh_under_way_ = mesh_is_part_ = false;
-    mesh_whole_ = fused_since_mesh_ = mesh_is_another_ = true;
-    for (const auto& step : steps_) step->corrected();
+    fused_since_mesh_ = mesh_is_part_ = false;
+    mesh_whole_ = true;
+    mesh_stamp_ = surfaces_stamp_ = map_stamp_;
+    mesh_changes_.replaceAll(mesh, mesh_stamp_);
+    for (const auto& step : steps_) step->replaced({Replacement::Kind::kCorrected});
     updateReport();
+    return mapper;
   }
 
   /// Empties map and mesh, and starts over after a failure.
@@ -236,7 +243,7 @@ class LiveMap {
     loaded_stamp_s_ = 0.0;
     fused_since_mesh_ = false;
     mesh_changes_.clear();
-    startOver(nullptr, nullptr);
+    startOver({});
   }
 
   /// Any thread: its part of the status, in place of what is in it.
@@ -269,7 +276,9 @@ class LiveMap {
       return true;
     }
     for (const auto& step : steps_) {
-      if (!step->hasWork(frame_ready)) continue;
+      const Step::Work work = step->hasWork();
+      if (work == Step::Work::kNone) continue;
+      if (frame_ready && work == Step::Work::kWhenIdle) continue;
       step->work();
       return true;
     }
@@ -383,18 +392,18 @@ class LiveMap {
       const std::lock_guard<std::mutex> lock(report_mutex_);
       report_.mesh_ms = static_cast<float>(update.duration_ms);
     }
-    mesh_changes_.add(std::move(update), mesh_stamp_, std::exchange(mesh_is_another_, false));
+    mesh_changes_.add(std::move(update), mesh_stamp_);
     mesh_whole_ = true;
     surfaces_stamp_ = mesh_stamp_;
     for (const auto& step : steps_) step->meshed();
   }
 
   /// With another map, of which nothing was handed over.
-  void startOver(const MapContents* head, const std::shared_ptr<const MapChunks>& file) {
-    mesh_under_way_ = mesh_is_part_ = mesh_is_another_ = false;
+  void startOver(const Replacement& replacement) {
+    mesh_under_way_ = mesh_is_part_ = false;
     mesh_whole_ = report_outdated_ = true;
     map_stamp_ = mesh_stamp_ = surfaces_stamp_ = ros::Time();
-    for (const auto& step : steps_) step->replaced(head, file);
+    for (const auto& step : steps_) step->replaced(replacement);
     {
       const std::lock_guard<std::mutex> lock(report_mutex_);
       report_.loaded_map.clear();
@@ -446,7 +455,6 @@ class LiveMap {
   bool fused_since_mesh_ = false;  ///< Since the last extraction was begun.
   bool report_outdated_ = false;
   bool mesh_is_part_ = false;
-  bool mesh_is_another_ = false;  ///< What is extracted next is of another map than the last one.
   bool mesh_whole_ = true;       ///< False while an extraction is under way, and once one was lost.
   ros::Time map_stamp_;          ///< Stamp of the newest frame in the map, but for a loaded one's.
   double loaded_stamp_s_ = 0.0;  ///< Stamp of a loaded map's newest frame; 0: none.

@@ -132,8 +132,8 @@ class PosesStep : public Step {
 
   /// A camera that is tracked continues from where it is in an empty map; in any other it may be
   /// anywhere, and has to be found.
-  void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) override {
-    if (!isOn()) return;
+  void replaced(const Replacement& replacement) override {
+    if (!isOn() || replacement.kind == Replacement::Kind::kCorrected) return;
     is_elsewhere_ = true;
     fused_.clear();
     if (broadcaster_) path_topic_.publish(emptyPath());  // it starts over, as the map does
@@ -275,7 +275,14 @@ class PosesStep : public Step {
     const std::lock_guard<std::mutex> lock(mutex_);
     dtsdf_mapping::PoseStatus& report = report_.at(frame.camera);
     status.outcomes.swap(report.outcomes);
-    ++countOf(status.outcomes, status.outcome);
+    const auto same =
+        std::find_if(status.outcomes.begin(), status.outcomes.end(),
+                     [&](const auto& known) { return known.reason == status.outcome; });
+    if (same == status.outcomes.end()) {
+      status.outcomes.push_back(dropCount(status.outcome, 1));
+    } else {
+      ++same->count;
+    }
     report = std::move(status);
   }
 

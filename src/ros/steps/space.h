@@ -70,18 +70,19 @@ class SpaceStep : public Step {
 
   void meshed() override { handOver(); }
   void work() override { handOver(); }
-  bool hasWork(bool frame_waits) const override { return !frame_waits && is_part_ && !isFull(); }
+  Work hasWork() const override { return is_part_ && !isFull() ? Work::kWhenIdle : Work::kNone; }
 
-  void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) override {
-    is_part_ = begins_anew_ = false;
-    const Space* const space = host_.map.mapper().space();
-    if (space != nullptr) add({true, {}}, *space);
-  }
-
-  /// Planners are answered by the space of before until the new one has its surfaces.
-  void corrected() override {
+  void replaced(const Replacement& replacement) override {
     is_part_ = false;
-    begins_anew_ = true;
+    Space* const space = host_.map.mapper().space();
+    if (!is_on_ || space == nullptr) return;
+    SpaceChanges changes{true, {}};
+    if (replacement.kind == Replacement::Kind::kCorrected) {
+      // All at once: planners are answered by the space of before until there is the new one.
+      do changes.is_part = addTo(changes, space->takeChanges());
+      while (changes.is_part);
+    }
+    add(std::move(changes), *space);
   }
 
   SteadyDuration publish(ShownMesh*) override {
@@ -143,13 +144,25 @@ class SpaceStep : public Step {
 
   void answerGrid(const dtsdf_mapping::GetDistanceGrid::Request& request,
                   dtsdf_mapping::GetDistanceGrid::Response& response) const {
+    constexpr size_t kMostShapes = 1000;
+    if (request.cleared_boxes.size() + request.cleared_spheres.size() > kMostShapes) {
+      throw std::runtime_error(formatted("more than %zu shapes are to be cleared", kMostShapes));
+    }
     const Eigen::Isometry3d T_W_F = host_.frame.find(request.header.frame_id, request.header.stamp);
     const auto box = readBox(request.box, T_W_F);
     if (!box) throw std::runtime_error("the box has no size; give box.size, in metres");
     std::vector<Region> cleared;
-    for (const auto& shape : request.cleared_boxes) cleared.push_back(readRegion(shape, {}, T_W_F));
+    for (const auto& shape : request.cleared_boxes) {
+      if (!(shape.size.x > 0.0)) throw std::runtime_error("a box of cleared_boxes has no size");
+      cleared.push_back(readRegion(shape, {}, T_W_F));
+    }
     for (const auto& shape : request.cleared_spheres) {
+      if (!(shape.radius > 0.0)) {
+        throw std::runtime_error("a sphere of cleared_spheres has no radius");
+      }
       cleared.push_back(readRegion({}, shape, T_W_F));
+      const std::string problem = findProblem(cleared.back());
+      if (!problem.empty()) throw std::runtime_error(problem);
     }
     const Known known = knownToPlanners();
     const PointGrid grid =
@@ -224,11 +237,9 @@ class SpaceStep : public Step {
     Space* const space = host_.map.mapper().space();
     if (space == nullptr) return;
     is_part_ = true;
-    if (isFull() && !begins_anew_) return;
-    SpaceChanges changes{begins_anew_, {}};
-    do is_part_ = addTo(changes, space->takeChanges());
-    while (is_part_ && begins_anew_);
-    begins_anew_ = false;
+    if (isFull()) return;
+    SpaceChanges changes = space->takeChanges();
+    is_part_ = changes.is_part;
     add(std::move(changes), *space);
   }
 
@@ -367,9 +378,7 @@ class SpaceStep : public Step {
   const Host& host_;
   const bool is_on_;
 
-  // Map's thread.
-  bool is_part_ = false;      ///< There is more to be handed over.
-  bool begins_anew_ = false;  ///< What is handed over next is all of another space.
+  bool is_part_ = false;  ///< Map's thread: there is more to be handed over.
 
   // Output's thread.
   std::unique_ptr<SpaceFollower> follower_;

@@ -28,6 +28,14 @@ class LiveMap;
 class MapChunks;
 class MapFrame;
 
+/// What has taken the place of the map: one that was loaded, or corrected, or else an empty one.
+struct Replacement {
+  enum class Kind { kCleared, kLoaded, kCorrected };
+  Kind kind = Kind::kCleared;
+  std::shared_ptr<const MapContents> head = nullptr;  ///< If loaded: the file without voxels.
+  std::shared_ptr<const MapChunks> file = nullptr;    ///< If loaded: the file, for the journal.
+};
+
 /// The mesh as it was handed over last. The output's thread holds the mutex while it uses it, and
 /// so does who writes it to a file.
 struct ShownMesh {
@@ -40,7 +48,7 @@ struct ShownMesh {
 
 /// The rates of the settings, which may change while the node runs.
 struct Rates {
-  explicit Rates(const NodeParams& params)
+  explicit Rates(const PublishParams& params)
       : mesh_hz(params.mesh_rate_hz),
         points_hz(params.points_rate_hz),
         space_hz(params.space_rate_hz) {}
@@ -97,14 +105,12 @@ class Step {
   virtual void meshed() {}
   /// A part of the map was emptied.
   virtual void regionCleared(const Region&) {}
-  /// The map is another one: that of a file, whose head is the map without voxels, or an empty one.
-  virtual void replaced(const MapContents* /*head*/, const std::shared_ptr<const MapChunks>&) {}
-  /// The map is that of corrected poses, with all that was fused.
-  virtual void corrected() {}
+  virtual void replaced(const Replacement&) {}
   /// The backend has failed.
   virtual void failed() {}
-  /// Whether work() is to do something, also before a frame if one waits.
-  virtual bool hasWork(bool /*frame_waits*/) const { return false; }
+  /// Whether work() would do something.
+  enum class Work { kNone, kWhenIdle, kBeforeFrames };
+  virtual Work hasWork() const { return Work::kNone; }
   virtual void work() {}
 
   // Output's thread.

@@ -23,16 +23,11 @@ inline void pushPosed(FrameQueue& queue, FrameQueue::Stream stream, PosedFrame f
   queue.poseFirst(stream, [&](auto&&...) { return std::move(frame); });
 }
 
-inline uint64_t droppedFor(const FrameAccounting& accounting, const std::string& reason) {
-  StreamReport report = accounting.counts();
-  return countOf(report.dropped, reason);
-}
-
 struct MapHost {
   /// With streams 0 of depth and 1 of colour.
   explicit MapHost(std::unique_ptr<Mapper> mapper, NodeParams settings = {})
       : params(std::move(settings)),
-        rates(params),
+        rates(params.publish),
         map(std::move(mapper), params, queue, frame, mesh_changes, steps, clock.reader()) {
     ros::Time::init();  // warnings have a rate
     queue.addStream({}, depth);

@@ -47,7 +47,7 @@ class JournalOfALap : public testing::Test {
     EXPECT_TRUE(journal_.written().get());
     while (refusion.step(0)) {
     }
-    return fileOf(*refusion.mapper);
+    return fileOf(*refusion.takeMapper());
   }
 
   TemporaryFolder folder_;
@@ -80,28 +80,40 @@ TEST_F(CorrectedJournal, GivesTheMapOfTheCorrectedPoses) {
 
 TEST_F(CorrectedJournal, IsFusedAgainWhileItIsWritten) {
   Refusion refusion(journal_.path(), journaledParams(), {journal_.count(), truePoses()});
-  EXPECT_EQ(refusion.effect.moved, size_t{kCount - 1});
+  EXPECT_EQ(refusion.effect().moved, size_t{kCount - 1});
   EXPECT_TRUE(refusion.step(0));
   // An image that comes meanwhile is moved as the last of the poses is.
-  fuse(kCount, refusion.replay.motion().inverse());
+  fuse(kCount, refusion.motion().inverse());
   ASSERT_TRUE(journal_.written().get());
   while (refusion.step(0)) {
   }
-  EXPECT_EQ(refusion.replay.count(), journal_.count());
-  EXPECT_EQ(refusion.fused, size_t{kCount + 1});
-  const std::string corrected = fileOf(*refusion.mapper);
+  EXPECT_EQ(refusion.count(), journal_.count());
+  EXPECT_EQ(refusion.fused(), size_t{kCount + 1});
+  EXPECT_GT(refusion.takeMesh().size(), 0u);
+  const std::string corrected = fileOf(*refusion.takeMapper());
   {
     JournalReplay offline(journal_.path());
-    offline.correct({refusion.correction.before, truePoses()});
+    offline.correct({refusion.correction().before, truePoses()});
     EXPECT_TRUE(mapOf(offline, journaledParams()) == corrected);
   }
   // The swap is in the journal then: the map is the corrected one, and the same poses move nothing.
-  journal_.add(refusion.correction);
+  journal_.add(refusion.correction());
   ASSERT_TRUE(journal_.written().get());
   EXPECT_TRUE(mapOf(journal_.path(), journaledParams()) == corrected);
   JournalReplay again(journal_.path());
   EXPECT_EQ(again.correctGiven(truePoses()).moved, 0u);
   EXPECT_TRUE(mapOf(again, journaledParams()) == corrected);
+}
+
+/// A path of a million poses takes no more than those of its images.
+TEST_F(CorrectedJournal, KeepsOnlyPosesOfImages) {
+  std::vector<StampedPose> poses = truePoses();
+  for (int i = 0; i < 1000000; ++i) poses.push_back({1000.0 + i, Eigen::Isometry3d::Identity()});
+  const PoseCorrection correction(poses, JournalReplay(journal_.path()).firstCamera());
+  EXPECT_EQ(correction.used().size(), size_t{kCount});
+  JournalReplay replay(journal_.path());
+  EXPECT_EQ(replay.correct({replay.count(), correction.used()}).moved, size_t{kCount - 1});
+  EXPECT_TRUE(mapOf(replay, journaledParams()) == trueMap());
 }
 
 TEST_F(CorrectedJournal, WithinTheBudgetOfTwoMaps) {
@@ -135,13 +147,13 @@ TEST_F(JournalOfALap, MovesWhatFollowsUntilTheSourceOfPosesJumps) {
   refusion.step(0);
   for (int i = kCount + 3; i < 2 * kCount; ++i) fuse(i, Eigen::Isometry3d::Identity());
   const std::string corrected = finish(refusion);
-  EXPECT_TRUE(refusion.replay.motion().isApprox(Eigen::Isometry3d::Identity()));
-  const std::vector<StampedPose> now = refusion.replay.firstCamera();
+  EXPECT_TRUE(refusion.motion().isApprox(Eigen::Isometry3d::Identity()));
+  const std::vector<StampedPose> now = refusion.firstCamera();
   ASSERT_EQ(now.size(), size_t{2 * kCount});
   for (int i = 0; i < 2 * kCount; ++i) {
     EXPECT_LT((now[static_cast<size_t>(i)].T_W_C.matrix() - truePose(i).matrix()).norm(), 1e-12);
   }
-  journal_.add(refusion.correction);
+  journal_.add(refusion.correction());
   ASSERT_TRUE(journal_.written().get());
   EXPECT_TRUE(mapOf(journal_.path(), journaledParams()) == corrected);
 }
@@ -152,8 +164,8 @@ TEST_F(JournalOfALap, MovesWhatFollowsForGoodIfTheSourceDoesNotJump) {
   Refusion refusion = refusionOf(truePoses());
   for (int i = kCount; i < 2 * kCount; ++i) fuse(i, drift(11));
   finish(refusion);
-  EXPECT_TRUE(refusion.replay.motion().isApprox(drift(11).inverse(), 1e-9));
-  EXPECT_TRUE(refusion.replay.firstCamera().back().T_W_C.isApprox(truePose(2 * kCount - 1), 1e-9));
+  EXPECT_TRUE(refusion.motion().isApprox(drift(11).inverse(), 1e-9));
+  EXPECT_TRUE(refusion.firstCamera().back().T_W_C.isApprox(truePose(2 * kCount - 1), 1e-9));
 }
 
 TEST_F(CorrectedJournal, CorrectionsFollowEachOther) {
@@ -163,7 +175,7 @@ TEST_F(CorrectedJournal, CorrectionsFollowEachOther) {
     pose.T_W_C = drift(i / 2) * pose.T_W_C;
   }
   Refusion first = refusionOf(halfway);
-  journal_.add(first.correction);
+  journal_.add(first.correction());
   // Where the second one names no image, the first one's poses hold.
   std::vector<StampedPose> rest = truePoses(5);
   rest.push_back(halfway[5]);
@@ -181,7 +193,7 @@ TEST_F(JournalOfALap, CorrectsOnlyTheNewestAfterStampsWentBack) {
   for (int i = 0; i < kCount; ++i) fuse(i, Eigen::Isometry3d::Identity());
   for (int i = 0; i < kCount; ++i) fuse(i, drift(20));
   Refusion refusion = refusionOf(truePoses());
-  EXPECT_EQ(refusion.effect.moved, size_t{kCount});
+  EXPECT_EQ(refusion.effect().moved, size_t{kCount});
   const auto twice = makeMapper(journaledParams());
   for (int i = 0; i < 2 * kCount; ++i) twice->integrate(image(i % kCount).view());
   EXPECT_TRUE(finish(refusion) == fileOf(*twice));
@@ -222,7 +234,7 @@ TEST(LevelledJournal, StaysLevel) {
   const Eigen::Isometry3d T_W_M =
       Eigen::Translation3d(0.0, 0.0, 1.0) * Eigen::AngleAxisd(1.2, Eigen::Vector3d::UnitX());
   JournaledMap map(journaledParams(), journal);
-  journal.add(T_W_M);
+  journal.add(journal::Level{T_W_M});
   std::vector<StampedPose> given;
   for (const SceneFrame& frame : roomImages(4)) {
     const double stamp_s = 0.1 * static_cast<double>(given.size());

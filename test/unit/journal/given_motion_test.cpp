@@ -15,16 +15,10 @@ Eigen::Isometry3d onTheWay(double stamp_s) {
   return T;
 }
 
-const Eigen::Isometry3d kNothing = Eigen::Isometry3d::Identity();
-
 GivenMotion seenUpTo(int count) {
   GivenMotion motion;
-  for (int i = 0; i < count; ++i) motion.takesOver(kNothing, {0.1 * i, onTheWay(0.1 * i)});
+  for (int i = 0; i < count; ++i) motion.add({0.1 * i, onTheWay(0.1 * i)});
   return motion;
-}
-
-bool takesOver(GivenMotion motion, const Eigen::Isometry3d& T, const StampedPose& next) {
-  return motion.takesOver(T, next);
 }
 
 // Ahead, along the motion itself, as far as an image's step and far less: the motion so far says
@@ -34,8 +28,8 @@ TEST(GivenMotion, AJumpIsSeenWhateverItsDirection) {
   for (const double x : {-0.5, -0.1, -0.05, 0.05, 0.1, 0.5}) {
     const Eigen::Isometry3d T(Eigen::Translation3d(x, 0.0, 0.0));
     for (const double next_s : {1.0, 1.1, 0.95}) {
-      EXPECT_FALSE(takesOver(motion, T, {next_s, onTheWay(next_s)})) << x << " at " << next_s;
-      EXPECT_TRUE(takesOver(motion, T, {next_s, T * onTheWay(next_s)})) << x << " at " << next_s;
+      EXPECT_FALSE(motion.isMovedBy(T, {next_s, onTheWay(next_s)})) << x << " at " << next_s;
+      EXPECT_TRUE(motion.isMovedBy(T, {next_s, T * onTheWay(next_s)})) << x << " at " << next_s;
     }
   }
 }
@@ -43,17 +37,17 @@ TEST(GivenMotion, AJumpIsSeenWhateverItsDirection) {
 TEST(GivenMotion, AJumpOfDirectionIsSeen) {
   const GivenMotion motion = seenUpTo(10);
   const Eigen::Isometry3d T(Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitZ()));
-  EXPECT_FALSE(takesOver(motion, T, {1.0, onTheWay(1.0)}));
-  EXPECT_TRUE(takesOver(motion, T, {1.0, T * onTheWay(1.0)}));
+  EXPECT_FALSE(motion.isMovedBy(T, {1.0, onTheWay(1.0)}));
+  EXPECT_TRUE(motion.isMovedBy(T, {1.0, T * onTheWay(1.0)}));
 }
 
 TEST(GivenMotion, WithoutMotionItIsTheNearerOne) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.1, 0.0, 0.0));
-  EXPECT_FALSE(takesOver(GivenMotion(), T, {0.0, T}));
+  EXPECT_FALSE(GivenMotion().isMovedBy(T, {0.0, T}));
   GivenMotion motion;
-  motion.takesOver(kNothing, {0.0, Eigen::Isometry3d::Identity()});
-  EXPECT_TRUE(takesOver(motion, T, {0.1, T}));
-  EXPECT_FALSE(takesOver(motion, T, {0.1, Eigen::Isometry3d::Identity()}));
+  motion.add({0.0, Eigen::Isometry3d::Identity()});
+  EXPECT_TRUE(motion.isMovedBy(T, {0.1, T}));
+  EXPECT_FALSE(motion.isMovedBy(T, {0.1, Eigen::Isometry3d::Identity()}));
 }
 
 // After half a minute without images a camera that moved may be anywhere: nothing is taken over, in
@@ -63,12 +57,12 @@ TEST(GivenMotion, AfterAPauseOnlyACameraThatStoodIsSeenToJump) {
   for (double next_s = 1.5; next_s < 31.0; next_s += 0.1) {
     GivenMotion drives = seenUpTo(10);
     for (double at_s = 0.9; at_s < 2.0; at_s += 0.02) {
-      EXPECT_FALSE(takesOver(drives, T, {next_s, onTheWay(at_s)})) << at_s << " at " << next_s;
+      EXPECT_FALSE(drives.isMovedBy(T, {next_s, onTheWay(at_s)})) << at_s << " at " << next_s;
     }
     GivenMotion stands;
-    for (int i = 0; i < 10; ++i) stands.takesOver(kNothing, {0.1 * i, onTheWay(3.0)});
-    EXPECT_FALSE(takesOver(stands, T, {next_s, onTheWay(3.0)})) << next_s;
-    EXPECT_TRUE(takesOver(stands, T, {next_s, T * onTheWay(3.0)})) << next_s;
+    for (int i = 0; i < 10; ++i) stands.add({0.1 * i, onTheWay(3.0)});
+    EXPECT_FALSE(stands.isMovedBy(T, {next_s, onTheWay(3.0)})) << next_s;
+    EXPECT_TRUE(stands.isMovedBy(T, {next_s, T * onTheWay(3.0)})) << next_s;
   }
 }
 
@@ -95,8 +89,9 @@ TEST(GivenMotion, OneJumpMayFollowAnother) {
 }
 
 TEST(GivenMotion, StampsThatGoBackBeginAnew) {
-  EXPECT_FALSE(takesOver(seenUpTo(10), kNothing, {0.5, onTheWay(0.5)})) << "disorder";
-  EXPECT_TRUE(takesOver(seenUpTo(10), kNothing, {0.3, onTheWay(0.3)}));
+  const GivenMotion motion = seenUpTo(10);
+  EXPECT_FALSE(motion.isNewRecording({0.5, onTheWay(0.5)})) << "disorder";
+  EXPECT_TRUE(motion.isNewRecording({0.3, onTheWay(0.3)}));
 }
 
 TEST(GivenMotion, IsTakenOverByAJumpOrANewRecordingAndNotSeenTwice) {
@@ -106,7 +101,7 @@ TEST(GivenMotion, IsTakenOverByAJumpOrANewRecordingAndNotSeenTwice) {
   EXPECT_TRUE(motion.takesOver(T, {1.1, T * onTheWay(1.1)}));
   EXPECT_FALSE(motion.takesOver(T, {1.2, T * onTheWay(1.2)})) << "that is where it is given by now";
   EXPECT_TRUE(motion.takesOver(T, {0.3, onTheWay(0.3)}));
-  EXPECT_FALSE(motion.takesOver(T, {0.4, onTheWay(0.4)})) << "it was added";
+  EXPECT_FALSE(motion.isNewRecording({0.3, onTheWay(0.3)})) << "it was added";
 }
 
 }  // namespace

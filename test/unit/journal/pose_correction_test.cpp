@@ -33,6 +33,7 @@ TEST(PoseCorrection, ARigidMotionOfSomeMovesAll) {
   const std::vector<StampedPose> fused = straightWay(40);
   const Eigen::Isometry3d T = pose(0.3, -2.0, 0.4);
   const PoseCorrection correction({{1.0, T * fused[10].T_W_C}, {2.0, T * fused[20].T_W_C}}, fused);
+  EXPECT_EQ(correction.used().size(), 2u);
   for (const StampedPose& image : fused) {
     const Eigen::Isometry3d moved = correction.correct(image.stamp_s, image.T_W_C);
     if (image.stamp_s < 1.05 || image.stamp_s > 1.95) {
@@ -141,6 +142,7 @@ TEST(PoseCorrection, APoseOfADroppedImageMovesNone) {
     std::vector<StampedPose> fused = way;
     fused.erase(fused.begin() + dropped);
     const PoseCorrection correction(corrected, fused);
+    EXPECT_EQ(correction.used().size(), 13u);
     EXPECT_EQ(correction.farthest(), 0.0);
     for (const StampedPose& image : fused) {
       EXPECT_EQ(correction.correct(image.stamp_s, image.T_W_C).matrix(), image.T_W_C.matrix())

@@ -170,13 +170,22 @@ void SurfaceCells::replace(const BlockKey& block, std::vector<Vec3i> now, CellTa
   });
 }
 
-/// Whether some block has triangles in a cell: no mesh reaches beyond the blocks beside its own.
+/// Whether some block has triangles in a cell, or may have, as its sector was lost or cannot be
+/// read. No mesh reaches beyond the blocks beside its own.
 bool SurfaceCells::isListed(const Vec3i& cell) const {
   const int32_t side = cellSide(cell_log2_);
   const BlockKey block = blockOfVoxel({side * cell.x, side * cell.y, side * cell.z});
   for (int i = 0; i < 27; ++i) {
-    const auto cells = cellsOf(block + Vec3i{i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1});
-    if (cells && std::binary_search(cells->begin(), cells->end(), cell, isBefore)) return true;
+    const BlockKey beside = block + Vec3i{i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
+    const PackedKey key = sectorOf(beside);
+    const std::shared_ptr<const SurfaceSector> sector = sectors_.find(key);
+    if (sector == nullptr ? sectors_.all().count(key) > 0 : sector->is_lost) return true;
+    if (sector == nullptr) continue;
+    const auto cells = sector->cells_of_block.find(packKey(beside));
+    if (cells != sector->cells_of_block.end() &&
+        std::binary_search(cells->second.begin(), cells->second.end(), cell, isBefore)) {
+      return true;
+    }
   }
   return false;
 }
@@ -188,7 +197,7 @@ size_t SurfaceSector::bytes() const {
 }
 
 void SurfaceSector::visitRecord(ByteWriter& out) const {
-  out(cells_of_block.size());
+  out(is_lost, cells_of_block.size());
   for (const auto& [block, cells] : cells_of_block) {
     out(block, cells.size());
     out.array(cells, cells.size());
@@ -196,6 +205,7 @@ void SurfaceSector::visitRecord(ByteWriter& out) const {
 }
 
 void SurfaceSector::visitRecord(ByteReader& in) {
+  is_lost = in.take<bool>();
   for (auto blocks = in.take<size_t>(); blocks > 0; --blocks) {
     std::vector<Vec3i>& cells = cells_of_block[in.take<PackedKey>()];
     in.array(cells, in.take<size_t>());

@@ -21,9 +21,10 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2);
 struct SurfaceSector {
   std::unordered_map<PackedKey, std::vector<Vec3i>> cells_of_block;  ///< Sorted, as above.
   size_t listed = 0;                                                 ///< Cells in all lists.
+  bool is_lost = false;  ///< Some lists cannot be read: there may be surfaces in any cell.
 
-  static SurfaceSector lost() { return {}; }
-  bool isEmpty() const { return cells_of_block.empty(); }
+  static SurfaceSector lost() { return {{}, 0, true}; }
+  bool isEmpty() const { return cells_of_block.empty() && !is_lost; }
   size_t bytes() const;
   void visitRecord(ByteWriter& out) const;
   void visitRecord(ByteReader& in);

@@ -7,6 +7,7 @@
 
 #include "space/cell_table.h"
 #include "space/distance_field.h"
+#include "space/surface_cells.h"
 #include "support/page_faults.h"
 #include "support/temporary_folder.h"
 
@@ -144,6 +145,58 @@ TEST_F(LostCubes, AreUnknown) {
   table_.close();
   EXPECT_TRUE(isEmpty(table_.find(cubeOfWall(0))));
   EXPECT_FALSE(isEmpty(table_.find(beside))) << "what comes later is known";
+}
+
+/// Two blocks in sectors of their own may have a triangle in a cell: it stays where one of them has
+/// none any more, and what the other one has is not known.
+class LostLists : public LostCells {
+ protected:
+  const Vec3i cell_{32, 1, 1};
+  CellTable table_;
+  SurfaceCells surfaces_{0, 1, pages_};
+
+  void SetUp() override { put(3, 8.5f); }  // beyond its block
+
+  void put(int32_t x, float at) {
+    BlockMesh mesh;
+    mesh.key = {x, 0, 0};
+    for (const float aside : {0.1f, 0.2f, 0.3f}) {
+      mesh.vertices.emplace_back();
+      mesh.vertices.back().position = {at + aside, 1.5f, 1.5f};
+    }
+    mesh.triangles = {0, 1, 2};
+    surfaces_.apply({mesh}, table_);
+  }
+  void putNone(int32_t x) {
+    BlockMesh mesh;
+    mesh.key = {x, 0, 0};
+    surfaces_.apply({mesh}, table_);
+  }
+  bool isThere() const { return isIn(table_.find(cubeOfCell(cell_)).surface, indexInCube(cell_)); }
+};
+
+TEST_F(LostLists, KeepSurfacesWhileTheDiskIsAway) {
+  waitUntilWritten();
+  {
+    const DiskOutage outage(folder_.path());
+    put(4, 0.5f);
+    putNone(4);
+    EXPECT_TRUE(isThere());
+  }
+  put(4, 0.5f);
+  putNone(4);
+  EXPECT_TRUE(isThere());
+  putNone(3);
+  EXPECT_FALSE(isThere()) << "nothing was lost";
+}
+
+TEST_F(LostLists, KeepSurfaces) {
+  waitUntilWritten();
+  overwritePages(folder_.path());
+  put(3, 0.5f);
+  put(4, 0.5f);
+  putNone(4);
+  EXPECT_TRUE(isThere());
 }
 
 }  // namespace

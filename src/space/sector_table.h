@@ -27,7 +27,7 @@ class SectorTable {
   /// A sector as it is. @return null: there is none, or it cannot be read.
   std::shared_ptr<const T> find(PackedKey key) const {
     const auto open = open_.find(key);
-    if (open != open_.end()) return open->second;
+    if (open != open_.end() && open->second != nullptr) return open->second;
     const auto place = sectors_.find(key);
     return place == sectors_.end() ? nullptr : place->second.get();
   }
@@ -35,21 +35,21 @@ class SectorTable {
   /// A sector that is going to be changed, made if there is none; one that cannot be read is lost.
   /// It stays where it is until close().
   T& open(PackedKey key) {
-    const auto open = open_.find(key);
-    if (open != open_.end()) return *open->second;
+    std::shared_ptr<T>& sector = open_[key];
+    if (sector != nullptr) return *sector;
     const auto place = sectors_.find(key);
-    std::shared_ptr<T> sector;
     if (place != sectors_.end()) sector = place->second.take();
     if (sector == nullptr) {
       sector = std::make_shared<T>(place == sectors_.end() ? T() : T::lost());
     }
-    return *(open_[key] = std::move(sector));
+    return *sector;
   }
 
   /// Changes are made, for now.
   void close() {
     for (auto next = open_.begin(); next != open_.end(); next = open_.erase(next)) {
       const auto& [key, sector] = *next;
+      if (sector == nullptr) continue;  // memory ran out while it was opened
       if (sector->isEmpty()) {
         sectors_.erase(key);
       } else {

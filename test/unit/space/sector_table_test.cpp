@@ -1,4 +1,4 @@
-// Sectors on disk stay as they are where a read fails for a moment.
+// Sectors on disk stay as they are where a read fails for a moment, or memory runs out.
 #include "space/sector_table.h"
 
 #include <gtest/gtest.h>
@@ -7,6 +7,8 @@
 
 #include <cerrno>
 #include <chrono>
+#include <cstdlib>
+#include <new>
 #include <thread>
 
 #include "space/cell_sector.h"
@@ -16,6 +18,8 @@ namespace {
 
 /// Reads that fail from now on.
 thread_local int reads_to_fail = 0;
+/// How many more allocations of this thread come before one that fails; -1: none does.
+thread_local int allocations_left = -1;
 
 }  // namespace
 
@@ -25,6 +29,17 @@ extern "C" ssize_t pread(int file, void* bytes, size_t size, off_t offset) {
   errno = EIO;
   return -1;
 }
+
+// Inline they would seem not to fit each other.
+[[gnu::noinline]] void* operator new(size_t bytes) {
+  const bool fails = allocations_left == 0;
+  if (allocations_left >= 0) --allocations_left;
+  void* const memory = fails ? nullptr : std::malloc(bytes > 0 ? bytes : 1);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, size_t) noexcept { std::free(memory); }
 
 namespace dtsdf {
 namespace {
@@ -75,6 +90,29 @@ TEST_F(SectorTableTest, SaysWhatItLost) {
   EXPECT_TRUE(table_.open(3).isLost());
   reads_to_fail = 0;
   EXPECT_EQ(pages_->stats().lost, 1u);
+}
+
+TEST_F(SectorTableTest, LosesNothingWhereMemoryRunsOut) {
+  bool is_done = false;
+  int failed = 0;
+  for (int allocations = 0; !is_done; ++allocations) {
+    for (int i = 0; i < 70; ++i) {  // after a failure the disk is left alone at first
+      Paged<CellSector>(std::make_shared<CellSector>(), pages_);
+    }
+    ASSERT_NO_FATAL_FAILURE(waitUntilWritten());
+    allocations_left = allocations;
+    try {
+      for (PackedKey key = 0; key < 3; ++key) table_.open(key);
+      table_.close();
+      is_done = allocations_left >= 0;
+    } catch (const std::bad_alloc&) {
+      ++failed;
+    }
+    allocations_left = -1;
+    table_.close();
+    ASSERT_NO_FATAL_FAILURE(expectAll()) << allocations;
+  }
+  EXPECT_GT(failed, 10);
 }
 
 }  // namespace

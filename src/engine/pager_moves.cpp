@@ -97,12 +97,17 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
   Words words(contents, &states);
   const UnitLabels* labels = words.labels;  // of the first one that stays
   std::vector<int32_t> released;
+  released.reserve(slots.size());
   for (size_t i = 0; i < slots.size(); ++i) {
     labels = words.labels;
-    PagedBlock block{contents.blocks[i], table_.block(slots[i]).extractions, states.states[i]};
+    const PagedBlock block{contents.blocks[i], table_.block(slots[i]).extractions,
+                           states.states[i]};
     if (!blocks_.put(block, words.next(block.block, block.mesh.has_labels, batch))) break;
     released.push_back(slots[i]);
   }
+  for (const int32_t slot : released) table_.release(slot, kAllDirections);
+  backend.follow({released});
+  written_ += released.size();
   if (released.size() < slots.size()) {
     const auto count = static_cast<std::ptrdiff_t>(released.size());
     MeshStates left;
@@ -112,9 +117,6 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
     std::copy(labels, end, left.labels.data());
     backend.copyIn({{}, {}, {slots.begin() + count, slots.end()}}, MapContents(), &left);
   }
-  for (const int32_t slot : released) table_.release(slot, kAllDirections);
-  backend.follow({released});
-  written_ += released.size();
   return released.size() == slots.size();
 }
 

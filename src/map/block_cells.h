@@ -25,6 +25,7 @@ class BlockCells {
 
   BlockCells() : BlockCells(true) {}
 
+  /// @throws std::bad_alloc and nothing has changed then.
   void insert(const BlockKey& block, int32_t slot);
   void erase(const BlockKey& block, int32_t slot) noexcept;
   void clear();

@@ -53,7 +53,12 @@ void BlockTable::publish() {
     const int32_t slot = unlisted_.back();
     const BlockKey& key = blocks_[static_cast<size_t>(slot)].key;
     cells_.insert(key, slot);
-    slots_.insert(packKey(key), slot);
+    try {
+      slots_.insert(packKey(key), slot);
+    } catch (...) {
+      cells_.erase(key, slot);
+      throw;
+    }
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <new>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,22 +33,32 @@ class PagedBlocks {
   PagedBlocks(const std::string& folder, uint64_t max_bytes, size_t most_waiting)
       : store_(folder, max_bytes, most_waiting) {}
 
-  /// @return whether it is there now: the store took it.
-  bool put(PagedBlock block, RecordBytes record) {
-    const auto stored = store_.write(std::move(record));
-    if (!stored) return false;
-    block.record = *stored;
+  /// @return whether it is there now: the store took it, and there was memory for it.
+  bool put(const PagedBlock& block, RecordBytes record) try {
     if (free_numbers_.empty()) {
+      if (free_numbers_.capacity() <= blocks_.size()) {
+        free_numbers_.reserve(2 * blocks_.size() + 1);  // for all: who leaves takes no memory
+      }
       blocks_.emplace_back();
       free_numbers_.push_back(static_cast<int32_t>(blocks_.size() - 1));
     }
+    const auto stored = store_.write(std::move(record));
+    if (!stored) return false;
     const int32_t number = free_numbers_.back();
-    blocks_[static_cast<size_t>(number)] = block;
-    cells_.insert(block.block.key, number);
-    index_.insert(packKey(block.block.key), number);
+    try {
+      enter(block.block.key, number);
+    } catch (const std::bad_alloc&) {
+      store_.erase(*stored);
+      throw;
+    }
+    PagedBlock& put = blocks_[static_cast<size_t>(number)] = block;
+    put.record = *stored;
     free_numbers_.pop_back();
     marked_ += isMarked(block);
     return true;
+  } catch (const std::bad_alloc&) {
+    store_.fail("out of memory");
+    return false;
   }
 
   /// Any thread may.
@@ -125,6 +136,17 @@ class PagedBlocks {
   }
 
  private:
+  /// Without memory for it nothing has changed.
+  void enter(const BlockKey& key, int32_t number) {
+    cells_.insert(key, number);
+    try {
+      index_.insert(packKey(key), number);
+    } catch (const std::bad_alloc&) {
+      cells_.erase(key, number);
+      throw;
+    }
+  }
+
   RecordStore store_;
   SlotIndex index_;
   BlockCells cells_;

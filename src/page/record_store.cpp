@@ -263,6 +263,11 @@ void RecordStore::note(std::string problem) {
   ++stats_.failures;
 }
 
+void RecordStore::fail(std::string problem) {
+  const Lock lock(mutex_);
+  note(std::move(problem));
+}
+
 void RecordStore::noteWait(Clock::time_point start) {
   const Lock lock(mutex_);
   countWait(start, stats_);

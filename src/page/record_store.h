@@ -77,7 +77,8 @@ class RecordStore {
 
   size_t waitingBytes() const;  ///< To be written.
 
-  /// Counts a record that nobody will get any more.
+  /// Counts a failure of one who uses it; a record that nobody will get any more.
+  void fail(std::string problem);
   void countLost();
   /// Counts a wait for the disk since then, if it was long enough to be felt.
   void noteWait(std::chrono::steady_clock::time_point start);

@@ -1,0 +1,63 @@
+// A block for which memory runs out is refused: it is on disk as a whole, or not at all.
+#include "page/paged_blocks.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <new>
+
+#include "support/temporary_folder.h"
+
+namespace {
+
+/// How many more allocations of this thread come before one that fails; -1: none does.
+thread_local int allocations_left = -1;
+
+}  // namespace
+
+// Inline they would seem not to fit each other.
+[[gnu::noinline]] void* operator new(size_t bytes) {
+  const bool fails = allocations_left == 0;
+  if (allocations_left >= 0) --allocations_left;
+  void* const memory = fails ? nullptr : std::malloc(bytes > 0 ? bytes : 1);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, size_t) noexcept { std::free(memory); }
+
+namespace dtsdf {
+namespace {
+
+TEST(PagedBlocks, RefusesBlocksWithoutMemory) {
+  constexpr int32_t kBlocks = 40;
+  TemporaryFolder folder;
+  const std::vector<char> words(256);
+  int refused = 0;
+  bool is_done = false;
+  for (int allocations = 0; !is_done; ++allocations) {
+    PagedBlocks blocks(folder.path(), size_t{64} << 20, size_t{64} << 20);
+    std::vector<BlockKey> there;
+    there.reserve(kBlocks);
+    for (int32_t i = 0; i < kBlocks; ++i) {
+      const BlockKey key{10 * i, 0, 0};  // in a coarse cell of its own
+      RecordBytes record{nullptr, {{words.data(), words.size()}}};
+      allocations_left = i == kBlocks / 2 ? allocations : -1;
+      const bool is_put = blocks.put({{key, 0, 0}, 0, {}}, std::move(record));
+      if (i == kBlocks / 2) is_done = allocations_left >= 0;
+      allocations_left = -1;
+      if (is_put) there.push_back(key);
+      refused += !is_put;
+      ASSERT_EQ(blocks.find(packKey(key)) >= 0, is_put);
+    }
+    ASSERT_EQ(blocks.count(), there.size());
+    const auto any = [](const auto&) { return true; };
+    ASSERT_EQ(blocks.keysWhere(any, any).size(), there.size());
+    for (const BlockKey& key : there) blocks.erase(blocks.find(packKey(key)));
+    EXPECT_EQ(blocks.keysWhere(any, any).size(), 0u);
+  }
+  EXPECT_GT(refused, 2);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -69,6 +69,7 @@ class Engine : public ProbedMapper {
     std::optional<std::vector<FrameView>> changed_in{std::in_place};
     std::vector<MarkedKey> waiting;  ///< What an extraction leaves to its next part.
     std::vector<MarkedKey> undone;   ///< Meshed without all that it depends on: to do again.
+    PackedKey next_turn = 0;         ///< Where the next part begins.
     bool has_moved_between = false;  ///< Blocks have, since the last frame.
   };
 

@@ -61,7 +61,7 @@ void Engine::loadForMesh() {
   const bool in_parts = !fits;
   if (in_parts) {
     marked = pager_->marked(*backend_, true);
-    sortByCells(marked);
+    sortForTurns(marked, state_.next_turn);
     size_t count = marked.size();
     for (; !fits && count > 1; fits = pager_->fits(around, beside)) {
       count = (count + 1) / 2;
@@ -70,6 +70,7 @@ void Engine::loadForMesh() {
     }
     state_.waiting.assign(marked.begin() + static_cast<std::ptrdiff_t>(count), marked.end());
     state_.made.is_part = !state_.waiting.empty();
+    if (state_.made.is_part) state_.next_turn = state_.waiting.front().key;
     marked.resize(count);
   }
   const size_t left = require(around);

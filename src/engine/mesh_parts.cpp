@@ -45,12 +45,16 @@ std::vector<PackedKey> keysOf(const std::vector<MarkedKey>& marked) {
   return keys;
 }
 
-void sortByCells(std::vector<MarkedKey>& marked) {
+void sortForTurns(std::vector<MarkedKey>& marked, PackedKey first) {
   const auto place = [](PackedKey key) {
     return std::pair(packKey(cellOfBlock(unpackKey(key))), key);
   };
   std::sort(marked.begin(), marked.end(),
             [&](const MarkedKey& a, const MarkedKey& b) { return place(a.key) < place(b.key); });
+  const auto turn = std::find_if(marked.begin(), marked.end(), [&](const MarkedKey& one) {
+    return place(one.key) >= place(first);
+  });
+  std::rotate(marked.begin(), turn, marked.end());
 }
 
 void addMeshes(MeshUpdate part, MeshUpdate& made) {

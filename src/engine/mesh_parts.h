@@ -34,8 +34,9 @@ struct MarkedKey {
 std::vector<PackedKey> blocksAround(std::vector<PackedKey> keys);
 std::vector<PackedKey> keysOf(const std::vector<MarkedKey>& marked);
 
-/// Puts blocks into the order in which they are meshed: cell by cell.
-void sortByCells(std::vector<MarkedKey>& marked);
+/// Puts blocks into the order in which they are meshed: cell by cell, from a block's key on, so
+/// that all get their turn, whatever a camera changes meanwhile.
+void sortForTurns(std::vector<MarkedKey>& marked, PackedKey first);
 
 /// Adds the meshes of a part to those of the parts before: where both have a block, that of the
 /// later one is right, as all around it was up to date.

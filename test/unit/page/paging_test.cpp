@@ -138,15 +138,19 @@ class Tour {
     }
   }
   void updateMesh() { store_.apply(mapper_->updateMesh()); }
-  /// As a node does. @return of how many parts.
+  /// As a node does. @return whether more parts are to come.
+  bool updatePart() {
+    mapper_->beginMeshUpdate();
+    const MeshUpdate update = mapper_->finishMeshUpdate();
+    store_.apply(update);
+    most_made_ = std::max(most_made_, bytesOfMeshes(update));
+    return update.is_part;
+  }
+  /// @return of how many parts.
   int updateMeshInParts() {
-    for (int parts = 1;; ++parts) {
-      mapper_->beginMeshUpdate();
-      const MeshUpdate update = mapper_->finishMeshUpdate();
-      store_.apply(update);
-      most_made_ = std::max(most_made_, bytesOfMeshes(update));
-      if (!update.is_part) return parts;
-    }
+    int parts = 1;
+    while (updatePart()) ++parts;
+    return parts;
   }
   size_t mostMade() const { return most_made_; }
   Mesh mesh() {
@@ -183,6 +187,22 @@ TEST_F(Paging, HandsOutAMeshInParts) {
   EXPECT_EQ(near.updateMeshInParts(), 1) << "that was all";
   EXPECT_TRUE(sameMeshes(near.meshSoFar(), whole.meshSoFar()));
   EXPECT_EQ(near.mapper().stats().refused_blocks, 0u);
+}
+
+/// All blocks get their turn, also while a camera changes those that come first in the order.
+TEST_F(Paging, HandsOutAMeshInPartsWhileACameraLooksOn) {
+  Way way;
+  way.mesh_every = 0;
+  Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 2, folder_.path()));
+  for (Tour* const map : {&whole, &near}) ASSERT_NO_FATAL_FAILURE(map->go());
+  for (int part = 0; part < 30; ++part) {
+    for (Tour* const map : {&whole, &near}) {
+      ASSERT_NO_FATAL_FAILURE(map->go(part % 3, part % 3 + 1));
+      map->updatePart();
+    }
+  }
+  const size_t all = whole.meshSoFar().vertices_m.size();
+  EXPECT_GT(near.meshSoFar().vertices_m.size(), all - all / 100);
 }
 
 /// Shown blocks go while all is made anew, part by part.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include "kernels/space/see_free.h"
 #include "map/memory_budget.h"
@@ -148,6 +149,17 @@ void SpaceMap::addFree(const std::vector<CubeMask>& cubes) {
     for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] |= seen.cells.word[i];
   }
   table_.close();
+  if (pages_ != nullptr) recountAfterLoss();
+}
+
+/// What the disk lost is free no longer.
+void SpaceMap::recountAfterLoss() {
+  const uint64_t lost = pages_->stats().lost;
+  if (std::exchange(lost_, lost) == lost) return;
+  free_cubes_ = 0;
+  table_.visit(isAnySector, [&](const Vec3i&, const CubeCells& cells) {
+    free_cubes_ += isEmpty(cells.free) ? 0 : 1;
+  });
 }
 
 /// Takes cells out of what is free of a cube; it goes if nothing is known of it then.
@@ -212,6 +224,7 @@ void SpaceMap::clear() {
   distances_.clear();
   free_cubes_ = 0;
   refused_cubes_ = 0;
+  lost_ = 0;
   if (pages_ != nullptr) pages_->resetCounts();
 }
 

@@ -85,6 +85,7 @@ class SpaceMap : public Space {
  private:
   BlockExtent boundsOfView(const FrameView& frame) const;
   void forgetFree(const Vec3i& key, const CubeCells& known, const CellMask& cells);
+  void recountAfterLoss();
   Vec3d middleOf(const Vec3i& cell) const;
 
   const int32_t cell_log2_;  ///< Log2 of the voxels along a cell.
@@ -95,6 +96,7 @@ class SpaceMap : public Space {
   BlockExtent extent_;             ///< Where cubes may be.
   size_t free_cubes_ = 0;          ///< Cubes of which something is free.
   uint64_t refused_cubes_ = 0;
+  uint64_t lost_ = 0;  ///< Records of the disk, when cubes were counted last.
   CellTable table_;
   SurfaceCells surfaces_;
   DistanceField distances_;

@@ -6,11 +6,13 @@
 
 #include "dtsdf_mapping/region.h"
 #include "io/map_chunks.h"
+#include "map/memory_budget.h"
 #include "map/region_view.h"
 #include "space/space_follower.h"
 #include "space/space_map.h"
 #include "support/depth_frames.h"
 #include "support/map_equality.h"
+#include "support/page_faults.h"
 #include "support/random_seed.h"
 #include "support/saved_maps.h"
 #include "support/temporary_folder.h"
@@ -225,6 +227,28 @@ TEST_F(PagedSpace, IsToldInParts) {
     const Vec3i cell = firstCellOfCube(a.free_cubes[i].key);
     ASSERT_EQ(known->stateOf(cell), whole.stateOf(cell));
   }
+}
+
+/// Else the budget would be spent on what nobody knows any more.
+TEST_F(PagedSpace, CountsNoCubesThatTheDiskLost) {
+  MapContents contents = makeMapper(plainParams())->contents();
+  for (int32_t i = 0; i < 70000; ++i) {
+    contents.free_cubes.push_back({{i % 50, i / 50 % 50, i / 2500}, {uint64_t(i) + 1}});
+  }
+  SpaceMap map(pagedParams(plainParams(), 8, folder_.path()), 1);
+  map.restore(contents);
+  const size_t all = map.freeBytes();
+  EXPECT_EQ(all, contents.free_cubes.size() * kFreeCubeBudgetBytes);
+  overwritePages(folder_.path());
+  std::vector<CubeMask> seen;
+  for (int32_t i = 0; i < 13 * 13 * 7; ++i) {
+    seen.push_back({{i % 13 * 4, i / 13 % 13 * 4, i / 169 * 4}, {{~uint64_t{0}}}});
+  }
+  map.addFree(seen);
+  MapContents left;
+  map.copyTo(left);
+  EXPECT_LT(map.freeBytes(), all) << "else nothing is tested";
+  EXPECT_EQ(map.freeBytes(), left.free_cubes.size() * kFreeCubeBudgetBytes);
 }
 
 /// Cells that find no room stay unknown, which is counted; surfaces are known all the same.

@@ -52,6 +52,7 @@ Inspection summarise(const std::deque<SourceFrame>& frames, const FrameSource& s
   found.frames = frames.size();
   found.images = source.size();
   found.posed = source.posed();
+  for (const auto& [reason, count] : source.skipped()) found.images_passed_over += count;
   if (frames.empty()) return found;
   const DepthFrame& first = frames.front().depth;
   found.width = first.width;
@@ -91,6 +92,14 @@ std::string imagesInWords(const Inspection& found) {
   return std::to_string(*found.images) + (*found.images == 1 ? " image" : " images");
 }
 
+/// ", 298 with a pose"; empty where nothing is known against them.
+std::string describePoses(const Inspection& found) {
+  if (found.posed) return ", " + std::to_string(*found.posed) + " with a pose";
+  if (found.images_passed_over == 0) return "";
+  return ", " + std::to_string(found.images_passed_over) + " of the first " +
+         std::to_string(found.frames + found.images_passed_over) + " skipped";
+}
+
 }  // namespace
 
 std::unique_ptr<FrameSource> inspect(std::unique_ptr<FrameSource> source, size_t frames,
@@ -115,10 +124,9 @@ std::string describe(const Inspection& found) {
   if (found.frames == 0) return "no usable image";
   return imagesInWords(found) + " of " + std::to_string(found.width) + " x " +
          std::to_string(found.height) + " (" + inWords(found.intrinsics) + ")" +
-         (found.posed ? ", " + std::to_string(*found.posed) + " with a pose" : "") +
-         "; median depth " + (found.median_depth_m ? inWords(*found.median_depth_m) : "unknown") +
-         ", " + std::to_string(std::lround(100.0 * found.measured_share)) +
-         " % of the pixels measured";
+         describePoses(found) + "; median depth " +
+         (found.median_depth_m ? inWords(*found.median_depth_m) : "unknown") + ", " +
+         std::to_string(std::lround(100.0 * found.measured_share)) + " % of the pixels measured";
 }
 
 std::vector<std::string> warningsAbout(const Inspection& found, double min_depth_m,
@@ -144,6 +152,11 @@ std::vector<std::string> warningsAbout(const Inspection& found, double min_depth
       static_cast<double>(*found.posed) < kFewPoses * static_cast<double>(*found.images)) {
     warnings.push_back("only " + std::to_string(*found.posed) + " of " +
                        std::to_string(*found.images) + " images have a pose: do the stamps match?");
+  }
+  if (!found.posed && found.images_passed_over > found.frames) {
+    warnings.push_back(std::to_string(found.images_passed_over) + " of the first " +
+                       std::to_string(found.frames + found.images_passed_over) +
+                       " images cannot be used: do stamps and frames match?");
   }
   return warnings;
 }

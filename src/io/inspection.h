@@ -15,6 +15,7 @@ namespace dtsdf {
 struct Inspection {
   size_t frames = 0;                     ///< Frames looked at.
   std::optional<size_t> images, posed;   ///< In the whole recording, as far as known.
+  size_t images_passed_over = 0;         ///< Before and between the frames looked at.
   int width = 0, height = 0;             ///< Size of the first frame.
   Intrinsics intrinsics{0, 0, 0, 0};     ///< Camera of the first frame.
   double units_per_metre = 0.0;          ///< Depth units of the first frame.

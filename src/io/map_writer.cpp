@@ -32,7 +32,8 @@ Bytes bytesOf(const std::string& text) { return {text.begin(), text.end()}; }
 
 /// The settings of a file. @throws std::runtime_error for what no reader takes.
 std::string checkedSettings(const MapContents& head) {
-  std::string text = settingsText(settingsOfFile(head.settings, head.poses));
+  const ParamTree settings = settingsOfFile(head.settings, head.poses);
+  std::string text = settingsText(settings);
   MapContents back;
   if (text.size() > kMostText || head.map_frame.size() > kMostText) {
     throw std::runtime_error(
@@ -40,6 +41,9 @@ std::string checkedSettings(const MapContents& head) {
         "longer than 1 MiB");
   }
   back.settings = parseYamlParams(text, "the map cannot be saved: its settings");
+  if (settingsText(back.settings) != text) {
+    throw std::runtime_error("the map cannot be saved: a setting has a line break");
+  }
   withSettingsOf(back, {});
   posesOf(back.settings);
   return text;

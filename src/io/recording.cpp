@@ -32,6 +32,21 @@ std::string describeFormats() {
   return text;
 }
 
+/// "; it contains recordings: 'seq-01'", for archives whose recordings lie in folders of their own.
+std::string describeFolders(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.is_directory() && formatIn(entry.path()) != nullptr) {
+      names.push_back(entry.path().filename().string());
+    }
+  }
+  if (names.empty()) return "";
+  std::sort(names.begin(), names.end());
+  std::string text = "; it contains recordings:";
+  for (const std::string& name : names) text += " '" + name + "'";
+  return text;
+}
+
 const FolderFormat& formatNamed(const std::string& name) {
   for (const FolderFormat& format : folderFormats()) {
     if (name == format.name) return format;
@@ -126,8 +141,8 @@ std::string guessRecordingFormat(const std::string& path) {
   requireFolder(path);
   if (const FolderFormat* const format = formatIn(path)) return format->name;
   throw std::runtime_error(
-      "'" + path + "' is not a recording in a known format. Known formats and their files: " +
-      describeFormats() + "; select one with --format");
+      "'" + path + "' is not a recording in a known format" + describeFolders(path) +
+      ". Known formats and their files: " + describeFormats() + "; select one with --format");
 }
 
 std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options) {

@@ -165,9 +165,13 @@ Begin readBegin(const RecordFile& file, size_t record) {
   Begin begin;
   std::string text;
   in(text, begin.map_frame, begin.level_frame, begin.has_map);
-  const ParamTree settings = parseYamlParams(text, "its settings");
-  begin.poses = map_format::posesOf(settings);
-  begin.settings = map_format::settingsOfFile(settings, PoseParams());  // without those of poses
+  try {
+    const ParamTree settings = parseYamlParams(text, "its settings");
+    begin.poses = map_format::posesOf(settings);
+    begin.settings = map_format::settingsOfFile(settings, PoseParams());  // without those of poses
+  } catch (const std::runtime_error& error) {
+    file.throwDamaged(error.what());
+  }
   return begin;
 }
 

@@ -14,13 +14,13 @@ namespace {
 
 constexpr int kDigits = 7;
 
-/// "; known: map/voxel_size_m": what has the same name in another section, or else the section.
+/// "; known: map/voxel_size_m": what has the same name, or begins with it, or else the section.
 std::string othersThan(const std::string& key, const std::set<std::string>& known) {
   const auto nameIn = [](const std::string& of) { return of.rfind('/') + 1; };
   const std::string section = key.substr(0, nameIn(key)), name = key.substr(nameIn(key));
   std::vector<std::string> namesakes, in_section;
   for (const std::string& other : known) {
-    if (other.substr(nameIn(other)) == name) namesakes.push_back(other);
+    if (other.compare(nameIn(other), name.size(), name) == 0) namesakes.push_back(other);
     if (!section.empty() && other.substr(0, nameIn(other)) == section) in_section.push_back(other);
   }
   const std::string others = joined(namesakes.empty() ? in_section : namesakes);

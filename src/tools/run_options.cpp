@@ -252,9 +252,15 @@ void checkReadingOptions(const RunOptions& options) {
   if (is_bag && recording.intrinsics && recording.intrinsics->fy < 0.0f) {
     throw UsageError("--intrinsics: a negative FY is for folders, and " + read_as);
   }
-  const std::string topics = recording.depth_topic + recording.info_topic + recording.mask_topic +
-                             recording.colour_topic + recording.tf_topic + recording.imu_topic;
-  if (!is_bag && !topics.empty()) throw UsageError("topics are for bags, and " + read_as);
+  const std::pair<const char*, const std::string&> topics[] = {
+      {"--depth-topic", recording.depth_topic}, {"--info-topic", recording.info_topic},
+      {"--mask-topic", recording.mask_topic},   {"--color-topic", recording.colour_topic},
+      {"--tf-topic", recording.tf_topic},       {"--imu-topic", recording.imu_topic}};
+  for (const auto& [option, topic] : topics) {
+    if (!is_bag && !topic.empty()) {
+      throw UsageError(std::string(option) + " is for bags, and " + read_as);
+    }
+  }
 }
 
 }  // namespace dtsdf

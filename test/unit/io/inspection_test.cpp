@@ -10,12 +10,16 @@
 namespace dtsdf {
 namespace {
 
-/// Frames of 32-bit pixels.
+/// Frames of 32-bit pixels, some of them passed over.
 class FakeSource : public FrameSource {
  public:
-  explicit FakeSource(std::vector<std::vector<float>> images) : images_(std::move(images)) {}
+  explicit FakeSource(std::vector<std::vector<float>> images, size_t passed_over = 0)
+      : images_(std::move(images)) {
+    if (passed_over > 0) skipped_["no_transform"] = passed_over;
+  }
 
   std::optional<size_t> size() const override { return std::nullopt; }
+  const std::map<std::string, size_t>& skipped() const override { return skipped_; }
 
   std::optional<SourceFrame> next() override {
     if (next_ == images_.size()) return std::nullopt;
@@ -35,6 +39,7 @@ class FakeSource : public FrameSource {
  private:
   std::vector<std::vector<float>> images_;
   size_t next_ = 0;
+  std::map<std::string, size_t> skipped_;
 };
 
 Inspection inspectAll(std::unique_ptr<FrameSource> source, size_t frames = 5) {
@@ -43,8 +48,8 @@ Inspection inspectAll(std::unique_ptr<FrameSource> source, size_t frames = 5) {
   return found;
 }
 
-Inspection inspectImages(std::vector<std::vector<float>> images) {
-  return inspectAll(std::make_unique<FakeSource>(std::move(images)), 2);
+Inspection inspectImages(std::vector<std::vector<float>> images, size_t passed_over = 0) {
+  return inspectAll(std::make_unique<FakeSource>(std::move(images), passed_over), 2);
 }
 
 std::string doubts(const Inspection& look) {
@@ -56,7 +61,7 @@ std::string doubts(const Inspection& look) {
 TEST(Inspection, HandsOutEveryFrame) {
   Inspection found;
   const auto source = inspect(
-      std::make_unique<FakeSource>(std::vector<std::vector<float>>{{1}, {2}, {3}}), 2, found);
+      std::make_unique<FakeSource>(std::vector<std::vector<float>>{{1}, {2}, {3}}, 0), 2, found);
   EXPECT_EQ(found.frames, 2u);
   const std::vector<SourceFrame> frames = readAll(*source);
   ASSERT_EQ(frames.size(), 3u);
@@ -110,6 +115,8 @@ TEST(Inspection, DoubtsPosesThatHardlyMatch) {
   options.path = folder.path();
   const Inspection look = inspectAll(openRecording(options));
   EXPECT_NE(doubts(look).find("only 1 of 5 images have a pose"), std::string::npos);
+  EXPECT_NE(doubts(inspectImages({{1}, {1}}, 3)).find("3 of the first 5 images"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -257,6 +257,7 @@ TEST_F(MapFile, IsNotWrittenWhereItCouldNotBeRead) {
   };
   expectRefused([](MapContents& c) { std::swap(c.blocks[0], c.blocks[1]); });
   expectRefused([](MapContents& c) { c.map_frame.assign(10 << 20, 'f'); });
+  expectRefused([](MapContents& c) { c.settings["x/a"] = std::string("two\nlines"); });
   expectRefused([](MapContents& c) { c.settings["map/voxel_size_m"] = -1.0; });
   expectRefused([](MapContents& c) {
     c.poses.mode = PoseMode::kRefine;

@@ -112,6 +112,12 @@ TEST_F(SevenScenes, TheCameraOfTsdfFusionLiesBesideTheImages) {
   }
 }
 
+TEST_F(SevenScenes, TheSequencesOfASceneAreNamed) {
+  options_.path = folder_ / "chess";
+  const std::string error = readingErrorOf(options_);
+  EXPECT_NE(error.find("it contains recordings: 'seq-01'"), std::string::npos) << error;
+}
+
 TEST_F(SevenScenes, ColourHasTheCameraAndPoseOfItsNumber) {
   for (const int number : {0, 2, 10}) {
     std::filesystem::remove(stemOf(number) + ".color.png");

@@ -97,7 +97,7 @@ TEST_F(SectorTableTest, LosesNothingWhereMemoryRunsOut) {
   int failed = 0;
   for (int round = 0; !is_done; ++round) {
     const int allocations = round / 2;  // giving space back to the disk takes memory at times
-    for (int i = 0; i < 70; ++i) {  // after a failure the disk is left alone at first
+    for (int i = 0; i < 70; ++i) {      // after a failure the disk is left alone at first
       Paged<CellSector>(std::make_shared<CellSector>(), pages_);
     }
     ASSERT_NO_FATAL_FAILURE(waitUntilWritten());

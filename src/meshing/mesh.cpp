@@ -102,10 +102,51 @@ std::array<double, 3> MeshStore::positionInMap(const BlockKey& key,
           (first.z + static_cast<double>(vertex.position.z)) * h};
 }
 
+/// Joins block meshes that come by rising packed keys, as MeshStream does, in no more memory than
+/// the mesh takes.
 Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
+  size_t vertices = 0, triangles = 0;
   BlockExtent bounds = noBlocks();
-  for (const BlockMesh* block : blocks) bounds = around(bounds, {block->key, block->key});
-  return joinBlocks(blocks, placesInMap(voxel_size_m_, bounds));
+  for (const BlockMesh* block : blocks) {
+    vertices += block->vertices.size();
+    triangles += block->triangles.size() / 3;
+    bounds = around(bounds, {block->key, block->key});
+  }
+  Mesh mesh;
+  BlockJoiner joiner;
+  Outline outline;
+  mesh.origin_m = originOf(bounds, voxel_size_m_);
+  // Room for all, so that nothing moves. Memory that is never touched costs nothing.
+  mesh.vertices_m.reserve(vertices);
+  mesh.normals.reserve(vertices);
+  mesh.triangles.reserve(triangles + vertices);  // a hole takes fewer than it has vertices
+  outline.reserve(vertices);
+  for (const BlockMesh* block : blocks) {
+    const JoinedBlock& joined = joiner.add(*block);
+    for (const uint32_t i : joined.fresh) {
+      const BlockVertex& vertex = block->vertices[i];
+      mesh.vertices_m.push_back(positionFrom(mesh.origin_m, positionInMap(block->key, vertex)));
+      mesh.normals.push_back({0.0f, 0.0f, 0.0f});
+      outline.addVertex(outlineKind(vertex));
+      if (block->colours.empty()) continue;  // it was meshed before the map was first painted
+      if (mesh.colours.empty()) mesh.colours.reserve(vertices);
+      mesh.colours.resize(mesh.vertices_m.size() - 1);
+      mesh.colours.push_back(block->colours[i]);
+    }
+    for (size_t t = 0; t + 2 < block->triangles.size(); t += 3) {
+      const uint16_t* const corner = &block->triangles[t];
+      mesh.triangles.push_back(
+          {joined.number[corner[0]], joined.number[corner[1]], joined.number[corner[2]]});
+      addNormal(*block, joined, corner, mesh.triangles.back(), mesh.normals);
+      outline.addTriangle(mesh.triangles.back());
+    }
+  }
+  if (!mesh.colours.empty()) mesh.colours.resize(mesh.vertices_m.size());
+  outline.closeHoles(0, mesh.vertices_m.size(), mesh.vertices_m, mesh.normals,
+                     [&](const auto& triangle) { mesh.triangles.push_back(triangle); });
+  makeUnit(mesh.normals);
+  for (const auto& [i, p] : outline.smoothed(mesh.vertices_m)) mesh.vertices_m[i] = p;
+  return mesh;
 }
 
 Mesh MeshStore::assemble() const {

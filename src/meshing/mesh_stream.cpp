@@ -127,16 +127,6 @@ Outline::Kind outlineKind(const BlockVertex& vertex) {
   return isMiddle(vertex.edge) ? Outline::Kind::kMiddle : Outline::Kind::kPlain;
 }
 
-VertexPlaces placesInMap(float voxel_size_m, const BlockExtent& bounds) {
-  const std::array<double, 3> origin_m = originOf(bounds, voxel_size_m);
-  const auto position = [origin_m, store = MeshStore(voxel_size_m)](const BlockKey& block,
-                                                                    const BlockVertex& vertex) {
-    return positionFrom(origin_m, store.positionInMap(block, vertex));
-  };
-  return {origin_m, position,
-          [](const BlockKey&, const auto& vertex) { return outlineKind(vertex); }};
-}
-
 void makeUnit(std::vector<Vec3f>& normals) {
   for (Vec3f& n : normals) {
     const float length = norm(n);
@@ -173,8 +163,10 @@ std::vector<T> part(const std::vector<T>& values, size_t first, size_t count) {
 
 }  // namespace
 
-MeshStream::MeshStream(VertexPlaces places, bool is_painted, Sink sink)
-    : places_(std::move(places)), is_painted_(is_painted), sink_(std::move(sink)) {}
+MeshStream::MeshStream(float voxel_size_m, bool is_painted, const BlockExtent& bounds, Sink sink)
+    : positions_(voxel_size_m), is_painted_(is_painted), sink_(std::move(sink)) {
+  window_.origin_m = originOf(bounds, voxel_size_m);
+}
 
 void MeshStream::add(const BlockMesh& block) {
   const JoinedBlock& joined = joiner_.add(block);
@@ -214,9 +206,10 @@ std::array<uint32_t, 3> MeshStream::inWindow(const std::array<uint32_t, 3>& tria
 }
 
 void MeshStream::addVertex(const BlockMesh& block, size_t i) {
-  window_.vertices_m.push_back(places_.position(block.key, block.vertices[i]));
+  window_.vertices_m.push_back(
+      positionFrom(window_.origin_m, positions_.positionInMap(block.key, block.vertices[i])));
   window_.normals.push_back({0.0f, 0.0f, 0.0f});
-  outline_.addVertex(places_.kind(block.key, block.vertices[i]));
+  outline_.addVertex(outlineKind(block.vertices[i]));
   // A block that was meshed before anything was painted has none; in a map that is, these are not
   // painted.
   if (is_painted_) {
@@ -228,7 +221,7 @@ void MeshStream::write(uint64_t end_number) {
   const auto begin = static_cast<size_t>(written_ - first_);
   const auto count = static_cast<size_t>(end_number - written_);
   Mesh piece;
-  piece.origin_m = places_.origin_m;
+  piece.origin_m = window_.origin_m;
   outline_.closeHoles(begin, begin + count, window_.vertices_m, window_.normals,
                       [this](const Outline::Triangle& t) {
                         const auto number = [&](uint32_t i) {
@@ -254,36 +247,6 @@ void MeshStream::forget(uint64_t end_number) {
   if (is_painted_) dropFirst(window_.colours, count);
   outline_.drop(count);
   first_ = end_number;
-}
-
-Mesh joinBlocks(const std::vector<const BlockMesh*>& blocks, VertexPlaces places) {
-  Mesh mesh;
-  mesh.origin_m = places.origin_m;
-  size_t vertices = 0, triangles = 0;
-  bool is_painted = false;
-  for (const BlockMesh* const block : blocks) {
-    vertices += block->vertices.size();
-    triangles += block->triangles.size() / 3;
-    is_painted |= !block->colours.empty();
-  }
-  // Room for all, so that nothing moves. Memory that is never touched costs nothing.
-  mesh.vertices_m.reserve(vertices);
-  mesh.normals.reserve(vertices);
-  mesh.triangles.reserve(triangles + vertices);  // a hole takes fewer than it has vertices
-  if (is_painted) mesh.colours.reserve(vertices);
-  const auto append = [](auto& to, const auto& more) {
-    to.insert(to.end(), more.begin(), more.end());
-  };
-  MeshStream stream(std::move(places), is_painted,
-                    {[&](const Mesh& piece) {
-                       append(mesh.vertices_m, piece.vertices_m);
-                       append(mesh.normals, piece.normals);
-                       append(mesh.colours, piece.colours);
-                     },
-                     [&](const auto& triangle) { mesh.triangles.push_back(triangle); }});
-  for (const BlockMesh* const block : blocks) stream.add(*block);
-  stream.finish();
-  return mesh;
 }
 
 }  // namespace dtsdf

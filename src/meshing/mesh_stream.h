@@ -105,18 +105,9 @@ Outline::Kind outlineKind(const BlockVertex& vertex);
 /// Makes sums of normals unit normals; up where they are 0.
 void makeUnit(std::vector<Vec3f>& normals);
 
-/// Where the vertices of blocks lie in a mesh, and what they are on its outlines.
-struct VertexPlaces {
-  std::array<double, 3> origin_m;  ///< The mesh's; of no meaning where it is in other units.
-  std::function<Vec3f(const BlockKey& block, const BlockVertex& vertex)> position;
-  std::function<Outline::Kind(const BlockKey& block, const BlockVertex& vertex)> kind;
-};
-
-/// In W. @param bounds Bounds of the blocks.
-VertexPlaces placesInMap(float voxel_size_m, const BlockExtent& bounds);
-
 /// Takes blocks by rising keys, and keeps only the vertices that later blocks may share or have
-/// outlines through. Where the mesh ends, its outline is smoothed.
+/// outlines through. What it hands out is what MeshStore::assemble() returns of all of them, in the
+/// same order.
 class MeshStream {
  public:
   /// Whoever takes the mesh.
@@ -127,7 +118,8 @@ class MeshStream {
   };
 
   /// @param is_painted Some of the blocks have colours.
-  MeshStream(VertexPlaces places, bool is_painted, Sink sink);
+  /// @param bounds Bounds of the blocks.
+  MeshStream(float voxel_size_m, bool is_painted, const BlockExtent& bounds, Sink sink);
 
   void add(const BlockMesh& block);
 
@@ -144,7 +136,7 @@ class MeshStream {
   void write(uint64_t end_number);
   void forget(uint64_t end_number);
 
-  const VertexPlaces places_;
+  const MeshStore positions_;
   const bool is_painted_;
   const Sink sink_;
   BlockJoiner joiner_;
@@ -156,8 +148,5 @@ class MeshStream {
   std::deque<AddedBlock> needed_;  ///< Outlines through blocks to come may lead to these.
   uint64_t closed_ = 0;            ///< Vertices before those of open_.
 };
-
-/// Joins blocks that come by rising keys.
-Mesh joinBlocks(const std::vector<const BlockMesh*>& blocks, VertexPlaces places);
 
 }  // namespace dtsdf

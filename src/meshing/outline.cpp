@@ -171,4 +171,12 @@ Vec3f Outline::smoothed(size_t vertex, const std::vector<Vec3f>& positions) cons
   return position + 0.5f * (shiftOf(ends[0], positions) + shiftOf(ends[1], positions));
 }
 
+std::vector<std::pair<size_t, Vec3f>> Outline::smoothed(const std::vector<Vec3f>& positions) const {
+  std::vector<std::pair<size_t, Vec3f>> moved;
+  for (size_t i = 0; i < positions.size(); ++i) {
+    if (!isInside(i)) moved.emplace_back(i, smoothed(i, positions));
+  }
+  return moved;
+}
+
 }  // namespace dtsdf

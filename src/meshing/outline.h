@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/geometry.h"
@@ -30,6 +31,7 @@ class Outline {
     kFixed,   ///< It stays, as not all triangles around it are here.
   };
 
+  void reserve(size_t vertices) { vertices_.reserve(vertices); }
   void addVertex(Kind kind) { vertices_.push_back({0, 0, {0, 0}, kind, 0, false}); }
   void addTriangle(const Triangle& triangle);
 
@@ -48,6 +50,9 @@ class Outline {
   /// Where a vertex goes. @pre All triangles around it and around the next two vertices each way
   /// were added. @param positions One per vertex, as they were before.
   Vec3f smoothed(size_t vertex, const std::vector<Vec3f>& positions) const;
+
+  /// The vertices on outlines of a mesh that is here as a whole, and where they go.
+  std::vector<std::pair<size_t, Vec3f>> smoothed(const std::vector<Vec3f>& positions) const;
 
  private:
   static constexpr int kForwards = 0, kBackwards = 1;  ///< Ways along an outline.

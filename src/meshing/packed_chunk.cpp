@@ -28,6 +28,133 @@ int16_t roundToUnits(float units) {
   return static_cast<int16_t>(static_cast<double>(units) + half);
 }
 
+/// Joins the blocks of a chunk.
+class ChunkPacker {
+ public:
+  ChunkPacker(const ChunkLattice& lattice, const BlockKey& corner)
+      : steps_per_voxel_(lattice.steps_per_voxel),
+        voxels_(lattice.chunk_blocks * kBlockSide),
+        corner_(firstVoxelOfBlock(corner)) {
+    const std::array<int, 3> first{corner_.x, corner_.y, corner_.z};
+    for (int axis = 0; axis < 3; ++axis) {
+      chunk_.origin[axis] = (static_cast<int64_t>(first[axis]) - kVoxelsBeyond) * steps_per_voxel_;
+    }
+  }
+
+  /// Room for these many, so that nothing moves as blocks are added.
+  void reserve(size_t vertices, size_t triangles) {
+    chunk_.positions.reserve(3 * vertices);
+    normals_.reserve(vertices);
+    colours_.reserve(vertices);
+    chunk_.triangles32.reserve(3 * triangles);
+    outline_.reserve(vertices);
+  }
+
+  void add(const BlockMesh& block) {
+    const JoinedBlock& joined = joiner_.add(block);
+    const Vec3i voxel = firstVoxelOfBlock(block.key) - corner_;
+    for (const uint32_t i : joined.fresh) {
+      const Vec3f& p = block.vertices[i].position;
+      const uint16_t steps[3] = {stepsOf(voxel.x, p.x), stepsOf(voxel.y, p.y),
+                                 stepsOf(voxel.z, p.z)};
+      chunk_.positions.insert(chunk_.positions.end(), steps, steps + 3);
+      colours_.push_back(block.colours.empty() ? VertexColour{} : block.colours[i]);
+      outline_.addVertex(kindOf(block.vertices[i].edge, voxel));
+    }
+    normals_.resize(colours_.size(), {0.0f, 0.0f, 0.0f});
+    for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
+      const uint16_t* const corner = &block.triangles[t];
+      const std::array<uint32_t, 3> triangle{joined.number[corner[0]], joined.number[corner[1]],
+                                             joined.number[corner[2]]};
+      chunk_.triangles32.insert(chunk_.triangles32.end(), triangle.begin(), triangle.end());
+      addNormal(block, joined, corner, triangle, normals_);
+      outline_.addTriangle(triangle);
+    }
+  }
+
+  PackedChunk finish() {
+    mendOutlines();
+    addNormals();
+    addColours();
+    if (normals_.size() <= kMostVertices16) {
+      chunk_.triangles16.assign(chunk_.triangles32.begin(), chunk_.triangles32.end());
+      chunk_.triangles32 = std::vector<uint32_t>();
+    }
+    return std::move(chunk_);
+  }
+
+ private:
+  /// Rounded in its block, where whoever repeats a vertex has the same bits but for whole voxels:
+  /// the sum with these is exact. In double, in which a position in steps is exact as well.
+  uint16_t stepsOf(int voxel, float position) const {
+    const double steps = static_cast<double>(position) * steps_per_voxel_ + 0.5;
+    const auto truncated = static_cast<int>(steps);
+    const int rounded = truncated - (truncated > steps ? 1 : 0);
+    return static_cast<uint16_t>((voxel + kVoxelsBeyond) * steps_per_voxel_ + rounded);
+  }
+
+  /// Those on the faces of the chunk stay: outlines go on in chunks beside it.
+  Outline::Kind kindOf(uint32_t edge, const Vec3i& block) const {
+    if (isMiddle(edge)) return Outline::Kind::kMiddle;
+    const Vec3i at = block + cornerAt(edgeCorner(static_cast<int>(edge)));
+    const int axis = edgeAxis(static_cast<int>(edge));
+    const auto isOnFace = [&](int across, int place) {
+      return axis != across && (place == 0 || place == voxels_);
+    };
+    const bool is_on_face = isOnFace(0, at.x) || isOnFace(1, at.y) || isOnFace(2, at.z);
+    return is_on_face ? Outline::Kind::kFixed : Outline::Kind::kPlain;
+  }
+
+  void mendOutlines() {
+    std::vector<Vec3f> steps(normals_.size());
+    for (size_t i = 0; i < steps.size(); ++i) {
+      const uint16_t* const p = &chunk_.positions[3 * i];
+      steps[i] = {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
+    }
+    outline_.closeHoles(0, steps.size(), steps, normals_, [&](const Outline::Triangle& triangle) {
+      chunk_.triangles32.insert(chunk_.triangles32.end(), triangle.begin(), triangle.end());
+    });
+    for (const auto& [i, p] : outline_.smoothed(steps)) {
+      // A line may bulge out of the chunk, by less than what vertices have beyond it.
+      chunk_.positions[3 * i] = static_cast<uint16_t>(p.x + 0.5f);
+      chunk_.positions[3 * i + 1] = static_cast<uint16_t>(p.y + 0.5f);
+      chunk_.positions[3 * i + 2] = static_cast<uint16_t>(p.z + 0.5f);
+    }
+  }
+
+  void addNormals() {
+    chunk_.normals.reserve(2 * normals_.size());
+    makeUnit(normals_);
+    for (const Vec3f& normal : normals_) {
+      const auto [u, v] = packedNormal(normal);
+      chunk_.normals.push_back(u);
+      chunk_.normals.push_back(v);
+    }
+  }
+
+  /// What no image has seen gets the colour that it has in files.
+  void addColours() {
+    Mesh mesh;
+    mesh.colours = std::move(colours_);
+    bool is_painted = false;
+    for (const VertexColour& colour : mesh.colours) is_painted |= colour.painted != 0;
+    if (!is_painted) return;
+    for (size_t i = 0; i < mesh.colours.size(); ++i) {
+      const std::array<uint8_t, 3> rgb = vertexColour(MeshColour::kImage, mesh, i);
+      chunk_.colours.insert(chunk_.colours.end(), rgb.begin(), rgb.end());
+    }
+  }
+
+  int steps_per_voxel_;
+  int voxels_;    ///< Along an edge of the chunk.
+  Vec3i corner_;  ///< First voxel of the chunk.
+  PackedChunk chunk_;
+  BlockJoiner joiner_;
+  Outline outline_;
+  std::vector<Vec3f> normals_;
+  std::vector<VertexColour> colours_;
+};
+
 float foldSign(float value) { return value < 0.0f ? -1.0f : 1.0f; }
 
 /// Far more than any map has: 2^31 blocks of 8 voxels with 512 steps each. Sums stay exact in a
@@ -59,79 +186,21 @@ ChunkLattice::ChunkLattice(float voxel_size_m, int chunk_blocks)
   step_m = static_cast<double>(voxel_size_m) / steps_per_voxel;
 }
 
-namespace {
-
-/// Positions of the vertices of a chunk, in steps from its origin.
-VertexPlaces placesInChunk(const ChunkLattice& lattice, const BlockKey& corner) {
-  const Vec3i first = firstVoxelOfBlock(corner);
-  // Rounded in its block, where whoever repeats a vertex has the same bits but for whole voxels:
-  // the sum with these is exact. In double, in which a position in steps is exact as well.
-  const auto stepsOf = [per_voxel = lattice.steps_per_voxel](int voxel, float position) {
-    const double steps = std::floor(static_cast<double>(position) * per_voxel + 0.5);
-    return static_cast<float>((voxel + kVoxelsBeyond) * per_voxel + steps);
-  };
-  const auto position = [=](const BlockKey& block, const BlockVertex& vertex) {
-    const Vec3i voxel = firstVoxelOfBlock(block) - first;
-    const Vec3f& p = vertex.position;
-    return Vec3f{stepsOf(voxel.x, p.x), stepsOf(voxel.y, p.y), stepsOf(voxel.z, p.z)};
-  };
-  // Those on the faces of the chunk stay: outlines go on in chunks beside it.
-  const int voxels = lattice.chunk_blocks * kBlockSide;
-  const auto kind = [=](const BlockKey& block, const BlockVertex& vertex) {
-    if (isMiddle(vertex.edge)) return Outline::Kind::kMiddle;
-    const int edge = static_cast<int>(vertex.edge), axis = edgeAxis(edge);
-    const Vec3i at = firstVoxelOfBlock(block) - first + cornerAt(edgeCorner(edge));
-    const auto isOnFace = [&](int across, int place) {
-      return axis != across && (place == 0 || place == voxels);
-    };
-    const bool is_on_face = isOnFace(0, at.x) || isOnFace(1, at.y) || isOnFace(2, at.z);
-    return is_on_face ? Outline::Kind::kFixed : Outline::Kind::kPlain;
-  };
-  return {{}, position, kind};
-}
-
-}  // namespace
-
 PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const BlockKey& corner,
                       const std::vector<PackedKey>& blocks) {
   std::vector<const BlockMesh*> meshes;
+  size_t vertices = 0, triangles = 0;
   for (const PackedKey key : blocks) {
     const auto it = mesh.blocks().find(key);
-    if (it != mesh.blocks().end()) meshes.push_back(it->second.get());
+    if (it == mesh.blocks().end()) continue;
+    meshes.push_back(it->second.get());
+    vertices += it->second->vertices.size();
+    triangles += it->second->triangles.size() / 3;
   }
-  const Mesh joined = joinBlocks(meshes, placesInChunk(lattice, corner));
-  PackedChunk chunk;
-  const Vec3i first = firstVoxelOfBlock(corner);
-  for (int axis = 0; axis < 3; ++axis) {
-    chunk.origin[axis] =
-        (int64_t{component(first, axis)} - kVoxelsBeyond) * lattice.steps_per_voxel;
-  }
-  const bool is_painted = std::any_of(joined.colours.begin(), joined.colours.end(),
-                                      [](const VertexColour& c) { return c.painted != 0; });
-  const size_t vertices = joined.vertices_m.size();
-  chunk.positions.reserve(3 * vertices);
-  chunk.normals.reserve(2 * vertices);
-  chunk.colours.reserve(is_painted ? 3 * vertices : 0);
-  for (size_t i = 0; i < vertices; ++i) {
-    // A line may bulge out of the chunk, by less than what vertices have beyond it.
-    const Vec3f p = joined.vertices_m[i] + Vec3f{0.5f, 0.5f, 0.5f};
-    for (const float steps : {p.x, p.y, p.z})
-      chunk.positions.push_back(static_cast<uint16_t>(steps));
-    const auto normal = packedNormal(joined.normals[i]);
-    chunk.normals.insert(chunk.normals.end(), normal.begin(), normal.end());
-    if (!is_painted) continue;
-    // What no image has seen gets the colour that it has in files.
-    const auto rgb = vertexColour(MeshColour::kImage, joined, i);
-    chunk.colours.insert(chunk.colours.end(), rgb.begin(), rgb.end());
-  }
-  const uint32_t* const corners = joined.triangles.empty() ? nullptr : joined.triangles[0].data();
-  const uint32_t* const end = corners + 3 * joined.triangles.size();
-  if (vertices <= kMostVertices16) {
-    chunk.triangles16.assign(corners, end);
-  } else {
-    chunk.triangles32.assign(corners, end);
-  }
-  return chunk;
+  ChunkPacker packer(lattice, corner);
+  packer.reserve(vertices, triangles);
+  for (const BlockMesh* block : meshes) packer.add(*block);
+  return packer.finish();
 }
 
 void checkChunk(const PackedChunk& chunk) {

@@ -106,7 +106,7 @@ class PagedMeshes {
     const std::vector<PackedKey> in_order = keys();
     BlockExtent bounds = noBlocks();
     for (const PackedKey key : in_order) bounds = around(bounds, {unpackKey(key), unpackKey(key)});
-    MeshStream stream(placesInMap(voxelSize(), bounds), isPainted(), sink);
+    MeshStream stream(voxelSize(), isPainted(), bounds, sink);
     for (const PackedKey key : in_order) {
       if (const SharedBlockMesh block = find(key)) stream.add(*block);
     }

@@ -129,7 +129,7 @@ TEST(MeshStore, IsTheSameInPieces) {
     }
   }
   Mesh in_pieces;
-  MeshStream stream(placesInMap(kVoxelSize, bounds), false,
+  MeshStream stream(kVoxelSize, false, bounds,
                     {[&](const Mesh& piece) {
                        in_pieces.vertices_m.insert(in_pieces.vertices_m.end(),
                                                    piece.vertices_m.begin(),

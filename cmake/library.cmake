@@ -2,7 +2,8 @@
 # Shared, so that who links it needs to find Eigen only, not what the files and the backends use.
 add_library(dtsdf_mapping SHARED
   $<TARGET_OBJECTS:dtsdf_core> $<TARGET_OBJECTS:dtsdf_mapper> $<TARGET_OBJECTS:dtsdf_io>
-  $<TARGET_OBJECTS:dtsdf_datasets> $<TARGET_OBJECTS:dtsdf_image_codes>)
+  $<TARGET_OBJECTS:dtsdf_datasets> $<TARGET_OBJECTS:dtsdf_depth_codes>
+  $<TARGET_OBJECTS:dtsdf_colour_codes>)
 if(DTSDF_CUDA)
   set_target_properties(dtsdf_mapping PROPERTIES LINKER_LANGUAGE CUDA CUDA_RUNTIME_LIBRARY Static)
 else()

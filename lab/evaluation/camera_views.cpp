@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "io/image_codes.h"
+#include "io/depth_codes.h"
 #include "io/tum_lists.h"
 #include "simulation/scene.h"
 

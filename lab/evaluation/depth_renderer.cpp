@@ -5,7 +5,8 @@
 
 #include "io/atomic_file.h"
 #include "io/camera_file.h"
-#include "io/image_codes.h"
+#include "io/colour_codes.h"
+#include "io/depth_codes.h"
 #include "io/trajectory.h"
 
 namespace dtsdf {

@@ -3,13 +3,87 @@
 #include <cstring>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
-#include "io/image_codes.h"
+#include "io/png_memory.h"
 #include "io/records.h"
+#include "io/text_file.h"
 #include "kernels/core/voxel.h"
 #include "params/printable.h"
 
 namespace dtsdf {
+namespace {
+
+std::string inWords(int width, int height) {
+  return std::to_string(width) + " x " + std::to_string(height);
+}
+
+/// `name` is what stands for the image in messages. @return its size alone.
+/// @throws std::runtime_error
+DepthImage readHeader(PngReader& png, const std::string& name) {
+  if (!png.readHeader()) {
+    throw std::runtime_error("cannot decode " + name + ": not a PNG image, or damaged");
+  }
+  if (!png.is16BitGrey()) {
+    throw std::runtime_error(name + " is not a 16-bit grey image, so it is not a depth image");
+  }
+  const DepthImage image{static_cast<int>(png.width()), static_cast<int>(png.height()), {}};
+  if (png.height() > kMaxPixels / png.width()) {  // libpng refuses widths of 0
+    throw std::runtime_error(name + " has " + inWords(image.width, image.height) +
+                             " pixels, more than the " + std::to_string(kMaxPixels) +
+                             " that are supported");
+  }
+  return image;
+}
+
+void readPixels(PngReader& png, const std::string& name, DepthImage& image) {
+  image.values.resize(png.width() * png.height());
+  const auto prepare = [](png_structp reader, png_infop) {
+    png_set_swap(reader);  // the file is big-endian
+  };
+  if (!png.readRows(prepare, png.width() * sizeof(uint16_t),
+                    reinterpret_cast<uint8_t*>(image.values.data()))) {
+    throw std::runtime_error("cannot decode " + name + ": not a PNG image, or damaged");
+  }
+}
+
+std::string readDepthFile(const std::string& path) {
+  return readTextFile(path, "a depth image is expected there");
+}
+
+}  // namespace
+
+std::vector<uint16_t> readDepthPng(const std::string& path, int width, int height) {
+  const std::string bytes = readDepthFile(path), name = "'" + path + "'";
+  PngReader png(bytes.data(), bytes.size());
+  DepthImage image = readHeader(png, name);
+  if (image.width != width || image.height != height) {
+    throw std::runtime_error(name + " is " + inWords(image.width, image.height) +
+                             " pixels, but the camera has " + inWords(width, height));
+  }
+  readPixels(png, name, image);
+  return std::move(image.values);
+}
+
+DepthImage readDepthPngSize(const std::string& path) {
+  const std::string bytes = readDepthFile(path);
+  PngReader png(bytes.data(), bytes.size());
+  return readHeader(png, "'" + path + "'");
+}
+
+DepthImage decodeDepthPng(const uint8_t* data, size_t bytes) {
+  const std::string name = "the compressed image";
+  PngReader png(data, bytes);
+  DepthImage image = readHeader(png, name);
+  readPixels(png, name, image);
+  return image;
+}
+
+std::string encodeDepthPng(const DepthImage& image) {
+  constexpr png_uint_32 kAsTheyAre = PNG_FORMAT_LINEAR_Y;  // 16 bits of grey
+  return pngBytes(image.width, image.height, kAsTheyAre, image.values.data(), PNG_IMAGE_FLAG_FAST);
+}
+
 namespace {
 
 /// The difference that a zigzag number stands for, modulo 2^16, as the pixels are.

@@ -1,5 +1,5 @@
-/// Codes of depth images in messages: RVL, and what image_transport's compressedDepth sends. No
-/// plugin is needed to read them.
+/// Codes of depth images: PNG, RVL, and what image_transport's compressedDepth sends. By libpng
+/// alone, so that the programs need no image library beyond, nor a plugin.
 #pragma once
 
 #include <cstddef>
@@ -10,6 +10,22 @@
 #include "io/raster.h"
 
 namespace dtsdf {
+
+/// The pixels of a depth image in a file, row by row.
+/// @throws std::runtime_error that names the file, if it is missing, damaged, not 16-bit grey, or
+/// not of the expected size.
+std::vector<uint16_t> readDepthPng(const std::string& path, int width, int height);
+
+/// A depth image in a file without its pixels, for its size.
+/// @throws std::runtime_error that names the file, if it is missing, damaged or not 16-bit grey.
+DepthImage readDepthPngSize(const std::string& path);
+
+/// A depth image in memory. What its header announces is checked before memory is taken for it.
+/// @throws std::runtime_error if it is damaged, not 16-bit grey, or larger than images may be.
+DepthImage decodeDepthPng(const uint8_t* data, size_t bytes);
+
+/// The bytes of a file. @throws std::runtime_error if libpng cannot make them.
+std::string encodeDepthPng(const DepthImage& image);
 
 // RVL, a lossless code for 16-bit depth images.
 //
@@ -24,7 +40,7 @@ namespace dtsdf {
 std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels);
 
 // Depth images as image_transport's compressedDepth sends them: 12 bytes of header, then PNG, or
-// columns, rows and RVL.
+// columns, rows and RVL. No plugin and no image library beside libpng is needed to read them.
 
 /// The encoding that a message's format announces ("16UC1; compressedDepth png": "16UC1"), of any
 /// kind, or that of a 16-bit PNG ("16UC1; png compressed "); empty if it is none of these.

@@ -7,7 +7,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "io/image_codes.h"
+#include "io/colour_codes.h"
+#include "io/depth_codes.h"
 #include "params/printable.h"
 #include "params/text.h"
 

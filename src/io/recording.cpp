@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "io/depth_codes.h"
 #include "io/formats/folder_format.h"
-#include "io/image_codes.h"
 #include "io/pose_files.h"
 #include "io/recorded_images.h"
 #include "params/text.h"

@@ -9,7 +9,8 @@
 
 #include "backend/frame_check.h"
 #include "io/atomic_file.h"
-#include "io/image_codes.h"
+#include "io/colour_codes.h"
+#include "io/depth_codes.h"
 #include "io/ply.h"
 #include "journal/replay.h"
 #include "params/text.h"

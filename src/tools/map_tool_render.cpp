@@ -8,7 +8,8 @@
 
 #include "io/atomic_file.h"
 #include "io/camera_file.h"
-#include "io/image_codes.h"
+#include "io/colour_codes.h"
+#include "io/depth_codes.h"
 #include "io/trajectory.h"
 #include "params/text.h"
 #include "program/progress_bar.h"

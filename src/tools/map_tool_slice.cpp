@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "io/atomic_file.h"
-#include "io/image_codes.h"
+#include "io/colour_codes.h"
 #include "params/text.h"
 #include "planning/ground_grid.h"
 #include "program/run_program.h"

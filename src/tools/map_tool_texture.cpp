@@ -12,7 +12,7 @@
 #include "backend/rule_settings.h"
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "io/atomic_file.h"
-#include "io/image_codes.h"
+#include "io/colour_codes.h"
 #include "io/textured_mesh.h"
 #include "journal/replay.h"
 #include "kernels/colour/colour_image.h"

@@ -96,8 +96,6 @@ class Reconstruction:
     def problem(self, done):
         if done.returncode < 0:
             said = " ".join(done.stderr.split())[-300:]
-            if "cpl_string.cpp" in said:  # GDAL, which OpenCV's codecs bring, as it is loaded
-                return ""
             return "it ends by signal %d: %s" % (-done.returncode, said)
         if done.returncode > 0 and not done.stderr.strip():
             return "it ends with %d and says nothing" % done.returncode

@@ -1,5 +1,5 @@
 // Colour images as PNG and JPEG.
-#include "io/image_codes.h"
+#include "io/colour_codes.h"
 
 #include "fuzz/fuzz_input.h"
 #include "fuzz/png_sums.h"

@@ -1,5 +1,5 @@
 // Depth images as PNG: from memory, and from a file.
-#include "io/image_codes.h"
+#include "io/depth_codes.h"
 
 #include "fuzz/fuzz_input.h"
 #include "fuzz/png_sums.h"

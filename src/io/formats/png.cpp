@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "io/camera_file.h"
+#include "io/depth_codes.h"
 #include "io/formats/folder_format.h"
-#include "io/image_codes.h"
 #include "io/pose_files.h"
 #include "params/text.h"
 

@@ -16,9 +16,10 @@
 #include <utility>
 
 #include "io/camera_file.h"
+#include "io/colour_codes.h"
+#include "io/depth_codes.h"
 #include "io/formats/folder_format.h"
 #include "io/formats/numbered_files.h"
-#include "io/image_codes.h"
 
 namespace dtsdf {
 namespace posed_images {

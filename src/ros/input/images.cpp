@@ -8,8 +8,8 @@
 #include <cmath>
 #include <utility>
 
+#include "io/colour_codes.h"
 #include "io/depth_codes.h"
-#include "io/image_codes.h"
 #include "params/intrinsics_check.h"
 #include "params/printable.h"
 #include "params/text.h"

@@ -1,4 +1,4 @@
-#include "io/image_codes.h"
+#include "io/depth_codes.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include "dtsdf_mapping/io/rate_limit.h"
 #include "dtsdf_mapping/io/recording.h"
-#include "io/image_codes.h"
+#include "io/colour_codes.h"
 #include "support/tum_folder.h"
 
 namespace dtsdf {

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "dtsdf_mapping/io/map_file.h"
-#include "io/image_codes.h"
+#include "io/colour_codes.h"
 #include "support/depth_frames.h"
 #include "support/run_program.h"
 

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <vector>
 
-#include "io/image_codes.h"
+#include "io/colour_codes.h"
 #include "support/depth_frames.h"
 #include "support/run_program.h"
 #include "support/scene_colours.h"

@@ -1,5 +1,7 @@
 #include "page/paged_values.h"
 
+#include <new>
+
 namespace dtsdf {
 namespace {
 
@@ -108,12 +110,15 @@ void PagedValues::makeRoom() {
 }
 
 /// @return whether it is on disk now.
-bool PagedValues::writeOut(Entry& entry) {
+bool PagedValues::writeOut(Entry& entry) try {
   if (entry.record) return true;
   const auto out = std::make_shared<ByteWriter>();
   entry.kind->write(entry.value.get(), *out);
   entry.record = store_.write({out, {{out->bytes.data(), out->bytes.size()}}});
   return entry.record.has_value();
+} catch (const std::bad_alloc&) {
+  store_.fail("out of memory");
+  return false;
 }
 
 bool PagedValues::isFull() const {

@@ -121,7 +121,7 @@ std::optional<StoredRecord> RecordStore::write(RecordBytes record) {
     return std::nullopt;
   }
   const StoredRecord stored{*first * kUnitBytes, static_cast<uint32_t>(bytes), ++last_number_};
-  waiting_.emplace(stored.offset, std::pair(stored.number, std::move(record)));
+  waiting_.emplace(stored.offset, Waiting{std::move(record), stored.number});
   waiting_bytes_ += bytes;
   startWriting();
   return stored;
@@ -141,13 +141,12 @@ void RecordStore::writeWaiting() {
     const auto next = waiting_.begin();
     writing_ = next->first;
     lock.unlock();
-    const auto& [number, record] = next->second;
-    std::string problem = writeOne(next->first, number, record, buffer);
+    std::string problem = writeOne(next->first, next->second, buffer);
     lock.lock();
     writing_.reset();
     if (problem.empty()) {
       file_end_ = std::max(file_end_, next->first + buffer.size());
-      waiting_bytes_ -= record.size();
+      waiting_bytes_ -= next->second.record.size();
       waiting_.erase(next);
     } else {
       note(std::move(problem));
@@ -159,10 +158,10 @@ void RecordStore::writeWaiting() {
 }
 
 /// A record, and its checksum behind it. @return what went wrong; empty: it is written.
-std::string RecordStore::writeOne(uint64_t offset, uint32_t number, const RecordBytes& record,
+std::string RecordStore::writeOne(uint64_t offset, const Waiting& waiting,
                                   std::vector<char>& buffer) const try {
-  record.copyTo(buffer);
-  const uint64_t sum = XXH3_64bits_withSeed(buffer.data(), buffer.size(), number);
+  waiting.record.copyTo(buffer);
+  const uint64_t sum = XXH3_64bits_withSeed(buffer.data(), buffer.size(), waiting.number);
   const char* const sum_bytes = reinterpret_cast<const char*>(&sum);
   buffer.insert(buffer.end(), sum_bytes, sum_bytes + kSumBytes);
   const auto call = [this](const char* data, size_t size, off_t at) {
@@ -179,7 +178,7 @@ RecordStore::Reading RecordStore::read(const StoredRecord& record, std::vector<c
   {
     const Lock lock(mutex_);
     if (const auto found = waiting_.find(record.offset); found != waiting_.end()) {
-      found->second.second.copyTo(to);
+      found->second.record.copyTo(to);
       return Reading::kIntact;
     }
   }

@@ -13,7 +13,6 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/mapper.h"
@@ -88,10 +87,15 @@ class RecordStore {
  private:
   using Lock = std::unique_lock<std::mutex>;
 
+  /// To be written.
+  struct Waiting {
+    RecordBytes record;
+    uint32_t number;
+  };
+
   void startWriting();
   void writeWaiting();
-  std::string writeOne(uint64_t offset, uint32_t number, const RecordBytes& record,
-                       std::vector<char>& buffer) const;
+  std::string writeOne(uint64_t offset, const Waiting& waiting, std::vector<char>& buffer) const;
   std::string transfer(const StoredRecord& record, std::vector<char>& to) const;
   void note(std::string problem);
   void shrink() noexcept;
@@ -106,8 +110,7 @@ class RecordStore {
   uint64_t file_end_ = 0;
   PageStats stats_;
   uint32_t last_number_ = 0;
-  /// To be written, with the number of the write, by file offset.
-  std::map<uint64_t, std::pair<uint32_t, RecordBytes>> waiting_;
+  std::map<uint64_t, Waiting> waiting_;  ///< Keyed by file offset.
   size_t waiting_bytes_ = 0;
   std::optional<uint64_t> writing_;                 ///< Which of them is written now.
   bool is_writing_ = false, disk_refuses_ = false;  ///< The helper is at it; the last try failed.

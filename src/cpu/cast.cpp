@@ -1,7 +1,6 @@
 #include "cpu/cast.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "cpu/widest_vectors.h"
 #include "kernels/fusion/voxel_projection.h"
@@ -17,8 +16,8 @@ class PlanePair {
 
   /// Planes `first` and the next one.
   template <bool kHasSides>
-  void compute(const SampleLine& line, const MeasuredSides& sides, const BlockFrame& frame,
-               int first, float sdf_scale) {
+  void compute(const SampleLine& line, const MeasuredSides& sides, const float (&weights)[3],
+               const BlockFrame& frame, int first, float sdf_scale) {
     const BlockFrame block = frame;  // a copy of its own, which no result can overlap
     const Vec3i shifts = pointShifts(line.axis);
     for (int i = 0; i < kCount; ++i) {
@@ -34,40 +33,30 @@ class PlanePair {
       const int index =
           (plane - block.k0) * block.stride_k + u * block.stride_u + v * block.stride_v;
       index_[i] = index & (kVoxelsPerBlock - 1);
-      share_[i] = is_held ? sample.share : 0.0f;
-      sdf_[i] = roundSdf(sample.distance * sdf_scale);
-      point_key_[i] = sample.point_key;
+      const float share = is_held ? sample.share : 0.0f;
+      const int32_t sdf = roundSdf(sample.distance * sdf_scale);
+      for (int d = 0; d < 3; ++d) {
+        const VoxelSums sums = sumsOfSample(roundWeight(share * weights[d]), sdf, sample.point_key);
+        weighted_sdf_[d][i] = sums.weighted_sdf;
+        weight_[d][i] = static_cast<int32_t>(sums.weight);
+        nearest_[d][i] = sums.nearest;
+      }
     }
   }
 
-  /// Weighs the samples by the line's weight in a direction. A loop that is unrolled does not
-  /// become vector instructions.
-  void weigh(float weight) {
-#pragma GCC unroll 1
-    for (int i = 0; i < kCount; ++i) {
-      const VoxelSums sums = sumsOfSample(roundWeight(share_[i] * weight), sdf_[i], point_key_[i]);
-      weighted_sdf_[i] = sums.weighted_sdf;
-      weight_[i] = static_cast<int32_t>(sums.weight);
-      nearest_[i] = sums.nearest;
-    }
-  }
-
-  /// Adds those of the first planes, as they were weighed, to a direction's sums.
-  void addTo(VoxelSums* sums, int planes) const {
+  /// Adds those of the first planes to the sums of a line's d-th direction.
+  void addTo(VoxelSums* sums, int d, int planes) const {
     for (int i = 0; i < 4 * planes; ++i) {
-      addToSums(sums[index_[i]], {weighted_sdf_[i], weight_[i], nearest_[i], 0});
+      addToSums(sums[index_[i]], {weighted_sdf_[d][i], weight_[d][i], nearest_[d][i], 0});
     }
   }
 
  private:
   static constexpr int kCount = 4 * kPlanes;
 
-  float share_[kCount];
-  int32_t index_[kCount], sdf_[kCount];
-  uint32_t point_key_[kCount];
-  int32_t weight_[kCount];
-  int64_t weighted_sdf_[kCount];
-  uint32_t nearest_[kCount];
+  int32_t index_[kCount], weight_[3][kCount];
+  int64_t weighted_sdf_[3][kCount];
+  uint32_t nearest_[3][kCount];
 };
 
 /// Adds the part of a line that lies in a block to its sums.
@@ -78,13 +67,11 @@ void castLine(const KeptLine& kept, const MeasuredSides& sides, const BlockFrame
   const Span planes = planesInside({line.first_plane, line.last_plane}, block);
   PlanePair pair;
   for (int first = planes.first; first <= planes.last; first += PlanePair::kPlanes) {
-    pair.compute<kHasSides>(line, sides, block, first, sdf_scale);
+    pair.compute<kHasSides>(line, sides, kept.weight, block, first, sdf_scale);
     const int count = std::min(planes.last - first + 1, PlanePair::kPlanes);
     int d = 0;
-    visitDirections(kept.directions, [&](int direction) {
-      pair.weigh(kept.weight[d++]);
-      pair.addTo(sums.voxel[direction], count);
-    });
+    visitDirections(kept.directions,
+                    [&](int direction) { pair.addTo(sums.voxel[direction], d++, count); });
   }
 }
 
@@ -121,12 +108,8 @@ void findCovered(BlockSums& sums, int direction) {
   const VoxelSums* voxel = sums.voxel[direction];
   for (uint64_t& word : covered.word) {
     word = 0;
-    for (int first = 0; first < VoxelSet::kWordBits; first += kBlockSide) {
-      uint8_t has_weight[kBlockSide];
-      for (uint8_t& has : has_weight) has = (voxel++)->weight != 0 ? 1 : 0;
-      uint64_t bytes;
-      std::memcpy(&bytes, has_weight, sizeof(bytes));
-      word |= (bytes * 0x0102040810204080u >> 56) << first;  // the lowest bit of each byte
+    for (int i = 0; i < VoxelSet::kWordBits; ++i, ++voxel) {
+      word |= static_cast<uint64_t>(voxel->weight != 0) << i;
     }
   }
 }

@@ -74,7 +74,7 @@ double readWhole(const std::string& text, Range range) {
 
 std::vector<double> readNumbers(const std::string& text) {
   std::vector<double> numbers;
-  std::istringstream parts(text);
+  std::istringstream parts(text + ",");  // so that nothing behind the last one is a part, too
   for (std::string part; std::getline(parts, part, ',');) {
     numbers.push_back(readNumber(part, {-kUnbounded, kUnbounded}));
   }

@@ -62,7 +62,7 @@ FrameSelection parseFrameSelection(const std::string& text) {
   FrameSelection selection;
   size_t* const numbers[] = {&selection.first, &selection.last, &selection.step};
   size_t count = 0;
-  std::istringstream parts(text);
+  std::istringstream parts(text + ":");  // so that nothing behind the last one is a part, too
   for (std::string part; count < 4 && std::getline(parts, part, ':'); ++count) {
     if (part.empty() || count == 3) continue;
     *numbers[count] = static_cast<size_t>(readWhole(part, {count == 2 ? 1.0 : 0.0, kUnbounded}));
@@ -192,9 +192,15 @@ Intrinsics parseIntrinsics(const std::string& text) {
 }  // namespace
 
 void addFormatOption(CommandLine& line, RunOptions& options) {
-  line.addText({"--format", joined(recordingFormats(), "|") + "|bag|journal",
-                "format of the recording (default: detected)"},
-               options.recording.format);
+  std::vector<std::string> formats = recordingFormats();
+  formats.insert(formats.end(), {"bag", "journal"});
+  line.add({"--format", joined(formats, "|"), "format of the recording (default: detected)"},
+           [&options, formats](const std::string& value) {
+             if (std::find(formats.begin(), formats.end(), value) == formats.end()) {
+               throw UsageError("'" + value + "' is not " + joined(formats, ", ", " or "));
+             }
+             options.recording.format = value;
+           });
 }
 
 void addReadingOptions(CommandLine& line, RunOptions& options) {

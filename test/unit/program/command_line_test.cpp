@@ -90,6 +90,7 @@ TEST(CommandLine, NamesWhatIsWrong) {
       {{"a.ply", "--count", "0"}, "--count"},
       {{"a.ply", "--count", "99999999999999999999"}, "--count"},
       {{"a.ply", "--numbers", "1,,2"}, "--numbers"},
+      {{"a.ply", "--numbers", "1,2,"}, "--numbers"},
       {{"a.ply", "--odd", "1"}, "--odd: too odd"},
       {{"a.ply", "--scale", "1"}, "--scale requires --size"},
   };

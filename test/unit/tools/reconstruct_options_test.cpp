@@ -60,6 +60,7 @@ TEST(ReconstructOptions, NamesWhatIsWrong) {
   const Arguments good = {"--tum", "dir", "--mesh", "o.ply"};
   const std::pair<Arguments, std::string> additions[] = {
       {{"--format", "icl"}, "--format"},
+      {{"--format", "icl2"}, "--format: 'icl2'"},
       {{"--intrinsics", "1,2,3,x"}, "--intrinsics"},
       {{"--intrinsics", "1,0,3,4"}, "--intrinsics"},
       {{"--threads", "-1"}, "--threads"},
@@ -102,7 +103,8 @@ TEST(FrameSelectionText, MayLeaveOutParts) {
 }
 
 TEST(FrameSelectionText, RefusesOtherForms) {
-  for (const char* text : {"", "5", "a:b", "1:2:0", "1:2:3:4", "-1:5", "9:1", "1.5:2", "1 :2"}) {
+  for (const char* text :
+       {"", "5", "a:b", "1:2:0", "1:2:3:4", "1:2:3:", "-1:5", "9:1", "1.5:2", "1 :2"}) {
     EXPECT_NE(errorOf([&] { parseFrameSelection(text); }), "") << text;
   }
 }

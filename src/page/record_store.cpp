@@ -104,6 +104,8 @@ RecordStore::~RecordStore() {
 
 std::optional<StoredRecord> RecordStore::write(RecordBytes record) {
   const size_t bytes = record.size();
+  std::map<uint64_t, Waiting> made;  // before space is taken, as memory may run out
+  made.emplace(0, Waiting{std::move(record), 0});
   Lock lock(mutex_);
   if (disk_refuses_) startWriting();
   const auto is_ready = [&] {
@@ -121,7 +123,10 @@ std::optional<StoredRecord> RecordStore::write(RecordBytes record) {
     return std::nullopt;
   }
   const StoredRecord stored{*first * kUnitBytes, static_cast<uint32_t>(bytes), ++last_number_};
-  waiting_.emplace(stored.offset, Waiting{std::move(record), stored.number});
+  auto node = made.extract(made.begin());
+  node.key() = stored.offset;
+  node.mapped().number = stored.number;
+  waiting_.insert(std::move(node));
   waiting_bytes_ += bytes;
   startWriting();
   return stored;

@@ -3,28 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
-
+#include "support/failing_allocations.h"
 #include "support/temporary_folder.h"
-
-namespace {
-
-/// How many more allocations of this thread come before one that fails; -1: none does.
-thread_local int allocations_left = -1;
-
-}  // namespace
-
-// Inline they would seem not to fit each other.
-[[gnu::noinline]] void* operator new(size_t bytes) {
-  const bool fails = allocations_left == 0;
-  if (allocations_left >= 0) --allocations_left;
-  void* const memory = fails ? nullptr : std::malloc(bytes > 0 ? bytes : 1);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, size_t) noexcept { std::free(memory); }
 
 namespace dtsdf {
 namespace {
@@ -55,6 +35,7 @@ TEST(PagedBlocks, RefusesBlocksWithoutMemory) {
     ASSERT_EQ(blocks.keysWhere(any, any).size(), there.size());
     for (const BlockKey& key : there) blocks.erase(blocks.find(packKey(key)));
     EXPECT_EQ(blocks.keysWhere(any, any).size(), 0u);
+    EXPECT_EQ(blocks.store().stats().bytes, 0u);
   }
   EXPECT_GT(refused, 2);
 }

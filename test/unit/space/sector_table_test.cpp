@@ -7,19 +7,16 @@
 
 #include <cerrno>
 #include <chrono>
-#include <cstdlib>
-#include <new>
 #include <thread>
 
 #include "space/cell_sector.h"
+#include "support/failing_allocations.h"
 #include "support/temporary_folder.h"
 
 namespace {
 
 /// Reads that fail from now on.
 thread_local int reads_to_fail = 0;
-/// How many more allocations of this thread come before one that fails; -1: none does.
-thread_local int allocations_left = -1;
 
 }  // namespace
 
@@ -29,17 +26,6 @@ extern "C" ssize_t pread(int file, void* bytes, size_t size, off_t offset) {
   errno = EIO;
   return -1;
 }
-
-// Inline they would seem not to fit each other.
-[[gnu::noinline]] void* operator new(size_t bytes) {
-  const bool fails = allocations_left == 0;
-  if (allocations_left >= 0) --allocations_left;
-  void* const memory = fails ? nullptr : std::malloc(bytes > 0 ? bytes : 1);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, size_t) noexcept { std::free(memory); }
 
 namespace dtsdf {
 namespace {

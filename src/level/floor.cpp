@@ -33,19 +33,20 @@ constexpr int kRounds = 8;        // rounds of the refinement
 /// The refinement narrows to no less than this share of the tolerance, even without noise.
 constexpr double kLeastScale = 0.1;
 
-/// How many points lie on a plane, and far below it.
-std::pair<size_t, size_t> count(const FloorPlane& plane, const std::vector<Point>& points) {
-  size_t on = 0, below = 0;
-  for (const Point& point : points) {
-    const double height_m = plane.signedDistance(point.p);
-    if (std::abs(height_m) <= point.tolerance_m) ++on;
-    if (height_m < -kFarBelow * point.tolerance_m) ++below;
-  }
-  return {on, below};
+/// How many points lie on a plane.
+size_t countOn(const FloorPlane& plane, const std::vector<Point>& points) {
+  const auto on = std::count_if(points.begin(), points.end(), [&](const Point& point) {
+    return std::abs(plane.signedDistance(point.p)) <= point.tolerance_m;
+  });
+  return static_cast<size_t>(on);
 }
 
-bool isLowest(size_t below, size_t points) {
-  return static_cast<double>(below) <= kMaxBelow * static_cast<double>(points);
+/// Hardly any points lie far below the plane.
+bool isLowest(const FloorPlane& plane, const std::vector<Point>& points) {
+  const auto below = std::count_if(points.begin(), points.end(), [&](const Point& point) {
+    return plane.signedDistance(point.p) < -kFarBelow * point.tolerance_m;
+  });
+  return static_cast<double>(below) <= kMaxBelow * static_cast<double>(points.size());
 }
 
 /// The weighted least squares of the points nearer than `scale` tolerances.
@@ -144,8 +145,8 @@ std::optional<FloorPlane> drawPlane(const std::vector<Point>& candidates,
     normal /= normal.dot(up) < 0.0 ? -area : area;
     if (normal.dot(up) < kMinCosine) continue;
     const FloorPlane plane(normal, a);
-    const auto [on, below] = count(plane, scored);
-    if (on <= best_on || !isLowest(below, scored.size())) continue;
+    const size_t on = countOn(plane, scored);
+    if (on <= best_on || !isLowest(plane, scored)) continue;
     best_on = on;
     best = plane;
   }
@@ -179,14 +180,14 @@ std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::str
     return without("no plane within 45 degrees of the camera's x and z axes is the lowest");
   }
   const std::optional<FloorPlane> fit = refine(*drawn, points);
-  const auto [on, below] = fit ? count(*fit, points) : std::pair<size_t, size_t>();
+  const size_t on = fit ? countOn(*fit, points) : 0;
   const double least = kMinShare * static_cast<double>(points.size());
   if (on < kMinPoints || static_cast<double>(on) < least) {
     return without("the largest plane below has less than a twentieth of the measured points");
   }
   if (widthOf(*fit, points) < kMinWidth_m)
     return without("only a strip of a possible floor is visible");
-  if (fit->normal().dot(up) < kMinCosine || !isLowest(below, points.size())) {
+  if (fit->normal().dot(up) < kMinCosine || !isLowest(*fit, points)) {
     return without("another plane lies below the largest one");
   }
   problem.clear();

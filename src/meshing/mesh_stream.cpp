@@ -118,7 +118,7 @@ uint32_t BlockJoiner::numberOfEdge(uint32_t edge) {
   uint32_t& number = owner.number[owned.place];
   if (number == kNone) {
     number = next_;
-    owner.known.emplace_back(owned.place, next_);
+    owner.known.push_back({owned.place, next_});
   }
   return number;
 }
@@ -144,8 +144,8 @@ constexpr size_t kVerticesAtOnce = 65536;
 template <class Blocks>
 uint64_t passBlocks(Blocks& blocks, int32_t distance, PackedKey key, uint64_t before) {
   const Vec3i beyond{distance, distance, distance};
-  for (; !blocks.empty() && packKey(blocks.front().first + beyond) < key; blocks.pop_front()) {
-    before = blocks.front().second;
+  for (; !blocks.empty() && packKey(blocks.front().key + beyond) < key; blocks.pop_front()) {
+    before = blocks.front().end;
   }
   return before;
 }
@@ -180,8 +180,8 @@ void MeshStream::add(const BlockMesh& block) {
     addNormal(block, joined, corner, local, window_.normals);
     outline_.addTriangle(local);
   }
-  open_.emplace_back(block.key, end());
-  needed_.emplace_back(block.key, end());
+  open_.push_back({block.key, end()});
+  needed_.push_back({block.key, end()});
   // A vertex is listed by blocks side by side only: by none beyond the next one on each axis. An
   // outline is followed to vertices in blocks side by side, from those that are not written yet.
   const PackedKey key = packKey(block.key);

@@ -6,6 +6,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -31,6 +32,9 @@ constexpr uint64_t kShrinkBytes = uint64_t{1} << 20;
 constexpr int kTries = 5;
 
 constexpr double kLeastWait_ms = 1.0;
+
+/// Records are written some at a time, as to lock and to unlock takes as long as to write one.
+constexpr size_t kWrittenAtOnce = 64;
 
 /// Size of the checksum behind each record.
 constexpr size_t kSumBytes = sizeof(uint64_t);
@@ -124,8 +128,8 @@ std::optional<StoredRecord> RecordStore::write(RecordBytes record) {
   }
   const StoredRecord stored{*first * kUnitBytes, static_cast<uint32_t>(bytes), ++last_number_};
   auto node = made.extract(made.begin());
-  node.key() = stored.offset;
-  node.mapped().number = stored.number;
+  node.key() = stored.number;
+  node.mapped().offset = stored.offset;
   waiting_.insert(std::move(node));
   waiting_bytes_ += bytes;
   startWriting();
@@ -138,41 +142,53 @@ void RecordStore::startWriting() {
   if (!std::exchange(is_writing_, true)) helper_.start([this] { writeWaiting(); });
 }
 
-/// In the order of the file, until nothing waits or the disk takes no more.
+/// Until nothing waits or the disk takes no more.
 void RecordStore::writeWaiting() {
   std::vector<char> buffer;
+  std::array<std::pair<uint64_t, const Waiting*>, kWrittenAtOnce> some;
   Lock lock(mutex_);
   while (!waiting_.empty() && !disk_refuses_) {
-    const auto next = waiting_.begin();
-    writing_ = next->first;
-    lock.unlock();
-    std::string problem = writeOne(next->first, next->second, buffer);
-    lock.lock();
-    writing_.reset();
-    if (problem.empty()) {
-      file_end_ = std::max(file_end_, next->first + buffer.size());
-      waiting_bytes_ -= next->second.record.size();
-      waiting_.erase(next);
-    } else {
-      note(std::move(problem));
-      disk_refuses_ = true;
+    size_t count = 0;
+    for (const auto& [number, waiting] : waiting_) {
+      if (count == some.size()) break;
+      some[count++] = {number, &waiting};
     }
+    writing_ = some[count - 1].first;
+    lock.unlock();
+    std::string problem;
+    uint64_t end = 0;
+    size_t done = 0;
+    for (; done < count; ++done) {
+      problem = writeOne(some[done].first, *some[done].second, buffer);
+      if (!problem.empty()) break;
+      end = std::max(end, some[done].second->offset + buffer.size());
+    }
+    lock.lock();
+    writing_ = 0;
+    file_end_ = std::max(file_end_, end);
+    for (size_t i = 0; i < done; ++i) {
+      written_ = some[i].first;
+      waiting_bytes_ -= some[i].second->record.size();
+      waiting_.erase(some[i].first);
+    }
+    disk_refuses_ = !problem.empty();
+    if (disk_refuses_) note(std::move(problem));
     changed_.notify_all();
   }
   is_writing_ = false;
 }
 
 /// A record, and its checksum behind it. @return what went wrong; empty: it is written.
-std::string RecordStore::writeOne(uint64_t offset, const Waiting& waiting,
+std::string RecordStore::writeOne(uint64_t number, const Waiting& waiting,
                                   std::vector<char>& buffer) const try {
   waiting.record.copyTo(buffer);
-  const uint64_t sum = XXH3_64bits_withSeed(buffer.data(), buffer.size(), waiting.number);
+  const uint64_t sum = XXH3_64bits_withSeed(buffer.data(), buffer.size(), number);
   const char* const sum_bytes = reinterpret_cast<const char*>(&sum);
   buffer.insert(buffer.end(), sum_bytes, sum_bytes + kSumBytes);
   const auto call = [this](const char* data, size_t size, off_t at) {
     return pwrite(file_, data, size, at);
   };
-  const ssize_t done = transferAll(buffer.data(), buffer.size(), offset, call);
+  const ssize_t done = transferAll(buffer.data(), buffer.size(), waiting.offset, call);
   if (done > 0) return "";
   return "cannot write to map/page_folder '" + folder_ + "': " + textOf(done < 0 ? errno : ENOSPC);
 } catch (const std::bad_alloc&) {
@@ -180,9 +196,9 @@ std::string RecordStore::writeOne(uint64_t offset, const Waiting& waiting,
 }
 
 RecordStore::Reading RecordStore::read(const StoredRecord& record, std::vector<char>& to) {
-  {
+  if (record.number > written_) {
     const Lock lock(mutex_);
-    if (const auto found = waiting_.find(record.offset); found != waiting_.end()) {
+    if (const auto found = waiting_.find(record.number); found != waiting_.end()) {
       found->second.record.copyTo(to);
       return Reading::kIntact;
     }
@@ -229,8 +245,9 @@ void RecordStore::readAhead(const StoredRecord& record) const {
 
 void RecordStore::erase(const StoredRecord& record) noexcept {
   Lock lock(mutex_);
-  changed_.wait(lock, [&] { return writing_ != record.offset; });
-  if (const auto found = waiting_.find(record.offset); found != waiting_.end()) {
+  changed_.wait(lock,
+                [&] { return record.number > writing_ || waiting_.count(record.number) == 0; });
+  if (const auto found = waiting_.find(record.number); found != waiting_.end()) {
     waiting_bytes_ -= record.bytes;
     waiting_.erase(found);
     changed_.notify_all();
@@ -241,7 +258,7 @@ void RecordStore::erase(const StoredRecord& record) noexcept {
 
 void RecordStore::clear() noexcept {
   Lock lock(mutex_);
-  changed_.wait(lock, [this] { return !writing_; });
+  changed_.wait(lock, [this] { return writing_ == 0; });
   waiting_.clear();
   waiting_bytes_ = 0;
   disk_refuses_ = false;

@@ -25,7 +25,7 @@ namespace dtsdf {
 struct StoredRecord {
   uint64_t offset;
   uint32_t bytes;
-  uint32_t number;  ///< Number of the write, in the checksum: no older record passes for this.
+  uint64_t number;  ///< Number of the write, in the checksum: no older record passes for this.
 };
 
 /// A record in memory: its pieces, and what keeps them there.
@@ -90,12 +90,12 @@ class RecordStore {
   /// To be written.
   struct Waiting {
     RecordBytes record;
-    uint32_t number;
+    uint64_t offset;
   };
 
   void startWriting();
   void writeWaiting();
-  std::string writeOne(uint64_t offset, const Waiting& waiting, std::vector<char>& buffer) const;
+  std::string writeOne(uint64_t number, const Waiting& waiting, std::vector<char>& buffer) const;
   std::string transfer(const StoredRecord& record, std::vector<char>& to) const;
   void note(std::string problem);
   void shrink() noexcept;
@@ -104,15 +104,16 @@ class RecordStore {
   const size_t most_waiting_;
   int file_ = -1;
   std::atomic<bool> gives_{true};
-  mutable std::mutex mutex_;  ///< Guards what follows.
+  std::atomic<uint64_t> written_{0};  ///< None up to this number waits.
+  mutable std::mutex mutex_;          ///< Guards what follows.
   std::condition_variable changed_;
   FreeRuns runs_;
   uint64_t file_end_ = 0;
   PageStats stats_;
-  uint32_t last_number_ = 0;
-  std::map<uint64_t, Waiting> waiting_;  ///< Keyed by file offset.
+  uint64_t last_number_ = 0;
+  std::map<uint64_t, Waiting> waiting_;  ///< By number.
   size_t waiting_bytes_ = 0;
-  std::optional<uint64_t> writing_;                 ///< Which of them is written now.
+  uint64_t writing_ = 0;                            ///< Those up to this number are written now.
   bool is_writing_ = false, disk_refuses_ = false;  ///< The helper is at it; the last try failed.
   Helper helper_;                                   ///< Ends before what it works on.
 };

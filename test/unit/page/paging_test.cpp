@@ -234,6 +234,21 @@ TEST_F(Paging, RendersWhatIsOnDisk) {
   EXPECT_TRUE(sameMaps(near.mapper(), whole.mapper()));
 }
 
+TEST_F(Paging, AlignsToWhatIsOnDisk) {
+  const Way way;
+  Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 5, folder_.path()));
+  whole.go();
+  near.go();
+  for (size_t i = 0; i < kFlightFrames; i += 5) {
+    const DepthFrame frame = tour().depth[i].view();
+    const Alignment a = whole.mapper().align(frame, {0.05, 0.02});
+    const Alignment b = near.mapper().align(frame, {0.05, 0.02});
+    EXPECT_EQ(a.status, AlignmentStatus::kAligned);
+    EXPECT_EQ(b.status, a.status);
+    EXPECT_EQ(b.T_W_C.matrix(), a.T_W_C.matrix());
+  }
+}
+
 /// A map that is larger than the budget is loaded, and gone on with.
 TEST_F(Paging, LoadsMapsBeyondTheBudget) {
   Way way;

@@ -1,4 +1,5 @@
-/// Runs `map_tool bt` and `map_tool slice` on a map that was saved with what is free.
+/// Runs `map_tool bt`, `map_tool slice` and `map_tool render` on a map that was saved with what is
+/// free.
 #include <gtest/gtest.h>
 
 #ifdef DTSDF_WITH_OCTOMAP
@@ -12,7 +13,10 @@
 #include <utility>
 
 #include "dtsdf_mapping/io/map_file.h"
+#include "dtsdf_mapping/io/recording.h"
 #include "io/colour_codes.h"
+#include "io/depth_codes.h"
+#include "io/trajectory.h"
 #include "support/depth_frames.h"
 #include "support/run_program.h"
 
@@ -135,6 +139,34 @@ TEST_F(MapToolSpace, ASliceShowsUnknownSurfacesAndDistances) {
   }
   EXPECT_GT(near_m, 100u);
   EXPECT_GT(far_m, 100u);
+}
+
+/// What is rendered is a recording, with its pose, that shows what the map does.
+TEST_F(MapToolSpace, RendersARecording) {
+  const auto T_W_C = lookAt(Vector3d(1.0, 0.2, 0.2), Vector3d(0.0, 0.0, -0.1), Vector3d::UnitZ());
+  saveTrajectory({{2.5, T_W_C}}, out_ / "poses.txt");
+  ASSERT_EQ(run("render " + (out_ / "room.dtsdf") + " " + (out_ / "views") + " --trajectory " +
+                (out_ / "poses.txt") + " --set backend=cpu"),
+            0)
+      << errors_;
+  RecordingOptions recording;
+  recording.path = out_ / "views";
+  const auto frame = openRecording(recording)->next();
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->stamp_s, 2.5);
+  EXPECT_TRUE(frame->depth.T_W_C.isApprox(T_W_C, 1e-6));
+  const RenderedView view = mapper_->render(RenderCamera(), T_W_C);
+  const std::vector<uint16_t> depth =
+      readDepthPng(out_ / "views/depth/000000.png", view.width, view.height);
+  const RgbImage normals = readColourImage(out_ / "views/normals/000000.png");
+  size_t seen = 0;
+  for (size_t i = 0; i < depth.size(); ++i) {
+    ASSERT_NEAR(depth[i] / 5000.0, view.depth_m[i], 1.01e-4) << i;
+    if (depth[i] == 0) continue;
+    ++seen;
+    ASSERT_NEAR(normals.values[3 * i + 2], 128.0f + 127.0f * view.normals_C[i].z, 0.51f) << i;
+  }
+  EXPECT_GT(seen, depth.size() / 2);
 }
 
 TEST_F(MapToolSpace, RefusesMapsThatTakeMoreThanIsAllowed) {

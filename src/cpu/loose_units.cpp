@@ -110,14 +110,19 @@ bool isSmall(const BlockBits& piece, int most_units) {
            spansMore(along_z, most_units));
 }
 
-/// Whether a block by itself has a small piece. Without one it has no loose one, as most blocks.
-bool hasSmallPiece(BlockBits units, int most_units) {
+/// The units of pieces that look small within the block. Most blocks have none, and so none that is
+/// loose.
+BlockBits unitsInDoubt(BlockBits units, int most_units) {
+  BlockBits in_doubt = {};
   while (units != BlockBits{}) {
     const BlockBits piece = firstPiece(units);
-    if (isSmall(piece, most_units)) return true;
-    for (size_t z = 0; z < kBlockSide; ++z) units[z] &= ~piece[z];
+    const bool is_small = isSmall(piece, most_units);
+    for (size_t z = 0; z < kBlockSide; ++z) {
+      units[z] &= ~piece[z];
+      if (is_small) in_doubt[z] |= piece[z];
+    }
   }
-  return false;
+  return in_doubt;
 }
 
 /// Which units of a row hold a surface.
@@ -136,18 +141,26 @@ uint16_t surfaceInRow(const LabelNeighbourhood& labels, int row) {
 }  // namespace
 
 BlockBits looseUnits(const BlockBits& surface, const LabelNeighbourhood& labels, int most_units) {
-  BlockBits loose = {};
-  if (most_units == 0 || !hasSmallPiece(surface, most_units)) return loose;
+  if (most_units == 0) return {};
+  BlockBits loose = unitsInDoubt(surface, most_units);
+  if (loose == BlockBits{}) return loose;
   LooseWindow window = {};
   const RowsInTurn rows;
   rows.each([&](int row) { window.surface[row] = surfaceInRow(labels, row); });
-  LoosePieces(rows, labels, most_units, window).find();
-  for (int z = 0; z < kBlockSide; ++z) {
-    for (int y = 0; y < kBlockSide; ++y) {
-      const uint64_t units = window.small[windowRow(y, z)] >> kMostLooseUnits & 0xffu;
-      loose[z] |= units << (kBlockSide * y);
+  const auto visitOwnRows = [&](const auto& visit) {
+    for (int i = 0; i < kVoxelsPerBlock; i += kBlockSide) {
+      const Vec3i first = voxelOffset(i);
+      visit(loose[first.z], kBlockSide * first.y, windowRow(first.y, first.z));
     }
-  }
+  };
+  visitOwnRows([&](uint64_t layer, int shift, int row) {
+    window.left[row] = static_cast<uint16_t>((layer >> shift & 0xffu) << kMostLooseUnits);
+  });
+  LoosePieces(rows, labels, most_units, window).find();
+  loose = {};
+  visitOwnRows([&](uint64_t& layer, int shift, int row) {
+    layer |= uint64_t{window.small[row] >> kMostLooseUnits & 0xffu} << shift;
+  });
   return loose;
 }
 

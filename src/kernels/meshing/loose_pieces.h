@@ -127,7 +127,8 @@ struct LooseWindow {
 /// calls it for the row that a piece begins with. For the rows that this may have by now
 /// eachOfPiece(f) calls it, any(f) says whether one is true, and allOf(f) joins their bits; add()
 /// is for rows of others. What was written before is seen. With kAtOnce it has a thread for each
-/// row.
+/// row; without, `left` holds at first those units of the block that pieces are begun with, at
+/// least one of each that may be loose.
 template <class Team>
 class LoosePieces {
  public:
@@ -151,26 +152,22 @@ class LoosePieces {
   }
 
   /// Leaves in `small` the units of small pieces, joined over faces alone. @return whether some are
-  /// in the block; without, others may be left out.
+  /// in the block; without, others may be left out. Where rows are worked on in turn, those count
+  /// that stay small over edges, which are few.
   DTSDF_HD bool findSmall() const {
-    if (Team::kAtOnce) {
-      takeLongRows();
-    } else {
-      team_.each([&](int row) {
-        window_.left[row] = window_.surface[row];
-        window_.small[row] = window_.piece[row] = 0;
-      });
-    }
+    if (Team::kAtOnce) takeLongRows();
     bool any = false;
     const auto isOneMore = [&] {
       const bool is_small = isSmall();
       any = any || is_small;
       return is_small;
     };
-    for (const bool in_block : {true, false}) {
-      while (takePiece(in_block, false, isOneMore)) continue;
-      if (!any) return false;
+    while (takePiece(true, !Team::kAtOnce, isOneMore)) continue;
+    if (!any) return false;
+    if (!Team::kAtOnce) {
+      team_.each([&](int row) { window_.left[row] = window_.surface[row] & ~window_.small[row]; });
     }
+    while (takePiece(false, false, isOneMore)) continue;
     return true;
   }
 
@@ -255,7 +252,7 @@ class LoosePieces {
       window_.piece[row] = static_cast<uint16_t>(units & (0u - units));
     });
     do {
-      while (growsOverFaces()) continue;
+      while (growsOverFaces() && (!over_edges || isSmall())) continue;
     } while (over_edges && isSmall() && growsOverEdges());
     const bool is_one = isOne();
     team_.eachOfPiece([&](int row) {

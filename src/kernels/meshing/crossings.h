@@ -10,31 +10,44 @@
 
 namespace dtsdf {
 
-/// How much is known of a crossing: the greatest product of the weights at an edge's two ends, of
-/// those directions that cross zero there; or the product of the weights of all that have a say, of
-/// which so large a share counts. The edge's lower end is corner `c`. Facing 0 is where
+/// The direction that faces against a sheet has no say where it crosses an edge. Facing 0 is where
 /// `behind_below`.
-template <class Samples, class Mask, class Real>
-DTSDF_HD Real weighCrossing(const Samples& samples, int c, int axis, const Mask& behind_below,
-                            const Real& voted_share) {
+template <class Mask>
+DTSDF_HD Mask speaksOnCrossing(int direction, int axis, const Mask& behind_below) {
+  const Mask any_facing = behind_below == behind_below;
+  if (directionAxis(direction) != axis) return any_facing;
+  return (direction & 1) == 0 ? behind_below : behind_below != any_facing;
+}
+
+/// How much is known of a crossing by the directions that cross zero there: the greatest product of
+/// the weights at an edge's two ends. The edge's lower end is corner `c`.
+template <class Real, class Samples, class Mask>
+DTSDF_HD Real weighCrossing(const Samples& samples, int c, int axis, const Mask& behind_below) {
   const Real zero{0.0f};
-  Real greatest = zero, all_lower = zero, all_upper = zero;
+  Real greatest = zero;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!samples.maySpeak(d)) continue;  // it crosses nothing
+    const auto crosses = speaksOnCrossing(d, axis, behind_below) &
+                         ((samples.sdf(d, c) < zero) == behind_below) &
+                         ((samples.sdf(d, c | 1 << axis) < zero) != behind_below);
+    const Real product = samples.weight(d, c) * samples.weight(d, c | 1 << axis);
+    greatest = maximum(greatest, select(crosses, product, zero));
+  }
+  return greatest;
+}
+
+/// The product of the weights of all that have a say.
+template <class Real, class Samples, class Mask>
+DTSDF_HD Real weighVoted(const Samples& samples, int c, int axis, const Mask& behind_below) {
+  const Real zero{0.0f};
+  Real lower = zero, upper = zero;
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!samples.isObserved(d)) continue;
-    const Real lower = samples.weight(d, c), upper = samples.weight(d, c | 1 << axis);
-    const auto lower_behind = samples.sdf(d, c) < zero;
-    const auto upper_behind = samples.sdf(d, c | 1 << axis) < zero;
-    const auto any_facing = zero >= zero;
-    // The direction that faces against the sheet has no say.
-    const auto speaks = directionAxis(d) != axis
-                            ? any_facing
-                            : ((d & 1) == 0 ? behind_below : behind_below != any_facing);
-    const auto crosses = speaks & (lower_behind == behind_below) & (upper_behind != behind_below);
-    greatest = maximum(greatest, select(crosses, lower * upper, zero));
-    all_lower = all_lower + select(speaks, lower, zero);
-    all_upper = all_upper + select(speaks, upper, zero);
+    const auto speaks = speaksOnCrossing(d, axis, behind_below);
+    lower = lower + select(speaks, samples.weight(d, c), zero);
+    upper = upper + select(speaks, samples.weight(d, c | 1 << axis), zero);
   }
-  return maximum(greatest, voted_share * (all_lower * all_upper));
+  return lower * upper;
 }
 
 /// Crossings of a sheet with the given labels that are too weak, for each axis a bit by the edge's
@@ -52,21 +65,12 @@ DTSDF_HD Bits weakCrossings(const MeshRules& rules, const Samples& samples, cons
     const auto upper = (labels & Bits{1 << (c | 1 << axis)}) != none;
     const auto crossed = lower != upper;
     if (!any(crossed)) continue;
-    const Real strength = weighCrossing(samples, c, axis, lower, by_vote);
-    const auto is_weak = crossed & (least * least >= strength);
+    auto is_weak = crossed & (least * least >= weighCrossing<Real>(samples, c, axis, lower));
+    if (!any(is_weak)) continue;  // as most: the vote need not be asked
+    is_weak = is_weak & (least * least >= by_vote * weighVoted<Real>(samples, c, axis, lower));
     weak = weak | select(is_weak, Bits{1 << (8 * axis + c)}, none);
   }
   return weak;
-}
-
-/// Whether a component crosses one of the edges.
-DTSDF_HD bool crossesAny(uint8_t component, unsigned edges) {
-  unsigned crossed = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const ParallelCrossings crossings = parallelCrossings(component, axis);
-    crossed |= static_cast<unsigned>(crossings.rising | crossings.falling) << (8 * axis);
-  }
-  return (crossed & edges) != 0;
 }
 
 }  // namespace dtsdf

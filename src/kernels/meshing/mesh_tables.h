@@ -19,6 +19,7 @@ constexpr int kCubeCorners = 8;
 constexpr int kCubeEdges = 12;
 constexpr int kMaxComponents = 4;
 constexpr int kMaxTriangles = 5;
+constexpr int kFallingBit = 24;
 
 /// Corner at the lower end of an edge; the upper end is that corner with bit (e / 4) set. Bits i of
 /// the edge's number within its axis, with a 0 put in at the axis.
@@ -42,6 +43,14 @@ struct MeshTables {
   /// Unconnected surface components of an index: for each, the index that has this component only.
   uint8_t component_count[256];
   uint8_t component[256][kMaxComponents];
+  /// Edges that an index crosses: bit 8 * axis + corner for that with this corner at its lower end
+  /// if it is behind there (it faces +axis), kFallingBit more if it is behind at the upper end.
+  uint64_t crossings[256];
+  /// Directions that may see a component, bit d for direction d. Intra-directional filter (paper,
+  /// Sec. V-B): it is impossible in direction D if an edge along D is behind at its +D end and in
+  /// front at its -D end. If no edge along D is crossed, the gradient has to decide, which it has
+  /// by then (leaders.h).
+  uint8_t seen_from[256];
 };
 
 namespace mesh_tables_detail {
@@ -148,6 +157,13 @@ constexpr MeshTables make() {
       tables.component[index][tables.component_count[index]++] =
           static_cast<uint8_t>(componentIndex(index, loop_edges));
     }
+    for (int axis = 0; axis < 3; ++axis) {
+      const unsigned lower_corners = axis == 0 ? 0x55u : (axis == 1 ? 0x33u : 0x0Fu);
+      const unsigned lower = index & lower_corners, upper = index >> (1 << axis) & lower_corners;
+      const uint64_t rising = lower & ~upper, falling = upper & ~lower;
+      tables.crossings[index] |= (rising | falling << kFallingBit) << (8 * axis);
+      tables.seen_from[index] |= ((falling == 0 ? 1 : 0) | (rising == 0 ? 2 : 0)) << (2 * axis);
+    }
   }
   return tables;
 }
@@ -162,27 +178,6 @@ DTSDF_HD uint8_t removeComponent(uint8_t index, uint8_t component) {
   const uint8_t behind_side = component, front_side = static_cast<uint8_t>(~component);
   const bool behind_uniform = (behind_side & static_cast<uint8_t>(~index)) == 0;
   return index ^ (behind_uniform ? behind_side : front_side);
-}
-
-/// Edges parallel to an axis that an index crosses: bit i for the edge at the i-th lower corner.
-/// `rising` are behind at the lower end (they face +axis), `falling` at the upper end.
-struct ParallelCrossings {
-  uint8_t rising, falling;
-};
-
-DTSDF_HD ParallelCrossings parallelCrossings(uint8_t index, int axis) {
-  const unsigned lower_corners = axis == 0 ? 0x55u : (axis == 1 ? 0x33u : 0x0Fu);
-  const unsigned lower = index & lower_corners;
-  const unsigned upper = (index >> (1 << axis)) & lower_corners;
-  return {static_cast<uint8_t>(lower & ~upper), static_cast<uint8_t>(upper & ~lower)};
-}
-
-/// Intra-directional filter (paper, Sec. V-B): a component is impossible in direction D if an edge
-/// along D is behind at its +D end and in front at its -D end. If no edge along D is crossed, the
-/// gradient has to decide, which it has by then (leaders.h).
-DTSDF_HD bool mayBeSeen(uint8_t component, int direction) {
-  const ParallelCrossings crossings = parallelCrossings(component, direction >> 1);
-  return ((direction & 1) ? crossings.rising : crossings.falling) == 0;
 }
 
 }  // namespace dtsdf

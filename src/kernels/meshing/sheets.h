@@ -12,14 +12,6 @@
 
 namespace dtsdf {
 
-/// Whether some speaking direction of a sheet can see a component.
-DTSDF_HD bool isVisible(uint8_t component, unsigned speaking) {
-  for (unsigned d = 0, rest = speaking; rest != 0; ++d, rest >>= 1) {
-    if ((rest & 1) && mayBeSeen(component, static_cast<int>(d))) return true;
-  }
-  return false;
-}
-
 /// Marching cubes index of a sheet: its labels without the components that none of the sheet's
 /// speaking directions can see. Where one has a weak crossing the unit says nothing, kNotKnown: so
 /// it neither has a surface, nor turns the corners of those around.
@@ -28,8 +20,9 @@ DTSDF_HD int sheetIndex(const MeshTables& tables, unsigned labels, unsigned spea
   uint8_t index = static_cast<uint8_t>(labels);
   for (int i = 0; i < tables.component_count[labels]; ++i) {
     const uint8_t component = tables.component[labels][i];
-    if (crossesAny(component, weak_crossings)) return kNotKnown;
-    if (!isVisible(component, speaking)) index = removeComponent(index, component);
+    const uint64_t crossings = tables.crossings[component];
+    if (((crossings | crossings >> kFallingBit) & weak_crossings) != 0) return kNotKnown;
+    if ((tables.seen_from[component] & speaking) == 0) index = removeComponent(index, component);
   }
   return index;
 }
@@ -81,26 +74,15 @@ DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules, con
 
 DTSDF_HD bool isSurface(int index) { return index > 0 && index < 255; }
 
-/// Whether two indices cross some edge in the same way.
-DTSDF_HD bool shareCrossing(unsigned a, unsigned b) {
-  unsigned shared = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const ParallelCrossings of_a = parallelCrossings(static_cast<uint8_t>(a), axis);
-    const ParallelCrossings of_b = parallelCrossings(static_cast<uint8_t>(b), axis);
-    shared |= (of_a.rising & of_b.rising) | (of_a.falling & of_b.falling);
-  }
-  return shared != 0;
-}
-
 /// What a unit says whose sheets have such indices. The two sides of something thin cross no edge
 /// in the same way; sheets that do are one surface told twice, as where it bends round within the
 /// unit: the first, of the stronger leader, is taken. A sheet without a surface says nothing
 /// against one that has some.
-DTSDF_HD UnitLabels joinSheets(int first, int second) {
+DTSDF_HD UnitLabels joinSheets(const MeshTables& tables, int first, int second) {
   if (!isSurface(first) && (isSurface(second) || first == kNotKnown)) first = second;
   if (first == kNotKnown) return {0, 0};
   const auto a = static_cast<unsigned>(first), b = static_cast<unsigned>(second);
-  const bool are_two = isSurface(second) && !shareCrossing(a, b);
+  const bool are_two = isSurface(second) && (tables.crossings[a] & tables.crossings[b]) == 0;
   return labelsOfSheets(a, are_two ? b : a);
 }
 
@@ -117,7 +99,7 @@ DTSDF_HD void labelUnits(const MeshTables& tables, const MeshRules& rules, const
   int first[kUnits], second[kUnits];
   sheetIndices(tables, rules, samples, greatest, least, leader[0], speaking, first);
   sheetIndices(tables, rules, samples, greatest, least, leader[1], speaking, second);
-  for (int k = 0; k < kUnits; ++k) result[k] = joinSheets(first[k], second[k]);
+  for (int k = 0; k < kUnits; ++k) result[k] = joinSheets(tables, first[k], second[k]);
 }
 
 }  // namespace dtsdf

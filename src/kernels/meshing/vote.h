@@ -61,7 +61,7 @@ DTSDF_HD Bits voteOnCorners(const MeshRules& rules, const Samples& samples,
     }
     known = known & (vote.weight > least_weight);
     if (!any(known)) return not_known;
-    labels = labels | select(votedSdf(vote) < Real{0.0f}, Bits{1 << c}, none);
+    labels = labels | select(vote.sum < Real{0.0f}, Bits{1 << c}, none);  // as votedSdf()
   }
   return select(known, labels, not_known);
 }

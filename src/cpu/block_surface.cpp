@@ -33,6 +33,7 @@ void BlockSurface::weighCorners(const LabelNeighbourhood& labels) {
         const UnitLabels* row = labels[n] + voxelIndex(0, y, z);
         if (!anySpeaks(row)) continue;
         for (int x = firstBeside(at.x); x < endBeside(at.x); ++x) {
+          if (isEmpty(row[x])) continue;
           addSides(row[x], {x + kBlockSide * at.x, y + kBlockSide * at.y, z + kBlockSide * at.z});
         }
       }
@@ -42,7 +43,6 @@ void BlockSurface::weighCorners(const LabelNeighbourhood& labels) {
 
 /// The sides that a unit gives those of its corners that lie in the block's grid.
 void BlockSurface::addSides(const UnitLabels& labels, const Vec3i& unit) {
-  if (isEmpty(labels)) return;
   const auto add = [&](int c, int corner) {
     balance_[corner] = static_cast<int8_t>(balance_[corner] + sideGiven(labels, c));
   };
@@ -64,15 +64,11 @@ void BlockSurface::addSides(const UnitLabels& labels, const Vec3i& unit) {
 void BlockSurface::addTriangles(const UnitIndices& regular, const Vec3i& unit) {
   if (countTriangles(kMeshTables, regular) == 0) return;
   surface_units_.push_back({unit, regular});
-  visitTriangleEdges(kMeshTables, regular, unit, [this](int edge) {
-    edges_.add(edge);
-    triangle_edges_.push_back(static_cast<uint16_t>(edge));
-  });
+  edges_.addUnit(regular, unit);
 }
 
 void BlockSurface::addUnits(const UnitLabels* labels, const BlockBits& loose) {
   edges_.clear();
-  triangle_edges_.clear();
   surface_units_.clear();
   holding_surface_ = {};
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
@@ -105,7 +101,6 @@ void BlockSurface::regularise(const LabelNeighbourhood& labels, int most_loose_u
 void BlockSurface::emit(const MeshSettings& rules, const ArraysAround& arrays,
                         const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh) {
   mesh.vertices.reserve(edges_.count());
-  is_drawn_.clear();
   auto next = known.begin();
   edges_.forEach([&](int edge) {
     vertex_of_edge_[edge] = static_cast<uint16_t>(mesh.vertices.size());
@@ -114,15 +109,22 @@ void BlockSurface::emit(const MeshSettings& rules, const ArraysAround& arrays,
     const uint32_t may_cross = speakingOnEdge(edgeAxis(edge), edgeFacing(edge));
     mesh.vertices.push_back(is_known ? *next
                                      : makeVertex(rules, arrays, edge, directional, may_cross));
-    is_drawn_.push_back(isDrawn(mesh.vertices.back()));
+    is_drawn_far_[vertex_of_edge_[edge]] = isDrawnFar(rules, mesh.vertices.back());
   });
-  mesh.triangles.resize(triangle_edges_.size());
-  std::transform(triangle_edges_.begin(), triangle_edges_.end(), mesh.triangles.begin(),
-                 [this](uint16_t edge) { return vertex_of_edge_[edge]; });
+  size_t triangles = 0;
+  for (const SurfaceUnit& unit : surface_units_) {
+    triangles += countTriangles(kMeshTables, unit.indices);
+  }
+  mesh.triangles.resize(3 * triangles);
+  uint16_t* next_corner = mesh.triangles.data();
+  for (const SurfaceUnit& unit : surface_units_) {
+    visitTriangleEdges(kMeshTables, unit.indices, unit.at,
+                       [&](int edge) { *next_corner++ = vertex_of_edge_[edge]; });
+  }
   for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
     uint16_t* triangle = mesh.triangles.data() + i;
     const uint16_t a = triangle[0], b = triangle[1], c = triangle[2];
-    const bool may_be_gap = is_drawn_[a] | is_drawn_[b] | is_drawn_[c];
+    const bool may_be_gap = is_drawn_far_[a] | is_drawn_far_[b] | is_drawn_far_[c];
     if (may_be_gap && standsInGap(rules, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c])) {
       std::fill(triangle, triangle + 3, kGapVertex);
     }

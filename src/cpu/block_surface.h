@@ -57,8 +57,7 @@ class BlockSurface {
   std::vector<SurfaceUnit> surface_units_;
   EdgeSet edges_;  ///< Those that carry a vertex.
   uint16_t vertex_of_edge_[kGridEdges];
-  std::vector<uint16_t> triangle_edges_;
-  std::vector<uint8_t> is_drawn_;  ///< isDrawn() of each vertex: no other stands at a gap.
+  bool is_drawn_far_[kGridEdges];  ///< isDrawnFar() of each vertex: no other stands at a gap.
   std::vector<Vec3f> normals_;     ///< One per edge vertex, where meshes are refined.
 };
 

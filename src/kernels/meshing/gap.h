@@ -25,10 +25,11 @@ DTSDF_HD Vec3f placeOnEdge(const BlockVertex& vertex) {
   return place;
 }
 
-/// Whether a vertex was drawn. Branch-free, as no processor could predict the branch.
-DTSDF_HD bool isDrawn(const BlockVertex& vertex) {
-  const Vec3f before = placeOnEdge(vertex), &after = vertex.position;
-  return (before.x != after.x) | (before.y != after.y) | (before.z != after.z);
+/// Whether a vertex was drawn so far that a side of it can be too long: nearly half as far as the
+/// side may be stretched. Branch-free, as no processor could predict the branch.
+DTSDF_HD bool isDrawnFar(const MeshRules& rules, const BlockVertex& vertex) {
+  const Vec3f shift = vertex.position - placeOnEdge(vertex);
+  return dot(shift, shift) > 0.24f * rules.most_stretch * rules.most_stretch;
 }
 
 /// How much longer anchoring makes a side, in voxels.
@@ -39,7 +40,8 @@ DTSDF_HD float stretchOf(const BlockVertex& a, const BlockVertex& b) {
 /// Whether the triangle of three edges' vertices stands in a gap.
 DTSDF_HD bool standsInGap(const MeshRules& rules, const BlockVertex& a, const BlockVertex& b,
                           const BlockVertex& c) {
-  if (!isDrawn(a) && !isDrawn(b) && !isDrawn(c)) return false;  // most are not: no roots
+  const bool may_be_gap = isDrawnFar(rules, a) | isDrawnFar(rules, b) | isDrawnFar(rules, c);
+  if (!may_be_gap) return false;  // as most: no roots
   return stretchOf(a, b) > rules.most_stretch || stretchOf(b, c) > rules.most_stretch ||
          stretchOf(c, a) > rules.most_stretch;
 }

@@ -13,7 +13,10 @@ struct EdgeSamples {
   Vec3i corner;
   int axis;
   bool directional;
-  Sample lower[kDirectionCount] = {}, upper[kDirectionCount] = {};
+  Sample lower[kDirectionCount], upper[kDirectionCount];
+
+  DTSDF_HD EdgeSamples(const ArraysAround& arrays, const Vec3i& corner, int axis, bool directional)
+      : arrays(arrays), corner(corner), axis(axis), directional(directional) {}
 
   /// Reads the sample beyond an end: on demand, as few directions need it.
   DTSDF_HD Sample beyond(int end, int d) const {
@@ -28,7 +31,9 @@ DTSDF_HD BlockVertex makeVertex(const MeshSettings& rules, const ArraysAround& a
                                 bool directional, uint32_t read) {
   const int axis = edgeAxis(edge), facing = edgeFacing(edge);
   const Vec3i lower = cornerAt(edgeCorner(edge)), upper = lower + unitStep(axis);
-  EdgeSamples samples{arrays, lower, axis, directional};
+  EdgeSamples samples(arrays, lower, axis, directional);
+  for (int d = 0; d < kDirectionCount && !directional; ++d)
+    samples.lower[d] = samples.upper[d] = {};
   const Voxel* const* const arrays_at[] = {arrays.array[blockAround(lower)],
                                            arrays.array[blockAround(upper)]};
   const int index_at[] = {indexInBlock(lower), indexInBlock(upper)};

@@ -35,12 +35,6 @@ class BlockCells {
 
   const std::vector<Cell>& all() const { return cells_; }
 
-  /// The cell with this packed key; null where it has no blocks.
-  const Cell* find(PackedKey key) const {
-    const int32_t number = numbers_.find(key);
-    return number < 0 ? nullptr : &cells_[static_cast<size_t>(number)];
-  }
-
   /// Calls visit(cell) for those that a frame may see something of: see mayBeInView(). Costs what
   /// is in view, and a look at each group of kSide x kSide x kSide cells.
   template <class Visit>

@@ -86,7 +86,6 @@ class Atlas {
 
   const Mesh& mesh() const { return mesh_; }
   const std::vector<Page>& pages() const { return pages_; }
-  const Chart& chart(size_t triangle) const { return charts_[triangle]; }
 
   /// Where the corners of each triangle are in its page.
   std::vector<std::array<TexturePlace, 3>> places() const {

@@ -12,10 +12,10 @@
 
 namespace dtsdf {
 
-/// Whether raw images are rectified.
-enum class RectifyChoice {
-  kAuto,    ///< Where the topic's name does not say that they are, and they are distorted.
-  kAlways,  ///< Where they are distorted, whatever the topic's name.
+/// Whether something is done.
+enum class Usage {
+  kAuto,  ///< Where what is received suggests it.
+  kAlways,
   kNever,
 };
 
@@ -32,15 +32,10 @@ struct InputParams {
   double max_turn_deg_s = 720.0;  ///< A faster turn is a jump, too; 0: any is fine.
   /// An image gets the newest camera_info, for drivers that send it rarely; else that of its stamp.
   bool latest_camera_info = false;
-  RectifyChoice rectify = RectifyChoice::kAuto;
+  /// Images are rectified where they are distorted: kAuto, unless the topic's name says that they
+  /// are rectified; kAlways, whatever its name.
+  Usage rectify = Usage::kAuto;
   bool mask = false;  ///< Each image has a mask with its stamp, on `mask/image`.
-};
-
-/// Whether colour images are taken.
-enum class ColourUse {
-  kAuto,    ///< Where there are some.
-  kAlways,  ///< They have to be there.
-  kNever,
 };
 
 struct PublishParams {
@@ -76,7 +71,7 @@ struct NodeParams {
   std::string odom_frame;
   std::string base_frame;  ///< Whose pose is published; empty: the depth camera's frame.
   InputParams input;
-  ColourUse colour = ColourUse::kAuto;
+  Usage colour = Usage::kAuto;      ///< Colour images; kAlways: they have to be received.
   double max_colour_rate_hz = 0.0;  ///< Colour images per second, by their stamps; 0: all.
   PublishParams publish;
   double stale_s = 5.0;  ///< What is silent for so long is warned about, three times so: an error.
@@ -138,17 +133,13 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("input/depth", p.input.depth_along_ray, EnumNames<bool>{{"axis", false}, {"ray", true}});
   visit("input/max_speed_m_s", p.input.max_speed_m_s, Range{0.0, 1e6});
   visit("input/max_turn_deg_s", p.input.max_turn_deg_s, Range{0.0, 1e6});
-  visit("colour/enabled", p.colour,
-        EnumNames<ColourUse>{{"auto", ColourUse::kAuto},
-                             {"always", ColourUse::kAlways},
-                             {"never", ColourUse::kNever}});
+  const EnumNames<Usage> usages{
+      {"auto", Usage::kAuto}, {"always", Usage::kAlways}, {"never", Usage::kNever}};
+  visit("colour/enabled", p.colour, usages);
   visit("colour/max_rate_hz", p.max_colour_rate_hz, Range{0.0, 1000.0});
   visit("input/camera_info", p.input.latest_camera_info,
         EnumNames<bool>{{"exact", false}, {"latest", true}});
-  visit("input/rectify", p.input.rectify,
-        EnumNames<RectifyChoice>{{"auto", RectifyChoice::kAuto},
-                                 {"always", RectifyChoice::kAlways},
-                                 {"never", RectifyChoice::kNever}});
+  visit("input/rectify", p.input.rectify, usages);
   visit("input/mask", p.input.mask);
   visit("journal/folder", p.journal_folder);
   visit("journal/max_gb", p.journal_max_gb, Range{0.1, 1e6});

@@ -120,11 +120,11 @@ std::string nameOfFrame(const RunOptions& options, const RunSettings& settings) 
 }
 
 std::unique_ptr<ColourSource> openColours(const RunOptions& options, const NodeParams& node) {
-  if (node.colour == ColourUse::kNever) return nullptr;
+  if (node.colour == Usage::kNever) return nullptr;
   const RecordingOptions& recording = options.recording;
   std::unique_ptr<ColourSource> colours =
       recording.format == "bag" ? openColoursOfBag(options, node) : openRecordingColours(recording);
-  if (colours == nullptr && node.colour == ColourUse::kAlways) {
+  if (colours == nullptr && node.colour == Usage::kAlways) {
     throw std::runtime_error("colour/enabled is 'always', but '" + recording.path +
                              "' has no colour images where the format " + recording.format +
                              " has them");

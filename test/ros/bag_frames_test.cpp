@@ -229,7 +229,7 @@ TEST_F(CompressedBag, MasksTakeMeasurementsAway) {
 
 TEST_F(CompressedBag, ImagesAreRectifiedWhereThatIsAsked) {
   writeCompressed();
-  options_.input.rectify = RectifyChoice::kAlways;
+  options_.input.rectify = Usage::kAlways;
   const std::vector<SourceFrame> frames = read();
   ASSERT_EQ(frames.size(), static_cast<size_t>(kFrames));
   const DepthFrame& depth = frames[1].depth;

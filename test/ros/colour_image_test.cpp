@@ -149,7 +149,7 @@ TEST(ColourImage, DistortedOnesAreRectified) {
   sensor_msgs::CameraInfo info = colourInfo();
   info.distortion_model = "plumb_bob";
   info.D = {-0.1, 0.01, 0.0, 0.0, 0.0};
-  Rectification raw(RectifyChoice::kAuto, "/color/image_raw", true);
+  Rectification raw(Usage::kAuto, "/color/image_raw", true);
   for (const std::string encoding : {"bgr8", "mono16"}) {
     const auto image = makeImage(encoding, encoding == "bgr8" ? std::vector<uint8_t>{30, 20, 10}
                                                               : std::vector<uint8_t>{0, 20});

@@ -109,7 +109,7 @@ TEST_F(LevelTest, ALoadedMapBringsItsOwn) {
   const Eigen::Isometry3d T_W_M = levelPose(Vector3d(0.0, -1.0, 0.2).normalized(), 0.7);
   auto head = std::make_shared<MapContents>();
   head->T_W_M = T_W_M;
-  step_->replaced({Replacement::Kind::kLoaded, head});
+  step_->replaced({head});
   PosedFrame frame = frameAt(0.0);
   ASSERT_TRUE(bring(frame)) << "no floor is looked for any more";
   EXPECT_TRUE(poseOf(frame).isApprox(T_W_M, 1e-12));

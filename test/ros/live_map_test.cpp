@@ -293,8 +293,7 @@ TEST_F(LiveMapTest, GoesOnWithAMapThatWasLoaded) {
   EXPECT_FALSE(map_.isEmpty());
   auto* const loaded = new FakeMapper;
   loaded->frames = 7;
-  const auto old = map_.replace(std::unique_ptr<Mapper>(loaded), 0.08f, "/a.dtsdf",
-                                {Replacement::Kind::kLoaded, mapOf(5.0)});
+  const auto old = map_.replace(std::unique_ptr<Mapper>(loaded), 0.08f, "/a.dtsdf", {mapOf(5.0)});
   EXPECT_EQ(old.get(), mapper_);
   EXPECT_EQ(host_.status().blocks, 7u);
   EXPECT_EQ(host_.status().loaded_map, "/a.dtsdf");
@@ -319,8 +318,7 @@ TEST_F(LiveMapTest, AMapThatIsLoadedStartsOverAfterAFailure) {
   work();
   mapper_->fails_to_count = true;
   EXPECT_FALSE(map_.isEmpty()) << "who knows what it holds";
-  map_.replace(std::make_unique<FakeMapper>(), 0.05f, "/a.dtsdf",
-               {Replacement::Kind::kLoaded, mapOf(0.0)});
+  map_.replace(std::make_unique<FakeMapper>(), 0.05f, "/a.dtsdf", {mapOf(0.0)});
   EXPECT_FALSE(hasFailed());
   pushFrame();
   work();
@@ -368,8 +366,7 @@ TEST(LevelMap, FramesAreFusedInTheLevelFrame) {
   Eigen::Isometry3d T_W_M = Eigen::Isometry3d::Identity();
   T_W_M.translation().x() = 5.0;
   auto* const loaded = new FakeMapper;
-  host.map.replace(std::unique_ptr<Mapper>(loaded), 0.02f, "map.dtsdf",
-                   {Replacement::Kind::kLoaded, mapOf(0.0, T_W_M)});
+  host.map.replace(std::unique_ptr<Mapper>(loaded), 0.02f, "map.dtsdf", {mapOf(0.0, T_W_M)});
   push(2.0);
   EXPECT_EQ(loaded->frames, 1);
   loaded->beginMeshUpdate();

@@ -98,7 +98,7 @@ TEST(Rectification, UndoesEachModel) {
         std::pair("plumb_bob", padded({}, 5)), std::pair("", std::vector<double>()),
         std::pair("equidistant", kFisheye)}) {
     const auto info = makeInfo(model, D);
-    Rectification rectification(RectifyChoice::kAuto, "/camera/depth/image_raw");
+    Rectification rectification(Usage::kAuto, "/camera/depth/image_raw");
     const CameraImage camera = rectification.apply({makeRawImage(), info});
     EXPECT_EQ(rectification.warning(), "");
     const int measured = checkPixels(*info, *camera.image, {50, 52, 29, 19}, {45, 46, 30, 20});
@@ -119,7 +119,7 @@ TEST(Rectification, MindsBinningAndTheRegionOfInterest) {
   info->roi.x_offset = info->roi.y_offset = 20;
   info->roi.width = 2 * kSensorWidth;
   info->roi.height = 2 * kSensorHeight;
-  Rectification rectification(RectifyChoice::kAuto, "image_raw");
+  Rectification rectification(Usage::kAuto, "image_raw");
   const CameraImage camera = rectification.apply({makeRawImage(), info});
   EXPECT_GT(checkPixels(*info, *camera.image, {50, 52, 29, 19}, {45, 46, 30, 20}), 1200);
   EXPECT_EQ(camera.info->P[0], 45.0);
@@ -137,7 +137,7 @@ TEST(Rectification, TurnedCamerasKeepTheirPoints) {
   image->data.resize(image->step * kSensorHeight);
   const float depth_m = 2.0f;
   for (size_t i = 0; i < image->data.size(); i += 4) std::memcpy(&image->data[i], &depth_m, 4);
-  Rectification rectification(RectifyChoice::kAuto, "image_raw");
+  Rectification rectification(Usage::kAuto, "image_raw");
   const CameraImage camera = rectification.apply({image, info});
   int measured = 0;
   for (int v = 0; v < kSensorHeight; ++v) {
@@ -157,39 +157,38 @@ TEST(Rectification, TurnedCamerasKeepTheirPoints) {
 TEST(Rectification, NothingIsMeasuredBehindTheCamera) {
   const auto info = makeInfo("plumb_bob", kPlumbBob);
   info->R = {-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0};
-  const CameraImage camera =
-      Rectification(RectifyChoice::kAuto, "image_raw").apply({makeRawImage(), info});
+  const CameraImage camera = Rectification(Usage::kAuto, "image_raw").apply({makeRawImage(), info});
   const auto& bytes = camera.image->data;
   EXPECT_EQ(std::count(bytes.begin(), bytes.end(), 0), static_cast<std::ptrdiff_t>(bytes.size()));
 }
 
 TEST(Rectification, LeavesAloneWhatIsRectified) {
   const auto image = makeRawImage();
-  const auto isChanged = [&](RectifyChoice choice, const std::string& topic,
+  const auto isChanged = [&](Usage choice, const std::string& topic,
                              const sensor_msgs::CameraInfoPtr& info) {
     return Rectification(choice, topic).apply({image, info}).image != image;
   };
   const auto distorted = makeInfo("plumb_bob", kPlumbBob), plain = makeInfo("plumb_bob", {});
   const auto zeros = makeInfo("plumb_bob", std::vector<double>(5, 0.0));
-  EXPECT_TRUE(isChanged(RectifyChoice::kAuto, "/camera/depth/image_raw", distorted));
-  EXPECT_TRUE(isChanged(RectifyChoice::kAuto, "/rectified/image", distorted)) << "the last name";
-  EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "/camera/depth/image_rect_raw", distorted));
-  EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "/d/image_rect/compressedDepth", distorted));
-  EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "image_rect", zeros));
-  EXPECT_TRUE(isChanged(RectifyChoice::kAuto, "image_raw", plain)) << "P is not K";
+  EXPECT_TRUE(isChanged(Usage::kAuto, "/camera/depth/image_raw", distorted));
+  EXPECT_TRUE(isChanged(Usage::kAuto, "/rectified/image", distorted)) << "the last name";
+  EXPECT_FALSE(isChanged(Usage::kAuto, "/camera/depth/image_rect_raw", distorted));
+  EXPECT_FALSE(isChanged(Usage::kAuto, "/d/image_rect/compressedDepth", distorted));
+  EXPECT_FALSE(isChanged(Usage::kAuto, "image_rect", zeros));
+  EXPECT_TRUE(isChanged(Usage::kAuto, "image_raw", plain)) << "P is not K";
   plain->P = {50.0, 0.0, 29.0, 0.0, 0.0, 52.0, 19.0, 0.0, 0.0, 0.0, 1.0, 0.0};
-  EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "image_raw", plain));
+  EXPECT_FALSE(isChanged(Usage::kAuto, "image_raw", plain));
   plain->R = {0.8, 0.0, 0.6, 0.0, 1.0, 0.0, -0.6, 0.0, 0.8};
-  EXPECT_TRUE(isChanged(RectifyChoice::kAuto, "image_raw", plain)) << "other axes";
+  EXPECT_TRUE(isChanged(Usage::kAuto, "image_raw", plain)) << "other axes";
   plain->K.fill(0.0);
-  EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "image_raw", plain)) << "K is not given";
-  EXPECT_TRUE(isChanged(RectifyChoice::kAlways, "image_rect", distorted));
-  EXPECT_FALSE(isChanged(RectifyChoice::kNever, "image_raw", distorted));
+  EXPECT_FALSE(isChanged(Usage::kAuto, "image_raw", plain)) << "K is not given";
+  EXPECT_TRUE(isChanged(Usage::kAlways, "image_rect", distorted));
+  EXPECT_FALSE(isChanged(Usage::kNever, "image_raw", distorted));
 }
 
 TEST(Rectification, WarnsOfBentGeometry) {
   ros::Time::init();  // for the log
-  Rectification never(RectifyChoice::kNever, "/image_raw");
+  Rectification never(Usage::kNever, "/image_raw");
   EXPECT_EQ(never.warning(), "");
   for (int i = 0; i < 2; ++i) never.apply({makeRawImage(), makeInfo("plumb_bob", kPlumbBob)});
   EXPECT_NE(never.warning().find("'/image_raw' are distorted"), std::string::npos);
@@ -198,7 +197,7 @@ TEST(Rectification, WarnsOfBentGeometry) {
                                                                  {"equidistant", kPlumbBob},
                                                                  {"", kPlumbBob}};
   for (const auto& [model, D] : unknown) {
-    Rectification automatic(RectifyChoice::kAuto, "/image_raw");
+    Rectification automatic(Usage::kAuto, "/image_raw");
     const auto image = makeRawImage();
     EXPECT_EQ(automatic.apply({image, makeInfo(model, D)}).image, image);
     EXPECT_NE(automatic.warning().find("distortion model '" + model + "' with " +
@@ -209,13 +208,12 @@ TEST(Rectification, WarnsOfBentGeometry) {
 
 TEST(Rectification, CoefficientsThatAreNoNumbersLeaveNoMeasurement) {
   const auto info = makeInfo("plumb_bob", {NAN, INFINITY, 1e300, 0.0, 0.0});
-  const CameraImage camera =
-      Rectification(RectifyChoice::kAuto, "image_raw").apply({makeRawImage(), info});
+  const CameraImage camera = Rectification(Usage::kAuto, "image_raw").apply({makeRawImage(), info});
   for (const uint8_t byte : camera.image->data) EXPECT_EQ(byte, 0);
 }
 
 TEST(Rectification, FollowsACameraThatChanges) {
-  Rectification rectification(RectifyChoice::kAuto, "image_raw");
+  Rectification rectification(Usage::kAuto, "image_raw");
   const auto first = makeInfo("plumb_bob", kPlumbBob), second = makeInfo("plumb_bob", kPlumbBob);
   second->P[0] = 40.0;
   const CameraImage a = rectification.apply({makeRawImage(), first});

@@ -55,7 +55,7 @@ class ImageStream {
         on_time_jump_(std::move(on_time_jump)),
         pose_frame_(frameOfPoses(params)),
         camera_(camera),
-        is_needed_(kind.is_colour && params.colour == ColourUse::kAlways),
+        is_needed_(kind.is_colour && params.colour == Usage::kAlways),
         nh_(nh),
         mask_topic_(params_.mask && !kind.is_colour ? nh.resolveName(ns + "/mask/image") : ""),
         topic_(ns + "/" + kind.ns + "/image_rect"),

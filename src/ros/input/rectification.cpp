@@ -115,11 +115,11 @@ void scale(cv::Mat& depth, const std::vector<float>& scales) {
 
 bool Rectification::isToBeUndone(const sensor_msgs::CameraInfo& info) const {
   if (!isDistorted(info) && !isMoved(info)) return false;
-  return choice_ == RectifyChoice::kAlways || !isNamedRectified(topic_);
+  return choice_ == Usage::kAlways || !isNamedRectified(topic_);
 }
 
 std::string Rectification::obstacle(const sensor_msgs::CameraInfo& info) const {
-  if (choice_ == RectifyChoice::kNever) return "input/rectify is never";
+  if (choice_ == Usage::kNever) return "input/rectify is never";
   if (isDistorted(info) && !(rawCamera(info)(0, 0) > 0.0)) return "K of camera_info is 0";
   if (!isDistorted(info) || isKnownModel(info)) return "";
   return "distortion model '" + printable(info.distortion_model) + "' with " +

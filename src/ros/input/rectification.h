@@ -23,7 +23,7 @@ class Rectification {
  public:
   /// `topic` shows whether images are raw, where that is left open. 16 bits of grey may be depth or
   /// colour.
-  Rectification(RectifyChoice choice, std::string topic, bool is_colour = false)
+  Rectification(Usage choice, std::string topic, bool is_colour = false)
       : choice_(choice), topic_(std::move(topic)), is_colour_(is_colour) {}
 
   /// The image as it is, or rectified: one that has passed checkDepthImage() or checkColourImage().
@@ -47,7 +47,7 @@ class Rectification {
   void makeTable(const CameraImage& raw);
   sensor_msgs::ImageConstPtr rectified(const CameraImage& raw) const;
 
-  RectifyChoice choice_;
+  Usage choice_;
   std::string topic_;
   bool is_colour_;
   std::string warning_, logged_;

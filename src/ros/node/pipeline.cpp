@@ -129,7 +129,7 @@ class Pipeline {
                                           nh, params_, transforms_, queue_, std::move(on_jump)));
       };
       add(kDepthImages, restart);
-      if (params_.colour != ColourUse::kNever) add(kColourImages, nullptr);
+      if (params_.colour != Usage::kNever) add(kColourImages, nullptr);
     }
   }
 

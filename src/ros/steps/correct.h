@@ -119,9 +119,8 @@ class CorrectStep : public Step {
   }
 
   void replaced(const Replacement& replacement) override {
-    if (replacement.kind == Replacement::Kind::kCorrected) return;
-    giveUp(replacement.kind == Replacement::Kind::kCleared ? "the map was emptied meanwhile"
-                                                           : "another map was loaded meanwhile");
+    if (replacement.is_corrected) return;
+    giveUp(replacement.head ? "another map was loaded meanwhile" : "the map was emptied meanwhile");
   }
   void failed() override { giveUp("the map's backend failed"); }
 

@@ -168,7 +168,7 @@ class FilesStep : public Step {
       // Frames may have come meanwhile, with the settings that the map had.
       if (!host_.map.isEmpty()) checkFitsCurrent(contents);
       return host_.map.replace(std::move(mapper), params.map.voxel_size_m, path,
-                               {Replacement::Kind::kLoaded, partsOf(file).head, file});
+                               {partsOf(file).head, file});
     };
     // The old mapper comes back, so that the map's thread need not wait until its memory is freed.
     host_.map_loop.run(replace).get().reset();

@@ -45,7 +45,7 @@ class JournalStep : public Step {
   void regionCleared(const Region& region) override { writer_.add(region); }
 
   void replaced(const Replacement& replacement) override {
-    if (replacement.kind == Replacement::Kind::kCorrected) return;  // who corrects it writes it
+    if (replacement.is_corrected) return;  // who corrects it writes it
     if (replacement.head) params_ = withSettingsOf(*replacement.head, params_);
     begin(replacement.file);
   }

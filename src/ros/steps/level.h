@@ -58,7 +58,7 @@ class LevelStep : public Step {
   }
 
   void replaced(const Replacement& replacement) override {
-    if (replacement.kind != Replacement::Kind::kLoaded || !frame_.isLevelled()) return;
+    if (!replacement.head || !frame_.isLevelled()) return;
     if (replacement.head->T_W_M) set(*replacement.head->T_W_M);
   }
 

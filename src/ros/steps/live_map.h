@@ -231,7 +231,9 @@ class LiveMap {
     mesh_whole_ = true;
     mesh_stamp_ = surfaces_stamp_ = map_stamp_;
     mesh_changes_.replaceAll(mesh, mesh_stamp_);
-    for (const auto& step : steps_) step->replaced({Replacement::Kind::kCorrected});
+    Replacement corrected;
+    corrected.is_corrected = true;
+    for (const auto& step : steps_) step->replaced(corrected);
     updateReport();
     return mapper;
   }

@@ -77,7 +77,7 @@ class SpaceStep : public Step {
     Space* const space = host_.map.mapper().space();
     if (!is_on_ || space == nullptr) return;
     SpaceChanges changes{true, {}};
-    if (replacement.kind == Replacement::Kind::kCorrected) {
+    if (replacement.is_corrected) {
       // All at once: planners are answered by the space of before until there is the new one.
       do changes.is_part = addTo(changes, space->takeChanges());
       while (changes.is_part);

@@ -30,10 +30,9 @@ class MapFrame;
 
 /// What has taken the place of the map: one that was loaded, or corrected, or else an empty one.
 struct Replacement {
-  enum class Kind { kCleared, kLoaded, kCorrected };
-  Kind kind = Kind::kCleared;
   std::shared_ptr<const MapContents> head = nullptr;  ///< If loaded: the file without voxels.
   std::shared_ptr<const MapChunks> file = nullptr;    ///< If loaded: the file, for the journal.
+  bool is_corrected = false;
 };
 
 /// The mesh as it was handed over last. The output's thread holds the mutex while it uses it, and

@@ -199,10 +199,9 @@ DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params) {
           is_whole ? frame.unit_m : 0.0f};
 }
 
-KeptBall keptBallOf(const DepthFrame& frame, const MapParams& params) {
-  const double voxels = 1.0 / static_cast<double>(params.voxel_size_m);
-  const Eigen::Vector3d center = frame.keep_center_W.value_or(frame.T_W_C.translation()) * voxels;
-  return {{center.x(), center.y(), center.z()}, params.keep_radius_m * voxels};
+RegionView keptBallOf(const DepthFrame& frame, const MapParams& params) {
+  const Eigen::Vector3d center_W = frame.keep_center_W.value_or(frame.T_W_C.translation());
+  return makeRegionView(SphereRegion{center_W, params.keep_radius_m}, params.voxel_size_m);
 }
 
 RegionView checkedRegionView(const Region& region, const MapParams& params) {

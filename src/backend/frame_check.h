@@ -35,8 +35,9 @@ DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params);
 /// Blocks beyond it that a frame drops at most, so that none takes long.
 constexpr size_t kMostDroppedBlocks = 4096;
 
-/// What is kept of the map once a frame is in it. @pre map/keep_radius_m is not 0.
-KeptBall keptBallOf(const DepthFrame& frame, const MapParams& params);
+/// The ball, in units of voxels, that keeps the blocks that reach into it, once a frame is in the
+/// map. @pre map/keep_radius_m is not 0.
+RegionView keptBallOf(const DepthFrame& frame, const MapParams& params);
 
 /// A region in units of voxels.
 /// @throws std::invalid_argument if it has a problem.

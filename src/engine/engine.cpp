@@ -24,7 +24,7 @@ IntegrationResult refuseForMemory(const BackendError& error) {
 }
 
 /// Leaves the farthest blocks in the lists, at most kMostDroppedBlocks; keys decide between ties.
-void keepFarthest(const KeptBall& kept, const BlockTable& table, std::vector<int32_t>& slots,
+void keepFarthest(const RegionView& kept, const BlockTable& table, std::vector<int32_t>& slots,
                   std::vector<PackedKey>& on_disk) {
   std::vector<std::pair<double, PackedKey>> all;  // with the distances below 0
   const auto add = [&](PackedKey key) {
@@ -272,7 +272,7 @@ std::vector<int32_t> Engine::releaseUnseen() {
 std::vector<int32_t> Engine::dropBeyond() {
   if (!state_.kept) return {};
   const StageTimer timer(profile_, Stage::kClear);
-  const KeptBall kept = *std::exchange(state_.kept, std::nullopt);
+  const RegionView kept = *std::exchange(state_.kept, std::nullopt);
   std::vector<int32_t> slots = table_.slotsBeyond(kept);
   std::vector<PackedKey> on_disk = pager_ ? pager_->keysBeyond(kept) : std::vector<PackedKey>();
   if (slots.empty() && on_disk.empty()) return {};

@@ -55,7 +55,7 @@ class Engine : public ProbedMapper {
     uint64_t refused = 0, dropped = 0;
     uint64_t frames = 0;                 ///< Fused, those included that only clear.
     uint64_t supporting_frames = 0;      ///< Those that touched a block.
-    std::optional<KeptBall> kept;        ///< After a frame, until what lies beyond is dropped.
+    std::optional<RegionView> kept;      ///< After a frame, until what lies beyond is dropped.
     Exposure exposure = sameExposure();  ///< From the last colour image.
     bool has_colours = false;            ///< Something was painted.
 

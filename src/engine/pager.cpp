@@ -280,7 +280,7 @@ std::vector<PackedKey> Pager::keysIn(const RegionView& region) const {
       [&](int32_t number) { return mayBeInside(region, blocks_.block(number).block.key); });
 }
 
-std::vector<PackedKey> Pager::keysBeyond(const KeptBall& kept) const {
+std::vector<PackedKey> Pager::keysBeyond(const RegionView& kept) const {
   const double cell_radius = std::max(kept.radius - double{kCellReach}, 0.0);
   const auto distance = [&kept](const BlockKey& block) {
     return squaredDistance(block, kept.center);

@@ -76,7 +76,7 @@ class Pager {
 
   /// Blocks on disk that may be inside a region; those beyond a ball.
   std::vector<PackedKey> keysIn(const RegionView& region) const;
-  std::vector<PackedKey> keysBeyond(const KeptBall& kept) const;
+  std::vector<PackedKey> keysBeyond(const RegionView& kept) const;
 
   // ---- What comes next.
 

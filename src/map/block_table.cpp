@@ -298,7 +298,7 @@ std::vector<int32_t> BlockTable::slotsInView(const FrameView& frame, float radiu
   return slots;
 }
 
-std::vector<int32_t> BlockTable::slotsBeyond(const KeptBall& kept) const {
+std::vector<int32_t> BlockTable::slotsBeyond(const RegionView& kept) const {
   const double limit = kept.radius * kept.radius;
   std::vector<int32_t> beyond;
   for (const BlockCells::Cell& cell : cells_.all()) {

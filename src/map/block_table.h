@@ -40,12 +40,6 @@ inline uint32_t directionsWithArrays(const BlockEntry& entry) {
   return directions;
 }
 
-/// What is kept of a map: blocks that reach into a ball, in voxels.
-struct KeptBall {
-  Vec3d center;
-  double radius;
-};
-
 /// Squared distance of a point from the nearest one of a block, in voxels^2.
 double squaredDistance(const BlockKey& block, const Vec3d& p);
 
@@ -190,7 +184,7 @@ class BlockTable {
   void noteNeed(const BlockKey& block, uint64_t time) { cells_.note(block, time); }
 
   /// Blocks with arrays that lie wholly outside a ball, in no order.
-  std::vector<int32_t> slotsBeyond(const KeptBall& kept) const;
+  std::vector<int32_t> slotsBeyond(const RegionView& kept) const;
 
   /// Releases those blocks of a list that have no arrays. @return them.
   std::vector<int32_t> releaseVacant(const std::vector<int32_t>& slots);

@@ -199,13 +199,11 @@ void SpaceMap::clearRegion(const RegionView& region) {
   });
 }
 
-void SpaceMap::dropBeyond(const KeptBall& kept) {
+void SpaceMap::dropBeyond(const RegionView& kept) {
   const int32_t cube_side = cubeSideInVoxels(cell_log2_), sector_side = cube_side * kCubesAlong;
   const auto squared = [&](const Vec3i& key, int32_t side) {
-    const Vec3d middle = middleOfBox(key, side);
-    const double dx = middle.x - kept.center.x, dy = middle.y - kept.center.y,
-                 dz = middle.z - kept.center.z;
-    return dx * dx + dy * dy + dz * dz;
+    const Vec3d d = fromCenter(kept, middleOfBox(key, side));
+    return d.x * d.x + d.y * d.y + d.z * d.z;
   };
   const double reach = kept.radius + reachOf(cube_side);
   // No middle of a cube is farther from that of its sector than the sector's corners are.

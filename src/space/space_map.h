@@ -52,7 +52,7 @@ class SpaceMap : public Space {
   void clearRegion(const RegionView& region);
 
   /// Forgets what is free in cubes that lie wholly outside.
-  void dropBeyond(const KeptBall& kept);
+  void dropBeyond(const RegionView& kept);
 
   void clear();
 

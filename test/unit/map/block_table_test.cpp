@@ -210,7 +210,10 @@ TEST(BlockTable, FindsWhatLiesBeyondABall) {
     return found;
   };
   const auto beyond = [&](double radius) {
-    std::vector<int32_t> found = table.slotsBeyond({{4.0, 4.0, 4.0}, radius});
+    RegionView ball = {};
+    ball.center = {4.0, 4.0, 4.0};
+    ball.radius = radius;
+    std::vector<int32_t> found = table.slotsBeyond(ball);
     std::sort(found.begin(), found.end());
     return found;
   };

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 #include "space/sector_distances.h"
@@ -56,12 +55,6 @@ void findSquares(const DistanceSectors& sectors, const Vec3i& low, int (&squared
 
 }  // namespace
 
-/// A sector within reach of what changed: as it was, then as it is.
-struct DistanceField::SectorChange {
-  Vec3i key;
-  std::shared_ptr<const DistanceSector> sector;
-};
-
 int squaredAt(const DistanceSectors& sectors, const Vec3i& cell) {
   const auto place = sectors.find(packKey(sectorOfCell(cell)));
   if (place == sectors.end()) return -1;
@@ -71,8 +64,7 @@ int squaredAt(const DistanceSectors& sectors, const Vec3i& cell) {
 
 /// Sectors within reach of cubes that changed, up to those of a sector, in the order of x, then y,
 /// then z.
-std::vector<DistanceField::SectorChange> DistanceField::sectorsNear(
-    CubeSet::const_iterator end) const {
+std::vector<Vec3i> DistanceField::sectorsNear(CubeSet::const_iterator end) const {
   const int32_t ring = ringOf(reach_), side = windowSide(reach_);
   std::vector<PackedKey> order;  // of keys, by x first
   for (auto of_sector = changed_.begin(); of_sector != end; ++of_sector) {
@@ -86,29 +78,29 @@ std::vector<DistanceField::SectorChange> DistanceField::sectorsNear(
   }
   std::sort(order.begin(), order.end());
   order.erase(std::unique(order.begin(), order.end()), order.end());
-  std::vector<SectorChange> sectors;
-  for (const PackedKey key : order) sectors.push_back({turned(unpackKey(key)), nullptr});
-  return sectors;
+  std::vector<Vec3i> keys;
+  for (const PackedKey key : order) keys.push_back(turned(unpackKey(key)));
+  return keys;
 }
 
 /// How many sectors, from this one on, are worked on at once.
-size_t DistanceField::countAtOnce(const std::vector<SectorChange>& sectors, size_t first) const {
+size_t DistanceField::countAtOnce(const std::vector<Vec3i>& keys, size_t first) const {
   const auto most_planes = static_cast<size_t>(kMostPlanesAtOnce / planesOf(1, reach_));
-  const size_t most = std::min({kMostSectorsAtOnce, most_planes, sectors.size() - first});
-  BlockExtent box{sectors[first].key, sectors[first].key};
+  const size_t most = std::min({kMostSectorsAtOnce, most_planes, keys.size() - first});
+  BlockExtent box{keys[first], keys[first]};
   const int32_t ring = ringOf(reach_);
   for (size_t count = 1; count < most; ++count) {
-    const Vec3i& key = sectors[first + count].key;
+    const Vec3i& key = keys[first + count];
     box = around(box, {key, key});
     if (volumeOf(grown(box, ring, ring)) > kMostPlaces) return count;
   }
   return most;
 }
 
-/// Nobody else has its sector, and it lies in memory.
-bool DistanceField::mayOverwrite(const SectorChange& change) const {
+/// Nobody else has it, and it lies in memory.
+bool DistanceField::mayOverwrite(const std::shared_ptr<const DistanceSector>& sector) const {
   constexpr int kHereAndInTheTable = 2;
-  return pages_ == nullptr && change.sector.use_count() == kHereAndInTheTable;
+  return pages_ == nullptr && sector.use_count() == kHereAndInTheTable;
 }
 
 /// What an exception leaves out is left to the next update.
@@ -118,11 +110,10 @@ void DistanceField::update(const CellSectors& cells) {
     for (int cubes = 0; end != changed_.end() && cubes < kMostCubesAtOnce; ++end) {
       cubes += __builtin_popcountll(end->second);
     }
-    std::vector<SectorChange> sectors = sectorsNear(end);
-    for (size_t first = 0, count = 0; first < sectors.size(); first += count) {
-      count = countAtOnce(sectors, first);
-      const auto begin =
-          std::make_move_iterator(sectors.begin()) + static_cast<std::ptrdiff_t>(first);
+    const std::vector<Vec3i> keys = sectorsNear(end);
+    for (size_t first = 0, count = 0; first < keys.size(); first += count) {
+      count = countAtOnce(keys, first);
+      const auto begin = keys.begin() + static_cast<std::ptrdiff_t>(first);
       updateSome(cells, {begin, begin + static_cast<std::ptrdiff_t>(count)});
     }
     changed_.erase(changed_.begin(), end);
@@ -130,50 +121,50 @@ void DistanceField::update(const CellSectors& cells) {
 }
 
 /// All of them by other means than the host's threads.
-bool DistanceField::workOut(const CellSectors& cells, std::vector<SectorChange>& sectors) {
+bool DistanceField::workOut(const CellSectors& cells, const std::vector<Vec3i>& keys,
+                            Sectors& sectors) {
   if (!work_out_) return false;
-  std::vector<Vec3i> wanted(sectors.size());
   std::vector<SectorSquares> squares(sectors.size());
   for (size_t i = 0; i < sectors.size(); ++i) {
-    wanted[i] = sectors[i].key;
-    if (mayOverwrite(sectors[i])) squares[i] = sectors[i].sector->squared;
+    if (mayOverwrite(sectors[i])) squares[i] = sectors[i]->squared;
   }
-  if (!work_out_(task_.gather(cells, wanted, reach_), squares)) return false;
+  if (!work_out_(task_.gather(cells, keys, reach_), squares)) return false;
   for (size_t i = 0; i < sectors.size(); ++i) {
-    if (sectors[i].sector != nullptr && squares[i] == sectors[i].sector->squared) continue;
+    if (sectors[i] != nullptr && squares[i] == sectors[i]->squared) continue;
     auto sector = std::make_shared<DistanceSector>();
     sector->squared = std::move(squares[i]);
-    sectors[i].sector = std::move(sector);
+    sectors[i] = std::move(sector);
   }
   return true;
 }
 
 template <class Value>
-void DistanceField::workOutOnHost(const CellSectors& cells,
-                                  std::vector<SectorChange>& sectors) const {
+void DistanceField::workOutOnHost(const CellSectors& cells, const std::vector<Vec3i>& keys,
+                                  Sectors& sectors) const {
   using Distances = SectorDistances<Value>;
   parallelFor<Distances>(sectors.size(), threads_, [&](size_t i, Distances& distances) {
     auto sector = std::make_shared<DistanceSector>();
-    sector->squared = distances.run(cells, sectors[i].key, reach_);
-    sectors[i].sector = std::move(sector);
+    sector->squared = distances.run(cells, keys[i], reach_);
+    sectors[i] = std::move(sector);
   });
 }
 
-void DistanceField::updateSome(const CellSectors& cells, std::vector<SectorChange> sectors) {
-  for (SectorChange& change : sectors) {
-    const auto known = sectors_.find(packKey(change.key));
-    if (known != sectors_.end()) change.sector = known->second.get();
+void DistanceField::updateSome(const CellSectors& cells, const std::vector<Vec3i>& keys) {
+  Sectors sectors(keys.size());
+  for (size_t i = 0; i < keys.size(); ++i) {
+    const auto known = sectors_.find(packKey(keys[i]));
+    if (known != sectors_.end()) sectors[i] = known->second.get();
   }
-  if (!workOut(cells, sectors)) {
-    reach_ <= kMostReachOf16Bits ? workOutOnHost<int16_t>(cells, sectors)
-                                 : workOutOnHost<int32_t>(cells, sectors);
+  if (!workOut(cells, keys, sectors)) {
+    reach_ <= kMostReachOf16Bits ? workOutOnHost<int16_t>(cells, keys, sectors)
+                                 : workOutOnHost<int32_t>(cells, keys, sectors);
   }
-  for (SectorChange& change : sectors) {
-    const PackedKey key = packKey(change.key);
-    if (change.sector->isEmpty()) {
+  for (size_t i = 0; i < keys.size(); ++i) {
+    const PackedKey key = packKey(keys[i]);
+    if (sectors[i]->isEmpty()) {
       sectors_.erase(key);
     } else {
-      sectors_[key] = Paged<DistanceSector>(std::move(change.sector), pages_);
+      sectors_[key] = Paged<DistanceSector>(std::move(sectors[i]), pages_);
     }
   }
 }

@@ -62,15 +62,17 @@ class DistanceField {
   size_t bytes() const;
 
  private:
-  struct SectorChange;
+  /// Sectors as they were, null where there was none, and then as they are.
+  using Sectors = std::vector<std::shared_ptr<const DistanceSector>>;
 
-  std::vector<SectorChange> sectorsNear(CubeSet::const_iterator end) const;
-  size_t countAtOnce(const std::vector<SectorChange>& sectors, size_t first) const;
-  bool mayOverwrite(const SectorChange& change) const;
-  bool workOut(const CellSectors& cells, std::vector<SectorChange>& sectors);
+  std::vector<Vec3i> sectorsNear(CubeSet::const_iterator end) const;
+  size_t countAtOnce(const std::vector<Vec3i>& keys, size_t first) const;
+  bool mayOverwrite(const std::shared_ptr<const DistanceSector>& sector) const;
+  bool workOut(const CellSectors& cells, const std::vector<Vec3i>& keys, Sectors& sectors);
   template <class Value>
-  void workOutOnHost(const CellSectors& cells, std::vector<SectorChange>& sectors) const;
-  void updateSome(const CellSectors& cells, std::vector<SectorChange> sectors);
+  void workOutOnHost(const CellSectors& cells, const std::vector<Vec3i>& keys,
+                     Sectors& sectors) const;
+  void updateSome(const CellSectors& cells, const std::vector<Vec3i>& keys);
 
   int reach_;
   int threads_;

@@ -26,14 +26,17 @@ std::vector<MapBlock> blocksOfChunk(const std::vector<MapBlock>& blocks, size_t 
 /// several threads.
 using ReadChunk = std::function<MapContents(size_t chunk)>;
 
+/// What is known of a map's file before it is written.
+MapInfo infoOf(const MapContents& head);
+
 /// Writes the records of a map whose voxels and colours come chunk by chunk; `head` is the map
 /// without them. @throws std::runtime_error for what a reader would refuse, before it writes.
-SavedMap writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& out,
-                  int threads = 0, const MapBox* box = nullptr);
+MapInfo writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& out, int threads = 0,
+                 const MapBox* box = nullptr);
 
 /// Saves such a map as a file. @throws std::runtime_error as saveMap()
-SavedMap saveMapInChunks(const MapContents& head, const ReadChunk& read, const std::string& path,
-                         int threads = 0, const MapBox* box = nullptr);
+MapInfo saveMapInChunks(const MapContents& head, const ReadChunk& read, const std::string& path,
+                        int threads = 0, const MapBox* box = nullptr);
 
 /// A map in an open file. Its structure and small records are checked at once, and each chunk
 /// against its checksum when it is read.
@@ -105,10 +108,10 @@ MapContents contentsWith(const MapOrigin& origin, Mapper& mapper);
 
 /// Saves a mapper's map piece by piece.
 /// @throws std::runtime_error as saveMap() does, and where blocks on disk cannot be read.
-SavedMap saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path);
+MapInfo saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path);
 
 /// Saves those of its blocks that lie in a box, and all free cells, in the same way.
-SavedMap saveBoxOf(Mapper& mapper, const MapOrigin& origin, const MapBox& box,
-                   const std::string& path);
+MapInfo saveBoxOf(Mapper& mapper, const MapOrigin& origin, const MapBox& box,
+                  const std::string& path);
 
 }  // namespace dtsdf

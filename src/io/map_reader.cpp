@@ -219,17 +219,9 @@ void MapChunks::visit(const std::function<void(const MapContents&)>& take, int t
 }
 
 MapInfo MapChunks::info() const {
-  MapInfo info;
-  static_cast<MapHead&>(info) = head_;
-  info.size = size();
+  MapInfo info = infoOf(head_);
   info.file_bytes = file_->bytes();
   info.content_hash = contentHash();
-  const std::vector<MapBlock>& blocks = head().blocks;
-  if (!blocks.empty()) info.least = info.most = blocks.front().key;
-  for (const MapBlock& block : blocks) {
-    info.least = leastOf(info.least, block.key);
-    info.most = greatestOf(info.most, block.key);
-  }
   return info;
 }
 

@@ -104,11 +104,22 @@ MapContents outlineWith(const MapOrigin& origin, Mapper& mapper) {
 
 }  // namespace
 
-SavedMap writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& out, int threads,
-                  const MapBox* box) {
-  SavedMap saved;
+MapInfo infoOf(const MapContents& head) {
+  MapInfo info;
+  static_cast<MapHead&>(info) = head;
+  info.size = sizeOf(head);
+  if (!head.blocks.empty()) info.least = info.most = head.blocks.front().key;
+  for (const MapBlock& block : head.blocks) {
+    info.least = leastOf(info.least, block.key);
+    info.most = greatestOf(info.most, block.key);
+  }
+  return info;
+}
+
+MapInfo writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& out, int threads,
+                 const MapBox* box) {
   checkHead(head);
-  saved.size = sizeOf(head);
+  MapInfo saved = infoOf(head);
   putHead(head, box, saved.size, out);
   std::mutex reading;
   const auto make = [&](size_t i) {
@@ -137,18 +148,18 @@ SavedMap writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& 
   return saved;
 }
 
-SavedMap saveMapInChunks(const MapContents& head, const ReadChunk& read, const std::string& path,
-                         int threads, const MapBox* box) {
+MapInfo saveMapInChunks(const MapContents& head, const ReadChunk& read, const std::string& path,
+                        int threads, const MapBox* box) {
   AtomicFile file(path);
   file.write(fileHead(kPurpose).data(), kFileHeadBytes);
   RecordWriter out([&](const void* data, size_t bytes) { file.write(data, bytes); });
-  SavedMap saved = writeMap(head, read, out, threads, box);
+  MapInfo saved = writeMap(head, read, out, threads, box);
   file.commit();
   saved.file_bytes = kFileHeadBytes + out.bytes();
   return saved;
 }
 
-SavedMap saveMap(const MapContents& contents, const std::string& path, int threads) {
+MapInfo saveMap(const MapContents& contents, const std::string& path, int threads) {
   checkContents(contents);
   return saveMapInChunks(contents, readerOf(contents), path, threads);
 }
@@ -165,17 +176,17 @@ MapContents contentsWith(const MapOrigin& origin, Mapper& mapper) {
   return contents;
 }
 
-SavedMap saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path) {
+MapInfo saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path) {
   for (;;) {  // once more without blocks that turn out to be damaged
     const uint64_t lost = mapper.stats().pages.lost;
     const MapContents outline = outlineWith(origin, mapper);
-    const SavedMap saved = saveMapInChunks(outline, readerOf(mapper, outline), path);
+    const MapInfo saved = saveMapInChunks(outline, readerOf(mapper, outline), path);
     if (mapper.stats().pages.lost == lost) return saved;
   }
 }
 
-SavedMap saveBoxOf(Mapper& mapper, const MapOrigin& origin, const MapBox& box,
-                   const std::string& path) {
+MapInfo saveBoxOf(Mapper& mapper, const MapOrigin& origin, const MapBox& box,
+                  const std::string& path) {
   MapContents outline = outlineWith(origin, mapper);
   const BlockExtent extent{box.first, box.last};
   auto& blocks = outline.blocks;

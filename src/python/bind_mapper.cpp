@@ -139,7 +139,7 @@ py::dict statsOf(MapperSession& self) {
 py::dict saveSession(MapperSession& self, const py::object& path,
                      const std::optional<std::string>& map_frame) {
   const std::string name = pathOf(path);
-  const SavedMap saved = withoutGil([&] { return self.save(name, map_frame); });
+  const MapInfo saved = withoutGil([&] { return self.save(name, map_frame); });
   py::dict result;
   result["blocks"] = saved.size.blocks;
   result["file_bytes"] = saved.file_bytes;

@@ -54,7 +54,7 @@ MapContents MapperSession::contents() {
   return contents;
 }
 
-SavedMap MapperSession::save(const std::string& path, const std::optional<std::string>& map_frame) {
+MapInfo MapperSession::save(const std::string& path, const std::optional<std::string>& map_frame) {
   MapContents map = contents();
   if (map_frame) map.map_frame = *map_frame;
   return saveMap(map, path, params_.threads);

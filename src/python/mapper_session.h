@@ -63,7 +63,7 @@ class MapperSession {
   std::shared_ptr<const Mesh> mesh(const std::optional<BoxRegion>& region);
   void clear();
   MapContents contents();
-  SavedMap save(const std::string& path, const std::optional<std::string>& map_frame);
+  MapInfo save(const std::string& path, const std::optional<std::string>& map_frame);
   /// What `action` does with the mapper, and has of it.
   template <class Action>
   auto withMapper(const Action& action) {

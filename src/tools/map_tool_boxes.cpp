@@ -66,7 +66,7 @@ class BoxJoiner {
   }
 
   /// Beside the file there may be one of the mapper's meanwhile.
-  SavedMap save(const std::string& path) {
+  MapInfo save(const std::string& path) {
     const auto sort = [](auto& values) {
       std::sort(values.begin(), values.end(),
                 [](const auto& a, const auto& b) { return packKey(a.key) < packKey(b.key); });
@@ -88,7 +88,7 @@ class BoxJoiner {
                            for (const auto& file : files_) file->visit(take);
                          }};
     const auto mapper = makeProbedMapper(settings.params.mapper, settings.rules, parts);
-    const SavedMap saved = saveMapOf(*mapper, head_, path);
+    const MapInfo saved = saveMapOf(*mapper, head_, path);
     if (const PageStats pages = mapper->stats().pages; pages.lost > 0) {
       throw std::runtime_error(std::to_string(pages.lost) +
                                " blocks were lost, which the saved map lacks: " + pages.problem +
@@ -170,7 +170,7 @@ void joinBoxes(const std::vector<std::string>& arguments) {
   BoxJoiner joiner;
   for (const std::string& path : paths) joiner.add(path);
   joiner.checkWhole();
-  const SavedMap saved = joiner.save(map_path);
+  const MapInfo saved = joiner.save(map_path);
   std::printf("%zu blocks of %zu boxes, %.1f MB, content hash %016llx: %s\n", saved.size.blocks,
               paths.size(), static_cast<double>(saved.file_bytes) / 1e6,
               static_cast<unsigned long long>(saved.content_hash), map_path.c_str());

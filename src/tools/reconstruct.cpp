@@ -58,7 +58,7 @@ MapOrigin originOf(const ReconstructOptions& options, const RunSettings& setting
 /// Saves the map of a run, and says so.
 void saveAndPrint(Mapper& mapper, const MapOrigin& origin, const MapBox* box,
                   const std::string& path) {
-  const SavedMap saved =
+  const MapInfo saved =
       box != nullptr ? saveBoxOf(mapper, origin, *box, path) : saveMapOf(mapper, origin, path);
   std::printf("%zu blocks, %.1f MB: %s\n", saved.size.blocks,
               static_cast<double>(saved.file_bytes) / 1e6, path.c_str());

@@ -13,18 +13,20 @@ namespace dtsdf {
 /// The extension of map files, for programs that check names; saveMap() takes any.
 constexpr char kMapExtension[] = ".dtsdf";
 
-/// What saveMap() wrote.
-struct SavedMap {
-  MapSize size;               ///< Size of the map.
-  uint64_t file_bytes = 0;    ///< Length of the file.
-  uint64_t content_hash = 0;  ///< See contentHash().
+/// What is in a map file, except voxels and colours.
+struct MapInfo : MapHead {
+  MapSize size;                ///< Size of the map.
+  uint64_t file_bytes = 0;     ///< Length of the file.
+  uint64_t content_hash = 0;   ///< As it stands in the file: see contentHash().
+  BlockKey least = {0, 0, 0};  ///< Smallest block coordinates; 0 for an empty map.
+  BlockKey most = {0, 0, 0};   ///< Largest block coordinates; 0 for an empty map.
 };
 
 /// Saves a map. Equal contents give equal bytes, with any number of threads (0: all cores). The
-/// file is written beside the old one and renamed; missing folders are made.
+/// file is written beside the old one and renamed; missing folders are made. @return what is in it.
 /// @throws std::runtime_error for contents that checkContents() refuses, or a file that cannot be
 /// written; the text names the path and says what to do. The old file is whole then.
-SavedMap saveMap(const MapContents& contents, const std::string& path, int threads = 0);
+MapInfo saveMap(const MapContents& contents, const std::string& path, int threads = 0);
 
 /// No limit to what a map takes in memory.
 constexpr size_t kNoMapLimit = std::numeric_limits<size_t>::max();
@@ -39,15 +41,6 @@ MapContents loadMap(const std::string& path, size_t max_bytes = kNoMapLimit, int
 /// only with space/enabled, as a mapper takes them over only then; otherwise they may take as much
 /// again while the map is loaded.
 MapContents loadMap(const std::string& path, const MapperParams& params, int threads = 0);
-
-/// What is in a map file, except voxels and colours.
-struct MapInfo : MapHead {
-  MapSize size;                ///< Size of the map.
-  uint64_t file_bytes = 0;     ///< Length of the file.
-  uint64_t content_hash = 0;   ///< As it stands in the file.
-  BlockKey least = {0, 0, 0};  ///< Smallest block coordinates; 0 for an empty map.
-  BlockKey most = {0, 0, 0};   ///< Largest block coordinates; 0 for an empty map.
-};
 
 /// Reads a map file except its voxels and colours, so damage to these goes
 /// unnoticed.

@@ -62,7 +62,7 @@ class FilesStep : public Step {
         });
     addServer<SaveMap>(handles.waiting, "save_map", {kMapExtension},
                        [this](const auto&, auto& response, const std::string& path) {
-                         const SavedMap saved = saveMap(path);
+                         const MapInfo saved = saveMap(path);
                          response.blocks = saved.size.blocks;
                          response.message = formatted("saved %zu blocks (%.1f MB) to ",
                                                       static_cast<size_t>(saved.size.blocks),
@@ -132,16 +132,16 @@ class FilesStep : public Step {
   }
 
   /// @throws std::exception if the map cannot be copied, or the file not be written.
-  SavedMap saveMap(const std::string& path) {
+  MapInfo saveMap(const std::string& path) {
     std::optional<MapContents> contents;
     const auto copy_or_save = [&] {
       const MapOrigin origin = host_.map.origin(host_.params.map_frame);
       Mapper& mapper = host_.map.mapper();
       if (!host_.map.hasRoomFor(mapper.stats().map_bytes)) return saveMapOf(mapper, origin, path);
       contents = contentsWith(origin, mapper);
-      return SavedMap();
+      return MapInfo();
     };
-    const SavedMap saved = host_.map_loop.run(copy_or_save).get();
+    const MapInfo saved = host_.map_loop.run(copy_or_save).get();
     return contents ? dtsdf::saveMap(*contents, path) : saved;
   }
 

@@ -105,7 +105,7 @@ class MapFile : public testing::Test {
 
   TemporaryFolder folder_;
   std::string path_, bytes_;
-  SavedMap saved_;
+  MapInfo saved_;
 };
 
 TEST_F(MapFile, GivesBackWhatWasSaved) {
@@ -124,7 +124,7 @@ TEST_F(MapFile, KeepsALevelInAPartOfItsOwn) {
       Eigen::AngleAxisd(1.1, Eigen::Vector3d(1.0, 2.0, 0.3).normalized()).toRotationMatrix();
   levelled.T_W_M->translation() = Eigen::Vector3d(0.0, 0.0, 1.0 / 3.0);
   const std::string path = folder_ / "levelled.dtsdf";
-  const SavedMap saved = saveMap(levelled, path);
+  const MapInfo saved = saveMap(levelled, path);
   EXPECT_EQ(saved.content_hash, saved_.content_hash) << "the map is the same";
   EXPECT_TRUE(sameContents(loadMap(path), levelled)) << "to the last bit";
   ASSERT_TRUE(readMapInfo(path).T_W_M);
@@ -410,7 +410,7 @@ TEST_F(MapFile, AskingForMoreThanThereIsRoomForTakesNoMemory) {
   std::sort(head.blocks.begin(), head.blocks.end(),
             [](const MapBlock& a, const MapBlock& b) { return packKey(a.key) < packKey(b.key); });
   const std::string path = folder_ / "large.dtsdf";
-  const SavedMap saved = saveMapInChunks(
+  const MapInfo saved = saveMapInChunks(
       head,
       [&](size_t chunk) {
         MapContents part;
@@ -446,7 +446,7 @@ TEST_F(MapFile, HasToBeOne) {
 TEST_F(MapFile, IsWholeAfterASaveThatWasKilled) {
   const MapContents larger = roomContents(true, roomParams(0.015f));
   const auto start = std::chrono::steady_clock::now();
-  const SavedMap saved = saveMap(larger, folder_ / "larger.dtsdf");
+  const MapInfo saved = saveMap(larger, folder_ / "larger.dtsdf");
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   const char* const wanted = std::getenv("DTSDF_KILLS");
   const int kills = wanted == nullptr ? 10 : std::atoi(wanted);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <memory>
 #include <optional>
 
 #include "dtsdf_mapping/alignment.h"
@@ -20,30 +19,15 @@ struct FoundPlace {
   std::optional<Eigen::Isometry3d> other_T_W_C;  ///< Where it looks alike; optical frame to map.
 };
 
-/// Looks for depth images in a map as it is when the search is made. Coarse views of the map from
+/// Finds where a frame was taken; its own pose is not looked at. Coarse views of the map from
 /// everywhere are compared with the image, in all orientations; the best are moved to where the
 /// image fits the map's coarse distances, and the best of these aligned as any image is. The result
-/// is the same on every backend and number of threads. Not thread safe.
-class PlaceSearch {
- public:
-  /// Reads the map piece by piece, and keeps 9 bytes a cell of what it is like, 130 MB at most.
-  /// @param mapper The map; it is not changed. Waits for its device.
-  /// @param threads Of the host; 0: all cores.
-  /// @throws std::exception when the backend fails.
-  PlaceSearch(Mapper& mapper, int threads);
-  ~PlaceSearch();
-  PlaceSearch(const PlaceSearch&) = delete;
-  PlaceSearch& operator=(const PlaceSearch&) = delete;
-
-  /// Finds where a frame was taken; its own pose is not looked at. Takes seconds on a CPU.
-  /// @param mapper Holds that map, maybe with frames more. It is not changed; waits for its device.
-  /// @param frame The image, with its camera.
-  /// @throws std::exception when the backend fails.
-  FoundPlace find(Mapper& mapper, const DepthFrame& frame) const;
-
- private:
-  struct Model;
-  std::unique_ptr<Model> model_;
-};
+/// is the same on every backend and number of threads. Takes seconds on a CPU. Reads the map piece
+/// by piece, and keeps 9 bytes a cell of what it is like meanwhile, 130 MB at most.
+/// @param mapper The map; it is not changed. Waits for its device.
+/// @param frame The image, with its camera.
+/// @param threads Of the host; 0: all cores.
+/// @throws std::exception when the backend fails.
+FoundPlace findPlace(Mapper& mapper, const DepthFrame& frame, int threads);
 
 }  // namespace dtsdf

@@ -240,10 +240,8 @@ FoundPlace choose(const Looks& looks, double same_place_m) {
   return found;
 }
 
-}  // namespace
-
 /// The map in coarse cells.
-struct PlaceSearch::Model {
+struct CoarseMap {
   /// The surface in a cell: the plane through the mean of its points; a normal of 0 where they face
   /// different ways.
   struct CellSurface {
@@ -303,7 +301,7 @@ struct PlaceSearch::Model {
   void moveToFit(Candidate& candidate, const std::vector<Vector3f>& points) const;
 };
 
-void PlaceSearch::Model::read(Mapper& mapper) {
+void CoarseMap::read(Mapper& mapper) {
   MapContents outline = mapper.outline();
   if (outline.blocks.empty()) return;
   const MapperParams params = withSettingsOf(outline, MapperParams());
@@ -346,7 +344,7 @@ void PlaceSearch::Model::read(Mapper& mapper) {
   measureDistances();
 }
 
-void PlaceSearch::Model::addBlocks(const MapContents& part, bool directional) {
+void CoarseMap::addBlocks(const MapContents& part, bool directional) {
   const uint64_t* words = part.voxels.data();
   for (const MapBlock& block : part.blocks) {
     const Vector3d first_voxel = kBlockSide * Vector3d(block.key.x, block.key.y, block.key.z);
@@ -370,8 +368,7 @@ void PlaceSearch::Model::addBlocks(const MapContents& part, bool directional) {
 }
 
 /// A point of a surface, in voxels.
-void PlaceSearch::Model::addPoint(const Vector3d& p_voxels, const Vector3f& normal,
-                                  unsigned faces) {
+void CoarseMap::addPoint(const Vector3d& p_voxels, const Vector3f& normal, unsigned faces) {
   const Vector3f p = (p_voxels * (voxel_m / cell_m) - first.cast<double>()).cast<float>();
   const Vector3i cell = p.array().floor().cast<int>();
   if (!holds(cell)) return;
@@ -389,7 +386,7 @@ void PlaceSearch::Model::addPoint(const Vector3d& p_voxels, const Vector3f& norm
 
 /// The minimum of squares along x, of that along y, and of that along z (Saito and Toriwaki,
 /// Pattern Recognition 27, 1994).
-void PlaceSearch::Model::measureDistances() {
+void CoarseMap::measureDistances() {
   distance.resize(surface_of.size());
   for (size_t i = 0; i < distance.size(); ++i) {
     distance[i] = surface_of[i] >= 0 ? 0.0f : kFarthest_cells * kFarthest_cells;
@@ -422,7 +419,7 @@ void PlaceSearch::Model::measureDistances() {
 }
 
 /// Interpolated between the centres of cells; beyond the outermost ones as large as any.
-float PlaceSearch::Model::distanceAt(const Vector3f& p, Vector3f& gradient) const {
+float CoarseMap::distanceAt(const Vector3f& p, Vector3f& gradient) const {
   const Vector3f q = p.array() - 0.5f;
   const Vector3i cell = q.array().floor().cast<int>();
   if (!((cell.array() >= 0).all() && (cell.array() + 1 < size.array()).all())) {
@@ -445,7 +442,7 @@ float PlaceSearch::Model::distanceAt(const Vector3f& p, Vector3f& gradient) cons
 }
 
 /// A surface is seen from where it faces.
-bool PlaceSearch::Model::isSeenFrom(const Vector3f& way, uint8_t facing) const {
+bool CoarseMap::isSeenFrom(const Vector3f& way, uint8_t facing) const {
   for (int axis = 0; axis < 3; ++axis) {
     if ((facing >> (2 * axis) & 1) != 0 && way[axis] < 0.1f) return true;
     if ((facing >> (2 * axis + 1) & 1) != 0 && way[axis] > -0.1f) return true;
@@ -454,7 +451,7 @@ bool PlaceSearch::Model::isSeenFrom(const Vector3f& way, uint8_t facing) const {
 }
 
 /// Sphere tracing: the distance to the nearest surface is the step.
-float PlaceSearch::Model::castRay(const Vector3f& from, const Vector3f& way, Octaves& seen) const {
+float CoarseMap::castRay(const Vector3f& from, const Vector3f& way, Octaves& seen) const {
   constexpr float kShortest = 0.7f;
   float along = 0.0f;
   for (int step = 0; step < 256; ++step) {
@@ -486,7 +483,7 @@ float PlaceSearch::Model::castRay(const Vector3f& from, const Vector3f& way, Oct
 
 /// What is seen from a standpoint. @return false where that is hardly anything, or mostly backs of
 /// surfaces, as from outside of a building.
-bool PlaceSearch::Model::look(const Vector3f& from, std::array<Octaves, kRays>& view) const {
+bool CoarseMap::look(const Vector3f& from, std::array<Octaves, kRays>& view) const {
   static const std::vector<Vector3f> ways = [] {
     std::vector<Vector3f> all(kRays);
     for (int i = 0; i < kRays; ++i) all[static_cast<size_t>(i)] = wayOfRay(i);
@@ -505,7 +502,7 @@ bool PlaceSearch::Model::look(const Vector3f& from, std::array<Octaves, kRays>& 
   return true;
 }
 
-PlaceSearch::Model::LookTable PlaceSearch::Model::looksOf(const std::vector<Vector3f>& points) {
+CoarseMap::LookTable CoarseMap::looksOf(const std::vector<Vector3f>& points) {
   LookTable table;
   table.points = std::min<size_t>(points.size(), kLookPoints);
   table.says.resize(table.points);
@@ -525,8 +522,7 @@ PlaceSearch::Model::LookTable PlaceSearch::Model::looksOf(const std::vector<Vect
 }
 
 /// Puts the best looks from a standpoint in order.
-void PlaceSearch::Model::lookFrom(const Vector3f& from, const LookTable& table,
-                                  BestLooks& best) const {
+void CoarseMap::lookFrom(const Vector3f& from, const LookTable& table, BestLooks& best) const {
   const Vector3i cell = from.array().floor().cast<int>();
   constexpr float kLeastRoom_cells = 1.5f;
   std::array<Octaves, kRays> view;
@@ -550,8 +546,7 @@ void PlaceSearch::Model::lookFrom(const Vector3f& from, const LookTable& table,
 }
 
 /// The best looks from everywhere.
-std::vector<PlaceSearch::Model::Candidate> PlaceSearch::Model::lookAround(
-    const std::vector<Vector3f>& points) const {
+std::vector<CoarseMap::Candidate> CoarseMap::lookAround(const std::vector<Vector3f>& points) const {
   const LookTable table = looksOf(points);
   const Vector3i steps = (size.cast<double>() / kStep_cells).array().ceil().cast<int>();
   const auto nx = static_cast<size_t>(steps.x()), ny = static_cast<size_t>(steps.y());
@@ -574,8 +569,7 @@ std::vector<PlaceSearch::Model::Candidate> PlaceSearch::Model::lookAround(
 
 /// Gauss-Newton over the coarse distances, with a cutoff that falls. The score is how the map looks
 /// from there.
-void PlaceSearch::Model::moveToFit(Candidate& candidate,
-                                   const std::vector<Vector3f>& points) const {
+void CoarseMap::moveToFit(Candidate& candidate, const std::vector<Vector3f>& points) const {
   Isometry3d& T = candidate.T_W_C;
   constexpr int kSteps = 12;
   for (int step = 0; step < kSteps; ++step) {
@@ -608,8 +602,7 @@ void PlaceSearch::Model::moveToFit(Candidate& candidate,
 }
 
 /// What the image's points say for a pose, at most 1.
-float PlaceSearch::Model::lookOf(const Isometry3d& T_W_C,
-                                 const std::vector<Vector3f>& points) const {
+float CoarseMap::lookOf(const Isometry3d& T_W_C, const std::vector<Vector3f>& points) const {
   const Matrix3f R = T_W_C.linear().cast<float>();
   const Vector3f t = T_W_C.translation().cast<float>();
   float sum = 0.0f;
@@ -629,8 +622,7 @@ float PlaceSearch::Model::lookOf(const Isometry3d& T_W_C,
 }
 
 /// Poses that fit the coarse map best, apart from each other, in W.
-std::vector<Isometry3d> PlaceSearch::Model::likelyPlaces(
-    const std::vector<Vector3f>& points) const {
+std::vector<Isometry3d> CoarseMap::likelyPlaces(const std::vector<Vector3f>& points) const {
   std::vector<Candidate> candidates = lookAround(points);
   parallelFor<int, 8>(candidates.size(), threads,
                       [&](size_t i, int&) { moveToFit(candidates[i], points); });
@@ -650,25 +642,23 @@ std::vector<Isometry3d> PlaceSearch::Model::likelyPlaces(
   return places;
 }
 
-PlaceSearch::PlaceSearch(Mapper& mapper, int threads) : model_(std::make_unique<Model>()) {
-  model_->threads = threads;
-  model_->read(mapper);
-}
+}  // namespace
 
-PlaceSearch::~PlaceSearch() = default;
-
-FoundPlace PlaceSearch::find(Mapper& mapper, const DepthFrame& frame) const {
+FoundPlace findPlace(Mapper& mapper, const DepthFrame& frame, int threads) {
   FoundPlace found;
   found.alignment.T_W_C = frame.T_W_C;
-  if (!isImage(frame) || model_->surfaces.empty()) return found;
-  const std::vector<Vector3f> points = imagePoints(frame, model_->cell_m);
+  CoarseMap map;
+  map.threads = threads;
+  map.read(mapper);
+  if (!isImage(frame) || map.surfaces.empty()) return found;
+  const std::vector<Vector3f> points = imagePoints(frame, map.cell_m);
   if (points.size() < kLookPoints) return found;
   std::vector<Alignment> aligned;
   DepthFrame at = frame;
   PosePrior prior;
-  prior.sigma_m = 6.0 * model_->cell_m;
+  prior.sigma_m = 6.0 * map.cell_m;
   prior.sigma_rad = 0.15;
-  for (const Isometry3d& place : model_->likelyPlaces(points)) {
+  for (const Isometry3d& place : map.likelyPlaces(points)) {
     at.T_W_C = place;
     aligned.push_back(mapper.align(at, prior));
   }
@@ -679,11 +669,11 @@ FoundPlace PlaceSearch::find(Mapper& mapper, const DepthFrame& frame) const {
   RenderedView view;
   for (const Alignment& alignment : aligned) {
     if (looks.size() >= kRenderedPoses || !(explainedBy(alignment) > 0.0)) break;
-    const float tolerance_m = 2.5f * static_cast<float>(model_->voxel_m);
+    const float tolerance_m = 2.5f * static_cast<float>(map.voxel_m);
     looks.emplace(sameLook(mapper, frame, alignment.T_W_C, tolerance_m, view), &alignment);
   }
   if (looks.empty()) return found;
-  return choose(looks, std::max(3.0 * model_->cell_m, 0.25));
+  return choose(looks, std::max(3.0 * map.cell_m, 0.25));
 }
 
 }  // namespace dtsdf

@@ -175,7 +175,7 @@ Alignment PoseTracker::lookAllOver(Mapper& mapper, const DepthFrame& frame, doub
   const bool shows_nothing = before.witnesses < 1.0;  // a lens that is covered
   if (!may_be_anywhere || did || shows_nothing) return before;
   looked_all_over_s_ = stamp_s;
-  const FoundPlace place = PlaceSearch(mapper, threads_).find(mapper, frame);
+  const FoundPlace place = findPlace(mapper, frame, threads_);
   const bool says_more = place.alignment.status == AlignmentStatus::kAligned ||
                          place.alignment.status == AlignmentStatus::kAmbiguous;
   return says_more ? place.alignment : before;

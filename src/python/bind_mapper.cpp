@@ -97,9 +97,8 @@ py::dict locate(MapperSession& self, const py::array& depth, const Eigen::Matrix
                 double unit_m) {
   DepthFrame frame = depthImageOf(depth, unit_m);
   frame.intrinsics = intrinsicsOf(K);
-  const FoundPlace found = withMapper(self, [&](Mapper& mapper) {
-    return PlaceSearch(mapper, self.params().threads).find(mapper, frame);
-  });
+  const FoundPlace found = withMapper(
+      self, [&](Mapper& mapper) { return findPlace(mapper, frame, self.params().threads); });
   const bool is_found = found.alignment.status == AlignmentStatus::kAligned;
   py::dict result;
   result["T_W_C"] = matrixOf(is_found ? std::optional(found.alignment.T_W_C) : std::nullopt);

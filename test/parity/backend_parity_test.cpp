@@ -287,8 +287,8 @@ TEST_P(BackendParity, ACameraThatIsSearchedFor) {
     ASSERT_NO_FATAL_FAILURE(pair.integrate(renderFrame(scene, T_W_C, 320, 240).view()));
   }
   const SceneFrame image = renderFrame(scene, cameraLooking({-0.5, 0.4, 1.4}, -0.3), 320, 240);
-  const FoundPlace expected = PlaceSearch(pair.reference(), 2).find(pair.reference(), image.view());
-  const FoundPlace found = PlaceSearch(pair.candidate(), 0).find(pair.candidate(), image.view());
+  const FoundPlace expected = findPlace(pair.reference(), image.view(), 2);
+  const FoundPlace found = findPlace(pair.candidate(), image.view(), 0);
   EXPECT_EQ(expected.alignment.status, AlignmentStatus::kAligned);
   EXPECT_EQ(found.alignment.status, expected.alignment.status);
   EXPECT_TRUE(found.alignment.T_W_C.matrix() == expected.alignment.T_W_C.matrix());

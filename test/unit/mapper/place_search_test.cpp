@@ -27,7 +27,7 @@ std::unique_ptr<Session> mapOf(const Scene& scene) {
 FoundPlace find(Session& map, const SceneFrame& image, int threads = 2) {
   DepthFrame frame = image.view();
   frame.T_W_C = Isometry3d::Identity();
-  return PlaceSearch(map.mapper(), threads).find(map.mapper(), frame);
+  return findPlace(map.mapper(), frame, threads);
 }
 
 /// Upside down as well: no vertical is known.
@@ -84,8 +84,7 @@ TEST(PlaceSearch, FindsNothingInAnEmptyMapOrByAnEmptyImage) {
   const auto map = mapOf(emptyRoom());
   const SceneFrame nothing = renderFrame(Scene(), Isometry3d::Identity(), 320, 240);
   EXPECT_EQ(find(*map, nothing).alignment.status, AlignmentStatus::kUnmapped);
-  EXPECT_EQ(PlaceSearch(map->mapper(), 1).find(map->mapper(), DepthFrame()).alignment.status,
-            AlignmentStatus::kUnmapped);
+  EXPECT_EQ(findPlace(map->mapper(), DepthFrame(), 1).alignment.status, AlignmentStatus::kUnmapped);
 }
 
 }  // namespace

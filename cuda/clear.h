@@ -14,8 +14,8 @@ class Clearing {
  public:
   Clearing(const MapperParams& params, const Rules& rules, const Stream& stream);
 
-  /// Makes room for a frame with so many blocks in view. @throws CudaError without memory; the map
-  /// is untouched.
+  /// Makes room for a frame with so many blocks in view. @throws BackendError without memory; the
+  /// map is untouched.
   void reserve(const FrameCounters& counters, size_t in_view);
 
   /// The frame's turn: slots of blocks that may be in view, and others.
@@ -53,7 +53,7 @@ class Clearing {
 };
 
 /// Empties the blocks' voxels in a region in units of voxels, with their colours, and waits.
-/// @return what became of each. @throws CudaError without memory; the map is untouched then.
+/// @return what became of each. @throws BackendError without memory; the map is untouched then.
 std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots, const RegionView& region,
                                       const MapView& map, const Stream& stream);
 

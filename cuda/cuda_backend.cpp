@@ -102,7 +102,7 @@ class CudaBackend : public MapBackend {
   }
 
   void takePoints(const DepthFrame& frame, const FrameView& view) override {
-    raw_image_.upload(rowsOf(frame), stream_);
+    raw_image_.upload(frame, stream_);
     aligner_.takePoints(view, rawDepthOf(frame));
   }
 
@@ -111,7 +111,7 @@ class CudaBackend : public MapBackend {
   }
 
   void sense(const DepthFrame& frame, const FrameView& view) override {
-    raw_image_.upload(rowsOf(frame), stream_);
+    raw_image_.upload(frame, stream_);
     sensing_ = sensor_.sense(view, rawDepthOf(frame));
     block_finder_.begin();
   }

@@ -128,7 +128,7 @@ void DeviceMap::reserveAhead(const BlockTable& table) {
   try {
     unit_labels_.reserveAhead(next.slots, most.slots, stream_);
     voxels_.reserveAhead(next.arrays, most.arrays, stream_);
-  } catch (const CudaError& error) {
+  } catch (const BackendError& error) {
     if (!error.lacksMemory()) throw;
   }
 }

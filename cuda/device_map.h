@@ -84,7 +84,7 @@ class DeviceMap {
   explicit DeviceMap(const Stream& stream);
 
   /// Makes room for an admission; nothing that follows it can then fail for want of memory.
-  /// @throws CudaError without device memory; what is mapped stays intact.
+  /// @throws BackendError without device memory; what is mapped stays intact.
   void reserve(const BlockTable& table, size_t new_blocks, size_t new_arrays);
 
   /// What a frame asks for: reserveAhead() makes room for another one like those of late, where
@@ -97,7 +97,7 @@ class DeviceMap {
   void enterBlocks(const BlockTable& table, const std::vector<int32_t>& slots,
                    const std::vector<int32_t>& arrays);
 
-  /// Makes room for so many more bricks of colours. @throws CudaError as reserve() does.
+  /// Makes room for so many more bricks of colours. @throws BackendError as reserve() does.
   void reserveColours(const BlockTable& table, size_t new_colours);
 
   /// Follows an admission: new bricks are there, nothing in them painted.

@@ -61,7 +61,7 @@ class DistanceMaker {
   ~DistanceMaker() { stream_.drain(); }
 
   /// As a DistanceWork, on a stream of its own. @return false beyond the limit.
-  /// @throws CudaError
+  /// @throws BackendError
   bool make(const DistanceTask& task, std::vector<std::shared_ptr<uint16_t[]>>& squares);
 
   void addMemory(std::vector<MemoryPart>& parts) const;

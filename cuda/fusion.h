@@ -26,7 +26,7 @@ class Fusion {
  public:
   Fusion(const MapperParams& params, const Rules& rules, const Stream& stream);
 
-  /// Makes room for a frame. @throws CudaError without memory; the map is untouched.
+  /// Makes room for a frame. @throws BackendError without memory; the map is untouched.
   void reserve(const FrameCounters& counters);
 
   /// Enqueues the cast of the surfels into as many sums as there is room for, before anybody knows

@@ -36,7 +36,7 @@ inline bool waitThemselves(const void* kernel) {
   return they_do;
 }
 
-/// Starts a kernel. @throws CudaError with its name if that is refused.
+/// Starts a kernel. @throws BackendError with its name if that is refused.
 template <class... Parameters>
 void launch(const char* name, void (*kernel)(Parameters...), dim3 blocks, int threads,
             size_t shared_bytes, const Stream& stream,

@@ -15,7 +15,7 @@ class RecordMover {
  public:
   explicit RecordMover(const Stream& stream) : stream_(stream) {}
 
-  /// Takes all the memory that copies need. @throws CudaError without it.
+  /// Takes all the memory that copies need. @throws BackendError without it.
   void reserve();
 
   /// Record `records[i]` of the pool comes to place i of the host's memory, which is filled when

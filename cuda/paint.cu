@@ -306,7 +306,7 @@ void Painter::takeImage(const ColourFrame& frame) {
     launch("clearHidingKernel", clearHidingKernel, blocksFor(cells), kThreads, 0, image_stream_,
            hiding_m_.data(), cells);
   }
-  raw_image_.upload(rowsOf(frame), image_stream_);
+  raw_image_.upload(frame, image_stream_);
   const StageSpan span(image_stream_, Stage::kPaint);
   const size_t pixels = static_cast<size_t>(frame.width) * frame.height;
   launch("takePixelsKernel", takePixelsKernel, blocksFor(pixels), kThreads, 0, image_stream_,

@@ -59,7 +59,7 @@ class Painter {
   void finishImage() const { image_stream_.synchronize(); }
 
   /// Finds what it shows of the map's surfaces; only those in `painted` are painted. Waits for the
-  /// result. @throws CudaError without memory; the map is untouched.
+  /// result. @throws BackendError without memory; the map is untouched.
   void look(const FrameView& view, int32_t least_evidence, const std::vector<int32_t>& in_view,
             const BlockExtent& painted, const MapView& map);
   const LookCounters& counters() const { return pinned_counters_[0]; }

@@ -20,20 +20,21 @@ class RawImage {
   /// be done.
   /// In bands, so that each is on its way while the host copies the next. A profile tells the two
   /// apart: with it, the image is one band.
-  void upload(const ImageRows& rows, const Stream& stream) {
+  template <class Frame>
+  void upload(const Frame& frame, const Stream& stream) {
     constexpr int kBandEnds[] = {3, 5, 6};  // in sixths: the device waits for the last, small one
-    const size_t row = rows.packed_bytes;
-    bytes_ = row * rows.height;
+    const size_t row = packedRowBytes(frame);
+    bytes_ = row * frame.height;
     pinned_raw_.reserve(bytes_);
     raw_.reserveExactly(bytes_, stream);
     const bool in_bands = profileOf(stream) == nullptr;
     int begin = 0;
     for (const int sixths : kBandEnds) {
       if (!in_bands && sixths < 6) continue;
-      const int end = rows.height * sixths / 6;
+      const int end = frame.height * sixths / 6;
       {
         const StageTimer timer(profileOf(stream), Stage::kCopy);
-        copyRows(rows, begin, end);
+        copyRows(static_cast<const char*>(frame.data), frame.row_bytes, row, begin, end);
       }
       holdForProfile(stream);
       const StageSpan span(stream, Stage::kUpload);
@@ -51,15 +52,14 @@ class RawImage {
 
  private:
   /// Copies rows of the image to pinned memory, packed.
-  void copyRows(const ImageRows& rows, int begin, int end) {
-    const size_t packed = rows.packed_bytes;
-    if (rows.row_bytes == packed) {
-      std::memcpy(pinned_raw_.data() + begin * packed, rows.data + begin * packed,
+  void copyRows(const char* rows, size_t row_bytes, size_t packed, int begin, int end) {
+    if (row_bytes == packed) {
+      std::memcpy(pinned_raw_.data() + begin * packed, rows + begin * packed,
                   (end - begin) * packed);
       return;
     }
     for (int v = begin; v < end; ++v) {
-      std::memcpy(pinned_raw_.data() + v * packed, rows.data + v * rows.row_bytes, packed);
+      std::memcpy(pinned_raw_.data() + v * packed, rows + v * row_bytes, packed);
     }
   }
 

@@ -17,7 +17,7 @@ class FreeCellFinder {
   FreeCellFinder(int32_t cell_log2, float max_range_m, const Stream& stream);
 
   /// Enqueues the search in those cubes, and its way to the host. What was not taken of the frame
-  /// before is lost. @throws CudaError without memory.
+  /// before is lost. @throws BackendError without memory.
   void find(const FrameView& frame, const float* free_depth, std::vector<Vec3i> cubes);
 
   /// Waits for it. @return the cubes of which something is seen free, in the order given.

@@ -89,7 +89,7 @@ class DeviceBuffer {
   size_t bytes() const { return capacity_ * sizeof(T); }
 
   /// Makes room and some more; the contents are lost when it has to grow. Enqueued work that uses
-  /// the old memory is waited for. @throws CudaError without memory; then nothing has changed.
+  /// the old memory is waited for. @throws BackendError without memory; then nothing has changed.
   void reserve(size_t count, const Stream& stream) {
     if (count <= capacity_) return;
     DeviceBuffer larger(count + count / 2);

@@ -12,11 +12,12 @@ std::atomic<uint64_t> calls_to_failure{0};
 std::atomic<cudaError_t> failure{cudaSuccess};
 
 [[noreturn]] void throwFailed(cudaError_t code, const std::string& call) {
-  throw CudaError(code, "CUDA error in " + call + ": " + cudaGetErrorName(code) + ", " +
-                            cudaGetErrorString(code) +
-                            (isLost(code) ? "; this process cannot use the GPU any more: save the "
-                                            "mesh if there is one, then restart the node"
-                                          : ""));
+  throw BackendError(code == cudaErrorMemoryAllocation,
+                     "CUDA error in " + call + ": " + cudaGetErrorName(code) + ", " +
+                         cudaGetErrorString(code) +
+                         (isLost(code) ? "; this process cannot use the GPU any more: save the "
+                                         "mesh if there is one, then restart the node"
+                                       : ""));
 }
 
 /// With the place of a call.

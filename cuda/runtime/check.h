@@ -11,17 +11,6 @@
 namespace dtsdf {
 namespace gpu {
 
-/// A CUDA call that failed: its text, file and line, and what CUDA says.
-class CudaError : public BackendError {
- public:
-  CudaError(cudaError_t code, const std::string& text)
-      : BackendError(code == cudaErrorMemoryAllocation, text), code_(code) {}
-  cudaError_t code() const { return code_; }
-
- private:
-  cudaError_t code_;
-};
-
 /// Whether a process that has met this error can use the GPU no more, but has to be started anew.
 bool isLost(cudaError_t code);
 
@@ -33,11 +22,12 @@ void failCall(uint64_t n, cudaError_t code);
 bool isToFail();
 [[noreturn]] void failAsTold(const char* call, const char* file, int line);
 
-/// @throws CudaError unless `code` is success.
+/// @throws BackendError with the call's text, file and line, and what CUDA says, unless `code` is
+/// success.
 void checkCall(cudaError_t code, const char* call, const char* file, int line);
 
-/// After a launch. @throws CudaError if it was refused; what goes wrong inside the kernel shows in
-/// a later call, since nothing waits here.
+/// After a launch. @throws BackendError if it was refused; what goes wrong inside the kernel shows
+/// in a later call, since nothing waits here.
 void checkLaunch(const char* kernel);
 
 }  // namespace gpu

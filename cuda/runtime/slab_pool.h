@@ -29,7 +29,7 @@ class SlabPool {
   using View = SlabView<T, kRecordSize, kRecordsPerSlabLog2>;
 
   /// Makes room for `count` records, new memory zeroed. Waits for the stream only if it has to
-  /// grow. @throws CudaError without memory; the pool is then as large as it was.
+  /// grow. @throws BackendError without memory; the pool is then as large as it was.
   void reserve(size_t count, const Stream& stream) {
     const size_t wanted = slabsFor(count);
     if (wanted <= slabs_.size()) return;
@@ -84,8 +84,8 @@ class SlabPool {
   static DeviceBuffer<T> allocateChunk(size_t slabs, size_t least) {
     try {
       return DeviceBuffer<T>(slabs * kSlabElements);
-    } catch (const CudaError& error) {
-      if (error.code() != cudaErrorMemoryAllocation || slabs == least) throw;
+    } catch (const BackendError& error) {
+      if (!error.lacksMemory() || slabs == least) throw;
     }
     return DeviceBuffer<T>(least * kSlabElements);
   }

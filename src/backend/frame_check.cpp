@@ -16,26 +16,12 @@
 namespace dtsdf {
 namespace {
 
-size_t bytesPerPixel(DepthEncoding encoding) {
-  return encoding == DepthEncoding::kUint16 ? sizeof(uint16_t) : sizeof(float);
-}
-
 /// An element of a row, which may begin at any byte.
 template <class Raw>
 Raw elementOf(const char* row, int u) {
   Raw raw;
   std::memcpy(&raw, row + static_cast<size_t>(u) * sizeof(Raw), sizeof(Raw));
   return raw;
-}
-
-size_t bytesPerPixel(ColourEncoding encoding) {
-  return static_cast<size_t>(layoutOf(encoding).bytes);
-}
-
-template <class Frame>
-ImageRows rowsOfImage(const Frame& frame) {
-  const size_t packed = static_cast<size_t>(frame.width) * bytesPerPixel(frame.encoding);
-  return {static_cast<const char*>(frame.data), frame.row_bytes, packed, frame.height};
 }
 
 /// What depth and colour images have in common; `kind` is a word for messages.
@@ -49,7 +35,7 @@ std::optional<IntegrationResult> findImageProblem(const Frame& frame, const char
                   formatted("the %s image has %d x %d pixels; at most %lld are supported", kind,
                             frame.width, frame.height, static_cast<long long>(kMaxPixels)));
   }
-  const size_t row = rowsOfImage(frame).packed_bytes;
+  const size_t row = packedRowBytes(frame);
   if (frame.row_bytes < row) {
     return refuse(FrameStatus::kBadImage,
                   formatted("rows of %zu bytes are too short for %d pixels, which take %zu",
@@ -229,9 +215,14 @@ PixelLayout layoutOf(ColourEncoding encoding) {
   return {4, 2, 1, 0};
 }
 
-ImageRows rowsOf(const DepthFrame& frame) { return rowsOfImage(frame); }
+size_t packedRowBytes(const DepthFrame& frame) {
+  const bool is_whole = frame.encoding == DepthEncoding::kUint16;
+  return static_cast<size_t>(frame.width) * (is_whole ? sizeof(uint16_t) : sizeof(float));
+}
 
-ImageRows rowsOf(const ColourFrame& frame) { return rowsOfImage(frame); }
+size_t packedRowBytes(const ColourFrame& frame) {
+  return static_cast<size_t>(frame.width) * static_cast<size_t>(layoutOf(frame.encoding).bytes);
+}
 
 bool clearsFromAfar(const DepthFrame& frame, const MapperParams& params) {
   if (!clearsFreeSpace(params)) return false;

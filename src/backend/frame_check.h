@@ -49,16 +49,9 @@ float rawDepth(const DepthFrame& frame, int u, int v);
 /// Where the pixels of an encoding have their bytes.
 PixelLayout layoutOf(ColourEncoding encoding);
 
-/// An image's rows as bytes.
-struct ImageRows {
-  const char* data;  ///< First row; rows are `row_bytes` apart.
-  size_t row_bytes;
-  size_t packed_bytes;  ///< Length of a row without what may follow its last pixel.
-  int height;
-};
-
-ImageRows rowsOf(const DepthFrame& frame);
-ImageRows rowsOf(const ColourFrame& frame);
+/// Length of an image's row in bytes, without what may follow its last pixel.
+size_t packedRowBytes(const DepthFrame& frame);
+size_t packedRowBytes(const ColourFrame& frame);
 
 /// Whether a frame that touches no block clears: it measures something beyond the range that is
 /// fused, which shows what is free before it.

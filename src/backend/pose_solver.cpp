@@ -13,32 +13,37 @@ namespace {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// Rotations about the camera along the axes of the map, then translation in voxels.
-struct NormalEquations {
-  Matrix6d information;  ///< What the points say, in units of one point.
-  Vector6d right;
-  double variance;  ///< Variance of a point's residual, in voxels^2.
-};
+// The normal equations, in units of one point: rotations about the camera along the axes of the
+// map, then translation in voxels.
 
 /// Smaller residuals say no more: surfaces of a map are no more exact, and without noise a scene
 /// would otherwise outweigh any prior.
 constexpr double kLeastResidual_voxels = 0.05;
 
-NormalEquations equationsOf(const AlignmentSums& sums) {
-  constexpr double kUnit = 1.0 / kAlignmentScale;
-  NormalEquations equations;
+constexpr double kUnit = 1.0 / kAlignmentScale;
+
+Matrix6d informationOf(const AlignmentSums& sums) {
+  Matrix6d information;
   int term = 0;
   for (int i = 0; i < 6; ++i) {
     for (int k = i; k < 6; ++k) {
-      const double value = kUnit * static_cast<double>(sums.normal[term++]);
-      equations.information(i, k) = equations.information(k, i) = value;
+      information(i, k) = information(k, i) = kUnit * static_cast<double>(sums.normal[term++]);
     }
-    equations.right(i) = kUnit * static_cast<double>(sums.right[i]);
   }
+  return information;
+}
+
+Vector6d rightOf(const AlignmentSums& sums) {
+  Vector6d right;
+  for (int i = 0; i < 6; ++i) right(i) = kUnit * static_cast<double>(sums.right[i]);
+  return right;
+}
+
+/// Variance of a point's residual, in voxels^2.
+double varianceOf(const AlignmentSums& sums) {
   const double weight = std::max(1.0, static_cast<double>(sums.weight));
-  equations.variance = std::max(kLeastResidual_voxels * kLeastResidual_voxels,
-                                static_cast<double>(sums.squares) / weight);
-  return equations;
+  return std::max(kLeastResidual_voxels * kLeastResidual_voxels,
+                  static_cast<double>(sums.squares) / weight);
 }
 
 /// How far a pose is from the prior's, as the equations count it.
@@ -102,7 +107,7 @@ bool isStill(const Vector6d& change) {
 /// square, in voxels.
 double movedAlongNormals(const AlignmentSums& sums, const Vector6d& offset) {
   const double weight = std::max(1.0, static_cast<double>(sums.weight)) / kAlignmentScale;
-  const double squares = offset.dot(equationsOf(sums).information * offset);
+  const double squares = offset.dot(informationOf(sums) * offset);
   return std::sqrt(std::max(0.0, squares) / weight);
 }
 
@@ -151,11 +156,10 @@ Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const Alignm
   for (int step = 0; step < kMostSteps; ++step) {
     sums = sums_at(makeFrameView(at, voxel_size_m), cutoffAt(step, rules));
     if (shareOf(sums.matched, sums.points) < rules.least_matched) break;
-    const NormalEquations equations = equationsOf(sums);
-    const double scale = 1.0 / (equations.variance * rules.points_per_witness);
-    information = scale * equations.information + of_prior;
+    const double scale = 1.0 / (varianceOf(sums) * rules.points_per_witness);
+    information = scale * informationOf(sums) + of_prior;
     const Vector6d right =
-        scale * equations.right + of_prior * offsetFrom(frame.T_W_C, at.T_W_C, voxel_size_m);
+        scale * rightOf(sums) + of_prior * offsetFrom(frame.T_W_C, at.T_W_C, voxel_size_m);
     const Vector6d change = information.ldlt().solve(-right);
     if (!change.allFinite()) return unaligned;
     at.T_W_C = moved(at.T_W_C, change, voxel_size_m);
@@ -166,7 +170,7 @@ Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const Alignm
   result.witnesses = static_cast<double>(sums.points) / rules.points_per_witness;
   result.inlier_share = shareOf(sums.inliers, sums.matched);
   if (result.matched_share < rules.least_matched) return result;
-  result.residual_m = voxel_size_m * std::sqrt(equationsOf(sums).variance);
+  result.residual_m = voxel_size_m * std::sqrt(varianceOf(sums));
   const Vector6d offset = offsetFrom(frame.T_W_C, at.T_W_C, voxel_size_m);
   result.shift_m = voxel_size_m * offset.tail<3>().norm();
   result.turn_rad = offset.head<3>().norm();

@@ -64,20 +64,20 @@ FrameTime timeFrame(ProbedMapper& mapper, const DepthFrame& frame,
                     const std::function<void(const MeshUpdate&)>& use) {
   FrameTime time;
   const double processor_start_s = processorSeconds();
-  const Stopwatch watch;
+  const auto begin = std::chrono::steady_clock::now();
   integrateOrThrow(mapper, frame);
-  time.call_ms = watch.milliseconds();
+  time.call_ms = millisecondsSince(begin);
   mapper.beginMeshUpdate();
   mapper.waitForMeshes();
-  time.total_ms = watch.milliseconds();
+  time.total_ms = millisecondsSince(begin);
   time.processor_ms = 1e3 * (processorSeconds() - processor_start_s);
   const MeshUpdate update = mapper.finishMeshUpdate();
-  time.fetch_ms = watch.milliseconds() - time.total_ms;
+  time.fetch_ms = millisecondsSince(begin) - time.total_ms;
   use(update);
   if (Space* const space = mapper.space()) {
-    const Stopwatch updating;
+    const auto meshed = std::chrono::steady_clock::now();
     space->updateDistances();
-    time.distances_ms = updating.milliseconds();
+    time.distances_ms = millisecondsSince(meshed);
   }
   time.map_bytes = mapper.stats().map_bytes;
   return time;

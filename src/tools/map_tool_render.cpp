@@ -88,9 +88,9 @@ std::vector<double> renderInto(const std::string& folder, const RenderCamera& ca
   ProgressBar progress("views", poses.size());
   for (const StampedPose& pose : poses) {
     const std::string name = formatted("%06zu.png", times_ms.size());
-    const Stopwatch watch;
+    const auto begin = std::chrono::steady_clock::now();
     mapper.render(camera, pose.T_W_C, view);
-    times_ms.push_back(watch.milliseconds());
+    times_ms.push_back(millisecondsSince(begin));
     const auto write = [&](const std::string& kind, const std::string& png) {
       writeFileAtomically(folder + "/" + kind + "/" + name, png);
       return stampOfList(pose.stamp_s) + " " + kind + "/" + name + "\n";

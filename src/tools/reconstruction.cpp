@@ -15,9 +15,9 @@ namespace {
 /// Runs `action` and returns its wall time.
 template <class Action>
 double timeMs(const Action& action) {
-  const Stopwatch watch;
+  const auto begin = std::chrono::steady_clock::now();
   action();
-  return watch.milliseconds();
+  return millisecondsSince(begin);
 }
 
 size_t sumOf(const std::map<std::string, size_t>& counts) {

@@ -24,7 +24,8 @@ struct FoundPlace {
 /// image fits the map's coarse distances, and the best of these aligned as any image is. The result
 /// is the same on every backend and number of threads. Takes seconds on a CPU. Reads the map piece
 /// by piece, and keeps 9 bytes a cell of what it is like meanwhile, 130 MB at most.
-/// @param mapper The map; it is not changed. Waits for its device.
+/// @param mapper The map; it is not changed, nor used by another thread meanwhile. Waits for its
+/// device.
 /// @param frame The image, with its camera.
 /// @param threads Of the host; 0: all cores.
 /// @throws std::exception when the backend fails.

@@ -26,7 +26,7 @@ std::vector<MapBlock> blocksOfChunk(const std::vector<MapBlock>& blocks, size_t 
 /// several threads.
 using ReadChunk = std::function<MapContents(size_t chunk)>;
 
-/// What is known of a map's file before it is written.
+/// What the head of a map says of its file, but for length and hash.
 MapInfo infoOf(const MapContents& head);
 
 /// Writes the records of a map whose voxels and colours come chunk by chunk; `head` is the map

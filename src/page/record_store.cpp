@@ -21,8 +21,7 @@
 namespace dtsdf {
 namespace {
 
-/// Unit of the file's space. Records are filled up to it.
-constexpr uint64_t kUnitBytes = 256;
+constexpr uint64_t kUnitBytes = StoredRecord::kUnitBytes;
 
 /// The end of the file is given back to the disk in steps.
 constexpr uint64_t kShrinkBytes = uint64_t{1} << 20;
@@ -33,8 +32,10 @@ constexpr int kTries = 5;
 
 constexpr double kLeastWait_ms = 1.0;
 
-/// Records are written some at a time, as to lock and to unlock takes as long as to write one.
+/// Records are written some at a time, as to lock and to unlock takes as long as to write one. They
+/// are fewer where one takes long, as whoever erases one of them waits.
 constexpr size_t kWrittenAtOnce = 64;
+constexpr std::chrono::milliseconds kWritingAtOnce{1};
 
 /// Size of the checksum behind each record.
 constexpr size_t kSumBytes = sizeof(uint64_t);
@@ -89,7 +90,9 @@ void RecordBytes::copyTo(std::vector<char>& to) const {
 }
 
 RecordStore::RecordStore(const std::string& folder, uint64_t max_bytes, size_t most_waiting)
-    : folder_(printable(folder)), most_waiting_(most_waiting), runs_(max_bytes / kUnitBytes) {
+    : folder_(printable(folder)),
+      most_waiting_(most_waiting),
+      runs_(std::min<uint64_t>(max_bytes / kUnitBytes, UINT32_MAX)) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   file_ = openUnnamed(folder);
@@ -126,10 +129,11 @@ std::optional<StoredRecord> RecordStore::write(RecordBytes record) {
     note(kFull);
     return std::nullopt;
   }
-  const StoredRecord stored{*first * kUnitBytes, static_cast<uint32_t>(bytes), ++last_number_};
+  const StoredRecord stored{++last_number_, static_cast<uint32_t>(*first),
+                            static_cast<uint32_t>(bytes)};
   auto node = made.extract(made.begin());
   node.key() = stored.number;
-  node.mapped().offset = stored.offset;
+  node.mapped().offset = stored.offset();
   waiting_.insert(std::move(node));
   waiting_bytes_ += bytes;
   startWriting();
@@ -142,40 +146,54 @@ void RecordStore::startWriting() {
   if (!std::exchange(is_writing_, true)) helper_.start([this] { writeWaiting(); });
 }
 
-/// Until nothing waits or the disk takes no more.
+/// Each is tried once: what the disk does not take is passed over, as it may take others. A disk
+/// that takes none of so many takes no more.
 void RecordStore::writeWaiting() {
-  std::vector<char> buffer;
   std::array<std::pair<uint64_t, const Waiting*>, kWrittenAtOnce> some;
+  std::vector<char> buffer;
+  std::string problem;
+  uint64_t tried = 0;
+  size_t refused = 0;  // one after the other
   Lock lock(mutex_);
-  while (!waiting_.empty() && !disk_refuses_) {
-    size_t count = 0;
-    for (const auto& [number, waiting] : waiting_) {
-      if (count == some.size()) break;
-      some[count++] = {number, &waiting};
+  while (!is_clearing_ && refused < kWrittenAtOnce) {
+    size_t count = 0, done = 0;
+    for (auto next = waiting_.upper_bound(tried); next != waiting_.end() && count < some.size();
+         ++next) {
+      some[count++] = {next->first, &next->second};
     }
+    if (count == 0) break;
     writing_ = some[count - 1].first;
     lock.unlock();
-    std::string problem;
     uint64_t end = 0;
-    size_t done = 0;
-    for (; done < count; ++done) {
-      problem = writeOne(some[done].first, *some[done].second, buffer);
-      if (!problem.empty()) break;
-      end = std::max(end, some[done].second->offset + buffer.size());
+    const auto start = Clock::now();
+    while (done < count && refused < kWrittenAtOnce && Clock::now() - start < kWritingAtOnce) {
+      auto& [number, waiting] = some[done++];
+      tried = number;
+      std::string refusal = writeOne(number, *waiting, buffer);
+      refused = refusal.empty() ? 0 : refused + 1;
+      if (refusal.empty()) {
+        end = std::max(end, waiting->offset + buffer.size());
+      } else {
+        problem = std::move(refusal);
+        waiting = nullptr;
+      }
     }
     lock.lock();
     writing_ = 0;
     file_end_ = std::max(file_end_, end);
     for (size_t i = 0; i < done; ++i) {
-      written_ = some[i].first;
-      waiting_bytes_ -= some[i].second->record.size();
-      waiting_.erase(some[i].first);
+      const auto& [number, waiting] = some[i];
+      if (waiting == nullptr) continue;
+      waiting_bytes_ -= waiting->record.size();
+      waiting_.erase(number);
     }
-    disk_refuses_ = !problem.empty();
-    if (disk_refuses_) note(std::move(problem));
+    written_ = waiting_.empty() ? last_number_ : waiting_.begin()->first - 1;
     changed_.notify_all();
   }
+  disk_refuses_ = !problem.empty();
+  if (disk_refuses_) note(std::move(problem));
   is_writing_ = false;
+  changed_.notify_all();
 }
 
 /// A record, and its checksum behind it. @return what went wrong; empty: it is written.
@@ -235,12 +253,12 @@ std::string RecordStore::transfer(const StoredRecord& record, std::vector<char>&
   const auto call = [this](char* data, size_t size, off_t offset) {
     return pread(file_, data, size, offset);
   };
-  if (transferAll(to.data(), to.size(), record.offset, call) >= 0) return "";
+  if (transferAll(to.data(), to.size(), record.offset(), call) >= 0) return "";
   return "cannot read from map/page_folder '" + folder_ + "': " + textOf(errno);
 }
 
 void RecordStore::readAhead(const StoredRecord& record) const {
-  posix_fadvise(file_, static_cast<off_t>(record.offset), record.bytes, POSIX_FADV_WILLNEED);
+  posix_fadvise(file_, static_cast<off_t>(record.offset()), record.bytes, POSIX_FADV_WILLNEED);
 }
 
 void RecordStore::erase(const StoredRecord& record) noexcept {
@@ -252,13 +270,15 @@ void RecordStore::erase(const StoredRecord& record) noexcept {
     waiting_.erase(found);
     changed_.notify_all();
   }
-  runs_.give(record.offset / kUnitBytes, unitsOf(record.bytes));
+  runs_.give(record.unit, unitsOf(record.bytes));
   shrink();
 }
 
 void RecordStore::clear() noexcept {
   Lock lock(mutex_);
-  changed_.wait(lock, [this] { return writing_ == 0; });
+  is_clearing_ = true;
+  changed_.wait(lock, [this] { return !is_writing_; });
+  is_clearing_ = false;
   waiting_.clear();
   waiting_bytes_ = 0;
   disk_refuses_ = false;

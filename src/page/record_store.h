@@ -23,9 +23,14 @@ namespace dtsdf {
 
 /// Where a record is.
 struct StoredRecord {
-  uint64_t offset;
-  uint32_t bytes;
+  static constexpr uint64_t kUnitBytes =
+      256;  ///< Unit of the file's space, up to which it is filled.
+
   uint64_t number;  ///< Number of the write, in the checksum: no older record passes for this.
+  uint32_t unit;    ///< The first one in the file.
+  uint32_t bytes;
+
+  uint64_t offset() const { return unit * kUnitBytes; }
 };
 
 /// A record in memory: its pieces, and what keeps them there.
@@ -113,9 +118,10 @@ class RecordStore {
   uint64_t last_number_ = 0;
   std::map<uint64_t, Waiting> waiting_;  ///< By number.
   size_t waiting_bytes_ = 0;
-  uint64_t writing_ = 0;                            ///< Those up to this number are written now.
-  bool is_writing_ = false, disk_refuses_ = false;  ///< The helper is at it; the last try failed.
-  Helper helper_;                                   ///< Ends before what it works on.
+  uint64_t writing_ = 0;     ///< Those up to this number are written now; 0: none.
+  bool is_writing_ = false;  ///< The helper is at it.
+  bool is_clearing_ = false, disk_refuses_ = false;  ///< It stops; its last try failed.
+  Helper helper_;                                    ///< Ends before what it works on.
 };
 
 }  // namespace dtsdf

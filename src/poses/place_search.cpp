@@ -647,10 +647,11 @@ std::vector<Isometry3d> CoarseMap::likelyPlaces(const std::vector<Vector3f>& poi
 FoundPlace findPlace(Mapper& mapper, const DepthFrame& frame, int threads) {
   FoundPlace found;
   found.alignment.T_W_C = frame.T_W_C;
+  if (!isImage(frame)) return found;
   CoarseMap map;
   map.threads = threads;
   map.read(mapper);
-  if (!isImage(frame) || map.surfaces.empty()) return found;
+  if (map.surfaces.empty()) return found;
   const std::vector<Vector3f> points = imagePoints(frame, map.cell_m);
   if (points.size() < kLookPoints) return found;
   std::vector<Alignment> aligned;

@@ -23,7 +23,8 @@ struct MapInfo : MapHead {
 };
 
 /// Saves a map. Equal contents give equal bytes, with any number of threads (0: all cores). The
-/// file is written beside the old one and renamed; missing folders are made. @return what is in it.
+/// file is written beside the old one and renamed; missing folders are made.
+/// @return Head and bounds of the contents, and length and hash of the file.
 /// @throws std::runtime_error for contents that checkContents() refuses, or a file that cannot be
 /// written; the text names the path and says what to do. The old file is whole then.
 MapInfo saveMap(const MapContents& contents, const std::string& path, int threads = 0);

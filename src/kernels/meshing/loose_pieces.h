@@ -128,7 +128,7 @@ struct LooseWindow {
 /// eachOfPiece(f) calls it, any(f) says whether one is true, and allOf(f) joins their bits; add()
 /// is for rows of others. What was written before is seen. With kAtOnce it has a thread for each
 /// row; without, `left` holds at first those units of the block that pieces are begun with, at
-/// least one of each that may be loose.
+/// least one of each that may be loose, and all but it and `surface` is 0.
 template <class Team>
 class LoosePieces {
  public:
@@ -152,8 +152,8 @@ class LoosePieces {
   }
 
   /// Leaves in `small` the units of small pieces, joined over faces alone. @return whether some are
-  /// in the block; without, others may be left out. Where rows are worked on in turn, those count
-  /// that stay small over edges, which are few.
+  /// in the block; without, others may be left out. Where rows are worked on in turn, a piece of
+  /// the block counts only if it stays small when it is joined over edges, too, as few do.
   DTSDF_HD bool findSmall() const {
     if (Team::kAtOnce) takeLongRows();
     bool any = false;

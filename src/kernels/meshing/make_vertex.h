@@ -26,14 +26,15 @@ struct EdgeSamples {
 
 /// The vertex of an edge; in the directional map held to what was measured.
 /// @param read The directions whose samples are read, a bit each: those that cross the edge, or, if
-/// none does, all that have a say; or more.
+/// none does, all that have a say; or more. Samples of others are never looked at.
 DTSDF_HD BlockVertex makeVertex(const MeshSettings& rules, const ArraysAround& arrays, int edge,
                                 bool directional, uint32_t read) {
   const int axis = edgeAxis(edge), facing = edgeFacing(edge);
   const Vec3i lower = cornerAt(edgeCorner(edge)), upper = lower + unitStep(axis);
   EdgeSamples samples(arrays, lower, axis, directional);
-  for (int d = 0; d < kDirectionCount && !directional; ++d)
-    samples.lower[d] = samples.upper[d] = {};
+  if (!directional) {
+    for (int d = 0; d < kDirectionCount; ++d) samples.lower[d] = samples.upper[d] = {};
+  }
   const Voxel* const* const arrays_at[] = {arrays.array[blockAround(lower)],
                                            arrays.array[blockAround(upper)]};
   const int index_at[] = {indexInBlock(lower), indexInBlock(upper)};

@@ -119,6 +119,56 @@ TEST_F(RecordStoreTest, WaitsForADiskThatIsAway) {
   EXPECT_EQ(store_.stats().lost, 0u);
 }
 
+TEST_F(RecordStoreTest, PutsIntoAFullDiskWhatFits) {
+  ASSERT_NO_FATAL_FAILURE(write(40));
+  waitUntilWritten();
+  const int file = openFilesIn(folder_.path()).front();
+  for (unsigned i = 0; i < 40; i += 2) store_.erase(records_[i]);
+  const std::vector<char> large(25000, 'l'), small(100, 's');
+  std::vector<StoredRecord> stored;
+  const auto put = [&](const std::vector<char>& record) {
+    const auto at = store_.write(bytesOf(record));
+    ASSERT_TRUE(at);
+    stored.push_back(*at);
+  };
+  const auto expectAll = [&] {
+    for (const StoredRecord& record : stored) {
+      std::vector<char> read;
+      ASSERT_EQ(store_.read(record, read), RecordStore::Reading::kIntact);
+      EXPECT_EQ(read, record.bytes == small.size() ? small : large);
+    }
+  };
+  {
+    const FileSizeLimit full(static_cast<rlim_t>(lseek(file, 0, SEEK_END)));
+    ASSERT_NO_FATAL_FAILURE(put(large));
+    for (int i = 0; i < 50; ++i) ASSERT_NO_FATAL_FAILURE(put(small));
+    while (store_.waitingBytes() > large.size()) std::this_thread::yield();
+    expectAll();
+  }
+  ASSERT_NO_FATAL_FAILURE(put(small));
+  waitUntilWritten();
+  expectAll();
+}
+
+/// Readers and whoever erases meet the helper that writes.
+TEST_F(RecordStoreTest, IsReadAndErasedWhileItIsWritten) {
+  for (unsigned round = 0; round < 5; ++round) {
+    records_.clear();
+    ASSERT_NO_FATAL_FAILURE(write(150));
+    std::thread others([this] {
+      for (unsigned i = 0; i < 150; i += 2) EXPECT_EQ(read(i), RecordStore::Reading::kIntact);
+    });
+    for (unsigned i = 1; i < 150; i += 2) {
+      EXPECT_EQ(read(i), RecordStore::Reading::kIntact);
+      store_.erase(records_[i]);
+    }
+    others.join();
+    for (unsigned i = 0; i < 150; i += 2) store_.erase(records_[i]);
+  }
+  EXPECT_EQ(store_.stats().bytes, 0u);
+  EXPECT_EQ(store_.waitingBytes(), 0u);
+}
+
 /// The index follows: a block that the disk does not take is not there.
 TEST_F(RecordStoreTest, HoldsBlocks) {
   PagedBlocks blocks(folder_.path(), size_t{1} << 20, kMostWaiting);

@@ -63,7 +63,7 @@ void BlockSurface::addSides(const UnitLabels& labels, const Vec3i& unit) {
 
 void BlockSurface::addTriangles(const UnitIndices& regular, const Vec3i& unit) {
   if (countTriangles(kMeshTables, regular) == 0) return;
-  surface_units_.push_back({unit, regular});
+  surface_units_.emplace_back(unit, regular);
   edges_.addUnit(regular, unit);
 }
 
@@ -112,13 +112,13 @@ void BlockSurface::emit(const MeshSettings& rules, const ArraysAround& arrays,
     is_drawn_far_[vertex_of_edge_[edge]] = isDrawnFar(rules, mesh.vertices.back());
   });
   size_t triangles = 0;
-  for (const SurfaceUnit& unit : surface_units_) {
-    triangles += countTriangles(kMeshTables, unit.indices);
+  for (const auto& [unit, indices] : surface_units_) {
+    triangles += countTriangles(kMeshTables, indices);
   }
   mesh.triangles.resize(3 * triangles);
   uint16_t* next_corner = mesh.triangles.data();
-  for (const SurfaceUnit& unit : surface_units_) {
-    visitTriangleEdges(kMeshTables, unit.indices, unit.at,
+  for (const auto& [unit, indices] : surface_units_) {
+    visitTriangleEdges(kMeshTables, indices, unit,
                        [&](int edge) { *next_corner++ = vertex_of_edge_[edge]; });
   }
   for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
@@ -156,12 +156,13 @@ void BlockSurface::findNormals(const ArraysAround& arrays, const std::vector<Blo
   }
 }
 
-void BlockSurface::addMiddles(const SurfaceUnit& unit, BlockMesh& mesh) const {
+void BlockSurface::addMiddles(const Vec3i& unit, const UnitIndices& indices,
+                              BlockMesh& mesh) const {
   const auto endOn = [&](int edge) {
     const uint16_t vertex = vertex_of_edge_[edge];
     return SideEnd{mesh.vertices[vertex].position, normals_[vertex]};
   };
-  visitSides(kRefineTables, unit.indices, unit.at, [&](int a, int b) {
+  visitSides(kRefineTables, indices, unit, [&](int a, int b) {
     mesh.vertices.push_back({middleOfSide(endOn(a), endOn(b)), middleNumber(a, b)});
   });
 }
@@ -171,18 +172,18 @@ void BlockSurface::refine(const MeshSettings& rules, const ArraysAround& arrays,
                           bool directional, BlockMesh& mesh) {
   findNormals(arrays, known, normals, directional, mesh);
   size_t middles = 0;
-  for (const SurfaceUnit& unit : surface_units_) {
-    middles += sidesOfUnit(kRefineTables, unit.indices);
+  for (const auto& [unit, indices] : surface_units_) {
+    middles += sidesOfUnit(kRefineTables, indices);
   }
   mesh.vertices.reserve(mesh.vertices.size() + middles);
   const size_t triangle_corners = kRefinedTriangles * mesh.triangles.size();
   mesh.triangles.clear();
   mesh.triangles.reserve(triangle_corners);
-  for (const SurfaceUnit& unit : surface_units_) {
+  for (const auto& [unit, indices] : surface_units_) {
     const uint32_t first_middle = static_cast<uint32_t>(mesh.vertices.size());
-    addMiddles(unit, mesh);
+    addMiddles(unit, indices, mesh);
     visitRefinedTriangles(
-        kMeshTables, kRefineTables, unit.indices, unit.at, first_middle,
+        kMeshTables, kRefineTables, indices, unit, first_middle,
         [&](int edge) { return uint32_t{vertex_of_edge_[edge]}; },
         [&](const uint32_t(&corner)[3]) {
           return standsInGap(rules, mesh.vertices[corner[0]], mesh.vertices[corner[1]],

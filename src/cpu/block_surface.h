@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "cpu/block_indexer.h"
@@ -18,12 +19,6 @@ namespace dtsdf {
 /// Normals of a block's edge vertices, in their order.
 std::vector<Vec3f> vertexNormals(const ArraysAround& arrays,
                                  const std::vector<BlockVertex>& vertices, bool directional);
-
-/// A unit that holds a part of the surface, and its indices after regularisation.
-struct SurfaceUnit {
-  Vec3i at;
-  UnitIndices indices;
-};
 
 /// Room for meshing one block after the other; one per thread.
 class BlockSurface {
@@ -50,11 +45,12 @@ class BlockSurface {
   void addTriangles(const UnitIndices& regular, const Vec3i& unit);
   void findNormals(const ArraysAround& arrays, const std::vector<BlockVertex>& known,
                    const std::vector<Vec3f>& normals, bool directional, const BlockMesh& mesh);
-  void addMiddles(const SurfaceUnit& unit, BlockMesh& mesh) const;
+  void addMiddles(const Vec3i& unit, const UnitIndices& indices, BlockMesh& mesh) const;
 
   int8_t balance_[kGridCorners];  ///< Per corner, see cornerBalance().
   BlockBits holding_surface_;     ///< Units that hold a surface before they are regularised.
-  std::vector<SurfaceUnit> surface_units_;
+  /// Units that hold a part of the surface, and their indices after regularisation.
+  std::vector<std::pair<Vec3i, UnitIndices>> surface_units_;
   EdgeSet edges_;  ///< Those that carry a vertex.
   uint16_t vertex_of_edge_[kGridEdges];
   bool is_drawn_far_[kGridEdges];  ///< isDrawnFar() of each vertex: no other stands at a gap.

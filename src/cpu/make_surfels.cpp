@@ -1,7 +1,6 @@
 #include "cpu/make_surfels.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "backend/rule_settings.h"
 #include "threads/parallel.h"

@@ -267,10 +267,10 @@ void Painter::findPoints(CpuMap& map) {
 /// Samples the image at those points that nothing hides.
 void Painter::sample(BlockView& block) const {
   block.samples.clear();
-  for (const FacingPoint& facing : block.points) {
-    if (isHidden(sensing_.view, sensing_.hiding_m, facing.point)) continue;
-    const ColourSample sample = sampleAt(sensing_, facing.point);
-    if (sample.weight > 0.0f) block.samples.push_back({facing.voxel, sample});
+  for (const auto& [voxel, point] : block.points) {
+    if (isHidden(sensing_.view, sensing_.hiding_m, point)) continue;
+    const ColourSample sample = sampleAt(sensing_, point);
+    if (sample.weight > 0.0f) block.samples.emplace_back(voxel, sample);
   }
 }
 
@@ -279,13 +279,13 @@ void Painter::sumExposure(CpuMap& map, BlockView& block) const {
   const BlockEntry& entry = map.table.block(block.slot);
   block.sums = {};
   block.bricks = 0;
-  for (const VoxelSample& seen : block.samples) {
-    block.bricks |= brickBit(seen.voxel / kVoxelsPerBlock, seen.voxel % kVoxelsPerBlock);
+  for (const auto& [voxel, sample] : block.samples) {
+    block.bricks |= brickBit(voxel / kVoxelsPerBlock, voxel % kVoxelsPerBlock);
     const VoxelColour* known =
-        findColour(map, entry.array[seen.voxel / kVoxelsPerBlock], seen.voxel % kVoxelsPerBlock);
+        findColour(map, entry.array[voxel / kVoxelsPerBlock], voxel % kVoxelsPerBlock);
     if (known == nullptr) continue;
-    if (tellsExposure(*known, colourOf(seen.sample), seen.sample.weight, settings_.rules)) {
-      addToSums(block.sums, *known, colourOf(seen.sample));
+    if (tellsExposure(*known, colourOf(sample), sample.weight, settings_.rules)) {
+      addToSums(block.sums, *known, colourOf(sample));
     }
   }
 }
@@ -328,11 +328,11 @@ std::vector<ColourRequest> Painter::requests(CpuMap& map) const {
 bool Painter::paintBlock(const Exposure& exposure, CpuMap& map, const BlockView& block) const {
   const BlockEntry& entry = map.table.block(block.slot);
   bool changed = false;
-  for (const VoxelSample& seen : block.samples) {
+  for (const auto& [voxel, sample] : block.samples) {
     VoxelColour* colour =
-        findColour(map, entry.array[seen.voxel / kVoxelsPerBlock], seen.voxel % kVoxelsPerBlock);
+        findColour(map, entry.array[voxel / kVoxelsPerBlock], voxel % kVoxelsPerBlock);
     if (colour == nullptr) continue;
-    const VoxelColour painted = paintedColour(*colour, seen.sample, exposure, settings_.rules);
+    const VoxelColour painted = paintedColour(*colour, sample, exposure, settings_.rules);
     changed = changed || looksDifferent(*colour, painted);
     *colour = painted;
   }
@@ -356,8 +356,8 @@ size_t Painter::bytes() const {
   size_t bytes = pixels_.capacity() * sizeof(ColourPixel) + blocks_.capacity() * sizeof(BlockView);
   for (const std::vector<float>& depth_m : hiding_m_) bytes += depth_m.capacity() * sizeof(float);
   for (const BlockView& block : blocks_) {
-    bytes += block.points.capacity() * sizeof(FacingPoint) +
-             block.samples.capacity() * sizeof(VoxelSample);
+    bytes += block.points.capacity() * sizeof(block.points[0]) +
+             block.samples.capacity() * sizeof(block.samples[0]);
   }
   return bytes;
 }

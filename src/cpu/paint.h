@@ -1,6 +1,7 @@
 /// The stage "paint" on the CPU: a colour image onto the surfaces that it sees.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "backend/map_backend.h"
@@ -39,23 +40,12 @@ class Painter {
   size_t bytes() const;
 
  private:
-  /// A voxel of a block (direction times kVoxelsPerBlock + voxel) whose point faces the camera.
-  struct FacingPoint {
-    uint16_t voxel;
-    SurfacePoint point;
-  };
-  /// What the image says of a voxel.
-  struct VoxelSample {
-    uint16_t voxel;
-    ColourSample sample;
-  };
-
-  /// What it says of one block.
+  /// What the image says of one block; its voxels are direction times kVoxelsPerBlock + voxel.
   struct BlockView {
     int32_t slot;
-    std::vector<FacingPoint> points;
-    std::vector<VoxelSample> samples;
-    uint64_t bricks;  ///< That these lie in, a bit each.
+    std::vector<std::pair<uint16_t, SurfacePoint>> points;   ///< Of voxels that face the camera.
+    std::vector<std::pair<uint16_t, ColourSample>> samples;  ///< Of voxels that it shows.
+    uint64_t bricks;                                         ///< That these lie in, a bit each.
     ExposureSums sums;
   };
 

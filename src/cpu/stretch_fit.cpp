@@ -1,7 +1,5 @@
 #include "cpu/stretch_fit.h"
 
-#include <algorithm>
-
 #include "cpu/widest_vectors.h"
 
 namespace dtsdf {

@@ -1,8 +1,5 @@
 #include "cpu/vertex_colours.h"
 
-#include <algorithm>
-#include <optional>
-
 namespace dtsdf {
 ColouredCorners colouredCorners(const CpuMap& map, const BlockKey& key, int32_t least_evidence) {
   ColouredCorners corners = {};

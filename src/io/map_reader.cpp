@@ -1,6 +1,5 @@
 // Maps from records: first what the small ones say, then sizes, then what there is room for.
 #include <algorithm>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 

@@ -1,7 +1,6 @@
 #include "dtsdf_mapping/io/mesh_file.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <locale>

@@ -1,6 +1,5 @@
 #include "io/pose_files.h"
 
-#include <algorithm>
 #include <cctype>
 #include <filesystem>
 #include <map>

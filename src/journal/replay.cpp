@@ -1,7 +1,6 @@
 #include "journal/replay.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 #include "params/printable.h"

@@ -9,6 +9,7 @@
 #include <functional>
 #include <map>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/block_mesh.h"
@@ -57,10 +58,9 @@ class BlockJoiner {
   const JoinedBlock& add(const BlockMesh& block);
 
  private:
-  struct SharedEdge {
-    uint16_t place;   ///< Among the edges on the lower faces of the block that owns it.
-    uint32_t number;  ///< That of the vertex on it.
-  };
+  /// An edge that blocks share: its place among those on the lower faces of the block that owns it,
+  /// and the number of the vertex on it.
+  using SharedEdge = std::pair<uint16_t, uint32_t>;
 
   /// What a block above one, or this itself, shares with it, while this is added.
   struct Owner {
@@ -127,10 +127,8 @@ class MeshStream {
   void finish();
 
  private:
-  struct AddedBlock {
-    BlockKey key;
-    uint64_t end;  ///< Vertices of all blocks up to this one.
-  };
+  /// A block that was added, and the number of vertices of all blocks up to it.
+  using AddedBlock = std::pair<BlockKey, uint64_t>;
 
   uint64_t end() const { return first_ + window_.vertices_m.size(); }
   std::array<uint32_t, 3> inWindow(const std::array<uint32_t, 3>& triangle) const;

@@ -1,6 +1,5 @@
 #include "meshing/outline.h"
 
-#include <algorithm>
 #include <limits>
 
 #include "kernels/core/vec.h"

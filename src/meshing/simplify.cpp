@@ -7,7 +7,7 @@
 #include <functional>
 #include <limits>
 #include <stdexcept>
-#include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -346,10 +346,6 @@ class Collapser {
     uint32_t triangle;
     Vec3f from, to, normal;
   };
-  struct Move {
-    uint32_t point, triangle;
-    float off_m;
-  };
 
   void sumQuadrics() {
     for (const auto& t : mesh_.triangles) {
@@ -423,7 +419,7 @@ class Collapser {
     const double limit_m = tolerances_.within(point, error_m);
     const Vec3f p = points_[point].p, normal = points_[point].normal;
     double nearest = limit_m * limit_m;
-    Move move{point, kNone, 0.0f};
+    uint32_t triangle = kNone;
     for (const WingAfter& after : wings_after_) {
       const double height = static_cast<double>(dot(after.normal, p - v));
       if (height * height > nearest) continue;
@@ -431,11 +427,10 @@ class Collapser {
       const double distance = squaredDistanceOfTriangle(p, v, after.from, after.to);
       if (distance > nearest) continue;
       nearest = distance;
-      move.triangle = after.triangle;
+      triangle = after.triangle;
     }
-    if (move.triangle == kNone) return false;
-    move.off_m = static_cast<float>(std::sqrt(nearest));
-    moves_.push_back(move);
+    if (triangle == kNone) return false;
+    moves_.emplace_back(point, triangle, static_cast<float>(std::sqrt(nearest)));
     return true;
   }
 
@@ -444,10 +439,9 @@ class Collapser {
       fans_.note(wing.triangle) = kNone;
       ++states_[wing.from].changes;
     }
-    for (const Move& move : moves_) {
-      Point& point = points_[move.point];
-      point.next = std::exchange(fans_.note(move.triangle), move.point);
-      point.off_m = move.off_m;
+    for (const auto& [gone, triangle, off_m] : moves_) {
+      points_[gone].next = std::exchange(fans_.note(triangle), gone);
+      points_[gone].off_m = off_m;
     }
     fans_.merge(u, wings_, v);
     quadrics_[v].add(quadrics_[u]);
@@ -463,7 +457,8 @@ class Collapser {
   Tolerances tolerances_;
   std::vector<Wing> wings_;
   std::vector<WingAfter> wings_after_;
-  std::vector<Move> moves_;
+  /// Vertices that have gone, their next triangles, and how far they are from these.
+  std::vector<std::tuple<uint32_t, uint32_t, float>> moves_;
 };
 
 /// Errors in each decade: a mesh is simplified within one after the other, up to the one that is

@@ -10,7 +10,6 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "map/byte_stream.h"
 #include "page/record_store.h"

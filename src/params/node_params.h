@@ -1,7 +1,6 @@
 /// Settings of the node around the mapper: frames, input, what is published, where files go.
 #pragma once
 
-#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>

@@ -53,36 +53,28 @@ inline std::string joined(const std::vector<std::string>& words,
   return joined(words, separator, separator);
 }
 
-/// The locale of C for this thread, while it lives.
-class PointLocale {
- public:
-  PointLocale() : before_(uselocale(ofC())) {}
-  ~PointLocale() { uselocale(before_); }
-  PointLocale(const PointLocale&) = delete;
-  PointLocale& operator=(const PointLocale&) = delete;
-
- private:
-  static locale_t ofC() {
-    static const locale_t of_c = newlocale(LC_ALL_MASK, "C", nullptr);
-    return of_c;
-  }
-
-  locale_t before_;
-};
+/// vsnprintf() in the locale of C.
+__attribute__((format(printf, 3, 0))) inline int printWithPoints(char* line, size_t size,
+                                                                 const char* text, va_list values) {
+  static const locale_t of_c = newlocale(LC_ALL_MASK, "C", nullptr);
+  const locale_t before = uselocale(of_c);
+  const int length = std::vsnprintf(line, size, text, values);
+  uselocale(before);
+  return length;
+}
 
 /// As printf() has it; the compiler checks what is given by the text.
 // NOLINTNEXTLINE(cert-dcl50-cpp): a parameter pack has no such check
 __attribute__((format(printf, 1, 2))) inline std::string formatted(const char* text, ...) {
-  const PointLocale points;
   char line[512];
   va_list values;
   va_start(values, text);
-  const int length = std::vsnprintf(line, sizeof(line), text, values);
+  const int length = printWithPoints(line, sizeof(line), text, values);
   va_end(values);
   if (length < static_cast<int>(sizeof(line))) return length < 0 ? std::string() : line;
   std::string whole(static_cast<size_t>(length) + 1, '\0');
   va_start(values, text);
-  std::vsnprintf(whole.data(), whole.size(), text, values);
+  printWithPoints(whole.data(), whole.size(), text, values);
   va_end(values);
   whole.pop_back();
   return whole;

@@ -14,47 +14,39 @@ using Ray = Eigen::ParametrizedLine<double, 3>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Interval of a ray's parameter; empty where enter > exit.
-struct Interval {
-  double enter = -kInfinity, exit = kInfinity;
+/// Where a ray's parameter is inside of something; empty by default.
+using Interval = Eigen::AlignedBox<double, 1>;
 
-  void clip(const Interval& other) {
-    enter = std::max(enter, other.enter);
-    exit = std::min(exit, other.exit);
-  }
-  bool empty() const { return !(enter <= exit); }
-};
-
-constexpr Interval kEmpty{kInfinity, -kInfinity};
+const Interval kAll(-kInfinity, kInfinity);
 
 /// Where origin + s * direction lies in [low, high] along one axis.
 Interval slab(double origin, double direction, double low, double high) {
-  if (direction == 0.0) return origin >= low && origin <= high ? Interval{} : kEmpty;
+  if (direction == 0.0) return origin >= low && origin <= high ? kAll : Interval();
   const double a = (low - origin) / direction, b = (high - origin) / direction;
-  return {std::min(a, b), std::max(a, b)};
+  return Interval(std::min(a, b), std::max(a, b));
 }
 
 Interval insideBox(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                    const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
-  Interval inside;
+  Interval inside = kAll;
   for (int axis = 0; axis < 3; ++axis) {
-    inside.clip(slab(origin[axis], direction[axis], low[axis], high[axis]));
+    inside.clamp(slab(origin[axis], direction[axis], low[axis], high[axis]));
   }
   return inside;
 }
 
 /// Where a s^2 + 2 b s + c <= 0, for a >= 0.
 Interval insideQuadric(double a, double b, double c) {
-  if (a == 0.0) return c <= 0.0 ? Interval{} : kEmpty;
+  if (a == 0.0) return c <= 0.0 ? kAll : Interval();
   const double discriminant = b * b - a * c;
-  if (discriminant < 0.0) return kEmpty;
+  if (discriminant < 0.0) return Interval();
   const double root = std::sqrt(discriminant);
-  return {(-b - root) / a, (-b + root) / a};
+  return Interval((-b - root) / a, (-b + root) / a);
 }
 
 /// A convex solid is entered where the ray's interval begins; from within nothing is seen.
 double entry(const Interval& inside) {
-  return inside.empty() || inside.enter <= 0.0 ? kInfinity : inside.enter;
+  return inside.isEmpty() || inside.min().x() <= 0.0 ? kInfinity : inside.min().x();
 }
 
 /// Distance to a box given by |p| - half size per axis.
@@ -90,16 +82,16 @@ double intersect(const Rod& rod, const Ray& ray) {
   const Eigen::Vector3d across_origin = offset - along_origin * axis;
   const Eigen::Vector3d across_direction = ray.direction() - along_direction * axis;
   Interval inside = slab(along_origin, along_direction, 0.0, length);
-  inside.clip(insideQuadric(across_direction.squaredNorm(), across_origin.dot(across_direction),
-                            across_origin.squaredNorm() - rod.radius_m * rod.radius_m));
+  inside.clamp(insideQuadric(across_direction.squaredNorm(), across_origin.dot(across_direction),
+                             across_origin.squaredNorm() - rod.radius_m * rod.radius_m));
   return entry(inside);
 }
 
 double intersect(const Room& room, const Ray& ray) {
   const Interval inside = insideBox(ray.origin(), ray.direction(), room.min_W, room.max_W);
   // Seen from outside, the walls are entered at once: nothing is there to be measured.
-  const bool within = !inside.empty() && inside.enter <= 0.0 && inside.exit > 0.0;
-  return within ? inside.exit : kInfinity;
+  const bool within = !inside.isEmpty() && inside.min().x() <= 0.0 && inside.max().x() > 0.0;
+  return within ? inside.max().x() : kInfinity;
 }
 
 double signedDistance(const Plane& plane, const Eigen::Vector3d& p_W) {

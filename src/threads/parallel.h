@@ -21,43 +21,11 @@ inline int threadCount(int threads) {
   return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
-/// Numbers below `count` as threads take them: each from a stretch of its own, so that it comes to
-/// the same rows in one loop after the other, and then from those of others.
-class SharedCount {
- public:
-  SharedCount(size_t count, size_t threads, size_t grain) : stretches_(threads), grain_(grain) {
-    const size_t parts = (count + grain - 1) / grain;
-    for (size_t k = 0; k < threads; ++k) {
-      stretches_[k].next = parts * k / threads * grain;
-      stretches_[k].end = std::min(parts * (k + 1) / threads * grain, count);
-    }
-  }
-
-  /// Calls visit(first, end) for what thread `number` takes.
-  template <class Visit>
-  void visit(size_t number, const Visit& visit) {
-    for (size_t k = 0; k < stretches_.size(); ++k) {
-      Stretch& stretch = stretches_[(number + k) % stretches_.size()];
-      for (;;) {
-        const size_t first = stretch.next.fetch_add(grain_);
-        if (first >= stretch.end) break;
-        visit(first, std::min(first + grain_, stretch.end));
-      }
-    }
-  }
-
-  /// Leaves out what was not taken yet.
-  void stop() {
-    for (Stretch& stretch : stretches_) stretch.next = stretch.end;
-  }
-
- private:
-  struct alignas(64) Stretch {
-    std::atomic<size_t> next{0};
-    size_t end = 0;
-  };
-  std::vector<Stretch> stretches_;
-  const size_t grain_;
+/// Numbers that a thread takes first, so that it comes to the same rows in one loop after the
+/// other; then it takes from those of others.
+struct alignas(64) Stretch {
+  std::atomic<size_t> next{0};
+  size_t end = 0;
 };
 
 /// Calls body(i, scratch) for each i below `count`, on up to threadCount(threads) threads, each
@@ -70,16 +38,24 @@ void parallelFor(size_t count, int threads, const Body& body) {
   std::mutex mutex;
   const size_t parts = (count + kGrain - 1) / kGrain;
   const size_t used = std::max<size_t>(1, std::min<size_t>(threadCount(threads), parts));
-  SharedCount shared(count, used, kGrain);
+  std::vector<Stretch> stretches(used);
+  for (size_t k = 0; k < used; ++k) {
+    stretches[k].next = parts * k / used * kGrain;
+    stretches[k].end = std::min(parts * (k + 1) / used * kGrain, count);
+  }
   Team::own().run(used, [&](size_t number) {
     try {
       std::unique_ptr<Scratch> scratch;
-      shared.visit(number, [&](size_t first, size_t end) {
-        if (scratch == nullptr) scratch = std::make_unique<Scratch>();
-        for (size_t i = first; i < end; ++i) body(i, *scratch);
-      });
+      for (size_t k = 0; k < used; ++k) {
+        Stretch& stretch = stretches[(number + k) % used];
+        for (size_t first; (first = stretch.next.fetch_add(kGrain)) < stretch.end;) {
+          if (scratch == nullptr) scratch = std::make_unique<Scratch>();
+          const size_t end = std::min(first + kGrain, stretch.end);
+          for (size_t i = first; i < end; ++i) body(i, *scratch);
+        }
+      }
     } catch (...) {
-      shared.stop();
+      for (Stretch& stretch : stretches) stretch.next = stretch.end;
       const std::lock_guard<std::mutex> lock(mutex);
       if (error == nullptr) error = std::current_exception();
     }

@@ -1,7 +1,6 @@
 #include "tools/camera_view.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "kernels/colour/hiding.h"
 

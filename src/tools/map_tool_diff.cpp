@@ -1,7 +1,6 @@
 // map_tool diff: what was added to a place between two maps of it, and what is gone.
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <numeric>
 #include <optional>

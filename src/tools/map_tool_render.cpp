@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <limits>
-#include <utility>
 
 #include "io/atomic_file.h"
 #include "io/camera_file.h"

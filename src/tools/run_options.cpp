@@ -1,7 +1,6 @@
 #include "tools/run_options.h"
 
 #include <algorithm>
-#include <map>
 #include <sstream>
 #include <utility>
 #include <vector>

@@ -66,16 +66,14 @@ void requireMessages(const rosbag::Bag& bag, const std::string& topic,
 /// it was before it was compressed.
 std::set<std::string> findImageTopics(
     const rosbag::Bag& bag, const std::function<bool(const rosbag::MessageInstance&)>& is_wanted) {
-  std::set<std::string> topics;
-  rosbag::View all(bag);
-  for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
-    rosbag::View messages(bag, rosbag::TopicQuery(connection->topic));
-    if (messages.size() > 0 && is_wanted(*messages.begin())) topics.insert(connection->topic);
+  std::set<std::string> all, topics;
+  for (const rosbag::ConnectionInfo* connection : rosbag::View(bag).getConnections()) {
+    all.insert(connection->topic);
   }
-  for (auto topic = topics.begin(); topic != topics.end();) {
-    const std::string raw = withoutTransport(*topic);
-    const bool twice = raw != *topic && topics.count(raw) > 0;
-    topic = twice ? topics.erase(topic) : std::next(topic);
+  for (const std::string& topic : all) {  // a raw one before those with a transport's ending
+    rosbag::View messages(bag, rosbag::TopicQuery(topic));
+    const bool is_known = topics.count(withoutTransport(topic)) > 0;
+    if (!is_known && messages.size() > 0 && is_wanted(*messages.begin())) topics.insert(topic);
   }
   return topics;
 }

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
-#include <map>
+#include <list>
 #include <mutex>
 #include <numeric>
 #include <optional>
@@ -105,21 +105,17 @@ class FrameQueue {
     if (info && state.options.any_info) {
       state.latest_info = info;
       for (auto it = entries_.begin(); it != entries_.end(); ++it) {
-        if (it->second.stream == stream) completeIfWhole(it);
+        if (it->stream == stream) completeIfWhole(it);
       }
       return;
     }
     auto place = find(stream, State::kIncomplete, stamp);
-    if (place != entries_.end() && image && place->second.messages.image) {  // two of one stamp
+    if (place != entries_.end() && image && place->messages.image) {  // two of one stamp
       dropIncomplete(place);
       place = entries_.end();
     }
-    if (place == entries_.end()) {
-      const Key key{stamp, state.options.is_colour, state.options.name, ++arrivals_};
-      place = entries_.emplace(key, Entry{stream}).first;
-      place->second.since = clock_();
-    }
-    CameraImage& messages = place->second.messages;
+    if (place == entries_.end()) place = addEntry(stream, stamp);
+    CameraImage& messages = place->messages;
     if (image) messages.image = image;
     if (info) messages.info = info;
     if (mask) messages.mask = mask;
@@ -138,16 +134,16 @@ class FrameQueue {
     std::unique_lock<std::mutex> lock(mutex_);
     const auto first = find(stream, State::kWhole);
     if (first == entries_.end()) return false;
-    const Key key = first->first;
-    const CameraImage messages = first->second.messages;
-    const SteadyTime since = first->second.since;
-    bool is_checked = first->second.is_checked;
+    const uint64_t number = first->number;
+    const CameraImage messages = first->messages;
+    const SteadyTime since = first->since;
+    bool is_checked = first->is_checked;
     lock.unlock();
     Decision decision = decide(messages, since, is_checked);
     lock.lock();
-    const auto place = entries_.find(key);
+    const auto place = firstThat([&](const Entry& entry) { return entry.number == number; });
     if (place == entries_.end()) return true;  // was dropped meanwhile
-    place->second.is_checked = is_checked;
+    place->is_checked = is_checked;
     if (const auto* const text = std::get_if<std::string>(&decision)) {
       streams_[stream].waiting_for = *text;
       return false;
@@ -165,9 +161,8 @@ class FrameQueue {
     state.waiting_for.clear();
     state.heard = ros::Time();
     if (!state.options.is_colour) last_taken_ = ros::Time();
-    dropAll({drop::kTimeJump, "stamps went back while it waited"}, [&](const auto& entry) {
-      return entry.second.stream == stream && entry.first.stamp > stamp;
-    });
+    dropAll({drop::kTimeJump, "stamps went back while it waited"},
+            [&](const Entry& entry) { return entry.stream == stream && entry.stamp > stamp; });
   }
 
   // Map's thread.
@@ -175,10 +170,10 @@ class FrameQueue {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (timeToTurn() > SteadyDuration::zero()) return std::nullopt;
     const auto first = firstThat(isPosed);
-    StreamState& stream = streams_[first->second.stream];
-    if (!stream.options.is_colour) last_taken_ = std::max(last_taken_, first->first.stamp);
+    StreamState& stream = streams_[first->stream];
+    if (!stream.options.is_colour) last_taken_ = std::max(last_taken_, first->stamp);
     ++stream.taken;
-    PosedFrame frame = std::move(first->second.posed);
+    PosedFrame frame = std::move(first->posed);
     entries_.erase(first);
     return frame;
   }
@@ -222,9 +217,8 @@ class FrameQueue {
     const std::lock_guard<std::mutex> lock(mutex_);
     const StreamState& state = streams_[stream];
     if (!state.waiting_for.empty()) return state.waiting_for;
-    const size_t images = countOf([&](const auto& entry) {
-      return entry.second.stream == stream && entry.second.state == State::kIncomplete &&
-             entry.second.hasImage();
+    const size_t images = countOf([&](const Entry& entry) {
+      return entry.stream == stream && entry.state == State::kIncomplete && entry.hasImage();
     });
     if (images == 0) return "";
     const std::string also = state.options.wants_mask ? " or mask: " : ": ";
@@ -233,17 +227,6 @@ class FrameQueue {
   }
 
  private:
-  struct Key {
-    ros::Time stamp;
-    bool is_colour;
-    std::string name;
-    uint64_t number;  ///< In the order of arrival.
-
-    bool operator<(const Key& other) const {
-      return std::tie(stamp, is_colour, name, number) <
-             std::tie(other.stamp, other.is_colour, other.name, other.number);
-    }
-  };
   /// Messages without an image that may wait, of one stream: as where camera_info comes by another
   /// connection and images are late.
   static constexpr size_t kMostStamps = 50;
@@ -253,6 +236,8 @@ class FrameQueue {
   enum class State { kIncomplete, kWhole, kPosed };
   struct Entry {
     Stream stream;
+    ros::Time stamp;
+    uint64_t number;  ///< In the order of arrival.
     State state = State::kIncomplete;
     CameraImage messages = {};  ///< Until it has its pose.
     SteadyTime since = {};      ///< When it came, became whole or got its pose.
@@ -261,7 +246,7 @@ class FrameQueue {
 
     bool hasImage() const { return state == State::kPosed || messages.image != nullptr; }
   };
-  using Entries = std::map<Key, Entry>;
+  using Entries = std::list<Entry>;  // in the order of their turns
   struct StreamState {
     StreamOptions options;
     FrameAccounting* accounting;
@@ -278,12 +263,22 @@ class FrameQueue {
   };
 
   // With mutex_ held.
+  /// Where it has its turn: by stamp, depth before colour, by name, as it came.
+  Entries::iterator addEntry(Stream stream, const ros::Time& stamp) {
+    const auto turnOf = [this](const Entry& entry) {
+      const StreamOptions& options = streams_[entry.stream].options;
+      return std::tie(entry.stamp, options.is_colour, options.name);
+    };
+    const Entry added{stream, stamp, ++arrivals_, State::kIncomplete, {}, clock_()};
+    return entries_.insert(
+        firstThat([&](const Entry& entry) { return turnOf(added) < turnOf(entry); }), added);
+  }
+
   /// The first, or the one with this stamp.
   Entries::iterator find(Stream stream, State state,
                          std::optional<ros::Time> stamp = std::nullopt) {
-    return firstThat([&](const auto& entry) {
-      return entry.second.stream == stream && entry.second.state == state &&
-             (!stamp || entry.first.stamp == *stamp);
+    return firstThat([&](const Entry& entry) {
+      return entry.stream == stream && entry.state == state && (!stamp || entry.stamp == *stamp);
     });
   }
 
@@ -306,9 +301,8 @@ class FrameQueue {
   }
 
   size_t bytesOfAll() const {
-    return std::accumulate(
-        entries_.begin(), entries_.end(), size_t{0},
-        [](size_t sum, const auto& entry) { return sum + bytesOf(entry.second); });
+    return std::accumulate(entries_.begin(), entries_.end(), size_t{0},
+                           [](size_t sum, const Entry& entry) { return sum + bytesOf(entry); });
   }
 
   /// What keeps a frame from being whole; camera_info before the mask.
@@ -323,7 +317,7 @@ class FrameQueue {
 
   /// @return whether it has just become whole.
   bool completeIfWhole(Entries::iterator place) {
-    Entry& entry = place->second;
+    Entry& entry = *place;
     CameraImage& messages = entry.messages;
     if (entry.state != State::kIncomplete || !messages.image || missingOf(entry)) return false;
     entry.state = State::kWhole;
@@ -331,29 +325,25 @@ class FrameQueue {
     if (!messages.info) messages.info = streams_[entry.stream].latest_info;
     for (auto it = entries_.begin(); it != place;) {
       const auto before = it++;
-      const bool is_its = before->second.stream == entry.stream;
-      const bool came_before =
-          before->first.number < place->first.number;  // else this one is ahead
-      if (is_its && came_before && before->second.state == State::kIncomplete)
+      const bool came_before = before->number < entry.number;  // else this one is ahead
+      if (before->stream == entry.stream && came_before && before->state == State::kIncomplete) {
         dropIncomplete(before);
+      }
     }
     return true;
   }
 
-  static bool isPosed(const Entries::value_type& entry) {
-    return entry.second.state == State::kPosed;
-  }
+  static bool isPosed(const Entry& entry) { return entry.state == State::kPosed; }
 
   /// Drops a frame, or gives it its pose.
   void apply(Entries::iterator place, Decision decision) {
-    Entry& entry = place->second;
-    const ros::Time stamp = place->first.stamp;
+    Entry& entry = *place;
     StreamState& stream = streams_[entry.stream];
     stream.waiting_for.clear();
     const auto* const rejection = std::get_if<Rejection>(&decision);
-    stream.heard = std::max(stream.heard, stamp);
+    stream.heard = std::max(stream.heard, entry.stamp);
     if (rejection != nullptr) return drop(place, *rejection);
-    if (isTooLate(entry.stream, stamp)) {
+    if (isTooLate(entry)) {
       return drop(place, {drop::kOutOfOrder,
                           "a later frame of another camera has already been fused; raise "
                           "input/merge_wait_s above this camera's delay"});
@@ -377,22 +367,20 @@ class FrameQueue {
     auto first = entries_.end();
     for (auto it = entries_.begin(); it != entries_.end(); ++it) {
       if (!wanted(*it)) continue;
-      if (first == entries_.end() || it->first.number < first->first.number) first = it;
+      if (first == entries_.end() || it->number < first->number) first = it;
     }
     return first;
   }
 
   void drop(Entries::iterator place, const Rejection& rejection) {
-    const ros::Time stamp = place->first.stamp;
-    FrameAccounting& accounting = *streams_[place->second.stream].accounting;
-    const bool has_image = place->second.hasImage();
+    // Other messages alone are not a frame.
+    if (place->hasImage()) streams_[place->stream].accounting->dropped(rejection, place->stamp);
     entries_.erase(place);
-    if (has_image) accounting.dropped(rejection, stamp);  // other messages alone are not a frame
   }
 
   void dropIncomplete(Entries::iterator place) {
-    const StreamOptions& options = streams_[place->second.stream].options;
-    const DropReason reason = missingOf(place->second).value_or(drop::kNoCameraInfo);
+    const StreamOptions& options = streams_[place->stream].options;
+    const DropReason reason = missingOf(*place).value_or(drop::kNoCameraInfo);
     drop(place, {reason, reason == drop::kNoMask ? options.no_mask_text : options.no_info_text});
   }
 
@@ -410,16 +398,14 @@ class FrameQueue {
   }
 
   static auto isImageOf(Stream stream) {
-    return [stream](const Entries::value_type& entry) {
-      return entry.second.stream == stream && entry.second.hasImage();
-    };
+    return [stream](const Entry& entry) { return entry.stream == stream && entry.hasImage(); };
   }
 
   size_t imagesOf(Stream stream) const { return countOf(isImageOf(stream)); }
 
   void makeRoom(Stream stream) {
-    const auto isOther = [&](const auto& entry) {
-      return entry.second.stream == stream && !entry.second.hasImage();
+    const auto isOther = [&](const Entry& entry) {
+      return entry.stream == stream && !entry.hasImage();
     };
     if (countOf(isOther) > kMostStamps) entries_.erase(firstArrived(isOther));
     while (imagesOf(stream) > most_images_) {
@@ -428,8 +414,7 @@ class FrameQueue {
       dropOldest(isPosed(*oldest) ? streamToDropFrom(stream, isPosed) : stream);
     }
     while (bytesOfAll() > most_bytes_) {
-      dropOldest(
-          streamToDropFrom(stream, [](const auto& entry) { return entry.second.hasImage(); }));
+      dropOldest(streamToDropFrom(stream, [](const Entry& entry) { return entry.hasImage(); }));
     }
   }
 
@@ -439,8 +424,8 @@ class FrameQueue {
   /// more than before once, and then fewer, as a fast map works them off.
   void shorten(Stream stream) {
     StreamState& state = streams_[stream];
-    const size_t waiting = countOf([&](const auto& entry) {
-      return entry.second.stream == stream && isPosed(entry) && !canComeBefore(entry.first.stamp);
+    const size_t waiting = countOf([&](const Entry& entry) {
+      return entry.stream == stream && isPosed(entry) && !canComeBefore(entry.stamp);
     });
     if (waiting == 0) state.is_overloaded = false;
     const bool is_short = waiting <= kBusy;
@@ -458,8 +443,8 @@ class FrameQueue {
   template <class Wanted>
   Stream streamToDropFrom(Stream stream, const Wanted& wanted) {
     std::vector<Stream> of_images;
-    for (const auto& entry : entries_) {
-      if (wanted(entry)) of_images.push_back(entry.second.stream);
+    for (const Entry& entry : entries_) {
+      if (wanted(entry)) of_images.push_back(entry.stream);
     }
     return of_images.empty() ? stream : of_images[random_() % of_images.size()];
   }
@@ -467,13 +452,12 @@ class FrameQueue {
   void dropOldest(Stream stream) {
     const auto place = firstArrived(isImageOf(stream));
     if (place == entries_.end()) {  // messages without an image
-      entries_.erase(
-          firstArrived([&](const auto& entry) { return entry.second.stream == stream; }));
+      entries_.erase(firstArrived([&](const Entry& entry) { return entry.stream == stream; }));
       return;
     }
-    if (place->second.state == State::kIncomplete) return dropIncomplete(place);
+    if (place->state == State::kIncomplete) return dropIncomplete(place);
     const std::string& waiting_for = streams_[stream].waiting_for;
-    const bool waits_for_pose = place->second.state == State::kWhole && !waiting_for.empty();
+    const bool waits_for_pose = place->state == State::kWhole && !waiting_for.empty();
     drop(place, {drop::kQueueFull,
                  "the queue is full: " +
                      (waits_for_pose
@@ -489,21 +473,21 @@ class FrameQueue {
   }
 
   /// Whether a later frame of another camera was taken already.
-  bool isTooLate(Stream stream, const ros::Time& stamp) const {
+  bool isTooLate(const Entry& entry) const {
     const auto cameras = std::count_if(streams_.begin(), streams_.end(),
                                        [](const auto& state) { return !state.options.is_colour; });
-    return cameras > 1 && !streams_[stream].options.is_colour && stamp < last_taken_;
+    return cameras > 1 && !streams_[entry.stream].options.is_colour && entry.stamp < last_taken_;
   }
 
   /// Zero, if it is the turn of the first frame that is posed.
   SteadyDuration timeToTurn() const {
     const auto first = std::find_if(entries_.begin(), entries_.end(), isPosed);
     if (first == entries_.end()) return SteadyDuration::max();
-    if (!canComeBefore(first->first.stamp)) return SteadyDuration::zero();
+    if (!canComeBefore(first->stamp)) return SteadyDuration::zero();
     // One that has waited long enough has its turn, and those before it have theirs first.
     SteadyTime since = SteadyTime::max();
-    for (const auto& [key, entry] : entries_) {
-      if (entry.state == State::kPosed) since = std::min(since, entry.since);
+    for (const Entry& entry : entries_) {
+      if (isPosed(entry)) since = std::min(since, entry.since);
     }
     const SteadyTime end = since + merge_wait_;
     return std::max(SteadyDuration::zero(), end - clock_());

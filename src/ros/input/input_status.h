@@ -46,33 +46,6 @@ inline PublishedTopics findPublishedTopics() {
   return published;
 }
 
-/// Since when frames could have come: what is silent in a pause is no fault. Updated at each
-/// status; wall time. While mapping is paused or simulated time stands still, nothing is expected
-/// to come, and afterwards the waiting begins again.
-class RunClock {
- public:
-  void update(SteadyTime at, const ros::Time& now, bool paused) {
-    if (!has_begun_ || now != now_) changed_at_ = at;
-    now_ = now;
-    // Simulated time comes in steps: that of a slow simulator is not at a stand at once.
-    stands_ = at - changed_at_ >= std::chrono::seconds(1);
-    if (!has_begun_ || paused || stands_) begun_ = at;
-    has_begun_ = true;
-    ran_s_ = toSeconds(at - begun_);
-  }
-
-  /// How long there was neither a pause nor a stand of time.
-  double ran_s() const { return ran_s_; }
-  bool timeStands() const { return stands_; }
-
- private:
-  bool has_begun_ = false;
-  SteadyTime begun_{}, changed_at_{};
-  ros::Time now_;
-  bool stands_ = false;
-  double ran_s_ = 0.0;
-};
-
 /// Writes the input's part of the status, but for transforms and memory, one after the other: it
 /// remembers what was reported.
 class InputStatus {
@@ -86,7 +59,7 @@ class InputStatus {
   /// @param streams Of each camera depth, and then colour where it is wanted. @param now Of ROS.
   void fill(const std::vector<StreamReport>& streams, bool paused, SteadyTime at,
             const ros::Time& now, MapStatus& status) {
-    run_clock_.update(at, now, paused);
+    updateClock(at, now, paused);
     status.paused = paused;
     fillCounts(streams, status);
     addMoment(at, streams);
@@ -94,7 +67,7 @@ class InputStatus {
       if (!streams[i].isColour()) judgeCamera(streams, i, status);
     }
     if (paused) report(status, MapStatus::OK, MapStatus::PAUSED, "paused");
-    if (run_clock_.timeStands() && status.frames_fused > 0) {
+    if (time_stands_ && status.frames_fused > 0) {
       report(status, MapStatus::OK, MapStatus::TIME_STANDS,
              "mapping; no new images: /clock is not advancing (the bag ended or is paused)");
     }
@@ -134,6 +107,17 @@ class InputStatus {
     }
     status.frames_dropped = sum.droppedSum();
     status.dropped = dropCounts(sum);
+  }
+
+  /// While mapping is paused or simulated time stands still, nothing is expected to come, and
+  /// afterwards the waiting begins again.
+  void updateClock(SteadyTime at, const ros::Time& now, bool paused) {
+    if (moments_.empty() || now != now_) changed_at_ = at;
+    now_ = now;
+    // Simulated time comes in steps: that of a slow simulator is not at a stand at once.
+    time_stands_ = at - changed_at_ >= std::chrono::seconds(1);
+    if (moments_.empty() || paused || time_stands_) begun_ = at;
+    ran_s_ = toSeconds(at - begun_);
   }
 
   /// Keeps what was reported in the last while.
@@ -197,7 +181,7 @@ class InputStatus {
                     MapStatus& status) const {
     // For how long nothing has come while it could have; 0 if nothing ever has.
     const auto silence = [this](float age_s) {
-      return age_s < 0.0f ? 0.0 : std::min<double>(age_s, run_clock_.ran_s());
+      return age_s < 0.0f ? 0.0 : std::min<double>(age_s, ran_s_);
     };
     const auto ago = [](double age_s) {
       return age_s < 0.0 ? "never" : std::to_string(std::lround(age_s)) + " s ago";
@@ -248,7 +232,7 @@ class InputStatus {
     const auto same = topics.find(depth.topic);
     if (same != topics.end() && (same->second == kCloud) == depth.is_cloud) {
       constexpr double kConnectPatience_s = 3.0;  // who is not connected to by then cannot be
-      return run_clock_.ran_s() < kConnectPatience_s
+      return ran_s_ < kConnectPatience_s
                  ? "it is published, but not connected to yet"
                  : "it is published, but cannot be reached: set ROS_HOSTNAME or ROS_IP on both "
                    "machines";
@@ -289,7 +273,10 @@ class InputStatus {
 
   const double stale_s_;
   PublishedTopics (*const find_topics_)();
-  RunClock run_clock_;
+  SteadyTime begun_{}, changed_at_{};  ///< Since when frames could come; when time changed last.
+  ros::Time now_;
+  bool time_stands_ = false;
+  double ran_s_ = 0.0;          ///< How long there was neither a pause nor a stand of time.
   std::deque<Moment> moments_;  ///< Reports of the last while.
   uint64_t restarts_ = 0;
 };

@@ -107,9 +107,9 @@ TEST_F(LevelTest, FloorIsFoundBeforeTheFirstFrameIsFused) {
 TEST_F(LevelTest, ALoadedMapBringsItsOwn) {
   make(LevelChoice::kFloor);
   const Eigen::Isometry3d T_W_M = levelPose(Vector3d(0.0, -1.0, 0.2).normalized(), 0.7);
-  auto head = std::make_shared<MapContents>();
-  head->T_W_M = T_W_M;
-  step_->replaced({head});
+  MapContents loaded;
+  loaded.T_W_M = T_W_M;
+  step_->replaced(&loaded, nullptr);
   PosedFrame frame = frameAt(0.0);
   ASSERT_TRUE(bring(frame)) << "no floor is looked for any more";
   EXPECT_TRUE(poseOf(frame).isApprox(T_W_M, 1e-12));

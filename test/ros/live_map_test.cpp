@@ -15,11 +15,10 @@ namespace dtsdf {
 namespace {
 
 /// What a file said of its map.
-std::shared_ptr<const MapContents> mapOf(
-    double stamp_s, const std::optional<Eigen::Isometry3d>& T_W_M = std::nullopt) {
-  auto contents = std::make_shared<MapContents>();
-  contents->stamp_s = stamp_s;
-  contents->T_W_M = T_W_M;
+MapContents mapOf(double stamp_s, const std::optional<Eigen::Isometry3d>& T_W_M = std::nullopt) {
+  MapContents contents;
+  contents.stamp_s = stamp_s;
+  contents.T_W_M = T_W_M;
   return contents;
 }
 
@@ -293,7 +292,7 @@ TEST_F(LiveMapTest, GoesOnWithAMapThatWasLoaded) {
   EXPECT_FALSE(map_.isEmpty());
   auto* const loaded = new FakeMapper;
   loaded->frames = 7;
-  const auto old = map_.replace(std::unique_ptr<Mapper>(loaded), 0.08f, "/a.dtsdf", {mapOf(5.0)});
+  const auto old = map_.replace(std::unique_ptr<Mapper>(loaded), 0.08f, "/a.dtsdf", mapOf(5.0));
   EXPECT_EQ(old.get(), mapper_);
   EXPECT_EQ(host_.status().blocks, 7u);
   EXPECT_EQ(host_.status().loaded_map, "/a.dtsdf");
@@ -318,7 +317,7 @@ TEST_F(LiveMapTest, AMapThatIsLoadedStartsOverAfterAFailure) {
   work();
   mapper_->fails_to_count = true;
   EXPECT_FALSE(map_.isEmpty()) << "who knows what it holds";
-  map_.replace(std::make_unique<FakeMapper>(), 0.05f, "/a.dtsdf", {mapOf(0.0)});
+  map_.replace(std::make_unique<FakeMapper>(), 0.05f, "/a.dtsdf", mapOf(0.0));
   EXPECT_FALSE(hasFailed());
   pushFrame();
   work();
@@ -366,7 +365,7 @@ TEST(LevelMap, FramesAreFusedInTheLevelFrame) {
   Eigen::Isometry3d T_W_M = Eigen::Isometry3d::Identity();
   T_W_M.translation().x() = 5.0;
   auto* const loaded = new FakeMapper;
-  host.map.replace(std::unique_ptr<Mapper>(loaded), 0.02f, "map.dtsdf", {mapOf(0.0, T_W_M)});
+  host.map.replace(std::unique_ptr<Mapper>(loaded), 0.02f, "map.dtsdf", mapOf(0.0, T_W_M));
   push(2.0);
   EXPECT_EQ(loaded->frames, 1);
   loaded->beginMeshUpdate();
@@ -389,7 +388,9 @@ class HalfSpaceStep : public Step {
   }
   void fused(const PosedFrame&, const IntegrationResult&) override { ++fused_; }
   void meshed() override { ++meshes_; }
-  void replaced(const Replacement&) override { rejected_ = 0; }
+  void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) override {
+    rejected_ = 0;
+  }
   void fill(dtsdf_mapping::MapStatus& status) override {
     if (rejected_ == 0) return;
     report(status, dtsdf_mapping::MapStatus::WARN, dtsdf_mapping::MapStatus::SOME_DROPPED,

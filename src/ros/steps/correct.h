@@ -118,9 +118,8 @@ class CorrectStep : public Step {
     }
   }
 
-  void replaced(const Replacement& replacement) override {
-    if (replacement.is_corrected) return;
-    giveUp(replacement.head ? "another map was loaded meanwhile" : "the map was emptied meanwhile");
+  void replaced(const MapContents* loaded, const std::shared_ptr<const MapChunks>&) override {
+    giveUp(loaded ? "another map was loaded meanwhile" : "the map was emptied meanwhile");
   }
   void failed() override { giveUp("the map's backend failed"); }
 
@@ -151,7 +150,7 @@ class CorrectStep : public Step {
       if (isOpened()) return takeOpened();
       if (!opening_.valid() && waiting_) return open();
     } catch (const std::exception& error) {
-      refuse(current_, errorText(error));
+      answer(current_, false, errorText(error));
       endCurrent();
     }
   }
@@ -176,16 +175,18 @@ class CorrectStep : public Step {
         throw std::runtime_error("no frame has been fused since the start, clear_map or load_map");
       }
       const PoseCorrection correction(std::move(request.correction.poses), fused_);
-      if (!current_ && correction.farthest() < request.least) return answer(request, kNothingMoves);
+      if (!current_ && correction.farthest() < request.least) {
+        return answer(request, true, kNothingMoves);
+      }
       const MapStats stats = host_.map.mapper().stats();
       const std::string problem =
           whyTooLarge(stats.map_bytes, stats.map_bytes, stats.max_map_bytes);
       if (!problem.empty()) throw std::runtime_error(problem);
       request.correction = {journal_->count(), correction.used()};
     } catch (const std::exception& error) {
-      return refuse(request, errorText(error));
+      return answer(request, false, errorText(error));
     }
-    refuse(waiting_, kReplaced);
+    answer(waiting_, false, kReplaced);
     waiting_ = std::move(request);
     noteProgress();
   }
@@ -222,7 +223,7 @@ class CorrectStep : public Step {
     }
     host_.map_loop.wake();
   } catch (const std::exception& error) {
-    noteRefused(errorText(error));
+    noteOutcome(false, errorText(error));
   }
 
   /// Waits until it is answered. @throws std::runtime_error where it is refused.
@@ -304,7 +305,7 @@ class CorrectStep : public Step {
     if (!refusion_) throw std::runtime_error("the journal cannot be written");
     const CorrectionEffect& effect = refusion_->effect();
     if (effect.moved == 0 || std::max(effect.farthest_m, effect.farthest_rad) < current_->least) {
-      answer(*current_, kNothingMoves);
+      answer(current_, true, kNothingMoves);
       return endCurrent();
     }
     work_since_frame_ = 0;
@@ -336,7 +337,7 @@ class CorrectStep : public Step {
     fused_ = refusion_->firstCamera();
     const CorrectionEffect& effect = refusion_->effect();
     const double took_s = toSeconds(std::chrono::steady_clock::now() - current_->came);
-    answer(*current_,
+    answer(current_, true,
            formatted("%zu frames moved, by up to %g m and %g rad; %zu fused again in %g s",
                      effect.moved, effect.farthest_m, effect.farthest_rad, refusion_->fused(),
                      std::round(100.0 * took_s) / 100.0),
@@ -355,39 +356,30 @@ class CorrectStep : public Step {
   }
 
   void giveUp(const std::string& reason) {
-    refuse(current_, reason);
-    refuse(waiting_, reason);
+    answer(current_, false, reason);
+    answer(waiting_, false, reason);
     waiting_.reset();
     endCurrent();
     fused_.clear();
     T_W_S_ = Eigen::Isometry3d::Identity();
   }
 
-  void answer(const Request& request, const std::string& message, size_t moved = 0,
-              size_t fused = 0) {
-    CorrectionResult result;
-    result.success = true;
-    result.moved = moved;
-    result.fused = fused;
-    result.seconds = toSeconds(std::chrono::steady_clock::now() - request.came);
-    result.message = message;
-    request.answer(result);
-    if (moved == 0) return;
-    const std::lock_guard<std::mutex> lock(mutex_);
-    last_ = message;
-  }
-
-  void refuse(const std::optional<Request>& request, const std::string& reason) {
+  void answer(const std::optional<Request>& request, bool success, const std::string& message,
+              size_t moved = 0, size_t fused = 0) {
     if (!request) return;
     CorrectionResult result;
-    result.message = reason;
+    result.success = success;
+    result.moved = moved;
+    result.fused = fused;
+    result.seconds = toSeconds(std::chrono::steady_clock::now() - request->came);
+    result.message = message;
     request->answer(result);
-    if (reason != kReplaced) noteRefused(reason);
+    if (message != kNothingMoves && message != kReplaced) noteOutcome(success, message);
   }
 
-  void noteRefused(const std::string& reason) {
+  void noteOutcome(bool success, const std::string& message) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    last_ = "refused: " + reason;
+    last_ = (success ? "" : "refused: ") + message;
   }
 
   void noteProgress() {

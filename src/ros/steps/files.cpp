@@ -167,8 +167,7 @@ class FilesStep : public Step {
     const auto replace = [&] {
       // Frames may have come meanwhile, with the settings that the map had.
       if (!host_.map.isEmpty()) checkFitsCurrent(contents);
-      return host_.map.replace(std::move(mapper), params.map.voxel_size_m, path,
-                               {partsOf(file).head, file});
+      return host_.map.replace(std::move(mapper), params.map.voxel_size_m, path, contents, file);
     };
     // The old mapper comes back, so that the map's thread need not wait until its memory is freed.
     host_.map_loop.run(replace).get().reset();

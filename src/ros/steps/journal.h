@@ -44,10 +44,10 @@ class JournalStep : public Step {
 
   void regionCleared(const Region& region) override { writer_.add(region); }
 
-  void replaced(const Replacement& replacement) override {
-    if (replacement.is_corrected) return;  // who corrects it writes it
-    if (replacement.head) params_ = withSettingsOf(*replacement.head, params_);
-    begin(replacement.file);
+  /// Whoever corrects the map writes that.
+  void replaced(const MapContents* loaded, const std::shared_ptr<const MapChunks>& file) override {
+    if (loaded != nullptr) params_ = withSettingsOf(*loaded, params_);
+    begin(file);
   }
 
   void fill(MapStatus& status) override {

@@ -57,9 +57,8 @@ class LevelStep : public Step {
     return std::nullopt;
   }
 
-  void replaced(const Replacement& replacement) override {
-    if (!replacement.head || !frame_.isLevelled()) return;
-    if (replacement.head->T_W_M) set(*replacement.head->T_W_M);
+  void replaced(const MapContents* loaded, const std::shared_ptr<const MapChunks>&) override {
+    if (loaded != nullptr && loaded->T_W_M && frame_.isLevelled()) set(*loaded->T_W_M);
   }
 
   /// Input's thread: a message of the inertial sensor.

@@ -209,12 +209,13 @@ class LiveMap {
   /// Goes on with a map that was loaded, in a mapper of its own, and starts over after a failure;
   /// the whole mesh is handed over again. @return the mapper so far.
   std::unique_ptr<Mapper> replace(std::unique_ptr<Mapper> mapper, float voxel_size_m,
-                                  const std::string& path, const Replacement& loaded) {
+                                  const std::string& path, const MapContents& loaded,
+                                  const std::shared_ptr<const MapChunks>& file = nullptr) {
     mapper_.swap(mapper);
-    loaded_stamp_s_ = loaded.head->stamp_s;
+    loaded_stamp_s_ = loaded.stamp_s;
     fused_since_mesh_ = true;
     mesh_changes_.clear(voxel_size_m);
-    startOver(loaded);
+    startOver(&loaded, file);
     const std::lock_guard<std::mutex> lock(report_mutex_);
     report_.loaded_map = printableMessage(path);
     report_.voxel_size_m = voxel_size_m;
@@ -231,9 +232,7 @@ class LiveMap {
     mesh_whole_ = true;
     mesh_stamp_ = surfaces_stamp_ = map_stamp_;
     mesh_changes_.replaceAll(mesh, mesh_stamp_);
-    Replacement corrected;
-    corrected.is_corrected = true;
-    for (const auto& step : steps_) step->replaced(corrected);
+    for (const auto& step : steps_) step->corrected();
     updateReport();
     return mapper;
   }
@@ -245,7 +244,7 @@ class LiveMap {
     loaded_stamp_s_ = 0.0;
     fused_since_mesh_ = false;
     mesh_changes_.clear();
-    startOver({});
+    startOver(nullptr, nullptr);
   }
 
   /// Any thread: its part of the status, in place of what is in it.
@@ -273,10 +272,6 @@ class LiveMap {
       return frame_ready;
     }
     if (updateMesh(frame_ready)) return true;
-    if (report_outdated_ && (!frame_ready || report_pace_.isDue(clock_()))) {
-      updateReport();
-      return true;
-    }
     for (const auto& step : steps_) {
       const Step::Work work = step->hasWork();
       if (work == Step::Work::kNone) continue;
@@ -331,6 +326,7 @@ class LiveMap {
       frame->accounting->dropped({drop::kBackendError, errorText(error)}, frame->stamp);
       throw;
     }
+    updateReport();
   }
 
   void takeFrame(PosedFrame& frame) {
@@ -343,7 +339,7 @@ class LiveMap {
       const bool is_depth = std::holds_alternative<DepthFrame>(frame.image);
       map_stamp_ = is_depth ? frame.stamp : std::max(map_stamp_, frame.stamp);
       frame.accounting->fused(frame.stamp);
-      fused_since_mesh_ = report_outdated_ = true;
+      fused_since_mesh_ = true;
     } else {
       frame.accounting->dropped({dropReasonOf(result.status), result.message}, frame.stamp);
     }
@@ -387,7 +383,6 @@ class LiveMap {
     MeshUpdate update = mapper_->finishMeshUpdate();
     // Where the mesh takes long, frames get at least as much of the thread's time as it does.
     mesh_pace_.restUntil(clock_() + toSteadyDuration(update.duration_ms / 1000.0));
-    report_outdated_ = true;
     mesh_is_part_ = update.is_part;
     fused_since_mesh_ = fused_since_mesh_ || mesh_is_part_;
     {
@@ -398,14 +393,15 @@ class LiveMap {
     mesh_whole_ = true;
     surfaces_stamp_ = mesh_stamp_;
     for (const auto& step : steps_) step->meshed();
+    updateReport();
   }
 
   /// With another map, of which nothing was handed over.
-  void startOver(const Replacement& replacement) {
+  void startOver(const MapContents* loaded, const std::shared_ptr<const MapChunks>& file) {
     mesh_under_way_ = mesh_is_part_ = false;
-    mesh_whole_ = report_outdated_ = true;
+    mesh_whole_ = true;
     map_stamp_ = mesh_stamp_ = surfaces_stamp_ = ros::Time();
-    for (const auto& step : steps_) step->replaced(replacement);
+    for (const auto& step : steps_) step->replaced(loaded, file);
     {
       const std::lock_guard<std::mutex> lock(report_mutex_);
       report_.loaded_map.clear();
@@ -416,12 +412,11 @@ class LiveMap {
 
   void regionCleared(const Region& region) {
     for (const auto& step : steps_) step->regionCleared(region);
-    fused_since_mesh_ = report_outdated_ = true;
+    fused_since_mesh_ = true;
+    updateReport();
   }
 
   void updateReport() {
-    report_outdated_ = false;
-    report_pace_.begin(clock_());
     const MapStats stats = mapper_->stats();
     const MapperMemory memory = mapper_->memory();
     const std::lock_guard<std::mutex> lock(report_mutex_);
@@ -452,10 +447,8 @@ class LiveMap {
   const SteadyClock clock_;
 
   Pace mesh_pace_{kLeastSpaceRate_hz};
-  Pace report_pace_{10.0};  ///< While frames come one after the other.
   bool mesh_under_way_ = false;
   bool fused_since_mesh_ = false;  ///< Since the last extraction was begun.
-  bool report_outdated_ = false;
   bool mesh_is_part_ = false;
   bool mesh_whole_ = true;       ///< False while an extraction is under way, and once one was lost.
   ros::Time map_stamp_;          ///< Stamp of the newest frame in the map, but for a loaded one's.

@@ -247,13 +247,10 @@ class MeshTopicsStep : public Step {
     const std::vector<PackedKey> all = chunks_.all();
     const auto share = static_cast<size_t>(
         std::ceil(static_cast<double>(all.size()) * kRefreshPeriod_s / refresh_s));
-    auto next = std::upper_bound(all.begin(), all.end(), refreshed_);
     std::vector<PackedKey> keys;
-    for (size_t i = 0; i < std::min(share, all.size()); ++i, ++next) {
-      if (next == all.end()) next = all.begin();
-      keys.push_back(*next);
+    for (size_t i = 0; i < std::min(share, all.size()); ++i) {
+      keys.push_back(all[refreshed_++ % all.size()]);  // none ever goes, so none is left out
     }
-    if (!keys.empty()) refreshed_ = keys.back();
     return keys;
   }
 
@@ -265,7 +262,7 @@ class MeshTopicsStep : public Step {
   ChunkTopic<MeshBlocks> blocks_;
   Pace mesh_pace_, round_pace_;
   SteadyTime refreshed_at_{};
-  PackedKey refreshed_ = 0;  ///< The chunk that was refreshed last.
+  size_t refreshed_ = 0;  ///< Chunks that were, over all.
 };
 
 }  // namespace

@@ -20,12 +20,8 @@ Point toPoint(const Mesh& mesh, size_t vertex, MeshColour colour) {
   const std::array<double, 3> p_W = positionInMap(mesh, vertex);
   const Vec3f& normal_W = mesh.normals[vertex];
   Point point;
-  point.x = static_cast<float>(p_W[0]);
-  point.y = static_cast<float>(p_W[1]);
-  point.z = static_cast<float>(p_W[2]);
-  point.normal_x = normal_W.x;
-  point.normal_y = normal_W.y;
-  point.normal_z = normal_W.z;
+  point.getVector3fMap() = Eigen::Vector3d(p_W[0], p_W[1], p_W[2]).cast<float>();
+  point.getNormalVector3fMap() = Eigen::Vector3f(normal_W.x, normal_W.y, normal_W.z);
   const std::array<uint8_t, 3> rgb = vertexColour(colour, mesh, vertex);
   point.r = rgb[0];
   point.g = rgb[1];

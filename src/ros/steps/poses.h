@@ -132,8 +132,8 @@ class PosesStep : public Step {
 
   /// A camera that is tracked continues from where it is in an empty map; in any other it may be
   /// anywhere, and has to be found.
-  void replaced(const Replacement& replacement) override {
-    if (!isOn() || replacement.is_corrected) return;
+  void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) override {
+    if (!isOn()) return;
     is_elsewhere_ = true;
     fused_.clear();
     if (broadcaster_) path_topic_.publish(emptyPath());  // it starts over, as the map does

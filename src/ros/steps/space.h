@@ -72,16 +72,19 @@ class SpaceStep : public Step {
   void work() override { handOver(); }
   Work hasWork() const override { return is_part_ && !isFull() ? Work::kWhenIdle : Work::kNone; }
 
-  void replaced(const Replacement& replacement) override {
+  void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) override {
+    is_part_ = false;
+    if (const Space* const space = host_.map.mapper().space()) add({true, {}}, *space);
+  }
+
+  /// All at once: planners are answered by the space of before until there is the new one.
+  void corrected() override {
     is_part_ = false;
     Space* const space = host_.map.mapper().space();
-    if (!is_on_ || space == nullptr) return;
+    if (space == nullptr) return;
     SpaceChanges changes{true, {}};
-    if (replacement.is_corrected) {
-      // All at once: planners are answered by the space of before until there is the new one.
-      do changes.is_part = addTo(changes, space->takeChanges());
-      while (changes.is_part);
-    }
+    do changes.is_part = addTo(changes, space->takeChanges());
+    while (changes.is_part);
     add(std::move(changes), *space);
   }
 

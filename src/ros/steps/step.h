@@ -28,13 +28,6 @@ class LiveMap;
 class MapChunks;
 class MapFrame;
 
-/// What has taken the place of the map: one that was loaded, or corrected, or else an empty one.
-struct Replacement {
-  std::shared_ptr<const MapContents> head = nullptr;  ///< If loaded: the file without voxels.
-  std::shared_ptr<const MapChunks> file = nullptr;    ///< If loaded: the file, for the journal.
-  bool is_corrected = false;
-};
-
 /// The mesh as it was handed over last. The output's thread holds the mutex while it uses it, and
 /// so does who writes it to a file.
 struct ShownMesh {
@@ -104,7 +97,11 @@ class Step {
   virtual void meshed() {}
   /// A part of the map was emptied.
   virtual void regionCleared(const Region&) {}
-  virtual void replaced(const Replacement&) {}
+  /// A map that was loaded, here without voxels, has taken the place of this one, with its file for
+  /// the journal; null: it was emptied.
+  virtual void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) {}
+  /// A map of its frames at other poses has taken its place.
+  virtual void corrected() {}
   /// The backend has failed.
   virtual void failed() {}
   /// Whether work() would do something.

@@ -37,15 +37,6 @@ struct InputParams {
   bool mask = false;  ///< Each image has a mask with its stamp, on `mask/image`.
 };
 
-struct PublishParams {
-  int chunk_blocks = 4;          ///< Edge of a marker's chunk of the map, in blocks of 8 voxels.
-  double mesh_rate_hz = 2.0;     ///< Maximum rate of `mesh`, in wall time.
-  double points_rate_hz = 1.0;   ///< Maximum rate of `surface_points`, in wall time.
-  double status_rate_hz = 1.0;   ///< Rate of `status` and the diagnostics, in wall time.
-  double space_rate_hz = 1.0;    ///< Maximum rate of grid updates and slice, in wall time.
-  double mesh_refresh_s = 60.0;  ///< The whole mesh is published once in so long; 0: not again.
-};
-
 /// Where up is known from, for maps whose map frame is not level.
 enum class LevelChoice {
   kNone,   ///< The map is in map_frame.
@@ -72,7 +63,13 @@ struct NodeParams {
   InputParams input;
   Usage colour = Usage::kAuto;      ///< Colour images; kAlways: they have to be received.
   double max_colour_rate_hz = 0.0;  ///< Colour images per second, by their stamps; 0: all.
-  PublishParams publish;
+
+  int chunk_blocks = 4;          ///< Edge of a marker's chunk of the map, in blocks of 8 voxels.
+  double mesh_rate_hz = 2.0;     ///< Maximum rate of `mesh`, in wall time.
+  double points_rate_hz = 1.0;   ///< Maximum rate of `surface_points`, in wall time.
+  double status_rate_hz = 1.0;   ///< Rate of `status` and the diagnostics, in wall time.
+  double space_rate_hz = 1.0;    ///< Maximum rate of grid updates and slice, in wall time.
+  double mesh_refresh_s = 60.0;  ///< The whole mesh is published once in so long; 0: not again.
   double stale_s = 5.0;  ///< What is silent for so long is warned about, three times so: an error.
 
   // What of space is published, by heights along z of the map frame, which has to be level for it.
@@ -144,12 +141,12 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("journal/max_gb", p.journal_max_gb, Range{0.1, 1e6});
   visit("corrections/path_frame", p.path_frame);
   visit("corrections/least_m", p.least_correction_m, Range{0.0, 1000.0});
-  visit("publish/chunk_blocks", p.publish.chunk_blocks, Range{1, 64});
-  visit("publish/mesh_rate_hz", p.publish.mesh_rate_hz, Range{0.01, 100.0});
-  visit("publish/points_rate_hz", p.publish.points_rate_hz, Range{0.01, 100.0});
-  visit("publish/status_rate_hz", p.publish.status_rate_hz, Range{0.01, 100.0});
-  visit("publish/space_rate_hz", p.publish.space_rate_hz, Range{0.01, 100.0});
-  visit("mesh_topics/refresh_s", p.publish.mesh_refresh_s, Range{0.0, 1e6});
+  visit("publish/chunk_blocks", p.chunk_blocks, Range{1, 64});
+  visit("publish/mesh_rate_hz", p.mesh_rate_hz, Range{0.01, 100.0});
+  visit("publish/points_rate_hz", p.points_rate_hz, Range{0.01, 100.0});
+  visit("publish/status_rate_hz", p.status_rate_hz, Range{0.01, 100.0});
+  visit("publish/space_rate_hz", p.space_rate_hz, Range{0.01, 100.0});
+  visit("mesh_topics/refresh_s", p.mesh_refresh_s, Range{0.0, 1e6});
   visit("status/stale_s", p.stale_s, Range{0.0, 1e6});
   visit("space/min_height_m", p.min_height_m, Range{-1e4, 1e4});
   visit("space/max_height_m", p.max_height_m, Range{-1e4, 1e4});

@@ -82,11 +82,12 @@ PointGrid gridIn(const BoxRegion& box, double resolution_m) {
   return grid;
 }
 
-GridDistances distancesOn(const PointGrid& grid, const KnownSpace& space,
-                          const Eigen::Matrix3d& R_F_W) {
-  GridDistances result;
-  result.distances_m.reserve(grid.count());
-  result.gradients.reserve(3 * grid.count());
+std::pair<std::vector<float>, std::vector<float>> distancesOn(const PointGrid& grid,
+                                                              const KnownSpace& space,
+                                                              const Eigen::Matrix3d& R_F_W) {
+  std::vector<float> distances_m, gradients;
+  distances_m.reserve(grid.count());
+  gradients.reserve(3 * grid.count());
   for (size_t i = 0; i < grid.count(); ++i) {
     const size_t row = i / grid.size[0];
     const Eigen::Vector3d p(static_cast<double>(i % grid.size[0]),
@@ -96,12 +97,12 @@ GridDistances distancesOn(const PointGrid& grid, const KnownSpace& space,
     const Vec3f& g = distance.gradient;
     const Eigen::Vector3d gradient = R_F_W * Eigen::Vector3d(g.x, g.y, g.z);
     constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
-    result.distances_m.push_back(distance.known ? distance.distance_m : kUnknown);
+    distances_m.push_back(distance.known ? distance.distance_m : kUnknown);
     for (int axis = 0; axis < 3; ++axis) {
-      result.gradients.push_back(distance.known ? static_cast<float>(gradient[axis]) : kUnknown);
+      gradients.push_back(distance.known ? static_cast<float>(gradient[axis]) : kUnknown);
     }
   }
-  return result;
+  return {std::move(distances_m), std::move(gradients)};
 }
 
 SpaceSnapshot clearedIn(const BoxRegion& box, const std::vector<Region>& cleared,

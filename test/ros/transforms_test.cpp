@@ -186,28 +186,34 @@ Eigen::Isometry3d poseAt(double x_m, double turn_deg = 0.0) {
   return T;
 }
 
-TEST(MotionGate, LosesOneFrameWhenThePoseJumpsAndStays) {
-  MotionGate gate(10.0, 720.0);
-  EXPECT_FALSE(gate.check(1.0, poseAt(0.0)));
-  EXPECT_FALSE(gate.check(1.1, poseAt(0.9)));
-  EXPECT_TRUE(gate.check(1.2, poseAt(2.0)));
-  EXPECT_FALSE(gate.check(1.3, poseAt(2.1)));
+class FindJumpTest : public testing::Test {
+ protected:
+  bool jumps(double stamp_s, const Eigen::Isometry3d& T_W_C) {
+    return findJump(last_, stamp_s, T_W_C, max_speed_m_s_, max_turn_deg_s_).has_value();
+  }
+
+  double max_speed_m_s_ = 10.0, max_turn_deg_s_ = 720.0;
+  std::optional<std::pair<double, Eigen::Isometry3d>> last_;
+};
+
+TEST_F(FindJumpTest, LosesOneFrameWhenThePoseJumpsAndStays) {
+  EXPECT_FALSE(jumps(1.0, poseAt(0.0)));
+  EXPECT_FALSE(jumps(1.1, poseAt(0.9)));
+  EXPECT_TRUE(jumps(1.2, poseAt(2.0)));
+  EXPECT_FALSE(jumps(1.3, poseAt(2.1)));
 }
 
-TEST(MotionGate, SeesTurns) {
-  MotionGate gate(10.0, 720.0);
-  EXPECT_FALSE(gate.check(1.0, poseAt(0.0)));
-  EXPECT_FALSE(gate.check(1.1, poseAt(0.0, 70.0)));
-  EXPECT_TRUE(gate.check(1.2, poseAt(0.0, 150.0)));
+TEST_F(FindJumpTest, SeesTurns) {
+  EXPECT_FALSE(jumps(1.0, poseAt(0.0)));
+  EXPECT_FALSE(jumps(1.1, poseAt(0.0, 70.0)));
+  EXPECT_TRUE(jumps(1.2, poseAt(0.0, 150.0)));
 }
 
-TEST(MotionGate, StartsAnewWhenStampsGoBackAndCanBeSwitchedOff) {
-  MotionGate gate(10.0, 720.0);
-  EXPECT_FALSE(gate.check(100.0, poseAt(0.0)));
-  EXPECT_FALSE(gate.check(1.0, poseAt(50.0)));
-  MotionGate off(0.0, 0.0);
-  EXPECT_FALSE(off.check(1.0, poseAt(0.0)));
-  EXPECT_FALSE(off.check(1.1, poseAt(500.0, 180.0)));
+TEST_F(FindJumpTest, StartsAnewWhenStampsGoBackAndCanBeSwitchedOff) {
+  EXPECT_FALSE(jumps(100.0, poseAt(0.0)));
+  EXPECT_FALSE(jumps(1.0, poseAt(50.0)));
+  max_speed_m_s_ = max_turn_deg_s_ = 0.0;
+  EXPECT_FALSE(jumps(1.1, poseAt(500.0, 180.0)));
 }
 
 }  // namespace

@@ -65,7 +65,6 @@ class ImageStream {
                     (kind.is_colour ? "colour" : "")),
         stream_(queue.addStream(queueOptions(), accounting_)),
         rate_limit_(kind.is_colour ? params.max_colour_rate_hz : 0.0),
-        motion_gate_(params_.max_speed_m_s, params_.max_turn_deg_s),
         rectification_(params_.rectify, image_topic_, kind.is_colour),
         cloud_images_(image_topic_),
         transport_(nh) {}
@@ -229,9 +228,9 @@ class ImageStream {
           pose.text + formatted("; waited %g s (input/tf_timeout_s)", params_.tf_timeout_s)};
     }
     if (!pose.T_W_C) return Rejection{drop::kBeforeTransforms, pose.text};
-    if (const auto jump = motion_gate_.check(stamp.toSec(), *pose.T_W_C)) {
-      return Rejection{drop::kPoseJump, *jump};
-    }
+    const auto jump = findJump(last_pose_, stamp.toSec(), *pose.T_W_C, params_.max_speed_m_s,
+                               params_.max_turn_deg_s);
+    if (jump) return Rejection{drop::kPoseJump, *jump};
     return makePosed(messages, *pose.T_W_C);
   }
 
@@ -323,7 +322,7 @@ class ImageStream {
   FrameAccounting accounting_;
   FrameQueue::Stream stream_;
   RateLimit rate_limit_;
-  MotionGate motion_gate_;
+  std::optional<std::pair<double, Eigen::Isometry3d>> last_pose_;  ///< With its stamp.
   Rectification rectification_;
   CloudImages cloud_images_;
   bool is_cloud_ = false;         ///< Set before anything comes.

@@ -125,7 +125,6 @@ constexpr char kRepeatedStampText[] =
 
 /// What distinguishes depth images from colour images, which all else treats alike.
 struct ImageKind {
-  const char* name;
   const char* ns;                ///< Namespace of the topics image_rect and camera_info.
   const char* transport_param;   ///< Private parameter with the transport of the images.
   const char* compressed_topic;  ///< Ending of the topic of images that are decoded here.
@@ -139,11 +138,11 @@ struct ImageKind {
 };
 
 constexpr ImageKind kDepthImages = {
-    "depth",     "depth",         "image_transport", kCompressedDepthTopic,
-    decodeDepth, isDepthEncoding, holdsDepth,        checkDepthImage,
-    false};
-constexpr ImageKind kColourImages = {"colour",         "color",          "color_image_transport",
-                                     kCompressedTopic, decodeColour,     showsColour,
-                                     holdsColour,      checkColourImage, true};
+    "depth",         "image_transport", kCompressedDepthTopic, decodeDepth,
+    isDepthEncoding, holdsDepth,        checkDepthImage,       false};
+constexpr ImageKind kColourImages = {"color",          "color_image_transport",
+                                     kCompressedTopic, decodeColour,
+                                     showsColour,      holdsColour,
+                                     checkColourImage, true};
 
 }  // namespace dtsdf

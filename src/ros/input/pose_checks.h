@@ -12,40 +12,29 @@
 
 namespace dtsdf {
 
-/// Distinguishes a camera that moves from one whose pose jumps. Compares each pose with the one
-/// before, dropped or not: when an estimate jumps to another place and stays there, only the first
-/// frame after the jump is lost.
-class MotionGate {
- public:
-  /// 0 switches a limit off.
-  MotionGate(double max_speed_m_s, double max_turn_deg_s)
-      : max_speed_m_s_(max_speed_m_s), max_turn_deg_s_(max_turn_deg_s) {}
+/// What is wrong with the way to a pose from the last one, with its stamp, dropped or not: when an
+/// estimate jumps to another place and stays there, only the first frame after the jump is lost.
+/// Nothing where the camera moves; 0 switches a limit off.
+inline std::optional<std::string> findJump(
+    std::optional<std::pair<double, Eigen::Isometry3d>>& last_pose, double stamp_s,
+    const Eigen::Isometry3d& T_W_C, double max_speed_m_s, double max_turn_deg_s) {
+  const auto last = std::exchange(last_pose, std::make_pair(stamp_s, T_W_C));
+  if (!last || stamp_s < last->first) return std::nullopt;  // also where stamps go back
+  const double interval_s = stamp_s - last->first;
+  const Eigen::Isometry3d& last_T_W_C = last->second;
+  constexpr double kMinInterval_s = 1e-3;  // stamps nearer than this show no speed
+  const double dt = std::max(interval_s, kMinInterval_s);
+  const double distance_m = (T_W_C.translation() - last_T_W_C.translation()).norm();
+  const double turn_deg =
+      Eigen::AngleAxisd(last_T_W_C.linear().transpose() * T_W_C.linear()).angle() * 180.0 / M_PI;
+  const bool too_fast = max_speed_m_s > 0.0 && distance_m > max_speed_m_s * dt;
+  const bool turns_too_fast = max_turn_deg_s > 0.0 && turn_deg > max_turn_deg_s * dt;
+  if (!too_fast && !turns_too_fast) return std::nullopt;
 
-  /// What is wrong with the way from the last pose to this one, or nothing.
-  std::optional<std::string> check(double stamp_s, const Eigen::Isometry3d& T_W_C) {
-    const auto last = std::exchange(last_, std::make_pair(stamp_s, T_W_C));
-    if (!last || stamp_s < last->first) return std::nullopt;  // also where stamps go back
-    const double interval_s = stamp_s - last->first;
-    const Eigen::Isometry3d& last_T_W_C = last->second;
-    constexpr double kMinInterval_s = 1e-3;  // stamps nearer than this show no speed
-    const double dt = std::max(interval_s, kMinInterval_s);
-    const double distance_m = (T_W_C.translation() - last_T_W_C.translation()).norm();
-    const double turn_deg =
-        Eigen::AngleAxisd(last_T_W_C.linear().transpose() * T_W_C.linear()).angle() * 180.0 / M_PI;
-    const bool too_fast = max_speed_m_s_ > 0.0 && distance_m > max_speed_m_s_ * dt;
-    const bool turns_too_fast = max_turn_deg_s_ > 0.0 && turn_deg > max_turn_deg_s_ * dt;
-    if (!too_fast && !turns_too_fast) return std::nullopt;
-
-    return formatted(
-        "the pose jumped by %g m and %g degrees in %g s (limits: input/max_speed_m_s = %g, "
-        "input/max_turn_deg_s = %g)",
-        distance_m, turn_deg, interval_s, max_speed_m_s_, max_turn_deg_s_);
-  }
-
- private:
-  double max_speed_m_s_;
-  double max_turn_deg_s_;
-  std::optional<std::pair<double, Eigen::Isometry3d>> last_;  ///< Stamp and pose.
-};
+  return formatted(
+      "the pose jumped by %g m and %g degrees in %g s (limits: input/max_speed_m_s = %g, "
+      "input/max_turn_deg_s = %g)",
+      distance_m, turn_deg, interval_s, max_speed_m_s, max_turn_deg_s);
+}
 
 }  // namespace dtsdf

@@ -56,7 +56,7 @@ class Pipeline {
  public:
   Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
       : params_(readParams(private_nh)),
-        rates_(params_.publish),
+        rates_(params_),
         output_loop_("dtsdf_output", kLowNiceness),
         map_loop_("dtsdf_map"),
         services_("dtsdf_service", kLowNiceness),
@@ -107,7 +107,7 @@ class Pipeline {
     for (const auto& stream : streams_) stream->subscribe(private_nh);
     input_.start([this] { return poseFrames(); });
     services_.start(nullptr, kServiceThreads);
-    status_.emplace(nh, private_nh, frameOfMap(params_), params_.publish.status_rate_hz,
+    status_.emplace(nh, private_nh, frameOfMap(params_), params_.status_rate_hz,
                     [this](MapStatus& current) { fill(current); });
     rates_server_.emplace(ros::NodeHandle(private_nh, "publish"));
     rates_server_->setCallback([this](const dtsdf_mapping::PublishConfig& config, uint32_t) {

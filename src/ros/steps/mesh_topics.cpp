@@ -186,8 +186,8 @@ class MeshTopicsStep : public Step {
   MeshTopicsStep(const NodeParams& params, const Rates& rates)
       : params_(params),
         rates_(rates),
-        step_m_(ChunkLattice(params.mapper.map.voxel_size_m, params.publish.chunk_blocks).step_m),
-        chunks_(params.publish.chunk_blocks),
+        step_m_(ChunkLattice(params.mapper.map.voxel_size_m, params.chunk_blocks).step_m),
+        chunks_(params.chunk_blocks),
         mesh_pace_(rates.mesh_hz),
         round_pace_(kRoundRate_hz) {}
 
@@ -212,7 +212,7 @@ class MeshTopicsStep : public Step {
     mesh_pace_.setRate(rates_.mesh_hz, now);
     addPending(now);
     if (round_pace_.isDue(now)) {
-      const ChunkLattice lattice(mesh->meshes.voxelSize(), params_.publish.chunk_blocks);
+      const ChunkLattice lattice(mesh->meshes.voxelSize(), params_.chunk_blocks);
       step_m_ = lattice.step_m;
       markers_.publishRound(chunks_, lattice, params_, *mesh);
       blocks_.publishRound(chunks_, lattice, params_, *mesh);
@@ -241,7 +241,7 @@ class MeshTopicsStep : public Step {
   }
 
   std::vector<PackedKey> nextToRefresh(SteadyTime now) {
-    const double refresh_s = params_.publish.mesh_refresh_s;
+    const double refresh_s = params_.mesh_refresh_s;
     if (refresh_s <= 0.0 || toSeconds(now - refreshed_at_) < kRefreshPeriod_s) return {};
     refreshed_at_ = now;
     const std::vector<PackedKey> all = chunks_.all();

@@ -28,12 +28,12 @@ class OctomapStep : public Step {
     const SteadyTime begin = std::chrono::steady_clock::now();
     const SpaceStep::Known known = space_.known();
     pace_.setRate(host_.rates.space_hz, begin);
-    is_outdated_ = topic_.takeNewcomer() || known.space != published_.lock() || is_outdated_;
+    if (topic_.takeNewcomer()) published_.reset();
     const bool is_any = known.space->cellSize_m() > 0.0;  // or was, before clear_map
-    if (!is_any || !is_outdated_ || !topic_.isFollowed() || !pace_.isDue(begin)) {
+    const bool is_outdated = known.space != published_.lock();
+    if (!is_any || !is_outdated || !topic_.isFollowed() || !pace_.isDue(begin)) {
       return SteadyDuration::max();
     }
-    is_outdated_ = false;
     published_ = known.space;
     guarded("octomap", [&] { topic_.publish(makeMessage(known)); });
     pace_.end(begin);
@@ -74,7 +74,6 @@ class OctomapStep : public Step {
   const Host& host_;
   const SpaceStep& space_;
   std::weak_ptr<const SpaceSnapshot> published_;
-  bool is_outdated_ = false;
   Pace pace_;
   Topic topic_;
 };

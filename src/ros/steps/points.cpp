@@ -53,9 +53,7 @@ class PointsStep : public Step {
     is_outdated_ = false;
     publish(mesh->meshes.all().assemble(), mesh->stamp);
     mesh->meshes.dropFetched();
-    const SteadyTime end = std::chrono::steady_clock::now();
-    pace_.beginInStep(begin);
-    pace_.restUntil(end + (end - begin));
+    pace_.end(begin);
     return SteadyDuration::max();
   }
 

@@ -40,7 +40,7 @@ struct ShownMesh {
 
 /// The rates of the settings, which may change while the node runs.
 struct Rates {
-  explicit Rates(const PublishParams& params)
+  explicit Rates(const NodeParams& params)
       : mesh_hz(params.mesh_rate_hz),
         points_hz(params.points_rate_hz),
         space_hz(params.space_rate_hz) {}

@@ -27,7 +27,7 @@ struct MapHost {
   /// With streams 0 of depth and 1 of colour.
   explicit MapHost(std::unique_ptr<Mapper> mapper, NodeParams settings = {})
       : params(std::move(settings)),
-        rates(params.publish),
+        rates(params),
         map(std::move(mapper), params, queue, frame, mesh_changes, steps, clock.reader()) {
     ros::Time::init();  // warnings have a rate
     queue.addStream({}, depth);

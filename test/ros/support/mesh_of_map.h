@@ -24,7 +24,7 @@ inline MeshOfMap meshOfMap(const std::string& path) {
   const MapperParams params = settingsFor(contents, {"backend=cpu"}).params.mapper;
   MeshStore mesh(params.map.voxel_size_m);
   mesh.apply(makeMapper(params, contents)->updateMesh());
-  const int chunk_blocks = PublishParams().chunk_blocks;
+  const int chunk_blocks = NodeParams().chunk_blocks;
   const ChunkLattice lattice(mesh.voxelSize(), chunk_blocks);
   MeshChunks chunks(chunk_blocks);
   for (const auto& [key, block] : mesh.blocks()) chunks.markChanged(block->key);

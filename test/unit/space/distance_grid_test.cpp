@@ -67,14 +67,14 @@ TEST(DistanceGrid, FillsABox) {
   EXPECT_EQ(grid.size, (std::array<uint32_t, 3>{3, 3, 1}));
   EXPECT_TRUE(grid.T_W_G.isApprox(box.T_W_B * Eigen::Translation3d(-0.1, -0.1, 0.0), 1e-12));
   const auto space = spaceOf(randomCells({}));
-  const GridDistances answer = distancesOn(grid, *space, Eigen::Matrix3d::Identity());
-  ASSERT_EQ(answer.distances_m.size(), 9u);
+  const auto [distances_m, gradients] = distancesOn(grid, *space, Eigen::Matrix3d::Identity());
+  ASSERT_EQ(distances_m.size(), 9u);
   const SpaceDistance one = space->distanceAt(grid.T_W_G * Vector3d(0.2, 0.1, 0.0));
   ASSERT_TRUE(one.known);
-  EXPECT_EQ(answer.distances_m[2 + 3 * 1], one.distance_m);
-  EXPECT_EQ(answer.gradients[3 * (2 + 3 * 1) + 1], one.gradient.y);
+  EXPECT_EQ(distances_m[2 + 3 * 1], one.distance_m);
+  EXPECT_EQ(gradients[3 * (2 + 3 * 1) + 1], one.gradient.y);
   size_t unknown = 0;
-  for (const float distance : answer.distances_m) unknown += std::isnan(distance);
+  for (const float distance : distances_m) unknown += std::isnan(distance);
   EXPECT_LT(unknown, 9u);
 }
 
@@ -86,11 +86,11 @@ TEST(DistanceGrid, IsThatOfAMapWithoutWhatIsCleared) {
   const PointGrid grid = gridIn(box, 0.03);
   const auto with = spaceOf(randomCells({})), without = spaceOf(randomCells(cleared));
   const auto bytesOn = [&](const KnownSpace& space) {
-    const GridDistances answer = distancesOn(grid, space, Eigen::Matrix3d::Identity());
-    std::string bytes(reinterpret_cast<const char*>(answer.distances_m.data()),
-                      answer.distances_m.size() * sizeof(float));
-    return bytes.append(reinterpret_cast<const char*>(answer.gradients.data()),
-                        answer.gradients.size() * sizeof(float));
+    const auto [distances_m, gradients] = distancesOn(grid, space, Eigen::Matrix3d::Identity());
+    std::string bytes(reinterpret_cast<const char*>(distances_m.data()),
+                      distances_m.size() * sizeof(float));
+    return bytes.append(reinterpret_cast<const char*>(gradients.data()),
+                        gradients.size() * sizeof(float));
   };
   EXPECT_TRUE(bytesOn(clearedIn(box, cleared, *with)) == bytesOn(*without));
   EXPECT_TRUE(bytesOn(clearedIn(box, {}, *with)) == bytesOn(*with));
@@ -114,7 +114,7 @@ TEST(DistanceGrid, IsRefusedWhereItWouldBeTooLarge) {
   box.T_W_B.translation().x() = 1e300;
   EXPECT_NE(errorOf([&] { clearedIn(box, {}, *space); }), "");
   EXPECT_TRUE(std::isnan(
-      distancesOn(gridIn(box, 0.5), *space, Eigen::Matrix3d::Identity()).distances_m[0]));
+      distancesOn(gridIn(box, 0.5), *space, Eigen::Matrix3d::Identity()).first[0]));
 }
 
 }  // namespace

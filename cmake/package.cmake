@@ -18,7 +18,7 @@ if(EXISTS /opt/ros/noetic)
 ros-noetic-image-transport, ros-noetic-nodelet, ros-noetic-pcl-ros, ros-noetic-rosbag, \
 ros-noetic-roscpp, ros-noetic-roslaunch, ros-noetic-rospy, ros-noetic-tf2-ros, \
 ros-noetic-visualization-msgs, python3-numpy, python3-pil, liboctomap1.9, libpng16-16, \
-libxxhash0, libyaml-cpp0.6, libzstd1")
+libturbojpeg, libxxhash0, libyaml-cpp0.6, libzstd1")
   set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "ros-noetic-rviz, openmpi-bin")
 else()
   set(CPACK_PACKAGE_NAME ros-dtsdf-mapping)

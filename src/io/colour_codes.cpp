@@ -1,10 +1,8 @@
 #include "io/colour_codes.h"
 
-#include <cstdio>  // before jpeglib.h, which needs it
+#include <turbojpeg.h>
 
-#include <jpeglib.h>
-
-#include <csetjmp>
+#include <algorithm>
 #include <memory>
 #include <stdexcept>
 
@@ -15,87 +13,51 @@
 namespace dtsdf {
 namespace {
 
-/// Before memory is taken for it. @throws std::runtime_error
-void checkSize(size_t width, size_t height, const std::string& name) {
-  if (width > 0 && height > 0 && width <= static_cast<size_t>(kMaxPixels) / height) return;
+/// An image without pixels; its size is checked before memory is taken. @throws std::runtime_error
+RgbImage ofSize(size_t width, size_t height, const std::string& name) {
+  if (width > 0 && height > 0 && width <= static_cast<size_t>(kMaxPixels) / height) {
+    return {static_cast<int>(width), static_cast<int>(height), {}};
+  }
   throw std::runtime_error(name + " has more than " + std::to_string(kMaxPixels) + " pixels");
 }
 
-/// Whatever is in the file becomes 8 bits of red, green and blue.
-void askForRgb(png_structp png, png_infop info) {
-  png_set_expand(png);
-  png_set_scale_16(png);
-  png_set_strip_alpha(png);
-  if (!(png_get_color_type(png, info) & PNG_COLOR_MASK_COLOR)) png_set_gray_to_rgb(png);
-}
-
-/// @return false: it is damaged.
+/// Whatever is in the file becomes 8 bits of red, green and blue. @return false: it is damaged.
 bool readPng(const uint8_t* data, size_t bytes, const std::string& name, RgbImage& image) {
   PngReader png(data, bytes);
-  if (!png.readHeader()) return false;
-  checkSize(png.width(), png.height(), name);
-  image.width = static_cast<int>(png.width());
-  image.height = static_cast<int>(png.height());
-  const size_t row_bytes = 3 * png.width();
-  image.values.resize(row_bytes * png.height());
-  return png.readRows(askForRgb, row_bytes, image.values.data());
-}
-
-struct JpegErrors {
-  jpeg_error_mgr manager;  ///< First, so that a pointer to it is one to this.
-  std::jmp_buf target;
-};
-
-[[noreturn]] void onJpegError(j_common_ptr jpeg) {
-  std::longjmp(reinterpret_cast<JpegErrors*>(jpeg->err)->target, 1);
-}
-
-/// libjpeg reports errors by a jump out of its calls: here is nothing that needs a destructor.
-/// @return false: it is damaged.
-bool readRows(jpeg_decompress_struct& jpeg, JpegErrors& errors, const uint8_t* data, size_t bytes,
-              const std::string& name, RgbImage& image) {
-  if (setjmp(errors.target) != 0) return false;
-  jpeg_create_decompress(&jpeg);
-  jpeg_mem_src(&jpeg, data, bytes);
-  jpeg_read_header(&jpeg, TRUE);
-  checkSize(jpeg.image_width, jpeg.image_height, name);
-  jpeg.out_color_space = JCS_RGB;
-  jpeg_start_decompress(&jpeg);
-  image.width = static_cast<int>(jpeg.output_width);
-  image.height = static_cast<int>(jpeg.output_height);
-  const size_t row_bytes = 3 * static_cast<size_t>(image.width);
-  image.values.resize(row_bytes * image.height);
-  while (jpeg.output_scanline < jpeg.output_height) {
-    JSAMPROW row = image.values.data() + jpeg.output_scanline * row_bytes;
-    jpeg_read_scanlines(&jpeg, &row, 1);
+  if (!png.isPng()) return false;
+  image = ofSize(png.width(), png.height(), name);
+  const size_t pixels = png.width() * png.height(), channels = png.hasAlpha() ? 4 : 3;
+  std::vector<uint8_t>& values = image.values;
+  values.resize(channels * pixels);
+  const png_uint_32 format = png.hasAlpha() ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
+  if (!png.read(format, PNG_IMAGE_FLAG_16BIT_sRGB, values.data())) return false;
+  for (size_t i = 0; channels > 3 && i < pixels; ++i) {
+    std::copy_n(values.begin() + 4 * i, 3, values.begin() + 3 * i);
   }
-  jpeg_finish_decompress(&jpeg);
-  // A file that ends early is filled up with grey, which is no picture of anything.
-  return errors.manager.num_warnings == 0;
+  values.resize(3 * pixels);
+  return true;
 }
 
+/// @return false: it is no JPEG image, or damaged.
 bool readJpeg(const uint8_t* data, size_t bytes, const std::string& name, RgbImage& image) {
-  JpegErrors errors;
-  jpeg_decompress_struct jpeg = {};
-  jpeg.err = jpeg_std_error(&errors.manager);
-  errors.manager.error_exit = onJpegError;
-  errors.manager.emit_message = [](j_common_ptr info, int level) {
-    if (level < 0) ++info->err->num_warnings;
-  };
-  const std::unique_ptr<jpeg_decompress_struct, decltype(&jpeg_destroy_decompress)> destroyed(
-      &jpeg, &jpeg_destroy_decompress);
-  return readRows(jpeg, errors, data, bytes, name, image);
+  const std::unique_ptr<void, decltype(&tjDestroy)> jpeg(tjInitDecompress(), &tjDestroy);
+  int width = 0, height = 0, sampling = 0, space = 0;
+  if (jpeg == nullptr ||
+      tjDecompressHeader3(jpeg.get(), data, bytes, &width, &height, &sampling, &space) != 0) {
+    return false;
+  }
+  image = ofSize(static_cast<size_t>(width), static_cast<size_t>(height), name);
+  image.values.resize(3 * static_cast<size_t>(width) * static_cast<size_t>(height));
+  // A file that ends early would be filled up with grey, which is no picture of anything.
+  return tjDecompress2(jpeg.get(), data, bytes, image.values.data(), width, 0, height, TJPF_RGB,
+                       TJFLAG_STOPONWARNING) == 0;
 }
 
 }  // namespace
 
 RgbImage decodeColour(const uint8_t* data, size_t bytes, const std::string& name) {
   RgbImage image;
-  const bool is_jpeg = bytes >= 2 && data[0] == 0xff && data[1] == 0xd8;
-  const bool is_read = PngReader::isPng(data, bytes)
-                           ? readPng(data, bytes, name, image)
-                           : is_jpeg && readJpeg(data, bytes, name, image);
-  if (is_read) return image;
+  if (readPng(data, bytes, name, image) || readJpeg(data, bytes, name, image)) return image;
   throw std::runtime_error("cannot decode " + name + ": neither PNG nor JPEG, or damaged");
 }
 

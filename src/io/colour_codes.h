@@ -1,5 +1,5 @@
-/// Decodes colour images, PNG and JPEG, and makes PNGs of them, by libpng and libjpeg alone, so
-/// that the programs need no image library beyond.
+/// Decodes colour images, PNG and JPEG, and makes PNGs of them, by libpng and TurboJPEG alone,
+/// so that the programs need no image library beyond.
 #pragma once
 
 #include <cstddef>

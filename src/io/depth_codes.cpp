@@ -20,8 +20,8 @@ std::string inWords(int width, int height) {
 
 /// `name` is what stands for the image in messages. @return its size alone.
 /// @throws std::runtime_error
-DepthImage readHeader(PngReader& png, const std::string& name) {
-  if (!png.readHeader()) {
+DepthImage readHeader(const PngReader& png, const std::string& name) {
+  if (!png.isPng()) {
     throw std::runtime_error("cannot decode " + name + ": not a PNG image, or damaged");
   }
   if (!png.is16BitGrey()) {
@@ -38,11 +38,7 @@ DepthImage readHeader(PngReader& png, const std::string& name) {
 
 void readPixels(PngReader& png, const std::string& name, DepthImage& image) {
   image.values.resize(png.width() * png.height());
-  const auto prepare = [](png_structp reader, png_infop) {
-    png_set_swap(reader);  // the file is big-endian
-  };
-  if (!png.readRows(prepare, png.width() * sizeof(uint16_t),
-                    reinterpret_cast<uint8_t*>(image.values.data()))) {
+  if (!png.read(PNG_FORMAT_LINEAR_Y, 0, image.values.data())) {
     throw std::runtime_error("cannot decode " + name + ": not a PNG image, or damaged");
   }
 }
@@ -80,8 +76,7 @@ DepthImage decodeDepthPng(const uint8_t* data, size_t bytes) {
 }
 
 std::string encodeDepthPng(const DepthImage& image) {
-  constexpr png_uint_32 kAsTheyAre = PNG_FORMAT_LINEAR_Y;  // 16 bits of grey
-  return pngBytes(image.width, image.height, kAsTheyAre, image.values.data(), PNG_IMAGE_FLAG_FAST);
+  return pngBytes(image.width, image.height, PNG_FORMAT_LINEAR_Y, image.values.data());
 }
 
 namespace {

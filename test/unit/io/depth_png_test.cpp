@@ -23,6 +23,15 @@ TEST(DepthPng, ShortBytesAreAnError) {
   }
 }
 
+/// Depth is no brightness, whatever programs write beside it.
+TEST(DepthPng, AGammaChangesNothing) {
+  std::vector<uint8_t> bytes = encode(cv::Mat(3, 5, CV_16UC1, cv::Scalar(1234)));
+  const std::string gamma("\0\0\0\4gAMA\0\0\xb1\x8f\x0b\xfc\x61\x05", 16);
+  constexpr int kHeadBytes = 33;
+  bytes.insert(bytes.begin() + kHeadBytes, gamma.begin(), gamma.end());
+  EXPECT_EQ(decodeDepthPng(bytes.data(), bytes.size()).values, std::vector<uint16_t>(15, 1234));
+}
+
 TEST(DepthPng, SizesAreCheckedBeforeMemoryIsTaken) {
   // All black, so that a few bytes stand for what is one row too large.
   std::vector<uint8_t> bytes = encode(cv::Mat(4097, 2048, CV_16UC1, cv::Scalar(0)));

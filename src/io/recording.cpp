@@ -18,7 +18,8 @@ namespace fs = std::filesystem;
 
 const FolderFormat* formatIn(const fs::path& folder) {
   for (const FolderFormat& format : folderFormats()) {
-    if (format.isIn(folder)) return &format;
+    const bool is_in = format.isIn ? format.isIn(folder) : !format.listDepth(folder).empty();
+    if (is_in) return &format;
   }
   return nullptr;
 }
@@ -65,6 +66,13 @@ void requireFolder(const std::string& path) {
                              "' is not a folder; give the folder of a recording, "
                              "archives unpacked");
   }
+}
+
+/// @throws std::runtime_error where there are none.
+std::vector<StampedImage> listDepth(const std::string& folder, const FolderFormat& format) {
+  std::vector<StampedImage> images = format.listDepth(folder);
+  if (!images.empty()) return images;
+  throw std::runtime_error("'" + folder + "' has no depth images " + format.marks);
 }
 
 bool isReadable(const StampedImage& image) try {
@@ -150,7 +158,7 @@ std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options) {
   const FolderFormat& format = formatOf(options);
   RecordedImages recorded;
   recorded.units_per_metre = unitsOf(options, format);
-  recorded.images = format.listDepth(options.path);
+  recorded.images = listDepth(options.path, format);
   recorded.camera = cameraOf(options, format, recorded.images);
   (options.first_pose_only ? findFirstPose : findPoses)(options, format, recorded.images);
   return openRecordedImages(std::move(recorded), options);
@@ -159,7 +167,8 @@ std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options) {
 std::string assumptionsOf(const RecordingOptions& options) {
   const FolderFormat& format = formatOf(options);
   std::vector<std::string> assumed;
-  if (!options.intrinsics && cameraOf(options, format, format.listDepth(options.path)).is_assumed) {
+  if (!options.intrinsics &&
+      cameraOf(options, format, listDepth(options.path, format)).is_assumed) {
     assumed.emplace_back("the camera of the format (--intrinsics)");
   }
   if (!options.units_per_metre && format.unitsOf == nullptr) {
@@ -171,7 +180,7 @@ std::string assumptionsOf(const RecordingOptions& options) {
 std::unique_ptr<ColourSource> openRecordingColours(const RecordingOptions& options) {
   requireFolder(options.path);
   const FolderFormat& format = formatOf(options);
-  const CameraInfo depth_camera = cameraOf(options, format, format.listDepth(options.path));
+  const CameraInfo depth_camera = cameraOf(options, format, listDepth(options.path, format));
   RecordedImages recorded = format.findColours(options.path, depth_camera);
   if (recorded.images.empty()) return nullptr;
   if (!options.first_pose_only) findPoses(options, format, recorded.images);

@@ -14,9 +14,9 @@ struct FolderFormat {
   const char* name;   ///< As --format has it.
   const char* marks;  ///< The files by which such a folder is known.
 
-  bool (*isIn)(const std::filesystem::path& folder);
+  bool (*isIn)(const std::filesystem::path& folder);  ///< Null: it is if there are depth images.
 
-  /// All depth images, at least one. Where a layout has no stamps, the number of an image is its
+  /// All depth images. Where a layout has no stamps, the number of an image is its
   /// stamp.
   std::vector<StampedImage> (*listDepth)(const std::filesystem::path& folder);
 

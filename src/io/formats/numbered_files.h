@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,14 +11,14 @@
 
 namespace dtsdf {
 
-/// The files of a folder whose names are `prefix`, digits and `suffix`, by number; the number is
-/// their stamp. Numbers need no leading zeros. Empty if there is no such folder.
+/// The files of a folder in the order of what `stampOf` has for their names, but for those that it
+/// has none for. Empty if there is no such folder.
+std::vector<StampedImage> listFiles(
+    const std::filesystem::path& folder,
+    const std::function<std::optional<double>(const std::filesystem::path&)>& stampOf);
+
+/// Those whose names are `prefix`, digits and `suffix`, by number. Numbers need no leading zeros.
 std::vector<StampedImage> listNumberedFiles(const std::filesystem::path& folder,
                                             const std::string& prefix, const std::string& suffix);
-
-/// Lists them in the same way. @throws std::runtime_error that names the files if there is none.
-std::vector<StampedImage> requireNumberedFiles(const std::filesystem::path& folder,
-                                               const std::string& prefix,
-                                               const std::string& suffix);
 
 }  // namespace dtsdf

@@ -8,6 +8,7 @@
 #include "io/camera_file.h"
 #include "io/depth_codes.h"
 #include "io/formats/folder_format.h"
+#include "io/formats/numbered_files.h"
 #include "io/pose_files.h"
 #include "params/text.h"
 
@@ -22,17 +23,11 @@ constexpr const char* kPoses[] = {
 
 std::vector<StampedImage> imagesIn(const fs::path& folder,
                                    const std::vector<std::string>& endings) {
-  std::vector<StampedImage> images;
-  if (!fs::is_directory(folder)) return images;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string path = entry.path().string();
+  auto images = listFiles(folder, [&](const fs::path& name) -> std::optional<double> {
     const bool is_image = std::any_of(endings.begin(), endings.end(), [&](const auto& ending) {
-      return hasEnding(inLowerCase(path), ending);
+      return hasEnding(inLowerCase(name), ending);
     });
-    if (is_image) images.push_back({numberAtEnd(path).value_or(-1.0), path});
-  }
-  std::sort(images.begin(), images.end(), [](const StampedImage& a, const StampedImage& b) {
-    return std::tie(a.stamp_s, a.path) < std::tie(b.stamp_s, b.path);
+    return is_image ? std::optional(numberAtEnd(name).value_or(-1.0)) : std::nullopt;
   });
   for (size_t i = 0; i < images.size(); ++i) {  // names without numbers count in their order
     if (images.front().stamp_s < 0.0) images[i].stamp_s = static_cast<double>(i);
@@ -40,16 +35,8 @@ std::vector<StampedImage> imagesIn(const fs::path& folder,
   return images;
 }
 
-fs::path depthFolder(const fs::path& folder) {
-  return fs::is_directory(folder / "depth") ? folder / "depth" : folder;
-}
-
-bool isPng(const fs::path& folder) { return !imagesIn(depthFolder(folder), {".png"}).empty(); }
-
 std::vector<StampedImage> listDepth(const fs::path& folder) {
-  std::vector<StampedImage> images = imagesIn(depthFolder(folder), {".png"});
-  if (!images.empty()) return images;
-  throw std::runtime_error("'" + depthFolder(folder).string() + "' has no depth images *.png");
+  return imagesIn(fs::is_directory(folder / "depth") ? folder / "depth" : folder, {".png"});
 }
 
 void findPoses(const fs::path& folder, double tolerance_s, std::vector<StampedImage>& images) {
@@ -106,7 +93,7 @@ RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camer
 
 FolderFormat pngFormat() {
   using namespace png;
-  return {"png", "*.png, or depth/*.png", isPng, listDepth, findPoses, readCamera, findColours};
+  return {"png", "*.png, or depth/*.png", nullptr, listDepth, findPoses, readCamera, findColours};
 }
 
 }  // namespace dtsdf

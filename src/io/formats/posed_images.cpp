@@ -27,7 +27,7 @@ namespace posed_images {
 namespace fs = std::filesystem;
 
 const CameraInfo kKinect{640, 480, {585.0f, 585.0f, 320.0f, 240.0f}, true};
-const std::string kPrefix = "frame-", kDepthEnding = ".depth.png";
+const std::string kPrefix = "frame-";
 
 /// @param fileOf Where an image has its pose.
 template <class FileOf>
@@ -41,12 +41,8 @@ void readPoses(const FileOf& fileOf, std::vector<StampedImage>& images) {
   }
 }
 
-bool isSevenScenes(const fs::path& folder) {
-  return !listNumberedFiles(folder, kPrefix, kDepthEnding).empty();
-}
-
 std::vector<StampedImage> listSevenScenes(const fs::path& folder) {
-  return requireNumberedFiles(folder, kPrefix, kDepthEnding);
+  return listNumberedFiles(folder, kPrefix, ".depth.png");
 }
 
 void posesOfSevenScenes(const fs::path&, double, std::vector<StampedImage>& images) {
@@ -74,13 +70,12 @@ RecordedImages coloursOfSevenScenes(const fs::path& folder, const CameraInfo& de
   return colours;
 }
 
-bool isScanNet(const fs::path& folder) {
-  return fs::is_directory(folder / "pose") &&
-         !listNumberedFiles(folder / "depth", "", ".png").empty();
+std::vector<StampedImage> listScanNet(const fs::path& folder) {
+  return listNumberedFiles(folder / "depth", "", ".png");
 }
 
-std::vector<StampedImage> listScanNet(const fs::path& folder) {
-  return requireNumberedFiles(folder / "depth", "", ".png");
+bool isScanNet(const fs::path& folder) {
+  return fs::is_directory(folder / "pose") && !listScanNet(folder).empty();
 }
 
 void posesOfScanNet(const fs::path& folder, double, std::vector<StampedImage>& images) {
@@ -113,8 +108,9 @@ RecordedImages coloursOfScanNet(const fs::path& folder, const CameraInfo&) {
 
 FolderFormat sevenScenesFormat() {
   using namespace posed_images;
-  return {"7scenes",          "frame-NUMBER.depth.png", isSevenScenes,       listSevenScenes,
-          posesOfSevenScenes, cameraOfSevenScenes,      coloursOfSevenScenes};
+  return {"7scenes",           "frame-NUMBER.depth.png", nullptr,
+          listSevenScenes,     posesOfSevenScenes,       cameraOfSevenScenes,
+          coloursOfSevenScenes};
 }
 
 FolderFormat scanNetFormat() {

@@ -19,12 +19,8 @@ namespace fs = std::filesystem;
 /// What NICE-SLAM has for its own recordings.
 constexpr double kUnitsPerMetre = 6553.5;
 
-bool isReplica(const fs::path& folder) {
-  return !listNumberedFiles(folder / "results", "depth", ".png").empty();
-}
-
 std::vector<StampedImage> listDepth(const fs::path& folder) {
-  return requireNumberedFiles(folder / "results", "depth", ".png");
+  return listNumberedFiles(folder / "results", "depth", ".png");
 }
 
 void findPoses(const fs::path& folder, double tolerance_s, std::vector<StampedImage>& images) {
@@ -78,7 +74,7 @@ RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camer
 FolderFormat replicaFormat() {
   using namespace replica;
   return {"replica",   "results/depthNUMBER.png",
-          isReplica,   listDepth,
+          nullptr,     listDepth,
           findPoses,   readCamera,
           findColours, kUnitsPerMetre,
           unitsOf};

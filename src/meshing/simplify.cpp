@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <stdexcept>
 #include <tuple>
@@ -54,35 +53,30 @@ constexpr double kNearEdges = 2.0;
 /// Normals that differ by more than this face each other: cosine of 105 degrees.
 constexpr float kOpposite = -0.25f;
 
-/// How far vertices may move before surfaces that face each other could meet. For some vertices of
-/// a mesh, which outlives it, almost half of their distance from an opposing surface. Wide gaps are
-/// measured only where a large error asks for them: most vertices never do.
+/// How far the vertices of a mesh, which outlives it, may move before surfaces that face each other
+/// could meet: almost half of their distance from an opposing surface, measured once it is asked
+/// for; wide gaps only where a large error asks for them, as most vertices never do.
 class Tolerances {
  public:
-  /// Errors are at most `max_error_m`; `report` is called now and then with the share that is done.
-  Tolerances(const Mesh& mesh, const std::vector<uint32_t>& vertices, double mean_edge_m,
-             double max_error_m, const std::function<void(double share)>& report)
+  /// Errors are at most `max_error_m`.
+  Tolerances(const Mesh& mesh, double mean_edge_m, double max_error_m)
       : mesh_(mesh),
         near_m_(std::min(max_error_m, kNearEdges * mean_edge_m)),
         max_error_m_(max_error_m),
         tree_(mesh.vertices_m, mesh.triangles),
-        tolerance_m_(mesh.vertices_m.size()) {
-    for (size_t i = 0; i < vertices.size(); ++i) {
-      if (i % kReportEach == 0)
-        report(static_cast<double>(i) / static_cast<double>(vertices.size()));
-      tolerance_m_[vertices[i]] = measure(vertices[i], near_m_);
-    }
-  }
+        tolerance_m_(mesh.vertices_m.size(), kUnknown) {}
 
   /// What one of the vertices may move within an error.
   double within(uint32_t vertex, double error_m) {
-    const float tolerance_m = tolerance_m_[vertex];
-    if (tolerance_m >= 0.0f)
-      return error_m < tolerance_m ? error_m : static_cast<double>(tolerance_m);
-    return error_m <= near_m_ ? error_m : measured(vertex, error_m);
+    float& tolerance_m = tolerance_m_[vertex];
+    if (tolerance_m == kUnknown) tolerance_m = measure(vertex, near_m_);
+    if (tolerance_m < 0.0f && error_m > near_m_) tolerance_m = measure(vertex, max_error_m_);
+    return tolerance_m < 0.0f ? error_m : std::min(error_m, static_cast<double>(tolerance_m));
   }
 
  private:
+  static constexpr float kUnknown = std::numeric_limits<float>::infinity();
+
   /// Negative where no gap is found within what errors up to `error_m` need.
   float measure(uint32_t vertex, double error_m) {
     const double limit_m = 1.01 * error_m / kShareBetween;
@@ -90,11 +84,6 @@ class Tolerances {
         tree_.distance(mesh_.vertices_m[vertex], limit_m, mesh_.normals[vertex], kOpposite, hint_);
     const auto tolerance_m = static_cast<float>(kShareBetween * gap_m);
     return gap_m < limit_m || error_m >= max_error_m_ ? tolerance_m : -tolerance_m;
-  }
-
-  double measured(uint32_t vertex, double error_m) {
-    tolerance_m_[vertex] = measure(vertex, max_error_m_);
-    return std::min(error_m, static_cast<double>(tolerance_m_[vertex]));
   }
 
   const Mesh& mesh_;
@@ -214,30 +203,18 @@ constexpr float kLeastTurn = 0.34f;
 /// The height of a triangle is at least this share of its longest side.
 constexpr float kLeastHeight = 0.01f;
 
-std::vector<uint32_t> closedVertices(TriangleFans& fans, size_t vertices) {
-  std::vector<uint32_t> closed;
-  std::vector<Wing> wings;
-  for (uint32_t v = 0; v < vertices; ++v) {
-    fans.list(v, wings);
-    if (fans.isClosed(wings)) closed.push_back(v);
-  }
-  return closed;
-}
-
 /// Each vertex that has gone keeps a triangle that stands for it, and every later change has to
 /// find one near enough again, out of those that take its place.
 class Collapser {
  public:
-  /// The mesh outlives it. `report` is called now and then with the share that is prepared.
-  Collapser(const Mesh& mesh, double mean_edge_m, double max_error_m,
-            const std::function<void(double share)>& report)
+  /// The mesh outlives it.
+  Collapser(const Mesh& mesh, double mean_edge_m, double max_error_m)
       : mesh_(mesh),
         p_(mesh.vertices_m),
         fans_(mesh),
-        removable_(closedVertices(fans_, p_.size())),
         states_(p_.size(), State{0.0, 0, kNone, 0, kNone}),
         quadrics_(p_.size()),
-        tolerances_(mesh, removable_, mean_edge_m, max_error_m, report) {
+        tolerances_(mesh, mean_edge_m, max_error_m) {
     points_.reserve(p_.size());
     for (size_t i = 0; i < p_.size(); ++i) points_.push_back({p_[i], mesh.normals[i], kNone, 0.0f});
     sumQuadrics();
@@ -245,7 +222,14 @@ class Collapser {
 
   /// Vertices that may go. Borders stay, and where more than two triangles meet: only a vertex goes
   /// whose triangles close to one fan.
-  const std::vector<uint32_t>& removable() const { return removable_; }
+  std::vector<uint32_t> removable() {
+    std::vector<uint32_t> closed;
+    for (uint32_t v = 0; v < p_.size(); ++v) {
+      fans_.list(v, wings_);
+      if (fans_.isClosed(wings_)) closed.push_back(v);
+    }
+    return closed;
+  }
 
   bool hasGone(uint32_t vertex) const { return fans_.hasGone(vertex); }
 
@@ -307,20 +291,11 @@ class Collapser {
   /// What each vertex was off when it was looked at last is no less than what it is off, so that
   /// few need another look.
   double largestDistance_m(const Mesh& simple) const {
-    std::vector<uint32_t> order;
-    for (uint32_t v = 0; v < points_.size(); ++v) {
-      if (points_[v].off_m > 0.0f) order.push_back(v);
-    }
-    std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
-      const float of_a = points_[a].off_m, of_b = points_[b].off_m;
-      return of_a != of_b ? of_a > of_b : a < b;
-    });
     const SurfaceTree tree(simple.vertices_m, simple.triangles);
     double largest_m = 0.0;
-    for (const uint32_t v : order) {
-      const auto bound_m = static_cast<double>(points_[v].off_m);
-      if (bound_m <= largest_m) break;
-      largest_m = std::max(largest_m, tree.distance(p_[v], bound_m));
+    for (const Point& point : points_) {
+      const auto bound_m = static_cast<double>(point.off_m);
+      if (bound_m > largest_m) largest_m = std::max(largest_m, tree.distance(point.p, bound_m));
     }
     return largest_m;
   }
@@ -450,7 +425,6 @@ class Collapser {
   const Mesh& mesh_;
   const std::vector<Vec3f>& p_;
   TriangleFans fans_;  ///< Its notes: the first vertex that a triangle stands for.
-  std::vector<uint32_t> removable_;
   std::vector<Point> points_;
   std::vector<State> states_;
   std::vector<Quadric> quadrics_;
@@ -481,11 +455,6 @@ constexpr double kMostEdges = 24.0;
 /// Below this share of it errors may be too small for what there is.
 constexpr double kSmallShareOfEdge = 3.0;
 
-constexpr size_t kMostErrors = 200;
-
-/// Share of the progress that preparation makes.
-constexpr double kSharePrepared = 0.3;
-
 double meanEdge_m(const Mesh& mesh) {
   double sum_m = 0.0;
   for (const auto& t : mesh.triangles) {
@@ -500,7 +469,7 @@ std::vector<double> errorsUpTo(double max_error_m, double mean_edge_m) {
   std::vector<double> errors;
   double last_m = 0.0;
   const int begin = static_cast<int>(std::floor(std::log10(std::max(first_m, 1e-12))));
-  for (int decade = begin; errors.size() < kMostErrors; ++decade) {
+  for (int decade = begin;; ++decade) {
     for (const double step : kStepsOfDecade) {
       const double error_m = step * std::pow(10.0, decade);
       if (error_m > max_error_m * (1.0 + 1e-9)) {
@@ -511,7 +480,6 @@ std::vector<double> errorsUpTo(double max_error_m, double mean_edge_m) {
       if (error_m >= first_m) errors.push_back(error_m);
     }
   }
-  return errors;
 }
 
 /// Merges vertices within an error. All merges are chosen before the first is made: where each
@@ -566,12 +534,11 @@ SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m, const Simplify
   const auto report = [&](double share) {
     if (go_on && !go_on(share)) throw SimplifyCancelled();
   };
-  Collapser collapser(mesh, mean_edge_m, max_error_m,
-                      [&](double share) { report(kSharePrepared * share); });
+  Collapser collapser(mesh, mean_edge_m, max_error_m);
   std::vector<uint32_t> live = collapser.removable();  // vertices that may still go
   const std::vector<double> errors = errorsUpTo(max_error_m, mean_edge_m);
   for (size_t i = 0; i < errors.size(); ++i) {
-    const double progress = kSharePrepared + (1.0 - kSharePrepared) * i / errors.size();
+    const double progress = static_cast<double>(i) / static_cast<double>(errors.size());
     const size_t before = live.size();
     simplifyWithin(errors[i], collapser, live, [&] { report(progress); });
     const bool is_small = errors[i] < kSmallShareOfEdge * mean_edge_m;

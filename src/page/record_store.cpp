@@ -6,7 +6,6 @@
 #include <xxhash.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -32,9 +31,7 @@ constexpr int kTries = 5;
 
 constexpr double kLeastWait_ms = 1.0;
 
-/// Records are written some at a time, as to lock and to unlock takes as long as to write one. They
-/// are fewer where one takes long, as whoever erases one of them waits.
-constexpr size_t kWrittenAtOnce = 64;
+/// Fewer records are written at a time where one takes long, as whoever erases one of them waits.
 constexpr std::chrono::milliseconds kWritingAtOnce{1};
 
 /// Size of the checksum behind each record.
@@ -149,50 +146,57 @@ void RecordStore::startWriting() {
 /// Each is tried once: what the disk does not take is passed over, as it may take others. A disk
 /// that takes none of so many takes no more.
 void RecordStore::writeWaiting() {
-  std::array<std::pair<uint64_t, const Waiting*>, kWrittenAtOnce> some;
+  Batch batch;
   std::vector<char> buffer;
   std::string problem;
-  uint64_t tried = 0;
   size_t refused = 0;  // one after the other
   Lock lock(mutex_);
-  while (!is_clearing_ && refused < kWrittenAtOnce) {
-    size_t count = 0, done = 0;
-    for (auto next = waiting_.upper_bound(tried); next != waiting_.end() && count < some.size();
-         ++next) {
-      some[count++] = {next->first, &next->second};
-    }
+  for (uint64_t tried = 0; !is_clearing_ && refused < kWrittenAtOnce;) {
+    const size_t count = findWaiting(tried, batch);
     if (count == 0) break;
-    writing_ = some[count - 1].first;
+    writing_ = batch[count - 1].first;
     lock.unlock();
-    uint64_t end = 0;
-    const auto start = Clock::now();
-    while (done < count && refused < kWrittenAtOnce && Clock::now() - start < kWritingAtOnce) {
-      auto& [number, waiting] = some[done++];
+    size_t done = 0;
+    for (const auto start = Clock::now(); done < count && Clock::now() - start < kWritingAtOnce;) {
+      auto& [number, waiting] = batch[done++];
       tried = number;
       std::string refusal = writeOne(number, *waiting, buffer);
       refused = refusal.empty() ? 0 : refused + 1;
-      if (refusal.empty()) {
-        end = std::max(end, waiting->offset + buffer.size());
-      } else {
-        problem = std::move(refusal);
-        waiting = nullptr;
-      }
+      if (refusal.empty()) continue;
+      waiting = nullptr;
+      problem = std::move(refusal);
     }
     lock.lock();
     writing_ = 0;
-    file_end_ = std::max(file_end_, end);
-    for (size_t i = 0; i < done; ++i) {
-      const auto& [number, waiting] = some[i];
-      if (waiting == nullptr) continue;
-      waiting_bytes_ -= waiting->record.size();
-      waiting_.erase(number);
-    }
-    written_ = waiting_.empty() ? last_number_ : waiting_.begin()->first - 1;
-    changed_.notify_all();
+    forgetWritten(batch, done);
   }
   disk_refuses_ = !problem.empty();
   if (disk_refuses_) note(std::move(problem));
   is_writing_ = false;
+  changed_.notify_all();
+}
+
+/// The next ones to be written. @pre The mutex is locked. @return how many.
+size_t RecordStore::findWaiting(uint64_t after, Batch& batch) const {
+  size_t count = 0;
+  for (auto next = waiting_.upper_bound(after); next != waiting_.end() && count < batch.size();
+       ++next) {
+    batch[count++] = {next->first, &next->second};
+  }
+  return count;
+}
+
+/// @pre The mutex is locked. @param batch Null: what the disk did not take.
+void RecordStore::forgetWritten(const Batch& batch, size_t count) {
+  for (size_t i = 0; i < count; ++i) {
+    const auto& [number, waiting] = batch[i];
+    if (waiting == nullptr) continue;
+    const size_t bytes = waiting->record.size();
+    file_end_ = std::max(file_end_, waiting->offset + bytes + kSumBytes);
+    waiting_bytes_ -= bytes;
+    waiting_.erase(number);
+  }
+  written_ = waiting_.empty() ? last_number_ : waiting_.begin()->first - 1;
   changed_.notify_all();
 }
 

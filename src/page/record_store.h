@@ -3,6 +3,7 @@
 /// checksum finds what did not come back as it was.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -13,6 +14,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/mapper.h"
@@ -98,8 +100,14 @@ class RecordStore {
     uint64_t offset;
   };
 
+  /// Records are written some at a time, as to lock and to unlock takes as long as to write one.
+  static constexpr size_t kWrittenAtOnce = 64;
+  using Batch = std::array<std::pair<uint64_t, const Waiting*>, kWrittenAtOnce>;
+
   void startWriting();
   void writeWaiting();
+  size_t findWaiting(uint64_t after, Batch& batch) const;
+  void forgetWritten(const Batch& batch, size_t count);
   std::string writeOne(uint64_t number, const Waiting& waiting, std::vector<char>& buffer) const;
   std::string transfer(const StoredRecord& record, std::vector<char>& to) const;
   void note(std::string problem);

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "dtsdf_mapping/mapper.h"
 #include "dtsdf_mapping/mesh.h"
 #include "dtsdf_mapping/params/map_params.h"
 #include "kernels/core/grid.h"
@@ -70,6 +71,18 @@ class PagedMeshes {
     bytes_ += kept.bytes;
     triangles_ += kept.triangles;
     painted_ += kept.is_painted ? 1 : 0;
+  }
+
+  /// Takes over what a mapper's mesh has changed, part by part.
+  void update(Mapper& mapper) {
+    for (bool is_part = true; is_part;) {
+      mapper.beginMeshUpdate();
+      MeshUpdate update = mapper.finishMeshUpdate();
+      is_part = update.is_part;
+      for (BlockMesh& block : update.blocks) {
+        put(std::make_shared<const BlockMesh>(std::move(block)));
+      }
+    }
   }
 
   /// Forgets all, of a map whose voxels are of this size from now on.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bitset>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "kernels/core/vec.h"
@@ -66,15 +67,12 @@ void visitCells(const Corner& a, const Corner& b, const Corner& c, const Visit& 
   }
 }
 
-/// Calls visit(cell) for each cell of a sorted list that another one lacks.
-template <class Visit>
-void visitLacking(const std::vector<Vec3i>& list, const std::vector<Vec3i>& other,
-                  const Visit& visit) {
-  auto next = other.begin();
-  for (const Vec3i& cell : list) {
-    while (next != other.end() && isBefore(*next, cell)) ++next;
-    if (next == other.end() || *next != cell) visit(cell);
-  }
+/// The cells of a sorted list that another one lacks.
+std::vector<Vec3i> without(const std::vector<Vec3i>& other, const std::vector<Vec3i>& list) {
+  std::vector<Vec3i> cells;
+  std::set_difference(list.begin(), list.end(), other.begin(), other.end(),
+                      std::back_inserter(cells), isBefore);
+  return cells;
 }
 
 /// A block begins with a cell, since neither is larger than the other's multiples.
@@ -156,18 +154,18 @@ void SurfaceCells::replace(const BlockKey& block, std::vector<Vec3i> now, CellTa
   sector.listed += now.size();
   sector.listed -= before.size();
   if (now.empty()) sector.cells_of_block.erase(packKey(block));
-  visitLacking(now, before, [&](const Vec3i& cell) {
+  for (const Vec3i& cell : without(before, now)) {
     const Vec3i cube = cubeOfCell(cell);
-    if (isIn(cells.find(cube).surface, indexInCube(cell))) return;
+    if (isIn(cells.find(cube).surface, indexInCube(cell))) continue;
     add(cells.at(cube).surface, indexInCube(cell));
     changed_.push_back(cube);
-  });
-  visitLacking(before, now, [&](const Vec3i& cell) {
+  }
+  for (const Vec3i& cell : without(now, before)) {
     const Vec3i cube = cubeOfCell(cell);
-    if (!isIn(cells.find(cube).surface, indexInCube(cell)) || isListed(cell)) return;
+    if (!isIn(cells.find(cube).surface, indexInCube(cell)) || isListed(cell)) continue;
     remove(cells.at(cube).surface, indexInCube(cell));
     changed_.push_back(cube);
-  });
+  }
 }
 
 /// Whether some block has triangles in a cell, or may have, as its sector was lost or cannot be

@@ -13,16 +13,6 @@ constexpr double kRounding_voxels = 1.0;
 
 Eigen::Vector3d toVector(const BlockKey& key) { return Eigen::Vector3d(key.x, key.y, key.z); }
 
-/// The blocks that have something of a box.
-BlockExtent blocksIn(const MetricBox& box, double block_m) {
-  const auto blockAt = [block_m](const Eigen::Vector3d& p_W) {
-    const Eigen::Array3d block = (p_W.array() / block_m).floor();
-    const Eigen::Array3i key = block.max(-kMaxBlockCoordinate).min(kMaxBlockCoordinate).cast<int>();
-    return BlockKey{key.x(), key.y(), key.z()};
-  };
-  return {blockAt(box.min()), blockAt(box.max())};
-}
-
 }  // namespace
 
 MetricBox boxOf(const BlockExtent& blocks, double block_m, double margin_m) {
@@ -49,15 +39,11 @@ bool CameraView::maySee(const MetricBox& box, double depth_m) const {
          !isBeyond(0.0, -K.fy, bottom);
 }
 
-MetricBox CameraView::frustum(double depth_m) const {
+double CameraView::reach(double depth_m) const {
   const Intrinsics& K = intrinsics_;
-  MetricBox seen(T_W_C_.translation());
-  for (int i = 0; i < 4; ++i) {
-    const double u = (i & 1 ? width_ : 0) - 0.5, v = (i & 2 ? height_ : 0) - 0.5;
-    seen.extend(T_W_C_ *
-                Eigen::Vector3d(depth_m * (u - K.cx) / K.fx, depth_m * (v - K.cy) / K.fy, depth_m));
-  }
-  return seen;
+  const double x = std::max<double>(K.cx, width_ - K.cx) + kMargin_px,
+               y = std::max<double>(K.cy, height_ - K.cy) + kMargin_px;
+  return depth_m * Eigen::Vector3d(x / K.fx, y / K.fy, 1.0).norm();
 }
 
 /// A voxel is changed by what is measured as far from it as the truncation; its foot is within it.
@@ -84,19 +70,15 @@ bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperPa
   return image.maySee(pointsOf(blocks, params.map.voxel_size_m, rules), params.max_paint_depth_m);
 }
 
-/// A point is compared with what is drawn in the image: a surface in view, or beside it by its own
-/// radius, which drawSurface() has in pixels along both axes.
-BlockExtent blocksThatDecide(const CameraView& image, const MapperParams& params,
+/// A point is compared with what is drawn between the camera and it, or beside that by a radius,
+/// which drawSurface() has in pixels along both axes.
+double distanceThatDecides_m(const CameraView& image, const MapperParams& params,
                              const ColourRules& rules) {
-  const double voxel_m = params.map.voxel_size_m;
   const Intrinsics& K = image.intrinsics();
-  MetricBox box = image.frustum(params.max_paint_depth_m);
   const double stretch = std::max(1.0, static_cast<double>(K.fx) / static_cast<double>(K.fy));
-  const double margin_m =
-      voxel_m * (rules.surface_distance + kPieceVoxels * stretch + kRounding_voxels);
-  box.min().array() -= margin_m;
-  box.max().array() += margin_m;
-  return blocksIn(box, voxel_m * kBlockSide);
+  return image.reach(params.max_paint_depth_m) +
+         params.map.voxel_size_m *
+             (2.0 * rules.surface_distance + kPieceVoxels * stretch + kRounding_voxels);
 }
 
 }  // namespace dtsdf

@@ -25,22 +25,21 @@ class CameraView {
       : intrinsics_(frame.intrinsics),
         width_(frame.width),
         height_(frame.height),
-        T_W_C_(frame.T_W_C),
         T_C_W_(frame.T_W_C.inverse()) {}
 
   /// Whether something of a box may lie within the image and up to a depth; a few pixels beside the
   /// image count too. Errs on the side of yes.
   bool maySee(const MetricBox& box, double depth_m) const;
 
-  /// The least box around what is in view up to a depth.
-  MetricBox frustum(double depth_m) const;
+  /// How far away something in view up to a depth may be.
+  double reach(double depth_m) const;
 
   const Intrinsics& intrinsics() const { return intrinsics_; }
 
  private:
   Intrinsics intrinsics_;
   int width_, height_;
-  Eigen::Isometry3d T_W_C_, T_C_W_;
+  Eigen::Isometry3d T_C_W_;
 };
 
 /// The blocks that depth images with something of these in view may change: what they measure up to
@@ -52,8 +51,8 @@ bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperPar
 bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperParams& params,
               const ColourRules& rules);
 
-/// The blocks that may have to do with how it paints: all in view, up to the depth that it reaches.
-BlockExtent blocksThatDecide(const CameraView& image, const MapperParams& params,
+/// How far from what it paints there may be something that has to do with how it does.
+double distanceThatDecides_m(const CameraView& image, const MapperParams& params,
                              const ColourRules& rules);
 
 }  // namespace dtsdf

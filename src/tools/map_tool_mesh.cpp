@@ -24,14 +24,7 @@ void meshMap(const std::vector<std::string>& arguments) {
   // The mesh does not depend on space.
   const auto [settings, mapper] = loadMapOf(options, "space/enabled=false");
   PagedMeshes meshes(settings.params.mapper.map);
-  for (bool is_part = true; is_part;) {
-    mapper->beginMeshUpdate();
-    MeshUpdate update = mapper->finishMeshUpdate();
-    is_part = update.is_part;
-    for (BlockMesh& block : update.blocks) {
-      meshes.put(std::make_shared<const BlockMesh>(std::move(block)));
-    }
-  }
+  meshes.update(*mapper);
   const SavedMesh saved = saveSimplified(meshes, settings.params.mapper.mesh.colour,
                                          options.out_path, simplify_error_m);
   std::printf("%zu vertices, %zu triangles: %s\n", saved.vertices, saved.triangles,

@@ -172,22 +172,9 @@ class Reconstruction {
   }
 
   void updateMesh() {
-    result_.mesh_ms.push_back(timeMs([&] {
-      while (updatePart()) {
-      }
-    }));
+    result_.mesh_ms.push_back(timeMs([&] { meshes_->update(mapper_); }));
     frames_since_mesh_ = 0;
     painted_since_mesh_ = false;
-  }
-
-  /// @return whether there is more.
-  bool updatePart() {
-    mapper_.beginMeshUpdate();
-    MeshUpdate update = mapper_.finishMeshUpdate();
-    for (BlockMesh& block : update.blocks) {
-      meshes_->put(std::make_shared<BlockMesh>(std::move(block)));
-    }
-    return update.is_part;
   }
 
   Mapper& mapper_;

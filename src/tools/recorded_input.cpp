@@ -13,12 +13,22 @@
 #include "level/level_pose.h"
 
 namespace dtsdf {
+#ifndef DTSDF_WITH_BAG
+std::unique_ptr<FrameSource> openBagFrames(const BagOptions&) {
+  throw std::runtime_error("this build cannot read bags; build the package with -DWITH_ROS=ON");
+}
+std::unique_ptr<ColourSource> openBagColours(const BagOptions&) { return nullptr; }
+Eigen::Vector3d findUpInBag(const BagOptions& options) {
+  openBagFrames(options);  // throws
+  return {};
+}
+#endif
+
 namespace {
 
 /// Enough to see a wrong scale by.
 constexpr size_t kFramesLookedAt = 5;
 
-#ifdef DTSDF_WITH_BAG
 BagOptions bagOptions(const RunOptions& options, const NodeParams& node) {
   BagOptions bag = options.recording;
   bag.map_frame = node.map_frame;
@@ -28,32 +38,6 @@ BagOptions bagOptions(const RunOptions& options, const NodeParams& node) {
   }
   return bag;
 }
-
-std::unique_ptr<FrameSource> openBag(const RunOptions& options, const NodeParams& node) {
-  return openBagFrames(bagOptions(options, node));
-}
-
-std::unique_ptr<ColourSource> openColoursOfBag(const RunOptions& options, const NodeParams& node) {
-  return openBagColours(bagOptions(options, node));
-}
-
-Eigen::Vector3d measuredUpOfBag(const RunOptions& options, const NodeParams& node) {
-  return findUpInBag(bagOptions(options, node));
-}
-#else
-std::unique_ptr<FrameSource> openBag(const RunOptions&, const NodeParams&) {
-  throw std::runtime_error("this build cannot read bags; build the package with -DWITH_ROS=ON");
-}
-
-std::unique_ptr<ColourSource> openColoursOfBag(const RunOptions&, const NodeParams&) {
-  return nullptr;
-}
-
-Eigen::Vector3d measuredUpOfBag(const RunOptions& options, const NodeParams& node) {
-  openBag(options, node);  // throws
-  return {};
-}
-#endif
 
 /// Depth along rays becomes depth along the optical axis.
 void turnFrameToAxis(SourceFrame& frame) {
@@ -65,7 +49,7 @@ void turnFrameToAxis(SourceFrame& frame) {
 }
 
 std::unique_ptr<FrameSource> openAsRecorded(const RunOptions& options, const NodeParams& node) {
-  if (options.recording.format == "bag") return openBag(options, node);
+  if (options.recording.format == "bag") return openBagFrames(bagOptions(options, node));
   if (options.recording.format == "journal") {
     throw std::runtime_error("'" + options.recording.path +
                              "' is a journal, which reconstruct and map_tool export read");
@@ -108,7 +92,7 @@ std::unique_ptr<FrameSource> openAndLook(const RunOptions& options, const RunSet
 }
 
 Eigen::Vector3d measuredUp(const RunOptions& options, const NodeParams& node) {
-  if (options.recording.format == "bag") return measuredUpOfBag(options, node);
+  if (options.recording.format == "bag") return findUpInBag(bagOptions(options, node));
   throw std::runtime_error("map/level is imu, which needs a bag with an inertial sensor; '" +
                            options.recording.path + "' is read as " + options.recording.format +
                            ": set map/level to floor or none");
@@ -122,8 +106,9 @@ std::string nameOfFrame(const RunOptions& options, const RunSettings& settings) 
 std::unique_ptr<ColourSource> openColours(const RunOptions& options, const NodeParams& node) {
   if (node.colour == Usage::kNever) return nullptr;
   const RecordingOptions& recording = options.recording;
-  std::unique_ptr<ColourSource> colours =
-      recording.format == "bag" ? openColoursOfBag(options, node) : openRecordingColours(recording);
+  std::unique_ptr<ColourSource> colours = recording.format == "bag"
+                                              ? openBagColours(bagOptions(options, node))
+                                              : openRecordingColours(recording);
   if (colours == nullptr && node.colour == Usage::kAlways) {
     throw std::runtime_error("colour/enabled is 'always', but '" + recording.path +
                              "' has no colour images where the format " + recording.format +

@@ -121,9 +121,9 @@ class WrongArguments(unittest.TestCase):
 
     def test_pickle_and_copy(self):
         for thing in (self.mapper, self.mapper.mesh(), self.mapper.blocks()):
-            with self.assertRaisesRegex(TypeError, "cannot be pickled"):
+            with self.assertRaisesRegex(TypeError, "pickle"):
                 pickle.dumps(thing)
-            with self.assertRaisesRegex(TypeError, "cannot be pickled"):
+            with self.assertRaisesRegex(TypeError, "pickle"):
                 copy.copy(thing)
 
 

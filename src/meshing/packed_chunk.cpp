@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <unordered_map>
 #include <utility>
 
 #include "kernels/meshing/corner_grid.h"
@@ -279,6 +280,63 @@ Mesh unpackChunk(const PackedChunk& chunk, double step_m) {
         {chunk.corner(3 * t), chunk.corner(3 * t + 1), chunk.corner(3 * t + 2)});
   }
   return mesh;
+}
+
+namespace {
+
+/// The axis that a normal is closest to, and its sign: 2 axis + (1 if negative).
+int facedWayOf(const Vec3f& normal) {
+  const float x = std::abs(normal.x), y = std::abs(normal.y), z = std::abs(normal.z);
+  if (x >= y && x >= z) return normal.x < 0.0f ? 1 : 0;
+  if (y >= z) return normal.y < 0.0f ? 3 : 2;
+  return normal.z < 0.0f ? 5 : 4;
+}
+
+}  // namespace
+
+PackedChunk coarsen(const PackedChunk& chunk, int cell_log2) {
+  const int64_t size = int64_t{1} << cell_log2;
+  PackedChunk coarse;
+  coarse.origin = chunk.origin;
+  std::unordered_map<uint64_t, uint32_t> vertex_of_cell;
+  std::vector<uint32_t> number(chunk.vertexCount());
+  for (size_t i = 0; i < number.size(); ++i) {
+    const int way = facedWayOf(normalOfPacked(chunk.normals[2 * i], chunk.normals[2 * i + 1]));
+    uint64_t key = static_cast<uint64_t>(way);
+    for (int axis = 0; axis < 3; ++axis) {
+      const int64_t origin = chunk.origin[axis];
+      const int64_t cell = (origin + chunk.positions[3 * i + axis]) >> cell_log2;
+      key = key << 17 | static_cast<uint64_t>(cell - (origin >> cell_log2));
+    }
+    const auto next = static_cast<uint32_t>(coarse.vertexCount());
+    const auto [known, is_new] = vertex_of_cell.emplace(key, next);
+    number[i] = known->second;
+    if (!is_new) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      const int64_t origin = chunk.origin[axis];
+      const int64_t cell = (origin + chunk.positions[3 * i + axis]) >> cell_log2;
+      int64_t middle = cell * size + size / 2 - origin;
+      if (way / 2 == axis) middle += way % 2 == 0 ? size / 4 : -size / 4;
+      coarse.positions.push_back(static_cast<uint16_t>(std::clamp<int64_t>(middle, 0, 65535)));
+    }
+    coarse.normals.insert(coarse.normals.end(), &chunk.normals[2 * i], &chunk.normals[2 * i] + 2);
+    if (chunk.colours.empty()) continue;
+    coarse.colours.insert(coarse.colours.end(), &chunk.colours[3 * i], &chunk.colours[3 * i] + 3);
+  }
+  for (size_t t = 0; t < chunk.triangleCount(); ++t) {
+    const uint32_t a = number[chunk.corner(3 * t)], b = number[chunk.corner(3 * t + 1)],
+                   c = number[chunk.corner(3 * t + 2)];
+    if (a == b || b == c || c == a) continue;
+    // There are never more vertices than in the chunk: indices are as wide as there.
+    for (const uint32_t vertex : {a, b, c}) {
+      if (chunk.triangles32.empty()) {
+        coarse.triangles16.push_back(static_cast<uint16_t>(vertex));
+      } else {
+        coarse.triangles32.push_back(vertex);
+      }
+    }
+  }
+  return coarse;
 }
 
 }  // namespace dtsdf

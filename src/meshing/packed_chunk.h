@@ -1,5 +1,6 @@
 /// A chunk of the mesh in few bytes, as it is sent: positions are whole steps of a lattice that all
-/// chunks of a map share, so that chunks side by side meet without cracks.
+/// chunks of a map share, so that chunks side by side meet without cracks. And one with less
+/// detail, to be looked at from far away.
 #pragma once
 
 #include <array>
@@ -64,5 +65,11 @@ Vec3f normalOfPacked(int16_t u, int16_t v);
 /// The chunk in W, its positions as floats: what is left of them far from the origin is for colours
 /// by height.
 Mesh unpackChunk(const PackedChunk& chunk, double step_m);
+
+/// The chunk with one vertex for all that lie in one cell and face the same of six ways: both sides
+/// of a thin thing stay apart. Cells are cubes of 2^cell_log2 steps, the same for all chunks, and a
+/// vertex goes to the middle of its cell, a quarter towards where it faces: chunks side by side
+/// still meet. Triangles that are left without area are left out.
+PackedChunk coarsen(const PackedChunk& chunk, int cell_log2);
 
 }  // namespace dtsdf

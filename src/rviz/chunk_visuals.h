@@ -2,6 +2,8 @@
 /// that what is out of view costs nothing.
 #pragma once
 
+#include <OgreAxisAlignedBox.h>
+#include <OgreCamera.h>
 #include <OgreColourValue.h>
 #include <OgreManualObject.h>
 #include <OgreMaterial.h>
@@ -10,13 +12,17 @@
 #include <OgreSceneManager.h>
 #include <OgreSceneNode.h>
 #include <OgreTechnique.h>
+#include <OgreViewport.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <map>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "meshing/packed_chunk.h"
 
@@ -58,7 +64,9 @@ class ChunkVisuals {
     style_ = style;
     applyMaterial();
     if (!is_other_colour) return;
-    for (const auto& [origin, visual] : visuals_) build(visual);
+    for (auto& [origin, visual] : visuals_) {
+      for (const Level& level : visual.levels) build(level, visual.step_m);
+    }
   }
 
   /// Adds a chunk, or replaces or removes the one with its origin.
@@ -72,14 +80,46 @@ class ChunkVisuals {
                               static_cast<float>(static_cast<double>(chunk.origin[1]) * step_m),
                               static_cast<float>(static_cast<double>(chunk.origin[2]) * step_m));
     Visual& visual = visuals_[chunk.origin];
-    visual = {step_m, parent_.createChildSceneNode(place), manager_.createManualObject(),
-              std::move(chunk)};
-    visual.node->attachObject(visual.object);
-    build(visual);
+    visual = {step_m, parent_.createChildSceneNode(place), place, 0.0f, {}};
+    addLevel(visual, std::move(chunk), 0.0f);
+    const Ogre::AxisAlignedBox& box = visual.levels[0].object->getBoundingBox();
+    visual.centre = place + box.getCenter();
+    visual.radius_m = 0.5f * box.getSize().length();
+    for (int level = 1; level <= kCoarseLevels; ++level) {
+      const int cell_log2 = kFinestCellLog2 + level - 1;
+      PackedChunk coarse = coarsen(visual.levels[0].chunk, cell_log2);
+      if (coarse.triangleCount() == 0) break;
+      addLevel(visual, std::move(coarse), static_cast<float>(step_m * (1 << cell_log2)));
+    }
   }
 
   void clear() {
     while (!visuals_.empty()) remove(visuals_.begin());
+  }
+
+  /// Draws of each chunk the coarsest level whose cells are at most so many pixels as a camera sees
+  /// them; 0: whole chunks.
+  void chooseLevels(const Ogre::Camera& camera, float detail_px) {
+    const Ogre::Vector3 eye = parent_._getFullTransform().inverse() * camera.getDerivedPosition();
+    const auto height_px = static_cast<float>(camera.getViewport()->getActualHeight());
+    const bool is_orthographic = camera.getProjectionType() == Ogre::PT_ORTHOGRAPHIC;
+    // At a distance of 1 m, or at all.
+    const float view_height = is_orthographic
+                                  ? camera.getOrthoWindowHeight()
+                                  : 2.0f * std::tan(0.5f * camera.getFOVy().valueRadians());
+    for (auto& [origin, visual] : visuals_) {
+      // A chunk that the camera is in has no coarser level that is fine enough.
+      const float distance_m = std::max(eye.distance(visual.centre) - visual.radius_m, 0.0f);
+      const float width_m = is_orthographic ? view_height : view_height * distance_m;
+      const float coarsest_m = detail_px * width_m / height_px;
+      size_t chosen = 0;
+      for (size_t i = 1; i < visual.levels.size(); ++i) {
+        if (visual.levels[i].cell_m <= coarsest_m) chosen = i;
+      }
+      for (size_t i = 0; i < visual.levels.size(); ++i) {
+        visual.levels[i].object->setVisible(i == chosen);
+      }
+    }
   }
 
   size_t chunks() const { return visuals_.size(); }
@@ -88,17 +128,30 @@ class ChunkVisuals {
  private:
   using Origin = std::array<int64_t, 3>;
 
+  /// Coarser levels of a chunk: cells of two, four, eight and sixteen voxels, where a voxel is 512
+  /// steps.
+  static constexpr int kCoarseLevels = 4;
+  static constexpr int kFinestCellLog2 = 10;
+
   /// Materials have one name space for all displays.
   static std::string makeMaterialName() {
     static std::atomic<unsigned> count{0};
     return "dtsdf_mapping/mesh_blocks_" + std::to_string(count++);
   }
 
+  /// The whole chunk and coarser ones, of which one is drawn. They are kept for other colours to be
+  /// made of them.
+  struct Level {
+    PackedChunk chunk;
+    Ogre::ManualObject* object;
+    float cell_m;  ///< How coarse; 0: the whole chunk.
+  };
   struct Visual {
     double step_m;
     Ogre::SceneNode* node;
-    Ogre::ManualObject* object;
-    PackedChunk chunk;  ///< Kept for other colours to be made of it.
+    Ogre::Vector3 centre;  ///< In the map frame.
+    float radius_m;
+    std::vector<Level> levels;
   };
 
   bool isLit() const { return style_.colour == MeshColour::kPlain; }
@@ -114,40 +167,48 @@ class ChunkVisuals {
     pass.setDepthWriteEnabled(is_opaque);
   }
 
-  void build(const Visual& visual) {
-    visual.object->clear();
-    visual.object->estimateVertexCount(visual.chunk.vertexCount());
-    visual.object->estimateIndexCount(3 * visual.chunk.triangleCount());
-    visual.object->begin(material_->getName(), Ogre::RenderOperation::OT_TRIANGLE_LIST);
-    addVertices(visual);
-    for (size_t i = 0; i < 3 * visual.chunk.triangleCount(); ++i) {
-      visual.object->index(visual.chunk.corner(i));
+  void addLevel(Visual& visual, PackedChunk chunk, float cell_m) {
+    Ogre::ManualObject* const object = manager_.createManualObject();
+    visual.node->attachObject(object);
+    object->setVisible(cell_m == 0.0f);
+    visual.levels.push_back({std::move(chunk), object, cell_m});
+    build(visual.levels.back(), visual.step_m);
+  }
+
+  void build(const Level& level, double step_m) {
+    level.object->clear();
+    level.object->estimateVertexCount(level.chunk.vertexCount());
+    level.object->estimateIndexCount(3 * level.chunk.triangleCount());
+    level.object->begin(material_->getName(), Ogre::RenderOperation::OT_TRIANGLE_LIST);
+    addVertices(level, step_m);
+    for (size_t i = 0; i < 3 * level.chunk.triangleCount(); ++i) {
+      level.object->index(level.chunk.corner(i));
     }
-    visual.object->end();
+    level.object->end();
   }
 
   /// Positions are steps times the length of one: floats, but of small numbers.
-  void addVertices(const Visual& visual) {
-    const PackedChunk& chunk = visual.chunk;
-    const Mesh mesh = unpackChunk(chunk, visual.step_m);
-    const auto step = static_cast<float>(visual.step_m);
+  void addVertices(const Level& level, double step_m) {
+    const PackedChunk& chunk = level.chunk;
+    const Mesh mesh = unpackChunk(chunk, step_m);
+    const auto step = static_cast<float>(step_m);
     for (size_t i = 0; i < chunk.vertexCount(); ++i) {
-      visual.object->position(step * chunk.positions[3 * i], step * chunk.positions[3 * i + 1],
-                              step * chunk.positions[3 * i + 2]);
-      if (isLit()) visual.object->normal(mesh.normals[i].x, mesh.normals[i].y, mesh.normals[i].z);
+      level.object->position(step * chunk.positions[3 * i], step * chunk.positions[3 * i + 1],
+                             step * chunk.positions[3 * i + 2]);
+      if (isLit()) level.object->normal(mesh.normals[i].x, mesh.normals[i].y, mesh.normals[i].z);
       Ogre::ColourValue colour = style_.plain;
       if (!isLit()) {
         const auto [red, green, blue] = vertexColour(style_.colour, mesh, i);
         colour = Ogre::ColourValue(red, green, blue) / 255.0f;
       }
       colour.a = style_.alpha;
-      visual.object->colour(colour);
+      level.object->colour(colour);
     }
   }
 
   void remove(std::map<Origin, Visual>::iterator it) {
-    triangles_ -= it->second.chunk.triangleCount();
-    manager_.destroyManualObject(it->second.object);
+    triangles_ -= it->second.levels[0].chunk.triangleCount();
+    for (const Level& level : it->second.levels) manager_.destroyManualObject(level.object);
     manager_.destroySceneNode(it->second.node);
     visuals_.erase(it);
   }

@@ -1,4 +1,5 @@
 /// Shows the topic mesh_blocks in RViz.
+#include <OgreCamera.h>
 #include <OgreSceneNode.h>
 #include <dtsdf_mapping/MeshBlocks.h>
 #include <ros/message_traits.h>
@@ -11,6 +12,8 @@
 #include <rviz/properties/enum_property.h>
 #include <rviz/properties/float_property.h>
 #include <rviz/properties/ros_topic_property.h>
+#include <rviz/view_controller.h>
+#include <rviz/view_manager.h>
 #include <pluginlib/class_list_macros.hpp>
 
 #include <exception>
@@ -64,6 +67,13 @@ class MeshBlocksDisplay : public rviz::Display {
         SLOT(updateStyle()));
     wireframe_ = new rviz::BoolProperty("Wireframe", false, "Show the edges of the triangles only.",
                                         this, SLOT(updateStyle()));
+    detail_ =
+        new rviz::FloatProperty("Detail", 2.0f,
+                                "Distant parts are drawn with larger triangles, of about this "
+                                "many pixels; 0: always all triangles.",
+                                this);
+    detail_->setMin(0.0f);
+    detail_->setMax(20.0f);
   }
 
   ~MeshBlocksDisplay() override { unsubscribe(); }
@@ -85,7 +95,11 @@ class MeshBlocksDisplay : public rviz::Display {
 
   void fixedFrameChanged() override { placeMap(); }
 
-  void update(float, float) override { placeMap(); }
+  void update(float, float) override {
+    placeMap();
+    const rviz::ViewController* const view = context_->getViewManager()->getCurrent();
+    if (view != nullptr) visuals_->chooseLevels(*view->getCamera(), detail_->getFloat());
+  }
 
   /// A new subscription brings the whole mesh again.
   void reset() override {
@@ -171,6 +185,7 @@ class MeshBlocksDisplay : public rviz::Display {
   rviz::FloatProperty* alpha_;
   rviz::BoolProperty* backfaces_;
   rviz::BoolProperty* wireframe_;
+  rviz::FloatProperty* detail_;
 
   ros::Subscriber subscriber_;
   std::unique_ptr<ChunkVisuals> visuals_;

@@ -49,6 +49,20 @@ void show(const PackedChunk& chunk, double step_m) {
   }
 }
 
+/// Levels of less detail are chunks as well, with no more in them.
+void coarsenAndShow(const PackedChunk& chunk, double step_m) {
+  for (int cell_log2 = 10; cell_log2 < 14; ++cell_log2) {
+    const PackedChunk coarse = coarsen(chunk, cell_log2);
+    checkChunk(coarse);
+    require(coarse.origin == chunk.origin, "the same origin");
+    require(coarse.vertexCount() <= chunk.vertexCount(), "no more vertices");
+    require(coarse.triangleCount() <= chunk.triangleCount(), "no more triangles");
+    require(coarse.colours.empty() == (chunk.colours.empty() || coarse.vertexCount() == 0),
+            "painted if it is");
+    show(coarse, step_m);
+  }
+}
+
 }  // namespace
 
 int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
@@ -63,5 +77,6 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   });
   if (!is_sound) return 0;
   show(chunk, step_m);
+  coarsenAndShow(chunk, step_m);
   return 0;
 }

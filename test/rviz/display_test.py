@@ -74,7 +74,7 @@ def shown(picture):
 class Display(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.blocks = show("mapping_blocks")
+        cls.blocks = show("mapping_blocks", "Detail=0")
 
     def test_shows_what_the_markers_show(self):
         markers = show("mapping")
@@ -82,21 +82,26 @@ class Display(unittest.TestCase):
         differs = np.abs(markers - self.blocks).max(axis=1) > 8
         self.assertLess(differs.mean(), 0.001)
 
+    def test_less_detail_looks_the_same(self):
+        coarse = show("mapping_blocks", "Detail=2")
+        self.assertLess((shown(coarse) != shown(self.blocks)).mean(), 0.005)
+        self.assertLess(np.abs(coarse - self.blocks).mean(), 2.0)
+
     def test_colours(self):
-        plain = show("mapping_blocks", "Colour=Plain")
+        plain = show("mapping_blocks", "Detail=0", "Colour=Plain")
         np.testing.assert_array_equal(shown(plain), shown(self.blocks))
         grey = plain[shown(plain)]
         self.assertLess((grey.max(axis=1) - grey.min(axis=1)).max(), 3)
-        height = show("mapping_blocks", "Colour=Height")
+        height = show("mapping_blocks", "Detail=0", "Colour=Height")
         self.assertGreater((np.abs(height - self.blocks).max(axis=1) > 8).mean(), 0.1)
 
     def test_wires_have_gaps(self):
-        wires = show("mapping_blocks", "Wireframe=true")
+        wires = show("mapping_blocks", "Detail=0", "Wireframe=true")
         self.assertLess(shown(wires).sum(), 0.95 * shown(self.blocks).sum())
         self.assertGreater(shown(wires).sum(), 0.05 * shown(self.blocks).sum())
 
     def test_alpha_lets_the_background_through(self):
-        half = show("mapping_blocks", "Alpha=0.5")
+        half = show("mapping_blocks", "Detail=0", "Alpha=0.5")
         seen = shown(self.blocks)
         expected = (self.blocks[seen] + BACKGROUND) / 2
         self.assertLess(np.abs(half[seen] - expected).mean(), 10.0)
@@ -105,7 +110,7 @@ class Display(unittest.TestCase):
         self.assertGreater(shown(show("mapping_blocks", "Pitch=-0.9")).mean(), 0.2)
         below = show("mapping_blocks", "Pitch=-0.9", "Backfaces=false")
         self.assertLess(shown(below).mean(), 0.001)
-        above = show("mapping_blocks", "Backfaces=false")
+        above = show("mapping_blocks", "Detail=0", "Backfaces=false")
         self.assertLess((np.abs(above - self.blocks).max(axis=1) > 8).mean(), 0.001)
 
 

@@ -96,6 +96,7 @@ void bindBlocks(py::module& m) {
                 self, [](const VoxelValues& v) { return static_cast<int8_t>(v.evidence); });
           },
           "(A, 8, 8, 8) int8: frames that supported a surface less those that contradicted it.");
+  refusePickle(blocks, "Blocks", "pickle its arrays");
 }
 
 }  // namespace dtsdf::python

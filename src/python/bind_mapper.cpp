@@ -272,6 +272,7 @@ void bindMapper(py::module& m) {
                  std::to_string(mapper.stats().blocks) + " blocks>";
         });
       });
+  refusePickle(mapper, "Mapper", "save(path) it, and Mapper.load(path) in the other process");
 }
 
 }  // namespace dtsdf::python

@@ -154,6 +154,7 @@ void bindMesh(py::module& m) {
         return "<dtsdf_mapping.Mesh: " + std::to_string(self->vertices_m.size()) + " vertices, " +
                std::to_string(self->triangles.size()) + " triangles>";
       });
+  refusePickle(mesh, "Mesh", "save(path) it, or pickle copies of its arrays");
 }
 
 }  // namespace dtsdf::python

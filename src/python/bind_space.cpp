@@ -108,6 +108,7 @@ void bindSpace(py::module& m) {
            "(cells, states): (N, 3) int32 and (N,) uint8, of all cells that are not unknown; a "
            "cell\n"
            "reaches from cell to cell + 1, times cell_size_m, in W.");
+  refusePickle(space, "Space", "save() its mapper, and load that in the other process");
 }
 
 }  // namespace dtsdf::python

@@ -12,4 +12,13 @@ void bindSpace(pybind11::module& m);
 void bindMapper(pybind11::module& m);
 void bindRecording(pybind11::module& m);
 
+/// Has pickle and copy refuse a class, with what to do instead.
+template <class Class>
+void refusePickle(Class& bound, const char* name, const char* instead) {
+  const std::string text = std::string("a ") + name + " cannot be pickled or copied: " + instead;
+  bound.def("__reduce_ex__", [text](pybind11::handle, int) -> pybind11::object {
+    throw pybind11::type_error(text);
+  });
+}
+
 }  // namespace dtsdf::python

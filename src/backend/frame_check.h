@@ -32,6 +32,9 @@ void resizeView(const FrameView& frame, bool has_colours, RenderedView& view);
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params);
 
+/// Blocks beyond it that a frame drops at most, so that none takes long.
+constexpr size_t kMostDroppedBlocks = 4096;
+
 /// The ball, in units of voxels, that keeps the blocks that reach into it, once a frame is in the
 /// map. @pre map/keep_radius_m is not 0.
 RegionView keptBallOf(const DepthFrame& frame, const MapParams& params);

@@ -23,6 +23,29 @@ IntegrationResult refuseForMemory(const BackendError& error) {
                     error.what());
 }
 
+/// Leaves the farthest blocks in the lists, at most kMostDroppedBlocks; keys decide between ties.
+void keepFarthest(const RegionView& kept, const BlockTable& table, std::vector<int32_t>& slots,
+                  std::vector<PackedKey>& on_disk) {
+  std::vector<std::pair<double, PackedKey>> all;  // with the distances below 0
+  const auto add = [&](PackedKey key) {
+    all.emplace_back(-squaredDistance(unpackKey(key), kept.center), key);
+  };
+  for (const int32_t slot : slots) add(packKey(table.block(slot).key));
+  for (const PackedKey key : on_disk) add(key);
+  std::sort(all.begin(), all.end());
+  if (all.size() > kMostDroppedBlocks) all.resize(kMostDroppedBlocks);
+  slots.clear();
+  on_disk.clear();
+  for (const auto& [distance, key] : all) {
+    const int32_t slot = table.find(key);
+    if (slot < 0) {
+      on_disk.push_back(key);
+    } else {
+      slots.push_back(slot);
+    }
+  }
+}
+
 /// Depth images without an extraction of which it is known what they have changed.
 constexpr size_t kMostViews = 8;
 
@@ -244,16 +267,16 @@ std::vector<int32_t> Engine::releaseUnseen() {
   return table_.releaseVacant(unseen);
 }
 
-/// Forgets what lies beyond the radius that is kept, wherever it is.
+/// Forgets what lies beyond the radius that is kept: the farthest, wherever it is.
 /// @return slots of what is gone.
 std::vector<int32_t> Engine::dropBeyond() {
   if (!state_.kept) return {};
   const StageTimer timer(profile_, Stage::kClear);
   const RegionView kept = *std::exchange(state_.kept, std::nullopt);
-  const std::vector<int32_t> slots = table_.slotsBeyond(kept);
-  const std::vector<PackedKey> on_disk =
-      pager_ ? pager_->keysBeyond(kept) : std::vector<PackedKey>();
+  std::vector<int32_t> slots = table_.slotsBeyond(kept);
+  std::vector<PackedKey> on_disk = pager_ ? pager_->keysBeyond(kept) : std::vector<PackedKey>();
   if (slots.empty() && on_disk.empty()) return {};
+  keepFarthest(kept, table_, slots, on_disk);
   if (!on_disk.empty()) finishMeshing();
   state_.changed_in.reset();
   backend_->waitForMeshes();

@@ -131,13 +131,17 @@ TEST(KeepRadius, GoesByTheCenterThatAFrameGives) {
   EXPECT_EQ(session.mapper().integrate(away.view()).status, FrameStatus::kBadPose);
 }
 
-TEST(KeepRadius, DropsAllThatAJumpLeavesBehind) {
+/// A jump leaves more behind than one frame drops.
+TEST(KeepRadius, DropsABoundedNumberAFrame) {
   MapperParams settings = params(kKeptRadius_m);
   settings.map.voxel_size_m = 0.0025f;
   Session session(settings);
   session.integrate(lookFrom(0.0, 160));
   const size_t first = session.mapper().stats().blocks;
+  ASSERT_GT(first, kMostDroppedBlocks);
   session.integrate(lookFrom(20.0, 160));
+  EXPECT_EQ(session.mapper().stats().dropped_blocks, kMostDroppedBlocks);
+  for (int i = 0; i < 5; ++i) session.integrate(lookFrom(20.0, 160));
   EXPECT_EQ(session.mapper().stats().dropped_blocks, first);
 }
 

@@ -4,7 +4,6 @@
 #include <png.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstddef>
 #include <cstdint>
 #include <stdexcept>
@@ -12,19 +11,19 @@
 
 namespace dtsdf {
 
-/// The critical chunks of a PNG. Without the others libpng takes values as they are: it would
-/// convert them by a gamma.
+/// The critical chunks of a PNG, and what is not a chunk, which libpng refuses. With gAMA or sRGB
+/// libpng would convert the values.
 inline std::string criticalChunks(const uint8_t* data, size_t bytes) {
   constexpr size_t kSignatureBytes = 8, kEmptyChunkBytes = 12;
+  constexpr uint8_t kAncillary = 0x20;  // a bit of a type's first letter
   const uint8_t* const end = data + bytes;
   std::string kept;
   for (size_t length = std::min(bytes, kSignatureBytes); data < end; data += length) {
     const auto left = static_cast<size_t>(end - data);
-    if (!kept.empty()) {
-      length = left < kEmptyChunkBytes ? left : kEmptyChunkBytes + png_get_uint_32(data);
-    }
+    const bool is_chunk = left >= kEmptyChunkBytes && png_get_uint_32(data) <= PNG_UINT_31_MAX;
+    if (!kept.empty()) length = is_chunk ? kEmptyChunkBytes + png_get_uint_32(data) : left;
     length = std::min(length, left);
-    if (kept.empty() || left < kEmptyChunkBytes || std::isupper(data[4]) != 0) {
+    if (kept.empty() || !is_chunk || (data[4] & kAncillary) == 0) {
       kept.append(reinterpret_cast<const char*>(data), length);
     }
   }
@@ -40,11 +39,17 @@ class PngReader {
   PngReader(const PngReader&) = delete;
   PngReader& operator=(const PngReader&) = delete;
 
-  /// False for what is no PNG image, or damaged.
+  /// False for what is not a PNG image, or damaged.
   bool isPng() const { return is_png_; }
+  std::string problem() const { return std::string("PNG: ") + png_.message; }
   size_t width() const { return png_.width; }
   size_t height() const { return png_.height; }
   bool is16BitGrey() const { return png_.format == PNG_FORMAT_LINEAR_Y; }
+  /// Of any colours. @pre It is a PNG image.
+  bool isInterlaced16Bit() const {
+    constexpr size_t kBitDepthAt = 24, kInterlaceAt = 28;
+    return file_[kBitDepthAt] == 16 && file_[kInterlaceAt] != 0;
+  }
   bool hasAlpha() const { return (png_.format & PNG_FORMAT_FLAG_ALPHA) != 0; }
 
   /// Fills rows of pixels in a format of libpng's, once; false if they are damaged.

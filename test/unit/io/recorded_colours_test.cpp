@@ -110,6 +110,25 @@ TEST_F(RecordedColoursTest, OtherKindsOfPixels) {
   EXPECT_EQ(first("clear.png", cv::Mat(4, 5, CV_8UC4, {1, 2, 3, 4})), (std::vector<int>{3, 2, 1}));
 }
 
+/// libpng may write beyond the pixels of such an image.
+TEST_F(RecordedColoursTest, InterlacedImagesOf16BitsAreRefused) {
+  const std::string head(
+      "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\2\0\0\0\2\x10\2\0\0\1\332\103\166\246\0\0\0\0IDAT", 41);
+  const std::string error =
+      errorOf([&] { decodeColour(reinterpret_cast<const uint8_t*>(head.data()), 41, "it"); });
+  EXPECT_NE(error.find("without interlace"), std::string::npos) << error;
+}
+
+/// TurboJPEG knows the usual ones.
+TEST_F(RecordedColoursTest, UnusualSubsamplingIsNamed) {
+  std::string file = readBytes(folder_ / "rgb/b.jpg");
+  const size_t frame = file.find("\xff\xc0");
+  ASSERT_NE(frame, std::string::npos);
+  file[frame + 11] = 0x31;  // 3 x 1 pixels of brightness to one of colour
+  writeBytes(folder_ / "rgb/b.jpg", file);
+  EXPECT_NE(error().find("subsampling"), std::string::npos) << error();
+}
+
 /// A file cut off anywhere is told, not read in part.
 TEST_F(RecordedColoursTest, CutFilesAreDamaged) {
   for (const std::string name : {"rgb/a.png", "rgb/b.jpg"}) {

@@ -94,18 +94,16 @@ std::vector<size_t> imagesFor(BoxRun& run, double first_stamp_s, const RunOption
   const ColourRules& rules = settings.rules.colour;
   checkPainting(params);
   RateLimit rate(settings.params.max_colour_rate_hz);
-  double beyond_m = 0.0;
+  run.extent.blocks = grown(run.extent.painted, 1, 1);
   while (const std::optional<SourceColour> image = images->next()) {
     if (!rate.takes(image->stamp_s)) continue;
     if (image->stamp_s < first_stamp_s || image->stamp_s > run.last_stamp_s) continue;
     const CameraView view(image->colour);
     if (!mayPaint(view, run.extent.painted, params, rules)) continue;
     listed.push_back(image->index);
-    beyond_m = std::max(beyond_m, distanceThatDecides_m(view, params, rules));
+    const BlockExtent hiding = blocksThatHide(view, run.extent.painted, params, rules);
+    run.extent.blocks = around(run.extent.blocks, hiding);
   }
-  const double beyond = beyond_m / (static_cast<double>(params.map.voxel_size_m) * kBlockSide);
-  const auto blocks = static_cast<int32_t>(std::min(1.0 + std::ceil(beyond), 2.0 * kMost));
-  run.extent.blocks = grown(run.extent.painted, blocks, blocks);
   return listed;
 }
 

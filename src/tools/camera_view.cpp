@@ -39,13 +39,6 @@ bool CameraView::maySee(const MetricBox& box, double depth_m) const {
          !isBeyond(0.0, -K.fy, bottom);
 }
 
-double CameraView::reach(double depth_m) const {
-  const Intrinsics& K = intrinsics_;
-  const double x = std::max<double>(K.cx, width_ - K.cx) + kMargin_px,
-               y = std::max<double>(K.cy, height_ - K.cy) + kMargin_px;
-  return depth_m * Eigen::Vector3d(x / K.fx, y / K.fy, 1.0).norm();
-}
-
 /// A voxel is changed by what is measured as far from it as the truncation; its foot is within it.
 bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperParams& params) {
   const auto voxel_m = static_cast<double>(params.map.voxel_size_m);
@@ -70,15 +63,23 @@ bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperPa
   return image.maySee(pointsOf(blocks, params.map.voxel_size_m, rules), params.max_paint_depth_m);
 }
 
-/// A point is compared with what is drawn between the camera and it, or beside that by a radius,
-/// which drawSurface() has in pixels along both axes.
-double distanceThatDecides_m(const CameraView& image, const MapperParams& params,
-                             const ColourRules& rules) {
-  const Intrinsics& K = image.intrinsics();
-  const double stretch = std::max(1.0, static_cast<double>(K.fx) / static_cast<double>(K.fy));
-  return image.reach(params.max_paint_depth_m) +
-         params.map.voxel_size_m *
-             (2.0 * rules.surface_distance + kPieceVoxels * stretch + kRounding_voxels);
+/// What hides a point lies between the camera and it, or beside that by the radius of a piece,
+/// which drawSurface() has in pixels along both axes, and by a cell of the image.
+BlockExtent blocksThatHide(const CameraView& image, const BlockExtent& blocks,
+                           const MapperParams& params, const ColourRules& rules) {
+  const double voxel_m = params.map.voxel_size_m, block_m = voxel_m * kBlockSide;
+  const double fx = image.intrinsics().fx, least_f = std::min<double>(fx, image.intrinsics().fy);
+  const double piece_voxels = 2.0 * kPieceVoxels * fx / least_f;
+  const double margin_m =
+      voxel_m * (2.0 * rules.surface_distance + piece_voxels + 2.0 * kRounding_voxels) +
+      kMargin_px * params.max_paint_depth_m / least_f;
+  const MetricBox box = boxOf(blocks, block_m, 0.0).extend(image.centre());
+  const auto blockAt = [block_m](const Eigen::Array3d& p_W) {
+    const Eigen::Array3d block = (p_W / block_m).floor();
+    const Eigen::Array3i key = block.max(-kMaxBlockCoordinate).min(kMaxBlockCoordinate).cast<int>();
+    return BlockKey{key.x(), key.y(), key.z()};
+  };
+  return {blockAt(box.min().array() - margin_m), blockAt(box.max().array() + margin_m)};
 }
 
 }  // namespace dtsdf

@@ -31,9 +31,7 @@ class CameraView {
   /// image count too. Errs on the side of yes.
   bool maySee(const MetricBox& box, double depth_m) const;
 
-  /// How far away something in view up to a depth may be.
-  double reach(double depth_m) const;
-
+  Eigen::Vector3d centre() const { return T_C_W_.inverse().translation(); }
   const Intrinsics& intrinsics() const { return intrinsics_; }
 
  private:
@@ -51,8 +49,8 @@ bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperPar
 bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperParams& params,
               const ColourRules& rules);
 
-/// How far from what it paints there may be something that has to do with how it does.
-double distanceThatDecides_m(const CameraView& image, const MapperParams& params,
-                             const ColourRules& rules);
+/// The blocks that may hide something of these from a colour image, and these.
+BlockExtent blocksThatHide(const CameraView& image, const BlockExtent& blocks,
+                           const MapperParams& params, const ColourRules& rules);
 
 }  // namespace dtsdf

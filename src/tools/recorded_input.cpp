@@ -13,17 +13,6 @@
 #include "level/level_pose.h"
 
 namespace dtsdf {
-#ifndef DTSDF_WITH_BAG
-std::unique_ptr<FrameSource> openBagFrames(const BagOptions&) {
-  throw std::runtime_error("this build cannot read bags; build the package with -DWITH_ROS=ON");
-}
-std::unique_ptr<ColourSource> openBagColours(const BagOptions&) { return nullptr; }
-Eigen::Vector3d findUpInBag(const BagOptions& options) {
-  openBagFrames(options);  // throws
-  return {};
-}
-#endif
-
 namespace {
 
 /// Enough to see a wrong scale by.

@@ -157,7 +157,8 @@ void RecordStore::writeWaiting() {
     writing_ = batch[count - 1].first;
     lock.unlock();
     size_t done = 0;
-    for (const auto start = Clock::now(); done < count && Clock::now() - start < kWritingAtOnce;) {
+    const auto start = Clock::now();
+    while (done < count && refused < kWrittenAtOnce && Clock::now() - start < kWritingAtOnce) {
       auto& [number, waiting] = batch[done++];
       tried = number;
       std::string refusal = writeOne(number, *waiting, buffer);
@@ -186,7 +187,7 @@ size_t RecordStore::findWaiting(uint64_t after, Batch& batch) const {
   return count;
 }
 
-/// @pre The mutex is locked. @param batch Null: what the disk did not take.
+/// @pre The mutex is locked. @param batch Entries are null where the disk refused them.
 void RecordStore::forgetWritten(const Batch& batch, size_t count) {
   for (size_t i = 0; i < count; ++i) {
     const auto& [number, waiting] = batch[i];

@@ -42,7 +42,7 @@ void publishSheet(size_t triangles) {
   ros::NodeHandle private_nh("~");
   NodeParams params;
   params.mapper.map.voxel_size_m = kVoxelSize;
-  const Rates rates(params.publish);
+  const Rates rates(params);
   const std::unique_ptr<Step> topics = makeMeshTopicsStep(params, rates);
   topics->advertise({private_nh, private_nh, private_nh, ""});
   ShownMesh mesh(params.mapper.map);

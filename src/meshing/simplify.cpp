@@ -47,7 +47,7 @@ constexpr size_t kReportEach = 4096;
 /// What each of two opposing sides may use of what is between them.
 constexpr double kShareBetween = 0.45;
 
-/// Errors up to so many mean edges are common enough to measure gaps for them beforehand.
+/// Errors up to so many mean edges are common: gaps are first measured as far as these need.
 constexpr double kNearEdges = 2.0;
 
 /// Normals that differ by more than this face each other: cosine of 105 degrees.
@@ -90,7 +90,8 @@ class Tolerances {
   const double near_m_, max_error_m_;
   const SurfaceTree tree_;
   SurfaceTree::Hint hint_ = SurfaceTree::kNoHint;  ///< Neighbours have neighbouring numbers.
-  std::vector<float> tolerance_m_;  ///< Negative: none found within what errors up to near_m_ need.
+  /// Infinite: not measured yet; negative: none found within what errors up to near_m_ need.
+  std::vector<float> tolerance_m_;
 };
 
 /// A triangle at a vertex: the two others, in its order.

@@ -54,8 +54,8 @@ inline std::string joined(const std::vector<std::string>& words,
 }
 
 /// vsnprintf() in the locale of C.
-__attribute__((format(printf, 3, 0))) inline int printWithPoints(char* line, size_t size,
-                                                                 const char* text, va_list values) {
+__attribute__((format(printf, 3, 0))) inline int vsnprintfInC(char* line, size_t size,
+                                                              const char* text, va_list values) {
   static const locale_t of_c = newlocale(LC_ALL_MASK, "C", nullptr);
   const locale_t before = uselocale(of_c);
   const int length = std::vsnprintf(line, size, text, values);
@@ -69,12 +69,12 @@ __attribute__((format(printf, 1, 2))) inline std::string formatted(const char* t
   char line[512];
   va_list values;
   va_start(values, text);
-  const int length = printWithPoints(line, sizeof(line), text, values);
+  const int length = vsnprintfInC(line, sizeof(line), text, values);
   va_end(values);
   if (length < static_cast<int>(sizeof(line))) return length < 0 ? std::string() : line;
   std::string whole(static_cast<size_t>(length) + 1, '\0');
   va_start(values, text);
-  printWithPoints(whole.data(), whole.size(), text, values);
+  vsnprintfInC(whole.data(), whole.size(), text, values);
   va_end(values);
   whole.pop_back();
   return whole;

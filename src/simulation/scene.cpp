@@ -14,7 +14,7 @@ using Ray = Eigen::ParametrizedLine<double, 3>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Where a ray's parameter is inside of something; empty by default.
+/// Interval of a ray's parameter inside a solid; empty by default.
 using Interval = Eigen::AlignedBox<double, 1>;
 
 const Interval kAll(-kInfinity, kInfinity);

@@ -67,10 +67,10 @@ void visitCells(const Corner& a, const Corner& b, const Corner& c, const Visit& 
   }
 }
 
-/// The cells of a sorted list that another one lacks.
-std::vector<Vec3i> without(const std::vector<Vec3i>& other, const std::vector<Vec3i>& list) {
+/// The cells of a sorted list that are not in another one.
+std::vector<Vec3i> without(const std::vector<Vec3i>& list, const std::vector<Vec3i>& removed) {
   std::vector<Vec3i> cells;
-  std::set_difference(list.begin(), list.end(), other.begin(), other.end(),
+  std::set_difference(list.begin(), list.end(), removed.begin(), removed.end(),
                       std::back_inserter(cells), isBefore);
   return cells;
 }
@@ -154,13 +154,13 @@ void SurfaceCells::replace(const BlockKey& block, std::vector<Vec3i> now, CellTa
   sector.listed += now.size();
   sector.listed -= before.size();
   if (now.empty()) sector.cells_of_block.erase(packKey(block));
-  for (const Vec3i& cell : without(before, now)) {
+  for (const Vec3i& cell : without(now, before)) {
     const Vec3i cube = cubeOfCell(cell);
     if (isIn(cells.find(cube).surface, indexInCube(cell))) continue;
     add(cells.at(cube).surface, indexInCube(cell));
     changed_.push_back(cube);
   }
-  for (const Vec3i& cell : without(now, before)) {
+  for (const Vec3i& cell : without(before, now)) {
     const Vec3i cube = cubeOfCell(cell);
     if (!isIn(cells.find(cube).surface, indexInCube(cell)) || isListed(cell)) continue;
     remove(cells.at(cube).surface, indexInCube(cell));

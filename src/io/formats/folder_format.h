@@ -14,7 +14,7 @@ struct FolderFormat {
   const char* name;   ///< As --format has it.
   const char* marks;  ///< The files by which such a folder is known.
 
-  bool (*isIn)(const std::filesystem::path& folder);  ///< Null: it is if there are depth images.
+  bool (*isIn)(const std::filesystem::path& folder);  ///< Null: a folder with depth images is one.
 
   /// All depth images. Where a layout has no stamps, the number of an image is its
   /// stamp.

@@ -1,6 +1,7 @@
 /// Which chunks of blocks the mesh consists of, and which of them changed since they were sent.
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <vector>
@@ -32,6 +33,18 @@ class MeshChunks {
   std::vector<PackedKey> all() const {
     std::vector<PackedKey> chunks;
     for (const auto& [chunk, id] : ids_) chunks.push_back(chunk);
+    return chunks;
+  }
+
+  /// The next `count` chunks in a circle through all; those that are added do not set it back.
+  std::vector<PackedKey> nextInTurn(size_t count) {
+    std::vector<PackedKey> chunks;
+    for (size_t i = 0; i < std::min(count, ids_.size()); ++i) {
+      auto next = ids_.upper_bound(last_in_turn_);
+      if (next == ids_.end()) next = ids_.begin();
+      last_in_turn_ = next->first;
+      chunks.push_back(last_in_turn_);
+    }
     return chunks;
   }
 
@@ -67,6 +80,7 @@ class MeshChunks {
   int chunk_blocks_;
   std::map<PackedKey, int> ids_;
   std::set<PackedKey> changed_;
+  PackedKey last_in_turn_ = 0;
 };
 
 }  // namespace dtsdf

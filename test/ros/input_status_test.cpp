@@ -252,6 +252,8 @@ TEST_F(InputStatusTest, TimeThatStandsIsNoFault) {
   }
   EXPECT_EQ(update().code, MapStatus::TIME_STANDS);
   EXPECT_EQ(status_.level, MapStatus::OK);
+  depth().received_age_s = depth().fused_age_s = 16.0;
+  EXPECT_EQ(update().code, MapStatus::MAPPING) << "the waiting begins again";
 }
 
 TEST(Status, OfOneLevelTheMoreImportantIsReported) {

@@ -121,8 +121,9 @@ TEST_F(LiveMapTest, ARegionWithAProblemIsNoFailureOfTheBackend) {
 TEST_F(LiveMapTest, GoesOnWhereARegionIsClearedInPart) {
   pushFrame();
   work();
-  mapper_->clears_in_part = true;
+  mapper_->clears_in_part = mapper_->fails_to_count = true;
   EXPECT_THROW(map_.clearRegion(SphereRegion{{0, 0, 0}, 1.0}), PartlyCleared);
+  mapper_->fails_to_count = false;
   EXPECT_FALSE(hasFailed());
   host_.clock.advance(1.0);
   const int meshes = mapper_->meshes;
@@ -154,13 +155,32 @@ TEST_F(LiveMapTest, FusesInOrderAndHandsTheMeshOver) {
   EXPECT_EQ(mapper_->frames, 3);
   EXPECT_EQ(host_.depth.counts().fused, 3u);
   EXPECT_EQ(host_.depth.counts().last_fused_stamp, ros::Time(3.0));
-  EXPECT_EQ(host_.status().blocks, 3u) << "the counts are asked for when idle";
+  EXPECT_EQ(host_.status().blocks, 3u);
 
   host_.clock.advance(1.0);
   work();
   const MeshChanges changes = changes_.take();
   EXPECT_EQ(changes.blocks.size(), 3u);
   EXPECT_EQ(changes.stamp, ros::Time(3.0));
+}
+
+/// Memory is not asked for while blocks move to disk beside a frame.
+TEST_F(LiveMapTest, AMeshIsReportedOnceNoFrameIsReady) {
+  pushFrame();
+  map_.step();  // fuses
+  map_.step();  // begins the mesh
+  pushFrame();
+  pushFrame();
+  map_.step();  // fuses
+  const int reports = mapper_->reports;
+  map_.step();  // finishes the mesh
+  EXPECT_EQ(changes_.take().blocks.size(), 1u);
+  EXPECT_EQ(mapper_->reports, reports);
+  work();
+  EXPECT_EQ(mapper_->reports, reports + 1) << "after the frame";
+  map_.flushMesh();
+  work();
+  EXPECT_EQ(mapper_->reports, reports + 2) << "when idle";
 }
 
 TEST_F(LiveMapTest, NothingIsMeshedForNobody) {

@@ -120,7 +120,10 @@ class FakeMapper : public Mapper {
     stats.max_map_bytes = kBudgetBytes;
     return stats;
   }
-  MapperMemory memory() const override { return held; }
+  MapperMemory memory() const override {
+    ++reports;
+    return held;
+  }
   std::string backendName() const override { return "fake"; }
 
   bool fails_to_integrate = false, fails_to_mesh = false, fails_to_clear = false;
@@ -131,7 +134,8 @@ class FakeMapper : public Mapper {
   std::function<void(const ColourFrame&)> paints;
   int frames = 0, images = 0, meshes = 0, cleared_regions = 0;
   Eigen::Isometry3d last_T_W_C = Eigen::Isometry3d::Identity();  ///< Pose of the newest frame.
-  int parts_left = 0;  ///< Extractions that leave something to the next one.
+  mutable int reports = 0;  ///< How often its memory was asked for.
+  int parts_left = 0;       ///< Extractions that leave something to the next one.
   double mesh_ms = 0.0;
   MapStats counts;  ///< But for what the frames make of them.
   MapperMemory held;

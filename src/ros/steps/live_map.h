@@ -272,6 +272,7 @@ class LiveMap {
       return frame_ready;
     }
     if (updateMesh(frame_ready)) return true;
+    if (report_outdated_ && !frame_ready) updateReport();
     for (const auto& step : steps_) {
       const Step::Work work = step->hasWork();
       if (work == Step::Work::kNone) continue;
@@ -392,8 +393,8 @@ class LiveMap {
     mesh_changes_.add(std::move(update), mesh_stamp_);
     mesh_whole_ = true;
     surfaces_stamp_ = mesh_stamp_;
+    report_outdated_ = true;
     for (const auto& step : steps_) step->meshed();
-    updateReport();
   }
 
   /// With another map, of which nothing was handed over.
@@ -412,11 +413,13 @@ class LiveMap {
 
   void regionCleared(const Region& region) {
     for (const auto& step : steps_) step->regionCleared(region);
-    fused_since_mesh_ = true;
-    updateReport();
+    fused_since_mesh_ = report_outdated_ = true;
   }
 
+  /// Waits for blocks that move to disk after a mesh; so it is called after a frame, which has
+  /// waited for them, or while none is ready.
   void updateReport() {
+    report_outdated_ = false;
     const MapStats stats = mapper_->stats();
     const MapperMemory memory = mapper_->memory();
     const std::lock_guard<std::mutex> lock(report_mutex_);
@@ -449,6 +452,7 @@ class LiveMap {
   Pace mesh_pace_{kLeastSpaceRate_hz};
   bool mesh_under_way_ = false;
   bool fused_since_mesh_ = false;  ///< Since the last extraction was begun.
+  bool report_outdated_ = false;
   bool mesh_is_part_ = false;
   bool mesh_whole_ = true;       ///< False while an extraction is under way, and once one was lost.
   ros::Time map_stamp_;          ///< Stamp of the newest frame in the map, but for a loaded one's.

@@ -3,7 +3,6 @@
 #include <dtsdf_mapping/MeshBlocks.h>
 #include <visualization_msgs/MarkerArray.h>
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
@@ -244,14 +243,8 @@ class MeshTopicsStep : public Step {
     const double refresh_s = params_.mesh_refresh_s;
     if (refresh_s <= 0.0 || toSeconds(now - refreshed_at_) < kRefreshPeriod_s) return {};
     refreshed_at_ = now;
-    const std::vector<PackedKey> all = chunks_.all();
-    const auto share = static_cast<size_t>(
-        std::ceil(static_cast<double>(all.size()) * kRefreshPeriod_s / refresh_s));
-    std::vector<PackedKey> keys;
-    for (size_t i = 0; i < std::min(share, all.size()); ++i) {
-      keys.push_back(all[refreshed_++ % all.size()]);  // none ever goes, so none is left out
-    }
-    return keys;
+    const auto all = static_cast<double>(chunks_.all().size());
+    return chunks_.nextInTurn(static_cast<size_t>(std::ceil(all * kRefreshPeriod_s / refresh_s)));
   }
 
   const NodeParams& params_;
@@ -262,7 +255,6 @@ class MeshTopicsStep : public Step {
   ChunkTopic<MeshBlocks> blocks_;
   Pace mesh_pace_, round_pace_;
   SteadyTime refreshed_at_{};
-  size_t refreshed_ = 0;  ///< Chunks that were, over all.
 };
 
 }  // namespace

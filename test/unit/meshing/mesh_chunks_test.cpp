@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
 
 #include "kernels/core/grid.h"
 
@@ -41,6 +42,21 @@ TEST(MeshChunks, KeepIdsAndForgetChanges) {
   EXPECT_EQ(chunks.idOf(first), id);
   chunks.markAllChanged();
   EXPECT_EQ(chunks.changed().size(), 3u);
+}
+
+/// While a camera explores, chunks come on both sides of those that are there.
+TEST(MeshChunks, AllHaveTheirTurnThoughThereAreMoreAndMore) {
+  MeshChunks chunks(1);
+  for (int x = 0; x < 10; ++x) chunks.markChanged({x, 0, 0});
+  const std::vector<PackedKey> first = chunks.all();
+  for (int circle = 0; circle < 10; ++circle) EXPECT_EQ(chunks.nextInTurn(10), first);
+  std::set<PackedKey> had_turn;
+  for (int round = 0; round < 10; ++round) {
+    for (const PackedKey chunk : chunks.nextInTurn(2)) had_turn.insert(chunk);
+    markChanged(chunks, {{-1 - round, 0, 0}, {10 + round, 0, 0}});
+  }
+  for (const PackedKey chunk : first) EXPECT_EQ(had_turn.count(chunk), 1u);
+  EXPECT_EQ(chunks.nextInTurn(100), chunks.nextInTurn(30)) << "each once, and then again";
 }
 
 }  // namespace

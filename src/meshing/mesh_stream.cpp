@@ -11,10 +11,12 @@ namespace {
 
 constexpr uint32_t kNone = UINT32_MAX;
 
-/// The block that owns an edge of a block's corner grid, see cornerBlockOffset(): that of its lower
-/// corner, as corners on a far face of the grid belong to a neighbour above. And the edge's place
-/// among those on the owner's lower faces; kInside if it is on none.
-using OwnedEdge = std::pair<uint8_t, uint16_t>;
+/// Where an edge of a block's corner grid lies in the block that owns it, which is that of its
+/// lower corner: corners on a far face of the grid belong to a neighbour above.
+struct OwnedEdge {
+  uint8_t owner;   ///< See cornerBlockOffset().
+  uint16_t place;  ///< Among the edges on the owner's lower faces; kInside if it is on none.
+};
 
 /// Only blocks that own them list edges that are not on the lower faces of their block.
 constexpr uint16_t kInside = UINT16_MAX;
@@ -102,7 +104,7 @@ uint32_t BlockJoiner::numberOf(const BlockMesh& block, uint32_t edge) {
   const int first = middleFirst(edge), second = middleSecond(edge);
   const auto [low, high] = std::minmax(number_of_edge_[first], number_of_edge_[second]);
   const auto ownerOf = [&](int end) {
-    return packKey(block.key + cornerBlockOffset(ownedEdges()[end].first));
+    return packKey(block.key + cornerBlockOffset(ownedEdges()[end].owner));
   };
   const PackedKey last = std::min(ownerOf(first), ownerOf(second));
   // Also those that no other block lists: units side by side in this one both list them.
@@ -142,8 +144,8 @@ constexpr size_t kVerticesAtOnce = 65536;
 template <class Blocks>
 uint64_t passBlocks(Blocks& blocks, int32_t distance, PackedKey key, uint64_t before) {
   const Vec3i beyond{distance, distance, distance};
-  for (; !blocks.empty() && packKey(blocks.front().first + beyond) < key; blocks.pop_front()) {
-    before = blocks.front().second;
+  for (; !blocks.empty() && packKey(blocks.front().key + beyond) < key; blocks.pop_front()) {
+    before = blocks.front().end;
   }
   return before;
 }
@@ -178,8 +180,8 @@ void MeshStream::add(const BlockMesh& block) {
     addNormal(block, joined, corner, local, window_.normals);
     outline_.addTriangle(local);
   }
-  open_.emplace_back(block.key, end());
-  needed_.emplace_back(block.key, end());
+  open_.push_back({block.key, end()});
+  needed_.push_back({block.key, end()});
   // A vertex is listed by blocks side by side only: by none beyond the next one on each axis. An
   // outline is followed to vertices in blocks side by side, from those that are not written yet.
   const PackedKey key = packKey(block.key);

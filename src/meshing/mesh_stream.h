@@ -127,8 +127,10 @@ class MeshStream {
   void finish();
 
  private:
-  /// A block that was added, and the number of vertices of all blocks up to it.
-  using AddedBlock = std::pair<BlockKey, uint64_t>;
+  struct AddedBlock {
+    BlockKey key;
+    uint64_t end;  ///< Vertices of all blocks up to this one.
+  };
 
   uint64_t end() const { return first_ + window_.vertices_m.size(); }
   std::array<uint32_t, 3> inWindow(const std::array<uint32_t, 3>& triangle) const;

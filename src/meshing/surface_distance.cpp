@@ -52,8 +52,8 @@ SurfaceTree::SurfaceTree(const std::vector<Vec3f>& vertices_m,
   std::vector<Item> items;
   items.reserve(triangles.size());
   for (const Triangle& t : triangles) {
-    items.emplace_back(vertices_m[t[0]] + vertices_m[t[1]] + vertices_m[t[2]],
-                       static_cast<uint32_t>(items.size()));
+    items.push_back({vertices_m[t[0]] + vertices_m[t[1]] + vertices_m[t[2]],
+                     static_cast<uint32_t>(items.size())});
   }
   nodes_.reserve(triangles.size());
   nodes_.emplace_back();
@@ -64,22 +64,22 @@ SurfaceTree::SurfaceTree(const std::vector<Vec3f>& vertices_m,
 void SurfaceTree::split(std::vector<Item>& items, uint32_t node, uint32_t begin, uint32_t end,
                         const std::vector<Triangle>& triangles) {
   if (end - begin <= kLeafTriangles) {
-    for (uint32_t i = begin; i < end; ++i) triangles_[i] = triangles[items[i].second];
+    for (uint32_t i = begin; i < end; ++i) triangles_[i] = triangles[items[i].triangle];
     nodes_[node] = leaf(begin, end);
     return;
   }
-  Vec3f low = items[begin].first, high = low;
+  Vec3f low = items[begin].place, high = low;
   for (uint32_t i = begin; i < end; ++i) {
-    low = leastOf(low, items[i].first);
-    high = greatestOf(high, items[i].first);
+    low = leastOf(low, items[i].place);
+    high = greatestOf(high, items[i].place);
   }
   const Vec3f size = high - low;
   const int axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
   const uint32_t middle = begin + (end - begin) / 2;
   std::nth_element(items.begin() + begin, items.begin() + middle, items.begin() + end,
                    [axis](const Item& a, const Item& b) {
-                     const float of_a = component(a.first, axis), of_b = component(b.first, axis);
-                     return of_a != of_b ? of_a < of_b : a.second < b.second;
+                     const float of_a = component(a.place, axis), of_b = component(b.place, axis);
+                     return of_a != of_b ? of_a < of_b : a.triangle < b.triangle;
                    });
   const auto children = static_cast<uint32_t>(nodes_.size());
   nodes_.resize(nodes_.size() + 2);

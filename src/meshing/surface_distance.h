@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/mesh.h"
@@ -45,8 +44,11 @@ class SurfaceTree {
 
   using Triangle = std::array<uint32_t, 3>;
 
-  /// The sum of a triangle's corners, which is where it is cut, and its number.
-  using Item = std::pair<Vec3f, uint32_t>;
+  /// A triangle by the sum of its corners, which is where it is cut.
+  struct Item {
+    Vec3f place;
+    uint32_t triangle;
+  };
 
   void split(std::vector<Item>& items, uint32_t node, uint32_t begin, uint32_t end,
              const std::vector<Triangle>& triangles);

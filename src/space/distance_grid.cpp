@@ -82,12 +82,11 @@ PointGrid gridIn(const BoxRegion& box, double resolution_m) {
   return grid;
 }
 
-std::pair<std::vector<float>, std::vector<float>> distancesOn(const PointGrid& grid,
-                                                              const KnownSpace& space,
-                                                              const Eigen::Matrix3d& R_F_W) {
-  std::vector<float> distances_m, gradients;
-  distances_m.reserve(grid.count());
-  gradients.reserve(3 * grid.count());
+GridDistances distancesOn(const PointGrid& grid, const KnownSpace& space,
+                          const Eigen::Matrix3d& R_F_W) {
+  GridDistances result;
+  result.distances_m.reserve(grid.count());
+  result.gradients.reserve(3 * grid.count());
   for (size_t i = 0; i < grid.count(); ++i) {
     const size_t row = i / grid.size[0];
     const Eigen::Vector3d p(static_cast<double>(i % grid.size[0]),
@@ -97,12 +96,12 @@ std::pair<std::vector<float>, std::vector<float>> distancesOn(const PointGrid& g
     const Vec3f& g = distance.gradient;
     const Eigen::Vector3d gradient = R_F_W * Eigen::Vector3d(g.x, g.y, g.z);
     constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
-    distances_m.push_back(distance.known ? distance.distance_m : kUnknown);
+    result.distances_m.push_back(distance.known ? distance.distance_m : kUnknown);
     for (int axis = 0; axis < 3; ++axis) {
-      gradients.push_back(distance.known ? static_cast<float>(gradient[axis]) : kUnknown);
+      result.gradients.push_back(distance.known ? static_cast<float>(gradient[axis]) : kUnknown);
     }
   }
-  return {std::move(distances_m), std::move(gradients)};
+  return result;
 }
 
 SpaceSnapshot clearedIn(const BoxRegion& box, const std::vector<Region>& cleared,

@@ -5,7 +5,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/region.h"
@@ -29,11 +28,13 @@ struct PointGrid {
 /// @throws std::runtime_error for too many, or a resolution that is not above 0.
 PointGrid gridIn(const BoxRegion& box, double resolution_m);
 
-/// Distances of the points in metres, x fastest, and their gradients, three numbers per point along
-/// the axes of F; NaN where they are unknown.
-std::pair<std::vector<float>, std::vector<float>> distancesOn(const PointGrid& grid,
-                                                              const KnownSpace& space,
-                                                              const Eigen::Matrix3d& R_F_W);
+/// Distances of the points in metres, x fastest; NaN where they are unknown.
+struct GridDistances {
+  std::vector<float> distances_m;
+  std::vector<float> gradients;  ///< Three numbers per point, along the axes of F.
+};
+GridDistances distancesOn(const PointGrid& grid, const KnownSpace& space,
+                          const Eigen::Matrix3d& R_F_W);
 
 /// Space as it would be in a box if all were free whose cells have their centres in `cleared`,
 /// which have no problem. Nothing is known elsewhere.

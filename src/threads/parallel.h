@@ -21,13 +21,6 @@ inline int threadCount(int threads) {
   return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
-/// Numbers that a thread takes first, so that it comes to the same rows in one loop after the
-/// other; then it takes from those of others.
-struct alignas(64) Stretch {
-  std::atomic<size_t> next{0};
-  size_t end = 0;
-};
-
 /// Calls body(i, scratch) for each i below `count`, on up to threadCount(threads) threads, each
 /// with a Scratch of its own. After an exception the rest is left out, and the first one is thrown
 /// to the caller. A thread takes `kGrain` of them at a time: several where they are small. No other
@@ -36,6 +29,12 @@ template <class Scratch, size_t kGrain = 1, class Body>
 void parallelFor(size_t count, int threads, const Body& body) {
   std::exception_ptr error;
   std::mutex mutex;
+  // Numbers that a thread takes first, so that it comes to the same rows in one loop after the
+  // other; then it takes from those of others.
+  struct alignas(64) Stretch {
+    std::atomic<size_t> next{0};
+    size_t end = 0;
+  };
   const size_t parts = (count + kGrain - 1) / kGrain;
   const size_t used = std::max<size_t>(1, std::min<size_t>(threadCount(threads), parts));
   std::vector<Stretch> stretches(used);

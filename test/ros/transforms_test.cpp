@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <optional>
+#include <utility>
 
 #include "ros/input/pose_checks.h"
 #include "ros/support/fake_clock.h"
@@ -189,7 +191,8 @@ Eigen::Isometry3d poseAt(double x_m, double turn_deg = 0.0) {
 class FindJumpTest : public testing::Test {
  protected:
   bool jumps(double stamp_s, const Eigen::Isometry3d& T_W_C) {
-    return findJump(last_, stamp_s, T_W_C, max_speed_m_s_, max_turn_deg_s_).has_value();
+    const auto last = std::exchange(last_, std::make_pair(stamp_s, T_W_C));
+    return findJump(last, stamp_s, T_W_C, max_speed_m_s_, max_turn_deg_s_).has_value();
   }
 
   double max_speed_m_s_ = 10.0, max_turn_deg_s_ = 720.0;

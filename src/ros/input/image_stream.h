@@ -228,8 +228,9 @@ class ImageStream {
           pose.text + formatted("; waited %g s (input/tf_timeout_s)", params_.tf_timeout_s)};
     }
     if (!pose.T_W_C) return Rejection{drop::kBeforeTransforms, pose.text};
-    const auto jump = findJump(last_pose_, stamp.toSec(), *pose.T_W_C, params_.max_speed_m_s,
-                               params_.max_turn_deg_s);
+    const auto last = std::exchange(last_pose_, std::make_pair(stamp.toSec(), *pose.T_W_C));
+    const auto jump =
+        findJump(last, stamp.toSec(), *pose.T_W_C, params_.max_speed_m_s, params_.max_turn_deg_s);
     if (jump) return Rejection{drop::kPoseJump, *jump};
     return makePosed(messages, *pose.T_W_C);
   }

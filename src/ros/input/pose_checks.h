@@ -16,9 +16,8 @@ namespace dtsdf {
 /// estimate jumps to another place and stays there, only the first frame after the jump is lost.
 /// Nothing where the camera moves; 0 switches a limit off.
 inline std::optional<std::string> findJump(
-    std::optional<std::pair<double, Eigen::Isometry3d>>& last_pose, double stamp_s,
+    const std::optional<std::pair<double, Eigen::Isometry3d>>& last, double stamp_s,
     const Eigen::Isometry3d& T_W_C, double max_speed_m_s, double max_turn_deg_s) {
-  const auto last = std::exchange(last_pose, std::make_pair(stamp_s, T_W_C));
   if (!last || stamp_s < last->first) return std::nullopt;  // also where stamps go back
   const double interval_s = stamp_s - last->first;
   const Eigen::Isometry3d& last_T_W_C = last->second;

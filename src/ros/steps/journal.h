@@ -44,7 +44,7 @@ class JournalStep : public Step {
 
   void regionCleared(const Region& region) override { writer_.add(region); }
 
-  /// Whoever corrects the map writes that.
+  /// A loaded or emptied map begins a new journal; CorrectStep writes corrections into this one.
   void replaced(const MapContents* loaded, const std::shared_ptr<const MapChunks>& file) override {
     if (loaded != nullptr) params_ = withSettingsOf(*loaded, params_);
     begin(file);

@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <stdexcept>
 #include <thread>
-#include <tuple>
 #include <utility>
 
 #include "dtsdf_mapping/space.h"
@@ -172,12 +171,14 @@ class SpaceStep : public Step {
     const PointGrid grid =
         gridIn(*box, request.resolution != 0.0 ? request.resolution : known.space->cellSize_m());
     const Eigen::Matrix3d R_F_W = T_W_F.linear().transpose();
-    std::tie(response.distances, response.gradients) =
-        cleared.empty() ? distancesOn(grid, *known.space, R_F_W)
-                        : distancesOn(grid, clearedIn(*box, cleared, *known.space), R_F_W);
+    GridDistances answer = cleared.empty()
+                               ? distancesOn(grid, *known.space, R_F_W)
+                               : distancesOn(grid, clearedIn(*box, cleared, *known.space), R_F_W);
     std::copy(grid.size.begin(), grid.size.end(), response.size.begin());
     response.resolution = grid.resolution_m;
     response.origin = toPose(T_W_F.inverse() * grid.T_W_G);
+    response.distances = std::move(answer.distances_m);
+    response.gradients = std::move(answer.gradients);
     response.stamp = known.stamp;
   }
 

@@ -100,7 +100,7 @@ class Step {
   /// A map that was loaded, here without voxels, has taken the place of this one, with its file for
   /// the journal; null: it was emptied.
   virtual void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) {}
-  /// A map of its frames at other poses has taken its place.
+  /// A map of the same frames at corrected poses has taken the place of this one.
   virtual void corrected() {}
   /// The backend has failed.
   virtual void failed() {}

@@ -113,8 +113,8 @@ TEST(DistanceGrid, IsRefusedWhereItWouldBeTooLarge) {
   box.size_m.setConstant(1.0);
   box.T_W_B.translation().x() = 1e300;
   EXPECT_NE(errorOf([&] { clearedIn(box, {}, *space); }), "");
-  EXPECT_TRUE(
-      std::isnan(distancesOn(gridIn(box, 0.5), *space, Eigen::Matrix3d::Identity()).first[0]));
+  const PointGrid grid = gridIn(box, 0.5);
+  EXPECT_TRUE(std::isnan(distancesOn(grid, *space, Eigen::Matrix3d::Identity()).distances_m[0]));
 }
 
 }  // namespace

@@ -12,39 +12,39 @@ namespace dtsdf {
 /// ((index of the edge's lower corner) * 3 + axis) * 2 + facing. The corners are the 9 x 9 x 9 ones
 /// of the block's mesh units, x fastest; facing 0 has its behind side at the lower end.
 ///
-/// A refined mesh (mesh/refine) also has vertices at the midpoints of sides between two of these. A
-/// midpoint's `edge` is 4374 + 4374 * a + b, from those of its two ends, a < b.
+/// A refined mesh (mesh/refine) also has vertices at the midpoints of triangle sides. A midpoint's
+/// `edge` is 4374 + 4374 * a + b, where a < b are the `edge` values of the side's ends.
 struct BlockVertex {
   Vec3f position;  ///< In voxels, relative to the block's first voxel, each in [-2, 10].
   uint32_t edge;   ///< Which edge of the block, as above.
 };
 
-/// The colour of a vertex, as images showed it.
+/// Colour of a vertex, taken from colour images.
 struct VertexColour {
   uint8_t red;      ///< 0 to 255.
   uint8_t green;    ///< 0 to 255.
   uint8_t blue;     ///< 0 to 255.
-  uint8_t painted;  ///< 255; or 0, like the others, if no image has seen the surface.
+  uint8_t painted;  ///< 255; if no image has seen the surface, all four are 0.
 };
 
 /// Triangles of the mesh units of one block, counter-clockwise seen from the front. Vertices on the
 /// block's far faces are repeated, bit for bit, by the neighbour that owns their edge.
 ///
-/// The midpoints of a refined mesh follow the vertices on edges, in the order of their units. Units
-/// side by side both list the midpoints on the face between them, with the same `edge` and bits.
+/// The midpoints of a refined mesh follow the vertices on edges, in the order of their units. A
+/// midpoint on the face between two units is listed by both, with the same `edge` and bits.
 struct BlockMesh {
   BlockKey key;                       ///< Which block.
-  std::vector<BlockVertex> vertices;  ///< Those on edges first, sorted by `edge`, each once.
+  std::vector<BlockVertex> vertices;  ///< First vertices on edges, sorted by `edge`, each once.
   std::vector<uint16_t> triangles;    ///< Three indices into `vertices` each, in canonical order.
   std::vector<VertexColour> colours;  ///< One per vertex; none before the map is first painted.
 };
 
-/// Changes since the last extraction; for a block whose mesh vanished, one without triangles.
+/// Meshes that changed since the last extraction. A mesh that vanished has no triangles.
 struct MeshUpdate {
   std::vector<BlockMesh> blocks;  ///< Sorted by packed key.
   double duration_ms = 0.0;       ///< Time the extraction took.
-  bool is_part = false;           ///< With map/page_folder, large updates come in parts: the next
-                                  ///< extraction has more.
+  bool is_part = false;           ///< The next extraction has more: with map/page_folder, large
+                                  ///< updates come in parts.
 };
 
 }  // namespace dtsdf

@@ -13,21 +13,20 @@ namespace dtsdf {
 enum class ColourEncoding : int32_t {
   kRgb8,   ///< Red, green, blue.
   kBgr8,   ///< Blue, green, red.
-  kRgba8,  ///< As kRgb8, and a byte that is not read.
-  kBgra8,  ///< As kBgr8, and a byte that is not read.
+  kRgba8,  ///< kRgb8 and a fourth byte, which is ignored.
+  kBgra8,  ///< kBgr8 and a fourth byte, which is ignored.
   kMono8,  ///< One byte of grey.
 };
 
 /// One colour image, with its own camera: pose, size, lens and time may differ from those of the
-/// depth images. The pixels are read only during the
-/// call that it is passed to.
+/// depth images. A call reads the pixels only while it runs.
 struct ColourFrame {
   const void* data = nullptr;                       ///< First row; rows are `row_bytes` apart.
   size_t row_bytes = 0;                             ///< At least `width` pixels of the encoding.
   int width = 0;                                    ///< In pixels.
   int height = 0;                                   ///< In pixels.
-  ColourEncoding encoding = ColourEncoding::kRgb8;  ///< What its pixels are.
-  Intrinsics intrinsics{0, 0, 0, 0};                ///< Camera of this image, which is rectified.
+  ColourEncoding encoding = ColourEncoding::kRgb8;  ///< Layout of a pixel.
+  Intrinsics intrinsics{0, 0, 0, 0};                ///< Camera of this rectified image.
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< Optical frame to map frame, metres.
 };
 

@@ -10,7 +10,7 @@
 namespace dtsdf {
 
 /// One depth image: for each pixel the distance along the optical axis, z in the camera's frame C
-/// (x right, y down, z forward). The pixels are read only during the call that it is passed to.
+/// (x right, y down, z forward). A call reads the pixels only while it runs.
 struct DepthFrame {
   const void* data = nullptr;                       ///< First row; rows are `row_bytes` apart.
   size_t row_bytes = 0;                             ///< At least `width` pixels of the encoding.
@@ -18,7 +18,7 @@ struct DepthFrame {
   int height = 0;                                   ///< In pixels.
   DepthEncoding encoding = DepthEncoding::kUint16;  ///< Type of the raw values.
   float unit_m = 0.001f;              ///< Metres per unit of the raw value (1 for depth in metres).
-  Intrinsics intrinsics{0, 0, 0, 0};  ///< Camera of this image, which is rectified.
+  Intrinsics intrinsics{0, 0, 0, 0};  ///< Camera of this rectified image.
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< Optical frame to map frame, metres.
   /// Centre of map/keep_radius_m, in the map frame in metres; none: the camera.
   std::optional<Eigen::Vector3d> keep_center_W;

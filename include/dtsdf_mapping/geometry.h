@@ -12,20 +12,20 @@ struct Vec3f {
   float z;  ///< Third component.
 };
 
-/// Three integers, as for Vec3f.
+/// Three integers; the name and comment of each variable give frame and unit.
 struct Vec3i {
   int32_t x;  ///< First component.
   int32_t y;  ///< Second component.
   int32_t z;  ///< Third component.
 };
 
-/// A map is made of blocks of kBlockSide voxels an axis; block (i, j, k) begins at voxel
-/// (8 i, 8 j, 8 k), that is at (8 i, 8 j, 8 k) * voxel size in the map frame W.
+/// Binary logarithm of kBlockSide. Block (i, j, k) begins at voxel (8 i, 8 j, 8 k), that is at
+/// (8 i, 8 j, 8 k) * voxel size in the map frame W.
 constexpr int kBlockSideLog2 = 3;
 /// Voxels along an edge of a block.
 constexpr int kBlockSide = 1 << kBlockSideLog2;
 
-/// Coordinates of a block, counted in blocks from the origin of W.
+/// Coordinates of a block, in blocks from the origin of W.
 using BlockKey = Vec3i;
 
 /// A block's coordinates packed into one number, which sorts by z, then y, then x.

@@ -11,17 +11,17 @@ namespace dtsdf {
 /// A map whose voxels and colours are delivered in parts.
 struct MapParts {
   std::shared_ptr<const MapContents> head;  ///< The contents without voxels and colours.
-  /// Calls `take` with one part after the other: the next blocks in the head's order, with their
-  /// voxels and colours. Calls may come from several threads, one at a time.
+  /// Calls `take` for one part after another, each with the next blocks in the head's order and
+  /// their voxels and colours. Calls may come from several threads, one at a time.
   std::function<void(const std::function<void(const MapContents& part)>& take)> visit;
 };
 
-/// checkContents() of a head. @throws std::runtime_error that says what is wrong.
+/// Does for a head what checkContents() does. @throws std::runtime_error that says what is wrong.
 void checkHead(const MapContents& head);
 
-/// makeMapper() from the contents of another mapper, part by part: with map/page_folder the map may
-/// be larger than map/max_memory_mb.
-/// @throws std::runtime_error as makeMapper() does, and what `visit` throws.
+/// Makes a mapper from the contents of another, part by part: with map/page_folder the map may be
+/// larger than map/max_memory_mb.
+/// @throws std::runtime_error like the other makeMapper(), and any error that `visit` throws.
 std::unique_ptr<Mapper> makeMapper(const MapperParams& params, const MapParts& parts);
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-/// The interface that programs, the node and other packages drive a map through.
+/// Interface of a map, for programs, the node and other packages.
 #pragma once
 
 #include <cstddef>
@@ -16,84 +16,83 @@
 #include "dtsdf_mapping/rendered_view.h"
 #include "dtsdf_mapping/space.h"
 
-/// Everything of the library.
+/// Namespace of the library.
 namespace dtsdf {
 
-/// What became of a frame.
+/// Outcome of a frame.
 enum class FrameStatus {
-  kFused,          ///< It is part of the map, or cleared what it saw through, or painted it.
+  kFused,          ///< It was fused, cleared what it saw through, or painted surfaces.
   kBadImage,       ///< No data, no pixels, too many pixels, or rows that overlap.
   kBadIntrinsics,  ///< Focal length not positive, or a value that is not finite.
   kBadPose,        ///< Not finite, not a rotation, or outside the coordinates a map can hold.
-  kNoMeasurement,  ///< No pixel has a depth in range and a normal, or one beyond to clear with; a
-                   ///< colour image: it sees no surface of the map.
+  kNoMeasurement,  ///< No pixel has a depth in range and a normal, or a depth beyond the range to
+                   ///< clear with. For a colour image: it sees no surface of the map.
   kNoMemory,       ///< The GPU has too little memory for this frame; a later one may have enough.
 };
 
-/// A short text for messages ("bad pose").
+/// Short description for messages ("bad pose").
 const char* toString(FrameStatus status);
 
-/// What a call of integrate() or paint() did.
+/// Result of integrate() or paint().
 struct IntegrationResult {
-  FrameStatus status = FrameStatus::kFused;  ///< All but kFused leave the map unchanged.
-  std::string message;        ///< Why a frame, or a part of it, was not fused; or a doubt.
-  size_t refused_blocks = 0;  ///< Blocks and arrays of this frame that exceeded the budget.
+  FrameStatus status = FrameStatus::kFused;  ///< The map is unchanged unless this is kFused.
+  std::string message;        ///< Why the frame, or part of it, was not fused; or a warning.
+  size_t refused_blocks = 0;  ///< Blocks and arrays of this frame refused by the budget.
   double duration_ms = 0.0;   ///< Wall time of the call.
 };
 
-/// The part of a map that is on disk, with map/page_folder. Counts are since the start or the last
-/// clear().
+/// The part of a map on disk, with map/page_folder. Counters start at 0 and at each clear().
 struct PageStats {
   size_t blocks = 0;       ///< Blocks on disk now.
   size_t bytes = 0;        ///< Disk space of these blocks.
   size_t space_bytes = 0;  ///< Disk space of cells and distances of space().
-  size_t index_bytes = 0;  ///< Memory of their index, not part of map_bytes.
-  uint64_t written = 0;    ///< Blocks that were written.
-  uint64_t read = 0;       ///< Blocks that were read back.
+  size_t index_bytes = 0;  ///< Memory of the index of blocks on disk, not part of map_bytes.
+  uint64_t written = 0;    ///< Blocks written.
+  uint64_t read = 0;       ///< Blocks read back.
   uint64_t waits = 0;      ///< Calls that had to wait for the disk.
   double wait_ms = 0.0;    ///< Total time of these waits.
   uint64_t failures = 0;   ///< Reads and writes that failed, or found the folder full.
-  /// Blocks, and sectors of 32 x 32 x 32 cells, that came back damaged.
+  /// Blocks, and sectors of 32 x 32 x 32 cells, that were damaged when read back.
   uint64_t lost = 0;
-  std::string problem;  ///< The last failure, in words; empty: there was none.
+  std::string problem;  ///< Description of the last failure; empty: none.
 };
 
-/// How large a map is.
+/// Size of a map.
 struct MapStats {
   size_t blocks = 0;        ///< Blocks of 8 x 8 x 8 voxels, in memory.
   size_t voxel_arrays = 0;  ///< Directional arrays in use, over all these blocks.
-  /// Bytes in use by blocks and arrays in memory; with `free_bytes` never above the budget.
+  /// Bytes of blocks and arrays in memory. Together with `free_bytes` never above the budget.
   size_t map_bytes = 0;
   uint64_t refused_blocks = 0;  ///< Refusals since the start or the last clear().
-  size_t colour_bytes = 0;  ///< Part of map_bytes that holds colour; 0 until something is painted.
+  size_t colour_bytes = 0;      ///< Part of map_bytes that holds colour; 0 before any painting.
   uint64_t dropped_blocks = 0;  ///< Beyond map/keep_radius_m, since the start or the last clear().
   size_t free_bytes = 0;        ///< Bytes of the budget that free cells of space() take.
-  /// How often a cube of 8 x 8 x 8 cells stayed unknown, although an image saw some of it free,
-  /// because the budget was spent; since the start or the last clear().
+  /// How often, since the start or the last clear(), a full budget left a cube of 8 x 8 x 8 cells
+  /// unknown although an image saw some of it free.
   uint64_t refused_cubes = 0;
   /// Limit of map_bytes: map/max_memory_mb, less an eighth with space/enabled. With map/page_folder
-  /// what one image needs may exceed it.
+  /// one image that needs more may exceed it.
   size_t max_map_bytes = 0;
-  size_t map_bytes_peak = 0;  ///< The most that map_bytes was, since the start or the last clear().
+  size_t map_bytes_peak = 0;  ///< Largest map_bytes since the start or the last clear().
   PageStats pages;            ///< All 0 without map/page_folder.
 };
 
-/// Memory that a mapper has allocated, in bytes, beside MapStats::map_bytes. It does not count
-/// towards the budget: which blocks are refused depends on map_bytes and the budget only.
+/// Memory that a mapper has allocated, in bytes, in addition to MapStats::map_bytes. It does not
+/// count towards the budget: which blocks are refused depends on map_bytes and the budget only.
 struct MapperMemory {
-  bool on_gpu = false;  ///< Where the map and all of this is, except `staging` and `space`.
+  bool on_gpu = false;  ///< Whether the map and all but `staging` and `space` are on a GPU.
   size_t spare = 0;     ///< Room for future voxels and colours.
-  size_t indices = 0;   ///< Tables of blocks and mesh units, beyond what map_bytes counts of them.
-  size_t meshes = 0;    ///< On a GPU: the meshes made last.
+  size_t indices = 0;   ///< Tables of blocks and mesh units, except what map_bytes includes.
+  size_t meshes = 0;    ///< On a GPU: the meshes extracted last.
   size_t scratch = 0;   ///< Buffers of a frame, kept for the next one.
-  size_t staging = 0;   ///< On the host beside a GPU.
-  size_t space = 0;     ///< Cells and distances of space(); on the host, also beside a GPU.
+  size_t staging = 0;   ///< With a GPU: buffers on the host.
+  size_t space = 0;     ///< Cells and distances of space(), always on the host.
 };
 
 /// What clearRegion() removed.
 struct ClearedRegion {
   size_t voxels = 0;  ///< Voxels that held something; each direction counts.
-  size_t blocks = 0;  ///< Blocks freed because they are empty now.
+  size_t blocks = 0;  ///< Blocks freed because they became empty.
 };
 
 /// A map: depth frames are fused into it, colour images are painted on it, and meshes are extracted
@@ -105,13 +104,13 @@ class Mapper {
  public:
   virtual ~Mapper() = default;
 
-  /// Fuses a frame. A bad frame leaves the map untouched; the result's status reports it.
+  /// Fuses a frame. A bad frame leaves the map unchanged, and the result's status says why.
   /// @throws std::exception when the backend fails (a CUDA error, out of host memory).
   virtual IntegrationResult integrate(const DepthFrame& frame) = 0;
 
-  /// Finds the pose at which a frame fits the map best, near its own T_W_C, whose error is about as
-  /// large as the prior says. The map is unchanged; integrate() the frame at the pose found.
-  /// @return the frame's own pose, as not aligned, for a frame that integrate() would refuse.
+  /// Finds the pose at which a frame fits the map best, near its own T_W_C, whose expected error is
+  /// the prior. The map is unchanged; integrate() the frame at the pose found.
+  /// @return kUnmapped with the frame's own pose, for a frame that integrate() would refuse.
   /// @throws std::exception when the backend fails.
   virtual Alignment align(const DepthFrame& frame, const PosePrior& prior) = 0;
 
@@ -122,9 +121,8 @@ class Mapper {
   /// @throws std::exception when the backend fails.
   virtual IntegrationResult paint(const ColourFrame& frame) = 0;
 
-  /// Renders the surfaces of the map that face a camera: those that a mesh would have now, whether
-  /// or not it was extracted. The map is unchanged. Equal maps give equal bytes on every
-  /// backend.
+  /// Renders the surfaces of the map that face a camera: those of the current mesh, whether or not
+  /// it was extracted. The map is unchanged. Equal maps give equal bytes on every backend.
   /// @param camera Size and intrinsics of the images.
   /// @param T_W_C Optical frame to map frame, in metres.
   /// @param view Receives the images; its memory is reused, which saves time in a loop.
@@ -133,7 +131,7 @@ class Mapper {
   virtual void render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
                       RenderedView& view) = 0;
 
-  /// A view of the map in new images.
+  /// Renders a view of the map into new images.
   RenderedView render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C) {
     RenderedView view;
     render(camera, T_W_C, view);
@@ -145,20 +143,20 @@ class Mapper {
   /// @throws std::exception when the backend fails.
   virtual void beginMeshUpdate() = 0;
 
-  /// Whether finishMeshUpdate() would return at once, as on a CPU. False if that is not known.
+  /// Whether finishMeshUpdate() would return at once, as on a CPU. False if unknown.
   virtual bool isMeshMade() const { return false; }
 
   /// Waits for the extraction that was begun and returns its changes; empty if none was begun.
   /// @throws std::exception when the backend fails.
   virtual MeshUpdate finishMeshUpdate() = 0;
 
-  /// Begins and finishes an extraction: returns the meshes of all blocks that changed, even if
+  /// Begins and finishes an extraction. Returns the meshes of all changed blocks, even where
   /// finishMeshUpdate() would return them in parts.
   MeshUpdate updateMesh();
 
-  /// Empties the voxels whose centres lie in a region, of all directions, with their colours, and
-  /// frees arrays and blocks that are empty then. The next mesh update has the changes; an
-  /// extraction under way may still show the region. Later frames may fill the region again.
+  /// Empties the voxels of all directions whose centres lie in a region, and their colours, and
+  /// frees arrays and blocks that become empty. The next mesh update has the changes; an extraction
+  /// already under way may still show the region. Later frames may fill the region again.
   /// @throws std::invalid_argument for a region with a problem (see findProblem()), with the map
   /// unchanged; PartlyCleared if blocks on disk cannot be read back; std::exception when the
   /// backend fails.
@@ -167,32 +165,33 @@ class Mapper {
   /// Empties the map and drops an extraction under way. Clear the MeshStore too.
   virtual void clear() = 0;
 
-  /// A copy of the map, after all frames and images so far. The caller sets the name of the frame
+  /// Copies the map, with all frames and images so far. The caller sets the name of the map frame
   /// and the stamp of the newest image.
   /// @throws std::exception when the backend fails (a CUDA error, out of host memory).
   virtual MapContents contents() = 0;
 
-  /// contents() without voxels and colours. With outline() and part(), a map that is larger than
-  /// memory (map/page_folder) is copied piece by piece.
+  /// Copies the map without voxels and colours. With outline() and part(), a map larger than memory
+  /// (map/page_folder) is copied piece by piece.
   /// @throws std::exception when the backend fails.
   virtual MapContents outline() = 0;
 
-  /// Voxels and colours of blocks from outline(), in its order. @pre No frame came in between.
-  /// @throws std::exception when the backend fails, or a block is on disk and cannot be read.
+  /// Copies the voxels and colours of some blocks of outline(), in its order. @pre No frame was
+  /// fused since outline().
+  /// @throws std::exception when the backend fails, or a block on disk cannot be read.
   virtual MapContents part(const std::vector<MapBlock>& blocks) = 0;
 
-  /// Free space and distances to surfaces; null unless space/enabled. Lives as long as the mapper.
-  /// It has all frames so far when this returns, so ask for it again after a frame. On a GPU this
-  /// waits for the last one.
+  /// Free space and distances to surfaces; null without space/enabled. The object lives as long as
+  /// the mapper. Each call adds the frames fused so far, so call it again after a frame. On a GPU
+  /// it waits for the last frame.
   /// @throws std::exception when the backend fails.
   virtual Space* space() { return nullptr; }
 
-  /// Sizes of the map after the last call that changed it. On a GPU, blocks that the last frame
-  /// left empty, and free cells that it saw, count from the next call on that looks at the map.
-  /// Does not wait for the device.
+  /// Size of the map after the last call that changed it. Does not wait for the device: on a GPU,
+  /// blocks that the last frame left empty and free cells that it saw are counted only after the
+  /// next call that uses the map.
   virtual MapStats stats() const = 0;
 
-  /// Memory of the mapper as it is now, beside map_bytes.
+  /// Memory that the mapper uses now in addition to map_bytes.
   virtual MapperMemory memory() const = 0;
 
   /// "cpu (2 threads)" or "cuda (name of the device)".
@@ -200,16 +199,16 @@ class Mapper {
 };
 
 /// Makes a mapper on the backend that `params.backend` selects.
-/// @throws std::runtime_error if CUDA is required but cannot be used; the text says why.
+/// @throws std::runtime_error if CUDA is required but cannot be used; the message says why.
 std::unique_ptr<Mapper> makeMapper(const MapperParams& params);
 
-/// Makes a mapper that resumes from the contents of another, on any backend; its first mesh update
+/// Makes a mapper that resumes from the contents of another, on any backend. Its first mesh update
 /// has the whole mesh.
-/// @throws std::runtime_error as checkContents(), checkFits() and makeMapper() do, or if the GPU
-/// has too little memory.
+/// @throws std::runtime_error like checkContents(), checkFits() and makeMapper(params), or if the
+/// GPU has too little memory.
 std::unique_ptr<Mapper> makeMapper(const MapperParams& params, const MapContents& contents);
 
-/// Empty if a CUDA mapper can be made on this machine, else the reason why not.
+/// Why no CUDA mapper can be made on this machine; empty if one can.
 std::string cudaUnavailableReason();
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-/// Corrects the poses of depth images, one after the other, so that they fit the map.
+/// Corrects the poses of depth images, one after another, so that the images fit the map.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,23 +10,22 @@
 
 namespace dtsdf {
 
-/// A Kalman filter estimates the correction from the frame O that poses are given in to the frame W
-/// of the map. Its variance grows with the distance travelled, and each aligned pose measures it,
-/// with the noise of a given pose: so drift is corrected, and noise is averaged. A pose within the
-/// map's own error is not moved, and if alignments are noisier than given poses, poses follow them
-/// on average only. Images that slip are aligned from where the one before was as well. Not thread
-/// safe.
+/// A Kalman filter estimates the correction from the frame O of the given poses to the map frame W.
+/// Its variance grows with the distance travelled, and each aligned pose measures it with the noise
+/// of a given pose, so drift is corrected and noise is averaged. A pose within the map's own error
+/// is not moved, and if alignments are noisier than given poses, poses follow them on average only.
+/// An image that slips is also aligned from the pose of the previous image. Not thread safe.
 class PoseRefiner {
  public:
-  /// @param params Errors of given poses, and what to do with frames that do not fit.
+  /// @param params Expected errors of given poses, and what to do with frames that do not fit.
   explicit PoseRefiner(const PoseParams& params) : params_(params) { forget(); }
 
-  /// Finds the pose of a frame, whose T_W_C is taken as T_O_C, and updates the correction if it was
-  /// aligned. Fuse the frame at `T_W_C` of the result.
+  /// Finds the pose of a frame, whose T_W_C is taken as T_O_C, and updates the correction if the
+  /// frame was aligned. Fuse the frame at `T_W_C` of the result.
   /// @throws std::exception when the backend fails.
   Alignment refine(Mapper& mapper, const DepthFrame& frame);
 
-  /// Whether a frame with this outcome is to be fused.
+  /// Whether to fuse a frame with this result of refine().
   bool isToBeFused(const Alignment& alignment) const {
     return alignment.status != AlignmentStatus::kMisfit || !params_.drop_misfits;
   }
@@ -35,7 +34,7 @@ class PoseRefiner {
   const Eigen::Isometry3d& T_W_O() const { return T_W_O_; }
 
  private:
-  /// The correction is as unknown as a given pose.
+  /// Resets the correction's variance to that of a given pose.
   void forget();
   void drift(const Eigen::Isometry3d& T_O_C);
   Alignment align(Mapper& mapper, const DepthFrame& expected, PosePrior prior);
@@ -46,7 +45,7 @@ class PoseRefiner {
   double variance_m2_ = 0.0, variance_rad2_ = 0.0;  ///< Variances of T_W_O, at the camera.
   std::optional<Eigen::Isometry3d> last_T_O_C_;
   std::optional<Eigen::Isometry3d> last_T_W_C_;  ///< Pose of the newest image that was aligned.
-  double last_share_ = 0.0;                      ///< Share of its points that lay on surfaces.
+  double last_share_ = 0.0;                      ///< Share of that image's points on surfaces.
   AlignmentGain gain_;
   bool has_aligned_ = false;
 };

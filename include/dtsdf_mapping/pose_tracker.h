@@ -12,34 +12,35 @@ namespace dtsdf {
 
 /// Each image is aligned to the map, starting from the pose that the motion of the last two images
 /// predicts. If an image does not fit, the camera is lost: nothing is fused, and each image is
-/// searched for around earlier poses, until some in a row fit again. What is lost for two seconds,
-/// or was never found in a map, is looked for all over it (place_search.h). Not thread safe.
+/// searched for around earlier poses, until several in a row fit again. A camera that is lost for
+/// two seconds, or was never found in the map, is searched for in the whole map (place_search.h).
+/// Not thread safe.
 class PoseTracker {
  public:
-  /// @param params Its sigmas are the errors of predicted poses.
-  /// @param threads That look all over the map; 0: all cores.
+  /// @param params The sigmas are the expected errors of predicted poses.
+  /// @param threads Threads that search the whole map; 0: all cores.
   explicit PoseTracker(const PoseParams& params, int threads = 0)
       : params_(params), threads_(threads) {}
 
   /// Finds the pose of a frame. The frame's own pose is used for the first one only, as the start
   /// of the track.
-  /// @param mapper Holds the map that the frame is aligned to; nothing is fused.
+  /// @param mapper Has the map that the frame is aligned to; nothing is fused.
   /// @param frame Depth image, in the camera's optical frame.
-  /// @param stamp_s Of the frame, in seconds; motion is extrapolated only while stamps rise.
+  /// @param stamp_s Stamp of the frame in seconds; motion is extrapolated only while stamps rise.
   /// @throws std::exception when the backend fails.
   Alignment track(Mapper& mapper, const DepthFrame& frame, double stamp_s);
 
-  /// Whether to fuse the frame that track() was last called with at the pose found: only if it
-  /// fits, or if its pose was given and the map holds nothing there yet.
+  /// Whether to fuse the last frame of track() at the pose found: only if it fits, or if its pose
+  /// was given and the map is still empty there.
   bool isToBeFused(const Alignment& alignment) const;
 
-  /// Continues from a known pose in the map frame: that of the next frame.
+  /// Continues from a known pose: that of the next frame, in the map frame.
   void setPose(const Eigen::Isometry3d& T_W_C);
 
-  /// Sets the camera to lost, to be searched for around a pose, as after a map was loaded. Nothing
-  /// is fused before it is found.
+  /// Searches for the camera around a pose, for example after a map was loaded. The camera counts
+  /// as lost, and nothing is fused, until it is found.
   /// @param near_T_W_C Where to begin the search, in the map frame.
-  /// @param stamp_s Of the next frame, in seconds.
+  /// @param stamp_s Stamp of the next frame, in seconds.
   void seek(const Eigen::Isometry3d& near_T_W_C, double stamp_s);
 
   /// The pose of the newest frame that fitted, or where the search began; none before the first
@@ -79,13 +80,13 @@ class PoseTracker {
   std::optional<Eigen::Isometry3d> given_T_W_C_;  ///< Where the next frame begins.
   bool may_begin_ = false;                        ///< The last frame's pose was given.
   std::optional<Followed> last_, before_;         ///< The newest frames that fitted.
-  std::vector<Eigen::Isometry3d> places_T_W_C_;   ///< Poses of before, apart, the newest last.
+  std::vector<Eigen::Isometry3d> places_T_W_C_;   ///< Earlier poses, spaced, the newest last.
   std::optional<double> lost_since_s_;
-  bool was_found_ = false;                   ///< Since seek(), if that was called.
-  std::optional<double> looked_all_over_s_;  ///< When, since it was lost.
-  double reach_m_ = 0.0;                     ///< How far an alignment reaches.
-  int fits_in_a_row_ = 0;                    ///< While lost.
-  size_t guesses_made_ = 0;                  ///< Since it was lost.
+  bool was_found_ = false;                   ///< Whether the camera was found since seek().
+  std::optional<double> looked_all_over_s_;  ///< Stamp of the last search of the whole map.
+  double reach_m_ = 0.0;                     ///< Alignment::reach_m.
+  int fits_in_a_row_ = 0;                    ///< Images that fitted in a row while lost.
+  size_t guesses_made_ = 0;                  ///< Poses tried since the camera was lost.
 };
 
 }  // namespace dtsdf

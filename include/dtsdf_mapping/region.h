@@ -1,4 +1,4 @@
-/// Parts of space, in the map frame: what is cleared, or saved alone.
+/// Regions of space in the map frame, to clear or to save separately.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -9,22 +9,23 @@ namespace dtsdf {
 
 /// A box of any orientation, its faces included.
 struct BoxRegion {
-  /// Box to map frame, in metres; B's origin is the box's centre, its axes lie along the edges.
+  /// Box frame B to map frame, in metres. B's origin is the box's centre, its axes are parallel to
+  /// the edges.
   Eigen::Isometry3d T_W_B = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();  ///< Whole extents along B's axes, in metres.
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();  ///< Edge lengths along B's axes, in metres.
 };
 
-/// A ball with its surface.
+/// A ball, its surface included.
 struct SphereRegion {
   Eigen::Vector3d center_W = Eigen::Vector3d::Zero();  ///< In metres.
   double radius_m = 0.0;                               ///< In metres.
 };
 
-/// Either of them.
+/// A box or a ball.
 using Region = std::variant<BoxRegion, SphereRegion>;
 
-/// Describes what is wrong with a region: a number that is not finite, a size that is not above 0,
-/// a pose that is not a rotation and translation. Empty if nothing is.
+/// Describes what is wrong with a region: a number that is not finite, a size that is not positive,
+/// or a pose that is not a rotation and translation. Empty if the region is valid.
 std::string findProblem(const Region& region);
 
 }  // namespace dtsdf

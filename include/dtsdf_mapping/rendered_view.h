@@ -10,11 +10,11 @@
 
 namespace dtsdf {
 
-/// The camera that a view is rendered for: a pinhole, without distortion.
+/// Camera that a view is rendered for: a pinhole without distortion.
 struct RenderCamera {
   int width = 640;                                        ///< In pixels.
   int height = 480;                                       ///< In pixels.
-  Intrinsics intrinsics{525.0f, 525.0f, 319.5f, 239.5f};  ///< Camera of this image.
+  Intrinsics intrinsics{525.0f, 525.0f, 319.5f, 239.5f};  ///< Focal lengths and principal point.
 };
 
 /// A view of the map: three images of the camera's size, row by row without gaps. Where a pixel's
@@ -24,9 +24,9 @@ struct RenderedView {
   int height = 0;  ///< In pixels.
   /// Distance along the optical axis, z in the camera's frame, in metres.
   std::vector<float> depth_m;
-  /// Unit normals, out of the surface, in the camera's frame (x right, y down, z forward).
+  /// Unit normals, pointing out of the surface, in the camera's frame (x right, y down, z forward).
   std::vector<Vec3f> normals_C;
-  /// As on the mesh; none before the map is first painted.
+  /// Colours of the mesh; empty before the map is first painted.
   std::vector<VertexColour> colours;
 };
 

@@ -10,11 +10,11 @@ namespace dtsdf {
 
 /// A simplified mesh and its error.
 struct SimplifiedMesh {
-  Mesh mesh;             ///< Its vertices are a subset of those of the original, unmoved.
-  double error_m = 0.0;  ///< The largest distance of a vertex of the original from this mesh.
+  Mesh mesh;             ///< Its vertices are a subset of the original's, unmoved.
+  double error_m = 0.0;  ///< Largest distance of a vertex of the original from this mesh.
 };
 
-/// Called now and then with the share of the work done; returning false cancels it.
+/// Called now and then with the share of the work done. Return false to cancel.
 using SimplifyProgress = std::function<bool(double share)>;
 
 /// Thrown if simplifying was cancelled.
@@ -24,10 +24,10 @@ class SimplifyCancelled : public std::runtime_error {
 };
 
 /// Removes vertices while the surface stays within `max_error_m` of them; 0 removes none. A larger
-/// error never leaves more triangles than a smaller one. It is rounded down to 1, 1.5, 2, 3, 5, 7
-/// or 10 times a power of ten. Borders are kept. Sides that face each other, as those of a thin
-/// plate or of a gap, stay apart: each stays in its half of the space between them.
-/// Runs on one core; its time grows with the number of triangles.
+/// error never leaves more triangles than a smaller one. The error is rounded down to 1, 1.5, 2, 3,
+/// 5, 7 or 10 times a power of ten. Borders are kept. Facing surfaces, such as the two sides of a
+/// thin plate or of a gap, stay apart: each stays in its half of the space between them.
+/// Runs on one core; the time grows with the number of triangles.
 /// @throws std::invalid_argument unless max_error_m is finite, at least 0, and no more than the
 /// diagonal of the mesh's box; SimplifyCancelled.
 SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m,

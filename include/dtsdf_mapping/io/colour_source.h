@@ -14,7 +14,7 @@ struct SourceColour {
   ColourFrame colour;                  ///< Its `data` points into what `pixels` owns.
   std::shared_ptr<const void> pixels;  ///< Keeps the image alive, whatever library it came from.
   double stamp_s = 0.0;                ///< Stamp of the colour image.
-  size_t index = 0;                    ///< Its place among all of the recording, by stamps.
+  size_t index = 0;                    ///< Its index among the recording's colour images, by stamp.
 };
 
 /// The colour images of a recording in the order of their stamps.

@@ -22,13 +22,13 @@ struct SourceFrame {
   size_t index = 0;                    ///< Its place in the recording, from 0 on.
 };
 
-/// Which depth images of a recording are used, by their index in it: first, first + step, ... up to
-/// and including last. Images without a pose count too, so an index always means the same image.
+/// Selects depth images of a recording by their index: first, first + step, ... up to and including
+/// last. Images without a pose count too, so an index always means the same image.
 struct FrameSelection {
-  size_t first = 0;                                  ///< Index of the first one.
-  size_t last = std::numeric_limits<size_t>::max();  ///< None after this index.
+  size_t first = 0;                                  ///< Index of the first selected image.
+  size_t last = std::numeric_limits<size_t>::max();  ///< Largest selected index.
   size_t step = 1;                                   ///< At least 1.
-  /// Only these of the selected ones, in rising order; null: all.
+  /// Further restricts the selection to these indices, in rising order; null: no restriction.
   std::shared_ptr<const std::vector<size_t>> listed;
 
   /// Whether an image of the recording is selected.
@@ -36,7 +36,7 @@ struct FrameSelection {
     return index >= first && index <= last && (index - first) % step == 0 &&
            (listed == nullptr || std::binary_search(listed->begin(), listed->end(), index));
   }
-  /// Whether a colour image is, by its place: of each `step` images one.
+  /// Whether the colour image of this index is selected: one in each `step` images.
   bool containsColour(size_t index) const { return index % step == first % step; }
   /// How many of a recording's `total` images are selected.
   size_t countIn(size_t total) const {
@@ -50,27 +50,27 @@ struct FrameSelection {
   }
 };
 
-/// Hands out images of a recording in order, without loss. One thread at a time.
+/// Delivers the images of a recording in order, without loss. One thread at a time.
 template <class Image>
 class ImageSource {
  public:
   virtual ~ImageSource() = default;
 
-  /// Number of selected images, skipped ones included, if it is known before reading them.
+  /// Number of selected images, including skipped ones, if known before reading them.
   virtual std::optional<size_t> size() const { return std::nullopt; }
 
-  /// How many of these have a pose, if that is known before reading them.
+  /// Number of selected images that have a pose, if known before reading them.
   virtual std::optional<size_t> posed() const { return std::nullopt; }
 
-  /// The next image that has a pose, or nothing at the end. One that cannot be used (no pose, wrong
-  /// encoding) is skipped and counted.
-  /// @throws std::runtime_error if the recording is broken: file, place and what to do.
+  /// The next usable image, or nothing at the end. Unusable images (no pose, wrong encoding) are
+  /// skipped and counted.
+  /// @throws std::runtime_error if the recording is broken, with file, place and what to do.
   virtual std::optional<Image> next() = 0;
 
   /// Images skipped so far, by reason ("no pose within 20 ms").
   virtual const std::map<std::string, size_t>& skipped() const { return skipped_; }
 
-  /// What is known of the first image skipped for a reason, in a sentence.
+  /// A sentence about the first image skipped for each reason.
   virtual std::map<std::string, std::string> problems() const { return problems_; }
 
  protected:

@@ -7,9 +7,9 @@
 
 namespace dtsdf {
 
-/// The frames of a source in their order, the next one decoded in advance.
-/// An error of the inner source is thrown by next() in its turn, after the frames before it.
-/// skipped() counts what was skipped before the frame handed out last.
+/// Wraps a source so that the next frame is decoded in advance. An error of the source is thrown by
+/// next() after the frames that precede it. skipped() counts the images skipped before the frame
+/// that next() returned last.
 std::unique_ptr<FrameSource> prefetchFrames(std::unique_ptr<FrameSource> source);
 
 }  // namespace dtsdf

@@ -5,15 +5,15 @@
 
 namespace dtsdf {
 
-/// Decides by its stamp whether an image is taken, so that of a regular stream no more than a given
-/// number per second are, on average. An image early by less than a tenth of the interval is still
-/// taken. Stamps that jump back start over.
+/// Decides by stamps which images of a stream are taken, at most a given number per second on
+/// average. An image early by less than a tenth of the interval is still taken. A stamp that jumps
+/// back starts over.
 class RateLimit {
  public:
-  /// 0: all are taken.
+  /// @param max_rate_hz Images per second; 0: all are taken.
   explicit RateLimit(double max_rate_hz) : interval_s_(max_rate_hz > 0 ? 1.0 / max_rate_hz : 0.0) {}
 
-  /// Whether the image with this stamp is taken; of stamps in the order in which they come.
+  /// Whether the image with this stamp is taken. Call it once per image, in order of arrival.
   bool takes(double stamp_s) {
     if (interval_s_ <= 0.0) return true;
     const bool begins_anew = stamp_s < due_s_ - 2.0 * interval_s_;
@@ -26,7 +26,7 @@ class RateLimit {
  private:
   double interval_s_;
   double due_s_ =
-      std::numeric_limits<double>::infinity();  ///< When the next is; at first any stamp begins.
+      std::numeric_limits<double>::infinity();  ///< Stamp of the next image; at first any will do.
 };
 
 }  // namespace dtsdf

@@ -13,11 +13,11 @@ namespace dtsdf {
 /// lists, keys without a value and keys given twice.
 ParamTree loadYamlParams(const std::string& path);
 
-/// Reads settings from a string; `name` stands for the file in error messages.
+/// Reads settings from a string of YAML; error messages call it `name`.
 ParamTree parseYamlParams(const std::string& text, const std::string& name);
 
-/// Sets one key from "map/voxel_size_m=0.01", in place of what the tree has for it.
-/// @throws std::runtime_error if the text is not of this form.
+/// Sets one key of the tree from an assignment such as "map/voxel_size_m=0.01".
+/// @throws std::runtime_error if the assignment is not of this form.
 void setParam(const std::string& assignment, ParamTree& tree);
 
 }  // namespace dtsdf

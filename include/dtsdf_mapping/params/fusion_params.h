@@ -9,23 +9,23 @@ namespace dtsdf {
 enum class FusionMode {
   kVoxelProjection,   ///< Each voxel takes the projective distance of the pixel that it falls on.
   kRayCasting,        ///< Samples along the view ray, point-to-plane distance.
-  kNormalRayCasting,  ///< Samples along the normal, or towards the ray as far as depth is noisy.
+  kNormalRayCasting,  ///< Samples along the normal; the noisier the depth, the nearer to the ray.
 };
 
-/// Bound of FusionParams::normal_radius_px; margins of images on the GPU are as wide.
+/// Maximum of FusionParams::normal_radius_px, and width of the margins of images on the GPU.
 constexpr int kMaxNormalRadius_px = 16;
 
 /// How a frame is fused.
 struct FusionParams {
-  FusionMode mode = FusionMode::kNormalRayCasting;  ///< How a frame is fused.
+  FusionMode mode = FusionMode::kNormalRayCasting;  ///< Fusion mode.
   float min_depth_m = 0.1f;                         ///< Nearer measurements are ignored.
-  float max_depth_m = 10.0f;  ///< Farther measurements only clear what is before them.
+  float max_depth_m = 10.0f;  ///< Farther measurements only clear space in front of them.
   int normal_radius_px = 5;   ///< Largest half width of the window of a normal, in pixels.
-  float depth_jump = 0.03f;   ///< Neighbours whose depths differ by a larger share are apart.
+  float depth_jump = 0.03f;   ///< Relative difference of depth that separates neighbouring pixels.
   float max_weight = 64.0f;   ///< Cap of a voxel's weight; a frame adds 1 at most.
-  bool clearing = true;       ///< Whether surfaces that images see through go.
-  /// Images for and against a surface that the map remembers at most; 0: 8, or where it aligns
-  /// poses, which then agree for longer, 19.
+  bool clearing = true;       ///< Whether surfaces that images see through are removed.
+  /// Largest number of images for or against a surface that the map remembers; 0: 19 if poses are
+  /// aligned, since then they agree for longer, else 8.
   int memory_frames = 0;
 };
 

@@ -12,12 +12,12 @@ struct MapParams {
   float voxel_size_m = 0.02f;      ///< Edge of a voxel, in metres.
   float truncation_voxels = 4.0f;  ///< Truncation distance, in voxels.
   bool directional = true;         ///< Six directional volumes; false: one ordinary TSDF.
-  /// Budget of the map in MiB; new blocks beyond are refused. With space/enabled an eighth of it is
-  /// for free cells.
+  /// Budget of the map in MiB; when it is full, new blocks are refused. With space/enabled an
+  /// eighth of it is for free cells.
   int max_memory_mb = 4096;
-  float keep_radius_m = 0.0f;  ///< Blocks wholly beyond, from the camera, are dropped; 0: none.
-  /// Folder on disk that the least recently used blocks are written to when the budget is used up,
-  /// and read back from when needed; empty: off, the map is limited to the budget.
+  float keep_radius_m = 0.0f;  ///< Blocks entirely farther from the camera are dropped; 0: none.
+  /// Folder for the least recently used blocks: they are written when the budget is full and read
+  /// back when needed. Empty: off, the map is limited to the budget.
   std::string page_folder;
   float page_max_gb = 64.0f;  ///< Maximum size of each file in page_folder, in GiB.
 };

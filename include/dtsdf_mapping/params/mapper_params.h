@@ -17,16 +17,16 @@ enum class Backend {
 
 /// How the noise of depth grows with depth; its scale is estimated from the images.
 enum class Sensor {
-  kStructuredLight,  ///< Noise uniform in inverse depth, as triangulation has it (z^2).
-  kStereo,           ///< Noise uniform in inverse depth, as of kStructuredLight.
+  kStructuredLight,  ///< Noise uniform in inverse depth, as in all triangulation (z^2).
+  kStereo,           ///< Noise uniform in inverse depth, like kStructuredLight.
   kTimeOfFlight,     ///< Noise uniform in depth.
 };
 
-/// What a mapper is made with. The defaults are those of config/default.yaml.
+/// Settings of a mapper, with the defaults of config/default.yaml.
 struct MapperParams {
   Backend backend = Backend::kAuto;          ///< Where the work is done.
   int threads = 0;                           ///< CPU threads; 0: all cores.
-  Sensor sensor = Sensor::kStructuredLight;  ///< That depth images come from.
+  Sensor sensor = Sensor::kStructuredLight;  ///< Sensor of the depth images.
   MapParams map;                             ///< Section "map" of a file.
   FusionParams fusion;                       ///< Section "fusion".
   MeshParams mesh;                           ///< Section "mesh".
@@ -34,10 +34,10 @@ struct MapperParams {
   /// Match each colour image to the brightness of the same surface in the map; false: exposure and
   /// white balance of the camera are locked.
   bool adapt_exposure = true;
-  float max_paint_depth_m = 0.0f;  ///< Farther surfaces are not painted by an image; 0: all are.
+  float max_paint_depth_m = 0.0f;  ///< Farther surfaces are not painted; 0: no limit.
 };
 
-/// Visits each member, those of the sections too, with its key and its rule.
+/// Visits each member, including the sections' members, with its key and its rule.
 /// @relates MapperParams
 template <class Visitor>
 void visitParams(MapperParams& p, Visitor& visit) {
@@ -57,10 +57,10 @@ void visitParams(MapperParams& p, Visitor& visit) {
   visit("colour/max_depth_m", p.max_paint_depth_m, Range{0.0, 1000.0});
 }
 
-/// Rules between settings, added to the reader's violations before its finish().
+/// Checks rules between settings. Call it before the reader's finish(), which reports violations.
 void checkParams(const MapperParams& params, ParamReader& reader);
 
-/// Reads a tree that holds mapper settings only. What it leaves out keeps its default.
+/// Reads a tree that holds mapper settings only. Missing settings keep their defaults.
 /// @throws ParamError with every violation.
 MapperParams readMapperParams(const ParamTree& tree);
 

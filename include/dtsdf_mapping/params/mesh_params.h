@@ -8,7 +8,7 @@ namespace dtsdf {
 /// What the colour of a vertex shows.
 enum class MeshColour {
   kAuto,    ///< kImage if the map was painted, else kNormal.
-  kImage,   ///< What colour images showed; as kPlain where none has seen the surface.
+  kImage,   ///< Colour from images; like kPlain where no image has seen the surface.
   kNormal,  ///< Direction of the surface normal as red, green and blue.
   kHeight,  ///< z in the map frame, as a repeating rainbow.
   kPlain,   ///< One light grey.
@@ -17,9 +17,9 @@ enum class MeshColour {
 /// How a mesh looks.
 struct MeshParams {
   MeshColour colour = MeshColour::kAuto;  ///< Colour of the vertices, in RViz and in saved files.
-  int min_support = 2;   ///< Frames that a surface needs, but no more than were fused.
-  int loose_voxels = 4;  ///< Pieces no larger, and no farther beside a larger one, are left out.
-  int refine = 0;        ///< 1: each triangle in four, on the curved surface.
+  int min_support = 2;   ///< Frames that a surface needs, at most the number fused.
+  int loose_voxels = 4;  ///< Pieces up to this size, and this close to a larger one, are left out.
+  int refine = 0;        ///< 1: splits each triangle into four on the curved surface.
 };
 
 /// Visits each member with its key and its rule.

@@ -15,21 +15,21 @@
 
 namespace dtsdf {
 
-/// A setting as it stands in a file.
+/// Value of a setting, as read from a file.
 using ParamValue = std::variant<bool, int, double, std::string, std::vector<std::string>>;
 
-/// Full key, as in "map/voxel_size_m", to value.
+/// Maps full keys, such as "map/voxel_size_m", to values.
 using ParamTree = std::map<std::string, ParamValue>;
 
-/// The value as a file would have it, for messages.
+/// Writes a value as in a file, for messages.
 std::string toString(const ParamValue& value);
 
 /// Thrown with every violation found: full key, its value and the rule it breaks.
 class ParamError : public std::runtime_error {
  public:
-  /// One line each; what() joins them.
+  /// Makes an error from one line per violation; what() joins the lines.
   explicit ParamError(std::vector<std::string> violations);
-  /// One line each, with key, value and rule.
+  /// One line per violation, with key, value and rule.
   const std::vector<std::string>& violations() const { return violations_; }
 
  private:
@@ -38,8 +38,8 @@ class ParamError : public std::runtime_error {
 
 /// Closed interval of allowed numbers.
 struct Range {
-  double min;  ///< Least allowed.
-  double max;  ///< Greatest allowed.
+  double min;  ///< Smallest allowed value.
+  double max;  ///< Largest allowed value.
 };
 
 /// Names of an enum's values, in the spelling of the YAML files.
@@ -47,17 +47,17 @@ template <class Enum>
 using EnumNames = std::vector<std::pair<std::string, Enum>>;
 
 /// Visitor that sets members from a tree. A missing key keeps the default; an unknown key, a wrong
-/// type or a broken rule is a violation. A whole number may stand for a floating-point one, and a
-/// text for a truth value: the words of YAML.
+/// type or a broken rule is a violation. A whole number may stand for a floating-point one, and
+/// YAML's words (such as "yes" and "off") for a truth value.
 class ParamReader {
  public:
-  /// Reads from this tree.
+  /// A reader of this tree.
   explicit ParamReader(ParamTree tree);
 
   /// @name Reading one member
   /// @{
 
-  /// Sets the member to the key's value, or notes what is wrong with it.
+  /// Sets the member to the key's value, or records a violation.
   void operator()(const std::string& key, bool& member);
   void operator()(const std::string& key, int& member, Range range);
   void operator()(const std::string& key, float& member, Range range);
@@ -74,15 +74,15 @@ class ParamReader {
   }
   /// @}
 
-  /// Adds a violation that concerns a key, for rules between several settings.
+  /// Adds a violation of a rule between several settings, under the key of one of them.
   void addViolation(const std::string& key, const std::string& rule);
 
-  /// @throws ParamError if anything was wrong, unknown keys included.
+  /// Ends reading. @throws ParamError with all violations, including unknown keys, if any.
   void finish();
 
  private:
   bool readString(const std::string& key, std::string& text);
-  /// The number of the word that the key has; that of all words if it has none of them.
+  /// Index of the key's value among the words; words.size() if it is not one of them.
   size_t readChoice(const std::string& key, const std::vector<std::string>& words);
   bool readNumber(const std::string& key, double& number, bool whole, Range range);
   const ParamValue* find(const std::string& key);
@@ -92,7 +92,7 @@ class ParamReader {
   std::vector<std::string> violations_;
 };
 
-/// Visitor that writes every member into a tree: the struct's values by key; and what each may be.
+/// Visitor that writes every member into a tree, and describes its allowed values.
 class ParamWriter {
  public:
   /// @name Writing one member
@@ -118,8 +118,8 @@ class ParamWriter {
   }
   /// @}
 
-  ParamTree tree;                              ///< What was written.
-  std::map<std::string, std::string> choices;  ///< In words, as in "0.1 to 100".
+  ParamTree tree;                              ///< Values by key.
+  std::map<std::string, std::string> choices;  ///< Allowed values by key, such as "0.1 to 100".
 
  private:
   void put(const std::string& key, ParamValue value, const std::string& choice) {
@@ -128,7 +128,7 @@ class ParamWriter {
   }
 };
 
-/// A settings struct's values by key.
+/// Writes a settings struct into a tree.
 template <class Params>
 ParamTree toTree(Params params) {
   ParamWriter writer;

@@ -1,4 +1,4 @@
-/// Settings of poses that are aligned to the map.
+/// Settings of aligning poses to the map.
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"
@@ -7,23 +7,23 @@ namespace dtsdf {
 
 /// Where the pose of a depth image comes from.
 enum class PoseMode {
-  kTf,      ///< As it is given.
-  kRefine,  ///< Moved from there to where the image fits the map.
-  kTrack,   ///< Tracked against the map, from image to image; only the first may be given.
+  kTf,      ///< The given pose is used as it is.
+  kRefine,  ///< The given pose is moved to where the image fits the map.
+  kTrack,   ///< Tracked against the map, from image to image; only the first pose may be given.
 };
 
 /// How poses are found.
 struct PoseParams {
   PoseMode mode = PoseMode::kTf;  ///< Where poses come from.
-  /// Standard deviation of given positions, in metres; when tracking, of those predicted from the
-  /// motion of the last images.
+  /// Standard deviation of given positions in metres, or, when tracking, of positions predicted
+  /// from the motion of the last images.
   double sigma_m = 0.05;
-  double sigma_rad = 0.035;  ///< Standard deviation of orientations, in radians.
-  /// Drift of given poses, in metres and radians per metre travelled: errors that last from image
-  /// to image, beside those above, which are new in each. 0: none.
+  double sigma_rad = 0.035;  ///< Standard deviation of the orientations, in radians.
+  /// Drift of given poses, in metres and radians per metre travelled: errors that persist from
+  /// image to image, whereas the sigmas describe independent errors of each image. 0: none.
   double drift = 0.05;
-  bool drop_misfits = false;  ///< Images that do not fit the map; else they are fused at the given
-                              ///< pose, with the current correction.
+  bool drop_misfits = false;  ///< Drops images that do not fit the map; else they are fused at the
+                              ///< given pose, with the current correction.
 };
 
 /// Visits each member with its key and its rule.

@@ -7,10 +7,10 @@ namespace dtsdf {
 
 /// Whether and how free space is recorded.
 struct SpaceParams {
-  bool enabled = false;         ///< Off: costs nothing.
+  bool enabled = false;         ///< Whether free space is recorded; if not, it costs nothing.
   int cell_voxels = 4;          ///< Edge of a cell, in voxels: 1, 2, 4 or 8.
   float max_range_m = 5.0f;     ///< Depth up to which an image marks cells as free.
-  float max_distance_m = 2.0f;  ///< Farther from all surfaces, distances are this.
+  float max_distance_m = 2.0f;  ///< Cap of distances to surfaces.
 };
 
 /// Visits each member with its key and its rule.

@@ -11,7 +11,7 @@
 namespace dtsdf {
 namespace {
 
-/// Keeps the triangles whose corners all lie in a region in metres, and the vertices that they use.
+/// Drops triangles with a corner outside the region, which is in metres, and unused vertices.
 void crop(const RegionView& region, Mesh& mesh) {
   constexpr uint32_t kUnused = std::numeric_limits<uint32_t>::max(), kInside = kUnused - 1;
   std::vector<uint32_t> number(mesh.vertices_m.size(), kUnused);
@@ -102,8 +102,8 @@ std::array<double, 3> MeshStore::positionInMap(const BlockKey& key,
           (first.z + static_cast<double>(vertex.position.z)) * h};
 }
 
-/// Joins block meshes that come by rising packed keys, as MeshStream does, in no more memory than
-/// the mesh takes.
+/// Joins block meshes, sorted by packed key, into the mesh that MeshStream would output, using
+/// little more memory than the mesh itself takes.
 Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
   size_t vertices = 0, triangles = 0;
   BlockExtent bounds = noBlocks();
@@ -116,10 +116,10 @@ Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
   BlockJoiner joiner;
   Outline outline;
   mesh.origin_m = originOf(bounds, voxel_size_m_);
-  // Room for all, so that nothing moves. Memory that is never touched costs nothing.
+  // Reserves enough to never reallocate. Memory that is never touched costs nothing.
   mesh.vertices_m.reserve(vertices);
   mesh.normals.reserve(vertices);
-  mesh.triangles.reserve(triangles + vertices);  // a hole takes fewer than it has vertices
+  mesh.triangles.reserve(triangles + vertices);  // a hole of n vertices adds n - 2
   outline.reserve(vertices);
   for (const BlockMesh* block : blocks) {
     const JoinedBlock& joined = joiner.add(*block);
@@ -128,7 +128,7 @@ Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
       mesh.vertices_m.push_back(positionFrom(mesh.origin_m, positionInMap(block->key, vertex)));
       mesh.normals.push_back({0.0f, 0.0f, 0.0f});
       outline.addVertex(outlineKind(vertex));
-      if (block->colours.empty()) continue;  // it was meshed before the map was first painted
+      if (block->colours.empty()) continue;  // meshed before the map was first painted
       if (mesh.colours.empty()) mesh.colours.reserve(vertices);
       mesh.colours.resize(mesh.vertices_m.size() - 1);
       mesh.colours.push_back(block->colours[i]);

@@ -1,4 +1,4 @@
-/// Which chunks of blocks the mesh consists of, and which of them changed since they were sent.
+/// The chunks that a mesh consists of, and those that changed since they were sent.
 #pragma once
 
 #include <algorithm>
@@ -11,12 +11,12 @@
 
 namespace dtsdf {
 
-/// A chunk is a cube of blocks. Its id is given once and never to another chunk.
+/// Chunks are cubes of blocks. Their ids are never reused.
 class MeshChunks {
  public:
   explicit MeshChunks(int chunk_blocks) : chunk_blocks_(chunk_blocks) {}
 
-  /// The chunk of this block has changed.
+  /// Marks the chunk that contains this block as changed.
   void markChanged(const BlockKey& block) {
     const PackedKey chunk = chunkOf(block);
     ids_.emplace(chunk, static_cast<int>(ids_.size()));
@@ -36,7 +36,7 @@ class MeshChunks {
     return chunks;
   }
 
-  /// The next `count` chunks in a circle through all; those that are added do not set it back.
+  /// The next `count` chunks, round robin. New chunks do not restart the cycle.
   std::vector<PackedKey> nextInTurn(size_t count) {
     std::vector<PackedKey> chunks;
     for (size_t i = 0; i < std::min(count, ids_.size()); ++i) {
@@ -50,13 +50,13 @@ class MeshChunks {
 
   int idOf(PackedKey chunk) const { return ids_.at(chunk); }
 
-  /// The lowest block a chunk may have.
+  /// The lowest block of a chunk, whether or not it has a mesh.
   BlockKey cornerOf(PackedKey chunk) const {
     const BlockKey place = unpackKey(chunk);
     return {place.x * chunk_blocks_, place.y * chunk_blocks_, place.z * chunk_blocks_};
   }
 
-  /// The keys of all blocks a chunk may have, in canonical order.
+  /// Packed keys of all blocks that a chunk may contain, in canonical order.
   std::vector<PackedKey> blocksOf(PackedKey chunk) const {
     const BlockKey corner = cornerOf(chunk);
     std::vector<PackedKey> blocks;

@@ -11,14 +11,14 @@ namespace {
 
 constexpr uint32_t kNone = UINT32_MAX;
 
-/// Where an edge of a block's corner grid lies in the block that owns it, which is that of its
-/// lower corner: corners on a far face of the grid belong to a neighbour above.
+/// The owner of an edge of a block's corner grid, and the edge's place in it. The owner is the
+/// block of the edge's lower corner: corners on the grid's far faces belong to upper neighbours.
 struct OwnedEdge {
   uint8_t owner;   ///< See cornerBlockOffset().
-  uint16_t place;  ///< Among the edges on the owner's lower faces; kInside if it is on none.
+  uint16_t place;  ///< Index among the edges on the owner's lower faces; kInside if on none.
 };
 
-/// Only blocks that own them list edges that are not on the lower faces of their block.
+/// Marks an edge that is on none of its owner's lower faces: only the owner lists it.
 constexpr uint16_t kInside = UINT16_MAX;
 constexpr int kFaceCorners = kBlockSide * kBlockSide, kSharedPlaces = 3 * kFaceCorners * 6;
 
@@ -36,7 +36,7 @@ OwnedEdge ownedEdge(int edge) {
   return {owner, kInside};
 }
 
-/// Owners of all edges of the corner grid.
+/// The owners of all edges of the corner grid.
 const std::array<OwnedEdge, kGridEdges>& ownedEdges() {
   static const std::array<OwnedEdge, kGridEdges> edges = [] {
     std::array<OwnedEdge, kGridEdges> all;
@@ -53,8 +53,7 @@ BlockJoiner::BlockJoiner() {
 }
 
 const JoinedBlock& BlockJoiner::add(const BlockMesh& block) {
-  // An edge is listed by its owner and by blocks below it, along each axis: none of them comes
-  // once the owner is through.
+  // Only an edge's owner and the owner's lower neighbours list it: no block after the owner does.
   const PackedKey key = packKey(block.key);
   shared_edges_.erase(shared_edges_.begin(), shared_edges_.lower_bound(key));
   shared_sides_.erase(shared_sides_.begin(), shared_sides_.lower_bound(key));
@@ -74,7 +73,7 @@ const JoinedBlock& BlockJoiner::add(const BlockMesh& block) {
   return joined_;
 }
 
-/// Lays out what blocks before have entered of the edges that a block may list.
+/// Sets the numbers that earlier blocks gave to edges which this block may list.
 void BlockJoiner::open(const BlockKey& block) {
   for (int n = 0; n < kCornerBlocks; ++n) {
     Owner& owner = owners_[n];
@@ -85,8 +84,8 @@ void BlockJoiner::open(const BlockKey& block) {
   }
 }
 
-/// Enters what the block was the first to list, for blocks to come, none of which lists an edge of
-/// this one.
+/// Saves, for later blocks, the edges that this block was the first to list. Its own edges (n = 0)
+/// are left out: no later block lists them.
 void BlockJoiner::close(const BlockKey& block) {
   for (int n = 0; n < kCornerBlocks; ++n) {
     Owner& owner = owners_[n];
@@ -98,7 +97,7 @@ void BlockJoiner::close(const BlockKey& block) {
   }
 }
 
-/// The number of a block's vertex in the mesh; the next one if it is new.
+/// The number of a block's vertex in the joined mesh; next_ if it is new.
 uint32_t BlockJoiner::numberOf(const BlockMesh& block, uint32_t edge) {
   if (!isMiddle(edge)) return number_of_edge_[edge] = numberOfEdge(edge);
   const int first = middleFirst(edge), second = middleSecond(edge);
@@ -107,7 +106,7 @@ uint32_t BlockJoiner::numberOf(const BlockMesh& block, uint32_t edge) {
     return packKey(block.key + cornerBlockOffset(ownedEdges()[end].owner));
   };
   const PackedKey last = std::min(ownerOf(first), ownerOf(second));
-  // Also those that no other block lists: units side by side in this one both list them.
+  // This includes midpoints inside the block: both units that share the side list them.
   return shared_sides_[last].emplace(uint64_t{low} << 32 | high, next_).first->second;
 }
 
@@ -136,11 +135,12 @@ void makeUnit(std::vector<Vec3f>& normals) {
 
 namespace {
 
-/// Vertices are handed out and forgotten so many at a time, at least.
+/// Vertices are output and dropped at least this many at a time.
 constexpr size_t kVerticesAtOnce = 65536;
 
-/// Takes the blocks off a list that lie so many blocks before one, along each axis. @return the
-/// number of vertices up to the last of them, or `before`.
+/// Removes blocks from the front of a list while their key, `distance` blocks farther along each
+/// axis, still comes before `key`. @return the number of vertices up to the last block removed;
+/// `before` if there was none.
 template <class Blocks>
 uint64_t passBlocks(Blocks& blocks, int32_t distance, PackedKey key, uint64_t before) {
   const Vec3i beyond{distance, distance, distance};
@@ -182,8 +182,8 @@ void MeshStream::add(const BlockMesh& block) {
   }
   open_.push_back({block.key, end()});
   needed_.push_back({block.key, end()});
-  // A vertex is listed by blocks side by side only: by none beyond the next one on each axis. An
-  // outline is followed to vertices in blocks side by side, from those that are not written yet.
+  // Only adjacent blocks, at most one step apart on each axis, list the same vertex. Outlines are
+  // followed from vertices not yet written to those of adjacent blocks.
   const PackedKey key = packKey(block.key);
   closed_ = passBlocks(open_, 1, key, closed_);
   if (closed_ < written_ + kVerticesAtOnce) return;
@@ -210,8 +210,7 @@ void MeshStream::addVertex(const BlockMesh& block, size_t i) {
       positionFrom(window_.origin_m, positions_.positionInMap(block.key, block.vertices[i])));
   window_.normals.push_back({0.0f, 0.0f, 0.0f});
   outline_.addVertex(outlineKind(block.vertices[i]));
-  // A block that was meshed before anything was painted has none; in a map that is, these are not
-  // painted.
+  // A block meshed before the map was first painted has no colours: its vertices are unpainted.
   if (is_painted_) {
     window_.colours.push_back(block.colours.empty() ? VertexColour{} : block.colours[i]);
   }

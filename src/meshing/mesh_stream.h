@@ -1,5 +1,5 @@
-/// Joins the meshes of blocks: vertices that neighbours repeat become one, and get normals; and all
-/// of it is handed out piece by piece, as it need not fit into memory.
+/// Joins the meshes of blocks: merges the vertices that neighbouring blocks repeat, computes vertex
+/// normals, and can output the mesh in pieces if it does not fit into memory.
 #pragma once
 
 #include <array>
@@ -20,9 +20,10 @@
 
 namespace dtsdf {
 
-/// The origin of W for what lies within 64 m of it, else the middle, in whole metres: see Mesh.
+/// Mesh::origin_m of a mesh with these bounds: W's origin if they lie within 64 m of it, else their
+/// middle, rounded to whole metres.
 inline std::array<double, 3> originOf(const BlockExtent& bounds, double voxel_size_m) {
-  constexpr double kNear_m = 64.0;  // floats are 0.008 mm apart there
+  constexpr double kNear_m = 64.0;  // floats are 0.008 mm apart at this distance
   const double block_m = kBlockSide * voxel_size_m;
   std::array<double, 3> middle_m = {0.0, 0.0, 0.0};
   bool is_near = true;
@@ -35,38 +36,40 @@ inline std::array<double, 3> originOf(const BlockExtent& bounds, double voxel_si
   return is_near ? std::array<double, 3>{0.0, 0.0, 0.0} : middle_m;
 }
 
-/// A position in W, as a mesh with this origin has it.
+/// Converts a position in W to one of a mesh with this origin.
 inline Vec3f positionFrom(const std::array<double, 3>& origin_m, const std::array<double, 3>& p_W) {
   return {static_cast<float>(p_W[0] - origin_m[0]), static_cast<float>(p_W[1] - origin_m[1]),
           static_cast<float>(p_W[2] - origin_m[2])};
 }
 
-/// What has become of a block's vertices.
+/// A block's vertices in the joined mesh.
 struct JoinedBlock {
-  std::vector<uint32_t> number;  ///< Per vertex, its number among those of all blocks.
-  std::vector<uint32_t> fresh;   ///< Which of them no block before had; numbered in this order.
-  std::vector<Vec3f> faced;      ///< The way that each vertex's edge faces, see facedWays().
+  std::vector<uint32_t> number;  ///< Number of each vertex in the joined mesh.
+  std::vector<uint32_t> fresh;   ///< Vertices new with this block, in the order of numbers.
+  std::vector<Vec3f> faced;      ///< The way each vertex's edge faces, see facedWays().
 };
 
-/// Numbers the vertices of blocks, which are added by rising packed keys. Keeps only which vertices
-/// later blocks may share, so that a mesh that fills the memory can be joined.
+/// Numbers the vertices of blocks, which must be added in order of their packed keys. Remembers
+/// only the vertices that later blocks may share, so that even a mesh that fills the memory can be
+/// joined.
 class BlockJoiner {
  public:
   BlockJoiner();
 
-  /// The result is valid until the next call.
+  /// Adds a block. The result is valid until the next call.
   const JoinedBlock& add(const BlockMesh& block);
 
  private:
-  /// An edge that blocks share: its place among those on the lower faces of the block that owns it,
-  /// and the number of the vertex on it.
+  /// An edge that several blocks share: its index among the edges on its owner's lower faces, and
+  /// the number of the vertex on it.
   using SharedEdge = std::pair<uint16_t, uint32_t>;
 
-  /// What a block above one, or this itself, shares with it, while this is added.
+  /// Shared edges of one owner while a block is added: of that block or one of its upper
+  /// neighbours.
   struct Owner {
-    std::vector<uint32_t> number;   ///< Indexed by the places of edges; all kNone between blocks.
-    std::vector<SharedEdge> known;  ///< What `number` has.
-    size_t entered = 0;             ///< So many of them the owner had before.
+    std::vector<uint32_t> number;   ///< Vertex number by edge index; all kNone between calls.
+    std::vector<SharedEdge> known;  ///< The entries of `number` that are set.
+    size_t entered = 0;             ///< Entries of `known` that earlier blocks made.
   };
 
   uint32_t numberOf(const BlockMesh& block, uint32_t edge);
@@ -74,21 +77,22 @@ class BlockJoiner {
   void open(const BlockKey& block);
   void close(const BlockKey& block);
 
-  uint32_t next_ = 0;  ///< The number of the next vertex that is new.
+  uint32_t next_ = 0;  ///< Number of the next new vertex.
   JoinedBlock joined_;
-  /// Vertices that more than one block may list, by the block that is the last to list them: on
-  /// edges, and middles of sides by the numbers of their ends, the lower one in the upper 32 bits.
+  /// Vertices that several blocks may list, by the last block that may do so: those on edges, and
+  /// midpoints of sides by the numbers of their two ends, the lower one in the upper 32 bits.
   std::map<PackedKey, std::vector<SharedEdge>> shared_edges_;
   std::map<PackedKey, std::unordered_map<uint64_t, uint32_t>> shared_sides_;
-  std::array<Owner, kCornerBlocks> owners_;  ///< Indexed as cornerBlockOffset().
-  /// Vertex numbers of the edges of the block that is being added.
+  std::array<Owner, kCornerBlocks> owners_;  ///< Indexed like cornerBlockOffset().
+  /// Vertex number by edge of the block being added.
   std::array<uint32_t, kGridEdges> number_of_edge_ = {};
 };
 
-/// Adds the normal of a block's triangle, whose corners in the block begin at `corner`, to those of
-/// its vertices `t`, by its area. At the rim of what was seen anchoring may fold a triangle: it
-/// faces against what its edges face, which no triangle does whose vertices are on their edges. Its
-/// normal counts turned round. From positions in the block, which are as good anywhere in the map.
+/// Adds the area-weighted normal of a block's triangle to the normals of its vertices `t`; `corner`
+/// points to its three indices in the block. At the rim of the measured surface anchoring may fold
+/// a triangle: it then faces against its edges, as no triangle with vertices on its edges does, and
+/// its normal is reversed. Positions are relative to the block, so they are equally accurate
+/// anywhere in the map.
 inline void addNormal(const BlockMesh& block, const JoinedBlock& joined, const uint16_t* corner,
                       const std::array<uint32_t, 3>& t, std::vector<Vec3f>& normals) {
   const uint16_t a = corner[0], b = corner[1], c = corner[2];
@@ -99,37 +103,37 @@ inline void addNormal(const BlockMesh& block, const JoinedBlock& joined, const u
   for (const uint32_t v : t) normals[v] = normals[v] + turn * n;
 }
 
-/// What a block's vertex is on an outline.
+/// The kind of a block's vertex for an Outline.
 Outline::Kind outlineKind(const BlockVertex& vertex);
 
-/// Makes sums of normals unit normals; up where they are 0.
+/// Normalises sums of normals; a sum of 0 becomes (0, 0, 1).
 void makeUnit(std::vector<Vec3f>& normals);
 
-/// Takes blocks by rising keys, and keeps only the vertices that later blocks may share or have
-/// outlines through. What it hands out is what MeshStore::assemble() returns of all of them, in the
-/// same order.
+/// Joins blocks that are added in order of their packed keys. Keeps only the vertices that later
+/// blocks may share or that outlines through them may reach. Outputs the same vertices and
+/// triangles as MeshStore::assemble(), in the same order.
 class MeshStream {
  public:
-  /// Whoever takes the mesh.
+  /// Receives the mesh.
   struct Sink {
-    std::function<void(const Mesh& piece)> vertices;  ///< Takes the next vertices; no triangles.
-    /// Takes numbers of vertices in the whole mesh; some come before their vertices do.
+    std::function<void(const Mesh& piece)> vertices;  ///< Receives vertices only.
+    /// Receives vertex numbers in the whole mesh, sometimes before the vertices themselves.
     std::function<void(const std::array<uint32_t, 3>&)> triangle;
   };
 
-  /// @param is_painted Some of the blocks have colours.
+  /// @param is_painted Whether any of the blocks has colours.
   /// @param bounds Bounds of the blocks.
   MeshStream(float voxel_size_m, bool is_painted, const BlockExtent& bounds, Sink sink);
 
   void add(const BlockMesh& block);
 
-  /// Hands out what is left.
+  /// Outputs the rest.
   void finish();
 
  private:
   struct AddedBlock {
     BlockKey key;
-    uint64_t end;  ///< Vertices of all blocks up to this one.
+    uint64_t end;  ///< Number of vertices in all blocks up to this one.
   };
 
   uint64_t end() const { return first_ + window_.vertices_m.size(); }
@@ -142,13 +146,13 @@ class MeshStream {
   const bool is_painted_;
   const Sink sink_;
   BlockJoiner joiner_;
-  Mesh window_;                             ///< From vertex number first_ on.
-  Outline outline_;                         ///< Outlines through these vertices.
-  std::vector<Outline::Triangle> closing_;  ///< Triangles that close holes; they come last.
+  Mesh window_;                             ///< The vertices from number first_ on.
+  Outline outline_;                         ///< Outlines through the vertices of window_.
+  std::vector<Outline::Triangle> closing_;  ///< Triangles that close holes; output last.
   uint64_t first_ = 0, written_ = 0;
-  std::deque<AddedBlock> open_;    ///< Triangles of blocks to come may have vertices of these.
-  std::deque<AddedBlock> needed_;  ///< Outlines through blocks to come may lead to these.
-  uint64_t closed_ = 0;            ///< Vertices before those of open_.
+  std::deque<AddedBlock> open_;    ///< Blocks whose vertices later blocks may use.
+  std::deque<AddedBlock> needed_;  ///< Blocks that outlines through later blocks may reach.
+  uint64_t closed_ = 0;            ///< Number of vertices before those of open_.
 };
 
 }  // namespace dtsdf

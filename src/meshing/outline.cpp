@@ -9,19 +9,19 @@ namespace {
 
 constexpr int kStepsAlong = 2;
 
-/// Weights of the vertices so many steps away, by how far the line goes on both ways. They take
-/// teeth away whose sides are one step each, and leave a parabola as it is where the line goes on.
+/// Weights by [steps that the line continues both ways][steps to the neighbour]. They remove teeth
+/// whose sides are one step each; where the line continues, they leave a parabola unchanged.
 constexpr float kWeightsAlong[kStepsAlong + 1][kStepsAlong + 1] = {
     {0.0f, 0.0f, 0.0f},
     {0.0f, 1.0f / 4.0f, 0.0f},
     {0.0f, 1.0f / 4.0f, -1.0f / 16.0f},
 };
 
-/// A line whose ends are nearer to each other than this share of its length goes back: it is the
-/// end of something narrow, which would become shorter.
+/// A line whose ends are closer together than this share of its length turns back: it is the tip of
+/// something narrow, which smoothing would shorten.
 constexpr float kLeastExtent = 0.4f;
 
-/// The longest outline around a hole that is closed: it is two voxels across.
+/// Holes with more edges, which are over two voxels across, stay open.
 constexpr int kMostEdgesOfHole = 8;
 
 }  // namespace
@@ -42,7 +42,7 @@ void Outline::drop(size_t count) {
   vertices_.erase(vertices_.begin(), vertices_.begin() + static_cast<std::ptrdiff_t>(count));
 }
 
-/// Works out the ends of a fan from the sums of the triangles around its vertex.
+/// Computes the ends of the fan around a vertex from the vertex's sums.
 void Outline::findEnds(size_t vertex) const {
   Vertex& v = vertices_[vertex];
   v.has_ends = true;
@@ -59,16 +59,16 @@ void Outline::findEnds(size_t vertex) const {
   if (isOne(backwards)) v.ends[kBackwards] = static_cast<int32_t>(backwards);
 }
 
-/// One end of the fan of triangles around a vertex; kNone: they are no fan, or a closed one.
+/// One end of the fan of triangles around a vertex; kNone: not a fan, or a closed one.
 size_t Outline::endOfFan(size_t vertex, int way) const {
   if (!vertices_[vertex].has_ends) findEnds(vertex);
   const int32_t end = vertices_[vertex].ends[way];
   const int64_t number = static_cast<int64_t>(vertex) + end;
-  // What the sums of two fans say may be a vertex that is forgotten by now.
+  // The sums of two fans may give the number of a vertex that was dropped since.
   return end == 0 || number < 0 ? kNone : static_cast<size_t>(number);
 }
 
-/// The next vertex on the outline; kNone: the line ends there, or meets another one.
+/// The next vertex on the outline; kNone: the outline ends there, or meets another one.
 size_t Outline::beside(size_t vertex, int way) const {
   if (kindOf(vertex) == Kind::kFixed) return kNone;
   const size_t next = endOfFan(vertex, way);
@@ -76,14 +76,14 @@ size_t Outline::beside(size_t vertex, int way) const {
   return endOfFan(next, way == kForwards ? kBackwards : kForwards) == vertex ? next : kNone;
 }
 
-/// The next vertex on the outline that is not the middle of a side.
+/// The next vertex on the outline that is not the midpoint of a side.
 size_t Outline::nextOnEdge(size_t vertex, int way) const {
   const size_t next = beside(vertex, way);
   return next != kNone && kindOf(next) == Kind::kMiddle ? beside(next, way) : next;
 }
 
-/// The vertices of a short outline, counter-clockwise as triangles inside of it; none if it is
-/// longer, or not the lowest comes first.
+/// The vertices of a short outline, in counter-clockwise order for triangles inside it. None if the
+/// outline is longer, or if `lowest` is not its lowest vertex.
 void Outline::followLoop(size_t lowest, std::vector<uint32_t>& loop) const {
   loop.clear();
   int edges = 0;
@@ -97,8 +97,8 @@ void Outline::followLoop(size_t lowest, std::vector<uint32_t>& loop) const {
   if (at != lowest) loop.clear();
 }
 
-/// Cuts the corner off a loop whose neighbours are nearest to each other, of those where the
-/// triangle faces the way that the surface does. @return whether there is one.
+/// Cuts one corner off a loop: of those whose triangle faces the same way as the surface, the one
+/// whose neighbours are closest to each other. @return whether there was one.
 bool Outline::cutCorner(std::vector<uint32_t>& loop, const std::vector<Vec3f>& positions,
                         const std::vector<Vec3f>& normals, std::vector<Triangle>& triangles) const {
   const size_t count = loop.size();
@@ -143,7 +143,7 @@ Vec3f Outline::shiftOf(size_t vertex, const std::vector<Vec3f>& positions) const
   const Vec3f& p = positions[vertex];
   Vec3f ends[2] = {p, p};
   size_t at[2] = {vertex, vertex};
-  Vec3f from_vertex[kStepsAlong + 1];  // both ways together
+  Vec3f from_vertex[kStepsAlong + 1];  // sum over both ways
   float length = 0.0f;
   int steps = 0;
   while (steps < kStepsAlong) {

@@ -16,7 +16,7 @@ namespace dtsdf {
 namespace {
 
 constexpr int kMostStepsPerVoxel = 512;
-/// A block's vertices lie at most so many voxels below it, and as many above (BlockVertex).
+/// A block's vertices lie at most this many voxels below or above it (BlockVertex).
 constexpr int kVoxelsBeyond = 2;
 constexpr int kMostLatticeSteps = 65535;
 constexpr size_t kMostVertices16 = 65536;
@@ -41,7 +41,7 @@ class ChunkPacker {
     }
   }
 
-  /// Room for these many, so that nothing moves as blocks are added.
+  /// Reserves memory for all blocks, so that adding them never reallocates.
   void reserve(size_t vertices, size_t triangles) {
     chunk_.positions.reserve(3 * vertices);
     normals_.reserve(vertices);
@@ -84,8 +84,8 @@ class ChunkPacker {
   }
 
  private:
-  /// Rounded in its block, where whoever repeats a vertex has the same bits but for whole voxels:
-  /// the sum with these is exact. In double, in which a position in steps is exact as well.
+  /// Rounds relative to the block. Blocks that repeat a vertex have the same position, shifted by
+  /// whole voxels, which are added exactly. In double a position in steps is exact too.
   uint16_t stepsOf(int voxel, float position) const {
     const double steps = static_cast<double>(position) * steps_per_voxel_ + 0.5;
     const auto truncated = static_cast<int>(steps);
@@ -93,7 +93,7 @@ class ChunkPacker {
     return static_cast<uint16_t>((voxel + kVoxelsBeyond) * steps_per_voxel_ + rounded);
   }
 
-  /// Those on the faces of the chunk stay: outlines go on in chunks beside it.
+  /// Vertices on the chunk's faces stay in place: outlines continue in neighbouring chunks.
   Outline::Kind kindOf(uint32_t edge, const Vec3i& block) const {
     if (isMiddle(edge)) return Outline::Kind::kMiddle;
     const Vec3i at = block + cornerAt(edgeCorner(static_cast<int>(edge)));
@@ -115,7 +115,7 @@ class ChunkPacker {
       chunk_.triangles32.insert(chunk_.triangles32.end(), triangle.begin(), triangle.end());
     });
     for (const auto& [i, p] : outline_.smoothed(steps)) {
-      // A line may bulge out of the chunk, by less than what vertices have beyond it.
+      // A smoothed line may bulge out of the chunk, but by less than kVoxelsBeyond.
       chunk_.positions[3 * i] = static_cast<uint16_t>(p.x + 0.5f);
       chunk_.positions[3 * i + 1] = static_cast<uint16_t>(p.y + 0.5f);
       chunk_.positions[3 * i + 2] = static_cast<uint16_t>(p.z + 0.5f);
@@ -132,7 +132,7 @@ class ChunkPacker {
     }
   }
 
-  /// What no image has seen gets the colour that it has in files.
+  /// Vertices that no image has seen get the same colour as in files.
   void addColours() {
     Mesh mesh;
     mesh.colours = std::move(colours_);
@@ -146,7 +146,7 @@ class ChunkPacker {
   }
 
   int steps_per_voxel_;
-  int voxels_;    ///< Along an edge of the chunk.
+  int voxels_;    ///< Voxels along an edge of the chunk.
   Vec3i corner_;  ///< First voxel of the chunk.
   PackedChunk chunk_;
   BlockJoiner joiner_;
@@ -157,11 +157,10 @@ class ChunkPacker {
 
 float foldSign(float value) { return value < 0.0f ? -1.0f : 1.0f; }
 
-/// Far more than any map has: 2^31 blocks of 8 voxels with 512 steps each. Sums stay exact in a
-/// double.
+/// Far beyond any map: 2^31 blocks of 8 voxels with 512 steps each. Sums stay exact in a double.
 constexpr int64_t kFarthestOrigin = int64_t{1} << 43;
 
-/// A voxel is at most so large.
+/// The largest voxel size, and therefore the longest step.
 constexpr double kLongestStep_m = 1.0;
 
 template <class Index>
@@ -172,7 +171,7 @@ void checkTriangles(const std::vector<Index>& triangles, size_t vertices) {
         "of 3");
   const auto last = std::max_element(triangles.begin(), triangles.end());
   if (last != triangles.end() && *last >= vertices) {
-    throw std::runtime_error("a triangle has vertex " + std::to_string(*last) + " of " +
+    throw std::runtime_error("a triangle uses vertex " + std::to_string(*last) + " of " +
                              std::to_string(vertices));
   }
 }
@@ -207,10 +206,10 @@ void checkChunk(const PackedChunk& chunk) {
   const size_t vertices = chunk.vertexCount();
   if (chunk.positions.size() != 3 * vertices || chunk.normals.size() != 2 * vertices ||
       (!chunk.colours.empty() && chunk.colours.size() != 3 * vertices)) {
-    throw std::runtime_error("positions, normals and colours are of different numbers of vertices");
+    throw std::runtime_error("positions, normals and colours differ in their number of vertices");
   }
   if (!chunk.triangles16.empty() && !chunk.triangles32.empty()) {
-    throw std::runtime_error("it has triangles with indices of both widths");
+    throw std::runtime_error("it has triangles with 16-bit and with 32-bit indices");
   }
   if (!chunk.triangles16.empty() && vertices > kMostVertices16) {
     throw std::runtime_error("it has more vertices than 16-bit indices can address");
@@ -327,7 +326,7 @@ PackedChunk coarsen(const PackedChunk& chunk, int cell_log2) {
     const uint32_t a = number[chunk.corner(3 * t)], b = number[chunk.corner(3 * t + 1)],
                    c = number[chunk.corner(3 * t + 2)];
     if (a == b || b == c || c == a) continue;
-    // There are never more vertices than in the chunk: indices are as wide as there.
+    // Coarsening adds no vertices, so the indices keep their width.
     for (const uint32_t vertex : {a, b, c}) {
       if (chunk.triangles32.empty()) {
         coarse.triangles16.push_back(static_cast<uint16_t>(vertex));

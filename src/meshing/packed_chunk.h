@@ -1,6 +1,6 @@
-/// A chunk of the mesh in few bytes, as it is sent: positions are whole steps of a lattice that all
-/// chunks of a map share, so that chunks side by side meet without cracks. And one with less
-/// detail, to be looked at from far away.
+/// A chunk of the mesh in compact form, as it is sent. Positions are whole steps of a lattice that
+/// all chunks of a map share, so that neighbouring chunks meet without cracks. Chunks can be
+/// coarsened, to be viewed from far away.
 #pragma once
 
 #include <array>
@@ -12,11 +12,11 @@
 
 namespace dtsdf {
 
-/// Where the vertices of a map's chunks may lie: on multiples of a step along each axis of W, which
-/// divides a voxel into a power of two.
+/// The positions that chunk vertices may have: multiples of a step along each axis of W. The edge
+/// of a voxel is 2^n steps long.
 struct ChunkLattice {
-  /// A chunk is a cube of `chunk_blocks` blocks along an edge. 512 steps a voxel, or less, so that
-  /// 16 bits span a chunk and the two voxels beyond it that its vertices may reach.
+  /// A chunk has `chunk_blocks` blocks along each edge. A voxel has 512 steps, or fewer, so that 16
+  /// bits span the chunk and the two voxels by which vertices may lie beyond it.
   ChunkLattice(float voxel_size_m, int chunk_blocks);
 
   int chunk_blocks;
@@ -26,29 +26,28 @@ struct ChunkLattice {
 
 /// Vertices and triangles of one chunk.
 struct PackedChunk {
-  std::array<int64_t, 3> origin = {};  ///< Where positions count from, in steps from W's origin.
+  std::array<int64_t, 3> origin = {};  ///< Origin of the positions, in steps from W's origin.
   std::vector<uint16_t> positions;     ///< x, y, z of each vertex, in steps from the origin.
   std::vector<int16_t> normals;        ///< Two numbers per vertex, see packedNormal().
-  std::vector<uint8_t> colours;        ///< Red, green, blue of each vertex; none if unpainted.
-  std::vector<uint16_t> triangles16;   ///< Three vertices each, counter-clockwise from the free
-                                       ///< side; or else
-  std::vector<uint32_t> triangles32;   ///< here, if there are more than 65536 vertices.
+  std::vector<uint8_t> colours;        ///< Red, green, blue of each vertex; empty if unpainted.
+  std::vector<uint16_t> triangles16;   ///< Three vertices each, counter-clockwise from the front.
+  std::vector<uint32_t> triangles32;   ///< Used instead if there are more than 65536 vertices.
 
   size_t vertexCount() const { return positions.size() / 3; }
   size_t triangleCount() const { return (triangles16.size() + triangles32.size()) / 3; }
-  /// The vertex that a corner of a triangle is: corner i of triangle t is number 3 t + i.
+  /// The vertex at a corner of a triangle: corner i of triangle t has number 3 t + i.
   uint32_t corner(size_t number) const {
     return triangles32.empty() ? triangles16[number] : triangles32[number];
   }
 };
 
-/// The chunk whose lowest block is `corner`, of the blocks with these packed keys, in their order
-/// (unknown ones are skipped). Without triangles it has its origin only.
+/// Packs the blocks with these packed keys, in this order, into the chunk whose lowest block is
+/// `corner`. Unknown keys are skipped. A chunk without triangles has only its origin.
 PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const BlockKey& corner,
                       const std::vector<PackedKey>& blocks);
 
-/// Whether the lengths of its parts, its indices and its origin hold together, as all else here
-/// relies on. For chunks that others have made. @throws std::runtime_error that says what is wrong.
+/// Checks a chunk from outside: the lengths of its arrays, its indices and its origin, on which the
+/// functions below rely. @throws std::runtime_error that says what is wrong.
 void checkChunk(const PackedChunk& chunk);
 
 /// Checks a lattice's step. @throws std::runtime_error that says what is wrong.
@@ -57,19 +56,18 @@ void checkStep(double step_m);
 /// Position of a vertex in W, in metres. Chunks that share a vertex give the same bits.
 std::array<double, 3> positionOf(const PackedChunk& chunk, double step_m, size_t vertex);
 
-/// The octahedral map of a unit vector: its shadow on the octahedron |x| + |y| + |z| = 1, the lower
-/// half folded outwards, in units of 1 / 32767.
+/// The octahedral encoding of a unit vector: its projection onto the octahedron abs(x) + abs(y) +
+/// abs(z) = 1, with the lower half folded outwards, in units of 1 / 32767.
 std::array<int16_t, 2> packedNormal(const Vec3f& normal);
 Vec3f normalOfPacked(int16_t u, int16_t v);
 
-/// The chunk in W, its positions as floats: what is left of them far from the origin is for colours
-/// by height.
+/// Unpacks a chunk. Positions become floats relative to the chunk's origin.
 Mesh unpackChunk(const PackedChunk& chunk, double step_m);
 
-/// The chunk with one vertex for all that lie in one cell and face the same of six ways: both sides
-/// of a thin thing stay apart. Cells are cubes of 2^cell_log2 steps, the same for all chunks, and a
-/// vertex goes to the middle of its cell, a quarter towards where it faces: chunks side by side
-/// still meet. Triangles that are left without area are left out.
+/// Merges the vertices that lie in one cell and face the same of six ways, so that both sides of a
+/// thin object stay apart. Cells are cubes of 2^cell_log2 steps, the same for all chunks. A vertex
+/// moves to the middle of its cell, shifted by a quarter of a cell the way it faces, so that
+/// neighbouring chunks still meet. Triangles that lose their area are dropped.
 PackedChunk coarsen(const PackedChunk& chunk, int cell_log2);
 
 }  // namespace dtsdf

@@ -44,21 +44,21 @@ struct Quadric {
 /// Vertices between two reports of progress.
 constexpr size_t kReportEach = 4096;
 
-/// What each of two opposing sides may use of what is between them.
+/// Share of the gap between two opposing surfaces that each of them may use.
 constexpr double kShareBetween = 0.45;
 
-/// Errors up to so many mean edges are common: gaps are first measured as far as these need.
+/// Errors up to this many mean edges are common: gaps are first measured only as far as these need.
 constexpr double kNearEdges = 2.0;
 
-/// Normals that differ by more than this face each other: cosine of 105 degrees.
+/// Surfaces whose normals differ by more than this face each other: cosine of 105 degrees.
 constexpr float kOpposite = -0.25f;
 
-/// How far the vertices of a mesh, which outlives it, may move before surfaces that face each other
-/// could meet: almost half of their distance from an opposing surface, measured once it is asked
-/// for; wide gaps only where a large error asks for them, as most vertices never do.
+/// How far each vertex may move before surfaces that face each other could meet: almost half its
+/// distance from the nearest opposing surface. The distance is measured on first use, and far away
+/// only if a large error requires it, which is rare. The mesh must outlive this object.
 class Tolerances {
  public:
-  /// Errors are at most `max_error_m`.
+  /// @param max_error_m The largest error that will be used.
   Tolerances(const Mesh& mesh, double mean_edge_m, double max_error_m)
       : mesh_(mesh),
         near_m_(std::min(max_error_m, kNearEdges * mean_edge_m)),
@@ -66,7 +66,7 @@ class Tolerances {
         tree_(mesh.vertices_m, mesh.triangles),
         tolerance_m_(mesh.vertices_m.size(), kUnknown) {}
 
-  /// What one of the vertices may move within an error.
+  /// How far a vertex may move within an error.
   double within(uint32_t vertex, double error_m) {
     float& tolerance_m = tolerance_m_[vertex];
     if (tolerance_m == kUnknown) tolerance_m = measure(vertex, near_m_);
@@ -77,7 +77,7 @@ class Tolerances {
  private:
   static constexpr float kUnknown = std::numeric_limits<float>::infinity();
 
-  /// Negative where no gap is found within what errors up to `error_m` need.
+  /// The tolerance; negative if there is no gap as close as errors up to `error_m` require.
   float measure(uint32_t vertex, double error_m) {
     const double limit_m = 1.01 * error_m / kShareBetween;
     const double gap_m =
@@ -89,17 +89,18 @@ class Tolerances {
   const Mesh& mesh_;
   const double near_m_, max_error_m_;
   const SurfaceTree tree_;
-  SurfaceTree::Hint hint_ = SurfaceTree::kNoHint;  ///< Neighbours have neighbouring numbers.
-  /// Infinite: not measured yet; negative: none found within what errors up to near_m_ need.
+  SurfaceTree::Hint hint_ = SurfaceTree::kNoHint;  ///< Consecutive vertices tend to be neighbours.
+  /// Per vertex. Infinite: not measured yet; negative: no gap as close as errors up to near_m_
+  /// require.
   std::vector<float> tolerance_m_;
 };
 
-/// A triangle at a vertex: the two others, in its order.
+/// A triangle at a vertex, with its other two vertices in the triangle's order.
 struct Wing {
   uint32_t triangle, from, to;
 };
 
-/// Which triangles meet at each vertex of a mesh, while vertices merge into their neighbours.
+/// The triangles at each vertex of a mesh, while vertices are merged into their neighbours.
 class TriangleFans {
  public:
   using Triangle = std::array<uint32_t, 3>;
@@ -119,7 +120,7 @@ class TriangleFans {
     }
   }
 
-  /// The triangles at a vertex; those that have gone are dropped on the way.
+  /// Lists the triangles at a vertex, and forgets those that were removed.
   void list(uint32_t vertex, std::vector<Wing>& wings) {
     wings.clear();
     std::vector<uint32_t>& triangles = triangles_[vertex];
@@ -132,7 +133,7 @@ class TriangleFans {
     }
   }
 
-  /// Whether these triangles of one vertex close to a single fan.
+  /// Whether these triangles of one vertex form a single closed fan.
   bool isClosed(const std::vector<Wing>& wings) {
     for (const Wing& wing : wings) mark_[wing.from] = mark_[wing.to] = 0;
     for (const Wing& wing : wings) {
@@ -147,8 +148,8 @@ class TriangleFans {
     return is_closed;
   }
 
-  /// Whether u, with these wings, and v have no neighbours in common but those of the two triangles
-  /// between them, so that the surface stays one when u merges into v.
+  /// Whether the surface stays manifold when u, with these wings, merges into v: the only
+  /// neighbours they share must be those of the two triangles between them.
   bool staysManifold(uint32_t u, const std::vector<Wing>& wings, uint32_t v) {
     list(v, wings_);
     ++stamp_;
@@ -162,7 +163,7 @@ class TriangleFans {
     return common == 2 && between == 2;
   }
 
-  /// Gives v the triangles of u but those between the two, which go.
+  /// Removes the triangles between u and v, and gives the others of u to v.
   void merge(uint32_t u, const std::vector<Wing>& wings, uint32_t v) {
     for (const Wing& wing : wings) {
       Triangle& corners = faces_[wing.triangle].corners;
@@ -181,34 +182,35 @@ class TriangleFans {
   bool triangleHasGone(uint32_t triangle) const { return faces_[triangle].corners[0] == kNone; }
   const Triangle& corners(uint32_t triangle) const { return faces_[triangle].corners; }
 
-  /// For whoever uses the fans: a number for each triangle, kNone at first.
+  /// A number per triangle, for the caller's own use; kNone at first.
   uint32_t& note(uint32_t triangle) { return faces_[triangle].note; }
 
  private:
-  /// What is looked up together lies together: meshes are larger than caches.
+  /// The data of a triangle, kept together because meshes are larger than caches.
   struct alignas(16) Face {
-    Triangle corners;  ///< kNone once the triangle has gone.
+    Triangle corners;  ///< kNone once the triangle was removed.
     uint32_t note;
   };
 
   std::vector<Face> faces_;
-  std::vector<std::vector<uint32_t>> triangles_;  ///< At each vertex.
+  std::vector<std::vector<uint32_t>> triangles_;  ///< Triangles at each vertex.
   std::vector<uint32_t> mark_;
   uint32_t stamp_ = 0;
   std::vector<Wing> wings_;
 };
 
-/// A triangle turns no further than this when a vertex goes: cosine of 70 degrees.
+/// The largest angle by which a triangle may turn in a merge: cosine of 70 degrees.
 constexpr float kLeastTurn = 0.34f;
 
-/// The height of a triangle is at least this share of its longest side.
+/// The smallest height of a triangle, as a share of its longest side.
 constexpr float kLeastHeight = 0.01f;
 
-/// Each vertex that has gone keeps a triangle that stands for it, and every later change has to
-/// find one near enough again, out of those that take its place.
+/// Merges vertices into their neighbours. Each removed vertex is assigned to a triangle close
+/// enough to it; a later merge that changes this triangle must find one close enough among the new
+/// ones.
 class Collapser {
  public:
-  /// The mesh outlives it.
+  /// The mesh must outlive this object.
   Collapser(const Mesh& mesh, double mean_edge_m, double max_error_m)
       : mesh_(mesh),
         p_(mesh.vertices_m),
@@ -221,8 +223,8 @@ class Collapser {
     sumQuadrics();
   }
 
-  /// Vertices that may go. Borders stay, and where more than two triangles meet: only a vertex goes
-  /// whose triangles close to one fan.
+  /// The vertices that may be removed: those whose triangles form one closed fan. Vertices on
+  /// borders, or where more than two triangles share an edge, stay.
   std::vector<uint32_t> removable() {
     std::vector<uint32_t> closed;
     for (uint32_t v = 0; v < p_.size(); ++v) {
@@ -234,27 +236,27 @@ class Collapser {
 
   bool hasGone(uint32_t vertex) const { return fans_.hasGone(vertex); }
 
-  /// Has merges tried again that failed.
+  /// Allows failed merges to be tried again.
   void forgetTries() {
     for (State& state : states_) state.tried = kNone;
   }
 
-  /// The neighbour that a vertex merges into at the least cost, as it was when the triangles at the
-  /// vertex changed last; the vertex itself if that costs too much, or was tried already.
+  /// The neighbour that a vertex merges into at the lowest cost, as of the last change of the
+  /// triangles at the vertex; the vertex itself if that costs too much or was already tried.
   uint32_t cheapest(uint32_t vertex, double error_m) {
     State& state = states_[vertex];
-    if (state.tried == state.changes) return vertex;  // nothing is new about it
+    if (state.tried == state.changes) return vertex;  // nothing has changed since
     if (state.known != state.changes || hasGone(state.to)) findCheapest(vertex);
     return state.cost > error_m * error_m ? vertex : state.to;
   }
 
-  /// Merges u into v. @return false, and nothing changes, where something would be off by more than
-  /// the error.
+  /// Merges u into v. @return false, and change nothing, if that would exceed the error or spoil
+  /// the surface.
   bool tryMerge(uint32_t u, uint32_t v, double error_m) {
     fans_.list(u, wings_);
     const bool is_neighbour =
         std::any_of(wings_.begin(), wings_.end(), [v](const Wing& wing) { return wing.from == v; });
-    if (!is_neighbour) return false;  // it has gone meanwhile; another one is for the next pass
+    if (!is_neighbour) return false;  // v was removed; the next pass finds another one
     states_[u].tried = states_[u].changes;
     if (!keepsDirections(v) || !fans_.staysManifold(u, wings_, v) || !rehost(u, v, error_m)) {
       return false;
@@ -263,7 +265,7 @@ class Collapser {
     return true;
   }
 
-  /// The mesh of the triangles that are left, with its vertices in their old order.
+  /// The mesh of the remaining triangles, with its vertices in their old order.
   Mesh remaining() const {
     std::vector<uint32_t> number(p_.size(), kNone);
     const auto triangles = static_cast<uint32_t>(mesh_.triangles.size());
@@ -288,9 +290,8 @@ class Collapser {
     return result;
   }
 
-  /// The largest distance of a vertex that has gone from any triangle of what is left.
-  /// What each vertex was off when it was looked at last is no less than what it is off, so that
-  /// few need another look.
+  /// The largest distance of a removed vertex from the simplified mesh. Point::off_m is an upper
+  /// bound of it, so only a few distances have to be measured.
   double largestDistance_m(const Mesh& simple) const {
     const SurfaceTree tree(simple.vertices_m, simple.triangles);
     double largest_m = 0.0;
@@ -304,20 +305,20 @@ class Collapser {
  private:
   static constexpr uint32_t kNone = TriangleFans::kNone;
 
-  /// A vertex as one that has gone; the next one that the same triangle stands for.
+  /// A vertex, for when it is removed. `next` is the next vertex assigned to the same triangle.
   struct Point {
     Vec3f p, normal;
     uint32_t next;
-    float off_m;  ///< From its triangle, when that was chosen.
+    float off_m;  ///< Distance from its triangle when that was assigned.
   };
   struct State {
     double cost;
     uint32_t to;           ///< The cheapest neighbour.
-    uint32_t known;        ///< `changes` when it was found.
+    uint32_t known;        ///< `changes` when `to` was found.
     uint32_t changes = 0;  ///< How often the triangles at the vertex have changed.
     uint32_t tried;        ///< `changes` at the last try.
   };
-  /// A triangle at v as it would be.
+  /// A triangle at v as it would be after a merge.
   struct WingAfter {
     uint32_t triangle;
     Vec3f from, to, normal;
@@ -342,7 +343,7 @@ class Collapser {
     state.cost = std::numeric_limits<double>::infinity();
     fans_.list(vertex, wings_);
     for (const Wing& wing : wings_) {
-      const uint32_t v = wing.from;  // each neighbour is that of one triangle
+      const uint32_t v = wing.from;  // each neighbour is `from` in exactly one wing
       const double weight = q.weight + quadrics_[v].weight;
       if (weight <= 0.0) continue;
       const double cost = std::max(0.0, (q.at(p_[v]) + quadrics_[v].at(p_[v])) / weight);
@@ -353,7 +354,7 @@ class Collapser {
     }
   }
 
-  /// Whether no triangle that is left turns over, or loses its area.
+  /// Whether no remaining triangle turns too far or becomes too thin.
   bool keepsDirections(uint32_t v) const {
     for (const Wing& wing : wings_) {
       if (wing.from == v || wing.to == v) continue;
@@ -371,8 +372,8 @@ class Collapser {
     return true;
   }
 
-  /// Finds a triangle for each vertex that has gone, among those that there would be; false if one
-  /// has none near enough.
+  /// Assigns u and the removed vertices at its triangles to triangles as they would be after the
+  /// merge; false if one of them has no triangle close enough.
   bool rehost(uint32_t u, uint32_t v, double error_m) {
     moves_.clear();
     wings_after_.clear();
@@ -425,35 +426,37 @@ class Collapser {
 
   const Mesh& mesh_;
   const std::vector<Vec3f>& p_;
-  TriangleFans fans_;  ///< Its notes: the first vertex that a triangle stands for.
+  TriangleFans fans_;  ///< Each triangle's note is the first vertex assigned to it.
   std::vector<Point> points_;
   std::vector<State> states_;
   std::vector<Quadric> quadrics_;
   Tolerances tolerances_;
   std::vector<Wing> wings_;
   std::vector<WingAfter> wings_after_;
-  /// Vertices that have gone, their next triangles, and how far they are from these.
+  /// Removed vertices, their new triangles, and their distances from these.
   std::vector<std::tuple<uint32_t, uint32_t, float>> moves_;
 };
 
-/// Errors in each decade: a mesh is simplified within one after the other, up to the one that is
-/// asked for. So whoever asks for more gets what all before have left, and less of it.
+/// Errors per decade. A mesh is simplified within one after the other, up to the requested error: a
+/// larger error always continues from the result of a smaller one.
 constexpr double kStepsOfDecade[] = {1.0, 1.5, 2.0, 3.0, 5.0, 7.0};
 
-/// Below this share of the mean edge hardly a vertex goes.
+/// Errors below this share of the mean edge remove hardly any vertex.
 constexpr double kFirstShareOfEdge = 0.06;
 
-/// Times that what is left is looked at within one error, and the share that has to go each time.
+/// Maximum number of passes for one error, and the share of vertices that a pass must remove for
+/// another one to follow.
 constexpr int kPasses = 6;
 constexpr double kLeastGain = 0.1;
 
-/// Where no more than this share of the vertices goes within one error, none does within the next.
+/// If one error removes no more than this share of the vertices, larger ones are not tried.
 constexpr double kEndGain = 1e-3;
 
-/// An error of more mean edges than this counts as one of so many: no triangle is so large.
+/// Errors are limited to this many mean edges: no triangle is that large.
 constexpr double kMostEdges = 24.0;
 
-/// Below this share of it errors may be too small for what there is.
+/// Errors below this many mean edges may be too small to remove anything, so kEndGain does not
+/// apply to them.
 constexpr double kSmallShareOfEdge = 3.0;
 
 double meanEdge_m(const Mesh& mesh) {
@@ -464,7 +467,7 @@ double meanEdge_m(const Mesh& mesh) {
   return sum_m / static_cast<double>(mesh.triangles.size());
 }
 
-/// The errors to go through, which do not depend on the one that is asked for but for their end.
+/// The errors to go through. The requested error decides only where they end.
 std::vector<double> errorsUpTo(double max_error_m, double mean_edge_m) {
   const double first_m = std::min(kFirstShareOfEdge * mean_edge_m, max_error_m);
   std::vector<double> errors;
@@ -483,10 +486,10 @@ std::vector<double> errorsUpTo(double max_error_m, double mean_edge_m) {
   }
 }
 
-/// Merges vertices within an error. All merges are chosen before the first is made: where each
-/// would follow what the one before it left, a plane would turn into slivers. They stay in the
-/// order of the vertices, as neighbours lie together in memory.
-/// @param live Vertices that may still go.
+/// Merges vertices within an error. Each pass chooses all merges before it makes the first one:
+/// choosing each after the one before it would turn a plane into slivers. Merges are made in the
+/// order of the vertices, since neighbours are close in memory.
+/// @param live Vertices that may still be removed.
 template <class Report>
 void simplifyWithin(double error_m, Collapser& collapser, std::vector<uint32_t>& live,
                     const Report& report) {
@@ -521,7 +524,8 @@ double diagonalOf(const Mesh& mesh) {
 
 SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m, const SimplifyProgress& go_on) {
   if (!(max_error_m >= 0.0) || !std::isfinite(max_error_m)) {
-    throw std::invalid_argument("the error of a simplified mesh must be a number of metres, or 0");
+    throw std::invalid_argument(
+        "the error of a simplified mesh must be 0 or a positive number of metres");
   }
   if (max_error_m == 0.0 || mesh.triangles.empty()) return {mesh, 0.0};
   const double diagonal_m = diagonalOf(mesh);
@@ -536,7 +540,7 @@ SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m, const Simplify
     if (go_on && !go_on(share)) throw SimplifyCancelled();
   };
   Collapser collapser(mesh, mean_edge_m, max_error_m);
-  std::vector<uint32_t> live = collapser.removable();  // vertices that may still go
+  std::vector<uint32_t> live = collapser.removable();  // vertices that may still be removed
   const std::vector<double> errors = errorsUpTo(max_error_m, mean_edge_m);
   for (size_t i = 0; i < errors.size(); ++i) {
     const double progress = static_cast<double>(i) / static_cast<double>(errors.size());

@@ -31,7 +31,7 @@ double squaredDistanceOfSegment(const Vec3f& p, const Vec3f& a, const Vec3f& b) 
 
 }  // namespace
 
-// Within the triangle's prism the distance of its plane, else that of the nearest side.
+// Inside the triangle's prism it is the distance from its plane, else from the nearest side.
 double squaredDistanceOfTriangle(const Vec3f& p, const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   const Vec3f n = cross(b - a, c - a);
   const float area = dot(n, n);
@@ -60,7 +60,7 @@ SurfaceTree::SurfaceTree(const std::vector<Vec3f>& vertices_m,
   split(items, 0, 0, static_cast<uint32_t>(items.size()), triangles);
 }
 
-/// Halves at the median of the triangles' places, along the longest side of the box of these.
+/// Splits at the median of the triangles' places, along the longest side of their bounding box.
 void SurfaceTree::split(std::vector<Item>& items, uint32_t node, uint32_t begin, uint32_t end,
                         const std::vector<Triangle>& triangles) {
   if (end - begin <= kLeafTriangles) {
@@ -105,7 +105,7 @@ SurfaceTree::Node SurfaceTree::leaf(uint32_t begin, uint32_t end) const {
     node.high = greatestOf(node.high, greatestOf(a, greatestOf(b, c)));
     const Vec3f n = cross(b - a, c - a);
     const float length = norm(n);
-    if (length == 0.0f) continue;  // faces nothing
+    if (length == 0.0f) continue;  // it has no normal
     const Vec3f normal = (1.0f / length) * n;
     node.least_normal = leastOf(node.least_normal, normal);
     node.greatest_normal = greatestOf(node.greatest_normal, normal);
@@ -127,7 +127,7 @@ double SurfaceTree::search(const Vec3f& p, double limit_m, const MayCount& may_c
     hint = triangle;
   };
   if (hint < triangles_.size()) look(hint);
-  // Halving leaves 32 levels at most, and each adds one node to those that wait.
+  // Halving gives at most 32 levels, and each of them adds one waiting node.
   std::array<std::pair<double, uint32_t>, 64> waiting;
   size_t count = 0;
   const auto put = [&](uint32_t node) {
@@ -144,7 +144,7 @@ double SurfaceTree::search(const Vec3f& p, double limit_m, const MayCount& may_c
     put(node.first);
     put(node.first + 1);
     if (count > 1 && waiting[count - 1].first > waiting[count - 2].first) {
-      std::swap(waiting[count - 1], waiting[count - 2]);  // the nearer one next
+      std::swap(waiting[count - 1], waiting[count - 2]);  // the nearer one comes first
     }
   }
   return std::sqrt(nearest);
@@ -159,7 +159,7 @@ double SurfaceTree::distance(const Vec3f& p, double limit_m) const {
 
 double SurfaceTree::distance(const Vec3f& p, double limit_m, const Vec3f& direction,
                              float greatest_cosine, Hint& hint) const {
-  // The corner of a box of normals that turns most from the direction decides.
+  // Tests the corner of the box of normals that is farthest from the direction.
   const auto mayCount = [&](const Node& node) {
     const Vec3f &low = node.least_normal, &high = node.greatest_normal;
     const Vec3f most_away{direction.x > 0.0f ? low.x : high.x, direction.y > 0.0f ? low.y : high.y,

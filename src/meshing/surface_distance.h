@@ -1,4 +1,4 @@
-/// How far points are from a mesh.
+/// Distances of points from a mesh.
 #pragma once
 
 #include <array>
@@ -11,7 +11,8 @@ namespace dtsdf {
 
 double squaredDistanceOfTriangle(const Vec3f& p, const Vec3f& a, const Vec3f& b, const Vec3f& c);
 
-/// A tree of boxes over the triangles of a mesh, whose vertices outlive it and do not change.
+/// A tree of bounding boxes over the triangles of a mesh. The vertices must outlive it and not
+/// change.
 class SurfaceTree {
  public:
   SurfaceTree(const std::vector<Vec3f>& vertices_m,
@@ -20,21 +21,21 @@ class SurfaceTree {
   /// Distance of a point from the nearest triangle, or `limit_m` if none is nearer.
   double distance(const Vec3f& p, double limit_m) const;
 
-  /// A triangle to look at first, and then the nearest one that was found, if any.
+  /// The triangle to test first; a search sets it to the nearest one that it finds, if any.
   using Hint = uint32_t;
   static constexpr Hint kNoHint = 0xffffffffu;
 
-  /// Distance of a point from the nearest triangle whose normal has no greater cosine than this
-  /// with `direction`, a unit vector, or `limit_m` if none is nearer; triangles without area do not
-  /// count. A hint makes it faster where it is near, and changes nothing else.
+  /// Distance of a point from the nearest triangle whose normal has a cosine of at most
+  /// `greatest_cosine` with the unit vector `direction`, or `limit_m` if none is nearer. Triangles
+  /// without area do not count. The hint affects only the speed.
   double distance(const Vec3f& p, double limit_m, const Vec3f& direction, float greatest_cosine,
                   Hint& hint) const;
 
-  /// The corners of the triangle that a hint is of.
+  /// The corners of a hint's triangle.
   const std::array<uint32_t, 3>& cornersOf(Hint hint) const { return triangles_[hint]; }
 
  private:
-  /// A leaf has triangles from `first` on, an inner node its children there.
+  /// A leaf's triangles, or an inner node's two children, begin at `first`.
   struct Node {
     Vec3f low, high;
     Vec3f least_normal, greatest_normal;  ///< Bounds of the triangles' normals, per component.
@@ -44,7 +45,7 @@ class SurfaceTree {
 
   using Triangle = std::array<uint32_t, 3>;
 
-  /// A triangle by the sum of its corners, which is where it is cut.
+  /// A triangle, and the sum of its corners, by which triangles are split.
   struct Item {
     Vec3f place;
     uint32_t triangle;

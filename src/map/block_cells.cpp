@@ -22,7 +22,7 @@ BlockCells::Cell& BlockCells::cellOf(const BlockKey& block) {
     if (groups_) groups_->erase(key, next);
     throw;
   }
-  cells_.push_back(std::move(cell));  // there is memory for it, and for a block in it
+  cells_.push_back(std::move(cell));  // cannot throw: memory for it and a block was reserved
   return cells_.back();
 }
 
@@ -33,7 +33,7 @@ void BlockCells::insert(const BlockKey& block, int32_t slot) {
   places_[static_cast<size_t>(slot)] = static_cast<uint32_t>(slots.size() - 1);
 }
 
-/// The last one of a list takes the place of the one that goes.
+/// The last slot of the list fills the gap.
 void BlockCells::erase(const BlockKey& block, int32_t slot) noexcept {
   const PackedKey key = packKey(cellOfBlock(block));
   const int32_t number = numbers_.find(key);
@@ -54,7 +54,7 @@ void BlockCells::erase(const BlockKey& block, int32_t slot) noexcept {
   cells_.pop_back();
 }
 
-/// @pre The new number is not there, and is less than one that was.
+/// @pre The new slot is unused, and less than one that was used.
 void BlockCells::renumber(const BlockKey& block, int32_t slot, int32_t new_slot) noexcept {
   const uint32_t place = places_[static_cast<size_t>(slot)];
   const int32_t number = numbers_.find(packKey(cellOfBlock(block)));
@@ -73,9 +73,9 @@ size_t BlockCells::memoryBytes() const {
 bool mayBeInView(const FrameView& frame, const Vec3i& cube, int side, float radius) {
   const BlockKey first{cube.x * side, cube.y * side, cube.z * side};
   const auto voxels = static_cast<float>(side * kBlockSide);
-  // Middles of blocks are at most so far from the cube's: half the root of 3.
+  // Largest distance from a block's centre to the cube's: half the root of 3.
   const float reach = 0.8661f * (voxels - static_cast<float>(kBlockSide));
-  // What the single precision of either test may be off, for cameras of any angle.
+  // Bounds the rounding error of both tests in single precision, for cameras of any angle.
   constexpr float kRounding = 1e-5f, kLeastRounding = 0.1f;
   const float half = 0.5f * voxels;
   const Vec3f middle = toFloat(firstVoxelOfBlock(first - blockOfVoxel(frame.origin_voxel))) +

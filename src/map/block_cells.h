@@ -1,4 +1,4 @@
-/// Blocks by coarse cells of the grid, so that what is in view is found without a look at each.
+/// Blocks by coarse cells of the grid, to find those in view without visiting each block.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace dtsdf {
 
-/// Cells of kSide x kSide x kSide blocks; only those with blocks are there.
+/// Cells of kSide x kSide x kSide blocks. Cells without blocks are not stored.
 class BlockCells {
  public:
   static constexpr int kSideLog2 = 4;
@@ -19,24 +19,24 @@ class BlockCells {
 
   struct Cell {
     Vec3i key;                   ///< Coordinates of its first block, divided by kSide.
-    std::vector<int32_t> slots;  ///< Slots of its blocks, in no order.
-    uint64_t last_need = 0;      ///< The latest note() of one of its blocks.
+    std::vector<int32_t> slots;  ///< Slots of its blocks, in no particular order.
+    uint64_t last_need = 0;      ///< Latest time passed to note() for one of its blocks.
   };
 
   BlockCells() : BlockCells(true) {}
 
-  /// @throws std::bad_alloc and nothing has changed then.
+  /// @throws std::bad_alloc without changing anything.
   void insert(const BlockKey& block, int32_t slot);
   void erase(const BlockKey& block, int32_t slot) noexcept;
   void clear();
 
-  /// Notes that a block was needed at a time. @pre It is there.
+  /// Notes that a block was needed at a time. @pre The block was inserted.
   void note(const BlockKey& block, uint64_t time) { cellOf(block).last_need = time; }
 
   const std::vector<Cell>& all() const { return cells_; }
 
-  /// Calls visit(cell) for those that a frame may see something of: see mayBeInView(). Costs what
-  /// is in view, and a look at each group of kSide x kSide x kSide cells.
+  /// Calls visit(cell) for the cells that a frame may see part of: see mayBeInView(). The time
+  /// grows with the cells in view and the number of groups of kSide x kSide x kSide cells.
   template <class Visit>
   void visitInView(const FrameView& frame, float radius, const Visit& visit) const;
 
@@ -50,21 +50,23 @@ class BlockCells {
   void renumber(const BlockKey& block, int32_t slot, int32_t new_slot) noexcept;
 
   std::vector<Cell> cells_;
-  size_t last_ = 0;                     ///< Number of the cell that was asked for last.
-  SlotIndex numbers_;                   ///< Numbers of cells, by the packed key.
-  std::vector<uint32_t> places_;        ///< Places of blocks in their cell's list, by slot.
-  std::unique_ptr<BlockCells> groups_;  ///< Groups of cells, as cells are of blocks; null in these.
+  size_t last_ = 0;                     ///< Index of the cell that cellOf() returned last.
+  SlotIndex numbers_;                   ///< Index of each cell, by packed key.
+  std::vector<uint32_t> places_;        ///< Position of each block in its cell's list, by slot.
+  std::unique_ptr<BlockCells> groups_;  ///< Cells of cells; null in the groups themselves.
 };
 
-/// Key of the cell that a block lies in.
+/// Key of the cell that contains a block.
 inline Vec3i cellOfBlock(const BlockKey& block) {
   constexpr int kShift = BlockCells::kSideLog2;
   return {block.x >> kShift, block.y >> kShift, block.z >> kShift};
 }
 
-/// Whether a frame may see anything of balls, `radius` voxels wide, around the middles of the
-/// blocks of a cube, so many along each side of it: true wherever mayBeInView() is for one of them.
-/// @param cube Coordinates of its first block, divided by `side`.
+/// Whether a frame may see part of a cube of blocks, each taken as a ball around its centre. True
+/// wherever mayBeInView() is true for one of the blocks.
+/// @param cube Coordinates of the cube's first block, divided by `side`.
+/// @param side Blocks along each edge of the cube.
+/// @param radius Radius of the balls, in voxels.
 bool mayBeInView(const FrameView& frame, const Vec3i& cube, int side, float radius);
 
 template <class Visit>

@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace {
 
-/// A number that was given back, or the next one that nobody has had.
+/// Takes a freed number, or else the next unused one.
 int32_t takeNumber(std::vector<int32_t>& free, size_t& count) {
   if (free.empty()) return static_cast<int32_t>(count++);
   const int32_t number = free.back();
@@ -17,7 +17,7 @@ int32_t takeNumber(std::vector<int32_t>& free, size_t& count) {
   return number;
 }
 
-/// Upper bound of a point's squared distance from the farthest one of a cell, in voxels^2.
+/// Squared distance from a point to the farthest corner of a cell, in voxels^2.
 double squaredReach(const BlockCells::Cell& cell, const Vec3d& p) {
   constexpr double kHalf = 0.5 * BlockCells::kSide * kBlockSide;
   const auto outermost = [](int32_t key, double at) {
@@ -30,7 +30,7 @@ double squaredReach(const BlockCells::Cell& cell, const Vec3d& p) {
 
 }  // namespace
 
-/// What a request wants beyond what is there.
+/// Requested directions that the block has no arrays of.
 uint32_t BlockTable::lackedDirections(const BlockRequest& request, int32_t slot) const {
   const uint32_t there = slot < 0 ? 0 : directionsWithArrays(blocks_[static_cast<size_t>(slot)]);
   return request.directions & kAllDirections & ~there;
@@ -61,7 +61,7 @@ void BlockTable::publish() {
   }
 }
 
-/// Their slots, or -1. Some at a time, which wait for memory together.
+/// Slots of the requested blocks, or -1. Prefetches in batches, to overlap waits for memory.
 template <class Request>
 std::vector<int32_t> BlockTable::findAll(const std::vector<Request>& requests) const {
   constexpr size_t kTogether = 32;
@@ -119,7 +119,7 @@ Admission BlockTable::allocate(std::vector<BlockRequest> requests) {
   return admission;
 }
 
-/// Calls visit(array, brick) for the bricks that requests want and the map lacks.
+/// Calls visit(array, brick) for the requested bricks that are not in the map yet.
 template <class Visit>
 void BlockTable::visitLacking(const std::vector<ColourRequest>& requests,
                               const Visit& visit) const {
@@ -212,7 +212,7 @@ std::vector<int32_t> BlockTable::takeVacant() {
   std::vector<int32_t> slots;
   vacant_.insert(vacant_.end(), unseen_.begin(), unseen_.end());
   for (const int32_t slot : vacant_) {
-    // One that has arrays again is reported again when it loses them again.
+    // A block that has arrays again is returned once it loses them again.
     blocks_[slot].is_vacant = blocks_[slot].in_use && !hasArrays(slot);
     if (blocks_[slot].is_vacant) slots.push_back(slot);
   }
@@ -232,7 +232,7 @@ std::vector<int32_t> BlockTable::releaseVacant(const std::vector<int32_t>& slots
   return released;
 }
 
-/// @return whether the block has none now.
+/// @return whether the block has no arrays left.
 bool BlockTable::releaseArrays(int32_t slot, uint32_t directions) {
   for (int d = 0; d < kDirectionCount; ++d) {
     int32_t& array = blocks_[slot].array[d];
@@ -301,7 +301,7 @@ std::vector<int32_t> BlockTable::slotsBeyond(const RegionView& kept) const {
   const double limit = kept.radius * kept.radius;
   std::vector<int32_t> beyond;
   for (const BlockCells::Cell& cell : cells_.all()) {
-    if (squaredReach(cell, kept.center) <= limit) continue;  // none of its blocks is beyond
+    if (squaredReach(cell, kept.center) <= limit) continue;  // all its blocks are inside
     for (const int32_t slot : cell.slots) {
       const bool is_far = squaredDistance(blocks_[slot].key, kept.center) > limit;
       if (is_far && hasArrays(slot)) beyond.push_back(slot);

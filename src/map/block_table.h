@@ -1,6 +1,5 @@
-/// The index of the map: which blocks, voxel arrays and bricks of colours there are, where they
-/// live, and what they may cost. Both backends keep their books here, so that both admit and
-/// recycle the same blocks.
+/// Index of the map: its blocks, voxel arrays and bricks of colours, their place in memory and
+/// their budget. Both backends use it, so both admit and recycle the same blocks.
 #pragma once
 
 #include <cstddef>
@@ -27,11 +26,11 @@ struct BlockEntry {
   BlockKey key;
   int32_t array[kDirectionCount];
   bool in_use;
-  bool is_vacant;        ///< Returned by the next takeVacant(), or just now.
-  uint32_t extractions;  ///< Begun before the block was made.
+  bool is_vacant;        ///< Lost its last array: takeVacant() returns it next, or just did.
+  uint32_t extractions;  ///< Number of extractions begun before the block was created.
 };
 
-/// Directions that a block has arrays of, a bit each.
+/// Directions that a block has arrays of: bit d for direction d.
 inline uint32_t directionsWithArrays(const BlockEntry& entry) {
   uint32_t directions = 0;
   for (int d = 0; d < kDirectionCount; ++d) {
@@ -40,34 +39,34 @@ inline uint32_t directionsWithArrays(const BlockEntry& entry) {
   return directions;
 }
 
-/// Squared distance of a point from the nearest one of a block, in voxels^2.
+/// Squared distance from a point to a block, in voxels^2; 0 inside.
 double squaredDistance(const BlockKey& block, const Vec3d& p);
 
-/// A block that a frame wants to write to, and in which directions (bit d for direction d).
+/// A block that a frame writes to, and its directions (bit d for direction d).
 struct BlockRequest {
   PackedKey key;
   uint32_t directions;
 };
 
-/// A block of which something is painted: bit kBricksPerArray * d + b for brick b of direction d.
+/// A block to paint: bit kBricksPerArray * d + b for brick b of direction d.
 struct ColourRequest {
   PackedKey key;
   uint64_t bricks;
 };
 static_assert(kBricksPerArray * kDirectionCount <= 64, "a bit for each brick of a block");
 
-/// A brick of colours that a voxel array has got.
+/// A new brick of colours of a voxel array.
 struct NewBrick {
   int32_t array, brick;
-  int32_t colours;  ///< Number of the brick among all; its memory is to be zeroed.
+  int32_t colours;  ///< Index in the pool of bricks; the caller zeroes its memory.
 };
 
-/// Outcome of BlockTable::admit(), or of admitColours().
+/// Outcome of BlockTable::admit() or admitColours().
 struct Admission {
   std::vector<int32_t> changed_slots;  ///< Blocks that are new or got new arrays, in key order.
-  std::vector<int32_t> new_arrays;     ///< Arrays that were assigned; their memory is to be zeroed.
-  std::vector<NewBrick> bricks;        ///< In the order of keys.
-  size_t refused = 0;                  ///< Requests, or bricks, beyond the budget.
+  std::vector<int32_t> new_arrays;     ///< New arrays; the caller zeroes their memory.
+  std::vector<NewBrick> bricks;        ///< New bricks, in key order.
+  size_t refused = 0;                  ///< Requests, or bricks, refused by the budget.
 };
 
 /// Sizes of the pools of slots and arrays.
@@ -75,31 +74,31 @@ struct PoolSizes {
   size_t slots, arrays;
 };
 
-/// A block of which arrays (bit d for direction d) hold nothing: new ones that turned out so, and
-/// those that a frame emptied.
+/// Arrays of a block (bit d for direction d) that are empty: a frame emptied them, or allocated
+/// them but wrote nothing.
 struct EmptyBlock {
   int32_t slot;
   uint32_t directions;
 };
 
-/// What a block lost in a region.
+/// Effect of clearing a region on a block.
 struct EmptiedBlock {
-  uint32_t voxels;            ///< That held something.
-  uint32_t empty_directions;  ///< Bit d: the array of direction d was emptied.
+  uint32_t voxels;            ///< Cleared voxels that held something.
+  uint32_t empty_directions;  ///< Bit d: the array of direction d became empty.
 };
 
 class BlockTable {
  public:
-  /// Bytes that a voxel array and a block count towards the budget.
+  /// Bytes of the budget that a voxel array and a block take.
   static constexpr size_t kArrayBytes = kVoxelsPerBlock * sizeof(Voxel);
   static constexpr size_t kBlockBytes = 2 * kVoxelsPerBlock + 64;  // labels of units, entry, hash
-  /// Bytes of a brick of colours, which a voxel array has once something in it is painted.
+  /// Bytes of the budget that a brick of colours takes; a brick exists once it is painted.
   static constexpr size_t kColourBytes = kVoxelsPerBrick * sizeof(VoxelColour);
 
   explicit BlockTable(size_t budget_bytes) : budget_bytes_(budget_bytes) {}
 
-  /// From now on only blocks of this extent are made, and painted. Requests for others are passed
-  /// over, and not refused. It outlasts clear().
+  /// Restricts new blocks and painting to an extent, also after clear(). Requests outside are
+  /// ignored, and do not count as refused.
   void restrictTo(const MapExtent& extent) { extent_ = extent; }
   bool takesColour(const BlockKey& key) const { return extent_.painted.contains(key); }
   const BlockExtent& paintedExtent() const { return extent_.painted; }
@@ -108,74 +107,74 @@ class BlockTable {
   int32_t find(PackedKey key) const { return slots_.find(key); }
   const BlockEntry& block(int32_t slot) const { return blocks_[slot]; }
 
-  /// One more than the largest slot or array index in use so far: the size that pools must have.
+  /// Sizes that the pools need: one more than the largest index used so far.
   size_t slotCount() const { return blocks_.size(); }
   size_t arrayCount() const { return array_count_; }
   size_t colourCount() const { return colour_count_; }
 
-  /// Makes the requested blocks and arrays, smallest key first whatever the order given, as long as
-  /// the budget lasts. A request is admitted whole or refused whole.
+  /// Creates the requested blocks and arrays by ascending key, in whatever order they are given,
+  /// until the budget is full. A request is admitted or refused as a whole.
   Admission admit(std::vector<BlockRequest> requests);
 
-  /// Admits them in the same way where a device waits for it: nothing finds the new blocks by their
-  /// keys or in view before publish(), which takes as long again.
+  /// Splits admit() in two halves of about equal time, for a device that waits for the first:
+  /// neither find() nor slotsInView() returns the new blocks before publish().
   Admission allocate(std::vector<BlockRequest> requests);
   void publish();
 
-  /// Gives bricks of colours to voxel arrays that lack them, smallest key first, as long as the
-  /// budget lasts. What is not in the map, or takes no colour, is passed over.
+  /// Creates the requested bricks of colours by ascending key, until the budget is full. Blocks
+  /// that are not in the map, or take no colour, are ignored.
   Admission admitColours(std::vector<ColourRequest> requests);
 
-  /// Bricks that requests want beyond what is there, at most.
+  /// Upper bound of the bricks that admitColours() would create.
   size_t countNewColours(const std::vector<ColourRequest>& requests) const;
 
-  /// The number of a voxel array's brick of colours, or kNoArray. It goes with the voxel array.
+  /// Pool index of a voxel array's brick of colours, or kNoArray. Released with the voxel array.
   int32_t colourOf(int32_t array, int brick) const {
     const size_t place = static_cast<size_t>(array) * kBricksPerArray + brick;
     return place < colour_of_.size() ? colour_of_[place] : kNoArray;
   }
 
-  /// What the pools will not exceed after an admission of so many blocks and arrays. To be taken
-  /// before it, so that nothing that follows the admission can fail for want of memory.
+  /// Upper bound of the pools' sizes after an admission of this many blocks and arrays. Call it
+  /// before the admission and reserve memory, so that nothing after the admission can fail.
   PoolSizes sizesAfter(size_t new_blocks, size_t new_arrays) const;
 
-  /// Blocks and arrays that requests want beyond what is there; those that come twice count twice.
+  /// Blocks and arrays that requests would add; duplicate requests count twice.
   PoolSizes countNew(const std::vector<BlockRequest>& requests) const;
 
-  /// Releases arrays of a block (bit d for direction d), and with the last of them the block.
-  /// @return whether the block has gone.
+  /// Releases arrays of a block (bit d for direction d), and the block with its last array.
+  /// @return whether the block was released.
   bool release(int32_t slot, uint32_t directions);
 
-  /// Releases arrays of a block that held something. The block itself stays, since a mesh of it may
-  /// be shown; takeUnseen() or takeVacant() returns it then.
-  /// @return whether it has none now.
+  /// Releases arrays of a block that held something. The block itself stays, since its mesh may be
+  /// shown; once it has no arrays left, takeUnseen() or takeVacant() returns it.
+  /// @return whether the block has no arrays left.
   bool vacate(int32_t slot, uint32_t directions);
 
-  /// An extraction of meshes begins, of all blocks that there are.
+  /// Notes that an extraction of the meshes of all blocks begins.
   void noteExtraction() { ++extractions_; }
-  uint32_t extractions() const { return extractions_; }  ///< Begun so far.
+  uint32_t extractions() const { return extractions_; }  ///< Number of extractions begun so far.
 
-  /// The block was made when so many had begun: it is back from elsewhere.
+  /// Restores BlockEntry::extractions of a block that was read back.
   void setExtractions(int32_t slot, uint32_t extractions) {
     blocks_[static_cast<size_t>(slot)].extractions = extractions;
   }
 
-  /// Blocks that have lost their last array since the last call and that no extraction has met:
-  /// nobody has to learn that they are gone.
+  /// Blocks that lost their last array since the last call and were in no extraction. No mesh shows
+  /// them, so they can be released without notice.
   std::vector<int32_t> takeUnseen() { return std::exchange(unseen_, {}); }
 
-  /// Blocks that have lost their last array since the last call. They are still in the table: what
-  /// shows a mesh of them has to learn first that it is gone.
+  /// Blocks that lost their last array since the last call. They stay in the table until a mesh
+  /// update has reported that their meshes are gone.
   std::vector<int32_t> takeVacant();
 
   /// Blocks with arrays that may have voxels in a region in units of voxels, by slot.
   std::vector<int32_t> slotsIn(const RegionView& region) const;
 
-  /// Blocks of which a frame may see something within so many voxels of their middle, in no order:
-  /// all of those, and others around. Costs what is in view, however large the map is.
+  /// Blocks in view of a frame, each taken as a ball of `radius` voxels, and others near them, in
+  /// no particular order. The time depends on what is in view, not on the size of the map.
   std::vector<int32_t> slotsInView(const FrameView& frame, float radius) const;
 
-  /// Blocks by coarse cells, and when they were needed: see BlockCells.
+  /// Coarse cells of blocks, and when they were needed: see BlockCells.
   const std::vector<BlockCells::Cell>& cells() const { return cells_.all(); }
   template <class Visit>
   void visitCellsInView(const FrameView& frame, float radius, const Visit& visit) const {
@@ -183,10 +182,10 @@ class BlockTable {
   }
   void noteNeed(const BlockKey& block, uint64_t time) { cells_.note(block, time); }
 
-  /// Blocks with arrays that lie wholly outside a ball, in no order.
+  /// Blocks with arrays that lie entirely outside a ball, in no particular order.
   std::vector<int32_t> slotsBeyond(const RegionView& kept) const;
 
-  /// Releases those blocks of a list that have no arrays. @return them.
+  /// Releases the blocks of a list that have no arrays. @return the released blocks.
   std::vector<int32_t> releaseVacant(const std::vector<int32_t>& slots);
 
   void clear();
@@ -201,11 +200,11 @@ class BlockTable {
     return blocksInUse() * kBlockBytes + arrays_in_use_ * kArrayBytes +
            colours_in_use_ * kColourBytes;
   }
-  size_t bytesPeak() const { return bytes_peak_; }  ///< The most that were in use.
+  size_t bytesPeak() const { return bytes_peak_; }  ///< Largest bytesInUse() so far.
   size_t budgetBytes() const { return budget_bytes_; }
   void setBudget(size_t bytes) { budget_bytes_ = bytes; }
 
-  /// Bytes that a block counts towards the budget.
+  /// Bytes of the budget that a block takes, with its arrays and colours.
   size_t bytesOf(int32_t slot) const;
 
   /// Memory of the table itself.
@@ -233,11 +232,11 @@ class BlockTable {
   MapExtent extent_;
   SlotIndex slots_;
   BlockCells cells_;
-  std::deque<BlockEntry> blocks_;  ///< Indexed by slot; it grows without moving what is there.
+  std::deque<BlockEntry> blocks_;  ///< Indexed by slot; growing does not move entries.
   std::vector<int32_t> unlisted_;  ///< New blocks that are not in slots_ and cells_ yet.
   std::vector<int32_t> free_slots_, free_arrays_;
-  std::vector<int32_t> vacant_;  ///< May have got arrays again since.
-  std::vector<int32_t> unseen_;  ///< Those of them that are in no mesh.
+  std::vector<int32_t> vacant_;  ///< Lost their last array, but may have arrays again.
+  std::vector<int32_t> unseen_;  ///< Like vacant_, but in no extraction: see takeUnseen().
   uint32_t extractions_ = 0;
   size_t array_count_ = 0, arrays_in_use_ = 0;
   std::vector<int32_t> colour_of_;  ///< Indexed by voxel array and brick; empty until painted.

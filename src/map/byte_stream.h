@@ -1,4 +1,4 @@
-/// Values as bytes, one after the other: what files and pages are written by and read by.
+/// Serialises values to bytes and back, for files and pages.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@ namespace dtsdf {
 
 using Bytes = std::vector<uint8_t>;
 
-/// Appends values: numbers, texts, and what fields(io, value) lists of others, which ByteReader
-/// takes back by the same list.
+/// Appends values: numbers, strings, and the members that fields(io, value) lists for other types.
+/// ByteReader reads them through the same function.
 class ByteWriter {
  public:
   template <class Value>
@@ -23,11 +23,11 @@ class ByteWriter {
       const auto* const first = reinterpret_cast<const uint8_t*>(&value);
       bytes.insert(bytes.end(), first, first + sizeof(value));
     } else {
-      fields(*this, const_cast<Value&>(value));  // which only reads it
+      fields(*this, const_cast<Value&>(value));  // fields() only reads the value here
     }
     return *this;
   }
-  /// Its length as a uint32, and the text.
+  /// Appends the length as a uint32, then the characters.
   ByteWriter& put(const std::string& text) {
     return put(static_cast<uint32_t>(text.size())).putText(text);
   }
@@ -39,7 +39,7 @@ class ByteWriter {
   void operator()(const Values&... values) {
     (put(values), ...);
   }
-  /// So many values as they lie in memory.
+  /// Appends `count` values as they are in memory.
   template <class T>
   void array(const T* values, size_t count) {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -54,7 +54,7 @@ class ByteWriter {
   Bytes bytes;
 };
 
-/// Takes them back. @throws std::out_of_range where none are left.
+/// Reads what ByteWriter wrote. @throws std::out_of_range at the end of the bytes.
 class ByteReader {
  public:
   ByteReader(const uint8_t* data, size_t size) : next_(data), end_(data + size) {}
@@ -81,7 +81,7 @@ class ByteReader {
     values.resize(count);
     array(values.data(), count);
   }
-  /// So many bytes as they are.
+  /// Reads `count` raw bytes.
   const uint8_t* takeBytes(size_t count) {
     if (left() < count) throw std::out_of_range("a record is too short");
     next_ += count;

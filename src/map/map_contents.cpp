@@ -54,7 +54,7 @@ void checkFreeCubes(const MapContents& contents) {
 
 int countBits(uint64_t bits) { return __builtin_popcountll(bits); }
 
-/// Whether a mapper takes over what was seen free.
+/// Whether a mapper takes over the free cells.
 bool takesFree(const MapContents& contents, const MapperParams& params) {
   return params.space.enabled && contents.cell_voxels != 0;
 }
@@ -67,7 +67,7 @@ bool isRigid(const Eigen::Isometry3d& T) {
          R.determinant() > 0.0;
 }
 
-/// What a mapper takes over.
+/// Size of the part of the contents that a mapper takes over.
 MapSize sizeTaken(const MapContents& contents, const MapperParams& params) {
   MapSize size = sizeOf(contents);
   if (!takesFree(contents, params)) size.free_cubes = 0;
@@ -155,7 +155,7 @@ MapperParams withSettingsOf(const MapContents& contents, MapperParams params) {
   }
   ParamReader reader(std::move(tree));
   visitParams(params, reader);
-  checkParams(params, reader);  // limits in cells depend on the size of voxels
+  checkParams(params, reader);  // some limits depend on the voxel size
   reader.finish();
   return params;
 }
@@ -196,15 +196,15 @@ void checkFits(const MapContents& contents, const MapperParams& params, const st
                              (remedy.empty() ? "" : "; " + remedy));
   }
   if (takesFree(contents, params) && contents.cell_voxels != params.space.cell_voxels) {
-    throw std::runtime_error("the saved map has free cells of " +
-                             std::to_string(contents.cell_voxels) + " voxels, and " +
-                             std::to_string(params.space.cell_voxels) +
-                             " is space/cell_voxels; change it, or switch space/enabled off to "
-                             "load the map without free cells");
+    throw std::runtime_error(
+        "the saved map has free cells of " + std::to_string(contents.cell_voxels) +
+        " voxels, but space/cell_voxels is " + std::to_string(params.space.cell_voxels) +
+        "; change it, or switch space/enabled off to load the map without "
+        "free cells");
   }
   if (!isWithinBudget(sizeTaken(contents, params), params)) {
     throw std::runtime_error("the saved map needs a map/max_memory_mb of " +
-                             std::to_string(leastMemoryMb(contents, params)) + ", which is " +
+                             std::to_string(leastMemoryMb(contents, params)) + ", but it is " +
                              std::to_string(params.map.max_memory_mb) + "; raise it");
   }
 }

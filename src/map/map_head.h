@@ -1,4 +1,4 @@
-/// What a map's contents hold besides blocks, voxels, colours and free cells.
+/// Helpers for map contents: their head, their level, and the sizes of blocks.
 #pragma once
 
 #include "dtsdf_mapping/map_contents.h"
@@ -7,20 +7,20 @@
 
 namespace dtsdf {
 
-/// A copy of the contents without blocks, voxels, colours and free cells.
+/// Copies the contents without blocks, voxels, colours and free cells.
 inline MapContents headOf(const MapContents& contents) {
   MapContents head;
   static_cast<MapHead&>(head) = contents;
   return head;
 }
 
-/// Whether two maps lie alike in the frame of their poses.
+/// Whether two maps have the same T_W_M.
 inline bool sameLevel(const MapContents& a, const MapContents& b) {
   return a.T_W_M.has_value() == b.T_W_M.has_value() &&
          (!a.T_W_M || a.T_W_M->matrix() == b.T_W_M->matrix());
 }
 
-/// Words that a block has among those of the contents.
+/// Number of words of a block in MapContents::voxels and MapContents::colours.
 inline size_t voxelWordsOf(const MapBlock& block) {
   return static_cast<size_t>(__builtin_popcount(block.directions)) * kVoxelsPerBlock;
 }

@@ -1,4 +1,4 @@
-/// What map/max_memory_mb is shared out to.
+/// How map/max_memory_mb is divided between free cells and the map.
 #pragma once
 
 #include <cstddef>
@@ -7,19 +7,19 @@
 
 namespace dtsdf {
 
-/// Bytes that a cube of cells counts of which some are free: its bits, and the index at its
-/// emptiest.
+/// Bytes of the budget that a cube with free cells takes: its bits, and its share of an index at
+/// the lowest load.
 constexpr size_t kFreeCubeBudgetBytes = 256;
 
-/// What may lie on disk beside it.
+/// Bytes that may lie on disk in addition.
 inline size_t pageBytesOf(const MapParams& params) {
   if (params.page_folder.empty()) return 0;
   return static_cast<size_t>(static_cast<double>(params.page_max_gb) * (size_t{1} << 30));
 }
 
-/// Cubes of which something is seen free have an eighth with space/enabled, and blocks, voxels and
-/// colours the rest: each has its own limit, so that what is refused of one follows from the frames
-/// alone, and not from what the other one holds at the time.
+/// With space/enabled, cubes with free cells get an eighth of the budget; blocks, voxels and
+/// colours get the rest. The limits are separate so that what is refused depends on the frames
+/// alone, not on how full the other part happens to be.
 inline size_t freeBudgetOf(const MapperParams& params) {
   constexpr size_t kFreeShare = 8;
   return params.space.enabled ? (static_cast<size_t>(params.map.max_memory_mb) << 20) / kFreeShare

@@ -1,4 +1,4 @@
-/// What belongs to a block beside its voxels and colours: what meshing knows of it.
+/// State that meshing keeps for each block.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// What the next extraction is to do with a block.
+/// What changed in a block since the last extraction.
 struct MeshMarks {
   bool dirty = false;    ///< Its voxels changed.
   bool painted = false;  ///< Its colours changed.
@@ -15,17 +15,17 @@ struct MeshMarks {
   DTSDF_HD bool any() const { return dirty || painted; }
 };
 
-/// A block of the map that is to be meshed again.
+/// A block to mesh again.
 struct MarkedSlot {
   int32_t slot;
   MeshMarks marks;
 };
 
-/// What meshing knows of a block, beside labels of its units.
+/// What meshing knows about a block, apart from the labels of its units.
 struct MeshState {
   MeshMarks marks;
-  bool has_mesh = false;    ///< The last one that was handed out has triangles.
-  bool has_labels = false;  ///< Its units have labels; else none of them says anything.
+  bool has_mesh = false;    ///< The last mesh delivered has triangles.
+  bool has_labels = false;  ///< The labels of its units are valid.
 };
 
 }  // namespace dtsdf

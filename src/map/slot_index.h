@@ -1,5 +1,5 @@
-/// Slots of blocks by key: cubes of blocks in a hash table. What is asked for in the order of keys
-/// lies side by side, and the table stays so small that no frame notices when it grows.
+/// Slots of blocks by key: a hash table of cubes of blocks. Neighbouring keys are adjacent in
+/// memory, and the table is small enough that no frame notices when it grows.
 #pragma once
 
 #include <algorithm>
@@ -22,14 +22,14 @@ class SlotIndex {
     return marks == nullptr ? -1 : marks[numberInCube(key)] - 1;
   }
 
-  /// A hint that the key will be asked for in a moment: its mark is far away in a large map.
+  /// Prefetches the key's mark, which is unlikely to be in the cache in a large map.
   void prefetch(PackedKey key) const {
     if (table_.empty()) return;
     const int32_t* marks = table_[placeOf(nameOf(key))].marks.get();
     if (marks != nullptr) __builtin_prefetch(marks + numberInCube(key));
   }
 
-  /// @pre The key is not there. @throws std::bad_alloc and nothing has changed then.
+  /// @pre The key is absent. @throws std::bad_alloc without changing anything.
   void insert(PackedKey key, int32_t slot) {
     if (2 * used_ >= table_.size()) grow();
     Cube& cube = table_[placeOf(nameOf(key))];
@@ -44,12 +44,12 @@ class SlotIndex {
     ++size_;
   }
 
-  /// Gives a key another slot. @pre It is there.
+  /// Changes the slot of a key. @pre The key is present.
   void assign(PackedKey key, int32_t slot) noexcept {
     table_[placeOf(nameOf(key))].marks[numberInCube(key)] = slot + 1;
   }
 
-  /// @pre The key is there.
+  /// @pre The key is present.
   void erase(PackedKey key) noexcept {
     Cube& cube = table_[placeOf(nameOf(key))];
     cube.marks[numberInCube(key)] = 0;
@@ -66,14 +66,14 @@ class SlotIndex {
   }
 
  private:
-  /// So many blocks along each side of a cube. Surfaces meet 75 of its blocks, about.
+  /// Binary logarithm of the blocks along each edge of a cube. A surface meets about 75 of them.
   static constexpr int kSideLog2 = 3;
   static constexpr size_t kBlocksPerCube = size_t{1} << 3 * kSideLog2;
 
   struct Cube {
-    PackedKey name = 0;                ///< nameOf() its keys; 0 where no cube has been.
-    size_t held = 0;                   ///< Keys that are there.
-    std::unique_ptr<int32_t[]> marks;  ///< Slot + 1, or 0 where a key is not there; null: all.
+    PackedKey name = 0;                ///< nameOf() of its keys; 0 if never used.
+    size_t held = 0;                   ///< Number of keys present.
+    std::unique_ptr<int32_t[]> marks;  ///< Slot + 1, or 0 for an absent key; null: all are absent.
   };
 
   static constexpr PackedKey kSide = PackedKey{1} << kSideLog2;
@@ -86,7 +86,7 @@ class SlotIndex {
            (kBlocksPerCube - 1);
   }
 
-  /// The place of a cube, or the empty one where it would go. @pre There is a table.
+  /// Table position of a cube, or the empty one where it belongs. @pre The table is not empty.
   size_t placeOf(PackedKey name) const {
     const size_t last = table_.size() - 1;
     size_t at = static_cast<size_t>(hashKey(name)) & last;
@@ -94,7 +94,7 @@ class SlotIndex {
     return at;
   }
 
-  /// A table with room for twice as many cubes.
+  /// Makes room for twice as many cubes.
   void grow() {
     size_t size = 64;  // the smallest table
     while (size < 4 * cubes_) size *= 2;
@@ -106,9 +106,9 @@ class SlotIndex {
     }
   }
 
-  std::vector<Cube> table_;  ///< Open addressing, of a size that is a power of two, or 0.
-  size_t used_ = 0;          ///< Places with a name, those included of which all keys went.
-  size_t cubes_ = 0;         ///< That hold keys.
+  std::vector<Cube> table_;  ///< Open addressing; the size is a power of two, or 0.
+  size_t used_ = 0;          ///< Positions with a name, including cubes that lost all keys.
+  size_t cubes_ = 0;         ///< Cubes that hold keys.
   size_t size_ = 0;
 };
 

@@ -1,5 +1,5 @@
-/// Sorts what a frame asks for by the packed key of its block: in a few passes, since the blocks
-/// of a frame lie near each other.
+/// Sorts the requests of a frame by packed key, in a few passes, since the blocks of a frame are
+/// close together.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace dtsdf {
 
-/// Sorts numbers below 2^bits, each with 32 bits below it that go along, digit by digit.
+/// Radix sort of numbers below 2^bits, stored above 32 bits of payload.
 inline void sortByDigits(std::vector<uint64_t>& numbers, int bits) {
   constexpr int kDigitBits = 8, kBelow = 32;
   constexpr uint64_t kMask = (1u << kDigitBits) - 1u;
@@ -26,8 +26,8 @@ inline void sortByDigits(std::vector<uint64_t>& numbers, int bits) {
   }
 }
 
-/// Sorts records by their `key`; those of one key stay in their order. Packed keys are sorted as
-/// small numbers: the coordinates from the least ones on, in no more bits than they need.
+/// Sorts records by their `key`, stably. Packed keys are shortened to small numbers first:
+/// coordinates relative to the smallest ones, in as few bits as they need.
 template <class Record>
 void sortByKey(std::vector<Record>& records) {
   constexpr size_t kFew = 32;

@@ -29,7 +29,7 @@ std::string adviceFor(int error_number) {
     case EPERM:
     case EROFS: return "; choose a folder that you may write to";
     case ENOTDIR:
-    case EEXIST: return "; a part of its path is a file, choose another folder";
+    case EEXIST: return "; a part of its path is a file; choose another folder";
     default: return "; choose another file name or folder";
   }
 }
@@ -44,7 +44,7 @@ fs::path folderOf(const std::string& path) {
   return folder.empty() ? fs::path(".") : folder;
 }
 
-/// A name beside `path` that no other file has.
+/// An unused name in the folder of `path`.
 std::string nameBeside(const std::string& path) {
   static std::atomic<unsigned> counter{0};
   std::string name;
@@ -56,8 +56,8 @@ std::string nameBeside(const std::string& path) {
   return name;
 }
 
-/// The rename is on the disk only once its folder is. Some file systems cannot sync a folder; the
-/// file itself is whole either way, so that is no failure.
+/// A rename is durable only once its folder is synced. Some file systems cannot sync folders; that
+/// is ignored, since the file is complete either way.
 void syncFolder(const fs::path& folder) {
   const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;

@@ -6,17 +6,17 @@
 
 namespace dtsdf {
 
-/// Checks before long work that a file can be written: makes missing folders, and refuses a target
+/// Checks, before long work, that a file can be written. Creates missing folders; refuses a target
 /// that exists and is not a regular file.
 /// @throws std::runtime_error that names the path and says what to do.
 void prepareOutputFile(const std::string& path);
 
-/// Writes a hidden file beside the target, and puts it in place in commit() by one rename. Without
-/// commit() it is removed; only where the process is killed, it stays. Every error is a
-/// std::runtime_error that names the path and says what to do.
+/// Writes to a hidden file next to the target; commit() renames it into place. Without commit() the
+/// hidden file is removed, unless the process is killed. Every error is a std::runtime_error that
+/// names the path and says what to do.
 class AtomicFile {
  public:
-  /// Makes missing folders and opens the file beside `path`.
+  /// Creates missing folders and opens the hidden file.
   explicit AtomicFile(const std::string& path);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
@@ -25,7 +25,7 @@ class AtomicFile {
   void write(const void* data, size_t bytes);
   void write(const std::string& text) { write(text.data(), text.size()); }
 
-  /// Brings the bytes to the disk and gives the file its name.
+  /// Syncs the file to disk and gives it its final name.
   void commit();
 
  private:
@@ -35,11 +35,11 @@ class AtomicFile {
 
   std::string path_;
   std::string temporary_path_;
-  std::string buffer_;  ///< Many small writes become few system calls.
+  std::string buffer_;  ///< Joins small writes, to save system calls.
   int descriptor_ = -1;
 };
 
-/// Writes a whole file by AtomicFile.
+/// Writes a whole file with AtomicFile.
 void writeFileAtomically(const std::string& path, const std::string& content);
 
 }  // namespace dtsdf

@@ -26,7 +26,7 @@ int readSize(const YAML::Node& root, const std::string& key, const std::string& 
   return size;
 }
 
-/// fx, fy, cx and cy of a row-major matrix with 3 rows; the elements share one place in both.
+/// Reads fx, fy, cx and cy, which are at the same rows and columns of both matrices, row-major.
 Intrinsics readMatrix(const YAML::Node& root, const std::string& key, size_t columns,
                       const std::string& path) {
   const YAML::Node data = root[key].IsMap() ? root[key]["data"] : YAML::Node();
@@ -100,17 +100,17 @@ std::string cameraInfoText(const CameraInfo& camera, const std::string& camera_n
 
 namespace {
 
-/// Trackers write decimals of single precision, and turn by turn their matrices drift a little.
+/// Trackers write single-precision decimals, and their rotations drift slightly from orthonormal.
 constexpr double kRotationTolerance = 0.01;
 
-/// "-inf", "nan", and "1.#INF" as Windows has it.
+/// Recognises "-inf", "nan" and Windows' "1.#INF".
 bool saysNotFinite(const std::string& text) {
   const std::string word = inLowerCase(text);
   return word.find("inf") != std::string::npos || word.find("nan") != std::string::npos ||
          word.find(".#ind") != std::string::npos;
 }
 
-/// NaN for what is not finite, nothing for what is no number at all.
+/// NaN for infinity and NaN; none for a word that is not a number.
 std::optional<double> parseElement(const std::string& word) {
   double number = 0.0;
   if (parseNumber(word, number) && std::isfinite(number)) return number;
@@ -131,7 +131,7 @@ Eigen::MatrixXd parseMatrix(const std::vector<std::string>& words, int rows, int
   for (int i = 0; i < rows * columns; ++i) {
     const std::string& word = words[static_cast<size_t>(i)];
     const std::optional<double> number = parseElement(word);
-    if (!number) throw std::runtime_error(expected + "'" + word + "' is none");
+    if (!number) throw std::runtime_error(expected + "'" + word + "' is not a number");
     matrix(i / columns, i % columns) = *number;
   }
   return matrix;

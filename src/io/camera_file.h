@@ -1,5 +1,5 @@
-/// Cameras and poses in text files: camera_info.yaml as camera_calibration writes it, and matrices,
-/// as many recordings have them.
+/// Reads cameras and poses from text files: camera_info.yaml as camera_calibration writes it, and
+/// matrices, which many recordings have.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -14,37 +14,39 @@ namespace dtsdf {
 
 struct CameraInfo {
   int width = 0, height = 0;          ///< In pixels.
-  Intrinsics intrinsics{0, 0, 0, 0};  ///< Those of the rectified image.
-  bool is_assumed = false;            ///< They come from the format, not from a file of the folder.
+  Intrinsics intrinsics{0, 0, 0, 0};  ///< For the rectified image.
+  bool is_assumed = false;            ///< They belong to the format, not to a file in the folder.
 };
 
-/// Reads size and intrinsics: projection_matrix, which describes the rectified image, or
-/// camera_matrix where there is none. Distortion is not applied: depth images are rectified.
+/// Reads size and intrinsics from projection_matrix, which describes the rectified image, or else
+/// from camera_matrix. Distortion is ignored: depth images are rectified.
 /// @throws std::runtime_error with the file and the key that is missing or wrong.
 CameraInfo loadCameraInfo(const std::string& path);
 
-/// The camera of a folder's colour images: that of colour_info.yaml, or else of its depth images.
+/// The camera of a folder's colour images: from colour_info.yaml if it exists, or else the depth
+/// camera.
 CameraInfo colourCameraOf(const std::filesystem::path& folder, const CameraInfo& depth_camera);
 
-/// The text of such a file.
+/// The text of a camera_info.yaml.
 std::string cameraInfoText(const CameraInfo& camera, const std::string& camera_name);
 
-/// rows x columns numbers, row by row. Words for infinity and for what is no number, with which
-/// trackers say that they lost the camera, become NaN.
-/// @throws std::runtime_error that begins with `place`, for other words and another count of them.
+/// Parses rows x columns numbers, row by row. Infinity and NaN, which trackers write where they
+/// lost the camera, become NaN.
+/// @throws std::runtime_error that begins with `place`, if a word is not a number or their count is
+/// wrong.
 Eigen::MatrixXd parseMatrix(const std::vector<std::string>& words, int rows, int columns,
                             const std::string& place);
 
-/// Parses all words of a file in the same way.
+/// Parses a whole file like parseMatrix().
 /// @throws std::runtime_error also if it cannot be read.
 Eigen::MatrixXd readMatrixFile(const std::string& path, int rows, int columns,
                                const std::string& advice);
 
-/// The pose of a 4 x 4 matrix; nothing if it is no rigid motion, as of a camera that was lost.
+/// The pose in a 4 x 4 matrix; none if it is not a rigid motion, as where tracking was lost.
 std::optional<Eigen::Isometry3d> rigidMotion(const Eigen::Matrix4d& matrix);
 
-/// The camera of a matrix that begins with fx 0 cx, 0 fy cy.
-/// @throws std::runtime_error that begins with `place`, if it is none.
+/// The camera of an intrinsic matrix, which begins with fx 0 cx, 0 fy cy.
+/// @throws std::runtime_error that begins with `place`, if it is not one.
 CameraInfo cameraOfMatrix(const Eigen::MatrixXd& matrix, int width, int height,
                           const std::string& place);
 

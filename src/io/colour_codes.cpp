@@ -14,7 +14,7 @@
 namespace dtsdf {
 namespace {
 
-/// An image without pixels; its size is checked before memory is taken. @throws std::runtime_error
+/// An image without pixels, once its size is checked. @throws std::runtime_error
 RgbImage emptyImage(size_t width, size_t height, const std::string& name) {
   if (width > 0 && height > 0 && width <= static_cast<size_t>(kMaxPixels) / height) {
     return {static_cast<int>(width), static_cast<int>(height), {}};
@@ -22,8 +22,7 @@ RgbImage emptyImage(size_t width, size_t height, const std::string& name) {
   throw std::runtime_error(name + " has more than " + std::to_string(kMaxPixels) + " pixels");
 }
 
-/// Whatever is in the file becomes 8 bits of red, green and blue. @return what went wrong; empty:
-/// nothing.
+/// Converts any PNG to 8-bit RGB. @return the problem, or an empty text.
 std::string readPng(const uint8_t* data, size_t bytes, const std::string& name, RgbImage& image) {
   PngReader png(data, bytes);
   if (!png.isPng()) return png.problem();
@@ -45,7 +44,7 @@ std::string readPng(const uint8_t* data, size_t bytes, const std::string& name, 
   return "";
 }
 
-/// @return what went wrong; empty: nothing.
+/// @return the problem, or an empty text.
 std::string readJpeg(const uint8_t* data, size_t bytes, const std::string& name, RgbImage& image) {
   const std::unique_ptr<void, decltype(&tjDestroy)> jpeg(tjInitDecompress(), &tjDestroy);
   int width = 0, height = 0, sampling = 0, space = 0;
@@ -55,7 +54,7 @@ std::string readJpeg(const uint8_t* data, size_t bytes, const std::string& name,
   }
   image = emptyImage(static_cast<size_t>(width), static_cast<size_t>(height), name);
   image.values.resize(3 * static_cast<size_t>(width) * static_cast<size_t>(height));
-  // A file that ends early would be filled up with grey, which is no picture of anything.
+  // Without STOPONWARNING, a truncated image would be filled with grey.
   const int status = tjDecompress2(jpeg.get(), data, bytes, image.values.data(), width, 0, height,
                                    TJPF_RGB, TJFLAG_STOPONWARNING);
   return status == 0 ? "" : tjGetErrorStr2(jpeg.get());

@@ -1,5 +1,5 @@
-/// Decodes colour images, PNG and JPEG, and makes PNGs of them, by libpng and TurboJPEG alone,
-/// so that the programs need no image library beyond.
+/// Decodes PNG and JPEG colour images and encodes PNGs, with libpng and TurboJPEG only, so that the
+/// programs need no larger image library.
 #pragma once
 
 #include <cstddef>
@@ -10,15 +10,16 @@
 
 namespace dtsdf {
 
-/// The format is known by the first bytes. Grey images become coloured, 16 bits become 8,
-/// transparency is left out. `name` is what stands for the image in messages.
-/// @throws std::runtime_error if it is damaged, of another format, or larger than a map takes.
+/// Recognises the format by the first bytes. Converts grey to RGB and 16 bits to 8, and drops
+/// transparency. `name` stands for the image in error texts.
+/// @throws std::runtime_error if it is damaged, of another format, or has too many pixels.
 RgbImage decodeColour(const uint8_t* data, size_t bytes, const std::string& name);
 
-/// Decodes a file in the same way. @throws std::runtime_error that names it, also if it is missing.
+/// Decodes a file like decodeColour().
+/// @throws std::runtime_error that names the file, also if it is missing.
 RgbImage readColourImage(const std::string& path);
 
-/// The bytes of a PNG file. @throws std::runtime_error if libpng cannot make them.
+/// Encodes a PNG file. @throws std::runtime_error if libpng fails.
 std::string encodeColourPng(const RgbImage& image);
 
 }  // namespace dtsdf

@@ -18,7 +18,7 @@ std::string inWords(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
-/// `name` is what stands for the image in messages. @return its size alone.
+/// Checks the header; `name` stands for the image in error texts. @return its size, without pixels.
 /// @throws std::runtime_error
 DepthImage readHeader(const PngReader& png, const std::string& name) {
   if (!png.isPng()) {
@@ -81,7 +81,7 @@ std::string encodeDepthPng(const DepthImage& image) {
 
 namespace {
 
-/// The difference that a zigzag number stands for, modulo 2^16, as the pixels are.
+/// Decodes a zigzag number to a difference of pixels, modulo 2^16.
 uint16_t unfold(uint32_t zigzag) {
   return static_cast<uint16_t>((zigzag >> 1) ^ (0u - (zigzag & 1u)));
 }
@@ -113,7 +113,7 @@ std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels
   std::vector<uint16_t> image(pixels, 0);
   uint16_t value = 0;
   for (size_t next = 0; next < pixels;) {
-    next += readRun(pixels - next);  // zeros, which the image holds from the start
+    next += readRun(pixels - next);  // the image is initialised with zeros
     for (size_t left = readRun(pixels - next); left > 0; --left) {
       value = static_cast<uint16_t>(value + unfold(readNumber()));
       image[next++] = value;
@@ -126,12 +126,12 @@ namespace {
 
 const std::string kTransport = "compressedDepth";
 
-/// "16UC1; compressedDepth png". Older senders leave out " png", or all that follows the encoding.
+/// The parts of "16UC1; compressedDepth png". Older senders omit " png", or all after the encoding.
 struct Format {
   std::string encoding;
-  std::string code;  ///< Empty, "png" or "rvl", or what nobody knows.
+  std::string code;  ///< Empty, "png", "rvl" or unknown.
   bool is_depth = false;
-  bool is_file = false;  ///< "16UC1; png compressed ", of the transport `compressed`: no header.
+  bool is_file = false;  ///< "16UC1; png compressed ", from the transport `compressed`: no header.
 };
 
 Format parseFormat(const std::string& text) {
@@ -222,7 +222,7 @@ Raster<uint8_t> decodeCompressedDepth(const std::string& text, const std::vector
     throw std::runtime_error("compressed depth without its header");
   }
   ByteReader in(data);
-  in.take<uint32_t>();  // a code of the transport's own, the same for all
+  in.take<uint32_t>();  // the transport's format code, always the same
   const auto scale = in.take<float>(), offset = in.take<float>();
   const DepthImage image = is_rvl ? decodeRvlImage(in) : decodeDepthPng(in.takeBytes(0), in.left());
   return {image.width, image.height,

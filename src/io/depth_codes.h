@@ -1,5 +1,5 @@
-/// Codes of depth images: PNG, RVL, and what image_transport's compressedDepth sends. By libpng
-/// alone, so that the programs need no image library beyond, nor a plugin.
+/// Codecs for depth images: PNG, RVL and image_transport's compressedDepth. They need libpng only,
+/// so that the programs depend on no larger image library and no plugin.
 #pragma once
 
 #include <cstddef>
@@ -11,47 +11,47 @@
 
 namespace dtsdf {
 
-/// The pixels of a depth image in a file, row by row.
+/// Reads the pixels of a depth image file, row by row.
 /// @throws std::runtime_error that names the file, if it is missing, damaged, not 16-bit grey, or
 /// not of the expected size.
 std::vector<uint16_t> readDepthPng(const std::string& path, int width, int height);
 
-/// A depth image in a file without its pixels, for its size.
+/// Reads the size of a depth image file, without its pixels.
 /// @throws std::runtime_error that names the file, if it is missing, damaged or not 16-bit grey.
 DepthImage readDepthPngSize(const std::string& path);
 
-/// A depth image in memory. What its header announces is checked before memory is taken for it.
-/// @throws std::runtime_error if it is damaged, not 16-bit grey, or larger than images may be.
+/// Decodes a depth image from memory. Checks the size in its header before allocating memory.
+/// @throws std::runtime_error if it is damaged, not 16-bit grey, or has too many pixels.
 DepthImage decodeDepthPng(const uint8_t* data, size_t bytes);
 
-/// The bytes of a file. @throws std::runtime_error if libpng cannot make them.
+/// Encodes a PNG file. @throws std::runtime_error if libpng fails.
 std::string encodeDepthPng(const DepthImage& image);
 
 // RVL, a lossless code for 16-bit depth images.
 //
-// After A. D. Wilson, "Fast Lossless Depth Image Compression", ISS 2017: runs of zeros and of
-// other values in turn, each begun by its length; of the values, differences to the one before, in
-// zigzag (0, -1, 1, -2, ...). All numbers are groups of 4 bits: 3 of the number, lowest first, and
-// the highest to say that more follow. 8 groups make a 32-bit word, first group highest, and words
-// are little-endian.
+// A. D. Wilson, "Fast Lossless Depth Image Compression", ISS 2017: runs of zeros alternate with
+// runs of other values, and each run begins with its length. A value is stored as its difference
+// from the previous one, in zigzag order (0, -1, 1, -2, ...). Numbers are written in groups of 4
+// bits: 3 bits of the number, lowest first, and a top bit that is set if more groups follow. 8
+// groups make a 32-bit word, first group highest, and words are little-endian.
 
-/// Decodes `pixels` values. @throws std::runtime_error if the data end early, or have a run that is
-/// longer than what is left of the image.
+/// Decodes `pixels` values. @throws std::runtime_error if the data end early or a run exceeds the
+/// image.
 std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels);
 
-// Depth images as image_transport's compressedDepth sends them: 12 bytes of header, then PNG, or
-// columns, rows and RVL. No plugin and no image library beside libpng is needed to read them.
+// image_transport's compressedDepth: a header of 12 bytes, then a PNG, or columns, rows and RVL
+// data.
 
-/// The encoding that a message's format announces ("16UC1; compressedDepth png": "16UC1"), of any
-/// kind, or that of a 16-bit PNG ("16UC1; png compressed "); empty if it is none of these.
+/// The encoding in a message's format: "16UC1" in "16UC1; compressedDepth png" or, for a 16-bit
+/// PNG, in "16UC1; png compressed ". Empty for other formats.
 std::string encodingOfCompressedDepth(const std::string& format);
 
-/// Pixels of the largest image that a map takes, of depth or of colour.
+/// Largest number of pixels that a depth or colour image may have.
 size_t mostImagePixels();
 
-/// Decodes a message: 16-bit depth exactly, 32-bit depth from the inverse depths that the transport
-/// rounds it to. Memory is taken for kMaxPixels at most.
-/// @return its bytes, in the machine's order, of the encoding that encodingOfCompressedDepth() has.
+/// Decodes a message: 16-bit depth exactly, 32-bit depth from the inverse depths to which the
+/// transport rounds it. Allocates memory for at most kMaxPixels.
+/// @return the pixels as bytes in native order, in the encoding of encodingOfCompressedDepth().
 /// @throws std::runtime_error that says what is wrong with the message.
 Raster<uint8_t> decodeCompressedDepth(const std::string& format, const std::vector<uint8_t>& data);
 

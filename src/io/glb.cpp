@@ -14,19 +14,19 @@ namespace {
 
 using nlohmann::json;
 
-// Names of the specification.
+// Constants of the specification.
 constexpr uint32_t kGlbMagic = 0x46546c67, kGlbVersion = 2;          // "glTF"
 constexpr uint32_t kJsonChunk = 0x4e4f534a, kBinChunk = 0x004e4942;  // "JSON", "BIN"
 constexpr int kUnsignedInt = 5125, kFloat = 5126;
 constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 constexpr uint64_t kHeaderBytes = 12, kChunkHeaderBytes = 8;
 
-// A vertex has position, normal and colour as floats, and a triangle its indices. 8 bits of linear
-// light are too few for what is dark, and trimesh takes only the lower 8 of 16 bits.
+// A vertex has position, normal and colour as floats; a triangle has its indices. 8 bits of linear
+// light are too few in dark areas, and trimesh reads only the lower 8 of 16 bits.
 constexpr uint64_t kVectorBytes = 12, kTriangleBytes = 12;
 constexpr uint64_t kMostJsonBytes = 4096;
 
-/// The lowest and the highest coordinates of its vertices.
+/// The corners of the vertices' bounding box.
 std::pair<Vec3f, Vec3f> boundsOf(const Mesh& mesh) {
   Vec3f low = mesh.vertices_m.front(), high = low;
   for (const Vec3f& p : mesh.vertices_m) {
@@ -36,8 +36,8 @@ std::pair<Vec3f, Vec3f> boundsOf(const Mesh& mesh) {
   return {low, high};
 }
 
-/// What positions in the file count from, beside the mesh's own origin, in whole metres, so that it
-/// is exact in any program.
+/// The point to which positions in the file are relative, as an offset from the mesh's own origin;
+/// in whole metres, so that it is exact in any program.
 Vec3f originOf(const Mesh& mesh) {
   const auto [low, high] = boundsOf(mesh);
   const Vec3f middle = 0.5f * low + 0.5f * high;
@@ -46,7 +46,7 @@ Vec3f originOf(const Mesh& mesh) {
 
 json toJson(const Vec3f& v) { return json::array({v.x, v.y, v.z}); }
 
-/// The scene, with one mesh that has no triangles yet.
+/// The scene, with one mesh that has no primitives yet.
 json documentOf(const Mesh& mesh, const Vec3f& origin) {
   json document;
   document["asset"] = {{"version", "2.0"}, {"generator", "dtsdf_mapping"}};
@@ -65,7 +65,7 @@ json documentOf(const Mesh& mesh, const Vec3f& origin) {
   return document;
 }
 
-/// Adds a view of bytes behind those of the views before.
+/// Adds a buffer view after the existing ones.
 json& addView(uint64_t bytes, json& document) {
   json& buffer = document["buffers"][0]["byteLength"];
   const uint64_t at = buffer.is_null() ? 0 : buffer.get<uint64_t>();
@@ -108,7 +108,7 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
        {"mode", 4}});
   document["materials"] = json::array({dullSurface()});
   json& positions = addVectors(vertices, 3, document);
-  const auto [low, high] = boundsOf(mesh);  // rounding keeps the order of differences
+  const auto [low, high] = boundsOf(mesh);  // rounding keeps their order
   positions["min"] = toJson(low - origin);
   positions["max"] = toJson(high - origin);
   addVectors(vertices, 3, document);
@@ -121,14 +121,14 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
   return paddedText(document);
 }
 
-/// glTF has normals of length 1 only; where there is none, up.
+/// glTF allows only normals of length 1; a zero normal becomes up.
 Vec3f unitNormal(const Vec3f& n) {
   const float length = norm(n);
   if (std::abs(length - 1.0f) < 1e-4f) return n;
   return length > 0.0f ? (1.0f / length) * n : Vec3f{0.0f, 0.0f, 1.0f};
 }
 
-/// The light that an 8-bit value of sRGB stands for, of 1.
+/// Linear light, 0 to 1, of each 8-bit sRGB value.
 std::array<float, 256> linearLight() {
   std::array<float, 256> table = {};
   for (size_t i = 0; i < table.size(); ++i) {
@@ -139,7 +139,7 @@ std::array<float, 256> linearLight() {
   return table;
 }
 
-/// Up to the buffer of so many bytes.
+/// Writes all that precedes the buffer, which has this many bytes.
 void beginGlb(const std::string& text, uint64_t bytes, AtomicFile& file) {
   put(file, kGlbMagic);
   put(file, kGlbVersion);
@@ -179,7 +179,7 @@ void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
 
 namespace {
 
-/// Positions, normals and places of each page's corners, one page after the other, then the images.
+/// The JSON text: positions, normals and texture coordinates of corners, page by page, then images.
 std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t& bytes) {
   json document = documentOf(textured.mesh, origin);
   json& primitives = document["meshes"][0]["primitives"];

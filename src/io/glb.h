@@ -1,4 +1,4 @@
-/// Writes a mesh as binary glTF 2.0 (.glb), by the specification of the Khronos Group.
+/// Writes a mesh as binary glTF 2.0 (.glb), as specified by the Khronos Group.
 #pragma once
 
 #include <cstdint>
@@ -9,20 +9,20 @@
 
 namespace dtsdf {
 
-/// Bytes of a file with so many vertices and triangles, at most.
+/// Upper bound on the bytes of a file with this many vertices and triangles.
 uint64_t mostGlbBytes(uint64_t vertices, uint64_t triangles);
 
-/// What a file can hold: its sizes are 32-bit numbers.
+/// Largest possible file: its sizes are 32-bit numbers.
 constexpr uint64_t kMostGlbBytes = 0xffffffffu;
 
-/// Writes a mesh with normals and linear colours. The map frame has z up, glTF y: the root node
-/// turns it. The node below it has the mesh's origin, from which its positions count, so that a map
-/// far from the origin of its frame keeps its precision in programs that work in float.
+/// Writes a mesh with normals and linear colours. The map frame has z up, glTF has y up: the root
+/// node rotates the mesh. Its child node holds the mesh's origin, to which positions are relative,
+/// so that a map far from the origin of its frame stays precise in programs that use floats.
 /// @pre mostGlbBytes() is at most kMostGlbBytes; the mesh is not empty.
 void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file);
 
-/// Writes a mesh with textures, shown as they are, without light (KHR_materials_unlit). Each
-/// triangle has vertices of its own. @throws std::runtime_error if it is more than a file can hold.
+/// Writes a textured mesh, to be shown without lighting (KHR_materials_unlit). Each triangle has
+/// its own vertices. @throws std::runtime_error if the file would be too large.
 void writeGlb(const TexturedMesh& textured, AtomicFile& file);
 
 }  // namespace dtsdf

@@ -13,9 +13,9 @@
 namespace dtsdf {
 namespace {
 
-/// Below this share of measured pixels an image shows next to nothing.
+/// Below this share of measured pixels, an image shows almost nothing.
 constexpr double kFewPixels = 0.05;
-/// Below this share of posed images, they and poses hardly belong together.
+/// Below this share of images with a pose, images and poses probably do not match.
 constexpr double kFewPoses = 0.5;
 
 template <class Pixel>
@@ -72,7 +72,7 @@ Inspection summarise(const std::deque<SourceFrame>& frames, const FrameSource& s
   return found;
 }
 
-/// Three digits, and a unit that suits.
+/// Three digits with a suitable unit.
 std::string inWords(double length_m) {
   if (length_m >= 1000.0) return formatted("%.3g km", length_m / 1000.0);
   if (length_m >= 0.01) return formatted("%.3g m", length_m);
@@ -84,7 +84,7 @@ std::string inWords(const Intrinsics& K) {
                    static_cast<double>(K.fy), static_cast<double>(K.cx), static_cast<double>(K.cy));
 }
 
-/// A whole number as such: the unit behind it is rounded.
+/// Rounded, since it comes from a float.
 std::string unitsInWords(double units_per_metre) { return formatted("%.6g", units_per_metre); }
 
 std::string imagesInWords(const Inspection& found) {
@@ -92,7 +92,7 @@ std::string imagesInWords(const Inspection& found) {
   return std::to_string(*found.images) + (*found.images == 1 ? " image" : " images");
 }
 
-/// ", 298 with a pose"; empty where nothing is known against them.
+/// ", 298 with a pose", or how many were skipped; empty if none was.
 std::string describePoses(const Inspection& found) {
   if (found.posed) return ", " + std::to_string(*found.posed) + " with a pose";
   if (found.images_passed_over == 0) return "";
@@ -132,7 +132,7 @@ std::string describe(const Inspection& found) {
 std::vector<std::string> warningsAbout(const Inspection& found, double min_depth_m,
                                        double max_depth_m) {
   std::vector<std::string> warnings;
-  if (found.frames == 0) return warnings;  // the run itself will say so
+  if (found.frames == 0) return warnings;  // the run itself reports this
   const std::string which = "the first " + std::to_string(found.frames) + " images";
   const std::string camera = doubtAbout(found.intrinsics, found.width, found.height);
   if (!camera.empty()) warnings.push_back(camera);

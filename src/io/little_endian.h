@@ -1,4 +1,4 @@
-/// Numbers in files, which are little-endian: as they lie in memory.
+/// Reads and writes numbers in files, which are little-endian, as in memory.
 #pragma once
 
 #include <array>
@@ -11,9 +11,9 @@
 
 namespace dtsdf {
 
-static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers lie in memory as in files");
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "files have the byte order of memory");
 
-/// The bytes of a number, the least first; floating-point ones as IEEE 754 has them.
+/// The bytes of a number, least significant first; floating-point numbers are IEEE 754.
 template <class Number>
 std::array<uint8_t, sizeof(Number)> littleEndianBytes(Number number) {
   static_assert(std::is_arithmetic_v<Number>);
@@ -22,7 +22,7 @@ std::array<uint8_t, sizeof(Number)> littleEndianBytes(Number number) {
   return bytes;
 }
 
-/// The number that such bytes stand for. @pre There are as many bytes.
+/// The number in these bytes. @pre There are sizeof(Number) of them.
 template <class Number>
 Number numberOf(const uint8_t* bytes) {
   static_assert(std::is_arithmetic_v<Number>);
@@ -31,7 +31,7 @@ Number numberOf(const uint8_t* bytes) {
   return number;
 }
 
-/// Writes a number, or a vector's three; `File` has write(data, bytes).
+/// Writes a number, or the three of a vector; `File` has write(data, bytes).
 template <class File, class Number>
 void put(File& file, Number number) {
   static_assert(std::is_arithmetic_v<Number>);

@@ -1,4 +1,4 @@
-/// Maps that are one box of a larger one, as `reconstruct --only` makes them.
+/// A map that is one box of a larger map, as `reconstruct --only` makes it.
 #pragma once
 
 #include <algorithm>
@@ -10,17 +10,17 @@
 
 namespace dtsdf {
 
-/// Numbers from the first up to and with the last of each range, rising.
+/// Rising ranges of numbers, with first and last included.
 using IndexRanges = std::vector<std::pair<uint64_t, uint64_t>>;
 
 struct MapBox {
-  BlockKey first, last;           ///< Blocks from the one up to and with the other on each axis.
-  uint64_t recordings = 1;        ///< That it was made from, one after the other.
-  IndexRanges fused, supporting;  ///< Frames that were fused into it, and those that touched a
-                                  ///< block of the larger map: see frameNumber().
+  BlockKey first, last;           ///< Corner blocks, both included.
+  uint64_t recordings = 1;        ///< Recordings that were fused, one after the other.
+  IndexRanges fused, supporting;  ///< Frames that were fused into the box, and frames that touched
+                                  ///< a block of the larger map; by frameNumber().
 };
 
-/// What its record holds, for its writer and its reader.
+/// The content of its record, for reading and writing.
 template <class Io>
 void fields(Io& io, MapBox& box) {
   io(box.first, box.last, box.recordings);
@@ -34,12 +34,12 @@ void fields(Io& io, MapBox& box) {
   }
 }
 
-/// The number of a frame of the recording that is read last, by its place there.
+/// The number of a frame, from its index in the recording that is read last.
 inline uint64_t frameNumber(const MapBox& box, uint64_t index) {
   return ((box.recordings - 1) << 40) + index;
 }
 
-/// Appends a number that is above those before it.
+/// Appends a number that is above all in `ranges`.
 inline void appendIndex(uint64_t index, IndexRanges& ranges) {
   if (!ranges.empty() && index == ranges.back().second + 1) {
     ranges.back().second = index;
@@ -48,7 +48,7 @@ inline void appendIndex(uint64_t index, IndexRanges& ranges) {
   }
 }
 
-/// How many numbers are in any of them.
+/// How many numbers are in at least one range.
 inline uint64_t countOfUnion(IndexRanges ranges) {
   std::sort(ranges.begin(), ranges.end());
   uint64_t count = 0, next = 0;  // the first number that is not counted yet

@@ -1,4 +1,4 @@
-/// Maps in pieces: map files chunk by chunk, and what a mapper has, saved piece by piece.
+/// Reads and writes map files chunk by chunk, and saves a mapper's map without copying it whole.
 #pragma once
 
 #include <cstddef>
@@ -17,24 +17,24 @@
 
 namespace dtsdf {
 
-/// A file has the voxels and colours of so many blocks in a chunk, the last one of what is left.
+/// Blocks whose voxels and colours make a chunk; the last chunk of a file may have fewer.
 constexpr size_t kBlocksPerChunk = 256;
 size_t chunkCount(const std::vector<MapBlock>& blocks);
 std::vector<MapBlock> blocksOfChunk(const std::vector<MapBlock>& blocks, size_t chunk);
 
-/// Voxels and colours of a chunk. Called one at a time, by numbers that rise more or less, from
-/// several threads.
+/// Gives the voxels and colours of a chunk. Called from several threads but never at once, in
+/// roughly rising order.
 using ReadChunk = std::function<MapContents(size_t chunk)>;
 
-/// What the head of a map says of its file, but for length and hash.
+/// What a map's head says about its file: all but length and hash.
 MapInfo infoOf(const MapContents& head);
 
-/// Writes the records of a map whose voxels and colours come chunk by chunk; `head` is the map
-/// without them. @throws std::runtime_error for what a reader would refuse, before it writes.
+/// Writes the records of a map; `read` gives its voxels and colours, `head` everything else.
+/// @throws std::runtime_error, before writing, if a reader would refuse the map.
 MapInfo writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& out, int threads = 0,
                  const MapBox* box = nullptr);
 
-/// Saves such a map as a file. @throws std::runtime_error as saveMap()
+/// Writes a map like writeMap(), to a file. @throws std::runtime_error as saveMap()
 MapInfo saveMapInChunks(const MapContents& head, const ReadChunk& read, const std::string& path,
                         int threads = 0, const MapBox* box = nullptr);
 
@@ -42,13 +42,14 @@ MapInfo saveMapInChunks(const MapContents& head, const ReadChunk& read, const st
 /// against its checksum when it is read.
 class MapChunks {
  public:
-  /// @param adds_free Whether what was seen free counts too, or has the same limit alone.
+  /// @param adds_free Whether free cells count towards `most_bytes`, or have the same limit
+  /// separately.
   /// @throws std::runtime_error as loadMap()
   explicit MapChunks(const std::string& path, size_t most_bytes = kNoMapLimit,
                      bool adds_free = true);
-  /// For a mapper of these settings: what it may hold, in memory and on disk.
+  /// Limits the map to what a mapper with these settings may hold, in memory and on disk.
   MapChunks(const std::string& path, const MapperParams& params);
-  /// A map among the records of a file, from this one on.
+  /// Reads a map from the records of a file, from record `first` on.
   MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_t most_bytes = kNoMapLimit,
             bool adds_free = true);
 
@@ -56,15 +57,15 @@ class MapChunks {
 
   /// The map without voxels and colours.
   const MapContents& head() const { return head_; }
-  const std::optional<MapBox>& box() const { return box_; }  ///< None: it is whole.
+  const std::optional<MapBox>& box() const { return box_; }  ///< None: a whole map.
   const MapSize& size() const { return size_; }
-  uint64_t contentHash() const { return content_hash_; }  ///< As it stands in the file.
-  size_t endRecord() const { return end_ + 1; }           ///< That after its last one.
+  uint64_t contentHash() const { return content_hash_; }  ///< The one in the file.
+  size_t endRecord() const { return end_ + 1; }           ///< The one after the map's last.
 
   /// The blocks of a chunk, their voxels and colours. @throws std::runtime_error for a damaged file
   MapContents part(size_t chunk) const;
 
-  /// Calls `take` with one chunk after the other, from several threads in turn.
+  /// Calls `take` with each chunk in order, one at a time, from several threads.
   /// @throws std::runtime_error for a damaged file, and what `take` throws.
   void visit(const std::function<void(const MapContents& part)>& take, int threads = 0) const;
 
@@ -90,27 +91,27 @@ class MapChunks {
   const std::shared_ptr<const RecordFile> file_;
   const size_t most_bytes_;
   const bool adds_free_;
-  const size_t first_;  ///< Record, and that of the end.
+  const size_t first_;  ///< First record of the map; `end_` is its last.
   size_t end_ = 0;
   MapContents head_;
   std::optional<MapBox> box_;
   MapSize size_;
   uint64_t content_hash_ = 0;
-  std::vector<uint64_t> sums_;            ///< Checksums of voxels, and colours, chunk by chunk.
+  std::vector<uint64_t> sums_;            ///< Checksums of each chunk's voxels and colours.
   std::vector<Record> voxels_, colours_;  ///< Copies: a journal grows while its map is read.
 };
 
-/// The map of an open file: its parts are chunks, read when they are asked for.
+/// The map of an open file in parts, which are its chunks and are read on demand.
 MapParts partsOf(std::shared_ptr<const MapChunks> file);
 
-/// contents(), and what the mapper does not know.
+/// A mapper's contents, with their origin, which the mapper does not know.
 MapContents contentsWith(const MapOrigin& origin, Mapper& mapper);
 
-/// Saves a mapper's map piece by piece.
-/// @throws std::runtime_error as saveMap() does, and where blocks on disk cannot be read.
+/// Saves a mapper's map chunk by chunk.
+/// @throws std::runtime_error as saveMap(), or if blocks on disk cannot be read.
 MapInfo saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path);
 
-/// Saves those of its blocks that lie in a box, and all free cells, in the same way.
+/// Saves the blocks of a mapper's map that lie in a box, and all free cells.
 MapInfo saveBoxOf(Mapper& mapper, const MapOrigin& origin, const MapBox& box,
                   const std::string& path);
 

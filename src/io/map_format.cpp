@@ -10,8 +10,7 @@ namespace {
 constexpr const char* kBoundSettings[] = {"fusion/mode", "map/directional", "map/truncation_voxels",
                                           "map/voxel_size_m"};
 
-/// The shortest decimal that reads back as the same number, with a point so that it stays no whole
-/// one.
+/// The shortest decimal that reads back as the same number, with a point, so that it is no integer.
 std::string textOf(double number) {
   std::string text;
   for (int digits = 6; digits <= 17; ++digits) {
@@ -25,7 +24,7 @@ std::string textOf(double number) {
 std::string textOf(const ParamValue& value) {
   if (const auto* const word = std::get_if<std::string>(&value)) {
     std::string text = "'";
-    for (const char c : *word) text.append(c == '\'' ? 2 : 1, c);  // as YAML has it
+    for (const char c : *word) text.append(c == '\'' ? 2 : 1, c);  // YAML doubles quotes
     return text + "'";
   }
   if (const double* number = std::get_if<double>(&value)) return textOf(*number);

@@ -1,4 +1,4 @@
-/// The records of a map, one rule for writer and reader: docs/map_format.md.
+/// The records of a map, for writer and reader: docs/map_format.md.
 #pragma once
 
 #include <cstdint>
@@ -12,40 +12,39 @@
 namespace dtsdf {
 namespace map_format {
 
-/// What the head of a map file says that it is.
+/// Purpose in the head of a map file.
 constexpr char kPurpose[] = "MAP ";
 
-/// Kinds of records, in the order of the file.
+/// Kinds of records, in file order.
 constexpr char kSettings[] = "SETT", kFrame[] = "FRAM", kLevel[] = "LEVL", kBox[] = "BOX ",
                kState[] = "STAT", kBlocks[] = "BLKS", kColourIndex[] = "COLI", kFree[] = "FREE",
                kVoxels[] = "VOXL", kColours[] = "COLR", kEnd[] = "END ";
 
-/// Chunks that are in memory at a time, however many cores there are.
+/// Chunks in memory at once, with any number of cores.
 constexpr int kMostChunksAtOnce = 4;
 
 constexpr size_t kArrayWords = 512, kBrickWords = 64;
 constexpr size_t kStateBytes = 40, kBlockBytes = 16, kEndBytes = 24;
 constexpr size_t kColourHeadBytes = 16, kBlockBricksBytes = 8;
 constexpr size_t kFreeHeadBytes = 8, kFreeRecordBytes = 80;
-/// Limit of the settings and of the frame's name, in bytes: no more is written or read.
+/// Largest size of the settings, and of the frame's name, that is written or read, in bytes.
 constexpr uint64_t kMostText = 1 << 20;
-/// Limit of the numbers of a box's frames, in bytes.
+/// Largest record of a box, in bytes.
 constexpr uint64_t kMostBox = 1 << 28;
 
-/// The settings of a file: those of the map, and poses/... unless poses were taken as given.
+/// The settings of a file: those of the map, and poses/... unless given poses were used unchanged.
 ParamTree settingsOfFile(const ParamTree& of_map, const PoseParams& poses);
 
-/// The settings poses/... among these. @throws ParamError if a value is invalid.
+/// The poses/... among these settings. @throws ParamError if a value is invalid.
 PoseParams posesOf(const ParamTree& settings);
 
-/// Settings as lines "key: value" in the order of their keys, which parseYamlParams() reads back as
-/// they were.
+/// Settings as lines "key: value", sorted by key; parseYamlParams() reads them back unchanged.
 std::string settingsText(const ParamTree& settings);
 
-/// The settings that a map is bound to, as they enter its content hash.
+/// The settings that a map cannot change, as text for its content hash.
 std::string boundSettingsText(const ParamTree& settings);
 
-// What the small records hold, for their writer and their reader.
+// Contents of the small records, for reading and writing.
 
 template <class Io, class Contents, class Size>
 void visitState(Io& io, Contents& contents, Size& size) {
@@ -76,7 +75,7 @@ void visitFree(Io& io, Contents& contents) {
   }
 }
 
-/// The bytes of one of them: visit(io) visits it.
+/// The bytes of a record whose content visit(io) visits.
 template <class Visit>
 Bytes encoded(const Visit& visit) {
   ByteWriter out;
@@ -93,8 +92,7 @@ inline Bytes encodeFree(const MapContents& contents) {
   return encoded([&](ByteWriter& out) { visitFree(out, contents); });
 }
 
-/// The content hash of a map whose voxels and colours have these checksums, in the order of the
-/// file.
+/// The content hash of a map whose voxels and colours have these checksums, in file order.
 uint64_t contentHashOf(const MapContents& head, const std::vector<uint64_t>& sums);
 
 }  // namespace map_format

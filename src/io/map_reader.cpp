@@ -1,4 +1,5 @@
-// Maps from records: first what the small ones say, then sizes, then what there is room for.
+// Reads maps from records: first the small ones, which give sizes to check, then voxels and
+// colours.
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
@@ -37,7 +38,7 @@ MapChunks::MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_
   if (voxels_.size() != chunks || colours_.size() != (head_.painted ? chunks : 0)) {
     throwWrongSizes();
   }
-  // What the file says of its voxels and colours, which their reading checks, makes the hash.
+  // The hash uses the stored checksums of voxels and colours; part() verifies these.
   if (contentHashOf(head_, sums_) != content_hash_) {
     file_->throwDamaged("the content hash does not match");
   }
@@ -45,7 +46,7 @@ MapChunks::MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_
 
 void MapChunks::throwWrongSizes() const { file_->throwDamaged("its sizes are inconsistent"); }
 
-/// What is found to be wrong with the contents is wrong with the file.
+/// Reports errors in the contents as damage to the file.
 template <class Check>
 void MapChunks::soundly(const Check& check) const {
   std::string problem;
@@ -87,7 +88,7 @@ void MapChunks::checkEnd() {
   }
 }
 
-/// Null if it is not there.
+/// Null if it is missing.
 const Record* MapChunks::find(const char* kind) const {
   const Record* found = nullptr;
   for (size_t i = first_; i < end_; ++i) {
@@ -123,7 +124,7 @@ void MapChunks::readSettings() {
 void MapChunks::readTables() {
   const Bytes state = file_->read(get(kState), kStateBytes);
   ByteReader in(state);
-  MapSize known;  // before what the blocks hold is read
+  MapSize known;  // sizes before the blocks are read
   visitState(in, head_, known);
   if (known.voxel_arrays > kMostArrays || known.blocks > known.voxel_arrays) throwWrongSizes();
   checkRoom(known);

@@ -1,4 +1,4 @@
-// Maps to records: one after the other, those of voxels and colours compressed by many threads.
+// Writes maps as records, in order; several threads compress voxels and colours.
 #include <algorithm>
 #include <mutex>
 #include <stdexcept>
@@ -30,7 +30,7 @@ using namespace map_format;
 
 Bytes bytesOf(const std::string& text) { return {text.begin(), text.end()}; }
 
-/// The settings of a file. @throws std::runtime_error for what no reader takes.
+/// The settings of a file. @throws std::runtime_error if a reader would refuse them.
 std::string checkedSettings(const MapContents& head) {
   const ParamTree settings = settingsOfFile(head.settings, head.poses);
   std::string text = settingsText(settings);
@@ -177,7 +177,7 @@ MapContents contentsWith(const MapOrigin& origin, Mapper& mapper) {
 }
 
 MapInfo saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path) {
-  for (;;) {  // once more without blocks that turn out to be damaged
+  for (;;) {  // retries without blocks that turn out to be damaged
     const uint64_t lost = mapper.stats().pages.lost;
     const MapContents outline = outlineWith(origin, mapper);
     const MapInfo saved = saveMapInChunks(outline, readerOf(mapper, outline), path);

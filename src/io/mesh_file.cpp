@@ -41,7 +41,7 @@ void writeTexturedFaces(const TexturedMesh& textured, std::ostream& out,
     for (const size_t end = triangle + textured.pages[page].triangles; triangle < end; ++triangle) {
       out << 'f';
       for (size_t corner = 0; corner < 3; ++corner) {
-        const uint32_t vertex = textured.mesh.triangles[triangle][corner] + 1;  // from 1 on
+        const uint32_t vertex = textured.mesh.triangles[triangle][corner] + 1;  // counted from 1
         out << ' ' << vertex << '/' << 3 * triangle + corner + 1 << '/' << vertex;
       }
       out << '\n';
@@ -50,7 +50,7 @@ void writeTexturedFaces(const TexturedMesh& textured, std::ostream& out,
   }
 }
 
-/// @param textured Null: without textures. `material` is the name of its file.
+/// @param textured Null: no textures. @param material Name of the .mtl file.
 void writeObj(const Mesh& mesh, MeshColour colour, AtomicFile& file,
               const TexturedMesh* textured = nullptr, const std::string& material = {}) {
   std::ostringstream out;
@@ -86,13 +86,13 @@ void writeObj(const Mesh& mesh, MeshColour colour, AtomicFile& file,
   for (const auto& triangle : mesh.triangles) {
     if (textured != nullptr) break;
     out << 'f';
-    for (uint32_t index : triangle) out << ' ' << index + 1 << "//" << index + 1;  // from 1 on
+    for (uint32_t index : triangle) out << ' ' << index + 1 << "//" << index + 1;  // counted from 1
     out << '\n';
     hand_over();
   }
 }
 
-/// Unit normal of a triangle; zero, as the format allows, where it has no area.
+/// Unit normal of a triangle; zero, as .stl allows, if it has no area.
 Vec3f triangleNormal(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   const Vec3f u = b - a, v = c - a;
   const Vec3f n{u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
@@ -100,7 +100,7 @@ Vec3f triangleNormal(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   return length > 0.0f ? (1.0f / length) * n : Vec3f{0.0f, 0.0f, 0.0f};
 }
 
-/// In the map frame, as the format has it.
+/// A position in the map frame as floats, which .stl stores.
 Vec3f inFloats(const std::array<double, 3>& p_W) {
   return {static_cast<float>(p_W[0]), static_cast<float>(p_W[1]), static_cast<float>(p_W[2])};
 }
@@ -120,7 +120,7 @@ void writeStl(const Mesh& mesh, AtomicFile& file) {
   }
 }
 
-/// What the formats can hold.
+/// Checks that the format can hold the mesh.
 void checkSize(const Mesh& mesh, const std::string& format, const std::string& path) {
   checkMeshSize(mesh.vertices_m.size(), mesh.triangles.size(), path);
   if (format == ".glb" &&
@@ -160,9 +160,8 @@ std::string meshFormatOf(const std::string& path) {
 
 std::string lossInFormat(const Mesh& mesh, const std::string& path) {
   if (!isFarFromOrigin(mesh) || meshFormatOf(path) != ".stl") return "";
-  return "positions in .stl files are floats, which are coarse so far from the map's origin; .ply "
-         "has "
-         "doubles";
+  return "positions in .stl files are floats, which are coarse this far from the map's origin; "
+         ".ply has doubles";
 }
 
 void saveMesh(const Mesh& mesh, MeshColour colour, const std::string& path) {

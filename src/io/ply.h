@@ -1,4 +1,4 @@
-/// The bytes of a .ply file with normals and colours: one rule for meshes as a whole and in pieces.
+/// Writes .ply files with normals and colours, for whole meshes and meshes in pieces.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace dtsdf {
 
-/// `far`: positions are double, as a mesh far from the origin needs.
+/// @param far Whether positions are doubles, as a mesh far from the origin needs.
 inline std::string plyHeader(size_t vertices, size_t triangles, bool far) {
   const std::string vertex_count = std::to_string(vertices);
   const std::string face_count = std::to_string(triangles);
@@ -29,11 +29,11 @@ inline std::string plyHeader(size_t vertices, size_t triangles, bool far) {
   return header + "property list uchar int vertex_indices\nend_header\n";
 }
 
-/// Whether there is a mesh, and one that the formats can hold.
+/// Checks that a mesh is not empty and fits into the formats.
 /// @throws std::runtime_error that names the path and says what to do.
 void checkMeshSize(uint64_t vertices, uint64_t triangles, const std::string& path);
 
-/// `file` has write(data, bytes).
+/// @param file Has write(data, bytes).
 template <class File>
 void writePlyVertex(const Mesh& mesh, size_t vertex, MeshColour colour, File& file) {
   if (isFarFromOrigin(mesh)) {

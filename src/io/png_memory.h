@@ -1,4 +1,4 @@
-/// PNG images in memory, read and made by libpng's simplified interface.
+/// Decodes and encodes PNG images in memory with libpng's simplified interface.
 #pragma once
 
 #include <png.h>
@@ -11,11 +11,11 @@
 
 namespace dtsdf {
 
-/// The critical chunks of a PNG, and what is not a chunk, which libpng refuses. With gAMA or sRGB
-/// libpng would convert the values.
+/// The critical chunks of a PNG: with gAMA or sRGB, libpng would convert the values. Keeps what is
+/// not a chunk, so that libpng refuses it.
 inline std::string criticalChunks(const uint8_t* data, size_t bytes) {
   constexpr size_t kSignatureBytes = 8, kEmptyChunkBytes = 12;
-  constexpr uint8_t kAncillary = 0x20;  // a bit of a type's first letter
+  constexpr uint8_t kAncillary = 0x20;  // a bit in the first letter of a chunk's type
   const uint8_t* const end = data + bytes;
   std::string kept;
   for (size_t length = std::min(bytes, kSignatureBytes); data < end; data += length) {
@@ -39,20 +39,21 @@ class PngReader {
   PngReader(const PngReader&) = delete;
   PngReader& operator=(const PngReader&) = delete;
 
-  /// False for what is not a PNG image, or damaged.
+  /// False if it is not a PNG image, or damaged.
   bool isPng() const { return is_png_; }
   std::string problem() const { return std::string("PNG: ") + png_.message; }
   size_t width() const { return png_.width; }
   size_t height() const { return png_.height; }
   bool is16BitGrey() const { return png_.format == PNG_FORMAT_LINEAR_Y; }
-  /// Of any colours. @pre It is a PNG image.
+  /// Holds for any colour type. @pre isPng()
   bool isInterlaced16Bit() const {
     constexpr size_t kBitDepthAt = 24, kInterlaceAt = 28;
     return file_[kBitDepthAt] == 16 && file_[kInterlaceAt] != 0;
   }
   bool hasAlpha() const { return (png_.format & PNG_FORMAT_FLAG_ALPHA) != 0; }
 
-  /// Fills rows of pixels in a format of libpng's, once; false if they are damaged.
+  /// Decodes the pixels to rows in a libpng format; call it once. @return false if they are
+  /// damaged.
   bool read(png_uint_32 format, png_uint_32 flags, void* rows) {
     png_.format = format;
     png_.flags |= flags;
@@ -65,18 +66,18 @@ class PngReader {
   const bool is_png_;
 };
 
-/// The file of an image. @param format As libpng's. @throws std::runtime_error
+/// Encodes an image. @param format One of libpng's. @throws std::runtime_error
 inline std::string pngBytes(int width, int height, png_uint_32 format, const void* pixels) {
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
   png.width = static_cast<png_uint_32>(width);
   png.height = static_cast<png_uint_32>(height);
   png.format = format;
-  png.flags = PNG_IMAGE_FLAG_FAST;  // a third of the time
+  png.flags = PNG_IMAGE_FLAG_FAST;  // takes a third of the time
   std::string bytes(PNG_IMAGE_PNG_SIZE_MAX(png), '\0');
   png_alloc_size_t size = bytes.size();
   if (png_image_write_to_memory(&png, &bytes[0], &size, 0, pixels, 0, nullptr) == 0) {
-    throw std::runtime_error(std::string("cannot make a PNG image: ") + png.message);
+    throw std::runtime_error(std::string("cannot encode a PNG image: ") + png.message);
   }
   bytes.resize(size);
   return bytes;

@@ -19,7 +19,7 @@ const char* const kPosesAdvice = "poses are expected there";
 
 using NamedPoses = std::map<std::string, Pose>;
 
-/// What an image is found by: its name with the folder, without it, and the number at its end.
+/// The keys of an image: its name with and without the folder, and the number at its end.
 std::vector<std::string> keysOf(const std::string& path) {
   const fs::path name = fs::path(path).replace_extension();
   const std::string last = name.filename().string();
@@ -36,7 +36,7 @@ void add(const std::string& path, const Pose& pose, NamedPoses& named) {
 NamedPoses posesOfColmap(const std::vector<ListLine>& lines) {
   NamedPoses named;
   for (const ListLine& line : lines) {
-    if (line.words.size() != 10) continue;  // points in the image, in threes
+    if (line.words.size() != 10) continue;  // a line of image points, in threes
     double v[8];
     for (size_t i = 1; i < 8; ++i) v[i] = numberAt(line, i);
     const Pose T_C_W = poseOf({v[5], v[6], v[7]}, {v[1], v[2], v[3], v[4]});
@@ -46,7 +46,7 @@ NamedPoses posesOfColmap(const std::vector<ListLine>& lines) {
   return named;
 }
 
-/// As nerfstudio, instant-ngp and `map_tool export` have it.
+/// The transforms.json of nerfstudio, instant-ngp and `map_tool export`.
 NamedPoses posesOfTransforms(const std::string& path) {
   NamedPoses named;
   const nlohmann::json root = readJsonFile(path, kPosesAdvice);
@@ -64,8 +64,8 @@ NamedPoses posesOfTransforms(const std::string& path) {
   return named;
 }
 
-/// The matrices of a list, of 12 or 16 numbers in a line each; or in four lines, above which three
-/// numbers stand in Open3D's trajectory.log.
+/// The matrices of a list: 12 or 16 numbers on one line, or four lines each, preceded by a line of
+/// three numbers in Open3D's trajectory.log.
 std::vector<Pose> posesInOrder(const std::vector<ListLine>& lines) {
   const size_t first = lines.front().words.size();
   const size_t in_line = first == 3 ? 4 : first;
@@ -90,7 +90,7 @@ void findInOrder(const std::vector<Pose>& poses, std::vector<StampedImage>& imag
     const double number = is_each ? static_cast<double>(i) : images[i].stamp_s;
     const bool has_pose = number >= 0.0 && number < static_cast<double>(poses.size());
     if (has_pose) images[i].T_W_C = poses[static_cast<size_t>(number)];
-    images[i].missing = has_pose ? "the camera was lost" : "no pose of its number";
+    images[i].missing = has_pose ? "the camera was lost" : "no pose with its number";
   }
 }
 
@@ -119,7 +119,7 @@ void findAsGiven(const std::string& path, double tolerance_s, std::vector<Stampe
   }
   if (convention.empty()) convention = as_written;
   for (StampedImage& image : images) {
-    image.missing = "no pose of its name";
+    image.missing = "no pose with its name";
     for (const std::string& key : keysOf(image.path)) {
       const auto found = named.find(key);
       if (found == named.end()) continue;
@@ -164,14 +164,14 @@ std::optional<double> numberAtEnd(const std::string& path) {
   size_t begin = name.size();
   while (begin > 0 && std::isdigit(static_cast<unsigned char>(name[begin - 1])) != 0) --begin;
   double number = 0.0;
-  if (parseNumber(name, number)) return number;  // a stamp, with a point in it
+  if (parseNumber(name, number)) return number;  // a stamp with a decimal point
   return parseNumber(name.substr(begin), number) ? std::optional<double>(number) : std::nullopt;
 }
 
 nlohmann::json readJsonFile(const std::string& path, const std::string& advice) {
   nlohmann::json root = nlohmann::json::parse(readTextFile(path, advice), nullptr, false);
   if (root.is_object()) return root;
-  throw std::runtime_error(path + ": not an object of JSON; " + advice);
+  throw std::runtime_error(path + ": not a JSON object; " + advice);
 }
 
 }  // namespace dtsdf

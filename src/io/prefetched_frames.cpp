@@ -29,7 +29,7 @@ class PrefetchedFrames : public FrameSource {
   }
 
  private:
-  /// Only the helper touches the source until it is waited for.
+  /// Until next() waits for the helper, only the helper uses the source.
   void readOne() {
     next_.reset();
     helper_.start([this] {
@@ -48,8 +48,8 @@ class PrefetchedFrames : public FrameSource {
   std::map<std::string, size_t> next_skipped_;
   std::map<std::string, std::string> next_problems_;
   std::optional<SourceFrame> next_;
-  std::exception_ptr error_;  ///< Thrown in its turn, and from there on.
-  Helper helper_;             ///< Ends before what it works on.
+  std::exception_ptr error_;  ///< Thrown by next(), from then on.
+  Helper helper_;             ///< Destroyed first, before the members it uses.
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-/// Pixels of an image in memory, by their rows from the top.
+/// The pixels of an image in memory, row by row from the top.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +13,6 @@ struct Raster {
 };
 
 using RgbImage = Raster<uint8_t>;     ///< Red, green and blue of each pixel.
-using DepthImage = Raster<uint16_t>;  ///< One value a pixel.
+using DepthImage = Raster<uint16_t>;  ///< One value per pixel.
 
 }  // namespace dtsdf

@@ -15,7 +15,7 @@
 namespace dtsdf {
 namespace {
 
-/// The rows of an image, of so many values each, from the last to the first.
+/// Reverses the rows of an image, which have `row` values each.
 template <class Value>
 void turnUpsideDown(std::vector<Value>& values, size_t row) {
   const auto length = static_cast<std::ptrdiff_t>(row);
@@ -26,12 +26,12 @@ void turnUpsideDown(std::vector<Value>& values, size_t row) {
   }
 }
 
-/// Intrinsics once images are turned upside down, as the camera's y axis points up.
+/// Intrinsics of the flipped image, for a camera whose y axis points up.
 Intrinsics turnedUpsideDown(const Intrinsics& K, int height) {
   return {K.fx, -K.fy, K.cx, static_cast<float>(height - 1) - K.cy};
 }
 
-/// Depth images in the recording's order, or colour images in that of their stamps.
+/// Depth images in the recording's order, or colour images sorted by stamp.
 template <class Image>
 class RecordedSource : public ImageSource<Image> {
  public:
@@ -80,7 +80,7 @@ class RecordedSource : public ImageSource<Image> {
 
  private:
   static constexpr bool kIsColour = std::is_same_v<Image, SourceColour>;
-  /// Stands before reasons in counts.
+  /// Prefix of the reasons in skipped().
   const std::string kind_ = kIsColour ? "colour images: " : "";
 
   bool isSelected(size_t place) const {
@@ -90,7 +90,7 @@ class RecordedSource : public ImageSource<Image> {
            (listed == nullptr || std::binary_search(listed->begin(), listed->end(), place));
   }
 
-  /// Found out before the image is decoded; empty: nothing is known against it.
+  /// Why an image is skipped before it is decoded; empty: it is not.
   std::string whyNot(size_t index) const {
     if (!recorded_.camera) return recorded_.missing_camera;
     if (!recorded_.images[index].T_W_C) return recorded_.images[index].missing;
@@ -123,7 +123,7 @@ class RecordedSource : public ImageSource<Image> {
     return image;
   }
 
-  /// @return what is wrong with the image; empty: nothing is.
+  /// @return the problem with the image, or an empty text.
   std::string read(const std::string& path, SourceFrame& frame) const {
     const auto pixels = std::make_shared<std::vector<uint16_t>>(
         readDepthPng(path, frame.depth.width, frame.depth.height));
@@ -146,11 +146,11 @@ class RecordedSource : public ImageSource<Image> {
     return "";
   }
 
-  /// @throws std::runtime_error with the cures, where it must not be.
+  /// Skips a bad image. @throws std::runtime_error with remedies, unless skip_bad.
   void skip(const std::runtime_error& error) {
     if (!options_.skip_bad) {
       throw std::runtime_error(errorText(error) + "; --skip-bad skips such images" +
-                               (kIsColour ? ", colour/enabled=never all in colour" : ""));
+                               (kIsColour ? ", colour/enabled=never skips all colour images" : ""));
     }
     ++this->skipped_[kind_ + "bad_image"];
     this->problems_.emplace(kind_ + "bad_image", errorText(error));
@@ -158,8 +158,8 @@ class RecordedSource : public ImageSource<Image> {
 
   const RecordedImages recorded_;
   const RecordingOptions options_;
-  std::vector<size_t> order_;  ///< Indices of the images, as they are read.
-  size_t next_ = 0;            ///< Place in `order_`.
+  std::vector<size_t> order_;  ///< Indices of the images, in reading order.
+  size_t next_ = 0;            ///< Index in `order_`.
 };
 
 bool hasPose(const StampedImage& image) { return image.T_W_C.has_value(); }
@@ -186,7 +186,7 @@ std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
   if (std::none_of(images.images.begin(), images.images.end(), hasPose)) {
     throw std::runtime_error("none of the " + std::to_string(images.images.size()) +
                              " depth images has a pose (" + images.images.front().missing +
-                             "); give other poses by --poses FILE");
+                             "); give other poses with --poses FILE");
   }
   checkSelection(options.selection, images.images.size());
   return std::make_unique<RecordedSource<SourceFrame>>(std::move(images), options);

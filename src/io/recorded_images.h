@@ -1,5 +1,5 @@
-/// Depth and colour images in files, each with its pose, behind the seams FrameSource and
-/// ColourSource: what all folders of recordings come down to.
+/// Depth and colour images in files, each with its pose, as FrameSource and ColourSource. All
+/// folder layouts use these.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -16,39 +16,38 @@
 
 namespace dtsdf {
 
-/// Images of one kind.
+/// The depth or the colour images of a recording.
 struct RecordedImages {
-  std::vector<StampedImage> images;  ///< None: the recording has none.
-  /// Camera of all images. A negative fy says that its y axis points up: the images are turned
-  /// upside down, and the principal point with them, which leaves every point where it is.
+  std::vector<StampedImage> images;  ///< Empty if the recording has none.
+  /// Camera of all images. A negative fy means that its y axis points up: images and principal
+  /// point are flipped vertically, which leaves every 3D point in place.
   std::optional<CameraInfo> camera = std::nullopt;
-  std::string missing_camera = {};  ///< Why there is no camera; counted as a reason.
+  std::string missing_camera = {};  ///< Why the camera is missing; a reason to skip images.
   double units_per_metre = 0.0;     ///< Scale of depth.
 };
 
-/// Depth images in their order, decoded one by one.
-/// @throws std::runtime_error if nothing of it has a pose.
+/// Depth images in order, decoded one by one. @throws std::runtime_error if no image has a pose.
 std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
                                                 const RecordingOptions& options);
 
-/// Colour images by stamp, decoded one by one. What has no pose, no file or another size than the
-/// camera is passed over and counted, as the map does without it; a damaged file is an error,
-/// unless skip_bad.
+/// Colour images sorted by stamp, decoded one by one. Images without a pose or a file, or not of
+/// the camera's size, are skipped and counted, since the map does without them; a damaged file is
+/// an error, unless skip_bad.
 std::unique_ptr<ColourSource> openRecordedColours(RecordedImages images,
                                                   const RecordingOptions& options);
 
-/// Finds the poses of images by their stamps; where there are none, the first says how stamps
-/// differ.
+/// Finds the poses of images by stamp. If there are none, `missing` of the first image says how the
+/// stamps differ.
 void findPosesNear(const Trajectory& trajectory, double tolerance_s,
                    std::vector<StampedImage>& images);
 
-/// Whether any of a recording's images is selected; images of a list of its own may be none.
-/// @throws std::runtime_error that says how many there are.
+/// Checks that any of a recording's images is selected; an explicit list may select none.
+/// @throws std::runtime_error with the number of images.
 inline void checkSelection(const FrameSelection& selection, size_t total) {
   if (selection.listed != nullptr || total == 0 || selection.countIn(total) > 0) return;
   throw std::runtime_error("none of the depth images is selected: there are " +
                            std::to_string(total) + ", 0 to " + std::to_string(total - 1) +
-                           "; give a range of these by --frames");
+                           "; give a range of these with --frames");
 }
 
 }  // namespace dtsdf

@@ -24,7 +24,7 @@ const FolderFormat* formatIn(const fs::path& folder) {
   return nullptr;
 }
 
-/// What is looked for: "tum (depth.txt), icl (associations.txt), ...".
+/// The known formats: "tum (depth.txt), icl (associations.txt), ...".
 std::string describeFormats() {
   std::string text;
   for (const FolderFormat& format : folderFormats()) {
@@ -33,7 +33,7 @@ std::string describeFormats() {
   return text;
 }
 
-/// "; it contains recordings: 'seq-01'", for archives whose recordings lie in folders of their own.
+/// "; it contains recordings: 'seq-01'", for a folder whose subfolders are recordings.
 std::string describeFolders(const fs::path& folder) {
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -64,11 +64,11 @@ void requireFolder(const std::string& path) {
   if (!fs::is_directory(path)) {
     throw std::runtime_error("'" + path +
                              "' is not a folder; give the folder of a recording, "
-                             "archives unpacked");
+                             "and unpack archives first");
   }
 }
 
-/// @throws std::runtime_error where there are none.
+/// @throws std::runtime_error if there are none.
 std::vector<StampedImage> listDepth(const std::string& folder, const FolderFormat& format) {
   std::vector<StampedImage> images = format.listDepth(folder);
   if (!images.empty()) return images;
@@ -84,7 +84,7 @@ bool isReadable(const StampedImage& image) try {
 
 CameraInfo cameraOf(const RecordingOptions& options, const FolderFormat& format,
                     std::vector<StampedImage> images) {
-  if (options.skip_bad) {  // the camera's size may have to be that of an image
+  if (options.skip_bad) {  // the camera's size may come from the first image
     const auto first = std::find_if(images.begin(), images.end(), isReadable);
     if (first != images.end()) images = {*first};
   }
@@ -103,7 +103,7 @@ void findPoses(const RecordingOptions& options, const FolderFormat& format,
   turnToOptical(options.pose_convention, images);
 }
 
-/// All images get the pose of the first one that is selected; the identity where it has none.
+/// Gives all images the pose of the first selected one, or the identity if it has none.
 void findFirstPose(const RecordingOptions& options, const FolderFormat& format,
                    std::vector<StampedImage>& images) {
   size_t first = 0;
@@ -112,7 +112,7 @@ void findFirstPose(const RecordingOptions& options, const FolderFormat& format,
   try {
     findPoses(options, format, one);
   } catch (const std::runtime_error&) {
-    if (!options.poses_path.empty()) throw;  // asked for by name
+    if (!options.poses_path.empty()) throw;  // the user named this file
   }
   for (StampedImage& image : images) {
     image.T_W_C = one.front().T_W_C.value_or(Eigen::Isometry3d::Identity());

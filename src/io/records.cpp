@@ -21,7 +21,7 @@ namespace {
 constexpr char kMagic[] = "DTSDFREC";
 /// Higher levels gain nothing on voxels: docs/results/performance.md.
 constexpr int kCompressionLevel = 1;
-/// In a zstd frame, four bytes stand for 128 KiB at most.
+/// Highest ratio of zstd: four bytes for 128 KiB.
 constexpr uint64_t kMostCompression = 32768;
 
 Bytes compressed(const void* content, size_t bytes) {
@@ -35,7 +35,7 @@ Bytes compressed(const void* content, size_t bytes) {
   return stored;
 }
 
-/// What the checksum of a record covers beside its stored bytes.
+/// The part of a record's head that its checksum covers.
 Bytes beginOf(const Record& record) {
   ByteWriter head;
   head.putText(record.name()).put(record.flags).put(record.stored_bytes);
@@ -95,7 +95,7 @@ void RecordWriter::put(const Bytes& encoded) {
 
 RecordFile::RecordFile(const std::string& path, const char* purpose, const std::string& what)
     : path_(path), what_(what) {
-  // Without O_NONBLOCK a pipe would wait for somebody to write.
+  // Without O_NONBLOCK, opening a pipe would wait for a writer.
   descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor_ < 0) throwCannotRead(errno);
   try {
@@ -171,7 +171,7 @@ void RecordFile::readAt(uint64_t offset, void* data, size_t bytes) const {
     const ssize_t got = pread(descriptor_, to, bytes, static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) throwCannotRead(errno);
-    if (got == 0) throwDamaged("its end is missing");  // became shorter meanwhile
+    if (got == 0) throwDamaged("its end is missing");  // truncated meanwhile
     to += got;
     offset += static_cast<uint64_t>(got);
     bytes -= static_cast<size_t>(got);
@@ -196,7 +196,7 @@ void RecordFile::unpack(const Record& record, const Bytes& stored, void* content
   }
 }
 
-/// Sizes are checked before there is memory for them.
+/// Checks sizes before memory is allocated.
 void RecordFile::read(const Record& record, void* content, uint64_t bytes) const {
   if (record.flags & kZstd ? bytes / kMostCompression > record.stored_bytes
                            : bytes != record.stored_bytes) {
@@ -217,7 +217,7 @@ Bytes RecordFile::readAny(const Record& record, uint64_t most) const {
   const Bytes stored = readStored(record);
   uint64_t bytes = stored.size();
   if (record.flags & kZstd) {
-    bytes = ZSTD_getFrameContentSize(stored.data(), stored.size());  // errors are above any limit
+    bytes = ZSTD_getFrameContentSize(stored.data(), stored.size());  // error codes exceed any limit
   }
   if (bytes > most) throwWrongSize(record);
   Bytes content(bytes);

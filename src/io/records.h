@@ -1,4 +1,4 @@
-/// Files as records {kind, flags, length, checksum, bytes}: maps, boxes of maps and journals.
+/// Files made of records {kind, flags, length, checksum, bytes}: maps, boxes of maps and journals.
 /// docs/map_format.md describes them byte by byte.
 #pragma once
 
@@ -29,7 +29,7 @@ template <class Io>
 void fields(Io& io, Eigen::Vector3d& v) {
   io(v.x(), v.y(), v.z());
 }
-/// Its first three rows: kPoseBytes.
+/// The first three rows of a pose: kPoseBytes.
 template <class Io>
 void fields(Io& io, Eigen::Isometry3d& pose) {
   for (int row = 0; row < 3; ++row) {
@@ -41,39 +41,39 @@ constexpr size_t kPoseBytes = 96;
 
 constexpr size_t kFileHeadBytes = 16, kRecordHeadBytes = 24;
 constexpr uint32_t kRecordVersion = 1;
-/// No file has more, so that they can be listed.
+/// Limit of the records in a file, which are listed in memory.
 constexpr size_t kMostRecords = 1 << 22;
 
-/// What a record's flags say.
+/// Flags of a record.
 constexpr uint32_t kZstd = 1;          ///< The bytes are one zstd frame.
-constexpr uint32_t kMayBeSkipped = 2;  ///< A reader that does not know the kind passes over it.
+constexpr uint32_t kMayBeSkipped = 2;  ///< A reader that does not know the kind skips the record.
 
 /// A record in a file.
 struct Record {
   std::array<char, 4> kind = {};
   uint32_t flags = 0;
   uint64_t stored_bytes = 0;
-  uint64_t checksum = 0;  ///< Checksum of the stored bytes and of the head before it.
-  uint64_t offset = 0;    ///< Where its bytes begin in the file.
+  uint64_t checksum = 0;  ///< Of the stored bytes and the head before this field.
+  uint64_t offset = 0;    ///< Start of the stored bytes in the file.
 
   bool is(const char* name) const { return std::equal(kind.begin(), kind.end(), name); }
   std::string name() const { return {kind.begin(), kind.end()}; }
 };
 
-/// Checksum of an uncompressed content, seeded by the kind: what content hashes are made of.
+/// Checksum of an uncompressed content, seeded by the kind. Content hashes are made of these.
 uint64_t checksumOf(const char* kind, const void* content, size_t bytes);
 
-/// The head of a file whose records are of this purpose, four letters.
+/// The head of a file with this purpose, which is four letters.
 Bytes fileHead(const char* purpose);
 
-/// A record with its head, of bytes as they are to be stored.
+/// A record with its head, from bytes that are stored as they are.
 Bytes encodeStored(const char* kind, uint32_t flags, const void* stored, size_t bytes);
 
-/// A record with its head, of a content that is compressed if `flags` say so.
-/// @throws std::runtime_error where it cannot be compressed.
+/// A record with its head, from a content that is compressed if `flags` say so.
+/// @throws std::runtime_error if it cannot be compressed.
 Bytes encodeRecord(const char* kind, uint32_t flags, const void* content, size_t bytes);
 
-/// Writes records one after the other, and keeps account of them for their end.
+/// Writes records in order, and counts and hashes them for the end record.
 class RecordWriter {
  public:
   using Sink = std::function<void(const void* data, size_t bytes)>;
@@ -94,36 +94,37 @@ class RecordWriter {
   uint64_t records_ = 0, bytes_ = 0;
 };
 
-/// An open file of records, found by their heads.
+/// An open file of records, which are located by their heads.
 class RecordFile {
  public:
-  /// `what` is it in words: "map file". @throws std::runtime_error for what is no regular file, or
-  /// none of this purpose.
+  /// @param what Name in error texts, such as "map file".
+  /// @throws std::runtime_error if it is not a regular file or has another purpose.
   RecordFile(const std::string& path, const char* purpose, const std::string& what);
   ~RecordFile();
   RecordFile(const RecordFile&) = delete;
   RecordFile& operator=(const RecordFile&) = delete;
 
-  /// Whether a regular file begins with the head of such a file. Waits for no pipe.
+  /// Whether a file is regular and has this purpose. Never blocks on a pipe.
   static bool hasPurpose(const std::string& path, const char* purpose);
 
   const std::string& path() const { return path_; }
   const std::vector<Record>& records() const { return records_; }
   uint64_t bytes() const { return bytes_; }
-  /// Finds records that were appended since. @return whether there are any.
+  /// Finds records that were appended since the last search. @return whether there are any.
   bool readOn();
-  /// Where the last record ends that is there as a whole.
+  /// End of the last complete record.
   uint64_t end() const { return end_; }
 
-  /// The content of a record, which has to be so many bytes. Safe to call from several threads.
+  /// Reads the content of a record, which must have this many bytes. Safe to call from several
+  /// threads.
   /// @throws std::runtime_error for a damaged record
   void read(const Record& record, void* content, uint64_t bytes) const;
   Bytes read(const Record& record, uint64_t bytes) const;
 
-  /// The content of a record, of any size up to `most` bytes.
+  /// Reads the content of a record, up to `most` bytes.
   Bytes readAny(const Record& record, uint64_t most) const;
 
-  /// Hash of the heads of these records, as RecordWriter::headHash() has it.
+  /// Hash of the heads of these records, computed like RecordWriter::headHash().
   uint64_t headHash(size_t first, size_t end) const;
 
   [[noreturn]] void throwDamaged(const std::string& how) const;

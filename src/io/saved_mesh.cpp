@@ -16,17 +16,18 @@
 namespace dtsdf {
 namespace {
 
-/// What a mesh lacks, in words; empty: nothing. @param before Blocks that were missed before.
-/// @throws std::runtime_error where the disk gives nothing: it may come back.
+/// What a mesh is missing, in words; empty: nothing. @param before Blocks that were missing
+/// already.
+/// @throws std::runtime_error if the disk cannot be read, which may be temporary.
 std::string lackOf(PagedMeshes& meshes, uint64_t before) {
   if (meshes.missed() == before) return "";
   const std::string problem = meshes.stats().problem;
   if (!meshes.diskGives()) throw std::runtime_error("no mesh was saved: " + problem);
   return std::to_string(meshes.missed() - before) +
-         " blocks of the mesh cannot be read, and are not in the file: " + problem;
+         " blocks of the mesh cannot be read and are not in the file: " + problem;
 }
 
-/// Blocks that the mesh of a region may come from.
+/// Blocks that may contribute to the mesh in a region.
 std::vector<PackedKey> blocksIn(const BoxRegion& region, const PagedMeshes& meshes) {
   const RegionView in_voxels = makeRegionView(region, meshes.voxelSize());
   std::vector<PackedKey> keys = meshes.keys();
@@ -35,8 +36,8 @@ std::vector<PackedKey> blocksIn(const BoxRegion& region, const PagedMeshes& mesh
   return keys;
 }
 
-/// Saves the file that the whole mesh would give, block by block: once to count, as the format
-/// begins with numbers, once for the vertices, and once for the triangles.
+/// Saves the same file as for a whole mesh, in three passes over the blocks: one to count, since
+/// the header holds the counts, one for vertices and one for triangles.
 SavedMesh saveInPieces(PagedMeshes& meshes, MeshColour colour, const std::string& path) {
   const uint64_t missed = meshes.missed();
   size_t vertices = 0, triangles = 0;

@@ -1,5 +1,5 @@
-/// The mesh of a map in a file: all of it or a part, with all triangles or fewer. Where some of it
-/// lies on disk, the whole comes to memory only if it has to.
+/// Saves the mesh of a map, whole or in part, simplified or not. A mesh that is partly on disk is
+/// loaded as a whole only if necessary.
 #pragma once
 
 #include <cstddef>
@@ -13,24 +13,24 @@
 
 namespace dtsdf {
 
-/// What of the mesh is saved.
+/// Selects what is saved.
 struct SaveChoice {
-  std::optional<BoxRegion> region = std::nullopt;  ///< Only triangles wholly in it.
-  double simplify_error_m = 0.0;                   ///< 0: all triangles.
-  SimplifyProgress go_on = nullptr;                ///< Progress of simplifying; false cancels it.
+  std::optional<BoxRegion> region = std::nullopt;  ///< Only triangles wholly inside.
+  double simplify_error_m = 0.0;                   ///< 0: no simplification.
+  SimplifyProgress go_on = nullptr;                ///< Called with the progress; false cancels.
 };
 
-/// What a file holds.
+/// Contents of a saved file.
 struct SavedMesh {
   size_t vertices = 0, triangles = 0;
   double error_m = 0.0;         ///< Error of a simplified mesh.
-  std::string loss;             ///< What the format cannot hold, in words; empty: nothing.
-  size_t joined_triangles = 0;  ///< Triangles before it was simplified.
+  std::string loss;             ///< What the file is missing, in words; empty: nothing.
+  size_t joined_triangles = 0;  ///< Triangles before simplification.
 };
 
-/// Nothing is saved where some of it cannot be read now; without what is damaged it is.
-/// @throws std::exception as saveMesh() and simplifyMesh() do, if the region is empty, or if some
-/// of it is on disk and cannot be read.
+/// Saves the mesh without damaged blocks, but saves nothing if the disk cannot be read.
+/// @throws std::exception as saveMesh() and simplifyMesh(), if the region is empty, or if the disk
+/// cannot be read.
 SavedMesh savePagedMesh(PagedMeshes& meshes, MeshColour colour, const std::string& path,
                         const SaveChoice& choice);
 

@@ -16,8 +16,8 @@ namespace fs = std::filesystem;
 /// Larger than any list of images or poses, and than any image.
 constexpr uintmax_t kMaxBytes = uintmax_t{1} << 30;
 
-/// Why the file cannot be read whole; empty if nothing speaks against it. Devices and pipes may
-/// have no end, or never begin.
+/// Why the file cannot be read as a whole; empty if it can. Devices and pipes may be endless or
+/// block.
 std::string whyUnreadable(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
@@ -26,7 +26,7 @@ std::string whyUnreadable(const std::string& path) {
   return fs::file_size(path, error) > kMaxBytes ? "it is larger than 1 GiB" : "";
 }
 
-/// False if it cannot be opened, or a read fails on the way.
+/// @return false if the file cannot be opened or read.
 bool readWhole(const std::string& path, std::string& text) {
   std::ifstream file(path, std::ios::binary);
   std::vector<char> part(1 << 16);
@@ -65,7 +65,7 @@ std::vector<ListLine> readList(const std::string& path, const std::string& advic
   int number = 0;
   for (std::string line; std::getline(text, line);) {
     ++number;
-    std::vector<std::string> words = splitWords(line);  // takes a carriage return as a space
+    std::vector<std::string> words = splitWords(line);  // a carriage return counts as white space
     if (words.empty() || words[0][0] == '#') continue;
     lines.push_back({std::move(words), path + ":" + std::to_string(number)});
   }

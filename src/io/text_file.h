@@ -1,4 +1,4 @@
-/// Small text files, their words and the numbers in them.
+/// Reads small text files, their words and numbers.
 #pragma once
 
 #include <string>
@@ -8,26 +8,26 @@
 
 namespace dtsdf {
 
-/// Before a file is opened whose reader may wait: pipes and devices are refused, and files of over
-/// 1 GiB. @throws std::runtime_error that names it and `advice`.
+/// Refuses pipes and devices, which may block a reader, and files of over 1 GiB.
+/// @throws std::runtime_error with the path and `advice`.
 void requireRegularFile(const std::string& path, const std::string& advice);
 
-/// The content of a file, as requireRegularFile() has it.
-/// @throws std::runtime_error that names it and `advice`.
+/// The content of a file that requireRegularFile() accepts.
+/// @throws std::runtime_error with the path and `advice`.
 std::string readTextFile(const std::string& path, const std::string& advice);
 
-// Text files with words in lines; lines that begin with # are comments.
+// Lists: text files with words on each line; lines that begin with # are comments.
 
-/// A line's words, and where it stands.
+/// The words of a line and its place.
 struct ListLine {
   std::vector<std::string> words;
   std::string place;  ///< "file:line"
 };
 
-/// The words of a text, between white space of any kind.
+/// The words of a text, split at any white space.
 std::vector<std::string> splitWords(const std::string& text);
 
-/// The lines of a file that hold something. @throws as readTextFile()
+/// The lines of a file that are neither empty nor comments. @throws as readTextFile()
 std::vector<ListLine> readList(const std::string& path, const std::string& advice);
 
 /// @throws std::runtime_error with the line's place.

@@ -12,14 +12,14 @@
 namespace dtsdf {
 namespace {
 
-/// Today's stamps in seconds are good to a quarter of a microsecond as doubles.
+/// As doubles, today's stamps in seconds have a resolution of a quarter of a microsecond.
 constexpr double kStampResolution_s = 1e-6;
 
 }  // namespace
 
 Trajectory::Trajectory(std::vector<StampedPose> poses) : poses_(std::move(poses)) {
   const auto byStamp = [](const auto& a, const auto& b) { return a.stamp_s < b.stamp_s; };
-  if (!std::is_sorted(poses_.begin(), poses_.end(), byStamp)) {  // which takes as much memory again
+  if (!std::is_sorted(poses_.begin(), poses_.end(), byStamp)) {  // sorting doubles the memory
     std::stable_sort(poses_.begin(), poses_.end(), byStamp);
   }
   poses_.erase(std::unique(poses_.begin(), poses_.end(),
@@ -72,7 +72,7 @@ Trajectory readTrajectory(const std::string& path, const std::string& advice) {
 }
 
 std::string stampOfList(double stamp_s) {
-  constexpr double kUnits = 1e6;  // so many are exact in doubles, and so is the nearest to a stamp
+  constexpr double kUnits = 1e6;  // doubles hold today's stamps in microseconds exactly
   const bool is_whole = std::round(stamp_s * kUnits) / kUnits == stamp_s;
   return formatted(is_whole ? "%.6f" : "%.9f", stamp_s);
 }

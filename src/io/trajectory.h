@@ -1,6 +1,6 @@
-/// Poses by time, the rule by which a depth image gets its pose, and their files as the TUM RGB-D
-/// benchmark has them: a line `stamp tx ty tz qx qy qz qw` per pose, camera to world, in seconds
-/// and metres.
+/// Poses over time, the rule by which an image gets its pose, and files in the format of the TUM
+/// RGB-D benchmark: a line `stamp tx ty tz qx qy qz qw` per pose, camera to world, in seconds and
+/// metres.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -15,15 +15,15 @@ struct StampedPose {
   Eigen::Isometry3d T_W_C;  ///< Camera's optical frame to map frame, metres.
 };
 
-/// Poses sorted by stamp; of several with the same stamp the first counts.
+/// Poses sorted by stamp; if several have the same stamp, the first counts.
 class Trajectory {
  public:
   explicit Trajectory(std::vector<StampedPose> poses);
 
-  /// The pose at a stamp, if the pose nearest in time is at most `tolerance_s` away. Between two
-  /// poses it is interpolated: positions linearly, rotations by slerp. A pose at the very stamp is
-  /// taken as it is; before the first and after the last the end itself is taken, as nothing is
-  /// extrapolated.
+  /// The pose at a stamp, if the nearest pose in time is at most `tolerance_s` away. Between two
+  /// poses it is interpolated: positions linearly, rotations by slerp. A pose with exactly this
+  /// stamp is returned unchanged. Before the first and after the last pose, that pose is returned:
+  /// nothing is extrapolated.
   std::optional<Eigen::Isometry3d> poseAt(double stamp_s, double tolerance_s) const;
 
   const std::vector<StampedPose>& poses() const { return poses_; }
@@ -32,22 +32,22 @@ class Trajectory {
   std::vector<StampedPose> poses_;
 };
 
-/// The pose of a translation and a quaternion; none where its length is not 1: what rounding to a
-/// few decimals leaves is no more than a hundredth.
+/// The pose of a translation and a quaternion; none if the quaternion's length differs from 1 by
+/// more than 0.01, which allows for rounding to a few decimals.
 std::optional<Eigen::Isometry3d> poseOf(const Eigen::Vector3d& t, const Eigen::Quaterniond& q);
 
-/// Why poseAt() has none: "no pose within 20 ms".
+/// Why poseAt() returned none: "no pose within 20 ms".
 std::string noPoseWithin(double tolerance_s);
 
-/// @throws std::runtime_error with file and line, for what is missing (with `advice`) or malformed.
+/// @throws std::runtime_error with `advice` if the file is missing, or with file and line if it is
+/// malformed.
 Trajectory readTrajectory(const std::string& path, const std::string& advice);
 
-/// A stamp as lists have it, with six digits after the point, where these say all of it; else with
-/// nine.
+/// A stamp as text in a list: with six decimals if these are exact, otherwise with nine.
 std::string stampOfList(double stamp_s);
 
-/// Writes poses, in their order, so that they are read back as they are.
-/// @throws std::runtime_error as AtomicFile does.
+/// Writes poses in order, so that they are read back unchanged. @throws std::runtime_error as
+/// AtomicFile does.
 void saveTrajectory(const std::vector<StampedPose>& poses, const std::string& path);
 
 }  // namespace dtsdf

@@ -14,8 +14,8 @@ namespace fs = std::filesystem;
 
 const char* const kAdvice = "a TUM folder has depth.txt, groundtruth.txt and camera_info.yaml";
 
-/// The benchmark's depth images are registered to colour by the driver, not rectified; it advises
-/// the driver's own default numbers for that, without undistortion, for all its cameras
+/// The benchmark's depth images are registered to colour by the driver but not rectified. The
+/// benchmark recommends the driver's default intrinsics, without undistortion, for all its cameras
 /// (cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats).
 const CameraInfo kFreiburgCamera{640, 480, {525.0f, 525.0f, 319.5f, 239.5f}, true};
 

@@ -1,4 +1,4 @@
-/// The lists of a TUM RGB-D folder: depth images, colour images and poses. Decodes no image.
+/// Reads the lists of a TUM RGB-D folder: depth images, colour images and poses. Decodes no image.
 #pragma once
 
 #include <filesystem>
@@ -11,34 +11,34 @@
 
 namespace dtsdf {
 
-/// An image of a recording, and its pose once it is known, or why there is none.
+/// An image of a recording, and its pose once it is found, or why it has none.
 struct StampedImage {
   double stamp_s;
   std::string path;
   std::optional<Eigen::Isometry3d> T_W_C = std::nullopt;
-  std::string missing = {};  ///< "no pose within 20 ms"; counted as a reason.
+  std::string missing = {};  ///< Such as "no pose within 20 ms"; a reason to skip it.
 };
 
-// Lines that begin with # are comments.
-// Each throws std::runtime_error for a missing file or a malformed line, with file and line.
+// Lines that begin with # are comments. These functions throw std::runtime_error with file and line
+// for a missing file or a malformed line.
 
-/// Whether a folder has depth.txt; or associations.txt and poses or a camera, as ORB-SLAM's users
-/// have it, not ICL-NUIM.
+/// Whether a folder has depth.txt; or associations.txt with groundtruth.txt or camera_info.yaml,
+/// which ORB-SLAM's users have but ICL-NUIM has not.
 bool isTumFolder(const std::filesystem::path& folder);
-/// The images whose files begin with `kind`, at least one: associations.txt has lines such as
-/// "0 depth/0.png 0 rgb/0.png", in either order.
+/// The images in associations.txt whose paths begin with `kind`; at least one. Lines are such as "0
+/// depth/0.png 0 rgb/0.png", in either order.
 std::vector<StampedImage> readAssociations(const std::filesystem::path& folder,
                                            const std::string& kind);
 
-/// In the order of depth.txt, or else of associations.txt.
+/// The depth images in the order of depth.txt, or else of associations.txt.
 std::vector<StampedImage> readTumDepthList(const std::filesystem::path& folder);
-/// In the order of rgb.txt, or else of associations.txt; empty where there is none.
+/// The colour images in the order of rgb.txt, or else of associations.txt; empty if there are none.
 std::vector<StampedImage> readTumColourList(const std::filesystem::path& folder);
-/// groundtruth.txt: optical frame to map frame.
+/// Reads groundtruth.txt, whose poses map the optical frame to the map frame.
 Trajectory readTumTrajectory(const std::filesystem::path& folder);
 
-/// camera_info.yaml; where there is none, the camera of the benchmark's own recordings, all of
-/// which have freiburg in their name.
+/// Reads camera_info.yaml, or else returns the camera of the benchmark's own recordings, whose
+/// names all contain freiburg.
 CameraInfo readTumCamera(const std::filesystem::path& folder);
 
 }  // namespace dtsdf

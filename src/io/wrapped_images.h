@@ -1,4 +1,4 @@
-/// The images of a source, each of them changed, or some before them.
+/// Wraps a source of images, to change each image or to put others first.
 #pragma once
 
 #include <functional>
@@ -17,7 +17,7 @@ class WrappedImages : public ImageSource<Image> {
  public:
   using Next = std::function<std::optional<Image>(ImageSource<Image>&)>;
 
-  /// @param next Gives the next image, of the source or another one.
+  /// @param next Gives the next image, from the source or elsewhere.
   WrappedImages(std::unique_ptr<ImageSource<Image>> source, Next next)
       : source_(std::move(source)), next_(std::move(next)) {}
 
@@ -32,7 +32,7 @@ class WrappedImages : public ImageSource<Image> {
   const Next next_;
 };
 
-/// @param change Gets each image.
+/// @param change Is called with each image.
 template <class Image, class Change>
 std::unique_ptr<ImageSource<Image>> changed(std::unique_ptr<ImageSource<Image>> source,
                                             Change change) {

@@ -1,4 +1,4 @@
-/// write(2) until all is written.
+/// Repeats write(2) until all bytes are written.
 #pragma once
 
 #include <sys/types.h>
@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// @param write As write(2). @return 0, or the number of the error.
+/// @param write Works like write(2). @return 0, or an errno.
 template <class Write>
 int writeAll(int descriptor, const void* data, size_t bytes, const Write& write) {
   const auto* next = static_cast<const char*>(data);

@@ -38,7 +38,7 @@ ParamValue valueOf(const YAML::Node& scalar) {
   return valueOfPlainText(scalar.Scalar());
 }
 
-/// A list of texts, which is the only kind of list that settings have.
+/// A list of strings, the only kind of list in settings.
 ParamValue namesOf(const YAML::Node& sequence, const std::string& key, const std::string& name) {
   std::vector<std::string> names;
   for (const YAML::Node& item : sequence) {
@@ -50,10 +50,10 @@ ParamValue namesOf(const YAML::Node& sequence, const std::string& key, const std
   return names;
 }
 
-/// More than settings have: what refers to itself ends there.
+/// More than settings have; stops nodes that refer to themselves.
 constexpr std::ptrdiff_t kMostLevels = 8;
 
-/// Adds what a node holds under `prefix` ("" or "section/").
+/// Adds the contents of a node under `prefix` ("" or "section/").
 void flatten(const YAML::Node& node, const std::string& prefix, const std::string& name,
              ParamTree& tree) {
   for (const auto& entry : node) {

@@ -1,4 +1,4 @@
-/// YAML as settings need it: one document.
+/// Parses YAML with one document, as settings need it.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
@@ -7,8 +7,8 @@
 
 namespace dtsdf {
 
-/// YAML::Load of a text with one document. More are refused, which YAML::Load passes over in
-/// silence.
+/// Like YAML::Load, but refuses a text with several documents, of which YAML::Load silently ignores
+/// all but the first.
 /// @throws YAML::Exception with the place and what to do.
 YAML::Node loadYaml(const std::string& text);
 

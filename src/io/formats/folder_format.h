@@ -1,4 +1,4 @@
-/// The layouts in which recordings are published: what each has to give, and the table of them.
+/// Folder layouts in which recordings are published: the interface of a layout, and their table.
 #pragma once
 
 #include <filesystem>
@@ -8,40 +8,38 @@
 
 namespace dtsdf {
 
-/// One layout of folders. Its functions are asked for a folder that is one, in this order, and
-/// throw std::runtime_error with file and place for what is missing or malformed.
+/// A folder layout. Its functions are called in this order, for a folder of this layout. They throw
+/// std::runtime_error with file and line if something is missing or malformed.
 struct FolderFormat {
-  const char* name;   ///< As --format has it.
-  const char* marks;  ///< The files by which such a folder is known.
+  const char* name;   ///< Name for --format.
+  const char* marks;  ///< Files that identify such a folder, in words.
 
-  bool (*isIn)(const std::filesystem::path& folder);  ///< Null: a folder with depth images is one.
+  bool (*isIn)(const std::filesystem::path& folder);  ///< Null: listDepth() finds an image.
 
-  /// All depth images. Where a layout has no stamps, the number of an image is its
-  /// stamp.
+  /// Lists all depth images. In a layout without stamps, an image's number is its stamp.
   std::vector<StampedImage> (*listDepth)(const std::filesystem::path& folder);
 
-  /// Finds the poses of images, of depth or of colour. The tolerance is for layouts that match by
-  /// stamps.
+  /// Finds the poses of depth or colour images. Layouts that match by stamp use the tolerance.
   void (*findPoses)(const std::filesystem::path& folder, double tolerance_s,
                     std::vector<StampedImage>& images);
 
   CameraInfo (*readCamera)(const std::filesystem::path& folder,
                            const std::vector<StampedImage>& images);
 
-  /// Colour images and their camera, which is the depth camera where the layout has but one; no
-  /// images where the folder has none. Without their poses.
+  /// Finds colour images, if the folder has any, and their camera (the depth camera if the layout
+  /// has only one), but not their poses.
   RecordedImages (*findColours)(const std::filesystem::path& folder,
                                 const CameraInfo& depth_camera);
 
-  double units_per_metre = 1000.0;  ///< Scale of depth.
-  /// Reads the scale of depth from a folder's files; null where they do not say it.
+  double units_per_metre = 1000.0;  ///< Depth units per metre.
+  /// Reads the depth units from a folder's files; null if the layout does not store them.
   double (*unitsOf)(const std::filesystem::path& folder) = nullptr;
 };
 
-/// The table. A folder is of the first that it belongs to.
+/// All layouts. A folder has the first layout whose test it passes.
 const std::vector<FolderFormat>& folderFormats();
 
-// Its rows, each in a file of its own.
+// The rows of folderFormats().
 FolderFormat tumFormat();
 FolderFormat iclFormat();
 FolderFormat sevenScenesFormat();

@@ -1,9 +1,9 @@
 // ICL-NUIM (doc.ic.ac.uk/~ahanda/VaFRIC/iclnuim.html), its "TUM RGB-D compatible PNGs":
-// associations.txt pairs depth with colour by frame number, *.gt.freiburg has the poses by frame
-// number; living rooms begin at 1, so that image 0 has none. Depth is in 1/5000 m.
+// associations.txt pairs depth with colour by frame number, and *.gt.freiburg lists poses by frame
+// number. Living rooms begin at 1, so image 0 has no pose. Depth is in 1/5000 m.
 //
-// The renderer's camera has its y axis upwards, and so have the poses: the intrinsics that are
-// published with them have a negative fy.
+// The y axis of the renderer's camera, and of its poses, points up: the published intrinsics have a
+// negative fy.
 #include <stdexcept>
 
 #include "io/formats/folder_format.h"
@@ -37,7 +37,7 @@ void findPoses(const fs::path& folder, double, std::vector<StampedImage>& images
     throw std::runtime_error("'" + folder.string() + "' has " + std::to_string(paths.size()) +
                              " files *.gt.freiburg; select the poses with --poses FILE");
   }
-  const Trajectory trajectory = readTrajectory(paths[0], "ICL-NUIM has its poses there");
+  const Trajectory trajectory = readTrajectory(paths[0], "ICL-NUIM keeps its poses there");
   for (StampedImage& image : images) {
     image.T_W_C = trajectory.poseAt(image.stamp_s, 0.0);
     image.missing = "no pose with its number";

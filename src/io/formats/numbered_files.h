@@ -1,4 +1,4 @@
-/// Files that differ by a number in their names, as most layouts have their images.
+/// Lists files with numbers in their names, as the images of most layouts have.
 #pragma once
 
 #include <filesystem>
@@ -11,13 +11,13 @@
 
 namespace dtsdf {
 
-/// The files of a folder in the order of what `stampOf` has for their names, but for those that it
-/// has none for. Empty if there is no such folder.
+/// The files of a folder to whose names `stampOf` gives a stamp, sorted by it. Empty if the folder
+/// does not exist.
 std::vector<StampedImage> listFiles(
     const std::filesystem::path& folder,
     const std::function<std::optional<double>(const std::filesystem::path&)>& stampOf);
 
-/// Those whose names are `prefix`, digits and `suffix`, by number. Numbers need no leading zeros.
+/// The files named `prefix`, digits, `suffix`, sorted by number. Leading zeros are not needed.
 std::vector<StampedImage> listNumberedFiles(const std::filesystem::path& folder,
                                             const std::string& prefix, const std::string& suffix);
 

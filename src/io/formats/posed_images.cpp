@@ -1,18 +1,17 @@
-// Layouts with a file for each image's pose, a 4 x 4 matrix from camera to world, depth in
-// millimetres, and intrinsics in a matrix.
+// Layouts with one pose file per image (a 4 x 4 matrix, camera to world), depth in millimetres, and
+// a matrix of intrinsics.
 //
 // 7-Scenes (microsoft.com/en-us/research/project/rgb-d-dataset-7-scenes): frame-NUMBER.depth.png,
-// 65535 where nothing is measured, and frame-NUMBER.pose.txt. Its cameras are not calibrated; one
-// set of intrinsics is published for all. tsdf-fusion (github.com/andyzeng/tsdf-fusion-python) has
-// the same layout with other cameras, and camera-intrinsics.txt, 3 x 3, beside the images. Colour
-// is in frame-NUMBER.color.png, or .jpg. Of 7-Scenes it is not registered to depth, and as nothing
-// is published of its camera, it is taken for the depth camera's, which is nearly right.
+// with 65535 where nothing is measured, and frame-NUMBER.pose.txt. Its cameras are not calibrated;
+// one set of intrinsics is published for all. tsdf-fusion (github.com/andyzeng/tsdf-fusion-python)
+// uses this layout with other cameras and a 3 x 3 camera-intrinsics.txt next to the images. Colour
+// is in frame-NUMBER.color.png or .jpg. In 7-Scenes it is not registered to depth, and its camera
+// is not published; the depth camera is used, which is nearly right.
 //
-// ScanNet, as the reader of its .sens files exports it (github.com/ScanNet/ScanNet, SensReader):
-// depth/NUMBER.png, pose/NUMBER.txt, all -inf where the tracker had lost the camera, and
-// intrinsic/intrinsic_depth.txt, 4 x 4. Numbers have no leading zeros. Colour is in
-// color/NUMBER.jpg, of a camera at the same place with another lens, which
-// intrinsic/intrinsic_color.txt has.
+// ScanNet, as exported by the reader of its .sens files (github.com/ScanNet/ScanNet, SensReader):
+// depth/NUMBER.png, pose/NUMBER.txt (all -inf where tracking was lost), and a 4 x 4
+// intrinsic/intrinsic_depth.txt. Numbers have no leading zeros. Colour is in color/NUMBER.jpg, from
+// a camera at the same place with another lens: intrinsic/intrinsic_color.txt.
 #include <utility>
 
 #include "io/camera_file.h"
@@ -29,7 +28,7 @@ namespace fs = std::filesystem;
 const CameraInfo kKinect{640, 480, {585.0f, 585.0f, 320.0f, 240.0f}, true};
 const std::string kPrefix = "frame-";
 
-/// @param fileOf Where an image has its pose.
+/// @param fileOf Gives the path of an image's pose file.
 template <class FileOf>
 void readPoses(const FileOf& fileOf, std::vector<StampedImage>& images) {
   for (StampedImage& image : images) {
@@ -56,7 +55,7 @@ CameraInfo cameraOfSevenScenes(const fs::path& folder, const std::vector<Stamped
   const fs::path path = folder / "camera-intrinsics.txt";
   if (!fs::exists(path)) return kKinect;
   const DepthImage size = readDepthPngSize(images.front().path);
-  return cameraOfMatrix(readMatrixFile(path.string(), 3, 3, "tsdf-fusion has its camera there"),
+  return cameraOfMatrix(readMatrixFile(path.string(), 3, 3, "tsdf-fusion keeps its camera there"),
                         size.width, size.height, path.string());
 }
 
@@ -98,7 +97,7 @@ RecordedImages coloursOfScanNet(const fs::path& folder, const CameraInfo&) {
     colours.missing_camera = "no intrinsic/intrinsic_color.txt";
   } else if (!colours.images.empty()) {
     const RgbImage first = readColourImage(colours.images.front().path);
-    colours.camera = cameraOfMatrix(readMatrixFile(path, 4, 4, "ScanNet has its camera there"),
+    colours.camera = cameraOfMatrix(readMatrixFile(path, 4, 4, "ScanNet keeps its camera there"),
                                     first.width, first.height, path);
   }
   return colours;

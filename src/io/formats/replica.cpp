@@ -1,7 +1,7 @@
-// Replica as NICE-SLAM renders it (github.com/cvg/nice-slam): results/depthNUMBER.png and, of the
-// same camera, results/frameNUMBER.jpg; traj.txt
-// with 16 numbers in a line per image, camera to world (x right, y down, z forward); and, in the
-// parent folder for all rooms, cam_params.json: size, intrinsics and units per metre.
+// Replica as rendered by NICE-SLAM (github.com/cvg/nice-slam): results/depthNUMBER.png and, from
+// the same camera, results/frameNUMBER.jpg; traj.txt with a line of 16 numbers per image, camera to
+// world (x right, y down, z forward); and cam_params.json, in the parent folder for all rooms, with
+// size, intrinsics and units per metre.
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -16,7 +16,7 @@ namespace replica {
 
 namespace fs = std::filesystem;
 
-/// What NICE-SLAM has for its own recordings.
+/// NICE-SLAM's value for its own recordings.
 constexpr double kUnitsPerMetre = 6553.5;
 
 std::vector<StampedImage> listDepth(const fs::path& folder) {
@@ -29,10 +29,10 @@ void findPoses(const fs::path& folder, double tolerance_s, std::vector<StampedIm
 
 fs::path paramsPath(const fs::path& folder) { return folder / ".." / "cam_params.json"; }
 
-/// The camera of cam_params.json. @throws std::runtime_error
+/// The camera in cam_params.json. @throws std::runtime_error
 nlohmann::json readParams(const fs::path& path) {
-  const nlohmann::json root =
-      readJsonFile(path.string(), "Replica has its camera there; or give --intrinsics fx,fy,cx,cy");
+  const nlohmann::json root = readJsonFile(
+      path.string(), "Replica keeps its camera there; or give --intrinsics fx,fy,cx,cy");
   if (!root.contains("camera") || !root["camera"].is_object()) {
     throw std::runtime_error(path.string() +
                              ": expected {\"camera\": {\"w\", \"h\", \"fx\", "

@@ -1,4 +1,4 @@
-/// What a backend throws.
+/// Exception of the backends.
 #pragma once
 
 #include <stdexcept>
@@ -6,7 +6,7 @@
 
 namespace dtsdf {
 
-/// A backend failed. Where it lacks memory the map is as it was, and smaller work may succeed.
+/// A backend failed. If it ran out of memory, the map is unchanged and smaller work may succeed.
 class BackendError : public std::runtime_error {
  public:
   BackendError(bool lacks_memory, const std::string& text)

@@ -16,7 +16,7 @@
 namespace dtsdf {
 namespace {
 
-/// An element of a row, which may begin at any byte.
+/// Reads an element of a row, which may be unaligned.
 template <class Raw>
 Raw elementOf(const char* row, int u) {
   Raw raw;
@@ -24,7 +24,7 @@ Raw elementOf(const char* row, int u) {
   return raw;
 }
 
-/// What depth and colour images have in common; `kind` is a word for messages.
+/// Checks what depth and colour images have in common; `kind` names the image in messages.
 template <class Frame>
 std::optional<IntegrationResult> findImageProblem(const Frame& frame, const char* kind) {
   if (frame.data == nullptr || frame.width <= 0 || frame.height <= 0) {
@@ -50,7 +50,8 @@ std::optional<IntegrationResult> findIntrinsicsProblem(const Intrinsics& K, int 
   return refuse(FrameStatus::kBadIntrinsics, text);
 }
 
-/// Everything that lies within `reach_m` of the camera has to have representable block coordinates.
+/// Checks the pose. Everything within `reach_m` of the camera must have representable block
+/// coordinates.
 std::optional<IntegrationResult> findPoseProblem(const Eigen::Isometry3d& T_W_C, double reach_m,
                                                  const MapperParams& params) {
   if (!T_W_C.matrix().allFinite()) {
@@ -66,14 +67,14 @@ std::optional<IntegrationResult> findPoseProblem(const Eigen::Isometry3d& T_W_C,
   if (T_W_C.translation().cwiseAbs().maxCoeff() + reach_m > limit_m) {
     return refuse(
         FrameStatus::kBadPose,
-        formatted("the camera is outside the %g m around the map frame's origin that "
-                  "%g m voxels can cover; of UTM coordinates, subtract those of the place",
+        formatted("the camera is farther than %g m from the map frame's origin, the limit for "
+                  "voxels of %g m; subtract a local origin from UTM coordinates",
                   limit_m, static_cast<double>(params.map.voxel_size_m)));
   }
   return std::nullopt;
 }
 
-/// How far from the camera a depth frame may touch the map.
+/// Largest distance from the camera at which a depth frame may touch the map, in metres.
 double reachOf(const DepthFrame& frame, const MapperParams& params) {
   const Intrinsics& K = frame.intrinsics;
   const double tangent_u = (frame.width + std::abs(static_cast<double>(K.cx))) / K.fx;
@@ -147,7 +148,7 @@ FrameView makeFrameView(const ColourFrame& frame, float voxel_size_m) {
 
 FrameView checkedFrameView(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
                            const MapperParams& params) {
-  // As a colour image has it, whose pixels nobody reads.
+  // A colour image stands in; its pixels are never read.
   ColourFrame frame;
   frame.data = &camera;
   frame.width = camera.width;
@@ -172,8 +173,8 @@ void resizeView(const FrameView& frame, bool has_colours, RenderedView& view) {
   view.colours.resize(has_colours ? pixels : 0);
 }
 
-/// What claims to be farther is no measurement: space up to there is not free. No camera measures
-/// so far; millimetres that are taken for metres mostly are.
+/// Larger depths are not measurements, and do not mean free space. No camera measures this far;
+/// depths in millimetres taken for metres usually exceed it.
 constexpr float kFarthest_m = 300.0f;
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params) {

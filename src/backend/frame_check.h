@@ -1,5 +1,4 @@
-/// Validates a frame and turns it into what the rules work on, or into a refusal; shared by both
-/// backends.
+/// Validates frames and converts them to the form that the rules use; shared by both backends.
 #pragma once
 
 #include <optional>
@@ -13,57 +12,57 @@
 
 namespace dtsdf {
 
-/// The result of a frame with a problem; none: it has none.
+/// Result for a frame with a problem; none if the frame is valid.
 std::optional<IntegrationResult> findProblem(const DepthFrame& frame, const MapperParams& params);
 std::optional<IntegrationResult> findProblem(const ColourFrame& frame, const MapperParams& params);
 
-/// The frame for the rules. The local frame's origin is the block that the camera is in.
+/// Converts a frame for the rules. The origin of the local frame L is the camera's block.
 /// @pre findProblem() found nothing.
 FrameView makeFrameView(const DepthFrame& frame, float voxel_size_m);
 FrameView makeFrameView(const ColourFrame& frame, float voxel_size_m);
 
-/// The camera of a view for the rules. @throws std::invalid_argument for one that no map can be
-/// seen with, in the words of findProblem().
+/// Converts the camera of a view for the rules. @throws std::invalid_argument for an invalid camera
+/// or pose, in the words of findProblem().
 FrameView checkedFrameView(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
                            const MapperParams& params);
 
-/// Makes room for a view's images, with or without colours.
+/// Resizes a view's images, with or without colours.
 void resizeView(const FrameView& frame, bool has_colours, RenderedView& view);
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params);
 
-/// Blocks beyond it that a frame drops at most, so that none takes long.
+/// Largest number of blocks outside keptBallOf() that one frame drops, so that no frame takes long.
 constexpr size_t kMostDroppedBlocks = 4096;
 
-/// The ball, in units of voxels, that keeps the blocks that reach into it, once a frame is in the
-/// map. @pre map/keep_radius_m is not 0.
+/// Ball in units of voxels; after a frame, only blocks that reach into it are kept.
+/// @pre map/keep_radius_m is not 0.
 RegionView keptBallOf(const DepthFrame& frame, const MapParams& params);
 
-/// A region in units of voxels.
-/// @throws std::invalid_argument if it has a problem.
+/// Converts a region to units of voxels.
+/// @throws std::invalid_argument if findProblem() finds a problem.
 RegionView checkedRegionView(const Region& region, const MapParams& params);
 
-/// A pixel's value, in units of the frame.
+/// Depth of a pixel, in units of the frame.
 float rawDepth(const DepthFrame& frame, int u, int v);
 
-/// Where the pixels of an encoding have their bytes.
+/// Positions of the colour channels in a pixel.
 PixelLayout layoutOf(ColourEncoding encoding);
 
-/// Length of an image's row in bytes, without what may follow its last pixel.
+/// Bytes of an image's row without padding.
 size_t packedRowBytes(const DepthFrame& frame);
 size_t packedRowBytes(const ColourFrame& frame);
 
-/// Whether a frame that touches no block clears: it measures something beyond the range that is
-/// fused, which shows what is free before it.
+/// Whether a frame that touches no block still clears: a measurement beyond the fused range shows
+/// that the space in front of it is free.
 bool clearsFromAfar(const DepthFrame& frame, const MapperParams& params);
 
-/// The result of a frame that is refused.
+/// Result for a refused frame.
 IntegrationResult refuse(FrameStatus status, const std::string& message);
 
-/// The result of a frame that shows nothing to fuse.
+/// Result for a frame with nothing to fuse.
 IntegrationResult noMeasurement(const DepthFrame& frame, const MapperParams& params);
 
-/// The result of a colour frame that sees no surface of the map.
+/// Result for a colour frame that sees no surface of the map.
 IntegrationResult nothingToPaint();
 
 }  // namespace dtsdf

@@ -9,7 +9,7 @@ namespace {
 
 constexpr uint16_t kUnused = 0xffff;
 
-/// @return whether there was any.
+/// Drops the marked triangles. @return whether any was dropped.
 bool dropMarked(std::vector<uint16_t>& triangles) {
   const uint16_t* const end = triangles.data() + triangles.size();
   uint16_t* kept = triangles.data();
@@ -24,7 +24,7 @@ bool dropMarked(std::vector<uint16_t>& triangles) {
   return true;
 }
 
-/// Mostly there are none: triangles beside the gap have them too.
+/// Drops vertices without triangles. Usually none: triangles next to the gap use them too.
 void dropUnusedVertices(BlockMesh& mesh) {
   std::vector<uint16_t> number(mesh.vertices.size(), kUnused);
   for (const uint16_t vertex : mesh.triangles) number[vertex] = 0;

@@ -1,12 +1,12 @@
-/// Dropping the triangles of a block's mesh that stand in gaps.
+/// Drops the triangles of a block's mesh that span gaps.
 #pragma once
 
 #include "dtsdf_mapping/block_mesh.h"
 
 namespace dtsdf {
 
-/// Drops the triangles that are marked as standing in gaps (kernels/meshing/gap.h), and the
-/// vertices that only they had. The order of all others stays.
+/// Drops the triangles that are marked as spanning gaps (kernels/meshing/gap.h), and the vertices
+/// that only they used. The order of the others is unchanged.
 void dropGaps(BlockMesh& mesh);
 
 }  // namespace dtsdf

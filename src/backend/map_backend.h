@@ -1,4 +1,4 @@
-/// The seam below the engine: where voxels are, and the stages that work on them.
+/// Interface between the engine and a backend, which owns the voxels and computes the stages.
 #pragma once
 
 #include <functional>
@@ -21,191 +21,197 @@
 
 namespace dtsdf {
 
-/// What a depth image touches, and what the map lacks of it.
+/// Blocks that a depth image touches.
 struct TouchedBlocks {
-  size_t blocks = 0;                   ///< That surfels reach.
-  std::vector<BlockRequest> requests;  ///< Those that are missing or miss arrays.
-  size_t new_arrays = 0;               ///< That these miss.
+  size_t blocks = 0;                   ///< Number of blocks that surfels reach.
+  std::vector<BlockRequest> requests;  ///< Missing blocks, and blocks with missing arrays.
+  size_t new_arrays = 0;               ///< Number of missing arrays.
 };
 
-/// What a depth image left.
+/// Outcome of a depth image.
 struct FrameOutcome {
-  std::vector<EmptyBlock> empty;  ///< Blocks of which arrays are empty now.
-  std::vector<CubeMask> free;     ///< Cells that it saw through, in the order of the cubes given.
+  std::vector<EmptyBlock> empty;  ///< Blocks with arrays that are empty now.
+  std::vector<CubeMask> free;     ///< Cells that the image saw through, in the order of seeFree().
 };
 
-/// What a colour image shows of surfaces.
+/// What a colour image can paint.
 struct SeenColours {
-  bool any = false;  ///< Something is to be painted.
+  bool any = false;  ///< Whether there is anything to paint.
   ExposureSums sums{};
-  std::vector<ColourRequest> requests;  ///< At least the bricks of colours that are missing for it.
+  std::vector<ColourRequest> requests;  ///< Bricks of colours to paint, at least all missing ones.
 };
 
-/// A view of the map to be rendered.
+/// A view of the map to render.
 struct ViewRequest {
   FrameView frame;
   int32_t least_evidence;  ///< Evidence that a surface needs.
   bool has_colours;
 };
 
-/// What the engine has changed in the table, of which a backend may have a mirror.
+/// Changes that the engine made to the table, which a backend may mirror.
 struct TableChanges {
-  const std::vector<int32_t>& slots;  ///< Each once. Those not in use any more are released.
-  bool dirty = false;                 ///< The others are to be meshed again.
-  const std::vector<int32_t>* new_arrays = nullptr;   ///< Admitted: to be zeroed.
-  const std::vector<NewBrick>* new_bricks = nullptr;  ///< Admitted: to be zeroed.
+  const std::vector<int32_t>& slots;  ///< Changed slots, each once. Unused ones were released.
+  bool dirty = false;                 ///< Whether to mesh the blocks in use again.
+  const std::vector<int32_t>* new_arrays = nullptr;   ///< New arrays to zero.
+  const std::vector<NewBrick>* new_bricks = nullptr;  ///< New bricks to zero.
 };
 
-/// What meshing knows of some blocks, with the labels of all units, block by block, of those that
-/// have some.
+/// What meshing knows about some blocks. Of blocks with labels, `labels` has those of all units,
+/// block by block.
 struct MeshStates {
   std::vector<MeshState> states;
   PlainArray<UnitLabels> labels;
 };
 
-/// Upper bounds of what a change of the table takes.
+/// Upper bounds of the memory that a change of the table needs.
 struct MemoryDemand {
-  size_t new_blocks = 0, new_arrays = 0;  ///< Made by an admission.
+  size_t new_blocks = 0, new_arrays = 0;  ///< Created by an admission.
   size_t new_bricks = 0;
-  bool has_colours = false;  ///< The map has colours from now on.
-  size_t changed = 0;        ///< Blocks that change otherwise, or move.
+  bool has_colours = false;  ///< Whether the map has colours after the change.
+  size_t changed = 0;        ///< Blocks that change in other ways, or move.
 };
 
-/// Works out the distances of a task's sectors, beside images and meshes. The vector has, for each
-/// sector that is wanted, what it had, if it may be overwritten; null after it where all are far.
-/// @return false: the host is to do it.
+/// Computes the distances of a task's sectors, concurrently with images and meshes. The vector has
+/// one entry per wanted sector: its old array if that may be overwritten, and on return the new
+/// one, or null where no surface is within reach.
+/// @return false if the host must compute them.
 using DistanceWork = std::function<bool(const DistanceTask& task,
                                         std::vector<std::shared_ptr<uint16_t[]>>& squares)>;
 
 struct BackendTraits {
   std::string name;
-  /// Images and extractions look blocks up in a mirror of the table alone, which drops what an
-  /// image leaves empty by itself: the table may follow, and list what is new, behind them.
+  /// Images and extractions look up blocks only in the backend's mirror of the table, which itself
+  /// drops what an image leaves empty. So the table may be updated later, and publish() run after.
   bool indexes_blocks_itself = false;
-  bool meshes_at_once = false;  ///< beginMesh() makes it all.
-  DistanceWork distance_work;   ///< In place of the host; it may outlive the backend. Or null.
+  bool meshes_at_once = false;  ///< Whether beginMesh() does all the work.
+  DistanceWork distance_work;   ///< Replaces the host's work; may outlive the backend. Or null.
 };
 
-/// The loops and the memory of one kind of processor. Stages of an image are called in the order in
-/// which they stand here; what one of them finds is kept for the next. A stage may return before
-/// its work is done. Stages mark the blocks that they change for the next extraction. What is
-/// admitted, counted and forgotten is not decided here: see Engine.
+/// The loops and the memory of one kind of processor. The stages of an image are called in the
+/// order below, and each keeps its results for the next. A stage may return before its work is
+/// done. Stages mark the blocks that they change for the next extraction. The Engine decides what
+/// is admitted, counted and dropped.
 class MapBackend {
  public:
   virtual ~MapBackend() = default;
 
   virtual BackendTraits traits() const = 0;
 
-  /// The calling thread uses the backend from here on.
+  /// Call this on the thread that uses the backend from now on.
   virtual void enter() = 0;
 
   /// Stages add their time to the profile from here on, until nullptr is given.
   virtual void profileTo(Profile* profile) = 0;
   virtual void addMemory(std::vector<MemoryPart>& parts) const = 0;
 
-  // ---- The stages of a depth image.
+  // ---- Stages of a depth image.
 
-  /// align: takes points of an image; then their sums at poses of it.
+  /// For aligning: takePoints() selects points of an image, sumsAt() adds them up at a pose.
   virtual void takePoints(const DepthFrame& frame, const FrameView& view) = 0;
   virtual AlignmentSums sumsAt(const FrameView& view, float cutoff) = 0;
 
-  /// The three that follow run beside the engine's helper, which moves blocks: they know the image
-  /// alone, and look nothing up in the map.
+  /// The next three stages use only the image, not the map, since they run concurrently with the
+  /// engine's helper, which moves blocks.
   virtual void sense(const DepthFrame& frame, const FrameView& view) = 0;
   virtual void makeSurfels() = 0;
   virtual void findBlocks() = 0;
 
-  /// Compares the blocks that were found with the map, and waits for that.
+  /// Looks up the blocks of findBlocks() in the map, and waits for the result.
   virtual TouchedBlocks lookUpBlocks() = 0;
 
-  /// Which of these cubes' cells the image sees through. @pre Something needs free depths.
+  /// Finds which cells of these cubes the image sees through. @pre needsFreeDepth()
   virtual void seeFree(std::vector<Vec3i> cubes) = 0;
 
-  /// Takes what the stages below need for the blocks that were looked up, in the map that an
-  /// admission leaves. @throws BackendError without memory.
-  /// @param in_view Slots of blocks that may be in view, and others.
+  /// Allocates what the following stages need for the blocks of lookUpBlocks(), after their
+  /// admission. @throws BackendError without memory.
+  /// @param in_view Slots of all blocks that may be in view, and possibly others.
   virtual void reserveFrame(const std::vector<int32_t>& in_view) = 0;
 
-  /// Three stages, which a backend may fuse: surfels into sums, sums into voxels, evidence from
-  /// voxels that the image contradicts; those too that are in view, whose turn it is, and that it
-  /// does not touch.
-  /// @param frame_number From 1. @param in_view As above.
+  /// Three stages, which a backend may fuse: casts surfels into sums, folds sums into voxels, and
+  /// takes evidence from voxels that the image contradicts. The last stage also visits blocks in
+  /// view that the image does not touch, when it is their turn.
+  /// @param frame_number Counted from 1.
+  /// @param in_view Slots of all blocks that may be in view, and possibly others.
   virtual void castFoldAndClear(uint64_t frame_number, const std::vector<int32_t>& in_view) = 0;
 
-  /// Waits for the last image, if it was fused. @return what it left; reported once.
+  /// Waits for the last image, if it was fused. @return its outcome, only once.
   virtual FrameOutcome takeOutcome() = 0;
 
-  // ---- The stages of a colour image.
+  // ---- Stages of a colour image.
 
-  /// Takes the image, which is not needed any more on return. Needs no map, and so may go on beside
-  /// what is left of the frame before.
+  /// Takes the image, which the caller may discard afterwards. Does not use the map, so it may
+  /// overlap the rest of the previous frame.
   virtual void takeColours(const ColourFrame& frame) = 0;
 
-  /// Finds what the image that was taken shows of surfaces. @param least_evidence That one needs.
-  /// @param in_view Slots of blocks that may be in view, and others.
+  /// Finds which surfaces the image of takeColours() shows.
+  /// @param least_evidence Evidence that a surface needs.
+  /// @param in_view Slots of all blocks that may be in view, and possibly others.
   virtual SeenColours look(const FrameView& view, int32_t least_evidence,
                            const std::vector<int32_t>& in_view) = 0;
 
-  /// Paints what was found, where there are bricks.
+  /// Paints the surfaces of look() that have bricks.
   virtual void paint(const Exposure& exposure) = 0;
 
   // ---- Views.
 
-  /// Renders surfaces. Waits for the images.
+  /// Renders surfaces, and waits for the images.
   virtual void render(const ViewRequest& request, RenderedView& view) = 0;
 
   // ---- Meshes.
 
-  /// Marks all blocks. The first time that they are painted: from now on all meshes have colours.
+  /// Marks all blocks. Once they are marked as painted, all meshes have colours.
   virtual void markAll(const MeshMarks& marks) = 0;
 
-  /// Starts to mesh what is marked. @param least_evidence That a voxel needs to be known.
+  /// Starts to mesh the marked blocks. @param least_evidence Evidence that a voxel needs.
   virtual void beginMesh(int32_t least_evidence) = 0;
 
-  /// Waits until an extraction under way has read the map, which may change then.
+  /// Waits until an extraction under way has read the map, so that the map may change.
   virtual void waitForMeshes() = 0;
 
-  /// Waits for the extraction, if one is under way. @return what has changed, by packed key.
+  /// Waits for the extraction, if one is under way. @return changed meshes, by packed key.
   virtual MeshUpdate finishMesh() = 0;
 
-  // ---- Memory and copies. Memory for a change is taken before the table changes.
+  // ---- Memory and copies. Memory for a change is reserved before the table changes.
 
-  /// @throws BackendError without memory; the map is intact then.
+  /// @throws BackendError without memory, leaving the map intact.
   virtual void reserve(const MemoryDemand& demand) = 0;
 
-  /// Follows the table; while an extraction reads the map, once it is waited for.
+  /// Applies changes of the table. Call waitForMeshes() first if an extraction is under way.
   virtual void follow(const TableChanges& changes) = 0;
 
   /// Empties the voxels of these blocks in a region, with their colours.
-  /// @return what became of each.
+  /// @return the effect on each block.
   virtual std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots,
                                                 const RegionView& region) = 0;
 
-  /// @param taken Gets what meshing knows of the order's slots, which are marked no longer and may
-  /// be released then. @throws BackendError without memory; nothing has changed then.
+  /// Copies voxels and colours into contents.
+  /// @param taken If not null, receives what meshing knows about the slots. Their marks are
+  /// removed, so that they can be released.
+  /// @throws BackendError without memory, without changing anything.
   virtual void copyOut(const ContentsOrder& order, MapContents& contents,
                        MeshStates* taken = nullptr) = 0;
-  /// @param given What meshing is to know of the order's slots, where it is not null.
+  /// Copies voxels and colours from contents.
+  /// @param given If not null, what meshing knows about the slots from now on.
   virtual void copyIn(const ContentsOrder& order, const MapContents& contents,
                       const MeshStates* given = nullptr) = 0;
 
-  // ---- What only map/page_folder needs.
+  // ---- For map/page_folder only.
 
-  /// Blocks, in the map or not, that the last depth image touches, and those of a list that it may
-  /// clear though it does not touch them. @pre lookUpBlocks()
+  /// Blocks that the last depth image touches, in the map or not, and those of a list that it may
+  /// clear without touching them. @pre lookUpBlocks()
   virtual std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
                                             uint64_t frame_number) = 0;
 
-  /// Blocks that sumsAt() looks at, each once.
+  /// Blocks that sumsAt() reads, each once.
   virtual std::vector<PackedKey> alignedKeys(const FrameView& view, float cutoff) = 0;
 
-  /// What is marked for the next extraction, and marks beside it. @pre None is under way.
-  /// @param taken It is marked no longer.
+  /// Blocks marked for the next extraction. setMarks() marks further ones. @pre No extraction is
+  /// under way. @param taken Whether to remove the marks.
   virtual std::vector<MarkedSlot> marked(bool taken) = 0;
   virtual void setMarks(const std::vector<MarkedSlot>& marked) = 0;
 };
 
-/// Makes a backend for the map of a table, which outlives it.
+/// Makes a backend for the map of a table, which must outlive it.
 using BackendMaker = std::function<std::unique_ptr<MapBackend>(const BlockTable& table)>;
 
 }  // namespace dtsdf

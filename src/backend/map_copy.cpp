@@ -9,16 +9,16 @@
 namespace dtsdf {
 namespace {
 
-// The words of MapContents are what a mapper's memory has, so that they are copied as they are.
+// The words of MapContents have the layout of a mapper's memory, so they are copied unchanged.
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "maps are copied as little endian words");
 static_assert(sizeof(Voxel) == sizeof(uint64_t) && sizeof(VoxelColour) == sizeof(uint32_t),
               "a word each");
 
-/// Settings that say where and with what means a map is worked on or shown, not what it is.
+/// Settings that do not affect a map's contents, only where it is computed and how it is shown.
 constexpr const char* kNotOfTheMap[] = {"backend",         "threads",         "map/max_memory_mb",
                                         "map/page_folder", "map/page_max_gb", "mesh/colour"};
 
-/// Rules that find poses do not say what a map is either.
+/// Section of the rules for poses, which do not affect a map's contents either.
 constexpr const char* kRulesOfPoses = "rules/poses/";
 
 void eraseSection(const std::string& section, ParamTree& tree) {

@@ -1,4 +1,4 @@
-/// How a map is handed out and taken in: the order of its voxels and colours.
+/// Copying a map to and from its contents: the order of its voxels and colours.
 #pragma once
 
 #include <vector>
@@ -10,8 +10,8 @@
 
 namespace dtsdf {
 
-/// Numbers of voxel arrays and of bricks of colours, in the order of a map's contents, and the
-/// slots of their blocks.
+/// Indices of voxel arrays and bricks of colours, and slots of blocks, in the order of a map's
+/// contents.
 struct ContentsOrder {
   std::vector<int32_t> arrays, bricks, slots;
 };
@@ -28,17 +28,17 @@ void visitBricks(const BlockTable& table, const BlockEntry& entry, const Visit& 
   }
 }
 
-/// Contents with the settings of a mapper, and nothing else yet.
+/// Contents with the settings of a mapper and nothing else.
 MapContents contentsOf(MapperParams params, Rules rules);
 
-/// What contents say of blocks of a table, in this order; those without voxels are left out: their
-/// mesh is all of them.
+/// Converts blocks of a table for contents, in this order. Blocks without voxels are left out: only
+/// their meshes are still needed.
 std::vector<MapBlock> mapBlocks(const BlockTable& table, const std::vector<int32_t>& slots);
 
-/// Where these blocks have their voxels and colours.
+/// Finds the voxels and colours of these blocks.
 ContentsOrder orderOf(const BlockTable& table, const std::vector<int32_t>& slots);
 
-/// Makes room for the voxels and colours of the contents' blocks. @throws std::bad_alloc
+/// Allocates the voxels and colours of the contents' blocks. @throws std::bad_alloc
 void makeRoomForWords(MapContents& contents);
 
 }  // namespace dtsdf

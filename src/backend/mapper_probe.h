@@ -10,11 +10,11 @@
 
 namespace dtsdf {
 
-/// A mapper with a view inside, and what a box of a larger map needs beside it.
+/// A mapper that also reports on its inside, and can hold one box of a larger map.
 class ProbedMapper : public Mapper {
  public:
-  /// Waits until the meshes of the extraction that was begun are made, where the map lives; on a
-  /// GPU they are on their way to the host then. finishMeshUpdate() waits by itself.
+  /// Waits until the begun extraction has computed its meshes. On a GPU their copy to the host may
+  /// still be under way. finishMeshUpdate() does not need this.
   virtual void waitForMeshes() = 0;
 
   /// Adds the time of each stage to a profile from now on, until another or nullptr is given. On a
@@ -29,18 +29,18 @@ class ProbedMapper : public Mapper {
   /// The sums of memoryParts().
   MapperMemory memory() const override;
 
-  /// Takes contents in whose head was checked. @pre The map is empty.
-  /// @throws std::exception without memory; the mapper is of no use then.
+  /// Takes over contents. @pre The head was checked, and the map is empty.
+  /// @throws std::exception without memory; the mapper is unusable then.
   virtual void restore(const MapParts& parts) = 0;
 
-  /// From now on the map is a box: only what lies in this extent is made, and the rest is not
-  /// counted as refused. Its blocks and cells are those of the whole map, to the last bit, as no
-  /// depth frame changes one by what others hold. Colours are where all blocks are made that may
-  /// hide the painted ones from an image, and colour/exposure is fixed: else an image's exposure is
-  /// found from all of the map. To be called before the first frame.
+  /// Restricts the map to an extent; what lies outside is ignored, and not counted as refused.
+  /// Blocks and cells inside equal those of the whole map, bit for bit, since no depth frame lets
+  /// one block affect another. Colours do too if the extent includes all blocks that may hide
+  /// painted ones from an image and colour/exposure is fixed (adaptive exposure depends on the
+  /// whole map). Call this before the first frame.
   virtual void restrictTo(const MapExtent& extent) = 0;
 
-  /// Depth frames so far that touched a block, also outside of the extent.
+  /// Number of depth frames so far that touched a block, inside or outside the extent.
   virtual uint64_t supportingFrames() const = 0;
 };
 

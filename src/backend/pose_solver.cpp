@@ -16,8 +16,8 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // The normal equations, in units of one point: rotations about the camera along the axes of the
 // map, then translation in voxels.
 
-/// Smaller residuals say no more: surfaces of a map are no more exact, and without noise a scene
-/// would otherwise outweigh any prior.
+/// Smaller residuals count as this one: the map's surfaces are no more exact, and a scene without
+/// noise would otherwise outweigh any prior.
 constexpr double kLeastResidual_voxels = 0.05;
 
 constexpr double kUnit = 1.0 / kAlignmentScale;
@@ -46,7 +46,7 @@ double varianceOf(const AlignmentSums& sums) {
                   static_cast<double>(sums.squares) / weight);
 }
 
-/// How far a pose is from the prior's, as the equations count it.
+/// Offset of a pose from the prior's, in the units of the normal equations.
 Vector6d offsetFrom(const Eigen::Isometry3d& prior, const Eigen::Isometry3d& pose,
                     double voxel_size_m) {
   const Eigen::AngleAxisd turn(pose.linear() * prior.linear().transpose());
@@ -76,7 +76,7 @@ Matrix6d informationOf(const PosePrior& prior, double voxel_size_m) {
   return diagonal.asDiagonal();
 }
 
-/// From rotation and voxels to position in metres and rotation.
+/// Inverts the information, and converts (rotation, voxels) to (position in metres, rotation).
 Matrix6d covarianceOf(const Matrix6d& information, double voxel_size_m) {
   const Matrix6d inverse = information.ldlt().solve(Matrix6d::Identity());
   Matrix6d covariance;
@@ -88,23 +88,23 @@ Matrix6d covarianceOf(const Matrix6d& information, double voxel_size_m) {
   return covariance;
 }
 
-/// Steps of Gauss-Newton: in the first ones the cutoff falls, and those after end once they stand.
+/// Steps of Gauss-Newton. The cutoff falls during the first ones; the others end on convergence.
 constexpr int kFallingSteps = 6, kMostSteps = 12;
 
-/// From the reach to the last cutoff, by halves of what is between them.
+/// Cutoff of a step: falls from the reach to the final cutoff, halving the difference each time.
 float cutoffAt(int step, const AlignmentRules& rules) {
   if (step >= kFallingSteps || rules.reach < rules.cutoff) return rules.cutoff;
   return rules.cutoff + std::ldexp(rules.reach - rules.cutoff, -step);
 }
 
-/// Whether a step moves a point at some metres by far less than the map is exact to.
+/// Whether a step has converged: it moves points a few metres away far less than the map's error.
 bool isStill(const Vector6d& change) {
   constexpr double kStill_voxels = 1e-2, kStill_rad = 1e-4;
   return change.tail<3>().norm() < kStill_voxels && change.head<3>().norm() < kStill_rad;
 }
 
-/// How far an offset of the pose moves the points along the normals of what they meet: root mean
-/// square, in voxels.
+/// Root mean square distance, in voxels, by which an offset of the pose moves the points along the
+/// normals of their surfaces.
 double movedAlongNormals(const AlignmentSums& sums, const Vector6d& offset) {
   const double weight = std::max(1.0, static_cast<double>(sums.weight)) / kAlignmentScale;
   const double squares = offset.dot(informationOf(sums) * offset);
@@ -191,10 +191,10 @@ Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const Alignm
   return result;
 }
 
-/// Points come row by row: most look at the blocks that the one before them does.
+/// Points are in row order, so most read the same blocks as the previous point.
 std::vector<PackedKey> alignedKeys(const FrameView& view, float cutoff, const AlignedPoint* points,
                                    size_t count) {
-  constexpr float kAround = 2.0f;  // a sample is of the voxels around a place
+  constexpr float kAround = 2.0f;  // samples interpolate between the surrounding voxels
   std::vector<PackedKey> keys;
   BlockExtent before = noBlocks();
   for (size_t i = 0; i < count; ++i) {

@@ -1,5 +1,5 @@
-/// Finds the pose at which an image fits the map, by Gauss-Newton over sums that a backend makes:
-/// the same steps, and so the same pose, on both.
+/// Finds the pose at which an image fits the map, by Gauss-Newton over sums from a backend. Both
+/// backends take the same steps to the same pose.
 #pragma once
 
 #include <functional>
@@ -12,18 +12,18 @@
 
 namespace dtsdf {
 
-/// Sums of all points of the image at a pose.
+/// Returns the sums over all points of the image at a pose.
 using SumsAtPose = std::function<AlignmentSums(const FrameView& view, float cutoff)>;
 
-/// A frame that was not aligned: at its own pose, as uncertain as the prior.
+/// Result for a frame that was not aligned: its own pose with the covariance of the prior.
 Alignment unalignedPose(const DepthFrame& frame, const PosePrior& prior,
                         const AlignmentRules& rules, float voxel_size_m);
 
-/// @param frame With the pose around which the prior lies.
+/// Aligns a frame. @param frame Its pose is the prior's mean.
 Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const AlignmentRules& rules,
                    float voxel_size_m, const SumsAtPose& sums_at);
 
-/// Blocks that addPoint() may look at for these points at a pose, by key, each once.
+/// Blocks that addPoint() may read for these points at a pose, by key, each once.
 std::vector<PackedKey> alignedKeys(const FrameView& view, float cutoff, const AlignedPoint* points,
                                    size_t count);
 

@@ -1,4 +1,4 @@
-/// Settings in the form that the rules take, shared by both backends.
+/// Converts settings to the form that the rules use; shared by both backends.
 #pragma once
 
 #include "backend/rules.h"
@@ -12,22 +12,22 @@
 
 namespace dtsdf {
 
-/// The paper's modes but voxel projection cast surfels into the grid.
+/// Whether surfels are cast into the grid: in all of the paper's modes except voxel projection.
 inline bool castsSurfels(const MapperParams& params) {
   return params.fusion.mode != FusionMode::kVoxelProjection;
 }
 
-/// Voxel projection clears by itself.
+/// Whether there is a clearing stage; voxel projection clears as it fuses.
 inline bool clearsFreeSpace(const MapperParams& params) {
   return params.fusion.clearing && castsSurfels(params);
 }
 
-/// Whether it is asked how far each pixel is free.
+/// Whether the free depth of each pixel is needed.
 inline bool needsFreeDepth(const MapperParams& params) {
   return clearsFreeSpace(params) || params.space.enabled;
 }
 
-/// Projecting voxels into an undirected map takes no normals: pixels without one count there too.
+/// Whether only pixels with a normal count. Voxel projection into an undirected map uses none.
 inline bool needsNormals(const MapperParams& params) {
   return params.map.directional || castsSurfels(params);
 }
@@ -37,9 +37,9 @@ inline SurfelSettings makeSurfelSettings(const MapperParams& params, const Surfe
           rules, params.sensor == Sensor::kTimeOfFlight ? 1 : 0};
 }
 
-/// The rules with the evidence that the settings let frames bring at most.
+/// The rules, with the cap of evidence that follows from fusion/memory_frames.
 inline Rules withMemory(Rules rules, const MapperParams& params) {
-  constexpr int kFrames = 8;  // as long as poses that drift agree
+  constexpr int kFrames = 8;  // about as long as drifting poses agree
   const int frames = params.fusion.memory_frames > 0 ? params.fusion.memory_frames : kFrames;
   const int most = frames * rules.fusion.support_gain;
   rules.fusion.most_evidence = most < kMostEvidence ? most : kMostEvidence;
@@ -50,12 +50,12 @@ inline FusionSettings makeFusionSettings(const MapperParams& params, const Rules
   return {params.fusion.mode == FusionMode::kNormalRayCasting, params.map.directional,
           params.map.truncation_voxels, params.fusion.max_weight, rules.fusion,
           rules.surfels.noise_level,
-          // Distances of voxel projection run along rays: at a grazing angle they are longer.
+          // Voxel projection measures distances along rays, which are longer at grazing angles.
           castsSurfels(params) ? rules.fusion.sample_reach : params.map.truncation_voxels};
 }
 
 inline MeshSettings makeMeshSettings(const MapperParams& params, const Rules& rules) {
-  static_assert(kMostLooseUnits == 4, "the most that mesh/loose_voxels may be");
+  static_assert(kMostLooseUnits == 4, "the maximum of mesh/loose_voxels");
   return {rules.mesh, castsSurfels(params), params.mesh.loose_voxels};
 }
 

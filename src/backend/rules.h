@@ -1,4 +1,4 @@
-/// The numbers of all rules: defaults for users, other values for experiments only.
+/// The constants of all rules. Users have the defaults; other values are for experiments only.
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"
@@ -18,7 +18,7 @@ struct Rules {
   AlignmentRules poses;
 };
 
-/// Visits keys such as "rules/mesh/...", in the manner of visitParams().
+/// Visits keys such as "rules/mesh/...", like visitParams().
 template <class Visitor>
 void visitRules(Rules& rules, Visitor& visit) {
   std::string section = "rules/surfels/";

@@ -1,4 +1,4 @@
-/// The pinhole camera, and the local frame in which one image is fused.
+/// The pinhole camera, and the local frame that an image is fused in.
 #pragma once
 
 #include "dtsdf_mapping/pinhole.h"
@@ -6,13 +6,13 @@
 
 namespace dtsdf {
 
-/// What the rules need to know of one frame. Lengths inside the rules are in voxels, relative to
-/// `origin_voxel`, so that single precision suffices anywhere in a map of kilometres.
+/// The camera of one frame. The rules use lengths in voxels relative to `origin_voxel`, so single
+/// precision suffices anywhere in a map of kilometres.
 struct FrameView {
   int32_t width, height;
   Intrinsics intrinsics;
-  RigidTransform T_L_C;  ///< Camera to the local frame L: axes of W, in voxels.
-  Vec3i origin_voxel;    ///< Origin of L in W, a multiple of the block's side.
+  RigidTransform T_L_C;  ///< From the camera to the local frame L: axes of W, in voxels.
+  Vec3i origin_voxel;    ///< Origin of L in W; a multiple of the block's side.
   float voxel_size_m;
 };
 
@@ -20,30 +20,30 @@ struct Pixel {
   int32_t u, v;
 };
 
-/// Where a pixel lies in an image, row by row without gaps.
+/// Index of a pixel in a row-major image without padding.
 DTSDF_HD int64_t pixelIndex(const FrameView& frame, const Pixel& pixel) {
   return static_cast<int64_t>(pixel.v) * frame.width + pixel.u;
 }
 
-/// The point at depth z_m of a pixel, in the camera's optical frame, in metres.
+/// The point on a pixel's ray at depth z_m, in the camera's optical frame, in metres.
 DTSDF_HD Vec3f backProject(const Intrinsics& K, float u_px, float v_px, float z_m) {
   return {(u_px - K.cx) / K.fx * z_m, (v_px - K.cy) / K.fy * z_m, z_m};
 }
 
-/// Where a voxel is seen. Of use only if the depth is above 0.
+/// Where a voxel appears in the image; valid only if the depth is positive.
 struct VoxelInImage {
   float depth_m;
-  float u, v;  ///< In pixels from the corner of the first one, whose centre is (0.5, 0.5).
+  float u, v;  ///< In pixels, from the corner of the first, whose centre is (0.5, 0.5).
 };
 
-/// Projects a point of the local frame, in voxels.
+/// Projects a point of the local frame, given in voxels.
 DTSDF_HD VoxelInImage projectToImage(const FrameView& frame, const Vec3f& p_L) {
   const Vec3f p_C = frame.voxel_size_m * rotateInverse(frame.T_L_C, p_L - frame.T_L_C.t);
   const Intrinsics& K = frame.intrinsics;
   return {p_C.z, K.fx * p_C.x / p_C.z + K.cx + 0.5f, K.fy * p_C.y / p_C.z + K.cy + 0.5f};
 }
 
-/// What a body covers in an image: the bounds of where its corners are seen.
+/// Bounding box, in the image and in depth, of a body's projected corners.
 struct SeenBounds {
   float near_m, far_m;
   float left, right, top, bottom;  ///< In pixels, as in VoxelInImage.
@@ -57,8 +57,8 @@ DTSDF_HD SeenBounds unite(const SeenBounds& a, const SeenBounds& b) {
           maximum(a.right, b.right),   minimum(a.top, b.top),     maximum(a.bottom, b.bottom)};
 }
 
-/// Whether a frame may see anything of a ball in the local frame, in voxels: false only if all of
-/// it is outside the image.
+/// Whether a frame may see part of a ball, given in voxels in the local frame; false only if the
+/// whole ball is outside the image.
 DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3f& middle, float radius) {
   const Vec3f p = rotateInverse(frame.T_L_C, middle - frame.T_L_C.t);
   const float z = p.z + radius;

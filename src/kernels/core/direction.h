@@ -1,16 +1,17 @@
-/// The six directions of the map and the weight with which a surface normal belongs to each.
+/// The six directions of the map, and the weight of a normal in each.
 #pragma once
 
 #include "kernels/core/vec.h"
 
 namespace dtsdf {
 
-/// X+, X-, Y+, Y-, Z+, Z-: directions 0 to 5. The undirected map keeps everything in direction 0.
+/// X+, X-, Y+, Y-, Z+, Z-: directions 0 to 5. The undirected map has direction 0 only.
 constexpr int kDirectionCount = 6;
-constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;  ///< As a mask, a bit each.
+/// As a mask, with bit d for direction d.
+constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
 
-/// sin(pi/8): a normal belongs to direction D where its cosine to v_D exceeds this (paper,
-/// Sec. III). An axis-aligned normal then has one direction, and none has more than three.
+/// sin(pi/8): a normal belongs to direction D if its cosine to v_D exceeds this (paper, Sec. III).
+/// An axis-aligned normal belongs to one direction, any other to at most three.
 constexpr float kDirectionThreshold = 0.38268343f;
 
 DTSDF_HD int directionAxis(int direction) { return direction >> 1; }
@@ -22,7 +23,7 @@ DTSDF_HD float directionCosine(const Vec3f& n, int direction) {
   return (direction & 1) ? -c : c;
 }
 
-/// w_D of the paper: the cosine where the normal belongs to D, otherwise 0.
+/// w_D of the paper: the cosine if the normal belongs to D, otherwise 0.
 DTSDF_HD float directionWeight(float cosine) {
   return cosine > kDirectionThreshold ? cosine : 0.0f;
 }
@@ -30,15 +31,15 @@ DTSDF_HD float directionWeight(const Vec3f& n, int direction) {
   return directionWeight(directionCosine(n, direction));
 }
 
-/// The directions a measurement with normal n is fused into (at most three) and their weights.
+/// The directions (at most three) that a measurement is fused into, with their weights.
 struct DirectionSet {
   int count;
   int direction[3];
   float weight[3];
 };
 
-/// Those of the axes in order, the ones without a weight left out. No branches, so that compilers
-/// turn a loop of it into vector instructions.
+/// The directions of normal n, in the order of their axes. Branch-free, so that compilers can
+/// vectorise loops over it.
 DTSDF_HD DirectionSet directionsOf(const Vec3f& n, bool directional) {
   if (!directional) return {1, {0, 0, 0}, {1.0f, 0.0f, 0.0f}};
   const float of_x = directionWeight(fabsf(n.x)), of_y = directionWeight(fabsf(n.y)),
@@ -58,8 +59,8 @@ DTSDF_HD uint32_t directionMask(const DirectionSet& set) {
   return mask;
 }
 
-/// Calls visit(direction) for those of a mask, in ascending order. On a GPU by a loop that can be
-/// unrolled: what visit() indexes stays in registers.
+/// Calls visit(direction) for each direction of a mask, in ascending order. The GPU's loop can be
+/// unrolled, so that arrays indexed in visit() stay in registers.
 template <class Visit>
 DTSDF_HD void visitDirections(uint32_t mask, const Visit& visit) {
 #ifdef __CUDA_ARCH__

@@ -1,7 +1,7 @@
 /// Coordinates of blocks and voxels, and the packed key of the spatial hash.
 ///
-/// Samples sit on the corners of the grid: voxel (i, j, k) is the point (i, j, k) * voxel size of
-/// the map frame W. A block holds the 8 x 8 x 8 voxels from 8 * key on.
+/// Samples sit on the corners of the grid: voxel (i, j, k) is at (i, j, k) * voxel size in the map
+/// frame W. A block holds the 8 x 8 x 8 voxels that start at 8 * key.
 #pragma once
 
 #include "kernels/core/vec.h"
@@ -10,8 +10,8 @@ namespace dtsdf {
 
 constexpr int kVoxelsPerBlock = kBlockSide * kBlockSide * kBlockSide;
 
-/// Block coordinates lie in [-kMaxBlockCoordinate, kMaxBlockCoordinate]: 21 bits an axis, that is
-/// 42 km either way at 5 mm voxels.
+/// Block coordinates lie in [-kMaxBlockCoordinate, kMaxBlockCoordinate]: 21 bits per axis, or 42 km
+/// to each side at 5 mm voxels.
 constexpr int32_t kMaxBlockCoordinate = (1 << 20) - 1;
 
 DTSDF_HD bool isRepresentable(const BlockKey& key) {
@@ -20,7 +20,7 @@ DTSDF_HD bool isRepresentable(const BlockKey& key) {
          key.z >= -kMaxBlockCoordinate && key.z <= kMaxBlockCoordinate;
 }
 
-/// Order-preserving: packed keys sort by z, then y, then x.
+/// Packs a key so that packed keys sort by z, then y, then x.
 DTSDF_HD PackedKey packKey(const BlockKey& key) {
   const int32_t offset = kMaxBlockCoordinate + 1;
   return (static_cast<PackedKey>(key.z + offset) << 42) |
@@ -35,7 +35,7 @@ DTSDF_HD BlockKey unpackKey(PackedKey packed) {
           static_cast<int32_t>((packed >> 42) & mask) - offset};
 }
 
-/// Finalizer of a 64-bit mixing hash; spreads neighbouring keys over the whole table.
+/// Finaliser of a 64-bit hash; spreads neighbouring keys over the whole table.
 DTSDF_HD uint64_t hashKey(PackedKey key) {
   key ^= key >> 33;
   key *= 0xff51afd7ed558ccdULL;
@@ -45,7 +45,8 @@ DTSDF_HD uint64_t hashKey(PackedKey key) {
   return key;
 }
 
-/// Arithmetic shift rounds towards minus infinity, on every supported compiler also before C++20.
+/// The arithmetic shift rounds towards minus infinity, on every supported compiler even before
+/// C++20.
 DTSDF_HD BlockKey blockOfVoxel(const Vec3i& voxel) {
   return {voxel.x >> kBlockSideLog2, voxel.y >> kBlockSideLog2, voxel.z >> kBlockSideLog2};
 }
@@ -57,7 +58,7 @@ DTSDF_HD Vec3i firstVoxelOfBlock(const BlockKey& key) {
 /// Index of a voxel inside its block, x fastest.
 DTSDF_HD int voxelIndex(int x, int y, int z) { return x + kBlockSide * (y + kBlockSide * z); }
 
-/// Index of any voxel inside the block that holds it.
+/// Index of a voxel, given in map coordinates, inside its block.
 DTSDF_HD int indexInBlock(const Vec3i& voxel) {
   constexpr int kMask = kBlockSide - 1;
   return voxelIndex(voxel.x & kMask, voxel.y & kMask, voxel.z & kMask);

@@ -1,8 +1,8 @@
-/// Marks functions that compile for the CPU and, under nvcc, for the GPU as well.
+/// Marks functions that compile for the CPU and, under nvcc, for the GPU.
 ///
-/// Everything in kernels/ is written once and runs on both backends. To give the same bits on both,
-/// the rules use only operations that IEEE 754 rounds exactly (+ - * / and square root, floor,
-/// comparisons, conversions), and the build switches the contraction of a*b+c off on both sides.
+/// The rules in kernels/ are written once and run on both backends. To give the same bits on both,
+/// they use only operations that IEEE 754 rounds exactly (+ - * / and square root, floor,
+/// comparisons, conversions), and the build disables the contraction of a * b + c.
 #pragma once
 
 #ifdef __CUDACC__

@@ -1,5 +1,5 @@
-/// Which points, and so which voxels, lie in a region of space. In double: coordinates of voxels
-/// are exact, as far from the origin as a map reaches.
+/// Tests of points and voxels against a region of space. They use doubles, which hold voxel
+/// coordinates exactly anywhere in a map.
 #pragma once
 
 #include "kernels/core/grid.h"
@@ -10,13 +10,13 @@ struct Vec3d {
   double x, y, z;
 };
 
-/// A box or a ball, in any unit of length: the rules ask with points of the same unit.
+/// A box or a ball. Points are tested in the region's unit of length.
 struct RegionView {
-  double R_B_W[9];  ///< Row-major: the directions of a box's edges.
+  double R_B_W[9];  ///< Row-major; its rows are the directions of the box's edges.
   Vec3d center;
-  Vec3d half;         ///< Half the extents of a box.
-  double radius;      ///< Balls only.
-  int32_t is_sphere;  ///< Else a box.
+  Vec3d half;         ///< Half the box's extents.
+  double radius;      ///< Of a ball.
+  int32_t is_sphere;  ///< 1: a ball, 0: a box.
 };
 
 DTSDF_HD Vec3d fromCenter(const RegionView& region, const Vec3d& p) {
@@ -25,8 +25,7 @@ DTSDF_HD Vec3d fromCenter(const RegionView& region, const Vec3d& p) {
 
 DTSDF_HD bool isWithin(double x, double limit) { return -limit <= x && x <= limit; }
 
-/// Whether a point lies in the region or less than `margin` outside; of a box, less than that
-/// beyond each of its faces.
+/// Whether a point lies in the region grown by `margin` on all sides.
 DTSDF_HD bool isInside(const RegionView& region, const Vec3d& p, double margin = 0.0) {
   const Vec3d d = fromCenter(region, p);
   if (region.is_sphere) {
@@ -39,16 +38,16 @@ DTSDF_HD bool isInside(const RegionView& region, const Vec3d& p, double margin =
          isWithin(R[6] * d.x + R[7] * d.y + R[8] * d.z, region.half.z + margin);
 }
 
-/// Whether a voxel's centre lies in a region in units of voxels.
+/// Whether a voxel lies in a region given in voxels.
 DTSDF_HD bool isInside(const RegionView& region, const Vec3i& voxel) {
   return isInside(region, Vec3d{static_cast<double>(voxel.x), static_cast<double>(voxel.y),
                                 static_cast<double>(voxel.z)});
 }
 
-/// Whether a voxel of a block may lie in a region in units of voxels; false only if none does.
+/// Whether any voxel of a block may lie in a region given in voxels; false only if none does.
 DTSDF_HD bool mayBeInside(const RegionView& region, const BlockKey& block) {
   constexpr double kMiddle = 0.5 * (kBlockSide - 1);
-  constexpr double kReach = 6.1;  // from the middle to the corners: 3.5 times the root of 3
+  constexpr double kReach = 6.1;  // from the middle to a corner: 3.5 sqrt(3)
   const Vec3i first = firstVoxelOfBlock(block);
   return isInside(region, Vec3d{first.x + kMiddle, first.y + kMiddle, first.z + kMiddle}, kReach);
 }

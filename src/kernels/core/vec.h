@@ -1,4 +1,4 @@
-/// Small vectors for the shared rules: plain structs without Eigen, so that nvcc stays quiet.
+/// Small vectors for the shared rules: plain structs, since Eigen floods nvcc with warnings.
 #pragma once
 
 #include <cmath>
@@ -34,7 +34,7 @@ DTSDF_HD bool operator==(const Vec3i& a, const Vec3i& b) {
 }
 DTSDF_HD bool operator!=(const Vec3i& a, const Vec3i& b) { return !(a == b); }
 
-/// Component by axis (0 = x, 1 = y, 2 = z), without a run-time index into memory.
+/// Component by axis (0 = x, 1 = y, 2 = z), without an indexed memory access.
 DTSDF_HD float component(const Vec3f& a, int axis) {
   return axis == 0 ? a.x : (axis == 1 ? a.y : a.z);
 }
@@ -46,11 +46,11 @@ DTSDF_HD Vec3f toFloat(const Vec3i& a) {
   return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)};
 }
 
-/// Without a call of the C library, which fminf and fmaxf are on some targets. Not for NaN.
+/// fminf and fmaxf are library calls on some targets; these are not. Not for NaN.
 DTSDF_HD float minimum(float a, float b) { return a < b ? a : b; }
 DTSDF_HD float maximum(float a, float b) { return a > b ? a : b; }
 
-/// The least and the greatest of each component. Not for NaN.
+/// Component-wise minimum and maximum. Not for NaN.
 template <class Vec>
 DTSDF_HD Vec leastOf(const Vec& a, const Vec& b) {
   return {a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z};
@@ -60,15 +60,15 @@ DTSDF_HD Vec greatestOf(const Vec& a, const Vec& b) {
   return {a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z};
 }
 
-/// The floor of a number that an int32_t can hold. The conversion rounds towards zero; targets such
-/// as x86-64 without SSE 4.1 have no instruction for floorf.
+/// Floor of a number that fits in an int32_t. A conversion rounds towards zero; targets such as
+/// x86-64 without SSE 4.1 have no instruction for floorf.
 DTSDF_HD int32_t floorToInt(float a) {
   const auto truncated = static_cast<int32_t>(a);
   return truncated - (static_cast<float>(truncated) > a ? 1 : 0);
 }
 DTSDF_HD int32_t ceilToInt(float a) { return -floorToInt(-a); }
 
-/// The floor of a / b. @pre b is above 0.
+/// Floor of a / b. @pre b > 0.
 DTSDF_HD int32_t floorDivided(int32_t a, int32_t b) { return a >= 0 ? a / b : -((b - 1 - a) / b); }
 
 /// A rotation and a translation; `R` is row-major.

@@ -1,4 +1,4 @@
-/// One voxel of a directional signed distance field, and the fixed-point sums of a frame for it.
+/// A voxel of a directional signed distance field, and a frame's fixed-point sums for it.
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -6,25 +6,26 @@
 
 namespace dtsdf {
 
-/// What the map knows at one corner of the grid, of the surfaces of one direction. All zero:
-/// nothing.
+/// What the map knows of one direction's surfaces at a corner of the grid. All zero: nothing.
 ///
-/// The weight only averages; whether there is a surface, the evidence decides: a counter of frames
-/// that supported it less those that contradicted it (fusion/evidence.h). It may be negative, and
-/// then outlives the distance: frames have seen free space here. Weights count in units of 2^-16
-/// and fit 24 bits: a frame adds 1 at most, and the cap, fusion/max_weight, is below 256.
+/// The weight is used for averaging only. The evidence decides whether there is a surface: it
+/// counts frames that supported it less those that contradicted it (fusion/evidence.h). Negative
+/// evidence means that frames saw free space here; it remains when the distance is gone. Weights
+/// are in units of 2^-16 and fit in 24 bits: a frame adds at most 1, and fusion/max_weight is below
+/// 256.
 struct Voxel {
-  int16_t sdf_units;  ///< Signed distance, positive in front of the surface: 2^-11 voxels each.
-  uint16_t anchor;    ///< Where the surface was measured nearby (anchor.h).
-  uint32_t state;     ///< The weight's units (24 bits) and the evidence (8, with its sign).
+  /// Signed distance, positive in front of the surface, in units of 2^-11 voxels.
+  int16_t sdf_units;
+  uint16_t anchor;  ///< Where the surface was measured nearby (anchor.h).
+  uint32_t state;   ///< The weight in the upper 24 bits, the signed evidence in the lower 8.
 };
 
-constexpr float kStoredSdfScale = 2048.0f;      // 2^11; the longest truncation is 16 voxels
+constexpr float kStoredSdfScale = 2048.0f;      // 2^11; the largest truncation is 16 voxels
 constexpr float kStoredWeightScale = 65536.0f;  // 2^16
 constexpr int32_t kMostEvidence = 127;
 
-/// Rounds a distance in voxels to the units in which it is stored: `dither` in [0, 1) is 0.5 to
-/// round to the nearest.
+/// Rounds a distance in voxels to its stored units. `dither` is in [0, 1); 0.5 rounds to the
+/// nearest.
 DTSDF_HD int16_t storedSdf(float sdf, float dither = 0.5f) {
   constexpr float kMost = 32767.0f;
   const float units = minimum(maximum(sdf * kStoredSdfScale, -kMost), kMost);
@@ -36,7 +37,7 @@ DTSDF_HD Voxel makeVoxel(int16_t sdf_units, uint16_t anchor, uint32_t weight_uni
   return {sdf_units, anchor, weight_units << 8 | (static_cast<uint32_t>(evidence) & 255u)};
 }
 
-/// A voxel without an anchor, by its distance in voxels.
+/// A voxel without an anchor; `sdf` is in voxels.
 DTSDF_HD Voxel makeVoxel(float sdf, uint32_t weight_units, int32_t evidence) {
   return makeVoxel(storedSdf(sdf), kNoAnchor, weight_units, evidence);
 }
@@ -54,40 +55,39 @@ DTSDF_HD float weightOf(const Voxel& voxel) {
 DTSDF_HD int32_t evidenceOf(const Voxel& voxel) {
   return static_cast<int32_t>(static_cast<int8_t>(voxel.state & 255u));
 }
-/// Whether a voxel holds no distance. It may hold evidence of free space.
+/// Whether a voxel holds no distance. It may still hold evidence of free space.
 DTSDF_HD bool isEmpty(const Voxel& voxel) { return weightUnits(voxel) == 0; }
 
-/// What the mesh is made of: distance and weight of a voxel; weight 0 where nothing is known.
+/// What the mesh is made from: distance and weight at a corner; weight 0 if unknown.
 struct Sample {
   float sdf, weight;
 };
 
-/// A voxel as the mesh sees it: known from so much evidence on.
+/// A voxel as the mesh sees it: unknown if its evidence is below `least_evidence`.
 DTSDF_HD Sample sampleOf(const Voxel& voxel, int32_t least_evidence) {
   return {sdfOf(voxel), evidenceOf(voxel) >= least_evidence ? weightOf(voxel) : 0.0f};
 }
 
-/// Sums of one voxel over one frame, in fixed point so that they do not depend on the order, and
-/// the measured point that is nearest to it.
+/// A frame's sums for one voxel, in fixed point so that they do not depend on the order, and the
+/// nearest measured point.
 ///
-/// A weight counts in units of 2^-20 and is at most 2^20; a distance counts in units of
-/// truncation / 2^15 and is at most 2^15 in magnitude. A pixel adds less than 2^21 to a voxel's
-/// weight: once 2^20 at most, or with its subpixels together as much, each rounded; merged pixels
-/// add no more than one. An image has at most kMaxPixels = 2^23 pixels, so |weighted_sdf| <
-/// 2^(21+15+23) = 2^59 and weight < 2^44: neither can overflow 64 bits at any image size, range or
-/// voxel size.
+/// Weights are in units of 2^-20 and at most 2^20. Distances are in units of truncation / 2^15, of
+/// magnitude at most 2^15. A pixel adds less than 2^21 to a voxel's weight: a whole pixel at most
+/// 2^20, its subpixels together as much plus rounding, and merged pixels no more than one pixel. An
+/// image has at most kMaxPixels = 2^23 pixels, so |weighted_sdf| < 2^(21+15+23) = 2^59 and weight <
+/// 2^44: neither overflows 64 bits at any image size, range or voxel size.
 struct VoxelSums {
   int64_t weighted_sdf;
   int64_t weight;
-  uint32_t nearest;  ///< The greatest of the points' keys (anchor.h); 0: none.
-  uint32_t unused;   ///< In place of padding.
+  uint32_t nearest;  ///< The largest key of a point (anchor.h); 0: none.
+  uint32_t unused;   ///< Explicit padding.
 };
 
 constexpr int kMaxPixels = 1 << 23;
 constexpr float kWeightScale = 1048576.0f;  // 2^20
 constexpr float kSdfScale = 32768.0f;       // 2^15
 
-/// Rounds a weight in units of 2^-20 that is not negative.
+/// Rounds a non-negative weight in units of 2^-20.
 DTSDF_HD int32_t roundWeight(float weight_units) {
   return static_cast<int32_t>(weight_units + 0.5f);
 }
@@ -95,16 +95,16 @@ DTSDF_HD int32_t roundWeight(float weight_units) {
 /// Rounds a weight in [0, 1] to fixed point.
 DTSDF_HD int32_t quantiseWeight(float weight) { return roundWeight(weight * kWeightScale); }
 
-/// Rounds a distance in units of truncation / 2^15.
+/// Rounds a distance given in units of truncation / 2^15.
 DTSDF_HD int32_t roundSdf(float sdf_units) { return floorToInt(sdf_units + 0.5f); }
 
-/// Rounds a distance, given as a share of the truncation distance and clamped to [-1, 1].
+/// Rounds a distance given as a share of the truncation, clamped to [-1, 1].
 DTSDF_HD int32_t quantiseSdf(float sdf_share) {
   return roundSdf(minimum(maximum(sdf_share, -1.0f), 1.0f) * kSdfScale);
 }
 
-/// A sample of a measured point with the given key (anchor.h) on its own. One of weight 0 adds
-/// nothing.
+/// The sums of a single sample; `point_key` (anchor.h) is its measured point's. A sample of weight
+/// 0 adds nothing.
 DTSDF_HD VoxelSums sumsOfSample(int32_t weight, int32_t sdf, uint32_t point_key) {
   return {static_cast<int64_t>(weight) * sdf, weight, weight > 0 ? point_key : 0u, 0};
 }

@@ -1,4 +1,4 @@
-/// What the map knows of a surface's colour at one voxel.
+/// The colour of a surface at one voxel.
 #pragma once
 
 #include <cstdint>
@@ -8,18 +8,18 @@
 
 namespace dtsdf {
 
-/// A colour as images have it, and how well it was seen; code 0: never. Read as a word.
+/// A colour as in images, and how well it was seen. Copied as one word.
 struct alignas(4) VoxelColour {
   uint8_t red, green, blue;
-  uint8_t weight;  ///< See colourWeight().
+  uint8_t weight;  ///< A code, see colourWeight(); 0: never seen.
 };
 
-/// Colours are kept by bricks of 4 x 4 x 4 voxels: a surface passes through about half of those of
-/// a voxel array.
+/// Colours are stored in bricks of 4 x 4 x 4 voxels, as a surface passes through only about half of
+/// a voxel array's bricks.
 constexpr int kBricksPerArray = 8, kBrickSide = kBlockSide / 2;
 constexpr int kVoxelsPerBrick = kVoxelsPerBlock / kBricksPerArray;
 
-/// The brick that a voxel of an array lies in, and where in it; both x fastest.
+/// The brick of a voxel in an array, and its place in the brick; both x fastest.
 DTSDF_HD int brickOf(int voxel) { return (voxel >> 2 & 1) | (voxel >> 4 & 2) | (voxel >> 6 & 4); }
 DTSDF_HD int placeInBrick(int voxel) { return (voxel & 3) | (voxel >> 1 & 12) | (voxel >> 2 & 48); }
 DTSDF_HD int voxelInBrick(int brick, int place) {
@@ -27,19 +27,19 @@ DTSDF_HD int voxelInBrick(int brick, int place) {
          (brick & 4) << 6;
 }
 
-/// One of 48 bits, for the brick of a voxel of one of a block's directions.
+/// One of 48 bits, for a block's brick that holds the voxel in a direction.
 DTSDF_HD uint64_t brickBit(int direction, int voxel) {
   return uint64_t{1} << (kBricksPerArray * direction + brickOf(voxel));
 }
 
-/// Weights from 2^-12 to 15.5 in eight bits: four of exponent and four of fraction, those of a
-/// float. Good views weigh a thousand times as much as bad ones, so that a step of a sixteenth is
-/// worth more than a wider scale.
-constexpr uint32_t kColourWeightBits = 19;         // of a float that are left out
+/// Weights from 2^-12 to 15.5 in eight bits: four of exponent, and the highest four of a float's
+/// fraction. Good views weigh a thousand times as much as bad ones, so this range is worth steps of
+/// a sixteenth.
+constexpr uint32_t kColourWeightBits = 19;         // low bits of the float that are dropped
 constexpr uint32_t kColourWeightZero = 115u << 4;  // the code of 2^-12, which counts as 0
 constexpr uint32_t kGreatestColourWeight = 255;
 
-/// The weight that a code stands for.
+/// The weight of a code.
 DTSDF_HD float colourWeight(uint8_t code) {
   if (code == 0) return 0.0f;
   const uint32_t bits = (code + kColourWeightZero) << kColourWeightBits;
@@ -48,7 +48,7 @@ DTSDF_HD float colourWeight(uint8_t code) {
   return weight;
 }
 
-/// The code of a weight above 0: the nearest one, but never that of "not seen".
+/// Code of a positive weight: the nearest, but never 0, which means "not seen".
 DTSDF_HD uint8_t colourWeightCode(float weight) {
   uint32_t bits;
   memcpy(&bits, &weight, sizeof(bits));
@@ -60,7 +60,7 @@ DTSDF_HD uint8_t colourWeightCode(float weight) {
 
 DTSDF_HD bool isPainted(const VoxelColour& colour) { return colour.weight != 0; }
 
-/// Whether a mesh shows a difference.
+/// Whether the difference would show in a mesh.
 DTSDF_HD bool looksDifferent(const VoxelColour& a, const VoxelColour& b) {
   return a.red != b.red || a.green != b.green || a.blue != b.blue || isPainted(a) != isPainted(b);
 }

@@ -1,5 +1,5 @@
-/// A colour image, and the same at half the size and less, so that a voxel takes the mean of what
-/// it covers at the price of four pixels.
+/// A colour image and its halved copies, from which a voxel takes the mean of the pixels it covers
+/// for the cost of four.
 #pragma once
 
 #include <cstring>
@@ -8,31 +8,31 @@
 
 namespace dtsdf {
 
-/// A pixel of red, green and blue; `unused` fills a word.
+/// An RGB pixel; `unused` fills it up to a word.
 struct ColourPixel {
   uint8_t red, green, blue, unused;
 };
 
-/// Where a pixel of an image as it comes has its bytes.
+/// Layout of a pixel in the caller's image.
 struct PixelLayout {
   int32_t bytes;             ///< Per pixel.
-  int32_t red, green, blue;  ///< Their places in it; all the same in grey images.
+  int32_t red, green, blue;  ///< Offsets within the pixel; all equal in grey images.
 };
 
 DTSDF_HD ColourPixel takePixel(const uint8_t* pixel, const PixelLayout& layout) {
   return {pixel[layout.red], pixel[layout.green], pixel[layout.blue], 0};
 }
 
-/// Sizes of an image: whole, then each half as wide and high as the one before.
+/// Number of sizes of an image: the full one, then each half as wide and high as the one before.
 constexpr int kColourLevels = 4;
 
 struct ColourLevel {
   int32_t width, height;
-  int64_t first;  ///< Index of its first pixel among those of all levels.
+  int64_t first;  ///< Index of its first pixel among the pixels of all levels.
 };
 
 struct ColourImage {
-  const ColourPixel* pixels;  ///< All levels, row by row without gaps.
+  const ColourPixel* pixels;  ///< All levels, row by row without padding.
   ColourLevel level[kColourLevels];
 };
 
@@ -42,7 +42,7 @@ DTSDF_HD ColourLevel halfOf(const ColourLevel& level) {
           level.first + static_cast<int64_t>(level.width) * level.height};
 }
 
-/// Where the levels of an image lie.
+/// Describes the levels of an image that is stored at `pixels`.
 DTSDF_HD ColourImage layOut(const ColourPixel* pixels, int32_t width, int32_t height) {
   ColourImage image;
   image.pixels = pixels;
@@ -51,7 +51,7 @@ DTSDF_HD ColourImage layOut(const ColourPixel* pixels, int32_t width, int32_t he
   return image;
 }
 
-/// Pixels of all levels together.
+/// Number of pixels in all levels.
 DTSDF_HD int64_t pixelCount(const ColourImage& image) {
   const ColourLevel& last = image.level[kColourLevels - 1];
   return last.first + static_cast<int64_t>(last.width) * last.height;
@@ -64,7 +64,7 @@ DTSDF_HD const ColourPixel& pixelAt(const ColourImage& image, const ColourLevel&
   return image.pixels[level.first + static_cast<int64_t>(y) * level.width + x];
 }
 
-/// Means of four pixels' bytes, rounded: two bytes of a word at once, each in 16 bits.
+/// Rounded means of four pixels' bytes, for two bytes of the word at once, in 16 bits each.
 DTSDF_HD uint32_t meanOfPixels(uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
   constexpr uint32_t kBytes = 0x00ff00ff, kHalf = 0x00020002;
   const uint32_t even = (a & kBytes) + (b & kBytes) + (c & kBytes) + (d & kBytes) + kHalf;
@@ -87,7 +87,7 @@ DTSDF_HD ColourPixel meanOf(const ColourPixel& a, const ColourPixel& b, const Co
   return mean;
 }
 
-/// A pixel of a level, from the one before.
+/// A pixel of a level, computed from the level before.
 DTSDF_HD ColourPixel halvedPixel(const ColourImage& image, int level, int32_t u, int32_t v) {
   const ColourLevel& finer = image.level[level - 1];
   return meanOf(pixelAt(image, finer, 2 * u, 2 * v), pixelAt(image, finer, 2 * u + 1, 2 * v),
@@ -95,14 +95,14 @@ DTSDF_HD ColourPixel halvedPixel(const ColourImage& image, int level, int32_t u,
                 pixelAt(image, finer, 2 * u + 1, 2 * v + 1));
 }
 
-/// The level whose pixels are as wide as this at most, in pixels of the image.
+/// The coarsest level whose pixels are at most `width_px` wide, in pixels of the full image.
 DTSDF_HD int levelOfWidth(float width_px) {
   int level = 0;
   for (int l = 1; l < kColourLevels; ++l) level += width_px >= static_cast<float>(1 << l) ? 1 : 0;
   return level;
 }
 
-/// Red, green and blue, from 0 to 255.
+/// Each from 0 to 255.
 struct Rgb {
   float red, green, blue;
 };
@@ -120,8 +120,8 @@ DTSDF_HD Rgb between(const Rgb& a, const Rgb& b, float share) {
           between(a.blue, b.blue, share)};
 }
 
-/// The colour at a point of the image, in pixels from the corner of the first one: bilinear between
-/// the pixels of a level.
+/// The colour at a point of the image, in pixels from the corner of the first pixel; bilinear
+/// between pixels of the level.
 DTSDF_HD Rgb colourAt(const ColourImage& image, int level_number, float u_px, float v_px) {
   const ColourLevel& level = image.level[level_number];
   const float scale = 1.0f / static_cast<float>(1 << level_number);

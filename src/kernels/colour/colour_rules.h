@@ -1,4 +1,4 @@
-/// The numbers of the rules that paint surfaces: defaults, units, and why they are so.
+/// Constants of the rules that paint surfaces: defaults, units and reasons.
 #pragma once
 
 #include <cstdint>
@@ -6,31 +6,31 @@
 namespace dtsdf {
 
 struct ColourRules {
-  /// Voxels no farther from their surface than this show it, in voxels: they are painted, and hide
-  /// what is behind. More than half, so that there is one for each place of the surface.
+  /// Distance, in voxels, within which voxels represent their surface: they are painted, and hide
+  /// what is behind. Over 0.5, so that each place of a surface has such a voxel.
   float surface_distance = 0.6f;
-  /// What is off a point's surface by more than this is another surface, in voxels: less is the
-  /// roughness of the surface itself.
+  /// Least difference in depth between a point's surface and another one, in voxels; below it is
+  /// the roughness of the surface itself.
   float hidden_depth = 2.0f;
 
-  /// Pixels are averaged over squares of about this side, in voxels: finer detail is lost in the
-  /// map anyhow, and would show as noise.
+  /// Side of the squares that pixels are averaged over, in voxels. Finer detail is lost in the map
+  /// anyway, and would appear as noise.
   float sample_width = 0.5f;
-  /// Views that a colour is the mean of, at most, by weight: what is seen as well later goes on
+  /// Largest weight of a colour, in views as good as the newest, so that later views go on
   /// counting.
   int32_t most_views = 8;
 
-  /// The exposure of an image is judged where the map is painted already, from so many voxels on:
-  /// by judgement, a small part of an image.
+  /// Least number of painted voxels from which an image's exposure is estimated; a small part of an
+  /// image, chosen by judgement.
   int32_t least_overlap = 256;
 };
 
-/// What the rules that paint need to know of the settings, and of fusion.
+/// The settings that the rules of painting need.
 struct PaintSettings {
   int32_t directional;
-  int32_t fixed_exposure;     ///< Images are taken as they are.
-  float max_depth_m;          ///< Up to which surfaces are painted, and hide others.
-  float full_weight_depth_m;  ///< That of fusion: a view from farther away counts less, by z^-2.
+  int32_t fixed_exposure;     ///< Use the image's values unchanged.
+  float max_depth_m;          ///< Farthest depth of surfaces that are painted and hide others.
+  float full_weight_depth_m;  ///< FusionRules::full_weight_depth_m; weights fall as z^-2 beyond it.
   ColourRules rules;
 };
 

@@ -1,9 +1,8 @@
-/// The exposure of an image against that of the map: the same surface is to have one colour,
-/// however long the camera's shutter was open.
+/// The exposure of an image relative to that of the map: a surface should have one colour, whatever
+/// the camera's exposure time.
 ///
-/// One gain per channel, the ratio of what the map shows to what the image shows of the same
-/// voxels. A longer exposure multiplies encoded values too, by a power of itself, so that a gain is
-/// right for them as well.
+/// Each channel has one gain, the ratio of the map's values to the image's at the same voxels. A
+/// gain also suits gamma-encoded values, which a longer exposure multiplies by a power of itself.
 #pragma once
 
 #include "kernels/colour/colour_rules.h"
@@ -11,22 +10,22 @@
 
 namespace dtsdf {
 
-/// What an image is to be multiplied by: red, green, blue.
+/// Factors for the image's red, green and blue.
 struct Exposure {
   float gain[3];
 };
 
 DTSDF_HD Exposure sameExposure() { return {{1.0f, 1.0f, 1.0f}}; }
 
-/// Sums over the voxels that both show, by channel: of their values, squares and products. A voxel
-/// adds 255^2 at most, so that those of 2^47 voxels fit, more than any map has.
+/// Sums over the voxels seen by both the map and the image, by channel. A voxel adds at most 255^2,
+/// so the sums hold 2^47 voxels, more than any map has.
 struct ExposureSums {
   int64_t map[3], image[3];
   int64_t map_squares[3], image_squares[3], products[3];
   int64_t voxels;
 };
 
-/// Calls visit(sum, part) for each sum of the one and the same of the other.
+/// Calls visit(sum, part) for each pair of corresponding sums.
 template <class Visit>
 DTSDF_HD void visitSums(ExposureSums& sums, const ExposureSums& parts, Visit&& visit) {
   for (int i = 0; i < 3; ++i) {
@@ -39,14 +38,14 @@ DTSDF_HD void visitSums(ExposureSums& sums, const ExposureSums& parts, Visit&& v
   visit(sums.voxels, parts.voxels);
 }
 
-/// Whether a channel is not cut off.
+/// Whether a channel is neither black nor saturated.
 DTSDF_HD bool isWellExposed(uint8_t value) { return value > 0 && value < 255; }
 DTSDF_HD bool isWellExposed(const VoxelColour& colour) {
   return isWellExposed(colour.red) && isWellExposed(colour.green) && isWellExposed(colour.blue);
 }
 
-/// Whether a voxel tells of the exposure: both have seen it about as well. What is seen
-/// much better or worse than before may differ for other reasons.
+/// Whether a voxel helps to estimate the exposure: the map and the image must have seen it about
+/// equally well. Views of very different quality may differ for other reasons.
 DTSDF_HD bool tellsExposure(const VoxelColour& map, const VoxelColour& image, float image_weight,
                             const ColourRules& rules) {
   const float views = static_cast<float>(rules.most_views) * image_weight;
@@ -68,12 +67,13 @@ DTSDF_HD void addToSums(ExposureSums& sums, const VoxelColour& map, const VoxelC
   ++sums.voxels;
 }
 
-/// The gain of a channel: the ratio of its values, drawn towards 1 as far as these differ for other
-/// reasons. Of the squared difference between map and image, the ratio explains a part, as another
-/// exposure changes all voxels alike. The rest is of other angles, places and lights: they leave a
-/// bias in the ratio, too, which would add up from image to image. (cabinet, 58 images of one
-/// exposure, 20 mm: red comes out 1.18 times too bright with the whole ratio, 1.01 times like this;
-/// with a factor of 1 in place of the 2, 1.03. Images darkened by up to 40 % by turns: 0.97.)
+/// The gain of a channel: the ratio of its values, drawn towards 1 to the extent that these differ
+/// for other reasons. The ratio explains the part of the squared difference between map and image
+/// that a change of exposure causes, which affects all voxels alike. The rest is due to other
+/// angles, places and lights, which also bias the ratio; such biases would add up over images.
+/// (cabinet, 58 images with one exposure, 20 mm: red comes out 1.18 times too bright with the whole
+/// ratio, 1.01 times like this, and 1.03 times with a factor of 1 in place of the 2. With images
+/// darkened by up to 40 % by turns: 0.97.)
 DTSDF_HD float gainOf(const ExposureSums& sums, int channel) {
   const auto map = static_cast<double>(sums.map_squares[channel]);
   const auto image = static_cast<double>(sums.image_squares[channel]);
@@ -89,8 +89,8 @@ DTSDF_HD float gainOf(const ExposureSums& sums, int channel) {
   return static_cast<float>(1.0 + share * (ratio - 1.0));
 }
 
-/// The gains for an image; those of the one before where too little of the map is seen again. Where
-/// exposures are fixed, all are 1, whatever the map shows.
+/// The gains for an image. They stay as before if too little of the map is seen again, and are 1 if
+/// exposures are fixed.
 DTSDF_HD Exposure exposureOf(const ExposureSums& sums, const Exposure& before,
                              const PaintSettings& settings) {
   if (settings.fixed_exposure) return sameExposure();
@@ -98,7 +98,7 @@ DTSDF_HD Exposure exposureOf(const ExposureSums& sums, const Exposure& before,
   return {{gainOf(sums, 0), gainOf(sums, 1), gainOf(sums, 2)}};
 }
 
-/// A channel as the map would have it.
+/// A channel's value at the map's exposure.
 DTSDF_HD float exposed(uint8_t value, float gain) {
   return minimum(static_cast<float>(value) * gain, 255.0f);
 }

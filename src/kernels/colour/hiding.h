@@ -1,8 +1,8 @@
 /// What the map's own surface hides from a colour camera.
 ///
-/// The points of the surface are drawn into a small depth image, of one cell for each 2 x 2 pixels:
-/// each covers its surroundings with a piece of its plane, and the nearest depth stays. A minimum
-/// does not depend on the order.
+/// Surface points are drawn into a depth image with one cell for each 2 x 2 pixels. Each point
+/// covers its surroundings with a piece of its plane, and a cell keeps the nearest depth. The
+/// minimum does not depend on the order.
 #pragma once
 
 #include "kernels/colour/surface_point.h"
@@ -12,22 +12,22 @@ namespace dtsdf {
 constexpr int kCellSideLog2 = 1;
 constexpr int kCellSide = 1 << kCellSideLog2;  ///< In pixels.
 
-/// Depth where there is no surface.
+/// Depth of cells without a surface.
 constexpr float kNoSurface_m = 1e30f;
 
 DTSDF_HD int32_t cellsFor(int32_t pixels) { return (pixels + kCellSide - 1) >> kCellSideLog2; }
 
-/// The cell of a coordinate in the image, or the outermost one; beside a point in a strange camera
-/// it may be beyond what an integer holds.
+/// The cell of a coordinate, clamped to the image. Extreme intrinsics may give coordinates that do
+/// not fit in an integer.
 DTSDF_HD int32_t cellOf(float px, int32_t cells) {
   constexpr float kFarBeyond = 16777216.0f;
   const int32_t cell = floorToInt(minimum(maximum(px, 0.0f), kFarBeyond)) >> kCellSideLog2;
   return cells > cell ? cell : cells - 1;
 }
 
-/// Whether a voxel hides what is behind it: its surface is near, and lies between it and the next
-/// voxel along the direction's axis, which is known as well. What noise has left alone in front of
-/// a surface does not hide it. If the next voxel is in another block, it is taken to be known; the
+/// Whether a voxel hides what is behind it: its surface must be near, and lie between it and the
+/// next voxel along the direction's axis, which must be known as well. So isolated noise in front
+/// of a surface does not hide it. A next voxel in another block is taken to be known. The
 /// undirected map has no axis.
 DTSDF_HD bool hides(const PointView& view, const Voxel* voxels, int index, int direction) {
   if (!isNearSurface(view, voxels[index])) return false;
@@ -42,13 +42,13 @@ DTSDF_HD bool hides(const PointView& view, const Voxel* voxels, int index, int d
   return evidenceOf(next) >= view.least_evidence && (sdfOf(next) < 0.0f) != is_behind;
 }
 
-/// A point is a voxel from the next: its piece of the surface reaches half of that to every side.
+/// Points are a voxel apart, so a point's piece of the surface extends half a voxel to each side.
 constexpr float kPieceVoxels = 0.5f;
 
 /// The piece of the surface around a point.
 struct SurfacePiece {
   SurfacePoint point;
-  float nearest_m, last_m;  ///< Depths that it has.
+  float nearest_m, last_m;  ///< Its range of depths.
   float reach_m;
   int32_t own_u, own_v;                      ///< The point's cell.
   int32_t first_u, last_u, first_v, last_v;  ///< Cells that it may cover.
@@ -61,7 +61,7 @@ DTSDF_HD SurfacePiece pieceOf(const PointView& view, const SurfacePoint& point) 
   const float reach_m = frame.voxel_size_m;
   SurfacePiece piece;
   piece.point = point;
-  piece.nearest_m = maximum(point.depth_m - reach_m, 0.0f);  // so that depths sort as bits do
+  piece.nearest_m = maximum(point.depth_m - reach_m, 0.0f);  // so that depths sort by their bits
   piece.last_m = point.depth_m + reach_m;
   piece.reach_m = reach_m;
   piece.own_u = cellOf(point.u, width);
@@ -80,9 +80,9 @@ DTSDF_HD float depthInCell(const SurfacePoint& point, int32_t u, int32_t v) {
   return depthBeside(point, centre_u - point.u, centre_v - point.v);
 }
 
-/// Depth of a piece in cell (u, v), or kNoSurface_m: it covers its own cell, and those where its
-/// plane is within a voxel of its depth. Seen at a grazing angle that is a stripe; more would hide
-/// the surface behind it.
+/// Depth of a piece in cell (u, v), or kNoSurface_m. It covers its own cell and those where its
+/// plane is within a voxel of its depth. At a grazing angle this is a stripe; a wider one would
+/// hide the surface behind it.
 DTSDF_HD float depthOfPiece(const SurfacePiece& piece, int32_t u, int32_t v) {
   const float depth_m = depthInCell(piece.point, u, v);
   const bool is_own = (u == piece.own_u) & (v == piece.own_v);
@@ -91,7 +91,7 @@ DTSDF_HD float depthOfPiece(const SurfacePiece& piece, int32_t u, int32_t v) {
   return is_beside & !is_own ? kNoSurface_m : of_piece_m;
 }
 
-/// Calls draw(cell, depth_m) for the cells that the surface of a point covers.
+/// Calls draw(cell, depth_m) for each cell that the piece around a point covers.
 template <class Draw>
 DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, const Draw& draw) {
   const int32_t width = cellsFor(view.frame.width);
@@ -104,9 +104,9 @@ DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, cons
   }
 }
 
-/// Whether something nearer hides a point: its cell shows what is nearer than the point, and than
-/// the point's plane, which may come nearer within the cell. `hiding_m` has the depth of the
-/// nearest surface in each cell, in metres, row by row.
+/// Whether a nearer surface hides a point: the depth in its cell is less than that of the point and
+/// that of its plane, which may come nearer within the cell. `hiding_m` holds the nearest depth of
+/// each cell in metres, row by row.
 DTSDF_HD bool isHidden(const PointView& view, const float* hiding_m, const SurfacePoint& point) {
   const int32_t width = cellsFor(view.frame.width), height = cellsFor(view.frame.height);
   const int32_t u = cellOf(point.u, width), v = cellOf(point.v, height);

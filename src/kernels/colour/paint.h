@@ -1,4 +1,4 @@
-/// What a colour image says of a voxel, and how the voxel's colour follows it.
+/// How a colour image changes a voxel's colour.
 #pragma once
 
 #include "kernels/colour/colour_image.h"
@@ -8,14 +8,14 @@
 
 namespace dtsdf {
 
-/// All that is known of a colour image.
+/// A colour image with all that is needed to paint from it.
 struct ColourSensing {
   PointView view;
   ColourImage image;
   const float* hiding_m;  ///< See isHidden().
 };
 
-/// What an image says of a voxel; weight 0: nothing.
+/// An image's colour of a voxel; weight 0: none.
 struct ColourSample {
   uint8_t red, green, blue;
   float weight;
@@ -23,12 +23,12 @@ struct ColourSample {
 
 DTSDF_HD uint8_t roundColour(float value) { return static_cast<uint8_t>(value + 0.5f); }
 
-/// How well an image sees a point: squared, since what is seen twice as well is worth more than two
-/// views; in (0, 1].
+/// How well an image sees a point, in (0, 1]. It is squared, since one view that is twice as good
+/// is worth more than two views.
 ///
 ///   cosine           the angle
 ///   min(1, z0 / z)   the distance
-///   min(1, width)    the sharpness: the pixels that a voxel covers, foreshortened
+/// min(1, width)    the sharpness: width of a voxel in pixels, foreshortened
 DTSDF_HD float viewWeight(const PointView& view, const SurfacePoint& point) {
   const float width_px = point.cosine * voxelWidth(view.frame, point);
   const float quality = point.cosine * minimum(1.0f, view.full_weight_depth_m / point.depth_m) *
@@ -36,7 +36,7 @@ DTSDF_HD float viewWeight(const PointView& view, const SurfacePoint& point) {
   return quality * quality;
 }
 
-/// The width of the square that a point takes the mean of, in pixels.
+/// Side of the square of pixels that a point's colour is averaged over, in pixels.
 DTSDF_HD float sampleWidth(const PointView& view, const SurfacePoint& point) {
   return view.rules.sample_width * voxelWidth(view.frame, point);
 }
@@ -49,7 +49,7 @@ DTSDF_HD ColourSample sampleAt(const ColourSensing& sensing, const SurfacePoint&
           viewWeight(view, point)};
 }
 
-/// The sample of a voxel, whose index is that in its array.
+/// The image's sample for the voxel with this index in its array.
 DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& first_voxel_L,
                                    const Voxel* voxels, int index, int direction) {
   const ColourSample nothing{0, 0, 0, 0.0f};
@@ -63,9 +63,9 @@ DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& fi
   return isHidden(view, sensing.hiding_m, point) ? nothing : sampleAt(sensing, point);
 }
 
-/// The mean of a voxel's colour and a sample's, by weight. Of the voxel's weight no more counts
-/// than most_views of this kind add up to, so that it follows what it sees; but the weight of
-/// better ones is kept.
+/// The weighted mean of a voxel's colour and a sample. The weight grows to at most most_views such
+/// samples, so that the colour goes on following what is seen; a larger weight, from better views,
+/// stays.
 DTSDF_HD VoxelColour paintedColour(const VoxelColour& colour, const ColourSample& sample,
                                    const Exposure& exposure, const ColourRules& rules) {
   const float before = colourWeight(colour.weight), total = before + sample.weight;

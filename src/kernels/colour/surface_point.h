@@ -1,4 +1,4 @@
-/// The points of the surface that voxels stand for, as a colour camera sees them.
+/// The surface points of voxels, as a colour camera sees them.
 #pragma once
 
 #include "kernels/colour/colour_rules.h"
@@ -7,42 +7,43 @@
 
 namespace dtsdf {
 
-/// The foot of a voxel, as it is seen.
+/// A voxel's foot as seen in the image.
 struct SurfacePoint {
   float depth_m;
-  float cosine;  ///< Between the normal and the ray to the camera; below 0 seen from behind.
-  float u, v;    ///< In pixels from the corner of the first one.
-  /// Inverse depth in 1/m, and its change per pixel on the plane through the point, on which it is
+  float cosine;  ///< Between the normal and the ray to the camera; negative if seen from behind.
+  float u, v;    ///< In pixels, from the corner of the first pixel.
+  /// Inverse depth in 1/m, and its change per pixel on the plane through the point, where it is
   /// affine in the pixel.
   float inverse_depth, per_u, per_v;
 };
 
-/// What points are made of: the settings, and the camera.
+/// The settings and the camera that surface points depend on.
 struct PointView : PaintSettings {
   FrameView frame;
-  int32_t least_evidence;  ///< That a voxel needs to be known, as in the mesh.
+  int32_t least_evidence;  ///< Least evidence of a known voxel, as in the mesh.
 };
 
-/// Whether the voxel is known, and near to its surface. Most are not: a test before the work.
+/// Whether a voxel is known and near its surface. A cheap test, which rules most voxels out.
 DTSDF_HD bool isNearSurface(const PointView& view, const Voxel& voxel) {
   return (evidenceOf(voxel) >= view.least_evidence) &
          (fabsf(sdfOf(voxel)) <= view.rules.surface_distance);
 }
 
-/// How far from the middle of its block a point may be: 7 voxels of the block, and the way to it.
+/// Radius around the middle of a block that holds its surface points: 7 voxels for the block, plus
+/// the distance to a surface.
 DTSDF_HD float pointRadius(const ColourRules& rules) { return 7.0f + rules.surface_distance; }
 
-/// Whether a voxel with this gradient has a point of its direction: surfaces are fused into the
-/// directions that their normals belong to; a gradient of 0 belongs to none.
+/// Whether a voxel with this gradient has a surface point in a direction: surfaces are fused into
+/// the directions of their normals. A zero gradient belongs to none.
 DTSDF_HD bool hasPoint(const PointView& view, const Vec3f& normal, int direction) {
   return view.directional ? directionWeight(normal, direction) > 0.0f : dot(normal, normal) > 0.0f;
 }
 
-/// Seen at a smaller cosine than this, the plane says nothing of what lies beside the point; it is
-/// taken to face the camera there.
+/// Least cosine at which a plane is used beside its point; below it, the surface is taken to face
+/// the camera.
 constexpr float kLeastPlaneCosine = 0.02f;
 
-/// Where a point in metres with a unit normal is seen; it may be nowhere in the image.
+/// Projects a point in metres with a unit normal; the result may be outside the image.
 DTSDF_HD SurfacePoint seenPoint(const Intrinsics& K, const Vec3f& p_C, const Vec3f& normal_C) {
   const float offset = dot(normal_C, p_C), cosine = -offset / norm(p_C);
   const bool has_plane = fabsf(cosine) > kLeastPlaneCosine;
@@ -55,7 +56,7 @@ DTSDF_HD SurfacePoint seenPoint(const Intrinsics& K, const Vec3f& p_C, const Vec
           has_plane ? normal_C.y / (K.fy * offset) : 0.0f};
 }
 
-/// Where a foot is seen; it is given in voxels from its block's first voxel.
+/// Projects a foot, given in voxels from its block's first voxel.
 DTSDF_HD SurfacePoint placePoint(const FrameView& frame, const Vec3f& first_voxel_L,
                                  const Vec3f& foot, const Vec3f& normal) {
   return seenPoint(
@@ -71,8 +72,8 @@ DTSDF_HD bool isInImage(const PointView& view, const SurfacePoint& point) {
          point.v < static_cast<float>(frame.height);
 }
 
-/// The point of a voxel of a block; false if there is none that faces the direction, or if it is
-/// not in the image. `index` is that of the voxel in its array.
+/// Finds the surface point of the voxel at `index` in its array. Returns false if no surface there
+/// belongs to the direction, or if the point is not in the image.
 DTSDF_HD bool findSurfacePoint(const PointView& view, const Vec3f& first_voxel_L,
                                const Voxel* voxels, int index, int direction, SurfacePoint& point) {
   const Facing facing = facingOf(view.directional ? direction : kAnyDirection);
@@ -88,7 +89,8 @@ DTSDF_HD float voxelWidth(const FrameView& frame, const SurfacePoint& point) {
   return frame.intrinsics.fx * frame.voxel_size_m / point.depth_m;
 }
 
-/// Depth in metres of the plane so many pixels beside the point; not behind the horizon.
+/// Depth in metres of the point's plane, (du, dv) pixels from the point; kept in front of the
+/// horizon.
 DTSDF_HD float depthBeside(const SurfacePoint& point, float du, float dv) {
   const float inverse_depth = point.inverse_depth + du * point.per_u + dv * point.per_v;
   return 1.0f / maximum(inverse_depth, 0.01f * point.inverse_depth);

@@ -1,4 +1,4 @@
-/// The colour of a mesh vertex, from those of the voxels at the ends of its edge.
+/// The colour of a mesh vertex, from the colours of voxels near its edge.
 #pragma once
 
 #include "dtsdf_mapping/block_mesh.h"
@@ -19,7 +19,7 @@ struct ColourMean {
   float red = 0.0f, green = 0.0f, blue = 0.0f, weight = 0.0f;
 };
 
-/// Adds a colour, unless it is not painted: then nothing.
+/// Adds a colour; an unpainted one has no effect.
 DTSDF_HD void addTo(ColourMean& mean, const VoxelColour& colour, float weight) {
   const float counted = isPainted(colour) ? weight : 0.0f;
   const Rgb rgb = rgbOf(colour);
@@ -29,7 +29,7 @@ DTSDF_HD void addTo(ColourMean& mean, const VoxelColour& colour, float weight) {
   mean.weight = mean.weight + counted;
 }
 
-/// Not painted where nothing was added.
+/// The mean; unpainted if nothing was added.
 DTSDF_HD VertexColour colourOf(const ColourMean& mean) {
   if (!(mean.weight > 0.0f)) return {0, 0, 0, 0};
   const auto rounded = [&](float sum) {
@@ -38,16 +38,17 @@ DTSDF_HD VertexColour colourOf(const ColourMean& mean) {
   return {rounded(mean.red), rounded(mean.green), rounded(mean.blue), 255};
 }
 
-/// The voxels and colours that the corners of a block's units lie in; null where there are none.
+/// The voxels and colours at the corners of a block's units; null where there are none.
 struct ColouredCorners {
   CornerArrays voxels;
   const VoxelColour* colours[kCornerBlocks][kDirectionCount][kBricksPerArray];
-  uint8_t kept[kCornerBlocks][kBricksPerArray];  ///< Directions that have them, bit d for d.
-  /// Which corners are painted, by z and y: bit x for x. Found by findPaintedRow(), once for all
-  /// vertices of a block, where colourBeside() is asked.
+  /// Directions with colours, bit d for direction d.
+  uint8_t kept[kCornerBlocks][kBricksPerArray];
+  /// Painted corners, by z and y: bit x for x. findPaintedRow() fills it, once per block, if
+  /// colourBeside() is needed.
   uint16_t painted_rows[kDirectionCount][kCornerGridSide][kCornerGridSide];
 
-  /// Before the bricks of a block are set, where memory is not zero.
+  /// Call this before setBrick() if memory is not zeroed.
   DTSDF_HD void clearBlock(int block) {
     for (uint8_t& directions : kept[block]) directions = 0;
   }
@@ -69,11 +70,11 @@ struct ColouredCorners {
   }
 };
 
-/// A vertex that no image has painted takes the colour of what is painted so many voxels around.
-/// (A house in waves of colour, voxels of 25 mm: RMSE in CIE Lab 6.5, 6.1 and 6.0 with 1, 2 and 3.)
+/// Distance in voxels within which an unpainted vertex takes the colour of painted voxels. (A house
+/// in waves of colour, voxels of 25 mm: RMSE in CIE Lab 6.5, 6.1 and 6.0 with 1, 2 and 3.)
 constexpr int kFillReach = 2;
 
-/// The directions that have colours kept for some of the corners of a box.
+/// The directions that have colours for any of the corners in a box.
 DTSDF_HD uint32_t directionsIn(const ColouredCorners& corners, const Vec3i& first,
                                const Vec3i& last) {
   uint32_t directions = 0;
@@ -87,7 +88,7 @@ DTSDF_HD uint32_t directionsIn(const ColouredCorners& corners, const Vec3i& firs
   return directions;
 }
 
-/// Finds the painted voxels in one of the rows of corners along x, of all directions.
+/// Finds the painted voxels in one of the kPaintedRows rows of corners along x.
 constexpr int kPaintedRows = kDirectionCount * kCornerGridSide * kCornerGridSide;
 DTSDF_HD void findPaintedRow(ColouredCorners& corners, int number) {
   constexpr int kLast = kCornerGridSide - 1;
@@ -105,9 +106,9 @@ DTSDF_HD void findPaintedRow(ColouredCorners& corners, int number) {
   corners.painted_rows[direction][z][y] = static_cast<uint16_t>(painted);
 }
 
-/// What is painted so many voxels around the ends of an edge, of directions that may speak on it,
-/// as far as the block's own corners go: the colour of a vertex whose own voxels no image has
-/// painted, as happens in folds and at the rim of what was seen.
+/// The mean colour of the voxels painted up to `reach` voxels around an edge's ends, in directions
+/// with a say on the edge, as far as the block's own corners go. It colours vertices whose own
+/// voxels no image has painted, as happens in folds and at the rim of what was seen.
 DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, bool directional,
                                    int reach) {
   const int axis = edgeAxis(edge);
@@ -134,13 +135,14 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, boo
   return colourOf(mean);
 }
 
-/// The colour of a vertex; without weight if no voxel is painted that tells.
-/// `colour(direction, upper)` gives what a direction has at the edge's lower or upper end,
-/// `sample(direction, upper)` its sample. The directions that cross the edge as the vertex
-/// does tell, as for its position; where none does, all that are asked, a bit each. Those without
-/// paint there add nothing, so their samples are not read. The colour of a direction that crosses
-/// is between those of the ends, as the surface is: colours stand at the feet of voxels, and the
-/// foot of the vertex divides the way between theirs in the same ratio.
+/// The mean colour of a vertex; weight 0 if none of its voxels is painted. `asked` is a mask of
+/// directions; `colour(direction, upper)` and `sample(direction, upper)` give a direction's values
+/// at the edge's lower or upper end.
+///
+/// Directions that cross the edge as the vertex does decide, as they do for its position; if none
+/// does, all in `asked` count. Samples are read only where a direction is painted. The colour of a
+/// crossing direction is interpolated like its surface: colours belong to the feet of voxels, and
+/// the vertex's foot divides the way between them in the same ratio.
 template <class ColourAt, class SampleAt>
 DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const ColourAt& colour,
                                const SampleAt& sample) {
@@ -153,18 +155,19 @@ DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const ColourAt& colou
       const float from_lower = fabsf(lower.sdf), length = from_lower + fabsf(upper.sdf);
       const float at = length > 0.0f ? from_lower / length : 0.5f;
       const float weight = lower.weight * upper.weight;
-      const float least = 1e-3f;  // an end that is the only painted one counts even if far off
+      const float least = 1e-3f;  // an end that is the only painted one counts, even if far away
       addTo(crossing, lower_colour, weight * maximum(1.0f - at, least));
       addTo(crossing, upper_colour, weight * maximum(at, least));
     }
-    if (crossing.weight > 0.0f) return;  // then the others do not count
+    if (crossing.weight > 0.0f) return;  // the other directions do not count
     addTo(speaking, lower_colour, lower.weight);
     addTo(speaking, upper_colour, upper.weight);
   });
-  return crossing.weight > 0.0f ? crossing : speaking;  // as most are
+  return crossing.weight > 0.0f ? crossing : speaking;  // most vertices have a crossing
 }
 
-/// The colour of a vertex whose own voxels are not painted. @pre The painted rows were found.
+/// The colour of a vertex whose own voxels are not painted. @pre findPaintedRow() was called for
+/// all rows.
 DTSDF_HD VertexColour colourBeside(const ColouredCorners& corners, int edge, bool directional) {
   VertexColour around{0, 0, 0, 0};
   for (int reach = 1; reach <= kFillReach && around.painted == 0; ++reach) {
@@ -173,9 +176,8 @@ DTSDF_HD VertexColour colourBeside(const ColouredCorners& corners, int edge, boo
   return around;
 }
 
-/// The colour of the vertex on an edge of a block, by the voxels at its ends: of those directions
-/// that have colours kept there, those with a say are asked. The undirected map's only array has it
-/// anywhere.
+/// The colour of the vertex on an edge of a block, from the voxels at its ends, in the directions
+/// that have colours there and a say on the edge. The array of an undirected map always has a say.
 DTSDF_HD VertexColour ownColour(const ColouredCorners& corners, int edge, bool directional) {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const CornerSource lower = cornerSource(corner),
@@ -187,7 +189,7 @@ DTSDF_HD VertexColour ownColour(const ColouredCorners& corners, int edge, bool d
       [&](int d, bool is_upper) { return corners.voxels.sample(is_upper ? upper : lower, d); }));
 }
 
-/// Between two vertices, of which one may not be painted.
+/// The mean of two vertices' colours; if one is unpainted, the other's.
 DTSDF_HD VertexColour meanColour(const VertexColour& a, const VertexColour& b) {
   if (a.painted == 0) return b;
   if (b.painted == 0) return a;

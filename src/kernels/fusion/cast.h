@@ -1,4 +1,4 @@
-/// Casting one surfel into the sums of a frame: the paper's modes that cast rays.
+/// Casts one surfel into a frame's sums: the paper's modes with rays.
 #pragma once
 
 #include "kernels/core/direction.h"
@@ -7,30 +7,30 @@
 
 namespace dtsdf {
 
-/// A surfel ready to be cast: its line and sides, its directions, and the fixed-point weight in
-/// each.
+/// A surfel ready to be cast: its line and sides, its directions, and its fixed-point weight in
+/// each direction.
 struct CastLine {
   SampleLine line;
   MeasuredSides sides;
   DirectionSet directions;
 };
 
-/// The most likely direction of a point's error, of length one, given that its surface is displaced
-/// along the normal n: that of C n, with C = I + sigma^2 r r^T the covariance of the point in
-/// voxels. A point stands for any place within a voxel; its depth's error sigma, `noise_voxels`,
-/// lies along the unit ray r; `ray` is r at any length above 0.
+/// The most likely direction of a point's error, a unit vector, if its surface is displaced along
+/// the normal n. This is the direction of C n, where C = I + sigma^2 r r^T is the point's
+/// covariance in voxels: a point may stand for any place within a voxel, and its depth error sigma,
+/// `noise_voxels`, lies along the unit ray r. `ray` is r at any positive length.
 ///
-/// So an exact point is cast along its normal, and one whose error is wide along its ray: there the
-/// samples are those of its own pixel, and the errors of many images cancel out, also where the
-/// plane is wrong, as at an edge that a wide window smooths. (Surfaces 3.5 to 5 m from a Kinect, 20
-/// mm voxels: RMSE 7.5 mm along the normals, 5.0 along C n.)
+/// So an exact point is cast along its normal, and a very noisy one along its ray. Its samples are
+/// then those of its own pixel, and the errors of many images cancel out, even where the plane is
+/// wrong, such as at an edge smoothed by a wide window. (Surfaces 3.5 to 5 m from a Kinect, 20 mm
+/// voxels: RMSE 7.5 mm along the normals, 5.0 along C n.)
 DTSDF_HD Vec3f likelyDirection(const Vec3f& normal, const Vec3f& ray, float noise_voxels) {
   const float along_ray = noise_voxels * noise_voxels * dot(normal, ray) / dot(ray, ray);
   const Vec3f C_n = normal + along_ray * ray;
   return (1.0f / norm(C_n)) * C_n;
 }
 
-/// The line that a surfel is cast along, up to sampleReach() to both sides.
+/// The line that a surfel is cast along, up to sampleReach() to each side.
 DTSDF_HD SampleLine sampleLineOf(const Surfel& surfel, const FrameSensing& sensing,
                                  const FusionSettings& fusion) {
   const float noise_voxels = noiseInVoxels(sensing, surfel.depth_m);
@@ -41,12 +41,12 @@ DTSDF_HD SampleLine sampleLineOf(const Surfel& surfel, const FrameSensing& sensi
   return makeSampleLine(surfel.p_L, surfel.normal_L, direction, sampleReach(noise_voxels, fusion));
 }
 
-/// The axes k, u and v of a line along `axis`.
+/// Components of v along the axes k, u and v of a line whose dominant axis is `axis`.
 DTSDF_HD Vec3f permute(const Vec3f& v, int axis) {
   return axis == 0 ? v : (axis == 1 ? Vec3f{v.y, v.z, v.x} : Vec3f{v.z, v.x, v.y});
 }
 
-/// Where a surfel's plane moves to by so many pixels along an axis of the image, in voxels.
+/// Step on a surfel's plane for a step of `pixels` along an axis of the image, in voxels.
 DTSDF_HD Vec3f stepOnPlane(const Surfel& surfel, const FrameView& frame, const Vec3f& axis_C,
                            float focal_px, float pixels) {
   const Vec3f ray = surfel.p_L - frame.T_L_C.t, axis_L = rotate(frame.T_L_C, axis_C);
@@ -68,7 +68,7 @@ DTSDF_HD MeasuredSides measuredSides(const Surfel& surfel, const FrameView& fram
   return {permute(across, axis), permute(down, axis), perSquare(across), perSquare(down)};
 }
 
-/// The directions of a surfel's normal, with the weights that it is cast with.
+/// The directions of a surfel's normal, with the weights that it is cast with, in units of 2^-20.
 DTSDF_HD DirectionSet lineDirections(const Surfel& surfel, bool directional) {
   DirectionSet directions = directionsOf(surfel.normal_L, directional);
   for (int i = 0; i < 3; ++i) directions.weight[i] *= surfel.weight * kWeightScale;
@@ -82,10 +82,10 @@ DTSDF_HD CastLine makeCastLine(const Surfel& surfel, const FrameSensing& sensing
           lineDirections(surfel, fusion.directional != 0)};
 }
 
-/// Where the axes of lines along one axis lie in a block.
+/// A block in the axes (k, u, v) of lines along one axis.
 struct BlockFrame {
-  int k0, u0, v0;                    ///< The block's first voxel along the lines' axes.
-  int stride_k, stride_u, stride_v;  ///< From a voxel to the next one along these, in memory.
+  int k0, u0, v0;                    ///< The block's first voxel.
+  int stride_k, stride_u, stride_v;  ///< Memory strides between neighbouring voxels.
 };
 
 DTSDF_HD BlockFrame blockFrameOf(int axis, const Vec3i& block_L) {
@@ -96,7 +96,7 @@ DTSDF_HD BlockFrame blockFrameOf(int axis, const Vec3i& block_L) {
           component(strides, axis), component(strides, u_axis), component(strides, v_axis)};
 }
 
-/// A line's planes inside a block.
+/// The part of a line's planes that is inside a block.
 DTSDF_HD Span planesInside(const Span& planes, const BlockFrame& block) {
   const int end = block.k0 + kBlockSide - 1;
   return {planes.first > block.k0 ? planes.first : block.k0, planes.last < end ? planes.last : end};
@@ -123,9 +123,8 @@ DTSDF_HD void castPlanes(const CastLine& cast, const FusionSettings& fusion, Add
   }
 }
 
-/// Visits the samples of a surfel in all blocks: `add(voxel, sample, sdf)` takes a voxel in local
-/// coordinates, and its distance in fixed point. Samples that follow each other are often in one
-/// block.
+/// Visits a surfel's samples in all blocks: calls add(voxel, sample, sdf) with the voxel in local
+/// coordinates and its distance in fixed point. Consecutive samples are often in one block.
 template <class Add>
 DTSDF_HD void castSurfel(const CastLine& cast, const FusionSettings& fusion, Add& add) {
   if (cast.sides.areMeasured()) {

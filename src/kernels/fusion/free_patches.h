@@ -1,8 +1,8 @@
-/// Which blocks a frame cannot see through, without a look at their voxels.
+/// Finds blocks that a frame cannot see through, without reading their voxels.
 ///
-/// Most of what a frame might clear lies behind surfaces. Patches of the image keep their greatest
-/// free depth: a block that is nowhere nearer than that of the patches that it covers is skipped.
-/// What is contradicted does not change by that.
+/// Most of what a frame might clear lies behind surfaces. So each patch of the image stores its
+/// greatest free depth, and a block is skipped if it lies behind that of all patches that it
+/// covers. This changes no result.
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -12,15 +12,15 @@
 
 namespace dtsdf {
 
-/// The side of a patch in pixels (other patches than those that are merged).
+/// Side of a patch in pixels. These are not the patches of merged pixels.
 constexpr int kFreePatchSideLog2 = 4, kFreePatchSide = 1 << kFreePatchSideLog2;
 
 DTSDF_HD int32_t freePatchesAlong(int32_t pixels) {
   return (pixels + kFreePatchSide - 1) >> kFreePatchSideLog2;
 }
 
-/// What the corners of a box cover in the image. It has no `near_m` above 0 if one of them is
-/// behind the camera.
+/// Bounds of a box's corners in the image; near_m is not positive if one of them is behind the
+/// camera.
 DTSDF_HD SeenBounds boundsOfBox(const FrameView& frame, const Vec3f& low, const Vec3f& high) {
   SeenBounds bounds = boundsOf(projectToImage(frame, low));
   for (int i = 1; i < 8; ++i) {
@@ -30,10 +30,10 @@ DTSDF_HD SeenBounds boundsOfBox(const FrameView& frame, const Vec3f& low, const 
   return bounds;
 }
 
-/// Whether a frame may see through some point of a box in the local frame: false only if it does
-/// not.
+/// Whether a frame may see through some point of a box in the local frame; false only if it sees
+/// through none.
 DTSDF_HD bool maySeeThrough(const FrameSensing& sensing, const Vec3f& low, const Vec3f& high) {
-  constexpr int kMostPatches = 32;  // along an edge; more are not looked at
+  constexpr int kMostPatches = 32;  // along a side; larger boxes are not tested
   const FrameView& frame = sensing.image.frame;
   const SeenBounds seen = boundsOfBox(frame, low, high);
   if (!(seen.near_m > 0.0f)) return true;
@@ -56,8 +56,8 @@ DTSDF_HD bool maySeeThrough(const FrameSensing& sensing, const Vec3f& low, const
   return false;
 }
 
-/// Whether a frame may see through any place of a block's voxels: they lie up to the truncation
-/// from these, or an anchor's reach.
+/// Whether a frame may see through any place judged for a block's voxels. Places are up to the
+/// truncation, or an anchor's reach, away from their voxels.
 DTSDF_HD bool maySeeThroughBlock(const FrameSensing& sensing, const Vec3f& first_voxel_L,
                                  float truncation_voxels) {
   constexpr float kMargin = 0.125f;  // so that rounding does not matter

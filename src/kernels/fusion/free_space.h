@@ -1,19 +1,19 @@
 /// Where an image sees through a surface of the map.
 ///
-/// Casting along normals writes near surfaces only, so nothing it has written is ever taken back:
-/// stray measurements stay, and so does what has gone away. Voxel projection clears such places by
-/// itself; the paper's other modes do not.
+/// Casting along normals writes near surfaces only and never takes anything back, so stray
+/// measurements and removed objects would stay. Voxel projection clears such places by itself; the
+/// paper's other modes do not.
 ///
-/// A voxel claims that there is a surface at its foot: the nearest point of that surface, by the
-/// voxel's distance and the gradient of its array. The frame contradicts it if it sees free space
-/// there, in all of the 3 x 3 pixels around that the image has: each was measured, or is a
-/// gap, and is farther away. So a voxel beside or behind something thin is not held against it, and
-/// where nothing is measured nothing is contradicted. A voxel that holds no distance is looked at
-/// where it is, with its cells.
+/// A voxel puts its surface at its foot: the nearest point of that surface, by the voxel's distance
+/// and the gradient of its array. A frame contradicts the voxel if it sees free space there, at all
+/// of the 3 x 3 pixels around the foot that are in the image: each was measured, or is a gap, and
+/// is farther away. So nothing contradicts a voxel beside or behind a thin object, nor where
+/// nothing is measured. A voxel without a distance is judged at its own position, together with the
+/// cells around it.
 ///
-/// A frame that covers the voxel looks at its anchor instead. It supports the surface only if its
-/// own pixel does not see free space there: so a surface ends where as many images see it as see
-/// past it, and not where the outermost of them did.
+/// A frame that covers the voxel is judged at the anchor instead, and supports the surface only if
+/// the anchor's own pixel does not see free space. So a surface ends where as many images see it as
+/// see past it, not at the outermost outline.
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -25,8 +25,8 @@
 
 namespace dtsdf {
 
-/// What a pixel knows of its plane: its fit along the row, those of the pixels above and below it,
-/// and which of them lie on one surface; 0 where the image has none.
+/// What the plane of a pixel is computed from: its own row fit, those of the pixels above and below
+/// (0 outside of the image), and their links.
 struct PlaneAround {
   float inverse_depth;
   float row_value, row_slope, above, below;
@@ -45,9 +45,9 @@ DTSDF_HD PlaneAround planeAround(const ImageView& image, const Pixel& pixel) {
           has_above ? image.links[at - width] : PixelLinks{0}};
 }
 
-/// Depth in metres up to which the ray of a pixel is free: that of its plane, less a margin across
-/// it; 0 where it is empty. What lies before a measurement beyond the range that is fused is free
-/// as well. Branch-free, for vectors.
+/// Depth in metres up to which a pixel's ray is free: that of its plane, less a margin
+/// perpendicular to the plane; 0 for an empty pixel. Measurements beyond the fused range count here
+/// too. Branch-free, for vectorisation.
 DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel, const PlaneAround& plane,
                          const FusionSettings& fusion) {
   const FrameView& frame = sensing.image.frame;
@@ -56,13 +56,13 @@ DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel, const 
   const float margin_m =
       frame.voxel_size_m *
       (fusion.rules.free_margin + fusion.noise_level * noiseInVoxels(sensing, depth_m));
-  // Down the column the slope is that between the row fits on the sides that are linked.
+  // The slope down the column is that between the row fits on the linked sides.
   const int32_t to_above = (plane.above > 0.0f) & ((plane.links_above & kLinkDown) != 0);
   const int32_t to_below = (plane.below > 0.0f) & ((plane.links & kLinkDown) != 0);
   const float upper = plane.row_value - plane.above, lower = plane.below - plane.row_value;
   const float from_above = to_below != 0 ? 0.5f * (upper + lower) : upper;
-  // With the plane 1 / z = n^T (x, y, 1), a point at depth z on the pixel's ray is
-  // (1 - z / depth) / |n| off.
+  // With the plane 1 / z = n^T (x, y, 1), a point at depth z on the pixel's ray is (1 - z / depth)
+  // / |n| away from the plane.
   const Intrinsics& K = frame.intrinsics;
   const float slope_u = plane.row_slope, slope_v = to_above != 0 ? from_above : lower;
   const Vec3f n{K.fx * slope_u, K.fy * slope_v,
@@ -78,8 +78,8 @@ DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
   return freeDepth(sensing, pixel, planeAround(sensing.image, pixel), fusion);
 }
 
-/// Mean difference of a voxel's distance from those of its two neighbours along an axis, of which
-/// those count that have a 1, the others a 0.
+/// Mean slope of the distance towards a voxel's two neighbours along an axis. `has_upper` and
+/// `has_lower` are 1 if that neighbour has a distance, else 0.
 template <class Real>
 DTSDF_HD Real slopeBeside(const Real& own, const Real& upper, const Real& has_upper,
                           const Real& lower, const Real& has_lower) {
@@ -87,9 +87,8 @@ DTSDF_HD Real slopeBeside(const Real& own, const Real& upper, const Real& has_up
          (has_upper * (upper - own) + has_lower * (own - lower));
 }
 
-/// Difference of a voxel's distance from those of its neighbours along an axis of its block, per
-/// voxel; 0 where the block holds none. Branch-free, as no processor could predict which neighbours
-/// there are.
+/// Slope of the distance at a voxel along an axis, per voxel, from its neighbours in the block; 0
+/// without any. Branch-free, as branches on which neighbours exist are unpredictable.
 DTSDF_HD float slopeAlong(const Voxel* voxels, int index, int axis) {
   const int at = component(voxelOffset(index), axis);
   const int step = axis == 0 ? 1 : (axis == 1 ? kBlockSide : kBlockSide * kBlockSide);
@@ -104,10 +103,10 @@ DTSDF_HD Vec3f slopeAt(const Voxel* voxels, int index) {
   return {slopeAlong(voxels, index, 0), slopeAlong(voxels, index, 1), slopeAlong(voxels, index, 2)};
 }
 
-/// The undirected map's array holds surfaces of any direction.
+/// Stands for all directions, which share the array of an undirected map.
 constexpr int kAnyDirection = -1;
 
-/// Where the surfaces of an array face: along an axis, by a least cosine.
+/// Which way the surfaces of an array face: within a least cosine of an axis.
 struct Facing {
   Vec3f axis;
   float least_cosine;
@@ -122,9 +121,9 @@ DTSDF_HD Facing facingOf(int direction) {
           kLeastCosine};
 }
 
-/// The direction in which a voxel's distance rises, a unit vector; the direction's axis where its
-/// neighbours do not tell, or tell what no surface of that direction has. Of any direction there is
-/// no axis: 0, so that a voxel is its own foot.
+/// Unit vector along which the distance rises at a voxel. If the slope is too small, or is not that
+/// of a surface in the direction, it is the direction's axis: 0 in the undirected map, where the
+/// voxel is then its own foot.
 DTSDF_HD Vec3f gradientOf(const Vec3f& slope, const Facing& facing) {
   constexpr float kLeastLength = 0.3f;
   const float length = norm(slope);
@@ -135,14 +134,14 @@ DTSDF_HD Vec3f gradientOf(const Vec3f& slope, const Facing& facing) {
   return scale * slope + untold * facing.axis;
 }
 
-/// The foot of a voxel, in voxels from the block's first one.
+/// A voxel's foot, in voxels from the block's first one.
 DTSDF_HD Vec3f footOf(const Vec3f& voxel, float sdf, const Vec3f& slope, const Facing& facing) {
   return voxel - sdf * gradientOf(slope, facing);
 }
 
-/// Which voxels, one or several at once, a frame can change that looks through their places: one
-/// that it covers has to know where its surface was measured; of the others, which it judges when
-/// it is their block's turn, an empty one has to have evidence to lose.
+/// Which voxels a frame can change by looking through their places, for one voxel or several at
+/// once. A covered voxel needs an anchor; an uncovered one must be in a block that is checked in
+/// this frame and, if empty, have evidence left to lose.
 template <class Mask>
 DTSDF_HD Mask canChange(const Mask& is_covered, const Mask& has_anchor, const Mask& is_empty,
                         const Mask& may_lose, const Mask& in_turn) {
@@ -155,16 +154,15 @@ DTSDF_HD bool isJudged(const Voxel& voxel, bool is_covered, bool in_turn,
   return canChange(is_covered, voxel.anchor != kNoAnchor, isEmpty(voxel), may_lose, in_turn);
 }
 
-/// From where, in voxels from the block's first one, the way to the place leads that a frame has to
-/// look through to contradict a voxel. The place is the foot, which for an empty voxel is the voxel
-/// itself; or the anchor, where the frame covers the voxel: beside an outline the foot lies outside
-/// of the surface.
+/// Start of the path to a voxel's judged place, in voxels from the block's first one. The place is
+/// the foot (for an empty voxel, the voxel itself), so the path starts at the voxel; or it is the
+/// anchor, if the frame covers the voxel, as beside an outline the foot lies outside the surface.
 DTSDF_HD Vec3f judgedOrigin(uint16_t anchor, int index, bool is_covered) {
   const float to_anchor = is_covered ? 1.0f : 0.0f;
   return toFloat(voxelOffset(index)) + to_anchor * anchorOffset(anchor);
 }
 
-/// How far the place lies from there, against the gradient.
+/// Length of the path from judgedOrigin() to the judged place, against the gradient.
 DTSDF_HD float judgedSdf(const Voxel& voxel, bool is_covered) {
   return is_covered ? 0.0f : sdfOf(voxel);
 }
@@ -175,16 +173,16 @@ DTSDF_HD Vec3f placeOf(const Voxel* voxels, int index, int direction, bool is_co
                 slopeAt(voxels, index), facingOf(direction));
 }
 
-/// How far around a place, in pixels, a frame has to look through as well: one, as a pixel resolves
-/// no more; around an empty voxel as far as the cells reach that it is a corner of.
+/// Distance in pixels around a place at which a frame must look through as well: one, as a pixel
+/// resolves no more, or for an empty voxel as far as its adjacent cells reach.
 DTSDF_HD int lookSpread(const FrameView& frame, const Voxel& voxel, float depth_m) {
   if (!isEmpty(voxel)) return 1;
   const float cell_px = frame.voxel_size_m * frame.intrinsics.fx / depth_m;
   return cell_px < 1.0f ? 1 : floorToInt(minimum(cell_px, 1000.0f));
 }
 
-/// Whether the frame sees through a point at 3 x 3 places around, `spread` pixels apart, as far as
-/// the image has them.
+/// Whether the frame sees through at 3 x 3 points around a place, `spread` pixels apart, as far as
+/// these are in the image.
 DTSDF_HD bool seesThroughAround(const FrameSensing& sensing, const VoxelInImage& at, int spread) {
   const FrameView& frame = sensing.image.frame;
   const Pixel centre{static_cast<int>(at.u), static_cast<int>(at.v)};
@@ -205,22 +203,23 @@ DTSDF_HD bool isInImage(const FrameView& frame, const VoxelInImage& at) {
          (at.u < static_cast<float>(frame.width)) & (at.v < static_cast<float>(frame.height));
 }
 
-/// What a frame sees at the place of a voxel.
+/// What a frame sees at a voxel's place.
 enum class Observation : uint32_t {
   kOccupied,   ///< The surface may be there.
-  kAtOutline,  ///< Its pixel looks through the place, but not all around it do.
-  kFree,       ///< All look through it.
+  kAtOutline,  ///< The place's own pixel looks through it, but not all around it do.
+  kFree,       ///< All pixels around look through the place.
 };
 
-/// How far a frame has to look to see through a voxel's place: an empty voxel speaks for all cells
-/// that it is a corner of, which reach a voxel farther. Outside the image farther than any does.
+/// Depth that a frame must see beyond to look through a voxel's place. An empty voxel stands for
+/// all cells that it is a corner of, which reach a voxel farther. Outside the image, no depth
+/// suffices.
 DTSDF_HD float judgedDepth(const FrameView& frame, bool is_empty, const VoxelInImage& at) {
   constexpr float kFartherThanAll_m = 1e30f;
   const float depth_m = is_empty ? at.depth_m + frame.voxel_size_m : at.depth_m;
   return isInImage(frame, at) ? depth_m : kFartherThanAll_m;
 }
 
-/// The index of the pixel that looks through it; outside the image any. Branch-free, for vectors.
+/// Index of the pixel at a place; outside the image, any. Branch-free, for vectorisation.
 DTSDF_HD int32_t judgingPixel(const FrameView& frame, const VoxelInImage& at) {
   const bool is_inside = isInImage(frame, at);
   const auto u = static_cast<int32_t>(is_inside ? at.u : 0.0f);
@@ -228,7 +227,7 @@ DTSDF_HD int32_t judgingPixel(const FrameView& frame, const VoxelInImage& at) {
   return v * frame.width + u;
 }
 
-/// What a frame sees at the place of a voxel whose pixel looks through it.
+/// What a frame sees at a place whose own pixel looks through it.
 DTSDF_HD Observation judgeFree(const FrameSensing& sensing, const Voxel& voxel,
                                const VoxelInImage& at) {
   const FrameView& frame = sensing.image.frame;
@@ -238,7 +237,7 @@ DTSDF_HD Observation judgeFree(const FrameSensing& sensing, const Voxel& voxel,
              : Observation::kAtOutline;
 }
 
-/// What a frame sees at the place of a voxel that projects to `at`.
+/// What a frame sees at the place of a voxel; the place projects to `at`.
 DTSDF_HD Observation judge(const FrameSensing& sensing, const Voxel& voxel,
                            const VoxelInImage& at) {
   const FrameView& frame = sensing.image.frame;
@@ -247,43 +246,43 @@ DTSDF_HD Observation judge(const FrameSensing& sensing, const Voxel& voxel,
                                                          : Observation::kOccupied;
 }
 
-/// What a frame sees of a voxel that it judges.
+/// What a frame sees of a voxel for which isJudged() holds.
 DTSDF_HD Observation judge(const FrameSensing& sensing, const Vec3f& first_voxel_L,
                            const Voxel* voxels, int index, int direction, bool is_covered) {
   const Vec3f place = placeOf(voxels, index, direction, is_covered);
   return judge(sensing, voxels[index], projectToImage(sensing.image.frame, first_voxel_L + place));
 }
 
-/// Whether an observation takes evidence from a voxel. At an outline it takes no more than a
-/// support: images whose outlines lie on either side of a place balance there. As supports of a
-/// full voxel do not count, nor do outlines: round a thing the horizon passes over every place, in
-/// more images the closer they follow each other.
+/// Whether an observation takes evidence from a voxel. At an outline it takes only a support, so
+/// that images whose outlines lie on either side of a place balance. Supports add nothing to a full
+/// voxel, so outlines take nothing from it: as a camera circles an object, the outline passes over
+/// every place, in more images the closer they follow each other.
 DTSDF_HD bool contradicts(Observation observation, const Voxel& voxel, bool is_covered,
                           const FusionRules& rules) {
   return observation == Observation::kFree ||
          (observation == Observation::kAtOutline && is_covered && !isFull(voxel, rules));
 }
 
-/// How many frames an observation contradicts a voxel for. A look in turns counts for all the
-/// frames from one turn to the next.
+/// Number of contradictions that an observation counts for. A check by turns counts for all frames
+/// until the next.
 DTSDF_HD int32_t contradictionWeight(Observation observation, bool is_covered,
                                      const FusionRules& rules) {
   if (observation != Observation::kFree) return 0;
   return is_covered ? 1 : rules.look_turns;
 }
 
-/// Whether it is a block's turn: each comes up once in so many frames.
+/// Whether a frame checks a block that it does not cover; one in look_turns frames does.
 DTSDF_HD bool isInTurn(PackedKey key, uint64_t frame_number, const FusionRules& rules) {
   const auto turns = static_cast<uint64_t>(rules.look_turns);
   return (hashKey(key) >> 32) % turns == frame_number % turns;
 }
 
 /// Radius of the ball around a block's middle that holds the feet of its voxels: 7 voxels for the
-/// block, and 16 that truncation may add.
+/// block, plus at most 16 of truncation.
 constexpr float kFootRadius = 3.0f * static_cast<float>(kBlockSide);
 
-/// Whether a frame may see anything of what lies around the middle of a block: false only if all of
-/// it is outside the image.
+/// Whether a frame may see part of the ball around a block's middle; false only if the whole ball
+/// is outside the image.
 DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3i& block_L,
                           float radius = kFootRadius) {
   constexpr float kHalf = 0.5f * static_cast<float>(kBlockSide);

@@ -1,12 +1,12 @@
-/// Which samples a surfel updates when it is cast into the grid, with what distance and weight, and
-/// in which blocks they lie.
+/// Which samples a surfel updates when it is cast into the grid, in which blocks, and with what
+/// distance and weight.
 ///
-/// The line through the measured point (along the view ray, or along the normal, the more towards
-/// the ray the noisier the depth is) is followed to both sides. Instead of one nearest corner per
-/// step (Amanatides and Woo 1987, as in the paper), it is intersected with each grid plane across
-/// its dominant axis, and the four corners around the intersection are updated: samples close to
-/// the line count most, both sides of it are covered, and no corner is visited twice. Any plane can
-/// be computed on its own, so that a block can process just the part of the line inside it.
+/// A line runs through the measured point, along the view ray or along the normal (turned towards
+/// the ray if the depth is noisy), and is followed to both sides. The paper updates the one nearest
+/// corner at each step (Amanatides and Woo 1987). Here the line is intersected with each grid plane
+/// across its dominant axis, and the four corners around the intersection are updated. So samples
+/// close to the line count most, both its sides are covered, and no corner is visited twice. Each
+/// plane is computed independently, so a block can process just the part of the line inside it.
 ///
 /// Weights fall with the distance from the line (squared bilinear) and from the measured plane
 /// (linear), since the plane stands for the surface near the point only. Both are departures from
@@ -20,7 +20,7 @@
 
 namespace dtsdf {
 
-/// How far from the measured plane samples are taken, in voxels.
+/// Distance from the measured plane up to which samples are updated, in voxels.
 DTSDF_HD float sampleReach(float noise_voxels, const FusionSettings& fusion) {
   return minimum(fusion.truncation_voxels,
                  maximum(fusion.rules.sample_reach, fusion.rules.noise_reach * noise_voxels));
@@ -32,9 +32,9 @@ DTSDF_HD float noiseInVoxels(const FrameSensing& sensing, float depth_m) {
   return noise * depth_m * depth_m / sensing.image.frame.voxel_size_m;
 }
 
-/// Half of a wide pixel or a subpixel on its plane, along the image's rows and columns, in voxels
-/// with the axes of its line, and the inverses of their squared lengths; all 0 where a surfel is a
-/// point.
+/// Half the sides of a wide pixel or subpixel on its plane, along the image's rows and columns, in
+/// voxels and in its line's axes; and the inverses of their squared lengths. All 0 if the surfel is
+/// a point.
 struct MeasuredSides {
   Vec3f across, down;
   float per_across, per_down;
@@ -44,25 +44,26 @@ struct MeasuredSides {
 
 DTSDF_HD MeasuredSides noSides() { return {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f, 0.0f}; }
 
-/// An offset moved by at most half a side to where it is nearest to the foot it is taken from.
+/// An offset from a foot, moved by at most half a side to where it is nearest to the foot.
 DTSDF_HD Vec3f movedAlong(const Vec3f& side, float per_side, const Vec3f& offset) {
   const float share = minimum(maximum(-per_side * dot(offset, side), -1.0f), 1.0f);
   return offset + share * side;
 }
 
-/// A line in the grid, its axes permuted so that k is the dominant one: (k, u, v) = (x, y, z),
+/// A line in the grid with its axes permuted so that k is the dominant one: (k, u, v) is (x, y, z),
 /// (y, z, x) or (z, x, y).
 struct SampleLine {
   int32_t axis;
-  int32_t first_plane, last_plane;     ///< Grid planes of axis k it crosses within reach.
-  float per_reach;                     ///< The inverse of its reach; see makeSampleLine().
+  /// Grid planes across axis k that the line crosses within its reach.
+  int32_t first_plane, last_plane;
+  float per_reach;                     ///< Inverse of the reach; see makeSampleLine().
   float p_k, p_u, p_v;                 ///< Measured point.
   float slope_u, slope_v;              ///< Change of u and v per plane.
   float normal_k, normal_u, normal_v;  ///< Surface normal, for the point-to-plane distance.
 };
 
-/// `reach` bounds the planes by their distance along the line, and the weights by that across the
-/// surface, in voxels. `direction` is a unit vector.
+/// `reach` in voxels limits the planes by distance along the line, and the weights by distance from
+/// the surface. `direction` is a unit vector.
 DTSDF_HD SampleLine makeSampleLine(const Vec3f& p, const Vec3f& normal, const Vec3f& direction,
                                    float reach) {
   const float ax = fabsf(direction.x), ay = fabsf(direction.y), az = fabsf(direction.z);
@@ -84,12 +85,12 @@ DTSDF_HD SampleLine makeSampleLine(const Vec3f& p, const Vec3f& normal, const Ve
   return line;
 }
 
-/// Grid coordinates (k, u, v) of a line back to (x, y, z).
+/// Converts grid coordinates (k, u, v) of a line back to (x, y, z).
 DTSDF_HD Vec3i unpermute(int axis, int k, int u, int v) {
   return axis == 0 ? Vec3i{k, u, v} : (axis == 1 ? Vec3i{v, k, u} : Vec3i{u, v, k});
 }
 
-/// Where in a point's key the parts along the axes k, u and v lie of a line along `axis`.
+/// Bit positions in a point's key for the axes k, u and v of a line along `axis`.
 DTSDF_HD Vec3i pointShifts(int axis) {
   const int u = axis == 2 ? 0 : axis + 1, v = u == 2 ? 0 : u + 1;
   return {pointShift(axis), pointShift(u), pointShift(v)};
@@ -99,8 +100,8 @@ DTSDF_HD Vec3i pointShifts(int axis) {
 struct CellCrossing {
   int u, v;                         ///< The corner at the lower end of the cell.
   float fraction_u, fraction_v;     ///< Position inside the cell, in [0, 1).
-  float point_k, point_u, point_v;  ///< The measured point, from that corner.
-  float distance;                   ///< The corner's.
+  float point_k, point_u, point_v;  ///< The measured point, relative to that corner.
+  float distance;                   ///< Signed distance of that corner.
 };
 
 DTSDF_HD CellCrossing crossCell(const SampleLine& line, int plane) {
@@ -120,18 +121,18 @@ DTSDF_HD CellCrossing crossCell(const SampleLine& line, int plane) {
           -(point_k * line.normal_k + point_u * line.normal_u + point_v * line.normal_v)};
 }
 
-/// The sample at a corner of a cell: its share of the weight, in [0, 1], the point-to-plane
-/// distance in voxels, positive in front of the surface, and the key of the measured point
-/// (core/anchor.h).
+/// The sample at a corner of a cell: its share of the surfel's weight, in [0, 1]; its
+/// point-to-plane distance in voxels, positive in front of the surface; and the key of the measured
+/// point (core/anchor.h).
 struct CornerSample {
   float share, distance;
   uint32_t point_key;
 };
 
-/// The corner is du, dv (0 or 1) up from the cell's lower one; `shifts` is from pointShifts(). If
-/// it has sides the measured point is the one nearest to the corner's foot: its surface goes on to
-/// the next one. No loops or branches, so that compilers turn a loop of it into vector
-/// instructions.
+/// The sample at the corner (du, dv), each 0 or 1, of a cell; `shifts` is from pointShifts(). With
+/// sides, the measured point is the place between them that is nearest to the corner's foot, as the
+/// surface continues to the next pixel. No loops or branches, so that compilers can vectorise loops
+/// over it.
 template <bool kHasSides>
 DTSDF_HD CornerSample sampleCorner(const SampleLine& line, const MeasuredSides& sides,
                                    const Vec3i& shifts, const CellCrossing& at, int du, int dv) {
@@ -151,13 +152,13 @@ DTSDF_HD CornerSample sampleCorner(const SampleLine& line, const MeasuredSides& 
           pointKey(offset, shifts, distance)};
 }
 
-/// A stretch of voxels, or blocks, along one axis.
+/// A range of voxels or blocks along one axis, both ends included.
 struct Span {
   int32_t first, last;
 };
 
-/// The corners that a line's samples take along an axis where it crosses a plane between `corner`
-/// and the next.
+/// The corners along an axis that are updated where a line crosses a plane at `corner` +
+/// `fraction`.
 DTSDF_HD Span cornersOf(int corner, float fraction) {
   return {corner, corner + (fraction > 0.0f ? 1 : 0)};
 }
@@ -169,7 +170,7 @@ DTSDF_HD Span blocksOf(const Span& a, const Span& b) {
 
 DTSDF_HD bool contains(const Span& span, int at) { return span.first <= at && at <= span.last; }
 
-/// Whether one of a stretch of planes in a layer of blocks has samples in the layer's block (u, v).
+/// Whether the block (u, v) in a layer of blocks has samples of these planes.
 DTSDF_HD bool hasSamplesIn(const SampleLine& line, const Span& planes, int block_u, int block_v) {
   for (int plane = planes.first; plane <= planes.last; ++plane) {
     const CellCrossing at = crossCell(line, plane);
@@ -180,9 +181,9 @@ DTSDF_HD bool hasSamplesIn(const SampleLine& line, const Span& planes, int block
 }
 
 /// Calls visit(block) once for each block that holds samples of a line, in local block coordinates.
-/// A line moves steadily across its planes, by a voxel each at most: the ends of each layer of
-/// blocks bound what lies between, and unless it passes diagonally to another block it leaves none
-/// out.
+/// A line moves by at most a voxel from one plane to the next, so its ends in a layer of blocks
+/// bound all it touches there; only if it crosses the layer diagonally may some blocks in these
+/// bounds have no samples.
 template <class Visit>
 DTSDF_HD void visitBlocks(const SampleLine& line, const Visit& visit) {
   if (line.first_plane > line.last_plane) return;

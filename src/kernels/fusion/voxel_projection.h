@@ -8,8 +8,8 @@
 
 namespace dtsdf {
 
-/// Voxel projection: the projective distance of a voxel to the pixel that it falls on (Curless and
-/// Levoy 1996; the paper's VP). `add(direction, weight, sdf, point key)` takes fixed-point values.
+/// Updates a voxel by its projective distance to the pixel that it falls on (Curless and Levoy
+/// 1996; the paper's VP). Calls add(direction, weight, sdf, point_key) with fixed-point values.
 template <class Add>
 DTSDF_HD void projectVoxel(const FrameView& frame, const FusionSettings& fusion,
                            const Surfel* surfels, const Vec3i& voxel_L, Add& add) {

@@ -1,4 +1,4 @@
-/// How the sums of a frame are folded into a voxel.
+/// Folds a frame's sums into a voxel.
 #pragma once
 
 #include "kernels/core/camera.h"
@@ -8,13 +8,13 @@
 
 namespace dtsdf {
 
-/// Weight of a frame by the depth of what it sees: min(1, (full_weight_depth_m / z)^2).
+/// Weight of a frame at a depth: min(1, (full_weight_depth_m / z)^2).
 DTSDF_HD float depthWeight(float depth_m, const FusionRules& rules) {
   const float full_m = rules.full_weight_depth_m;
   return depth_m <= full_m ? 1.0f : full_m * full_m / (depth_m * depth_m);
 }
 
-/// Weight of a frame for all voxels of a block, by the depth of the block's middle.
+/// Weight of a frame for all voxels of a block, by the depth of the block's centre.
 DTSDF_HD float blockDepthWeight(const FrameView& frame, const Vec3i& block_L,
                                 const FusionRules& rules) {
   constexpr float kHalf = 0.5f * static_cast<float>(kBlockSide);
@@ -23,14 +23,14 @@ DTSDF_HD float blockDepthWeight(const FrameView& frame, const Vec3i& block_L,
                      rules);
 }
 
-/// The sums of a frame for a voxel, in floats: all of them that is folded.
+/// What is folded of a frame's sums for a voxel, as floats.
 struct RoundedSums {
   float weighted_sdf, weight;
-  float dither;      ///< In [0, 1), as good as random, so that what is rounded is right on average.
+  float dither;      ///< In [0, 1), pseudo-random, so that rounded values are right on average.
   uint32_t nearest;  ///< Key of the nearest point; 0: none.
 };
 
-/// Scrambled bits of the sums: the same wherever they are computed.
+/// A hash of the sums, the same on every backend.
 DTSDF_HD float ditherOf(const VoxelSums& sums) {
   const uint32_t bits = (static_cast<uint32_t>(sums.weight) * 0x9e3779b1u ^
                          static_cast<uint32_t>(sums.weighted_sdf)) *
@@ -43,17 +43,17 @@ DTSDF_HD RoundedSums roundSums(const VoxelSums& sums) {
           sums.nearest};
 }
 
-/// How much a point counts for an anchor, by its squared distance from the corner's foot: the
-/// nearer, the more.
+/// Weight of a point in the mean for an anchor, by its squared distance from the corner's foot;
+/// near points count more.
 DTSDF_HD float anchorCloseness(float squared_distance) {
   constexpr float kFarthest = 15.0f / 16.0f;
   const float closeness = 1.0f - minimum(sqrtf(maximum(squared_distance, 0.0f)), kFarthest);
   return closeness * closeness;
 }
 
-/// The anchor after a frame of the given distance and weight: the mean of the points that were
-/// nearest in each, by how near they were. So it comes to where the surface was seen from nearest
-/// by, and noise is averaged.
+/// The anchor after a frame with this distance and weight: the mean of the frames' nearest points,
+/// weighted by how near they were. So the anchor moves to the nearest place where the surface was
+/// seen, and noise is averaged out.
 DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, float sdf, float weight, const RoundedSums& sums) {
   const Vec3f point = pointOffset(sums.nearest), anchor = anchorOffset(voxel.anchor);
   const float from_foot = dot(anchor, anchor) - sdfOf(voxel) * sdfOf(voxel);
@@ -71,12 +71,12 @@ DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, float sdf, float weight, const 
   return static_cast<uint16_t>((voxel.anchor & keeps) | (folded & ~keeps));
 }
 
-/// D = (W D + w d) / (W + w), W = min(W + w, max), the fold of the paper's two-pass scheme, where d
-/// is the mean of the frame's distances, and its weight w is the share of the voxel that it covers,
-/// 1 at most, times its weight by depth. The sums need a weight. Branch-free, for vectors.
+/// The fold of the paper's two-pass scheme: D = (W D + w d) / (W + w), W = min(W + w, max). d is
+/// the mean of the frame's distances; its weight w is the share of the voxel that it covers, at
+/// most 1, times the depth weight. Branch-free, for vectorisation. @pre The sums have a weight.
 DTSDF_HD Voxel foldRoundedSums(const Voxel& voxel, const RoundedSums& sums, float depth_weight,
                                const FusionSettings& fusion) {
-  const float covered = sums.weight / kWeightScale;  // of the voxel, or more
+  const float covered = sums.weight / kWeightScale;  // share of the voxel, may exceed 1
   const float sdf = sums.weighted_sdf / (sums.weight * kSdfScale) * fusion.truncation_voxels;
   const float weight = maximum(minimum(covered, 1.0f) * depth_weight * kStoredWeightScale, 1.0f);
   const auto added = static_cast<int32_t>(weight + 0.5f);
@@ -85,8 +85,8 @@ DTSDF_HD Voxel foldRoundedSums(const Voxel& voxel, const RoundedSums& sums, floa
   const int32_t total = before + added;
   const float share = static_cast<float>(added) / static_cast<float>(total);
   const float mean = sdfOf(voxel) + share * (sdf - sdfOf(voxel));
-  // A frame supports a surface if it covers enough of the voxel, and measures it as near as meshing
-  // needs samples. What only noise reaches is averaged, but proves nothing.
+  // A frame supports a surface if it covers enough of the voxel and measures it within the distance
+  // at which meshing needs samples. What only noise reaches is averaged, but proves nothing.
   const bool supports =
       (covered >= fusion.rules.support_share) & (fabsf(sdf) <= fusion.support_reach);
   const int32_t evidence =
@@ -95,7 +95,7 @@ DTSDF_HD Voxel foldRoundedSums(const Voxel& voxel, const RoundedSums& sums, floa
                    static_cast<uint32_t>(select(total < most, total, most)), evidence);
 }
 
-/// Folds any sums; those of weight 0 leave the voxel alone.
+/// Folds a frame's sums; sums of weight 0 leave the voxel unchanged.
 DTSDF_HD Voxel foldSums(const Voxel& voxel, const VoxelSums& sums, float depth_weight,
                         const FusionSettings& fusion) {
   if (sums.weight == 0) return voxel;

@@ -1,15 +1,15 @@
-/// Vertices held to what was measured.
+/// Pulls vertices towards places where the surface was measured.
 ///
-/// A surfel updates the samples on the corners around it, and its plane goes on past the end of
-/// what was seen: a surface that ends inside a cell has vertices up to a voxel beyond its end, and
-/// where it curves out of sight they are off it. The anchors of an edge's ends (core/anchor.h) tell
-/// where the surface was measured nearby. Where it was not measured at the foot of one of the two
-/// corners, or where the vertex is not on the planes whose distances they hold (thin parts are seen
-/// from many sides, and means of such distances cross where no surface is), the vertex is drawn to
-/// the nearest anchor, most of the way. Other vertices stay where the distances put them.
+/// A surfel updates the samples on the corners around it, and its plane continues past the end of
+/// what was seen. So a surface that ends inside a cell has vertices up to a voxel beyond its end,
+/// and where it curves out of sight its vertices are off. The anchors of an edge's ends
+/// (core/anchor.h) show where the surface was measured. A vertex is pulled most of the way to the
+/// nearest anchor if one of the corners' feet was not measured, or if the vertex is not on the
+/// planes whose distances the corners hold (thin parts are seen from many sides, and means of such
+/// distances cross zero where no surface is). Other vertices stay where the distances put them.
 ///
-/// Only the samples at the edge's two ends have a say, so all blocks that share an edge come to the
-/// same vertex.
+/// Only samples at the edge's two ends are used, so all blocks that share an edge find the same
+/// vertex.
 #pragma once
 
 #include "kernels/meshing/edge_vertex.h"
@@ -17,9 +17,9 @@
 
 namespace dtsdf {
 
-/// How far a corner's foot lies from where the surface was measured, in voxels, squared: the least
-/// that it can be, with an anchor that is a step higher than it says, since the root makes much of
-/// that; below 0 where that can be at the foot. Without an anchor it is as far as can be.
+/// Squared distance, in voxels, from a corner's foot to where the surface was measured. A lower
+/// bound, as the anchor's height may be rounded by a step and the root amplifies that; negative if
+/// the anchor may be at the foot. Without an anchor, the largest possible.
 DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
   if (anchor == kNoAnchor) return 4.0f * kAnchorReach * kAnchorReach;
   const Vec3f offset = anchorOffset(anchor);
@@ -27,15 +27,16 @@ DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
   return dot(offset, offset) - height * height;
 }
 
-/// How far a vertex is off the plane that a corner's distance is of, in voxels, squared, where it
-/// is nearer to the corner than that plane; else below 0. `along` is its way from the corner.
+/// Squared distance, in voxels, of a vertex from the plane of a corner's distance, if the vertex is
+/// nearer to the corner than that plane; else negative. `along` is the vertex's distance from the
+/// corner.
 DTSDF_HD float squaredPlaneGap(const Sample& sample, float along) {
   const float height = maximum(fabsf(sample.sdf) - 1.0f / kStepsPerVoxel, 0.0f);
   return height * height - along * along;
 }
 
-/// Calls visit(direction, anchor at the lower end, anchor at the upper end) for the directions that
-/// tell an edge's crossing. `anchors(end, direction)` gives that of the lower (0) or the upper end.
+/// Calls visit(direction, anchor at the lower end, anchor at the upper end) for each direction in
+/// `telling`. `anchors(end, direction)` returns the anchor at the lower (0) or upper (1) end.
 template <class Edge, class Anchors, class Visit>
 DTSDF_HD void visitAnchors(const Edge& edge, uint32_t telling, const Anchors& anchors,
                            const Visit& visit) {
@@ -45,8 +46,8 @@ DTSDF_HD void visitAnchors(const Edge& edge, uint32_t telling, const Anchors& an
   });
 }
 
-/// How far a vertex is from what was measured, in voxels: by the end of its edge that knows less,
-/// of the crossing direction that knows best. Where none crosses it is on no plane.
+/// Distance of a vertex from what was measured, in voxels: the larger one of its edge's two ends,
+/// and the smallest of the crossing directions. If none crosses, the vertex is on no plane.
 template <class Edge, class Anchors>
 DTSDF_HD float measuredGap(const MeshSettings& rules, const Edge& edge, uint32_t crossing,
                            const Anchors& anchors, float edge_offset) {
@@ -62,23 +63,24 @@ DTSDF_HD float measuredGap(const MeshSettings& rules, const Edge& edge, uint32_t
   return sqrtf(maximum(squared, 0.0f));
 }
 
-/// A multiple of 2^-12 voxels, so that blocks on both sides of a face come to the very same place.
+/// Rounds to a multiple of 2^-12 voxels, so that blocks on both sides of a face put a vertex at
+/// exactly the same place.
 DTSDF_HD float roundShift(float shift) {
   constexpr float kSteps = 4096.0f;
   return static_cast<float>(floorToInt(shift * kSteps + 0.5f)) / kSteps;
 }
 
-/// How a vertex at `edge_offset` on an edge is moved, in voxels. Where no direction crosses the
-/// edge on its own, the vote of all that have a say decides, and so they tell.
+/// Shift of the vertex at `edge_offset` on an edge, in voxels. If no direction crosses the edge,
+/// the vote of all with a say put the vertex there, so all their anchors count.
 template <class Edge, class Anchors>
 DTSDF_HD Vec3f anchoringShift(const MeshSettings& rules, const Edge& edge, uint32_t crossing,
                               const Anchors& anchors, int axis, int facing, float edge_offset) {
   const float gap = measuredGap(rules, edge, crossing, anchors, edge_offset);
-  if (!(gap > rules.measured_gap)) return {0.0f, 0.0f, 0.0f};  // as most
+  if (!(gap > rules.measured_gap)) return {0.0f, 0.0f, 0.0f};  // most vertices
   const uint32_t telling = crossing != 0 ? crossing : speakingOnEdge(axis, facing);
   const Vec3f along = toFloat(unitStep(axis));
-  Vec3f nearest{0.0f, 0.0f, 0.0f};  // anchor, from the vertex
-  float least_distance = -1.0f;     // none
+  Vec3f nearest{0.0f, 0.0f, 0.0f};  // from the vertex to the anchor
+  float least_distance = -1.0f;     // negative: no anchor yet
   const auto consider = [&](uint16_t anchor, const Vec3f& corner_from_vertex) {
     if (anchor == kNoAnchor) return;
     const Vec3f offset = corner_from_vertex + anchorOffset(anchor);

@@ -1,5 +1,5 @@
-/// The corner grid of a block: the corners and edges of its mesh units, numbered, and where in the
-/// block and around it their samples lie.
+/// The corner grid of a block: its mesh units' corners and edges, their numbers, and where their
+/// samples are stored in the block and its neighbours.
 #pragma once
 
 #include "kernels/core/direction.h"
@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// The corners of a block's 8 x 8 x 8 units form its corner grid, 9 x 9 x 9.
+/// The corners of a block's 8 x 8 x 8 units form a grid of 9 x 9 x 9.
 constexpr int kCornerGridSide = kBlockSide + 1;
 constexpr int kGridCorners = kCornerGridSide * kCornerGridSide * kCornerGridSide;
 constexpr int kGridEdges = kGridCorners * 3 * 2;
@@ -22,8 +22,8 @@ DTSDF_HD Vec3i cornerAt(int index) {
           index / (kCornerGridSide * kCornerGridSide)};
 }
 
-/// BlockVertex::edge from the edge's lower corner, its axis and its facing (0: behind at the lower
-/// end); and back.
+/// BlockVertex::edge for an edge's lower corner, axis and facing (0: the lower end is behind), and
+/// the inverse.
 DTSDF_HD constexpr int edgeNumber(int corner, int axis, int facing) {
   return (corner * 3 + axis) * 2 + facing;
 }
@@ -37,25 +37,25 @@ DTSDF_HD Vec3i gridStep(int axis, int32_t length) {
 }
 DTSDF_HD Vec3i unitStep(int axis) { return gridStep(axis, 1); }
 
-/// The way that an edge's facing looks: from its end behind the surface to that in front.
+/// Unit step along an edge from its end behind the surface to that in front.
 DTSDF_HD Vec3i facedWay(int edge) {
   return gridStep(edgeAxis(edge), edgeFacing(edge) == 0 ? 1 : -1);
 }
 
-/// Steps from a corner to the next one along an axis.
+/// Difference of the indices of neighbouring corners along an axis.
 DTSDF_HD int cornerStride(int axis) {
   return axis == 0 ? 1 : (axis == 1 ? kCornerGridSide : kCornerGridSide * kCornerGridSide);
 }
 
-/// {-1, 0}^3: the blocks whose units have a corner in a block, itself included.
+/// {-1, 0}^3: the blocks, itself included, whose units have a corner in a block.
 constexpr int kUnitReach = 8;
 DTSDF_HD Vec3i unitReachOffset(int n) { return {-(n & 1), -(n >> 1 & 1), -(n >> 2 & 1)}; }
 
-/// {0, 1}^3: the blocks that the corners of a block's units lie in; 0 is the block itself.
+/// {0, 1}^3: the blocks that hold the corners of a block's units; 0 is the block itself.
 constexpr int kCornerBlocks = 8;
 DTSDF_HD Vec3i cornerBlockOffset(int n) { return {n & 1, n >> 1 & 1, n >> 2 & 1}; }
 
-/// Where the sample of a corner lies: in which of the grid's blocks, at which voxel.
+/// Location of a corner's sample: which of the kCornerBlocks blocks, and which voxel in it.
 struct CornerSource {
   int block, voxel;
 };
@@ -67,20 +67,20 @@ DTSDF_HD CornerSource cornerSource(const Vec3i& corner) {
 }
 DTSDF_HD CornerSource cornerSource(int corner) { return cornerSource(cornerAt(corner)); }
 
-/// {-1, 0, 1}^3: the blocks that a corner grid with one more layer around it lies in; and back.
+/// {-1, 0, 1}^3: the blocks that hold a corner grid extended by one layer, and the inverse.
 constexpr int kBlocksAround = 27;
 DTSDF_HD Vec3i aroundOffset(int n) { return {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1}; }
 DTSDF_HD int aroundNumber(const Vec3i& offset) {
   return offset.x + 1 + 3 * (offset.y + 1) + 9 * (offset.z + 1);
 }
 
-/// Which of those blocks a corner lies in; each coordinate is in [-8, 16).
+/// Number of the block around that holds a corner; each coordinate is in [-8, 16).
 DTSDF_HD int blockAround(const Vec3i& corner) { return aroundNumber(blockOfVoxel(corner)); }
 
-/// The voxel arrays around a block; null where there is none.
+/// The voxel arrays of a block and of those around it; null where there is none.
 struct ArraysAround {
   const Voxel* array[kBlocksAround][kDirectionCount];
-  int32_t least_evidence;  ///< That a voxel needs to be known.
+  int32_t least_evidence;  ///< Least evidence of a known voxel.
 
   DTSDF_HD Voxel voxel(const Vec3i& corner, int direction) const {
     const Voxel* voxels = array[blockAround(corner)][direction];
@@ -94,11 +94,11 @@ struct ArraysAround {
   }
 };
 
-/// The voxel arrays that the corners of a block's units lie in; null where there is none.
+/// The voxel arrays that hold the corners of a block's units; null where there is none.
 struct CornerArrays {
   const Voxel* array[kCornerBlocks][kDirectionCount];
 
-  int32_t least_evidence;  ///< That a voxel needs to be known.
+  int32_t least_evidence;  ///< Least evidence of a known voxel.
 
   DTSDF_HD Sample sample(int corner, int direction) const {
     return sample(cornerSource(corner), direction);

@@ -1,8 +1,8 @@
-/// Which crossings of a sheet are known too little to be meshed.
+/// Finds crossings of a sheet that are too poorly known to be meshed.
 ///
-/// Where a sheet crosses an edge, it is told by the directions that cross zero there themselves.
-/// Elsewhere corners of different directions meet: past the end of one surface begins what the
-/// fringe of another one says, and vertices between the two are off by half a voxel.
+/// A sheet's crossing of an edge is reliable if some directions cross zero there themselves.
+/// Elsewhere corners of different directions meet: where one surface ends, the fringe of another
+/// begins, and vertices between the two are off by half a voxel.
 #pragma once
 
 #include "kernels/meshing/mesh_rules.h"
@@ -10,8 +10,8 @@
 
 namespace dtsdf {
 
-/// The direction that faces against a sheet has no say where it crosses an edge. Facing 0 is where
-/// `behind_below`.
+/// Whether a direction has a say on a crossing: the one that faces against it has none.
+/// `behind_below` is true for facing 0.
 template <class Mask>
 DTSDF_HD Mask speaksOnCrossing(int direction, int axis, const Mask& behind_below) {
   const Mask any_facing = behind_below == behind_below;
@@ -19,14 +19,14 @@ DTSDF_HD Mask speaksOnCrossing(int direction, int axis, const Mask& behind_below
   return (direction & 1) == 0 ? behind_below : behind_below != any_facing;
 }
 
-/// How much is known of a crossing by the directions that cross zero there: the greatest product of
-/// the weights at an edge's two ends. The edge's lower end is corner `c`.
+/// How well a crossing is known: the greatest product of the weights at the edge's two ends, over
+/// the directions that cross zero there. The edge's lower end is corner `c`.
 template <class Real, class Samples, class Mask>
 DTSDF_HD Real weighCrossing(const Samples& samples, int c, int axis, const Mask& behind_below) {
   const Real zero{0.0f};
   Real greatest = zero;
   for (int d = 0; d < kDirectionCount; ++d) {
-    if (!samples.maySpeak(d)) continue;  // it crosses nothing
+    if (!samples.maySpeak(d)) continue;  // it cannot cross zero
     const auto crosses = speaksOnCrossing(d, axis, behind_below) &
                          ((samples.sdf(d, c) < zero) == behind_below) &
                          ((samples.sdf(d, c | 1 << axis) < zero) != behind_below);
@@ -36,7 +36,7 @@ DTSDF_HD Real weighCrossing(const Samples& samples, int c, int axis, const Mask&
   return greatest;
 }
 
-/// The product of the weights of all that have a say.
+/// The product of the sums of weights, at the edge's two ends, over the directions with a say.
 template <class Real, class Samples, class Mask>
 DTSDF_HD Real weighVoted(const Samples& samples, int c, int axis, const Mask& behind_below) {
   const Real zero{0.0f};
@@ -50,8 +50,8 @@ DTSDF_HD Real weighVoted(const Samples& samples, int c, int axis, const Mask& be
   return lower * upper;
 }
 
-/// Crossings of a sheet with the given labels that are too weak, for each axis a bit by the edge's
-/// lower corner: bit 8 * axis + corner. `greatest` is the greatest weight in the unit.
+/// Weak crossings of a sheet with these labels: bit 8 * axis + corner, by the edge's lower
+/// corner. `greatest` is the greatest weight in the unit.
 template <class Samples, class Bits, class Real>
 DTSDF_HD Bits weakCrossings(const MeshRules& rules, const Samples& samples, const Bits& labels,
                             const Real& greatest) {
@@ -66,7 +66,7 @@ DTSDF_HD Bits weakCrossings(const MeshRules& rules, const Samples& samples, cons
     const auto crossed = lower != upper;
     if (!any(crossed)) continue;
     auto is_weak = crossed & (least * least >= weighCrossing<Real>(samples, c, axis, lower));
-    if (!any(is_weak)) continue;  // as most: the vote need not be asked
+    if (!any(is_weak)) continue;  // as for most units: the vote is not needed
     is_weak = is_weak & (least * least >= by_vote * weighVoted<Real>(samples, c, axis, lower));
     weak = weak | select(is_weak, Bits{1 << (8 * axis + c)}, none);
   }

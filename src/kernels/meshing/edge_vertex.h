@@ -1,11 +1,11 @@
 /// Edge vertices, the second step of the make stage: where the surface crosses an edge of the
 /// corner grid.
 ///
-/// Between the two samples of an edge the distance is taken for a parabola, not for a line: with
-/// the gradients g at its ends, f(t) = (1 - t) (a + g_a t / 2) + t (b + g_b (t - 1) / 2) is exact
-/// for distances that are quadratic, and its root needs a square root only. The errors of linear
-/// interpolation and of Taylor's cancel. The gradients are central differences, for which samples
-/// one voxel beyond the ends are needed.
+/// Between an edge's two samples the distance is taken to be a parabola instead of a line. With the
+/// gradients g at its ends, f(t) = (1 - t) (a + g_a t / 2) + t (b + g_b (t - 1) / 2) is exact for
+/// quadratic distances, as the errors of linear interpolation and of Taylor's cancel. Its root
+/// takes only a square root. The gradients are central differences, which need samples one voxel
+/// beyond the ends.
 #pragma once
 
 #include "kernels/meshing/corner_grid.h"
@@ -14,14 +14,14 @@
 
 namespace dtsdf {
 
-/// The direction that a surface faces which crosses an edge straight. The undirected map's only
-/// array (0) holds surfaces of any facing; on an edge it counts as this one.
+/// The direction of a surface that crosses an edge at a right angle. An undirected map's only array
+/// (0) holds surfaces of any facing; on an edge it counts as this direction.
 DTSDF_HD int facedDirection(int axis, int facing) { return 2 * axis + facing; }
 
-// An Edge has two members that give the sample of a direction by [], lower and upper at its two
-// ends; and beyond(end, direction) gives that one voxel beyond its lower (0) or upper (1) end.
+// An Edge has members `lower` and `upper`, which give the sample of a direction at its two ends by
+// []; beyond(end, direction) gives the sample one voxel beyond its lower (0) or upper (1) end.
 
-/// The directions that have a say on an edge: all but the one that faces against it.
+/// The directions with a say on an edge: all but the one that faces against it.
 DTSDF_HD uint32_t speakingOnEdge(int axis, int facing) {
   return kAllDirections & ~(1u << facedDirection(axis, 1 - facing));
 }
@@ -29,8 +29,8 @@ DTSDF_HD bool speaksOnEdge(int direction, int axis, int facing) {
   return (speakingOnEdge(axis, facing) >> direction & 1u) != 0;
 }
 
-/// Where no direction on its own crosses an edge, its vertex divides it as the voted distances of
-/// its ends do; in the middle where both are 0.
+/// Offset of a vertex on an edge that no direction crosses by itself: it divides the edge by the
+/// voted distances of its ends, in half if both are 0.
 template <class Edge>
 DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing, float nearness) {
   CornerVote<float> lower, upper;
@@ -43,16 +43,16 @@ DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing, float nearnes
   return from_lower + from_upper > 0.0f ? from_lower / (from_lower + from_upper) : 0.5f;
 }
 
-/// Whether a direction's surface with the given facing crosses between two samples. Facing 0 is
-/// behind at the lower end. Branch-free: which directions cross is anybody's guess.
+/// Whether a direction's surface with the given facing crosses between two samples; facing 0: the
+/// lower end is behind. Branch-free, as which directions cross is unpredictable.
 DTSDF_HD bool crosses(const Sample& lower, const Sample& upper, int facing) {
   const bool behind_lower = facing == 0;
   return ((lower.sdf < 0.0f) == behind_lower) & ((upper.sdf < 0.0f) != behind_lower) &
          (lower.weight > 0.0f) & (upper.weight > 0.0f);
 }
 
-/// The directions that cross an edge on their own, bit d for direction d, by all directions' sides
-/// at the edge's ends (possible_leaders.h).
+/// The directions that cross an edge by themselves, bit d for direction d, from the sides that all
+/// directions see at the edge's ends (possible_leaders.h).
 DTSDF_HD uint32_t crossingDirections(uint32_t lower_sides, uint32_t upper_sides, int axis,
                                      int facing) {
   const uint32_t behind = facing == 0 ? lower_sides : upper_sides;
@@ -61,9 +61,9 @@ DTSDF_HD uint32_t crossingDirections(uint32_t lower_sides, uint32_t upper_sides,
          speakingOnEdge(axis, facing);
 }
 
-/// Change of the slope along an edge, per voxel: the mean second difference at its two ends, of
-/// those where it is known; 0 where neither is. Limited to that of a ball of two voxels, as what
-/// bends more is noise, or the fringe of another surface.
+/// Change of the slope along an edge, per voxel: the mean of the known second differences at its
+/// two ends, or 0. Limited to that of a ball of two voxels; more is noise or the fringe of another
+/// surface.
 DTSDF_HD float bendOnEdge(const Sample& below, const Sample& lower, const Sample& upper,
                           const Sample& above) {
   constexpr float kMostBend = 0.5f;
@@ -75,10 +75,10 @@ DTSDF_HD float bendOnEdge(const Sample& below, const Sample& lower, const Sample
   return minimum(maximum(bend, -kMostBend), kMostBend);
 }
 
-/// Where a parabola that goes from a to b, of different signs, and bends so much is zero:
+/// Root of the parabola from a to b, of different signs, with this bend:
 ///   a + (b - a) t - bend t (1 - t) / 2 = 0
-/// Where a is 0 that is at a, although the parabola may come back to 0 before b: there the division
-/// would be 0 / 0, and no number, for all directions that share the edge.
+/// It is 0 if a is 0, even if the parabola returns to 0 before b: there the division would be 0 /
+/// 0, and the NaN would spoil the mean over directions.
 DTSDF_HD float zeroOfParabola(float a, float b, float bend) {
   if (a == 0.0f) return 0.0f;
   const float slope = b - a - 0.5f * bend;
@@ -86,15 +86,14 @@ DTSDF_HD float zeroOfParabola(float a, float b, float bend) {
   return 2.0f * a / (a < 0.0f ? -slope - root : root - slope);
 }
 
-/// Vertices keep off the corners by this share of an edge, so that no triangle is degenerate:
-/// triangles that meet at a corner keep sides of 2^-10 voxels, which single precision still
-/// resolves to one in 2000 at the far end of a block (8 voxels, spaced by 2^-21).
+/// Vertices keep this share of an edge away from corners, so that no triangle is degenerate:
+/// triangles that meet at a corner have sides of at least 2^-10 voxels, which single precision
+/// resolves to one in 2000 even at the far end of a block (8 voxels, spacing 2^-21).
 constexpr float kVertexMargin = 1.0f / 1024.0f;
 
-/// Position of the surface on an edge, as a share of it from the lower end: the weighted mean of
-/// the zero crossings of the directions with the given facing (paper, Sec. V-D), where a direction
-/// counts by the product of its two weights. Facing 0 is behind at the lower end; `crossing` is
-/// from crossingDirections().
+/// Position of the surface on an edge, as a share from its lower end: the weighted mean of the zero
+/// crossings of the directions with this facing (paper, Sec. V-D), each with the product of its two
+/// weights. Facing 0: the lower end is behind. `crossing` is from crossingDirections().
 template <class Edge>
 DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, uint32_t crossing, int axis,
                           int facing) {

@@ -1,4 +1,4 @@
-/// Triangles, the last step of the make stage: as references to the edges of the corner grid.
+/// Triangles, the last step of the make stage, as references to edges of the corner grid.
 #pragma once
 
 #include "kernels/meshing/corner_grid.h"
@@ -6,12 +6,13 @@
 
 namespace dtsdf {
 
-/// The first edge of a unit: by how much its edges' numbers differ from those of the first unit.
+/// The first edge of a unit: the difference of all its edges' numbers from those of the block's
+/// first unit.
 DTSDF_HD int firstEdge(const Vec3i& unit) {
   return edgeNumber(cornerIndex(unit.x, unit.y, unit.z), 0, 0);
 }
 
-/// Edge of the corner grid that is edge e (0 to 11) of a unit with a given index.
+/// Number in the corner grid of edge e (0 to 11) of a unit with this index.
 DTSDF_HD int unitEdge(const Vec3i& unit, int e, uint8_t index) {
   return firstEdge(unit) + firstUnitEdge(e, index);
 }
@@ -22,7 +23,7 @@ DTSDF_HD uint32_t countTriangles(const MeshTables& tables, const UnitIndices& in
   return count;
 }
 
-/// Calls visit(edge) for the corners of a unit's triangles, three each, in canonical order.
+/// Calls visit(edge) for each corner of a unit's triangles, three per triangle, in canonical order.
 template <class Visit>
 DTSDF_HD void visitTriangleEdges(const MeshTables& tables, const UnitIndices& indices,
                                  const Vec3i& unit, const Visit& visit) {

@@ -1,10 +1,10 @@
-/// Gaps: where nothing was measured between the vertices of a triangle.
+/// Gaps: triangles that span a place where nothing was measured.
 ///
 /// A surfel updates the samples on the corners around it, so a gap up to two voxels wide has
-/// samples at all of its corners, and units that close it. Anchoring (anchoring.h) draws the
-/// vertices on either side of it to where the surface was measured, and so apart. At an outline it
-/// draws all of them to one side, nearer to each other; inside a surface they stay. So a triangle
-/// that anchoring stretches stands in a gap, and is left out.
+/// samples at all its corners, and units close it. Anchoring (anchoring.h) pulls the vertices on
+/// either side to where the surface was measured, and so apart. At an outline it pulls all of them
+/// to one side and nearer to each other; inside a surface they stay. So a triangle that anchoring
+/// stretches spans a gap, and is left out.
 #pragma once
 
 #include "dtsdf_mapping/block_mesh.h"
@@ -13,8 +13,8 @@
 
 namespace dtsdf {
 
-/// Where the vertex of an edge was before it was drawn to an anchor, but for its way along the
-/// edge: that leads across the surface, not along it.
+/// Place of a vertex before anchoring, except for its shift along the edge, which leads across the
+/// surface.
 DTSDF_HD Vec3f placeOnEdge(const BlockVertex& vertex) {
   const int edge = static_cast<int>(vertex.edge);
   Vec3f place = toFloat(cornerAt(edgeCorner(edge)));
@@ -25,29 +25,29 @@ DTSDF_HD Vec3f placeOnEdge(const BlockVertex& vertex) {
   return place;
 }
 
-/// Whether a vertex was drawn so far that a side of it can be too long: nearly half as far as the
-/// side may be stretched. Branch-free, as no processor could predict the branch.
+/// Whether a vertex was pulled far enough to make a side too long: by nearly half of most_stretch.
+/// Branch-free, as the branch would be unpredictable.
 DTSDF_HD bool isDrawnFar(const MeshRules& rules, const BlockVertex& vertex) {
   const Vec3f shift = vertex.position - placeOnEdge(vertex);
   return dot(shift, shift) > 0.24f * rules.most_stretch * rules.most_stretch;
 }
 
-/// How much longer anchoring makes a side, in voxels.
+/// How much longer anchoring makes a triangle's side, in voxels.
 DTSDF_HD float stretchOf(const BlockVertex& a, const BlockVertex& b) {
   return norm(b.position - a.position) - norm(placeOnEdge(b) - placeOnEdge(a));
 }
 
-/// Whether the triangle of three edges' vertices stands in a gap.
+/// Whether the triangle of these edges' vertices spans a gap.
 DTSDF_HD bool standsInGap(const MeshRules& rules, const BlockVertex& a, const BlockVertex& b,
                           const BlockVertex& c) {
   const bool may_be_gap = isDrawnFar(rules, a) | isDrawnFar(rules, b) | isDrawnFar(rules, c);
-  if (!may_be_gap) return false;  // as most: no roots
+  if (!may_be_gap) return false;  // most triangles; saves the square roots
   return stretchOf(a, b) > rules.most_stretch || stretchOf(b, c) > rules.most_stretch ||
          stretchOf(c, a) > rules.most_stretch;
 }
 
-/// In a block's list of triangles, one that stands in a gap has one vertex three times until it is
-/// dropped: no other triangle has that.
+/// Until it is dropped, a triangle that spans a gap has this vertex three times in its block's
+/// list; no other triangle repeats a vertex.
 constexpr uint16_t kGapVertex = 0;
 DTSDF_HD bool isMarkedGap(const uint16_t* triangle) { return triangle[0] == triangle[1]; }
 

@@ -1,12 +1,12 @@
-/// Which directions speak for a surface in a unit, and which of them lead its sheets.
+/// Finds which directions speak for a surface in a unit, and which of them lead its sheets.
 #pragma once
 
 #include "kernels/meshing/unit_samples.h"
 
 namespace dtsdf {
 
-/// Rise of a direction's distance along one axis: weighted mean over the unit's edges that it has
-/// observed; 0 where there is none.
+/// Rise of a direction's distance along an axis: the weighted mean over the unit's edges with both
+/// ends known; 0 without any.
 template <class Samples, class Real>
 DTSDF_HD Real riseAlong(const Samples& samples, int direction, int axis, const Real& least_weight) {
   const Real zero{0.0f};
@@ -25,10 +25,10 @@ DTSDF_HD Real riseAlong(const Samples& samples, int direction, int axis, const R
   return select(total > zero, rise / total, zero);
 }
 
-/// How strongly a direction speaks for a surface in the unit; 0 if it does not. It has to see both
-/// sides of the surface (or that it touches a corner), and the gradient of its distance has to lie
-/// in its range (the gradient check of the paper's intra-directional filter). Only the gradient's
-/// direction counts: noise makes it shorter.
+/// How strongly a direction speaks for a surface in the unit; 0 if it does not. It must see both
+/// sides of the surface (or a surface that touches a corner), and the gradient of its distance must
+/// be near its axis (the gradient check of the paper's intra-directional filter). Only the
+/// gradient's direction counts, as noise shortens it.
 template <class Samples, class Real>
 DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const Real& least_weight) {
   const Real zero{0.0f};
@@ -52,9 +52,9 @@ DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const R
                 zero);
 }
 
-/// Which directions lead the unit's sheets; -1 for no sheet. The strongest one leads, of equal ones
-/// the first; the second sheet is for its opposite, if that speaks as well.
-/// @return which directions speak, bit d for direction d.
+/// Finds the directions that lead the unit's sheets; -1: no sheet. The strongest direction leads
+/// the first (the lowest of equal ones); its opposite leads the second if it speaks as well.
+/// @return The speaking directions, bit d for direction d.
 template <class Samples, class Real, class Bits>
 DTSDF_HD Bits findLeaders(const Samples& samples, const Real& least_weight,
                           Bits (&leader)[kMaxSheets]) {

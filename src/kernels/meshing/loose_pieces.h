@@ -1,15 +1,15 @@
-/// Loose pieces: small ones that hang beside a larger surface, apart from it.
+/// Loose pieces: small pieces of surface that float near a larger one.
 ///
-/// Where noise is wider than a voxel, a few outliers of different frames meet beside the surface
-/// often enough to make a small piece of their own; so do flying pixels. Such pieces are few, but
-/// lie far off. Pieces are left out that are no larger than a few units along any axis, and no
-/// farther from a larger one. Small things on their own stay, however small.
+/// Where noise is wider than a voxel, outliers of a few frames coincide often enough to form small
+/// pieces next to the surface; so do flying pixels. Such pieces are few, but far off. A piece is
+/// left out if it is at most a few units long along each axis and no farther than that from a
+/// larger one. Small things on their own stay, however small.
 ///
-/// A piece is what units with a surface form that share a face, or, if it is small by that, an edge
-/// that the surface crosses in both. It is looked for in a window of as many units around a block:
-/// a small piece that reaches into the block lies there as a whole. Of the larger one only what is
-/// in the window counts, so where a piece crosses a face between blocks, one of them may keep its
-/// part.
+/// A piece consists of units with a surface that are connected over faces; if it is small by these
+/// alone, also over edges that the surface crosses in both units. Pieces are searched in a window
+/// that extends this many units around a block, so a small piece that reaches into the block lies
+/// wholly in the window. Only the part of a larger piece in the window counts, so where a loose
+/// piece crosses a face between blocks, one of them may keep its part.
 #pragma once
 
 #include "kernels/core/grid.h"
@@ -18,24 +18,25 @@
 
 namespace dtsdf {
 
-/// The largest pieces that may be left out, in units along an axis.
+/// Largest length of a loose piece along an axis, in units.
 constexpr int kMostLooseUnits = 4;
 
-/// The units of a block and of its surroundings up to there.
+/// Side of the window: a block and its surroundings, in units.
 constexpr int kWindowSide = kBlockSide + 2 * kMostLooseUnits;
 static_assert(kWindowSide == 16, "rows fill 16 bits");
 
-/// Rows of the window along x, of which each bit is a unit, with empty ones on each side; a power
-/// of two in a layer.
+/// The window is stored as rows along x, one bit per unit, with empty rows on each side; the stride
+/// of layers is a power of two.
 constexpr int kRowStride = 2 * kWindowSide, kWindowRows = kRowStride * (kWindowSide + 2);
 using WindowUnits = uint16_t[kWindowRows];
-constexpr uint32_t kOwnUnits = 0xffu << kMostLooseUnits;  ///< Those of the block.
+/// Bits of the block's own units in a row.
+constexpr uint32_t kOwnUnits = 0xffu << kMostLooseUnits;
 
-/// The row of units, given from the block's first one.
+/// The row of units at (y, z), relative to the block's first unit.
 DTSDF_HD int windowRow(int y, int z) {
   return y + kMostLooseUnits + 1 + kRowStride * (z + kMostLooseUnits + 1);
 }
-/// The first unit of a row: the inverse of windowRow().
+/// The first unit of a row; the inverse of windowRow().
 DTSDF_HD Vec3i firstOfRow(int row) {
   return {-kMostLooseUnits, row % kRowStride - kMostLooseUnits - 1,
           row / kRowStride - kMostLooseUnits - 1};
@@ -48,35 +49,36 @@ DTSDF_HD bool isInWindow(const Vec3i& unit) {
   return inside(unit.x) && inside(unit.y) && inside(unit.z);
 }
 
-/// Whether a unit holds a surface before regularisation. (A sheet without one is never kept beside
-/// another.)
+/// Whether a unit holds a surface before regularisation. (A sheet without a surface is never stored
+/// together with another.)
 DTSDF_HD bool holdsSurface(const UnitLabels& labels) {
   return labels.behind_first != 0 && labels.behind_first != 255;
 }
 
-/// Which of four units hold a surface, as bits. Their labels follow each other in the word, the
-/// first one lowest.
+/// Which of four units hold a surface, as bits. `labels` is a word of their consecutive labels, the
+/// first unit's lowest.
 DTSDF_HD uint32_t surfaceBits(uint64_t labels) {
   constexpr uint64_t kFirsts = 0x00ff00ff00ff00ffu, kOnes = 0x0001000100010001u;
-  // 255 and 0 become 0 and 1: all that is less than 2 does not carry.
+  // 255 becomes 0 and 0 becomes 1; values below 2 do not carry.
   const uint64_t next = ((labels & kFirsts) + kOnes) & kFirsts;
   const uint64_t carried = (next + 254 * kOnes) >> 8 & kOnes;
   constexpr uint64_t kToTop = uint64_t{1} << 48 | uint64_t{1} << 33 | uint64_t{1} << 18 | 1u << 3;
   return static_cast<uint32_t>(carried * kToTop >> 48 & 15u);
 }
 
-/// An edge of a unit has a number: four times its axis, and bits that say whether it is at the
-/// lower (0) or upper (1) end of the two others. That of the opposite one has other bits.
+/// Edges of a unit are numbered: four times the axis, plus two bits that tell whether the edge is
+/// at the lower (0) or upper (1) end of the other two axes. The opposite edge has both bits
+/// flipped.
 constexpr int kUnitEdges = 12;
 DTSDF_HD int opposite(int edge) { return edge ^ 3; }
 
-/// The step to the unit that only shares that edge, of which it is the opposite one.
+/// Step to the unit that shares only this edge; there, it is the opposite edge.
 DTSDF_HD Vec3i stepOver(int edge) {
   return gridStep(edge / 4 == 0 ? 1 : 0, 2 * (edge & 1) - 1) +
          gridStep(edge / 4 == 2 ? 1 : 2, 2 * (edge >> 1 & 1) - 1);
 }
 
-/// Whether a sheet of the unit crosses the edge.
+/// Whether a sheet of the unit crosses an edge.
 DTSDF_HD bool crosses(const UnitLabels& labels, int edge) {
   const int axis = edge / 4;
   const int lower = (edge & 1) << (axis == 0 ? 1 : 0) | (edge >> 1 & 1) << (axis == 2 ? 1 : 2);
@@ -86,12 +88,12 @@ DTSDF_HD bool crosses(const UnitLabels& labels, int edge) {
   return (differ(indices.sheet[0]) | differ(indices.sheet[1])) != 0;
 }
 
-/// Labels of the units in a block and in those around it, by aroundOffset(); null where there is no
-/// block, or none of its units says anything.
+/// Labels of the units in a block and in those around it, by aroundOffset(); null for a missing
+/// block, or one whose units are all empty.
 using LabelNeighbourhood = const UnitLabels* [kBlocksAround];
 
-/// Visits the units of the window that a unit is joined to over an edge, but for those that it is
-/// joined to over two faces.
+/// Visits the window's units that are connected to a unit over an edge, except those also connected
+/// to it over two faces.
 template <class Visit>
 DTSDF_HD void visitOverEdges(const LabelNeighbourhood& around, const Vec3i& unit,
                              const Visit& visit) {
@@ -111,24 +113,26 @@ DTSDF_HD void visitOverEdges(const LabelNeighbourhood& around, const Vec3i& unit
   }
 }
 
-/// Whether bits span more than so many places. They have no gaps.
+/// Whether the set bits, which have no gaps, are more than `most`.
 DTSDF_HD bool spansMore(uint32_t bits, int most) {
   for (; most > 0; --most) bits &= bits - 1u;
   return bits != 0;
 }
 
-/// Units of a window, the one row beside the other.
+/// Sets of units in a window.
 struct LooseWindow {
   WindowUnits surface, small, left, piece, near;
 };
 
-/// Finds the loose pieces in the window of a block. `Team` works on its rows: each(f) calls f(row)
-/// for each of them, and firstOf(f) is the first one for which it has bits, or -1. begin(row, f)
-/// calls it for the row that a piece begins with. For the rows that this may have by now
-/// eachOfPiece(f) calls it, any(f) says whether one is true, and allOf(f) joins their bits; add()
-/// is for rows of others. What was written before is seen. With kAtOnce it has a thread for each
-/// row; without, `left` holds at first those units of the block that pieces are begun with, at
-/// least one of each that may be loose, and all but it and `surface` is 0.
+/// Finds the loose pieces in a block's window. `Team` runs functions of a row:
+/// - each(f) calls f(row) for all rows; begin(row, f) for a piece's first row.
+/// - firstOf(f) returns the first row for which f has bits, or -1.
+/// - eachOfPiece(f) calls f(row) for all rows that the piece may have reached; any(f) returns
+///   whether f is true for one of them, allOf(f) the union of its bits.
+/// - add(bit, units) adds a bit to any row, and returns whether it is new.
+/// Each call sees what earlier ones wrote. A team with kAtOnce has a thread for each row. For
+/// others, `left` must at first hold the units of the block that pieces are grown from, at least
+/// one of each piece that may be loose; all else but `surface` must be 0.
 template <class Team>
 class LoosePieces {
  public:
@@ -136,7 +140,7 @@ class LoosePieces {
                        LooseWindow& window)
       : team_(team), labels_(labels), most_units_(most_units), window_(window) {}
 
-  /// Leaves those that reach into the block in `small`.
+  /// Stores the loose pieces that reach into the block in `small`.
   DTSDF_HD void find() const {
     if (!findSmall()) return;
     findNear();
@@ -151,9 +155,9 @@ class LoosePieces {
     while (takePiece(true, true, isLoose)) continue;
   }
 
-  /// Leaves in `small` the units of small pieces, joined over faces alone. @return whether some are
-  /// in the block; without, others may be left out. Where rows are worked on in turn, a piece of
-  /// the block counts only if it stays small when it is joined over edges, too, as few do.
+  /// Stores the units of small pieces, connected over faces alone, in `small`. @return whether any
+  /// is in the block; if not, `small` may be incomplete. Without kAtOnce, a piece of the block
+  /// counts only if it is still small when connected over edges as well, as few are.
   DTSDF_HD bool findSmall() const {
     if (Team::kAtOnce) takeLongRows();
     bool any = false;
@@ -172,9 +176,8 @@ class LoosePieces {
   }
 
  private:
-  /// Leaves out all that hangs together with more units in a row than a small piece has, which is
-  /// most of the surface: where all rows are worked on at once, that is sooner done than the same
-  /// piece by piece.
+  /// Removes all that is connected to more units in a line than a small piece has, which is most of
+  /// the surface. With a thread per row, this is faster than doing the same piece by piece.
   DTSDF_HD void takeLongRows() const {
     team_.each([&](int row) {
       window_.small[row] = 0;
@@ -194,7 +197,7 @@ class LoosePieces {
     });
   }
 
-  /// Adds those along another axis to `near`.
+  /// Adds to `near` the units that are in such lines along another axis.
   DTSDF_HD void addRows(int stride) const {
     team_.each([&](int row) {
       const int at = stride == 1 ? lineOf(row) : layerOf(row);
@@ -212,7 +215,7 @@ class LoosePieces {
     });
   }
 
-  /// The places that are no farther along any axis from a larger piece.
+  /// Finds the places no farther than most_units_ from a larger piece along each axis.
   DTSDF_HD void findNear() const {
     team_.each([&](int row) {
       uint32_t larger = window_.surface[row] & ~window_.small[row];
@@ -223,7 +226,7 @@ class LoosePieces {
     widen(window_.piece, window_.near, kRowStride);
   }
 
-  /// All that are so many rows apart, at most.
+  /// Widens a set by most_units_ rows to each side.
   DTSDF_HD void widen(const WindowUnits& from, WindowUnits& to, int stride) const {
     team_.each([&](int row) {
       const int at = stride == 1 ? lineOf(row) : layerOf(row);
@@ -236,9 +239,10 @@ class LoosePieces {
     });
   }
 
-  /// Takes the first piece that is left, or the first that reaches into the block, away, and adds
-  /// it to `small` if it `isOne()`. @return whether there was one. Over edges, of one that turns
-  /// out not to be small only a part. @pre No row has a piece; so it is after it.
+  /// Removes a piece from `left`: the first, or with in_block the first that reaches into the
+  /// block; adds it to `small` if isOne(). With over_edges, only a part of a piece that turns out
+  /// not to be small is removed. @return whether there was a piece. @pre `piece` is empty; so it is
+  /// afterwards.
   template <class IsOne>
   DTSDF_HD bool takePiece(bool in_block, bool over_edges, const IsOne& isOne) const {
     const auto unitsOf = [&](int row) {
@@ -265,8 +269,8 @@ class LoosePieces {
     return true;
   }
 
-  /// Rows that are worked on at once may see others before or after they grow: volatile, as both
-  /// lead to the same piece once no row grows any more.
+  /// Rows that grow at once may see each other before or after this; volatile, as both lead to the
+  /// same piece once no row grows any more.
   DTSDF_HD bool growsOverFaces() const {
     return team_.any([&](int row) {
       const volatile uint16_t* const piece = window_.piece;

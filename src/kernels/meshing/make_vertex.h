@@ -1,4 +1,4 @@
-/// A vertex on an edge of a block: the rules of edge_vertex.h and anchoring.h, one after the other.
+/// The vertex on an edge of a block, by the rules of edge_vertex.h and anchoring.h.
 #pragma once
 
 #include "dtsdf_mapping/block_mesh.h"
@@ -6,7 +6,7 @@
 
 namespace dtsdf {
 
-/// An edge of the corner grid as the rules want it. The undirected map's only array counts as the
+/// An edge of the corner grid as the rules need it. An undirected map's only array counts as the
 /// direction that the edge faces.
 struct EdgeSamples {
   const ArraysAround& arrays;
@@ -18,15 +18,15 @@ struct EdgeSamples {
   DTSDF_HD EdgeSamples(const ArraysAround& arrays, const Vec3i& corner, int axis, bool directional)
       : arrays(arrays), corner(corner), axis(axis), directional(directional) {}
 
-  /// Reads the sample beyond an end: on demand, as few directions need it.
+  /// Reads the sample beyond an end on demand, as few directions need it.
   DTSDF_HD Sample beyond(int end, int d) const {
     return arrays.sample(corner + gridStep(axis, end == 0 ? -1 : 2), directional ? d : 0);
   }
 };
 
-/// The vertex of an edge; in the directional map held to what was measured.
-/// @param read The directions whose samples are read, a bit each: those that cross the edge, or, if
-/// none does, all that have a say; or more. Samples of others are never looked at.
+/// The vertex of an edge; anchored in a directional map.
+/// @param read Mask of directions whose samples are read. It must include those that cross the edge
+///     or, if none does, all with a say.
 DTSDF_HD BlockVertex makeVertex(const MeshSettings& rules, const ArraysAround& arrays, int edge,
                                 bool directional, uint32_t read) {
   const int axis = edgeAxis(edge), facing = edgeFacing(edge);

@@ -1,54 +1,54 @@
-/// The numbers of the rules that make a mesh of voxels.
+/// Constants of the rules that make a mesh from voxels.
 #pragma once
 
 namespace dtsdf {
 
-/// What each number brings is in docs/results/ablation.md.
+/// docs/results/ablation.md measures the effect of each.
 struct MeshRules {
-  /// A unit is meshed if each corner has more than this share of the greatest weight in the unit;
-  /// in [0, 1). A share, so that the number of frames does not matter. It keeps out corners that
-  /// only the far fringe of a measurement reached.
+  /// A unit is meshed if the weight at each corner exceeds this share of the greatest weight in the
+  /// unit; in [0, 1). As a share, it does not depend on the number of frames. It excludes corners
+  /// that only the far fringe of a measurement reached.
   float least_weight_share = 0.003f;
 
-  /// A crossing of an edge is meshed if a direction crosses it on its own whose weights at the two
-  /// ends have a geometric mean of more than this share of the greatest weight in the unit; in
-  /// [0, 1). (Without: vertices of the armadillo with a Kinect's noise at 10 mm 13 % farther off.)
+  /// A crossing is meshed if some direction crosses the edge itself, with weights at the two ends
+  /// whose geometric mean exceeds this share of the greatest weight in the unit; in [0, 1).
+  /// (Without it, vertices of the armadillo with a Kinect's noise at 10 mm are 13 % farther off.)
   float least_crossing_share = 0.015f;
 
-  /// A crossing that only the vote of several directions tells counts for this share of the weights
-  /// at its ends; in [0, 1]. At borders it is off by half a voxel, but inside a surface that noise
-  /// scatters over directions it closes what would be a hole.
+  /// A crossing found only by the vote of several directions counts with this share of the weights
+  /// at its ends; in [0, 1]. At borders such crossings are off by half a voxel, but inside a
+  /// surface that noise scatters over directions they prevent holes.
   float voted_crossing_share = 0.05f;
 
-  /// Distances smaller than this count as equally near in the vote; in voxels, above 0, so that no
-  /// distance of 0 outvotes all others. The value matters little: half and twice as much move no
-  /// figure by more than 1.5 %.
+  /// Distances smaller than this count as equally near in the vote; in voxels, above 0, so that a
+  /// distance of 0 does not outvote all others. The value matters little: half and twice as much
+  /// change no figure by more than 1.5 %.
   float nearness_voxels = 0.2f;
 
-  /// A vertex is drawn to the nearest anchor where a corner's foot is farther than this from where
-  /// its surface was measured, or the vertex from its plane, in voxels; as far as it ever is from
-  /// twice that on. Pixels are so far apart: less moves vertices inside a surface (0.1 puts those
-  /// of a tilted plane .004 instead of .003 off). (100 images on two thirds of an orbit, vertices
-  /// with 0.1, 0.15, 0.25 and without: Asian Dragon at 20 mm 1.75, 1.83, 2.02 and 3.26 mm, bunny
-  /// 0.46, 0.48, 0.53 and 0.77 mm.)
+  /// A vertex is pulled to its nearest anchor if a corner's foot is farther than this from where
+  /// the surface was measured, or the vertex from its plane, in voxels; at twice this distance, the
+  /// pull is at its full strength. This is about the spacing of pixels: less moves vertices inside
+  /// a surface (0.1 puts those of a tilted plane .004 instead of .003 off). (100 images on two
+  /// thirds of an orbit, vertices with 0.1, 0.15, 0.25 and without: Asian Dragon at 20 mm 1.75,
+  /// 1.83, 2.02 and 3.26 mm, bunny 0.46, 0.48, 0.53 and 0.77 mm.)
   float measured_gap = 0.15f;
-  /// So near it may be to the anchor anyway, in voxels.
+  /// Distance from its anchor within which a vertex stays, in voxels.
   float measured_reach = 0.1f;
-  /// The share of the way until there that it is drawn at most; in [0, 1), so that no two vertices
-  /// of one anchor come to one place.
+  /// Largest share of the remaining way that a vertex is pulled; in [0, 1), so that two vertices
+  /// with the same anchor do not coincide.
   float measured_pull = 0.875f;
-  /// A triangle with a side that this makes longer by more, in voxels, stands in a gap, and is left
-  /// out. (The slot of the scene `outlines`, 35 mm wide, at 20 mm: closed by 90 % without, 79 %
-  /// with 0.55, 17 % with 0.5, 10 % with 0.35, 8 % with 0.3.)
+  /// A triangle with a side that anchoring lengthens by more than this, in voxels, spans a gap and
+  /// is left out. (The slot of the scene `outlines`, 35 mm wide, at 20 mm: closed by 90 % without,
+  /// 79 % with 0.55, 17 % with 0.5, 10 % with 0.35, 8 % with 0.3.)
   float most_stretch = 0.3f;
 };
 
-/// The numbers, and what of the other settings the mesh depends on.
+/// The constants, and the other settings that the mesh depends on.
 struct MeshSettings : MeshRules {
-  /// Whether distances are those to planes, as in all modes but voxel projection, whose distances
-  /// run along rays and may grow faster than the way to them.
+  /// Whether voxels hold distances to planes: true except for voxel projection, whose distances are
+  /// along rays and may grow faster than the distance to the surface.
   bool distances_to_planes = true;
-  /// Loose pieces of up to so many units are left out, at most kMostLooseUnits; 0: none.
+  /// Longest loose piece that is left out, in units, at most kMostLooseUnits; 0: none is.
   int most_loose_units = 0;
 };
 

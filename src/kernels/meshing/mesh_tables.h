@@ -1,12 +1,12 @@
 /// Marching-cubes tables, derived at compile time from the geometry of the cube.
 ///
-/// Corner c of a mesh unit lies at (c & 1, c >> 1 & 1, c >> 2 & 1). Bit c of an index is set where
-/// the corner is behind the surface (negative distance). Edge e runs along axis e / 4. On each face
-/// the contour cuts off every run of behind corners on its own, which depends on the face alone, so
-/// neighbouring units agree; following the contours over the faces gives closed loops, the surface
+/// Corner c of a mesh unit lies at (c & 1, c >> 1 & 1, c >> 2 & 1). Bit c of an index is set if the
+/// corner is behind the surface (negative distance). Edge e runs along axis e / 4. On each face,
+/// the contour cuts off each run of corners behind separately. This depends on the face alone, so
+/// neighbouring units agree. Following the contours over the faces gives closed loops, the surface
 /// components of an index, and each loop is triangulated as a fan. The fan starts where none of its
-/// diagonals lies on a face of the cube: there it could meet a neighbour's side or diagonal, and
-/// four triangles would share it.
+/// diagonals lies on a face of the cube: there it could coincide with a neighbour's side or
+/// diagonal, and four triangles would share it.
 #pragma once
 
 #include <cstdint>
@@ -21,14 +21,14 @@ constexpr int kMaxComponents = 4;
 constexpr int kMaxTriangles = 5;
 constexpr int kFallingBit = 24;
 
-/// Corner at the lower end of an edge; the upper end is that corner with bit (e / 4) set. Bits i of
-/// the edge's number within its axis, with a 0 put in at the axis.
+/// Corner at the lower end of an edge; the upper end is that corner with bit (e / 4) set. Its bits
+/// are those of the edge's number within its axis, with a 0 inserted at the axis.
 DTSDF_HD constexpr int edgeLowerCorner(int e) {
   return e < 4 ? (e & 3) << 1 : (e < 8 ? (e & 1) | (e & 2) << 1 : e & 3);
 }
 
-/// Edge of the corner grid that is edge e (0 to 11) of the block's first unit: the unit's index
-/// says which way it faces.
+/// Number in the corner grid of edge e (0 to 11) of the block's first unit; the unit's index gives
+/// the facing.
 DTSDF_HD constexpr int firstUnitEdge(int e, int index) {
   const int lower = edgeLowerCorner(e);
   return edgeNumber(cornerIndex(lower & 1, lower >> 1 & 1, lower >> 2 & 1), e / 4,
@@ -39,17 +39,17 @@ struct MeshTables {
   /// Triangles of an index: three edges each, counter-clockwise seen from the front.
   uint8_t triangle_count[256];
   uint8_t triangle_edge[256][3 * kMaxTriangles];
-  uint16_t grid_edge[256][3 * kMaxTriangles];  ///< The firstUnitEdge() of each.
-  /// Unconnected surface components of an index: for each, the index that has this component only.
+  uint16_t grid_edge[256][3 * kMaxTriangles];  ///< firstUnitEdge() of each.
+  /// Separate surface components of an index; for each, the index that has only this component.
   uint8_t component_count[256];
   uint8_t component[256][kMaxComponents];
-  /// Edges that an index crosses: bit 8 * axis + corner for that with this corner at its lower end
-  /// if it is behind there (it faces +axis), kFallingBit more if it is behind at the upper end.
+  /// Edges that an index crosses: bit 8 * axis + corner, by the edge's lower corner, if that is
+  /// behind (the edge faces +axis); kFallingBit higher if the upper corner is behind.
   uint64_t crossings[256];
-  /// Directions that may see a component, bit d for direction d. Intra-directional filter (paper,
-  /// Sec. V-B): it is impossible in direction D if an edge along D is behind at its +D end and in
-  /// front at its -D end. If no edge along D is crossed, the gradient has to decide, which it has
-  /// by then (leaders.h).
+  /// Directions that may see a component, bit d for direction d. By the intra-directional filter
+  /// (paper, Sec. V-B) it is impossible in direction D if an edge along D is behind at its +D end
+  /// and in front at its -D end. If no edge along D is crossed, the gradient decides, which is
+  /// checked before (leaders.h).
   uint8_t seen_from[256];
 };
 
@@ -64,16 +64,16 @@ constexpr int edgeBetween(int a, int b) {
   return -1;
 }
 
-/// Corner i (0 to 3) of the face across `axis` at its low or high end, counter-clockwise from
+/// Corner i (0 to 3) of the face across `axis` at its low or high end, counter-clockwise seen from
 /// outside.
 constexpr int faceCorner(int axis, int high, int i) {
   const int u = 1 << ((axis + 1) % 3), v = 1 << ((axis + 2) % 3);
-  const int turn = high ? i : (4 - i) % 4;  // the far side of a face runs the other way round
+  const int turn = high ? i : (4 - i) % 4;  // opposite faces run the other way round
   const int in_plane = turn == 0 ? 0 : (turn == 1 ? u : (turn == 2 ? u + v : v));
   return in_plane + (high ? 1 << axis : 0);
 }
 
-/// For each crossed edge of an index the next edge of its contour loop, or -1.
+/// For each crossed edge of an index, the next edge of its contour loop; -1 for other edges.
 constexpr void traceContours(int index, int (&next)[kCubeEdges]) {
   for (int& edge : next) edge = -1;
   for (int face = 0; face < 6; ++face) {
@@ -90,7 +90,7 @@ constexpr void traceContours(int index, int (&next)[kCubeEdges]) {
   }
 }
 
-/// Bit f for each face (-x, +x, -y, +y, -z, +z) that an edge lies on.
+/// The faces that an edge lies on, a bit each: -x, +x, -y, +y, -z, +z.
 constexpr unsigned facesOfEdge(int e) {
   unsigned faces = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -99,7 +99,7 @@ constexpr unsigned facesOfEdge(int e) {
   return faces;
 }
 
-/// First position in a loop from where a fan has no diagonal on a face of the cube.
+/// First position in a loop at which a fan can start without a diagonal on a face of the cube.
 constexpr int fanStart(const int (&loop)[kCubeEdges], int length) {
   for (int start = 0; start < length; ++start) {
     bool on_face = false;
@@ -112,8 +112,8 @@ constexpr int fanStart(const int (&loop)[kCubeEdges], int length) {
   return 0;
 }
 
-/// The index of a single loop: corners on its behind side, found by a flood over the cube's edges
-/// that crosses none of the loop's.
+/// Index of a single loop: the corners on its behind side, found by flooding over the cube's edges
+/// that the loop does not cross.
 constexpr int componentIndex(int index, unsigned loop_edges) {
   int behind = 0;
   for (int e = 0; e < kCubeEdges; ++e) {
@@ -172,7 +172,7 @@ constexpr MeshTables make() {
 
 inline constexpr MeshTables kMeshTables = mesh_tables_detail::make();
 
-/// An index without one of its components: the corners that only this component sets apart change
+/// An index without one of its components: the corners that only this component separates change
 /// sides.
 DTSDF_HD uint8_t removeComponent(uint8_t index, uint8_t component) {
   const uint8_t behind_side = component, front_side = static_cast<uint8_t>(~component);

@@ -1,11 +1,11 @@
-/// Refinement, the last step of the make stage where it is asked for: each triangle becomes four,
-/// with new vertices at the middles of its sides, on the curved surface.
+/// Refinement, the optional last step of the make stage: each triangle becomes four, with new
+/// vertices at the middles of its sides, on the curved surface.
 ///
-/// A middle is that of a PN triangle's side (Vlachos et al., Curved PN Triangles, 2001): of the
-/// cubic that leaves both ends of the side in their tangent planes. It depends on the two ends and
-/// their normals alone, so all triangles that have the side share it, in units and blocks alike.
+/// A middle is that of the side of a PN triangle (Vlachos et al., Curved PN Triangles, 2001): of
+/// the cubic that leaves both ends of the side in their tangent planes. It depends only on the two
+/// ends and their normals, so all triangles with this side share it, across units and blocks.
 ///
-/// A side of a triangle is identified by the edges of its two ends, like a vertex by its edge.
+/// A triangle's side is identified by the edges of its two ends, as a vertex is by its edge.
 #pragma once
 
 #include "kernels/core/grid.h"
@@ -15,23 +15,23 @@
 
 namespace dtsdf {
 
-/// A loop of n edges has n sides and n - 3 diagonals: with all twelve edges crossed, by four loops
-/// of three, that is twelve sides.
+/// A loop of n edges has n sides and n - 3 diagonals. The most sides are twelve, where four loops
+/// of three cross all twelve edges.
 constexpr int kMaxSides = 12;
 
-/// Derived at compile time from mesh_tables.h: the sides of an index's triangles, each once, and
-/// which of them bound each triangle.
+/// The sides of an index's triangles, each once, and which of them bound each triangle; derived at
+/// compile time from mesh_tables.h.
 struct RefineTables {
-  /// Sides of an index, in the order of its triangles: two of the unit's edges each.
+  /// Sides of an index in the order of its triangles, as two of the unit's edges each.
   uint8_t side_count[256];
   uint8_t side_edge[256][2 * kMaxSides];
-  /// For each triangle the sides from its first corner to the second one, and on.
+  /// Sides of each triangle, from its first corner to its second, and so on.
   uint8_t triangle_side[256][3 * kMaxTriangles];
 };
 
 namespace refine_tables_detail {
 
-/// The number of the side between two edges of an index, which is entered if it is new.
+/// Number of the side between two edges of an index; a new side is added.
 constexpr uint8_t sideBetween(RefineTables& tables, int index, uint8_t a, uint8_t b) {
   const uint8_t count = tables.side_count[index];
   for (uint8_t i = 0; i < count; ++i) {
@@ -61,16 +61,18 @@ constexpr RefineTables make() {
 
 }  // namespace refine_tables_detail
 
-/// More sides than kMaxSides would not compile: no constant expression writes beyond an array.
+/// Does not compile with more sides than kMaxSides, as a constant expression cannot write beyond an
+/// array.
 inline constexpr RefineTables kRefineTables = refine_tables_detail::make();
 
-/// Triangles of a refined mesh for each one of a plain mesh.
+/// Triangles of the refined mesh per triangle of the plain mesh.
 constexpr int kRefinedTriangles = 4;
 
 static_assert(kGridEdges + kVoxelsPerBlock * kMaxSheets * kMaxSides <= 65536,
               "triangles name a block's vertices in 16 bits");
 
-/// BlockVertex::edge of the middle of a side between the vertices of two edges, in either order.
+/// BlockVertex::edge of the middle of the side between the vertices of two edges, given in either
+/// order.
 constexpr uint32_t kFirstMiddle = kGridEdges;
 DTSDF_HD uint32_t middleNumber(int edge_a, int edge_b) {
   const uint32_t a = static_cast<uint32_t>(edge_a < edge_b ? edge_a : edge_b);
@@ -79,7 +81,7 @@ DTSDF_HD uint32_t middleNumber(int edge_a, int edge_b) {
 }
 DTSDF_HD bool isMiddle(uint32_t number) { return number >= kFirstMiddle; }
 
-/// The edges at both ends of the middle's side, the lower one first.
+/// The edges at the two ends of a middle's side, the lower number first.
 DTSDF_HD int middleFirst(uint32_t number) {
   return static_cast<int>((number - kFirstMiddle) / kGridEdges);
 }
@@ -87,27 +89,27 @@ DTSDF_HD int middleSecond(uint32_t number) {
   return static_cast<int>((number - kFirstMiddle) % kGridEdges);
 }
 
-/// The way that a vertex's edge faces, or the sum of those of a middle's two.
+/// Step that a vertex's edge faces along, or the sum of both ends' steps for a middle.
 DTSDF_HD Vec3i facedWays(uint32_t number) {
   if (!isMiddle(number)) return facedWay(static_cast<int>(number));
   return facedWay(middleFirst(number)) + facedWay(middleSecond(number));
 }
 
-/// A vertex of a side, with its unit normal: 0 where that is not known.
+/// A vertex at the end of a side, with its unit normal; 0 if that is unknown.
 struct SideEnd {
   Vec3f position, normal;
 };
 
-/// A multiple of 2^-16, so that blocks on both sides of a face, whose positions differ by whole
-/// blocks, come to the very same place.
+/// Rounds to a multiple of 2^-16, so that blocks on both sides of a face, whose positions differ by
+/// whole blocks, put the middle at exactly the same place.
 DTSDF_HD float roundedShift(float shift) {
   constexpr float kSteps = 65536.0f;
   return static_cast<float>(floorToInt(shift * kSteps + 0.5f)) / kSteps;
 }
 
 /// The middle of the curved side between two vertices; an end without a normal counts as straight.
-/// Swapping the ends changes nothing, not even a bit. The way from the straight side is at most a
-/// quarter of it.
+/// Swapping the ends gives the same bits. The middle is off the straight side by at most a quarter
+/// of its length.
 DTSDF_HD Vec3f middleOfSide(const SideEnd& a, const SideEnd& b) {
   const Vec3f way = b.position - a.position;
   const Vec3f at_a = dot(way, a.normal) * a.normal, at_b = dot(way, b.normal) * b.normal;
@@ -116,14 +118,14 @@ DTSDF_HD Vec3f middleOfSide(const SideEnd& a, const SideEnd& b) {
          Vec3f{roundedShift(shift.x), roundedShift(shift.y), roundedShift(shift.z)};
 }
 
-/// Sides of a unit's triangles: those of each sheet once.
+/// Number of sides of a unit's triangles, counted once per sheet.
 DTSDF_HD uint32_t sidesOfUnit(const RefineTables& tables, const UnitIndices& indices) {
   uint32_t sides = 0;
   for (int s = 0; s < kMaxSheets; ++s) sides += tables.side_count[indices.sheet[s]];
   return sides;
 }
 
-/// Calls visit(a, b) for these, with the edges that their ends are on, in canonical order.
+/// Calls visit(a, b) for each of these sides, with the edges of its two ends, in canonical order.
 template <class Visit>
 DTSDF_HD void visitSides(const RefineTables& tables, const UnitIndices& indices, const Vec3i& unit,
                          const Visit& visit) {
@@ -136,8 +138,8 @@ DTSDF_HD void visitSides(const RefineTables& tables, const UnitIndices& indices,
   }
 }
 
-/// Calls visit(vertex) for the corners of the four triangles with the given corners and middles,
-/// where middle i is that behind corner i.
+/// Calls visit(vertex) for the corners of the four triangles that replace one; middle i follows
+/// corner i.
 template <class Visit>
 DTSDF_HD void visitFour(const uint32_t (&corner)[3], const uint32_t (&middle)[3],
                         const Visit& visit) {
@@ -149,9 +151,9 @@ DTSDF_HD void visitFour(const uint32_t (&corner)[3], const uint32_t (&middle)[3]
   for (int k = 0; k < 3; ++k) visit(middle[k]);
 }
 
-/// Calls visit(vertex) for the corners of a unit's refined triangles, three each, in canonical
-/// order. `vertexOf` gives the vertex of an edge; the unit's middles begin at first_middle. Where
-/// isGap() says that a triangle's corners stand in a gap, its four are marked as such.
+/// Calls visit(vertex) for the corners of a unit's refined triangles, three per triangle, in
+/// canonical order. `vertexOf` gives the vertex of an edge; the unit's middles start at
+/// first_middle. If isGap() holds for a triangle's corners, its four triangles are marked as gaps.
 template <class VertexOf, class IsGap, class Visit>
 DTSDF_HD void visitRefinedTriangles(const MeshTables& tables, const RefineTables& refine_tables,
                                     const UnitIndices& indices, const Vec3i& unit,

@@ -1,9 +1,9 @@
 /// The index stage: marching cubes indices of a unit's sheets, from its samples.
 ///
-/// The strongest direction that speaks leads a first sheet; if the opposite one speaks as well, it
-/// leads a second. All directions but the one opposite to the leader vote on a sheet's corners; of
-/// the components of the labels, those are kept that some speaking direction can see, and that
-/// cross no edge where too little is known.
+/// The strongest direction that speaks leads the first sheet; its opposite leads the second if it
+/// speaks as well. All directions except the leader's opposite vote on a sheet's corners. A
+/// component is removed if no speaking direction can see it; a unit with one that has a
+/// weak crossing is left empty.
 #pragma once
 
 #include "kernels/meshing/crossings.h"
@@ -12,9 +12,9 @@
 
 namespace dtsdf {
 
-/// Marching cubes index of a sheet: its labels without the components that none of the sheet's
-/// speaking directions can see. Where one has a weak crossing the unit says nothing, kNotKnown: so
-/// it neither has a surface, nor turns the corners of those around.
+/// Marching cubes index of a sheet: its labels without the components that none of its speaking
+/// directions can see. kNotKnown if a component has a weak crossing: the unit then has no surface,
+/// and no influence on its neighbours' corners.
 DTSDF_HD int sheetIndex(const MeshTables& tables, unsigned labels, unsigned speaking,
                         unsigned weak_crossings) {
   uint8_t index = static_cast<uint8_t>(labels);
@@ -27,8 +27,8 @@ DTSDF_HD int sheetIndex(const MeshTables& tables, unsigned labels, unsigned spea
   return index;
 }
 
-/// Plain marching cubes of the undirected map. All units around a corner say the same of it, so
-/// those without a surface need not say anything.
+/// Plain marching cubes for an undirected map. All units around a corner agree about it, so those
+/// without a surface can stay empty.
 template <class Samples>
 DTSDF_HD void undirectedLabels(const Samples& samples, UnitLabels (&result)[Samples::kUnits]) {
   using Bits = typename Samples::Bits;
@@ -47,9 +47,9 @@ DTSDF_HD void undirectedLabels(const Samples& samples, UnitLabels (&result)[Samp
   }
 }
 
-/// Indices of the units' sheets with the given leaders, one per unit; kNotKnown where there is
-/// none (-1). `greatest_weight` and `least_weight` are those at the units' corners: of any
-/// direction, and what a corner needs more than.
+/// Indices of the sheets with these leaders, one per unit; kNotKnown for a leader of -1.
+/// `greatest_weight` is the greatest weight at the units' corners, `least_weight` the weight that
+/// each corner must exceed.
 template <class Samples, class Real, class Bits>
 DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules, const Samples& samples,
                            const Real& greatest_weight, const Real& least_weight,
@@ -74,10 +74,10 @@ DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules, con
 
 DTSDF_HD bool isSurface(int index) { return index > 0 && index < 255; }
 
-/// What a unit says whose sheets have such indices. The two sides of something thin cross no edge
-/// in the same way; sheets that do are one surface told twice, as where it bends round within the
-/// unit: the first, of the stronger leader, is taken. A sheet without a surface says nothing
-/// against one that has some.
+/// Labels of a unit whose sheets have these indices. The two sides of something thin never cross an
+/// edge in the same way. Sheets that do are the same surface twice, for instance where it bends
+/// within the unit, so only the first, with the stronger leader, is kept. A sheet without a surface
+/// does not count against one with a surface.
 DTSDF_HD UnitLabels joinSheets(const MeshTables& tables, int first, int second) {
   if (!isSurface(first) && (isSurface(second) || first == kNotKnown)) first = second;
   if (first == kNotKnown) return {0, 0};

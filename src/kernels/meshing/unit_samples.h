@@ -1,28 +1,29 @@
-/// What a mesh unit is made of, and what becomes of it.
+/// Samples, labels and indices of a mesh unit.
 ///
-/// A mesh unit is a cell of marching cubes: a cube with a voxel's sample on each of its corners.
+/// A mesh unit is a cell of marching cubes: a cube with a voxel's sample at each of its corners.
 /// The files of this folder are the stages of directional marching cubes, in the paper's order
 /// (Sec. V):
 ///
 ///   index   possible_leaders.h   which units can hold a surface at all
 ///           leaders.h            which directions speak for a surface, and which lead its sheets
 ///           vote.h               on which side of a sheet each corner is
-///           crossings.h          which crossings of edges are known too little
+///           crossings.h          which crossings are too poorly known
 ///           sheets.h             marching cubes indices, without what no direction can see
 ///   make    loose_pieces.h       small pieces beside a larger one, which are left out
 ///           regularisation.h     corners that the units around them disagree about
 ///           edge_vertex.h        where the surface crosses an edge
-///           anchoring.h          vertices held to where the surface was measured
+///           anchoring.h          vertices pulled to where the surface was measured
 ///           emit.h               triangles, as references to edges
 ///   refine  vertex_normal.h      normals of vertices, from the fields around them
 ///           refine.h             four triangles for each, with vertices on the curved surface
 ///
-/// corner_grid.h says where a block's samples lie, mesh_tables.h holds marching cubes, and
-/// mesh_rules.h the numbers. Vertices belong to (edge, facing) and depend on the samples of the
-/// edge, so all units around it share them.
+/// corner_grid.h locates a block's samples, mesh_tables.h holds the tables of marching cubes, and
+/// mesh_rules.h the constants. Vertices belong to (edge, facing) and depend only on the edge, so
+/// all units around it share them.
 ///
-/// Departure from the paper, measured in docs/results: it votes and intersects whole indices per
-/// unit; voting per corner makes neighbouring units agree on the corners they share.
+/// Departure from the paper, measured in docs/results: the paper votes on whole indices per unit
+/// and intersects them; voting per corner makes neighbouring units agree about the corners they
+/// share.
 #pragma once
 
 #include "kernels/core/direction.h"
@@ -33,19 +34,19 @@
 
 namespace dtsdf {
 
-/// The surface in a unit has one sheet, or two: the sides of something thinner than the unit.
+/// Number of sheets in a unit: two are the sides of something thinner than the unit.
 constexpr int kMaxSheets = 2;
 
-/// The indices of a unit, one per sheet; no surface where all corners are on one side.
+/// The indices of a unit, one per sheet; all corners on one side: no surface.
 struct UnitIndices {
   uint8_t sheet[kMaxSheets];
 };
 
-/// What a unit says of its corners, bit c for corner c: which are behind its first sheet, and which
-/// in front of its second; in front of the first where there is one only. Both 0: it says nothing.
+/// A unit's view of its corners, bit c for corner c: which are behind its first sheet, and which
+/// are in front of its last (which may be the first). Both 0: the unit is empty.
 ///
-/// Nothing else looks like that: both 0 would be a first sheet with no corner behind it and a last
-/// one with all, and a sheet without surface is never kept beside another.
+/// Both 0 is unambiguous: otherwise it would mean a first sheet with no corner behind it and a last
+/// one with all of them, and a sheet without a surface is never stored together with another.
 struct UnitLabels {
   uint8_t behind_first, in_front_of_last;
 };
@@ -58,7 +59,7 @@ DTSDF_HD bool isEmpty(const UnitLabels& labels) {
   return (labels.behind_first | labels.in_front_of_last) == 0;
 }
 
-/// Corners that all sheets of the unit have on one side, behind and in front.
+/// Corners that are behind, or in front of, all sheets of the unit.
 DTSDF_HD unsigned cornersBehind(const UnitLabels& labels) {
   return labels.behind_first & ~labels.in_front_of_last & 255u;
 }
@@ -66,24 +67,24 @@ DTSDF_HD unsigned cornersInFront(const UnitLabels& labels) {
   return ~labels.behind_first & labels.in_front_of_last & 255u;
 }
 
-/// The labels as indices; two sheets that are the same are one.
+/// The labels as indices; two equal sheets become one.
 DTSDF_HD UnitIndices indicesOf(const UnitLabels& labels) {
   const auto last = static_cast<uint8_t>(~labels.in_front_of_last);
   if (isEmpty(labels) || last == labels.behind_first) return {{labels.behind_first, 0}};
   return {{labels.behind_first, last}};
 }
 
-// Samples are distances and weights at the eight corners of a unit, per direction; a sample counts
-// as observed if its weight is above 0. The rules take any type with the members of UnitOfGrid
-// (cuda/index_blocks.cu); one whose Real holds the values of several neighbouring units works on
-// all of them at once (UnitsOfRow, src/cpu/block_indexer.cpp). isObserved() and maySpeak() may be
-// false where a direction has no weight, or does not see both sides of a surface.
+// Samples are distances and weights at the eight corners of a unit, per direction; a sample is
+// observed if its weight is positive. The rules take any type with the members of UnitOfGrid
+// (cuda/index_blocks.cu). If its Real holds values of several neighbouring units, the rules work on
+// all of these at once (UnitsOfRow, src/cpu/block_indexer.cpp). isObserved() may be false for a
+// direction without weight, maySpeak() for one that does not see both sides of a surface.
 
-/// A surface nearer to a corner than this, in voxels, touches it: its direction has seen both of
-/// its sides there. On which side the corner is, the vote decides (vote.h), in which another
-/// direction of the same weight can turn what is nearer than a quarter of `nearness_voxels`, by its
-/// default. (A unit whose only corner behind the surface was turned would have no direction that
-/// speaks, and leave a hole.)
+/// A surface nearer to a corner than this, in voxels, touches it: its direction counts as having
+/// seen both sides there. The vote decides which side the corner is on (vote.h), and another
+/// direction with the same weight can reverse distances below a quarter of the default
+/// `nearness_voxels`. (Without this, a unit whose only corner behind the surface was reversed would
+/// have no speaking direction, and leave a hole.)
 constexpr float kTouching = 0.25f * MeshRules().nearness_voxels;
 
 template <class Samples>

@@ -1,9 +1,9 @@
-/// Unit normals of edge vertices, for refined meshes (refine.h): gradients of the fields that tell
-/// their crossings.
+/// Unit normals of edge vertices, for refined meshes (refine.h), from the gradients of the fields
+/// that cross the edge.
 ///
-/// Across an edge the slope of a field is the central difference at each of the edge's two ends,
-/// interpolated between them; along it, that of the parabola that gave the vertex (edge_vertex.h).
-/// Samples are read one corner beyond the ends, which is as far as meshes may depend on their
+/// A field's slope across an edge is interpolated between the central differences at the edge's two
+/// ends; its slope along the edge is that of the parabola that gave the vertex (edge_vertex.h).
+/// Samples are read up to one corner beyond the ends, which is as far as a mesh may depend on its
 /// block's surroundings.
 #pragma once
 
@@ -11,32 +11,32 @@
 
 namespace dtsdf {
 
-/// A rate of change per voxel, if it is known.
+/// A rate of change per voxel, if known.
 struct Slope {
   float value;
   bool is_known;
 };
 
-/// Slope of a field at a known sample from those one voxel before and behind it: from one side
-/// where only that one is known.
+/// Slope of a field at a known sample, from its neighbours along an axis; one-sided if only one of
+/// them is known.
 DTSDF_HD Slope slopeAt(const Sample& below, const Sample& own, const Sample& above) {
   const bool knows_below = below.weight > 0.0f, knows_above = above.weight > 0.0f;
   const float low = knows_below ? below.sdf : own.sdf, high = knows_above ? above.sdf : own.sdf;
   return {(knows_below && knows_above ? 0.5f : 1.0f) * (high - low), knows_below || knows_above};
 }
 
-/// Slope between two corners, at a share t of the way: that of one where the other's is not known.
+/// Slope at a share t of the way between two corners; if only one is known, its slope.
 DTSDF_HD Slope slopeBetween(const Slope& lower, const Slope& upper, float t) {
   if (!lower.is_known || !upper.is_known) return lower.is_known ? lower : upper;
   return {(1.0f - t) * lower.value + t * upper.value, true};
 }
 
-/// An edge of the grid around a block, from its lower corner, where on it a vertex is, and the
-/// samples of a direction at its two ends.
+/// A vertex's place on an edge of the grid around a block, with a direction's samples at the edge's
+/// ends. `corner` is the lower end.
 struct PlaceOnEdge {
   Vec3i corner;
   int axis;
-  float t;  ///< Share of the edge from its lower end.
+  float t;  ///< Share of the edge, from its lower end.
   int direction;
   Sample lower, upper;
 };
@@ -60,7 +60,7 @@ DTSDF_HD float slopeAlong(const Corners& corners, const PlaceOnEdge& at) {
   return at.upper.sdf - at.lower.sdf + bend * (at.t - 0.5f);
 }
 
-/// Gradient of a direction's field at a place on an edge; 0 where a component is not known.
+/// Gradient of a direction's field at a place on an edge; 0 if a component is unknown.
 template <class Corners>
 DTSDF_HD Vec3f gradientOnEdge(const Corners& corners, const PlaceOnEdge& at) {
   Vec3f gradient{0.0f, 0.0f, 0.0f};
@@ -73,9 +73,9 @@ DTSDF_HD Vec3f gradientOnEdge(const Corners& corners, const PlaceOnEdge& at) {
   return gradient;
 }
 
-/// Unit normal of an edge's vertex, towards the free side: the gradients of those directions that
-/// tell its crossing, each with the weight that edgeOffset() gives it. 0 where none is known. Of
-/// blocks that share the vertex, each finds the same bits.
+/// Unit normal of an edge's vertex, towards free space: the mean gradient of the directions that
+/// cross the edge, weighted as in edgeOffset(). 0 if none is known. All blocks that share the
+/// vertex find the same bits.
 template <class Corners>
 DTSDF_HD Vec3f vertexNormal(const Corners& corners, int edge, const Vec3f& position,
                             bool directional) {

@@ -1,4 +1,4 @@
-/// On which side of a sheet the corners of a unit are: by the vote of several directions.
+/// Decides by a vote of directions on which side of a sheet a unit's corners are.
 #pragma once
 
 #include "kernels/meshing/mesh_rules.h"
@@ -6,15 +6,15 @@
 
 namespace dtsdf {
 
-/// The vote on one corner: weighted mean of the distances of several directions. Each counts by its
-/// squared weight and by how near its surface is, since the nearest surface decides the sign:
+/// The vote on one corner: a weighted mean of the directions' distances. Each direction counts by
+/// its squared weight and by how near its surface is, since the nearest surface decides the sign:
 ///   sdf = sum(v_d sdf_d) / sum(v_d),  v_d = (weight_d / (nearness + |sdf_d|))^2.
 template <class Real>
 struct CornerVote {
   Real sum{0.0f}, votes{0.0f}, weight{0.0f};
 };
 
-/// One direction's vote, where it counts.
+/// Adds one direction's vote where `counts` holds.
 template <class Real, class Mask>
 DTSDF_HD void addVote(CornerVote<Real>& vote, const Real& sdf, const Real& weight,
                       const Mask& counts, const Real& nearness) {
@@ -26,7 +26,7 @@ DTSDF_HD void addVote(CornerVote<Real>& vote, const Real& sdf, const Real& weigh
   vote.weight = vote.weight + select(counts, weight, zero);
 }
 
-/// One direction's vote; only where `takes_part` and where the weight is above 0.
+/// Adds one direction's vote if it `takes_part` and its weight is positive.
 template <class Real, class Mask>
 DTSDF_HD void castVote(CornerVote<Real>& vote, const Real& sdf, const Real& weight,
                        const Mask& takes_part, const Real& nearness) {
@@ -34,7 +34,7 @@ DTSDF_HD void castVote(CornerVote<Real>& vote, const Real& sdf, const Real& weig
   if (shouldBranch(counts)) addVote(vote, sdf, weight, counts, nearness);
 }
 
-/// In voxels; 0 where nobody voted.
+/// In voxels; 0 without votes.
 template <class Real>
 DTSDF_HD Real votedSdf(const CornerVote<Real>& vote) {
   const Real zero{0.0f};
@@ -44,7 +44,7 @@ DTSDF_HD Real votedSdf(const CornerVote<Real>& vote) {
 constexpr int kNotKnown = -1;
 
 /// Marching cubes labels of a sheet (bit c: corner c is behind), by the vote of all directions but
-/// one; kNotKnown where some corner has no more than the least weight.
+/// the excluded one; kNotKnown if the weight at some corner does not exceed `least_weight`.
 template <class Samples, class Real, class Bits>
 DTSDF_HD Bits voteOnCorners(const MeshRules& rules, const Samples& samples,
                             const Bits& excluded_direction, const Real& least_weight) {
@@ -61,7 +61,7 @@ DTSDF_HD Bits voteOnCorners(const MeshRules& rules, const Samples& samples,
     }
     known = known & (vote.weight > least_weight);
     if (!any(known)) return not_known;
-    labels = labels | select(vote.sum < Real{0.0f}, Bits{1 << c}, none);  // as votedSdf()
+    labels = labels | select(vote.sum < Real{0.0f}, Bits{1 << c}, none);  // the sign of votedSdf()
   }
   return select(known, labels, not_known);
 }

@@ -1,4 +1,4 @@
-/// The numbers of the rules that align an image to the map. By judgement where nothing is said:
+/// Constants of the rules that align an image to the map. Chosen by judgement unless stated:
 /// results on real recordings hardly change with any of them (docs/results/poses.md).
 #pragma once
 
@@ -7,38 +7,38 @@
 namespace dtsdf {
 
 struct AlignmentRules {
-  /// Points of an image, at least: with more the error is that of the map.
+  /// Least number of points per image; with more, the map's own error dominates.
   int32_t points = 4800;
   /// Half width of the window that a point's plane is fitted in, in pixels.
   int32_t window_px = 3;
-  /// How far from a point, along its normal, its surface is looked for at first, in voxels. (A
-  /// corner 2 m away, voxels of 20 mm, poses off by 10 cm and 8 degrees at once: 78 of 96 are found
-  /// within 8, 89 within 10, all within 12.)
+  /// Distance from a point, along its normal, within which its surface is searched at first, in
+  /// voxels. (A corner 2 m away, voxels of 20 mm, poses off by 10 cm and 8 degrees at once: 78 of
+  /// 96 are found within 8, 89 within 10, all within 12.)
   float reach = 12.0f;
-  /// Residuals from which on a point counts nothing at last, in voxels.
+  /// Residual from which on a point does not count in the last iterations, in voxels.
   float cutoff = 1.0f;
-  /// So many points say as much as one would whose error is independent: those of a surface share
-  /// the error of the map there, and of the sensor.
+  /// This many points carry as much information as one with an independent error, as points of a
+  /// surface share the errors of the map there and of the sensor.
   float points_per_witness = 100.0f;
-  /// Below this share of points that meet a surface there is too little of the map to align to.
+  /// If the share of points that meet a surface is smaller, the map there is too small to align to.
   float least_matched = 0.15f;
-  /// Below this share of inliers among them, the image does not fit.
+  /// If the share of inliers among these is smaller, the image does not fit.
   float least_inliers = 0.5f;
-  /// Below this share it may have slipped, though it fits: plain surfaces still fit while a camera
-  /// slides along them. (A phone that turned fast: 0.74 to 0.84 while it slipped by 5 degrees, 0.90
-  /// to 1 otherwise; a Kinect: never below 0.95.)
+  /// If the share of inliers is smaller, the image may have slipped: plain surfaces still fit while
+  /// a camera slides along them. (A phone that turned fast: 0.74 to 0.84 while it slipped by 5
+  /// degrees, 0.90 to 1 otherwise; a Kinect: never below 0.95.)
   float held_inliers = 0.85f;
-  /// A pose that puts the surfaces off the map by less than this, in voxels along their normals,
-  /// root mean square, is as good as the map can say: with exact poses the map's own error has been
-  /// seen to ask for up to 0.17, with those of real recordings for 0.4 to 0.6 in the median.
+  /// A pose that moves the surfaces by less than this from the map, in voxels along their normals
+  /// (root mean square), is as good as the map can determine. With exact poses the map's own error
+  /// asked for up to 0.17, with those of real recordings for a median of 0.4 to 0.6.
   float least_misplacement = 0.2f;
 };
 
-/// What the rules of alignment need to know of other rules.
+/// The settings of other stages that the rules of alignment need.
 struct AlignmentSettings {
-  /// Fusion's setting: points farther than this count less, by the square.
+  /// FusionRules::full_weight_depth_m: the weight of farther points falls as z^-2.
   float full_weight_depth_m;
-  /// Pixels whose depths differ by a larger share are not of one surface.
+  /// Pixels whose depths differ by a larger share are on different surfaces.
   float depth_jump;
   AlignmentRules rules;
 };

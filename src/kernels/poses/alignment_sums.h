@@ -1,8 +1,8 @@
-/// What the points of an image say of its pose: distances to the surfaces of the map, and the sums
-/// of Gauss-Newton.
+/// Distances of an image's points to the surfaces of the map, and their Gauss-Newton sums for its
+/// pose.
 ///
-/// A point is compared with the signed distance in the directions that its normal belongs to, as
-/// fusion would write it there: so the back of a thin plate never attracts what shows its front.
+/// A point is compared with the signed distance in the directions of its normal, where fusion would
+/// write it. So the back of a thin plate never attracts points of its front.
 #pragma once
 
 #include "kernels/core/camera.h"
@@ -12,7 +12,8 @@
 
 namespace dtsdf {
 
-/// A measured point and its unit normal in the camera's optical frame, in voxels. Weight 0: none.
+/// A measured point and its unit normal in the camera's optical frame, in voxels. Weight 0: no
+/// point.
 struct AlignedPoint {
   Vec3f p_C;
   Vec3f normal_C;
@@ -21,12 +22,12 @@ struct AlignedPoint {
 
 DTSDF_HD AlignedPoint noAlignedPoint() { return {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f}; }
 
-/// Where the points of an image lie: every `stride`-th pixel of each row and column.
+/// The points of an image: every `stride`-th pixel of each row and column.
 struct AlignmentGrid {
   int32_t stride, columns, rows;
 };
 
-/// So many points as the rules ask for, or a few more.
+/// The grid with at least as many points as the rules ask for, and few more.
 DTSDF_HD AlignmentGrid alignmentGrid(const FrameView& frame, const AlignmentRules& rules) {
   int32_t stride = 1;
   while (static_cast<int64_t>(frame.width / (stride + 1)) * (frame.height / (stride + 1)) >=
@@ -41,16 +42,16 @@ DTSDF_HD Pixel pixelOfPoint(const AlignmentGrid& grid, int32_t index) {
           (index / grid.columns) * grid.stride + grid.stride / 2};
 }
 
-/// Fits a plane in inverse depth, with slopes per pixel, to the window around a pixel, of those
-/// pairs of opposite pixels that lie on one surface with it: the mean of their inverse depths
-/// hardly differs from its own. @return false where there is none. `inverse_depth(du, dv)` is above
-/// 0 where something is measured.
+/// Fits a plane in inverse depth, with slopes per pixel, to the window around a pixel. It uses the
+/// pairs of opposite pixels on the same surface, whose mean inverse depth hardly differs from the
+/// middle's. @return false if too few are. `inverse_depth(du, dv)` is positive where something is
+/// measured.
 template <class InverseDepth>
 DTSDF_HD bool fitAlignedPlane(const AlignmentSettings& settings, const InverseDepth& inverse_depth,
                               float& value, float& slope_u, float& slope_v) {
   const float middle = inverse_depth(0, 0);
   if (!(middle > 0.0f)) return false;
-  // Sums over pairs of pixels on opposite sides of the middle one part its value from its slopes.
+  // Sums over pairs of opposite pixels separate the value from the slopes.
   float sum = middle, sum_uu = 0.0f, sum_uv = 0.0f, sum_vv = 0.0f, sum_u = 0.0f, sum_v = 0.0f;
   int32_t pairs = 0;
   const int32_t r = settings.rules.window_px;
@@ -79,8 +80,8 @@ DTSDF_HD bool fitAlignedPlane(const AlignmentSettings& settings, const InverseDe
   return true;
 }
 
-/// The point of a pixel. A point counts by how squarely it is seen, and less the farther it is:
-/// noise grows with distance.
+/// The point of a pixel. It counts by how squarely it is seen, and less when far away, as noise
+/// grows with distance.
 template <class InverseDepth>
 DTSDF_HD AlignedPoint makeAlignedPoint(const FrameView& frame, const Pixel& pixel,
                                        const AlignmentSettings& settings,
@@ -111,14 +112,14 @@ struct FieldSample {
   bool known;
 };
 
-/// Trilinear interpolation between the eight voxels around a point, which have to be known.
-/// `voxel(at)` is that of the local frame's grid.
+/// Interpolates trilinearly between the eight voxels around a point, which must all be known.
+/// `voxel(at)` returns a voxel of the local frame's grid.
 template <class VoxelAt>
 DTSDF_HD FieldSample sampleField(const Vec3f& p_L, VoxelAt&& voxel) {
   const Vec3i base{floorToInt(p_L.x), floorToInt(p_L.y), floorToInt(p_L.z)};
   const Vec3f f = p_L - toFloat(base);
-  // The outermost two first, since elsewhere they are mostly empty; then none of the others waits
-  // for another one.
+  // The two outermost corners are read first, since one is often empty. The other reads do not wait
+  // for each other.
   float sdf[8];
   bool known = true;
   const auto read = [&](int i) {
@@ -131,7 +132,7 @@ DTSDF_HD FieldSample sampleField(const Vec3f& p_L, VoxelAt&& voxel) {
   if (!known) return {0.0f, {0.0f, 0.0f, 0.0f}, false};
   for (int i = 1; i < 7; ++i) read(i);
   if (!known) return {0.0f, {0.0f, 0.0f, 0.0f}, false};
-  // Along x, then y, then z; the slope along an axis is taken before it is interpolated along.
+  // Along x, then y, then z. The slope along an axis is taken before interpolating along it.
   const auto mix = [](float a, float b, float t) { return a + t * (b - a); };
   const float x00 = mix(sdf[0], sdf[1], f.x), x10 = mix(sdf[2], sdf[3], f.x);
   const float x01 = mix(sdf[4], sdf[5], f.x), x11 = mix(sdf[6], sdf[7], f.x);
@@ -142,8 +143,8 @@ DTSDF_HD FieldSample sampleField(const Vec3f& p_L, VoxelAt&& voxel) {
   return {mix(y0, y1, f.z), {dx, dy, y1 - y0}, true};
 }
 
-/// Samples the directions that a normal belongs to, and averages them by their weights.
-/// `voxel(direction, at)` is that of a direction's grid.
+/// The weighted mean of sampleField() over the directions that a normal belongs to.
+/// `voxel(direction, at)` returns a voxel of a direction's grid.
 template <class VoxelAt>
 DTSDF_HD FieldSample sampleDirections(const Vec3f& p_L, const DirectionSet& directions,
                                       VoxelAt&& voxel) {
@@ -161,21 +162,20 @@ DTSDF_HD FieldSample sampleDirections(const Vec3f& p_L, const DirectionSet& dire
   return {sdf / weight, (1.0f / weight) * gradient, true};
 }
 
-/// Number n of the places along a point's normal where its surface is looked for, in voxels from
-/// the point: at the point itself, then on both sides, farther and farther away.
+/// Offset along a point's normal of the n-th place where its surface is searched, in voxels: at the
+/// point itself, then on both sides, farther and farther away.
 DTSDF_HD float placeAlongNormal(int32_t n) {
   const int32_t k = (n + 1) / 2;
   return static_cast<float>(n % 2 == 1 ? k : -k);
 }
 
-/// How many there are up to `reach` voxels away.
+/// Number of such places up to `reach` voxels away.
 DTSDF_HD int32_t placesAlongNormal(float reach) { return 2 * static_cast<int32_t>(reach) + 1; }
 
-/// The gradient of the map is nearer to a point's normal than to a right angle with it: its cosine
-/// exceeds that of pi/4.
+/// Least cosine between the map's gradient and a point's normal: cos(pi/4).
 constexpr float kLeastAgreement = 0.70710678f;
 
-/// The distance of a point to the plane that the map holds so far `away` along its normal.
+/// The distance of a point to the map's plane at `away` voxels along its normal.
 template <class VoxelAt>
 DTSDF_HD FieldSample findPlane(const Vec3f& p_L, const Vec3f& normal,
                                const DirectionSet& directions, float away, VoxelAt&& voxel) {
@@ -183,14 +183,14 @@ DTSDF_HD FieldSample findPlane(const Vec3f& p_L, const Vec3f& normal,
   if (!field.known) return field;
   const float length = norm(field.gradient), slope = dot(field.gradient, normal);
   field.known = slope > kLeastAgreement * length;
-  // The distance falls off by one voxel a voxel; where averages made it less steep, this holds.
+  // A distance changes by one voxel per voxel; this holds even where averaging made it less steep.
   field.gradient = (1.0f / length) * field.gradient;
   field.sdf -= away * (slope / length);
   return field;
 }
 
-/// The distance of a point to the surface, in voxels: where the map holds none at the point itself,
-/// of the plane that it holds nearest along the point's normal, up to `reach` voxels away.
+/// The distance of a point to the surface, in voxels. Where the map holds none at the point, it is
+/// that to the nearest plane along the point's normal, up to `reach` voxels away.
 template <class VoxelAt>
 DTSDF_HD FieldSample findSurface(const Vec3f& p_L, const Vec3f& normal, bool directional,
                                  float reach, VoxelAt&& voxel) {
@@ -202,22 +202,22 @@ DTSDF_HD FieldSample findSurface(const Vec3f& p_L, const Vec3f& normal, bool dir
   return {0.0f, {0.0f, 0.0f, 0.0f}, false};
 }
 
-/// Upper triangle of the normal equations, row by row: rotation about the camera, then translation,
-/// both along the axes of the map.
+/// Terms of the normal equations' upper triangle, row by row: rotation about the camera, then
+/// translation, both along the axes of the map.
 constexpr int kPoseTerms = 21;
 
-/// Sums over points in fixed point, so that they do not depend on the order.
+/// Sums over points, in fixed point so that they do not depend on the order.
 struct AlignmentSums {
   int64_t normal[kPoseTerms];  ///< Sum of weight * J^T J.
   int64_t right[6];            ///< Sum of weight * J^T residual.
   int64_t squares;             ///< Sum of weight * residual^2.
   int64_t weight;
   int64_t points;            ///< Points of the image.
-  int64_t matched, inliers;  ///< Points that meet a surface, and those that fit it.
+  int64_t matched, inliers;  ///< Points that meet a surface; those of them that fit it.
 };
 
-/// Units of the sums. A lever is at most 2^12 voxels long, a point's weight at most 1: a term stays
-/// below 2^24, 2^23 points below 2^47, in units of 2^-14 below 2^61.
+/// Units of the sums. A lever is at most 2^12 voxels long and a point's weight at most 1, so a term
+/// is below 2^24, the sum of 2^23 points below 2^47, and in units of 2^-14 below 2^61.
 constexpr float kAlignmentScale = 16384.0f;  // 2^14
 constexpr float kLongestLever = 4096.0f;     // 2^12
 
@@ -225,8 +225,8 @@ DTSDF_HD int64_t toAlignmentUnits(float value) {
   return static_cast<int64_t>(value * kAlignmentScale);
 }
 
-/// Adds what a point says at a pose. `cutoff`: residual from which on it says nothing, in voxels.
-/// `find(p_L, normal)` is findSurface() up to there.
+/// Adds a point at the frame's pose. From a residual of `cutoff` voxels on, it does not count.
+/// `find(p_L, normal)` is findSurface() within a reach.
 template <class Find>
 DTSDF_HD void addPoint(AlignmentSums& sums, const FrameView& frame, const AlignedPoint& point,
                        float cutoff, Find&& find) {

@@ -1,4 +1,4 @@
-/// Voxels of a map by where they are, for rules that ask for many that lie near each other.
+/// Looks up voxels of a map by position, for rules that read many near each other.
 #pragma once
 
 #include "kernels/core/grid.h"
@@ -6,8 +6,8 @@
 
 namespace dtsdf {
 
-/// `find(key)` gives the slot of a block, or -1; `arrayOf(slot, direction)` its voxels of a
-/// direction, or null. Most voxels are of the block that the last one was of.
+/// `find(key)` returns the slot of a block, or -1; `arrayOf(slot, direction)` returns its voxels of
+/// a direction, or null. The last block is remembered, as most voxels are in the same one.
 template <class Find, class ArrayOf>
 class VoxelReader {
  public:

@@ -1,7 +1,7 @@
 /// A triangle of the mesh as a camera sees it: which pixels it covers, and what they show.
 ///
-/// Corners are rounded to 1/256 of a pixel, and what follows of that is in whole numbers: of the
-/// triangles that share a side exactly one covers a pixel on it, so a closed mesh leaves no slit.
+/// Corners are rounded to 1/256 of a pixel, and coverage is computed in integers. Of the triangles
+/// that share a side exactly one covers a pixel on it, so a closed mesh shows no slit.
 #pragma once
 
 #include <cstring>
@@ -16,10 +16,10 @@ namespace dtsdf {
 
 using ViewKey = uint64_t;
 
-/// Nothing was drawn; behind all that is.
+/// Key of a pixel where nothing was drawn; larger than any other.
 constexpr ViewKey kNothingSeen = ~ViewKey{0};
 
-/// Depths are above 0: as numbers and as integers they have one order.
+/// The bits of a positive depth, which sort as depths do.
 DTSDF_HD uint32_t depthBits(float depth) {
   uint32_t bits;
   memcpy(&bits, &depth, sizeof(bits));
@@ -30,12 +30,12 @@ DTSDF_HD ViewKey viewKey(float depth, uint32_t shown) {
   return static_cast<ViewKey>(depthBits(depth)) << 32 | shown;
 }
 
-/// Whether something at a depth may be seen before a key.
+/// Whether something at this depth may be in front of a key.
 DTSDF_HD bool mayBeBefore(float depth, ViewKey key) {
   return depthBits(depth) <= static_cast<uint32_t>(key >> 32);
 }
 
-/// In voxels along the optical axis; 0: no surface.
+/// Depth in voxels along the optical axis; 0: no surface.
 DTSDF_HD float depthOf(ViewKey key) {
   const uint32_t bits = key == kNothingSeen ? 0u : static_cast<uint32_t>(key >> 32);
   float depth;
@@ -43,12 +43,12 @@ DTSDF_HD float depthOf(ViewKey key) {
   return depth;
 }
 
-/// Normals are kept as places on an octahedron, unfolded into a square of 65536 x 65536.
+/// Normals are stored as places on an octahedron, unfolded into a square of 65536 x 65536.
 constexpr float kNormalSteps = 65535.0f;
 
 DTSDF_HD float signOf(float a) { return select(a < 0.0f, -1.0f, 1.0f); }
 
-/// Packs a normal of any length; one of length 0 faces the camera.
+/// Packs a normal of any length; a zero normal faces the camera.
 DTSDF_HD uint32_t packNormal(const Vec3f& normal_C) {
   const float length = fabsf(normal_C.x) + fabsf(normal_C.y) + fabsf(normal_C.z);
   float x = 0.0f, y = 0.0f;
@@ -67,7 +67,7 @@ DTSDF_HD uint32_t packNormal(const Vec3f& normal_C) {
   return step(x) << 16 | step(y);
 }
 
-/// Unpacks a unit normal. Branch-free: branches cost more than all it computes.
+/// Unpacks a unit normal. Branch-free, as branches would cost more than they save.
 DTSDF_HD Vec3f unpackNormal(uint32_t packed) {
   const auto place = [](uint32_t step) {
     return static_cast<float>(static_cast<int32_t>(step)) * (2.0f / kNormalSteps) - 1.0f;
@@ -89,7 +89,7 @@ DTSDF_HD VertexColour unpackColour(uint32_t packed) {
           static_cast<uint8_t>(packed >> 8), static_cast<uint8_t>(packed)};
 }
 
-/// The normal or colour that a key holds; 0 where nothing is seen.
+/// The normal or colour in a key; 0 where nothing is seen.
 DTSDF_HD Vec3f normalOf(ViewKey key) {
   const Vec3f normal = unpackNormal(static_cast<uint32_t>(key));
   return select(key == kNothingSeen, 0.0f, 1.0f) * normal;
@@ -98,9 +98,9 @@ DTSDF_HD VertexColour colourOf(ViewKey key) {
   return unpackColour(key == kNothingSeen ? 0u : static_cast<uint32_t>(key));
 }
 
-/// From the middle of a block to its farthest vertex, in voxels: see BlockVertex.
+/// Largest distance of a vertex from its block's middle, in voxels; see BlockVertex.
 constexpr float kDrawnReach = 11.3f;
-/// From the middle to what the labels of the units around it depend on: one block more.
+/// The same for all that the labels of the units around it depend on: one block more.
 constexpr float kLabelledReach = kDrawnReach + 13.9f;
 
 /// Whether anything within `reach` of a block's middle may be in view; false only if nothing is.
@@ -114,15 +114,15 @@ constexpr int32_t kPixelSteps = 256;
 
 /// A vertex in the image.
 struct SeenVertex {
-  int32_t x, y;         ///< In steps; a pixel's centre is at multiples of kPixelSteps.
-  float inverse_depth;  ///< Per voxel; 0: not before the camera.
-  Vec3f normal_C;       ///< Longer the larger its triangles are.
+  int32_t x, y;         ///< In steps; pixel centres are at multiples of kPixelSteps.
+  float inverse_depth;  ///< Per voxel; 0: not in front of the camera.
+  Vec3f normal_C;       ///< Its length grows with the vertex's triangles.
 };
 
-/// Projects a point of the local frame; its normal is 0 for now.
+/// Projects a point of the local frame; the normal is left 0.
 DTSDF_HD SeenVertex seeVertex(const FrameView& frame, const Vec3f& p_L) {
   constexpr float kLeastDepth = 0.1f;      // in voxels
-  constexpr float kFarthest = 2097152.0f;  // pixels: products of steps fit 64 bits
+  constexpr float kFarthest = 2097152.0f;  // pixels; products of steps fit in 64 bits
   const Vec3f p = rotateInverse(frame.T_L_C, p_L - frame.T_L_C.t);
   if (!(p.z > kLeastDepth)) return {0, 0, 0.0f, {0.0f, 0.0f, 0.0f}};
   const auto steps = [](float at) {
@@ -136,8 +136,8 @@ DTSDF_HD SeenVertex seeVertex(const FrameView& frame, const Vec3f& p_L) {
           {0.0f, 0.0f, 0.0f}};
 }
 
-/// A triangle's normal as vertices add it up, longer the larger it is: whole numbers, whose sum
-/// does not depend on their order.
+/// A triangle's contribution to its vertices' normals, weighted by area. Integers, so that sums do
+/// not depend on the order.
 DTSDF_HD Vec3i normalShare(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   constexpr float kSteps = 65536.0f;
   const Vec3f normal = cross(b - a, c - a);
@@ -145,25 +145,26 @@ DTSDF_HD Vec3i normalShare(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   return {steps(normal.x), steps(normal.y), steps(normal.z)};
 }
 
-/// The normal of a vertex from the sum of its triangles' shares. It keeps its length: at a border,
-/// where a vertex has but a sliver of a triangle, it counts for as little.
+/// The normal of a vertex from its triangles' contributions. Its length is kept, so at a border, a
+/// vertex with only a sliver of a triangle has little influence.
 DTSDF_HD Vec3f normalOfShares(const FrameView& frame, const Vec3i& sum) {
   return rotateInverse(frame.T_L_C, toFloat(sum));
 }
 
-/// Twice the areas that a point makes with a triangle's sides, in squared steps, by the corner
-/// opposite to the side: the corners' weights at that point.
+/// Twice the areas between a point and a triangle's sides, in squared steps; of[k] is for the side
+/// opposite to corner k. They are the corners' weights at the point.
 struct CornerWeights {
   int64_t of[3];
 };
 
 /// Which pixels a triangle covers.
 struct DrawnTriangle {
-  int32_t u0, v0, u1, v1;     ///< It lies within these pixels.
+  int32_t u0, v0, u1, v1;     ///< Bounding box, in pixels.
   CornerWeights first;        ///< At pixel (u0, v0).
-  CornerWeights right, down;  ///< What changes from pixel to pixel.
-  int64_t least[3];  ///< Least weights of a covered pixel: 0 or 1, as a side has one owner.
-  bool is_drawn;     ///< Faces the camera, and may cover some pixel.
+  CornerWeights right, down;  ///< Change from pixel to pixel.
+  /// Least weights of a covered pixel, 0 or 1: each side belongs to one triangle.
+  int64_t least[3];
+  bool is_drawn;  ///< Whether it faces the camera and may cover a pixel.
 };
 
 DTSDF_HD int32_t least3(int32_t a, int32_t b, int32_t c) {
@@ -180,7 +181,7 @@ DTSDF_HD DrawnTriangle drawTriangle(const FrameView& frame, const SeenVertex& a,
                                     const SeenVertex& b, const SeenVertex& c) {
   DrawnTriangle drawn{};
   if (a.inverse_depth == 0.0f || b.inverse_depth == 0.0f || c.inverse_depth == 0.0f) return drawn;
-  // The first pixel to the right of the leftmost corner, and so on.
+  // The first pixel at or after a coordinate, and the last at or before it.
   const auto last = [](int32_t at) { return at >> 8; };
   const auto first = [](int32_t at) { return (at + kPixelSteps - 1) >> 8; };
   static_assert(kPixelSteps == 1 << 8, "");
@@ -189,7 +190,8 @@ DTSDF_HD DrawnTriangle drawTriangle(const FrameView& frame, const SeenVertex& a,
   drawn.u1 = least3(last(greatest3(a.x, b.x, c.x)), frame.width - 1, frame.width - 1);
   drawn.v1 = least3(last(greatest3(a.y, b.y, c.y)), frame.height - 1, frame.height - 1);
   if (drawn.u0 > drawn.u1 || drawn.v0 > drawn.v1) return drawn;
-  // Rows go down: in the image the corners of what faces the camera go clockwise if y went up.
+  // As rows run downwards, corners are taken in reverse, so that triangles that face the camera
+  // have a positive area.
   const SeenVertex* const corner[3] = {&a, &b, &c};
   int64_t area = 0;
   for (int k = 0; k < 3; ++k) {
@@ -207,7 +209,7 @@ DTSDF_HD DrawnTriangle drawTriangle(const FrameView& frame, const SeenVertex& a,
   return drawn;
 }
 
-/// At a pixel so far from the first one.
+/// Weights at the pixel that is (right, down) from the first.
 DTSDF_HD CornerWeights weightsAt(const DrawnTriangle& drawn, int32_t right, int32_t down) {
   CornerWeights weights;
   for (int k = 0; k < 3; ++k) {
@@ -221,13 +223,13 @@ DTSDF_HD bool covers(const DrawnTriangle& drawn, const CornerWeights& weights) {
          weights.of[2] >= drawn.least[2];
 }
 
-/// Where the ray of a pixel meets a triangle: shares of the corners, and the depth in voxels.
+/// Where a pixel's ray meets a triangle: weights of the corners, and the depth in voxels.
 struct TrianglePlace {
   float share[3];
   float depth;
 };
 
-/// Inverse depths of a plane are linear in the pixel.
+/// Inverse depth is linear in the pixel.
 DTSDF_HD TrianglePlace placeOn(const SeenVertex& a, const SeenVertex& b, const SeenVertex& c,
                                const CornerWeights& weights) {
   const auto in_image = [&](int k) { return static_cast<float>(weights.of[k]); };
@@ -245,7 +247,7 @@ DTSDF_HD uint32_t normalAt(const SeenVertex& a, const SeenVertex& b, const SeenV
                     place.share[2] * c.normal_C);
 }
 
-/// Between those corners that are painted.
+/// The mean of those corners that are painted.
 DTSDF_HD uint32_t colourAt(const VertexColour& a, const VertexColour& b, const VertexColour& c,
                            const TrianglePlace& place) {
   const VertexColour colour[3] = {a, b, c};

@@ -1,7 +1,7 @@
-/// Cells of space: cubes of 1, 2, 4 or 8 voxels an edge, and what is known of each.
+/// Cells of space: cubes with an edge of 1, 2, 4 or 8 voxels.
 ///
-/// Cell (i, j, k) of c voxels an edge reaches from (i, j, k) * c voxels of the map frame W to
-/// (i + 1, j + 1, k + 1) * c. They are kept in cubes of 8 x 8 x 8 cells, as voxels are in blocks.
+/// Cell (i, j, k) with an edge of c voxels spans (i, j, k) * c to (i + 1, j + 1, k + 1) * c voxels
+/// of the map frame W. Cells are stored in cubes of 8 x 8 x 8, as voxels are in blocks.
 #pragma once
 
 #include "kernels/core/grid.h"
@@ -33,13 +33,13 @@ DTSDF_HD bool isEmpty(const CellMask& mask) {
   return any == 0;
 }
 
-/// Some cells of a cube: those that are free, or those with surfaces.
+/// Some cells of a cube: the free ones, or those with surfaces.
 struct CubeMask {
   Vec3i key;
   CellMask cells;
 };
 
-/// Sides of cells of 1 << cell_log2 voxels, and of their cubes, in voxels.
+/// Edges of a cell of 1 << cell_log2 voxels, and of a cube of such cells, in voxels.
 DTSDF_HD int32_t cellSide(int32_t cell_log2) { return 1 << cell_log2; }
 DTSDF_HD int32_t cubeSideInVoxels(int32_t cell_log2) { return kCubeSide << cell_log2; }
 
@@ -56,8 +56,8 @@ DTSDF_HD Vec3i firstCellOfCube(const Vec3i& cube) {
   return {cube.x * kCubeSide, cube.y * kCubeSide, cube.z * kCubeSide};
 }
 
-/// A sector is large beside a reach of usual length, so that little of the window around one is
-/// looked at in vain.
+/// Sectors are large compared with the usual reach, so that the window around a sector adds little
+/// work.
 constexpr int kSectorSideLog2 = 5;
 constexpr int kSectorSide = 1 << kSectorSideLog2;  ///< In cells.
 constexpr int kCubesAlong = kSectorSide / kCubeSide;
@@ -69,13 +69,13 @@ DTSDF_HD Vec3i sectorOfCube(const Vec3i& cube) {
   return shiftDown(cube, kSectorSideLog2 - kCubeSideLog2);
 }
 
-/// Its number in its sector.
+/// Number of a cube in its sector.
 DTSDF_HD int cubeInSector(const Vec3i& cube) {
   constexpr int32_t kMask = kCubesAlong - 1;
   return (cube.x & kMask) + kCubesAlong * ((cube.y & kMask) + kCubesAlong * (cube.z & kMask));
 }
 
-/// The cube of a number.
+/// The cube with this number in a sector.
 DTSDF_HD Vec3i cubeOfSector(const Vec3i& sector, int number) {
   return {sector.x * kCubesAlong + number % kCubesAlong,
           sector.y * kCubesAlong + number / kCubesAlong % kCubesAlong,

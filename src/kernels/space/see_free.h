@@ -1,10 +1,11 @@
-/// Which cells a depth image sees through.
+/// Finds cells that a depth image sees through.
 ///
-/// A cell is free when all of it is: each pixel that it covers is free beyond the cell's farthest
-/// corner. It covers the pixels around its eight corners, all of which have to be in the image. To
-/// ask that of thousands of cells, the least free depths are kept in a pyramid: a texel of level k
-/// stands for 2^k x 2^k pixels. What is taken from a coarser level has more pixels than the cell
-/// covers, so that a cell may be missed beside an edge, but none is called free that is not.
+/// A cell is free if all of it is: each pixel that it covers must be free beyond the cell's
+/// farthest corner. It covers the bounding rectangle of its eight corners, which must all be in the
+/// image. To test thousands of cells, the smallest free depths are stored in a pyramid, in which a
+/// texel of level k stands for 2^k x 2^k pixels. Texels of a coarser level include pixels beyond
+/// the cell, so a free cell at an edge may be missed, but an occupied one is never reported as
+/// free.
 #pragma once
 
 #include "kernels/core/camera.h"
@@ -12,21 +13,22 @@
 
 namespace dtsdf {
 
-/// Levels for images of 2^14 pixels an edge; more have the last one's texels asked one by one.
+/// Number of levels: enough for images of 2^14 pixels a side. For larger ones, all texels of the
+/// last level that a cell covers are read.
 constexpr int kFreeLevels = 14;
 
-/// Least free depths in metres; 0 where a pixel does not tell. Level 0 has freeDepth() of pixels.
+/// Smallest free depths in metres; 0 where unknown. Level 0 has freeDepth() of each pixel.
 struct FreePyramid {
   const float* level[kFreeLevels];
   int32_t width, height;  ///< Size of level 0.
 };
 
-/// Texels of a level along an edge of so many pixels.
+/// Number of a level's texels along a side of the image.
 DTSDF_HD int32_t texelsFor(int32_t pixels, int level) {
   return (pixels + (1 << level) - 1) >> level;
 }
 
-/// The least of the (up to) four texels below one of the next level.
+/// Minimum of the (up to) four texels that one of the next level combines.
 DTSDF_HD float leastBelow(const float* texels, int32_t width, int32_t height, int32_t u,
                           int32_t v) {
   const int32_t left = 2 * u, right = left + 1 < width ? left + 1 : left;
@@ -36,14 +38,14 @@ DTSDF_HD float leastBelow(const float* texels, int32_t width, int32_t height, in
   return minimum(minimum(upper[left], upper[right]), minimum(lower[left], lower[right]));
 }
 
-/// Whether all of what lies in the bounds is in the image, and before the camera.
+/// Whether the bounds are wholly inside the image and in front of the camera.
 DTSDF_HD bool isWhollyInImage(const FreePyramid& free, const SeenBounds& seen) {
   return seen.near_m > 0.0f && seen.left >= 0.0f && seen.top >= 0.0f &&
          seen.right < static_cast<float>(free.width) &&
          seen.bottom < static_cast<float>(free.height);
 }
 
-/// Whether the image is free up to the far end of the bounds, in all of their pixels.
+/// Whether the image is free beyond the far end of the bounds, at all pixels in them.
 DTSDF_HD bool isSeenFree(const FreePyramid& free, const SeenBounds& seen) {
   constexpr int32_t kMostSteps = 3;
   if (!isWhollyInImage(free, seen)) return false;
@@ -69,12 +71,12 @@ DTSDF_HD Vec3f cornerOfCube(const FrameView& frame, int32_t cell_log2, const Vec
   return toFloat(Vec3i{cube.x * side, cube.y * side, cube.z * side} - frame.origin_voxel);
 }
 
-/// Corners of the cells of a cube, along an edge.
+/// Corners of a cube's cells along an edge.
 constexpr int kCornersAlong = kCubeSide + 1;
 constexpr int kCornersPerCube = kCornersAlong * kCornersAlong * kCornersAlong;
 
-/// Where corner number `i` of a cube's cells is seen, counted along x, then y, then z.
-/// `first_L` is cornerOfCube().
+/// Projects corner number `i` of a cube's cells, counted along x, then y, then z. `first_L` is
+/// cornerOfCube().
 DTSDF_HD VoxelInImage cornerInImage(const FrameView& frame, const Vec3f& first_L, int32_t cell_log2,
                                     int i) {
   const Vec3i steps{i % kCornersAlong, i / kCornersAlong % kCornersAlong,
@@ -82,15 +84,15 @@ DTSDF_HD VoxelInImage cornerInImage(const FrameView& frame, const Vec3f& first_L
   return projectToImage(frame, first_L + static_cast<float>(cellSide(cell_log2)) * toFloat(steps));
 }
 
-/// Whether the image sees through all of a cell that ends within so many metres, given where the
-/// corners of its cube's cells are seen.
+/// Whether the image sees through all of a cell, none of which is beyond max_range_m. `corners` are
+/// the projected corners of its cube's cells.
 DTSDF_HD bool isCellSeenFree(const FreePyramid& free,
                              const VoxelInImage (&corners)[kCornersPerCube], int cell,
                              float max_range_m) {
   const Vec3i at = voxelOffset(cell);
   const VoxelInImage* first = corners + at.x + kCornersAlong * (at.y + kCornersAlong * at.z);
   SeenBounds bounds = boundsOf(*first);
-  if (!isSeenFree(free, bounds)) return false;  // as most, by a single pixel
+  if (!isSeenFree(free, bounds)) return false;  // a single pixel rules most cells out
   for (int i = 1; i < 8; ++i) {
     const int step = (i & 1) + kCornersAlong * ((i >> 1 & 1) + kCornersAlong * (i >> 2));
     bounds = unite(bounds, boundsOf(first[step]));

@@ -1,45 +1,46 @@
-/// Squared distances from cells to the nearest ones with surfaces, up to a reach: the minimum of
-/// squares along x, of that along y, and of that along z (Saito and Toriwaki, Pattern Recognition
-/// 27, 1994). They are whole numbers, so that any order of work gives the same.
+/// Squared distances from cells to the nearest cells with surfaces, up to a reach: minima along x,
+/// then y, then z (Saito and Toriwaki, Pattern Recognition 27, 1994). They are integers, so the
+/// order of work does not matter.
 #pragma once
 
 #include "kernels/space/cells.h"
 
 namespace dtsdf {
 
-/// No surface is within reach.
+/// The squared distance if no surface is within reach.
 constexpr uint16_t kSquaredFar = 0xffff;
 
-/// The cubes of a sector that have surfaces: a bit for each by its number, and where the masks of
-/// their cells begin in a list, in the order of numbers.
+/// The cubes of a sector that have surfaces: a bit for each by its number, and the index of the
+/// first one's mask in a list in the order of numbers.
 struct SurfaceCubes {
   uint64_t known;
   int32_t first;
 };
 
-/// Sectors to be worked out, one on top of the other.
+/// A column of adjacent sectors along z to be computed.
 struct SectorStack {
   int32_t count;
   int32_t place;        ///< Place of its first sector in the box.
-  int32_t first;        ///< Number of its first sector among all that are to be worked out.
-  int32_t first_plane;  ///< Its first plane of cells, counting those in reach above and below.
+  int32_t first;        ///< Number of its first sector among all to be computed.
+  int32_t first_plane;  ///< Its first plane of cells, counting those within reach above and below.
 };
 
-/// Sectors whose distances are to be worked out, and the surfaces in a box around them.
+/// Sectors whose distances are to be computed, and the surfaces in a box around them.
 struct DistanceTask {
-  int32_t reach;  ///< In cells, 255 at most.
+  int32_t reach;  ///< In cells, at most 255.
   int32_t stack_count, place_count, sector_count, cube_count;
-  int32_t box_x, box_y;  ///< Sectors along its edges.
-  int32_t wanted;        ///< Sectors in all stacks.
-  int32_t plane_count;   ///< Planes in all stacks.
-  int32_t most_planes;   ///< In one of them.
+  int32_t box_x, box_y;  ///< Sectors along the box's edges.
+  int32_t wanted;        ///< Number of sectors in all stacks.
+  int32_t plane_count;   ///< Number of planes in all stacks.
+  int32_t most_planes;   ///< Largest number of planes in a stack.
   const SectorStack* stacks;
-  const int32_t* places;  ///< Numbers of the sectors of the box, x fastest; -1: no surface.
+  /// Indices into `sectors` for the sectors of the box, x fastest; -1: no surface.
+  const int32_t* places;
   const SurfaceCubes* sectors;
   const CellMask* cubes;
 };
 
-/// Sectors that are within reach, to one side.
+/// Number of sectors to each side that are within reach.
 DTSDF_HD int32_t ringOf(int32_t reach) { return (reach + kSectorSide - 1) >> kSectorSideLog2; }
 DTSDF_HD int32_t windowSide(int32_t reach) { return 2 * ringOf(reach) + 1; }
 DTSDF_HD int32_t planesOf(int32_t sectors, int32_t reach) {
@@ -69,8 +70,8 @@ DTSDF_HD int highestBit(uint32_t bits) {
 #endif
 }
 
-/// Surfaces among 32 cells of a row, a bit for each: in the i-th sector along x of those within
-/// reach of a stack, at (y, z) from the first cell of the stack.
+/// Cells with surfaces among 32 in a row, a bit each: in the i-th sector along x within reach of a
+/// stack, at (y, z) from the stack's first cell.
 DTSDF_HD uint32_t surfacesInRow(const DistanceTask& task, const SectorStack& stack, int32_t i,
                                 int32_t y, int32_t z) {
   const int32_t rows = (y >> kSectorSideLog2) + task.box_y * (z >> kSectorSideLog2);
@@ -93,7 +94,7 @@ DTSDF_HD uint32_t surfacesInRow(const DistanceTask& task, const SectorStack& sta
 }
 
 /// The squared distance along a row to the nearest surface within reach, from cell x of the middle
-/// one of its words.
+/// word.
 DTSDF_HD int32_t squaredAlongRow(const uint32_t* words, int32_t x, int32_t reach) {
   const int32_t ring = ringOf(reach);
   const uint32_t from = words[ring] >> x, until = words[ring] << (kSectorSide - 1 - x);
@@ -113,7 +114,7 @@ DTSDF_HD int32_t squaredAlongRow(const uint32_t* words, int32_t x, int32_t reach
   return least <= reach ? least * least : kSquaredFar;
 }
 
-/// A squared distance, once it is the least of all.
+/// A minimum squared distance, or kSquaredFar beyond the reach.
 DTSDF_HD uint16_t squaredWithin(int32_t squared, int32_t reach) {
   return squared <= reach * reach ? static_cast<uint16_t>(squared) : kSquaredFar;
 }

@@ -1,24 +1,26 @@
-/// Straight lines through inverse depths along a row or down a column, as far as pixels are linked.
+/// Straight lines fitted to inverse depths along a row or down a column, as far as pixels are
+/// linked.
 ///
-/// A line over one side only has the slope of that side's middle, which on a curved surface turns
-/// the normal away. So where one side ends the other one does, too, but for what the noise needs.
+/// A line over one side alone would have the slope of that side's middle, which tilts the normal on
+/// a curved surface. So where one side ends the other ends too, except for the pixels that the
+/// noise requires.
 #pragma once
 
 #include "kernels/surfels/links.h"
 
 namespace dtsdf {
 
-/// What decides how many pixels a fit takes to each side.
+/// Determines how many pixels a fit takes to each side.
 struct FitWindow {
-  float voxels_px_m;  ///< The window that the voxels ask for, in pixels at 1 m.
+  float voxels_px_m;  ///< Half width that the voxels require, in pixels at 1 m.
   float most_px;
   DepthNoise noise;
   float focal_px;
-  float turn;  ///< What may remain of the noise as an angle, times the square of the radius.
+  float turn;  ///< 1.155 times the angle by which noise may turn a normal.
 };
 
 /// The slope of a plane fitted over a square window of half width r has the standard deviation of a
-/// sample divided by sqrt(sum of k^2), which is 1.155 (r + 1/2)^2; times focal length and depth
+/// sample divided by sqrt(sum of k^2), which is 1.155 (r + 1/2)^2; times focal length and depth,
 /// this is an angle.
 DTSDF_HD FitWindow fitWindow(const FrameView& frame, const DepthNoise& noise,
                              const SurfelSettings& surfels) {
@@ -30,28 +32,28 @@ DTSDF_HD FitWindow fitWindow(const FrameView& frame, const DepthNoise& noise,
 
 /// Half widths of a window, in pixels.
 struct WindowRadius {
-  int32_t both;      ///< To both sides: what the voxels or the noise ask for, within the limits.
-  int32_t one_side;  ///< Where the other side has ended: what the noise asks for.
+  int32_t both;      ///< With both sides: what the voxels or the noise require, within the limits.
+  int32_t one_side;  ///< After the other side has ended: what the noise requires.
 };
 
 DTSDF_HD WindowRadius windowRadius(float inverse_depth, const FitWindow& window) {
   const float noise_px = noiseAt(window.noise, inverse_depth) * window.focal_px;
   const float for_noise = minimum(sqrtf(noise_px / (window.turn * inverse_depth)), window.most_px);
   const float for_voxels = minimum(window.voxels_px_m * inverse_depth, window.most_px);
-  const float for_slope = 1.0f;  // a line needs two samples, if there is to be one
+  const float for_slope = 1.0f;  // a slope needs two samples, if one is wanted at all
   const float radius = maximum(maximum(for_voxels, for_noise), minimum(for_slope, window.most_px));
   return {static_cast<int32_t>(radius + 0.5f), static_cast<int32_t>(maximum(for_noise, for_slope))};
 }
 
 /// A line of pixels around a centre.
 struct PixelLine {
-  int64_t stride;     ///< From one to the next.
+  int64_t stride;     ///< Between neighbours in the image arrays.
   PixelLinks link;    ///< The link that a pixel has to the next: kLinkRight or kLinkDown.
-  int before, after;  ///< So many to either side at most, ...
-  int one_side;       ///< ... and so many where the other side has ended.
+  int before, after;  ///< Most pixels to each side.
+  int one_side;       ///< Most pixels to a side after the other has ended.
 };
 
-/// The pixels around number `at` of `count`, as far as the image has them.
+/// The line of pixels around number `at` of `count`, as far as it lies in the image.
 DTSDF_HD PixelLine lineAround(int at, int count, int64_t stride, PixelLinks link,
                               const WindowRadius& radius) {
   const int last = count - 1 - at;
@@ -69,34 +71,33 @@ DTSDF_HD PixelLine columnAround(int v, const FrameView& frame, const WindowRadiu
   return lineAround(v, frame.height, frame.width, kLinkDown, radius);
 }
 
-/// A straight line through samples of inverse depth, at the centre of the walk.
+/// A straight line fitted to inverse depths, at the centre of the walk.
 struct LineFit {
   float value;
   float slope;           ///< Per pixel.
-  float mean_companion;  ///< Mean of the companions of the samples that were taken.
-  int32_t count;         ///< Samples taken, the centre included; a slope needs two.
+  float mean_companion;  ///< Mean of the companions of all samples.
+  int32_t count;         ///< Samples including the centre; a slope needs two.
 };
 
 DTSDF_HD LineFit noFit() { return {0.0f, 0.0f, 0.0f, 0}; }
 
-/// A walk from the centre to both sides, with sums over the samples that were taken, each at an
-/// offset k and with a value y relative to the centre's, and over another value of the same pixel,
-/// its companion.
+/// A walk from the centre to both sides, with sums over its samples: the value y at offset k
+/// relative to the centre's, and the companion, another value of the same pixel.
 struct LineWalk {
   int32_t before_open, after_open;  ///< 1 until that side ends, then 0.
   float before, after;              ///< Samples taken.
   float y, ky, companion;
 };
 
-/// A sample on one side: whether the walk goes on to it (1 or 0), its value relative to the
+/// A sample on one side: whether the walk continues to it (1 or 0), its value relative to the
 /// centre's, and its companion.
 struct SideSample {
   int32_t continues;
   float y, companion;
 };
 
-/// Takes the samples `step` pixels to either side, unless the walk has ended there. `may_part` is 1
-/// where one side goes on without the other. Branch-free, so that the CPU can walk from several
+/// Takes the samples `step` pixels to each side, unless the walk has ended there. If `may_part` is
+/// 1, one side may continue without the other. Branch-free, so that the CPU can walk from several
 /// pixels at once.
 DTSDF_HD void takeStep(LineWalk& walk, float step, int32_t may_part, const SideSample& before,
                        const SideSample& after) {
@@ -115,13 +116,13 @@ DTSDF_HD void takeStep(LineWalk& walk, float step, int32_t may_part, const SideS
   walk.companion += takes_before * before.companion + takes_after * after.companion;
 }
 
-/// 1 where a walk goes on to a pixel: it has a value, and is linked to the one before. `links` are
-/// those of whichever of the two comes first in the image.
+/// Whether a walk continues to a pixel (1 or 0): it has a value, and is linked to the pixel before.
+/// `links` are those of whichever comes first in the image.
 DTSDF_HD int32_t continuesWalk(float current, PixelLinks links, PixelLinks link) {
   return static_cast<int32_t>(current > 0.0f) & static_cast<int32_t>((links & link) != 0);
 }
 
-/// The line through the samples of a walk around one with the value `origin`.
+/// The line fitted to the samples of a walk whose centre has the value `origin`.
 DTSDF_HD LineFit finishLine(float origin, const LineWalk& walk) {
   const float before = walk.before, after = walk.after;
   const float n = 1.0f + before + after;
@@ -135,15 +136,15 @@ DTSDF_HD LineFit finishLine(float origin, const LineWalk& walk) {
   return {value, slope, walk.companion / n, static_cast<int32_t>(n)};
 }
 
-/// What a line is fitted to: pointers to the centre's in images of inverse depth, of companions,
-/// and of links.
+/// The data that a line is fitted to: pointers to the centre's inverse depth, companion and links
+/// in their images.
 struct LineSamples {
   const float* value;
   const float* companion;
   const PixelLinks* links;
 };
 
-/// The sample at an offset from the centre, if it is wanted.
+/// The sample at an offset from the centre; not read unless `wanted`.
 DTSDF_HD SideSample sideSample(const LineSamples& centre, const PixelLine& line, int offset,
                                bool wanted) {
   if (!wanted) return {0, 0.0f, 0.0f};
@@ -153,8 +154,7 @@ DTSDF_HD SideSample sideSample(const LineSamples& centre, const PixelLine& line,
   return {continuesWalk(current, links, line.link), current - *centre.value, centre.companion[at]};
 }
 
-/// Fits a line to the inverse depths around a centre, ending at pixels without one and where pixels
-/// are not linked.
+/// Fits a line to the inverse depths around a centre, as far as pixels are measured and linked.
 DTSDF_HD LineFit fitLine(const LineSamples& centre, const PixelLine& line) {
   LineWalk walk{1, 1, 0.0f, 0.0f, 0.0f, 0.0f, *centre.companion};
   for (int step = 1; (walk.before_open | walk.after_open) != 0; ++step) {
@@ -168,7 +168,7 @@ DTSDF_HD LineFit fitLine(const LineSamples& centre, const PixelLine& line) {
   return finishLine(*centre.value, walk);
 }
 
-/// What the row pass leaves for the column pass: nothing where a fit has no slope.
+/// The row pass's result for the column pass: no fit unless it has a slope.
 DTSDF_HD LineFit rowFitOf(const LineFit& fit) { return fit.count < 2 ? noFit() : fit; }
 
 /// The fit around pixel u of a row of inverse depths.

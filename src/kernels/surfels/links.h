@@ -1,25 +1,26 @@
-/// Which neighbouring pixels lie on one surface.
+/// Finds which neighbouring pixels lie on one surface.
 ///
-/// They do if a plane that faces the camera, through one, predicts the other: off by no more than
-/// noise explains and the map can tell. A steeper surface has to go on, in line and in the lines to
-/// both sides, and noise proves nothing there: past a depth edge there is no such step, and a pixel
-/// that mixes both sides of an edge has another depth than the next one along the edge. Or the
-/// surface ends there, curving out of sight: a mixed pixel lies anywhere between both sides, hardly
-/// ever that near to the front one.
+/// They do if a plane that faces the camera, through one of them, predicts the other to within the
+/// noise plus a voxel. A steeper surface must continue, both in line and in the adjacent lines,
+/// without an allowance for noise. Beyond a depth edge no such step follows, and a pixel that mixes
+/// both sides of an edge differs in depth from the next one along the edge. Or the surface ends
+/// there, curving out of sight: a mixed pixel lies anywhere between the two sides, hardly ever that
+/// close to the front.
 #pragma once
 
 #include "kernels/surfels/depth.h"
 
 namespace dtsdf {
 
-/// What a step between neighbours is measured against.
+/// Limits that a step between neighbours is tested against.
 struct LinkLimits {
   DepthNoise noise;
   float noise_level;
-  float same_m;     ///< Difference of depth that the map cannot tell.
-  float rim_slope;  ///< Share of inverse depth by which a surface that curves out of sight may end.
-  float turn;       ///< Share of a step by which the next one in line may differ.
-  float rim_share;  ///< Share of the jump behind it that a step at the rim may have.
+  float same_m;  ///< Difference of depth that the map does not resolve.
+  /// Largest final step of a surface that curves out of sight, as a share of inverse depth.
+  float rim_slope;
+  float turn;       ///< Largest change from a step to the next in line, as a share of the step.
+  float rim_share;  ///< Largest final step, as a share of the jump behind it.
 };
 
 DTSDF_HD LinkLimits linkLimits(const FrameView& frame, const DepthNoise& noise,
@@ -33,7 +34,7 @@ DTSDF_HD LinkLimits linkLimits(const FrameView& frame, const DepthNoise& noise,
           rules.linked_rim_share};
 }
 
-/// Difference of two inverse depths that the map cannot tell.
+/// Difference of two inverse depths that the map does not resolve.
 DTSDF_HD float sameToMap(float a, float b, const LinkLimits& limits) {
   return limits.same_m * (a * b);
 }
@@ -45,21 +46,21 @@ DTSDF_HD bool isPredicted(float from, float to, float step, const LinkLimits& li
              sameToMap(from, to, limits);
 }
 
-/// Inverse depths along a line, and where it runs: pixel number `at` of `count` in line, and number
-/// `beside` of `lines` beside each other.
+/// Inverse depths along a line of the image: pixel number `at` of `count` in the line, which is
+/// number `beside` of `lines` adjacent lines.
 struct LineInImage {
   const float* inverse_depth;  ///< At the pixel.
   int64_t stride, to_beside;
   int at, count, beside, lines;
 };
 
-/// Whether two neighbours are measured, and differ by this step.
+/// Whether two neighbours are measured and differ by this step.
 DTSDF_HD bool isSameStep(float from, float to, float step, float tolerance) {
   return from > 0.0f && to > 0.0f && fabsf((to - from) - step) <= tolerance;
 }
 
-/// Whether a step goes on in line to one side at least, give or take its turn, and is the same in
-/// both lines beside it.
+/// Whether a step continues in line on at least one side, up to its turn, and is the same in both
+/// adjacent lines.
 DTSDF_HD bool goesOn(const LineInImage& line, float step, const LinkLimits& limits) {
   const float *a = line.inverse_depth, *b = a + line.stride;
   const float same = sameToMap(*a, *b, limits), turn = maximum(same, limits.turn * fabsf(step));
@@ -82,11 +83,11 @@ DTSDF_HD bool curvesOutOfSight(const LineInImage& line, float step, const LinkLi
   return fabsf(step) <= limits.rim_share * (minimum(*a, *b) - maximum(behind, 0.0f));
 }
 
-/// What linkByStep() gives: 0 for no link, a link, or a step that what lies beside it decides
-/// about.
+/// Results of linkByStep(), which is 0 for no link: a link, or a step that needs a look at its
+/// surroundings.
 constexpr int32_t kLinked = 1, kOpenStep = 2;
 
-/// What the step between two neighbours tells. Branch-free, so that the CPU can ask of several at
+/// Classifies the step between two neighbours. Branch-free, so that the CPU can test several at
 /// once.
 DTSDF_HD int32_t linkByStep(float a, float b, const LinkLimits& limits) {
   const auto is_small = static_cast<int32_t>(isPredicted(a, b, 0.0f, limits));
@@ -103,7 +104,7 @@ DTSDF_HD bool areLinked(const LineInImage& line, const LinkLimits& limits) {
                                                    curvesOutOfSight(line, b - a, limits)));
 }
 
-/// The links of a pixel of an image of inverse depths.
+/// The links of a pixel in an image of inverse depths.
 DTSDF_HD PixelLinks linksOf(const FrameView& frame, const float* inverse_depth, const Pixel& pixel,
                             const LinkLimits& limits) {
   const float* centre = inverse_depth + pixelIndex(frame, pixel);

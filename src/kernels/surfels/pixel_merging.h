@@ -1,9 +1,9 @@
-/// Which neighbouring pixels are fused as one surfel.
+/// Finds which neighbouring pixels are fused as one surfel.
 ///
-/// Where a voxel is many pixels wide, neighbouring pixels of a smooth surface update the very same
-/// voxels with almost the same plane: their mean says the same for a fraction of the work. The
-/// image is divided into patches of 4 x 4 pixels. A patch is merged, or else each of its four quads
-/// of 2 x 2 pixels, or else the quad's pixels stay single.
+/// Where a voxel is many pixels wide, neighbouring pixels of a smooth surface update the same
+/// voxels with almost the same plane, so their mean gives the same result for a fraction of the
+/// work. The image is divided into patches of 4 x 4 pixels. A patch is merged as a whole, or else
+/// by quads of 2 x 2 pixels, or else its pixels stay single.
 #pragma once
 
 #include "kernels/surfels/links.h"
@@ -13,18 +13,18 @@ namespace dtsdf {
 constexpr int kPatchSide = 4;  ///< In pixels.
 constexpr int kQuadSide = 2;
 
-/// Patches along a side of the image; the last may reach beyond it.
+/// Number of patches along a side of the image; the last may extend beyond it.
 DTSDF_HD int patchesAlong(int pixels) { return (pixels + kPatchSide - 1) / kPatchSide; }
 
 /// A square of pixels.
 struct PixelSquare {
-  Pixel first;  ///< The corner with the least coordinates.
+  Pixel first;  ///< The corner with the smallest coordinates.
   int32_t side;
 };
 
-/// Whether the surface turns little from one side of a square to the other: along the rows with
-/// `along` 1, down the columns with the width of the image. By the slopes before and after it, of
-/// the row fits' values, over as many pixels as the square has to a side.
+/// Whether the surface turns little across a square, by the slopes of the row fits' values over a
+/// square's width before and after it. `along` is 1 for rows, the image's width for columns;
+/// `across` the other.
 DTSDF_HD bool turnsLittle(const ImageView& image, const PixelSquare& square, int64_t along,
                           int64_t across, float largest_turn) {
   const float* line = image.row_value + pixelIndex(image.frame, square.first);
@@ -52,15 +52,15 @@ DTSDF_HD bool isLinked(const ImageView& image, const PixelSquare& square) {
   return true;
 }
 
-/// Whether a square, with as much to each side of it, lies in the image.
+/// Whether a square lies in the image, with as many pixels around it on each side.
 DTSDF_HD bool hasSurroundings(const FrameView& frame, const PixelSquare& square) {
   const auto& [u, v] = square.first;
   const int beside = square.side, beyond = square.side + beside;
   return u >= beside && v >= beside && u + beyond <= frame.width && v + beyond <= frame.height;
 }
 
-/// Whether a square of pixels is fused as one surfel: all are measured, in width small against a
-/// voxel, in depth the same to the map, and one smooth surface.
+/// Whether a square of pixels is fused as one surfel: all must be measured, narrow compared with a
+/// voxel, of the same depth to the map, and on one smooth surface.
 DTSDF_HD bool isMerged(const ImageView& image, const PixelSquare& square,
                        const SurfelSettings& surfels) {
   const FrameView& frame = image.frame;
@@ -81,17 +81,17 @@ DTSDF_HD bool isMerged(const ImageView& image, const PixelSquare& square,
       !(most - least <= frame.voxel_size_m * least * most)) {  // the range of z, times least * most
     return false;
   }
-  // The largest turn as a slope of 1 / z, for a frontal surface.
+  // The largest turn as a change of the slope of 1 / z, for a surface that faces the camera.
   const float turn = rules.merged_turn * most / frame.intrinsics.fx;
   return turnsLittle(image, square, 1, frame.width, turn) &&
          turnsLittle(image, square, frame.width, 1, turn);
 }
 
-/// How a patch is merged: bit kPatchBit if it is as a whole, else bit q for each quad that is.
+/// How a patch is merged: bit kPatchBit for the whole patch, or bit q for each merged quad.
 using MergedPatch = uint32_t;
 constexpr int kPatchBit = 4;
 
-/// Whether the square of a bit would be merged, in the patch with the given first pixel.
+/// Whether the square of a bit can be merged, in the patch with this first pixel.
 DTSDF_HD bool isBitMerged(const ImageView& image, const Pixel& first, int bit,
                           const SurfelSettings& surfels) {
   if (bit == kPatchBit) return isMerged(image, {first, kPatchSide}, surfels);
@@ -99,13 +99,13 @@ DTSDF_HD bool isBitMerged(const ImageView& image, const Pixel& first, int bit,
   return quad.u < image.frame.width && isMerged(image, {quad, kQuadSide}, surfels);
 }
 
-/// What is merged in a patch of which these bits would be: all of it, or else its quads.
+/// The merged squares of a patch in which these bits' squares can be: the whole, or else quads.
 DTSDF_HD MergedPatch wholeOrQuads(uint32_t bits) {
   constexpr MergedPatch kWhole = 1u << kPatchBit;
   return (bits & kWhole) != 0 ? kWhole : bits & (kWhole - 1u);
 }
 
-/// What is merged in a patch.
+/// Finds the merged squares of a patch.
 DTSDF_HD MergedPatch mergePatch(const ImageView& image, const Pixel& first,
                                 const SurfelSettings& surfels) {
   uint32_t bits = 0;
@@ -115,15 +115,15 @@ DTSDF_HD MergedPatch mergePatch(const ImageView& image, const Pixel& first,
   return wholeOrQuads(bits);
 }
 
-/// Which of the pixels of a patch's row are single, a bit each.
+/// The single pixels in a patch's row, a bit each.
 DTSDF_HD uint32_t singlesInRow(MergedPatch patch, int v) {
   if (patch >> kPatchBit & 1) return 0;
   const MergedPatch quads = patch >> ((v & kQuadSide) != 0 ? 2 : 0);
   return ((quads & 1) != 0 ? 0u : 3u) | ((quads & 2) != 0 ? 0u : 12u);
 }
 
-/// Side of the square that a pixel is the first of, 1 for a single pixel; 0 for the other pixels of
-/// a square.
+/// Side of the square that starts at a pixel: 1 for a single pixel, 0 for the other pixels of a
+/// square.
 DTSDF_HD int mergedSide(MergedPatch patch, const Pixel& pixel) {
   const int x = pixel.u & (kPatchSide - 1), y = pixel.v & (kPatchSide - 1);
   if (patch >> kPatchBit & 1) return x == 0 && y == 0 ? kPatchSide : 0;

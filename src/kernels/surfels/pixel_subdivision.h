@@ -1,32 +1,31 @@
-/// Which pixels are fused as several surfels: the counterpart of pixel_merging.h.
+/// Finds which pixels are fused as several surfels: the counterpart of pixel_merging.h.
 ///
-/// Far away, or at a grazing angle, a pixel covers more of the surface than a voxel. One surfel at
-/// its centre would leave the voxels between neighbouring pixels without samples, and so holes.
-/// Such a pixel is subdivided into thirds, along one axis of the image or both, which lie on its
-/// plane.
+/// Far away or at a grazing angle, a pixel covers more of the surface than a voxel. A single surfel
+/// at its centre would leave voxels between neighbouring pixels without samples, and so holes. Such
+/// a pixel is subdivided into thirds along one or both axes of the image; they lie on its plane.
 #pragma once
 
 #include "kernels/surfels/plane_fit.h"
 
 namespace dtsdf {
 
-/// Subpixels along the rows and along the columns of the image: 1 or kThirds.
+/// Number of subpixels along the rows and columns of the image: 1 or kThirds.
 struct Subdivision {
   int32_t across, down;
-  /// Half a subpixel's width and height where the pixel's neighbours continue its plane, else 0.
+  /// Half a subpixel's width and height if the pixel's neighbours continue its plane, else 0.
   float half_across_px = 0.0f, half_down_px = 0.0f;
 };
 
-/// A surfel updates the samples to both sides of it, so thirds leave none out in a pixel as wide as
-/// five voxels.
+/// A surfel updates the samples on both sides of it, so thirds leave none out in pixels up to five
+/// voxels wide.
 constexpr int kThirds = 3;
 
 DTSDF_HD int subpixelCount(const Subdivision& subdivision) {
   return subdivision.across * subdivision.down;
 }
 
-/// Whether a neighbour continues the surface of a pixel: linked, and where the pixel's plane, which
-/// rises by `step` in inverse depth, predicts it. The link is that of whichever comes first.
+/// Whether a neighbour continues a pixel's surface: it must be linked, and predicted by the pixel's
+/// plane, which rises by `step` in inverse depth. The link belongs to whichever comes first.
 DTSDF_HD bool continuesPlane(const FrameSensing& sensing, const Pixel& pixel,
                              const Pixel& neighbour, PixelLinks link, float step,
                              const SurfelSettings& surfels) {
@@ -42,10 +41,10 @@ DTSDF_HD bool continuesPlane(const FrameSensing& sensing, const Pixel& pixel,
                      linkLimits(frame, sensing.noise, surfels));
 }
 
-/// How a measured pixel with a plane is subdivided: where the map could tell its ends, and
-/// its neighbours to both sides continue its surface. These also show how far the surface goes on,
-/// which matters where the map could tell its middle from an end: if centres are farther apart, 0.6
-/// voxels say, the mesh has gaps between them.
+/// How a measured pixel with a plane is subdivided: along axes where it is wider than a voxel and
+/// both neighbours continue its surface. The sides of pixels over half a voxel wide are used as
+/// well, since the mesh would have gaps between the centres of pixels that are, for instance, 0.6
+/// voxels apart.
 DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pixel,
                                     const PixelPlane& plane, const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
@@ -54,7 +53,7 @@ DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pi
   const float depth_m = 1.0f / image.inverse_depth[pixelIndex(frame, pixel)];
   const Vec3f p_C =
       backProject(frame.intrinsics, static_cast<float>(u), static_cast<float>(v), depth_m);
-  // Where the plane moves to from one pixel to the next.
+  // Step on the plane from one pixel to the next.
   Vec3f across = (-(plane.slope_u * depth_m)) * p_C, down = (-(plane.slope_v * depth_m)) * p_C;
   across.x += depth_m / frame.intrinsics.fx;
   down.y += depth_m / frame.intrinsics.fy;
@@ -78,14 +77,14 @@ DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pi
   return subdivision;
 }
 
-/// Offset of a subpixel's centre from the pixel's along an axis of the image, in pixels: less than
-/// half a pixel. It is number `subpixel` of `count` along the axis.
+/// Offset along an axis from a pixel's centre to that of subpixel number `subpixel` of `count`, in
+/// pixels; less than half a pixel.
 DTSDF_HD float subpixelOffset(int subpixel, int count) {
   return static_cast<float>(subpixel - count / 2) / static_cast<float>(count);
 }
 
-/// Inverse depth of a pixel's plane at an offset (du, dv), but no farther away than the pixel and
-/// its neighbours on the sides that the offset leads to, which have to be measured.
+/// Inverse depth of a pixel's plane at an offset (du, dv), limited to be no farther away than the
+/// pixel and its neighbours on those sides, which must be measured.
 DTSDF_HD float inverseDepthBeside(const ImageView& image, const Pixel& pixel,
                                   const PixelPlane& plane, float du, float dv) {
   const int width = image.frame.width;

@@ -1,24 +1,23 @@
 /// Surface normals from a depth image, by edge-stopped plane fits in inverse depth.
 ///
-/// The inverse depth of a plane is an affine function of the pixel: with n^T P = delta and
-/// P = z ((u - cx) / fx, (v - cy) / fy, 1),
+/// The inverse depth of a plane is an affine function of the pixel: with n^T P = delta and P = z
+/// ((u - cx) / fx, (v - cy) / fy, 1),
 ///   1 / z = (n_x (u - cx) / fx + n_y (v - cy) / fy + n_z) / delta.
-/// Fitting value and slopes of 1 / z in a window around a pixel therefore gives the normal of a
-/// plane without bias, and the noise of triangulating sensors is uniform in this quantity. The
-/// least-squares fit over a rectangle separates into a fit along the row and one along the column.
-/// Each walk ends where pixels are not linked, so that nothing is mixed across a discontinuity.
+/// So fitting the value and slopes of 1 / z in a window around a pixel gives a plane's normal
+/// without bias, and the noise of triangulating sensors is uniform in 1 / z. The least-squares fit
+/// over a rectangle separates into a fit along the row and one along the column. Each walk ends
+/// where pixels are not linked, so nothing is mixed across a discontinuity.
 ///
-/// In a strip that is a single pixel wide only one of the two fits is there: a rod, a wire, or what
-/// shows through a slit. If that line is long enough, the strip counts as facing the camera across
-/// it.
+/// A strip a single pixel wide (a rod, a wire, or what shows through a slit) has only one of the
+/// two fits. If that line is long enough, the strip is taken to face the camera across its width.
 #pragma once
 
 #include "kernels/surfels/line_fit.h"
 
 namespace dtsdf {
 
-/// The unit normal of the plane with the given 1 / z at (u, v), and its slopes there, facing the
-/// camera; zero where there is none.
+/// Unit normal, facing the camera, of the plane with this value and slopes of 1 / z at (u, v); zero
+/// if there is none.
 DTSDF_HD Vec3f planeNormal(float u, float v, float value, float slope_u, float slope_v,
                            const Intrinsics& K) {
   const Vec3f n{-(K.fx * slope_u), -(K.fy * slope_v),
@@ -28,11 +27,11 @@ DTSDF_HD Vec3f planeNormal(float u, float v, float value, float slope_u, float s
   return (1.0f / length) * n;
 }
 
-/// The plane that stands for the surface at a pixel.
+/// The plane of the surface at a pixel.
 struct PixelPlane {
-  Vec3f normal_C;          ///< Unit, facing the camera; zero: there is none.
+  Vec3f normal_C;          ///< Unit vector, facing the camera; zero: no plane.
   float slope_u, slope_v;  ///< Slopes of inverse depth, per pixel.
-  float trust;             ///< Share of the weight that it deserves.
+  float trust;             ///< Factor of the surfel's weight.
 };
 
 DTSDF_HD PixelPlane noPlane() { return {{0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0.0f}; }
@@ -44,8 +43,8 @@ DTSDF_HD PixelPlane makePixelPlane(const Pixel& pixel, float value, float slope_
           slope_u, slope_v, trust};
 }
 
-/// The fit along a pixel's column, through the values of the row fits, with their slopes as
-/// companions; count 0 if there is none.
+/// The fit down a pixel's column through the values of the row fits, with their slopes as
+/// companions; count 0 without a fit.
 DTSDF_HD LineFit fitColumn(const FrameSensing& sensing, const Pixel& pixel,
                            const SurfelSettings& surfels) {
   const FrameView& frame = sensing.image.frame;
@@ -57,14 +56,14 @@ DTSDF_HD LineFit fitColumn(const FrameSensing& sensing, const Pixel& pixel,
                  columnAround(pixel.v, frame, radius));
 }
 
-/// Whether a pixel is measured in front of the two beside it, or behind both, as through a slit. In
-/// between lie pixels that mix the two sides of a step, and rows of a floor that is seen at too
-/// flat an angle; beside pixels without a measurement (0) there is no telling.
+/// Whether a pixel is in front of both adjacent pixels, or behind both as through a slit. In
+/// between are pixels that mix the two sides of a step, and rows of a floor seen at too flat an
+/// angle. Unmeasured neighbours (0) do not count.
 DTSDF_HD bool standsAlone(float before, float inverse_depth, float after) {
   return before > 0.0f && after > 0.0f && (before > inverse_depth) == (after > inverse_depth);
 }
 
-/// Whether a pixel stands alone along its row, or across the rows.
+/// The same for the neighbours along the row, or across the rows.
 DTSDF_HD bool standsAloneAcross(const ImageView& image, const Pixel& pixel, bool across_rows) {
   const FrameView& frame = image.frame;
   const float* centre = image.inverse_depth + pixelIndex(frame, pixel);
@@ -74,18 +73,18 @@ DTSDF_HD bool standsAloneAcross(const ImageView& image, const Pixel& pixel, bool
   return standsAlone(at > 0 ? centre[-step] : 0.0f, *centre, at < last ? centre[step] : 0.0f);
 }
 
-/// Any two pixels lie on a line; a third is the first to confirm it.
+/// Any two pixels form a line; a third confirms it.
 constexpr int32_t kFewestOnALine = 3;
 
-/// The plane of a strip one pixel wide, along the row or down the column; across it, it faces the
-/// camera. A single line of pixels is trusted less.
+/// The plane of a strip one pixel wide, along the row or down the column. Across its width it faces
+/// the camera. A single line of pixels is trusted less.
 DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, bool along_row,
                                const SurfelSettings& surfels) {
   const FrameView& frame = sensing.image.frame;
   const int64_t at = pixelIndex(frame, pixel);
   const float* centre = sensing.image.inverse_depth + at;
   WindowRadius radius = windowRadius(*centre, fitWindow(frame, sensing.noise, surfels));
-  radius.one_side = radius.both;  // there are few pixels as it is
+  radius.one_side = radius.both;  // few pixels as it is
   const PixelLine line =
       along_row ? rowAround(pixel.u, frame.width, radius) : columnAround(pixel.v, frame, radius);
   const LineFit fit = fitLine({centre, centre, sensing.image.links + at}, line);
@@ -96,7 +95,7 @@ DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, 
                         along_row ? 0.0f : fit.slope, frame.intrinsics, surfels.rules.strip_weight);
 }
 
-/// The plane at a measured pixel, given the fit along its column.
+/// The plane at a measured pixel, given the fit down its column.
 DTSDF_HD PixelPlane pixelPlane(const FrameSensing& sensing, const Pixel& pixel,
                                const LineFit& column, const SurfelSettings& surfels) {
   const FrameView& frame = sensing.image.frame;
@@ -106,14 +105,14 @@ DTSDF_HD PixelPlane pixelPlane(const FrameSensing& sensing, const Pixel& pixel,
                         1.0f);
 }
 
-/// Whether two pixels side by side have row fits and are linked.
+/// Whether a pixel and the next in its row are linked and have row fits.
 DTSDF_HD bool hasRowBetween(const ImageView& image, int64_t at) {
   return image.row_value[at] > 0.0f && image.row_value[at + 1] > 0.0f &&
          (image.links[at] & kLinkRight) != 0;
 }
 
-/// The normal at the point between the four pixels from (u, v) to (u + 1, v + 1): along the column
-/// between the two that the pixels lie on, whose row fits are averaged. Zero where there is none.
+/// The normal at the point between the four pixels from (u, v) to (u + 1, v + 1), fitted down the
+/// column between them to the means of both sides' row fits. Zero if there is none.
 DTSDF_HD Vec3f fitNormalBetween(const FrameSensing& sensing, const Pixel& pixel,
                                 const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
@@ -122,7 +121,7 @@ DTSDF_HD Vec3f fitNormalBetween(const FrameSensing& sensing, const Pixel& pixel,
   if (!(origin > 0.0f)) return {0.0f, 0.0f, 0.0f};
   const WindowRadius radius = windowRadius(origin, fitWindow(image.frame, sensing.noise, surfels));
   const int rows_above = pixel.v + 1, rows_below = image.frame.height - 1 - pixel.v;
-  // Sums of a line fit whose samples lie at any offsets, and of the slopes along the rows.
+  // Sums of a line fit with samples at any offsets, and of the slopes along the rows.
   float n = 0.0f, k = 0.0f, kk = 0.0f, y = 0.0f, ky = 0.0f, slopes = 0.0f;
   const auto addRowBetween = [&](int64_t at, float offset) {
     const float left = image.row_value[at], right = image.row_value[at + 1];

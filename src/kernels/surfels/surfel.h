@@ -1,5 +1,5 @@
-/// A measured surface point with its normal and weight: what fusion knows of a pixel, of merged
-/// pixels, or of a subpixel.
+/// A surfel: a measured surface point with its normal and weight, from a pixel, from merged pixels,
+/// or from a subpixel.
 #pragma once
 
 #include "kernels/surfels/pixel_merging.h"
@@ -7,19 +7,19 @@
 
 namespace dtsdf {
 
-/// Point and unit normal in the frame's local frame L, in voxels. Weight 0: no measurement.
+/// Point and unit normal in the local frame L, in voxels. Weight 0: no measurement.
 struct Surfel {
   Vec3f p_L;
   float weight;
   Vec3f normal_L;
   float depth_m;
-  /// How far its surface is known to go on to both sides of the point, along the image's rows and
-  /// columns.
+  /// Distance along the image's rows and columns up to which the surface is known to continue on
+  /// both sides of the point.
   float half_across_px = 0.0f, half_down_px = 0.0f;
 };
 
-/// Share of a voxel's face that a pixel covers at a depth, seen face on: so that what a frame says
-/// of a voxel does not depend on how many pixels it took to say it.
+/// Share of a voxel's face that a pixel covers at a depth, seen face on. With it, a frame's effect
+/// on a voxel does not depend on the number of its pixels.
 DTSDF_HD float coveredShare(const FrameView& frame, float depth_m) {
   const float width = depth_m / (frame.intrinsics.fx * frame.voxel_size_m);
   return width * width;
@@ -33,8 +33,8 @@ DTSDF_HD float angleWeight(const Vec3f& p_C, const Vec3f& normal_C) {
 
 DTSDF_HD Surfel noSurfel() { return {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f}; }
 
-/// The surfel that is seen at a point (u, v) of the image, in pixels from the centre of the first
-/// one, and of which `share` of a voxel is covered.
+/// The surfel seen at a point (u, v) of the image, in pixels from the centre of the first pixel. It
+/// covers `share` of a voxel.
 DTSDF_HD Surfel makeSurfel(const FrameView& frame, float u, float v, float depth_m,
                            const Vec3f& normal_C, float share, float half_across_px = 0.0f,
                            float half_down_px = 0.0f) {
@@ -49,7 +49,7 @@ DTSDF_HD Surfel makeSurfel(const FrameView& frame, float u, float v, float depth
           half_down_px};
 }
 
-/// A measurement without a normal: all that the undirected map needs for voxel projection.
+/// A measurement without a normal, as voxel projection into an undirected map needs it.
 DTSDF_HD Surfel makePointSurfel(const ImageView& image, const Pixel& pixel) {
   const FrameView& frame = image.frame;
   const float inverse_depth = image.inverse_depth[pixelIndex(frame, pixel)];
@@ -61,14 +61,14 @@ DTSDF_HD Surfel makePointSurfel(const ImageView& image, const Pixel& pixel) {
       transform(frame.T_L_C, (1.0f / frame.voxel_size_m) * p_C), 1.0f, {0.0f, 0.0f, 0.0f}, depth_m};
 }
 
-/// A measured pixel, ready to become a surfel, or several.
+/// A measured pixel, ready to become one or several surfels.
 struct PixelMeasurement {
   Pixel pixel;
   PixelPlane plane;
   Subdivision subdivision;
 };
 
-/// A pixel in one piece, without a plane where it is not measured, given the fit along its column.
+/// An undivided pixel, given the fit down its column; without a plane if not measured.
 DTSDF_HD PixelMeasurement wholePixel(const FrameSensing& sensing, const Pixel& pixel,
                                      const LineFit& column, const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
@@ -76,7 +76,7 @@ DTSDF_HD PixelMeasurement wholePixel(const FrameSensing& sensing, const Pixel& p
   return {pixel, is_measured ? pixelPlane(sensing, pixel, column, surfels) : noPlane(), {1, 1}};
 }
 
-/// A pixel subdivided where it is wide, given the fit along its column.
+/// A pixel, subdivided if it is wide, given the fit down its column.
 DTSDF_HD PixelMeasurement subdividedPixel(const FrameSensing& sensing, const Pixel& pixel,
                                           const LineFit& column, const SurfelSettings& surfels) {
   PixelMeasurement measured = wholePixel(sensing, pixel, column, surfels);
@@ -86,7 +86,7 @@ DTSDF_HD PixelMeasurement subdividedPixel(const FrameSensing& sensing, const Pix
   return measured;
 }
 
-/// The surfel of a subpixel; number 0 of a pixel in one piece is the pixel.
+/// The surfel of a subpixel; number 0 of an undivided pixel is the whole pixel.
 DTSDF_HD Surfel makeSubpixelSurfel(const ImageView& image, const PixelMeasurement& measured,
                                    int subpixel) {
   const auto& [pixel, plane, subdivision] = measured;
@@ -100,7 +100,7 @@ DTSDF_HD Surfel makeSubpixelSurfel(const ImageView& image, const PixelMeasuremen
                     subdivision.half_down_px);
 }
 
-/// The surfel of a pixel for voxel projection, where each voxel takes one pixel and no more.
+/// The surfel of a pixel for voxel projection, where each voxel uses only one pixel.
 DTSDF_HD Surfel makeWholePixelSurfel(const ImageView& image, const PixelMeasurement& measured) {
   const auto& [u, v] = measured.pixel;
   const float depth_m = 1.0f / image.inverse_depth[pixelIndex(image.frame, measured.pixel)];
@@ -108,7 +108,7 @@ DTSDF_HD Surfel makeWholePixelSurfel(const ImageView& image, const PixelMeasurem
                     measured.plane.normal_C, measured.plane.trust);
 }
 
-/// The one surfel of a pixel that is neither merged nor subdivided.
+/// The only surfel of a pixel that is neither merged nor subdivided.
 DTSDF_HD Surfel makePixelSurfel(const FrameSensing& sensing, const Pixel& pixel,
                                 const SurfelSettings& surfels) {
   if (surfels.normal_radius_px == 0) return makePointSurfel(sensing.image, pixel);

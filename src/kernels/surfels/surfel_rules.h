@@ -1,41 +1,41 @@
-/// The numbers of the rules that turn an image into surfels: defaults, units, and why they are so.
-/// What a measurement chose names it; "by judgement" says that none did.
+/// Constants of the rules that make surfels from an image: defaults, units and reasons. A
+/// measurement behind a value is named; "by judgement" means that there is none.
 ///
-/// A plane predicts a pixel that is off by no more than noise_level deviations, which noise
-/// explains, and a voxel, within which the map does not tell surfaces apart.
+/// A plane predicts a pixel to within noise_level deviations of noise plus a voxel, within which
+/// the map does not separate surfaces.
 #pragma once
 
 namespace dtsdf {
 
 struct SurfelRules {
-  /// So many standard deviations are noise, of a difference those of a difference.
+  /// Standard deviations that count as noise; for a difference, those of the difference.
   float noise_level = 3.0f;
 
-  /// A steep surface goes on in line with a step that differs by no more than this share: sides two
-  /// pixels wide end in steps of which one is half as large at least.
+  /// Largest difference from one step of a steep surface to the next in line, as a share of the
+  /// step. Sides two pixels wide end in steps of which one is at least half as large.
   float linked_turn = 0.5f;
-  /// A surface that curves out of sight ends with a step of at most this share of the jump behind
-  /// it. One in ten mixed pixels lies that near to the front, and makes a tenth of the bridge.
+  /// Largest final step of a surface that curves out of sight, as a share of the jump behind it.
+  /// One in ten mixed pixels is that near to the front, and spans a tenth of the jump.
   float linked_rim_share = 0.1f;
 
-  /// Noise that pixels of a window share may raise the estimate to so many times what differs over
-  /// three pixels: over seven, averaged, twice.
+  /// Noise shared by the pixels of a window may raise the estimate to this multiple of that over
+  /// three pixels. Averaging over seven pixels gives a factor of two.
   float largest_shared_noise = 3.0f;
 
-  /// Half width of the window that normals are fitted in, in voxels: finer detail is lost in the
-  /// map anyhow, and more samples mean less noise.
+  /// Half width of the window that normals are fitted in, in voxels. Finer detail is lost in the
+  /// map anyway, and more samples mean less noise.
   float window_voxels = 0.75f;
-  /// Noise turns a normal by about this at most, in radians, as far as the window may grow.
+  /// Largest angle that noise turns a normal by, in radians, as far as the window may grow.
   float largest_noise_turn = 0.15f;
-  /// Share of the weight of a surfel that rests on a single line of pixels: enough where nothing
-  /// else was measured, too little to disturb what was.
+  /// Factor of the weight of a surfel from a single line of pixels: enough if nothing else was
+  /// measured, too little to disturb what was.
   float strip_weight = 0.05f;
 
-  /// Widest square of merged pixels, in voxels: less than half, so that their samples are nearly
-  /// those of one.
+  /// Largest width of a square of merged pixels, in voxels: less than half, so that their samples
+  /// are nearly the same.
   float merged_width = 0.45f;
-  /// Largest turn of the surface from one side of the square to the other, in radians: at a crease
-  /// the pixels keep their own normals.
+  /// Largest turn of the surface across the square, in radians: at a crease the pixels keep their
+  /// own normals.
   float merged_turn = 1.0f;
 };
 

@@ -1,5 +1,5 @@
 # The ROS side of the build: dependencies, messages and the exported package. Included by the
-# top-level CMakeLists.txt, because catkin looks for msg/, srv/ and package.xml beside it.
+# top-level CMakeLists.txt, because catkin looks for msg/, srv/ and package.xml in the same folder.
 
 # catkin runs Python scripts that need catkin_pkg. The system's Python has it; conda's or pyenv's may
 # come first on PATH.
@@ -11,27 +11,27 @@ if(NOT PYTHON_EXECUTABLE)
   endif()
 endif()
 if(PYTHON_EXECUTABLE)
-  set(Python3_EXECUTABLE ${PYTHON_EXECUTABLE})  # as newer modules call it
+  set(Python3_EXECUTABLE ${PYTHON_EXECUTABLE})  # the name that newer modules use
 endif()
 find_package(catkin REQUIRED COMPONENTS
   diagnostic_msgs diagnostic_updater dynamic_reconfigure geometry_msgs image_transport
   map_msgs message_generation nav_msgs nodelet pluginlib roscpp sensor_msgs std_msgs std_srvs tf2
   tf2_msgs tf2_ros visualization_msgs)
 
-# Not among the components above: their exported libraries (VTK, rosbag, with cv_bridge the whole of
-# OpenCV) would end up in every target. Only their headers are used, but for dtsdf_bag
-# and dtsdf_ros_conversions.
+# Not components of catkin above: their exported libraries (VTK, rosbag, all of OpenCV with
+# cv_bridge) would end up in every target. Only dtsdf_bag and dtsdf_ros_conversions use more than
+# their headers.
 find_package(cv_bridge REQUIRED)
 find_package(pcl_conversions REQUIRED)
 find_package(pcl_ros REQUIRED)
 find_package(rosbag REQUIRED)
 find_package(PCL REQUIRED COMPONENTS common)
 
-# Free and occupied space is published as an OctoMap only with it: it is not in Debian's archive.
+# Optional, because Debian does not package it. Publishing space as an OctoMap needs it.
 find_package(octomap_msgs QUIET)
 
-# The display for RViz needs RViz's headers, and the Qt that it was built with. Without them the mesh
-# is shown by its markers elsewhere.
+# The RViz display needs RViz's headers and the Qt that RViz was built with. Without the display,
+# viewers still show the mesh as markers.
 set(DTSDF_RVIZ OFF)
 if(WITH_RVIZ)
   find_package(rviz QUIET)
@@ -41,8 +41,8 @@ if(WITH_RVIZ)
   if(rviz_FOUND AND Qt5_FOUND)
     set(DTSDF_RVIZ ON)
   else()
-    message(STATUS "dtsdf_mapping: no display for RViz, which needs librviz-dev (Debian) or "
-                   "ros-noetic-rviz; markers are there all the same")
+    message(STATUS "dtsdf_mapping: no RViz display; it needs librviz-dev (Debian) or "
+                   "ros-noetic-rviz. The mesh is also published as markers")
   endif()
 endif()
 
@@ -57,11 +57,11 @@ add_service_files(FILES ClearRegion.srv CorrectPoses.srv GetDistanceGrid.srv Get
   SaveTrajectory.srv SetPose.srv)
 generate_messages(DEPENDENCIES geometry_msgs std_msgs)
 generate_dynamic_reconfigure_options(cfg/Publish.cfg)
-# What our sources wait for; messages for other languages are made beside them.
+# Only what our sources depend on; messages for other languages are generated in parallel.
 set(DTSDF_GENERATED_HEADERS ${PROJECT_NAME}_generate_messages_cpp ${PROJECT_NAME}_gencfg)
 
-# For other packages: the messages, whose headers come by themselves, and the library, as a target
-# by the extras and in catkin's variables as well.
+# Exports the messages, whose headers catkin adds itself, and the library, both as a target (from
+# the extras) and in catkin's variables.
 catkin_package(
   INCLUDE_DIRS include
   LIBRARIES dtsdf_mapping
@@ -69,8 +69,8 @@ catkin_package(
   DEPENDS EIGEN3
   CFG_EXTRAS dtsdf_mapping-extras.cmake)
 
-# What catkin gave to the whole build is for the folders that use ROS: all else is compiled as without
-# it, and once for both builds of scripts/test.
+# Limits catkin's definitions and include folders to the folders that use ROS. Everything else
+# compiles as it does without ROS, so both builds of scripts/test can share it.
 get_directory_property(DTSDF_ROS_DEFINITIONS COMPILE_DEFINITIONS)
 get_directory_property(DTSDF_ROS_INCLUDES INCLUDE_DIRECTORIES)
 set_directory_properties(PROPERTIES COMPILE_DEFINITIONS "" INCLUDE_DIRECTORIES "")

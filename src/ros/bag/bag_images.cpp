@@ -1,4 +1,4 @@
-/// Depth and colour images of a bag with their camera_info and poses, and where up is in it.
+/// Reads depth and colour images from a bag, with camera_info and poses, and finds up.
 #include <ros/console.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
@@ -54,7 +54,8 @@ std::string topicsOf(const rosbag::Bag& bag) {
   return "; its topics are " + joined({topics.begin(), topics.end()});
 }
 
-/// @throws std::runtime_error if it has none, with its topics, and what else helps.
+/// @throws std::runtime_error if the topic has no messages; the text lists the bag's topics and
+/// ends with `help`.
 void requireMessages(const rosbag::Bag& bag, const std::string& topic,
                      const std::string& help = "") {
   if (hasMessages(bag, topic)) return;
@@ -62,15 +63,15 @@ void requireMessages(const rosbag::Bag& bag, const std::string& topic,
                            printable(topic) + "'" + topicsOf(bag) + help);
 }
 
-/// The topics whose first message is wanted. An image that was recorded both ways counts once, as
-/// it was before it was compressed.
+/// Topics whose first message is wanted. Images recorded both raw and compressed count once, as
+/// raw.
 std::set<std::string> findImageTopics(
     const rosbag::Bag& bag, const std::function<bool(const rosbag::MessageInstance&)>& is_wanted) {
   std::set<std::string> all, topics;
   for (const rosbag::ConnectionInfo* connection : rosbag::View(bag).getConnections()) {
     all.insert(connection->topic);
   }
-  for (const std::string& topic : all) {  // a raw one before those with a transport's ending
+  for (const std::string& topic : all) {  // sorted: a raw topic precedes its compressed ones
     rosbag::View messages(bag, rosbag::TopicQuery(topic));
     const bool is_known = topics.count(withoutTransport(topic)) > 0;
     if (!is_known && messages.size() > 0 && is_wanted(*messages.begin())) topics.insert(topic);
@@ -78,16 +79,16 @@ std::set<std::string> findImageTopics(
   return topics;
 }
 
-/// The only topic. @throws std::runtime_error where there are none, or several.
+/// @return the only topic. @throws std::runtime_error if there are none or several.
 std::string onlyOneOf(const std::set<std::string>& topics, const rosbag::Bag& bag,
                       const std::string& content, const std::string& option) {
   if (topics.size() == 1) return *topics.begin();
   throw std::runtime_error("'" + printable(bag.getFileName()) + "' has " +
                            (topics.empty() ? "no topic" : "several topics") + " with " + content +
-                           topicsOf(bag) + "; choose one by " + option);
+                           topicsOf(bag) + "; choose one with " + option);
 }
 
-/// What `read` returns. @throws std::runtime_error in place of an exception of rosbag.
+/// Returns the result of `read`. @throws std::runtime_error for an exception of rosbag.
 template <class Read>
 auto readingBag(const std::string& path, const Read& read) {
   try {
@@ -98,7 +99,7 @@ auto readingBag(const std::string& path, const Read& read) {
   }
 }
 
-/// The poses of cameras: from the transforms of the whole bag, or a trajectory in their place.
+/// Camera poses, from the transforms of the whole bag or from a trajectory instead.
 class BagPoses {
  public:
   /// @throws std::runtime_error if the trajectory cannot be read.
@@ -122,7 +123,7 @@ class BagPoses {
     }
   }
 
-  /// Pose of the image with this header; `why_none` says why there is none.
+  /// Pose of the image with this header; if there is none, `why_none` gets the reason.
   std::optional<Eigen::Isometry3d> of(const std_msgs::Header& header,
                                       std::string* why_none = nullptr) const {
     PoseAnswer pose;
@@ -141,15 +142,15 @@ class BagPoses {
     return trajectory_ ? noPoseWithin(options_.pose_tolerance_s) : drop::kNoTransform.name;
   }
 
-  /// @throws std::runtime_error if no image with this header can have one, as no transforms of the
-  /// bag lead from its frame to the map's.
+  /// @throws std::runtime_error if the bag has no transforms from the frame of this header to the
+  /// map frame.
   void requireFrames(const std_msgs::Header& header, const rosbag::Bag& bag) const {
     if (trajectory_) return;
     const PoseAnswer newest = find(header, ros::Time(0));
     if (newest.T_W_C) return;
     throw std::runtime_error("'" + printable(bag.getFileName()) + "': " + newest.text +
                              topicsOf(bag) +
-                             "; give --tf-topic, or poses by --poses, or none with --poses-mode "
+                             "; give --tf-topic, a trajectory with --poses, or --poses-mode "
                              "track");
   }
 
@@ -163,12 +164,12 @@ class BagPoses {
 
   static constexpr double kKeepAll_s = 1.0e8;  ///< Longer than any recording.
 
-  BagOptions options_;  ///< Frames without leading slashes.
+  BagOptions options_;  ///< Frame names have no leading slashes.
   Transforms transforms_{std::chrono::steady_clock::now, kKeepAll_s};
-  std::optional<Trajectory> trajectory_;  ///< In place of the transforms.
+  std::optional<Trajectory> trajectory_;  ///< If set, replaces the transforms.
 };
 
-/// Null for what is no image, or a damaged one, with what is wrong.
+/// Null if the message is not an image, or if it is damaged: then `problem` gets the error.
 sensor_msgs::ImageConstPtr imageOf(const ImageKind& kind, const rosbag::MessageInstance& message,
                                    std::string& problem) {
   const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
@@ -181,7 +182,7 @@ sensor_msgs::ImageConstPtr imageOf(const ImageKind& kind, const rosbag::MessageI
   }
 }
 
-/// Empty of what is neither an image nor a cloud.
+/// Empty for messages that are neither images nor clouds.
 std_msgs::Header headerOf(const rosbag::MessageInstance& message) {
   if (const auto image = message.instantiate<sensor_msgs::Image>()) return image->header;
   if (const auto cloud = message.instantiate<sensor_msgs::PointCloud2>()) return cloud->header;
@@ -189,8 +190,8 @@ std_msgs::Header headerOf(const rosbag::MessageInstance& message) {
   return compressed ? compressed->header : std_msgs::Header();
 }
 
-/// The topic named, as it is or as it was compressed, or else the only one with images of the kind.
-/// Empty for colour where there is none, or nobody has said which.
+/// The topic `named`, raw or compressed; if none is named, the only topic with images of the kind.
+/// Empty for colour if there are none or several.
 std::string topicOf(const ImageKind& kind, const rosbag::Bag& bag, const std::string& named) {
   for (const char* const ending : {"", kind.compressed_topic, kCompressedTopic}) {
     if (!named.empty() && hasMessages(bag, named + ending)) return named + ending;
@@ -217,13 +218,12 @@ std::string topicOf(const ImageKind& kind, const rosbag::Bag& bag, const std::st
     ROS_WARN_STREAM_NAMED("dtsdf_mapping",
                           "several topics with colour images, so none is used: "
                               << printableMessage(joined({topics.begin(), topics.end()}))
-                              << "; choose one by --color-topic");
+                              << "; choose one with --color-topic");
   }
   return "";
 }
 
-/// The images of one kind of a bag: depth in the order in which it was recorded, colour in that of
-/// its stamps.
+/// Images of one kind from a bag: depth in the order of recording, colour in the order of stamps.
 template <class Frame>
 class BagImages : public ImageSource<Frame> {
  public:
@@ -241,12 +241,12 @@ class BagImages : public ImageSource<Frame> {
     if (view.begin()->isType<sensor_msgs::PointCloud2>()) clouds_.emplace(topic_);
     if (!kIsColour && !options_.intrinsics && !clouds_) {
       requireMessages(bag_, info_topic_,
-                      "; choose by --info-topic (where it is sent once, with --set "
+                      "; choose one with --info-topic (if it is sent only once, also --set "
                       "input/camera_info=latest), or give --intrinsics");
     }
     if (!options_.mask_topic.empty()) requireMessages(bag_, options_.mask_topic);
     poses_ = std::make_unique<BagPoses>(bag_, options_);
-    // All of them, small as they are: an image may be recorded before its camera_info.
+    // Reads all camera_infos first, because an image may be recorded before its own.
     for (const auto& message : rosbag::View(bag_, rosbag::TopicQuery(info_topic_))) {
       const auto info = message.instantiate<sensor_msgs::CameraInfo>();
       if (info) infos_[info->header.stamp] = info;
@@ -266,8 +266,8 @@ class BagImages : public ImageSource<Frame> {
     return options_.selection.countIn(messages_.size());
   }
 
-  /// The next frame that is wanted and can be made.
-  /// @throws std::runtime_error where the bag is damaged.
+  /// The next selected frame that can be made.
+  /// @throws std::runtime_error if the bag is damaged.
   std::optional<Frame> next() override {
     return readingBag(options_.path, [&]() -> std::optional<Frame> {
       for (; next_ != messages_.end(); ++index_) {
@@ -286,8 +286,8 @@ class BagImages : public ImageSource<Frame> {
   static constexpr bool kIsColour = std::is_same_v<Frame, SourceColour>;
   static constexpr const ImageKind& kKind = kIsColour ? kColourImages : kDepthImages;
 
-  /// The frame of colour images is their own; with first_pose_only, poses are in that of the depth
-  /// camera, by the options or by its first image.
+  /// Adapts the options to colour. Images keep the frame of their header; with first_pose_only,
+  /// poses are relative to the depth camera's frame, from the options or from its first image.
   void chooseForColour() {
     if (options_.first_pose_only) {
       options_.map_frame = options_.input.camera_frame;
@@ -314,7 +314,7 @@ class BagImages : public ImageSource<Frame> {
     return !listed || std::binary_search(listed->begin(), listed->end(), index);
   }
 
-  /// The frame of an image; none where it has to be skipped.
+  /// Makes the frame of an image; nothing if the image has to be skipped.
   std::optional<Frame> makeFrame(const rosbag::MessageInstance& message) {
     std::string problem = "a message of another type";
     CameraImage given;
@@ -372,7 +372,7 @@ class BagImages : public ImageSource<Frame> {
     return std::nullopt;
   }
 
-  /// Null if there is none for the image.
+  /// The camera_info of an image; null if there is none.
   sensor_msgs::CameraInfoConstPtr infoOf(const sensor_msgs::Image& image) const {
     if (options_.intrinsics) {
       return boost::make_shared<sensor_msgs::CameraInfo>(
@@ -385,8 +385,8 @@ class BagImages : public ImageSource<Frame> {
     return after == infos_.begin() ? after->second : std::prev(after)->second;
   }
 
-  /// Takes from the image what the mask of its stamp, recorded near it, hides; or why that cannot
-  /// be done.
+  /// Removes from the image what its mask hides: the mask with its stamp, recorded within seconds
+  /// of it. @return why that is impossible, or nothing.
   std::optional<Rejection> hideMasked(sensor_msgs::ImageConstPtr& image,
                                       const ros::Time& recorded) const {
     if (options_.mask_topic.empty()) return std::nullopt;
@@ -416,9 +416,10 @@ class BagImages : public ImageSource<Frame> {
   std::string topic_, info_topic_;
   std::unique_ptr<BagPoses> poses_;
   std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> infos_;
-  std::optional<Eigen::Isometry3d> first_T_W_C_;  ///< With first_pose_only, once it is known.
+  std::optional<Eigen::Isometry3d>
+      first_T_W_C_;  ///< With first_pose_only: the pose of all images, once known.
   std::optional<Rectification> rectification_;
-  std::optional<CloudImages> clouds_;  ///< If depth is on a topic of clouds.
+  std::optional<CloudImages> clouds_;  ///< Set if depth comes as clouds.
   ros::Time last_stamp_;
   std::multimap<ros::Time, rosbag::MessageInstance> messages_;
   std::multimap<ros::Time, rosbag::MessageInstance>::const_iterator next_ = messages_.end();
@@ -439,7 +440,7 @@ std::unique_ptr<ColourSource> openBagColours(const BagOptions& options) {
   return colours;
 }
 
-// Up in the map frame, as an inertial sensor of a bag measures it.
+// Up in the map frame, from the bag's inertial sensor.
 
 namespace {
 
@@ -460,7 +461,7 @@ std::string chooseTopic(const rosbag::Bag& bag, const BagOptions& options) {
 Eigen::Vector3d findUp(const rosbag::Bag& bag, const BagOptions& options) {
   const std::string topic = chooseTopic(bag, options);
   BagOptions of_sensor = options;
-  of_sensor.input.camera_frame.clear();  // the frame is that of the messages
+  of_sensor.input.camera_frame.clear();  // uses the frame of the messages
   const BagPoses poses(bag, of_sensor);
   StillGravity gravity;
   bool was_still = false;

@@ -1,4 +1,4 @@
-/// Keeps exceptions inside a ROS callback: one that leaves it ends every nodelet of the process.
+/// Keeps exceptions inside ROS callbacks: one that escapes ends every nodelet of the process.
 #pragma once
 
 #include <ros/console.h>
@@ -9,7 +9,7 @@
 
 namespace dtsdf {
 
-/// Runs `body`; what it throws is logged with the callback's name. True if nothing was thrown.
+/// Runs `body` and logs its exception with the callback's name. @return true if nothing was thrown.
 template <class Body>
 bool guarded(const char* callback, Body&& body) noexcept {
   try {

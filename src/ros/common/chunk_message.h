@@ -1,4 +1,4 @@
-/// Chunks of the mesh as they are sent in messages, and back.
+/// Converts mesh chunks to messages and back.
 #pragma once
 
 #include <dtsdf_mapping/MeshBlock.h>
@@ -21,7 +21,7 @@ inline dtsdf_mapping::MeshBlock toMessage(PackedChunk chunk) {
   return block;
 }
 
-/// Whoever reads the chunk may rely on the lengths of its parts and on its indices.
+/// The lengths of the chunk's parts and its indices are checked.
 /// @throws std::runtime_error that says what is wrong with the message.
 inline PackedChunk toChunk(dtsdf_mapping::MeshBlock block) {
   PackedChunk chunk;

@@ -1,4 +1,4 @@
-/// Gives memory that was freed back to the system.
+/// Returns freed memory to the system.
 #pragma once
 
 #ifdef __GLIBC__
@@ -7,9 +7,9 @@
 
 namespace dtsdf {
 
-/// Blocks of meshes are made on the map's thread and freed by the output's; images and messages
-/// come and go on others. The C library keeps what is freed in a pool for each thread: in hours a
-/// process comes to hold three times what it uses. Takes milliseconds, more where much is free.
+/// Mesh blocks are allocated on the map's thread and freed on the output's; images and messages use
+/// others. The C library pools freed memory per thread, so within hours the process would hold
+/// three times what it uses. Takes milliseconds, longer if much is free.
 inline void returnFreeMemory() {
 #ifdef __GLIBC__
   malloc_trim(0);

@@ -15,7 +15,8 @@
 namespace dtsdf {
 namespace {
 
-/// Read by image_transport and its plugins, diagnostic_updater and a standalone nodelet manager.
+/// Whether image_transport, its plugins, diagnostic_updater or a standalone nodelet manager reads
+/// it.
 bool belongsToRos(const std::string& key) {
   const std::string name = key.substr(0, key.find('/'));
   for (const char* of_ros : {"image_transport", "color_image_transport", "diagnostic_period",
@@ -87,7 +88,7 @@ int runNode(int argc, char** argv, const std::string& node_name, const std::stri
                  node_name.c_str(), errorText(error).c_str());
     return 2;
   }
-  // ROS, and with it the log, ends with the last handle.
+  // ROS, including its log, shuts down with the last handle.
   const ros::NodeHandle nh, private_nh("~");
   try {
     run(nh, private_nh);

@@ -1,5 +1,4 @@
-/// How nodes begin: their help, the settings on the parameter server, and what one that cannot
-/// start says.
+/// Start of a node: its help, its settings on the parameter server, and its start errors.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -15,25 +14,26 @@
 
 namespace dtsdf {
 
-/// Runs a program that is a node. `--help` is answered before ROS looks for a master, and arguments
-/// are refused that ROS cannot read, or would take for topics: settings without the _ that they
-/// begin with. What `run` throws says why the node cannot start.
-/// @return its exit code: 0, 1 where it cannot start, 2 for wrong arguments.
-/// @param defaults Of its settings: see toTree().
+/// Runs a node's program. `--help` needs no master. Arguments that ROS cannot read are refused, and
+/// so are settings without their leading _, which ROS would take for topics. An exception of `run`
+/// is logged as the reason why the node cannot start.
+/// @return the exit code: 0, 1 if the node cannot start, 2 for wrong arguments.
+/// @param defaults All settings with their defaults, from toTree().
 int runNode(
     int argc, char** argv, const std::string& node_name, const std::string& usage,
     const ParamTree& defaults,
     const std::function<void(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)>& run);
 
-/// What a namespace holds, flattened; without the keys that ROS itself reads there.
-/// @param violations Gets values that no setting can have, such as lists.
+/// The parameters of a namespace, flattened, without the keys that ROS itself reads.
+/// @param violations Gets parameters that are neither single values nor lists of names.
 ParamTree readParamServer(const ros::NodeHandle& private_nh,
                           std::vector<ParamViolation>& violations);
 
-/// Wrong settings in a line each, whose names and values are printable; else one sentence.
+/// One line per wrong setting, with printable names and values; one sentence for other errors.
 inline std::string startErrorText(const std::exception& error) {
   if (dynamic_cast<const ParamError*>(&error) == nullptr) return errorText(error);
-  return error.what() + std::string("\n  (ROS keeps settings of earlier runs: rosparam delete)");
+  return error.what() +
+         std::string("\n  (ROS keeps settings of earlier runs; rosparam delete removes them)");
 }
 
 }  // namespace dtsdf

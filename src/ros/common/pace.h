@@ -1,4 +1,4 @@
-/// A steady clock, and what bounds how often something happens by it.
+/// A steady clock, and a limit on how often something happens.
 #pragma once
 
 #include <ros/time.h>
@@ -22,13 +22,13 @@ inline double toSeconds(SteadyDuration duration) {
   return std::chrono::duration<double>(duration).count();
 }
 
-/// Rounded up: who sleeps so long finds the time has come.
+/// Rounds up, so that a sleep of this length does not end too early.
 inline std::chrono::milliseconds toMilliseconds(SteadyDuration duration) {
   return std::chrono::ceil<std::chrono::milliseconds>(duration);
 }
 
-/// The time by which images wait for what belongs to them: of the wall, but slower where simulated
-/// time is. Where that stands still for a second, as at the end of a bag, the wall's goes on.
+/// Clock for images that wait for other messages or for their pose: wall time, but no faster than
+/// simulated time. If that stands still for a second, as at the end of a bag, wall time goes on.
 inline SteadyTime waitingTime() {
   const SteadyTime wall = std::chrono::steady_clock::now();
   if (!ros::Time::isSimTime()) return wall;
@@ -49,7 +49,7 @@ inline SteadyTime waitingTime() {
   return time;
 }
 
-/// Bounds how often something happens.
+/// Limits how often something happens.
 class Pace {
  public:
   explicit Pace(double rate_hz) : period_(toSteadyDuration(1.0 / rate_hz)) {}
@@ -70,7 +70,7 @@ class Pace {
   void beginInStep(SteadyTime now) {
     next_ = now - next_ < period_ ? next_ + period_ : now + period_;
   }
-  /// What has begun then ends now; rests at least so many times as long as it took.
+  /// Ends what began at `begun`; then rests for at least `rests` times its duration.
   void end(SteadyTime begun, int rests = 1) {
     const SteadyTime now = std::chrono::steady_clock::now();
     begin(begun);

@@ -68,7 +68,7 @@ bool liesIn(const fs::path& path, const fs::path& directory) {
   return end == directory.end() && rest != path.end();
 }
 
-/// With its links resolved, as far as it exists.
+/// The absolute path, with links resolved as far as it exists.
 fs::path resolved(const fs::path& path) { return fs::weakly_canonical(fs::absolute(path)); }
 
 }  // namespace
@@ -95,7 +95,7 @@ std::string resolveOutputPath(const std::string& output_directory, const std::st
   }
   fs::path directory = resolved(expandHome(output_directory, "output_directory"));
   if (!directory.has_filename()) directory = directory.parent_path();  // "a/" -> "a"
-  // An absolute file_name replaces the directory here, and has to lie in it like any other.
+  // An absolute file_name replaces the directory here, and is checked like any other.
   const fs::path path = resolved(directory / file_name);
   if (!is_read && !liesIn(path, directory)) {
     throw std::runtime_error("'" + printable(file_name) + "' is outside output_directory (" +

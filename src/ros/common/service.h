@@ -1,5 +1,4 @@
-/// The one way in which services answer: what was done or why it was not, in words that may stand
-/// in a log, whatever the names from outside in them.
+/// Common form of all services: the response says what was done, or why not, in printable text.
 #pragma once
 
 #include <ros/console.h>
@@ -14,14 +13,14 @@
 
 namespace dtsdf {
 
-/// What a service does: fills the answer, or throws.
+/// The work of a service: fills the response, or throws.
 template <class Service>
 using ServiceWork =
     std::function<void(const typename Service::Request&, typename Service::Response&)>;
 
-/// Advertises a service. `work` fills the answer, but for success and with a message of what was
-/// done; where it throws the answer says why, and nothing else. Either goes to the log, failures
-/// every five seconds at most.
+/// Advertises a service. `work` fills the response except `success`; its `message` says what was
+/// done. If `work` throws, the response holds only the error text. Both texts are logged, failures
+/// at most every five seconds.
 template <class Service>
 ros::ServiceServer serve(ros::NodeHandle nh, const std::string& name, ServiceWork<Service> work) {
   using Request = typename Service::Request;
@@ -38,7 +37,7 @@ ros::ServiceServer serve(ros::NodeHandle nh, const std::string& name, ServiceWor
           return true;
         } catch (const std::exception& error) {
           problem = errorText(error);
-        } catch (...) {  // what leaves a callback ends every nodelet of the process
+        } catch (...) {  // an exception that leaves a callback ends every nodelet
         }
         response = Response();
         response.message = problem;

@@ -1,4 +1,4 @@
-/// How parts of the node write into the status: what is amiss, memory, counts.
+/// Helpers for writing the status: problems, memory, counts.
 #pragma once
 
 #include <dtsdf_mapping/MapStatus.h>
@@ -10,8 +10,8 @@ namespace dtsdf {
 
 using dtsdf_mapping::MapStatus;
 
-/// Reports what is amiss, or what is worth a sentence although all is well, unless something of a
-/// higher level, or of the same and more important, was reported.
+/// Sets level, code and message, unless a higher level, or the same level with a more important
+/// (smaller) code, was reported before.
 inline void report(MapStatus& status, uint8_t level, uint8_t code, const std::string& message) {
   const bool is_first = status.code == MapStatus::MAPPING || code < status.code;
   if (level < status.level || (level == status.level && !is_first)) return;
@@ -20,10 +20,10 @@ inline void report(MapStatus& status, uint8_t level, uint8_t code, const std::st
   status.message = message;
 }
 
-/// Where memory is: also "disk".
+/// Values of MemoryPart.place, besides "disk".
 constexpr char kHost[] = "host", kGpu[] = "gpu";
 
-/// Parts of one name in one place are one.
+/// Adds to the part with this name and place, if there is one.
 inline void addMemory(MapStatus& status, const char* name, const char* place, uint64_t bytes,
                       uint64_t limit_bytes = 0) {
   dtsdf_mapping::MemoryPart part;
@@ -39,7 +39,7 @@ inline void addMemory(MapStatus& status, const char* name, const char* place, ui
   status.memory.push_back(part);
 }
 
-/// Adds what is kept on disk, with its index in memory, and reports whether some of it is lost.
+/// Adds pages on disk and their index in memory, and reports lost pages.
 template <class PageStats>
 void addPages(MapStatus& status, const PageStats& pages, const std::string& what) {
   status.page_failures += pages.failures;

@@ -1,4 +1,4 @@
-/// A topic that is published: who has begun to listen, and what the status says of it.
+/// A published topic that notes new subscribers and counts its messages for the status.
 #pragma once
 
 #include <dtsdf_mapping/TopicStatus.h>
@@ -14,10 +14,10 @@
 
 namespace dtsdf {
 
-/// Thread safe once it is advertised, but for publish(), which is for one thread.
+/// Thread safe once advertised, except publish(), which is for one thread.
 class Topic {
  public:
-  /// Publishes to somebody who has just connected.
+  /// Publishes to a subscriber that has just connected.
   using Greet = std::function<void(const ros::SingleSubscriberPublisher& newcomer)>;
 
   template <class Message>
@@ -31,7 +31,7 @@ class Topic {
   }
 
   bool isFollowed() const { return publisher_.getNumSubscribers() > 0; }
-  /// Whether somebody has connected since it was last asked.
+  /// Whether somebody has connected since the last call.
   bool takeNewcomer() { return has_newcomer_.exchange(false); }
 
   template <class Message>

@@ -18,18 +18,18 @@
 
 namespace dtsdf {
 
-/// Niceness of threads that leave the cores to others where they are short: they get a tenth of a
-/// core that others of the process want as well, and all of one that nobody wants.
+/// Niceness of threads that yield to others of the process: they get a tenth of a contended core,
+/// and all of an idle one.
 constexpr int kLowNiceness = 10;
 
 /// Does some work and returns how long to wait before the next call.
 using ThreadStep = std::function<std::chrono::milliseconds()>;
 
-/// A callback queue with threads of its own, which call callbacks of ROS and tasks of other
-/// threads, and repeat a step in between.
+/// A callback queue with its own threads, which run ROS callbacks and tasks from other threads, and
+/// repeat a step in between.
 class WorkerThread {
  public:
-  /// `name` is what the system shows, of at most 15 bytes.
+  /// `name` is the threads' name in the system, at most 15 bytes.
   explicit WorkerThread(std::string name, int niceness = 0)
       : name_(std::move(name)), niceness_(niceness) {}
   ~WorkerThread() { stop(); }
@@ -40,19 +40,19 @@ class WorkerThread {
     return nh;
   }
 
-  /// Begins to call what is and will be in the queue, and the step, which must not throw. What
-  /// waits on one of several threads delays nobody but its caller.
+  /// Starts to serve the queue and to repeat the step, which must not throw. With several threads,
+  /// a task that waits delays only its caller.
   void start(ThreadStep step, int threads = 1) {
     step_ = std::move(step);
     for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { loop(); });
   }
 
-  /// There may be work: calls the step without more delay.
+  /// Calls the step without further delay, as there may be work.
   void wake() {
     run([] {});
   }
 
-  /// Runs `task` on a thread, between two steps, and gives its result or exception.
+  /// Runs `task` on a thread between two steps. The future gets its result or exception.
   template <class Task>
   auto run(Task task) -> std::future<decltype(task())> {
     using Result = decltype(task());
@@ -66,16 +66,15 @@ class WorkerThread {
     };
     const auto call = boost::make_shared<Call>(std::move(task));
     auto result = call->packaged.get_future();
-    queue_.addCallback(call);  // is destroyed here after stop(), so that its future fails
+    queue_.addCallback(call);  // destroys it after stop(), so that its future fails
     return result;
   }
 
-  /// Waits for the call under way. Tasks that were not run fail with std::future_error, and
-  /// callbacks are dropped.
+  /// Waits for the running call. Queued tasks fail with std::future_error; callbacks are dropped.
   void stop() {
     is_stopping_ = true;
     queue_.disable();
-    queue_.clear();  // who waits for a task need not wait for the one under way
+    queue_.clear();  // queued tasks fail without waiting for the running one
     for (std::thread& thread : threads_) thread.join();
     threads_.clear();
   }
@@ -83,8 +82,8 @@ class WorkerThread {
  private:
   void loop() {
     pthread_setname_np(pthread_self(), name_.c_str());
-    // Linux keeps a niceness for each thread, and takes more than its greatest as that. Where it
-    // cannot be set, only the order is lost.
+    // Linux keeps a niceness for each thread, and clamps it. If it cannot be set, only the priority
+    // is lost.
     if (niceness_ > 0) setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + niceness_);
     constexpr int kCallbacksPerStep = 50;  // so that calls do not pile up behind steps
     constexpr std::chrono::hours kWithoutStep{1};

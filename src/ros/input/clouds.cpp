@@ -23,7 +23,7 @@ constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
 using Coordinates = std::array<PointField, 3>;
 
-/// A coordinate of a point, wherever it lies in it.
+/// Reads a coordinate of a point, of either type and byte order.
 double coordinateOf(const sensor_msgs::PointCloud2& cloud, const PointField& field,
                     const uint8_t* point) {
   constexpr bool kIsBigEndian = __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__;
@@ -72,11 +72,11 @@ std::optional<Rejection> checkRows(const sensor_msgs::PointCloud2& cloud) {
                              cloud.row_step, cloud.data.size(), cloud.width, cloud.height)};
 }
 
-/// Sums of the products of 1, a ray's slope and its pixel: along rows, and along columns.
+/// Sums of products of (1, slope of a ray, its pixel), along rows and along columns.
 using Sums = std::array<Eigen::Matrix3d, 2>;
 
-/// Focal length and centre of the line that fits the pixels best by the slopes of their rays, and
-/// the variance of the pixels and what is left of it.
+/// Fits pixels as a line over the slopes of their rays. @return focal length, centre, variance of
+/// the pixels and residual variance.
 std::array<double, 4> fitLine(const Eigen::Matrix3d& sums) {
   const Eigen::Vector3d mean = sums.col(0) / sums(0, 0);
   const Eigen::Matrix3d covariance = sums / sums(0, 0) - mean * mean.transpose();
@@ -85,7 +85,7 @@ std::array<double, 4> fitLine(const Eigen::Matrix3d& sums) {
           covariance(2, 2) - focal_px * covariance(1, 2)};
 }
 
-/// Writes depth, and adds what is measured to the sums unless they are null.
+/// Writes depths, and adds measured points to the sums unless they are null.
 void readPoints(const sensor_msgs::PointCloud2& cloud, const Coordinates& xyz, uint8_t* pixel,
                 Sums* sums) {
   for (uint32_t v = 0; v < cloud.height; ++v) {
@@ -126,7 +126,7 @@ std::variant<CameraImage, Rejection> CloudImages::convert(const sensor_msgs::Poi
   readPoints(cloud, xyz, image->data.data(), is_known ? nullptr : &sums);
   const auto [fx, cx, variance_u, rest_u] = fitLine(sums[0]);
   const auto [fy, cy, variance_v, rest_v] = fitLine(sums[1]);
-  // Whether the pixels reach over enough of the image: those of a whole one have a share of 0.29.
+  // Whether the pixels cover enough of the image. Their deviation is 0.29 of a full image's width.
   constexpr double kLeastPoints = 100.0, kLeastShare = 0.05;
   const bool is_wide = sums[0](0, 0) >= kLeastPoints &&
                        std::sqrt(variance_u) >= kLeastShare * cloud.width &&

@@ -1,4 +1,4 @@
-/// Organised clouds in place of depth images, for drivers that publish nothing else.
+/// Organised clouds instead of depth images, for drivers that publish nothing else.
 #pragma once
 
 #include <sensor_msgs/PointCloud2.h>
@@ -12,26 +12,26 @@
 
 namespace dtsdf {
 
-/// The value of image_transport with which depth comes as clouds.
+/// The value of image_transport that selects clouds.
 constexpr char kCloudTransport[] = "cloud";
 
-/// Makes depth images of the clouds of one topic: the z of each point, as 32FC1. It finds the
-/// pinhole camera of the first cloud by least squares, and reports it. Not for several threads.
+/// Makes 32FC1 depth images from the z of one topic's clouds. Fits a pinhole camera to the first
+/// cloud by least squares, and logs it. Not thread safe.
 class CloudImages {
  public:
   explicit CloudImages(std::string topic) : topic_(std::move(topic)) {}
 
-  /// The depth image, with the camera that was found unless it `has_info` from elsewhere; or what
-  /// is wrong with the cloud. `most_bytes`: see checkArrival().
+  /// The depth image, with the fitted camera unless there is a camera_info (`has_info`); or what is
+  /// wrong with the cloud. `most_bytes`: see checkArrival().
   std::variant<CameraImage, Rejection> convert(const sensor_msgs::PointCloud2& cloud, bool has_info,
                                                size_t most_bytes);
 
-  /// The camera that was found, and how well the cloud that it was found by fits it; empty before.
+  /// The fitted camera and its residual, as text; empty before a fit.
   const std::string& camera() const { return camera_; }
 
  private:
   const std::string topic_;
-  uint32_t width_ = 0, height_ = 0;  ///< Size of the cloud that gave the camera.
+  uint32_t width_ = 0, height_ = 0;  ///< Size of the fitted cloud.
   Intrinsics intrinsics_{};
   std::string camera_;
 };

@@ -1,4 +1,4 @@
-/// Between messages of ROS and our types.
+/// Conversions between ROS messages and this package's types.
 #pragma once
 
 #include <geometry_msgs/Pose.h>
@@ -18,19 +18,19 @@
 
 namespace dtsdf {
 
-/// The stamps of ROS end here; ros::Time throws for what rounds to it.
+/// End of ROS time; ros::Time throws for values that round to it.
 constexpr double kEndOfTime_s = 4294967296.0;
 
-/// A time of ROS, whatever is given.
+/// Clamps to the range of ROS time; 0 for values that are not finite.
 inline ros::Time toTime(double stamp_s) {
   return std::isfinite(stamp_s) ? ros::Time(std::clamp(stamp_s, 0.0, kEndOfTime_s - 1.0))
                                 : ros::Time();
 }
 
-/// Names of frames are no longer than this: else a few would fill the memory.
+/// Limit for names of frames, so that a few cannot fill the memory.
 constexpr size_t kLongestName = 200;
 
-/// "'a', 'b'", and no more than a few of them.
+/// "'a', 'b'", with the first few names only.
 inline std::string listOfFrames(const std::vector<std::string>& frames) {
   constexpr size_t kShown = 10;
   std::string names;
@@ -84,10 +84,10 @@ inline geometry_msgs::TransformStamped makeTransform(const std::string& parent,
   return transform;
 }
 
-// From messages of inertial sensors to what is known of up.
+// Messages of inertial sensors, which show where up is.
 
-/// None where the message says that it holds no acceleration, or has no stamp. By sensor_msgs/Imu,
-/// -1 in the first place of a covariance says that the sensor does not measure that.
+/// None if the message has no acceleration or no stamp. In sensor_msgs/Imu, -1 as the first element
+/// of a covariance marks a quantity that is not measured.
 inline std::optional<InertialSample> sampleOf(const sensor_msgs::Imu& imu) {
   if (imu.linear_acceleration_covariance[0] == -1.0 || imu.header.stamp.isZero()) {
     return std::nullopt;

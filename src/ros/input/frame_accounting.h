@@ -1,5 +1,4 @@
-/// What became of every frame, stream by stream: fused, or dropped for a reason, which is warned
-/// about.
+/// Counts, for each stream, which frames were fused or dropped and why, and warns of drops.
 #pragma once
 
 #include <dtsdf_mapping/StreamStatus.h>
@@ -24,9 +23,9 @@
 namespace dtsdf {
 
 struct DropReason {
-  const char* name;         ///< In the status.
-  bool is_fault = true;     ///< Frames that are dropped for it are amiss: not as mapping is paused.
-  const char* remedy = "";  ///< Empty where the text of the last drop has to do.
+  const char* name;         ///< Name in the status.
+  bool is_fault = true;     ///< Whether it is a problem; a pause is not.
+  const char* remedy = "";  ///< What to do; empty: see the text of the last drop.
 
   bool operator==(const DropReason& other) const { return name == std::string_view(other.name); }
   bool operator<(const DropReason& other) const { return name < std::string_view(other.name); }
@@ -37,56 +36,56 @@ namespace drop {
 inline constexpr DropReason kNoCameraInfo{"no_camera_info"};
 /// No mask with the image's stamp, where there are masks.
 inline constexpr DropReason kNoMask{"no_mask"};
-/// None that images of this kind have.
+/// Encoding that this kind of image cannot have.
 inline constexpr DropReason kBadEncoding{"bad_encoding"};
-/// More pixels than a map takes, or more bytes than may wait.
+/// More pixels than the map accepts, or more bytes than the queue holds.
 inline constexpr DropReason kTooLarge{"too_large", true, "lower the camera's resolution"};
-/// A cloud whose points belong to no pixels.
+/// A cloud without rows, whose points belong to no pixels.
 inline constexpr DropReason kUnorganised{"unorganised"};
-/// No pixels, or rows and data that do not fit its size.
+/// No pixels, or rows or data that do not fit the size.
 inline constexpr DropReason kBadImage{"bad_image"};
 /// Image and camera_info differ in size.
 inline constexpr DropReason kSizeMismatch{"size_mismatch"};
 /// Focal length not positive, or not finite.
 inline constexpr DropReason kBadIntrinsics{"bad_intrinsics"};
-/// Stamp 0: no transform belongs to it.
+/// Stamp 0, which has no transform.
 inline constexpr DropReason kNoStamp{"no_stamp"};
-/// At the end of the time that ROS can represent.
+/// Stamp at the end of ROS time.
 inline constexpr DropReason kBadStamp{"bad_stamp"};
-/// That of the image before, which one transform cannot both belong to.
+/// Stamp of the previous image, so one of the two would get a wrong pose.
 inline constexpr DropReason kRepeatedStamp{"repeated_stamp"};
-/// The name of its frame or its encoding is longer than any real one.
+/// Name of frame or encoding longer than any real one.
 inline constexpr DropReason kLongName{"long_name"};
-/// None within the timeout.
+/// No transform within the timeout.
 inline constexpr DropReason kNoTransform{
     "no_transform", true, "raise input/tf_timeout_s, or check what publishes the poses"};
-/// Older than the transforms known: none can come.
+/// Older than all known transforms, so none can come.
 inline constexpr DropReason kBeforeTransforms{"before_transforms", false};
-/// The oldest that waited when a newer one came.
+/// Oldest waiting frame, which makes room for a newer one.
 inline constexpr DropReason kQueueFull{
     "queue_full", true, "use larger voxels (map/voxel_size_m), a GPU, or fewer frames"};
-/// Older than what another camera's frame has made of the map meanwhile.
+/// Older than a frame of another camera that is in the map already.
 inline constexpr DropReason kOutOfOrder{"out_of_order", true, "raise input/merge_wait_s"};
 /// In the queue when the stamps jumped back.
 inline constexpr DropReason kTimeJump{"time_jump", false};
 /// The camera would have moved faster than allowed.
 inline constexpr DropReason kPoseJump{"pose_jump", true,
                                       "check the pose estimate, or raise input/max_speed_m_s"};
-/// Not finite, not a rotation, or out of the map's range.
+/// Pose not finite, not a rotation, or out of the map's range.
 inline constexpr DropReason kBadPose{"bad_pose", true,
                                      "check the pose estimate, or raise input/max_speed_m_s"};
 /// No pixel with a depth in range.
 inline constexpr DropReason kNoMeasurement{"no_measurement"};
-/// On the GPU, for this frame.
+/// Too little memory on the GPU for this frame.
 inline constexpr DropReason kNoMemory{"no_memory"};
-/// Left out, as more come than are wanted.
+/// Exceeds the rate that is wanted.
 inline constexpr DropReason kOverRate{"over_rate", false};
-/// Up is not known yet, and the map is to be level.
+/// The map is to be levelled, but up is not known yet.
 inline constexpr DropReason kNotLevel{"not_level", false};
 /// Does not fit the map, and poses/on_misfit is drop.
 inline constexpr DropReason kMisfit{
     "misfit", true, "check the pose estimate, or raise poses/sigma_m and poses/sigma_rad"};
-/// The camera is not followed: it does not fit the map, or not yet again.
+/// Tracking is lost, or has not found the camera again yet.
 inline constexpr DropReason kLost{
     "lost", true, "move the camera back to where it was, and then more slowly; or call set_pose"};
 inline constexpr DropReason kPaused{"paused", false};
@@ -96,7 +95,7 @@ inline constexpr DropReason kEnding{"ending", false};
 inline constexpr DropReason kBackendError{"backend_error"};
 }  // namespace drop
 
-/// The reason for a frame that the mapper did not fuse; `status` is not kFused.
+/// Why the mapper did not fuse a frame; `status` is not kFused.
 inline DropReason dropReasonOf(FrameStatus status) {
   switch (status) {
     case FrameStatus::kBadIntrinsics: return drop::kBadIntrinsics;
@@ -109,36 +108,36 @@ inline DropReason dropReasonOf(FrameStatus status) {
   return drop::kBadImage;
 }
 
-/// What a check has to say against a frame.
+/// Why a check refuses a frame.
 struct Rejection {
   DropReason reason;
   std::string text;
 };
 
-/// One kind of images of one camera: what the status says of them, and what else is judged.
+/// Report on one kind of image of one camera: its part of the status, and what else is judged.
 struct StreamReport : dtsdf_mapping::StreamStatus {
   StreamReport() { received_age_s = camera_info_age_s = fused_age_s = -1.0f; }
 
-  std::map<DropReason, uint64_t> dropped_by;  ///< In place of `dropped`.
+  std::map<DropReason, uint64_t> dropped_by;  ///< Used instead of `dropped`.
   uint64_t droppedSum() const {
     return std::accumulate(dropped_by.begin(), dropped_by.end(), uint64_t{0},
                            [](uint64_t sum, const auto& of) { return sum + of.second; });
   }
 
-  std::string camera;      ///< Its name; empty for the only one, in the node's own namespace.
-  bool is_needed = false;  ///< Colour: it is amiss if there is none.
+  std::string camera;      ///< Name; empty for a single camera in the node's namespace.
+  bool is_needed = false;  ///< For colour: whether it is required.
   bool isColour() const { return kind == "color"; }
-  bool is_cloud = false;  ///< It comes as clouds.
+  bool is_cloud = false;  ///< Depth comes as clouds.
   std::string info_topic;
   size_t image_publishers = 0;
-  std::string warning;  ///< What is wrong with all of them, fused or not.
+  std::string warning;  ///< What is wrong with all images, fused or not.
 };
 
-/// Counts what became of every frame and warns, throttled, about those that were dropped. Of the
-/// images of one stream. Thread safe: callbacks, intake and map all count here.
+/// Counts what becomes of the frames of one stream, and warns (throttled) of dropped ones. Thread
+/// safe: callbacks, intake and map all use it.
 class FrameAccounting {
  public:
-  /// `name` begins the warnings, where there are several streams.
+  /// `name` begins the warnings if there are several streams.
   explicit FrameAccounting(std::string name = "",
                            SteadyClock clock = std::chrono::steady_clock::now)
       : name_(std::move(name)), clock_(std::move(clock)) {}
@@ -177,7 +176,7 @@ class FrameAccounting {
     }
   }
 
-  /// The counts, and what of them is received and waits: it is neither fused nor dropped yet.
+  /// The counts, including the frames that wait: received, but neither fused nor dropped yet.
   StreamReport counts() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     StreamReport counts = counts_;

@@ -1,5 +1,5 @@
-/// The one queue from topics to the map: where messages become frames, wait for their pose and
-/// their turn, and are dropped where there is no room.
+/// The queue from topics to the map: joins messages to frames, keeps them until they have their
+/// pose and their turn, and drops frames when there is no room.
 #pragma once
 
 #include <cv_bridge/cv_bridge.h>
@@ -27,18 +27,18 @@
 
 namespace dtsdf {
 
-/// Stamps that jump back by more than this mean a new recording or a loop of it; less is disorder.
+/// A larger jump back of stamps means a new or repeated recording; a smaller one is disorder.
 constexpr double kTimeJump_s = 0.5;
 
-/// A frame with what its pixels live in.
+/// A frame and the owner of its pixels.
 struct PosedFrame {
   ros::Time stamp;
   std::variant<DepthFrame, ColourFrame> image;
   cv_bridge::CvImageConstPtr pixels;
-  Eigen::Isometry3d given_T_W_C = Eigen::Isometry3d::Identity();  ///< Before steps move it.
+  Eigen::Isometry3d given_T_W_C = Eigen::Isometry3d::Identity();  ///< Pose before steps move it.
   std::string frame_id;                                           ///< Frame of its camera.
-  size_t camera = 0;                                              ///< Its place among the cameras.
-  FrameAccounting* accounting = nullptr;                          ///< Accounts of its stream.
+  size_t camera = 0;                                              ///< Index of the camera.
+  FrameAccounting* accounting = nullptr;                          ///< Counts of its stream.
 
   const Eigen::Isometry3d& T_W_C() const {
     return std::visit([](const auto& of) -> const Eigen::Isometry3d& { return of.T_W_C; }, image);
@@ -49,31 +49,32 @@ struct PosedFrame {
   }
 };
 
-/// Frames of all streams, each a camera's depth or its colour, in the order of stamps, then depth
-/// before colour, then of names. Each goes through three states: it waits for the messages of its
-/// stamp; it is whole, and waits for its pose; it is posed, and waits for its turn. It has its turn
-/// when no other stream can bring an earlier one, or when it has waited for that long enough.
+/// Frames of all streams (a camera's depth or its colour), ordered by stamp, then depth before
+/// colour, then by name. A frame is first incomplete and waits for the messages of its stamp, then
+/// whole and waits for its pose, then posed and waits for its turn. Its turn comes when no other
+/// stream can bring an earlier frame, or after it has waited for `merge_wait_s`.
 ///
-/// All that waits is counted in bytes, over all streams. Where there is no room, the oldest frame
-/// of a stream is dropped, of one with many more often. Every image that is taken is dropped with a
-/// reason, or comes out by take(). Thread safe; streams are added first.
+/// One limit in bytes holds for all streams together. When there is no room, the oldest frame of a
+/// random stream is dropped, more likely of one with many frames. Every image added is either
+/// dropped with a reason or returned by take(). Thread safe once all streams are added.
 class FrameQueue {
  public:
   using Stream = size_t;
 
   struct StreamOptions {
-    std::string name;  ///< Orders streams with one stamp.
-    /// Colour may never come, so it is waited for from its first frame on only, and may come late.
+    std::string name;  ///< Orders frames with the same stamp.
+    /// Colour may never come: others wait for it only after its first frame, and it may come late.
     bool is_colour = false;
-    bool any_info = false;     ///< The latest camera_info will do.
-    bool wants_mask = false;   ///< Each image has a mask with its stamp.
-    std::string no_info_text;  ///< What is said of an image without camera_info.
-    std::string no_mask_text;  ///< What is said of an image without its mask.
+    bool any_info = false;     ///< The latest camera_info is used, whatever its stamp.
+    bool wants_mask = false;   ///< Each image needs a mask with its stamp.
+    std::string no_info_text;  ///< Text for an image without camera_info.
+    std::string no_mask_text;  ///< Text for an image without its mask.
   };
 
-  /// @param most_images That wait, of one stream. @param most_bytes That wait, of all.
-  /// @param merge_wait_s That a frame waits for earlier ones of other streams.
-  /// `on_ready` is called when there may be something to take, by the thread that brought it.
+  /// @param most_images Limit of waiting images of one stream. @param most_bytes Limit of waiting
+  /// bytes of all.
+  /// @param merge_wait_s How long a frame waits for earlier ones of other streams.
+  /// @param on_ready Called when there may be a frame to take, by the thread that brought it.
   FrameQueue(size_t most_images, size_t most_bytes, double merge_wait_s,
              std::function<void()> on_ready, SteadyClock clock = waitingTime)
       : most_images_(most_images),
@@ -89,8 +90,8 @@ class FrameQueue {
     return streams_.size() - 1;
   }
 
-  /// Input's thread: adds one message. Those of one stamp make a frame, in any order of arrival. A
-  /// frame that is whole drops those of its stream before it that are not.
+  /// Input's thread: adds one message. Messages of one stamp make a frame, in any order of arrival.
+  /// A frame that becomes whole drops earlier incomplete ones of its stream.
   void add(Stream stream, const CameraImage& message) {
     const std::lock_guard<std::mutex> lock(mutex_);
     StreamState& state = streams_[stream];
@@ -110,7 +111,7 @@ class FrameQueue {
       return;
     }
     auto place = find(stream, State::kIncomplete, stamp);
-    if (place != entries_.end() && image && place->messages.image) {  // two of one stamp
+    if (place != entries_.end() && image && place->messages.image) {  // two images with one stamp
       dropIncomplete(place);
       place = entries_.end();
     }
@@ -123,13 +124,14 @@ class FrameQueue {
     makeRoom(stream);
   }
 
-  /// What becomes of a frame: it waits for what a text says, is dropped, or has its pose.
+  /// A frame waits (for what, in words), is dropped, or gets its pose.
   using Decision = std::variant<std::string, Rejection, PosedFrame>;
-  /// Decides by a frame's messages, since when they are whole, and a note of its own.
+  /// Decides on a whole frame. `since` is when it became whole; `is_checked` is the decider's own
+  /// note.
   using Decide =
       std::function<Decision(const CameraImage& messages, SteadyTime since, bool& is_checked)>;
-  /// Has it decided what becomes of the first frame of a stream that is whole, without the lock.
-  /// @return false if there is none, or it waits.
+  /// Calls `decide`, without the lock, for the first whole frame of a stream.
+  /// @return false if there is none or it waits.
   bool poseFirst(Stream stream, const Decide& decide) {
     std::unique_lock<std::mutex> lock(mutex_);
     const auto first = find(stream, State::kWhole);
@@ -142,7 +144,7 @@ class FrameQueue {
     Decision decision = decide(messages, since, is_checked);
     lock.lock();
     const auto place = firstThat([&](const Entry& entry) { return entry.number == number; });
-    if (place == entries_.end()) return true;  // was dropped meanwhile
+    if (place == entries_.end()) return true;  // dropped meanwhile
     place->is_checked = is_checked;
     if (const auto* const text = std::get_if<std::string>(&decision)) {
       streams_[stream].waiting_for = *text;
@@ -150,11 +152,11 @@ class FrameQueue {
     }
     apply(place, std::move(decision));
     lock.unlock();
-    on_ready_();  // it or others may have their turn by now
+    on_ready_();  // this frame or others may have their turn now
     return true;
   }
 
-  /// Stamps of a stream have jumped back to this one: drops its frames with later ones.
+  /// Drops a stream's frames later than `stamp`, to which its stamps have jumped back.
   void restart(Stream stream, const ros::Time& stamp) {
     const std::lock_guard<std::mutex> lock(mutex_);
     StreamState& state = streams_[stream];
@@ -179,7 +181,7 @@ class FrameQueue {
   }
 
   bool hasTurn() const { return idleTime() == SteadyDuration::zero(); }
-  /// How long until a frame has its turn, if nothing comes meanwhile.
+  /// Time until a frame has its turn, if nothing comes meanwhile.
   SteadyDuration idleTime() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return timeToTurn();
@@ -212,7 +214,7 @@ class FrameQueue {
   }
 
   size_t maxBytes() const { return most_bytes_; }
-  /// What the first frame of the stream waits for, in words; empty: for nothing, or its turn.
+  /// What the first frame of the stream waits for, in words; empty if for nothing or its turn.
   std::string waitingFor(Stream stream) const {
     const std::lock_guard<std::mutex> lock(mutex_);
     const StreamState& state = streams_[stream];
@@ -227,21 +229,21 @@ class FrameQueue {
   }
 
  private:
-  /// Messages without an image that may wait, of one stream: as where camera_info comes by another
-  /// connection and images are late.
+  /// Limit of a stream's waiting messages without an image, such as camera_infos whose images, on
+  /// another connection, are late.
   static constexpr size_t kMostStamps = 50;
-  /// So many frames keep the map busy until more come.
+  /// This many frames keep the map busy until more come.
   static constexpr size_t kBusy = 3;
 
   enum class State { kIncomplete, kWhole, kPosed };
   struct Entry {
     Stream stream;
     ros::Time stamp;
-    uint64_t number;  ///< In the order of arrival.
+    uint64_t number;  ///< Order of arrival.
     State state = State::kIncomplete;
-    CameraImage messages = {};  ///< Until it has its pose.
+    CameraImage messages = {};  ///< Empty once it has its pose.
     SteadyTime since = {};      ///< When it came, became whole or got its pose.
-    bool is_checked = false;    ///< Noted by whoever decides.
+    bool is_checked = false;    ///< See Decide.
     PosedFrame posed = {};
 
     bool hasImage() const { return state == State::kPosed || messages.image != nullptr; }
@@ -251,19 +253,19 @@ class FrameQueue {
     StreamOptions options;
     FrameAccounting* accounting;
     ros::Time heard = {};   ///< No frame of this stamp or before can come.
-    bool has_come = false;  ///< A posed frame of it.
+    bool has_come = false;  ///< It has had a posed frame.
     sensor_msgs::CameraInfoConstPtr latest_info = nullptr;
     std::string waiting_for = {};
     size_t taken = 0;
-    size_t seen_waiting = 0, seen_taken = 0;  ///< The backlog once it had taken so many.
-    int behind = 0;                           ///< So often in a row the backlog had not shrunk.
-    bool is_overloaded = false;               ///< Until none waits.
+    size_t seen_waiting = 0, seen_taken = 0;  ///< Backlog and taken frames at the last look.
+    int behind = 0;                           ///< How often in a row the backlog had not shrunk.
+    bool is_overloaded = false;               ///< True until no frame waits.
 
     bool isWaitedFor() const { return !options.is_colour || has_come; }
   };
 
-  // With mutex_ held.
-  /// Where it has its turn: by stamp, depth before colour, by name, as it came.
+  // The functions below need mutex_.
+  /// Inserts an entry in its order: by stamp, depth before colour, by name, by arrival.
   Entries::iterator addEntry(Stream stream, const ros::Time& stamp) {
     const auto turnOf = [this](const Entry& entry) {
       const StreamOptions& options = streams_[entry.stream].options;
@@ -274,7 +276,7 @@ class FrameQueue {
         firstThat([&](const Entry& entry) { return turnOf(added) < turnOf(entry); }), added);
   }
 
-  /// The first, or the one with this stamp.
+  /// The first entry in this state, or the one with this stamp.
   Entries::iterator find(Stream stream, State state,
                          std::optional<ros::Time> stamp = std::nullopt) {
     return firstThat([&](const Entry& entry) {
@@ -305,7 +307,7 @@ class FrameQueue {
                            [](size_t sum, const Entry& entry) { return sum + bytesOf(entry); });
   }
 
-  /// What keeps a frame from being whole; camera_info before the mask.
+  /// Why a frame is not whole yet; camera_info is named before the mask.
   std::optional<DropReason> missingOf(const Entry& entry) const {
     const StreamState& stream = streams_[entry.stream];
     const CameraImage& messages = entry.messages;
@@ -315,7 +317,7 @@ class FrameQueue {
     return has_info ? std::nullopt : std::optional<DropReason>(drop::kNoCameraInfo);
   }
 
-  /// @return whether it has just become whole.
+  /// @return whether the frame has just become whole.
   bool completeIfWhole(Entries::iterator place) {
     Entry& entry = *place;
     CameraImage& messages = entry.messages;
@@ -325,7 +327,7 @@ class FrameQueue {
     if (!messages.info) messages.info = streams_[entry.stream].latest_info;
     for (auto it = entries_.begin(); it != place;) {
       const auto before = it++;
-      const bool came_before = before->number < entry.number;  // else this one is ahead
+      const bool came_before = before->number < entry.number;  // later ones may still become whole
       if (before->stream == entry.stream && came_before && before->state == State::kIncomplete) {
         dropIncomplete(before);
       }
@@ -351,7 +353,7 @@ class FrameQueue {
     entry.state = State::kPosed;
     entry.posed = std::move(std::get<PosedFrame>(decision));
     entry.posed.accounting = stream.accounting;
-    entry.messages = {};  // what the frame needs of them, its pixels keep
+    entry.messages = {};  // its pixels keep what the frame needs
     entry.since = clock_();
     stream.has_come = true;
   }
@@ -361,7 +363,8 @@ class FrameQueue {
     return std::find_if(entries_.begin(), entries_.end(), wanted);
   }
 
-  /// Not the one with the first stamp: those of a camera whose clock was ahead would stay for good.
+  /// The first by arrival, not by stamp: frames of a camera whose clock was ahead would stay for
+  /// ever.
   template <class Wanted>
   Entries::iterator firstArrived(const Wanted& wanted) {
     auto first = entries_.end();
@@ -373,7 +376,7 @@ class FrameQueue {
   }
 
   void drop(Entries::iterator place, const Rejection& rejection) {
-    // Other messages alone are not a frame.
+    // Messages without an image are not a frame.
     if (place->hasImage()) streams_[place->stream].accounting->dropped(rejection, place->stamp);
     entries_.erase(place);
   }
@@ -410,7 +413,7 @@ class FrameQueue {
     if (countOf(isOther) > kMostStamps) entries_.erase(firstArrived(isOther));
     while (imagesOf(stream) > most_images_) {
       const auto oldest = firstArrived(isImageOf(stream));
-      // What waits for messages or its pose takes no room of those that wait for the map.
+      // Frames that wait for messages or poses do not displace those that wait for the map.
       dropOldest(isPosed(*oldest) ? streamToDropFrom(stream, isPosed) : stream);
     }
     while (bytesOfAll() > most_bytes_) {
@@ -418,10 +421,10 @@ class FrameQueue {
     }
   }
 
-  /// A backlog that does not get shorter while the map takes as many frames as there is room for is
-  /// shortened, one frame for each that comes, so that what the map shows is new. It is looked at
-  /// each time the map has taken half as many: after a stall, as while a map is saved, there are
-  /// more than before once, and then fewer, as a fast map works them off.
+  /// Shortens a backlog that the map does not work off, by one frame for each that comes, so that
+  /// the map shows new frames. Looks at the backlog each time the map has taken half of
+  /// `most_images`; two looks in a row must show no decrease. After a stall, such as saving a map,
+  /// only one look does: a fast map then works the backlog off.
   void shorten(Stream stream) {
     StreamState& state = streams_[stream];
     const size_t waiting = countOf([&](const Entry& entry) {
@@ -438,8 +441,8 @@ class FrameQueue {
     if (state.is_overloaded && !is_short) dropOldest(streamToDropFrom(stream, isPosed));
   }
 
-  /// The stream of a random one of the images that are wanted, or else this one. By a fixed rule a
-  /// camera, or its colour, could lose each frame just before its turn.
+  /// The stream of a random wanted image; `stream` if there are none. With a fixed rule, a camera
+  /// or its colour could lose every frame just before its turn.
   template <class Wanted>
   Stream streamToDropFrom(Stream stream, const Wanted& wanted) {
     std::vector<Stream> of_images;
@@ -465,26 +468,26 @@ class FrameQueue {
                           : "fusing takes longer than the time between images")});
   }
 
-  /// Whether some stream may still bring an earlier frame.
+  /// Whether a stream may still bring an earlier frame.
   bool canComeBefore(const ros::Time& stamp) const {
     return std::any_of(streams_.begin(), streams_.end(), [&](const StreamState& stream) {
       return stream.isWaitedFor() && stream.heard < stamp;
     });
   }
 
-  /// Whether a later frame of another camera was taken already.
+  /// Whether a later frame of another camera has already been taken.
   bool isTooLate(const Entry& entry) const {
     const auto cameras = std::count_if(streams_.begin(), streams_.end(),
                                        [](const auto& state) { return !state.options.is_colour; });
     return cameras > 1 && !streams_[entry.stream].options.is_colour && entry.stamp < last_taken_;
   }
 
-  /// Zero, if it is the turn of the first frame that is posed.
+  /// Time until the first posed frame has its turn.
   SteadyDuration timeToTurn() const {
     const auto first = std::find_if(entries_.begin(), entries_.end(), isPosed);
     if (first == entries_.end()) return SteadyDuration::max();
     if (!canComeBefore(first->stamp)) return SteadyDuration::zero();
-    // One that has waited long enough has its turn, and those before it have theirs first.
+    // A frame that has waited long enough has its turn, after those before it.
     SteadyTime since = SteadyTime::max();
     for (const Entry& entry : entries_) {
       if (isPosed(entry)) since = std::min(since, entry.since);

@@ -1,5 +1,4 @@
-/// One kind of a camera's images: its topics, what is checked when they come, their poses, and what
-/// is fused of them.
+/// One kind of image of a camera: its topics, checks on arrival, poses and frames.
 #pragma once
 
 #include <image_transport/camera_common.h>
@@ -33,17 +32,16 @@
 
 namespace dtsdf {
 
-/// The topics of a kind and, unless it is remapped itself, the camera_info beside what that of the
-/// images is remapped to; `mask/image` where masks are wanted. Images come by image_transport, but
-/// compressed ones are subscribed and decoded here, and depth may come as clouds. On the input's
-/// thread, but for report().
+/// Subscribes to images, their camera_info and, if wanted, `mask/image`. Unless remapped itself,
+/// camera_info is the one next to the remapped image topic. Images come through image_transport,
+/// except compressed ones, which are decoded here, and depth as clouds. Input's thread, except
+/// report().
 class ImageStream {
  public:
-  /// `name` is that of the camera, which is empty for a single one, and `camera` its place among
-  /// them. `ns` is the namespace of the topics, empty for the root. Not that of `nh`, which for a
-  /// nodelet of the root namespace is the one of its manager, such as a camera driver's.
-  /// `on_time_jump` is called where stamps jump back; none: only this stream restarts. All that is
-  /// given outlives it.
+  /// `name` is the camera's, empty for a single one; `camera` is its index. `ns` is the namespace
+  /// of the topics, empty for the root: that of `nh` may differ, since a nodelet in the root
+  /// namespace gets its manager's, such as a camera driver's. `on_time_jump` is called when stamps
+  /// jump back; without it only this stream restarts. All references must outlive it.
   ImageStream(const ImageKind& kind, const std::string& name, size_t camera, const std::string& ns,
               const ros::NodeHandle& nh, const NodeParams& params, Transforms& transforms,
               FrameQueue& queue, std::function<void(const ros::Time&)> on_time_jump = nullptr)
@@ -69,11 +67,11 @@ class ImageStream {
         cloud_images_(image_topic_),
         transport_(nh) {}
 
-  /// Images come from now on.
+  /// Starts to receive images.
   void subscribe(const ros::NodeHandle& private_nh) {
-    // What overflows here is lost without a word, so this is more than a busy process needs. After
-    // a stall, roscpp reads all that has come by one connection before it reads the next: so as
-    // many images wait at once as were sent meanwhile, however promptly each is taken.
+    // More than a busy process needs, because an overflow is silent. After a stall, roscpp reads
+    // everything from one connection before the next, so all images sent meanwhile wait at once,
+    // however promptly each is taken.
     constexpr int kQueue = 50;
     info_ = nh_.subscribe(info_topic_, kQueue, &ImageStream::onInfo, this);
     if (!mask_topic_.empty()) {
@@ -83,7 +81,7 @@ class ImageStream {
                                                 kind_.transport_param);
     const std::string ending = "/" + hints.getTransport();
     if (!kind_.is_colour && hints.getTransport() == kCloudTransport) {
-      constexpr int kClouds = 10;  // each has the bytes of several images
+      constexpr int kClouds = 10;  // a cloud is as large as several images
       other_ = nh_.subscribe(topic_, kClouds, &ImageStream::onCloud, this);
       is_cloud_ = true;
     } else if (ending == kind_.compressed_topic || ending == kCompressedTopic) {
@@ -93,8 +91,8 @@ class ImageStream {
     }
   }
 
-  /// Poses the frames whose pose is known and drops those whose pose will not come. @return whether
-  /// one waits for its pose.
+  /// Gives frames their poses, and drops those whose pose will not come. @return whether one still
+  /// waits for its pose.
   bool step() {
     bool waits = false;
     const auto decide = [&](const CameraImage& messages, SteadyTime since, bool& is_checked) {
@@ -107,7 +105,7 @@ class ImageStream {
     return waits;
   }
 
-  /// Stamps have jumped back to this one.
+  /// Starts over after stamps have jumped back to `stamp`.
   void restartStamps(const ros::Time& stamp) {
     last_stamp_ = ros::Time();
     queue_.restart(stream_, stamp);
@@ -158,7 +156,7 @@ class ImageStream {
     });
   }
 
-  /// Where nobody publishes camera_info when the first cloud comes, the camera is fitted for good.
+  /// If nobody publishes camera_info when the first cloud comes, the fitted camera is always used.
   void onCloud(const sensor_msgs::PointCloud2ConstPtr& cloud) {
     guarded("cloud", [&] {
       const ros::Time stamp = cloud->header.stamp;
@@ -235,7 +233,7 @@ class ImageStream {
     return makePosed(messages, *pose.T_W_C);
   }
 
-  /// Checks of a frame that has just become whole.
+  /// Checks a frame that has just become whole.
   std::optional<Rejection> check(const CameraImage& frame) {
     if (auto rejection = kind_.check(*frame.image, *frame.info)) return rejection;
     if (frame.mask) {
@@ -289,7 +287,7 @@ class ImageStream {
   }
 
   void noteDoubts(const PosedFrame& posed) {
-    std::string text = rectification_.warning();  // which the log has
+    std::string text = rectification_.warning();  // already logged
     const bool is_logged = !text.empty();
     if (const auto* depth = std::get_if<DepthFrame>(&posed.image)) {
       convention_.add(*depth);
@@ -313,29 +311,29 @@ class ImageStream {
   Transforms& transforms_;
   FrameQueue& queue_;
   const std::function<void(const ros::Time&)> on_time_jump_;
-  const std::string pose_frame_;  ///< That poses are looked up in; empty: images have none.
+  const std::string pose_frame_;  ///< Frame to look up poses in; empty: images have none.
   const size_t camera_;
   const bool is_needed_;
   ros::NodeHandle nh_;
-  const std::string mask_topic_;  ///< Empty: there are no masks.
+  const std::string mask_topic_;  ///< Empty: no masks are used.
   const std::string topic_;       ///< Topic of the images, before remapping.
   const std::string image_topic_, info_topic_;
   FrameAccounting accounting_;
   FrameQueue::Stream stream_;
   RateLimit rate_limit_;
-  std::optional<std::pair<double, Eigen::Isometry3d>> last_pose_;  ///< With its stamp.
+  std::optional<std::pair<double, Eigen::Isometry3d>> last_pose_;  ///< Last pose, with its stamp.
   Rectification rectification_;
   CloudImages cloud_images_;
-  bool is_cloud_ = false;         ///< Set before anything comes.
+  bool is_cloud_ = false;         ///< Set by subscribe().
   std::optional<bool> has_info_;  ///< Whether clouds come with a camera_info, once known.
   PoseConvention convention_;
   ros::Time last_stamp_;
 
-  mutable std::mutex mutex_;  ///< Guards the next ones.
+  mutable std::mutex mutex_;  ///< Guards the next line.
   std::string warning_, fitted_camera_;
 
   image_transport::ImageTransport transport_;
-  image_transport::Subscriber by_transport_;  ///< Images come by one of these two.
+  image_transport::Subscriber by_transport_;  ///< Images come through one of these two.
   ros::Subscriber other_;
   ros::Subscriber info_, mask_;
 };

@@ -18,9 +18,9 @@
 namespace dtsdf {
 namespace {
 
-/// More than any model of OpenCV has.
+/// More coefficients than any distortion model of OpenCV has.
 constexpr size_t kMostCoefficients = 64;
-/// Latest stamp of an image: what is added to it must not pass the end of ROS's time.
+/// Latest stamp of an image: leaves an hour to add to it before ROS time ends.
 constexpr double kLatestStamp_s = kEndOfTime_s - 3600.0;
 
 /// The region of interest; the whole image unless it is set.
@@ -32,7 +32,7 @@ sensor_msgs::RegionOfInterest regionOf(const sensor_msgs::CameraInfo& info) {
   return whole;
 }
 
-/// 0 means none.
+/// A binning of 0 means none.
 uint32_t pixelsBinned(uint32_t binning) { return std::max<uint32_t>(binning, 1); }
 
 std::optional<Rejection> checkSize(const sensor_msgs::Image& image,
@@ -175,7 +175,7 @@ DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
                           float unit_16uc1_m, float unit_32fc1_m) {
   pixels = cv_bridge::toCvShare(image);
   DepthFrame frame;
-  // Size and type by the message: cv_bridge leaves a matrix of bytes where it has swapped them.
+  // Size and type are the message's: cv_bridge returns a matrix of bytes if it has swapped them.
   frame.width = static_cast<int>(image->width);
   frame.height = static_cast<int>(image->height);
   frame.encoding = *depthEncodingOf(image->encoding);
@@ -188,10 +188,10 @@ DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
 
 namespace {
 
-/// Newer than the messages of some distributions.
+/// Not in the message headers of every distribution.
 const std::string kYuy2 = "yuv422_yuy2";
 
-/// What the mapper takes as it is.
+/// Encodings that the mapper takes unchanged.
 std::optional<ColourEncoding> knownEncoding(const std::string& encoding) {
   if (encoding == enc::RGB8) return ColourEncoding::kRgb8;
   if (encoding == enc::BGR8) return ColourEncoding::kBgr8;
@@ -216,7 +216,7 @@ cv_bridge::CvImageConstPtr yuy2AsRgb(const sensor_msgs::Image& image) {
   return rgb;
 }
 
-/// What the mapper does not take, as what it does.
+/// Converts an image to an encoding that the mapper takes.
 cv_bridge::CvImageConstPtr converted(const sensor_msgs::ImageConstPtr& image) {
   if (image->encoding == kYuy2) return yuy2AsRgb(*image);
   return cv_bridge::toCvCopy(image, image->encoding == enc::MONO16 ? enc::MONO8 : enc::RGB8);
@@ -285,7 +285,7 @@ sensor_msgs::ImageConstPtr applyMask(const sensor_msgs::Image& mask,
   const auto masked = boost::make_shared<sensor_msgs::Image>(depth);
   const int type = depth.encoding == enc::TYPE_32FC1 ? CV_32FC1 : CV_16UC1;
   const cv::Mat hidden(size, CV_8UC1, const_cast<uint8_t*>(mask.data.data()), mask.step);
-  // 0 is no measurement in each encoding and byte order, and its bytes are all 0.
+  // 0 means no measurement in both encodings, and has the same bytes in either order.
   cv::Mat(size, type, masked->data.data(), masked->step).setTo(0, hidden);
   return masked;
 }

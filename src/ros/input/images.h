@@ -1,5 +1,4 @@
-/// From sensor_msgs to the mapper's frames, of depth and of colour: what is accepted, and what it
-/// becomes.
+/// Checks images of sensor_msgs and converts them to the mapper's depth and colour frames.
 #pragma once
 
 #include <cv_bridge/cv_bridge.h>
@@ -24,27 +23,27 @@ struct CameraImage {
   sensor_msgs::ImageConstPtr mask = nullptr;  ///< Only where masks are wanted.
 };
 
-// What depth and colour images have in common: their camera, and whether their bytes fit it.
+// Common to depth and colour images: the camera, and checks of the bytes against it.
 
-/// Intrinsics of a rectified image: P, or K where P is empty, with binning and the region of
-/// interest applied.
+/// Intrinsics of a rectified image: P, or K if P is empty, with binning and the region of interest
+/// applied.
 Intrinsics intrinsicsOf(const sensor_msgs::CameraInfo& info);
 
 /// The camera_info of a rectified image with these intrinsics.
 sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const Intrinsics& K);
 
-/// Whether an image may wait at all, by its size, stamp and names; nothing if it may. `most_bytes`
-/// is all the room.
+/// Why an image may not wait at all: its size, stamp or names; nothing if it may. `most_bytes` is
+/// the size of the queue.
 std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t most_bytes);
 
-/// Why a camera_info may not wait, by what it holds; empty if it may.
+/// Why a camera_info may not wait; empty if it may.
 std::string findProblem(const sensor_msgs::CameraInfo& info);
 
-/// What is wrong with an image of so many bytes a pixel and its camera_info; nothing if they fit.
+/// What is wrong with an image and its camera_info; nothing if they fit.
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,
                                     const sensor_msgs::CameraInfo& info, size_t pixel_bytes);
 
-/// 16UC1, mono16 or 32FC1.
+/// Whether it is 16UC1, mono16 or 32FC1.
 bool isDepthEncoding(const std::string& encoding);
 
 /// What is wrong with an image, judged by its header and its camera_info; nothing if it is usable.
@@ -52,19 +51,18 @@ std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
                                          const sensor_msgs::CameraInfo& info);
 
 /// The frame of an image that passed checkDepthImage(), without its pose. Its data live in
-/// `pixels`, which shares them with the message, or has a copy where the byte order is not the
-/// machine's or the rows are of no whole pixels.
-/// @throws cv_bridge::Exception or cv::Exception for what the check should have refused.
+/// `pixels`, which shares them with the message, or has a copy if the byte order is not the
+/// machine's or rows do not hold whole pixels.
+/// @throws cv_bridge::Exception or cv::Exception for images that the check should have refused.
 DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
                           const sensor_msgs::CameraInfo& info, cv_bridge::CvImageConstPtr& pixels,
                           float unit_16uc1_m = 0.001f, float unit_32fc1_m = 1.0f);
 
-/// rgb8, bgr8, rgba8, bgra8, mono8, mono16, Bayer of 8 and 16 bits, YUV 4:2:2 (yuv422,
-/// yuv422_yuy2).
+/// Whether it is rgb8, bgr8, rgba8, bgra8, mono8, mono16, Bayer of 8 or 16 bits, or YUV 4:2:2
+/// (yuv422, yuv422_yuy2).
 bool isColourEncoding(const std::string& encoding);
 
-/// Whether images of this encoding are hardly anything but a colour camera's: mono8 may be
-/// infrared, mono16 depth.
+/// Whether images of this encoding must be a colour camera's: mono8 may be infrared, mono16 depth.
 bool showsColour(const std::string& encoding);
 
 /// What is wrong with an image, judged by its header and its camera_info; nothing if it is usable.
@@ -72,15 +70,15 @@ std::optional<Rejection> checkColourImage(const sensor_msgs::Image& image,
                                           const sensor_msgs::CameraInfo& info);
 
 /// The frame of an image that passed checkColourImage(), without its pose. Its data live in
-/// `pixels`, which shares them with the message where the mapper knows the encoding, or has them
+/// `pixels`, which shares them with the message if the mapper knows the encoding, and else has them
 /// converted by cv_bridge.
-/// @throws cv_bridge::Exception or cv::Exception for what cannot be converted, such as a Bayer
+/// @throws cv_bridge::Exception or cv::Exception if the image cannot be converted, such as a Bayer
 /// image of one pixel.
 ColourFrame makeColourFrame(const sensor_msgs::ImageConstPtr& image,
                             const sensor_msgs::CameraInfo& info,
                             cv_bridge::CvImageConstPtr& pixels);
 
-// Masks: what of a depth image is not of the scene, such as the robot's own arm.
+// Masks hide parts of a depth image that are not of the scene, such as the robot's arm.
 
 /// What is wrong with a mask for a depth image that passed checkDepthImage(); nothing if it is
 /// usable.
@@ -90,28 +88,28 @@ std::optional<Rejection> checkMask(const sensor_msgs::Image& mask, const sensor_
 sensor_msgs::ImageConstPtr applyMask(const sensor_msgs::Image& mask,
                                      const sensor_msgs::Image& depth);
 
-// The two kinds of a camera's images, and what decodes compressed ones.
+// The two kinds of images, and decoders of compressed ones.
 
-/// What image_transport appends to the name of an image's topic for its compressed images.
+/// Suffixes of image_transport for topics of compressed images.
 constexpr char kCompressedDepthTopic[] = "/compressedDepth";
 constexpr char kCompressedTopic[] = "/compressed";
 
-/// The topic of an image by itself, without these endings.
+/// The topic without such a suffix.
 std::string withoutTransport(const std::string& topic);
 
-/// Whether a message holds depth, by what its format says.
+/// Whether a message holds depth, according to its format.
 bool holdsDepth(const sensor_msgs::CompressedImage& message);
 
-/// Without image_transport's plugins. @throws std::runtime_error that says what is wrong.
+/// Decodes without image_transport's plugins. @throws std::runtime_error that says what is wrong.
 sensor_msgs::ImageConstPtr decodeDepth(const sensor_msgs::CompressedImage& message);
 
-/// Whether a message holds the image of a colour camera, JPEG or PNG.
+/// Whether a message holds a JPEG or PNG image of a colour camera.
 bool holdsColour(const sensor_msgs::CompressedImage& message);
 
-/// As rgb8. @throws std::runtime_error that says what is wrong with the message.
+/// Decodes to rgb8. @throws std::runtime_error that says what is wrong with the message.
 sensor_msgs::ImageConstPtr decodeColour(const sensor_msgs::CompressedImage& message);
 
-// Why an image is dropped, in words for the node and for bags.
+// Texts of dropped images, common to the node and bags.
 inline std::string noInfoText(const std::string& topic, bool any_stamp) {
   return std::string("no camera_info") + (any_stamp ? "" : " with the same stamp") + " on '" +
          topic + "'; publish it with the image's stamp" +
@@ -123,13 +121,13 @@ inline std::string noMaskText(const std::string& topic) {
 constexpr char kRepeatedStampText[] =
     "the image before has the same stamp, so one of them has a wrong pose";
 
-/// What distinguishes depth images from colour images, which all else treats alike.
+/// Differences between depth and colour images; all other code treats them alike.
 struct ImageKind {
   const char* ns;                ///< Namespace of the topics image_rect and camera_info.
   const char* transport_param;   ///< Private parameter with the transport of the images.
-  const char* compressed_topic;  ///< Ending of the topic of images that are decoded here.
+  const char* compressed_topic;  ///< Suffix of the topic whose images are decoded here.
   sensor_msgs::ImageConstPtr (*decode)(const sensor_msgs::CompressedImage&);
-  /// Whether images in a bag are hardly anything else, by encoding or by format.
+  /// Whether images in a bag must be of this kind, judged by encoding or format.
   bool (*has_encoding)(const std::string&);
   bool (*has_format)(const sensor_msgs::CompressedImage&);
   /// What is wrong with an image; nothing if it is usable.

@@ -1,5 +1,4 @@
-/// What the status says of the input: what came, what became of it, and why nothing is fused if
-/// nothing is.
+/// The input's part of the status: what was received, what became of it, and why nothing is fused.
 #pragma once
 
 #include <ros/master.h>
@@ -27,10 +26,10 @@
 
 namespace dtsdf {
 
-/// Types by topic, without those of maps.
+/// Types keyed by topic, without the topics of mapping nodes.
 using PublishedTopics = std::map<std::string, std::string>;
 
-/// Asks the master, and waits for it no longer than for its answer; empty without one.
+/// Asks the master once; empty if there is none.
 inline PublishedTopics findPublishedTopics() {
   XmlRpc::XmlRpcValue arguments, result, topics;
   arguments[0] = ros::this_node::getName();
@@ -46,17 +45,17 @@ inline PublishedTopics findPublishedTopics() {
   return published;
 }
 
-/// Writes the input's part of the status, but for transforms and memory, one after the other: it
-/// remembers what was reported.
+/// Writes the input's part of the status, except transforms and memory. Remembers earlier reports,
+/// so calls must not overlap.
 class InputStatus {
  public:
-  /// @param stale_s See NodeParams. @param find_topics Those that could be meant where one has no
-  /// publisher.
+  /// @param stale_s See NodeParams. @param find_topics Finds topics to suggest in place of one
+  /// without a publisher.
   explicit InputStatus(double stale_s, PublishedTopics (*find_topics)() = findPublishedTopics)
       : stale_s_(stale_s), find_topics_(find_topics) {}
 
-  /// @pre That of transforms is written.
-  /// @param streams Of each camera depth, and then colour where it is wanted. @param now Of ROS.
+  /// @pre The transforms' part is written.
+  /// @param streams For each camera, depth and then colour if wanted. @param now ROS time.
   void fill(const std::vector<StreamReport>& streams, bool paused, SteadyTime at,
             const ros::Time& now, MapStatus& status) {
     updateClock(at, now, paused);
@@ -109,18 +108,18 @@ class InputStatus {
     status.dropped = dropCounts(sum);
   }
 
-  /// While mapping is paused or simulated time stands still, nothing is expected to come, and
-  /// afterwards the waiting begins again.
+  /// Nothing is expected while mapping is paused or simulated time stands still; afterwards the
+  /// silence is measured from zero.
   void updateClock(SteadyTime at, const ros::Time& now, bool paused) {
     if (moments_.empty() || now != now_) changed_at_ = at;
     now_ = now;
-    // Simulated time comes in steps: that of a slow simulator is not at a stand at once.
+    // Simulated time advances in steps; those of a slow simulator are not a standstill.
     time_stands_ = at - changed_at_ >= std::chrono::seconds(1);
     if (moments_.empty() || paused || time_stands_) begun_ = at;
     ran_s_ = toSeconds(at - begun_);
   }
 
-  /// Keeps what was reported in the last while.
+  /// Keeps the reports of the last half minute.
   void addMoment(SteadyTime at, const std::vector<StreamReport>& streams) {
     constexpr std::chrono::seconds kWindow{30};
     moments_.emplace_back(at, streams);
@@ -134,7 +133,7 @@ class InputStatus {
     const auto warn = [&](uint8_t code, const std::string& text) {
       report(status, MapStatus::WARN, code, name + text);
     };
-    // Drops that are a fault, in the last while: how many, and the most common reason.
+    // Recent drops that are a problem: their number and most common reason.
     const StreamReport& first = moments_.front().second[index];
     uint64_t dropped = 0, most = 0;
     DropReason most_common = drop::kQueueFull;
@@ -150,7 +149,7 @@ class InputStatus {
     if (judgeSilence(depth, is_lost, name, status)) return;
     if (depth.fused == 0) return judgeNoFrame(depth, name, status);
     if (!depth.warning.empty()) warn(MapStatus::DOUBTFUL_INPUT, depth.warning);
-    // Drops that are worth a word, though most frames are fused.
+    // Share of dropped images that is reported although most frames are fused.
     constexpr double kReportedShare = 0.02;
     const uint64_t received = depth.received - first.received;
     const double share = static_cast<double>(dropped) / static_cast<double>(received);
@@ -162,7 +161,7 @@ class InputStatus {
                                         (remedy.empty() ? depth.last_drop : remedy));
     }
     if (index + 1 == streams.size() || !streams[index + 1].isColour()) return;
-    // Colour that is required, or comes and cannot be used.
+    // Colour that is required but missing, or unusable.
     const StreamReport& colour = streams[index + 1];
     if (colour.fused > 0) return;
     if (colour.received == 0 && colour.is_needed) {
@@ -176,10 +175,11 @@ class InputStatus {
     }
   }
 
-  /// An input that has fallen silent, or of which nothing is fused any longer.
+  /// Reports an input that has fallen silent, or of which nothing is fused any more. @return
+  /// whether it did.
   bool judgeSilence(const StreamReport& depth, bool is_lost, const std::string& name,
                     MapStatus& status) const {
-    // For how long nothing has come while it could have; 0 if nothing ever has.
+    // For how long nothing has come although it was expected; 0 if nothing ever has.
     const auto silence = [this](float age_s) {
       return age_s < 0.0f ? 0.0 : std::min<double>(age_s, ran_s_);
     };
@@ -203,7 +203,7 @@ class InputStatus {
     return true;
   }
 
-  /// No frame has become part of the map.
+  /// Reports why no frame has been fused yet.
   void judgeNoFrame(const StreamReport& depth, const std::string& name, MapStatus& status) const {
     const std::string why = depth.waiting_for.empty() ? depth.last_drop : depth.waiting_for;
     if (depth.received == 0) {
@@ -231,7 +231,7 @@ class InputStatus {
     const char* const kCloud = "sensor_msgs/PointCloud2";
     const auto same = topics.find(depth.topic);
     if (same != topics.end() && (same->second == kCloud) == depth.is_cloud) {
-      constexpr double kConnectPatience_s = 3.0;  // who is not connected to by then cannot be
+      constexpr double kConnectPatience_s = 3.0;  // by then a connection would exist
       return ran_s_ < kConnectPatience_s
                  ? "it is published, but not connected to yet"
                  : "it is published, but cannot be reached: set ROS_HOSTNAME or ROS_IP on both "
@@ -251,8 +251,8 @@ class InputStatus {
                 : images);
   }
 
-  /// "; depth is published on '/a' and '/b'": topics with these parts of their types and names,
-  /// without the endings of transports; empty if there are none.
+  /// "; depth is published on '/a' and '/b'": topics whose types and names contain these parts,
+  /// without suffixes of transports; empty if there are none.
   static std::string whereElse(const PublishedTopics& topics, const std::string& what,
                                const char* part_of_type, const char* part_of_name = "") {
     std::set<std::string> names;
@@ -268,16 +268,17 @@ class InputStatus {
     return text;
   }
 
-  /// No share of drops is reported for fewer images.
+  /// Fewest images for which a share of drops is reported.
   static constexpr uint64_t kLeastImages = 20;
 
   const double stale_s_;
   PublishedTopics (*const find_topics_)();
-  SteadyTime begun_{}, changed_at_{};  ///< Since when frames could come; when time changed last.
+  SteadyTime begun_{},
+      changed_at_{};  ///< Since when frames are expected; when ROS time last changed.
   ros::Time now_;
   bool time_stands_ = false;
-  double ran_s_ = 0.0;          ///< How long there was neither a pause nor a stand of time.
-  std::deque<Moment> moments_;  ///< Reports of the last while.
+  double ran_s_ = 0.0;          ///< How long frames have been expected.
+  std::deque<Moment> moments_;  ///< Recent reports, oldest first.
   uint64_t restarts_ = 0;
 };
 

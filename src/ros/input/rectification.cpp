@@ -26,8 +26,7 @@ bool isDistorted(const sensor_msgs::CameraInfo& info) {
   return std::any_of(info.D.begin(), info.D.end(), [](double d) { return d != 0.0; });
 }
 
-/// Drivers call a model either name of ROS, whatever its length, which shows what OpenCV makes of
-/// it.
+/// Drivers use both names for models of any length; OpenCV tells models by their length.
 bool isKnownModel(const sensor_msgs::CameraInfo& info) {
   const std::string& model = info.distortion_model;
   const size_t coefficients = info.D.size();
@@ -38,7 +37,7 @@ bool isKnownModel(const sensor_msgs::CameraInfo& info) {
          std::count(std::begin(kOfOpenCv), std::end(kOfOpenCv), coefficients) > 0;
 }
 
-/// "/camera/depth/image_rect_raw" says that its images are rectified.
+/// Names such as "/camera/depth/image_rect_raw" say that images are rectified.
 bool isNamedRectified(const std::string& topic) {
   const std::string uncompressed = topic.substr(0, topic.find("/compressedDepth"));
   return uncompressed.find("rect", uncompressed.rfind('/') + 1) != std::string::npos;
@@ -79,8 +78,8 @@ std::pair<cv::Mat, cv::Mat> sourcesOf(const sensor_msgs::CameraInfo& info, cv::S
   return uv;
 }
 
-/// Ratio of depth along the rectified axis to depth along the raw one, for each pixel; 0, no
-/// measurement, for rays that the raw camera has behind it. Empty where the axes are equal.
+/// Ratio of depth along the rectified axis to depth along the raw one, for each pixel; 0 (no
+/// measurement) for rays behind the raw camera. Empty if the axes are equal.
 std::vector<float> scalesOf(const sensor_msgs::CameraInfo& info, cv::Size size) {
   const Matrix R = rotationOf(info);
   if (R == Matrix::eye()) return {};
@@ -97,14 +96,14 @@ std::vector<float> scalesOf(const sensor_msgs::CameraInfo& info, cv::Size size) 
 }
 
 uint16_t scaled(uint16_t raw, float scale) {
-  if (raw == kNoDepth16) return raw;  // no measurement stays that
+  if (raw == kNoDepth16) return raw;  // still no measurement
   return static_cast<uint16_t>(
       std::lround(std::min(static_cast<float>(raw) * scale, static_cast<float>(kNoDepth16))));
 }
 
 float scaled(float raw, float scale) { return raw * scale; }
 
-/// Depth along the rectified axis, in place of that along the raw one.
+/// Converts depth along the raw axis to depth along the rectified one.
 template <class Pixel>
 void scale(cv::Mat& depth, const std::vector<float>& scales) {
   auto* const pixels = depth.ptr<Pixel>();
@@ -171,8 +170,8 @@ std::variant<DepthFrame, ColourFrame> Rectification::frameOf(const CameraImage& 
   return depth;
 }
 
-/// Each pixel takes that of the raw image where its ray comes from; 0, no measurement, where that
-/// is outside.
+/// Each pixel takes the raw pixel that its ray comes from; 0 (no measurement) outside the raw
+/// image.
 sensor_msgs::ImageConstPtr Rectification::rectified(const CameraImage& raw) const {
   cv_bridge::CvImageConstPtr pixels;
   cv::Mat source, image;
@@ -181,7 +180,7 @@ sensor_msgs::ImageConstPtr Rectification::rectified(const CameraImage& raw) cons
     source = pixels->image;
   } else {
     const DepthFrame frame = makeDepthFrame(raw.image, *raw.info, pixels);
-    // Not the matrix of cv_bridge, which is one of bytes where it has swapped them.
+    // Not cv_bridge's matrix, which has the type of bytes if it has swapped them.
     source = cv::Mat(frame.height, frame.width,
                      frame.encoding == DepthEncoding::kUint16 ? CV_16UC1 : CV_32FC1,
                      const_cast<void*>(frame.data), frame.row_bytes);

@@ -15,33 +15,33 @@
 
 namespace dtsdf {
 
-/// Rectifies the images of one topic by their camera_info: K, D, R and P, of the models plumb_bob,
-/// rational_polynomial and equidistant. Each pixel takes the measurement nearest to where its ray
-/// comes from, as means of two depths lie on neither surface; so does colour. Not for several
-/// threads.
+/// Rectifies the images of one topic with K, D, R and P of their camera_info; models plumb_bob,
+/// rational_polynomial and equidistant. Each pixel takes the nearest raw pixel, in depth because a
+/// mean of two depths lies on neither surface, and in colour alike. Not thread safe.
 class Rectification {
  public:
-  /// `topic` shows whether images are raw, where that is left open. 16 bits of grey may be depth or
-  /// colour.
+  /// The name in `topic` shows whether images are raw if `choice` leaves that open. `is_colour` is
+  /// needed because mono16 may be depth or colour.
   Rectification(Usage choice, std::string topic, bool is_colour = false)
       : choice_(choice), topic_(std::move(topic)), is_colour_(is_colour) {}
 
-  /// The image as it is, or rectified: one that has passed checkDepthImage() or checkColourImage().
+  /// The rectified image, or `raw` itself if nothing is to be done. @pre `raw` has passed
+  /// checkDepthImage() or checkColourImage().
   CameraImage apply(const CameraImage& raw);
 
-  /// The frame of an image that has passed its checks, rectified, in the units and along the axis
-  /// that the settings have; without its pose. Clouds are in metres along the axis, and have no
-  /// distortion. Its data live in `pixels`, as those of makeDepthFrame() and makeColourFrame().
-  /// @throws std::exception of OpenCV or cv_bridge, or for no memory.
+  /// The rectified frame of an image that has passed its checks, without its pose. Units and axis
+  /// of depth are those of the settings; clouds are in metres along the axis, without distortion.
+  /// Data live in `pixels`, as with makeDepthFrame() and makeColourFrame().
+  /// @throws std::exception of OpenCV or cv_bridge, or if there is no memory.
   std::variant<DepthFrame, ColourFrame> frameOf(const CameraImage& raw, bool is_cloud,
                                                 const InputParams& input,
                                                 cv_bridge::CvImageConstPtr& pixels);
 
-  /// Why the geometry of the last image is bent, which the log says; else empty.
+  /// Why the geometry of the last image is bent, as logged; else empty.
   const std::string& warning() const { return warning_; }
 
  private:
-  /// Why the image stays as it is although it is distorted; empty if it does not.
+  /// Why a distorted image cannot be rectified; empty if it can.
   std::string obstacle(const sensor_msgs::CameraInfo& info) const;
   bool isToBeUndone(const sensor_msgs::CameraInfo& info) const;
   void makeTable(const CameraImage& raw);
@@ -52,10 +52,10 @@ class Rectification {
   bool is_colour_;
   std::string warning_, logged_;
 
-  sensor_msgs::CameraInfo table_info_;              ///< What the table was made for.
+  sensor_msgs::CameraInfo table_info_;              ///< Camera of the table.
   sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Without stamp.
-  cv::Mat source_;             ///< For each pixel the raw one, as cv::remap() takes it.
-  std::vector<float> scales_;  ///< From its depth to that along the new axis; empty: 1.
+  cv::Mat source_;             ///< The raw pixel of each pixel, for cv::remap().
+  std::vector<float> scales_;  ///< From raw depth to depth along the new axis; empty: 1.
 };
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-/// The transforms that poses are made of: received, kept by tf2, and looked up in words.
+/// Receives transforms, keeps them in tf2, and looks up poses with readable errors.
 #pragma once
 
 #include <dtsdf_mapping/MapStatus.h>
@@ -31,15 +31,16 @@
 namespace dtsdf {
 
 struct PoseAnswer {
-  std::optional<Eigen::Isometry3d> T_W_C = std::nullopt;  ///< Nothing if it is not known.
-  bool may_come = false;  ///< Unless the transforms that are known are all newer than the stamp.
+  std::optional<Eigen::Isometry3d> T_W_C = std::nullopt;  ///< Nothing if unknown.
+  bool may_come =
+      false;  ///< Whether the missing transform may come: none that reaches the stamp is known yet.
   std::string text = {};  ///< What is missing.
 };
 
-/// tf2's buffer. It takes every transform as it comes, so a single one with a wrong stamp can make
-/// it refuse all true ones. Where images find no pose for a while although transforms are received,
-/// the buffer is therefore made new: with the static transforms so far, except those of frames that
-/// are on /tf too, which are ignored from then on. Thread safe.
+/// tf2's buffer. It accepts every transform, so one with a wrong stamp can make it refuse all
+/// correct ones. If images find no pose for a while although transforms are received, the buffer is
+/// therefore replaced by a new one, with the static transforms so far. Static transforms of frames
+/// that are also on /tf are left out and ignored from then on. Thread safe.
 class Transforms {
  public:
   /// Keeps transforms for `kept_s`, by default longer than a frame waits in a queue that keeps up.
@@ -52,7 +53,7 @@ class Transforms {
       const boost::function<void(const Event&)> callback = [this, is_static](const Event& event) {
         guarded("transforms", [&] { onMessage(event, is_static); });
       };
-      constexpr uint32_t kQueue = 100;  // as many as tf2's own listener lets wait
+      constexpr uint32_t kQueue = 100;  // as in tf2's own listener
       return nh.subscribe<tf2_msgs::TFMessage>(topic, kQueue, callback);
     };
     tf_ = subscribe("/tf", false);
@@ -72,12 +73,12 @@ class Transforms {
     }
     try {
       if (is_named && core_->setTransform(transform, publisher, is_static)) return;
-    } catch (const std::exception&) {  // for a stamp at the end of time, or no memory
+    } catch (const std::exception&) {  // a stamp at the end of ROS time, or no memory
     }
     ++refused_;
   }
 
-  /// The pose of a frame in another one at a stamp; 0: by the newest transform.
+  /// The pose of `frame` in `parent` at a stamp; 0: the newest one.
   PoseAnswer find(const std::string& parent, const std::string& frame,
                   const ros::Time& stamp) const {
     PoseAnswer answer;
@@ -86,14 +87,14 @@ class Transforms {
       return answer;
     }
     const Core core = this->core();
-    // Before the look-up itself: a transform that arrives in between may not count as one that has
-    // passed the image.
+    // Asked before the look-up, so that a transform that arrives in between does not count as later
+    // than the image.
     const std::optional<ros::Time> newest = findNewest(*core, parent, frame);
     try {
       answer.T_W_C = toIsometry(core->lookupTransform(parent, frame, stamp).transform);
       return answer;
     } catch (const std::runtime_error& error) {
-      // tf2's own exceptions, and that of ros::Duration where stamps lie over 68 years apart.
+      // From tf2, or from ros::Duration if stamps are over 68 years apart.
       answer.text = "no transform from '" + printable(frame) + "' to '" + printable(parent) +
                     "': " + (newest ? errorText(error) : describeFrames(*core));
     }
@@ -101,7 +102,8 @@ class Transforms {
     return answer;
   }
 
-  /// What became of the look-up for an image that has waited for its pose.
+  /// Notes whether an image that has waited found its pose; restarts the buffer if none has for a
+  /// while.
   void notePose(bool is_found) {
     constexpr std::chrono::seconds kMissing{2};
     constexpr SteadyDuration kLongestWait = std::chrono::seconds(600);
@@ -122,7 +124,7 @@ class Transforms {
     core_ = makeCore();
   }
 
-  /// The parent that a frame has, if it is another one; else empty.
+  /// The frame's parent if it is not `parent`; else empty.
   std::string otherParentOf(const std::string& frame, const std::string& parent) const {
     std::string other;
     const bool has_parent = core()->_getParent(frame, ros::Time(0), other);
@@ -182,7 +184,7 @@ class Transforms {
     core_ = makeCore();
   }
 
-  /// The stamp of the newest transform between two frames: the oldest of the newest of its links.
+  /// Stamp of the newest transform between two frames: the oldest among the newest of its links.
   static std::optional<ros::Time> findNewest(const tf2::BufferCore& core, const std::string& parent,
                                              const std::string& frame) {
     try {
@@ -192,7 +194,7 @@ class Transforms {
     }
   }
 
-  /// What TF lacks is not among these.
+  /// Lists the frames in TF, or says why there are none.
   std::string describeFrames(const tf2::BufferCore& core) const {
     std::vector<std::string> frames;
     core._getFrameStrings(frames);
@@ -215,11 +217,11 @@ class Transforms {
   std::set<std::string> ignored_statics_;
   Core core_;
   std::optional<SteadyTime> received_at_;
-  std::optional<SteadyTime> missing_since_;  ///< Images have found no pose.
+  std::optional<SteadyTime> missing_since_;  ///< Since when images find no pose.
   SteadyTime next_restart_;
   SteadyDuration wait_after_restart_ = std::chrono::seconds(5);
-  uint64_t refused_ = 0;   ///< Without a usable name, a rotation, or a stamp.
-  uint64_t restarts_ = 0;  ///< How often the buffer was made new.
+  uint64_t refused_ = 0;   ///< Transforms without usable name, rotation or stamp.
+  uint64_t restarts_ = 0;  ///< How often the buffer was replaced.
   ros::Time last_now_;
   ros::Subscriber tf_, tf_static_;
 };

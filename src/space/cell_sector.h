@@ -1,4 +1,4 @@
-/// What is known of 32 x 32 x 32 cells, by cubes.
+/// A sector: 32 x 32 x 32 cells, stored in cubes of 8 x 8 x 8.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace dtsdf {
 
-/// A cube of cells: where an image saw through, and where surfaces are.
+/// A cube of cells: those that images saw through, and those with surfaces.
 struct CubeCells {
   CellMask free{}, surface{};
 };
@@ -42,13 +42,13 @@ inline SpaceCube asSpaceCube(const Vec3i& key, const CubeCells& cube) {
 constexpr CellMask kAllCells{{~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0},
                               ~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0}}};
 
-/// The cubes that something is known of, by their numbers.
+/// The cubes of a sector that have known cells, by their numbers.
 class CellSector {
  public:
-  /// What is known of a cube: all zeros if nothing is.
+  /// The cells of a cube; all zeros if none is known.
   CubeCells at(int number) const { return has(number) ? cubes_[placeOf(number)] : CubeCells{}; }
 
-  /// The cube, made if it is not there; it stays where it is until another one comes or goes.
+  /// The cube, added if it is missing. The reference is valid until a cube is added or removed.
   CubeCells& make(int number) {
     const size_t place = placeOf(number);
     if (!has(number))
@@ -66,7 +66,7 @@ class CellSector {
   bool has(int number) const { return (known_ & bit(number)) != 0; }
   bool isEmpty() const { return known_ == 0 && !is_lost_; }
 
-  /// What is left of a sector that cannot be read: of its cells only what comes later is known.
+  /// Stands for a sector that cannot be read. Only cells that are added later are known.
   static CellSector lost() {
     CellSector sector;
     sector.is_lost_ = true;
@@ -74,7 +74,7 @@ class CellSector {
   }
   bool isLost() const { return is_lost_; }
 
-  /// Calls visit(number, cells) for each.
+  /// Calls visit(number, cells) for each cube.
   template <class Visit>
   void visit(const Visit& visit) const {
     size_t place = 0;
@@ -106,8 +106,8 @@ class CellSector {
 
 using CellSectors = Sectors<CellSector>;
 
-/// Surfaces in a sector, for distances; null: none. One that was lost, or cannot be read, has them
-/// everywhere, so that no distance is too large.
+/// The surfaces in a sector, for distances; null: none. A sector that was lost or cannot be read
+/// has surfaces everywhere, so that no distance is too large.
 inline std::shared_ptr<const CellSector> surfacesIn(const CellSectors& sectors, PackedKey key) {
   static const auto everywhere = [] {
     const auto sector = std::make_shared<CellSector>();
@@ -120,7 +120,7 @@ inline std::shared_ptr<const CellSector> surfacesIn(const CellSectors& sectors, 
   return sector == nullptr || sector->isLost() ? everywhere : sector;
 }
 
-/// What is known of a cell.
+/// The state of a cell.
 inline CellState stateIn(const CellSectors& sectors, const Vec3i& cell) {
   const auto place = sectors.find(packKey(sectorOfCell(cell)));
   const auto sector = place == sectors.end() ? nullptr : place->second.get();
@@ -128,7 +128,7 @@ inline CellState stateIn(const CellSectors& sectors, const Vec3i& cell) {
   return stateIn(sector->at(cubeInSector(cubeOfCell(cell))), indexInCube(cell));
 }
 
-/// What is known of a sector.
+/// The known cubes of a sector.
 inline std::vector<SpaceCube> cubesOf(const CellSectors::value_type& of_sector) {
   std::vector<SpaceCube> cubes;
   if (const auto cells = of_sector.second.get()) {
@@ -139,7 +139,7 @@ inline std::vector<SpaceCube> cubesOf(const CellSectors::value_type& of_sector) 
   return cubes;
 }
 
-/// As KnownSpace::cubes() says.
+/// Implements KnownSpace::cubes().
 inline std::vector<SpaceCube> cubesIn(const CellSectors& sectors, int32_t first_z, int32_t last_z) {
   const int32_t low = first_z >> kCubeSideLog2, high = last_z >> kCubeSideLog2;
   std::vector<SpaceCube> found;
@@ -154,7 +154,7 @@ inline std::vector<SpaceCube> cubesIn(const CellSectors& sectors, int32_t first_
   return found;
 }
 
-/// Cubes, by their sectors, in order: a bit for each.
+/// A sorted set of cubes: by sector, a bit for each cube.
 using CubeSet = std::map<PackedKey, uint64_t>;
 constexpr size_t kCubeSetNodeBytes = sizeof(CubeSet::value_type) + 3 * sizeof(void*);
 
@@ -162,7 +162,7 @@ inline void insert(CubeSet& cubes, const Vec3i& cube) {
   cubes[packKey(sectorOfCube(cube))] |= uint64_t{1} << cubeInSector(cube);
 }
 
-/// Calls visit(cube, number) for each of a sector.
+/// Calls visit(cube, number) for each cube of a sector.
 template <class Visit>
 void visitCubes(const CubeSet::value_type& of_sector, const Visit& visit) {
   const Vec3i sector = unpackKey(of_sector.first);

@@ -1,4 +1,4 @@
-/// The cells that something is known of, by cubes of 8 x 8 x 8.
+/// The known cells of a map, in cubes of 8 x 8 x 8.
 #pragma once
 
 #include <cstddef>
@@ -16,19 +16,20 @@ class CellTable {
  public:
   explicit CellTable(SharedPagedValues pages = nullptr) : sectors_(std::move(pages)) {}
 
-  /// What is known of a cube.
+  /// The cells of a cube.
   CubeCells find(const Vec3i& cube) const {
     const std::shared_ptr<const CellSector> sector = sectors_.find(packKey(sectorOfCube(cube)));
     return sector == nullptr ? CubeCells() : sector->at(cubeInSector(cube));
   }
 
-  /// The cube, made if it is not there, until another one is asked for. It counts as touched.
+  /// The cube, added if it is missing, and marked as touched. The reference is valid until the next
+  /// call.
   CubeCells& at(const Vec3i& cube) {
     if (is_followed_) insert(touched_, cube);
     return sectors_.open(packKey(sectorOfCube(cube))).make(cubeInSector(cube));
   }
 
-  /// Removes a cube of which nothing is known any more.
+  /// Removes a cube if none of its cells is known any more.
   void removeIfEmpty(const Vec3i& cube) {
     const PackedKey key = packKey(sectorOfCube(cube));
     const std::shared_ptr<const CellSector> sector = sectors_.find(key);
@@ -36,7 +37,7 @@ class CellTable {
     sectors_.open(key).erase(cubeInSector(cube));
   }
 
-  /// What was changed may go to the disk: to be called at the end.
+  /// Ends a series of changes: changed sectors may move to the disk.
   void close() { sectors_.close(); }
 
   void clear() {
@@ -46,8 +47,8 @@ class CellTable {
     is_followed_ = false;
   }
 
-  /// Calls visit(cube, cells) for each cube of the sectors that `takes`, in no order; it may change
-  /// that one. Those that cannot be read are left out.
+  /// Calls visit(cube, cells) for each cube in the sectors that `takes` accepts, in no particular
+  /// order; `visit` may change that cube. Sectors that cannot be read are skipped.
   template <class TakesSector, class Visit>
   void visit(const TakesSector& takes, const Visit& visit) const {
     for (const PackedKey key : sectors_.keys()) {
@@ -55,15 +56,15 @@ class CellTable {
       if (!takes(sector)) continue;
       const std::shared_ptr<const CellSector> cells = sectors_.find(key);
       if (cells == nullptr) continue;
-      const CellSector before = *cells;  // which stays while the sector changes
+      const CellSector before = *cells;  // a copy, since visit() may change the sector
       before.visit(
           [&](int number, const CubeCells& cube) { visit(cubeOfSector(sector, number), cube); });
     }
   }
 
-  /// Cubes that were touched since the last call, or have gone; at the first one, and with `all`,
-  /// all that there are. About so many at most: the rest with the next calls, as what is touched
-  /// and cannot be read now.
+  /// The cubes that were touched or removed since the last call; at the first call, and with `all`,
+  /// every cube. Returns about `most` of them: later calls return the others, and also touched
+  /// cubes that cannot be read now.
   SpaceChanges takeTouched(bool all, size_t most) {
     SpaceChanges taken;
     taken.begins_anew = all || !is_followed_;
@@ -94,15 +95,15 @@ class CellTable {
     return taken;
   }
 
-  /// All that is known, by sectors. @pre close() was called.
+  /// All known cells, by sector. @pre close() was called.
   const CellSectors& all() const { return sectors_.all(); }
   size_t bytes() const { return sectors_.bytes() + touched_.size() * kCubeSetNodeBytes; }
 
  private:
   SectorTable<CellSector> sectors_;
-  bool is_followed_ = false;      ///< Changes were taken, and all since then are known:
-  CubeSet touched_;               ///< these,
-  std::vector<PackedKey> fresh_;  ///< and all of these sectors.
+  bool is_followed_ = false;      ///< Changes are tracked, since takeTouched() was called.
+  CubeSet touched_;               ///< Changed cubes that were not taken yet.
+  std::vector<PackedKey> fresh_;  ///< Sectors of which no cube was taken yet.
 };
 
 }  // namespace dtsdf

@@ -10,22 +10,23 @@
 namespace dtsdf {
 namespace {
 
-/// Up to here twice a squared distance fits into 16 bits with a sign, of which there are more to a
-/// vector register.
+/// Up to this reach twice a squared distance fits into a signed 16-bit number; a vector register
+/// holds more of these.
 constexpr int kMostReachOf16Bits = 127;
 
-/// 16 MiB of them, beside what stays in memory; and fewer where they reach far.
+/// Sectors computed at once: 16 MiB of values in addition to the stored ones, fewer for a long
+/// reach.
 constexpr size_t kMostSectorsAtOnce = 256;
 constexpr int kMostPlanesAtOnce = 1 << 15;
-constexpr uint64_t kMostPlaces = uint64_t{1} << 15;  ///< In the box around them.
+constexpr uint64_t kMostPlaces = uint64_t{1} << 15;  ///< Sectors in the box around them.
 
-/// Cubes whose distances are worked out before memory is made for others.
+/// Changed cubes that are processed at once, to limit memory.
 constexpr int kMostCubesAtOnce = 1 << 16;
 
-/// Packed keys are in the order of z first.
+/// Swaps x and z, because packed keys sort by z first.
 Vec3i turned(const Vec3i& key) { return {key.z, key.y, key.x}; }
 
-/// From a cell of a sector to one of a cube, squared, at least.
+/// The smallest squared distance between a cell of a sector and a cell of a cube.
 int32_t leastBetween(const Vec3i& sector, const Vec3i& cube) {
   const auto along = [](int32_t sectors, int32_t cubes) {
     const int32_t from = cubes * kCubeSide - sectors * kSectorSide;
@@ -36,12 +37,12 @@ int32_t leastBetween(const Vec3i& sector, const Vec3i& cube) {
   return x * x + y * y + z * z;
 }
 
-/// Cells of the largest coordinates that a cube can have.
+/// The largest coordinate that a cell can have.
 constexpr double kMostCell = static_cast<double>(kMaxBlockCoordinate) * kCubeSide;
 
 double between(double low, double high, double share) { return low + share * (high - low); }
 
-/// Squared distances of the cells `low` + (i & 1, i >> 1 & 1, i >> 2), mostly of one sector.
+/// Squared distances of the cells `low` + (i & 1, i >> 1 & 1, i >> 2), most often in one sector.
 void findSquares(const DistanceSectors& sectors, const Vec3i& low, int (&squared)[8]) {
   const PackedKey key = packKey(sectorOfCell(low));
   const auto place = sectors.find(key);
@@ -62,11 +63,10 @@ int squaredAt(const DistanceSectors& sectors, const Vec3i& cell) {
   return sector == nullptr ? 0 : sector->squaredAt(cell);
 }
 
-/// Sectors within reach of cubes that changed, up to those of a sector, in the order of x, then y,
-/// then z.
+/// The sectors within reach of the changed cubes before `end`, sorted by x, then y, then z.
 std::vector<Vec3i> DistanceField::sectorsNear(CubeSet::const_iterator end) const {
   const int32_t ring = ringOf(reach_), side = windowSide(reach_);
-  std::vector<PackedKey> order;  // of keys, by x first
+  std::vector<PackedKey> order;  // keys with x and z swapped
   for (auto of_sector = changed_.begin(); of_sector != end; ++of_sector) {
     visitCubes(*of_sector, [&](const Vec3i& cube, int) {
       for (int32_t i = 0; i < side * side * side; ++i) {
@@ -83,7 +83,7 @@ std::vector<Vec3i> DistanceField::sectorsNear(CubeSet::const_iterator end) const
   return keys;
 }
 
-/// How many sectors, from this one on, are worked on at once.
+/// How many of the sectors from `first` on are computed at once.
 size_t DistanceField::countAtOnce(const std::vector<Vec3i>& keys, size_t first) const {
   const auto most_planes = static_cast<size_t>(kMostPlanesAtOnce / planesOf(1, reach_));
   const size_t most = std::min({kMostSectorsAtOnce, most_planes, keys.size() - first});
@@ -97,13 +97,13 @@ size_t DistanceField::countAtOnce(const std::vector<Vec3i>& keys, size_t first) 
   return most;
 }
 
-/// Nobody else has it, and it lies in memory.
+/// Whether a sector is in memory and nobody else uses it.
 bool DistanceField::mayOverwrite(const std::shared_ptr<const DistanceSector>& sector) const {
   constexpr int kHereAndInTheTable = 2;
   return pages_ == nullptr && sector.use_count() == kHereAndInTheTable;
 }
 
-/// What an exception leaves out is left to the next update.
+/// After an exception, the next update does the rest.
 void DistanceField::update(const CellSectors& cells) {
   while (!changed_.empty()) {
     auto end = changed_.begin();
@@ -120,7 +120,7 @@ void DistanceField::update(const CellSectors& cells) {
   }
 }
 
-/// All of them by other means than the host's threads.
+/// Lets the backend compute the sectors. @return false if the host has to.
 bool DistanceField::workOut(const CellSectors& cells, const std::vector<Vec3i>& keys,
                             Sectors& sectors) {
   if (!work_out_) return false;

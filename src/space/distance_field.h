@@ -1,5 +1,5 @@
-/// Exact Euclidean distances between cells, up to a reach, kept up to date where surfaces change.
-/// All squared distances are whole numbers, so that any order of work gives the same.
+/// Exact Euclidean distances to the nearest surface cell, up to a reach, updated where surfaces
+/// change. Squared distances are whole numbers, so the order of work does not affect the result.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,44 +15,46 @@
 
 namespace dtsdf {
 
-/// Cells that distances of so many metres reach.
+/// The reach in cells, from the largest distance in metres.
 inline int reachInCells(double max_distance_m, double cell_size_m) {
-  constexpr double kRounding = 1e-6;  // of floats in metres: 2 m are 25 cells of 80 mm, not 26
+  constexpr double kRounding = 1e-6;  // tolerates rounded metres: 2 m are 25 cells of 80 mm, not 26
   return static_cast<int>(std::ceil(max_distance_m / cell_size_m * (1.0 - kRounding)));
 }
 
-/// All others are far from surfaces.
+/// Sectors that are not listed have no surface within reach.
 using DistanceSectors = Sectors<DistanceSector>;
 
-/// @return the squared distance, in cells, to the nearest cell with a surface; -1: none in reach; 0
-/// where it cannot be read, so that nobody runs into something.
+/// @return the squared distance, in cells, to the nearest cell with a surface; -1: none within
+/// reach. If it cannot be read, 0: such space must not look free.
 int squaredAt(const DistanceSectors& sectors, const Vec3i& cell);
 
-/// As KnownSpace::distanceAt() says, between the middles of cells, by the squared distances of
-/// those around a point.
+/// Implements KnownSpace::distanceAt(): interpolates between the centres of the cells around a
+/// point.
 /// @param reach How far distances reach, in cells.
 SpaceDistance interpolatedDistance(const KnownSpace& space, const DistanceSectors& sectors,
                                    int reach, const Eigen::Vector3d& p_W);
 
-/// Works out the distances of a task's sectors. @param squares What each of them had, if it may be
-/// overwritten; null after it where all are far. @return false: the host is to do it.
+/// Computes the distances of a task's sectors.
+/// @param squares Per sector, in: its old values if they may be overwritten; out: its new values,
+/// or null if no surface is within reach.
+/// @return false if the host has to compute them.
 using DistanceWork =
     std::function<bool(const DistanceTask& task, std::vector<SectorSquares>& squares)>;
 
 class DistanceField {
  public:
-  /// Distances are known up to `reach` cells, 255 at most: their squares are kept in 16 bits.
+  /// @param reach Largest distance in cells, at most 255: squares are stored in 16 bits.
   /// @param pages Null: all stays in memory.
   DistanceField(int reach, int threads, const SharedPagedValues& pages = nullptr)
       : reach_(reach), threads_(threads), pages_(pages) {}
 
-  /// From now on it has whole sectors worked out by this.
+  /// From now on `work_out` computes the distances, in whole sectors.
   void setBackend(DistanceWork work_out) { work_out_ = std::move(work_out); }
 
-  /// Surfaces in this cube may be other ones than before.
+  /// Marks a cube whose surfaces may have changed.
   void noteChange(const Vec3i& cube) { insert(changed_, cube); }
 
-  /// Works out the distances that changes since the last update have made other ones.
+  /// Recomputes the distances affected by changes since the last update.
   void update(const CellSectors& cells);
 
   const DistanceSectors& sectors() const { return sectors_; }
@@ -62,7 +64,7 @@ class DistanceField {
   size_t bytes() const;
 
  private:
-  /// Sectors as they were, null where there was none, and then as they are.
+  /// Sectors before and then after an update; null: none.
   using Sectors = std::vector<std::shared_ptr<const DistanceSector>>;
 
   std::vector<Vec3i> sectorsNear(CubeSet::const_iterator end) const;
@@ -80,7 +82,7 @@ class DistanceField {
   DistanceWork work_out_;
   TaskOfDistances task_;
   DistanceSectors sectors_;
-  CubeSet changed_;  ///< Cubes with surfaces that the sectors do not know yet.
+  CubeSet changed_;  ///< Cubes whose surface changes are not in sectors_ yet.
 };
 
 }  // namespace dtsdf

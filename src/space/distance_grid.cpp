@@ -21,11 +21,11 @@ void visitBetween(const Vec3i& low, const Vec3i& high, const Visit& visit) {
   }
 }
 
-/// Cells whose centres lie in a region in units of cells become free.
+/// Frees the cells whose centres lie in the region, which is in units of cells.
 void clear(const RegionView& region, const Vec3i& sector, CellSector& cells) {
   for (int number = 0; number < kCubesPerSector; ++number) {
     const Vec3i first = firstCellOfCube(cubeOfSector(sector, number));
-    constexpr double kMiddle = 0.5 * kCubeSide, kReach = 6.1;  // to the centres at its corners
+    constexpr double kMiddle = 0.5 * kCubeSide, kReach = 6.1;  // to its outermost cell centres
     const Vec3d middle{first.x + kMiddle, first.y + kMiddle, first.z + kMiddle};
     if (!isInside(region, middle, kReach)) continue;
     CubeCells cube = cells.at(number);
@@ -41,12 +41,12 @@ void clear(const RegionView& region, const Vec3i& sector, CellSector& cells) {
   }
 }
 
-/// The cells of an upright box around another one.
+/// The cells of the axis-aligned box around `box`.
 BlockExtent cellsAround(const BoxRegion& box, const SpaceSnapshot& space, int32_t reach) {
   const Eigen::Vector3d half_m = 0.5 * (box.T_W_B.linear().cwiseAbs() * box.size_m);
   const Eigen::Vector3d middle_m = box.T_W_B.translation();
   const double cell_m = space.cellSize_m();
-  constexpr double kMostCell = static_cast<double>(kMaxBlockCoordinate);  // and room for the reach
+  constexpr double kMostCell = static_cast<double>(kMaxBlockCoordinate);  // has room for the reach
   if (!((middle_m.cwiseAbs() + half_m).maxCoeff() < kMostCell * cell_m)) {
     throw std::runtime_error("the box is beyond the coordinates of a map");
   }
@@ -56,9 +56,9 @@ BlockExtent cellsAround(const BoxRegion& box, const SpaceSnapshot& space, int32_
   constexpr double kMostSectors = 4096.0;
   if ((2.0 * half_m / cell_m).prod() > static_cast<double>(kMostGridPoints) ||
       sectors.prod() > kMostSectors) {
-    throw std::runtime_error("the box reaches over too many cells of the map (" +
+    throw std::runtime_error("with cleared regions, a box must have at most " +
                              std::to_string(kMostGridPoints) +
-                             " at most, fewer in a flat one) where something is cleared; split it");
+                             " cells of the map, fewer if it is flat; split it");
   }
   return {space.cellAt(middle_m - half_m), space.cellAt(middle_m + half_m)};
 }
@@ -67,7 +67,7 @@ BlockExtent cellsAround(const BoxRegion& box, const SpaceSnapshot& space, int32_
 
 PointGrid gridIn(const BoxRegion& box, double resolution_m) {
   if (!(resolution_m > 0.0) || !std::isfinite(resolution_m)) {
-    throw std::runtime_error("the resolution must be above 0, in metres, or 0: that of the cells");
+    throw std::runtime_error("the resolution must be above 0 m, or 0 for that of the cells");
   }
   constexpr double kRounding = 1e-6;  // 0.3 m are three steps of 0.1 m
   const Eigen::Vector3d steps = (box.size_m / resolution_m).array() - kRounding;

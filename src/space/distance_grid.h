@@ -1,4 +1,4 @@
-/// Distances on a grid of points, and with parts of the map taken as empty: for arms.
+/// Distances on a grid of points, optionally with parts of the map cleared: for robot arms.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -12,10 +12,10 @@
 
 namespace dtsdf {
 
-/// Most points of a grid, and most cells in the box that it fills where something is cleared.
+/// The largest number of points in a grid; with cleared regions, also of cells in its box.
 constexpr size_t kMostGridPoints = size_t{1} << 21;
 
-/// Points along the axes of a box, with its middle in theirs.
+/// A grid of points along the axes of a box, centred in the box.
 struct PointGrid {
   Eigen::Isometry3d T_W_G = Eigen::Isometry3d::Identity();  ///< Point (0, 0, 0) is G's origin.
   std::array<uint32_t, 3> size{};
@@ -24,8 +24,8 @@ struct PointGrid {
   size_t count() const { return size_t{size[0]} * size[1] * size[2]; }
 };
 
-/// The points that fill a box without a problem.
-/// @throws std::runtime_error for too many, or a resolution that is not above 0.
+/// The grid that fills a box. @pre The box is valid, see findProblem().
+/// @throws std::runtime_error for too many points, or a resolution that is not above 0.
 PointGrid gridIn(const BoxRegion& box, double resolution_m);
 
 /// Distances of the points in metres, x fastest; NaN where they are unknown.
@@ -36,8 +36,8 @@ struct GridDistances {
 GridDistances distancesOn(const PointGrid& grid, const KnownSpace& space,
                           const Eigen::Matrix3d& R_F_W);
 
-/// Space as it would be in a box if all were free whose cells have their centres in `cleared`,
-/// which have no problem. Nothing is known elsewhere.
+/// Space in a box, as if all cells with centres in `cleared` were free; unknown elsewhere. @pre The
+/// regions are valid, see findProblem().
 /// @throws std::runtime_error for a box that is too large, or beyond the coordinates of a map.
 SpaceSnapshot clearedIn(const BoxRegion& box, const std::vector<Region>& cleared,
                         const SpaceSnapshot& space);

@@ -1,4 +1,4 @@
-/// Gathers what it takes to work out the distances in sectors: the surfaces around them.
+/// Gathers the input for computing distances in sectors: the surfaces around them.
 #pragma once
 
 #include <algorithm>
@@ -14,11 +14,11 @@
 
 namespace dtsdf {
 
-/// Squared distances of all cells of a sector, cube by cube, as cells of cubes.
+/// Squared distances of all cells of a sector, ordered by cube, then by cell of the cube.
 using SectorSquares = std::shared_ptr<uint16_t[]>;
 constexpr size_t kSquaresBytes = kCellsPerSector * sizeof(uint16_t);
 
-/// Where a cell's square is; the cell may count from any sector's first one.
+/// Index of a cell in SectorSquares. The cell may be relative to the first cell of any sector.
 inline size_t placeInSector(const Vec3i& cell) {
   const auto cube = static_cast<size_t>(cubeInSector(cubeOfCell(cell)));
   return cube * kCellsPerCube + static_cast<size_t>(indexInCube(cell));
@@ -26,7 +26,7 @@ inline size_t placeInSector(const Vec3i& cell) {
 
 /// Squared distances of the cells of a sector to the nearest ones with surfaces.
 struct DistanceSector {
-  SectorSquares squared;  ///< Null: all are far.
+  SectorSquares squared;  ///< Null: no surface is within reach.
 
   /// @pre `squared` is not null, and the cell is in the sector. @return -1: none is within reach.
   int squaredAt(const Vec3i& cell) const {
@@ -36,20 +36,20 @@ struct DistanceSector {
 
   bool isEmpty() const { return squared == nullptr; }
 
-  /// As pages ask for them, which keep none that is empty.
+  /// For PagedValues, which never holds empty sectors.
   size_t bytes() const { return sizeof(*this) + kSquaresBytes; }
   template <class Io>
   void visitRecord(Io& io) {
-    if (isEmpty()) squared = SectorSquares(new uint16_t[kCellsPerSector]);  // it is read
+    if (isEmpty()) squared = SectorSquares(new uint16_t[kCellsPerSector]);  // when reading
     io.array(squared.get(), size_t{kCellsPerSector});
   }
 };
 
-/// The buffers are kept from task to task.
+/// Makes distance tasks. The buffers are reused from task to task.
 class TaskOfDistances {
  public:
-  /// @param sectors In the order of x, then y, then z. The box around them must not be large.
-  /// @return valid until the next one is gathered.
+  /// @param sectors Sorted by x, then y, then z. The box around them must not be large.
+  /// @return a task that is valid until the next call.
   DistanceTask gather(const CellSectors& cells, const std::vector<Vec3i>& sectors, int reach) {
     DistanceTask task{};
     task.reach = reach;
@@ -69,7 +69,7 @@ class TaskOfDistances {
   }
 
  private:
-  /// Box and stacks.
+  /// Sets the box and the stacks.
   void layOut(const std::vector<Vec3i>& sectors, DistanceTask& task) {
     box_ = {sectors.front(), sectors.front()};
     for (const Vec3i& sector : sectors) box_ = around(box_, {sector, sector});
@@ -89,7 +89,7 @@ class TaskOfDistances {
     }
   }
 
-  /// The surfaces in the box.
+  /// Collects the surfaces in the box.
   void fill(const CellSectors& cells) {
     places_.assign(volumeOf(box_), -1);
     sectors_.clear();
@@ -124,7 +124,7 @@ class TaskOfDistances {
   }
 
   int32_t ring_ = 0;
-  BlockExtent box_;  ///< Around the sectors, by their keys.
+  BlockExtent box_;  ///< Keys of the sectors and of those within reach.
   std::vector<SectorStack> stacks_;
   std::vector<int32_t> places_;
   std::vector<SurfaceCubes> sectors_;

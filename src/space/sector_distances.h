@@ -1,6 +1,6 @@
-/// Distances in a sector of cells, worked out from the surfaces around: the squared distance to the
-/// nearest one is a minimum of squares along x, of that along y, and of that along z (Saito and
-/// Toriwaki, Pattern Recognition 27, 1994).
+/// Distances in a sector of cells, computed from the surfaces around it. The squared distance to
+/// the nearest surface is found as minima along x, then y, then z (Saito and Toriwaki, Pattern
+/// Recognition 27, 1994).
 #pragma once
 
 #include <algorithm>
@@ -13,11 +13,11 @@
 
 namespace dtsdf {
 
-/// `Value` holds twice the square of the reach. The buffers are kept from sector to sector.
+/// @tparam Value Can hold twice the square of the reach. The buffers are reused for each sector.
 template <class Value>
 class SectorDistances {
  public:
-  /// @return null where no cell of the sector is within reach of a surface.
+  /// @return null if no cell of the sector is within reach of a surface.
   SectorSquares run(const CellSectors& cells, const Vec3i& sector, int reach) {
     begin(firstCellOfCube(cubeOfSector(sector, 0)), reach);
     findRows(cells);
@@ -79,7 +79,7 @@ class SectorDistances {
 
   bool isInWindow(int32_t at) const { return at >= 0 && at < window_; }
 
-  /// Takes the surfaces in a row of a cube over into the row of the window.
+  /// Adds the surfaces in a row of a cube to the row of the window.
   void addRow(uint64_t surfaces, const Vec3i& at) {
     int32_t& number = row_of_[static_cast<size_t>(at.y) +
                               static_cast<size_t>(at.z) * static_cast<size_t>(window_)];
@@ -97,7 +97,7 @@ class SectorDistances {
     }
   }
 
-  /// Minima over y, for each plane of the window that has surfaces.
+  /// Takes the minima over y, for each plane of the window that has surfaces.
   void combineRows() {
     planes_.clear();
     plane_z_.clear();
@@ -121,7 +121,7 @@ class SectorDistances {
     for (Line& line : planes_.back()) line.fill(far_);
   }
 
-  /// Minima over z.
+  /// Takes the minima over z.
   SectorSquares combinePlanes() {
     const SectorSquares squares(new uint16_t[kCellsPerSector]);
     bool is_any_near = false;
@@ -145,7 +145,7 @@ class SectorDistances {
     return squares;
   }
 
-  /// Takes another line's values over where they are less, from so many cells aside.
+  /// Lowers a line's values to those that follow from another line, `aside` cells away.
   void lower(Line& line, const Line& other, int32_t aside) const {
     if (std::abs(aside) > reach_) return;
     const auto added = static_cast<Value>(aside * aside);
@@ -155,14 +155,14 @@ class SectorDistances {
   }
 
   int reach_ = 0;
-  Value far_ = 0;  ///< Beyond all that is within reach.
+  Value far_ = 0;  ///< A squared distance beyond the reach.
   int32_t window_ = 0;
-  Vec3i first_{};  ///< First cell of the window, which reaches beyond the sector on all sides.
+  Vec3i first_{};  ///< First cell of the window: the sector, extended by the reach on all sides.
   std::vector<Value> squares_;
-  std::vector<int32_t> row_of_;  ///< Per y and z of the window, its row; -1: none.
-  std::vector<Line> rows_;       ///< Lines along x that have surfaces: squared distances to them.
+  std::vector<int32_t> row_of_;  ///< Index of the row at y and z of the window; -1: none.
+  std::vector<Line> rows_;       ///< Rows along x with surfaces: squared distances to these.
   std::vector<std::array<Line, kSectorSide>> planes_;  ///< Planes with surfaces.
-  std::vector<int32_t> plane_z_;                       ///< Where in the window they are.
+  std::vector<int32_t> plane_z_;                       ///< Their z in the window.
 };
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-/// What is kept by sectors of cells: in memory, or with pages on disk in part.
+/// Values by sector of cells, in memory or, with pages, partly on disk.
 #pragma once
 
 #include <cstddef>
@@ -12,19 +12,19 @@
 
 namespace dtsdf {
 
-/// Sectors by packed key. A copy stays as it is, for any thread.
+/// Sectors by packed key. Any thread may read a copy, which does not change with the original.
 template <class T>
 using Sectors = std::unordered_map<PackedKey, Paged<T>>;
 
-/// Sectors that are changed one after the other; those that are empty go. For one thread, but that
-/// any number may read while none are open.
+/// A table of sectors. A sector is opened to change it; empty ones are removed. For one thread,
+/// except that any number may read while no sector is open.
 template <class T>
 class SectorTable {
  public:
   /// @param pages Null: all stay in memory.
   explicit SectorTable(SharedPagedValues pages) : pages_(std::move(pages)) {}
 
-  /// A sector as it is. @return null: there is none, or it cannot be read.
+  /// A sector in its current state. @return null if there is none, or it cannot be read.
   std::shared_ptr<const T> find(PackedKey key) const {
     const auto open = open_.find(key);
     if (open != open_.end() && open->second != nullptr) return open->second;
@@ -32,8 +32,8 @@ class SectorTable {
     return place == sectors_.end() ? nullptr : place->second.get();
   }
 
-  /// A sector that is going to be changed, made if there is none; one that cannot be read is lost.
-  /// It stays where it is until close().
+  /// Opens a sector to change it, and adds it if it is missing. If it cannot be read, T::lost()
+  /// replaces it. The reference is valid until close().
   T& open(PackedKey key) {
     std::shared_ptr<T>& sector = open_[key];
     if (sector != nullptr) return *sector;
@@ -45,7 +45,7 @@ class SectorTable {
     return *sector;
   }
 
-  /// Changes are made, for now.
+  /// Ends a series of changes: closes all open sectors.
   void close() {
     for (auto next = open_.begin(); next != open_.end(); next = open_.erase(next)) {
       const auto& [key, sector] = *next;
@@ -70,10 +70,10 @@ class SectorTable {
     return keys;
   }
 
-  /// All of them. @pre None is open.
+  /// All sectors. @pre No sector is open.
   const Sectors<T>& all() const { return sectors_; }
 
-  /// Memory that it takes, but for what its pages count.
+  /// Memory in bytes, without what the pages count.
   size_t bytes() const {
     constexpr size_t kNode = sizeof(PackedKey) + sizeof(Paged<T>) + 3 * sizeof(void*);
     size_t bytes = sectors_.size() * kNode;

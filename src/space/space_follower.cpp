@@ -32,7 +32,7 @@ void SpaceFollower::startOver(double cell_size_m) {
   field_ = DistanceField(now_.reach_, threads_, pages_);
 }
 
-/// A sector that changes is copied once, whatever changes in it.
+/// Copies a changed sector only once, however many of its cubes change.
 void SpaceFollower::applyCells(const CubesOfSectors::value_type& of_sector) {
   const auto known = now_.cells_.find(of_sector.first);
   const auto cells = std::make_shared<CellSector>();

@@ -1,5 +1,5 @@
-/// Space as it is known to one who follows its changes, on a thread beside the map's: what planners
-/// ask costs the map nothing then, and neither waits for the other.
+/// A copy of space that follows the changes of a map on a separate thread: queries by planners cost
+/// the map nothing, and neither waits for the other.
 #pragma once
 
 #include <cstddef>
@@ -14,13 +14,13 @@
 
 namespace dtsdf {
 
-/// Cells and distances as they were at one moment; for any number of threads.
+/// Cells and distances at one moment. Any number of threads may use it.
 class SpaceSnapshot : public KnownSpace {
  public:
-  /// Whether nothing is known anywhere.
+  /// Whether no cell is known.
   bool isEmpty() const { return cells_.empty(); }
 
-  /// Calls `visit` with cubes of which something is known, some at a time, in no order.
+  /// Calls `visit` with lists of the known cubes, one per sector, in no particular order.
   template <class Visit>
   void visitCubes(const Visit& visit) const {
     for (const auto& of_sector : cells_) visit(cubesOf(of_sector));
@@ -47,11 +47,11 @@ class SpaceSnapshot : public KnownSpace {
   DistanceSectors distances_;
 };
 
-/// For one thread.
+/// Follows the changes of a map. For one thread.
 class SpaceFollower {
  public:
   /// @param max_distance_m See SpaceParams.
-  /// @param threads That distances are worked out by.
+  /// @param threads Number of threads that compute distances.
   /// @param pages Null: all stays in memory.
   SpaceFollower(double max_distance_m, int threads, SharedPagedValues pages = nullptr)
       : max_distance_m_(max_distance_m),
@@ -59,11 +59,11 @@ class SpaceFollower {
         pages_(std::move(pages)),
         field_(0, threads) {}
 
-  /// Takes changes over, and works out the distances that they change. Cells may be of another size
-  /// where all begins again.
+  /// Applies changes, and updates the distances that they affect. The cell size may differ only if
+  /// changes.begins_anew is set.
   void apply(const SpaceChanges& changes, double cell_size_m);
 
-  /// As it is now. What changes later is copied then, sector by sector.
+  /// The current state. Sectors are copied only when they change later.
   std::shared_ptr<const SpaceSnapshot> snapshot() const {
     return std::make_shared<const SpaceSnapshot>(now_);
   }

@@ -17,10 +17,10 @@ int log2Of(int cell_voxels) {
   return log2;
 }
 
-/// Cubes that are changed before memory is made for others.
+/// Cubes that restore() changes before it closes their sectors, to limit memory.
 constexpr size_t kMostAtOnce = size_t{1} << 16;
 
-/// Cubes that are handed out at once: some megabytes.
+/// Cubes that one part of the changes may have: some megabytes.
 constexpr size_t kMostChanges = size_t{1} << 15;
 
 Vec3d toDouble(int32_t factor, const Vec3i& a) {
@@ -29,7 +29,7 @@ Vec3d toDouble(int32_t factor, const Vec3i& a) {
 }
 
 static_assert(2 * sizeof(CubeCells) <= kFreeCubeBudgetBytes,
-              "what a cube counts is no less than what it takes");
+              "the budget counts at least the memory that a cube takes");
 
 bool isAnySector(const Vec3i&) { return true; }
 
@@ -45,17 +45,18 @@ bool overlap(const CellMask& a, const CellMask& b) {
                      [](uint64_t x, uint64_t y) { return (x & y) == 0; });
 }
 
-/// The middle of a cube or a sector of so many voxels, in voxels.
+/// The centre, in voxels, of a cube or sector that is `side` voxels wide.
 Vec3d middleOfBox(const Vec3i& key, int32_t side) {
   const Vec3d corner = toDouble(side, key);
   const double half = 0.5 * side;
   return {corner.x + half, corner.y + half, corner.z + half};
 }
 
-/// From there to its corners.
-double reachOf(int32_t side) { return 1.7321 * 0.5 * side; }  // the root of 3
+/// The distance from the centre of a cube or sector to its corners, in voxels.
+double reachOf(int32_t side) { return 1.7321 * 0.5 * side; }  // square root of 3
 
-/// Times the range: an image of 120 degrees along its diagonal has its corners there.
+/// The largest extent of the view along each axis, as a multiple of the range. The corners of an
+/// image of 120 degrees along its diagonal are this far away.
 constexpr float kMostAside = 2.0f;
 
 }  // namespace
@@ -86,7 +87,7 @@ SpaceMap::SpaceMap(const MapperParams& params, int threads)
 std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
   const BlockExtent bounds = inBoth(boundsOfView(frame), extent_);
   const auto side = static_cast<float>(cubeSideInVoxels(cell_log2_));
-  const float radius = 0.8661f * side;  // half the root of 3
+  const float radius = 0.8661f * side;  // half the square root of 3
   const float range = max_range_m_ / frame.voxel_size_m;
   const float* const R = frame.T_L_C.R;
   const Vec3f ahead{R[2], R[5], R[8]};
@@ -105,8 +106,8 @@ std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
   return keys;
 }
 
-/// Bounds of the pyramid that the image looks into, cut off where an image looks so far aside that
-/// it would go on for ever.
+/// Bounds of the pyramid that the image sees, limited because that of a very wide image would be
+/// endless.
 BlockExtent SpaceMap::boundsOfView(const FrameView& frame) const {
   const float range = max_range_m_ / frame.voxel_size_m;
   const Vec3f& eye = frame.T_L_C.t;
@@ -152,7 +153,7 @@ void SpaceMap::addFree(const std::vector<CubeMask>& cubes) {
   if (pages_ != nullptr) recountAfterLoss();
 }
 
-/// What the disk lost is free no longer.
+/// Counts the free cubes again if the disk has lost some.
 void SpaceMap::recountAfterLoss() {
   const uint64_t lost = pages_->stats().lost;
   if (std::exchange(lost_, lost) == lost) return;
@@ -162,7 +163,7 @@ void SpaceMap::recountAfterLoss() {
   });
 }
 
-/// Takes cells out of what is free of a cube; it goes if nothing is known of it then.
+/// Forgets free cells of a cube, and removes it if no cell of it is known any more.
 void SpaceMap::forgetFree(const Vec3i& key, const CubeCells& known, const CellMask& cells) {
   if (!overlap(known.free, cells)) return;
   CubeCells& cube = table_.at(key);
@@ -206,7 +207,7 @@ void SpaceMap::dropBeyond(const RegionView& kept) {
     return d.x * d.x + d.y * d.y + d.z * d.z;
   };
   const double reach = kept.radius + reachOf(cube_side);
-  // No middle of a cube is farther from that of its sector than the sector's corners are.
+  // The centre of a cube is no farther from its sector's centre than the sector's corners.
   const double within = std::max(0.0, reach - reachOf(sector_side));
   const auto takes = [&](const Vec3i& sector) {
     return squared(sector, sector_side) >= within * within;

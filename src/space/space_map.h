@@ -1,4 +1,4 @@
-/// What a map knows of space: the cells, and the distances that are made from them when asked for.
+/// The space of a map: its cells, and the distances that are computed from them on request.
 #pragma once
 
 #include <vector>
@@ -17,55 +17,56 @@
 
 namespace dtsdf {
 
-/// Settings in units of cells and voxels.
+/// Log2 of the voxels along a cell.
 int32_t cellLog2Of(const MapperParams& params);
-/// @return cells that distances reach.
+/// The largest distance, in cells.
 int reachInCells(const MapperParams& params);
 
-/// Where cells and distances lie beyond so much memory; null without map/page_folder.
-/// @throws std::runtime_error where it cannot be written.
+/// Makes the pages for cells and distances, with `most_bytes` of memory; null without
+/// map/page_folder.
+/// @throws std::runtime_error if the folder cannot be written.
 SharedPagedValues makePages(const MapperParams& params, size_t most_bytes);
 
 class SpaceMap : public Space {
  public:
-  /// @throws std::runtime_error where map/page_folder cannot be written.
+  /// @throws std::runtime_error if map/page_folder cannot be written.
   SpaceMap(const MapperParams& params, int threads);
 
-  /// From now on only these cubes are known: it is a part of a larger map. Outlasts clear().
+  /// Limits the map to these cubes, as part of a larger map. The limit outlasts clear().
   void restrictTo(const BlockExtent& cubes) { extent_ = cubes; }
 
-  /// From now on distances are worked out by this.
+  /// From now on `work_out` computes the distances.
   void setDistanceBackend(DistanceWork work_out) { distances_.setBackend(std::move(work_out)); }
 
-  /// Cubes that may be in view of an image, in the order of keys; what is not, is not seen free.
+  /// The cubes that may be in view of an image, sorted by key. An image frees no other cubes.
   std::vector<Vec3i> cubesInView(const FrameView& frame) const;
 
-  /// Takes over what an image saw through. Cubes come in the order of their keys; those beyond the
-  /// budget are refused.
+  /// Adds the cells that an image saw through. Cubes must be sorted by key; those beyond the budget
+  /// are refused.
   void addFree(const std::vector<CubeMask>& cubes);
 
-  /// Takes over what a mesh update has changed.
+  /// Applies the surface changes of a mesh update.
   void addSurfaces(const std::vector<BlockMesh>& blocks);
 
-  /// Forgets what is free where cells have their middles in a region in units of voxels. Surfaces
-  /// go with the mesh.
+  /// Forgets free cells with their centres in a region, which is in units of voxels. Surfaces
+  /// follow the mesh.
   void clearRegion(const RegionView& region);
 
-  /// Forgets what is free in cubes that lie wholly outside.
+  /// Forgets free cells in cubes entirely outside `kept`.
   void dropBeyond(const RegionView& kept);
 
   void clear();
 
-  /// Adds what is free to contents. Surfaces are found again in the mesh.
-  /// @throws std::runtime_error where the disk does not give it now.
+  /// Adds the free cells to `contents`. Surfaces can be found again from the mesh.
+  /// @throws std::runtime_error if they cannot be read from the disk now.
   void copyTo(MapContents& contents) const;
-  /// @pre Nothing is known, the cells are as large as those of the contents, and the budget is not
-  /// below what is free there.
+  /// Adds the free cells of `contents`. @pre No cell is known, the contents have the same cell
+  /// size, and their free cells are within the budget.
   void restore(const MapContents& contents);
 
-  size_t freeBytes() const;                                 ///< That count towards the budget.
-  uint64_t refusedCubes() const { return refused_cubes_; }  ///< Since the start, or clear().
-  /// Adds what became of cells on disk.
+  size_t freeBytes() const;                                 ///< Counted towards the budget.
+  uint64_t refusedCubes() const { return refused_cubes_; }  ///< Since the start or clear().
+  /// Adds the counts of cells on disk.
   void addTo(PageStats& pages) const;
 
   double cellSize_m() const override;
@@ -93,10 +94,10 @@ class SpaceMap : public Space {
   const float max_range_m_;
   const size_t free_budget_;
   const SharedPagedValues pages_;  ///< Null without map/page_folder.
-  BlockExtent extent_;             ///< Where cubes may be.
-  size_t free_cubes_ = 0;          ///< Cubes of which something is free.
+  BlockExtent extent_;             ///< The cubes that the map may have.
+  size_t free_cubes_ = 0;          ///< Cubes with free cells.
   uint64_t refused_cubes_ = 0;
-  uint64_t lost_ = 0;  ///< Records of the disk, when cubes were counted last.
+  uint64_t lost_ = 0;  ///< Records lost on disk, as of the last count of cubes.
   CellTable table_;
   SurfaceCells surfaces_;
   DistanceField distances_;

@@ -16,7 +16,7 @@ bool isBefore(const Vec3i& a, const Vec3i& b) { return packKey(a) < packKey(b); 
 
 /// A corner of a triangle.
 struct Corner {
-  Vec3f at;    ///< In cells, from the cell that the block begins in.
+  Vec3f at;    ///< In cells, from the first cell of the block.
   Vec3i low;   ///< The cell that it is in; at a face, the upper one.
   Vec3i high;  ///< The cell that it is in; at a face, the lower one.
 };
@@ -27,9 +27,9 @@ Corner cornerAt(const Vec3f& at) {
           {ceilToInt(at.x) - 1, ceilToInt(at.y) - 1, ceilToInt(at.z) - 1}};
 }
 
-/// Whether a triangle reaches into a unit cube around a middle, by the axes that separate convex
-/// bodies: its normal and the products of its edges with those of a cube. The cube's own axes are
-/// left to who asks, by the triangle's bounds.
+/// Whether a triangle reaches into a unit cube around `middle`. Tests the separating axes: the
+/// triangle's normal and the cross products of its edges with the cube's. The caller tests the
+/// cube's own axes, by the triangle's bounds.
 bool reachesInto(const Vec3f& middle, const Vec3f& first, const Vec3f& second, const Vec3f& third) {
   const Vec3f a = first - middle, b = second - middle, c = third - middle;
   const auto separates = [&](const Vec3f& axis) {
@@ -47,14 +47,15 @@ bool reachesInto(const Vec3f& middle, const Vec3f& first, const Vec3f& second, c
   });
 }
 
-/// Calls visit(cell) for the cells of a triangle. One in the face between two is in the upper one.
+/// Calls visit(cell) for the cells of a triangle. A triangle in the face between two cells counts
+/// for the upper one.
 template <class Visit>
 void visitCells(const Corner& a, const Corner& b, const Corner& c, const Visit& visit) {
   const Vec3i first = leastOf(leastOf(a.low, b.low), c.low);
   const Vec3i last = greatestOf(first, greatestOf(greatestOf(a.high, b.high), c.high));
   const Vec3i steps = last - first;
-  if (steps == Vec3i{0, 0, 0}) return visit(first);  // most
-  // Along one axis alone a triangle passes through all of them.
+  if (steps == Vec3i{0, 0, 0}) return visit(first);  // the usual case
+  // If the cells form a single row, the triangle passes through all of them.
   const bool is_in_all = (steps.x > 0) + (steps.y > 0) + (steps.z > 0) <= 1;
   for (int32_t z = first.z; z <= last.z; ++z) {
     for (int32_t y = first.y; y <= last.y; ++y) {
@@ -67,7 +68,7 @@ void visitCells(const Corner& a, const Corner& b, const Corner& c, const Visit& 
   }
 }
 
-/// The cells of a sorted list that are not in another one.
+/// The cells of a sorted list that are not in another sorted list.
 std::vector<Vec3i> without(const std::vector<Vec3i>& list, const std::vector<Vec3i>& removed) {
   std::vector<Vec3i> cells;
   std::set_difference(list.begin(), list.end(), removed.begin(), removed.end(),
@@ -75,7 +76,7 @@ std::vector<Vec3i> without(const std::vector<Vec3i>& list, const std::vector<Vec
   return cells;
 }
 
-/// A block begins with a cell, since neither is larger than the other's multiples.
+/// The first cell of a block begins with the block, since cells are 1, 2, 4 or 8 voxels wide.
 Vec3i firstCellOfBlock(const BlockKey& block, int32_t cell_log2) {
   return shiftDown(firstVoxelOfBlock(block), cell_log2);
 }
@@ -90,8 +91,8 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2) {
   for (const BlockVertex& vertex : mesh.vertices) {
     corners.push_back(cornerAt(per_voxel * vertex.position));
   }
-  // A bit for each cell around the block, which has 8 along an edge at most: no triangle reaches
-  // farther.
+  // A bit for each cell in and around the block, which has at most 8 cells along an edge; no
+  // triangle reaches farther.
   constexpr int32_t kSide = 16;
   constexpr Vec3i kFirst{-4, -4, -4};
   std::bitset<kSide * kSide * kSide> is_in;
@@ -109,12 +110,12 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2) {
     const auto at = static_cast<int32_t>(i);
     cells.push_back(first + kFirst + Vec3i{at % kSide, at / kSide % kSide, at / (kSide * kSide)});
   }
-  return cells;  // by z, then y, then x as it is
+  return cells;  // already sorted by z, then y, then x
 }
 
 std::vector<Vec3i> SurfaceCells::apply(const std::vector<BlockMesh>& blocks, CellTable& cells) {
-  // Surfaces move a little all the time, but seldom into other cells: that is found out side by
-  // side as well, so that what is left to do one by one is only what changes.
+  // Surfaces move a little all the time, but seldom into other cells. Changes are detected in
+  // parallel, so only the blocks that did change are processed one by one.
   std::vector<std::vector<Vec3i>> found(blocks.size());
   std::vector<uint8_t> is_other(blocks.size());
   parallelFor(blocks.size(), threads_, [&](size_t i) {
@@ -138,7 +139,7 @@ PackedKey SurfaceCells::sectorOf(const BlockKey& block) const {
   return packKey(sectorOfCell(firstCellOfBlock(block, cell_log2_)));
 }
 
-/// @return null: none.
+/// The cells of a block; null: none.
 std::shared_ptr<const std::vector<Vec3i>> SurfaceCells::cellsOf(const BlockKey& block) const {
   const std::shared_ptr<const SurfaceSector> sector = sectors_.find(sectorOf(block));
   if (sector == nullptr) return nullptr;
@@ -147,7 +148,7 @@ std::shared_ptr<const std::vector<Vec3i>> SurfaceCells::cellsOf(const BlockKey& 
   return {sector, &cells->second};
 }
 
-/// A block has other cells from now on.
+/// Replaces the cells of a block.
 void SurfaceCells::replace(const BlockKey& block, std::vector<Vec3i> now, CellTable& cells) {
   SurfaceSector& sector = sectors_.open(sectorOf(block));
   const std::vector<Vec3i> before = std::exchange(sector.cells_of_block[packKey(block)], now);
@@ -168,8 +169,8 @@ void SurfaceCells::replace(const BlockKey& block, std::vector<Vec3i> now, CellTa
   }
 }
 
-/// Whether some block has triangles in a cell, or may have, as its sector was lost or cannot be
-/// read. No mesh reaches beyond the blocks beside its own.
+/// Whether a block has triangles in a cell, or may have them, because its sector was lost or cannot
+/// be read. The mesh of a block reaches no farther than adjacent blocks.
 bool SurfaceCells::isListed(const Vec3i& cell) const {
   const int32_t side = cellSide(cell_log2_);
   const BlockKey block = blockOfVoxel({side * cell.x, side * cell.y, side * cell.z});

@@ -1,5 +1,5 @@
-/// Which cells the triangles of the mesh pass through. Follows the mesh block by block; a cell on
-/// the border of blocks stays as long as any of them has a triangle in it.
+/// The cells that the triangles of the mesh pass through, updated block by block. A cell that
+/// several blocks share has a surface as long as any of them has a triangle in it.
 #pragma once
 
 #include <cstddef>
@@ -13,15 +13,15 @@
 
 namespace dtsdf {
 
-/// Cells that the triangles of a block pass through, sorted, each once. A triangle that lies in the
-/// face between two cells is in the upper one.
+/// Cells that the triangles of a block pass through, sorted, each once. A triangle in the face
+/// between two cells counts for the upper one.
 std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2);
 
-/// The cells that blocks of a sector have triangles in.
+/// The cells in which the blocks of a sector have triangles.
 struct SurfaceSector {
   std::unordered_map<PackedKey, std::vector<Vec3i>> cells_of_block;  ///< Sorted, as above.
   size_t listed = 0;                                                 ///< Cells in all lists.
-  bool is_lost = false;  ///< Some lists cannot be read: there may be surfaces in any cell.
+  bool is_lost = false;  ///< Some lists were lost: any cell may have surfaces.
 
   static SurfaceSector lost() { return {{}, 0, true}; }
   bool isEmpty() const { return cells_of_block.empty() && !is_lost; }
@@ -36,7 +36,7 @@ class SurfaceCells {
   SurfaceCells(int32_t cell_log2, int threads, SharedPagedValues pages = nullptr)
       : cell_log2_(cell_log2), threads_(threads), sectors_(std::move(pages)) {}
 
-  /// Takes over what a mesh update has changed. @return the cubes whose surfaces changed, by key.
+  /// Applies a mesh update to `cells`. @return the cubes whose surfaces changed, sorted by key.
   std::vector<Vec3i> apply(const std::vector<BlockMesh>& blocks, CellTable& cells);
 
   void clear() { sectors_.clear(); }
@@ -51,7 +51,7 @@ class SurfaceCells {
   const int32_t cell_log2_;  ///< Log2 of the voxels along a cell.
   const int threads_;
   SectorTable<SurfaceSector> sectors_;  ///< A block's list is in the sector of its first cell.
-  std::vector<Vec3i> changed_;          ///< Cubes, while an update is taken over.
+  std::vector<Vec3i> changed_;          ///< Cubes that the current update changed.
 };
 
 }  // namespace dtsdf

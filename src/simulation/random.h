@@ -18,10 +18,10 @@ class Random {
     return z ^ (z >> 31);
   }
 
-  /// In [0, 1).
+  /// Uniform in [0, 1).
   double uniform() { return static_cast<double>(bits() >> 11) * 0x1.0p-53; }
 
-  /// Standard normal, by the method of Box and Muller.
+  /// Standard normal, by the Box-Muller method.
   double normal() {
     const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
     return radius * std::cos(6.283185307179586 * uniform());

@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace {
 
-/// In W; its direction has any length.
+/// A ray in W; its direction need not be a unit vector.
 using Ray = Eigen::ParametrizedLine<double, 3>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -44,12 +44,12 @@ Interval insideQuadric(double a, double b, double c) {
   return Interval((-b - root) / a, (-b + root) / a);
 }
 
-/// A convex solid is entered where the ray's interval begins; from within nothing is seen.
+/// A ray enters a convex solid where its interval begins. From inside a solid nothing is seen.
 double entry(const Interval& inside) {
   return inside.isEmpty() || inside.min().x() <= 0.0 ? kInfinity : inside.min().x();
 }
 
-/// Distance to a box given by |p| - half size per axis.
+/// Signed distance to a box, from abs(p) - half size per axis.
 double boxDistance(const Eigen::Vector3d& excess) {
   return excess.cwiseMax(0.0).norm() + std::min(excess.maxCoeff(), 0.0);
 }
@@ -89,7 +89,7 @@ double intersect(const Rod& rod, const Ray& ray) {
 
 double intersect(const Room& room, const Ray& ray) {
   const Interval inside = insideBox(ray.origin(), ray.direction(), room.min_W, room.max_W);
-  // Seen from outside, the walls are entered at once: nothing is there to be measured.
+  // Everything outside the room is solid, so from there nothing can be measured.
   const bool within = !inside.isEmpty() && inside.min().x() <= 0.0 && inside.max().x() > 0.0;
   return within ? inside.max().x() : kInfinity;
 }
@@ -186,9 +186,9 @@ Rod makePost(double x, double y, double height_m, double radius_m) {
 Scene makeRoomScene() {
   Scene scene;
   scene.add(Room{Vector3d(-3.0, -2.5, 0.0), Vector3d(3.0, 2.5, 2.6)});
-  // The wall to be seen from both sides: 30 mm thin.
+  // The wall that is seen from both sides, 30 mm thick.
   scene.add(makeBox(Vector3d(0.0, 0.0, 0.85), Vector3d(1.8, 0.03, 1.7)));
-  // Plates of 10, 20 and 40 mm that stand on the floor, none aligned with the grid but the first.
+  // Plates 10, 20 and 40 mm thick on the floor. Only the first is aligned with the grid.
   scene.add(makeBox(Vector3d(-0.6, 0.55, 0.4), Vector3d(0.5, 0.01, 0.8)));
   scene.add(makeBox(Vector3d(0.5, 0.55, 0.45), Vector3d(0.5, 0.02, 0.9), 0.6));
   scene.add(makeBox(Vector3d(0.1, -0.55, 0.45), Vector3d(0.5, 0.04, 0.9), -0.35));
@@ -200,7 +200,7 @@ Scene makeRoomScene() {
   scene.add(makePost(1.2, 0.25, 1.6, 0.01));
   scene.add(makePost(1.2, -0.35, 1.6, 0.03));
   scene.add(Rod{Vector3d(1.2, -0.32, 1.3), Vector3d(1.2, 0.24, 1.3), 0.02});
-  // Something round, and furniture along the walls.
+  // A ball, and furniture along the walls.
   scene.add(Sphere{Vector3d(0.75, -0.6, 0.2), 0.2});
   scene.add(makeBox(Vector3d(-2.7, 0.8, 0.5), Vector3d(0.6, 1.2, 1.0)));
   scene.add(makeBox(Vector3d(0.8, 2.3, 1.2), Vector3d(1.2, 0.4, 0.02)));
@@ -224,7 +224,7 @@ Eigen::Isometry3d roomCameraPose(double time_s, double lap_s) {
   const double angle = 2.0 * kPi * time_s / lap_s;
   const Vector3d eye_W(2.15 * std::cos(angle), 1.75 * std::sin(angle),
                        1.35 + 0.35 * std::sin(2.0 * angle));
-  // The gaze swings about the middle, so that the corners of the room come into view as well.
+  // The view swings about the middle of the room, so that its corners are seen too.
   const Vector3d target_W(0.5 * std::sin(3.0 * angle), 0.4 * std::cos(2.0 * angle),
                           0.75 + 0.25 * std::sin(3.0 * angle + 1.0));
   return lookAt(eye_W, target_W, Vector3d::UnitZ());
@@ -232,7 +232,7 @@ Eigen::Isometry3d roomCameraPose(double time_s, double lap_s) {
 
 namespace {
 
-/// One for each face: -x, +x, -y, +y, -z, +z.
+/// Faces of a box, and their paint: -x, +x, -y, +y, -z, +z.
 constexpr int kFaces = 6;
 constexpr Paint kFacePaint[kFaces] = {{200, 60, 50},  {60, 90, 210},   {70, 170, 80},
                                       {225, 170, 60}, {150, 140, 130}, {230, 230, 225}};
@@ -240,7 +240,7 @@ constexpr Paint kRoundPaint{120, 70, 160};
 constexpr double kSquare_m = 0.25;
 constexpr double kDarkShade = 0.7;
 
-/// The face of a box that a point lies on: the axis along which it is farthest out.
+/// The face of a box that a point lies on: that of the axis along which it is farthest out.
 int faceOf(const Eigen::Vector3d& p, const Eigen::Vector3d& half_size) {
   int axis = 0;
   (p.cwiseAbs() - half_size).maxCoeff(&axis);
@@ -257,8 +257,8 @@ Paint basePaint(const Shape& shape, const Eigen::Vector3d& p_W) {
   return kFacePaint[faceOf(p_W - (room->min_W + half), half)];
 }
 
-/// Whether a point lies in a dark square. Surfaces lie on whole quarters of a metre: a bit off, so
-/// that none lies between two layers of squares.
+/// Whether a point lies in a dark square. The squares are shifted a little: many surfaces lie at
+/// multiples of 0.25 m, and none may lie between two layers of squares.
 bool isDark(const Eigen::Vector3d& p_W) {
   const Eigen::Vector3d square = ((p_W / kSquare_m).array() + 0.37).floor();
   return static_cast<long>(square.sum()) % 2 != 0;
@@ -277,8 +277,8 @@ Paint paintAt(const Scene& scene, size_t shape, const Eigen::Vector3d& p_W) {
 
 namespace {
 
-/// Range of the image coordinate of points within `radius` of (x, z), for one axis of a pinhole.
-/// Widened by a pixel; the exact tangents are not needed, as each pixel is tested anyway.
+/// Range of one image coordinate of the points within `radius` of (x, z), for a pinhole camera.
+/// Widened by a pixel; exact tangents are not needed, since each pixel is tested anyway.
 void boundAxis(double x, double z, double radius, double f, double c, int size, int& begin,
                int& end) {
   const double near = z - radius, far = z + radius;  // near > 0
@@ -289,7 +289,7 @@ void boundAxis(double x, double z, double radius, double f, double c, int size, 
   end = static_cast<int>(std::clamp(std::ceil(f * last + c) + 1.0, 0.0, limit));
 }
 
-/// The pixels that a shape can be seen in, from min() up to max().
+/// The pixels in which a shape may be seen, from min() to max(), which is excluded.
 Eigen::AlignedBox2i projectedRect(const Shape& shape, const Intrinsics& K, int width, int height,
                                   const Eigen::Isometry3d& T_C_W) {
   Eigen::AlignedBox2i rect(Eigen::Vector2i(0, 0), Eigen::Vector2i(width, height));
@@ -304,10 +304,10 @@ Eigen::AlignedBox2i projectedRect(const Shape& shape, const Intrinsics& K, int w
   return rect;
 }
 
-/// What is seen in one pixel: its depth, and the number of the shape.
+/// What is seen in one pixel: the depth, and the number of the shape.
 using Hit = std::pair<float, size_t>;
 
-/// A direction with z = 1 in the optical frame: its parameter is the depth.
+/// The direction of a pixel in the optical frame, with z = 1: a ray's parameter is then the depth.
 Eigen::Vector3d directionOf(const Intrinsics& K, int u, int v) {
   return {(u - static_cast<double>(K.cx)) / K.fx, (v - static_cast<double>(K.cy)) / K.fy, 1.0};
 }

@@ -12,7 +12,7 @@
 
 namespace dtsdf {
 
-/// The half space behind an infinite plane is solid; `normal_W` points to the free side.
+/// An infinite plane with a solid half space behind it; `normal_W` points to the free side.
 struct Plane {
   Eigen::Vector3d point_W;
   Eigen::Vector3d normal_W;  ///< Unit.
@@ -36,7 +36,7 @@ struct Rod {
   double radius_m;
 };
 
-/// A box seen from inside: free within, solid without. Its faces are aligned with W.
+/// A box seen from inside: free inside, solid outside. Its faces are aligned with W.
 struct Room {
   Eigen::Vector3d min_W;
   Eigen::Vector3d max_W;
@@ -47,7 +47,7 @@ using Shape = std::variant<Plane, Sphere, Box, Rod, Room>;
 /// An axis-aligned box, or a plate, turned by `yaw_rad` about the vertical through its centre.
 Box makeBox(const Eigen::Vector3d& centre_W, const Eigen::Vector3d& size_m, double yaw_rad = 0.0);
 
-/// A union of solid shapes. Metres, map frame W.
+/// A union of solid shapes, in metres, in the map frame W.
 class Scene {
  public:
   void add(const Shape& shape) { shapes_.push_back(shape); }
@@ -57,11 +57,11 @@ class Scene {
   /// direction need not be a unit vector.
   double intersect(const Eigen::Vector3d& origin_W, const Eigen::Vector3d& direction_W) const;
 
-  /// Positive in free space, negative inside a solid. Exact, but for points that lie in two
-  /// overlapping solids, and infinity in an empty scene.
+  /// Positive in free space, negative inside a solid, infinity in an empty scene. Exact except
+  /// where solids overlap.
   double signedDistance(const Eigen::Vector3d& p_W) const;
 
-  /// |signedDistance|: the distance to the nearest surface.
+  /// The distance to the nearest surface, never negative.
   double distanceToSurface(const Eigen::Vector3d& p_W) const;
 
  private:
@@ -72,15 +72,15 @@ class Scene {
 std::vector<float> renderDepth(const Scene& scene, const Intrinsics& intrinsics, int width,
                                int height, const Eigen::Isometry3d& T_W_C);
 
-/// What a mapper is given of it. Valid as long as `depth_m` is.
+/// Wraps a depth image for a mapper. Valid as long as `depth_m` is.
 DepthFrame depthFrameOf(const std::vector<float>& depth_m, const Intrinsics& intrinsics, int width,
                         int height, const Eigen::Isometry3d& T_W_C);
 
 /// Red, green and blue of a surface.
 using Paint = std::array<uint8_t, 3>;
 
-/// The colour of a point on the surface of one of the scene's shapes: each face of a box or a room
-/// has its own, in squares of 0.25 m of two shades, so that the sides of a plate differ.
+/// The colour at a point on the surface of a shape. Each face of a box or a room has its own
+/// colour, in squares of 0.25 m in two shades, so that the two sides of a plate differ.
 Paint paintAt(const Scene& scene, size_t shape, const Eigen::Vector3d& p_W);
 
 /// The colour of every pixel, row-major; black where nothing is hit.
@@ -92,16 +92,17 @@ std::vector<Paint> renderPaint(const Scene& scene, const Intrinsics& intrinsics,
 Eigen::Isometry3d lookAt(const Eigen::Vector3d& eye_W, const Eigen::Vector3d& target_W,
                          const Eigen::Vector3d& up_W);
 
-/// A room of 6 x 5 x 2.6 m, z up, floor at z = 0: in its middle a wall to be seen from both sides,
-/// round it thin plates of 10, 20 and 40 mm and rods of 20 to 60 mm.
+/// A room of 6 x 5 x 2.6 m, with z up and the floor at z = 0. In the middle is a wall that is seen
+/// from both sides; around it are plates 10, 20 and 40 mm thick and rods 20 to 60 mm thick.
 Scene makeRoomScene();
 
-/// So many balls that go round in that room, one after the other, each in a lap of 10 s: they pass
-/// before and behind its wall and stay clear of the camera of roomCameraPose().
+/// `count` balls that circle in that room one behind the other, in 10 s per lap. They pass in front
+/// of and behind its wall, and stay clear of the camera of roomCameraPose().
 std::vector<Sphere> roomBalls(int count, double time_s);
 
-/// A smooth closed lap round the middle of makeRoomScene(), in `lap_s` seconds, that sees both
-/// sides of its wall and plates. Every pose looks into the room, so every pixel has a depth.
+/// The pose of a camera on a smooth closed lap around the middle of makeRoomScene(), in `lap_s`
+/// seconds, that sees both sides of its wall and plates. Every pose is inside the room, so every
+/// pixel has a depth.
 Eigen::Isometry3d roomCameraPose(double time_s, double lap_s = 24.0);
 
 }  // namespace dtsdf

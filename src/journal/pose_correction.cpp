@@ -24,7 +24,7 @@ void checkRigid(const StampedPose& pose) {
                         R.determinant() > 0.0;
   if (is_rigid) return;
   throw std::runtime_error("the corrected pose at " + inSeconds(pose.stamp_s) +
-                           " is not a position and a rotation");
+                           " is not a rigid motion");
 }
 
 bool isSame(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
@@ -32,8 +32,8 @@ bool isSame(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
          (a.linear() - b.linear()).norm() <= PoseCorrection::kLeast;
 }
 
-/// Sorts poses by stamp. @throws std::runtime_error where one stamp has two poses, as in a path
-/// whose poses all have the time at which it was published.
+/// Sorts poses by stamp. @throws std::runtime_error if poses differ at one stamp, as in a path
+/// whose poses all have the time of publication.
 Trajectory sortedByStamp(std::vector<StampedPose> poses) {
   std::stable_sort(poses.begin(), poses.end(),
                    [](const auto& a, const auto& b) { return a.stamp_s < b.stamp_s; });
@@ -42,7 +42,7 @@ Trajectory sortedByStamp(std::vector<StampedPose> poses) {
     if (isSame(poses[i].T_W_C, poses[i - 1].T_W_C)) continue;
     throw std::runtime_error("different corrected poses have the same stamp, " +
                              inSeconds(poses[i].stamp_s) +
-                             "; give each the stamp of the image that it is of");
+                             "; give each pose the stamp of its image");
   }
   return Trajectory(std::move(poses));
 }
@@ -53,8 +53,8 @@ bool hasPoseOf(const StampedPose& image, const std::vector<StampedPose>& correct
   return next != corrected.end() && next->stamp_s <= image.stamp_s + PoseCorrection::kSameStamp_s;
 }
 
-/// Pose of the camera at the stamp of a corrected pose, between its images; none beyond them, or in
-/// a gap.
+/// The camera's pose at the stamp of a corrected pose, interpolated between its images; none beyond
+/// them or in a gap.
 std::optional<Eigen::Isometry3d> poseAt(double stamp_s, const std::vector<StampedPose>& fused,
                                         const std::vector<StampedPose>& corrected) {
   const auto after = std::lower_bound(fused.begin(), fused.end(), stamp_s, isBefore);
@@ -97,8 +97,8 @@ PoseCorrection::PoseCorrection(std::vector<StampedPose> corrected,
     }
   }
   if (anchors_.empty()) {
-    throw std::runtime_error("no corrected pose has the stamp of an image: they are of " +
-                             describe(sorted.poses()) + ", the images of " + describe(fused));
+    throw std::runtime_error("no corrected pose has the stamp of an image: their stamps are " +
+                             describe(sorted.poses()) + ", those of the images " + describe(fused));
   }
   checkFrame();
 }
@@ -116,7 +116,7 @@ void PoseCorrection::checkFrame() const {
   if (least->angle_rad() <= kMostOfAll_rad) return;
   throw std::runtime_error(formatted(
       "every frame from %.3f s to %.3f s (%zu of them) would turn by more than a radian, that of "
-      "%.3f s by %.3g: the corrected poses are of another frame than the map's",
+      "%.3f s by %.3g: the corrected poses are in another frame than the map's",
       anchors_.front().stamp_s, anchors_.back().stamp_s, anchors_.size(), most->stamp_s,
       most->angle_rad()));
 }
@@ -163,16 +163,16 @@ Eigen::Isometry3d PoseCorrection::correct(double stamp_s, const Eigen::Isometry3
 
 namespace {
 
-/// A motion is continued for so many times as long as it was seen, at most.
+/// A motion is extrapolated for at most this many times its observed duration.
 constexpr double kFarthestAhead = 3.0;
-/// A jump is that of a correction if it differs from it by less than this share of it.
+/// A jump counts as the correction if it differs from it by less than this share.
 constexpr double kSameJump = 1.0 / 3.0;
-/// Such a jump has to be so many times as large as the doubt about the motion.
+/// Such a jump must exceed the uncertainty of the motion by this factor.
 constexpr double kStandsOut = 2.0;
 /// Factor by which the unevenness of a motion fades with each image.
 constexpr double kFades = 0.8;
 
-/// Distance in metres, plus that of the rotations on a lever of one metre.
+/// Distance in metres, plus the effect of the rotation at a distance of one metre.
 double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm() + (a.linear() - b.linear()).norm();
 }
@@ -191,7 +191,7 @@ void GivenMotion::add(const StampedPose& given) {
 
 bool GivenMotion::takesOver(const Eigen::Isometry3d& T_W_S, const StampedPose& given) {
   const bool takes_over = isNewRecording(given) || isMovedBy(T_W_S, given);
-  if (takes_over) {  // so that the jump is no part of the motion
+  if (takes_over) {  // keeps the jump out of the motion
     if (before_) before_->T_W_C = T_W_S * before_->T_W_C;
     if (newest_) newest_->T_W_C = T_W_S * newest_->T_W_C;
   }
@@ -217,8 +217,8 @@ Eigen::Isometry3d GivenMotion::expectedAt(double stamp_s) const {
   return newest_->T_W_C * motion;
 }
 
-/// How far the camera may be from where it is expected, as uneven as the motion is, and as it may
-/// go on while nothing is seen of it.
+/// How far the camera may be from the expected pose, given the unevenness of its motion and what it
+/// may have done in a gap.
 double GivenMotion::doubtAt(double stamp_s) const {
   const double unseen = stepsTo(stamp_s) - kFarthestAhead;
   if (unseen <= 0.0) return unevenness_;

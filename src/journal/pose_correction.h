@@ -1,5 +1,5 @@
-/// Where images were, once it is known better: what a SLAM says of some of them moves all; and
-/// whether it has taken that over.
+/// Corrected poses from SLAM: poses of some images correct all of them. Also decides whether the
+/// source of poses has adopted the correction.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,41 +10,42 @@
 
 namespace dtsdf {
 
-/// Corrected poses of a camera, and the poses that its images were fused at. An image between two
-/// corrected poses keeps its place relative to both, as the odometry has it, and is interpolated
-/// between the two places that this gives; before the first and after the last one it keeps its
-/// place relative to that one.
+/// Corrected poses of a camera, and the poses at which its images were fused. An image keeps the
+/// pose that odometry gave it relative to a corrected image: between two of these, it is
+/// interpolated between the two poses that follow; before the first and after the last, that one
+/// alone counts.
 class PoseCorrection {
  public:
-  /// Stamps closer than this are those of one image.
+  /// Stamps closer than this belong to one image.
   static constexpr double kSameStamp_s = 1e-3;
-  /// A corrected pose without an image counts only between two that are no further apart, and have
-  /// none themselves: how the camera moved between them is a guess, which must not move images.
+  /// A corrected pose without an image counts only between two images that are at most this far
+  /// apart and have no corrected pose themselves: the motion between images is a guess, which must
+  /// not move them.
   static constexpr double kWidestGap_s = 0.25;
-  /// More is a mistake.
+  /// A larger correction is a mistake.
   static constexpr double kFarthest_m = 1000.0;
-  /// Where all turn by more, the poses are of another frame.
+  /// If all poses turn by more, they are in another frame.
   static constexpr double kMostOfAll_rad = 1.0;
-  /// Less, of metres and of radians, is the rounding of a file: the image stays as it is.
+  /// A smaller change, in metres and radians, is rounding in a file; the image keeps its pose.
   static constexpr double kLeast = 1e-6;
 
-  /// `fused` are the camera's images with rising stamps, as they are in the map.
-  /// @throws std::runtime_error for poses that are no rigid motions, that are farther from those of
-  /// their images than any drift is, that all turn their images by more than a radian, of which two
-  /// have one stamp, or none belongs to an image.
+  /// @param fused The camera's images as they are in the map, with rising stamps.
+  /// @throws std::runtime_error if a pose is not a rigid motion or is farther from its image than
+  /// any drift, if all turn their images by more than a radian, if two differ at one stamp, or if
+  /// none belongs to an image.
   PoseCorrection(std::vector<StampedPose> corrected, const std::vector<StampedPose>& fused);
 
-  /// Where an image at this stamp and place was, of this camera or of one that moves with it; the
-  /// very pose given where that does not change.
+  /// The corrected pose of an image from this camera, or from one fixed to it; exactly `T_W_C` if
+  /// nothing changes.
   Eigen::Isometry3d correct(double stamp_s, const Eigen::Isometry3d& T_W_C) const;
 
   /// The corrected poses that belong to images: these alone give the same correction.
   std::vector<StampedPose> used() const;
-  /// How far the farthest of them moves, in metres or radians.
+  /// The largest motion of a corrected pose, in metres or radians.
   double farthest() const;
-  /// Stamp of the last one.
+  /// Stamp of the last corrected pose.
   double last_s() const { return anchors_.back().stamp_s; }
-  /// What moves the images after the last one: T_W_C becomes lastMotion() * T_W_C.
+  /// Moves the images after the last corrected pose: T_W_C becomes lastMotion() * T_W_C.
   Eigen::Isometry3d lastMotion() const {
     return anchors_.back().to * anchors_.back().from.inverse();
   }
@@ -63,11 +64,11 @@ class PoseCorrection {
   std::vector<Anchor> anchors_;  ///< Sorted by stamp.
 };
 
-/// Whether who gives the poses of images has taken a correction over: a SLAM does, odometry never.
-/// The newest poses that a camera's images were given, one after the other.
+/// Decides, from the newest poses given for a camera's images, whether the source of poses has
+/// adopted a correction: SLAM does, odometry never does.
 ///
-/// Where it is not clear whether they have jumped, they have not: a SLAM, which jumps, corrects its
-/// poses again soon, but what is wrongly no longer moved stays in the map beside what was.
+/// In doubt it has not: SLAM soon corrects its poses again, but images that are wrongly no longer
+/// moved stay in the map next to those that were.
 class GivenMotion {
  public:
   /// Stamps that go back by more than this begin a new recording.
@@ -75,15 +76,15 @@ class GivenMotion {
 
   void add(const StampedPose& given);
 
-  /// Adds a pose. @return whether the source of poses has taken over with it what `T_W_S` moves: a
-  /// new recording begins, or it is moved.
+  /// Adds a pose. @return whether its source has adopted the correction `T_W_S`: a new recording
+  /// begins, or the pose is moved by it.
   bool takesOver(const Eigen::Isometry3d& T_W_S, const StampedPose& given);
 
-  /// Whether the next pose continues the motion from where `T_W_S` moves the newest one to: as far
-  /// as the motion so far is even enough, and the time between them short enough, to see that.
+  /// Whether the next pose continues the motion from the newest pose moved by `T_W_S`. False if the
+  /// motion is too uneven, or the gap too long, to tell.
   bool isMovedBy(const Eigen::Isometry3d& T_W_S, const StampedPose& next) const;
 
-  /// Whether a new recording begins with it.
+  /// Whether a new recording begins with `next`.
   bool isNewRecording(const StampedPose& next) const {
     return newest_ && next.stamp_s < newest_->stamp_s - kBegin_s;
   }
@@ -94,7 +95,7 @@ class GivenMotion {
   double doubtAt(double stamp_s) const;
 
   std::optional<StampedPose> before_, newest_;
-  double unevenness_ = 0.0;  ///< How far the newest poses were from where they were expected.
+  double unevenness_ = 0.0;  ///< Deviation of the newest poses from the expected ones.
 };
 
 }  // namespace dtsdf

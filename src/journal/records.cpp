@@ -11,7 +11,7 @@
 
 namespace dtsdf {
 
-// What the records hold, for their writer and their reader.
+// Contents of the records, for reading and writing.
 
 template <class Io>
 void fields(Io& io, BoxRegion& box) {
@@ -50,7 +50,7 @@ void fields(Io& io, Correction& correction) {
 
 namespace {
 
-/// More than any record has.
+/// More bytes than any record has.
 constexpr uint64_t kMostBytes = uint64_t{1} << 30;
 
 size_t bytesPerPixel(const DepthFrame& frame) {
@@ -61,8 +61,8 @@ size_t bytesPerPixel(const ColourFrame& frame) {
   return std::array<size_t, 5>{3, 3, 4, 4, 1}.at(static_cast<size_t>(frame.encoding));
 }
 
-/// Record of an image's rows, without what may follow each: the differences of bytes that lie a
-/// pixel apart, which zstd compresses well.
+/// Encodes an image's rows without padding, as differences between bytes one pixel apart, which
+/// zstd compresses well.
 template <class Frame>
 Bytes encodePixels(const Frame& frame) {
   const size_t apart = bytesPerPixel(frame), row = apart * static_cast<size_t>(frame.width);
@@ -133,7 +133,7 @@ Image readImage(ByteReader& in, bool is_depth) {
                 mostImagePixels()) {
           return;
         }
-        throw std::runtime_error("an image of the journal has no size that an image has");
+        throw std::runtime_error("an image of the journal has an invalid size");
       },
       image.frame);
   return image;
@@ -168,7 +168,7 @@ Begin readBegin(const RecordFile& file, size_t record) {
   try {
     const ParamTree settings = parseYamlParams(text, "its settings");
     begin.poses = map_format::posesOf(settings);
-    begin.settings = map_format::settingsOfFile(settings, PoseParams());  // without those of poses
+    begin.settings = map_format::settingsOfFile(settings, PoseParams());  // without poses/...
   } catch (const std::runtime_error& error) {
     file.throwDamaged(error.what());
   }

@@ -1,4 +1,4 @@
-/// What a journal holds, and its records: docs/map_format.md describes them byte by byte.
+/// The contents of a journal and its records. docs/map_format.md describes them byte by byte.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -19,52 +19,52 @@
 namespace dtsdf {
 namespace journal {
 
-/// What the head of a journal says that it is, and how its files are called.
+/// Purpose in the head of a journal, and the extension of its files.
 constexpr char kPurpose[] = "JRNL", kExtension[] = ".dtsdfj";
 
 /// Kinds of records; those of a map may follow kBegin.
 constexpr char kBegin[] = "BEGN", kDepth[] = "DIMG", kColour[] = "CIMG", kPixels[] = "PIXL",
                kClear[] = "CLRG", kLevel[] = "TWM ", kCorrection[] = "CORR";
 
-/// The map that what follows goes into.
+/// The beginning of a map, into which the following images are fused.
 struct Begin {
   ParamTree settings;       ///< Settings of the mapper.
   PoseParams poses;         ///< How the poses of images were found.
   std::string map_frame;    ///< Name of the frame that poses are given in.
   std::string level_frame;  ///< Name of the frame that the map is in; the same unless levelled.
-  bool has_map = false;     ///< Records of the map follow; else it is empty.
+  bool has_map = false;     ///< Whether its records follow; else it is empty.
 };
 
 /// An image that was fused or painted, at the pose of its frame.
 struct Image {
   double stamp_s = 0.0;
-  uint32_t camera = 0;                                      ///< Its place among the cameras.
-  Eigen::Isometry3d T_W_G = Eigen::Isometry3d::Identity();  ///< Pose as it was given.
+  uint32_t camera = 0;                                      ///< Index of the camera.
+  Eigen::Isometry3d T_W_G = Eigen::Isometry3d::Identity();  ///< The pose as given.
   std::variant<DepthFrame, ColourFrame> frame;
-  std::shared_ptr<const void> pixels;  ///< What those of the frame live in.
+  std::shared_ptr<const void> pixels;  ///< Owner of the frame's pixels.
 };
 
-/// Where the frame that poses are given in lies in that of the map, from here on.
+/// From here on, the pose in the map frame of the frame in which poses are given.
 struct Level {
   Eigen::Isometry3d T_W_M;
 };
 
-/// Poses of the first camera's images that were corrected.
+/// Corrected poses of the first camera's images.
 struct Correction {
-  uint64_t before = 0;  ///< Records since kBegin when it came: only those were fused by then.
+  uint64_t before = 0;  ///< Records since kBegin, on arrival: those fused by then.
   std::vector<StampedPose> poses;
 };
 
-/// What happened to the map; a region was emptied.
+/// A change of the map; a Region was emptied.
 using Call = std::variant<Image, Region, Level, Correction>;
 
-/// Records with their heads, ready to be written; an image is two, the second one its pixels.
+/// Encodes records with their heads. An image is two records, the second with its pixels.
 Bytes encode(const Begin& begin);
 Bytes encode(const Call& call);
 
-// Each reads a record of a file back. @throws std::exception if it is damaged, or of another kind.
+// These read a record back. @throws std::exception if it is damaged or of another kind.
 Begin readBegin(const RecordFile& file, size_t record);
-/// An image without pixels has no data; with them, the record that follows is read as well.
+/// @param with_pixels Whether an image's data are read too, from the record that follows.
 Call readCall(const RecordFile& file, size_t record, bool with_pixels = true);
 
 }  // namespace journal

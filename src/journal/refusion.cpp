@@ -6,11 +6,11 @@
 namespace dtsdf {
 namespace {
 
-/// So that the whole mesh need not be made at once when the maps are swapped.
+/// Calls between mesh updates, which leave less to do when the maps are swapped.
 constexpr size_t kCallsPerMesh = 64;
-/// How often the memory is measured, for which a GPU has to be waited for.
+/// Calls between measurements of memory, which have to wait for a GPU.
 constexpr size_t kCallsPerCheck = 8;
-/// The mesh of so few is made when the maps are swapped.
+/// The mesh of this few calls is left to the swap.
 constexpr size_t kFewCalls = 8;
 
 std::string inMb(size_t bytes) { return std::to_string(bytes >> 20) + " MB"; }
@@ -19,15 +19,14 @@ std::string inMb(size_t bytes) { return std::to_string(bytes >> 20) + " MB"; }
 
 std::string whyTooLarge(size_t live_bytes, size_t second_bytes, size_t max_bytes) {
   if (live_bytes + second_bytes <= max_bytes) return "";
-  return "the map takes " + inMb(live_bytes) + " and a corrected one beside it " +
-         inMb(second_bytes) + ", more than the " + inMb(max_bytes) +
-         " of map/max_memory_mb; raise it";
+  return "the map takes " + inMb(live_bytes) + " and the corrected one " + inMb(second_bytes) +
+         ", together more than the " + inMb(max_bytes) + " of map/max_memory_mb; raise it";
 }
 
 Refusion::Refusion(const std::string& path, const MapperParams& run, journal::Correction correction)
     : replay_(path), correction_(std::move(correction)) {
   if (replay_.count() < correction_.before) {
-    throw std::runtime_error("the journal lacks a part of the map");
+    throw std::runtime_error("a part of the map is missing from the journal");
   }
   effect_ = replay_.correct(correction_);
   MapperParams params = readMapperParams(replay_.begin().settings);

@@ -1,4 +1,4 @@
-/// Fuses the images of a journal once more, at corrected poses, beside the map as it is.
+/// Fuses the images of a journal again, at corrected poses, into a second map.
 #pragma once
 
 #include <cstddef>
@@ -12,35 +12,35 @@
 
 namespace dtsdf {
 
-/// In turns: each step() does a little, so that images that come meanwhile go first.
+/// Works in small steps, so that new images can go first.
 class Refusion {
  public:
-  /// Opens the journal and makes the map to begin with.
-  /// @param run Where and on how many threads; all other settings are the journal's.
+  /// Opens the journal and creates the map at its beginning.
+  /// @param run Gives backend and threads; all other settings are the journal's.
   /// @throws std::runtime_error if the journal cannot be read, or refuses the correction.
   Refusion(const std::string& path, const MapperParams& run, journal::Correction correction);
 
   const journal::Correction& correction() const { return correction_; }
   const CorrectionEffect& effect() const { return effect_; }
 
-  /// Does the next record of the journal, or reads what was added to it.
-  /// @param live_bytes Those of the map as it is: both together stay within map/max_memory_mb.
-  /// @return whether it did something; if not, it has caught up with the journal as it is written.
+  /// Repeats the next record of the journal, or reads what was appended to it.
+  /// @param live_bytes Size of the live map; both maps must fit into map/max_memory_mb.
+  /// @return whether it did something; if not, it has caught up with the journal.
   /// @throws std::runtime_error if there is too little memory, or the journal is damaged.
   bool step(size_t live_bytes);
 
   size_t fused() const { return fused_; }                 ///< Depth images fused.
-  size_t total() const { return replay_.depthImages(); }  ///< Depth images known of.
+  size_t total() const { return replay_.depthImages(); }  ///< Depth images in the journal so far.
   size_t bytes() const { return bytes_; }                 ///< Size of the map, when last measured.
-  /// Records of the journal that it has done, once step() has nothing to do.
+  /// Records of the journal that are done, once step() has nothing left to do.
   uint64_t count() const { return replay_.count(); }
-  /// What an image that is not in the journal yet would be moved by.
+  /// The motion that corrects an image that is not in the journal yet.
   Eigen::Isometry3d motion() const { return replay_.motion(); }
 
   /// See JournalReplay.
   std::vector<StampedPose> firstCamera() const { return replay_.firstCamera(); }
 
-  /// The mesh of the whole map, by packed key. Brings it up to date.
+  /// Updates the mesh of the whole map and returns its blocks, by packed key.
   const std::map<PackedKey, SharedBlockMesh>& takeMesh();
   std::unique_ptr<Mapper> takeMapper() { return std::move(mapper_); }
 
@@ -52,11 +52,11 @@ class Refusion {
   journal::Correction correction_;
   CorrectionEffect effect_;
   std::unique_ptr<Mapper> mapper_;
-  MeshStore mesh_{1.0f};  ///< Only its blocks.
+  MeshStore mesh_{1.0f};  ///< Used for its blocks only.
   size_t fused_ = 0, bytes_ = 0, calls_since_mesh_ = 0;
 };
 
-/// Why a second map of so many bytes does not fit into the budget beside the live one; empty if it
+/// Why a second map of `second_bytes` does not fit into `max_bytes` with the live one; empty if it
 /// does.
 std::string whyTooLarge(size_t live_bytes, size_t second_bytes, size_t max_bytes);
 

@@ -33,12 +33,12 @@ JournalReplay::JournalReplay(const std::string& path)
 
 void JournalReplay::findBegin() {
   const std::vector<Record>& records = file_->records();
-  std::string problem = "it has no begin of a map";
+  std::string problem = "no map begins in it";
   for (size_t at = records.size(); at > 0; --at) {
     if (!records[at - 1].is(journal::kBegin)) continue;
     try {
       return takeBegin(at - 1);
-    } catch (const std::exception& error) {  // a map of which the process wrote a part only
+    } catch (const std::exception& error) {  // the process wrote only a part of this map
       problem = errorText(error);
     }
   }
@@ -70,10 +70,10 @@ std::string JournalReplay::cutOff() const {
   if (next_record_ < records.size()) end = records[next_record_].offset - kRecordHeadBytes;
   if (end == file_->bytes()) return "";
   return "the last " + std::to_string(file_->bytes() - end) + " bytes of '" +
-         printable(file_->path()) + "' are not a whole record, and are left out";
+         printable(file_->path()) + "' are not a whole record and are left out";
 }
 
-/// An image is there once its pixels are, and the last ones may be torn.
+/// An image counts once its pixels are there; the last record may be incomplete.
 bool JournalReplay::readOn() {
   if (next_record_ >= file_->records().size() && !file_->readOn()) return false;
   const std::vector<Record>& records = file_->records();
@@ -85,7 +85,7 @@ bool JournalReplay::readOn() {
       if (!file_->readOn()) break;
       continue;
     }
-    if (record.is(journal::kBegin)) break;  // the map became another one since
+    if (record.is(journal::kBegin)) break;  // another map begins
     const bool is_last = end == records.size();
     if (is_last && !isWhole(next_record_)) break;
     add(next_record_);
@@ -108,15 +108,15 @@ void JournalReplay::add(size_t record) {
     depth_images_ += item.is_depth;
   } else if (const auto* const correction = std::get_if<journal::Correction>(&call)) {
     correct(*correction);
-    running_.reset();  // what follows it came when it was known
+    running_.reset();  // later images were fused with it
   } else if (const auto* const level = std::get_if<journal::Level>(&call)) {
     T_W_M_ = level->T_W_M;
   }
   items_.push_back(item);
 }
 
-/// Corrects an image by the poses so far and what is known of the images before it, so that it has
-/// the same pose whether it is in the journal when the correction comes, or is added later.
+/// Corrects an image using only the images before it, so that it gets the same pose whether it is
+/// in the journal when the correction arrives or is added later.
 Eigen::Isometry3d JournalReplay::correctNext(Running& running, const Item& item) {
   const StampedPose given{item.stamp_s, item.T_W_C};
   const bool is_named = given.stamp_s <= running.poses.last_s();
@@ -129,7 +129,7 @@ Eigen::Isometry3d JournalReplay::correctNext(Running& running, const Item& item)
   return running.poses.correct(given.stamp_s, item.T_W_C);
 }
 
-/// The first image of the recording that the first `before` records end with.
+/// Index of the first image of the recording at the end of the first `before` records.
 size_t JournalReplay::beginOfPass(uint64_t before) const {
   size_t begin = 0;
   double newest_s = -HUGE_VAL;

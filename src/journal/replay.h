@@ -1,4 +1,4 @@
-/// Reads a journal, also while it is written: the images that the map is made of, each at its
+/// Reads a journal, also while it is being written: the images that make up the map, each at its
 /// corrected pose, and the calls between them.
 #pragma once
 
@@ -20,69 +20,72 @@ namespace dtsdf {
 /// Whether a path is a journal.
 bool isJournal(const std::string& path);
 
-/// What a correction does.
+/// The effect of a correction.
 struct CorrectionEffect {
   size_t moved = 0;                             ///< Depth images that it moves.
-  double farthest_m = 0.0, farthest_rad = 0.0;  ///< How far the farthest moves.
+  double farthest_m = 0.0, farthest_rad = 0.0;  ///< The largest motion.
 };
 
-/// Replays the newest map in a journal: all since it was emptied or loaded last. For one thread at
-/// a time.
+/// Replays the newest map in a journal: everything since the map was last emptied or loaded. Not
+/// thread safe.
 ///
-/// A correction moves the images that its poses are of and those between, and with the first and
-/// the last of them all others, but not those after the source of poses has taken it over.
+/// A correction moves the images that it has poses for, and those between; all others move with the
+/// first or the last of these. Images after the source of poses has adopted it do not move.
 class JournalReplay {
  public:
-  /// Reads the journal, but for the pixels.
-  /// @throws std::runtime_error for what is no journal, or one that does not begin with a map.
+  /// Reads the journal without its pixels.
+  /// @throws std::runtime_error if it is not a journal, or contains no beginning of a map.
   explicit JournalReplay(const std::string& path);
 
   const journal::Begin& begin() const { return begin_; }
-  /// The map that the first image goes into; null: it is empty.
+  /// The map into which the first image is fused; null: an empty one.
   std::shared_ptr<const MapChunks> map() const { return map_; }
-  /// Level of the map, as it was known last.
+  /// The last known level of the map.
   const std::optional<Eigen::Isometry3d>& level() const { return T_W_M_; }
-  /// What of the file cannot be read, in words; empty if nothing.
+  /// Which part of the file cannot be read, in words; empty if none.
   std::string cutOff() const;
 
   size_t depthImages() const { return depth_images_; }
-  /// Records of the map so far.
+  /// Records of the map that were read so far.
   uint64_t count() const { return items_.size(); }
 
-  /// Corrects the images so far, and those that are read later, until that correction is read.
-  /// @throws std::runtime_error for a correction that makes no sense; all is as it was then.
+  /// Corrects the images so far, and those read later, until this correction itself is read.
+  /// @throws std::runtime_error for an invalid correction; nothing has changed then.
   CorrectionEffect correct(const journal::Correction& correction);
 
-  /// Corrects all images, by poses in the frame that poses are given in.
+  /// Corrects all images with poses in the frame in which poses are given.
   CorrectionEffect correctGiven(std::vector<StampedPose> poses_M);
 
-  /// What the next image would be moved by.
+  /// The motion that corrects the next image.
   Eigen::Isometry3d motion() const;
 
-  /// The first camera's images of the newest recording, where they are by now: by stamp, each once.
+  /// The first camera's images of the newest recording at their current poses, sorted by stamp,
+  /// each once.
   std::vector<StampedPose> firstCamera() const {
     return firstCamera(beginOfPass(count()), count());
   }
 
-  /// Reads what was written since. @return whether there was something.
+  /// Reads what was appended since. @return whether anything was.
   bool readOn();
 
-  /// The next image or region to empty; nothing at the end of what was read.
-  /// @throws std::runtime_error for a record that is damaged.
+  /// The next image or region to empty; none at the end of what was read.
+  /// @throws std::runtime_error if a record is damaged.
   std::optional<journal::Call> next();
 
  private:
   struct Item {
     size_t record;
-    double stamp_s = 0.0;                                     ///< For an image, as what follows.
-    Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< As corrected.
-    bool is_image = false, is_depth = false, is_of_first = false;  ///< The first camera's depth.
+    double stamp_s = 0.0;                                     ///< For an image, like the members
+                                                              ///< below.
+    Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< The corrected pose.
+    bool is_image = false, is_depth = false, is_of_first = false;  ///< The last: depth from the
+                                                                   ///< first camera.
   };
-  /// A correction on its way along the images.
+  /// A correction that is being applied to one image after the other.
   struct Running {
     PoseCorrection poses;
     GivenMotion given = {};
-    bool is_taken_over = false;  ///< The source of poses has taken it over.
+    bool is_taken_over = false;  ///< Whether the source of poses has adopted it.
   };
 
   void findBegin();
@@ -94,7 +97,7 @@ class JournalReplay {
   std::vector<StampedPose> firstCamera(size_t pass, uint64_t before) const;
 
   std::shared_ptr<RecordFile> file_;
-  size_t next_record_ = 0;  ///< That is not read yet.
+  size_t next_record_ = 0;  ///< The first that is not read yet.
   journal::Begin begin_;
   std::shared_ptr<const MapChunks> map_;
   std::optional<Eigen::Isometry3d> T_W_M_;
@@ -103,10 +106,10 @@ class JournalReplay {
   size_t depth_images_ = 0, next_ = 0;
 };
 
-/// A mapper with the map that a journal begins with.
+/// Creates a mapper with the map at the beginning of a journal.
 std::unique_ptr<Mapper> mapperOf(const JournalReplay& journal, const MapperParams& params);
 
-/// Has a mapper do what the call was. Colours and depth give their result, a region kFused.
+/// Repeats a call on a mapper. @return the result for depth and colour, kFused for a region.
 IntegrationResult doAgain(const journal::Call& call, Mapper& mapper);
 
 }  // namespace dtsdf

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 std::string reasonOf(int error_number) { return std::generic_category().message(error_number); }
 
-/// In UTC, as names of files and messages have it.
+/// The time in UTC, for file names and messages.
 std::string timeText(const char* format) {
   const std::time_t now = std::time(nullptr);
   std::tm parts{};
@@ -32,7 +32,7 @@ std::string timeText(const char* format) {
   return {text, std::strftime(text, sizeof(text), format, &parts)};
 }
 
-/// Links and other files that are called like journals are none.
+/// Ignores links and other files that only have the extension of journals.
 uint64_t bytesOfJournalsIn(const std::string& folder) {
   uint64_t bytes = 0;
   std::error_code error;
@@ -47,7 +47,7 @@ uint64_t bytesOfJournalsIn(const std::string& folder) {
 
 constexpr std::chrono::seconds kSyncEvery(1);
 
-/// Journals that begin where the folder is full have their heads in it as well: of so many.
+/// Room for the heads of 64 journals that begin while the folder is full.
 constexpr uint64_t kRoomForHeads = 64 * kFileHeadBytes;
 
 }  // namespace
@@ -73,8 +73,8 @@ void JournalWriter::openFile() {
   whole_bytes_ = report_.bytes = head.size();
   if (error == 0) return;
   if (descriptor_ >= 0) close(descriptor_);
-  throw std::runtime_error("cannot write a journal to '" + printable(options_.folder) + "': " +
-                           reasonOf(error) + "; set journal/folder to one that can be written");
+  throw std::runtime_error("cannot write a journal to '" + printable(options_.folder) +
+                           "': " + reasonOf(error) + "; set journal/folder to a writable folder");
 }
 
 JournalWriter::~JournalWriter() {
@@ -102,7 +102,7 @@ void JournalWriter::begin(const journal::Begin& begin, std::shared_ptr<const Map
   push(std::move(entry));
 }
 
-/// The records of a map become those of the journal.
+/// Writes the records of a map into the journal.
 void JournalWriter::writeBegin(const journal::Begin& begin, const MapChunks* map) {
   journal::Begin with_map = begin;
   with_map.has_map = map != nullptr;
@@ -122,7 +122,7 @@ void JournalWriter::add(journal::Call call) {
     entry.bytes = std::visit(
         [](const auto& frame) { return frame.row_bytes * static_cast<size_t>(frame.height); },
         image->frame);
-    // Corrections name the first camera's images: others need not have stamps in their order.
+    // Corrections refer to the first camera's images; others may have stamps out of order.
     const bool is_depth = std::holds_alternative<DepthFrame>(image->frame);
     if (is_depth && image->camera == 0) entry.stamp_s = image->stamp_s;
   }
@@ -176,7 +176,7 @@ void JournalWriter::loop() {
     if (entries_.empty()) return;
     Entry entry = std::move(entries_.front());
     entries_.pop_front();
-    const bool is_lost = is_stopped_;  // so is what waits behind a failure
+    const bool is_lost = is_stopped_;  // entries behind a failure are lost, too
     if (entry.written) {
       entry.written->set_value(!is_stopped_);
       continue;
@@ -185,11 +185,11 @@ void JournalWriter::loop() {
     lock.unlock();
     if (!is_lost) write(entry);
     if (std::chrono::steady_clock::now() >= synced + kSyncEvery) {
-      fdatasync(descriptor_);  // a failure shows in the next write
+      fdatasync(descriptor_);  // a failure will show in the next write
       synced = std::chrono::steady_clock::now();
     }
     const size_t bytes = entry.bytes;
-    entry = Entry();  // its image goes before the room is given back
+    entry = Entry();  // frees its image before its bytes
     lock.lock();
     waiting_bytes_ -= bytes;
   }
@@ -206,7 +206,7 @@ void JournalWriter::write(const Entry& entry) {
   } catch (const std::exception& error) {
     problem = errorText(error);
   }
-  // So that it ends with a whole record.
+  // Makes the file end with a whole record.
   whole_bytes_ = begin;
   const auto end = static_cast<off_t>(begin);
   const bool is_whole =
@@ -220,7 +220,8 @@ void JournalWriter::write(const Entry& entry) {
 
 void JournalWriter::append(const void* data, size_t bytes, size_t records) {
   if (records_ + records > kMostRecords) {
-    throw std::runtime_error("the journal has as many records as are read; start the node again");
+    throw std::runtime_error(
+        "the journal has reached its maximum number of records; restart the node");
   }
   if (bytes_of_others_ + whole_bytes_ + bytes + kRoomForHeads > options_.max_bytes) {
     throw std::runtime_error("the journals in '" + printable(options_.folder) +

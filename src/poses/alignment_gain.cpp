@@ -8,9 +8,9 @@
 namespace dtsdf {
 namespace {
 
-/// A mean square is right by this factor, if it is one of so many third differences: these share
-/// images, so 8 of three axes say as much as 10 numbers, whose mean square has a deviation of 0.44.
-/// More would be of other places and motions.
+/// A mean square of kRemembered third differences is correct to within this factor: these share
+/// images, so 8 of them on three axes say as much as 10 independent numbers, whose mean square has
+/// a standard deviation of 0.44. More would come from other places and motions.
 constexpr double kUncertainty = 2.0;
 constexpr int kRemembered = 8;
 

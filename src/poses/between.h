@@ -1,4 +1,4 @@
-/// The way between two poses, poses on it, and how far an alignment is to be trusted.
+/// The step between two poses, poses in between, and how much of an image an alignment explains.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -7,8 +7,8 @@
 
 namespace dtsdf {
 
-/// Random errors are within so many standard deviations: 997 of 1000 of a normal distribution. What
-/// is farther has another cause.
+/// Random errors are within this many standard deviations, as are 997 of 1000 of a normal
+/// distribution. Larger errors have another cause.
 constexpr double kMostDeviations = 3.0;
 
 /// Share of the image's points that lie on surfaces of the map.
@@ -18,8 +18,8 @@ inline double explainedBy(const Alignment& alignment) {
              : 0.0;
 }
 
-/// From one pose to another: a shift in metres, then a small rotation in radians, both along the
-/// axes of the frame that the poses are in.
+/// The step from one pose to another: a shift in metres, then a small rotation in radians, both
+/// along the axes of the poses' reference frame.
 inline Eigen::Matrix<double, 6, 1> stepBetween(const Eigen::Isometry3d& from,
                                                const Eigen::Isometry3d& to) {
   const Eigen::AngleAxisd turn(to.linear() * from.linear().transpose());

@@ -26,42 +26,42 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 using Eigen::Vector3i;
 
-/// Standpoints that are tried at most: larger maps are searched in larger steps.
+/// Maximum number of standpoints; larger maps are searched in larger steps.
 constexpr double kMostStandpoints = 200000.0;
 
-/// An edge of a cell, in voxels: a pose that is a cell off is within reach of an alignment.
+/// Edge of a cell, in voxels: an alignment can correct a pose that is one cell off.
 constexpr double kCell_voxels = 3.0;
 
-/// From one standpoint to the next, in cells.
+/// Distance between standpoints, in cells.
 constexpr double kStep_cells = 4.0;
 
-/// How far outside of what it saw a camera may stand, in cells.
+/// How far outside the mapped blocks a camera may stand, in cells.
 constexpr int kMargin_cells = 16;
 
-/// Orientations, spread evenly, some twenty degrees apart.
+/// Number of evenly spread orientations, some twenty degrees apart.
 constexpr int kOrientations = 2048;
 
-/// Points of the image: for a look from a standpoint, and for where it fits best.
+/// Points of the image for a look from a standpoint, and for fitting a pose.
 constexpr int kLookPoints = 64, kFitPoints = 512;
 
-/// Poses that are moved to where they fit the coarse map, those of them that are aligned, and those
-/// of these from where the map is rendered.
+/// Poses that are fitted to the coarse map; of these, the poses that are aligned; and of these, the
+/// poses from which the map is rendered.
 constexpr int kMovedPoses = 5000, kAlignedPoses = 224, kRenderedPoses = 48;
 
-/// A pose is the place if so much of the image looks as the map does from there, and if from
-/// anywhere else so much more of it does not.
+/// A pose is accepted if at least kPlaceShare of the image matches the map there. Any other place
+/// must mismatch more: by the factor kClearlyMore, plus kClearlyMoreShare.
 constexpr double kPlaceShare = 0.7, kClearlyMore = 1.5, kClearlyMoreShare = 0.01;
 
-/// Farther depth is too coarse to look at.
+/// Larger depths are too coarse to use.
 constexpr float kMostDepth_m = 10.0f;
 
-/// What is farther from any surface counts as so far, in cells.
+/// Larger distances to the nearest surface are set to this, in cells.
 constexpr float kFarthest_cells = 64.0f;
 
-/// An edge of the faces of a cube around a standpoint, in rays.
+/// Rays along an edge of the cube around a standpoint, and on all its faces.
 constexpr int kFaceSide = 14, kRays = 6 * kFaceSide * kFaceSide;
 
-/// The cell of the cube's faces that a direction leads to.
+/// Index of the ray, a cell of the cube's faces, for a direction.
 int rayOf(const Vector3f& way) {
   int axis = 0;
   way.cwiseAbs().maxCoeff(&axis);
@@ -86,7 +86,7 @@ Vector3f wayOfRay(int ray) {
   return way.normalized();
 }
 
-/// Number i of the orientations (Alexa, "Super-Fibonacci Spirals", CVPR 2022).
+/// Orientation number i (Alexa, "Super-Fibonacci Spirals", CVPR 2022).
 Matrix3f orientation(int i) {
   constexpr double kPi = 3.14159265358979323846, kPhi = 1.4142135623730951,
                    kPsi = 1.533751168755204288;
@@ -97,7 +97,7 @@ Matrix3f orientation(int i) {
   return q.normalized().toRotationMatrix().cast<float>();
 }
 
-/// A distance along a ray in sixteenths of an octave; what is no distance is above all that are.
+/// A distance along a ray in sixteenths of an octave; larger values have other meanings.
 using Octaves = uint8_t;
 constexpr Octaves kNothing = 255, kBackSide = 254;
 
@@ -106,18 +106,17 @@ Octaves octavesOf(float distance_cells) {
   return static_cast<Octaves>(std::min(octaves, 253.0f));
 }
 
-/// What a point of the image says for a standpoint, by the distance that the map has there and the
-/// one that was measured.
+/// The score of an image point for a standpoint, from the distance in the map and the measured one.
 int agreement(Octaves in_map, Octaves measured) {
   if (in_map == kNothing) return 0;
   if (in_map == kBackSide) return -4;
   const int apart = in_map - measured;
-  if (apart < -6) return -4;  // it was looked through
+  if (apart < -6) return -4;  // the camera looked through it
   if (apart > 6) return -2;
   return std::abs(apart) <= 3 ? 4 : 2;
 }
 
-/// Whether there is an image to look for; mappers say what is wrong with it.
+/// Whether the image can be searched for; mappers report what is wrong with it.
 bool isImage(const DepthFrame& frame) {
   const size_t pixel = frame.encoding == DepthEncoding::kFloat32 ? sizeof(float) : sizeof(uint16_t);
   const Intrinsics& K = frame.intrinsics;
@@ -126,8 +125,8 @@ bool isImage(const DepthFrame& frame) {
          K.fy > 0.0f && std::isfinite(K.fx + K.fy + K.cx + K.cy);
 }
 
-/// Points all over the image, those of each stretch of the list as well, in cells, in the camera's
-/// optical frame; none at edges of depth.
+/// Points spread over the image, as is every part of the list; in cells, in the camera's optical
+/// frame. Skips edges of depth.
 std::vector<Vector3f> imagePoints(const DepthFrame& frame, double cell_m) {
   const Intrinsics& K = frame.intrinsics;
   const int aside = std::max(1, frame.width / 160);
@@ -153,7 +152,7 @@ std::vector<Vector3f> imagePoints(const DepthFrame& frame, double cell_m) {
   return points;
 }
 
-/// Rise of the distance at a voxel of an array, from its neighbours there that hold one.
+/// Gradient of the distance at a voxel, from its measured neighbours in the same array.
 Vector3f slopeIn(const uint64_t* array, const Vector3i& at) {
   Vector3f slope = Vector3f::Zero();
   for (int axis = 0; axis < 3; ++axis) {
@@ -167,13 +166,14 @@ Vector3f slopeIn(const uint64_t* array, const Vector3i& at) {
   return slope;
 }
 
-/// The larger of a shift and of a turn as a shift, in some unit of length, at `lever` away.
+/// The larger of the shift between two poses, and the shift due to their turn at a distance of
+/// `lever`.
 double apart(const Isometry3d& a, const Isometry3d& b, double lever) {
   const double turn = Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
   return std::max((a.translation() - b.translation()).norm(), lever * turn);
 }
 
-/// The share of what an image measured that the map shows as far away from there.
+/// The share of an image's depths that match the map as rendered from a pose.
 double sameLook(Mapper& mapper, const DepthFrame& frame, const Isometry3d& T_W_C, float tolerance_m,
                 RenderedView& view) {
   const int step = std::max(1, frame.width / 160);
@@ -198,7 +198,8 @@ double sameLook(Mapper& mapper, const DepthFrame& frame, const Isometry3d& T_W_C
   return measured == 0 ? 0.0 : static_cast<double>(same) / static_cast<double>(measured);
 }
 
-/// Where else an image fits that does not hold its pose, as along a corridor; none if it holds it.
+/// Another pose that fits, if the image does not constrain its pose, as along a corridor; else
+/// none.
 std::optional<Isometry3d> placeAlongside(const Alignment& alignment) {
   constexpr double kHeld_m = 0.05;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
@@ -210,10 +211,10 @@ std::optional<Isometry3d> placeAlongside(const Alignment& alignment) {
   return T_W_C;
 }
 
-/// Where an image was aligned, by the share of what it measured that the map shows from there.
+/// Alignments of an image, sorted by the share of its depths that match the map.
 using Looks = std::multimap<double, const Alignment*, std::greater<>>;
 
-/// The place that looks like the image, unless another one does as well.
+/// Chooses the place that looks like the image, or reports another that does as well.
 FoundPlace choose(const Looks& looks, double same_place_m) {
   const auto& [best_share, first] = *looks.begin();
   const Isometry3d there = first->T_W_C;
@@ -223,7 +224,7 @@ FoundPlace choose(const Looks& looks, double same_place_m) {
     constexpr double kSame = 0.01, kLever_m = 1.5;
     const bool is_there = apart(there, other->T_W_C, kLever_m) < same_place_m;
     if (is_there && share > best_share - kSame && explainedBy(*other) > explainedBy(*best)) {
-      best = other;  // within one place, the alignment knows better
+      best = other;  // within one place, the alignment decides
     }
     const double most = kClearlyMore * (1.0 - best_share) + kClearlyMoreShare;
     if (!is_there && !found.other_T_W_C && 1.0 - share < most) found.other_T_W_C = other->T_W_C;
@@ -242,16 +243,16 @@ FoundPlace choose(const Looks& looks, double same_place_m) {
 
 /// The map in coarse cells.
 struct CoarseMap {
-  /// The surface in a cell: the plane through the mean of its points; a normal of 0 where they face
+  /// The surface in a cell: the plane through the mean of its points. The normal is 0 if they face
   /// different ways.
   struct CellSurface {
     Vector3f middle = Vector3f::Zero(), normal = Vector3f::Zero();
     float points = 0.0f;
-    uint8_t faces = 0;  ///< Directions that it faces, a bit each.
+    uint8_t faces = 0;  ///< Directions that it faces, one bit each.
   };
 
-  /// Orientations to look in, and what a look finds: the rays of a view that the image's first
-  /// points lie on, and what each of these says for what is seen there.
+  /// Orientations to try, the rays on which the image's first points lie in each, and the score of
+  /// each point by the distance that its ray sees.
   struct LookTable {
     size_t points = 0;
     std::vector<Matrix3f> R_W_C;
@@ -261,17 +262,17 @@ struct CoarseMap {
 
   double voxel_m = 0.0, cell_m = 0.0;
   int threads = 0;
-  Vector3i first = Vector3i::Zero(), size = Vector3i::Zero();  ///< In cells; with the margin.
-  std::vector<int32_t> surface_of;  ///< Surface of each cell; none: negative.
+  Vector3i first = Vector3i::Zero(), size = Vector3i::Zero();  ///< In cells, including the margin.
+  std::vector<int32_t> surface_of;  ///< Index of each cell's surface; negative: none.
   std::vector<CellSurface> surfaces;
   std::vector<float> distance;      ///< From each cell to the nearest one with a surface, in cells.
-  std::vector<uint8_t> free_steps;  ///< How far around each cell is free of surfaces, in cells.
+  std::vector<uint8_t> free_steps;  ///< Radius around each cell without surfaces, in cells.
 
   struct Candidate {
     Isometry3d T_W_C = Isometry3d::Identity();  ///< In cells.
     float score = -std::numeric_limits<float>::infinity();
   };
-  using BestLooks = std::array<Candidate, 3>;  ///< That are kept of a standpoint.
+  using BestLooks = std::array<Candidate, 3>;  ///< The candidates kept for a standpoint.
 
   static bool isBetter(const Candidate& a, const Candidate& b) { return a.score > b.score; }
 
@@ -367,7 +368,7 @@ void CoarseMap::addBlocks(const MapContents& part, bool directional) {
   }
 }
 
-/// A point of a surface, in voxels.
+/// Adds a point of a surface, in voxels.
 void CoarseMap::addPoint(const Vector3d& p_voxels, const Vector3f& normal, unsigned faces) {
   const Vector3f p = (p_voxels * (voxel_m / cell_m) - first.cast<double>()).cast<float>();
   const Vector3i cell = p.array().floor().cast<int>();
@@ -384,8 +385,8 @@ void CoarseMap::addPoint(const Vector3d& p_voxels, const Vector3f& normal, unsig
   surface.faces |= static_cast<uint8_t>(faces);
 }
 
-/// The minimum of squares along x, of that along y, and of that along z (Saito and Toriwaki,
-/// Pattern Recognition 27, 1994).
+/// Minimises squared distances along x, then y, then z (Saito and Toriwaki, Pattern Recognition 27,
+/// 1994).
 void CoarseMap::measureDistances() {
   distance.resize(surface_of.size());
   for (size_t i = 0; i < distance.size(); ++i) {
@@ -418,7 +419,7 @@ void CoarseMap::measureDistances() {
   }
 }
 
-/// Interpolated between the centres of cells; beyond the outermost ones as large as any.
+/// Interpolates between the centres of cells; beyond the outermost ones, the largest distance.
 float CoarseMap::distanceAt(const Vector3f& p, Vector3f& gradient) const {
   const Vector3f q = p.array() - 0.5f;
   const Vector3i cell = q.array().floor().cast<int>();
@@ -441,7 +442,7 @@ float CoarseMap::distanceAt(const Vector3f& p, Vector3f& gradient) const {
   return mix(y0, y1, f.z());
 }
 
-/// A surface is seen from where it faces.
+/// Whether a ray sees the front of a surface, from the directions that it faces.
 bool CoarseMap::isSeenFrom(const Vector3f& way, uint8_t facing) const {
   for (int axis = 0; axis < 3; ++axis) {
     if ((facing >> (2 * axis) & 1) != 0 && way[axis] < 0.1f) return true;
@@ -481,15 +482,15 @@ float CoarseMap::castRay(const Vector3f& from, const Vector3f& way, Octaves& see
   return 0.0f;
 }
 
-/// What is seen from a standpoint. @return false where that is hardly anything, or mostly backs of
-/// surfaces, as from outside of a building.
+/// The view from a standpoint. @return false if it sees hardly anything, or mostly the backs of
+/// surfaces, as from outside a building.
 bool CoarseMap::look(const Vector3f& from, std::array<Octaves, kRays>& view) const {
   static const std::vector<Vector3f> ways = [] {
     std::vector<Vector3f> all(kRays);
     for (int i = 0; i < kRays; ++i) all[static_cast<size_t>(i)] = wayOfRay(i);
     return all;
   }();
-  constexpr size_t kParts = 7;  // a few rays all around first: most standpoints need no more
+  constexpr size_t kParts = 7;  // a few rays all around first rule out most standpoints
   static_assert(kRays % kParts == 0, "");
   size_t seen = 0, backs = 0;
   for (size_t part = 0; part < kParts; ++part) {
@@ -521,7 +522,7 @@ CoarseMap::LookTable CoarseMap::looksOf(const std::vector<Vector3f>& points) {
   return table;
 }
 
-/// Puts the best looks from a standpoint in order.
+/// Finds the best looks from a standpoint, in order.
 void CoarseMap::lookFrom(const Vector3f& from, const LookTable& table, BestLooks& best) const {
   const Vector3i cell = from.array().floor().cast<int>();
   constexpr float kLeastRoom_cells = 1.5f;
@@ -530,7 +531,7 @@ void CoarseMap::lookFrom(const Vector3f& from, const LookTable& table, BestLooks
   for (size_t i = 0; i < table.R_W_C.size(); ++i) {
     const uint16_t* const ray = table.rays.data() + i * table.points;
     constexpr size_t kFirstPoints = 16;
-    constexpr int kPromising = 8;  // 64 is the most
+    constexpr int kPromising = 8;  // of at most 64
     int score = 0;
     for (size_t k = 0; k < kFirstPoints; ++k) score += table.says[k][view[ray[k]]];
     if (score < kPromising) continue;
@@ -545,7 +546,7 @@ void CoarseMap::lookFrom(const Vector3f& from, const LookTable& table, BestLooks
   }
 }
 
-/// The best looks from everywhere.
+/// The best looks from all standpoints.
 std::vector<CoarseMap::Candidate> CoarseMap::lookAround(const std::vector<Vector3f>& points) const {
   const LookTable table = looksOf(points);
   const Vector3i steps = (size.cast<double>() / kStep_cells).array().ceil().cast<int>();
@@ -567,8 +568,8 @@ std::vector<CoarseMap::Candidate> CoarseMap::lookAround(const std::vector<Vector
   return best;
 }
 
-/// Gauss-Newton over the coarse distances, with a cutoff that falls. The score is how the map looks
-/// from there.
+/// Fits a pose by Gauss-Newton on the coarse distances, with a shrinking cutoff, and scores it with
+/// lookOf().
 void CoarseMap::moveToFit(Candidate& candidate, const std::vector<Vector3f>& points) const {
   Isometry3d& T = candidate.T_W_C;
   constexpr int kSteps = 12;
@@ -601,7 +602,7 @@ void CoarseMap::moveToFit(Candidate& candidate, const std::vector<Vector3f>& poi
   candidate.score = lookOf(T, points);
 }
 
-/// What the image's points say for a pose, at most 1.
+/// The score of a pose from the image's points, at most 1.
 float CoarseMap::lookOf(const Isometry3d& T_W_C, const std::vector<Vector3f>& points) const {
   const Matrix3f R = T_W_C.linear().cast<float>();
   const Vector3f t = T_W_C.translation().cast<float>();
@@ -613,7 +614,7 @@ float CoarseMap::lookOf(const Isometry3d& T_W_C, const std::vector<Vector3f>& po
     if (octaves == kNothing) continue;
     const float off = shown - measured, width = std::max(1.5f, 0.06f * measured);
     if (octaves == kBackSide || off < -2.0f * width) {
-      sum -= 0.5f;  // cells are coarse
+      sum -= 0.5f;  // not -1, as cells are coarse
     } else if (std::abs(off) < width) {
       sum += 1.0f;
     }
@@ -621,7 +622,7 @@ float CoarseMap::lookOf(const Isometry3d& T_W_C, const std::vector<Vector3f>& po
   return sum / static_cast<float>(points.size());
 }
 
-/// Poses that fit the coarse map best, apart from each other, in W.
+/// Distinct poses that fit the coarse map best, in W.
 std::vector<Isometry3d> CoarseMap::likelyPlaces(const std::vector<Vector3f>& points) const {
   std::vector<Candidate> candidates = lookAround(points);
   parallelFor<int, 8>(candidates.size(), threads,

@@ -9,27 +9,27 @@ namespace {
 
 double square(double a) { return a * a; }
 
-/// Puts an image elsewhere than where it fits best. The mean square error there is the covariance
-/// about the best pose and the square of the way from it.
+/// Moves an alignment away from the best pose. The mean square error there is the covariance about
+/// the best pose plus the square of the step from it.
 void put(Alignment& alignment, const Eigen::Isometry3d& T_W_C) {
   const Eigen::Matrix<double, 6, 1> way = stepBetween(alignment.T_W_C, T_W_C);
   alignment.covariance += way * way.transpose();
   alignment.T_W_C = T_W_C;
 }
 
-/// Whether a share of so many witnesses is less than another by more than chance.
+/// Whether a share of `witnesses` is less than another by more than chance.
 bool isLess(double share, double other, double witnesses) {
   const double gap = other - share;
   return gap > 0.0 && gap * gap * witnesses > share * (1.0 - share);
 }
 
-/// Whether the errors that the prior expects lead as far.
+/// Whether the prior's errors can reach as far as the alignment moved.
 bool isLikely(const Alignment& alignment, const PosePrior& prior) {
   return alignment.shift_m <= kMostDeviations * prior.sigma_m &&
          alignment.turn_rad <= kMostDeviations * prior.sigma_rad;
 }
 
-/// Part of a rotation.
+/// A share of a rotation.
 Eigen::Quaterniond shareOf(const Eigen::Quaterniond& rotation, double share) {
   return Eigen::Quaterniond::Identity().slerp(share, rotation);
 }
@@ -37,7 +37,7 @@ Eigen::Quaterniond shareOf(const Eigen::Quaterniond& rotation, double share) {
 }  // namespace
 
 Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
-  if (!frame.T_W_C.matrix().allFinite()) {  // refused, and no pose to remember
+  if (!frame.T_W_C.matrix().allFinite()) {  // align() refuses it
     return mapper.align(frame, {params_.sigma_m, params_.sigma_rad});
   }
   drift(frame.T_W_C);
@@ -49,7 +49,7 @@ Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
   prior.compared_T_W_C = expected.T_W_C;
   Alignment alignment = align(mapper, expected, prior);
   if (alignment.status != AlignmentStatus::kAligned) {
-    // An image that begins a map puts its frame where that of the poses is.
+    // The image that begins a map makes W the frame of the given poses.
     const bool begins_map = alignment.status == AlignmentStatus::kUnmapped && !has_aligned_;
     if (begins_map) variance_m2_ = variance_rad2_ = 0.0;
     return alignment;
@@ -64,9 +64,9 @@ Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
   return alignment;
 }
 
-/// An image may settle at a second pose, which fits all but the part that would have held it. If it
-/// explains less than the one before, it is also aligned from where that one was, and taken there
-/// if the prior allows: other places may look alike.
+/// An image may converge to a second pose, which fits all but the part that would have held it. If
+/// it explains less than the previous image, it is also aligned from that image's pose, and the
+/// better result is used if the prior allows it: other places may look alike.
 Alignment PoseRefiner::align(Mapper& mapper, const DepthFrame& expected, PosePrior prior) {
   Alignment found = mapper.align(expected, prior);
   if (found.status != AlignmentStatus::kAligned) {
@@ -99,16 +99,16 @@ void PoseRefiner::drift(const Eigen::Isometry3d& T_O_C) {
   last_T_O_C_ = T_O_C;
 }
 
-/// The errors of alignments are small beside sigma, or are averaged with it.
+/// Errors of alignments are small compared with sigma, or averaged out with it.
 void PoseRefiner::correct(const Eigen::Isometry3d& T_W_C, const Eigen::Isometry3d& expected_T_W_C) {
   const double gain_m = variance_m2_ / (variance_m2_ + square(params_.sigma_m));
   const double gain_rad = variance_rad2_ / (variance_rad2_ + square(params_.sigma_rad));
   variance_m2_ *= 1.0 - gain_m;
   variance_rad2_ *= 1.0 - gain_rad;
-  // An exact pose keeps its bits.
+  // An exact pose stays bit-identical.
   if (T_W_C.matrix() == expected_T_W_C.matrix()) return;
   const Eigen::Quaterniond turn(T_W_C.linear() * expected_T_W_C.linear().transpose());
-  // The turn is about the camera, so that it does not move what is expected there.
+  // The turn is about the camera, so that it does not move the expected position.
   Eigen::Isometry3d correction = Eigen::Isometry3d::Identity();
   correction.linear() = shareOf(turn.normalized(), gain_rad).toRotationMatrix();
   correction.translation() = expected_T_W_C.translation() -

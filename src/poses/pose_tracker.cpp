@@ -13,33 +13,33 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// A pose found by search has to explain most of the image: little matches by chance.
+/// A pose found by search must explain this share of the image: less may match by chance.
 constexpr double kFoundShare = 0.5;
 
-/// So many images in a row have to fit before a camera that was lost is trusted: two make a motion,
-/// and the third confirms it.
+/// Images in a row that must fit before a lost camera is trusted again: two give a motion, and the
+/// third confirms it.
 constexpr int kFitsToTrust = 3;
 
-/// Two rings of six turns and six shifts, and the place itself.
+/// Guesses per place: two rings of six turns and six shifts, and the place itself.
 constexpr int kGuessesAPlace = 1 + 4 * 6;
 
-/// Guesses that a lost image is compared with, beside the last pose: seven alignments take hardly
-/// longer on a CPU than aligning once and fusing, so that a lost camera keeps its rate.
+/// Guesses per lost image, in addition to the last pose: on a CPU, seven alignments take hardly
+/// longer than aligning once and fusing, so a lost camera keeps its frame rate.
 constexpr int kGuessesAnImage = 6;
 
-/// Places to look around: at 30 images a second all their guesses take two seconds, for which a
-/// camera that is held still is found.
+/// Places to search around: at 30 images per second, all their guesses take two seconds, so a
+/// camera that is held still for that long is found.
 constexpr size_t kMostPlaces = 16;
 
-/// A camera that is lost for so long may be anywhere, and is looked for all over the map, as often
-/// as this at most. A camera that was never in the map may be anywhere at once.
+/// A camera that is lost for kLostFor_s may be anywhere: the whole map is searched, at most every
+/// kLookEvery_s. For a camera that was never in the map, this starts at once.
 constexpr double kLostFor_s = 2.0, kLookEvery_s = 1.0;
 
 double turnBetween(const Isometry3d& a, const Isometry3d& b) {
   return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
 }
 
-/// A share of the motion from one pose to another, about the camera.
+/// Continues the motion from one pose to another by a share of it, about the camera.
 Isometry3d continued(const Isometry3d& from, const Isometry3d& to, double share) {
   const Eigen::AngleAxisd turn(from.linear().transpose() * to.linear());
   const Vector3d way = from.linear().transpose() * (to.translation() - from.translation());
@@ -50,14 +50,14 @@ Isometry3d continued(const Isometry3d& from, const Isometry3d& to, double share)
   return T_W_C;
 }
 
-/// The larger of a shift in metres and a turn in radians, which is the shift of what is 1 m away.
+/// The larger of a shift in metres and a turn in radians, which is the shift at a distance of 1 m.
 double wayBetween(const Isometry3d& a, const Isometry3d& b) {
   return std::max((b.translation() - a.translation()).norm(), turnBetween(a, b));
 }
 
-/// Where a camera is looked for around a pose: turned about each of its axes and moved along them,
-/// by one step and by two, and there. A step is as far as an alignment reaches, but for fine
-/// voxels, which few steps would not lead far away from, and turns that no alignment spans.
+/// A guess around a pose: turned about or moved along one of its axes, by one or two steps, or the
+/// pose itself. A step is as far as an alignment reaches, but at least kLeastShift_m, which matters
+/// with fine voxels, and no larger a turn than an alignment spans.
 Isometry3d guessAround(const Isometry3d& T_W_C, double reach_m, size_t guess) {
   constexpr double kLeastShift_m = 0.15, kMostTurn_rad = 0.3;
   if (guess + 1 == kGuessesAPlace) return T_W_C;
@@ -91,7 +91,7 @@ void PoseTracker::setPose(const Isometry3d& T_W_C) {
   lost_since_s_.reset();
 }
 
-/// The way from there to where it is found is no motion, so it has no time.
+/// The step from there to the pose that is found is not a motion, so the stamp is infinitely old.
 void PoseTracker::seek(const Isometry3d& near_T_W_C, double stamp_s) {
   given_T_W_C_.reset();
   before_.reset();
@@ -114,8 +114,8 @@ std::optional<Isometry3d> PoseTracker::poseAt(double stamp_s) const {
 
 Alignment PoseTracker::begin(Mapper& mapper, const DepthFrame& frame, double stamp_s) {
   Alignment alignment = alignAt(mapper, frame, *given_T_W_C_);
-  // A frame that shows nothing cannot begin a map; the next one may. Once one has begun it, the
-  // pose of the next is no longer known.
+  // A frame that shows nothing cannot begin a map; the next one may. Once the map has begun, the
+  // pose of the next frame is unknown.
   const bool map_is_empty = mapper.stats().voxel_arrays == 0;
   may_begin_ = map_is_empty || !last_;
   last_ = Followed{alignment.T_W_C, stamp_s};
@@ -142,7 +142,7 @@ Alignment PoseTracker::follow(Mapper& mapper, const DepthFrame& frame, double st
   return search(mapper, frame, stamp_s);
 }
 
-/// Looks where it fitted last, or was last seen to fit again, and around places of before.
+/// Searches at the predicted pose, around earlier places, and if need be all over the map.
 Alignment PoseTracker::search(Mapper& mapper, const DepthFrame& frame, double stamp_s) {
   Alignment found = alignAt(mapper, frame, predict(stamp_s));
   const bool goes_on = explainedBy(found) >= kFoundShare;
@@ -152,7 +152,7 @@ Alignment PoseTracker::search(Mapper& mapper, const DepthFrame& frame, double st
   }
   if (explainedBy(found) < kFoundShare) found = lookAllOver(mapper, frame, stamp_s, found);
   if (explainedBy(found) >= kFoundShare) {
-    if (!goes_on) last_.reset();  // the way to a guess is no motion
+    if (!goes_on) last_.reset();  // the step to a guess is not a motion
     keep(found.T_W_C, stamp_s);
     ++fits_in_a_row_;
   } else {
@@ -167,12 +167,12 @@ Alignment PoseTracker::search(Mapper& mapper, const DepthFrame& frame, double st
   return found;
 }
 
-/// What is found all over the map, if it is time to look there; else what was found before.
+/// Searches the whole map if that is due. @return what it finds, or else `before`.
 Alignment PoseTracker::lookAllOver(Mapper& mapper, const DepthFrame& frame, double stamp_s,
                                    const Alignment& before) {
   const bool may_be_anywhere = !was_found_ || stamp_s - *lost_since_s_ >= kLostFor_s;
   const bool did = looked_all_over_s_ && std::abs(stamp_s - *looked_all_over_s_) < kLookEvery_s;
-  const bool shows_nothing = before.witnesses < 1.0;  // a lens that is covered
+  const bool shows_nothing = before.witnesses < 1.0;  // a covered lens
   if (!may_be_anywhere || did || shows_nothing) return before;
   looked_all_over_s_ = stamp_s;
   const FoundPlace place = findPlace(mapper, frame, threads_);
@@ -196,8 +196,8 @@ void PoseTracker::keep(const Isometry3d& T_W_C, double stamp_s) {
   last_ = Followed{T_W_C, stamp_s};
 }
 
-/// The newest place is the last pose, and moves with it until it is apart from the one before: what
-/// is nearer is looked for around that one.
+/// The newest place follows the last pose until it is far enough from the place before it, around
+/// which nearer poses are searched.
 void PoseTracker::rememberPlace(const Isometry3d& T_W_C) {
   const size_t count = places_T_W_C_.size();
   if (count > 1 && wayBetween(places_T_W_C_[count - 2], T_W_C) < 2.0 * reach_m_) {
@@ -215,7 +215,8 @@ void PoseTracker::lose(double stamp_s) {
   looked_all_over_s_.reset();
 }
 
-/// The motion goes on; over a gap of more than one image, no farther than an alignment reaches.
+/// Extrapolates the motion; over a gap of more than one image, no farther than an alignment
+/// reaches.
 Isometry3d PoseTracker::predict(double stamp_s) const {
   if (!before_) return last_->T_W_C;
   const double between_s = last_->stamp_s - before_->stamp_s, ahead_s = stamp_s - last_->stamp_s;
@@ -223,11 +224,11 @@ Isometry3d PoseTracker::predict(double stamp_s) const {
   const double share = ahead_s / between_s;
   const Isometry3d ahead = continued(before_->T_W_C, last_->T_W_C, share);
   const bool is_far = wayBetween(last_->T_W_C, ahead) > reach_m_;
-  constexpr double kOneMissing = 2.5;  // 2 at an even rate, which stamps are not
+  constexpr double kOneMissing = 2.5;  // 2 at an even rate, but stamps vary
   return share > kOneMissing && is_far ? last_->T_W_C : ahead;
 }
 
-/// The last place first, with all that is around it.
+/// Begins with all guesses around the newest place.
 Isometry3d PoseTracker::nextGuess() {
   if (places_T_W_C_.empty()) return last_->T_W_C;
   const size_t guess = guesses_made_++ % (places_T_W_C_.size() * kGuessesAPlace);

@@ -1,5 +1,5 @@
-/// makeMapper() for benchmarks, experiments and tests; and the GPU that a mapper would use, also in
-/// a build that has no CUDA backend.
+/// Makes mappers for benchmarks, experiments and tests, and reports the memory of the GPU, also in
+/// builds without CUDA.
 #pragma once
 
 #include <memory>
@@ -10,23 +10,22 @@
 
 namespace dtsdf {
 
-/// A mapper with a view inside, and with other numbers in its rules where an experiment asks for
-/// it.
+/// Makes a mapper that reports on its inside, with other constants in its rules for experiments.
 /// @throws std::runtime_error like makeMapper().
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params,
                                                const Rules& rules = Rules());
 
-/// A mapper that begins with the contents of another one.
+/// Makes a mapper that resumes from the contents of another.
 /// @throws std::runtime_error like makeMapper().
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,
                                                const MapContents& contents);
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,
                                                const MapParts& parts);
 
-/// Memory of the GPU that is taken at present, by whatever process. 0 without CUDA.
+/// GPU memory in bytes now in use by all processes; 0 without CUDA.
 size_t gpuMemoryTaken();
 
-/// How much more that is than it was; 0 where others gave back more meanwhile.
+/// Increase of gpuMemoryTaken() since `before`; 0 if it fell.
 size_t gpuMemoryTakenSince(size_t before);
 
 }  // namespace dtsdf

@@ -7,11 +7,11 @@
 namespace dtsdf {
 namespace {
 
-/// Share of an image's width: a shorter focal length would show more than 175 degrees.
+/// Smallest focal length, as a share of the image's width: shorter ones would see over 175 degrees.
 constexpr double kShortestFocalLength = 0.02;
 /// Smaller images may have the principal point in the first pixel.
 constexpr int kSmallImage = 16;
-/// Share of an image's width: the principal point is hardly farther from the middle than that.
+/// Plausible distance of the principal point from the image's centre, as a share of its width.
 constexpr double kFarFromMiddle = 0.2;
 
 bool isInFirstPixel(float c) { return c > 0.0f && c < 1.0f; }
@@ -39,14 +39,14 @@ std::string findProblem(const Intrinsics& K, int width, int height) {
       width >= kSmallImage && height >= kSmallImage && isInFirstPixel(K.cx) && isInFirstPixel(K.cy);
   if (!is_short && !is_share) return "";
   return "the intrinsics are " + inWords(K) +
-         formatted(" of %d x %d images; they have to be in pixels, not in shares of the image",
+         formatted(" for images of %d x %d pixels; give them in pixels, not as shares of the image",
                    width, height);
 }
 
 std::string doubtAbout(const Intrinsics& K, int width, int height) {
   if (!isFarFromMiddle(K.cx, width) && !isFarFromMiddle(K.cy, height)) return "";
   return "the intrinsics are " + inWords(K) +
-         formatted(", but the middle of the images is at %g, %g: are they of another resolution?",
+         formatted(", but the image centre is at %g, %g: do they belong to another resolution?",
                    0.5 * width, 0.5 * height);
 }
 

@@ -1,4 +1,4 @@
-/// Whether intrinsics can be those of the images that come with them; for every door.
+/// Checks whether intrinsics are plausible for the size of the images; for all entry points.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace dtsdf {
 
-/// Why no image of this size can have these intrinsics; empty if one can.
+/// Why images of this size cannot have these intrinsics; empty if they can.
 std::string findProblem(const Intrinsics& K, int width, int height);
 
-/// Why images of this size hardly have these intrinsics, which are without a problem; empty if
-/// nothing speaks against it.
+/// Why images of this size are unlikely to have these intrinsics; empty if they may.
+/// @pre findProblem() is empty.
 std::string doubtAbout(const Intrinsics& K, int width, int height);
 
 }  // namespace dtsdf

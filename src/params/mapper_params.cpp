@@ -10,17 +10,17 @@ void checkSpace(const MapperParams& params, ParamReader& reader) {
   if (cell != 1 && cell != 2 && cell != 4 && cell != 8) {
     reader.addViolation("space/cell_voxels", "must be 1, 2, 4 or 8");
   }
-  if (!params.space.enabled) return;  // else fine voxels would need settings of what is off
+  if (!params.space.enabled) return;  // fine voxels must not demand settings of a disabled feature
   const float cell_m = params.map.voxel_size_m * static_cast<float>(cell);
   constexpr float kMostCellsInView = 1024.0f;
   if (params.space.max_range_m > kMostCellsInView * cell_m) {
     reader.addViolation("space/max_range_m",
-                        "must be at most 1024 cells; make cells larger by space/cell_voxels");
+                        "must be at most 1024 cells; lower it, or raise space/cell_voxels");
   }
-  constexpr float kMostCells = 255.0f;  // squares of distances are kept in 16 bits
+  constexpr float kMostCells = 255.0f;  // squared distances have 16 bits
   if (params.space.max_distance_m > kMostCells * cell_m) {
     reader.addViolation("space/max_distance_m",
-                        "must be at most 255 cells; make cells larger by space/cell_voxels");
+                        "must be at most 255 cells; lower it, or raise space/cell_voxels");
   }
 }
 

@@ -9,8 +9,8 @@
 namespace dtsdf {
 namespace {
 
-/// A relative name of ROS, as its topics' names begin with it: a letter, then letters, digits and
-/// underscores, in parts divided by slashes.
+/// Whether a name is a valid prefix of ROS topics: parts divided by slashes, each a letter followed
+/// by letters, digits and underscores.
 bool isNamespace(const std::string& name) {
   bool begins = true;
   for (const char c : name) {
@@ -34,12 +34,12 @@ void checkCameras(const NodeParams& node, ParamReader& reader) {
   }
   if (node.cameras.size() > 1 && !node.input.camera_frame.empty()) {
     reader.addViolation("input/camera_frame",
-                        "is for a single camera; several cameras use the "
-                        "frames of their images");
+                        "works with a single camera only; leave it empty: several cameras "
+                        "use the frames of their images");
   }
 }
 
-/// Each frame has one place in TF.
+/// Checks that the frames differ, as each has one parent in TF.
 void checkPoseFrames(const NodeParams& node, ParamReader& reader) {
   const std::string& odom = node.odom_frame;
   const std::string& base = node.base_frame;
@@ -67,7 +67,7 @@ void checkPoses(const NodeParams& node, ParamReader& reader) {
   }
   if (node.level == LevelChoice::kImu) {
     reader.addViolation("map/level",
-                        "cannot be imu where poses/mode is track, as there is no "
+                        "cannot be imu when poses/mode is track, since there is no "
                         "transform to the sensor yet; use floor");
   }
 }
@@ -75,7 +75,8 @@ void checkPoses(const NodeParams& node, ParamReader& reader) {
 }  // namespace
 
 void settleMemory(const PoseParams& poses, FusionParams& fusion) {
-  constexpr int kFramesOfAlignedPoses = 19;  // with 20 the looks in turn of 30 frames leave some
+  // With 20, a removed surface could outlast 30 frames, since blocks are cleared in turns.
+  constexpr int kFramesOfAlignedPoses = 19;
   if (fusion.memory_frames > 0 || poses.mode == PoseMode::kTf) return;
   fusion.memory_frames = kFramesOfAlignedPoses;
 }

@@ -1,4 +1,4 @@
-/// Settings of the node around the mapper: frames, input, what is published, where files go.
+/// Settings of the node: its mapper, frames, input, topics and files.
 #pragma once
 
 #include <string>
@@ -11,57 +11,58 @@
 
 namespace dtsdf {
 
-/// Whether something is done.
+/// Whether a feature is used.
 enum class Usage {
-  kAuto,  ///< Where what is received suggests it.
+  kAuto,  ///< Used if the received messages suggest it.
   kAlways,
   kNever,
 };
 
 struct InputParams {
-  double merge_wait_s = 0.1;      ///< How long a frame waits for earlier ones of other cameras.
+  double merge_wait_s = 0.1;      ///< Longest wait for an earlier frame of another camera.
   std::string camera_frame;       ///< Camera's optical frame; empty: the frame_id of the images.
-  int queue_size = 30;            ///< Images of one kind of a camera that may wait in the node.
-  int queue_mb = 256;             ///< Memory that images may take while they wait, over all.
-  double tf_timeout_s = 1.0;      ///< How long a frame waits for its transform at most.
+  int queue_size = 30;            ///< Maximum of waiting images, per camera and kind.
+  int queue_mb = 256;             ///< Maximum memory of all waiting images.
+  double tf_timeout_s = 1.0;      ///< Longest wait of a frame for its transform.
   float unit_16uc1_m = 0.001f;    ///< Metres per unit of a 16UC1 image.
   float unit_32fc1_m = 1.0f;      ///< Metres per unit of a 32FC1 image.
-  bool depth_along_ray = false;   ///< As some simulators have it; else along the optical axis.
-  double max_speed_m_s = 10.0;    ///< A faster camera is a jump of its pose; 0: any speed is fine.
-  double max_turn_deg_s = 720.0;  ///< A faster turn is a jump, too; 0: any is fine.
-  /// An image gets the newest camera_info, for drivers that send it rarely; else that of its stamp.
+  bool depth_along_ray = false;   ///< Depth along the ray (some simulators), not the optical axis.
+  double max_speed_m_s = 10.0;    ///< Faster motion counts as a jump of the pose; 0: no limit.
+  double max_turn_deg_s = 720.0;  ///< Faster turns count as a jump of the pose; 0: no limit.
+  /// Uses the newest camera_info, for drivers that rarely send it, not the one of the image's
+  /// stamp.
   bool latest_camera_info = false;
-  /// Images are rectified where they are distorted: kAuto, unless the topic's name says that they
-  /// are rectified; kAlways, whatever its name.
+  /// Whether to rectify distorted images. kAuto: unless the topic's name says that they are
+  /// rectified. kAlways: whatever the topic's name.
   Usage rectify = Usage::kAuto;
   bool mask = false;  ///< Each image has a mask with its stamp, on `mask/image`.
 };
 
-/// Where up is known from, for maps whose map frame is not level.
+/// Where the vertical comes from, for maps whose map frame is not level.
 enum class LevelChoice {
-  kNone,   ///< The map is in map_frame.
-  kFloor,  ///< From the floor that the first images show.
-  kImu,    ///< From an inertial sensor at rest.
+  kNone,   ///< The map is not levelled: it is in map_frame.
+  kFloor,  ///< The floor that the first images show.
+  kImu,    ///< An inertial sensor at rest.
 };
 
 /// All settings of the node.
 struct NodeParams {
   MapperParams mapper;
 
-  std::string map_frame = "map";  ///< Frame that poses are of, and the map, unless it is levelled.
+  std::string map_frame = "map";  ///< Frame of the poses and, unless it is levelled, of the map.
   LevelChoice level = LevelChoice::kNone;
   std::string level_frame;  ///< Frame of a levelled map; empty: map_frame and "_level".
-  std::string load_file;    ///< Map to begin with; empty: none. "~/" is the home.
-  std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files; "~/" is the home.
-  std::vector<std::string> cameras;  ///< Their namespaces; empty: one camera in the node's own.
+  std::string load_file;    ///< Map to load at the start; empty: none. "~/" is the home folder.
+  std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files.
+  std::vector<std::string> cameras;  ///< Namespaces of cameras; empty: one, in the node's own.
   std::string keep_frame;            ///< Centre of map/keep_radius_m; empty: the camera.
   PoseParams poses;
-  /// With refine, the frame that TF's poses are in; its place in map_frame is what is published.
-  /// With track, the parent of the base. Empty: map_frame.
+  /// With refine, the frame of the poses in TF; its transform to map_frame is published. With
+  /// track, the parent of the base. Empty: map_frame.
   std::string odom_frame;
-  std::string base_frame;  ///< Whose pose is published; empty: the depth camera's frame.
+  std::string base_frame;  ///< Frame whose pose is published; empty: the depth camera's frame.
   InputParams input;
-  Usage colour = Usage::kAuto;      ///< Colour images; kAlways: they have to be received.
+  Usage colour = Usage::kAuto;      ///< Whether to use colour images; kAlways: they are required.
   double max_colour_rate_hz = 0.0;  ///< Colour images per second, by their stamps; 0: all.
 
   int chunk_blocks = 4;          ///< Edge of a marker's chunk of the map, in blocks of 8 voxels.
@@ -69,35 +70,37 @@ struct NodeParams {
   double points_rate_hz = 1.0;   ///< Maximum rate of `surface_points`, in wall time.
   double status_rate_hz = 1.0;   ///< Rate of `status` and the diagnostics, in wall time.
   double space_rate_hz = 1.0;    ///< Maximum rate of grid updates and slice, in wall time.
-  double mesh_refresh_s = 60.0;  ///< The whole mesh is published once in so long; 0: not again.
-  double stale_s = 5.0;  ///< What is silent for so long is warned about, three times so: an error.
+  double mesh_refresh_s = 60.0;  ///< Interval at which the whole mesh is published; 0: only once.
+  double stale_s = 5.0;  ///< An input silent for this long is a warning, for three times as long an
+                         ///< error.
 
-  // What of space is published, by heights along z of the map frame, which has to be level for it.
-  double min_height_m = 0.1;     ///< A column of the grid begins here.
-  double max_height_m = 1.5;     ///< A column of the grid ends here.
-  double grid_seen_share = 1.0;  ///< Share of a free column's cells that have to be seen free.
-  double slice_height_m = 0.5;   ///< Height of the distances that are published.
+  // What is published of space, by heights along z of the map frame, which must be level.
+  double min_height_m = 0.1;     ///< Lower end of a column of the grid.
+  double max_height_m = 1.5;     ///< Upper end of a column of the grid.
+  double grid_seen_share = 1.0;  ///< Share of a column's cells that must be seen free for it to be.
+  double slice_height_m = 0.5;   ///< Height of the published distances.
 
-  std::string journal_folder;    ///< Empty: there is none. "~/" is the home.
-  double journal_max_gb = 16.0;  ///< Limit of the folder's journals, in 10^9 bytes; then it stops.
+  std::string journal_folder;  ///< Folder of the journals; empty: no journal.
+  double journal_max_gb =
+      16.0;  ///< Size in 10^9 bytes at which the folder's journals stop growing.
 
-  // Corrections of poses that a SLAM publishes.
-  std::string path_frame;  ///< Whose poses corrected_path has; empty: the depth camera's frame.
-  double least_correction_m = 0.01;  ///< Nothing is done unless a frame moves as far, or as many
-                                     ///< radians.
+  // Corrections of poses from a SLAM system.
+  std::string path_frame;  ///< Frame whose poses are in corrected_path; empty: the depth camera's.
+  double least_correction_m = 0.01;  ///< Paths that move no frame by this much, in metres or
+                                     ///< radians, are ignored.
 };
 
-/// Whether the map is in a frame of its own, which is level.
+/// Whether the map has its own, level frame.
 inline bool isLevelled(const NodeParams& node) { return node.level != LevelChoice::kNone; }
 
-/// The frame that images' poses are looked up in; empty: nowhere.
+/// Frame in which the images' poses are looked up; empty: poses are not looked up.
 inline std::string frameOfPoses(const NodeParams& node) {
   if (node.poses.mode == PoseMode::kTrack) return "";
   const bool has_odom = node.poses.mode == PoseMode::kRefine && !node.odom_frame.empty();
   return has_odom ? node.odom_frame : node.map_frame;
 }
 
-/// The name of the frame that the map is in.
+/// Name of the map's frame.
 inline std::string frameOfMap(const NodeParams& node) {
   if (!isLevelled(node)) return node.map_frame;
   return node.level_frame.empty() ? node.map_frame + "_level" : node.level_frame;
@@ -154,17 +157,17 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("space/slice_height_m", p.slice_height_m, Range{-1e4, 1e4});
 }
 
-/// Takes the leading slash of old tf off the frames' names, and checks those that a map may have.
-/// For all who read settings: by the name of its frame a map is refused or taken.
+/// Strips the leading slash of old tf from the frames' names, and checks the map's frames. All
+/// readers of settings must call it, since maps are accepted by the name of their frame.
 void readFrames(NodeParams& node, ParamReader& reader);
 
-/// Decides fusion/memory_frames where it is left open: aligned poses agree for longer.
+/// Sets fusion/memory_frames if it is 0 and poses are aligned, as these agree for longer.
 void settleMemory(const PoseParams& poses, FusionParams& fusion);
 
 /// A key and the rule it breaks.
 using ParamViolation = std::pair<std::string, std::string>;
 
-/// Reads the node's settings strictly. `violations` are found before, by whoever made the tree.
+/// Reads the node's settings strictly. `violations` were found while the tree was made.
 /// @throws ParamError with every violation.
 NodeParams readNodeParams(const ParamTree& tree,
                           const std::vector<ParamViolation>& violations = {});

@@ -1,12 +1,12 @@
-/// Copies of settings that survive a lack of memory.
+/// Copies of settings that are safe when memory runs out.
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"
 
 namespace dtsdf {
 
-/// A copy of a tree. Not by the copy constructor of std::variant, which in libstdc++ 12 ends the
-/// process where it finds no memory for a text: it destroys what it has not made yet.
+/// Copies a tree without the copy constructor of std::variant. In libstdc++ 12 that constructor
+/// ends the process if it has no memory for a string, as it destroys an object that was never made.
 inline ParamTree copyOf(const ParamTree& tree) {
   ParamTree copy;
   for (const auto& [key, value] : tree) {

@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kDigits = 7;
 
-/// "; known: map/voxel_size_m": what has the same name, or begins with it, or else the section.
+/// Suggests known keys whose name is or begins with that of an unknown key, or else all keys of its
+/// section: "; known: map/voxel_size_m".
 std::string othersThan(const std::string& key, const std::set<std::string>& known) {
   const auto nameIn = [](const std::string& of) { return of.rfind('/') + 1; };
   const std::string section = key.substr(0, nameIn(key)), name = key.substr(nameIn(key));
@@ -73,7 +74,7 @@ size_t ParamReader::readChoice(const std::string& key, const std::vector<std::st
   if (value == nullptr) return words.size();
   const bool* flag = std::get_if<bool>(value);
   const std::string* text = std::get_if<std::string>(value);
-  // YAML has "on" and "off" for true and false.
+  // YAML reads "on" and "off" as true and false.
   const std::string word = flag != nullptr   ? (*flag ? "always" : "never")
                            : text != nullptr ? *text
                                              : "";
@@ -95,7 +96,7 @@ bool ParamReader::readNumber(const std::string& key, double& number, bool whole,
     addViolation(key, whole ? "must be a whole number" : "must be a number");
     return false;
   }
-  // The float that is stored, not the double that was written, may lie a rounding outside.
+  // A float that was written as a double may exceed a bound by its rounding.
   const double slack = 1e-6 * std::abs(number);
   if (!std::isfinite(number) || number < range.min - slack || number > range.max + slack) {
     const std::string unit = unitOf(key);
@@ -115,7 +116,7 @@ void ParamReader::operator()(const std::string& key, bool& member) {
   }
   const std::string* text = std::get_if<std::string>(value);
   const std::string word = text != nullptr ? inLowerCase(*text) : "";
-  // All that YAML 1.1 knows; readers of YAML leave some of these as strings.
+  // All words of YAML 1.1; its parsers leave some of these as strings.
   const auto isOneOf = [&](const std::vector<std::string>& words) {
     return std::find(words.begin(), words.end(), word) != words.end();
   };
@@ -152,9 +153,9 @@ void ParamReader::operator()(const std::string& key, std::vector<std::string>& m
     member = *names;
     return;
   }
-  const auto* text = std::get_if<std::string>(value);  // from a command line of ROS
+  const auto* text = std::get_if<std::string>(value);  // from the command line of a ROS tool
   if (text == nullptr || text->size() < 2 || text->front() != '[' || text->back() != ']') {
-    addViolation(key, "must be a list of names, as in [front, rear]");
+    addViolation(key, "must be a list of names, such as [front, rear]");
     return;
   }
   std::string words = text->substr(1, text->size() - 2);

@@ -45,7 +45,7 @@ std::string printable(const std::string& text, size_t most_characters) {
     auto end = begin;
     const utf::code_point code = utf::utf_traits<char>::decode(end, text.end());
     const bool is_valid = code != utf::illegal && code != utf::incomplete;
-    // One byte that is not UTF-8 counts as a character.
+    // Each byte that is not UTF-8 counts as a character.
     const size_t bytes = is_valid ? static_cast<size_t>(end - begin) : 1;
     shown += is_valid && !isControl(code) ? text.substr(at, bytes) : inHex(text, at, bytes);
     at += bytes;
@@ -63,7 +63,7 @@ std::string errorText(const std::exception& error) {
   const auto* const of_files = dynamic_cast<const std::filesystem::filesystem_error*>(&error);
   if (of_files == nullptr) {
     std::string text = error.what();
-    std::replace(text.begin(), text.end(), '\n', ' ');  // libraries write in several lines
+    std::replace(text.begin(), text.end(), '\n', ' ');  // messages of libraries may have lines
     return printableMessage(text);
   }
   const std::string path = "'" + printable(of_files->path1().string()) + "'";

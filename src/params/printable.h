@@ -1,5 +1,5 @@
-/// Text from outside, as logs, messages and answers may show it: names in messages and files, and
-/// what libraries say of them. test/lint/check_text.py finds where it goes out as it came.
+/// Makes external text safe to show in logs, messages and answers: names in messages and files, and
+/// errors of libraries. test/lint/check_text.py finds places that show such text unchanged.
 #pragma once
 
 #include <cstddef>
@@ -10,18 +10,19 @@ namespace dtsdf {
 
 constexpr size_t kLongestShownName = 200;
 
-/// A name from outside that cannot move the cursor of a terminal, forge a line of a log, end a text
-/// or turn its direction: bytes of control characters (C0, C1, line separators, bidirectional
-/// controls) and those that are not UTF-8 become \xHH. Cut after so many characters, with "...".
+/// Makes an external name printable, so that it cannot move a terminal's cursor, forge a line of a
+/// log, end a string or reverse its direction. Control characters (C0, C1, line separators,
+/// bidirectional controls) and bytes that are not UTF-8 become \xHH. Longer names are cut, with
+/// "..." appended.
 std::string printable(const std::string& text, size_t most_characters = kLongestShownName);
 
-/// Makes a whole message printable, with the names from outside that stand in it.
+/// Makes a whole message printable, with the external names in it.
 std::string printableMessage(const std::string& text);
 
-/// Whether printable() would change it, but for its length.
+/// Whether printable() would change the characters of the text.
 bool hasControlCharacter(const std::string& text);
 
-/// What an exception says, in one printable line.
+/// Message of an exception in one printable line.
 std::string errorText(const std::exception& error);
 
 }  // namespace dtsdf

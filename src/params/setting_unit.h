@@ -1,4 +1,4 @@
-/// The unit of a setting, by how its key ends.
+/// Unit of a setting, from the end of its key.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// Empty for none.
+/// Unit of the key's value; empty if it has none.
 inline std::string unitOf(const std::string& key) {
   static const std::vector<std::pair<std::string, std::string>> kUnits = {
       {"_m_s", "m/s"},       {"_deg_s", "deg/s"},   {"_hz", "Hz"},   {"_mb", "MiB"}, {"_px", "px"},

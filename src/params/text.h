@@ -1,5 +1,4 @@
-/// Texts that are put together and taken apart: names of files, topics, settings and coordinate
-/// frames, lists of them, and numbers, which have a point whatever the locale of the host program.
+/// Composes and parses names, lists and numbers, independent of the locale of the host program.
 #pragma once
 
 #include <locale.h>
@@ -16,30 +15,30 @@
 
 namespace dtsdf {
 
-/// Also true of a name that is nothing but its ending.
+/// Whether a name ends with, or is, an ending.
 inline bool endsWith(std::string_view name, std::string_view ending) {
   return name.size() >= ending.size() &&
          name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
 }
 
-/// What has something before its ending.
+/// Whether a name has an ending, and something before it.
 inline bool hasEnding(std::string_view name, std::string_view ending) {
   return name.size() > ending.size() && endsWith(name, ending);
 }
 
-/// A frame's name without the leading slash of old tf, which tf2 does not know.
+/// Strips a frame's leading slash, as in old tf, which tf2 does not support.
 inline std::string stripLeadingSlash(const std::string& frame) {
   return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
 }
 
-/// Letters of ASCII in lower case; all else is left alone.
+/// Converts ASCII letters to lower case.
 inline std::string inLowerCase(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
 
-/// "a, b and c", with another separator and with `last` before the last one.
+/// Joins words with a separator, and with `last` before the last word: "a, b and c".
 inline std::string joined(const std::vector<std::string>& words, const std::string& separator,
                           const std::string& last) {
   std::string text;
@@ -53,7 +52,7 @@ inline std::string joined(const std::vector<std::string>& words,
   return joined(words, separator, separator);
 }
 
-/// vsnprintf() in the locale of C.
+/// vsnprintf() in the C locale.
 __attribute__((format(printf, 3, 0))) inline int vsnprintfInC(char* line, size_t size,
                                                               const char* text, va_list values) {
   static const locale_t of_c = newlocale(LC_ALL_MASK, "C", nullptr);
@@ -63,7 +62,7 @@ __attribute__((format(printf, 3, 0))) inline int vsnprintfInC(char* line, size_t
   return length;
 }
 
-/// As printf() has it; the compiler checks what is given by the text.
+/// Formats like printf() in the C locale; the compiler checks the arguments.
 // NOLINTNEXTLINE(cert-dcl50-cpp): a parameter pack has no such check
 __attribute__((format(printf, 1, 2))) inline std::string formatted(const char* text, ...) {
   char line[512];
@@ -80,12 +79,13 @@ __attribute__((format(printf, 1, 2))) inline std::string formatted(const char* t
   return whole;
 }
 
-/// With as many digits as tell it apart from others of that many: 0.02, 1e-06, 300.
+/// Number with up to `digits` significant digits, without trailing zeros: 0.02, 1e-06, 300.
 inline std::string shortestText(double number, int digits = 6) {
   return formatted("%.*g", digits, number);
 }
 
-/// The whole text as a number; false if anything is left over or it does not fit.
+/// Parses the whole text as a number. @return false if characters remain or the number is too
+/// large.
 template <class Number>
 bool parseNumber(const std::string& text, Number& number) {
   std::istringstream in(text);

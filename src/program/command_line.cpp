@@ -16,17 +16,17 @@ std::string describe(Range range) {
   const std::string max = shortestText(range.max);
   if (range.min == kAboveZero) return " above 0" + (range.max < kUnbounded ? " up to " + max : "");
   if (range.max < kUnbounded) return " from " + shortestText(range.min) + " to " + max;
-  return range.min > -kUnbounded ? " from " + shortestText(range.min) + " on" : "";
+  return range.min > -kUnbounded ? " of " + shortestText(range.min) + " or more" : "";
 }
 
 bool isOption(const std::string& text) { return text.rfind("--", 0) == 0; }
 bool isFlag(const ProgramOption& option) { return option.read == nullptr; }
-/// As Boost has it, without dashes.
+/// Name of the option for Boost, without dashes.
 std::string keyOf(const ProgramOption& option) {
   return isOption(option.name) ? option.name.substr(2) : option.name;
 }
 
-/// Breaks a text into indented lines for a terminal.
+/// Wraps a text into indented lines for a terminal.
 std::string wrap(const std::string& text, size_t indent) {
   constexpr size_t kColumns = 80;
   const std::string margin(indent, ' ');
@@ -74,7 +74,7 @@ double readWhole(const std::string& text, Range range) {
 
 std::vector<double> readNumbers(const std::string& text) {
   std::vector<double> numbers;
-  std::istringstream parts(text + ",");  // so that nothing behind the last one is a part, too
+  std::istringstream parts(text + ",");  // makes an empty last part count
   for (std::string part; std::getline(parts, part, ',');) {
     numbers.push_back(readNumber(part, {-kUnbounded, kUnbounded}));
   }
@@ -88,9 +88,9 @@ ProgramOption& CommandLine::get(const std::string& name) {
   return *found;
 }
 
-/// Gives each option its values. @throws po::error, UsageError
+/// Assigns the arguments to the options. @throws po::error, UsageError
 void CommandLine::distribute(const std::vector<std::string>& arguments) {
-  // No short names, no parts of names.
+  // Neither short names nor abbreviations.
   const int style = po::command_line_style::allow_long |
                     po::command_line_style::long_allow_adjacent |
                     po::command_line_style::long_allow_next;
@@ -126,7 +126,7 @@ void CommandLine::distribute(const std::vector<std::string>& arguments) {
   }
 }
 
-/// Flags first: one that asks for a text is answered whatever is wrong with the values.
+/// Flags come first, so that a request for a text succeeds even if other values are wrong.
 void CommandLine::readValues() const {
   for (const ProgramOption& option : options_) {
     if (isFlag(option) && !option.values.empty()) option.set();
@@ -224,7 +224,7 @@ std::string CommandLine::help() const {
       if (isOption(option.name) != is_option) continue;
       if (std::exchange(group, option.group) != option.group) text += "\n" + group + ":\n";
       text += "  " + option.name + (option.value.empty() ? "" : " " + option.value) + "\n";
-      // What has to be given has no default, whatever its target was.
+      // A required option has no default.
       const bool has_default = !option.is_required && !option.default_value.empty();
       text += wrap(option.help + (has_default ? " (default " + option.default_value + ")" : ""), 6);
     }

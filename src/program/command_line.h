@@ -1,5 +1,5 @@
-/// Command lines of the programs, by Boost.Program_options; numbers, ranges and rules between
-/// options are checked here.
+/// Command lines of the programs, based on Boost.Program_options, which this extends by checks of
+/// numbers, ranges and rules between options.
 #pragma once
 
 #include <functional>
@@ -21,75 +21,75 @@ class UsageError : public std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-/// Bounds of a Range: the least of all numbers above 0, and none.
+/// Bounds of a Range: the smallest number above 0, and no bound.
 constexpr double kAboveZero = std::numeric_limits<double>::min();
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
-/// The text as a number; a whole one up to 1e15. @throws UsageError that names the range.
+/// Reads a number, or a whole number up to 1e15. @throws UsageError that names the range.
 double readNumber(const std::string& text, Range range);
 double readWhole(const std::string& text, Range range);
 
-/// Numbers between commas. @throws UsageError
+/// Reads numbers separated by commas. @throws UsageError
 std::vector<double> readNumbers(const std::string& text);
 
 /// Last line of a program's help.
 constexpr char kExitCodes[] = "Exit code: 0 done, 1 an error, 2 a wrong command line or setting.";
 
-/// A text was asked for in place of the program's work, as by --help.
+/// Thrown for a request to print a text instead of the program's work, such as --help.
 class TextRequest : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// An option, an argument without dashes, which is known from others by its place, or a flag, which
-/// takes no value. Whoever adds one gives the first members.
+/// An option, a positional argument (a name without dashes), or a flag, which takes no value. The
+/// caller of CommandLine::add() sets the first four members.
 struct ProgramOption {
   std::string name;
-  std::string value;  ///< What stands for its value in the help.
+  std::string value;  ///< Placeholder of the value in the help.
   std::string help;
-  std::string default_value = {};  ///< Shown where the option is not required; empty: none.
+  std::string default_value = {};  ///< Shown if the option is not required; empty: none.
 
   std::string group = {};
   bool is_list = false, is_required = false;
-  std::function<void(const std::string&)> read = nullptr;  ///< For each value; null for a flag.
-  std::function<void()> set = nullptr;                     ///< For a flag.
-  std::string needs = {};                                  ///< Another option, or empty.
+  std::function<void(const std::string&)> read = nullptr;  ///< Reads each value; null for a flag.
+  std::function<void()> set = nullptr;                     ///< Called for a flag.
+  std::string needs = {};                                  ///< Option that this requires, or empty.
   std::vector<std::string> values = {};  ///< Values given; for a flag, an empty one.
 };
 
-/// The options of one program. Each is bound to a variable, whose value at that time is its
-/// default; none may be given twice, but for lists.
+/// The options of one program. Each is bound to a variable, whose initial value is the default.
+/// Only lists may be given more than once.
 class CommandLine {
  public:
   /// `usage` follows the program's name in the help, `about` says what the program does.
   CommandLine(const std::string& program, const std::string& usage, const std::string& about);
 
-  /// The headline in the help of the options to come.
+  /// Sets the headline in the help for the options added next.
   void beginGroup(const std::string& headline);
 
-  /// An option whose value is given to `read`; what that throws as std::invalid_argument becomes a
+  /// Adds an option whose value is passed to `read`. A std::invalid_argument from `read` becomes a
   /// UsageError with the option's name.
   void add(ProgramOption option, const std::function<void(const std::string&)>& read);
   void addText(ProgramOption option, std::string& target);
-  /// Of a whole number, a double, or std::optional<double>, which has no default.
+  /// Adds a whole number, a double, or a std::optional<double>, which has no default.
   template <class Number>
   void addNumber(ProgramOption option, Number& target, Range range);
 
-  /// Takes one value or more, and may be repeated; `read` is called for each.
+  /// Adds an option that takes one or more values and may be repeated; `read` is called for each.
   void addList(ProgramOption option, const std::function<void(const std::string&)>& read);
 
   void addFlag(const std::string& name, const std::string& help, bool& target);
 
-  /// A flag that shows a text and ends the program, whatever else is missing.
+  /// Adds a flag that prints a text and ends the program, even if required options are missing.
   void addTextRequest(const std::string& name, const std::string& help,
                       const std::function<std::string()>& text);
 
-  /// Rules for options that were added. Arguments are required, but as one of a choice.
+  /// Rules for options already added. Positional arguments are required unless in requireOneOf().
   void require(const std::string& name);
   void requireOneOf(const std::vector<std::string>& names);
   void onlyWith(const std::string& name, const std::string& other);
 
-  /// Reads the arguments behind the program's name into the variables.
+  /// Reads the arguments after the program's name into the variables.
   /// @throws UsageError that names the option, TextRequest for --help.
   void parse(const std::vector<std::string>& arguments);
 
@@ -106,7 +106,7 @@ class CommandLine {
   const std::string program_, usage_, about_;
   std::string headline_ = "Options";
   std::vector<ProgramOption> options_;             ///< In the order of the help.
-  std::vector<std::vector<std::string>> choices_;  ///< One of each has to be given.
+  std::vector<std::vector<std::string>> choices_;  ///< Exactly one of each must be given.
 };
 
 template <class Number>

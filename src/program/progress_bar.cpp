@@ -40,7 +40,7 @@ void ProgressBar::show(size_t done) {
   last_drawn_ = now;
   const std::string line =
       progressLine(what_, done, total_, std::chrono::duration<double>(now - start_).count());
-  // Blanks cover what a longer line before left behind.
+  // Blanks overwrite the rest of a longer previous line.
   const int width = static_cast<int>(std::max(drawn_length_, line.size()));
   std::fprintf(stderr, "\r%-*s", width, line.c_str());
   static_cast<void>(std::fflush(stderr));

@@ -1,4 +1,4 @@
-/// A progress bar on standard error; nothing where that is not a terminal.
+/// A progress bar on standard error, shown only on a terminal.
 #pragma once
 
 #include <chrono>
@@ -10,13 +10,13 @@ namespace dtsdf {
 
 class ProgressBar {
  public:
-  /// `what` is counted, as in "frames"; its `total` is unknown for some recordings.
+  /// @param what What is counted, such as "frames". @param total Unknown for some recordings.
   ProgressBar(const std::string& what, std::optional<size_t> total);
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// Shows that so many are done; redraws a few times a second at most.
+  /// Shows the number done; redraws a few times a second at most.
   void show(size_t done);
 
  private:

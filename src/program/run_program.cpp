@@ -12,18 +12,17 @@
 namespace dtsdf {
 namespace {
 
-/// One line, whatever the text: what files say may be in it.
+/// Prints an error as one printable line, as it may contain text from files.
 int reportError(const std::string& name, std::string text, int exit_code) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   std::fprintf(stderr, "%s: error: %s\n", name.c_str(), printableMessage(text).c_str());
   return exit_code;
 }
 
-/// Each print may have failed, such as to a file on a full disk, and the last one is on its way
-/// until here.
+/// Flushes standard output and reports if any print has failed, for example on a full disk.
 int exitCodeOfPrints(const std::string& name) {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
-  return reportError(name, "cannot write all to standard output; is its disk full?", 1);
+  return reportError(name, "cannot write to standard output; is the disk full?", 1);
 }
 
 }  // namespace
@@ -41,10 +40,7 @@ int runProgram(const std::string& name, int argc, const char* const* argv,
   } catch (const ParamError& e) {
     return reportError(name, "invalid settings: " + joined(e.violations(), "; "), 2);
   } catch (const std::bad_alloc&) {
-    return reportError(name,
-                       "out of memory; a map takes less with a lower map/max_memory_mb or a higher "
-                       "map/voxel_size_m",
-                       1);
+    return reportError(name, "out of memory; lower map/max_memory_mb or raise map/voxel_size_m", 1);
   } catch (const std::exception& e) {
     return reportError(name, errorText(e), 1);
   }

@@ -1,4 +1,4 @@
-/// How every program runs and ends: its commands, its exit code, and one line for what went wrong.
+/// Runs programs and their commands, and turns errors into one line and an exit code.
 #pragma once
 
 #include <functional>
@@ -7,13 +7,13 @@
 
 namespace dtsdf {
 
-/// Runs a program and turns what it throws into one line on standard error, or for a TextRequest
-/// into that text on standard output. What cannot be printed there is an error.
+/// Runs a program. Prints an exception as one line on standard error, or the text of a TextRequest
+/// on standard output; if that cannot be written, it is an error.
 /// @return exit code: 0, 1 for an error, 2 for a wrong command line or setting.
 int runProgram(const std::string& name, int argc, const char* const* argv,
                const std::function<void(const std::vector<std::string>&)>& program);
 
-/// Runs a program whose options are read first.
+/// Runs a program with the options that `read` returns for its arguments.
 template <class Read, class Run>
 int runProgram(const std::string& name, int argc, const char* const* argv, const Read& read,
                const Run& run) {
@@ -26,9 +26,9 @@ struct Command {
   void (*run)(const std::vector<std::string>& arguments);
 };
 
-/// Runs the command that the arguments begin with, with those behind it. `about` says what the
+/// Runs the command that is the first argument, with the other arguments. `about` says what the
 /// program does.
-/// @throws UsageError for none of the commands, TextRequest for --help, what the command throws.
+/// @throws UsageError for an unknown command, TextRequest for --help, and errors of the command.
 void runCommand(const std::string& program, const std::string& about,
                 const std::vector<Command>& commands, const std::vector<std::string>& arguments);
 

@@ -1,4 +1,4 @@
-/// What work takes: time on the wall, and of the processor.
+/// Measures wall time and processor time.
 #pragma once
 
 #include <chrono>
@@ -6,13 +6,13 @@
 
 namespace dtsdf {
 
-/// Wall time since then.
+/// Wall time since `begin`, in milliseconds.
 inline double millisecondsSince(std::chrono::steady_clock::time_point begin) {
   const auto now = std::chrono::steady_clock::now();
   return std::chrono::duration<double, std::milli>(now - begin).count();
 }
 
-/// Time of all threads so far: on a machine with other work it says more than wall time.
+/// Processor time of all threads so far; more reliable than wall time on a busy machine.
 inline double processorSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-/// A thread that does one thing at a time beside whoever asks for it.
+/// A background thread for one task at a time.
 #pragma once
 
 #include <condition_variable>
@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// One thread at a time uses it.
+/// Not thread safe: one thread at a time calls it.
 class Helper {
  public:
   ~Helper() {
@@ -22,7 +22,7 @@ class Helper {
     if (thread_.joinable()) thread_.join();
   }
 
-  /// Begins with a task, once the one before is done. @throws what that one did.
+  /// Starts a task, once the previous one is done. @throws an error of the previous task.
   void start(std::function<void()> task) {
     wait();
     if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
@@ -34,14 +34,14 @@ class Helper {
     changed_.notify_all();
   }
 
-  /// Waits until the task is done, if there is one. @throws what it did.
+  /// Waits until the task is done, if any. @throws its error.
   void wait() {
     std::unique_lock<std::mutex> lock(mutex_);
     changed_.wait(lock, [this] { return !is_busy_; });
     if (error_ != nullptr) std::rethrow_exception(std::exchange(error_, nullptr));
   }
 
-  /// Waits until the task is done, if there is one, and forgets what it did.
+  /// Waits until the task is done, if any, and ignores its error.
   void finish() {
     std::unique_lock<std::mutex> lock(mutex_);
     changed_.wait(lock, [this] { return !is_busy_; });
@@ -69,7 +69,7 @@ class Helper {
     }
   }
 
-  std::mutex mutex_;  ///< Guards what follows.
+  std::mutex mutex_;  ///< Guards the members below, except thread_.
   std::condition_variable changed_;
   std::function<void()> task_;
   std::exception_ptr error_;

@@ -15,22 +15,23 @@
 
 namespace dtsdf {
 
-/// As many threads as there are cores where 0 are asked for.
+/// Number of threads to use; 0: one per core.
 inline int threadCount(int threads) {
   if (threads > 0) return threads;
   return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
 /// Calls body(i, scratch) for each i below `count`, on up to threadCount(threads) threads, each
-/// with a Scratch of its own. After an exception the rest is left out, and the first one is thrown
-/// to the caller. A thread takes `kGrain` of them at a time: several where they are small. No other
-/// thread is woken where one takes all, and none is waited for that comes when all are taken.
+/// with its own Scratch. After an exception the remaining calls are skipped, and the first
+/// exception is thrown to the caller. A thread takes `kGrain` indices at a time; use several if the
+/// calls are short. No other thread is woken if one can take all, and the loop does not wait for a
+/// thread that arrives after all are taken.
 template <class Scratch, size_t kGrain = 1, class Body>
 void parallelFor(size_t count, int threads, const Body& body) {
   std::exception_ptr error;
   std::mutex mutex;
-  // Numbers that a thread takes first, so that it comes to the same rows in one loop after the
-  // other; then it takes from those of others.
+  // Indices that a thread takes first, so that it gets the same rows in successive loops. After
+  // them it takes from other stretches.
   struct alignas(64) Stretch {
     std::atomic<size_t> next{0};
     size_t end = 0;
@@ -62,16 +63,16 @@ void parallelFor(size_t count, int threads, const Body& body) {
   if (error != nullptr) std::rethrow_exception(error);
 }
 
-/// Calls body(i) for each i below `count`, in the same way.
+/// Calls body(i) for each i below `count`, like the loop with scratch.
 template <size_t kGrain = 1, class Body>
 void parallelFor(size_t count, int threads, const Body& body) {
   using NoScratch = char;
   parallelFor<NoScratch, kGrain>(count, threads, [&](size_t i, NoScratch&) { body(i); });
 }
 
-/// Makes products 0 to count - 1 in parallel and passes them on in their order, one at a time:
-/// make(i) gives a product, take(i, product) gets it. No more are kept than there are threads.
-/// After an exception the rest is left out, and the first one is thrown to the caller.
+/// Calls make(i) for each i below `count` in parallel, and take(i, product) with the products in
+/// order, one at a time. At most one product per thread is kept. After an exception the remaining
+/// calls are skipped, and the first exception is thrown to the caller.
 template <class Make, class Take>
 void makeInOrder(size_t count, int threads, const Make& make, const Take& take) {
   std::mutex mutex;

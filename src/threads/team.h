@@ -1,4 +1,4 @@
-/// Threads for loops that are short and come one right after the other.
+/// Threads for short loops in quick succession.
 #pragma once
 
 #include <unistd.h>
@@ -16,12 +16,12 @@
 
 namespace dtsdf {
 
-/// Until `condition` holds, but for a moment only: whoever waits longer than it takes to wake a
-/// thread leaves the core to others. Returns whether it holds.
+/// Spins until `condition` holds, but no longer than it takes to wake a thread, to leave the core
+/// to others. @return whether it holds.
 template <class Condition>
 bool spinUntil(const Condition& condition) {
   constexpr std::chrono::microseconds kMoment{30};
-  constexpr int kLooks = 16;  // for each look at the clock
+  constexpr int kLooks = 16;  // between two readings of the clock
   const auto end = std::chrono::steady_clock::now() + kMoment;
   do {
     for (int i = 0; i < kLooks; ++i) {
@@ -36,7 +36,7 @@ bool spinUntil(const Condition& condition) {
   return false;
 }
 
-/// A thread of a team. Its caller waits for it only once it has begun.
+/// A thread of a team. The caller waits for it only if it has started the work.
 class TeamMember {
  public:
   TeamMember() : thread_([this] { serve(); }) {}
@@ -45,7 +45,7 @@ class TeamMember {
     thread_.join();
   }
 
-  /// Has it call work(of, number), which must not throw. @pre release() has returned.
+  /// Makes the thread call work(of, number), which must not throw. @pre release() has returned.
   void call(void (*work)(const void*, size_t), const void* of, size_t number) {
     work_ = work;
     of_ = of;
@@ -53,7 +53,7 @@ class TeamMember {
     set(State::kCalled);
   }
 
-  /// Returns once it works no more; what it has not begun by now it leaves.
+  /// Cancels work that has not started, and waits for work that has.
   void release() {
     State called = State::kCalled;
     if (state_.compare_exchange_strong(called, State::kIdle)) return;
@@ -78,7 +78,7 @@ class TeamMember {
     }
   }
 
-  /// Wakes the other side only if it sleeps.
+  /// Sets the state, and wakes the other side if it sleeps.
   void set(State state) {
     bool wakes;
     {
@@ -103,30 +103,31 @@ class TeamMember {
   size_t number_ = 0;
   std::mutex mutex_;
   std::condition_variable changed_;
-  int sleepers_ = 0;    ///< Guarded by it.
-  std::thread thread_;  ///< Last: it uses all else.
+  int sleepers_ = 0;    ///< Guarded by mutex_.
+  std::thread thread_;  ///< The last member, as the thread uses the others.
 };
 
-/// Those who help one thread, as long as it lives. After a fork nobody helps in the child.
+/// Threads that help one thread during its life. After a fork the child has no helpers.
 class Team {
  public:
   Team() = default;
   ~Team() {
     if (isForked()) {
-      for (auto& member : members_) static_cast<void>(member.release());  // its thread is not here
+      for (auto& member : members_) static_cast<void>(member.release());  // threads do not fork
     }
   }
   Team(const Team&) = delete;
   Team& operator=(const Team&) = delete;
 
-  /// The calling thread's. No loop may run in the destructor of a static object: it is gone then.
+  /// The calling thread's team. It is gone when static objects are destroyed, so their destructors
+  /// must not run loops.
   static Team& own() {
     thread_local Team team;
     return team;
   }
 
-  /// Calls body(number) on so many threads at most, the caller's being number 0, and returns once
-  /// none is in it. It must not throw. A body that calls this again is alone.
+  /// Calls body(number) on up to `threads` threads, the caller being number 0, and returns once all
+  /// calls have ended. The body must not throw. A nested call runs on its own thread only.
   template <class Body>
   void run(size_t threads, const Body& body) {
     if (threads < 2 || isHelping()) return body(0);
@@ -143,7 +144,7 @@ class Team {
   }
 
  private:
-  /// Whether the calling thread is in a body.
+  /// Whether the calling thread is inside a body.
   static bool& isHelping() {
     thread_local bool is_helping = false;
     return is_helping;
@@ -151,13 +152,13 @@ class Team {
 
   bool isForked() const { return getpid() != pid_; }
 
-  /// @return how many of the wanted ones there are: fewer where no more threads are to be had.
+  /// Starts members until there are `wanted`. @return their number, less if threads cannot be made.
   size_t gather(size_t wanted) {
     if (isForked()) return 0;
     try {
       while (members_.size() < wanted) members_.push_back(std::make_unique<TeamMember>());
-    } catch (const std::system_error&) {  // no thread
-    } catch (const std::bad_alloc&) {     // nor memory for one
+    } catch (const std::system_error&) {  // no more threads
+    } catch (const std::bad_alloc&) {     // no memory for one
     }
     return std::min(wanted, members_.size());
   }

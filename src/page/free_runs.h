@@ -1,5 +1,5 @@
-/// Which units of a file are free: runs of them are taken and given back, and the file grows where
-/// none is long enough. The shortest that is long enough is taken, the first one of those.
+/// Allocates the space of a file in runs of units. A run comes from the shortest free run that is
+/// long enough, the first one of these; if there is none, the file grows.
 #pragma once
 
 #include <cstddef>
@@ -15,11 +15,11 @@ namespace dtsdf {
 
 class FreeRuns {
  public:
-  /// @param most_units That the file may have.
+  /// @param most_units Limit of the file's length, in units.
   explicit FreeRuns(uint64_t most_units) : most_units_(most_units) {}
 
-  /// The first unit of a run that is free no longer; none where the file would get too long.
-  /// Without memory to note the rest of a longer run, that stays in use.
+  /// Takes a run. @return its first unit; none if the file would get too long. If memory runs out,
+  /// the rest of a longer free run stays in use.
   std::optional<uint64_t> take(uint64_t units) {
     const auto shortest = by_length_.lower_bound({units, 0});
     if (shortest == by_length_.end()) {
@@ -35,7 +35,7 @@ class FreeRuns {
     return first;
   }
 
-  /// Without memory to note it, the run stays in use until clear(). @pre It was taken.
+  /// Gives a run back. If memory runs out, it stays in use until clear(). @pre It was taken.
   void give(uint64_t first, uint64_t units) noexcept {
     uint64_t begin = first, end = first + units;
     auto after = free_.lower_bound(first);
@@ -64,7 +64,7 @@ class FreeRuns {
     }
   }
 
-  /// Gives all back.
+  /// Gives all runs back.
   void clear() noexcept {
     free_.clear();
     by_length_.clear();
@@ -72,8 +72,8 @@ class FreeRuns {
   }
 
   uint64_t inUse() const { return in_use_; }
-  uint64_t end() const { return end_; }  ///< Units that the file has.
-  /// About what it takes of memory: a run is a node in each of both trees.
+  uint64_t end() const { return end_; }  ///< Length of the file, in units.
+  /// Approximate memory in bytes: a free run is a node in each of the two trees.
   size_t bytes() const {
     constexpr size_t kNodeBytes = 4 * sizeof(void*) + 2 * sizeof(uint64_t) + sizeof(size_t);
     return 2 * kNodeBytes * free_.size();
@@ -86,7 +86,7 @@ class FreeRuns {
   }
 
   const uint64_t most_units_;
-  std::map<uint64_t, uint64_t> free_;  ///< Lengths of free runs by their first units; none touch.
+  std::map<uint64_t, uint64_t> free_;  ///< Lengths of free runs by first unit; no two are adjacent.
   std::set<std::pair<uint64_t, uint64_t>> by_length_;  ///< Free runs as (length, first unit).
   uint64_t end_ = 0, in_use_ = 0;
 };

@@ -1,4 +1,4 @@
-/// The blocks of a map that lie on disk: an index of them in memory, and what they hold in a file.
+/// The blocks of a map that are on disk: an index of them in memory, and their contents in a file.
 #pragma once
 
 #include <cstddef>
@@ -16,28 +16,29 @@
 
 namespace dtsdf {
 
-/// What is known of a block on disk without reading it.
+/// The part of a block on disk that stays in memory.
 struct PagedBlock {
   MapBlock block;
-  uint32_t extractions;      ///< As in its BlockEntry.
-  MeshState mesh;            ///< Its labels lie behind its voxels and colours.
-  StoredRecord record = {};  ///< Where what it holds lies, once it is put there.
+  uint32_t extractions;      ///< As in BlockEntry.
+  MeshState mesh;            ///< Labels follow voxels and colours in the record.
+  StoredRecord record = {};  ///< Place of the block's contents, set by put().
 };
 
 inline size_t isMarked(const PagedBlock& block) { return block.mesh.marks.any() ? 1 : 0; }
 
-/// Blocks on disk by numbers, which a block keeps as long as it is there.
+/// Blocks on disk. A block keeps its number as long as it is there.
 class PagedBlocks {
  public:
-  /// @throws std::runtime_error where the folder cannot be written.
+  /// @throws std::runtime_error if the folder cannot be written.
   PagedBlocks(const std::string& folder, uint64_t max_bytes, size_t most_waiting)
       : store_(folder, max_bytes, most_waiting) {}
 
-  /// @return whether it is there now: the store took it, and there was memory for it.
+  /// Adds a block. @return whether it is there now: false if the store refused it or memory ran
+  /// out.
   bool put(const PagedBlock& block, RecordBytes record) try {
     if (free_numbers_.empty()) {
       if (free_numbers_.capacity() <= blocks_.size()) {
-        free_numbers_.reserve(2 * blocks_.size() + 1);  // for all: who leaves takes no memory
+        free_numbers_.reserve(2 * blocks_.size() + 1);  // enough for erase() never to allocate
       }
       blocks_.emplace_back();
       free_numbers_.push_back(static_cast<int32_t>(blocks_.size() - 1));
@@ -61,7 +62,7 @@ class PagedBlocks {
     return false;
   }
 
-  /// Any thread may.
+  /// Any thread may call this.
   RecordStore::Reading read(int32_t number, std::vector<char>& record) {
     return store_.read(block(number).record, record);
   }
@@ -86,14 +87,14 @@ class PagedBlocks {
     marked_ = 0;
   }
 
-  /// Number of a block, or -1.
+  /// The number of a block; -1 if it is not on disk.
   int32_t find(PackedKey key) const { return index_.find(key); }
   const PagedBlock& block(int32_t number) const { return blocks_[static_cast<size_t>(number)]; }
   PackedKey keyOf(int32_t number) const { return packKey(block(number).block.key); }
   bool isEmpty() const { return index_.size() == 0; }
   size_t count() const { return index_.size(); }
 
-  /// Marks of a block for the next extraction, and how many blocks have any.
+  /// Sets the marks of a block for the next extraction.
   void setMarks(int32_t number, const MeshMarks& marks) {
     PagedBlock& block = blocks_[static_cast<size_t>(number)];
     marked_ -= isMarked(block);
@@ -101,9 +102,10 @@ class PagedBlocks {
     marked_ += isMarked(block);
   }
 
-  size_t marked() const { return marked_; }
+  size_t marked() const { return marked_; }  ///< Number of blocks with marks.
 
-  /// Keys of blocks that something holds for, in no order: by coarse cells, then one by one.
+  /// Keys of the blocks for which holds(number) is true, in no particular order. Searches only
+  /// coarse cells for which may_hold(cell) is true.
   template <class CellTest, class Test>
   std::vector<PackedKey> keysWhere(const CellTest& may_hold, const Test& holds) const {
     std::vector<PackedKey> keys;
@@ -116,7 +118,7 @@ class PagedBlocks {
     return keys;
   }
 
-  /// All in coarse cells that a frame may see something of, and that are asked for.
+  /// Keys of all blocks in coarse cells that a frame may see and that `takes` accepts.
   template <class CellTest>
   std::vector<PackedKey> keysInView(const FrameView& view, float radius,
                                     const CellTest& takes) const {
@@ -136,7 +138,7 @@ class PagedBlocks {
   }
 
  private:
-  /// Without memory for it nothing has changed.
+  /// Adds a block to the index. If memory runs out, nothing changes.
   void enter(const BlockKey& key, int32_t number) {
     cells_.insert(key, number);
     try {

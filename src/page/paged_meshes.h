@@ -1,5 +1,5 @@
-/// The latest mesh of every block, as a MeshStore has it, for maps of any size: those that changed
-/// last in memory, the others in a file.
+/// The latest mesh of every block, like MeshStore, but for maps of any size: recently used meshes
+/// are in memory, the others in a file.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@
 
 namespace dtsdf {
 
-/// What the mesh of a block takes in memory.
+/// Memory of a block's mesh, in bytes.
 inline size_t bytesOf(const BlockMesh& block) {
   return sizeof(block) + block.vertices.size() * sizeof(BlockVertex) +
          block.triangles.size() * sizeof(uint16_t) + block.colours.size() * sizeof(VertexColour);
@@ -34,7 +34,7 @@ void visitRecord(Io& io, BlockMesh& mesh) {
   io.array(mesh.colours, sizes[2]);
 }
 
-/// What stays in memory: a share of the budget, beside it.
+/// Memory for meshes: a fraction of map/max_memory_mb, in addition to it.
 constexpr size_t kMeshShare = 8, kMostMeshBytes = size_t{64} << 20;
 
 inline size_t meshBudgetOf(const MapParams& params) {
@@ -42,13 +42,13 @@ inline size_t meshBudgetOf(const MapParams& params) {
   return std::min((static_cast<size_t>(params.max_memory_mb) << 20) / kMeshShare, kMostMeshBytes);
 }
 
-/// One thread at a time uses it.
+/// Meshes of blocks. Only one thread may use it at a time.
 class PagedMeshes {
  public:
   using Stats = PageStats;  ///< Counts for meshes on disk since the start or the last clear().
 
-  /// Without map/page_folder all stay in memory; with it, a share of map/max_memory_mb beside it.
-  /// @throws std::runtime_error where map/page_folder cannot be written.
+  /// Without map/page_folder all meshes stay in memory; with it, up to meshBudgetOf().
+  /// @throws std::runtime_error if map/page_folder cannot be written.
   explicit PagedMeshes(const MapParams& params)
       : most_bytes_(meshBudgetOf(params)),
         pages_(params.page_folder.empty()
@@ -59,8 +59,8 @@ class PagedMeshes {
 
   float voxelSize() const { return fetched_.voxelSize(); }
 
-  /// Replaces the mesh of a block; one without triangles removes it. Where the disk fails or is
-  /// full, more stay in memory.
+  /// Replaces the mesh of a block; one without triangles removes it. If the disk fails or is full,
+  /// more meshes stay in memory.
   void put(const SharedBlockMesh& block) {
     const PackedKey key = packedKeyOf(block->key);
     forget(key);
@@ -73,7 +73,7 @@ class PagedMeshes {
     painted_ += kept.is_painted ? 1 : 0;
   }
 
-  /// Takes over what a mapper's mesh has changed, part by part.
+  /// Applies the changes of a mapper's mesh, part by part.
   void update(Mapper& mapper) {
     for (bool is_part = true; is_part;) {
       mapper.beginMeshUpdate();
@@ -85,7 +85,7 @@ class PagedMeshes {
     }
   }
 
-  /// Forgets all, of a map whose voxels are of this size from now on.
+  /// Removes all meshes, and sets the voxel size of the map.
   void clear(float voxel_size_m) {
     fetched_ = MeshStore(voxel_size_m);
     meshes_.clear();
@@ -93,8 +93,8 @@ class PagedMeshes {
     if (pages_ != nullptr) pages_->resetCounts();
   }
 
-  /// The mesh of a block, wherever it is; null: there is none, or it cannot be read, which missed()
-  /// counts.
+  /// The mesh of a block, from memory or disk. Null if there is none, or if it cannot be read,
+  /// which missed() counts.
   SharedBlockMesh find(PackedKey key) {
     const auto found = meshes_.find(key);
     if (found == meshes_.end()) return nullptr;
@@ -103,7 +103,7 @@ class PagedMeshes {
     return mesh;
   }
 
-  /// A store that has the meshes of these blocks, until this is used again.
+  /// A store with the meshes of these blocks, valid until the next call.
   const MeshStore& holding(const std::vector<PackedKey>& keys) {
     fetched_.clear();
     for (const PackedKey key : keys) {
@@ -112,9 +112,9 @@ class PagedMeshes {
     return fetched_;
   }
 
-  void dropFetched() { fetched_.clear(); }  ///< Empties that store.
+  void dropFetched() { fetched_.clear(); }  ///< Empties the store of holding().
 
-  /// Hands the whole mesh out, piece by piece: what all() would assemble.
+  /// Outputs the whole mesh piece by piece: the same mesh as all().assemble().
   void stream(const MeshStream::Sink& sink) {
     const std::vector<PackedKey> in_order = keys();
     BlockExtent bounds = noBlocks();
@@ -126,10 +126,10 @@ class PagedMeshes {
     stream.finish();
   }
 
-  /// A store that has them all, until this is used again.
+  /// A store with all meshes, valid until the next call.
   const MeshStore& all() { return holding(keys()); }
 
-  /// All blocks that have a mesh, by packed key.
+  /// Packed keys of all blocks that have a mesh, in order.
   std::vector<PackedKey> keys() const {
     std::vector<PackedKey> all;
     all.reserve(meshes_.size());
@@ -137,16 +137,16 @@ class PagedMeshes {
     return all;
   }
 
-  /// Whether some are on disk.
+  /// Whether any mesh is on disk.
   bool isPaged() const { return stats().bytes > 0; }
-  /// Whether some have colours.
+  /// Whether any mesh has colours.
   bool isPainted() const { return painted_ > 0; }
   size_t triangleCount() const { return triangles_; }
-  uint64_t missed() const { return missed_; }  ///< How often one was asked for and did not come.
-  /// Whether the disk gave something when it was asked last: else it may be away.
+  uint64_t missed() const { return missed_; }  ///< How often a mesh could not be read.
+  /// Whether the disk responded to the last read; if not, it may be gone.
   bool diskGives() const { return pages_ == nullptr || pages_->diskGives(); }
-  size_t bytes() const { return pages_ == nullptr ? bytes_ : pages_->bytes(); }  ///< In memory.
-  size_t mostBytes() const { return most_bytes_; }  ///< What may stay in memory; 0: no limit.
+  size_t bytes() const { return pages_ == nullptr ? bytes_ : pages_->bytes(); }  ///< Used memory.
+  size_t mostBytes() const { return most_bytes_; }  ///< Limit of the memory; 0: none.
   Stats stats() const { return pages_ == nullptr ? Stats() : pages_->stats(); }
 
  private:

@@ -5,13 +5,14 @@
 namespace dtsdf {
 namespace {
 
-/// What is written beyond what has to be, so that not each value has to make room.
+/// Making room frees 1 / kFreedShare of the memory more than necessary, so that not every value has
+/// to make room.
 constexpr size_t kFreedShare = 8;
 
-/// After a failure, values that come until the disk is tried again.
+/// After a failure, the number of values that are kept before the disk is tried again.
 constexpr size_t kKeptBetweenTries = 64;
 
-/// An entry, and its node in a table, with what the system adds.
+/// Memory of an entry and its node in a table, including the allocator's overhead.
 constexpr size_t kEntryBytes = 240;
 
 }  // namespace
@@ -79,7 +80,7 @@ void PagedValues::leaveDisk(Entry& entry) {
   entry.record.reset();
 }
 
-/// From the disk. @return null: it is lost, or cannot be read now.
+/// Reads a value from the disk. @return null if it is lost, or cannot be read now.
 std::shared_ptr<const void> PagedValues::load(Entry& entry) {
   if (entry.is_lost) return nullptr;
   const auto start = std::chrono::steady_clock::now();
@@ -93,9 +94,10 @@ std::shared_ptr<const void> PagedValues::load(Entry& entry) {
              : nullptr;
 }
 
-/// Those that were used longest ago go. What is on disk already need not be written again.
+/// Moves the least recently used values to the disk. Those that are already there are not written
+/// again.
 void PagedValues::makeRoom() {
-  const size_t share = most_bytes_ / kFreedShare;  // as much may wait to be written
+  const size_t share = most_bytes_ / kFreedShare;  // this much may wait to be written
   if (bytes_ <= most_bytes_ - share) return;
   if (calls_until_try_ > 0 && --calls_until_try_ > 0) return;
   const size_t aim = most_bytes_ - 2 * share;
@@ -109,7 +111,7 @@ void PagedValues::makeRoom() {
   }
 }
 
-/// @return whether it is on disk now.
+/// Writes a value to the store, unless it is there. @return whether it is there now.
 bool PagedValues::writeOut(Entry& entry) try {
   if (entry.record) return true;
   const auto out = std::make_shared<ByteWriter>();

@@ -1,5 +1,5 @@
-/// Values that never change, such as the sectors of a table: those that were used last are in
-/// memory, the others lie in a file.
+/// Values that never change, such as the sectors of a table: recently used ones are in memory, the
+/// others in a file.
 #pragma once
 
 #include <cstddef>
@@ -16,9 +16,9 @@
 
 namespace dtsdf {
 
-/// How a value becomes a record, and comes back from one.
+/// How values of a type are written as records and read back.
 struct ValueKind {
-  size_t (*bytes)(const void* value);  ///< What it takes in memory.
+  size_t (*bytes)(const void* value);  ///< Memory of a value.
   void (*write)(const void* value, ByteWriter& out);
   std::shared_ptr<const void> (*read)(ByteReader in);
 };
@@ -32,13 +32,14 @@ void visitRecord(Io& io, T& value) {
   value.visitRecord(io);
 }
 
-/// The kind of a type with bytesOf() and visitRecord(), which lists its members once for both.
+/// The kind of a type with bytesOf() and visitRecord(), which lists its members for both
+/// directions.
 template <class T>
 const ValueKind& kindOf() {
   static const ValueKind kind{
       [](const void* value) { return bytesOf(*static_cast<const T*>(value)); },
       [](const void* value, ByteWriter& out) {
-        visitRecord(out, *const_cast<T*>(static_cast<const T*>(value)));  // which only reads it
+        visitRecord(out, *const_cast<T*>(static_cast<const T*>(value)));  // only read here
       },
       [](ByteReader in) -> std::shared_ptr<const void> {
         auto value = std::make_shared<T>();
@@ -48,12 +49,12 @@ const ValueKind& kindOf() {
   return kind;
 }
 
-/// Memory and file that values share. Any thread may use it.
+/// The memory and the file that values share. Any thread may use it.
 class PagedValues : public std::enable_shared_from_this<PagedValues> {
  public:
   using Stats = PageStats;  ///< Counts for values since the start or resetCounts().
 
-  /// A value, wherever it is.
+  /// A value in memory, on disk or both.
   struct Entry {
     explicit Entry(std::shared_ptr<PagedValues> its_pages) : pages(std::move(its_pages)) {}
     ~Entry() { pages->forget(*this); }
@@ -62,33 +63,33 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
 
     const std::shared_ptr<PagedValues> pages;
     const ValueKind* kind = nullptr;
-    std::shared_ptr<const void> value;  ///< Null: it is on disk alone.
-    std::list<Entry*>::iterator place;  ///< In the order of use, with a value.
-    size_t bytes = 0;                   ///< What it takes in memory, with a value.
+    std::shared_ptr<const void> value;  ///< Null: it is only on disk.
+    std::list<Entry*>::iterator place;  ///< In order_, if it has a value.
+    size_t bytes = 0;                   ///< Memory of the value, if it has one.
     std::optional<StoredRecord> record;
     bool is_lost = false;
   };
 
-  /// @param max_bytes Limit of the file.
-  /// @param most_bytes What stays in memory.
-  /// @throws std::runtime_error where the folder cannot be written.
+  /// @param max_bytes Limit of the file's size.
+  /// @param most_bytes Limit of the memory.
+  /// @throws std::runtime_error if the folder cannot be written.
   PagedValues(const std::string& folder, uint64_t max_bytes, size_t most_bytes);
 
   std::shared_ptr<Entry> keep(std::shared_ptr<const void> value, const ValueKind& kind);
 
-  /// The value, which comes to memory. @return null: it is lost, or cannot be read now.
+  /// The value, which is loaded into memory. @return null if it is lost, or cannot be read now.
   std::shared_ptr<const void> get(Entry& entry);
 
-  /// Like get(), and the entry has it no longer: if it cannot be read, it is lost.
+  /// Like get(), but removes the value from the entry. If it cannot be read, it is lost.
   std::shared_ptr<const void> take(Entry& entry);
 
-  /// Whether the disk gave something when it was asked last.
+  /// Whether the disk responded to the last read.
   bool diskGives() const { return store_.gives(); }
 
-  /// Whether more is in memory than should, as the disk takes none.
+  /// Whether memory is over its limit because the disk refuses values.
   bool isFull() const;
 
-  size_t bytes() const;  ///< What the values take in memory.
+  size_t bytes() const;  ///< Memory of the values.
   Stats stats() const;
   void resetCounts();
 
@@ -100,23 +101,23 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   void makeRoom();
   bool writeOut(Entry& entry);
 
-  mutable std::mutex mutex_;  ///< Guards all, entries included.
+  mutable std::mutex mutex_;  ///< Guards all members, and the entries.
   RecordStore store_;
   const size_t most_bytes_;
-  std::list<Entry*> order_;  ///< Values in memory, those that were used longest ago first.
-  size_t bytes_ = 0;         ///< What these take in memory.
+  std::list<Entry*> order_;  ///< Values in memory, least recently used first.
+  size_t bytes_ = 0;         ///< Memory of the values in order_.
   size_t entries_ = 0;
-  size_t calls_until_try_ = 0;  ///< After a failure the disk is left alone at first.
+  size_t calls_until_try_ = 0;  ///< After a failure: calls to skip before the next try.
 };
 
 using SharedPagedValues = std::shared_ptr<PagedValues>;
 
-/// A value, in memory or on disk. Copies of it are the same value.
+/// A value, in memory or on disk. Copies share the value.
 template <class T>
 class Paged {
  public:
   Paged() = default;
-  /// @param pages Null: it stays in memory.
+  /// @param pages Null: the value stays in memory.
   Paged(std::shared_ptr<const T> value, const SharedPagedValues& pages) {
     if (pages == nullptr) {
       value_ = std::move(value);
@@ -125,13 +126,13 @@ class Paged {
     }
   }
 
-  /// @return null: it is lost, or cannot be read now.
+  /// The value; null if it is lost, or cannot be read now.
   std::shared_ptr<const T> get() const {
     if (entry_ == nullptr) return value_;
     return std::static_pointer_cast<const T>(entry_->pages->get(*entry_));
   }
 
-  /// The value, to be changed: this has none any more. @pre There are no copies of it.
+  /// Takes the value out, so that it can be changed. @pre There are no copies of this object.
   std::shared_ptr<T> take() {
     std::shared_ptr<const T> value = std::move(value_);
     if (entry_ != nullptr) {
@@ -142,7 +143,7 @@ class Paged {
   }
 
  private:
-  std::shared_ptr<const T> value_;  ///< Without pages.
+  std::shared_ptr<const T> value_;  ///< Used without pages.
   std::shared_ptr<PagedValues::Entry> entry_;
 };
 

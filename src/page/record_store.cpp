@@ -22,19 +22,19 @@ namespace {
 
 constexpr uint64_t kUnitBytes = StoredRecord::kUnitBytes;
 
-/// The end of the file is given back to the disk in steps.
+/// The file is truncated in steps of this size.
 constexpr uint64_t kShrinkBytes = uint64_t{1} << 20;
 
-/// How often a record is read, with pauses of 1, 2, 4 and 8 ms: a failure that passes loses
-/// nothing.
+/// How often to try to read a record, with pauses of 1, 2, 4 and 8 ms, so that a temporary failure
+/// loses nothing.
 constexpr int kTries = 5;
 
 constexpr double kLeastWait_ms = 1.0;
 
-/// Fewer records are written at a time where one takes long, as whoever erases one of them waits.
+/// A batch ends after this time, since anyone who erases one of its records has to wait.
 constexpr std::chrono::milliseconds kWritingAtOnce{1};
 
-/// Size of the checksum behind each record.
+/// Size of the checksum after each record.
 constexpr size_t kSumBytes = sizeof(uint64_t);
 
 constexpr const char* kFull = "map/page_folder has reached map/page_max_gb; raise it";
@@ -52,7 +52,8 @@ uint64_t unitsOf(size_t bytes) { return (bytes + kSumBytes + kUnitBytes - 1) / k
 
 std::string textOf(int error) { return std::generic_category().message(error); }
 
-/// A file that has no name from the start, or, where the file system has no such, loses it at once.
+/// Opens a file without a name. If the file system has no such files, a named one is opened and
+/// unlinked at once.
 int openUnnamed(const std::string& folder) {
   const int file = open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, S_IRUSR | S_IWUSR);
   if (file >= 0 || (errno != EOPNOTSUPP && errno != EISDIR && errno != EINVAL)) return file;
@@ -62,7 +63,8 @@ int openUnnamed(const std::string& folder) {
   return named;
 }
 
-/// Calls call(address, bytes, offset) until all is done. @return what the last call did.
+/// Calls call(address, bytes, offset) until all bytes are done. @return what the last call
+/// returned.
 template <class Byte, class Call>
 ssize_t transferAll(Byte* bytes, size_t size, uint64_t offset, const Call& call) {
   ssize_t done = 1;
@@ -94,10 +96,10 @@ RecordStore::RecordStore(const std::string& folder, uint64_t max_bytes, size_t m
   std::filesystem::create_directories(folder, error);
   file_ = openUnnamed(folder);
   if (file_ < 0) {
-    throw std::runtime_error("no file can be made in map/page_folder '" + folder_ +
-                             "': " + textOf(errno) + "; set it to a folder that can be written");
+    throw std::runtime_error("cannot create a file in map/page_folder '" + folder_ +
+                             "': " + textOf(errno) + "; set it to a writable folder");
   }
-  helper_.start([] {});  // a lack of threads shows at the start
+  helper_.start([] {});  // fails here if no thread can be started
 }
 
 RecordStore::~RecordStore() {
@@ -108,7 +110,7 @@ RecordStore::~RecordStore() {
 
 std::optional<StoredRecord> RecordStore::write(RecordBytes record) {
   const size_t bytes = record.size();
-  std::map<uint64_t, Waiting> made;  // before space is taken, as memory may run out
+  std::map<uint64_t, Waiting> made;  // before space is taken, since memory may run out
   made.emplace(0, Waiting{std::move(record), 0});
   Lock lock(mutex_);
   if (disk_refuses_) startWriting();
@@ -143,13 +145,13 @@ void RecordStore::startWriting() {
   if (!std::exchange(is_writing_, true)) helper_.start([this] { writeWaiting(); });
 }
 
-/// Each is tried once: what the disk does not take is passed over, as it may take others. A disk
-/// that takes none of so many takes no more.
+/// Tries each record once. Those that the disk refuses are skipped, since it may take others; after
+/// kWrittenAtOnce refusals in a row it is tried no more.
 void RecordStore::writeWaiting() {
   Batch batch;
   std::vector<char> buffer;
   std::string problem;
-  size_t refused = 0;  // one after the other
+  size_t refused = 0;  // in a row
   Lock lock(mutex_);
   for (uint64_t tried = 0; !is_clearing_ && refused < kWrittenAtOnce;) {
     const size_t count = findWaiting(tried, batch);
@@ -177,7 +179,7 @@ void RecordStore::writeWaiting() {
   changed_.notify_all();
 }
 
-/// The next ones to be written. @pre The mutex is locked. @return how many.
+/// Finds the next records to write. @pre The mutex is locked. @return their number.
 size_t RecordStore::findWaiting(uint64_t after, Batch& batch) const {
   size_t count = 0;
   for (auto next = waiting_.upper_bound(after); next != waiting_.end() && count < batch.size();
@@ -187,7 +189,8 @@ size_t RecordStore::findWaiting(uint64_t after, Batch& batch) const {
   return count;
 }
 
-/// @pre The mutex is locked. @param batch Entries are null where the disk refused them.
+/// Removes written records from those that wait. @pre The mutex is locked.
+/// @param batch Null for records that the disk refused.
 void RecordStore::forgetWritten(const Batch& batch, size_t count) {
   for (size_t i = 0; i < count; ++i) {
     const auto& [number, waiting] = batch[i];
@@ -201,7 +204,7 @@ void RecordStore::forgetWritten(const Batch& batch, size_t count) {
   changed_.notify_all();
 }
 
-/// A record, and its checksum behind it. @return what went wrong; empty: it is written.
+/// Writes a record, followed by its checksum. @return the error; empty on success.
 std::string RecordStore::writeOne(uint64_t number, const Waiting& waiting,
                                   std::vector<char>& buffer) const try {
   waiting.record.copyTo(buffer);
@@ -242,7 +245,7 @@ RecordStore::Reading RecordStore::read(const StoredRecord& record, std::vector<c
   }
   const Lock lock(mutex_);
   if (problem.empty()) {
-    stats_.problem = "what was read from map/page_folder is damaged; check the disk";
+    stats_.problem = "data read from map/page_folder is damaged; check the disk";
   } else {
     note(std::move(problem));
   }
@@ -251,8 +254,9 @@ RecordStore::Reading RecordStore::read(const StoredRecord& record, std::vector<c
   return Reading::kDamaged;
 }
 
-/// Where the file ends before it is full, the rest is 0: that is damaged, whatever is tried.
-/// @return what went wrong; empty: all was read.
+/// Reads a record. If the file ends too early, the rest is 0: such a record is damaged, and is not
+/// tried again.
+/// @return the error; empty on success.
 std::string RecordStore::transfer(const StoredRecord& record, std::vector<char>& to) const {
   std::fill(to.begin(), to.end(), 0);
   const auto call = [this](char* data, size_t size, off_t offset) {
@@ -291,7 +295,7 @@ void RecordStore::clear() noexcept {
   shrink();
 }
 
-/// It stays as long as it was where the system does not do it.
+/// Truncates the file after the last used unit. If the system refuses, the file keeps its length.
 void RecordStore::shrink() noexcept {
   const uint64_t end = runs_.end() * kUnitBytes;
   if (end + (end > 0 ? kShrinkBytes : 0) >= file_end_) return;

@@ -1,6 +1,6 @@
-/// Records in a file without a name: nobody else opens it, and however the process ends, the system
-/// takes its space back. A helper writes them, so that callers wait only where it is behind; a
-/// checksum finds what did not come back as it was.
+/// Records in a file without a name: nobody else can open it, and the system frees its space
+/// however the process ends. A helper thread writes them, so that callers wait only if it falls
+/// behind. A checksum detects damaged records.
 #pragma once
 
 #include <array>
@@ -23,19 +23,18 @@
 
 namespace dtsdf {
 
-/// Where a record is.
+/// Where a record is in the file.
 struct StoredRecord {
-  static constexpr uint64_t kUnitBytes =
-      256;  ///< Unit of the file's space, up to which it is filled.
+  static constexpr uint64_t kUnitBytes = 256;  ///< A record takes a whole number of these units.
 
-  uint64_t number;  ///< Number of the write, in the checksum: no older record passes for this.
-  uint32_t unit;    ///< The first one in the file.
+  uint64_t number;  ///< Number of the write. As part of the checksum, it tells older records apart.
+  uint32_t unit;    ///< First unit in the file.
   uint32_t bytes;
 
   uint64_t offset() const { return unit * kUnitBytes; }
 };
 
-/// A record in memory: its pieces, and what keeps them there.
+/// A record in memory: its pieces, and the owner that keeps them alive.
 struct RecordBytes {
   struct Piece {
     const void* from = nullptr;
@@ -52,55 +51,56 @@ struct RecordBytes {
 class RecordStore {
  public:
   enum class Reading {
-    kIntact,      ///< It is what was written.
-    kDamaged,     ///< It is not, or cannot be read where the disk gives others: it is lost.
-    kUnreadable,  ///< The disk gives nothing, after some tries; it may the next time.
+    kIntact,      ///< The record is as it was written.
+    kDamaged,     ///< It has changed, or cannot be read although the disk responds: it is lost.
+    kUnreadable,  ///< The disk did not respond, after several tries; a later read may succeed.
   };
 
-  /// Makes the folder where it is missing.
-  /// @param most_waiting Bytes that may wait to be written, beside one record.
-  /// @throws std::runtime_error where no file can be made there.
+  /// Makes the folder if it is missing.
+  /// @param most_waiting Bytes that may wait to be written; a single record always may.
+  /// @throws std::runtime_error if no file can be created there.
   RecordStore(const std::string& folder, uint64_t max_bytes, size_t most_waiting);
   ~RecordStore();
   RecordStore(const RecordStore&) = delete;
   RecordStore& operator=(const RecordStore&) = delete;
 
-  /// Takes a record, which can be read from here on, or throws std::bad_alloc. What the disk does
-  /// not take stays in memory, is counted as a failure, and tried again by the next call.
-  /// @return none where too much waits for a disk that takes none, or the file is full.
+  /// Takes a record, which can be read from now on. If the disk refuses it, it stays in memory,
+  /// counts as a failure, and is tried again by the next call.
+  /// @return none if too much waits for a disk that refuses records, or the file is full.
+  /// @throws std::bad_alloc
   std::optional<StoredRecord> write(RecordBytes record);
   Reading read(const StoredRecord& record, std::vector<char>& to);
 
-  /// Whether the disk gave something when it was asked last.
+  /// Whether the disk responded to the last read.
   bool gives() const { return gives_; }
 
-  /// The system reads it while others go on.
+  /// Asks the system to read a record in the background.
   void readAhead(const StoredRecord& record) const;
 
-  /// Gives its space back.
+  /// Frees the space of a record.
   void erase(const StoredRecord& record) noexcept;
   void clear() noexcept;
 
-  size_t waitingBytes() const;  ///< To be written.
+  size_t waitingBytes() const;  ///< Bytes that wait to be written.
 
-  /// Counts a failure of one who uses it; a record that nobody will get any more.
+  /// Count a failure of the caller, or a lost record.
   void fail(std::string problem);
   void countLost();
-  /// Counts a wait for the disk since then, if it was long enough to be felt.
+  /// Counts a wait for the disk since `start`, if it was long enough to matter.
   void noteWait(std::chrono::steady_clock::time_point start);
   void resetCounts();
-  PageStats stats() const;  ///< But for counts of blocks; index_bytes has what waits.
+  PageStats stats() const;  ///< Without block counts; index_bytes includes waiting records.
 
  private:
   using Lock = std::unique_lock<std::mutex>;
 
-  /// To be written.
+  /// A record that waits to be written.
   struct Waiting {
     RecordBytes record;
     uint64_t offset;
   };
 
-  /// Records are written some at a time, as to lock and to unlock takes as long as to write one.
+  /// Records are written in batches, since locking takes as long as writing one.
   static constexpr size_t kWrittenAtOnce = 64;
   using Batch = std::array<std::pair<uint64_t, const Waiting*>, kWrittenAtOnce>;
 
@@ -117,19 +117,19 @@ class RecordStore {
   const size_t most_waiting_;
   int file_ = -1;
   std::atomic<bool> gives_{true};
-  std::atomic<uint64_t> written_{0};  ///< None up to this number waits.
+  std::atomic<uint64_t> written_{0};  ///< No record up to this number waits.
   mutable std::mutex mutex_;          ///< Guards what follows.
   std::condition_variable changed_;
   FreeRuns runs_;
   uint64_t file_end_ = 0;
   PageStats stats_;
   uint64_t last_number_ = 0;
-  std::map<uint64_t, Waiting> waiting_;  ///< By number.
+  std::map<uint64_t, Waiting> waiting_;  ///< Records that wait, by number.
   size_t waiting_bytes_ = 0;
-  uint64_t writing_ = 0;     ///< Those up to this number are written now; 0: none.
-  bool is_writing_ = false;  ///< The helper is at it.
-  bool is_clearing_ = false, disk_refuses_ = false;  ///< It stops; its last try failed.
-  Helper helper_;                                    ///< Ends before what it works on.
+  uint64_t writing_ = 0;     ///< Records up to this one are being written; 0: none.
+  bool is_writing_ = false;  ///< Whether the helper is writing.
+  bool is_clearing_ = false, disk_refuses_ = false;  ///< The helper must stop; its last try failed.
+  Helper helper_;  ///< Last, so that it ends before the members it uses.
 };
 
 }  // namespace dtsdf

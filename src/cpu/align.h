@@ -1,4 +1,4 @@
-/// The stage "align" on the CPU: what an image's points say of its pose.
+/// The stage "align" on the CPU: an image's points, and their sums for a pose.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 
 namespace dtsdf {
 
-/// Points that a thread takes at a time.
+/// Points per batch of a thread.
 constexpr size_t kPointsAtOnce = 256;
 
 inline void add(AlignmentSums& sums, const AlignmentSums& part) {
@@ -35,7 +35,7 @@ class PoseAligner {
   PoseAligner(const AlignmentSettings& settings, bool directional, int threads)
       : settings_(settings), directional_(directional), threads_(threads) {}
 
-  /// Takes the points of an image.
+  /// Finds the points of an image.
   void takePoints(const DepthFrame& frame, const FrameView& view, const DepthRange& range) {
     const AlignmentGrid grid = alignmentGrid(view, settings_.rules);
     points_.resize(static_cast<size_t>(grid.columns) * grid.rows);
@@ -50,7 +50,7 @@ class PoseAligner {
     });
   }
 
-  /// The sums of these points at another pose of the same image.
+  /// The sums of these points at a pose of the same image.
   AlignmentSums sumsAt(const FrameView& view, float cutoff, const CpuMap& map) const {
     AlignmentSums sums{};
     std::mutex mutex;
@@ -76,7 +76,7 @@ class PoseAligner {
     return sums;
   }
 
-  /// Blocks that these sums may look at, each once.
+  /// Keys of the blocks that these sums may read, each once.
   std::vector<PackedKey> keysAt(const FrameView& view, float cutoff) const {
     return alignedKeys(view, cutoff, points_.data(), points_.size());
   }

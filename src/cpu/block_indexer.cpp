@@ -12,7 +12,7 @@
 namespace dtsdf {
 namespace {
 
-/// The units of a row, from the one that starts at a corner on.
+/// The units of a row along x, from the one that starts at a corner.
 struct UnitsOfRow {
   using Real = LaneFloats;
   using Bits = LaneInts;
@@ -21,7 +21,7 @@ struct UnitsOfRow {
   const float (*sdf_at)[kGridCorners];
   const float (*weight_at)[kGridCorners];
   int first_corner;
-  uint32_t observed, speaking;  ///< In some of the units, bit d for direction d.
+  uint32_t observed, speaking;  ///< Directions in any of the units, bit d for direction d.
 
   static int offset(int c) { return cornerIndex(c & 1, c >> 1 & 1, c >> 2 & 1); }
   LaneFloats sdf(int d, int c) const {
@@ -36,18 +36,18 @@ struct UnitsOfRow {
 
 const Voxel kNothing[kVoxelsPerBlock] = {};
 
-/// The rows of units in a block, along x, and the corner that one starts at.
+/// Number of rows of units along x in a block, and the corner that a row starts at.
 constexpr int kRows = kBlockSide * kBlockSide;
 int cornerOfRow(int row) { return cornerIndex(0, row % kBlockSide, row / kBlockSide); }
 
-/// Takes a row of voxels apart, as sampleOf() does.
+/// Splits a row of voxels into distances and weights, as sampleOf() does.
 void copyRow(const Voxel* from, int32_t least_evidence, float* sdf, float* weight) {
   const VoxelRow row(from);
   row.sdf().store(sdf);
   row.knownWeight(least_evidence).store(weight);
 }
 
-/// Copies the part of a voxel array that lies in the corner grid's n-th block.
+/// Copies the part of a voxel array that is in the corner grid's n-th block.
 void copyPart(const Voxel* voxels, int n, int32_t least_evidence, float* sdf, float* weight) {
   const Vec3i at = cornerBlockOffset(n);
   const int rows = at.y ? 1 : kBlockSide, layers = at.z ? 1 : kBlockSide;
@@ -84,7 +84,7 @@ inline void BlockIndexer::collect(int32_t least_evidence) {
     for (int n = 0; n < kCornerBlocks; ++n) {
       const Voxel* voxels = corner_arrays_[n][d];
       const uint32_t bit = 1u << d;
-      if (voxels == nullptr && !(held_[n] & bit)) continue;  // as most: nothing there before either
+      if (voxels == nullptr && !(held_[n] & bit)) continue;  // as most: it was empty before
       held_[n] = voxels == nullptr ? held_[n] & ~bit : held_[n] | bit;
       copyPart(voxels == nullptr ? kNothing : voxels, n, least_evidence, sdf_[d], weight_[d]);
     }
@@ -111,8 +111,8 @@ inline void BlockIndexer::findCandidates() {
   for (int i = 0; i < kGridCorners; ++i) candidate_[i] = possibleLeaders(unit[i]) != 0;
 }
 
-/// Labels the units of those rows that can hold a surface, a row at a time. Directions that only
-/// others of its units have observed are left out: without them these still hold none.
+/// Labels the units of the rows that can hold a surface, a row at a time. Directions observed only
+/// by the row's other units are left out; those units hold no surface without them either.
 inline void BlockIndexer::labelRows(const MeshSettings& rules, bool directional,
                                     UnitLabels* labels) {
   static_assert(kLanes == kBlockSide, "a row fills the lanes");
@@ -144,7 +144,7 @@ bool BlockIndexer::hasCandidates() const {
   return row < kRows;
 }
 
-/// The directions that are read to make a vertex: most edges are crossed by few.
+/// The directions to read for a vertex; most edges are crossed by few.
 uint32_t BlockIndexer::directionsOn(int edge) const {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const uint32_t crossing =
@@ -154,7 +154,7 @@ uint32_t BlockIndexer::directionsOn(int edge) const {
 
 void BlockIndexer::index(const MeshSettings& rules, const ArraysAround& arrays, bool directional,
                          std::vector<UnitLabels>& labels, std::vector<BlockVertex>& vertices) {
-  labels = std::vector<UnitLabels>();  // which others keep: no room to spare
+  labels = std::vector<UnitLabels>();  // kept for long, so without spare capacity
   vertices = std::vector<BlockVertex>();
   findArrays(arrays);
   withWidestVectors([&] {

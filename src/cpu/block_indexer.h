@@ -1,4 +1,4 @@
-/// The index stage of a block on the CPU: its units' indices, and the vertices on their edges.
+/// The index stage of a block on the CPU: its units' labels, and the vertices on their edges.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ class EdgeSet {
 
   void add(int edge) { bits_[edge / kWordBits] |= uint64_t{1} << edge % kWordBits; }
 
-  /// Enters the edges that a unit's triangles have their corners on.
+  /// Adds the edges that carry the corners of a unit's triangles.
   void addUnit(const UnitIndices& indices, const Vec3i& unit) {
     visitTriangleEdges(kMeshTables, indices, unit, [this](int edge) { add(edge); });
   }
@@ -48,18 +48,18 @@ class EdgeSet {
   uint64_t bits_[kWords] = {};
 };
 
-/// Room for indexing one block after the other; one per thread.
+/// Buffers for indexing blocks; one per thread.
 class BlockIndexer {
  public:
   /// Indexes a block's units before regularisation.
-  /// @param arrays Around the block.
-  /// @param labels One per unit; empty where none of them says anything.
-  /// @param vertices On the edges of their sheets, sorted by edge.
+  /// @param arrays The voxel arrays around the block.
+  /// @param labels One per unit; empty if all are.
+  /// @param vertices The vertices on the edges of their sheets, sorted by edge.
   void index(const MeshSettings& rules, const ArraysAround& arrays, bool directional,
              std::vector<UnitLabels>& labels, std::vector<BlockVertex>& vertices);
 
  private:
-  /// With room behind the last corner for the last one's neighbours, so that loops need no cases.
+  /// Extends beyond the last corner by its neighbours, so that loops need no special cases.
   static constexpr int kRoom = kGridCorners + kCornerGridSide * kCornerGridSide;
 
   void findArrays(const ArraysAround& arrays);
@@ -72,12 +72,13 @@ class BlockIndexer {
   uint32_t directionsOn(int edge) const;
 
   const Voxel* const* corner_arrays_[kCornerBlocks] = {};  ///< Per corner block, by direction.
-  uint32_t present_ = 0;               ///< Bit d: some corner has samples of direction d.
-  uint32_t held_[kCornerBlocks] = {};  ///< Bit d: the block's part of the samples is not all 0.
+  uint32_t present_ = 0;  ///< Bit d: some corner has samples of direction d.
+  /// Bit d: the block's part of direction d's samples may not be all 0.
+  uint32_t held_[kCornerBlocks] = {};
   float sdf_[kDirectionCount][kGridCorners] = {};
   float weight_[kDirectionCount][kGridCorners] = {};
   uint32_t sides_[kRoom] = {};       ///< Per corner, see sidesOfCorner().
-  uint32_t unit_sides_[kRoom] = {};  ///< Joined sides of the unit that starts at a corner.
+  uint32_t unit_sides_[kRoom] = {};  ///< Sides of the unit that starts at a corner.
   uint8_t candidate_[kGridCorners];  ///< Whether that unit can hold a surface.
   EdgeSet edges_;
 };

@@ -13,7 +13,7 @@
 namespace dtsdf {
 namespace {
 
-/// The slots of a block and of those around it, by aroundOffset(); -1 where there is none.
+/// The slots of a block and of those around it, by aroundOffset(); -1 for a missing block.
 using SlotsAround = std::array<int32_t, kBlocksAround>;
 
 SlotsAround slotsAround(const BlockTable& table, const BlockKey& key) {
@@ -22,7 +22,7 @@ SlotsAround slotsAround(const BlockTable& table, const BlockKey& key) {
   return slots;
 }
 
-/// Their voxel arrays; `least_evidence` is what a voxel needs to be known.
+/// The voxel arrays of these blocks, for voxels with at least this evidence.
 ArraysAround arraysAround(const CpuMap& map, const SlotsAround& slots, int32_t least_evidence) {
   ArraysAround around;
   around.least_evidence = least_evidence;
@@ -35,7 +35,7 @@ ArraysAround arraysAround(const CpuMap& map, const SlotsAround& slots, int32_t l
   return around;
 }
 
-/// Those slots of a list that are still marked, each once; takes the marks and empties the list.
+/// The slots of a list that are still marked, each once. Clears the marks and the list.
 template <class State>
 std::vector<int32_t> takeMarked(std::vector<int32_t>& list, std::vector<State>& states,
                                 bool State::*mark) {
@@ -131,7 +131,7 @@ void BlockMesher::enterStates(const std::vector<int32_t>& slots, const MeshState
   if (painted_.size() > 2 * state_.size()) forgetTakenMarks(painted_, &SlotState::painted);
 }
 
-/// Drops entries whose marks were taken: blocks that come and go are listed each time.
+/// Drops slots whose marks were cleared, as blocks that come and go are listed each time.
 void BlockMesher::forgetTakenMarks(std::vector<int32_t>& list, bool SlotState::*mark) {
   list = takeMarked(list, state_, mark);
   for (const int32_t slot : list) state_[slot].*mark = true;
@@ -144,7 +144,7 @@ void BlockMesher::select(const BlockKey& key, std::vector<int32_t>& slots) {
   slots.push_back(slot);
 }
 
-/// Where the vertices are known, only colours need voxels.
+/// If the vertices are known, only colours need voxels.
 bool BlockMesher::makingReadsVoxels(int32_t slot) const {
   const SlotState& state = state_[slot];
   return !state.labels.empty() && (has_colours_ || state.vertices.empty());
@@ -175,7 +175,7 @@ void BlockMesher::indexBlocks(std::vector<int32_t> slots, bool with_vertices) {
     indexer.index(rules_, arrays, directional_, state.labels, state.vertices);
     if (!with_vertices) state.vertices.clear();
     if (refined_) state.normals = vertexNormals(arrays, state.vertices, directional_);
-    held_bytes_ += bytesOf(state.labels) - before;  // wraps round and back
+    held_bytes_ += bytesOf(state.labels) - before;  // wraps around and back
     state.indexed = indexings_;
     state.least_evidence = least_evidence_;
   });
@@ -229,7 +229,7 @@ bool BlockMesher::isOutdated(int32_t slot) const {
 
 void BlockMesher::show(int32_t slot, std::unique_ptr<const BlockMesh> mesh) {
   SlotState& state = state_[slot];
-  held_bytes_ += bytesOf(mesh.get()) - bytesOf(state.shown.get());  // wraps round and back
+  held_bytes_ += bytesOf(mesh.get()) - bytesOf(state.shown.get());  // wraps around and back
   state.shown = std::move(mesh);
   state.made = indexings_;
 }
@@ -256,13 +256,13 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
     }
     BlockMesh& mesh = meshes[i];
     if (shows_) show(slots[i], nullptr);
-    if (refined_) state_[slots[i]].made = 0;  // views want it as it was before
+    if (refined_) state_[slots[i]].made = 0;  // views need the unrefined mesh
     if (!makeSurface(slots[i], surface, refined_, mesh)) return;
     dropGaps(mesh);
     mesh.colours = coloursOf(mesh);
     if (shows_ && !refined_) show(slots[i], std::make_unique<BlockMesh>(mesh));
   });
-  // Not in the loop, where whoever makes the block before asks whether there are any.
+  // In a separate loop, as other threads still read these.
   constexpr size_t kBlocksAtATime = 64;
   parallelFor<kBlocksAtATime>(slots.size(), threads_, [&](size_t i) {
     state_[slots[i]].vertices = std::vector<BlockVertex>();
@@ -285,7 +285,7 @@ void BlockMesher::selectAround(const std::vector<int32_t>& changed, int count, V
   for (const int32_t slot : changed) {
     for (int n = 0; n < count; ++n) select(table_.block(slot).key + offset(n), slots);
   }
-  sortByKey(slots);  // what neighbours read is likely to be in the cache then
+  sortByKey(slots);  // so that data shared by neighbours is likely to be in the cache
 }
 
 size_t BlockMesher::bytes() const {
@@ -311,11 +311,11 @@ MeshUpdate BlockMesher::update(int32_t least_evidence) {
   ++update_;
   least_evidence_ = least_evidence;
   const std::vector<int32_t> dirty = takeMarked(dirty_, state_, &SlotState::dirty);
-  std::vector<int32_t> slots;  // first those whose units have a corner in a block that changed
+  std::vector<int32_t> slots;  // first, blocks whose units have a corner in a changed block
   selectAround(dirty, kUnitReach, unitReachOffset, slots);
   indexBlocks(slots, true);
-  // Then those whose vertices depend on voxels that changed, or whose surface on labels; or whose
-  // vertices have a painted voxel at an end of their edge.
+  // Next, blocks whose vertices depend on changed voxels or whose surface depends on changed
+  // labels; and those with vertices whose edges end at painted voxels.
   selectAround(dirty, kBlocksAround, aroundOffset, slots);
   if (has_colours_) {
     selectAround(takeMarked(painted_, state_, &SlotState::painted), kUnitReach, unitReachOffset,

@@ -1,4 +1,4 @@
-/// Incremental meshing on the CPU: which blocks to mesh again, and the loops around the rules.
+/// Incremental meshing on the CPU: selects the blocks to mesh again, and runs the rules over them.
 #pragma once
 
 #include <atomic>
@@ -21,12 +21,12 @@ class BlockMesher {
   BlockMesher(const CpuMap& map, const MeshSettings& rules, bool directional, int threads,
               bool refined);
 
-  /// Makes room for the states of so many slots. @throws std::bad_alloc
+  /// Reserves the states of `slots` slots. @throws std::bad_alloc
   void resize(size_t slots) {
     if (state_.size() < slots) state_.resize(slots);
   }
 
-  /// The block's voxels changed.
+  /// Call this when the block's voxels change.
   void markDirty(int32_t slot) {
     if (!state_[slot].dirty) dirty_.push_back(slot);
     state_[slot].dirty = true;
@@ -37,14 +37,14 @@ class BlockMesher {
   /// From now on, all meshes have colours.
   void keepColours();
 
-  /// Colours of the block changed: vertices stay as they are, but not their colours.
+  /// Call this when colours of the block change; its vertices stay as they are.
   void markPainted(int32_t slot) {
     if (!state_[slot].painted) painted_.push_back(slot);
     state_[slot].painted = true;
     state_[slot].repainted = indexings_;
   }
 
-  /// The block has gone.
+  /// Call this when the block is removed.
   void forget(int32_t slot) {
     held_bytes_ -= bytesOf(state_[slot].labels) + bytesOf(state_[slot].shown.get());
     state_[slot] = SlotState();
@@ -58,37 +58,37 @@ class BlockMesher {
   MeshMarks takeMarks(int32_t slot);
   void setMarks(int32_t slot, const MeshMarks& marks);
 
-  /// What is known of blocks that leave, which is forgotten, and of blocks that are back.
+  /// Takes the states of blocks that leave memory, or enters those of blocks that return.
   MeshStates takeStates(const std::vector<int32_t>& slots);
   void enterStates(const std::vector<int32_t>& slots, const MeshStates& states);
 
-  /// Memory of the units' labels and of what is kept for each slot.
+  /// Memory of the units' labels and the state of each slot.
   size_t bytes() const;
 
-  /// Meshes what was marked since the last call. @return the changed blocks, by packed key.
-  /// `least_evidence` is what a voxel needs to be known.
+  /// Meshes the blocks that were marked since the last call. @return the changed blocks, by packed
+  /// key. Voxels with less evidence are unknown.
   MeshUpdate update(int32_t least_evidence);
 
-  /// Brings the labels of blocks up to date, as the next update would; marks stay.
+  /// Updates the labels of blocks, as the next update() would; marks stay.
   void labelBlocks(std::vector<int32_t> slots, int32_t least_evidence);
 
-  /// The mesh of a block without refinement; null: none. It is kept until it changes. For several
-  /// threads, each with a surface and blocks of its own.
-  /// @pre labelBlocks() had the block and those around it.
+  /// The unrefined mesh of a block; null if it has none. It is kept until it changes. Thread-safe
+  /// for different blocks and surfaces.
+  /// @pre labelBlocks() was called for the block and those around it.
   const BlockMesh* shownMesh(int32_t slot, BlockSurface& surface);
 
  private:
   struct SlotState {
     bool dirty = false, painted = false;
     bool has_mesh = false;
-    uint32_t update = 0;  ///< Number of the latest update that selected the block.
-    /// Voxels, colours, labels and `shown` are as they came to be after so many indexings.
+    uint32_t update = 0;  ///< Number of the latest update() that selected the block.
+    /// Value of indexings_ when voxels, colours, labels and `shown` last changed.
     uint64_t changed = 0, repainted = 0, indexed = 0, made = 0;
-    int32_t least_evidence = 0;              ///< What the labels were made with.
-    std::vector<UnitLabels> labels;          ///< One per unit; empty: none says anything.
+    int32_t least_evidence = 0;              ///< Least evidence that the labels were made with.
+    std::vector<UnitLabels> labels;          ///< One per unit; empty if all are.
     std::vector<BlockVertex> vertices;       ///< On the sheets' edges, during an update only.
-    std::vector<Vec3f> normals;              ///< One per vertex, where meshes are refined.
-    std::unique_ptr<const BlockMesh> shown;  ///< See shownMesh(); null: none, or not yet.
+    std::vector<Vec3f> normals;              ///< One per vertex, if meshes are refined.
+    std::unique_ptr<const BlockMesh> shown;  ///< See shownMesh(); null: none or not made yet.
   };
 
   static size_t bytesOf(const std::vector<UnitLabels>& labels) {
@@ -98,7 +98,7 @@ class BlockMesher {
 
   void forgetTakenMarks(std::vector<int32_t>& list, bool SlotState::*mark);
 
-  /// Enters the block, if there is one, into this update's slots, unless it is there.
+  /// Adds the block to this update's slots, if it exists and was not added before.
   void select(const BlockKey& key, std::vector<int32_t>& slots);
 
   /// Whether voxels that a block's labels depend on changed since these were made.
@@ -107,7 +107,7 @@ class BlockMesher {
   /// Whether labels or colours that a block's shown mesh depends on changed since it was made.
   bool isOutdated(int32_t slot) const;
 
-  /// The mesh of a block without colours. @return whether it has a surface.
+  /// Makes the mesh of a block without colours. @return whether it has a surface.
   bool makeSurface(int32_t slot, BlockSurface& surface, bool refined, BlockMesh& mesh) const;
   std::vector<VertexColour> coloursOf(const BlockMesh& mesh) const {
     if (!has_colours_) return {};
@@ -116,20 +116,20 @@ class BlockMesher {
   }
   void show(int32_t slot, std::unique_ptr<const BlockMesh> mesh);
 
-  /// The index stage, of those whose labels are stale.
+  /// The index stage, for blocks whose labels are stale.
   void indexBlocks(std::vector<int32_t> slots, bool with_vertices);
 
-  /// Enters the blocks at so many offsets around those that changed. In the order of keys then.
+  /// Adds the blocks at `count` offsets around those that changed, and sorts all by key.
   void selectAround(const std::vector<int32_t>& changed, int count, Vec3i (*offset)(int),
                     std::vector<int32_t>& slots);
 
-  /// What of the meshes is new: all but those that were empty and still are.
+  /// The meshes to report: all but those that were empty and still are.
   std::vector<BlockMesh> takeChanges(const std::vector<int32_t>& slots,
                                      std::vector<BlockMesh>& meshes);
 
   void sortByKey(std::vector<int32_t>& slots) const;
 
-  /// The make stage, from labels that are up to date around the blocks.
+  /// The make stage. @pre The labels around the blocks are up to date.
   std::vector<BlockMesh> makeMeshes(const std::vector<int32_t>& slots);
 
   /// Whether makeMeshes() will read a block's voxels.
@@ -142,13 +142,14 @@ class BlockMesher {
   int threads_;
   bool refined_;
   std::vector<SlotState> state_;
-  std::vector<int32_t> dirty_, painted_;  ///< Slots so marked; blocks may have gone since.
-  std::atomic<size_t> held_bytes_{0};     ///< Memory of all slots' labels and shown meshes.
-  uint32_t update_ = 0;                   ///< Number of the latest update.
+  /// Slots with these marks; their blocks may have been removed since.
+  std::vector<int32_t> dirty_, painted_;
+  std::atomic<size_t> held_bytes_{0};  ///< Memory of all slots' labels and shown meshes.
+  uint32_t update_ = 0;                ///< Number of the latest update().
   uint64_t indexings_ = 0;
   int32_t least_evidence_ = 0;
   bool has_colours_ = false;  ///< Something was painted.
-  bool shows_ = false;        ///< Views were asked for: updates keep meshes for them.
+  bool shows_ = false;        ///< Views are rendered: updates keep meshes for them.
   Profile* profile_ = nullptr;
 };
 

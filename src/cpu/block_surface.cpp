@@ -15,14 +15,14 @@ bool anySpeaks(const UnitLabels* row) {
   return (words[0] | words[1]) != 0;
 }
 
-/// Along an axis: the first of the units of a block at such an offset that have corners in the
-/// block's grid, and the end of them.
+/// The range, along an axis, of the units of a block at this offset that have corners in the
+/// block's grid.
 int firstBeside(int offset) { return offset < 0 ? kBlockSide - 1 : 0; }
 int endBeside(int offset) { return offset > 0 ? 1 : kBlockSide; }
 
 }  // namespace
 
-/// What cornerBalance() gathers for a corner, spread by the units, of which most say nothing.
+/// Computes cornerBalance() of each corner by adding up over units, as most are empty.
 void BlockSurface::weighCorners(const LabelNeighbourhood& labels) {
   std::fill(balance_, balance_ + kGridCorners, int8_t{0});
   for (int n = 0; n < kBlocksAround; ++n) {
@@ -41,12 +41,12 @@ void BlockSurface::weighCorners(const LabelNeighbourhood& labels) {
   }
 }
 
-/// The sides that a unit gives those of its corners that lie in the block's grid.
+/// Adds the sides that a unit gives those of its corners that are in the block's grid.
 void BlockSurface::addSides(const UnitLabels& labels, const Vec3i& unit) {
   const auto add = [&](int c, int corner) {
     balance_[corner] = static_cast<int8_t>(balance_[corner] + sideGiven(labels, c));
   };
-  if (blockOfVoxel(unit) == BlockKey{0, 0, 0}) {  // as most: all of its corners do
+  if (blockOfVoxel(unit) == BlockKey{0, 0, 0}) {  // as most units: all corners are
     const int first = cornerIndex(unit.x, unit.y, unit.z);
     for (int c = 0; c < kCubeCorners; ++c) {
       add(c, first + cornerIndex(c & 1, c >> 1 & 1, c >> 2 & 1));
@@ -95,7 +95,7 @@ void BlockSurface::regularise(const LabelNeighbourhood& labels, int most_loose_u
   const UnitLabels* own = labels[aroundNumber({0, 0, 0})];
   addUnits(own, {});
   const BlockBits loose = looseUnits(holding_surface_, labels, most_loose_units);
-  if (loose != BlockBits{}) addUnits(own, loose);  // once more, as few blocks have any
+  if (loose != BlockBits{}) addUnits(own, loose);  // few blocks have any
 }
 
 void BlockSurface::emit(const MeshSettings& rules, const ArraysAround& arrays,

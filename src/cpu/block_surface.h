@@ -1,5 +1,5 @@
-/// The make stage of a block on the CPU: its mesh, from the labels of its units and of those
-/// around it.
+/// The make stage of a block on the CPU: its mesh, from the labels of its units and of those around
+/// it.
 #pragma once
 
 #include <cstdint>
@@ -16,24 +16,24 @@
 
 namespace dtsdf {
 
-/// Normals of a block's edge vertices, in their order.
+/// Normals of a block's edge vertices, in the same order.
 std::vector<Vec3f> vertexNormals(const ArraysAround& arrays,
                                  const std::vector<BlockVertex>& vertices, bool directional);
 
-/// Room for meshing one block after the other; one per thread.
+/// Buffers for meshing blocks; one per thread.
 class BlockSurface {
  public:
-  /// Regularises the block's units and enters the edges of their triangles, but for those of loose
-  /// pieces of up to so many units. Some unit of the block says something.
+  /// Regularises the block's units and finds the edges of their triangles, except for loose pieces
+  /// of up to most_loose_units. @pre Some unit of the block is not empty.
   void regularise(const LabelNeighbourhood& labels, int most_loose_units);
 
-  /// Vertices and triangles of what was regularised, those in gaps marked. Few edges differ from
-  /// those before: `known` holds the vertices of some, sorted by edge.
+  /// Makes the vertices and triangles of the regularised units, with those in gaps marked. `known`
+  /// holds vertices made before, sorted by edge; most are among them.
   void emit(const MeshSettings& rules, const ArraysAround& arrays,
             const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh);
 
-  /// Refines the mesh that was emitted: four triangles for each one. The known vertices are given
-  /// with their normals.
+  /// Refines the mesh from emit(): each triangle becomes four. `normals` are those of the known
+  /// vertices.
   void refine(const MeshSettings& rules, const ArraysAround& arrays,
               const std::vector<BlockVertex>& known, const std::vector<Vec3f>& normals,
               bool directional, BlockMesh& mesh);
@@ -48,13 +48,13 @@ class BlockSurface {
   void addMiddles(const Vec3i& unit, const UnitIndices& indices, BlockMesh& mesh) const;
 
   int8_t balance_[kGridCorners];  ///< Per corner, see cornerBalance().
-  BlockBits holding_surface_;     ///< Units that hold a surface before they are regularised.
-  /// Units that hold a part of the surface, and their indices after regularisation.
+  BlockBits holding_surface_;     ///< Units that hold a surface before regularisation.
+  /// Units with triangles, and their indices after regularisation.
   std::vector<std::pair<Vec3i, UnitIndices>> surface_units_;
-  EdgeSet edges_;  ///< Those that carry a vertex.
+  EdgeSet edges_;  ///< Edges that carry a vertex.
   uint16_t vertex_of_edge_[kGridEdges];
-  bool is_drawn_far_[kGridEdges];  ///< isDrawnFar() of each vertex: no other stands at a gap.
-  std::vector<Vec3f> normals_;     ///< One per edge vertex, where meshes are refined.
+  bool is_drawn_far_[kGridEdges];  ///< isDrawnFar() of each vertex; others are not at a gap.
+  std::vector<Vec3f> normals_;     ///< One per edge vertex, if meshes are refined.
 };
 
 }  // namespace dtsdf

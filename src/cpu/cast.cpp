@@ -8,25 +8,25 @@
 namespace dtsdf {
 namespace {
 
-/// The samples of two planes of a line in a block, four corners each, side by side, which compilers
-/// turn into vector instructions. Same bits as castSurfel().
+/// The samples of two planes of a line in a block, four corners each, computed in a loop that
+/// compilers vectorise. Same bits as castSurfel().
 class PlanePair {
  public:
   static constexpr int kPlanes = 2;
 
-  /// Planes `first` and the next one.
+  /// Computes the samples of plane `first` and the next one.
   template <bool kHasSides>
   void compute(const SampleLine& line, const MeasuredSides& sides, const float (&weights)[3],
                const BlockFrame& frame, int first, float sdf_scale) {
-    const BlockFrame block = frame;  // a copy of its own, which no result can overlap
+    const BlockFrame block = frame;  // a local copy, which the results cannot alias
     const Vec3i shifts = pointShifts(line.axis);
     for (int i = 0; i < kCount; ++i) {
       const int plane = first + (i >> 2), du = i & 1, dv = i >> 1 & 1;
       const CellCrossing crossing = crossCell(line, plane);
       const CornerSample sample = sampleCorner<kHasSides>(line, sides, shifts, crossing, du, dv);
       const int u = crossing.u + du - block.u0, v = crossing.v + dv - block.v0;
-      // One outside the block is made any of its voxels, without a weight: no branches, which
-      // nobody could foresee.
+      // A corner outside the block becomes any of its voxels, with weight 0, as a branch would be
+      // unpredictable.
       constexpr uint32_t kLast = kBlockSide - 1;
       const bool is_held =
           (static_cast<uint32_t>(u) <= kLast) & (static_cast<uint32_t>(v) <= kLast);
@@ -44,7 +44,7 @@ class PlanePair {
     }
   }
 
-  /// Adds those of the first planes to the sums of a line's d-th direction.
+  /// Adds the samples of the first `planes` planes to the sums of a line's d-th direction.
   void addTo(VoxelSums* sums, int d, int planes) const {
     for (int i = 0; i < 4 * planes; ++i) {
       addToSums(sums[index_[i]], {weighted_sdf_[d][i], weight_[d][i], nearest_[d][i], 0});
@@ -59,7 +59,7 @@ class PlanePair {
   uint32_t nearest_[3][kCount];
 };
 
-/// Adds the part of a line that lies in a block to its sums.
+/// Adds the part of a line that is in a block to the block's sums.
 template <bool kHasSides>
 void castLine(const KeptLine& kept, const MeasuredSides& sides, const BlockFrame& block,
               float sdf_scale, BlockSums& sums) {
@@ -79,7 +79,7 @@ void castLine(const KeptLine& kept, const MeasuredSides& sides, const BlockFrame
 
 void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSettings& fusion,
           BlockSums& sums) {
-  constexpr int kAhead = 6;  // lines lie apart in memory
+  constexpr int kAhead = 6;  // lines to prefetch, as they are scattered in memory
   withWidestVectors([&] {
     const BlockFrame frames[3] = {blockFrameOf(0, block.block_L), blockFrameOf(1, block.block_L),
                                   blockFrameOf(2, block.block_L)};

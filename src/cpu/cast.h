@@ -1,5 +1,5 @@
-/// The stages "cast" and "fold" on the CPU: the surfels of a frame into the sums of one block, and
-/// these into its voxels.
+/// The stages "cast" and "fold" on the CPU: cast a frame's surfels into the sums of a block, and
+/// fold these into its voxels.
 #pragma once
 
 #include "cpu/find_blocks.h"
@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// Voxels of a block, a bit each.
+/// A set of a block's voxels, a bit each.
 struct VoxelSet {
   static constexpr int kWordBits = 64, kWords = kVoxelsPerBlock / kWordBits;
   uint64_t word[kWords];
@@ -27,27 +27,26 @@ struct VoxelSet {
   }
 };
 
-/// The sums of one block over one frame; one per thread. Folding leaves them zero for the next
-/// block.
+/// A frame's sums for one block; one per thread. Folding resets them to zero for the next block.
 struct BlockSums {
   VoxelSums voxel[kDirectionCount][kVoxelsPerBlock];
-  VoxelSet covered[kDirectionCount];  ///< Those with a weight; see findCovered().
+  VoxelSet covered[kDirectionCount];  ///< Voxels with a weight; see findCovered().
 };
 
-/// Once all is added to the sums of a direction.
+/// Finds the covered voxels of a direction. @pre Its sums are complete.
 void findCovered(BlockSums& sums, int direction);
 
-/// Adds those parts of surfels that lie in the block.
+/// Adds the parts of surfels that are in the block to its sums.
 void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSettings& fusion,
           BlockSums& sums);
 
-/// Voxel projection: each voxel takes the pixel that it falls on.
+/// Voxel projection: each voxel uses the pixel that it falls on.
 void project(const TouchedBlock& block, const std::vector<Surfel>& surfels, const FrameView& frame,
              const FusionSettings& fusion, BlockSums& sums);
 
-/// Folds the sums of those directions (one bit each) that the block has an array of, and zeroes the
+/// Folds the sums of `directions` (a bit each) for which the block has an array, and resets the
 /// sums of all of them.
-/// @return those of them whose arrays hold nothing.
+/// @return the directions whose arrays are empty afterwards.
 uint32_t fold(BlockSums& sums, uint32_t directions, const BlockEntry& entry, float depth_weight,
               const FusionSettings& fusion, VoxelStore& voxels);
 

@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace {
 
-/// A voxel that a frame contradicts, and what it sees there.
+/// A voxel that a frame contradicts, and what the frame sees there.
 struct ContradictedVoxel {
   int index;
   bool is_covered;
@@ -19,7 +19,8 @@ struct ContradictedVoxel {
 
 constexpr int kRows = kBlockSide * kBlockSide;
 
-/// The distances of an array, each with a 1, and none, with a 0, where there is none and around.
+/// Distances of an array, and a 1 for each voxel that has one; both are 0 for others and around the
+/// array.
 class DistanceGrid {
  public:
   void take(const Voxel* voxels) {
@@ -31,7 +32,7 @@ class DistanceGrid {
     }
   }
 
-  /// Along an axis, of a row's voxels.
+  /// Slopes along an axis, for the voxels of a row.
   LaneFloats slopes(int row, int axis) const {
     const int at = startOf(row), step = axis == 0 ? 1 : (axis == 1 ? kSide : kSide * kSide);
     return slopeBeside(LaneFloats::load(sdf_ + at), LaneFloats::load(sdf_ + at + step),
@@ -48,11 +49,11 @@ class DistanceGrid {
   float sdf_[kSide * kSide * kSide] = {}, known_[kSide * kSide * kSide] = {};
 };
 
-/// Judges the voxels of an array row by row, in loops that compilers turn into vector instructions,
-/// with the same bits as judge().
+/// Judges the voxels of an array row by row, in loops that compilers vectorise. Same bits as
+/// judge().
 class RowJudge {
  public:
-  // cppcheck-suppress uninitMemberVar  ; rows, as each is judged
+  // cppcheck-suppress uninitMemberVar  ; set for each row
   RowJudge(const FrameSensing& sensing, const Facing& facing, const Vec3f& first_voxel_L,
            bool in_turn, const FusionRules& rules, const std::optional<DistanceGrid>& distances)
       : sensing_(sensing),
@@ -62,7 +63,7 @@ class RowJudge {
         rules_(rules),
         distances_(distances) {}
 
-  /// Calls visit(index, is covered, what is seen) for those of a row that are contradicted.
+  /// Calls visit(index, is_covered, observation) for the contradicted voxels of a row.
   template <class Visit>
   void judge(const Voxel* voxels, int row, uint32_t covered, const Visit& visit) {
     const VoxelRow of_row(voxels + row * kBlockSide);
@@ -81,7 +82,7 @@ class RowJudge {
   }
 
  private:
-  /// @return whether any are judged.
+  /// @return whether any voxel of the row is judged.
   bool findJudged(const VoxelRow& voxels, const LaneInts& covered) {
     const LaneInts nothing(0);
     const LaneInts is_empty = voxels.weightUnits() == nothing;
@@ -95,7 +96,7 @@ class RowJudge {
     return any(judged);
   }
 
-  /// As judgedOrigin() does; most rows have anchors to unpack, or none.
+  /// The same as judgedOrigin(). Few rows have anchors to unpack.
   void findOrigins(const VoxelRow& voxels, int row, const LaneInts& covered) {
     const auto put = [&](int x, const Vec3f& origin) {
       place_x_[x] = origin.x;
@@ -114,7 +115,7 @@ class RowJudge {
     }
   }
 
-  /// From the origins, where there is a way: neither of covered voxels nor of empty ones.
+  /// Moves from the origins to the feet; covered and empty voxels have no way to go.
   void moveToFeet(const VoxelRow& voxels, int row, const LaneInts& covered) {
     const LaneFloats judged_sdf = select(covered, LaneFloats(0.0f), voxels.sdf());
     if (!any(bitsOf(judged_sdf))) return;
@@ -145,8 +146,8 @@ class RowJudge {
     }
   }
 
-  /// The judged voxels whose own pixels look through their places, a bit each: without branches, as
-  /// no processor could predict them.
+  /// The judged voxels whose own pixels look through their places, a bit each. Branch-free, as
+  /// branches would be unpredictable.
   uint32_t lookedThrough() const {
     uint32_t through = 0;
     for (int x = 0; x < kBlockSide; ++x) {
@@ -156,12 +157,12 @@ class RowJudge {
     return through;
   }
 
-  const FrameSensing sensing_;  // copies of their own, which no result can overlap
+  const FrameSensing sensing_;  // local copies, which the results cannot alias
   const Facing facing_;
   const Vec3f first_voxel_L_;
   const bool in_turn_;
   const FusionRules rules_;
-  const std::optional<DistanceGrid>& distances_;  ///< The array's distances, in turn only.
+  const std::optional<DistanceGrid>& distances_;  ///< Of the array; set only if it is its turn.
   int32_t covered_[kBlockSide], judged_[kBlockSide], is_empty_[kBlockSide];
   float place_x_[kBlockSide], place_y_[kBlockSide], place_z_[kBlockSide];
   float depth_m_[kBlockSide], u_[kBlockSide], v_[kBlockSide];
@@ -169,8 +170,9 @@ class RowJudge {
   float pixel_depth_m_[kBlockSide];
 };
 
-/// All voxels are judged before the first one changes: they look at their neighbours.
-/// @return the number of voxels that are contradicted.
+/// Finds the contradicted voxels of an array. All are judged before any changes, as they depend on
+/// their neighbours.
+/// @return their number.
 int findContradicted(const BlockLook& look, int direction, const FrameSensing& sensing,
                      const FusionRules& rules, const Voxel* voxels,
                      std::optional<DistanceGrid>& distances,
@@ -198,7 +200,7 @@ int findContradicted(const BlockLook& look, int direction, const FrameSensing& s
 ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const FrameSensing& sensing,
                         const FusionRules& rules, VoxelStore& voxels) {
   ClearedBlock result{false, 0, 0};
-  std::optional<DistanceGrid> distances;  // as most blocks need none, and it is large
+  std::optional<DistanceGrid> distances;  // most blocks need none, and it is large
   if (look.in_turn) distances.emplace();
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;

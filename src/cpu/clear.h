@@ -1,4 +1,4 @@
-/// The stage "clear" on the CPU: what the frame contradicts loses evidence.
+/// The stage "clear" on the CPU: voxels that the frame contradicts lose evidence.
 #pragma once
 
 #include "cpu/cast.h"
@@ -9,16 +9,16 @@
 
 namespace dtsdf {
 
-/// A frame's look at a block.
+/// A frame's check of a block.
 struct BlockLook {
-  Vec3i block_L;          ///< Its coordinates relative to the frame's origin.
-  bool in_turn;           ///< It is the block's turn.
-  const BlockSums* sums;  ///< The frame's, folded; null if it does not touch the block.
+  Vec3i block_L;          ///< Coordinates relative to the frame's origin.
+  bool in_turn;           ///< Whether it is the block's turn.
+  const BlockSums* sums;  ///< Folded sums of the frame; null if it does not touch the block.
   uint32_t directions;    ///< Bit d: the frame has sums of direction d.
-  bool directional;       ///< Else the only array holds surfaces of any direction.
+  bool directional;       ///< 0: the only array holds surfaces of any direction.
 };
 
-/// What became of a block.
+/// How a block changed.
 struct ClearedBlock {
   bool changed;                 ///< Some voxel with a distance lost evidence.
   uint32_t emptied_directions;  ///< Bit d: some voxel of direction d lost its distance.

@@ -1,4 +1,4 @@
-/// Records side by side in memory, as vector instructions want them.
+/// Records stored by columns, for vector instructions.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace dtsdf {
 
-/// Up to kMost records of 32-bit numbers, each member of all of them in a row: compilers turn loops
-/// over records into vector instructions. For these all words are named one by one, not in a loop.
+/// Up to kMost records of 32-bit numbers, stored member by member, so that compilers can vectorise
+/// loops over records. This requires that all words are named individually, not in a loop.
 template <class Record, int kMost>
 class Columns {
   static_assert(std::is_trivially_copyable<Record>::value, "");

@@ -33,9 +33,9 @@
 namespace dtsdf {
 namespace {
 
-constexpr size_t kArraysAtATime = 64;  ///< That a thread clears or copies.
+constexpr size_t kArraysAtATime = 64;  ///< Arrays that a thread clears or copies at a time.
 
-/// Empties a block's voxels in a region in units of voxels; not their colours.
+/// Empties a block's voxels, but not their colours, in a region given in voxels.
 EmptiedBlock emptyBlock(const BlockEntry& entry, const RegionView& region, VoxelStore& voxels) {
   const Vec3i first = firstVoxelOfBlock(entry.key);
   bool inside[kVoxelsPerBlock];
@@ -58,7 +58,7 @@ EmptiedBlock emptyBlock(const BlockEntry& entry, const RegionView& region, Voxel
   return result;
 }
 
-/// One map in the host's memory, with all that is needed to fuse images into it and to mesh it.
+/// A map in the host's memory, with all that fusing and meshing need.
 class CpuBackend : public MapBackend {
  public:
   CpuBackend(const MapperParams& params, const Rules& rules, const BlockTable& table)
@@ -156,8 +156,8 @@ class CpuBackend : public MapBackend {
 
   void reserveFrame(const std::vector<int32_t>&) override {}
 
-  /// Three stages in one loop over the blocks: the sums of a block stay in a thread's cache. In a
-  /// profile all of it is cast.
+  /// Runs three stages in one loop over the blocks, so that a block's sums stay in a thread's
+  /// cache. The profile counts all of it as "cast".
   void castFoldAndClear(uint64_t frame_number, const std::vector<int32_t>& in_view) override {
     const std::vector<TouchedBlock>& blocks = block_finder_.touched();
     std::vector<EmptyBlock> outcome(blocks.size(), EmptyBlock{-1, 0});
@@ -321,12 +321,12 @@ class CpuBackend : public MapBackend {
                               fusion_.truncation_voxels);
   }
 
-  /// Safe to call for different blocks from different threads. @return directions left empty.
+  /// Thread-safe for different blocks. @return the directions left empty.
   uint32_t fuseBlock(const TouchedBlock& block, const BlockEntry& entry, uint64_t frame_number,
                      BlockSums& sums) {
     const FrameView& frame = sensing_.image.frame;
     const bool casts = castsSurfels(params_);
-    // A voxel is projected to whichever surfel it falls on, also to one that touches other blocks.
+    // A voxel may project to a surfel that touches other blocks.
     const uint32_t directions = casts ? block.directions : kAllDirections;
     prefetchBlock(entry, map_, directions);
     if (casts) {
@@ -344,7 +344,7 @@ class CpuBackend : public MapBackend {
     return empty;
   }
 
-  /// Safe to call for different blocks from different threads.
+  /// Thread-safe for different blocks.
   ClearedBlock clear(const BlockLook& look, const BlockEntry& entry) {
     const ClearedBlock cleared = clearBlock(look, entry, sensing_, rules_.fusion, map_.voxels);
     if (cleared.emptied_directions != 0 && map_.table.coloursInUse() > 0) {
@@ -353,7 +353,7 @@ class CpuBackend : public MapBackend {
     return cleared;
   }
 
-  /// Clears blocks that the frame does not touch, those whose turn it is.
+  /// Clears blocks that the frame does not touch, if it is their turn.
   void lookAround(uint64_t frame_number, const std::vector<int32_t>& in_view) {
     std::vector<int32_t> slots;
     for (const int32_t slot : in_view) {
@@ -399,7 +399,7 @@ class CpuBackend : public MapBackend {
 
 }  // namespace
 
-/// 0: one for each core that this process may use.
+/// With params.threads = 0, one per core that this process may use.
 int cpuThreads(const MapperParams& params) {
   cpu_set_t cores;
   const bool asks = params.threads == 0 && sched_getaffinity(0, sizeof(cores), &cores) == 0;

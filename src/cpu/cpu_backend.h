@@ -1,4 +1,4 @@
-/// The backend on the CPU, with all cores.
+/// The CPU backend, on all cores.
 #pragma once
 
 #include "backend/map_backend.h"
@@ -7,10 +7,10 @@
 
 namespace dtsdf {
 
-/// How many threads a mapper on the CPU has.
+/// Number of threads of a mapper on the CPU.
 int cpuThreads(const MapperParams& params);
 
-/// Backends with as many threads.
+/// Makes CPU backends with this many threads.
 BackendMaker cpuBackends(const MapperParams& params, const Rules& rules);
 
 }  // namespace dtsdf

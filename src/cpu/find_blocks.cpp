@@ -8,21 +8,21 @@
 
 namespace dtsdf {
 
-/// Surfels of a stretch, and their lines; one per thread.
+/// A batch of surfels and their lines; one per thread.
 class LineBatch {
  public:
   bool isFull() const { return count_ == kMost; }
   int count() const { return count_; }
   void clear() { count_ = 0; }
 
-  /// @pre it has a weight, and the batch is not full.
+  /// @pre The surfel has a weight, and the batch is not full.
   void add(const Surfel& surfel, uint32_t number) {
     surfels_.set(count_, surfel);
     numbers_[count_++] = number;
   }
 
-  /// The lines of all that were added; same bits as makeCastLine(). In loops, which compilers
-  /// turn into vector instructions.
+  /// Computes the lines of all surfels in the batch, in loops that compilers vectorise. Same bits
+  /// as makeCastLine().
   void compute(const FrameSensing& sensing, const FusionSettings& fusion) {
     withWidestVectors([&] { computeAll(sensing, fusion); });
   }
@@ -35,7 +35,7 @@ class LineBatch {
 
  private:
   void computeAll(const FrameSensing& of_frame, const FusionSettings& of_fusion) {
-    const FrameSensing sensing = of_frame;  // copies of its own, which no result can overlap
+    const FrameSensing sensing = of_frame;  // local copies, which the results cannot alias
     const FusionSettings fusion = of_fusion;
     const int count = count_;
     for (int i = 0; i < count; ++i) lines_.set(i, sampleLineOf(surfels_[i], sensing, fusion));
@@ -108,7 +108,7 @@ void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
     share.reset();
     LineBatch batch;
     const size_t first = count * part / shares_.size(), end = count * (part + 1) / shares_.size();
-    size_t begin = 0;  // of the list
+    size_t begin = 0;  // first surfel of the list
     for (const std::vector<Surfel>& list : lists) {
       const size_t last = std::min(begin + list.size(), end);
       for (size_t i = std::max(begin, first); i < last; ++i) {

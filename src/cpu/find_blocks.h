@@ -1,6 +1,6 @@
-/// The stage "find blocks" on the CPU: the surfels of a frame sorted by the blocks that they touch,
-/// so that each block is then processed by one thread on its own: no atomics, and sums that stay in
-/// the cache.
+/// The stage "find blocks" on the CPU: sorts a frame's surfels by the blocks that they touch. Each
+/// block can then be processed by a single thread, without atomics and with sums that stay in the
+/// cache.
 #pragma once
 
 #include <unordered_map>
@@ -11,12 +11,13 @@
 
 namespace dtsdf {
 
-/// What casting needs of a line, in one line of the cache: surfels of a block lie apart in memory.
+/// A surfel's line as casting needs it, in one cache line, as the surfels of a block are scattered
+/// in memory.
 struct alignas(64) KeptLine {
   SampleLine line;
   float weight[3];     ///< One per direction.
   uint8_t directions;  ///< A bit each.
-  bool has_sides;      ///< Which are kept apart: those of narrow pixels have none.
+  bool has_sides;      ///< Sides are stored separately; those of narrow pixels have none.
 };
 static_assert(sizeof(KeptLine) == 64, "");
 
@@ -24,8 +25,8 @@ static_assert(sizeof(KeptLine) == 64, "");
 struct TouchedBlock {
   Vec3i block_L;        ///< Coordinates relative to the frame's origin.
   PackedKey key;        ///< Coordinates in the map.
-  uint32_t directions;  ///< Bit d: some surfel belongs to direction d.
-  std::vector<const std::vector<uint32_t>*> surfels;  ///< Lists of their numbers.
+  uint32_t directions;  ///< Bit d: a surfel belongs to direction d.
+  std::vector<const std::vector<uint32_t>*> surfels;  ///< Lists of surfel numbers.
 };
 
 class LineBatch;
@@ -34,18 +35,19 @@ class BlockFinder {
  public:
   BlockFinder(const FusionSettings& fusion, int threads) : fusion_(fusion), threads_(threads) {}
 
-  /// Finds the blocks that the surfels of some lists touch, numbered from the first list on.
+  /// Finds the blocks touched by the surfels of these lists. Surfels are numbered through all
+  /// lists.
   void findBlocks(const std::vector<std::vector<Surfel>>& lists, const FrameSensing& sensing);
 
-  /// Those that were found last.
+  /// The blocks that were found last.
   const std::vector<TouchedBlock>& touched() const { return touched_; }
 
-  /// Line of a surfel, and its sides, if it has any; those of surfels without a weight hold
-  /// nothing.
+  /// The line of a surfel, and its sides; undefined for a surfel without a weight, or without
+  /// sides.
   const KeptLine& line(uint32_t surfel) const { return lines_[surfel]; }
   const MeasuredSides& sides(uint32_t surfel) const { return sides_[surfel]; }
 
-  /// Memory of the lists of surfels and their lines, by far the most of it.
+  /// Memory of the lists of surfels and of the lines, which is most of it.
   size_t bytes() const;
 
  private:
@@ -55,14 +57,14 @@ class BlockFinder {
     uint32_t directions;
     std::vector<uint32_t> surfels;
   };
-  /// One thread's share; the buffers are kept from frame to frame.
+  /// One thread's share of the surfels; buffers are reused for each frame.
   class Share {
    public:
     void reset();
     Bin& find(const Vec3i& block_L, const Vec3i& origin_block);
 
-    std::vector<Bin> bins;  ///< Those of the last frame first.
-    size_t used = 0;        ///< So many.
+    std::vector<Bin> bins;  ///< The last frame's come first.
+    size_t used = 0;        ///< Number of bins of the last frame.
 
    private:
     static constexpr int kCacheSize = 64;
@@ -76,7 +78,7 @@ class BlockFinder {
 
   const FusionSettings fusion_;
   const int threads_;
-  std::vector<KeptLine> lines_;  ///< Lines of the last frame, and room for more.
+  std::vector<KeptLine> lines_;  ///< Lines of the last frame, possibly followed by older ones.
   std::vector<MeasuredSides> sides_;
   std::vector<Share> shares_;
   std::vector<TouchedBlock> touched_;

@@ -7,15 +7,14 @@
 namespace dtsdf {
 namespace {
 
-/// Voxels of an array with their sums, which are folded side by side: compilers turn that into
-/// vector instructions.
+/// A batch of an array's voxels with their sums, folded in a loop that compilers vectorise.
 class FoldBatch {
  public:
   static constexpr int kVoxels = 32;
 
   bool isFull() const { return count_ == kVoxels; }
 
-  /// Takes the sums of a voxel, which are zero then.
+  /// Adds a voxel and its sums to the batch, and resets the sums to zero.
   void take(VoxelSums* sums, const Voxel* voxels, int index) {
     const Voxel& voxel = voxels[index];
     const RoundedSums rounded = roundSums(sums[index]);
@@ -31,7 +30,7 @@ class FoldBatch {
     nearest_[i] = rounded.nearest;
   }
 
-  /// Puts the folded voxels into their places, and forgets them.
+  /// Stores the folded voxels in their array, and empties the batch.
   void foldInto(Voxel* voxels, float depth_weight, const FusionSettings& fusion) {
     withWidestVectors([&] { compute(depth_weight, fusion); });
     for (int i = 0; i < count_; ++i) voxels[index_[i]] = voxelAt(i);
@@ -45,9 +44,9 @@ class FoldBatch {
     return {static_cast<int16_t>(sdf_units_[i]), static_cast<uint16_t>(anchor_[i]), state_[i]};
   }
 
-  /// Also at places up to a multiple of `kTogether`, which hold older ones.
+  /// Computes up to a multiple of kTogether; the rest are old values.
   void compute(float depth_weight, const FusionSettings& settings) {
-    const FusionSettings fusion = settings;  // a copy of its own, which no result can overlap
+    const FusionSettings fusion = settings;  // a local copy, which the results cannot alias
     const int count = (count_ + kTogether - 1) / kTogether * kTogether;
     for (int i = 0; i < count; ++i) {
       const RoundedSums sums{weighted_sdf_[i], weight_[i], dither_[i], nearest_[i]};
@@ -65,7 +64,7 @@ class FoldBatch {
   uint32_t nearest_[kVoxels] = {};
 };
 
-/// @return whether the array holds anything.
+/// @return whether the array holds any distance.
 bool foldArray(VoxelSums* sums, const VoxelSet& covered, float depth_weight,
                const FusionSettings& fusion, Voxel* voxels) {
   FoldBatch batch;

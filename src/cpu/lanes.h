@@ -1,7 +1,7 @@
 /// Eight values in one vector: the operations of kernels/core/select.h for a row of units at once.
 ///
-/// Each lane gives the same bits as the operation on a single value. GCC's vector types become AVX2
-/// (widest_vectors.h), SSE2, NEON or what else there is, without code for any of them.
+/// Each lane gives the same bits as the operation on a single value. GCC compiles its vector types
+/// to AVX2 (widest_vectors.h), SSE2, NEON or whatever exists, without specific code.
 #pragma once
 
 #include <cmath>
@@ -16,10 +16,10 @@ constexpr int kLanes = 8;
 
 template <class T>
 struct Lanes {
-  typedef T Vector __attribute__((vector_size(32)));  // GCC ignores it in a `using`
+  typedef T Vector __attribute__((vector_size(32)));  // GCC ignores the attribute in a `using`
   Vector v;
 
-  // cppcheck-suppress uninitMemberVar  ; as an int or a float is
+  // cppcheck-suppress uninitMemberVar  ; like an int or a float
   Lanes() = default;
   explicit Lanes(T all) : v(all - Vector{}) {}
   explicit Lanes(const Vector& vector) : v(vector) {}
@@ -31,7 +31,8 @@ struct Lanes {
   }
   void store(T* values) const { std::memcpy(values, &v, sizeof(v)); }
 };
-using LaneInts = Lanes<int32_t>;  ///< Or masks: all bits of a lane are set where a condition holds.
+/// Also masks: all bits of a lane are set where a condition holds.
+using LaneInts = Lanes<int32_t>;
 using LaneFloats = Lanes<float>;
 
 inline LaneInts operator&(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v & b.v); }
@@ -88,7 +89,7 @@ inline bool any(const LaneInts& mask) {
   return (pairs[0] | pairs[1] | pairs[2] | pairs[3]) != 0;
 }
 
-/// Some of the lanes most likely need the branch: to take it is quicker than to ask.
+/// Most likely some lane needs the branch, so taking it is faster than testing.
 inline bool shouldBranch(const LaneInts&) { return true; }
 
 inline LaneFloats maximum(const LaneFloats& a, const LaneFloats& b) { return select(a > b, a, b); }

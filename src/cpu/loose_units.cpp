@@ -6,7 +6,7 @@
 namespace dtsdf {
 namespace {
 
-/// One thread works on the rows of a window, one after the other.
+/// Processes the rows of a window one by one, in one thread.
 class RowsInTurn {
  public:
   static constexpr bool kAtOnce = false;
@@ -35,7 +35,7 @@ class RowsInTurn {
       eachOfLayer(z, visit);
     }
   }
-  /// A row for which it is true has grown, or those beside it.
+  /// If it holds for a row, that row or its neighbours have grown.
   template <class Holds>
   bool any(const Holds& holds) const {
     bool any = false;
@@ -68,13 +68,13 @@ class RowsInTurn {
     for (int y = kFirst; y < kEnd; ++y) visit(windowRow(y, z));
   }
 
-  /// Places along y and z, from the block's first one.
+  /// Range of y and z, relative to the block's first unit.
   static constexpr int kFirst = -kMostLooseUnits, kEnd = kBlockSide + kMostLooseUnits;
 
-  mutable int low_ = 0, high_ = 0;  ///< Layers that the piece may have units in.
+  mutable int low_ = 0, high_ = 0;  ///< Layers where the piece may have units.
 };
 
-/// All units that hang over faces together with the first one.
+/// All units connected over faces to the first unit.
 BlockBits firstPiece(const BlockBits& units) {
   constexpr uint64_t kFirstColumn = 0x0101010101010101u, kLastColumn = kFirstColumn << 7;
   BlockBits piece = {};
@@ -110,8 +110,8 @@ bool isSmall(const BlockBits& piece, int most_units) {
            spansMore(along_z, most_units));
 }
 
-/// The units of pieces that look small within the block. Most blocks have none, and so none that is
-/// loose.
+/// The units of pieces that look small within the block. Most blocks have none, and so no loose
+/// pieces.
 BlockBits unitsInDoubt(BlockBits units, int most_units) {
   BlockBits in_doubt = {};
   while (units != BlockBits{}) {
@@ -125,7 +125,7 @@ BlockBits unitsInDoubt(BlockBits units, int most_units) {
   return in_doubt;
 }
 
-/// Which units of a row hold a surface.
+/// The units of a row that hold a surface.
 uint16_t surfaceInRow(const LabelNeighbourhood& labels, int row) {
   uint32_t bits = 0;
   for (int first = 0; first < kWindowSide; first += 4) {

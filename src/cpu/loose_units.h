@@ -9,7 +9,7 @@
 
 namespace dtsdf {
 
-/// Units of a block: a bit each, a word for each layer along z.
+/// A set of a block's units, with a bit for each and a word for each layer along z.
 using BlockBits = std::array<uint64_t, kBlockSide>;
 
 inline bool hasUnit(const BlockBits& bits, const Vec3i& unit) {
@@ -19,7 +19,7 @@ inline void addUnit(BlockBits& bits, const Vec3i& unit) {
   bits[unit.z] |= uint64_t{1} << (unit.x + kBlockSide * unit.y);
 }
 
-/// Those units of a block's surface that belong to loose pieces.
+/// The units of a block's surface that belong to loose pieces.
 BlockBits looseUnits(const BlockBits& surface, const LabelNeighbourhood& labels, int most_units);
 
 }  // namespace dtsdf

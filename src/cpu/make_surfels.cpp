@@ -8,7 +8,7 @@
 namespace dtsdf {
 namespace {
 
-/// The measured pixels of a stretch of a row, up to some column, that are not merged: a bit each.
+/// The measured pixels that are not merged in a stretch of a row before `end_u`, a bit each.
 static_assert(kStretch <= 64, "a bit for each pixel");
 uint64_t singlesOf(const ImageView& image, const Pixel& first, int end_u,
                    const std::vector<MergedPatch>& patches) {
@@ -43,7 +43,7 @@ void SurfelMaker::makeSurfels(const FrameSensing& sensing) {
   }
 }
 
-/// Calls visit(u, fit along the column) for pixels of a stretch of a row, a bit each.
+/// Calls visit(u, fit down the column) for the wanted pixels of a stretch of a row, a bit each.
 template <class Visit>
 void SurfelMaker::visitColumnFits(const FrameSensing& sensing, const Pixel& first, uint64_t wanted,
                                   const Visit& visit) const {
@@ -111,7 +111,7 @@ void SurfelMaker::makePatches(const FrameSensing& sensing, int first_v,
   }
   for (int v = first_v; v < end_v; ++v) {
     makeSingles(sensing, v, span, patches, surfels);
-    if (v % kQuadSide != 0) continue;  // no square begins here
+    if (v % kQuadSide != 0) continue;  // no square starts here
     for (int u = span.begin; u < span.end; u += kQuadSide) {
       const int side = mergedSide(patches[u / kPatchSide], {u, v});
       if (side <= 1) continue;
@@ -120,7 +120,7 @@ void SurfelMaker::makePatches(const FrameSensing& sensing, int first_v,
   }
 }
 
-/// Appends the surfels of those pixels of a row that are not merged.
+/// Appends the surfels of the pixels of a row that are not merged.
 void SurfelMaker::makeSingles(const FrameSensing& sensing, int v, const PixelSpan& span,
                               const std::vector<MergedPatch>& patches,
                               std::vector<Surfel>& surfels) const {

@@ -1,4 +1,4 @@
-/// The stage "make surfels" on the CPU: from what is known of a frame to its surfels.
+/// The stage "make surfels" on the CPU.
 #pragma once
 
 #include <vector>
@@ -11,17 +11,17 @@
 
 namespace dtsdf {
 
-/// The buffers are kept from frame to frame.
+/// Buffers are reused for each frame.
 class SurfelMaker {
  public:
   SurfelMaker(const MapperParams& params, const SurfelRules& rules, int threads);
 
-  /// To be cast: a surfel per square of merged pixels, per pixel, or per subpixel, all with a
-  /// weight, in no order that matters. For voxel projection: one per pixel in the image's order,
-  /// with weight 0 where there is none.
+  /// For casting, makes a surfel for each square of merged pixels, pixel or subpixel, all with a
+  /// weight, in an order without effect. For voxel projection, makes one for each pixel in the
+  /// image's order, with weight 0 where nothing is measured.
   void makeSurfels(const FrameSensing& sensing);
 
-  /// Those that were made last, in lists one after the other. For voxel projection there is one.
+  /// The surfels that were made last, in one or more lists; in a single list for voxel projection.
   const std::vector<std::vector<Surfel>>& lists() const { return lists_; }
 
   size_t bytes() const;
@@ -30,7 +30,7 @@ class SurfelMaker {
   void makePixelSurfels(const FrameSensing& sensing);
   void makeRow(const FrameSensing& sensing, int v);
   void makeListOfSurfels(const FrameSensing& sensing);
-  /// Appends the surfels of the patches whose first row is `first_v`; `patches` is scratch.
+  /// Appends the surfels of the patches whose first row is `first_v`; `patches` is a buffer.
   void makePatches(const FrameSensing& sensing, int first_v, std::vector<MergedPatch>& patches,
                    std::vector<Surfel>& surfels) const;
   void makeSingles(const FrameSensing& sensing, int v, const PixelSpan& span,
@@ -39,10 +39,10 @@ class SurfelMaker {
   void visitColumnFits(const FrameSensing& sensing, const Pixel& first, uint64_t wanted,
                        const Visit& visit) const;
 
-  const bool merges_;  ///< Merges and subdivides pixels, as surfels are cast.
+  const bool merges_;  ///< Merges and subdivides pixels, for casting.
   const SurfelSettings surfel_settings_;
   const int threads_;
-  std::vector<std::vector<Surfel>> lists_;  ///< One per row of patches if surfels are cast.
+  std::vector<std::vector<Surfel>> lists_;  ///< One per row of patches when casting.
 };
 
 }  // namespace dtsdf

@@ -1,5 +1,4 @@
-/// The part of a row of an image that holds measurements: the rest of an image of a single thing is
-/// passed over.
+/// Finds the part of an image row that holds measurements, so that the empty rest is skipped.
 #pragma once
 
 #include <algorithm>
@@ -10,15 +9,16 @@
 namespace dtsdf {
 
 struct PixelSpan {
-  int begin, end;  ///< None: both the same.
+  int begin, end;  ///< Equal if empty.
 
   bool isEmpty() const { return begin == end; }
 };
 
-/// Spans begin and end at multiples of so many pixels, and so of patches, or with the image.
+/// Spans begin and end at multiples of this many pixels (and so of patches), or at the image's
+/// border.
 constexpr int kSpanStep = 16;
 
-/// Whether the values from one multiple of kSpanStep to the next, or to the row's end, are all 0.
+/// Whether the values up to the next multiple of kSpanStep, or to the row's end, are all 0.
 template <class T>
 bool isBlank(const char* row, int first, int width) {
   uint64_t words[kSpanStep * sizeof(T) / sizeof(uint64_t)] = {};
@@ -33,8 +33,8 @@ bool isBlank(const char* row, int first, int width) {
   return any == 0;
 }
 
-/// From the first value that is not 0 to the last, and some beside them. @param row Any alignment
-/// will do. @param within All others are 0.
+/// The span from the first value that is not 0 to the last, rounded outwards. @param row May have
+/// any alignment. @param within All values outside must be 0.
 template <class T>
 PixelSpan measuredSpan(const void* row, int width, const PixelSpan& within) {
   const auto* const bytes = static_cast<const char*>(row);
@@ -45,28 +45,28 @@ PixelSpan measuredSpan(const void* row, int width, const PixelSpan& within) {
   return {begin, std::min(end, width)};
 }
 
-/// The least that holds both.
+/// The smallest span that contains both.
 inline PixelSpan unite(const PixelSpan& a, const PixelSpan& b) {
   if (a.isEmpty()) return b;
   if (b.isEmpty()) return a;
   return {std::min(a.begin, b.begin), std::max(a.end, b.end)};
 }
 
-/// An image whose rows are 0 but for a span each. It is kept from frame to frame: only what another
-/// frame left beside a span is zeroed.
+/// An image whose rows are 0 outside of one span each. Its memory is reused for each frame: only
+/// what an earlier frame left outside the new span is zeroed.
 template <class T>
 class SpanImage {
  public:
   void resize(int width, int height) {
     if (width_ == width && spans_.size() == static_cast<size_t>(height)) return;
-    width_ = 0;  // of no size, until there is memory for all of it
+    width_ = 0;  // no size until all memory is allocated
     pixels_.assign(static_cast<size_t>(width) * height, T{});
     spans_.assign(height, {0, 0});
     width_ = width;
   }
 
-  /// The row, which is 0 beside its new span; the span is to be written. For several threads, each
-  /// with rows of its own.
+  /// Returns a row that is 0 outside its new span; the caller must write the span. Thread-safe for
+  /// different rows.
   T* newRow(size_t v, const PixelSpan& span) {
     T* const row = &pixels_[v * width_];
     const PixelSpan old = spans_[v];

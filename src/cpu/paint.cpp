@@ -13,12 +13,12 @@
 namespace dtsdf {
 namespace {
 
-// The points of surfaces that an image is to paint are found and drawn side by side, in loops that
-// compilers turn into vector instructions. Same bits as the rules of kernels/colour.
+// Surface points are found and drawn in loops that compilers vectorise. Same bits as the rules of
+// kernels/colour.
 
 int listNear(const PointView& of_image, const Voxel* voxels, int* near) {
-  constexpr int kRow = 16;          // so many are asked at once, as most rows have none
-  const PointView view = of_image;  // a copy of its own, which no result can overlap
+  constexpr int kRow = 16;          // tested together, as most have none
+  const PointView view = of_image;  // a local copy, which the results cannot alias
   int count = 0;
   for (int row = 0; row < kVoxelsPerBlock; row += kRow) {
     int32_t is_near[kRow], any = 0;
@@ -36,14 +36,14 @@ int listNear(const PointView& of_image, const Voxel* voxels, int* near) {
 }
 
 /// Lists the voxels of an array that are near their surface.
-/// @return how many there are.
+/// @return their number.
 int listNearSurface(const PointView& view, const Voxel* voxels, int* near) {
   int count = 0;
   withWidestVectors([&] { count = listNear(view, voxels, near); });
   return count;
 }
 
-/// The points of some voxels of an array, found side by side; same bits as findSurfacePoint().
+/// A batch of surface points of an array's voxels; same bits as findSurfacePoint().
 class PointBatch {
  public:
   static constexpr int kMost = 64;
@@ -64,7 +64,7 @@ class PointBatch {
 
  private:
   void placeAll(const PointView& of_image, const Vec3f& of_block, int direction, int count) {
-    const FrameView frame = of_image.frame;  // copies of their own, which no result can overlap
+    const FrameView frame = of_image.frame;  // local copies, which the results cannot alias
     const Vec3f first_voxel_L = of_block;
     const Facing facing = facingOf(of_image.directional ? direction : kAnyDirection);
     for (int k = 0; k < count; ++k) {
@@ -79,7 +79,7 @@ class PointBatch {
   float sdf_[kMost];
 };
 
-constexpr int kCells = 8;  ///< That are drawn side by side.
+constexpr int kCells = 8;  ///< Cells drawn at a time.
 
 void drawRows(const SurfacePiece* pieces, int count, int32_t width, float* hiding_m) {
   for (int i = 0; i < count; ++i) {
@@ -96,7 +96,8 @@ void drawRows(const SurfacePiece* pieces, int count, int32_t width, float* hidin
   }
 }
 
-/// As drawSurface() of each. Cells up to kCells behind the image are read, and written as they are.
+/// The same as drawSurface() of each piece. Up to kCells cells after the image are read and
+/// rewritten.
 void drawPieces(const SurfacePiece* pieces, int count, int32_t width, float* hiding_m) {
   withWidestVectors([&] { drawRows(pieces, count, width, hiding_m); });
 }
@@ -109,7 +110,7 @@ void visitArrays(const BlockEntry& entry, const VoxelStore& voxels, const Visit&
   }
 }
 
-/// Where the colour of an array's voxel is kept, or null.
+/// The stored colour of an array's voxel, or null.
 VoxelColour* findColour(CpuMap& map, int32_t array, int voxel) {
   const int32_t number = map.table.colourOf(array, brickOf(voxel));
   return number == kNoArray ? nullptr : map.colours.array(number) + placeInBrick(voxel);
@@ -123,13 +124,13 @@ void copyRow(const uint8_t* row, int width, const PixelLayout& layout, ColourPix
   for (int u = 0; u < width; ++u) to[u] = takePixel(row + u * layout.bytes, layout);
 }
 
-/// Copies some rows of an image, packed.
+/// Copies rows of an image, without padding.
 void copyPixels(const ColourFrame& frame, int first_row, int end_row, ColourPixel* pixels) {
   const PixelLayout layout = layoutOf(frame.encoding);
   for (int v = first_row; v < end_row; ++v) {
     const auto* row = static_cast<const uint8_t*>(frame.data) + v * frame.row_bytes;
     ColourPixel* to = pixels + static_cast<size_t>(v) * frame.width;
-    switch (frame.encoding) {  // the usual ones by numbers that the compiler knows
+    switch (frame.encoding) {  // constants for the usual ones, so that compilers can optimise
       case ColourEncoding::kRgb8: copyRow(row, frame.width, {3, 0, 1, 2}, to); break;
       case ColourEncoding::kBgr8: copyRow(row, frame.width, {3, 2, 1, 0}, to); break;
       default: copyRow(row, frame.width, layout, to);
@@ -137,7 +138,7 @@ void copyPixels(const ColourFrame& frame, int first_row, int end_row, ColourPixe
   }
 }
 
-/// As halvedPixel() of each; in the middle no pixel is beyond the image.
+/// The same as halvedPixel() of each pixel; only the last may need pixels beyond the image.
 void halveRow(const ColourImage& image, int level, int32_t v, ColourPixel* __restrict__ row) {
   const ColourLevel& finer = image.level[level - 1];
   const int32_t inside = finer.width / 2;
@@ -211,7 +212,7 @@ void Painter::findBlocksInView(const std::vector<int32_t>& candidates, const Blo
   }
 }
 
-/// Draws what of a block hides others, and keeps the points that may be seen.
+/// Draws the surfaces of a block that hide others, and stores the points that may be seen.
 void Painter::findPoints(CpuMap& map, BlockView& block, float* hiding_m) const {
   const PointView& view = sensing_.view;
   const BlockEntry& entry = map.table.block(block.slot);
@@ -241,7 +242,7 @@ void Painter::findPoints(CpuMap& map, BlockView& block, float* hiding_m) const {
   });
 }
 
-/// Each thread has an image of its own; the nearest depth of all of them stays.
+/// Each thread draws its own depth image; these are merged by their minimum.
 void Painter::findPoints(CpuMap& map) {
   const int32_t width = cellsFor(sensing_.view.frame.width);
   const int32_t height = cellsFor(sensing_.view.frame.height);
@@ -250,7 +251,7 @@ void Painter::findPoints(CpuMap& map) {
   parallelFor(hiding_m_.size(), threads_, [&](size_t part) {
     hiding_m_[part].assign(static_cast<size_t>(width) * height + kCells, kNoSurface_m);
     for (size_t i = next++; i < blocks_in_view_; i = next++) {
-      const size_t ahead = i + hiding_m_.size();  // this thread's next one, most likely
+      const size_t ahead = i + hiding_m_.size();  // most likely this thread's next block
       if (ahead < blocks_in_view_) prefetchBlock(map.table.block(blocks_[ahead].slot), map);
       findPoints(map, blocks_[i], hiding_m_[part].data());
     }
@@ -264,7 +265,7 @@ void Painter::findPoints(CpuMap& map) {
   sensing_.hiding_m = nearest_m.data();
 }
 
-/// Samples the image at those points that nothing hides.
+/// Samples the image at the points that are not hidden.
 void Painter::sample(BlockView& block) const {
   block.samples.clear();
   for (const auto& [voxel, point] : block.points) {
@@ -274,7 +275,7 @@ void Painter::sample(BlockView& block) const {
   }
 }
 
-/// Adds up what the samples tell of the exposure, and lists the bricks that they lie in.
+/// Adds up the samples' exposure sums, and finds the bricks that they are in.
 void Painter::sumExposure(CpuMap& map, BlockView& block) const {
   const BlockEntry& entry = map.table.block(block.slot);
   block.sums = {};
@@ -290,7 +291,7 @@ void Painter::sumExposure(CpuMap& map, BlockView& block) const {
   }
 }
 
-/// The colours of the block that a thread comes to after this one, most likely.
+/// Prefetches the colours of what is most likely the thread's next block.
 void Painter::prefetchNext(CpuMap& map, size_t i) const {
   const size_t next = i + 1;
   if (next >= blocks_in_view_ || blocks_[next].points.empty()) return;

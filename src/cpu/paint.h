@@ -1,4 +1,4 @@
-/// The stage "paint" on the CPU: a colour image onto the surfaces that it sees.
+/// The stage "paint" on the CPU: paints a colour image onto the surfaces that it sees.
 #pragma once
 
 #include <utility>
@@ -13,39 +13,39 @@
 
 namespace dtsdf {
 
-/// Takes the colour from those of a block's voxels, of some directions, a bit each, that hold
-/// nothing any more: what comes there next has a colour of its own.
+/// Removes the colours of a block's empty voxels in these directions (a bit each), so that a later
+/// surface there does not inherit them.
 void forgetColours(const BlockEntry& entry, uint32_t directions, CpuMap& map);
 
-/// Paints an image in steps: takes it, looks at what it shows, and paints that, once the bricks of
-/// colours are there that it needs.
+/// Paints an image in steps: takeImage(), look(), and paint() once the bricks for its colours
+/// exist.
 class Painter {
  public:
   Painter(const PaintSettings& settings, int threads) : settings_(settings), threads_(threads) {}
 
-  /// Takes an image, which is not needed any more on return.
+  /// Copies an image; it may be freed on return.
   void takeImage(const ColourFrame& frame);
 
-  /// Finds what it shows of the map's surfaces.
+  /// Finds the map's surfaces that the image shows.
   SeenColours look(const FrameView& view, int32_t least_evidence,
                    const std::vector<int32_t>& in_view, CpuMap& map);
 
-  /// The bricks that it is to be painted in.
+  /// The bricks that painting the image needs.
   std::vector<ColourRequest> requests(CpuMap& map) const;
 
-  /// Paints what was found, as far as there are bricks of colours for it.
+  /// Paints the surfaces that look() found, as far as bricks exist.
   /// @return the slots of the blocks that look different now.
   std::vector<int32_t> paint(const Exposure& exposure, CpuMap& map);
 
   size_t bytes() const;
 
  private:
-  /// What the image says of one block; its voxels are direction times kVoxelsPerBlock + voxel.
+  /// What the image shows of one block. Voxels are numbered direction * kVoxelsPerBlock + index.
   struct BlockView {
     int32_t slot;
     std::vector<std::pair<uint16_t, SurfacePoint>> points;   ///< Of voxels that face the camera.
-    std::vector<std::pair<uint16_t, ColourSample>> samples;  ///< Of voxels that it shows.
-    uint64_t bricks;                                         ///< That these lie in, a bit each.
+    std::vector<std::pair<uint16_t, ColourSample>> samples;  ///< Of visible voxels.
+    uint64_t bricks;                                         ///< Bricks of the samples, a bit each.
     ExposureSums sums;
   };
 
@@ -61,9 +61,9 @@ class Painter {
   const PaintSettings settings_;
   const int threads_;
   ColourSensing sensing_ = {};
-  std::vector<ColourPixel> pixels_;           ///< The image in all its sizes.
+  std::vector<ColourPixel> pixels_;           ///< The image at all levels.
   std::vector<std::vector<float>> hiding_m_;  ///< One per thread, merged into the first.
-  std::vector<BlockView> blocks_;             ///< Those in view first.
+  std::vector<BlockView> blocks_;             ///< Those in view come first.
   size_t blocks_in_view_ = 0;
 };
 

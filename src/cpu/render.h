@@ -1,4 +1,4 @@
-/// The stage "render" on the CPU: views of the map from any pose.
+/// The stage "render" on the CPU: renders views of the map from any pose.
 #pragma once
 
 #include <algorithm>
@@ -15,10 +15,10 @@
 
 namespace dtsdf {
 
-/// The nearest that was drawn into each pixel of an image, by many threads at once.
+/// The nearest key drawn into each pixel of an image. Thread-safe.
 class DrawnImage {
  public:
-  /// Nothing is drawn.
+  /// Resets the image to nothing drawn.
   void clear(size_t pixels) {
     if (pixels > room_) {
       keys_ = std::make_unique<std::atomic<ViewKey>[]>(pixels);
@@ -36,7 +36,7 @@ class DrawnImage {
     }
   }
 
-  /// @pre No thread draws.
+  /// @pre No thread is drawing.
   const ViewKey* data() const { return reinterpret_cast<const ViewKey*>(keys_.get()); }
 
   size_t bytes() const { return room_ * sizeof(ViewKey); }
@@ -59,7 +59,7 @@ inline void visitPixels(const FrameView& frame, const DrawnTriangle& drawn, cons
   }
 }
 
-/// Where a block's vertices are seen, and their normals, from the triangles of the block.
+/// Projects a block's vertices, with normals from the block's triangles.
 inline std::vector<SeenVertex> seeVertices(const FrameView& frame, const BlockMesh& mesh) {
   std::vector<Vec3i> shares(mesh.vertices.size(), Vec3i{0, 0, 0});
   for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
@@ -79,7 +79,7 @@ inline std::vector<SeenVertex> seeVertices(const FrameView& frame, const BlockMe
   return seen;
 }
 
-/// Fills rows of a view's images. `colours` is null without colours.
+/// Fills rows of a view's images; `colours` may be null.
 inline void fillRows(const FrameView& frame, int32_t begin, int32_t end, const ViewKey* surfaces,
                      const ViewKey* colours, RenderedView& view) {
   const auto first = static_cast<size_t>(pixelIndex(frame, {0, begin}));
@@ -92,13 +92,13 @@ inline void fillRows(const FrameView& frame, int32_t begin, int32_t end, const V
   for (size_t i = first; i < last; ++i) view.colours[i] = colourOf(colours[i]);
 }
 
-/// Makes the triangles of the blocks in view, and draws them.
+/// Makes and draws the triangles of the blocks in view.
 class Renderer {
  public:
   Renderer(const CpuMap& map, BlockMesher& mesher, int threads)
       : map_(map), mesher_(mesher), threads_(threads) {}
 
-  /// Renders the surfaces of voxels with so much evidence.
+  /// Renders the surfaces of voxels with at least this evidence.
   /// @param painted Whether the view has colours.
   void render(const FrameView& frame, int32_t least_evidence, bool painted, RenderedView& view) {
     const size_t pixels = static_cast<size_t>(frame.width) * static_cast<size_t>(frame.height);

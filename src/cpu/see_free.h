@@ -1,4 +1,4 @@
-/// The stage "see free" on the CPU: which cells of space a depth image sees through.
+/// The stage "see free" on the CPU: finds the cells of space that a depth image sees through.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace dtsdf {
 
-/// The buffers are kept from frame to frame.
+/// Buffers are reused for each frame.
 class FreeCellFinder {
  public:
   explicit FreeCellFinder(const MapperParams& params, int threads)
@@ -20,7 +20,7 @@ class FreeCellFinder {
         threads_(threads),
         levels_(kFreeLevels) {}
 
-  /// Masks of the cells that are seen free, for those of the cubes that have any.
+  /// Masks of the cells that are seen free, for cubes that have any.
   /// @pre The frame has free depths.
   std::vector<CubeMask> find(const FrameSensing& sensing, const std::vector<Vec3i>& cubes) {
     const FrameView& frame = sensing.image.frame;
@@ -72,7 +72,7 @@ class FreeCellFinder {
   const int32_t cell_log2_;
   const float max_range_m_;
   const int threads_;
-  std::vector<std::vector<float>> levels_;  ///< From the second one on.
+  std::vector<std::vector<float>> levels_;  ///< Level 1 and up.
 };
 
 }  // namespace dtsdf

@@ -16,8 +16,8 @@ namespace {
 template <class Raw>
 void invertRow(const void* __restrict__ row, const PixelSpan& span, const DepthRange& depth_range,
                float* __restrict__ inverse_depth) {
-  const auto* const bytes = static_cast<const char*>(row);  // rows may begin at any byte
-  const DepthRange range = depth_range;  // a copy of its own, which no result can overlap
+  const auto* const bytes = static_cast<const char*>(row);  // rows may have any alignment
+  const DepthRange range = depth_range;  // a local copy, which the results cannot alias
   for (int u = span.begin; u < span.end; ++u) {
     Raw raw;
     std::memcpy(&raw, bytes + u * sizeof(Raw), sizeof(Raw));
@@ -25,12 +25,12 @@ void invertRow(const void* __restrict__ row, const PixelSpan& span, const DepthR
   }
 }
 
-/// The links of a row, by linksOf() only where the steps alone do not tell.
+/// The links of a row; linksOf() is called only where the steps alone do not decide.
 void linkRow(const FrameView& frame, const float* inverse_depth, int v, const PixelSpan& span,
              const LinkLimits& limits, PixelLinks* links) {
   const float* row = inverse_depth + pixelIndex(frame, {0, v});
   const int last = std::min(span.end, frame.width - 1);
-  int32_t right[kStretch], down[kStretch] = {};  // what the steps to the next pixels tell
+  int32_t right[kStretch], down[kStretch] = {};  // for the steps to the next pixels
   for (int first = span.begin; first < last; first += kStretch) {
     const int count = std::min(kStretch, last - first);
     const float* const pixels = row + first;
@@ -56,14 +56,14 @@ void linkRow(const FrameView& frame, const float* inverse_depth, int v, const Pi
 
 void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const PixelSpan& span,
                          const FusionSettings& settings, float* __restrict__ free_depth) {
-  const FrameSensing sensing = of_frame;  // copies of their own, which no result can overlap
+  const FrameSensing sensing = of_frame;  // local copies, which the results cannot alias
   const FusionSettings fusion = settings;
   const ImageView& image = sensing.image;
   const int64_t first = pixelIndex(image.frame, {0, v}), width = image.frame.width;
   const bool has_above = v > 0, has_below = v < image.frame.height - 1;
   const float* const value = image.row_value + first;
   const PixelLinks* const links = image.links + first;
-  const float* const above = has_above ? value - width : value;  // which counts for nothing
+  const float* const above = has_above ? value - width : value;  // any row, as takes_above is 0
   const float* const below = has_below ? value + width : value;
   const PixelLinks* const links_above = has_above ? links - width : links;
   const float takes_above = has_above ? 1.0f : 0.0f, takes_below = has_below ? 1.0f : 0.0f;
@@ -79,7 +79,7 @@ void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const PixelSpan& s
   }
 }
 
-/// The greatest values of the patches of some rows, which are 0 but for a span.
+/// The maxima of the patches in some rows, whose values are 0 outside of a span.
 void findGreatest(const FrameView& frame, const float* free_depth, int first_v,
                   const PixelSpan& span, float* patches) {
   const int end_v = std::min(first_v + kFreePatchSide, frame.height);
@@ -93,10 +93,10 @@ void findGreatest(const FrameView& frame, const float* free_depth, int first_v,
   }
 }
 
-/// The quartiles of so many lines, counted by bins. @pre There are some.
+/// The quartiles of the lines' variances, given as a histogram. @pre There is at least one line.
 NoiseOfLines noiseOf(const uint32_t (&lines_in_bin)[kNoiseBins], uint32_t lines) {
   NoiseOfLines noise{{}, lines};
-  uint32_t up_to = lines_in_bin[0];  // lines
+  uint32_t up_to = lines_in_bin[0];  // lines up to the bin
   int bin = 0;
   for (int quartile = 0; quartile < kNoiseQuartiles; ++quartile) {
     while (up_to <= quartileRank(lines, quartile)) up_to += lines_in_bin[++bin];
@@ -105,7 +105,7 @@ NoiseOfLines noiseOf(const uint32_t (&lines_in_bin)[kNoiseBins], uint32_t lines)
   return noise;
 }
 
-constexpr size_t kRowsAtATime = 8;  ///< That a thread takes.
+constexpr size_t kRowsAtATime = 8;  ///< Rows that a thread takes at a time.
 
 }  // namespace
 
@@ -132,7 +132,7 @@ FrameSensing FrameSensor::sense(const DepthFrame& frame) {
   return sensing;
 }
 
-/// Where the raw values are 0, nothing is measured.
+/// Pixels with the raw value 0 are not measured.
 void FrameSensor::invertDepths(const DepthFrame& frame) {
   const int width = frame.width;
   measured_.resize(width, frame.height);
@@ -154,7 +154,7 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
   });
 }
 
-/// Estimates the noise from lines, each step on its own: no two steps have a kind in common. Lines
+/// Estimates the noise from lines, with a task for each step, as no two steps share a kind. Lines
 /// whose middle is not measured are skipped.
 DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
   NoiseOfLines kinds[kNoiseKinds] = {};
@@ -201,7 +201,7 @@ void FrameSensor::fillGaps(const FrameView& view, const DepthRange& range,
   });
 }
 
-/// Both in one loop over the rows: the fit of a row needs none but its own links.
+/// Does both in one loop over the rows, as a row's fit needs only its own links.
 void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise) {
   const int width = view.width;
   links_.resize(width, view.height);
@@ -218,7 +218,7 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
     if (span.isEmpty()) return;
     withWidestVectors(
         [&] { linkRow(view, inverse_depth_.data(), static_cast<int>(v), span, limits, links); });
-    // In the margin pixels count as unmeasured, which ends a walk just as the image's border does.
+    // Pixels in the margin count as unmeasured, which ends a walk as the image's border does.
     std::vector<float> padded(width + 2 * margin, 0.0f);
     std::vector<PixelLinks> padded_links(width + 2 * margin, 0);
     std::copy_n(inverse_depth_.row(v), width, padded.data() + margin);
@@ -238,7 +238,7 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
   });
 }
 
-/// Finds how far the pixels are free, and the greatest of each patch in the same pass.
+/// Finds the free depth of each pixel, and in the same pass the maximum of each patch.
 void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
   const FrameView& view = sensing.image.frame;
   const int columns = freePatchesAlong(view.width), rows = freePatchesAlong(view.height);

@@ -1,4 +1,4 @@
-/// The stage "sense" on the CPU: all that is known of a frame before its surfels are made.
+/// The stage "sense" on the CPU: prepares a depth image for making surfels.
 #pragma once
 
 #include <vector>
@@ -12,7 +12,7 @@
 
 namespace dtsdf {
 
-/// The buffers are kept from frame to frame; what is sensed is valid until the next one.
+/// Buffers are reused: the result is valid until the next frame.
 class FrameSensor {
  public:
   FrameSensor(const MapperParams& params, const Rules& rules, int threads);

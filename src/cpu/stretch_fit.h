@@ -1,23 +1,23 @@
-/// The line fits of many neighbouring pixels at once: fitLine()'s walk, taken step by step for all
-/// of them, which compilers turn into vector instructions. Same bits.
+/// Line fits of many neighbouring pixels at once: fitLine()'s walk, step by step for all of them,
+/// in loops that compilers vectorise. Same bits as fitLine().
 #pragma once
 
 #include "kernels/surfels/line_fit.h"
 
 namespace dtsdf {
 
-/// Pixels that are fitted at once, at most.
+/// Largest number of pixels that are fitted at once.
 constexpr int kStretch = 64;
 
-/// The fits of the pixels of a stretch.
+/// The fits of a stretch of pixels.
 class StretchFit {
  public:
   LineFit fit(int i) const {
     return {value_[i], slope_[i], mean_companion_[i], static_cast<int32_t>(count_[i])};
   }
 
-  /// Fits lines around neighbouring pixels, up to kStretch, along lines that reach as far as `line`
-  /// says at most; `first` are the samples from the first pixel on.
+  /// Fits lines around up to kStretch neighbouring pixels, each at most as long as `line`. `first`
+  /// points to the samples at the first pixel.
   void compute(int pixels, const LineSamples& first, const PixelLine& line,
                const FitWindow& window);
 

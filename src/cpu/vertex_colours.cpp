@@ -23,7 +23,7 @@ ColouredCorners colouredCorners(const CpuMap& map, const BlockKey& key, int32_t 
 std::vector<VertexColour> vertexColours(ColouredCorners corners,
                                         const std::vector<BlockVertex>& vertices,
                                         bool directional) {
-  bool knows_painted = false;  // as most vertices have a colour of their own
+  bool knows_painted = false;  // most vertices have a colour of their own
   const auto colourOn = [&](int edge) {
     const VertexColour own = ownColour(corners, edge, directional);
     if (own.painted != 0) return own;
@@ -32,11 +32,11 @@ std::vector<VertexColour> vertexColours(ColouredCorners corners,
     return colourBeside(corners, edge, directional);
   };
   std::vector<VertexColour> colours(vertices.size());
-  uint16_t vertex_of[kGridEdges] = {};  // the edges' come first
+  uint16_t vertex_of[kGridEdges] = {};  // edge vertices come before middles
   const auto colourOfEnd = [&](int edge) {
     const size_t i = vertex_of[edge];
     const bool is_known = vertices[i].edge == static_cast<uint32_t>(edge);
-    return is_known ? colours[i] : colourOn(edge);  // it stands in gaps
+    return is_known ? colours[i] : colourOn(edge);  // a missing end is in gaps
   };
   for (size_t i = 0; i < vertices.size(); ++i) {
     const uint32_t number = vertices[i].edge;

@@ -1,4 +1,4 @@
-/// Colours of a block's vertices on the CPU, once they are made.
+/// Colours of a block's vertices on the CPU.
 #pragma once
 
 #include <vector>
@@ -9,11 +9,11 @@
 
 namespace dtsdf {
 
-/// What the vertices of a block take their colours from. `least_evidence` is what a voxel needs to
-/// be known.
+/// The voxels and colours that a block's vertices are coloured from. Voxels with less than
+/// `least_evidence` are unknown.
 ColouredCorners colouredCorners(const CpuMap& map, const BlockKey& key, int32_t least_evidence);
 
-/// The colours of a block's vertices; the middle of a side has that between its ends.
+/// The colours of a block's vertices; the middle of a side gets the mean of its ends.
 std::vector<VertexColour> vertexColours(ColouredCorners corners,
                                         const std::vector<BlockVertex>& vertices, bool directional);
 

@@ -1,4 +1,4 @@
-/// A row of voxels, along x, taken apart into vectors.
+/// A row of voxels along x, split into vectors.
 #pragma once
 
 #include <cstring>
@@ -15,14 +15,14 @@ struct VoxelRow {
   LaneInts sdf_units, anchor, state;
 
   explicit VoxelRow(const Voxel* voxels) {
-    LaneInts::Vector first, last;  // a voxel's distance and anchor, and its state, by turns
+    LaneInts::Vector first, last;  // a voxel's distance and anchor, then its state, by turns
     static_assert(sizeof(first) + sizeof(last) == kBlockSide * sizeof(Voxel), "");
     std::memcpy(&first, voxels, sizeof(first));
     std::memcpy(&last, voxels + kLanes / 2, sizeof(last));
 #ifdef __clang__
     const LaneInts::Vector low = __builtin_shufflevector(first, last, 0, 2, 4, 6, 8, 10, 12, 14);
     state.v = __builtin_shufflevector(first, last, 1, 3, 5, 7, 9, 11, 13, 15);
-#else  // GCC before 12 has no other
+#else  // GCC before 12 has no __builtin_shufflevector
     constexpr LaneInts::Vector kEven = {0, 2, 4, 6, 8, 10, 12, 14};
     constexpr LaneInts::Vector kOdd = {1, 3, 5, 7, 9, 11, 13, 15};
     const LaneInts::Vector low = __builtin_shuffle(first, last, kEven);
@@ -37,7 +37,7 @@ struct VoxelRow {
   LaneInts weightUnits() const { return LaneInts(state.v >> 8 & 0xffffff); }
   LaneInts evidence() const { return LaneInts(state.v << 24 >> 24); }
 
-  /// As sampleOf() of each.
+  /// The weights that sampleOf() gives.
   LaneFloats knownWeight(int32_t least_evidence) const {
     const LaneInts known = evidence() > LaneInts(least_evidence - 1);
     const LaneFloats weight = toFloats(weightUnits()) * LaneFloats(1.0f / kStoredWeightScale);

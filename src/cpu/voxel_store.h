@@ -1,5 +1,4 @@
-/// Memory of the map on the CPU: arrays of what voxels hold, in slabs that never move as the map
-/// grows.
+/// Memory of the map on the CPU: arrays in slabs that do not move as the map grows.
 #pragma once
 
 #include <memory>
@@ -17,10 +16,10 @@ namespace dtsdf {
 template <class T, int kSize>
 class ArrayStore {
  public:
-  /// Makes room for `count` arrays, which hold anything. @throws std::bad_alloc
+  /// Makes room for `count` arrays, uninitialised. @throws std::bad_alloc
   void resize(size_t count) {
     while (slabs_.size() * kArraysPerSlab < count) {
-      std::unique_ptr<T[]> slab(new T[kArraysPerSlab * kSize]);  // make_unique() would write to it
+      std::unique_ptr<T[]> slab(new T[kArraysPerSlab * kSize]);  // make_unique() would fill it
       slabs_.push_back(std::move(slab));
     }
   }
@@ -29,7 +28,7 @@ class ArrayStore {
   const T* array(int32_t index) const {
     return &slabs_[index / kArraysPerSlab][(index % kArraysPerSlab) * kSize];
   }
-  /// Brings an array nearer, to be read soon.
+  /// Prefetches an array that will be read soon.
   void prefetch(int32_t index) const {
     constexpr int kPerCacheLine = 64 / sizeof(T);
     const T* const elements = array(index);
@@ -54,8 +53,8 @@ struct CpuMap {
   ColourStore colours;
 };
 
-/// Brings the voxel arrays of a block nearer, of some directions, a bit each, while other work is
-/// done. Inlined in any case, since GCC drops calls of functions that do nothing else.
+/// Prefetches a block's voxel arrays of these directions (a bit each). Always inlined, since GCC
+/// drops calls of functions that only prefetch.
 __attribute__((always_inline)) inline void prefetchBlock(const BlockEntry& entry, const CpuMap& map,
                                                          uint32_t directions = kAllDirections) {
   for (int d = 0; d < kDirectionCount; ++d) {
@@ -63,7 +62,7 @@ __attribute__((always_inline)) inline void prefetchBlock(const BlockEntry& entry
   }
 }
 
-/// The colours of a block, of all directions, likewise.
+/// Prefetches a block's colours in all directions.
 __attribute__((always_inline)) inline void prefetchColours(const BlockEntry& entry,
                                                            const CpuMap& map) {
   for (int d = 0; d < kDirectionCount; ++d) {

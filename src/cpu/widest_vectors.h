@@ -1,15 +1,15 @@
-/// Loops with the widest vector instructions that the processor has, beside those that every one of
-/// its kind has.
+/// Runs loops with the widest vector instructions of the processor, beyond those that all of its
+/// architecture have.
 #pragma once
 
 namespace dtsdf {
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__)
 
-/// Everything that `loops` calls is compiled into this function, and so with its instructions. AVX2
-/// is without fused multiply-add: the bits are those of any other processor. With -O2 (as of build
-/// type RelWithDebInfo) GCC 12 takes what it calls for free of effects, and leaves calls out: maps
-/// stay empty. So it may conclude nothing about this function from what is inside.
+/// All that `loops` calls is inlined into this function, and so compiled for AVX2. AVX2 has no
+/// fused multiply-add, so results have the same bits as on any other processor. It needs noipa:
+/// with -O2 (build type RelWithDebInfo), GCC 12 otherwise takes this function to have no effects
+/// and drops calls of it, which leaves maps empty.
 template <class Loops>
 __attribute__((target("avx2"), flatten, noipa)) void runWithAvx2(const Loops& loops) {
   loops();
@@ -20,7 +20,7 @@ inline bool hasAvx2() {
   return has;
 }
 
-/// Runs plain loops. They hold no calls that the compiler cannot see into.
+/// Runs plain loops; the compiler must be able to inline all that they call.
 template <class Loops>
 void withWidestVectors(const Loops& loops) {
   if (hasAvx2()) {

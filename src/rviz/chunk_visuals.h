@@ -1,5 +1,5 @@
-/// Chunks of the mesh as objects of RViz's renderer: with shared vertices, and each on its own, so
-/// that what is out of view costs nothing.
+/// Draws mesh chunks in RViz, each as an object of its own, with shared vertices: chunks out of
+/// view cost nothing.
 #pragma once
 
 #include <OgreAxisAlignedBox.h>
@@ -40,7 +40,7 @@ struct ChunkStyle {
 /// RViz's thread only.
 class ChunkVisuals {
  public:
-  /// Below a node, that of the map frame.
+  /// `parent` is the scene node of the map frame.
   ChunkVisuals(Ogre::SceneManager& manager, Ogre::SceneNode& parent)
       : manager_(manager),
         parent_(parent),
@@ -75,7 +75,7 @@ class ChunkVisuals {
     if (before != visuals_.end()) remove(before);
     if (chunk.triangleCount() == 0) return;
     triangles_ += chunk.triangleCount();
-    // The node is where the chunk is, so that its vertices are small numbers, far away as well.
+    // The scene node is at the chunk, so that vertices are small numbers even far from the origin.
     const Ogre::Vector3 place(static_cast<float>(static_cast<double>(chunk.origin[0]) * step_m),
                               static_cast<float>(static_cast<double>(chunk.origin[1]) * step_m),
                               static_cast<float>(static_cast<double>(chunk.origin[2]) * step_m));
@@ -97,18 +97,18 @@ class ChunkVisuals {
     while (!visuals_.empty()) remove(visuals_.begin());
   }
 
-  /// Draws of each chunk the coarsest level whose cells are at most so many pixels as a camera sees
-  /// them; 0: whole chunks.
+  /// Draws each chunk at the coarsest level whose cells cover at most `detail_px` pixels in the
+  /// camera's view; 0: whole chunks.
   void chooseLevels(const Ogre::Camera& camera, float detail_px) {
     const Ogre::Vector3 eye = parent_._getFullTransform().inverse() * camera.getDerivedPosition();
     const auto height_px = static_cast<float>(camera.getViewport()->getActualHeight());
     const bool is_orthographic = camera.getProjectionType() == Ogre::PT_ORTHOGRAPHIC;
-    // At a distance of 1 m, or at all.
+    // In m; for a perspective camera, at a distance of 1 m.
     const float view_height = is_orthographic
                                   ? camera.getOrthoWindowHeight()
                                   : 2.0f * std::tan(0.5f * camera.getFOVy().valueRadians());
     for (auto& [origin, visual] : visuals_) {
-      // A chunk that the camera is in has no coarser level that is fine enough.
+      // At distance 0, with the camera inside the chunk, no coarser level is fine enough.
       const float distance_m = std::max(eye.distance(visual.centre) - visual.radius_m, 0.0f);
       const float width_m = is_orthographic ? view_height : view_height * distance_m;
       const float coarsest_m = detail_px * width_m / height_px;
@@ -133,18 +133,18 @@ class ChunkVisuals {
   static constexpr int kCoarseLevels = 4;
   static constexpr int kFinestCellLog2 = 10;
 
-  /// Materials have one name space for all displays.
+  /// Returns a unique name, because all displays share the names of materials.
   static std::string makeMaterialName() {
     static std::atomic<unsigned> count{0};
     return "dtsdf_mapping/mesh_blocks_" + std::to_string(count++);
   }
 
-  /// The whole chunk and coarser ones, of which one is drawn. They are kept for other colours to be
-  /// made of them.
+  /// The whole chunk or a coarser version; one of them is drawn. `chunk` is kept for a change of
+  /// colours.
   struct Level {
     PackedChunk chunk;
     Ogre::ManualObject* object;
-    float cell_m;  ///< How coarse; 0: the whole chunk.
+    float cell_m;  ///< Size of its cells; 0: the whole chunk.
   };
   struct Visual {
     double step_m;
@@ -155,7 +155,8 @@ class ChunkVisuals {
   };
 
   bool isLit() const { return style_.colour == MeshColour::kPlain; }
-  /// As markers, colours are shown as they are; only one colour for all needs light to show shapes.
+  /// Colours are shown unlit, like those of markers; only a plain colour needs light to show
+  /// shapes.
   void applyMaterial() {
     Ogre::Pass& pass = *material_->getTechnique(0)->getPass(0);
     pass.setLightingEnabled(isLit());
@@ -187,7 +188,7 @@ class ChunkVisuals {
     level.object->end();
   }
 
-  /// Positions are steps times the length of one: floats, but of small numbers.
+  /// Positions count steps from the chunk's origin: small numbers, for which floats suffice.
   void addVertices(const Level& level, double step_m) {
     const PackedChunk& chunk = level.chunk;
     const Mesh mesh = unpackChunk(chunk, step_m);

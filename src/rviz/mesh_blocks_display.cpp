@@ -31,7 +31,7 @@ using rviz::StatusProperty;
 
 namespace {
 
-/// Messages that may wait while a picture is drawn. They hold changes: none may get lost.
+/// Messages that may wait while a picture is drawn. None may be lost, since they hold changes.
 constexpr uint32_t kQueue = 1000;
 
 constexpr char kTopicStatus[] = "Topic";
@@ -45,8 +45,8 @@ class MeshBlocksDisplay : public rviz::Display {
  public:
   MeshBlocksDisplay() {
     const auto datatype = QString::fromStdString(ros::message_traits::datatype<MeshBlocks>());
-    topic_ = new rviz::RosTopicProperty("Topic", "", datatype, "Of type " + datatype + ".", this,
-                                        SLOT(updateTopic()));
+    topic_ = new rviz::RosTopicProperty("Topic", "", datatype, "Topic of type " + datatype + ".",
+                                        this, SLOT(updateTopic()));
     colour_ = new rviz::EnumProperty("Colour", "Auto",
                                      "Auto: colour images if the map has any, else normals.", this,
                                      SLOT(updateStyle()));

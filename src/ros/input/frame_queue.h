@@ -501,7 +501,7 @@ class FrameQueue {
   const std::function<void()> on_ready_;
   const SteadyClock clock_;
 
-  mutable std::mutex mutex_;  ///< Guards what follows.
+  mutable std::mutex mutex_;  ///< Guards the members below.
   std::vector<StreamState> streams_;
   Entries entries_;
   uint64_t arrivals_ = 0;

@@ -273,8 +273,7 @@ class InputStatus {
 
   const double stale_s_;
   PublishedTopics (*const find_topics_)();
-  SteadyTime begun_{},
-      changed_at_{};  ///< Since when frames are expected; when ROS time last changed.
+  SteadyTime begun_{}, changed_at_{};  ///< Frames are expected since; time last changed at.
   ros::Time now_;
   bool time_stands_ = false;
   double ran_s_ = 0.0;          ///< How long frames have been expected.

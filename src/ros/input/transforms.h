@@ -32,8 +32,7 @@ namespace dtsdf {
 
 struct PoseAnswer {
   std::optional<Eigen::Isometry3d> T_W_C = std::nullopt;  ///< Nothing if unknown.
-  bool may_come =
-      false;  ///< Whether the missing transform may come: none that reaches the stamp is known yet.
+  bool may_come = false;  ///< No known transform reaches the stamp, but one may come.
   std::string text = {};  ///< What is missing.
 };
 
@@ -211,7 +210,7 @@ class Transforms {
 
   const SteadyClock clock_;
   const ros::Duration kept_;
-  mutable std::mutex mutex_;                                        ///< Guards what follows.
+  mutable std::mutex mutex_;                                        ///< Guards the members below.
   std::map<std::string, geometry_msgs::TransformStamped> statics_;  ///< Keyed by child.
   std::set<std::string> moving_;                                    ///< Children on /tf.
   std::set<std::string> ignored_statics_;

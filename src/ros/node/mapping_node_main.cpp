@@ -1,4 +1,4 @@
-/// The door for those who run it as a node of its own.
+/// Entry point of the standalone node.
 #include <ros/ros.h>
 
 #include "params/node_params.h"

@@ -1,4 +1,4 @@
-/// The door for nodelet managers.
+/// Entry point for nodelet managers.
 #include <nodelet/nodelet.h>
 #include <pluginlib/class_list_macros.hpp>
 
@@ -15,7 +15,7 @@ class MappingNodelet : public nodelet::Nodelet {
  public:
   ~MappingNodelet() override {
     node_.reset();
-    returnFreeMemory();  // the manager goes on
+    returnFreeMemory();  // the manager keeps running
   }
 
  private:

@@ -1,4 +1,4 @@
-/// The output's loop: takes over what changed in the mesh, and has the steps publish it.
+/// The output's loop: takes over changes of the mesh and lets the steps publish them.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 namespace dtsdf {
 
-/// Writes what the status says of the meshes that are kept.
+/// Adds the kept meshes to the status.
 inline void fillMeshes(const PagedMeshes::Stats& pages, size_t bytes, size_t max_bytes,
                        MapStatus& status) {
   addMemory(status, "mesh", kHost, bytes, max_bytes);
@@ -27,18 +27,18 @@ inline void fillMeshes(const PagedMeshes::Stats& pages, size_t bytes, size_t max
   }
 }
 
-/// Output's thread, except where something else is said. The map never waits for it.
+/// Output's thread, unless stated otherwise. The map never waits for it.
 class Output {
  public:
-  /// `params` and `steps` outlive it. @param wake Has the loop look for changes.
+  /// `params` and `steps` must outlive it. @param wake Makes the loop look for changes.
   Output(const NodeParams& params, const Steps& steps, std::function<void()> wake)
       : steps_(steps), queue_(std::move(wake)), mesh_(params.mapper.map) {}
 
   MeshQueue& queue() { return queue_; }
   ShownMesh& mesh() { return mesh_; }
 
-  /// Publishes what is due. Returns how long there will be nothing to do; after an error, which is
-  /// no memory, most likely, a second.
+  /// Publishes what is due. @return how long there is nothing to do: a second after an error, which
+  /// is most likely a lack of memory.
   std::chrono::milliseconds step() noexcept {
     SteadyDuration idle = std::chrono::seconds(1);
     guarded("output", [&] {
@@ -47,19 +47,20 @@ class Output {
         trim_pace_.begin(now);
         returnFreeMemory();
       }
-      constexpr SteadyDuration kIdle = std::chrono::milliseconds(50);  // no newcomer wakes it
+      constexpr SteadyDuration kIdle =
+          std::chrono::milliseconds(50);  // new subscribers do not wake it
       idle = std::clamp<SteadyDuration>(publish(), SteadyDuration::zero(), kIdle);
     });
     return toMilliseconds(idle);
   }
 
-  /// Any thread: takes over what was handed over.
+  /// Any thread: takes over what the queue holds.
   void takeChanges() {
     const std::lock_guard<std::mutex> lock(mesh_.mutex);
     takeChangesLocked();
   }
 
-  /// Once it has returned, nothing is published that was handed over before.
+  /// Takes over all changes; from then on nothing older is published.
   void settle() {
     takeChanges();
     for (const auto& step : steps_) step->publish(nullptr);
@@ -119,7 +120,7 @@ class Output {
   ShownMesh mesh_;
   Pace trim_pace_{1.0 / 30.0};
 
-  mutable std::mutex report_mutex_;  ///< Guards what follows.
+  mutable std::mutex report_mutex_;  ///< Guards the members below.
   size_t triangles_ = 0, bytes_ = 0, max_bytes_ = 0;
   PagedMeshes::Stats pages_;
   double publish_ms_ = 0.0;

@@ -32,11 +32,11 @@
 namespace dtsdf {
 namespace {
 
-/// Calls that may wait at a time, such as a mesh that is simplified and the one that cancels it.
+/// How many calls may wait at once, such as one that simplifies a mesh and one that cancels it.
 constexpr int kServiceThreads = 2;
 /// How often a waiting frame asks for its transform.
 constexpr std::chrono::milliseconds kTransformPoll{5};
-/// A message wakes the thread.
+/// How long the input's thread sleeps; a message wakes it.
 constexpr std::chrono::milliseconds kUntilNextImage{1000};
 
 NodeParams readParams(const ros::NodeHandle& private_nh) {
@@ -48,10 +48,11 @@ NodeParams readParams(const ros::NodeHandle& private_nh) {
   return params;
 }
 
-/// Its threads: dtsdf_input (messages, poses), dtsdf_map (fuse, mesh), dtsdf_output (what is
-/// published) and two of dtsdf_service. What waits for a loop throws what the loop's work throws,
-/// and std::future_error once the loops have stopped. The thread(s) of the caller's node handles
-/// publish the status, pause and answer queries. It loads map/load_file, and then receives images.
+/// The threads are dtsdf_input (messages, poses), dtsdf_map (fusion, mesh), dtsdf_output
+/// (publishing) and two named dtsdf_service. The thread(s) of the caller's node handles publish the
+/// status, pause and answer queries. Whoever waits for a loop gets its exceptions, and
+/// std::future_error once the loops have stopped. map/load_file is loaded before images are
+/// received.
 class Pipeline {
  public:
   Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
@@ -115,9 +116,9 @@ class Pipeline {
     });
   }
 
-  /// Each camera of the setting `cameras` has its topics in its namespace; without that setting
-  /// there is one camera in the node's own. Colour whose stamps go back restarts alone: what is
-  /// mapped does not depend on it.
+  /// Each camera of the setting `cameras` has a namespace of its own; without the setting, a single
+  /// camera uses the node's. Colour whose stamps go back restarts alone, since geometry does not
+  /// depend on it.
   void addStreams(const ros::NodeHandle& nh, const std::string& ns) {
     const std::vector<std::string>& names = params_.cameras;
     const auto restart = [this](const ros::Time& stamp) { restartStamps(stamp); };
@@ -133,7 +134,7 @@ class Pipeline {
     }
   }
 
-  /// Input's thread. Returns how long there will be nothing to do unless a message comes.
+  /// Input's thread. @return how long there is nothing to do unless a message comes.
   std::chrono::milliseconds poseFrames() noexcept {
     bool waits = false;
     guarded("input", [&] {
@@ -144,11 +145,11 @@ class Pipeline {
 
   void restartStamps(const ros::Time& stamp) {
     for (const auto& stream : streams_) stream->restartStamps(stamp);
-    // Under simulated time it was done when the transforms came, and new ones may be in by now.
+    // Under simulated time, transforms were cleared as they came, and new ones may be there by now.
     if (!ros::Time::isSimTime()) transforms_.clear();
   }
 
-  /// Who waits for a loop is answered that it has ended. Frames that wait are dropped.
+  /// Calls that wait for a loop fail, and waiting frames are dropped.
   void stop() {
     rates_server_.reset();
     status_.reset();
@@ -187,7 +188,7 @@ class Pipeline {
         }));
   }
 
-  /// Waits until the output has taken over what was handed to it.
+  /// Waits until the output has taken over all changes.
   void settle() {
     output_loop_.run([this] { output_.settle(); }).get();
   }
@@ -222,12 +223,12 @@ class Pipeline {
   Output output_;
   LiveMap map_;
   const Host host_;
-  /// The depth of each camera, and its colour where that is wanted.
+  /// Depth of each camera, each followed by its colour if wanted.
   std::vector<std::unique_ptr<ImageStream>> streams_;
   InputStatus input_status_;
   std::vector<ros::ServiceServer> servers_;
   std::optional<StatusPublisher> status_;
-  /// Below `publish/`, so that its keys are those of the settings.
+  /// Its namespace is `publish/`, so that its keys equal the settings.
   std::optional<dynamic_reconfigure::Server<dtsdf_mapping::PublishConfig>> rates_server_;
 };
 

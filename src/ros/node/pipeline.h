@@ -1,5 +1,5 @@
-/// The mapping node, as nodelet and as node: the way of an image from its topic to mesh, files,
-/// grid and distances, the loops that its parts run in, the services and the status.
+/// The mapping node, as nodelet or standalone: takes images from topics to mesh, files, grid and
+/// distances, and runs the threads, services and status.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// Ends with the last copy of what is returned.
+/// Starts the node, which runs until the last copy of the returned pointer is gone.
 /// @throws ParamError or std::runtime_error if the node cannot start.
 std::shared_ptr<void> startPipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh);
 

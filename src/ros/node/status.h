@@ -23,7 +23,7 @@ namespace dtsdf {
 
 class StatusPublisher {
  public:
-  /// `fill` writes the status, but for its header; it is called by the queue of the node handles.
+  /// `fill` writes the status except its header, on the callback queue of the node handles.
   StatusPublisher(const ros::NodeHandle& nh, ros::NodeHandle private_nh, std::string map_frame,
                   double rate_hz, std::function<void(MapStatus&)> fill)
       : map_frame_(std::move(map_frame)),
@@ -34,7 +34,7 @@ class StatusPublisher {
       diagnostics.summary(status_.level, status_.message);
       addFields(status_, diagnostics);
     });
-    // Latched: a tool that asks once gets the answer at once.
+    // Latched, so that a tool that asks once gets an answer at once.
     publisher_ = private_nh.advertise<MapStatus>("status", 1, true);
     publish();  // before the timer, which another thread may serve
     timer_ = private_nh.createWallTimer(
@@ -58,13 +58,12 @@ class StatusPublisher {
     status_ = std::move(status);
     publisher_.publish(status_);
     logTrouble();
-    // Its own timer would wait for simulated time.
+    // The updater's own timer would wait for simulated time.
     updater_.force_update();
   }
 
-  /// Once for each trouble that lasts. Who runs the node looks at its terminal, not at its status:
-  /// what lacks from the start, such as images on the topic that is waited for, would never be
-  /// seen.
+  /// Logs each lasting problem once, for users who watch the terminal and not the status. They
+  /// would otherwise miss, for example, that no images arrive.
   void logTrouble() {
     constexpr std::chrono::seconds kLasts{5};
     if (is_logged_ || std::chrono::steady_clock::now() - trouble_since_ < kLasts) return;
@@ -72,14 +71,14 @@ class StatusPublisher {
     ROS_WARN_STREAM_NAMED("dtsdf_mapping", status_.message);
   }
 
-  /// The fields of a message as it prints itself, line by line: those of its parts lie deeper,
-  /// below a line that has a name and no value.
+  /// Adds the fields of the printed status, line by line. Fields of nested messages are indented
+  /// below a line with a name and no value.
   static void addFields(const MapStatus& status,
                         diagnostic_updater::DiagnosticStatusWrapper& diagnostics) {
     std::stringstream text;
     text.imbue(std::locale::classic());
     text << status;
-    std::vector<std::pair<size_t, std::string>> parts;  // names with their depth
+    std::vector<std::pair<size_t, std::string>> parts;  // names with their indentation
     for (std::string line; std::getline(text, line);) {
       const size_t depth = line.find_first_not_of(' '), colon = line.find(": ");
       if (colon == std::string::npos) continue;
@@ -94,7 +93,7 @@ class StatusPublisher {
     }
   }
 
-  /// Resident memory of this process; 0 where the system does not report it.
+  /// Resident memory of this process; 0 if the system does not report it.
   static uint64_t residentBytes() {
     std::ifstream statm("/proc/self/statm");
     uint64_t all_pages = 0, resident_pages = 0;
@@ -106,7 +105,7 @@ class StatusPublisher {
   const std::function<void(MapStatus&)> fill_;
   MapStatus status_;
   SteadyTime trouble_since_;
-  bool is_logged_ = false;  ///< The trouble there is.
+  bool is_logged_ = false;  ///< Whether the present problem is logged.
   diagnostic_updater::Updater updater_;
   ros::Publisher publisher_;
   ros::WallTimer timer_;

@@ -1,5 +1,5 @@
-/// A depth camera, with colour at the same pixels, that moves through an analytic room: input for
-/// the demo and the tests.
+/// Simulates a depth camera, with colour at the same pixels, that moves through an analytic room,
+/// for the demo and the tests.
 #include <cv_bridge/cv_bridge.h>
 #include <image_transport/image_transport.h>
 #include <ros/ros.h>
@@ -34,9 +34,9 @@ struct SimulatedCameraParams {
   double focal_px = 277.0;           ///< 60 degrees across at 320 pixels.
   double rate_hz = 10.0;             ///< Frames per second of wall time.
   double lap_s = 24.0;               ///< Time of one lap round the room.
-  int moving = 0;                    ///< Balls that go round in the room.
-  int frames = 0;                    ///< Ends after so many; 0: goes on for ever.
-  bool wait_for_subscriber = false;  ///< The first frame waits until someone listens.
+  int moving = 0;                    ///< Number of balls that circle in the room.
+  int frames = 0;                    ///< Number of frames; 0: no limit.
+  bool wait_for_subscriber = false;  ///< The first frame waits for a subscriber.
 };
 
 template <class Visitor>
@@ -58,8 +58,7 @@ void visitParams(SimulatedCameraParams& p, Visitor& visit) {
 namespace enc = sensor_msgs::image_encodings;
 
 /// Publishes `depth/image_rect`, `depth/camera_info` and the camera's transform in the map frame;
-/// and, with every second of them, what it sees in colour on `color/image_rect` and
-/// `color/camera_info`.
+/// and, with every second frame, a colour image on `color/image_rect` and `color/camera_info`.
 class SimulatedCamera {
  public:
   SimulatedCamera(ros::NodeHandle nh, const SimulatedCameraParams& params)
@@ -73,7 +72,7 @@ class SimulatedCamera {
     colour_infos_ = nh.advertise<sensor_msgs::CameraInfo>("color/camera_info", 5);
   }
 
-  /// Publishes until the frames are used up or ROS ends.
+  /// Publishes until all frames are sent or ROS shuts down.
   void run() {
     if (params_.wait_for_subscriber && !waitForSubscriber()) return;
     ros::WallRate rate(params_.rate_hz);
@@ -86,7 +85,7 @@ class SimulatedCamera {
 
  private:
   bool waitForSubscriber() const {
-    // Waits for both: a mapper's two connections come one after the other.
+    // Waits for both, since a mapper connects to them one after the other.
     while (ros::ok() && (images_.getNumSubscribers() == 0 || infos_.getNumSubscribers() == 0)) {
       ros::spinOnce();
       ros::WallDuration(0.02).sleep();
@@ -97,7 +96,7 @@ class SimulatedCamera {
   void publishFrame(int index) {
     const ros::Time stamp = ros::Time::now();
     if (index == 0) first_stamp_ = stamp;
-    // Poses follow the clock: those of an image that is late would otherwise jump.
+    // Poses follow the clock, so that the pose of a late image does not jump.
     const double time_s = (stamp - first_stamp_).toSec();
     const Eigen::Isometry3d T_W_C = roomCameraPose(time_s, params_.lap_s);
     broadcaster_.sendTransform(

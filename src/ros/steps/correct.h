@@ -1,5 +1,5 @@
-/// The step that corrects the poses of images that are in the map: makes the map again beside the
-/// live one, from the journal, until it can take its place.
+/// The step that corrects the poses of images in the map: makes a second map from the journal,
+/// which then replaces the live one.
 #pragma once
 
 #include <dtsdf_mapping/CorrectPoses.h>
@@ -35,29 +35,29 @@
 
 namespace dtsdf {
 
-/// What became of a correction.
+/// Outcome of a correction.
 using CorrectionResult = dtsdf_mapping::CorrectPoses::Response;
 
-/// With a journal and poses/mode tf: corrected poses, by the service correct_poses and the topic
-/// corrected_path.
+/// Takes corrected poses from the service correct_poses and the topic corrected_path. Needs a
+/// journal and poses/mode tf.
 ///
-/// One is under way at a time. A thread waits until the journal holds all frames before it, opens
-/// it and makes the map to begin with (`opening_`); then records are done again, one with each
-/// work(), while frames are fused and written (`refusion_`). Once that has caught up with the
-/// journal, its map takes the place of the live one, and the correction is written to the journal.
+/// One correction runs at a time. A thread waits until the journal holds all earlier frames, opens
+/// it and makes the initial map (`opening_`). Then each work() repeats one record, while new frames
+/// are fused and written (`refusion_`). Once this has caught up with the journal, its map replaces
+/// the live one, and the correction is written to the journal.
 ///
-/// What comes meanwhile waits; a newer one takes the place of the one that waits.
+/// A correction that comes meanwhile waits, until a newer one replaces it.
 class CorrectStep : public Step {
  public:
   struct Request {
-    /// Poses of the first camera in W; once looked at, only those of images.
+    /// Poses of the first camera in W; after add(), only those of images.
     journal::Correction correction;
-    double least = 0.0;  ///< Nothing is done if no image moves as far, in metres or radians.
+    double least = 0.0;  ///< Nothing is done if no image moves this far, in metres or radians.
     std::function<void(const CorrectionResult&)> answer;  ///< Called once; does not throw.
     SteadyTime came = std::chrono::steady_clock::now();
   };
 
-  /// `journal` outlives it; null: there is none, and all is refused.
+  /// `journal` must outlive it; if null, all corrections are refused.
   CorrectStep(const Host& host, JournalWriter* journal)
       : host_(host),
         journal_(journal),
@@ -83,7 +83,7 @@ class CorrectStep : public Step {
         [this](const nav_msgs::Path::ConstPtr& path) {
           guarded("corrected_path", [&] { followPath(*path); });
         };
-    // Only the newest of several that wait counts.
+    // A queue of one: only the newest waiting path counts.
     ros::NodeHandle nh = handles.input;
     path_input_ = nh.subscribe<nav_msgs::Path>(handles.ns + "/corrected_path", 1, callback);
   }
@@ -111,7 +111,8 @@ class CorrectStep : public Step {
     const auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (depth == nullptr || frame.camera != 0) return;
     const double stamp_s = frame.stamp.toSec();
-    if (!journal_->report().problem.empty()) return fused_.clear();  // it bounds them
+    if (!journal_->report().problem.empty())
+      return fused_.clear();  // only a working journal limits them
     if (!fused_.empty() && stamp_s < fused_.back().stamp_s - GivenMotion::kBegin_s) fused_.clear();
     if (fused_.empty() || stamp_s > fused_.back().stamp_s) {
       fused_.push_back({stamp_s, depth->T_W_C});
@@ -123,13 +124,13 @@ class CorrectStep : public Step {
   }
   void failed() override { giveUp("the map's backend failed"); }
 
-  /// What is done by another thread takes no time of this one, so it goes before frames.
+  /// Work goes before frames if another thread does the long part of it.
   Work hasWork() const override {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       if (path_) return Work::kBeforeFrames;
     }
-    // Two frames, and time to see that these were the last: so it is certain to end.
+    // Fuses up to two frames again for each new one, so that it catches up for certain.
     constexpr int kWorkPerFrame = 4;
     if (refusion_) {
       return work_since_frame_ < kWorkPerFrame ? Work::kBeforeFrames : Work::kWhenIdle;
@@ -165,8 +166,8 @@ class CorrectStep : public Step {
     if (bytes_ > 0) addMemory(status, "correction", on_gpu ? kGpu : kHost, bytes_);
   }
 
-  /// Map's thread: corrects the images that were fused so far. Only poses of images are kept; a
-  /// SLAM may say every second that nothing has changed.
+  /// Map's thread: queues a correction of the images fused so far. Only poses of images are kept.
+  /// Paths that change nothing are common: a SLAM may publish one every second.
   void add(Request request) {
     try {
       host_.map.throwIfFailed();
@@ -192,11 +193,11 @@ class CorrectStep : public Step {
   }
 
  private:
-  static constexpr char kOnlyByTf[] = "frames can be moved only where poses/mode is tf";
+  static constexpr char kOnlyByTf[] = "frames can be moved only if poses/mode is tf";
   static constexpr char kNothingMoves[] = "no frame moves";
-  static constexpr char kReplaced[] = "a newer correction has taken its place before it began";
+  static constexpr char kReplaced[] = "a newer correction replaced this one before it began";
 
-  /// Input's thread. A path that was not taken yet is replaced.
+  /// Input's thread. Replaces a path that was not taken yet.
   void followPath(const nav_msgs::Path& path) try {
     if (path.header.frame_id.size() > kLongestName) {
       throw std::runtime_error("the name of its frame is too long");
@@ -226,7 +227,7 @@ class CorrectStep : public Step {
     noteOutcome(false, errorText(error));
   }
 
-  /// Waits until it is answered. @throws std::runtime_error where it is refused.
+  /// Waits for the outcome. @throws std::runtime_error if the correction is refused.
   CorrectionResult correctByCall(const std::vector<StampedPose>& poses, const std::string& frame,
                                  const std::string& child_frame) {
     if (!is_by_tf_) throw std::runtime_error(kOnlyByTf);
@@ -248,8 +249,8 @@ class CorrectStep : public Step {
     return result;
   }
 
-  /// Poses of a child frame (empty: the camera), of the camera in the map. A frame that is not
-  /// named is the map frame, level or not.
+  /// Converts poses of `child_frame` (empty: the camera) in `frame` to poses of the camera in W. An
+  /// empty `frame` is map_frame, even if the map is levelled.
   std::vector<StampedPose> cameraPoses(const std::vector<StampedPose>& given,
                                        const std::string& frame,
                                        const std::string& child_frame) const {
@@ -278,11 +279,11 @@ class CorrectStep : public Step {
            opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
   }
 
-  /// @throws std::runtime_error where the journal lacks frames of the map
+  /// @throws std::runtime_error if frames of the map are missing from the journal.
   void requireWhole() const {
     const std::string problem = journal_->report().problem;
     if (problem.empty()) return;
-    throw std::runtime_error("the journal lacks frames of the map: " + problem +
+    throw std::runtime_error("frames of the map are missing from the journal: " + problem +
                              "; clear_map begins a new one");
   }
 
@@ -297,7 +298,7 @@ class CorrectStep : public Step {
         });
   }
 
-  /// In vain where the map is another one by now.
+  /// Starts to fuse again, unless the map was replaced meanwhile.
   void takeOpened() {
     refusion_ = opening_.get();
     if (!current_) return endCurrent();
@@ -314,12 +315,12 @@ class CorrectStep : public Step {
 
   void fuseAgain() {
     const bool has_fused = refusion_->step(host_.map.mapBytes());
-    work_since_frame_ += has_fused ? 2 : 1;  // else it has waited for the disk, or ended
+    work_since_frame_ += has_fused ? 2 : 1;  // a step without a frame waited for the disk, or ended
     if (!has_fused && hasCaughtUp()) return finish();
     noteProgress();
   }
 
-  /// While it waits, for the last records to be in the file, nothing is added to the journal.
+  /// Waits for the last records to be in the file; nothing is added to the journal meanwhile.
   bool hasCaughtUp() {
     std::future<bool> written = journal_->written();
     constexpr std::chrono::milliseconds kJournalWait{20};
@@ -328,7 +329,7 @@ class CorrectStep : public Step {
     return journal_->count() == refusion_->count();
   }
 
-  /// The map takes the place of the live one.
+  /// Replaces the live map by the corrected one.
   void finish() {
     const auto& mesh = refusion_->takeMesh();
     std::unique_ptr<Mapper> before = host_.map.replaceCorrected(refusion_->takeMapper(), mesh);
@@ -345,7 +346,7 @@ class CorrectStep : public Step {
     endCurrent(std::move(before));
   }
 
-  /// Large maps take long to be freed: another thread does it.
+  /// Frees maps on another thread, because large ones take long.
   void endCurrent(std::unique_ptr<Mapper> map = nullptr) {
     current_.reset();
     if (refusion_ == nullptr) return noteProgress();
@@ -395,20 +396,20 @@ class CorrectStep : public Step {
   std::optional<Request> waiting_, current_;
   std::future<std::unique_ptr<Refusion>> opening_;  ///< Opens the journal for `current_`.
   std::unique_ptr<Refusion> refusion_;
-  int work_since_frame_ = 0;  ///< With the journal.
+  int work_since_frame_ = 0;  ///< Only with a journal.
   std::future<void> freeing_;
 
-  // What is known of the first camera.
+  // The first camera.
   std::vector<StampedPose> fused_;  ///< Poses of the newest recording, with rising stamps.
   GivenMotion given_;
-  Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();  ///< Moves frames from given poses.
+  Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();  ///< From given to corrected poses.
 
-  mutable std::mutex mutex_;              ///< Guards what follows.
-  size_t fused_again_ = 0, to_fuse_ = 0;  ///< Frames, and all of them; 0 while none are.
-  size_t bytes_ = 0;                      ///< Size of the map that is made.
+  mutable std::mutex mutex_;              ///< Guards the members below.
+  size_t fused_again_ = 0, to_fuse_ = 0;  ///< Done, and total; 0 without a correction.
+  size_t bytes_ = 0;                      ///< Size of the second map.
   std::string last_;                      ///< Outcome of the last correction; empty: none yet.
   std::string camera_frame_;              ///< Frame of the first camera's images.
-  std::optional<Request> path_;           ///< Newest path that came, until it is taken.
+  std::optional<Request> path_;           ///< Newest path received, until it is taken.
 
   ros::Subscriber path_input_;
   ros::ServiceServer server_;

@@ -25,10 +25,10 @@
 namespace dtsdf {
 namespace {
 
-/// save_mesh, save_map and load_map, one after the other, on the threads of services: the map's
-/// thread only copies the map, or takes over the new one. A map that is on disk in part is too
-/// large to be copied: the map's thread saves it, piece by piece. A mesh that is being simplified
-/// gives up for the next call.
+/// Serves save_mesh, save_map and load_map, one call at a time, on the service threads: the map's
+/// thread only copies the map or takes over the new one. A map that is partly on disk is too large
+/// to copy, so the map's thread saves it, piece by piece. The next call cancels the simplification
+/// of a mesh.
 class FilesStep : public Step {
  public:
   explicit FilesStep(const Host& host) : host_(host), params_(host.params.mapper) {}
@@ -86,7 +86,8 @@ class FilesStep : public Step {
   }
 
  private:
-  /// A service with a file, whose calls are served in turn. `work` gets request, answer and path.
+  /// Adds a service with a file, whose calls are served one at a time. `work` gets request,
+  /// response and path.
   template <class Service, class FileWork>
   void addServer(const ros::NodeHandle& nh, const std::string& name,
                  const std::vector<std::string>& extensions, FileWork work) {
@@ -103,8 +104,9 @@ class FilesStep : public Step {
         }));
   }
 
-  /// Part by part, so that they need not be in memory at once; no frame comes between them, which
-  /// would bring more. @return in what the mesh is not that of the map; empty: in nothing.
+  /// Brings the mesh up to date part by part, so that the parts need not be in memory at once. No
+  /// frame is fused in between, which would add more. @return how the mesh differs from the map's;
+  /// empty if it does not.
   std::string flushMesh() {
     const auto flush = [this] {
       std::string problem;
@@ -117,7 +119,7 @@ class FilesStep : public Step {
     return host_.map_loop.run(flush).get();
   }
 
-  /// A mesh in memory is copied, block by shared block, so that the output continues meanwhile.
+  /// Copies a mesh in memory (its blocks are shared), so that the output continues meanwhile.
   SavedMesh writeMesh(const std::string& path, const SaveChoice& choice) {
     const MeshColour colour = host_.params.mapper.mesh.colour;
     std::unique_lock<std::mutex> lock(host_.mesh.mutex);
@@ -131,7 +133,7 @@ class FilesStep : public Step {
     return savePagedMesh(copy, colour, path, choice);
   }
 
-  /// @throws std::exception if the map cannot be copied, or the file not be written.
+  /// @throws std::exception if the map cannot be copied or the file cannot be written.
   MapInfo saveMap(const std::string& path) {
     std::optional<MapContents> contents;
     const auto copy_or_save = [&] {
@@ -145,9 +147,10 @@ class FilesStep : public Step {
     return contents ? dtsdf::saveMap(*contents, path) : saved;
   }
 
-  /// Replaces the map. An empty one takes the settings of the file, any other has to have them.
-  /// @return its blocks. @throws std::exception if the file cannot be read or does not fit; the map
-  /// is as it was.
+  /// Replaces the map by a file's. An empty map takes its settings; any other must have them
+  /// already.
+  /// @return the number of blocks. @throws std::exception if the file cannot be read or does not
+  /// fit; the map stays as it was.
   size_t loadMap(const std::string& path) {
     const auto file = std::make_shared<const MapChunks>(path, params_);
     const MapContents& contents = file->head();
@@ -157,7 +160,7 @@ class FilesStep : public Step {
     if (!is_empty) checkFitsCurrent(contents);
     const auto has_room = [&] { return host_.map.hasRoomFor(file->size().bytes()); };
     if (!is_empty && !host_.map_loop.run(has_room).get()) {
-      // All of the file is whole, before the map goes that it takes the place of.
+      // Checks that the whole file can be read before the present map is cleared.
       file->visit([](const MapContents&) {});
       host_.map_loop.run([this] { host_.map.clear(); }).get();
       returnFreeMemory();
@@ -165,15 +168,15 @@ class FilesStep : public Step {
     const MapperParams params = is_empty ? withSettingsOf(contents, params_) : params_;
     std::unique_ptr<Mapper> mapper = makeMapper(params, partsOf(file));
     const auto replace = [&] {
-      // Frames may have come meanwhile, with the settings that the map had.
+      // Frames may have been fused meanwhile, with the previous settings.
       if (!host_.map.isEmpty()) checkFitsCurrent(contents);
       return host_.map.replace(std::move(mapper), params.map.voxel_size_m, path, contents, file);
     };
-    // The old mapper comes back, so that the map's thread need not wait until its memory is freed.
+    // Frees the old mapper here, so that the map's thread need not wait for it.
     host_.map_loop.run(replace).get().reset();
     params_ = params;
     host_.await_output();
-    returnFreeMemory();  // that of the old map
+    returnFreeMemory();  // the old map's memory
     return contents.blocks.size();
   }
 
@@ -184,10 +187,10 @@ class FilesStep : public Step {
   }
 
   const Host& host_;
-  MapperParams params_;             ///< Settings of the map as it is.
+  MapperParams params_;             ///< Settings of the present map.
   std::mutex mutex_;                ///< Held while a file is written or read.
   uint64_t turn_ = 0;               ///< Number of the call that holds the mutex.
-  std::atomic<uint64_t> calls_{0};  ///< Number of the newest call: if larger, another one waits.
+  std::atomic<uint64_t> calls_{0};  ///< Number of the newest call; if larger than turn_, it waits.
   std::vector<ros::ServiceServer> servers_;
 };
 

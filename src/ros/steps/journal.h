@@ -1,4 +1,4 @@
-/// The step that writes what happens to the map into the journal.
+/// The step that writes everything that changes the map to the journal.
 #pragma once
 
 #include <memory>
@@ -15,7 +15,7 @@
 
 namespace dtsdf {
 
-/// With journal/folder. It waits for nobody.
+/// Runs if journal/folder is set. Never waits.
 class JournalStep : public Step {
  public:
   /// @throws std::runtime_error as JournalWriter does.
@@ -28,7 +28,7 @@ class JournalStep : public Step {
   }
 
   void fused(const PosedFrame& frame, const IntegrationResult& result) override {
-    // A frame that the mapper refused for itself leaves the map as it was, at any pose.
+    // A refused frame leaves the map unchanged at any pose, except for want of a measurement.
     if (result.status != FrameStatus::kFused && result.status != FrameStatus::kNoMeasurement) {
       return;
     }
@@ -44,7 +44,7 @@ class JournalStep : public Step {
 
   void regionCleared(const Region& region) override { writer_.add(region); }
 
-  /// A loaded or emptied map begins a new journal; CorrectStep writes corrections into this one.
+  /// A loaded or emptied map begins a new journal. CorrectStep adds corrections to the present one.
   void replaced(const MapContents* loaded, const std::shared_ptr<const MapChunks>& file) override {
     if (loaded != nullptr) params_ = withSettingsOf(*loaded, params_);
     begin(file);
@@ -60,13 +60,14 @@ class JournalStep : public Step {
     report(status, MapStatus::WARN, MapStatus::JOURNAL_INCOMPLETE, "journal: " + journal.problem);
   }
 
-  /// For corrections, which are written to it and made of it.
+  /// For CorrectStep, which reads and writes the journal.
   JournalWriter& writer() { return writer_; }
 
  private:
   void begin(std::shared_ptr<const MapChunks> map) {
     ParamTree settings = toTree(params_);
-    for (const char* key : {"backend", "threads"}) settings.erase(key);  // do not change its map
+    for (const char* key : {"backend", "threads"})
+      settings.erase(key);  // these do not affect the map
     const NodeParams& node = host_.params;
     writer_.begin({std::move(settings), node.poses, node.map_frame, frameOfMap(node)},
                   std::move(map));
@@ -74,8 +75,8 @@ class JournalStep : public Step {
   }
 
   const Host& host_;
-  MapperParams params_;                     ///< Settings of the map as it is.
-  std::optional<Eigen::Isometry3d> level_;  ///< Level that is in the journal.
+  MapperParams params_;                     ///< Settings of the present map.
+  std::optional<Eigen::Isometry3d> level_;  ///< Last level in the journal.
   JournalWriter writer_;
 };
 

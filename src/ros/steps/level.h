@@ -1,4 +1,4 @@
-/// The step that makes the map's frame: its level, and the centre of what is kept of the map.
+/// The step that levels the map, and sets the centre of the part of it that is kept.
 #pragma once
 
 #include <ros/console.h>
@@ -22,9 +22,9 @@
 
 namespace dtsdf {
 
-/// Levels as map/level says: `none` leaves all poses as they are. Else frames are dropped until the
-/// floor or gravity is known; from then on the level is the same until the node ends or a map is
-/// loaded, which brings its own. It is published on /tf_static.
+/// Levels the map as map/level says; `none` leaves all poses as they are. Otherwise frames are
+/// dropped until the floor or gravity is known. The level then stays the same until the node ends
+/// or a map with its own level is loaded. It is published on /tf_static.
 class LevelStep : public Step {
  public:
   LevelStep(const NodeParams& params, const Transforms& transforms, MapFrame& frame)
@@ -36,7 +36,7 @@ class LevelStep : public Step {
                                            std::to_string(FloorSearch::kViews) + " images");
   }
 
-  /// Subscribes the sensor, where map/level asks for it, until up is known.
+  /// Subscribes to the inertial sensor until up is known, if map/level is imu.
   void advertise(const Handles& handles) override {
     if (!isByImu()) return;
     constexpr uint32_t kImuQueue = 1000;  // a second of a fast sensor
@@ -61,7 +61,7 @@ class LevelStep : public Step {
     if (loaded != nullptr && loaded->T_W_M && frame_.isLevelled()) set(*loaded->T_W_M);
   }
 
-  /// Input's thread: a message of the inertial sensor.
+  /// Input's thread: adds a message of the inertial sensor.
   void add(const sensor_msgs::Imu& imu) {
     if (isKnown()) return;
     const std::optional<InertialSample> sample = sampleOf(imu);
@@ -80,7 +80,7 @@ class LevelStep : public Step {
         frameOfPoses(params_), stripLeadingSlash(measured_.frame_id), measured_.stamp);
     if (answer.T_W_C) return set(levelPose(answer.T_W_C->linear() * *up_I_));
     frame_.setLevelProblem("inertial sensor: " + answer.text);
-    // Also where stamps have gone back; the next still second may have a transform.
+    // Gives up, also if stamps have gone back: the next still second may have a transform.
     constexpr double kMaxWait_s = 10.0;
     const double waited_s = std::abs(imu.header.stamp.toSec() - measured_.stamp.toSec());
     if (!answer.may_come || waited_s > kMaxWait_s) up_I_.reset();
@@ -90,7 +90,7 @@ class LevelStep : public Step {
   bool isByImu() const { return params_.level == LevelChoice::kImu; }
   bool isKnown() const { return !frame_.isLevelled() || frame_.level().has_value(); }
 
-  /// Brings it into the level frame.
+  /// Moves a frame's pose into the level frame.
   std::optional<Rejection> raise(PosedFrame& frame) {
     const auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (!frame_.isLevelled()) {
@@ -99,7 +99,7 @@ class LevelStep : public Step {
       }
       return std::nullopt;
     }
-    // What the floor is found by is dropped: what follows is fused in the frame that is known then.
+    // Drops the frames in which the floor is found; later ones are fused in the level frame.
     const bool looks = !isKnown() && depth != nullptr;
     if (looks && !isByImu()) lookForFloor(*depth);
     const std::optional<Eigen::Isometry3d> T_W_M = frame_.level();
@@ -132,7 +132,7 @@ class LevelStep : public Step {
   MapFrame& frame_;
   // Map's thread only.
   FloorSearch floor_;
-  std::optional<LevelDoubt> doubt_;  ///< Where space is kept without a level.
+  std::optional<LevelDoubt> doubt_;  ///< Set if space is kept without levelling.
   // Input's thread only.
   StillGravity gravity_;
   std::optional<Eigen::Vector3d> up_I_;  ///< In the sensor's frame; waits for its transform.

@@ -1,4 +1,4 @@
-/// The map at work: fuses the frames that come, extracts the mesh and hands over what changed.
+/// The live map: fuses frames as they come, extracts the mesh and hands over its changes.
 #pragma once
 
 #include <ros/console.h>
@@ -28,8 +28,8 @@
 
 namespace dtsdf {
 
-/// What planners are answered is to be no older than a second while frames come: half of it is left
-/// to the mesh and to distances.
+/// Answers to planners should be no older than a second while frames come: half of that is for mesh
+/// and distances.
 constexpr double kLeastSpaceRate_hz = 2.0;
 
 inline void fillMemory(const MapStats& stats, const MapperMemory& memory, MapStatus& status) {
@@ -70,8 +70,8 @@ inline void fillStats(const MapStats& stats, MapStatus& status) {
   status.page_wait_s = static_cast<float>(pages.wait_ms / 1000.0);
 }
 
-/// What the budget had no room for. Once something was refused this holds until the map is cleared,
-/// so its codes come after those of what is wrong now.
+/// Reports what the budget had no room for. Such reports last until the map is cleared, so their
+/// codes rank after those of present problems.
 inline void judgeBudget(const MapStats& stats, MapStatus& status) {
   const auto warn = [&](uint8_t code, uint64_t count, const std::string& what) {
     if (count > 0) report(status, MapStatus::WARN, code, what);
@@ -99,15 +99,15 @@ inline void judgeBudget(const MapStats& stats, MapStatus& status) {
            "; surfaces are still mapped; raise map/max_memory_mb or space/cell_voxels");
 }
 
-/// Map's thread only, but for fill() and throwIfFailed(). It waits for nobody: neither for
-/// transforms nor for whoever shows or saves the mesh.
+/// Map's thread only, except fill() and throwIfFailed(). Waits neither for transforms nor for
+/// threads that show or save the mesh.
 ///
-/// Frames and the mesh take turns. An extraction that is begun runs beside the next frame (on a
-/// GPU) and is finished after it, or at once while no frame is there, or where it is made already
-/// (on a CPU).
+/// Frames and extractions of the mesh alternate. On a GPU, an extraction runs while the next frame
+/// is fused, and is finished after it. It is finished at once if no frame is there, or if it is
+/// ready (on a CPU).
 class LiveMap {
  public:
-  /// What is given by reference outlives it.
+  /// All references must outlive it.
   LiveMap(std::unique_ptr<Mapper> mapper, const NodeParams& params, FrameQueue& frames,
           const MapFrame& frame, MeshQueue& mesh_changes, const Steps& steps,
           SteadyClock clock = std::chrono::steady_clock::now)
@@ -120,11 +120,11 @@ class LiveMap {
         clock_(std::move(clock)) {
     report_.backend = mapper_->backendName();
     report_.voxel_size_m = params.mapper.map.voxel_size_m;
-    updateReport();  // the budget is known before the first frame
+    updateReport();  // reports the budget before the first frame
   }
 
-  /// Does what is due. Returns how long there will be nothing to do. After a failure of the backend
-  /// frames are dropped until clear() has made a new start.
+  /// Does what is due. @return how long there is nothing to do. After a failure of the backend,
+  /// frames are dropped until clear() or replace().
   std::chrono::milliseconds step() noexcept {
     try {
       if (!act()) return idleTime();
@@ -138,24 +138,24 @@ class LiveMap {
 
   Mapper& mapper() { return *mapper_; }
 
-  /// What the map's file says beside what the mapper knows.
+  /// What a map file says in addition to the mapper's data.
   MapOrigin origin(const std::string& map_frame = std::string()) const {
     const PoseParams& poses = params_.poses;
     return {map_frame, frame_.level(), map_stamp_.isZero() ? loaded_stamp_s_ : map_stamp_.toSec(),
             poses.mode == PoseMode::kTf ? PoseParams() : poses};
   }
 
-  /// Stamp of the newest frame whose surfaces are in the extraction finished last.
+  /// Stamp of the newest frame in the last finished extraction.
   const ros::Time& meshStamp() const { return surfaces_stamp_; }
-  /// Size of the map, as it was counted last.
+  /// Size of the map in bytes, at the last count.
   size_t mapBytes() const { return report_.map_bytes; }
 
-  /// Hands over what the mesh lacks, or a part of it, also after a failure that has left the map
-  /// usable. Where it has not, the mesh stays what was handed over last.
-  /// @return in what it is not that of the map then; empty: in nothing.
+  /// Hands over what is missing from the mesh, or a part of it, even after a failure if the map is
+  /// still usable; if it is not, the mesh stays as it was.
+  /// @return how the mesh then differs from the map's; empty if it does not.
   std::string flushMesh() {
     try {
-      // A backend that failed may still have its map, as a GPU does that has run out of memory.
+      // A backend that failed may still have its map, for example a GPU that has run out of memory.
       if (mesh_under_way_) finishMesh();
       if (mesh_whole_ && fused_since_mesh_) {
         beginMesh();
@@ -164,21 +164,22 @@ class LiveMap {
     } catch (const std::exception& error) {
       fail(errorText(error));
     }
-    // Where changes were lost, later ones would not fit what was handed over.
+    // If changes were lost, later ones would not fit the mesh handed over before.
     return mesh_whole_
                ? ""
                : "; the backend has failed, so this is the last extracted mesh: " + failure_;
   }
 
-  /// Whether the last extraction has left something to the next one.
+  /// Whether the last extraction left work to the next one.
   bool isMeshPart() const { return mesh_is_part_; }
 
   /// Empties a part of the map.
-  /// @throws std::runtime_error if the region has a problem, or the backend has failed, or fails.
+  /// @throws std::runtime_error if the region is invalid, or if the backend has failed or fails.
   ClearedRegion clearRegion(const Region& region) {
     throwIfFailed();
     const std::string problem = findProblem(region);
-    if (!problem.empty()) throw std::runtime_error(problem);  // the caller's, not the backend's
+    if (!problem.empty())
+      throw std::runtime_error(problem);  // the caller's fault, not the backend's
     try {
       const ClearedRegion cleared = mapper_->clearRegion(region);
       regionCleared(region);
@@ -192,22 +193,22 @@ class LiveMap {
     }
   }
 
-  /// Whether a second map of so many bytes fits beside it into the budget.
+  /// Whether the budget has room for a second map of this size.
   bool hasRoomFor(size_t bytes) const {
-    if (hasFailed()) return true;  // it goes all the same
+    if (hasFailed()) return true;  // it is given up anyway
     const MapStats stats = mapper_->stats();
     return stats.pages.blocks == 0 && stats.map_bytes + bytes <= stats.max_map_bytes;
   }
 
-  /// Whether nothing is mapped; no map that has failed counts as empty.
+  /// Whether nothing is mapped. A failed map does not count as empty.
   bool isEmpty() const {
     if (hasFailed()) return false;  // asking could fail
     const MapStats stats = mapper_->stats();
     return stats.blocks + stats.pages.blocks == 0;
   }
 
-  /// Goes on with a map that was loaded, in a mapper of its own, and starts over after a failure;
-  /// the whole mesh is handed over again. @return the mapper so far.
+  /// Continues with a loaded map in a new mapper, even after a failure; the whole mesh is handed
+  /// over again. @return the previous mapper.
   std::unique_ptr<Mapper> replace(std::unique_ptr<Mapper> mapper, float voxel_size_m,
                                   const std::string& path, const MapContents& loaded,
                                   const std::shared_ptr<const MapChunks>& file = nullptr) {
@@ -222,8 +223,8 @@ class LiveMap {
     return mapper;
   }
 
-  /// The map of corrected poses, with all frames that this one has, and its whole mesh. @return the
-  /// mapper so far.
+  /// Continues with the map of corrected poses, which has all frames of this one, and its whole
+  /// mesh. @return the previous mapper.
   std::unique_ptr<Mapper> replaceCorrected(std::unique_ptr<Mapper> mapper,
                                            const std::map<PackedKey, SharedBlockMesh>& mesh) {
     if (mesh_under_way_) finishMesh();
@@ -247,7 +248,7 @@ class LiveMap {
     startOver(nullptr, nullptr);
   }
 
-  /// Any thread: its part of the status, in place of what is in it.
+  /// Any thread: overwrites the status with the map's part.
   void fill(MapStatus& status) const {
     const std::lock_guard<std::mutex> lock(report_mutex_);
     status = report_;
@@ -264,7 +265,7 @@ class LiveMap {
   }
 
  private:
-  /// Does what is due first. @return false if nothing is.
+  /// Does the first thing that is due. @return false if nothing is.
   bool act() {
     const bool frame_ready = frames_.hasTurn();
     if (hasFailed()) {
@@ -296,7 +297,7 @@ class LiveMap {
     return true;
   }
 
-  /// None, if nobody wants it or nothing has changed.
+  /// When to extract the mesh; none if nobody wants it or nothing has changed.
   std::optional<SteadyTime> nextMesh() {
     if (!fused_since_mesh_ || mesh_under_way_) return std::nullopt;
     std::optional<double> rate_hz;
@@ -317,7 +318,7 @@ class LiveMap {
 
   void fuseNext() {
     std::optional<PosedFrame> frame = frames_.take();
-    if (!frame) return;  // was dropped meanwhile
+    if (!frame) return;  // dropped meanwhile
     if (hasFailed()) {
       return frame->accounting->dropped({drop::kBackendError, failure_}, frame->stamp);
     }
@@ -336,7 +337,7 @@ class LiveMap {
     }
     const IntegrationResult result = integrate(frame);
     if (result.status == FrameStatus::kFused) {
-      // Colour may come late; depth that goes back has begun again.
+      // Colour may come late; depth whose stamps go back has started over.
       const bool is_depth = std::holds_alternative<DepthFrame>(frame.image);
       map_stamp_ = is_depth ? frame.stamp : std::max(map_stamp_, frame.stamp);
       frame.accounting->fused(frame.stamp);
@@ -382,7 +383,7 @@ class LiveMap {
   void finishMesh() {
     mesh_under_way_ = false;
     MeshUpdate update = mapper_->finishMeshUpdate();
-    // Where the mesh takes long, frames get at least as much of the thread's time as it does.
+    // If the mesh takes long, frames get at least as much of the thread's time.
     mesh_pace_.restUntil(clock_() + toSteadyDuration(update.duration_ms / 1000.0));
     mesh_is_part_ = update.is_part;
     fused_since_mesh_ = fused_since_mesh_ || mesh_is_part_;
@@ -397,7 +398,7 @@ class LiveMap {
     for (const auto& step : steps_) step->meshed();
   }
 
-  /// With another map, of which nothing was handed over.
+  /// Resets the state for another map, of which nothing was handed over yet.
   void startOver(const MapContents* loaded, const std::shared_ptr<const MapChunks>& file) {
     mesh_under_way_ = mesh_is_part_ = false;
     mesh_whole_ = true;
@@ -416,8 +417,8 @@ class LiveMap {
     fused_since_mesh_ = report_outdated_ = true;
   }
 
-  /// Waits for blocks that move to disk after a mesh; so it is called after a frame, which has
-  /// waited for them, or while none is ready.
+  /// Waits for blocks that move to disk after an extraction; it is therefore called after a frame,
+  /// which has waited for them already, or while none is ready.
   void updateReport() {
     report_outdated_ = false;
     const MapStats stats = mapper_->stats();
@@ -454,16 +455,16 @@ class LiveMap {
   bool fused_since_mesh_ = false;  ///< Since the last extraction was begun.
   bool report_outdated_ = false;
   bool mesh_is_part_ = false;
-  bool mesh_whole_ = true;       ///< False while an extraction is under way, and once one was lost.
-  ros::Time map_stamp_;          ///< Stamp of the newest frame in the map, but for a loaded one's.
+  bool mesh_whole_ = true;       ///< False during an extraction, and after one was lost.
+  ros::Time map_stamp_;          ///< Stamp of the newest frame fused here.
   double loaded_stamp_s_ = 0.0;  ///< Stamp of a loaded map's newest frame; 0: none.
   ros::Time mesh_stamp_;         ///< The map's stamp when the last extraction was begun.
   ros::Time surfaces_stamp_;     ///< The map's stamp when the last finished one was begun.
 
   mutable std::mutex report_mutex_;
-  // Only this thread writes.
+  // Only the map's thread writes.
   std::string failure_;  ///< Failure of the backend; empty while it works.
-  MapStatus report_;     ///< What it says of the map.
+  MapStatus report_;     ///< The map's part of the status.
 };
 
 }  // namespace dtsdf

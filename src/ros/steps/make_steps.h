@@ -9,13 +9,14 @@ namespace dtsdf {
 
 class SpaceStep;
 
-/// @throws std::runtime_error where a folder cannot be written.
+/// @throws std::runtime_error if a folder cannot be written.
 Steps makeSteps(const Host& host);
 
-// Each in the file of its name.
+// Each is defined in the file of its name.
 std::unique_ptr<Step> makeMeshTopicsStep(const NodeParams& params, const Rates& rates);
 std::unique_ptr<Step> makePointsStep(const Host& host);
-std::unique_ptr<Step> makeOctomapStep(const Host& host, const SpaceStep& space);  ///< Maybe not.
+std::unique_ptr<Step> makeOctomapStep(const Host& host,
+                                      const SpaceStep& space);  ///< With octomap_msgs.
 std::unique_ptr<Step> makeViewStep(const Host& host);
 std::unique_ptr<Step> makeFilesStep(const Host& host);
 

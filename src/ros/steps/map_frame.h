@@ -1,5 +1,5 @@
-/// The frame that the map is in: map_frame itself, or one that is level, once up is known; and
-/// where other frames are in it.
+/// The map's frame W: map_frame (M) itself or, once up is known, a levelled frame; and the poses of
+/// other frames in it.
 #pragma once
 
 #include <ros/console.h>
@@ -22,14 +22,14 @@ namespace dtsdf {
 /// Thread safe.
 class MapFrame {
  public:
-  /// Both outlive it.
+  /// Both must outlive it.
   MapFrame(const NodeParams& params, const Transforms& transforms)
       : params_(params), transforms_(transforms) {}
 
-  /// Whether the map has a frame of its own.
+  /// Whether W differs from M.
   bool isLevelled() const { return dtsdf::isLevelled(params_); }
 
-  /// T_W_M; none where the map is in map_frame, or up is not known yet.
+  /// T_W_M; none if the map is not levelled, or up is not known yet.
   std::optional<Eigen::Isometry3d> level() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return T_W_M_;
@@ -50,16 +50,16 @@ class MapFrame {
     level_problem_ = text;
   }
 
-  /// What is in M, in W. @throws std::runtime_error while up is not known.
+  /// Pose in W of a frame whose pose in M is given. @throws std::runtime_error while up is unknown.
   Eigen::Isometry3d inMap(const Eigen::Isometry3d& T_M_F) const {
     if (!isLevelled()) return T_M_F;
     if (const auto T_W_M = level()) return *T_W_M * T_M_F;
     throw std::runtime_error("the map is not level yet: " + levelProblem());
   }
 
-  /// Pose of a frame in the map at a time; 0: by the newest transform. An empty name is the frame
-  /// of the map. A transform of just now may be on its way: it is waited for as long as an image's.
-  /// @throws std::runtime_error where there is none.
+  /// Pose of a frame in the map at a stamp; 0: by the newest transform. An empty name is the map's
+  /// frame. Waits for a transform that may still come, for as long as images do.
+  /// @throws std::runtime_error if there is none.
   Eigen::Isometry3d find(const std::string& frame_id, const ros::Time& stamp = ros::Time(0)) const {
     const std::string frame = stripLeadingSlash(frame_id);
     if (frame.empty()) return Eigen::Isometry3d::Identity();
@@ -75,7 +75,7 @@ class MapFrame {
     }
   }
 
-  /// Where map/keep_frame is at the stamp, or else now; none where it is not known, or not set.
+  /// Position of map/keep_frame at the stamp, or else now; none if it is unknown or not set.
   std::optional<Eigen::Vector3d> keepCenterAt(const ros::Time& stamp) const {
     const std::string& frame = params_.keep_frame;
     if (frame.empty() || params_.mapper.map.keep_radius_m == 0.0f) return std::nullopt;
@@ -91,7 +91,7 @@ class MapFrame {
   }
 
  private:
-  /// Pose of a frame that needs no transform; none for others.
+  /// Pose of W or M, which need no transform; none for other frames.
   std::optional<Eigen::Isometry3d> poseOfFixed(const std::string& frame) const {
     if (frame == frameOfMap(params_)) return Eigen::Isometry3d::Identity();
     if (frame == params_.map_frame) return inMap(Eigen::Isometry3d::Identity());
@@ -101,7 +101,7 @@ class MapFrame {
   const NodeParams& params_;
   const Transforms& transforms_;
 
-  mutable std::mutex mutex_;  ///< Guards what follows.
+  mutable std::mutex mutex_;  ///< Guards the members below.
   std::optional<Eigen::Isometry3d> T_W_M_;
   std::string level_problem_;
 };

@@ -1,4 +1,4 @@
-/// The queue from the map's thread to the output's: what changed in the mesh.
+/// The queue of mesh changes from the map's thread to the output's.
 #pragma once
 
 #include <ros/time.h>
@@ -19,17 +19,17 @@
 
 namespace dtsdf {
 
-/// What has happened to the mesh since it was last asked for, in the order of its members.
+/// Changes of the mesh since the last take(), in the order of the members.
 struct MeshChanges {
-  bool cleared = false;                 ///< First, the whole mesh was forgotten.
-  bool is_whole = false;                ///< Or all of it but `blocks` was forgotten.
-  std::optional<float> voxel_size_m;    ///< Size from there on, if the map is a new one.
-  std::vector<SharedBlockMesh> blocks;  ///< Then these were replaced, in no order.
+  bool cleared = false;                 ///< First, the whole mesh was removed.
+  bool is_whole = false;                ///< Or all of it except `blocks` was removed.
+  std::optional<float> voxel_size_m;    ///< New voxel size, if the map is a new one.
+  std::vector<SharedBlockMesh> blocks;  ///< Then these were replaced, in any order.
   ros::Time stamp;                      ///< Stamp of the newest frame in them; zero if none.
 };
 
-/// Thread safe. Changes of one block become one, so that an output that stands still costs one mesh
-/// of the map and no more; handing over costs what changed, not what there is.
+/// Thread safe. Changes of one block are merged, so that a stalled output costs at most one mesh of
+/// the map. The cost depends on what changed, not on the size of the mesh.
 class MeshQueue {
  public:
   /// `on_change` is called after each change, by the thread that made it.
@@ -46,8 +46,8 @@ class MeshQueue {
     });
   }
 
-  /// The whole mesh, by packed key, of a map that is another one in part. Whoever follows compares
-  /// it with what there was, and takes what differs.
+  /// Replaces the whole mesh, keyed by packed key, by that of a map that differs in parts. The
+  /// reader compares it with the previous mesh and takes the differences.
   void replaceAll(const std::map<PackedKey, SharedBlockMesh>& mesh, const ros::Time& stamp) {
     change([&] {
       changes_.is_whole = true;
@@ -56,7 +56,7 @@ class MeshQueue {
     });
   }
 
-  /// A new map that takes the place of the old one may have voxels of another size.
+  /// Removes the whole mesh. The voxel size is given if a new map may have another one.
   void clear(std::optional<float> voxel_size_m = std::nullopt) {
     change([&] {
       changes_ = {true, false, voxel_size_m ? voxel_size_m : changes_.voxel_size_m, {}, {}};
@@ -85,15 +85,15 @@ class MeshQueue {
 
   std::function<void()> on_change_;
   std::mutex mutex_;
-  MeshChanges changes_;  ///< Without its blocks.
+  MeshChanges changes_;  ///< Its blocks are in blocks_.
   std::unordered_map<PackedKey, SharedBlockMesh> blocks_;
 };
 
-/// The blocks of a mesh that a store does not have, or has in other bytes; and those that only the
-/// store has, without triangles.
+/// The blocks of `mesh` that are missing from or differ in `store`, and empty blocks for those that
+/// only `store` has.
 inline std::vector<SharedBlockMesh> differences(const MeshStore& store,
                                                 std::vector<SharedBlockMesh> mesh) {
-  const auto isSame = [](const auto& a, const auto& b) {  // none of them has padding
+  const auto isSame = [](const auto& a, const auto& b) {  // the types have no padding
     return a.size() == b.size() &&
            (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0);
   };

@@ -1,5 +1,4 @@
-/// The step that publishes the mesh in chunks: as markers for every viewer, and as blocks for
-/// little bandwidth.
+/// The step that publishes the mesh in chunks: as markers for any viewer, and as compact blocks.
 #include <dtsdf_mapping/MeshBlocks.h>
 #include <visualization_msgs/MarkerArray.h>
 
@@ -24,7 +23,7 @@ using visualization_msgs::MarkerArray;
 
 namespace {
 
-/// Pieces that wait for a listener at most, and how large one is, about.
+/// Limit of pieces that wait for a listener, and their approximate size.
 constexpr uint32_t kWaitingPieces = 20;
 constexpr size_t kPieceBytes = 1 << 20;
 /// Limit of one round; ten rounds a second are 40 MB/s.
@@ -42,8 +41,8 @@ std_msgs::ColorRGBA toColour(const std::array<uint8_t, 3>& rgb) {
   return colour;
 }
 
-// `mesh`: a TRIANGLE_LIST for each chunk, with a colour per vertex. Stamp 0: it is shown with the
-// newest transforms of the viewer.
+// `mesh`: a TRIANGLE_LIST for each chunk, with a colour per vertex. Stamp 0 makes viewers use their
+// newest transforms.
 
 Marker makeMarker(const NodeParams& params, int id, int action) {
   Marker marker;
@@ -86,7 +85,7 @@ void add(const NodeParams& params, double step_m, const PackedChunk& chunk, int 
   }
 }
 
-// `mesh_blocks`: chunks as they are packed.
+// `mesh_blocks`: packed chunks.
 
 void begin(const NodeParams& params, double step_m, const ros::Time& stamp, MeshBlocks& message) {
   message.header.frame_id = frameOfMap(params);
@@ -103,13 +102,13 @@ void add(const NodeParams&, double, PackedChunk chunk, int, MeshBlocks& message)
   message.blocks.push_back(toMessage(std::move(chunk)));
 }
 
-/// A topic of the mesh: an ordinary publisher, and the chunks that are still to be published. They
-/// go in pieces, a few at a time, never more than its queue holds: a listener that never reads
-/// costs that queue, and delays nobody.
+/// A topic of the mesh, with the chunks that are pending. They are sent in pieces, a few at a time,
+/// never more than the queue holds: a listener that never reads costs only that queue and delays
+/// nobody.
 template <class Message>
 class ChunkTopic {
  public:
-  /// A newcomer gets first what makes it forget what a node before has published.
+  /// A new listener first gets a message that clears what an earlier node published.
   void advertise(const ros::NodeHandle& nh, const std::string& name, const NodeParams& params,
                  const std::atomic<double>& step_m) {
     topic_.advertise<Message>(nh, name, kWaitingPieces, [&](const auto& newcomer) {
@@ -122,7 +121,7 @@ class ChunkTopic {
   bool isFollowed() const { return topic_.isFollowed(); }
   bool isBehind() const { return !pending_.empty(); }
 
-  /// What is to be published becomes pending.
+  /// Adds the chunks to publish.
   void addPending(const MeshChunks& chunks, bool with_changes,
                   const std::vector<PackedKey>& refreshed) {
     const auto add = [this](const auto& keys) { pending_.insert(keys.begin(), keys.end()); };
@@ -136,7 +135,7 @@ class ChunkTopic {
     lacking_ = pending_.size();
   }
 
-  /// Publishes some pieces of what is pending.
+  /// Publishes a few pieces of the pending chunks.
   void publishRound(const MeshChunks& chunks, const ChunkLattice& lattice, const NodeParams& params,
                     ShownMesh& mesh) {
     auto next = pending_.begin();
@@ -150,7 +149,7 @@ class ChunkTopic {
         const std::vector<PackedKey> blocks = chunks.blocksOf(key);
         const uint64_t failures = mesh.meshes.stats().failures;
         const MeshStore& store = mesh.meshes.holding(blocks);
-        if (mesh.meshes.stats().failures > failures) {  // is read again in the next round
+        if (mesh.meshes.stats().failures > failures) {  // the next round reads it again
           ++next;
           continue;
         }
@@ -174,12 +173,12 @@ class ChunkTopic {
 
  private:
   Topic topic_;
-  std::set<PackedKey> pending_, shown_;  ///< Chunks that wait, and those with triangles published.
+  std::set<PackedKey> pending_, shown_;  ///< Chunks that wait; those published with triangles.
   std::atomic<size_t> lacking_{0};       ///< Number of chunks that wait, for the status.
 };
 
-/// `mesh` and `mesh_blocks`. Changes go to all; after somebody has connected, the whole mesh is
-/// published once more; and all of it again within mesh_topics/refresh_s, for who has lost a piece.
+/// Publishes `mesh` and `mesh_blocks`: changes for all, the whole mesh once more after somebody has
+/// connected, and all of it again within mesh_topics/refresh_s, for listeners that lost a piece.
 class MeshTopicsStep : public Step {
  public:
   MeshTopicsStep(const NodeParams& params, const Rates& rates)
@@ -216,7 +215,7 @@ class MeshTopicsStep : public Step {
       markers_.publishRound(chunks_, lattice, params_, *mesh);
       blocks_.publishRound(chunks_, lattice, params_, *mesh);
       mesh->meshes.dropFetched();
-      // At least half of the thread's time is left to others that share the cores.
+      // Leaves at least half of the thread's time to others that share the cores.
       round_pace_.end(now);
     }
     if (markers_.isBehind() || blocks_.isBehind()) return round_pace_.next() - now;

@@ -1,5 +1,5 @@
-/// The step that publishes free and occupied space as an OctoMap while someone listens; compiled
-/// where octomap_msgs is installed.
+/// The step that publishes free and occupied space as an OctoMap while someone listens; compiled if
+/// octomap_msgs is installed.
 #include <octomap_msgs/Octomap.h>
 
 #include <locale>
@@ -23,13 +23,14 @@ class OctomapStep : public Step {
     topic_.advertise<octomap_msgs::Octomap>(handles.prompt, "octomap", 1);
   }
 
-  /// The step of space has the output ask again soon. Rests as long as it took.
+  /// Names no time, because SpaceStep makes the output ask again soon. Rests as long as publishing
+  /// took.
   SteadyDuration publish(ShownMesh*) override {
     const SteadyTime begin = std::chrono::steady_clock::now();
     const SpaceStep::Known known = space_.known();
     pace_.setRate(host_.rates.space_hz, begin);
     if (topic_.takeNewcomer()) published_.reset();
-    const bool is_any = known.space->cellSize_m() > 0.0;  // or was, before clear_map
+    const bool is_any = known.space->cellSize_m() > 0.0;  // stays true after clear_map
     const bool is_outdated = known.space != published_.lock();
     if (!is_any || !is_outdated || !topic_.isFollowed() || !pace_.isDue(begin)) {
       return SteadyDuration::max();
@@ -43,7 +44,7 @@ class OctomapStep : public Step {
   void fill(MapStatus& status) override { status.topics.push_back(topic_.status()); }
 
  private:
-  /// As octomap_msgs/conversions.h makes it.
+  /// Equals the message of octomap_msgs/conversions.h.
   octomap_msgs::Octomap makeMessage(const SpaceStep::Known& known) const {
     octomap::OcTree tree(known.space->cellSize_m());
     known.space->visitCubes([&](const std::vector<SpaceCube>& cubes) {

@@ -30,7 +30,7 @@ Point toPoint(const Mesh& mesh, size_t vertex, MeshColour colour) {
   return point;
 }
 
-/// `surface_points`: a cloud is the whole mesh.
+/// Publishes `surface_points`; each cloud holds the whole mesh.
 class PointsStep : public Step {
  public:
   explicit PointsStep(const Host& host) : host_(host), pace_(host.rates.points_hz) {}
@@ -64,8 +64,8 @@ class PointsStep : public Step {
     Cloud cloud;
     cloud.header.frame_id = frameOfMap(host_.params);
     cloud.header.stamp = pcl_conversions::toPCL(stamp);
-    // Room for at least one: pcl_ros copies from the points' address, even if there are none, and
-    // it must not be null.
+    // Reserves at least one point: pcl_ros copies from the points' address even if there are none,
+    // and it must not be null.
     cloud.reserve(std::max<size_t>(1, mesh.vertices_m.size()));
     for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
       cloud.push_back(toPoint(mesh, i, host_.params.mapper.mesh.colour));
@@ -75,7 +75,7 @@ class PointsStep : public Step {
 
   const Host& host_;
   Topic topic_;
-  std::atomic<bool> is_outdated_{false};  ///< The cloud that was published last.
+  std::atomic<bool> is_outdated_{false};  ///< Whether the last cloud is outdated.
   Pace pace_;
 };
 

@@ -1,4 +1,4 @@
-/// How well poses that were found are known, as odometry has it.
+/// Covariances of aligned poses, for odometry.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,9 +12,8 @@ namespace dtsdf {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// Axes along (or about) which an image does not hold its pose: there the error is still more than
-/// half of what it was before. `covariance` is the position's or the rotation's, `sigma` the
-/// prior's.
+/// Axes along (or about) which an image leaves its pose free: the deviation is still more than half
+/// of the prior's. `covariance` is the position's or the rotation's, `sigma` the prior's deviation.
 inline std::vector<Eigen::Vector3d> freeAxes(const Eigen::Matrix3d& covariance, double sigma) {
   constexpr double kFreeShare = 0.25;  // share of the prior's variance
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
@@ -26,11 +25,11 @@ inline std::vector<Eigen::Vector3d> freeAxes(const Eigen::Matrix3d& covariance, 
   return axes;
 }
 
-/// Covariance of a pose in the map. In track, an error along a free axis adds up from image to
-/// image, so that nothing is known of it after a while: its variance is made large. What was not
-/// aligned is where it was given, such as the first image.
+/// Covariance of a pose in the map. With poses/mode track, errors along a free axis add up from
+/// image to image, so its variance is made large. An image that was not aligned, such as the first,
+/// is at its given pose.
 inline Matrix6d odometryCovariance(const Alignment& alignment, const PoseParams& params) {
-  // Variances of what is not known, which filters still can work with.
+  // Variances of unknown quantities that filters can still work with.
   constexpr double kUnknown_m2 = 1e3, kUnknown_rad2 = 10.0;
   Matrix6d covariance = alignment.covariance;
   if (params.mode != PoseMode::kTrack || alignment.status != AlignmentStatus::kAligned) {
@@ -47,8 +46,8 @@ inline Matrix6d odometryCovariance(const Alignment& alignment, const PoseParams&
   return covariance;
 }
 
-/// Covariance of the pose of B in M, from that of C in W, where B is fixed to C: turned by R_M_W,
-/// and about B, which is offset_M from C.
+/// Covariance of the pose of B in M, from that of C in W, where B is fixed to C at offset_M:
+/// rotated by R_M_W and moved to B.
 inline Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Matrix3d& R_M_W,
                                 const Eigen::Vector3d& offset_M) {
   Eigen::Matrix3d cross;

@@ -1,5 +1,5 @@
-/// The step of poses/mode: where depth images lie in the map, moved from TF's pose, or found by it;
-/// published as odometry, as a path and in TF.
+/// The step of poses/mode: refines TF's poses of depth images or finds poses without TF, and
+/// publishes them as odometry, as a path and in TF.
 #pragma once
 
 #include <dtsdf_mapping/PoseStatus.h>
@@ -34,9 +34,9 @@
 
 namespace dtsdf {
 
-/// With poses/mode refine and track; else poses stay as they are. With refine each camera is
-/// aligned by itself, and the first one is who speaks for all: its correction and its poses are
-/// published. The one place that knows where poses come from; serves set_pose and save_trajectory.
+/// Aligns images if poses/mode is refine or track; otherwise poses stay as they are. With refine,
+/// each camera is aligned by itself, and the correction and poses of the first are published. No
+/// other class knows where poses come from. Serves set_pose and save_trajectory.
 class PosesStep : public Step {
  public:
   explicit PosesStep(const Host& host)
@@ -70,14 +70,14 @@ class PosesStep : public Step {
         [this](const auto& request, auto& response) { save(request.file_name, response); }));
   }
 
-  /// Gives a frame the pose in M that is expected of it, where it has none by TF: with track.
+  /// With track, gives a frame its expected pose in M, because TF gives none.
   std::optional<Rejection> expect(PosedFrame& frame) override {
     if (!tracks()) return std::nullopt;
     auto* const depth = std::get_if<DepthFrame>(&frame.image);
     const std::optional<Eigen::Isometry3d> T_W_C =
         depth != nullptr ? tracker_.lastPose() : tracker_.poseAt(frame.stamp.toSec());
     if (depth == nullptr && !T_W_C) {
-      return Rejection{drop::kLost, "the depth camera is not followed"};
+      return Rejection{drop::kLost, "the pose of the depth camera is unknown"};
     }
     if (depth != nullptr && params_.base_frame.empty()) base_frame_ = frame.frame_id;
     const PoseAnswer mount = mountOf(frame.frame_id);
@@ -92,8 +92,8 @@ class PosesStep : public Step {
     return std::nullopt;
   }
 
-  /// Brings the pose of a frame from where it was expected, in W, to where it is to be fused or
-  /// painted. @throws std::exception when the backend fails.
+  /// Replaces a frame's expected pose in W by the pose to fuse or paint it at. @throws
+  /// std::exception if the backend fails.
   std::optional<Rejection> place(PosedFrame& frame) override {
     if (!isOn()) return std::nullopt;
     const PoseRefiner& refiner = refiners_.at(frame.camera);
@@ -130,8 +130,8 @@ class PosesStep : public Step {
     if (mount.T_W_C) publish(frame.stamp, base, mount.T_W_C->inverse());
   }
 
-  /// A camera that is tracked continues from where it is in an empty map; in any other it may be
-  /// anywhere, and has to be found.
+  /// A tracked camera keeps its pose in an emptied map; in a loaded one it may be anywhere, and has
+  /// to be found.
   void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) override {
     if (!isOn()) return;
     is_elsewhere_ = true;
@@ -153,7 +153,7 @@ class PosesStep : public Step {
     report(status, MapStatus::WARN, MapStatus::POSES_NOT_PUBLISHED, problem_);
   }
 
-  /// Sets where B is: the next image is there. @throws std::runtime_error unless it tracks.
+  /// Sets the pose of B for the next image. @throws std::runtime_error unless poses/mode is track.
   void setPose(const Eigen::Isometry3d& T_W_B) {
     if (!tracks()) {
       throw std::runtime_error(
@@ -165,9 +165,9 @@ class PosesStep : public Step {
 
   /// The trajectory so far: poses of the first camera's frames in the map, in the order of fusing.
   const std::deque<StampedPose>& fusedPoses() const { return fused_; }
-  /// What was published last, whoever listens.
+  /// The newest odometry, even if nobody listens.
   const std::optional<nav_msgs::Odometry>& published() const { return published_; }
-  /// With refine, what moves the given poses of the first camera.
+  /// With refine, the motion from given to refined poses of the first camera.
   const Eigen::Isometry3d& T_M_O() const { return T_M_O_; }
 
  private:
@@ -177,7 +177,7 @@ class PosesStep : public Step {
   bool isOn() const { return params_.poses.mode != PoseMode::kTf; }
   bool tracks() const { return params_.poses.mode == PoseMode::kTrack; }
 
-  /// @throws std::runtime_error where poses come from TF as they are.
+  /// @throws std::runtime_error if poses come from TF unchanged.
   void requireOn() const {
     if (isOn()) return;
     throw std::runtime_error(
@@ -222,7 +222,7 @@ class PosesStep : public Step {
     return host_.frame.level().value_or(Eigen::Isometry3d::Identity());
   }
 
-  /// Where stamps go back, a recording or the odometry starts over, from where it began before.
+  /// If stamps go back, a recording or the odometry has started over, so the refiner does too.
   Alignment refine(const PosedFrame& frame, const DepthFrame& depth) {
     PoseRefiner& refiner = refiners_.at(frame.camera);
     const ros::Time last = std::exchange(last_stamps_.at(frame.camera), frame.stamp);
@@ -236,8 +236,8 @@ class PosesStep : public Step {
     return alignment;
   }
 
-  /// Where stamps go back, the camera is still where it was, as far as anybody knows; so it is
-  /// where the map is emptied, in which nothing can be found.
+  /// If stamps go back, the camera is assumed to be where it was; likewise in an emptied map, where
+  /// nothing can be found.
   Alignment track(const PosedFrame& frame, const DepthFrame& depth) {
     const std::optional<Eigen::Isometry3d> last_T_W_C = tracker_.lastPose();
     if (given_T_W_B_) {
@@ -286,9 +286,9 @@ class PosesStep : public Step {
     report = std::move(status);
   }
 
-  /// With track also in TF.
+  /// Publishes odometry and path and, with track, the pose in TF.
   void publish(const ros::Time& stamp, const std::string& base, const Eigen::Isometry3d& T_C_B) {
-    // Variance of a speed, none of which is measured.
+    // Variance of speeds, which are not measured.
     constexpr double kNoSpeed = 1e6;
     const Eigen::Isometry3d T_M_W = T_W_M().inverse();
     const Eigen::Isometry3d T_W_B = found_.T_W_C * T_C_B, T_M_B = T_M_W * T_W_B;
@@ -312,7 +312,7 @@ class PosesStep : public Step {
     sendTransform(parent_, base, T_M_B, stamp);
   }
 
-  /// The trajectory so far, thinned to so many poses at most.
+  /// The trajectory so far, thinned if it is long.
   void publishPath(const ros::Time& stamp, const Eigen::Isometry3d& T_C_B) {
     constexpr size_t kMostOnPath = 4000;
     constexpr std::chrono::milliseconds kPathPeriod{500};
@@ -336,7 +336,7 @@ class PosesStep : public Step {
     return path;
   }
 
-  /// No frame gets a second parent: where a transform of others has another one, none is sent.
+  /// Sends a transform, unless another publisher gives the child a different parent.
   void sendTransform(const std::string& parent, const std::string& child,
                      const Eigen::Isometry3d& T, const ros::Time& stamp) {
     const std::string other = host_.transforms.otherParentOf(child, parent);
@@ -344,16 +344,18 @@ class PosesStep : public Step {
       return broadcaster_->sendTransform(makeTransform(parent, child, T, stamp));
     }
     const std::lock_guard<std::mutex> lock(mutex_);
-    problem_ = "poses are not published in TF, where '" + printable(child) + "' has the parent '" +
-               printable(other) + "' already: set poses/base_frame to the root of the camera's " +
-               "own frames, or end what else publishes the pose";
+    problem_ =
+        "poses are not published in TF, where '" + printable(child) + "' already has the parent '" +
+        printable(other) +
+        "': set poses/base_frame to the root of the camera's own frames, or stop the other " +
+        "publisher of the pose";
     ROS_WARN_STREAM_THROTTLE_NAMED(60.0, "dtsdf_mapping", problem_);
   }
 
   const Host& host_;
   const NodeParams& params_;
   const std::string parent_;  ///< Name of the frame that published poses are in.
-  // One for each camera: with refine its refiner, and the stamp of its newest depth image.
+  // For each camera, with refine: its refiner, and the stamp of its newest depth image.
   std::vector<PoseRefiner> refiners_;
   std::vector<ros::Time> last_stamps_;
   PoseTracker tracker_;
@@ -367,11 +369,12 @@ class PosesStep : public Step {
   std::deque<StampedPose> fused_;
 
   ros::Publisher odometry_, path_topic_;
-  std::optional<tf2_ros::TransformBroadcaster> broadcaster_;  ///< From advertise() on, if it is on.
+  std::optional<tf2_ros::TransformBroadcaster>
+      broadcaster_;  ///< Set by advertise(), unless poses/mode is tf.
   SteadyTime path_sent_{};
   std::vector<ros::ServiceServer> servers_;
 
-  mutable std::mutex mutex_;                       ///< Guards what follows.
+  mutable std::mutex mutex_;                       ///< Guards the members below.
   std::vector<dtsdf_mapping::PoseStatus> report_;  ///< One for each camera.
   std::string problem_;  ///< Why a transform is not published; empty: all are.
 };

@@ -1,5 +1,5 @@
-/// The step of space: the grid of the ground and its updates, slices of distances, and what
-/// planners ask for.
+/// The step of free and occupied space: the ground grid and its updates, slices of distances, and
+/// planners' queries.
 #pragma once
 
 #include <dtsdf_mapping/GetDistanceGrid.h>
@@ -33,18 +33,18 @@
 
 namespace dtsdf {
 
-/// With space/enabled. Its queries wait for nobody. What has become known waits in a queue between
-/// the map's thread and the output's; where that is full, the rest stays with the map.
+/// Runs if space/enabled is set. Queries never wait. Changes go from the map's thread to the
+/// output's through a queue; when it is full, the rest stays in the map.
 class SpaceStep : public Step {
  public:
   explicit SpaceStep(const Host& host)
       : host_(host), is_on_(host.params.mapper.space.enabled), pace_(host.rates.space_hz) {
     if (!is_on_) return;
     const MapperParams& params = host.params.mapper;
-    // Limit of the pages in memory, with map/page_folder: as much as the map's cells may take, up
-    // to this.
+    // Limit of pages in memory with map/page_folder: as much as the map's cells may take, at most
+    // 64 MiB.
     const size_t most_bytes = std::min(freeBudgetOf(params), size_t{64} << 20);
-    // The map's thread and the output's have something left of the cores.
+    // Leaves cores to the threads of map and output.
     const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 2);
     follower_ = std::make_unique<SpaceFollower>(params.space.max_distance_m, threads,
                                                 makePages(params, most_bytes));
@@ -77,7 +77,8 @@ class SpaceStep : public Step {
     if (const Space* const space = host_.map.mapper().space()) add({true, {}}, *space);
   }
 
-  /// All at once: planners are answered by the space of before until there is the new one.
+  /// Hands over all changes at once: planners get answers from the previous space until the new one
+  /// is complete.
   void corrected() override {
     is_part_ = false;
     Space* const space = host_.map.mapper().space();
@@ -118,8 +119,8 @@ class SpaceStep : public Step {
 
   struct Known {
     std::shared_ptr<const SpaceSnapshot> space = std::make_shared<const SpaceSnapshot>();
-    /// Stamp of the newest frame whose surfaces are in it; later ones may have freed cells. 0: none
-    /// was fused, as in a map that was loaded.
+    /// Stamp of the newest frame whose surfaces are in it; later ones may have freed cells. 0 if no
+    /// frame was fused, as in a loaded map.
     ros::Time stamp;
   };
   Known known() const {
@@ -182,13 +183,13 @@ class SpaceStep : public Step {
     response.stamp = known.stamp;
   }
 
-  /// @throws std::runtime_error where there is nothing to answer by.
+  /// @throws std::runtime_error if there is no space to answer from.
   Known knownToPlanners() const {
     if (!is_on_) {
       throw std::runtime_error(
           "the map does not record free space; start the node with space/enabled");
     }
-    host_.map.throwIfFailed();  // the last frame may be in the map in part
+    host_.map.throwIfFailed();  // the last frame may be half fused
     const Known known = this->known();
     if (!known.space->isEmpty()) return known;
     throw std::runtime_error(
@@ -233,9 +234,9 @@ class SpaceStep : public Step {
     waiting_stamp_ = host_.map.meshStamp();
   }
 
-  /// As an extraction may be finished after one more frame, cells may be free by a later frame than
-  /// surfaces are of; the stamp promises only what has surfaces too. Of much, a part, and more once
-  /// that was taken.
+  /// Hands over changes, or a part of them if there are many. An extraction may be finished after
+  /// one more frame, so cells may be freed by a later frame than the surfaces' newest, whose stamp
+  /// it has.
   void handOver() {
     Space* const space = host_.map.mapper().space();
     if (space == nullptr) return;
@@ -266,7 +267,7 @@ class SpaceStep : public Step {
     std::swap(known_, now);
   }
 
-  /// Who begins to listen gets all there is; a grid that nobody listens to is forgotten.
+  /// Gives new listeners everything, and deletes a grid without listeners.
   void meetListeners() {
     const bool is_followed = grids_.isFollowed() || updates_.isFollowed();
     const bool is_reader_new = grids_.takeNewcomer();
@@ -287,7 +288,7 @@ class SpaceStep : public Step {
     if (is_grid_new || is_slice_new) is_outdated_ = is_another_ = true;
   }
 
-  /// Rests as long as it took, for others that share the cores.
+  /// Updates grid and slice, then rests as long as that took, for others that share the cores.
   void renew(SteadyTime now) {
     is_outdated_ = is_another_ = false;
     if (grid_) {
@@ -365,10 +366,10 @@ class SpaceStep : public Step {
     slices_.publish(cloud);
   }
 
-  // costmap_2d's StaticLayer adds an update to the last grid without a look at bounds, and gets
-  // both by connections of their own; of what comes between two of its cycles it hands on the place
-  // of the last message only. So an update comes a moment after its grid, and for some cycles it is
-  // all of it.
+  // costmap_2d's StaticLayer adds an update to the last grid without checking bounds, and gets both
+  // on separate connections. Of the messages between two of its cycles it passes on only the last
+  // one's region. So an update follows a moment after its grid, and covers all of it for some
+  // cycles.
   static constexpr std::chrono::milliseconds kUpdateGap{200}, kSettling{2000};
 
   std_msgs::Header headerOf(const Known& known) const {
@@ -381,23 +382,23 @@ class SpaceStep : public Step {
   const Host& host_;
   const bool is_on_;
 
-  bool is_part_ = false;  ///< Map's thread: there is more to be handed over.
+  bool is_part_ = false;  ///< Map's thread: there is more to hand over.
 
   // Output's thread.
   std::unique_ptr<SpaceFollower> follower_;
-  std::optional<GroundGrid> grid_;  ///< While somebody listens to it.
+  std::optional<GroundGrid> grid_;  ///< Set while somebody listens.
   bool is_grid_due_ = false, is_outdated_ = false;
-  bool is_another_ = false;  ///< Listeners are not to wait: it is of another map, or they are new.
-  SteadyTime grid_at_{};     ///< When it was published last.
-  bool lacks_update_ = false;  ///< What was published.
+  bool is_another_ = false;    ///< Publishes at once: for another map or new listeners.
+  SteadyTime grid_at_{};       ///< When the grid was last published.
+  bool lacks_update_ = false;  ///< Listeners need an update.
   Pace pace_;
   Topic grids_, updates_, slices_;
   ros::ServiceServer server_, grid_server_;
 
-  mutable std::mutex mutex_;             ///< Guards what follows, for a moment.
+  mutable std::mutex mutex_;             ///< Guards the members below, briefly.
   std::optional<SpaceChanges> waiting_;  ///< The queue.
   double waiting_cell_m_ = 0.0;          ///< Size of its cells.
-  ros::Time waiting_stamp_;              ///< Stamp that known_ will have with it.
+  ros::Time waiting_stamp_;              ///< Stamp of known_ once it is taken.
   Known known_;
   size_t bytes_ = 0;
   PagedValues::Stats pages_;

@@ -1,4 +1,4 @@
-/// The seam of the node: what a feature adds to the way of a frame, to the output and to the
+/// Interface of the node's features: what each adds to the path of a frame, the output and the
 /// status.
 #pragma once
 
@@ -28,8 +28,8 @@ class LiveMap;
 class MapChunks;
 class MapFrame;
 
-/// The mesh as it was handed over last. The output's thread holds the mutex while it uses it, and
-/// so does who writes it to a file.
+/// The mesh as last handed over. The output's thread holds the mutex while it uses the mesh, and so
+/// does a thread that writes it to a file.
 struct ShownMesh {
   explicit ShownMesh(const MapParams& params) : meshes(params) {}
 
@@ -38,7 +38,7 @@ struct ShownMesh {
   ros::Time stamp;  ///< Stamp of the newest frame in it.
 };
 
-/// The rates of the settings, which may change while the node runs.
+/// Rates from the settings, which may change while the node runs.
 struct Rates {
   explicit Rates(const NodeParams& params)
       : mesh_hz(params.mesh_rate_hz),
@@ -57,63 +57,63 @@ struct Host {
   LiveMap& map;
   ShownMesh& mesh;
   WorkerThread& map_loop;
-  /// Has the output take over what was handed to it.
+  /// Makes the output take over all changes.
   std::function<void()> take_changes;
-  /// Waits until the output's thread has taken it over: from then on nothing of an earlier map is
-  /// published or answered.
+  /// Waits until the output's thread has taken over all changes: from then on nothing of an earlier
+  /// map is published or answered.
   std::function<void()> await_output;
-  std::atomic<bool>& is_ending;  ///< Who waits for something gives up.
+  std::atomic<bool>& is_ending;  ///< Waiting calls give up if it is set.
 };
 
-/// Whose callbacks come where: in the node's private namespace, except `input`.
+/// Node handles for callbacks on different threads; all but `input` in the private namespace.
 struct Handles {
   ros::NodeHandle prompt;   ///< On the thread of the node's caller: must not wait.
-  ros::NodeHandle waiting;  ///< On threads of services, where they may.
+  ros::NodeHandle waiting;  ///< On the service threads: may wait.
   ros::NodeHandle input;    ///< On the input's thread, in the namespace of the caller.
-  std::string ns;           ///< That the node is in, with its input topics; empty for the root.
+  std::string ns;           ///< Namespace of node and input topics; empty for the root.
 };
 
-/// One feature. The node has a vector of them: its order is the order of the work.
+/// One feature of the node, whose steps work in the order of its vector.
 class Step {
  public:
   virtual ~Step() = default;
 
-  /// Topics and services.
+  /// Advertises topics and services.
   virtual void advertise(const Handles&) {}
-  /// All that is advertised works, and no image has come. @throws what ends the start.
+  /// Called once everything is advertised, before the first image. An exception ends the start.
   virtual void begin() {}
 
   // Map's thread.
 
-  /// Before all other steps: gives a frame the pose that is expected of it, where it has none.
+  /// Gives a frame without a pose the expected one. Called before place() of any step.
   virtual std::optional<Rejection> expect(PosedFrame&) { return std::nullopt; }
-  /// Moves a frame before it is fused or painted, or says why it is not to be.
+  /// Moves a frame before it is fused or painted, or says why to drop it.
   virtual std::optional<Rejection> place(PosedFrame&) { return std::nullopt; }
   /// A frame was handed to the mapper; the result says whether it was fused.
   virtual void fused(const PosedFrame&, const IntegrationResult&) {}
-  /// How often the mesh is needed as it is now; nothing: it is not.
+  /// How often a current mesh is needed; nothing if it is not.
   virtual std::optional<double> meshRate_hz() const { return std::nullopt; }
   /// An extraction was finished.
   virtual void meshed() {}
   /// A part of the map was emptied.
   virtual void regionCleared(const Region&) {}
-  /// A map that was loaded, here without voxels, has taken the place of this one, with its file for
-  /// the journal; null: it was emptied.
+  /// A loaded map, given without voxels, has replaced the map; its file is for the journal. Both
+  /// are null if the map was emptied.
   virtual void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) {}
-  /// A map of the same frames at corrected poses has taken the place of this one.
+  /// A map of the same frames at corrected poses has replaced the map.
   virtual void corrected() {}
   /// The backend has failed.
   virtual void failed() {}
-  /// Whether work() would do something.
+  /// Whether, and when, work() has something to do.
   enum class Work { kNone, kWhenIdle, kBeforeFrames };
   virtual Work hasWork() const { return Work::kNone; }
   virtual void work() {}
 
   // Output's thread.
 
-  /// Changes of the mesh were taken over, with the mutex of the mesh held, by whatever thread.
+  /// Changes of the mesh were taken over. Any thread, with the mutex of the mesh held.
   virtual void changed(const MeshChanges&) {}
-  /// Publishes what is due; the mesh is null while a file is written of it. Returns how long
+  /// Publishes what is due; the mesh is null while it is written to a file. @return how long
   /// nothing will be due.
   virtual SteadyDuration publish(ShownMesh*) { return SteadyDuration::max(); }
 

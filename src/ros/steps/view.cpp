@@ -1,5 +1,4 @@
-/// The step that publishes what the camera would see of the map, as a depth camera does, while
-/// someone listens.
+/// The step that publishes the map as a depth image from the camera's pose, while someone listens.
 #include <cv_bridge/cv_bridge.h>
 #include <ros/console.h>
 #include <sensor_msgs/CameraInfo.h>
@@ -19,10 +18,10 @@ namespace dtsdf {
 namespace {
 
 constexpr double kMostViews_hz = 5.0;
-/// Frames get at least so many times as much of the map's time as views.
+/// Frames get at least this many times as much of the map's time as views.
 constexpr int kFramesPerView = 4;
 
-/// As REP 118 has it: metres, and NaN where there is no surface.
+/// A depth image as in REP 118: metres, and NaN where there is no surface.
 sensor_msgs::ImagePtr imageOf(const std_msgs::Header& header, RenderedView view) {
   for (float& depth : view.depth_m) {
     if (!(depth > 0.0f)) depth = std::numeric_limits<float>::quiet_NaN();

@@ -19,21 +19,21 @@ using Point = FloorView::Point;
 constexpr double kMinCosine = 0.70710678118654752;  // cosine of 45 degrees, between normal and up
 constexpr double kMinShare = 0.05;                  // share of points on the floor
 constexpr size_t kMinPoints = 100;                  // points on the floor
-constexpr double kMaxBelow = 0.02;   // share of points below it by several tolerances: reflections
+constexpr double kMaxBelow = 0.02;   // share of points far below the floor, such as reflections
 constexpr double kFarBelow = 3.0;    // tolerances
-constexpr double kMinWidth_m = 0.3;  // width that eight tenths of what is on it take, whatever way
-constexpr int kWidths = 18;          // directions that the width is measured in
-/// Where a tenth of the points below the camera are of the floor, all but one in 3000 searches draw
-/// three of them.
+constexpr double kMinWidth_m = 0.3;  // width that 80 % of its points need in every direction
+constexpr int kWidths = 18;          // directions in which the width is measured
+/// If a tenth of the points below the camera are on the floor, 2999 of 3000 searches draw three of
+/// these points.
 constexpr int kDraws = 8000;
 constexpr double kMinArea_m2 = 0.01;  // area of the parallelogram of three points
 constexpr unsigned kSeed = 1;
-constexpr size_t kScored = 2000;  // points that a drawn plane is judged by
+constexpr size_t kScored = 2000;  // points used to score a drawn plane
 constexpr int kRounds = 8;        // rounds of the refinement
-/// The refinement narrows to no less than this share of the tolerance, even without noise.
+/// Smallest share of the tolerance that the refinement narrows to, even without noise.
 constexpr double kLeastScale = 0.1;
 
-/// How many points lie on a plane.
+/// Number of points on a plane.
 size_t countOn(const FloorPlane& plane, const std::vector<Point>& points) {
   const auto on = std::count_if(points.begin(), points.end(), [&](const Point& point) {
     return std::abs(plane.signedDistance(point.p)) <= point.tolerance_m;
@@ -41,7 +41,7 @@ size_t countOn(const FloorPlane& plane, const std::vector<Point>& points) {
   return static_cast<size_t>(on);
 }
 
-/// Hardly any points lie far below the plane.
+/// Whether hardly any points lie far below the plane.
 bool isLowest(const FloorPlane& plane, const std::vector<Point>& points) {
   const auto below = std::count_if(points.begin(), points.end(), [&](const Point& point) {
     return plane.signedDistance(point.p) < -kFarBelow * point.tolerance_m;
@@ -49,8 +49,8 @@ bool isLowest(const FloorPlane& plane, const std::vector<Point>& points) {
   return static_cast<double>(below) <= kMaxBelow * static_cast<double>(points.size());
 }
 
-/// The weighted least squares of the points nearer than `scale` tolerances.
-/// @param median_error In tolerances.
+/// Fits a plane to the points within `scale` tolerances, by weighted least squares.
+/// @param median_error Receives the median error, in tolerances.
 std::optional<FloorPlane> fitNear(const FloorPlane& start, const std::vector<Point>& points,
                                   double scale, double& median_error) {
   Vector3d sum = Vector3d::Zero();
@@ -85,8 +85,8 @@ std::optional<FloorPlane> fitNear(const FloorPlane& start, const std::vector<Poi
   return plane;
 }
 
-/// What stands on the floor is within its tolerance, too, at its foot; so the tolerance shrinks to
-/// the noise that there is.
+/// Fits the plane with a shrinking tolerance, down to the actual noise, since the feet of objects
+/// on the floor are within the full tolerance too.
 std::optional<FloorPlane> refine(const FloorPlane& start, const std::vector<Point>& points) {
   constexpr double kSigmaOfMedian = 1.4826;
   std::optional<FloorPlane> plane = start;
@@ -98,8 +98,8 @@ std::optional<FloorPlane> refine(const FloorPlane& start, const std::vector<Poin
   return plane;
 }
 
-/// How wide the points on a plane lie, in the direction in which they lie closest: between the
-/// tenths at either side, so that a few, as where a tilted plane cuts a wall, do not count.
+/// Width of the points on a plane in their narrowest direction. The outer tenth on either side does
+/// not count, since a tilted plane that cuts a wall has a few points there.
 double widthOf(const FloorPlane& plane, const std::vector<Point>& points) {
   const Vector3d u = plane.normal().unitOrthogonal(), v = plane.normal().cross(u);
   std::vector<Eigen::Vector2d> on;
@@ -120,7 +120,7 @@ double widthOf(const FloorPlane& plane, const std::vector<Point>& points) {
   return width_m;
 }
 
-/// So many of the points, evenly.
+/// Picks at most `most` of the points, evenly spaced.
 std::vector<Point> some(const std::vector<Point>& points, size_t most) {
   if (points.size() <= most) return points;
   std::vector<Point> chosen;
@@ -129,7 +129,7 @@ std::vector<Point> some(const std::vector<Point>& points, size_t most) {
   return chosen;
 }
 
-/// The best plane through three of the candidates, judged by all points.
+/// Best plane through three of the candidates, scored by all points.
 std::optional<FloorPlane> drawPlane(const std::vector<Point>& candidates,
                                     const std::vector<Point>& points, const Vector3d& up) {
   const std::vector<Point> scored = some(points, kScored);
@@ -197,10 +197,10 @@ std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::str
 namespace {
 
 constexpr int kColumns = 48, kRows = 36;
-/// Farther away, the noise of depth is larger than what a floor is known by.
+/// Farther points are too noisy to find a floor.
 constexpr double kMaxDepth_m = 6.0;
 
-/// Three standard deviations of cheap sensors, whose noise grows with the square of depth.
+/// Three standard deviations of a cheap sensor, whose noise grows with the square of depth.
 double toleranceAt(double depth_m) { return 0.01 + 0.003 * depth_m * depth_m; }
 
 FloorView viewOf(const DepthFrame& frame) {

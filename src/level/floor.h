@@ -1,4 +1,4 @@
-/// The floor among points that depth images show: the lowest large plane below the camera.
+/// Finds the floor in depth images: the lowest large plane below the camera.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -11,43 +11,43 @@
 
 namespace dtsdf {
 
-/// With a unit normal to the side of the camera.
+/// A floor, with its unit normal on the camera's side.
 using FloorPlane = Eigen::Hyperplane<double, 3>;
 
-/// What one image shows, all in one frame.
+/// Camera and points of one image, all in one frame.
 struct FloorView {
   struct Point {
     Eigen::Vector3d p;
-    double tolerance_m;  ///< As far as noise may put it from the surface that it shows.
+    double tolerance_m;  ///< Largest distance from its surface that noise explains.
   };
-  Eigen::Vector3d camera;     ///< Where the camera is.
-  Eigen::Vector3d camera_up;  ///< The opposite of y in its optical frame; unit.
+  Eigen::Vector3d camera;     ///< Position of the camera.
+  Eigen::Vector3d camera_up;  ///< Unit vector opposite to y of the optical frame.
   std::vector<Point> points;
 };
 
-/// A plane counts as the floor if its normal is within 45 degrees of the cameras' mean up, a
-/// twentieth of all points lie on it, over more than a strip, and hardly any below. Of several, it
-/// is the one with most points. The same points always give the same plane.
-/// @param problem Why there is none; what to do is left to the caller.
+/// Finds the floor: the plane with most points whose normal is within 45 degrees of the cameras'
+/// mean up, with a twentieth of all points on it, over more than a strip, and hardly any below it.
+/// The same points always give the same plane.
+/// @param problem Why there is no floor; the caller adds what to do.
 std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::string& problem);
 
-/// Looks for the floor in depth images, a few at a time, until there is one. One thread at a time.
+/// Searches for the floor in depth images, kViews at a time, until found. One thread at a time.
 class FloorSearch {
  public:
-  /// Images that are looked at together.
+  /// Number of images in one attempt.
   static constexpr size_t kViews = 10;
 
-  /// Looks at an image, whose pose is in the frame M; one without measurements or with a pose that
-  /// is not finite does not count. True if the look is complete: floor() or problem() is new.
+  /// Adds an image, whose pose is in the frame M. Images without measurements or a finite pose do
+  /// not count. @return whether an attempt is complete: floor() or problem() is new.
   bool add(const DepthFrame& frame);
 
-  /// Ends a look that has begun, with the images that there were.
+  /// Ends the current attempt with the images added so far.
   void finish();
 
-  /// In M, once there is one; what comes after that is not looked at.
+  /// The floor in M, once found; later images are ignored.
   const std::optional<FloorPlane>& floor() const { return floor_; }
 
-  /// Why the last look found none; empty before it was complete.
+  /// Why the last attempt failed; empty before the first one is complete.
   const std::string& problem() const { return problem_; }
 
  private:

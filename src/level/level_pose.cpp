@@ -7,9 +7,9 @@
 namespace dtsdf {
 namespace {
 
-/// The smallest turn that brings `up` to z.
+/// Smallest rotation that turns `up` to z.
 Eigen::Quaterniond smallestTurnToZ(const Eigen::Vector3d& up) {
-  constexpr double kOpposite = 1e-9;  // then all half turns are as small
+  constexpr double kOpposite = 1e-9;  // opposite to z, any half turn will do
   if (1.0 + up.z() < kOpposite) return {0.0, 1.0, 0.0, 0.0};
   const Eigen::Vector3d axis = up.cross(Eigen::Vector3d::UnitZ());
   return Eigen::Quaterniond(1.0 + up.z(), axis.x(), axis.y(), axis.z()).normalized();
@@ -20,7 +20,7 @@ Eigen::Quaterniond smallestTurnToZ(const Eigen::Vector3d& up) {
 Eigen::Isometry3d levelPose(const Eigen::Vector3d& up_M, double floor_offset_m) {
   Eigen::Isometry3d T_W_M = Eigen::Isometry3d::Identity();
   T_W_M.linear() = smallestTurnToZ(up_M.normalized()).toRotationMatrix();
-  T_W_M.translation().z() = 0.0 - floor_offset_m;  // never -0
+  T_W_M.translation().z() = 0.0 - floor_offset_m;  // avoids -0
   return T_W_M;
 }
 
@@ -38,7 +38,7 @@ std::string describeLevel(const Eigen::Isometry3d& T_W_M) {
 
 namespace {
 
-/// Ramps are less steep, and a floor is found better.
+/// More than the slope of a ramp plus the error of finding a floor.
 constexpr double kMaxTilt_deg = 5.0;
 /// Cosine of 60 degrees.
 constexpr double kHalf = 0.5;
@@ -55,7 +55,7 @@ std::string doubtAboutFloor(const FloorPlane& floor) {
   return adviceOn(formatted("the floor of the first images is %.0f degrees from level", tilt_deg));
 }
 
-/// A camera that looks down has its y axis level, too, and is common; one that looks up is not.
+/// Cameras that look down are common and also have a level y axis; those that look up are rare.
 std::string doubtAboutCamera(const Eigen::Isometry3d& T_W_C) {
   const double up = -T_W_C.linear()(2, 1), forward = T_W_C.linear()(2, 2);
   if (up < kHalf && forward > kHalf) return adviceOn("the first camera looks along z");

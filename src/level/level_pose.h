@@ -1,5 +1,5 @@
-/// The frame W that is level, from what is known of up and of the floor in another frame M; and
-/// whether a map frame that is taken as it is can be level.
+/// Computes a level frame W from the vertical and the floor in another frame M, and judges whether
+/// a given map frame is level.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -11,34 +11,34 @@
 
 namespace dtsdf {
 
-/// T_W_M: z of W is up, and z = 0 are the points p with up . p = `floor_offset_m`. The turn is the
-/// smallest that does so, so that a frame that is almost level keeps its x and y; the origin of W
-/// lies above or below that of M.
+/// T_W_M, such that z of W is up, and the points p with up . p = `floor_offset_m` have z = 0. The
+/// rotation is the smallest possible, so an almost level frame keeps its x and y. The origin of W
+/// is straight above or below that of M.
 Eigen::Isometry3d levelPose(const Eigen::Vector3d& up_M, double floor_offset_m = 0.0);
 
-/// T_W_M with up along the normal of a floor, which lies at z = 0.
+/// T_W_M with up along the normal of a floor, and the floor at z = 0.
 inline Eigen::Isometry3d levelPose(const FloorPlane& floor) {
   return levelPose(floor.normal(), -floor.offset());
 }
 
-/// How far z of M is from up, in degrees.
+/// Angle between z of M and up, in degrees.
 double tiltOf(const Eigen::Isometry3d& T_W_M);
 
-/// Where M lies in W, in words for who runs a program.
+/// Describes T_W_M for users.
 std::string describeLevel(const Eigen::Isometry3d& T_W_M);
 
-/// Whether z of a map frame that is taken as it is can be up. Looks at the first images, whose
-/// poses are in the map frame. By their floor, or where there is none, by how the first camera
-/// stands: in a frame that is the first camera's own, z is where it looks. One thread at a time.
+/// Judges from the first images, whose poses are in the map frame, whether z of that frame can be
+/// up: by their floor or, if none is found, by the pose of the first camera. If the map frame is
+/// the first camera's own frame, that camera looks along z. One thread at a time.
 class LevelDoubt {
  public:
-  /// True once, when it has made up its mind.
+  /// Adds an image. @return true once, when the verdict is reached.
   bool add(const DepthFrame& frame);
 
-  /// Ends the look early, with the images that there were.
+  /// Reaches the verdict early, with the images added so far.
   void finish();
 
-  /// What is doubtful, and what to do; empty where nothing is.
+  /// What is doubtful and what to do; empty if nothing is.
   const std::string& text() const { return text_; }
 
  private:

@@ -11,28 +11,29 @@ namespace {
 
 /// Points along each edge of the thinned image.
 constexpr int kSamples = 24;
-/// The camera has to move so far between two images that are compared, or turn.
+/// Smallest motion or turn of the camera between two compared images.
 constexpr double kMinMotion_m = 0.05, kMinTurn_rad = 0.1;
-/// Depths that differ by a smaller share are of one surface.
+/// Largest relative difference of depths on the same surface.
 constexpr double kSameDepth = 0.03;
-/// For a pair of images to distinguish the ways, so large a share of the points in view has to be
-/// found by one, and so much less by what it is compared with.
+/// A pair of images counts if the best convention finds this share of the points in view, and its
+/// rival less by this difference.
 constexpr double kFound = 0.65, kLess = 0.25;
 constexpr int kMinInView = 60;
-/// Pairs that make a verdict, and how many have to agree.
+/// Pairs needed for a verdict, and how many of them must agree.
 constexpr int kPairs = 8, kMajority = 7;
 
 constexpr const char* kDoubts[] = {
     "",
-    "poses fit far better as those of the camera's body: its x axis seems to point forward, but z "
-    "must; give poses of the optical frame (in the driver, by input/camera_frame, or reconstruct "
-    "--pose-convention body), then clear the map",
-    "poses fit far better as those of OpenGL, with y up and z backwards: multiply each from the "
-    "right by diag(1, -1, -1, 1), or give reconstruct --pose-convention opengl",
-    "poses fit far better as those from the map to the camera: invert each, or give reconstruct "
+    "the poses seem to be those of the camera's body: its x axis points forward, but z must; use "
+    "poses of the optical frame (change the driver, set input/camera_frame, or run reconstruct "
+    "with --pose-convention body), then clear the map",
+    "the poses seem to be those of OpenGL, with y up and z backwards: multiply each from the right "
+    "by "
+    "diag(1, -1, -1, 1), or run reconstruct with --pose-convention opengl",
+    "the poses seem to be from the map to the camera: invert each, or run reconstruct with "
     "--pose-convention inverted"};
 
-/// To the axes of the optical frame from those that the poses are of.
+/// Transform from the optical frame's axes to those of the poses' convention.
 Eigen::Isometry3d axesOf(size_t way) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   if (way == 1) T.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -40,7 +41,7 @@ Eigen::Isometry3d axesOf(size_t way) {
   return T;
 }
 
-/// The share of the points that are where the image sees a surface, moved into its optical frame.
+/// Share of the points that, moved into the frame of an image, lie on the surfaces that it shows.
 double shareFound(const std::vector<Eigen::Vector3d>& points, const Eigen::Isometry3d& motion,
                   const DepthFrame& frame) {
   const Intrinsics& K = frame.intrinsics;

@@ -6,11 +6,11 @@ namespace dtsdf {
 namespace {
 
 constexpr size_t kLeastSamples = 20, kMostSamples = 4000;
-/// Deviation of a second's mean from standard gravity: cheap sensors are off by some percent.
+/// Largest error of a second's mean from standard gravity; cheap sensors are off by a few percent.
 constexpr double kMaxScaleError_m_s2 = 0.5;
-/// Root mean square of what differs from the mean: vibration of a robot at rest is below.
+/// Largest root mean square deviation from the mean; vibration of a robot at rest is less.
 constexpr double kMaxNoise_m_s2 = 0.3;
-/// Slower turns are the bias of the sensor.
+/// Slower turns are taken for the sensor's bias.
 constexpr double kMaxTurn_rad_s = 0.1;
 constexpr double kGravity_m_s2 = 9.80665;
 
@@ -25,7 +25,7 @@ std::optional<Eigen::Vector3d> StillGravity::add(const InertialSample& sample) {
   if (!isFinite(sample)) return std::nullopt;
   if (!samples_.empty() && sample.stamp_s < samples_.back().stamp_s) samples_.clear();
   samples_.push_back(sample);
-  // The oldest kept is at least kSpan_s old, so that the rest spans no less.
+  // The oldest sample kept is at least kSpan_s old, so that the samples span that time.
   while (samples_.size() > 2 && samples_[1].stamp_s <= sample.stamp_s - kSpan_s) {
     samples_.pop_front();
   }

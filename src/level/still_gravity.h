@@ -1,4 +1,4 @@
-/// Which way is up, as an accelerometer measures it while it is held still.
+/// Finds the vertical with an accelerometer at rest.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,17 +10,17 @@ namespace dtsdf {
 /// A sample of an inertial sensor, in its own frame.
 struct InertialSample {
   double stamp_s;
-  Eigen::Vector3d acceleration_m_s2;          ///< At rest it points up, as REP 145 has it.
-  std::optional<Eigen::Vector3d> turn_rad_s;  ///< Where it is measured.
+  Eigen::Vector3d acceleration_m_s2;          ///< Points up at rest, as in REP 145.
+  std::optional<Eigen::Vector3d> turn_rad_s;  ///< Angular velocity, if measured.
 };
 
-/// Looks for a second without motion. One thread at a time.
+/// Waits for a second without motion. One thread at a time.
 class StillGravity {
  public:
   static constexpr double kSpan_s = 1.0;
 
-  /// Up in the sensor's frame, a unit vector, if the last second up to this sample was still. A
-  /// sample that is not finite does not count; stamps that go back begin anew.
+  /// Adds a sample. @return the unit vector up in the sensor's frame, if the last second was still.
+  /// Samples that are not finite are ignored; a stamp that goes back starts over.
   std::optional<Eigen::Vector3d> add(const InertialSample& sample);
 
  private:

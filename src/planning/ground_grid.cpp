@@ -39,7 +39,7 @@ bool isZero(const SpaceCube::Mask& mask) {
   return std::all_of(mask.begin(), mask.end(), [](uint64_t word) { return word == 0; });
 }
 
-/// One column of a stack of cubes.
+/// Box of one column of a stack of cubes.
 GridBox columnOf(int32_t stack_x, int32_t stack_y, size_t bit) {
   const SpaceCube stack{{stack_x * SpaceCube::kSide, stack_y * SpaceCube::kSide, 0}, {}, {}};
   const Vec3i cell = stack.cellOf(0, static_cast<int>(bit));
@@ -61,7 +61,7 @@ uint64_t GroundGrid::keyOf(int32_t stack_x, int32_t stack_y) {
          static_cast<uint32_t>(stack_x);
 }
 
-/// Takes a cube over as it is now. @return the columns whose values have changed by that.
+/// Replaces a cube. @return the columns whose values change.
 GridBox GroundGrid::put(const SpaceCube& cube) {
   if (cube.first.z > last_layer_ || cube.first.z + kSide - 1 < first_layer_) return {};
   SpaceCube part{cube.first, {}, {}};
@@ -112,7 +112,7 @@ GridBox GroundGrid::evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) con
   return changed;
 }
 
-/// Stack by stack, so that what is unknown costs nothing.
+/// Visits only the stored stacks, so that unknown columns cost nothing.
 std::vector<int8_t> GroundGrid::values(const GridBox& box) const {
   if (box.isEmpty()) return {};
   const Eigen::Vector2i size = sizeOf(box);
@@ -139,7 +139,7 @@ std::vector<int8_t> GroundGrid::values(const GridBox& box) const {
   return values;
 }
 
-/// The least box with all columns that are not unknown.
+/// Smallest box with all free and occupied columns.
 GridBox GroundGrid::known() const {
   GridBox known;
   for (const auto& [key, stack] : stacks_) {
@@ -161,7 +161,7 @@ size_t GroundGrid::bytes() const {
 
 void GroundGrid::beginAnew(double cell_size_m) {
   if (window_ && cell_size_m != cell_size_m_) {
-    // Nobody has a grid of such cells. What they have is of a map that is gone.
+    // Followers have a grid of an earlier map with cells of another size.
     window_.reset();
     changed_ = {};
     is_outgrown_ = is_outdated_ = true;
@@ -169,7 +169,7 @@ void GroundGrid::beginAnew(double cell_size_m) {
   if (window_) note(*window_);
   cell_size_m_ = cell_size_m;
   stacks_.clear();
-  // Sizes come from floats: a height that is a multiple of the cell's may be a little beside it.
+  // Sizes come from floats, so a multiple of the cell size may be off by its rounding.
   constexpr double kTolerance = 1e-3;
   first_layer_ = static_cast<int32_t>(std::floor(min_m_ / cell_size_m + kTolerance));
   last_layer_ = std::max(first_layer_,
@@ -191,7 +191,7 @@ void GroundGrid::apply(const SpaceChanges& changes, double cell_size_m) {
   for (const SpaceCube& cube : changes.cubes) note(put(cube));
 }
 
-/// The window of all that is known, if the one that followers have does not hold it.
+/// The new window, if known columns lie outside the current one.
 std::optional<GridBox> GroundGrid::outgrownTo() {
   if (!is_outgrown_) return std::nullopt;
   const GridBox known = this->known();
@@ -199,7 +199,7 @@ std::optional<GridBox> GroundGrid::outgrownTo() {
     is_outgrown_ = false;
     return std::nullopt;
   }
-  // One of nothing takes the place of a grid of other cells.
+  // An empty window replaces a grid with cells of another size.
   return windowAround(known.isEmpty() ? GridBox(Eigen::Vector2i::Zero()) : known);
 }
 

@@ -1,4 +1,4 @@
-/// What is known of space as an OctoMap tree; only where OctoMap is installed.
+/// Converts space to an OctoMap tree; only for builds with OctoMap.
 #pragma once
 
 #include <octomap/OcTree.h>
@@ -9,15 +9,15 @@
 
 namespace dtsdf {
 
-/// Adds a cell that is not unknown. After the last one the tree's updateInnerOccupancy() is due.
-/// @throws std::runtime_error where the tree has no key for it.
+/// Adds a free or surface cell. Call the tree's updateInnerOccupancy() after the last one.
+/// @throws std::runtime_error if the cell is too far from the origin for the tree's keys.
 inline void addToTree(const SpaceCell& known, octomap::OcTree& tree) {
   const auto keyOf = [](int32_t cell) {
-    constexpr int32_t kMiddle = 1 << 15;  // keys have 16 bits an axis
+    constexpr int32_t kMiddle = 1 << 15;  // keys have 16 bits per axis
     if (cell < -kMiddle || cell >= kMiddle) {
       throw std::runtime_error(
-          "the map reaches farther than an OctoMap tree can, 32768 cells from "
-          "the origin; use larger cells (space/cell_voxels)");
+          "the map extends more than 32768 cells from the origin, the limit of "
+          "an OctoMap tree; use larger cells (space/cell_voxels)");
     }
     return static_cast<octomap::key_type>(cell + kMiddle);
   };

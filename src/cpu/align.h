@@ -50,7 +50,7 @@ class PoseAligner {
     });
   }
 
-  /// The sums of these points at a pose of the same image.
+  /// Sums over these points at a pose of the same image.
   AlignmentSums sumsAt(const FrameView& view, float cutoff, const CpuMap& map) const {
     AlignmentSums sums{};
     std::mutex mutex;

@@ -21,7 +21,7 @@ struct UnitsOfRow {
   const float (*sdf_at)[kGridCorners];
   const float (*weight_at)[kGridCorners];
   int first_corner;
-  uint32_t observed, speaking;  ///< Directions in any of the units, bit d for direction d.
+  uint32_t observed, speaking;  ///< Directions in any unit, bit d for direction d.
 
   static int offset(int c) { return cornerIndex(c & 1, c >> 1 & 1, c >> 2 & 1); }
   LaneFloats sdf(int d, int c) const {

@@ -1,4 +1,4 @@
-/// The index stage of a block on the CPU: its units' labels, and the vertices on their edges.
+/// The index stage of a block on the CPU: labels of its units, and vertices on their edges.
 #pragma once
 
 #include <cstddef>

@@ -21,7 +21,7 @@ class BlockMesher {
   BlockMesher(const CpuMap& map, const MeshSettings& rules, bool directional, int threads,
               bool refined);
 
-  /// Reserves the states of `slots` slots. @throws std::bad_alloc
+  /// Makes room for the states of `slots` slots. @throws std::bad_alloc
   void resize(size_t slots) {
     if (state_.size() < slots) state_.resize(slots);
   }
@@ -66,13 +66,13 @@ class BlockMesher {
   size_t bytes() const;
 
   /// Meshes the blocks that were marked since the last call. @return the changed blocks, by packed
-  /// key. Voxels with less evidence are unknown.
+  /// key. Voxels with less than `least_evidence` count as unknown.
   MeshUpdate update(int32_t least_evidence);
 
   /// Updates the labels of blocks, as the next update() would; marks stay.
   void labelBlocks(std::vector<int32_t> slots, int32_t least_evidence);
 
-  /// The unrefined mesh of a block; null if it has none. It is kept until it changes. Thread-safe
+  /// The unrefined mesh of a block; null if it has none. It is cached until it changes. Thread-safe
   /// for different blocks and surfaces.
   /// @pre labelBlocks() was called for the block and those around it.
   const BlockMesh* shownMesh(int32_t slot, BlockSurface& surface);
@@ -84,7 +84,7 @@ class BlockMesher {
     uint32_t update = 0;  ///< Number of the latest update() that selected the block.
     /// Value of indexings_ when voxels, colours, labels and `shown` last changed.
     uint64_t changed = 0, repainted = 0, indexed = 0, made = 0;
-    int32_t least_evidence = 0;              ///< Least evidence that the labels were made with.
+    int32_t least_evidence = 0;              ///< Minimum evidence that the labels were made with.
     std::vector<UnitLabels> labels;          ///< One per unit; empty if all are.
     std::vector<BlockVertex> vertices;       ///< On the sheets' edges, during an update only.
     std::vector<Vec3f> normals;              ///< One per vertex, if meshes are refined.

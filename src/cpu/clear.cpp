@@ -96,7 +96,7 @@ class RowJudge {
     return any(judged);
   }
 
-  /// The same as judgedOrigin(). Few rows have anchors to unpack.
+  /// The same as judgedOrigin(). Rows without covered voxels have no anchors to unpack.
   void findOrigins(const VoxelRow& voxels, int row, const LaneInts& covered) {
     const auto put = [&](int x, const Vec3f& origin) {
       place_x_[x] = origin.x;
@@ -115,7 +115,7 @@ class RowJudge {
     }
   }
 
-  /// Moves from the origins to the feet; covered and empty voxels have no way to go.
+  /// Moves from the origins to the feet; covered and empty voxels stay.
   void moveToFeet(const VoxelRow& voxels, int row, const LaneInts& covered) {
     const LaneFloats judged_sdf = select(covered, LaneFloats(0.0f), voxels.sdf());
     if (!any(bitsOf(judged_sdf))) return;
@@ -162,7 +162,7 @@ class RowJudge {
   const Vec3f first_voxel_L_;
   const bool in_turn_;
   const FusionRules rules_;
-  const std::optional<DistanceGrid>& distances_;  ///< Of the array; set only if it is its turn.
+  const std::optional<DistanceGrid>& distances_;  ///< The array's distances, if it is its turn.
   int32_t covered_[kBlockSide], judged_[kBlockSide], is_empty_[kBlockSide];
   float place_x_[kBlockSide], place_y_[kBlockSide], place_z_[kBlockSide];
   float depth_m_[kBlockSide], u_[kBlockSide], v_[kBlockSide];

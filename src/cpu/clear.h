@@ -15,7 +15,7 @@ struct BlockLook {
   bool in_turn;           ///< Whether it is the block's turn.
   const BlockSums* sums;  ///< Folded sums of the frame; null if it does not touch the block.
   uint32_t directions;    ///< Bit d: the frame has sums of direction d.
-  bool directional;       ///< 0: the only array holds surfaces of any direction.
+  bool directional;       ///< False: the only array holds surfaces of any direction.
 };
 
 /// How a block changed.

@@ -35,8 +35,8 @@ class BlockFinder {
  public:
   BlockFinder(const FusionSettings& fusion, int threads) : fusion_(fusion), threads_(threads) {}
 
-  /// Finds the blocks touched by the surfels of these lists. Surfels are numbered through all
-  /// lists.
+  /// Finds the blocks touched by the surfels of these lists. Surfels are numbered consecutively
+  /// through all lists.
   void findBlocks(const std::vector<std::vector<Surfel>>& lists, const FrameSensing& sensing);
 
   /// The blocks that were found last.

@@ -31,7 +31,7 @@ struct Lanes {
   }
   void store(T* values) const { std::memcpy(values, &v, sizeof(v)); }
 };
-/// Also masks: all bits of a lane are set where a condition holds.
+/// In masks, all bits of a lane are set where a condition holds.
 using LaneInts = Lanes<int32_t>;
 using LaneFloats = Lanes<float>;
 
@@ -89,7 +89,7 @@ inline bool any(const LaneInts& mask) {
   return (pairs[0] | pairs[1] | pairs[2] | pairs[3]) != 0;
 }
 
-/// Most likely some lane needs the branch, so taking it is faster than testing.
+/// Some lane most likely needs the branch, so taking it is faster than testing.
 inline bool shouldBranch(const LaneInts&) { return true; }
 
 inline LaneFloats maximum(const LaneFloats& a, const LaneFloats& b) { return select(a > b, a, b); }

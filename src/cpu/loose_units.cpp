@@ -6,7 +6,7 @@
 namespace dtsdf {
 namespace {
 
-/// Processes the rows of a window one by one, in one thread.
+/// Processes the rows of a window one after the other in one thread.
 class RowsInTurn {
  public:
   static constexpr bool kAtOnce = false;

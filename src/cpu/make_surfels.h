@@ -17,7 +17,7 @@ class SurfelMaker {
   SurfelMaker(const MapperParams& params, const SurfelRules& rules, int threads);
 
   /// For casting, makes a surfel for each square of merged pixels, pixel or subpixel, all with a
-  /// weight, in an order without effect. For voxel projection, makes one for each pixel in the
+  /// weight; their order does not matter. For voxel projection, makes one for each pixel in the
   /// image's order, with weight 0 where nothing is measured.
   void makeSurfels(const FrameSensing& sensing);
 

@@ -291,7 +291,7 @@ void Painter::sumExposure(CpuMap& map, BlockView& block) const {
   }
 }
 
-/// Prefetches the colours of what is most likely the thread's next block.
+/// Prefetches the colours of the block that is most likely the thread's next.
 void Painter::prefetchNext(CpuMap& map, size_t i) const {
   const size_t next = i + 1;
   if (next >= blocks_in_view_ || blocks_[next].points.empty()) return;

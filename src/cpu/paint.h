@@ -40,11 +40,11 @@ class Painter {
   size_t bytes() const;
 
  private:
-  /// What the image shows of one block. Voxels are numbered direction * kVoxelsPerBlock + index.
+  /// The image's view of one block. Voxels are numbered direction * kVoxelsPerBlock + index.
   struct BlockView {
     int32_t slot;
-    std::vector<std::pair<uint16_t, SurfacePoint>> points;   ///< Of voxels that face the camera.
-    std::vector<std::pair<uint16_t, ColourSample>> samples;  ///< Of visible voxels.
+    std::vector<std::pair<uint16_t, SurfacePoint>> points;   ///< Points that face the camera.
+    std::vector<std::pair<uint16_t, ColourSample>> samples;  ///< Samples of visible points.
     uint64_t bricks;                                         ///< Bricks of the samples, a bit each.
     ExposureSums sums;
   };

@@ -5,7 +5,7 @@
 namespace dtsdf {
 
 inline int StretchFit::begin(int pixels, const LineSamples& first, const FitWindow& window) {
-  constexpr float kLeast = 1e-6f;  // for inverse depths of 0 and below, which have no window
+  constexpr float kLeast = 1e-6f;  // inverse depths of 0 and below have no window
   int32_t widest = 0;              // an integer, whose maximum vectorises
   for (int i = 0; i < pixels; ++i) {
     const float value = first.value[i];

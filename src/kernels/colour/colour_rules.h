@@ -6,11 +6,11 @@
 namespace dtsdf {
 
 struct ColourRules {
-  /// Distance, in voxels, within which voxels represent their surface: they are painted, and hide
-  /// what is behind. Over 0.5, so that each place of a surface has such a voxel.
+  /// Maximum distance of voxels from the surface that they represent, in voxels. They are painted,
+  /// and hide what is behind. It is over 0.5, so that each place of a surface has such a voxel.
   float surface_distance = 0.6f;
-  /// Least difference in depth between a point's surface and another one, in voxels; below it is
-  /// the roughness of the surface itself.
+  /// Minimum difference in depth between a point's surface and another one, in voxels. Smaller
+  /// differences are due to the roughness of the surface.
   float hidden_depth = 2.0f;
 
   /// Side of the squares that pixels are averaged over, in voxels. Finer detail is lost in the map
@@ -20,16 +20,16 @@ struct ColourRules {
   /// counting.
   int32_t most_views = 8;
 
-  /// Least number of painted voxels from which an image's exposure is estimated; a small part of an
-  /// image, chosen by judgement.
+  /// Minimum number of painted voxels for estimating an image's exposure: a small part of an image,
+  /// by judgement.
   int32_t least_overlap = 256;
 };
 
 /// The settings that the rules of painting need.
 struct PaintSettings {
   int32_t directional;
-  int32_t fixed_exposure;     ///< Use the image's values unchanged.
-  float max_depth_m;          ///< Farthest depth of surfaces that are painted and hide others.
+  int32_t fixed_exposure;     ///< 1: the image's values are used unchanged.
+  float max_depth_m;          ///< Maximum depth of surfaces that are painted and hide others.
   float full_weight_depth_m;  ///< FusionRules::full_weight_depth_m; weights fall as z^-2 beyond it.
   ColourRules rules;
 };

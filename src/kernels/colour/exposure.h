@@ -73,7 +73,7 @@ DTSDF_HD void addToSums(ExposureSums& sums, const VoxelColour& map, const VoxelC
 /// angles, places and lights, which also bias the ratio; such biases would add up over images.
 /// (cabinet, 58 images with one exposure, 20 mm: red comes out 1.18 times too bright with the whole
 /// ratio, 1.01 times like this, and 1.03 times with a factor of 1 in place of the 2. With images
-/// darkened by up to 40 % by turns: 0.97.)
+/// alternately darkened by up to 40 %: 0.97.)
 DTSDF_HD float gainOf(const ExposureSums& sums, int channel) {
   const auto map = static_cast<double>(sums.map_squares[channel]);
   const auto image = static_cast<double>(sums.image_squares[channel]);

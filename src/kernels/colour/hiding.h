@@ -1,7 +1,7 @@
-/// What the map's own surface hides from a colour camera.
+/// Finds what the map's own surface hides from a colour camera.
 ///
 /// Surface points are drawn into a depth image with one cell for each 2 x 2 pixels. Each point
-/// covers its surroundings with a piece of its plane, and a cell keeps the nearest depth. The
+/// covers its surroundings with a piece of its plane, and a cell keeps the nearest depth. This
 /// minimum does not depend on the order.
 #pragma once
 

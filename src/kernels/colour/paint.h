@@ -1,4 +1,4 @@
-/// How a colour image changes a voxel's colour.
+/// Paints voxels from a colour image.
 #pragma once
 
 #include "kernels/colour/colour_image.h"
@@ -15,7 +15,7 @@ struct ColourSensing {
   const float* hiding_m;  ///< See isHidden().
 };
 
-/// An image's colour of a voxel; weight 0: none.
+/// A voxel's colour in an image; weight 0: none.
 struct ColourSample {
   uint8_t red, green, blue;
   float weight;
@@ -28,7 +28,7 @@ DTSDF_HD uint8_t roundColour(float value) { return static_cast<uint8_t>(value + 
 ///
 ///   cosine           the angle
 ///   min(1, z0 / z)   the distance
-/// min(1, width)    the sharpness: width of a voxel in pixels, foreshortened
+///   min(1, width)    the sharpness: width of a voxel in pixels, foreshortened
 DTSDF_HD float viewWeight(const PointView& view, const SurfacePoint& point) {
   const float width_px = point.cosine * voxelWidth(view.frame, point);
   const float quality = point.cosine * minimum(1.0f, view.full_weight_depth_m / point.depth_m) *

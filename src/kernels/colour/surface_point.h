@@ -20,7 +20,7 @@ struct SurfacePoint {
 /// The settings and the camera that surface points depend on.
 struct PointView : PaintSettings {
   FrameView frame;
-  int32_t least_evidence;  ///< Least evidence of a known voxel, as in the mesh.
+  int32_t least_evidence;  ///< Minimum evidence of a known voxel, as in the mesh.
 };
 
 /// Whether a voxel is known and near its surface. A cheap test, which rules most voxels out.
@@ -39,7 +39,7 @@ DTSDF_HD bool hasPoint(const PointView& view, const Vec3f& normal, int direction
   return view.directional ? directionWeight(normal, direction) > 0.0f : dot(normal, normal) > 0.0f;
 }
 
-/// Least cosine at which a plane is used beside its point; below it, the surface is taken to face
+/// Minimum cosine at which a plane is used beyond its point. Below it, the surface is taken to face
 /// the camera.
 constexpr float kLeastPlaneCosine = 0.02f;
 

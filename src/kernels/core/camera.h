@@ -30,7 +30,7 @@ DTSDF_HD Vec3f backProject(const Intrinsics& K, float u_px, float v_px, float z_
   return {(u_px - K.cx) / K.fx * z_m, (v_px - K.cy) / K.fy * z_m, z_m};
 }
 
-/// Where a voxel appears in the image; valid only if the depth is positive.
+/// A voxel's position in the image; valid only if the depth is positive.
 struct VoxelInImage {
   float depth_m;
   float u, v;  ///< In pixels, from the corner of the first, whose centre is (0.5, 0.5).

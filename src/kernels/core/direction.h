@@ -7,7 +7,7 @@ namespace dtsdf {
 
 /// X+, X-, Y+, Y-, Z+, Z-: directions 0 to 5. The undirected map has direction 0 only.
 constexpr int kDirectionCount = 6;
-/// As a mask, with bit d for direction d.
+/// All directions as a mask, bit d for direction d.
 constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
 
 /// sin(pi/8): a normal belongs to direction D if its cosine to v_D exceeds this (paper, Sec. III).

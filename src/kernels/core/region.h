@@ -15,7 +15,7 @@ struct RegionView {
   double R_B_W[9];  ///< Row-major; its rows are the directions of the box's edges.
   Vec3d center;
   Vec3d half;         ///< Half the box's extents.
-  double radius;      ///< Of a ball.
+  double radius;      ///< Radius of a ball.
   int32_t is_sphere;  ///< 1: a ball, 0: a box.
 };
 

@@ -6,7 +6,7 @@
 
 namespace dtsdf {
 
-/// What the map knows of one direction's surfaces at a corner of the grid. All zero: nothing.
+/// The map's knowledge, at a corner of the grid, of one direction's surfaces. All zero: none.
 ///
 /// The weight is used for averaging only. The evidence decides whether there is a surface: it
 /// counts frames that supported it less those that contradicted it (fusion/evidence.h). Negative
@@ -58,7 +58,7 @@ DTSDF_HD int32_t evidenceOf(const Voxel& voxel) {
 /// Whether a voxel holds no distance. It may still hold evidence of free space.
 DTSDF_HD bool isEmpty(const Voxel& voxel) { return weightUnits(voxel) == 0; }
 
-/// What the mesh is made from: distance and weight at a corner; weight 0 if unknown.
+/// Distance and weight at a corner, as meshing needs them; weight 0 if unknown.
 struct Sample {
   float sdf, weight;
 };

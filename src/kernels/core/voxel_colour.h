@@ -33,8 +33,8 @@ DTSDF_HD uint64_t brickBit(int direction, int voxel) {
 }
 
 /// Weights from 2^-12 to 15.5 in eight bits: four of exponent, and the highest four of a float's
-/// fraction. Good views weigh a thousand times as much as bad ones, so this range is worth steps of
-/// a sixteenth.
+/// fraction. Good views weigh a thousand times as much as bad ones, so fine steps of a sixteenth
+/// are worth more than a wider range.
 constexpr uint32_t kColourWeightBits = 19;         // low bits of the float that are dropped
 constexpr uint32_t kColourWeightZero = 115u << 4;  // the code of 2^-12, which counts as 0
 constexpr uint32_t kGreatestColourWeight = 255;

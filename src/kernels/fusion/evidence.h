@@ -41,7 +41,7 @@ DTSDF_HD Voxel contradictedVoxel(const Voxel& voxel, int32_t frames, bool is_cov
   return makeVoxel(0.0f, 0, less > -rules.most_evidence ? less : -rules.most_evidence);
 }
 
-/// Least evidence of a surface shown in the mesh: above that of min_support - 1 supports. No more
+/// Minimum evidence of a surface shown in the mesh: above that of min_support - 1 supports. No more
 /// supports are required than frames were fused.
 DTSDF_HD int32_t leastEvidence(int32_t min_support, uint64_t fused_frames,
                                const FusionRules& rules) {

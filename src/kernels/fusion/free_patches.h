@@ -2,7 +2,7 @@
 ///
 /// Most of what a frame might clear lies behind surfaces. So each patch of the image stores its
 /// greatest free depth, and a block is skipped if it lies behind that of all patches that it
-/// covers. This changes no result.
+/// covers. The result is the same.
 #pragma once
 
 #include "kernels/core/anchor.h"

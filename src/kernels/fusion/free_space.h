@@ -1,4 +1,4 @@
-/// Where an image sees through a surface of the map.
+/// Finds where an image sees through surfaces of the map.
 ///
 /// Casting along normals writes near surfaces only and never takes anything back, so stray
 /// measurements and removed objects would stay. Voxel projection clears such places by itself; the
@@ -11,7 +11,7 @@
 /// nothing is measured. A voxel without a distance is judged at its own position, together with the
 /// cells around it.
 ///
-/// A frame that covers the voxel is judged at the anchor instead, and supports the surface only if
+/// If the frame covers the voxel, it looks at the anchor instead, and supports the surface only if
 /// the anchor's own pixel does not see free space. So a surface ends where as many images see it as
 /// see past it, not at the outermost outline.
 #pragma once
@@ -25,8 +25,8 @@
 
 namespace dtsdf {
 
-/// What the plane of a pixel is computed from: its own row fit, those of the pixels above and below
-/// (0 outside of the image), and their links.
+/// The inputs of a pixel's plane: its own row fit, those of the pixels above and below (0 outside
+/// of the image), and their links.
 struct PlaneAround {
   float inverse_depth;
   float row_value, row_slope, above, below;
@@ -106,7 +106,7 @@ DTSDF_HD Vec3f slopeAt(const Voxel* voxels, int index) {
 /// Stands for all directions, which share the array of an undirected map.
 constexpr int kAnyDirection = -1;
 
-/// Which way the surfaces of an array face: within a least cosine of an axis.
+/// The facing of an array's surfaces: a minimum cosine to an axis.
 struct Facing {
   Vec3f axis;
   float least_cosine;
@@ -139,7 +139,7 @@ DTSDF_HD Vec3f footOf(const Vec3f& voxel, float sdf, const Vec3f& slope, const F
   return voxel - sdf * gradientOf(slope, facing);
 }
 
-/// Which voxels a frame can change by looking through their places, for one voxel or several at
+/// Whether a frame can change a voxel by looking through its place; for one voxel or several at
 /// once. A covered voxel needs an anchor; an uncovered one must be in a block that is checked in
 /// this frame and, if empty, have evidence left to lose.
 template <class Mask>
@@ -246,7 +246,7 @@ DTSDF_HD Observation judge(const FrameSensing& sensing, const Voxel& voxel,
                                                          : Observation::kOccupied;
 }
 
-/// What a frame sees of a voxel for which isJudged() holds.
+/// What a frame sees at the place of a voxel for which isJudged() holds.
 DTSDF_HD Observation judge(const FrameSensing& sensing, const Vec3f& first_voxel_L,
                            const Voxel* voxels, int index, int direction, bool is_covered) {
   const Vec3f place = placeOf(voxels, index, direction, is_covered);
@@ -263,15 +263,15 @@ DTSDF_HD bool contradicts(Observation observation, const Voxel& voxel, bool is_c
          (observation == Observation::kAtOutline && is_covered && !isFull(voxel, rules));
 }
 
-/// Number of contradictions that an observation counts for. A check by turns counts for all frames
-/// until the next.
+/// Number of contradictions that an observation counts for. A check in a block's turn counts for
+/// all frames until its next one.
 DTSDF_HD int32_t contradictionWeight(Observation observation, bool is_covered,
                                      const FusionRules& rules) {
   if (observation != Observation::kFree) return 0;
   return is_covered ? 1 : rules.look_turns;
 }
 
-/// Whether a frame checks a block that it does not cover; one in look_turns frames does.
+/// Whether it is a block's turn to be checked, as in one of look_turns frames.
 DTSDF_HD bool isInTurn(PackedKey key, uint64_t frame_number, const FusionRules& rules) {
   const auto turns = static_cast<uint64_t>(rules.look_turns);
   return (hashKey(key) >> 32) % turns == frame_number % turns;

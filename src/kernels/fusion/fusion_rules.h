@@ -26,23 +26,23 @@ struct FusionRules {
   /// (The authors' later work uses the sensor's smallest depth in place of 1 m.)
   float full_weight_depth_m = 1.0f;
 
-  /// Least share of a voxel that a frame must cover to support the surface there. A smaller share
-  /// comes from a surfel's far fringe or a measurement of little trust. (Held-back images of box at
-  /// 5 mm, in front of what was measured: 5.1 % without, 1.8 with 0.0003. That value makes holes in
-  /// a floor at a grazing angle, though, and 0.0015 costs the dragon at 10 mm a quarter of its
-  /// completeness.)
+  /// Minimum share of a voxel that a frame must cover to support the surface there. A smaller share
+  /// comes from the far fringe of a surfel, or from a measurement with little trust. (Held-back
+  /// images of box at 5 mm, in front of what was measured: 5.1 % without, 1.8 with 0.0003. That
+  /// value makes holes in a floor at a grazing angle, though, and 0.0015 costs the dragon at 10 mm
+  /// a quarter of its completeness.)
   float support_share = 0.0001f;
   /// Evidence that a frame adds by supporting a surface.
   int32_t support_gain = 3;
-  /// Evidence that a frame takes by contradicting a surface. So a surface that half of the frames
-  /// see through stays, and one that two of three see through goes. (Held-back images, in front of
-  /// what was measured, with 1 / 2 / 3: cabinet at 20 mm 1.76 / 1.66 / 1.50 %, behind 1.03 / 1.15 /
-  /// 1.44 %.)
+  /// Evidence that a frame takes away by contradicting a surface. So a surface that half of the
+  /// frames see through stays, and one that two of three see through goes. (Held-back images, in
+  /// front of what was measured, with 1 / 2 / 3: cabinet at 20 mm 1.76 / 1.66 / 1.50 %, behind 1.03
+  /// / 1.15 / 1.44 %.)
   int32_t contradiction_cost = 2;
   /// Largest evidence, of a surface and, below zero, of free space: fusion/memory_frames supports.
   /// With eight, a removed object is gone after twelve frames that see through it, and a new one
-  /// shows after ten, however long it was there or its place was free. With nineteen these are 30,
-  /// as checks go by turns, and 21.
+  /// shows after ten, however long it was there or its place was free. With nineteen these are 30
+  /// (blocks are checked in turns) and 21.
   int32_t most_evidence{24};  // not set directly: follows from the setting
 
   /// Distance in voxels that free space keeps from a measured surface, in addition to its noise.

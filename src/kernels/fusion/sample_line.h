@@ -1,12 +1,13 @@
-/// Which samples a surfel updates when it is cast into the grid, in which blocks, and with what
-/// distance and weight.
+/// Finds the samples that a surfel updates when it is cast into the grid, their blocks, and their
+/// distances and weights.
 ///
 /// A line runs through the measured point, along the view ray or along the normal (turned towards
 /// the ray if the depth is noisy), and is followed to both sides. The paper updates the one nearest
 /// corner at each step (Amanatides and Woo 1987). Here the line is intersected with each grid plane
 /// across its dominant axis, and the four corners around the intersection are updated. So samples
-/// close to the line count most, both its sides are covered, and no corner is visited twice. Each
-/// plane is computed independently, so a block can process just the part of the line inside it.
+/// close to the line count most, both of its sides are covered, and no corner is visited twice.
+/// Each plane is computed independently, so a block can process just the part of the line inside
+/// it.
 ///
 /// Weights fall with the distance from the line (squared bilinear) and from the measured plane
 /// (linear), since the plane stands for the surface near the point only. Both are departures from
@@ -96,7 +97,7 @@ DTSDF_HD Vec3i pointShifts(int axis) {
   return {pointShift(axis), pointShift(u), pointShift(v)};
 }
 
-/// Where a line crosses one grid plane.
+/// The crossing of a line with one grid plane.
 struct CellCrossing {
   int u, v;                         ///< The corner at the lower end of the cell.
   float fraction_u, fraction_v;     ///< Position inside the cell, in [0, 1).

@@ -23,7 +23,7 @@ DTSDF_HD float blockDepthWeight(const FrameView& frame, const Vec3i& block_L,
                      rules);
 }
 
-/// What is folded of a frame's sums for a voxel, as floats.
+/// The part of a frame's sums for a voxel that folding needs, as floats.
 struct RoundedSums {
   float weighted_sdf, weight;
   float dither;      ///< In [0, 1), pseudo-random, so that rounded values are right on average.

@@ -46,8 +46,8 @@ DTSDF_HD void visitAnchors(const Edge& edge, uint32_t telling, const Anchors& an
   });
 }
 
-/// Distance of a vertex from what was measured, in voxels: the larger one of its edge's two ends,
-/// and the smallest of the crossing directions. If none crosses, the vertex is on no plane.
+/// Distance of a vertex from what was measured, in voxels: the larger one at its edge's two ends,
+/// and of all crossing directions the smallest. If none crosses, the vertex is on no plane.
 template <class Edge, class Anchors>
 DTSDF_HD float measuredGap(const MeshSettings& rules, const Edge& edge, uint32_t crossing,
                            const Anchors& anchors, float edge_offset) {

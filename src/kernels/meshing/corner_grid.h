@@ -67,20 +67,20 @@ DTSDF_HD CornerSource cornerSource(const Vec3i& corner) {
 }
 DTSDF_HD CornerSource cornerSource(int corner) { return cornerSource(cornerAt(corner)); }
 
-/// {-1, 0, 1}^3: the blocks that hold a corner grid extended by one layer, and the inverse.
+/// {-1, 0, 1}^3: the blocks that hold a corner grid extended by one layer; and the inverse.
 constexpr int kBlocksAround = 27;
 DTSDF_HD Vec3i aroundOffset(int n) { return {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1}; }
 DTSDF_HD int aroundNumber(const Vec3i& offset) {
   return offset.x + 1 + 3 * (offset.y + 1) + 9 * (offset.z + 1);
 }
 
-/// Number of the block around that holds a corner; each coordinate is in [-8, 16).
+/// Number of the block, of those around, that holds a corner; each coordinate is in [-8, 16).
 DTSDF_HD int blockAround(const Vec3i& corner) { return aroundNumber(blockOfVoxel(corner)); }
 
 /// The voxel arrays of a block and of those around it; null where there is none.
 struct ArraysAround {
   const Voxel* array[kBlocksAround][kDirectionCount];
-  int32_t least_evidence;  ///< Least evidence of a known voxel.
+  int32_t least_evidence;  ///< Minimum evidence of a known voxel.
 
   DTSDF_HD Voxel voxel(const Vec3i& corner, int direction) const {
     const Voxel* voxels = array[blockAround(corner)][direction];
@@ -98,7 +98,7 @@ struct ArraysAround {
 struct CornerArrays {
   const Voxel* array[kCornerBlocks][kDirectionCount];
 
-  int32_t least_evidence;  ///< Least evidence of a known voxel.
+  int32_t least_evidence;  ///< Minimum evidence of a known voxel.
 
   DTSDF_HD Sample sample(int corner, int direction) const {
     return sample(cornerSource(corner), direction);

@@ -6,8 +6,8 @@
 
 namespace dtsdf {
 
-/// The first edge of a unit: the difference of all its edges' numbers from those of the block's
-/// first unit.
+/// The first edge of a unit; its edges' numbers all differ by this from those of the block's first
+/// unit.
 DTSDF_HD int firstEdge(const Vec3i& unit) {
   return edgeNumber(cornerIndex(unit.x, unit.y, unit.z), 0, 0);
 }

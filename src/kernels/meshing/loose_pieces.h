@@ -1,15 +1,15 @@
 /// Loose pieces: small pieces of surface that float near a larger one.
 ///
 /// Where noise is wider than a voxel, outliers of a few frames coincide often enough to form small
-/// pieces next to the surface; so do flying pixels. Such pieces are few, but far off. A piece is
-/// left out if it is at most a few units long along each axis and no farther than that from a
-/// larger one. Small things on their own stay, however small.
+/// pieces next to the surface; so do flying pixels. Such pieces are few, but far from the surface.
+/// A piece is left out if it is at most a few units long along each axis and no farther than that
+/// from a larger one. Small things on their own stay, however small.
 ///
 /// A piece consists of units with a surface that are connected over faces; if it is small by these
-/// alone, also over edges that the surface crosses in both units. Pieces are searched in a window
-/// that extends this many units around a block, so a small piece that reaches into the block lies
-/// wholly in the window. Only the part of a larger piece in the window counts, so where a loose
-/// piece crosses a face between blocks, one of them may keep its part.
+/// alone, also over edges that the surface crosses in both units. Pieces are searched for in a
+/// window that extends this many units around a block, so a small piece that reaches into the block
+/// lies wholly in the window. Only the part of a larger piece in the window counts, so where a
+/// loose piece crosses a face between blocks, one of them may keep its part.
 #pragma once
 
 #include "kernels/core/grid.h"
@@ -55,8 +55,8 @@ DTSDF_HD bool holdsSurface(const UnitLabels& labels) {
   return labels.behind_first != 0 && labels.behind_first != 255;
 }
 
-/// Which of four units hold a surface, as bits. `labels` is a word of their consecutive labels, the
-/// first unit's lowest.
+/// The units that hold a surface, of four in a row, a bit each. `labels` is a word of their
+/// consecutive labels, the first unit's lowest.
 DTSDF_HD uint32_t surfaceBits(uint64_t labels) {
   constexpr uint64_t kFirsts = 0x00ff00ff00ff00ffu, kOnes = 0x0001000100010001u;
   // 255 becomes 0 and 0 becomes 1; values below 2 do not carry.

@@ -15,8 +15,8 @@
 
 namespace dtsdf {
 
-/// A loop of n edges has n sides and n - 3 diagonals. The most sides are twelve, where four loops
-/// of three cross all twelve edges.
+/// A loop of n edges has n sides and n - 3 diagonals. The maximum is twelve sides, if four loops of
+/// three cross all twelve edges.
 constexpr int kMaxSides = 12;
 
 /// The sides of an index's triangles, each once, and which of them bound each triangle; derived at

@@ -47,9 +47,9 @@ DTSDF_HD void undirectedLabels(const Samples& samples, UnitLabels (&result)[Samp
   }
 }
 
-/// Indices of the sheets with these leaders, one per unit; kNotKnown for a leader of -1.
-/// `greatest_weight` is the greatest weight at the units' corners, `least_weight` the weight that
-/// each corner must exceed.
+/// Computes the indices of the sheets with these leaders, one per unit; kNotKnown for a leader of
+/// -1. `greatest_weight` is the greatest weight at the units' corners, `least_weight` the weight
+/// that each corner must exceed.
 template <class Samples, class Real, class Bits>
 DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules, const Samples& samples,
                            const Real& greatest_weight, const Real& least_weight,

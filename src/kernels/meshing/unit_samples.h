@@ -42,7 +42,7 @@ struct UnitIndices {
   uint8_t sheet[kMaxSheets];
 };
 
-/// A unit's view of its corners, bit c for corner c: which are behind its first sheet, and which
+/// The sides of a unit's corners, bit c for corner c: which are behind its first sheet, and which
 /// are in front of its last (which may be the first). Both 0: the unit is empty.
 ///
 /// Both 0 is unambiguous: otherwise it would mean a first sheet with no corner behind it and a last

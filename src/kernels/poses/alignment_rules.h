@@ -7,11 +7,11 @@
 namespace dtsdf {
 
 struct AlignmentRules {
-  /// Least number of points per image; with more, the map's own error dominates.
+  /// Minimum number of points per image; with more, the map's own error dominates.
   int32_t points = 4800;
   /// Half width of the window that a point's plane is fitted in, in pixels.
   int32_t window_px = 3;
-  /// Distance from a point, along its normal, within which its surface is searched at first, in
+  /// Distance from a point, along its normal, within which its surface is searched for at first, in
   /// voxels. (A corner 2 m away, voxels of 20 mm, poses off by 10 cm and 8 degrees at once: 78 of
   /// 96 are found within 8, 89 within 10, all within 12.)
   float reach = 12.0f;
@@ -20,7 +20,7 @@ struct AlignmentRules {
   /// This many points carry as much information as one with an independent error, as points of a
   /// surface share the errors of the map there and of the sensor.
   float points_per_witness = 100.0f;
-  /// If the share of points that meet a surface is smaller, the map there is too small to align to.
+  /// If a smaller share of points meets a surface, too little of the map is there to align to.
   float least_matched = 0.15f;
   /// If the share of inliers among these is smaller, the image does not fit.
   float least_inliers = 0.5f;
@@ -28,9 +28,9 @@ struct AlignmentRules {
   /// a camera slides along them. (A phone that turned fast: 0.74 to 0.84 while it slipped by 5
   /// degrees, 0.90 to 1 otherwise; a Kinect: never below 0.95.)
   float held_inliers = 0.85f;
-  /// A pose that moves the surfaces by less than this from the map, in voxels along their normals
-  /// (root mean square), is as good as the map can determine. With exact poses the map's own error
-  /// asked for up to 0.17, with those of real recordings for a median of 0.4 to 0.6.
+  /// A pose whose surfaces are off the map by less than this, in voxels along their normals (root
+  /// mean square), is as good as the map can determine. The map's own error was up to 0.17 with
+  /// exact poses, and 0.4 to 0.6 in the median with those of real recordings.
   float least_misplacement = 0.2f;
 };
 

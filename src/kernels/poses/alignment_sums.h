@@ -1,5 +1,5 @@
-/// Distances of an image's points to the surfaces of the map, and their Gauss-Newton sums for its
-/// pose.
+/// Distances of an image's points to the map's surfaces, and the sums for Gauss-Newton on the
+/// image's pose.
 ///
 /// A point is compared with the signed distance in the directions of its normal, where fusion would
 /// write it. So the back of a thin plate never attracts points of its front.
@@ -162,8 +162,8 @@ DTSDF_HD FieldSample sampleDirections(const Vec3f& p_L, const DirectionSet& dire
   return {sdf / weight, (1.0f / weight) * gradient, true};
 }
 
-/// Offset along a point's normal of the n-th place where its surface is searched, in voxels: at the
-/// point itself, then on both sides, farther and farther away.
+/// Offset along a point's normal of the n-th place where its surface is searched for, in voxels: at
+/// the point itself, then on both sides, farther and farther away.
 DTSDF_HD float placeAlongNormal(int32_t n) {
   const int32_t k = (n + 1) / 2;
   return static_cast<float>(n % 2 == 1 ? k : -k);
@@ -172,7 +172,7 @@ DTSDF_HD float placeAlongNormal(int32_t n) {
 /// Number of such places up to `reach` voxels away.
 DTSDF_HD int32_t placesAlongNormal(float reach) { return 2 * static_cast<int32_t>(reach) + 1; }
 
-/// Least cosine between the map's gradient and a point's normal: cos(pi/4).
+/// Minimum cosine between the map's gradient and a point's normal: cos(pi/4).
 constexpr float kLeastAgreement = 0.70710678f;
 
 /// The distance of a point to the map's plane at `away` voxels along its normal.

@@ -157,12 +157,12 @@ struct CornerWeights {
   int64_t of[3];
 };
 
-/// Which pixels a triangle covers.
+/// The pixels that a triangle covers.
 struct DrawnTriangle {
   int32_t u0, v0, u1, v1;     ///< Bounding box, in pixels.
   CornerWeights first;        ///< At pixel (u0, v0).
   CornerWeights right, down;  ///< Change from pixel to pixel.
-  /// Least weights of a covered pixel, 0 or 1: each side belongs to one triangle.
+  /// Minimum weights of a covered pixel, 0 or 1: each side belongs to one triangle.
   int64_t least[3];
   bool is_drawn;  ///< Whether it faces the camera and may cover a pixel.
 };
@@ -190,8 +190,8 @@ DTSDF_HD DrawnTriangle drawTriangle(const FrameView& frame, const SeenVertex& a,
   drawn.u1 = least3(last(greatest3(a.x, b.x, c.x)), frame.width - 1, frame.width - 1);
   drawn.v1 = least3(last(greatest3(a.y, b.y, c.y)), frame.height - 1, frame.height - 1);
   if (drawn.u0 > drawn.u1 || drawn.v0 > drawn.v1) return drawn;
-  // As rows run downwards, corners are taken in reverse, so that triangles that face the camera
-  // have a positive area.
+  // Rows run downwards, so corners are taken in reverse: triangles that face the camera have a
+  // positive area.
   const SeenVertex* const corner[3] = {&a, &b, &c};
   int64_t area = 0;
   for (int k = 0; k < 3; ++k) {
@@ -223,7 +223,7 @@ DTSDF_HD bool covers(const DrawnTriangle& drawn, const CornerWeights& weights) {
          weights.of[2] >= drawn.least[2];
 }
 
-/// Where a pixel's ray meets a triangle: weights of the corners, and the depth in voxels.
+/// The point where a pixel's ray meets a triangle: weights of the corners, and the depth in voxels.
 struct TrianglePlace {
   float share[3];
   float depth;

@@ -13,8 +13,8 @@ struct DepthRange {
 };
 
 /// Inverse depth of a raw value in 1/m; 0 if nothing is measured, or something too near. Negative
-/// beyond the fused range: such a measurement makes no surface, but the space before it is free. So
-/// a positive value always means a measurement to fuse.
+/// beyond the fused range: such a measurement makes no surface, but the space in front of it is
+/// free. So a positive value always means a measurement to fuse.
 DTSDF_HD float inverseDepth(float raw, const DepthRange& range) {
   const float depth_m = raw * range.unit_m;
   // Branch-free, for vectorisation. Comparisons with NaN are false.
@@ -68,11 +68,11 @@ DTSDF_HD bool isOnALine(const float* before, const float* after) {
 
 /// Inverse depth of a pixel. An unmeasured pixel between opposite neighbours gets their mean, if it
 /// lies on a plane predicted by these and the pixels behind them; of several pairs, the one that
-/// differs least is used. Registered and rectified images have lines of such pixels all over. Off
-/// such a line two pairs must fit, as a single one may be the sides of a notch in an outline,
-/// outside the surface. Other pixels get minus the inverse depth of the nearest such neighbour, up
-/// to which they are free; 0 without one. `measured(u, v)` is inverseDepth() of a pixel; depths
-/// were rounded to multiples of `rounded_to_m`.
+/// differs least is used. Registered and rectified images have lines of such pixels all over.
+/// Elsewhere two pairs must fit, as a single one may be the sides of a notch in an outline, outside
+/// the surface. Other pixels get minus the inverse depth of the nearest such neighbour, up to which
+/// they are free; 0 without one. `measured(u, v)` is inverseDepth() of a pixel; depths were rounded
+/// to multiples of `rounded_to_m`.
 template <class Measured>
 DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int height,
                                   const Pixel& pixel, const SurfelSettings& surfels,

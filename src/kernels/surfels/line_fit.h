@@ -32,7 +32,7 @@ DTSDF_HD FitWindow fitWindow(const FrameView& frame, const DepthNoise& noise,
 
 /// Half widths of a window, in pixels.
 struct WindowRadius {
-  int32_t both;      ///< With both sides: what the voxels or the noise require, within the limits.
+  int32_t both;      ///< To both sides: what the voxels or the noise require, within the limits.
   int32_t one_side;  ///< After the other side has ended: what the noise requires.
 };
 
@@ -49,8 +49,8 @@ DTSDF_HD WindowRadius windowRadius(float inverse_depth, const FitWindow& window)
 struct PixelLine {
   int64_t stride;     ///< Between neighbours in the image arrays.
   PixelLinks link;    ///< The link that a pixel has to the next: kLinkRight or kLinkDown.
-  int before, after;  ///< Most pixels to each side.
-  int one_side;       ///< Most pixels to a side after the other has ended.
+  int before, after;  ///< Maximum number of pixels to each side.
+  int one_side;       ///< The same after the other side has ended.
 };
 
 /// The line of pixels around number `at` of `count`, as far as it lies in the image.

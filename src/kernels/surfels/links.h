@@ -83,8 +83,8 @@ DTSDF_HD bool curvesOutOfSight(const LineInImage& line, float step, const LinkLi
   return fabsf(step) <= limits.rim_share * (minimum(*a, *b) - maximum(behind, 0.0f));
 }
 
-/// Results of linkByStep(), which is 0 for no link: a link, or a step that needs a look at its
-/// surroundings.
+/// Results of linkByStep() other than 0 (no link): a link, or a step that only its surroundings can
+/// decide.
 constexpr int32_t kLinked = 1, kOpenStep = 2;
 
 /// Classifies the step between two neighbours. Branch-free, so that the CPU can test several at

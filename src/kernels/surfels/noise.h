@@ -27,7 +27,7 @@ constexpr int kNoiseBins = 1 << 11;
 constexpr int kNoiseKinds = 5, kShortLines = kNoiseKinds - 1;
 constexpr int kNoiseSteps = 3;  ///< Lines at each point, with different steps.
 
-/// Where the samples of a line are.
+/// Location of a line's samples.
 struct NoiseLinePlace {
   Pixel middle;
   int step_px;  ///< Between samples.
@@ -42,7 +42,7 @@ DTSDF_HD Pixel noisePoint(int column, int row, int width, int height) {
           (2 * row + 1) * height / (2 * kNoiseRows)};
 }
 
-/// The line with a step at a grid point; lines run along the row or down the column by turns.
+/// The line with this step at a grid point; lines alternate between rows and columns.
 DTSDF_HD NoiseLinePlace noiseLinePlace(int column, int row, const Pixel& middle, int step) {
   const int step_px = step == 0 ? 3 : (step == 1 ? 7 : 1), odd = (column + row) % 2;
   return {middle, step_px, odd == 1, step < 2 ? 2 * step + odd : kShortLines};

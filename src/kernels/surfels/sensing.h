@@ -52,7 +52,7 @@ struct SurfelSettings {
   int32_t normal_radius_px;  ///< Largest half width of a window; 0: no normals are needed.
   float depth_jump;  ///< Largest share by which neighbouring depths on one surface may differ.
   SurfelRules rules;
-  int32_t noise_in_depth;  ///< As in DepthNoise.
+  int32_t noise_in_depth;  ///< The same as in DepthNoise.
 };
 
 }  // namespace dtsdf

@@ -25,7 +25,8 @@ struct SurfelRules {
   /// Half width of the window that normals are fitted in, in voxels. Finer detail is lost in the
   /// map anyway, and more samples mean less noise.
   float window_voxels = 0.75f;
-  /// Largest angle that noise turns a normal by, in radians, as far as the window may grow.
+  /// Maximum angle that noise may turn a normal by, in radians; the window grows for it up to its
+  /// limit.
   float largest_noise_turn = 0.15f;
   /// Factor of the weight of a surfel from a single line of pixels: enough if nothing else was
   /// measured, too little to disturb what was.

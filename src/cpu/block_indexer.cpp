@@ -115,7 +115,7 @@ inline void BlockIndexer::findCandidates() {
 /// by the row's other units are left out; those units hold no surface without them either.
 inline void BlockIndexer::labelRows(const MeshSettings& rules, bool directional,
                                     UnitLabels* labels) {
-  static_assert(kLanes == kBlockSide, "a row fills the lanes");
+  static_assert(kLanes == kBlockSide, "a row must fill the lanes");
   for (int row = 0; row < kRows; ++row) {
     if (!rowHasCandidates(row)) continue;
     const int corner = cornerOfRow(row);

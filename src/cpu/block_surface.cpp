@@ -6,7 +6,7 @@
 namespace dtsdf {
 namespace {
 
-static_assert(kGridEdges <= 65536, "edges are kept in 16 bits");
+static_assert(kGridEdges <= 65536, "edge numbers must fit in 16 bits");
 
 bool anySpeaks(const UnitLabels* row) {
   uint64_t words[2];

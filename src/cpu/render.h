@@ -29,7 +29,8 @@ class DrawnImage {
 
   ViewKey at(size_t pixel) const { return keys_[pixel].load(std::memory_order_relaxed); }
   void draw(size_t pixel, ViewKey key) {
-    static_assert(sizeof(std::atomic<ViewKey>) == sizeof(ViewKey), "read as plain numbers at last");
+    static_assert(sizeof(std::atomic<ViewKey>) == sizeof(ViewKey),
+                  "data() reads them as plain integers");
     ViewKey found = at(pixel);
     while (key < found &&
            !keys_[pixel].compare_exchange_weak(found, key, std::memory_order_relaxed)) {

@@ -9,7 +9,7 @@
 
 namespace dtsdf {
 
-static_assert(kLanes == kBlockSide, "a row fills the lanes");
+static_assert(kLanes == kBlockSide, "a row must fill the lanes");
 
 struct VoxelRow {
   LaneInts sdf_units, anchor, state;

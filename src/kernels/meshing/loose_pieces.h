@@ -23,7 +23,7 @@ constexpr int kMostLooseUnits = 4;
 
 /// Side of the window: a block and its surroundings, in units.
 constexpr int kWindowSide = kBlockSide + 2 * kMostLooseUnits;
-static_assert(kWindowSide == 16, "rows fill 16 bits");
+static_assert(kWindowSide == 16, "a row must fill 16 bits");
 
 /// The window is stored as rows along x, one bit per unit, with empty rows on each side; the stride
 /// of layers is a power of two.

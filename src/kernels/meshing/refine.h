@@ -69,7 +69,7 @@ inline constexpr RefineTables kRefineTables = refine_tables_detail::make();
 constexpr int kRefinedTriangles = 4;
 
 static_assert(kGridEdges + kVoxelsPerBlock * kMaxSheets * kMaxSides <= 65536,
-              "triangles name a block's vertices in 16 bits");
+              "a block's vertex indices must fit in 16 bits");
 
 /// BlockVertex::edge of the middle of the side between the vertices of two edges, given in either
 /// order.

@@ -24,7 +24,7 @@ void checkRigid(const StampedPose& pose) {
                         R.determinant() > 0.0;
   if (is_rigid) return;
   throw std::runtime_error("the corrected pose at " + inSeconds(pose.stamp_s) +
-                           " is not a rigid motion");
+                           " is not a position and a rotation");
 }
 
 bool isSame(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {

@@ -23,7 +23,7 @@ constexpr int32_t kMost = kMaxBlockCoordinate;
 constexpr int32_t BlockKey::*kAxes[] = {&BlockKey::x, &BlockKey::y, &BlockKey::z};
 constexpr char kAxisNames[] = "xyz";
 
-/// Where a surface is looked for when boxes are planned: images, and pixels of each.
+/// Samples for planning boxes: images, and pixels of each.
 constexpr size_t kSampledImages = 256;
 constexpr int kSampledPixels = 64;  ///< Along each axis of an image.
 
@@ -44,7 +44,7 @@ int32_t readEdge(const std::string& text, int32_t open, double block_m, const st
   return static_cast<int32_t>(std::lround(metres / block_m));
 }
 
-/// @throws std::runtime_error for settings whose rules look at all of the map.
+/// @throws std::runtime_error for settings that need the whole map.
 void checkSettings(const RunSettings& settings) {
   const MapperParams& params = settings.params.mapper;
   if (params.map.keep_radius_m > 0.0f) {
@@ -54,25 +54,24 @@ void checkSettings(const RunSettings& settings) {
   }
   if (settings.params.poses.mode != PoseMode::kTf) {
     throw std::runtime_error(
-        "--only fuses images at the poses given: poses/mode has to be tf, as "
-        "others are found by the whole map");
+        "--only fuses images at the poses given: poses/mode must be tf, since "
+        "other modes need the whole map");
   }
 }
 
-/// @throws std::runtime_error where what an image paints depends on all of the map.
+/// @throws std::runtime_error if what an image paints depends on the whole map.
 void checkPainting(const MapperParams& params) {
   if (!params.adapt_exposure && params.max_paint_depth_m > 0.0f) return;
   throw std::runtime_error(
       "the recording has colour images, which --only needs at a fixed exposure and with a depth "
-      "limit: give --set colour/exposure=fixed colour/max_depth_m=5 (to reconstruct of the whole "
-      "as well), or colour/enabled=never");
+      "limit: give --set colour/exposure=fixed colour/max_depth_m=5 (and the same for the whole "
+      "map), or colour/enabled=never");
 }
 
-/// A cube of cells of space is as wide as so many blocks, and belongs to the box that its first
-/// block belongs to.
+/// Blocks along an edge of a cube of space cells. A cube belongs to the box of its first block.
 int blocksPerCube(const SpaceParams& space) { return space.cell_voxels * kCubeSide / kBlockSide; }
 
-/// The cubes of a box, by their keys; none if it is too small for any.
+/// The keys of a box's cubes; none if it is too small for any.
 BlockExtent cubesOf(const BlockExtent& box, int n) {
   BlockExtent cubes;
   for (const auto axis : kAxes) {
@@ -82,7 +81,7 @@ BlockExtent cubesOf(const BlockExtent& box, int n) {
   return cubes;
 }
 
-/// The images that may paint, by their place; they widen what is fused by what may hide the
+/// Indices of the images that may paint the box. Extends what is fused by what may hide the
 /// painted.
 std::vector<size_t> imagesFor(BoxRun& run, double first_stamp_s, const RunOptions& options,
                               const RunSettings& settings,
@@ -108,7 +107,8 @@ std::vector<size_t> imagesFor(BoxRun& run, double first_stamp_s, const RunOption
 }
 
 /// What an image paints depends on how many frames support the map so far, up to mesh/min_support:
-/// the first ones are all taken, whatever they see. @return the first that is not.
+/// so the first frames are all used, whatever they see. @return the index of the first that need
+/// not be.
 size_t endOfSupport(RunOptions options, const RunSettings& settings,
                     const std::optional<Eigen::Isometry3d>& T_W_M) {
   const MapperParams& params = settings.params.mapper;
@@ -126,7 +126,7 @@ size_t endOfSupport(RunOptions options, const RunSettings& settings,
   return end;
 }
 
-/// A part of space, and the blocks of it that were seen.
+/// A part of space, and its blocks that were seen.
 struct Leaf {
   BlockExtent box;
   std::vector<BlockKey> blocks;
@@ -139,7 +139,7 @@ struct Leaf {
   bool operator<(const Leaf& other) const { return blocks.size() < other.blocks.size(); }
 };
 
-/// Its longest axis, and how many blocks that is.
+/// The longest axis, and its length in blocks.
 std::pair<int, int32_t> longestAxis(const BlockExtent& bounds) {
   std::pair<int, int32_t> longest{0, 0};
   for (int i = 0; i < 3; ++i) {
@@ -149,7 +149,7 @@ std::pair<int, int32_t> longestAxis(const BlockExtent& bounds) {
   return longest;
 }
 
-/// Two halves with about as many blocks. @pre It is more than one block long.
+/// Splits a leaf into halves with about equally many blocks. @pre It is more than one block long.
 std::array<Leaf, 2> halvesOf(Leaf leaf) {
   const BlockExtent bounds = leaf.bounds();
   const auto axis = kAxes[longestAxis(bounds).first];
@@ -194,7 +194,7 @@ std::vector<BlockKey> sampleBlocks(RunOptions options, const RunSettings& settin
   return blocks;
 }
 
-/// What of `whole` lies outside of `box`, cut along its faces.
+/// Adds the parts of `whole` outside `box` to `left`, cut along the faces of `box`.
 void cutOut(const BlockExtent& box, BlockExtent whole, std::vector<BlockExtent>& left) {
   for (const auto axis : kAxes) {
     if (whole.first.*axis < box.first.*axis) {

@@ -1,4 +1,4 @@
-/// Maps by boxes: how space is cut, and what a process that makes one box reads of a recording.
+/// Maps made box by box: how space is divided, and what of a recording a box needs.
 #pragma once
 
 #include <cstddef>
@@ -14,34 +14,34 @@
 
 namespace dtsdf {
 
-/// A box as text: "x=..3.2,y=-1.6..0,z=..", in metres; open where nothing stands.
+/// A box as text: "x=..3.2,y=-1.6..0,z=..", in metres; an omitted bound is open.
 std::string boxText(const BlockExtent& box, double block_m);
 
-/// Box of such a text, rounded to whole blocks. @throws UsageError
+/// Parses such a text; bounds are rounded to whole blocks. @throws UsageError
 BlockExtent parseBox(const std::string& text, double block_m);
 
 /// A run for one box of a map.
 struct BoxRun {
-  MapBox box;        ///< With the account of the frames in it.
-  MapExtent extent;  ///< What is fused and painted for it.
-  std::shared_ptr<const std::vector<size_t>> frames, images;  ///< What is read, by their place.
+  MapBox box;        ///< The box and the numbers of its frames.
+  MapExtent extent;  ///< Blocks that are fused and painted.
+  std::shared_ptr<const std::vector<size_t>> frames, images;  ///< Indices of what is read.
   double last_stamp_s = 0.0;  ///< Stamp of the last frame: images are painted up to it.
 };
 
-/// Looks at poses, and decodes next to no image.
-/// @throws std::runtime_error for settings whose rules look at all of the map.
+/// Plans a run from poses; decodes hardly any image.
+/// @throws std::runtime_error for settings that need the whole map.
 BoxRun planBoxRun(RunOptions options, const RunSettings& settings,
                   const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box);
 
-/// Boxes that cover all of space and share a recording's surfaces about equally, by a sample of its
-/// images. @throws std::runtime_error where there are fewer blocks than boxes.
-/// @param count Number of boxes; 0: as many as `edge_m` takes.
-/// @param edge_m What a recording shows of a box is no longer than this; 0: any length.
+/// Boxes that cover all of space and share a recording's surfaces about equally, judged by a sample
+/// of its images. @throws std::runtime_error if there are fewer blocks than boxes.
+/// @param count Number of boxes; 0: as many as `edge_m` requires.
+/// @param edge_m Maximum length of what a recording shows of a box; 0: no limit.
 std::vector<BlockExtent> planBoxes(const RunOptions& options, const RunSettings& settings,
                                    size_t count, double edge_m);
 
-/// What of space lies in none of these boxes, in boxes: in one, if it is one.
-/// @throws std::runtime_error where two of them overlap.
+/// The space outside these boxes, as boxes; as a single one if possible.
+/// @throws std::runtime_error if two of them overlap.
 std::vector<BlockExtent> missingBoxes(const std::vector<BlockExtent>& boxes);
 
 }  // namespace dtsdf

@@ -7,7 +7,7 @@
 namespace dtsdf {
 namespace {
 
-/// Pixels are judged with those around them, and places in the image are rounded.
+/// Pixels are judged with their neighbours, and positions in the image are rounded.
 constexpr double kMargin_px = 3.0;
 constexpr double kRounding_voxels = 1.0;
 
@@ -21,8 +21,8 @@ MetricBox boxOf(const BlockExtent& blocks, double block_m, double margin_m) {
           (toVector(blocks.last) + Eigen::Vector3d::Ones()) * block_m + margin};
 }
 
-/// What is seen lies between four planes through the camera; a box is not if all of it is beyond
-/// one of them, also where parts are behind the camera.
+/// The view lies between four planes through the camera. A box that is wholly beyond one of them is
+/// not seen, even if parts of it are behind the camera.
 bool CameraView::maySee(const MetricBox& box, double depth_m) const {
   Eigen::Matrix<double, 3, 8> corners;  // in the camera's frame
   for (int i = 0; i < 8; ++i) {
@@ -39,7 +39,7 @@ bool CameraView::maySee(const MetricBox& box, double depth_m) const {
          !isBeyond(0.0, -K.fy, bottom);
 }
 
-/// A voxel is changed by what is measured as far from it as the truncation; its foot is within it.
+/// A voxel is changed by measurements up to the truncation distance away; its foot is within that.
 bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperParams& params) {
   const auto voxel_m = static_cast<double>(params.map.voxel_size_m);
   const double margin_m =
@@ -50,7 +50,7 @@ bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperPar
 
 namespace {
 
-/// A voxel's point is as far from it as its surface.
+/// A voxel is painted at its surface, at most surface_distance away.
 MetricBox pointsOf(const BlockExtent& blocks, double voxel_m, const ColourRules& rules) {
   const auto painted = static_cast<double>(rules.surface_distance);
   return boxOf(blocks, voxel_m * kBlockSide, voxel_m * (painted + kRounding_voxels));
@@ -63,8 +63,8 @@ bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperPa
   return image.maySee(pointsOf(blocks, params.map.voxel_size_m, rules), params.max_paint_depth_m);
 }
 
-/// What hides a point lies between the camera and it, or beside that by the radius of a piece,
-/// which drawSurface() has in pixels along both axes, and by a cell of the image.
+/// What hides a point lies between the camera and the point, or off that line by the radius of a
+/// piece, which drawSurface() has in pixels along both axes, and a cell of the image.
 BlockExtent blocksThatHide(const CameraView& image, const BlockExtent& blocks,
                            const MapperParams& params, const ColourRules& rules) {
   const double voxel_m = params.map.voxel_size_m, block_m = voxel_m * kBlockSide;

@@ -1,5 +1,5 @@
-/// What a camera has in view of boxes along the axes of the map frame, and what of the map decides
-/// how a colour image paints.
+/// Which boxes along the axes of the map frame a camera may see, and which blocks may affect how a
+/// colour image paints.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -14,7 +14,7 @@ namespace dtsdf {
 /// A box along the axes of the map frame, in metres.
 using MetricBox = Eigen::AlignedBox3d;
 
-/// Box around blocks with this edge, and so much more to each side.
+/// The box around blocks with edge `block_m`, with a margin on each side.
 MetricBox boxOf(const BlockExtent& blocks, double block_m, double margin_m);
 
 class CameraView {
@@ -27,8 +27,8 @@ class CameraView {
         height_(frame.height),
         T_C_W_(frame.T_W_C.inverse()) {}
 
-  /// Whether something of a box may lie within the image and up to a depth; a few pixels beside the
-  /// image count too. Errs on the side of yes.
+  /// Whether any part of a box may lie within a depth and within the image, plus a few pixels
+  /// around it. Errs on the side of yes.
   bool maySee(const MetricBox& box, double depth_m) const;
 
   Eigen::Vector3d centre() const { return T_C_W_.inverse().translation(); }
@@ -40,16 +40,16 @@ class CameraView {
   Eigen::Isometry3d T_C_W_;
 };
 
-/// The blocks that depth images with something of these in view may change: what they measure up to
-/// fusion/max_depth_m changes voxels around it.
+/// Whether a depth image may change any of these blocks: measurements up to fusion/max_depth_m
+/// change voxels around them.
 bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperParams& params);
 
-/// Whether a colour image may paint something of these blocks.
-/// @pre colour/max_depth_m is not 0: else images reach without end.
+/// Whether a colour image may paint any of these blocks.
+/// @pre colour/max_depth_m is not 0, which would be no limit.
 bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperParams& params,
               const ColourRules& rules);
 
-/// The blocks that may hide something of these from a colour image, and these.
+/// The blocks that may hide a part of these from a colour image, and these.
 BlockExtent blocksThatHide(const CameraView& image, const BlockExtent& blocks,
                            const MapperParams& params, const ColourRules& rules);
 

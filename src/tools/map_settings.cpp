@@ -28,7 +28,8 @@ RunSettings settingsFor(const MapContents& contents, const std::vector<std::stri
   visitRules(settings.rules, reader);
   checkParams(params, reader);
   reader.finish();
-  // None is added. With map/page_folder the rest is on disk, and the budget is what was given.
+  // Nothing is added to the map. With map/page_folder the rest is on disk and the given limit
+  // holds.
   if (params.map.page_folder.empty()) params.map.max_memory_mb = leastMemoryMb(contents, params);
   checkFits(contents, params, kLeaveSettingOut);
   return settings;
@@ -52,7 +53,7 @@ void checkMeshPath(const std::string& path) {
 
 namespace {
 
-/// The mesh itself, which sets a lower bound, is not known yet.
+/// The mesh, whose size sets a lower limit, is not known yet.
 constexpr double kLargestError_m = 1e6;
 
 }  // namespace

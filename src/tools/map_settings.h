@@ -1,5 +1,4 @@
-/// What programs have in common that read a map or save its mesh: the settings to continue it with,
-/// and their options.
+/// Settings and options of programs that read a map or save its mesh.
 #pragma once
 
 #include <cstddef>
@@ -12,13 +11,13 @@
 
 namespace dtsdf {
 
-/// What a mapper of a saved map is made with: the settings of the file, as far as this version
-/// knows them, and then those that are given, each key=value. The budget is what the map needs.
+/// Settings for a mapper of a saved map: those of the file that this version knows, overridden by
+/// `given`, each key=value. The memory limit is what the map needs.
 /// @throws ParamError with every violation.
 RunSettings settingsFor(const MapContents& contents, const std::vector<std::string>& given);
 
-/// Adds --max-memory-mb: how large a map may be that a program loads, as a small file can ask for
-/// much memory. The limit is the default then.
+/// Adds --max-memory-mb, the limit of a map that a program loads, since a small file can ask for
+/// much memory. Sets the limit to its default.
 void addLoadLimit(CommandLine& line, size_t& most_bytes);
 
 /// @throws UsageError unless a mesh can be saved under this name.
@@ -27,8 +26,8 @@ void checkMeshPath(const std::string& path);
 /// Adds --simplify-error.
 void addSimplifyOption(CommandLine& line, double& error_m);
 
-/// Saves the whole mesh; for an error other than 0 simplified, and prints what came out.
-/// @throws UsageError for an error that is larger than the mesh, and as savePagedMesh().
+/// Saves the whole mesh; if the error is not 0, simplifies it and prints the result.
+/// @throws UsageError if the error is larger than the mesh, and as savePagedMesh().
 SavedMesh saveSimplified(PagedMeshes& meshes, MeshColour colour, const std::string& path,
                          double error_m);
 

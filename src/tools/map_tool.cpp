@@ -1,4 +1,4 @@
-/// map_tool: what is in a map file, and what can be made of it.
+/// map_tool: prints what is in a map file, and makes other files from it.
 #include "tools/map_tool.h"
 
 #include <cstdio>

@@ -1,5 +1,4 @@
-/// What `map_tool` can do with a map file: a function for each of its commands, and what they have
-/// in common.
+/// The commands of `map_tool`, a function each, and what they share.
 #pragma once
 
 #include <memory>
@@ -15,7 +14,7 @@
 
 namespace dtsdf {
 
-/// Each takes the arguments behind its name. @throws UsageError, TextRequest for --help,
+/// Each takes the arguments after its name. @throws UsageError, TextRequest for --help,
 /// std::runtime_error for files that cannot be read or written.
 void printMapInfo(const std::vector<std::string>& arguments);
 void meshMap(const std::vector<std::string>& arguments);
@@ -29,7 +28,7 @@ void compareMaps(const std::vector<std::string>& arguments);
 void textureMap(const std::vector<std::string>& arguments);
 void printHash(const std::vector<std::string>& arguments);
 
-/// Options of the commands that make something of a map.
+/// Options of the commands that write something from a map.
 struct MapToolOptions {
   std::string map_path, out_path;
   std::string what;                   ///< What is written, in words.
@@ -37,26 +36,26 @@ struct MapToolOptions {
   size_t most_bytes = kNoMapLimit;    ///< Memory that the map may take.
 };
 
-/// Adds FILE and OUT, which `out` explains.
+/// Adds FILE and OUT; `out` is the help of OUT.
 void addPaths(CommandLine& line, const std::string& out, MapToolOptions& options);
 
-/// Adds --set, where `keys` are worth it.
+/// Adds --set; `keys` are the useful ones.
 void addSettings(CommandLine& line, const std::string& keys, MapToolOptions& options);
 
-/// A mapper that was made from the file, and its settings: those given, and then `fixed`.
+/// Creates a mapper from the file. Its settings are overridden by those given, and by `fixed`.
 /// @throws std::runtime_error if the file cannot be read, ParamError for wrong settings.
 std::pair<RunSettings, std::unique_ptr<Mapper>> loadMapOf(const MapToolOptions& options,
                                                           const char* fixed);
 
-/// The mesh of a mapper that was just made: all of it.
+/// The whole mesh of a newly created mapper.
 Mesh meshOf(Mapper& mapper, float voxel_size_m);
 
-/// A mapper that was made from the file, with its surfaces, and the space around them: that which
-/// the file holds, and none where it was saved without. @throws as loadMapOf() does.
+/// Creates a mapper from the file, with its surfaces, and its free space if the file has any.
+/// @throws as loadMapOf() does.
 std::unique_ptr<Mapper> loadWithSpace(const MapToolOptions& options);
 
-/// Adds FILE, OUT and --set, and parses; `what` is to be written, and `ending` is how its name has
-/// to end. @throws UsageError
+/// Adds FILE, OUT and --set, and parses. OUT is `what`, in words, and must end in `ending`.
+/// @throws UsageError
 void parseSpaceOutput(CommandLine& line, const std::vector<std::string>& arguments,
                       const std::string& what, const std::string& ending, MapToolOptions& options);
 

@@ -1,4 +1,4 @@
-// map_tool boxes and join: a map of a building by as many processes as somebody starts.
+// map_tool boxes and join: a map of a building by any number of processes.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@
 namespace dtsdf {
 namespace {
 
-/// Joins boxes in a mapper that holds all of them, on disk where they are many.
+/// Joins boxes in a mapper that holds all of them, partly on disk if they are large.
 class BoxJoiner {
  public:
   void add(const std::string& path) {
@@ -38,17 +38,17 @@ class BoxJoiner {
     supporting_.insert(supporting_.end(), box->supporting.begin(), box->supporting.end());
     head_.stamp_s = std::max(head_.stamp_s, head.stamp_s);
     if (head.painted) head_.exposure = head.exposure;
-    head_.painted |= head.painted;  // so is the map, once anything of it is
+    head_.painted |= head.painted;  // one painted box is enough
     for (const MapBlock& block : head.blocks) {
       if (!boxes_.back().contains(block.key)) {
-        throw std::runtime_error("'" + printable(path) + "' has blocks outside of its box");
+        throw std::runtime_error("'" + printable(path) + "' has blocks outside its box");
       }
       head_.blocks.push_back(block);
     }
     head_.free_cubes.insert(head_.free_cubes.end(), head.free_cubes.begin(), head.free_cubes.end());
   }
 
-  /// @throws std::runtime_error that names the boxes to make.
+  /// @throws std::runtime_error that names the missing boxes.
   void checkWhole() const {
     constexpr size_t kMostNamed = 10;
     const std::vector<BlockExtent> missing = missingBoxes(boxes_);
@@ -64,7 +64,7 @@ class BoxJoiner {
                              "; make them with reconstruct --only");
   }
 
-  /// Beside the file there may be one of the mapper's meanwhile.
+  /// The mapper may keep blocks in a temporary file in the same folder.
   MapInfo save(const std::string& path) {
     const auto sort = [](auto& values) {
       std::sort(values.begin(), values.end(),
@@ -90,8 +90,8 @@ class BoxJoiner {
     const MapInfo saved = saveMapOf(*mapper, head_, path);
     if (const PageStats pages = mapper->stats().pages; pages.lost > 0) {
       throw std::runtime_error(std::to_string(pages.lost) +
-                               " blocks were lost, which the saved map lacks: " + pages.problem +
-                               "; join the boxes again");
+                               " blocks were lost and are missing from the saved map: " +
+                               pages.problem + "; join the boxes again");
     }
     return saved;
   }
@@ -113,7 +113,7 @@ class BoxJoiner {
   MapContents head_;
 };
 
-/// All boxes are open at once.
+/// Allows all boxes to be open at once.
 void allowManyFiles() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;

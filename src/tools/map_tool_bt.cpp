@@ -1,4 +1,4 @@
-// map_tool bt: what is known of space as an OctoMap tree.
+// map_tool bt: saves known space as an OctoMap tree.
 #ifdef DTSDF_WITH_OCTOMAP
 #include "planning/oc_tree.h"
 #endif

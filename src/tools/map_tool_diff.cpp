@@ -1,4 +1,4 @@
-// map_tool diff: what was added to a place between two maps of it, and what is gone.
+// map_tool diff: what was added between two maps of a place, and what is gone.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -18,10 +18,10 @@
 namespace dtsdf {
 namespace {
 
-/// What the other map has at the place of a surface.
+/// What the other map has where one has a surface.
 enum Kind : uint8_t { kSame, kChanged, kUnseen };
 
-/// A map, and its mesh to look up what is near a place.
+/// A map with its mesh, to look up what is near a point.
 class ComparedMap {
  public:
   explicit ComparedMap(const MapToolOptions& options)
@@ -40,7 +40,7 @@ class ComparedMap {
   const Mesh& mesh() const { return mesh_; }
   float voxelSize_m() const { return loaded_.first.params.mapper.map.voxel_size_m; }
 
-  /// What it has at a place of its frame. @param hint Of the place before.
+  /// What the map has at a point in its frame. @param hint From the previous point.
   Kind at(const Eigen::Vector3d& p_W, double near_m, SurfaceTree::Hint& hint) const {
     const Vec3f p{static_cast<float>(p_W.x() - mesh_.origin_m[0]),
                   static_cast<float>(p_W.y() - mesh_.origin_m[1]),
@@ -54,20 +54,20 @@ class ComparedMap {
   }
 
  private:
-  /// Cells are free only where an image saw through all of one, less a margin for its noise, which
-  /// at 5 m leaves half a metre above a floor unknown.
+  /// A cell is free only if an image saw through all of it, minus a margin for noise, which at 5 m
+  /// leaves half a metre above a floor unknown.
   static constexpr double kReach_m = 0.5;
 
-  /// Whether a place whose cell is not free is so all the same: it is in front of the triangle
-  /// nearest to it and, where that is beyond the truncation distance, lies along an axis between
-  /// free cells, or between a free cell and a surface.
+  /// Whether a point is free although its cell is not: it is in front of the nearest triangle and,
+  /// beyond the truncation distance, lies along an axis between free cells, or between a free cell
+  /// and a surface.
   bool isSeenThrough(const Vec3f& p, const Eigen::Vector3d& p_W, double distance_m,
                      SurfaceTree::Hint nearest) const {
     const auto& corners = tree_.cornersOf(nearest);
     const Vec3f& a = mesh_.vertices_m[corners[0]];
     const Vec3f n = cross(mesh_.vertices_m[corners[1]] - a, mesh_.vertices_m[corners[2]] - a);
     const double cosine = static_cast<double>(dot(n, p - a) / norm(n)) / distance_m;
-    constexpr double kInPlane = 0.5;  // a place beside a surface that ends is not in front of it
+    constexpr double kInPlane = 0.5;  // a point past the edge of a surface is not in front
     const MapParams& map = loaded_.first.params.mapper.map;
     const auto truncation_m = static_cast<double>(map.truncation_voxels * map.voxel_size_m);
     if (!(cosine > 0.0) || distance_m < truncation_m) return cosine > kInPlane;
@@ -82,7 +82,7 @@ class ComparedMap {
     return false;
   }
 
-  /// What the first cell is that is known, on the way from a place; unknown: none within reach.
+  /// State of the first known cell on the way from a point; unknown if none is within reach.
   CellState firstKnown(const Eigen::Vector3d& p_W, const Eigen::Vector3d& direction) const {
     const Space& space = *loaded_.second->space();
     CellState state = CellState::kUnknown;
@@ -106,13 +106,13 @@ double areaOf(const Mesh& mesh, size_t triangle) {
                    norm(cross(mesh.vertices_m[corners[1]] - a, mesh.vertices_m[corners[2]] - a)));
 }
 
-/// The root of a vertex' piece.
+/// The root of a vertex's piece.
 uint32_t rootOf(std::vector<uint32_t>& parents, uint32_t vertex) {
   while (parents[vertex] != vertex) vertex = parents[vertex] = parents[parents[vertex]];
   return vertex;
 }
 
-/// Connected pieces of what changed that are smaller than `least_m2` count as the same.
+/// Marks connected changed pieces that are smaller than `least_m2` as the same.
 void dropSmallPieces(const Mesh& mesh, double least_m2, std::vector<Kind>& kinds) {
   std::vector<uint32_t> parents(mesh.vertices_m.size());
   std::iota(parents.begin(), parents.end(), 0u);
@@ -135,9 +135,9 @@ void dropSmallPieces(const Mesh& mesh, double least_m2, std::vector<Kind>& kinds
   }
 }
 
-/// What another map has at each triangle of a mesh, in whose frame it lies at T_O_W.
-/// @param near_m A surface of the other map as near as this is the same one.
-/// @param least_m2 Smaller connected pieces of what changed are noise.
+/// What another map has at each triangle of a mesh; T_O_W maps the mesh's frame to the other map's.
+/// @param near_m A surface of the other map that is this near is the same one.
+/// @param least_m2 Smaller connected changed pieces are noise.
 std::vector<Kind> compare(const Mesh& mesh, const ComparedMap& other,
                           const Eigen::Isometry3d& T_O_W, double near_m, double least_m2) {
   std::vector<Kind> kinds;
@@ -156,7 +156,7 @@ std::vector<Kind> compare(const Mesh& mesh, const ComparedMap& other,
   return kinds;
 }
 
-/// Adds the triangles of one kind to a drawing in the frame of map A, if they have a colour there.
+/// Adds the triangles of one kind to a drawing in the frame of map A, if they have a colour.
 /// @return their area, in square metres.
 double addTriangles(const Mesh& mesh, const Eigen::Isometry3d& T_A_W,
                     const std::vector<Kind>& kinds, Kind kind,
@@ -190,7 +190,7 @@ double addTriangles(const Mesh& mesh, const Eigen::Isometry3d& T_A_W,
   return area_m2;
 }
 
-/// Where B's frame lies in A's: that of the poses is the same, and each may be levelled.
+/// The pose of B's frame in A's: the frame of the poses is the same, and each map may be levelled.
 Eigen::Isometry3d frameOfBInA(const MapInfo& a, const MapInfo& b) {
   if (!a.map_frame.empty() && !b.map_frame.empty() && a.map_frame != b.map_frame) {
     throw std::runtime_error("the maps are in different frames, '" + printable(a.map_frame) +

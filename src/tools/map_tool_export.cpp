@@ -1,4 +1,4 @@
-// map_tool export: the images of a journal, as trainers of radiance fields and splats read them.
+// map_tool export: writes the images of a journal for trainers of radiance fields and splats.
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -22,7 +22,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Camera axes right, up, back, in place of right, down, forward.
+/// Camera axes right, up, back, instead of right, down, forward.
 Json openGlPose(const Eigen::Isometry3d& T_W_C) {
   Eigen::Matrix4d T = T_W_C.matrix();
   T.block<4, 2>(0, 1) *= -1.0;
@@ -39,7 +39,7 @@ Json entryOf(const Frame& frame, double stamp_s) {
           {"h", frame.height},
           {"fl_x", K.fx},
           {"fl_y", K.fy},
-          {"cx", K.cx + 0.5f},  // from the corner of the first pixel
+          {"cx", K.cx + 0.5f},  // relative to the first pixel's corner
           {"cy", K.cy + 0.5f},
           {"transform_matrix", openGlPose(frame.T_W_C)},
           {"stamp", stamp_s}};
@@ -72,7 +72,7 @@ RgbImage rgbOf(const ColourFrame& frame) {
   return image;
 }
 
-/// The vertices of a mesh as points.
+/// Writes the vertices of a mesh as points.
 void writePoints(const Mesh& mesh, const std::string& path) {
   AtomicFile file(path);
   file.write(plyHeader(mesh.vertices_m.size(), 0, isFarFromOrigin(mesh)));
@@ -82,7 +82,7 @@ void writePoints(const Mesh& mesh, const std::string& path) {
   file.commit();
 }
 
-/// Writes a journal's images one by one, as its map is made. @return the lists of them.
+/// Writes a journal's images one by one, as its map is made. @return their lists.
 Json writeImages(JournalReplay& journal, Mapper& mapper, const std::string& out_path) {
   Json frames = Json::array(), depth_frames = Json::array();
   double depth_stamp_s = -1.0;
@@ -104,7 +104,7 @@ Json writeImages(JournalReplay& journal, Mapper& mapper, const std::string& out_
     writeFileAtomically(out_path + "/" + path,
                         encodeColourPng(rgbOf(std::get<ColourFrame>(image->frame))));
     entry["file_path"] = path;
-    // Trainers take depth only of the very image: cameras apart have lists apart.
+    // Trainers accept depth only for the same image, so separate cameras have separate lists.
     if (std::abs(image->stamp_s - depth_stamp_s) < PoseCorrection::kSameStamp_s) {
       entry["depth_file_path"] = depth_frames.back()["depth_file_path"];
     }

@@ -1,4 +1,4 @@
-// map_tool hash: whether two maps, or two meshes, are the same.
+// map_tool hash: shows whether two maps or two meshes are the same.
 #include <cstdio>
 #include <locale>
 #include <sstream>
@@ -33,11 +33,11 @@ void print(const char* what, uint64_t hash) {
 
 void printHash(const std::vector<std::string>& arguments) {
   MapToolOptions options;
-  CommandLine line("map_tool hash", "FILE [options]",
-                   "Prints a hash (XXH64) of what is in a map file, whichever backend, number of "
-                   "threads or version of the format it is from, and one of its mesh: that of the "
-                   "bytes of the .ply file that map_tool mesh saves. Of a mesh file, that of its "
-                   "bytes.");
+  CommandLine line(
+      "map_tool hash", "FILE [options]",
+      "Prints a hash (XXH64) of a map's content, which does not depend on backend, number of "
+      "threads or version of the format, and one of its mesh, over the bytes of the .ply file "
+      "that map_tool mesh saves. For a mesh file, prints a hash of its bytes.");
   line.addText({"FILE", "", "a map file or a mesh (.ply, .obj, .stl or .glb)"}, options.map_path);
   addSettings(line, "mesh/..., backend, threads", options);
   addLoadLimit(line, options.most_bytes);

@@ -18,7 +18,7 @@ void print(const char* what, const std::string& text) {
   std::printf("%-14s %s\n", what, text.c_str());
 }
 
-/// Where the blocks begin and end in the map frame.
+/// Bounds of the blocks in the map frame.
 std::string describeBounds(const MapInfo& info, double voxel_size_m) {
   const double block_m = voxel_size_m * kBlockSide;
   return formatted("%.2f %.2f %.2f to %.2f %.2f %.2f m", info.least.x * block_m,
@@ -89,7 +89,7 @@ void printMapInfo(const std::vector<std::string>& arguments) {
   printMap(info);
   if (with_settings) printSettings(info);
   if (verify) {
-    MapChunks(path, most_bytes).visit([](const MapContents&) {});  // which checks it
+    MapChunks(path, most_bytes).visit([](const MapContents&) {});  // checks each chunk
     std::printf("\nall checksums match\n");
   }
 }

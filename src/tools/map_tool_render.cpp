@@ -20,7 +20,7 @@
 namespace dtsdf {
 namespace {
 
-/// Depth images have so many units per metre, as the TUM benchmark's have.
+/// Depth units per metre, as in the TUM benchmark.
 constexpr float kUnitsPerMetre = 5000.0f;
 
 StampedPose readPose(const std::string& text) {
@@ -39,7 +39,7 @@ RenderCamera cameraOf(const std::string& path) {
   return {info.width, info.height, info.intrinsics};
 }
 
-/// As depth cameras have it; 0 for no surface and for what 16 bits cannot hold.
+/// Depth in 16 bits; 0 for no surface, and for depths that do not fit.
 DepthImage depthImageOf(const RenderedView& view) {
   DepthImage image{view.width, view.height, std::vector<uint16_t>(view.depth_m.size())};
   constexpr float kMost = std::numeric_limits<uint16_t>::max() - 1;  // 65535 means no depth too
@@ -61,7 +61,7 @@ RgbImage normalImageOf(const RenderedView& view) {
   return image;
 }
 
-/// Surfaces that no image has painted are grey.
+/// The colours of a view; unpainted surfaces are grey.
 RgbImage colourImageOf(const RenderedView& view) {
   constexpr uint8_t kUnpainted = 128;
   RgbImage image{view.width, view.height, {}};
@@ -75,8 +75,8 @@ RgbImage colourImageOf(const RenderedView& view) {
   return image;
 }
 
-/// Renders a view from each pose into a folder, and what makes a recording of them.
-/// @return how long each took, in milliseconds.
+/// Renders a view from each pose into a folder that is a recording.
+/// @return the time for each, in milliseconds.
 std::vector<double> renderInto(const std::string& folder, const RenderCamera& camera,
                                const std::vector<StampedPose>& poses, Mapper& mapper) {
   writeFileAtomically(folder + "/camera_info.yaml",

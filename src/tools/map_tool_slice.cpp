@@ -20,7 +20,7 @@ using Colour = std::array<uint8_t, 3>;
 
 constexpr Colour kUnknown = {150, 150, 150}, kSurface = {0, 0, 0};
 
-/// From red (0) over yellow and green to blue (1).
+/// From red (0) through yellow and green to blue (1).
 Colour colourOf(double share) {
   constexpr double kStops[5][3] = {
       {200, 30, 30}, {245, 160, 40}, {245, 235, 90}, {90, 190, 110}, {50, 90, 190}};

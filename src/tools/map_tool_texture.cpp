@@ -25,16 +25,16 @@
 namespace dtsdf {
 namespace {
 
-/// A chart: a triangle, as half of a square of texels. Two share one, with room for bilinear
-/// interpolation between and around them.
+/// A chart: a triangle in one half of a square of texels. Two charts share a square, with room for
+/// bilinear interpolation between and around them.
 struct Chart {
   int32_t x, y, side;  ///< The square.
-  bool is_second;      ///< The half with the last texel of the square, not that with the first.
+  bool is_second;      ///< Whether it is the half with the square's last texel.
 };
 
 constexpr int32_t kBorder = 3, kMostTexels = 253, kPageSide = 4096;
 
-/// Length of a triangle's first two edges.
+/// Length of a triangle's first two edges, in texels.
 int32_t texelsAlong(const Chart& chart) { return chart.side - kBorder; }
 
 /// Charts of triangles that share a page.
@@ -43,7 +43,7 @@ struct Page {
   int32_t height = 0;
 };
 
-/// The sum of weights, and those of red, green and blue by weight.
+/// The sum of weights, and the weighted sums of red, green and blue.
 using Texel = std::array<float, 4>;
 
 void addTo(Texel& texel, float weight, const Rgb& rgb) {
@@ -73,7 +73,7 @@ class Atlas {
       sides.push_back(sideOf(mesh_, i, texel_m));
     }
     charts_.resize(sides.size());
-    constexpr int64_t kFilled = int64_t{kPageSide} * kPageSide * 7 / 8;  // rows end before it does
+    constexpr int64_t kFilled = int64_t{kPageSide} * kPageSide * 7 / 8;  // rows do not fill it
     for (size_t begin = 0; begin < sides.size();) {
       size_t end = begin;
       for (int64_t halves = 0; end < sides.size() && halves / 2 < kFilled; ++end) {
@@ -87,7 +87,7 @@ class Atlas {
   const Mesh& mesh() const { return mesh_; }
   const std::vector<Page>& pages() const { return pages_; }
 
-  /// Where the corners of each triangle are in its page.
+  /// Texture coordinates of each triangle's corners.
   std::vector<std::array<TexturePlace, 3>> places() const {
     std::vector<std::array<TexturePlace, 3>> places;
     for (const Page& page : pages_) {
@@ -107,8 +107,8 @@ class Atlas {
     return places;
   }
 
-  /// Calls visit(texel, s, t) for those of a triangle, by their place in its page: at corner 0 plus
-  /// s and t times the edges to corners 1 and 2, and a texel beyond.
+  /// Calls visit(texel, s, t) for the texels of a triangle, and for one texel beyond. `texel` is an
+  /// index in its page; it lies at corner 0 plus s and t times the edges to corners 1 and 2.
   template <class Visit>
   void visitTexels(size_t triangle, const Visit& visit) const {
     const Chart& chart = charts_[triangle];
@@ -125,7 +125,7 @@ class Atlas {
   }
 
  private:
-  /// Squares in rows, the largest ones first.
+  /// Packs squares into rows, the largest first.
   void addPage(size_t begin, size_t end, const std::vector<int32_t>& sides) {
     std::vector<size_t> order(end - begin);
     std::iota(order.begin(), order.end(), begin);
@@ -146,7 +146,7 @@ class Atlas {
       charts_[order[i]] = {x, y, side, false};
       x += side;
     }
-    // A smaller triangle beside a larger one has more texels than it needs.
+    // The smaller triangle in a square has more texels than it needs.
     pages_.push_back({begin, end, y + row});
   }
 
@@ -155,10 +155,10 @@ class Atlas {
   std::vector<Page> pages_;
 };
 
-/// An image, and what the map has in its view.
+/// An image, and the map rendered from its pose.
 class SeenImage {
  public:
-  /// @param before The exposure of the image before; becomes that of this one.
+  /// @param before Exposure of the previous image; becomes that of this one.
   SeenImage(const ColourFrame& frame, Mapper& mapper, const PaintSettings& settings,
             float voxel_size_m, Exposure& before)
       : frame_(frame),
@@ -169,7 +169,7 @@ class SeenImage {
     before = exposure_ = exposureOf(sumsWithMap(), before, settings);
   }
 
-  /// Adds what it shows of a triangle, whose corners and normals are given in the camera's frame.
+  /// Adds the image's colours to a triangle, whose corners and normals are in the camera's frame.
   void paint(const Atlas& atlas, size_t triangle, const std::array<Vec3f, 3>& p_C,
              const std::array<Vec3f, 3>& n_C, float texel_m, std::vector<Texel>& texels) const {
     const Intrinsics& K = frame_.intrinsics;
@@ -204,8 +204,7 @@ class SeenImage {
 
  private:
   static constexpr float kLeastDepth_m = 0.05f;
-  /// What a view counts for: good ones for nearly all. As one view gives way to the next by
-  /// degrees, there are no seams.
+  /// Weight of a view: good views dominate. Views blend gradually, so there are no seams.
   static float quality(float facing, float depth_m) {
     const float share = facing / (depth_m * depth_m);
     return share * share;
@@ -238,7 +237,7 @@ class SeenImage {
     return seen_m > 0.0f && depth_m > seen_m + rules_.hidden_depth * voxel_size_m_;
   }
 
-  /// Over the pixels that show what the map has painted.
+  /// Sums over the pixels at which the map is painted.
   ExposureSums sumsWithMap() const {
     ExposureSums sums{};
     for (size_t i = 0; i < view_.colours.size(); ++i) {
@@ -262,7 +261,7 @@ class SeenImage {
 };
 
 /// Calls `take` for each colour image of a recording or a journal.
-/// @param what Is counted, for who waits. @param T_W_M The level of the map.
+/// @param what Label of the progress bar. @param T_W_M The level of the map.
 void visitImages(const RunOptions& options, const std::optional<Eigen::Isometry3d>& T_W_M,
                  const std::string& what, const std::function<void(const ColourFrame&)>& take) {
   size_t count = 0;
@@ -290,7 +289,7 @@ void visitImages(const RunOptions& options, const std::optional<Eigen::Isometry3
   }
 }
 
-/// What no image sees has the colours of the map, or is grey, with a weight next to nothing.
+/// Texels that no image sees have the colours of the map, or grey, with a negligible weight.
 std::vector<Texel> beginPage(const Atlas& atlas, const Page& page) {
   constexpr float kNextToNothing = 1e-30f;
   std::vector<Texel> texels(static_cast<size_t>(page.height) * kPageSide, Texel{});
@@ -324,7 +323,7 @@ std::string pngOf(const std::vector<Texel>& texels, int32_t height) {
   return encodeColourPng(image);
 }
 
-/// Paints a page from all images, one after the other. @param painted Counts what they show of it.
+/// Paints a page from all images, one by one. @param painted Counts the texels that they show.
 template <class VisitImages>
 std::string paintPage(const Atlas& atlas, const Page& page, const VisitImages& visit_images,
                       const RunSettings& settings, float texel_m, Mapper& mapper, size_t& painted) {
@@ -405,7 +404,7 @@ void textureMap(const std::vector<std::string>& arguments) {
   }
   if (painted == 0) {
     throw std::runtime_error(
-        "no image shows the map: are the recording and --poses those that it was made of?");
+        "no image shows the map: are the recording and --poses those that it was made from?");
   }
   saveTexturedMesh(textured, options.out_path);
   std::printf("%zu triangles, %zu textures of %d texels across, %.1f MB: %s\n",

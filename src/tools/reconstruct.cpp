@@ -1,4 +1,5 @@
-/// reconstruct: a mesh from a recording, offline, without loss and with the same result each time.
+/// reconstruct: makes a mesh from a recording offline, with all frames and the same result each
+/// time.
 #include <array>
 #include <cstdint>
 #include <cstdio>
@@ -29,8 +30,8 @@
 namespace dtsdf {
 namespace {
 
-/// The settings of a map that is loaded hold, where none are given. @throws std::runtime_error for
-/// those that are given and differ, and for maps of another frame.
+/// The settings of a loaded map, with those that are given. @throws std::runtime_error if given
+/// settings conflict with the map, or the map is in another frame.
 MapperParams settingsWith(const MapContents& loaded, const RunSettings& settings) {
   const MapperParams params = withSettingsOf(loaded, settings.params.mapper);
   ParamTree tree = toTree(params);
@@ -44,7 +45,7 @@ MapperParams settingsWith(const MapContents& loaded, const RunSettings& settings
   return params;
 }
 
-/// Where a run's map lies; a map that is loaded stays where it is, and keeps the name of its frame.
+/// The origin of a run's map. A loaded map keeps its level and the name of its frame.
 /// @param loaded Null: the run begins with an empty map.
 MapOrigin originOf(const ReconstructOptions& options, const RunSettings& settings,
                    const MapContents* loaded) {
@@ -55,7 +56,7 @@ MapOrigin originOf(const ReconstructOptions& options, const RunSettings& setting
           settings.params.poses};
 }
 
-/// Saves the map of a run, and says so.
+/// Saves the map of a run and prints its size.
 void saveAndPrint(Mapper& mapper, const MapOrigin& origin, const MapBox* box,
                   const std::string& path) {
   const MapInfo saved =
@@ -113,7 +114,7 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
   }
 }
 
-/// Frames that each see another place leave a map, and no mesh. @throws std::runtime_error
+/// Frames that each see a different place make a map but no mesh. @throws std::runtime_error
 void checkSupport(const ReconstructionResult& result, const MapperParams& params) {
   const int min_support = params.mesh.min_support;
   const bool has_mesh = result.meshes->triangleCount() > 0;
@@ -123,7 +124,7 @@ void checkSupport(const ReconstructionResult& result, const MapperParams& params
       " frames (mesh/min_support); --set mesh/min_support=1 accepts a single frame");
 }
 
-/// Found out now rather than after an hour of work.
+/// Checks the outputs before hours of work.
 void checkOutputs(const ReconstructOptions& options) {
   for (const std::string& path :
        {options.mesh_path, options.save_map_path, options.trajectory_path, options.report_path}) {
@@ -142,13 +143,13 @@ void saveMeshOf(ReconstructionResult& result, MeshColour colour,
   }
 }
 
-/// For the report, of a mesh that is not saved.
+/// Counts a mesh that is not saved, for the report.
 void countMesh(ReconstructionResult& result) {
   result.meshes->stream({[&](const Mesh& piece) { result.vertices += piece.vertices_m.size(); },
                          [&](const std::array<uint32_t, 3>&) { ++result.triangles; }});
 }
 
-/// What is saved is all that there is. @throws std::runtime_error where the disk has lost some.
+/// Checks that what was saved is complete. @throws std::runtime_error if the disk has lost a part.
 void checkLosses(const ReconstructionResult& result, const Mapper& mapper) {
   const PageStats pages = mapper.stats().pages;
   const bool lacks_meshes = result.meshes != nullptr && result.meshes->missed() > 0;
@@ -156,10 +157,11 @@ void checkLosses(const ReconstructionResult& result, const Mapper& mapper) {
   throw std::runtime_error(std::to_string(pages.lost) + " blocks of the map were lost" +
                            (lacks_meshes ? ", and parts of the mesh cannot be read" : "") + ": " +
                            (pages.lost > 0 ? pages.problem : result.meshes->stats().problem) +
-                           "; what is saved is without them");
+                           "; they are missing from what was saved");
 }
 
-/// Most of a recording has to be in its map. @throws std::runtime_error unless gaps are allowed
+/// Checks that at least half of a recording is in its map, unless gaps are allowed. @throws
+/// std::runtime_error
 void requireMost(size_t usable, size_t images, const ReconstructOptions& options,
                  const std::string& what) {
   if (options.allow_gaps || 2 * usable >= images) return;
@@ -175,12 +177,12 @@ size_t depthImages(const ReconstructionResult& result) {
   return sum;
 }
 
-/// Saves and prints what a run has made.
+/// Saves and prints the results of a run.
 void saveAll(ReconstructionResult& result, Mapper& mapper, MapOrigin origin,
              const MapperParams& params, const ReconstructOptions& options,
              const MapBox* box = nullptr) {
   origin.stamp_s = result.stamp_s;
-  // Neither the mesh nor the map must take the other with it if it cannot be saved.
+  // If the map cannot be saved, the mesh still is, and vice versa.
   std::exception_ptr failure;
   try {
     if (!options.save_map_path.empty()) saveAndPrint(mapper, origin, box, options.save_map_path);
@@ -206,12 +208,12 @@ void saveAll(ReconstructionResult& result, Mapper& mapper, MapOrigin origin,
   checkLosses(result, mapper);
 }
 
-/// What is for recordings only. @throws UsageError
+/// Refuses options that are for recordings only. @throws UsageError
 void checkJournalOptions(const ReconstructOptions& options) {
   if (!options.load_map_path.empty() || !options.only.empty() || options.poses_mode) {
     throw UsageError(
-        "--load-map, --only and --poses-mode are for recordings; a journal has a map to "
-        "begin with and poses of its own");
+        "--load-map, --only and --poses-mode are for recordings; a journal has its own map "
+        "and poses");
   }
   const ParamTree of_mapper = toTree(MapperParams()), of_all = toTree(NodeParams());
   for (const std::string& setting : options.settings) {
@@ -222,7 +224,8 @@ void checkJournalOptions(const ReconstructOptions& options) {
   }
 }
 
-/// Poses are in the map frame unless said. @throws UsageError for a frame that is unknown
+/// Corrects a journal with poses, in the map frame by default. @throws UsageError for an unknown
+/// frame
 void correct(JournalReplay& journal, const ReconstructOptions& options) {
   const std::string& path = options.recording.poses_path;
   const journal::Begin& begin = journal.begin();
@@ -239,7 +242,7 @@ void correct(JournalReplay& journal, const ReconstructOptions& options) {
               journal.depthImages(), path.c_str());
 }
 
-/// The map that a journal leads to.
+/// Rebuilds the map of a journal.
 void runJournal(const ReconstructOptions& options) {
   checkJournalOptions(options);
   checkOutputs(options);
@@ -260,15 +263,15 @@ void runJournal(const ReconstructOptions& options) {
   saveAll(result, *mapper, {begin.map_frame, journal.level(), 0.0, begin.poses}, params, options);
 }
 
-/// Poses of a recording are refined unless it has been given others, which are taken as they are.
-/// Those of a box are taken as they are, too: to refine them takes the whole map.
+/// Poses of a recording are refined unless others are given, which are used unchanged. Poses for a
+/// box are also used unchanged: refining them needs the whole map.
 ParamTree defaultsFor(const ReconstructOptions& options) {
   if (!options.recording.poses_path.empty() || !options.only.empty()) return {};
   return {{"poses/mode", std::string("refine")}};
 }
 
-/// What the options select is narrowed to what the box needs.
-/// @param loaded Null: the run begins with an empty map. @return none: it is of all of the map.
+/// Narrows the selected images to those that the box needs.
+/// @param loaded Null: the run begins with an empty map. @return none: the run makes the whole map.
 std::optional<BoxRun> prepareBox(ReconstructOptions& options, const RunSettings& settings,
                                  const MapChunks* loaded, const MapParams& map,
                                  const MapOrigin& origin) {
@@ -285,12 +288,12 @@ std::optional<BoxRun> prepareBox(ReconstructOptions& options, const RunSettings&
   if (loaded != nullptr) {
     if (!before || packKey(before->first) != packKey(box.first) ||
         packKey(before->last) != packKey(box.last)) {
-      throw std::runtime_error("--load-map has to be a map of the same box as --only");
+      throw std::runtime_error("--load-map must be a map of the same box as --only");
     }
     if (!run.images->empty()) {
       throw std::runtime_error(
-          "a box with colour cannot go on with a map: what hides its surfaces "
-          "is not in it; set colour/enabled=never");
+          "a box with colour cannot continue a map, which does not hold what hides its "
+          "surfaces; set colour/enabled=never");
     }
     run.box = *before;
     ++run.box.recordings;
@@ -300,7 +303,7 @@ std::optional<BoxRun> prepareBox(ReconstructOptions& options, const RunSettings&
   return run;
 }
 
-/// A box that lacks something must not be joined. @throws std::runtime_error
+/// An incomplete box must not be joined. @throws std::runtime_error
 void checkBox(const ReconstructionResult& result) {
   if (result.map.refused_blocks == 0 && result.map.refused_cubes == 0) return;
   throw std::runtime_error(
@@ -331,11 +334,11 @@ void run(ReconstructOptions options) {
 
   const auto source = prefetchFrames(levelled(std::move(frames), origin.T_W_M));
   auto colours = openColours(options, settings.params);
-  // Those without poses of their own follow the depth camera.
+  // Images without poses of their own follow the depth camera.
   if (!options.recording.first_pose_only) colours = levelled(std::move(colours), origin.T_W_M);
   const auto mapper = loaded ? makeProbedMapper(params, settings.rules, partsOf(loaded))
                              : makeProbedMapper(params, settings.rules);
-  // Images of a box are chosen by now.
+  // Images of a box are chosen already.
   RecordedInput input(*source, colours.get(), box ? 0.0 : settings.params.max_colour_rate_hz);
   if (loaded) input.map_stamp_s = loaded->head().stamp_s;
   loaded.reset();  // the mapper has its blocks now

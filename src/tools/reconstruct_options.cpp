@@ -96,8 +96,8 @@ ReconstructOptions parseReconstructOptions(const std::vector<std::string>& argum
   if (!options.only.empty() && (options.save_map_path.empty() || !options.mesh_path.empty() ||
                                 !options.report_path.empty())) {
     throw UsageError(
-        "--only saves a map: give --save-map, and neither --mesh nor --report; "
-        "map_tool mesh makes the mesh of the maps that map_tool join joins");
+        "--only saves a map: give --save-map, but neither --mesh nor --report; for a mesh, "
+        "use map_tool join and then map_tool mesh");
   }
   if (options.mesh_path.empty() && options.save_map_path.empty() &&
       options.trajectory_path.empty()) {

@@ -29,7 +29,7 @@ size_t sumOf(const std::map<std::string, size_t>& counts) {
 /// The state of one run.
 class Reconstruction {
  public:
-  /// @param input Of a recording; null for a journal, whose poses are as given.
+  /// @param input Null for a journal, whose poses are used as given.
   Reconstruction(Mapper& mapper, const MapParams& map, const RecordedInput* input = nullptr)
       : mapper_(mapper), meshes_(std::make_shared<PagedMeshes>(map)) {
     if (input == nullptr) return;
@@ -47,7 +47,7 @@ class Reconstruction {
     result_.paint_ms.push_back(timeMs([&] { painting = mapper_.paint(image); }));
     if (painting.status == FrameStatus::kFused) {
       ++result_.images;
-      result_.stamp_s = std::max(result_.stamp_s, source.stamp_s);  // colour may come late
+      result_.stamp_s = std::max(result_.stamp_s, source.stamp_s);  // colour images may come late
     } else {
       ++result_.skipped[std::string("colour images: ") + toString(painting.status)];
     }
@@ -147,7 +147,7 @@ class Reconstruction {
     const double shift_m = (alignment.T_W_C.translation() - given.T_W_C.translation()).norm();
     result_.shift_mm.push_back(1e3 * shift_m);
     result_.turn_degrees.push_back(kDegrees * turn.angle());
-    // The sums, until all are known.
+    // Sums, which finish() divides.
     result_.on_surfaces_before += alignment.compared_share;
     result_.on_surfaces += alignment.matched_share * alignment.inlier_share;
   }
@@ -158,7 +158,7 @@ class Reconstruction {
     if (is_supporting) appendIndex(number, box_->box.supporting);
   }
 
-  /// Moves a colour image as the frames are. @return whether it can be painted.
+  /// Moves a colour image like the frames. @return whether it can be painted.
   bool placeImage(ColourFrame& image, double stamp_s) {
     if (refiner_) image.T_W_C = refiner_->T_W_O() * image.T_W_C;
     if (!tracker_) return true;
@@ -179,12 +179,12 @@ class Reconstruction {
 
   Mapper& mapper_;
   std::shared_ptr<PagedMeshes> meshes_;
-  BoxRun* box_ = nullptr;  ///< Null: the run is of all of the map.
+  BoxRun* box_ = nullptr;  ///< Null: the run makes the whole map.
   std::function<uint64_t()> supporting_;
-  // Neither where poses are taken as they are.
+  // Both are empty if poses are used as given.
   std::optional<PoseRefiner> refiner_;
   std::optional<PoseTracker> tracker_;
-  bool seeks_ = false;  ///< In a map that was loaded the first image may be anywhere.
+  bool seeks_ = false;  ///< In a loaded map, the first image may be anywhere.
   PoseConvention convention_;
   ReconstructionResult result_;
   size_t frames_seen_ = 0;
@@ -211,13 +211,13 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, con
   Reconstruction reconstruction(mapper, map, &input);
   RateLimit rate_limit(input.max_colour_rate_hz);
   size_t over_rate = 0;
-  std::optional<SourceColour> image;  // one ahead
+  std::optional<SourceColour> image;  // read one ahead
   const auto readImage = [&] {
     image = input.colour == nullptr ? std::nullopt : input.colour->next();
     for (; image && !rate_limit.takes(image->stamp_s); image = input.colour->next()) ++over_rate;
   };
   readImage();
-  // Those with a stamp before this one, and at it.
+  // Paints the images with stamps up to and including this one.
   const auto paintUpTo = [&](double stamp_s) {
     for (; image && image->stamp_s <= stamp_s; readImage()) reconstruction.paint(*image);
   };

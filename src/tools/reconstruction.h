@@ -1,4 +1,4 @@
-/// Fuses a recording frame by frame and keeps account of it: the work of `reconstruct`.
+/// Fuses a recording frame by frame and keeps its statistics: the work of `reconstruct`.
 #pragma once
 
 #include <functional>
@@ -21,29 +21,30 @@
 
 namespace dtsdf {
 
-/// What is fused, and what is painted, if anything.
+/// Frames to fuse, and images to paint, if any.
 struct RecordedInput {
-  RecordedInput(FrameSource& frames, ColourSource* images = nullptr,  // NOLINT: as it is mostly
+  RecordedInput(FrameSource& frames, ColourSource* images = nullptr,  // NOLINT: implicit, for
+                                                                      // convenience
                 double images_per_s = 0.0)
       : depth(frames), colour(images), max_colour_rate_hz(images_per_s) {}
   FrameSource& depth;
   ColourSource* colour;
-  double max_colour_rate_hz;  ///< Most images painted a second; 0: all.
-  /// Stamp of the newest frame in the map that the run begins with; none where it is empty. Images
+  double max_colour_rate_hz;  ///< Maximum of images painted per second; 0: all.
+  /// Stamp of the newest frame in the map that the run begins with; none if it is empty. Images
   /// between that frame and the first one of the run are painted.
   std::optional<double> map_stamp_s;
-  /// With --only: gets the account of frames. All images are painted, also those after the last
-  /// frame, up to a stamp.
+  /// With --only: receives the numbers of the frames. All images are painted, also those after the
+  /// last frame, up to its last_stamp_s.
   BoxRun* box = nullptr;
   std::function<uint64_t()> supporting;  ///< With a box: frames so far that touched a block.
-  int threads = 0;                       ///< Threads to look for the camera in a map; 0: all cores.
-  PoseParams poses;                      ///< Whether frames are fused at the poses given.
+  int threads = 0;                       ///< Threads to search for the camera; 0: all cores.
+  PoseParams poses;                      ///< How poses are found: as given, refined or tracked.
 };
 
-/// Images in a row that were not fused, as no pose was found for them.
+/// Consecutive images that were not fused because no pose was found.
 struct LostRun {
   double from_s;            ///< Stamp of the first one.
-  size_t fused_before = 0;  ///< Frames that were fused by then.
+  size_t fused_before = 0;  ///< Frames that were fused before.
   size_t images = 0;
   std::string why;  ///< Reason for the first one, with the shares that were matched and that fit.
 };
@@ -53,36 +54,36 @@ struct ReconstructionResult {
   size_t images = 0;                            ///< Images painted.
   double stamp_s = 0.0;                         ///< Stamp of the newest one fused or painted.
   std::map<std::string, size_t> skipped;        ///< Not fused, by reason.
-  std::map<std::string, std::string> problems;  ///< The first message of a reason.
+  std::map<std::string, std::string> problems;  ///< First message for each reason.
   std::vector<StampedPose> trajectory;          ///< Poses of the frames that were fused.
-  std::map<std::string, size_t> aligned;  ///< Frames by how they were aligned, if they were to be.
+  std::map<std::string, size_t> aligned;        ///< Frames by result of alignment, if any.
   std::vector<LostRun> lost;
   /// How far each refined frame moved from its given pose.
   std::vector<double> shift_mm, turn_degrees;
-  /// The mean share of the points of refined frames that lie on surfaces, as they are fused and
-  /// before they were aligned, with the correction so far.
+  /// The mean share of refined frames' points that lie on surfaces: as fused, and before alignment,
+  /// with the correction so far.
   double on_surfaces = 0.0, on_surfaces_before = 0.0;
   std::vector<double> align_ms;      ///< Wall time of each alignment.
   std::vector<double> integrate_ms;  ///< Wall time of each call, fused or refused.
   std::vector<double> paint_ms;      ///< Wall time of each colour image.
   std::vector<double> mesh_ms;       ///< Wall time of each extraction.
   MapStats map;
-  std::shared_ptr<PagedMeshes> meshes;  ///< Meshes of all blocks, on disk as the map is.
+  std::shared_ptr<PagedMeshes> meshes;  ///< Meshes of all blocks, on disk like the map.
   size_t vertices = 0, triangles = 0;   ///< In the mesh that is saved.
-  std::string doubt;                    ///< What the poses seem to be instead; empty: nothing.
+  std::string doubt;                    ///< What the poses seem to be instead, if anything.
 };
 
-/// Fuses all frames of a source and paints the images between them: by stamps, those of one stamp
-/// after the frame; none after the last one, and none before the first unless the run goes on with
-/// a map. The mesh is extracted each `mesh_every` frames (0: never) and, of what is left, at the
-/// end. `show_progress` is called with the number of frames done.
-/// @throws std::runtime_error if the source or the backend fails, or if no frame was fused into a
-/// map that is no box.
+/// Fuses all frames of a source and paints the images between them in the order of stamps; at equal
+/// stamps the frame comes first. No image is painted after the last frame, or before the first
+/// unless the run continues a map. The mesh is updated every `mesh_every` frames (0: never) and at
+/// the end. `show_progress` is called with the number of frames done.
+/// @throws std::runtime_error if the source or the backend fails, or if no frame was fused and the
+/// map is not a box.
 ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, const MapParams& map,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress);
 
-/// Fuses a journal in the same way, with its calls in their order.
+/// Fuses a journal in the same way, with its calls in order.
 ReconstructionResult reconstruct(JournalReplay& journal, Mapper& mapper, const MapParams& map,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress);

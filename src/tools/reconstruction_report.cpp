@@ -28,7 +28,7 @@ Summary summarise(std::vector<double> values) {
   Summary summary;
   summary.mean = std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(count);
   summary.median = 0.5 * (values[(count - 1) / 2] + values[count / 2]);
-  const size_t rank = (95 * count + 99) / 100;  // rounded up, from 1 on
+  const size_t rank = (95 * count + 99) / 100;  // rounded up, counted from 1
   summary.p95 = values[rank - 1];
   summary.worst = values.back();
   return summary;

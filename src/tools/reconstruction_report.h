@@ -12,11 +12,11 @@ struct Summary {
   double mean = 0.0, median = 0.0, p95 = 0.0, worst = 0.0;
 };
 
-/// Median: the middle, or the mean of the two middle ones. p95: the smallest value that at least
-/// 95 % of the values do not exceed. All 0 for no values.
+/// Median: the middle value, or the mean of the two middle ones. p95: the smallest value that at
+/// least 95 % of the values do not exceed. All are 0 without values.
 Summary summarise(std::vector<double> values);
 
-/// `backend_name` as Mapper::backendName() gives it.
+/// @param backend_name From Mapper::backendName().
 std::string reportJson(const ReconstructionResult& result, const std::string& backend_name);
 
 }  // namespace dtsdf

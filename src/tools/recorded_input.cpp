@@ -15,7 +15,7 @@
 namespace dtsdf {
 namespace {
 
-/// Enough to see a wrong scale by.
+/// Enough to notice a wrong scale.
 constexpr size_t kFramesLookedAt = 5;
 
 BagOptions bagOptions(const RunOptions& options, const NodeParams& node) {
@@ -23,12 +23,12 @@ BagOptions bagOptions(const RunOptions& options, const NodeParams& node) {
   bag.map_frame = node.map_frame;
   bag.input = node.input;
   if (node.input.mask && bag.mask_topic.empty()) {
-    throw UsageError("input/mask requires masks; give the bag's topic by --mask-topic");
+    throw UsageError("input/mask requires masks; give the bag's topic with --mask-topic");
   }
   return bag;
 }
 
-/// Depth along rays becomes depth along the optical axis.
+/// Converts depth along rays to depth along the optical axis.
 void turnFrameToAxis(SourceFrame& frame) {
   if (frame.depth.data == nullptr) return;
   const auto pixels = std::make_shared<std::vector<float>>(static_cast<size_t>(frame.depth.width) *
@@ -71,7 +71,7 @@ std::unique_ptr<FrameSource> openAndLook(const RunOptions& options, const RunSet
   const bool is_folder = options.recording.format != "bag";
   const std::string assumed = is_folder ? assumptionsOf(options.recording) : "";
   if (!assumed.empty()) std::printf("assumed: %s\n", assumed.c_str());
-  static_cast<void>(std::fflush(stdout));  // now, wherever it goes
+  static_cast<void>(std::fflush(stdout));  // now, also into a file or a pipe
   const FusionParams& fusion = settings.params.mapper.fusion;
   for (const std::string& doubt : warningsAbout(found, static_cast<double>(fusion.min_depth_m),
                                                 static_cast<double>(fusion.max_depth_m))) {
@@ -128,7 +128,7 @@ Eigen::Isometry3d levelByFloor(FrameSource& source, const std::string& path) {
                            "to none");
 }
 
-/// Heights of free space mean nothing unless z is up.
+/// Warns if z is not up, as heights of free space mean nothing then.
 void warnIfNotLevel(FrameSource& source, const std::string& program) {
   LevelDoubt doubt;
   for (size_t i = 0; i < FloorSearch::kViews; ++i) {

@@ -1,5 +1,5 @@
-/// What a program reads: a recording in a folder or a bag, as its options and settings say,
-/// levelled where these ask for it.
+/// Opens the recording that a program's options name, in a folder or a bag, and levels it if the
+/// settings ask for it.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,46 +13,46 @@
 
 namespace dtsdf {
 
-/// Takes a guess at the format of what is read, if none is given.
-/// @throws std::runtime_error for what is no recording, UsageError for options of other formats.
+/// Detects the format of the recording if none is given.
+/// @throws std::runtime_error if it is not a recording, UsageError for options of other formats.
 void completeInput(RunOptions& options);
 
-/// The depth images. @pre The options are complete. @throws std::runtime_error
+/// Opens the depth images. @pre The options are complete. @throws std::runtime_error
 std::unique_ptr<FrameSource> openFrames(const RunOptions& options, const NodeParams& node);
 
-/// The depth images, after one look: what is there goes to standard output, what is implausible to
-/// standard error, as a warning of `program`.
+/// Opens and inspects the depth images: prints what there is to standard output, and what is
+/// implausible to standard error, as a warning of `program`.
 std::unique_ptr<FrameSource> openAndLook(const RunOptions& options, const RunSettings& settings,
                                          const std::string& program);
 
-/// Up in the frame that the poses are in, as an inertial sensor measures it.
-/// @throws std::runtime_error where there is none, as in folders, with what to do.
+/// The up direction in the frame of the poses, measured by an IMU.
+/// @throws std::runtime_error that says what to do if there is no IMU, as in folders.
 Eigen::Vector3d measuredUp(const RunOptions& options, const NodeParams& node);
 
-/// The name of the frame that the poses are in; those of folders say none.
+/// The name of the poses' frame; empty for folders, unless the settings name it.
 std::string nameOfFrame(const RunOptions& options, const RunSettings& settings);
 
-/// The colour images; null where there are none, or none are wanted.
-/// @throws std::runtime_error, also where there have to be some.
+/// Opens the colour images; null if there are none, or none are wanted.
+/// @throws std::runtime_error, also if they are required and missing.
 std::unique_ptr<ColourSource> openColours(const RunOptions& options, const NodeParams& node);
 
-/// Where the poses' frame M lies in the level frame W; none where the settings ask for no level. It
-/// is found by a look at the recording of its own, so that all frames are fused in W, and printed.
-/// Where space is kept in a frame that is hardly level, a warning of `program` says so.
+/// The pose of the poses' frame M in the level frame W; none if the settings ask for no level.
+/// Reads the recording separately for this, so that all frames are fused in W, and prints the
+/// result. Warns, as `program`, if space is kept in a frame that is hardly level.
 /// @pre The options are complete. @throws std::runtime_error if up cannot be found.
 std::optional<Eigen::Isometry3d> findLevel(const RunOptions& options, const RunSettings& settings,
                                            const std::string& program);
 
-/// Finds the level in the same way, and prints nothing but the warning.
+/// Finds the level in the same way, but prints only the warning.
 std::optional<Eigen::Isometry3d> lookForLevel(const RunOptions& options,
                                               const RunSettings& settings,
                                               const std::string& program);
 
-/// The frames of `source` with poses in W; `source` itself where there is no level.
+/// The frames of `source` with poses in W; `source` itself if there is no level.
 std::unique_ptr<FrameSource> levelled(std::unique_ptr<FrameSource> source,
                                       const std::optional<Eigen::Isometry3d>& T_W_M);
 
-/// Colour images with poses in W in the same way; null stays null.
+/// The colour images of `source` with poses in W; null stays null.
 std::unique_ptr<ColourSource> levelled(std::unique_ptr<ColourSource> source,
                                        const std::optional<Eigen::Isometry3d>& T_W_M);
 

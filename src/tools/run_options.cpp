@@ -16,7 +16,7 @@
 namespace dtsdf {
 namespace {
 
-/// A line for each setting: key, default, unit, and what it may be.
+/// One line per setting: key, default, unit and range.
 std::string listOf(const ParamWriter& written) {
   std::string text;
   for (const auto& [key, value] : written.tree) {
@@ -46,7 +46,7 @@ std::string listRules() {
 
 namespace {
 
-/// The form only: keys and values are checked together with those of the file.
+/// Checks only the form; keys and values are checked together with those of the file.
 std::string parseSetting(const std::string& text) {
   const size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
@@ -61,7 +61,7 @@ FrameSelection parseFrameSelection(const std::string& text) {
   FrameSelection selection;
   size_t* const numbers[] = {&selection.first, &selection.last, &selection.step};
   size_t count = 0;
-  std::istringstream parts(text + ":");  // so that nothing behind the last one is a part, too
+  std::istringstream parts(text + ":");  // so that an empty last part counts, too
   for (std::string part; count < 4 && std::getline(parts, part, ':'); ++count) {
     if (part.empty() || count == 3) continue;
     *numbers[count] = static_cast<size_t>(readWhole(part, {count == 2 ? 1.0 : 0.0, kUnbounded}));

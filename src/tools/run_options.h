@@ -1,5 +1,5 @@
-/// Options and settings of the programs that fuse frames, and of those that read a recording in any
-/// of the formats, bags included.
+/// Options and settings of programs that fuse frames or read a recording in any format, bags
+/// included.
 #pragma once
 
 #include <optional>
@@ -15,18 +15,18 @@
 
 namespace dtsdf {
 
-// What settings there are, and what numbers the rules have.
+// Lists of the settings and of the rules' numbers.
 
 /// The text of --list-settings: every setting of the mapper and the node with its default, unit and
-/// what it may be, by key.
+/// range, by key.
 std::string listSettings();
 
 /// The text of --list-rules: every number with its default and range.
 std::string listRules();
 
-/// What the programs have in common.
+/// Options that the programs share.
 struct RunOptions {
-  BagOptions recording;  ///< Whose format may also be "bag" or "journal".
+  BagOptions recording;  ///< Its format may also be "bag" or "journal".
   std::string config_path;
   std::vector<std::string> settings;  ///< Each key=value, in the order given.
   std::optional<std::string> backend;
@@ -35,7 +35,7 @@ struct RunOptions {
   std::string report_path;
 };
 
-/// FIRST:LAST:STEP; each part, and colons at the end, may be left out.
+/// Parses FIRST:LAST:STEP; each part, and colons at the end, may be left out.
 /// @throws UsageError
 FrameSelection parseFrameSelection(const std::string& text);
 
@@ -46,7 +46,7 @@ void addFrameOptions(CommandLine& line, RunOptions& options);
 void addMapperOptions(CommandLine& line, RunOptions& options);
 void addReportOptions(CommandLine& line, RunOptions& options);
 
-// Each adds one option, with the help that the program has for it.
+// Each adds one option, with the program's help text.
 void addBackendOption(CommandLine& line, const std::string& help,
                       std::optional<std::string>& backend);
 void addThreadsOption(CommandLine& line, const std::string& help, std::optional<int>& threads);
@@ -54,26 +54,26 @@ void addSaveMapOption(CommandLine& line, const std::string& help, std::string& p
 
 /// Settings for everyone, and the rules' numbers for experiments.
 struct RunSettings {
-  ParamTree given;  ///< What files and command line say; all else is a default.
+  ParamTree given;  ///< From files and command line; all else is a default.
   NodeParams params;
   Rules rules;
 };
 
-/// Settings of a command line. Those of the node belong to the same files.
+/// Reads the settings of a command line. Its files may also set the node's parameters.
 /// @throws ParamError with every violation, std::runtime_error for a file that cannot be read.
 RunSettings readSettings(const RunOptions& options);
 
-/// Settings of a command line, over `defaults` that come from what is read.
+/// Reads the settings of a command line over `defaults`, which come from the input.
 RunSettings readSettings(const RunOptions& options, ParamTree defaults);
 
-/// Settings from a tree, as files and command lines give them. @throws ParamError
+/// Reads settings from a tree, as files and command lines give them. @throws ParamError
 RunSettings readSettings(ParamTree tree);
 
 // Each adds some of the options to a command line.
 void addFormatOption(CommandLine& line, RunOptions& options);
-void addReadingOptions(CommandLine& line, RunOptions& options);  ///< How it is read.
+void addReadingOptions(CommandLine& line, RunOptions& options);  ///< How a recording is read.
 
-/// Whether the options are for what is read, once its format is known.
+/// Checks that the options suit the format of the input, once it is known.
 /// @throws UsageError that names the option.
 void checkReadingOptions(const RunOptions& options);
 

@@ -23,10 +23,10 @@ IntegrationResult refuseForMemory(const BackendError& error) {
                     error.what());
 }
 
-/// Leaves the farthest blocks in the lists, at most kMostDroppedBlocks; keys decide between ties.
+/// Keeps the farthest blocks in the lists, at most kMostDroppedBlocks; keys break ties.
 void keepFarthest(const RegionView& kept, const BlockTable& table, std::vector<int32_t>& slots,
                   std::vector<PackedKey>& on_disk) {
-  std::vector<std::pair<double, PackedKey>> all;  // with the distances below 0
+  std::vector<std::pair<double, PackedKey>> all;  // negative distances, to sort the farthest first
   const auto add = [&](PackedKey key) {
     all.emplace_back(-squaredDistance(unpackKey(key), kept.center), key);
   };
@@ -46,7 +46,7 @@ void keepFarthest(const RegionView& kept, const BlockTable& table, std::vector<i
   }
 }
 
-/// Depth images without an extraction of which it is known what they have changed.
+/// Largest size of State::changed_in.
 constexpr size_t kMostViews = 8;
 
 }  // namespace
@@ -59,20 +59,20 @@ Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
       make_backend_(std::move(make_backend)),
       table_(mapBudgetOf(params)) {
   if (params.space.enabled) space_ = std::make_unique<SpaceMap>(params, threads);
-  ready();  // what a device lacks shows at the start
+  ready();  // fails now if the device lacks something
   if (!params.map.page_folder.empty()) {
     pager_ = std::make_unique<Pager>(params, rules, threads, table_);
   }
   noteStats();
 }
 
-/// The backend, for the calling thread, once no other works on the map.
+/// Prepares the backend for the calling thread, once the helper is done with the map.
 MapBackend& Engine::ready() {
   helper_.wait();
   return made();
 }
 
-/// clear() leaves none, so that a device never holds two maps.
+/// Makes the backend if clear() removed it; a device never holds two maps.
 MapBackend& Engine::made() {
   if (backend_ == nullptr) {
     backend_ = make_backend_(table_);
@@ -84,7 +84,7 @@ MapBackend& Engine::made() {
   return *backend_;
 }
 
-/// Takes an image, and the time of it. Without memory for it the image is refused.
+/// Processes an image and measures the time. Refuses the image if the device's memory is full.
 IntegrationResult Engine::timed(const std::function<IntegrationResult()>& take) {
   const auto start = std::chrono::steady_clock::now();
   IntegrationResult result;
@@ -106,7 +106,7 @@ IntegrationResult Engine::integrate(const DepthFrame& frame) {
   return timed([&] { return fuse(frame); });
 }
 
-/// The way of a depth image, stage by stage, as the table in docs/method.md has it.
+/// Processes a depth image in the stages of the table in docs/method.md.
 IntegrationResult Engine::fuse(const DepthFrame& frame) {
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
   made().sense(frame, view);
@@ -126,7 +126,7 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   const bool has_moved_blocks = pager_ && loadForFrame(view, touched, in_view);
   admit(touched, in_view);
   backend_->castFoldAndClear(state_.frames + 1, in_view);
-  table_.publish();  // a device is busy
+  table_.publish();  // while a device is busy
   ++state_.frames;
   if (touched.blocks > 0) ++state_.supporting_frames;
   keep(frame, view, has_moved_blocks);
@@ -134,8 +134,8 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   return result;
 }
 
-/// Ends what the frame before left, whose last work may have run until now.
-/// @return what blocksInView() does of the map that the frame meets.
+/// Completes the previous frame, whose last work may still have been running.
+/// @return blocksInView() of the resulting map.
 std::vector<int32_t> Engine::prepareForFrame(const FrameView& view) {
   helper_.wait();
   std::vector<int32_t> in_view = blocksInView(view);
@@ -146,16 +146,16 @@ std::vector<int32_t> Engine::prepareForFrame(const FrameView& view) {
   return blocksInView(view);
 }
 
-/// Blocks that the frame may see, where it clears those too that it does not touch. Found before
-/// applyPendingWork(): a device works meanwhile.
+/// Blocks that the frame may see, if it also clears blocks that it does not touch. Called before
+/// applyPendingWork(), to overlap with the work of a device.
 std::vector<int32_t> Engine::blocksInView(const FrameView& view) const {
   if (!clearsFreeSpace(params_)) return {};
   const StageTimer timer(profile_, Stage::kClear);
   return table_.slotsInView(view, kFootRadius);
 }
 
-/// What the image needs comes to memory where some of it is on disk, or new blocks lack room. What
-/// stays on disk is counted as refused. @return whether it was so.
+/// Loads the blocks that an image needs, if some are on disk or new blocks lack room. Blocks that
+/// stay on disk count as refused. @return whether blocks had to move.
 bool Engine::loadForFrame(const FrameView& view, TouchedBlocks& touched,
                           std::vector<int32_t>& in_view) {
   const std::vector<PackedKey> keys =
@@ -163,7 +163,7 @@ bool Engine::loadForFrame(const FrameView& view, TouchedBlocks& touched,
   if (keys.empty()) return false;
   const StageTimer timer(profile_, Stage::kAdmit);
   state_.refused += require(keys);
-  // Those that are left on disk are none to be made anew.
+  // Blocks that stayed on disk must not be created again.
   std::vector<BlockRequest>& requests = touched.requests;
   const auto is_paged = [this](const BlockRequest& one) { return pager_->isPaged(one.key); };
   requests.erase(std::remove_if(requests.begin(), requests.end(), is_paged), requests.end());
@@ -174,9 +174,9 @@ bool Engine::loadForFrame(const FrameView& view, TouchedBlocks& touched,
   return true;
 }
 
-/// All memory is taken before the table changes: without it, the map stays as it was. Without a
-/// device's memory for new blocks they are refused, as those beyond the budget are, and the frame
-/// goes into what is there.
+/// All memory is reserved before the table changes, so a failure leaves the map unchanged. If the
+/// device lacks memory for new blocks, these are refused, as if the budget were full, and the frame
+/// is fused into the existing ones.
 void Engine::admit(TouchedBlocks& touched, const std::vector<int32_t>& in_view) {
   backend_->waitForMeshes();
   const StageTimer timer(profile_, Stage::kAdmit);
@@ -197,8 +197,8 @@ void Engine::admit(TouchedBlocks& touched, const std::vector<int32_t>& in_view) 
   state_.refused += admission.refused;
 }
 
-/// The frame is part of the map. What follows from it waits, where a device is not done yet, until
-/// the map is looked at again, so that nothing waits for the frame.
+/// Records that the frame is part of the map. If a device is not done yet, the pending work waits
+/// until the map is next used, so that nothing waits for the frame.
 void Engine::keep(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks) {
   if (params_.map.keep_radius_m > 0.0f) state_.kept = keptBallOf(frame, params_.map);
   if (pager_) {
@@ -219,11 +219,11 @@ Space* Engine::space() {
   return space_.get();
 }
 
-/// Takes the last frame's outcome: what it saw as free, left empty, or beyond what is kept.
+/// Applies the last frame's outcome: free cells, empty blocks, and blocks beyond the kept radius.
 void Engine::applyPendingWork() {
-  table_.publish();  // what a failure has left
+  table_.publish();  // in case a failure left blocks unpublished
   std::vector<int32_t> changed = takeOutcome();
-  if (pager_ && state_.kept) {  // what comes may lack memory
+  if (pager_ && state_.kept) {  // dropBeyond() may run out of memory
     keepEachOnce(changed);
     backend_->follow({changed});
   }
@@ -235,7 +235,7 @@ void Engine::applyPendingWork() {
   backend_->follow({changed, !dropped.empty()});
 }
 
-/// @return the slots of what the last frame left empty.
+/// @return slots of the blocks with arrays that the last frame left empty.
 std::vector<int32_t> Engine::takeOutcome() {
   const FrameOutcome outcome = backend_->takeOutcome();
   if (space_ != nullptr) {
@@ -251,8 +251,8 @@ std::vector<int32_t> Engine::takeOutcome() {
   return slots;
 }
 
-/// Blocks that went before an extraction met them. Views may have made labels around from them.
-/// @return the slots.
+/// Releases blocks that became empty before any extraction. A view may have made labels from them,
+/// so blocks around them are then meshed again. @return the slots.
 std::vector<int32_t> Engine::releaseUnseen() {
   const std::vector<int32_t> unseen = table_.takeUnseen();
   if (state_.was_viewed && !unseen.empty()) {
@@ -267,8 +267,8 @@ std::vector<int32_t> Engine::releaseUnseen() {
   return table_.releaseVacant(unseen);
 }
 
-/// Forgets what lies beyond the radius that is kept: the farthest, wherever it is.
-/// @return slots of what is gone.
+/// Drops blocks beyond the kept radius, the farthest ones, in memory or on disk.
+/// @return slots of the dropped blocks.
 std::vector<int32_t> Engine::dropBeyond() {
   if (!state_.kept) return {};
   const StageTimer timer(profile_, Stage::kClear);
@@ -296,7 +296,7 @@ Alignment Engine::align(const DepthFrame& frame, const PosePrior& prior) {
     applyPendingWork();
     const StageTimer timer(profile_, Stage::kAlign);
     backend_->takePoints(frame, makeFrameView(frame, voxel_size_m));
-    size_t left = 0;  // on disk, with some pose
+    size_t left = 0;  // largest number of blocks left on disk, over the poses
     const auto sums_at = [&](const FrameView& view, float cutoff) {
       if (pager_ && !pager_->isEmpty()) {
         left = std::max(left, require(backend_->alignedKeys(view, cutoff)));
@@ -317,7 +317,7 @@ IntegrationResult Engine::paint(const ColourFrame& frame) {
   return timed([&] { return paintSurfaces(frame); });
 }
 
-/// The way of a colour image.
+/// Processes a colour image.
 IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   ready();
   state_.changed_in.reset();
@@ -327,7 +327,7 @@ IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   std::vector<int32_t> in_view = table_.slotsInView(view, radius);
   applyPendingWork();
   const uint64_t refused_before = state_.refused;
-  if (pager_) {  // what the image sees something of, and what hides something from it
+  if (pager_) {  // blocks that the image sees, and blocks that hide them
     const StageTimer timer(profile_, Stage::kPaint);
     std::vector<PackedKey> keys = pager_->keysInView(view, radius, paint_settings_.max_depth_m);
     const std::vector<PackedKey> seen = keys;
@@ -346,7 +346,7 @@ IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   return result;
 }
 
-/// As admit().
+/// Like admit(), for bricks of colours.
 void Engine::admitColours(std::vector<ColourRequest> requests) {
   backend_->waitForMeshes();
   const size_t new_bricks = table_.countNewColours(requests);
@@ -361,7 +361,7 @@ void Engine::admitColours(std::vector<ColourRequest> requests) {
   state_.refused += admission.refused;
 }
 
-/// What was meshed without colours gets them with the first ones.
+/// Turns colours on with the first bricks: blocks already meshed get colours too.
 void Engine::keepColours() {
   if (state_.has_colours) return;
   backend_->reserve({0, 0, 0, true});
@@ -373,14 +373,14 @@ void Engine::keepColours() {
 
 void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
                     RenderedView& view) {
-  constexpr float kViewRadius = kLabelledReach + 13.9f;  // from a block's middle to such a view
+  constexpr float kViewRadius = kLabelledReach + 13.9f;  // of the blocks that a view may depend on
   constexpr float kAnyDepth_m = 1e30f;
   const FrameView frame = checkedFrameView(camera, T_W_C, params_);
   ready();
   applyPendingWork();
   state_.was_viewed = true;
   if (pager_) {
-    if (!state_.waiting.empty()) finishMeshing();  // which marks it
+    if (!state_.waiting.empty()) finishMeshing();  // marks the waiting blocks
     pager_->setMarks(*backend_, std::exchange(state_.undone, {}));
     std::vector<PackedKey> keys = pager_->keysInView(frame, kViewRadius, kAnyDepth_m);
     if (pager_->isAnyPaged(keys) && (pager_->trim(keys) > 0 || require(keys) > 0)) {
@@ -393,14 +393,14 @@ void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
   noteStats();
 }
 
-/// Brings blocks in for what follows. An extraction under way is fetched before.
-/// @return how many stay on disk.
+/// Loads blocks from disk, after fetching an extraction under way.
+/// @return number of blocks that stay on disk.
 size_t Engine::require(const std::vector<PackedKey>& keys) {
   if (pager_->isAnyPaged(keys)) finishMeshing();
   return pager_->require(*backend_, keys);
 }
 
-/// As far as others than what was required last can go. @return whether there is so much room now.
+/// Evicts blocks, except those required last. @return whether there is room for `bytes` now.
 bool Engine::makeRoom(size_t bytes) {
   if (pager_->hasRoom(bytes)) return true;
   finishMeshing();

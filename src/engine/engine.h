@@ -1,5 +1,5 @@
-/// The mapper: what is in the map, what it may cost, and the order of the stages, over a backend
-/// that has the loops and the memory.
+/// The mapper on top of a backend, which supplies the loops and the memory. The engine decides what
+/// is in the map, enforces the budget and orders the stages.
 #pragma once
 
 #include <functional>
@@ -22,7 +22,7 @@ namespace dtsdf {
 
 class Engine : public ProbedMapper {
  public:
-  /// @param threads Threads of the host, for space.
+  /// @param threads Host threads for space.
   Engine(const MapperParams& params, const Rules& rules, int threads, BackendMaker make_backend);
 
   IntegrationResult integrate(const DepthFrame& frame) override;
@@ -49,27 +49,27 @@ class Engine : public ProbedMapper {
   uint64_t supportingFrames() const override { return state_.supporting_frames; }
 
  private:
-  /// What belongs to one map: clear() begins another.
+  /// State of one map; clear() resets it.
   struct State {
     uint64_t refused = 0, dropped = 0;
-    uint64_t frames = 0;                 ///< Fused, those included that only clear.
-    uint64_t supporting_frames = 0;      ///< Those that touched a block.
-    std::optional<RegionView> kept;      ///< After a frame, until what lies beyond is dropped.
-    Exposure exposure = sameExposure();  ///< From the last colour image.
-    bool has_colours = false;            ///< Something was painted.
+    uint64_t frames = 0;                 ///< Frames fused, including those that only clear.
+    uint64_t supporting_frames = 0;      ///< Frames that touched a block.
+    std::optional<RegionView> kept;      ///< Set by a frame until dropBeyond() has run.
+    Exposure exposure = sameExposure();  ///< Gains of the last colour image.
+    bool has_colours = false;            ///< Whether anything was painted.
 
-    bool is_meshing = false;      ///< An extraction was begun, and not fetched.
-    MeshUpdate made;              ///< What is known early of that extraction.
-    int32_t least_evidence = 0;   ///< What the last extraction asked for.
-    std::vector<int32_t> vacant;  ///< Released when all parts of an extraction are fetched.
-    bool was_viewed = false;      ///< Since the last extraction.
+    bool is_meshing = false;      ///< An extraction was begun and not yet fetched.
+    MeshUpdate made;              ///< Meshes of that extraction that are already known.
+    int32_t least_evidence = 0;   ///< Evidence that the last extraction required.
+    std::vector<int32_t> vacant;  ///< Released once all parts of an extraction are fetched.
+    bool was_viewed = false;      ///< Whether render() ran since the last extraction.
 
-    /// Depth images in whose views all lies that is marked; none: somewhere else, too.
+    /// Depth images whose views contain all marked blocks; none: some may be elsewhere.
     std::optional<std::vector<FrameView>> changed_in{std::in_place};
-    std::vector<MarkedKey> waiting;  ///< What an extraction leaves to its next part.
-    std::vector<MarkedKey> undone;   ///< Meshed without all that it depends on: to do again.
-    PackedKey next_turn = 0;         ///< Where the next part begins.
-    bool has_moved_between = false;  ///< Blocks have, since the last frame.
+    std::vector<MarkedKey> waiting;  ///< Blocks left to the next part of an extraction.
+    std::vector<MarkedKey> undone;   ///< Blocks meshed without all they depend on: to mesh again.
+    PackedKey next_turn = 0;         ///< First block of the next part.
+    bool has_moved_between = false;  ///< Whether blocks moved since the last frame.
   };
 
   MapBackend& ready();
@@ -78,7 +78,7 @@ class Engine : public ProbedMapper {
   IntegrationResult timed(const std::function<IntegrationResult()>& take);
   int32_t leastEvidenceNow() const;
 
-  // A depth image, and what it leaves to be done when the map is looked at next.
+  // A depth image, and the pending work that it leaves until the map is next used.
   IntegrationResult fuse(const DepthFrame& frame);
   std::vector<int32_t> prepareForFrame(const FrameView& view);
   std::vector<int32_t> blocksInView(const FrameView& view) const;
@@ -101,7 +101,7 @@ class Engine : public ProbedMapper {
   void loadForMesh();
   void finishMeshing();
 
-  // Blocks on disk: none of it happens without map/page_folder.
+  // Blocks on disk, with map/page_folder only.
   size_t require(const std::vector<PackedKey>& keys);
   bool makeRoom(size_t bytes);
   void moveBeside();
@@ -116,14 +116,14 @@ class Engine : public ProbedMapper {
   const BackendMaker make_backend_;
   BackendTraits traits_;
   BlockTable table_;
-  std::unique_ptr<MapBackend> backend_;  ///< Null after clear(), until it is used: see ready().
-  std::unique_ptr<SpaceMap> space_;      ///< Null where nobody asks for it.
+  std::unique_ptr<MapBackend> backend_;  ///< Null after clear() until made() runs.
+  std::unique_ptr<SpaceMap> space_;      ///< Null without space/enabled.
   std::unique_ptr<Pager> pager_;         ///< Null without map/page_folder.
   State state_;
   PoseConvention convention_;
   MapStats stats_;  ///< After the last call that changes the map.
   Profile* profile_ = nullptr;
-  mutable Helper helper_;  ///< Moves blocks between frames: ends before what it works on.
+  mutable Helper helper_;  ///< Moves blocks between frames. The last member, as it uses the others.
 };
 
 }  // namespace dtsdf

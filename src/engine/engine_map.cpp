@@ -1,4 +1,4 @@
-// The map as a whole: its meshes, its sizes, copies of it, and what is taken out of it.
+// The engine's operations on the whole map: meshes, sizes, copies and clearing.
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
@@ -11,11 +11,11 @@ namespace dtsdf {
 void Engine::beginMeshUpdate() {
   ready();
   finishMeshing();
-  // Where the table has nothing to say that meshes depend on, it follows while a device is busy.
+  // If the meshes do not depend on pending work, that is done while a device is busy.
   const bool prepares_behind =
       traits_.indexes_blocks_itself && !pager_ && !state_.kept && !state_.was_viewed;
   if (!prepares_behind) prepareForMesh();
-  state_.made = MeshUpdate();  // nobody asked for the changes so far: they are lost
+  state_.made = MeshUpdate();  // an earlier extraction that was not fetched is discarded
   const int32_t least = leastEvidenceNow();
   if (least != state_.least_evidence) markAllDirty();
   state_.least_evidence = least;
@@ -26,7 +26,7 @@ void Engine::beginMeshUpdate() {
   noteStats();
 }
 
-/// Ends what belongs to the extraction that begins, or has begun.
+/// Completes pending work and takes the vacant blocks for an extraction.
 void Engine::prepareForMesh() {
   applyPendingWork();
   table_.noteExtraction();
@@ -42,8 +42,8 @@ void Engine::markAllDirty() {
   if (pager_) pager_->markAll(dirty);
 }
 
-/// What an extraction depends on comes to memory: where that does not fit, of a part of what is
-/// marked; the rest is left to the next extraction.
+/// Loads the blocks that an extraction depends on. If they do not fit, only a part of the marked
+/// blocks is meshed, and the rest is left to the next extraction.
 void Engine::loadForMesh() {
   const auto may_show = [this](const FrameView& view) {
     return pager_->mayShow(view, kMeshedRadius);
@@ -77,7 +77,7 @@ void Engine::loadForMesh() {
   if (left > 0) {
     if (!fits || pager_->stats().failures > 0) state_.refused += left;
     state_.undone.insert(state_.undone.end(), marked.begin(), marked.end());
-    // A block that stays on disk is marked again with the undone ones: else parts would not end.
+    // Blocks that stay on disk are marked again with the undone ones, or parts would never end.
     const auto stays = [this](const MarkedKey& one) { return pager_->isPaged(one.key); };
     marked.erase(std::remove_if(marked.begin(), marked.end(), stays), marked.end());
   }
@@ -98,8 +98,8 @@ MeshUpdate Engine::finishMeshUpdate() {
   return made;
 }
 
-/// Blocks without arrays go once all parts are made: what shows their mesh has learnt by then that
-/// they have none. What was left, or done without all that it depends on, is to be done again.
+/// Fetches an extraction. After its last part, blocks without arrays are released, since their
+/// empty meshes have been delivered. Waiting and undone blocks are marked again.
 void Engine::finishMeshing() {
   if (!std::exchange(state_.is_meshing, false)) return;
   addMeshes(backend_->finishMesh(), state_.made);
@@ -112,8 +112,8 @@ void Engine::finishMeshing() {
   if (!state_.made.is_part) pager_->setMarks(*backend_, std::exchange(state_.undone, {}));
 }
 
-/// Between this frame and the next one. Where a device lacks the memory, blocks move once they have
-/// to.
+/// Moves blocks in the background before the next frame. If a device lacks the memory, they move
+/// only when necessary.
 void Engine::moveBeside() {
   state_.has_moved_between = true;
   helper_.start([this] {
@@ -126,7 +126,7 @@ void Engine::moveBeside() {
   });
 }
 
-/// Blocks on disk come back to be emptied, some at a time.
+/// Blocks on disk are read back to be emptied, some at a time.
 ClearedRegion Engine::clearRegion(const Region& region) {
   constexpr size_t kAtOnce = 256;
   const RegionView view = checkedRegionView(region, params_.map);
@@ -150,8 +150,8 @@ ClearedRegion Engine::clearRegion(const Region& region) {
   if (space_ != nullptr) space_->clearRegion(view);
   noteStats();
   if (left == 0) return result;
-  throw PartlyCleared("the region was cleared in part: " + std::to_string(left) +
-                      " blocks cannot come back from map/page_folder; " + stats_.pages.problem +
+  throw PartlyCleared("the region was only partly cleared: " + std::to_string(left) +
+                      " blocks cannot be read from map/page_folder; " + stats_.pages.problem +
                       "; then clear the region again");
 }
 
@@ -198,7 +198,8 @@ MapContents Engine::outline() {
   return contents;
 }
 
-/// Where blocks turn out to be damaged, they are no longer in the map: it is copied without them.
+/// If blocks turn out to be damaged, they are dropped from the map, and it is copied again without
+/// them.
 MapContents Engine::contents() {
   for (uint64_t lost = stats_.pages.lost;;) {
     MapContents contents = outline();
@@ -230,8 +231,8 @@ MapContents Engine::part(const std::vector<MapBlock>& blocks) {
 void Engine::restore(const MapParts& parts) {
   parts.visit([this](const MapContents& part) { enterPart(part); });
   ready();
-  const MapContents& head = *parts.head;  // what the map is besides its blocks
-  if (head.painted) keepColours();        // also where it has no blocks
+  const MapContents& head = *parts.head;
+  if (head.painted) keepColours();  // even if it has no blocks
   markAllDirty();
   state_.frames = head.frames;
   state_.supporting_frames = head.supporting_frames;
@@ -240,7 +241,7 @@ void Engine::restore(const MapParts& parts) {
   noteStats();
 }
 
-/// With map/page_folder it may be more than fits, and goes to the disk then.
+/// Adds a part of a map. With map/page_folder, blocks that do not fit are written to disk.
 void Engine::enterPart(const MapContents& part) try {
   ready();
   state_.changed_in.reset();
@@ -248,7 +249,7 @@ void Engine::enterPart(const MapContents& part) try {
   const auto take = [this](size_t bytes) {
     if (pager_ == nullptr || makeRoom(bytes)) return;
     throw std::runtime_error(
-        "the map is larger than map/max_memory_mb, and the rest of it cannot be written: " +
+        "the map is larger than map/max_memory_mb, and the rest cannot be written to disk: " +
         pager_->stats().problem);
   };
   take(sizeOf(part.blocks).bytes());
@@ -257,7 +258,7 @@ void Engine::enterPart(const MapContents& part) try {
 } catch (const BackendError& error) {
   if (!error.lacksMemory()) throw;
   throw std::runtime_error(std::string("the GPU has too little memory for this map, which was not "
-                                       "loaded; clear_map frees that of the old one. ") +
+                                       "loaded; clear_map frees the memory of the old one. ") +
                            error.what());
 }
 

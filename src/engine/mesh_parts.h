@@ -1,4 +1,4 @@
-/// An extraction in parts, where the blocks that it needs do not fit into memory at once.
+/// Extraction in parts, for when the blocks that it needs do not fit into memory at once.
 #pragma once
 
 #include <algorithm>
@@ -9,37 +9,36 @@
 
 namespace dtsdf {
 
-/// No rule of meshing reaches farther, in blocks.
+/// Largest reach of the rules of meshing, in blocks.
 constexpr int32_t kMeshReach = 2;
 
-/// From the middle of a block that a depth image changes to those that its mesh depends on: see
-/// mayBeInView().
+/// Radius for mayBeInView(), in voxels, around a block that a depth image changes, such that all
+/// blocks that its mesh depends on are within.
 constexpr float kMeshedRadius = kFootRadius + 1.7321f * kMeshReach * kBlockSide;
 
-/// In ascending order.
+/// Sorts values and removes duplicates.
 template <class T>
 void keepEachOnce(std::vector<T>& values) {
   std::sort(values.begin(), values.end());
   values.erase(std::unique(values.begin(), values.end()), values.end());
 }
 
-/// A block that is to be meshed again.
+/// A block to mesh again.
 struct MarkedKey {
   PackedKey key;
   MeshMarks marks;
 };
 
-/// All blocks that the meshes around these depend on, sorted, each once: no rule of meshing reaches
-/// beyond two blocks.
+/// All blocks within kMeshReach of these, which their meshes depend on, sorted, each once.
 std::vector<PackedKey> blocksAround(std::vector<PackedKey> keys);
 std::vector<PackedKey> keysOf(const std::vector<MarkedKey>& marked);
 
-/// Puts blocks into the order in which they are meshed: cell by cell, from a block's key on, so
-/// that all get their turn, whatever a camera changes meanwhile.
+/// Sorts blocks for meshing: cell by cell, beginning at a key and wrapping round, so that all get
+/// their turn, whatever a camera changes meanwhile.
 void sortForTurns(std::vector<MarkedKey>& marked, PackedKey first);
 
-/// Adds the meshes of a part to those of the parts before: where both have a block, that of the
-/// later one is right, as all around it was up to date.
+/// Adds the meshes of a part to those of earlier parts. If both contain a block, the later mesh is
+/// kept, since all blocks around it were up to date.
 void addMeshes(MeshUpdate part, MeshUpdate& made);
 
 }  // namespace dtsdf

@@ -13,21 +13,21 @@
 namespace dtsdf {
 namespace {
 
-/// About the most that moves at once: it is in memory twice meanwhile.
+/// Approximate size of a batch of moving blocks, which are in memory twice meanwhile.
 constexpr size_t kBatchBytes = size_t{8} << 20;
 
-/// Room that is made beyond what is asked for, so that not every frame has to write; not so much
-/// that the frame that does has to wait for long.
+/// Extra room to make, so that not every frame writes, but small enough that the frame that does is
+/// not delayed for long.
 size_t spareBytes(size_t budget_bytes) { return std::min(budget_bytes / 16, 4 * kBatchBytes); }
 
-/// What waits to be written, beside the budget: a share of it.
+/// Blocks waiting to be written take up to this share of the budget, in addition to it.
 constexpr size_t kWaitingShare = 8;
 constexpr size_t kMostWaitingBytes = 4 * kBatchBytes;
 
-/// After a failure, calls that leave the disk alone.
+/// Calls after a failure that do not use the disk.
 constexpr uint64_t kCallsBetweenTries = 16;
 
-/// What is read of a block, at most.
+/// Largest size of a block in memory.
 constexpr size_t kMostBytesOfBlock =
     BlockTable::kBlockBytes +
     kDirectionCount * (BlockTable::kArrayBytes + kBricksPerArray * BlockTable::kColourBytes);
@@ -38,21 +38,21 @@ size_t bytesOnceIn(const MapBlock& block) {
          static_cast<size_t>(__builtin_popcountll(block.bricks)) * BlockTable::kColourBytes;
 }
 
-/// Between two images of one camera: between those of two cameras of a rig, or where a pose jumped,
-/// there is no motion to go on with.
+/// Whether a step is a motion to extrapolate, rather than a jump of the pose or a change to another
+/// camera of a rig.
 bool isMotion(const Eigen::Isometry3d& step, double max_depth_m) {
   constexpr double kMostTurn_rad = 0.35, kMostDepths = 0.25;
   return Eigen::AngleAxisd(step.linear()).angle() < kMostTurn_rad &&
          step.translation().norm() < kMostDepths * max_depth_m;
 }
 
-/// How far ahead blocks are read, and of which frames until there.
+/// How many frames ahead blocks are read, and the step between these frames.
 constexpr int kFramesAhead = 24, kFramesBetween = 3;
 
-/// How often they are, beside behind frames for which blocks have moved.
+/// Blocks are read ahead after one in this many frames, and after frames that moved blocks.
 constexpr uint64_t kFramesBetweenReads = 3;
 
-/// From the middle block of a coarse cell to its corners, in voxels.
+/// Distance from the middle block of a coarse cell to the cell's corners, in voxels.
 constexpr float kCellReach = 0.8661f * static_cast<float>((BlockCells::kSide + 1) * kBlockSide);
 
 BlockKey middleOf(const BlockCells::Cell& cell) {
@@ -60,7 +60,7 @@ BlockKey middleOf(const BlockCells::Cell& cell) {
   return {cell.key.x * kSide + kHalf, cell.key.y * kSide + kHalf, cell.key.z * kSide + kHalf};
 }
 
-/// Depth of the middle of a block, in voxels.
+/// Depth of a block's centre, in voxels.
 float depthOf(const FrameView& view, const BlockKey& block) {
   constexpr float kHalf = 0.5f * static_cast<float>(kBlockSide);
   const Vec3f middle = toFloat(firstVoxelOfBlock(block - blockOfVoxel(view.origin_voxel))) +
@@ -145,12 +145,12 @@ size_t Pager::require(MapBackend& backend, const std::vector<PackedKey>& keys) {
     for (; end < numbers.size() && (end == first || bytes < batch_bytes_); ++end) {
       bytes += bytesOnceIn(blocks_.block(numbers[end]).block);
     }
-    // A full disk takes others once these have left it.
+    // A full disk can take other blocks only after these have been read.
     if (!makeRoom(backend, bytes) && !hasRoom(0)) break;
     table_.setBudget(std::max(budget_bytes_, table_.bytesInUse() + bytes));
     const size_t staying = readBatch(backend, {numbers.begin() + static_cast<std::ptrdiff_t>(first),
                                                numbers.begin() + static_cast<std::ptrdiff_t>(end)});
-    // Nothing leaves memory for what does not come; what has come leaves room on the disk.
+    // If none could be read, nothing needs to be evicted; else the disk has room again.
     no_writing_before_ = staying == end - first ? now_ + kCallsBetweenTries : 0;
     first = end;
   }
@@ -167,15 +167,15 @@ bool Pager::makeRoom(MapBackend& backend, size_t bytes) {
   return exceeds || hasRoom(bytes);
 }
 
-/// Until there is room for so many bytes, or nothing more can go.
-/// @param before Only what lies where nothing was needed since then.
+/// Evicts blocks until there is room for `bytes`, or none is left to evict.
+/// @param before Only cells last needed before this value of now_ are evicted.
 void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
   if (now_ < no_writing_before_) return;
   const std::vector<int32_t> slots =
       leastRecent(table_.bytesInUse() + bytes - budget_bytes_, before);
   std::vector<int32_t> batch;
   size_t batch_bytes = 0;
-  int tries = 4;  // a disk without room for a large block may have some for others
+  int tries = 4;  // a disk that is too full for a large block may have room for others
   for (const int32_t slot : slots) {
     batch.push_back(slot);
     batch_bytes += table_.bytesOf(slot);
@@ -189,8 +189,8 @@ void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
   }
 }
 
-/// Blocks that were not required last, at least so many bytes of them if there are: coarse cell by
-/// coarse cell, those that were needed least recently first, by key those of the same time.
+/// Blocks to evict, of at least `bytes` in all if possible, except those required last: by coarse
+/// cells, least recently needed first, then by key.
 std::vector<int32_t> Pager::leastRecent(size_t bytes, uint64_t before) const {
   std::vector<const BlockCells::Cell*> cells;
   for (const BlockCells::Cell& cell : table_.cells()) {
@@ -311,8 +311,8 @@ void Pager::noteFrame(const DepthFrame& frame, const FrameView& view, bool has_m
   T_W_C_before_ = frame.T_W_C;
 }
 
-/// Blocks on disk around what the camera comes to see if it moves on as it did, by coarse cells:
-/// what comes first first, some more than are worth asking for. Those around it in memory stay.
+/// Blocks on disk near what the camera will see if its motion continues, by coarse cells, in order
+/// of need, possibly more than can be loaded. Notes that those in memory are needed.
 std::vector<PackedKey> Pager::keysAhead(DepthFrame ahead) {
   const size_t most =
       spareBytes(budget_bytes_) / (BlockTable::kBlockBytes + BlockTable::kArrayBytes);
@@ -338,8 +338,8 @@ std::vector<PackedKey> Pager::keysAhead(DepthFrame ahead) {
   return keys;
 }
 
-/// What is read is often in the memory of the system already; where it is not, it is read while
-/// other frames go on.
+/// Blocks read ahead are usually in the system's cache by now; otherwise they are read while other
+/// frames are processed.
 void Pager::moveBetween(MapBackend& backend) {
   if (const auto frame = std::exchange(ahead_of_, std::nullopt); frame && !isEmpty()) {
     ahead_ = keysAhead(*frame);

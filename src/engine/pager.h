@@ -1,6 +1,6 @@
-/// Which blocks of a map are in memory, and which on disk: those that are needed come back, and
-/// those that were needed least recently make room for them. What is written of a block is all that
-/// belongs to it, so that the map is the one that it would be without.
+/// Moves blocks of a map between memory and disk: needed blocks are read back, and the least
+/// recently needed ones make room for them. A block is written with all its state, so paging does
+/// not change the map.
 #pragma once
 
 #include <cstdint>
@@ -14,102 +14,100 @@
 
 namespace dtsdf {
 
-/// What so many new blocks and arrays take.
+/// Bytes that this many new blocks and arrays take.
 size_t bytesOfNew(const PoolSizes& lack);
 
-/// Brings blocks into a table and its backend, as a frame does: memory first, then the table, then
-/// what the backend knows of it. @param states Their states of meshing; null: new.
-/// @return their slots.
+/// Adds blocks to a table and its backend in the order of a frame: memory, table, backend.
+/// @param states The blocks' states of meshing; null: new. @return their slots.
 std::vector<int32_t> enterContents(const MapContents& contents, const MeshStates* states,
                                    BlockTable& table, MapBackend& backend);
 
 class Pager {
  public:
-  /// @throws std::runtime_error where map/page_folder cannot be written.
-  /// @param threads That read.
+  /// @param threads Threads that read.
+  /// @throws std::runtime_error if map/page_folder cannot be written.
   Pager(const MapperParams& params, const Rules& rules, int threads, BlockTable& table);
 
   bool isEmpty() const { return blocks_.isEmpty(); }
   bool isPaged(PackedKey key) const { return blocks_.find(key) >= 0; }
-  /// Whether so much more fits into the budget as it is.
+  /// Whether the budget has room for `bytes` without evicting anything.
   bool hasRoom(size_t bytes) const { return table_.bytesInUse() + bytes <= budget_bytes_; }
-  /// What a block takes in memory, wherever it is; 0 where there is none.
+  /// Bytes of a block when in memory; 0 if it is not in the map.
   size_t bytesOf(PackedKey key) const;
-  /// Whether these fit beside so much else.
+  /// Whether these blocks and `other_bytes` fit into the budget together.
   bool fits(const std::vector<PackedKey>& keys, size_t other_bytes) const;
-  /// Takes the last keys away that do not fit. @return how many.
+  /// Removes the last keys, until the rest fits. @return the number removed.
   size_t trim(std::vector<PackedKey>& keys) const;
 
-  // ---- What is needed. An extraction under way has to be fetched before blocks move.
+  // ---- Needed blocks. An extraction under way must be fetched before blocks move.
 
   size_t countPaged(const std::vector<PackedKey>& keys) const { return numbersOf(keys).size(); }
-  /// Whether require() would bring any in.
+  /// Whether require() would read any of these.
   bool isAnyPaged(const std::vector<PackedKey>& keys) const;
 
-  /// Blocks that are in the map are in memory when this returns, and stay there until the next
-  /// call; what they lack room for goes after them. @param keys The first ones first, where the
-  /// disk takes nothing in exchange. @return how many of the keys stay on disk, for that or as they
-  /// cannot be read now.
+  /// Loads those of these blocks that are in the map, and keeps them in memory until the next call.
+  /// They may exceed the budget while they move; then others are evicted.
+  /// @param keys Most important first, in case the disk cannot take others in exchange.
+  /// @return how many of the blocks stay on disk, for lack of room or because reading failed.
   size_t require(MapBackend& backend, const std::vector<PackedKey>& keys);
 
-  /// Others go than those that were required last, some more than that. Where no others are left,
-  /// the table may exceed the budget until the next call.
-  /// @return whether there is so much room now.
+  /// Evicts blocks, except those required last, to free `bytes` and some more. If none are left to
+  /// evict, the table may exceed the budget until the next call.
+  /// @return whether there is room for `bytes` now.
   bool makeRoom(MapBackend& backend, size_t bytes);
 
-  /// Blocks that were made since are needed as those that were required last.
+  /// Notes that new blocks are needed like those required last.
   void noteNew(const std::vector<int32_t>& slots);
 
-  /// What a depth image touches, and what it may clear, by key; none: all of it is in memory, with
-  /// room for what is new.
+  /// Blocks that a depth image touches or may clear, by key; empty if no block has to move, since
+  /// all are in memory with room for new ones.
   std::vector<PackedKey> neededKeys(MapBackend& backend, const FrameView& view,
                                     const TouchedBlocks& touched,
                                     const std::vector<int32_t>& in_view,
                                     uint64_t frame_number) const;
 
-  /// Blocks in memory and on disk of which a view may show something, the nearest first.
+  /// Blocks in memory and on disk that may be in view, nearest first.
   std::vector<PackedKey> keysInView(const FrameView& view, float radius, float max_depth_m) const;
 
-  /// Whether a view may show something of blocks on disk, by coarse cells.
+  /// Whether blocks on disk may be in view, judged by coarse cells.
   bool mayShow(const FrameView& view, float radius) const;
 
-  /// Blocks on disk that may be inside a region; those beyond a ball.
+  /// Blocks on disk that may be inside a region, or that lie beyond a ball.
   std::vector<PackedKey> keysIn(const RegionView& region) const;
   std::vector<PackedKey> keysBeyond(const RegionView& kept) const;
 
-  // ---- What comes next.
+  // ---- Reading ahead.
 
-  /// A depth image was fused: what it saw stays, and what it will see if it moves on as it did is
-  /// read ahead.
+  /// Notes that a depth image was fused: blocks that it saw stay, and blocks that the camera will
+  /// see if its motion continues are read ahead.
   void noteFrame(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks);
 
-  /// Between frames: some blocks that were read ahead come to memory, and some that are out of view
-  /// go, so that there is room to spare: frames then seldom have to wait for either.
+  /// Between frames, loads some blocks that were read ahead and evicts some that are out of view,
+  /// so that frames seldom wait for either.
   void moveBetween(MapBackend& backend);
 
   // ---- Meshing.
 
   void markAll(const MeshMarks& marks);
   bool hasMarks() const { return blocks_.marked() > 0; }
-  /// Marks of all blocks in memory and on disk. @param taken They are marked no longer.
+  /// Marked blocks in memory and on disk. @param taken Whether to remove the marks.
   std::vector<MarkedKey> marked(MapBackend& backend, bool taken);
-  /// Sets marks of blocks in memory or on disk, and passes over other keys.
+  /// Marks blocks in memory or on disk; keys that are not in the map are ignored.
   void setMarks(MapBackend& backend, const std::vector<MarkedKey>& marked);
 
-  // ---- The map as a whole.
+  // ---- The whole map.
 
-  /// Blocks on disk go from the map, and what is meshed around them is marked.
+  /// Removes blocks on disk from the map, and marks the blocks around them for meshing.
   void drop(MapBackend& backend, const std::vector<PackedKey>& keys);
 
-  /// Blocks that were dropped or lost since the last call: as they have no mesh any more.
+  /// Empty meshes for the blocks dropped or lost since the last call.
   MeshUpdate takeDropped();
 
-  /// Adds blocks on disk to those of contents, by key.
+  /// Adds the blocks on disk to those of contents, by key.
   void addBlocksTo(MapContents& contents) const;
 
-  /// Copies the voxels and colours of the contents' blocks, wherever they are. Those that are
-  /// lost are 0, and no longer in the map then. @throws std::runtime_error where the disk gives
-  /// nothing.
+  /// Copies the voxels and colours of the contents' blocks from memory and disk. Damaged blocks are
+  /// filled with 0 and dropped from the map. @throws std::runtime_error if the disk cannot be read.
   void copyWords(MapBackend& backend, MapContents& contents);
 
   void clear();
@@ -131,15 +129,16 @@ class Pager {
   BlockTable& table_;
   const size_t budget_bytes_, batch_bytes_;
   PagedBlocks blocks_;
-  uint64_t now_ = 1;                 ///< Number of the last call of require() or noteFrame().
-  uint64_t no_writing_before_ = 0;   ///< After a failure the disk is left alone at first.
-  std::vector<uint64_t> last_need_;  ///< Such a number, by slot.
+  uint64_t now_ = 1;  ///< Counts the calls of require() and noteFrame().
+  uint64_t no_writing_before_ =
+      0;  ///< Value of now_ before which a failed disk is not tried again.
+  std::vector<uint64_t> last_need_;                ///< Value of now_ at the last need, by slot.
   std::optional<Eigen::Isometry3d> T_W_C_before_;  ///< Pose of the last frame.
-  std::optional<DepthFrame> ahead_of_;         ///< Frame to read ahead of; its image may have gone.
-  std::optional<Eigen::Isometry3d> motion_;    ///< Motion from the one before; none after a jump.
-  std::vector<PackedKey> ahead_;               ///< What is read ahead, the first ones first.
-  size_t next_ahead_ = 0, ahead_at_once_ = 0;  ///< What of it comes next.
-  uint64_t kept_since_ = 0, ahead_now_ = 0;    ///< What was needed since then does not go between.
+  std::optional<DepthFrame> ahead_of_;       ///< Frame to read ahead of; its pixels may be gone.
+  std::optional<Eigen::Isometry3d> motion_;  ///< Motion from the previous frame; none after a jump.
+  std::vector<PackedKey> ahead_;             ///< Blocks read ahead, in order of need.
+  size_t next_ahead_ = 0, ahead_at_once_ = 0;  ///< Index in ahead_ to load next, and how many.
+  uint64_t kept_since_ = 0, ahead_now_ = 0;    ///< Blocks needed since kept_since_ are not evicted.
   std::vector<PackedKey> dropped_;
   uint64_t frames_ = 0, written_ = 0, read_ = 0;
 };

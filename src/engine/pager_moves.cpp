@@ -1,4 +1,4 @@
-// How blocks go to the disk and come back, and what of the map lies there.
+// The pager's reading and writing of blocks, and its view of the blocks on disk.
 #include <algorithm>
 #include <chrono>
 #include <cstring>
@@ -19,7 +19,7 @@ using Reading = RecordStore::Reading;
 /// Blocks that a thread reads at a time.
 constexpr size_t kReadAtOnce = 16;
 
-/// Where a block's words are, block by block.
+/// Steps through the words of contents, block by block.
 struct Words {
   uint64_t* voxels;
   uint32_t* colours;
@@ -30,7 +30,7 @@ struct Words {
         colours(contents.colours.data()),
         labels(states == nullptr ? nullptr : states->labels.data()) {}
 
-  /// The record of a block, and where the next one is.
+  /// The words of a block as a record; advances to the next block.
   RecordBytes next(const MapBlock& block, bool has_labels,
                    std::shared_ptr<const void> owner = nullptr) {
     return {std::move(owner),
@@ -47,7 +47,7 @@ struct Words {
   }
 };
 
-/// @param from Null: 0.
+/// Copies bytes into the pieces of a record. @param from Source; null fills with 0.
 void fill(const RecordBytes& to, const char* from) {
   for (const RecordBytes::Piece& piece : to.pieces) {
     void* const words = const_cast<void*>(piece.from);
@@ -86,7 +86,7 @@ std::vector<int32_t> enterContents(const MapContents& contents, const MeshStates
   return slots;
 }
 
-/// @return whether they are released; else some or all are as they were.
+/// Writes blocks and releases them. @return whether all were released; the others are unchanged.
 bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
   backend.reserve({0, 0, 0, false, slots.size()});
   const auto batch = std::make_shared<std::pair<MapContents, MeshStates>>();
@@ -95,7 +95,7 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
   makeRoomForWords(contents);
   backend.copyOut(orderOf(table_, slots), contents, &states);
   Words words(contents, &states);
-  const UnitLabels* labels = words.labels;  // of the first one that stays
+  const UnitLabels* labels = words.labels;  // labels of the first block that stays
   std::vector<int32_t> released;
   released.reserve(slots.size());
   for (size_t i = 0; i < slots.size(); ++i) {
@@ -120,7 +120,7 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
   return released.size() == slots.size();
 }
 
-/// What the disk does not give stays there. @pre There is room for them. @return how many stay.
+/// Reads blocks. @pre There is room for them. @return how many stay on disk, since reading failed.
 size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
   const auto start = std::chrono::steady_clock::now();
   std::sort(numbers.begin(), numbers.end(),
@@ -174,7 +174,7 @@ void Pager::drop(MapBackend& backend, const std::vector<PackedKey>& keys) {
   if (keys.empty()) return;
   for (const int32_t number : numbersOf(keys)) blocks_.erase(number);
   dropped_.insert(dropped_.end(), keys.begin(), keys.end());
-  no_writing_before_ = 0;  // there may be room on the disk now
+  no_writing_before_ = 0;  // the disk may have room now
   std::vector<MarkedKey> around;
   for (const PackedKey key : blocksAround(keys)) around.push_back({key, {true, false}});
   setMarks(backend, around);
@@ -238,7 +238,7 @@ void Pager::addBlocksTo(MapContents& contents) const {
             [](const auto& a, const auto& b) { return packKey(a.key) < packKey(b.key); });
 }
 
-/// Some at a time: what is in memory is copied by the backend, in its order.
+/// Copies some blocks at a time; the backend copies those in memory.
 void Pager::copyWords(MapBackend& backend, MapContents& contents) {
   constexpr size_t kAtOnce = 1024;
   Words words(contents);

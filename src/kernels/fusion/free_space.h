@@ -7,7 +7,7 @@
 /// A voxel puts its surface at its foot: the nearest point of that surface, by the voxel's distance
 /// and the gradient of its array. A frame contradicts the voxel if it sees free space there, at all
 /// of the 3 x 3 pixels around the foot that are in the image: each was measured, or is a gap, and
-/// is farther away. So nothing contradicts a voxel beside or behind a thin object, nor where
+/// is farther away. So nothing contradicts a voxel next to or behind a thin object, nor where
 /// nothing is measured. A voxel without a distance is judged at its own position, together with the
 /// cells around it.
 ///
@@ -156,7 +156,8 @@ DTSDF_HD bool isJudged(const Voxel& voxel, bool is_covered, bool in_turn,
 
 /// Start of the path to a voxel's judged place, in voxels from the block's first one. The place is
 /// the foot (for an empty voxel, the voxel itself), so the path starts at the voxel; or it is the
-/// anchor, if the frame covers the voxel, as beside an outline the foot lies outside the surface.
+/// anchor, if the frame covers the voxel, as the foot of a voxel next to an outline lies outside
+/// the surface.
 DTSDF_HD Vec3f judgedOrigin(uint16_t anchor, int index, bool is_covered) {
   const float to_anchor = is_covered ? 1.0f : 0.0f;
   return toFloat(voxelOffset(index)) + to_anchor * anchorOffset(anchor);

@@ -27,7 +27,7 @@ struct AlignmentGrid {
   int32_t stride, columns, rows;
 };
 
-/// The grid with at least as many points as the rules ask for, and few more.
+/// The grid with at least as many points as the rules ask for, and few more than that.
 DTSDF_HD AlignmentGrid alignmentGrid(const FrameView& frame, const AlignmentRules& rules) {
   int32_t stride = 1;
   while (static_cast<int64_t>(frame.width / (stride + 1)) * (frame.height / (stride + 1)) >=

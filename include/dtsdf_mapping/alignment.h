@@ -1,4 +1,4 @@
-/// Aligning a depth image to the map: the prior of its pose, and the result.
+/// Alignment of a depth image to the map: the prior of its pose, and the result.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -16,7 +16,7 @@ namespace dtsdf {
 /// `edge` is 4374 + 4374 * a + b, where a < b are the `edge` values of the side's ends.
 struct BlockVertex {
   Vec3f position;  ///< In voxels, relative to the block's first voxel, each in [-2, 10].
-  uint32_t edge;   ///< Which edge of the block, as above.
+  uint32_t edge;   ///< Identifies the vertex in its block.
 };
 
 /// Colour of a vertex, taken from colour images.

@@ -19,7 +19,7 @@ enum class ColourEncoding : int32_t {
 };
 
 /// One colour image, with its own camera: pose, size, lens and time may differ from those of the
-/// depth images. A call reads the pixels only while it runs.
+/// depth images. The pixels need to stay valid only during the call that they are passed to.
 struct ColourFrame {
   const void* data = nullptr;                       ///< First row; rows are `row_bytes` apart.
   size_t row_bytes = 0;                             ///< At least `width` pixels of the encoding.

@@ -10,7 +10,8 @@
 namespace dtsdf {
 
 /// One depth image: for each pixel the distance along the optical axis, z in the camera's frame C
-/// (x right, y down, z forward). A call reads the pixels only while it runs.
+/// (x right, y down, z forward). The pixels need to stay valid only during the call that they are
+/// passed to.
 struct DepthFrame {
   const void* data = nullptr;                       ///< First row; rows are `row_bytes` apart.
   size_t row_bytes = 0;                             ///< At least `width` pixels of the encoding.

@@ -1,4 +1,4 @@
-/// Regions of space in the map frame, to clear or to save separately.
+/// Regions of space in the map frame, to clear or to save on their own.
 #pragma once
 
 #include <Eigen/Geometry>

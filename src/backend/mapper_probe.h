@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// A mapper that also reports on its inside, and can hold one box of a larger map.
+/// A mapper with access to its internals, which can also hold one box of a larger map.
 class ProbedMapper : public Mapper {
  public:
   /// Waits until the begun extraction has computed its meshes. On a GPU their copy to the host may

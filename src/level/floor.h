@@ -25,9 +25,9 @@ struct FloorView {
   std::vector<Point> points;
 };
 
-/// Finds the floor: the plane with most points whose normal is within 45 degrees of the cameras'
-/// mean up, with a twentieth of all points on it, over more than a strip, and hardly any below it.
-/// The same points always give the same plane.
+/// Finds the floor: the plane with the most points whose normal is within 45 degrees of the
+/// cameras' mean up, with a twentieth of all points on it, over more than a strip, and hardly any
+/// below it. The same points always give the same plane.
 /// @param problem Why there is no floor; the caller adds what to do.
 std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::string& problem);
 

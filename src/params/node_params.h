@@ -21,7 +21,7 @@ enum class Usage {
 struct InputParams {
   double merge_wait_s = 0.1;      ///< Longest wait for an earlier frame of another camera.
   std::string camera_frame;       ///< Camera's optical frame; empty: the frame_id of the images.
-  int queue_size = 30;            ///< Maximum of waiting images, per camera and kind.
+  int queue_size = 30;            ///< Largest number of waiting images, per camera and kind.
   int queue_mb = 256;             ///< Maximum memory of all waiting images.
   double tf_timeout_s = 1.0;      ///< Longest wait of a frame for its transform.
   float unit_16uc1_m = 0.001f;    ///< Metres per unit of a 16UC1 image.
@@ -65,19 +65,19 @@ struct NodeParams {
   Usage colour = Usage::kAuto;      ///< Whether to use colour images; kAlways: they are required.
   double max_colour_rate_hz = 0.0;  ///< Colour images per second, by their stamps; 0: all.
 
-  int chunk_blocks = 4;          ///< Edge of a marker's chunk of the map, in blocks of 8 voxels.
+  int chunk_blocks = 4;          ///< Edge of a chunk of the published mesh, in blocks.
   double mesh_rate_hz = 2.0;     ///< Maximum rate of `mesh`, in wall time.
   double points_rate_hz = 1.0;   ///< Maximum rate of `surface_points`, in wall time.
   double status_rate_hz = 1.0;   ///< Rate of `status` and the diagnostics, in wall time.
   double space_rate_hz = 1.0;    ///< Maximum rate of grid updates and slice, in wall time.
-  double mesh_refresh_s = 60.0;  ///< Interval at which the whole mesh is published; 0: only once.
+  double mesh_refresh_s = 60.0;  ///< Interval at which the whole mesh is published again; 0: never.
   double stale_s = 5.0;  ///< An input silent for this long is a warning, for three times as long an
                          ///< error.
 
   // What is published of space, by heights along z of the map frame, which must be level.
   double min_height_m = 0.1;     ///< Lower end of a column of the grid.
   double max_height_m = 1.5;     ///< Upper end of a column of the grid.
-  double grid_seen_share = 1.0;  ///< Share of a column's cells that must be seen free for it to be.
+  double grid_seen_share = 1.0;  ///< Share of its cells that must be seen free in a free column.
   double slice_height_m = 0.5;   ///< Height of the published distances.
 
   std::string journal_folder;  ///< Folder of the journals; empty: no journal.

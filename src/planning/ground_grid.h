@@ -55,7 +55,7 @@ class GroundGrid {
   GroundGrid(double min_m, double max_m, double seen_share)
       : min_m_(min_m), max_m_(max_m), seen_share_(seen_share) {}
 
-  /// Applies changes of space. The cell size may differ only if they begin anew.
+  /// Applies changes of space. The cell size may change only with SpaceChanges::begins_anew.
   void apply(const SpaceChanges& changes, double cell_size_m);
 
   /// What to send to followers next.

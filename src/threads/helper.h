@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// Not thread safe: one thread at a time calls it.
+/// Call it from one thread at a time.
 class Helper {
  public:
   ~Helper() {

@@ -1,4 +1,5 @@
-/// Interface of recorded colour: a sequence of colour images with poses, beside a FrameSource.
+/// Interface of recorded colour: a sequence of colour images with poses, read next to a
+/// FrameSource.
 #pragma once
 
 #include <cstddef>

@@ -12,7 +12,7 @@ int main(int argc, char** argv) try {
   options.path = argv[1];
   const auto recording = dtsdf::openRecording(options);
 
-  dtsdf::MapperParams params;  // each setting has a default; CUDA where it can be used
+  dtsdf::MapperParams params;  // each setting has a default; CUDA if available
   const auto mapper = dtsdf::makeMapper(params);
   while (const auto frame = recording->next()) {
     const dtsdf::IntegrationResult result = mapper->integrate(frame->depth);

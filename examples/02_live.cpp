@@ -1,5 +1,5 @@
-// Fuses depth images as a camera gives them, here of a sphere that is seen from all sides, keeps
-// the mesh up to date after each, and saves it: 02_live sphere.ply
+// Fuses depth images one by one, as from a camera (here a sphere, seen from all sides), updates the
+// mesh after each, and saves it: 02_live sphere.ply
 #include <dtsdf_mapping/io/mesh_file.h>
 #include <dtsdf_mapping/mapper.h>
 #include <dtsdf_mapping/mesh.h>
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-/// Depth in metres of each pixel, 0 beside the sphere (radius 0.5 m, its centre 2 m ahead).
+/// Depth of each pixel, in metres; 0 outside the sphere (radius 0.5 m, centre 2 m ahead).
 std::vector<float> renderSphere(const dtsdf::DepthFrame& frame) {
   std::vector<float> depth_m;
   for (int v = 0; v < frame.height; ++v) {
@@ -37,7 +37,7 @@ int main(int argc, char** argv) try {
   const std::vector<float> depth_m = renderSphere(frame);
   frame.data = depth_m.data();
 
-  dtsdf::MapperParams params;  // each setting has a default; CUDA where it can be used
+  dtsdf::MapperParams params;  // each setting has a default; CUDA if available
   const auto mapper = dtsdf::makeMapper(params);
   dtsdf::MeshStore meshes(params.map.voxel_size_m);
   for (int i = 0; i < 12; ++i) {  // the camera goes round the sphere, which lies at the origin

@@ -1,5 +1,5 @@
-// Maps a wall with a box before it, and asks how far it is from some places to the nearest surface:
-// 03_distances
+// Maps a wall with a box in front of it, and prints how far some points are from the nearest
+// surface: 03_distances
 #include <dtsdf_mapping/mapper.h>
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include <iostream>
 #include <vector>
 
-/// Depth in metres of a wall 2 m ahead, and of a box of half a metre that begins 1.2 m ahead.
+/// Depth in metres of a wall 2 m ahead, and of a box with an edge of 0.5 m, 1.2 m ahead.
 std::vector<float> renderBoxAndWall(const dtsdf::DepthFrame& frame) {
   std::vector<float> depth_m;
   for (int v = 0; v < frame.height; ++v) {
@@ -39,7 +39,7 @@ int main() try {
     const dtsdf::IntegrationResult result = mapper->integrate(frame);
     if (result.status != dtsdf::FrameStatus::kFused) std::cerr << result.message << "\n";
   }
-  mapper->updateMesh();  // surfaces are those of the mesh
+  mapper->updateMesh();  // distances are to surfaces of the mesh
 
   dtsdf::Space& space = *mapper->space();
   space.updateDistances();
@@ -47,7 +47,7 @@ int main() try {
     const dtsdf::SpaceDistance found = space.distanceAt({x, 0.0, z});
     std::cout << "at x = " << x << " m, z = " << z << " m: ";
     if (!found.known) {
-      std::cout << "not known to be free\n";  // which is not free
+      std::cout << "not known to be free\n";  // treat it as occupied
       return -1.0;
     }
     // Distances are off by one and a half cells at most.

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""04_found_again.py MAP RECORDING [EACH [FIRST]]: finds each so many-th image in a saved map by its depth
-alone, and compares the pose with the recording's, or with those of POSES in RECORDING:POSES."""
+"""04_found_again.py MAP RECORDING [EACH [FIRST]]: finds every EACH-th image in a saved map by its depth
+alone, and compares the pose with the recording's, or with that in POSES, given as RECORDING:POSES."""
 import sys
 import time
 

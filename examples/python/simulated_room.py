@@ -1,4 +1,4 @@
-"""Depth images of a room with a ball in it, without a camera: what the other examples map.
+"""Simulated depth images of a room with a ball in it, which the other examples map.
 
 The room is a box around the origin, 5 x 4 x 2.5 m, z up; the ball has a radius of 0.4 m.
 """
@@ -11,7 +11,7 @@ K = numpy.array([[260.0, 0.0, 159.5], [0.0, 260.0, 119.5], [0.0, 0.0, 1.0]])
 
 
 def look_at(eye_W, target_W):
-    """(4, 4) T_W_C of a camera at eye_W, its optical axis to target_W, its rows level."""
+    """(4, 4) T_W_C of a camera at eye_W that looks at target_W, with level rows."""
     z = numpy.subtract(target_W, eye_W, dtype=float)
     z /= numpy.linalg.norm(z)
     x = numpy.cross(z, (0.0, 0.0, 1.0))
@@ -36,7 +36,7 @@ def render(T_W_C):
 
 
 def orbit(count):
-    """Poses of a camera that walks once around the ball and looks at it."""
+    """Poses of a camera that moves once around the ball and looks at it."""
     for angle in numpy.linspace(0.0, 2.0 * numpy.pi, count, endpoint=False):
         eye_W = BALL_W + (1.3 * numpy.cos(angle), 1.3 * numpy.sin(angle), 0.7)
         yield look_at(eye_W, BALL_W)

@@ -69,12 +69,12 @@ void bindBlocks(py::module& m) {
                             "lies at (8 * key + (x, y, z)) * voxel_size_m in W.");
   blocks.def_readonly("voxel_size_m", &Blocks::voxel_size_m, "Edge of a voxel, in metres.")
       .def_property_readonly("keys", &keysOf, "(B, 3) int32: coordinates of the blocks, in blocks.")
-      .def_property_readonly("block_of", &blockOf, "(A,) uint32: row of keys of each array.")
+      .def_property_readonly("block_of", &blockOf, "(A,) uint32: row in keys of each array.")
       .def_property_readonly(
           "direction", &directionOf,
           "(A,) uint8: 0 to 5 for X+, X-, Y+, Y-, Z+, Z-; 0 in an ordinary TSDF.")
       .def_property_readonly("words", &wordsOf,
-                             "(A, 8, 8, 8) uint64: voxels as map files have them, not copied.")
+                             "(A, 8, 8, 8) uint64: voxels as stored in map files, not copied.")
       .def_property_readonly(
           "distance_m",
           [](const Blocks& self) {

@@ -13,7 +13,7 @@
 namespace dtsdf::python {
 namespace {
 
-/// What `action` does with the mapper, and has of it, while other threads of Python run.
+/// Calls `action` with the mapper while other Python threads run, and returns its result.
 template <class Action>
 auto withMapper(MapperSession& self, const Action& action) {
   return withoutGil([&] { return self.withMapper(action); });
@@ -21,7 +21,7 @@ auto withMapper(MapperSession& self, const Action& action) {
 
 using Session = std::shared_ptr<MapperSession>;
 
-/// The settings, with the backend beside them.
+/// The settings, including the backend.
 ParamTree treeOf(const std::string& backend, const py::object& settings, const py::kwargs& kwargs) {
   ParamTree tree = settingsOf(settings, kwargs);
   if (!backend.empty()) tree["backend"] = backend;
@@ -35,7 +35,7 @@ Session makeSession(const std::string& backend, const py::object& settings,
   return std::make_shared<MapperSession>(params);
 }
 
-/// Settings that are given must be those of the map, the others are taken from it.
+/// Given settings must match the map; the others are taken from it.
 Session loadSession(const py::object& path, const std::string& backend, const py::object& settings,
                     const py::kwargs& kwargs) {
   const ParamTree given = treeOf(backend, settings, kwargs);
@@ -50,7 +50,7 @@ Session loadSession(const py::object& path, const std::string& backend, const py
   return std::make_shared<MapperSession>(bound, contents);
 }
 
-/// What is wrong with the caller's arguments is an exception; the rest is in the result.
+/// Wrong arguments raise an exception; other problems stay in the result.
 IntegrationResult checked(IntegrationResult result) {
   switch (result.status) {
     case FrameStatus::kBadImage:
@@ -92,7 +92,7 @@ py::tuple render(MapperSession& self, const Eigen::MatrixXd& K, const Matrix4& T
                         takeOver<float>(std::move(view.normals_C), {height, width, 3}), colours);
 }
 
-/// The threads of the mapper search.
+/// Searches with the mapper's threads.
 py::dict locate(MapperSession& self, const py::array& depth, const Eigen::MatrixXd& K,
                 double unit_m) {
   DepthFrame frame = depthImageOf(depth, unit_m);
@@ -110,7 +110,7 @@ py::dict locate(MapperSession& self, const py::array& depth, const Eigen::Matrix
 
 py::object mesh(MapperSession& self, const std::optional<BoxRegion>& box) {
   const std::shared_ptr<const Mesh> mesh = withoutGil([&] { return self.mesh(box); });
-  return py::cast(std::const_pointer_cast<Mesh>(mesh));  // its arrays cannot be written
+  return py::cast(std::const_pointer_cast<Mesh>(mesh));  // its arrays are read-only
 }
 
 py::dict statsOf(MapperSession& self) {
@@ -165,7 +165,7 @@ void bindResult(py::module& m) {
           "\"fused\", or the reason why not, in one word.")
       .def_readonly("message", &IntegrationResult::message, "What was wrong with a frame.")
       .def_readonly("refused_blocks", &IntegrationResult::refused_blocks,
-                    "Blocks and arrays that the frame wanted beyond map/max_memory_mb.")
+                    "Blocks and arrays that map/max_memory_mb had no room for.")
       .def_readonly("duration_ms", &IntegrationResult::duration_ms, "Wall time, in milliseconds.")
       .def("__bool__",
            [](const IntegrationResult& self) { return self.status == FrameStatus::kFused; })
@@ -182,8 +182,8 @@ void bindMapper(py::module& m) {
   bindResult(m);
   py::class_<MapperSession, Session> mapper(
       m, "Mapper",
-      "A map that depth images are fused into, colour images painted on, and meshes made of.\n"
-      "Threads may share it, and wait for each other. Other Python threads run while it works.");
+      "A map: fuses depth images, paints surfaces from colour images, and makes meshes.\n"
+      "Threads may share it; they wait for each other. Other Python threads run while it works.");
   mapper
       .def(
           py::init(&makeSession), py::arg("backend") = "", py::arg("settings") = py::none(),
@@ -209,7 +209,7 @@ void bindMapper(py::module& m) {
           "frame (x right, y down, z forward) to the map frame, in metres. stamp_s: of the image,\n"
           "kept for save(). keep_center_W: (3,), what map/keep_radius_m is measured from, in "
           "metres.\n"
-          "Raises ValueError or TypeError for arguments that are wrong; the map is as it was.")
+          "Raises ValueError or TypeError for wrong arguments; the map is unchanged then.")
       .def("paint", &paint, py::arg("colour"), py::arg("K"), py::arg("T_W_C"),
            py::arg("encoding") = "",
            "Paints the surfaces that a rectified colour image sees. colour: uint8, (H, W, 3),\n"
@@ -225,12 +225,12 @@ void bindMapper(py::module& m) {
       .def(
           "locate", &locate, py::arg("depth"), py::arg("K"), py::arg("unit_m") = 0.0,
           "Finds where in the map a depth image was taken, without any pose. Takes seconds on a\n"
-          "CPU. Returns a dict: T_W_C, 4 x 4 in metres, or None where it was not found; status;\n"
+          "CPU. Returns a dict: T_W_C, 4 x 4 in metres, or None if it was not found; status;\n"
           "explained, the share of the image that lies on surfaces at the best pose; other_T_W_C,\n"
-          "where the map looks as much like it, else None. depth, K, unit_m: as for\n"
+          "another pose that fits as well, else None. depth, K, unit_m: as for\n"
           "integrate().")
       .def("mesh", &mesh, py::arg("box") = py::none(),
-           "The mesh of the map as it is now, or of its triangles in a Box. A mesh never changes.")
+           "The current mesh of the map, or its triangles in a Box. A mesh never changes.")
       .def("clear", &MapperSession::clear, py::call_guard<py::gil_scoped_release>(),
            "Forgets everything.")
       .def(
@@ -239,7 +239,7 @@ void bindMapper(py::module& m) {
             return withMapper(self, [&](Mapper& m) { return m.clearRegion(region).voxels; });
           },
           py::arg("region"),
-          "Empties the voxels in a Box or a Sphere; returns how many held something.")
+          "Empties the voxels in a Box or a Sphere; returns how many were not empty.")
       .def(
           "blocks",
           [](MapperSession& self) {
@@ -259,7 +259,7 @@ void bindMapper(py::module& m) {
       .def_property_readonly(
           "T_W_M", [](const MapperSession& self) { return matrixOf(self.levelPose()); },
           "4 x 4, metres: the pose of a levelled map; apply it to the poses of\n"
-          "later frames. None if it was not.")
+          "later frames. None if it was not levelled.")
       .def_property_readonly(
           "backend",
           [](MapperSession& self) {

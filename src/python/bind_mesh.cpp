@@ -10,7 +10,7 @@
 namespace dtsdf::python {
 namespace {
 
-/// @throws py::value_error for a region with a problem.
+/// @throws py::value_error for an invalid region.
 template <class Shape>
 Shape checkedShape(const Shape& shape) {
   const std::string problem = findProblem(shape);
@@ -100,7 +100,7 @@ void save(const SharedMesh& mesh, const py::object& path, const std::string& col
   saveMesh(*mesh, mode, name);
 }
 
-/// Signals reach Python while this works; one that raises cancels it.
+/// Python handles signals meanwhile; one that raises cancels the work.
 py::tuple simplify(const SharedMesh& mesh, double max_error_m) {
   SimplifiedMesh simplified;
   try {
@@ -120,17 +120,17 @@ py::tuple simplify(const SharedMesh& mesh, double max_error_m) {
 void bindMesh(py::module& m) {
   static_assert(sizeof(Vec3f) == 3 * sizeof(float) && sizeof(VertexColour) == 4,
                 "arrays show these as they lie in memory");
-  py::class_<Mesh, std::shared_ptr<Mesh>> mesh(
-      m, "Mesh",
-      "A triangle mesh in the map frame W, in metres. Its arrays show the mesh's own memory: they\n"
-      "cannot be written, and keep the mesh alive.");
+  py::class_<Mesh, std::shared_ptr<Mesh>> mesh(m, "Mesh",
+                                               "A triangle mesh in the map frame W, in metres. Its "
+                                               "arrays are views of the mesh's memory: they\n"
+                                               "are read-only and keep the mesh alive.");
   mesh.def_property_readonly(
           "origin_m",
           [](const SharedMesh& self) { return py::array_t<double>(3, self->origin_m.data()); },
-          "(3,) float64: what vertices count from, in W, in metres; 0 unless the\n"
+          "(3,) float64: origin of the vertices in W, in metres; 0 unless the\n"
           "mesh reaches beyond 64 m.")
       .def_property_readonly("vertices", &verticesOf,
-                             "(N, 3) float32: positions in W less origin_m, in metres.")
+                             "(N, 3) float32: positions in W minus origin_m, in metres.")
       .def_property_readonly("normals", &normalsOf,
                              "(N, 3) float32: unit normals in W, pointing to the free side.")
       .def_property_readonly("triangles", &trianglesOf,
@@ -147,7 +147,7 @@ void bindMesh(py::module& m) {
            "a file that cannot be written; an old file stays whole.")
       .def("simplify", &simplify, py::arg("max_error_m"),
            "(mesh, error_m): fewer triangles, no farther than max_error_m from this mesh, and the\n"
-           "largest distance that there is. Raises ValueError for an error that is not finite, "
+           "largest distance from it. Raises ValueError for an error that is not finite, "
            "below\n"
            "0 or above the diagonal of the mesh.")
       .def("__repr__", [](const SharedMesh& self) {

@@ -10,7 +10,7 @@
 namespace dtsdf::python {
 namespace {
 
-/// A source, of the depth or the colour images, for one thread at a time.
+/// A source of depth or colour images; threads wait for each other.
 template <class Source>
 struct Images {
   OneProcess process{"Recording"};
@@ -106,7 +106,7 @@ py::array colourOf(const py::object& self) {
   return viewOf(data, {colour.height, colour.width, channels}, self, {row, channels, 1});
 }
 
-/// What images of both kinds have; `frame` is the one of an image.
+/// Binds what both kinds of images have; `frame` is the member with the frame.
 template <class Image, class Frame>
 void bindCommon(py::class_<Image>& image, Frame Image::*frame) {
   image
@@ -118,7 +118,7 @@ void bindCommon(py::class_<Image>& image, Frame Image::*frame) {
           [frame](const Image& self) { return matrixOf(std::optional((self.*frame).T_W_C)); },
           "(4, 4) float64: optical frame to map frame, in metres.")
       .def_readonly("stamp_s", &Image::stamp_s, "In seconds.")
-      .def_readonly("index", &Image::index, "Its place in the recording, from 0 on.");
+      .def_readonly("index", &Image::index, "Index in the recording, from 0.");
 }
 
 void bindFrames(py::module& m) {

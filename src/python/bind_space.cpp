@@ -7,7 +7,7 @@ namespace {
 
 using Points = Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>;
 
-/// Runs `ask` for the space and each of N points, without the GIL.
+/// Calls `ask` with the space and each of N points, without the GIL.
 template <class Ask>
 void askAt(const SpaceView& view, const Points& points_W, const Ask& ask) {
   const py::gil_scoped_release release;
@@ -39,7 +39,7 @@ py::tuple query(const SpaceView& view, const Points& points_W) {
 py::array states(const SpaceView& view, const Points& points_W) {
   std::vector<uint8_t> state(static_cast<size_t>(points_W.rows()));
   askAt(view, points_W, [&](const Space& space, size_t i, const Eigen::Vector3d& p_W) {
-    // Points that no map can have are unknown; distanceAt() knows which.
+    // Points beyond any map are unknown; distanceAt() checks this.
     state[i] = space.distanceAt(p_W).known ? static_cast<uint8_t>(space.stateOf(space.cellAt(p_W)))
                                            : uint8_t{0};
   });
@@ -79,10 +79,10 @@ void update(const SpaceView& view) {
 void bindSpace(py::module& m) {
   py::class_<SpaceView> space(
       m, "Space",
-      "What a map knows of the space around its surfaces, as of the last update(). Points are\n"
+      "What a map knows about the space around its surfaces since the last update(). Points are\n"
       "(N, 3), x, y, z in the map frame W, in metres; those that are not finite are unknown.");
   space.def_property_readonly("cell_size_m", &cellSize, "Edge of a cell, in metres.")
-      .def("update", &update, "Takes over what was integrated since the last time.")
+      .def("update", &update, "Updates distances with what was integrated since the last call.")
       .def("states", &states, py::arg("points_W"),
            "(N,) uint8: 0 unknown, 1 free (an image saw through the whole cell), 2 surface.")
       .def(

@@ -14,7 +14,7 @@ MapperSession::MapperSession(const MapperParams& params, const MapContents& cont
       origin_(contents) {}
 
 MapperSession::~MapperSession() {
-  // In a forked child its threads, or its GPU, are gone: only the parent can end it.
+  // In a forked child, its threads and its GPU are gone: only the parent can destroy it.
   if (!process_.isHere()) static_cast<void>(mapper_.release());
 }
 

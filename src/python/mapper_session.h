@@ -1,5 +1,5 @@
-/// A mapper with what goes with it in a program: its mesh, its frame's name, its newest stamp; and
-/// what is handed out of it.
+/// A mapper with its mesh, the name of its frame and its newest stamp; and the objects that Python
+/// gets from it.
 #pragma once
 
 #include <unistd.h>
@@ -20,17 +20,17 @@
 
 namespace dtsdf::python {
 
-/// Threads and GPUs do not survive fork(): what a process made works in that process only. Notes
-/// the process that it is made in.
+/// Remembers the process in which an object is made. Threads and GPUs do not survive fork(), so the
+/// object works in that process only.
 class OneProcess {
  public:
   /// @throws std::runtime_error in a process that was forked from one with such objects.
   explicit OneProcess(const std::string& what) : what_(what), pid_(getpid()) {
-    static const pid_t first = getpid();  // made with the first one; a fork inherits it
+    static const pid_t first = getpid();  // set by the first object; a fork inherits it
     if (pid_ != first) {
       throw std::runtime_error("a " + what +
                                " cannot be made in a process that was forked after "
-                               "dtsdf_mapping was used: start processes by "
+                               "dtsdf_mapping was used: start processes with "
                                "multiprocessing.get_context(\"spawn\")");
     }
   }
@@ -40,7 +40,7 @@ class OneProcess {
     if (isHere()) return;
     throw std::runtime_error("this " + what_ +
                              " was made in another process, before fork(): make "
-                             "one in this process, started by "
+                             "one in this process, started with "
                              "multiprocessing.get_context(\"spawn\")");
   }
 
@@ -49,11 +49,10 @@ class OneProcess {
   pid_t pid_;
 };
 
-/// Every call is for one thread at a time, whoever calls: they wait for each other. Call without
-/// the GIL.
+/// Thread safe: calls wait for each other. Call without the GIL.
 class MapperSession {
  public:
-  /// An empty map. @throws as makeMapper() does.
+  /// Begins with an empty map. @throws as makeMapper() does.
   explicit MapperSession(const MapperParams& params);
   /// Continues from contents. @throws as makeMapper() does.
   MapperSession(const MapperParams& params, const MapContents& contents);
@@ -64,13 +63,13 @@ class MapperSession {
   void clear();
   MapContents contents();
   MapInfo save(const std::string& path, const std::optional<std::string>& map_frame);
-  /// What `action` does with the mapper, and has of it.
+  /// Calls `action` with the mapper and returns its result.
   template <class Action>
   auto withMapper(const Action& action) {
     const auto lock = enter();
     return action(*mapper_);
   }
-  /// Meshes what changed, and takes it over into the distances.
+  /// Updates the mesh and then the distances.
   void updateSpace();
   /// Runs `action` with the space. @throws std::runtime_error without space/enabled.
   void withSpace(const std::function<void(Space&)>& action);
@@ -91,13 +90,12 @@ class MapperSession {
   MapOrigin origin_;
 };
 
-/// A mapper's space, for Python. Keeps its mapper.
+/// A mapper's space, for Python. Keeps the mapper alive.
 struct SpaceView {
   std::shared_ptr<MapperSession> session;
 };
 
-/// A copy of a map, as arrays of voxels. Contents, and which block and direction each array of
-/// voxels is of.
+/// A copy of a map, with the block and direction of each voxel array.
 struct Blocks {
   Blocks(MapContents map, float voxel_m);
 

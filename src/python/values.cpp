@@ -9,13 +9,13 @@
 namespace dtsdf::python {
 namespace {
 
-/// What an array is, for messages: "float64 of shape (480, 640)".
+/// Describes an array for error texts: "float64 of shape (480, 640)".
 std::string describe(const py::array& array) {
   return py::str(array.dtype()).cast<std::string>() + " of shape " +
          py::str(array.attr("shape")).cast<std::string>();
 }
 
-/// Rows one after the other, pixels side by side.
+/// Checks that the rows are in order and their pixels adjacent.
 void checkLayout(const py::array& image, const std::string& name) {
   const py::ssize_t pixel =
       image.ndim() == 3 ? image.shape(2) * image.itemsize() : image.itemsize();
@@ -31,7 +31,7 @@ void checkLayout(const py::array& image, const std::string& name) {
   }
 }
 
-/// An image as it lies in memory, of so many bytes a pixel.
+/// A frame on the memory of an image with `pixel_bytes` per pixel.
 template <class Frame>
 Frame frameOf(const py::array& image, py::ssize_t pixel_bytes, const std::string& name) {
   if (py::hasattr(image, "mask")) {
@@ -47,7 +47,7 @@ Frame frameOf(const py::array& image, py::ssize_t pixel_bytes, const std::string
   return frame;
 }
 
-/// Dicts, nested or flat, are written as JSON, which is YAML: one reader knows what settings are.
+/// Writes a dict, nested or flat, as JSON, which is YAML, so that one reader serves all settings.
 ParamTree treeOf(const py::dict& settings) {
   using namespace py::literals;
   const py::object of_numpy = py::module::import("numpy").attr("generic").attr("item");
@@ -64,7 +64,7 @@ ParamTree treeOf(const py::dict& settings) {
 
 std::string pathOf(const py::object& path) {
   const py::object text = py::module::import("os").attr("fspath")(path);
-  // Names of files are bytes; Python shows those that are no text in its own way.
+  // File names are bytes; Python has its own way to represent those that are not text.
   const auto name = py::module::import("os").attr("fsencode")(text).cast<std::string>();
   if (name.find('\0') != std::string::npos)
     throw py::value_error("a path must not contain a NUL character");

@@ -1,5 +1,4 @@
-/// What Python gives and takes: arrays of numpy and settings; what does not fit is refused in
-/// words.
+/// Converts numpy arrays and settings from and to Python; refuses what does not fit, with a reason.
 #pragma once
 
 #include <pybind11/eigen.h>
@@ -22,14 +21,14 @@ namespace dtsdf::python {
 
 namespace py = pybind11;
 
-/// Does work while other threads of Python run.
+/// Does work while other Python threads run.
 template <class Work>
 auto withoutGil(const Work& work) {
   const py::gil_scoped_release release;
   return work();
 }
 
-/// An array that shows memory of `owner`, which lives as long as the array. It cannot be written.
+/// A read-only array on memory of `owner`, which lives as long as the array.
 template <class T>
 py::array viewOf(const T* data, std::vector<py::ssize_t> shape, py::handle owner,
                  std::vector<py::ssize_t> strides = {}) {
@@ -38,7 +37,7 @@ py::array viewOf(const T* data, std::vector<py::ssize_t> shape, py::handle owner
   return view;
 }
 
-/// Takes over a vector, without copying it. @tparam T What the array has, if not the same.
+/// Moves a vector into an array, without copying. @tparam T Type in the array, if different.
 template <class T = void, class Value>
 py::array takeOver(std::vector<Value>&& values, std::vector<py::ssize_t> shape) {
   using Number = std::conditional_t<std::is_void_v<T>, Value, T>;
@@ -48,21 +47,21 @@ py::array takeOver(std::vector<Value>&& values, std::vector<py::ssize_t> shape) 
                    reinterpret_cast<const Number*>(kept->data()), owner);
 }
 
-/// The text of a path, from str, bytes or os.PathLike. @throws py::type_error for other things.
+/// The text of a path, from str, bytes or os.PathLike. @throws py::type_error for other types.
 std::string pathOf(const py::object& path);
 
-/// A depth image without camera and pose, in the memory of the array. `unit_m` 0: 0.001 for uint16,
-/// 1 for float32. @throws py::value_error, py::type_error for what is no depth image.
+/// A depth image without camera and pose, on the memory of the array. `unit_m` 0: 0.001 for uint16,
+/// 1 for float32. @throws py::value_error, py::type_error if it is not a depth image.
 DepthFrame depthImageOf(const py::array& depth, double unit_m);
 
 /// The names of ColourEncoding's values, in their order.
 constexpr const char* kEncodings[] = {"rgb8", "bgr8", "rgba8", "bgra8", "mono8"};
 
-/// A colour image without camera and pose, in the memory of the array: (H, W, 3) or (H, W, 4) in
+/// A colour image without camera and pose, on the memory of the array: (H, W, 3) or (H, W, 4) in
 /// the order of `encoding`, or (H, W) of grey.
 ColourFrame colourImageOf(const py::array& colour, const std::string& encoding);
 
-/// As numpy lays them out.
+/// Matrices in numpy's layout.
 using Matrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
 using Matrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
@@ -71,7 +70,8 @@ Intrinsics intrinsicsOf(const Eigen::MatrixXd& K);
 /// The 3 x 3 matrix of a camera.
 Matrix3 matrixOf(const Intrinsics& intrinsics);
 
-/// A pose, whose rotation others check. @throws py::value_error for another last row than 0 0 0 1.
+/// A pose; its rotation is checked elsewhere. @throws py::value_error if the last row is not 0 0 0
+/// 1.
 Eigen::Isometry3d poseOf(const Matrix4& matrix);
 
 /// Null stays None.
@@ -79,8 +79,8 @@ inline std::optional<Matrix4> matrixOf(const std::optional<Eigen::Isometry3d>& p
   return pose ? std::optional<Matrix4>(pose->matrix()) : std::nullopt;
 }
 
-/// A flat tree of what `settings` (None, a dict or a path) and then `keywords` give.
-/// @throws py::type_error, py::value_error for other things, std::runtime_error for a file that is
+/// A flat tree of `settings` (None, a dict or a path), overridden by `keywords`.
+/// @throws py::type_error, py::value_error for other values, std::runtime_error for a file that is
 /// not YAML.
 ParamTree settingsOf(const py::object& settings, const py::kwargs& keywords);
 

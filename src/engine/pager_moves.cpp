@@ -78,7 +78,7 @@ std::vector<int32_t> enterContents(const MapContents& contents, const MeshStates
   const Admission admission = table.admit(std::move(requests));
   const Admission painted = table.admitColours(std::move(colours));
   if (admission.refused > 0 || painted.refused > 0) {
-    throw std::logic_error("the contents of a map do not fit its budget, which was not checked");
+    throw std::logic_error("the contents of a map exceed its budget, which was not checked");
   }
   const std::vector<int32_t>& slots = admission.changed_slots;
   backend.follow({slots, false, &admission.new_arrays, &painted.bricks});

@@ -45,7 +45,7 @@ constexpr double kHalf = 0.5;
 
 std::string adviceOn(const std::string& finding) {
   return finding +
-         ", so z of the map frame does not point up, as heights in grids and slices need; "
+         ", so z of the map frame does not point up, but heights of grids and slices need that; "
          "set map/level to floor or imu, or map_frame to a level frame";
 }
 

@@ -1,4 +1,4 @@
-/// benchmark: what a frame takes, from its upload to the updated mesh, stage by stage.
+/// benchmark: measures a frame from its upload to the updated mesh, stage by stage.
 #include <algorithm>
 #include <cstdio>
 
@@ -39,7 +39,7 @@ std::string measureFlight(const BenchmarkOptions& options, const RunSettings& se
   const FlightPlan plan{static_cast<size_t>(options.grow_to_gib * 1024.0 * kMiB), options.speed_m,
                         options.returns};
   MapperParams params = settings.params.mapper;
-  // Room for the last frame too, unless the map forgets what is far, or writes it to disk.
+  // Leaves room for the last frame, unless the map drops distant blocks or writes them to disk.
   if (params.map.keep_radius_m == 0.0f && params.map.page_folder.empty()) {
     params.map.max_memory_mb =
         std::max(params.map.max_memory_mb, static_cast<int>(options.grow_to_gib * 1024.0) + 1024);

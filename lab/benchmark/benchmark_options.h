@@ -9,11 +9,11 @@
 namespace dtsdf {
 
 struct BenchmarkOptions : RunOptions {
-  std::string raw_name;      ///< Raw frames, as raw_frames.h has them.
+  std::string raw_name;      ///< Raw frames: see raw_frames.h.
   bool flight = false;       ///< A synthetic flight instead of recorded frames.
   double grow_to_gib = 1.0;  ///< Size of the map at which the flight ends.
-  double speed_m = 1.0;      ///< Way of the flight from frame to frame.
-  bool returns = false;      ///< The flight goes back as well.
+  double speed_m = 1.0;      ///< Distance flown per frame.
+  bool returns = false;      ///< Whether the flight also goes back.
 };
 
 /// @throws UsageError that names the option, TextRequest for --help.

@@ -72,7 +72,7 @@ json memoryOf(const Measurement& m) {
                                {"kind", toString(part.kind)},
                                {"used", part.used_bytes},
                                {"reserved", part.reserved_bytes}});
-    // The map is summed up with its indices.
+    // The map includes its indices.
     const MemoryKind kind = part.kind == MemoryKind::kIndices ? MemoryKind::kMap : part.kind;
     for (const char* what : {"used", "reserved"}) {
       json& sum = memory[toString(kind)][what];
@@ -90,7 +90,7 @@ json mapOf(const Measurement& m) {
           {"triangles", m.triangles}};
 }
 
-/// Frames during which the n-th GiB was mapped.
+/// A row for the frames during which each GiB was mapped.
 json flightByGib(const std::vector<FrameTime>& times) {
   constexpr double kGiB = 1024.0 * kMiB;
   json rows = json::array();

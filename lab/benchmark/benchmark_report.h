@@ -8,10 +8,10 @@
 
 namespace dtsdf {
 
-/// Median, p95 and worst leave out the first frame, which takes all memory for the first time.
+/// Median, p95 and worst exclude the first frame, which allocates all memory.
 std::string reportMeasurement(const Measurement& measurement);
 
-/// Frame times per GiB of the map: do they stay the same?
+/// Frame times per GiB of the map, to show whether they stay constant.
 std::string reportFlight(const std::vector<FrameTime>& times, const Measurement& end);
 
 }  // namespace dtsdf

@@ -17,7 +17,7 @@ constexpr double kEyeHeight_m = 4.0;
 constexpr float kUnit_m = 0.0002f;
 
 /// Depth where the ray with this slope (metres along x and y for each metre down) meets the ground.
-/// Its slope times that of the ground is well below 1, so that each step brings it nearer.
+/// The product of this slope and the ground's is well below 1, so the iteration converges.
 double depthOf(double x_m, double slope_x, double slope_y) {
   constexpr int kSteps = 10;
   double depth_m = kEyeHeight_m;
@@ -27,15 +27,14 @@ double depthOf(double x_m, double slope_x, double slope_y) {
   return depth_m;
 }
 
-/// What is in the map, in memory and on disk, and what was and is dropped: blocks take about the
-/// same everywhere here.
+/// Bytes mapped so far: in memory, on disk and dropped. All blocks take about the same here.
 size_t mappedBytes(const MapStats& map) {
   if (map.blocks == 0) return 0;
   return map.map_bytes + map.pages.bytes +
          static_cast<size_t>(map.dropped_blocks) * (map.map_bytes / map.blocks);
 }
 
-/// Memory of this process, 0 where the system does not tell.
+/// Memory of this process; 0 if the system does not report it.
 size_t residentBytes() {
   size_t pages = 0, resident = 0;
   std::ifstream("/proc/self/statm") >> pages >> resident;

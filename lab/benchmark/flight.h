@@ -1,5 +1,5 @@
-/// A synthetic flight over hilly ground without end: every frame brings new blocks, so the map
-/// grows as far as memory goes.
+/// A synthetic flight over endless hilly ground: every frame adds new blocks, so the map grows
+/// until memory runs out.
 #pragma once
 
 #include <functional>
@@ -17,13 +17,13 @@ double groundHeight(double x_m, double y_m);
 SourceFrame renderFlightFrame(double x_m);
 
 struct FlightPlan {
-  size_t map_bytes;      ///< At which the flight ends, with those of blocks that were dropped.
-  double speed_m;        ///< Way from frame to frame.
-  bool returns = false;  ///< It flies back the way that it came.
+  size_t map_bytes;      ///< Size at which the flight ends, including dropped blocks.
+  double speed_m;        ///< Distance flown per frame.
+  bool returns = false;  ///< Whether it also flies back the same way.
 };
 
-/// Flies until so much was mapped; frames are made between the timed ones. `show_progress` gets
-/// what was mapped so far.
+/// Flies until `plan.map_bytes` were mapped. Images are rendered outside the timing.
+/// `show_progress` gets the bytes mapped so far.
 std::vector<FrameTime> fly(ProbedMapper& mapper, const FlightPlan& plan,
                            const std::function<void(size_t)>& show_progress);
 

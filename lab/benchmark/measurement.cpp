@@ -19,7 +19,7 @@ void integrateOrThrow(ProbedMapper& mapper, const DepthFrame& frame) {
   }
 }
 
-/// What a frame takes in all, and what the map takes in the end.
+/// Measures the total time of each frame, and the final memory.
 void measureTotals(const std::vector<SourceFrame>& frames, const MapperParams& params,
                    const Rules& rules, const std::function<void(size_t)>& show_progress,
                    Measurement& result) {

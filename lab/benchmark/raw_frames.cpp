@@ -58,7 +58,7 @@ class RawFrames : public FrameSource {
   std::string name_;
   FrameSelection selection_;
   std::ifstream list_, images_;
-  DepthFrame frame_;  ///< What all frames share, and the last pose.
+  DepthFrame frame_;  ///< Members that all frames share, and the last pose.
   size_t index_ = 0;
 };
 

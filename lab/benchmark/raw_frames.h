@@ -1,7 +1,7 @@
 /// Recorded depth frames in one raw file, for machines without the package's image libraries.
 ///
-/// NAME.raw holds the 16-bit images; NAME.txt a line `width height fx fy cx cy unit_m`, and then a
-/// line per frame with the first three rows of T_W_C. The test program pack_frames writes them.
+/// NAME.raw holds the 16-bit images. NAME.txt holds a line `width height fx fy cx cy unit_m`, then
+/// one line per frame with the first three rows of T_W_C. The test program pack_frames writes them.
 #pragma once
 
 #include <memory>

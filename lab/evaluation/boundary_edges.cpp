@@ -6,7 +6,7 @@
 namespace dtsdf {
 namespace {
 
-/// The sides of all triangles, each as often as there are triangles that have it.
+/// The sides of all triangles; a side of n triangles occurs n times.
 std::vector<MeshEdge> sidesOf(const TriangleMesh& mesh) {
   std::vector<MeshEdge> sides;
   sides.reserve(3 * mesh.triangles.size());
@@ -19,7 +19,7 @@ std::vector<MeshEdge> sidesOf(const TriangleMesh& mesh) {
   return sides;
 }
 
-/// The mesh with one vertex for all at the same position, without triangles that have become lines.
+/// Merges vertices at the same position and drops triangles that degenerate to lines.
 TriangleMesh withJoinedVertices(const TriangleMesh& mesh) {
   const auto position = [&](uint32_t i) {
     const Eigen::Vector3f& p = mesh.vertices[i];
@@ -44,7 +44,7 @@ TriangleMesh withJoinedVertices(const TriangleMesh& mesh) {
   return result;
 }
 
-/// Loops in connected sets of 3 to 16 of the edges: two that touch at a vertex are two.
+/// Counts loops in connected sets of 3 to 16 edges; two loops that touch at a vertex are two.
 size_t countSmallLoops(const std::vector<MeshEdge>& edges, size_t vertices) {
   constexpr size_t kLeastEdges = 3, kMostEdges = 16;
   std::vector<std::vector<uint32_t>> neighbours(vertices);

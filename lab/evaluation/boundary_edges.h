@@ -9,13 +9,13 @@
 
 namespace dtsdf {
 
-/// Two vertices, the one with the smaller number first.
+/// Two vertices, the smaller index first.
 using MeshEdge = std::array<uint32_t, 2>;
 
-/// Those of one triangle, by vertex index: nothing is welded.
+/// Edges of one triangle only, by vertex index: nothing is welded.
 std::vector<MeshEdge> boundaryEdges(const TriangleMesh& mesh);
 
-/// Where a surface ends, with vertices at the same position taken as one.
+/// The border of a surface, with vertices at the same position merged.
 struct MeshBorder {
   size_t edges = 0;        ///< Edges of one triangle only.
   size_t small_holes = 0;  ///< Closed loops in connected sets of 3 to 16 such edges.

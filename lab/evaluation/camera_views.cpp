@@ -26,8 +26,8 @@ ViewAngles viewAngles(OrbitShape shape, size_t i, size_t count) {
     case OrbitShape::kHelix: return {2.0 * M_PI * 5.0 * share, (middle - 0.5) * 2.0 * M_PI / 3.0};
     case OrbitShape::kSphere: break;
   }
-  // Equal steps in height cut the sphere into rings of equal area; the number of turns makes the
-  // distance between turns about that between neighbours on a turn.
+  // Equal steps in height divide the sphere into rings of equal area. With this number of turns,
+  // turns are about as far apart as neighbours on a turn.
   const double turns = std::max(1.0, std::round(std::sqrt(static_cast<double>(count) / M_PI)));
   return {2.0 * M_PI * turns * middle, std::asin(2.0 * middle - 1.0)};
 }
@@ -68,7 +68,7 @@ std::vector<Eigen::Isometry3d> orbitPoses(OrbitShape shape, size_t count, double
 }
 
 Views readViews(const std::string& tum_folder) {
-  constexpr double kPoseTolerance_s = 0.02;  // as reconstruct has it
+  constexpr double kPoseTolerance_s = 0.02;  // the default of reconstruct
   const CameraInfo camera = readTumCamera(tum_folder);
   const Trajectory trajectory = readTumTrajectory(tum_folder);
   Views views;

@@ -1,4 +1,4 @@
-/// Cameras on a trajectory round an object, and the views kept in a TUM folder.
+/// Cameras on a trajectory around an object, and the views of a TUM folder.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -15,7 +15,7 @@ struct ViewCamera {
   int width = 640;
   int height = 480;
 
-  /// Pixels of an image, which are kept row by row.
+  /// Pixels of an image, which are stored row by row.
   size_t pixelCount() const { return static_cast<size_t>(width) * static_cast<size_t>(height); }
   size_t pixelAt(int u, int v) const {
     return static_cast<size_t>(v) * static_cast<size_t>(width) + static_cast<size_t>(u);
@@ -32,29 +32,29 @@ enum class OrbitShape {
   kCircle,  ///< In the plane y = 0 (the paper's set-up).
   kHelix,   ///< Five turns from 60 degrees below the plane y = 0 to 60 above, at one distance.
   kSphere,  ///< A spiral from pole to pole with views spread evenly over the sphere.
-  kHand,    ///< Carried round the circle by hand (hand_path.h).
+  kHand,    ///< Carried around the circle by hand (hand_path.h).
 };
 
 /// @throws std::invalid_argument for an unknown name.
 OrbitShape orbitShapeFromName(const std::string& name);
 
-/// Poses of the optical frame (x right, y down, z forward) on the trajectory, y up in W, all of
-/// them looking at the origin from `radius_m`.
+/// Poses of the optical frame (x right, y down, z forward) on the trajectory. All look at the
+/// origin from `radius_m`; y is up in W.
 std::vector<Eigen::Isometry3d> orbitPoses(OrbitShape shape, size_t count, double radius_m);
 
 /// The views of a recording.
 struct Views {
   ViewCamera camera;
   std::vector<Eigen::Isometry3d> poses_W_C;
-  std::vector<std::string> depth_paths;  ///< Per view; empty where there are no depth images.
+  std::vector<std::string> depth_paths;  ///< Per view; empty without depth images.
 };
 
 /// Reads the camera and the poses of a TUM folder's depth images.
-/// @throws std::runtime_error with the file and what is wrong with it, or if no image has a pose.
+/// @throws std::runtime_error with the file and the problem, or if no image has a pose.
 Views readViews(const std::string& tum_folder);
 
 /// Reads a depth image with 5000 units per metre, row-major, in metres; 0: no measurement.
-/// @throws std::runtime_error if it is no 16-bit image of the camera's size.
+/// @throws std::runtime_error if it is not a 16-bit image of the camera's size.
 std::vector<float> readTumDepth(const std::string& path, const ViewCamera& camera);
 
 }  // namespace dtsdf

@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace {
 
-/// What one sample is off by; negative where it is too far from the ground truth.
+/// The error of one sample; negative if it is too far from the ground truth.
 struct ColourError {
   double squared_rgb = -1.0, lab = 0.0;
 };

@@ -15,8 +15,9 @@ struct ColourEvaluation {
   double median_lab = 0.0;
 };
 
-/// Samples farther than 50 mm from the ground truth, which has the texture, are left out.
-/// @throws std::runtime_error if a mesh lacks the colours that are compared.
+/// Compares with the ground truth, coloured by `texture`; ignores samples farther than 50 mm from
+/// it.
+/// @throws std::runtime_error if a mesh does not have the colours that are compared.
 ColourEvaluation evaluateColours(const TriangleMesh& reconstruction,
                                  const TriangleMesh& ground_truth, Texture texture, size_t samples);
 

@@ -1,4 +1,4 @@
-/// Where a depth image passes from one surface to another.
+/// Detects where a depth image passes from one surface to another.
 #pragma once
 
 #include <cmath>
@@ -7,7 +7,7 @@ namespace dtsdf {
 
 /// Whether a neighbour's depth belongs to another surface than the pixel's own, both in metres.
 inline bool isDepthEdge(float z_m, float neighbour_m) {
-  constexpr float kEdgeDepthShare = 0.03f;  // what is nearer is a slanted surface
+  constexpr float kEdgeDepthShare = 0.03f;  // a smaller step is a slanted surface
   return std::abs(neighbour_m - z_m) > kEdgeDepthShare * z_m;
 }
 

@@ -19,7 +19,7 @@ constexpr double kDisparityStep_px = 0.125;
 
 constexpr double kLossAtEdge = 0.5;
 
-/// No pixel is lost below the first angle, every one beyond the second, and linearly between.
+/// No pixel is lost below the first angle, all beyond the second, and a linear share in between.
 constexpr double kFirstLostAngle_rad = 1.22;  // 70 degrees
 constexpr double kLastSeenAngle_rad = 1.45;   // 83 degrees
 
@@ -117,7 +117,7 @@ double lateralSigma(double angle_rad) {
 
 namespace {
 
-/// What a pixel sees comes first, then what the sensor makes of it, pixel by pixel.
+/// Applies the noise to each pixel of what the sensor sees.
 std::vector<float> addPixelNoise(const DepthView& view, const ViewCamera& camera, DepthNoise noise,
                                  uint64_t seed) {
   const NoisySensor sensor(view, camera, noise);

@@ -3,16 +3,16 @@
 /// `kinect`, the first Kinect: axial and lateral noise after Nguyen, Izadi and Lovell, "Modeling
 /// Kinect sensor noise for improved 3D reconstruction and tracking", 3DIMPVT 2012, Sec. 3;
 /// quantisation of the disparity after Khoshelham and Oude Elberink, "Accuracy and resolution of
-/// Kinect depth data for indoor mapping applications", Sensors 2012. Pixels are lost at random
-/// where the surface is seen flat and beside depth edges. Real noise of such a sensor is also
+/// Kinect depth data for indoor mapping applications", Sensors 2012. Pixels are lost at random on
+/// surfaces at grazing angles and next to depth edges. Real noise of such a sensor is also
 /// correlated between neighbours; this one is not.
 ///
 /// `tof`, a time-of-flight camera: axial noise of the second Kinect after Fankhauser, Bloesch,
 /// Rodriguez, Kaestner, Hutter and Siegwart, "Kinect v2 for mobile robot navigation: evaluation and
 /// modeling", ICAR 2015, and mixed pixels (mixed_pixels.h).
 ///
-/// `stereo`, an active stereo camera: correlated disparity noise, its quantisation, and what one of
-/// the two cameras does not see (stereo_noise.h).
+/// `stereo`, an active stereo camera: correlated and quantised disparity noise, and loss of what
+/// one of the two cameras does not see (stereo_noise.h).
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ namespace dtsdf {
 
 enum class DepthNoise { kNone, kKinect, kTof, kStereo };
 
-/// The model named none, kinect, tof or stereo. @throws std::invalid_argument for another name.
+/// The model named none, kinect, tof or stereo. @throws std::invalid_argument for other names.
 DepthNoise depthNoiseFromName(const std::string& name);
 
 /// Standard deviation of the first Kinect along the optical axis in metres, for a surface whose
@@ -36,10 +36,10 @@ double axialSigma(double z_m, double angle_rad);
 double lateralSigma(double angle_rad);
 
 /// Standard deviation of a time-of-flight camera along the optical axis in metres. It grows with
-/// the distance and the slant, both of which take light from the signal.
+/// distance and slant, which both reduce the signal.
 double tofAxialSigma(double z_m, double angle_rad);
 
-/// The depth that the sensor would give for a view; the same seed gives the same noise.
+/// The depth that the sensor would measure for a view; the same seed gives the same noise.
 std::vector<float> addNoise(const DepthView& view, const ViewCamera& camera, DepthNoise noise,
                             uint64_t seed);
 

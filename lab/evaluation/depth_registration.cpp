@@ -12,8 +12,8 @@ using Eigen::Vector3d;
 
 constexpr int kStride_px = 6;  // some 8000 points of an image of 640 x 480
 constexpr double kFarthestShare = 0.05, kFarthest_m = 0.1;
-/// At first that bound is so many times as wide: a map may lie farther off the recorded pose, most
-/// of all where a wall is seen from close by.
+/// At first the bound is wider by this factor: a map may be farther from the recorded pose,
+/// especially where a wall is seen from close by.
 constexpr double kFirstReach = 4.0;
 constexpr size_t kFewestPoints = 50;
 
@@ -27,15 +27,16 @@ struct PointToPlane {
   double weight;
 };
 
-/// One step of Gauss and Newton for all points at once, with no part along which the planes hardly
-/// hold them. @pre There are some.
+/// A Gauss-Newton step for all points, without motion in directions that the planes hardly
+/// constrain.
+/// @pre `pairs` is not empty.
 Eigen::Isometry3d motionOf(const std::vector<PointToPlane>& pairs) {
   Vector3d centre_W = Vector3d::Zero();
   for (const PointToPlane& pair : pairs) centre_W += pair.p_W;
   centre_W /= static_cast<double>(pairs.size());
   double squares = 0.0;
   for (const PointToPlane& pair : pairs) squares += (pair.p_W - centre_W).squaredNorm();
-  // Turns are measured by the way that they move a point at this distance, as shifts are.
+  // Turns are measured, like shifts, by how far they move a point at this distance.
   const double radius_m = std::max(1e-6, std::sqrt(squares / static_cast<double>(pairs.size())));
   Matrix6d A = Matrix6d::Zero();
   Vector6d b = Vector6d::Zero();
@@ -56,14 +57,14 @@ Eigen::Isometry3d motionOf(const std::vector<PointToPlane>& pairs) {
   return motion;
 }
 
-/// Tukey's biweight: 1 for a difference of nothing, 0 from `reach` on.
+/// Tukey's biweight: 1 for no difference, 0 from `reach` on.
 double biweight(double difference, double reach) {
   const double ratio = difference / reach;
   const double rest = std::max(0.0, 1.0 - ratio * ratio);
   return rest * rest;
 }
 
-/// From where on a difference says nothing.
+/// Largest difference that still counts.
 double reachAt(double depth_m, double reach) {
   return reach * std::min(kFarthestShare * depth_m, kFarthest_m);
 }
@@ -86,7 +87,7 @@ std::vector<PointToPlane> associate(const MeshScene& scene, const ViewCamera& ca
       const double weight = biweight(behind_m, reachAt(z_m, reach));
       if (weight <= 0.0) continue;
       const Vector3d normal_W = hit->normal.cast<double>();
-      // As a share of the depth, with which the noise of cameras grows.
+      // Weighted by depth, with which camera noise grows.
       pairs.push_back({T_W_C.translation() + z_m * ray_W, normal_W, behind_m * normal_W.dot(ray_W),
                        weight / (z_m * z_m)});
     }

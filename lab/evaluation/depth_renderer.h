@@ -1,4 +1,4 @@
-/// Depth images of a triangle mesh, and the TUM folder they are written to.
+/// Renders depth images of a triangle mesh and writes them to a TUM folder.
 #pragma once
 
 #include <vector>
@@ -11,28 +11,27 @@ namespace dtsdf {
 
 /// What a camera sees, row-major.
 struct DepthView {
-  std::vector<float> depth_m;           ///< z in the optical frame; 0 where there is nothing.
+  std::vector<float> depth_m;           ///< z in the optical frame; 0: no surface.
   std::vector<float> incidence_cosine;  ///< |cos| between view ray and surface normal.
 };
 
 DepthView renderView(const MeshScene& scene, const ViewCamera& camera,
                      const Eigen::Isometry3d& T_W_C);
 
-/// What a colour camera sees, row-major, each pixel the mean of 2 x 2 rays; grey where there is
-/// nothing.
+/// What a colour camera sees, row-major. Each pixel is the mean of 2 x 2 rays; grey: no surface.
 std::vector<Rgb8> renderColours(const MeshScene& scene, Texture texture, const ViewCamera& camera,
                                 const Eigen::Isometry3d& T_W_C);
 
-/// Depth in units of 1/5000 m as the TUM format keeps it; 0 where it is missing or too far.
+/// Depth in units of 1/5000 m, as in the TUM format; 0 if it is missing or too far.
 std::vector<uint16_t> toTumDepth(const std::vector<float>& depth_m);
 
 /// Writes a TUM folder image by image; the lists are written by finish(). write() may be called
 /// from several threads at once.
 class TumWriter {
  public:
-  /// Makes the folder, of images at a rate. With colour poses it has as many colour images too,
-  /// each taken half a period after the depth image of the same number.
-  /// @throws std::runtime_error if that fails.
+  /// Creates the folder, for images at `rate_hz`. With colour poses it also has as many colour
+  /// images, each taken half a period after the depth image of the same number.
+  /// @throws std::runtime_error if it cannot be created.
   TumWriter(const std::string& directory, const ViewCamera& camera,
             const std::vector<Eigen::Isometry3d>& poses_W_C, double rate_hz = 10.0,
             const std::vector<Eigen::Isometry3d>& colour_poses_W_C = {});
@@ -48,7 +47,7 @@ class TumWriter {
   ViewCamera camera_;
   std::vector<Eigen::Isometry3d> poses_W_C_;
   double period_s_;
-  std::vector<Eigen::Isometry3d> colour_poses_W_C_;  ///< None: there are no colour images.
+  std::vector<Eigen::Isometry3d> colour_poses_W_C_;  ///< Empty: no colour images.
 };
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-/// evaluate_depth: compares a mesh with depth images, where there is no ground truth.
+/// evaluate_depth: compares a mesh with depth images, if there is no ground truth.
 
 #include <cstdio>
 #include <mutex>
@@ -54,7 +54,7 @@ std::vector<size_t> selectViews(const FrameSelection& frames, size_t count) {
   return chosen;
 }
 
-/// What the images show where they were recorded, and where they fit best.
+/// Figures of the images at their recorded poses, and at the poses that fit best.
 struct Results {
   explicit Results(int stride) : recorded(stride), registered(stride) {}
 

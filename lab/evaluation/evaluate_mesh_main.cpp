@@ -17,7 +17,7 @@ struct EvaluateMeshOptions {
   std::string views_folder, picture_path;  ///< Empty: none.
   EvaluationOptions evaluation;
   double scale_mm = 10.0;
-  std::optional<Texture> texture;  ///< Colours are compared; the ground truth has this one.
+  std::optional<Texture> texture;  ///< Texture of the ground truth, to compare colours.
   PictureRequest picture;
 };
 

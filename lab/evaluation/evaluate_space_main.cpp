@@ -1,4 +1,4 @@
-/// evaluate_space: how far a map's answers about the space around surfaces are from the truth.
+/// evaluate_space: compares a map's answers about the space around surfaces with the truth.
 
 #include <cstdio>
 

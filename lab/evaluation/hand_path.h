@@ -1,4 +1,4 @@
-/// The way of a camera in a hand.
+/// The path of a hand-held camera.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -8,16 +8,16 @@
 
 namespace dtsdf {
 
-/// How fast images follow each other, and which of the many ways is taken.
+/// Number and rate of images, and the seed of the path.
 struct HandPath {
   size_t count = 600;
   double rate_hz = 30.0;
   uint64_t seed = 1;
 };
 
-/// Poses of a camera that is carried along a closed loop through the given ones at half a walk's
-/// pace, with steps, tremor, roll and circles of the hand, and that looks about.
-/// @throws std::invalid_argument for fewer than two poses, or if all lie in one place.
+/// Poses of a camera that is carried along a closed loop through the given poses at half walking
+/// speed, with steps, tremor, roll and circles of the hand, while it looks around.
+/// @throws std::invalid_argument for fewer than two poses, or if all are in one place.
 std::vector<Eigen::Isometry3d> handPoses(const std::vector<Eigen::Isometry3d>& through_T_W_C,
                                          const HandPath& path);
 

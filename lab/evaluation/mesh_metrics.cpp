@@ -70,8 +70,8 @@ std::vector<Eigen::Vector3f> select(const std::vector<Eigen::Vector3f>& points,
   return result;
 }
 
-/// 0 .. count-1 in steps of about the golden section, so that the first few views see from all
-/// sides and leave little to be tested by the others.
+/// 0 .. count-1 in steps of about the golden section, so that the first few views look from all
+/// sides and few samples are left for the others.
 std::vector<size_t> spreadOrder(size_t count) {
   size_t step = std::max<size_t>(1, static_cast<size_t>(0.618034 * static_cast<double>(count)));
   while (std::gcd(step, count) != 1) ++step;
@@ -80,7 +80,7 @@ std::vector<size_t> spreadOrder(size_t count) {
   return order;
 }
 
-/// One view: where the points of a surface fall in its image, and whether they were measured.
+/// One view: where points of a surface lie in its image, and whether they were measured.
 class View {
  public:
   View(const Views& views, size_t index)
@@ -94,7 +94,7 @@ class View {
 
   bool sees(const MeshScene& surface, const Eigen::Vector3f& p_W,
             const Eigen::Vector3f& normal_W) const {
-    // The point must not hide itself: the rays end this share before it.
+    // Rays end this share before the point, so that it does not hide itself.
     constexpr float kMargin = 5.0e-5f;
     constexpr float kFlattestCosine = 0.05f;
     const Eigen::Vector3f view_W = eye_W_ - p_W;
@@ -105,7 +105,7 @@ class View {
  private:
   /// Whether the point lies in the image, and on a pixel of about its own depth.
   bool isMeasured(const Eigen::Vector3f& p_C) const {
-    // Wide enough for noise and for the slant within a pixel: the ray tests what is in front.
+    // Wide enough for noise and for the slant within a pixel; the ray tests for occlusion.
     constexpr float kDepthShare = 0.05f;
     if (p_C.z() <= 0.0f) return false;
     const Intrinsics& K = camera_.intrinsics;
@@ -189,7 +189,7 @@ std::vector<double> distancesTo(const MeshScene& surface,
 std::vector<bool> seenByViews(const MeshScene& surface, const SurfaceSamples& samples,
                               const Views& views) {
   const std::vector<size_t> order = spreadOrder(views.poses_W_C.size());
-  std::vector<uint8_t> seen(samples.points.size());  // bytes, as threads write neighbours
+  std::vector<uint8_t> seen(samples.points.size());  // bytes, since threads write adjacent elements
   for (size_t k = 0; k < order.size(); ++k) {
     const View view(views, order[k]);
     parallelFor<64>(seen.size(), 0, [&](size_t i) {

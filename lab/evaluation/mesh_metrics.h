@@ -17,13 +17,13 @@ struct DistanceStats {
 
 DistanceStats distanceStats(std::vector<double> distances_m);
 
-/// Connectivity by shared vertex indices: nothing is welded, so two sheets that touch stay apart.
-/// Only border edges and small holes take vertices at the same position as one.
+/// Connectivity by shared vertex indices: nothing is welded, so two touching sheets stay separate.
+/// Only border edges and small holes merge vertices at the same position.
 struct MeshTopology {
   size_t vertices = 0, triangles = 0;
   size_t boundary_edges = 0;  ///< Edges of one triangle.
-  size_t border_edges = 0;    ///< Edges of one triangle, after joining.
-  size_t small_holes = 0;     ///< Closed loops of 3 to 16 of these.
+  size_t border_edges = 0;    ///< Edges of one triangle, after merging.
+  size_t small_holes = 0;     ///< Closed loops of 3 to 16 border edges.
   size_t components = 0;      ///< Sets of triangles joined by vertices.
 };
 
@@ -49,7 +49,7 @@ struct Evaluation {
   DistanceStats vertices;      ///< Vertices of the reconstruction to the ground truth.
   DistanceStats surface;       ///< Area-uniform samples of the reconstruction to the ground truth.
   DistanceStats completeness;  ///< Samples of the seen ground truth to the reconstruction.
-  double seen_share = 1.0;     ///< Share of the ground truth's area that some view sees.
+  double seen_share = 1.0;     ///< Share of the ground truth's area that any view sees.
   std::vector<FScore> f_scores;
   MeshTopology topology;
 };
@@ -58,14 +58,13 @@ struct Evaluation {
 std::vector<double> distancesTo(const MeshScene& surface,
                                 const std::vector<Eigen::Vector3f>& points);
 
-/// Whether each sample of the surface lies in some view with nothing in front of it and, where
-/// there are depth images, on a pixel of about its own depth: what is out of the sensor's range or
-/// was lost in every view is not seen. A surface at less than 3 degrees to the view ray does not
-/// count.
+/// Whether each sample of the surface lies in some view with nothing in front of it and, if there
+/// are depth images, on a pixel of about its own depth: what is out of the sensor's range or lost
+/// in every view is not seen. A surface at less than 3 degrees to the view ray does not count.
 std::vector<bool> seenByViews(const MeshScene& surface, const SurfaceSamples& samples,
                               const Views& views);
 
-/// Compares two meshes; without views (nullptr) all of the ground truth counts as seen.
+/// Compares two meshes; without views (nullptr) the whole ground truth counts as seen.
 /// @throws std::runtime_error if one of the meshes has no triangles.
 Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& ground_truth,
                         const Views* views, const EvaluationOptions& options);

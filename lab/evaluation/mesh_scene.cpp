@@ -28,7 +28,7 @@ RTCRay rayFrom(const Eigen::Vector3f& from, const Eigen::Vector3f& direction, fl
   return ray;
 }
 
-/// State of one closest-point query, narrowed triangle by triangle.
+/// State of one closest-point query, refined triangle by triangle.
 struct Query {
   const TriangleMesh* mesh;
   Vec3f p;
@@ -60,7 +60,7 @@ MeshScene::MeshScene(const TriangleMesh& mesh)
   if (device_ == nullptr) throw std::runtime_error("Embree found no device");
   for (const Eigen::Vector3f& p : mesh.vertices) bounds_.extend(p);
   scene_.reset(rtcNewScene(device_.get()));
-  // Robust: no ray slips through between two triangles.
+  // Robust: no ray passes between two adjacent triangles.
   rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
   RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
   void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -109,7 +109,7 @@ bool MeshScene::isFree(const Eigen::Vector3f& from, const Eigen::Vector3f& to, f
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   rtcOccluded1(scene_.get(), &context, &ray);
-  return ray.tfar >= 0.0f;  // Embree sets it to minus infinity where something is in the way.
+  return ray.tfar >= 0.0f;  // Embree sets it to minus infinity if the ray is blocked.
 }
 
 ClosestPoint MeshScene::closestPoint(const Eigen::Vector3f& p) const {

@@ -1,4 +1,4 @@
-/// Ray casting and closest-point queries against a triangle mesh, by Embree.
+/// Ray casting and closest-point queries on a triangle mesh, with Embree.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -15,7 +15,7 @@ namespace dtsdf {
 struct RayHit {
   float distance;  ///< In multiples of the direction's length.
   uint32_t triangle;
-  Eigen::Vector3f normal;       ///< Unit, by the triangle's winding order; zero without area.
+  Eigen::Vector3f normal;       ///< Unit normal by the winding order; zero without area.
   Eigen::Vector2f barycentric;  ///< Weights of the triangle's second and third corner.
 };
 
@@ -33,15 +33,15 @@ class MeshScene {
   const TriangleMesh& mesh() const { return mesh_; }
   const Eigen::AlignedBox3f& bounds() const { return bounds_; }
 
-  /// Unit, by the winding order; zero for a triangle without area.
+  /// Unit normal by the winding order; zero for a triangle without area.
   Eigen::Vector3f triangleNormal(uint32_t triangle) const;
 
-  /// First hit of either side of the surface; the direction need not be a unit vector.
+  /// First hit on either side of the surface; the direction need not be a unit vector.
   std::optional<RayHit> intersect(const Eigen::Vector3f& origin,
                                   const Eigen::Vector3f& direction) const;
 
-  /// Whether the open segment between two points is free of surface; `margin` is the share of its
-  /// length that is left out at the end.
+  /// Whether no surface crosses the open segment between two points; `margin` is the share of its
+  /// length that is ignored at the end.
   bool isFree(const Eigen::Vector3f& from, const Eigen::Vector3f& to, float margin) const;
 
   ClosestPoint closestPoint(const Eigen::Vector3f& p) const;

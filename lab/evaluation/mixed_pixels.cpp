@@ -9,10 +9,10 @@ namespace dtsdf {
 
 namespace {
 
-/// Tells this stream of random numbers from those of the other parts.
+/// Separates this random stream from those of other parts.
 constexpr uint64_t kStream = 0x6d69786564ULL;
 
-/// A pixel's neighbours as far as they are in the image.
+/// Visits a pixel's neighbours in the image.
 template <class Visit>
 void forNeighbours(const ViewCamera& camera, int u, int v, Visit visit) {
   if (u > 0) visit(u - 1, v);

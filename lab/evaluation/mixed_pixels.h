@@ -6,8 +6,8 @@
 /// (Sarbolandi, Lefloch and Kolb, "Kinect range sensing: structured-light versus time-of-flight
 /// Kinect", CVIU 2015, on inhomogeneous depth; Toelgyessy et al., "Evaluation of the Azure Kinect
 /// and its comparison to Kinect V1 and Kinect V2", Sensors 2021, show the pixels of a newer
-/// sensor). How much of a pixel lies beyond the edge is drawn uniformly: a rendered image does not
-/// tell.
+/// sensor). How much of a pixel lies beyond the edge is drawn uniformly, since a rendered image
+/// does not show it.
 #pragma once
 
 #include <cstdint>
@@ -21,9 +21,9 @@ namespace dtsdf {
 /// area sees the second.
 float mixDepths(float own_m, float other_m, float other_share);
 
-/// The depth image with mixed pixels: up to half of each pixel at an edge sees the neighbour, of
-/// the four beside it, whose depth differs most. Pixels without a surface, and those beside them,
-/// keep what they have: nothing comes back from there.
+/// The depth image with mixed pixels: up to half of each pixel at an edge sees that one of its four
+/// neighbours whose depth differs most. Pixels without a surface do not mix with others, since they
+/// return no light.
 std::vector<float> mixPixels(const std::vector<float>& depth_m, const ViewCamera& camera,
                              uint64_t seed);
 

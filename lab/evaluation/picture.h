@@ -10,7 +10,7 @@ namespace dtsdf {
 
 using Colour = std::array<uint8_t, 3>;  ///< RGB.
 
-/// From light grey (no error) over yellow and orange to dark red (full scale and beyond).
+/// From light grey (no error) through yellow and orange to dark red (full scale and beyond).
 Colour errorColour(double error_m, double scale_m);
 
 /// Colours the mesh's vertices by error.
@@ -19,11 +19,10 @@ void colourByError(TriangleMesh& mesh, const std::vector<double>& errors_m, doub
 struct PictureOptions {
   ViewCamera camera;
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
-  bool own_colours = true;  ///< Use the mesh's colours, if it has some.
+  bool own_colours = true;  ///< Whether to use the mesh's colours, if it has any.
 };
 
-/// A camera that has the whole mesh in view, from an azimuth about y, which points up, and an
-/// elevation.
+/// A pose with the whole mesh in view, from an azimuth about y, which points up, and an elevation.
 Eigen::Isometry3d framingPose(const Eigen::AlignedBox3f& bounds, const ViewCamera& camera,
                               double azimuth_deg, double elevation_deg);
 

@@ -14,7 +14,7 @@ namespace dtsdf {
 
 namespace {
 
-/// All supported machines are little endian, as the files are.
+/// All supported machines are little-endian, like the files.
 template <class Number>
 double read(const char* bytes) {
   Number number;
@@ -55,7 +55,7 @@ NumberType numberType(const std::string& name) {
   return type->second;
 }
 
-/// A line of the header, after its first word.
+/// Reads a line of the header after its first word.
 void readProperty(std::istringstream& words, const std::string& element, Header& header) {
   std::string type, name;
   words >> type;
@@ -103,7 +103,7 @@ Header readHeader(std::istream& in) {
   throw std::runtime_error("the header has no end");
 }
 
-/// The numbers after the header, one at a time.
+/// Reads the numbers after the header, one at a time.
 class NumberReader {
  public:
   NumberReader(std::istream& in, bool is_ascii) : is_ascii_(is_ascii) {

@@ -9,7 +9,7 @@ namespace {
 struct RenderMeshOptions {
   std::string mesh_path, picture_path;
   PictureRequest picture;
-  std::string views_folder;  ///< Empty: the view is that of the options of pictures.
+  std::string views_folder;  ///< Empty: the picture options give the view.
   size_t image = 0;
   bool plain = false;
 };
@@ -31,7 +31,7 @@ RenderMeshOptions readOptions(const std::vector<std::string>& arguments) {
   return options;
 }
 
-/// The camera and the pose of an image.
+/// Sets the camera and the pose of an image.
 void viewFrom(const std::string& folder, size_t image, PictureOptions& picture) {
   const Views views = readViews(folder);
   if (image >= views.poses_W_C.size()) {

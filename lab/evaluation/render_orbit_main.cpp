@@ -1,4 +1,4 @@
-/// render_orbit: renders images of a mesh from a trajectory round it into a TUM folder.
+/// render_orbit: renders images of a mesh from a trajectory around it into a TUM folder.
 
 #include <filesystem>
 #include <optional>
@@ -18,13 +18,13 @@ struct RenderOrbitOptions {
   size_t frames = 1000;
   double radius_m = 2.0;
   OrbitShape trajectory = OrbitShape::kCircle;
-  double longest_side_m = 1.0;  ///< 0: the model is left as it is.
-  std::string views_folder;     ///< Empty, or whose poses there are in place of a trajectory.
+  double longest_side_m = 1.0;  ///< 0: the model is not scaled.
+  std::string views_folder;     ///< Folder with poses to use instead of a trajectory; or empty.
   int width = 640, height = 480;
   double focal_px = 525.0;
   DepthNoise noise = DepthNoise::kNone;
   uint64_t seed = 1;
-  std::optional<Texture> texture;  ///< For colour images; none: there are none.
+  std::optional<Texture> texture;  ///< For colour images; none: no colour images.
 };
 
 void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {
@@ -90,7 +90,8 @@ std::vector<Eigen::Isometry3d> everyNth(const std::vector<Eigen::Isometry3d>& al
   return poses_W_C;
 }
 
-/// In a hand, colour is seen half a period after depth, from where the hand is by then.
+/// In a hand, each colour image is taken half a period after depth, from the hand's pose at that
+/// time.
 CameraPath handPath(const RenderOrbitOptions& options) {
   constexpr double kRate_hz = 30.0;
   constexpr size_t kPosesOfCircle = 40;
@@ -132,7 +133,7 @@ void renderOrbit(const RenderOrbitOptions& options) {
   std::vector<Eigen::Isometry3d> colour_poses_W_C;
   if (options.texture) colour_poses_W_C = path.colour_W_C;
   for (Eigen::Isometry3d& T_W_C : colour_poses_W_C) {
-    T_W_C.translate(Eigen::Vector3d(0.05, 0.0, 0.0));  // a camera to the right of the other
+    T_W_C.translate(Eigen::Vector3d(0.05, 0.0, 0.0));  // the colour camera is to the right
   }
   const TumWriter writer(options.folder, camera, poses_W_C, path.rate_hz, colour_poses_W_C);
   writePly(options.folder + "/gt.ply", mesh);

@@ -14,7 +14,7 @@ namespace {
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
-/// Points along an edge of a box that a view sees through.
+/// Test points along an edge of a box, to check whether a view sees through it.
 constexpr int kPointsAlong = 4;
 
 Vector3d gridPoint(const AlignedBox3d& box, int i) {
@@ -37,7 +37,7 @@ AlignedBox3d boxOf(const Space& space, const Vec3i& cell, double margin_m) {
   return {low + margin, low + Vector3d::Constant(space.cellSize_m()) - margin};
 }
 
-/// At most so many, spread evenly over all.
+/// At most `most` of the cells, evenly chosen.
 std::vector<SpaceCell> thinned(const std::vector<SpaceCell>& all, size_t most) {
   if (all.size() <= most) return all;
   std::vector<SpaceCell> chosen;
@@ -45,7 +45,7 @@ std::vector<SpaceCell> thinned(const std::vector<SpaceCell>& all, size_t most) {
   return chosen;
 }
 
-/// A random point of a box; the same for the same number.
+/// A random point of a box; the same number gives the same point.
 Vector3d randomPoint(const AlignedBox3d& box, size_t number) {
   std::mt19937_64 random(number);
   std::uniform_real_distribution<double> share(0.0, 1.0);
@@ -61,7 +61,7 @@ size_t countIf(size_t count, const Condition& condition) {
   return static_cast<size_t>(std::count(holds.begin(), holds.end(), 1));
 }
 
-/// @param errors_m NaN where nothing is compared.
+/// @param errors_m NaN: nothing to compare.
 DistanceErrors summarise(const std::vector<double>& errors_m, double cell_m) {
   DistanceErrors sums;
   for (const double error_m : errors_m) {
@@ -152,7 +152,7 @@ std::optional<double> SpaceTruth::distanceFrom(const Vector3d& p_W) const {
 }
 
 bool SpaceTruth::isSeen(const Vector3d& p_W) const {
-  constexpr double kRim_px = 3.0;     // the map wants neighbours of a pixel
+  constexpr double kRim_px = 3.0;     // the map needs a pixel's neighbours
   constexpr double kBefore_m = 1e-3;  // a point does not hide itself
   const auto& poses_W_C = viewed_.views.poses_W_C;
   return std::any_of(poses_W_C.begin(), poses_W_C.end(), [&](const Eigen::Isometry3d& T_W_C) {
@@ -166,7 +166,7 @@ bool SpaceTruth::isClear(const Vector3d& from_W, const Vector3d& to_W) const {
   return !(viewed_.scene.intersect(from_W, to_W - from_W) < 1.0);
 }
 
-/// Halves the box until the distance at its middle decides.
+/// Subdivides the box until the distance at the middle decides.
 bool SpaceTruth::isTaken(const AlignedBox3d& box_W) const {
   constexpr double kFine_m = 1e-4;
   const double at_middle = viewed_.scene.signedDistance(box_W.center()),

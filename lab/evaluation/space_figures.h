@@ -1,4 +1,4 @@
-/// Figures that compare what a map knows of space with what is true of it, in analytic scenes.
+/// Figures that compare what a map knows about space with the truth, in analytic scenes.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,20 +10,20 @@
 
 namespace dtsdf {
 
-/// The truth about a scene that cameras see. A surface counts as seen where its point lies inside
-/// some image with nothing in front of it.
+/// The truth about a scene that cameras see. A surface point counts as seen if it lies in some
+/// image with nothing in front of it.
 class SpaceTruth {
  public:
   explicit SpaceTruth(ViewedScene viewed) : viewed_(std::move(viewed)) {}
 
-  /// To the nearest surface; none where no image shows the nearest point.
+  /// Distance to the nearest surface; none if no image shows the nearest point.
   std::optional<double> distanceFrom(const Eigen::Vector3d& p_W) const;
 
-  /// Whether something solid reaches into a box.
+  /// Whether any solid reaches into a box.
   bool isTaken(const Eigen::AlignedBox3d& box_W) const;
 
-  /// Whether some view sees through all of a box, to its far end and no farther than
-  /// `max_range_m`, by a grid of points in it with the corners among them.
+  /// Whether some view sees through a whole box, to its far end and within `max_range_m`; tested at
+  /// a grid of points that includes the corners.
   bool isSeenThrough(const Eigen::AlignedBox3d& box_W, double max_range_m) const;
 
  private:
@@ -33,7 +33,7 @@ class SpaceTruth {
   ViewedScene viewed_;
 };
 
-/// Errors of distances: the map's less the true one.
+/// Errors of distances: the map's minus the true one.
 struct DistanceErrors {
   size_t count = 0;
   double rmse_m = 0.0, mean_m = 0.0, least_m = 0.0, greatest_m = 0.0;
@@ -43,19 +43,19 @@ struct DistanceErrors {
 struct SpaceFigures {
   double cell_m = 0.0;
   size_t free_cells = 0, surface_cells = 0;
-  DistanceErrors at_middles;  ///< From the middles of known cells.
-  DistanceErrors at_points;   ///< From a point anywhere in each of them, by Space::distanceAt().
-  size_t looked_at = 0;       ///< Cells that the map calls free and that were compared.
-  size_t taken = 0;           ///< Those that something solid reaches into.
-  size_t unseen = 0;          ///< Those that no view sees through as a whole.
-  size_t truly_free = 0;      ///< Random cells that are free in truth, as a view shows.
-  size_t found_free = 0;      ///< Those that the map calls free.
+  DistanceErrors at_middles;  ///< Errors at the middles of known cells.
+  DistanceErrors at_points;   ///< Errors of Space::distanceAt() at a random point of each.
+  size_t looked_at = 0;       ///< Cells that the map calls free, of those compared.
+  size_t taken = 0;           ///< Of these: cells that a solid reaches into.
+  size_t unseen = 0;          ///< Of these: cells that no view sees through as a whole.
+  size_t truly_free = 0;      ///< Random cells that are truly free, as a view shows.
+  size_t found_free = 0;      ///< Of these: cells that the map calls free.
 };
 
 struct SpaceQuestions {
   double max_distance_m;    ///< Distances are compared up to here.
-  double max_range_m;       ///< How far a view sees what is free.
-  size_t samples = 100000;  ///< Cells for each figure, at most.
+  double max_range_m;       ///< Range within which a view shows free space.
+  size_t samples = 100000;  ///< Maximum number of cells for each figure.
 };
 
 /// Boxes are shrunk by this on all sides, since depth images are rounded.
@@ -64,7 +64,7 @@ constexpr double kBoxMargin_m = 1e-3;
 /// No distance should be off by more than this.
 constexpr double kFarOff_cells = 1.5;
 
-/// On all cores. @pre Distances are up to date.
+/// Runs on all cores. @pre Distances are up to date.
 SpaceFigures measureSpace(const Space& space, const SpaceTruth& truth,
                           const SpaceQuestions& questions);
 

@@ -10,7 +10,7 @@ using Eigen::Vector3d;
 
 constexpr double kPi = 3.14159265358979323846;
 
-/// The field of view of a Kinect, in a quarter of the pixels.
+/// The field of view of a Kinect with a quarter of the pixels.
 ViewCamera smallCamera() { return {{262.5f, 262.5f, 159.5f, 119.5f}, 320, 240}; }
 
 Scene makeShapes() {
@@ -28,7 +28,7 @@ Scene makeShapes() {
   return scene;
 }
 
-/// Round the middle, looking across it, and round again, looking outwards.
+/// Once around the middle, looking across it, and once more, looking outwards.
 std::vector<Eigen::Isometry3d> posesInShapes() {
   constexpr int kPerLap = 48;
   std::vector<Eigen::Isometry3d> poses_W_C;

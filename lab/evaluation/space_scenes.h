@@ -1,4 +1,4 @@
-/// Analytic scenes for the space around surfaces, and the images of them.
+/// Analytic scenes for the space around surfaces, and their images.
 #pragma once
 
 #include "dtsdf_mapping/mapper.h"
@@ -13,7 +13,7 @@ struct ViewedScene {
   Views views;
 };
 
-/// A closed room with a ball, a tilted block and a thin tilted plate in it, seen from all round.
+/// A closed room with a ball, a tilted block and a thin tilted plate in it, seen from all sides.
 ViewedScene viewedShapes();
 
 /// Fuses all images of a scene. @throws std::runtime_error if one is refused.

@@ -20,14 +20,15 @@ constexpr double kLeastTexture = -1.9;  // standard normal: 2.9 % lie below
 /// Two points whose disparities differ by less lie on one surface, seen slanted.
 constexpr double kSameSurface_px = 1.0;
 
-/// Tell these streams of random numbers from those of the other parts.
+/// Separate these random streams from those of other parts.
 constexpr uint64_t kDisparityStream = 0x64697370ULL, kTextureStream = 0x74657874ULL;
 
 double disparityScale(const ViewCamera& camera) {
   return static_cast<double>(camera.intrinsics.fx) * kStereoBaseline_m;
 }
 
-/// Sums of `window` values along a line of `count`, `stride` apart; `values` holds window - 1 more.
+/// Sums of `window` values along a line of `count` sums, `stride` apart; `values` has window - 1
+/// more.
 void sumAlong(const std::vector<double>& values, size_t start, size_t stride, size_t count,
               size_t window, std::vector<double>& sums, size_t target) {
   double sum = 0.0;
@@ -39,9 +40,9 @@ void sumAlong(const std::vector<double>& values, size_t start, size_t stride, si
   }
 }
 
-/// One row of seenByBoth: marks what the right camera does not see. The pixels are taken from right
-/// to left, in which order the right camera's columns fall on one surface; what falls on a column
-/// that was passed already is hidden behind what was there.
+/// One row of seenByBoth: marks what the right camera does not see. From right to left, the pixels
+/// of one surface have falling columns in the right image. A pixel whose column was already passed
+/// is hidden behind the surface there.
 void hideRow(const std::vector<float>& depth_m, size_t begin, int width, double scale,
              std::vector<bool>& seen) {
   double leftmost_px = std::numeric_limits<double>::infinity(), disparity_there_px = 0.0;
@@ -63,7 +64,7 @@ void hideRow(const std::vector<float>& depth_m, size_t begin, int width, double 
 }  // namespace
 
 std::vector<double> correlatedNormals(int width, int height, int window, uint64_t seed) {
-  // A frame of window - 1 more columns and rows, so that every pixel has a whole window.
+  // With window - 1 more columns and rows, every pixel has a whole window.
   const auto columns = static_cast<size_t>(width + window - 1);
   const auto rows = static_cast<size_t>(height + window - 1);
   Random random(seed);

@@ -6,7 +6,7 @@
 namespace dtsdf {
 namespace {
 
-/// Off the planes that models like to have their faces in.
+/// Off the planes in which models often have faces.
 const Eigen::Vector3d kTextureOrigin(0.0173, 0.0119, 0.0241);
 
 Rgb8 checkerAt(const Eigen::Vector3d& p) {
@@ -27,7 +27,8 @@ Rgb8 gradientAt(const Eigen::Vector3d& p) {
   return colour;
 }
 
-/// Weights of a triangle's corners at a point; those of the nearest edge beyond it.
+/// Weights of a triangle's corners at a point; beyond an edge, only that edge's corners have
+/// weight.
 Eigen::Vector3d barycentric(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                             const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   const Eigen::Vector3d normal = (b - a).cross(c - a);

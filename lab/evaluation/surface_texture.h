@@ -1,4 +1,4 @@
-/// Colours of a model's surface, to be rendered and compared with.
+/// Colours of a model's surface, for rendering and comparing.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,18 +11,18 @@ namespace dtsdf {
 
 using Rgb8 = std::array<uint8_t, 3>;
 
-/// Where a model's colours come from. Models without colours take a texture in space, so that any
-/// two renderings, and the truth, agree on it.
+/// Where a model's colours come from. Models without colours get a texture in space, so that
+/// renderings and ground truth agree on it.
 enum class Texture {
-  kVertices,  ///< The mesh's own, between its vertices.
-  kChecker,   ///< Cubes of 50 mm in two colours: edges as sharp as an image shows.
-  kGradient,  ///< Waves of 0.4 m in each channel: nothing that is lost by blur.
+  kVertices,  ///< The mesh's own, interpolated between vertices.
+  kChecker,   ///< Cubes of 50 mm in two colours: edges as sharp as an image can show.
+  kGradient,  ///< Waves of 0.4 m in each channel: nothing that blur removes.
 };
 
 /// @throws std::invalid_argument for an unknown name.
 Texture textureFromName(const std::string& name);
 
-/// The colour of a point on a triangle. @pre The mesh has colours if they are asked for.
+/// The colour of a point on a triangle. @pre The mesh has colours if the texture is kVertices.
 Rgb8 textureColour(Texture texture, const TriangleMesh& mesh, uint32_t triangle,
                    const Eigen::Vector3f& p);
 

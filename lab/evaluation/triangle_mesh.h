@@ -1,4 +1,4 @@
-/// A plain triangle mesh as the evaluation programs read, scale and write it.
+/// A plain triangle mesh that the evaluation programs read, scale and write.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,12 +16,12 @@ struct TriangleMesh {
   std::vector<std::array<uint8_t, 3>> colours;  ///< RGB per vertex, or empty.
 };
 
-/// Reads a .ply file, ASCII or binary little endian, of vertices and faces; polygons are split into
-/// fans, and properties of vertices other than positions and colours are ignored.
-/// @throws std::runtime_error with the file and what is wrong with it.
+/// Reads a .ply file, ASCII or binary little-endian, of vertices and faces. Splits polygons into
+/// fans and ignores vertex properties other than positions and colours.
+/// @throws std::runtime_error with the file and the problem.
 TriangleMesh readPly(const std::string& path);
 
-/// Writes binary little-endian .ply, with colours where there are some.
+/// Writes a binary little-endian .ply, with colours if the mesh has any.
 /// @throws std::runtime_error if the file cannot be written.
 void writePly(const std::string& path, const TriangleMesh& mesh);
 
@@ -37,7 +37,7 @@ struct SurfaceSamples {
   std::vector<uint32_t> triangles;
 };
 
-/// A seed gives the same samples on every machine; none for a mesh without area.
+/// Samples a mesh; a seed gives the same samples on every machine. None for a mesh without area.
 SurfaceSamples sampleSurface(const TriangleMesh& mesh, size_t count, uint64_t seed);
 
 }  // namespace dtsdf

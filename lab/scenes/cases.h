@@ -1,38 +1,38 @@
-/// The scenes, one file each: every function adds the variants of one.
+/// The scenes, one file each; each function adds the variants of one scene.
 #pragma once
 
 #include "scenes/scene_case.h"
 
 namespace dtsdf {
 
-/// A wall seen from far and then from near in its middle has no slit between the two.
+/// A wall seen from far away, and then its middle from close by, has no gap between the two parts.
 void addNearAfterFarCases(std::vector<SceneCase>& cases);
 
-/// What was taken away is gone, however near and however long it was seen before.
+/// A removed object is gone, however close and however long it was seen before.
 void addRemovedCases(std::vector<SceneCase>& cases);
 
-/// What is put where space was free is there soon.
+/// An object that is put into free space appears soon.
 void addAppearingCases(std::vector<SceneCase>& cases);
 
-/// Slats narrower than two voxels, seen from the front only, are there and no wider than they may.
+/// Slats narrower than two voxels, seen from the front only, are there and not too wide.
 void addSlatCases(std::vector<SceneCase>& cases);
 
-/// What no frame contradicts stays: out of view, without measurement, thinner than a pixel.
+/// What no frame contradicts stays: if out of view, not measured, or thinner than a pixel.
 void addUncontradictedCases(std::vector<SceneCase>& cases);
 
-/// Clearing costs no surface where poses are a little wrong.
+/// Clearing removes no surface if poses are slightly wrong.
 void addDriftCases(std::vector<SceneCase>& cases);
 
-/// Measurements and poses that are wrong in a single frame leave nothing.
+/// Wrong measurements or poses in a single frame leave no trace.
 void addStrayCases(std::vector<SceneCase>& cases);
 
-/// Pixels between two surfaces build no bridge, and a real side is no such bridge.
+/// Mixed pixels between two surfaces build no bridge, and a real side is not removed as a bridge.
 void addMixedPixelCases(std::vector<SceneCase>& cases);
 
-/// Where a surface ends is the mean of what the images saw, neither all of it nor the least.
+/// A surface ends at the mean of the outlines in the images, not at the widest or the narrowest.
 void addOutlineCases(std::vector<SceneCase>& cases);
 
-/// Where things move about, the map does not grow.
+/// The map does not grow while objects move around.
 void addMemoryCases(std::vector<SceneCase>& cases);
 
 }  // namespace dtsdf

@@ -28,7 +28,7 @@ Eigen::Isometry3d passBy(int i) {
   return lookFrom(eye + sway(i, 0.01), Vector3d(-0.1, 0.3, 0.7));
 }
 
-/// How wrong poses are: standard deviations per frame, and the way that they drift in the run.
+/// Errors of poses: standard deviations per frame, and the drift over the run.
 struct PoseError {
   double jitter_m, jitter_rad, drift_m;
 };
@@ -54,7 +54,7 @@ Surface fuseCorner(SceneSetup setup, const std::vector<SceneView>& views, bool c
   return map.surface();
 }
 
-/// What clearing costs of the surface that was seen.
+/// How much of the seen surface clearing removes.
 std::vector<Figure> measure(const SceneSetup& setup, const PoseError& error) {
   const Scene scene = makeCorner();
   const SceneCamera camera = coarseCamera();

@@ -9,23 +9,23 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Small images: what counts is the number of frames.
+/// Small images, since only the number of frames matters.
 SceneCamera watchingCamera() { return {80, 60, 65.0}; }
 
-/// A way through the room that does not come back to where it was, and does not leave the view:
-/// what no frame looks through again would rightly stay.
+/// A path through the room that never returns to a place and stays in view: what no frame looks
+/// through again would rightly stay.
 Vector3d placeOf(int i) {
   return {0.3 + 0.45 * std::sin(0.0311 * i), 0.15 + 0.2 * std::sin(0.0173 * i),
           0.3 + 0.4 * std::sin(0.0233 * i)};
 }
 
-/// A camera in a corner of a room watches a box move about. The first quarter of the frames is
-/// compared with the last.
+/// A camera in a corner of a room watches a box move around. Compares the first quarter of the
+/// frames with the last.
 std::vector<Figure> measure(const SceneSetup& setup, int frames) {
   Scene room;
   room.add(Room{Vector3d(-1.2037, -0.9037, -1.2037), Vector3d(1.2037, 0.9037, 1.2037)});
   SceneMap map(setup);
-  MapStats early, late;  // the largest in both quarters
+  MapStats early, late;  // the maxima of both quarters
   for (int i = 0; i < frames; ++i) {
     Scene scene = room;
     scene.add(makeBox(placeOf(i), Vector3d(0.25, 0.4, 0.25), 0.01 * i));

@@ -16,7 +16,7 @@ constexpr double kBoardSide_m = 0.5;
 constexpr int kViews = 40;
 constexpr double kNoise = 1.5e-3;  // standard deviation at 1 m, which grows with z^2
 
-/// A board, or what has its front, so far before a wall and from the camera.
+/// A board at `gap_m` in front of a wall and at `distance_m` from the camera.
 struct Step {
   double gap_m, distance_m;
   bool noisy;
@@ -29,7 +29,7 @@ SceneCamera stepCamera(const Step& step) {
   return {240, 180, step.distance_m < 2.0 ? 262.5 : 525.0};
 }
 
-/// Each pixel behind an edge, in a ring one pixel wide, gets a depth between both sides.
+/// Each pixel in a ring of one pixel behind an edge gets a depth between both sides.
 void mixPixels(SceneView& view, double gap_m, Random& random) {
   const SceneView clean = view;
   for (int v = 1; v + 1 < view.camera.height; ++v) {
@@ -49,14 +49,14 @@ void addNoise(SceneView& view, Random& random) {
   for (float& z : view.depth_m) z += static_cast<float>(kNoise * random.normal()) * z * z;
 }
 
-/// Sideways and back by 0.3 rad about the board, a little up and down.
+/// Views within 0.3 rad to both sides of the board, slightly up and down.
 Eigen::Isometry3d viewOf(const Step& step, int i) {
   const double angle = 0.3 * (2.0 * i / (kViews - 1) - 1.0), up = 0.05 * std::sin(0.9 * i);
   const Vector3d towards(std::sin(angle), std::sin(up), -std::cos(angle));
   return lookFrom(step.distance_m * towards, Vector3d::Zero());
 }
 
-/// What hangs between the board and the wall, beside the whole skirt that could.
+/// The area between the board and the wall, relative to a complete skirt.
 std::vector<Figure> measureBridge(const SceneSetup& setup, const Step& step) {
   const double front_m = kOff_m, wall_m = kOff_m + step.gap_m;
   Scene scene;
@@ -79,14 +79,14 @@ std::vector<Figure> measureBridge(const SceneSetup& setup, const Step& step) {
                  100.0 * areaOf(bridge) / skirt_m2)};
 }
 
-/// Whether anything is as far from both as a bridge has to be.
+/// Whether any point between both is far enough from them to count as a bridge.
 bool hasMiddle(const SceneSetup& setup, const Step& step) {
   const double noise_m = step.noisy ? 6.0 * step.sigma_m() : 0.0;
   return step.gap_m > 4.0 * setup.voxel() + noise_m + 1e-9;
 }
 
-/// A side that goes from the board's right or left edge back to the wall, and is so many pixels
-/// wide for a camera in the middle: a thin plate.
+/// A side from the board's right or left edge back to the wall: a thin plate, `width_px` pixels
+/// wide for a camera in the middle.
 struct Side {
   Vector3d start, end;  // at y = 0
 
@@ -97,7 +97,7 @@ struct Side {
             Vector3d(sign * ratio * far, 0.0, kOff_m + step.gap_m)};
   }
 
-  /// Its front lies in the side's plane.
+  /// A plate whose front lies in the side's plane.
   Box plate() const {
     constexpr double kThickness_m = 0.002;
     const Vector3d along = (end - start).normalized();
@@ -118,8 +118,8 @@ struct Side {
   }
 };
 
-/// Real sides, between board and wall as bridges are. The camera moves along their edges, so that
-/// their width in the image stays what it is.
+/// Real sides between board and wall, where bridges would be. The camera moves along their edges,
+/// so that their width in the image stays the same.
 std::vector<Figure> measureSides(const SceneSetup& setup, const Step& step, double width_px) {
   const Side sides[] = {Side::make(step, width_px, -1.0), Side::make(step, width_px, 1.0)};
   Scene scene;
@@ -150,7 +150,8 @@ std::vector<Figure> measureSides(const SceneSetup& setup, const Step& step, doub
   const double pixel_m = (step.distance_m + step.gap_m) / stepCamera(step).focal_px;
   const double within_m = std::max(1.5 * setup.voxel(), pixel_m);
   const double there = coveredPercent(between, map.surface(), within_m);
-  // What is one pixel wide has no slope of its own: not every view can tell it from a mixed pixel.
+  // A side one pixel wide has no slope of its own: not every view can distinguish it from mixed
+  // pixels.
   const bool isBounded = width_px > 1.5 && !step.noisy;
   return {isBounded ? atLeast("side that is there", 90.0, "%", there)
                     : reported("side that is there", "%", there)};

@@ -14,7 +14,7 @@ constexpr double kNearWall_m = 0.0037;
 std::vector<Figure> measure(const SceneSetup& setup, const std::vector<double>& distances_m) {
   Scene scene;
   scene.add(wallAt(kNearWall_m));
-  // Well inside of what is seen from 3 m.
+  // Well inside the area seen from 3 m.
   const double half_m = 1.2 * setup.image_width / 320.0;
   const auto insideWall = [&](const Vector3d& p) {
     return std::abs(p.x()) < half_m && std::abs(p.y()) < 0.75 * half_m;

@@ -15,15 +15,16 @@ using Eigen::Vector3d;
 constexpr double kSheet_m = 2.3 + kOff_m, kBehindSheet_m = 2.8 + kOff_m;
 constexpr double kSweep_m = 0.2;
 constexpr int kSights = 40;
-/// Off the planes of the grid by another length along each axis, so that no two sides lie alike.
+/// Off the planes of the grid by a different length along each axis, so that no two sides are
+/// alike.
 const Vector2d kOffGrid_m(kOff_m, 0.0061);
 
-/// How far the sides of a rectangle lie outwards of where they should.
+/// How far each side of a rectangle lies outside its true position.
 struct Sides {
   double left = 0.0, right = 0.0, top = 0.0, bottom = 0.0;
 };
 
-/// Upright, its middle at the origin.
+/// An upright rectangle with its middle at the origin.
 struct Rectangle {
   double width_m, height_m;
 
@@ -35,7 +36,7 @@ struct Rectangle {
   double rim() const { return 2.0 * (width_m + height_m); }
 };
 
-/// Without thickness, facing the camera; its slot may have no width.
+/// A sheet without thickness that faces the camera. A slot of width 0 means none.
 struct Sheet {
   Rectangle outline, slot;
   Vector2d centre_m = kOffGrid_m;
@@ -49,16 +50,17 @@ struct Sheet {
 const Sheet kBoard{{0.6, 0.4}, {0.035, 0.2}};
 const Sheet kBoardOnGrid{kBoard.outline, kBoard.slot, Vector2d::Zero()};
 
-/// Standard deviations: of each side in each row and column of an image, and of a pose along each
+/// Standard deviations of each side in each row and column of an image, and of a pose along each
 /// axis.
 struct SightError {
   double outline_px, pose_m;
 };
 
-/// The pixels of a Kinect, as many as the board needs.
+/// Kinect pixels, as many as the board needs.
 SceneCamera sightCamera() { return {240, 150, 525.0}; }
 
-/// Left and right sides are drawn for each row of an image, the other two for each column.
+/// Draws errors of the left and right sides for each row of an image, and of the other two for each
+/// column.
 class SpoiltSides {
  public:
   SpoiltSides(const SceneCamera& camera, double sigma_m, Random& random)
@@ -101,7 +103,7 @@ SceneView lookAtSheet(const Sheet& sheet, const Vector3d& eye, double outline_px
   return view;
 }
 
-/// What poses are off by. Their mean is no error of the map: it is taken away.
+/// Errors of poses. Their mean is subtracted, since it is not an error of the map.
 std::vector<Vector3d> drawShifts(double sigma_m, Random& random) {
   std::vector<Vector3d> shifts;
   for (int i = 0; i < kSights; ++i) {
@@ -129,7 +131,7 @@ Surface sweepPast(const SceneSetup& setup, const Sheet& sheet, double sweep_m,
   return map.surface();
 }
 
-/// What the mesh has too much of along the sheet's rim, and too little, and how much of the slot it
+/// The overhanging and the missing area along the sheet's rim, and how much of the slot the mesh
 /// covers.
 std::vector<Figure> measure(const SceneSetup& setup, const Sheet& sheet, double sweep_m,
                             const SightError& error) {

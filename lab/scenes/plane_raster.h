@@ -1,4 +1,4 @@
-/// Points of a plane z = const that a surface covers, seen along z, each counted once.
+/// Measures the area of a plane z = const that a surface covers, seen along z, each point once.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,8 +10,8 @@
 
 namespace dtsdf {
 
-/// One point in each cell of a grid over a rectangle. Within its cell the point stands at another
-/// place in each row and column, so that an edge along the grid cuts off the share that it should.
+/// One point in each cell of a grid over a rectangle. Its position in the cell differs in each row
+/// and column, so that an edge along the grid cuts off the right share.
 class PlaneRaster {
  public:
   PlaneRaster(const Eigen::AlignedBox2d& area, double cell_m);

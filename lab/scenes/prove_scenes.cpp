@@ -1,4 +1,4 @@
-/// prove_scenes: what the map holds of analytic scenes, beside the bounds that it has to keep.
+/// prove_scenes: prints how much of analytic scenes a map holds, with the bounds it must keep.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -78,7 +78,7 @@ Results measureCases(const ProveOptions& options, const RunSettings& settings,
   return results;
 }
 
-/// The value, in bold where it breaks its bound; a dash where there is none at this voxel size.
+/// The value, in bold if it breaks its bound; a dash if there is none at this voxel size.
 std::string cellOf(const std::vector<Figure>& figures, const Figure& wanted) {
   const auto found = std::find_if(figures.begin(), figures.end(),
                                   [&](const Figure& figure) { return figure.name == wanted.name; });

@@ -11,12 +11,12 @@ using Eigen::Vector3d;
 constexpr double kRemovedSide_m = 0.4;
 constexpr double kBoardFront_m = kOff_m - 0.11;  // 0.1 m of space between board and wall
 
-/// What is left where nothing is: all that is not near what is still there.
+/// What is left of a removed object: all surface that is not near the true scene.
 double leftPercent(const Scene& truth, const SceneSetup& setup, SceneMap& map, double was_m2) {
   return 100.0 * areaAwayFrom(truth, 2.0 * setup.voxel(), map.surface()) / was_m2;
 }
 
-/// Two figures: what ten more frames leave, and then twenty more.
+/// Two figures: what is left after ten more frames, and after twenty more.
 template <class Watch>
 std::vector<Figure> watchItGo(SceneMap& map, const SceneSetup& setup, const Scene& truth,
                               double was_m2, const Watch& watch) {
@@ -27,8 +27,8 @@ std::vector<Figure> watchItGo(SceneMap& map, const SceneSetup& setup, const Scen
           atMost("left after 30 frames", 2.0, "%", leftPercent(truth, setup, map, was_m2))};
 }
 
-/// A board before a wall, seen from a distance for so many frames; removed, and the wall seen from
-/// 3 m. More than 30 frames are one image, again and again.
+/// A board in front of a wall is seen from a distance for `frames` frames, then removed, and the
+/// wall is seen from 3 m. More than 30 frames are repetitions of one image.
 SceneMap showBoard(const SceneSetup& setup, const Scene& wall, double distance_m, int frames) {
   Scene scene = wall;
   scene.add(boardAt(0.0, 0.0, kBoardFront_m, kRemovedSide_m, kRemovedSide_m));
@@ -38,7 +38,7 @@ SceneMap showBoard(const SceneSetup& setup, const Scene& wall, double distance_m
   if (frames <= 30) {
     map.watch(scene, camera, eye, frames);
   } else {
-    camera = {80, 60, 0.5 * camera.focal_px};  // a part of the board, so that it does not take long
+    camera = {80, 60, 0.5 * camera.focal_px};  // a part of the board, to save time
     map.fuse(look(scene, camera, lookAlongZ(eye)), frames);
   }
   return map;
@@ -57,7 +57,7 @@ std::vector<Figure> measureBoard(const SceneSetup& setup, double distance_m, int
   });
 }
 
-/// With fusion/clearing off nothing is taken away.
+/// Nothing is removed with fusion/clearing off.
 std::vector<Figure> measureKept(SceneSetup setup) {
   setup.params.fusion.clearing = false;
   Scene wall;
@@ -69,14 +69,14 @@ std::vector<Figure> measureKept(SceneSetup setup) {
   return {atLeast("left after 30 frames", 99.0, "%", 100.0 * is_m2 / was_m2)};
 }
 
-/// The i-th of 30 views on the way round the middle of a room.
+/// The i-th of 30 views on a path around the middle of a room.
 Eigen::Isometry3d aroundTheMiddle(int i) {
   const double angle = (i - 14.5) / 15.0;  // radians
   const Vector3d eye(2.2 * std::sin(angle), -0.1, -2.2 * std::cos(angle));
   return lookFrom(eye, Vector3d(0.0, 0.05, 0.0));
 }
 
-/// As large as a person, in the middle of a room, farther than 1 m from its floor and walls.
+/// A box as large as a person in the middle of a room, more than 1 m from its floor and walls.
 std::vector<Figure> measurePerson(const SceneSetup& setup) {
   Scene room;
   room.add(Room{Vector3d(-2.5037, -2.0037, -2.5037), Vector3d(2.5037, 2.0037, 2.5037)});
@@ -91,8 +91,8 @@ std::vector<Figure> measurePerson(const SceneSetup& setup) {
   return watchItGo(map, setup, room, was_m2, [&](int begin, int end) { walk(room, begin, end); });
 }
 
-/// A board in mid-air, while what is behind it is out of range; a floor gives the frames without
-/// it something to measure.
+/// A board in mid-air whose background is out of range. A floor gives the frames without the board
+/// something to measure.
 std::vector<Figure> measureOutOfRange(SceneSetup setup) {
   setup.params.fusion.max_depth_m = 3.0f;
   Scene background;

@@ -1,5 +1,5 @@
-/// Scenes that tell whether a map holds what was seen, and only that: what each case is given, and
-/// the figures that it returns with the bounds they have to keep.
+/// Scenes that check whether a map holds what was seen, and nothing else: the input of each case,
+/// and the figures that it returns with the bounds they must keep.
 #pragma once
 
 #include <cmath>
@@ -13,18 +13,17 @@
 
 namespace dtsdf {
 
-/// What a case makes its maps with.
+/// Settings with which a case makes its maps.
 struct SceneSetup {
   MapperParams params;
   Rules rules;
-  int image_width = 320;  ///< The room camera's; fewer pixels see less, each as wide as before.
+  int image_width = 320;  ///< Width of the room camera; fewer pixels of the same size see less.
 
   double voxel() const { return static_cast<double>(params.map.voxel_size_m); }
   std::unique_ptr<ProbedMapper> makeMapper() const { return makeProbedMapper(params, rules); }
 };
 
-/// One number that came out, in its unit ("%", "mm", "cm2", or nothing for a count), and between
-/// which bounds it has to lie.
+/// A measured number in its unit ("%", "mm", "cm2", or nothing for a count), and its bounds.
 struct Figure {
   std::string name, unit;
   double value;
@@ -32,7 +31,7 @@ struct Figure {
   double most = std::numeric_limits<double>::infinity();
 
   bool isBounded() const { return std::isfinite(least) || std::isfinite(most); }
-  /// What is no number keeps no bound.
+  /// NaN keeps no bound.
   bool holds() const { return !isBounded() || (value >= least && value <= most); }
 };
 
@@ -48,7 +47,7 @@ std::string describeBound(const Figure& figure);
 /// A scene in one of its variants. The same setup always gives the same figures.
 struct SceneCase {
   std::string scene, variant;
-  bool quick;  ///< Whether the tests have time for it.
+  bool quick;  ///< Whether the tests run it.
   std::function<std::vector<Figure>(const SceneSetup&)> measure;
 
   std::string name() const { return scene + ": " + variant; }

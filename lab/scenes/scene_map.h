@@ -1,4 +1,4 @@
-/// Views of analytic scenes, and a map that they are fused into.
+/// Views of analytic scenes, and a map into which they are fused.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace dtsdf {
 
-/// Shapes stand off the planes of the grid by this, at any voxel size.
+/// Offset of shapes from the planes of the grid, at any voxel size.
 constexpr double kOff_m = 0.0037;
 
 /// A camera with square pixels and its principal point in the image's middle.
@@ -20,11 +20,11 @@ struct SceneCamera {
   double focal_px;
 };
 
-/// The camera of most scenes: 63 x 49 degrees at its default width, as of a Kinect, with half as
-/// many pixels across.
+/// The camera of most scenes: 63 x 49 degrees at its default width, like a Kinect with half as many
+/// pixels across.
 SceneCamera roomCamera(const SceneSetup& setup);
 
-/// The room camera's view in a quarter of the pixels, whatever the setup, for long runs.
+/// The room camera's view with a quarter of the pixels, whatever the setup, for long runs.
 SceneCamera coarseCamera();
 
 /// A depth image in metres with its camera and pose.
@@ -34,7 +34,7 @@ struct SceneView {
   std::vector<float> depth_m;
 
   Intrinsics intrinsics() const;
-  DepthFrame frame() const;  ///< Valid as long as this object is where it is.
+  DepthFrame frame() const;  ///< Valid as long as this object exists and is not moved.
   float& at(int u, int v);
   float at(int u, int v) const;
   size_t indexOf(int u, int v) const;
@@ -45,35 +45,35 @@ struct SceneView {
 SceneView look(const Scene& scene, const SceneCamera& camera, const Eigen::Isometry3d& T_W_C);
 
 /// A pose at `eye_W` that looks at `target_W`; up is -y, as in the camera's own frame, so that the
-/// map's axes are the camera's where it looks along z.
+/// map's axes are the camera's if it looks along z.
 Eigen::Isometry3d lookFrom(const Eigen::Vector3d& eye_W, const Eigen::Vector3d& target_W);
 
 /// A pose that looks along z.
 Eigen::Isometry3d lookAlongZ(const Eigen::Vector3d& eye_W);
 
-/// The i-th offset of a hand-held camera that keeps its place, `reach_m` to each side at most.
+/// The i-th offset of a hand-held camera that stays in place, at most `reach_m` to each side.
 Eigen::Vector3d sway(int i, double reach_m);
 
-/// A plane z = `z_m` that is seen from below, with its back to +z.
+/// A plane z = `z_m` that is seen from smaller z, with its back to +z.
 Plane wallAt(double z_m);
 
 /// A board that faces -z with its front in the plane z = `front_z_m`.
 Box boardAt(double x_m, double y_m, double front_z_m, double width_m, double height_m,
             double thickness_m = 0.01);
 
-/// A mapper together with the mesh it has handed out.
+/// A mapper and its mesh.
 class SceneMap {
  public:
   explicit SceneMap(const SceneSetup& setup);
 
-  /// Fuses a view so many times. A frame without anything in range is no error here.
+  /// Fuses a view `times` times. A frame without anything in range is not an error here.
   void fuse(const SceneView& view, int times = 1);
 
-  /// `count` views of a scene along z from `eye_W`, swaying.
+  /// Fuses `count` views of a scene along z from `eye_W`, swaying.
   void watch(const Scene& scene, const SceneCamera& camera, const Eigen::Vector3d& eye_W, int count,
              double reach_m = 0.01);
 
-  /// The surface as it is now.
+  /// The current surface.
   Surface surface();
   Mesh mesh();
 

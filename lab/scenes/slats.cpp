@@ -15,8 +15,8 @@ constexpr double kLength_m = 0.2, kThickness_m = 0.002;
 constexpr double kSpacing_m = 0.08;  // between the middles of slats
 constexpr double kPi = 3.14159265358979323846;
 
-/// How slats stand: turned in the image, tilted in depth, and off the grid's planes by a share of a
-/// voxel along each axis.
+/// Orientation of slats: turned in the image, tilted in depth, and off the grid's planes by a share
+/// of a voxel along each axis.
 struct Stand {
   const char* name;
   double roll_deg, tilt_deg, off_voxels;
@@ -55,12 +55,12 @@ Surface watchSlats(const SceneSetup& setup, const std::vector<Slat>& slats) {
   return map.surface();
 }
 
-/// The mesh of one slat, away from its ends, in millimetres along it.
+/// The mesh of one slat, away from its ends, in bins of a millimetre along it.
 class SlatMesh {
  public:
   SlatMesh(const Slat& slat, const Surface& surface) : slat_(slat) {
     const Eigen::Isometry3d T_S_W = slat.T_W_S.inverse();
-    // Slats are told apart by the middle between them; the wall is farther than 0.2 m.
+    // The middle between slats separates them; the wall is farther than 0.2 m.
     const auto near = [&](const Vector3d& p) {
       const Vector3d p_S = T_S_W * p;
       return std::abs(p_S.x()) < 0.5 * kSpacing_m && std::abs(p_S.y()) < 0.6 * kLength_m &&
@@ -81,7 +81,7 @@ class SlatMesh {
     return longest;
   }
   bool isThere() const { return sum() > 0.0; }
-  /// Area per length, where anything is there.
+  /// Area per length, over the bins that have any.
   double meanWidth_mm() const {
     const auto there =
         std::count_if(area_m2_.begin(), area_m2_.end(), [](double area) { return area > 0.0; });
@@ -90,7 +90,7 @@ class SlatMesh {
 
  private:
   static constexpr double kInner_m = 0.4 * kLength_m;
-  static constexpr int kBins = 160;  // a millimetre each
+  static constexpr int kBins = 160;  // one millimetre each
 
   double sum() const {
     double total = 0.0;
@@ -102,8 +102,8 @@ class SlatMesh {
   std::vector<double> area_m2_ = std::vector<double>(kBins, 0.0);
 };
 
-/// Where voxels are no wider than 10 mm the area is right; where they are, the slat is there all
-/// along, and no wider than a voxel.
+/// With voxels of up to 10 mm the area is right; with larger ones the slat has no gap and is no
+/// wider than a voxel.
 std::vector<Figure> measureStand(const SceneSetup& setup, const Stand& stand) {
   std::vector<Slat> slats;
   const double widths_mm[] = {5.0, 10.0, 20.0};

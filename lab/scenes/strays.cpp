@@ -13,10 +13,10 @@ constexpr int kStrayFrames = 100;
 /// Ten good frames follow the last bad one.
 constexpr int kLastBad = 89;
 const std::vector<int> kOneOf50 = {kLastBad - 50, kLastBad};
-/// Two shifted frames would show the same ghost, and two frames are enough for a surface.
+/// Only one frame: two shifted frames would show the same ghost, which is enough for a surface.
 const std::vector<int> kOnce = {kLastBad};
 
-/// A wall, and things of some size before it.
+/// A wall with objects of some size in front of it.
 Scene makeFurniture() {
   Scene scene;
   scene.add(wallAt(kOff_m));
@@ -26,7 +26,7 @@ Scene makeFurniture() {
   return scene;
 }
 
-/// The camera moves sideways by 0.3 m, and looks at the middle of the wall.
+/// The camera moves sideways by 0.3 m and looks at the middle of the wall.
 Eigen::Isometry3d pass(int i) {
   const Vector3d eye(0.3 * (static_cast<double>(i) / kStrayFrames - 0.5), 0.03, -1.8);
   return lookFrom(eye + sway(i, 0.01), Vector3d(0.0, 0.0, 0.0));
@@ -45,7 +45,7 @@ Surface fusePass(const SceneSetup& setup, const Scene& scene, const std::vector<
   return map.surface();
 }
 
-/// Puts patches where nothing is, well before what is there, and remembers their points.
+/// Puts patches into free space, well in front of the surfaces. @return their points.
 Points putPatches(SceneView& view, int side_px, Random& random) {
   Points points;
   constexpr int kAcross = 10, kDown = 8;
@@ -83,7 +83,8 @@ std::vector<Figure> measurePatches(const SceneSetup& setup, int side_px) {
   return {atMost("area of strays", 0.0, "cm2", 1.0e4 * areaOf(strays))};
 }
 
-/// A frame whose pose is off by 5 cm: what that leaves, beside the same frames without.
+/// A frame whose pose is off by 5 cm: what it leaves, compared with the same frames without the
+/// error.
 std::vector<Figure> measureShiftedPose(const SceneSetup& setup, const Vector3d& shift_C) {
   const Scene scene = makeFurniture();
   const double away_m = 2.0 * setup.voxel();
@@ -96,7 +97,8 @@ std::vector<Figure> measureShiftedPose(const SceneSetup& setup, const Vector3d& 
 
 constexpr int kGlimpseFrames = 300, kGlimpse = 199;
 
-/// One of 300 frames looks into a corner of the room. With mesh/min_support 1 that is enough.
+/// One of 300 frames looks into a corner of the room. With mesh/min_support 1, that is enough for a
+/// surface.
 std::vector<Figure> measureGlimpse(SceneSetup setup) {
   setup.params.mesh.min_support = 1;
   Scene room;
@@ -116,7 +118,7 @@ std::vector<Figure> measureGlimpse(SceneSetup setup) {
       seen.push_back(glimpse.point(u, v, static_cast<double>(glimpse.at(u, v))));
     }
   }
-  // A single image knows the surface between its pixels no better.
+  // A single image does not know the surface between its pixels any better.
   const double within_m = std::max(setup.voxel(), 2.8 / camera.focal_px);
   return {
       atLeast("of the glimpse there", 95.0, "%", coveredPercent(seen, map.surface(), within_m))};

@@ -1,4 +1,4 @@
-/// A mesh as loose triangles, and how much of it lies where.
+/// A mesh as loose triangles, and measures of its parts.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -25,28 +25,28 @@ Surface surfaceOf(const Mesh& mesh);
 /// Triangles whose centroid lies in a zone.
 Surface partOf(const Surface& surface, const Zone& zone);
 
-/// Splits triangles until no side is longer.
+/// Splits triangles until no side is longer than `longest_side_m`.
 Surface refine(const Surface& surface, double longest_side_m);
 
 double areaOf(const Surface& surface);
 double areaOf(const Surface& surface, const Zone& zone);
 
-/// Area farther than that from every surface of the scene.
+/// Area farther than `distance_m` from every surface of the scene.
 double areaAwayFrom(const Scene& truth, double distance_m, const Surface& surface);
 
-/// Sides of one triangle only, with both ends in the zone.
+/// Counts the sides that belong to one triangle only and have both ends in the zone.
 size_t countOpenEdges(const Mesh& mesh, const Zone& zone);
 
 using Points = std::vector<Eigen::Vector3d>;
 
-/// A grid of points on the rectangle centre +- half_u +- half_v, on its rim too.
+/// A grid of points on the rectangle centre +- half_u +- half_v, including its rim.
 Points pointsOnRectangle(const Eigen::Vector3d& centre, const Eigen::Vector3d& half_u,
                          const Eigen::Vector3d& half_v, double spacing_m);
 
-/// One of the points in each cube of a grid, so that they are spread evenly.
+/// One point per cube of a grid, so that the points are spread evenly.
 Points thinOut(const Points& points, double side_m);
 
-/// Share of the points, in percent, that have a triangle so near.
+/// Share of the points, in percent, that have a triangle within `within_m`.
 double coveredPercent(const Points& points, const Surface& surface, double within_m);
 
 }  // namespace dtsdf

@@ -11,8 +11,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Whether a camera can have to do with what is at a point: it lies ahead, in the image or near its
-/// rim, and not behind something that hides all around it too.
+/// Whether a view may affect a point: it lies ahead, in the image or near its rim, and is not
+/// hidden together with all its surroundings.
 bool isWithinReach(const Scene& scene, const SceneView& view, const Vector3d& p_W, double voxel_m) {
   const double margin_m = 10.0 * voxel_m;
   const Vector3d p_C = view.T_W_C.inverse() * p_W;
@@ -53,7 +53,7 @@ ArrayWords arraysOf(const MapContents& contents) {
   return arrays;
 }
 
-/// Compares the voxels that hold something and that no frame reaches.
+/// Compares the voxels that are not empty and that no frame reaches.
 ByteComparison compareOutside(const MapContents& before, const MapContents& after, double voxel_m,
                               const Zone& isReached) {
   ByteComparison result;
@@ -77,8 +77,8 @@ ByteComparison compareOutside(const MapContents& before, const MapContents& afte
   return result;
 }
 
-/// A room seen all round; then a board is put before one of its walls, and only that is looked at.
-/// What lies outside of these views, or behind the board, stays byte for byte.
+/// A room is seen all round; then a board is put in front of a wall, and only the board is viewed.
+/// What lies outside these views, or behind the board, stays byte for byte.
 std::vector<Figure> measureBytes(const SceneSetup& setup) {
   Scene scene;
   scene.add(Room{Vector3d(-1.5037, -1.0037, -1.5037), Vector3d(1.5037, 1.0037, 1.5037)});
@@ -108,12 +108,12 @@ std::vector<Figure> measureBytes(const SceneSetup& setup) {
 
 constexpr double kUncontradictedSide_m = 0.4, kUncontradictedFront_m = kOff_m - 0.5;
 
-/// Takes the measurements of all that is nearer away.
+/// Removes all measurements nearer than `nearer_m`.
 void blind(SceneView& view, double nearer_m) {
   for (float& z : view.depth_m) z = static_cast<double>(z) < nearer_m ? 0.0f : z;
 }
 
-/// A board that is measured in some frames, while the others have nothing there.
+/// A board that is measured in some frames; the others have no depth there.
 std::vector<Figure> measureGaps(const SceneSetup& setup,
                                 const std::function<bool(int)>& isMeasured) {
   constexpr double kDistance_m = 1.5;
@@ -142,8 +142,8 @@ double areaNearRod(const Surface& surface, double x_m, double reach_m) {
   return areaOf(refine(near, 0.002), [](const Vector3d& p) { return std::abs(p.y()) < 0.07; });
 }
 
-/// Rods seen from near, and then from where they are thinner than a pixel: nothing contradicts
-/// them there, as a pixel is not where a thin rod is in all of its width.
+/// Rods are seen from close by, then from where they are thinner than a pixel. Nothing contradicts
+/// them there, since a thin rod covers only a part of a pixel's width.
 std::vector<Figure> measureRods(const SceneSetup& setup) {
   const std::pair<double, double> rods[] = {{5.0, -0.0513}, {10.0, 0.0487}};  // mm, x in m
   Scene scene;

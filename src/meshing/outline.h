@@ -1,6 +1,6 @@
 /// Outlines: the boundary lines of a mesh.
 ///
-/// A short outline surrounds a hole, where no direction speaks in a unit. Such holes are closed.
+/// A short outline surrounds a hole, left by units in which no direction speaks. It is closed.
 ///
 /// A mesh ends with whole units, so a longer outline has teeth of a voxel where images disagree
 /// about the last units. On average the line is right, so its vertices are smoothed along it with

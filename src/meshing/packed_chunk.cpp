@@ -171,8 +171,8 @@ void checkTriangles(const std::vector<Index>& triangles, size_t vertices) {
         "of 3");
   const auto last = std::max_element(triangles.begin(), triangles.end());
   if (last != triangles.end() && *last >= vertices) {
-    throw std::runtime_error("a triangle uses vertex " + std::to_string(*last) + " of " +
-                             std::to_string(vertices));
+    throw std::runtime_error("a triangle uses vertex " + std::to_string(*last) +
+                             ", but there are only " + std::to_string(vertices));
   }
 }
 

@@ -54,8 +54,8 @@ constexpr double kNearEdges = 2.0;
 constexpr float kOpposite = -0.25f;
 
 /// How far each vertex may move before surfaces that face each other could meet: almost half its
-/// distance from the nearest opposing surface. The distance is measured on first use, and far away
-/// only if a large error requires it, which is rare. The mesh must outlive this object.
+/// distance from the nearest opposing surface. Distances are measured on first use, and only as far
+/// as the error requires. The mesh must outlive this object.
 class Tolerances {
  public:
   /// @param max_error_m The largest error that will be used.
@@ -77,7 +77,7 @@ class Tolerances {
  private:
   static constexpr float kUnknown = std::numeric_limits<float>::infinity();
 
-  /// The tolerance; negative if there is no gap as close as errors up to `error_m` require.
+  /// The tolerance; negative if no gap is narrow enough to limit errors up to `error_m`.
   float measure(uint32_t vertex, double error_m) {
     const double limit_m = 1.01 * error_m / kShareBetween;
     const double gap_m =
@@ -90,8 +90,8 @@ class Tolerances {
   const double near_m_, max_error_m_;
   const SurfaceTree tree_;
   SurfaceTree::Hint hint_ = SurfaceTree::kNoHint;  ///< Consecutive vertices tend to be neighbours.
-  /// Per vertex. Infinite: not measured yet; negative: no gap as close as errors up to near_m_
-  /// require.
+  /// Per vertex. Infinite: not measured yet; negative: no gap is narrow enough to limit errors up
+  /// to near_m_.
   std::vector<float> tolerance_m_;
 };
 
@@ -250,7 +250,7 @@ class Collapser {
     return state.cost > error_m * error_m ? vertex : state.to;
   }
 
-  /// Merges u into v. @return false, and change nothing, if that would exceed the error or spoil
+  /// Merges u into v. @return false, and change nothing, if that would exceed the error or damage
   /// the surface.
   bool tryMerge(uint32_t u, uint32_t v, double error_m) {
     fans_.list(u, wings_);
@@ -532,7 +532,7 @@ SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m, const Simplify
   if (max_error_m > diagonal_m) {
     throw std::invalid_argument("an error of " + shortestText(max_error_m) +
                                 " m is more than the whole mesh, which is " +
-                                shortestText(diagonal_m) + " m across");
+                                shortestText(diagonal_m) + " m across; use a smaller one");
   }
   const double mean_edge_m = meanEdge_m(mesh);
   max_error_m = std::min(max_error_m, kMostEdges * mean_edge_m);

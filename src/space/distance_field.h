@@ -25,7 +25,7 @@ inline int reachInCells(double max_distance_m, double cell_size_m) {
 using DistanceSectors = Sectors<DistanceSector>;
 
 /// @return the squared distance, in cells, to the nearest cell with a surface; -1: none within
-/// reach. If it cannot be read, 0: such space must not look free.
+/// reach; 0 if it cannot be read, because such space must not look free.
 int squaredAt(const DistanceSectors& sectors, const Vec3i& cell);
 
 /// Implements KnownSpace::distanceAt(): interpolates between the centres of the cells around a

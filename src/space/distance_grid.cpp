@@ -21,7 +21,7 @@ void visitBetween(const Vec3i& low, const Vec3i& high, const Visit& visit) {
   }
 }
 
-/// Frees the cells whose centres lie in the region, which is in units of cells.
+/// Marks the cells as free whose centres lie in the region, which is in units of cells.
 void clear(const RegionView& region, const Vec3i& sector, CellSector& cells) {
   for (int number = 0; number < kCubesPerSector; ++number) {
     const Vec3i first = firstCellOfCube(cubeOfSector(sector, number));
@@ -67,7 +67,7 @@ BlockExtent cellsAround(const BoxRegion& box, const SpaceSnapshot& space, int32_
 
 PointGrid gridIn(const BoxRegion& box, double resolution_m) {
   if (!(resolution_m > 0.0) || !std::isfinite(resolution_m)) {
-    throw std::runtime_error("the resolution must be above 0 m, or 0 for that of the cells");
+    throw std::runtime_error("the resolution must be above 0 m, or 0 to use the size of the cells");
   }
   constexpr double kRounding = 1e-6;  // 0.3 m are three steps of 0.1 m
   const Eigen::Vector3d steps = (box.size_m / resolution_m).array() - kRounding;

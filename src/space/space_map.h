@@ -38,7 +38,7 @@ class SpaceMap : public Space {
   /// From now on `work_out` computes the distances.
   void setDistanceBackend(DistanceWork work_out) { distances_.setBackend(std::move(work_out)); }
 
-  /// The cubes that may be in view of an image, sorted by key. An image frees no other cubes.
+  /// The cubes that may be in view of an image, sorted by key. No other cubes can become free.
   std::vector<Vec3i> cubesInView(const FrameView& frame) const;
 
   /// Adds the cells that an image saw through. Cubes must be sorted by key; those beyond the budget

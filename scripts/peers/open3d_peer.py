@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Open3D (pip install open3d) on a TUM folder, depth only, to be measured beside this package:
+"""Runs Open3D (pip install open3d) on the depth images of a TUM folder, for scripts/compare:
 
 open3d_peer.py fuse FOLDER VOXEL_M THREADS FIRST:LAST:STEP MESH.ply [MAX_DEPTH_M]
 
-fuses with VoxelBlockGrid and prints what scripts/compare reads; THREADS 0: on the GPU.
+Fuses with VoxelBlockGrid and prints what scripts/compare reads. THREADS 0: on the GPU.
 """
 import json
 import os
@@ -57,7 +57,7 @@ def fuse(folder, voxel_m, threads, frames, mesh_path, max_depth_m="10"):
         if threads == "0":
             core.cuda.synchronize()
         times.append(1e3 * (time.perf_counter() - start))
-    memory = grid.hashmap().size() * 16 ** 3 * 8 / 2 ** 20  # of its blocks; room for more is reserved
+    memory = grid.hashmap().size() * 16 ** 3 * 8 / 2 ** 20  # of its blocks; more is reserved
     start = time.perf_counter()
     mesh = grid.extract_triangle_mesh(weight_threshold=2.0)
     mesh_ms = 1e3 * (time.perf_counter() - start)

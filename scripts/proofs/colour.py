@@ -1,10 +1,10 @@
 """Compares the colours of reconstructed models with the truth.
 
-Renders each model from a helix of 60 views, and a furnished house from inside, in a checker
-and in a gradient, with the colour camera 5 cm beside the depth camera, reconstructs it and measures
-the error of colour over the surface. Then a plate 5 mm thick, red in front and blue behind, by the
-directional and by the undirected map. Fills colour.md, with pictures of the plate. Exits 0 only if
-the directional plate has its colours.
+Renders each model from a helix of 60 views, and a furnished house from inside, with a checker and a
+gradient pattern and the colour camera 5 cm from the depth camera; reconstructs it and measures the
+colour error over the surface. Then does so for a plate 5 mm thick, red in front and blue behind, with
+the directional and the undirected map. Fills colour.md, with pictures of the plate. Exits 0 only if
+the directional map keeps the plate's colours apart.
 """
 import itertools
 import json
@@ -16,14 +16,14 @@ from .common import (MAPS, fill_page, made_by, make_parser, markdown_table, numb
 from .ply import columns, read_ply
 
 TEXTURES = ("checker", "gradient")
-HOUSE = "house"  # furnished, seen from inside, by the poses of house_noisy
+HOUSE = "house"  # furnished, seen from inside, from the poses of house_noisy
 # Model -> voxels in mm.
 MODELS = {"armadillo": [10, 20], "dragon": [10, 20], HOUSE: [25, 50]}
 PLATE_VOXELS_MM, FRAMES = [10, 20], 60
 
 PLATE_M = (0.005, 0.5, 0.5)
 FRONT, BACK, RIM = (220, 30, 30), (30, 30, 220), (128, 128, 128)
-MOST_WRONG = 0.01  # of the vertices farther than a voxel from the rim
+MOST_WRONG = 0.01  # share of the vertices farther than a voxel from the rim
 
 
 def write_plate(path):
@@ -42,7 +42,7 @@ def write_plate(path):
 
 
 def wrong_share(mesh, voxel_mm):
-    """Of the vertices farther than a voxel from the rim: those not nearest to their side's colour."""
+    """Share of the vertices farther than a voxel from the rim with a colour nearer to another side's."""
     vertices = read_ply(mesh)[0]
     inside = (abs(columns(vertices, "yz")) <= np.array(PLATE_M[1:]) / 2 - voxel_mm / 1000).all(axis=1)
     vertices = vertices[inside]
@@ -51,7 +51,7 @@ def wrong_share(mesh, voxel_mm):
 
 
 def measure_plate(options, voxel_mm, variant):
-    """The share of wrong vertices; draws both sides into the results."""
+    """The share of wrong vertices. Draws pictures of both sides."""
     mesh = options.work / f"plate_{variant}_{voxel_mm:g}mm.ply"
     reconstruct(options, options.work / "plate", voxel_mm, MAPS[variant], mesh)
     for side, azimuth in (("front", 60), ("back", 240)):

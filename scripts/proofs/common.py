@@ -1,4 +1,4 @@
-"""What the cases have in common: options, programs, tables and pages."""
+"""Common parts of the cases: options, programs, tables and pages."""
 import argparse
 import datetime
 import json
@@ -11,7 +11,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 MAPS = {"directional": ["map/directional=true"],
         "undirected": ["map/directional=false", "fusion/mode=voxel_projection"]}
-# Options whose values are places on this machine.
+# Options whose values are paths on this machine.
 PLACES = ("--data", "--programs", "--work", "--results",
           "--page", "--voxblox", "--against", "--raw", "--peer", "--gpu-peer")
 
@@ -25,8 +25,8 @@ def find_programs():
 
 
 def make_parser(doc, work="", data=""):
-    """With the options of all cases; `work` names the folder for intermediate files, `data` says
-    what is read of the folder --data, for cases that have such."""
+    """A parser with the options of all cases. `work` names the folder of intermediate files, `data` what
+    is read from the folder --data; both only for cases that have such files."""
     parser = argparse.ArgumentParser(description=doc,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
 
@@ -56,7 +56,7 @@ def numbers(text):
 
 
 def run(program, *arguments, **more):
-    """What a program prints."""
+    """Runs a program and returns what it prints."""
     command = [str(word) for word in (program, *arguments)]
     return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, **more).stdout
 
@@ -79,7 +79,7 @@ def render(options, model, folder, *arguments):
 
 
 def markdown_table(header, rows):
-    """A first cell that is the one above is left blank."""
+    """A table in Markdown. A first cell equal to the one above is left blank."""
     lines, above = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)], None
     for first, *cells in rows:
         lines.append(" | ".join(["|" if first == above else f"| {first}", *map(str, cells)]) + " |")
@@ -88,7 +88,7 @@ def markdown_table(header, rows):
 
 
 def number(value):
-    """Three digits."""
+    """Formats with three digits."""
     return f"{value:.2f}" if value < 10 else f"{value:.1f}" if value < 100 else f"{value:.0f}"
 
 
@@ -99,7 +99,7 @@ def cpu_name():
 
 
 def made_by(device):
-    """The command line of this run, without the places of its files, on what, and when."""
+    """A line with the command of this run, without paths, its device and the date."""
     shown, is_place = [], False
     for word in sys.argv[1:]:
         if not is_place and word.split("=")[0] not in PLACES:
@@ -110,8 +110,8 @@ def made_by(device):
 
 
 def fill_page(path, **parts):
-    """Puts each text between the marks of its name; what is written around them stays. On a page
-    without its marks it goes to the end, with them."""
+    """Puts each text between the marks of its name, and keeps the rest of the page. Missing marks are
+    added at the end."""
     path.parent.mkdir(parents=True, exist_ok=True)
     page = path.read_text(encoding="utf-8") if path.exists() else ""
     for name, text in parts.items():

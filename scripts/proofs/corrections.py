@@ -1,9 +1,9 @@
-"""Measures what a map is worth after its poses were corrected, in three ways.
+"""Measures the accuracy of maps after three ways of correcting their poses.
 
-A camera moves through a house; its poses drift as odometry does, and are then corrected to the true ones.
+A camera moves through a house; its poses drift like odometry, and are then corrected to the true ones.
 The map is fused again at them, as the node and `reconstruct JOURNAL --poses` do; or it is made of submaps,
-fused at drifted poses and moved as a whole to where their first image belongs, as in voxgraph; or of single
-images a second apart, as in rtabmap. The last two are stand-ins of each idea, by maps of this package.
+fused at drifted poses and moved as a whole to the true pose of their first image, as in voxgraph; or of
+single images a second apart, as in rtabmap. The last two imitate each idea with maps of this package.
 Fills the part `corrections` of poses.md, and draws each mesh below --work. Needs numpy.
 """
 import json
@@ -13,14 +13,14 @@ import numpy as np
 from .common import fill_page, made_by, make_parser, markdown_table, number, reconstruct, render, run, words
 from .ply import columns, read_ply
 
-# Way -> images of each part, and from one part to the next; all at most.
+# Way -> images per part, and from one part to the next, limited to all of them.
 WAYS = {"as it drifted": (10**6, 10**6), "**fused again**": (10**6, 10**6), "submaps of 5 s, moved": (150, 150),
         "submaps of 1 s, moved": (30, 30), "an image a second, moved": (1, 30)}
-STEP_M, STEP_DEG = 0.002, 0.05  # deviations an image: after 20 s and 10 m some 5 cm and 1 degree
+STEP_M, STEP_DEG = 0.002, 0.05  # deviations per image: about 5 cm and 1 degree after 20 s and 10 m
 
 
 def drift(truth, seed, restart):
-    """Rows of a TUM file that drift, from the true pose on at each `restart`-th one."""
+    """Rows of a TUM file with drift, which starts over from the true pose every `restart` rows."""
     rng, poses = np.random.default_rng(seed), truth.copy()
     for i, row in enumerate(poses):
         if i % restart == 0:
@@ -50,7 +50,7 @@ def join(meshes, path):
 
 
 def measure(options, seed):
-    """The RMSE of the surface in mm by each way."""
+    """The RMSE of the surface in mm for each way."""
     count, errors = options.images, []
     folder = render(options, "scenes/house.ply", options.work / f"hand_{count}_{seed}", "--trajectory", "hand", "--views",
                     options.data / "sequences/house_noisy", "--frames", count, "--noise", "kinect", "--longest-side", 0,
@@ -77,8 +77,8 @@ def measure(options, seed):
 def main():
     parser = make_parser(__doc__, "corrections", "scenes/ and sequences/")
     parser.add_argument("--voxel-mm", type=float, default=20.0, help="default: %(default)s")
-    parser.add_argument("--images", type=int, default=600, help="30 a second (default: %(default)s)")
-    parser.add_argument("--seeds", default="1,2", help="of path, noise and drift (default: %(default)s)")
+    parser.add_argument("--images", type=int, default=600, help="images, 30 per second (default: %(default)s)")
+    parser.add_argument("--seeds", default="1,2", help="seeds of path, noise and drift (default: %(default)s)")
     options = parser.parse_args()
     options.work.mkdir(parents=True, exist_ok=True)
     seeds = words(options.seeds)

@@ -1,8 +1,8 @@
 """Runs the paper's experiments: accuracy by model, voxel size and fusion mode.
 
-For each cell: renders an orbit, reconstructs it, and compares the mesh with the model. Meshes that
-are there already, made by the same program, are kept, so a run that was stopped can be started
-again. Fills a part of accuracy.md that is named by the set-up.
+For each cell, renders an orbit, reconstructs it, and compares the mesh with the model. Existing meshes
+of the same program are kept, so that a run that was stopped can continue. Fills the part of
+accuracy.md that is named after the set-up.
 """
 import json
 import re
@@ -20,7 +20,7 @@ HOUSE = "house_noisy"  # given, not rendered; it stands in for the rooms of the 
 
 
 def setup_of(options):
-    """Names the set-up by what differs from the paper's."""
+    """Names the set-up after its differences from the paper's."""
     parts = [] if options.frames == 1000 else [f"{options.frames}_frames"]
     parts += [name for name in (options.trajectory, options.noise) if name not in ("circle", "none")]
     parts += [setting.split("/")[-1] for setting in options.set]
@@ -49,13 +49,13 @@ def measure(options, model, voxel_mm, mode):
 def main():
     parser = make_parser(__doc__, "paper", "models/, scenes/ and sequences/")
     add = parser.add_argument
-    add("--models", type=words, default=MODELS, help=f"with commas; also {HOUSE}")
+    add("--models", type=words, default=MODELS, help=f"separated by commas; also {HOUSE}")
     add("--voxels", type=numbers, default=[5, 10, 20, 50], help="in mm (default: %(default)s)")
     add("--modes", type=words, default=["directional-rcn", "undirected-vp"],
         help=f"of {', '.join(MODES)}")
-    add("--frames", type=int, default=1000, help="of an orbit (default: %(default)s)")
+    add("--frames", type=int, default=1000, help="images of an orbit (default: %(default)s)")
     add("--trajectory", default="circle", help="circle, helix or sphere (default: %(default)s)")
-    add("--noise", default="none", help="as render_orbit has it (default: %(default)s)")
+    add("--noise", default="none", help="as in render_orbit (default: %(default)s)")
     add("--set", action="append", default=[], metavar="KEY=VALUE", help="settings for reconstruct")
     options = parser.parse_args()
     setup = setup_of(options)

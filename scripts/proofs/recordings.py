@@ -1,12 +1,12 @@
-"""Measures meshes of real recordings by images that they were not made from.
+"""Measures meshes of real recordings with images that were not fused.
 
 Every second image of each recording is fused, at the given poses and at refined ones, and the mesh is
 compared with the depth of the images in between, each aligned with the mesh first. The refined poses
-are those that `reconstruct` finds for the directional map; all maps are fused at them. Pictures are of
-the meshes, from where two of the images were taken. What may not be published is printed only.
+are those that `reconstruct` finds for the directional map; all maps are fused at them. Pictures show
+the meshes from the poses of two images. Recordings that may not be published are only printed.
 
-With --voxblox PROGRAM, voxblox ("fast", with its carving) fuses the same images and is measured
-beside. PROGRAM is called as DIR VOXEL_M METHOD CARVE THREADS MESH.ply FIRST:LAST:STEP.
+With --voxblox PROGRAM, voxblox ("fast", with its carving) fuses the same images and is measured as
+well. PROGRAM is called as DIR VOXEL_M METHOD CARVE THREADS MESH.ply FIRST:LAST:STEP.
 """
 import json
 import os
@@ -30,7 +30,7 @@ COLUMNS = [*SHARES, "p95 mm", *GROSS, "covered %", "border edges", "small holes"
 
 
 def at_poses(folder, trajectory, to):
-    """A copy of a TUM folder with other poses, by links."""
+    """A copy of a TUM folder with other poses, made of links."""
     shutil.rmtree(to, ignore_errors=True)
     to.mkdir(parents=True)
     for path in folder.iterdir():
@@ -41,7 +41,7 @@ def at_poses(folder, trajectory, to):
 
 
 def fuse(title, folder, voxel_mm, poses, mesh, options):
-    """Makes the mesh of a map at given or refined poses. @return what it ran on, if known."""
+    """Makes the mesh of a map at given or refined poses. Returns the device, if known."""
     mesh.unlink(missing_ok=True)
     trajectory = options.work / f"{folder.name}_poses.txt"
     if title == "voxblox":
@@ -60,8 +60,8 @@ def fuse(title, folder, voxel_mm, poses, mesh, options):
 
 
 def measure(mesh, folder, options):
-    """The cells of a row: shares in per cent of the depth of pixels that the mesh covers, gross
-    errors in per cent of all measured pixels."""
+    """The cells of a row: shares in per cent of the measured pixels that the mesh covers, gross errors
+    in per cent of all measured pixels."""
     depth = json.loads(run(options.programs / "evaluate_depth", mesh, folder, "--first", 1,
                            "--step", 2, "--stride", options.stride, "--register",
                            REGISTRATION_STEPS))["registered"]
@@ -98,8 +98,8 @@ def measure_recording(name, options):
 def read_options():
     parser = make_parser(__doc__, "recordings", "sequences/")
     add = parser.add_argument
-    add("--stride", default=1, help="compare each so many pixels (default: %(default)s)")
-    add("--voxblox", metavar="PROGRAM", help="measure the meshes of this program, too")
+    add("--stride", default=1, help="compare every STRIDE-th pixel (default: %(default)s)")
+    add("--voxblox", metavar="PROGRAM", help="also measure the meshes of this program")
     add("--page", help="default: RESULTS/recordings.md; '-' for none")
     options = parser.parse_args()
     options.page = options.page or str(options.results / "recordings.md")

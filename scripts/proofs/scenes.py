@@ -1,4 +1,4 @@
-"""Shows whether the map holds what was seen, and only that: analytic scenes beside their bounds.
+"""Checks on analytic scenes that the map holds what was seen, and nothing else.
 
 Runs the program prove_scenes, which fuses views of each scene at several voxel sizes. Fills
 scenes.md with the figures that break their bounds. Exits 0 only if there are none.
@@ -12,8 +12,8 @@ from .common import fill_page, made_by, make_parser, run
 def main():
     parser = make_parser(__doc__)
     add = parser.add_argument
-    add("--width", type=int, default=320, help="of the room camera's images (default: %(default)s)")
-    add("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="cases at the same time")
+    add("--width", type=int, default=320, help="width of the room camera's images (default: %(default)s)")
+    add("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="number of cases that run at the same time")
     options = parser.parse_args()
     output = run(options.programs / "prove_scenes", "--voxels", "20,10,5", "--width", options.width,
                  "--jobs", options.jobs, "--backend", options.backend, "--threads", 1)

@@ -1,14 +1,13 @@
-"""Holds what a map says of the space around surfaces to the truth of an analytic scene.
+"""Compares a map's free cells and distances with the truth of an analytic scene.
 
-Compares distances and free cells with exact ones, at several sizes of cells. Fills space.md. Exits
-0 only if no cell that is called free is taken or unseen, the RMSE of distances is half a cell at
-most, and no distance is off by more than one and a half cells.
+Does so at several cell sizes, and fills space.md. Exits 0 only if no free cell is occupied or unseen,
+the RMSE of distances is at most half a cell, and no distance is off by more than one and a half cells.
 """
 import json
 
 from .common import fill_page, made_by, make_parser, markdown_table, number, run
 
-# Edge of a cell in mm: size of a voxel in m, voxels along an edge of a cell, reach of distances.
+# Edge of a cell in mm -> voxel size in m, voxels along an edge of a cell, reach of distances in m.
 CELLS = {50: (0.025, 2, 2.0), 100: (0.025, 4, 2.0), 200: (0.025, 8, 2.0), 20: (0.02, 1, 0.3)}
 HEADER = ["cell mm", "reach m", "RMSE", "mean", "least to greatest",
           "off by more than 1.5", "RMSE anywhere", "free, but taken", "free, but not seen",
@@ -17,7 +16,7 @@ HEADER = ["cell mm", "reach m", "RMSE", "mean", "least to greatest",
 
 def measure(options, cell_mm):
     voxel_m, cell_voxels, reach_m = CELLS[cell_mm]
-    # What one image shows is in the map as well, as in the truth.
+    # A surface in one image is enough, as in the truth.
     return json.loads(run(
         options.programs / "evaluate_space", "--samples", options.samples, "--set",
         f"backend={options.backend}", f"map/voxel_size_m={voxel_m}",

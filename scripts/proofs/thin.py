@@ -1,10 +1,9 @@
 """Shows that thin parts keep all sides: plates of 2 to 40 mm or rods, at 20 mm voxels.
 
-Renders syn_plates.ply (or --model syn_rods) from all round, reconstructs it with the directional
-and with the undirected map, and measures on each plate's two faces and each rod's four quarters how
-much is there and how far off it lies. Fills thin.md, with two pictures. Exits 0 only if the
-directional map has every side of a part of 10 mm or more where it belongs, and the undirected map
-has not.
+Renders syn_plates.ply (or --model syn_rods) from all around, reconstructs it with the directional and
+the undirected map, and measures how complete and how accurate each plate's two faces and each rod's
+four quarters are. Fills thin.md, with two pictures. Exits 0 only if the directional map has every side
+of the parts of 10 mm or more in its place, and the undirected map has not.
 """
 import numpy as np
 
@@ -14,10 +13,10 @@ from .ply import columns, read_ply
 
 FRAMES, VOXEL_MM = 300, 20.0
 SQUARE_M = 0.025         # a square of a face is there if a point lies on it
-INSET_M = 0.025          # left out along the face's rim, where it turns into the narrow sides
-FACING_COSINE = 0.9      # a point belongs to a face if its normal does
+INSET_M = 0.025          # left out along the face's rim, where it meets the narrow sides
+FACING_COSINE = 0.9      # a point belongs to a face if its normal fits
 LARGEST_OFFSET_M = 0.06  # and if it is not farther off than this
-# A face is sound with this share of it there, this near to the truth in the mean.
+# A face is sound if this share of it is there, with a mean offset of at most this.
 SOUND_SHARE, SOUND_OFFSET_M = 0.95, 0.005
 LEAST_SOUND_THICKNESS_M = 0.0099  # thinner parts are measured only
 # Barycentric weights of the points inside a triangle.
@@ -26,7 +25,7 @@ WEIGHTS = [(1 / 3, 1 / 3, 1 / 3), (2 / 3, 1 / 6, 1 / 6), (1 / 6, 2 / 3, 1 / 6),
 
 
 class Part:
-    """A plate, an axis-aligned box with one thin side, or a rod along y: its corners."""
+    """A plate (an axis-aligned box with one thin side) or a rod along y, from its corners."""
 
     def __init__(self, points):
         self.low, self.high = points.min(axis=0), points.max(axis=0)
@@ -36,7 +35,7 @@ class Part:
         self.is_rod = abs(self.size[0] - self.size[2]) < 1e-3
 
     def sides(self):
-        """Of a plate its two faces, of a rod its four quarters, by the direction they face to."""
+        """The two faces of a plate or four quarters of a rod, by the direction that they face."""
         axes = {"x": 0, "z": 2} if self.is_rod else {"": self.axis}
         return {sign + name: (1 if sign == "+" else -1) * np.eye(3)[axis]
                 for name, axis in axes.items() for sign in "+-"}

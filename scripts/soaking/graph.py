@@ -1,4 +1,4 @@
-"""A ROS graph with a master of its own: its programs, their logs and their memory."""
+"""A ROS graph with its own master: programs, their logs and their memory."""
 import os
 import pathlib
 import signal
@@ -32,7 +32,7 @@ def wait_until(condition, timeout_s, what):
 
 
 class Graph:
-    """Ends its programs when it is left."""
+    """As a context manager, ends its programs at the end."""
 
     def __init__(self, folder):
         self.logs = pathlib.Path(folder) / "logs"
@@ -60,7 +60,7 @@ class Graph:
         return program
 
     def end(self, program):
-        """Ends a program as Ctrl-C does; returns whether it went by itself."""
+        """Ends a program as Ctrl-C does; returns whether it did not have to be killed."""
         self.programs.remove(program)
         return stop(program)
 
@@ -77,7 +77,7 @@ def stop(program):
 
 
 def pid_of(node):
-    """The process of a node: of a nodelet, that of its manager."""
+    """The process of a node; for a nodelet, its manager's."""
     import rosgraph
     import xmlrpc.client
     uri = rosgraph.Master("/soak").lookupNode(node)
@@ -85,6 +85,6 @@ def pid_of(node):
 
 
 def resident_mb(pid):
-    """None if the process has ended."""
+    """Resident memory of a process; None if it has ended."""
     answer = subprocess.run(["ps", "-o", "rss=", "-p", str(pid)], capture_output=True, text=True, check=False)
     return int(answer.stdout) / 1024.0 if answer.stdout else None

@@ -1,17 +1,16 @@
-"""Judges what was recorded: whether memory is flat, whether each image came to something that is
-counted, and whether all services did what they were asked."""
+"""Judges a record: whether memory is flat, and whether all images were accounted for and all services
+worked."""
 import json
 import math
 import statistics
 
 import numpy as np
 
-# Student's t for 95 % on both sides, by degrees of freedom; beyond, that of many.
+# Student's t for 95 % (two-sided), by degrees of freedom; T_95_MANY for more of them.
 T_95 = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13]
 T_95_MANY = 2.0
-# Growth that counts as none: so many MB an hour, or such a share of what is resident. It takes a long
-# run to tell it from what comes and goes; a run tells something where growth by more than so large a
-# share can be ruled out.
+# Growth per hour that counts as none, in MB or as a share of resident memory. Only a long run can tell it
+# from fluctuations; a run is conclusive if growth by more than DOUBT_SHARE_H can be ruled out.
 FLAT_MB_H, FLAT_SHARE_H, DOUBT_SHARE_H = 10.0, 0.05, 0.2
 
 
@@ -24,9 +23,9 @@ def of_kind(records, kind):
 
 
 def least_of_cycles(records):
-    """(seconds, least) of each cycle of the second half. What is never given back raises the least of
-    all cycles; what a cycle does with its memory, and when, raises the others. In the first half all is
-    used for the first time, and pools grow until each has met its most."""
+    """(seconds, minimum) of each cycle of the second half. A leak raises the minima; memory that a cycle
+    uses for a while does not. In the first half everything is used for the first time, and pools grow
+    to their maximum."""
     begins = [record["t"] for record in of_kind(records, "event") if record["what"] == "cycle"]
     samples = of_kind(records, "sample")
     least = []
@@ -38,7 +37,7 @@ def least_of_cycles(records):
 
 
 def slope_per_hour(points):
-    """Slope of a line through the points and the bound of its error; None below three points."""
+    """Slope of a line through the points and the bound of its error; None for fewer than three."""
     if len(points) < 3:
         return None
     line, variances = np.polyfit(*zip(*points), 1, cov=True)

@@ -1,4 +1,4 @@
-"""What is kept of a graph while it runs: a line of JSON for each sample, event and problem."""
+"""The record of a running graph: a line of JSON for each sample, event, call and problem."""
 import json
 import pathlib
 import threading
@@ -6,7 +6,7 @@ import time
 
 
 class Record:
-    """Used from several threads."""
+    """Thread safe."""
 
     def __init__(self, folder):
         self.file = open(pathlib.Path(folder) / "record.jsonl", "w")

@@ -1,5 +1,5 @@
-"""What is done to a graph: cycles of a fixed course of events, from loading the nodelet into its
-manager to unloading it."""
+"""Events of a run: cycles of a fixed sequence, from loading the nodelet into its manager to unloading
+it."""
 import pathlib
 import random
 import signal
@@ -28,16 +28,16 @@ MANAGER, NODE = "/mapping_manager", "/mapping"
 POINTS_ASKED = 1000
 RECOVERS_WITHIN_S = 30.0
 SETTLES_WITHIN_S = 180.0
-MOST_ON_THE_WAY = 70  # images that are between arriving and being counted: the queues' lengths
+MOST_ON_THE_WAY = 70  # images received but not counted yet: the lengths of the queues
 
 
 def cycle_seconds(hours):
-    """Twelve cycles, none longer than five minutes nor shorter than what it does takes."""
+    """Twelve cycles, each of at most five minutes and long enough for its events."""
     return min(max(3600.0 * hours / 12, 40.0), 300.0)
 
 
 class Watch:
-    """The status of a node, samples of it, and what it shows to be wrong."""
+    """Watches the status of a node, records samples of it and reports problems."""
 
     def __init__(self, record, process, sample_s):
         self.record, self.process = record, process
@@ -52,7 +52,7 @@ class Watch:
         self.status_time, self.status = time.monotonic(), status
 
     def sample_all(self, sample_s):
-        """Whatever ends the sampling ends the run: what nobody watches shows nothing."""
+        """An error in sampling ends the run, because a run without samples shows nothing."""
         try:
             while not self.ended.wait(sample_s):
                 self.sample()
@@ -78,12 +78,11 @@ class Watch:
         silent_s = time.monotonic() - self.status_time
         if silent_s > RECOVERS_WITHIN_S:
             self.record.problem(f"no status for {silent_s:.0f} s")
-            self.status_time = time.monotonic()  # say it again only after as long a time
+            self.status_time = time.monotonic()  # repeated only after the same time
         for stream in status.cameras[0].streams:
             missing = unaccounted(stream)
             if not 0 <= missing <= MOST_ON_THE_WAY:
-                self.record.problem(f"{missing} {stream.kind} images have come to nothing that is "
-                                    "counted")
+                self.record.problem(f"{missing} {stream.kind} images are not accounted for")
 
 
 def unaccounted(stream):
@@ -129,7 +128,7 @@ class Scenario:
         return answer if outcome == "done" else None
 
     def ask_distances(self):
-        """At places all over the room, as a planner does."""
+        """Asks for points all over the room, as a planner does."""
         points = [Point(self.random.uniform(-2.5, 2.5), self.random.uniform(-2.0, 2.0),
                         self.random.uniform(0.0, 2.0)) for _ in range(POINTS_ASKED)]
         answer = self.call("get_distances", GetDistances, refusals=["nothing is mapped yet"],
@@ -178,29 +177,29 @@ class Scenario:
         self.listeners_break_off()
 
     def listeners_stall(self):
-        """One that is connected to all and never reads again."""
+        """Starts a listener to all topics that never reads again."""
         self.stalled = self.graph.start("stalled", ["rostopic", "hz", *(f"{NODE}/{topic}" for topic in TOPICS)])
         time.sleep(4.0)
         self.stalled.send_signal(signal.SIGSTOP)
 
     def listeners_break_off(self):
-        """In the middle of a message, if there is one."""
+        """Kills the stalled listener, in the middle of a message if there is one."""
         if self.stalled is not None:
             self.stalled.kill()
             self.stalled = None
 
     # ---- running -------------------------------------------------------------------------------
     def must_map(self):
-        """Whatever was done: frames are fused again, and the status is OK by itself."""
+        """Waits until frames are fused again and the status is OK by itself."""
         before = self.watch.status.frames_fused if self.watch.status else 0
         wait_until(lambda: self.watch.status and self.watch.status.level == 0 and
                    self.watch.status.frames_fused > before, RECOVERS_WITHIN_S, "not mapping again")
 
     def must_be_settled(self):
-        """Nothing comes in any more: each image becomes something that is counted, but for one whose
-        camera_info never came, which waits until the next one."""
+        """With no new images, waits until all are accounted for, except one whose camera_info never came:
+        it waits until the next one."""
         wait_until(lambda: all(unaccounted(stream) + stream.waiting <= 1 for stream in
-                               self.watch.status.cameras[0].streams), SETTLES_WITHIN_S, "images without a fate")
+                               self.watch.status.cameras[0].streams), SETTLES_WITHIN_S, "images unaccounted for")
 
     def run_cycle(self, seconds):
         begin = time.monotonic()

@@ -15,7 +15,7 @@ namespace dtsdf {
 /// by name, or else by the number at its end; a list of 3 x 4 (KITTI) or 4 x 4 numbers (Open3D's
 /// trajectory.log) in the order of the images if it has as many poses, or else by number.
 /// @param convention One of RecordingOptions::pose_convention; empty: that of the file's format.
-/// @throws std::runtime_error with file and line for what is missing or malformed.
+/// @throws std::runtime_error with file and line if anything is missing or malformed.
 void findPosesIn(const std::string& path, double tolerance_s, std::vector<StampedImage>& images,
                  std::string convention = "");
 

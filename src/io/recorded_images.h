@@ -23,7 +23,7 @@ struct RecordedImages {
   /// point are flipped vertically, which leaves every 3D point in place.
   std::optional<CameraInfo> camera = std::nullopt;
   std::string missing_camera = {};  ///< Why the camera is missing; a reason to skip images.
-  double units_per_metre = 0.0;     ///< Scale of depth.
+  double units_per_metre = 0.0;     ///< Depth units per metre.
 };
 
 /// Depth images in order, decoded one by one. @throws std::runtime_error if no image has a pose.

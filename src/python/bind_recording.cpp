@@ -28,7 +28,9 @@ struct Images {
     return source->skipped();
   }
   ~Images() {
-    if (!process.isHere()) static_cast<void>(source.release());  // its thread is the parent's
+    if (!process.isHere())
+      static_cast<void>(source.release());  // its thread belongs to the parent
+                                            // process
   }
 };
 using DepthImages = Images<FrameSource>;

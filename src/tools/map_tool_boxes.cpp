@@ -130,12 +130,12 @@ void printBoxes(const std::vector<std::string>& arguments) {
   CommandLine line(
       "map_tool boxes", "RECORDING --count N | --box-m METRES [options]",
       "Cuts space into boxes that share the surfaces of a recording about equally, and "
-      "prints them, one a line, for reconstruct --only. A sample of the images is "
-      "looked at; whatever it misses, the boxes cover all of space.");
+      "prints them, one a line, for reconstruct --only. Only a sample of the images is "
+      "read, but the boxes cover all of space.");
   line.addText({"RECORDING", "", "a recording that reconstruct reads"}, input.recording.path);
   line.addNumber({"--count", "N", "number of boxes"}, count, {1, 1e6});
-  line.addNumber({"--box-m", "METRES", "or as many that none is longer where there are surfaces"},
-                 edge_m, {0.01, 1e6});
+  line.addNumber({"--box-m", "METRES", "or the maximum length of a box's surfaces"}, edge_m,
+                 {0.01, 1e6});
   line.requireOneOf({"--count", "--box-m"});
   line.beginGroup("Input");
   addFormatOption(line, input);

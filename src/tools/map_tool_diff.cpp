@@ -260,7 +260,7 @@ void compareMaps(const std::vector<std::string>& arguments) {
   if (same_m2 <= added_m2 + gone_m2) {
     std::fprintf(
         stderr,
-        "map_tool diff: warning: less is unchanged than has changed: are these maps of one "
+        "map_tool diff: warning: more has changed than is unchanged: are these maps of one "
         "place, in one frame?\n");
   }
   if (a.out_path.empty()) return;

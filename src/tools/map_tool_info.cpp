@@ -1,4 +1,4 @@
-// map_tool info: what is in a map file.
+// map_tool info: prints what is in a map file.
 #include <cstdio>
 
 #include "io/map_chunks.h"

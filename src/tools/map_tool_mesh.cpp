@@ -1,4 +1,4 @@
-// map_tool mesh: the mesh of a map file.
+// map_tool mesh: saves the mesh of a map file.
 #include <cstdio>
 #include <memory>
 #include <utility>

@@ -1,4 +1,4 @@
-// map_tool render: views of a map file.
+// map_tool render: renders views of a map file.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

@@ -1,4 +1,4 @@
-// map_tool slice: a picture of the distances to surfaces at one height.
+// map_tool slice: draws the distances to surfaces at one height.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -86,7 +86,7 @@ void drawSlice(const std::vector<std::string>& arguments) {
   int pixels = 4;
   CommandLine line("map_tool slice", "FILE OUT.png --height METRES [options]",
                    "Draws the distances to surfaces at one height, x to the right and y up: red "
-                   "beside a surface to blue at the largest distance, surfaces black, unknown "
+                   "near a surface to blue at the largest distance, surfaces black, unknown "
                    "grey.");
   line.addNumber({"--height", "METRES", "height of the slice, along z of the map frame"}, height_m,
                  {-1e4, 1e4});

@@ -1,4 +1,4 @@
-// map_tool texture: the mesh of a map with textures from a recording's images.
+// map_tool texture: saves the mesh of a map with textures from a recording's images.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -365,10 +365,10 @@ void textureMap(const std::vector<std::string>& arguments) {
   CommandLine line("map_tool texture", "RECORDING MAP --mesh OUT [options]",
                    "Saves the mesh of a map with textures from the colour images of a recording or "
                    "a journal.");
-  line.addText({"RECORDING", "", "a folder, a bag or a journal, as of reconstruct"},
+  line.addText({"RECORDING", "", "a folder, a bag or a journal, as for reconstruct"},
                input.recording.path);
   line.addText({"MAP", "", "the map file that was made of it"}, options.map_path);
-  line.addText({"--mesh", "OUT", "the mesh: .obj, with .mtl and .png beside it, or .glb"},
+  line.addText({"--mesh", "OUT", "the mesh: .obj, with .mtl and .png next to it, or .glb"},
                options.out_path);
   line.require("--mesh");
   line.addNumber({"--texel", "METRES", "edge of a texel (default: a sixth of a voxel)"}, texel_m,

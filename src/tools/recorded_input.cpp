@@ -108,7 +108,7 @@ std::unique_ptr<ColourSource> openColours(const RunOptions& options, const NodeP
 
 namespace {
 
-/// Ten seconds of most cameras.
+/// Ten seconds with most cameras.
 constexpr size_t kFramesSearched = 300;
 
 Eigen::Isometry3d levelByFloor(FrameSource& source, const std::string& path) {

@@ -229,14 +229,14 @@ void addReadingOptions(CommandLine& line, RunOptions& options) {
   addFolderOptions(line, options);
   line.addText({"--depth-topic", "T", "a bag's depth images (default: the only such topic)"},
                recording.depth_topic);
-  line.addText({"--info-topic", "T", "their camera_info (default: beside the depth topic)"},
+  line.addText({"--info-topic", "T", "their camera_info (default: next to the depth topic)"},
                recording.info_topic);
   line.addText({"--mask-topic", "T",
                 "a bag's masks: mono8, not 0 where the image shows what is not part of the scene "
                 "(default: none)"},
                recording.mask_topic);
   line.addText({"--color-topic", "T",
-                "a bag's colour images, with camera_info beside them (default: the only such "
+                "a bag's colour images, with camera_info next to them (default: the only such "
                 "topic)"},
                recording.colour_topic);
   line.addText({"--tf-topic", "T", "a bag's transforms; static ones on T_static (default: /tf)"},

@@ -33,7 +33,7 @@ bool isSame(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 }
 
 /// Sorts poses by stamp. @throws std::runtime_error if poses differ at one stamp, as in a path
-/// whose poses all have the time of publication.
+/// whose poses all have the stamp of its publication.
 Trajectory sortedByStamp(std::vector<StampedPose> poses) {
   std::stable_sort(poses.begin(), poses.end(),
                    [](const auto& a, const auto& b) { return a.stamp_s < b.stamp_s; });

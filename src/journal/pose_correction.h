@@ -10,10 +10,9 @@
 
 namespace dtsdf {
 
-/// Corrected poses of a camera, and the poses at which its images were fused. An image keeps the
-/// pose that odometry gave it relative to a corrected image: between two of these, it is
-/// interpolated between the two poses that follow; before the first and after the last, that one
-/// alone counts.
+/// Corrected poses of a camera, and the poses at which its images were fused. An image keeps its
+/// odometry pose relative to corrected images: between two of them, it is interpolated between the
+/// poses that these give; before the first and after the last, only that one counts.
 class PoseCorrection {
  public:
   /// Stamps closer than this belong to one image.
@@ -67,8 +66,8 @@ class PoseCorrection {
 /// Decides, from the newest poses given for a camera's images, whether the source of poses has
 /// adopted a correction: SLAM does, odometry never does.
 ///
-/// In doubt it has not: SLAM soon corrects its poses again, but images that are wrongly no longer
-/// moved stay in the map next to those that were.
+/// In doubt, the answer is no: SLAM soon corrects its poses again, but images that are wrongly no
+/// longer moved stay in the map next to those that were.
 class GivenMotion {
  public:
   /// Stamps that go back by more than this begin a new recording.

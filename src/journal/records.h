@@ -51,7 +51,7 @@ struct Level {
 
 /// Corrected poses of the first camera's images.
 struct Correction {
-  uint64_t before = 0;  ///< Records since kBegin, on arrival: those fused by then.
+  uint64_t before = 0;  ///< Records since kBegin when it arrived.
   std::vector<StampedPose> poses;
 };
 

@@ -129,7 +129,7 @@ Eigen::Isometry3d JournalReplay::correctNext(Running& running, const Item& item)
   return running.poses.correct(given.stamp_s, item.T_W_C);
 }
 
-/// Index of the first image of the recording at the end of the first `before` records.
+/// Index of the first image of the last recording among the first `before` records.
 size_t JournalReplay::beginOfPass(uint64_t before) const {
   size_t begin = 0;
   double newest_s = -HUGE_VAL;

@@ -34,7 +34,7 @@ struct CorrectionEffect {
 class JournalReplay {
  public:
   /// Reads the journal without its pixels.
-  /// @throws std::runtime_error if it is not a journal, or contains no beginning of a map.
+  /// @throws std::runtime_error if it is not a journal, or no map begins in it.
   explicit JournalReplay(const std::string& path);
 
   const journal::Begin& begin() const { return begin_; }
@@ -75,11 +75,9 @@ class JournalReplay {
  private:
   struct Item {
     size_t record;
-    double stamp_s = 0.0;                                     ///< For an image, like the members
-                                                              ///< below.
-    Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< The corrected pose.
-    bool is_image = false, is_depth = false, is_of_first = false;  ///< The last: depth from the
-                                                                   ///< first camera.
+    double stamp_s = 0.0;                                          ///< For images only, as below.
+    Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();       ///< The corrected pose.
+    bool is_image = false, is_depth = false, is_of_first = false;  ///< Last: depth of camera 0.
   };
   /// A correction that is being applied to one image after the other.
   struct Running {

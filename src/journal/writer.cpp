@@ -189,7 +189,7 @@ void JournalWriter::loop() {
       synced = std::chrono::steady_clock::now();
     }
     const size_t bytes = entry.bytes;
-    entry = Entry();  // frees its image before its bytes
+    entry = Entry();  // frees the image before its bytes are subtracted
     lock.lock();
     waiting_bytes_ -= bytes;
   }

@@ -43,7 +43,7 @@ class JournalWriter {
     std::function<ssize_t(int descriptor, const void* data, size_t bytes)> write = ::write;
   };
 
-  /// Creates the folder and the file. @throws std::runtime_error if it cannot.
+  /// Creates the folder and the file. @throws std::runtime_error if it fails.
   explicit JournalWriter(Options options);
   /// Writes what is waiting.
   ~JournalWriter();

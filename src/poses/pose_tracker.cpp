@@ -91,7 +91,7 @@ void PoseTracker::setPose(const Isometry3d& T_W_C) {
   lost_since_s_.reset();
 }
 
-/// The step from there to the pose that is found is not a motion, so the stamp is infinitely old.
+/// The step from `near_T_W_C` to the found pose is not a motion, so the stamp is infinitely old.
 void PoseTracker::seek(const Isometry3d& near_T_W_C, double stamp_s) {
   given_T_W_C_.reset();
   before_.reset();

@@ -28,9 +28,7 @@ struct Images {
     return source->skipped();
   }
   ~Images() {
-    if (!process.isHere())
-      static_cast<void>(source.release());  // its thread belongs to the parent
-                                            // process
+    if (!process.isHere()) static_cast<void>(source.release());  // the thread is the parent's
   }
 };
 using DepthImages = Images<FrameSource>;

@@ -70,7 +70,7 @@ Intrinsics intrinsicsOf(const Eigen::MatrixXd& K);
 /// The 3 x 3 matrix of a camera.
 Matrix3 matrixOf(const Intrinsics& intrinsics);
 
-/// A pose; its rotation is checked elsewhere. @throws py::value_error if the last row is not 0 0 0
+/// A pose; its rotation is checked elsewhere. @throws py::value_error unless its last row is 0 0 0
 /// 1.
 Eigen::Isometry3d poseOf(const Matrix4& matrix);
 

@@ -160,8 +160,8 @@ void checkLosses(const ReconstructionResult& result, const Mapper& mapper) {
                            "; they are missing from what was saved");
 }
 
-/// Checks that at least half of a recording is in its map, unless gaps are allowed. @throws
-/// std::runtime_error
+/// Checks that at least half of a recording is in its map, unless gaps are allowed.
+/// @throws std::runtime_error
 void requireMost(size_t usable, size_t images, const ReconstructOptions& options,
                  const std::string& what) {
   if (options.allow_gaps || 2 * usable >= images) return;
@@ -224,8 +224,8 @@ void checkJournalOptions(const ReconstructOptions& options) {
   }
 }
 
-/// Corrects a journal with poses, in the map frame by default. @throws UsageError for an unknown
-/// frame
+/// Corrects a journal with poses, in the map frame by default.
+/// @throws UsageError for an unknown frame.
 void correct(JournalReplay& journal, const ReconstructOptions& options) {
   const std::string& path = options.recording.poses_path;
   const journal::Begin& begin = journal.begin();

@@ -23,8 +23,7 @@ namespace dtsdf {
 
 /// Frames to fuse, and images to paint, if any.
 struct RecordedInput {
-  RecordedInput(FrameSource& frames, ColourSource* images = nullptr,  // NOLINT: implicit, for
-                                                                      // convenience
+  RecordedInput(FrameSource& frames, ColourSource* images = nullptr,  // NOLINT: implicit
                 double images_per_s = 0.0)
       : depth(frames), colour(images), max_colour_rate_hz(images_per_s) {}
   FrameSource& depth;

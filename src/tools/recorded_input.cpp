@@ -71,7 +71,7 @@ std::unique_ptr<FrameSource> openAndLook(const RunOptions& options, const RunSet
   const bool is_folder = options.recording.format != "bag";
   const std::string assumed = is_folder ? assumptionsOf(options.recording) : "";
   if (!assumed.empty()) std::printf("assumed: %s\n", assumed.c_str());
-  static_cast<void>(std::fflush(stdout));  // now, also into a file or a pipe
+  static_cast<void>(std::fflush(stdout));  // at once, also into a file or a pipe
   const FusionParams& fusion = settings.params.mapper.fusion;
   for (const std::string& doubt : warningsAbout(found, static_cast<double>(fusion.min_depth_m),
                                                 static_cast<double>(fusion.max_depth_m))) {

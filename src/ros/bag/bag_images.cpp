@@ -416,7 +416,7 @@ class BagImages : public ImageSource<Frame> {
   std::string topic_, info_topic_;
   std::unique_ptr<BagPoses> poses_;
   std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> infos_;
-  std::optional<Eigen::Isometry3d> first_T_W_C_;  ///< With first_pose_only, of all images.
+  std::optional<Eigen::Isometry3d> first_T_W_C_;  ///< Pose of all images with first_pose_only.
   std::optional<Rectification> rectification_;
   std::optional<CloudImages> clouds_;  ///< Set if depth comes as clouds.
   ros::Time last_stamp_;

@@ -16,7 +16,7 @@ namespace dtsdf {
 namespace {
 
 /// Whether image_transport, its plugins, diagnostic_updater or a standalone nodelet manager reads
-/// it.
+/// the key.
 bool belongsToRos(const std::string& key) {
   const std::string name = key.substr(0, key.find('/'));
   for (const char* of_ros : {"image_transport", "color_image_transport", "diagnostic_period",

@@ -66,7 +66,7 @@ class WorkerThread {
     };
     const auto call = boost::make_shared<Call>(std::move(task));
     auto result = call->packaged.get_future();
-    queue_.addCallback(call);  // destroys it after stop(), so that its future fails
+    queue_.addCallback(call);  // after stop(), this destroys the call, so its future fails
     return result;
   }
 

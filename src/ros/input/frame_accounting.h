@@ -78,7 +78,7 @@ inline constexpr DropReason kBadPose{"bad_pose", true,
 inline constexpr DropReason kNoMeasurement{"no_measurement"};
 /// Too little memory on the GPU for this frame.
 inline constexpr DropReason kNoMemory{"no_memory"};
-/// Exceeds the rate that is wanted.
+/// Exceeds the maximum rate.
 inline constexpr DropReason kOverRate{"over_rate", false};
 /// The map is to be levelled, but up is not known yet.
 inline constexpr DropReason kNotLevel{"not_level", false};

@@ -126,8 +126,8 @@ class FrameQueue {
 
   /// A frame waits (for what, in words), is dropped, or gets its pose.
   using Decision = std::variant<std::string, Rejection, PosedFrame>;
-  /// Decides on a whole frame. `since` is when it became whole; `is_checked` is the decider's own
-  /// note.
+  /// Decides on a whole frame. `since` is when it became whole; `is_checked` is a flag for its own
+  /// use.
   using Decide =
       std::function<Decision(const CameraImage& messages, SteadyTime since, bool& is_checked)>;
   /// Calls `decide`, without the lock, for the first whole frame of a stream.
@@ -264,7 +264,7 @@ class FrameQueue {
     bool isWaitedFor() const { return !options.is_colour || has_come; }
   };
 
-  // The functions below need mutex_.
+  // Call the functions below with mutex_ held.
   /// Inserts an entry in its order: by stamp, depth before colour, by name, by arrival.
   Entries::iterator addEntry(Stream stream, const ros::Time& stamp) {
     const auto turnOf = [this](const Entry& entry) {

@@ -34,8 +34,7 @@ namespace dtsdf {
 
 /// Subscribes to images, their camera_info and, if wanted, `mask/image`. Unless remapped itself,
 /// camera_info is the one next to the remapped image topic. Images come through image_transport,
-/// except compressed ones, which are decoded here, and depth as clouds. Input's thread, except
-/// report().
+/// except clouds and compressed images, which are converted here. Input's thread, except report().
 class ImageStream {
  public:
   /// `name` is the camera's, empty for a single one; `camera` is its index. `ns` is the namespace

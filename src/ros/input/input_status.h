@@ -268,12 +268,12 @@ class InputStatus {
     return text;
   }
 
-  /// Fewest images for which a share of drops is reported.
+  /// Minimum number of images for a report of the share of drops.
   static constexpr uint64_t kLeastImages = 20;
 
   const double stale_s_;
   PublishedTopics (*const find_topics_)();
-  SteadyTime begun_{}, changed_at_{};  ///< Frames are expected since; time last changed at.
+  SteadyTime begun_{}, changed_at_{};  ///< Start of the silence; last change of time.
   ros::Time now_;
   bool time_stands_ = false;
   double ran_s_ = 0.0;          ///< How long frames have been expected.

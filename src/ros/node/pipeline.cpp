@@ -50,7 +50,7 @@ NodeParams readParams(const ros::NodeHandle& private_nh) {
 
 /// The threads are dtsdf_input (messages, poses), dtsdf_map (fusion, mesh), dtsdf_output
 /// (publishing) and two named dtsdf_service. The thread(s) of the caller's node handles publish the
-/// status, pause and answer queries. Whoever waits for a loop gets its exceptions, and
+/// status, pause and answer queries. Calls that wait for a loop rethrow its exceptions, and throw
 /// std::future_error once the loops have stopped. map/load_file is loaded before images are
 /// received.
 class Pipeline {

@@ -1,5 +1,5 @@
-/// The mapping node, as nodelet or standalone: takes images from topics to mesh, files, grid and
-/// distances, and runs the threads, services and status.
+/// The mapping node, as nodelet or standalone: turns images into mesh, files, grid and distances,
+/// with its threads, services and status.
 #pragma once
 
 #include <ros/node_handle.h>

@@ -405,7 +405,7 @@ class CorrectStep : public Step {
   Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();  ///< From given to corrected poses.
 
   mutable std::mutex mutex_;              ///< Guards the members below.
-  size_t fused_again_ = 0, to_fuse_ = 0;  ///< Done, and total; 0 without a correction.
+  size_t fused_again_ = 0, to_fuse_ = 0;  ///< Frames done and in total; 0: no correction.
   size_t bytes_ = 0;                      ///< Size of the second map.
   std::string last_;                      ///< Outcome of the last correction; empty: none yet.
   std::string camera_frame_;              ///< Frame of the first camera's images.

@@ -28,7 +28,7 @@ class JournalStep : public Step {
   }
 
   void fused(const PosedFrame& frame, const IntegrationResult& result) override {
-    // A refused frame leaves the map unchanged at any pose, except for want of a measurement.
+    // Frames refused for any reason but kNoMeasurement leave the map unchanged at any pose.
     if (result.status != FrameStatus::kFused && result.status != FrameStatus::kNoMeasurement) {
       return;
     }

@@ -308,7 +308,8 @@ class LiveMap {
   }
 
   std::chrono::milliseconds idleTime() {
-    constexpr SteadyDuration kIdle = std::chrono::milliseconds(50);  // no newcomer wakes it
+    constexpr SteadyDuration kIdle =
+        std::chrono::milliseconds(50);  // new subscribers do not wake it
     SteadyDuration idle = std::min(kIdle, frames_.idleTime());
     if (const auto next = hasFailed() ? std::nullopt : nextMesh()) {
       idle = std::min(idle, std::max(SteadyDuration::zero(), *next - clock_()));

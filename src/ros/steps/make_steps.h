@@ -16,7 +16,7 @@ Steps makeSteps(const Host& host);
 std::unique_ptr<Step> makeMeshTopicsStep(const NodeParams& params, const Rates& rates);
 std::unique_ptr<Step> makePointsStep(const Host& host);
 std::unique_ptr<Step> makeOctomapStep(const Host& host,
-                                      const SpaceStep& space);  ///< With octomap_msgs.
+                                      const SpaceStep& space);  ///< Only with octomap_msgs.
 std::unique_ptr<Step> makeViewStep(const Host& host);
 std::unique_ptr<Step> makeFilesStep(const Host& host);
 

@@ -23,8 +23,8 @@ class OctomapStep : public Step {
     topic_.advertise<octomap_msgs::Octomap>(handles.prompt, "octomap", 1);
   }
 
-  /// Names no time, because SpaceStep makes the output ask again soon. Rests as long as publishing
-  /// took.
+  /// Returns no time of its own, because SpaceStep makes the output ask again soon. Rests as long
+  /// as publishing took.
   SteadyDuration publish(ShownMesh*) override {
     const SteadyTime begin = std::chrono::steady_clock::now();
     const SpaceStep::Known known = space_.known();

@@ -27,7 +27,7 @@ inline std::vector<Eigen::Vector3d> freeAxes(const Eigen::Matrix3d& covariance, 
 
 /// Covariance of a pose in the map. With poses/mode track, errors along a free axis add up from
 /// image to image, so its variance is made large. An image that was not aligned, such as the first,
-/// is at its given pose.
+/// is where it was given, so its covariance stays.
 inline Matrix6d odometryCovariance(const Alignment& alignment, const PoseParams& params) {
   // Variances of unknown quantities that filters can still work with.
   constexpr double kUnknown_m2 = 1e3, kUnknown_rad2 = 10.0;

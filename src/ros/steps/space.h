@@ -234,9 +234,8 @@ class SpaceStep : public Step {
     waiting_stamp_ = host_.map.meshStamp();
   }
 
-  /// Hands over changes, or a part of them if there are many. An extraction may be finished after
-  /// one more frame, so cells may be freed by a later frame than the surfaces' newest, whose stamp
-  /// it has.
+  /// Hands over changes, or a part of them if there are many. The stamp is that of the surfaces: as
+  /// an extraction may be finished after one more frame, cells may have been freed by a later one.
   void handOver() {
     Space* const space = host_.map.mapper().space();
     if (space == nullptr) return;

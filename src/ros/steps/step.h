@@ -73,7 +73,7 @@ struct Handles {
   std::string ns;           ///< Namespace of node and input topics; empty for the root.
 };
 
-/// One feature of the node, whose steps work in the order of its vector.
+/// One feature of the node. Steps work in the order of the node's vector.
 class Step {
  public:
   virtual ~Step() = default;

@@ -68,7 +68,7 @@ class InputStatusTest : public testing::Test {
 TEST_F(InputStatusTest, TellsWhoCannotBeReachedFromWhoIsNotThere) {
   at_ = SteadyTime(std::chrono::seconds(1000));
   published = {{depth().topic, kImage}};
-  EXPECT_NE(update().message.find("not connected to yet"), std::string::npos);
+  EXPECT_NE(update().message.find("not connected yet"), std::string::npos);
   for (int i = 0; i < 5; ++i) update();
   EXPECT_EQ(status_.code, MapStatus::NO_IMAGES);
   EXPECT_NE(status_.message.find("it is published, but cannot be reached"), std::string::npos);
@@ -122,7 +122,7 @@ TEST_F(InputStatusTest, SaysStepByStepWhatIsMissing) {
   expect(MapStatus::OK, MapStatus::MAPPING, "mapping");
   fuse(88);
   expect(MapStatus::WARN, MapStatus::SOME_DROPPED,
-         "3 % of the depth images were dropped lately, most as misfit: check the pose estimate, or "
+         "3 % of the latest depth images were dropped, most as misfit: check the pose estimate, or "
          "raise poses/sigma_m and poses/sigma_rad");
   depth().warning = "'camera' is not an optical frame";
   expect(MapStatus::WARN, MapStatus::DOUBTFUL_INPUT, "'camera' is not an optical frame");
@@ -132,8 +132,8 @@ TEST_F(InputStatusTest, SaysStepByStepWhatIsMissing) {
   expect(
       MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED,
       "images found no pose although transforms are received: all transforms were discarded, and "
-      "are received again; look for a publisher with a wrong clock, or of a frame that another "
-      "one publishes");
+      "new ones are collected; look for a publisher with a wrong clock, or two publishers of one "
+      "frame");
   expect(MapStatus::OK, MapStatus::MAPPING, "mapping");
   paused_ = true;
   drop(drop::kPaused, 100);

@@ -56,11 +56,12 @@ std::optional<Rejection> findCoordinates(const sensor_msgs::PointCloud2& cloud, 
 
 std::optional<Rejection> checkRows(const sensor_msgs::PointCloud2& cloud) {
   if (cloud.height <= 1) {
-    return Rejection{drop::kUnorganised,
-                     formatted("the cloud has %u points in %u rows, so it is not known which pixel "
-                               "a point is of; have the driver publish organised clouds, with a "
-                               "row for each row of pixels, or depth images",
-                               cloud.width, cloud.height)};
+    return Rejection{
+        drop::kUnorganised,
+        formatted("the cloud has %u points in %u rows, so the pixels of its points are "
+                  "unknown; make the driver publish depth images, or organised "
+                  "clouds, with a row for each row of pixels",
+                  cloud.width, cloud.height)};
   }
   const size_t row = size_t{cloud.width} * cloud.point_step;
   if (row > 0 && cloud.row_step >= row &&
@@ -137,18 +138,19 @@ std::variant<CameraImage, Rejection> CloudImages::convert(const sensor_msgs::Poi
     const Intrinsics fitted{static_cast<float>(fx), static_cast<float>(fy), static_cast<float>(cx),
                             static_cast<float>(cy)};
     if (!(error_px <= kMostError_px && fitted.fx > 0.0f && fitted.fy > 0.0f)) {
-      return Rejection{drop::kBadIntrinsics,
-                       formatted("no pinhole camera fits the cloud: its points are %.3g px off%s; "
-                                 "it must be of a rectified depth image, in the optical frame (x "
-                                 "right, y down)",
-                                 error_px, error_px <= kMostError_px ? ", but mirrored" : "")};
+      return Rejection{
+          drop::kBadIntrinsics,
+          formatted("no pinhole camera fits the cloud: its points are %.3g px off%s; "
+                    "it must come from a rectified depth image, in the optical frame (x "
+                    "right, y down)",
+                    error_px, error_px <= kMostError_px ? ", but mirrored" : "")};
     }
     width_ = cloud.width;
     height_ = cloud.height;
     intrinsics_ = fitted;
     camera_ = formatted("%u x %u, fx %.6g, fy %.6g, cx %.6g, cy %.6g, %.2g px off%s", width_,
                         height_, intrinsics_.fx, intrinsics_.fy, intrinsics_.cx, intrinsics_.cy,
-                        error_px, has_info ? "; that of camera_info is used" : "");
+                        error_px, has_info ? "; camera_info is used instead" : "");
     ROS_INFO_STREAM_NAMED("dtsdf_mapping",
                           "camera fitted to a cloud on '" << printable(topic_) << "': " << camera_);
   } else if (!is_known && !has_info) {

@@ -51,7 +51,7 @@ std::optional<Rejection> checkIntrinsics(const sensor_msgs::Image& image,
   std::string text = findProblem(intrinsicsOf(info), static_cast<int>(image.width),
                                  static_cast<int>(image.height));
   if (!std::all_of(info.D.begin(), info.D.end(), [](double d) { return std::isfinite(d); })) {
-    text = "coefficients of the distortion (D) are not finite";
+    text = "distortion coefficients (D) are not finite";
   }
   if (text.empty()) return std::nullopt;
   return Rejection{drop::kBadIntrinsics, "camera_info: " + text};
@@ -126,7 +126,7 @@ std::string findProblem(const sensor_msgs::CameraInfo& info) {
     return formatted("its frame_id or its distortion_model has more than %zu bytes", kLongestName);
   }
   if (info.D.size() <= kMostCoefficients) return "";
-  return formatted("it has %zu coefficients of distortion", info.D.size());
+  return formatted("it has %zu distortion coefficients", info.D.size());
 }
 
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,

@@ -119,7 +119,7 @@ inline std::string noMaskText(const std::string& topic) {
   return "no mask with the same stamp on '" + topic + "'";
 }
 constexpr char kRepeatedStampText[] =
-    "the image before has the same stamp, so one of them has a wrong pose";
+    "the previous image has the same stamp, so one of the two would get a wrong pose";
 
 /// Differences between depth and colour images; all other code treats them alike.
 struct ImageKind {

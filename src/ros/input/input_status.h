@@ -71,10 +71,11 @@ class InputStatus {
              "mapping; no new images: /clock is not advancing (the bag ended or is paused)");
     }
     if (std::exchange(restarts_, status.transform_restarts) < status.transform_restarts) {
-      report(status, MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED,
-             "images found no pose although transforms are received: all transforms were "
-             "discarded, and are received again; look for a publisher with a wrong clock, or of a "
-             "frame that another one publishes");
+      report(
+          status, MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED,
+          "images found no pose although transforms are received: all transforms were "
+          "discarded, and new ones are collected; look for a publisher with a wrong clock, or two "
+          "publishers of one frame");
     }
   }
 
@@ -156,7 +157,7 @@ class InputStatus {
     if (received >= kLeastImages && share > kReportedShare) {
       const std::string remedy = most_common.remedy;
       warn(MapStatus::SOME_DROPPED, std::to_string(std::lround(100.0 * share)) +
-                                        " % of the depth images were dropped lately, most as " +
+                                        " % of the latest depth images were dropped, most as " +
                                         most_common.name + ": " +
                                         (remedy.empty() ? depth.last_drop : remedy));
     }
@@ -233,7 +234,7 @@ class InputStatus {
     if (same != topics.end() && (same->second == kCloud) == depth.is_cloud) {
       constexpr double kConnectPatience_s = 3.0;  // by then a connection would exist
       return ran_s_ < kConnectPatience_s
-                 ? "it is published, but not connected to yet"
+                 ? "it is published, but not connected yet"
                  : "it is published, but cannot be reached: set ROS_HOSTNAME or ROS_IP on both "
                    "machines";
     }

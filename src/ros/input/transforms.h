@@ -175,7 +175,7 @@ class Transforms {
     ++restarts_;
     ROS_WARN_STREAM_NAMED("dtsdf_mapping",
                           "images find no pose although transforms are received: all transforms "
-                          "are discarded, and received again");
+                          "are discarded, and new ones are collected");
     for (const std::string& child : moving_) {
       if (statics_.erase(child) > 0) ignored_statics_.insert(child);
     }
@@ -200,12 +200,11 @@ class Transforms {
     std::sort(frames.begin(), frames.end());
     if (!frames.empty()) {
       return "TF has " + listOfFrames(frames) +
-             "; start what connects the two, or set map_frame to one of these";
+             "; start the publisher that connects the two, or set map_frame to one of these";
     }
     const std::lock_guard<std::mutex> lock(mutex_);
-    return refused_ > 0
-               ? "all transforms received were refused: NaN, no rotation, or no name of a frame"
-               : "nothing has been received on /tf or /tf_static";
+    return refused_ > 0 ? "all transforms received were refused: NaN, no rotation, or no frame name"
+                        : "nothing has been received on /tf or /tf_static";
   }
 
   const SteadyClock clock_;

@@ -157,8 +157,8 @@ class PosesStep : public Step {
   void setPose(const Eigen::Isometry3d& T_W_B) {
     if (!tracks()) {
       throw std::runtime_error(
-          "poses come from TF, as poses/mode is refine; only track continues "
-          "from a pose that is set");
+          "poses come from TF, because poses/mode is refine; set_pose needs poses/mode: "
+          "track");
     }
     given_T_W_B_ = T_W_B;
   }
@@ -181,7 +181,7 @@ class PosesStep : public Step {
   void requireOn() const {
     if (isOn()) return;
     throw std::runtime_error(
-        "poses come from TF as they are; start the node with poses/mode: track, or refine");
+        "poses come from TF unchanged; start the node with poses/mode: track, or refine");
   }
 
   static std::string parentOfBase(const NodeParams& params) {

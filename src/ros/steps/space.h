@@ -150,7 +150,8 @@ class SpaceStep : public Step {
                   dtsdf_mapping::GetDistanceGrid::Response& response) const {
     constexpr size_t kMostShapes = 1000;
     if (request.cleared_boxes.size() + request.cleared_spheres.size() > kMostShapes) {
-      throw std::runtime_error(formatted("more than %zu shapes are to be cleared", kMostShapes));
+      throw std::runtime_error(
+          formatted("at most %zu shapes can be cleared in a call", kMostShapes));
     }
     const Eigen::Isometry3d T_W_F = host_.frame.find(request.header.frame_id, request.header.stamp);
     const auto box = readBox(request.box, T_W_F);
@@ -193,8 +194,8 @@ class SpaceStep : public Step {
     const Known known = this->known();
     if (!known.space->isEmpty()) return known;
     throw std::runtime_error(
-        "nothing is mapped yet since the start, clear_map or load_map; ask again once a frame was "
-        "fused and meshed");
+        "nothing is mapped yet since the start, clear_map or load_map; ask again once a frame has "
+        "been fused and meshed");
   }
 
   /// @throws std::runtime_error for too many points, or one that is not finite.

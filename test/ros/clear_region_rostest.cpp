@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "ros/support/mesh_watcher.h"
+#include "ros/support/wait.h"
 #include "ros/support/wall_camera.h"
 
 namespace dtsdf {
@@ -18,7 +19,7 @@ using dtsdf_mapping::ClearRegion;
 ClearRegion::Response call(const ClearRegion::Request& request) {
   ClearRegion clear;
   clear.request = request;
-  EXPECT_TRUE(ros::service::call("/mapping/clear_region", clear));
+  EXPECT_TRUE(callService("/mapping/clear_region", clear));
   return clear.response;
 }
 

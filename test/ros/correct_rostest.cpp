@@ -45,7 +45,7 @@ template <class Service>
 std::string saved(const std::string& service, const std::string& name) {
   Service call;
   call.request.file_name = name;
-  EXPECT_TRUE(ros::service::call(service, call));
+  EXPECT_TRUE(callService(service, call));
   EXPECT_TRUE(call.response.success) << call.response.message;
   return readBytes(call.response.path);
 }
@@ -59,7 +59,7 @@ Answer callCorrect(const std::string& node, const std::string& file_name,
   call.request.file_name = file_name;
   call.request.frame_id = frame_id;
   call.request.child_frame = child_frame;
-  ros::service::call(node + "/correct_poses", call);
+  callService(node + "/correct_poses", call);
   return call.response;
 }
 

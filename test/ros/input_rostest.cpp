@@ -18,6 +18,7 @@
 #include "ros/support/kept_topics.h"
 #include "ros/support/messages.h"
 #include "ros/support/raw_listener.h"
+#include "ros/support/wait.h"
 #include "ros/support/wall_camera.h"
 
 namespace dtsdf {
@@ -138,18 +139,18 @@ TEST_F(Input, RatesMayChangeWhileItRuns) {
   dynamic_reconfigure::DoubleParameter& rate = call.request.config.doubles[0];
   rate.name = "status_rate_hz";
   rate.value = 0.5;
-  ASSERT_TRUE(ros::service::call("/mapping/publish/set_parameters", call));
+  ASSERT_TRUE(callService("/mapping/publish/set_parameters", call));
   ros::WallDuration(0.2).sleep();
   const ros::Time seen = status_.status().header.stamp;
   EXPECT_FALSE(
       waitUntil([&] { return status_.status().header.stamp > seen + ros::Duration(0.3); }, 1.0));
   rate.value = 1e9;  // the most there is
-  ASSERT_TRUE(ros::service::call("/mapping/publish/set_parameters", call));
+  ASSERT_TRUE(callService("/mapping/publish/set_parameters", call));
   EXPECT_EQ(call.response.config.doubles.at(2).value, 100.0);
   const ros::Time before = status_.status().header.stamp;
   EXPECT_TRUE(waitUntil([&] { return status_.status().header.stamp > before; }, 1.0));
   rate.value = 20.0;  // as the other tests expect
-  ASSERT_TRUE(ros::service::call("/mapping/publish/set_parameters", call));
+  ASSERT_TRUE(callService("/mapping/publish/set_parameters", call));
 }
 
 // One message on /tf_static of a frame that is on /tf too, an hour ahead, ended mapping for good.
@@ -216,10 +217,10 @@ TEST_F(Input, LongNamesAreRefusedAtTheDoor) {
   dtsdf_mapping::ClearRegion call;
   call.request.frame_id = name;
   call.request.sphere.radius = 1.0;
-  ASSERT_TRUE(ros::service::call("/mapping/clear_region", call));
+  ASSERT_TRUE(callService("/mapping/clear_region", call));
   const size_t before = residentBytes(process);
   for (int i = 0; i < 10; ++i) {
-    ASSERT_TRUE(ros::service::call("/mapping/clear_region", call));
+    ASSERT_TRUE(callService("/mapping/clear_region", call));
     EXPECT_FALSE(call.response.success);
     EXPECT_NE(call.response.message.find("longer than 200 bytes"), std::string::npos);
   }

@@ -18,6 +18,7 @@
 #include "ros/support/blocks_watcher.h"
 #include "ros/support/grid_reader.h"
 #include "ros/support/messages.h"
+#include "ros/support/wait.h"
 #include "ros/support/wall_camera.h"
 #include "simulation/scene.h"
 
@@ -97,7 +98,7 @@ class LevelTest : public WallCamera {
     call.request.points[0].x = p.x();
     call.request.points[0].y = p.y();
     call.request.points[0].z = p.z();
-    EXPECT_TRUE(ros::service::call("/mapping/get_distances", call));
+    EXPECT_TRUE(callService("/mapping/get_distances", call));
     return call.response;
   }
 
@@ -114,7 +115,7 @@ class LevelTest : public WallCamera {
     saveTrajectory(sent_, outputFolder() + "/sent.txt");
     dtsdf_mapping::CorrectPoses call;
     call.request.file_name = "sent.txt";
-    ASSERT_TRUE(ros::service::call("/mapping/correct_poses", call));
+    ASSERT_TRUE(callService("/mapping/correct_poses", call));
     EXPECT_TRUE(call.response.success) << call.response.message;
     EXPECT_EQ(call.response.moved, 0u) << call.response.message;
   }

@@ -18,6 +18,7 @@
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/mapper.h"
 #include "ros/support/mesh_watcher.h"
+#include "ros/support/wait.h"
 #include "ros/support/wall_camera.h"
 #include "support/temporary_folder.h"
 
@@ -122,7 +123,7 @@ TEST_F(MapsTest, AreWhatTheirJournalLeadsTo) {
   dtsdf_mapping::ClearRegion clear;
   clear.request.sphere.center.z = 1.0;
   clear.request.sphere.radius = 0.3;
-  ASSERT_TRUE(ros::service::call("/mapping/clear_region", clear));
+  ASSERT_TRUE(callService("/mapping/clear_region", clear));
   ASSERT_GT(clear.response.voxels, 0u) << clear.response.message;
   fuseFrames(1);
   const std::string map = readBytes(saveMapAs("now.dtsdf").path);

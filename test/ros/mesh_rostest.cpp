@@ -19,6 +19,7 @@
 #include "ros/support/blocks_watcher.h"
 #include "ros/support/mesh_watcher.h"
 #include "ros/support/raw_listener.h"
+#include "ros/support/wait.h"
 #include "ros/support/wall_camera.h"
 #include "support/temporary_folder.h"
 
@@ -246,21 +247,21 @@ TEST_F(MeshTest, SavesARegionAlone) {
   call.request.region.pose.position.x = -5.0;
   call.request.region.size.x = 10.0;  // up to x = 0
   call.request.region.size.y = call.request.region.size.z = 100.0;
-  ASSERT_TRUE(ros::service::call("/mapping/save_mesh", call));
+  ASSERT_TRUE(callService("/mapping/save_mesh", call));
   EXPECT_TRUE(call.response.success) << call.response.message;
   EXPECT_GT(call.response.triangles, whole.triangles / 10);
   EXPECT_LT(call.response.triangles, whole.triangles);
   call.request.frame_id = "camera";  // which stands at x = 20 by now, or at 0
   call.request.region.pose.position.x = 500.0;
-  ASSERT_TRUE(ros::service::call("/mapping/save_mesh", call));
+  ASSERT_TRUE(callService("/mapping/save_mesh", call));
   EXPECT_FALSE(call.response.success);
   EXPECT_NE(call.response.message.find("region"), std::string::npos) << call.response.message;
   call.request.frame_id = "nowhere";
-  ASSERT_TRUE(ros::service::call("/mapping/save_mesh", call));
+  ASSERT_TRUE(callService("/mapping/save_mesh", call));
   EXPECT_NE(call.response.message.find("nowhere"), std::string::npos) << call.response.message;
   call.request.frame_id = "";
   call.request.region.size.x = -1.0;
-  ASSERT_TRUE(ros::service::call("/mapping/save_mesh", call));
+  ASSERT_TRUE(callService("/mapping/save_mesh", call));
   EXPECT_FALSE(call.response.success);
   EXPECT_NE(call.response.message.find("size"), std::string::npos) << call.response.message;
 }
@@ -270,18 +271,18 @@ TEST_F(MeshTest, SavesASimplerMeshAndTellsItsError) {
   dtsdf_mapping::SaveMesh call;
   call.request.file_name = "simple.glb";
   call.request.simplify_error_m = 0.01;
-  ASSERT_TRUE(ros::service::call("/mapping/save_mesh", call));
+  ASSERT_TRUE(callService("/mapping/save_mesh", call));
   EXPECT_TRUE(call.response.success) << call.response.message;
   EXPECT_LT(call.response.triangles, whole.triangles);
   EXPECT_LE(call.response.error_m, 0.01);
   EXPECT_NE(call.response.message.find("m from the whole mesh"), std::string::npos);
   call.request.simplify_error_m = 1e308;
-  ASSERT_TRUE(ros::service::call("/mapping/save_mesh", call));
+  ASSERT_TRUE(callService("/mapping/save_mesh", call));
   EXPECT_FALSE(call.response.success);
   EXPECT_NE(call.response.message.find("more than the whole mesh"), std::string::npos);
   for (const double error_m : {-1.0, std::nan("")}) {
     call.request.simplify_error_m = error_m;
-    ASSERT_TRUE(ros::service::call("/mapping/save_mesh", call));
+    ASSERT_TRUE(callService("/mapping/save_mesh", call));
     EXPECT_FALSE(call.response.success);
     EXPECT_NE(call.response.message.find("simplify_error_m"), std::string::npos);
   }

@@ -13,6 +13,7 @@
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/mapper.h"
 #include "ros/support/mesh_watcher.h"
+#include "ros/support/wait.h"
 #include "ros/support/wall_camera.h"
 #include "support/temporary_folder.h"
 
@@ -51,7 +52,7 @@ class PagedMap : public WallCamera {
       call.request.points.push_back(point);
     }
     const auto is_same = [&] {
-      if (!ros::service::call("/mapping/get_distances", call) || !call.response.success) {
+      if (!callService("/mapping/get_distances", call) || !call.response.success) {
         return false;
       }
       size_t same = 0;

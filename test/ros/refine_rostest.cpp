@@ -45,7 +45,7 @@ TEST(Refine, DriftIsTakenOutAndPublished) {
 
 TEST(Refine, NoPoseCanBeSet) {
   dtsdf_mapping::SetPose call;
-  ASSERT_TRUE(ros::service::call("/mapping/set_pose", call));
+  ASSERT_TRUE(callService("/mapping/set_pose", call));
   EXPECT_FALSE(call.response.success);
   EXPECT_NE(call.response.message.find("poses/mode"), std::string::npos) << call.response.message;
 }

@@ -79,7 +79,7 @@ Saved saveSimplified(const std::string& node, const std::string& file_name) {
   call.request.simplify_error_m = 0.002;
   Saved saved;
   const Clock::time_point begin = Clock::now();
-  saved.answered = ros::service::call(node + "/save_mesh", call);
+  saved.answered = callService(node + "/save_mesh", call);
   saved.response = call.response;
   saved.seconds = secondsSince(begin);
   return saved;

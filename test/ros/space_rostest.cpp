@@ -18,6 +18,7 @@
 #include "ros/input/conversions.h"
 #include "ros/support/grid_reader.h"
 #include "ros/support/raw_listener.h"
+#include "ros/support/wait.h"
 #include "ros/support/wall_camera.h"
 
 namespace dtsdf {
@@ -54,7 +55,7 @@ geometry_msgs::Point pointOf(double x, double y, double z) {
 GetDistances::Response ask(const GetDistances::Request& request) {
   GetDistances call;
   call.request = request;
-  EXPECT_TRUE(ros::service::call("/mapping/get_distances", call));
+  EXPECT_TRUE(callService("/mapping/get_distances", call));
   return call.response;
 }
 
@@ -65,7 +66,7 @@ class SpaceTest : public WallCamera {
     call.request.config.doubles.resize(1);
     call.request.config.doubles[0].name = "space_rate_hz";
     call.request.config.doubles[0].value = rate_hz;
-    ASSERT_TRUE(ros::service::call("/mapping/publish/set_parameters", call));
+    ASSERT_TRUE(callService("/mapping/publish/set_parameters", call));
   }
 
   /// Until the answer has the last frame.
@@ -195,7 +196,7 @@ TEST_F(SpaceTest, AGridIsAskedFor) {
   request.box.size.x = 0.9;
   request.box.size.y = request.box.size.z = 0.1;
   request.resolution = 0.1;
-  ASSERT_TRUE(ros::service::call("/mapping/get_distance_grid", call));
+  ASSERT_TRUE(callService("/mapping/get_distance_grid", call));
   ASSERT_TRUE(answer.success) << answer.message;
   EXPECT_EQ(answer.stamp, last_stamp_);
   EXPECT_EQ(std::vector<uint32_t>(answer.size.begin(), answer.size.end()),
@@ -212,14 +213,14 @@ TEST_F(SpaceTest, AGridIsAskedFor) {
   request.cleared_spheres.resize(1);
   request.cleared_spheres[0].center = pointOf(1.02, 0.0, 0.0);
   request.cleared_spheres[0].radius = 0.3;
-  ASSERT_TRUE(ros::service::call("/mapping/get_distance_grid", call));
+  ASSERT_TRUE(callService("/mapping/get_distance_grid", call));
   ASSERT_TRUE(answer.success) << answer.message;
   EXPECT_NEAR(answer.distances[4], std::hypot(0.22, 0.3), kCell_m);
   EXPECT_FALSE(std::isnan(answer.distances[8])) << "taken as free";
   EXPECT_NEAR(askUpToDate(points).distances[0], 0.22, kCell_m) << "the map is as it was";
 
   request.resolution = 0.001;
-  ASSERT_TRUE(ros::service::call("/mapping/get_distance_grid", call));
+  ASSERT_TRUE(callService("/mapping/get_distance_grid", call));
   EXPECT_FALSE(answer.success);
   EXPECT_NE(answer.message.find("2097152 points"), std::string::npos) << answer.message;
 }
@@ -299,7 +300,7 @@ TEST_F(SpaceTest, ClearedAndLoadedMapsAreSeen) {
   clear.request.box.pose.position.x = 1.0;
   clear.request.box.pose.position.y = 0.2;
   clear.request.box.size.x = clear.request.box.size.y = clear.request.box.size.z = 0.3;
-  ASSERT_TRUE(ros::service::call("/mapping/clear_region", clear));
+  ASSERT_TRUE(callService("/mapping/clear_region", clear));
   ASSERT_TRUE(clear.response.success) << clear.response.message;
   EXPECT_TRUE(waitUntil([&] { return reader.at(1.02, 0.2) == -1; }));
   EXPECT_EQ(reader.at(0.95, 0.2), -1) << "nothing is known of the region any more";

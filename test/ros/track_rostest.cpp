@@ -116,7 +116,7 @@ TEST_F(Track, ItIsFoundAgainNearWhereItWas) {
 TEST_F(Track, APoseThatIsSetIsWhereItGoesOn) {
   dtsdf_mapping::SetPose call;
   call.request.pose.orientation.w = 3.0;
-  ASSERT_TRUE(ros::service::call("/mapping/set_pose", call));
+  ASSERT_TRUE(callService("/mapping/set_pose", call));
   EXPECT_FALSE(call.response.success);
   EXPECT_NE(call.response.message.find("quaternion"), std::string::npos);
 
@@ -127,7 +127,7 @@ TEST_F(Track, APoseThatIsSetIsWhereItGoesOn) {
   call.request.pose.orientation.x = q.x();
   call.request.pose.orientation.y = q.y();
   call.request.pose.orientation.z = q.z();
-  ASSERT_TRUE(ros::service::call("/mapping/set_pose", call));
+  ASSERT_TRUE(callService("/mapping/set_pose", call));
   ASSERT_TRUE(call.response.success) << call.response.message;
   const ros::Time stamp = room_bag::stampOf(room_bag::kCarried + 60);
   camera_.see(room_bag::poseAt(0), stamp);
@@ -139,10 +139,10 @@ TEST_F(Track, TheTrajectoryIsSavedAndAnEmptyMapGoesOnThere) {
   ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
   dtsdf_mapping::SaveTrajectory call;
   call.request.file_name = "way.ply";
-  ASSERT_TRUE(ros::service::call("/mapping/save_trajectory", call));
+  ASSERT_TRUE(callService("/mapping/save_trajectory", call));
   EXPECT_FALSE(call.response.success);
   call.request.file_name = "way.txt";
-  ASSERT_TRUE(ros::service::call("/mapping/save_trajectory", call));
+  ASSERT_TRUE(callService("/mapping/save_trajectory", call));
   ASSERT_TRUE(call.response.success) << call.response.message;
   const Trajectory trajectory = readTrajectory(call.response.path, "");
   EXPECT_EQ(trajectory.poses().size(), call.response.poses);
@@ -153,10 +153,10 @@ TEST_F(Track, TheTrajectoryIsSavedAndAnEmptyMapGoesOnThere) {
             kClose_m);
   dtsdf_mapping::SaveMap save;
   save.request.file_name = "room.dtsdf";
-  ASSERT_TRUE(ros::service::call("/mapping/save_map", save) && save.response.success);
+  ASSERT_TRUE(callService("/mapping/save_map", save) && save.response.success);
 
   clearMap();
-  ASSERT_TRUE(ros::service::call("/mapping/save_trajectory", call));
+  ASSERT_TRUE(callService("/mapping/save_trajectory", call));
   EXPECT_FALSE(call.response.success) << "its poses are of a map that is gone";
   const ros::Time stamp = room_bag::stampOf(room_bag::kCarried + 61);
   camera_.see(room_bag::poseAt(0), stamp);

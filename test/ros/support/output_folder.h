@@ -6,7 +6,6 @@
 #include <dtsdf_mapping/SaveMesh.h>
 #include <gtest/gtest.h>
 #include <ros/param.h>
-#include <ros/service.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
@@ -17,6 +16,7 @@
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "params/node_params.h"
 #include "ros/common/node_start.h"
+#include "ros/support/wait.h"
 #include "support/temporary_folder.h"
 
 namespace dtsdf {
@@ -38,7 +38,6 @@ inline std::string outputFolder() {
   return ros::param::param<std::string>("/mapping/output_directory", "");
 }
 
-/// For the end of a suite of tests.
 /// Names begin with the time.
 inline std::string newestJournalIn(const std::string& folder) {
   std::string newest;
@@ -48,18 +47,19 @@ inline std::string newestJournalIn(const std::string& folder) {
   return newest;
 }
 
+/// For the end of a suite of tests.
 inline void removeOutputFolder() { std::filesystem::remove_all(outputFolder()); }
 
 inline void clearMap() {
   std_srvs::Trigger clear;
-  ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
+  ASSERT_TRUE(callService("/mapping/clear_map", clear));
   ASSERT_TRUE(clear.response.success);
 }
 
 inline void pauseMapping(bool on) {
   std_srvs::SetBool pause;
   pause.request.data = on;
-  ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
+  ASSERT_TRUE(callService("/mapping/pause", pause));
   ASSERT_TRUE(pause.response.success);
 }
 
@@ -68,7 +68,7 @@ template <class Service>
 typename Service::Response callFile(const std::string& service, const std::string& file_name) {
   Service call;
   call.request.file_name = file_name;
-  EXPECT_TRUE(ros::service::call("/mapping/" + service, call));
+  EXPECT_TRUE(callService("/mapping/" + service, call));
   return call.response;
 }
 

@@ -93,6 +93,19 @@ TEST_F(OwnImages, AreFoundWithCameraAndColour) {
   EXPECT_EQ(assumptionsOf(options_), "");
 }
 
+TEST_F(OwnImages, WithoutNumbersCountInTheOrderOfTheirNames) {
+  const TemporaryFolder folder;
+  for (const char* const name : {"a.png", "b.png", "c.png"}) {
+    writeDepthImage(folder / name, 16, 12, 108);
+  }
+  writeBytes(folder / "poses.txt", "1 7 0 0 0 0 0 1\n2 8 0 0 0 0 0 1\n");  // none of number 0
+  options_.path = folder.path();
+  const std::vector<SourceFrame> frames = readAll(*openRecording(options_));
+  ASSERT_EQ(frames.size(), 2u);
+  EXPECT_EQ(frames[0].depth.T_W_C.translation().x(), 7.0);
+  EXPECT_EQ(frames[1].depth.T_W_C.translation().x(), 8.0);
+}
+
 TEST_F(OwnImages, DamagedOnesMayBeSkipped) {
   writeBytes(folder_ / "poses.txt", poseLine(0) + poseLine(1) + poseLine(2));
   writeBytes(folder_ / "depth/d_9.png", "junk");

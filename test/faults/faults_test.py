@@ -88,7 +88,7 @@ class Reconstruction:
                            DTSDF_FAULT_FROM=self.case.begins_at)
         try:
             done = subprocess.run(self.command, capture_output=True, text=True, env=environment,
-                                  timeout=120)
+                                  timeout=600)
         except subprocess.TimeoutExpired:
             return "it hangs", True
         return self.problem(done), os.path.exists(self.met)

@@ -11,7 +11,7 @@ NOBODY = dict(os.environ, ROS_MASTER_URI="http://localhost:1", ROS_HOSTNAME="loc
 
 class NodeHelp(unittest.TestCase):
     def expect_help(self, program, option, *parts):
-        done = subprocess.run([program, option], env=NOBODY, timeout=20, text=True,
+        done = subprocess.run([program, option], env=NOBODY, timeout=60, text=True,
                               stdin=subprocess.DEVNULL, capture_output=True, check=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stderr, "")

@@ -116,7 +116,7 @@ class PlayBag(unittest.TestCase):
             return subprocess.Popen([sys.executable, "-B", "-c", program], text=True,
                                     stdout=subprocess.PIPE)
         with start(["sh", "-c", "exit 3"]) as failing:
-            self.assertEqual(failing.wait(timeout=20), 3)
+            self.assertEqual(failing.wait(timeout=60), 3)
         with start(["true"]) as done:
             self.assertIn("the bag has ended", done.stdout.readline())
             self.assertIsNone(done.poll())

@@ -9,7 +9,7 @@ namespace dtsdf {
 
 /// Serves callbacks; true as soon as `condition()` holds, false if it does not within the time.
 template <class Condition>
-bool waitUntil(Condition condition, double timeout_s = 20.0) {
+bool waitUntil(Condition condition, double timeout_s = 60.0) {
   const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(timeout_s);
   while (ros::ok() && ros::WallTime::now() < end) {
     ros::spinOnce();

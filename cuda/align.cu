@@ -3,7 +3,6 @@
 #include "device_map.cuh"
 #include "kernels/poses/voxel_reader.h"
 #include "launch.h"
-#include "runtime/stage_clock.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -137,8 +136,8 @@ std::vector<PackedKey> PoseAligner::keysAt(const FrameView& view, float cutoff) 
   return alignedKeys(view, cutoff, pinned_points_.data(), point_count_);
 }
 
-void PoseAligner::addMemory(std::vector<MemoryPart>& parts) const {
-  addScratch("aligned points", parts, points_, sums_, pinned_points_);
+void PoseAligner::addMemory(MapperMemory& memory) const {
+  addScratch(memory, points_, sums_, pinned_points_);
 }
 
 }  // namespace gpu

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "backend/pose_solver.h"
-#include "backend/profile.h"
 #include "device_map.h"
+#include "dtsdf_mapping/mapper.h"
 #include "kernels/poses/alignment_sums.h"
 #include "runtime/buffer.h"
 #include "sense.h"
@@ -25,7 +25,7 @@ class PoseAligner {
   /// Blocks that these sums look at, each once.
   std::vector<PackedKey> keysAt(const FrameView& view, float cutoff);
 
-  void addMemory(std::vector<MemoryPart>& parts) const;
+  void addMemory(MapperMemory& memory) const;
 
  private:
   const AlignmentSettings settings_;

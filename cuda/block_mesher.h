@@ -8,14 +8,13 @@
 
 #include "backend/gaps.h"
 #include "backend/map_backend.h"
-#include "backend/profile.h"
 #include "dtsdf_mapping/block_mesh.h"
+#include "dtsdf_mapping/mapper.h"
 #include "kernels/meshing/corner_grid.h"
 #include "kernels/meshing/regularisation.h"
 #include "mesh_kernels.h"
 #include "runtime/buffer.h"
 #include "runtime/device.h"
-#include "runtime/stage_clock.h"
 #include "threads/parallel.h"
 
 namespace dtsdf {
@@ -72,28 +71,15 @@ class BlockMesher {
     records_.reserve(most_blocks, stream_);
     if (hasColours()) colours_.reserveExactly(vertices_.capacity(), stream_);
     ++stamp_;
-    holdForProfile(stream_);
     enqueueIndices();
     enqueueMeshes();
     state_ = State::kBegun;
   }
 
-  void setClock(StageClock* clock) { stream_.setClock(clock); }
-  void addMemory(std::vector<MemoryPart>& parts) const {
-    const MeshSize size = pinned_totals_[0].size;
-    parts.push_back({"vertices and triangles", MemoryKind::kMesh,
-                     size.vertices * sizeof(BlockVertex) + size.triangles * sizeof(BlockTriangle),
-                     vertices_.bytes() + triangles_.bytes()});
-    parts.push_back({"colours of vertices", MemoryKind::kMesh,
-                     hasColours() ? size.vertices * sizeof(VertexColour) : 0, colours_.bytes()});
-    parts.push_back({"mesh lists", MemoryKind::kMesh,
-                     recordCount() * (sizeof(int32_t) + sizeof(MeshRecord)),
-                     slots_.bytes() + records_.bytes()});
-    if (refined_) {
-      parts.push_back({"vertex normals", MemoryKind::kScratch, size.vertices * sizeof(Vec3f),
-                       normals_.bytes()});
-    }
-    addScratch("mesh", parts, pinned_records_, pinned_vertices_, pinned_triangles_,
+  void addMemory(MapperMemory& memory) const {
+    memory.meshes += vertices_.bytes() + triangles_.bytes() + colours_.bytes() + slots_.bytes() +
+                     records_.bytes();
+    addScratch(memory, normals_, pinned_records_, pinned_vertices_, pinned_triangles_,
                pinned_colours_);
   }
 
@@ -129,9 +115,7 @@ class BlockMesher {
     complete();
     fetched_.wait();
     state_ = State::kIdle;
-    const StageTimer timer(profileOf(stream_), Stage::kHandOut);
-    const std::vector<MeshRecord> records = changedRecords();
-    made.blocks = copyBlocks(records);
+    made.blocks = copyBlocks(changedRecords());
     made.duration_ms = fetched_.millisecondsSince(begun_);
     return made;
   }
@@ -173,21 +157,14 @@ class BlockMesher {
   }
 
   void enqueueIndices() {
-    {
-      const StageSpan span(stream_, Stage::kIndex);
-      reachBlocks(map_, view(), thread_blocks_, stream_);
-    }
-    const StageSpan span(stream_, Stage::kIndex);
+    reachBlocks(map_, view(), thread_blocks_, stream_);
     indexBlocks(map_, view(), thread_blocks_, stream_);
     if (hasColours()) selectPainted(map_, view(), thread_blocks_, stream_);
   }
 
   void enqueueMeshes() {
-    {
-      const StageSpan span(stream_, Stage::kMake);
-      makeMeshes(map_, view(), thread_blocks_, stream_);
-      if (hasColours()) colourVertices(map_, view(), thread_blocks_, stream_);
-    }
+    makeMeshes(map_, view(), thread_blocks_, stream_);
+    if (hasColours()) colourVertices(map_, view(), thread_blocks_, stream_);
     stream_.record(counted_);
   }
 
@@ -197,7 +174,6 @@ class BlockMesher {
     pinned_records_.reserve(recordCount());
     pinned_vertices_.reserve(size.vertices);
     pinned_triangles_.reserve(size.triangles);
-    const StageSpan span(stream_, Stage::kFetch);
     records_.download(pinned_records_.data(), recordCount(), stream_);
     vertices_.download(pinned_vertices_.data(), size.vertices, stream_);
     triangles_.download(pinned_triangles_.data(), size.triangles, stream_);

@@ -8,7 +8,6 @@
 #include "kernels/fusion/free_space.h"
 #include "launch.h"
 #include "runtime/device.h"
-#include "runtime/stage_clock.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -300,7 +299,6 @@ void Clearing::noteInView(const DeviceSensing& sensing, const std::vector<int32_
 void Clearing::findLooks(const DeviceSensing& sensing, const FusionTarget& target,
                          uint64_t frame_number) {
   if (in_view_count_ == 0) return;
-  const StageSpan span(stream_, Stage::kClear);
   launchOverlapped("findLooksKernel", findLooksKernel, blocksFor(in_view_count_), kThreads, 0,
                    stream_, sensing.frame(), fusion_.rules, target, frame_number, in_view_.data(),
                    in_view_count_, looks_.data());
@@ -309,7 +307,6 @@ void Clearing::findLooks(const DeviceSensing& sensing, const FusionTarget& targe
 void Clearing::clear(const DeviceSensing& sensing, const FusionTarget& target,
                      const FrameCounters& counters, const uint32_t* covered,
                      uint64_t frame_number) {
-  const StageSpan span(stream_, Stage::kClear);
   const uint32_t looks = std::min(in_view_count_, static_cast<uint32_t>(thread_blocks_));
   const uint32_t blocks = std::max(counters.touched + looks, 1u);  // one hands over the count
   launchOverlapped("clearBlocksKernel", clearBlocksKernel, blocks, kClearThreads, 0, stream_,
@@ -330,8 +327,8 @@ std::vector<EmptyBlock> Clearing::takeEmptyBlocks() {
   return blocks;
 }
 
-void Clearing::addMemory(std::vector<MemoryPart>& parts) const {
-  addScratch("looks", parts, looks_, empty_blocks_, in_view_);
+void Clearing::addMemory(MapperMemory& memory) const {
+  addScratch(memory, looks_, empty_blocks_, in_view_);
 }
 
 std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots, const RegionView& region,

@@ -36,7 +36,7 @@ class Clearing {
   std::vector<EmptyBlock> takeEmptyBlocks();
   bool hasOutcome() const { return is_cleared_; }  ///< A frame's empty blocks were not taken yet.
 
-  void addMemory(std::vector<MemoryPart>& parts) const;
+  void addMemory(MapperMemory& memory) const;
 
  private:
   const bool looks_around_;  ///< Voxel projection does not.

@@ -18,7 +18,6 @@
 #include "raw_image.h"
 #include "render.h"
 #include "runtime/device.h"
-#include "runtime/stage_clock.h"
 #include "see_free.h"
 #include "space/space_map.h"
 
@@ -46,11 +45,7 @@ class CudaBackend : public MapBackend {
         renderer_(makeMeshSettings(params, rules), params.map.directional, stream_),
         free_cell_finder_(cellLog2Of(params), params.space.max_range_m, stream_),
         distance_maker_(std::make_shared<DistanceMaker>(freeBudgetOf(params))),
-        record_mover_(stream_) {
-    stream_.setClock(&clock_);
-    mesher_.setClock(&clock_);
-    painter_.setClock(&clock_);
-  }
+        record_mover_(stream_) {}
 
   ~CudaBackend() override { stream_.drain(); }
 
@@ -73,32 +68,26 @@ class CudaBackend : public MapBackend {
   }
 
   void enter() override { useDevice(device_); }
-  void profileTo(Profile* profile) override {
-    stream_.synchronize();
-    painter_.finishImage();
-    mesher_.complete();
-    clock_.profileTo(profile);
-  }
 
-  void addMemory(std::vector<MemoryPart>& parts) const override {
-    map_.addMemory(table_, parts);
-    mesher_.addMemory(parts);
-    raw_image_.addMemory("raw image", parts);
-    aligner_.addMemory(parts);
-    sensor_.addMemory(parts);
-    surfel_maker_.addMemory(parts);
-    block_finder_.addMemory(parts);
-    fusion_.addMemory(parts);
-    clearing_.addMemory(parts);
-    painter_.addMemory(parts);
-    renderer_.addMemory(parts);
-    record_mover_.addMemory(parts);
+  void addMemory(MapperMemory& memory) const override {
+    map_.addMemory(table_, memory);
+    mesher_.addMemory(memory);
+    raw_image_.addMemory(memory);
+    aligner_.addMemory(memory);
+    sensor_.addMemory(memory);
+    surfel_maker_.addMemory(memory);
+    block_finder_.addMemory(memory);
+    fusion_.addMemory(memory);
+    clearing_.addMemory(memory);
+    painter_.addMemory(memory);
+    renderer_.addMemory(memory);
+    record_mover_.addMemory(memory);
     if (params_.space.enabled) {
-      free_cell_finder_.addMemory(parts);
-      distance_maker_->addMemory(parts);
+      free_cell_finder_.addMemory(memory);
+      distance_maker_->addMemory(memory);
     }
-    parts.push_back(
-        {"block table (host)", MemoryKind::kStaging, table_.memoryBytes(), table_.memoryBytes()});
+    memory.on_gpu = true;
+    memory.staging += table_.memoryBytes();
   }
 
   void takePoints(const DepthFrame& frame, const FrameView& view) override {
@@ -142,7 +131,6 @@ class CudaBackend : public MapBackend {
   }
 
   void castFoldAndClear(uint64_t frame_number, const std::vector<int32_t>&) override {
-    holdForProfile(stream_);
     fusion_.castAndFold(*sensing_, surfels_, target(), counters_);
     clearing_.findLooks(*sensing_, target(), frame_number);
     most_dirty_ += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
@@ -197,13 +185,7 @@ class CudaBackend : public MapBackend {
 
   MeshUpdate finishMesh() override {
     waitForMeshes();
-    MeshUpdate made = mesher_.finish();
-    if (clock_.profile() != nullptr) {
-      stream_.synchronize();
-      painter_.finishImage();
-      clock_.collect();
-    }
-    return made;
+    return mesher_.finish();
   }
 
   void reserve(const MemoryDemand& demand) override {
@@ -341,7 +323,6 @@ class CudaBackend : public MapBackend {
   const FusionRules fusion_rules_;
   const int device_;
   const BlockTable& table_;
-  StageClock clock_;
   Stream stream_;  ///< For the images; the mesher has its own.
   Event map_ready_;
   DeviceMap map_;

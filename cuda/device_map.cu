@@ -226,22 +226,13 @@ void DeviceMap::markAll(const ChangedBlocks& changed) {
          changed);
 }
 
-void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& parts) const {
-  constexpr auto kMap = MemoryKind::kMap, kIndices = MemoryKind::kIndices;
-  const size_t blocks = table.blocksInUse();
-  parts.push_back({"voxels", kMap, table.arraysInUse() * BlockTable::kArrayBytes, voxels_.bytes()});
-  parts.push_back({"unit indices", kIndices, blocks * kVoxelsPerBlock * sizeof(UnitLabels),
-                   unit_labels_.bytes()});
-  parts.push_back({"slots", kIndices, blocks * (sizeof(SlotEntry) + 3 * sizeof(uint32_t)),
-                   slots_.bytes() + dirty_.bytes() + mesh_stamp_.bytes()});
-  const size_t hash = hash_keys_.bytes() + hash_slots_.bytes();
-  parts.push_back({"hash table", kIndices, hash, hash});
-  const size_t books = colour_of_.bytes() + painted_.bytes();
-  parts.push_back(
-      {"colours", kMap, table.coloursInUse() * BlockTable::kColourBytes, colours_.bytes()});
-  parts.push_back({"books of colours", kIndices, books, books});
-  addScratch("map updates", parts, new_bricks_, updates_, changes_, new_arrays_, pinned_bricks_,
-             marked_slots_, marks_);
+void DeviceMap::addMemory(const BlockTable& table, MapperMemory& memory) const {
+  memory.spare += table.spareOf(voxels_.bytes() + colours_.bytes());
+  memory.indices += unit_labels_.bytes() + slots_.bytes() + dirty_.bytes() + mesh_stamp_.bytes() +
+                    hash_keys_.bytes() + hash_slots_.bytes() + colour_of_.bytes() +
+                    painted_.bytes();
+  addScratch(memory, new_bricks_, updates_, changes_, new_arrays_, pinned_bricks_, marked_slots_,
+             marks_);
 }
 
 }  // namespace gpu

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "backend/profile.h"
+#include "dtsdf_mapping/mapper.h"
 #include "kernels/meshing/unit_samples.h"
 #include "launch.h"
 #include "map/block_table.h"
@@ -133,7 +133,7 @@ class DeviceMap {
   VoxelPool& voxels() { return voxels_; }
   ColourPool& colours() { return colours_; }
   LabelPool& labels() { return unit_labels_; }
-  void addMemory(const BlockTable& table, std::vector<MemoryPart>& parts) const;
+  void addMemory(const BlockTable& table, MapperMemory& memory) const;
 
  private:
   void reserveSlots(size_t count);

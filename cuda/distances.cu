@@ -240,10 +240,10 @@ bool DistanceMaker::make(const DistanceTask& task,
   return true;
 }
 
-void DistanceMaker::addMemory(std::vector<MemoryPart>& parts) const {
-  addScratch("distances", parts, task_, planes_, staged_, is_near_);
-  parts.push_back({"squares", MemoryKind::kScratch, pool_->bytes(), pool_->bytes()});
-  parts.push_back({"squares", MemoryKind::kStaging, pool_->freeBytes(), pool_->freeBytes()});
+void DistanceMaker::addMemory(MapperMemory& memory) const {
+  addScratch(memory, task_, planes_, staged_, is_near_);
+  memory.scratch += pool_->bytes();
+  memory.staging += pool_->freeBytes();
 }
 
 }  // namespace gpu

@@ -5,7 +5,7 @@
 #include <mutex>
 #include <vector>
 
-#include "backend/profile.h"
+#include "dtsdf_mapping/mapper.h"
 #include "kernels/space/squared_distances.h"
 #include "runtime/buffer.h"
 
@@ -64,7 +64,7 @@ class DistanceMaker {
   /// @throws BackendError
   bool make(const DistanceTask& task, std::vector<std::shared_ptr<uint16_t[]>>& squares);
 
-  void addMemory(std::vector<MemoryPart>& parts) const;
+  void addMemory(MapperMemory& memory) const;
 
  private:
   DistanceTask upload(const DistanceTask& task, const SquaresPlace*& results);

@@ -4,7 +4,6 @@
 #include "find_blocks.cuh"
 #include "kernels/fusion/cast.h"
 #include "launch.h"
-#include "runtime/stage_clock.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -155,29 +154,23 @@ void BlockFinder::begin() {
   is_prepared_ = false;
 }
 
-/// A profile counts it to the frame that it is for.
 void BlockFinder::prepare() {
-  if (profileOf(stream_) != nullptr) return;
   emptyTable(true);
   is_prepared_ = true;
 }
 
 /// Zeroes the counters, that of surfels too if they are counted anew.
 void BlockFinder::emptyTable(bool counts_surfels) {
-  holdForProfile(stream_);
-  const StageSpan span(stream_, Stage::kFindBlocks);
   launch("emptyTableKernel", emptyTableKernel, blocksFor(2 * capacity_), kThreads, 0, stream_,
          view(), counts_surfels);
 }
 
 void BlockFinder::mark(const DeviceSensing& sensing, const DeviceSurfels& surfels) {
-  const StageSpan span(stream_, Stage::kFindBlocks);
   launchOverlapped("markBlocksKernel", markBlocksKernel, blocksFor(surfels.room), kThreads, 0,
                    stream_, sensing, fusion_, surfels, view());
 }
 
 void BlockFinder::compare(const DeviceSensing& sensing, const MapView& map) {
-  const StageSpan span(stream_, Stage::kFindBlocks);
   launchOverlapped("compareWithMapKernel", compareWithMapKernel, blocksFor(capacity_), kThreads, 0,
                    stream_, blockOfVoxel(sensing.frame().origin_voxel), map, view(),
                    pinned_counters_.data(), requests_.data());
@@ -212,9 +205,9 @@ std::vector<PackedKey> BlockFinder::fetchTouched() {
   return {touched_keys_.data(), touched_keys_.data() + count};
 }
 
-void BlockFinder::addMemory(std::vector<MemoryPart>& parts) const {
-  addScratch("touched blocks", parts, keys_, directions_, first_sums_, places_, sum_owners_,
-             blocks_, requests_, touched_keys_);
+void BlockFinder::addMemory(MapperMemory& memory) const {
+  addScratch(memory, keys_, directions_, first_sums_, places_, sum_owners_, blocks_, requests_,
+             touched_keys_);
 }
 
 }  // namespace gpu

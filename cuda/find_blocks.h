@@ -2,8 +2,8 @@
 /// and turned into requests for what is missing.
 #pragma once
 
-#include "backend/profile.h"
 #include "device_map.h"
+#include "dtsdf_mapping/mapper.h"
 #include "kernels/fusion/fusion_rules.h"
 #include "make_surfels.h"
 
@@ -76,7 +76,7 @@ class BlockFinder {
   std::vector<PackedKey> fetchTouched();
 
   TouchedView view() const;
-  void addMemory(std::vector<MemoryPart>& parts) const;
+  void addMemory(MapperMemory& memory) const;
 
  private:
   void allocate(size_t capacity);

@@ -9,7 +9,6 @@
 #include "kernels/fusion/voxel_projection.h"
 #include "kernels/fusion/voxel_update.h"
 #include "launch.h"
-#include "runtime/stage_clock.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -177,13 +176,11 @@ void Fusion::castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surf
 
 void Fusion::cast(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                   const TouchedView& touched, const SumsView& part) {
-  const StageSpan span(stream_, Stage::kCast);
   launchOverlapped("castSurfelsKernel", castSurfelsKernel, blocksFor(surfels.room), kThreads, 0,
                    stream_, sensing, fusion_, surfels, touched, part);
 }
 
 void Fusion::fold(const FrameView& frame, const FusionTarget& target, const SumsView& part) {
-  const StageSpan span(stream_, Stage::kFold);
   launchOverlapped("foldSumsKernel", foldSumsKernel, part.count, kThreads, 0, stream_, frame,
                    fusion_, target, part, covered_.data());
 }
@@ -191,14 +188,11 @@ void Fusion::fold(const FrameView& frame, const FusionTarget& target, const Sums
 /// Every voxel of the touched blocks takes the distance of its pixel.
 void Fusion::project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                      const FusionTarget& target, uint32_t blocks) {
-  const StageSpan span(stream_, Stage::kCast);
   launch("projectVoxelsKernel", projectVoxelsKernel, blocks, kThreads, 0, stream_, sensing.frame(),
          fusion_, surfels.surfels, target);
 }
 
-void Fusion::addMemory(std::vector<MemoryPart>& parts) const {
-  addScratch("sums", parts, sums_, covered_);
-}
+void Fusion::addMemory(MapperMemory& memory) const { addScratch(memory, sums_, covered_); }
 
 }  // namespace gpu
 }  // namespace dtsdf

@@ -44,7 +44,7 @@ class Fusion {
   /// Bits of the voxels that the last frame covers: kCoverWords for each array of sums.
   const uint32_t* covered() const { return covered_.data(); }
 
-  void addMemory(std::vector<MemoryPart>& parts) const;
+  void addMemory(MapperMemory& memory) const;
 
  private:
   uint32_t room() const { return static_cast<uint32_t>(sums_.capacity() / kVoxelsPerBlock); }

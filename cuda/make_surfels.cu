@@ -4,7 +4,6 @@
 
 #include "backend/rule_settings.h"
 #include "launch.h"
-#include "runtime/stage_clock.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -107,7 +106,6 @@ SurfelMaker::SurfelMaker(const MapperParams& params, const SurfelRules& rules, c
 void SurfelMaker::mergePixels(const DeviceSensing& sensing) {
   const size_t patches = patchesOf(sensing.frame());
   patches_.reserveExactly(patches, stream_);
-  const StageSpan span(stream_, Stage::kMakeSurfels);
   launchOverlapped("mergePatchesKernel", mergePatchesKernel, blocksFor(patches * kPatchThreads),
                    kThreads, 0, stream_, sensing.image(), surfel_settings_, patches_.data());
 }
@@ -117,20 +115,17 @@ DeviceSurfels SurfelMaker::makeSurfels(const DeviceSensing& sensing, uint32_t* c
   const size_t pixels = static_cast<size_t>(frame.width) * frame.height;
   surfels_.reserveExactly(pixels, stream_);
   if (!merges_) {
-    const StageSpan span(stream_, Stage::kMakeSurfels);
     launch("makePixelSurfelsKernel", makePixelSurfelsKernel, rowGrid(frame), kThreads, 0, stream_,
            sensing, surfel_settings_, surfels_.data(), count);
     return {surfels_.data(), static_cast<uint32_t>(pixels), nullptr};
   }
   mergePixels(sensing);
-  const StageSpan span(stream_, Stage::kMakeSurfels);
   return listSurfels(sensing, count);
 }
 
 DeviceSurfels SurfelMaker::makeMoreSurfels(const DeviceSensing& sensing, uint32_t surfels,
                                            uint32_t* count) {
   surfels_.reserve(surfels, stream_);
-  const StageSpan span(stream_, Stage::kMakeSurfels);
   return listSurfels(sensing, count);
 }
 
@@ -142,9 +137,7 @@ DeviceSurfels SurfelMaker::listSurfels(const DeviceSensing& sensing, uint32_t* c
   return {surfels_.data(), room, count};
 }
 
-void SurfelMaker::addMemory(std::vector<MemoryPart>& parts) const {
-  addScratch("surfels", parts, patches_, surfels_);
-}
+void SurfelMaker::addMemory(MapperMemory& memory) const { addScratch(memory, patches_, surfels_); }
 
 }  // namespace gpu
 }  // namespace dtsdf

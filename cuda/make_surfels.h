@@ -34,7 +34,7 @@ class SurfelMaker {
   /// Makes the surfels of the same frame once more, with room for more.
   DeviceSurfels makeMoreSurfels(const DeviceSensing& sensing, uint32_t surfels, uint32_t* count);
 
-  void addMemory(std::vector<MemoryPart>& parts) const;
+  void addMemory(MapperMemory& memory) const;
 
  private:
   void mergePixels(const DeviceSensing& sensing);

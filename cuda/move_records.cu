@@ -101,10 +101,8 @@ template void RecordMover::upload(const LabelPool&, const std::vector<int32_t>&,
 template void RecordMover::upload(const VoxelPool&, const std::vector<int32_t>&, const void*);
 template void RecordMover::upload(const ColourPool&, const std::vector<int32_t>&, const void*);
 
-void RecordMover::addMemory(std::vector<MemoryPart>& parts) const {
-  size_t staging = 0;
-  for (const Turn& turn : turns_) staging += turn.bytes.bytes() + turn.records.bytes();
-  parts.push_back({"copies of the map", MemoryKind::kStaging, staging, staging});
+void RecordMover::addMemory(MapperMemory& memory) const {
+  for (const Turn& turn : turns_) addScratch(memory, turn.bytes, turn.records);
 }
 
 }  // namespace gpu

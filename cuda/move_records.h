@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "backend/profile.h"
 #include "device_map.h"
+#include "dtsdf_mapping/mapper.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -28,7 +28,7 @@ class RecordMover {
   template <class Pool>
   void upload(const Pool& pool, const std::vector<int32_t>& records, const void* host);
 
-  void addMemory(std::vector<MemoryPart>& parts) const;
+  void addMemory(MapperMemory& memory) const;
 
  private:
   struct Turn {

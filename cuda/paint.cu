@@ -7,7 +7,6 @@
 #include "launch.h"
 #include "map/sort_by_key.h"
 #include "runtime/device.h"
-#include "runtime/stage_clock.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -295,19 +294,15 @@ void Painter::reserveImages(int32_t width, int32_t height) {
 }
 
 /// Nobody reads what the image before has left there: its counters have been waited for, unless
-/// looking at it failed. With a profile nothing runs beside each other.
+/// looking at it failed.
 void Painter::takeImage(const ColourFrame& frame) {
-  if (is_looking_ || profileOf(image_stream_) != nullptr) stream_.synchronize();
+  if (is_looking_) stream_.synchronize();
   is_looking_ = false;
   reserveImages(frame.width, frame.height);
-  {
-    const StageSpan span(image_stream_, Stage::kPaint);
-    const size_t cells = static_cast<size_t>(cellsFor(frame.width)) * cellsFor(frame.height);
-    launch("clearHidingKernel", clearHidingKernel, blocksFor(cells), kThreads, 0, image_stream_,
-           hiding_m_.data(), cells);
-  }
+  const size_t cells = static_cast<size_t>(cellsFor(frame.width)) * cellsFor(frame.height);
+  launch("clearHidingKernel", clearHidingKernel, blocksFor(cells), kThreads, 0, image_stream_,
+         hiding_m_.data(), cells);
   raw_image_.upload(frame, image_stream_);
-  const StageSpan span(image_stream_, Stage::kPaint);
   const size_t pixels = static_cast<size_t>(frame.width) * frame.height;
   launch("takePixelsKernel", takePixelsKernel, blocksFor(pixels), kThreads, 0, image_stream_,
          raw_image_.data(), layoutOf(frame.encoding), pixels_.data(), pixels);
@@ -347,7 +342,6 @@ void Painter::takeCandidates(const std::vector<int32_t>& in_view) {
 
 void Painter::findHiding(const MapView& map) {
   is_looking_ = true;
-  const StageSpan span(stream_, Stage::kPaint);
   counters_.zero(stream_);
   if (candidate_count_ > 0) {
     launch("findArraysInViewKernel", findArraysInViewKernel, blocksFor(candidate_count_), kThreads,
@@ -358,11 +352,8 @@ void Painter::findHiding(const MapView& map) {
 }
 
 void Painter::findSamples(const MapView& map) {
-  {
-    const StageSpan span(stream_, Stage::kPaint);
-    launchOverlapped("lookKernel", lookKernel, thread_blocks_, kArrayThreads, 0, stream_, sensing_,
-                     map, view());
-  }
+  launchOverlapped("lookKernel", lookKernel, thread_blocks_, kArrayThreads, 0, stream_, sensing_,
+                   map, view());
   counters_.download(pinned_counters_.data(), 1, stream_);
   stream_.record(looked_);
   looked_.wait();
@@ -379,17 +370,16 @@ std::vector<ColourRequest> Painter::fetchRequests() {
 }
 
 void Painter::paint(const Exposure& exposure, const MapView& map) {
-  const StageSpan span(stream_, Stage::kPaint);
   const size_t samples = counters().samples;
   if (samples == 0) return;
   launchOverlapped("paintKernel", paintKernel, blocksFor(samples), kThreads, 0, stream_,
                    settings_.rules, exposure, map, samples_.data(), samples);
 }
 
-void Painter::addMemory(std::vector<MemoryPart>& parts) const {
-  addScratch("voxels to paint", parts, pixels_, hiding_m_, samples_, arrays_, requests_, counters_,
-             pinned_counters_, pinned_requests_, candidates_);
-  raw_image_.addMemory("raw colour image", parts);
+void Painter::addMemory(MapperMemory& memory) const {
+  addScratch(memory, pixels_, hiding_m_, samples_, arrays_, requests_, counters_, pinned_counters_,
+             pinned_requests_, candidates_);
+  raw_image_.addMemory(memory);
 }
 
 }  // namespace gpu

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "backend/map_backend.h"
-#include "backend/profile.h"
 #include "device_map.h"
 #include "dtsdf_mapping/colour_frame.h"
+#include "dtsdf_mapping/mapper.h"
 #include "kernels/colour/paint.h"
 #include "map/block_table.h"
 #include "raw_image.h"
@@ -50,13 +50,9 @@ class Painter {
  public:
   Painter(const PaintSettings& settings, const Stream& stream);
   ~Painter() { image_stream_.drain(); }
-  void setClock(StageClock* clock) { image_stream_.setClock(clock); }
 
   /// Enqueues what needs no map; the image is not needed any more on return.
   void takeImage(const ColourFrame& frame);
-
-  /// Waits for the image that was taken last.
-  void finishImage() const { image_stream_.synchronize(); }
 
   /// Finds what it shows of the map's surfaces; only those in `painted` are painted. Waits for the
   /// result. @throws BackendError without memory; the map is untouched.
@@ -70,7 +66,7 @@ class Painter {
   /// Enqueues the painting of what was found, as far as there are bricks for it.
   void paint(const Exposure& exposure, const MapView& map);
 
-  void addMemory(std::vector<MemoryPart>& parts) const;
+  void addMemory(MapperMemory& memory) const;
 
  private:
   void reserveImages(int32_t width, int32_t height);

@@ -5,9 +5,8 @@
 #include <vector>
 
 #include "backend/frame_check.h"
-#include "backend/profile.h"
+#include "dtsdf_mapping/mapper.h"
 #include "runtime/buffer.h"
-#include "runtime/stage_clock.h"
 
 namespace dtsdf {
 
@@ -18,8 +17,7 @@ class RawImage {
  public:
   /// Enqueues the upload of an image, which is not needed any more on return. The last upload must
   /// be done.
-  /// In bands, so that each is on its way while the host copies the next. A profile tells the two
-  /// apart: with it, the image is one band.
+  /// In bands, so that each is on its way while the host copies the next.
   template <class Frame>
   void upload(const Frame& frame, const Stream& stream) {
     constexpr int kBandEnds[] = {3, 5, 6};  // in sixths: the device waits for the last, small one
@@ -27,17 +25,10 @@ class RawImage {
     bytes_ = row * frame.height;
     pinned_raw_.reserve(bytes_);
     raw_.reserveExactly(bytes_, stream);
-    const bool in_bands = profileOf(stream) == nullptr;
     int begin = 0;
     for (const int sixths : kBandEnds) {
-      if (!in_bands && sixths < 6) continue;
       const int end = frame.height * sixths / 6;
-      {
-        const StageTimer timer(profileOf(stream), Stage::kCopy);
-        copyRows(static_cast<const char*>(frame.data), frame.row_bytes, row, begin, end);
-      }
-      holdForProfile(stream);
-      const StageSpan span(stream, Stage::kUpload);
+      copyRows(static_cast<const char*>(frame.data), frame.row_bytes, row, begin, end);
       raw_.uploadPart(pinned_raw_.data(), begin * row, end * row, stream);
       begin = end;
     }
@@ -45,10 +36,7 @@ class RawImage {
 
   const unsigned char* data() const { return raw_.data(); }  ///< On the device.
   size_t bytes() const { return bytes_; }
-  /// `name` tells what image it is.
-  void addMemory(const char* name, std::vector<MemoryPart>& parts) const {
-    addScratch(name, parts, raw_, pinned_raw_);
-  }
+  void addMemory(MapperMemory& memory) const { addScratch(memory, raw_, pinned_raw_); }
 
  private:
   /// Copies rows of the image to pinned memory, packed.

@@ -7,7 +7,6 @@
 #include "kernels/meshing/gap.h"
 #include "launch.h"
 #include "runtime/device.h"
-#include "runtime/stage_clock.h"
 #include "threads/parallel.h"
 
 namespace dtsdf {
@@ -223,7 +222,6 @@ MeshView Renderer::meshView(const ViewRequest& request) {
 
 /// Enqueues all of it, up to the images on the host.
 void Renderer::draw(const ViewRequest& request, const MapView& map, bool is_labelled) {
-  const StageSpan span(stream_, Stage::kRender);
   const RenderJob job{request.frame, request.has_colours, shares_.data(),
                       seen_.data(),  surfaces_.data(),    colours_.data()};
   static_assert(kNothingSeen == ~ViewKey{0}, "filled by bytes");
@@ -310,10 +308,10 @@ void Renderer::render(const ViewRequest& request, const MapView& map, bool is_la
   fill(request, view);
 }
 
-void Renderer::addMemory(std::vector<MemoryPart>& parts) const {
-  addScratch("rendered view", parts, totals_, labelled_, no_dirty_, slots_, labelled_slots_,
-             records_, vertices_, vertex_colours_, shares_, seen_, triangles_, surfaces_, colours_,
-             depth_, normals_, view_colours_, pinned_depth_, pinned_normals_, pinned_colours_);
+void Renderer::addMemory(MapperMemory& memory) const {
+  addScratch(memory, totals_, labelled_, no_dirty_, slots_, labelled_slots_, records_, vertices_,
+             vertex_colours_, shares_, seen_, triangles_, surfaces_, colours_, depth_, normals_,
+             view_colours_, pinned_depth_, pinned_normals_, pinned_colours_);
 }
 
 }  // namespace gpu

@@ -32,7 +32,7 @@ class Renderer {
   /// are. @pre No extraction reads labels.
   void render(const ViewRequest& request, const MapView& map, bool is_labelled, RenderedView& view);
 
-  void addMemory(std::vector<MemoryPart>& parts) const;
+  void addMemory(MapperMemory& memory) const;
 
  private:
   MeshView meshView(const ViewRequest& request);

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "launch.h"
-#include "runtime/stage_clock.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -66,8 +65,6 @@ void FreeCellFinder::find(const FrameView& frame, const float* free_depth,
   if (keys_.empty()) return;
   reserve(frame);
   std::copy(keys_.begin(), keys_.end(), pinned_cubes_.data());
-  holdForProfile(stream_);
-  const StageSpan span(stream_, Stage::kSeeFree);
   cubes_.upload(pinned_cubes_.data(), keys_.size(), stream_);
   const FreePyramid free = makePyramid(frame, free_depth);
   launch("seeFreeKernel", seeFreeKernel, static_cast<unsigned>(keys_.size()), kThreads, 0, stream_,
@@ -99,8 +96,8 @@ std::vector<CubeMask> FreeCellFinder::take() {
   return seen;
 }
 
-void FreeCellFinder::addMemory(std::vector<MemoryPart>& parts) const {
-  addScratch("free cells", parts, levels_, cubes_, masks_, pinned_cubes_, pinned_masks_);
+void FreeCellFinder::addMemory(MapperMemory& memory) const {
+  addScratch(memory, levels_, cubes_, masks_, pinned_cubes_, pinned_masks_);
 }
 
 }  // namespace gpu

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "backend/profile.h"
+#include "dtsdf_mapping/mapper.h"
 #include "kernels/space/see_free.h"
 #include "runtime/buffer.h"
 
@@ -23,7 +23,7 @@ class FreeCellFinder {
   /// Waits for it. @return the cubes of which something is seen free, in the order given.
   std::vector<CubeMask> take();
 
-  void addMemory(std::vector<MemoryPart>& parts) const;
+  void addMemory(MapperMemory& memory) const;
 
  private:
   void reserve(const FrameView& frame);

@@ -6,7 +6,6 @@
 #include "kernels/fusion/free_space.h"
 #include "kernels/surfels/line_fit.h"
 #include "launch.h"
-#include "runtime/stage_clock.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -202,7 +201,6 @@ DeviceSensing FrameSensor::sense(const FrameView& frame, const RawDepth& raw) {
   reserve(static_cast<size_t>(frame.width) * frame.height);
   const ImageView image{frame, inverse_depth_.data(), row_value_.data(), row_slope_.data(),
                         links_.data()};
-  const StageSpan span(stream_, Stage::kSense);
   launch("invertDepthsKernel", invertDepthsKernel, rowGrid(frame), kThreads, 0, stream_, raw,
          surfel_settings_, measured_.data(), noise_counts_.data(), noise_.data());
   launchOverlapped("fillGapsKernel", fillGapsKernel, rowGrid(frame), kThreads, 0, stream_,
@@ -216,14 +214,13 @@ DeviceSensing FrameSensor::sense(const FrameView& frame, const RawDepth& raw) {
 
 void FrameSensor::findFreeDepths(const DeviceSensing& sensing) {
   if (!finds_free_) return;
-  const StageSpan span(stream_, Stage::kSense);
   launchOverlapped("findFreeDepthsKernel", findFreeDepthsKernel, rowGrid(sensing.frame()), kThreads,
                    0, stream_, sensing, fusion_settings_, free_depth_.data());
 }
 
-void FrameSensor::addMemory(std::vector<MemoryPart>& parts) const {
-  addScratch("images", parts, measured_, inverse_depth_, row_value_, row_slope_, free_depth_,
-             links_, noise_counts_);
+void FrameSensor::addMemory(MapperMemory& memory) const {
+  addScratch(memory, measured_, inverse_depth_, row_value_, row_slope_, free_depth_, links_,
+             noise_counts_);
 }
 
 }  // namespace gpu

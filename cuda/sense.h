@@ -1,8 +1,8 @@
 /// The stage "sense" on the device: all that is known of a frame before its surfels are made.
 #pragma once
 
-#include "backend/profile.h"
 #include "backend/rules.h"
+#include "dtsdf_mapping/mapper.h"
 #include "dtsdf_mapping/params/mapper_params.h"
 #include "kernels/fusion/fusion_rules.h"
 #include "kernels/surfels/depth.h"
@@ -72,7 +72,7 @@ class FrameSensor {
   /// @pre needsFreeDepth().
   const float* freeDepth() const { return free_depth_.data(); }
 
-  void addMemory(std::vector<MemoryPart>& parts) const;
+  void addMemory(MapperMemory& memory) const;
 
  private:
   void reserve(size_t pixels);

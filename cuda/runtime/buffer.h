@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "backend/profile.h"
+#include "dtsdf_mapping/mapper.h"
 #include "runtime/stream.h"
 
 namespace dtsdf {
@@ -19,7 +19,7 @@ class PinnedBuffer {
   static_assert(std::is_trivially_copyable<T>::value, "copied as bytes");
 
  public:
-  static constexpr MemoryKind kKind = MemoryKind::kStaging;
+  static constexpr auto kSum = &MapperMemory::staging;
 
   PinnedBuffer() = default;
   explicit PinnedBuffer(size_t count) { reserve(count); }
@@ -71,7 +71,7 @@ class DeviceBuffer {
   static_assert(std::is_trivially_copyable<T>::value, "copied as bytes");
 
  public:
-  static constexpr MemoryKind kKind = MemoryKind::kScratch;
+  static constexpr auto kSum = &MapperMemory::scratch;
 
   DeviceBuffer() = default;
   explicit DeviceBuffer(size_t count) { allocate(count); }
@@ -163,11 +163,8 @@ class DeviceBuffer {
 /// Adds the memory of buffers that are needed while a frame is fused, or a mesh is made: what is on
 /// the device, and what is beside it.
 template <class... Buffers>
-void addScratch(const char* name, std::vector<MemoryPart>& parts, const Buffers&... buffers) {
-  for (const MemoryKind kind : {MemoryKind::kScratch, MemoryKind::kStaging}) {
-    const size_t bytes = (size_t{0} + ... + (Buffers::kKind == kind ? buffers.bytes() : 0));
-    if (bytes > 0) parts.push_back({name, kind, bytes, bytes});
-  }
+void addScratch(MapperMemory& memory, const Buffers&... buffers) {
+  ((memory.*Buffers::kSum += buffers.bytes()), ...);
 }
 
 }  // namespace gpu

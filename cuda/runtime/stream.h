@@ -8,8 +8,6 @@
 namespace dtsdf {
 namespace gpu {
 
-class StageClock;
-
 /// A point in a stream's work. Waiting for an event that was never recorded returns at once.
 class Event {
  public:
@@ -63,10 +61,6 @@ class Stream {
   /// Whether the device can start a kernel while the one ahead of it ends.
   bool startsEarly() const { return starts_early_; }
 
-  /// The clock that times what is enqueued here; none at first. See stage_clock.h.
-  void setClock(StageClock* clock) { clock_ = clock; }
-  StageClock* clock() const { return clock_; }
-
   void record(Event& event) const { DTSDF_CHECK_CUDA(cudaEventRecord(event.get(), stream_)); }
 
   /// Work enqueued from now on starts after the event; the calling thread goes on.
@@ -82,7 +76,6 @@ class Stream {
 
  private:
   cudaStream_t stream_ = nullptr;
-  StageClock* clock_ = nullptr;
   bool starts_early_ = false;
 };
 

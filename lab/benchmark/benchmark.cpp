@@ -35,28 +35,25 @@ std::string measureFrames(const BenchmarkOptions& options, const RunSettings& se
 }
 
 std::string measureFlight(const BenchmarkOptions& options, const RunSettings& settings) {
-  constexpr double kMiB = 1024.0 * 1024.0;
-  const FlightPlan plan{static_cast<size_t>(options.grow_to_gib * 1024.0 * kMiB), options.speed_m,
-                        options.returns};
+  constexpr size_t kMiB = 1024 * 1024;
+  const auto map_mib = static_cast<size_t>(options.grow_to_gib * 1024.0);
   MapperParams params = settings.params.mapper;
   // Leaves room for the last frame, unless the map drops distant blocks or writes them to disk.
   if (params.map.keep_radius_m == 0.0f && params.map.page_folder.empty()) {
-    params.map.max_memory_mb =
-        std::max(params.map.max_memory_mb, static_cast<int>(options.grow_to_gib * 1024.0) + 1024);
+    params.map.max_memory_mb = std::max(params.map.max_memory_mb, static_cast<int>(map_mib) + 1024);
   }
   Measurement end;
   const size_t taken = gpuMemoryTaken();
   const auto mapper = makeProbedMapper(params, settings.rules);
   std::vector<FrameTime> times;
   {
-    ProgressBar progress("MiB", static_cast<size_t>(static_cast<double>(plan.map_bytes) / kMiB));
-    times = fly(*mapper, plan, [&](size_t bytes) {
-      progress.show(static_cast<size_t>(static_cast<double>(bytes) / kMiB));
-    });
+    ProgressBar progress("MiB", map_mib);
+    times = fly(*mapper, map_mib * kMiB, options.speed_m, options.returns,
+                [&](size_t bytes) { progress.show(bytes / kMiB); });
   }
   end.backend_name = mapper->backendName();
   end.map = mapper->stats();
-  end.memory = mapper->memoryParts();
+  end.memory = mapper->memory();
   end.device_bytes = gpuMemoryTakenSince(taken);
   return reportFlight(times, end);
 }

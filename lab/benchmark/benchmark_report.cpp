@@ -47,6 +47,7 @@ json totalsOf(const Measurement& m) {
   totals["total_ms"] = summary(&FrameTime::total_ms);
   totals["processor_ms"] = summary(&FrameTime::processor_ms);
   totals["call_ms"] = summary(&FrameTime::call_ms);
+  if (!m.fusion_ms.empty()) totals["fusion_ms"] = toJson(summarise(m.fusion_ms));
   totals["fetch_ms"] = summary(&FrameTime::fetch_ms);
   totals["distances_ms"] = summary(&FrameTime::distances_ms);
   return totals;
@@ -65,22 +66,10 @@ json stagesOf(const Measurement& m) {
 }
 
 json memoryOf(const Measurement& m) {
-  json memory = {
-      {"parts", json::array()}, {"device", m.device_bytes}, {"whole_mesh", m.mesh_bytes}};
-  for (const MemoryPart& part : m.memory) {
-    memory["parts"].push_back({{"name", part.name},
-                               {"kind", toString(part.kind)},
-                               {"used", part.used_bytes},
-                               {"reserved", part.reserved_bytes}});
-    // The map includes its indices.
-    const MemoryKind kind = part.kind == MemoryKind::kIndices ? MemoryKind::kMap : part.kind;
-    for (const char* what : {"used", "reserved"}) {
-      json& sum = memory[toString(kind)][what];
-      const size_t bytes = what[0] == 'u' ? part.used_bytes : part.reserved_bytes;
-      sum = (sum.is_null() ? size_t(0) : sum.get<size_t>()) + bytes;
-    }
-  }
-  return memory;
+  return {{"device", m.device_bytes},    {"whole_mesh", m.mesh_bytes},
+          {"spare", m.memory.spare},     {"indices", m.memory.indices},
+          {"mesh", m.memory.meshes},     {"scratch", m.memory.scratch},
+          {"staging", m.memory.staging}, {"space", m.memory.space}};
 }
 
 json mapOf(const Measurement& m) {

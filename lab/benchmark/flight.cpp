@@ -72,11 +72,11 @@ SourceFrame renderFlightFrame(double x_m) {
   return frame;
 }
 
-std::vector<FrameTime> fly(ProbedMapper& mapper, const FlightPlan& plan,
+std::vector<FrameTime> fly(ProbedMapper& mapper, size_t map_bytes, double speed_m, bool returns,
                            const std::function<void(size_t)>& show_progress) {
   std::vector<FrameTime> times;
   const auto fly_over = [&](size_t place) {
-    const SourceFrame frame = renderFlightFrame(plan.speed_m * static_cast<double>(place));
+    const SourceFrame frame = renderFlightFrame(speed_m * static_cast<double>(place));
     times.push_back(timeFrame(mapper, frame.depth, [](const MeshUpdate&) {}));
     times.back().resident_bytes = residentBytes();
   };
@@ -84,8 +84,8 @@ std::vector<FrameTime> fly(ProbedMapper& mapper, const FlightPlan& plan,
     fly_over(times.size());
     times.back().mapped_bytes = mappedBytes(mapper.stats());
     show_progress(times.back().mapped_bytes);
-  } while (times.back().mapped_bytes < plan.map_bytes);
-  if (!plan.returns) return times;
+  } while (times.back().mapped_bytes < map_bytes);
+  if (!returns) return times;
   for (size_t place = times.size(); place-- > 0;) {
     fly_over(place);
     times.back().mapped_bytes = times[place].mapped_bytes;

@@ -16,15 +16,11 @@ double groundHeight(double x_m, double y_m);
 /// Depth image of a camera that looks straight down from 4 m above the mean ground.
 SourceFrame renderFlightFrame(double x_m);
 
-struct FlightPlan {
-  size_t map_bytes;      ///< Size at which the flight ends, including dropped blocks.
-  double speed_m;        ///< Distance flown per frame.
-  bool returns = false;  ///< Whether it also flies back the same way.
-};
-
-/// Flies until `plan.map_bytes` were mapped. Images are rendered outside the timing.
-/// `show_progress` gets the bytes mapped so far.
-std::vector<FrameTime> fly(ProbedMapper& mapper, const FlightPlan& plan,
+/// Flies until `map_bytes` were mapped, including dropped blocks. Images are rendered outside the
+/// timing. `show_progress` gets the bytes mapped so far.
+/// @param speed_m Distance flown per frame.
+/// @param returns Whether it also flies back the same way.
+std::vector<FrameTime> fly(ProbedMapper& mapper, size_t map_bytes, double speed_m, bool returns,
                            const std::function<void(size_t)>& show_progress);
 
 }  // namespace dtsdf

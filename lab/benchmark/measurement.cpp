@@ -33,7 +33,7 @@ void measureTotals(const std::vector<SourceFrame>& frames, const MapperParams& p
   }
   result.backend_name = mapper->backendName();
   result.map = mapper->stats();
-  result.memory = mapper->memoryParts();
+  result.memory = mapper->memory();
   result.device_bytes = gpuMemoryTakenSince(taken);
   result.triangles = store.triangleCount();
   for (const auto& [key, mesh] : store.blocks()) {
@@ -56,6 +56,19 @@ void measureStages(const std::vector<SourceFrame>& frames, const MapperParams& p
     show_progress(frames.size() + result.stages.size());
   }
   mapper->profileTo(nullptr);
+}
+
+/// Calls for a GPU return early, but each waits for the frame before.
+void measureFusion(const std::vector<SourceFrame>& frames, const MapperParams& params,
+                   const Rules& rules, const std::function<void(size_t)>& show_progress,
+                   Measurement& result) {
+  const auto mapper = makeProbedMapper(params, rules);
+  for (const SourceFrame& frame : frames) {
+    const auto begin = std::chrono::steady_clock::now();
+    integrateOrThrow(*mapper, frame.depth);
+    result.fusion_ms.push_back(millisecondsSince(begin));
+    show_progress(frames.size() + result.fusion_ms.size());
+  }
 }
 
 }  // namespace
@@ -88,7 +101,8 @@ Measurement measure(const std::vector<SourceFrame>& frames, const MapperParams& 
   if (frames.empty()) throw std::runtime_error("no frame to measure");
   Measurement result;
   measureTotals(frames, params, rules, show_progress, result);
-  measureStages(frames, params, rules, show_progress, result);
+  const auto measure_rest = result.memory.on_gpu ? measureFusion : measureStages;
+  measure_rest(frames, params, rules, show_progress, result);
   return result;
 }
 

@@ -26,9 +26,10 @@ struct FrameTime {
 struct Measurement {
   std::string backend_name;
   std::vector<FrameTime> frames;  ///< Without a profile.
-  std::vector<Profile> stages;    ///< One per frame, from a separate run.
+  std::vector<double> fusion_ms;  ///< On a GPU: of a separate run without meshes.
+  std::vector<Profile> stages;    ///< On a CPU: one per frame, from a separate run.
   MapStats map;
-  std::vector<MemoryPart> memory;
+  MapperMemory memory;
   size_t device_bytes = 0;  ///< GPU memory taken since the mapper was created.
   size_t mesh_bytes = 0;    ///< The whole mesh by blocks, on the host.
   size_t triangles = 0;

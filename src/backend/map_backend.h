@@ -100,9 +100,10 @@ class MapBackend {
   /// Call this on the thread that uses the backend from now on.
   virtual void enter() = 0;
 
-  /// Stages add their time to the profile from here on, until nullptr is given.
-  virtual void profileTo(Profile* profile) = 0;
-  virtual void addMemory(std::vector<MemoryPart>& parts) const = 0;
+  /// Stages add their time on the host to the profile from here on, until nullptr is given.
+  virtual void profileTo(Profile* /*profile*/) {}
+  /// Adds what is taken now to the sums; to `indices` also what map_bytes counts of them.
+  virtual void addMemory(MapperMemory& memory) const = 0;
 
   // ---- Stages of a depth image.
 

@@ -17,17 +17,9 @@ class ProbedMapper : public Mapper {
   /// still be under way. finishMeshUpdate() does not need this.
   virtual void waitForMeshes() = 0;
 
-  /// Adds the time of each stage to a profile from now on, until another or nullptr is given. On a
-  /// GPU the times of a frame are there once the next mesh update is finished, and measuring keeps
-  /// host and device from overlapping: what a frame takes in all is to be measured without.
+  /// Adds the time of each stage on the host to a profile until another or nullptr is given. For a
+  /// GPU's kernels, use NVIDIA's profilers.
   virtual void profileTo(Profile* profile) = 0;
-
-  /// What holds how much memory now; the parts of a GPU's map are on the GPU, but for staging. It
-  /// costs no more in a large map than in a small one.
-  virtual std::vector<MemoryPart> memoryParts() const = 0;
-
-  /// The sums of memoryParts().
-  MapperMemory memory() const override;
 
   /// Takes over contents. @pre The head was checked, and the map is empty.
   /// @throws std::exception without memory; the mapper is unusable then.

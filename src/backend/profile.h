@@ -9,26 +9,23 @@
 
 namespace dtsdf {
 
-/// The stages of integrate(), of paint(), of render() and of a mesh update, in their order.
+/// The stages of integrate(), of paint(), of render() and of a mesh update on the host, in their
+/// order.
 enum class Stage {
-  kCopy,         ///< Raw image to pinned memory (host).
-  kUpload,       ///< Raw image to the device.
-  kAlign,        ///< The pose at which the image fits the map (with its own copy and upload).
+  kAlign,        ///< The pose at which the image fits the map.
   kSense,        ///< Noise of the image, inverse depth and row fits, and how far rays are free.
   kMakeSurfels,  ///< Which pixels are merged, column fits, and surfels.
   kFindBlocks,   ///< Blocks that surfels touch, and what of them the map lacks.
   kSeeFree,      ///< Which cells of space the image sees through.
-  kAdmit,        ///< New blocks and arrays, and their memory (host, with waiting for the device).
-  kCast,         ///< Surfels into sums; on a CPU also fold and clear of the blocks that they touch.
-  kFold,         ///< Sums into voxels.
+  kAdmit,        ///< New blocks and arrays, and their memory; with waiting for the device.
+  kCast,         ///< Surfels into sums; also fold and clear of the blocks that they touch.
   kClear,        ///< Voxels that were seen as free, what changed, and what is empty.
   kPaint,        ///< A colour image onto the surfaces that it sees.
   kRender,       ///< A view of the map from a pose.
   kIndex,        ///< Which blocks to mesh again, and the marching cubes indices in them.
   kMake,         ///< Vertices and triangles.
-  kFetch,        ///< Meshes to the host.
-  kHandOut,      ///< Meshes into blocks (host).
-  kFindCells,    ///< Cells of space that the new meshes pass through (host).
+  kHandOut,      ///< Meshes into blocks.
+  kFindCells,    ///< Cells of space that the new meshes pass through.
 };
 constexpr int kStageCount = static_cast<int>(Stage::kFindCells) + 1;
 
@@ -60,23 +57,6 @@ class StageTimer {
   Profile* profile_;
   Stage stage_;
   Clock::time_point start_;
-};
-
-enum class MemoryKind {
-  kMap,      ///< Voxels and their colours.
-  kIndices,  ///< Indices of blocks and of mesh units, and the books.
-  kMesh,     ///< Meshes that were made last, where they are made.
-  kScratch,  ///< What a frame needs while it is fused.
-  kSpace,    ///< Cells of space and distances: on the host, also beside a GPU.
-  kStaging,  ///< What the host has beside a GPU: the table of blocks, and what copies go through.
-};
-const char* toString(MemoryKind kind);
-
-struct MemoryPart {
-  std::string name;
-  MemoryKind kind;
-  size_t used_bytes;      ///< What the map holds now, or the last frame needed.
-  size_t reserved_bytes;  ///< Taken from the system.
 };
 
 }  // namespace dtsdf

@@ -90,26 +90,12 @@ class CpuBackend : public MapBackend {
     mesher_.profileTo(profile);
   }
 
-  void addMemory(std::vector<MemoryPart>& parts) const override {
-    constexpr auto kMap = MemoryKind::kMap, kIndices = MemoryKind::kIndices,
-                   kScratch = MemoryKind::kScratch;
-    const size_t books =
-        map_.table.memoryBytes() + last_touched_.capacity() * sizeof(last_touched_[0]);
-    parts.insert(
-        parts.end(),
-        {{"voxels", kMap, map_.table.arraysInUse() * BlockTable::kArrayBytes, map_.voxels.bytes()},
-         {"colours", kMap, map_.table.coloursInUse() * BlockTable::kColourBytes,
-          map_.colours.bytes()},
-         {"block table", kIndices, books, books},
-         {"unit indices", kIndices, mesher_.bytes(), mesher_.bytes()},
-         {"images", kScratch, sensor_.bytes(), sensor_.bytes()},
-         {"surfels", kScratch, surfel_maker_.bytes(), surfel_maker_.bytes()},
-         {"surfels by block", kScratch, block_finder_.bytes(), block_finder_.bytes()},
-         {"colour image", kScratch, painter_.bytes(), painter_.bytes()},
-         {"rendered view", kScratch, renderer_.bytes(), renderer_.bytes()}});
-    if (!params_.space.enabled) return;
-    parts.push_back(
-        {"free depths", kScratch, free_cell_finder_.bytes(), free_cell_finder_.bytes()});
+  void addMemory(MapperMemory& memory) const override {
+    memory.spare += map_.table.spareOf(map_.voxels.bytes() + map_.colours.bytes());
+    memory.indices += map_.table.memoryBytes() + mesher_.bytes() +
+                      last_touched_.capacity() * sizeof(last_touched_[0]);
+    memory.scratch += sensor_.bytes() + surfel_maker_.bytes() + block_finder_.bytes() +
+                      painter_.bytes() + renderer_.bytes() + free_cell_finder_.bytes();
   }
 
   void takePoints(const DepthFrame& frame, const FrameView& view) override {

@@ -43,7 +43,7 @@ class Engine : public ProbedMapper {
   Space* space() override;
   MapStats stats() const override { return stats_; }
   void profileTo(Profile* profile) override;
-  std::vector<MemoryPart> memoryParts() const override;
+  MapperMemory memory() const override;
   std::string backendName() const override { return traits_.name; }
   void restrictTo(const MapExtent& extent) override;
   uint64_t supportingFrames() const override { return state_.supporting_frames; }

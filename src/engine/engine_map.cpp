@@ -278,14 +278,14 @@ void Engine::noteStats() {
             std::move(pages)};
 }
 
-std::vector<MemoryPart> Engine::memoryParts() const {
+MapperMemory Engine::memory() const {
   helper_.wait();
-  std::vector<MemoryPart> parts;
-  if (backend_ != nullptr) backend_->addMemory(parts);
-  if (space_ != nullptr) {
-    parts.push_back({"space", MemoryKind::kSpace, space_->bytes(), space_->bytes()});
-  }
-  return parts;
+  MapperMemory memory;
+  if (backend_ != nullptr) backend_->addMemory(memory);
+  if (space_ != nullptr) memory.space = space_->bytes();
+  const size_t counted_bytes = table_.blocksInUse() * BlockTable::kBlockBytes;  // in map_bytes
+  memory.indices -= std::min(memory.indices, counted_bytes);
+  return memory;
 }
 
 void Engine::profileTo(Profile* profile) {

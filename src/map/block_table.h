@@ -2,6 +2,7 @@
 /// their budget. Both backends use it, so both admit and recycle the same blocks.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -206,6 +207,11 @@ class BlockTable {
 
   /// Bytes of the budget that a block takes, with its arrays and colours.
   size_t bytesOf(int32_t slot) const;
+
+  /// What is left of memory that is reserved for voxels and colours.
+  size_t spareOf(size_t reserved_bytes) const {
+    return reserved_bytes - std::min(reserved_bytes, bytesInUse() - blocksInUse() * kBlockBytes);
+  }
 
   /// Memory of the table itself.
   size_t memoryBytes() const {

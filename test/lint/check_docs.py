@@ -4,7 +4,6 @@
 - Relative links of the Markdown files lead to files that exist, and to headings that exist.
 - Source files and scripts that are named in them exist, and pages that the code names.
 - The table of docs/method.md names every number of the rules, with its default, and no other.
-- Its table of stages has those of the profile.
 - docs/ros.md names every key of config/default.yaml.
 - package.xml and CMakeLists.txt have the same version.
 - No page, message or setting has wording that readers stumble over (WORDS).
@@ -122,17 +121,6 @@ def check_visits(root):
         yield f"{key} is not visited"
 
 
-def check_stages(root):
-    code = (root / "src" / "backend" / "profile.cpp").read_text(encoding="utf-8")
-    docs = (root / "docs" / "method.md").read_text(encoding="utf-8")
-    table = re.search(r"^\| stage \|.*?\n\n", docs, flags=re.DOTALL | re.MULTILINE)
-    named = re.findall(r"^\| ([\w ,]+) \|", table.group(0), flags=re.MULTILINE)[1:]
-    stages = {stage for cell in named for stage in cell.split(", ")}
-    profile = {stage.replace("_", " ") for stage in re.findall(r'Stage::\w+: return "(\w+)"', code)}
-    for stage in sorted(stages ^ profile):
-        yield f"the stage '{stage}' is {'not in the code' if stage in stages else 'missing'}"
-
-
 def settings_in(config):
     """The keys of a settings file: sections and their members."""
     section = ""
@@ -184,7 +172,6 @@ def problems(root):
     yield from check_named_pages(root)
     yield from (f"docs/method.md: {text}" for text in check_rules(root))
     yield from (f"src/backend/rules.h: {text}" for text in check_visits(root))
-    yield from (f"docs/method.md: {text}" for text in check_stages(root))
     yield from (f"docs/ros.md: {text}" for text in check_settings(root))
     yield from check_version(root)
     yield from check_words(root)

@@ -27,9 +27,7 @@ TEST(Flight, Returns) {
   params.backend = Backend::kCpu;
   params.map.voxel_size_m = 0.08f;
   const auto mapper = makeProbedMapper(params, Rules());
-  FlightPlan plan{size_t(4) << 20, 2.0};
-  plan.returns = true;
-  const std::vector<FrameTime> times = fly(*mapper, plan, [](size_t) {});
+  const std::vector<FrameTime> times = fly(*mapper, size_t(4) << 20, 2.0, true, [](size_t) {});
   ASSERT_GE(times.size(), 4u);
   ASSERT_EQ(times.size() % 2, 0u);
   for (size_t i = 0; i < times.size(); ++i) {

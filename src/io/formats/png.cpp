@@ -1,6 +1,6 @@
-// Your own images: 16-bit PNGs in depth/ or in the folder itself, in the order of the numbers at
-// the end of their names, in millimetres; poses in one of the files of kPoses, the camera in one of
-// readCamera(), and colour images in a folder beside depth/.
+// A user's own images: 16-bit PNGs in millimetres, in depth/ or in the folder itself, sorted by the
+// number at the end of their names. Poses are in one of the files in kPoses, the camera in one of
+// those that readCamera() reads, and colour images in a folder next to depth/.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -29,7 +29,7 @@ std::vector<StampedImage> imagesIn(const fs::path& folder,
     });
     return is_image ? std::optional(numberAtEnd(name).value_or(-1.0)) : std::nullopt;
   });
-  // Where a name has no number, images are numbered in the order of their names.
+  // Names without numbers: images are numbered in the order of their names.
   const bool lacks_numbers = !images.empty() && images.front().stamp_s < 0.0;
   for (size_t i = 0; lacks_numbers && i < images.size(); ++i) {
     images[i].stamp_s = static_cast<double>(i);
@@ -48,10 +48,11 @@ void findPoses(const fs::path& folder, double tolerance_s, std::vector<StampedIm
     }
   }
   throw std::runtime_error("'" + folder.string() + "' has no poses, such as poses.txt or " +
-                           kPoses[2] + "; give them by --poses, or none with --poses-mode track");
+                           kPoses[2] +
+                           "; give them with --poses, or do without: --poses-mode track");
 }
 
-/// Camera in transforms.json, whose principal point counts from the corner of the first pixel.
+/// Reads transforms.json, whose principal point is relative to the corner of the first pixel.
 std::optional<CameraInfo> cameraOfTransforms(const std::string& path, const DepthImage& size) try {
   const nlohmann::json root = readJsonFile(path, "the camera is expected there");
   for (const char* const list : {"depth_frames", "frames", ""}) {

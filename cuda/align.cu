@@ -8,24 +8,24 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Few points, each of which waits for memory: small blocks of threads reach all multiprocessors.
+/// Small, so that the few points, each of which waits for memory, use all multiprocessors.
 constexpr int kAlignThreads = 64;
 constexpr int kWarp = 32;
 
-/// That look for the surface of a point together.
+/// Threads that search for the surface at a point together.
 constexpr int kLanes = 4;
 
-/// Blocks of threads for so many.
+/// Number of blocks for this many threads.
 unsigned alignBlocks(size_t threads) {
   return static_cast<unsigned>((threads + kAlignThreads - 1) / kAlignThreads);
 }
 
-/// The sums as numbers side by side.
+/// The number of integers in AlignmentSums.
 constexpr int kSums = sizeof(AlignmentSums) / sizeof(int64_t);
 static_assert(sizeof(AlignmentSums) % sizeof(int64_t) == 0, "nothing but 64-bit integers");
-static_assert(kSums <= kAlignThreads, "one thread hands over each");
+static_assert(kSums <= kAlignThreads, "one thread per sum");
 
-/// findSurface() by the lanes of a point: each looks at another place along the normal.
+/// findSurface() by the lanes of a point, each of which tries another place along the normal.
 template <class VoxelAt>
 __device__ FieldSample findTogether(const Vec3f& p_L, const Vec3f& normal, bool directional,
                                     float reach, VoxelAt& voxel) {
@@ -62,8 +62,9 @@ __global__ void __launch_bounds__(kAlignThreads)
   });
 }
 
-/// A few lanes per point; sums go up by warps. The block of threads that finishes last hands them
-/// to the host and leaves zeros: a step of the alignment is one kernel.
+/// kLanes threads per point. Each warp adds its sums to the totals; the block of threads that
+/// finishes last writes these to the host and zeroes them, so that one kernel does a step of the
+/// alignment.
 __global__ void __launch_bounds__(kAlignThreads)
     addPointsKernel(FrameView view, bool directional, float cutoff, MapView map,
                     const AlignedPoint* points, size_t count, AlignmentSums* sums,

@@ -1,4 +1,4 @@
-/// The stage "align" on the device: what an image's points say of its pose.
+/// The stage "align" on the device: sums over an image's points, from which its pose is corrected.
 #pragma once
 
 #include "backend/pose_solver.h"
@@ -11,18 +11,18 @@
 namespace dtsdf {
 namespace gpu {
 
-/// The buffers are kept from image to image.
+/// Aligns images with the map. Buffers are reused from image to image.
 class PoseAligner {
  public:
   PoseAligner(const AlignmentSettings& settings, bool directional, const Stream& stream);
 
-  /// Enqueues the making of an image's points. @pre The image is uploaded.
+  /// Enqueues the kernel that makes an image's points. @pre The image is uploaded.
   void takePoints(const FrameView& view, const RawDepth& raw);
 
-  /// The sums of these points at another pose of the same image; waits for them.
+  /// The sums over these points at another pose of the same image. Waits for the result.
   AlignmentSums sumsAt(const FrameView& view, float cutoff, const MapView& map);
 
-  /// Blocks that these sums look at, each once.
+  /// Keys of the blocks that these sums read, each once.
   std::vector<PackedKey> keysAt(const FrameView& view, float cutoff);
 
   void addMemory(MapperMemory& memory) const;
@@ -33,10 +33,10 @@ class PoseAligner {
   const Stream& stream_;
   size_t point_count_ = 0;
   DeviceBuffer<AlignedPoint> points_;
-  DeviceBuffer<AlignmentSums> sums_;  ///< That blocks of threads add up,
-  DeviceBuffer<uint32_t> finished_;   ///< and how many have; all 0 between kernels.
+  DeviceBuffer<AlignmentSums> sums_;  ///< Totals of all blocks of threads; 0 between kernels.
+  DeviceBuffer<uint32_t> finished_;   ///< Blocks of threads that are done; 0 between kernels.
   PinnedBuffer<AlignmentSums> pinned_sums_;
-  PinnedBuffer<AlignedPoint> pinned_points_;  ///< A copy on the host, once it is asked for.
+  PinnedBuffer<AlignedPoint> pinned_points_;  ///< A copy on the host, made on first use.
   bool has_pinned_points_ = false;
 };
 

@@ -1,4 +1,4 @@
-/// Incremental meshing on the device: room for it, its stages in turn, and the way to the host.
+/// Incremental meshing on the device: memory, the order of the stages, and the download of meshes.
 #pragma once
 
 #include <algorithm>
@@ -23,9 +23,9 @@ namespace gpu {
 constexpr size_t kFirstBlocks = 1 << 14, kFirstVertices = 1 << 16, kFirstTriangles = 1 << 17;
 constexpr int kThreadBlocksPerProcessor = 8;
 
-/// One extraction at a time, on a stream of its own beside the frames: begin() enqueues everything
-/// up to the meshes on the device, complete() waits for them and enqueues their way to the host,
-/// finish() waits for them there.
+/// Runs one extraction at a time, on its own stream, in parallel with frames. begin() enqueues
+/// everything up to the meshes on the device, complete() waits for them and enqueues their
+/// download, finish() waits for the download.
 class BlockMesher {
  public:
   BlockMesher(const MeshSettings& rules, bool directional, bool refined)
@@ -48,15 +48,17 @@ class BlockMesher {
 
   ~BlockMesher() { stream_.drain(); }
 
-  /// Enqueues what an extraction needs that the map has no part in, while the device is busy with
-  /// a frame. @pre None is under way, or it is complete.
+  /// Enqueues the part of an extraction that does not need the map, while the device is busy with a
+  /// frame. @pre No extraction is under way, or it is complete.
   void prepare() {
     if (!is_prepared_) totals_.zero(stream_);
     is_prepared_ = true;
   }
 
-  /// Enqueues an extraction of what changed up to the event: so many blocks at most have other
-  /// voxels, or other colours. @param least_evidence That a voxel needs to be known.
+  /// Enqueues an extraction of what changed up to the event.
+  /// @param most_dirty Upper limit for the number of blocks with changed voxels.
+  /// @param most_painted Upper limit for the number of blocks with changed colours.
+  /// @param least_evidence Evidence that a voxel needs to be known.
   void begin(const MapView& map, const Event& map_ready, size_t most_dirty, size_t most_painted,
              int32_t least_evidence) {
     map_ = map;
@@ -84,13 +86,13 @@ class BlockMesher {
   }
 
   /// To be called before the map changes: waits until an extraction under way has read what it
-  /// needs. Fetching the meshes goes on beside what follows.
+  /// needs. The download of the meshes continues in parallel.
   void complete() {
     if (state_ != State::kBegun) return;
     counted_.wait();
     const MeshSize size = pinned_totals_[0].size;
     if (size.vertices > vertices_.capacity() || size.triangles > triangles_.capacity()) {
-      // Vertices last: without memory for the others, what lacks room still shows by them.
+      // Vertices grow last: if memory for the others runs out, they still show the lack of room.
       const size_t with_spare = size.vertices + size.vertices / 2;
       const size_t vertices =
           size.vertices > vertices_.capacity() ? with_spare : vertices_.capacity();
@@ -108,7 +110,7 @@ class BlockMesher {
     state_ = State::kComplete;
   }
 
-  /// Waits for the extraction. @return its changes; none if none was begun.
+  /// Waits for the extraction. @return its changes; none if no extraction was begun.
   MeshUpdate finish() {
     MeshUpdate made;
     if (state_ == State::kIdle) return made;
@@ -123,13 +125,14 @@ class BlockMesher {
   /// Whether an extraction may still read the map.
   bool isUnderWay() const { return state_ == State::kBegun; }
 
-  /// Whether what was unchanged at the last extraction has labels for so much evidence.
+  /// Whether blocks that have not changed since the last extraction have labels for this much
+  /// evidence.
   bool hasLabelled(int32_t least_evidence) const {
     return stamp_ > 0 && least_evidence_ == least_evidence;
   }
 
-  /// Whether the last mesh of a slot's block that was handed out has triangles: taken of one that
-  /// leaves, and set of one that is back.
+  /// Whether the last mesh that finish() returned for a slot's block has triangles. Taken when the
+  /// block leaves the device, and set when it comes back.
   bool takeHasMesh(int32_t slot) { return std::exchange(hasMesh(slot), uint8_t{0}) != 0; }
   void setHasMesh(int32_t slot, bool has_mesh) { hasMesh(slot) = has_mesh; }
 
@@ -222,7 +225,7 @@ class BlockMesher {
     return mesh;
   }
 
-  /// Many of them on several threads.
+  /// Copies the blocks, on several threads if there are many.
   std::vector<BlockMesh> copyBlocks(const std::vector<MeshRecord>& records) const {
     constexpr size_t kLeastOfThread = 512, kMostThreads = 4;
     std::vector<BlockMesh> blocks(records.size());
@@ -237,7 +240,7 @@ class BlockMesher {
 
   MeshSettings rules_;
   bool directional_, refined_;
-  int thread_blocks_;  ///< That fill the device, for kernels whose work is counted there.
+  int thread_blocks_;  ///< Enough to fill the device: kernels work in strides.
   Stream stream_;
   Event begun_{cudaEventDefault}, fetched_{cudaEventDefault}, counted_;
   State state_ = State::kIdle;
@@ -246,18 +249,18 @@ class BlockMesher {
   uint32_t stamp_ = 0;
   int32_t least_evidence_ = 0;
   DeviceBuffer<MeshTotals> totals_;
-  PinnedBuffer<MeshTotals> pinned_totals_;  ///< A kernel writes them there.
+  PinnedBuffer<MeshTotals> pinned_totals_;  ///< Written in place by a kernel.
   DeviceBuffer<int32_t> slots_;
   DeviceBuffer<MeshRecord> records_;
   DeviceBuffer<BlockVertex> vertices_;
-  DeviceBuffer<Vec3f> normals_;  ///< As many as vertices, where meshes are refined.
+  DeviceBuffer<Vec3f> normals_;  ///< One per vertex, if meshes are refined.
   DeviceBuffer<BlockTriangle> triangles_;
   PinnedBuffer<MeshRecord> pinned_records_;
   PinnedBuffer<BlockVertex> pinned_vertices_;
   PinnedBuffer<BlockTriangle> pinned_triangles_;
-  DeviceBuffer<VertexColour> colours_;  ///< As many as vertices, once something is painted.
+  DeviceBuffer<VertexColour> colours_;  ///< One per vertex, once anything is painted.
   PinnedBuffer<VertexColour> pinned_colours_;
-  std::vector<uint8_t> has_mesh_;  ///< Per slot: the last mesh that was handed out has triangles.
+  std::vector<uint8_t> has_mesh_;  ///< Per slot: whether the last returned mesh has triangles.
 };
 
 }  // namespace gpu

@@ -15,20 +15,20 @@ namespace {
 
 constexpr int kThreadBlocksPerProcessor = 8;
 
-/// Blocks in view for which there is room at the start.
+/// Initial capacity, in blocks in view.
 constexpr size_t kFirstInView = 1 << 14;
 
 /// A block that the stage visits.
 struct VisitedBlock {
   int32_t slot;     ///< -1: not in the map.
-  bool is_touched;  ///< Else the frame only looks at it.
-  uint32_t empty;   ///< Bit d: the array of direction d held nothing after the fold.
+  bool is_touched;  ///< False: the frame only looks at it.
+  uint32_t empty;   ///< Bit d: the array of direction d was empty after the fold.
   Vec3f first_voxel_L;
-  bool in_turn;             ///< It is the block's turn.
-  const uint32_t* covered;  ///< Voxels, of its first array of sums; null: it is not touched.
-  uint32_t directions;      ///< That it has sums of.
+  bool in_turn;             ///< Whether it is the block's turn.
+  const uint32_t* covered;  ///< Covered voxels, by array of sums; null: not touched.
+  uint32_t directions;      ///< Directions of its arrays of sums.
 
-  /// Which voxels are covered, for a direction that it has sums of; else null.
+  /// Bits of the covered voxels in a direction; null if it has no sums of this direction.
   __device__ const uint32_t* coveredOf(int direction) const {
     if (covered == nullptr || !(directions >> direction & 1)) return nullptr;
     return covered + __popc(directions & ((1u << direction) - 1u)) * kCoverWords;
@@ -38,11 +38,11 @@ struct VisitedBlock {
 /// The voxels of a block that the frame judges.
 struct JudgedVoxels {
   uint32_t count;
-  uint32_t emptied_directions;                        ///< That lose a voxel.
+  uint32_t emptied_directions;                        ///< Directions that lose a voxel.
   uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< packJudged()
 };
 
-/// Threads of a block that clears: as many as it has voxels, since most blocks wait for memory.
+/// Threads that clear a block: one per voxel, since most of them only wait for memory.
 constexpr int kClearThreads = kVoxelsPerBlock;
 constexpr int kMostPerThread = kDirectionCount * kVoxelsPerBlock / kClearThreads;
 static_assert(kMostPerThread <= 16, "two bits for each voxel that a thread judges");
@@ -55,17 +55,17 @@ __device__ uint16_t packJudged(int direction, int voxel, bool is_covered) {
          static_cast<uint16_t>(is_covered ? kCoveredBit : 0u);
 }
 
-/// A warp takes as long for one of them as for 32: so they are listed first.
+/// Lists the voxels to be judged, since a warp takes as long for one of them as for 32.
 __device__ void listJudged(const MapView& map, const FusionRules& rules, const SlotEntry& entry,
                            const VisitedBlock& block, JudgedVoxels& list) {
-  __syncthreads();  // of the block before
+  __syncthreads();  // the previous block's list is no longer read
   if (threadIdx.x == 0) list.count = list.emptied_directions = 0;
   __syncthreads();
   const int i = threadIdx.x;
   const uint32_t lane = i % 32, before = (1u << lane) - 1u;
   Voxel voxel[kDirectionCount];
   uint32_t covered_word[kDirectionCount], looked_at = 0;
-#pragma unroll  // reads all before it waits for any
+#pragma unroll  // all reads are issued before the first is needed
   for (int d = 0; d < kDirectionCount; ++d) {
     const uint32_t* covered = block.coveredOf(d);
     if (entry.array[d] == kNoArray || (covered == nullptr && !block.in_turn)) continue;
@@ -88,8 +88,7 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   __syncthreads();
 }
 
-/// What the frame makes of the voxels on this thread's turns, two bits each: only what changes a
-/// voxel.
+/// What the frame observes at this thread's voxels, two bits each, if it changes the voxel.
 __device__ uint32_t judgeVoxels(const FrameSensing& sensing, const FusionSettings& fusion,
                                 const MapView& map, const SlotEntry& entry,
                                 const Vec3f& first_voxel_L, const JudgedVoxels& list) {
@@ -108,23 +107,23 @@ __device__ uint32_t judgeVoxels(const FrameSensing& sensing, const FusionSetting
   return observations;
 }
 
-/// Whether an array holds nothing. By all threads of a block.
+/// Whether an array is empty. All threads of the block must call it.
 __device__ bool isArrayEmpty(const Voxel* voxels) {
   int holds = 0;
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kClearThreads) holds |= !isEmpty(voxels[i]);
   return !__syncthreads_or(holds);
 }
 
-/// Takes evidence from the voxels that the frame sees through, with a block of threads: all are
-/// judged before the first one changes.
-/// @param changed Whether a voxel with a distance lost some.
-/// @return the directions whose arrays are empty now.
+/// Takes evidence from the voxels that the frame sees through. All threads of the block must call
+/// it; they judge all voxels before the first one changes.
+/// @param changed Whether a voxel with a distance lost evidence.
+/// @return the directions whose arrays became empty.
 __device__ uint32_t clearBlock(const FrameSensing& sensing, const FusionSettings& fusion,
                                const MapView& map, const SlotEntry& entry,
                                const VisitedBlock& block, JudgedVoxels& list, bool& changed) {
   listJudged(map, fusion.rules, entry, block, list);
   const uint32_t observations = judgeVoxels(sensing, fusion, map, entry, block.first_voxel_L, list);
-  if (!__syncthreads_or(observations != 0)) return 0;  // as most
+  if (!__syncthreads_or(observations != 0)) return 0;  // the usual case
   int own_changed = 0;
   for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kClearThreads, ++turn) {
     const auto observation = static_cast<Observation>(observations >> (2 * turn) & 3u);
@@ -150,8 +149,8 @@ __device__ uint32_t clearBlock(const FrameSensing& sensing, const FusionSettings
   return empty_directions;
 }
 
-/// Lists a block in view that the frame looks at untouched; FrameCounters counts them. One that was
-/// released since the host listed it has no arrays, so that nothing comes of a look at it.
+/// Lists a block in view if the frame looks at it without touching it; FrameCounters counts these.
+/// A block released since the host listed it has no arrays, so looking at it changes nothing.
 __device__ void findLook(const FrameView& frame, const FusionRules& rules,
                          const FusionTarget& target, uint64_t frame_number, int32_t slot,
                          int32_t* looks) {
@@ -162,9 +161,8 @@ __device__ void findLook(const FrameView& frame, const FusionRules& rules,
   looks[atomicAdd(&target.touched.counters->looks, 1u)] = slot;
 }
 
-/// One thread per block that may be in view.
-/// Beside the kernel ahead, if that lets it start early: it folds sums into voxels, and what is
-/// read here was there before it.
+/// One thread per block that may be in view. May overlap with the previous kernel, which folds sums
+/// into voxels: what is read here was written before that kernel.
 __global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget target,
                                 uint64_t frame_number, const int32_t* in_view,
                                 uint32_t in_view_count, int32_t* looks) {
@@ -173,7 +171,7 @@ __global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget
   waitAtEnd();
 }
 
-/// Number i of the touched blocks.
+/// Touched block number i.
 __device__ VisitedBlock visitTouched(const FusionTarget& target, const uint32_t* covered,
                                      const FusionRules& rules, uint64_t frame_number, uint32_t i) {
   const TouchedView& touched = target.touched;
@@ -190,23 +188,22 @@ __device__ VisitedBlock visitTouched(const FusionTarget& target, const uint32_t*
           block.directions};
 }
 
-/// One of the others.
+/// A block that the frame only looks at.
 __device__ VisitedBlock visitLook(const FusionTarget& target, const FrameView& frame,
                                   int32_t slot) {
   const Vec3i block_L = unpackKey(target.map.slots[slot].key) - blockOfVoxel(frame.origin_voxel);
   return {slot, false, 0, toFloat(firstVoxelOfBlock(block_L)), true, nullptr, 0};
 }
 
-/// The host's table follows.
+/// Removes arrays from a slot's entry. The host updates its table later.
 __device__ void dropArrays(SlotEntry& entry, uint32_t directions) {
   for (int d = 0; d < kDirectionCount; ++d) {
     if (directions >> d & 1u) entry.array[d] = kNoArray;
   }
 }
 
-/// One block of threads per touched block, and further ones for those looked at, in strides. The
-/// one that finishes last hands the number of empty blocks to the host, which finds both lists in
-/// its own memory.
+/// One block of threads per touched block, and more, in strides, for those only looked at. The one
+/// that finishes last writes the number of empty blocks to host memory, next to their list.
 __global__ void __launch_bounds__(kClearThreads, 3)
     clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion, FusionTarget target,
                       const uint32_t* covered, uint64_t frame_number, const int32_t* looks,
@@ -238,7 +235,7 @@ __global__ void __launch_bounds__(kClearThreads, 3)
   if (threadIdx.x == 0) *empty_count = readShared(&counters->empty_blocks);
 }
 
-/// One block of threads per block of the map.
+/// Empties voxels in a region. One block of threads per block of the map.
 __global__ void emptyRegionKernel(MapView map, RegionView region, const int32_t* slots,
                                   EmptiedBlock* emptied) {
   __shared__ uint32_t voxels_emptied;
@@ -290,7 +287,7 @@ void Clearing::reserve(const FrameCounters& counters, size_t in_view) {
   empty_blocks_.reserve(counters.touched + in_view);
 }
 
-/// Nobody reads the list of the frame before any more: that frame was waited for.
+/// The list of the previous frame is no longer read: that frame was waited for.
 void Clearing::noteInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view) {
   in_view_count_ = sensing.hasFreeDepth() ? static_cast<uint32_t>(in_view.size()) : 0;
   std::copy_n(in_view.begin(), in_view_count_, in_view_.data());
@@ -308,7 +305,7 @@ void Clearing::clear(const DeviceSensing& sensing, const FusionTarget& target,
                      const FrameCounters& counters, const uint32_t* covered,
                      uint64_t frame_number) {
   const uint32_t looks = std::min(in_view_count_, static_cast<uint32_t>(thread_blocks_));
-  const uint32_t blocks = std::max(counters.touched + looks, 1u);  // one hands over the count
+  const uint32_t blocks = std::max(counters.touched + looks, 1u);  // one to write the count
   launchOverlapped("clearBlocksKernel", clearBlocksKernel, blocks, kClearThreads, 0, stream_,
                    sensing, fusion_, target, covered, frame_number, looks_.data(),
                    empty_blocks_.data(), empty_count_.data());
@@ -334,8 +331,8 @@ void Clearing::addMemory(MapperMemory& memory) const {
 std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots, const RegionView& region,
                                       const MapView& map, const Stream& stream) {
   if (slots.empty()) return {};
-  PinnedBuffer<int32_t> where(slots.size());         // the kernel reads it in place,
-  PinnedBuffer<EmptiedBlock> emptied(slots.size());  // and writes this there
+  PinnedBuffer<int32_t> where(slots.size());         // read in place by the kernel
+  PinnedBuffer<EmptiedBlock> emptied(slots.size());  // written in place by the kernel
   std::copy(slots.begin(), slots.end(), where.data());
   launch("emptyRegionKernel", emptyRegionKernel, static_cast<unsigned>(slots.size()), kThreads, 0,
          stream, map, region, where.data(), emptied.data());

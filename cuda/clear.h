@@ -1,4 +1,5 @@
-/// The stage "clear" on the device: what a frame contradicts, and what it leaves empty.
+/// The stage "clear" on the device: takes evidence from what a frame contradicts, and lists arrays
+/// that become empty.
 #pragma once
 
 #include <vector>
@@ -14,46 +15,49 @@ class Clearing {
  public:
   Clearing(const MapperParams& params, const Rules& rules, const Stream& stream);
 
-  /// Makes room for a frame with so many blocks in view. @throws BackendError without memory; the
-  /// map is untouched.
+  /// Makes room for a frame with `in_view` blocks in view. @throws BackendError if memory runs out;
+  /// the map is not changed.
   void reserve(const FrameCounters& counters, size_t in_view);
 
-  /// The frame's turn: slots of blocks that may be in view, and others.
-  /// @pre reserve() made the room.
+  /// Notes which blocks may be in the frame's view: their slots, and possibly others.
+  /// @pre reserve() has made room.
   void noteInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view);
 
-  /// Enqueues the search for the blocks that the frame of this number looks at without touching
-  /// them; right behind the fold, beside which it may run.
+  /// Enqueues the search for the blocks that the frame with this number looks at without touching
+  /// them. Must follow the fold directly; the two may overlap.
   void findLooks(const DeviceSensing& sensing, const FusionTarget& target, uint64_t frame_number);
 
-  /// Takes evidence from what the frame contradicts, marks what has changed for the mesh, and lists
-  /// arrays that hold nothing.
-  /// @param covered What the frame's fold found, as Fusion::covered() has it.
+  /// Takes evidence from what the frame contradicts, marks changed blocks for meshing, and lists
+  /// empty arrays.
+  /// @param covered See Fusion::covered(), of the frame's fold.
   void clear(const DeviceSensing& sensing, const FusionTarget& target,
              const FrameCounters& counters, const uint32_t* covered, uint64_t frame_number);
 
-  /// Waits for the frame. @return its empty blocks, by slot; reported once.
+  /// Waits for the frame. @return its blocks with empty arrays, sorted by slot. Reports them only
+  /// once.
   std::vector<EmptyBlock> takeEmptyBlocks();
-  bool hasOutcome() const { return is_cleared_; }  ///< A frame's empty blocks were not taken yet.
+  bool hasOutcome() const { return is_cleared_; }  ///< Its empty blocks were not taken yet.
 
   void addMemory(MapperMemory& memory) const;
 
  private:
-  const bool looks_around_;  ///< Voxel projection does not.
+  const bool looks_around_;  ///< False for voxel projection.
   const FusionSettings fusion_;
   const Stream& stream_;
   Event cleared_;
-  const int thread_blocks_;  ///< That fill the device, for kernels whose work is counted there.
-  bool is_cleared_ = false;  ///< A frame's empty blocks have not been taken yet.
-  PinnedBuffer<int32_t> in_view_;  ///< Kernels read it in place,
-  uint32_t in_view_count_ = 0;     ///< of the last frame; 0: it does not look around.
+  const int thread_blocks_;        ///< Enough to fill the device: kernels work in strides.
+  bool is_cleared_ = false;        ///< A frame's empty blocks have not been taken yet.
+  PinnedBuffer<int32_t> in_view_;  ///< Read in place by kernels.
+  uint32_t in_view_count_ = 0;     ///< Of the last frame; 0: it does not look around.
   DeviceBuffer<int32_t> looks_;
-  PinnedBuffer<EmptyBlock> empty_blocks_;  ///< and write these there.
+  PinnedBuffer<EmptyBlock> empty_blocks_;  ///< Written in place by kernels.
   PinnedBuffer<uint32_t> empty_count_{1};
 };
 
-/// Empties the blocks' voxels in a region in units of voxels, with their colours, and waits.
-/// @return what became of each. @throws BackendError without memory; the map is untouched then.
+/// Empties the blocks' voxels in a region, which is in units of voxels, with their colours, and
+/// waits.
+/// @return what was emptied in each block.
+/// @throws BackendError if memory runs out; the map is not changed then.
 std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots, const RegionView& region,
                                       const MapView& map, const Stream& stream);
 

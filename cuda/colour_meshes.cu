@@ -1,4 +1,4 @@
-// Colours of vertices on the device, once the make stage has made them.
+// Colours vertices on the device, after the make stage.
 #include "corner_arrays.cuh"
 #include "kernels/colour/vertex_colour.h"
 #include "launch.h"
@@ -8,7 +8,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// One thread per painted block and reach, in strides.
+/// One thread per painted block and block whose units reach into it, in strides.
 __global__ void selectPaintedKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   const size_t count = static_cast<size_t>(*map.painted.count) * kUnitReach;
@@ -21,20 +21,20 @@ __global__ void selectPaintedKernel(MapView map, MeshView mesh) {
   }
 }
 
-/// One thread: the list is done with.
+/// One thread: empties the list of painted blocks.
 __global__ void forgetPaintedKernel(MapView map) {
   waitForPreviousKernel();
   *map.painted.count = 0;
 }
 
-/// What a block of threads needs to colour the vertices of a block.
+/// Shared memory for colouring the vertices of a block.
 struct ColourShared {
   ColouredCorners corners;
-  int32_t slots[kCornerBlocks];  ///< Slots of the blocks that these lie in.
+  int32_t slots[kCornerBlocks];  ///< Slots of the blocks in which the corners lie.
   uint16_t vertex_of[kGridEdges];
 };
 
-/// All threads of the block have to call it.
+/// Finds the voxels and colours at a block's corners. All threads of the block must call it.
 __device__ void findColours(const MapView& map, const BlockKey& key, ColourShared& shared) {
   ColouredCorners& corners = shared.corners;
   const auto t = static_cast<int>(threadIdx.x);
@@ -55,14 +55,13 @@ __device__ void findColours(const MapView& map, const BlockKey& key, ColourShare
   __syncthreads();
 }
 
-/// Finds which corners are painted. All threads of the block have to call it.
+/// Finds which corners are painted. All threads of the block must call it.
 __device__ void findPainted(ColouredCorners& corners) {
   for (int i = threadIdx.x; i < kPaintedRows; i += kThreads) findPaintedRow(corners, i);
   __syncthreads();
 }
 
-/// Colours the vertices on edges, one per thread at a time. All threads of the block have to call
-/// it.
+/// Colours the vertices on edges, one per thread at a time. All threads of the block must call it.
 __device__ void colourEdges(const MeshView& mesh, const MeshRecord& record, ColourShared& shared) {
   const bool directional = mesh.directional != 0;
   const BlockVertex* vertices = mesh.vertices + record.first_vertex;
@@ -76,7 +75,7 @@ __device__ void colourEdges(const MeshView& mesh, const MeshRecord& record, Colo
       shared.vertex_of[edge] = static_cast<uint16_t>(i);
       colour = ownColour(shared.corners, edge, directional);
     }
-    if (__syncthreads_or(colour.painted == 0)) {  // as in few blocks
+    if (__syncthreads_or(colour.painted == 0)) {  // a rare case
       if (!knows_painted) findPainted(shared.corners);
       knows_painted = true;
       if (colour.painted == 0) colour = colourBeside(shared.corners, edge, directional);
@@ -86,7 +85,7 @@ __device__ void colourEdges(const MeshView& mesh, const MeshRecord& record, Colo
   __syncthreads();
 }
 
-/// Colours the vertices in the middle of sides, whose ends' vertices are coloured.
+/// Colours the vertices at midpoints of sides. @pre Those at the sides' ends are coloured.
 __device__ void colourMiddles(const MeshView& mesh, const MeshRecord& record,
                               const ColourShared& shared) {
   const BlockVertex* vertices = mesh.vertices + record.first_vertex;
@@ -99,8 +98,7 @@ __device__ void colourMiddles(const MeshView& mesh, const MeshRecord& record,
   }
 }
 
-/// One block of threads per block that was meshed, in strides. Vertices that found no room have no
-/// colours either.
+/// One block of threads per meshed block, in strides. Vertices that did not fit get no colours.
 __global__ void __launch_bounds__(kThreads) colourVerticesKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   __shared__ ColourShared shared;

@@ -1,4 +1,4 @@
-/// What meshing looks up in the device's map: which blocks an extraction has, and the voxels at the
+/// Look-ups of meshing in the device's map: the blocks of an extraction, and the voxels at the
 /// corners of a block's mesh units. For .cu files.
 #pragma once
 
@@ -14,7 +14,8 @@ __device__ __forceinline__ BlockKey keyOfSlot(const MapView& map, int32_t slot) 
   return unpackKey(map.slots[slot].key);
 }
 
-/// The voxel arrays of a slot's block by direction; null where there is none. @return those it has.
+/// The voxel arrays of a slot's block by direction; null: none. @return a bit for each direction
+/// that has one.
 __device__ inline uint32_t findArrays(const MapView& map, int32_t slot,
                                       const Voxel* (&arrays)[kDirectionCount]) {
   uint32_t present = 0;
@@ -26,12 +27,12 @@ __device__ inline uint32_t findArrays(const MapView& map, int32_t slot,
   return present;
 }
 
-/// Enters a block into the extraction, unless it is there. @return whether it is new.
+/// Adds a block to the extraction, unless it is already there. @return whether it was added.
 __device__ __forceinline__ bool select(const MapView& map, const MeshView& mesh, int32_t slot) {
   return atomicExch(&map.mesh_stamp[slot], mesh.stamp) != mesh.stamp;
 }
 
-/// Enters a block to be meshed, if there is one and it is not there, behind those that are reached.
+/// Adds a block to be meshed after the reached ones, if it exists and is not there yet.
 __device__ __forceinline__ void selectAdjoining(const MapView& map, const MeshView& mesh,
                                                 const BlockKey& key) {
   const int32_t slot = findSlot(map, packKey(key));

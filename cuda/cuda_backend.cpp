@@ -25,7 +25,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// One map on a device, with all that is needed to fuse images into it and to mesh it.
+/// A map on a device, with everything that is needed to fuse images into it and to mesh it.
 class CudaBackend : public MapBackend {
  public:
   CudaBackend(const MapperParams& params, const Rules& rules, int device, const BlockTable& table)
@@ -49,7 +49,7 @@ class CudaBackend : public MapBackend {
 
   ~CudaBackend() override { stream_.drain(); }
 
-  /// Where the device lacks memory for distances the host's threads work them out.
+  /// If the device lacks memory for distances, the host's threads compute them.
   BackendTraits traits() const override {
     BackendTraits traits;
     traits.name = "cuda (" + deviceName() + ")";
@@ -117,7 +117,7 @@ class CudaBackend : public MapBackend {
     return {counters_.touched, block_finder_.fetchRequests(), counters_.requested_arrays};
   }
 
-  /// The device works that off while the host admits blocks.
+  /// The device does this while the host admits blocks.
   void seeFree(std::vector<Vec3i> cubes) override {
     free_cell_finder_.find(sensing_->frame(), sensor_.freeDepth(), std::move(cubes));
   }
@@ -158,7 +158,7 @@ class CudaBackend : public MapBackend {
   }
 
   void render(const ViewRequest& request, RenderedView& view) override {
-    waitForMeshes();  // they read labels, which a view brings up to date
+    waitForMeshes();  // they read labels, which rendering updates
     const bool is_labelled = most_dirty_ == 0 && mesher_.hasLabelled(request.least_evidence);
     renderer_.render(request, map_.view(), is_labelled, view);
   }
@@ -214,8 +214,8 @@ class CudaBackend : public MapBackend {
     return gpu::emptyRegion(slots, region, map_.view(), stream_);
   }
 
-  /// Whether labels say anything only the device knows: they always come along. Marks are taken
-  /// once nothing can lack memory any more.
+  /// Always copies labels, since only the device knows whether there are any. Takes marks last,
+  /// once memory can no longer run out.
   void copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) override {
     record_mover_.download(map_.voxels(), order.arrays, contents.voxels.data());
     record_mover_.download(map_.colours(), order.bricks, contents.colours.data());
@@ -237,7 +237,7 @@ class CudaBackend : public MapBackend {
     if (given != nullptr) giveStates(order.slots, *given);
   }
 
-  /// Selects by the frustum alone: some of the others show nothing that is free.
+  /// Tests only the view frustum, so some of the selected blocks may show no free space.
   std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
                                     uint64_t frame_number) override {
     std::vector<PackedKey> keys = block_finder_.fetchTouched();
@@ -272,7 +272,8 @@ class CudaBackend : public MapBackend {
   }
 
  private:
-  /// Surfels are cast while the host admits blocks: nothing before needs them, nor free depths.
+  /// Surfels are cast, and free depths found, while the host admits blocks: nothing needs them
+  /// earlier.
   void compareBlocks() {
     block_finder_.compare(*sensing_, map_.view());
     fusion_.castAhead(*sensing_, surfels_, block_finder_.view());
@@ -280,12 +281,12 @@ class CudaBackend : public MapBackend {
   }
 
   bool hasMarks() const { return most_dirty_ + most_painted_ > 0; }
-  /// The host knows where nothing is marked.
+  /// Does not ask the device if the host knows that nothing is marked.
   std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots) {
     return hasMarks() ? map_.takeMarks(slots) : std::vector<MeshMarks>(slots.size());
   }
 
-  /// Marks are those of the slots from now on, whatever had these before.
+  /// Sets the labels and marks of slots, and drops marks of their previous blocks.
   void giveStates(const std::vector<int32_t>& slots, const MeshStates& given) {
     record_mover_.upload(map_.labels(), slots, given.labels.data());
     takeMarks(slots);
@@ -303,7 +304,7 @@ class CudaBackend : public MapBackend {
             depthRangeOf(frame, params_)};
   }
 
-  /// Once more with larger buffers: there were more surfels or blocks than expected.
+  /// Repeats the search with larger buffers: there were more surfels or blocks than expected.
   void findMore() {
     if (counters_.usable_surfels > surfels_.room) {
       block_finder_.begin();
@@ -343,7 +344,7 @@ class CudaBackend : public MapBackend {
   std::optional<DeviceSensing> sensing_;  ///< From the last depth image.
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};
-  size_t most_dirty_ = 0, most_painted_ = 0;  ///< Lengths, at most, of the device's lists.
+  size_t most_dirty_ = 0, most_painted_ = 0;  ///< Limits of the device's lists.
 };
 
 }  // namespace

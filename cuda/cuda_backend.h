@@ -1,4 +1,5 @@
-/// The door to the GPU backend: the only header of cuda/ that the rest of the package includes.
+/// The entry point of the GPU backend: the only header of cuda/ that the rest of the package
+/// includes.
 #pragma once
 
 #include <string>
@@ -9,14 +10,14 @@
 
 namespace dtsdf {
 
-/// Empty if this process can map on the current CUDA device, else the reason why not.
+/// Why this process cannot map on the current CUDA device; empty if it can.
 std::string findCudaProblem();
 
-/// Backends on the device that is the calling thread's now, whoever makes them.
-/// @pre findCudaProblem() is empty. @throws BackendError if CUDA fails, as making one does.
+/// A maker of backends on the calling thread's current device, whichever thread it is used on.
+/// @pre findCudaProblem() is empty. @throws BackendError if CUDA fails; so does the maker.
 BackendMaker cudaBackends(const MapperParams& params, const Rules& rules);
 
-/// Bytes of the current device that are taken, by whatever process.
+/// Bytes of the current device's memory that are in use, by all processes.
 size_t cudaMemoryTaken();
 
 }  // namespace dtsdf

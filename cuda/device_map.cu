@@ -7,13 +7,13 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Room at the start, so that few frames of a map of usual size make it grow: that takes longer
-/// than all else that a frame does here.
+/// Initial capacities, so that few frames of an average map make it grow: growing takes longer than
+/// everything else that a frame does here.
 constexpr size_t kFirstHash = 1 << 17, kFirstSlots = 1 << 15;
 constexpr size_t kFirstUpdates = 1 << 13, kFirstNewArrays = 1 << 14;
 
-/// Updates slots, and zeroes arrays: one block of threads per array, and behind these one thread
-/// per slot. Both lists are in the host's memory.
+/// Zeroes arrays and updates slots: one block of threads per array, followed by one thread per
+/// slot. Both lists are in host memory.
 __global__ void enterBlocksKernel(MapView map, const SlotUpdate* updates, uint32_t update_count,
                                   const int32_t* arrays, uint32_t array_count) {
   waitForPreviousKernel();
@@ -29,7 +29,7 @@ __global__ void enterBlocksKernel(MapView map, const SlotUpdate* updates, uint32
   const int32_t array = arrays[block];
   Voxel* voxels = map.voxels.record(array);
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) voxels[i] = Voxel{};
-  if (threadIdx.x < kBricksPerArray && map.colour_of != nullptr) {  // it may have had colours
+  if (threadIdx.x < kBricksPerArray && map.colour_of != nullptr) {  // left from an old block
     map.colour_of[static_cast<size_t>(array) * kBricksPerArray + threadIdx.x] = 0;
   }
 }
@@ -120,7 +120,7 @@ void DeviceMap::noteDemand(const PoolSizes& asked) {
   lately_ = {fading(lately_.slots, asked.slots), fading(lately_.arrays, asked.arrays)};
 }
 
-/// What grows most often, for some frames at a time. Without memory it is taken when it is needed.
+/// Reserves what grows most often, for several frames at a time. Does nothing if memory is short.
 void DeviceMap::reserveAhead(const BlockTable& table) {
   constexpr size_t kFrames = 8;
   const PoolSizes next = table.sizesAfter(lately_.slots, lately_.arrays);
@@ -133,7 +133,7 @@ void DeviceMap::reserveAhead(const BlockTable& table) {
   }
 }
 
-/// What is kept for each voxel array and slot, once colours are kept at all.
+/// Grows what is kept per voxel array and per slot, once colours are kept.
 void DeviceMap::growColours(const PoolSizes& sizes) {
   colour_of_.growZeroed(sizes.arrays * kBricksPerArray, stream_);
   painted_.grow(sizes.slots, stream_);
@@ -151,7 +151,7 @@ void DeviceMap::enterColours(const std::vector<NewBrick>& bricks) {
   const size_t count = bricks.size();
   if (count == 0) return;
   updates_sent_.wait();
-  pinned_bricks_.reserve(count);  // as many as were reserved, but for a map that is restored
+  pinned_bricks_.reserve(count);  // already reserved, except for a restored map
   new_bricks_.reserve(count, stream_);
   std::copy(bricks.begin(), bricks.end(), pinned_bricks_.data());
   new_bricks_.upload(pinned_bricks_.data(), count, stream_);
@@ -165,12 +165,14 @@ void DeviceMap::keepColours() {
   markAll(painted_.view());
 }
 
-/// Released blocks leave their keys behind: a new table is made when keys, not blocks, fill half.
+/// Released blocks leave their keys in the table: a new one is made when keys, not blocks, fill
+/// half.
 void DeviceMap::reserveHash(size_t new_blocks, size_t live_blocks) {
   if (hash_size_ != 0 && 2 * (hash_used_ + new_blocks) <= hash_size_) return;
   size_t size = kFirstHash;
   while (size < 4 * (live_blocks + new_blocks)) size *= 2;
-  // Both tables exist before the old ones go, so that a lack of memory changes nothing.
+  // Both new tables are allocated before the old ones are freed, so that nothing changes if memory
+  // runs out.
   DeviceBuffer<PackedKey> keys(size);
   DeviceBuffer<int32_t> slots(size);
   keys.fill(0xff, stream_);

@@ -7,7 +7,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Slot of a block, or -1. The table is at most half full, so the walk is short.
+/// Slot of a block; -1: none. The table is at most half full, so the search is short.
 __device__ __forceinline__ int32_t findSlot(const MapView& map, PackedKey key) {
   uint32_t at = static_cast<uint32_t>(hashKey(key)) & map.hash_mask;
   while (true) {
@@ -18,7 +18,7 @@ __device__ __forceinline__ int32_t findSlot(const MapView& map, PackedKey key) {
   }
 }
 
-/// Enters a key, or finds it where a released block has left it.
+/// Inserts a key, or reuses the place where a released block has left it.
 __device__ inline void insertSlot(const MapView& map, PackedKey key, int32_t slot) {
   uint32_t at = static_cast<uint32_t>(hashKey(key)) & map.hash_mask;
   while (true) {
@@ -37,33 +37,33 @@ __device__ inline void updateSlot(const MapView& map, const SlotUpdate& update) 
   insertSlot(map, update.entry.key, update.in_use ? update.slot : -1);
 }
 
-/// Directions that a slot has arrays of, one bit each.
+/// The directions of a slot's arrays, one bit each.
 __device__ __forceinline__ uint32_t directionsOfSlot(const SlotEntry& entry) {
   uint32_t mask = 0;
   for (int d = 0; d < kDirectionCount; ++d) mask |= (entry.array[d] != kNoArray ? 1u : 0u) << d;
   return mask;
 }
 
-/// The colours of a voxel array's brick; null where nothing is painted.
+/// The colours of a voxel array's brick; null if nothing in it is painted.
 __device__ __forceinline__ VoxelColour* coloursOf(const MapView& map, int32_t array, int brick) {
   if (map.colour_of == nullptr) return nullptr;
   const int32_t number = map.colour_of[static_cast<size_t>(array) * kBricksPerArray + brick];
   return number == 0 ? nullptr : map.colours.record(number - 1);
 }
 
-/// The colour of an array's voxel; null where its brick is not painted.
+/// The colour of an array's voxel; null if its brick is not painted.
 __device__ __forceinline__ VoxelColour* colourOf(const MapView& map, int32_t array, int voxel) {
   VoxelColour* colours = coloursOf(map, array, brickOf(voxel));
   return colours == nullptr ? nullptr : colours + placeInBrick(voxel);
 }
 
-/// What comes to the place of a voxel that is gone has a colour of its own.
+/// Forgets the colour of a removed voxel, so that a later one in its place starts unpainted.
 __device__ __forceinline__ void forgetColour(const MapView& map, int32_t array, int index) {
   VoxelColour* colour = colourOf(map, array, index);
   if (colour != nullptr) *colour = {0, 0, 0, 0};
 }
 
-/// Enters a block into a list, unless it is there.
+/// Adds a block to a list, unless it is already there.
 __device__ __forceinline__ void mark(const ChangedBlocks& changed, int32_t slot) {
   if (readShared(&changed.flags[slot]) == 0 && atomicExch(&changed.flags[slot], 1u) == 0) {
     changed.slots[atomicAdd(changed.count, 1u)] = slot;

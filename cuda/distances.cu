@@ -13,14 +13,15 @@ namespace {
 constexpr int kWarp = 32, kWarps = kThreads / kWarp;
 static_assert(kSectorSide == kWarp, "a lane for each x");
 
-/// Cells along y, and then along z, that a thread has.
+/// Cells per thread along y in the first kernel, and along z in the second.
 constexpr int kRowsPerThread = kSectorSide / kWarps, kCellsPerThread = kCubeSide;
 
-constexpr int kMostRing = 8;  // 255 cells
+constexpr int kMostRing = 8;  // for a reach of 255 cells
 constexpr int kMostWords = 2 * kMostRing + 1;
-constexpr int kRowsAtOnce = 3 * kWarp;  ///< All of a window if the reach is 32 at most.
+constexpr int kRowsAtOnce = 3 * kWarp;  ///< A whole window if the reach is at most 32.
 
-/// The least squares of a plane along x and y: a block of threads for each plane of each stack.
+/// The smallest squared distances along x and y in a plane. One block of threads per plane of a
+/// stack.
 __global__ void __launch_bounds__(kThreads)
     planeDistancesKernel(DistanceTask task, uint16_t* planes) {
   __shared__ uint32_t words[kRowsAtOnce * kMostWords];
@@ -70,11 +71,12 @@ __global__ void __launch_bounds__(kThreads)
 }
 static_assert(kMostWords <= kWarp, "a lane for each word");
 
-/// The least squares of four cubes in a row, along z: a block of threads for each row of cubes.
+/// The smallest squared distances of four cubes in a row, now along z too. One block of threads per
+/// row of cubes.
 __global__ void __launch_bounds__(kThreads)
     sectorDistancesKernel(DistanceTask task, const uint16_t* planes, const SquaresPlace* results,
                           uint32_t* is_near) {
-  constexpr int kPad = 8;  // so that lanes write to banks of their own
+  constexpr int kPad = 8;  // so that lanes write to different banks
   __shared__ __align__(16) uint16_t cubes[kCubesAlong][kCellsPerCube + kPad];
   waitForPreviousKernel();
   const SectorStack stack = task.stacks[blockIdx.y];
@@ -107,13 +109,13 @@ __global__ void __launch_bounds__(kThreads)
   }
   const int32_t number = stack.first + sector;
   if (__syncthreads_or(is_any_near) && threadIdx.x == 0) is_near[number] = 1;
-  // What is other than before goes to the host, in stretches of a warp.
+  // Only what has changed goes to the host, in stretches of a warp.
   constexpr int kSquaresPerThread = sizeof(uint4) / sizeof(uint16_t);
   const int at = threadIdx.x * kSquaresPerThread;
   const uint4 now = *reinterpret_cast<const uint4*>(&cubes[at / kCellsPerCube][at % kCellsPerCube]);
   const int place = row * kCubesAlong * kCellsPerCube + at;
   uint4* const known = reinterpret_cast<uint4*>(result.device + place);
-  const uint4 before = result.is_new ? uint4{} : *known;  // nothing has been written to a new one
+  const uint4 before = result.is_new ? uint4{} : *known;  // a new one is still empty
   const bool is_other = result.is_new || now.x != before.x || now.y != before.y ||
                         now.z != before.z || now.w != before.w;
   if (!__any_sync(~0u, is_other)) return;
@@ -124,7 +126,7 @@ static_assert(kWarps == kCubeSide, "a warp for each y");
 static_assert(kThreads * sizeof(uint4) == kCubesAlong * kCellsPerCube * sizeof(uint16_t),
               "each thread writes once");
 
-/// Takes a list over to pinned memory. @return where it is in memory of the device.
+/// Copies a list to pinned memory. @return where it will be in device memory.
 template <class T>
 const T* stage(const T* list, int32_t count, const char* device, char* pinned, size_t& used) {
   const size_t begin = used, bytes = static_cast<size_t>(count) * sizeof(T);
@@ -191,7 +193,7 @@ size_t SquaresPool::freeBytes() const {
 }
 
 DistanceTask DistanceMaker::upload(const DistanceTask& task, const SquaresPlace*& results) {
-  constexpr size_t kAlignment = 5 * 16;  // of the lists
+  constexpr size_t kAlignment = 5 * 16;  // padding of five lists
   const size_t most = task.stack_count * sizeof(SectorStack) + task.place_count * sizeof(int32_t) +
                       task.sector_count * sizeof(SurfaceCubes) +
                       task.cube_count * sizeof(CellMask) + task.wanted * sizeof(SquaresPlace) +

@@ -1,4 +1,4 @@
-/// Distances between cells of space, worked out on the device.
+/// Distances between cells of space, computed on the device.
 #pragma once
 
 #include <memory>
@@ -12,25 +12,25 @@
 namespace dtsdf {
 namespace gpu {
 
-/// The squares of a sector where kernels write them in place: page-locked, with a copy on the
+/// Squared distances of a sector in page-locked memory, where kernels write them, and a copy on the
 /// device to compare with.
 struct SquaresPlace {
   uint16_t *host, *device;
-  bool is_new;  ///< Nothing is there yet.
+  bool is_new;  ///< Not filled yet.
 };
 
-/// Such memory. What is given back is used again.
+/// A pool of memory for squares. Returned memory is reused.
 class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
  public:
-  /// Where these squares are, or other ones that replace them: if they are not of a pool. The pool
-  /// lives as long as the last of them.
+  /// The place of these squares. If they are not from a pool, new ones from this pool replace them.
+  /// The pool lives as long as the last of its squares.
   SquaresPlace placeOf(std::shared_ptr<uint16_t[]>& squares);
 
-  /// Whether places of all these keep within a limit of memory.
+  /// Whether places for all of these stay within a limit of memory.
   bool hasRoomFor(const std::vector<std::shared_ptr<uint16_t[]>>& squares, size_t most_bytes) const;
 
-  size_t bytes() const;      ///< On the host, and as many on the device.
-  size_t freeBytes() const;  ///< The part of these that nobody has.
+  size_t bytes() const;      ///< On the host; the same again on the device.
+  size_t freeBytes() const;  ///< The unused part of bytes().
 
  private:
   static constexpr size_t kChunkSectors = 16;
@@ -49,18 +49,18 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
   SquaresPlace take();
   void grow();
 
-  mutable std::mutex mutex_;  ///< Sectors go wherever pages of them are written.
+  mutable std::mutex mutex_;  ///< Sectors may be freed on any thread.
   std::vector<Chunk> chunks_;
-  std::vector<SquaresPlace> free_;  ///< With room for all that there are.
+  std::vector<SquaresPlace> free_;  ///< Has room for all places.
 };
 
 class DistanceMaker {
  public:
-  /// @param most_bytes Limit of squares on the device, and as many on the host.
+  /// @param most_bytes Limit for squares on the device; the host needs the same again.
   explicit DistanceMaker(size_t most_bytes) : most_bytes_(most_bytes) {}
   ~DistanceMaker() { stream_.drain(); }
 
-  /// As a DistanceWork, on a stream of its own. @return false beyond the limit.
+  /// Implements DistanceWork, on its own stream. @return false if the limit would be exceeded.
   /// @throws BackendError
   bool make(const DistanceTask& task, std::vector<std::shared_ptr<uint16_t[]>>& squares);
 

@@ -10,7 +10,7 @@ namespace gpu {
 namespace {
 
 constexpr size_t kFirstCapacity = 8192;
-/// In a table that is at most half full, a longer walk means that it is overfull.
+/// A longer search means that the table, which should be at most half full, is too full.
 constexpr int kMaxProbes = 1024;
 
 /// One thread per place of the table.
@@ -40,7 +40,7 @@ __device__ void touchBlock(const TouchedView& touched, PackedKey key, uint32_t d
       }
     }
     if (found == key) {
-      // Most surfels find their directions there already: reading is far cheaper than an atomic.
+      // Most surfels find their directions already set, and reading is far cheaper than an atomic.
       if (directions & ~readShared(&touched.directions[at])) {
         atomicOr(&touched.directions[at], directions);
       }
@@ -80,7 +80,7 @@ __device__ void reserveSums(const TouchedView& touched, uint32_t block, uint32_t
   }
 }
 
-/// One thread per touched block, in strides: their number is known on the device only.
+/// One thread per touched block, in strides, since only the device knows their number.
 __device__ void compareWithMap(const Vec3i& origin_block, const MapView& map,
                                const TouchedView& touched, BlockRequest* requests) {
   if (touched.counters->table_full) return;
@@ -100,8 +100,8 @@ __device__ void compareWithMap(const Vec3i& origin_block, const MapView& map,
   }
 }
 
-/// The block of threads that finishes last hands the counters to the host, which finds these and
-/// the requests in its own memory.
+/// The block of threads that finishes last writes the counters to host memory, where the requests
+/// are written too.
 __global__ void compareWithMapKernel(Vec3i origin_block, MapView map, TouchedView touched,
                                      FrameCounters* host_counters, BlockRequest* requests) {
   waitForPreviousKernel();
@@ -159,7 +159,7 @@ void BlockFinder::prepare() {
   is_prepared_ = true;
 }
 
-/// Zeroes the counters, that of surfels too if they are counted anew.
+/// Empties the table and zeroes the counters, including that of surfels if these are counted again.
 void BlockFinder::emptyTable(bool counts_surfels) {
   launch("emptyTableKernel", emptyTableKernel, blocksFor(2 * capacity_), kThreads, 0, stream_,
          view(), counts_surfels);
@@ -183,7 +183,7 @@ const FrameCounters& BlockFinder::waitForCounters() {
 }
 
 void BlockFinder::grow() {
-  // What was counted before the table was full is a lower bound.
+  // The number counted before the table was full is a lower bound.
   size_t capacity = 2 * capacity_;
   while (capacity < pinned_counters_[0].touched) capacity *= 2;
   stream_.synchronize();

@@ -8,8 +8,8 @@
 namespace dtsdf {
 namespace gpu {
 
-/// What a thread does of a surfel's line. Where there are threads for it, a few share each surfel:
-/// lines are long, and what comes of them does not tell who has done it.
+/// The part of a surfel's line that a thread handles. If there are enough threads, several share a
+/// surfel: lines are long, and the result does not depend on how they are shared.
 struct LinePart {
   uint32_t surfel;
   int number, count_log2;
@@ -28,7 +28,7 @@ __device__ __forceinline__ LinePart linePartOf(const DeviceSurfels& surfels) {
   return {thread >> parts_log2, static_cast<int>(thread & ((1u << parts_log2) - 1u)), parts_log2};
 }
 
-/// Place of a touched block in the frame's table, or -1.
+/// Place of a touched block in the frame's table; -1: none.
 __device__ __forceinline__ int32_t findTouched(const TouchedView& touched, PackedKey key) {
   uint32_t at = static_cast<uint32_t>(hashKey(key)) & touched.mask;
   while (true) {
@@ -39,8 +39,8 @@ __device__ __forceinline__ int32_t findTouched(const TouchedView& touched, Packe
   }
 }
 
-/// Slot of a touched block, or -1, by the map after the admission: a block that was missing has one
-/// now, and one without arrays may have been released since, and its slot be another one's.
+/// Slot of a touched block in the map after the admission; -1: none. A block that was missing has a
+/// slot now; a block without arrays may have been released, and its slot reused.
 __device__ __forceinline__ int32_t slotOf(const MapView& map, const TouchedBlock& block) {
   const bool is_there = block.slot >= 0 && map.slots[block.slot].key == block.key;
   return is_there ? block.slot : findSlot(map, block.key);

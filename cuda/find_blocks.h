@@ -1,5 +1,5 @@
-/// The stage "find blocks" on the device: the blocks that a frame touches, compared with the map,
-/// and turned into requests for what is missing.
+/// The stage "find blocks" on the device: finds the blocks that a frame touches, compares them with
+/// the map, and requests what is missing.
 #pragma once
 
 #include "device_map.h"
@@ -10,16 +10,16 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Counts of one frame; all that the host has to know of it.
+/// Counts of one frame: all that the host needs to know of it.
 struct FrameCounters {
-  uint32_t usable_surfels;  ///< Surfels, but for those that have no weight for want of a normal.
-  uint32_t touched;         ///< Blocks.
+  uint32_t usable_surfels;  ///< Surfels with a weight; those without a normal have none.
+  uint32_t touched;         ///< Touched blocks.
   uint32_t touched_arrays;  ///< Arrays that the frame's surfels belong to, over all blocks.
-  uint32_t requests;        ///< Blocks that are missing or miss arrays.
+  uint32_t requests;        ///< Blocks that are missing or lack arrays.
   uint32_t requested_arrays;
   uint32_t table_full;         ///< Not 0: the table was too small, and the counts are not valid.
   uint32_t looks;              ///< Blocks that the frame looks at without touching them.
-  uint32_t empty_blocks;       ///< Blocks with arrays that hold nothing.
+  uint32_t empty_blocks;       ///< Blocks with empty arrays.
   uint32_t compared, cleared;  ///< Blocks of threads that have finished these stages.
 };
 
@@ -28,11 +28,11 @@ struct TouchedBlock {
   Vec3i block_L;        ///< Coordinates relative to the frame's origin.
   uint32_t directions;  ///< Bit d: some surfel belongs to direction d.
   int32_t slot;         ///< -1: not in the map before the frame.
-  uint32_t empty;       ///< Bit d: after the fold, the array of direction d holds nothing.
+  uint32_t empty;       ///< Bit d: after the fold, the array of direction d is empty.
 };
 
-/// The frame's hash table (key to directions and to the block's first array of sums), and the list
-/// of what is in it. The table has two places per block.
+/// The frame's hash table (from key to directions and to the block's first array of sums), and the
+/// list of its blocks. The table has two places per block.
 struct TouchedView {
   PackedKey* keys;
   uint32_t* directions;
@@ -49,10 +49,10 @@ class BlockFinder {
  public:
   BlockFinder(const FusionSettings& fusion, const Stream& stream);
 
-  /// Begins a frame: zeroes the counters, empties the table, unless that was prepared.
+  /// Begins a frame: zeroes the counters and empties the table, unless prepare() has done so.
   void begin();
 
-  /// Prepares the next frame early, after all that looks at the last frame's blocks.
+  /// Prepares the next frame early. To be called once nothing more reads the last frame's blocks.
   void prepare();
   uint32_t* usableSurfels() { return &counters_.data()->usable_surfels; }
 
@@ -65,8 +65,8 @@ class BlockFinder {
   /// Waits for the counters.
   const FrameCounters& waitForCounters();
 
-  /// After counters with `table_full`: makes the table larger and zeroes the counters except
-  /// that of surfels, for the steps from mark() on.
+  /// To be called if `table_full` is set: enlarges the table and zeroes all counters but that of
+  /// surfels, so that the steps from mark() on can be repeated.
   void grow();
 
   /// The requests that were counted.
@@ -91,9 +91,9 @@ class BlockFinder {
   DeviceBuffer<uint32_t> directions_, first_sums_, places_, sum_owners_;
   DeviceBuffer<TouchedBlock> blocks_;
   DeviceBuffer<FrameCounters> counters_;
-  PinnedBuffer<FrameCounters> pinned_counters_;  ///< A kernel writes them there,
-  PinnedBuffer<BlockRequest> requests_;          ///< and these,
-  PinnedBuffer<PackedKey> touched_keys_;         ///< and these.
+  PinnedBuffer<FrameCounters> pinned_counters_;  ///< Kernels write these three in place.
+  PinnedBuffer<BlockRequest> requests_;
+  PinnedBuffer<PackedKey> touched_keys_;
 };
 
 }  // namespace gpu

@@ -14,8 +14,8 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Arrays of sums held at a time, 12 KiB each: a frame that touches more is fused in several
-/// passes, so that a small GPU can fuse any frame.
+/// Maximum number of arrays of sums at a time, 12 KiB each. A frame that touches more is fused in
+/// several passes, so that a small GPU can fuse any frame.
 constexpr uint32_t kMaxSumArrays = 16384;
 
 static_assert(sizeof(VoxelSums) == 3 * sizeof(unsigned long long), "summed by 64-bit atomics");
@@ -31,8 +31,8 @@ __device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf, uint
   if (sample.nearest != 0) atomicMax(&sums->nearest, sample.nearest);
 }
 
-/// One thread per part of a surfel's line, four blocks of them at a time on a multiprocessor, since
-/// atomics make them wait. In a table that was too small nothing would be found.
+/// One thread per part of a surfel's line. Four blocks of threads run on a multiprocessor at a
+/// time, since atomics make them wait. Does nothing if the table was too small.
 __global__ void __launch_bounds__(kThreads, 4)
     castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion, DeviceSurfels surfels,
                       TouchedView touched, SumsView part) {
@@ -43,8 +43,8 @@ __global__ void __launch_bounds__(kThreads, 4)
   CastLine cast = makeCastLine(surfels.surfels[part_of_line.surfel], sensing, fusion);
   part_of_line.takeFrom(cast.line);
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
-  // The touched block that samples lie in, looked up only where they pass to another one: its first
-  // array of sums, of those directions.
+  // The touched block of the last sample, its first array of sums and its directions: looked up
+  // only when samples enter another block.
   constexpr uint32_t kBeyondAll = 1u << 31;
   PackedKey key = kNoKey;
   uint32_t first_sum = kBeyondAll, summed = 0;
@@ -102,7 +102,7 @@ __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, FusionTar
   if (threadIdx.x == 0 && empty) atomicOr(&block.empty, 1u << direction);
 }
 
-/// One block of threads per touched block. A voxel takes a single pixel: its sums need no memory.
+/// One block of threads per touched block. A voxel uses a single pixel, so its sums need no memory.
 __global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, const Surfel* surfels,
                                     FusionTarget target) {
   __shared__ uint32_t observed;
@@ -136,11 +136,11 @@ __global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, cons
 Fusion::Fusion(const MapperParams& params, const Rules& rules, const Stream& stream)
     : casts_(castsSurfels(params)), fusion_(makeFusionSettings(params, rules)), stream_(stream) {}
 
-/// With an eighth to spare rather than half: this is the most of what a frame needs.
+/// Reserves an eighth more than needed, not half: sums take most of the memory of a frame.
 void Fusion::reserveSums(uint32_t arrays) {
   if (static_cast<size_t>(arrays) * kVoxelsPerBlock <= sums_.capacity()) return;
   const size_t with_spare = std::min(arrays + arrays / 8, kMaxSumArrays);
-  are_cast_ = true;  // until they are zeroed, whatever fails on the way
+  are_cast_ = true;  // until they are zeroed, in case of an exception
   sums_.reserveExactly(with_spare * kVoxelsPerBlock, stream_);
   sums_.zero(stream_);
   are_cast_ = false;
@@ -171,7 +171,7 @@ void Fusion::castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surf
     fold(sensing.frame(), target, part);
     are_cast_ = false;
   }
-  are_cast_ = false;  // nothing is where nothing is touched
+  are_cast_ = false;  // also if no array was touched
 }
 
 void Fusion::cast(const DeviceSensing& sensing, const DeviceSurfels& surfels,
@@ -185,7 +185,7 @@ void Fusion::fold(const FrameView& frame, const FusionTarget& target, const Sums
                    fusion_, target, part, covered_.data());
 }
 
-/// Every voxel of the touched blocks takes the distance of its pixel.
+/// Every voxel of the touched blocks gets the distance of its pixel.
 void Fusion::project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                      const FusionTarget& target, uint32_t blocks) {
   launch("projectVoxelsKernel", projectVoxelsKernel, blocks, kThreads, 0, stream_, sensing.frame(),

@@ -1,4 +1,4 @@
-/// The stages "cast" and "fold" on the device: a frame into the voxels of its blocks.
+/// The stages "cast" and "fold" on the device: fuse a frame into the voxels of its blocks.
 #pragma once
 
 #include "backend/rules.h"
@@ -19,20 +19,19 @@ struct FusionTarget {
   TouchedView touched;
 };
 
-/// Words of an array's voxels, a bit each.
+/// Words with a bit for each voxel of an array.
 constexpr int kCoverWords = kVoxelsPerBlock / 32;
 
 class Fusion {
  public:
   Fusion(const MapperParams& params, const Rules& rules, const Stream& stream);
 
-  /// Makes room for a frame. @throws BackendError without memory; the map is untouched.
+  /// Makes room for a frame. @throws BackendError if memory runs out; the map is not changed.
   void reserve(const FrameCounters& counters);
 
-  /// Enqueues the cast of the surfels into as many sums as there is room for, before anybody knows
-  /// how many there are: it reads nothing of the map, so that the device casts while the host
-  /// admits blocks. One that is not folded, as the frame was refused or is looked at once more, is
-  /// undone by the next.
+  /// Enqueues the cast of the surfels into as many sums as there is room for, before their number
+  /// is known. It does not read the map, so the device casts while the host admits blocks. If the
+  /// frame is refused or repeated, the cast is not folded, and the next one discards it.
   void castAhead(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                  const TouchedView& touched);
 
@@ -55,11 +54,11 @@ class Fusion {
   void project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                const FusionTarget& target, uint32_t blocks);
 
-  const bool casts_;  ///< Else voxels are projected.
+  const bool casts_;  ///< False: voxels are projected.
   const FusionSettings fusion_;
   const Stream& stream_;
-  DeviceBuffer<VoxelSums> sums_;  ///< All zero between frames,
-  bool are_cast_ = false;         ///< but for those that are cast and not folded.
+  DeviceBuffer<VoxelSums> sums_;  ///< All zero between frames, unless are_cast_.
+  bool are_cast_ = false;         ///< Whether sums were cast but not folded.
   DeviceBuffer<uint32_t> covered_;
 };
 

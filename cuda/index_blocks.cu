@@ -11,22 +11,23 @@ namespace {
 
 __device__ const MeshTables kTables = kMeshTables;
 
-/// One thread per dirty block and reach, in strides: their number is known on the device only.
+/// One thread per dirty block and block whose units reach into it, in strides, since only the
+/// device knows their number.
 __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
   const size_t count = static_cast<size_t>(*map.dirty.count) * kUnitReach;
   for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {
     const int32_t dirty = map.dirty.slots[i / kUnitReach];
     const int n = static_cast<int>(i % kUnitReach);
     if (n == 0) map.dirty.flags[dirty] = 0;
-    if (map.slots[dirty].key == kNoKey) continue;  // released before anybody asked for a mesh
+    if (map.slots[dirty].key == kNoKey) continue;  // released before this extraction
     const int32_t slot = findSlot(map, packKey(keyOfSlot(map, dirty) + unitReachOffset(n)));
     if (slot < 0 || !select(map, mesh, slot)) continue;
     mesh.slots[atomicAdd(&mesh.totals->reached, 1u)] = slot;
   }
 }
 
-/// One thread per dirty block and block around it, in strides: meshes depend on voxels there. From
-/// the end of the grid on, whose threads have the least to index.
+/// One thread per dirty block and block around it, in strides, since meshes depend on voxels there.
+/// Starts at the end of the grid, whose threads have the least to index.
 __device__ void selectAround(const MapView& map, const MeshView& mesh) {
   const size_t count = static_cast<size_t>(*map.dirty.count) * kBlocksAround;
   const size_t threads = static_cast<size_t>(gridDim.x) * blockDim.x;
@@ -38,17 +39,16 @@ __device__ void selectAround(const MapView& map, const MeshView& mesh) {
   }
 }
 
-/// A block's corner grid, and which of its units can hold a surface: most hold none.
+/// A block's corner grid, and its candidates: the few units that can have a surface.
 struct BlockCorners {
   CornerArrays arrays;
-  uint32_t present;              ///< Directions that some of the arrays have.
+  uint32_t present;              ///< Directions that have any array.
   uint32_t sides[kGridCorners];  ///< sidesOfCorner()
   uint32_t count;
   uint16_t candidates[kVoxelsPerBlock];
 };
 
-/// The samples of a unit in shared memory, read when they are asked for. Direction by direction
-/// there is one grid of them.
+/// The samples of a unit in shared memory, read on demand. There is one grid of them per direction.
 struct UnitOfGrid {
   using Real = float;
   using Bits = int32_t;
@@ -89,7 +89,7 @@ __device__ void collectCorners(BlockCorners& block, Sample* samples) {
   const uint32_t present = block.present;
   for (int i = threadIdx.x; i < kGridCorners; i += blockDim.x) {
     Sample sample[kDirectionCount];
-#pragma unroll  // reads all before it waits for any
+#pragma unroll  // all reads are issued before the first is needed
     for (int d = 0; d < kDirectionCount; ++d) {
       if (present >> d & 1) sample[d] = block.arrays.sample(i, d);
     }
@@ -104,7 +104,7 @@ __device__ void collectCorners(BlockCorners& block, Sample* samples) {
   }
 }
 
-/// Lists units that can hold a surface; the others say nothing.
+/// Lists the units that can have a surface; in the others no direction speaks.
 __device__ void listCandidates(BlockCorners& block, UnitLabels* stored) {
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
     const bool is_candidate = possibleLeaders(sidesOfUnit(block, i)) != 0;
@@ -132,8 +132,8 @@ __device__ void labelCandidates(const MeshView& mesh, const BlockCorners& block,
   }
 }
 
-/// One block of threads per reached block, in strides; selects the others to be meshed before.
-/// Several at a time on a multiprocessor: each waits for memory most of the time.
+/// One block of threads per reached block, in strides. First selects the other blocks to be meshed.
+/// Several blocks of threads share a multiprocessor, since they wait for memory most of the time.
 __global__ void __launch_bounds__(kThreads, 4) indexBlocksKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   extern __shared__ Sample samples[];
@@ -160,7 +160,7 @@ __global__ void __launch_bounds__(kThreads, 4) indexBlocksKernel(MapView map, Me
     listCandidates(block, stored);
     __syncthreads();
     labelCandidates(mesh, block, samples, stored);
-    __syncthreads();  // of the samples, which the next block's overwrite
+    __syncthreads();  // the next block overwrites the samples
   }
 }
 

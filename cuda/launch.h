@@ -12,20 +12,21 @@ namespace gpu {
 
 constexpr int kThreads = 256;  ///< Threads per block.
 
-/// Blocks of threads for so many items, one thread each.
+/// Number of blocks of threads for `items` items, one thread each.
 inline unsigned blocksFor(size_t items) {
   return static_cast<unsigned>((items + kThreads - 1) / kThreads);
 }
 
 #ifdef __CUDACC__
-/// A grid of stretches of rows of an image, of so many pixels each.
+/// A grid with one block of threads per stretch of pixels in each row of an image.
 inline dim3 rowGrid(const FrameView& frame, int stretch = kThreads) {
   constexpr int kMaxGridRows = 65535;
   return dim3((frame.width + stretch - 1) / stretch,
               frame.height < kMaxGridRows ? frame.height : kMaxGridRows);
 }
 
-/// Whether kernels of this binary wait for the one ahead themselves: all are made alike.
+/// Whether kernels of this binary wait for the previous kernel themselves; the same for all of
+/// them.
 inline bool waitThemselves(const void* kernel) {
   static const bool they_do = [kernel] {
     constexpr int kLeastVersion = 90;
@@ -36,7 +37,7 @@ inline bool waitThemselves(const void* kernel) {
   return they_do;
 }
 
-/// Starts a kernel. @throws BackendError with its name if that is refused.
+/// Starts a kernel. @throws BackendError with its name if the launch is refused.
 template <class... Parameters>
 void launch(const char* name, void (*kernel)(Parameters...), dim3 blocks, int threads,
             size_t shared_bytes, const Stream& stream,
@@ -45,8 +46,8 @@ void launch(const char* name, void (*kernel)(Parameters...), dim3 blocks, int th
   checkLaunch(name);
 }
 
-/// Starts a kernel before the one ahead of it on the stream has ended, where device and binary can:
-/// it calls waitForPreviousKernel() first, or waitAtEnd() last.
+/// Starts a kernel before the previous one on the stream has ended, if device and binary support
+/// it. The kernel must call waitForPreviousKernel() first or waitAtEnd() last.
 template <class... Parameters>
 void launchOverlapped(const char* name, void (*kernel)(Parameters...), dim3 blocks, int threads,
                       size_t shared_bytes, const Stream& stream,
@@ -71,8 +72,8 @@ void launchOverlapped(const char* name, void (*kernel)(Parameters...), dim3 bloc
   checkLaunch(name);
 }
 
-/// The first thing that all threads of such a kernel do: what the one ahead has written is there
-/// then, and the next one may start.
+/// All threads of an overlapped kernel call this first. After it, what the previous kernel has
+/// written is there, and the next kernel may start.
 __device__ __forceinline__ void waitForPreviousKernel() {
 #if CUDART_VERSION >= 11080 && __CUDA_ARCH__ >= 900
   cudaGridDependencySynchronize();
@@ -80,9 +81,9 @@ __device__ __forceinline__ void waitForPreviousKernel() {
 #endif
 }
 
-/// The last thing that they do in a kernel that works beside the one ahead, since it has no part in
-/// what that does: all ahead of that one have ended by then. Few wait, so that the others make
-/// room.
+/// Threads call this last in a kernel that does not depend on the previous one and may overlap with
+/// it. All kernels before the previous one have ended when it starts. Only one block of threads
+/// waits, so that the others make room.
 __device__ __forceinline__ void waitAtEnd() {
   if (blockIdx.x + blockIdx.y == 0) waitForPreviousKernel();
 }
@@ -91,18 +92,19 @@ __device__ __forceinline__ size_t globalThread() {
   return static_cast<size_t>(blockIdx.x) * blockDim.x + threadIdx.x;
 }
 
-/// A read that sees what other blocks of threads have written meanwhile.
+/// A read that sees what other blocks of threads have written in the meantime.
 template <class T>
 __device__ __forceinline__ T readShared(const T* p) {
   return *static_cast<const volatile T*>(p);
 }
 
-/// Whether this block of threads is the last of its grid to come here, and so sees what all others
-/// have written by then: past the first-level caches, by readShared(). `finished` is 0 before.
+/// Whether this block of threads is the last of its grid to get here. If so, it sees what all
+/// others have written before, provided that it reads past the first-level caches, with
+/// readShared(). @pre `finished` was 0.
 __device__ __forceinline__ bool isLastBlock(uint32_t* finished, uint32_t blocks) {
   __shared__ bool is_last;
   __syncthreads();
-  if (threadIdx.x == 0) {  // its fences are for all that were waited for, or wait
+  if (threadIdx.x == 0) {  // its fences count for all threads at the barriers
     __threadfence();
     is_last = atomicAdd(finished, 1u) == blocks - 1;
     __threadfence();

@@ -1,5 +1,5 @@
-/// Loose pieces on the device: a block of threads finds them in the window of a block, a thread for
-/// each row of it. For .cu files.
+/// Loose pieces on the device: a block of threads finds those in the window of a block, with a
+/// thread for each of its rows. For .cu files.
 #pragma once
 
 #include "kernels/meshing/loose_pieces.h"
@@ -20,15 +20,15 @@ __device__ inline uint32_t orOfWarp(uint32_t bits) {
 #endif
 }
 
-/// That of a thread.
+/// The row of a thread.
 __device__ inline int rowOf(int thread) {
   return windowRow(thread % kWindowSide - kMostLooseUnits, thread / kWindowSide - kMostLooseUnits);
 }
 
-/// Where warps leave what they found for each other.
+/// Shared memory in which warps exchange their results.
 using WarpBits = uint64_t[kThreads / 32];
 
-/// A block of threads works on the rows of a window, each thread on its own.
+/// A block of threads works on the rows of a window, each thread on its own row.
 class RowsAtOnce {
  public:
   static constexpr bool kAtOnce = true;
@@ -92,11 +92,11 @@ class RowsAtOnce {
   const int row_;
 };
 
-/// The labels of the units around a block's corners, which its threads ask for again and again: its
-/// own and one more on each side. Along x as many as the window has.
+/// The labels of the units around a block's corners, which its threads read again and again: the
+/// block's units and one more on each side; along x, the whole window.
 struct CornerLabels {
   static constexpr int kSide = kBlockSide + 2;
-  uint64_t four[kSide * kSide][kWindowSide / 4];  ///< Labels of four units, along x, in each.
+  uint64_t four[kSide * kSide][kWindowSide / 4];  ///< Each has the labels of four units along x.
 
   static __device__ bool hasRow(const Vec3i& unit) {
     return unit.y >= -1 && unit.y <= kBlockSide && unit.z >= -1 && unit.z <= kBlockSide;
@@ -110,12 +110,12 @@ struct CornerLabels {
 };
 
 /// Reads this thread's row of the window, and copies its labels if they are around corners.
-/// @return which of its units hold a surface.
+/// @return a bit for each of its units that has a surface.
 __device__ inline uint32_t takeLabels(const LabelNeighbourhood& around, CornerLabels& labels) {
   static_assert(kMostLooseUnits == 4 && kBlockSide == 8, "half a row of a block on either side");
   const Vec3i first = firstOfRow(rowOf(static_cast<int>(threadIdx.x)));
   uint64_t four[kWindowSide / 4];
-#pragma unroll  // reads all before it waits for any
+#pragma unroll  // all reads are issued before the first is needed
   for (int n = 0; n < kWindowSide / 4; ++n) {
     const CornerSource source = unitSource(first + gridStep(0, 4 * n));
     const UnitLabels* block = around[source.block];
@@ -130,8 +130,8 @@ __device__ inline uint32_t takeLabels(const LabelNeighbourhood& around, CornerLa
   return surface;
 }
 
-/// Leaves the units of loose pieces in `small` of a window, for all threads after their next
-/// barrier. By all of a block, each with the surface in its row.
+/// Writes the units of loose pieces to `small` of a window; all threads see them after their next
+/// barrier. All threads of the block must call it, each with the surface in its row.
 __device__ inline void findLoosePieces(const LabelNeighbourhood& labels, uint32_t surface,
                                        int most_units, WarpBits& warps, LooseWindow& window) {
   const RowsAtOnce rows(warps);
@@ -141,7 +141,7 @@ __device__ inline void findLoosePieces(const LabelNeighbourhood& labels, uint32_
   LoosePieces(rows, labels, most_units, window).find();
 }
 
-/// @param unit One of the block.
+/// @param unit A unit of the block.
 __device__ inline bool isLoose(const LooseWindow& window, const Vec3i& unit) {
   return (window.small[windowRow(unit.y, unit.z)] >> (unit.x + kMostLooseUnits) & 1) != 0;
 }

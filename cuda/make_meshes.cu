@@ -25,11 +25,11 @@ static_assert(kEdgeWords <= kThreads, "one thread per word of edge bits");
 
 using Scan = cub::BlockScan<uint32_t, kThreads>;
 
-/// Which of the edges of a block's corner grid carry a vertex: the vertices in order of their
-/// edges.
+/// The edges of a block's corner grid that carry a vertex. Vertices are numbered in the order of
+/// their edges.
 struct EdgeSet {
   uint32_t bits[kEdgeWords];
-  uint32_t rank[kEdgeWords];  ///< Vertices before each word.
+  uint32_t rank[kEdgeWords];  ///< Number of vertices before each word.
 
   __device__ void add(int edge) { atomicOr(&bits[edge / 32], 1u << (edge % 32)); }
   __device__ uint32_t vertexOf(int edge) const {
@@ -40,10 +40,10 @@ struct EdgeSet {
 struct MeshBlockShared {
   ArraysAround arrays;
   LabelNeighbourhood labels_around;
-  uint8_t behind[kGridCorners];  ///< For most of the units around the corner.
+  uint8_t behind[kGridCorners];  ///< 1: behind the surface for most units around the corner.
   EdgeSet edges;
   MeshRecord record;
-  union {  // the one after the other, with a barrier between
+  union {  // used one after the other, with a barrier in between
     struct {
       CornerLabels labels;
       LooseWindow pieces;
@@ -71,7 +71,7 @@ __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t lea
   __syncthreads();
 }
 
-/// All threads of the block have to call it.
+/// Finds out which corners are behind the surface. All threads of the block must call it.
 __device__ void settleCorners(MeshBlockShared& shared) {
   for (int i = threadIdx.x; i < kGridCorners; i += blockDim.x) {
     shared.behind[i] = isBehindForMost(cornerBalance(shared.window.labels, cornerAt(i))) ? 1 : 0;
@@ -79,8 +79,8 @@ __device__ void settleCorners(MeshBlockShared& shared) {
   __syncthreads();
 }
 
-/// Regularises this thread's units, but for loose ones, and enters their edges. @return their
-/// number of triangles.
+/// Regularises this thread's units, except loose ones, and adds their edges. @return their number
+/// of triangles.
 __device__ uint32_t regulariseUnits(const MeshView& mesh, MeshBlockShared& shared,
                                     UnitIndices (&regular)[kUnitsPerThread]) {
   uint32_t triangles = 0;
@@ -108,32 +108,33 @@ __device__ void listEdges(int word, uint32_t rank, MeshBlockShared& shared) {
   }
 }
 
-/// Middles of refined triangles' sides. All threads of the block have to call it.
-/// @param before How many of them are before those of this thread's units.
-/// @return those of the block.
+/// Counts the midpoints of refined triangles' sides. All threads of the block must call it.
+/// @param before Number of midpoints before those of this thread's units.
+/// @return the number of midpoints in the block.
 __device__ uint32_t countMiddles(const UnitIndices (&regular)[kUnitsPerThread],
                                  MeshBlockShared& shared, uint32_t& before) {
   uint32_t own = 0, count;
   for (const UnitIndices& indices : regular) own += sidesOfUnit(kRefineTablesHere, indices);
-  __syncthreads();  // of the window, whose place is taken
+  __syncthreads();  // nobody reads the window any more
   Scan(shared.listing.scan).ExclusiveSum(own, before, count);
   return count;
 }
 
-/// Counts a block's vertices on edges and triangles, and takes room for them, for the middles that
-/// it has, and for so many refined triangles each; the order of the blocks in that room is free.
+/// Counts a block's vertices on edges and its triangles. Reserves space for them, for its
+/// midpoints, and for `refined_triangles` per triangle; the order of the blocks in that space is
+/// arbitrary.
 /// @return this thread's first triangle in the block, before refinement.
 __device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles, uint32_t middles,
                              uint32_t refined_triangles, MeshBlockShared& shared) {
   constexpr uint32_t kLow = 0xffff;
   static_assert(kGridEdges <= kLow && kVoxelsPerBlock * kMaxSheets * kMaxTriangles <= kLow,
                 "one scan counts both, in half a word each");
-  __syncthreads();  // of the edges' bits, and of the window or the scan before
+  __syncthreads();  // edges are set, and nobody uses the window or the last scan
   const int t = threadIdx.x;
   const uint32_t in_word = t < kEdgeWords ? __popc(shared.edges.bits[t]) : 0;
   uint32_t before, total;
   Scan(shared.listing.scan).ExclusiveSum(in_word << 16 | own_triangles, before, total);
-  if (t == kThreads - 1) {  // of a warp without words
+  if (t == kThreads - 1) {  // its warp has no words
     const uint32_t vertices = (total >> 16) + middles;
     const uint32_t triangles = (total & kLow) * refined_triangles;
     MeshRecord& record = shared.record;
@@ -147,7 +148,7 @@ __device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles, uint3
   return before & kLow;
 }
 
-/// The first `count` vertices: those on edges.
+/// Writes the first `count` vertices: those on edges.
 __device__ void writeVertices(const MeshView& mesh, uint32_t count, const MeshBlockShared& shared) {
   BlockVertex* vertices = mesh.vertices + shared.record.first_vertex;
   for (uint32_t i = threadIdx.x; i < count; i += blockDim.x) {
@@ -156,7 +157,7 @@ __device__ void writeVertices(const MeshView& mesh, uint32_t count, const MeshBl
   }
 }
 
-/// Whether a triangle stands in a gap, by its vertices, which have to be written; counts it then.
+/// Whether a triangle stands in a gap; if so, counts it. @pre Its vertices are written.
 template <class Index>
 __device__ bool countGap(const MeshSettings& rules, const BlockVertex* vertices,
                          const Index* corner, uint32_t& gaps) {
@@ -166,7 +167,7 @@ __device__ bool countGap(const MeshSettings& rules, const BlockVertex* vertices,
   return is_gap;
 }
 
-/// @return how many of them stand in gaps.
+/// Writes the triangles of this thread's units. @return how many of them stand in gaps.
 __device__ uint32_t writeTriangles(const MeshView& mesh,
                                    const UnitIndices (&regular)[kUnitsPerThread],
                                    uint32_t first_triangle, const MeshBlockShared& shared) {
@@ -188,7 +189,7 @@ __device__ uint32_t writeTriangles(const MeshView& mesh,
   return gaps;
 }
 
-/// Normals of the first `count` vertices, which are where they stay by now.
+/// Writes the normals of the first `count` vertices, whose positions are final.
 __device__ void writeNormals(const MeshView& mesh, uint32_t count, const MeshBlockShared& shared) {
   const BlockVertex* vertices = mesh.vertices + shared.record.first_vertex;
   Vec3f* normals = mesh.normals + shared.record.first_vertex;
@@ -198,8 +199,8 @@ __device__ void writeNormals(const MeshView& mesh, uint32_t count, const MeshBlo
   }
 }
 
-/// The middles and the refined triangles of this thread's units, of which the first ones are given
-/// by their numbers in the block.
+/// Writes the midpoints and the refined triangles of this thread's units, beginning with these
+/// numbers in the block.
 /// @return how many of the triangles stand in gaps.
 __device__ uint32_t writeRefined(const MeshView& mesh,
                                  const UnitIndices (&regular)[kUnitsPerThread],
@@ -228,14 +229,14 @@ __device__ uint32_t writeRefined(const MeshView& mesh,
   return kRefinedTriangles * gaps;
 }
 
-/// Whether some unit of a block says something; else the block has no mesh, as most that only
-/// adjoin a change. All threads of the block call it.
+/// Whether a direction speaks in any unit of a block. If not, the block has no mesh, like most
+/// blocks that only adjoin a change. All threads of the block must call it.
 __device__ bool anyUnitSpeaks(const UnitLabels* labels) {
   static_assert(sizeof(uint32_t) == kUnitsPerThread * sizeof(UnitLabels), "a word for a thread");
   return __syncthreads_or(reinterpret_cast<const uint32_t*>(labels)[threadIdx.x] != 0) != 0;
 }
 
-/// Called by the last block of threads.
+/// Writes the totals to the host. Called by the last block of threads.
 __device__ void handOverTotals(const MeshView& mesh) {
   MeshTotals& totals = *mesh.host_totals;
   totals.reached = mesh.totals->reached;
@@ -243,14 +244,14 @@ __device__ void handOverTotals(const MeshView& mesh) {
   totals.size = {readShared(&mesh.totals->size.vertices), readShared(&mesh.totals->size.triangles)};
 }
 
-/// One block of threads per block to mesh, in strides. What does not fit is counted, not written.
-/// The one that finishes last hands the totals to the host.
-/// Four at a time on a multiprocessor, at the price of a few registers.
+/// One block of threads per block to mesh, in strides. What does not fit is counted but not
+/// written. The block of threads that finishes last writes the totals to the host. Four of them
+/// share a multiprocessor, at the cost of a few registers.
 template <bool kRefined>
 __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   __shared__ MeshBlockShared shared;
-  if (blockIdx.x == 0 && threadIdx.x == 0) *map.dirty.count = 0;  // all selected by now
+  if (blockIdx.x == 0 && threadIdx.x == 0) *map.dirty.count = 0;  // all are selected
   const uint32_t count = mesh.totals->reached + mesh.totals->adjoining;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
     const int32_t slot = mesh.slots[b];
@@ -281,7 +282,7 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
         record.first_triangle + record.triangles <= mesh.capacity.triangles) {
       const uint32_t on_edges = record.vertices - middles;
       writeVertices(mesh, on_edges, shared);
-      __syncthreads();  // of the vertices, which other threads have written
+      __syncthreads();  // other threads have written their vertices
       if (kRefined) {
         writeNormals(mesh, on_edges, shared);
         __syncthreads();

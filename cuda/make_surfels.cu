@@ -9,11 +9,11 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Threads per block that makes surfels: rows of most images are multiples of it.
+/// Threads per block that makes surfels: the width of most images is a multiple of it.
 constexpr int kRowThreads = 128;
 
-/// Threads for each patch of pixels, one for each bit of what is merged: the patch and its four
-/// squares are asked at once.
+/// Threads per patch of pixels, one for each bit of its MergedPatch: the patch and its four squares
+/// are tested at once.
 constexpr uint32_t kPatchThreads = 8;
 static_assert(kPatchBit < kPatchThreads && 32 % kPatchThreads == 0, "a warp takes whole patches");
 
@@ -32,7 +32,7 @@ __global__ void mergePatchesKernel(ImageView image, SurfelSettings settings, uin
   if (is_patch && bit == 0) patches[patch] = static_cast<uint8_t>(wholeOrQuads(bits));
 }
 
-/// One surfel per pixel. `count` takes the number of those with a weight.
+/// Makes one surfel per pixel. `count` gets the number of those with a weight.
 __global__ void makePixelSurfelsKernel(DeviceSensing on_device, SurfelSettings settings,
                                        Surfel* surfels, uint32_t* count) {
   const FrameSensing sensing = on_device.load();
@@ -47,7 +47,8 @@ __global__ void makePixelSurfelsKernel(DeviceSensing on_device, SurfelSettings s
   if (found > 0) atomicAdd(count, static_cast<uint32_t>(found));
 }
 
-/// The place of each lane's `wanted` surfels in the list, taken by a full warp with one atomic.
+/// The place of each lane's `wanted` surfels in the list. A full warp reserves its places with one
+/// atomic.
 __device__ uint32_t takePlaces(uint32_t wanted, uint32_t* count) {
   using Scan = cub::WarpScan<uint32_t>;
   __shared__ typename Scan::TempStorage scan[kRowThreads / 32];
@@ -58,8 +59,8 @@ __device__ uint32_t takePlaces(uint32_t wanted, uint32_t* count) {
   return __shfl_sync(0xffffffffu, first, 0) + before;
 }
 
-/// One surfel per square of merged pixels, per pixel, or per subpixel; their order does not matter,
-/// since sums are integers. `count` takes how many there are; those for which there is no room are
+/// Makes one surfel per square of merged pixels, per pixel, or per subpixel; their order does not
+/// matter, since sums are integers. `count` gets their number; those for which there is no room are
 /// left out.
 __global__ void __launch_bounds__(kRowThreads, 8)
     makeSurfelsKernel(DeviceSensing on_device, SurfelSettings settings, const uint8_t* patches,
@@ -72,7 +73,7 @@ __global__ void __launch_bounds__(kRowThreads, 8)
     const size_t patch =
         static_cast<size_t>(v / kPatchSide) * patchesAlong(frame.width) + u / kPatchSide;
     const int side = u < frame.width ? mergedSide(patches[patch], {u, v}) : 0;
-    Surfel merged = noSurfel();  // of the square that the pixel is the first of, or its own:
+    Surfel merged = noSurfel();  // if the pixel is the first one of a square
     PixelMeasurement single{};
     uint32_t found = 0;
     if (side > 1) {

@@ -1,4 +1,4 @@
-/// The stages of meshing on the device: what they read and write, and their launches.
+/// The stages of meshing on the device: their data and their launches.
 #pragma once
 
 #include "device_map.h"
@@ -10,20 +10,20 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Space that the meshes take, whether they could be written or not.
+/// The size of the meshes, whether or not they fit.
 struct MeshSize {
   uint32_t vertices, triangles;
 };
 
-/// All that the host has to know of an extraction.
+/// All that the host needs to know of an extraction.
 struct MeshTotals {
   uint32_t reached;    ///< Blocks whose units have a corner in a changed block.
-  uint32_t adjoining;  ///< Further ones that depend on changed voxels, indices or colours.
+  uint32_t adjoining;  ///< Further blocks that depend on changed voxels, indices or colours.
   MeshSize size;
   uint32_t finished;  ///< Blocks of threads that have made their meshes.
 };
 
-/// Where the mesh of one block lies.
+/// Where the mesh of a block is.
 struct MeshRecord {
   PackedKey key;
   int32_t slot;
@@ -37,40 +37,40 @@ struct BlockTriangle {
   uint16_t vertex[3];
 };
 
-/// What kernels need of an extraction, by value.
+/// What kernels need of an extraction, passed by value.
 struct MeshView {
   MeshTotals* totals;
-  MeshTotals* host_totals;  ///< Where the host finds them, in its own memory.
+  MeshTotals* host_totals;  ///< A copy in host memory.
   int32_t* slots;           ///< First the reached blocks, then the adjoining ones.
   MeshRecord* records;      ///< One per block of `slots`.
   BlockVertex* vertices;
-  Vec3f* normals;  ///< One per vertex on an edge, at its place; null: no refinement.
+  Vec3f* normals;  ///< One per vertex on an edge, with the same index; null: no refinement.
   BlockTriangle* triangles;
   VertexColour* colours;  ///< One per vertex; null while nothing is painted.
   MeshSize capacity;
   uint32_t stamp;          ///< Number of this extraction.
-  int32_t least_evidence;  ///< That a voxel needs to be known.
+  int32_t least_evidence;  ///< Evidence that a voxel needs to be known.
   int32_t directional, refined;
   MeshSettings rules;
 };
 
-// Each enqueues one stage; `thread_blocks` fill the device, since how much there is to do is known
-// there only.
+// Each function enqueues one stage. `thread_blocks` fill the device, since only the device knows
+// how much work there is.
 
 /// Selects the blocks whose units have a corner in a changed block.
 void reachBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
 
-/// Indices of the units of these blocks; selects those that their changes adjoin.
+/// Finds the indices of these blocks' units, and selects the blocks that adjoin changes.
 void indexBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
 
 /// Selects the blocks whose vertices have a painted voxel at an end of their edge.
 void selectPainted(const MapView& map, const MeshView& mesh, int thread_blocks,
                    const Stream& stream);
 
-/// Meshes of all selected blocks. What there is no room for is counted, not written.
+/// Makes the meshes of all selected blocks. What does not fit is counted but not written.
 void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
 
-/// Colours of their vertices.
+/// Colours the vertices of these meshes.
 void colourVertices(const MapView& map, const MeshView& mesh, int thread_blocks,
                     const Stream& stream);
 

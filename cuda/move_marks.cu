@@ -1,4 +1,4 @@
-// Marks for the next extraction, as blocks come and go.
+// Reads and sets marks for the next extraction, for blocks that leave the device or come back.
 #include <algorithm>
 
 #include "device_map.cuh"
@@ -20,7 +20,7 @@ __global__ void readMarksKernel(MapView map, MeshMarks* marks) {
   marks[i] = map.slots[slot].key == kNoKey ? MeshMarks{} : marksOf(map, slot);
 }
 
-/// One thread per slot that is asked for. The lists of marked ones are empty then.
+/// One thread per requested slot. Also empties the lists of marked slots.
 __global__ void takeMarksKernel(MapView map, const int32_t* slots, size_t count, MeshMarks* marks) {
   const size_t i = globalThread();
   if (i == 0) {
@@ -43,7 +43,7 @@ __global__ void listMarkedKernel(MapView map) {
   if (marks.painted) map.painted.slots[atomicAdd(map.painted.count, 1u)] = slot;
 }
 
-/// One thread per slot that is asked for.
+/// One thread per given slot.
 __global__ void setMarksKernel(MapView map, const int32_t* slots, size_t count,
                                const MeshMarks* marks) {
   const size_t i = globalThread();

@@ -11,7 +11,7 @@ namespace gpu {
 namespace {
 
 constexpr size_t kTurnBytes = size_t{8} << 20;
-constexpr size_t kBytesPerThread = size_t{1} << 20;  ///< What a host thread copies at a time.
+constexpr size_t kBytesPerThread = size_t{1} << 20;  ///< Bytes that a host thread copies at a time.
 
 /// One thread per 16 bytes.
 template <bool kToHost, class Pool>
@@ -40,11 +40,11 @@ void copyInParallel(char* to, const char* from, size_t bytes) {
 void RecordMover::reserve() {
   for (Turn& turn : turns_) {
     turn.bytes.reserve(kTurnBytes);
-    turn.records.reserve(kTurnBytes / ColourPool::kRecordBytes);  // the smallest
+    turn.records.reserve(kTurnBytes / ColourPool::kRecordBytes);  // for the smallest records
   }
 }
 
-/// Waits until the turn's memory is free.
+/// Waits until the turn's memory is free, and lists its records.
 RecordMover::Turn& RecordMover::begin(size_t turn, const std::vector<int32_t>& records,
                                       size_t first, size_t end, size_t record_bytes) {
   Turn& now = turns_[turn % 2];

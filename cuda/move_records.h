@@ -1,5 +1,5 @@
-/// Copies records of the map's pools between the device and pageable host memory, in an order of
-/// their own: kernels gather them into pinned memory, or scatter them from there, turn by turn.
+/// Copies records of the map's pools between the device and pageable host memory, in any order:
+/// kernels gather them into pinned memory, or scatter them from there, some at a time.
 #pragma once
 
 #include <vector>
@@ -10,21 +10,21 @@
 namespace dtsdf {
 namespace gpu {
 
-/// The pinned memory is kept from call to call.
+/// Moves records. The pinned memory is reused from call to call.
 class RecordMover {
  public:
   explicit RecordMover(const Stream& stream) : stream_(stream) {}
 
-  /// Takes all the memory that copies need. @throws BackendError without it.
+  /// Allocates all the memory that copies need. @throws BackendError if memory runs out.
   void reserve();
 
-  /// Record `records[i]` of the pool comes to place i of the host's memory, which is filled when
-  /// this returns.
+  /// Copies record `records[i]` of the pool to place i of `host`, which is complete when this
+  /// returns.
   template <class Pool>
   void download(const Pool& pool, const std::vector<int32_t>& records, void* host);
 
-  /// The way back. `host` may be changed when this returns; the device has everything once the
-  /// stream has come that far.
+  /// Copies the other way. `host` may be changed when this returns; the device has everything once
+  /// the stream's work is done.
   template <class Pool>
   void upload(const Pool& pool, const std::vector<int32_t>& records, const void* host);
 
@@ -34,7 +34,7 @@ class RecordMover {
   struct Turn {
     PinnedBuffer<char> bytes;
     PinnedBuffer<int32_t> records;
-    Event done;  ///< With both.
+    Event done;  ///< Recorded after the kernel that uses both.
   };
 
   template <bool kToHost, class Pool>

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kThreadBlocksPerProcessor = 16;
 
-/// One request for each block, of those for its arrays.
+/// Merges the requests for a block's arrays into one.
 std::vector<ColourRequest> byBlocks(std::vector<ColourRequest> requests) {
   sortByKey(requests);
   size_t blocks = 0;
@@ -73,7 +73,7 @@ __device__ Vec3f firstVoxelOf(const FrameView& frame, const SlotEntry& entry) {
   return toFloat(firstVoxelOfBlock(unpackKey(entry.key) - blockOfVoxel(frame.origin_voxel)));
 }
 
-/// Threads per block, which works on one voxel array: few of its voxels are worth the work.
+/// Threads per block, which works on one voxel array: few of its voxels have to be processed.
 constexpr int kArrayThreads = 128;
 
 /// A voxel array in view.
@@ -84,7 +84,7 @@ struct ArrayInView {
   Vec3f first_voxel_L;
 };
 
-/// Calls visit(ArrayInView) for the arrays in view that are on this block of threads' turn.
+/// Calls visit(ArrayInView) for this block of threads' share of the arrays in view.
 template <class Visit>
 __device__ void visitArrays(const FrameView& frame, const MapView& map, const LookView& look,
                             const Visit& visit) {
@@ -99,15 +99,14 @@ __device__ void visitArrays(const FrameView& frame, const MapView& map, const Lo
   }
 }
 
-/// Voxels of an array that are worth the work, so that no thread waits for another that has nothing
-/// to do.
+/// Voxels of an array that have to be processed, listed so that all threads have work.
 struct VoxelList {
   uint32_t count;
   uint16_t voxel[kVoxelsPerBlock];
 };
 
-/// Lists the voxels of an array near its surface for which wanted(index), by all threads of the
-/// block.
+/// Lists the voxels of an array near its surface for which wanted(index) is true. All threads of
+/// the block must call it.
 template <class Wanted>
 __device__ void listNearSurface(const PointView& view, const ArrayInView& array,
                                 const Wanted& wanted, VoxelList& list) {
@@ -117,7 +116,7 @@ __device__ void listNearSurface(const PointView& view, const ArrayInView& array,
   if (threadIdx.x == 0) list.count = 0;
   __syncthreads();
   bool is_near[kSteps];
-#pragma unroll  // reads all before it waits for any
+#pragma unroll  // all reads are issued before the first is needed
   for (int step = 0; step < kSteps; ++step) {
     const Voxel& voxel = array.voxels[threadIdx.x + step * kArrayThreads];
     is_near[step] = isNearSurface(view, voxel);
@@ -138,8 +137,8 @@ __device__ void listNearSurface(const PointView& view, const ArrayInView& array,
   __syncthreads();
 }
 
-/// Depths are above 0, so that they sort as their bits do, and only become less: what is not below
-/// an old one is not below the newest.
+/// Lowers a depth to a value. Depths are above 0, so they sort like their bits. They only decrease,
+/// so a value that is not below an old depth is not below the current one.
 __device__ void lowerTo(float* depth_m, float value) {
   if (!(value < readShared(depth_m))) return;
   atomicMin(reinterpret_cast<int*>(depth_m), __float_as_int(value));
@@ -172,30 +171,30 @@ __device__ void addAtomically(int64_t* sum, int64_t value) {
 /// What a block of threads finds in one array.
 struct ArrayLook {
   ExposureSums sums;
-  unsigned long long lacking;  ///< Bits of the bricks that are to be painted and are not there.
+  unsigned long long lacking;  ///< Bits of the bricks that are to be painted but are missing.
   uint32_t samples;
 };
 
-/// The sum over a warp, whose threads all call this; in its first thread.
+/// The sum over a warp, valid in its first thread. All threads of the warp must call it.
 __device__ int32_t warpSum(int32_t value) {
   for (int lanes = 16; lanes > 0; lanes /= 2) value += __shfl_down_sync(~0u, value, lanes);
   return value;
 }
 
-/// Adds a warp's sums, each of which an array keeps within 32 bits.
+/// Adds a warp's sum, which fits into 32 bits for one array.
 __device__ void addWarpsSum(int64_t* to, int64_t part) {
   const int32_t sum = warpSum(static_cast<int32_t>(part));
   if (threadIdx.x % warpSize == 0) addAtomically(to, sum);
 }
 
-/// Adds what each thread has found to `sums`, which is shared; all threads call this.
+/// Adds each thread's sums to `sums`, in shared memory. All threads must call it.
 __device__ void addWarpsSums(ExposureSums& sums, const ExposureSums& part) {
   static_assert(kVoxelsPerBlock * 255 * 255 < (1 << 30), "fits 32 bits");
   if (!__any_sync(~0u, part.voxels != 0)) return;
   visitSums(sums, part, [](int64_t& sum, int64_t of_thread) { addWarpsSum(&sum, of_thread); });
 }
 
-/// Adds what was found in an array to the image's counters, by one thread.
+/// Adds what was found in an array to the image's counters. Called by one thread.
 __device__ void report(const LookView& look, PackedKey key, const ArrayLook& found) {
   if (found.samples == 0) return;
   LookCounters& counters = *look.counters;
@@ -243,7 +242,7 @@ __global__ void __launch_bounds__(kArrayThreads, 8)
   __shared__ VoxelList list;
   const PointView& view = sensing.view;
   visitArrays(view.frame, map, look, [&](const ArrayInView& array) {
-    if (!look.painted.contains(unpackKey(array.key))) return;  // all threads alike
+    if (!look.painted.contains(unpackKey(array.key))) return;  // the same for all threads
     if (threadIdx.x == 0) found = {};
     listNearSurface(
         view, array, [](int) { return true; }, list);
@@ -259,7 +258,7 @@ __global__ void __launch_bounds__(kArrayThreads, 8)
   });
 }
 
-/// One thread per sample, now that there are bricks.
+/// One thread per sample, after the bricks were added.
 __global__ void paintKernel(ColourRules rules, Exposure exposure, MapView map,
                             const FoundSample* samples, size_t count) {
   waitForPreviousKernel();
@@ -287,14 +286,14 @@ void Painter::reserveImages(int32_t width, int32_t height) {
   const ColourImage layout = layOut(nullptr, width, height);
   pixels_.reserveExactly(static_cast<size_t>(pixelCount(layout)), image_stream_);
   hiding_m_.reserveExactly(static_cast<size_t>(cellsFor(width)) * cellsFor(height), image_stream_);
-  // Room for a sample a pixel at first: images seldom show more voxels than they have pixels.
+  // Room for one sample per pixel at first: images seldom show more voxels than they have pixels.
   samples_.reserveExactly(static_cast<size_t>(width) * height, stream_);
   sensing_.image = layOut(pixels_.data(), width, height);
   sensing_.hiding_m = hiding_m_.data();
 }
 
-/// Nobody reads what the image before has left there: its counters have been waited for, unless
-/// looking at it failed.
+/// The data of the previous image is no longer read: its counters were waited for, unless looking
+/// at it failed.
 void Painter::takeImage(const ColourFrame& frame) {
   if (is_looking_) stream_.synchronize();
   is_looking_ = false;
@@ -331,7 +330,7 @@ void Painter::look(const FrameView& view, int32_t least_evidence,
   }
 }
 
-/// Those of the image before have been read: its counters have been waited for.
+/// The candidates of the previous image are no longer read: its counters were waited for.
 void Painter::takeCandidates(const std::vector<int32_t>& in_view) {
   candidate_count_ = static_cast<uint32_t>(in_view.size());
   candidates_.reserve(in_view.size());

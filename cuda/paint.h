@@ -1,4 +1,4 @@
-/// The stage "paint" on the device: a colour image onto the surfaces that it sees.
+/// The stage "paint" on the device: paints a colour image onto the surfaces that it sees.
 #pragma once
 
 #include <vector>
@@ -15,55 +15,56 @@
 namespace dtsdf {
 namespace gpu {
 
-/// What the host has to know of an image's look at the map.
+/// What the host needs to know of an image's look at the map.
 struct LookCounters {
-  uint32_t blocks, arrays;  ///< In view: blocks, and their voxel arrays.
-  uint32_t seen;            ///< Arrays in view that something is to be painted in.
-  uint32_t requests;        ///< Such arrays that lack bricks of colours for it.
+  uint32_t blocks, arrays;  ///< Blocks in view, and their voxel arrays.
+  uint32_t seen;            ///< Arrays in view in which something is to be painted.
+  uint32_t requests;        ///< Arrays of these that lack bricks of colours.
   ExposureSums sums;
-  uint64_t samples;  ///< Voxels that the image was found to show, also those without room.
+  uint64_t samples;  ///< Voxels that the image shows, including those without room.
 };
 
-/// What an image shows of a voxel, until there are bricks of colours to paint it in.
+/// What an image shows of a voxel, kept until there are bricks of colours to paint it in.
 struct FoundSample {
   int32_t slot;    ///< Slot of its block.
   uint16_t voxel;  ///< kVoxelsPerBlock * direction + index.
   ColourSample sample;
 };
 
-/// What kernels need of a look, by value.
+/// What kernels need of a look, passed by value.
 struct LookView {
   LookCounters* counters;
-  FoundSample* samples;  ///< Room for so many; of those beyond only the number is told.
+  FoundSample* samples;  ///< Those that do not fit are only counted.
   uint64_t most_samples;
-  const int32_t* candidates;  ///< Slots of blocks that may be in view, and others.
+  const int32_t* candidates;  ///< Slots of blocks that may be in view, and possibly others.
   uint32_t candidate_count;
   int32_t* arrays;  ///< The voxel arrays in view: kDirectionCount * slot + direction.
   ColourRequest* requests;
-  BlockExtent painted;  ///< Blocks elsewhere only hide what is behind them.
+  BlockExtent painted;  ///< Blocks outside only hide what is behind them.
 };
 
-/// Paints an image in steps: takes it, looks at what it shows, and paints that, once the bricks of
-/// colours are there that it needs. The image comes by a stream of its own: it needs no map, and
-/// so comes while the depth image is still being fused.
+/// Paints an image in steps: takes the image, finds what it shows of the map, and paints that once
+/// the necessary bricks of colours exist. The image is uploaded on a separate stream: this does not
+/// need the map, so it can run while the depth image is still being fused.
 class Painter {
  public:
   Painter(const PaintSettings& settings, const Stream& stream);
   ~Painter() { image_stream_.drain(); }
 
-  /// Enqueues what needs no map; the image is not needed any more on return.
+  /// Enqueues the steps that do not need the map. The image is no longer needed when this returns.
   void takeImage(const ColourFrame& frame);
 
-  /// Finds what it shows of the map's surfaces; only those in `painted` are painted. Waits for the
-  /// result. @throws BackendError without memory; the map is untouched.
+  /// Finds what the image shows of the map's surfaces, of which only those in `painted` are
+  /// painted. Waits for the result.
+  /// @throws BackendError if memory runs out; the map is not changed.
   void look(const FrameView& view, int32_t least_evidence, const std::vector<int32_t>& in_view,
             const BlockExtent& painted, const MapView& map);
   const LookCounters& counters() const { return pinned_counters_[0]; }
 
-  /// The bricks of colours that are not there.
+  /// The missing bricks of colours.
   std::vector<ColourRequest> fetchRequests();
 
-  /// Enqueues the painting of what was found, as far as there are bricks for it.
+  /// Enqueues the painting of what was found, where there are bricks for it.
   void paint(const Exposure& exposure, const MapView& map);
 
   void addMemory(MapperMemory& memory) const;
@@ -81,7 +82,7 @@ class Painter {
   const PaintSettings settings_;
   BlockExtent painted_;
   const Stream& stream_;
-  const int thread_blocks_;  ///< That fill the device, for kernels whose work is counted there.
+  const int thread_blocks_;  ///< Enough to fill the device: kernels work in strides.
   Stream image_stream_;
   Event taken_, looked_;
   ColourSensing sensing_ = {};
@@ -89,9 +90,9 @@ class Painter {
   DeviceBuffer<ColourPixel> pixels_;
   DeviceBuffer<float> hiding_m_;
   DeviceBuffer<FoundSample> samples_;
-  bool is_looking_ = false;  ///< At an image, with a result that nobody has waited for.
+  bool is_looking_ = false;  ///< Whether look() has work that was not waited for.
   uint32_t candidate_count_ = 0;
-  PinnedBuffer<int32_t> candidates_;  ///< Kernels read it in place.
+  PinnedBuffer<int32_t> candidates_;  ///< Read in place by kernels.
   DeviceBuffer<int32_t> arrays_;
   DeviceBuffer<ColourRequest> requests_;
   DeviceBuffer<LookCounters> counters_;

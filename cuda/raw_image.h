@@ -1,4 +1,4 @@
-/// The stages "copy" and "upload": a frame's raw image to the device.
+/// The stages "copy" and "upload": copy a frame's raw image to the device.
 #pragma once
 
 #include <cstring>
@@ -12,15 +12,14 @@ namespace dtsdf {
 
 namespace gpu {
 
-/// The image with its rows packed; the buffers are kept from frame to frame.
+/// A raw image with packed rows. Buffers are reused from frame to frame.
 class RawImage {
  public:
-  /// Enqueues the upload of an image, which is not needed any more on return. The last upload must
-  /// be done.
-  /// In bands, so that each is on its way while the host copies the next.
+  /// Enqueues the upload of an image, which is no longer needed when this returns. Uploads bands,
+  /// each while the host copies the next one. @pre The last upload is done.
   template <class Frame>
   void upload(const Frame& frame, const Stream& stream) {
-    constexpr int kBandEnds[] = {3, 5, 6};  // in sixths: the device waits for the last, small one
+    constexpr int kBandEnds[] = {3, 5, 6};  // sixths; the device waits only for the small last one
     const size_t row = packedRowBytes(frame);
     bytes_ = row * frame.height;
     pinned_raw_.reserve(bytes_);

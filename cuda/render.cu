@@ -16,12 +16,12 @@ namespace {
 constexpr int kThreadBlocksPerProcessor = 8;
 constexpr MeshSize kFirstMeshes = {1 << 17, 1 << 18};
 
-/// The threads that draw a triangle: each has its pixel of a patch.
+/// The threads that draw a triangle, one for each pixel of a patch.
 constexpr int kPatchWidth = 4, kPatchHeight = 2, kLanes = kPatchWidth * kPatchHeight;
 static_assert(4 * kLanes == 32, "a warp draws large ones, by patches twice as wide and high");
-constexpr int kMostPatches = 8;  ///< A triangle of more patches is large.
+constexpr int kMostPatches = 8;  ///< Triangles of more patches are large.
 
-/// One thread per slot: selects blocks that a view may show, and those whose labels it needs.
+/// One thread per slot. Selects blocks that a view may show, and those whose labels it needs.
 __global__ void __launch_bounds__(kThreads)
     selectInViewKernel(MapView map, RenderJob job, MeshView drawn, MeshView labelled) {
   const size_t slot = globalThread();
@@ -44,8 +44,8 @@ struct DrawnBlock {
   SeenVertex* seen;
 };
 
-/// Where a block's vertices are seen, and their normals, from the triangles of the block. All
-/// threads of the block have to call it.
+/// Finds where a block's vertices are seen, and their normals from the block's triangles. All
+/// threads of the block must call it.
 __device__ void seeVertices(const RenderJob& job, const MeshRecord& record,
                             const DrawnBlock& block) {
   const Vec3f first = toFloat(firstVoxelOfBlock(unpackKey(record.key)) - job.frame.origin_voxel);
@@ -99,7 +99,7 @@ __device__ SeenTriangle seeTriangle(const RenderJob& job, const DrawnBlock& bloc
   return triangle;
 }
 
-/// Fills a triangle with kWidth x kHeight threads, each of which has its pixel of a patch.
+/// Fills a triangle with kWidth x kHeight threads, one for each pixel of a patch.
 template <int kWidth, int kHeight>
 __device__ void fillTriangle(const RenderJob& job, const DrawnBlock& block,
                              const SeenTriangle& triangle) {
@@ -122,8 +122,9 @@ __device__ void fillTriangle(const RenderJob& job, const DrawnBlock& block,
   }
 }
 
-/// Draws triangles with a warp, all of whose threads come here: kLanes of them draw a triangle
-/// each, and all of them together the large ones, so that few do not keep the others waiting.
+/// Draws triangles with a warp; all of its threads must call it. Groups of kLanes threads draw a
+/// triangle each. The whole warp draws large triangles, so that a few threads do not keep the
+/// others waiting.
 __device__ void drawTriangles(const RenderJob& job, const DrawnBlock& block, uint32_t first,
                               uint32_t count) {
   const uint32_t own = first + threadIdx.x % 32 / kLanes;
@@ -134,7 +135,7 @@ __device__ void drawTriangles(const RenderJob& job, const DrawnBlock& block, uin
   const bool is_large = triangle.isLarge();
   if (!is_large) fillTriangle<kPatchWidth, kPatchHeight>(job, block, triangle);
   for (unsigned large = __ballot_sync(~0u, is_large); large != 0;) {
-    const int lane = __ffs(static_cast<int>(large)) - 1;  // the first of kLanes that have the same
+    const int lane = __ffs(static_cast<int>(large)) - 1;  // the first of its kLanes threads
     large &= ~(((1u << kLanes) - 1u) << lane);
     const uint32_t other = first + static_cast<uint32_t>(lane / kLanes);
     fillTriangle<2 * kPatchWidth, 2 * kPatchHeight>(
@@ -142,8 +143,8 @@ __device__ void drawTriangles(const RenderJob& job, const DrawnBlock& block, uin
   }
 }
 
-/// One block of threads per block of the map, in strides, and kLanes per triangle. What found no
-/// room is drawn once there is some.
+/// One block of threads per block of the map, in strides, and kLanes threads per triangle. Blocks
+/// that did not fit are drawn in the next attempt.
 __global__ void __launch_bounds__(kThreads) drawBlocksKernel(RenderJob job, MeshView mesh) {
   const uint32_t count = mesh.totals->reached;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
@@ -164,7 +165,7 @@ __global__ void __launch_bounds__(kThreads) drawBlocksKernel(RenderJob job, Mesh
   }
 }
 
-/// One thread per pixel: what a view's keys say, as the view has it.
+/// One thread per pixel. Converts a view's keys to its images.
 __global__ void showKeysKernel(RenderJob job, size_t pixels, float* depth_m, Vec3f* normals_C,
                                VertexColour* colours) {
   const size_t i = globalThread();
@@ -186,14 +187,14 @@ Renderer::Renderer(const MeshSettings& rules, bool directional, const Stream& st
       thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()),
       stream_(stream) {}
 
-/// Room for a first view is taken with it: many maps never have one.
+/// Memory is allocated with the first view, since many maps are never rendered.
 void Renderer::reserveMeshes(const MeshSize& size) {
   if (size.vertices > vertices_.capacity()) {
     const size_t room = size.vertices + size.vertices / 2;
     vertex_colours_.reserveExactly(room, stream_);
     shares_.reserveExactly(room, stream_);
     seen_.reserveExactly(room, stream_);
-    vertices_.reserveExactly(room, stream_);  // whose capacity counts for all
+    vertices_.reserveExactly(room, stream_);  // last: its capacity counts for all
   }
   triangles_.reserve(size.triangles, stream_);
   totals_.reserveExactly(1, stream_);
@@ -220,7 +221,7 @@ MeshView Renderer::meshView(const ViewRequest& request) {
   return mesh;
 }
 
-/// Enqueues all of it, up to the images on the host.
+/// Enqueues everything, including the download of the images.
 void Renderer::draw(const ViewRequest& request, const MapView& map, bool is_labelled) {
   const RenderJob job{request.frame, request.has_colours, shares_.data(),
                       seen_.data(),  surfaces_.data(),    colours_.data()};
@@ -261,8 +262,8 @@ void Renderer::drawBlocks(const ViewRequest& request, const RenderJob& job, cons
   launch("drawBlocksKernel", drawBlocksKernel, thread_blocks_, kThreads, 0, stream_, job, mesh);
 }
 
-/// Copies the images band by band, as soon as each is there: more than one thread should do while
-/// the caller waits. The others start while the device draws.
+/// Copies the images band by band, as soon as each is downloaded. Several threads copy while the
+/// caller waits; the others start while the device draws.
 void Renderer::fill(const ViewRequest& request, RenderedView& view) const {
   constexpr size_t kPixelsOfThread = 1 << 16, kMostThreads = 4;
   const size_t pixels = pixelsOf(request.frame);

@@ -12,24 +12,24 @@
 namespace dtsdf {
 namespace gpu {
 
-/// What kernels need of a view, by value.
+/// What kernels need of a view, passed by value.
 struct RenderJob {
   FrameView frame;
-  int32_t painted;  ///< Colours are asked for.
+  int32_t painted;  ///< Whether colours are requested.
   Vec3i* shares;    ///< Sums of triangles' normals, per vertex.
   SeenVertex* seen;
   ViewKey* surfaces;  ///< Per pixel.
-  ViewKey* colours;   ///< Per pixel, if colours are asked for.
+  ViewKey* colours;   ///< Per pixel, if colours are requested.
 };
 
-/// Labels the blocks in view, makes their triangles and draws them. The buffers are kept from view
-/// to view.
+/// Labels the blocks in view, makes their triangles and draws them. Buffers are reused from view to
+/// view.
 class Renderer {
  public:
   Renderer(const MeshSettings& rules, bool directional, const Stream& stream);
 
-  /// Renders surfaces; waits for the images. Brings the labels of blocks up to date, unless all
-  /// are. @pre No extraction reads labels.
+  /// Renders surfaces, and waits for the images. Updates the labels of blocks, unless
+  /// `is_labelled`. @pre No extraction reads labels.
   void render(const ViewRequest& request, const MapView& map, bool is_labelled, RenderedView& view);
 
   void addMemory(MapperMemory& memory) const;
@@ -46,11 +46,11 @@ class Renderer {
   const bool directional_;
   const int thread_blocks_;
   const Stream& stream_;
-  DeviceBuffer<MeshTotals> totals_, labelled_;  ///< In labelled_ only the blocks count.
+  DeviceBuffer<MeshTotals> totals_, labelled_;  ///< Of labelled_, only block counts are used.
   PinnedBuffer<MeshTotals> pinned_totals_;
-  static constexpr size_t kBands = 8;  ///< Bands of pixels come to the host one after the other.
-  Event drawn_[kBands];                ///< The band is there.
-  DeviceBuffer<uint32_t> no_dirty_;    ///< 0: views leave marks alone.
+  static constexpr size_t kBands = 8;  ///< Bands of pixels, downloaded one after the other.
+  Event drawn_[kBands];                ///< Recorded after a band's download.
+  DeviceBuffer<uint32_t> no_dirty_;    ///< Always 0: views do not change marks.
   DeviceBuffer<int32_t> slots_, labelled_slots_;
   DeviceBuffer<MeshRecord> records_;
   DeviceBuffer<BlockVertex> vertices_;

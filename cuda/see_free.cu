@@ -30,13 +30,14 @@ __global__ void seeFreeKernel(FrameView frame, FreePyramid free, int32_t cell_lo
   CellMask& mask = masks[blockIdx.x];
   for (int cell = threadIdx.x; cell < kCellsPerCube; cell += kThreads) {
     const bool is_free = isCellSeenFree(free, corners, cell, max_range_m);
-    const uint32_t free_cells = __ballot_sync(~0u, is_free);  // of 32 cells in a row
+    const uint32_t free_cells = __ballot_sync(~0u, is_free);  // for 32 consecutive cells
     if (cell % 32 == 0) reinterpret_cast<uint32_t*>(mask.word)[cell / 32] = free_cells;
   }
 }
 static_assert(kCellsPerCube % kThreads == 0, "no warp has idle threads");
 
-/// Where a level begins among those from the second one on; of kFreeLevels, where the last ends.
+/// Where a level begins in levels_, which has the second one first; for kFreeLevels, where the last
+/// level ends.
 size_t beginOf(int level, const FrameView& frame) {
   size_t begin = 0;
   for (int k = 1; k < level; ++k) {
@@ -60,7 +61,7 @@ void FreeCellFinder::reserve(const FrameView& frame) {
 
 void FreeCellFinder::find(const FrameView& frame, const float* free_depth,
                           std::vector<Vec3i> cubes) {
-  fetched_.wait();  // of a frame that did not become part of the map; else it is done
+  fetched_.wait();  // only has to wait if the last frame was not fused
   keys_ = std::move(cubes);
   if (keys_.empty()) return;
   reserve(frame);

@@ -10,17 +10,17 @@
 namespace dtsdf {
 namespace gpu {
 
-/// The search is enqueued, and its result fetched when the frame is done. The buffers are kept from
-/// frame to frame.
+/// Enqueues the search; the result is taken when the frame is done. Buffers are reused from frame
+/// to frame.
 class FreeCellFinder {
  public:
   FreeCellFinder(int32_t cell_log2, float max_range_m, const Stream& stream);
 
-  /// Enqueues the search in those cubes, and its way to the host. What was not taken of the frame
-  /// before is lost. @throws BackendError without memory.
+  /// Enqueues the search in these cubes, and the download of its result. A result of the previous
+  /// frame that was not taken is lost. @throws BackendError if memory runs out.
   void find(const FrameView& frame, const float* free_depth, std::vector<Vec3i> cubes);
 
-  /// Waits for it. @return the cubes of which something is seen free, in the order given.
+  /// Waits for the result. @return the cubes with cells that are seen free, in the given order.
   std::vector<CubeMask> take();
 
   void addMemory(MapperMemory& memory) const;

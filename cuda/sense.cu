@@ -35,14 +35,14 @@ __device__ void countNoiseLine(const RawDepth& raw, const SurfelSettings& surfel
   if (variance >= 0.0f) atomicAdd(&counts.bins[place.kind][noiseBin(variance)], 1u);
 }
 
-/// Takes the quartiles out of counts and leaves them zeroed, with the threads of one block; 0 where
-/// there are no lines.
+/// Finds the quartiles from the counts, and zeroes these; quartiles are 0 without lines. All
+/// threads of one block must call it.
 __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseKinds]) {
   using Scan = cub::BlockScan<uint64_t, kThreads>;
   __shared__ typename Scan::TempStorage scan;
   constexpr int kBinsPerThread = kNoiseBins / kThreads;
   static_assert(kNoiseBins % (4 * kThreads) == 0, "each thread has as many fours of bins");
-  constexpr int kBits = 12;  // the last kind, of twice as many lines, has more
+  constexpr int kBits = 12;  // the last kind has more, for twice as many lines
   constexpr uint64_t kMask = (uint64_t{1} << kBits) - 1;
   static_assert(kShortLines * kBits + 13 <= 64 && kNoisePoints < 1 << 13, "for all kinds");
   static_assert(kNoisePoints / 2 <= kMask, "one scan counts all kinds");
@@ -53,11 +53,11 @@ __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseK
   const int first_bin = threadIdx.x * kBinsPerThread;
   uint32_t in_bin[kNoiseKinds][kBinsPerThread];
   uint64_t own = 0, before, lines;
-#pragma unroll  // reads all before it waits for any
+#pragma unroll  // all reads are issued before the first is needed
   for (int kind = 0; kind < kNoiseKinds; ++kind) {
     for (int k = 0; k < kBinsPerThread; k += 4) {
       auto* const bins = reinterpret_cast<uint4*>(&counts.bins[kind][first_bin + k]);
-      const uint4 four = __ldcg(bins);  // past the first-level caches, as isLastBlock() asks
+      const uint4 four = __ldcg(bins);  // past the first-level caches, as isLastBlock() requires
       in_bin[kind][k] = four.x;
       in_bin[kind][k + 1] = four.y;
       in_bin[kind][k + 2] = four.z;
@@ -88,13 +88,12 @@ __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseK
   }
 }
 
-/// Blocks of threads with a line each; some grids of images have fewer.
+/// Blocks of threads with one line per thread. The grid of a small image has fewer.
 constexpr unsigned kNoiseBlocks = kNoiseLines / kThreads;
 static_assert(kNoiseLines % kThreads == 0, "each thread has a line");
 
-/// One thread per pixel. The first blocks of threads, or as many as there are, count the lines of
-/// noise, first of all, as the quartiles wait for these; the one of them that finishes last takes
-/// the quartiles.
+/// One thread per pixel. The first kNoiseBlocks blocks of threads, or all, first count the noise
+/// lines, on which the quartiles depend. The last of these blocks to finish finds the quartiles.
 __global__ void __launch_bounds__(kThreads)
     invertDepthsKernel(RawDepth raw, SurfelSettings surfels, float* measured, NoiseCounts* counts,
                        DepthNoise* noise) {
@@ -129,8 +128,8 @@ __global__ void fillGapsKernel(const float* measured, int32_t width, int32_t hei
   }
 }
 
-/// A block of threads links and fits a stretch of one row. It has a margin in which pixels
-/// outside the image count as unmeasured, which ends a walk just as the image's border does.
+/// A block of threads links and fits a stretch of one row. Its margin may reach out of the image,
+/// where pixels count as unmeasured, which ends a walk just like the image's border.
 __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const DepthNoise* noise,
                               float* row_value, float* row_slope, PixelLinks* row_links) {
   waitForPreviousKernel();
@@ -161,9 +160,8 @@ __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const Dep
   }
 }
 
-/// How far each pixel sees free space.
-/// Beside the kernel ahead, if that lets it start early: it casts surfels, and what is read here
-/// was there before it.
+/// Finds how far each pixel sees free space. May overlap with the previous kernel, which casts
+/// surfels: what is read here was written before that kernel.
 __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fusion,
                                      float* free_depth) {
   const FrameSensing sensing = on_device.load();

@@ -1,4 +1,4 @@
-/// The stage "sense" on the device: all that is known of a frame before its surfels are made.
+/// The stage "sense" on the device: computes everything that a frame's surfels are made from.
 #pragma once
 
 #include "backend/rules.h"
@@ -12,7 +12,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// FrameSensing before kernels have loaded it: the noise is known on the device alone.
+/// FrameSensing before a kernel loads it: only the device knows the noise.
 class DeviceSensing {
  public:
   DeviceSensing(const ImageView& image, const DepthNoise* noise, const float* free_depth)
@@ -20,7 +20,7 @@ class DeviceSensing {
 
   DTSDF_HD const ImageView& image() const { return image_; }
   DTSDF_HD const FrameView& frame() const { return image_.frame; }
-  /// Only a frame that clears has free depths: another one has none, even if space asks for it.
+  /// Only frames that clear have free depths; others have none, even if space needs them.
   DTSDF_HD bool hasFreeDepth() const { return free_depth_ != nullptr; }
 #ifdef __CUDACC__
   __device__ __forceinline__ FrameSensing load() const { return {image_, *noise_, free_depth_}; }
@@ -36,7 +36,7 @@ class DeviceSensing {
 struct RawDepth {
   const void* data;
   int32_t width, height;
-  bool is_uint16;  ///< Else float.
+  bool is_uint16;  ///< False: float.
   DepthRange range;
 };
 
@@ -50,25 +50,25 @@ __device__ __forceinline__ float inverseDepthAt(const RawDepth& raw, int u, int 
 }
 #endif
 
-/// Lines of a frame by kinds and bins of their variance; all 0 between frames.
+/// Numbers of a frame's noise lines, by kind and bin of their variance; all 0 between frames.
 struct NoiseCounts {
   alignas(16) uint32_t bins[kNoiseKinds][kNoiseBins];
-  uint32_t finished;  ///< Blocks of threads that have counted theirs.
+  uint32_t finished;  ///< Blocks of threads that have counted their lines.
 };
 
-/// The buffers are kept from frame to frame.
+/// Runs the stage on frames. Buffers are reused from frame to frame.
 class FrameSensor {
  public:
   FrameSensor(const MapperParams& params, const Rules& rules, const Stream& stream);
 
-  /// Enqueues the stage for an image that is uploaded, but for its free depths.
+  /// Enqueues the stage, without free depths. @pre The image is uploaded.
   DeviceSensing sense(const FrameView& frame, const RawDepth& raw);
 
-  /// Enqueues what the stage leaves for later, where something asks for it: beside the kernel
-  /// ahead, which has waited for what it works on.
+  /// Enqueues the search for free depths, if anything needs them. It may overlap with the previous
+  /// kernel, which has waited for its input.
   void findFreeDepths(const DeviceSensing& sensing);
 
-  /// How far each pixel of the last frame is free, whether or not the frame clears by it.
+  /// How far each pixel of the last frame sees free space, whether or not the frame clears.
   /// @pre needsFreeDepth().
   const float* freeDepth() const { return free_depth_.data(); }
 
@@ -77,8 +77,8 @@ class FrameSensor {
  private:
   void reserve(size_t pixels);
 
-  const bool clears_;      ///< What frames see through is taken from the map.
-  const bool finds_free_;  ///< It is asked how far pixels are free, for that or for space.
+  const bool clears_;      ///< Whether frames clear what they see through.
+  const bool finds_free_;  ///< Whether free depths are needed, for clearing or for space.
   const SurfelSettings surfel_settings_;
   const FusionSettings fusion_settings_;
   const Stream& stream_;

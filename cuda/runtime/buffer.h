@@ -12,8 +12,8 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Page-locked host memory: copies to and from the device run beside the host, and kernels may read
-/// and write it in place, which for what is small takes less than a copy.
+/// Page-locked host memory. Copies to and from the device run in parallel with the host, and
+/// kernels may read and write it in place, which is faster than a copy if it is small.
 template <class T>
 class PinnedBuffer {
   static_assert(std::is_trivially_copyable<T>::value, "copied as bytes");
@@ -39,12 +39,13 @@ class PinnedBuffer {
   T& operator[](size_t i) { return data_[i]; }
   const T& operator[](size_t i) const { return data_[i]; }
 
-  /// Makes room; the contents are lost when it has to grow. No copy may be using the buffer.
+  /// Makes room, with some to spare; the contents are lost if it has to grow. No copy may be using
+  /// the buffer.
   void reserve(size_t count) {
     if (count > capacity_) reserveExactly(count + count / 2);
   }
 
-  /// Makes room without any to spare; the contents are lost when it has to grow.
+  /// Like reserve(), with nothing to spare.
   void reserveExactly(size_t capacity) {
     if (capacity <= capacity_) return;
     PinnedBuffer larger;
@@ -65,7 +66,7 @@ class PinnedBuffer {
   size_t capacity_ = 0;
 };
 
-/// Device memory. Growing replaces it, so take pointers anew for every launch.
+/// Device memory. Growing replaces it, so get the pointer again for every launch.
 template <class T>
 class DeviceBuffer {
   static_assert(std::is_trivially_copyable<T>::value, "copied as bytes");
@@ -88,8 +89,8 @@ class DeviceBuffer {
   size_t capacity() const { return capacity_; }
   size_t bytes() const { return capacity_ * sizeof(T); }
 
-  /// Makes room and some more; the contents are lost when it has to grow. Enqueued work that uses
-  /// the old memory is waited for. @throws BackendError without memory; then nothing has changed.
+  /// Makes room, with some to spare; the contents are lost if it has to grow. Waits for enqueued
+  /// work that uses the old memory. @throws BackendError if memory runs out; then nothing changes.
   void reserve(size_t count, const Stream& stream) {
     if (count <= capacity_) return;
     DeviceBuffer larger(count + count / 2);
@@ -97,7 +98,7 @@ class DeviceBuffer {
     swap(larger);
   }
 
-  /// Makes room for just so many, for sizes that do not creep up: images.
+  /// Like reserve(), with nothing to spare, for sizes that do not grow gradually, such as images.
   void reserveExactly(size_t count, const Stream& stream) {
     if (count <= capacity_) return;
     DeviceBuffer larger(count);
@@ -105,7 +106,7 @@ class DeviceBuffer {
     swap(larger);
   }
 
-  /// Makes room and some more, keeps the contents, and zeroes what is new.
+  /// Makes room, with some to spare, keeps the contents, and zeroes new memory.
   void growZeroed(size_t count, const Stream& stream) {
     if (count <= capacity_) return;
     DeviceBuffer larger(count + count / 2);
@@ -160,8 +161,8 @@ class DeviceBuffer {
   size_t capacity_ = 0;
 };
 
-/// Adds the memory of buffers that are needed while a frame is fused, or a mesh is made: what is on
-/// the device, and what is beside it.
+/// Adds the memory, on device and host, of buffers that are used while a frame is fused or a mesh
+/// is made.
 template <class... Buffers>
 void addScratch(MapperMemory& memory, const Buffers&... buffers) {
   ((memory.*Buffers::kSum += buffers.bytes()), ...);

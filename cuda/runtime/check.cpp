@@ -7,7 +7,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Calls until the one that fails, which is number 1; 0: none does.
+/// Number of calls up to and including the one that fails; 0: none fails.
 std::atomic<uint64_t> calls_to_failure{0};
 std::atomic<cudaError_t> failure{cudaSuccess};
 
@@ -20,7 +20,7 @@ std::atomic<cudaError_t> failure{cudaSuccess};
                                        : ""));
 }
 
-/// With the place of a call.
+/// A call with its file and line.
 std::string placed(const char* call, const char* file, int line) {
   const char* slash = std::strrchr(file, '/');
   return std::string(call) + " (" + (slash == nullptr ? file : slash + 1) + ":" +
@@ -56,7 +56,7 @@ void failCall(uint64_t n, cudaError_t code) {
 
 bool isToFail() {
   uint64_t left = calls_to_failure.load(std::memory_order_relaxed);
-  if (left == 0) return false;  // as always, but in tests
+  if (left == 0) return false;  // always, except in tests
   if (left == 1) {
     if (!isLost(failure)) calls_to_failure = 0;
     return true;
@@ -71,7 +71,7 @@ void failAsTold(const char* call, const char* file, int line) {
 
 void checkCall(cudaError_t code, const char* call, const char* file, int line) {
   if (code == cudaSuccess) return;
-  cudaGetLastError();  // an error that can be survived must not surface at the next launch again
+  cudaGetLastError();  // a recoverable error must not show up again at the next launch
   throwFailed(code, placed(call, file, line));
 }
 

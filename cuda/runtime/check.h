@@ -1,4 +1,4 @@
-/// The one check of CUDA calls and the one of kernel launches.
+/// The checks of CUDA calls and of kernel launches.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -11,23 +11,23 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Whether a process that has met this error can use the GPU no more, but has to be started anew.
+/// Whether a process cannot use the GPU any more after this error, and has to be restarted.
 bool isLost(cudaError_t code);
 
-/// For tests: the n-th checked call from now on, from 1, is not made and fails with `code`, and so
-/// do all after it where the GPU is lost by that. 0: all are made again.
+/// For tests: the n-th checked call from now on, counted from 1, is not made but fails with `code`,
+/// and so do all later ones if isLost(code). 0: all calls are made again.
 void failCall(uint64_t n, cudaError_t code);
 
-/// Whether the call that is about to be made has to fail; counts it.
+/// Counts a call that is about to be made. @return whether it has to fail.
 bool isToFail();
 [[noreturn]] void failAsTold(const char* call, const char* file, int line);
 
-/// @throws BackendError with the call's text, file and line, and what CUDA says, unless `code` is
+/// @throws BackendError with the call, its file and line, and CUDA's message, unless `code` is
 /// success.
 void checkCall(cudaError_t code, const char* call, const char* file, int line);
 
-/// After a launch. @throws BackendError if it was refused; what goes wrong inside the kernel shows
-/// in a later call, since nothing waits here.
+/// To be called after a launch. @throws BackendError if it was refused. Errors inside the kernel
+/// show in a later call, since this does not wait.
 void checkLaunch(const char* kernel);
 
 }  // namespace gpu

@@ -1,4 +1,4 @@
-/// The device that this process can use.
+/// The CUDA device that this process uses.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ std::string deviceName();
 int multiprocessorCount();
 size_t freeDeviceMemory();  ///< In bytes.
 
-/// Makes a device the calling thread's current one: a mapper may be used from any thread.
+/// Makes a device the calling thread's current one, since a mapper may be used from any thread.
 void useDevice(int device);
 
 /// Why no kernel of this binary can run on the current device; empty if they can. `kernel` is any

@@ -1,4 +1,5 @@
-/// Equal-sized records in slabs that never move: a pool that grows without copying what it holds.
+/// A pool of records of equal size, in slabs that never move: it grows without copying its
+/// contents.
 #pragma once
 
 #include <algorithm>
@@ -28,12 +29,12 @@ class SlabPool {
  public:
   using View = SlabView<T, kRecordSize, kRecordsPerSlabLog2>;
 
-  /// Makes room for `count` records, new memory zeroed. Waits for the stream only if it has to
-  /// grow. @throws BackendError without memory; the pool is then as large as it was.
+  /// Makes room for `count` records, and zeroes new memory. Waits for the stream only if it has to
+  /// grow. @throws BackendError if memory runs out; the pool then keeps its size.
   void reserve(size_t count, const Stream& stream) {
     const size_t wanted = slabsFor(count);
     if (wanted <= slabs_.size()) return;
-    // Few large allocations for a large map, small steps for a small one.
+    // A large map grows in a few large steps, a small one in small steps.
     const size_t chunk = std::max(wanted - slabs_.size(), slabs_.size() / 8);
     DeviceBuffer<T> memory = allocateChunk(chunk, wanted - slabs_.size());
     memory.zero(stream);
@@ -52,12 +53,12 @@ class SlabPool {
     slabs_ = std::move(slabs);
   }
 
-  /// Makes room before it is needed, while kernels may read the pool: only where that takes little
-  /// of the device's memory, and the table need not grow. Where `count` records lack room, it makes
-  /// some for `most`, up to half as much again: an allocation takes as long as half a frame,
-  /// however little it is.
+  /// Makes room before it is needed, while kernels may read the pool, but only if that takes little
+  /// of the device's memory and the table need not grow. If there is no room for `count` records,
+  /// makes room for `most`, but grows by half at most: an allocation takes as long as half a frame,
+  /// however small it is.
   void reserveAhead(size_t count, size_t most, const Stream& stream) {
-    constexpr size_t kLeastLeft = 8;  // times what is taken
+    constexpr size_t kLeastLeft = 8;  // times what is allocated
     const size_t there = slabs_.size(), least = slabsFor(count);
     if (least <= there) return;
     const size_t few = std::max(least, there + there / 8);
@@ -77,7 +78,7 @@ class SlabPool {
   static constexpr size_t kRecordBytes = kRecordSize * sizeof(T);
 
  private:
-  static constexpr size_t kFirstTable = 2048;  ///< Small beside what it points to.
+  static constexpr size_t kFirstTable = 2048;  ///< Small compared with what it points to.
 
   static size_t slabsFor(size_t count) { return (count + kSlabRecords - 1) / kSlabRecords; }
 
@@ -94,7 +95,7 @@ class SlabPool {
   std::vector<T*> slabs_;
   DeviceBuffer<T*> table_;
   PinnedBuffer<T*> pinned_table_;
-  size_t uploaded_ = 0;  ///< Entries of the table; kernels may be reading them.
+  size_t uploaded_ = 0;  ///< Entries in the device's table, which kernels may be reading.
 };
 
 }  // namespace gpu

@@ -11,7 +11,7 @@ namespace gpu {
 /// A point in a stream's work. Waiting for an event that was never recorded returns at once.
 class Event {
  public:
-  /// @param flags cudaEventDefault for one that has timing.
+  /// @param flags cudaEventDefault for an event with timing.
   explicit Event(unsigned flags = cudaEventDisableTiming) {
     DTSDF_CHECK_CUDA(cudaEventCreateWithFlags(&event_, flags));
   }
@@ -40,7 +40,7 @@ class Event {
   cudaEvent_t event_ = nullptr;
 };
 
-/// A stream of its own; it never synchronises with the default stream.
+/// A CUDA stream that never synchronises with the default stream.
 class Stream {
  public:
   Stream() {
@@ -58,12 +58,12 @@ class Stream {
 
   cudaStream_t get() const { return stream_; }
 
-  /// Whether the device can start a kernel while the one ahead of it ends.
+  /// Whether the device can start a kernel before the previous one has ended.
   bool startsEarly() const { return starts_early_; }
 
   void record(Event& event) const { DTSDF_CHECK_CUDA(cudaEventRecord(event.get(), stream_)); }
 
-  /// Work enqueued from now on starts after the event; the calling thread goes on.
+  /// Work enqueued from now on starts after the event. The calling thread does not wait.
   void waitFor(const Event& event) const {
     DTSDF_CHECK_CUDA(cudaStreamWaitEvent(stream_, event.get(), 0));
   }
@@ -71,7 +71,8 @@ class Stream {
   /// Blocks the calling thread until all enqueued work is done.
   void synchronize() const { DTSDF_CHECK_CUDA(cudaStreamSynchronize(stream_)); }
 
-  /// Waits without a check for errors: for destructors, before memory goes that the work may use.
+  /// Waits without checking for errors. For destructors, before they free memory that the work may
+  /// use.
   void drain() const noexcept { cudaStreamSynchronize(stream_); }
 
  private:

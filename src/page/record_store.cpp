@@ -22,7 +22,7 @@ namespace {
 
 constexpr uint64_t kUnitBytes = StoredRecord::kUnitBytes;
 
-/// The file is truncated in steps of this size.
+/// The file is truncated once this much of its end is free.
 constexpr uint64_t kShrinkBytes = uint64_t{1} << 20;
 
 /// How often to try to read a record, with pauses of 1, 2, 4 and 8 ms, so that a temporary failure
@@ -146,7 +146,7 @@ void RecordStore::startWriting() {
 }
 
 /// Tries each record once. Those that the disk refuses are skipped, since it may take others; after
-/// kWrittenAtOnce refusals in a row it is tried no more.
+/// kWrittenAtOnce refusals in a row it gives up.
 void RecordStore::writeWaiting() {
   Batch batch;
   std::vector<char> buffer;

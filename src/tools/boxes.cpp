@@ -166,7 +166,7 @@ std::array<Leaf, 2> halvesOf(Leaf leaf) {
 
 /// The blocks that a sample of a recording's images shows.
 std::vector<BlockKey> sampleBlocks(RunOptions options, const RunSettings& settings) {
-  const auto T_W_M = lookForLevel(options, settings, "map_tool");
+  const auto T_W_M = lookForLevel(options, settings);
   const MapperParams& params = settings.params.mapper;
   const double block_m = static_cast<double>(params.map.voxel_size_m) * kBlockSide;
   std::vector<size_t> indices;

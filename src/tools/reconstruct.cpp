@@ -52,8 +52,7 @@ MapOrigin originOf(const ReconstructOptions& options, const RunSettings& setting
   const bool is_named = loaded != nullptr && !loaded->map_frame.empty();
   const bool goes_on = loaded != nullptr && loaded->frames > 0;
   return {is_named ? loaded->map_frame : nameOfFrame(options, settings),
-          goes_on ? loaded->T_W_M : findLevel(options, settings, "reconstruct"), 0.0,
-          settings.params.poses};
+          goes_on ? loaded->T_W_M : findLevel(options, settings), 0.0, settings.params.poses};
 }
 
 /// Saves the map of a run and prints its size.

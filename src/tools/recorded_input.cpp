@@ -128,23 +128,10 @@ Eigen::Isometry3d levelByFloor(FrameSource& source, const std::string& path) {
                            "to none");
 }
 
-/// Warns if z is not up, as heights of free space mean nothing then.
-void warnIfNotLevel(FrameSource& source, const std::string& program) {
-  LevelDoubt doubt;
-  for (size_t i = 0; i < FloorSearch::kViews; ++i) {
-    const std::optional<SourceFrame> frame = source.next();
-    if (!frame || doubt.add(frame->depth)) break;
-  }
-  doubt.finish();
-  if (doubt.text().empty()) return;
-  std::fprintf(stderr, "%s: warning: %s\n", program.c_str(), doubt.text().c_str());
-}
-
 }  // namespace
 
 std::optional<Eigen::Isometry3d> lookForLevel(const RunOptions& options,
-                                              const RunSettings& settings,
-                                              const std::string& program) {
+                                              const RunSettings& settings) {
   const NodeParams& node = settings.params;
   switch (node.level) {
     case LevelChoice::kFloor:
@@ -152,13 +139,11 @@ std::optional<Eigen::Isometry3d> lookForLevel(const RunOptions& options,
     case LevelChoice::kImu: return levelPose(measuredUp(options, node));
     case LevelChoice::kNone: break;
   }
-  if (settings.params.mapper.space.enabled) warnIfNotLevel(*openFrames(options, node), program);
   return std::nullopt;
 }
 
-std::optional<Eigen::Isometry3d> findLevel(const RunOptions& options, const RunSettings& settings,
-                                           const std::string& program) {
-  const std::optional<Eigen::Isometry3d> T_W_M = lookForLevel(options, settings, program);
+std::optional<Eigen::Isometry3d> findLevel(const RunOptions& options, const RunSettings& settings) {
+  const std::optional<Eigen::Isometry3d> T_W_M = lookForLevel(options, settings);
   if (T_W_M) std::printf("levelled: %s\n", describeLevel(*T_W_M).c_str());
   return T_W_M;
 }

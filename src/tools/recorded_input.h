@@ -38,15 +38,13 @@ std::unique_ptr<ColourSource> openColours(const RunOptions& options, const NodeP
 
 /// The pose of the poses' frame M in the level frame W; none if the settings ask for no level.
 /// Reads the recording separately for this, so that all frames are fused in W, and prints the
-/// result. Warns, as `program`, if space is kept in a frame that is hardly level.
+/// result.
 /// @pre The options are complete. @throws std::runtime_error if up cannot be found.
-std::optional<Eigen::Isometry3d> findLevel(const RunOptions& options, const RunSettings& settings,
-                                           const std::string& program);
+std::optional<Eigen::Isometry3d> findLevel(const RunOptions& options, const RunSettings& settings);
 
-/// Finds the level in the same way, but prints only the warning.
+/// Finds the level in the same way, but prints nothing.
 std::optional<Eigen::Isometry3d> lookForLevel(const RunOptions& options,
-                                              const RunSettings& settings,
-                                              const std::string& program);
+                                              const RunSettings& settings);
 
 /// The frames of `source` with poses in W; `source` itself if there is no level.
 std::unique_ptr<FrameSource> levelled(std::unique_ptr<FrameSource> source,

@@ -29,7 +29,6 @@ class LevelStep : public Step {
  public:
   LevelStep(const NodeParams& params, const Transforms& transforms, MapFrame& frame)
       : params_(params), transforms_(transforms), frame_(frame) {
-    if (!frame_.isLevelled() && params.mapper.space.enabled) doubt_.emplace();
     frame_.setLevelProblem(isByImu() ? "no message of the inertial sensor received; remap the "
                                        "topic imu, or set map/level to floor or none"
                                      : "looking for the floor in " +
@@ -93,12 +92,7 @@ class LevelStep : public Step {
   /// Moves a frame's pose into the level frame.
   std::optional<Rejection> raise(PosedFrame& frame) {
     const auto* const depth = std::get_if<DepthFrame>(&frame.image);
-    if (!frame_.isLevelled()) {
-      if (doubt_ && depth != nullptr && doubt_->add(*depth) && !doubt_->text().empty()) {
-        ROS_WARN_STREAM_NAMED("dtsdf_mapping", doubt_->text());
-      }
-      return std::nullopt;
-    }
+    if (!frame_.isLevelled()) return std::nullopt;
     // Drops the frames in which the floor is found; later ones are fused in the level frame.
     const bool looks = !isKnown() && depth != nullptr;
     if (looks && !isByImu()) lookForFloor(*depth);
@@ -130,9 +124,7 @@ class LevelStep : public Step {
   const NodeParams& params_;
   const Transforms& transforms_;
   MapFrame& frame_;
-  // Map's thread only.
-  FloorSearch floor_;
-  std::optional<LevelDoubt> doubt_;  ///< Set if space is kept without levelling.
+  FloorSearch floor_;  ///< Map's thread only.
   // Input's thread only.
   StillGravity gravity_;
   std::optional<Eigen::Vector3d> up_I_;  ///< In the sensor's frame; waits for its transform.

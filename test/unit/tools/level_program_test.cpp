@@ -126,18 +126,6 @@ TEST_F(LevelProgram, EndsWhereUpCannotBeFound) {
   EXPECT_EQ(reconstruct(input + " --set map/level=imu").exit_code, 1);
 }
 
-TEST_F(LevelProgram, WarnsWhereSpaceIsKeptInAFrameThatIsNotLevel) {
-  const std::string input = "--tum " + in("first") + " --save-map " + in("space.dtsdf");
-  const auto warns = [&](const std::string& settings) {
-    const Outcome outcome = reconstruct(input + " --set " + settings);
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    return contains(outcome.err, "z of the map frame does not point up");
-  };
-  EXPECT_TRUE(warns("space/enabled=true"));
-  EXPECT_FALSE(warns("space/enabled=false"));
-  EXPECT_FALSE(warns("space/enabled=true map/level=floor"));
-}
-
 /// Boxes are levelled as a whole.
 TEST_F(LevelProgram, BoxesGiveTheMapOfOneRun) {
   const std::string input =

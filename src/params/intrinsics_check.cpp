@@ -20,12 +20,12 @@ bool isFarFromMiddle(float c, int size) {
   return std::abs(static_cast<double>(c) - 0.5 * size) > kFarFromMiddle * size;
 }
 
+}  // namespace
+
 std::string inWords(const Intrinsics& K) {
   return formatted("fx = %g, fy = %g, cx = %g, cy = %g", static_cast<double>(K.fx),
                    static_cast<double>(K.fy), static_cast<double>(K.cx), static_cast<double>(K.cy));
 }
-
-}  // namespace
 
 std::string findProblem(const Intrinsics& K, int width, int height) {
   const bool is_finite =

@@ -1,22 +1,29 @@
 #include "tools/recorded_input.h"
 
+#include <algorithm>
 #include <cstdio>
+#include <deque>
 #include <stdexcept>
 #include <utility>
 
 #include "io/bag_frames.h"
-#include "io/inspection.h"
 #include "io/wrapped_images.h"
 #include "journal/replay.h"
 #include "level/floor.h"
 #include "level/frame_points.h"
 #include "level/level_pose.h"
+#include "params/intrinsics_check.h"
+#include "params/text.h"
+#include "tools/reconstruction.h"
 
 namespace dtsdf {
 namespace {
 
-/// Enough to notice a wrong scale.
+/// Enough to notice a wrong scale; a grid of pixels of each.
 constexpr size_t kFramesLookedAt = 5;
+constexpr int kColumns = 64, kRows = 48;
+/// Below this share of measured pixels, they are hardly depth images.
+constexpr double kFewPixels = 0.05;
 
 BagOptions bagOptions(const RunOptions& options, const NodeParams& node) {
   BagOptions bag = options.recording;
@@ -63,21 +70,66 @@ std::unique_ptr<FrameSource> openFrames(const RunOptions& options, const NodePar
   return changed(std::move(source), turnFrameToAxis);
 }
 
-std::unique_ptr<FrameSource> openAndLook(const RunOptions& options, const RunSettings& settings,
-                                         const std::string& program) {
-  Inspection found;
-  auto source = inspect(openFrames(options, settings.params), kFramesLookedAt, found);
-  std::printf("%s: %s\n", options.recording.format.c_str(), describe(found).c_str());
-  const bool is_folder = options.recording.format != "bag";
-  const std::string assumed = is_folder ? assumptionsOf(options.recording) : "";
+namespace {
+
+/// Prints what the first images of a source show, and warns of what is implausible.
+void reportOn(const std::deque<SourceFrame>& frames, const FrameSource& source,
+              const RecordingOptions& recording, const FusionParams& fusion) {
+  std::vector<double> depths_m;
+  for (const SourceFrame& frame : frames) {
+    for (const auto& p_C : thinnedPoints(frame.depth, kColumns, kRows)) depths_m.push_back(p_C.z());
+  }
+  const double share =
+      static_cast<double>(depths_m.size()) / static_cast<double>(frames.size() * kColumns * kRows);
+  const auto middle = depths_m.begin() + static_cast<std::ptrdiff_t>(depths_m.size() / 2);
+  std::nth_element(depths_m.begin(), middle, depths_m.end());
+  const double median_m = depths_m.empty() ? 0.0 : *middle;
+  const DepthFrame& first = frames.front().depth;
+  const std::optional<size_t> images = source.size(), posed = source.posed();
+  const std::string skipped = describeSkipped(source.skipped(), source.problems());
+  std::printf(
+      "%s: %simages of %d x %d (%s)%s%s; median depth %.4g m, %.0f %% of the pixels measured\n",
+      recording.format.c_str(), images ? formatted("%zu ", *images).c_str() : "", first.width,
+      first.height, inWords(first.intrinsics).c_str(),
+      posed ? formatted(", %zu with a pose", *posed).c_str() : "",
+      skipped.empty() ? "" : (", skipped so far: " + skipped).c_str(), median_m, 100.0 * share);
+  const std::string assumed = recording.format != "bag" ? assumptionsOf(recording) : "";
   if (!assumed.empty()) std::printf("assumed: %s\n", assumed.c_str());
   static_cast<void>(std::fflush(stdout));  // at once, also into a file or a pipe
-  const FusionParams& fusion = settings.params.mapper.fusion;
-  for (const std::string& doubt : warningsAbout(found, static_cast<double>(fusion.min_depth_m),
-                                                static_cast<double>(fusion.max_depth_m))) {
-    std::fprintf(stderr, "%s: warning: %s\n", program.c_str(), doubt.c_str());
+  const auto warn = [](const std::string& what) {
+    if (!what.empty()) std::fprintf(stderr, "reconstruct: warning: %s\n", what.c_str());
+  };
+  warn(doubtAbout(first.intrinsics, first.width, first.height));
+  const double min_m = fusion.min_depth_m, max_m = fusion.max_depth_m;
+  if (share < kFewPixels) {
+    warn("hardly any pixel of the first images is measured: are these depth images?");
+  } else if (median_m < min_m || median_m > max_m) {
+    warn(
+        formatted("median depth %.4g m: is the scale %.6g? The mapped range is %g to %g m "
+                  "(fusion/min_depth_m, fusion/max_depth_m)",
+                  median_m, 1.0 / double{first.unit_m}, min_m, max_m));
   }
-  return source;
+}
+
+}  // namespace
+
+std::unique_ptr<FrameSource> openAndLook(const RunOptions& options, const RunSettings& settings) {
+  auto source = openFrames(options, settings.params);
+  std::deque<SourceFrame> ahead;
+  while (ahead.size() < kFramesLookedAt) {
+    std::optional<SourceFrame> frame = source->next();
+    if (!frame) break;
+    ahead.push_back(std::move(*frame));
+  }
+  if (ahead.empty()) return source;  // the run will end with an error
+  reportOn(ahead, *source, options.recording, settings.params.mapper.fusion);
+  return std::make_unique<WrappedImages<SourceFrame>>(
+      std::move(source), [ahead = std::move(ahead)](FrameSource& images) mutable {
+        if (ahead.empty()) return images.next();
+        std::optional<SourceFrame> frame = std::move(ahead.front());
+        ahead.pop_front();
+        return frame;
+      });
 }
 
 Eigen::Vector3d measuredUp(const RunOptions& options, const NodeParams& node) {

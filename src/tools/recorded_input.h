@@ -20,10 +20,9 @@ void completeInput(RunOptions& options);
 /// Opens the depth images. @pre The options are complete. @throws std::runtime_error
 std::unique_ptr<FrameSource> openFrames(const RunOptions& options, const NodeParams& node);
 
-/// Opens and inspects the depth images: prints what there is to standard output, and what is
-/// implausible to standard error, as a warning of `program`.
-std::unique_ptr<FrameSource> openAndLook(const RunOptions& options, const RunSettings& settings,
-                                         const std::string& program);
+/// Opens the depth images: prints what the first ones show to standard output, and what is
+/// implausible to standard error.
+std::unique_ptr<FrameSource> openAndLook(const RunOptions& options, const RunSettings& settings);
 
 /// The up direction in the frame of the poses, measured by an IMU.
 /// @throws std::runtime_error that says what to do if there is no IMU, as in folders.

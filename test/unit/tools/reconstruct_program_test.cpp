@@ -79,9 +79,16 @@ TEST_F(ReconstructProgram, GuessesWhatTheInputIs) {
   expectError(tum_.path() + to_mesh + " --depth-topic /d", 2, "tum");
 }
 
-TEST_F(ReconstructProgram, WarnsOfAScaleThatIsHardlyRight) {
-  const Outcome outcome = run(tum_option_ + "--depth-scale 0.5 --mesh " + (out_ / "mesh.ply"));
-  EXPECT_EQ(outcome.err.find("reconstruct: warning: median depth 6 km"), 0u) << outcome.err;
+TEST_F(ReconstructProgram, WarnsOfImagesThatAreHardlyRight) {
+  const std::string arguments = tum_option_ + "--mesh " + (out_ / "mesh.ply") + " ";
+  const Outcome scaled = run(arguments + "--depth-scale 0.5");
+  EXPECT_EQ(scaled.err.find("reconstruct: warning: median depth 6000 m"), 0u) << scaled.err;
+  for (int i = 0; i < 6; ++i) {
+    cv::imwrite(tum_ / ("depth/" + std::to_string(i) + ".png"),
+                cv::Mat(60, 80, CV_16UC1, cv::Scalar(0)));
+  }
+  const Outcome empty = run(arguments);
+  EXPECT_EQ(empty.err.find("reconstruct: warning: hardly any pixel"), 0u) << empty.err;
 }
 
 TEST_F(ReconstructProgram, SaysThatTheFolderOfPagesIsFullAndThatNothingIsLost) {

@@ -209,10 +209,8 @@ void saveAll(ReconstructionResult& result, Mapper& mapper, MapOrigin origin,
 
 /// Refuses options that are for recordings only. @throws UsageError
 void checkJournalOptions(const ReconstructOptions& options) {
-  if (!options.load_map_path.empty() || !options.only.empty() || options.poses_mode) {
-    throw UsageError(
-        "--load-map, --only and --poses-mode are for recordings; a journal has its own map "
-        "and poses");
+  if (!options.load_map_path.empty() || !options.only.empty()) {
+    throw UsageError("--load-map and --only are for recordings; a journal has its own map");
   }
   const ParamTree of_mapper = toTree(MapperParams()), of_all = toTree(NodeParams());
   for (const std::string& setting : options.settings) {

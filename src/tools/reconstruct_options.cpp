@@ -40,11 +40,12 @@ void addMeshOptions(CommandLine& line, ReconstructOptions& options) {
 }
 
 void addPoseOptions(CommandLine& line, ReconstructOptions& options) {
-  line.add({"--poses-mode", "tf|refine|track",
-            "fuse images at the poses given (default with --poses), move each to where it fits the "
-            "map (default), or find all poses but the first by the map alone; overrides the "
-            "setting `poses/mode`"},
-           [&](const std::string& value) { options.poses_mode = value; });
+  addSettingOption(
+      line,
+      {"--poses-mode", "tf|refine|track",
+       "fuse images at the poses given (default with --poses), move each to where it fits the "
+       "map (default), or find all poses but the first by the map alone"},
+      "poses/mode", options);
   line.addText({"--poses-frame", "NAME",
                 "of a journal: the frame that --poses are in, its map frame or its level frame "
                 "(default: its map frame)"},

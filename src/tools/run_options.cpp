@@ -116,24 +116,15 @@ void addMapperOptions(CommandLine& line, RunOptions& options) {
                       [] { return listSettings(); });
   line.addTextRequest("--list-rules", "print the keys under rules/ with their defaults and ranges",
                       [] { return listRules(); });
-  addBackendOption(line, "where to compute; overrides the setting `backend`", options.backend);
-  addThreadsOption(line, "CPU threads (0: all cores); overrides the setting `threads`",
-                   options.threads);
+  addSettingOption(line, {"--backend", "auto|cpu|cuda", "where to compute"}, "backend", options);
+  addSettingOption(line, {"--threads", "N", "CPU threads (0: all cores)"}, "threads", options);
 }
 
-void addBackendOption(CommandLine& line, const std::string& help,
-                      std::optional<std::string>& backend) {
-  line.add({"--backend", "auto|cpu|cuda", help}, [&](const std::string& value) {
-    if (value != "auto" && value != "cpu" && value != "cuda") {
-      throw UsageError("'" + value + "' is not auto, cpu or cuda");
-    }
-    backend = value;
-  });
-}
-
-void addThreadsOption(CommandLine& line, const std::string& help, std::optional<int>& threads) {
-  line.add({"--threads", "N", help}, [&](const std::string& value) {
-    threads = static_cast<int>(readWhole(value, {0, 1024}));
+void addSettingOption(CommandLine& line, ProgramOption option, const std::string& key,
+                      RunOptions& options) {
+  option.help += "; overrides the setting `" + key + "`";
+  line.add(std::move(option), [&options, key](const std::string& value) {
+    options.settings.push_back(key + "=" + value);
   });
 }
 
@@ -158,9 +149,6 @@ RunSettings readSettings(const RunOptions& options, ParamTree defaults) {
     for (auto& [key, value] : loadYamlParams(options.config_path)) tree[key] = value;
   }
   for (const std::string& setting : options.settings) setParam(setting, tree);
-  if (options.backend) tree["backend"] = *options.backend;
-  if (options.poses_mode) tree["poses/mode"] = *options.poses_mode;
-  if (options.threads) tree["threads"] = *options.threads;
   return readSettings(std::move(tree));
 }
 

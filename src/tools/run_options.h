@@ -2,7 +2,6 @@
 /// included.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,9 +28,6 @@ struct RunOptions {
   BagOptions recording;  ///< Its format may also be "bag" or "journal".
   std::string config_path;
   std::vector<std::string> settings;  ///< Each key=value, in the order given.
-  std::optional<std::string> backend;
-  std::optional<int> threads;
-  std::optional<std::string> poses_mode;
   std::string report_path;
 };
 
@@ -46,10 +42,11 @@ void addFrameOptions(CommandLine& line, RunOptions& options);
 void addMapperOptions(CommandLine& line, RunOptions& options);
 void addReportOptions(CommandLine& line, RunOptions& options);
 
-// Each adds one option, with the program's help text.
-void addBackendOption(CommandLine& line, const std::string& help,
-                      std::optional<std::string>& backend);
-void addThreadsOption(CommandLine& line, const std::string& help, std::optional<int>& threads);
+/// Adds an option for a single setting, which overrides --set.
+void addSettingOption(CommandLine& line, ProgramOption option, const std::string& key,
+                      RunOptions& options);
+
+/// Adds --save-map, with the program's help text.
 void addSaveMapOption(CommandLine& line, const std::string& help, std::string& path);
 
 /// Settings for everyone, and the rules' numbers for experiments.

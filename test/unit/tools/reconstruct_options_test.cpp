@@ -36,7 +36,7 @@ TEST(ReconstructOptions, ReadsARecordingOfAnyFormat) {
   EXPECT_EQ(options.recording.format, "icl");
   EXPECT_EQ(options.recording.poses_path, "slam.tum");
   EXPECT_EQ(options.recording.pose_tolerance_s, 0.1);
-  EXPECT_EQ(options.threads, 2);
+  EXPECT_EQ(options.settings, Arguments({"threads=2"}));
   EXPECT_EQ(options.mesh_every, 10u);
   EXPECT_EQ(options.recording.intrinsics->fx, 481.2f);
   EXPECT_EQ(options.recording.intrinsics->fy, -480.0f);
@@ -63,8 +63,6 @@ TEST(ReconstructOptions, NamesWhatIsWrong) {
       {{"--format", "icl2"}, "--format: 'icl2'"},
       {{"--intrinsics", "1,2,3,x"}, "--intrinsics"},
       {{"--intrinsics", "1,0,3,4"}, "--intrinsics"},
-      {{"--threads", "-1"}, "--threads"},
-      {{"--backend", "gpu"}, "--backend"},
       {{"--mesh-every", "0"}, "--mesh-every"},
       {{"--depth-scale", "0"}, "--depth-scale"},
       {{"--frames", "5:1"}, "--frames"},

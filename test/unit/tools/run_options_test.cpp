@@ -58,8 +58,8 @@ TEST(SettingList, HasEveryKeyWithDefaultUnitAndRange) {
 TEST(RunSettings, EvidenceLastsAsLongAsPosesAgree) {
   const auto memoryWith = [](const std::string& mode, std::vector<std::string> settings) {
     RunOptions options;
-    options.poses_mode = mode;
     options.settings = std::move(settings);
+    options.settings.push_back("poses/mode=" + mode);
     return readSettings(options).params.mapper.fusion.memory_frames;
   };
   EXPECT_EQ(memoryWith("tf", {}), 0);

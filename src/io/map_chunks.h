@@ -42,16 +42,12 @@ MapInfo saveMapInChunks(const MapContents& head, const ReadChunk& read, const st
 /// against its checksum when it is read.
 class MapChunks {
  public:
-  /// @param adds_free Whether free cells count towards `most_bytes`, or have the same limit
-  /// separately.
   /// @throws std::runtime_error as loadMap()
-  explicit MapChunks(const std::string& path, size_t most_bytes = kNoMapLimit,
-                     bool adds_free = true);
+  explicit MapChunks(const std::string& path, size_t most_bytes = kNoMapLimit);
   /// Limits the map to what a mapper with these settings may hold, in memory and on disk.
   MapChunks(const std::string& path, const MapperParams& params);
   /// Reads a map from the records of a file, from record `first` on.
-  MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_t most_bytes = kNoMapLimit,
-            bool adds_free = true);
+  MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_t most_bytes = kNoMapLimit);
 
   const std::string& path() const { return file_->path(); }
 
@@ -90,7 +86,6 @@ class MapChunks {
 
   const std::shared_ptr<const RecordFile> file_;
   const size_t most_bytes_;
-  const bool adds_free_;
   const size_t first_;  ///< First record of the map; `end_` is its last.
   size_t end_ = 0;
   MapContents head_;

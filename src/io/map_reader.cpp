@@ -27,9 +27,8 @@ bool isKnown(const Record& record) {
 
 }  // namespace
 
-MapChunks::MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_t most_bytes,
-                     bool adds_free)
-    : file_(std::move(file)), most_bytes_(most_bytes), adds_free_(adds_free), first_(first) {
+MapChunks::MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_t most_bytes)
+    : file_(std::move(file)), most_bytes_(most_bytes), first_(first) {
   findRecords();
   checkEnd();
   soundly([&] { readSettings(); });
@@ -169,14 +168,11 @@ void MapChunks::readFree(MapSize known) {
 }
 
 void MapChunks::checkRoom(const MapSize& taken) const {
-  MapSize free, map = taken;
-  free.free_cubes = std::exchange(map.free_cubes, 0);
-  const size_t bytes = adds_free_ ? taken.bytes() : std::max(map.bytes(), free.bytes());
-  if (bytes <= most_bytes_) return;
+  if (taken.bytes() <= most_bytes_) return;
   throw std::runtime_error("the map of '" + file_->path() + "' takes " +
-                           std::to_string((bytes >> 20) + 1) + " MiB, and " +
+                           std::to_string((taken.bytes() >> 20) + 1) + " MiB, and " +
                            std::to_string(most_bytes_ >> 20) +
-                           " MiB are allowed; raise map/max_memory_mb (map_tool: --max-memory-mb)");
+                           " MiB are allowed; raise map/max_memory_mb");
 }
 
 template <class Word>
@@ -189,15 +185,14 @@ void MapChunks::readWords(const Record& record, uint64_t sum, size_t count,
   file_->throwDamaged("the content of a record " + record.name() + " does not match its checksum");
 }
 
-MapChunks::MapChunks(const std::string& path, size_t most_bytes, bool adds_free)
-    : MapChunks(std::make_shared<const RecordFile>(path, kPurpose, "map file"), 0, most_bytes,
-                adds_free) {
+MapChunks::MapChunks(const std::string& path, size_t most_bytes)
+    : MapChunks(std::make_shared<const RecordFile>(path, kPurpose, "map file"), 0, most_bytes) {
   if (file_->end() == file_->bytes() && endRecord() == file_->records().size()) return;
   file_->throwDamaged("there is data after its end");
 }
 
 MapChunks::MapChunks(const std::string& path, const MapperParams& params)
-    : MapChunks(path, mostMapBytes(params), params.space.enabled) {}
+    : MapChunks(path, mostMapBytes(params)) {}
 
 MapContents MapChunks::part(size_t chunk) const {
   MapContents part;

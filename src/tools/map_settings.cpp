@@ -35,17 +35,6 @@ RunSettings settingsFor(const MapContents& contents, const std::vector<std::stri
   return settings;
 }
 
-void addLoadLimit(CommandLine& line, size_t& most_bytes) {
-  const auto set = [&most_bytes](double mib) { most_bytes = static_cast<size_t>(mib) << 20; };
-  const int by_default = MapParams().max_memory_mb;
-  set(by_default);
-  line.add(
-      {"--max-memory-mb", "MIB", "refuse maps that take more memory", std::to_string(by_default)},
-      [set](const std::string& value) {
-        set(readWhole(value, {1, 1 << 22}));
-      });
-}
-
 void checkMeshPath(const std::string& path) {
   if (!meshFormatOf(path).empty()) return;
   throw UsageError("'" + path + "' does not end in " + kMeshExtensions);

@@ -16,10 +16,6 @@ namespace dtsdf {
 /// @throws ParamError with every violation.
 RunSettings settingsFor(const MapContents& contents, const std::vector<std::string>& given);
 
-/// Adds --max-memory-mb, the limit of a map that a program loads, since a small file can ask for
-/// much memory. Sets the limit to its default.
-void addLoadLimit(CommandLine& line, size_t& most_bytes);
-
 /// @throws UsageError unless a mesh can be saved under this name.
 void checkMeshPath(const std::string& path);
 

@@ -42,7 +42,7 @@ void addSettings(CommandLine& line, const std::string& keys, MapToolOptions& opt
 
 std::pair<RunSettings, std::unique_ptr<Mapper>> loadMapOf(const MapToolOptions& options,
                                                           const char* fixed) {
-  const auto file = std::make_shared<const MapChunks>(options.map_path, options.most_bytes);
+  const auto file = std::make_shared<const MapChunks>(options.map_path);
   std::vector<std::string> given = options.settings;
   given.emplace_back(fixed);
   RunSettings settings = settingsFor(file->head(), given);
@@ -73,7 +73,6 @@ void parseSpaceOutput(CommandLine& line, const std::vector<std::string>& argumen
   options.what = what;
   addPaths(line, what + ": " + ending, options);
   addSettings(line, "space/..., backend, threads", options);
-  addLoadLimit(line, options.most_bytes);
   line.parse(arguments);
   if (!endsWith(options.out_path, ending)) {
     throw UsageError("'" + options.out_path + "' does not end in " + ending);

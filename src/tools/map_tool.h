@@ -33,7 +33,6 @@ struct MapToolOptions {
   std::string map_path, out_path;
   std::string what;                   ///< What is written, in words.
   std::vector<std::string> settings;  ///< Each key=value.
-  size_t most_bytes = kNoMapLimit;    ///< Memory that the map may take.
 };
 
 /// Adds FILE and OUT; `out` is the help of OUT.

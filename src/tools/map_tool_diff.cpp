@@ -223,14 +223,12 @@ void compareMaps(const std::vector<std::string>& arguments) {
                  least_cm2, {0.0, 1e6});
   line.addFlag("--changes-only", "leave out what is unchanged", changes_only);
   addSettings(line, "mesh/..., backend, threads", a);
-  addLoadLimit(line, a.most_bytes);
   line.parse(arguments);
   if (!a.out_path.empty()) {
     checkMeshPath(a.out_path);
     prepareOutputFile(a.out_path);
   }
   b.settings = a.settings;
-  b.most_bytes = a.most_bytes;
   const ComparedMap before(a), after(b);
   const Eigen::Isometry3d T_A_B = frameOfBInA(before.info(), after.info());
   const double voxel_m = static_cast<double>(std::max(before.voxelSize_m(), after.voxelSize_m()));

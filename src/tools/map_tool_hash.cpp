@@ -40,7 +40,6 @@ void printHash(const std::vector<std::string>& arguments) {
       "that map_tool mesh saves. For a mesh file, prints a hash of its bytes.");
   line.addText({"FILE", "", "a map file or a mesh (.ply, .obj, .stl or .glb)"}, options.map_path);
   addSettings(line, "mesh/..., backend, threads", options);
-  addLoadLimit(line, options.most_bytes);
   line.parse(arguments);
   if (!meshFormatOf(options.map_path).empty()) {
     const std::string bytes = readTextFile(options.map_path, "a mesh or a map is expected there");

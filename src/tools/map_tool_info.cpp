@@ -72,7 +72,6 @@ void printSettings(const MapInfo& info) {
 void printMapInfo(const std::vector<std::string>& arguments) {
   std::string path;
   bool with_settings = false, verify = false;
-  size_t most_bytes = 0;
   CommandLine line("map_tool info", "FILE [options]",
                    "Prints what is in a map file. Without --verify it does not read voxels and "
                    "colours.");
@@ -80,8 +79,6 @@ void printMapInfo(const std::vector<std::string>& arguments) {
   line.addFlag("--settings", "also print every setting and rule number that the map was made with",
                with_settings);
   line.addFlag("--verify", "read the whole file and check its checksums", verify);
-  addLoadLimit(line, most_bytes);
-  line.onlyWith("--max-memory-mb", "--verify");
   line.parse(arguments);
   const MapInfo info = readMapInfo(path);
   print("file", path);
@@ -89,7 +86,7 @@ void printMapInfo(const std::vector<std::string>& arguments) {
   printMap(info);
   if (with_settings) printSettings(info);
   if (verify) {
-    MapChunks(path, most_bytes).visit([](const MapContents&) {});  // checks each chunk
+    MapChunks(path).visit([](const MapContents&) {});  // checks each chunk
     std::printf("\nall checksums match\n");
   }
 }

@@ -17,7 +17,6 @@ void meshMap(const std::vector<std::string>& arguments) {
   addPaths(line, "mesh to write: .ply or .glb (normals, colours), .obj or .stl", options);
   addSettings(line, "mesh/..., backend, threads", options);
   addSimplifyOption(line, simplify_error_m);
-  addLoadLimit(line, options.most_bytes);
   line.parse(arguments);
   checkMeshPath(options.out_path);
   prepareOutputFile(options.out_path);

@@ -130,7 +130,6 @@ void renderMap(const std::vector<std::string>& arguments) {
                 "pixels, focal length 525)"},
                camera_path);
   addSettings(line, "mesh/..., backend, threads", options);
-  addLoadLimit(line, options.most_bytes);
   line.parse(arguments);
   if (!trajectory_path.empty()) poses = readTrajectory(trajectory_path, "").poses();
   if (poses.empty()) throw std::runtime_error("'" + trajectory_path + "' has no poses");

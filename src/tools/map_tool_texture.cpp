@@ -374,7 +374,6 @@ void textureMap(const std::vector<std::string>& arguments) {
   line.addNumber({"--texel", "METRES", "edge of a texel (default: a sixth of a voxel)"}, texel_m,
                  {1e-4, 1.0});
   addSettings(line, "mesh/..., colour/exposure, backend, threads", options);
-  addLoadLimit(line, options.most_bytes);
   addFormatOption(line, input);
   addReadingOptions(line, input);
   addFrameOptions(line, input);

@@ -37,9 +37,8 @@ constexpr size_t kNoMapLimit = std::numeric_limits<size_t>::max();
 /// @throws std::runtime_error with one sentence that names the path and says what to do.
 MapContents loadMap(const std::string& path, size_t max_bytes = kNoMapLimit, int threads = 0);
 
-/// Loads a map for a mapper with these settings, within its map/max_memory_mb. Without
-/// space/enabled the mapper drops the free cells, so they do not count towards that limit; they
-/// may take the same amount again while the map is loaded.
+/// Loads a map for a mapper with these settings, within its map/max_memory_mb. Free cells count
+/// towards that limit, also where space/enabled is false and the mapper drops them.
 MapContents loadMap(const std::string& path, const MapperParams& params, int threads = 0);
 
 /// Reads a map file except its voxels and colours, so damage to these goes unnoticed.

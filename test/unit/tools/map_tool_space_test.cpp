@@ -169,12 +169,6 @@ TEST_F(MapToolSpace, RendersARecording) {
   EXPECT_GT(seen, depth.size() / 2);
 }
 
-TEST_F(MapToolSpace, RefusesMapsThatTakeMoreThanIsAllowed) {
-  const std::string map = out_ / "room.dtsdf";
-  EXPECT_EQ(run("info " + map + " --verify --max-memory-mb 1"), 1);
-  EXPECT_EQ(run("mesh " + map + " " + (out_ / "room.ply") + " --max-memory-mb 1"), 1);
-}
-
 TEST_F(MapToolSpace, SaysThatAMapHasNoFreeSpace) {
   const std::string slice = " " + (out_ / "room.png") + " --height 0.05 --set backend=cpu";
   EXPECT_EQ(run("slice " + (out_ / "room.dtsdf") + slice), 0) << errors_;

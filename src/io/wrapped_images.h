@@ -1,7 +1,8 @@
-/// Wraps a source of images, to change each image or to put others first.
+/// Wraps a source of images, to change each image, to put others first, or to read ahead.
 #pragma once
 
 #include <functional>
+#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -41,6 +42,20 @@ std::unique_ptr<ImageSource<Image>> changed(std::unique_ptr<ImageSource<Image>> 
         std::optional<Image> image = images.next();
         if (image) change(*image);
         return image;
+      });
+}
+
+/// The frames of a source, each decoded on a thread of its own while the one before is used. What
+/// the source has skipped is known at the end.
+inline std::unique_ptr<FrameSource> readAhead(std::unique_ptr<FrameSource> source) {
+  return std::make_unique<WrappedImages<SourceFrame>>(
+      std::move(source),
+      [next = std::make_shared<std::future<std::optional<SourceFrame>>>()](FrameSource& frames) {
+        const auto read = [&frames] { return frames.next(); };
+        if (!next->valid()) *next = std::async(std::launch::async, read);
+        std::optional<SourceFrame> frame = next->get();
+        if (frame) *next = std::async(std::launch::async, read);
+        return frame;
       });
 }
 

@@ -1,7 +1,6 @@
 #include <memory>
 #include <mutex>
 
-#include "dtsdf_mapping/io/prefetched_frames.h"
 #include "dtsdf_mapping/io/recording.h"
 #include "python/mapper_session.h"
 #include "python/module.h"
@@ -13,22 +12,16 @@ namespace {
 /// A source of depth or colour images; threads wait for each other.
 template <class Source>
 struct Images {
-  OneProcess process{"Recording"};
   std::mutex mutex;
   std::unique_ptr<Source> source;
 
   auto next() {
-    process.check();
     const std::lock_guard<std::mutex> lock(mutex);
     return source->next();
   }
   std::map<std::string, size_t> skipped() {
-    process.check();
     const std::lock_guard<std::mutex> lock(mutex);
     return source->skipped();
-  }
-  ~Images() {
-    if (!process.isHere()) static_cast<void>(source.release());  // the thread is the parent's
   }
 };
 using DepthImages = Images<FrameSource>;
@@ -58,7 +51,7 @@ RecordingOptions optionsOf(const py::object& path, const std::string& format,
 std::unique_ptr<DepthImages> openDepth(const RecordingOptions& options) {
   const py::gil_scoped_release release;
   auto images = std::make_unique<DepthImages>();
-  images->source = prefetchFrames(openRecording(options));
+  images->source = openRecording(options);
   return images;
 }
 

@@ -20,33 +20,29 @@
 
 namespace dtsdf::python {
 
-/// Remembers the process in which an object is made. Threads and GPUs do not survive fork(), so the
-/// object works in that process only.
+/// Remembers the process in which a mapper is made. Threads and GPUs do not survive fork(), so the
+/// mapper works in that process only.
 class OneProcess {
  public:
-  /// @throws std::runtime_error in a process that was forked from one with such objects.
-  explicit OneProcess(const std::string& what) : what_(what), pid_(getpid()) {
+  /// @throws std::runtime_error in a process that was forked from one with a mapper.
+  OneProcess() {
     static const pid_t first = getpid();  // set by the first object; a fork inherits it
-    if (pid_ != first) {
-      throw std::runtime_error("a " + what +
-                               " cannot be made in a process that was forked after "
-                               "dtsdf_mapping was used: start processes with "
-                               "multiprocessing.get_context(\"spawn\")");
-    }
+    if (pid_ == first) return;
+    throw std::runtime_error(
+        "a Mapper cannot be made in a process that was forked after dtsdf_mapping was used: start "
+        "processes with multiprocessing.get_context(\"spawn\")");
   }
   bool isHere() const { return pid_ == getpid(); }
   /// @throws std::runtime_error in another process.
   void check() const {
     if (isHere()) return;
-    throw std::runtime_error("this " + what_ +
-                             " was made in another process, before fork(): make "
-                             "one in this process, started with "
-                             "multiprocessing.get_context(\"spawn\")");
+    throw std::runtime_error(
+        "this Mapper was made in another process, before fork(): make one in this process, started "
+        "with multiprocessing.get_context(\"spawn\")");
   }
 
  private:
-  std::string what_;
-  pid_t pid_;
+  const pid_t pid_ = getpid();
 };
 
 /// Thread safe: calls wait for each other. Call without the GIL.
@@ -82,7 +78,7 @@ class MapperSession {
   std::unique_lock<std::mutex> enter();
   void updateMesh() { meshes_.apply(mapper_->updateMesh()); }
 
-  OneProcess process_{"Mapper"};
+  OneProcess process_;
   std::mutex mutex_;
   MapperParams params_;
   std::unique_ptr<Mapper> mapper_;

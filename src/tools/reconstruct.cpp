@@ -10,10 +10,10 @@
 #include <string>
 
 #include "dtsdf_mapping/io/map_file.h"
-#include "dtsdf_mapping/io/prefetched_frames.h"
 #include "io/atomic_file.h"
 #include "io/map_chunks.h"
 #include "io/trajectory.h"
+#include "io/wrapped_images.h"
 #include "journal/replay.h"
 #include "mapper/probed_mapper.h"
 #include "params/param_copy.h"
@@ -329,7 +329,7 @@ void run(ReconstructOptions options) {
   std::optional<BoxRun> box = prepareBox(options, settings, loaded.get(), params.map, origin);
   if (box) frames = openFrames(options, settings.params);
 
-  const auto source = prefetchFrames(levelled(std::move(frames), origin.T_W_M));
+  const auto source = readAhead(levelled(std::move(frames), origin.T_W_M));
   auto colours = openColours(options, settings.params);
   // Images without poses of their own follow the depth camera.
   if (!options.recording.first_pose_only) colours = levelled(std::move(colours), origin.T_W_M);

@@ -20,12 +20,6 @@ double timeMs(const Action& action) {
   return millisecondsSince(begin);
 }
 
-size_t sumOf(const std::map<std::string, size_t>& counts) {
-  size_t sum = 0;
-  for (const auto& [reason, count] : counts) sum += count;
-  return sum;
-}
-
 /// The state of one run.
 class Reconstruction {
  public:
@@ -83,7 +77,7 @@ class Reconstruction {
     if (frames_since_mesh_ >= mesh_every) updateMesh();
   }
 
-  size_t framesNotFused() const { return frames_seen_ - result_.frames; }
+  size_t framesSeen() const { return frames_seen_; }
 
   ReconstructionResult finish(const std::map<std::string, size_t>& skipped_by_source,
                               std::map<std::string, std::string> problems = {}) {
@@ -106,8 +100,6 @@ class Reconstruction {
     result_.meshes = std::move(meshes_);
     return std::move(result_);
   }
-
-  size_t frames() const { return result_.frames; }
 
  private:
   /// @return whether the frame is to be fused.
@@ -231,8 +223,7 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, con
     reconstruction.fuse(*frame);
     paintUpTo(frame->stamp_s);
     if (mesh_every > 0) reconstruction.updateMeshIfDue(mesh_every);
-    show_progress(reconstruction.frames() + reconstruction.framesNotFused() +
-                  sumOf(input.depth.skipped()));
+    show_progress(reconstruction.framesSeen());
   }
   if (input.box != nullptr) paintUpTo(input.box->last_stamp_s);
   std::map<std::string, size_t> skipped = input.depth.skipped();
@@ -259,7 +250,7 @@ ReconstructionResult reconstruct(JournalReplay& journal, Mapper& mapper, const M
       frame.stamp_s = image->stamp_s;
       reconstruction.fuse(frame);
       if (mesh_every > 0) reconstruction.updateMeshIfDue(mesh_every);
-      show_progress(reconstruction.frames() + reconstruction.framesNotFused());
+      show_progress(reconstruction.framesSeen());
     } else {
       SourceColour colour;
       colour.colour = std::get<ColourFrame>(image->frame);

@@ -19,9 +19,8 @@ using Eigen::Vector3d;
 
 class LevelTest : public testing::Test {
  protected:
-  void make(LevelChoice from, bool space = false) {
+  void make(LevelChoice from) {
     params_.level = from;
-    params_.mapper.space.enabled = space;
     step_ = std::make_unique<LevelStep>(params_, transforms_, frame_);
   }
 
@@ -67,18 +66,16 @@ class LevelTest : public testing::Test {
 };
 
 TEST_F(LevelTest, NoneLeavesPosesAsTheyAre) {
-  for (const bool space : {false, true}) {
-    make(LevelChoice::kNone, space);
-    EXPECT_FALSE(frame_.isLevelled());
-    for (int i = 0; i < 12; ++i) {
-      PosedFrame frame = frameAt(0.1 * i);
-      const Eigen::Isometry3d before = poseOf(frame);
-      EXPECT_TRUE(bring(frame));
-      EXPECT_EQ(poseOf(frame).matrix(), before.matrix());
-    }
-    EXPECT_FALSE(frame_.level());
-    EXPECT_EQ(frame_.inMap(poseOf(frameAt(0.5))).matrix(), poseOf(frameAt(0.5)).matrix());
+  make(LevelChoice::kNone);
+  EXPECT_FALSE(frame_.isLevelled());
+  for (int i = 0; i < 12; ++i) {
+    PosedFrame frame = frameAt(0.1 * i);
+    const Eigen::Isometry3d before = poseOf(frame);
+    EXPECT_TRUE(bring(frame));
+    EXPECT_EQ(poseOf(frame).matrix(), before.matrix());
   }
+  EXPECT_FALSE(frame_.level());
+  EXPECT_EQ(frame_.inMap(poseOf(frameAt(0.5))).matrix(), poseOf(frameAt(0.5)).matrix());
 }
 
 TEST_F(LevelTest, FloorIsFoundBeforeTheFirstFrameIsFused) {

@@ -14,14 +14,8 @@ struct SimplifiedMesh {
   double error_m = 0.0;  ///< Largest distance of a vertex of the original from this mesh.
 };
 
-/// Called now and then with the share of the work done. Return false to cancel.
-using SimplifyProgress = std::function<bool(double share)>;
-
-/// Thrown if simplifying was cancelled.
-class SimplifyCancelled : public std::runtime_error {
- public:
-  SimplifyCancelled() : std::runtime_error("cancelled before the mesh was simplified") {}
-};
+/// Called now and then with the share of the work done. What it throws cancels the work.
+using SimplifyProgress = std::function<void(double share)>;
 
 /// Removes vertices while the surface stays within `max_error_m` of them; 0 removes none. A larger
 /// error never leaves more triangles than a smaller one. The error is rounded down to 1, 1.5, 2, 3,
@@ -29,8 +23,8 @@ class SimplifyCancelled : public std::runtime_error {
 /// thin plate or of a gap, stay apart: each stays in its half of the space between them.
 /// Runs on one core; the time grows with the number of triangles.
 /// @throws std::invalid_argument unless max_error_m is finite, at least 0, and no more than the
-/// diagonal of the mesh's box; SimplifyCancelled.
+/// diagonal of the mesh's box; what `progress` throws.
 SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m,
-                            const SimplifyProgress& go_on = nullptr);
+                            const SimplifyProgress& progress = nullptr);
 
 }  // namespace dtsdf

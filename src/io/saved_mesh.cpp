@@ -79,20 +79,21 @@ Mesh assemble(PagedMeshes& meshes, const std::optional<BoxRegion>& region, std::
 }  // namespace
 
 SavedMesh savePagedMesh(PagedMeshes& meshes, MeshColour colour, const std::string& path,
-                        const SaveChoice& choice) {
-  const bool is_plain = !choice.region && choice.simplify_error_m == 0.0;
+                        const std::optional<BoxRegion>& region, double simplify_error_m,
+                        const SimplifyProgress& progress) {
+  const bool is_plain = !region && simplify_error_m == 0.0;
   if (meshes.isPaged() && is_plain && meshFormatOf(path) == ".ply") {
     return saveInPieces(meshes, colour, path);
   }
   std::string lack;
-  SimplifiedMesh saved{assemble(meshes, choice.region, lack)};
-  if (choice.region && saved.mesh.triangles.empty() && meshes.triangleCount() > 0) {
+  SimplifiedMesh saved{assemble(meshes, region, lack)};
+  if (region && saved.mesh.triangles.empty() && meshes.triangleCount() > 0) {
     throw std::runtime_error(
         "no triangle lies wholly in the region, in map frame coordinates; nothing was saved");
   }
   const size_t joined = saved.mesh.triangles.size();
-  if (choice.simplify_error_m != 0.0) {
-    saved = simplifyMesh(saved.mesh, choice.simplify_error_m, choice.go_on);
+  if (simplify_error_m != 0.0) {
+    saved = simplifyMesh(saved.mesh, simplify_error_m, progress);
   }
   saveMesh(saved.mesh, colour, path);
   if (lack.empty()) lack = lossInFormat(saved.mesh, path);

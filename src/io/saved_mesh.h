@@ -13,13 +13,6 @@
 
 namespace dtsdf {
 
-/// Selects what is saved.
-struct SaveChoice {
-  std::optional<BoxRegion> region = std::nullopt;  ///< Only triangles wholly inside.
-  double simplify_error_m = 0.0;                   ///< 0: no simplification.
-  SimplifyProgress go_on = nullptr;                ///< Called with the progress; false cancels.
-};
-
 /// Contents of a saved file.
 struct SavedMesh {
   size_t vertices = 0, triangles = 0;
@@ -28,10 +21,12 @@ struct SavedMesh {
   size_t joined_triangles = 0;  ///< Triangles before simplification.
 };
 
-/// Saves the mesh without damaged blocks, but saves nothing if the disk cannot be read.
+/// Saves the mesh without damaged blocks, but saves nothing if the disk cannot be read. With a
+/// region, only triangles wholly inside. An error of 0 means no simplification.
 /// @throws std::exception as saveMesh() and simplifyMesh(), if the region is empty, or if the disk
 /// cannot be read.
 SavedMesh savePagedMesh(PagedMeshes& meshes, MeshColour colour, const std::string& path,
-                        const SaveChoice& choice);
+                        const std::optional<BoxRegion>& region = std::nullopt,
+                        double simplify_error_m = 0.0, const SimplifyProgress& progress = nullptr);
 
 }  // namespace dtsdf

@@ -522,7 +522,8 @@ double diagonalOf(const Mesh& mesh) {
 
 }  // namespace
 
-SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m, const SimplifyProgress& go_on) {
+SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m,
+                            const SimplifyProgress& progress) {
   if (!(max_error_m >= 0.0) || !std::isfinite(max_error_m)) {
     throw std::invalid_argument(
         "the error of a simplified mesh must be 0 or a positive number of metres");
@@ -537,7 +538,7 @@ SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m, const Simplify
   const double mean_edge_m = meanEdge_m(mesh);
   max_error_m = std::min(max_error_m, kMostEdges * mean_edge_m);
   const auto report = [&](double share) {
-    if (go_on && !go_on(share)) throw SimplifyCancelled();
+    if (progress) progress(share);
   };
   Collapser collapser(mesh, mean_edge_m, max_error_m);
   std::vector<uint32_t> live = collapser.removable();  // vertices that may still be removed

@@ -103,14 +103,12 @@ void save(const SharedMesh& mesh, const py::object& path, const std::string& col
 /// Python handles signals meanwhile; one that raises cancels the work.
 py::tuple simplify(const SharedMesh& mesh, double max_error_m) {
   SimplifiedMesh simplified;
-  try {
+  {
     const py::gil_scoped_release release;
     simplified = simplifyMesh(*mesh, max_error_m, [](double) {
       const py::gil_scoped_acquire acquire;
-      return PyErr_CheckSignals() == 0;
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     });
-  } catch (const SimplifyCancelled&) {
-    throw py::error_already_set();
   }
   return py::make_tuple(std::make_shared<Mesh>(std::move(simplified.mesh)), simplified.error_m);
 }

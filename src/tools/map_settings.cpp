@@ -56,16 +56,12 @@ void addSimplifyOption(CommandLine& line, double& error_m) {
 
 SavedMesh saveSimplified(PagedMeshes& meshes, MeshColour colour, const std::string& path,
                          double error_m) {
-  if (error_m == 0.0) return savePagedMesh(meshes, colour, path, {});
+  if (error_m == 0.0) return savePagedMesh(meshes, colour, path);
   ProgressBar progress("% simplified", 100);
-  SaveChoice choice;
-  choice.simplify_error_m = error_m;
-  choice.go_on = [&](double share) {
-    progress.show(static_cast<size_t>(100.0 * share));
-    return true;
-  };
   try {
-    SavedMesh saved = savePagedMesh(meshes, colour, path, choice);
+    SavedMesh saved = savePagedMesh(meshes, colour, path, std::nullopt, error_m, [&](double share) {
+      progress.show(static_cast<size_t>(100.0 * share));
+    });
     std::printf("simplified from %zu to %zu triangles, at most %.6f m from the mesh\n",
                 saved.joined_triangles, saved.triangles, saved.error_m);
     return saved;

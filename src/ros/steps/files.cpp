@@ -38,22 +38,22 @@ class FilesStep : public Step {
     addServer<SaveMesh>(
         handles.waiting, "save_mesh", meshExtensions(),
         [this](const auto& request, auto& response, const std::string& path) {
-          SaveChoice choice;
-          choice.region = readBox(request.region, host_.frame.find(request.frame_id));
-          choice.simplify_error_m = request.simplify_error_m;
-          if (!(choice.simplify_error_m >= 0.0) || std::isinf(choice.simplify_error_m)) {
+          const auto region = readBox(request.region, host_.frame.find(request.frame_id));
+          const double simplify_error_m = request.simplify_error_m;
+          if (!(simplify_error_m >= 0.0) || std::isinf(simplify_error_m)) {
             throw std::runtime_error("simplify_error_m must be a number of metres, or 0");
           }
-          choice.go_on = [this, number = turn_](double) {
-            return calls_ == number && !host_.is_ending;
+          const auto check_turn = [this, number = turn_](double) {
+            if (calls_ == number && !host_.is_ending) return;
+            throw std::runtime_error("cancelled before the mesh was simplified");
           };
           const std::string note = flushMesh();
-          const SavedMesh saved = writeMesh(path, choice);
+          const SavedMesh saved = writeMesh(path, region, simplify_error_m, check_turn);
           response.vertices = saved.vertices;
           response.triangles = saved.triangles;
           response.error_m = saved.error_m;
           response.message = "saved " + std::to_string(saved.triangles) + " triangles to " + path;
-          if (choice.simplify_error_m != 0.0) {
+          if (simplify_error_m != 0.0) {
             response.message +=
                 ", at most " + shortestText(saved.error_m) + " m from the whole mesh";
           }
@@ -120,17 +120,18 @@ class FilesStep : public Step {
   }
 
   /// Copies a mesh in memory (its blocks are shared), so that the output continues meanwhile.
-  SavedMesh writeMesh(const std::string& path, const SaveChoice& choice) {
+  SavedMesh writeMesh(const std::string& path, const std::optional<BoxRegion>& region,
+                      double simplify_error_m, const SimplifyProgress& progress) {
     const MeshColour colour = host_.params.mapper.mesh.colour;
     std::unique_lock<std::mutex> lock(host_.mesh.mutex);
     if (!host_.params.mapper.map.page_folder.empty()) {
-      return savePagedMesh(host_.mesh.meshes, colour, path, choice);
+      return savePagedMesh(host_.mesh.meshes, colour, path, region, simplify_error_m, progress);
     }
     PagedMeshes copy(host_.params.mapper.map);
     copy.clear(host_.mesh.meshes.voxelSize());
     for (const auto& [key, block] : host_.mesh.meshes.all().blocks()) copy.put(block);
     lock.unlock();
-    return savePagedMesh(copy, colour, path, choice);
+    return savePagedMesh(copy, colour, path, region, simplify_error_m, progress);
   }
 
   /// @throws std::exception if the map cannot be copied or the file cannot be written.

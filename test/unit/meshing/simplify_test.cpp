@@ -166,13 +166,14 @@ TEST_F(Simplify, IsCancelledWhereItIsAskedTo) {
   simplifyMesh(mesh, 0.01, [&](double share) {
     EXPECT_GE(share, last);
     last = share;
-    return true;
   });
   EXPECT_GT(last, 0.8);
   EXPECT_LE(last, 1.0);
   for (const double at : {0.0, 0.1, 0.6}) {
-    EXPECT_THROW(simplifyMesh(mesh, 0.01, [&](double share) { return share < at; }),
-                 SimplifyCancelled);
+    const auto cancel = [&](double share) {
+      if (share >= at) throw std::runtime_error("cancelled");
+    };
+    EXPECT_THROW(simplifyMesh(mesh, 0.01, cancel), std::runtime_error);
   }
 }
 

@@ -90,7 +90,7 @@ class PagedMeshesTest : public testing::Test {
 
   /// The file that the node saves, from the file or as a whole.
   std::string savedInPieces() {
-    savePagedMesh(meshes_, MeshColour::kAuto, folder_ / "pieces.ply", {});
+    savePagedMesh(meshes_, MeshColour::kAuto, folder_ / "pieces.ply");
     return readBytes(folder_ / "pieces.ply");
   }
   std::string savedAsAWhole() {
